@@ -1,0 +1,154 @@
+# shellcheck shell=bash
+# SPDX-License-Identifier: BSD-3-Clause
+#
+# Sourced by scripts/test and scripts/demo:
+#   prepare            install what is missing, find ROS
+#   build [target …]   configure and build (`all` by default)
+#   source_devel       put the built package into this shell's environment
+#   free_port          print an unused TCP port
+# BUILD_DIR (default build/) and JOBS (default: every core) may be set by the caller.
+
+ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
+BUILD_DIR=$(realpath -m "${BUILD_DIR:-$ROOT/build}")
+JOBS=${JOBS:-$(nproc)}
+case $ROOT$BUILD_DIR in
+  *[[:space:]]*) echo "catkin cannot build in a path with a space: $ROOT" >&2; exit 2 ;;
+esac
+
+## Environment
+
+export PATH=/usr/bin:/bin:$PATH   # the system's python3 before one of pyenv or conda
+unset PYTHONHOME PYTHONSTARTUP VIRTUAL_ENV
+if [ -z "${ROS_PACKAGE_PATH:-}" ]; then   # no workspace is sourced: start from nothing
+  unset PYTHONPATH CMAKE_PREFIX_PATH AMENT_PREFIX_PATH
+fi
+
+free_port() {
+  python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'
+}
+
+# A master of our own, on this machine: the user's may drive a real robot.
+unset ROS_IP
+ROS_HOSTNAME=127.0.0.1
+ROS_MASTER_URI=http://127.0.0.1:$(free_port)
+ROS_HOME=$BUILD_DIR/ros
+ROS_LOG_DIR=$BUILD_DIR/ros/log
+ROSCONSOLE_STDOUT_LINE_BUFFERED=1
+export ROS_HOSTNAME ROS_MASTER_URI ROS_HOME ROS_LOG_DIR ROSCONSOLE_STDOUT_LINE_BUFFERED
+
+## Packages
+
+COMMON_PACKAGES=(
+  build-essential cmake ninja-build pkg-config
+  libeigen3-dev libboost-dev libyaml-cpp-dev nlohmann-json3-dev liburdfdom-dev
+  googletest libgtest-dev python3-numpy python3-matplotlib
+  coinor-libclp-dev                  # optional: linear programs
+  libsundials-dev libopenmpi-dev)    # optional: CVODES, in the benchmark
+
+# A message package is three here: headers (lib*-dev), .msg files (ros-*), Python classes (python3-*).
+DEBIAN_PACKAGES=(
+  catkin ros-message-generation ros-message-runtime
+  libroscpp-dev librosbag-dev librostest-dev libactionlib-dev libdiagnostic-updater-dev
+  libtf2-ros-dev libtf2-eigen-dev liburdf-dev
+  libdynamic-reconfigure-config-init-mutex-dev python3-dynamic-reconfigure
+  libactionlib-msgs-dev ros-actionlib-msgs python3-actionlib-msgs
+  libdiagnostic-msgs-dev ros-diagnostic-msgs python3-diagnostic-msgs
+  libgeometry-msgs-dev ros-geometry-msgs python3-geometry-msgs
+  libros-rosgraph-msgs-dev python3-rosgraph-msgs
+  libsensor-msgs-dev ros-sensor-msgs python3-sensor-msgs
+  libstd-msgs-dev ros-std-msgs python3-std-msgs
+  libstd-srvs-dev ros-std-srvs python3-std-srvs
+  libtf2-msgs-dev ros-tf2-msgs python3-tf2-msgs
+  libvisualization-msgs-dev ros-visualization-msgs python3-visualization-msgs
+  ros-robot-state-publisher rosout rosbash
+  python3-rospy python3-roslaunch python3-rostest python3-rosunit python3-rosbag python3-rostopic
+  python3-rosservice python3-rosnode python3-rosmsg python3-rosparam)
+
+NOETIC_PACKAGES=(
+  ros-noetic-ros-base ros-noetic-actionlib ros-noetic-diagnostic-updater
+  ros-noetic-dynamic-reconfigure ros-noetic-tf2-eigen ros-noetic-tf2-ros ros-noetic-urdf
+  ros-noetic-visualization-msgs ros-noetic-robot-state-publisher
+  ros-noetic-rostest ros-noetic-roslaunch)
+
+missing_packages() {
+  comm -13 \
+    <(dpkg-query -W -f='${db:Status-Status} ${Package}\n' "$@" 2>/dev/null \
+      | sed -n 's/^installed //p' | sort -u) \
+    <(printf '%s\n' "$@" | sort -u)
+}
+
+# Calls apt only when one of "$@" is missing, sudo only when not root.
+install_packages() {
+  local missing sudo=() try
+  mapfile -t missing < <(missing_packages "$@")
+  [ ${#missing[@]} -gt 0 ] || return 0
+  echo "== install ${#missing[@]} packages: ${missing[*]}"
+  if [ "$(id -u)" != 0 ]; then
+    command -v sudo >/dev/null || { echo "neither root nor sudo: install them first" >&2; return 1; }
+    sudo=(sudo)
+  fi
+  for try in 1 2 3; do
+    "${sudo[@]}" apt-get -qq -o DPkg::Lock::Timeout=600 update && break
+    sleep $((5 * try))
+  done
+  logged install "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -qq -y \
+    -o DPkg::Lock::Timeout=600 --no-install-recommends install "${missing[@]}"
+}
+
+prepare() {
+  if [ -d /opt/ros/noetic ]; then
+    install_packages "${COMMON_PACKAGES[@]}" "${NOETIC_PACKAGES[@]}"
+    [ -n "${ROS_PACKAGE_PATH:-}" ] || source_setup /opt/ros/noetic/setup.bash
+  else
+    install_packages "${COMMON_PACKAGES[@]}" "${DEBIAN_PACKAGES[@]}"
+  fi
+}
+
+# catkin's setup files read unset variables and "$@". The flags are restored from $-, because
+# errexit is off inside the $( ) of the usual `set +o`. They keep a ROS_MASTER_URI that is set.
+source_setup() {
+  local flags=$- file=$1
+  set --
+  set +eu
+  # shellcheck disable=SC1090
+  . "$file"
+  case $flags in *e*) set -e ;; esac
+  case $flags in *u*) set -u ;; esac
+}
+
+source_devel() { source_setup "$BUILD_DIR/devel/setup.bash"; }
+
+## Build
+
+# logged NAME command …: one line "== NAME", the output in a file, its errors shown on failure.
+logged() {
+  local name=$1 log=$BUILD_DIR/log/$1.txt start=$SECONDS
+  shift
+  mkdir -p "$BUILD_DIR/log"
+  if ! "$@" >"$log" 2>&1; then
+    echo "== $name FAILED ($log):" >&2
+    { grep -m 8 -E -A 12 '^FAILED|[Ee]rror[: ]|^E: ' "$log" || tail -n 40 "$log"; } >&2
+    return 1
+  fi
+  echo "== $name ($((SECONDS - start)) s)"
+}
+
+configure() {
+  local cache=$BUILD_DIR/CMakeCache.txt generator=()
+  # A copied or moved build directory remembers another place: start again.
+  if [ -f "$cache" ] && ! { grep -qxF "CMAKE_HOME_DIRECTORY:INTERNAL=$ROOT" "$cache" \
+      && grep -qxF "CMAKE_CACHEFILE_DIR:INTERNAL=$BUILD_DIR" "$cache"; }; then
+    echo "== $BUILD_DIR was configured elsewhere: removed"
+    rm -rf "$BUILD_DIR"
+  fi
+  [ -f "$cache" ] || generator=(-G Ninja)
+  # Both names of the interpreter: catkin looks for the first, Debian's rosbag for the second.
+  logged configure cmake -S "$ROOT" -B "$BUILD_DIR" "${generator[@]}" \
+    -DPYTHON_EXECUTABLE=/usr/bin/python3 -DPython3_EXECUTABLE=/usr/bin/python3 \
+    -DCATKIN_ENABLE_TESTING=ON -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
+}
+
+build() {
+  configure
+  logged build cmake --build "$BUILD_DIR" -j "$JOBS" --target "${@:-all}"
+}
