@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <set>
+#include <string>
+#include <vector>
+
+namespace contact_flow {
+
+/// Reads a YAML map of which every key must be known: ask for each key once, then call Finish.
+/// A key that is absent leaves the output as it was. Numbers may be written as YAML allows and also
+/// as 1e-10, which some YAML loaders hand on as a string. Everything else throws
+/// std::invalid_argument with the full name of the key, the value and, for a file, the line.
+class MapReader {
+ public:
+  /// `name` is what messages call the map, as "options"; "" for the top level. Null reads as empty.
+  MapReader(const YAML::Node& map, std::string name);
+
+  void Read(const std::string& key, double* value);
+  /// Whole numbers in [smallest, largest].
+  void Read(const std::string& key, long* value, long smallest, long largest);
+  void Read(const std::string& key, std::string* value);
+  void Read(const std::string& key, bool* value);
+  /// One of `names`; the answer is its index.
+  void Read(const std::string& key, const std::vector<std::string>& names, int* index);
+  /// The value of a key that is itself a map; null when absent.
+  YAML::Node Child(const std::string& key);
+  /// Every key there is, in the order of the file: for maps whose names are judged elsewhere.
+  std::vector<std::string> Keys() const { return keys_; }
+
+  /// Throws for the first key that nobody asked for, with the nearest one that would have been
+  /// valid.
+  void Finish() const;
+
+ private:
+  const YAML::Node* Find(const std::string& key);
+  std::string FullName(const std::string& key) const;
+  [[noreturn]] void Fail(const std::string& key, const YAML::Node& node,
+                         const std::string& expected) const;
+  double Number(const std::string& key, const YAML::Node& node) const;
+
+  std::string name_;
+  std::vector<std::string> keys_;
+  std::vector<YAML::Node> values_;
+  std::vector<std::string> known_;
+};
+
+}  // namespace contact_flow

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "contact_flow/ContactOrder.h"
+#include "contact_flow/ContactTrajectory.h"
+#include "contact_flow/DerivativeOptions.h"
+#include "contact_flow/DerivativePiece.h"
+#include "contact_flow/DirectionComparison.h"
+#include "contact_flow/ModeSequence.h"
+#include "contact_flow/NameList.h"
+#include "contact_flow/RowMajorMatrix.h"
+#include "contact_flow/SimulationOptions.h"
+#include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/derivative/finite_difference.h"
+#include "contact_flow/flow/simulate.h"
+#include "contact_flow/flow/trajectory.h"
+
+/// Values of the core as messages. ROS puts messages into the package's namespace, which is the
+/// core's: that is why no message bears the name of a class of the core. Headers are left empty.
+namespace contact_flow {
+namespace ros_interface {
+
+using Names = std::vector<std::string>;
+
+std::vector<double> ToMsg(const VectorRef& vector);
+RowMajorMatrix ToMsg(const MatrixRef& matrix);
+SimulationOptions ToMsg(const SimulateOptions& options);
+DerivativeOptions ToMsg(const BDerivativeOptions& options);
+DerivativePiece ToMsg(const LinearPiece& piece);
+RunMargins ToMsg(const Margins& margins);
+ContactTransition ToMsg(const Names& constraints, const Transition& transition);
+
+/// The run with both ends of every arc and about `count` samples in between.
+ContactTrajectory ToMsg(const SystemDescription& description, const Trajectory& trajectory,
+                        double duration, int count);
+ModeSequence ToModeSequence(const ContactTrajectory& trajectory);
+std::vector<ModeInterval> ToModeIntervals(const Names& constraints, const Trajectory& trajectory);
+/// "{left_foot, right_foot}" for every mode.
+Names ToLabels(const Names& constraints, const std::vector<ContactMode>& modes);
+ContactOrder ToMsg(const Names& constraints, const OrderOutcome& outcome);
+/// Without name, direction and prediction.
+DirectionComparison ToMsg(const Names& constraints, const QuotientReport& report);
+
+}  // namespace ros_interface
+}  // namespace contact_flow

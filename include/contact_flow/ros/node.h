@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <ros/ros.h>
+
+#include <vector>
+
+#include "contact_flow/CompareBDerivative.h"
+#include "contact_flow/ComputeBDerivative.h"
+#include "contact_flow/DescribeModel.h"
+#include "contact_flow/SimulateTrajectory.h"
+#include "contact_flow/StartRecording.h"
+#include "contact_flow/StopRecording.h"
+#include "contact_flow/ros/outlet.h"
+#include "contact_flow/ros/parameters.h"
+#include "contact_flow/ros/setup.h"
+
+namespace contact_flow {
+namespace ros_interface {
+
+/// The services of the node. Handlers may run at once; every one answers, whatever is thrown.
+class Node {
+ public:
+  explicit Node(const NodeParameters& parameters);
+
+ private:
+  bool Simulate(SimulateTrajectory::Request& in, SimulateTrajectory::Response& out);
+  bool Differentiate(ComputeBDerivative::Request& in, ComputeBDerivative::Response& out);
+  bool Compare(CompareBDerivative::Request& in, CompareBDerivative::Response& out);
+  bool Describe(DescribeModel::Request& in, DescribeModel::Response& out);
+  bool Start(StartRecording::Request& in, StartRecording::Response& out);
+  bool Stop(StopRecording::Request& in, StopRecording::Response& out);
+
+  Setup setup_;
+  ros::NodeHandle node_;
+  Outlet outlet_;
+  std::vector<ros::ServiceServer> servers_;
+};
+
+/// Runs the node until it is told to stop. Returns the exit code of the process: 1 when its
+/// parameters are not in order, which is printed.
+int RunNode();
+
+}  // namespace ros_interface
+}  // namespace contact_flow

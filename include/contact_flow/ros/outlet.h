@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <ros/ros.h>
+
+#include <mutex>
+#include <string>
+
+#include "contact_flow/ComparisonRecord.h"
+#include "contact_flow/DerivativeRecord.h"
+#include "contact_flow/ModelDescription.h"
+#include "contact_flow/SimulationRecord.h"
+#include "contact_flow/ros/recorder.h"
+
+namespace contact_flow {
+namespace ros_interface {
+
+/// Where results go, one at a time and in the order of their stamps: first to the bag, then to the
+/// latched topics. May be used by several threads at once.
+class Outlet {
+ public:
+  /// Publishes the model on `model_description`, too.
+  Outlet(ros::NodeHandle* node, const std::string& bag_directory,
+         const ModelDescription& description);
+
+  /// Stamps the record, writes it to the bag if recording is on, publishes its result, and returns
+  /// the path of the bag, or "". Throws std::runtime_error when the result could not be written; it
+  /// is not published then.
+  std::string Deliver(SimulationRecord* record);
+  std::string Deliver(DerivativeRecord* record);
+  std::string Deliver(ComparisonRecord* record);
+
+  /// As Recorder; an empty name is made of the model and the time. Returns the path.
+  std::string StartRecording(const std::string& name);
+  Recorder::Summary StopRecording();
+
+ private:
+  ros::Time NextStamp();
+  template <class Record>
+  ros::Time Stamp(Record* record);
+  std::string Write(std::uint8_t outcome, const std::vector<BagEntry>& entries);
+  template <class Message>
+  BagEntry Entry(const std::string& topic, const ros::Time& stamp,
+                 boost::shared_ptr<const Message> message) const;
+
+  std::mutex mutex_;
+  ros::Time last_stamp_;
+  Recorder recorder_;
+  ModelDescription description_;
+  ros::Publisher model_description_;
+  ros::Publisher trajectory_;
+  ros::Publisher mode_sequence_;
+  ros::Publisher b_derivative_;
+};
+
+}  // namespace ros_interface
+}  // namespace contact_flow

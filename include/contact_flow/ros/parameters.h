@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "contact_flow/io/configuration.h"
+
+namespace contact_flow {
+namespace ros_interface {
+
+/// The private parameters of the node.
+struct NodeParameters {
+  Configuration
+      configuration;  ///< ~model, ~parameters, ~options, ~derivative_options, on top of ~model_file
+  bool record = false;        ///< ~record: record from the start
+  std::string bag_name;       ///< ~bag_name: of that bag; "": model and time
+  std::string bag_directory;  ///< ~bag_directory
+  long threads = 4;           ///< ~threads: requests answered at once
+};
+
+/// Reads everything under the node's private name. Throws std::invalid_argument, naming the
+/// parameter, for one that is unknown (with the nearest that is not), or has the wrong type or a
+/// value out of range.
+NodeParameters ReadNodeParameters();
+
+}  // namespace ros_interface
+}  // namespace contact_flow

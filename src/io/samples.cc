@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/io/samples.h"
+
+#include <limits>
+#include <ostream>
+
+namespace contact_flow {
+namespace {
+
+/// The times of `count` that are spread evenly over [begin, end] and lie inside the arc, in order.
+std::vector<double> TimesInside(const Arc& arc, double begin, double end, int count) {
+  std::vector<double> times;
+  for (int i = 0; i < count; ++i) {
+    const double t = begin + (end - begin) * i / (count - 1.0);
+    if (t > arc.t_begin && t < arc.t_end) times.push_back(t);
+  }
+  return times;
+}
+
+}  // namespace
+
+Samples SampleTrajectory(const Trajectory& trajectory, int count) {
+  Samples samples;
+  std::vector<Vector> rows;
+  const double begin = trajectory.t_begin();
+  const double end = trajectory.t_end();
+  const auto add = [&](double t, const Vector& x) {
+    samples.t.push_back(t);
+    rows.push_back(x);
+  };
+  for (const Arc& arc : trajectory.arcs) {
+    samples.first_of_arc.push_back(static_cast<int>(rows.size()));
+    add(arc.t_begin, arc.x_begin);
+    if (count > 1 && !arc.dense.Empty()) {
+      Vector x(arc.x_begin.size());
+      for (double t : TimesInside(arc, begin, end, count)) {
+        arc.dense.Evaluate(t, x.data());
+        add(t, x);
+      }
+    }
+    add(arc.t_end, arc.x_end);
+  }
+  samples.first_of_arc.push_back(static_cast<int>(rows.size()));
+  samples.x.resize(static_cast<Eigen::Index>(rows.size()), trajectory.FinalState().size());
+  for (std::size_t i = 0; i < rows.size(); ++i) samples.x.row(static_cast<int>(i)) = rows[i];
+  return samples;
+}
+
+void WriteCsv(const SystemDescription& description, const Trajectory& trajectory, int count,
+              std::ostream* out) {
+  const Samples samples = SampleTrajectory(trajectory, count);
+  const std::size_t d = description.coordinates.size();
+  *out << "t [s],mode";
+  for (std::size_t i = 0; i < d; ++i) {
+    *out << "," << description.coordinates[i] << " [" << description.units[i] << "]";
+  }
+  for (std::size_t i = 0; i < d; ++i) {
+    *out << ",d/dt " << description.coordinates[i] << " [" << description.units[i] << "/s]";
+  }
+  *out << "\n";
+  const std::streamsize precision = out->precision(std::numeric_limits<double>::max_digits10);
+  for (std::size_t k = 0; k < trajectory.arcs.size(); ++k) {
+    const std::string mode = trajectory.arcs[k].mode.ToString(description.constraints);
+    for (int row = samples.first_of_arc[k]; row < samples.first_of_arc[k + 1]; ++row) {
+      *out << samples.t[static_cast<std::size_t>(row)] << ",\"" << mode << "\"";
+      for (Eigen::Index j = 0; j < samples.x.cols(); ++j) *out << "," << samples.x(row, j);
+      *out << "\n";
+    }
+  }
+  out->precision(precision);
+}
+
+}  // namespace contact_flow

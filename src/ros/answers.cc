@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/ros/answers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "contact_flow/ros/conversions.h"
+#include "contact_flow/ros/directions.h"
+#include "contact_flow/ros/request.h"
+
+namespace contact_flow {
+namespace ros_interface {
+namespace {
+
+/// Most perturbed runs one comparison may ask for.
+constexpr std::size_t kMaxRuns = 2048;
+
+/// A run and its derivative, with the directions asked for.
+struct Differentiated {
+  Run run;
+  Directions directions;
+  Trajectory trajectory;
+  BDerivative derivative;
+};
+
+template <class Request>
+Differentiated Differentiate(const Setup& setup, const Request& request) {
+  Differentiated result;
+  result.run = ResolveRun(setup, request.duration, request.state, request.input, request.options);
+  const Run& run = result.run;
+  result.directions = ResolveDirections(setup, run, request.directions, request.direction_matrix,
+                                        request.project_directions);
+  const BDerivativeOptions options =
+      ResolveOptions(setup.derivative_options, request.derivative_options);
+  result.trajectory = Simulate(*setup.system, run.x, run.u, run.duration, run.options);
+  result.derivative = DifferentiateOutcome(*setup.system, result.trajectory, run.u, options);
+  return result;
+}
+
+/// The fields that both answers about a derivative begin with.
+template <class Result>
+Result Begin(const Setup& setup, const Differentiated& d) {
+  const SystemDescription& description = setup.system->description();
+  Result result;
+  result.model = description.name;
+  result.coordinates = description.coordinates;
+  result.constraints = description.constraints;
+  result.outcome = static_cast<std::uint8_t>(d.derivative.status.outcome);
+  result.message = d.derivative.status.message;
+  result.duration = d.run.duration;
+  return result;
+}
+
+template <class Result>
+void SetStatus(const Status& status, Result* result) {
+  result->outcome = static_cast<std::uint8_t>(status.outcome);
+  result->message = status.message;
+}
+
+template <class Result>
+void AddNote(const std::string& note, Result* result) {
+  if (!note.empty()) result->message += (result->message.empty() ? "" : "; ") + note;
+}
+
+bool Cancelled(const Setup& setup) { return setup.options.cancelled && setup.options.cancelled(); }
+
+void AddDerivatives(const Setup& setup, const Differentiated& d, OutcomeDerivative* result) {
+  const Eigen::Index size = d.run.x.size();
+  const auto count = static_cast<Eigen::Index>(d.directions.vectors.size());
+  Matrix directions(count, size);
+  Matrix derivatives(count, size);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (Cancelled(setup)) return SetStatus({Outcome::kCancelled, "the node was stopped"}, result);
+    const Vector& w = d.directions.vectors[static_cast<std::size_t>(i)];
+    directions.row(i) = w;
+    derivatives.row(i) = d.derivative(w);
+    result->direction_modes.emplace_back();
+    result->direction_modes.back().names =
+        ToLabels(result->constraints, d.derivative.PerturbedModes(w));
+  }
+  result->direction_names = d.directions.names;
+  result->directions = ToMsg(MatrixRef(directions));
+  result->derivatives = ToMsg(MatrixRef(derivatives));
+}
+
+void AddPieces(const BDerivative& derivative, OutcomeDerivative* result) {
+  try {
+    const PiecewiseLinearMap map = derivative.Pieces();
+    for (const LinearPiece& piece : map.pieces()) result->pieces.push_back(ToMsg(piece));
+  } catch (const std::length_error& error) {
+    SetStatus({Outcome::kTooManyPieces, error.what()}, result);
+  }
+}
+
+void AddOrders(const Differentiated& d, OutcomeDerivative* result) {
+  for (std::size_t k = 0; k < d.derivative.events.size(); ++k) {
+    for (const OrderOutcome& outcome : d.derivative.events[k].outcomes()) {
+      result->orders.push_back(ToMsg(result->constraints, outcome));
+      result->orders.back().transition = static_cast<std::uint32_t>(k);
+      result->orders.back().t = d.trajectory.transitions[k].t;
+    }
+  }
+}
+
+}  // namespace
+
+ContactTrajectory Answer(const Setup& setup, const SimulationRequest& request) {
+  Run run = ResolveRun(setup, request.duration, request.state, request.input, request.options);
+  const int count = ResolveCount("samples", request.samples, kDefaultSamples, kMaxSamples);
+  run.options.dense = count > 1;
+  return ToMsg(setup.system->description(),
+               Simulate(*setup.system, run.x, run.u, run.duration, run.options), run.duration,
+               count);
+}
+
+OutcomeDerivative Answer(const Setup& setup, const DerivativeRequest& request) {
+  const Differentiated d = Differentiate(setup, request);
+  const Eigen::Index dof = setup.system->dof();
+  OutcomeDerivative result = Begin<OutcomeDerivative>(setup, d);
+  result.final_q = ToMsg(VectorRef(d.trajectory.FinalState().head(dof)));
+  result.final_v = ToMsg(VectorRef(d.trajectory.FinalState().tail(dof)));
+  result.modes = ToModeIntervals(result.constraints, d.trajectory);
+  if (!d.derivative.status.ok()) {
+    AddOrders(d, &result);
+    return result;
+  }
+  result.is_differentiable = d.derivative.IsDifferentiable();
+  result.time_derivative = ToMsg(VectorRef(d.derivative.time));
+  AddDerivatives(setup, d, &result);
+  if (request.all_pieces) AddPieces(d.derivative, &result);
+  AddNote(d.directions.note, &result);
+  return result;
+}
+
+DerivativeComparison Answer(const Setup& setup, const ComparisonRequest& request) {
+  const std::vector<double> alphas = ResolveAlphas(request.alphas);
+  const Differentiated d = Differentiate(setup, request);
+  DerivativeComparison result = Begin<DerivativeComparison>(setup, d);
+  if (!d.derivative.status.ok()) return result;
+  const std::vector<Vector>& vectors = d.directions.vectors;
+  if (vectors.size() * alphas.size() > kMaxRuns) {
+    throw std::invalid_argument("directions times alphas are " +
+                                std::to_string(vectors.size() * alphas.size()) + " runs, at most " +
+                                std::to_string(kMaxRuns) + " are accepted");
+  }
+  const std::size_t smallest =
+      static_cast<std::size_t>(std::min_element(alphas.begin(), alphas.end()) - alphas.begin());
+  for (std::size_t i = 0; i < vectors.size(); ++i) {
+    if (Cancelled(setup)) {
+      SetStatus({Outcome::kCancelled, "the node was stopped"}, &result);
+      return result;
+    }
+    const Vector prediction = d.derivative(vectors[i]);
+    DirectionComparison comparison = ToMsg(
+        result.constraints, CompareWithQuotients(*setup.system, d.run.x, d.run.u, d.run.duration,
+                                                 vectors[i], prediction, alphas, d.run.options));
+    comparison.name = d.directions.names[i];
+    comparison.direction = ToMsg(VectorRef(vectors[i]));
+    comparison.prediction = ToMsg(VectorRef(prediction));
+    result.worst_error = std::max(result.worst_error, comparison.errors[smallest]);
+    result.comparisons.push_back(comparison);
+  }
+  AddNote(d.directions.note, &result);
+  return result;
+}
+
+}  // namespace ros_interface
+}  // namespace contact_flow

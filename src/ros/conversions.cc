@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/ros/conversions.h"
+
+#include <cmath>
+#include <limits>
+
+#include "contact_flow/io/configuration.h"
+#include "contact_flow/io/samples.h"
+
+namespace contact_flow {
+namespace ros_interface {
+
+RunMargins ToMsg(const Margins& margins) {
+  RunMargins m;
+  m.approach_speed = margins.approach_speed;
+  m.release_rate = margins.release_rate;
+  m.gap = margins.gap;
+  m.force = margins.force;
+  m.event_interval = margins.event_interval;
+  m.cluster_spread = margins.cluster_spread;
+  return m;
+}
+
+ContactTransition ToMsg(const Names& constraints, const Transition& transition) {
+  const Eigen::Index d = transition.x_minus.size() / 2;
+  ContactTransition m;
+  m.t = transition.t;
+  m.mode_before = transition.mode_before.Names(constraints);
+  m.mode_after = transition.mode_after.Names(constraints);
+  m.activated = transition.activated.Names(constraints);
+  m.released = transition.released.Names(constraints);
+  m.q = ToMsg(VectorRef(transition.x_minus.head(d)));
+  m.v_before = ToMsg(VectorRef(transition.x_minus.tail(d)));
+  m.v_after = ToMsg(VectorRef(transition.x_plus.tail(d)));
+  m.impulse = ToMsg(VectorRef(transition.impulse));
+  m.spread = transition.spread;
+  return m;
+}
+
+std::vector<double> ToMsg(const VectorRef& vector) {
+  return std::vector<double>(vector.data(), vector.data() + vector.size());
+}
+
+RowMajorMatrix ToMsg(const MatrixRef& matrix) {
+  RowMajorMatrix m;
+  m.rows = static_cast<std::uint32_t>(matrix.rows());
+  m.cols = static_cast<std::uint32_t>(matrix.cols());
+  m.data.reserve(static_cast<std::size_t>(matrix.size()));
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    for (Eigen::Index j = 0; j < matrix.cols(); ++j) m.data.push_back(matrix(i, j));
+  }
+  return m;
+}
+
+SimulationOptions ToMsg(const SimulateOptions& options) {
+  SimulationOptions m;
+  m.relative_tolerance = options.relative_tolerance;
+  m.absolute_tolerance = options.absolute_tolerance;
+  m.max_step = options.max_step;
+  m.simultaneity_tolerance = options.simultaneity_tolerance;
+  m.gap_tolerance = options.gap_tolerance;
+  m.speed_tolerance = options.speed_tolerance;
+  m.zeno_interval = options.zeno_interval;
+  m.max_steps = options.max_steps;
+  m.max_events = options.max_events;
+  m.max_seconds = options.max_seconds;
+  m.impact_law = ImpactLawNames()[static_cast<std::size_t>(options.impact_law)];
+  return m;
+}
+
+DerivativeOptions ToMsg(const BDerivativeOptions& options) {
+  DerivativeOptions m;
+  m.tolerance = options.tolerance;
+  m.kink_tolerance = options.kink_tolerance;
+  m.max_activations_for_pieces = options.max_activations_for_pieces;
+  m.max_pieces = options.max_pieces;
+  return m;
+}
+
+DerivativePiece ToMsg(const LinearPiece& piece) {
+  DerivativePiece m;
+  m.matrix = ToMsg(MatrixRef(piece.matrix));
+  m.cone = ToMsg(MatrixRef(piece.cone));
+  for (const Names& order : piece.omega) {
+    m.omega.emplace_back();
+    m.omega.back().names = order;
+  }
+  m.eta = piece.eta;
+  return m;
+}
+
+ContactTrajectory ToMsg(const SystemDescription& description, const Trajectory& trajectory,
+                        double duration, int count) {
+  const auto d = static_cast<Eigen::Index>(description.coordinates.size());
+  ContactTrajectory m;
+  m.model = description.name;
+  m.coordinates = description.coordinates;
+  m.constraints = description.constraints;
+  m.outcome = static_cast<std::uint8_t>(trajectory.status.outcome);
+  m.message = trajectory.status.message;
+  m.duration = duration;
+  m.t_end = trajectory.t_end();
+  m.final_q = ToMsg(VectorRef(trajectory.FinalState().head(d)));
+  m.final_v = ToMsg(VectorRef(trajectory.FinalState().tail(d)));
+  m.margins = ToMsg(trajectory.margins);
+  m.field_evaluations = static_cast<std::uint64_t>(trajectory.statistics.field_evaluations);
+  m.steps = static_cast<std::uint64_t>(trajectory.statistics.steps);
+  m.rejected_steps = static_cast<std::uint64_t>(trajectory.statistics.rejected_steps);
+  for (const Transition& transition : trajectory.transitions) {
+    m.transitions.push_back(ToMsg(description.constraints, transition));
+  }
+  const Samples samples = SampleTrajectory(trajectory, count);
+  for (std::size_t k = 0; k < trajectory.arcs.size(); ++k) {
+    const Arc& arc = trajectory.arcs[k];
+    TrajectoryArc a;
+    a.mode = arc.mode.Names(description.constraints);
+    a.t_begin = arc.t_begin;
+    a.t_end = arc.t_end;
+    a.first_sample = static_cast<std::uint32_t>(samples.first_of_arc[k]);
+    a.num_samples =
+        static_cast<std::uint32_t>(samples.first_of_arc[k + 1] - samples.first_of_arc[k]);
+    m.arcs.push_back(a);
+  }
+  m.t = samples.t;
+  m.q = ToMsg(MatrixRef(samples.x.leftCols(d)));
+  m.v = ToMsg(MatrixRef(samples.x.rightCols(d)));
+  return m;
+}
+
+ModeSequence ToModeSequence(const ContactTrajectory& trajectory) {
+  ModeSequence m;
+  m.header = trajectory.header;
+  m.model = trajectory.model;
+  for (const TrajectoryArc& arc : trajectory.arcs) {
+    m.modes.emplace_back();
+    m.modes.back().active = arc.mode;
+    m.modes.back().t_begin = arc.t_begin;
+    m.modes.back().t_end = arc.t_end;
+  }
+  return m;
+}
+
+std::vector<ModeInterval> ToModeIntervals(const Names& constraints, const Trajectory& trajectory) {
+  std::vector<ModeInterval> intervals;
+  for (const Arc& arc : trajectory.arcs) {
+    intervals.emplace_back();
+    intervals.back().active = arc.mode.Names(constraints);
+    intervals.back().t_begin = arc.t_begin;
+    intervals.back().t_end = arc.t_end;
+  }
+  return intervals;
+}
+
+Names ToLabels(const Names& constraints, const std::vector<ContactMode>& modes) {
+  Names labels;
+  for (ContactMode mode : modes) labels.push_back(mode.ToString(constraints));
+  return labels;
+}
+
+ContactOrder ToMsg(const Names& constraints, const OrderOutcome& outcome) {
+  ContactOrder m;
+  for (int i : outcome.order) m.order.push_back(constraints[static_cast<std::size_t>(i)]);
+  m.v_after = ToMsg(VectorRef(outcome.v_plus));
+  m.mode_after = outcome.mode_after.Names(constraints);
+  m.impulse = ToMsg(VectorRef(outcome.impulse));
+  return m;
+}
+
+DirectionComparison ToMsg(const Names& constraints, const QuotientReport& report) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  DirectionComparison m;
+  m.slope = report.slope;
+  m.resolution = report.resolution;
+  for (const QuotientSample& sample : report.samples) {
+    const bool ok = sample.status.ok();
+    m.alphas.push_back(sample.alpha);
+    m.errors.push_back(ok ? sample.error : kNaN);
+    m.outcomes.push_back(static_cast<std::uint8_t>(sample.status.outcome));
+    m.modes.emplace_back();
+    m.modes.back().names = ToLabels(constraints, sample.modes);
+    m.quotients.cols = static_cast<std::uint32_t>(sample.final_state.size());
+    for (Eigen::Index j = 0; j < sample.final_state.size(); ++j) {
+      m.quotients.data.push_back(ok ? sample.quotient(j) : kNaN);
+    }
+  }
+  m.quotients.rows = static_cast<std::uint32_t>(report.samples.size());
+  return m;
+}
+
+}  // namespace ros_interface
+}  // namespace contact_flow

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/ros/directions.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "contact_flow/nearest_name.h"
+
+namespace contact_flow {
+namespace ros_interface {
+namespace {
+
+const char kRate[] = "d/dt ";
+
+/// "left_foot_z", "+left_foot_z", "-d/dt left_foot_z": a signed unit vector.
+Vector ParseDirection(const std::string& field, const std::string& text,
+                      const std::vector<std::string>& coordinates) {
+  const auto d = static_cast<Eigen::Index>(coordinates.size());
+  std::string name = text;
+  double sign = 1;
+  if (!name.empty() && (name[0] == '+' || name[0] == '-')) {
+    if (name[0] == '-') sign = -1;
+    name.erase(0, 1);
+  }
+  const bool rate = name.compare(0, sizeof(kRate) - 1, kRate) == 0;
+  if (rate) name.erase(0, sizeof(kRate) - 1);
+  const auto it = std::find(coordinates.begin(), coordinates.end(), name);
+  if (it == coordinates.end()) {
+    throw std::invalid_argument(field + " is '" + text +
+                                "': " + UnknownName("coordinate", name, coordinates));
+  }
+  Vector w = Vector::Zero(2 * d);
+  w((it - coordinates.begin()) + (rate ? d : 0)) = sign;
+  return w;
+}
+
+std::vector<std::string> DefaultNames(const std::vector<std::string>& coordinates) {
+  std::vector<std::string> names;
+  for (const char* prefix : {"", kRate}) {
+    for (const std::string& coordinate : coordinates) {
+      names.push_back("+" + (prefix + coordinate));
+      names.push_back("-" + (prefix + coordinate));
+    }
+  }
+  return names;
+}
+
+/// Appends the rows of the matrix, of which rows and cols may be left 0.
+void AppendRows(const RowMajorMatrix& matrix, std::size_t cols, Directions* directions) {
+  if (matrix.data.empty() && matrix.rows == 0) return;
+  const std::string field = "direction_matrix";
+  if (matrix.cols != 0 && matrix.cols != cols) {
+    throw std::invalid_argument(field + ".cols is " + std::to_string(matrix.cols) + ", expected " +
+                                std::to_string(cols) + " = 2d, in the order (δq, δv)");
+  }
+  const std::size_t rows = matrix.rows != 0 ? matrix.rows : matrix.data.size() / cols;
+  if (matrix.data.size() != rows * cols) {
+    throw std::invalid_argument(field + ".data has " + std::to_string(matrix.data.size()) +
+                                " entries, expected " + std::to_string(rows) + " × " +
+                                std::to_string(cols));
+  }
+  CheckFinite(field + ".data", matrix.data);
+  for (std::size_t i = 0; i < rows; ++i) {
+    directions->names.push_back(field + "[" + std::to_string(i) + "]");
+    directions->vectors.push_back(
+        Eigen::Map<const Vector>(matrix.data.data() + i * cols, static_cast<Eigen::Index>(cols)));
+  }
+}
+
+std::string Join(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+void CheckCount(std::size_t count) {
+  if (count <= kMaxDirections) return;
+  throw std::invalid_argument("directions and direction_matrix have " + std::to_string(count) +
+                              " directions, at most " + std::to_string(kMaxDirections) +
+                              " are accepted");
+}
+
+/// Judges every direction against the constraints that are active at the start.
+Directions Admit(const Setup& setup, const Run& run, const Directions& asked, bool by_default,
+                 bool project) {
+  const ContactMode mode = InitialMode(*setup.system, run.x, run.u, run.options);
+  if (mode.Empty()) return asked;
+  const std::string label = mode.ToString(setup.system->description().constraints);
+  Directions kept;
+  std::vector<std::string> left_out;
+  std::vector<std::string> projected;
+  for (std::size_t i = 0; i < asked.vectors.size(); ++i) {
+    const Vector& w = asked.vectors[i];
+    const Vector p = ProjectAdmissible(*setup.system, run.x, mode, w);
+    const double scale = w.lpNorm<Eigen::Infinity>();
+    const bool admissible = (p - w).lpNorm<Eigen::Infinity>() <= 1e-9 * scale;
+    const bool vanishes = p.lpNorm<Eigen::Infinity>() <= 1e-9 * scale && scale > 0;
+    if (!admissible && !project && !by_default) {
+      throw std::invalid_argument("direction " + asked.names[i] + " leaves the contact mode " +
+                                  label + " of the initial state; set project_directions to use " +
+                                  "its projection");
+    }
+    if (!admissible && (!project || (by_default && vanishes))) {
+      left_out.push_back(asked.names[i]);
+      continue;
+    }
+    if (!admissible) projected.push_back(asked.names[i]);
+    kept.names.push_back(asked.names[i]);
+    kept.vectors.push_back(admissible ? w : p);
+  }
+  if (!left_out.empty()) {
+    kept.note =
+        "left out, because they leave the initial contact mode " + label + ": " + Join(left_out);
+  }
+  if (!projected.empty()) {
+    kept.note += (kept.note.empty() ? "" : "; ") +
+                 std::string("projected on the directions that ") +
+                 "keep the initial contact mode " + label + ": " + Join(projected);
+  }
+  return kept;
+}
+
+}  // namespace
+
+Directions ResolveDirections(const Setup& setup, const Run& run,
+                             const std::vector<std::string>& names, const RowMajorMatrix& matrix,
+                             bool project) {
+  const std::vector<std::string>& coordinates = setup.system->description().coordinates;
+  const std::size_t cols = 2 * coordinates.size();
+  CheckCount(names.size() + std::max<std::size_t>(matrix.rows, matrix.data.size() / cols));
+  Directions directions;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string field = "directions[" + std::to_string(i) + "]";
+    directions.vectors.push_back(ParseDirection(field, names[i], coordinates));
+    const bool is_signed = names[i][0] == '+' || names[i][0] == '-';
+    directions.names.push_back((is_signed ? "" : "+") + names[i]);
+  }
+  AppendRows(matrix, cols, &directions);
+  const bool by_default = directions.vectors.empty();
+  if (by_default) {
+    directions.names = DefaultNames(coordinates);
+    for (const std::string& name : directions.names) {
+      directions.vectors.push_back(ParseDirection("", name, coordinates));
+    }
+  }
+  return Admit(setup, run, directions, by_default, project);
+}
+
+}  // namespace ros_interface
+}  // namespace contact_flow

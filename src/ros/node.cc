@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/ros/node.h"
+
+#include <exception>
+#include <string>
+
+#include "contact_flow/ros/answers.h"
+#include "contact_flow/ros/conversions.h"
+
+namespace contact_flow {
+namespace ros_interface {
+namespace {
+
+static_assert(SimulateTrajectoryResponse::GRAZING == static_cast<int>(Outcome::kGrazing) &&
+                  SimulateTrajectoryResponse::ZENO == static_cast<int>(Outcome::kZeno) &&
+                  ComputeBDerivativeResponse::DISCONTINUOUS ==
+                      static_cast<int>(Outcome::kDiscontinuous) &&
+                  CompareBDerivativeResponse::TOO_MANY_PIECES ==
+                      static_cast<int>(Outcome::kTooManyPieces),
+              "the constants of the services are the values of Outcome");
+
+/// Runs a handler's body: what it throws is the answer, with success = false.
+template <class Response, class Body>
+bool Guard(const char* service, Response* out, const Body& body) {
+  try {
+    body();
+    out->success = true;
+  } catch (const std::exception& error) {
+    out->success = false;
+    out->message = error.what();
+  } catch (...) {
+    out->success = false;
+    out->message = "unknown error";
+  }
+  if (!out->success) ROS_WARN("%s: %s", service, out->message.c_str());
+  return true;
+}
+
+/// Records and publishes a result. Not being able to record what was to be recorded is a failure,
+/// but the result is answered all the same.
+template <class Record, class Response>
+void Deliver(Outlet* outlet, Record* record, Response* out) {
+  out->outcome = record->result.outcome;
+  out->message = record->result.message;
+  try {
+    out->recorded = outlet->Deliver(record);
+  } catch (const std::exception& error) {
+    throw std::runtime_error(std::string("NOT RECORDED: ") + error.what() +
+                             "; the result itself is complete");
+  }
+}
+
+template <class Request, class ServiceRequest>
+Request CommonFields(const ServiceRequest& in) {
+  Request request;
+  request.duration = in.duration;
+  request.state = in.state;
+  request.input = in.input;
+  request.options = in.options;
+  return request;
+}
+
+template <class Request, class ServiceRequest>
+Request DirectionFields(const ServiceRequest& in) {
+  Request request = CommonFields<Request>(in);
+  request.directions = in.directions;
+  request.direction_matrix = in.direction_matrix;
+  request.project_directions = in.project_directions;
+  request.derivative_options = in.derivative_options;
+  return request;
+}
+
+}  // namespace
+
+Node::Node(const NodeParameters& parameters)
+    : setup_(parameters.configuration),
+      node_("~"),
+      outlet_(&node_, parameters.bag_directory, ToMsg(setup_)) {
+  setup_.options.cancelled = [] { return !ros::ok(); };
+  if (parameters.record) {
+    ROS_INFO("recording to %s", outlet_.StartRecording(parameters.bag_name).c_str());
+  }
+  servers_ = {node_.advertiseService("simulate", &Node::Simulate, this),
+              node_.advertiseService("b_derivative", &Node::Differentiate, this),
+              node_.advertiseService("compare", &Node::Compare, this),
+              node_.advertiseService("describe_model", &Node::Describe, this),
+              node_.advertiseService("start_recording", &Node::Start, this),
+              node_.advertiseService("stop_recording", &Node::Stop, this)};
+}
+
+bool Node::Simulate(SimulateTrajectory::Request& in, SimulateTrajectory::Response& out) {
+  return Guard("simulate", &out, [&] {
+    SimulationRecord record;
+    record.request = CommonFields<SimulationRequest>(in);
+    record.request.samples = in.samples;
+    record.result = Answer(setup_, record.request);
+    for (const TrajectoryArc& arc : record.result.arcs) {
+      std::string label;
+      for (const std::string& name : arc.mode) label += (label.empty() ? "" : ", ") + name;
+      out.mode_sequence.push_back("{" + label + "}");
+    }
+    for (const ContactTransition& transition : record.result.transitions) {
+      out.event_times.push_back(transition.t);
+    }
+    out.trajectory = record.result;
+    Deliver(&outlet_, &record, &out);
+    out.trajectory.header = record.header;
+  });
+}
+
+bool Node::Differentiate(ComputeBDerivative::Request& in, ComputeBDerivative::Response& out) {
+  return Guard("b_derivative", &out, [&] {
+    DerivativeRecord record;
+    record.request = DirectionFields<DerivativeRequest>(in);
+    record.request.all_pieces = in.all_pieces;
+    record.result = Answer(setup_, record.request);
+    out.derivative = record.result;
+    Deliver(&outlet_, &record, &out);
+    out.derivative.header = record.header;
+  });
+}
+
+bool Node::Compare(CompareBDerivative::Request& in, CompareBDerivative::Response& out) {
+  return Guard("compare", &out, [&] {
+    ComparisonRecord record;
+    record.request = DirectionFields<ComparisonRequest>(in);
+    record.request.alphas = in.alphas;
+    record.result = Answer(setup_, record.request);
+    out.comparison = record.result;
+    Deliver(&outlet_, &record, &out);
+    out.comparison.header = record.header;
+  });
+}
+
+bool Node::Describe(DescribeModel::Request& in, DescribeModel::Response& out) {
+  return Guard("describe_model", &out, [&] {
+    out.models = ModelNames();
+    if (in.model.empty()) {
+      out.description = ToMsg(setup_);
+    } else {
+      Configuration configuration;
+      configuration.model = in.model;
+      out.description = ToMsg(Setup(configuration));
+    }
+  });
+}
+
+bool Node::Start(StartRecording::Request& in, StartRecording::Response& out) {
+  return Guard("start_recording", &out, [&] {
+    out.path = outlet_.StartRecording(in.name);
+    out.message = "recording to " + out.path;
+  });
+}
+
+bool Node::Stop(StopRecording::Request&, StopRecording::Response& out) {
+  return Guard("stop_recording", &out, [&] {
+    const Recorder::Summary summary = outlet_.StopRecording();
+    out.paths = summary.paths;
+    out.results = static_cast<std::uint32_t>(summary.results);
+    out.message = std::to_string(summary.results) + " results in " + summary.paths.front();
+  });
+}
+
+int RunNode() {
+  try {
+    const NodeParameters parameters = ReadNodeParameters();
+    Node node(parameters);
+    ros::AsyncSpinner spinner(static_cast<std::uint32_t>(parameters.threads));
+    spinner.start();
+    ROS_INFO("contact_flow: %s is ready at %s/simulate, b_derivative, compare, describe_model",
+             parameters.configuration.model.c_str(), ros::this_node::getName().c_str());
+    ros::waitForShutdown();
+    return 0;
+  } catch (const std::exception& error) {
+    ROS_FATAL("contact_flow: %s", error.what());
+    return 1;
+  }
+}
+
+}  // namespace ros_interface
+}  // namespace contact_flow

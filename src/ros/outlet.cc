@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/ros/outlet.h"
+
+#include <algorithm>
+#include <boost/date_time/posix_time/posix_time_io.hpp>
+
+#include "contact_flow/flow/status.h"
+#include "contact_flow/ros/conversions.h"
+
+namespace contact_flow {
+namespace ros_interface {
+
+Outlet::Outlet(ros::NodeHandle* node, const std::string& bag_directory,
+               const ModelDescription& description)
+    : recorder_(bag_directory), description_(description) {
+  constexpr bool kLatch = true;
+  model_description_ = node->advertise<ModelDescription>("model_description", 1, kLatch);
+  trajectory_ = node->advertise<ContactTrajectory>("trajectory", 10, kLatch);
+  mode_sequence_ = node->advertise<ModeSequence>("mode_sequence", 10, kLatch);
+  b_derivative_ = node->advertise<OutcomeDerivative>("b_derivative", 10, kLatch);
+  description_.header.stamp = NextStamp();
+  model_description_.publish(description_);
+}
+
+/// Now, but later than every stamp before, and never 0, which is what simulated time begins with.
+ros::Time Outlet::NextStamp() {
+  ros::Time now = ros::Time::now();
+  if (now.isZero()) now.fromNSec(ros::WallTime::now().toNSec());
+  last_stamp_ = std::max(now, last_stamp_ + ros::Duration(0, 1));
+  return last_stamp_;
+}
+
+template <class Record>
+ros::Time Outlet::Stamp(Record* record) {
+  record->header.stamp = NextStamp();
+  record->header.frame_id = "world";
+  record->result.header = record->header;
+  return record->header.stamp;
+}
+
+template <class Message>
+BagEntry Outlet::Entry(const std::string& topic, const ros::Time& stamp,
+                       boost::shared_ptr<const Message> message) const {
+  return MakeBagEntry(ros::names::resolve("~" + topic), stamp, ros::this_node::getName(), message);
+}
+
+std::string Outlet::Write(std::uint8_t outcome, const std::vector<BagEntry>& entries) {
+  // A run that was stopped half-way cannot be repeated, and nobody waits for its answer any more.
+  if (!recorder_.Recording() || outcome == static_cast<int>(Outcome::kCancelled)) return "";
+  recorder_.Write(entries);
+  return recorder_.Path();
+}
+
+std::string Outlet::Deliver(SimulationRecord* record) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const ros::Time stamp = Stamp(record);
+  const auto shared = boost::make_shared<const SimulationRecord>(*record);
+  const boost::shared_ptr<const ContactTrajectory> result(shared, &shared->result);
+  const auto modes = boost::make_shared<const ModeSequence>(ToModeSequence(*result));
+  trajectory_.publish(result);
+  mode_sequence_.publish(modes);
+  return Write(result->outcome,
+               {Entry("record/simulation", stamp, shared), Entry("trajectory", stamp, result),
+                Entry("mode_sequence", stamp, modes)});
+}
+
+std::string Outlet::Deliver(DerivativeRecord* record) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const ros::Time stamp = Stamp(record);
+  const auto shared = boost::make_shared<const DerivativeRecord>(*record);
+  const boost::shared_ptr<const OutcomeDerivative> result(shared, &shared->result);
+  b_derivative_.publish(result);
+  return Write(result->outcome,
+               {Entry("record/derivative", stamp, shared), Entry("b_derivative", stamp, result)});
+}
+
+std::string Outlet::Deliver(ComparisonRecord* record) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const ros::Time stamp = Stamp(record);
+  const auto shared = boost::make_shared<const ComparisonRecord>(*record);
+  return Write(shared->result.outcome, {Entry("record/comparison", stamp, shared)});
+}
+
+std::string Outlet::StartRecording(const std::string& asked) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const ros::Time stamp = NextStamp();
+  std::string name = asked;
+  if (name.empty()) {
+    std::string time = boost::posix_time::to_iso_extended_string(stamp.toBoost());
+    std::replace(time.begin(), time.end(), ':', '-');
+    name = description_.name + "_" + time;
+  }
+  const auto description = boost::make_shared<const ModelDescription>(description_);
+  recorder_.Start(name, {Entry("model_description", stamp, description)});
+  return recorder_.Path();
+}
+
+Recorder::Summary Outlet::StopRecording() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return recorder_.Stop();
+}
+
+}  // namespace ros_interface
+}  // namespace contact_flow

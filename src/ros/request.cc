@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/ros/request.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+#include "contact_flow/nearest_name.h"
+
+namespace contact_flow {
+namespace ros_interface {
+namespace {
+
+[[noreturn]] void Refuse(const std::string& field, double value, const std::string& expected) {
+  std::ostringstream text;
+  text << field << " is " << value << ", expected " << expected;
+  throw std::invalid_argument(text.str());
+}
+
+void CheckNumber(const std::string& field, double number) {
+  if (!std::isfinite(number)) Refuse(field, number, "a finite number");
+}
+
+/// `asked` unless it is 0.
+void Override(const std::string& field, double asked, double* value) {
+  CheckNumber(field, asked);
+  if (asked < 0) Refuse(field, asked, "a number > 0, or 0 for the default");
+  if (asked > 0) *value = asked;
+}
+
+template <class Integer>
+void Override(const std::string& field, std::int64_t asked, std::int64_t largest, Integer* value) {
+  if (asked < 0 || asked > largest) {
+    throw std::invalid_argument(field + " is " + std::to_string(asked) + ", expected 1 to " +
+                                std::to_string(largest) + ", or 0 for the default");
+  }
+  if (asked > 0) *value = static_cast<Integer>(asked);
+}
+
+int IndexOf(const std::string& field, const std::string& name,
+            const std::vector<std::string>& valid) {
+  const auto it = std::find(valid.begin(), valid.end(), name);
+  if (it == valid.end()) {
+    throw std::invalid_argument(field + ": " + UnknownName("coordinate", name, valid));
+  }
+  return static_cast<int>(it - valid.begin());
+}
+
+/// Writes the numbers of one field to part of the state, unless the field was left out.
+void SetAll(const std::string& field, const std::vector<double>& numbers,
+            const std::vector<std::string>& names, Eigen::Ref<Vector> part) {
+  if (numbers.empty()) return;
+  CheckSize(field, numbers.size(), names.size(), names);
+  CheckFinite(field, numbers);
+  part = Eigen::Map<const Vector>(numbers.data(), part.size());
+}
+
+void SetNamed(const std::string& field, const std::vector<double>& numbers,
+              const std::vector<std::string>& asked, const std::vector<std::string>& names,
+              Eigen::Ref<Vector> part) {
+  if (numbers.empty()) return;
+  CheckSize(field, numbers.size(), asked.size(), asked);
+  CheckFinite(field, numbers);
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    part(IndexOf("state.names[" + std::to_string(i) + "]", asked[i], names)) = numbers[i];
+  }
+}
+
+void CheckNames(const InitialState& state, const std::vector<std::string>& coordinates) {
+  for (std::size_t i = 0; i < state.names.size(); ++i) {
+    const std::string field = "state.names[" + std::to_string(i) + "]";
+    IndexOf(field, state.names[i], coordinates);
+    if (std::count(state.names.begin(), state.names.end(), state.names[i]) > 1) {
+      throw std::invalid_argument(field + ": coordinate '" + state.names[i] + "' is named twice");
+    }
+  }
+  if (!state.names.empty() && state.positions.empty() && state.velocities.empty()) {
+    throw std::invalid_argument("state.names has " + std::to_string(state.names.size()) +
+                                " entries, but state.positions and state.velocities are empty");
+  }
+}
+
+}  // namespace
+
+void CheckFinite(const std::string& field, const std::vector<double>& numbers) {
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    CheckNumber(field + "[" + std::to_string(i) + "]", numbers[i]);
+  }
+}
+
+void CheckSize(const std::string& field, std::size_t actual, std::size_t size,
+               const std::vector<std::string>& names) {
+  if (actual == size) return;
+  std::string text =
+      field + " has " + std::to_string(actual) + " entries, expected " + std::to_string(size);
+  for (std::size_t i = 0; i < names.size(); ++i) text += (i ? ", " : ": ") + names[i];
+  throw std::invalid_argument(text);
+}
+
+SimulateOptions ResolveOptions(SimulateOptions o, const SimulationOptions& asked) {
+  Override("options.relative_tolerance", asked.relative_tolerance, &o.relative_tolerance);
+  Override("options.absolute_tolerance", asked.absolute_tolerance, &o.absolute_tolerance);
+  Override("options.max_step", asked.max_step, &o.max_step);
+  Override("options.simultaneity_tolerance", asked.simultaneity_tolerance,
+           &o.simultaneity_tolerance);
+  Override("options.gap_tolerance", asked.gap_tolerance, &o.gap_tolerance);
+  Override("options.speed_tolerance", asked.speed_tolerance, &o.speed_tolerance);
+  Override("options.zeno_interval", asked.zeno_interval, &o.zeno_interval);
+  Override("options.max_steps", asked.max_steps, kMaxSteps, &o.max_steps);
+  Override("options.max_events", asked.max_events, kMaxEvents, &o.max_events);
+  Override("options.max_seconds", asked.max_seconds, &o.max_seconds);
+  if (!asked.impact_law.empty()) {
+    const std::vector<std::string>& names = ImpactLawNames();
+    const auto it = std::find(names.begin(), names.end(), asked.impact_law);
+    if (it == names.end()) {
+      throw std::invalid_argument("options.impact_law: " +
+                                  UnknownName("impact law", asked.impact_law, names));
+    }
+    o.impact_law = static_cast<ImpactLaw>(it - names.begin());
+  }
+  CheckOptions(o);
+  return o;
+}
+
+BDerivativeOptions ResolveOptions(BDerivativeOptions o, const DerivativeOptions& asked) {
+  Override("derivative_options.tolerance", asked.tolerance, &o.tolerance);
+  Override("derivative_options.kink_tolerance", asked.kink_tolerance, &o.kink_tolerance);
+  Override("derivative_options.max_activations_for_pieces", asked.max_activations_for_pieces, 10,
+           &o.max_activations_for_pieces);
+  constexpr std::uint64_t kMaxPieces = 1000000;
+  Override("derivative_options.max_pieces",
+           static_cast<std::int64_t>(std::min(asked.max_pieces, kMaxPieces + 1)), kMaxPieces,
+           &o.max_pieces);
+  CheckOptions(o);
+  return o;
+}
+
+int ResolveCount(const std::string& field, std::uint32_t asked, int standard, int largest) {
+  int count = standard;
+  Override(field, asked, largest, &count);
+  return count;
+}
+
+std::vector<double> ResolveAlphas(const std::vector<double>& asked) {
+  if (asked.empty()) return {1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
+  constexpr std::size_t kMaxAlphas = 32;
+  if (asked.size() > kMaxAlphas) {
+    throw std::invalid_argument("alphas has " + std::to_string(asked.size()) +
+                                " entries, at most " + std::to_string(kMaxAlphas) +
+                                " are accepted");
+  }
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    if (!(asked[i] >= 1e-12 && asked[i] <= 1e3)) {
+      Refuse("alphas[" + std::to_string(i) + "]", asked[i], "a number from 1e-12 to 1000");
+    }
+  }
+  return asked;
+}
+
+Run ResolveRun(const Setup& setup, double duration, const InitialState& state,
+               const std::vector<double>& input, const SimulationOptions& options) {
+  const SystemDescription& d = setup.system->description();
+  const Eigen::Index dof = setup.system->dof();
+  Run run;
+  run.x = setup.system->nominal().x;
+  run.u = setup.system->nominal().u;
+  run.duration = setup.system->nominal().duration;
+  run.options = ResolveOptions(setup.options, options);
+
+  CheckNumber("duration", duration);
+  if (duration < 0 || duration > kMaxDuration) {
+    Refuse("duration", duration, "0 (the nominal duration) to 1e6 seconds");
+  }
+  if (duration > 0) run.duration = duration;
+
+  SetAll("state.q", state.q, d.coordinates, run.x.head(dof));
+  SetAll("state.v", state.v, d.coordinates, run.x.tail(dof));
+  CheckNames(state, d.coordinates);
+  SetNamed("state.positions", state.positions, state.names, d.coordinates, run.x.head(dof));
+  SetNamed("state.velocities", state.velocities, state.names, d.coordinates, run.x.tail(dof));
+  SetAll("input", input, d.inputs, run.u);
+  return run;
+}
+
+}  // namespace ros_interface
+}  // namespace contact_flow
