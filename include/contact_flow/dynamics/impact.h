@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "contact_flow/contact_mode.h"
+#include "contact_flow/dynamics/complementarity.h"
+#include "contact_flow/model/mechanical_system.h"
+#include "contact_flow/types.h"
+
+namespace contact_flow {
+
+/// Which reading of (1b) decides an impact.
+enum class ImpactLaw {
+  /// p ≥ 0, Da v⁺ + γ Da v⁻ ≥ 0, complementary (Newton–Moreau): only approaching constraints are hit,
+  /// and a contact that would have to pull lets go.
+  kComplementarity,
+  /// The paper's literal projection Δ_J with J = {j : a_j = 0}: every touching constraint gets the
+  /// bilateral impulse, whatever its sign.
+  kProjection,
+};
+
+/// The outcome of an impact at configuration ρ.
+struct ImpactResult {
+  Vector v_plus;    ///< v⁺ [d]
+  Vector impulse;   ///< p [n], zero off the touching set
+  ContactMode hit;  ///< constraints with p_i ≠ 0
+};
+
+/// Impact (1b) at ρ over the touching constraints K:
+///   M (v⁺ − v⁻) = Da_Kᵀ p,   0 ≤ p ⟂ Da_K v⁺ + γ Da_K v⁻ ≥ 0.
+ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v_minus,
+                         ContactMode touching, ImpactLaw law = ImpactLaw::kComplementarity);
+
+/// Derivative DR [2d×2d] of the reset R(q, v) = (q, v⁺), where the constraints in `hit` receive the
+/// impulse (for those in `persisting` ⊂ hit the restitution is void: they rest before and after), by
+/// the implicit function theorem on the residual of (1b):  DR = [[I, 0], [∂v⁺/∂q, ∂v⁺/∂v⁻]].
+Matrix ImpactJacobian(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v_minus,
+                      const ImpactResult& result, ContactMode hit, ContactMode persisting);
+
+}  // namespace contact_flow

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "contact_flow/contact_mode.h"
+#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/flow/dop853.h"
+#include "contact_flow/types.h"
+
+namespace contact_flow {
+
+/// The gaps along a motion with acceleration q̈: a, ȧ = Da v and ä = Da q̈ + Ḋa v, all [n].
+struct GapSample {
+  Vector gap;
+  Vector rate;
+  Vector acceleration;
+};
+
+/// Evaluates them; `terms` is scratch.
+void SampleGaps(const MechanicalSystem& system, const VectorRef& x, const VectorRef& acceleration,
+                ConstraintTerms* terms, GapSample* sample);
+
+/// The first event inside a step, if any.
+struct LocatedEvent {
+  bool found = false;
+  double theta = 1;     ///< place in the step, [0, 1]
+  int constraint = -1;  ///< a gap that closes (i ∉ J) or a force that vanishes (i ∈ J)
+  bool touch = false;   ///< the gap reaches zero and opens again: grazing
+};
+
+/// Finds the earliest zero of all guards in one step of the integrator: a_i for i ∉ J, λ_i for i ∈ J.
+///
+/// Screening costs nothing that the step has not computed: a gap by the Bernstein coefficients of its
+/// quintic Hermite interpolant (a, ȧ, ä are known at both ends), a force by its values at the stages. Only a
+/// guard that cannot be excluded is searched on the continuous extension, between the roots of its rate,
+/// so that a guard which crosses zero twice inside one step is found. A zero counts only if the guard
+/// falls below −floor after it; the floor stands for what the integrator cannot resolve. A gap that comes
+/// within the floor and opens again is a touch.
+class EventLocator {
+ public:
+  EventLocator(ContactDynamics* dynamics, double floor);
+
+  /// The contact force of each field call, in the order of the calls of one step.
+  void RecordForce(const Vector& force);
+  /// Starts an arc: no force is known.
+  void BeginArc() { calls_ = 0; }
+  /// Starts a step, or repeats it: only the force at its beginning is known.
+  void BeginStep() { calls_ = calls_ > 0 ? 1 : 0; }
+  /// Accepts a step: the force at its end becomes the one at the beginning of the next.
+  void EndStep();
+
+  /// `begin` and `end` are the gap samples at the ends of the finished step.
+  LocatedEvent Locate(Dop853* stepper, ContactMode mode, const GapSample& begin,
+                      const GapSample& end);
+
+  /// Smallest interior minimum met so far of a gap that stayed open and of a force that kept pushing.
+  double gap_margin() const { return gap_margin_; }
+  double force_margin() const { return force_margin_; }
+
+ private:
+  double GapAt(int i, double theta, double* rate);
+  double ForceAt(int i, double theta);
+  void SearchGap(int i, LocatedEvent* event);
+  void SearchForce(int i, LocatedEvent* event);
+
+  ContactDynamics* dynamics_;
+  const double floor_;
+  Dop853* stepper_ = nullptr;
+  ContactMode mode_;
+  Matrix forces_;  // [n × 16]
+  int calls_ = 0;
+  ConstraintTerms terms_;
+  Vector x_;
+  double gap_margin_;
+  double force_margin_;
+};
+
+}  // namespace contact_flow

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "contact_flow/dynamics/impact.h"
+#include "contact_flow/flow/trajectory.h"
+#include "contact_flow/model/mechanical_system.h"
+
+namespace contact_flow {
+
+/// Settings of one run. Every default works for every shipped model.
+struct SimulateOptions {
+  double relative_tolerance = 1e-9;  ///< of the integrator, per step, on (q, v)
+  double absolute_tolerance = 1e-9;  ///< [m], [m/s], [rad], [rad/s]
+  double max_step = 0;               ///< [s]; 0: no limit
+  /// Events closer than this in time are one simultaneous cluster [s].
+  double simultaneity_tolerance = 1e-7;
+  /// |a_i| below this counts as touching in an initial state [m].
+  double gap_tolerance = 1e-9;
+  /// |Da_i v| below this counts as zero: resting, or grazing at an activation [m/s].
+  double speed_tolerance = 1e-6;
+  /// Impacts of one constraint whose intervals shrink geometrically below this are Zeno [s].
+  double zeno_interval = 1e-5;
+  long max_steps = 100000;
+  long max_events = 10000;
+  double max_seconds = 60;  ///< processor time [s]
+  ImpactLaw impact_law = ImpactLaw::kComplementarity;
+  bool dense = true;  ///< keep the motion between events, so that Trajectory::State(t) works
+  /// Asked now and then; returning true stops the run with Outcome::kCancelled.
+  std::function<bool()> cancelled;
+};
+
+/// Throws std::invalid_argument, naming option and value, unless every number is in its range.
+void Validate(const SimulateOptions& options);
+
+/// The contact mode of a state (theory of Sec. 2): C = {i : a_i = 0, Da_i v = 0} within tolerance, then
+/// acceleration-level complementarity over C. Throws std::invalid_argument, naming the constraint and
+/// the value, for a state that penetrates (a_i < 0) or moves into a contact (a_i = 0, Da_i v < 0).
+ContactMode InitialMode(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u,
+                        const SimulateOptions& options = {});
+
+/// Flows the system from x at time 0 for `duration` seconds ≥ 0 with constant input u (Def. 1).
+/// Throws std::invalid_argument for sizes, non-finite numbers, and states InitialMode refuses.
+Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u,
+                    double duration, const SimulateOptions& options = {});
+
+}  // namespace contact_flow

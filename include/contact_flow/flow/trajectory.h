@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "contact_flow/contact_mode.h"
+#include "contact_flow/flow/dense_step.h"
+#include "contact_flow/flow/status.h"
+#include "contact_flow/types.h"
+
+namespace contact_flow {
+
+/// A maximal interval (t_begin, t_end] of motion in one contact mode.
+struct Arc {
+  ContactMode mode;
+  double t_begin = 0;  ///< [s]
+  double t_end = 0;    ///< [s]
+  Vector x_begin;      ///< right limit at t_begin [2d]
+  Vector x_end;        ///< left limit at t_end [2d]
+  DenseArc dense;      ///< the motion in between; empty unless SimulateOptions::dense
+};
+
+/// What happens at one instant between two arcs: a cluster of simultaneous activations and releases.
+struct Transition {
+  double t = 0;             ///< [s]
+  Vector x_minus;           ///< (ρ, v⁻) [2d]
+  Vector x_plus;            ///< (ρ, v⁺) [2d]
+  ContactMode mode_before;  ///< J⁻
+  ContactMode mode_after;   ///< J⁺
+  ContactMode activated;    ///< I_a: a_i = 0 with Da_i v⁻ < 0, whether it then holds or bounces
+  ContactMode released;     ///< members of J⁻ that are not in J⁺
+  Vector impulse;           ///< p [n], [N·s] (zero where no impact)
+  double spread = 0;        ///< time between the first and the last event of the cluster [s]
+};
+
+/// How close the run came to an event that did not happen, or to one that happened badly.
+/// Infinite where nothing of the kind occurred.
+struct Margins {
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
+  double approach_speed = kNone;  ///< min |Da_i v⁻| over activations [m/s]
+  double release_rate = kNone;    ///< min |dλ_i/dt| over releases [N/s]
+  double gap = kNone;             ///< smallest interior minimum of a gap that stayed open [m]
+  double force = kNone;           ///< smallest interior minimum of a force that kept pushing [N]
+  double event_interval = kNone;  ///< smallest time between two transitions [s]
+  double cluster_spread = 0;      ///< largest spread of a cluster [s]
+};
+
+/// How much work a run took.
+struct RunStatistics {
+  long field_evaluations = 0;  ///< right-hand sides of (1a)
+  long steps = 0;              ///< accepted
+  long rejected_steps = 0;
+};
+
+/// The hybrid execution of Def. 1: arcs separated by transitions, arcs.size() == transitions.size()+1.
+/// As a function of time it is left-continuous: at an event it takes the value before the impact.
+struct Trajectory {
+  Status status;
+  std::vector<Arc> arcs;
+  std::vector<Transition> transitions;
+  Margins margins;
+  RunStatistics statistics;
+
+  double t_begin() const { return arcs.front().t_begin; }
+  double t_end() const { return arcs.back().t_end; }
+  const Vector& FinalState() const { return arcs.back().x_end; }
+  /// J of each arc in turn; two equal neighbours are separated by a bounce.
+  std::vector<ContactMode> ModeSequence() const;
+  /// x(t) [2d] from the dense output; exact at the ends of arcs. Throws std::logic_error when the run
+  /// was made without SimulateOptions::dense, std::out_of_range for t outside [t_begin, t_end].
+  Vector State(double t) const;
+  /// Index of the arc that holds t, the earlier one at an event.
+  int ArcAt(double t) const;
+};
+
+}  // namespace contact_flow

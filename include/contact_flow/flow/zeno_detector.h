@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <vector>
+
+namespace contact_flow {
+
+/// Watches the bounces of each constraint for intervals that shrink geometrically (Zeno): with ratio r < 1
+/// and last interval Δ, impacts accumulate at t + Δ r/(1−r).
+class ZenoDetector {
+ public:
+  /// Intervals longer than `interval` [s] are not yet worth stopping for.
+  ZenoDetector(int num_constraints, double interval)
+      : interval_(interval), bounces_(num_constraints) {}
+
+  /// Records a bounce of constraint i; returns the accumulation time [s] once the last three intervals
+  /// shrink by ratios that agree within 5 % and the last is shorter than `interval`.
+  std::optional<double> Bounce(int i, double t);
+
+ private:
+  double interval_;
+  std::vector<std::vector<double>> bounces_;
+};
+
+}  // namespace contact_flow

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/flow/dense_step.h"
+
+#include <algorithm>
+
+namespace contact_flow {
+
+void EvaluateDenseStep(const double* c, int n, double theta, double* x) {
+  const double rest = 1 - theta;
+  for (int i = 0; i < n; ++i) {
+    double value = c[7 * n + i] * theta;
+    value = (value + c[6 * n + i]) * rest;
+    value = (value + c[5 * n + i]) * theta;
+    value = (value + c[4 * n + i]) * rest;
+    value = (value + c[3 * n + i]) * theta;
+    value = (value + c[2 * n + i]) * rest;
+    value = (value + c[n + i]) * theta;
+    x[i] = value + c[i];
+  }
+}
+
+void DenseArc::Append(double t, double h, const double* c, int n) {
+  n_ = n;
+  begin_.push_back(t);
+  length_.push_back(h);
+  coefficients_.insert(coefficients_.end(), c, c + kDenseOrder * n);
+}
+
+void DenseArc::Evaluate(double t, double* x) const {
+  const auto after = std::upper_bound(begin_.begin(), begin_.end(), t);
+  const std::size_t k = after == begin_.begin() ? 0 : after - begin_.begin() - 1;
+  const double theta = std::clamp((t - begin_[k]) / length_[k], 0.0, 1.0);
+  EvaluateDenseStep(coefficients_.data() + k * kDenseOrder * n_, n_, theta, x);
+}
+
+}  // namespace contact_flow

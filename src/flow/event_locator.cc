@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/flow/event_locator.h"
+
+#include <algorithm>
+#include <boost/math/tools/minima.hpp>
+#include <boost/math/tools/toms748_solve.hpp>
+#include <cmath>
+#include <limits>
+
+namespace contact_flow {
+namespace {
+
+constexpr int kPieces = 8;        // of a step, in a search
+constexpr int kStageColumns = 16;  // forces kept of one step
+constexpr int kEndStage = 12;      // the one at its end
+/// A force is excluded by screening when its smallest stage value exceeds this part of its range over the
+/// stages: DOP853's widest gap between stages is 0.27 h, over which a resolved guard cannot dip further.
+constexpr double kForceReserve = 0.5;
+
+/// Root of a function with a sign change in [a, b], to rounding.
+template <class Function>
+double Root(const Function& f, double a, double b, double fa, double fb) {
+  if (fa == 0) return a;
+  if (fb == 0) return b;
+  boost::uintmax_t iterations = 100;
+  const auto bracket = boost::math::tools::toms748_solve(
+      f, a, b, fa, fb, boost::math::tools::eps_tolerance<double>(50), iterations);
+  return 0.5 * (bracket.first + bracket.second);
+}
+
+/// A lower bound of a function on a step of length h, by the Bernstein coefficients of its quintic Hermite
+/// interpolant; `error` estimates how far the interpolant is off, by its distance to the cubic one.
+double HermiteLowerBound(double h, double g0, double r0, double a0, double g1, double r1, double a1,
+                         double* error) {
+  const double d0 = h * r0, d1 = h * r1, c0 = h * h * a0, c1 = h * h * a1;
+  const double cubic0 = 6 * (g1 - g0) - 4 * d0 - 2 * d1;
+  const double cubic1 = -6 * (g1 - g0) + 2 * d0 + 4 * d1;
+  *error = std::max(std::abs(c0 - cubic0), std::abs(c1 - cubic1)) / 20;
+  return std::min({g0, g0 + d0 / 5, g0 + 2 * d0 / 5 + c0 / 20, g1 - 2 * d1 / 5 + c1 / 20,
+                   g1 - d1 / 5, g1});
+}
+
+}  // namespace
+
+void SampleGaps(const MechanicalSystem& system, const VectorRef& x, const VectorRef& acceleration,
+                ConstraintTerms* terms, GapSample* sample) {
+  const int d = system.dof();
+  system.Constraints(x.head(d), x.tail(d), terms);
+  sample->gap = terms->gap;
+  sample->rate.resize(terms->gap.size());
+  sample->rate.noalias() = terms->jacobian.lazyProduct(x.tail(d));
+  sample->acceleration = terms->bias;
+  sample->acceleration.noalias() += terms->jacobian.lazyProduct(acceleration);
+}
+
+EventLocator::EventLocator(ContactDynamics* dynamics, double floor)
+    : dynamics_(dynamics),
+      floor_(floor),
+      forces_(dynamics->system().num_constraints(), kStageColumns),
+      x_(2 * dynamics->system().dof()),
+      gap_margin_(std::numeric_limits<double>::infinity()),
+      force_margin_(std::numeric_limits<double>::infinity()) {}
+
+void EventLocator::RecordForce(const Vector& force) {
+  if (calls_ < kStageColumns) forces_.col(calls_++) = force;
+}
+
+void EventLocator::EndStep() {
+  forces_.col(0) = forces_.col(std::min(calls_ - 1, kEndStage));
+  calls_ = 1;
+}
+
+double EventLocator::GapAt(int i, double theta, double* rate) {
+  const int d = dynamics_->system().dof();
+  stepper_->Interpolate(theta, x_.data());
+  dynamics_->system().Constraints(x_.head(d), x_.tail(d), &terms_);
+  *rate = terms_.jacobian.row(i).dot(x_.tail(d));
+  return terms_.gap(i);
+}
+
+double EventLocator::ForceAt(int i, double theta) {
+  stepper_->Interpolate(theta, x_.data());
+  dynamics_->Evaluate(x_, mode_);
+  return dynamics_->force()(i);
+}
+
+void EventLocator::SearchGap(int i, LocatedEvent* event) {
+  double rate_left = 0, rate_right = 0, unused = 0;
+  double left = 0, gap_left = GapAt(i, 0, &rate_left);
+  const auto rate_at = [&](double theta) {
+    double rate;
+    GapAt(i, theta, &rate);
+    return rate;
+  };
+  for (int piece = 1; piece <= kPieces && left < event->theta; ++piece) {
+    const double end = static_cast<double>(piece) / kPieces;
+    const double gap_end = GapAt(i, end, &rate_right);
+    // At most one extremum a piece; the stretch after it (or the whole piece) is where the gap falls.
+    double turn = end, gap_turn = gap_end;
+    if (rate_left * rate_right < 0) {
+      turn = Root(rate_at, left, end, rate_left, rate_right);
+      gap_turn = GapAt(i, turn, &unused);
+    }
+    const double stops[2] = {turn, end};
+    const double gaps[2] = {gap_turn, gap_end};
+    for (int part = 0; part < 2; ++part) {
+      if (gaps[part] < -floor_) {
+        const auto gap_at = [&](double theta) { return GapAt(i, theta, &unused); };
+        const double root =
+            gap_left <= 0 ? left : Root(gap_at, left, stops[part], gap_left, gaps[part]);
+        if (root < event->theta || !event->found) *event = {true, root, i, false};
+        return;
+      }
+      if (part == 0 && rate_left < 0 && rate_right > 0 && gap_left > floor_) {
+        if (gap_turn <= floor_) {
+          if (turn < event->theta || !event->found) *event = {true, turn, i, true};
+          return;
+        }
+        gap_margin_ = std::min(gap_margin_, gap_turn);
+      }
+      left = stops[part];
+      gap_left = gaps[part];
+    }
+    rate_left = rate_right;
+  }
+}
+
+void EventLocator::SearchForce(int i, LocatedEvent* event) {
+  double value[kPieces + 1];
+  double largest = 0;
+  for (int k = 0; k <= kPieces; ++k) {
+    value[k] = ForceAt(i, static_cast<double>(k) / kPieces);
+    largest = std::max(largest, std::abs(value[k]));
+  }
+  const double floor = floor_ * (1 + largest);
+  const auto force_at = [&](double theta) { return ForceAt(i, theta); };
+  const auto report = [&](double a, double b, double fa, double fb) {
+    const double root = fa <= 0 ? a : Root(force_at, a, b, fa, fb);
+    if (root < event->theta || !event->found) *event = {true, root, i, false};
+  };
+  for (int k = 1; k <= kPieces; ++k) {
+    const double a = static_cast<double>(k - 1) / kPieces, b = static_cast<double>(k) / kPieces;
+    if (value[k] < -floor) return report(a, b, value[k - 1], value[k]);
+    // A sampled local minimum is followed down to the true one.
+    if (k < kPieces && value[k] <= value[k - 1] && value[k] <= value[k + 1]) {
+      const double c = static_cast<double>(k + 1) / kPieces;
+      const auto lowest = boost::math::tools::brent_find_minima(force_at, a, c, 26);
+      if (lowest.second < -floor) {
+        return report(a, lowest.first, value[k - 1], lowest.second);
+      }
+      force_margin_ = std::min(force_margin_, std::max(lowest.second, 0.0));
+    }
+  }
+}
+
+LocatedEvent EventLocator::Locate(Dop853* stepper, ContactMode mode, const GapSample& begin,
+                                  const GapSample& end) {
+  stepper_ = stepper;
+  mode_ = mode;
+  LocatedEvent event;
+  const double h = stepper->step();
+  const int n = dynamics_->system().num_constraints();
+  for (int i = 0; i < n; ++i) {
+    if (mode.Contains(i)) {
+      const auto seen = forces_.row(i).head(kEndStage + 1);
+      const double lowest = seen.minCoeff(), highest = seen.maxCoeff();
+      if (lowest > kForceReserve * (highest - lowest) && lowest > floor_) {
+        if (lowest < seen(0) && lowest < seen(kEndStage)) {
+          force_margin_ = std::min(force_margin_, lowest);
+        }
+        continue;
+      }
+      if (!stepper->extended()) stepper->Extend();
+      SearchForce(i, &event);
+    } else {
+      double error = 0;
+      const double bound =
+          HermiteLowerBound(h, begin.gap(i), begin.rate(i), begin.acceleration(i), end.gap(i),
+                            end.rate(i), end.acceleration(i), &error);
+      const bool dips = begin.rate(i) < 0 && end.rate(i) > 0;
+      if (bound > error && bound > floor_ && !dips) continue;
+      if (!stepper->extended()) stepper->Extend();
+      SearchGap(i, &event);
+    }
+  }
+  return event;
+}
+
+}  // namespace contact_flow

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/flow/simulate.h"
+
+namespace contact_flow {
+namespace {
+
+[[noreturn]] void Refuse(const std::string& field, double value, const std::string& rule) {
+  std::ostringstream message;
+  message << field << " is " << value << ": it must be " << rule;
+  throw std::invalid_argument(message.str());
+}
+
+void RequireSize(const char* what, Eigen::Index size, int wanted) {
+  if (size == wanted) return;
+  throw std::invalid_argument(std::string(what) + " has " + std::to_string(size) +
+                              " entries: " + std::to_string(wanted) + " are needed");
+}
+
+void RequireFinite(const char* what, const VectorRef& values, const std::vector<std::string>& names) {
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    if (!std::isfinite(values(i))) {
+      Refuse(std::string(what) + " '" + names[i % names.size()] + "'", values(i), "finite");
+    }
+  }
+}
+
+}  // namespace
+
+void Validate(const SimulateOptions& options) {
+  const auto positive = [](const char* name, double value) {
+    if (!(value > 0) || !std::isfinite(value)) Refuse(name, value, "finite and positive");
+  };
+  positive("relative_tolerance", options.relative_tolerance);
+  positive("absolute_tolerance", options.absolute_tolerance);
+  positive("simultaneity_tolerance", options.simultaneity_tolerance);
+  positive("gap_tolerance", options.gap_tolerance);
+  positive("speed_tolerance", options.speed_tolerance);
+  positive("zeno_interval", options.zeno_interval);
+  positive("max_seconds", options.max_seconds);
+  if (options.relative_tolerance < 1e-14 || options.relative_tolerance > 1e-2) {
+    Refuse("relative_tolerance", options.relative_tolerance, "in [1e-14, 1e-2]");
+  }
+  if (options.absolute_tolerance < 1e-15 || options.absolute_tolerance > 1e-2) {
+    Refuse("absolute_tolerance", options.absolute_tolerance, "in [1e-15, 1e-2]");
+  }
+  if (!(options.max_step >= 0)) Refuse("max_step", options.max_step, "not negative");
+  if (options.max_steps < 1) Refuse("max_steps", options.max_steps, "at least 1");
+  if (options.max_events < 0) Refuse("max_events", options.max_events, "not negative");
+}
+
+ContactMode InitialMode(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u,
+                        const SimulateOptions& options) {
+  const SystemDescription& names = system.description();
+  const int d = system.dof();
+  RequireSize("the initial state (q, v)", x.size(), 2 * d);
+  RequireSize("the input u", u.size(), system.num_inputs());
+  RequireFinite("position of", x.head(d), names.coordinates);
+  RequireFinite("velocity of", x.tail(d), names.coordinates);
+  RequireFinite("input", u, names.inputs);
+  ConstraintTerms terms;
+  system.Constraints(x.head(d), x.tail(d), &terms);
+  const Vector rate = terms.jacobian * x.tail(d);
+  ContactMode candidates;
+  for (int i = 0; i < system.num_constraints(); ++i) {
+    const std::string& name = names.constraints[i];
+    if (!(terms.gap(i) >= -options.gap_tolerance)) {
+      Refuse("the gap of constraint '" + name + "'", terms.gap(i),
+             "not negative (the initial state penetrates)");
+    }
+    if (terms.gap(i) > options.gap_tolerance) continue;
+    if (rate(i) < -options.speed_tolerance) {
+      Refuse("the gap rate of touching constraint '" + name + "'", rate(i),
+             "not negative (the initial velocity moves into an active contact)");
+    }
+    if (rate(i) <= options.speed_tolerance) candidates.Insert(i);
+  }
+  ContactDynamics dynamics(system, u);
+  return SelectContactMode(&dynamics, x, candidates, 0);
+}
+
+}  // namespace contact_flow

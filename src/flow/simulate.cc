@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/flow/simulate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <sstream>
+#include <utility>
+
+#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/flow/dop853.h"
+#include "contact_flow/flow/event_locator.h"
+#include "contact_flow/flow/transition.h"
+#include "contact_flow/flow/zeno_detector.h"
+
+namespace contact_flow {
+namespace {
+
+constexpr double kSafety = 0.9;
+constexpr double kLargestGrowth = 6, kSmallestGrowth = 1.0 / 3;  // of the step size (Hairer's values)
+constexpr double kSmallestStep = 1e-14;     // relative to max(1, t): nothing is resolved below
+constexpr double kTaylorReach = 1e-9;       // [s] an event is moved this far by one Euler step: error ~1e-18
+constexpr int kMaxNewton = 12;              // steps towards an event
+constexpr int kStepsBetweenClockReadings = 64;
+
+/// One run, from the initial state to the horizon or to the reason why it stopped.
+class Run {
+ public:
+  Run(const MechanicalSystem& system, const VectorRef& u, double duration,
+      const SimulateOptions& options)
+      : system_(system),
+        options_(options),
+        duration_(duration),
+        dynamics_(system, u),
+        locator_(&dynamics_, options.absolute_tolerance),
+        zeno_(system.num_constraints(), options.zeno_interval),
+        stepper_(2 * system.dof(), [this](const double* x, double* xdot) { Field(x, xdot); }) {}
+
+  Trajectory Go(const VectorRef& x, ContactMode mode) {
+    mode_ = mode;
+    x_ = x;
+    const std::clock_t begin = std::clock();
+    deadline_ = begin + static_cast<std::clock_t>(options_.max_seconds * CLOCKS_PER_SEC);
+    while (FlowArc()) {
+    }
+    trajectory_.margins.gap = locator_.gap_margin();
+    trajectory_.margins.force = locator_.force_margin();
+    trajectory_.statistics.field_evaluations = dynamics_.evaluations();
+    return std::move(trajectory_);
+  }
+
+ private:
+  void Field(const double* x, double* xdot) {
+    const int d = system_.dof();
+    dynamics_.Evaluate(Eigen::Map<const Vector>(x, 2 * d), mode_);
+    locator_.RecordForce(dynamics_.force());
+    std::copy(x + d, x + 2 * d, xdot);
+    Eigen::Map<Vector>(xdot + d, d) = dynamics_.acceleration();
+  }
+
+  void SampleEnd(GapSample* sample) {
+    SampleGaps(system_, stepper_.end(), stepper_.end_field().tail(system_.dof()), &terms_, sample);
+  }
+
+  void Stop(Outcome outcome, const std::string& reason) {
+    std::ostringstream message;
+    message.precision(12);
+    message << reason << " (stopped at t = " << t_ << " s)";
+    trajectory_.status = {outcome, message.str()};
+  }
+
+  bool WithinBudget() {
+    RunStatistics& work = trajectory_.statistics;
+    const long attempts = work.steps + work.rejected_steps;
+    if (attempts >= options_.max_steps) {
+      Stop(Outcome::kBudgetExceeded,
+           "max_steps = " + std::to_string(options_.max_steps) + " integration steps were made");
+    } else if (attempts % kStepsBetweenClockReadings == 0) {
+      if (options_.cancelled && options_.cancelled()) {
+        Stop(Outcome::kCancelled, "the caller cancelled the run");
+      } else if (std::clock() > deadline_) {
+        std::ostringstream reason;
+        reason << "max_seconds = " << options_.max_seconds << " of processor time were used";
+        Stop(Outcome::kBudgetExceeded, reason.str());
+      }
+    }
+    return trajectory_.status.ok();
+  }
+
+  /// Flows to the next transition and through it; false when the run is over.
+  bool FlowArc() {
+    trajectory_.arcs.emplace_back();
+    Arc& arc = trajectory_.arcs.back();
+    arc.mode = mode_;
+    arc.t_begin = arc.t_end = t_;
+    arc.x_begin = arc.x_end = x_;
+    if (t_ >= duration_) return false;
+
+    locator_.BeginArc();
+    stepper_.Begin(x_);
+    SampleGaps(system_, x_, dynamics_.acceleration(), &terms_, &gaps_begin_);
+    double h = stepper_.GuessStep(options_.relative_tolerance, options_.absolute_tolerance);
+    int trigger = -1;
+    while (t_ < duration_ && trigger < 0) {
+      if (!WithinBudget() || !TakeStep(&h, &trigger, &arc)) return false;
+    }
+    return trigger >= 0 && PassTransition(trigger);
+  }
+
+  /// One accepted step of at most *h, cut short by an event; false when the run is over.
+  bool TakeStep(double* h, int* trigger, Arc* arc) {
+    const double limit = options_.max_step > 0 ? options_.max_step : duration_;
+    const double rest = duration_ - t_;
+    const double length = std::min({*h, limit, rest});
+    if (!(length > kSmallestStep * std::max(1.0, t_)) && length < rest) {
+      Stop(Outcome::kNonFinite, "the motion leaves the model's domain: no step size is small enough");
+      return false;
+    }
+    locator_.BeginStep();
+    const double error =
+        stepper_.TryStep(length, options_.relative_tolerance, options_.absolute_tolerance);
+    if (!(error <= 1) || !stepper_.end().allFinite()) {
+      ++trajectory_.statistics.rejected_steps;
+      const double shrink = kSafety * std::pow(error, -1.0 / 8);
+      *h = length * (std::isfinite(error) ? std::max(kSmallestGrowth, shrink) : 0.1);
+      return true;
+    }
+    ++trajectory_.statistics.steps;
+    stepper_.Finish();
+    SampleEnd(&gaps_end_);
+    const LocatedEvent event = locator_.Locate(&stepper_, mode_, gaps_begin_, gaps_end_);
+    double end = t_ + length;
+    if (event.found) {
+      *trigger = event.constraint;
+      end = t_ + StepOntoEvent(event, length);
+    } else {
+      x_ = stepper_.end();
+      if (length == rest) end = duration_;
+      const double growth = kSafety * std::pow(std::max(error, 1e-30), -1.0 / 8);
+      *h = length * std::clamp(growth, kSmallestGrowth, kLargestGrowth);
+    }
+    if (options_.dense && end > t_) {
+      if (!stepper_.extended()) stepper_.Extend();
+      arc->dense.Append(t_, end - t_, stepper_.dense(), 2 * system_.dof());
+    }
+    arc->t_end = t_ = end;
+    arc->x_end = x_;
+    if (!event.found) {
+      stepper_.Advance();
+      locator_.EndStep();
+      std::swap(gaps_begin_, gaps_end_);
+    }
+    return true;
+  }
+
+  /// Newton's method for the event on the true step: repeats the step with its length as the unknown.
+  /// Sets x_ to the state at the event; returns its time after the beginning of the step.
+  double StepOntoEvent(const LocatedEvent& event, double length) {
+    const int i = event.constraint;
+    double s = event.theta * length;
+    for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
+      locator_.BeginStep();
+      stepper_.TryStep(s, options_.relative_tolerance, options_.absolute_tolerance);
+      stepper_.Finish();
+      x_ = stepper_.end();
+      double value, slope;
+      if (mode_.Contains(i)) {
+        slope = dynamics_.ForceRate(x_, mode_)(i);
+        value = dynamics_.force()(i);
+      } else {
+        SampleEnd(&gaps_end_);
+        value = event.touch ? gaps_end_.rate(i) : gaps_end_.gap(i);
+        slope = event.touch ? gaps_end_.acceleration(i) : gaps_end_.rate(i);
+      }
+      const double correction = slope != 0 ? -value / slope : 0;
+      if (std::abs(correction) <= kTaylorReach || !std::isfinite(correction)) {
+        if (std::isfinite(correction)) {
+          x_ += correction * stepper_.end_field();
+          s += correction;
+        }
+        break;
+      }
+      const double next = std::clamp(s + correction, 0.0, length);
+      if (next == s) break;
+      s = next;
+    }
+    return std::max(s, 0.0);
+  }
+
+  /// Applies the transition at (t_, x_); false when the run ends there.
+  bool PassTransition(int trigger) {
+    const ResolvedTransition resolved = ResolveTransition(
+        &dynamics_, t_, x_, mode_, trigger,
+        {options_.simultaneity_tolerance, options_.speed_tolerance, options_.impact_law});
+    Margins& margins = trajectory_.margins;
+    margins.approach_speed = std::min(margins.approach_speed, resolved.approach_speed);
+    margins.release_rate = std::min(margins.release_rate, resolved.release_rate);
+    if (!resolved.status.ok()) {
+      margins.approach_speed = 0;
+      trajectory_.status = resolved.status;
+      return false;
+    }
+    const Transition& transition = resolved.transition;
+    margins.cluster_spread = std::max(margins.cluster_spread, transition.spread);
+    if (!trajectory_.transitions.empty()) {
+      margins.event_interval =
+          std::min(margins.event_interval, t_ - trajectory_.transitions.back().t);
+    }
+    if (static_cast<long>(trajectory_.transitions.size()) >= options_.max_events) {
+      Stop(Outcome::kBudgetExceeded, "max_events = " + std::to_string(options_.max_events) +
+                                         " transitions were passed");
+      return false;
+    }
+    trajectory_.transitions.push_back(transition);
+    mode_ = transition.mode_after;
+    x_ = transition.x_plus;
+    for (int i : transition.activated - transition.mode_after) {
+      if (const std::optional<double> accumulation = zeno_.Bounce(i, t_)) {
+        std::ostringstream reason;
+        reason.precision(12);
+        reason << "impacts of constraint '" << system_.description().constraints[i]
+               << "' accumulate at t = " << *accumulation << " s (Zeno)";
+        CloseWithEmptyArc();
+        Stop(Outcome::kZeno, reason.str());
+        return false;
+      }
+    }
+    return true;
+  }
+
+  /// Keeps arcs.size() == transitions.size() + 1 when a run stops right after a transition.
+  void CloseWithEmptyArc() {
+    Arc arc;
+    arc.mode = mode_;
+    arc.t_begin = arc.t_end = t_;
+    arc.x_begin = arc.x_end = x_;
+    trajectory_.arcs.push_back(std::move(arc));
+  }
+
+  const MechanicalSystem& system_;
+  const SimulateOptions& options_;
+  const double duration_;
+  ContactDynamics dynamics_;
+  EventLocator locator_;
+  ZenoDetector zeno_;
+  Dop853 stepper_;
+
+  double t_ = 0;
+  Vector x_;
+  ContactMode mode_;
+  std::clock_t deadline_ = 0;
+  ConstraintTerms terms_;
+  GapSample gaps_begin_, gaps_end_;
+  Trajectory trajectory_;
+};
+
+}  // namespace
+
+Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u,
+                    double duration, const SimulateOptions& options) {
+  Validate(options);
+  if (!(duration >= 0) || !std::isfinite(duration)) {
+    std::ostringstream message;
+    message << "duration is " << duration << " s: it must be finite and not negative";
+    throw std::invalid_argument(message.str());
+  }
+  const ContactMode mode = InitialMode(system, x, u, options);
+  return Run(system, u, duration, options).Go(x, mode);
+}
+
+}  // namespace contact_flow

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/flow/transition.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+namespace contact_flow {
+namespace {
+
+/// First and last of a set of times.
+class Spread {
+ public:
+  void Add(double t) {
+    first_ = std::min(first_, t);
+    last_ = std::max(last_, t);
+  }
+  double Length() const { return last_ > first_ ? last_ - first_ : 0; }
+
+ private:
+  double first_ = std::numeric_limits<double>::infinity();
+  double last_ = -std::numeric_limits<double>::infinity();
+};
+
+/// The touching constraints that rest after an impact: those without normal velocity, unless elastic and
+/// hit, which leave however slowly.
+ContactMode Resting(const MechanicalSystem& system, const Vector& normal_velocity,
+                    const ImpactResult& impact, ContactMode touching, double speed_tolerance) {
+  ContactMode resting;
+  for (int i : touching) {
+    const bool bounced = impact.hit.Contains(i) && system.restitution()(i) > 0;
+    const bool still = std::abs(normal_velocity(i)) <= speed_tolerance;
+    if (still && !bounced) resting.Insert(i);
+  }
+  return resting;
+}
+
+}  // namespace
+
+ResolvedTransition ResolveTransition(ContactDynamics* dynamics, double t, const Vector& x,
+                                     ContactMode mode, int trigger, const TransitionRules& rules) {
+  const MechanicalSystem& system = dynamics->system();
+  const int d = system.dof(), n = system.num_constraints();
+  ResolvedTransition result;
+  result.approach_speed = result.release_rate = std::numeric_limits<double>::infinity();
+  Transition& transition = result.transition;
+  transition.t = t;
+  transition.x_minus = transition.x_plus = x;
+  transition.mode_before = transition.mode_after = mode;
+  transition.impulse = Vector::Zero(n);
+
+  ConstraintTerms terms;
+  system.Constraints(x.head(d), x.tail(d), &terms);
+  const Vector rate = terms.jacobian * x.tail(d);
+  const Vector force_rate = dynamics->ForceRate(x, mode);
+  const Vector force = dynamics->force();
+
+  Spread spread;
+  ContactMode vanishing;  // members of J⁻ whose force passes zero
+  for (int i = 0; i < n; ++i) {
+    const bool member = mode.Contains(i);
+    const double value = member ? force(i) : terms.gap(i);
+    const double slope = member ? force_rate(i) : rate(i);
+    const double slow = member ? 0 : rules.speed_tolerance;
+    if (i == trigger && slope >= -slow) {
+      std::ostringstream message;
+      message << "constraint '" << system.description().constraints[i] << "' "
+              << (member ? "lets go" : "is touched") << " at t = " << t << " s with "
+              << (member ? "dλ/dt = " : "normal velocity ") << slope
+              << (member ? " N/s" : " m/s") << ": grazing, not admissible";
+      result.status = {Outcome::kGrazing, message.str()};
+      return result;
+    }
+    if (slope >= -slow || (i != trigger && value > rules.simultaneity_tolerance * -slope)) continue;
+    spread.Add(-value / slope);
+    (member ? vanishing : transition.activated).Insert(i);
+    double& margin = member ? result.release_rate : result.approach_speed;
+    margin = std::min(margin, -slope);
+  }
+  transition.spread = spread.Length();
+
+  if (transition.activated.Empty()) {
+    transition.mode_after = mode - vanishing;
+  } else {
+    const ContactMode touching = mode | transition.activated;
+    const ImpactResult impact =
+        SolveImpact(system, x.head(d), x.tail(d), touching, rules.impact_law);
+    transition.impulse = impact.impulse;
+    transition.x_plus.tail(d) = impact.v_plus;
+    const Vector normal_velocity = terms.jacobian * impact.v_plus;
+    const ContactMode resting =
+        Resting(system, normal_velocity, impact, touching, rules.speed_tolerance);
+    transition.mode_after = SelectContactMode(dynamics, transition.x_plus, resting,
+                                              rules.simultaneity_tolerance);
+  }
+  transition.released = mode - transition.mode_after;
+  return result;
+}
+
+}  // namespace contact_flow

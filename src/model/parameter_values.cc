@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/model/parameter_values.h"
+
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+#include "contact_flow/nearest_name.h"
+
+namespace contact_flow {
+namespace {
+
+const char* Complaint(double value, Range range) {
+  if (!std::isfinite(value)) return "must be finite";
+  switch (range) {
+    case Range::kPositive:
+      return value > 0 ? nullptr : "must be positive";
+    case Range::kNonNegative:
+      return value >= 0 ? nullptr : "must not be negative";
+    case Range::kUnitInterval:
+      return value >= 0 && value <= 1 ? nullptr : "must lie in [0, 1]";
+    case Range::kAny:
+      break;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+void CheckParameter(const std::string& model, const std::string& parameter, double value,
+                    Range range) {
+  const char* complaint = Complaint(value, range);
+  if (complaint == nullptr) return;
+  std::ostringstream message;
+  message << "parameter '" << parameter << "' of model '" << model << "' is " << value << ": it "
+          << complaint;
+  throw std::invalid_argument(message.str());
+}
+
+void CheckParameterNames(const std::string& model, const ParameterValues& values,
+                         const std::vector<Parameter>& known) {
+  std::vector<std::string> names;
+  for (const Parameter& parameter : known) names.push_back(parameter.name);
+  for (const auto& entry : values) {
+    bool found = false;
+    for (const std::string& name : names) found = found || name == entry.first;
+    if (!found) {
+      throw std::invalid_argument("model '" + model + "': " +
+                                  UnknownName("parameter", entry.first, names));
+    }
+  }
+}
+
+}  // namespace contact_flow
