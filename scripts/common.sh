@@ -127,7 +127,7 @@ logged() {
   mkdir -p "$BUILD_DIR/log"
   if ! "$@" >"$log" 2>&1; then
     echo "== $name FAILED ($log):" >&2
-    { grep -m 8 -E -A 12 '^FAILED|[Ee]rror[: ]|^E: ' "$log" || tail -n 40 "$log"; } >&2
+    { grep -m 8 -E -A 12 '^FAILED|[Ee]rror[: ]|^E: ' "$log" || tail -n 40 "$log"; } | cut -c1-300 >&2
     return 1
   fi
   echo "== $name ($((SECONDS - start)) s)"
