@@ -30,12 +30,26 @@ bool SolveOnSupport(const Matrix& G, const Vector& b, ContactMode support, Vecto
   return solution.allFinite();
 }
 
+/// z_i = max(0, −b_i/G_ii), the solution when G is diagonal.
+ComplementaritySolution SolveDecoupled(const Matrix& G, const Vector& b, double zero) {
+  ComplementaritySolution solution;
+  solution.z = Vector::Zero(b.size());
+  solution.found = b.allFinite() && (G.diagonal().array() > 0).all();
+  for (int i = 0; i < b.size(); ++i) {
+    if (b(i) >= -zero) continue;
+    solution.z(i) = -b(i) / G(i, i);
+    solution.support.Insert(i);
+  }
+  return solution;
+}
+
 }  // namespace
 
 ComplementaritySolution SolveComplementarity(const Matrix& G, const Vector& b) {
-  ComplementaritySolution solution;
   const int n = static_cast<int>(b.size());
   const double zero = kRounding * (n > 0 ? b.cwiseAbs().maxCoeff() : 0.0);
+  if (G.isDiagonal(0)) return SolveDecoupled(G, b, zero);
+  ComplementaritySolution solution;
   for (long pivot = 0; pivot < kMaxPivots; ++pivot) {
     if (!SolveOnSupport(G, b, solution.support, &solution.z)) return solution;
     const Vector w = G * solution.z + b;

@@ -10,6 +10,8 @@ namespace contact_flow {
 namespace {
 
 constexpr double kForceRounding = 1e-13;
+/// A force or acceleration below this part of the largest one may vanish at the instant; others cannot.
+constexpr double kNearZero = 1e-4;
 
 }  // namespace
 
@@ -156,13 +158,18 @@ ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x, Con
   Vector b;
   Delassus(dynamics->system(), x, dynamics->u(), candidates, &G, &b);
   const ComplementaritySolution solution = SolveComplementarity(G, b);
-  ContactMode mode;
+  // λ_i of the members, and (up to coupling) of the others what their force would be.
+  const Vector force =
+      solution.z - ((G * solution.z + b).array() / G.diagonal().array()).matrix();
+  const double doubtful = kNearZero * (1 + force.cwiseAbs().maxCoeff());
+  ContactMode mode, near_zero;
   int row = 0;
   for (int i : candidates) {
     if (solution.support.Contains(row)) mode.Insert(i);
+    if (std::abs(force(row)) <= doubtful) near_zero.Insert(i);
     ++row;
   }
-  for (int i : candidates) {
+  for (int i : near_zero) {
     const ContactMode with = mode.With(i);
     const double rate = dynamics->ForceRate(x, with)(i);
     const double rounding = kForceRounding * (1 + dynamics->force().cwiseAbs().maxCoeff());

@@ -57,7 +57,6 @@ ResolvedTransition ResolveTransition(ContactDynamics* dynamics, double t, const 
   const Vector force = dynamics->force();
 
   Spread spread;
-  ContactMode vanishing;  // members of J⁻ whose force passes zero
   for (int i = 0; i < n; ++i) {
     const bool member = mode.Contains(i);
     const double value = member ? force(i) : terms.gap(i);
@@ -74,14 +73,14 @@ ResolvedTransition ResolveTransition(ContactDynamics* dynamics, double t, const 
     }
     if (slope >= -slow || (i != trigger && value > rules.simultaneity_tolerance * -slope)) continue;
     spread.Add(-value / slope);
-    (member ? vanishing : transition.activated).Insert(i);
+    (member ? transition.vanishing : transition.activated).Insert(i);
     double& margin = member ? result.release_rate : result.approach_speed;
     margin = std::min(margin, -slope);
   }
   transition.spread = spread.Length();
 
   if (transition.activated.Empty()) {
-    transition.mode_after = mode - vanishing;
+    transition.mode_after = mode - transition.vanishing;
   } else {
     const ContactMode touching = mode | transition.activated;
     const ImpactResult impact =

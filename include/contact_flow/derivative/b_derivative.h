@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "contact_flow/derivative/event_map.h"
@@ -31,6 +30,7 @@ class BDerivative {
   /// Not kOk: there is no derivative (discontinuous, grazing, …); the message says why. Only the
   /// event maps may then be asked, for the outcome of each order.
   Status status;
+  ContactMode initial_mode;
   Vector time;                   ///< F(φ(T, x)) [2d]
   std::vector<Matrix> arcs;      ///< Φ_0 … Φ_N [2d×2d]
   std::vector<EventMap> events;  ///< B_1 … B_N
@@ -49,7 +49,7 @@ class BDerivative {
   BDerivativeOptions options;
 };
 
-/// Differentiates a trajectory made with SimulateOptions::dense. A trajectory whose status is not kOk
+/// Differentiates a trajectory made with SimulateOptions::dense; `system` must outlive the result. A trajectory whose status is not kOk
 /// has no derivative: its status is passed on.
 BDerivative DifferentiateOutcome(const MechanicalSystem& system, const Trajectory& trajectory,
                                  const VectorRef& u, const BDerivativeOptions& options = {});

@@ -2,85 +2,92 @@
 #pragma once
 
 #include <map>
-#include <string>
+#include <memory>
+#include <utility>
 #include <vector>
 
+#include "contact_flow/derivative/order_outcomes.h"
 #include "contact_flow/derivative/piecewise_linear_map.h"
+#include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/status.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/model/mechanical_system.h"
 
 namespace contact_flow {
 
-/// What one order of the simultaneous activations leads to, in the limit.
-struct OrderOutcome {
-  std::vector<int> order;   ///< constraints in the order in which they are hit
-  Vector v_plus;            ///< velocity after the last impact [d]
-  ContactMode mode_after;   ///< contact mode then
-  Vector impulse;           ///< summed impulses [n] [N·s]
-};
-
 /// The first-order map of one transition (Theorem 1): piecewise linear in the tangent vector w at
 /// (ρ, v⁻), one selection for each order σ of the m simultaneous activations.
 ///
-///   S = ∅;  repeat: τ_i = −Da_i w_q / (Da_i v_S),  i* = argmin τ_i,
-///           w ← DR_{i*}(ρ, v_S) (w + F_S τ_{i*}),  S ← S ∪ {i*};   finally w ← w − F_S Σ τ.
+///   S = ∅;  repeat m times:  τ_i = −Da_i w_q / (Da_i v_S),  i* = argmin τ_i,
+///           w ← DR_{i*}(ρ, v_S) (w + F_S τ_{i*}),  S ← S ∪ {i*};      finally  w ← w − F_S Σ τ.
 ///
-/// Deactivations contribute the identity. A direction costs m+1 field evaluations and O(m² d) besides.
+/// v_S, K_S and F_S are velocity, contact mode and field after the activations in S. A deactivation
+/// contributes the identity: F is continuous where λ_i = 0. One direction costs m+1 evaluations of the
+/// field, m resets and O(m² d) besides; stages are kept, so that further directions cost O(m² d).
 class EventMap {
  public:
+  /// `system` must outlive the map.
   EventMap(const MechanicalSystem& system, const Transition& transition, const VectorRef& u);
 
   /// kOk; kDiscontinuous when orders disagree (then `outcomes` lists them); kNotDifferentiable.
   const Status& status() const { return status_; }
   /// The outcome of every order, filled when the status is kDiscontinuous.
   const std::vector<OrderOutcome>& outcomes() const { return outcomes_; }
-  /// m = |I_a|.
-  int num_activations() const { return static_cast<int>(activated_.size()); }
-  /// Constraints that are activated at once.
+  double time() const { return transition_.t; }
+  /// I_a, the constraints that are activated at once; m of them.
   const std::vector<int>& activated() const { return activated_; }
+  int num_activations() const { return static_cast<int>(activated_.size()); }
 
-  /// B(w) [2d]; the order of activations met on the way is appended to `order` if given.
-  Vector operator()(const VectorRef& w, std::vector<int>* order = nullptr) const;
+  /// B(w) [2d].
+  Vector operator()(const VectorRef& w) const;
+  /// The contact modes that the run perturbed along w passes through after J⁻, to first order; the last
+  /// is J⁺. Activations and releases that coincide to first order make one transition.
+  std::vector<ContactMode> PerturbedModes(const VectorRef& w) const;
+
   /// Ξ_σ [2d×2d] of the order σ: the product of saltation matrices.
   Matrix Selection(const std::vector<int>& order) const;
   /// Half-spaces {w : τ_σ(1) ≤ … ≤ τ_σ(m)} [h×2d], unit rows.
   Matrix Cone(const std::vector<int>& order) const;
-  /// Modes passed through in the order σ: J⁻ ∪ K_S for every stage after the first, m of them.
+  /// Contact modes after J⁻ in the order σ, releases at the end.
   std::vector<ContactMode> Modes(const std::vector<int>& order) const;
-  /// The whole map, m! pieces. Throws std::length_error when m > max_activations.
+  /// The whole map: m! pieces. Throws std::length_error when m > max_activations.
   PiecewiseLinearMap Pieces(int max_activations) const;
-  /// True when S ↦ F̂_S is modular: all selections are equal (C¹). Costs 2^m vectors, m ≤ 12 or false.
+  /// True when all selections are equal, the outcome is C¹: S ↦ F̂_S, the fields carried through the
+  /// remaining resets, is modular (2^m vectors). False also for m > 12, where it is not decided.
   bool IsDifferentiable(double tolerance) const;
 
-  /// Number of evaluations of the field F_S so far, for the complexity tests.
-  long field_evaluations() const { return field_evaluations_; }
+  /// Evaluations of the field F_S and of resets so far, for the complexity tests.
+  long field_evaluations() const { return static_cast<long>(stages_.size()); }
+  long reset_evaluations() const { return static_cast<long>(resets_.size()); }
 
  private:
-  /// The state of the cluster after the activations in S.
+  /// The cluster after the activations in S.
   struct Stage {
-    Vector v;          ///< v_S [d]
-    ContactMode mode;  ///< K_S
-    Vector field;      ///< F_S = (v_S, q̈_S) [2d]
+    Vector v;          // v_S [d]
+    ContactMode mode;  // K_S
+    Vector field;      // F_S [2d]
   };
-  const Stage& StageOf(ContactMode activated) const;
-  const Matrix& ResetOf(ContactMode activated, int next) const;
+  const Stage& StageAt(ContactMode activated) const { return stages_.at(activated); }
+  /// The stage reached from S by the activation of i, and the reset DR_i(ρ, v_S) on the way.
+  const Stage& Activate(ContactMode activated, int i, const Matrix** reset) const;
+  /// First-order time to the activation of i, in stage v_S.
+  double TimeTo(int i, const Stage& stage, const Vector& w) const;
+  /// The same as a row [1×2d].
+  Eigen::RowVectorXd TimeRow(int i, const Stage& stage) const;
+  Vector State(const Vector& v) const;
   void Classify();
 
   const MechanicalSystem* system_;
-  Vector u_;
+  Transition transition_;
   Vector q_;
-  Vector v_minus_;
-  ContactMode mode_before_;
-  ContactMode mode_after_;
   std::vector<int> activated_;
-  Matrix constraint_jacobian_;  // Da(ρ) [n×d]
-  bool decoupled_ = true;       // class A
+  Matrix jacobian_;               // Da(ρ) [n×d]
+  bool decoupled_ = true;         // class A: every cone is m−1 half-spaces
   Status status_;
   std::vector<OrderOutcome> outcomes_;
+  std::shared_ptr<ContactDynamics> dynamics_;  // scratch
   mutable std::map<ContactMode, Stage> stages_;
   mutable std::map<std::pair<ContactMode, int>, Matrix> resets_;
-  mutable long field_evaluations_ = 0;
 };
 
 }  // namespace contact_flow

@@ -44,7 +44,7 @@ class PiecewiseLinearMap {
   /// linear-programming library every word is kept. Throws std::length_error beyond `max_pieces`.
   PiecewiseLinearMap After(const PiecewiseLinearMap& inner, std::size_t max_pieces = 100000) const;
 
-  /// Largest |A_i − A_j| over pairs of pieces, entrywise: 0 when the map is linear after all (C¹).
+  /// Largest entry of |A_i − A_1| over the pieces: 0 when the map is linear after all (C¹).
   double Kink() const;
 
  private:

@@ -30,6 +30,7 @@ struct Transition {
   ContactMode mode_after;   ///< J⁺
   ContactMode activated;    ///< I_a: a_i = 0 with Da_i v⁻ < 0, whether it then holds or bounces
   ContactMode released;     ///< members of J⁻ that are not in J⁺
+  ContactMode vanishing;    ///< I_d: members of J⁻ whose force passes zero here
   Vector impulse;           ///< p [n], [N·s] (zero where no impact)
   double spread = 0;        ///< time between the first and the last event of the cluster [s]
 };

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/flow/trajectory.h"
+#include "contact_flow/types.h"
+
+namespace contact_flow {
+
+/// What one order of the simultaneous activations leads to, in the limit of small separations.
+struct OrderOutcome {
+  std::vector<int> order;  ///< constraints in the order in which they are hit
+  Vector v_plus;           ///< velocity after the last impact [d]
+  ContactMode mode_after;  ///< contact mode then
+  Vector impulse;          ///< summed impulses [n] [N·s]
+};
+
+/// At most this many activations are permuted.
+inline constexpr int kMaxOrderedActivations = 8;
+
+/// The outcome of every order of impacts at the transition: from (ρ, v⁻), while a constraint that is not yet in
+/// contact approaches, any of them may be hit next, alone with the contacts that rest (a constraint that
+/// bounced or let go may be met again). Empty for more than kMaxOrderedActivations activations; sequences
+/// are cut at four impacts per activation.
+std::vector<OrderOutcome> ListOrderOutcomes(ContactDynamics* dynamics, const Transition& transition);
+
+}  // namespace contact_flow

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/derivative/finite_difference.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace contact_flow {
+namespace {
+
+constexpr double kTolerance = 1e-12;
+constexpr double kSeparation = 1e-4;      // events are told apart down to this part of α [s]
+constexpr double kClear = 20;             // an error this far above the resolution counts for the slope
+constexpr double kSmallestSeparation = 1e-14;
+
+/// Least-squares slope of log(error) over log(α).
+double Slope(const std::vector<QuotientSample>& samples, double resolution) {
+  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
+  for (const QuotientSample& sample : samples) {
+    if (!sample.status.ok() || !(sample.error > kClear * resolution / sample.alpha)) continue;
+    const double x = std::log(sample.alpha), y = std::log(sample.error);
+    n += 1;
+    sx += x;
+    sy += y;
+    sxx += x * x;
+    sxy += x * y;
+  }
+  const double spread = n * sxx - sx * sx;
+  if (n < 2 || spread <= 0) return std::numeric_limits<double>::quiet_NaN();
+  return (n * sxy - sx * sy) / spread;
+}
+
+}  // namespace
+
+QuotientReport CompareWithQuotients(const MechanicalSystem& system, const VectorRef& x,
+                                    const VectorRef& u, double duration, const VectorRef& direction,
+                                    const VectorRef& prediction, const std::vector<double>& alphas,
+                                    const SimulateOptions& options) {
+  const int n = 2 * system.dof();
+  if (direction.size() != n || prediction.size() != n) {
+    throw std::invalid_argument("direction and prediction need " + std::to_string(n) + " entries");
+  }
+  SimulateOptions exact = options;
+  exact.relative_tolerance = exact.absolute_tolerance = kTolerance;
+  exact.dense = false;
+  QuotientReport report;
+  const Trajectory base = Simulate(system, x, u, duration, exact);
+  if (!base.status.ok()) {
+    throw std::domain_error("the unperturbed run ends with: " + base.status.message);
+  }
+  // What the tolerance leaves in a final state: the change when it is three times looser.
+  SimulateOptions looser = exact;
+  looser.relative_tolerance = looser.absolute_tolerance = 3 * kTolerance;
+  const Trajectory loose = Simulate(system, x, u, duration, looser);
+  report.resolution = (loose.FinalState() - base.FinalState()).cwiseAbs().maxCoeff() +
+                      1e-15 * base.FinalState().cwiseAbs().maxCoeff();
+  for (double alpha : alphas) {
+    if (!(alpha > 0) || !std::isfinite(alpha)) {
+      throw std::invalid_argument("alpha is " + std::to_string(alpha) +
+                                  ": it must be finite and positive");
+    }
+    QuotientSample sample;
+    sample.alpha = alpha;
+    try {
+      exact.simultaneity_tolerance = std::max(kSeparation * alpha, kSmallestSeparation);
+      const Trajectory run = Simulate(system, x + alpha * direction, u, duration, exact);
+      sample.status = run.status;
+      sample.final_state = run.FinalState();
+      sample.modes = run.ModeSequence();
+      if (run.status.ok()) {
+        sample.quotient = (sample.final_state - base.FinalState()) / alpha;
+        sample.error = (sample.quotient - prediction).cwiseAbs().maxCoeff();
+      }
+    } catch (const std::invalid_argument& refusal) {
+      sample.status = {Outcome::kNotDifferentiable, refusal.what()};
+    }
+    report.samples.push_back(sample);
+  }
+  report.slope = Slope(report.samples, report.resolution);
+  return report;
+}
+
+}  // namespace contact_flow

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/derivative/order_outcomes.h"
+
+#include <cmath>
+
+#include "contact_flow/dynamics/impact.h"
+
+namespace contact_flow {
+namespace {
+
+constexpr double kRest = 1e-9;         // relative to the approach speeds
+constexpr int kImpactsPerContact = 4;  // longest sequence
+constexpr std::size_t kMaxOutcomes = 50000;
+
+/// Depth-first search over the sequences of single impacts at one configuration.
+class Search {
+ public:
+  Search(ContactDynamics* dynamics, const Transition& transition)
+      : dynamics_(*dynamics),
+        system_(dynamics->system()),
+        q_(transition.x_minus.head(system_.dof())),
+        touching_(transition.mode_before | transition.activated),
+        longest_(kImpactsPerContact * transition.activated.Size()) {
+    ConstraintTerms terms;
+    const Vector v = transition.x_minus.tail(system_.dof());
+    system_.Constraints(q_, v, &terms);
+    jacobian_ = terms.jacobian;
+    rest_ = kRest * (1 + (jacobian_ * v).cwiseAbs().maxCoeff());
+    path_.impulse = Vector::Zero(system_.num_constraints());
+    Visit(v, transition.mode_before);
+  }
+
+  std::vector<OrderOutcome> outcomes;
+
+ private:
+  void Visit(const Vector& v, ContactMode resting) {
+    const Vector rate = jacobian_ * v;
+    bool approaching = false;
+    for (int i : touching_ - resting) {
+      if (rate(i) >= -rest_ || static_cast<int>(path_.order.size()) >= longest_) continue;
+      approaching = true;
+      const ImpactResult impact = SolveImpact(system_, q_, v, resting.With(i));
+      const Vector after = jacobian_ * impact.v_plus;
+      ContactMode still;
+      for (int j : resting.With(i)) {
+        const bool bounced = impact.hit.Contains(j) && system_.restitution()(j) > 0;
+        if (!bounced && std::abs(after(j)) <= rest_) still.Insert(j);
+      }
+      path_.order.push_back(i);
+      path_.impulse += impact.impulse;
+      Visit(impact.v_plus, still);
+      path_.impulse -= impact.impulse;
+      path_.order.pop_back();
+    }
+    if (approaching || outcomes.size() >= kMaxOutcomes) return;
+    OrderOutcome outcome = path_;
+    outcome.v_plus = v;
+    Vector x(2 * q_.size());
+    x << q_, v;
+    outcome.mode_after = SelectContactMode(&dynamics_, x, resting, 0);
+    outcomes.push_back(outcome);
+  }
+
+  ContactDynamics& dynamics_;
+  const MechanicalSystem& system_;
+  const Vector q_;
+  const ContactMode touching_;
+  const int longest_;
+  Matrix jacobian_;
+  double rest_ = 0;
+  OrderOutcome path_;
+};
+
+}  // namespace
+
+std::vector<OrderOutcome> ListOrderOutcomes(ContactDynamics* dynamics, const Transition& transition) {
+  if (transition.activated.Size() > kMaxOrderedActivations) return {};
+  return Search(dynamics, transition).outcomes;
+}
+
+}  // namespace contact_flow
