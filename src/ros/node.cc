@@ -89,6 +89,7 @@ Node::Node(const NodeParameters& parameters)
 }
 
 bool Node::Simulate(SimulateTrajectory::Request& in, SimulateTrajectory::Response& out) {
+  out.outcome = SimulateTrajectory::Response::REFUSED;
   return Guard("simulate", &out, [&] {
     SimulationRecord record;
     record.request = CommonFields<SimulationRequest>(in);
@@ -109,6 +110,7 @@ bool Node::Simulate(SimulateTrajectory::Request& in, SimulateTrajectory::Respons
 }
 
 bool Node::Differentiate(ComputeBDerivative::Request& in, ComputeBDerivative::Response& out) {
+  out.outcome = ComputeBDerivative::Response::REFUSED;
   return Guard("b_derivative", &out, [&] {
     DerivativeRecord record;
     record.request = DirectionFields<DerivativeRequest>(in);
@@ -121,6 +123,7 @@ bool Node::Differentiate(ComputeBDerivative::Request& in, ComputeBDerivative::Re
 }
 
 bool Node::Compare(CompareBDerivative::Request& in, CompareBDerivative::Response& out) {
+  out.outcome = CompareBDerivative::Response::REFUSED;
   return Guard("compare", &out, [&] {
     ComparisonRecord record;
     record.request = DirectionFields<ComparisonRequest>(in);
@@ -162,6 +165,9 @@ bool Node::Stop(StopRecording::Request&, StopRecording::Response& out) {
 }
 
 int RunNode() {
+  // When the last handle goes ROS shuts down, and its log with it: this one outlives what may
+  // throw.
+  const ros::NodeHandle handle;
   try {
     const NodeParameters parameters = ReadNodeParameters();
     Node node(parameters);

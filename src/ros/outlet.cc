@@ -2,7 +2,7 @@
 #include "contact_flow/ros/outlet.h"
 
 #include <algorithm>
-#include <boost/date_time/posix_time/posix_time_io.hpp>
+#include <boost/date_time/posix_time/posix_time.hpp>
 
 #include "contact_flow/flow/status.h"
 #include "contact_flow/ros/conversions.h"

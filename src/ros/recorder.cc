@@ -39,8 +39,8 @@ bool Exists(const std::string& path) { return ::access(path.c_str(), F_OK) == 0;
 std::string Recorder::Path() const { return Recording() ? summary_.paths.back() : ""; }
 
 void Recorder::Start(const std::string& asked, const std::vector<BagEntry>& preamble) {
-  if (Recording()) throw std::invalid_argument("already recording to " + Path());
   const std::string name = CheckName(asked);
+  if (Recording()) throw std::invalid_argument("already recording to " + Path());
   std::error_code error;
   std::filesystem::create_directories(directory_, error);
   if (error) throw std::runtime_error("bag_directory " + directory_ + ": " + error.message());

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/io/samples.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <sstream>
+#include <string>
+
+#include "contact_flow/flow/simulate.h"
+#include "contact_flow/model/model_library.h"
+
+namespace contact_flow {
+namespace {
+
+class SamplesTest : public testing::Test {
+ protected:
+  SamplesTest()
+      : system(MakeModel("ball_in_corner")),
+        trajectory(Simulate(*system, system->nominal().x, system->nominal().u, 1.0)) {}
+
+  std::unique_ptr<MechanicalSystem> system;
+  Trajectory trajectory;
+};
+
+TEST_F(SamplesTest, BothEndsOfEveryArcAreThere) {
+  const Samples s = SampleTrajectory(trajectory, 11);
+  ASSERT_EQ(s.first_of_arc.size(), trajectory.arcs.size() + 1);
+  EXPECT_EQ(s.first_of_arc.back(), static_cast<int>(s.t.size()));
+  EXPECT_EQ(s.x.rows(), static_cast<int>(s.t.size()));
+  for (std::size_t k = 0; k < trajectory.arcs.size(); ++k) {
+    const Arc& arc = trajectory.arcs[k];
+    const int first = s.first_of_arc[k];
+    const int last = s.first_of_arc[k + 1] - 1;
+    EXPECT_EQ(s.t[static_cast<std::size_t>(first)], arc.t_begin);
+    EXPECT_EQ(s.t[static_cast<std::size_t>(last)], arc.t_end);
+    EXPECT_EQ(Vector(s.x.row(first)), arc.x_begin);
+    EXPECT_EQ(Vector(s.x.row(last)), arc.x_end);
+  }
+}
+
+TEST_F(SamplesTest, TimeNeverDecreasesAndOnlyRepeatsAtEvents) {
+  const Samples s = SampleTrajectory(trajectory, 101);
+  int repeats = 0;
+  for (std::size_t i = 1; i < s.t.size(); ++i) {
+    EXPECT_LE(s.t[i - 1], s.t[i]);
+    repeats += s.t[i - 1] == s.t[i];
+  }
+  EXPECT_EQ(repeats, static_cast<int>(trajectory.transitions.size()));
+  // 99 inner points of the grid, and two ends for each arc (no event falls on the grid here).
+  EXPECT_EQ(s.t.size(), 99 + 2 * trajectory.arcs.size());
+}
+
+TEST_F(SamplesTest, OneSampleMeansTheEndsOnly) {
+  EXPECT_EQ(SampleTrajectory(trajectory, 1).t.size(), 2 * trajectory.arcs.size());
+}
+
+TEST_F(SamplesTest, CsvKeepsEveryBit) {
+  std::ostringstream out;
+  WriteCsv(system->description(), trajectory, 5, &out);
+  std::istringstream in(out.str());
+  std::string line;
+  ASSERT_TRUE(std::getline(in, line));
+  EXPECT_EQ(line, "t [s],mode,x [m],y [m],d/dt x [m/s],d/dt y [m/s]");
+  std::string last;
+  std::size_t lines = 0;
+  for (; std::getline(in, line); ++lines) last = line;
+  EXPECT_EQ(lines, SampleTrajectory(trajectory, 5).t.size());
+  // time,"{…}",x,y,vx,vy: the numbers after the mode.
+  std::istringstream fields(last.substr(last.find("\",") + 2));
+  for (Eigen::Index i = 0; i < 4; ++i) {
+    std::string field;
+    ASSERT_TRUE(std::getline(fields, field, ','));
+    EXPECT_EQ(std::strtod(field.c_str(), nullptr), trajectory.FinalState()(i));
+  }
+}
+
+}  // namespace
+}  // namespace contact_flow

@@ -1,0 +1,59 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""contact_flow.launch brings up every model, each answers its nominal run; and it records."""
+import os
+import subprocess
+import tempfile
+import unittest
+
+import numpy
+import rospy
+import rostest
+from client import Client, case, executable, labels
+
+CASES = {
+    "soft_biped": "soft_biped_simultaneous",
+    "hopping_trot": "hopping_trot_stable",
+    "rigid_biped": "rigid_biped_simultaneous",
+    "double_pendulum": "double_pendulum_simultaneous",
+    "wall_and_floor": "wall_and_floor",
+    "ball_in_corner": "ball_in_corner",
+}
+
+
+class LaunchFiles(unittest.TestCase):
+    def test_nothing_said_is_the_soft_biped(self):
+        self.assertEqual(Client("contact_flow").describe_model().description.name, "soft_biped")
+
+    def test_nominal_run_of_every_model_is_its_reference_case(self):
+        for model, name in CASES.items():
+            reference = case(name)
+            client = Client(model)
+            description = client.describe_model().description
+            self.assertEqual(description.name, model)
+            self.assertEqual(description.constraints, reference["constraints"])
+            answer = client.simulate()
+            self.assertTrue(answer.success, answer.message)
+            self.assertEqual(answer.mode_sequence, labels(reference["mode_sequence"]), model)
+            x = numpy.array(answer.trajectory.final_q + answer.trajectory.final_v)
+            self.assertLess(numpy.max(numpy.abs(x - reference["final_state"]["x"])), 1e-7, model)
+        self.assertEqual(sorted(CASES), Client("contact_flow").describe_model().models)
+
+    def test_recording_from_the_start(self):
+        with tempfile.TemporaryDirectory() as directory:
+            launch = subprocess.Popen(
+                ["roslaunch", "contact_flow", "contact_flow.launch", "name:=launched",
+                 "record:=true", "bag_name:=run", "bag_directory:=" + directory, "output:=log"],
+                stdout=subprocess.DEVNULL)
+            try:
+                path = Client("launched").simulate().recorded
+            finally:
+                launch.terminate()
+                launch.wait(timeout=30)
+            self.assertEqual(path, os.path.join(directory, "run.bag"))
+            subprocess.check_call([executable("verify_bag"), path], stdout=subprocess.DEVNULL)
+
+
+if __name__ == "__main__":
+    rospy.init_node("launch_files_test")
+    rostest.rosrun("contact_flow", "launch_files", "__main__")

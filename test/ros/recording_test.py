@@ -1,0 +1,247 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""What was answered is on disk: bags after SIGKILL, on a full disk, and under verify_bag."""
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import tempfile
+import unittest
+
+import rosbag
+import rospy
+import rostest
+from client import Client, executable, wait_until
+from contact_flow.msg import ContactTrajectory
+from contact_flow.srv import SimulateTrajectoryResponse
+
+
+def topics_of(path):
+    with rosbag.Bag(path) as bag:
+        return {name: info.message_count
+                for name, info in bag.get_type_and_topic_info().topics.items()}
+
+
+def verify(*paths):
+    """Exit code and output of verify_bag."""
+    done = subprocess.run([executable("verify_bag"), *paths], stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT, timeout=60)
+    return done.returncode, done.stdout.decode()
+
+
+def rewrite(source, target, change):
+    """Copies a bag, with change(topic, message) applied to every message."""
+    with rosbag.Bag(source) as old, rosbag.Bag(target, "w") as new:
+        for topic, message, stamp in old.read_messages():
+            change(topic, message)
+            new.write(topic, message, stamp)
+
+
+def with_change(numbers, i, value):
+    return tuple(numbers[:i]) + (value,) + tuple(numbers[i + 1:])
+
+
+def next_up(number):
+    """The next larger double: one bit away."""
+    import struct
+    bits = struct.unpack("<q", struct.pack("<d", number))[0]
+    return struct.unpack("<d", struct.pack("<q", bits + 1))[0]
+
+
+class Recording(unittest.TestCase):
+    def setUp(self):
+        self.directory = tempfile.mkdtemp()
+        self.process = None
+
+    def tearDown(self):
+        self.stop()
+        shutil.rmtree(self.directory)
+
+    def start(self, *arguments, largest_file=None):
+        """A node of our own; largest_file [bytes] plays the full disk."""
+        def limit():
+            if largest_file:
+                signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+                resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, largest_file))
+        self.process = subprocess.Popen(
+            [executable("contact_flow_node"), "__name:=recorded",
+             "_bag_directory:=" + os.path.join(self.directory, "made", "for", "it"), *arguments],
+            preexec_fn=limit)
+        return Client("/recorded")
+
+    def stop(self, how=signal.SIGINT):
+        if self.process:
+            self.process.send_signal(how)
+            self.process.wait(timeout=20)
+            self.process = None
+            # a killed node leaves its services with the master: they must not be taken for the next
+            subprocess.run(["rosnode", "cleanup"], input=b"y\n", stdout=subprocess.DEVNULL,
+                           timeout=30)
+        if rospy.has_param("/recorded"):
+            rospy.delete_param("/recorded")
+
+    def test_answered_results_survive_sigkill(self):
+        client = self.start()
+        path = client.start_recording(name="killed").path
+        self.assertTrue(path.endswith("/made/for/it/killed.bag"))
+        first = client.simulate()
+        second = client.b_derivative(directions=["+body_pitch", "-body_pitch"], all_pieces=True)
+        self.process.kill()
+        self.assertTrue(first.success and second.success)
+        self.assertEqual([first.recorded, second.recorded], [path, path])
+        self.assertEqual(topics_of(path), {
+            "/recorded/model_description": 1,
+            "/recorded/record/simulation": 1,
+            "/recorded/trajectory": 1,
+            "/recorded/mode_sequence": 1,
+            "/recorded/record/derivative": 1,
+            "/recorded/b_derivative": 1})
+        with rosbag.Bag(path) as bag:
+            records = {topic: message for topic, message, _ in bag.read_messages()}
+        self.assertEqual(records["/recorded/trajectory"], first.trajectory)
+        self.assertEqual(records["/recorded/record/simulation"].result, first.trajectory)
+        self.assertEqual(records["/recorded/record/derivative"].result, second.derivative)
+        self.assertEqual(records["/recorded/record/derivative"].request.directions,
+                         ["+body_pitch", "-body_pitch"])
+        code, output = verify(path)
+        self.assertEqual(code, 0, output)
+        self.assertIn("2 verified, 0 differ, 0 skipped", output)
+
+    def test_killed_at_any_time_the_bag_is_whole(self):
+        client = self.start()
+        path = client.start_recording(name="often").path
+        answered = 0
+        import threading
+        killer = threading.Timer(0.7, self.process.kill)
+        killer.start()
+        try:
+            while client.simulate(samples=5000).recorded:
+                answered += 1
+        except rospy.ServiceException:
+            pass
+        killer.join()
+        found = topics_of(path)["/recorded/record/simulation"]
+        self.assertIn(found, (answered, answered + 1))  # written, but killed before the answer
+        code, output = verify(path)
+        self.assertEqual(code, 0, output)
+
+    def test_every_kind_of_request_is_verified(self):
+        client = self.start("_parameters/stiffness:=30", "_options/relative_tolerance:=1e-10",
+                            "_record:=true", "_bag_name:=all")
+        path = client.simulate(duration=1.2, samples=33).recorded
+        client.b_derivative()
+        client.compare(directions=["-body_pitch"], alphas=[1e-3, 1e-4])
+        stopped = client.stop_recording()
+        self.assertEqual(stopped.paths, [path])
+        self.assertEqual(stopped.results, 3)
+        self.assertEqual(client.simulate().recorded, "")
+        code, output = verify(path)
+        self.assertEqual(code, 0, output)
+        self.assertIn("3 verified", output)
+        again = client.start_recording(name="all")
+        self.assertFalse(again.success)
+        self.assertIn("exists", again.message)
+        default = client.start_recording()
+        self.assertTrue(default.success, default.message)
+        self.assertIn("/soft_biped_", default.path)
+        self.assertFalse(client.start_recording(name="other").success)
+
+    def test_one_flipped_number_is_found(self):
+        client = self.start()
+        path = client.start_recording(name="good").path
+        client.simulate()
+        client.b_derivative(directions=["+body_pitch"])
+        self.stop()
+
+        def result(topic, m):
+            if topic.endswith("record/simulation"):
+                m.result.q.data = with_change(m.result.q.data, 77, next_up(m.result.q.data[77]))
+
+        def derivative(topic, m):
+            if topic.endswith("record/derivative"):
+                d = m.result.derivatives
+                d.data = with_change(d.data, 3, next_up(d.data[3]))
+
+        def request(topic, m):
+            if topic.endswith("record/simulation"):
+                m.request.duration = 1.4000000001
+
+        def copy(topic, m):
+            if topic.endswith("/trajectory"):
+                m.final_q = with_change(m.final_q, 3, next_up(m.final_q[3]))
+
+        def model(topic, m):
+            if topic.endswith("/model_description"):
+                m.parameters[0].value = 1.5
+
+        def nothing(_, __):
+            pass
+
+        for change in (result, derivative, request, copy, model):
+            changed = os.path.join(self.directory, change.__name__ + ".bag")
+            rewrite(path, changed, change)
+            code, output = verify(changed)
+            self.assertEqual(code, 1, change.__name__ + "\n" + output)
+            self.assertIn("DIFFERS", output)
+            # together with a good one, too
+            self.assertEqual(verify(path, changed)[0], 1)
+        same = os.path.join(self.directory, "same.bag")
+        rewrite(path, same, nothing)
+        self.assertEqual(verify(same)[0], 0)
+
+    def test_verify_bag_is_not_content_with_nothing(self):
+        empty = os.path.join(self.directory, "empty.bag")
+        rosbag.Bag(empty, "w").close()
+        self.assertEqual(verify(empty)[0], 1)
+        self.assertEqual(verify(os.path.join(self.directory, "missing.bag"))[0], 1)
+        self.assertEqual(verify()[0], 2)
+        code, output = verify("--help")
+        self.assertEqual(code, 0)
+        self.assertIn("Usage", output)
+
+    def test_full_disk_is_said_and_survived(self):
+        client = self.start(largest_file=100000)
+        path = client.start_recording(name="full").path
+        self.assertTrue(client.simulate(samples=10).success)
+        answer = client.simulate(samples=5000)
+        self.assertFalse(answer.success)
+        self.assertIn("NOT RECORDED", answer.message)
+        self.assertIn(path, answer.message)
+        self.assertEqual(answer.recorded, "")
+        self.assertEqual(answer.outcome, SimulateTrajectoryResponse.OK)
+        self.assertGreater(len(answer.trajectory.t), 5000)  # the result itself is there
+        self.assertEqual(verify(path)[0], 0)                # and the bag is as it was
+        self.assertTrue(client.simulate(samples=10).success)
+        self.assertEqual(topics_of(path)["/recorded/record/simulation"], 2)
+        self.assertEqual(os.listdir(os.path.dirname(path)), ["full.bag"])
+
+    def test_long_recordings_are_split(self):
+        client = self.start()
+        client.start_recording(name="long")
+        for _ in range(3):
+            self.assertTrue(client.simulate(samples=30000).success)
+        stopped = client.stop_recording()
+        self.assertEqual([os.path.basename(p) for p in stopped.paths],
+                         ["long.bag", "long_1.bag", "long_2.bag"])
+        for path in stopped.paths:
+            self.assertEqual(verify(path)[0], 0)
+
+    def test_play_feeds_subscribers(self):
+        client = self.start()
+        path = client.start_recording(name="played").path
+        answer = client.simulate()
+        self.stop()
+        got = []
+        subscriber = rospy.Subscriber("/recorded/trajectory", ContactTrajectory, got.append)
+        subprocess.run(["rosbag", "play", "-q", "-d", "1", path], timeout=60, check=True,
+                       stdout=subprocess.DEVNULL)
+        self.assertTrue(wait_until(lambda: got))
+        subscriber.unregister()
+        got[0].header.seq = 0
+        self.assertEqual(got[0], answer.trajectory)
+
+
+if __name__ == "__main__":
+    rospy.init_node("recording_test")
+    rostest.rosrun("contact_flow", "recording", "__main__")
