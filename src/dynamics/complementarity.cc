@@ -34,7 +34,7 @@ bool SolveOnSupport(const Matrix& G, const Vector& b, ContactMode support, Vecto
 ComplementaritySolution SolveDecoupled(const Matrix& G, const Vector& b, double zero) {
   ComplementaritySolution solution;
   solution.z = Vector::Zero(b.size());
-  solution.found = b.allFinite() && (G.diagonal().array() > 0).all();
+  solution.found = (G.diagonal().array() > 0).all();
   for (int i = 0; i < b.size(); ++i) {
     if (b(i) >= -zero) continue;
     solution.z(i) = -b(i) / G(i, i);
@@ -48,8 +48,9 @@ ComplementaritySolution SolveDecoupled(const Matrix& G, const Vector& b, double 
 ComplementaritySolution SolveComplementarity(const Matrix& G, const Vector& b) {
   const int n = static_cast<int>(b.size());
   const double zero = kRounding * (n > 0 ? b.cwiseAbs().maxCoeff() : 0.0);
-  if (G.isDiagonal(0)) return SolveDecoupled(G, b, zero);
   ComplementaritySolution solution;
+  if (!G.allFinite() || !b.allFinite()) return solution;
+  if (G.isDiagonal(0)) return SolveDecoupled(G, b, zero);
   for (long pivot = 0; pivot < kMaxPivots; ++pivot) {
     if (!SolveOnSupport(G, b, solution.support, &solution.z)) return solution;
     const Vector w = G * solution.z + b;

@@ -10,6 +10,8 @@
 namespace contact_flow {
 namespace {
 
+/// A gap that opens again this many floors above zero cannot be told from one that touches.
+constexpr double kTouchReach = 10;
 constexpr int kPieces = 8;        // of a step, in a search
 constexpr int kStageColumns = 16;  // forces kept of one step
 constexpr int kEndStage = 12;      // the one at its end
@@ -112,7 +114,7 @@ void EventLocator::SearchGap(int i, LocatedEvent* event) {
         return;
       }
       if (part == 0 && rate_left < 0 && rate_right > 0 && gap_left > floor_) {
-        if (gap_turn <= floor_) {
+        if (gap_turn <= kTouchReach * floor_) {
           if (turn < event->theta || !event->found) *event = {true, turn, i, true};
           return;
         }

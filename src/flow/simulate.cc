@@ -220,6 +220,7 @@ class Run {
         reason.precision(12);
         reason << "impacts of constraint '" << system_.description().constraints[i]
                << "' accumulate at t = " << *accumulation << " s (Zeno)";
+        trajectory_.accumulation_time = *accumulation;
         CloseWithEmptyArc();
         Stop(Outcome::kZeno, reason.str());
         return false;

@@ -34,7 +34,7 @@ struct LocatedEvent {
 /// guard that cannot be excluded is searched on the continuous extension, between the roots of its rate,
 /// so that a guard which crosses zero twice inside one step is found. A zero counts only if the guard
 /// falls below −floor after it; the floor stands for what the integrator cannot resolve. A gap that comes
-/// within the floor and opens again is a touch.
+/// within ten floors and opens again is a touch: the integrator's error does not tell which.
 class EventLocator {
  public:
   EventLocator(ContactDynamics* dynamics, double floor);

@@ -62,6 +62,8 @@ struct Trajectory {
   std::vector<Transition> transitions;
   Margins margins;
   RunStatistics statistics;
+  /// Where impacts accumulate [s], predicted from the ratio of their intervals; NaN unless kZeno.
+  double accumulation_time = std::numeric_limits<double>::quiet_NaN();
 
   double t_begin() const { return arcs.front().t_begin; }
   double t_end() const { return arcs.back().t_end; }

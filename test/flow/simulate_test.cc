@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/flow/simulate.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "contact_flow/model/model_library.h"
+#include "test/test_models.h"
+
+namespace contact_flow {
+namespace {
+
+using test::Make;
+
+SimulateOptions AtTolerance(double tolerance) {
+  SimulateOptions options;
+  options.relative_tolerance = options.absolute_tolerance = tolerance;
+  return options;
+}
+
+/// y = c + A cos(t + φ), lowest (c − A) at t = π − φ.
+Vector OscillatorState(double centre, double amplitude, double phase) {
+  Vector x(2);
+  x << centre + amplitude * std::cos(phase), -amplitude * std::sin(phase);
+  return x;
+}
+
+TEST(Events, ShallowDipsInsideAStepAreAlwaysFound) {
+  constexpr double kCentre = 1, kDepth = 1e-5;
+  const auto system = Make<test::Oscillator>({{"centre", kCentre}});
+  const double amplitude = kCentre + kDepth;
+  for (int k = 0; k < 200; ++k) {
+    const double phase = -0.1 - 2.8 * k / 200;
+    const Trajectory run = Simulate(system, OscillatorState(kCentre, amplitude, phase), Vector(0),
+                                    2 * M_PI, AtTolerance(1e-8));
+    ASSERT_FALSE(run.transitions.empty()) << "phase " << phase;
+    const double touch = std::acos(-kCentre / amplitude) - phase;
+    // Speed at the crossing √(2·1e-5) = 4.5e-3: a state error of ~1e-8 moves the event by ~2e-6.
+    EXPECT_NEAR(touch, run.transitions.front().t, 2e-5) << "phase " << phase;
+  }
+}
+
+TEST(Events, NearMissesAreNoEventsButMargins) {
+  constexpr double kCentre = 1, kClearance = 1e-5;
+  const auto system = Make<test::Oscillator>({{"centre", kCentre}});
+  for (int k = 0; k < 200; ++k) {
+    const double phase = -0.1 - 2.8 * k / 200;
+    const Trajectory run =
+        Simulate(system, OscillatorState(kCentre, kCentre - kClearance, phase), Vector(0), 7,
+                 AtTolerance(1e-8));
+    ASSERT_TRUE(run.status.ok()) << run.status.message;
+    EXPECT_TRUE(run.transitions.empty()) << "phase " << phase;
+    EXPECT_NEAR(kClearance, run.margins.gap, 1e-6);
+  }
+}
+
+/// λ = load + cos(t + φ) dips below zero by 1e-5: a release, and the block comes down again.
+TEST(Events, ShallowDipsOfAForceAreFound) {
+  constexpr double kDepth = 1e-5;
+  const auto system = Make<test::PressedBlock>({{"load", 1 - kDepth}});
+  for (int k = 0; k < 100; ++k) {
+    const double phase = -2.9 + 2.8 * k / 100;
+    Vector x(4);
+    x << 0, phase, 0, 1;
+    const Trajectory run = Simulate(system, x, Vector(0), 6.3, AtTolerance(1e-8));
+    ASSERT_FALSE(run.transitions.empty()) << "phase " << phase;
+    EXPECT_EQ(ContactMode({0}), run.transitions.front().released);
+    const double release = std::acos(-(1 - kDepth)) - phase;
+    EXPECT_NEAR(release, run.transitions.front().t, 2e-5) << "phase " << phase;
+  }
+}
+
+TEST(Events, GrazingNamesConstraintAndTime) {
+  const auto system = Make<test::Oscillator>();
+  const Trajectory run =
+      Simulate(system, OscillatorState(1, 1, -1), Vector(0), 10, AtTolerance(1e-10));
+  EXPECT_EQ(Outcome::kGrazing, run.status.outcome);
+  EXPECT_NE(std::string::npos, run.status.message.find("'floor'")) << run.status.message;
+  EXPECT_NEAR(M_PI + 1, run.t_end(), 1e-4);
+  EXPECT_EQ(0, run.margins.approach_speed);
+  EXPECT_NEAR(1 + std::cos(1.0), run.State(2)(0), 1e-8) << "the run up to there is kept";
+}
+
+TEST(Status, ZenoPredictsTheAccumulation) {
+  constexpr double kGravity = 9.81, kRestitution = 0.7;
+  const auto system =
+      MakeModel("ball_in_corner", {{"gravity", kGravity}, {"restitution", kRestitution}});
+  Vector x(4);
+  x << 5, 1, 0, 0;
+  const Trajectory run = Simulate(*system, x, Vector(0), 10, AtTolerance(1e-11));
+  EXPECT_EQ(Outcome::kZeno, run.status.outcome) << run.status.message;
+  const double fall = std::sqrt(2 / kGravity);
+  const double exact = fall * (1 + 2 * kRestitution / (1 - kRestitution));
+  EXPECT_NEAR(exact, run.accumulation_time, 1e-7);
+  EXPECT_LT(run.t_end(), exact);
+  EXPECT_EQ(run.arcs.size(), run.transitions.size() + 1);
+}
+
+TEST(Status, BudgetsStopARunAndKeepIt) {
+  const auto system = MakeModel("ball_in_corner");
+  SimulateOptions options;
+  options.max_events = 2;
+  const Trajectory few =
+      Simulate(*system, system->nominal().x, Vector(0), 3, options);
+  EXPECT_EQ(Outcome::kBudgetExceeded, few.status.outcome);
+  EXPECT_EQ(2u, few.transitions.size());
+  EXPECT_EQ(3u, few.arcs.size());
+  EXPECT_GT(few.t_end(), few.transitions.back().t);
+
+  options = {};
+  options.max_steps = 3;
+  const Trajectory short_run = Simulate(*system, system->nominal().x, Vector(0), 3, options);
+  EXPECT_EQ(Outcome::kBudgetExceeded, short_run.status.outcome);
+  EXPECT_EQ(3, short_run.statistics.steps + short_run.statistics.rejected_steps);
+}
+
+TEST(Status, ARunCanBeCancelled) {
+  const auto system = MakeModel("soft_biped");
+  SimulateOptions options;
+  options.cancelled = [] { return true; };
+  const Trajectory run = Simulate(*system, system->nominal().x, Vector(0), 1, options);
+  EXPECT_EQ(Outcome::kCancelled, run.status.outcome);
+  EXPECT_EQ(1u, run.arcs.size());
+}
+
+TEST(Status, EscapeToInfinityIsReported) {
+  const auto system = Make<test::Escape>();
+  Vector x(2);
+  x << 0, 1;  // ẋ = 1/(1−t)
+  const Trajectory run = Simulate(system, x, Vector(0), 2);
+  EXPECT_FALSE(run.status.ok());
+  EXPECT_NEAR(1, run.t_end(), 1e-3);
+}
+
+TEST(Trajectories, StatesAgreeWithRunsThatStopThere) {
+  const auto system = MakeModel("hopping_trot");
+  const Vector x = system->nominal().x, u = system->nominal().u;
+  const Trajectory run = Simulate(*system, x, u, 0.8, AtTolerance(1e-11));
+  for (double t : {0.0, 0.05, 0.0999, 0.31, 0.65, 0.75, 0.8}) {
+    const Vector stopped = Simulate(*system, x, u, t, AtTolerance(1e-11)).FinalState();
+    EXPECT_LE((run.State(t) - stopped).cwiseAbs().maxCoeff(), 1e-8) << "t = " << t;
+  }
+}
+
+TEST(Trajectories, AreLeftContinuousAtEvents) {
+  const auto system = MakeModel("ball_in_corner");
+  const Trajectory run = Simulate(*system, system->nominal().x, Vector(0), 1);
+  ASSERT_EQ(1u, run.transitions.size());
+  const Transition& bounce = run.transitions.front();
+  EXPECT_EQ(bounce.x_minus, run.State(bounce.t));
+  EXPECT_LT(bounce.x_minus(3), 0);
+  EXPECT_GT(bounce.x_plus(3), 0);
+  EXPECT_EQ(bounce.x_plus, run.arcs[1].x_begin);
+}
+
+TEST(Trajectories, TheImpactLawIsAnOption) {
+  const auto system = MakeModel("rigid_biped");
+  Vector x = system->nominal().x;
+  x(2) = 1e-3;
+  SimulateOptions options;
+  const Trajectory run = Simulate(*system, x, Vector(0), 1.01, options);
+  EXPECT_EQ(ContactMode({1}), run.ModeSequence().back()) << "the foot that landed first lets go";
+  options.impact_law = ImpactLaw::kProjection;
+  const Trajectory literal = Simulate(*system, x, Vector(0), 1.01, options);
+  EXPECT_LT(literal.transitions.back().impulse.minCoeff(), 0) << "the projection holds and pulls";
+}
+
+TEST(Refusals, NameFieldAndValue) {
+  const auto system = MakeModel("soft_biped");
+  const Vector nominal = system->nominal().x;
+  const auto refusal = [&](const Vector& x, double duration) -> std::string {
+    try {
+      Simulate(*system, x, Vector(0), duration);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const auto mentions = [](const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+  };
+  Vector x = nominal;
+  x(4) = -0.1;
+  EXPECT_TRUE(mentions(refusal(x, 1), "'left_foot' is -0.1")) << refusal(x, 1);
+  x(4) = 0;
+  x(11) = -2;
+  EXPECT_TRUE(mentions(refusal(x, 1), "'left_foot' is -2")) << refusal(x, 1);
+  x = nominal;
+  x(3) = std::nan("");
+  EXPECT_TRUE(mentions(refusal(x, 1), "'body_z' is nan")) << refusal(x, 1);
+  x(3) = std::numeric_limits<double>::infinity();
+  EXPECT_TRUE(mentions(refusal(x, 1), "'body_z' is inf")) << refusal(x, 1);
+  EXPECT_TRUE(mentions(refusal(nominal.head(5), 1), "has 5 entries: 14 are needed"));
+  EXPECT_TRUE(mentions(refusal(nominal, -1), "duration is -1"));
+  EXPECT_TRUE(mentions(refusal(nominal, std::nan("")), "duration is nan"));
+  EXPECT_EQ("", refusal(nominal, 0)) << "an empty run is a run";
+  SimulateOptions options;
+  options.relative_tolerance = -1;
+  EXPECT_THROW(Validate(options), std::invalid_argument);
+}
+
+TEST(InitialModes, FollowForceComplementarity) {
+  const auto system = MakeModel("wall_and_floor");
+  EXPECT_EQ(ContactMode({0}), InitialMode(*system, system->nominal().x, Vector(0)));
+  Vector lifted = system->nominal().x;
+  lifted(1) = 0.5;
+  EXPECT_EQ(ContactMode(), InitialMode(*system, lifted, Vector(0)));
+  Vector pulled = system->nominal().x;
+  pulled(2) = 3;  // the clock's force now points up: the floor would have to pull
+  EXPECT_EQ(ContactMode(), InitialMode(*system, pulled, Vector(0)));
+}
+
+}  // namespace
+}  // namespace contact_flow
