@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <memory>
 #include <stdexcept>
 
 namespace contact_flow {
@@ -62,17 +63,30 @@ void Sync(int fd, const std::string& path) {
   if (::fsync(fd) != 0 && errno != EINVAL && errno != EROFS) Fail(path, errno);
 }
 
+/// Writes the bag to an open file in memory. A rosbag::Bag that failed to write may not be
+/// destroyed (its destructor throws, which ends the process): it is given up.
+void WriteToMemory(int fd, const std::vector<BagEntry>& entries) {
+  auto bag = std::make_unique<rosbag::Bag>();
+  try {
+    bag->open("/proc/self/fd/" + std::to_string(fd), rosbag::bagmode::Write);
+    for (const BagEntry& entry : entries) entry(bag.get());
+    bag->close();
+  } catch (...) {
+    static_cast<void>(bag.release());
+    throw;
+  }
+}
+
 }  // namespace
 
 std::size_t ReplaceBag(const std::string& path, const std::vector<BagEntry>& entries) {
-  // rosbag::Bag ends the process when a disk is full (its destructor throws), so it writes to
-  // memory, and what goes to the disk is written, and checked, here.
+  // rosbag::Bag leaks or ends the process when a disk is full, so it writes to memory, and what
+  // goes to the disk is written, and checked, here.
   const File memory(::memfd_create("bag", MFD_CLOEXEC), "memory for " + path);
-  {
-    rosbag::Bag bag;
-    bag.open("/proc/self/fd/" + std::to_string(memory.fd()), rosbag::bagmode::Write);
-    for (const BagEntry& entry : entries) entry(&bag);
-    bag.close();
+  try {
+    WriteToMemory(memory.fd(), entries);
+  } catch (const rosbag::BagException& error) {
+    throw std::runtime_error("memory for " + path + ": " + error.what());
   }
   const std::string temporary = path + ".writing";
   std::size_t size = 0;
