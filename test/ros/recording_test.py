@@ -11,13 +11,14 @@ import struct
 import subprocess
 import tempfile
 import threading
+import time
 import unittest
 
 import rosbag
 import rospy
 import rostest
 from client import Client, executable, wait_until
-from contact_flow.msg import ContactTrajectory
+from contact_flow.msg import ContactTrajectory, SimulationOptions
 from contact_flow.srv import SimulateTrajectoryResponse
 
 
@@ -239,6 +240,38 @@ class Recording(unittest.TestCase):
                          ["long.bag", "long_1.bag", "long_2.bag"])
         for path in stopped.paths:
             self.assertEqual(verify(path)[0], 0)
+
+    def test_simulated_time_that_has_not_begun(self):
+        rospy.set_param("/use_sim_time", True)
+        try:
+            client = self.start("_record:=true")
+        finally:
+            rospy.delete_param("/use_sim_time")
+        answer = client.simulate()
+        self.assertTrue(answer.success, answer.message)
+        self.assertFalse(answer.trajectory.header.stamp.is_zero())
+        self.assertEqual(verify(answer.recorded)[0], 0)
+
+    def test_a_long_request_ends_with_the_node(self):
+        client = self.start("_model:=hopping_trot", "_parameters/push_strain:=0.2")
+        answers = []
+
+        def ask():
+            try:
+                answers.append(client.simulate(duration=1e6, samples=1, options=SimulationOptions(
+                    max_steps=10**9, max_events=10**6, max_seconds=3600)))
+            except rospy.ServiceException:
+                answers.append(None)
+
+        thread = threading.Thread(target=ask)
+        thread.start()
+        rospy.sleep(1)
+        self.assertEqual(answers, [])
+        start = time.time()
+        self.stop()
+        self.assertLess(time.time() - start, 10)
+        thread.join(timeout=10)
+        self.assertFalse(thread.is_alive())
 
     def test_play_feeds_subscribers(self):
         client = self.start()

@@ -17,7 +17,7 @@ class Recorder {
  public:
   /// A bag is written anew with every result, in time proportional to its size: about 20 ms at
   /// this.
-  static constexpr std::size_t kSplitSize = std::size_t{8} << 20;
+  static constexpr std::size_t kSplitSize = std::size_t{4} << 20;
 
   /// `directory` is made when recording starts.
   explicit Recorder(std::string directory) : directory_(std::move(directory)) {}
