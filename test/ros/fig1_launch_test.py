@@ -14,8 +14,8 @@ from client import case, executable
 
 
 def predicted_slopes():
-    """dθ(T)/dθ(0) on the left and right of 0 from test/data: B is piecewise linear, so that its value
-    at ±w follows from basis directions of the same cone."""
+    """dθ(T)/dθ(0) left and right of 0, from test/data: B is linear on the cone of either order, so
+    that its value at ±w follows from the directions that lie in that cone."""
     reference = case("soft_biped_simultaneous")
     pitch = reference["coordinates"].index("body_pitch")
     size = 2 * len(reference["coordinates"])
