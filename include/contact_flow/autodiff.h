@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <Eigen/Core>
 #include <cmath>
-#include <type_traits>
 
 /// The one automatic-differentiation scalar of the package.
 ///
@@ -16,12 +16,12 @@ namespace contact_flow {
 template <class S, int N>
 struct Dual {
   S value;
-  S d[N];
+  Eigen::Array<S, N, 1> d;
 
   Dual() = default;
   /// A constant.
   Dual(double constant) : value(constant) {  // NOLINT(runtime/explicit): numbers mix freely
-    for (int k = 0; k < N; ++k) d[k] = S(0.0);
+    d.setConstant(S(0.0));
   }
 
   /// The variable `value` whose derivative is the k-th unit vector.
@@ -44,32 +44,32 @@ struct Dual {
   friend Dual operator-(const Dual& a) {
     Dual r;
     r.value = -a.value;
-    for (int k = 0; k < N; ++k) r.d[k] = -a.d[k];
+    r.d = -a.d;
     return r;
   }
   friend Dual operator+(const Dual& a, const Dual& b) {
     Dual r;
     r.value = a.value + b.value;
-    for (int k = 0; k < N; ++k) r.d[k] = a.d[k] + b.d[k];
+    r.d = a.d + b.d;
     return r;
   }
   friend Dual operator-(const Dual& a, const Dual& b) {
     Dual r;
     r.value = a.value - b.value;
-    for (int k = 0; k < N; ++k) r.d[k] = a.d[k] - b.d[k];
+    r.d = a.d - b.d;
     return r;
   }
   friend Dual operator*(const Dual& a, const Dual& b) {
     Dual r;
     r.value = a.value * b.value;
-    for (int k = 0; k < N; ++k) r.d[k] = a.d[k] * b.value + a.value * b.d[k];
+    r.d = a.d * b.value + a.value * b.d;
     return r;
   }
   friend Dual operator/(const Dual& a, const Dual& b) {
     Dual r;
     const S inverse = 1.0 / b.value;
     r.value = a.value * inverse;
-    for (int k = 0; k < N; ++k) r.d[k] = (a.d[k] - r.value * b.d[k]) * inverse;
+    r.d = (a.d - r.value * b.d) * inverse;
     return r;
   }
 
@@ -84,7 +84,7 @@ struct Dual {
   friend Dual operator*(const Dual& a, double b) {
     Dual r;
     r.value = a.value * b;
-    for (int k = 0; k < N; ++k) r.d[k] = a.d[k] * b;
+    r.d = a.d * b;
     return r;
   }
   friend Dual operator*(double a, const Dual& b) { return b * a; }
@@ -100,7 +100,7 @@ struct Dual {
   Dual Chain(const S& g, const S& slope) const {
     Dual r;
     r.value = g;
-    for (int k = 0; k < N; ++k) r.d[k] = slope * d[k];
+    r.d = slope * d;
     return r;
   }
 };

@@ -2,7 +2,7 @@
 #include "contact_flow/derivative/b_derivative.h"
 
 #include <Eigen/QR>
-#include <stdexcept>
+#include <memory>
 
 #include "contact_flow/derivative/variation.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
@@ -54,18 +54,19 @@ BDerivative DifferentiateOutcome(const MechanicalSystem& system, const Trajector
   derivative.status = trajectory.status;
   derivative.initial_mode = trajectory.arcs.front().mode;
   if (!derivative.status.ok()) return derivative;
+  const auto dynamics = std::make_shared<ContactDynamics>(system, u);
+  derivative.events.reserve(trajectory.transitions.size());
   for (const Transition& transition : trajectory.transitions) {
-    derivative.events.emplace_back(system, transition, u);
+    derivative.events.emplace_back(dynamics, transition);
     if (!derivative.events.back().status().ok()) {
       derivative.status = derivative.events.back().status();
       return derivative;
     }
   }
   for (const Arc& arc : trajectory.arcs) {
-    derivative.arcs.push_back(PropagateArc(system, u, arc, options.tolerance));
+    derivative.arcs.push_back(PropagateArc(dynamics.get(), arc, options.tolerance));
   }
-  ContactDynamics dynamics(system, u);
-  derivative.time = dynamics.Field(trajectory.FinalState(), trajectory.arcs.back().mode);
+  derivative.time = dynamics->Field(trajectory.FinalState(), trajectory.arcs.back().mode);
   return derivative;
 }
 

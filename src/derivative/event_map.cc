@@ -7,6 +7,7 @@
 #include <numeric>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "contact_flow/dynamics/impact.h"
 
@@ -30,16 +31,16 @@ std::vector<int> Members(ContactMode mode) {
 
 }  // namespace
 
-EventMap::EventMap(const MechanicalSystem& system, const Transition& transition, const VectorRef& u)
-    : system_(&system),
+EventMap::EventMap(std::shared_ptr<ContactDynamics> dynamics, const Transition& transition)
+    : dynamics_(std::move(dynamics)),
+      system_(&dynamics_->system()),
       transition_(transition),
-      q_(transition.x_minus.head(system.dof())),
-      activated_(Members(transition.activated)),
-      dynamics_(std::make_shared<ContactDynamics>(system, u)) {
-  const int d = system.dof();
+      q_(transition.x_minus.head(system_->dof())),
+      activated_(Members(transition.activated)) {
+  const int d = system_->dof();
   const Vector v_minus = transition.x_minus.tail(d);
   ConstraintTerms terms;
-  system.Constraints(q_, v_minus, &terms);
+  system_->Constraints(q_, v_minus, &terms);
   jacobian_ = terms.jacobian;
   stages_[ContactMode()] = {v_minus, transition.mode_before,
                             dynamics_->Field(transition.x_minus, transition.mode_before)};

@@ -1,68 +1,86 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "gauss_legendre.h"
 
-#include <array>
+#include <boost/math/special_functions/factorials.hpp>
 #include <boost/math/special_functions/legendre.hpp>
+#include <vector>
 
 namespace contact_flow {
 namespace {
 
-constexpr int S = GaussLegendre::kStages;
-
 /// Coefficients of a polynomial, lowest degree first.
-using Polynomial = std::array<long double, S>;
+using Polynomial = std::vector<long double>;
 
 long double Evaluate(const Polynomial& p, long double x) {
   long double value = 0;
-  for (int k = S - 1; k >= 0; --k) value = value * x + p[k];
+  for (std::size_t k = p.size(); k-- > 0;) value = value * x + p[k];
   return value;
 }
 
+/// ∫₀ˣ p.
 long double Integral(const Polynomial& p, long double x) {
   long double value = 0;
-  for (int k = S - 1; k >= 0; --k) value = value * x + p[k] / (k + 1);
+  for (std::size_t k = p.size(); k-- > 0;) value = value * x + p[k] / (k + 1);
   return value * x;
 }
 
-GaussLegendre Make() {
-  static_assert(S % 2 == 0, "the zeros are mirrored without a middle one");
-  const std::vector<long double> positive = boost::math::legendre_p_zeros<long double>(S);
-  std::array<long double, S> node;
-  for (int k = 0; k < S / 2; ++k) {
-    node[S / 2 + k] = (1 + positive[k]) / 2;
-    node[S / 2 - 1 - k] = (1 - positive[k]) / 2;
+/// The zeros of the Legendre polynomial of degree s, moved to [0, 1].
+std::vector<long double> Nodes(int s) {
+  std::vector<long double> nodes;
+  for (long double zero : boost::math::legendre_p_zeros<long double>(s)) {
+    nodes.push_back((1 + zero) / 2);
+    if (zero != 0) nodes.insert(nodes.begin(), (1 - zero) / 2);
   }
-  GaussLegendre rule;
-  for (int j = 0; j < S; ++j) {
-    Polynomial basis{};  // ℓ_j(x) = ∏_{k≠j} (x − c_k)/(c_j − c_k)
-    basis[0] = 1;
-    int degree = 0;
-    for (int k = 0; k < S; ++k) {
-      if (k == j) continue;
-      const long double scale = 1 / (node[j] - node[k]);
-      ++degree;
-      for (int p = degree; p >= 0; --p) {
-        const long double lower = p > 0 ? basis[p - 1] : 0;
-        const long double same = p < degree ? basis[p] : 0;
-        basis[p] = (lower - node[k] * same) * scale;
-      }
+  return nodes;
+}
+
+/// ℓ_j(x) = ∏_{k≠j} (x − c_k)/(c_j − c_k).
+Polynomial Basis(const std::vector<long double>& nodes, std::size_t j) {
+  Polynomial basis = {1};
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    if (k == j) continue;
+    const long double scale = 1 / (nodes[j] - nodes[k]);
+    Polynomial product(basis.size() + 1, 0);
+    for (std::size_t p = 0; p < basis.size(); ++p) {
+      product[p + 1] += basis[p] * scale;
+      product[p] -= nodes[k] * basis[p] * scale;
     }
-    rule.c(j) = static_cast<double>(node[j]);
+    basis = product;
+  }
+  return basis;
+}
+
+GaussLegendre Make(int s) {
+  const std::vector<long double> nodes = Nodes(s);
+  GaussLegendre rule;
+  rule.stages = s;
+  for (Vector* v : {&rule.c, &rule.b, &rule.at_begin, &rule.at_end}) v->resize(s);
+  rule.a.resize(s, s);
+  for (int j = 0; j < s; ++j) {
+    const Polynomial basis = Basis(nodes, j);
+    rule.c(j) = static_cast<double>(nodes[j]);
     rule.b(j) = static_cast<double>(Integral(basis, 1));
     rule.at_begin(j) = static_cast<double>(Evaluate(basis, 0));
     rule.at_end(j) = static_cast<double>(Evaluate(basis, 1));
-    for (int i = 0; i < S; ++i) rule.a(i, j) = static_cast<double>(Integral(basis, node[i]));
+    for (int i = 0; i < s; ++i) rule.a(i, j) = static_cast<double>(Integral(basis, nodes[i]));
   }
   rule.twice = rule.a * rule.a;
   rule.twice_end = rule.a.transpose() * rule.b;
+  const double one = boost::math::factorial<double>(s), two = boost::math::factorial<double>(2 * s);
+  rule.defect = one / two;
+  rule.error = one * one / (two * two * (2 * s + 1));
   return rule;
 }
 
 }  // namespace
 
-const GaussLegendre& GaussLegendre::Get() {
-  static const GaussLegendre rule = Make();
-  return rule;
+const GaussLegendre& GaussLegendre::WithStages(int stages) {
+  static const std::vector<GaussLegendre> rules = [] {
+    std::vector<GaussLegendre> all;
+    for (int s = kMinStages; s <= kMaxStages; ++s) all.push_back(Make(s));
+    return all;
+  }();
+  return rules[stages - kMinStages];
 }
 
 }  // namespace contact_flow

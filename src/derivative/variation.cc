@@ -4,66 +4,78 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
+#include <vector>
 
-#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/fixed_size.h"
 #include "gauss_legendre.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr int S = GaussLegendre::kStages;
-constexpr int kOrder = 2 * S;
-/// For ẏ = λy with z = hλ the collocation polynomial leaves at the end of a step the defect
-/// h·δ = z^{S+1} S!/(2S)!, and the step the error z^{2S+1} (S!)²/((2S)!(2S+1)!).
-constexpr double kDefect = 720.0 / 479001600.0;
-constexpr double kError = 720.0 * 720.0 / (479001600.0 * 6227020800.0);
-constexpr double kSafety = 4;        // factor on the error estimate
-constexpr double kLargestReach = 3;  // first step times the fastest rate of the tangents
+constexpr double kReach = 0.9;  // part of the longest acceptable step that is taken
+/// DOP853 at tolerance ε takes steps of about ε^{1/8}·kBaseReach over the fastest rate it sees.
+constexpr double kBaseReach = 8;
 constexpr long kMaxSteps = 1000000;
+constexpr double kSmallestStep = 1e-13;  // relative to max(1, t)
+/// One Jacobian costs about as much as this many multiplications for each of its entries.
+constexpr double kJacobianCost = 20;
 
-/// Error of a step whose largest defect, times h and relative to the tangents, is `defect`.
-double ErrorOf(double defect) {
-  return kSafety * kError * std::pow(defect / kDefect, (2.0 * S + 1) / (S + 1));
+/// The fastest rate [1/s] of ÿ = K y + D ẏ, jacobian = [K D]: the spectral radius of its companion matrix, by
+/// power iteration. An estimate, to begin with.
+double FastestRate(const Matrix& jacobian) {
+  constexpr int kIterations = 16, kDiscarded = 4;
+  const Eigen::Index d = jacobian.rows();
+  Vector y(2 * d), next(2 * d);
+  for (Eigen::Index i = 0; i < 2 * d; ++i) y(i) = 1 + 0.37 * static_cast<double>(i % 5);
+  double growth = 0;
+  for (int k = 0; k < kIterations; ++k) {
+    next.head(d) = y.tail(d);
+    next.tail(d).noalias() = jacobian.lazyProduct(y);
+    const double factor = next.norm() / y.norm();
+    if (!(factor > 0) || !std::isfinite(factor)) return 0;
+    if (k >= kDiscarded) growth += std::log(factor);
+    y = next / next.norm();
+  }
+  return std::exp(growth / (kIterations - kDiscarded));
 }
 
 /// Steps of the variational equation along one arc.
 class Propagation {
  public:
-  Propagation(const MechanicalSystem& system, const VectorRef& u, const Arc& arc, double tolerance)
-      : d_(system.dof()),
+  Propagation(ContactDynamics* dynamics, const Arc& arc, double tolerance)
+      : d_(dynamics->system().dof()),
         arc_(arc),
         tolerance_(tolerance),
-        rule_(GaussLegendre::Get()),
-        dynamics_(system, u),
+        dynamics_(*dynamics),
         x_(2 * d_),
+        nodes_(d_, 2 * d_ * GaussLegendre::kMaxStages),
         begin_(d_, 2 * d_),
         end_(d_, 2 * d_),
-        system_matrix_(S * d_, S * d_),
-        factor_(S * d_),
-        accelerations_(S * d_, 2 * d_),
         step_(2 * d_, 2 * d_) {}
 
   Matrix Run(VariationStatistics* statistics) {
     Matrix phi = Matrix::Identity(2 * d_, 2 * d_), next(2 * d_, 2 * d_);
     double t = arc_.t_begin;
     if (t == arc_.t_end) return phi;
-    Jacobian(t, &begin_);
-    const double rate = std::sqrt(begin_.leftCols(d_).cwiseAbs().rowwise().sum().maxCoeff()) +
-                        begin_.rightCols(d_).cwiseAbs().rowwise().sum().maxCoeff();
-    double h = rate > 0 ? kLargestReach / rate : arc_.t_end - t;
+    Jacobian(t, begin_.data());
+    // The rate r of the tangents [1/s]: a step's error is error_s·(r h)^{2s+1}.
+    double rate = GuessRate();
     while (t < arc_.t_end) {
       const double rest = arc_.t_end - t;
-      const double length = rest / std::ceil(std::max(1.0, rest / h - 1e-9));
+      const double length = ChooseStep(rest, rate);
       const double error = Step(t, length);
-      const double factor =
-          std::clamp(std::pow(tolerance_ / std::max(error, 1e-40), 1.0 / (kOrder + 1)), 0.3, 3.0);
-      h = length * 0.95 * factor;
+      const double order = 2 * rule_->stages + 1;
+      if (std::isfinite(error)) {
+        const double seen = std::pow(error / rule_->error, 1 / order) / length;
+        rate = std::max(seen, 0.9 * rate);
+      }
       if (!(error <= tolerance_)) {
         ++statistics->rejected_steps;
-        if (!std::isfinite(error)) h = 0.1 * length;
-        if (length < 1e-13 * std::max(1.0, arc_.t_end)) Fail(t);
+        rate *= std::isfinite(error) ? 1.1 : 10;
+        if (length < kSmallestStep * std::max(1.0, arc_.t_end)) Fail(t);
         continue;
       }
       if (++statistics->steps > kMaxSteps) Fail(t);
@@ -83,74 +95,154 @@ class Propagation {
     throw std::domain_error(message.str());
   }
 
-  /// [∂q̈/∂q, ∂q̈/∂v] [d×2d] at time t of the arc.
-  void Jacobian(double t, Matrix* jacobian) {
+  /// The fastest rate at the beginning, or what the steps of the run itself tell of the change of K and D.
+  double GuessRate() const {
+    const double rate = FastestRate(begin_);
+    const double base_step = (arc_.t_end - arc_.t_begin) / static_cast<double>(arc_.dense.NumSteps());
+    const double base_rate = kBaseReach * std::pow(tolerance_, 1.0 / 8) / base_step;
+    return std::max(rate, std::min(base_rate, 2 * rate));
+  }
+
+  /// Chooses stages and length of the next step so that what is left of the arc costs least: n equal steps of
+  /// a factorization of size s·d, its solution for 2d columns, and s+1 Jacobians each.
+  double ChooseStep(double rest, double rate) {
+    double least = std::numeric_limits<double>::infinity(), length = rest;
+    for (int s = GaussLegendre::kMinStages; s <= GaussLegendre::kMaxStages; ++s) {
+      const GaussLegendre& rule = GaussLegendre::WithStages(s);
+      const double reach =
+          kReach * std::pow(tolerance_ / rule.error, 1.0 / (2 * s + 1)) / rate;
+      const double steps = rate > 0 ? std::ceil(std::max(1.0, rest / reach)) : 1;
+      const double n = s * d_;
+      const double cost =
+          steps * (n * n * (n / 3 + 2 * d_) + (s + 1) * kJacobianCost * 2 * d_ * d_);
+      if (cost < least) {
+        least = cost;
+        length = rest / steps;
+        rule_ = &rule;
+      }
+    }
+    return length;
+  }
+
+  /// [∂q̈/∂q, ∂q̈/∂v] [d×2d] at time t of the arc, column-major into `out`.
+  void Jacobian(double t, double* out) {
     arc_.dense.Evaluate(t, x_.data());
     dynamics_.Differentiate(x_, arc_.mode);
-    *jacobian = dynamics_.acceleration_jacobian();
+    Eigen::Map<Matrix>(out, d_, 2 * d_) = dynamics_.acceleration_jacobian();
     ++jacobians_;
+  }
+
+  /// [K_i D_i] at node i.
+  Eigen::Map<Matrix> Node(int i) { return {nodes_.data() + i * 2 * d_ * d_, d_, 2 * d_}; }
+
+  /// The coordinates whose acceleration depends on the tangent at all: a contact along a coordinate takes
+  /// that coordinate out of the linear system.
+  void FindMovingRows() {
+    moving_.clear();
+    for (int r = 0; r < d_; ++r) {
+      bool moves = false;
+      for (int i = 0; i < rule_->stages; ++i) moves = moves || !Node(i).row(r).isZero(0);
+      if (moves) moving_.push_back(r);
+    }
+  }
+
+  /// Fills the linear system for the accelerations Y_i of the tangents at the nodes,
+  ///   Y_i = K_i (Q₀ + c_i h V₀ + h² Σ_j (a²)_ij Y_j) + D_i (V₀ + h Σ_j a_ij Y_j),  Q₀ = [I 0], V₀ = [0 I],
+  /// over the moving rows.
+  void Assemble(double h) {
+    const int s = rule_->stages, m = static_cast<int>(moving_.size()), n = s * m;
+    system_matrix_.resize(n, n);
+    accelerations_.resize(n, 2 * d_);
+    column_.resize(2 * m);
+    WithFixedSize(m, [&](auto rows) {
+      for (int i = 0; i < s; ++i) AssembleNode(i, h, rows);
+    });
+    system_matrix_.diagonal().array() += 1;
+  }
+
+  /// The block row of node i; `m` is the number of moving rows, a compile-time constant when small.
+  template <class Rows>
+  void AssembleNode(int i, double h, Rows m) {
+    const double* node = Node(i).data();
+    const double ahead = rule_->c(i) * h;
+    double* __restrict K = column_.data();
+    double* __restrict D = column_.data() + m;
+    for (int c = 0, unknown = 0; c < d_; ++c) {
+      for (int r = 0; r < m; ++r) {
+        K[r] = node[c * d_ + moving_[r]];
+        D[r] = node[(d_ + c) * d_ + moving_[r]];
+      }
+      double* __restrict q = &accelerations_(i * m, c);
+      double* __restrict v = &accelerations_(i * m, d_ + c);
+      for (int r = 0; r < m; ++r) {
+        q[r] = K[r];
+        v[r] = D[r] + ahead * K[r];
+      }
+      if (unknown == m || moving_[unknown] != c) continue;
+      for (int j = 0; j < rule_->stages; ++j) {
+        double* __restrict block = &system_matrix_(i * m, j * m + unknown);
+        const double on_q = -h * h * rule_->twice(i, j), on_v = -h * rule_->a(i, j);
+        for (int r = 0; r < m; ++r) block[r] = on_q * K[r] + on_v * D[r];
+      }
+      ++unknown;
+    }
   }
 
   /// The propagator of [t, t+h] into step_; returns its error estimate.
   double Step(double t, double h) {
-    // Unknown accelerations Y_i of the tangents at the nodes:
-    //   Y_i = K_i (Q₀ + c_i h V₀ + h² Σ_j (a²)_ij Y_j) + D_i (V₀ + h Σ_j a_ij Y_j).
-    for (int i = 0; i < S; ++i) {
-      Jacobian(t + rule_.c(i) * h, &node_);
-      for (int j = 0; j < S; ++j) {
-        auto block = system_matrix_.block(i * d_, j * d_, d_, d_);
-        block.noalias() = (-h * h * rule_.twice(i, j)) * node_.leftCols(d_) -
-                          (h * rule_.a(i, j)) * node_.rightCols(d_);
-        if (i == j) block.diagonal().array() += 1;
-      }
-      auto known = accelerations_.middleRows(i * d_, d_);
-      known = node_;
-      known.rightCols(d_) += (rule_.c(i) * h) * node_.leftCols(d_);
+    const int s = rule_->stages;
+    for (int i = 0; i < s; ++i) Jacobian(t + rule_->c(i) * h, Node(i).data());
+    FindMovingRows();
+    Assemble(h);
+    if (!moving_.empty()) {
+      const Eigen::PartialPivLU<Eigen::Ref<Matrix>> factor(system_matrix_);  // in place
+      accelerations_ = factor.solve(accelerations_);
     }
-    factor_.compute(system_matrix_);
-    accelerations_ = factor_.solve(accelerations_);
     step_.setIdentity();
     step_.topRightCorner(d_, d_).diagonal().array() += h;
-    for (int j = 0; j < S; ++j) {
-      const auto Y = accelerations_.middleRows(j * d_, d_);
-      step_.topRows(d_) += (h * h * rule_.twice_end(j)) * Y;
-      step_.bottomRows(d_) += (h * rule_.b(j)) * Y;
-    }
-    Jacobian(t + h, &end_);
-    return ErrorOf(std::max(DefectAtBegin(h), DefectAtEnd(h)));
+    AddAccelerations(h * h, rule_->twice_end, step_.topRows(d_));
+    AddAccelerations(h, rule_->b, step_.bottomRows(d_));
+    Jacobian(t + h, end_.data());
+    // Defect at either end: the collocation polynomial's acceleration against the equation's.
+    defect_ = -begin_;
+    AddAccelerations(1, rule_->at_begin, defect_);
+    double largest = defect_.cwiseAbs().maxCoeff();
+    defect_.noalias() = -end_ * step_;
+    AddAccelerations(1, rule_->at_end, defect_);
+    largest = std::max(largest, defect_.cwiseAbs().maxCoeff());
+    const double relative = h * largest / std::max(1.0, step_.cwiseAbs().maxCoeff());
+    return rule_->error *
+           std::pow(relative / rule_->defect, (2.0 * s + 1) / (s + 1));
   }
 
-  /// h · |ℓ-extrapolated acceleration − F_J's| relative to the propagator, at either end of the step.
-  double DefectAtBegin(double h) {
-    defect_ = -begin_;  // Q₀ = [I 0], V₀ = [0 I]
-    for (int j = 0; j < S; ++j) {
-      defect_ += rule_.at_begin(j) * accelerations_.middleRows(j * d_, d_);
-    }
-    return Relative(h);
-  }
-  double DefectAtEnd(double h) {
-    defect_.noalias() = -end_ * step_;
-    for (int j = 0; j < S; ++j) {
-      defect_ += rule_.at_end(j) * accelerations_.middleRows(j * d_, d_);
-    }
-    return Relative(h);
-  }
-  double Relative(double h) const {
-    return h * defect_.cwiseAbs().maxCoeff() / std::max(1.0, step_.cwiseAbs().maxCoeff());
+  /// target += scale · Σ_j weights_j Y_j  [d×2d].
+  void AddAccelerations(double scale, const Vector& weights, Eigen::Ref<Matrix> target) {
+    WithFixedSize(static_cast<int>(moving_.size()), [&](auto m) {
+      double* __restrict sum = column_.data();
+      for (int c = 0; c < 2 * d_; ++c) {
+        for (int r = 0; r < m; ++r) sum[r] = 0;
+        for (int j = 0; j < rule_->stages; ++j) {
+          const double* __restrict Y = &accelerations_(j * m, c);
+          for (int r = 0; r < m; ++r) sum[r] += weights(j) * Y[r];
+        }
+        for (int r = 0; r < m; ++r) target(moving_[r], c) += scale * sum[r];
+      }
+    });
   }
 
   const int d_;
   const Arc& arc_;
   const double tolerance_;
-  const GaussLegendre& rule_;
-  ContactDynamics dynamics_;
+  const GaussLegendre* rule_ = nullptr;
+  ContactDynamics& dynamics_;
   Vector x_;
-  Matrix node_;
+  Matrix nodes_;  // [K_i D_i], i = 1 … s, side by side
   Matrix begin_;  // [K D] at the beginning of the step
   Matrix end_;    // … and at its end
   Matrix system_matrix_;
-  Eigen::PartialPivLU<Matrix> factor_;
-  Matrix accelerations_;  // Y_1 … Y_S, stacked [Sd×2d]
+  std::vector<int> moving_;
+  Vector column_;
+  Matrix accelerations_;  // the moving rows of Y_1 … Y_s, stacked
   Matrix step_;
   Matrix defect_;
   long jacobians_ = 0;
@@ -158,14 +250,13 @@ class Propagation {
 
 }  // namespace
 
-Matrix PropagateArc(const MechanicalSystem& system, const VectorRef& u, const Arc& arc,
-                    double tolerance, VariationStatistics* statistics) {
+Matrix PropagateArc(ContactDynamics* dynamics, const Arc& arc, double tolerance,
+                    VariationStatistics* statistics) {
   if (arc.dense.Empty() && arc.t_end > arc.t_begin) {
     throw std::logic_error("differentiation needs a trajectory made with SimulateOptions::dense");
   }
   VariationStatistics unused;
-  return Propagation(system, u, arc, tolerance)
-      .Run(statistics != nullptr ? statistics : &unused);
+  return Propagation(dynamics, arc, tolerance).Run(statistics != nullptr ? statistics : &unused);
 }
 
 }  // namespace contact_flow

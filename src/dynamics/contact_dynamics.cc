@@ -5,9 +5,27 @@
 #include <limits>
 
 #include "contact_flow/dynamics/complementarity.h"
+#include "contact_flow/fixed_size.h"
 
 namespace contact_flow {
 namespace {
+
+/// out = sign · A B [rows×columns] for small matrices, where B has many zeros; `out` must not alias.
+void MultiplySmall(double sign, const Matrix& A, const Matrix& B, double* out, int stride) {
+  WithFixedSize(static_cast<int>(A.rows()), [&](auto rows) {
+    const double* b = B.data();
+    double* __restrict target = out;
+    for (int c = 0; c < B.cols(); ++c, target += stride) {
+      const double* __restrict a = A.data();
+      for (int r = 0; r < rows; ++r) target[r] = 0;
+      for (int k = 0; k < A.cols(); ++k, ++b, a += rows) {
+        if (*b == 0) continue;
+        const double factor = sign * *b;
+        for (int r = 0; r < rows; ++r) target[r] += factor * a[r];
+      }
+    }
+  });
+}
 
 constexpr double kForceRounding = 1e-13;
 /// A force or acceleration below this part of the largest one may vanish at the instant; others cannot.
@@ -105,15 +123,15 @@ Vector ContactDynamics::Field(const VectorRef& x, ContactMode mode) {
 void ContactDynamics::Differentiate(const VectorRef& x, ContactMode mode) {
   Evaluate(x, mode);
   system_.DifferentiateDynamics(x.head(d_), x.tail(d_), u_, acceleration_, force_, &residual_);
-  acceleration_jacobian_.leftCols(d_).noalias() = -inverse_.lazyProduct(residual_.momentum_q);
-  acceleration_jacobian_.rightCols(d_).noalias() = -inverse_.lazyProduct(residual_.momentum_v);
+  MultiplySmall(-1, inverse_, residual_.momentum_q, &acceleration_jacobian_(0, 0), d_);
+  MultiplySmall(-1, inverse_, residual_.momentum_v, &acceleration_jacobian_(0, d_), d_);
   force_jacobian_.setZero();
   const int k = static_cast<int>(active_.size());
   if (k == 0) return;
   active_residual_.resize(k, 2 * d_);
   active_force_jacobian_.resize(k, 2 * d_);
-  active_force_jacobian_.leftCols(d_).noalias() = force_map_.lazyProduct(residual_.momentum_q);
-  active_force_jacobian_.rightCols(d_).noalias() = force_map_.lazyProduct(residual_.momentum_v);
+  MultiplySmall(1, force_map_, residual_.momentum_q, &active_force_jacobian_(0, 0), k);
+  MultiplySmall(1, force_map_, residual_.momentum_v, &active_force_jacobian_(0, d_), k);
   if (!constant_) {
     for (int i = 0; i < k; ++i) {
       active_residual_.row(i).head(d_) = residual_.constraint_q.row(active_[i]);

@@ -116,20 +116,23 @@ void Dop853::Extend() {
   EvaluateStage<13>();
   EvaluateStage<14>();
   EvaluateStage<15>();
+  double* __restrict c = dense_.data();
   for (int i = 0; i < n_; ++i) {
     const double change = x_end_(i) - x_(i);
     const double bend = h_ * stages_(i) - change;
-    double* c = dense_.data() + i;
-    c[0] = x_(i);
-    c[n_] = change;
-    c[2 * n_] = bend;
-    c[3 * n_] = change - h_ * stages_(12 * n_ + i) - bend;
-    for (int r = 0; r < 4; ++r) {
-      double sum = 0;
-      for (int k = 0; k < dop853::kAllStages; ++k) {
-        if (k == 0 || k >= 5) sum += dop853::kDense[r][k] * stages_(k * n_ + i);
-      }
-      c[(4 + r) * n_] = h_ * sum;
+    c[i] = x_(i);
+    c[n_ + i] = change;
+    c[2 * n_ + i] = bend;
+    c[3 * n_ + i] = change - h_ * stages_(12 * n_ + i) - bend;
+  }
+  for (int r = 0; r < 4; ++r) {
+    double* __restrict row = c + (4 + r) * n_;
+    std::fill(row, row + n_, 0.0);
+    for (int k = 0; k < dop853::kAllStages; ++k) {
+      const double weight = h_ * dop853::kDense[r][k];
+      if (weight == 0) continue;
+      const double* __restrict derivative = stage(k);
+      for (int i = 0; i < n_; ++i) row[i] += weight * derivative[i];
     }
   }
   extended_ = true;

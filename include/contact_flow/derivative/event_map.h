@@ -26,8 +26,8 @@ namespace contact_flow {
 /// field, m resets and O(m² d) besides; stages are kept, so that further directions cost O(m² d).
 class EventMap {
  public:
-  /// `system` must outlive the map.
-  EventMap(const MechanicalSystem& system, const Transition& transition, const VectorRef& u);
+  /// `dynamics` is scratch, shared between the maps of one trajectory; its system must outlive the map.
+  EventMap(std::shared_ptr<ContactDynamics> dynamics, const Transition& transition);
 
   /// kOk; kDiscontinuous when orders disagree (then `outcomes` lists them); kNotDifferentiable.
   const Status& status() const { return status_; }
@@ -77,6 +77,7 @@ class EventMap {
   Vector State(const Vector& v) const;
   void Classify();
 
+  std::shared_ptr<ContactDynamics> dynamics_;
   const MechanicalSystem* system_;
   Transition transition_;
   Vector q_;
@@ -85,7 +86,6 @@ class EventMap {
   bool decoupled_ = true;         // class A: every cone is m−1 half-spaces
   Status status_;
   std::vector<OrderOutcome> outcomes_;
-  std::shared_ptr<ContactDynamics> dynamics_;  // scratch
   mutable std::map<ContactMode, Stage> stages_;
   mutable std::map<std::pair<ContactMode, int>, Matrix> resets_;
 };

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/trajectory.h"
-#include "contact_flow/model/mechanical_system.h"
 #include "contact_flow/types.h"
 
 namespace contact_flow {
@@ -16,13 +16,14 @@ struct VariationStatistics {
 
 /// The propagator of one arc (Lemma 1 of the paper): Φ(t_end) [2d×2d] of the variational equation
 ///   Φ̇ = D_x F_J(x(t)) Φ,   Φ(t_begin) = I,
-/// along the arc's dense output, which must be there.
+/// along the arc's dense output, which must be there; `dynamics` is scratch and holds system and input.
 ///
-/// The equation is linear, so it is solved by Gauss–Legendre collocation (6 stages, order 12) with steps of
-/// its own: per step, the accelerations at the nodes solve one linear system. The tangents have their own
+/// The equation is linear, so it is solved by Gauss–Legendre collocation (2 to 8 stages, order 4 to 16, chosen
+/// with the step for least work) with steps of its own: the accelerations at the nodes solve one linear
+/// system a step. The tangents have their own
 /// error control, `tolerance` relative to the largest entry of the propagator: in free flight the state is a
 /// polynomial and its steps grow without bound, while the tangents (springs) still oscillate.
-Matrix PropagateArc(const MechanicalSystem& system, const VectorRef& u, const Arc& arc,
-                    double tolerance, VariationStatistics* statistics = nullptr);
+Matrix PropagateArc(ContactDynamics* dynamics, const Arc& arc, double tolerance,
+                    VariationStatistics* statistics = nullptr);
 
 }  // namespace contact_flow

@@ -25,7 +25,7 @@ struct SimulateOptions {
   double zeno_interval = 1e-5;
   long max_steps = 100000;
   long max_events = 10000;
-  double max_seconds = 60;  ///< processor time [s]
+  double max_seconds = 60;  ///< processor time of the thread [s]
   ImpactLaw impact_law = ImpactLaw::kComplementarity;
   bool dense = true;  ///< keep the motion between events, so that Trajectory::State(t) works
   /// Asked now and then; returning true stops the run with Outcome::kCancelled.
