@@ -18,32 +18,27 @@ LEFT_FIRST, RIGHT_FIRST, BOTH = "#0072b2", "#d55e00", "black"
 
 
 class Family:
-    """What one bag says: the outcomes θ(T) of the runs, and the derivative or the limits at 0."""
+    """What the bags of one model say: its outcomes θ(T), and the derivative or the limits at 0."""
 
-    def __init__(self, path):
-        self.runs = []            # (θ(0) [rad], θ(T) [rad], contact modes), sorted
-        self.limits = {}          # first foot → θ(T) [rad] after that order of touchdowns
+    def __init__(self):
+        self.runs = []            # (θ(0) [rad], θ(T) [rad], contact modes)
+        self.limits = []          # θ(T) [rad] after each order of touchdowns
         self.derivative = None    # OutcomeDerivative
         self.comparisons = []     # DirectionComparison, along the family and against it
-        limits = []
-        with rosbag.Bag(path) as bag:
-            for _, message, _ in bag.read_messages():
-                kind = message._type.split("/")[1]
-                if kind == "ModelDescription":
-                    self.model = message.name
-                    self.pitch = message.coordinates.index("body_pitch")
-                elif kind == "SimulationRecord" and message.request.state.v:
-                    limits.append(message.result.final_q[self.pitch])
-                elif kind == "SimulationRecord" and message.request.state.q:
-                    self.add_run(message.request, message.result)
-                elif kind == "DerivativeRecord":
-                    self.derivative = message.result
-                elif kind == "ComparisonRecord":
-                    self.comparisons = message.result.comparisons
-        self.runs.sort()
-        self.duration = self.derivative.duration
-        for order, limit in zip(self.derivative.orders, limits):
-            self.limits[order.order[0]] = limit
+
+    def add(self, kind, message):
+        if kind == "ModelDescription":
+            self.model = message.name
+            self.pitch = message.coordinates.index("body_pitch")
+        elif kind == "SimulationRecord" and message.request.state.v:
+            self.limits.append(message.result.final_q[self.pitch])
+        elif kind == "SimulationRecord" and message.request.state.q:
+            self.add_run(message.request, message.result)
+        elif kind == "DerivativeRecord":
+            self.derivative = message.result
+            self.duration = message.result.duration
+        elif kind == "ComparisonRecord":
+            self.comparisons = message.result.comparisons
 
     def add_run(self, request, result):
         modes = ["{%s}" % ", ".join(arc.mode).replace("_foot", "") for arc in result.arcs]
@@ -57,6 +52,11 @@ class Family:
             points = last + [run[:2] for run in group]
             last = points[-1:]
             yield numpy.array(points).T[0], numpy.array(points).T[1], modes.count("{") - 1
+
+    def one_sided_limits(self):
+        """(first foot to land, θ(T)), when the outcome is discontinuous at 0."""
+        return [(order.order[0], limit)
+                for order, limit in zip(self.derivative.orders, self.limits)]
 
     def at_zero(self):
         return next(run[1] for run in self.runs if run[0] == 0)
@@ -73,16 +73,29 @@ class Family:
         return zip(c.alphas, sign * rows[:, self.pitch], c.errors), c.slope
 
 
+def read(paths):
+    """{model: Family}; a long recording is in several bags, each begins with the model."""
+    families = {}
+    for path in paths:
+        with rosbag.Bag(path) as bag:
+            for _, message, _ in bag.read_messages():
+                kind = message._type.split("/")[1]
+                if kind == "ModelDescription":
+                    family = families.setdefault(message.name, Family())
+                family.add(kind, message)
+    return families
+
+
 ## Numbers
 
 def print_table(family):
     print("\n%s, T = %g s\n%14s %14s   contact modes" %
           (family.model, family.duration, "θ(0) [rad]", "θ(T) [rad]"))
     count = len(family.runs)
-    for i, (start, end, modes) in enumerate(family.runs):
+    for i, (start, end, modes) in enumerate(sorted(family.runs)):
         if i in (0, count // 4, count - 1 - count // 4, count - 1) or abs(start) < BESIDE_ZERO:
             print("%14.6g %14.8f   %s" % (start, end, modes))
-    for foot, limit in family.limits.items():
+    for foot, limit in family.one_sided_limits():
         print("%14s %14.8f   limit, by the order that begins with %s" %
               ("0+" if foot == "left_foot" else "0-", limit, foot))
     if family.limits:
@@ -105,12 +118,12 @@ def draw_outcomes(axes, family):
         for start, end, touchdowns in family.curves(sign):
             both = touchdowns > 1
             axes.plot(start, end, "-", color=colour, lw=1.8, alpha=1 if both else 0.45,
-                      label=label if both else label.replace("lands first", "alone by then"))
+                      label=label if both else label.replace("lands first", "only"))
 
 
 def draw_rigid(axes, family):
     draw_outcomes(axes, family)
-    for foot, limit in family.limits.items():
+    for foot, limit in family.one_sided_limits():
         colour = LEFT_FIRST if foot == "left_foot" else RIGHT_FIRST
         axes.plot(0, limit, "o", ms=6, mfc="white", mec=colour, mew=1.5, zorder=4)
     axes.plot(0, family.at_zero(), "o", ms=6, color=BOTH, zorder=4, ls="none",
@@ -120,7 +133,7 @@ def draw_rigid(axes, family):
 
 def draw_soft(axes, family):
     draw_outcomes(axes, family)
-    reach = 0.75 * family.runs[-1][0]
+    reach = 0.75 * max(run[0] for run in family.runs)
     for sign, colour in ((1, LEFT_FIRST), (-1, RIGHT_FIRST)):
         ends = numpy.array([-0.25, 1]) * sign * reach
         axes.plot(ends, family.at_zero() + family.slope(sign) * ends, "--", color=colour, lw=1.1,
@@ -169,7 +182,7 @@ def draw(families, path):
     draw_body(panels[0].inset_axes([0.16, 0.02, 0.28, 0.31]), soft=False)
     draw_body(panels[1].inset_axes([0.68, 0.02, 0.28, 0.31]), soft=True)
     panels[0].set_ylim(top=0.155)  # room for the legend
-    panels[0].legend(fontsize=8, frameon=False, loc="upper right", borderpad=0)
+    panels[0].legend(fontsize=8, frameon=False, loc="upper right", handlelength=1.6)
     panels[1].legend(fontsize=8, frameon=False, loc="upper left")
     figure.savefig(path, dpi=180)
 
@@ -177,7 +190,7 @@ def draw(families, path):
 def main():
     if len(sys.argv) < 4 or not sys.argv[1].endswith(".png"):
         sys.exit(__doc__)
-    families = {family.model: family for family in map(Family, sys.argv[2:])}
+    families = read(sys.argv[2:])
     for family in families.values():
         print_table(family)
     print(flush=True)
