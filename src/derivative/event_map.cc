@@ -232,7 +232,7 @@ Matrix EventMap::Selection(const std::vector<int>& order) const {
     const Matrix* reset = nullptr;
     stage = &Activate(S, i, &reset);
     const Matrix saltation = *reset + (*reset * before - stage->field) * time;
-    product = saltation * product;
+    product = S.Empty() ? saltation : saltation * product;
     S.Insert(i);
   }
   return product;

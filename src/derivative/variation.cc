@@ -7,9 +7,11 @@
 #include <limits>
 #include <sstream>
 #include <stdexcept>
+#include <type_traits>
 #include <vector>
 
 #include "contact_flow/fixed_size.h"
+#include "block_solve.h"
 #include "gauss_legendre.h"
 
 namespace contact_flow {
@@ -57,9 +59,9 @@ class Propagation {
         step_(2 * d_, 2 * d_) {}
 
   Matrix Run(VariationStatistics* statistics) {
-    Matrix phi = Matrix::Identity(2 * d_, 2 * d_), next(2 * d_, 2 * d_);
     double t = arc_.t_begin;
-    if (t == arc_.t_end) return phi;
+    if (t == arc_.t_end) return Matrix::Identity(2 * d_, 2 * d_);
+    Matrix phi(2 * d_, 2 * d_), next(2 * d_, 2 * d_);
     Jacobian(t, begin_.data());
     // The rate r of the tangents [1/s]: a step's error is error_s·(r h)^{2s+1}.
     double rate = GuessRate();
@@ -79,8 +81,12 @@ class Propagation {
         continue;
       }
       if (++statistics->steps > kMaxSteps) Fail(t);
-      next.noalias() = step_ * phi;
-      phi.swap(next);
+      if (t == arc_.t_begin) {
+        phi = step_;
+      } else {
+        next.noalias() = step_ * phi;
+        phi.swap(next);
+      }
       begin_.swap(end_);
       t = length == rest ? arc_.t_end : t + length;
     }
@@ -188,16 +194,31 @@ class Propagation {
     }
   }
 
+  /// Replaces the right-hand side in accelerations_ by the solution; false when the system is singular.
+  bool SolveAccelerations() {
+    const int m = static_cast<int>(moving_.size());
+    if (m == 0) return true;
+    bool solved = false;
+    WithFixedSize(m, [&](auto rows) {
+      if constexpr (std::is_same_v<decltype(rows), int>) {
+        const Eigen::PartialPivLU<Eigen::Ref<Matrix>> factor(system_matrix_);  // in place
+        accelerations_ = factor.solve(accelerations_);
+        solved = true;
+      } else {
+        solved = BlockSolve<decltype(rows)>::Run(rows, rule_->stages, &system_matrix_,
+                                                 &accelerations_);
+      }
+    });
+    return solved;
+  }
+
   /// The propagator of [t, t+h] into step_; returns its error estimate.
   double Step(double t, double h) {
     const int s = rule_->stages;
     for (int i = 0; i < s; ++i) Jacobian(t + rule_->c(i) * h, Node(i).data());
     FindMovingRows();
     Assemble(h);
-    if (!moving_.empty()) {
-      const Eigen::PartialPivLU<Eigen::Ref<Matrix>> factor(system_matrix_);  // in place
-      accelerations_ = factor.solve(accelerations_);
-    }
+    if (!SolveAccelerations()) return std::numeric_limits<double>::infinity();
     step_.setIdentity();
     step_.topRightCorner(d_, d_).diagonal().array() += h;
     AddAccelerations(h * h, rule_->twice_end, step_.topRows(d_));

@@ -45,7 +45,13 @@ ContactDynamics::ContactDynamics(const MechanicalSystem& system, const VectorRef
       acceleration_(d_),
       force_(n_),
       acceleration_jacobian_(d_, 2 * d_),
-      force_jacobian_(n_, 2 * d_) {}
+      force_jacobian_(n_, 2 * d_) {
+  residual_.momentum_q.resize(d_, d_);
+  residual_.momentum_v.resize(d_, d_);
+  residual_.momentum_u.resize(d_, system.num_inputs());
+  residual_.constraint_q.resize(n_, d_);
+  residual_.constraint_v.resize(n_, d_);
+}
 
 void ContactDynamics::Factorize(const VectorRef& x, ContactMode mode) {
   const auto q = x.head(d_), v = x.tail(d_);
@@ -60,6 +66,8 @@ void ContactDynamics::Factorize(const VectorRef& x, ContactMode mode) {
     force_map_.resize(k, d_);
     delassus_inverse_.resize(k, k);
     bias_.setZero(k);
+    active_residual_.resize(k, 2 * d_);
+    active_force_jacobian_.resize(k, 2 * d_);
   }
   if (!(constant_ && factorized_)) mass_factor_.compute(mass_);
   inverse_.setIdentity(d_, d_);
@@ -101,7 +109,15 @@ void ContactDynamics::Factorize(const VectorRef& x, ContactMode mode) {
 void ContactDynamics::Evaluate(const VectorRef& x, ContactMode mode) {
   ++evaluations_;
   Factorize(x, mode);
-  acceleration_.noalias() = inverse_.lazyProduct(applied_);
+  WithFixedSize(d_, [&](auto d) {
+    const double* __restrict column = inverse_.data();
+    double* __restrict a = acceleration_.data();
+    for (int r = 0; r < d; ++r) a[r] = 0;
+    for (int k = 0; k < d; ++k, column += d) {
+      const double factor = applied_(k);
+      for (int r = 0; r < d; ++r) a[r] += factor * column[r];
+    }
+  });
   force_.setZero();
   for (int i = 0; i < static_cast<int>(active_.size()); ++i) {
     double lambda = -force_map_.row(i).dot(applied_);
@@ -128,8 +144,6 @@ void ContactDynamics::Differentiate(const VectorRef& x, ContactMode mode) {
   force_jacobian_.setZero();
   const int k = static_cast<int>(active_.size());
   if (k == 0) return;
-  active_residual_.resize(k, 2 * d_);
-  active_force_jacobian_.resize(k, 2 * d_);
   MultiplySmall(1, force_map_, residual_.momentum_q, &active_force_jacobian_(0, 0), k);
   MultiplySmall(1, force_map_, residual_.momentum_v, &active_force_jacobian_(0, d_), k);
   if (!constant_) {
@@ -146,6 +160,12 @@ void ContactDynamics::Differentiate(const VectorRef& x, ContactMode mode) {
 Vector ContactDynamics::ForceRate(const VectorRef& x, ContactMode mode) {
   Differentiate(x, mode);
   return force_jacobian_.leftCols(d_) * x.tail(d_) + force_jacobian_.rightCols(d_) * acceleration_;
+}
+
+double ContactDynamics::ForceRate(const VectorRef& x, ContactMode mode, int i) {
+  Differentiate(x, mode);
+  return force_jacobian_.row(i).head(d_).dot(x.tail(d_)) +
+         force_jacobian_.row(i).tail(d_).dot(acceleration_);
 }
 
 void Delassus(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u, ContactMode C,
@@ -189,7 +209,7 @@ ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x, Con
   }
   for (int i : near_zero) {
     const ContactMode with = mode.With(i);
-    const double rate = dynamics->ForceRate(x, with)(i);
+    const double rate = dynamics->ForceRate(x, with, i);
     const double rounding = kForceRounding * (1 + dynamics->force().cwiseAbs().maxCoeff());
     if (std::abs(dynamics->force()(i)) > time_tolerance * std::abs(rate) + rounding) continue;
     mode = rate > 0 ? with : mode.Without(i);

@@ -2,7 +2,6 @@
 #include "contact_flow/flow/event_locator.h"
 
 #include <algorithm>
-#include <boost/math/tools/minima.hpp>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <limits>
@@ -16,7 +15,7 @@ constexpr int kPieces = 8;        // of a step, in a search
 constexpr int kStageColumns = 16;  // forces kept of one step
 constexpr int kEndStage = 12;      // the one at its end
 /// A force is excluded by screening when its smallest stage value exceeds this part of its range over the
-/// stages: DOP853's widest gap between stages is 0.27 h, over which a resolved guard cannot dip further.
+/// stages. The force of a body at rest may vary in ways that its state, and so the step size, does not see.
 constexpr double kForceReserve = 0.5;
 
 /// Root of a function with a sign change in [a, b], to rounding.
@@ -64,94 +63,73 @@ EventLocator::EventLocator(ContactDynamics* dynamics, double floor)
       force_margin_(std::numeric_limits<double>::infinity()) {}
 
 void EventLocator::RecordForce(const Vector& force) {
-  if (calls_ < kStageColumns) forces_.col(calls_++) = force;
+  if (calls_ == kStageColumns) return;
+  std::copy(force.data(), force.data() + force.size(), &forces_(0, calls_++));
 }
 
 void EventLocator::EndStep() {
+  if (calls_ == 0) return;
   forces_.col(0) = forces_.col(std::min(calls_ - 1, kEndStage));
   calls_ = 1;
 }
 
-double EventLocator::GapAt(int i, double theta, double* rate) {
+/// The guard of constraint i and its time derivative on the continuous extension.
+double EventLocator::GuardAt(int i, double theta, double* rate) {
   const int d = dynamics_->system().dof();
   stepper_->Interpolate(theta, x_.data());
+  if (mode_.Contains(i)) {
+    *rate = dynamics_->ForceRate(x_, mode_, i);
+    return dynamics_->force()(i);
+  }
   dynamics_->system().Constraints(x_.head(d), x_.tail(d), &terms_);
   *rate = terms_.jacobian.row(i).dot(x_.tail(d));
   return terms_.gap(i);
 }
 
-double EventLocator::ForceAt(int i, double theta) {
-  stepper_->Interpolate(theta, x_.data());
-  dynamics_->Evaluate(x_, mode_);
-  return dynamics_->force()(i);
-}
-
-void EventLocator::SearchGap(int i, LocatedEvent* event) {
-  double rate_left = 0, rate_right = 0, unused = 0;
-  double left = 0, gap_left = GapAt(i, 0, &rate_left);
+void EventLocator::Search(int i, LocatedEvent* event) {
+  const bool member = mode_.Contains(i);
+  double rate_left = 0, rate_end = 0, unused = 0;
+  double left = 0, value_left = GuardAt(i, 0, &rate_left);
+  const double floor = member ? floor_ * (1 + forces_.row(i).head(kEndStage + 1).cwiseAbs().maxCoeff())
+                              : floor_;
+  const auto value_at = [&](double theta) { return GuardAt(i, theta, &unused); };
   const auto rate_at = [&](double theta) {
     double rate;
-    GapAt(i, theta, &rate);
+    GuardAt(i, theta, &rate);
     return rate;
+  };
+  const auto report = [&](double theta, bool touch) {
+    if (theta < event->theta || !event->found) *event = {true, theta, i, touch};
   };
   for (int piece = 1; piece <= kPieces && left < event->theta; ++piece) {
     const double end = static_cast<double>(piece) / kPieces;
-    const double gap_end = GapAt(i, end, &rate_right);
-    // At most one extremum a piece; the stretch after it (or the whole piece) is where the gap falls.
-    double turn = end, gap_turn = gap_end;
-    if (rate_left * rate_right < 0) {
-      turn = Root(rate_at, left, end, rate_left, rate_right);
-      gap_turn = GapAt(i, turn, &unused);
+    const double value_end = GuardAt(i, end, &rate_end);
+    // At most one extremum a piece; the stretch after it (or the whole piece) is where the guard falls.
+    double turn = end, value_turn = value_end;
+    if (rate_left * rate_end < 0) {
+      turn = Root(rate_at, left, end, rate_left, rate_end);
+      value_turn = value_at(turn);
     }
+    const bool dip = rate_left < 0 && rate_end > 0 && value_left > floor;
     const double stops[2] = {turn, end};
-    const double gaps[2] = {gap_turn, gap_end};
+    const double values[2] = {value_turn, value_end};
     for (int part = 0; part < 2; ++part) {
-      if (gaps[part] < -floor_) {
-        const auto gap_at = [&](double theta) { return GapAt(i, theta, &unused); };
+      if (values[part] < -floor) {
         const double root =
-            gap_left <= 0 ? left : Root(gap_at, left, stops[part], gap_left, gaps[part]);
-        if (root < event->theta || !event->found) *event = {true, root, i, false};
-        return;
+            value_left <= 0 ? left : Root(value_at, left, stops[part], value_left, values[part]);
+        return report(root, false);
       }
-      if (part == 0 && rate_left < 0 && rate_right > 0 && gap_left > floor_) {
-        if (gap_turn <= kTouchReach * floor_) {
-          if (turn < event->theta || !event->found) *event = {true, turn, i, true};
-          return;
-        }
-        gap_margin_ = std::min(gap_margin_, gap_turn);
+      if (part == 0 && dip && !member && value_turn <= kTouchReach * floor) {
+        return report(turn, true);
       }
       left = stops[part];
-      gap_left = gaps[part];
+      value_left = values[part];
     }
-    rate_left = rate_right;
-  }
-}
-
-void EventLocator::SearchForce(int i, LocatedEvent* event) {
-  double value[kPieces + 1];
-  double largest = 0;
-  for (int k = 0; k <= kPieces; ++k) {
-    value[k] = ForceAt(i, static_cast<double>(k) / kPieces);
-    largest = std::max(largest, std::abs(value[k]));
-  }
-  const double floor = floor_ * (1 + largest);
-  const auto force_at = [&](double theta) { return ForceAt(i, theta); };
-  const auto report = [&](double a, double b, double fa, double fb) {
-    const double root = fa <= 0 ? a : Root(force_at, a, b, fa, fb);
-    if (root < event->theta || !event->found) *event = {true, root, i, false};
-  };
-  for (int k = 1; k <= kPieces; ++k) {
-    const double a = static_cast<double>(k - 1) / kPieces, b = static_cast<double>(k) / kPieces;
-    if (value[k] < -floor) return report(a, b, value[k - 1], value[k]);
-    // A sampled local minimum is followed down to the true one.
-    if (k < kPieces && value[k] <= value[k - 1] && value[k] <= value[k + 1]) {
-      const double c = static_cast<double>(k + 1) / kPieces;
-      const auto lowest = boost::math::tools::brent_find_minima(force_at, a, c, 26);
-      if (lowest.second < -floor) {
-        return report(a, lowest.first, value[k - 1], lowest.second);
-      }
-      force_margin_ = std::min(force_margin_, std::max(lowest.second, 0.0));
+    if (dip) {
+      double& margin = member ? force_margin_ : gap_margin_;
+      margin = std::min(margin, std::max(value_turn, 0.0));
     }
+    rate_left = rate_end;
   }
 }
 
@@ -173,7 +151,7 @@ LocatedEvent EventLocator::Locate(Dop853* stepper, ContactMode mode, const GapSa
         continue;
       }
       if (!stepper->extended()) stepper->Extend();
-      SearchForce(i, &event);
+      Search(i, &event);
     } else {
       double error = 0;
       const double bound =
@@ -182,7 +160,7 @@ LocatedEvent EventLocator::Locate(Dop853* stepper, ContactMode mode, const GapSa
       const bool dips = begin.rate(i) < 0 && end.rate(i) > 0;
       if (bound > error && bound > floor_ && !dips) continue;
       if (!stepper->extended()) stepper->Extend();
-      SearchGap(i, &event);
+      Search(i, &event);
     }
   }
   return event;

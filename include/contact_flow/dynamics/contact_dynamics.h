@@ -38,6 +38,8 @@ class ContactDynamics {
 
   /// dλ/dt [n] along F_J, for the members of J; differentiates.
   Vector ForceRate(const VectorRef& x, ContactMode mode);
+  /// dλ_i/dt alone.
+  double ForceRate(const VectorRef& x, ContactMode mode, int i);
 
   /// Calls of Evaluate so far.
   long evaluations() const { return evaluations_; }

@@ -57,10 +57,8 @@ class EventLocator {
   double force_margin() const { return force_margin_; }
 
  private:
-  double GapAt(int i, double theta, double* rate);
-  double ForceAt(int i, double theta);
-  void SearchGap(int i, LocatedEvent* event);
-  void SearchForce(int i, LocatedEvent* event);
+  double GuardAt(int i, double theta, double* rate);
+  void Search(int i, LocatedEvent* event);
 
   ContactDynamics* dynamics_;
   const double floor_;
