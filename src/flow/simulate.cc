@@ -105,10 +105,12 @@ class Run {
     arc.x_begin = arc.x_end = x_;
     if (t_ >= duration_) return false;
 
+    rejected_ = false;
     locator_.BeginArc();
     stepper_.Begin(x_);
     SampleGaps(system_, x_, dynamics_.acceleration(), &terms_, &gaps_begin_);
-    double h = kFirstStep * stepper_.GuessStep(options_.relative_tolerance, options_.absolute_tolerance);
+    double h = kFirstStep *
+               stepper_.GuessStep(options_.relative_tolerance, options_.absolute_tolerance);
     int trigger = -1;
     while (t_ < duration_ && trigger < 0) {
       if (!WithinBudget() || !TakeStep(&h, &trigger, &arc)) return false;
@@ -150,9 +152,9 @@ class Run {
       *h = length * std::clamp(growth, kSmallestGrowth, rejected_ ? 1.0 : kLargestGrowth);
       rejected_ = false;
     }
-    if (options_.dense && end > t_) {
+    if (options_.dense && stepper_.step() > 0) {
       if (!stepper_.extended()) stepper_.Extend();
-      arc->dense.Append(t_, end - t_, stepper_.dense(), 2 * system_.dof());
+      arc->dense.Append(t_, stepper_.step(), stepper_.dense(), 2 * system_.dof());
     }
     arc->t_end = t_ = end;
     arc->x_end = x_;
