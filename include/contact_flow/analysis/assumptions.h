@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "contact_flow/contact_mode.h"
+#include "contact_flow/flow/trajectory.h"
+#include "contact_flow/model/mechanical_system.h"
+#include "contact_flow/types.h"
+
+namespace contact_flow {
+
+/// What decides the outcome of contacts that meet at once (Sec. 2 and Assumption 4 of the paper).
+enum class ContactClass {
+  kSingle = 0,          ///< at most one constraint: nothing to decide
+  kOrthogonal = 1,      ///< Assumption 4, G_ij = 0: continuous and piecewise differentiable, any γ
+  kAttracting = 2,      ///< γ = 0 and G_ij ≤ 0: the same, although Assumption 4 fails
+  kOrderDependent = 3,  ///< the order of impacts decides the outcome: discontinuous
+  kDependent = 4,       ///< Assumption 3 fails: the constraints are linearly dependent
+};
+
+/// "orthogonal", …
+const char* ContactClassName(ContactClass contact_class);
+
+/// Coupling of two constraints in the kinetic metric, G_ij/√(G_ii G_jj) ∈ [−1, 1].
+struct Coupling {
+  int first = 0;
+  int second = 0;
+  double value = 0;
+};
+
+/// The assumptions of the paper at one state, for the constraints that touch there.
+struct AssumptionReport {
+  ContactMode touching;
+  /// Assumption 2 at the state: M, f, a and their first derivatives are finite and M is positive
+  /// definite.
+  bool smooth = false;
+  double mass_condition = 0;  ///< condition number of M
+  /// Assumption 3: rank of Da M⁻¹ Daᵀ over the touching constraints, and its condition number once its
+  /// diagonal is scaled to 1 (+∞ when dependent, 1 when orthogonal or empty).
+  int rank = 0;
+  double condition = 1;
+  /// Constraint qualification (Mangasarian–Fromovitz): some velocity opens all touching gaps at once.
+  bool qualified = true;
+  std::vector<Coupling> couplings;  ///< every pair, i < j
+  ContactClass contact_class = ContactClass::kSingle;
+
+  bool independent() const { return rank == touching.Size(); }
+  /// The largest |coupling|, 0 without pairs.
+  double LargestCoupling() const;
+};
+
+/// Reports on the state x with input u, taking `touching` as the constraints in contact.
+AssumptionReport AssessAssumptions(const MechanicalSystem& system, const VectorRef& x,
+                                   const VectorRef& u, ContactMode touching);
+
+/// The report of each transition of a run, at (ρ, v⁻), for I_a ∪ J⁻.
+std::vector<AssumptionReport> AssessTransitions(const MechanicalSystem& system,
+                                                const Trajectory& trajectory, const VectorRef& u);
+
+/// One pair of constraints over a region of configurations.
+struct PairInRegion {
+  int first = 0;
+  int second = 0;
+  int met = 0;           ///< sampled configurations where both touch and no gap is negative
+  double smallest = 0;   ///< coupling over these
+  double largest = 0;
+  ContactClass worst = ContactClass::kSingle;
+};
+
+/// The assumptions over a box around a state.
+struct RegionReport {
+  int samples = 0;
+  int smooth = 0;                   ///< samples where Assumption 2 holds
+  double largest_mass_condition = 0;
+  std::vector<PairInRegion> pairs;  ///< every pair, i < j; met = 0: the two never touch together here
+};
+
+/// Samples `samples` states in x ± half_width [2d]. For each pair of constraints the configurations are
+/// moved onto a_i = a_j = 0 by Newton's method in the kinetic metric. Deterministic: the same `seed` gives
+/// the same report.
+RegionReport AssessRegion(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u,
+                          const VectorRef& half_width, int samples, unsigned seed = 1);
+
+}  // namespace contact_flow

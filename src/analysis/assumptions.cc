@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/analysis/assumptions.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <stdexcept>
+
+#include "contact_flow/derivative/cone_interior.h"
+#include "contact_flow/dynamics/contact_dynamics.h"
+
+namespace contact_flow {
+namespace {
+
+/// Couplings below this count as zero, the located configuration being exact to the integrator's tolerance
+/// only; the event map uses the same figure.
+constexpr double kOrthogonal = 1e-6;
+/// Eigenvalues of the scaled Delassus matrix below this count as zero.
+constexpr double kDependent = 1e-10;
+constexpr int kNewtonSteps = 30;
+constexpr double kNewtonTolerance = 1e-10;
+
+double Condition(const Matrix& symmetric) {
+  if (symmetric.size() == 0) return 1;
+  if (!symmetric.allFinite()) return std::numeric_limits<double>::infinity();
+  const Vector eigenvalues = Eigen::SelfAdjointEigenSolver<Matrix>(symmetric).eigenvalues();
+  const double smallest = eigenvalues.minCoeff(), largest = eigenvalues.maxCoeff();
+  return smallest > kDependent * largest ? largest / smallest
+                                         : std::numeric_limits<double>::infinity();
+}
+
+/// Da over the members of a set, with rows of unit length.
+Matrix UnitNormals(const Matrix& jacobian, ContactMode touching) {
+  Matrix normals(touching.Size(), jacobian.cols());
+  int row = 0;
+  for (int i : touching) {
+    const double length = jacobian.row(i).norm();
+    normals.row(row++) = jacobian.row(i) / (length > 0 ? length : 1);
+  }
+  return normals;
+}
+
+ContactClass Classify(const AssumptionReport& report, const Vector& restitution) {
+  if (!report.independent()) return ContactClass::kDependent;
+  if (report.touching.Size() < 2) return ContactClass::kSingle;
+  bool orthogonal = true, attracting = true, plastic = true;
+  for (const Coupling& coupling : report.couplings) {
+    orthogonal = orthogonal && std::abs(coupling.value) <= kOrthogonal;
+    attracting = attracting && coupling.value <= kOrthogonal;
+  }
+  for (int i : report.touching) plastic = plastic && restitution(i) == 0;
+  if (orthogonal) return ContactClass::kOrthogonal;
+  return plastic && attracting ? ContactClass::kAttracting : ContactClass::kOrderDependent;
+}
+
+/// Moves q onto a_i = a_j = 0 by the shortest steps in the kinetic metric; false when that fails.
+bool MoveOntoPair(const MechanicalSystem& system, int i, int j, const VectorRef& u, Vector* x) {
+  const int d = system.dof();
+  Matrix mass;
+  Vector force;
+  ConstraintTerms terms;
+  for (int step = 0; step < kNewtonSteps; ++step) {
+    system.Constraints(x->head(d), x->tail(d), &terms);
+    const Eigen::Vector2d gap(terms.gap(i), terms.gap(j));
+    if (!gap.allFinite()) return false;
+    if (gap.cwiseAbs().maxCoeff() <= kNewtonTolerance) return true;
+    system.Dynamics(x->head(d), x->tail(d), u, &mass, &force);
+    Matrix A(2, d);
+    A << terms.jacobian.row(i), terms.jacobian.row(j);
+    const Matrix Y = mass.llt().solve(A.transpose());
+    const Matrix G = A * Y;
+    if (!std::isfinite(Condition(G))) return false;
+    x->head(d) -= Y * G.ldlt().solve(gap);
+  }
+  return false;
+}
+
+}  // namespace
+
+const char* ContactClassName(ContactClass contact_class) {
+  switch (contact_class) {
+    case ContactClass::kSingle:
+      return "single";
+    case ContactClass::kOrthogonal:
+      return "orthogonal";
+    case ContactClass::kAttracting:
+      return "attracting";
+    case ContactClass::kOrderDependent:
+      return "order-dependent";
+    case ContactClass::kDependent:
+      return "dependent";
+  }
+  return "unknown";
+}
+
+double AssumptionReport::LargestCoupling() const {
+  double largest = 0;
+  for (const Coupling& coupling : couplings) largest = std::max(largest, std::abs(coupling.value));
+  return largest;
+}
+
+AssumptionReport AssessAssumptions(const MechanicalSystem& system, const VectorRef& x,
+                                   const VectorRef& u, ContactMode touching) {
+  const int d = system.dof(), k = touching.Size();
+  AssumptionReport report;
+  report.touching = touching;
+  Matrix mass;
+  Vector force;
+  ConstraintTerms terms;
+  system.Dynamics(x.head(d), x.tail(d), u, &mass, &force);
+  system.Constraints(x.head(d), x.tail(d), &terms);
+  report.mass_condition = Condition(mass);
+  ContactDynamics dynamics(system, u);
+  dynamics.Differentiate(x, ContactMode());
+  report.smooth = std::isfinite(report.mass_condition) && force.allFinite() &&
+                  terms.gap.allFinite() && terms.jacobian.allFinite() &&
+                  dynamics.acceleration_jacobian().allFinite();
+  if (!report.smooth) return report;
+
+  Matrix G;
+  Vector unused;
+  Delassus(system, x, u, touching, &G, &unused);
+  const Vector scale = G.diagonal().cwiseSqrt().cwiseInverse();
+  G = scale.asDiagonal() * G * scale.asDiagonal();
+  report.condition = Condition(G);
+  if (k > 0 && G.allFinite()) {
+    const Vector eigenvalues = Eigen::SelfAdjointEigenSolver<Matrix>(G).eigenvalues();
+    report.rank = static_cast<int>((eigenvalues.array() > kDependent).count());
+  }
+  // Independence implies the qualification; otherwise a linear program decides.
+  report.qualified = report.independent() || HasInterior(UnitNormals(terms.jacobian, touching));
+  int row = 0;
+  for (int i : touching) {
+    int column = 0;
+    for (int j : touching) {
+      if (column > row) report.couplings.push_back({i, j, G(row, column)});
+      ++column;
+    }
+    ++row;
+  }
+  report.contact_class = Classify(report, system.restitution());
+  return report;
+}
+
+std::vector<AssumptionReport> AssessTransitions(const MechanicalSystem& system,
+                                                const Trajectory& trajectory, const VectorRef& u) {
+  std::vector<AssumptionReport> reports;
+  for (const Transition& transition : trajectory.transitions) {
+    reports.push_back(AssessAssumptions(system, transition.x_minus, u,
+                                        transition.activated | transition.mode_before));
+  }
+  return reports;
+}
+
+RegionReport AssessRegion(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u,
+                          const VectorRef& half_width, int samples, unsigned seed) {
+  const int d = system.dof(), n = system.num_constraints();
+  if (x.size() != 2 * d || half_width.size() != 2 * d) {
+    throw std::invalid_argument("state and half_width need " + std::to_string(2 * d) + " entries");
+  }
+  if (!(half_width.array() >= 0).all() || !half_width.allFinite()) {
+    throw std::invalid_argument("half_width must be finite and not negative");
+  }
+  RegionReport report;
+  report.samples = samples;
+  for (int i = 0; i < n; ++i) {
+    for (int j = i + 1; j < n; ++j) report.pairs.push_back({i, j, 0, 0, 0, ContactClass::kSingle});
+  }
+  std::mt19937 generator(seed);
+  for (int s = 0; s < samples; ++s) {
+    Vector state = x;
+    for (int c = 0; c < 2 * d; ++c) {
+      // Not std::uniform_real_distribution, whose values differ between standard libraries.
+      const double uniform = static_cast<double>(generator()) / std::mt19937::max();
+      state(c) += (2 * uniform - 1) * half_width(c);
+    }
+    const AssumptionReport free = AssessAssumptions(system, state, u, ContactMode());
+    report.smooth += free.smooth;
+    report.largest_mass_condition = std::max(report.largest_mass_condition, free.mass_condition);
+    for (PairInRegion& pair : report.pairs) {
+      Vector touching = state;
+      if (!free.smooth || !MoveOntoPair(system, pair.first, pair.second, u, &touching)) continue;
+      ConstraintTerms terms;
+      system.Constraints(touching.head(d), touching.tail(d), &terms);
+      if (terms.gap.minCoeff() < -kNewtonTolerance) continue;
+      const AssumptionReport met =
+          AssessAssumptions(system, touching, u, ContactMode({pair.first, pair.second}));
+      if (!met.smooth) continue;
+      const double value = met.couplings.front().value;
+      pair.smallest = pair.met > 0 ? std::min(pair.smallest, value) : value;
+      pair.largest = pair.met > 0 ? std::max(pair.largest, value) : value;
+      pair.worst = std::max(pair.worst, met.contact_class);
+      ++pair.met;
+    }
+  }
+  return report;
+}
+
+}  // namespace contact_flow
