@@ -5,6 +5,7 @@
 #include <string>
 
 #include "contact_flow/ros/answers.h"
+#include "contact_flow/ros/assumptions_answer.h"
 #include "contact_flow/ros/conversions.h"
 
 namespace contact_flow {
@@ -83,6 +84,7 @@ Node::Node(const NodeParameters& parameters)
   servers_ = {node_.advertiseService("simulate", &Node::Simulate, this),
               node_.advertiseService("b_derivative", &Node::Differentiate, this),
               node_.advertiseService("compare", &Node::Compare, this),
+              node_.advertiseService("check_assumptions", &Node::CheckAssumed, this),
               node_.advertiseService("describe_model", &Node::Describe, this),
               node_.advertiseService("start_recording", &Node::Start, this),
               node_.advertiseService("stop_recording", &Node::Stop, this)};
@@ -133,6 +135,11 @@ bool Node::Compare(CompareBDerivative::Request& in, CompareBDerivative::Response
     Deliver(&outlet_, &record, &out);
     out.comparison.header = record.header;
   });
+}
+
+bool Node::CheckAssumed(CheckAssumptions::Request& in, CheckAssumptions::Response& out) {
+  out.outcome = CheckAssumptions::Response::REFUSED;
+  return Guard("check_assumptions", &out, [&] { out = Answer(setup_, in); });
 }
 
 bool Node::Describe(DescribeModel::Request& in, DescribeModel::Response& out) {

@@ -9,13 +9,14 @@ import numpy
 import rospkg
 import rospy
 from contact_flow.srv import (
-    CompareBDerivative, ComputeBDerivative, DescribeModel, SimulateTrajectory, StartRecording,
-    StopRecording)
+    CheckAssumptions, CompareBDerivative, ComputeBDerivative, DescribeModel, SimulateTrajectory,
+    StartRecording, StopRecording)
 
 SERVICES = {
     "simulate": SimulateTrajectory,
     "b_derivative": ComputeBDerivative,
     "compare": CompareBDerivative,
+    "check_assumptions": CheckAssumptions,
     "describe_model": DescribeModel,
     "start_recording": StartRecording,
     "stop_recording": StopRecording,

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "contact_flow/CheckAssumptions.h"
+#include "contact_flow/ros/setup.h"
+
+namespace contact_flow {
+namespace ros_interface {
+
+/// The answer of `check_assumptions`, a function of setup and request alone. Throws
+/// std::invalid_argument for a request that is not in order.
+CheckAssumptionsResponse Answer(const Setup& setup, const CheckAssumptionsRequest& request);
+
+}  // namespace ros_interface
+}  // namespace contact_flow

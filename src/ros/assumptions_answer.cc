@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/ros/assumptions_answer.h"
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "contact_flow/analysis/assumptions.h"
+#include "contact_flow/ros/conversions.h"
+#include "contact_flow/ros/request.h"
+
+namespace contact_flow {
+namespace ros_interface {
+namespace {
+
+constexpr int kMaxRegionSamples = 10000;
+constexpr double kHalfWidth = 0.1;
+
+ContactAssumptions ToMsg(const Names& constraints, double t, const AssumptionReport& report) {
+  ContactAssumptions m;
+  m.t = t;
+  m.touching = report.touching.Names(constraints);
+  m.smooth = report.smooth;
+  m.mass_condition = report.mass_condition;
+  m.rank = static_cast<std::uint32_t>(report.rank);
+  m.condition = report.condition;
+  m.qualified = report.qualified;
+  m.contact_class = ContactClassName(report.contact_class);
+  for (const Coupling& coupling : report.couplings) {
+    PairCoupling pair;
+    pair.first = constraints[static_cast<std::size_t>(coupling.first)];
+    pair.second = constraints[static_cast<std::size_t>(coupling.second)];
+    pair.smallest = pair.largest = coupling.value;
+    pair.met = 1;
+    pair.contact_class = m.contact_class;
+    m.couplings.push_back(pair);
+  }
+  return m;
+}
+
+/// Half widths of one part of the box: as asked, or the default for each coordinate.
+std::vector<double> HalfWidths(const std::string& field, const std::vector<double>& asked,
+                               const Names& coordinates) {
+  if (asked.empty()) return std::vector<double>(coordinates.size(), kHalfWidth);
+  CheckSize(field, asked.size(), coordinates.size(), coordinates);
+  CheckFinite(field, asked);
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    if (asked[i] < 0) {
+      throw std::invalid_argument(field + "[" + std::to_string(i) + "] is " +
+                                  std::to_string(asked[i]) + ", expected a half width >= 0");
+    }
+  }
+  return asked;
+}
+
+void AddRegion(const Setup& setup, const Run& run, const CheckAssumptionsRequest& request,
+               CheckAssumptionsResponse* response) {
+  const SystemDescription& names = setup.system->description();
+  const int samples =
+      ResolveCount("region_samples", request.region_samples, 0, kMaxRegionSamples);
+  std::vector<double> half_width = HalfWidths("region_q", request.region_q, names.coordinates);
+  const std::vector<double> rates = HalfWidths("region_v", request.region_v, names.coordinates);
+  half_width.insert(half_width.end(), rates.begin(), rates.end());
+  if (samples == 0) return;
+  const RegionReport region = AssessRegion(
+      *setup.system, run.x, run.u,
+      Eigen::Map<const Vector>(half_width.data(), static_cast<Eigen::Index>(half_width.size())),
+      samples);
+  response->region_smooth = static_cast<std::uint32_t>(region.smooth);
+  response->region_mass_condition = region.largest_mass_condition;
+  for (const PairInRegion& met : region.pairs) {
+    PairCoupling pair;
+    pair.first = names.constraints[static_cast<std::size_t>(met.first)];
+    pair.second = names.constraints[static_cast<std::size_t>(met.second)];
+    pair.smallest = met.smallest;
+    pair.largest = met.largest;
+    pair.met = static_cast<std::uint32_t>(met.met);
+    pair.contact_class = met.met > 0 ? ContactClassName(met.worst) : "";
+    response->region_pairs.push_back(pair);
+  }
+}
+
+}  // namespace
+
+CheckAssumptionsResponse Answer(const Setup& setup, const CheckAssumptionsRequest& request) {
+  const Run run =
+      ResolveRun(setup, request.duration, request.state, request.input, request.options);
+  CheckAssumptionsResponse response;
+  const Names& constraints = setup.system->description().constraints;
+  const Trajectory trajectory =
+      Simulate(*setup.system, run.x, run.u, run.duration, run.options);
+  response.outcome = static_cast<std::uint8_t>(trajectory.status.outcome);
+  response.message = trajectory.status.message;
+  response.margins = ToMsg(trajectory.margins);
+  response.initial = ToMsg(constraints, 0,
+                            AssessAssumptions(*setup.system, run.x, run.u,
+                                              trajectory.arcs.front().mode));
+  const std::vector<AssumptionReport> reports =
+      AssessTransitions(*setup.system, trajectory, run.u);
+  response.differentiable = trajectory.status.ok();
+  for (std::size_t k = 0; k < reports.size(); ++k) {
+    const Transition& transition = trajectory.transitions[k];
+    response.transitions.push_back(ToMsg(constraints, transition.t, reports[k]));
+    // One activation alone has a derivative in every class but that of dependent constraints.
+    const bool order_matters = reports[k].contact_class == ContactClass::kOrderDependent &&
+                               transition.activated.Size() > 1;
+    const bool dependent = reports[k].contact_class == ContactClass::kDependent;
+    response.differentiable = response.differentiable && !order_matters && !dependent;
+  }
+  AddRegion(setup, run, request, &response);
+  return response;
+}
+
+}  // namespace ros_interface
+}  // namespace contact_flow
