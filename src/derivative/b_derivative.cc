@@ -3,6 +3,7 @@
 
 #include <Eigen/QR>
 #include <memory>
+#include <sstream>
 
 #include "contact_flow/derivative/variation.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
@@ -57,6 +58,13 @@ BDerivative DifferentiateOutcome(const MechanicalSystem& system, const Trajector
   const auto dynamics = std::make_shared<ContactDynamics>(system, u);
   derivative.events.reserve(trajectory.transitions.size());
   for (const Transition& transition : trajectory.transitions) {
+    if (transition.completes_zeno) {
+      std::ostringstream message;
+      message << "infinitely many bounces were completed to sticking at t = " << transition.t
+              << " s: the outcome has no derivative by Theorem 1 (Def. 2 fails)";
+      derivative.status = {Outcome::kZeno, message.str()};
+      return derivative;
+    }
     derivative.events.emplace_back(dynamics, transition);
     if (!derivative.events.back().status().ok()) {
       derivative.status = derivative.events.back().status();

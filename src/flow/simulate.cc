@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/dynamics/sticking.h"
 #include "contact_flow/flow/dop853.h"
 #include "contact_flow/flow/event_locator.h"
 #include "contact_flow/flow/transition.h"
@@ -228,18 +229,38 @@ class Run {
     mode_ = transition.mode_after;
     x_ = transition.x_plus;
     for (int i : transition.activated - transition.mode_after) {
-      if (const std::optional<double> accumulation = zeno_.Bounce(i, t_)) {
+      const std::optional<double> accumulation = zeno_.Bounce(i, t_);
+      if (!accumulation) continue;
+      trajectory_.accumulation_time = *accumulation;
+      if (options_.complete_zeno) {
+        CompleteZeno(i);
+      } else {
         std::ostringstream reason;
         reason.precision(12);
         reason << "impacts of constraint '" << system_.description().constraints[i]
                << "' accumulate at t = " << *accumulation << " s (Zeno)";
-        trajectory_.accumulation_time = *accumulation;
         CloseWithEmptyArc();
         Stop(Outcome::kZeno, reason.str());
         return false;
       }
     }
     return true;
+  }
+
+  /// Turns the last bounce, of constraint i, into sticking: see SimulateOptions::complete_zeno.
+  void CompleteZeno(int i) {
+    Transition& last = trajectory_.transitions.back();
+    const int d = system_.dof();
+    const ContactMode sticking = mode_.With(i);
+    const ImpactResult impact = Stick(system_, x_.head(d), last.x_minus.tail(d), sticking);
+    last.x_plus.tail(d) = impact.v_plus;
+    last.impulse = impact.impulse;
+    last.completes_zeno = true;
+    last.mode_after =
+        SelectContactMode(&dynamics_, last.x_plus, sticking, options_.simultaneity_tolerance);
+    last.released = last.mode_before - last.mode_after;
+    mode_ = last.mode_after;
+    x_ = last.x_plus;
   }
 
   /// Keeps arcs.size() == transitions.size() + 1 when a run stops right after a transition.

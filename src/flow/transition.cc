@@ -6,8 +6,12 @@
 #include <limits>
 #include <sstream>
 
+#include "contact_flow/dynamics/sticking.h"
+
 namespace contact_flow {
 namespace {
+
+constexpr double kRounding = 1e-12;
 
 /// First and last of a set of times.
 class Spread {
@@ -92,6 +96,13 @@ ResolvedTransition ResolveTransition(ContactDynamics* dynamics, double t, const 
         Resting(system, normal_velocity, impact, touching, rules.speed_tolerance);
     transition.mode_after = SelectContactMode(dynamics, transition.x_plus, resting,
                                               rules.simultaneity_tolerance);
+    // What counted as rest is made rest: a contact that kept a speed within the tolerance would drift.
+    double residual = 0;
+    for (int i : transition.mode_after) residual = std::max(residual, std::abs(normal_velocity(i)));
+    if (residual > kRounding * rate.cwiseAbs().maxCoeff()) {
+      transition.x_plus.tail(d) =
+          Stick(system, x.head(d), impact.v_plus, transition.mode_after).v_plus;
+    }
   }
   transition.released = mode - transition.mode_after;
   return result;

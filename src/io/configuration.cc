@@ -23,6 +23,7 @@ SimulateOptions ReadSimulateOptions(const YAML::Node& map, SimulateOptions o) {
   reader.Read("gap_tolerance", &o.gap_tolerance);
   reader.Read("speed_tolerance", &o.speed_tolerance);
   reader.Read("zeno_interval", &o.zeno_interval);
+  reader.Read("complete_zeno", &o.complete_zeno);
   reader.Read("max_steps", &o.max_steps, 1, kMaxSteps);
   reader.Read("max_events", &o.max_events, 1, kMaxEvents);
   reader.Read("max_seconds", &o.max_seconds);

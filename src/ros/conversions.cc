@@ -34,6 +34,7 @@ ContactTransition ToMsg(const Names& constraints, const Transition& transition) 
   m.v_after = ToMsg(VectorRef(transition.x_plus.tail(d)));
   m.impulse = ToMsg(VectorRef(transition.impulse));
   m.spread = transition.spread;
+  m.completes_zeno = transition.completes_zeno;
   return m;
 }
 
@@ -64,6 +65,7 @@ SimulationOptions ToMsg(const SimulateOptions& options) {
   m.max_steps = options.max_steps;
   m.max_events = options.max_events;
   m.max_seconds = options.max_seconds;
+  m.complete_zeno = options.complete_zeno;
   m.impact_law = ImpactLawNames()[static_cast<std::size_t>(options.impact_law)];
   return m;
 }

@@ -107,6 +107,7 @@ SimulateOptions ResolveOptions(SimulateOptions o, const SimulationOptions& asked
   Override("options.gap_tolerance", asked.gap_tolerance, &o.gap_tolerance);
   Override("options.speed_tolerance", asked.speed_tolerance, &o.speed_tolerance);
   Override("options.zeno_interval", asked.zeno_interval, &o.zeno_interval);
+  o.complete_zeno = o.complete_zeno || asked.complete_zeno;
   Override("options.max_steps", asked.max_steps, kMaxSteps, &o.max_steps);
   Override("options.max_events", asked.max_events, kMaxEvents, &o.max_events);
   Override("options.max_seconds", asked.max_seconds, &o.max_seconds);

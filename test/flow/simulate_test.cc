@@ -7,6 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/model/model_library.h"
 #include "test/test_models.h"
 
@@ -97,6 +98,24 @@ TEST(Status, ZenoPredictsTheAccumulation) {
   EXPECT_NEAR(exact, run.accumulation_time, 1e-7);
   EXPECT_LT(run.t_end(), exact);
   EXPECT_EQ(run.arcs.size(), run.transitions.size() + 1);
+}
+
+TEST(Status, ZenoMayBeCompletedToSticking) {
+  const auto system = MakeModel("ball_in_corner");
+  Vector x(4);
+  x << 5, 1, -0.5, 0;
+  SimulateOptions options = AtTolerance(1e-11);
+  options.complete_zeno = true;
+  const Trajectory run = Simulate(*system, x, Vector(0), 8, options);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  EXPECT_EQ(ContactMode({0}), run.ModeSequence().back());
+  EXPECT_TRUE(run.transitions.back().completes_zeno);
+  // The ball rolls on: x(8) = 5 − 0.5·8, and rests on the floor up to the last bounce that was flown.
+  EXPECT_NEAR(1, run.FinalState()(0), 1e-9);
+  EXPECT_NEAR(0, run.FinalState()(1), 1e-9);
+  EXPECT_NEAR(0, run.FinalState()(3), 1e-12);
+  const BDerivative B = DifferentiateOutcome(*system, run, Vector(0));
+  EXPECT_EQ(Outcome::kZeno, B.status.outcome) << "no derivative across it";
 }
 
 TEST(Status, BudgetsStopARunAndKeepIt) {

@@ -23,6 +23,9 @@ struct SimulateOptions {
   double speed_tolerance = 1e-6;
   /// Impacts of one constraint whose intervals shrink geometrically below this are Zeno [s].
   double zeno_interval = 1e-5;
+  /// Go on from there with the contact sticking, instead of stopping with Outcome::kZeno. The rest of the
+  /// bounces, shorter than ~zeno_interval/(1−γ) in all, is taken as one plastic impact. No derivative then.
+  bool complete_zeno = false;
   long max_steps = 100000;
   long max_events = 10000;
   double max_seconds = 60;  ///< processor time of the thread [s]

@@ -33,6 +33,8 @@ struct Transition {
   ContactMode vanishing;    ///< I_d: members of J⁻ whose force passes zero here
   Vector impulse;           ///< p [n], [N·s] (zero where no impact)
   double spread = 0;        ///< time between the first and the last event of the cluster [s]
+  /// Infinitely many bounces were completed to sticking here (SimulateOptions::complete_zeno).
+  bool completes_zeno = false;
 };
 
 /// How close the run came to an event that did not happen, or to one that happened badly.
@@ -62,7 +64,7 @@ struct Trajectory {
   std::vector<Transition> transitions;
   Margins margins;
   RunStatistics statistics;
-  /// Where impacts accumulate [s], predicted from the ratio of their intervals; NaN unless kZeno.
+  /// Where impacts (last) accumulate [s], predicted from the ratio of their intervals; NaN without Zeno.
   double accumulation_time = std::numeric_limits<double>::quiet_NaN();
 
   double t_begin() const { return arcs.front().t_begin; }
