@@ -4,9 +4,15 @@
 #include <stdexcept>
 
 #include "contact_flow/model/example/ball_in_corner.h"
+#include "contact_flow/model/example/bouncing_ball.h"
+#include "contact_flow/model/example/ceiling.h"
+#include "contact_flow/model/example/corner.h"
 #include "contact_flow/model/example/double_pendulum.h"
 #include "contact_flow/model/example/hopping_trot.h"
+#include "contact_flow/model/example/legged_table.h"
 #include "contact_flow/model/example/rigid_biped.h"
+#include "contact_flow/model/example/rigid_quadruped.h"
+#include "contact_flow/model/example/rocking_block.h"
 #include "contact_flow/model/example/soft_biped.h"
 #include "contact_flow/model/example/wall_and_floor.h"
 #include "contact_flow/model/make_system.h"
@@ -24,8 +30,11 @@ std::pair<const std::string, Factory> Entry() {
 
 const std::map<std::string, Factory>& Registry() {
   static const std::map<std::string, Factory> registry = {
-      Entry<example::BallInCorner>(),   Entry<example::DoublePendulum>(),
-      Entry<example::HoppingTrot>(),    Entry<example::RigidBiped>(),
+      Entry<example::BallInCorner>(),   Entry<example::BouncingBall>(),
+      Entry<example::Ceiling>(),        Entry<example::Corner>(),
+      Entry<example::DoublePendulum>(), Entry<example::HoppingTrot>(),
+      Entry<example::LeggedTable>(),    Entry<example::RigidBiped>(),
+      Entry<example::RigidQuadruped>(), Entry<example::RockingBlock>(),
       Entry<example::SoftBiped>(),      Entry<example::WallAndFloor>(),
   };
   return registry;

@@ -19,6 +19,15 @@ CASES = {
     "wall_and_floor": "wall_and_floor",
     "ball_in_corner": "ball_in_corner",
 }
+# Models without a reference case: the contact modes of their nominal runs.
+NOMINAL_MODES = {
+    "corner": ["{}", "{floor}"],
+    "bouncing_ball": ["{}", "{}", "{}"],
+    "ceiling": ["{}", "{}"],
+    "rocking_block": ["{left_corner}", "{right_corner}", "{left_corner}", "{right_corner}"],
+    "legged_table": ["{}", "{outer_left_foot, inner_left_foot, inner_right_foot, outer_right_foot}"],
+    "rigid_quadruped": ["{}", "{hind_foot, front_foot}"],
+}
 
 
 class LaunchFiles(unittest.TestCase):
@@ -37,7 +46,16 @@ class LaunchFiles(unittest.TestCase):
             self.assertEqual(answer.mode_sequence, labels(reference["mode_sequence"]), model)
             x = numpy.array(answer.trajectory.final_q + answer.trajectory.final_v)
             self.assertLess(numpy.max(numpy.abs(x - reference["final_state"]["x"])), 1e-7, model)
-        self.assertEqual(sorted(CASES), Client("contact_flow").describe_model().models)
+
+    def test_nominal_run_of_every_other_model_passes_through_its_modes(self):
+        for model, modes in NOMINAL_MODES.items():
+            answer = Client(model).simulate()
+            self.assertTrue(answer.success, answer.message)
+            self.assertEqual((answer.outcome, answer.mode_sequence), (0, modes), model)
+
+    def test_no_model_is_left_out(self):
+        self.assertEqual(sorted([*CASES, *NOMINAL_MODES]),
+                         Client("contact_flow").describe_model().models)
 
     def test_recording_from_the_start(self):
         with tempfile.TemporaryDirectory() as directory:
