@@ -96,7 +96,7 @@ TEST(Corner, CouplesItsWallsByTheCosineOfTheirAngle) {
 
 TEST(Corner, AtSixtyDegreesTheOrderDecides) {
   for (double restitution : {0.0, 0.5}) {
-    // Gravity into the floor and away from the wall would leave the ball at rest; into both it does too.
+    // Gravity that pushes the ball into the corner: no order's outcome depends on when it is looked at.
     const Landing landing("corner",
                           {{"angle", kAcute}, {"restitution", restitution}, {"gravity_x", -2}});
     ExpectOutcomesAreLimits(landing);
@@ -131,6 +131,55 @@ TEST(Corner, AtOneHundredAndTwentyDegreesPlasticImpactsEndAtRest) {
       EXPECT_LE(landing.B(sign * Vector::Unit(4, k)).cwiseAbs().maxCoeff(), 1e-12);
     }
   }
+}
+
+/// Both orders of the pieces of a continuous landing that is not orthogonal, against one-sided quotients.
+void ExpectBothPiecesAgreeWithQuotients(const Landing& landing) {
+  ASSERT_TRUE(landing.B.status.ok()) << landing.B.status.message;
+  const PiecewiseLinearMap map = landing.B.Pieces();
+  ASSERT_EQ(2u, map.pieces().size());
+  EXPECT_FALSE(landing.B.IsDifferentiable());
+  EXPECT_GT(map.Kink(), 0.1);
+  for (const LinearPiece& piece : map.pieces()) {
+    ASSERT_EQ(1, piece.cone.rows());
+    for (int k = 0; k < landing.nominal.x.size(); ++k) {
+      Vector w = piece.cone.row(0).transpose();
+      w(k) += 0.1;
+      ASSERT_GT(piece.Margin(w), 0.1);
+      EXPECT_LE((landing.B(w) - piece.matrix * w).cwiseAbs().maxCoeff(), 1e-9);
+      const QuotientReport report = CompareWithQuotients(
+          *landing.system, landing.nominal.x, Vector(0), landing.nominal.duration, w,
+          piece.matrix * w, {1e-3, 3e-4, 1e-4, 3e-5});
+      EXPECT_NEAR(1, report.slope, 0.1) << piece.omega[0][0] << " first, direction " << k;
+      for (const QuotientSample& sample : report.samples) {
+        ASSERT_TRUE(sample.status.ok()) << sample.status.message;
+      }
+      EXPECT_LE(report.samples.back().error, 0.1 * report.samples.front().error);
+    }
+  }
+}
+
+/// Gravity pulls the ball off the wall that it meets first; the floor's impact then drives it into the wall
+/// again. The outcome is piecewise differentiable; disabled while EventMap forgets that second impact
+/// (the piece "wall, floor" carries v_S with a wall rate < 0) and while a run at tolerance 1e-12 cannot
+/// start from a state that is zero but for rounding.
+TEST(Corner, DISABLED_AtOneHundredAndTwentyDegreesPlasticImpactsArePiecewiseDifferentiable) {
+  ExpectBothPiecesAgreeWithQuotients(Landing("corner", {{"angle", kObtuse}}));
+}
+
+/// With hips far from the centre one foot's impact drives the other into the ground: G_ij < 0.
+TEST(LongQuadruped, IsPiecewiseDifferentiableThoughNotOrthogonal) {
+  const Landing landing("rigid_quadruped", {{"hind_offset", 0.5}, {"front_offset", 0.4}});
+  ExpectBothPiecesAgreeWithQuotients(landing);
+  // Far from orthogonal: G_ij < −0.1 √(G_ii G_jj).
+  Matrix M;
+  Vector force;
+  ConstraintTerms terms;
+  const Vector& touch = landing.run.transitions.front().x_minus;
+  landing.system->Dynamics(touch.head(5), touch.tail(5), Vector(0), &M, &force);
+  landing.system->Constraints(touch.head(5), touch.tail(5), &terms);
+  const Matrix G = terms.jacobian * M.inverse() * terms.jacobian.transpose();
+  EXPECT_LT(G(0, 1), -0.1 * std::sqrt(G(0, 0) * G(1, 1)));
 }
 
 class Quadruped : public testing::Test {
