@@ -8,11 +8,11 @@
 
 namespace contact_flow {
 
-/// Solves A X = B in place (X into B) for A made of s×s blocks of m×m, by block Gaussian elimination with
-/// pivots inside the diagonal blocks only. Made for the collocation matrices I − h(…), whose diagonal
-/// blocks are near the identity at every step length that meets the tolerance. `m` may be a compile-time
-/// constant (WithFixedSize): then the loops unroll, which at these sizes halves the time of a general LU.
-/// Returns false when a pivot vanishes.
+/// Solves A X = B in place (X into B) for A made of s×s blocks of m×m, by block Gaussian
+/// elimination with pivots inside the diagonal blocks only. Made for the collocation matrices I −
+/// h(…), whose diagonal blocks are near the identity at every step length that meets the tolerance.
+/// `m` may be a compile-time constant (WithFixedSize): then the loops unroll, which at these sizes
+/// halves the time of a general LU. Returns false when a pivot vanishes.
 template <class Rows>
 class BlockSolve {
  public:
@@ -42,8 +42,8 @@ class BlockSolve {
   static constexpr int kMaxFixed = 8;
 
   /// C [m×columns] −= L [m×m] R [m×columns].
-  static void Subtract(Rows m, double* C, const double* L, const double* R, int ldc, int ldl, int ldr,
-                       int columns) {
+  static void Subtract(Rows m, double* C, const double* L, const double* R, int ldc, int ldl,
+                       int ldr, int columns) {
     // Two columns at a time share the loads of L; the sums stay in registers.
     double first[kMaxFixed], second[kMaxFixed];
     int c = 0;

@@ -5,11 +5,11 @@
 
 namespace contact_flow {
 
-/// Gauss–Legendre collocation on [0, 1] with s nodes c_j and basis polynomials ℓ_j, ℓ_j(c_i) = δ_ij, order
-/// 2s (Hairer, Nørsett, Wanner I, Sec. II.7).
+/// Gauss–Legendre collocation on [0, 1] with s nodes c_j and basis polynomials ℓ_j, ℓ_j(c_i) =
+/// δ_ij, order 2s (Hairer, Nørsett, Wanner I, Sec. II.7).
 struct GaussLegendre {
   static constexpr int kMinStages = 2;
-  static constexpr int kMaxStages = 8;
+  static constexpr int kMaxStages = 10;
 
   int stages;
   Vector c;          ///< nodes

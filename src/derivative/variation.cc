@@ -10,9 +10,10 @@
 #include <type_traits>
 #include <vector>
 
-#include "contact_flow/fixed_size.h"
 #include "block_solve.h"
+#include "contact_flow/fixed_size.h"
 #include "gauss_legendre.h"
+#include "row_span.h"
 
 namespace contact_flow {
 namespace {
@@ -22,11 +23,12 @@ constexpr double kReach = 0.9;  // part of the longest acceptable step that is t
 constexpr double kBaseReach = 8;
 constexpr long kMaxSteps = 1000000;
 constexpr double kSmallestStep = 1e-13;  // relative to max(1, t)
-/// One Jacobian costs about as much as this many multiplications for each of its entries.
-constexpr double kJacobianCost = 20;
+/// One Jacobian, with its part of the linear system, costs about as much as this many
+/// multiplications for each of its entries (measured).
+constexpr double kJacobianCost = 50;
 
-/// The fastest rate [1/s] of ÿ = K y + D ẏ, jacobian = [K D]: the spectral radius of its companion matrix, by
-/// power iteration. An estimate, to begin with.
+/// The fastest rate [1/s] of ÿ = K y + D ẏ, jacobian = [K D]: the spectral radius of its companion
+/// matrix, by power iteration. An estimate, to begin with.
 double FastestRate(const Matrix& jacobian) {
   constexpr int kIterations = 16, kDiscarded = 4;
   const Eigen::Index d = jacobian.rows();
@@ -63,6 +65,7 @@ class Propagation {
     if (t == arc_.t_end) return Matrix::Identity(2 * d_, 2 * d_);
     Matrix phi(2 * d_, 2 * d_), next(2 * d_, 2 * d_);
     Jacobian(t, begin_.data());
+    span_.Find(begin_);
     // The rate r of the tangents [1/s]: a step's error is error_s·(r h)^{2s+1}.
     double rate = GuessRate();
     while (t < arc_.t_end) {
@@ -101,26 +104,28 @@ class Propagation {
     throw std::domain_error(message.str());
   }
 
-  /// The fastest rate at the beginning, or what the steps of the run itself tell of the change of K and D.
+  /// The fastest rate at the beginning, or what the steps of the run itself tell of the change of K
+  /// and D.
   double GuessRate() const {
     const double rate = FastestRate(begin_);
-    const double base_step = (arc_.t_end - arc_.t_begin) / static_cast<double>(arc_.dense.NumSteps());
+    const double base_step =
+        (arc_.t_end - arc_.t_begin) / static_cast<double>(arc_.dense.NumSteps());
     const double base_rate = kBaseReach * std::pow(tolerance_, 1.0 / 8) / base_step;
     return std::max(rate, std::min(base_rate, 2 * rate));
   }
 
-  /// Chooses stages and length of the next step so that what is left of the arc costs least: n equal steps of
-  /// a factorization of size s·d, its solution for 2d columns, and s+1 Jacobians each.
+  /// Chooses stages and length of the next step so that what is left of the arc costs least: n
+  /// equal steps of a factorization for s times the independent rows, its solution for the
+  /// independent columns, and s+1 Jacobians each.
   double ChooseStep(double rest, double rate) {
     double least = std::numeric_limits<double>::infinity(), length = rest;
     for (int s = GaussLegendre::kMinStages; s <= GaussLegendre::kMaxStages; ++s) {
       const GaussLegendre& rule = GaussLegendre::WithStages(s);
-      const double reach =
-          kReach * std::pow(tolerance_ / rule.error, 1.0 / (2 * s + 1)) / rate;
+      const double reach = kReach * std::pow(tolerance_ / rule.error, 1.0 / (2 * s + 1)) / rate;
       const double steps = rate > 0 ? std::ceil(std::max(1.0, rest / reach)) : 1;
-      const double n = s * d_;
+      const double n = s * rows_.size();
       const double cost =
-          steps * (n * n * (n / 3 + 2 * d_) + (s + 1) * kJacobianCost * 2 * d_ * d_);
+          steps * (n * n * (n / 3 + 2 * columns_.size()) + (s + 1) * kJacobianCost * 2 * d_ * d_);
       if (cost < least) {
         least = cost;
         length = rest / steps;
@@ -141,62 +146,81 @@ class Propagation {
   /// [K_i D_i] at node i.
   Eigen::Map<Matrix> Node(int i) { return {nodes_.data() + i * 2 * d_ * d_, d_, 2 * d_}; }
 
-  /// The coordinates whose acceleration depends on the tangent at all: a contact along a coordinate takes
-  /// that coordinate out of the linear system.
-  void FindMovingRows() {
-    moving_.clear();
-    for (int r = 0; r < d_; ++r) {
-      bool moves = false;
-      for (int i = 0; i < rule_->stages; ++i) moves = moves || !Node(i).row(r).isZero(0);
-      if (moves) moving_.push_back(r);
+  /// Only independent rows and columns enter the linear system. What holds on one step mostly does
+  /// on the next.
+  void FindSpans() {
+    const int stages = rule_->stages, columns = stages * 2 * d_;
+    if (span_.Holds(nodes_.leftCols(columns))) return;
+    // Two mixtures: where a single [K D] has few rows, its columns depend on each other by chance.
+    sample_.setZero(d_, 4 * d_);
+    for (int i = 0; i < stages; ++i) {
+      sample_.leftCols(2 * d_) += rule_->c(i) * Node(i);
+      sample_.rightCols(2 * d_) += (1 - rule_->c(i)) * Node(i);
     }
+    span_.Find(sample_);
+    if (!span_.Holds(nodes_.leftCols(columns))) span_.SetAll(d_);
   }
 
   /// Fills the linear system for the accelerations Y_i of the tangents at the nodes,
-  ///   Y_i = K_i (Q₀ + c_i h V₀ + h² Σ_j (a²)_ij Y_j) + D_i (V₀ + h Σ_j a_ij Y_j),  Q₀ = [I 0], V₀ = [0 I],
-  /// over the moving rows.
+  ///   Y_i = K_i (Q₀ + c_i h V₀ + h² Σ_j (a²)_ij Y_j) + D_i (V₀ + h Σ_j a_ij Y_j),  Q₀ = [I 0], V₀
+  ///   = [0 I],
+  /// over the independent rows and columns: Y_i = R Z_i Cᵀ.
   void Assemble(double h) {
-    const int s = rule_->stages, m = static_cast<int>(moving_.size()), n = s * m;
+    const int s = rule_->stages, m = rows_.size(), n = s * m;
     system_matrix_.resize(n, n);
-    accelerations_.resize(n, 2 * d_);
-    column_.resize(2 * m);
+    accelerations_.resize(n, 2 * columns_.size());
     WithFixedSize(m, [&](auto rows) {
       for (int i = 0; i < s; ++i) AssembleNode(i, h, rows);
     });
     system_matrix_.diagonal().array() += 1;
   }
 
-  /// The block row of node i; `m` is the number of moving rows, a compile-time constant when small.
+  /// The block row of node i; `m` is the number of independent rows, a compile-time constant when
+  /// small.
   template <class Rows>
   void AssembleNode(int i, double h, Rows m) {
     const double* node = Node(i).data();
     const double ahead = rule_->c(i) * h;
-    double* __restrict K = column_.data();
-    double* __restrict D = column_.data() + m;
-    for (int c = 0, unknown = 0; c < d_; ++c) {
-      for (int r = 0; r < m; ++r) {
-        K[r] = node[c * d_ + moving_[r]];
-        D[r] = node[(d_ + c) * d_ + moving_[r]];
-      }
-      double* __restrict q = &accelerations_(i * m, c);
-      double* __restrict v = &accelerations_(i * m, d_ + c);
+    picked_.resize(m, 2 * d_);
+    for (int c = 0; c < 2 * d_; ++c) {
+      for (int r = 0; r < m; ++r) picked_(r, c) = node[c * d_ + rows_.members()[r]];
+    }
+    for (int l = 0; l < columns_.size(); ++l) {
+      const int c = columns_.members()[l];
+      const double *K = &picked_(0, c), *D = &picked_(0, d_ + c);
+      double* __restrict q = &accelerations_(i * m, l);
+      double* __restrict v = &accelerations_(i * m, columns_.size() + l);
       for (int r = 0; r < m; ++r) {
         q[r] = K[r];
         v[r] = D[r] + ahead * K[r];
       }
-      if (unknown == m || moving_[unknown] != c) continue;
+    }
+    column_.resize(2 * m);
+    for (int unknown = 0; unknown < m; ++unknown) {  // K R and D R
+      double* __restrict K = column_.data();
+      double* __restrict D = column_.data() + m;
+      for (int r = 0; r < 2 * m; ++r) K[r] = 0;
+      for (int c = 0; c < d_; ++c) {
+        const double factor = rows_.combination()(c, unknown);
+        if (factor == 0) continue;
+        const double *left = &picked_(0, c), *right = &picked_(0, d_ + c);
+        for (int r = 0; r < m; ++r) {
+          K[r] += factor * left[r];
+          D[r] += factor * right[r];
+        }
+      }
       for (int j = 0; j < rule_->stages; ++j) {
         double* __restrict block = &system_matrix_(i * m, j * m + unknown);
         const double on_q = -h * h * rule_->twice(i, j), on_v = -h * rule_->a(i, j);
         for (int r = 0; r < m; ++r) block[r] = on_q * K[r] + on_v * D[r];
       }
-      ++unknown;
     }
   }
 
-  /// Replaces the right-hand side in accelerations_ by the solution; false when the system is singular.
+  /// Replaces the right-hand side in accelerations_ by the solution; false when the system is
+  /// singular.
   bool SolveAccelerations() {
-    const int m = static_cast<int>(moving_.size());
+    const int m = rows_.size();
     if (m == 0) return true;
     bool solved = false;
     WithFixedSize(m, [&](auto rows) {
@@ -205,8 +229,8 @@ class Propagation {
         accelerations_ = factor.solve(accelerations_);
         solved = true;
       } else {
-        solved = BlockSolve<decltype(rows)>::Run(rows, rule_->stages, &system_matrix_,
-                                                 &accelerations_);
+        solved =
+            BlockSolve<decltype(rows)>::Run(rows, rule_->stages, &system_matrix_, &accelerations_);
       }
     });
     return solved;
@@ -216,7 +240,7 @@ class Propagation {
   double Step(double t, double h) {
     const int s = rule_->stages;
     for (int i = 0; i < s; ++i) Jacobian(t + rule_->c(i) * h, Node(i).data());
-    FindMovingRows();
+    FindSpans();
     Assemble(h);
     if (!SolveAccelerations()) return std::numeric_limits<double>::infinity();
     step_.setIdentity();
@@ -232,21 +256,46 @@ class Propagation {
     AddAccelerations(1, rule_->at_end, defect_);
     largest = std::max(largest, defect_.cwiseAbs().maxCoeff());
     const double relative = h * largest / std::max(1.0, step_.cwiseAbs().maxCoeff());
-    return rule_->error *
-           std::pow(relative / rule_->defect, (2.0 * s + 1) / (s + 1));
+    return rule_->error * std::pow(relative / rule_->defect, (2.0 * s + 1) / (s + 1));
   }
 
-  /// target += scale · Σ_j weights_j Y_j  [d×2d].
+  /// target += scale · Σ_j weights_j Y_j = scale · R (Σ_j weights_j Z_j) Cᵀ  [d×2d].
   void AddAccelerations(double scale, const Vector& weights, Eigen::Ref<Matrix> target) {
-    WithFixedSize(static_cast<int>(moving_.size()), [&](auto m) {
-      double* __restrict sum = column_.data();
-      for (int c = 0; c < 2 * d_; ++c) {
+    const int columns = columns_.size();
+    const double* R = rows_.combination().data();
+    sum_.resize(rows_.size(), 2 * columns);
+    spread_.resize(d_, 2 * columns);
+    WithFixedSize(rows_.size(), [&](auto m) {
+      for (int c = 0; c < 2 * columns; ++c) {
+        double* __restrict sum = &sum_(0, c);
         for (int r = 0; r < m; ++r) sum[r] = 0;
         for (int j = 0; j < rule_->stages; ++j) {
-          const double* __restrict Y = &accelerations_(j * m, c);
-          for (int r = 0; r < m; ++r) sum[r] += weights(j) * Y[r];
+          const double* __restrict Z = &accelerations_(j * m, c);
+          const double weight = scale * weights(j);
+          for (int r = 0; r < m; ++r) sum[r] += weight * Z[r];
         }
-        for (int r = 0; r < m; ++r) target(moving_[r], c) += scale * sum[r];
+      }
+    });
+    WithFixedSize(d_, [&](auto d) {
+      for (int c = 0; c < 2 * columns; ++c) {
+        double* __restrict out = &spread_(0, c);
+        for (int r = 0; r < d; ++r) out[r] = 0;
+        for (int k = 0; k < rows_.size(); ++k) {
+          const double factor = sum_(k, c);
+          for (int r = 0; r < d; ++r) out[r] += factor * R[k * d + r];
+        }
+      }
+    });
+    WithFixedSize(d_, [&](auto d) {
+      for (int c = 0; c < 2 * d; ++c) {
+        const int half = c / d;
+        double* __restrict out = &target(0, c);
+        for (int l = 0; l < columns; ++l) {
+          const double factor = columns_.combination()(c % d, l);
+          if (factor == 0) continue;
+          const double* __restrict in = &spread_(0, half * columns + l);
+          for (int r = 0; r < d; ++r) out[r] += factor * in[r];
+        }
       }
     });
   }
@@ -261,9 +310,15 @@ class Propagation {
   Matrix begin_;  // [K D] at the beginning of the step
   Matrix end_;    // … and at its end
   Matrix system_matrix_;
-  std::vector<int> moving_;
+  JacobianSpan span_;
+  const RowSpan& rows_ = span_.rows();        // R
+  const RowSpan& columns_ = span_.columns();  // C
+  Matrix sample_;
+  Matrix picked_;  // the independent rows of one [K D]
   Vector column_;
-  Matrix accelerations_;  // the moving rows of Y_1 … Y_s, stacked
+  Matrix accelerations_;  // Z_1 … Z_s, stacked
+  Matrix sum_;            // Σ_j weights_j Z_j
+  Matrix spread_;         // R times it
   Matrix step_;
   Matrix defect_;
   long jacobians_ = 0;

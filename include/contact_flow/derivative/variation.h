@@ -16,13 +16,15 @@ struct VariationStatistics {
 
 /// The propagator of one arc (Lemma 1 of the paper): Φ(t_end) [2d×2d] of the variational equation
 ///   Φ̇ = D_x F_J(x(t)) Φ,   Φ(t_begin) = I,
-/// along the arc's dense output, which must be there; `dynamics` is scratch and holds system and input.
+/// along the arc's dense output, which must be there; `dynamics` is scratch and holds system and
+/// input.
 ///
-/// The equation is linear, so it is solved by Gauss–Legendre collocation (2 to 8 stages, order 4 to 16, chosen
-/// with the step for least work) with steps of its own: the accelerations at the nodes solve one linear
-/// system a step. The tangents have their own
-/// error control, `tolerance` relative to the largest entry of the propagator: in free flight the state is a
-/// polynomial and its steps grow without bound, while the tangents (springs) still oscillate.
+/// The equation is linear, so it is solved by Gauss–Legendre collocation (2 to 10 stages, order 4
+/// to 20, chosen with the step for least work) with steps of its own: the accelerations at the
+/// nodes solve one linear system a step, over those coordinates only that others do not determine
+/// (a contact, a conserved momentum). The tangents have their own error control, `tolerance`
+/// relative to the largest entry of the propagator: in free flight the state is a polynomial and
+/// its steps grow without bound, while the tangents (springs) still oscillate.
 Matrix PropagateArc(ContactDynamics* dynamics, const Arc& arc, double tolerance,
                     VariationStatistics* statistics = nullptr);
 

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "row_span.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace contact_flow {
+namespace {
+
+/// Part of the largest entry below which a sample has nothing to say. Less than kRounding: what one
+/// sample takes for nothing must not exceed rounding in another.
+constexpr double kNothing = 1e-14;
+
+}  // namespace
+
+void RowSpan::SetAll(int rows) {
+  members_.resize(rows);
+  std::iota(members_.begin(), members_.end(), 0);
+  dependent_.clear();
+  combination_.setIdentity(rows, rows);
+}
+
+void RowSpan::Find(Matrix* sample) {
+  Matrix& W = *sample;
+  const int rows = static_cast<int>(W.rows()), columns = static_cast<int>(W.cols());
+  members_.clear();
+  double zero = 0;
+  // Row p becomes 1 in the pivot's column and 0 in all others, so that those columns combine the
+  // members.
+  for (int rank = 0; rank < std::min(rows, columns); ++rank) {
+    double largest = 0;
+    int p = 0, pivot = rank;
+    for (int c = rank; c < columns; ++c) {
+      for (int r = 0; r < rows; ++r) {
+        if (std::abs(W(r, c)) <= largest) continue;
+        largest = std::abs(W(r, c));
+        p = r;
+        pivot = c;
+      }
+    }
+    if (rank == 0) zero = kNothing * largest;
+    if (!(largest > zero)) break;
+    members_.push_back(p);
+    W.col(pivot).swap(W.col(rank));
+    W.col(rank) /= W(p, rank);
+    for (int c = 0; c < columns; ++c) {
+      const double factor = W(p, c);
+      if (c == rank || factor == 0) continue;
+      W.col(c) -= factor * W.col(rank);
+      W(p, c) = 0;
+    }
+  }
+  combination_ = W.leftCols(size());
+  combination_ = (combination_.array().abs() > kNothing).select(combination_, 0);
+  FindDependent();
+}
+
+void RowSpan::FindDependent() {
+  dependent_.clear();
+  for (int i = 0; i < combination_.rows(); ++i) {
+    if (std::find(members_.begin(), members_.end(), i) == members_.end()) dependent_.push_back(i);
+  }
+}
+
+bool RowSpan::Holds(const double* data, int row_stride, int length, int stride, double zero) const {
+  constexpr int kChunk = 16;
+  double defect[kChunk];
+  for (int i : dependent_) {
+    for (int begin = 0; begin < length; begin += kChunk) {
+      const double* entry = data + begin * stride;
+      const int count = std::min(kChunk, length - begin);
+      for (int k = 0; k < count; ++k) defect[k] = entry[i * row_stride + k * stride];
+      for (int l = 0; l < size(); ++l) {
+        const double factor = combination_(i, l);
+        if (factor == 0) continue;
+        const double* member = entry + members_[l] * row_stride;
+        for (int k = 0; k < count; ++k) defect[k] -= factor * member[k * stride];
+      }
+      for (int k = 0; k < count; ++k) {
+        if (!(std::abs(defect[k]) <= zero)) return false;
+      }
+    }
+  }
+  return true;
+}
+
+void JacobianSpan::SetAll(int d) {
+  rows_.SetAll(d);
+  columns_.SetAll(d);
+}
+
+void JacobianSpan::Find(const Matrix& sample) {
+  const Eigen::Index d = sample.rows();
+  scratch_ = sample;
+  rows_.Find(&scratch_);
+  scratch_.resize(d, sample.cols());
+  for (Eigen::Index half = 0; half < sample.cols(); half += d) {
+    scratch_.middleCols(half, d) = sample.middleCols(half, d).transpose();
+  }
+  columns_.Find(&scratch_);
+}
+
+bool JacobianSpan::Holds(const Eigen::Ref<const Matrix>& nodes) const {
+  const int d = static_cast<int>(nodes.rows()), count = static_cast<int>(nodes.cols());
+  const double zero = RowSpan::kRounding * nodes.cwiseAbs().maxCoeff();
+  if (!rows_.Holds(nodes.data(), 1, count, d, zero)) return false;
+  for (int half = 0; half < count; half += d) {
+    if (!columns_.Holds(nodes.data() + half * d, d, d, 1, zero)) return false;
+  }
+  return true;
+}
+
+}  // namespace contact_flow
