@@ -9,127 +9,14 @@
 #include <stdexcept>
 #include <utility>
 
-#include "contact_flow/dynamics/impact.h"
-
 namespace contact_flow {
 namespace {
 
-/// Relative size of G_ij below which two constraints count as orthogonal: the located configuration is
-/// exact only up to the integrator's tolerance.
-constexpr double kOrthogonal = 1e-6;
-/// |Da_j v| below this part of the approach speeds counts as rest.
-constexpr double kRest = 1e-9;
 /// First-order times that differ by less than this, relative, coincide.
 constexpr double kTie = 1e-8;
 constexpr int kMaxModularActivations = 12;
 
-std::vector<int> Members(ContactMode mode) {
-  std::vector<int> members;
-  for (int i : mode) members.push_back(i);
-  return members;
-}
-
 }  // namespace
-
-EventMap::EventMap(std::shared_ptr<ContactDynamics> dynamics, const Transition& transition)
-    : dynamics_(std::move(dynamics)),
-      system_(&dynamics_->system()),
-      transition_(transition),
-      q_(transition.x_minus.head(system_->dof())),
-      activated_(Members(transition.activated)) {
-  const int d = system_->dof();
-  const Vector v_minus = transition.x_minus.tail(d);
-  ConstraintTerms terms;
-  system_->Constraints(q_, v_minus, &terms);
-  jacobian_ = terms.jacobian;
-  stages_[ContactMode()] = {v_minus, transition.mode_before,
-                            dynamics_->Field(transition.x_minus, transition.mode_before)};
-  Classify();
-}
-
-Vector EventMap::State(const Vector& v) const {
-  Vector x(q_.size() + v.size());
-  x << q_, v;
-  return x;
-}
-
-void EventMap::Classify() {
-  if (num_activations() < 2) return;
-  const ContactMode touching = transition_.activated | transition_.mode_before;
-  Matrix G;
-  Vector unused;
-  Delassus(*system_, transition_.x_minus, dynamics_->u(), touching, &G, &unused);
-  const std::vector<int> members = Members(touching);
-  bool plastic = true, attracting = true;  // class B: γ = 0 and G_ij ≤ 0
-  double worst = 0;
-  int first = 0, second = 0;
-  for (std::size_t i = 0; i < members.size(); ++i) {
-    plastic = plastic && system_->restitution()(members[i]) == 0;
-    for (std::size_t j = 0; j < i; ++j) {
-      const bool counts =
-          transition_.activated.Contains(members[i]) || transition_.activated.Contains(members[j]);
-      const double coupling = G(i, j) / std::sqrt(G(i, i) * G(j, j));
-      if (!counts || std::abs(coupling) <= kOrthogonal) continue;
-      decoupled_ = false;
-      attracting = attracting && coupling < 0;
-      if (std::abs(coupling) > std::abs(worst)) {
-        worst = coupling;
-        first = members[j];
-        second = members[i];
-      }
-    }
-  }
-  if (decoupled_ || (plastic && attracting)) return;
-  outcomes_ = ListOrderOutcomes(dynamics_.get(), transition_);
-  const std::vector<std::string>& names = system_->description().constraints;
-  std::ostringstream message;
-  message << "at t = " << transition_.t << " s the simultaneous contacts '" << names[first]
-          << "' and '" << names[second]
-          << "' are not orthogonal in the kinetic metric (normalized G_ij = " << worst
-          << "): the order of impacts decides the outcome, which is discontinuous here";
-  status_ = {Outcome::kDiscontinuous, message.str()};
-}
-
-const EventMap::Stage& EventMap::Activate(ContactMode activated, int i, const Matrix** reset) const {
-  const Stage& stage = StageAt(activated);
-  const ContactMode next = activated.With(i);
-  const auto known_reset = resets_.find({activated, i});
-  const auto known_stage = stages_.find(next);
-  if (known_reset != resets_.end() && known_stage != stages_.end()) {
-    *reset = &known_reset->second;
-    return known_stage->second;
-  }
-  // Contacts that persist rest before and after this impact; those that have bounced take no part.
-  const ContactMode touching = (stage.mode | (transition_.mode_before & activated)).With(i);
-  const ImpactResult impact = SolveImpact(*system_, q_, stage.v, touching);
-  const Vector normal_velocity = jacobian_ * impact.v_plus;
-  const double rest = kRest * (1 + (jacobian_ * stage.v).cwiseAbs().maxCoeff());
-  ContactMode persisting;
-  for (int j : touching) {
-    if (j != i && std::abs(normal_velocity(j)) <= rest) persisting.Insert(j);
-  }
-  if (known_reset == resets_.end()) {
-    resets_[{activated, i}] =
-        ImpactJacobian(*system_, q_, stage.v, impact, persisting.With(i), persisting);
-  }
-  *reset = &resets_[{activated, i}];
-  if (known_stage != stages_.end()) return known_stage->second;
-
-  Stage after;
-  after.v = impact.v_plus;
-  if (next == transition_.activated) {
-    after.mode = transition_.mode_after;
-  } else {
-    ContactMode candidates;
-    for (int j : transition_.mode_before | next) {
-      const bool bounced = next.Contains(j) && system_->restitution()(j) > 0;
-      if (!bounced && std::abs(normal_velocity(j)) <= rest) candidates.Insert(j);
-    }
-    after.mode = SelectContactMode(dynamics_.get(), State(after.v), candidates, 0);
-  }
-  after.field = dynamics_->Field(State(after.v), after.mode);
-  return stages_[next] = after;
-}
 
 double EventMap::TimeTo(int i, const Stage& stage, const Vector& w) const {
   return -jacobian_.row(i).dot(w.head(q_.size())) / jacobian_.row(i).dot(stage.v);
@@ -200,13 +87,7 @@ std::vector<ContactMode> EventMap::PerturbedModes(const VectorRef& direction) co
       stage = &Activate(S, next, &reset);
       w = *reset * w;
       S.Insert(next);
-      const Vector normal_velocity = jacobian_ * stage->v;
-      const double rest = kRest * (1 + (jacobian_ * StageAt({}).v).cwiseAbs().maxCoeff());
-      ContactMode held;
-      for (int j : pending & mode) {
-        if (std::abs(normal_velocity(j)) <= rest) held.Insert(j);
-      }
-      mode = stage->mode | held;
+      mode = stage->mode | Resting(stage->v, pending & mode, ContactMode());
     }
     const bool tied = !modes.empty() &&
                       elapsed - last <= kTie * (1 + direction.head(d).cwiseAbs().maxCoeff());

@@ -64,7 +64,8 @@ double Dop853::GuessStep(double relative_tolerance, double absolute_tolerance) {
     d0 += (x_(i) / scale) * (x_(i) / scale);
     d1 += (f0(i) / scale) * (f0(i) / scale);
   }
-  const double h0 = d0 < 1e-10 || d1 < 1e-10 ? 1e-6 : 0.01 * std::sqrt(d0 / d1);
+  // A state far below the tolerance says nothing about the scale of the motion.
+  const double h0 = d0 < 1e-10 || d1 < 1e-10 ? 1e-6 : std::max(1e-6, 0.01 * std::sqrt(d0 / d1));
   scratch_ = x_ + h0 * f0;
   field_(scratch_.data(), stage(1));
   double d2 = 0;

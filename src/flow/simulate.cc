@@ -228,12 +228,12 @@ class Run {
     trajectory_.transitions.push_back(transition);
     mode_ = transition.mode_after;
     x_ = transition.x_plus;
-    for (int i : transition.activated - transition.mode_after) {
-      const std::optional<double> accumulation = zeno_.Bounce(i, t_);
+    for (int i : transition.activated) {
+      const std::optional<double> accumulation = zeno_.Impact(i, t_);
       if (!accumulation) continue;
       trajectory_.accumulation_time = *accumulation;
       if (options_.complete_zeno) {
-        CompleteZeno(i);
+        CompleteZeno();
       } else {
         std::ostringstream reason;
         reason.precision(12);
@@ -247,11 +247,11 @@ class Run {
     return true;
   }
 
-  /// Turns the last bounce, of constraint i, into sticking: see SimulateOptions::complete_zeno.
-  void CompleteZeno(int i) {
+  /// Turns the last impact into sticking of all that touch: see SimulateOptions::complete_zeno.
+  void CompleteZeno() {
     Transition& last = trajectory_.transitions.back();
     const int d = system_.dof();
-    const ContactMode sticking = mode_.With(i);
+    const ContactMode sticking = last.mode_before | last.mode_after | last.activated;
     const ImpactResult impact = Stick(system_, x_.head(d), last.x_minus.tail(d), sticking);
     last.x_plus.tail(d) = impact.v_plus;
     last.impulse = impact.impulse;

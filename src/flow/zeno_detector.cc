@@ -5,8 +5,8 @@
 
 namespace contact_flow {
 
-std::optional<double> ZenoDetector::Bounce(int i, double t) {
-  std::vector<double>& times = bounces_[i];
+std::optional<double> ZenoDetector::Impact(int i, double t) {
+  std::vector<double>& times = impacts_[i];
   times.push_back(t);
   if (times.size() > 4) times.erase(times.begin());
   if (times.size() < 4) return std::nullopt;

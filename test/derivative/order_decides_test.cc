@@ -163,7 +163,7 @@ void ExpectBothPiecesAgreeWithQuotients(const Landing& landing) {
 /// again. The outcome is piecewise differentiable; disabled while EventMap forgets that second impact
 /// (the piece "wall, floor" carries v_S with a wall rate < 0) and while a run at tolerance 1e-12 cannot
 /// start from a state that is zero but for rounding.
-TEST(Corner, DISABLED_AtOneHundredAndTwentyDegreesPlasticImpactsArePiecewiseDifferentiable) {
+TEST(Corner, AtOneHundredAndTwentyDegreesPlasticImpactsArePiecewiseDifferentiable) {
   ExpectBothPiecesAgreeWithQuotients(Landing("corner", {{"angle", kObtuse}}));
 }
 

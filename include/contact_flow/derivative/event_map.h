@@ -3,6 +3,7 @@
 
 #include <map>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -70,12 +71,17 @@ class EventMap {
   const Stage& StageAt(ContactMode activated) const { return stages_.at(activated); }
   /// The stage reached from S by the activation of i, and the reset DR_i(ρ, v_S) on the way.
   const Stage& Activate(ContactMode activated, int i, const Matrix** reset) const;
+  /// Members of `candidates` without normal velocity at v, but for those in `elastic`.
+  ContactMode Resting(const Vector& v, ContactMode candidates, ContactMode elastic) const;
   /// First-order time to the activation of i, in stage v_S.
   double TimeTo(int i, const Stage& stage, const Vector& w) const;
   /// The same as a row [1×2d].
   Eigen::RowVectorXd TimeRow(int i, const Stage& stage) const;
   Vector State(const Vector& v) const;
   void Classify();
+  bool CouldRest(int i) const;
+  std::string Sentence(int first, int second, const char* what, double value,
+                       const char* consequence) const;
 
   std::shared_ptr<ContactDynamics> dynamics_;
   const MechanicalSystem* system_;

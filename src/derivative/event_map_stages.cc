@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The stages of a cluster: what EventMap knows of (ρ, v_S), K_S, F_S and of the resets between them.
+#include <cmath>
+#include <sstream>
+#include <utility>
+
+#include "contact_flow/derivative/coupling_slope.h"
+#include "contact_flow/derivative/event_map.h"
+#include "contact_flow/dynamics/impact.h"
+
+namespace contact_flow {
+namespace {
+
+/// Relative size of G_ij below which two constraints count as orthogonal: the located configuration is
+/// exact only up to the integrator's tolerance.
+constexpr double kOrthogonal = 1e-6;
+/// Slope of the normalized G_ij [1/m] above which two constraints are orthogonal by coincidence only.
+constexpr double kSteep = 1e-3;
+/// |Da_j v| below this part of the approach speeds counts as rest.
+constexpr double kRest = 1e-6;
+
+std::vector<int> Members(ContactMode mode) {
+  std::vector<int> members;
+  for (int i : mode) members.push_back(i);
+  return members;
+}
+
+}  // namespace
+
+EventMap::EventMap(std::shared_ptr<ContactDynamics> dynamics, const Transition& transition)
+    : dynamics_(std::move(dynamics)),
+      system_(&dynamics_->system()),
+      transition_(transition),
+      q_(transition.x_minus.head(system_->dof())),
+      activated_(Members(transition.activated)) {
+  const int d = system_->dof();
+  const Vector v_minus = transition.x_minus.tail(d);
+  ConstraintTerms terms;
+  system_->Constraints(q_, v_minus, &terms);
+  jacobian_ = terms.jacobian;
+  stages_[ContactMode()] = {v_minus, transition.mode_before,
+                            dynamics_->Field(transition.x_minus, transition.mode_before)};
+  Classify();
+}
+
+Vector EventMap::State(const Vector& v) const {
+  Vector x(q_.size() + v.size());
+  x << q_, v;
+  return x;
+}
+
+void EventMap::Classify() {
+  const ContactMode touching = transition_.activated | transition_.mode_before;
+  if (activated_.empty() || touching.Size() < 2) return;
+  Matrix G;
+  Vector unused;
+  Delassus(*system_, transition_.x_minus, dynamics_->u(), touching, &G, &unused);
+  const std::vector<int> members = Members(touching);
+  const Vector& restitution = system_->restitution();
+  bool plastic = true, attracting = true;  // class B: γ = 0 and G_ij ≤ 0
+  double worst = 0;
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    plastic = plastic && restitution(members[i]) == 0;
+    for (std::size_t j = 0; j < i; ++j) {
+      const int first = members[j], second = members[i];
+      if (!transition_.activated.Contains(first) && !transition_.activated.Contains(second)) continue;
+      const double coupling = G(i, j) / std::sqrt(G(i, i) * G(j, j));
+      if (std::abs(coupling) > kOrthogonal) {
+        decoupled_ = false;
+        attracting = attracting && coupling < 0;
+        if (std::abs(coupling) > std::abs(worst)) {
+          worst = coupling;
+          status_ = {Outcome::kDiscontinuous,
+                     Sentence(first, second, "are not orthogonal in the kinetic metric (normalized G_ij",
+                              coupling,
+                              "): the order of impacts decides the outcome, which is discontinuous here")};
+        }
+      } else if (status_.ok() && CouldRest(first) && CouldRest(second)) {
+        const double slope = CouplingSlope(*system_, q_, first, second);
+        if (slope <= kSteep) continue;
+        status_ = {Outcome::kNotDifferentiable,
+                   Sentence(first, second,
+                            "are orthogonal here but not where both touch around here (slope of G_ij", slope,
+                            "): Assumption 4 fails, the impact of one may or may not lift the other")};
+      }
+    }
+  }
+  if (status_.outcome != Outcome::kDiscontinuous) return;
+  if (num_activations() < 2 || (plastic && attracting)) {
+    status_ = {};
+  } else {
+    outcomes_ = ListOrderOutcomes(dynamics_.get(), transition_);
+  }
+}
+
+/// True for a constraint that may rest while the other is hit: in contact before, or plastic.
+bool EventMap::CouldRest(int i) const {
+  return transition_.mode_before.Contains(i) || system_->restitution()(i) == 0;
+}
+
+std::string EventMap::Sentence(int first, int second, const char* what, double value,
+                               const char* consequence) const {
+  const std::vector<std::string>& names = system_->description().constraints;
+  std::ostringstream message;
+  message << "at t = " << transition_.t << " s the simultaneous contacts '" << names[first]
+          << "' and '" << names[second] << "' " << what << " = " << value << consequence;
+  return message.str();
+}
+
+ContactMode EventMap::Resting(const Vector& v, ContactMode candidates, ContactMode elastic) const {
+  const Vector approach = jacobian_ * transition_.x_minus.tail(q_.size());
+  const double rest = kRest * (1 + approach.cwiseAbs().maxCoeff());
+  ContactMode resting;
+  for (int j : candidates - elastic) {
+    if (std::abs(jacobian_.row(j).dot(v)) <= rest) resting.Insert(j);
+  }
+  return resting;
+}
+
+const EventMap::Stage& EventMap::Activate(ContactMode activated, int i, const Matrix** reset) const {
+  const Stage& stage = StageAt(activated);
+  const ContactMode next = activated.With(i);
+  const auto known_reset = resets_.find({activated, i});
+  if (known_reset != resets_.end()) {
+    *reset = &known_reset->second;
+    return StageAt(next);
+  }
+  ContactMode elastic;  // members of S that have bounced
+  for (int j : next) {
+    if (system_->restitution()(j) > 0) elastic.Insert(j);
+  }
+  // Every contact that rests takes part in the impact, even one whose force would have to pull now: it has
+  // opened by O(|w|²) only, and is closed again if this impact pushes it. Those that bounced take no part.
+  const ContactMode touching =
+      (stage.mode | Resting(stage.v, transition_.mode_before | activated, elastic)).With(i);
+  const ImpactResult impact = SolveImpact(*system_, q_, stage.v, touching);
+  // To first order, contacts in the mode keep their constraint, and so does one that is closed again.
+  const ContactMode persisting =
+      Resting(impact.v_plus, (stage.mode | impact.hit).Without(i), ContactMode());
+  Matrix& derivative = resets_[{activated, i}];
+  derivative = ImpactJacobian(*system_, q_, stage.v, impact, persisting.With(i), persisting);
+  *reset = &derivative;
+
+  const auto known_stage = stages_.find(next);
+  Stage after;
+  if (known_stage != stages_.end()) {
+    after = known_stage->second;
+  } else {
+    after.v = impact.v_plus;
+    after.mode = next == transition_.activated
+                     ? transition_.mode_after
+                     : SelectContactMode(dynamics_.get(), State(after.v),
+                                         Resting(after.v, transition_.mode_before | next, elastic), 0);
+    after.field = dynamics_->Field(State(after.v), after.mode);
+  }
+  // A contact that let go at an earlier stage and holds again at this one has opened by O(|w|²) and falls
+  // back with a speed O(|w|): its plastic impact is one more reset, which no time separates from this.
+  const ContactMode regained = after.mode - persisting.With(i);
+  if (!regained.Empty()) {
+    ImpactResult closing;
+    closing.v_plus = after.v;
+    closing.impulse = Vector::Zero(system_->num_constraints());
+    derivative =
+        ImpactJacobian(*system_, q_, after.v, closing, after.mode, after.mode) * derivative;
+  }
+  return known_stage != stages_.end() ? known_stage->second : stages_[next] = after;
+}
+
+}  // namespace contact_flow
