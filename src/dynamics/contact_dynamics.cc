@@ -171,13 +171,15 @@ double ContactDynamics::ForceRate(const VectorRef& x, ContactMode mode, int i) {
 void Delassus(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u, ContactMode C,
               Matrix* G, Vector* b) {
   const int d = system.dof(), k = C.Size();
+  G->resize(k, k);
+  b->resize(k);
+  if (k == 0) return;
   Matrix mass;
   Vector applied;
   ConstraintTerms terms;
   system.Dynamics(x.head(d), x.tail(d), u, &mass, &applied);
   system.Constraints(x.head(d), x.tail(d), &terms);
   Matrix A(k, d);
-  b->resize(k);
   int row = 0;
   for (int i : C) {
     A.row(row) = terms.jacobian.row(i);
