@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The stages of a cluster: what EventMap knows of (ρ, v_S), K_S, F_S and of the resets between them.
+// The stages of a cluster: what EventMap knows of (ρ, v_S), K_S, F_S and of the resets between
+// them.
 #include <cmath>
 #include <sstream>
 #include <utility>
@@ -11,10 +12,11 @@
 namespace contact_flow {
 namespace {
 
-/// Relative size of G_ij below which two constraints count as orthogonal: the located configuration is
-/// exact only up to the integrator's tolerance.
+/// Relative size of G_ij below which two constraints count as orthogonal: the located configuration
+/// is exact only up to the integrator's tolerance.
 constexpr double kOrthogonal = 1e-6;
-/// Slope of the normalized G_ij [1/m] above which two constraints are orthogonal by coincidence only.
+/// Slope of the normalized G_ij [1/m] above which two constraints are orthogonal by coincidence
+/// only.
 constexpr double kSteep = 1e-3;
 /// |Da_j v| below this part of the approach speeds counts as rest.
 constexpr double kRest = 1e-6;
@@ -59,37 +61,44 @@ void EventMap::Classify() {
   const Vector& restitution = system_->restitution();
   bool plastic = true, attracting = true;  // class B: γ = 0 and G_ij ≤ 0
   double worst = 0;
+  Status coupled, crooked;  // the worst pair that is not orthogonal; one that is so by chance
   for (std::size_t i = 0; i < members.size(); ++i) {
     plastic = plastic && restitution(members[i]) == 0;
     for (std::size_t j = 0; j < i; ++j) {
       const int first = members[j], second = members[i];
-      if (!transition_.activated.Contains(first) && !transition_.activated.Contains(second)) continue;
+      const bool counts =
+          transition_.activated.Contains(first) || transition_.activated.Contains(second);
+      if (!counts) continue;
       const double coupling = G(i, j) / std::sqrt(G(i, i) * G(j, j));
       if (std::abs(coupling) > kOrthogonal) {
         decoupled_ = false;
         attracting = attracting && coupling < 0;
-        if (std::abs(coupling) > std::abs(worst)) {
-          worst = coupling;
-          status_ = {Outcome::kDiscontinuous,
-                     Sentence(first, second, "are not orthogonal in the kinetic metric (normalized G_ij",
-                              coupling,
-                              "): the order of impacts decides the outcome, which is discontinuous here")};
-        }
-      } else if (status_.ok() && CouldRest(first) && CouldRest(second)) {
+        if (std::abs(coupling) <= std::abs(worst)) continue;
+        worst = coupling;
+        coupled = {Outcome::kDiscontinuous,
+                   Sentence(first, second,
+                            "are not orthogonal in the kinetic metric (normalized G_ij", coupling,
+                            "): the order of impacts decides the outcome, which is discontinuous "
+                            "here")};
+      } else if (crooked.ok() && CouldRest(first) && CouldRest(second)) {
         const double slope = CouplingSlope(*system_, q_, first, second);
         if (slope <= kSteep) continue;
-        status_ = {Outcome::kNotDifferentiable,
+        crooked = {Outcome::kNotDifferentiable,
                    Sentence(first, second,
-                            "are orthogonal here but not where both touch around here (slope of G_ij", slope,
-                            "): Assumption 4 fails, the impact of one may or may not lift the other")};
+                            "are orthogonal here but not where both touch around here (slope of "
+                            "G_ij",
+                            slope,
+                            "): Assumption 4 fails, the impact of one may or may not lift the "
+                            "other")};
       }
     }
   }
-  if (status_.outcome != Outcome::kDiscontinuous) return;
-  if (num_activations() < 2 || (plastic && attracting)) {
-    status_ = {};
-  } else {
+  const bool order_decides = num_activations() > 1 && !(plastic && attracting);
+  if (!coupled.ok() && order_decides) {
+    status_ = coupled;
     outcomes_ = ListOrderOutcomes(dynamics_.get(), transition_);
+  } else {
+    status_ = crooked;
   }
 }
 
@@ -117,7 +126,8 @@ ContactMode EventMap::Resting(const Vector& v, ContactMode candidates, ContactMo
   return resting;
 }
 
-const EventMap::Stage& EventMap::Activate(ContactMode activated, int i, const Matrix** reset) const {
+const EventMap::Stage& EventMap::Activate(ContactMode activated, int i,
+                                          const Matrix** reset) const {
   const Stage& stage = StageAt(activated);
   const ContactMode next = activated.With(i);
   const auto known_reset = resets_.find({activated, i});
@@ -129,12 +139,14 @@ const EventMap::Stage& EventMap::Activate(ContactMode activated, int i, const Ma
   for (int j : next) {
     if (system_->restitution()(j) > 0) elastic.Insert(j);
   }
-  // Every contact that rests takes part in the impact, even one whose force would have to pull now: it has
-  // opened by O(|w|²) only, and is closed again if this impact pushes it. Those that bounced take no part.
+  // Every contact that rests takes part in the impact, even one whose force would have to pull now:
+  // it has opened by O(|w|²) only, and is closed again if this impact pushes it. Those that bounced
+  // take no part.
   const ContactMode touching =
       (stage.mode | Resting(stage.v, transition_.mode_before | activated, elastic)).With(i);
   const ImpactResult impact = SolveImpact(*system_, q_, stage.v, touching);
-  // To first order, contacts in the mode keep their constraint, and so does one that is closed again.
+  // To first order, contacts in the mode keep their constraint, and so does one that is closed
+  // again.
   const ContactMode persisting =
       Resting(impact.v_plus, (stage.mode | impact.hit).Without(i), ContactMode());
   Matrix& derivative = resets_[{activated, i}];
@@ -147,14 +159,16 @@ const EventMap::Stage& EventMap::Activate(ContactMode activated, int i, const Ma
     after = known_stage->second;
   } else {
     after.v = impact.v_plus;
-    after.mode = next == transition_.activated
-                     ? transition_.mode_after
-                     : SelectContactMode(dynamics_.get(), State(after.v),
-                                         Resting(after.v, transition_.mode_before | next, elastic), 0);
+    after.mode =
+        next == transition_.activated
+            ? transition_.mode_after
+            : SelectContactMode(dynamics_.get(), State(after.v),
+                                Resting(after.v, transition_.mode_before | next, elastic), 0);
     after.field = dynamics_->Field(State(after.v), after.mode);
   }
-  // A contact that let go at an earlier stage and holds again at this one has opened by O(|w|²) and falls
-  // back with a speed O(|w|): its plastic impact is one more reset, which no time separates from this.
+  // A contact that let go at an earlier stage and holds again at this one has opened by O(|w|²) and
+  // falls back with a speed O(|w|): its plastic impact is one more reset, which no time separates
+  // from this.
   const ContactMode regained = after.mode - persisting.With(i);
   if (!regained.Empty()) {
     ImpactResult closing;

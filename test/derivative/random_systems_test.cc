@@ -191,6 +191,56 @@ bool Check(unsigned seed, Tally* tally) {
   return true;
 }
 
+/// Three walls met at once: 0 and 1 are orthogonal at s = 0 only (M couples x and y as s changes), 0 and 2
+/// attract each other. The second pair alone is harmless; it must not hide the first.
+struct ThreeWalls : test::UnitMasses<4, 3> {
+  static constexpr const char* kName = "three_walls";
+  static constexpr bool kConstantMass = false;
+  static constexpr std::array<const char*, 4> kCoordinates = {"x", "y", "z", "s"};
+  static constexpr std::array<const char*, 4> kUnits = {"m", "m", "m", "m"};
+  static constexpr std::array<const char*, 3> kConstraintNames = {"first", "second", "third"};
+  template <class P>
+  struct Parameters {
+    P crooked = 0;
+    template <class V>
+    void Visit(V&& visit) {
+      visit(crooked, "crooked", "1/m", "slope of the coupling", Range::kAny);
+    }
+  };
+  template <class P, class S>
+  static void MassMatrix(const Parameters<P>& p, const Eigen::Matrix<S, 4, 1>& q,
+                         Eigen::Matrix<S, 4, 4>* M) {
+    UnitMasses::MassMatrix(p, q, M);
+    (*M)(0, 1) = (*M)(1, 0) = p.crooked * q(3);
+  }
+  template <class P, class S>
+  static void Force(const P&, const Eigen::Matrix<S, 4, 1>&, const Eigen::Matrix<S, 4, 1>&,
+                    const Eigen::Matrix<S, 0, 1>&, Eigen::Matrix<S, 4, 1>* f) {
+    for (int i = 0; i < 4; ++i) (*f)(i) = S(-1.0);
+  }
+  template <class P, class S>
+  static void Gaps(const P&, const Eigen::Matrix<S, 4, 1>& q, Eigen::Matrix<S, 3, 1>* a) {
+    (*a)(0) = q(0);
+    (*a)(1) = q(1);
+    (*a)(2) = q(2) - 0.5 * q(0);
+  }
+};
+
+TEST(ChanceOrthogonality, IsNotHiddenByAnAttractingPair) {
+  for (double crooked : {0.0, 0.3}) {
+    const auto walls = test::Make<ThreeWalls>({{"crooked", crooked}});
+    Transition together;
+    together.x_minus = Vector::Zero(8);
+    together.x_minus.tail(4) << -1, -1, -1, 0;  // all three gaps close
+    together.x_plus = Vector::Zero(8);
+    together.activated = ContactMode({0, 1, 2});
+    together.mode_after = together.activated;
+    const EventMap map(std::make_shared<ContactDynamics>(walls, Vector(0)), together);
+    EXPECT_EQ(crooked == 0 ? Outcome::kOk : Outcome::kNotDifferentiable, map.status().outcome)
+        << map.status().message;
+  }
+}
+
 TEST(RandomSystems, NeverGiveADerivativeThatQuotientsContradict) {
   Tally tally;
   for (unsigned seed = 1; seed <= 1000; ++seed) {

@@ -118,6 +118,27 @@ TEST(Status, ZenoMayBeCompletedToSticking) {
   EXPECT_EQ(Outcome::kZeno, B.status.outcome) << "no derivative across it";
 }
 
+/// Plastic impacts accumulate too: a block rocks from corner to corner, each time for a shorter while.
+TEST(Status, ARockingBlockComesToRest) {
+  const auto system = MakeModel("rocking_block");
+  const Vector x = system->nominal().x;
+  SimulateOptions options;
+  const Trajectory stopped = Simulate(*system, x, Vector(0), 2, options);
+  ASSERT_EQ(Outcome::kZeno, stopped.status.outcome);
+  options.zeno_interval = 1e-3;  // predicted far earlier: the same instant, up to second order
+  const Trajectory early = Simulate(*system, x, Vector(0), 2, options);
+  EXPECT_LT(early.transitions.size(), stopped.transitions.size());
+  EXPECT_NEAR(stopped.accumulation_time, early.accumulation_time, 1e-4);
+  EXPECT_LT(stopped.t_end(), stopped.accumulation_time);
+  options = {};
+  options.complete_zeno = true;
+  const Trajectory rest = Simulate(*system, x, Vector(0), 2, options);
+  ASSERT_TRUE(rest.status.ok()) << rest.status.message;
+  EXPECT_EQ(ContactMode({0, 1}), rest.ModeSequence().back());
+  EXPECT_LE(rest.FinalState().tail(3).cwiseAbs().maxCoeff(), 1e-9) << "it stands";
+  EXPECT_NEAR(0, rest.FinalState()(2), 1e-5) << "upright, up to the rocking that was left";
+}
+
 TEST(Status, BudgetsStopARunAndKeepIt) {
   const auto system = MakeModel("ball_in_corner");
   SimulateOptions options;
