@@ -24,7 +24,7 @@ class ContactFlowJacobian : public JacobianPeer {
     const Trajectory trajectory =
         Simulate(*scenario_.system, scenario_.x, scenario_.u, scenario_.duration, simulate_);
     const BDerivative derivative =
-        DifferentiateOutcome(*scenario_.system, trajectory, scenario_.u, differentiate_);
+        DifferentiateOutcome(*scenario_.system, trajectory, differentiate_);
     if (!derivative.status.ok()) throw std::logic_error(derivative.status.message);
     Matrix jacobian = derivative.arcs.front();
     for (std::size_t k = 0; k < derivative.events.size(); ++k) {

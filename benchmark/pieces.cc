@@ -39,7 +39,7 @@ void ReportPieces(const Scenario& scenario, Requirements* requirements) {
   };
   const Trajectory trajectory = flow();
   const auto derive = [&] {
-    return DifferentiateOutcome(system, trajectory, scenario.u, differentiate);
+    return DifferentiateOutcome(system, trajectory, differentiate);
   };
   std::size_t count = 0;
   Matrix one;

@@ -30,7 +30,7 @@ int main() {
                 landing.mode_after.ToString(names.constraints).c_str());
   }
 
-  const BDerivative derivative = DifferentiateOutcome(*biped, run, drop.u);
+  const BDerivative derivative = DifferentiateOutcome(*biped, run);
   if (!derivative.status.ok()) {
     std::printf("%s\n", derivative.status.message.c_str());
     return 1;

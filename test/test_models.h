@@ -24,7 +24,7 @@ struct UnitMasses {
     }
   }
   template <class P>
-  static double Restitution(const P&, int) {
+  static auto Restitution(const P&, int) {
     return 0;
   }
   template <class P>
@@ -167,7 +167,7 @@ struct LegRow : UnitMasses<Legs + 2, Legs> {
     for (int i = 0; i < Legs; ++i) (*a)(i) = q(2 + i);
   }
   template <class P>
-  static double Restitution(const Parameters<P>& p, int) {
+  static auto Restitution(const Parameters<P>& p, int) {
     return p.restitution;
   }
   /// All feet 0.5 m above ground, springs at rest: they land together at t = 1 s.

@@ -11,6 +11,8 @@
 
 #include "contact_flow/derivative/cone_interior.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/dynamics/inverse_inertia.h"
+#include "contact_flow/flow/manifold_projection.h"
 
 namespace contact_flow {
 namespace {
@@ -58,22 +60,20 @@ ContactClass Classify(const AssumptionReport& report, const Vector& restitution)
 
 /// Moves q onto a_i = a_j = 0 by the shortest steps in the kinetic metric; false when that fails.
 bool MoveOntoPair(const MechanicalSystem& system, int i, int j, const VectorRef& u, Vector* x) {
-  const int d = system.dof();
-  Matrix mass;
-  Vector force;
-  ConstraintTerms terms;
+  const int d = system.dof(), nq = system.num_positions();
   for (int step = 0; step < kNewtonSteps; ++step) {
-    system.Constraints(x->head(d), x->tail(d), &terms);
+    const InverseInertia inertia(system, x->head(nq), x->tail(d), u, ContactMode());
+    const ConstraintTerms& terms = inertia.terms();
     const Eigen::Vector2d gap(terms.gap(i), terms.gap(j));
     if (!gap.allFinite()) return false;
     if (gap.cwiseAbs().maxCoeff() <= kNewtonTolerance) return true;
-    system.Dynamics(x->head(d), x->tail(d), u, &mass, &force);
     Matrix A(2, d);
     A << terms.jacobian.row(i), terms.jacobian.row(j);
-    const Matrix Y = mass.llt().solve(A.transpose());
+    const Matrix Y = inertia * A.transpose();
     const Matrix G = A * Y;
     if (!std::isfinite(Condition(G))) return false;
-    x->head(d) -= Y * G.ldlt().solve(gap);
+    x->head(nq) = system.space().Retract(x->head(nq), -Y * G.ldlt().solve(gap));
+    if (HasStateManifold(system) && !ProjectState(system, x)) return false;
   }
   return false;
 }
@@ -110,8 +110,9 @@ AssumptionReport AssessAssumptions(const MechanicalSystem& system, const VectorR
   Matrix mass;
   Vector force;
   ConstraintTerms terms;
-  system.Dynamics(x.head(d), x.tail(d), u, &mass, &force);
-  system.Constraints(x.head(d), x.tail(d), &terms);
+  const int nq = system.num_positions();
+  system.Dynamics(x.head(nq), x.tail(d), u, ContactMode(), &mass, &force);
+  system.Constraints(x.head(nq), x.tail(d), &terms);
   report.mass_condition = Condition(mass);
   ContactDynamics dynamics(system, u);
   dynamics.Differentiate(x, ContactMode());
@@ -158,8 +159,10 @@ std::vector<AssumptionReport> AssessTransitions(const MechanicalSystem& system,
 RegionReport AssessRegion(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u,
                           const VectorRef& half_width, int samples, unsigned seed) {
   const int d = system.dof(), n = system.num_constraints();
-  if (x.size() != 2 * d || half_width.size() != 2 * d) {
-    throw std::invalid_argument("state and half_width need " + std::to_string(2 * d) + " entries");
+  const int nq = system.num_positions();
+  if (x.size() != nq + d || half_width.size() != 2 * d) {
+    throw std::invalid_argument("state and half_width need " + std::to_string(nq + d) + " and " +
+                                std::to_string(2 * d) + " entries");
   }
   if (!(half_width.array() >= 0).all() || !half_width.allFinite()) {
     throw std::invalid_argument("half_width must be finite and not negative");
@@ -171,12 +174,14 @@ RegionReport AssessRegion(const MechanicalSystem& system, const VectorRef& x, co
   }
   std::mt19937 generator(seed);
   for (int s = 0; s < samples; ++s) {
-    Vector state = x;
+    Vector step(2 * d);
     for (int c = 0; c < 2 * d; ++c) {
       // Not std::uniform_real_distribution, whose values differ between standard libraries.
       const double uniform = static_cast<double>(generator()) / std::mt19937::max();
-      state(c) += (2 * uniform - 1) * half_width(c);
+      step(c) = (2 * uniform - 1) * half_width(c);
     }
+    Vector state = system.Perturb(x, step);
+    if (HasStateManifold(system) && !ProjectState(system, &state)) continue;
     const AssumptionReport free = AssessAssumptions(system, state, u, ContactMode());
     report.smooth += free.smooth;
     report.largest_mass_condition = std::max(report.largest_mass_condition, free.mass_condition);
@@ -184,8 +189,8 @@ RegionReport AssessRegion(const MechanicalSystem& system, const VectorRef& x, co
       Vector touching = state;
       if (!free.smooth || !MoveOntoPair(system, pair.first, pair.second, u, &touching)) continue;
       ConstraintTerms terms;
-      system.Constraints(touching.head(d), touching.tail(d), &terms);
-      if (terms.gap.minCoeff() < -kNewtonTolerance) continue;
+      system.Constraints(touching.head(nq), touching.tail(d), &terms);
+      if (terms.gap.head(n).minCoeff() < -kNewtonTolerance) continue;
       const AssumptionReport met =
           AssessAssumptions(system, touching, u, ContactMode({pair.first, pair.second}));
       if (!met.smooth) continue;

@@ -4,16 +4,52 @@
 #include <Eigen/QR>
 #include <memory>
 #include <sstream>
+#include <stdexcept>
+#include <string>
 
 #include "contact_flow/derivative/variation.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 
 namespace contact_flow {
+namespace {
+
+Status CheckTransition(const Trajectory& trajectory, std::size_t k) {
+  const Transition& transition = trajectory.transitions[k];
+  std::ostringstream message;
+  if (transition.completes_zeno) {
+    message << "infinitely many bounces were completed to sticking at t = " << transition.t
+            << " s: the outcome has no derivative by Theorem 1 (Def. 2 fails)";
+    return {Outcome::kZeno, message.str()};
+  }
+  // An event at an instant of the input grid happens under the one input or the other.
+  if (k == 0) return {};
+  const Transition& before = trajectory.transitions[k - 1];
+  const bool close = transition.t - before.t <= trajectory.simultaneity_tolerance;
+  if (!close || transition.changes_input == before.changes_input) return {};
+  message << "at t = " << transition.t
+          << " s an event coincides with a change of the input: which comes first decides";
+  return {Outcome::kNotDifferentiable, message.str()};
+}
+
+}  // namespace
+
+/// w with (δu, δp) = 0 where they are left out.
+Vector BDerivative::Complete(const VectorRef& w) const {
+  const Eigen::Index size = arcs.front().cols(), tangents = time.size();
+  if (w.size() != size && w.size() != tangents) {
+    throw std::invalid_argument("the direction has " + std::to_string(w.size()) + " entries: " +
+                                std::to_string(tangents) + " (δq, δv) or " + std::to_string(size) +
+                                " (δq, δv, δu, δp) are needed");
+  }
+  Vector complete = Vector::Zero(size);
+  complete.head(w.size()) = w;
+  return complete;
+}
 
 Vector BDerivative::operator()(const VectorRef& w) const {
-  Vector tangent = arcs.front() * w;
+  Vector tangent = arcs.front() * Complete(w);
   for (std::size_t k = 0; k < events.size(); ++k) tangent = arcs[k + 1] * events[k](tangent);
-  return tangent;
+  return tangent.head(time.size());
 }
 
 Vector BDerivative::operator()(double dt, const VectorRef& w) const {
@@ -22,7 +58,7 @@ Vector BDerivative::operator()(double dt, const VectorRef& w) const {
 
 std::vector<ContactMode> BDerivative::PerturbedModes(const VectorRef& w) const {
   std::vector<ContactMode> modes = {initial_mode};
-  Vector tangent = arcs.front() * w;
+  Vector tangent = arcs.front() * Complete(w);
   for (std::size_t k = 0; k < events.size(); ++k) {
     const std::vector<ContactMode> passed = events[k].PerturbedModes(tangent);
     modes.insert(modes.end(), passed.begin(), passed.end());
@@ -45,58 +81,85 @@ PiecewiseLinearMap BDerivative::Pieces() const {
     map = events[k].Pieces(options.max_activations_for_pieces).After(map, options.max_pieces);
     map = PiecewiseLinearMap::Linear(arcs[k + 1]).After(map, options.max_pieces);
   }
-  return map;
+  if (map.rows() == time.size()) return map;
+  return PiecewiseLinearMap::Linear(Matrix::Identity(time.size(), map.rows()))
+      .After(map, options.max_pieces);
 }
 
 BDerivative DifferentiateOutcome(const MechanicalSystem& system, const Trajectory& trajectory,
-                                 const VectorRef& u, const BDerivativeOptions& options) {
+                                 const BDerivativeOptions& options) {
+  return DifferentiateArcs(system, trajectory, 0, trajectory.arcs.size() - 1, options);
+}
+
+BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& trajectory,
+                              std::size_t first, std::size_t last,
+                              const BDerivativeOptions& options) {
   BDerivative derivative;
   derivative.options = options;
   derivative.status = trajectory.status;
-  derivative.initial_mode = trajectory.arcs.front().mode;
+  derivative.initial_mode = trajectory.arcs[first].mode;
   if (!derivative.status.ok()) return derivative;
-  const auto dynamics = std::make_shared<ContactDynamics>(system, u);
-  derivative.events.reserve(trajectory.transitions.size());
-  for (const Transition& transition : trajectory.transitions) {
-    if (transition.completes_zeno) {
-      std::ostringstream message;
-      message << "infinitely many bounces were completed to sticking at t = " << transition.t
-              << " s: the outcome has no derivative by Theorem 1 (Def. 2 fails)";
-      derivative.status = {Outcome::kZeno, message.str()};
-      return derivative;
-    }
-    derivative.events.emplace_back(dynamics, transition);
-    if (!derivative.events.back().status().ok()) {
-      derivative.status = derivative.events.back().status();
-      return derivative;
-    }
+  const std::vector<Arc>& arcs = trajectory.arcs;
+  // One for each input: the event maps keep theirs.
+  std::vector<std::shared_ptr<ContactDynamics>> dynamics(last + 1);
+  for (std::size_t k = first; k <= last; ++k) {
+    const bool same = k > first && arcs[k].u == arcs[k - 1].u;
+    dynamics[k] = same ? dynamics[k - 1]
+                       : std::make_shared<ContactDynamics>(system, arcs[k].u, options.variables);
   }
-  for (const Arc& arc : trajectory.arcs) {
-    derivative.arcs.push_back(PropagateArc(dynamics.get(), arc, options.tolerance));
+  derivative.events.reserve(last - first);
+  for (std::size_t k = first; k < last; ++k) {
+    const Transition& transition = trajectory.transitions[k];
+    derivative.status = CheckTransition(trajectory, k);
+    if (!derivative.status.ok()) return derivative;
+    derivative.events.emplace_back(dynamics[k], transition);
+    derivative.status = derivative.events.back().status();
+    if (!derivative.status.ok()) return derivative;
   }
-  derivative.time = dynamics->Field(trajectory.FinalState(), trajectory.arcs.back().mode);
+  for (std::size_t k = first; k <= last; ++k) {
+    derivative.arcs.push_back(PropagateArc(dynamics[k].get(), arcs[k], options.tolerance));
+  }
+  derivative.time = dynamics[last]->Field(arcs[last].x_end, arcs[last].mode).head(2 * system.dof());
   return derivative;
 }
 
 Vector ProjectAdmissible(const MechanicalSystem& system, const VectorRef& x, ContactMode mode,
-                         const VectorRef& w) {
-  if (mode.Empty()) return w;
-  const int d = system.dof(), k = mode.Size();
-  // Rows of D(a_J, Da_J v): [A 0; D_q(A v) A].
+                         const VectorRef& w, const Variables& variables) {
+  const int d = system.dof(), nq = system.num_positions(), n = system.num_constraints();
+  std::vector<int> active;
+  for (int i : mode - system.compliant()) active.push_back(i);
+  for (int i = 0; i < system.num_bilateral(); ++i) active.push_back(n + i);
+  if (active.empty()) return w;
+  const int k = static_cast<int>(active.size());
+  const int parameters = w.size() > 2 * d ? static_cast<int>(variables.parameters.size()) : 0;
+  // Rows of D(a_J, Da_J v): [A 0 0 ∂a/∂p; D_q(A v) A 0 ∂(A v)/∂p].
   ConstraintTerms terms;
-  system.Constraints(x.head(d), x.tail(d), &terms);
+  system.Constraints(x.head(nq), x.tail(d), &terms);
+  const Vector no_impulse = Vector::Zero(terms.gap.size());
   ResidualJacobian residual;
-  system.DifferentiateImpact(x.head(d), Vector::Zero(d), Vector::Zero(system.num_constraints()),
-                             x.tail(d), &residual);
+  system.DifferentiateImpact(x.head(nq), Vector::Zero(d), no_impulse, x.tail(d), &residual);
+  ParameterJacobian by_parameter;
+  if (parameters > 0) {
+    system.DifferentiateImpactByParameters(x.head(nq), Vector::Zero(d), no_impulse, x.tail(d),
+                                           variables.parameters, &by_parameter);
+  }
   Matrix rows = Matrix::Zero(2 * k, 2 * d);
-  int row = 0;
-  for (int i : mode) {
+  Vector violation(2 * k);
+  for (int row = 0; row < k; ++row) {
+    const int i = active[row];
     rows.row(row).head(d) = terms.jacobian.row(i);
     rows.row(k + row).head(d) = residual.constraint_q.row(i);
     rows.row(k + row).tail(d) = terms.jacobian.row(i);
-    ++row;
+    violation(row) = rows.row(row).dot(w.head(2 * d));
+    violation(k + row) = rows.row(k + row).dot(w.head(2 * d));
+    if (parameters > 0) {
+      violation(row) += by_parameter.gap.row(i).dot(w.tail(parameters));
+      violation(k + row) += by_parameter.constraint.row(i).dot(w.tail(parameters));
+    }
   }
-  return w - rows.completeOrthogonalDecomposition().solve(rows * w);
+  Vector projected = w;
+  projected.head(2 * d) -= rows.completeOrthogonalDecomposition().solve(violation);
+  return projected;
 }
 
 }  // namespace contact_flow

@@ -12,9 +12,8 @@ namespace {
 constexpr double kStep = 1e-4;
 
 double Coupling(const MechanicalSystem& system, const VectorRef& q, int i, int j) {
-  const int d = system.dof();
-  Vector x = Vector::Zero(2 * d);
-  x.head(d) = q;
+  Vector x = Vector::Zero(system.state_size());
+  x.head(q.size()) = q;
   Matrix G;
   Vector unused;
   Delassus(system, x, Vector::Zero(system.num_inputs()), ContactMode({i, j}), &G, &unused);
@@ -28,9 +27,8 @@ double CouplingSlope(const MechanicalSystem& system, const VectorRef& q, int i, 
   const int d = system.dof();
   Vector gradient(d);
   for (int k = 0; k < d; ++k) {
-    Vector ahead = q, behind = q;
-    ahead(k) += kStep;
-    behind(k) -= kStep;
+    const Vector step = kStep * Vector::Unit(d, k);
+    const Vector ahead = system.space().Retract(q, step), behind = system.space().Retract(q, -step);
     gradient(k) = (Coupling(system, ahead, i, j) - Coupling(system, behind, i, j)) / (2 * kStep);
   }
   // What is left of it along {a_i = a_j = 0}: the part outside the span of the two normals.

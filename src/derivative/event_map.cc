@@ -19,13 +19,11 @@ constexpr int kMaxModularActivations = 12;
 }  // namespace
 
 double EventMap::TimeTo(int i, const Stage& stage, const Vector& w) const {
-  return -jacobian_.row(i).dot(w.head(q_.size())) / jacobian_.row(i).dot(stage.v);
+  return -guards_.row(i).dot(w) / guards_.row(i).dot(stage.field);
 }
 
 Eigen::RowVectorXd EventMap::TimeRow(int i, const Stage& stage) const {
-  Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(2 * q_.size());
-  row.head(q_.size()) = -jacobian_.row(i) / jacobian_.row(i).dot(stage.v);
-  return row;
+  return -guards_.row(i) / guards_.row(i).dot(stage.field);
 }
 
 Vector EventMap::operator()(const VectorRef& direction) const {
@@ -33,10 +31,10 @@ Vector EventMap::operator()(const VectorRef& direction) const {
   ContactMode S;
   double elapsed = 0;
   const Stage* stage = &StageAt(S);
-  while (S != transition_.activated) {
+  while (S != events_) {
     int next = -1;
     double earliest = std::numeric_limits<double>::infinity();
-    for (int i : transition_.activated - S) {
+    for (int i : events_ - S) {
       const double tau = TimeTo(i, *stage, w);
       if (tau < earliest || next < 0) {
         earliest = tau;
@@ -56,19 +54,19 @@ Vector EventMap::operator()(const VectorRef& direction) const {
 std::vector<ContactMode> EventMap::PerturbedModes(const VectorRef& direction) const {
   const int d = system_->dof();
   Vector w = direction;
-  ContactMode S, pending = transition_.vanishing, mode = transition_.mode_before;
+  ContactMode S, pending = transition_.vanishing - events_, mode = transition_.mode_before;
   std::vector<ContactMode> modes;
   const Stage* stage = &StageAt(S);
   double last = -std::numeric_limits<double>::infinity();
   double elapsed = 0;
-  while (S != transition_.activated || !(pending & mode).Empty()) {
+  while (S != events_ || !(pending & mode).Empty()) {
     // The earliest of the activations left and of the releases left, in the present mode.
     dynamics_->Differentiate(State(stage->v), mode);
     const Matrix force_gradient = dynamics_->force_jacobian();
     const Vector field = dynamics_->Field(State(stage->v), mode);
     int next = -1;
     double earliest = std::numeric_limits<double>::infinity();
-    for (int i : (transition_.activated - S) | (pending & mode)) {
+    for (int i : (events_ - S) | (pending & mode)) {
       const double tau = pending.Contains(i)
                              ? -force_gradient.row(i).dot(w) / force_gradient.row(i).dot(field)
                              : TimeTo(i, *stage, w);
@@ -102,7 +100,7 @@ std::vector<ContactMode> EventMap::PerturbedModes(const VectorRef& direction) co
 }
 
 Matrix EventMap::Selection(const std::vector<int>& order) const {
-  const int n = 2 * static_cast<int>(q_.size());
+  const int n = size();
   Matrix product = Matrix::Identity(n, n);
   ContactMode S;
   const Stage* stage = &StageAt(S);
@@ -120,7 +118,7 @@ Matrix EventMap::Selection(const std::vector<int>& order) const {
 }
 
 Matrix EventMap::Cone(const std::vector<int>& order) const {
-  const int n = 2 * static_cast<int>(q_.size()), m = static_cast<int>(order.size());
+  const int n = size(), m = static_cast<int>(order.size());
   std::vector<Eigen::RowVectorXd> rows;
   Matrix carried = Matrix::Identity(n, n);  // w at this stage, moved to the time of the last event
   ContactMode S;
@@ -204,7 +202,7 @@ bool EventMap::IsDifferentiable(double tolerance) const {
   for (std::uint64_t subset = 0; subset <= all; ++subset) {
     ContactMode S = set_of(subset);
     carried[subset] = StageAt(S).field;
-    for (int i : transition_.activated - S) {
+    for (int i : events_ - S) {
       Activate(S, i, &reset);
       carried[subset] = *reset * carried[subset];
       S.Insert(i);

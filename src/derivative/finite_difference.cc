@@ -31,16 +31,54 @@ double Slope(const std::vector<QuotientSample>& samples, double resolution) {
   return (n * sxy - sx * sy) / spread;
 }
 
+/// The system and input that (δu, δp) lead to; no system when it stays the same.
+struct Perturbed {
+  std::unique_ptr<MechanicalSystem> system;
+  Vector u;
+};
+
+Perturbed Perturb(const MechanicalSystem& system, const SystemFactory& factory,
+                  const Variables& variables, const VectorRef& u, const Vector& change) {
+  Perturbed perturbed;
+  perturbed.u = u;
+  int k = 0;
+  if (variables.inputs) {
+    perturbed.u += change.head(u.size());
+    k = static_cast<int>(u.size());
+  }
+  if (change.tail(change.size() - k).isZero(0)) return perturbed;
+  ParameterValues values;
+  for (const Parameter& parameter : system.description().parameters) {
+    values[parameter.name] = parameter.value;
+  }
+  for (int index : variables.parameters) {
+    values[system.description().parameters[index].name] += change(k++);
+  }
+  perturbed.system = factory(values);
+  return perturbed;
+}
+
 }  // namespace
 
 QuotientReport CompareWithQuotients(const MechanicalSystem& system, const VectorRef& x,
                                     const VectorRef& u, double duration, const VectorRef& direction,
                                     const VectorRef& prediction, const std::vector<double>& alphas,
                                     const SimulateOptions& options) {
-  const int n = 2 * system.dof();
-  if (direction.size() != n || prediction.size() != n) {
-    throw std::invalid_argument("direction and prediction need " + std::to_string(n) + " entries");
+  return CompareWithQuotients(system, SystemFactory(), Variables(), x, u, duration, direction,
+                              prediction, alphas, options);
+}
+
+QuotientReport CompareWithQuotients(const MechanicalSystem& system, const SystemFactory& factory,
+                                    const Variables& variables, const VectorRef& x,
+                                    const VectorRef& u, double duration, const VectorRef& direction,
+                                    const VectorRef& prediction, const std::vector<double>& alphas,
+                                    const SimulateOptions& options) {
+  const int n = 2 * system.dof(), size = n + variables.Size(system);
+  if (direction.size() != size || prediction.size() != n) {
+    throw std::invalid_argument("direction and prediction need " + std::to_string(size) + " and " +
+                                std::to_string(n) + " entries");
   }
+  const Vector by_variables = direction.tail(size - n);
   SimulateOptions exact = options;
   exact.relative_tolerance = exact.absolute_tolerance = kTolerance;
   exact.dense = false;
@@ -53,7 +91,7 @@ QuotientReport CompareWithQuotients(const MechanicalSystem& system, const Vector
   SimulateOptions looser = exact;
   looser.relative_tolerance = looser.absolute_tolerance = 3 * kTolerance;
   const Trajectory loose = Simulate(system, x, u, duration, looser);
-  report.resolution = (loose.FinalState() - base.FinalState()).cwiseAbs().maxCoeff() +
+  report.resolution = system.Separation(loose.FinalState(), base.FinalState()).cwiseAbs().maxCoeff() +
                       1e-15 * base.FinalState().cwiseAbs().maxCoeff();
   for (double alpha : alphas) {
     if (!(alpha > 0) || !std::isfinite(alpha)) {
@@ -64,12 +102,15 @@ QuotientReport CompareWithQuotients(const MechanicalSystem& system, const Vector
     sample.alpha = alpha;
     try {
       exact.simultaneity_tolerance = std::max(kSeparation * alpha, kSmallestSeparation);
-      const Trajectory run = Simulate(system, x + alpha * direction, u, duration, exact);
+      const Perturbed perturbed = Perturb(system, factory, variables, u, alpha * by_variables);
+      const Trajectory run =
+          Simulate(perturbed.system ? *perturbed.system : system,
+                   system.Perturb(x, alpha * direction.head(n)), perturbed.u, duration, exact);
       sample.status = run.status;
       sample.final_state = run.FinalState();
       sample.modes = run.ModeSequence();
       if (run.status.ok()) {
-        sample.quotient = (sample.final_state - base.FinalState()) / alpha;
+        sample.quotient = system.Separation(sample.final_state, base.FinalState()) / alpha;
         sample.error = (sample.quotient - prediction).cwiseAbs().maxCoeff();
       }
     } catch (const std::invalid_argument& refusal) {

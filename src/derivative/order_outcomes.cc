@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "contact_flow/dynamics/impact.h"
+#include "contact_flow/dynamics/mode_selection.h"
 
 namespace contact_flow {
 namespace {
@@ -18,16 +19,17 @@ class Search {
   Search(ContactDynamics* dynamics, const Transition& transition)
       : dynamics_(*dynamics),
         system_(dynamics->system()),
-        q_(transition.x_minus.head(system_.dof())),
-        touching_(transition.mode_before | transition.activated),
+        q_(transition.x_minus.head(system_.num_positions())),
+        pressed_(transition.mode_after & system_.compliant()),
+        touching_((transition.mode_before - system_.compliant()) | transition.activated),
         longest_(kImpactsPerContact * transition.activated.Size()) {
     ConstraintTerms terms;
     const Vector v = transition.x_minus.tail(system_.dof());
     system_.Constraints(q_, v, &terms);
     jacobian_ = terms.jacobian;
     rest_ = kRest * (1 + (jacobian_ * v).cwiseAbs().maxCoeff());
-    path_.impulse = Vector::Zero(system_.num_constraints());
-    Visit(v, transition.mode_before);
+    path_.impulse = Vector::Zero(system_.num_constraints() + system_.num_bilateral());
+    Visit(v, transition.mode_before - system_.compliant());
   }
 
   std::vector<OrderOutcome> outcomes;
@@ -55,15 +57,16 @@ class Search {
     if (approaching || outcomes.size() >= kMaxOutcomes) return;
     OrderOutcome outcome = path_;
     outcome.v_plus = v;
-    Vector x(2 * q_.size());
+    Vector x(q_.size() + v.size());
     x << q_, v;
-    outcome.mode_after = SelectContactMode(&dynamics_, x, resting, 0);
+    outcome.mode_after = SelectContactMode(&dynamics_, x, resting, 0, pressed_);
     outcomes.push_back(outcome);
   }
 
   ContactDynamics& dynamics_;
   const MechanicalSystem& system_;
   const Vector q_;
+  const ContactMode pressed_;
   const ContactMode touching_;
   const int longest_;
   Matrix jacobian_;

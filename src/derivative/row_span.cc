@@ -90,9 +90,14 @@ void JacobianSpan::SetAll(int d) {
   columns_.SetAll(d);
 }
 
-void JacobianSpan::Find(const Matrix& sample) {
+void JacobianSpan::Find(const MatrixRef& sample, const MatrixRef& sources) {
   const Eigen::Index d = sample.rows();
-  scratch_ = sample;
+  scratch_.resize(d, sample.cols() + sources.cols());
+  scratch_ << sample, sources;
+  if (sources.cols() > 0) {  // on one scale, or what is small in one is nothing beside the other
+    const double large = sources.cwiseAbs().maxCoeff(), other = sample.cwiseAbs().maxCoeff();
+    if (large > 0 && other > 0) scratch_.rightCols(sources.cols()) *= other / large;
+  }
   rows_.Find(&scratch_);
   scratch_.resize(d, sample.cols());
   for (Eigen::Index half = 0; half < sample.cols(); half += d) {
@@ -101,10 +106,15 @@ void JacobianSpan::Find(const Matrix& sample) {
   columns_.Find(&scratch_);
 }
 
-bool JacobianSpan::Holds(const Eigen::Ref<const Matrix>& nodes) const {
+bool JacobianSpan::Holds(const MatrixRef& nodes, const MatrixRef& sources) const {
   const int d = static_cast<int>(nodes.rows()), count = static_cast<int>(nodes.cols());
   const double zero = RowSpan::kRounding * nodes.cwiseAbs().maxCoeff();
   if (!rows_.Holds(nodes.data(), 1, count, d, zero)) return false;
+  if (sources.cols() > 0) {
+    const double nothing = RowSpan::kRounding * sources.cwiseAbs().maxCoeff();
+    const int others = static_cast<int>(sources.cols());
+    if (!rows_.Holds(sources.data(), 1, others, d, nothing)) return false;
+  }
   for (int half = 0; half < count; half += d) {
     if (!columns_.Holds(nodes.data() + half * d, d, d, 1, zero)) return false;
   }

@@ -10,6 +10,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "arc_jacobian.h"
 #include "block_solve.h"
 #include "contact_flow/fixed_size.h"
 #include "gauss_legendre.h"
@@ -27,45 +28,28 @@ constexpr double kSmallestStep = 1e-13;  // relative to max(1, t)
 /// multiplications for each of its entries (measured).
 constexpr double kJacobianCost = 50;
 
-/// The fastest rate [1/s] of ÿ = K y + D ẏ, jacobian = [K D]: the spectral radius of its companion
-/// matrix, by power iteration. An estimate, to begin with.
-double FastestRate(const Matrix& jacobian) {
-  constexpr int kIterations = 16, kDiscarded = 4;
-  const Eigen::Index d = jacobian.rows();
-  Vector y(2 * d), next(2 * d);
-  for (Eigen::Index i = 0; i < 2 * d; ++i) y(i) = 1 + 0.37 * static_cast<double>(i % 5);
-  double growth = 0;
-  for (int k = 0; k < kIterations; ++k) {
-    next.head(d) = y.tail(d);
-    next.tail(d).noalias() = jacobian.lazyProduct(y);
-    const double factor = next.norm() / y.norm();
-    if (!(factor > 0) || !std::isfinite(factor)) return 0;
-    if (k >= kDiscarded) growth += std::log(factor);
-    y = next / next.norm();
-  }
-  return std::exp(growth / (kIterations - kDiscarded));
-}
-
 /// Steps of the variational equation along one arc.
 class Propagation {
  public:
   Propagation(ContactDynamics* dynamics, const Arc& arc, double tolerance)
       : d_(dynamics->system().dof()),
+        k_(dynamics->num_variables()),
         arc_(arc),
         tolerance_(tolerance),
-        dynamics_(*dynamics),
-        x_(2 * d_),
+        jacobian_(dynamics, arc),
         nodes_(d_, 2 * d_ * GaussLegendre::kMaxStages),
-        begin_(d_, 2 * d_),
-        end_(d_, 2 * d_),
-        step_(2 * d_, 2 * d_) {}
+        sources_(d_, k_ * GaussLegendre::kMaxStages),
+        begin_(d_, 2 * d_ + k_),
+        end_(d_, 2 * d_ + k_),
+        step_(2 * d_ + k_, 2 * d_ + k_) {}
 
   Matrix Run(VariationStatistics* statistics) {
     double t = arc_.t_begin;
-    if (t == arc_.t_end) return Matrix::Identity(2 * d_, 2 * d_);
-    Matrix phi(2 * d_, 2 * d_), next(2 * d_, 2 * d_);
-    Jacobian(t, begin_.data());
-    span_.Find(begin_);
+    const int size = 2 * d_ + k_;
+    if (t == arc_.t_end) return Matrix::Identity(size, size);
+    Matrix phi(size, size), next(size, size);
+    jacobian_.At(t, begin_.data(), begin_.data() + 2 * d_ * d_);
+    span_.Find(begin_.leftCols(2 * d_), begin_.rightCols(k_));
     // The rate r of the tangents [1/s]: a step's error is error_s·(r h)^{2s+1}.
     double rate = GuessRate();
     while (t < arc_.t_end) {
@@ -93,7 +77,8 @@ class Propagation {
       begin_.swap(end_);
       t = length == rest ? arc_.t_end : t + length;
     }
-    statistics->jacobians += jacobians_;
+    statistics->jacobians += jacobian_.count();
+    jacobian_.ToVelocities(&phi);
     return phi;
   }
 
@@ -107,7 +92,7 @@ class Propagation {
   /// The fastest rate at the beginning, or what the steps of the run itself tell of the change of K
   /// and D.
   double GuessRate() const {
-    const double rate = FastestRate(begin_);
+    const double rate = FastestRate(begin_.leftCols(2 * d_));
     const double base_step =
         (arc_.t_end - arc_.t_begin) / static_cast<double>(arc_.dense.NumSteps());
     const double base_rate = kBaseReach * std::pow(tolerance_, 1.0 / 8) / base_step;
@@ -125,7 +110,7 @@ class Propagation {
       const double steps = rate > 0 ? std::ceil(std::max(1.0, rest / reach)) : 1;
       const double n = s * rows_.size();
       const double cost =
-          steps * (n * n * (n / 3 + 2 * columns_.size()) + (s + 1) * kJacobianCost * 2 * d_ * d_);
+          steps * (n * n * (n / 3 + 2 * columns_.size() + k_) + (s + 1) * kJacobianCost * 2 * d_ * d_);
       if (cost < least) {
         least = cost;
         length = rest / steps;
@@ -135,43 +120,50 @@ class Propagation {
     return length;
   }
 
-  /// [∂q̈/∂q, ∂q̈/∂v] [d×2d] at time t of the arc, column-major into `out`.
-  void Jacobian(double t, double* out) {
-    arc_.dense.Evaluate(t, x_.data());
-    dynamics_.Differentiate(x_, arc_.mode);
-    Eigen::Map<Matrix>(out, d_, 2 * d_) = dynamics_.acceleration_jacobian();
-    ++jacobians_;
-  }
-
   /// [K_i D_i] at node i.
   Eigen::Map<Matrix> Node(int i) { return {nodes_.data() + i * 2 * d_ * d_, d_, 2 * d_}; }
+  /// … and what the variables add there.
+  Eigen::Map<Matrix> Source(int i) { return {sources_.data() + i * k_ * d_, d_, k_}; }
 
   /// Only independent rows and columns enter the linear system. What holds on one step mostly does
   /// on the next.
   void FindSpans() {
     const int stages = rule_->stages, columns = stages * 2 * d_;
-    if (span_.Holds(nodes_.leftCols(columns))) return;
+    const auto sources = sources_.leftCols(stages * k_);
+    if (span_.Holds(nodes_.leftCols(columns), sources)) return;
     // Two mixtures: where a single [K D] has few rows, its columns depend on each other by chance.
     sample_.setZero(d_, 4 * d_);
     for (int i = 0; i < stages; ++i) {
       sample_.leftCols(2 * d_) += rule_->c(i) * Node(i);
       sample_.rightCols(2 * d_) += (1 - rule_->c(i)) * Node(i);
     }
-    span_.Find(sample_);
-    if (!span_.Holds(nodes_.leftCols(columns))) span_.SetAll(d_);
+    source_sample_.setZero(d_, 2 * k_);
+    for (int i = 0; i < stages && k_ > 0; ++i) {
+      source_sample_.leftCols(k_) += rule_->c(i) * Source(i);
+      source_sample_.rightCols(k_) += (1 - rule_->c(i)) * Source(i);
+    }
+    span_.Find(sample_, source_sample_);
+    if (!span_.Holds(nodes_.leftCols(columns), sources)) span_.SetAll(d_);
   }
 
   /// Fills the linear system for the accelerations Y_i of the tangents at the nodes,
   ///   Y_i = K_i (Q₀ + c_i h V₀ + h² Σ_j (a²)_ij Y_j) + D_i (V₀ + h Σ_j a_ij Y_j),  Q₀ = [I 0], V₀
   ///   = [0 I],
-  /// over the independent rows and columns: Y_i = R Z_i Cᵀ.
+  /// over the independent rows and columns: Y_i = R Z_i Cᵀ; the variables' columns have their own source.
   void Assemble(double h) {
     const int s = rule_->stages, m = rows_.size(), n = s * m;
     system_matrix_.resize(n, n);
-    accelerations_.resize(n, 2 * columns_.size());
+    accelerations_.resize(n, 2 * columns_.size() + k_);
     WithFixedSize(m, [&](auto rows) {
       for (int i = 0; i < s; ++i) AssembleNode(i, h, rows);
     });
+    for (int i = 0; i < s; ++i) {
+      for (int c = 0; c < k_; ++c) {
+        for (int r = 0; r < m; ++r) {
+          accelerations_(i * m + r, 2 * columns_.size() + c) = Source(i)(rows_.members()[r], c);
+        }
+      }
+    }
     system_matrix_.diagonal().array() += 1;
   }
 
@@ -239,34 +231,44 @@ class Propagation {
   /// The propagator of [t, t+h] into step_; returns its error estimate.
   double Step(double t, double h) {
     const int s = rule_->stages;
-    for (int i = 0; i < s; ++i) Jacobian(t + rule_->c(i) * h, Node(i).data());
+    for (int i = 0; i < s; ++i) jacobian_.At(t + rule_->c(i) * h, Node(i).data(), Source(i).data());
     FindSpans();
     Assemble(h);
     if (!SolveAccelerations()) return std::numeric_limits<double>::infinity();
     step_.setIdentity();
-    step_.topRightCorner(d_, d_).diagonal().array() += h;
+    step_.block(0, d_, d_, d_).diagonal().array() += h;
     AddAccelerations(h * h, rule_->twice_end, step_.topRows(d_));
-    AddAccelerations(h, rule_->b, step_.bottomRows(d_));
-    Jacobian(t + h, end_.data());
+    AddAccelerations(h, rule_->b, step_.middleRows(d_, d_));
+    jacobian_.At(t + h, end_.data(), end_.data() + 2 * d_ * d_);
     // Defect at either end: the collocation polynomial's acceleration against the equation's.
     defect_ = -begin_;
     AddAccelerations(1, rule_->at_begin, defect_);
-    double largest = defect_.cwiseAbs().maxCoeff();
+    double relative = h * Relative(defect_);
     defect_.noalias() = -end_ * step_;
     AddAccelerations(1, rule_->at_end, defect_);
-    largest = std::max(largest, defect_.cwiseAbs().maxCoeff());
-    const double relative = h * largest / std::max(1.0, step_.cwiseAbs().maxCoeff());
+    relative = std::max(relative, h * Relative(defect_));
     return rule_->error * std::pow(relative / rule_->defect, (2.0 * s + 1) / (s + 1));
+  }
+
+  /// Largest entry of a defect relative to those of the step; tangents and variables each by themselves.
+  double Relative(const Matrix& defect) const {
+    const auto part = [&](int first, int count) {
+      if (count == 0) return 0.0;
+      return defect.middleCols(first, count).cwiseAbs().maxCoeff() /
+             std::max(1.0, step_.middleCols(first, count).cwiseAbs().maxCoeff());
+    };
+    return std::max(part(0, 2 * d_), part(2 * d_, k_));
   }
 
   /// target += scale · Σ_j weights_j Y_j = scale · R (Σ_j weights_j Z_j) Cᵀ  [d×2d].
   void AddAccelerations(double scale, const Vector& weights, Eigen::Ref<Matrix> target) {
     const int columns = columns_.size();
     const double* R = rows_.combination().data();
-    sum_.resize(rows_.size(), 2 * columns);
-    spread_.resize(d_, 2 * columns);
+    const int all = 2 * columns + k_;
+    sum_.resize(rows_.size(), all);
+    spread_.resize(d_, all);
     WithFixedSize(rows_.size(), [&](auto m) {
-      for (int c = 0; c < 2 * columns; ++c) {
+      for (int c = 0; c < all; ++c) {
         double* __restrict sum = &sum_(0, c);
         for (int r = 0; r < m; ++r) sum[r] = 0;
         for (int j = 0; j < rule_->stages; ++j) {
@@ -277,7 +279,7 @@ class Propagation {
       }
     });
     WithFixedSize(d_, [&](auto d) {
-      for (int c = 0; c < 2 * columns; ++c) {
+      for (int c = 0; c < all; ++c) {
         double* __restrict out = &spread_(0, c);
         for (int r = 0; r < d; ++r) out[r] = 0;
         for (int k = 0; k < rows_.size(); ++k) {
@@ -298,22 +300,25 @@ class Propagation {
         }
       }
     });
+    if (k_ > 0) target.rightCols(k_) += spread_.rightCols(k_);
   }
 
   const int d_;
+  const int k_;
   const Arc& arc_;
   const double tolerance_;
   const GaussLegendre* rule_ = nullptr;
-  ContactDynamics& dynamics_;
-  Vector x_;
-  Matrix nodes_;  // [K_i D_i], i = 1 … s, side by side
-  Matrix begin_;  // [K D] at the beginning of the step
-  Matrix end_;    // … and at its end
+  ArcJacobian jacobian_;
+  Matrix nodes_;    // [K_i D_i], i = 1 … s, side by side
+  Matrix sources_;  // the variables' parts, likewise
+  Matrix begin_;    // [K D] and the variables' part at the beginning of the step
+  Matrix end_;      // … and at its end
   Matrix system_matrix_;
   JacobianSpan span_;
   const RowSpan& rows_ = span_.rows();        // R
   const RowSpan& columns_ = span_.columns();  // C
   Matrix sample_;
+  Matrix source_sample_;
   Matrix picked_;  // the independent rows of one [K D]
   Vector column_;
   Matrix accelerations_;  // Z_1 … Z_s, stacked
@@ -321,7 +326,6 @@ class Propagation {
   Matrix spread_;         // R times it
   Matrix step_;
   Matrix defect_;
-  long jacobians_ = 0;
 };
 
 }  // namespace

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "contact_flow/dynamics/complementarity.h"
+#include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/fixed_size.h"
 
 namespace contact_flow {
@@ -27,25 +27,26 @@ void MultiplySmall(double sign, const Matrix& A, const Matrix& B, double* out, i
   });
 }
 
-constexpr double kForceRounding = 1e-13;
-/// A force or acceleration below this part of the largest one may vanish at the instant; others cannot.
-constexpr double kNearZero = 1e-4;
-
 }  // namespace
 
-ContactDynamics::ContactDynamics(const MechanicalSystem& system, const VectorRef& u)
+ContactDynamics::ContactDynamics(const MechanicalSystem& system, const VectorRef& u,
+                                 const Variables& variables)
     : system_(system),
       u_(u),
+      variables_(variables),
       d_(system.dof()),
-      n_(system.num_constraints()),
+      nq_(system.num_positions()),
+      n_(system.num_constraints() + system.num_bilateral()),
+      k_(variables.Size(system)),
       constant_(system.HasConstantMass() && system.HasAffineConstraints()),
       mass_(d_, d_),
       mass_factor_(d_),
       applied_(d_),
       acceleration_(d_),
       force_(n_),
-      acceleration_jacobian_(d_, 2 * d_),
-      force_jacobian_(n_, 2 * d_) {
+      acceleration_jacobian_(d_, 2 * d_ + k_),
+      force_jacobian_(n_, 2 * d_ + k_),
+      variable_momentum_(d_, k_) {
   residual_.momentum_q.resize(d_, d_);
   residual_.momentum_v.resize(d_, d_);
   residual_.momentum_u.resize(d_, system.num_inputs());
@@ -54,20 +55,21 @@ ContactDynamics::ContactDynamics(const MechanicalSystem& system, const VectorRef
 }
 
 void ContactDynamics::Factorize(const VectorRef& x, ContactMode mode) {
-  const auto q = x.head(d_), v = x.tail(d_);
-  system_.Dynamics(q, v, u_, constant_ && factorized_ ? nullptr : &mass_, &applied_);
+  const auto q = x.head(nq_), v = x.tail(d_);
+  system_.Dynamics(q, v, u_, mode, constant_ && factorized_ ? nullptr : &mass_, &applied_);
   const bool same_mode = factorized_ && mode == mode_;
   if (constant_ && same_mode) return;
   if (!same_mode) {
     active_.clear();
-    for (int i : mode) active_.push_back(i);
+    for (int i : mode - system_.compliant()) active_.push_back(i);
+    for (int i = system_.num_constraints(); i < n_; ++i) active_.push_back(i);
     const int k = static_cast<int>(active_.size());
     active_jacobian_.resize(k, d_);
     force_map_.resize(k, d_);
     delassus_inverse_.resize(k, k);
     bias_.setZero(k);
-    active_residual_.resize(k, 2 * d_);
-    active_force_jacobian_.resize(k, 2 * d_);
+    active_residual_.setZero(k, 2 * d_ + k_);
+    active_force_jacobian_.resize(k, 2 * d_ + k_);
   }
   if (!(constant_ && factorized_)) mass_factor_.compute(mass_);
   inverse_.setIdentity(d_, d_);
@@ -131,25 +133,29 @@ void ContactDynamics::Evaluate(const VectorRef& x, ContactMode mode) {
 
 Vector ContactDynamics::Field(const VectorRef& x, ContactMode mode) {
   Evaluate(x, mode);
-  Vector xdot(2 * d_);
-  xdot << x.tail(d_), acceleration_;
-  return xdot;
+  Vector field(2 * d_ + k_);
+  field << x.tail(d_), acceleration_, Vector::Zero(k_);
+  return field;
 }
 
 void ContactDynamics::Differentiate(const VectorRef& x, ContactMode mode) {
   Evaluate(x, mode);
-  system_.DifferentiateDynamics(x.head(d_), x.tail(d_), u_, acceleration_, force_, &residual_);
+  const auto q = x.head(nq_), v = x.tail(d_);
+  system_.DifferentiateDynamics(q, v, u_, mode, acceleration_, force_, &residual_);
+  if (k_ > 0) DifferentiateByVariables(x);
   MultiplySmall(-1, inverse_, residual_.momentum_q, &acceleration_jacobian_(0, 0), d_);
   MultiplySmall(-1, inverse_, residual_.momentum_v, &acceleration_jacobian_(0, d_), d_);
+  if (k_ > 0) MultiplySmall(-1, inverse_, variable_momentum_, &acceleration_jacobian_(0, 2 * d_), d_);
   force_jacobian_.setZero();
   const int k = static_cast<int>(active_.size());
   if (k == 0) return;
   MultiplySmall(1, force_map_, residual_.momentum_q, &active_force_jacobian_(0, 0), k);
   MultiplySmall(1, force_map_, residual_.momentum_v, &active_force_jacobian_(0, d_), k);
-  if (!constant_) {
+  if (k_ > 0) MultiplySmall(1, force_map_, variable_momentum_, &active_force_jacobian_(0, 2 * d_), k);
+  if (!constant_ || !variables_.parameters.empty()) {
     for (int i = 0; i < k; ++i) {
       active_residual_.row(i).head(d_) = residual_.constraint_q.row(active_[i]);
-      active_residual_.row(i).tail(d_) = residual_.constraint_v.row(active_[i]);
+      active_residual_.row(i).segment(d_, d_) = residual_.constraint_v.row(active_[i]);
     }
     active_force_jacobian_.noalias() -= delassus_inverse_.lazyProduct(active_residual_);
     acceleration_jacobian_.noalias() -= force_map_.transpose().lazyProduct(active_residual_);
@@ -157,15 +163,29 @@ void ContactDynamics::Differentiate(const VectorRef& x, ContactMode mode) {
   for (int i = 0; i < k; ++i) force_jacobian_.row(active_[i]) = active_force_jacobian_.row(i);
 }
 
+/// ∂r₁ and ∂r₂ by the variables, at the point last evaluated.
+void ContactDynamics::DifferentiateByVariables(const VectorRef& x) {
+  const int inputs = variables_.inputs ? system_.num_inputs() : 0;
+  variable_momentum_.leftCols(inputs) = residual_.momentum_u.leftCols(inputs);
+  if (variables_.parameters.empty()) return;
+  system_.DifferentiateDynamicsByParameters(x.head(nq_), x.tail(d_), u_, mode_, acceleration_,
+                                            force_, variables_.parameters, &parameter_residual_);
+  variable_momentum_.rightCols(k_ - inputs) = parameter_residual_.momentum;
+  for (std::size_t i = 0; i < active_.size(); ++i) {
+    active_residual_.row(i).tail(k_ - inputs) = parameter_residual_.constraint.row(active_[i]);
+  }
+}
+
 Vector ContactDynamics::ForceRate(const VectorRef& x, ContactMode mode) {
   Differentiate(x, mode);
-  return force_jacobian_.leftCols(d_) * x.tail(d_) + force_jacobian_.rightCols(d_) * acceleration_;
+  return force_jacobian_.leftCols(d_) * x.tail(d_) +
+         force_jacobian_.middleCols(d_, d_) * acceleration_;
 }
 
 double ContactDynamics::ForceRate(const VectorRef& x, ContactMode mode, int i) {
   Differentiate(x, mode);
   return force_jacobian_.row(i).head(d_).dot(x.tail(d_)) +
-         force_jacobian_.row(i).tail(d_).dot(acceleration_);
+         force_jacobian_.row(i).segment(d_, d_).dot(acceleration_);
 }
 
 void Delassus(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u, ContactMode C,
@@ -174,49 +194,12 @@ void Delassus(const MechanicalSystem& system, const VectorRef& x, const VectorRe
   G->resize(k, k);
   b->resize(k);
   if (k == 0) return;
-  Matrix mass;
-  Vector applied;
-  ConstraintTerms terms;
-  system.Dynamics(x.head(d), x.tail(d), u, &mass, &applied);
-  system.Constraints(x.head(d), x.tail(d), &terms);
-  Matrix A(k, d);
+  const InverseInertia inertia(system, x.head(system.num_positions()), x.tail(d), u, ContactMode());
+  const Matrix A = inertia.Rows(C);
+  *G = A * (inertia * A.transpose());
+  *b = A * inertia.FreeAcceleration();
   int row = 0;
-  for (int i : C) {
-    A.row(row) = terms.jacobian.row(i);
-    (*b)(row) = terms.bias(i);
-    ++row;
-  }
-  const Eigen::LLT<Matrix> factor(mass);
-  *G = A * factor.solve(A.transpose());
-  *b += A * factor.solve(applied);
-}
-
-ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
-                              double time_tolerance) {
-  if (candidates.Empty()) return candidates;
-  Matrix G;
-  Vector b;
-  Delassus(dynamics->system(), x, dynamics->u(), candidates, &G, &b);
-  const ComplementaritySolution solution = SolveComplementarity(G, b);
-  // λ_i of the members, and (up to coupling) of the others what their force would be.
-  const Vector force =
-      solution.z - ((G * solution.z + b).array() / G.diagonal().array()).matrix();
-  const double doubtful = kNearZero * (1 + force.cwiseAbs().maxCoeff());
-  ContactMode mode, near_zero;
-  int row = 0;
-  for (int i : candidates) {
-    if (solution.support.Contains(row)) mode.Insert(i);
-    if (std::abs(force(row)) <= doubtful) near_zero.Insert(i);
-    ++row;
-  }
-  for (int i : near_zero) {
-    const ContactMode with = mode.With(i);
-    const double rate = dynamics->ForceRate(x, with, i);
-    const double rounding = kForceRounding * (1 + dynamics->force().cwiseAbs().maxCoeff());
-    if (std::abs(dynamics->force()(i)) > time_tolerance * std::abs(rate) + rounding) continue;
-    mode = rate > 0 ? with : mode.Without(i);
-  }
-  return mode;
+  for (int i : C) (*b)(row++) += inertia.terms().bias(i);
 }
 
 }  // namespace contact_flow

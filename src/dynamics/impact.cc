@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/dynamics/impact.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <stdexcept>
 #include <vector>
+
+#include "contact_flow/dynamics/inverse_inertia.h"
 
 namespace contact_flow {
 namespace {
@@ -15,22 +16,13 @@ constexpr double kRounding = 1e-13;
 
 ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v_minus,
                          ContactMode touching, ImpactLaw law) {
-  const int d = system.dof(), k = touching.Size();
-  Matrix mass;
-  Vector applied;
-  ConstraintTerms terms;
-  system.Dynamics(q, v_minus, Vector::Zero(system.num_inputs()), &mass, &applied);
-  system.Constraints(q, v_minus, &terms);
-  Matrix A(k, d);
-  Vector b(k);
+  const int n = system.num_constraints(), k = touching.Size();
+  const InverseInertia inertia(system, q, v_minus);
+  const Matrix A = inertia.Rows(touching);
+  Vector b = A * v_minus;
   int row = 0;
-  for (int i : touching) {
-    A.row(row) = terms.jacobian.row(i);
-    b(row) = (1 + system.restitution()(i)) * A.row(row).dot(v_minus);
-    ++row;
-  }
-  const Eigen::LLT<Matrix> factor(mass);
-  const Matrix Y = factor.solve(A.transpose());  // M⁻¹ Aᵀ [d×k]
+  for (int i : touching) b(row++) *= 1 + system.restitution()(i);
+  const Matrix Y = inertia * A.transpose();  // P Aᵀ [d×k]
   const Matrix G = A * Y;
   Vector p;
   if (law == ImpactLaw::kProjection) {
@@ -44,7 +36,7 @@ ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q, con
   }
   ImpactResult result;
   result.v_plus = v_minus + Y * p;
-  result.impulse = Vector::Zero(system.num_constraints());
+  result.impulse = Vector::Zero(n + system.num_bilateral());
   const double zero = k > 0 ? kRounding * b.cwiseAbs().maxCoeff() : 0;
   row = 0;
   for (int i : touching) {
@@ -52,47 +44,66 @@ ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q, con
     if (std::abs(p(row)) * G(row, row) > zero) result.hit.Insert(i);
     ++row;
   }
+  result.impulse.tail(system.num_bilateral()) =
+      inertia.BilateralForce(Matrix(A.transpose() * p)).col(0);
   return result;
 }
 
 Matrix ImpactJacobian(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v_minus,
-                      const ImpactResult& result, ContactMode hit, ContactMode persisting) {
-  const int d = system.dof(), k = hit.Size();
+                      const ImpactResult& result, ContactMode hit, ContactMode persisting,
+                      const Variables& variables) {
+  const int d = system.dof(), n = system.num_constraints(), k = variables.Size(system);
+  const int tangents = 2 * d + k;
+  const int first_parameter = tangents - static_cast<int>(variables.parameters.size());
   Matrix mass;
   Vector applied;
   ConstraintTerms terms;
-  system.Dynamics(q, v_minus, Vector::Zero(system.num_inputs()), &mass, &applied);
+  system.Dynamics(q, v_minus, Vector::Zero(system.num_inputs()), ContactMode(), &mass, &applied);
   system.Constraints(q, v_minus, &terms);
+  std::vector<int> rows;
+  for (int i : hit) rows.push_back(i);
+  for (int i = 0; i < system.num_bilateral(); ++i) rows.push_back(n + i);
+  const int count = static_cast<int>(rows.size());
+  const auto restitution = [&](int i) {
+    return i >= n || persisting.Contains(i) ? 0 : system.restitution()(i);
+  };
 
-  // Unknowns (v⁺, p_hit):  r₁ = M (v⁺ − v⁻) − Aᵀ p = 0,   r₂ = A (v⁺ + γ v⁻) = 0.
-  Matrix kkt = Matrix::Zero(d + k, d + k);
-  Matrix rhs = Matrix::Zero(d + k, 2 * d);
-  ResidualJacobian residual;
+  // Unknowns (v⁺, p):  r₁ = M (v⁺ − v⁻) − Aᵀ p = 0,   r₂ = A (v⁺ + γ v⁻) = 0.
+  Matrix kkt = Matrix::Zero(d + count, d + count);
+  Matrix rhs = Matrix::Zero(d + count, tangents);
   const Vector jump = result.v_plus - v_minus;
-  system.DifferentiateImpact(q, jump, result.impulse, result.v_plus, &residual);
   kkt.topLeftCorner(d, d) = mass;
-  rhs.topLeftCorner(d, d) = -residual.momentum_q;
-  rhs.topRightCorner(d, d) = mass;
-  int row = d;
-  for (int i : hit) {
-    const double gamma = persisting.Contains(i) ? 0 : system.restitution()(i);
-    kkt.row(row).head(d) = terms.jacobian.row(i);
-    kkt.col(row).head(d) = -terms.jacobian.row(i).transpose();
-    rhs.row(row).head(d) = -residual.constraint_q.row(i);
-    rhs.row(row).tail(d) = -gamma * terms.jacobian.row(i);
-    ++row;
+  rhs.block(0, d, d, d) = mass;
+  for (int row = 0; row < count; ++row) {
+    kkt.row(d + row).head(d) = terms.jacobian.row(rows[row]);
+    kkt.col(d + row).head(d) = -terms.jacobian.row(rows[row]).transpose();
+    rhs.row(d + row).segment(d, d) = -restitution(rows[row]) * terms.jacobian.row(rows[row]);
   }
-  // The part γ D_q(A) v⁻ of r₂ is linear in its last argument.
-  system.DifferentiateImpact(q, jump, result.impulse, v_minus, &residual);
-  row = d;
-  for (int i : hit) {
-    const double gamma = persisting.Contains(i) ? 0 : system.restitution()(i);
-    rhs.row(row).head(d) -= gamma * residual.constraint_q.row(i);
-    ++row;
+  // r₂ is linear in the vector it acts on: its derivatives at v⁺ and, times γ, at v⁻.
+  ResidualJacobian residual;
+  ParameterJacobian by_parameter;
+  for (const bool after : {true, false}) {
+    const Vector s = after ? result.v_plus : Vector(v_minus);
+    system.DifferentiateImpact(q, jump, result.impulse, s, &residual);
+    if (after) rhs.topLeftCorner(d, d) = -residual.momentum_q;
+    for (int row = 0; row < count; ++row) {
+      const double factor = after ? 1 : restitution(rows[row]);
+      rhs.row(d + row).head(d) -= factor * residual.constraint_q.row(rows[row]);
+    }
+    if (variables.parameters.empty()) continue;
+    system.DifferentiateImpactByParameters(q, jump, result.impulse, s, variables.parameters,
+                                           &by_parameter);
+    auto columns = rhs.rightCols(tangents - first_parameter);
+    if (after) columns.topRows(d) = -by_parameter.momentum;
+    for (int row = 0; row < count; ++row) {
+      const int i = rows[row];
+      columns.row(d + row) -= (after ? 1 : restitution(i)) * by_parameter.constraint.row(i);
+      if (after || i >= n || persisting.Contains(i)) continue;
+      columns.row(d + row) -= by_parameter.restitution.row(i) * terms.jacobian.row(i).dot(v_minus);
+    }
   }
-  const Matrix solution = kkt.partialPivLu().solve(rhs);
-  Matrix reset = Matrix::Identity(2 * d, 2 * d);
-  reset.bottomRows(d) = solution.topRows(d);
+  Matrix reset = Matrix::Identity(tangents, tangents);
+  reset.middleRows(d, d) = kkt.partialPivLu().solve(rhs).topRows(d);
   return reset;
 }
 

@@ -3,26 +3,24 @@
 
 #include <Eigen/Cholesky>
 
+#include "contact_flow/dynamics/inverse_inertia.h"
+
 namespace contact_flow {
 
 ImpactResult Stick(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v_minus,
                    ContactMode J) {
-  Matrix mass;
-  Vector unused;
-  ConstraintTerms terms;
-  system.Dynamics(q, v_minus, Vector::Zero(system.num_inputs()), &mass, &unused);
-  system.Constraints(q, v_minus, &terms);
-  Matrix A(J.Size(), system.dof());
-  int row = 0;
-  for (int i : J) A.row(row++) = terms.jacobian.row(i);
-  const Matrix Y = mass.llt().solve(A.transpose());
+  const InverseInertia inertia(system, q, v_minus);
+  const Matrix A = inertia.Rows(J);
+  const Matrix Y = inertia * A.transpose();
   const Vector p = -(A * Y).ldlt().solve(A * v_minus);
   ImpactResult result;
   result.v_plus = v_minus + Y * p;
-  result.impulse = Vector::Zero(system.num_constraints());
+  result.impulse = Vector::Zero(system.num_constraints() + system.num_bilateral());
   result.hit = J;
-  row = 0;
+  int row = 0;
   for (int i : J) result.impulse(i) = p(row++);
+  result.impulse.tail(system.num_bilateral()) =
+      inertia.BilateralForce(Matrix(A.transpose() * p)).col(0);
   return result;
 }
 

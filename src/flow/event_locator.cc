@@ -46,7 +46,7 @@ double HermiteLowerBound(double h, double g0, double r0, double a0, double g1, d
 void SampleGaps(const MechanicalSystem& system, const VectorRef& x, const VectorRef& acceleration,
                 ConstraintTerms* terms, GapSample* sample) {
   const int d = system.dof();
-  system.Constraints(x.head(d), x.tail(d), terms);
+  system.Constraints(x.head(system.num_positions()), x.tail(d), terms);
   sample->gap = terms->gap;
   sample->rate.resize(terms->gap.size());
   sample->rate.noalias() = terms->jacobian.lazyProduct(x.tail(d));
@@ -58,13 +58,13 @@ EventLocator::EventLocator(ContactDynamics* dynamics, double floor)
     : dynamics_(dynamics),
       floor_(floor),
       forces_(dynamics->system().num_constraints(), kStageColumns),
-      x_(2 * dynamics->system().dof()),
+      x_(dynamics->system().state_size()),
       gap_margin_(std::numeric_limits<double>::infinity()),
       force_margin_(std::numeric_limits<double>::infinity()) {}
 
 void EventLocator::RecordForce(const Vector& force) {
   if (calls_ == kStageColumns) return;
-  std::copy(force.data(), force.data() + force.size(), &forces_(0, calls_++));
+  std::copy(force.data(), force.data() + forces_.rows(), &forces_(0, calls_++));
 }
 
 void EventLocator::EndStep() {
@@ -73,21 +73,25 @@ void EventLocator::EndStep() {
   calls_ = 1;
 }
 
+bool EventLocator::IsRigidMember(int i) const {
+  return mode_.Contains(i) && !dynamics_->system().compliant().Contains(i);
+}
+
 /// The guard of constraint i and its time derivative on the continuous extension.
 double EventLocator::GuardAt(int i, double theta, double* rate) {
-  const int d = dynamics_->system().dof();
+  const MechanicalSystem& system = dynamics_->system();
   stepper_->Interpolate(theta, x_.data());
-  if (mode_.Contains(i)) {
+  if (IsRigidMember(i)) {
     *rate = dynamics_->ForceRate(x_, mode_, i);
     return dynamics_->force()(i);
   }
-  dynamics_->system().Constraints(x_.head(d), x_.tail(d), &terms_);
-  *rate = terms_.jacobian.row(i).dot(x_.tail(d));
-  return terms_.gap(i);
+  system.Constraints(x_.head(system.num_positions()), x_.tail(system.dof()), &terms_);
+  *rate = GapSign(i) * terms_.jacobian.row(i).dot(x_.tail(system.dof()));
+  return GapSign(i) * terms_.gap(i);
 }
 
 void EventLocator::Search(int i, LocatedEvent* event) {
-  const bool member = mode_.Contains(i);
+  const bool member = IsRigidMember(i);
   double rate_left = 0, rate_end = 0, unused = 0;
   double left = 0, value_left = GuardAt(i, 0, &rate_left);
   const double floor = member ? floor_ * (1 + forces_.row(i).head(kEndStage + 1).cwiseAbs().maxCoeff())
@@ -141,7 +145,7 @@ LocatedEvent EventLocator::Locate(Dop853* stepper, ContactMode mode, const GapSa
   const double h = stepper->step();
   const int n = dynamics_->system().num_constraints();
   for (int i = 0; i < n; ++i) {
-    if (mode.Contains(i)) {
+    if (IsRigidMember(i)) {
       const auto seen = forces_.row(i).head(kEndStage + 1);
       const double lowest = seen.minCoeff(), highest = seen.maxCoeff();
       if (lowest > kForceReserve * (highest - lowest) && lowest > floor_) {
@@ -154,10 +158,11 @@ LocatedEvent EventLocator::Locate(Dop853* stepper, ContactMode mode, const GapSa
       Search(i, &event);
     } else {
       double error = 0;
-      const double bound =
-          HermiteLowerBound(h, begin.gap(i), begin.rate(i), begin.acceleration(i), end.gap(i),
-                            end.rate(i), end.acceleration(i), &error);
-      const bool dips = begin.rate(i) < 0 && end.rate(i) > 0;
+      const double sign = GapSign(i);
+      const double bound = HermiteLowerBound(
+          h, sign * begin.gap(i), sign * begin.rate(i), sign * begin.acceleration(i),
+          sign * end.gap(i), sign * end.rate(i), sign * end.acceleration(i), &error);
+      const bool dips = sign * begin.rate(i) < 0 && sign * end.rate(i) > 0;
       if (bound > error && bound > floor_ && !dips) continue;
       if (!stepper->extended()) stepper->Extend();
       Search(i, &event);

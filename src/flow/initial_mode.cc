@@ -3,11 +3,14 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/dynamics/mode_selection.h"
 #include "contact_flow/flow/simulate.h"
 
 namespace contact_flow {
 namespace {
+
+/// A quaternion this far from unit length was meant to be one, and is made one.
+constexpr double kUnitTolerance = 1e-6;
 
 [[noreturn]] void Refuse(const std::string& field, double value, const std::string& rule) {
   std::ostringstream message;
@@ -25,6 +28,32 @@ void RequireFinite(const char* what, const VectorRef& values, const std::vector<
   for (Eigen::Index i = 0; i < values.size(); ++i) {
     if (!std::isfinite(values(i))) {
       Refuse(std::string(what) + " '" + names[i % names.size()] + "'", values(i), "finite");
+    }
+  }
+}
+
+/// Refuses a state off b(q) = 0, Db v = 0 or with a quaternion that is not a unit one.
+void RequireOnManifold(const MechanicalSystem& system, const VectorRef& x,
+                       const ConstraintTerms& terms, const Vector& rate,
+                       const SimulateOptions& options) {
+  const SystemDescription& names = system.description();
+  const ConfigurationSpace& space = system.space();
+  for (const ConfigurationSpace::Rotation& rotation : space.rotations()) {
+    const double norm = x.segment<4>(rotation.q).norm();
+    if (!(std::abs(norm - 1) <= kUnitTolerance)) {
+      Refuse("the norm of the quaternion that begins with '" + names.coordinates[rotation.q] + "'",
+             norm, "1");
+    }
+  }
+  for (int i = 0; i < system.num_bilateral(); ++i) {
+    const int row = system.num_constraints() + i;
+    if (!(std::abs(terms.gap(row)) <= options.gap_tolerance)) {
+      Refuse("bilateral constraint '" + names.bilateral[i] + "'", terms.gap(row),
+             "0 (the initial state does not meet it)");
+    }
+    if (!(std::abs(rate(row)) <= options.speed_tolerance)) {
+      Refuse("the rate of bilateral constraint '" + names.bilateral[i] + "'", rate(row),
+             "0 (the initial velocity leaves it)");
     }
   }
 }
@@ -56,18 +85,24 @@ void Validate(const SimulateOptions& options) {
 ContactMode InitialMode(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u,
                         const SimulateOptions& options) {
   const SystemDescription& names = system.description();
-  const int d = system.dof();
-  RequireSize("the initial state (q, v)", x.size(), 2 * d);
+  const int d = system.dof(), nq = system.num_positions();
+  RequireSize("the initial state (q, v)", x.size(), nq + d);
   RequireSize("the input u", u.size(), system.num_inputs());
-  RequireFinite("position of", x.head(d), names.coordinates);
-  RequireFinite("velocity of", x.tail(d), names.coordinates);
+  RequireFinite("position of", x.head(nq), names.coordinates);
+  RequireFinite("velocity of", x.tail(d), names.velocities);
   RequireFinite("input", u, names.inputs);
   ConstraintTerms terms;
-  system.Constraints(x.head(d), x.tail(d), &terms);
+  system.Constraints(x.head(nq), x.tail(d), &terms);
   const Vector rate = terms.jacobian * x.tail(d);
-  ContactMode candidates;
+  RequireOnManifold(system, x, terms, rate, options);
+  ContactMode candidates, pressed;
   for (int i = 0; i < system.num_constraints(); ++i) {
     const std::string& name = names.constraints[i];
+    if (system.compliant().Contains(i)) {
+      const bool touching = std::abs(terms.gap(i)) <= options.gap_tolerance;
+      if (touching ? rate(i) < 0 : terms.gap(i) < 0) pressed.Insert(i);
+      continue;
+    }
     if (!(terms.gap(i) >= -options.gap_tolerance)) {
       Refuse("the gap of constraint '" + name + "'", terms.gap(i),
              "not negative (the initial state penetrates)");
@@ -80,7 +115,11 @@ ContactMode InitialMode(const MechanicalSystem& system, const VectorRef& x, cons
     if (rate(i) <= options.speed_tolerance) candidates.Insert(i);
   }
   ContactDynamics dynamics(system, u);
-  return SelectContactMode(&dynamics, x, candidates, 0);
+  try {
+    return SelectContactMode(&dynamics, x, candidates, 0, pressed);
+  } catch (const UndecidedMode& reason) {
+    throw std::invalid_argument(std::string("the initial state: ") + reason.what());
+  }
 }
 
 }  // namespace contact_flow

@@ -8,9 +8,11 @@
 #include <utility>
 
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/dynamics/mode_selection.h"
 #include "contact_flow/dynamics/sticking.h"
 #include "contact_flow/flow/dop853.h"
 #include "contact_flow/flow/event_locator.h"
+#include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/flow/transition.h"
 #include "contact_flow/flow/zeno_detector.h"
 
@@ -35,19 +37,23 @@ double ThreadSeconds() {
 /// One run, from the initial state to the horizon or to the reason why it stopped.
 class Run {
  public:
-  Run(const MechanicalSystem& system, const VectorRef& u, double duration,
+  Run(const MechanicalSystem& system, const InputSchedule& schedule, double duration,
       const SimulateOptions& options)
       : system_(system),
+        schedule_(schedule),
         options_(options),
         duration_(duration),
-        dynamics_(system, u),
+        on_manifold_(HasStateManifold(system)),
+        dynamics_(system, schedule.values.front()),
         locator_(&dynamics_, options.absolute_tolerance),
         zeno_(system.num_constraints(), options.zeno_interval),
-        stepper_(2 * system.dof(), [this](const double* x, double* xdot) { Field(x, xdot); }) {}
+        stepper_(system.state_size(), [this](const double* x, double* xdot) { Field(x, xdot); }) {}
 
   Trajectory Go(const VectorRef& x, ContactMode mode) {
     mode_ = mode;
     x_ = x;
+    if (on_manifold_) ProjectState(system_, &x_);
+    trajectory_.simultaneity_tolerance = options_.simultaneity_tolerance;
     while (FlowArc()) {
     }
     trajectory_.margins.gap = locator_.gap_margin();
@@ -58,15 +64,23 @@ class Run {
 
  private:
   void Field(const double* x, double* xdot) {
-    const int d = system_.dof();
-    dynamics_.Evaluate(Eigen::Map<const Vector>(x, 2 * d), mode_);
+    const int d = system_.dof(), nq = system_.num_positions();
+    dynamics_.Evaluate(Eigen::Map<const Vector>(x, nq + d), mode_);
     if (!mode_.Empty()) locator_.RecordForce(dynamics_.force());
-    std::copy(x + d, x + 2 * d, xdot);
-    Eigen::Map<Vector>(xdot + d, d) = dynamics_.acceleration();
+    system_.space().Rate(x, x + nq, xdot);
+    Eigen::Map<Vector>(xdot + nq, d) = dynamics_.acceleration();
   }
 
   void SampleEnd(GapSample* sample) {
     SampleGaps(system_, stepper_.end(), stepper_.end_field().tail(system_.dof()), &terms_, sample);
+  }
+
+  /// Puts the end of the step back on the state manifold and evaluates the field there.
+  void FinishStep() {
+    if (on_manifold_ && !ProjectState(system_, stepper_.mutable_end())) {
+      stepper_.mutable_end()->setConstant(std::nan(""));
+    }
+    stepper_.Finish();
   }
 
   void Stop(Outcome outcome, const std::string& reason) {
@@ -102,6 +116,7 @@ class Run {
     trajectory_.arcs.emplace_back();
     Arc& arc = trajectory_.arcs.back();
     arc.mode = mode_;
+    arc.u = dynamics_.u();
     arc.t_begin = arc.t_end = t_;
     arc.x_begin = arc.x_end = x_;
     if (t_ >= duration_) return false;
@@ -113,16 +128,46 @@ class Run {
     double h = kFirstStep *
                stepper_.GuessStep(options_.relative_tolerance, options_.absolute_tolerance);
     int trigger = -1;
-    while (t_ < duration_ && trigger < 0) {
-      if (!WithinBudget() || !TakeStep(&h, &trigger, &arc)) return false;
+    const double end = SegmentEnd();
+    while (t_ < end && trigger < 0) {
+      if (!WithinBudget() || !TakeStep(end, &h, &trigger, &arc)) return false;
     }
-    return trigger >= 0 && PassTransition(trigger);
+    if (trigger >= 0) return PassTransition(trigger);
+    return t_ < duration_ && ChangeInput();
+  }
+
+  /// When the present input ends.
+  double SegmentEnd() const {
+    const std::size_t next = segment_ + 1;
+    return next < schedule_.grid.size() ? std::min(schedule_.grid[next], duration_) : duration_;
+  }
+
+  /// The next input begins: what rests stays in contact unless it would have to pull now.
+  bool ChangeInput() {
+    dynamics_.SetInput(schedule_.values[++segment_]);
+    Transition transition;
+    transition.t = t_;
+    transition.x_minus = transition.x_plus = x_;
+    transition.mode_before = mode_;
+    transition.impulse = Vector::Zero(system_.num_constraints() + system_.num_bilateral());
+    transition.changes_input = true;
+    const ContactMode pressed = mode_ & system_.compliant();
+    try {
+      mode_ = SelectContactMode(&dynamics_, x_, mode_ - pressed, 0, pressed);
+    } catch (const UndecidedMode& reason) {
+      Stop(Outcome::kFilippov, reason.what());
+      return false;
+    }
+    transition.mode_after = mode_;
+    transition.released = transition.mode_before - mode_;
+    trajectory_.transitions.push_back(transition);
+    return true;
   }
 
   /// One accepted step of at most *h, cut short by an event; false when the run is over.
-  bool TakeStep(double* h, int* trigger, Arc* arc) {
+  bool TakeStep(double segment_end, double* h, int* trigger, Arc* arc) {
     const double limit = options_.max_step > 0 ? options_.max_step : duration_;
-    const double rest = duration_ - t_;
+    const double rest = segment_end - t_;
     const double length = std::min({*h, limit, rest});
     if (!(length > kSmallestStep * std::max(1.0, t_)) && length < rest) {
       Stop(Outcome::kNonFinite, "the motion leaves the model's domain: no step size is small enough");
@@ -139,7 +184,11 @@ class Run {
       return true;
     }
     ++trajectory_.statistics.steps;
-    stepper_.Finish();
+    FinishStep();
+    if (!stepper_.end().allFinite()) {
+      Stop(Outcome::kNonFinite, "the bilateral constraints cannot be met");
+      return false;
+    }
     SampleEnd(&gaps_end_);
     const LocatedEvent event = locator_.Locate(&stepper_, mode_, gaps_begin_, gaps_end_);
     double end = t_ + length;
@@ -148,14 +197,14 @@ class Run {
       end = t_ + StepOntoEvent(event, length);
     } else {
       x_ = stepper_.end();
-      if (length == rest) end = duration_;
+      if (length == rest) end = segment_end;
       const double growth = kSafety * std::pow(std::max(error, 1e-30), -1.0 / 8);
       *h = length * std::clamp(growth, kSmallestGrowth, rejected_ ? 1.0 : kLargestGrowth);
       rejected_ = false;
     }
     if (options_.dense && stepper_.step() > 0) {
       if (!stepper_.extended()) stepper_.Extend();
-      arc->dense.Append(t_, stepper_.step(), stepper_.dense(), 2 * system_.dof());
+      arc->dense.Append(t_, stepper_.step(), stepper_.dense(), system_.state_size());
     }
     arc->t_end = t_ = end;
     arc->x_end = x_;
@@ -175,10 +224,10 @@ class Run {
     for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
       locator_.BeginStep();
       stepper_.TryStep(s, options_.relative_tolerance, options_.absolute_tolerance);
-      stepper_.Finish();
+      FinishStep();
       x_ = stepper_.end();
       double value, slope;
-      if (mode_.Contains(i)) {
+      if ((mode_ - system_.compliant()).Contains(i)) {
         slope = dynamics_.ForceRate(x_, mode_, i);
         value = dynamics_.force()(i);
       } else {
@@ -210,7 +259,7 @@ class Run {
     margins.approach_speed = std::min(margins.approach_speed, resolved.approach_speed);
     margins.release_rate = std::min(margins.release_rate, resolved.release_rate);
     if (!resolved.status.ok()) {
-      margins.approach_speed = 0;
+      if (resolved.status.outcome == Outcome::kGrazing) margins.approach_speed = 0;
       trajectory_.status = resolved.status;
       return false;
     }
@@ -250,14 +299,15 @@ class Run {
   /// Turns the last impact into sticking of all that touch: see SimulateOptions::complete_zeno.
   void CompleteZeno() {
     Transition& last = trajectory_.transitions.back();
-    const int d = system_.dof();
+    const int d = system_.dof(), nq = system_.num_positions();
     const ContactMode sticking = last.mode_before | last.mode_after | last.activated;
-    const ImpactResult impact = Stick(system_, x_.head(d), last.x_minus.tail(d), sticking);
+    const ImpactResult impact = Stick(system_, x_.head(nq), last.x_minus.tail(d), sticking);
     last.x_plus.tail(d) = impact.v_plus;
     last.impulse = impact.impulse;
     last.completes_zeno = true;
-    last.mode_after =
-        SelectContactMode(&dynamics_, last.x_plus, sticking, options_.simultaneity_tolerance);
+    const ContactMode pressed = last.mode_after & system_.compliant();
+    last.mode_after = SelectContactMode(&dynamics_, last.x_plus, sticking - pressed,
+                                        options_.simultaneity_tolerance, pressed);
     last.released = last.mode_before - last.mode_after;
     mode_ = last.mode_after;
     x_ = last.x_plus;
@@ -267,20 +317,24 @@ class Run {
   void CloseWithEmptyArc() {
     Arc arc;
     arc.mode = mode_;
+    arc.u = dynamics_.u();
     arc.t_begin = arc.t_end = t_;
     arc.x_begin = arc.x_end = x_;
     trajectory_.arcs.push_back(std::move(arc));
   }
 
   const MechanicalSystem& system_;
+  const InputSchedule& schedule_;
   const SimulateOptions& options_;
   const double duration_;
+  const bool on_manifold_;
   ContactDynamics dynamics_;
   EventLocator locator_;
   ZenoDetector zeno_;
   Dop853 stepper_;
 
   double t_ = 0;
+  std::size_t segment_ = 0;  // of the schedule
   bool rejected_ = false;  // the last attempt at a step: the next accepted one does not grow
   Vector x_;
   ContactMode mode_;
@@ -295,14 +349,21 @@ class Run {
 
 Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u,
                     double duration, const SimulateOptions& options) {
+  return Simulate(system, x, InputSchedule::Constant(u), duration, options);
+}
+
+Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x,
+                    const InputSchedule& schedule, double duration,
+                    const SimulateOptions& options) {
   Validate(options);
+  Validate(system, schedule);
   if (!(duration >= 0) || !std::isfinite(duration)) {
     std::ostringstream message;
     message << "duration is " << duration << " s: it must be finite and not negative";
     throw std::invalid_argument(message.str());
   }
-  const ContactMode mode = InitialMode(system, x, u, options);
-  return Run(system, u, duration, options).Go(x, mode);
+  const ContactMode mode = InitialMode(system, x, schedule.values.front(), options);
+  return Run(system, schedule, duration, options).Go(x, mode);
 }
 
 }  // namespace contact_flow

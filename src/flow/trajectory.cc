@@ -26,6 +26,8 @@ const char* OutcomeName(Outcome outcome) {
       return "not differentiable";
     case Outcome::kTooManyPieces:
       return "too many pieces";
+    case Outcome::kFilippov:
+      return "sliding or not unique (Filippov)";
   }
   return "unknown";
 }

@@ -34,7 +34,7 @@ Differentiated Differentiate(const Setup& setup, const Request& request) {
   const BDerivativeOptions options =
       ResolveOptions(setup.derivative_options, request.derivative_options);
   result.trajectory = Simulate(*setup.system, run.x, run.u, run.duration, run.options);
-  result.derivative = DifferentiateOutcome(*setup.system, result.trajectory, run.u, options);
+  result.derivative = DifferentiateOutcome(*setup.system, result.trajectory, options);
   return result;
 }
 

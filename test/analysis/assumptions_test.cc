@@ -46,7 +46,7 @@ struct Walls : test::UnitMasses<2, 3> {
     (*a)(2) = 2.0 * q(1);
   }
   template <class P>
-  static double Restitution(const P& p, int) {
+  static auto Restitution(const P& p, int) {
     return p.restitution;
   }
 };

@@ -53,7 +53,7 @@ class ClusterLaws : public testing::TestWithParam<Scenario> {
     run = Simulate(*GetParam().system, GetParam().x, Vector(0), GetParam().duration, options);
     BDerivativeOptions tight;
     tight.tolerance = 1e-12;
-    B = DifferentiateOutcome(*GetParam().system, run, Vector(0), tight);
+    B = DifferentiateOutcome(*GetParam().system, run, tight);
   }
   Vector RandomDirection() {
     std::normal_distribution<double> normal;

@@ -27,8 +27,7 @@ class UnderTheCeiling : public testing::Test {
     return x;
   }
   BDerivative Differentiate(const Vector& x) const {
-    return DifferentiateOutcome(*system, Simulate(*system, x, Vector(0), kDuration, options),
-                                Vector(0));
+    return DifferentiateOutcome(*system, Simulate(*system, x, Vector(0), kDuration, options));
   }
   std::unique_ptr<MechanicalSystem> system;
   SimulateOptions options;

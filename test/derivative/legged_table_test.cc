@@ -25,7 +25,7 @@ class Table : public testing::Test {
     run = Simulate(*system, nominal.x, Vector(0), nominal.duration, options);
     BDerivativeOptions tight;
     tight.tolerance = 1e-12;
-    B = DifferentiateOutcome(*system, run, Vector(0), tight);
+    B = DifferentiateOutcome(*system, run, tight);
   }
   Vector RandomDirection() {
     std::normal_distribution<double> normal;

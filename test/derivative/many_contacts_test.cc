@@ -21,7 +21,7 @@ class TwelveLegs : public testing::Test {
     SimulateOptions options;
     options.relative_tolerance = options.absolute_tolerance = 1e-12;
     run = Simulate(system, system.nominal().x, Vector(0), system.nominal().duration, options);
-    B = DifferentiateOutcome(system, run, Vector(0));
+    B = DifferentiateOutcome(system, run);
   }
   Vector RandomDirection() {
     std::normal_distribution<double> normal;

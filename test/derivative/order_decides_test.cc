@@ -18,7 +18,7 @@ struct Landing {
   Landing(const std::string& model, const ParameterValues& parameters)
       : system(MakeModel(model, parameters)), nominal(system->nominal()) {
     run = Simulate(*system, nominal.x, Vector(0), nominal.duration);
-    B = DifferentiateOutcome(*system, run, Vector(0));
+    B = DifferentiateOutcome(*system, run);
   }
   double time() const { return run.transitions.front().t; }
   Vector Velocity(const Vector& x) const { return x.tail(system->dof()); }
@@ -176,7 +176,7 @@ TEST(LongQuadruped, IsPiecewiseDifferentiableThoughNotOrthogonal) {
   Vector force;
   ConstraintTerms terms;
   const Vector& touch = landing.run.transitions.front().x_minus;
-  landing.system->Dynamics(touch.head(5), touch.tail(5), Vector(0), &M, &force);
+  landing.system->Dynamics(touch.head(5), touch.tail(5), Vector(0), ContactMode(), &M, &force);
   landing.system->Constraints(touch.head(5), touch.tail(5), &terms);
   const Matrix G = terms.jacobian * M.inverse() * terms.jacobian.transpose();
   EXPECT_LT(G(0, 1), -0.1 * std::sqrt(G(0, 0) * G(1, 1)));

@@ -49,7 +49,7 @@ TEST_P(Reference, DirectionalDerivatives) {
   if (reference.derivatives.empty()) return;  // covered by the tests of discontinuity and of events
   const Trajectory run = Run();
   const BDerivative B =
-      DifferentiateOutcome(*reference.system, run, reference.u, derivative_options);
+      DifferentiateOutcome(*reference.system, run, derivative_options);
   ASSERT_TRUE(B.status.ok()) << B.status.message;
   const PiecewiseLinearMap pieces = B.Pieces();
   const double scale = reference.DerivativeScale();
@@ -68,7 +68,7 @@ TEST_P(Reference, DirectionalDerivatives) {
 TEST_P(Reference, PerturbedModeSequences) {
   if (reference.derivatives.empty()) return;
   const BDerivative B =
-      DifferentiateOutcome(*reference.system, Run(), reference.u, derivative_options);
+      DifferentiateOutcome(*reference.system, Run(), derivative_options);
   SimulateOptions finely = options;
   finely.relative_tolerance = finely.absolute_tolerance = 1e-12;
   finely.simultaneity_tolerance = 1e-11;
@@ -102,7 +102,7 @@ std::pair<Trajectory, BDerivative> Differentiate(const ReferenceCase& reference)
   options.relative_tolerance = options.absolute_tolerance = 1e-12;
   Trajectory run =
       Simulate(*reference.system, reference.x, reference.u, reference.duration, options);
-  BDerivative B = DifferentiateOutcome(*reference.system, run, reference.u);
+  BDerivative B = DifferentiateOutcome(*reference.system, run);
   return {std::move(run), std::move(B)};
 }
 

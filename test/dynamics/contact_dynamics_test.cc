@@ -7,6 +7,7 @@
 #include <random>
 
 #include "contact_flow/dynamics/impact.h"
+#include "contact_flow/dynamics/mode_selection.h"
 #include "contact_flow/model/model_library.h"
 
 namespace contact_flow {
@@ -43,7 +44,7 @@ TEST_P(Dynamics, SatisfiesTheEquationsOfMotion) {
     Matrix M;
     Vector h;
     ConstraintTerms terms;
-    system->Dynamics(x.head(d), x.tail(d), u, &M, &h);
+    system->Dynamics(x.head(d), x.tail(d), u, ContactMode(), &M, &h);
     system->Constraints(x.head(d), x.tail(d), &terms);
     for (std::uint64_t bits = 0; bits < (1u << n); ++bits) {
       const ContactMode mode = ContactMode::FromBits(bits);
@@ -94,7 +95,7 @@ TEST_P(Dynamics, ImpactsObeyTheComplementarityLaw) {
     Matrix M;
     Vector h;
     ConstraintTerms terms;
-    system->Dynamics(q, v, u, &M, &h);
+    system->Dynamics(q, v, u, ContactMode(), &M, &h);
     system->Constraints(q, v, &terms);
     const Vector& p = impact.impulse;
     const Vector w = terms.jacobian * impact.v_plus +

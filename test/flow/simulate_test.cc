@@ -114,7 +114,7 @@ TEST(Status, ZenoMayBeCompletedToSticking) {
   EXPECT_NEAR(1, run.FinalState()(0), 1e-9);
   EXPECT_NEAR(0, run.FinalState()(1), 1e-9);
   EXPECT_NEAR(0, run.FinalState()(3), 1e-12);
-  const BDerivative B = DifferentiateOutcome(*system, run, Vector(0));
+  const BDerivative B = DifferentiateOutcome(*system, run);
   EXPECT_EQ(Outcome::kZeno, B.status.outcome) << "no derivative across it";
 }
 

@@ -17,14 +17,19 @@ constexpr double kDifferenceError = 1e-6;
 
 class ModelLaws : public testing::TestWithParam<std::string> {
  protected:
-  ModelLaws() : system(MakeModel(GetParam())), d(system->dof()), n(system->num_constraints()) {}
+  ModelLaws()
+      : system(MakeModel(GetParam())),
+        d(system->dof()),
+        nq(system->num_positions()),
+        n(system->num_constraints() + system->num_bilateral()),
+        mode(system->compliant()) {}
 
   /// A state near the nominal one, a different one each call.
   Vector RandomState() {
     std::normal_distribution<double> normal;
-    Vector x = system->nominal().x;
-    for (int i = 0; i < 2 * d; ++i) x(i) += (i < d ? 0.1 : 0.5) * normal(generator);
-    return x;
+    Vector w(2 * d);
+    for (int i = 0; i < 2 * d; ++i) w(i) = (i < d ? 0.1 : 0.5) * normal(generator);
+    return system->Perturb(system->nominal().x, w);
   }
   Vector RandomVector(int size) {
     std::normal_distribution<double> normal;
@@ -35,30 +40,31 @@ class ModelLaws : public testing::TestWithParam<std::string> {
   Matrix Mass(const Vector& q) const {
     Matrix M;
     Vector h;
-    system->Dynamics(q, Vector::Zero(d), system->nominal().u, &M, &h);
+    system->Dynamics(q, Vector::Zero(d), system->nominal().u, mode, &M, &h);
     return M;
   }
   Vector Bias(const Vector& x) const {
     Vector h;
-    system->Dynamics(x.head(d), x.tail(d), system->nominal().u, nullptr, &h);
+    system->Dynamics(x.head(nq), x.tail(d), system->nominal().u, mode, nullptr, &h);
     return h;
   }
   ConstraintTerms Terms(const Vector& x) const {
     ConstraintTerms terms;
-    system->Constraints(x.head(d), x.tail(d), &terms);
+    system->Constraints(x.head(nq), x.tail(d), &terms);
     return terms;
   }
   /// r = (M q̈ − f − c v − Daᵀ λ, Da q̈ + Ḋa v).
   Vector Residual(const Vector& x, const Vector& a, const Vector& lambda) const {
     const ConstraintTerms terms = Terms(x);
     Vector r(d + n);
-    r << Mass(x.head(d)) * a - Bias(x) - terms.jacobian.transpose() * lambda,
+    r << Mass(x.head(nq)) * a - Bias(x) - terms.jacobian.transpose() * lambda,
         terms.jacobian * a + terms.bias;
     return r;
   }
 
   std::unique_ptr<MechanicalSystem> system;
-  const int d, n;
+  const int d, nq, n;
+  const ContactMode mode;  // every compliant constraint pressed
   std::mt19937 generator{7};
 };
 
@@ -67,7 +73,8 @@ TEST_P(ModelLaws, DescriptionIsComplete) {
   EXPECT_EQ(GetParam(), names.name);
   EXPECT_FALSE(names.summary.empty());
   EXPECT_EQ(names.coordinates.size(), names.units.size());
-  EXPECT_EQ(2 * d, system->nominal().x.size());
+  EXPECT_EQ(nq + d, system->nominal().x.size());
+  EXPECT_EQ(d, static_cast<int>(names.velocities.size()));
   EXPECT_EQ(system->num_inputs(), system->nominal().u.size());
   EXPECT_GT(system->nominal().duration, 0);
   for (const Parameter& parameter : names.parameters) EXPECT_FALSE(parameter.meaning.empty());
@@ -75,7 +82,7 @@ TEST_P(ModelLaws, DescriptionIsComplete) {
 
 TEST_P(ModelLaws, MassMatrixIsSymmetricPositiveDefinite) {
   for (int k = 0; k < 20; ++k) {
-    const Matrix M = Mass(RandomState().head(d));
+    const Matrix M = Mass(RandomState().head(nq));
     EXPECT_EQ(0, (M - M.transpose()).cwiseAbs().maxCoeff());
     EXPECT_EQ(Eigen::Success, M.llt().info());
   }
@@ -87,11 +94,14 @@ TEST_P(ModelLaws, CoriolisForcesDoNoWork) {
   if (system->HasConstantMass()) return;
   for (int k = 0; k < 20; ++k) {
     const Vector x = RandomState();
-    const Vector q = x.head(d), v = x.tail(d);
+    const Vector v = x.tail(d);
     Vector still = x;
     still.tail(d).setZero();
     const Vector coriolis = Bias(x) - Bias(still);  // these models' f does not depend on v
-    const Matrix rate = (Mass(q + kStep * v) - Mass(q - kStep * v)) / (2 * kStep);
+    const Vector q = x.head(nq);
+    const Matrix rate = (Mass(system->space().Retract(q, kStep * v)) -
+                         Mass(system->space().Retract(q, -kStep * v))) /
+                        (2 * kStep);
     EXPECT_NEAR(-0.5 * v.dot(rate * v), v.dot(coriolis), kDifferenceError);
   }
 }
@@ -99,18 +109,17 @@ TEST_P(ModelLaws, CoriolisForcesDoNoWork) {
 TEST_P(ModelLaws, ConstraintTermsAreTheDerivativesOfTheGap) {
   for (int k = 0; k < 20; ++k) {
     const Vector x = RandomState();
-    const Vector q = x.head(d), v = x.tail(d);
+    const Vector v = x.tail(d);
     const ConstraintTerms terms = Terms(x);
     for (int j = 0; j < d; ++j) {
-      Vector plus = x, minus = x;
-      plus(j) += kStep;
-      minus(j) -= kStep;
+      const Vector step = kStep * Vector::Unit(2 * d, j);
+      const Vector plus = system->Perturb(x, step), minus = system->Perturb(x, -step);
       const Vector column = (Terms(plus).gap - Terms(minus).gap) / (2 * kStep);
       EXPECT_LE((column - terms.jacobian.col(j)).cwiseAbs().maxCoeff(), kDifferenceError);
     }
-    Vector ahead = x, behind = x;
-    ahead.head(d) += kStep * v;
-    behind.head(d) -= kStep * v;
+    Vector step = Vector::Zero(2 * d);
+    step.head(d) = kStep * v;
+    const Vector ahead = system->Perturb(x, step), behind = system->Perturb(x, -step);
     const Vector rate = (Terms(ahead).jacobian - Terms(behind).jacobian) * v / (2 * kStep);
     EXPECT_LE((rate - terms.bias).cwiseAbs().maxCoeff(), kDifferenceError);
   }
@@ -120,14 +129,14 @@ TEST_P(ModelLaws, DynamicsResidualDerivatives) {
   for (int k = 0; k < 10; ++k) {
     const Vector x = RandomState(), a = RandomVector(d), lambda = RandomVector(n);
     ResidualJacobian jacobian;
-    system->DifferentiateDynamics(x.head(d), x.tail(d), system->nominal().u, a, lambda, &jacobian);
+    system->DifferentiateDynamics(x.head(nq), x.tail(d), system->nominal().u, mode, a, lambda,
+                                  &jacobian);
     Matrix analytic(d + n, 2 * d);
     analytic << jacobian.momentum_q, jacobian.momentum_v, jacobian.constraint_q,
         jacobian.constraint_v;
     for (int j = 0; j < 2 * d; ++j) {
-      Vector plus = x, minus = x;
-      plus(j) += kStep;
-      minus(j) -= kStep;
+      const Vector step = kStep * Vector::Unit(2 * d, j);
+      const Vector plus = system->Perturb(x, step), minus = system->Perturb(x, -step);
       const Vector column =
           (Residual(plus, a, lambda) - Residual(minus, a, lambda)) / (2 * kStep);
       EXPECT_LE((column - analytic.col(j)).cwiseAbs().maxCoeff(),
@@ -142,22 +151,69 @@ TEST_P(ModelLaws, ImpactResidualDerivatives) {
     const Vector x = RandomState(), jump = RandomVector(d), p = RandomVector(n),
                  s = RandomVector(d);
     ResidualJacobian jacobian;
-    system->DifferentiateImpact(x.head(d), jump, p, s, &jacobian);
+    system->DifferentiateImpact(x.head(nq), jump, p, s, &jacobian);
     const auto residual = [&](const Vector& at) {
       const ConstraintTerms terms = Terms(at);
       Vector r(d + n);
-      r << Mass(at.head(d)) * jump - terms.jacobian.transpose() * p, terms.jacobian * s;
+      r << Mass(at.head(nq)) * jump - terms.jacobian.transpose() * p, terms.jacobian * s;
       return r;
     };
     for (int j = 0; j < d; ++j) {
-      Vector plus = x, minus = x;
-      plus(j) += kStep;
-      minus(j) -= kStep;
+      const Vector step = kStep * Vector::Unit(2 * d, j);
+      const Vector plus = system->Perturb(x, step), minus = system->Perturb(x, -step);
       Vector analytic(d + n);
       analytic << jacobian.momentum_q.col(j), jacobian.constraint_q.col(j);
       const Vector column = (residual(plus) - residual(minus)) / (2 * kStep);
       EXPECT_LE((column - analytic).cwiseAbs().maxCoeff(), kDifferenceError) << "column " << j;
     }
+  }
+}
+
+/// Derivatives by every parameter, against systems made with other values of it.
+TEST_P(ModelLaws, ParameterDerivatives) {
+  const SystemDescription& names = system->description();
+  const Vector x = RandomState(), a = RandomVector(d), lambda = RandomVector(n), s = RandomVector(d);
+  for (int k = 0; k < static_cast<int>(names.parameters.size()); ++k) {
+    const auto make = [&](double change) {
+      ParameterValues values;
+      for (const Parameter& parameter : names.parameters) values[parameter.name] = parameter.value;
+      values[names.parameters[k].name] += change;
+      return MakeModel(GetParam(), values);
+    };
+    // One-sided, to second order, where the value sits at the end of its range.
+    const auto slope = [&](const auto& f) {
+      try {
+        return Vector((f(*make(kStep)) - f(*make(-kStep))) / (2 * kStep));
+      } catch (const std::invalid_argument&) {
+      }
+      try {
+        return Vector((4 * f(*make(kStep)) - f(*make(2 * kStep)) - 3 * f(*make(0))) / (2 * kStep));
+      } catch (const std::invalid_argument&) {
+      }
+      return Vector((3 * f(*make(0)) + f(*make(-2 * kStep)) - 4 * f(*make(-kStep))) / (2 * kStep));
+    };
+    const auto residuals = [&](const MechanicalSystem& at) {
+      Matrix M;
+      Vector h;
+      ConstraintTerms terms;
+      at.Dynamics(x.head(nq), x.tail(d), system->nominal().u, mode, &M, &h);
+      at.Constraints(x.head(nq), x.tail(d), &terms);
+      const Vector push = terms.jacobian.transpose() * lambda;
+      Vector r(2 * d + 3 * n + at.num_constraints());
+      r << M * a - h - push, terms.jacobian * a + terms.bias, M * a - push, terms.jacobian * s,
+          terms.gap, at.restitution();
+      return r;
+    };
+    ParameterJacobian dynamics, impact;
+    system->DifferentiateDynamicsByParameters(x.head(nq), x.tail(d), system->nominal().u, mode, a,
+                                              lambda, {k}, &dynamics);
+    system->DifferentiateImpactByParameters(x.head(nq), a, lambda, s, {k}, &impact);
+    Vector analytic(2 * d + 3 * n + system->num_constraints());
+    analytic << dynamics.momentum, dynamics.constraint, impact.momentum, impact.constraint,
+        impact.gap, impact.restitution;
+    EXPECT_LE((slope(residuals) - analytic).cwiseAbs().maxCoeff(),
+              kDifferenceError * std::max(1.0, analytic.cwiseAbs().maxCoeff()))
+        << names.parameters[k].name;
   }
 }
 

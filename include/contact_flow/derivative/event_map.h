@@ -19,11 +19,13 @@ namespace contact_flow {
 /// The first-order map of one transition (Theorem 1): piecewise linear in the tangent vector w at
 /// (ρ, v⁻), one selection for each order σ of the m simultaneous activations.
 ///
-///   S = ∅;  repeat m times:  τ_i = −Da_i w_q / (Da_i v_S),  i* = argmin τ_i,
+///   S = ∅;  repeat m times:  τ_i = −(Da_i w_q + ∂a_i/∂p δp) / (Da_i v_S),  i* = argmin τ_i,
 ///           w ← DR_{i*}(ρ, v_S) (w + F_S τ_{i*}),  S ← S ∪ {i*};      finally  w ← w − F_S Σ τ.
 ///
 /// v_S, K_S and F_S are velocity, contact mode and field after the activations in S. A deactivation
-/// contributes the identity: F is continuous where λ_i = 0. One direction costs m+1 evaluations of the
+/// contributes the identity: F is continuous where λ_i = 0. A compliant constraint that changes sides counts as an
+/// activation without reset; a force that vanishes where the effort depends on the mode is a crossing of the
+/// surface λ_i = 0 between two fields, and must be alone. w = (δq, δv, δu, δp) throughout. One direction costs m+1 evaluations of the
 /// field, m resets and O(m² d) besides; stages are kept, so that further directions cost O(m² d).
 class EventMap {
  public:
@@ -35,7 +37,7 @@ class EventMap {
   /// The outcome of every order, filled when the status is kDiscontinuous.
   const std::vector<OrderOutcome>& outcomes() const { return outcomes_; }
   double time() const { return transition_.t; }
-  /// I_a, the constraints that are activated at once; m of them.
+  /// I_a and the compliant constraints that change sides, all at once; m of them.
   const std::vector<int>& activated() const { return activated_; }
   int num_activations() const { return static_cast<int>(activated_.size()); }
 
@@ -66,7 +68,7 @@ class EventMap {
   struct Stage {
     Vector v;          // v_S [d]
     ContactMode mode;  // K_S
-    Vector field;      // F_S [2d]
+    Vector field;      // F_S [2d+k]
   };
   const Stage& StageAt(ContactMode activated) const { return stages_.at(activated); }
   /// The stage reached from S by the activation of i, and the reset DR_i(ρ, v_S) on the way.
@@ -75,10 +77,14 @@ class EventMap {
   ContactMode Resting(const Vector& v, ContactMode candidates, ContactMode elastic) const;
   /// First-order time to the activation of i, in stage v_S.
   double TimeTo(int i, const Stage& stage, const Vector& w) const;
-  /// The same as a row [1×2d].
+  /// The same as a row [1 × 2d+k].
   Eigen::RowVectorXd TimeRow(int i, const Stage& stage) const;
+  int size() const { return static_cast<int>(guards_.cols()); }
+  /// The compliant constraints that are pressed after the events in S.
+  ContactMode Pressed(ContactMode events) const;
   Vector State(const Vector& v) const;
   void Classify();
+  void AddReleases();
   bool CouldRest(int i) const;
   std::string Sentence(int first, int second, const char* what, double value,
                        const char* consequence) const;
@@ -86,9 +92,11 @@ class EventMap {
   std::shared_ptr<ContactDynamics> dynamics_;
   const MechanicalSystem* system_;
   Transition transition_;
+  ContactMode events_;            // I_a, switches, and a release with a jump of the field
   Vector q_;
-  std::vector<int> activated_;
+  std::vector<int> activated_;    // the members of events_
   Matrix jacobian_;               // Da(ρ) [n×d]
+  Matrix guards_;                 // the guards' gradients [n × 2d+k]: Da_i and ∂a_i/∂p, or Dλ_i
   bool decoupled_ = true;         // class A: every cone is m−1 half-spaces
   Status status_;
   std::vector<OrderOutcome> outcomes_;

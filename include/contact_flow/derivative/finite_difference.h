@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <vector>
 
 #include "contact_flow/contact_mode.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/mechanical_system.h"
+#include "contact_flow/model/parameter_values.h"
 
 namespace contact_flow {
 
@@ -13,8 +16,8 @@ namespace contact_flow {
 struct QuotientSample {
   double alpha = 0;                    ///< size of the perturbation
   Status status;                       ///< of the perturbed run; not kOk: no quotient
-  Vector final_state;                  ///< x(T) from x + α w [2d]
-  Vector quotient;                     ///< (x_α(T) − x_0(T)) / α [2d]
+  Vector final_state;                  ///< x(T) from x ⊞ α w [nq+d]
+  Vector quotient;                     ///< (x_α(T) − x_0(T)) / α, as a tangent [2d]
   double error = 0;                    ///< max |quotient − prediction|
   std::vector<ContactMode> modes;      ///< mode sequence of the perturbed run
 };
@@ -33,6 +36,17 @@ struct QuotientReport {
 /// Re-simulates from x + α w for every α > 0 and compares (φ(T, x+αw) − φ(T, x))/α with `prediction`
 /// [2d]. Runs are made at tolerance 1e-12 with events told apart down to α·1e-4.
 QuotientReport CompareWithQuotients(const MechanicalSystem& system, const VectorRef& x,
+                                    const VectorRef& u, double duration, const VectorRef& direction,
+                                    const VectorRef& prediction, const std::vector<double>& alphas,
+                                    const SimulateOptions& options = {});
+
+/// Makes the system again with other values of some parameters.
+using SystemFactory = std::function<std::unique_ptr<MechanicalSystem>(const ParameterValues&)>;
+
+/// The same for directions (δq, δv, δu, δp) [2d+k]: runs from x + α (w_q, w_v) with input u + α δu and parameters
+/// p + α δp, the system made by `factory` from the values of all its parameters.
+QuotientReport CompareWithQuotients(const MechanicalSystem& system, const SystemFactory& factory,
+                                    const Variables& variables, const VectorRef& x,
                                     const VectorRef& u, double duration, const VectorRef& direction,
                                     const VectorRef& prediction, const std::vector<double>& alphas,
                                     const SimulateOptions& options = {});

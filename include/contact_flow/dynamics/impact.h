@@ -21,19 +21,21 @@ enum class ImpactLaw {
 /// The outcome of an impact at configuration ρ.
 struct ImpactResult {
   Vector v_plus;    ///< v⁺ [d]
-  Vector impulse;   ///< p [n], zero off the touching set
+  Vector impulse;   ///< p, then r [n+l], p zero off the touching set
   ContactMode hit;  ///< constraints with p_i ≠ 0
 };
 
-/// Impact (1b) at ρ over the touching constraints K:
-///   M (v⁺ − v⁻) = Da_Kᵀ p,   0 ≤ p ⟂ Da_K v⁺ + γ Da_K v⁻ ≥ 0.
+/// Impact (1b) at ρ over the touching rigid constraints K:
+///   M (v⁺ − v⁻) = Da_Kᵀ p + Dbᵀ r,   0 ≤ p ⟂ Da_K v⁺ + γ Da_K v⁻ ≥ 0,   Db v⁺ = 0.
 ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v_minus,
                          ContactMode touching, ImpactLaw law = ImpactLaw::kComplementarity);
 
-/// Derivative DR [2d×2d] of the reset R(q, v) = (q, v⁺), where the constraints in `hit` receive the
+/// Derivative DR [2d+k × 2d+k] of the reset R(q, v) = (q, v⁺), where the constraints in `hit` receive the
 /// impulse (for those in `persisting` ⊂ hit the restitution is void: they rest before and after), by
-/// the implicit function theorem on the residual of (1b):  DR = [[I, 0], [∂v⁺/∂q, ∂v⁺/∂v⁻]].
+/// the implicit function theorem on the residual of (1b):
+///   DR = [[I, 0, 0], [∂v⁺/∂q, ∂v⁺/∂v⁻, ∂v⁺/∂(u, p)], [0, 0, I]].
 Matrix ImpactJacobian(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v_minus,
-                      const ImpactResult& result, ContactMode hit, ContactMode persisting);
+                      const ImpactResult& result, ContactMode hit, ContactMode persisting,
+                      const Variables& variables = {});
 
 }  // namespace contact_flow

@@ -28,8 +28,9 @@ class Dop853 {
   double GuessStep(double relative_tolerance, double absolute_tolerance);
   /// Computes the end of a step of length h; returns the scaled error, acceptable when ≤ 1.
   double TryStep(double h, double relative_tolerance, double absolute_tolerance);
-  /// Evaluates the field at the end.
+  /// Evaluates the field at the end, which the caller may first move by an amount of the order of the error.
   void Finish();
+  Vector* mutable_end() { return &x_end_; }
   /// Computes the continuous extension of the finished step.
   void Extend();
   bool extended() const { return extended_; }

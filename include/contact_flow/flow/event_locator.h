@@ -27,7 +27,8 @@ struct LocatedEvent {
   bool touch = false;   ///< the gap reaches zero and opens again: grazing
 };
 
-/// Finds the earliest zero of all guards in one step of the integrator: a_i for i ∉ J, λ_i for i ∈ J.
+/// Finds the earliest zero of all guards in one step of the integrator: a_i for i ∉ J, λ_i for i ∈ J, and −a_i for
+/// a compliant i ∈ J.
 ///
 /// Screening costs nothing that the step has not computed: a gap by the Bernstein coefficients of its
 /// quintic Hermite interpolant (a, ȧ, ä are known at both ends), a force by its values at the stages. Only a
@@ -57,6 +58,10 @@ class EventLocator {
   double force_margin() const { return force_margin_; }
 
  private:
+  /// Whether λ_i is the guard.
+  bool IsRigidMember(int i) const;
+  /// −1 for a compliant member, whose guard is −a_i.
+  double GapSign(int i) const { return mode_.Contains(i) ? -1 : 1; }
   double GuardAt(int i, double theta, double* rate);
   void Search(int i, LocatedEvent* event);
 

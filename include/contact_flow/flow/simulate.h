@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "contact_flow/dynamics/impact.h"
+#include "contact_flow/flow/input_schedule.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/model/mechanical_system.h"
 
@@ -39,8 +40,9 @@ struct SimulateOptions {
 void Validate(const SimulateOptions& options);
 
 /// The contact mode of a state (theory of Sec. 2): C = {i : a_i = 0, Da_i v = 0} within tolerance, then
-/// acceleration-level complementarity over C. Throws std::invalid_argument, naming the constraint and
-/// the value, for a state that penetrates (a_i < 0) or moves into a contact (a_i = 0, Da_i v < 0).
+/// acceleration-level complementarity over C, and the compliant constraints that are pressed. Throws
+/// std::invalid_argument, naming the constraint and the value, for a state that penetrates (a_i < 0), moves into a
+/// contact (a_i = 0, Da_i v < 0), leaves b(q) = 0 or has a quaternion that is not a unit one.
 ContactMode InitialMode(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u,
                         const SimulateOptions& options = {});
 
@@ -48,5 +50,9 @@ ContactMode InitialMode(const MechanicalSystem& system, const VectorRef& x, cons
 /// Throws std::invalid_argument for sizes, non-finite numbers, and states InitialMode refuses.
 Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u,
                     double duration, const SimulateOptions& options = {});
+/// The same with an input that is piecewise constant on a grid.
+Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x,
+                    const InputSchedule& schedule, double duration,
+                    const SimulateOptions& options = {});
 
 }  // namespace contact_flow

@@ -18,6 +18,7 @@ enum class Outcome {
   kDiscontinuous = 6,    ///< simultaneous contacts whose order decides the outcome: no derivative
   kNotDifferentiable = 7,  ///< another hypothesis of Theorem 1 fails; the message says which
   kTooManyPieces = 8,    ///< all pieces were asked for and there are more than the stated limit
+  kFilippov = 9,  ///< the effort switches so that the motion would slide, or is not unique (Filippov)
 };
 
 /// "ok", "grazing", "zeno", …

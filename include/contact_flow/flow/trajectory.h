@@ -14,27 +14,31 @@ namespace contact_flow {
 /// A maximal interval (t_begin, t_end] of motion in one contact mode.
 struct Arc {
   ContactMode mode;
+  Vector u;            ///< input [m]
   double t_begin = 0;  ///< [s]
   double t_end = 0;    ///< [s]
-  Vector x_begin;      ///< right limit at t_begin [2d]
-  Vector x_end;        ///< left limit at t_end [2d]
+  Vector x_begin;      ///< right limit at t_begin [nq+d]
+  Vector x_end;        ///< left limit at t_end [nq+d]
   DenseArc dense;      ///< the motion in between; empty unless SimulateOptions::dense
 };
 
 /// What happens at one instant between two arcs: a cluster of simultaneous activations and releases.
 struct Transition {
   double t = 0;             ///< [s]
-  Vector x_minus;           ///< (ρ, v⁻) [2d]
-  Vector x_plus;            ///< (ρ, v⁺) [2d]
+  Vector x_minus;           ///< (ρ, v⁻) [nq+d]
+  Vector x_plus;            ///< (ρ, v⁺) [nq+d]
   ContactMode mode_before;  ///< J⁻
   ContactMode mode_after;   ///< J⁺
   ContactMode activated;    ///< I_a: a_i = 0 with Da_i v⁻ < 0, whether it then holds or bounces
   ContactMode released;     ///< members of J⁻ that are not in J⁺
   ContactMode vanishing;    ///< I_d: members of J⁻ whose force passes zero here
-  Vector impulse;           ///< p [n], [N·s] (zero where no impact)
+  ContactMode switched;     ///< compliant constraints whose gap passes zero, either way
+  Vector impulse;           ///< p, then that of the bilateral constraints [n+l], [N·s] (zero where no impact)
   double spread = 0;        ///< time between the first and the last event of the cluster [s]
   /// Infinitely many bounces were completed to sticking here (SimulateOptions::complete_zeno).
   bool completes_zeno = false;
+  /// The input changes here, at an instant of its grid, and contacts that would have to pull let go.
+  bool changes_input = false;
 };
 
 /// How close the run came to an event that did not happen, or to one that happened badly.
@@ -66,6 +70,8 @@ struct Trajectory {
   RunStatistics statistics;
   /// Where impacts (last) accumulate [s], predicted from the ratio of their intervals; NaN without Zeno.
   double accumulation_time = std::numeric_limits<double>::quiet_NaN();
+  /// The one it was made with [s].
+  double simultaneity_tolerance = 0;
 
   double t_begin() const { return arcs.front().t_begin; }
   double t_end() const { return arcs.back().t_end; }

@@ -27,6 +27,8 @@ struct ResolvedTransition {
 /// guard that vanishes within the simultaneity tolerance on the present motion belongs to the cluster.
 ///   I_a = {i ∉ J⁻ : a_i = 0, Da_i v⁻ < 0} and J⁻ share an impact (1b); what rests after it is a candidate for
 ///   J⁺ by force complementarity. Without activations the state is continuous and J⁺ = J⁻ minus the releases.
+/// Compliant constraints change sides where their gap vanishes. Where the effort depends on the mode, J⁺ must agree
+/// with its own effort, or the status is kFilippov.
 /// Grazing (Da_i v⁻ = 0 at the trigger, within tolerance) is inadmissible: the state is left as it is.
 ResolvedTransition ResolveTransition(ContactDynamics* dynamics, double t, const Vector& x,
                                      ContactMode mode, int trigger, const TransitionRules& rules);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "contact_flow/contact_mode.h"
+#include "contact_flow/model/configuration_space.h"
 #include "contact_flow/types.h"
 
 namespace contact_flow {
@@ -22,43 +23,60 @@ struct Parameter {
 struct SystemDescription {
   std::string name;
   std::string summary;                   ///< one sentence
-  std::vector<std::string> coordinates;  ///< [d]
-  std::vector<std::string> units;        ///< [d] unit of each coordinate: "m" or "rad" (or "s")
-  std::vector<std::string> constraints;  ///< [n]
+  std::vector<std::string> coordinates;  ///< [nq] numbers of a configuration
+  std::vector<std::string> units;        ///< [nq] their units: "m" or "rad" (or "s", or "")
+  /// [d] velocities and tangents; the same as `coordinates` but where a quaternion has four numbers and
+  /// its angular velocity three.
+  std::vector<std::string> velocities;
+  std::vector<std::string> constraints;  ///< [n] unilateral
+  std::vector<std::string> bilateral;    ///< [l]
   std::vector<std::string> inputs;       ///< [m]
   std::vector<Parameter> parameters;
 };
 
 /// The run a user gets who asks for nothing in particular.
 struct NominalRun {
-  Vector x;             ///< initial state (q, v) [2d]
+  Vector x;             ///< initial state (q, v) [nq+d]
   Vector u;             ///< constant input [m]
   double duration = 1;  ///< [s]
 };
 
-/// a(q) and its time derivatives along a motion, for all n constraints.
+/// The constraint functions and their time derivatives along a motion: n unilateral, then l bilateral.
 struct ConstraintTerms {
-  Vector gap;       ///< a(q) [n], [m] or [rad]
-  Matrix jacobian;  ///< Da(q) [n×d]
-  Vector bias;      ///< (d/dt Da) v = D²a(q)(v, v) [n]
+  Vector gap;       ///< a(q), then b(q) [n+l], [m] or [rad]
+  Matrix jacobian;  ///< Da(q), then Db(q) [n+l × d]
+  Vector bias;      ///< (d/dt Da) v, then (d/dt Db) v [n+l]
 };
 
 /// First derivatives of a residual, unknowns held fixed. For the dynamics (1a) the residual is
-///   r₁ = M q̈ − f − c v − Daᵀ λ  [d],      r₂ = Da q̈ + (d/dt Da) v  [n].
+///   r₁ = M q̈ − f − c v − Daᵀ λ  [d],      r₂ = Da q̈ + (d/dt Da) v  [n+l].
+/// By q means by left-trivialized tangents (ConfigurationSpace).
 struct ResidualJacobian {
   Matrix momentum_q;    ///< ∂r₁/∂q [d×d]
   Matrix momentum_v;    ///< ∂r₁/∂v [d×d]
   Matrix momentum_u;    ///< ∂r₁/∂u [d×m]
-  Matrix constraint_q;  ///< ∂r₂/∂q [n×d]
-  Matrix constraint_v;  ///< ∂r₂/∂v [n×d]
+  Matrix constraint_q;  ///< ∂r₂/∂q [n+l × d]
+  Matrix constraint_v;  ///< ∂r₂/∂v [n+l × d]
 };
 
-/// A mechanical system subject to unilateral constraints: the paper's tuple (M, f, a, γ), Sec. 2.
+/// The same by k named parameters.
+struct ParameterJacobian {
+  Matrix momentum;     ///< ∂r₁/∂p [d×k]
+  Matrix constraint;   ///< ∂r₂/∂p [n+l × k]
+  Matrix gap;          ///< ∂(a, b)/∂p [n+l × k]
+  Matrix restitution;  ///< ∂γ/∂p [n×k]
+};
+
+/// A mechanical system subject to unilateral constraints: the paper's tuple (M, f, a, γ), Sec. 2,
+/// with what Sec. 6.1 adds to it: bilateral constraints b(q) = 0, configuration spaces other than ℝᵈ and
+/// efforts that depend on the contact mode.
 ///
-///   (1a)  M(q) q̈ = f(q, v, u) + c(q, v) v + Da_J(q)ᵀ λ_J,      a(q) ≥ 0
+///   (1a)  M(q) v̇ = f(q, v, u, J) + c(q, v) v + Da_J(q)ᵀ λ_J + Db(q)ᵀ μ,    a(q) ≥ 0,  b(q) = 0
 ///   (1b)  v⁺ = Δ_J(q) v⁻,  restitution γ
 ///
-/// The Coriolis term follows from M: c(q, v) v = ½ ∂_q(vᵀ M(q) v) − Ṁ v.
+/// The Coriolis term follows from M: c(q, v) v = ½ ∂_q(vᵀ M(q) v) − Ṁ v (and − ω × ∂_ω(½ vᵀ M v) for the
+/// angular velocities of rotations). Arrays over constraints have the n unilateral ones first; a force
+/// λ or impulse p of length n+l holds those of the bilateral constraints behind.
 /// A system is constant and may be shared between threads. Outputs are resized on first use only,
 /// so that calls with the same output do not allocate.
 class MechanicalSystem {
@@ -67,37 +85,86 @@ class MechanicalSystem {
 
   const SystemDescription& description() const { return description_; }
   const NominalRun& nominal() const { return nominal_; }
-  int dof() const { return static_cast<int>(description_.coordinates.size()); }
+  const ConfigurationSpace& space() const { return space_; }
+  /// d, the number of velocities.
+  int dof() const { return space_.dof(); }
+  /// nq ≥ d, the numbers of a configuration.
+  int num_positions() const { return space_.num_positions(); }
+  /// nq + d.
+  int state_size() const { return num_positions() + dof(); }
   int num_constraints() const { return static_cast<int>(description_.constraints.size()); }
+  int num_bilateral() const { return static_cast<int>(description_.bilateral.size()); }
   int num_inputs() const { return static_cast<int>(description_.inputs.size()); }
   /// γ [n], each in [0, 1] for passive contacts; 0 is plastic.
   const Vector& restitution() const { return restitution_; }
+  /// The constraints that are not rigid but switches: a_i < 0 is allowed, i ∈ J means a_i < 0, and
+  /// all that happens at a_i = 0 is that the effort f(q, v, u, J) changes (Sec. 6.1).
+  ContactMode compliant() const { return compliant_; }
+  /// True when f depends on J.
+  bool HasContactEffort() const { return contact_effort_; }
+
+  /// (q ⊞ w_q, v + w_v), for a tangent w [2d].
+  Vector Perturb(const VectorRef& x, const VectorRef& w) const;
+  /// The tangent w [2d] with Perturb(from, w) = to.
+  Vector Separation(const VectorRef& to, const VectorRef& from) const;
 
   /// True when M does not depend on q: callers may keep its factorization.
   virtual bool HasConstantMass() const { return false; }
-  /// True when every a_i is affine: Da does not depend on q.
+  /// True when every a_i and b_i is affine: Da does not depend on q.
   virtual bool HasAffineConstraints() const { return false; }
 
-  /// M(q) [d×d] (skipped when `mass` is null) and h = f(q, v, u) + c(q, v) v [d].
-  virtual void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, Matrix* mass,
-                        Vector* force) const = 0;
-  /// a, Da and (d/dt Da) v.
+  /// M(q) [d×d] (skipped when `mass` is null) and h = f(q, v, u, J) + c(q, v) v [d].
+  virtual void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
+                        ContactMode mode, Matrix* mass, Vector* force) const = 0;
+  /// a, Da and (d/dt Da) v; the same of b behind them.
   virtual void Constraints(const VectorRef& q, const VectorRef& v, ConstraintTerms* terms) const = 0;
-  /// Derivatives of r₁, r₂ above at fixed acceleration q̈ [d] and force λ [n] (zero off the mode).
+  /// Derivatives of r₁, r₂ above at fixed acceleration v̇ [d] and force λ [n+l] (zero off the mode).
   virtual void DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                                     const VectorRef& acceleration, const VectorRef& force,
-                                     ResidualJacobian* jacobian) const = 0;
+                                     ContactMode mode, const VectorRef& acceleration,
+                                     const VectorRef& force, ResidualJacobian* jacobian) const = 0;
   /// Derivatives with respect to q of the impact residual of (1b),
-  ///   r₁ = M(q) Δv − Da(q)ᵀ p [d],      r₂ = Da(q) s [n],
-  /// at fixed jump Δv = v⁺ − v⁻ [d], impulse p [n] and s [d]; fills momentum_q and constraint_q.
+  ///   r₁ = M(q) Δv − Da(q)ᵀ p [d],      r₂ = Da(q) s [n+l],
+  /// at fixed jump Δv = v⁺ − v⁻ [d], impulse p [n+l] and s [d]; fills momentum_q and constraint_q.
   virtual void DifferentiateImpact(const VectorRef& q, const VectorRef& jump,
                                    const VectorRef& impulse, const VectorRef& s,
                                    ResidualJacobian* jacobian) const = 0;
+  /// Derivatives of r₁, r₂ of the dynamics by the parameters with these indices into
+  /// description().parameters; fills momentum and constraint.
+  virtual void DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v,
+                                                 const VectorRef& u, ContactMode mode,
+                                                 const VectorRef& acceleration,
+                                                 const VectorRef& force,
+                                                 const std::vector<int>& parameters,
+                                                 ParameterJacobian* jacobian) const = 0;
+  /// Derivatives of r₁, r₂ of the impact, of the gaps and of the restitution by parameters; fills all.
+  virtual void DifferentiateImpactByParameters(const VectorRef& q, const VectorRef& jump,
+                                               const VectorRef& impulse, const VectorRef& s,
+                                               const std::vector<int>& parameters,
+                                               ParameterJacobian* jacobian) const = 0;
 
  protected:
   SystemDescription description_;
   NominalRun nominal_;
+  ConfigurationSpace space_;
   Vector restitution_;
+  ContactMode compliant_;
+  bool contact_effort_ = false;
 };
+
+/// What besides the initial state an outcome is differentiated by. Tangents are then
+/// w = (δq, δv, δu, δp) [2d+k].
+struct Variables {
+  bool inputs = false;          ///< all inputs u
+  std::vector<int> parameters;  ///< indices into SystemDescription::parameters
+
+  /// k.
+  int Size(const MechanicalSystem& system) const {
+    return (inputs ? system.num_inputs() : 0) + static_cast<int>(parameters.size());
+  }
+};
+
+/// Indices of named parameters; throws std::invalid_argument, with the nearest name, for an unknown one.
+std::vector<int> ParameterIndices(const SystemDescription& description,
+                                  const std::vector<std::string>& names);
 
 }  // namespace contact_flow

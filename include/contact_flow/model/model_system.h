@@ -3,10 +3,13 @@
 
 #include <cmath>
 #include <memory>
+#include <vector>
 
 #include "contact_flow/autodiff.h"
-#include "contact_flow/model/mechanical_system.h"
 #include "contact_flow/model/make_system.h"
+#include "contact_flow/model/mechanical_system.h"
+#include "contact_flow/model/model_terms.h"
+#include "contact_flow/model/model_traits.h"
 #include "contact_flow/model/parameter_values.h"
 
 namespace contact_flow {
@@ -23,22 +26,34 @@ namespace contact_flow {
 ///   Gaps(p, q, a)          a(q)                        [n]
 ///   Restitution(p, i)      γ_i
 ///   Nominal(p)             the run of a user who asks for nothing in particular
+/// and, where Sec. 6.1 is needed:
+///   kPositions, Space(), kVelocities      nq > d and the configuration space; names of the velocities
+///   kBilateral, kBilateralNames, Closures(p, q, b)   l and b(q) [l] (falling_box.h, jointed_biped.h)
+///   kContactEffort, Force(p, q, v, u, J, f)          an effort that depends on the contact mode J
+///   Compliant()                                      the constraints that only switch the effort (chair.h)
 /// Coriolis terms, constraint Jacobians and all derivatives follow by automatic differentiation.
 template <class Model>
 class ModelSystem final : public MechanicalSystem {
-  static constexpr int D = Model::kDof;
-  static constexpr int N = Model::kConstraints;
-  static constexpr int U = Model::kInputs;
+  using Traits = ModelTraits<Model>;
+  using Terms = ModelTerms<Model, double>;
+  static constexpr int D = Terms::D;
+  static constexpr int Q = Terms::Q;
+  static constexpr int N = Terms::N;
+  static constexpr int U = Terms::U;
   template <class S>
-  using Config = Eigen::Matrix<S, D, 1>;
+  using Position = typename Terms::template Position<S>;
   template <class S>
-  using Input = Eigen::Matrix<S, U, 1>;
+  using Velocity = typename Terms::template Velocity<S>;
   template <class S>
-  using Gap = Eigen::Matrix<S, N, 1>;
+  using Input = typename Terms::template Input<S>;
   template <class S>
-  using Mass = Eigen::Matrix<S, D, D>;
+  using Gap = typename Terms::template Gap<S>;
+  template <class S>
+  using Mass = typename Terms::template Mass<S>;
   /// Directions (δq, δv, δu) of the first derivatives, padded to a whole number of SIMD lanes.
   static constexpr int kDirections = (2 * D + U + 1) / 2 * 2;
+  /// A parameter with one derivative.
+  using Varied = Dual<double, 1>;
 
  public:
   explicit ModelSystem(const ParameterValues& values) {
@@ -49,29 +64,48 @@ class ModelSystem final : public MechanicalSystem {
     description_.constraints.assign(Model::kConstraintNames.begin(), Model::kConstraintNames.end());
     description_.inputs.assign(Model::kInputNames.begin(), Model::kInputNames.end());
     description_.parameters = ReadParameters(Model::kName, values, &parameters_);
-    restitution_.resize(N);
-    for (int i = 0; i < N; ++i) restitution_(i) = Model::Restitution(parameters_, i);
+    if constexpr (Q == D) {
+      description_.velocities = description_.coordinates;
+    } else {
+      description_.velocities.assign(Model::kVelocities.begin(), Model::kVelocities.end());
+    }
+    if constexpr (Traits::kBilateral > 0) {
+      description_.bilateral.assign(Model::kBilateralNames.begin(), Model::kBilateralNames.end());
+    }
+    space_ = Traits::Space();
+    compliant_ = Traits::Compliant();
+    contact_effort_ = Traits::kContactEffort;
+    restitution_.resize(Model::kConstraints);
+    for (int i = 0; i < Model::kConstraints; ++i) {
+      restitution_(i) = Model::Restitution(parameters_, i);
+    }
     nominal_ = Model::Nominal(parameters_);
-    const Config<double> origin = nominal_.x.template head<D>();
-    if (Model::kConstantMass) Model::MassMatrix(parameters_, origin, &constant_mass_);
-    if (Model::kAffineConstraints) constant_jacobian_ = GapJacobian<double>(origin);
+    const Position<double> origin = nominal_.x.template head<Q>();
+    if (Model::kConstantMass) terms_.template MassMatrix<double>(origin, &constant_mass_);
+    if (Model::kAffineConstraints) {
+      constant_jacobian_ = terms_.template GapJacobian<double>(origin);
+    }
   }
 
-  bool HasConstantMass() const override { return Model::kConstantMass; }
+  ModelSystem(const ModelSystem&) = delete;  // terms_ refers to members
+  ModelSystem& operator=(const ModelSystem&) = delete;
+
+  bool HasConstantMass() const override { return Model::kConstantMass && Terms::kFlat; }
   bool HasAffineConstraints() const override { return Model::kAffineConstraints; }
 
-  void Dynamics(const VectorRef& q_in, const VectorRef& v_in, const VectorRef& u_in, Matrix* mass,
-                Vector* force) const override {
-    const Config<double> q = q_in, v = v_in;
+  void Dynamics(const VectorRef& q_in, const VectorRef& v_in, const VectorRef& u_in,
+                ContactMode mode, Matrix* mass, Vector* force) const override {
+    const Position<double> q = q_in;
+    const Velocity<double> v = v_in;
     const Input<double> u = u_in;
-    Config<double> f;
-    Model::Force(parameters_, q, v, u, &f);
-    if constexpr (Model::kConstantMass) {
+    Velocity<double> f;
+    terms_.template Force<double>(q, v, u, mode, &f);
+    if constexpr (Model::kConstantMass && Terms::kFlat) {
       if (mass != nullptr) *mass = constant_mass_;
     } else {
       Mass<double> M;
-      const Config<double> zero = Config<double>::Zero();
-      f -= InertialForce<double>(q, v, zero, &M);
+      const Velocity<double> zero = Velocity<double>::Zero();
+      f -= terms_.template InertialForce<double>(q, v, zero, &M);
       if (mass != nullptr) *mass = M;
     }
     *force = f;
@@ -79,46 +113,47 @@ class ModelSystem final : public MechanicalSystem {
 
   void Constraints(const VectorRef& q_in, const VectorRef& v_in,
                    ConstraintTerms* terms) const override {
-    const Config<double> q = q_in;
+    const Position<double> q = q_in;
     Gap<double> a;
-    Model::Gaps(parameters_, q, &a);
+    terms_.template Gaps<double>(q, &a);
     terms->gap = a;
     if constexpr (Model::kAffineConstraints) {
       terms->jacobian = constant_jacobian_;
       terms->bias.setZero(N);
     } else {
-      const Config<double> v = v_in, zero = Config<double>::Zero();
-      terms->jacobian = GapJacobian<double>(q);
-      terms->bias = GapAcceleration<double>(q, v, zero);
+      const Velocity<double> v = v_in, zero = Velocity<double>::Zero();
+      terms->jacobian = terms_.template GapJacobian<double>(q);
+      terms->bias = terms_.template GapAcceleration<double>(q, v, zero);
     }
   }
 
   void DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                             const VectorRef& acceleration, const VectorRef& force,
-                             ResidualJacobian* jacobian) const override {
+                             ContactMode mode, const VectorRef& acceleration,
+                             const VectorRef& force, ResidualJacobian* jacobian) const override {
     using S = Dual<double, kDirections>;
-    Config<S> Q, V, a;
+    const Position<double> at = q;
+    const Position<S> X = terms_.template Seed<S>(at);
+    Velocity<S> V, a;
     Input<S> W;
     Gap<S> lambda;
     for (int k = 0; k < D; ++k) {
-      Q(k) = S::Variable(q(k), k);
       V(k) = S::Variable(v(k), D + k);
       a(k) = S::Constant(acceleration(k));
     }
     for (int k = 0; k < U; ++k) W(k) = S::Variable(u(k), 2 * D + k);
     for (int i = 0; i < N; ++i) lambda(i) = S::Constant(force(i));
-    Config<S> r1;
-    Model::Force(parameters_, Q, V, W, &r1);
+    Velocity<S> r1;
+    terms_.template Force<S>(X, V, W, mode, &r1);
     for (int k = 0; k < D; ++k) r1(k) = -r1(k);
-    if constexpr (!Model::kConstantMass) {
+    if constexpr (!(Model::kConstantMass && Terms::kFlat)) {
       Mass<S> M;
-      const Config<S> inertial = InertialForce<S>(Q, V, a, &M);
+      const Velocity<S> inertial = terms_.template InertialForce<S>(X, V, a, &M);
       for (int k = 0; k < D; ++k) r1(k) += inertial(k);
     }
     if constexpr (!Model::kAffineConstraints) {
-      const Config<S> push = ConstraintForce<S>(Q, lambda);
+      const Velocity<S> push = terms_.template ConstraintForce<S>(X, lambda);
       for (int k = 0; k < D; ++k) r1(k) -= push(k);
-      const Gap<S> r2 = GapAcceleration<S>(Q, V, a);
+      const Gap<S> r2 = terms_.template GapAcceleration<S>(X, V, a);
       jacobian->constraint_q.resize(N, D);
       jacobian->constraint_v.resize(N, D);
       for (int i = 0; i < N; ++i) {
@@ -148,11 +183,11 @@ class ModelSystem final : public MechanicalSystem {
     jacobian->momentum_q.setZero(D, D);
     jacobian->constraint_q.setZero(N, D);
     using S = Dual<double, (D + 1) / 2 * 2>;
-    Config<S> Q;
-    for (int k = 0; k < D; ++k) Q(k) = S::Variable(q(k), k);
+    const Position<double> at = q;
+    const Position<S> X = terms_.template Seed<S>(at);
     if constexpr (!Model::kConstantMass) {
       Mass<S> M;
-      Model::MassMatrix(parameters_, Q, &M);
+      terms_.template MassMatrix<S>(X, &M);
       for (int i = 0; i < D; ++i) {
         for (int j = 0; j < D; ++j) {
           for (int k = 0; k < D; ++k) jacobian->momentum_q(i, k) += jump(j) * M(i, j).d[k];
@@ -160,7 +195,7 @@ class ModelSystem final : public MechanicalSystem {
       }
     }
     if constexpr (!Model::kAffineConstraints) {
-      const Eigen::Matrix<S, N, D> A = GapJacobian<S>(Q);
+      const Eigen::Matrix<S, N, D> A = terms_.template GapJacobian<S>(X);
       for (int i = 0; i < N; ++i) {
         for (int j = 0; j < D; ++j) {
           for (int k = 0; k < D; ++k) {
@@ -172,77 +207,90 @@ class ModelSystem final : public MechanicalSystem {
     }
   }
 
- private:
-  /// M(q) a − c(q, v) v = M a + Ṁ v − ½ ∂_q(vᵀ M v), from the first derivatives of M; fills M too.
-  template <class S>
-  Config<S> InertialForce(const Config<S>& q, const Config<S>& v, const Config<S>& a,
-                          Mass<S>* M) const {
-    using G = Dual<S, D>;
-    Config<G> Q;
-    for (int k = 0; k < D; ++k) Q(k) = G::Variable(q(k), k);
-    Mass<G> MG;
-    Model::MassMatrix(parameters_, Q, &MG);
-    Config<S> result;
-    for (int k = 0; k < D; ++k) result(k) = S(0.0);
-    for (int i = 0; i < D; ++i) {
-      for (int j = 0; j < D; ++j) {
-        const G& m = MG(i, j);
-        (*M)(i, j) = m.value;
-        S rate = S(0.0);
-        for (int k = 0; k < D; ++k) rate += m.d[k] * v(k);
-        result(i) += m.value * a(j) + rate * v(j);
-        const S vv = v(i) * v(j);
-        for (int k = 0; k < D; ++k) result(k) -= 0.5 * m.d[k] * vv;
+  void DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v,
+                                         const VectorRef& u, ContactMode mode,
+                                         const VectorRef& acceleration, const VectorRef& force,
+                                         const std::vector<int>& parameters,
+                                         ParameterJacobian* jacobian) const override {
+    const Position<Varied> X = Constants<Q>(q);
+    const Velocity<Varied> V = Constants<D>(v), a = Constants<D>(acceleration);
+    const Input<Varied> W = Constants<U>(u);
+    const Gap<Varied> lambda = Constants<N>(force);
+    const int count = static_cast<int>(parameters.size());
+    jacobian->momentum.resize(D, count);
+    jacobian->constraint.resize(N, count);
+    for (int c = 0; c < count; ++c) {
+      const auto varied = Vary(parameters[c]);
+      const ModelTerms<Model, Varied> terms(varied, space_);
+      Velocity<Varied> f;
+      terms.template Force<Varied>(X, V, W, mode, &f);
+      Mass<Varied> M;
+      const Velocity<Varied> inertial = terms.template InertialForce<Varied>(X, V, a, &M);
+      const Velocity<Varied> push = terms.template ConstraintForce<Varied>(X, lambda);
+      const Gap<Varied> r2 = terms.template GapAcceleration<Varied>(X, V, a);
+      for (int k = 0; k < D; ++k) {
+        jacobian->momentum(k, c) = inertial(k).d[0] - f(k).d[0] - push(k).d[0];
+      }
+      for (int i = 0; i < N; ++i) jacobian->constraint(i, c) = r2(i).d[0];
+    }
+  }
+
+  void DifferentiateImpactByParameters(const VectorRef& q, const VectorRef& jump,
+                                       const VectorRef& impulse, const VectorRef& s,
+                                       const std::vector<int>& parameters,
+                                       ParameterJacobian* jacobian) const override {
+    const Position<Varied> X = Constants<Q>(q);
+    const Gap<Varied> p = Constants<N>(impulse);
+    const int count = static_cast<int>(parameters.size());
+    jacobian->momentum.setZero(D, count);
+    jacobian->constraint.setZero(N, count);
+    jacobian->gap.resize(N, count);
+    jacobian->restitution.resize(Model::kConstraints, count);
+    for (int c = 0; c < count; ++c) {
+      const auto varied = Vary(parameters[c]);
+      const ModelTerms<Model, Varied> terms(varied, space_);
+      Mass<Varied> M;
+      terms.template MassMatrix<Varied>(X, &M);
+      const Eigen::Matrix<Varied, N, D> A = terms.template GapJacobian<Varied>(X);
+      const Velocity<Varied> push = terms.template ConstraintForce<Varied>(X, p);
+      Gap<Varied> gap;
+      terms.template Gaps<Varied>(X, &gap);
+      for (int k = 0; k < D; ++k) {
+        for (int j = 0; j < D; ++j) jacobian->momentum(k, c) += M(k, j).d[0] * jump(j);
+        jacobian->momentum(k, c) -= push(k).d[0];
+      }
+      for (int i = 0; i < N; ++i) {
+        for (int j = 0; j < D; ++j) jacobian->constraint(i, c) += A(i, j).d[0] * s(j);
+        jacobian->gap(i, c) = gap(i).d[0];
+      }
+      for (int i = 0; i < Model::kConstraints; ++i) {
+        jacobian->restitution(i, c) = Varied(Model::Restitution(varied, i)).d[0];
       }
     }
-    return result;
   }
 
-  template <class S>
-  Eigen::Matrix<S, N, D> GapJacobian(const Config<S>& q) const {
-    using G = Dual<S, D>;
-    Config<G> Q;
-    for (int k = 0; k < D; ++k) Q(k) = G::Variable(q(k), k);
-    Gap<G> a;
-    Model::Gaps(parameters_, Q, &a);
-    Eigen::Matrix<S, N, D> A;
-    for (int i = 0; i < N; ++i) {
-      for (int k = 0; k < D; ++k) A(i, k) = a(i).d[k];
-    }
-    return A;
+ private:
+  template <int Size>
+  static Eigen::Matrix<Varied, Size, 1> Constants(const VectorRef& values) {
+    Eigen::Matrix<Varied, Size, 1> constants;
+    for (int k = 0; k < Size; ++k) constants(k) = Varied::Constant(values(k));
+    return constants;
   }
 
-  template <class S>
-  Config<S> ConstraintForce(const Config<S>& q, const Gap<S>& lambda) const {
-    const Eigen::Matrix<S, N, D> A = GapJacobian<S>(q);
-    Config<S> force;
-    for (int k = 0; k < D; ++k) {
-      force(k) = S(0.0);
-      for (int i = 0; i < N; ++i) force(k) += A(i, k) * lambda(i);
-    }
-    return force;
-  }
-
-  /// d²/ds² a(q + s v + ½ s² q̈) at s = 0, that is Da q̈ + D²a(v, v).
-  template <class S>
-  Gap<S> GapAcceleration(const Config<S>& q, const Config<S>& v, const Config<S>& qdd) const {
-    using G = Dual<S, 1>;
-    using H = Dual<G, 1>;
-    Config<H> Q;
-    for (int k = 0; k < D; ++k) {
-      Q(k).value.value = q(k);
-      Q(k).value.d[0] = v(k);
-      Q(k).d[0].value = v(k);
-      Q(k).d[0].d[0] = qdd(k);
-    }
-    Gap<H> a;
-    Model::Gaps(parameters_, Q, &a);
-    Gap<S> result;
-    for (int i = 0; i < N; ++i) result(i) = a(i).d[0].d[0];
-    return result;
+  /// The parameters, with the derivative along the one of this index.
+  typename Model::template Parameters<Varied> Vary(int index) const {
+    typename Model::template Parameters<Varied> varied;
+    int k = 0;
+    varied.Visit([&](Varied& field, const char*, const char*, const char*, Range) {
+      field = Varied::Constant(description_.parameters[k].value);
+      field.d[0] = k == index ? 1 : 0;
+      ++k;
+    });
+    return varied;
   }
 
   typename Model::template Parameters<double> parameters_;
+  const Terms terms_{parameters_, space_};
   Mass<double> constant_mass_ = Mass<double>::Identity();
   Eigen::Matrix<double, N, D> constant_jacobian_ = Eigen::Matrix<double, N, D>::Zero();
 };

@@ -56,7 +56,7 @@ struct BouncingBall {
   }
 
   template <class P>
-  static double Restitution(const Parameters<P>& p, int) {
+  static auto Restitution(const Parameters<P>& p, int) {
     return p.restitution;
   }
 

@@ -57,7 +57,7 @@ struct Ceiling {
   }
 
   template <class P>
-  static double Restitution(const Parameters<P>& p, int) {
+  static auto Restitution(const Parameters<P>& p, int) {
     return p.restitution;
   }
 

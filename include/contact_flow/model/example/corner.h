@@ -66,7 +66,7 @@ struct Corner {
   }
 
   template <class P>
-  static double Restitution(const Parameters<P>& p, int) {
+  static auto Restitution(const Parameters<P>& p, int) {
     return p.restitution;
   }
 

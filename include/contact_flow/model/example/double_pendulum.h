@@ -83,7 +83,7 @@ struct DoublePendulum {
   }
 
   template <class P>
-  static double Restitution(const Parameters<P>& p, int) {
+  static auto Restitution(const Parameters<P>& p, int) {
     return p.restitution;
   }
 

@@ -96,7 +96,7 @@ struct LeggedTable {
   }
 
   template <class P>
-  static double Restitution(const Parameters<P>&, int) {
+  static auto Restitution(const Parameters<P>&, int) {
     return 0;
   }
 

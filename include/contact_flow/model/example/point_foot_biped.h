@@ -40,7 +40,7 @@ struct PointFootBiped {
   }
 
   template <class P>
-  static double Restitution(const P&, int) {
+  static auto Restitution(const P&, int) {
     return 0;
   }
 };

@@ -82,7 +82,7 @@ struct RigidBiped {
   }
 
   template <class P>
-  static double Restitution(const Parameters<P>&, int) {
+  static auto Restitution(const Parameters<P>&, int) {
     return 0;
   }
 

@@ -122,7 +122,7 @@ struct RigidQuadruped {
   }
 
   template <class P>
-  static double Restitution(const Parameters<P>&, int) {
+  static auto Restitution(const Parameters<P>&, int) {
     return 0;
   }
 

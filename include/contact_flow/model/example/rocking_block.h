@@ -68,7 +68,7 @@ struct RockingBlock {
   }
 
   template <class P>
-  static double Restitution(const Parameters<P>&, int) {
+  static auto Restitution(const Parameters<P>&, int) {
     return 0;
   }
 

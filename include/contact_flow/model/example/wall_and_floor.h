@@ -57,7 +57,7 @@ struct WallAndFloor {
   }
 
   template <class P>
-  static double Restitution(const Parameters<P>&, int) {
+  static auto Restitution(const Parameters<P>&, int) {
     return 0;
   }
 

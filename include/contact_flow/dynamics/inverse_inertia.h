@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Cholesky>
+
+#include "contact_flow/contact_mode.h"
+#include "contact_flow/model/mechanical_system.h"
+#include "contact_flow/types.h"
+
+namespace contact_flow {
+
+/// The inverse inertia at one configuration as the contacts see it, inside the bilateral constraints:
+///   P = M⁻¹ − M⁻¹ Bᵀ (B M⁻¹ Bᵀ)⁻¹ B M⁻¹ [d×d],       B = Db(q) [l×d];
+/// P = M⁻¹ where there are none. G = A P Aᵀ is the Delassus matrix of the contacts, so that
+/// orthogonality is judged inside the constraint manifold. Wrong inertias give NaN.
+class InverseInertia {
+ public:
+  InverseInertia(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v,
+                 const VectorRef& u, ContactMode mode);
+  /// For what depends on the configuration alone.
+  InverseInertia(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v);
+
+  const Matrix& mass() const { return mass_; }
+  /// f + c v [d].
+  const Vector& applied() const { return applied_; }
+  const ConstraintTerms& terms() const { return terms_; }
+  /// Rows of Da over the members of a set [k×d].
+  Matrix Rows(ContactMode members) const;
+  /// P R, for R [d×·].
+  Matrix operator*(const MatrixRef& R) const;
+  /// −(B M⁻¹ Bᵀ)⁻¹ B M⁻¹ R [l×·]: what the bilateral constraints answer to R.
+  Matrix BilateralForce(const MatrixRef& R) const;
+  /// The acceleration without contact [d]: P (f + c v) − M⁻¹ Bᵀ (B M⁻¹ Bᵀ)⁻¹ Ḃ v.
+  Vector FreeAcceleration() const;
+  /// The shortest step in the kinetic metric that changes (b, or B v) by −r [l]: M⁻¹Bᵀ(BM⁻¹Bᵀ)⁻¹ (−r) [d].
+  Vector Correction(const VectorRef& r) const;
+
+ private:
+  const int n_;
+  Matrix mass_;
+  Vector applied_;
+  ConstraintTerms terms_;
+  Eigen::LLT<Matrix> mass_factor_;
+  Matrix reach_;  // M⁻¹ Bᵀ [d×l]
+  Eigen::LLT<Matrix> bilateral_factor_;
+};
+
+}  // namespace contact_flow

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "contact_flow/model/mechanical_system.h"
+#include "contact_flow/types.h"
+
+namespace contact_flow {
+
+/// Whether states have to satisfy anything at all: unit quaternions, b(q) = 0.
+bool HasStateManifold(const MechanicalSystem& system);
+
+/// Moves x = (q, v) [nq+d] onto the state manifold: unit quaternions, then b(q) = 0 by Newton steps that are
+/// shortest in the kinetic metric, then Db v = 0 likewise. After a step of an integrator this changes x by the
+/// order of the step's error, which leaves the order of accuracy (Hairer, Lubich, Wanner, Geometric Numerical
+/// Integration, Sec. IV.4). False when the Newton steps do not converge.
+bool ProjectState(const MechanicalSystem& system, Vector* x);
+
+}  // namespace contact_flow

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/dynamics/mode_selection.h"
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "contact_flow/dynamics/complementarity.h"
+#include "contact_flow/dynamics/inverse_inertia.h"
+
+namespace contact_flow {
+namespace {
+
+constexpr double kForceRounding = 1e-13;
+/// A force or acceleration below this part of the largest one may vanish at the instant; others cannot.
+constexpr double kNearZero = 1e-4;
+/// At most this many candidates are enumerated where the effort depends on the mode.
+constexpr int kMaxEnumerated = 12;
+
+/// The candidates as subsets: bit k of `subset` is the k-th member.
+ContactMode Subset(const std::vector<int>& members, std::uint32_t subset) {
+  ContactMode mode;
+  for (std::size_t k = 0; k < members.size(); ++k) {
+    if (subset >> k & 1u) mode.Insert(members[k]);
+  }
+  return mode;
+}
+
+/// Looks for the modes that are consistent with their own effort.
+class EffortModes {
+ public:
+  EffortModes(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
+              double time_tolerance, ContactMode pressed)
+      : dynamics_(*dynamics),
+        x_(x),
+        candidates_(candidates),
+        pressed_(pressed),
+        time_tolerance_(time_tolerance) {
+    const MechanicalSystem& system = dynamics_.system();
+    const InverseInertia inertia(system, x.head(system.num_positions()), x.tail(system.dof()));
+    terms_ = inertia.terms();
+    gain_ = (terms_.jacobian * (inertia * terms_.jacobian.transpose())).diagonal();
+  }
+
+  ContactMode Find() {
+    if (candidates_.Size() > kMaxEnumerated) {
+      throw UndecidedMode("more than " + std::to_string(kMaxEnumerated) +
+                          " resting contacts with an effort that depends on the contact mode");
+    }
+    std::vector<int> members;
+    for (int i : candidates_) members.push_back(i);
+    int found = 0;
+    ContactMode result;
+    for (std::uint32_t subset = 0; subset < (1u << members.size()); ++subset) {
+      const ContactMode mode = Subset(members, subset);
+      if (!Fits(mode)) continue;
+      ++found;
+      result = mode;
+    }
+    if (found == 1) return result | pressed_;
+    const auto& names = dynamics_.system().description().constraints;
+    throw UndecidedMode(
+        "the effort depends on the contact mode, and among the contacts " +
+        candidates_.ToString(names) +
+        (found == 0 ? " no mode agrees with its own effort: the motion would slide on the switching "
+                      "surface (Filippov), which is not a mode of this system"
+                    : " several modes agree with their own effort: the motion is not unique "
+                      "(Filippov)"));
+  }
+
+ private:
+  bool Fits(ContactMode mode) {
+    dynamics_.Evaluate(x_, mode | pressed_);
+    const Vector force = dynamics_.force();
+    const Vector acceleration = terms_.jacobian * dynamics_.acceleration() + terms_.bias;
+    const double rounding = kForceRounding * (1 + force.cwiseAbs().maxCoeff());
+    const double still = kForceRounding * (1 + acceleration.cwiseAbs().maxCoeff());
+    for (int i : candidates_) {
+      const bool member = mode.Contains(i);
+      const double rate = dynamics_.ForceRate(x_, (mode | pressed_).With(i), i);
+      const double value = member ? force(i) : acceleration(i);
+      // What a force changes by within the tolerance, as an acceleration: times G_ii.
+      const double zero =
+          time_tolerance_ * std::abs(rate) * (member ? 1 : gain_(i)) + (member ? rounding : still);
+      const bool fits = std::abs(value) <= zero ? (rate > 0) == member : value > 0;
+      if (!fits) return false;
+    }
+    return true;
+  }
+
+  ContactDynamics& dynamics_;
+  const Vector x_;
+  const ContactMode candidates_;
+  const ContactMode pressed_;
+  const double time_tolerance_;
+  ConstraintTerms terms_;
+  Vector gain_;  // G_ii
+};
+
+}  // namespace
+
+ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
+                              double time_tolerance, ContactMode pressed) {
+  if (candidates.Empty()) return pressed;
+  if (dynamics->system().HasContactEffort()) {
+    return EffortModes(dynamics, x, candidates, time_tolerance, pressed).Find();
+  }
+  Matrix G;
+  Vector b;
+  Delassus(dynamics->system(), x, dynamics->u(), candidates, &G, &b);
+  const ComplementaritySolution solution = SolveComplementarity(G, b);
+  // λ_i of the members, and (up to coupling) of the others what their force would be.
+  const Vector force =
+      solution.z - ((G * solution.z + b).array() / G.diagonal().array()).matrix();
+  const double doubtful = kNearZero * (1 + force.cwiseAbs().maxCoeff());
+  ContactMode mode, near_zero;
+  int row = 0;
+  for (int i : candidates) {
+    if (solution.support.Contains(row)) mode.Insert(i);
+    if (std::abs(force(row)) <= doubtful) near_zero.Insert(i);
+    ++row;
+  }
+  for (int i : near_zero) {
+    const ContactMode with = mode.With(i);
+    const double rate = dynamics->ForceRate(x, with, i);
+    const double rounding = kForceRounding * (1 + dynamics->force().cwiseAbs().maxCoeff());
+    if (std::abs(dynamics->force()(i)) > time_tolerance * std::abs(rate) + rounding) continue;
+    mode = rate > 0 ? with : mode.Without(i);
+  }
+  return mode | pressed;
+}
+
+}  // namespace contact_flow
