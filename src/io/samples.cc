@@ -49,13 +49,14 @@ Samples SampleTrajectory(const Trajectory& trajectory, int count) {
 void WriteCsv(const SystemDescription& description, const Trajectory& trajectory, int count,
               std::ostream* out) {
   const Samples samples = SampleTrajectory(trajectory, count);
-  const std::size_t d = description.coordinates.size();
+  const std::size_t nq = description.coordinates.size(), d = description.velocities.size();
   *out << "t [s],mode";
-  for (std::size_t i = 0; i < d; ++i) {
+  for (std::size_t i = 0; i < nq; ++i) {
     *out << "," << description.coordinates[i] << " [" << description.units[i] << "]";
   }
   for (std::size_t i = 0; i < d; ++i) {
-    *out << ",d/dt " << description.coordinates[i] << " [" << description.units[i] << "/s]";
+    const std::string unit = d == nq ? description.units[i] + "/s" : i < d - 3 ? "m/s" : "rad/s";
+    *out << ",d/dt " << description.velocities[i] << " [" << unit << "]";
   }
   *out << "\n";
   const std::streamsize precision = out->precision(std::numeric_limits<double>::max_digits10);

@@ -6,6 +6,9 @@
 #include "contact_flow/model/example/ball_in_corner.h"
 #include "contact_flow/model/example/bouncing_ball.h"
 #include "contact_flow/model/example/ceiling.h"
+#include "contact_flow/model/example/jointed_biped.h"
+#include "contact_flow/model/example/falling_box.h"
+#include "contact_flow/model/example/chair.h"
 #include "contact_flow/model/example/corner.h"
 #include "contact_flow/model/example/double_pendulum.h"
 #include "contact_flow/model/example/hopping_trot.h"
@@ -35,6 +38,9 @@ const std::map<std::string, Factory>& Registry() {
       Entry<example::DoublePendulum>(), Entry<example::HoppingTrot>(),
       Entry<example::LeggedTable>(),    Entry<example::RigidBiped>(),
       Entry<example::RigidQuadruped>(), Entry<example::RockingBlock>(),
+      Entry<example::JointedBiped>(),
+      Entry<example::FallingBox>(),
+      Entry<example::Chair>(),
       Entry<example::SoftBiped>(),      Entry<example::WallAndFloor>(),
   };
   return registry;

@@ -58,8 +58,8 @@ void AddRegion(const Setup& setup, const Run& run, const CheckAssumptionsRequest
   const SystemDescription& names = setup.system->description();
   const int samples =
       ResolveCount("region_samples", request.region_samples, 0, kMaxRegionSamples);
-  std::vector<double> half_width = HalfWidths("region_q", request.region_q, names.coordinates);
-  const std::vector<double> rates = HalfWidths("region_v", request.region_v, names.coordinates);
+  std::vector<double> half_width = HalfWidths("region_q", request.region_q, names.velocities);
+  const std::vector<double> rates = HalfWidths("region_v", request.region_v, names.velocities);
   half_width.insert(half_width.end(), rates.begin(), rates.end());
   if (samples == 0) return;
   const RegionReport region = AssessRegion(

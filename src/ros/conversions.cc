@@ -21,20 +21,23 @@ RunMargins ToMsg(const Margins& margins) {
   return m;
 }
 
-ContactTransition ToMsg(const Names& constraints, const Transition& transition) {
-  const Eigen::Index d = transition.x_minus.size() / 2;
+ContactTransition ToMsg(const SystemDescription& description, const Transition& transition) {
+  const Names& constraints = description.constraints;
+  const auto nq = static_cast<Eigen::Index>(description.coordinates.size());
+  const auto d = static_cast<Eigen::Index>(description.velocities.size());
   ContactTransition m;
   m.t = transition.t;
   m.mode_before = transition.mode_before.Names(constraints);
   m.mode_after = transition.mode_after.Names(constraints);
   m.activated = transition.activated.Names(constraints);
   m.released = transition.released.Names(constraints);
-  m.q = ToMsg(VectorRef(transition.x_minus.head(d)));
+  m.q = ToMsg(VectorRef(transition.x_minus.head(nq)));
   m.v_before = ToMsg(VectorRef(transition.x_minus.tail(d)));
   m.v_after = ToMsg(VectorRef(transition.x_plus.tail(d)));
-  m.impulse = ToMsg(VectorRef(transition.impulse));
+  m.impulse = ToMsg(VectorRef(transition.impulse.head(constraints.size())));
   m.spread = transition.spread;
   m.completes_zeno = transition.completes_zeno;
+  m.switched = transition.switched.Names(constraints);
   return m;
 }
 
@@ -93,23 +96,25 @@ DerivativePiece ToMsg(const LinearPiece& piece) {
 
 ContactTrajectory ToMsg(const SystemDescription& description, const Trajectory& trajectory,
                         double duration, int count) {
-  const auto d = static_cast<Eigen::Index>(description.coordinates.size());
+  const auto nq = static_cast<Eigen::Index>(description.coordinates.size());
+  const auto d = static_cast<Eigen::Index>(description.velocities.size());
   ContactTrajectory m;
   m.model = description.name;
   m.coordinates = description.coordinates;
+  m.velocities = description.velocities;
   m.constraints = description.constraints;
   m.outcome = static_cast<std::uint8_t>(trajectory.status.outcome);
   m.message = trajectory.status.message;
   m.duration = duration;
   m.t_end = trajectory.t_end();
-  m.final_q = ToMsg(VectorRef(trajectory.FinalState().head(d)));
+  m.final_q = ToMsg(VectorRef(trajectory.FinalState().head(nq)));
   m.final_v = ToMsg(VectorRef(trajectory.FinalState().tail(d)));
   m.margins = ToMsg(trajectory.margins);
   m.field_evaluations = static_cast<std::uint64_t>(trajectory.statistics.field_evaluations);
   m.steps = static_cast<std::uint64_t>(trajectory.statistics.steps);
   m.rejected_steps = static_cast<std::uint64_t>(trajectory.statistics.rejected_steps);
   for (const Transition& transition : trajectory.transitions) {
-    m.transitions.push_back(ToMsg(description.constraints, transition));
+    m.transitions.push_back(ToMsg(description, transition));
   }
   const Samples samples = SampleTrajectory(trajectory, count);
   for (std::size_t k = 0; k < trajectory.arcs.size(); ++k) {
@@ -124,7 +129,7 @@ ContactTrajectory ToMsg(const SystemDescription& description, const Trajectory& 
     m.arcs.push_back(a);
   }
   m.t = samples.t;
-  m.q = ToMsg(MatrixRef(samples.x.leftCols(d)));
+  m.q = ToMsg(MatrixRef(samples.x.leftCols(nq)));
   m.v = ToMsg(MatrixRef(samples.x.rightCols(d)));
   return m;
 }
@@ -164,11 +169,12 @@ ContactOrder ToMsg(const Names& constraints, const OrderOutcome& outcome) {
   for (int i : outcome.order) m.order.push_back(constraints[static_cast<std::size_t>(i)]);
   m.v_after = ToMsg(VectorRef(outcome.v_plus));
   m.mode_after = outcome.mode_after.Names(constraints);
-  m.impulse = ToMsg(VectorRef(outcome.impulse));
+  m.impulse = ToMsg(VectorRef(outcome.impulse.head(constraints.size())));
   return m;
 }
 
-DirectionComparison ToMsg(const Names& constraints, const QuotientReport& report) {
+DirectionComparison ToMsg(const Names& constraints, const QuotientReport& report,
+                          Eigen::Index size) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   DirectionComparison m;
   m.slope = report.slope;
@@ -180,8 +186,8 @@ DirectionComparison ToMsg(const Names& constraints, const QuotientReport& report
     m.outcomes.push_back(static_cast<std::uint8_t>(sample.status.outcome));
     m.modes.emplace_back();
     m.modes.back().names = ToLabels(constraints, sample.modes);
-    m.quotients.cols = static_cast<std::uint32_t>(sample.final_state.size());
-    for (Eigen::Index j = 0; j < sample.final_state.size(); ++j) {
+    m.quotients.cols = static_cast<std::uint32_t>(size);
+    for (Eigen::Index j = 0; j < size; ++j) {
       m.quotients.data.push_back(ok ? sample.quotient(j) : kNaN);
     }
   }

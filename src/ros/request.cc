@@ -6,6 +6,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/nearest_name.h"
 
 namespace contact_flow {
@@ -162,7 +163,7 @@ std::vector<double> ResolveAlphas(const std::vector<double>& asked) {
 Run ResolveRun(const Setup& setup, double duration, const InitialState& state,
                const std::vector<double>& input, const SimulationOptions& options) {
   const SystemDescription& d = setup.system->description();
-  const Eigen::Index dof = setup.system->dof();
+  const Eigen::Index dof = setup.system->dof(), nq = setup.system->num_positions();
   Run run;
   run.x = setup.system->nominal().x;
   run.u = setup.system->nominal().u;
@@ -175,11 +176,15 @@ Run ResolveRun(const Setup& setup, double duration, const InitialState& state,
   }
   if (duration > 0) run.duration = duration;
 
-  SetAll("state.q", state.q, d.coordinates, run.x.head(dof));
-  SetAll("state.v", state.v, d.coordinates, run.x.tail(dof));
-  CheckNames(state, d.coordinates);
-  SetNamed("state.positions", state.positions, state.names, d.coordinates, run.x.head(dof));
-  SetNamed("state.velocities", state.velocities, state.names, d.coordinates, run.x.tail(dof));
+  SetAll("state.q", state.q, d.coordinates, run.x.head(nq));
+  SetAll("state.v", state.v, d.velocities, run.x.tail(dof));
+  CheckNames(state, state.positions.empty() && !state.velocities.empty() ? d.velocities
+                                                                         : d.coordinates);
+  SetNamed("state.positions", state.positions, state.names, d.coordinates, run.x.head(nq));
+  SetNamed("state.velocities", state.velocities, state.names, d.velocities, run.x.tail(dof));
+  if (state.project && !ProjectState(*setup.system, &run.x)) {
+    throw std::invalid_argument("state cannot be projected on the bilateral constraints");
+  }
   SetAll("input", input, d.inputs, run.u);
   return run;
 }

@@ -18,12 +18,14 @@ Setup::Setup(const Configuration& configuration)
 ModelDescription ToMsg(const Setup& setup) {
   const SystemDescription& d = setup.system->description();
   const NominalRun& nominal = setup.system->nominal();
-  const Eigen::Index dof = setup.system->dof();
+  const Eigen::Index dof = setup.system->dof(), nq = setup.system->num_positions();
   ModelDescription m;
   m.name = d.name;
   m.summary = d.summary;
   m.coordinates = d.coordinates;
   m.units = d.units;
+  m.velocities = d.velocities;
+  m.bilateral = d.bilateral;
   m.constraints = d.constraints;
   m.restitution = ToMsg(VectorRef(setup.system->restitution()));
   m.inputs = d.inputs;
@@ -34,7 +36,7 @@ ModelDescription ToMsg(const Setup& setup) {
     m.parameters.back().meaning = parameter.meaning;
     m.parameters.back().value = parameter.value;
   }
-  m.nominal_q = ToMsg(VectorRef(nominal.x.head(dof)));
+  m.nominal_q = ToMsg(VectorRef(nominal.x.head(nq)));
   m.nominal_v = ToMsg(VectorRef(nominal.x.tail(dof)));
   m.nominal_input = ToMsg(VectorRef(nominal.u));
   m.nominal_duration = nominal.duration;

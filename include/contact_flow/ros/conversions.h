@@ -31,7 +31,7 @@ SimulationOptions ToMsg(const SimulateOptions& options);
 DerivativeOptions ToMsg(const BDerivativeOptions& options);
 DerivativePiece ToMsg(const LinearPiece& piece);
 RunMargins ToMsg(const Margins& margins);
-ContactTransition ToMsg(const Names& constraints, const Transition& transition);
+ContactTransition ToMsg(const SystemDescription& description, const Transition& transition);
 
 /// The run with both ends of every arc and about `count` samples in between.
 ContactTrajectory ToMsg(const SystemDescription& description, const Trajectory& trajectory,
@@ -41,8 +41,9 @@ std::vector<ModeInterval> ToModeIntervals(const Names& constraints, const Trajec
 /// "{left_foot, right_foot}" for every mode.
 Names ToLabels(const Names& constraints, const std::vector<ContactMode>& modes);
 ContactOrder ToMsg(const Names& constraints, const OrderOutcome& outcome);
-/// Without name, direction and prediction.
-DirectionComparison ToMsg(const Names& constraints, const QuotientReport& report);
+/// Without name, direction and prediction; tangents have `size` entries.
+DirectionComparison ToMsg(const Names& constraints, const QuotientReport& report,
+                          Eigen::Index size);
 
 }  // namespace ros_interface
 }  // namespace contact_flow
