@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "contact_flow/model/model_library.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/directions.h"
 #include "contact_flow/ros/request.h"
@@ -29,10 +30,11 @@ Differentiated Differentiate(const Setup& setup, const Request& request) {
   Differentiated result;
   result.run = ResolveRun(setup, request.duration, request.state, request.input, request.options);
   const Run& run = result.run;
-  result.directions = ResolveDirections(setup, run, request.directions, request.direction_matrix,
-                                        request.project_directions);
-  const BDerivativeOptions options =
+  BDerivativeOptions options =
       ResolveOptions(setup.derivative_options, request.derivative_options);
+  options.variables = ResolveVariables(setup, request.by_inputs, request.by_parameters);
+  result.directions = ResolveDirections(setup, run, request.directions, request.direction_matrix,
+                                        request.project_directions, options.variables);
   result.trajectory = Simulate(*setup.system, run.x, run.u, run.duration, run.options);
   result.derivative = DifferentiateOutcome(*setup.system, result.trajectory, options);
   return result;
@@ -45,6 +47,8 @@ Result Begin(const Setup& setup, const Differentiated& d) {
   Result result;
   result.model = description.name;
   result.coordinates = description.coordinates;
+  result.velocities = description.velocities;
+  result.variables = VariableNames(description, d.derivative.options.variables);
   result.constraints = description.constraints;
   result.outcome = static_cast<std::uint8_t>(d.derivative.status.outcome);
   result.message = d.derivative.status.message;
@@ -66,10 +70,9 @@ void AddNote(const std::string& note, Result* result) {
 bool Cancelled(const Setup& setup) { return setup.options.cancelled && setup.options.cancelled(); }
 
 void AddDerivatives(const Setup& setup, const Differentiated& d, OutcomeDerivative* result) {
-  const Eigen::Index size = d.run.x.size();
   const auto count = static_cast<Eigen::Index>(d.directions.vectors.size());
-  Matrix directions(count, size);
-  Matrix derivatives(count, size);
+  Matrix directions(count, count > 0 ? d.directions.vectors.front().size() : 0);
+  Matrix derivatives(count, 2 * setup.system->dof());
   for (Eigen::Index i = 0; i < count; ++i) {
     if (Cancelled(setup)) return SetStatus({Outcome::kCancelled, "the node was stopped"}, result);
     const Vector& w = d.directions.vectors[static_cast<std::size_t>(i)];
@@ -116,9 +119,9 @@ ContactTrajectory Answer(const Setup& setup, const SimulationRequest& request) {
 
 OutcomeDerivative Answer(const Setup& setup, const DerivativeRequest& request) {
   const Differentiated d = Differentiate(setup, request);
-  const Eigen::Index dof = setup.system->dof();
+  const Eigen::Index dof = setup.system->dof(), nq = setup.system->num_positions();
   OutcomeDerivative result = Begin<OutcomeDerivative>(setup, d);
-  result.final_q = ToMsg(VectorRef(d.trajectory.FinalState().head(dof)));
+  result.final_q = ToMsg(VectorRef(d.trajectory.FinalState().head(nq)));
   result.final_v = ToMsg(VectorRef(d.trajectory.FinalState().tail(dof)));
   result.modes = ToModeIntervals(result.constraints, d.trajectory);
   if (!d.derivative.status.ok()) {
@@ -144,6 +147,9 @@ DerivativeComparison Answer(const Setup& setup, const ComparisonRequest& request
                                 std::to_string(vectors.size() * alphas.size()) + " runs, at most " +
                                 std::to_string(kMaxRuns) + " are accepted");
   }
+  const SystemFactory again = [&](const ParameterValues& values) {
+    return MakeModel(setup.system->description().name, values);
+  };
   const std::size_t smallest =
       static_cast<std::size_t>(std::min_element(alphas.begin(), alphas.end()) - alphas.begin());
   for (std::size_t i = 0; i < vectors.size(); ++i) {
@@ -152,9 +158,10 @@ DerivativeComparison Answer(const Setup& setup, const ComparisonRequest& request
       return result;
     }
     const Vector prediction = d.derivative(vectors[i]);
-    DirectionComparison comparison = ToMsg(
-        result.constraints, CompareWithQuotients(*setup.system, d.run.x, d.run.u, d.run.duration,
-                                                 vectors[i], prediction, alphas, d.run.options));
+    const QuotientReport report =
+        CompareWithQuotients(*setup.system, again, d.derivative.options.variables, d.run.x, d.run.u,
+                             d.run.duration, vectors[i], prediction, alphas, d.run.options);
+    DirectionComparison comparison = ToMsg(result.constraints, report, prediction.size());
     comparison.name = d.directions.names[i];
     comparison.direction = ToMsg(VectorRef(vectors[i]));
     comparison.prediction = ToMsg(VectorRef(prediction));

@@ -12,35 +12,39 @@ namespace {
 
 const char kRate[] = "d/dt ";
 
-/// "left_foot_z", "+left_foot_z", "-d/dt left_foot_z": a signed unit vector.
+/// The names of all unit tangents, in their order.
+std::vector<std::string> TangentNames(const SystemDescription& description,
+                                      const Variables& variables) {
+  std::vector<std::string> names = description.velocities;
+  for (const std::string& velocity : description.velocities) names.push_back(kRate + velocity);
+  for (const std::string& name : VariableNames(description, variables)) names.push_back(name);
+  return names;
+}
+
+/// "left_foot_z", "+left_foot_z", "-d/dt left_foot_z", "+parameter gravity": a signed unit vector.
 Vector ParseDirection(const std::string& field, const std::string& text,
-                      const std::vector<std::string>& coordinates) {
-  const auto d = static_cast<Eigen::Index>(coordinates.size());
+                      const std::vector<std::string>& tangents) {
   std::string name = text;
   double sign = 1;
   if (!name.empty() && (name[0] == '+' || name[0] == '-')) {
     if (name[0] == '-') sign = -1;
     name.erase(0, 1);
   }
-  const bool rate = name.compare(0, sizeof(kRate) - 1, kRate) == 0;
-  if (rate) name.erase(0, sizeof(kRate) - 1);
-  const auto it = std::find(coordinates.begin(), coordinates.end(), name);
-  if (it == coordinates.end()) {
-    throw std::invalid_argument(field + " is '" + text +
-                                "': " + UnknownName("coordinate", name, coordinates));
+  const auto it = std::find(tangents.begin(), tangents.end(), name);
+  if (it == tangents.end()) {
+    const bool rate = name.compare(0, sizeof(kRate) - 1, kRate) == 0;
+    throw std::invalid_argument(field + " is '" + text + "': " +
+                                UnknownName("coordinate", rate ? name.substr(sizeof(kRate) - 1) : name,
+                                            tangents));
   }
-  Vector w = Vector::Zero(2 * d);
-  w((it - coordinates.begin()) + (rate ? d : 0)) = sign;
-  return w;
+  return sign * Vector::Unit(static_cast<Eigen::Index>(tangents.size()), it - tangents.begin());
 }
 
-std::vector<std::string> DefaultNames(const std::vector<std::string>& coordinates) {
+std::vector<std::string> DefaultNames(const std::vector<std::string>& tangents) {
   std::vector<std::string> names;
-  for (const char* prefix : {"", kRate}) {
-    for (const std::string& coordinate : coordinates) {
-      names.push_back("+" + (prefix + coordinate));
-      names.push_back("-" + (prefix + coordinate));
-    }
+  for (const std::string& tangent : tangents) {
+    names.push_back("+" + tangent);
+    names.push_back("-" + tangent);
   }
   return names;
 }
@@ -51,7 +55,7 @@ void AppendRows(const RowMajorMatrix& matrix, std::size_t cols, Directions* dire
   const std::string field = "direction_matrix";
   if (matrix.cols != 0 && matrix.cols != cols) {
     throw std::invalid_argument(field + ".cols is " + std::to_string(matrix.cols) + ", expected " +
-                                std::to_string(cols) + " = 2d, in the order (δq, δv)");
+                                std::to_string(cols) + ", in the order (δq, δv, δu, δp)");
   }
   const std::size_t rows = matrix.rows != 0 ? matrix.rows : matrix.data.size() / cols;
   if (matrix.data.size() != rows * cols) {
@@ -82,16 +86,16 @@ void CheckCount(std::size_t count) {
 
 /// Judges every direction against the constraints that are active at the start.
 Directions Admit(const Setup& setup, const Run& run, const Directions& asked, bool by_default,
-                 bool project) {
+                 bool project, const Variables& variables) {
   const ContactMode mode = InitialMode(*setup.system, run.x, run.u, run.options);
-  if (mode.Empty()) return asked;
+  if (mode.Empty() && setup.system->num_bilateral() == 0) return asked;
   const std::string label = mode.ToString(setup.system->description().constraints);
   Directions kept;
   std::vector<std::string> left_out;
   std::vector<std::string> projected;
   for (std::size_t i = 0; i < asked.vectors.size(); ++i) {
     const Vector& w = asked.vectors[i];
-    const Vector p = ProjectAdmissible(*setup.system, run.x, mode, w);
+    const Vector p = ProjectAdmissible(*setup.system, run.x, mode, w, variables);
     const double scale = w.lpNorm<Eigen::Infinity>();
     const bool admissible = (p - w).lpNorm<Eigen::Infinity>() <= 1e-9 * scale;
     const bool vanishes = p.lpNorm<Eigen::Infinity>() <= 1e-9 * scale && scale > 0;
@@ -122,28 +126,52 @@ Directions Admit(const Setup& setup, const Run& run, const Directions& asked, bo
 
 }  // namespace
 
+Variables ResolveVariables(const Setup& setup, bool by_inputs,
+                           const std::vector<std::string>& by_parameters) {
+  Variables variables;
+  variables.inputs = by_inputs;
+  try {
+    variables.parameters = ParameterIndices(setup.system->description(), by_parameters);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(std::string("by_parameters: ") + error.what());
+  }
+  return variables;
+}
+
+std::vector<std::string> VariableNames(const SystemDescription& description,
+                                       const Variables& variables) {
+  std::vector<std::string> names;
+  if (variables.inputs) {
+    for (const std::string& input : description.inputs) names.push_back("input " + input);
+  }
+  for (int k : variables.parameters) {
+    names.push_back("parameter " + description.parameters[static_cast<std::size_t>(k)].name);
+  }
+  return names;
+}
+
 Directions ResolveDirections(const Setup& setup, const Run& run,
                              const std::vector<std::string>& names, const RowMajorMatrix& matrix,
-                             bool project) {
-  const std::vector<std::string>& coordinates = setup.system->description().coordinates;
-  const std::size_t cols = 2 * coordinates.size();
+                             bool project, const Variables& variables) {
+  const std::vector<std::string> tangents = TangentNames(setup.system->description(), variables);
+  const std::size_t cols = tangents.size();
   CheckCount(names.size() + std::max<std::size_t>(matrix.rows, matrix.data.size() / cols));
   Directions directions;
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::string field = "directions[" + std::to_string(i) + "]";
-    directions.vectors.push_back(ParseDirection(field, names[i], coordinates));
+    directions.vectors.push_back(ParseDirection(field, names[i], tangents));
     const bool is_signed = names[i][0] == '+' || names[i][0] == '-';
     directions.names.push_back((is_signed ? "" : "+") + names[i]);
   }
   AppendRows(matrix, cols, &directions);
   const bool by_default = directions.vectors.empty();
   if (by_default) {
-    directions.names = DefaultNames(coordinates);
+    directions.names = DefaultNames(tangents);
     for (const std::string& name : directions.names) {
-      directions.vectors.push_back(ParseDirection("", name, coordinates));
+      directions.vectors.push_back(ParseDirection("", name, tangents));
     }
   }
-  return Admit(setup, run, directions, by_default, project);
+  return Admit(setup, run, directions, by_default, project, variables);
 }
 
 }  // namespace ros_interface

@@ -6,6 +6,7 @@
 
 #include "contact_flow/ros/answers.h"
 #include "contact_flow/ros/assumptions_answer.h"
+#include "contact_flow/ros/linearize_answer.h"
 #include "contact_flow/ros/conversions.h"
 
 namespace contact_flow {
@@ -67,6 +68,8 @@ Request DirectionFields(const ServiceRequest& in) {
   request.directions = in.directions;
   request.direction_matrix = in.direction_matrix;
   request.project_directions = in.project_directions;
+  request.by_inputs = in.by_inputs;
+  request.by_parameters = in.by_parameters;
   request.derivative_options = in.derivative_options;
   return request;
 }
@@ -85,6 +88,7 @@ Node::Node(const NodeParameters& parameters)
               node_.advertiseService("b_derivative", &Node::Differentiate, this),
               node_.advertiseService("compare", &Node::Compare, this),
               node_.advertiseService("check_assumptions", &Node::CheckAssumed, this),
+              node_.advertiseService("linearize", &Node::Linearized, this),
               node_.advertiseService("describe_model", &Node::Describe, this),
               node_.advertiseService("start_recording", &Node::Start, this),
               node_.advertiseService("stop_recording", &Node::Stop, this)};
@@ -140,6 +144,11 @@ bool Node::Compare(CompareBDerivative::Request& in, CompareBDerivative::Response
 bool Node::CheckAssumed(CheckAssumptions::Request& in, CheckAssumptions::Response& out) {
   out.outcome = CheckAssumptions::Response::REFUSED;
   return Guard("check_assumptions", &out, [&] { out = Answer(setup_, in); });
+}
+
+bool Node::Linearized(LinearizeTrajectory::Request& in, LinearizeTrajectory::Response& out) {
+  out.outcome = LinearizeTrajectory::Response::REFUSED;
+  return Guard("linearize", &out, [&] { Answer(setup_, in, &out); });
 }
 
 bool Node::Describe(DescribeModel::Request& in, DescribeModel::Response& out) {

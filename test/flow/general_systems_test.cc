@@ -140,8 +140,8 @@ TEST(ConfigurationSpaces, QuaternionsThatAreNotUnitAreRefused) {
   EXPECT_THROW(Simulate(*box, x, Vector::Zero(6), 1), std::invalid_argument);
 }
 
-/// A ball on a floor with a thruster that lifts it while it touches and is off in the air: when the thrust
-/// exceeds the weight it must neither stay nor leave.
+/// A ball on a floor with a thruster whose thrust grows at one rate in contact and at another in flight: if it is
+/// off in the air, the ball can neither stay nor leave when the thrust exceeds its weight.
 struct Thruster : test::UnitMasses<2, 1> {
   static constexpr const char* kName = "thruster";
   static constexpr bool kContactEffort = true;
@@ -154,14 +154,14 @@ struct Thruster : test::UnitMasses<2, 1> {
     template <class V>
     void Visit(V&& visit) {
       visit(in_contact, "in_contact", "N/s", "growth of the thrust in contact", Range::kAny);
-      visit(in_flight, "in_flight", "N", "thrust in flight", Range::kAny);
+      visit(in_flight, "in_flight", "N/s", "growth of the thrust in flight", Range::kAny);
     }
   };
   template <class P, class S>
   static void Force(const Parameters<P>& p, const Eigen::Matrix<S, 2, 1>& q,
                     const Eigen::Matrix<S, 2, 1>&, const Eigen::Matrix<S, 0, 1>&, ContactMode mode,
                     Eigen::Matrix<S, 2, 1>* f) {
-    (*f)(0) = mode.Empty() ? S(p.in_flight - 1.0) : p.in_contact * q(1) - 1.0;
+    (*f)(0) = (mode.Empty() ? p.in_flight : p.in_contact) * q(1) - 1.0;
     (*f)(1) = S(0.0);
   }
   template <class P, class S>
@@ -181,28 +181,27 @@ TEST(ContactEffort, SlidingIsRefusedWithFilippovsName) {
   EXPECT_FALSE(DifferentiateOutcome(thruster, run).status.ok());
 }
 
-/// With more thrust in flight than weight both fields cross λ = 0 the same way: the ball leaves at t = 1,
-/// y(2) = ½ (thrust − 1), and a clock that is ahead by δ gives it δ seconds more.
+/// With more thrust in flight both fields cross λ = 0 the same way: the ball leaves at t = 1 with ÿ = 3t − 1, so
+/// that y(2) = 3/2, ẏ(2) = 7/2, ÿ(2) = 5, and a clock that is ahead by δ gives it δ seconds more.
 TEST(ContactEffort, TransversalReleaseHasADerivative) {
   const auto thruster = test::Make<Thruster>({{"in_flight", 3}});
   Vector x(4);
   x << 0, 0, 0, 1;
   const Trajectory run = Simulate(thruster, x, Vector(0), 2);
   ASSERT_TRUE(run.status.ok()) << run.status.message;
-  EXPECT_NEAR(1, run.FinalState()(0), 1e-9);
+  EXPECT_NEAR(1.5, run.FinalState()(0), 1e-9);
   const BDerivative B = DifferentiateOutcome(thruster, run);
   ASSERT_TRUE(B.status.ok()) << B.status.message;
   const Vector by_clock = B(Vector::Unit(4, 1));
-  EXPECT_NEAR(2, by_clock(0), 1e-8);  // d/dδ of ½·2·(1+δ)²
-  EXPECT_NEAR(2, by_clock(2), 1e-8);
+  EXPECT_NEAR(3.5, by_clock(0), 1e-8);
+  EXPECT_NEAR(5, by_clock(2), 1e-8);
 }
 
-/// Both modes fit: at rest with thrust in contact below the weight and thrust in flight above it.
+/// At t = ½ both modes fit: λ = ½ in contact, ÿ = ½ in flight.
 TEST(ContactEffort, AmbiguousStatesAreRefused) {
   const auto thruster = test::Make<Thruster>({{"in_flight", 3}});
   Vector x(4);
   x << 0, 0, 0, 1;
-  // y = 0, v = 0: in contact λ = 1 > 0; in flight ÿ = 2 > 0. Both fit.
   x(1) = 0.5;
   EXPECT_THROW(InitialMode(thruster, x, Vector(0)), std::invalid_argument);
 }

@@ -9,7 +9,8 @@ import numpy
 import rospkg
 import rospy
 from contact_flow.srv import (
-    CheckAssumptions, CompareBDerivative, ComputeBDerivative, DescribeModel, SimulateTrajectory,
+    CheckAssumptions, CompareBDerivative, ComputeBDerivative, DescribeModel, LinearizeTrajectory,
+    SimulateTrajectory,
     StartRecording, StopRecording)
 
 SERVICES = {
@@ -17,6 +18,7 @@ SERVICES = {
     "b_derivative": ComputeBDerivative,
     "compare": CompareBDerivative,
     "check_assumptions": CheckAssumptions,
+    "linearize": LinearizeTrajectory,
     "describe_model": DescribeModel,
     "start_recording": StartRecording,
     "stop_recording": StopRecording,

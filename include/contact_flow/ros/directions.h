@@ -13,20 +13,27 @@ namespace ros_interface {
 /// Most directions one request may ask for.
 inline constexpr std::size_t kMaxDirections = 512;
 
-/// Perturbations of the initial state, with their names.
+/// Perturbations of the initial state, the inputs and the parameters, with their names.
 struct Directions {
-  std::vector<std::string> names;  ///< "+left_foot_z", "-d/dt body_pitch", "direction_matrix[0]"
-  std::vector<Vector> vectors;     ///< w = (δq, δv) [2d] each
+  std::vector<std::string> names;  ///< "+left_foot_z", "-d/dt body_pitch", "+parameter stiffness", "direction_matrix[0]"
+  std::vector<Vector> vectors;     ///< w = (δq, δv, δu, δp) [2d+k] each
   std::string note;                ///< what was left out or projected, for the answer's message
 };
 
-/// The directions asked for by name and by matrix; with neither, both signs of every coordinate and
-/// every velocity. Of these defaults the ones that the initial contact mode does not admit are left
+/// What else to differentiate by; throws std::invalid_argument for an unknown parameter.
+Variables ResolveVariables(const Setup& setup, bool by_inputs,
+                           const std::vector<std::string>& by_parameters);
+/// "input thrust", …, "parameter stiffness", …, in the order of the tangents.
+std::vector<std::string> VariableNames(const SystemDescription& description,
+                                       const Variables& variables);
+
+/// The directions asked for by name and by matrix; with neither, both signs of every coordinate, every
+/// velocity and every variable. Of these defaults the ones that the initial contact mode does not admit are left
 /// out and noted; such a direction that was asked for throws std::invalid_argument with its name.
 /// With `project` either is replaced by its projection instead, and noted.
 Directions ResolveDirections(const Setup& setup, const Run& run,
                              const std::vector<std::string>& names, const RowMajorMatrix& matrix,
-                             bool project);
+                             bool project, const Variables& variables);
 
 }  // namespace ros_interface
 }  // namespace contact_flow

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contact_flow/CheckAssumptions.h"
+#include "contact_flow/LinearizeTrajectory.h"
 #include "contact_flow/CompareBDerivative.h"
 #include "contact_flow/ComputeBDerivative.h"
 #include "contact_flow/DescribeModel.h"
@@ -29,6 +30,7 @@ class Node {
   bool Differentiate(ComputeBDerivative::Request& in, ComputeBDerivative::Response& out);
   bool Compare(CompareBDerivative::Request& in, CompareBDerivative::Response& out);
   bool CheckAssumed(CheckAssumptions::Request& in, CheckAssumptions::Response& out);
+  bool Linearized(LinearizeTrajectory::Request& in, LinearizeTrajectory::Response& out);
   bool Describe(DescribeModel::Request& in, DescribeModel::Response& out);
   bool Start(StartRecording::Request& in, StartRecording::Response& out);
   bool Stop(StopRecording::Request& in, StopRecording::Response& out);

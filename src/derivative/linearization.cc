@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/derivative/linearization.h"
+
+namespace contact_flow {
+namespace {
+
+/// The selection that the first order of activations of every event gives [2d × 2d+m].
+Matrix FirstSelection(const BDerivative& derivative) {
+  Matrix product = derivative.arcs.front();
+  for (std::size_t k = 0; k < derivative.events.size(); ++k) {
+    const EventMap& event = derivative.events[k];
+    product = derivative.arcs[k + 1] * (event.Selection(event.activated()) * product);
+  }
+  return product.topRows(derivative.time.size());
+}
+
+}  // namespace
+
+std::vector<IntervalLinearization> Linearize(const MechanicalSystem& system,
+                                             const Trajectory& trajectory,
+                                             BDerivativeOptions options) {
+  options.variables = {true, {}};
+  const int tangents = 2 * system.dof();
+  std::vector<IntervalLinearization> intervals;
+  std::size_t first = 0;
+  for (std::size_t last = 0; last < trajectory.arcs.size(); ++last) {
+    const bool ends = last + 1 == trajectory.arcs.size() || trajectory.transitions[last].changes_input;
+    if (!ends) continue;
+    IntervalLinearization interval;
+    interval.t_begin = trajectory.arcs[first].t_begin;
+    interval.t_end = trajectory.arcs[last].t_end;
+    interval.x_begin = trajectory.arcs[first].x_begin;
+    interval.x_end = trajectory.arcs[last].x_end;
+    interval.derivative = DifferentiateArcs(system, trajectory, first, last, options);
+    interval.status = interval.derivative.status;
+    if (interval.status.ok()) {
+      const Matrix selection = FirstSelection(interval.derivative);
+      interval.A = selection.leftCols(tangents);
+      interval.B = selection.rightCols(selection.cols() - tangents);
+      interval.is_linear = interval.derivative.IsDifferentiable();
+    }
+    intervals.push_back(std::move(interval));
+    first = last + 1;
+  }
+  return intervals;
+}
+
+}  // namespace contact_flow

@@ -1,0 +1,66 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Derivatives by inputs and parameters, linearize, quaternions and bilateral constraints by service."""
+import unittest
+
+import numpy as np
+import rospy
+import rostest
+from client import Client
+from contact_flow.msg import InitialState, RowMajorMatrix
+
+
+def matrix(m):
+    return np.array(m.data).reshape(m.rows, m.cols)
+
+
+class Variables(unittest.TestCase):
+    def test_derivative_by_a_parameter_agrees_with_quotients(self):
+        answer = Client("box").compare(by_inputs=True, by_parameters=["restitution", "mass"],
+                                       directions=["parameter restitution", "-input force_x", "roll"])
+        self.assertTrue(answer.success, answer.message)
+        self.assertEqual(answer.comparison.variables[-2:], ["parameter restitution", "parameter mass"])
+        self.assertEqual([c.name for c in answer.comparison.comparisons],
+                         ["+parameter restitution", "-input force_x", "+roll"])
+        for comparison in answer.comparison.comparisons:
+            self.assertLess(comparison.errors[3], 1e-3, comparison.name)  # alpha = 1e-5
+        self.assertGreater(max(map(abs, answer.comparison.comparisons[0].prediction)), 0.1)
+
+    def test_unknown_parameter_is_refused_with_the_nearest(self):
+        answer = Client("box").b_derivative(by_parameters=["restitutoin"])
+        self.assertFalse(answer.success)
+        self.assertIn("restitution", answer.message)
+
+    def test_linearize_free_fall(self):
+        duration, m = 0.2, 6
+        answer = Client("box").linearize(duration=duration, grid=[0, 0.1],
+                                         inputs=RowMajorMatrix(data=[0.0] * (2 * m)))
+        self.assertTrue(answer.success, answer.message)
+        first, second = answer.intervals
+        self.assertEqual((first.t_begin, first.t_end, second.t_end), (0, 0.1, duration))
+        A, B = matrix(second.A), matrix(second.B)
+        self.assertEqual((A.shape, B.shape), ((12, 12), (12, 6)))
+        self.assertAlmostEqual(A[0, 6], 0.1, places=9)            # dx(T)/dvx
+        self.assertAlmostEqual(B[2, 2], 0.5 * 0.1 ** 2, places=9)  # dz(T)/d force_z, mass 1
+        self.assertTrue(first.is_linear and second.is_linear)
+
+    def test_bad_grid_is_refused(self):
+        answer = Client("box").linearize(grid=[0, 0.2, 0.1])
+        self.assertFalse(answer.success)
+        self.assertIn("0.1", answer.message)
+
+    def test_states_off_the_legs_are_refused_or_projected(self):
+        client = Client("jointed")
+        state = InitialState(names=["body_pitch"], positions=[0.2])
+        answer = client.simulate(state=state)
+        self.assertFalse(answer.success)
+        self.assertIn("leg", answer.message)
+        state.project = True
+        answer = client.simulate(state=state)
+        self.assertTrue(answer.success, answer.message)
+        self.assertEqual(len(answer.trajectory.final_q), 7)
+
+
+if __name__ == "__main__":
+    rospy.init_node("variables_test")
+    rostest.rosrun("contact_flow", "variables", Variables)
