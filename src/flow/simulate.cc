@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>  // clock_gettime
 #include <sstream>
 #include <utility>
 
@@ -15,6 +14,7 @@
 #include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/flow/transition.h"
 #include "contact_flow/flow/zeno_detector.h"
+#include "thread_clock.h"
 
 namespace contact_flow {
 namespace {
@@ -26,13 +26,6 @@ constexpr double kSmallestStep = 1e-14;     // relative to max(1, t): nothing is
 constexpr double kTaylorReach = 1e-9;       // [s] an event is moved this far by one Euler step: error ~1e-18
 constexpr int kMaxNewton = 12;              // steps towards an event
 constexpr int kStepsBetweenClockReadings = 64;
-
-/// Processor time of this thread [s]: runs side by side do not use up each other's budget.
-double ThreadSeconds() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 /// One run, from the initial state to the horizon or to the reason why it stopped.
 class Run {
@@ -54,8 +47,7 @@ class Run {
     x_ = x;
     if (on_manifold_) ProjectState(system_, &x_);
     trajectory_.simultaneity_tolerance = options_.simultaneity_tolerance;
-    while (FlowArc()) {
-    }
+    while (FlowArc()) continue;
     trajectory_.margins.gap = locator_.gap_margin();
     trajectory_.margins.force = locator_.force_margin();
     trajectory_.statistics.field_evaluations = dynamics_.evaluations();
@@ -145,22 +137,11 @@ class Run {
   /// The next input begins: what rests stays in contact unless it would have to pull now.
   bool ChangeInput() {
     dynamics_.SetInput(schedule_.values[++segment_]);
-    Transition transition;
-    transition.t = t_;
-    transition.x_minus = transition.x_plus = x_;
-    transition.mode_before = mode_;
-    transition.impulse = Vector::Zero(system_.num_constraints() + system_.num_bilateral());
-    transition.changes_input = true;
-    const ContactMode pressed = mode_ & system_.compliant();
-    try {
-      mode_ = SelectContactMode(&dynamics_, x_, mode_ - pressed, 0, pressed);
-    } catch (const UndecidedMode& reason) {
-      Stop(Outcome::kFilippov, reason.what());
-      return false;
-    }
-    transition.mode_after = mode_;
-    transition.released = transition.mode_before - mode_;
-    trajectory_.transitions.push_back(transition);
+    const ResolvedTransition resolved = ResolveInputChange(&dynamics_, t_, x_, mode_);
+    trajectory_.status = resolved.status;
+    if (!resolved.status.ok()) return false;
+    trajectory_.transitions.push_back(resolved.transition);
+    mode_ = resolved.transition.mode_after;
     return true;
   }
 

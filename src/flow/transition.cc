@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <sstream>
+#include <stdexcept>
 
 #include "contact_flow/dynamics/mode_selection.h"
 #include "contact_flow/dynamics/sticking.h"
@@ -125,6 +126,35 @@ ResolvedTransition ResolveTransition(ContactDynamics* dynamics, double t, const 
 
   try {
     DecideMode(dynamics, x, rules, terms.jacobian, rate, &transition);
+  } catch (const UndecidedMode& reason) {
+    std::ostringstream message;
+    message << "at t = " << t << " s: " << reason.what();
+    result.status = {Outcome::kFilippov, message.str()};
+    return result;
+  } catch (const std::domain_error& reason) {
+    std::ostringstream message;
+    message << "at t = " << t << " s " << reason.what();
+    result.status = {Outcome::kNonFinite, message.str()};
+    return result;
+  }
+  transition.released = mode - transition.mode_after;
+  return result;
+}
+
+ResolvedTransition ResolveInputChange(ContactDynamics* dynamics, double t, const Vector& x,
+                                      ContactMode mode) {
+  const MechanicalSystem& system = dynamics->system();
+  ResolvedTransition result;
+  result.approach_speed = result.release_rate = std::numeric_limits<double>::infinity();
+  Transition& transition = result.transition;
+  transition.t = t;
+  transition.x_minus = transition.x_plus = x;
+  transition.mode_before = mode;
+  transition.impulse = Vector::Zero(system.num_constraints() + system.num_bilateral());
+  transition.changes_input = true;
+  const ContactMode pressed = mode & system.compliant();
+  try {
+    transition.mode_after = SelectContactMode(dynamics, x, mode - pressed, 0, pressed);
   } catch (const UndecidedMode& reason) {
     std::ostringstream message;
     message << "at t = " << t << " s: " << reason.what();

@@ -26,6 +26,9 @@ NOMINAL_MODES = {
     "ceiling": ["{}", "{}"],
     "rocking_block": ["{left_corner}", "{right_corner}", "{left_corner}", "{right_corner}"],
     "legged_table": ["{}", "{outer_left_foot, inner_left_foot, inner_right_foot, outer_right_foot}"],
+    "chair": ["{}", "{left_foot, right_foot}"],
+    "falling_box": ["{}", "{}", "{}", "{}"],
+    "jointed_biped": ["{}", "{left_foot, right_foot}"],
     "rigid_quadruped": ["{}", "{hind_foot, front_foot}"],
 }
 

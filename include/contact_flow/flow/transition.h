@@ -33,4 +33,9 @@ struct ResolvedTransition {
 ResolvedTransition ResolveTransition(ContactDynamics* dynamics, double t, const Vector& x,
                                      ContactMode mode, int trigger, const TransitionRules& rules);
 
+/// The next input begins at (t, x), `dynamics` having it already: what rests stays in contact unless it would have
+/// to pull now.
+ResolvedTransition ResolveInputChange(ContactDynamics* dynamics, double t, const Vector& x,
+                                      ContactMode mode);
+
 }  // namespace contact_flow
