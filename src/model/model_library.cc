@@ -6,12 +6,12 @@
 #include "contact_flow/model/example/ball_in_corner.h"
 #include "contact_flow/model/example/bouncing_ball.h"
 #include "contact_flow/model/example/ceiling.h"
-#include "contact_flow/model/example/jointed_biped.h"
-#include "contact_flow/model/example/falling_box.h"
 #include "contact_flow/model/example/chair.h"
 #include "contact_flow/model/example/corner.h"
 #include "contact_flow/model/example/double_pendulum.h"
+#include "contact_flow/model/example/falling_box.h"
 #include "contact_flow/model/example/hopping_trot.h"
+#include "contact_flow/model/example/jointed_biped.h"
 #include "contact_flow/model/example/legged_table.h"
 #include "contact_flow/model/example/rigid_biped.h"
 #include "contact_flow/model/example/rigid_quadruped.h"
@@ -34,14 +34,13 @@ std::pair<const std::string, Factory> Entry() {
 const std::map<std::string, Factory>& Registry() {
   static const std::map<std::string, Factory> registry = {
       Entry<example::BallInCorner>(),   Entry<example::BouncingBall>(),
-      Entry<example::Ceiling>(),        Entry<example::Corner>(),
-      Entry<example::DoublePendulum>(), Entry<example::HoppingTrot>(),
-      Entry<example::LeggedTable>(),    Entry<example::RigidBiped>(),
-      Entry<example::RigidQuadruped>(), Entry<example::RockingBlock>(),
-      Entry<example::JointedBiped>(),
-      Entry<example::FallingBox>(),
-      Entry<example::Chair>(),
-      Entry<example::SoftBiped>(),      Entry<example::WallAndFloor>(),
+      Entry<example::Ceiling>(),        Entry<example::Chair>(),
+      Entry<example::Corner>(),         Entry<example::DoublePendulum>(),
+      Entry<example::FallingBox>(),     Entry<example::HoppingTrot>(),
+      Entry<example::JointedBiped>(),   Entry<example::LeggedTable>(),
+      Entry<example::RigidBiped>(),     Entry<example::RigidQuadruped>(),
+      Entry<example::RockingBlock>(),   Entry<example::SoftBiped>(),
+      Entry<example::WallAndFloor>(),
   };
   return registry;
 }

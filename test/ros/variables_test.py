@@ -26,7 +26,7 @@ class Variables(unittest.TestCase):
             # alpha = 1e-6; three bounces of a light box make second derivatives of several thousand
             size = 1 + max(map(abs, comparison.prediction))
             self.assertLess(comparison.errors[4], 1e-2 * size, comparison.name)
-            self.assertAlmostEqual(comparison.slope, 1, delta=0.1, msg=comparison.name)
+            self.assertAlmostEqual(comparison.slope, 1, delta=0.2, msg=comparison.name)
         self.assertGreater(max(map(abs, answer.comparison.comparisons[0].prediction)), 0.1)
 
     def test_unknown_parameter_is_refused_with_the_nearest(self):
