@@ -47,6 +47,7 @@ COMMON_PACKAGES=(
 
 # A message package is three here: headers (lib*-dev), .msg files (ros-*), Python classes (python3-*).
 DEBIAN_PACKAGES=(
+  libsiconos-numerics-dev libsiconos-kernel-dev   # optional: an oracle of tests; not in Ubuntu 20.04
   catkin ros-message-generation ros-message-runtime
   libroscpp-dev librosbag-dev librostest-dev libactionlib-dev libdiagnostic-updater-dev
   libtf2-ros-dev libtf2-eigen-dev liburdf-dev
