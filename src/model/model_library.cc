@@ -8,6 +8,7 @@
 #include "contact_flow/model/example/ceiling.h"
 #include "contact_flow/model/example/chair.h"
 #include "contact_flow/model/example/corner.h"
+#include "contact_flow/model/example/damped_plate.h"
 #include "contact_flow/model/example/double_pendulum.h"
 #include "contact_flow/model/example/falling_box.h"
 #include "contact_flow/model/example/hopping_trot.h"
@@ -35,12 +36,12 @@ const std::map<std::string, Factory>& Registry() {
   static const std::map<std::string, Factory> registry = {
       Entry<example::BallInCorner>(),   Entry<example::BouncingBall>(),
       Entry<example::Ceiling>(),        Entry<example::Chair>(),
-      Entry<example::Corner>(),         Entry<example::DoublePendulum>(),
-      Entry<example::FallingBox>(),     Entry<example::HoppingTrot>(),
-      Entry<example::JointedBiped>(),   Entry<example::LeggedTable>(),
-      Entry<example::RigidBiped>(),     Entry<example::RigidQuadruped>(),
-      Entry<example::RockingBlock>(),   Entry<example::SoftBiped>(),
-      Entry<example::WallAndFloor>(),
+      Entry<example::Corner>(),         Entry<example::DampedPlate>(),
+      Entry<example::DoublePendulum>(), Entry<example::FallingBox>(),
+      Entry<example::HoppingTrot>(),    Entry<example::JointedBiped>(),
+      Entry<example::LeggedTable>(),    Entry<example::RigidBiped>(),
+      Entry<example::RigidQuadruped>(), Entry<example::RockingBlock>(),
+      Entry<example::SoftBiped>(),      Entry<example::WallAndFloor>(),
   };
   return registry;
 }
