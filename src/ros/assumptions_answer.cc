@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/ros/assumptions_answer.h"
 
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "contact_flow/analysis/assumptions.h"
+#include "contact_flow/analysis/force_jumps.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/request.h"
 
@@ -36,6 +38,42 @@ ContactAssumptions ToMsg(const Names& constraints, double t, const AssumptionRep
     m.couplings.push_back(pair);
   }
   return m;
+}
+
+void AddForceJumps(const Names& constraints, const ForceJumpReport& report,
+                   ContactAssumptions* m) {
+  if (!report.computed) {
+    m->selections = "not computed";
+    return;
+  }
+  m->selections = report.smooth() ? "smooth" : "first order only";
+  for (const ForceJump& jump : report.contacts) {
+    ContactForceJump entry;
+    entry.constraint = constraints[static_cast<std::size_t>(jump.constraint)];
+    entry.fate = ForceFateName(jump.fate);
+    for (const StageForce& stage : jump.stages) {
+      entry.stages.emplace_back();
+      entry.stages.back().names = stage.activated.Names(constraints);
+      entry.forces.push_back(stage.force);
+    }
+    m->force_jumps.push_back(entry);
+  }
+}
+
+/// The sentence about contacts whose force decides nothing, or decides twice, to first order.
+std::string Caveat(const Names& constraints, double t, const ForceJumpReport& report) {
+  std::string contacts;
+  for (const ForceJump& jump : report.contacts) {
+    if (jump.fate != ForceFate::kRegained && jump.fate != ForceFate::kNearZero) continue;
+    contacts += (contacts.empty() ? "'" : ", '") +
+                constraints[static_cast<std::size_t>(jump.constraint)] + "' is " +
+                ForceFateName(jump.fate);
+  }
+  if (contacts.empty()) return "";
+  std::ostringstream text;
+  text << "between the impacts at t = " << t << " s the force of " << contacts
+       << ": the first-order value stands, the C1 hypothesis of that selection does not";
+  return text.str();
 }
 
 /// Half widths of one part of the box: as asked, or the default for each coordinate.
@@ -93,14 +131,19 @@ CheckAssumptionsResponse Answer(const Setup& setup, const CheckAssumptionsReques
   response.message = trajectory.status.message;
   response.margins = ToMsg(trajectory.margins);
   response.initial = ToMsg(constraints, 0,
-                            AssessAssumptions(*setup.system, run.x, run.u,
-                                              trajectory.arcs.front().mode));
+                           AssessAssumptions(*setup.system, run.x, run.u,
+                                             trajectory.arcs.front().mode));
+  response.initial.selections = "smooth";  // nothing happens there
   const std::vector<AssumptionReport> reports =
       AssessTransitions(*setup.system, trajectory, run.u);
   response.differentiable = trajectory.status.ok();
   for (std::size_t k = 0; k < reports.size(); ++k) {
     const Transition& transition = trajectory.transitions[k];
     response.transitions.push_back(ToMsg(constraints, transition.t, reports[k]));
+    const ForceJumpReport forces = AssessForceJumps(*setup.system, run.u, transition);
+    AddForceJumps(constraints, forces, &response.transitions.back());
+    const std::string caveat = Caveat(constraints, transition.t, forces);
+    if (!caveat.empty()) response.message += (response.message.empty() ? "" : "; ") + caveat;
     // One activation alone has a derivative in every class but that of dependent constraints.
     const bool order_matters = reports[k].contact_class == ContactClass::kOrderDependent &&
                                transition.activated.Size() > 1;

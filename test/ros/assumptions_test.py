@@ -46,6 +46,27 @@ class Assumptions(unittest.TestCase):
         self.assertTrue(answer.differentiable)
         self.assertEqual(answer.transitions[1].contact_class, "order-dependent")
 
+    def test_what_becomes_of_a_contact_whose_force_jumps(self):
+        # The forces that config/damped_plate*.yaml state, exact to the speeds at the impact (1e-9).
+        for node, fate, selections, forces in (
+                ("plate", "regained", "first order only", (0.6, -1.8, 3.6, 1.2)),
+                ("heavy_plate", "keeps", "smooth", (3.6, 1.2, 6.6, 4.2)),
+                ("light_plate", "released", "smooth", (3.6, 1.2, 0.6, -1.8))):
+            answer = Client(node).check_assumptions()
+            self.assertTrue(answer.success, answer.message)
+            self.assertTrue(answer.differentiable)
+            meeting = answer.transitions[0]
+            self.assertEqual(meeting.selections, selections)
+            table, = meeting.force_jumps
+            self.assertEqual((table.constraint, table.fate), ("table", fate))
+            self.assertEqual([stage.names for stage in table.stages],
+                             [[], ["first_stop"], ["second_stop"], ["first_stop", "second_stop"]])
+            for force, wanted in zip(table.forces, forces):
+                self.assertAlmostEqual(force, wanted, places=7)
+            self.assertEqual("'table' is regained" in answer.message, fate == "regained")
+        rigid = Client("rigid").check_assumptions().transitions[0]
+        self.assertEqual((rigid.selections, rigid.force_jumps), ("not computed", []))
+
     def test_bad_requests_name_field_and_value(self):
         client = Client("soft")
         for request, wanted in (
