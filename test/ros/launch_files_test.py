@@ -29,6 +29,7 @@ NOMINAL_MODES = {
     "chair": ["{}", "{left_foot, right_foot}"],
     "falling_box": ["{}", "{}", "{}", "{}"],
     "jointed_biped": ["{}", "{left_foot, right_foot}"],
+    "damped_plate": ["{table}", "{table}"],
     "rigid_quadruped": ["{}", "{hind_foot, front_foot}"],
 }
 
