@@ -2,6 +2,7 @@
 #include "contact_flow/derivative/order_outcomes.h"
 
 #include <cmath>
+#include <string>
 
 #include "contact_flow/dynamics/impact.h"
 #include "contact_flow/dynamics/mode_selection.h"
@@ -9,9 +10,7 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kRest = 1e-9;         // relative to the approach speeds
-constexpr int kImpactsPerContact = 4;  // longest sequence
-constexpr std::size_t kMaxOutcomes = 50000;
+constexpr double kRest = 1e-9;  // relative to the approach speeds
 
 /// Depth-first search over the sequences of single impacts at one configuration.
 class Search {
@@ -22,7 +21,7 @@ class Search {
         q_(transition.x_minus.head(system_.num_positions())),
         pressed_(transition.mode_after & system_.compliant()),
         touching_((transition.mode_before - system_.compliant()) | transition.activated),
-        longest_(kImpactsPerContact * transition.activated.Size()) {
+        longest_(kMaxImpactsPerActivation * transition.activated.Size()) {
     ConstraintTerms terms;
     const Vector v = transition.x_minus.tail(system_.dof());
     system_.Constraints(q_, v, &terms);
@@ -37,10 +36,13 @@ class Search {
  private:
   void Visit(const Vector& v, ContactMode resting) {
     const Vector rate = jacobian_ * v;
+    const bool cut = static_cast<int>(path_.order.size()) >= longest_;
     bool approaching = false;
     for (int i : touching_ - resting) {
-      if (rate(i) >= -rest_ || static_cast<int>(path_.order.size()) >= longest_) continue;
+      if (outcomes.size() >= kMaxListedOrders) return;
+      if (rate(i) >= -rest_) continue;
       approaching = true;
+      if (cut) break;
       const ImpactResult impact = SolveImpact(system_, q_, v, resting.With(i));
       const Vector after = jacobian_ * impact.v_plus;
       ContactMode still;
@@ -54,13 +56,27 @@ class Search {
       path_.impulse -= impact.impulse;
       path_.order.pop_back();
     }
-    if (approaching || outcomes.size() >= kMaxOutcomes) return;
+    if ((approaching && !cut) || outcomes.size() >= kMaxListedOrders) return;
     OrderOutcome outcome = path_;
     outcome.v_plus = v;
-    Vector x(q_.size() + v.size());
-    x << q_, v;
-    outcome.mode_after = SelectContactMode(&dynamics_, x, resting, 0, pressed_);
+    outcome.mode_after = resting | pressed_;
+    if (approaching) {
+      outcome.status = {Outcome::kZeno, "after " + std::to_string(longest_) +
+                                            " impacts contacts still approach: the order was cut"};
+    } else {
+      FindMode(resting, &outcome);
+    }
     outcomes.push_back(outcome);
+  }
+
+  void FindMode(ContactMode resting, OrderOutcome* outcome) {
+    Vector x(q_.size() + outcome->v_plus.size());
+    x << q_, outcome->v_plus;
+    try {
+      outcome->mode_after = SelectContactMode(&dynamics_, x, resting, 0, pressed_);
+    } catch (const UndecidedMode& reason) {
+      outcome->status = {Outcome::kFilippov, reason.what()};
+    }
   }
 
   ContactDynamics& dynamics_;

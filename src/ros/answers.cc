@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "contact_flow/derivative/continued_outcomes.h"
 #include "contact_flow/model/model_library.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/directions.h"
@@ -96,13 +97,46 @@ void AddPieces(const BDerivative& derivative, OutcomeDerivative* result) {
   }
 }
 
-void AddOrders(const Differentiated& d, OutcomeDerivative* result) {
-  for (std::size_t k = 0; k < d.derivative.events.size(); ++k) {
-    for (const OrderOutcome& outcome : d.derivative.events[k].outcomes()) {
-      result->orders.push_back(ToMsg(result->constraints, outcome));
-      result->orders.back().transition = static_cast<std::uint32_t>(k);
-      result->orders.back().t = d.trajectory.transitions[k].t;
+void AddContinuation(const Names& constraints, const ContinuedOutcome& end, ContactOrder* order) {
+  order->continued = true;
+  SetStatus(end.status, order);
+  if (end.final_state.size() > 0) {
+    const auto dof = static_cast<Eigen::Index>(order->v_after.size());
+    order->final_q = ToMsg(VectorRef(end.final_state.head(end.final_state.size() - dof)));
+    order->final_v = ToMsg(VectorRef(end.final_state.tail(dof)));
+  }
+  order->modes = ToLabels(constraints, end.modes);
+}
+
+/// Where each order of the cluster that stops the derivative leads to, with a note on what is not listed.
+void AddOrders(const Setup& setup, const Differentiated& d, bool continue_orders,
+               OutcomeDerivative* result) {
+  if (d.derivative.status.outcome != Outcome::kDiscontinuous) return;
+  const std::size_t k = d.derivative.events.size() - 1;  // the others are continuous
+  const EventMap& event = d.derivative.events[k];
+  const std::vector<OrderOutcome>& outcomes = event.outcomes();
+  for (const OrderOutcome& outcome : outcomes) {
+    result->orders.push_back(ToMsg(result->constraints, outcome));
+    result->orders.back().transition = static_cast<std::uint32_t>(k);
+    result->orders.back().t = event.time();
+  }
+  if (event.num_activations() > kMaxOrderedActivations) {
+    AddNote("orders are listed for at most " + std::to_string(kMaxOrderedActivations) +
+                " simultaneous contacts, not for " + std::to_string(event.num_activations()),
+            result);
+  } else if (outcomes.size() >= kMaxListedOrders) {
+    AddNote("the list ends at " + std::to_string(kMaxListedOrders) + " orders", result);
+  }
+  if (!continue_orders) return;
+  try {
+    const std::vector<ContinuedOutcome> ends =
+        ContinueOutcomes(*setup.system, InputSchedule::Constant(d.run.u), d.trajectory.transitions[k], outcomes,
+                         d.run.duration, d.run.options);
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+      AddContinuation(result->constraints, ends[i], &result->orders[i]);
     }
+  } catch (const std::length_error& error) {
+    AddNote(error.what(), result);
   }
 }
 
@@ -125,7 +159,7 @@ OutcomeDerivative Answer(const Setup& setup, const DerivativeRequest& request) {
   result.final_v = ToMsg(VectorRef(d.trajectory.FinalState().tail(dof)));
   result.modes = ToModeIntervals(result.constraints, d.trajectory);
   if (!d.derivative.status.ok()) {
-    AddOrders(d, &result);
+    AddOrders(setup, d, request.continue_orders, &result);
     return result;
   }
   result.is_differentiable = d.derivative.IsDifferentiable();

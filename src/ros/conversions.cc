@@ -170,6 +170,8 @@ ContactOrder ToMsg(const Names& constraints, const OrderOutcome& outcome) {
   m.v_after = ToMsg(VectorRef(outcome.v_plus));
   m.mode_after = outcome.mode_after.Names(constraints);
   m.impulse = ToMsg(VectorRef(outcome.impulse.head(constraints.size())));
+  m.outcome = static_cast<std::uint8_t>(outcome.status.outcome);
+  m.message = outcome.status.message;
   return m;
 }
 

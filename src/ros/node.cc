@@ -121,6 +121,7 @@ bool Node::Differentiate(ComputeBDerivative::Request& in, ComputeBDerivative::Re
     DerivativeRecord record;
     record.request = DirectionFields<DerivativeRequest>(in);
     record.request.all_pieces = in.all_pieces;
+    record.request.continue_orders = in.continue_orders;
     record.result = Answer(setup_, record.request);
     out.derivative = record.result;
     Deliver(&outlet_, &record, &out);

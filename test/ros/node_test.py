@@ -207,9 +207,35 @@ class Differentiate(unittest.TestCase):
         self.assertEqual(right_first.mode_after, ["left_foot"])
         self.assertAlmostEqual(left_first.t, 1, places=9)
         self.assertGreater(abs(left_first.v_after[2] - right_first.v_after[2]), 0.1)
+        self.assertEqual(left_first.outcome, Outcome.OK)
+        self.assertFalse(left_first.continued)
         compared = Client("rigid").compare()
         self.assertTrue(compared.success)
         self.assertEqual(compared.outcome, Outcome.DISCONTINUOUS)
+
+    def test_orders_continued_to_the_horizon(self):
+        client = Client("rigid")
+        pitch = 1e-6
+        answer = client.b_derivative(continue_orders=True, options=TIGHT)
+        self.assertEqual(answer.outcome, Outcome.DISCONTINUOUS)
+        self.assertEqual(len(answer.derivative.orders), 2)
+        for order in answer.derivative.orders:
+            self.assertTrue(order.continued)
+            self.assertEqual((order.outcome, order.message), (Outcome.OK, ""))
+            self.assertEqual(order.modes[0], "{%s}" % order.mode_after[0])
+            # Pitched up, the right foot is higher: the left one lands first, and the other way round.
+            # The run is within O(pitch) of the limit, and 0.1 away from any other.
+            up = pitch if order.order[0] == "left_foot" else -pitch
+            state = InitialState(names=["body_pitch"], positions=[up])
+            run = client.simulate(state=state, options=TIGHT)
+            self.assertEqual(run.trajectory.transitions[0].activated, [order.order[0]])
+            near = numpy.array(run.trajectory.final_q + run.trajectory.final_v)
+            end = numpy.array(order.final_q + order.final_v)
+            self.assertLess(numpy.max(numpy.abs(near - end)), 100 * pitch)
+            both = numpy.array(answer.derivative.final_q + answer.derivative.final_v)
+            self.assertGreater(numpy.max(numpy.abs(both - end)), 0.1)
+        smooth = Client("soft").b_derivative(continue_orders=True)
+        self.assertEqual((smooth.outcome, smooth.derivative.orders), (Outcome.OK, []))
 
 
 class Compare(unittest.TestCase):

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/flow/status.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/types.h"
 
@@ -15,15 +16,22 @@ struct OrderOutcome {
   Vector v_plus;           ///< velocity after the last impact [d]
   ContactMode mode_after;  ///< contact mode then
   Vector impulse;          ///< summed impulses [n] [N·s]
+  /// kOk; kZeno when contacts still approach after kMaxImpactsPerActivation impacts for each
+  /// activation: the sequence is cut, v_plus is not where it ends; kFilippov when no one mode fits.
+  Status status;
 };
 
 /// At most this many activations are permuted.
 inline constexpr int kMaxOrderedActivations = 8;
+/// Longest sequence of impacts that is followed, for each activation.
+inline constexpr int kMaxImpactsPerActivation = 4;
+/// At most this many orders are listed (8! is less).
+inline constexpr std::size_t kMaxListedOrders = 50000;
 
 /// The outcome of every order of impacts at the transition: from (ρ, v⁻), while a constraint that is not yet in
 /// contact approaches, any of them may be hit next, alone with the contacts that rest (a constraint that
-/// bounced or let go may be met again). Empty for more than kMaxOrderedActivations activations; sequences
-/// are cut at four impacts per activation.
+/// bounced or let go may be met again). Empty for more than kMaxOrderedActivations activations. A list of
+/// kMaxListedOrders entries may lack others.
 std::vector<OrderOutcome> ListOrderOutcomes(ContactDynamics* dynamics, const Transition& transition);
 
 }  // namespace contact_flow
