@@ -9,45 +9,20 @@ Started by scripts/demo and launch/fig1.launch. Private parameters:
 The nodes are the relative names rigid_biped and soft_biped.
 """
 import os
-import subprocess
 import sys
-import time
 
 import numpy
-import roslib.packages
 import rospy
 from contact_flow.msg import InitialState, RowMajorMatrix
-from contact_flow.srv import (
-    CompareBDerivative, ComputeBDerivative, DescribeModel, SimulateTrajectory, StartRecording,
-    StopRecording)
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from figure_client import Node, record_and_draw, run  # noqa: E402
 
 BESIDE_ZERO = 1e-6  # [rad] nearly as close to 0 as touchdowns are told apart
-SERVICES = {
-    "simulate": SimulateTrajectory, "b_derivative": ComputeBDerivative,
-    "compare": CompareBDerivative, "describe_model": DescribeModel,
-    "start_recording": StartRecording, "stop_recording": StopRecording}
 
 
-class Node:
-    """node.simulate(samples=1) calls that service, over a kept connection; throws if refused."""
-
-    def __init__(self, name):
-        self.proxies = {}
-        for service, kind in SERVICES.items():
-            rospy.wait_for_service(name + "/" + service, timeout=30)
-            self.proxies[service] = rospy.ServiceProxy(name + "/" + service, kind, persistent=True)
-        description = self.describe_model().description
-        self.coordinates = description.coordinates
-        self.nominal = numpy.array(description.nominal_q)
-        self.parameters = {p.name: p.value for p in description.parameters}
-
-    def __getattr__(self, service):
-        def call(**fields):
-            answer = self.proxies[service](**fields)
-            if not answer.success:
-                raise RuntimeError("%s: %s" % (service, answer.message))
-            return answer
-        return call
+class Biped(Node):
+    """A node whose model has a body on two feet."""
 
     def configuration(self, pitch):
         """q [d]: the nominal one, rotated about the body's centre. Soft legs stay at rest."""
@@ -97,51 +72,14 @@ def ask(node, pitches):
     return len(pitches) + 2 + len(derivative.derivative.orders)
 
 
-def tool(name):
-    """Path of an executable of this package, in the devel or the install space."""
-    found = roslib.packages.find_node("contact_flow", name)
-    if not found:
-        raise RuntimeError("executable %s not found: is the package built and sourced?" % name)
-    return found[0]
-
-
 def main():
     rospy.init_node("fig1")
-    start = time.time()
-
-    def step(text):
-        print("[%5.1f s] %s" % (time.time() - start, text), flush=True)
-
     half = max(1, rospy.get_param("~points", 61) // 2)
     pitches = numpy.linspace(-1, 1, 2 * half + 1) * rospy.get_param("~range", 0.3)
     pitches = numpy.sort(numpy.append(pitches, [-BESIDE_ZERO, BESIDE_ZERO]))
-
-    bags = []
-    for model in ("rigid_biped", "soft_biped"):
-        node = Node(model)
-        node.start_recording()
-        try:
-            results = ask(node, pitches)
-        finally:
-            bags += node.stop_recording().paths
-        step("%s: %d results in %s" % (model, results, bags[-1]))
-
-    verified = subprocess.run([tool("verify_bag")] + bags, stdout=subprocess.PIPE, timeout=300,
-                              universal_newlines=True)
-    lines = verified.stdout.strip().split("\n")
-    step("verify_bag: " + lines[-1])
-    if verified.returncode != 0:
-        print("\n".join(line for line in lines[:-1] if "same, bit for bit" not in line))
-        return 1
-
-    figure = os.path.join(os.path.dirname(bags[0]), "fig1.png")
-    drawn = subprocess.run([sys.executable, tool("plot_fig1.py"), figure] + bags, timeout=300)
-    step("figure: " + figure if drawn.returncode == 0 else "plot_fig1.py failed")
-    return drawn.returncode
+    bipeds = [Biped("rigid_biped"), Biped("soft_biped")]
+    return record_and_draw("fig1", bipeds, lambda biped: ask(biped, pitches))
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except (RuntimeError, rospy.ROSException, rospy.ServiceException) as error:
-        sys.exit("fig1: %s" % error)
+    run(main, "fig1")
