@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "contact_flow/analysis/near_grazing.h"
 #include "contact_flow/derivative/continued_outcomes.h"
 #include "contact_flow/model/model_library.h"
 #include "contact_flow/ros/conversions.h"
@@ -66,6 +67,25 @@ void SetStatus(const Status& status, Result* result) {
 template <class Result>
 void AddNote(const std::string& note, Result* result) {
   if (!note.empty()) result->message += (result->message.empty() ? "" : "; ") + note;
+}
+
+template <class Result>
+void AddNearGrazing(const Setup& setup, const std::vector<GrazingEvent>& events, Result* result) {
+  const SystemDescription& description = setup.system->description();
+  for (const GrazingEvent& event : events) {
+    GrazingWarning warning;
+    warning.kind = GrazingKindName(event.kind);
+    if (event.constraint >= 0) {
+      warning.constraint = description.constraints[static_cast<std::size_t>(event.constraint)];
+    }
+    warning.t = event.t;
+    warning.value = event.value;
+    warning.threshold = event.threshold;
+    result->near_grazing.push_back(warning);
+  }
+  if (events.empty()) return;
+  AddNote(Describe(description, events.front()), result);
+  if (events.size() > 1) AddNote(std::to_string(events.size() - 1) + " more in near_grazing", result);
 }
 
 bool Cancelled(const Setup& setup) { return setup.options.cancelled && setup.options.cancelled(); }
@@ -146,9 +166,17 @@ ContactTrajectory Answer(const Setup& setup, const SimulationRequest& request) {
   Run run = ResolveRun(setup, request.duration, request.state, request.input, request.options);
   const int count = ResolveCount("samples", request.samples, kDefaultSamples, kMaxSamples);
   run.options.dense = count > 1;
-  return ToMsg(setup.system->description(),
-               Simulate(*setup.system, run.x, run.u, run.duration, run.options), run.duration,
-               count);
+  Trajectory trajectory = Simulate(*setup.system, run.x, run.u, run.duration, run.options);
+  std::vector<GrazingEvent> near = FindNearGrazing(*setup.system, trajectory);
+  const auto unnamed = [](const GrazingEvent& event) { return event.constraint < 0; };
+  if (!run.options.dense && std::any_of(near.begin(), near.end(), unnamed)) {
+    run.options.dense = true;
+    near = FindNearGrazing(*setup.system,
+                           Simulate(*setup.system, run.x, run.u, run.duration, run.options));
+  }
+  ContactTrajectory result = ToMsg(setup.system->description(), trajectory, run.duration, count);
+  AddNearGrazing(setup, near, &result);
+  return result;
 }
 
 OutcomeDerivative Answer(const Setup& setup, const DerivativeRequest& request) {
@@ -167,6 +195,7 @@ OutcomeDerivative Answer(const Setup& setup, const DerivativeRequest& request) {
   AddDerivatives(setup, d, &result);
   if (request.all_pieces) AddPieces(d.derivative, &result);
   AddNote(d.directions.note, &result);
+  AddNearGrazing(setup, FindNearGrazing(*setup.system, d.trajectory), &result);
   return result;
 }
 
