@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "stability_certificate.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "contact_flow/analysis/common_quadratic_norm.h"
+#include "contact_flow/derivative/cone_interior.h"
+#include "word.h"
+
+namespace contact_flow {
+namespace {
+
+constexpr double kRounding = 1e-9;        // a claimed bound may be this much too good
+constexpr double kLargestCondition = 1e8;  // of T
+
+bool AreWordsOf(const PiecewiseLinearMap& map, const std::vector<std::vector<int>>& words) {
+  const int count = static_cast<int>(map.pieces().size());
+  return std::all_of(words.begin(), words.end(), [count](const std::vector<int>& word) {
+    return !word.empty() && std::all_of(word.begin(), word.end(), [count](int i) {
+      return i >= 0 && i < count;
+    });
+  });
+}
+
+double LargestNorm(const PiecewiseLinearMap& map, StabilityTest test) {
+  double largest = 0;
+  for (const LinearPiece& piece : map.pieces()) {
+    const Matrix& A = piece.matrix;
+    const double norm = test == StabilityTest::kNormOne ? A.cwiseAbs().colwise().sum().maxCoeff()
+                        : test == StabilityTest::kNormTwo
+                            ? Eigen::JacobiSVD<Matrix>(A).singularValues()(0)
+                            : A.cwiseAbs().rowwise().sum().maxCoeff();
+    largest = std::max(largest, norm);
+  }
+  return largest;
+}
+
+/// Is every feasible word that is not a proper prefix of one of `words` among them, and contracting?
+class WordCheck {
+ public:
+  WordCheck(const PiecewiseLinearMap& map, const StabilityCertificate& certificate,
+            const StabilityOptions& options)
+      : moved_(ChangeCoordinates(map, certificate.norm)),
+        bound_(certificate.bound + kRounding),
+        options_(options),
+        budget_{options.max_linear_programs, 0} {
+    for (const std::vector<int>& word : certificate.words) {
+      done_.insert(word);
+      for (std::size_t k = 0; k < word.size(); ++k) {
+        prefixes_.insert(std::vector<int>(word.begin(), word.begin() + k));
+      }
+    }
+  }
+
+  bool Holds() { return Holds(EmptyWord(moved_.cols())); }
+
+ private:
+  bool Holds(const Word& word) {
+    if (prefixes_.count(word.pieces) == 0) return false;  // neither done with nor to be continued
+    for (std::size_t i = 0; i < moved_.pieces().size(); ++i) {
+      if (++examined_ > options_.max_words || !budget_.Take(1)) return false;
+      if (options_.cancelled && options_.cancelled()) return false;
+      const Word next = Append(moved_, word, static_cast<int>(i));
+      if (!HasInterior(next.cone)) continue;
+      if (done_.count(next.pieces) > 0) {
+        if (!(GainBound(next, bound_, false, &budget_) <= bound_)) return false;
+      } else if (!Holds(next)) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  const PiecewiseLinearMap moved_;
+  const double bound_;
+  const StabilityOptions& options_;
+  ProgramBudget budget_;
+  std::set<std::vector<int>> done_, prefixes_;
+  long examined_ = 0;
+};
+
+bool WordsHold(const PiecewiseLinearMap& map, const StabilityCertificate& certificate,
+               const StabilityOptions& options) {
+  const Matrix& T = certificate.norm;
+  if (T.rows() != map.rows() || T.cols() != map.rows() || !T.allFinite()) return false;
+  const Vector sizes = Eigen::JacobiSVD<Matrix>(T).singularValues();
+  if (!(sizes(0) <= kLargestCondition * sizes(sizes.size() - 1)) || !(sizes(0) > 0)) return false;
+  if (certificate.words.empty() || !AreWordsOf(map, certificate.words)) return false;
+  return WordCheck(map, certificate, options).Holds();
+}
+
+}  // namespace
+
+const char* StabilityTestName(StabilityTest test) {
+  constexpr const char* kNames[] = {"none",           "1-norm", "2-norm",      "∞-norm",
+                                    "quadratic norm", "words",  "growing ray", "growing plane"};
+  return kNames[static_cast<int>(test)];
+}
+
+bool MapsIntoItself(const PiecewiseLinearMap& map, const StabilityCertificate& certificate) {
+  const Matrix& start = certificate.directions;
+  const bool ray = certificate.test == StabilityTest::kGrowingRay;
+  const Eigen::ColPivHouseholderQR<Matrix> independent(start);
+  if (independent.rank() < start.cols()) return false;
+  Matrix y = start;
+  for (int i : certificate.words.front()) {
+    const LinearPiece& piece = map.pieces()[i];
+    const double size = y.norm();
+    if (!(size > 0)) return false;
+    if (piece.cone.rows() > 0) {
+      const Matrix heights = piece.cone * y;
+      if (!(heights.minCoeff() >= -kInCone * size)) return false;
+      if (!ray && !(heights.maxCoeff() <= kInCone * size)) return false;
+    }
+    y = piece.matrix * y;
+  }
+  const Matrix action = independent.solve(y);
+  if (!((y - start * action).norm() <= kInCone * (y.norm() + start.norm()))) return false;
+  const double growth = ray ? action(0, 0) : action.eigenvalues().cwiseAbs().maxCoeff();
+  return std::abs(growth - certificate.bound) <= kInCone * (1 + std::abs(growth));
+}
+
+bool VerifyCertificate(const PiecewiseLinearMap& map, const StabilityCertificate& certificate,
+                       const StabilityOptions& options) {
+  if (map.pieces().empty() || map.rows() != map.cols()) return false;
+  const double bound = certificate.bound;
+  if (!std::isfinite(bound) || bound < 0) return false;
+  const bool contracts = bound < 1 - options.margin, grows = bound > 1 + options.margin;
+  const Matrix& directions = certificate.directions;
+  switch (certificate.test) {
+    case StabilityTest::kNone:
+      return false;
+    case StabilityTest::kNormOne:
+    case StabilityTest::kNormTwo:
+    case StabilityTest::kNormInfinity:
+      return contracts && LargestNorm(map, certificate.test) <= bound + kRounding;
+    case StabilityTest::kQuadraticNorm: {
+      std::vector<Matrix> matrices;
+      for (const LinearPiece& piece : map.pieces()) matrices.push_back(piece.matrix);
+      return contracts && QuadraticRate(matrices, certificate.norm) <= bound + kRounding;
+    }
+    case StabilityTest::kWords:
+      return contracts && WordsHold(map, certificate, options);
+    case StabilityTest::kGrowingRay:
+    case StabilityTest::kGrowingPlane:
+      return grows && certificate.words.size() == 1 && AreWordsOf(map, certificate.words) &&
+             directions.rows() == map.rows() && directions.allFinite() && directions.cols() >= 1 &&
+             directions.cols() <= (certificate.test == StabilityTest::kGrowingRay ? 1 : 2) &&
+             MapsIntoItself(map, certificate);
+  }
+  return false;
+}
+
+}  // namespace contact_flow
