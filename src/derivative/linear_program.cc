@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/derivative/linear_program.h"
 
+#include <cmath>
 #include <stdexcept>
+#include <string>
 #if CONTACT_FLOW_HAVE_CLP
 #include <coin/ClpSimplex.hpp>
 #include <vector>
@@ -13,38 +15,70 @@ namespace contact_flow {
 
 bool HaveLinearPrograms() { return true; }
 
+namespace {
+
+constexpr double kTolerance = 1e-9;
+/// Smaller coefficients, relative to the largest of their row, are rounding errors. Clp takes them as pivots
+/// and returns points that are not optimal.
+constexpr double kNegligible = 1e-14;
+
+}  // namespace
+
 struct LinearProgram::Solver {
   ClpSimplex problem;
+  Matrix rows;
+  Vector lower, upper;
+
+  /// Feasible, and no better point exists: for any λ ≥ 0, objective·y ≤ (objective + rowsᵀλ)·y ≤ its largest
+  /// value between the bounds.
+  bool Verifies(const VectorRef& objective, const Vector& y, double value) const {
+    if (!y.allFinite() || (rows.rows() > 0 && (rows * y).minCoeff() < -10 * kTolerance)) {
+      return false;
+    }
+    if ((y - lower).minCoeff() < -kTolerance || (upper - y).minCoeff() < -kTolerance) return false;
+    const Vector duals = Eigen::Map<const Vector>(problem.dualRowSolution(), rows.rows());
+    const double allowed = 10 * kTolerance * (1 + objective.cwiseAbs().sum());
+    for (double sign : {1.0, -1.0}) {
+      const Vector reduced = objective + rows.transpose() * (sign * duals).cwiseMax(0.0);
+      const double bound =
+          reduced.cwiseProduct(lower).cwiseMax(reduced.cwiseProduct(upper)).sum();
+      if (bound <= value + allowed) return true;
+    }
+    return false;
+  }
 };
 
 LinearProgram::LinearProgram(const MatrixRef& rows, const VectorRef& lower, const VectorRef& upper)
     : solver_(std::make_unique<Solver>()) {
-  constexpr double kTolerance = 1e-9;
   const int h = static_cast<int>(rows.rows()), n = static_cast<int>(rows.cols());
   if (lower.size() != n || upper.size() != n) {
     throw std::invalid_argument("a linear program in " + std::to_string(n) +
                                 " unknowns needs as many bounds");
   }
+  solver_->rows = rows;
+  solver_->lower = lower;
+  solver_->upper = upper;
+  const Vector largest = rows.cwiseAbs().rowwise().maxCoeff();
   std::vector<CoinBigIndex> start;
   std::vector<int> index;
   std::vector<double> value;
   for (int c = 0; c < n; ++c) {
     start.push_back(static_cast<CoinBigIndex>(index.size()));
     for (int r = 0; r < h; ++r) {
-      if (rows(r, c) == 0) continue;
+      if (std::abs(rows(r, c)) <= kNegligible * largest(r)) continue;
       index.push_back(r);
       value.push_back(rows(r, c));
     }
   }
   start.push_back(static_cast<CoinBigIndex>(index.size()));
   const std::vector<double> objective(n, 0.0), zero(h, 0.0), unbounded(h, COIN_DBL_MAX);
-  const Vector least = lower, most = upper;
   ClpSimplex& problem = solver_->problem;
   problem.setLogLevel(0);
+  problem.scaling(0);
   problem.setPrimalTolerance(kTolerance);
   problem.setDualTolerance(kTolerance);
-  problem.loadProblem(n, h, start.data(), index.data(), value.data(), least.data(), most.data(),
-                      objective.data(), zero.data(), unbounded.data());
+  problem.loadProblem(n, h, start.data(), index.data(), value.data(), solver_->lower.data(),
+                      solver_->upper.data(), objective.data(), zero.data(), unbounded.data());
   problem.setOptimizationDirection(-1);
 }
 
@@ -56,12 +90,19 @@ LinearOptimum LinearProgram::Maximize(const VectorRef& objective) {
                                 " entries for a linear program in " + std::to_string(n));
   }
   for (int c = 0; c < n; ++c) problem.setObjectiveCoefficient(c, objective(c));
-  problem.primal();
   LinearOptimum optimum;
-  optimum.solved = problem.isProvenOptimal();
-  if (!optimum.solved) return optimum;
-  optimum.point = Eigen::Map<const Vector>(problem.primalColumnSolution(), n);
-  optimum.value = objective.dot(optimum.point);
+  for (int attempt = 0; attempt < 2 && !optimum.solved; ++attempt) {
+    if (attempt == 0) {
+      problem.primal();
+    } else {
+      problem.allSlackBasis();
+      problem.dual();
+    }
+    if (!problem.isProvenOptimal()) continue;
+    optimum.point = Eigen::Map<const Vector>(problem.primalColumnSolution(), n);
+    optimum.value = objective.dot(optimum.point);
+    optimum.solved = solver_->Verifies(objective, optimum.point, optimum.value);
+  }
   return optimum;
 }
 

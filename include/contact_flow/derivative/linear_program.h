@@ -12,7 +12,7 @@ bool HaveLinearPrograms();
 
 /// The answer of one linear program.
 struct LinearOptimum {
-  bool solved = false;  ///< proven optimal; else the other two mean nothing
+  bool solved = false;  ///< feasible and optimal by its own duals; else the other two mean nothing
   double value = 0;
   Vector point;
 };
@@ -28,7 +28,7 @@ class LinearProgram {
   LinearProgram(LinearProgram&&) noexcept;
   LinearProgram& operator=(LinearProgram&&) noexcept;
 
-  /// Feasible and optimal within 1e-9.
+  /// Feasible and optimal within 1e-8, which is checked by the duality of linear programs after each solve.
   LinearOptimum Maximize(const VectorRef& objective);
 
  private:
