@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "contact_flow/analysis/section.h"
 #include "contact_flow/derivative/cone_interior.h"
 
 namespace contact_flow {
@@ -26,26 +27,6 @@ Vector RandomUnit(Eigen::Index n, std::mt19937* generator) {
   Vector y(n);
   for (Eigen::Index i = 0; i < n; ++i) y(i) = normal(*generator);
   return y.normalized();
-}
-
-/// z ↦ outputsᵀ f(inputs z), pieces without interior left out.
-PiecewiseLinearMap Restrict(const PiecewiseLinearMap& map, const Matrix& outputs,
-                            const Matrix& inputs) {
-  std::vector<LinearPiece> pieces;
-  for (const LinearPiece& piece : map.pieces()) {
-    LinearPiece restricted = piece;
-    restricted.matrix = outputs.transpose() * piece.matrix * inputs;
-    const Matrix rows = piece.cone * inputs;
-    restricted.cone.resize(rows.rows(), rows.cols());
-    Eigen::Index kept = 0;
-    for (Eigen::Index r = 0; r < rows.rows(); ++r) {
-      const double length = rows.row(r).norm();
-      if (length > 1e-12) restricted.cone.row(kept++) = rows.row(r) / length;
-    }
-    restricted.cone.conservativeResize(kept, rows.cols());
-    if (HasInterior(restricted.cone)) pieces.push_back(std::move(restricted));
-  }
-  return PiecewiseLinearMap(std::move(pieces));
 }
 
 /// Is y = f(w) for some w? Per piece, max t subject to A w = t y, w ∈ C, |w_k| ≤ 1, t ≤ 1. True when the
@@ -71,8 +52,8 @@ bool IsAttained(const PiecewiseLinearMap& map, const Vector& y) {
 /// Looks for a y that f does not attain: opposite to the middle of each piece's image, then at random.
 void SeekUnattained(const PiecewiseLinearMap& map, const ControllabilityOptions& options,
                     std::mt19937* generator, ControllabilityReport* report) {
-  const PiecewiseLinearMap onto = Restrict(map, report->reachable,
-                                           Matrix::Identity(map.cols(), map.cols()));
+  const PiecewiseLinearMap onto = InBases(map, report->reachable,
+                                          Matrix::Identity(map.cols(), map.cols()));
   std::vector<Vector> candidates;
   for (const LinearPiece& piece : onto.pieces()) {
     Vector middle;
@@ -232,7 +213,7 @@ ControllabilityReport AssessControllability(const PiecewiseLinearMap& map,
       if (options.cancelled && options.cancelled()) break;
       ControllabilityReport trial = report;
       trial.restriction = inputs;
-      const PiecewiseLinearMap square = Restrict(map, report.reachable, inputs);
+      const PiecewiseLinearMap square = InBases(map, report.reachable, inputs);
       const bool known = ExamineSquare(square, options.rank_tolerance, &generator, &trial);
       if (trial.coherently_oriented || (known && trial.degree != 0)) {
         trial.verdict = ControllabilityVerdict::kControllable;

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/derivative/piecewise_linear_map.h"
+#include "contact_flow/flow/simulate.h"
+#include "contact_flow/model/mechanical_system.h"
+
+namespace contact_flow {
+
+/// Where a return map is taken: a surface {s(x) = 0} with a direction of crossing, or an instant.
+struct Section {
+  enum class Kind {
+    kCoordinate = 0,  ///< s = q_i − value
+    kVelocity = 1,    ///< s = v_i − value; an apex is a vertical velocity that falls through zero
+    kEvent = 2,       ///< the right limit of the activation of a constraint; alone, not in a cluster
+    kTime = 3,        ///< after `value` seconds: the phase of a clock
+  };
+  Kind kind = Kind::kTime;
+  int index = 0;     ///< of the position number, velocity or constraint
+  double value = 0;  ///< [m], [rad], [m/s], [rad/s] or [s]
+  int sign = 0;      ///< +1: s rises through zero, −1: it falls, 0: either
+
+  /// By name; throw std::invalid_argument, with the nearest, for an unknown one.
+  static Section Coordinate(const MechanicalSystem& system, const std::string& name, double value,
+                            int sign);
+  static Section Apex(const MechanicalSystem& system, const std::string& coordinate);
+  static Section Event(const MechanicalSystem& system, const std::string& constraint);
+  static Section After(double seconds);
+};
+
+enum class ReturnStatus {
+  kReturned = 0,
+  kNoReturn = 1,      ///< the section was not crossed within the horizon
+  kStopped = 2,       ///< the run ended before: Zeno, grazing, budget, …
+  kTangent = 3,       ///< the section is touched rather than crossed, ds F = 0
+  kNoDerivative = 4,  ///< returned, but the return map has no derivative here; the message says why
+  kRefused = 5,       ///< the start is no admissible state
+};
+
+/// "returned", …
+const char* ReturnStatusName(ReturnStatus status);
+
+/// One return.
+struct PoincareReturn {
+  ReturnStatus status = ReturnStatus::kNoReturn;
+  std::string message;
+  double time = 0;        ///< of the return [s]
+  Vector x;               ///< P(x) [nq+d]
+  Trajectory trajectory;  ///< to the return; for Kind::kEvent it ends with an arc of no length behind the event
+  double crossing_speed = Margins::kNone;  ///< ds F there, the margin of transversality
+  /// With a derivative only:
+  PiecewiseLinearMap map;          ///< DP on all tangents (δq, δv, δu, δp) [2d × 2d+k]
+  PiecewiseLinearMap return_time;  ///< its derivative [1 × 2d+k]
+  Matrix start_basis, end_basis;   ///< orthonormal, of the admissible tangents of the section [2d×·]
+  PiecewiseLinearMap reduced;      ///< endᵀ DP start: no spurious zero
+
+  bool returned() const {
+    return status == ReturnStatus::kReturned || status == ReturnStatus::kNoDerivative;
+  }
+};
+
+struct PoincareOptions {
+  SimulateOptions simulate;        ///< tolerances of 1e-12 by default; `dense` is set as needed
+  BDerivativeOptions derivative;   ///< its variables are those of the maps
+  double horizon = 10;             ///< longest return [s]
+  double shortest = 1e-3;          ///< crossings before are the start itself [s]
+
+  PoincareOptions() {
+    simulate.relative_tolerance = simulate.absolute_tolerance = 1e-12;
+    derivative.tolerance = 1e-11;
+  }
+};
+
+/// The first return map P of a section, with its B-derivative
+///   DP = (I − F ds / (ds F)) B        (for an event, followed by its first-order map).
+/// A crossing is looked for on the dense output, 16 samples a step, and then settled by Newton's method on runs that
+/// end there: s = 0 to rounding. A sign change by a jump at an impact is no crossing.
+class PoincareMap {
+ public:
+  /// `system` must outlive the map. Throws std::invalid_argument for a section the system has not.
+  PoincareMap(const MechanicalSystem& system, const VectorRef& u, const Section& section,
+              const PoincareOptions& options = {});
+
+  /// P(x), and DP when `differentiate`. x need not lie on the section.
+  PoincareReturn Return(const VectorRef& x, bool differentiate = true) const;
+
+  /// s(x) and ds [2d]; for an event the gap, for an instant zero.
+  double Height(const VectorRef& x, Vector* gradient) const;
+  const Section& section() const { return section_; }
+
+ private:
+  bool FindReturn(const VectorRef& x, double duration, PoincareReturn* result) const;
+  bool FindCrossing(const Trajectory& run, double* time) const;
+  bool FindEvent(const VectorRef& x, Trajectory run, PoincareReturn* result) const;
+  void Settle(const VectorRef& x, PoincareReturn* result) const;
+  bool AtAnEvent(const VectorRef& x, const PoincareReturn& result) const;
+  void Differentiate(const VectorRef& x, PoincareReturn* result) const;
+  void ThroughEvent(const PiecewiseLinearMap& before, PoincareReturn* result) const;
+  Matrix Basis(const VectorRef& x, ContactMode mode) const;
+
+  const MechanicalSystem& system_;
+  const Vector u_;
+  const Section section_;
+  const PoincareOptions options_;
+};
+
+}  // namespace contact_flow
