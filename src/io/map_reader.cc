@@ -33,6 +33,7 @@ std::string Kind(const YAML::Node& node) {
 
 MapReader::MapReader(const YAML::Node& map, std::string name) : name_(std::move(name)) {
   if (!map.IsDefined() || map.IsNull()) return;
+  line_ = At(map.Mark());
   if (!map.IsMap()) {
     throw std::invalid_argument((name_.empty() ? "the file" : name_) + " is " + Kind(map) +
                                 ", expected a map of names to values" + At(map.Mark()));
@@ -82,6 +83,47 @@ double MapReader::Number(const std::string& key, const YAML::Node& node) const {
 
 void MapReader::Read(const std::string& key, double* value) {
   if (const YAML::Node* node = Find(key)) *value = Number(key, *node);
+}
+
+void MapReader::Read(const std::string& key, double* values, int count) {
+  const YAML::Node* node = Find(key);
+  if (!node) return;
+  if (!node->IsSequence() || node->size() != static_cast<std::size_t>(count)) {
+    Fail(key, *node, "a list of " + std::to_string(count) + " numbers");
+  }
+  for (int k = 0; k < count; ++k) {
+    values[k] = Number(key + "[" + std::to_string(k) + "]", (*node)[k]);
+  }
+}
+
+void MapReader::Read(const std::string& key, std::vector<std::string>* values) {
+  const YAML::Node* node = Find(key);
+  if (!node) return;
+  values->clear();
+  if (node->IsScalar()) {
+    values->push_back(node->Scalar());
+    return;
+  }
+  if (!node->IsSequence()) Fail(key, *node, "a text or a list of texts");
+  for (const YAML::Node& entry : *node) {
+    if (!entry.IsScalar()) Fail(key, entry, "a text");
+    values->push_back(entry.Scalar());
+  }
+}
+
+bool MapReader::Has(const std::string& key) const {
+  return std::find(keys_.begin(), keys_.end(), key) != keys_.end();
+}
+
+void MapReader::Require(const std::string& key) const {
+  if (Has(key)) return;
+  throw std::invalid_argument((name_.empty() ? "the file" : name_) + ": '" + key +
+                              "' is missing" + line_);
+}
+
+std::string MapReader::Line(const std::string& key) const {
+  const auto it = std::find(keys_.begin(), keys_.end(), key);
+  return it == keys_.end() ? line_ : At(values_[it - keys_.begin()].Mark());
 }
 
 void MapReader::Read(const std::string& key, long* value, long smallest, long largest) {

@@ -1,14 +1,33 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The laws every model obeys, checked for each model of the library at random states.
+// The laws every model obeys, checked for each model of the library, each robot of config/robots and one
+// that has every kind of joint, constraint, effort and parameter, at random states.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <random>
 
+#include "contact_flow/io/robot_file.h"
 #include "contact_flow/model/model_library.h"
+#include "test/model/robots.h"
 
 namespace contact_flow {
 namespace {
+
+bool IsRobot(const std::string& name) { return name.compare(0, 6, "robot ") == 0; }
+
+/// A model by name, or the robot of "robot NAME".
+std::unique_ptr<MechanicalSystem> Make(const std::string& name,
+                                       const ParameterValues& values = {}) {
+  if (IsRobot(name)) return LoadRobot(RobotFile(name.substr(6)), values);
+  return MakeModel(name, values);
+}
+
+std::vector<std::string> AllSystems() {
+  std::vector<std::string> names = ModelNames();
+  for (const std::string& robot : AllRobots()) names.push_back("robot " + robot);
+  return names;
+}
 
 /// Central differences with step 1e-5 have error h²·(third derivative) + eps/h ~ 1e-10, times the size of
 /// the models' derivatives (≤ ~1e3 here).
@@ -18,7 +37,7 @@ constexpr double kDifferenceError = 1e-6;
 class ModelLaws : public testing::TestWithParam<std::string> {
  protected:
   ModelLaws()
-      : system(MakeModel(GetParam())),
+      : system(Make(GetParam())),
         d(system->dof()),
         nq(system->num_positions()),
         n(system->num_constraints() + system->num_bilateral()),
@@ -70,7 +89,7 @@ class ModelLaws : public testing::TestWithParam<std::string> {
 
 TEST_P(ModelLaws, DescriptionIsComplete) {
   const SystemDescription& names = system->description();
-  EXPECT_EQ(GetParam(), names.name);
+  EXPECT_EQ(IsRobot(GetParam()) ? GetParam().substr(6) : GetParam(), names.name);
   EXPECT_FALSE(names.summary.empty());
   EXPECT_EQ(names.coordinates.size(), names.units.size());
   EXPECT_EQ(nq + d, system->nominal().x.size());
@@ -92,6 +111,7 @@ TEST_P(ModelLaws, MassMatrixIsSymmetricPositiveDefinite) {
 /// d/dt(½ vᵀMv) = vᵀ f along q̈ = M⁻¹(f + c v). (c v is the part of h that is quadratic in v.)
 TEST_P(ModelLaws, CoriolisForcesDoNoWork) {
   if (system->HasConstantMass()) return;
+  if (IsRobot(GetParam())) return;  // their f depends on v: see rigid_body_laws_test.cc
   for (int k = 0; k < 20; ++k) {
     const Vector x = RandomState();
     const Vector v = x.tail(d);
@@ -178,7 +198,7 @@ TEST_P(ModelLaws, ParameterDerivatives) {
       ParameterValues values;
       for (const Parameter& parameter : names.parameters) values[parameter.name] = parameter.value;
       values[names.parameters[k].name] += change;
-      return MakeModel(GetParam(), values);
+      return Make(GetParam(), values);
     };
     // One-sided, to second order, where the value sits at the end of its range.
     const auto slope = [&](const auto& f) {
@@ -217,8 +237,12 @@ TEST_P(ModelLaws, ParameterDerivatives) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(AllModels, ModelLaws, testing::ValuesIn(ModelNames()),
-                         [](const testing::TestParamInfo<std::string>& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(AllModels, ModelLaws, testing::ValuesIn(AllSystems()),
+                         [](const testing::TestParamInfo<std::string>& info) {
+                           std::string name = info.param;
+                           std::replace(name.begin(), name.end(), ' ', '_');
+                           return name;
+                         });
 
 }  // namespace
 }  // namespace contact_flow

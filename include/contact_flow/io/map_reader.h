@@ -21,12 +21,21 @@ class MapReader {
   void Read(const std::string& key, double* value);
   /// Whole numbers in [smallest, largest].
   void Read(const std::string& key, long* value, long smallest, long largest);
+  /// A list of `count` numbers.
+  void Read(const std::string& key, double* values, int count);
+  /// A list of texts, or one text alone.
+  void Read(const std::string& key, std::vector<std::string>* values);
   void Read(const std::string& key, std::string* value);
   void Read(const std::string& key, bool* value);
   /// One of `names`; the answer is its index.
   void Read(const std::string& key, const std::vector<std::string>& names, int* index);
   /// The value of a key that is itself a map; null when absent.
   YAML::Node Child(const std::string& key);
+  bool Has(const std::string& key) const;
+  /// Throws unless the key is there.
+  void Require(const std::string& key) const;
+  /// " (line 7)" of a key's value, or of the map.
+  std::string Line(const std::string& key) const;
   /// Every key there is, in the order of the file: for maps whose names are judged elsewhere.
   std::vector<std::string> Keys() const { return keys_; }
 
@@ -42,6 +51,7 @@ class MapReader {
   double Number(const std::string& key, const YAML::Node& node) const;
 
   std::string name_;
+  std::string line_;
   std::vector<std::string> keys_;
   std::vector<YAML::Node> values_;
   std::vector<std::string> known_;

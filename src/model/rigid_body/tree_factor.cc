@@ -3,15 +3,15 @@
 
 namespace contact_flow {
 
-bool TreeFactor::Compute(Matrix* mass) const {
+int TreeFactor::Compute(Matrix* mass) const {
   Matrix& H = *mass;
-  bool positive = true;
+  int massless = -1;
   // From the leaves to the root: when column k is reached, all that it carries has been taken off.
   double diagonal[RigidBodyTree::kMaxDof];
   for (int k = 0; k < tree_->dof(); ++k) diagonal[k] = H(k, k);
   for (int k = tree_->dof() - 1; k >= 0; --k) {
     const double pivot = H(k, k);
-    if (!(pivot > 1e-13 * diagonal[k])) positive = false;
+    if (!(pivot > 1e-13 * diagonal[k])) massless = k;
     const double inverse = 1 / pivot;
     for (int i = tree_->dof_parent(k); i >= 0; i = tree_->dof_parent(i)) {
       const double ratio = H(i, k) * inverse;
@@ -19,7 +19,7 @@ bool TreeFactor::Compute(Matrix* mass) const {
       H(i, k) = ratio;
     }
   }
-  return positive;
+  return massless;
 }
 
 void TreeFactor::Solve(const Matrix& factor, Eigen::Ref<Matrix> x) const {

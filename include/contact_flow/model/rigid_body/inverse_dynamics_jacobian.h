@@ -7,30 +7,6 @@
 
 namespace contact_flow {
 
-/// The sum of forces on points of one body, each fixed in world axes while the body moves.
-template <class S>
-struct PointForces {
-  Spatial<S> force;  ///< their spatial force about the reference point
-  /// w ↦ Σ r × (w × F): by how much their moment changes less than a force fixed in the body would, when
-  /// the body turns by w.
-  Mat3<S> turning;
-
-  void SetZero() {
-    force = Spatial<S>::Zero();
-    turning = ZeroMat3<S>();
-  }
-  /// A force F [N] at r from the reference point [m].
-  void Add(const Vec3<S>& r, const Vec3<S>& F) {
-    force.ang += Cross(r, F);
-    force.lin += F;
-    const S along = Dot(r, F);
-    for (int i = 0; i < 3; ++i) {
-      for (int k = 0; k < 3; ++k) turning(i, k) -= F(i) * r(k);
-      turning(i, i) += along;
-    }
-  }
-};
-
 /// Derivatives of inverse dynamics,
 ///   τ(q, v) = M(q) v̇ + b(q, v) − Σ_points J(q)ᵀ F,
 /// at fixed v̇ and fixed forces F in world axes, by tangents η and by v.
@@ -51,7 +27,7 @@ class InverseDynamicsJacobian {
       : body_(tree.num_bodies()), dof_(tree.dof()) {}
 
   /// ∂τ/∂η and ∂τ/∂v [nv×nv], column-major and overwritten; `tau_v` may be null. After InverseDynamics with
-  /// these forces (null: none) and MassMatrix at the same state.
+  /// these forces (null: none) and UpdateMomenta at the same state.
   void Compute(const RigidBodyTree& tree, const Vec3<S>& gravity, const PointForces<S>* external,
                const TreeState<S>& state, S* tau_q, S* tau_v);
 

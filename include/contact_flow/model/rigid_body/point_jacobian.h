@@ -15,7 +15,7 @@ struct PointColumns {
 };
 
 /// The columns of a j that moves `body`, for its point that moves as `motion`; after
-/// InverseDynamics. With w the angular part of J_j, ψ_j = v_p × J_j, p the parent of j's joint:
+/// UpdateAccelerations. With w the angular part of J_j, ψ_j = v_p × J_j, p the parent of j's joint:
 ///   ∂v/∂η_j = J_j × (v − v_p),    ∂a/∂η_j = J_j × (a − a_p) + ψ_j × (v − v_p),
 ///   ∂v/∂v_j = J_j,                ∂a/∂v_j = J̇_j + J_j × (v − v_p)
 /// for the body's spatial velocity v and acceleration a, of which ṗ = v_lin + ω × r,
@@ -53,7 +53,7 @@ PointColumns<S> DifferentiatePoint(const RigidBodyTree& tree, const Vec3<S>& gra
 }
 
 /// Position, velocity and acceleration of the point of a body that is at `local` in the body's frame,
-/// after InverseDynamics.
+/// after UpdateAccelerations.
 template <class S>
 PointMotion<S> MovePoint(const TreeState<S>& state, const Vec3<S>& gravity, int body,
                          const Vec3<S>& local) {

@@ -12,9 +12,9 @@ class TreeFactor {
  public:
   explicit TreeFactor(const RigidBodyTree& tree) : tree_(&tree) {}
 
-  /// False when M is not positive definite to working precision: a pivot is below 1e-13 of the
-  /// diagonal element it started from, where rounding has left nothing of it.
-  bool Compute(Matrix* mass) const;
+  /// −1, or a number without inertia: M is not positive definite to working precision, its pivot is
+  /// below 1e-13 of the diagonal element it started from, where rounding has left nothing of it.
+  int Compute(Matrix* mass) const;
   /// x ← M⁻¹ x, for each column of x [nv×k].
   void Solve(const Matrix& factor, Eigen::Ref<Matrix> x) const;
 

@@ -16,14 +16,14 @@ struct TreeState {
     Mat3<S> rotation;         ///< body to world axes (UpdatePositions)
     Vec3<S> position;         ///< of the body's origin in the world [m] (UpdatePositions)
     Spatial<S> velocity;      ///< (UpdateVelocities)
-    Spatial<S> acceleration;  ///< less gravity (InverseDynamics)
+    Spatial<S> acceleration;  ///< less gravity (UpdateAccelerations)
     SpatialInertia<S> inertia;    ///< of the body alone (UpdateInertias)
     SpatialInertia<S> composite;  ///< of all that it carries (CompositeInertias)
     Spatial<S> force;         ///< net force on all that it carries (InverseDynamics)
   };
   struct Dof {
     Spatial<S> axis;      ///< ∂(velocity of the body)/∂v_j, a column of S in world axes (UpdatePositions)
-    Spatial<S> momentum;  ///< composite · axis (MassMatrix)
+    Spatial<S> momentum;  ///< composite · axis (UpdateMomenta)
   };
 
   explicit TreeState(const RigidBodyTree& tree) : body(tree.num_bodies()), dof(tree.dof()) {}

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cmath>
+
+#include "contact_flow/model/rigid_body/element_parts.h"
+
+namespace contact_flow {
+namespace constraint {
+
+/// A point of a link above smooth rolling terrain: a = z − h(x, y), a vertical distance, with
+///   h = height + slope·(x, y) + amplitude sin(wave·(x, y) + phase).
+struct HeightField {
+  static constexpr const char* kName = "height_field";
+  static constexpr int kPoints = 1, kJoints = 0, kNumbers = 7;
+  static constexpr bool kAffine = false;
+
+  static void Read(ElementFields* fields) {
+    fields->Point("link", "point");
+    fields->Number("height", 0, "m", "of the terrain's mean at x = y = 0", Range::kAny);
+    fields->Number("slope_x", 0, "", "rise along x", Range::kAny);
+    fields->Number("slope_y", 0, "", "rise along y", Range::kAny);
+    fields->Number("amplitude", 0, "m", "of the waves", Range::kNonNegative);
+    fields->Number("wave_x", 0, "rad/m", "wave number along x", Range::kAny);
+    fields->Number("wave_y", 0, "rad/m", "wave number along y", Range::kAny);
+    fields->Number("phase", 0, "rad", "of the waves at x = y = 0", Range::kAny);
+  }
+
+  template <class S>
+  static S Gap(const S* number, const S* z) {
+    using std::sin;
+    const S wave = number[4] * z[0] + number[5] * z[1] + number[6];
+    return z[2] - number[0] - number[1] * z[0] - number[2] * z[1] - number[3] * sin(wave);
+  }
+};
+
+}  // namespace constraint
+}  // namespace contact_flow

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "contact_flow/autodiff.h"
+#include "contact_flow/model/rigid_body/element_parts.h"
+
+namespace contact_flow {
+
+/// A constraint of a robot: a(z) ≥ 0 (or b(z) = 0), with z as in ElementParts. With g = ∂a/∂z and the
+/// acceleration z̈, ä = g z̈ + żᵀ (∂²a/∂z²) ż.
+class ConstraintElement {
+ public:
+  virtual ~ConstraintElement() = default;
+  ElementParts parts;
+  Parameter restitution = {"restitution", "", "share of the approach speed that returns", 0};
+
+  /// a is affine in z.
+  virtual bool IsAffine() const = 0;
+  virtual double Gap(const double* z, double* gradient) const = 0;
+  /// żᵀ (∂²a/∂z²) ż.
+  virtual double Curvature(const double* z, const double* rate) const = 0;
+  /// λ ∂²a/∂z² [N×N], and the derivatives of ä by z and ż [N], z̈ fixed.
+  virtual void Differentiate(const double* z, const double* rate, const double* acceleration,
+                             double lambda, double* hessian, double* by_z,
+                             double* by_rate) const = 0;
+  struct ByNumber {
+    double gap;
+    double acceleration;  ///< of ä, z̈ fixed
+  };
+  /// Derivatives of a, ä and the gradient [N] by number k.
+  virtual ByNumber DifferentiateByNumber(const double* z, const double* rate,
+                                         const double* acceleration, int k,
+                                         double* gradient) const = 0;
+};
+
+/// A constraint from a kind written once as a template. `Kind` provides (see constraint/plane.h):
+///   kName                            what YAML calls it
+///   kPoints, kJoints, kNumbers       how many of each
+///   kAffine                          a promise that saves work
+///   Read(fields)                     asks for its fields, in the order of the numbers
+///   Gap(number, z)                   for any scalar, smooth where it vanishes
+template <class Kind>
+class ConstraintOf final : public ConstraintElement {
+  static constexpr int N = 3 * Kind::kPoints + Kind::kJoints;
+
+ public:
+  bool IsAffine() const override { return Kind::kAffine; }
+
+  double Gap(const double* z, double* gradient) const override {
+    using S = Dual<double, N>;
+    std::array<S, N> Z;
+    for (int k = 0; k < N; ++k) Z[k] = S::Variable(z[k], k);
+    const S a = Kind::Gap(Numbers<S>().data(), Z.data());
+    for (int k = 0; k < N; ++k) gradient[k] = a.d[k];
+    return a.value;
+  }
+
+  double Curvature(const double* z, const double* rate) const override {
+    if (Kind::kAffine) return 0;
+    const double still[N] = {};
+    return Second(Numbers<Along<double>>(), z, rate, still);
+  }
+
+  void Differentiate(const double* z, const double* rate, const double* acceleration,
+                     double lambda, double* hessian, double* by_z,
+                     double* by_rate) const override {
+    for (int k = 0; k < N * N; ++k) hessian[k] = 0;
+    for (int k = 0; k < N; ++k) by_z[k] = by_rate[k] = 0;
+    if constexpr (!Kind::kAffine) {
+      using B = Dual<double, N>;
+      using S = Dual<B, N>;
+      std::array<S, N> Z;
+      for (int k = 0; k < N; ++k) Z[k] = S::Variable(B::Variable(z[k], k), k);
+      const S a = Kind::Gap(Numbers<S>().data(), Z.data());
+      for (int i = 0; i < N; ++i) {
+        for (int k = 0; k < N; ++k) hessian[i + k * N] = lambda * a.d[i].d[k];
+      }
+      using C = Dual<double, 2 * N>;
+      std::array<C, N> at, along, bend;
+      for (int k = 0; k < N; ++k) {
+        at[k] = C::Variable(z[k], k);
+        along[k] = C::Variable(rate[k], N + k);
+        bend[k] = C(acceleration[k]);
+      }
+      const C second = Second(Numbers<Along<C>>(), at.data(), along.data(), bend.data());
+      for (int k = 0; k < N; ++k) by_z[k] = second.d[k];
+      for (int k = 0; k < N; ++k) by_rate[k] = second.d[N + k];
+    }
+  }
+
+  ByNumber DifferentiateByNumber(const double* z, const double* rate, const double* acceleration,
+                                 int number, double* gradient) const override {
+    using B = Dual<double, 1>;
+    using S = Dual<B, N>;
+    std::array<S, N> Z;
+    std::array<B, N> at, along, bend;
+    for (int k = 0; k < N; ++k) {
+      Z[k] = S::Variable(B(z[k]), k);
+      at[k] = B(z[k]);
+      along[k] = B(rate[k]);
+      bend[k] = B(acceleration[k]);
+    }
+    auto numbers = Numbers<S>();
+    numbers[number].value.d[0] = 1;
+    auto second_numbers = Numbers<Along<B>>();
+    second_numbers[number].value.value.d[0] = 1;
+    const S a = Kind::Gap(numbers.data(), Z.data());
+    for (int k = 0; k < N; ++k) gradient[k] = a.d[k].d[0];
+    return {a.value.d[0],
+            Second(second_numbers, at.data(), along.data(), bend.data()).d[0]};
+  }
+
+ private:
+  /// Two directions nested, for d²/ds².
+  template <class S>
+  using Along = Dual<Dual<S, 1>, 1>;
+
+  template <class S>
+  std::array<S, Kind::kNumbers + 1> Numbers() const {
+    std::array<S, Kind::kNumbers + 1> numbers;
+    for (int k = 0; k < Kind::kNumbers; ++k) numbers[k] = S(parts.numbers[k].value);
+    return numbers;
+  }
+
+  /// d²/ds² a(z + s ż + ½ s² z̈) at s = 0.
+  template <class S>
+  static S Second(const std::array<Along<S>, Kind::kNumbers + 1>& numbers, const S* z,
+                  const S* rate, const S* acceleration) {
+    std::array<Along<S>, N> Z;
+    for (int k = 0; k < N; ++k) {
+      Z[k].value.value = z[k];
+      Z[k].value.d[0] = rate[k];
+      Z[k].d[0].value = rate[k];
+      Z[k].d[0].d[0] = acceleration[k];
+    }
+    return Kind::Gap(numbers.data(), Z.data()).d[0].d[0];
+  }
+};
+
+std::vector<std::string> ConstraintKinds();
+/// A constraint of a kind without parts, and what asks for its fields. Throws std::invalid_argument, with
+/// the nearest name, for an unknown kind.
+std::unique_ptr<ConstraintElement> MakeConstraint(const std::string& kind);
+void ReadConstraint(const std::string& kind, ElementFields* fields);
+/// b = direction · (point − other point), the direction in world axes: a row of a loop closure.
+std::unique_ptr<ConstraintElement> MakeClosureRow(const AttachedPoint& point,
+                                                  const AttachedPoint& other, int axis);
+
+}  // namespace contact_flow

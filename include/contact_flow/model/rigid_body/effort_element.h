@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "contact_flow/autodiff.h"
+#include "contact_flow/model/rigid_body/element_parts.h"
+
+namespace contact_flow {
+
+/// A force element of a robot: e(z, ż, u) [N], with z as in ElementParts and e conjugate to it, that is the
+/// force on each point in world axes [N] and the effort on each joint [N or N·m]. The generalized force
+/// is (∂z/∂η)ᵀ e.
+class EffortElement {
+ public:
+  virtual ~EffortElement() = default;
+  ElementParts parts;
+
+  virtual void Evaluate(const double* z, const double* rate, const double* u, double* e) const = 0;
+  /// e and its derivatives, column-major: by z and ż [N×N], by u [N×U].
+  virtual void Differentiate(const double* z, const double* rate, const double* u, double* e,
+                             double* by_z, double* by_rate, double* by_u) const = 0;
+  /// ∂e/∂(number k) [N].
+  virtual void DifferentiateByNumber(const double* z, const double* rate, const double* u, int k,
+                                     double* by_number) const = 0;
+};
+
+/// An element from a kind written once as a template. `Kind` provides (see effort/joint_spring.h):
+///   kName                                     what YAML calls it
+///   kPoints, kJoints, kInputs, kNumbers       how many of each
+///   Read(fields)                              asks for its fields, in the order of the numbers
+///   Effort(number, z, ż, u, e)                for any scalar
+template <class Kind>
+class EffortOf final : public EffortElement {
+  static constexpr int N = 3 * Kind::kPoints + Kind::kJoints;
+  static constexpr int U = Kind::kInputs;
+
+ public:
+  void Evaluate(const double* z, const double* rate, const double* u, double* e) const override {
+    double number[Kind::kNumbers];
+    for (int k = 0; k < Kind::kNumbers; ++k) number[k] = parts.numbers[k].value;
+    Kind::Effort(number, z, rate, u, e);
+  }
+
+  void Differentiate(const double* z, const double* rate, const double* u, double* e,
+                     double* by_z, double* by_rate, double* by_u) const override {
+    using S = Dual<double, 2 * N + U>;
+    S number[Kind::kNumbers], Z[N], R[N], W[U + 1], E[N];
+    for (int k = 0; k < Kind::kNumbers; ++k) number[k] = S(parts.numbers[k].value);
+    for (int k = 0; k < N; ++k) Z[k] = S::Variable(z[k], k);
+    for (int k = 0; k < N; ++k) R[k] = S::Variable(rate[k], N + k);
+    for (int k = 0; k < U; ++k) W[k] = S::Variable(u[k], 2 * N + k);
+    Kind::Effort(number, Z, R, W, E);
+    for (int i = 0; i < N; ++i) {
+      e[i] = E[i].value;
+      for (int k = 0; k < N; ++k) by_z[i + k * N] = E[i].d[k];
+      for (int k = 0; k < N; ++k) by_rate[i + k * N] = E[i].d[N + k];
+      for (int k = 0; k < U; ++k) by_u[i + k * N] = E[i].d[2 * N + k];
+    }
+  }
+
+  void DifferentiateByNumber(const double* z, const double* rate, const double* u, int k,
+                             double* by_number) const override {
+    using S = Dual<double, 1>;
+    S number[Kind::kNumbers], Z[N], R[N], W[U + 1], E[N];
+    for (int i = 0; i < Kind::kNumbers; ++i) number[i] = S(parts.numbers[i].value);
+    number[k].d[0] = 1;
+    for (int i = 0; i < N; ++i) Z[i] = S(z[i]);
+    for (int i = 0; i < N; ++i) R[i] = S(rate[i]);
+    for (int i = 0; i < U; ++i) W[i] = S(u[i]);
+    Kind::Effort(number, Z, R, W, E);
+    for (int i = 0; i < N; ++i) by_number[i] = E[i].d[0];
+  }
+};
+
+std::vector<std::string> EffortKinds();
+/// An element of a kind without parts, and what asks for its fields. Throws std::invalid_argument, with the
+/// nearest name, for an unknown kind.
+std::unique_ptr<EffortElement> MakeEffort(const std::string& kind);
+void ReadEffort(const std::string& kind, ElementFields* fields);
+
+}  // namespace contact_flow

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "contact_flow/model/parameter_values.h"
+#include "contact_flow/model/rigid_body/robot_model.h"
+
+namespace contact_flow {
+
+/// A point fixed in a body of a RigidBodyTree (in the world for −1).
+struct AttachedPoint {
+  int body = -1;
+  Vec3<double> local = Vec3<double>::Zero();  ///< in the frame of the body [m]
+};
+
+/// What a constraint or an effort element of a robot is attached to, and its numbers. Elements see the
+/// robot as z = (positions of the points in world axes, values of the joints) [3P+J].
+struct ElementParts {
+  std::string name;
+  std::vector<AttachedPoint> points;           ///< [P]
+  std::vector<RobotModel::Coordinate> joints;  ///< [J]
+  std::vector<int> inputs;                     ///< indices into u
+  std::vector<Parameter> numbers;
+  std::vector<Range> ranges;                   ///< of the numbers
+
+  int size() const { return static_cast<int>(3 * points.size() + joints.size()); }
+};
+
+/// Where an element finds its fields, by key. Each call appends to the parts that are being filled; what is
+/// missing or wrong throws std::invalid_argument that names it.
+class ElementFields {
+ public:
+  /// Default of a number that must be given.
+  static constexpr double kRequired = std::numeric_limits<double>::quiet_NaN();
+
+  virtual ~ElementFields() = default;
+  /// A point: its link and its coordinates in the link's frame, the origin unless given.
+  virtual void Point(const std::string& link_key, const std::string& point_key) = 0;
+  /// One more point, at the tip of a unit vector from the last one and fixed in the same link: the
+  /// direction of the field (default `otherwise`), in the link's frame.
+  virtual void TipOf(const std::string& direction_key, const Vec3<double>& otherwise) = 0;
+  virtual void Joint(const std::string& key) = 0;
+  virtual void Input(const std::string& key) = 0;
+  virtual void Number(const std::string& key, double otherwise, const char* unit,
+                      const char* meaning, Range range) = 0;
+  /// Three numbers, key_x, key_y, key_z.
+  virtual void Vector(const std::string& key, const Vec3<double>& otherwise, const char* unit,
+                      const char* meaning) = 0;
+};
+
+}  // namespace contact_flow

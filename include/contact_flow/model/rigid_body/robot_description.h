@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "contact_flow/model/mechanical_system.h"
+#include "contact_flow/model/rigid_body/constraint_element.h"
+#include "contact_flow/model/rigid_body/effort_element.h"
+#include "contact_flow/model/rigid_body/robot_model.h"
+
+namespace contact_flow {
+
+/// A number of a robot that can be a parameter, by where it is kept.
+struct NumberPlace {
+  enum class Owner { kEffort, kConstraint, kRestitution, kLink, kGravity };
+  Owner owner;
+  int index = 0;   ///< of the effort, the constraint or the link
+  int number = 0;  ///< of the element; of a link: mass, x, y, z, ixx, ixy, ixz, iyy, iyz, izz
+};
+
+/// A parameter of the system: one number, or several that are the same.
+struct ExposedNumber {
+  Parameter parameter;
+  Range range;
+  std::vector<NumberPlace> places;
+};
+
+/// Everything that makes a robot a mechanical system with contact.
+struct RobotDescription {
+  RobotModel model;
+  double gravity = 9.81;  ///< downward along the world's z [m/s²]
+  std::vector<std::unique_ptr<ConstraintElement>> constraints;  ///< unilateral
+  std::vector<std::unique_ptr<ConstraintElement>> closures;     ///< rows of bilateral constraints
+  std::vector<std::unique_ptr<EffortElement>> efforts;
+  std::vector<std::string> inputs;
+  std::vector<ExposedNumber> parameters;
+  NominalRun nominal;
+};
+
+/// Every number there is with the name it is found by: "gravity", "links/L/mass" (in the frame of link L:
+/// centre of mass x, y, z and inertia about it ixx … izz), "E/stiffness" of effort E, "C/offset" and
+/// "C/restitution" of constraint C.
+std::vector<ExposedNumber> ListNumbers(const RobotDescription& robot);
+double GetNumber(const RobotDescription& robot, const NumberPlace& place);
+void SetNumber(const NumberPlace& place, double value, RobotDescription* robot);
+
+}  // namespace contact_flow

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "contact_flow/model/rigid_body/rigid_body_tree.h"
+
+namespace contact_flow {
+
+/// How the root link of a robot is held.
+enum class RobotBase {
+  kFixed,     ///< in the world
+  kPlanar,    ///< moves in the vertical x–z plane: base_x, base_z [m], base_pitch about y [rad]
+  kFloating,  ///< free: base_x, base_y, base_z [m] and the unit quaternion base_qw … base_qz
+};
+/// "fixed", "planar", "floating".
+const std::vector<std::string>& RobotBaseNames();
+
+/// A RigidBodyTree with the names a person uses for its parts.
+struct RobotModel {
+  struct Link {
+    std::string name;
+    int body;             ///< that it is rigidly part of, −1 for the world
+    Pose pose;            ///< of the link's frame in the body's frame (in the world's for −1)
+    BodyInertia inertia;  ///< of this link alone, in the link's frame
+  };
+  /// A position that is a line or a circle, with its rate.
+  struct Coordinate {
+    int q, v;
+  };
+
+  std::string name;
+  RigidBodyTree tree;
+  std::vector<Link> links;               ///< parents first
+  std::vector<std::string> coordinates;  ///< [nq]
+  std::vector<std::string> units;        ///< [nq] "m", "rad" or "" in a quaternion
+  std::vector<std::string> velocities;   ///< [nv]
+  std::vector<bool> circle;              ///< [bodies] turns without end
+  std::vector<std::string> warnings;     ///< what of the description is not used
+
+  /// These throw std::invalid_argument with the nearest name for one that does not exist.
+  const Link& FindLink(const std::string& link) const;
+  Coordinate FindCoordinate(const std::string& coordinate) const;
+
+  /// Sets the inertia of every body from those of its links.
+  void JoinInertias();
+  /// Throws std::invalid_argument, naming a coordinate that moves no mass, when M is singular wherever it is
+  /// looked at.
+  void CheckMass() const;
+
+  /// These add a joint whose frame is `pose` in the frame of `parent`, its numbers called after `joint`, and
+  /// return the pose and body of what it carries, at rest in the joint frame.
+  struct Mount {
+    int body;
+    Pose pose;
+  };
+  Mount AddRevolute(const Mount& parent, const std::string& joint, const Vec3<double>& axis,
+                    bool endless);
+  Mount AddPrismatic(const Mount& parent, const std::string& joint, const Vec3<double>& axis);
+  /// `suffixes` are of the two directions of the plane and the angle about `axis`.
+  Mount AddPlanar(const Mount& parent, const std::string& joint, const Vec3<double>& first,
+                  const Vec3<double>& second, const Vec3<double>& axis,
+                  const std::vector<std::string>& suffixes);
+  Mount AddFloating(const Mount& parent, const std::string& joint);
+};
+
+/// A rotation whose third column is the unit vector `axis`; without rounding along coordinate axes.
+Mat3<double> AxisFrame(const Vec3<double>& axis);
+
+}  // namespace contact_flow

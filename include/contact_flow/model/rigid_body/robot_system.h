@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <vector>
+
+#include "contact_flow/model/mechanical_system.h"
+#include "contact_flow/model/rigid_body/element_geometry.h"
+#include "contact_flow/model/rigid_body/inverse_dynamics_jacobian.h"
+#include "contact_flow/model/rigid_body/robot_description.h"
+
+namespace contact_flow {
+
+/// A robot as a mechanical system: M and the Coriolis terms from its RigidBodyTree, f from gravity and its
+/// efforts, a and γ from its constraints, b from its closures. With z the points and joints of an
+/// element, Z = ∂z/∂η, e its forces and g the gradient of a constraint,
+///   h = −RNEA(q, v, 0) + Σ Zᵀ e(z, ż, u),       Da = gᵀ Z,       r₁ = RNEA(q, v, v̇) − Σ Zᵀ e − Σ Zᵀ g λ,
+/// and all derivatives are analytic along the tree, by duals within an element.
+class RobotSystem final : public MechanicalSystem {
+ public:
+  /// Values replace those of the description's parameters. Throws std::invalid_argument for unknown
+  /// parameters and for values out of range.
+  RobotSystem(RobotDescription robot, const ParameterValues& values);
+  ~RobotSystem() override;
+
+  const RobotDescription& robot() const { return robot_; }
+
+  bool HasConstantMass() const override { return constant_mass_; }
+  bool HasAffineConstraints() const override { return affine_constraints_; }
+  void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode mode,
+                Matrix* mass, Vector* force) const override;
+  void Constraints(const VectorRef& q, const VectorRef& v, ConstraintTerms* terms) const override;
+  void DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
+                             ContactMode mode, const VectorRef& acceleration,
+                             const VectorRef& force, ResidualJacobian* jacobian) const override;
+  void DifferentiateImpact(const VectorRef& q, const VectorRef& jump, const VectorRef& impulse,
+                           const VectorRef& s, ResidualJacobian* jacobian) const override;
+  void DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v,
+                                         const VectorRef& u, ContactMode mode,
+                                         const VectorRef& acceleration, const VectorRef& force,
+                                         const std::vector<int>& parameters,
+                                         ParameterJacobian* jacobian) const override;
+  void DifferentiateImpactByParameters(const VectorRef& q, const VectorRef& jump,
+                                       const VectorRef& impulse, const VectorRef& s,
+                                       const std::vector<int>& parameters,
+                                       ParameterJacobian* jacobian) const override;
+
+ private:
+  struct Scratch;
+  /// Scratch of one call: the one that is kept, or a new one while another thread has it.
+  class Loan;
+
+  const ConstraintElement& constraint(int i) const { return *all_constraints_[i]; }
+  void Describe();
+  /// Throws std::invalid_argument for a constraint without gradient and for numbers that are not finite.
+  void CheckElements() const;
+  void AddEfforts(const VectorRef& q, const VectorRef& v, const VectorRef& u, Scratch* s) const;
+  void AddConstraintForces(const VectorRef& q, const VectorRef& force, Scratch* s) const;
+  void DifferentiateEffort(int i, const VectorRef& q, const VectorRef& v, const VectorRef& u,
+                           Scratch* s, ResidualJacobian* jacobian) const;
+  void DifferentiateConstraint(int i, const VectorRef& q, const VectorRef& v,
+                               const VectorRef& acceleration, double lambda, Scratch* s,
+                               ResidualJacobian* jacobian) const;
+  /// ∂RNEA/∂(number of a link, or gravity), after UpdateAccelerations and UpdateMomenta.
+  void DifferentiateInertia(const NumberPlace& place, bool weight, const TreeState<double>& state,
+                            double* column) const;
+  void DifferentiateConstraintByNumber(int i, int number, const VectorRef& q, const VectorRef& v,
+                                       const VectorRef& acceleration, double lambda, Scratch* s,
+                                       int column, ParameterJacobian* jacobian) const;
+
+  RobotDescription robot_;
+  std::vector<const ConstraintElement*> all_constraints_;  // n unilateral, l bilateral
+  std::vector<ElementGeometry> constraint_geometry_;
+  std::vector<ElementGeometry> effort_geometry_;
+  bool constant_mass_ = false;
+  bool affine_constraints_ = false;
+  bool forces_on_points_ = false;
+  mutable std::atomic<Scratch*> kept_{nullptr};
+};
+
+}  // namespace contact_flow

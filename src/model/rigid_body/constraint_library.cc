@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <map>
+#include <stdexcept>
+
+#include "contact_flow/model/rigid_body/constraint/coincidence.h"
+#include "contact_flow/model/rigid_body/constraint/height_field.h"
+#include "contact_flow/model/rigid_body/constraint/joint_limit.h"
+#include "contact_flow/model/rigid_body/constraint/link_plane.h"
+#include "contact_flow/model/rigid_body/constraint/plane.h"
+#include "contact_flow/model/rigid_body/constraint/spheres.h"
+#include "contact_flow/model/rigid_body/constraint_element.h"
+#include "contact_flow/nearest_name.h"
+
+namespace contact_flow {
+namespace {
+
+struct Kind {
+  std::unique_ptr<ConstraintElement> (*make)();
+  void (*read)(ElementFields*);
+};
+
+template <class K>
+std::unique_ptr<ConstraintElement> Make() {
+  return std::make_unique<ConstraintOf<K>>();
+}
+
+template <class K>
+std::pair<const std::string, Kind> Entry() {
+  return {K::kName, {&Make<K>, &K::Read}};
+}
+
+const std::map<std::string, Kind>& Registry() {
+  static const std::map<std::string, Kind> registry = {
+      Entry<constraint::HeightField>(), Entry<constraint::LinkPlane>(),
+      Entry<constraint::LowerLimit>(),  Entry<constraint::Plane>(),
+      Entry<constraint::Spheres>(),     Entry<constraint::UpperLimit>(),
+  };
+  return registry;
+}
+
+const Kind& Find(const std::string& kind) {
+  const auto it = Registry().find(kind);
+  if (it == Registry().end()) {
+    throw std::invalid_argument(UnknownName("kind of constraint", kind, ConstraintKinds()));
+  }
+  return it->second;
+}
+
+}  // namespace
+
+std::vector<std::string> ConstraintKinds() {
+  std::vector<std::string> names;
+  for (const auto& entry : Registry()) names.push_back(entry.first);
+  return names;
+}
+
+std::unique_ptr<ConstraintElement> MakeConstraint(const std::string& kind) {
+  return Find(kind).make();
+}
+
+void ReadConstraint(const std::string& kind, ElementFields* fields) { Find(kind).read(fields); }
+
+std::unique_ptr<ConstraintElement> MakeClosureRow(const AttachedPoint& point,
+                                                  const AttachedPoint& other, int axis) {
+  std::unique_ptr<ConstraintElement> row = Make<constraint::Coincidence>();
+  row->parts.points = {point, other};
+  for (int k = 0; k < 3; ++k) {
+    row->parts.numbers.push_back({"direction", "", "component of the direction", k == axis ? 1. : 0.});
+    row->parts.ranges.push_back(Range::kAny);
+  }
+  return row;
+}
+
+}  // namespace contact_flow

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/model/rigid_body/robot_system.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "robot_scratch.h"
+
+namespace contact_flow {
+
+RobotSystem::RobotSystem(RobotDescription robot, const ParameterValues& values)
+    : robot_(std::move(robot)) {
+  Describe();
+  CheckParameterNames(description_.name, values, description_.parameters);
+  for (std::size_t i = 0; i < robot_.parameters.size(); ++i) {
+    ExposedNumber& number = robot_.parameters[i];
+    const auto it = values.find(number.parameter.name);
+    if (it != values.end()) number.parameter.value = it->second;
+    CheckParameter(description_.name, number.parameter.name, number.parameter.value, number.range);
+    for (const NumberPlace& place : number.places) {
+      SetNumber(place, number.parameter.value, &robot_);
+    }
+    description_.parameters[i] = number.parameter;
+  }
+  robot_.model.tree.set_gravity({0, 0, -robot_.gravity});
+  robot_.model.JoinInertias();
+  robot_.model.CheckMass();
+  constant_mass_ = robot_.model.tree.HasConstantMass();
+  affine_constraints_ = true;
+  for (const auto* list : {&robot_.constraints, &robot_.closures}) {
+    for (const auto& element : *list) {
+      all_constraints_.push_back(element.get());
+      constraint_geometry_.emplace_back(robot_.model.tree, element->parts);
+      affine_constraints_ &= element->IsAffine() && constraint_geometry_.back().IsAffine();
+    }
+  }
+  for (const auto& element : robot_.efforts) {
+    effort_geometry_.emplace_back(robot_.model.tree, element->parts);
+    forces_on_points_ |= !element->parts.points.empty();
+  }
+  restitution_.resize(num_constraints());
+  for (int i = 0; i < num_constraints(); ++i) {
+    restitution_(i) = robot_.constraints[i]->restitution.value;
+  }
+  nominal_ = robot_.nominal;
+  CheckElements();
+}
+
+RobotSystem::~RobotSystem() { delete kept_.load(); }
+
+void RobotSystem::CheckElements() const {
+  for (std::size_t i = 0; i < all_constraints_.size(); ++i) {
+    if (!constraint_geometry_[i].columns().empty()) continue;
+    throw std::invalid_argument("constraint '" + constraint(i).parts.name +
+                                "' is between parts that do not move");
+  }
+  for (std::size_t i = 0; i < robot_.efforts.size(); ++i) {
+    if (!effort_geometry_[i].columns().empty()) continue;
+    throw std::invalid_argument("effort '" + robot_.efforts[i]->parts.name +
+                                "' is between parts that do not move");
+  }
+  const Vector q = nominal_.x.head(num_positions()), v = nominal_.x.tail(dof());
+  ConstraintTerms terms;
+  Constraints(q, v, &terms);
+  for (std::size_t i = 0; i < all_constraints_.size(); ++i) {
+    const bool finite = std::isfinite(terms.gap(i)) && std::isfinite(terms.bias(i)) &&
+                        terms.jacobian.row(i).allFinite();
+    if (finite && !terms.jacobian.row(i).isZero(0)) continue;
+    throw std::invalid_argument("constraint '" + constraint(i).parts.name +
+                                "' is degenerate in the nominal state");
+  }
+  Vector force;
+  Dynamics(q, v, nominal_.u, ContactMode(), nullptr, &force);
+  for (int j = 0; j < dof(); ++j) {
+    if (std::isfinite(force(j))) continue;
+    throw std::invalid_argument("the efforts on '" + description_.velocities[j] +
+                                "' are not finite in the nominal state");
+  }
+}
+
+void RobotSystem::Describe() {
+  const RobotModel& model = robot_.model;
+  description_.name = model.name;
+  description_.summary = "robot of " + std::to_string(model.links.size()) + " links and " +
+                         std::to_string(model.tree.dof()) + " degrees of freedom";
+  description_.coordinates = model.coordinates;
+  description_.units = model.units;
+  description_.velocities = model.velocities;
+  description_.inputs = robot_.inputs;
+  for (const auto& element : robot_.constraints) {
+    description_.constraints.push_back(element->parts.name);
+  }
+  for (const auto& element : robot_.closures) {
+    description_.bilateral.push_back(element->parts.name);
+  }
+  for (const ExposedNumber& number : robot_.parameters) {
+    description_.parameters.push_back(number.parameter);
+  }
+  using Factor = ConfigurationSpace::Factor;
+  const std::vector<RigidBodyTree::Body>& bodies = model.tree.bodies();
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    switch (bodies[i].joint) {
+      case JointKind::kRevolute:
+        space_.Append(model.circle[i] ? Factor::kCircle : Factor::kLine);
+        break;
+      case JointKind::kBall:
+        space_.Append(Factor::kRotation);
+        break;
+      default:
+        space_.Append(Factor::kLine, bodies[i].num_dofs);
+    }
+  }
+}
+
+void RobotSystem::AddEfforts(const VectorRef& q, const VectorRef& v, const VectorRef& u,
+                             Scratch* s) const {
+  for (std::size_t i = 0; i < robot_.efforts.size(); ++i) {
+    const EffortElement& element = *robot_.efforts[i];
+    const ElementGeometry& geometry = effort_geometry_[i];
+    geometry.Place(s->state, q.data(), &s->motion);
+    geometry.Move(s->state, v.data(), &s->motion);
+    for (std::size_t k = 0; k < element.parts.inputs.size(); ++k) {
+      s->u[k] = u(element.parts.inputs[k]);
+    }
+    element.Evaluate(s->motion.z, s->motion.rate, s->u, s->e);
+    geometry.Push(s->state, s->motion, s->e, s->external.data(), s->effort.data());
+  }
+}
+
+void RobotSystem::Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
+                           ContactMode, Matrix* mass, Vector* force) const {
+  const Loan loan(this);
+  Scratch* s = loan.get();
+  const RigidBodyTree& tree = robot_.model.tree;
+  UpdatePositions(tree, q.data(), &s->state);
+  UpdateVelocities(tree, v.data(), &s->state);
+  UpdateInertias(tree, &s->state);
+  s->ClearForces();
+  AddEfforts(q, v, u, s);
+  InverseDynamics<double>(tree, tree.gravity(), nullptr,
+                          forces_on_points_ ? s->external.data() : nullptr, &s->state,
+                          s->tau.data());
+  *force = s->effort - s->tau;
+  if (mass == nullptr) return;
+  mass->resize(tree.dof(), tree.dof());
+  MassMatrix(tree, &s->state, mass->data());
+}
+
+void RobotSystem::Constraints(const VectorRef& q, const VectorRef& v,
+                              ConstraintTerms* terms) const {
+  const Loan loan(this);
+  Scratch* s = loan.get();
+  const RigidBodyTree& tree = robot_.model.tree;
+  const auto count = static_cast<Eigen::Index>(all_constraints_.size());
+  terms->gap.resize(count);
+  terms->bias.resize(count);
+  terms->jacobian.setZero(count, tree.dof());
+  if (count == 0) return;
+  const Vec3<double> weightless = Vec3<double>::Zero();
+  UpdatePositions(tree, q.data(), &s->state);
+  UpdateVelocities(tree, v.data(), &s->state);
+  UpdateAccelerations<double>(tree, weightless, nullptr, &s->state);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const ElementGeometry& geometry = constraint_geometry_[i];
+    geometry.Place(s->state, q.data(), &s->motion);
+    geometry.Move(s->state, v.data(), &s->motion);
+    geometry.Accelerate(s->state, weightless, nullptr, &s->motion);
+    geometry.Columns(s->state, s->motion, &s->rows);
+    double* gradient = s->e;
+    terms->gap(i) = constraint(i).Gap(s->motion.z, gradient);
+    terms->bias(i) = constraint(i).Curvature(s->motion.z, s->motion.rate);
+    for (int k = 0; k < geometry.size(); ++k) {
+      terms->bias(i) += gradient[k] * s->motion.acceleration[k];
+      for (std::size_t c = 0; c < geometry.columns().size(); ++c) {
+        terms->jacobian(i, geometry.columns()[c]) += gradient[k] * s->rows.z_q(k, c);
+      }
+    }
+  }
+}
+
+}  // namespace contact_flow
