@@ -41,9 +41,12 @@ export ROS_HOSTNAME ROS_MASTER_URI ROS_HOME ROS_LOG_DIR ROSCONSOLE_STDOUT_LINE_B
 COMMON_PACKAGES=(
   build-essential cmake ninja-build pkg-config
   libeigen3-dev libboost-dev libyaml-cpp-dev nlohmann-json3-dev liburdfdom-dev
-  googletest libgtest-dev python3-numpy python3-matplotlib
+  libconsole-bridge-dev googletest libgtest-dev python3-numpy python3-matplotlib
   coinor-libclp-dev                  # optional: linear programs
   libsundials-dev libopenmpi-dev)    # optional: CVODES, in the benchmark
+
+# Optional: what robots are compared with, in tests and benchmarks. Noetic's Ubuntu has KDL alone.
+ORACLE_PACKAGES=(liborocos-kdl-dev libmujoco-dev libdart-dev libdart-external-ikfast-dev)
 
 # A message package is three here: headers (lib*-dev), .msg files (ros-*), Python classes (python3-*).
 DEBIAN_PACKAGES=(
@@ -98,10 +101,10 @@ install_packages() {
 
 prepare() {
   if [ -d /opt/ros/noetic ]; then
-    install_packages "${COMMON_PACKAGES[@]}" "${NOETIC_PACKAGES[@]}"
+    install_packages "${COMMON_PACKAGES[@]}" liborocos-kdl-dev "${NOETIC_PACKAGES[@]}"
     [ -n "${ROS_PACKAGE_PATH:-}" ] || source_setup /opt/ros/noetic/setup.bash
   else
-    install_packages "${COMMON_PACKAGES[@]}" "${DEBIAN_PACKAGES[@]}"
+    install_packages "${COMMON_PACKAGES[@]}" "${ORACLE_PACKAGES[@]}" "${DEBIAN_PACKAGES[@]}"
   fi
 }
 
