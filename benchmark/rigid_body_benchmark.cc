@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Rigid bodies, beside MuJoCo where it is installed: the quadruped of config/robots (18 degrees of freedom),
+// in one run. Ratios count, not microseconds.
+#include <cstdio>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/flow/simulate.h"
+#include "contact_flow/io/robot_file.h"
+#include "contact_flow/model/rigid_body/inverse_dynamics_jacobian.h"
+#include "contact_flow/model/rigid_body/tree_factor.h"
+#include "timing.h"
+#if CONTACT_FLOW_HAVE_MUJOCO
+#include "test/model/rigid_body/mujoco_model.h"
+#endif
+
+namespace contact_flow {
+namespace benchmark {
+namespace {
+
+/// The trunk this far above where the feet touch the ground [m]: slightly inside it, standing.
+constexpr double kSink = -1e-4;
+
+/// Our kernel at one state.
+struct Kernel {
+  Kernel(const RobotSystem& system, const Vector& x)
+      : tree(system.robot().model.tree),
+        q(x.head(system.num_positions())),
+        v(x.tail(system.dof())),
+        state(tree),
+        jacobian(tree),
+        factor(tree),
+        mass(tree.dof(), tree.dof()),
+        by_q(mass),
+        by_v(mass),
+        tau(tree.dof()),
+        acceleration(Vector::Ones(tree.dof())) {}
+
+  /// M and v̇ = −M⁻¹ b.
+  void ForwardDynamics() {
+    UpdatePositions(tree, q.data(), &state);
+    UpdateVelocities(tree, v.data(), &state);
+    UpdateInertias(tree, &state);
+    MassMatrix(tree, &state, mass.data());
+    InverseDynamics<double>(tree, tree.gravity(), nullptr, nullptr, &state, tau.data());
+    factor.Compute(&mass);
+    tau = -tau;
+    factor.Solve(mass, tau);
+  }
+  /// ∂(inverse dynamics)/∂(q, v), with all it needs.
+  void Differentiate() {
+    UpdatePositions(tree, q.data(), &state);
+    UpdateVelocities(tree, v.data(), &state);
+    UpdateInertias(tree, &state);
+    UpdateMomenta(tree, &state);
+    InverseDynamics<double>(tree, tree.gravity(), acceleration.data(), nullptr, &state,
+                            tau.data());
+    jacobian.Compute(tree, tree.gravity(), nullptr, state, by_q.data(), by_v.data());
+  }
+
+  const RigidBodyTree& tree;
+  const Vector q, v;
+  TreeState<double> state;
+  InverseDynamicsJacobian<double> jacobian;
+  TreeFactor factor;
+  Matrix mass, by_q, by_v;
+  Vector tau;
+  const Vector acceleration;
+};
+
+#if CONTACT_FLOW_HAVE_MUJOCO
+
+/// The robot in MuJoCo, with spheres at its feet above a frictionless floor on request.
+std::unique_ptr<MujocoModel> InMujoco(const RobotSystem& system, bool contacts) {
+  const RobotModel& model = system.robot().model;
+  std::vector<std::string> inside(model.tree.num_bodies() + 1);
+  if (contacts) {
+    inside.back() = "<geom type=\"plane\" size=\"5 5 1\" condim=\"1\"/>";
+    for (const auto& constraint : system.robot().constraints) {
+      const AttachedPoint& foot = constraint->parts.points[0];
+      char geom[200];
+      std::snprintf(geom, sizeof(geom),
+                    "<geom type=\"sphere\" size=\"0.02\" pos=\"%.17g %.17g %.17g\" condim=\"1\"/>",
+                    foot.local(0), foot.local(1), foot.local(2));
+      inside[foot.body] += geom;
+    }
+  }
+  return std::make_unique<MujocoModel>(model.tree, "", inside);
+}
+
+#endif
+
+Vector Standing(const RobotSystem& system) {
+  Vector x = system.nominal().x;
+  ConstraintTerms terms;
+  system.Constraints(x.head(system.num_positions()), x.tail(system.dof()), &terms);
+  x(2) += kSink - terms.gap(0);  // base_z
+  for (int j = 0; j < system.dof(); ++j) x(system.num_positions() + j) = 0.01 * std::sin(j + 1.0);
+  return x;
+}
+
+int Run(const char* file) {
+  const std::unique_ptr<RobotSystem> system = LoadRobot(file);
+  const Vector x = Standing(*system), u = system->nominal().u;
+  Kernel kernel(*system, x);
+  ContactDynamics dynamics(*system, u);
+  const ContactMode all({0, 1, 2, 3});
+  std::vector<const char*> names = {"forward dynamics with M",
+                                    "derivatives of inverse dynamics",
+                                    "constrained dynamics, 4 contacts",
+                                    "  the same with its Jacobian"};
+  std::vector<std::function<void()>> tasks = {
+      [&] { kernel.ForwardDynamics(); }, [&] { kernel.Differentiate(); },
+      [&] { dynamics.Evaluate(x, all); }, [&] { dynamics.Differentiate(x, all); }};
+#if CONTACT_FLOW_HAVE_MUJOCO
+  const std::unique_ptr<MujocoModel> free = InMujoco(*system, false),
+                                     standing = InMujoco(*system, true);
+  const Vector q = x.head(system->num_positions()), v = x.tail(system->dof());
+  free->SetState(q, v);
+  standing->SetState(q, v);
+  mj_forward(standing->model, standing->data);
+  std::printf("MuJoCo %s: %d contacts\n", mj_versionString(), standing->data->ncon);
+  const int n = system->dof();
+  std::vector<double> A(4 * n * n);
+  names.insert(names.end(), {"mj_forward", "mj_forward, 4 contacts",
+                             "mjd_transitionFD one-sided, 4 contacts"});
+  tasks.push_back([&] { mj_forward(free->model, free->data); });
+  tasks.push_back([&] { mj_forward(standing->model, standing->data); });
+  tasks.push_back([&] {
+    mjd_transitionFD(standing->model, standing->data, 1e-6, 0, A.data(), nullptr, nullptr, nullptr);
+  });
+#endif
+  const std::vector<double> seconds = TimeInterleaved(tasks, 5e-3, 15);
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    std::printf("%-42s %8.2f us\n", names[k], 1e6 * seconds[k]);
+  }
+  // The flow and its Jacobian: dropped from the nominal state to just before it lands.
+  const NominalRun& nominal = system->nominal();
+  SimulateOptions options;
+  BDerivativeOptions derivative_options;
+  const double duration = 0.1;
+  const Trajectory run = Simulate(*system, nominal.x, nominal.u, duration, options);
+  const std::vector<double> flow = TimeInterleaved(
+      {[&] { Simulate(*system, nominal.x, nominal.u, duration, options); },
+       [&] { DifferentiateOutcome(*system, run, derivative_options); }},
+      5e-3, 9);
+  std::printf("plain run %.3f ms, Jacobian of the flow without the run %.3f ms\n", 1e3 * flow[0],
+              1e3 * flow[1]);
+  std::printf("Jacobian of the flow / plain run %.2f\n", 1 + flow[1] / flow[0]);
+#if CONTACT_FLOW_HAVE_MUJOCO
+  std::printf("forward dynamics / mj_forward %.2f (at most 1.5)\n", seconds[0] / seconds[4]);
+  std::printf("mjd_transitionFD / constrained dynamics with Jacobian %.2f (at least 5)\n",
+              seconds[6] / seconds[3]);
+  std::printf("constrained dynamics with Jacobian / mj_forward %.2f (at most 5.9)\n",
+              seconds[3] / seconds[4]);
+  return seconds[0] <= 1.5 * seconds[4] && seconds[6] >= 5 * seconds[3] ? 0 : 1;
+#else
+  return 0;
+#endif
+}
+
+}  // namespace
+}  // namespace benchmark
+}  // namespace contact_flow
+
+int main() { return contact_flow::benchmark::Run(CONTACT_FLOW_QUADRUPED); }
