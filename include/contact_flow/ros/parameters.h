@@ -10,8 +10,9 @@ namespace ros_interface {
 
 /// The private parameters of the node.
 struct NodeParameters {
-  Configuration
-      configuration;  ///< ~model, ~parameters, ~options, ~derivative_options, on top of ~model_file
+  /// ~model, ~parameters, ~options, ~derivative_options, on top of ~model_file; ~robot and
+  /// ~robot_description instead of a model
+  Configuration configuration;
   bool record = false;        ///< ~record: record from the start
   std::string bag_name;       ///< ~bag_name: of that bag; "": model and time
   std::string bag_directory;  ///< ~bag_directory
