@@ -77,15 +77,16 @@ RobotTexts ReadRobot(MapReader* reader, const std::string& name) {
 
 }  // namespace
 
-NodeParameters ReadNodeParameters() {
+YAML::Node PrivateParameters() {
   XmlRpc::XmlRpcValue tree;
-  const std::string name = ros::this_node::getName();
-  YAML::Node yaml;
-  if (ros::param::get(name, tree)) yaml = ToYaml(tree);
+  return ros::param::get(ros::this_node::getName(), tree) ? ToYaml(tree) : YAML::Node();
+}
 
+NodeParameters ReadNodeParameters() {
   NodeParameters parameters;
   parameters.bag_directory = DefaultBagDirectory();
-  MapReader reader(yaml, name);
+  const std::string name = ros::this_node::getName();
+  MapReader reader(PrivateParameters(), name);
   std::string model_file;
   reader.Read("model_file", &model_file);
   Configuration base;

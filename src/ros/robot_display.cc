@@ -152,7 +152,10 @@ RobotDisplay::RobotDisplay(const RobotSystem& system, const std::string& urdf,
       {options_.world_frame, base_alias_ ? options_.base_frame : root_, -1, LinkIndex(model, root_)});
   for (const auto& entry : description->joints_) {
     const urdf::Joint& joint = *entry.second;
-    if (joint.type != urdf::Joint::FLOATING && joint.type != urdf::Joint::PLANAR) continue;
+    if (joint.type != urdf::Joint::FLOATING && joint.type != urdf::Joint::PLANAR) {
+      joints_.insert(joint.name);  // of fixed ones there is no coordinate
+      continue;
+    }
     placements_.push_back({joint.parent_link_name, joint.child_link_name,
                            LinkIndex(model, joint.parent_link_name),
                            LinkIndex(model, joint.child_link_name)});
@@ -168,6 +171,21 @@ RobotDisplay::RobotDisplay(const RobotSystem& system, const std::string& urdf,
   }
   const double weight = mass * std::max(std::abs(system_.robot().gravity), 1e-3);
   metres_per_newton_ = options_.force_length / std::max(weight, 1e-9);
+}
+
+sensor_msgs::JointState RobotDisplay::Joints(const VectorRef& x, const ros::Time& stamp) const {
+  sensor_msgs::JointState message = ToJointState(system_, x, stamp);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < message.name.size(); ++i) {
+    if (joints_.count(message.name[i]) == 0) continue;
+    message.name[kept] = message.name[i];
+    message.position[kept] = message.position[i];
+    message.velocity[kept++] = message.velocity[i];
+  }
+  message.name.resize(kept);
+  message.position.resize(kept);
+  message.velocity.resize(kept);
+  return message;
 }
 
 Pose RobotDisplay::LinkPose(const TreeState<double>& state, int link) const {

@@ -19,6 +19,9 @@ struct NodeParameters {
   long threads = 4;           ///< ~threads: requests answered at once
 };
 
+/// Everything under the node's private name, for a MapReader called after the node.
+YAML::Node PrivateParameters();
+
 /// Reads everything under the node's private name. Throws std::invalid_argument, naming the
 /// parameter, for one that is unknown (with the nearest that is not), or has the wrong type or a
 /// value out of range.

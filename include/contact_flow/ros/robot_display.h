@@ -7,6 +7,7 @@
 #include <std_msgs/ColorRGBA.h>
 #include <visualization_msgs/MarkerArray.h>
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -16,9 +17,7 @@
 namespace contact_flow {
 namespace ros_interface {
 
-/// Every coordinate that is one number, with its rate: joints by their URDF names, as robot_state_publisher
-/// looks them up, and base_x, base_z, … of a base that moves. Quaternions are left out: they go
-/// to tf. Efforts are empty. Of analytic models, too.
+/// Every coordinate of a system that is one number, with its rate; quaternions are left out. Efforts are empty.
 sensor_msgs::JointState ToJointState(const MechanicalSystem& system, const VectorRef& x,
                                      const ros::Time& stamp);
 
@@ -42,8 +41,9 @@ class RobotDisplay {
   /// `urdf` is the text that the robot was made of: its shapes are drawn.
   RobotDisplay(const RobotSystem& system, const std::string& urdf, DisplayOptions options = {});
 
-  /// The base in the world, and the links that hang on floating and planar joints, which are not in a
-  /// JointState that robot_state_publisher understands.
+  /// The joints of the URDF that have one number, which is what robot_state_publisher understands.
+  sensor_msgs::JointState Joints(const VectorRef& x, const ros::Time& stamp) const;
+  /// The base in the world, and the links that hang on floating and planar joints.
   std::vector<geometry_msgs::TransformStamped> Transforms(const VectorRef& x,
                                                           const ros::Time& stamp) const;
   /// The root link in base_frame, where that is another name.
@@ -84,6 +84,7 @@ class RobotDisplay {
   const DisplayOptions options_;
   std::string root_;
   bool base_alias_ = false;  // base_frame is another name of the root
+  std::set<std::string> joints_;  // with one number
   std::vector<Shape> shapes_;
   std::vector<Placement> placements_;
   double metres_per_newton_ = 0;
