@@ -17,6 +17,8 @@ using visualization_msgs::Marker;
 
 /// Tiles along each side of a surface.
 constexpr int kTiles = 40;
+/// How far below the surface it is drawn, so that the visual of a table or floor hides it [m].
+constexpr double kSink = 2e-3;
 
 /// A point of a surface over its two parameters [m].
 using Surface = std::function<Vec3<double>(double, double)>;
@@ -33,7 +35,7 @@ Surface SurfaceOf(const ConstraintElement& element, const Vec3<double>& near) {
   if (dynamic_cast<const ConstraintOf<Plane>*>(&element) != nullptr) {
     const Vec3<double> normal = Vec3<double>(numbers[0], numbers[1], numbers[2]).normalized();
     const Mat3<double> frame = AxisFrame(normal);
-    const Vec3<double> foot = near + (numbers[3] - normal.dot(near)) * normal;
+    const Vec3<double> foot = near + (numbers[3] - kSink - normal.dot(near)) * normal;
     return [=](double s, double t) -> Vec3<double> {
       return foot + s * frame.col(0) + t * frame.col(1);
     };
@@ -41,7 +43,7 @@ Surface SurfaceOf(const ConstraintElement& element, const Vec3<double>& near) {
   if (dynamic_cast<const ConstraintOf<HeightField>*>(&element) != nullptr) {
     return [=](double s, double t) {
       double z[] = {near(0) + s, near(1) + t, 0};
-      return Vec3<double>(z[0], z[1], -HeightField::Gap(numbers.data(), z));
+      return Vec3<double>(z[0], z[1], -HeightField::Gap(numbers.data(), z) - kSink);
     };
   }
   return {};
