@@ -9,6 +9,8 @@
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/finite_difference.h"
 #include "contact_flow/flow/simulate.h"
+#include "contact_flow/io/robot_file.h"
+#include "test/model/robots.h"
 #include "test/reference_case.h"
 #include "test/test_models.h"
 
@@ -20,9 +22,10 @@ Matrix FreeFlight(const MechanicalSystem& system, const Vector& x, double durati
                   VariationStatistics* statistics = nullptr) {
   SimulateOptions options;
   options.relative_tolerance = options.absolute_tolerance = tolerance;
-  const Trajectory run = Simulate(system, x, Vector(0), duration, options);
+  const Vector& u = system.nominal().u;
+  const Trajectory run = Simulate(system, x, u, duration, options);
   EXPECT_TRUE(run.transitions.empty());
-  ContactDynamics dynamics(system, Vector(0));
+  ContactDynamics dynamics(system, u);
   return PropagateArc(&dynamics, run.arcs.front(), tolerance, statistics);
 }
 
@@ -35,6 +38,21 @@ TEST(Variation, OfAnOscillatorIsItsExactPropagator) {
     Matrix exact(2, 2);
     exact << std::cos(duration), std::sin(duration), -std::sin(duration), std::cos(duration);
     EXPECT_LE((phi - exact).cwiseAbs().maxCoeff(), 1e-9) << "t = " << duration;
+  }
+}
+
+/// Servos damp the legs at rates up to 10³/s: what has decayed is not resolved again in every step, and what is
+/// left keeps its tolerance. (The factor 10: local errors of some ten steps add up.)
+TEST(Variation, ModesThatHaveDecayedCostLittle) {
+  for (const char* robot : {"quadruped", "compliant_quadruped"}) {
+    const auto system = LoadRobot(RobotFile(robot));
+    const Vector& x = system->nominal().x;
+    VariationStatistics half, whole;
+    FreeFlight(*system, x, 0.05, 1e-9, &half);
+    const Matrix phi = FreeFlight(*system, x, 0.1, 1e-9, &whole);
+    const Matrix exact = FreeFlight(*system, x, 0.1, 1e-13);
+    EXPECT_LE((phi - exact).cwiseAbs().maxCoeff(), 1e-8 * exact.cwiseAbs().maxCoeff()) << robot;
+    EXPECT_LT(whole.jacobians - half.jacobians, 0.9 * half.jacobians) << robot;
   }
 }
 
