@@ -23,6 +23,10 @@ InputSchedule ResolveSchedule(const LinearizeTrajectory::Request& request, const
     throw std::invalid_argument("grid has " + std::to_string(count) + " instants, at most " +
                                 std::to_string(kMaxIntervals) + " are accepted");
   }
+  if (schedule.grid.front() != 0) {
+    throw std::invalid_argument("grid[0] is " + std::to_string(schedule.grid.front()) +
+                                " s, expected 0");
+  }
   schedule.values.assign(count, nominal);
   const std::vector<double>& data = request.inputs.data;
   if (data.empty()) return schedule;
