@@ -206,7 +206,7 @@ class Descent {
 
 const char* DescentStatusName(DescentStatus status) {
   constexpr const char* kNames[] = {"minimum", "stalled", "undefined", "max iterations",
-                                    "cancelled"};
+                                    "",        "cancelled"};
   return kNames[static_cast<int>(status)];
 }
 

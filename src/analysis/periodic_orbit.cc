@@ -11,6 +11,8 @@
 namespace contact_flow {
 namespace {
 
+constexpr double kApart = 1e-13;  // [s]
+
 bool IsEvent(const OrbitCondition& condition) {
   return condition.kind == OrbitCondition::Kind::kTouchdown ||
          condition.kind == OrbitCondition::Kind::kLiftOff;
@@ -57,8 +59,11 @@ class OrbitEquation {
       return value;
     }
     const Vector x = y.head(problem_.x.size());
-    const PoincareMap map(*system_, problem_.u, problem_.section, options_);
-    const PoincareReturn orbit = map.Return(x, with_map);
+    // The residual tells nearly simultaneous events apart, so that it is continuous; the derivative takes them as one,
+    // so that it has the pieces of all orders.
+    PoincareOptions apart = options_;
+    apart.simulate.simultaneity_tolerance = kApart;
+    PoincareReturn orbit = PoincareMap(*system_, problem_.u, problem_.section, apart).Return(x, false);
     value.message = orbit.message;
     value.defined = orbit.returned() && orbit.event_times.allFinite();
     if (!value.defined) {
@@ -66,7 +71,10 @@ class OrbitEquation {
       return value;
     }
     value.residual = Residual(x, orbit);
-    value.has_map = with_map && orbit.status == ReturnStatus::kReturned;
+    if (!with_map) return value;
+    orbit = PoincareMap(*system_, problem_.u, problem_.section, options_).Return(x);
+    value.has_map = orbit.status == ReturnStatus::kReturned;
+    value.message = orbit.message;
     if (!value.has_map) return value;
     basis_ = AdmissibleBasis(*system_, x, orbit.trajectory.arcs.front().mode,
                              options_.derivative.variables);

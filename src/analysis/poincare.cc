@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "contact_flow/analysis/section.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "tangent_map.h"
 
@@ -75,6 +76,9 @@ PoincareReturn PoincareMap::Return(const VectorRef& x, bool differentiate) const
   if (!differentiate) return result;
   result.start_basis = Basis(x, result.trajectory.arcs.front().mode);
   result.end_basis = Basis(result.x, result.trajectory.arcs.back().mode);
+  if (result.end_basis.cols() == result.start_basis.cols()) {
+    result.end_basis = NearestBasis(result.end_basis, result.start_basis);
+  }
   Differentiate(x, &result);
   return result;
 }

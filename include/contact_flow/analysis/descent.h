@@ -34,7 +34,7 @@ enum class DescentStatus {
   kStalled = 1,        ///< some direction should, but no step along it did: rounding, or a kink close by
   kUndefined = 2,      ///< the cost or its derivative is not to be had at the start
   kMaxIterations = 3,
-  kCancelled = 4,
+  kCancelled = 5,
 };
 
 /// "minimum", …
