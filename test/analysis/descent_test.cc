@@ -169,7 +169,7 @@ OutcomeProblem ElbowProblem(const test::ReferenceCase& pendulum, double offset) 
 TEST(OutcomeCost, DerivativeAgreesWithQuotients) {
   const test::ReferenceCase pendulum("double_pendulum_simultaneous");
   std::mt19937 generator(1);
-  for (const double torque : {0.0, 0.3}) {  // on the kink; off it, and with effort
+  for (const double torque : {0.0, -0.3}) {  // on the kink; off it, and with effort
     OutcomeProblem problem = ElbowProblem(pendulum, torque / 10);
     problem.unknowns.push_back({OutcomeUnknown::Kind::kPosition, 0});
     problem.unknowns.push_back({OutcomeUnknown::Kind::kVelocity, 1});
