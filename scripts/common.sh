@@ -52,7 +52,8 @@ ORACLE_PACKAGES=(liborocos-kdl-dev libmujoco-dev libdart-dev libdart-external-ik
 DEBIAN_PACKAGES=(
   libsiconos-numerics-dev libsiconos-kernel-dev   # optional: an oracle of tests; not in Ubuntu 20.04
   catkin ros-message-generation ros-message-runtime
-  libroscpp-dev librosbag-dev librostest-dev libactionlib-dev libdiagnostic-updater-dev
+  libroscpp-dev librosbag-dev librostest-dev libdiagnostic-updater-dev
+  libactionlib-dev python3-actionlib
   libtf2-ros-dev libtf2-eigen-dev liburdf-dev
   libdynamic-reconfigure-config-init-mutex-dev python3-dynamic-reconfigure
   libactionlib-msgs-dev ros-actionlib-msgs python3-actionlib-msgs

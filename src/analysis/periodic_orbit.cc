@@ -3,10 +3,12 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "contact_flow/analysis/section.h"
 #include "retraction.h"
+#include "tangent_map.h"
 
 namespace contact_flow {
 namespace {
@@ -67,7 +69,7 @@ class OrbitEquation {
     value.message = orbit.message;
     value.defined = orbit.returned() && orbit.event_times.allFinite();
     if (!value.defined) {
-      if (orbit.returned()) value.message = "not every touchdown and lift-off of the conditions happens";
+      if (orbit.returned()) value.message = MissingEvent(orbit.event_times);
       return value;
     }
     value.residual = Residual(x, orbit);
@@ -129,6 +131,13 @@ class OrbitEquation {
     if (condition.other >= 0) {
       options_.events.push_back({condition.other, release, condition.occurrence});
     }
+  }
+
+  std::string MissingEvent(const Vector& times) const {
+    Eigen::Index k = 0;
+    while (std::isfinite(times(k))) ++k;
+    return EventName(*system_, options_.events[static_cast<std::size_t>(k)]) +
+           " does not happen before the return";
   }
 
   /// Throws std::invalid_argument, and changes nothing, for values the model refuses.

@@ -22,9 +22,7 @@ bool Happens(const Transition& transition, const WantedEvent& event) {
 
 std::string Sentence(const MechanicalSystem& system, const WantedEvent& event,
                      const std::string& what) {
-  return std::string(event.release ? "lift-off" : "touchdown") + " number " +
-         std::to_string(event.occurrence) + " of '" +
-         system.description().constraints[event.constraint] + "' " + what;
+  return EventName(system, event) + " " + what;
 }
 
 /// −Dλ_i / (dλ_i/dt) in the mode before.
@@ -78,6 +76,12 @@ std::vector<std::vector<int>> Orders(const EventMap& map) {
 }
 
 }  // namespace
+
+std::string EventName(const MechanicalSystem& system, const WantedEvent& event) {
+  return std::string(event.release ? "lift-off" : "touchdown") + " number " +
+         std::to_string(event.occurrence) + " of '" +
+         system.description().constraints[event.constraint] + "'";
+}
 
 std::vector<LocatedEvent> LocateEvents(const Trajectory& run,
                                        const std::vector<WantedEvent>& events) {

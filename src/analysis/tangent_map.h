@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "contact_flow/analysis/poincare.h"
@@ -13,6 +14,9 @@ struct LocatedEvent {
   int transition = -1;  ///< −1: it does not
   WantedEvent event;
 };
+
+/// "touchdown number 1 of 'left_foot'".
+std::string EventName(const MechanicalSystem& system, const WantedEvent& event);
 
 /// A compliant constraint touches down where its gap falls through zero.
 std::vector<LocatedEvent> LocateEvents(const Trajectory& run, const std::vector<WantedEvent>& events);

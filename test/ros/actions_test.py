@@ -135,7 +135,7 @@ class Actions(unittest.TestCase):
             return self.orbit(request)
 
         for result, part in (
-                (orbit(unknown_parameters=["stifness"]), "stiffness"),
+                (orbit(unknown_parameters=["axial_stifness"]), "axial_stiffness"),
                 (orbit(section=ReturnSection(name="body_q")), "section.name"),
                 (orbit(requirements=[OrbitRequirement(kind="perod")]), "period"),
                 (orbit(requirements=[OrbitRequirement(kind="liftoff", name="foot")]),
@@ -167,7 +167,7 @@ class Actions(unittest.TestCase):
         result = self.orbit(request)
         self.assertTrue(result.success)
         self.assertEqual(result.outcome, 3)
-        self.assertIn("touchdown", result.message)
+        self.assertIn("touchdown number 7 of 'left_foot' does not happen", result.message)
 
     def test_recorded_and_verified(self):
         for name, action, request in (("trot", self.orbit, trot_request()),

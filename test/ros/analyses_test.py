@@ -69,13 +69,16 @@ class ReturnMaps(unittest.TestCase):
             self.assertLess(np.min(np.abs(slopes)), 1e-2)
 
     def test_sections_of_every_kind(self):
-        client = Client("pendulum")
-        for section, count in ((ReturnSection(kind="coordinate", name="elbow", value=1.6), 4),
-                               (ReturnSection(kind="velocity", name="shoulder", value=0.1), 4),
-                               (ReturnSection(kind="clock", value=1.4), 4)):
+        client = Client("wide")
+        for section, i, height in (
+                (ReturnSection(kind="coordinate", name="body_z", value=0.7, direction=1), 3, 0.7),
+                (ReturnSection(kind="velocity", name="body_z", value=-0.5), 10, -0.5),
+                (ReturnSection(kind="clock", value=0.8), 3, 0.8)):
             answer = client.poincare_map(section=section)
             self.assertTrue(answer.success, answer.message)
-            self.assertEqual((answer.outcome, len(answer.result.q + answer.result.v)), (0, count))
+            self.assertEqual(answer.outcome, 0, answer.message)
+            self.assertAlmostEqual((answer.result.q + answer.result.v)[i], height, places=9)
+        client = Client("pendulum")
         answer = client.poincare_map(section=ReturnSection(kind="touchdown", name="elbow_stop"))
         self.assertTrue(answer.success)
         self.assertEqual(answer.outcome, 4)  # both stops at once
@@ -100,7 +103,8 @@ class ReturnMaps(unittest.TestCase):
                 ({"section": APEX, "horizon": -1.0}, "horizon"),
                 ({"section": APEX, "horizon": math.nan}, "horizon"),
                 ({"section": APEX, "input": [1.0]}, "input"),
-                ({"section": APEX, "state": InitialState(names=["body_z"], positions=[-1])}, "")):
+                ({"section": APEX, "state": InitialState(names=["left_foot_z"], positions=[-1])},
+                 "left_foot")):
             answer = client.poincare_map(**fields)
             self.assertFalse(answer.success, fields)
             self.assertEqual(answer.outcome, 255)
