@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // A double pendulum reaches the stops of both joints at once. Moved at the shoulder, it reaches one first: which
-// constant elbow torque brings the elbow back to its nominal final angle? A law with a kink.
+// constant shoulder torque brings the elbow back to its nominal final angle? A law with a kink.
 //
-// Prints: slope of the law: -0.0372 N m/rad below, -0.1605 above
+// Prints: slope of the law: -0.4402 N m/rad below, -1.5875 above
 
 #include <cmath>
 #include <cstdio>
@@ -16,11 +16,11 @@ int main() {
   const auto pendulum = MakeModel("double_pendulum");
   const NominalRun& nominal = pendulum->nominal();
 
-  // ½ (elbow(T) − nominal)², to be made zero by the elbow torque.
+  // ½ (elbow(T) − nominal)², to be made zero by the shoulder torque.
   OutcomeProblem problem;
   problem.u = nominal.u;
   problem.duration = nominal.duration;
-  problem.unknowns = {{OutcomeUnknown::Kind::kInput, 1}};
+  problem.unknowns = {{OutcomeUnknown::Kind::kInput, 0}};
   problem.target = Simulate(*pendulum, nominal.x, nominal.u, nominal.duration, problem.simulate).FinalState();
   problem.weight = Vector::Unit(4, 1);
   problem.effort = Vector::Zero(2);

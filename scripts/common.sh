@@ -46,7 +46,7 @@ COMMON_PACKAGES=(
   libsundials-dev libopenmpi-dev)    # optional: CVODES, in the benchmark
 
 # Optional: what robots are compared with, in tests and benchmarks. Noetic's Ubuntu has KDL alone.
-ORACLE_PACKAGES=(liborocos-kdl-dev libmujoco-dev libdart-dev libdart-external-ikfast-dev)
+ORACLE_PACKAGES=(liborocos-kdl-dev libmujoco-dev libdart-dev libdart-external-ikfast-dev coinor-csdp)
 
 # A message package is three here: headers (lib*-dev), .msg files (ros-*), Python classes (python3-*).
 DEBIAN_PACKAGES=(

@@ -15,8 +15,8 @@ from matplotlib.colors import ListedColormap
 
 LEFT, RIGHT, BOTH = "#0072b2", "#d55e00", "black"
 REGIONS = ListedColormap(["#c6dcec", "#f6d5c2"])
-SNAPSHOTS = 9
-SPACING = 1.35  # between snapshots [m]
+SNAPSHOTS = 7
+SPACING = 1.2  # between snapshots [m]
 
 
 class Recording:
@@ -108,7 +108,7 @@ def draw_period(axes, recording):
                 label = what + "\n" + label
         axes.text(k * SPACING, -0.08, label, ha="center", va="top", fontsize=8)
     heights = q[:, recording.coordinates.index("body_z")]
-    axes.plot(t / result.t_end * (SNAPSHOTS - 1) * SPACING, heights, color="0.6", lw=0.8, ls=":")
+    axes.plot(numpy.interp(t, instants, numpy.arange(SNAPSHOTS) * SPACING), heights, color="0.6", lw=0.8, ls=":")
     axes.axhline(0, color="0.4", lw=1)
     axes.set(xlim=(-0.75, (SNAPSHOTS - 1) * SPACING + 0.75), ylim=(-0.32, 1.0), aspect="equal",
              yticks=[0, 0.4, 0.8], ylabel="height [m]", xticks=[],
@@ -136,14 +136,14 @@ def draw_section(axes, recording):
             axes.plot(chosen[:, 0], chosen[:, 1], "o", ms=3, color=colour, label=label)
     axes.set(xlabel=r"pitch $\theta$ [rad]", ylabel=r"pitch rate $\dot\theta$ [rad/s]",
              xlim=(grid[0], grid[-1]), ylim=(grid[0], grid[-1]),
-             title="section at the apex:\nselections of $DP$ (shaded), simulated runs (dots)")
+             title="section at the apex: selections of $DP$\n(shaded) and simulated runs (dots)")
     axes.legend(fontsize=7.5, loc="upper right", framealpha=0.9)
 
 
 def draw(recording, path):
     pyplot.rcParams.update({"font.size": 9, "axes.titlesize": 10, "mathtext.fontset": "dejavusans"})
     figure, (period, section) = pyplot.subplots(
-        1, 2, figsize=(13, 3.8), gridspec_kw={"width_ratios": [2.6, 1]}, constrained_layout=True)
+        1, 2, figsize=(13, 3.6), gridspec_kw={"width_ratios": [2.5, 1]}, constrained_layout=True)
     draw_period(period, recording)
     draw_section(section, recording)
     for axes in (period, section):

@@ -109,9 +109,10 @@ def draw_image(axes, gait, steps):
         curve = numpy.where(chosen[:, None] | numpy.roll(chosen, 1)[:, None], points, numpy.nan)
         axes.fill(*points[chosen].T, color=COLOURS[foot], alpha=0.18, lw=0)
         axes.plot(*curve.T, color=COLOURS[foot], lw=1.8, label=LABELS[foot])
-    reach = 1.25 * numpy.max(numpy.abs(points))
+    reach = 1.25 * numpy.max(numpy.abs(points), axis=0)  # of each axis by itself: images are thin
     if steps == 0:
-        draw_eigenvectors(axes, gait, reach)
+        draw_eigenvectors(axes, gait)
+        axes.set_aspect("equal")
     if steps == 1 and gait.returns:
         starts = numpy.array([start for start, _ in gait.returns])
         ends = numpy.array([end for _, end in gait.returns])
@@ -119,21 +120,26 @@ def draw_image(axes, gait, steps):
                   label="simulated")
     axes.axhline(0, color="0.85", lw=0.7, zorder=0)
     axes.axvline(0, color="0.85", lw=0.7, zorder=0)
-    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xlabel=r"$\delta\theta$")
+    axes.set(xlim=(-reach[0], reach[0]), ylim=(-reach[1], reach[1]), xlabel=r"$\delta\theta$")
+    axes.ticklabel_format(axis="x", scilimits=(-2, 3))
 
 
-def draw_eigenvectors(axes, gait, reach):
+def draw_eigenvectors(axes, gait):
+    shown = 0
     for foot, value, v in gait.active_eigenvectors():
         seen = gait.plane @ v
         length = numpy.linalg.norm(seen)
         if length <= VISIBLE * numpy.linalg.norm(v):
             continue  # it does not show in this plane
         seen = seen / length
+        shown += 1
         axes.annotate("", seen, (0, 0), arrowprops={"arrowstyle": "-|>", "color": COLOURS[foot],
                                                     "lw": 1.4, "shrinkA": 0, "shrinkB": 0})
-        axes.text(*(seen * 0.6 + 0.05 * reach * numpy.array([seen[1], -seen[0]])),
+        axes.text(*(seen * 0.6 + 0.07 * numpy.array([seen[1], -seen[0]])),
                   r"$\lambda=%.3g$" % value, color=COLOURS[foot], fontsize=7.5, ha="center",
                   va="center")
+    if not shown:
+        axes.text(0, -0.75, "no real eigenvector is active", ha="center", fontsize=7.5)
 
 
 def draw(gaits, path):
@@ -147,11 +153,10 @@ def draw(gaits, path):
             axes.spines["right"].set_visible(False)
             if steps == 0:
                 axes.set(ylabel="%s: %s\n$\\delta\\dot\\theta$" % (name, verdict_word(gait)))
-        if row is panels[0]:
-            for steps, axes in enumerate(row):
-                axes.set_title("unit ball, active eigenvectors" if steps == 0 else
-                               "image under $DP$" if steps == 1 else "image under $DP^%d$" % steps)
-            row[1].legend(fontsize=7, frameon=False, loc="upper right")
+    for steps, axes in enumerate(panels[0]):
+        axes.set_title("unit ball, active eigenvectors" if steps == 0 else
+                       "image under $DP$" if steps == 1 else "image under $DP^%d$" % steps)
+    panels[0][1].legend(fontsize=7, frameon=False, loc="upper right")
     figure.savefig(path, dpi=130)
 
 

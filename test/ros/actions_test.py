@@ -35,8 +35,8 @@ def trot_request():
 
 
 def law_request():
-    """The elbow torque that brings the elbow to 2.0 rad."""
-    return OptimizationRequest(unknowns=["input elbow_torque"], outcomes=["elbow"], targets=[2.0],
+    """The shoulder torque that brings the elbow to 2.0 rad."""
+    return OptimizationRequest(unknowns=["input shoulder_torque"], outcomes=["elbow"], targets=[2.0],
                                tolerance=1e-10)
 
 
@@ -97,7 +97,7 @@ class Actions(unittest.TestCase):
         self.assertLess(result.result.cost, 1e-14)
         self.assertAlmostEqual(result.result.final_q[1], 2.0, places=6)
         torque = result.result.values[0]
-        run = Client("pendulum").simulate(input=[0, torque])
+        run = Client("pendulum").simulate(input=[torque, 0])
         self.assertAlmostEqual(run.trajectory.final_q[1], 2.0, places=6)
         self.assertGreater(len(self.optimize.feedback), 2)
 
@@ -148,7 +148,7 @@ class Actions(unittest.TestCase):
             self.assertIn(part, result.message)
         self.assertEqual(self.orbit.client.get_state(), GoalStatus.ABORTED)
         for fields, part in (({"unknowns": []}, "unknowns is empty"),
-                             ({"unknowns": ["input elbo_torque"]}, "elbow_torque"),
+                             ({"unknowns": ["input shoulde_torque"]}, "shoulder_torque"),
                              ({"outcomes": ["elbo"]}, "elbow"),
                              ({"targets": []}, "targets has 0 entries, expected 1"),
                              ({"weights": [-1.0]}, "weights[0] is -1"),
@@ -191,17 +191,17 @@ class CommandLine(unittest.TestCase):
 
     def test_a_bar_and_the_result(self):
         done = self.run_action("/pendulum/optimize",
-                               "{unknowns: [input elbow_torque], outcomes: [elbow], targets: [2.0]}")
+                               "{unknowns: [input shoulder_torque], outcomes: [elbow], targets: [2.0]}")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertRegex(done.stderr.decode(), r"\[[#.]{30}\] +\d+ %  iteration \d+")
         result = yaml.safe_load(done.stdout.decode())
         self.assertTrue(result["success"])
-        self.assertEqual(result["result"]["unknowns"], ["input elbow_torque"])
+        self.assertEqual(result["result"]["unknowns"], ["input shoulder_torque"])
 
     def test_wrong_use(self):
         self.assertEqual(self.run_action().returncode, 2)
         self.assertEqual(self.run_action("/pendulum/simulate").returncode, 2)
-        done = self.run_action("/pendulum/optimize", "{unknown: [input elbow_torque]}")
+        done = self.run_action("/pendulum/optimize", "{unknown: [input shoulder_torque]}")
         self.assertEqual(done.returncode, 2)
         self.assertIn("unknown", done.stderr.decode())
         done = self.run_action("/pendulum/optimize", "{unknowns: [elbo]}")
@@ -211,7 +211,7 @@ class CommandLine(unittest.TestCase):
     def test_interrupt_cancels(self):
         client = subprocess.Popen(
             [executable("run_action.py"), "/pendulum/optimize",
-             "{unknowns: [input elbow_torque], outcomes: [elbow], targets: [-3.0],"
+             "{unknowns: [input shoulder_torque], outcomes: [elbow], targets: [-3.0],"
              " options: {max_step: 0.00001, max_steps: 10000000}}"],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         time.sleep(3)
