@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
-#include <limits>
 
 namespace contact_flow {
 namespace {
@@ -61,9 +60,7 @@ EventLocator::EventLocator(ContactDynamics* dynamics, double floor)
     : dynamics_(dynamics),
       floor_(floor),
       forces_(dynamics->system().num_constraints(), kStageColumns),
-      x_(dynamics->system().state_size()),
-      gap_margin_(std::numeric_limits<double>::infinity()),
-      force_margin_(std::numeric_limits<double>::infinity()) {}
+      x_(dynamics->system().state_size()) {}
 
 void EventLocator::RecordForce(const Vector& force) {
   if (calls_ == kStageColumns) return;
@@ -134,7 +131,7 @@ void EventLocator::Search(int i, LocatedEvent* event) {
       value_left = values[part];
     }
     if (dip) {
-      double& margin = member ? force_margin_ : gap_margin_;
+      double& margin = member ? margins_.force : margins_.gap;
       margin = std::min(margin, std::max(value_turn, 0.0));
     }
     rate_left = rate_end;
@@ -154,7 +151,7 @@ LocatedEvent EventLocator::Locate(Dop853* stepper, ContactMode mode, const GapSa
       const double lowest = seen.minCoeff(), highest = seen.maxCoeff();
       if (lowest > kForceReserve * (highest - lowest) && lowest > floor_) {
         if (lowest < seen(0) && lowest < seen(kEndStage)) {
-          force_margin_ = std::min(force_margin_, lowest);
+          margins_.force = std::min(margins_.force, lowest);
         }
         continue;
       }

@@ -94,6 +94,7 @@ InputSchedule ResolveGrid(const InputGrid& grid, const Vector& u) {
                                 " are accepted");
   }
   CheckFinite("input_grid.times", schedule.grid);
+  if (schedule.grid.front() != 0) Refuse("input_grid.times[0]", schedule.grid.front(), "0");
   schedule.values.assign(count, u);
   const std::vector<double>& data = grid.values.data;
   if (data.empty()) return schedule;

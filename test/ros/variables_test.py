@@ -77,6 +77,9 @@ class Variables(unittest.TestCase):
         answer = Client("box").linearize(input_grid=InputGrid(times=[0, 0.2, 0.1]))
         self.assertFalse(answer.success)
         self.assertIn("0.1", answer.message)
+        answer = Client("box").simulate(input_grid=InputGrid(times=[0.1, 0.2]))
+        self.assertFalse(answer.success)
+        self.assertIn("input_grid.times[0] is 0.1", answer.message)
 
     def test_states_off_the_legs_are_refused_or_projected(self):
         client = Client("jointed")
