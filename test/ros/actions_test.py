@@ -91,6 +91,17 @@ class Actions(unittest.TestCase):
         values = [iteration.value for iteration in found.iterations]
         self.assertEqual(values[-1], self.orbit.feedback[-1].value)
 
+    def test_an_orbit_of_a_robot(self):
+        action = Action("robot/find_periodic_orbit", FindPeriodicOrbitAction, FindPeriodicOrbitGoal)
+        result = action(PeriodicOrbitRequest(section=ReturnSection(kind="apex", name="base_z"),
+                                             translation=["base_x"]))
+        self.assertTrue(result.success, result.message)
+        self.assertEqual(result.outcome, 0, result.message)
+        modes = [mode.active for mode in result.result.orbit.modes]
+        self.assertEqual(len(modes), 5, modes)  # one foot after the other, down and up
+        self.assertLess(result.result.orbit.distance, 1e-9)
+        self.assertLess(result.result.orbit.neutral_residual, 1e-6)
+
     def test_the_torque_is_found(self):
         result = self.optimize(law_request())
         self.assertTrue(result.success, result.message)
