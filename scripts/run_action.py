@@ -28,22 +28,28 @@ class Bar:
     """One line on the standard error output that is written anew with each feedback."""
 
     def __init__(self):
-        self.last, self.shown = 0, False
+        self.last, self.fraction = 0, 0
 
     def show(self, feedback):
-        now = time.time()
-        if now - self.last < 0.1 and feedback.fraction < 1:
-            return
-        self.last, self.shown = now, True
-        done = int(round(WIDTH * min(max(feedback.fraction, 0), 1)))
-        sys.stderr.write("\r[%s%s] %3.0f %%  iteration %d, %.3g   " % (
-            "#" * done, "." * (WIDTH - done), 100 * feedback.fraction, feedback.iteration,
-            feedback.value))
-        sys.stderr.flush()
+        self.fraction = feedback.fraction
+        if time.time() - self.last >= 0.1:
+            self.last = time.time()
+            self.write(feedback.iteration, feedback.value)
 
-    def close(self):
-        if self.shown:
+    def close(self, result):
+        """The last state, which feedback may be too late to tell."""
+        if result.success and result.outcome == 0:
+            self.fraction = 1
+        if result.result.iterations:
+            last = result.result.iterations[-1]
+            self.write(last.iteration, last.value)
             sys.stderr.write("\n")
+
+    def write(self, iteration, value):
+        done = int(round(WIDTH * min(max(self.fraction, 0), 1)))
+        sys.stderr.write("\r[%s%s] %3.0f %%  iteration %d, %.3g   " % (
+            "#" * done, "." * (WIDTH - done), 100 * self.fraction, iteration, value))
+        sys.stderr.flush()
 
 
 def read_goal(kind, text):
@@ -85,11 +91,11 @@ def main(arguments):
     except KeyboardInterrupt:
         client.cancel_goal()
         client.wait_for_result(rospy.Duration(30))
-    bar.close()
     result = client.get_result()
     if result is None:
         print("no result", file=sys.stderr)
         return 1
+    bar.close(result)
     print(result)
     return 0 if result.success and result.outcome == 0 else 1
 

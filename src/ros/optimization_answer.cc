@@ -8,6 +8,7 @@
 #include "contact_flow/OptimizeOutcomeResult.h"
 #include "contact_flow/analysis/descent.h"
 #include "contact_flow/analysis/outcome_cost.h"
+#include "contact_flow/ros/analysis_messages.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/request.h"
 

@@ -10,7 +10,7 @@
 
 #include "contact_flow/FindPeriodicOrbitResult.h"
 #include "contact_flow/analysis/periodic_orbit.h"
-#include "contact_flow/model/model_library.h"
+#include "contact_flow/ros/analysis_messages.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/poincare_answer.h"
 #include "contact_flow/ros/request.h"
@@ -64,8 +64,8 @@ OrbitProblem ResolveProblem(const Setup& setup, const PeriodicOrbitRequest& requ
   const SystemDescription& names = setup.system->description();
   const Run run = ResolveRun(setup, 0, request.state, request.input, {}, {});
   OrbitProblem problem;
-  problem.factory = [name = names.name](const ParameterValues& values) {
-    return MakeModel(name, values);
+  problem.factory = [&setup](const ParameterValues& values) {
+    return setup.WithParameters(values);
   };
   for (const Parameter& parameter : names.parameters) {
     problem.parameters[parameter.name] = parameter.value;

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "contact_flow/ComputePoincareMap.h"
 #include "contact_flow/ros/analysis_messages.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/request.h"
@@ -13,6 +14,14 @@
 namespace contact_flow {
 namespace ros_interface {
 namespace {
+
+using Response = ComputePoincareMap::Response;
+
+static_assert(Response::NO_RETURN == static_cast<int>(ReturnStatus::kNoReturn) &&
+                  Response::STOPPED == static_cast<int>(ReturnStatus::kStopped) &&
+                  Response::TANGENT == static_cast<int>(ReturnStatus::kTangent) &&
+                  Response::NO_DERIVATIVE == static_cast<int>(ReturnStatus::kNoDerivative),
+              "the constants of the service are the statuses");
 
 const std::vector<std::string> kKinds = {"apex", "coordinate", "velocity", "touchdown", "clock"};
 constexpr double kMaxHorizon = 1e6;
@@ -140,7 +149,8 @@ PoincareResult ToMsg(const MechanicalSystem& system, const AssessedReturn& asses
   result.coordinates = names.coordinates;
   result.velocities = names.velocities;
   result.constraints = names.constraints;
-  result.outcome = static_cast<std::uint8_t>(one.status);
+  result.outcome = one.status == ReturnStatus::kRefused ? Response::REFUSED
+                                                        : static_cast<std::uint8_t>(one.status);
   result.message = one.message.empty() ? assessed.note : one.message;
   result.time = one.time;
   if (!one.trajectory.arcs.empty()) {

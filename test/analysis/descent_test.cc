@@ -129,6 +129,36 @@ TEST(Descent, EndsInAValleyAndLeavesARidge) {
   EXPECT_TRUE(left.kinks.empty());
 }
 
+/// 8 |y₁² − y₂| + (1 − y₁)² (Lewis and Overton): a curved valley whose bottom is a kink, with the minimum 0 at (1, 1).
+CostValue CurvedValley(const Vector& y, CostQuery query) {
+  CostValue value;
+  const double height = y(0) * y(0) - y(1);
+  value.cost = 8 * std::abs(height) + (1 - y(0)) * (1 - y(0));
+  value.has_map = query != CostQuery::kValue;
+  const Matrix along = Eigen::RowVector2d(-2 * (1 - y(0)), 0), across = Eigen::RowVector2d(2 * y(0), -1);
+  if (std::abs(height) <= (query == CostQuery::kKinks ? 1e-7 : 1e-15)) {
+    value.map = test::SumOfFolds(along, Matrix::Constant(1, 1, 8), across);
+  } else {
+    value.map = PiecewiseLinearMap::Linear(along + (height > 0 ? 8 : -8) * across);
+  }
+  return value;
+}
+
+TEST(Descent, FollowsACurvedValley) {
+  const DescentResult result = Minimize(CurvedValley, Eigen::Vector2d(-1.2, 1));
+  EXPECT_LE(result.cost, 1e-6) << result.message;
+  EXPECT_NEAR(1, result.y(0), 1e-2);
+  EXPECT_NEAR(1, result.y(1), 1e-2);
+  int by[3] = {0, 0, 0};
+  for (const DescentIteration& iteration : result.iterations) ++by[static_cast<int>(iteration.method)];
+  EXPECT_EQ(1, by[0]);
+  EXPECT_GT(by[1], 0) << "the trust region does its part";
+  EXPECT_GT(by[2], 0) << "where its steps are refused, BFGS goes on";
+  for (std::size_t k = 1; k < result.iterations.size(); ++k) {
+    EXPECT_LE(result.iterations[k].cost, result.iterations[k - 1].cost);
+  }
+}
+
 TEST(Descent, SaysWhatStoppedIt) {
   const NonsmoothCost cost =
       Folded(Eigen::Vector2d(1, 1), Vector::Constant(1, 0.5), Eigen::RowVector2d(1, -1.5));

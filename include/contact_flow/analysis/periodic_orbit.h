@@ -27,7 +27,7 @@ struct OrbitCondition {
   /// Of touchdown and lift-off: with another constraint, `value` is the time by which `index` is later; 0:
   /// they are simultaneous.
   int other = -1;
-  int occurrence = 1;  ///< the first, second, … such event of the period
+  int occurrence = 1;  ///< the first, second, … such event of the period, of both constraints
 };
 
 /// What is looked for: a state x with P(x) = x, and values of some parameters for which the conditions hold.
@@ -63,7 +63,9 @@ struct OrbitSolution {
 /// Looks for a periodic orbit by B-Newton: the unknowns are the tangents (δq, δv) that the contact mode of the start
 /// admits and δp, the equations
 ///   P(x, p) ⊟ x = 0 [2d],   condition_k(x, p) = 0.
-/// Works through simultaneous touchdowns, where P is piecewise differentiable. Which conditions are independent is not
+/// Works through simultaneous touchdowns, where P is piecewise differentiable: the residual tells events apart that are
+/// 1e-13 s apart, and is continuous; the derivative takes those within the simultaneity tolerance as one, and has the
+/// pieces of all their orders. Which conditions are independent is not
 /// asked: more than unknowns, or fewer, are solved where they are consistent. Throws std::invalid_argument for
 /// unknown parameters and for conditions the system has not.
 OrbitSolution FindOrbit(const OrbitProblem& problem, const OrbitOptions& options = {});

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -39,15 +38,6 @@ int StateIndex(const std::string& field, const std::string& name,
 /// The settings of analyses that difference returns: the node's, with tolerances no larger than these.
 SimulateOptions TightOptions(const Setup& setup);
 BDerivativeOptions TightDerivativeOptions(const Setup& setup);
-
-/// How whoever waits for a long answer watches it. Both may be left empty.
-struct Watch {
-  std::function<bool()> cancelled;
-  /// Iteration, share that is done, residual or cost, best point so far.
-  std::function<void(int iteration, double fraction, double value, const Vector& best)> report;
-
-  bool Cancelled() const { return cancelled && cancelled(); }
-};
 
 }  // namespace ros_interface
 }  // namespace contact_flow

@@ -3,8 +3,8 @@
 
 #include "contact_flow/OptimizationRequest.h"
 #include "contact_flow/OptimizationResult.h"
-#include "contact_flow/ros/analysis_messages.h"
 #include "contact_flow/ros/setup.h"
+#include "contact_flow/ros/watch.h"
 
 namespace contact_flow {
 namespace ros_interface {

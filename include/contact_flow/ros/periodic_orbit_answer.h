@@ -3,8 +3,8 @@
 
 #include "contact_flow/PeriodicOrbitRequest.h"
 #include "contact_flow/PeriodicOrbitResult.h"
-#include "contact_flow/ros/analysis_messages.h"
 #include "contact_flow/ros/setup.h"
+#include "contact_flow/ros/watch.h"
 
 namespace contact_flow {
 namespace ros_interface {
