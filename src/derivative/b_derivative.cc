@@ -11,10 +11,9 @@
 #include "contact_flow/dynamics/contact_dynamics.h"
 
 namespace contact_flow {
-namespace {
 
-Status CheckTransition(const Trajectory& trajectory, std::size_t k) {
-  const Transition& transition = trajectory.transitions[k];
+Status CheckTransition(const Transition* before, const Transition& transition,
+                       double simultaneity_tolerance) {
   std::ostringstream message;
   if (transition.completes_zeno) {
     message << "infinitely many bounces were completed to sticking at t = " << transition.t
@@ -22,16 +21,13 @@ Status CheckTransition(const Trajectory& trajectory, std::size_t k) {
     return {Outcome::kZeno, message.str()};
   }
   // An event at an instant of the input grid happens under the one input or the other.
-  if (k == 0) return {};
-  const Transition& before = trajectory.transitions[k - 1];
-  const bool close = transition.t - before.t <= trajectory.simultaneity_tolerance;
-  if (!close || transition.changes_input == before.changes_input) return {};
+  if (before == nullptr) return {};
+  const bool close = transition.t - before->t <= simultaneity_tolerance;
+  if (!close || transition.changes_input == before->changes_input) return {};
   message << "at t = " << transition.t
           << " s an event coincides with a change of the input: which comes first decides";
   return {Outcome::kNotDifferentiable, message.str()};
 }
-
-}  // namespace
 
 /// w with (δu, δp) = 0 where they are left out.
 Vector BDerivative::Complete(const VectorRef& w) const {
@@ -110,7 +106,8 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
   derivative.events.reserve(last - first);
   for (std::size_t k = first; k < last; ++k) {
     const Transition& transition = trajectory.transitions[k];
-    derivative.status = CheckTransition(trajectory, k);
+    derivative.status = CheckTransition(k > 0 ? &trajectory.transitions[k - 1] : nullptr, transition,
+                                        trajectory.simultaneity_tolerance);
     if (!derivative.status.ok()) return derivative;
     derivative.events.emplace_back(dynamics[k], transition);
     derivative.status = derivative.events.back().status();

@@ -26,6 +26,17 @@ void DenseArc::Append(double t, double h, const double* c, int n) {
   coefficients_.insert(coefficients_.end(), c, c + kDenseOrder * n);
 }
 
+void DenseArc::DropBefore(double t) {
+  std::size_t count = 0;
+  while (count < begin_.size() && begin_[count] + length_[count] <= t) ++count;
+  const auto drop = [](std::vector<double>* from, std::size_t n) {
+    from->erase(from->begin(), from->begin() + static_cast<std::ptrdiff_t>(n));
+  };
+  drop(&begin_, count);
+  drop(&length_, count);
+  drop(&coefficients_, count * kDenseOrder * static_cast<std::size_t>(n_));
+}
+
 void DenseArc::Evaluate(double t, double* x) const {
   const auto after = std::upper_bound(begin_.begin(), begin_.end(), t);
   const std::size_t k = after == begin_.begin() ? 0 : after - begin_.begin() - 1;

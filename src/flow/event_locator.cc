@@ -4,13 +4,15 @@
 #include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
-#include <limits>
 
 namespace contact_flow {
 namespace {
 
 /// A gap that opens again this many floors above zero cannot be told from one that touches.
 constexpr double kTouchReach = 10;
+/// A gap that falls by less than this part of a floor before it opens again stands still: a contact that was let go
+/// together with others has a speed of the order of rounding.
+constexpr double kStandsStill = 1e-3;
 constexpr int kPieces = 8;        // of a step, in a search
 constexpr int kStageColumns = 16;  // forces kept of one step
 constexpr int kEndStage = 12;      // the one at its end
@@ -58,9 +60,7 @@ EventLocator::EventLocator(ContactDynamics* dynamics, double floor)
     : dynamics_(dynamics),
       floor_(floor),
       forces_(dynamics->system().num_constraints(), kStageColumns),
-      x_(dynamics->system().state_size()),
-      gap_margin_(std::numeric_limits<double>::infinity()),
-      force_margin_(std::numeric_limits<double>::infinity()) {}
+      x_(dynamics->system().state_size()) {}
 
 void EventLocator::RecordForce(const Vector& force) {
   if (calls_ == kStageColumns) return;
@@ -114,7 +114,8 @@ void EventLocator::Search(int i, LocatedEvent* event) {
       turn = Root(rate_at, left, end, rate_left, rate_end);
       value_turn = value_at(turn);
     }
-    const bool dip = rate_left < 0 && rate_end > 0 && value_left > floor;
+    const bool dip = rate_left < 0 && rate_end > 0 && value_left > floor &&
+                     value_left - value_turn > kStandsStill * floor;
     const double stops[2] = {turn, end};
     const double values[2] = {value_turn, value_end};
     for (int part = 0; part < 2; ++part) {
@@ -130,7 +131,7 @@ void EventLocator::Search(int i, LocatedEvent* event) {
       value_left = values[part];
     }
     if (dip) {
-      double& margin = member ? force_margin_ : gap_margin_;
+      double& margin = member ? margins_.force : margins_.gap;
       margin = std::min(margin, std::max(value_turn, 0.0));
     }
     rate_left = rate_end;
@@ -150,7 +151,7 @@ LocatedEvent EventLocator::Locate(Dop853* stepper, ContactMode mode, const GapSa
       const double lowest = seen.minCoeff(), highest = seen.maxCoeff();
       if (lowest > kForceReserve * (highest - lowest) && lowest > floor_) {
         if (lowest < seen(0) && lowest < seen(kEndStage)) {
-          force_margin_ = std::min(force_margin_, lowest);
+          margins_.force = std::min(margins_.force, lowest);
         }
         continue;
       }

@@ -16,9 +16,9 @@ void Validate(const MechanicalSystem& system, const InputSchedule& schedule) {
   }
   for (std::size_t k = 0; k < schedule.grid.size(); ++k) {
     const double t = schedule.grid[k];
-    if (!std::isfinite(t) || (k == 0 ? t != 0 : !(t > schedule.grid[k - 1]))) {
-      message << "the input grid's instant " << k << " is " << t
-              << " s: it must be " << (k == 0 ? "0" : "finite and later than the one before");
+    if (!std::isfinite(t) || (k > 0 && !(t > schedule.grid[k - 1]))) {
+      message << "the input grid's instant " << k << " is " << t << " s: it must be finite"
+              << (k > 0 ? " and later than the one before" : "");
       throw std::invalid_argument(message.str());
     }
     const Vector& u = schedule.values[k];

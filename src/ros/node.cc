@@ -8,6 +8,7 @@
 #include "contact_flow/ros/assumptions_answer.h"
 #include "contact_flow/ros/linearize_answer.h"
 #include "contact_flow/ros/conversions.h"
+#include "contact_flow/ros/handler.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -21,43 +22,13 @@ static_assert(SimulateTrajectoryResponse::GRAZING == static_cast<int>(Outcome::k
                       static_cast<int>(Outcome::kTooManyPieces),
               "the constants of the services are the values of Outcome");
 
-/// Runs a handler's body: what it throws is the answer, with success = false.
-template <class Response, class Body>
-bool Guard(const char* service, Response* out, const Body& body) {
-  try {
-    body();
-    out->success = true;
-  } catch (const std::exception& error) {
-    out->success = false;
-    out->message = error.what();
-  } catch (...) {
-    out->success = false;
-    out->message = "unknown error";
-  }
-  if (!out->success) ROS_WARN("%s: %s", service, out->message.c_str());
-  return true;
-}
-
-/// Records and publishes a result. Not being able to record what was to be recorded is a failure,
-/// but the result is answered all the same.
-template <class Record, class Response>
-void Deliver(Outlet* outlet, Record* record, Response* out) {
-  out->outcome = record->result.outcome;
-  out->message = record->result.message;
-  try {
-    out->recorded = outlet->Deliver(record);
-  } catch (const std::exception& error) {
-    throw std::runtime_error(std::string("NOT RECORDED: ") + error.what() +
-                             "; the result itself is complete");
-  }
-}
-
 template <class Request, class ServiceRequest>
 Request CommonFields(const ServiceRequest& in) {
   Request request;
   request.duration = in.duration;
   request.state = in.state;
   request.input = in.input;
+  request.input_grid = in.input_grid;
   request.options = in.options;
   return request;
 }
@@ -79,7 +50,8 @@ Request DirectionFields(const ServiceRequest& in) {
 Node::Node(const NodeParameters& parameters)
     : setup_(parameters.configuration),
       node_("~"),
-      outlet_(&node_, parameters.bag_directory, ToMsg(setup_)) {
+      outlet_(&node_, parameters.bag_directory, ToMsg(setup_)),
+      analyses_(&node_, setup_, &outlet_) {
   setup_.options.cancelled = [] { return !ros::ok(); };
   if (setup_.robot != nullptr) {
     for (const std::string& warning : setup_.robot->robot().model.warnings) {
@@ -149,12 +121,30 @@ bool Node::Compare(CompareBDerivative::Request& in, CompareBDerivative::Response
 
 bool Node::CheckAssumed(CheckAssumptions::Request& in, CheckAssumptions::Response& out) {
   out.outcome = CheckAssumptions::Response::REFUSED;
-  return Guard("check_assumptions", &out, [&] { out = Answer(setup_, in); });
+  return Guard("check_assumptions", &out, [&] {
+    AssumptionRecord record;
+    record.request = CommonFields<AssumptionRequest>(in);
+    record.request.region_samples = in.region_samples;
+    record.request.region_q = in.region_q;
+    record.request.region_v = in.region_v;
+    record.result = Answer(setup_, record.request);
+    out.report = record.result;
+    Deliver(&outlet_, &record, &out);
+    out.report.header = record.header;
+  });
 }
 
 bool Node::Linearized(LinearizeTrajectory::Request& in, LinearizeTrajectory::Response& out) {
   out.outcome = LinearizeTrajectory::Response::REFUSED;
-  return Guard("linearize", &out, [&] { Answer(setup_, in, &out); });
+  return Guard("linearize", &out, [&] {
+    LinearizationRecord record;
+    record.request = CommonFields<LinearizationRequest>(in);
+    record.request.derivative_options = in.derivative_options;
+    record.result = Answer(setup_, record.request);
+    out.linearization = record.result;
+    Deliver(&outlet_, &record, &out);
+    out.linearization.header = record.header;
+  });
 }
 
 bool Node::Describe(DescribeModel::Request& in, DescribeModel::Response& out) {

@@ -22,9 +22,9 @@ Matrix FreeFlight(const MechanicalSystem& system, const Vector& x, double durati
                   VariationStatistics* statistics = nullptr) {
   SimulateOptions options;
   options.relative_tolerance = options.absolute_tolerance = tolerance;
-  const Trajectory run = Simulate(system, x, Vector(0), duration, options);
+  const Trajectory run = Simulate(system, x, Vector::Zero(system.num_inputs()), duration, options);
   EXPECT_TRUE(run.transitions.empty());
-  ContactDynamics dynamics(system, Vector(0));
+  ContactDynamics dynamics(system, Vector::Zero(system.num_inputs()));
   return PropagateArc(&dynamics, run.arcs.front(), tolerance, statistics);
 }
 

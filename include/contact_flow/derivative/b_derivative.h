@@ -56,6 +56,11 @@ class BDerivative {
   Vector Complete(const VectorRef& w) const;
 };
 
+/// Not kOk where a transition has no first-order map because of what it is or of the one before (or null): bounces
+/// that were completed to sticking, an event within `simultaneity_tolerance` [s] of a change of the input.
+Status CheckTransition(const Transition* before, const Transition& transition,
+                       double simultaneity_tolerance);
+
 /// Differentiates a trajectory made with SimulateOptions::dense, whose arcs know their inputs; `system` must outlive
 /// the result. A trajectory whose status is not kOk has no derivative: its status is passed on.
 BDerivative DifferentiateOutcome(const MechanicalSystem& system, const Trajectory& trajectory,

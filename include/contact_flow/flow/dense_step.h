@@ -25,6 +25,8 @@ class DenseArc {
 
   /// Appends the step (t, t+h] with coefficients c [kDenseOrder×n].
   void Append(double t, double h, const double* c, int n);
+  /// Drops the steps that end at t or before.
+  void DropBefore(double t);
   /// x(t) [n] into `x`, which must have the right size; t is clamped to the arc.
   void Evaluate(double t, double* x) const;
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <limits>
+
 #include "contact_flow/contact_mode.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/dop853.h"
@@ -25,6 +27,12 @@ struct LocatedEvent {
   double theta = 1;     ///< place in the step, [0, 1]
   int constraint = -1;  ///< a gap that closes (i ∉ J) or a force that vanishes (i ∈ J)
   bool touch = false;   ///< the gap reaches zero and opens again: grazing
+};
+
+/// Smallest interior minimum met so far of a gap that stayed open and of a force that kept pushing.
+struct GuardMargins {
+  double gap = std::numeric_limits<double>::infinity();    ///< [m]
+  double force = std::numeric_limits<double>::infinity();  ///< [N]
 };
 
 /// Finds the earliest zero of all guards in one step of the integrator: a_i for i ∉ J, λ_i for i ∈ J, and −a_i for
@@ -53,9 +61,9 @@ class EventLocator {
   LocatedEvent Locate(Dop853* stepper, ContactMode mode, const GapSample& begin,
                       const GapSample& end);
 
-  /// Smallest interior minimum met so far of a gap that stayed open and of a force that kept pushing.
-  double gap_margin() const { return gap_margin_; }
-  double force_margin() const { return force_margin_; }
+  const GuardMargins& margins() const { return margins_; }
+  /// As they were before a step that was not accepted.
+  void RestoreMargins(const GuardMargins& margins) { margins_ = margins; }
 
  private:
   /// Whether λ_i is the guard.
@@ -73,8 +81,7 @@ class EventLocator {
   int calls_ = 0;
   ConstraintTerms terms_;
   Vector x_;
-  double gap_margin_;
-  double force_margin_;
+  GuardMargins margins_;
 };
 
 }  // namespace contact_flow

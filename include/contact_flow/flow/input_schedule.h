@@ -11,7 +11,7 @@ namespace contact_flow {
 /// An input that is constant on each interval of a grid: u(t) = values[k] for grid[k] < t ≤ grid[k+1], and
 /// beyond the last instant.
 struct InputSchedule {
-  std::vector<double> grid;    ///< [K], grid[0] = 0 < grid[1] < … [s]
+  std::vector<double> grid;    ///< [K], increasing; the run begins at grid[0], mostly 0 [s]
   std::vector<Vector> values;  ///< [K] each [m]
 
   static InputSchedule Constant(const VectorRef& u) { return {{0.0}, {u}}; }

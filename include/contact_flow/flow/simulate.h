@@ -50,7 +50,8 @@ ContactMode InitialMode(const MechanicalSystem& system, const VectorRef& x, cons
 /// Throws std::invalid_argument for sizes, non-finite numbers, and states InitialMode refuses.
 Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u,
                     double duration, const SimulateOptions& options = {});
-/// The same with an input that is piecewise constant on a grid.
+/// The same from grid[0] on with an input that is piecewise constant on a grid. The motion up to an instant of the grid
+/// does not depend, to the bit, on that instant and the inputs from it on.
 Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x,
                     const InputSchedule& schedule, double duration,
                     const SimulateOptions& options = {});

@@ -13,6 +13,7 @@
 #include "contact_flow/SimulateTrajectory.h"
 #include "contact_flow/StartRecording.h"
 #include "contact_flow/StopRecording.h"
+#include "contact_flow/ros/analysis_servers.h"
 #include "contact_flow/ros/outlet.h"
 #include "contact_flow/ros/parameters.h"
 #include "contact_flow/ros/setup.h"
@@ -40,6 +41,7 @@ class Node {
   Setup setup_;
   ros::NodeHandle node_;
   Outlet outlet_;
+  AnalysisServers analyses_;
   std::vector<ros::ServiceServer> servers_;
 };
 

@@ -6,10 +6,18 @@
 #include <mutex>
 #include <string>
 
+#include "contact_flow/AssumptionRecord.h"
 #include "contact_flow/ComparisonRecord.h"
+#include "contact_flow/ControllabilityRecord.h"
+#include "contact_flow/CovarianceRecord.h"
 #include "contact_flow/DerivativeRecord.h"
+#include "contact_flow/LinearizationRecord.h"
 #include "contact_flow/ModelDescription.h"
+#include "contact_flow/OptimizationRecord.h"
+#include "contact_flow/PeriodicOrbitRecord.h"
+#include "contact_flow/PoincareRecord.h"
 #include "contact_flow/SimulationRecord.h"
+#include "contact_flow/StabilityRecord.h"
 #include "contact_flow/ros/recorder.h"
 
 namespace contact_flow {
@@ -29,6 +37,14 @@ class Outlet {
   std::string Deliver(SimulationRecord* record);
   std::string Deliver(DerivativeRecord* record);
   std::string Deliver(ComparisonRecord* record);
+  std::string Deliver(AssumptionRecord* record);
+  std::string Deliver(LinearizationRecord* record);
+  std::string Deliver(PoincareRecord* record);
+  std::string Deliver(StabilityRecord* record);
+  std::string Deliver(ControllabilityRecord* record);
+  std::string Deliver(CovarianceRecord* record);
+  std::string Deliver(PeriodicOrbitRecord* record);
+  std::string Deliver(OptimizationRecord* record);
 
   /// As Recorder; an empty name is made of the model and the time. Returns the path.
   std::string StartRecording(const std::string& name);
@@ -38,6 +54,9 @@ class Outlet {
   ros::Time NextStamp();
   template <class Record>
   ros::Time Stamp(Record* record);
+  /// A result that goes to the bag alone, on the topic "record/NAME".
+  template <class Record>
+  std::string DeliverRecord(const std::string& name, Record* record);
   std::string Write(std::uint8_t outcome, const std::vector<BagEntry>& entries);
   template <class Message>
   BagEntry Entry(const std::string& topic, const ros::Time& stamp,

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <limits>
+#include <optional>
+
+#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/flow/dop853.h"
+#include "contact_flow/flow/event_locator.h"
+#include "contact_flow/flow/simulate.h"
+#include "contact_flow/flow/trajectory.h"
+#include "contact_flow/flow/zeno_detector.h"
+#include "contact_flow/model/mechanical_system.h"
+
+namespace contact_flow {
+
+/// The hybrid flow of Def. 1 as it unfolds, one step at a time, from node to node: a node is a time with its state,
+/// contact mode and input.
+///
+///   Propose()       integrates from the node as far as the error control lets one step reach, or to the first event
+///                   in it; each call starts from the node again.
+///   Accept()        makes the end of the proposal the next node; an event there is passed.
+///   Cut(t)          makes an instant inside the proposal the next node, by a step up to there.
+///   ChangeInput(u)  at a node.
+///
+/// Causality: a proposal does not know of the cut that may follow, and its continuous extension holds up to there all
+/// the same. So the motion up to t does not depend, to the bit, on what is decided for later than t. Simulate cuts at
+/// the instants of its input grid, an OnlineFlow at those of its commands: the same inputs give the same bits.
+///
+/// Memory does not grow. `system` must outlive the flow.
+class Flow {
+ public:
+  /// From the node (t, x, mode, u); x is put on the state manifold.
+  Flow(const MechanicalSystem& system, double t, const VectorRef& x, ContactMode mode,
+       const VectorRef& u, const SimulateOptions& options);
+  Flow(const Flow&) = delete;
+  Flow& operator=(const Flow&) = delete;
+
+  double t() const { return t_; }            ///< [s]
+  const Vector& x() const { return x_; }     ///< right limit [nq+d]
+  ContactMode mode() const { return mode_; }
+  const Vector& u() const { return dynamics_.u(); }
+  /// Not kOk: the run is over, at t().
+  const Status& status() const { return status_; }
+
+  /// Proposes a step that ends at `end` > t() [s] at the latest, a horizon; false when the run is over.
+  bool Propose(double end = std::numeric_limits<double>::infinity());
+  double proposed_end() const { return end_; }          ///< [s]
+  const Vector& proposed_state() const { return x_end_; }  ///< left limit there [nq+d]
+  bool proposes_event() const { return trigger_ >= 0; }
+  /// Length of the proposal's continuous extension [s]; may be 0.
+  double proposed_length() const { return stepper_.step(); }
+  /// Its coefficients [kDenseOrder × nq+d], see EvaluateDenseStep.
+  const double* ProposedDense();
+
+  /// Goes on to the end of the proposal; true when a transition was passed there, which transition() holds. The status
+  /// tells whether the run goes on.
+  bool Accept();
+  /// Goes on to t() < t < proposed_end() only, by a step of that length from the node: its error is less than the
+  /// proposal's. False when the run is over.
+  bool Cut(double t);
+  /// The next input begins: what rests stays in contact unless it would have to pull now. True when the run goes on;
+  /// transition() then holds the change.
+  bool ChangeInput(const VectorRef& u);
+  const Transition& transition() const { return transition_; }
+
+  /// Of what was accepted.
+  Margins margins() const;
+  RunStatistics statistics() const;
+  /// See Trajectory.
+  double accumulation_time() const { return accumulation_time_; }
+
+ private:
+  void Field(const double* x, double* xdot);
+  void SampleEnd(GapSample* sample);
+  void FinishStep();
+  void Stop(Outcome outcome, const std::string& reason);
+  bool WithinBudget();
+  void BeginArc();
+  bool Attempt(double end, double* h, bool* rejected);
+  double StepOntoEvent(const LocatedEvent& event, double length);
+  bool PassTransition();
+  void CompleteZeno();
+
+  const MechanicalSystem& system_;
+  const SimulateOptions options_;
+  const bool on_manifold_;
+  ContactDynamics dynamics_;
+  EventLocator locator_;
+  ZenoDetector zeno_;
+  Dop853 stepper_;
+
+  // The node.
+  double t_;
+  Vector x_;
+  ContactMode mode_;
+  bool arc_begun_ = false;
+  double h_ = 0;  // the step that the error control suggests
+  GapSample gaps_begin_;
+  GuardMargins guard_margins_;
+  Status status_;
+
+  // The proposal.
+  double end_ = 0;
+  double h_next_ = 0;
+  int trigger_ = -1;
+  Vector x_end_;
+  GapSample gaps_end_;
+
+  Transition transition_;
+  std::optional<double> last_transition_;
+  Margins margins_;
+  double accumulation_time_ = std::numeric_limits<double>::quiet_NaN();
+  long attempts_ = 0, steps_ = 0, transitions_ = 0;
+  long next_clock_reading_;
+  double deadline_ = 0;  // set at the first reading
+  ConstraintTerms terms_;
+};
+
+}  // namespace contact_flow

@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/flow/flow.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <utility>
+
+#include "contact_flow/dynamics/mode_selection.h"
+#include "contact_flow/dynamics/sticking.h"
+#include "contact_flow/flow/manifold_projection.h"
+#include "contact_flow/flow/transition.h"
+#include "thread_clock.h"
+
+namespace contact_flow {
+namespace {
+
+constexpr double kSafety = 0.8;     // measured: shorter steps, but hardly a rejected one
+constexpr double kFirstStep = 1.5;  // measured: the first guess is about half the step that follows
+constexpr double kLargestGrowth = 6, kSmallestGrowth = 1.0 / 3;  // of the step size (Hairer's values)
+constexpr double kSmallestStep = 1e-14;     // relative to max(1, t): nothing is resolved below
+constexpr double kTaylorReach = 1e-9;       // [s] an event is moved this far by one Euler step: error ~1e-18
+constexpr int kMaxNewton = 12;              // steps towards an event
+constexpr int kStepsBetweenClockReadings = 64;  // a reading costs as much as a step
+
+}  // namespace
+
+Flow::Flow(const MechanicalSystem& system, double t, const VectorRef& x, ContactMode mode,
+           const VectorRef& u, const SimulateOptions& options)
+    : system_(system),
+      options_(options),
+      on_manifold_(HasStateManifold(system)),
+      dynamics_(system, u),
+      locator_(&dynamics_, options.absolute_tolerance),
+      zeno_(system.num_constraints(), options.zeno_interval),
+      stepper_(system.state_size(), [this](const double* y, double* ydot) { Field(y, ydot); }),
+      t_(t),
+      x_(x),
+      mode_(mode),
+      end_(t),
+      x_end_(x),
+      next_clock_reading_(kStepsBetweenClockReadings) {
+  if (on_manifold_) ProjectState(system_, &x_);
+}
+
+void Flow::Field(const double* x, double* xdot) {
+  const int d = system_.dof(), nq = system_.num_positions();
+  dynamics_.Evaluate(Eigen::Map<const Vector>(x, nq + d), mode_);
+  if (!mode_.Empty()) locator_.RecordForce(dynamics_.force());
+  system_.space().Rate(x, x + nq, xdot);
+  Eigen::Map<Vector>(xdot + nq, d) = dynamics_.acceleration();
+}
+
+void Flow::SampleEnd(GapSample* sample) {
+  SampleGaps(system_, stepper_.end(), stepper_.end_field().tail(system_.dof()), &terms_, sample);
+}
+
+/// Puts the end of the step back on the state manifold and evaluates the field there.
+void Flow::FinishStep() {
+  if (on_manifold_ && !ProjectState(system_, stepper_.mutable_end())) {
+    stepper_.mutable_end()->setConstant(std::nan(""));
+  }
+  stepper_.Finish();
+}
+
+void Flow::Stop(Outcome outcome, const std::string& reason) {
+  std::ostringstream message;
+  message.precision(12);
+  message << reason << " (stopped at t = " << t_ << " s)";
+  status_ = {outcome, message.str()};
+}
+
+bool Flow::WithinBudget() {
+  if (attempts_ >= options_.max_steps) {
+    Stop(Outcome::kBudgetExceeded,
+         "max_steps = " + std::to_string(options_.max_steps) + " integration steps were made");
+  } else if (options_.cancelled && options_.cancelled()) {
+    Stop(Outcome::kCancelled, "the caller cancelled the run");
+  } else if (attempts_ >= next_clock_reading_) {
+    next_clock_reading_ = attempts_ + kStepsBetweenClockReadings;
+    const double now = ThreadSeconds();
+    if (deadline_ == 0) deadline_ = now + options_.max_seconds;
+    if (now > deadline_) {
+      std::ostringstream reason;
+      reason << "max_seconds = " << options_.max_seconds << " of processor time were used";
+      Stop(Outcome::kBudgetExceeded, reason.str());
+    }
+  }
+  return status_.ok();
+}
+
+void Flow::BeginArc() {
+  locator_.BeginArc();
+  stepper_.Begin(x_);
+  SampleGaps(system_, x_, dynamics_.acceleration(), &terms_, &gaps_begin_);
+  h_ = kFirstStep * stepper_.GuessStep(options_.relative_tolerance, options_.absolute_tolerance);
+  arc_begun_ = true;
+}
+
+bool Flow::Propose(double end) {
+  if (!status_.ok()) return false;
+  if (!arc_begun_) BeginArc();
+  trigger_ = -1;
+  double h = h_;
+  bool rejected = false;
+  bool accepted = false;
+  while (!accepted) {
+    if (!WithinBudget()) return false;
+    locator_.RestoreMargins(guard_margins_);
+    accepted = Attempt(end, &h, &rejected);
+    if (!status_.ok()) return false;
+  }
+  return true;
+}
+
+/// Tries one step of at most *h, cut short by an event; true when its error is small enough.
+bool Flow::Attempt(double end, double* h, bool* rejected) {
+  const double limit =
+      options_.max_step > 0 ? options_.max_step : std::numeric_limits<double>::infinity();
+  const double rest = end - t_;
+  const double length = std::min({*h, limit, rest});
+  if (!(length > kSmallestStep * std::max(1.0, t_)) && length < rest) {
+    Stop(Outcome::kNonFinite, "the motion leaves the model's domain: no step size is small enough");
+    return false;
+  }
+  ++attempts_;
+  locator_.BeginStep();
+  const double error =
+      stepper_.TryStep(length, options_.relative_tolerance, options_.absolute_tolerance);
+  if (!(error <= 1) || !stepper_.end().allFinite()) {
+    *rejected = true;
+    const double shrink = kSafety * std::pow(error, -1.0 / 8);
+    *h = length * (std::isfinite(error) ? std::max(kSmallestGrowth, shrink) : 0.1);
+    return false;
+  }
+  FinishStep();
+  if (!stepper_.end().allFinite()) {
+    Stop(Outcome::kNonFinite, "the bilateral constraints cannot be met");
+    return false;
+  }
+  SampleEnd(&gaps_end_);
+  const LocatedEvent event = locator_.Locate(&stepper_, mode_, gaps_begin_, gaps_end_);
+  if (event.found) {
+    trigger_ = event.constraint;
+    end_ = t_ + StepOntoEvent(event, length);
+  } else {
+    x_end_ = stepper_.end();
+    end_ = length == rest ? end : t_ + length;
+    const double growth = kSafety * std::pow(std::max(error, 1e-30), -1.0 / 8);
+    h_next_ = length * std::clamp(growth, kSmallestGrowth, *rejected ? 1.0 : kLargestGrowth);
+  }
+  return true;
+}
+
+/// Newton's method for the event on the true step: repeats the step with its length as the unknown.
+/// Sets x_end_ to the state at the event; returns its time after the beginning of the step.
+double Flow::StepOntoEvent(const LocatedEvent& event, double length) {
+  const int i = event.constraint;
+  double s = event.theta * length;
+  for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
+    locator_.BeginStep();
+    stepper_.TryStep(s, options_.relative_tolerance, options_.absolute_tolerance);
+    FinishStep();
+    x_end_ = stepper_.end();
+    double value, slope;
+    if ((mode_ - system_.compliant()).Contains(i)) {
+      slope = dynamics_.ForceRate(x_end_, mode_, i);
+      value = dynamics_.force()(i);
+    } else {
+      SampleEnd(&gaps_end_);
+      value = event.touch ? gaps_end_.rate(i) : gaps_end_.gap(i);
+      slope = event.touch ? gaps_end_.acceleration(i) : gaps_end_.rate(i);
+    }
+    const double correction = slope != 0 ? -value / slope : 0;
+    if (std::abs(correction) <= kTaylorReach || !std::isfinite(correction)) {
+      if (std::isfinite(correction)) {
+        x_end_ += correction * stepper_.end_field();
+        s += correction;
+      }
+      break;
+    }
+    const double next = std::clamp(s + correction, 0.0, length);
+    if (next == s) break;
+    s = next;
+  }
+  return std::max(s, 0.0);
+}
+
+const double* Flow::ProposedDense() {
+  if (!stepper_.extended()) stepper_.Extend();
+  return stepper_.dense();
+}
+
+bool Flow::Accept() {
+  ++steps_;
+  t_ = end_;
+  x_ = x_end_;
+  guard_margins_ = locator_.margins();
+  if (trigger_ >= 0) {
+    arc_begun_ = false;
+    return PassTransition();
+  }
+  h_ = h_next_;
+  stepper_.Advance();
+  locator_.EndStep();
+  std::swap(gaps_begin_, gaps_end_);
+  return false;
+}
+
+bool Flow::Cut(double t) {
+  ++steps_;
+  ++attempts_;
+  locator_.RestoreMargins(guard_margins_);
+  stepper_.TryStep(t - t_, options_.relative_tolerance, options_.absolute_tolerance);
+  FinishStep();
+  if (!stepper_.end().allFinite()) {
+    Stop(Outcome::kNonFinite, "the motion leaves the model's domain");
+    return false;
+  }
+  t_ = t;
+  x_ = stepper_.end();
+  arc_begun_ = false;
+  return true;
+}
+
+bool Flow::ChangeInput(const VectorRef& u) {
+  dynamics_.SetInput(u);
+  arc_begun_ = false;
+  const ResolvedTransition resolved = ResolveInputChange(&dynamics_, t_, x_, mode_);
+  status_ = resolved.status;
+  if (!status_.ok()) return false;
+  transition_ = resolved.transition;
+  last_transition_ = t_;
+  ++transitions_;
+  mode_ = transition_.mode_after;
+  return true;
+}
+
+/// Applies the transition at (t_, x_); false when it is not admissible, and the run ends before it.
+bool Flow::PassTransition() {
+  const ResolvedTransition resolved = ResolveTransition(
+      &dynamics_, t_, x_, mode_, trigger_,
+      {options_.simultaneity_tolerance, options_.speed_tolerance, options_.impact_law});
+  margins_.approach_speed = std::min(margins_.approach_speed, resolved.approach_speed);
+  margins_.release_rate = std::min(margins_.release_rate, resolved.release_rate);
+  if (!resolved.status.ok()) {
+    if (resolved.status.outcome == Outcome::kGrazing) margins_.approach_speed = 0;
+    status_ = resolved.status;
+    return false;
+  }
+  margins_.cluster_spread = std::max(margins_.cluster_spread, resolved.transition.spread);
+  if (last_transition_) {
+    margins_.event_interval = std::min(margins_.event_interval, t_ - *last_transition_);
+  }
+  if (transitions_ >= options_.max_events) {
+    Stop(Outcome::kBudgetExceeded,
+         "max_events = " + std::to_string(options_.max_events) + " transitions were passed");
+    return false;
+  }
+  transition_ = resolved.transition;
+  last_transition_ = t_;
+  ++transitions_;
+  mode_ = transition_.mode_after;
+  x_ = transition_.x_plus;
+  for (int i : transition_.activated) {
+    const std::optional<double> accumulation = zeno_.Impact(i, t_);
+    if (!accumulation) continue;
+    accumulation_time_ = *accumulation;
+    if (options_.complete_zeno) {
+      CompleteZeno();
+    } else {
+      std::ostringstream reason;
+      reason.precision(12);
+      reason << "impacts of constraint '" << system_.description().constraints[i]
+             << "' accumulate at t = " << *accumulation << " s (Zeno)";
+      Stop(Outcome::kZeno, reason.str());
+      return true;
+    }
+  }
+  return true;
+}
+
+/// Turns the last impact into sticking of all that touch: see SimulateOptions::complete_zeno.
+void Flow::CompleteZeno() {
+  Transition& last = transition_;
+  const int d = system_.dof(), nq = system_.num_positions();
+  const ContactMode sticking = last.mode_before | last.mode_after | last.activated;
+  const ImpactResult impact = Stick(system_, x_.head(nq), last.x_minus.tail(d), sticking);
+  last.x_plus.tail(d) = impact.v_plus;
+  last.impulse = impact.impulse;
+  last.completes_zeno = true;
+  const ContactMode pressed = last.mode_after & system_.compliant();
+  last.mode_after = SelectContactMode(&dynamics_, last.x_plus, sticking - pressed,
+                                      options_.simultaneity_tolerance, pressed);
+  last.released = last.mode_before - last.mode_after;
+  mode_ = last.mode_after;
+  x_ = last.x_plus;
+}
+
+Margins Flow::margins() const {
+  Margins margins = margins_;
+  margins.gap = guard_margins_.gap;
+  margins.force = guard_margins_.force;
+  return margins;
+}
+
+RunStatistics Flow::statistics() const {
+  return {dynamics_.evaluations(), steps_, attempts_ - steps_};
+}
+
+}  // namespace contact_flow

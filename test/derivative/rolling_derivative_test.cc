@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The rolling derivative against the derivative of the whole run from the mark, however often it is looked at.
+#include "contact_flow/derivative/rolling_derivative.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "contact_flow/derivative/finite_difference.h"
+#include "contact_flow/io/robot_file.h"
+#include "contact_flow/model/model_library.h"
+#include "test/model/robots.h"
+
+namespace contact_flow {
+namespace {
+
+using SystemPointer = std::shared_ptr<const MechanicalSystem>;
+
+/// Lets the run go to `end` in strides of up to `stride`, the derivative following.
+void Roll(OnlineFlow* run, RollingDerivative* rolling, double end, double stride,
+          std::mt19937* random) {
+  std::uniform_real_distribution<double> uniform(0.1, 1);
+  while (run->now() < end && run->status().ok()) {
+    const double target = std::min(end, run->now() + stride * uniform(*random));
+    bool passed = true;
+    while (passed) {
+      passed = run->AdvanceTo(target);
+      rolling->Follow(run, passed);
+    }
+  }
+}
+
+/// Some directions, both signs, that the state at the mark admits.
+Matrix Directions(const MechanicalSystem& system, const Vector& x, ContactMode mode, int extra,
+                  std::mt19937* random) {
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const int size = 2 * system.dof() + extra;
+  Matrix directions(size, 4);
+  for (int j = 0; j < 4; j += 2) {
+    Vector w(size);
+    for (double& value : w) value = uniform(*random);
+    w.head(2 * system.dof()) = ProjectAdmissible(system, x, mode, w.head(2 * system.dof()));
+    directions.col(j) = w;
+    directions.col(j + 1) = -w;
+  }
+  return directions;
+}
+
+void ExpectClose(const BDerivative& whole, const RollingDerivative& rolling, double tolerance,
+                 const std::string& where) {
+  ASSERT_TRUE(whole.status.ok()) << where << whole.status.message;
+  ASSERT_TRUE(rolling.status().ok()) << where << rolling.status().message;
+  for (int j = 0; j < rolling.directions().cols(); ++j) {
+    const Vector expected = whole(rolling.directions().col(j));
+    const double error = (rolling.tangents().col(j) - expected).cwiseAbs().maxCoeff();
+    EXPECT_LT(error, tolerance * (1 + expected.cwiseAbs().maxCoeff())) << where << ", " << j;
+  }
+}
+
+/// Motion, mark and end of each case; the tolerance allows each slice the integrator's, 1e-9, amplified by what follows.
+TEST(RollingDerivative, IsTheDerivativeOfTheWholeRun) {
+  const struct {
+    const char* model;
+    double mark, end;  // parts of the nominal duration
+  } cases[] = {{"soft_biped", 0.2, 1}, {"hopping_trot", 0.1, 1.3}, {"double_pendulum", 0, 1},
+               {"ball_in_corner", 0.3, 1.2}, {"falling_box", 0.5, 1}, {"legged_table", 0.1, 1},
+               {"wall_and_floor", 0, 1}, {"jointed_biped", 0.2, 0.6}};
+  std::mt19937 random(5);
+  for (const auto& test : cases) {
+    for (double stride : {0.003, 0.05, 10.0}) {
+      const SystemPointer system = MakeModel(test.model);
+      const NominalRun& nominal = system->nominal();
+      const double mark = test.mark * nominal.duration, end = test.end * nominal.duration;
+      OnlineFlow run(system, 0, nominal.x, nominal.u, {});
+      while (run.AdvanceTo(mark)) continue;
+      const Vector x = run.State();
+      const BDerivativeOptions options;
+      RollingDerivative rolling(&run, Directions(*system, x, run.mode(), 0, &random), options, 1e-7);
+      Roll(&run, &rolling, end, stride, &random);
+      const Trajectory whole = Simulate(*system, x, nominal.u, end - mark);
+      ExpectClose(DifferentiateOutcome(*system, whole, options), rolling, 1e-6, test.model);
+      EXPECT_EQ(rolling.now(), end);
+      const Vector time = DifferentiateOutcome(*system, whole, options).time;
+      EXPECT_LT((rolling.TimeColumn(&run) - time).cwiseAbs().maxCoeff(),
+                1e-5 * (1 + time.cwiseAbs().maxCoeff()));
+    }
+  }
+}
+
+TEST(RollingDerivative, CarriesInputsAndParametersThroughChangesOfTheInput) {
+  const SystemPointer system = MakeModel("falling_box");
+  const NominalRun& nominal = system->nominal();
+  std::mt19937 random(9);
+  BDerivativeOptions options;
+  options.variables = {true, ParameterIndices(system->description(), {"mass"})};
+  OnlineFlow run(system, 0, nominal.x, nominal.u, {});
+  const int k = options.variables.Size(*system);
+  RollingDerivative rolling(&run, Directions(*system, nominal.x, run.mode(), k, &random), options,
+                            1e-7);
+  InputSchedule inputs{{0}, {nominal.u}};
+  for (int i = 1; i < 4; ++i) {
+    inputs.grid.push_back(0.23 * i * nominal.duration);
+    inputs.values.push_back(nominal.u + 0.1 * Vector::Random(nominal.u.size()));
+    run.SetInput(inputs.grid.back(), inputs.values.back());
+  }
+  Roll(&run, &rolling, nominal.duration, 0.01, &random);
+  const Trajectory whole = Simulate(*system, nominal.x, inputs, nominal.duration);
+  ASSERT_GT(whole.transitions.size(), 4u) << "impacts and inputs";
+  ExpectClose(DifferentiateOutcome(*system, whole, options), rolling, 1e-6, "falling_box");
+}
+
+TEST(RollingDerivative, IsTheDifferenceQuotientOfARobot) {
+  const SystemPointer system = LoadRobot(RobotFile("monoped"));
+  const NominalRun& nominal = system->nominal();
+  OnlineFlow run(system, 0, nominal.x, nominal.u, {});
+  std::mt19937 random(2);
+  RollingDerivative rolling(&run, Directions(*system, nominal.x, run.mode(), 0, &random), {}, 1e-7);
+  Roll(&run, &rolling, nominal.duration, 0.02, &random);
+  ASSERT_TRUE(rolling.status().ok()) << rolling.status().message;
+  for (int j = 0; j < 4; ++j) {
+    const QuotientReport report =
+        CompareWithQuotients(*system, nominal.x, nominal.u, nominal.duration,
+                             rolling.directions().col(j), rolling.tangents().col(j), {1e-5}, {});
+    ASSERT_TRUE(report.samples[0].status.ok()) << report.samples[0].status.message;
+    EXPECT_LT(report.samples[0].error, 1e-2) << "O(α), with constants of about 100";
+  }
+}
+
+TEST(RollingDerivative, EndsWhereThereIsNone) {
+  const SystemPointer system = MakeModel("rigid_biped");
+  const NominalRun& nominal = system->nominal();
+  OnlineFlow run(system, 0, nominal.x, nominal.u, {});
+  RollingDerivative rolling(&run, Matrix::Identity(2 * system->dof(), 1), {}, 1e-7);
+  std::mt19937 random(2);
+  Roll(&run, &rolling, nominal.duration, 0.1, &random);
+  EXPECT_TRUE(run.status().ok()) << "the run goes on";
+  EXPECT_EQ(rolling.status().outcome, Outcome::kDiscontinuous);
+  EXPECT_LT(rolling.now(), run.now());
+}
+
+TEST(RollingDerivative, RefusesDirections) {
+  const SystemPointer system = MakeModel("soft_biped");
+  OnlineFlow run(system, 0, system->nominal().x, system->nominal().u, {});
+  EXPECT_THROW(RollingDerivative(&run, Matrix::Zero(3, 1), {}, 1e-7), std::invalid_argument);
+  EXPECT_THROW(RollingDerivative(&run, Matrix::Zero(14, 0), {}, 1e-7), std::invalid_argument);
+  EXPECT_THROW(RollingDerivative(&run, Matrix::Constant(14, 1, NAN), {}, 1e-7),
+               std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace contact_flow
