@@ -49,20 +49,19 @@ class Propagation {
 
   Matrix Run(VariationStatistics* statistics) {
     double t = arc_.t_begin;
-    const int size = 2 * d_ + k_;
-    phi_.setIdentity(size, size);
+    phi_.setIdentity(step_.rows(), step_.cols());
     if (t == arc_.t_end) return phi_;
     jacobian_.At(t, begin_.data(), begin_.data() + 2 * d_ * d_);
     span_.Find(begin_.leftCols(2 * d_), begin_.rightCols(k_));
+    fastest_ = FastestRate(begin_.leftCols(2 * d_));
     // The rate r of the tangents [1/s]: a step's error is error_s·(r h)^{2s+1}.
     double rate = GuessRate();
     while (t < arc_.t_end) {
       const double rest = arc_.t_end - t;
       const double length = ChooseStep(rest, rate);
       const double error = Step(t, length);
-      const double order = 2 * rule_->stages + 1;
       if (std::isfinite(error)) {
-        const double seen = std::pow(error / rule_->error, 1 / order) / length;
+        const double seen = std::pow(error / rule_->error, 1.0 / (2 * rule_->stages + 1)) / length;
         rate = std::max(seen, kSlackening * rate);
       }
       if (!(error <= tolerance_)) {
@@ -75,6 +74,7 @@ class Propagation {
       phi_.swap(next_);
       begin_.swap(end_);
       t = length == rest ? arc_.t_end : t + length;
+      if (t < arc_.t_end) fastest_ = FastestRate(begin_.leftCols(2 * d_));
     }
     statistics->jacobians += jacobian_.count();
     jacobian_.ToVelocities(&phi_);
@@ -91,24 +91,22 @@ class Propagation {
   /// The fastest rate at the beginning, or what the steps of the run itself tell of the change of K
   /// and D.
   double GuessRate() const {
-    const double rate = FastestRate(begin_.leftCols(2 * d_));
     const double base_step =
         (arc_.t_end - arc_.t_begin) / static_cast<double>(arc_.dense.NumSteps());
     const double base_rate = kBaseReach * std::pow(tolerance_, 1.0 / 8) / base_step;
-    return std::max(rate, std::min(base_rate, 2 * rate));
+    return std::max(fastest_, std::min(base_rate, 2 * fastest_));
   }
 
   /// Chooses stages and length of the next step so that what is left of the arc costs least: n
   /// equal steps of a factorization for s times the independent rows, its solution for the
   /// independent columns, and s+1 Jacobians each.
   double ChooseStep(double rest, double rate) {
-    const double fastest = FastestRate(begin_.leftCols(2 * d_));
     double least = std::numeric_limits<double>::infinity(), length = rest;
     for (int s = GaussLegendre::kMinStages; s <= GaussLegendre::kMaxStages; ++s) {
       const GaussLegendre& rule = GaussLegendre::WithStages(s);
       const double angle = kReach * std::pow(tolerance_ / rule.error, 1.0 / (2 * s + 1));
-      const double reach = std::min(angle / rate, kStiffReach * angle / fastest);
-      const double steps = rate > 0 || fastest > 0 ? std::ceil(std::max(1.0, rest / reach)) : 1;
+      const double reach = std::min(angle / rate, kStiffReach * angle / fastest_);
+      const double steps = rate > 0 || fastest_ > 0 ? std::ceil(std::max(1.0, rest / reach)) : 1;
       const double n = s * rows_.size();
       const double cost =
           steps * (n * n * (n / 3 + 2 * columns_.size() + k_) + (s + 1) * kJacobianCost * 2 * d_ * d_);
@@ -241,28 +239,29 @@ class Propagation {
     AddAccelerations(h * h, rule_->twice_end, step_.topRows(d_));
     AddAccelerations(h, rule_->b, step_.middleRows(d_, d_));
     jacobian_.At(t + h, end_.data(), end_.data() + 2 * d_ * d_);
-    next_.noalias() = step_ * phi_;
+    const bool moved = t > arc_.t_begin;  // else phi_ = I
+    next_ = step_;
+    if (moved) next_.noalias() = step_ * phi_;
     // Defect at either end: the collocation polynomial's acceleration against the equation's. Of
     // what has decayed before, as the fast modes of a stiff damper, nothing is left to be wrong by.
     defect_ = -begin_;
     AddAccelerations(1, rule_->at_begin, defect_);
-    double relative = h * Relative();
+    double relative = h * Relative(moved);
     defect_.noalias() = -end_ * step_;
     AddAccelerations(1, rule_->at_end, defect_);
-    relative = std::max(relative, h * Relative());
+    relative = std::max(relative, h * Relative(moved));
     return rule_->error * std::pow(relative / rule_->defect, (2.0 * s + 1) / (s + 1));
   }
 
   /// Largest entry of the defect relative to those of the propagator; tangents and variables each by
   /// themselves.
-  double Relative() {
-    carried_.noalias() = defect_ * phi_;
-    const auto part = [&](int first, int count) {
-      if (count == 0) return 0.0;
-      return carried_.middleCols(first, count).cwiseAbs().maxCoeff() /
-             std::max(1.0, next_.middleCols(first, count).cwiseAbs().maxCoeff());
-    };
-    return std::max(part(0, 2 * d_), part(2 * d_, k_));
+  double Relative(bool moved) {
+    if (moved) {
+      carried_.noalias() = defect_ * phi_;
+      defect_.swap(carried_);
+    }
+    return std::max(RelativeSize(defect_, next_, 0, 2 * d_),
+                    RelativeSize(defect_, next_, 2 * d_, k_));
   }
 
   /// target += scale · Σ_j weights_j Y_j = scale · R (Σ_j weights_j Z_j) Cᵀ  [d×2d].
@@ -313,6 +312,7 @@ class Propagation {
   const Arc& arc_;
   const double tolerance_;
   const GaussLegendre* rule_ = nullptr;
+  double fastest_ = 0;  // rate of a mode at the beginning of the step [1/s]
   ArcJacobian jacobian_;
   Matrix nodes_;    // [K_i D_i], i = 1 … s, side by side
   Matrix sources_;  // the variables' parts, likewise
