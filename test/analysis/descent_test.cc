@@ -241,6 +241,10 @@ TEST(OutcomeCost, OfAnInitialAngleHasItsMinimumOnTheKink) {
   ASSERT_EQ(1u, result.kinks.size()) << result.message;
   EXPECT_TRUE(result.kinks[0].IsValley());
   EXPECT_NEAR(0.184939 + 0.001355, result.kinks[0].jump, 1e-4);
+  // Beside it the events are isolated; who asks for kinks is told of both pieces.
+  const Vector beside = Vector::Constant(1, pendulum.x(0) + 1e-7);
+  EXPECT_EQ(1u, cost(beside, CostQuery::kSlopes).map.pieces().size());
+  EXPECT_EQ(2u, cost(beside, CostQuery::kKinks).map.pieces().size());
   problem.target(2) = pendulum.final_state(2) + 1;
   const CostValue ridge = MakeOutcomeCost(*pendulum.system, problem)(pendulum.x.head(1), CostQuery::kKinks);
   ASSERT_TRUE(ridge.has_map);
