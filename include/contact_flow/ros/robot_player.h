@@ -46,8 +46,8 @@ class RobotPlayer {
   void TakeTrajectory(const ContactTrajectory::ConstPtr& trajectory);
   void TakeDerivative(const OutcomeDerivative::ConstPtr& derivative);
   void Play(const ros::TimerEvent& event);
-  /// State and contact mode of the run at t [s].
-  void Sample(double t, Vector* x, ContactMode* mode) const;
+  /// State, contact mode and input of the run at t [s].
+  void Sample(double t, Vector* x, ContactMode* mode, Vector* u) const;
 
   const PlayerParameters parameters_;
   const Setup setup_;
