@@ -157,19 +157,15 @@ TEST(PeriodicOrbit, ConvergesQuadraticallyOffTheKink) {
   EXPECT_EQ(1u, found.orbit.map.pieces().size());
   ExpectQuadratic(found.newton, 1e3);
 
-  // The same orbit seen just behind the touchdown that comes first, where that foot stands: starts keep its contact.
+  // The same orbit seen just behind the touchdown that comes first, where that foot stands: iterates keep its contact.
   const std::string first = robot->description().constraints[*events[0].activated.begin()];
   OrbitProblem standing = problem;
   standing.section = Section::Event(*robot, first);
   const PoincareReturn landing =
       PoincareMap(*robot, problem.u, standing.section).Return(found.x);
   ASSERT_TRUE(landing.returned()) << landing.message;
-  Vector away = Vector::LinSpaced(landing.end_basis.cols(), -0.01, 0.01);
-  standing.x = robot->Perturb(landing.x, landing.end_basis * away);
-  EXPECT_THROW(InitialMode(*robot, standing.x, problem.u), std::invalid_argument);
-  EXPECT_EQ(NewtonStatus::kUndefined, FindOrbit(standing).newton.status) << "it penetrates";
   standing.x = landing.x;
-  standing.parameters["right_offset"] = 0.53;  // now near an orbit, and with a contact to keep
+  standing.parameters["right_offset"] = 0.515;  // near an orbit, and with a contact to keep, which is curved
   const OrbitSolution seen = FindOrbit(standing);
   ASSERT_TRUE(seen.ok()) << seen.newton.message;
   EXPECT_EQ(1, seen.orbit.trajectory.arcs.front().mode.Size());
