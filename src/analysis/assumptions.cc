@@ -147,10 +147,11 @@ AssumptionReport AssessAssumptions(const MechanicalSystem& system, const VectorR
 }
 
 std::vector<AssumptionReport> AssessTransitions(const MechanicalSystem& system,
-                                                const Trajectory& trajectory, const VectorRef& u) {
+                                                const Trajectory& trajectory) {
   std::vector<AssumptionReport> reports;
-  for (const Transition& transition : trajectory.transitions) {
-    reports.push_back(AssessAssumptions(system, transition.x_minus, u,
+  for (std::size_t k = 0; k < trajectory.transitions.size(); ++k) {
+    const Transition& transition = trajectory.transitions[k];
+    reports.push_back(AssessAssumptions(system, transition.x_minus, trajectory.arcs[k].u,
                                         transition.activated | transition.mode_before));
   }
   return reports;

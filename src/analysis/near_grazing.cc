@@ -5,89 +5,12 @@
 #include <sstream>
 
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "guard_dips.h"
 
 namespace contact_flow {
 namespace {
 
 using Kind = GrazingEvent::Kind;
-
-constexpr int kPieces = 8;       // of one step, each with at most one turn of a guard
-constexpr int kBisections = 60;  // of one piece: down to rounding
-
-/// A gap a_i or a force λ_i along one arc, with its rate.
-class Guard {
- public:
-  Guard(const MechanicalSystem& system, const Arc& arc, int i)
-      : system_(system),
-        arc_(arc),
-        i_(i),
-        sign_((arc.mode & system.compliant()).Contains(i) ? -1 : 1),
-        is_force_((arc.mode - system.compliant()).Contains(i)),
-        dynamics_(system, arc.u),
-        x_(arc.x_begin) {}
-
-  bool is_force() const { return is_force_; }
-  double Value(double t) {
-    arc_.dense.Evaluate(t, x_.data());
-    if (is_force_) {
-      dynamics_.Evaluate(x_, arc_.mode);
-      return dynamics_.force()(i_);
-    }
-    system_.Constraints(x_.head(system_.num_positions()), x_.tail(system_.dof()), &terms_);
-    return sign_ * terms_.gap(i_);
-  }
-  double Rate(double t) {
-    arc_.dense.Evaluate(t, x_.data());
-    if (is_force_) return dynamics_.ForceRate(x_, arc_.mode, i_);
-    const Vector v = x_.tail(system_.dof());
-    system_.Constraints(x_.head(system_.num_positions()), v, &terms_);
-    return sign_ * terms_.jacobian.row(i_).dot(v);
-  }
-  /// Where the rate changes from negative to positive within (left, right).
-  double Turn(double left, double right) {
-    for (int k = 0; k < kBisections; ++k) {
-      const double middle = left + (right - left) / 2;
-      (Rate(middle) < 0 ? left : right) = middle;
-    }
-    return right;
-  }
-
- private:
-  const MechanicalSystem& system_;
-  const Arc& arc_;
-  const int i_;
-  const double sign_;
-  const bool is_force_;
-  ContactDynamics dynamics_;
-  ConstraintTerms terms_;
-  Vector x_;
-};
-
-/// Adds the dips of constraint i in one arc that come below the threshold.
-void FindDips(const MechanicalSystem& system, const Arc& arc, int i,
-              const GrazingThresholds& thresholds, std::vector<GrazingEvent>* gaps,
-              std::vector<GrazingEvent>* forces) {
-  Guard guard(system, arc, i);
-  const double threshold = guard.is_force() ? thresholds.force : thresholds.gap;
-  for (std::size_t step = 0; step < arc.dense.NumSteps(); ++step) {
-    const double begin = arc.dense.StepBegin(step);
-    const double end = std::min(begin + arc.dense.StepLength(step), arc.t_end);
-    double left = begin, rate_left = guard.Rate(begin);
-    for (int piece = 1; piece <= kPieces; ++piece) {
-      const double right = begin + (end - begin) * piece / kPieces;
-      const double rate_right = guard.Rate(right);
-      if (rate_left < 0 && rate_right >= 0) {
-        const double t = guard.Turn(left, right), value = guard.Value(t);
-        if (value < threshold) {
-          const Kind kind = guard.is_force() ? Kind::kNearRelease : Kind::kNearTouchdown;
-          (guard.is_force() ? forces : gaps)->push_back({kind, i, t, value, threshold});
-        }
-      }
-      left = right;
-      rate_left = rate_right;
-    }
-  }
-}
 
 /// What the margins say where the motion between events was not kept, or shows nothing.
 void AddUnnamed(Kind kind, double margin, double threshold, std::vector<GrazingEvent>* found) {
@@ -156,8 +79,12 @@ std::vector<GrazingEvent> FindNearGrazing(const MechanicalSystem& system,
   const Margins& margins = trajectory.margins;
   if (margins.gap < thresholds.gap || margins.force < thresholds.force) {
     for (const Arc& arc : trajectory.arcs) {
-      for (int i = 0; i < system.num_constraints(); ++i) {
-        FindDips(system, arc, i, thresholds, &gaps, &forces);
+      for (const GuardDip& dip : FindGuardDips(system, arc)) {
+        const double threshold = dip.is_force ? thresholds.force : thresholds.gap;
+        if (!(dip.value < threshold)) continue;
+        const Kind kind = dip.is_force ? Kind::kNearRelease : Kind::kNearTouchdown;
+        (dip.is_force ? forces : gaps)
+            .push_back({kind, dip.constraint, dip.t, dip.value, threshold});
       }
     }
     AddUnnamed(Kind::kNearTouchdown, margins.gap, thresholds.gap, &gaps);

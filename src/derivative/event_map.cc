@@ -51,50 +51,104 @@ Vector EventMap::operator()(const VectorRef& direction) const {
   return w - elapsed * stage->field;
 }
 
-std::vector<ContactMode> EventMap::PerturbedModes(const VectorRef& direction) const {
-  const int d = system_->dof();
+double EventMap::GapAcceleration(int i, const Vector& v, const Vector& field) const {
+  ConstraintTerms terms;
+  system_->Constraints(q_, v, &terms);
+  return terms.jacobian.row(i).dot(field.segment(v.size(), v.size())) + terms.bias(i);
+}
+
+std::vector<PerturbedEvent> EventMap::PerturbedEvents(const VectorRef& direction) const {
+  using Kind = PerturbedEvent::Kind;
+  struct Opening {
+    double gap = 0, rate = 0, acceleration = 0;
+    double Closes() const {  // first positive root of gap + rate t + acceleration t²/2
+      if (!(acceleration < 0)) return std::numeric_limits<double>::infinity();
+      return (rate + std::sqrt(rate * rate - 2 * acceleration * gap)) / -acceleration;
+    }
+    void Advance(double t) {
+      gap += t * (rate + acceleration * t / 2);
+      rate += acceleration * t;
+    }
+  };
   Vector w = direction;
   ContactMode S, pending = transition_.vanishing - events_, mode = transition_.mode_before;
-  std::vector<ContactMode> modes;
+  std::map<int, Opening> openings;
+  std::vector<PerturbedEvent> events;
   const Stage* stage = &StageAt(S);
-  double last = -std::numeric_limits<double>::infinity();
   double elapsed = 0;
-  while (S != events_ || !(pending & mode).Empty()) {
-    // The earliest of the activations left and of the releases left, in the present mode.
+  for (;;) {
     dynamics_->Differentiate(State(stage->v), mode);
     const Matrix force_gradient = dynamics_->force_jacobian();
     const Vector field = dynamics_->Field(State(stage->v), mode);
-    int next = -1;
+    PerturbedEvent next;
+    next.constraint = -1;
     double earliest = std::numeric_limits<double>::infinity();
-    for (int i : (events_ - S) | (pending & mode)) {
-      const double tau = pending.Contains(i)
-                             ? -force_gradient.row(i).dot(w) / force_gradient.row(i).dot(field)
-                             : TimeTo(i, *stage, w);
-      if (tau < earliest || next < 0) {
-        earliest = tau;
-        next = i;
-      }
+    const auto offer = [&](Kind kind, int i, double tau) {
+      if (next.constraint >= 0 && !(tau < earliest)) return;
+      earliest = tau;
+      next.kind = kind;
+      next.constraint = i;
+    };
+    for (int i : events_ - S) offer(Kind::kActivation, i, TimeTo(i, *stage, w));
+    for (int i : pending & mode) {
+      offer(Kind::kRelease, i,
+            -force_gradient.row(i).dot(w) / force_gradient.row(i).dot(field));
     }
+    for (auto& [i, opening] : openings) {
+      opening.acceleration = GapAcceleration(i, stage->v, field);
+      if (stage->mode.Contains(i)) offer(Kind::kClosing, i, opening.Closes());
+    }
+    if (next.constraint < 0 || !std::isfinite(earliest)) return events;
+
+    for (auto& [i, opening] : openings) opening.Advance(earliest);
     w += earliest * field;
     elapsed += earliest;
-    if (pending.Contains(next)) {
-      pending.Erase(next);
-      mode.Erase(next);
-    } else {
-      const Matrix* reset = nullptr;
-      stage = &Activate(S, next, &reset);
-      w = *reset * w;
-      S.Insert(next);
-      mode = stage->mode | Resting(stage->v, pending & mode, ContactMode());
+    const int i = next.constraint;
+    switch (next.kind) {
+      case Kind::kRelease:
+        pending.Erase(i);
+        mode.Erase(i);
+        break;
+      case Kind::kClosing:
+        openings.erase(i);
+        mode.Insert(i);
+        break;
+      case Kind::kActivation: {
+        const Matrix* reset = nullptr;
+        const ContactMode before = mode;
+        stage = &Activate(S, i, &reset);
+        w = *reset * w;
+        S.Insert(i);
+        mode = stage->mode | Resting(stage->v, pending & mode, ContactMode());
+        for (int j : Resting(stage->v, (before - mode).Without(i), ContactMode())) openings[j] = {};
+        for (auto it = openings.begin(); it != openings.end();) {
+          // This impact closes what it pushes, and what has had no time to open.
+          const bool open = decoupled_ && it->second.rate > 0;
+          if (stage->mode.Contains(it->first) && !open) {
+            it = openings.erase(it);
+          } else {
+            mode.Erase((it++)->first);
+          }
+        }
+      }
     }
-    const bool tied = !modes.empty() &&
-                      elapsed - last <= kTie * (1 + direction.head(d).cwiseAbs().maxCoeff());
-    if (tied) {
-      modes.back() = mode;
+    next.time = elapsed;
+    next.mode = mode;
+    events.push_back(next);
+  }
+}
+
+std::vector<ContactMode> EventMap::PerturbedModes(const VectorRef& direction) const {
+  const double tie = kTie * (1 + direction.head(system_->dof()).cwiseAbs().maxCoeff());
+  std::vector<ContactMode> modes;
+  double last = 0;
+  for (const PerturbedEvent& event : PerturbedEvents(direction)) {
+    if (!modes.empty() && event.time - last <= tie) {
+      modes.back() = event.mode;
     } else {
-      modes.push_back(mode);
+      modes.push_back(event.mode);
     }
-    last = elapsed;
+    last = event.time;
   }
   return modes;
 }
@@ -179,10 +233,14 @@ PiecewiseLinearMap EventMap::Pieces(int max_activations) const {
   return PiecewiseLinearMap(std::move(pieces));
 }
 
-bool EventMap::IsDifferentiable(double tolerance) const {
+Modularity EventMap::AssessModularity() const {
   const int m = num_activations();
-  if (!status_.ok() || m > kMaxModularActivations) return false;
-  if (m < 2) return true;
+  Modularity modularity;
+  if (!status_.ok() || m > kMaxModularActivations) {
+    modularity.defect = std::numeric_limits<double>::quiet_NaN();
+    return modularity;
+  }
+  if (m < 2) return modularity;
   // F̂_S over subsets S of {0, …, m−1}: F_S carried through the resets of the activations not in S.
   const std::uint64_t all = (std::uint64_t{1} << m) - 1;
   const auto set_of = [&](std::uint64_t subset) {
@@ -198,7 +256,6 @@ bool EventMap::IsDifferentiable(double tolerance) const {
     Activate(set_of(subset & ~(std::uint64_t{1} << top)), activated_[top], &reset);
   }
   std::vector<Vector> carried(all + 1);
-  double scale = 1;
   for (std::uint64_t subset = 0; subset <= all; ++subset) {
     ContactMode S = set_of(subset);
     carried[subset] = StageAt(S).field;
@@ -207,7 +264,7 @@ bool EventMap::IsDifferentiable(double tolerance) const {
       carried[subset] = *reset * carried[subset];
       S.Insert(i);
     }
-    scale = std::max(scale, carried[subset].cwiseAbs().maxCoeff());
+    modularity.scale = std::max(modularity.scale, carried[subset].cwiseAbs().maxCoeff());
   }
   for (std::uint64_t subset = 0; subset <= all; ++subset) {
     for (int i = 0; i < m; ++i) {
@@ -216,11 +273,11 @@ bool EventMap::IsDifferentiable(double tolerance) const {
         if (subset & (bi | bj)) continue;
         const Vector defect = carried[subset | bi | bj] - carried[subset | bi] -
                               carried[subset | bj] + carried[subset];
-        if (defect.cwiseAbs().maxCoeff() > tolerance * scale) return false;
+        modularity.defect = std::max(modularity.defect, defect.cwiseAbs().maxCoeff());
       }
     }
   }
-  return true;
+  return modularity;
 }
 
 }  // namespace contact_flow

@@ -34,17 +34,17 @@ double Slope(const std::vector<QuotientSample>& samples, double resolution) {
 /// The system and input that (δu, δp) lead to; no system when it stays the same.
 struct Perturbed {
   std::unique_ptr<MechanicalSystem> system;
-  Vector u;
+  InputSchedule input;
 };
 
 Perturbed Perturb(const MechanicalSystem& system, const SystemFactory& factory,
-                  const Variables& variables, const VectorRef& u, const Vector& change) {
+                  const Variables& variables, const InputSchedule& input, const Vector& change) {
   Perturbed perturbed;
-  perturbed.u = u;
+  perturbed.input = input;
   int k = 0;
   if (variables.inputs) {
-    perturbed.u += change.head(u.size());
-    k = static_cast<int>(u.size());
+    k = static_cast<int>(input.values.front().size());
+    for (Vector& u : perturbed.input.values) u += change.head(k);
   }
   if (change.tail(change.size() - k).isZero(0)) return perturbed;
   ParameterValues values;
@@ -64,14 +64,15 @@ QuotientReport CompareWithQuotients(const MechanicalSystem& system, const Vector
                                     const VectorRef& u, double duration, const VectorRef& direction,
                                     const VectorRef& prediction, const std::vector<double>& alphas,
                                     const SimulateOptions& options) {
-  return CompareWithQuotients(system, SystemFactory(), Variables(), x, u, duration, direction,
-                              prediction, alphas, options);
+  return CompareWithQuotients(system, SystemFactory(), Variables(), x, InputSchedule::Constant(u),
+                              duration, direction, prediction, alphas, options);
 }
 
 QuotientReport CompareWithQuotients(const MechanicalSystem& system, const SystemFactory& factory,
                                     const Variables& variables, const VectorRef& x,
-                                    const VectorRef& u, double duration, const VectorRef& direction,
-                                    const VectorRef& prediction, const std::vector<double>& alphas,
+                                    const InputSchedule& input, double duration,
+                                    const VectorRef& direction, const VectorRef& prediction,
+                                    const std::vector<double>& alphas,
                                     const SimulateOptions& options) {
   const int n = 2 * system.dof(), size = n + variables.Size(system);
   if (direction.size() != size || prediction.size() != n) {
@@ -83,14 +84,14 @@ QuotientReport CompareWithQuotients(const MechanicalSystem& system, const System
   exact.relative_tolerance = exact.absolute_tolerance = kTolerance;
   exact.dense = false;
   QuotientReport report;
-  const Trajectory base = Simulate(system, x, u, duration, exact);
+  const Trajectory base = Simulate(system, x, input, duration, exact);
   if (!base.status.ok()) {
     throw std::domain_error("the unperturbed run ends with: " + base.status.message);
   }
   // What the tolerance leaves in a final state: the change when it is three times looser.
   SimulateOptions looser = exact;
   looser.relative_tolerance = looser.absolute_tolerance = 3 * kTolerance;
-  const Trajectory loose = Simulate(system, x, u, duration, looser);
+  const Trajectory loose = Simulate(system, x, input, duration, looser);
   report.resolution = system.Separation(loose.FinalState(), base.FinalState()).cwiseAbs().maxCoeff() +
                       1e-15 * base.FinalState().cwiseAbs().maxCoeff();
   for (double alpha : alphas) {
@@ -102,10 +103,10 @@ QuotientReport CompareWithQuotients(const MechanicalSystem& system, const System
     sample.alpha = alpha;
     try {
       exact.simultaneity_tolerance = std::max(kSeparation * alpha, kSmallestSeparation);
-      const Perturbed perturbed = Perturb(system, factory, variables, u, alpha * by_variables);
+      const Perturbed perturbed = Perturb(system, factory, variables, input, alpha * by_variables);
       const Trajectory run =
           Simulate(perturbed.system ? *perturbed.system : system,
-                   system.Perturb(x, alpha * direction.head(n)), perturbed.u, duration, exact);
+                   system.Perturb(x, alpha * direction.head(n)), perturbed.input, duration, exact);
       sample.status = run.status;
       sample.final_state = run.FinalState();
       sample.modes = run.ModeSequence();

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "contact_flow/analysis/near_grazing.h"
+#include "contact_flow/analysis/validity_radius.h"
 #include "contact_flow/derivative/continued_outcomes.h"
 #include "contact_flow/model/model_library.h"
 #include "contact_flow/ros/conversions.h"
@@ -30,14 +31,14 @@ struct Differentiated {
 template <class Request>
 Differentiated Differentiate(const Setup& setup, const Request& request) {
   Differentiated result;
-  result.run = ResolveRun(setup, request.duration, request.state, request.input, request.options);
+  result.run = ResolveRun(setup, request);
   const Run& run = result.run;
   BDerivativeOptions options =
       ResolveOptions(setup.derivative_options, request.derivative_options);
   options.variables = ResolveVariables(setup, request.by_inputs, request.by_parameters);
   result.directions = ResolveDirections(setup, run, request.directions, request.direction_matrix,
                                         request.project_directions, options.variables);
-  result.trajectory = Simulate(*setup.system, run.x, run.u, run.duration, run.options);
+  result.trajectory = Simulate(*setup.system, run.x, run.input, run.duration, run.options);
   result.derivative = DifferentiateOutcome(*setup.system, result.trajectory, options);
   return result;
 }
@@ -103,6 +104,12 @@ void AddDerivatives(const Setup& setup, const Differentiated& d, OutcomeDerivati
     result->direction_modes.back().names =
         ToLabels(result->constraints, d.derivative.PerturbedModes(w));
   }
+  const ValidityEstimator validity(*setup.system, d.trajectory, d.derivative);
+  for (const Vector& w : d.directions.vectors) {
+    const ValidityRadius radius = validity(w);
+    result->radii.push_back(radius.radius);
+    result->radius_limits.push_back(Describe(setup.system->description(), radius));
+  }
   result->direction_names = d.directions.names;
   result->directions = ToMsg(MatrixRef(directions));
   result->derivatives = ToMsg(MatrixRef(derivatives));
@@ -150,7 +157,7 @@ void AddOrders(const Setup& setup, const Differentiated& d, bool continue_orders
   if (!continue_orders) return;
   try {
     const std::vector<ContinuedOutcome> ends =
-        ContinueOutcomes(*setup.system, InputSchedule::Constant(d.run.u), d.trajectory.transitions[k], outcomes,
+        ContinueOutcomes(*setup.system, d.run.input, d.trajectory.transitions[k], outcomes,
                          d.run.duration, d.run.options);
     for (std::size_t i = 0; i < ends.size(); ++i) {
       AddContinuation(result->constraints, ends[i], &result->orders[i]);
@@ -163,16 +170,16 @@ void AddOrders(const Setup& setup, const Differentiated& d, bool continue_orders
 }  // namespace
 
 ContactTrajectory Answer(const Setup& setup, const SimulationRequest& request) {
-  Run run = ResolveRun(setup, request.duration, request.state, request.input, request.options);
+  Run run = ResolveRun(setup, request);
   const int count = ResolveCount("samples", request.samples, kDefaultSamples, kMaxSamples);
   run.options.dense = count > 1;
-  Trajectory trajectory = Simulate(*setup.system, run.x, run.u, run.duration, run.options);
+  Trajectory trajectory = Simulate(*setup.system, run.x, run.input, run.duration, run.options);
   std::vector<GrazingEvent> near = FindNearGrazing(*setup.system, trajectory);
   const auto unnamed = [](const GrazingEvent& event) { return event.constraint < 0; };
   if (!run.options.dense && std::any_of(near.begin(), near.end(), unnamed)) {
     run.options.dense = true;
     near = FindNearGrazing(*setup.system,
-                           Simulate(*setup.system, run.x, run.u, run.duration, run.options));
+                           Simulate(*setup.system, run.x, run.input, run.duration, run.options));
   }
   ContactTrajectory result = ToMsg(setup.system->description(), trajectory, run.duration, count);
   AddNearGrazing(setup, near, &result);
@@ -186,6 +193,7 @@ OutcomeDerivative Answer(const Setup& setup, const DerivativeRequest& request) {
   result.final_q = ToMsg(VectorRef(d.trajectory.FinalState().head(nq)));
   result.final_v = ToMsg(VectorRef(d.trajectory.FinalState().tail(dof)));
   result.modes = ToModeIntervals(result.constraints, d.trajectory);
+  result.margins = ToMsg(d.trajectory.margins);
   if (!d.derivative.status.ok()) {
     AddOrders(setup, d, request.continue_orders, &result);
     return result;
@@ -222,7 +230,7 @@ DerivativeComparison Answer(const Setup& setup, const ComparisonRequest& request
     }
     const Vector prediction = d.derivative(vectors[i]);
     const QuotientReport report =
-        CompareWithQuotients(*setup.system, again, d.derivative.options.variables, d.run.x, d.run.u,
+        CompareWithQuotients(*setup.system, again, d.derivative.options.variables, d.run.x, d.run.input,
                              d.run.duration, vectors[i], prediction, alphas, d.run.options);
     DirectionComparison comparison = ToMsg(result.constraints, report, prediction.size());
     comparison.name = d.directions.names[i];

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/ros/assumptions_answer.h"
 
+#include <limits>
+#include <memory>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -8,6 +10,7 @@
 
 #include "contact_flow/analysis/assumptions.h"
 #include "contact_flow/analysis/force_jumps.h"
+#include "contact_flow/derivative/event_map.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/request.h"
 
@@ -91,8 +94,8 @@ std::vector<double> HalfWidths(const std::string& field, const std::vector<doubl
   return asked;
 }
 
-void AddRegion(const Setup& setup, const Run& run, const CheckAssumptionsRequest& request,
-               CheckAssumptionsResponse* response) {
+void AddRegion(const Setup& setup, const Run& run, const AssumptionRequest& request,
+               TrajectoryAssumptions* result) {
   const SystemDescription& names = setup.system->description();
   const int samples =
       ResolveCount("region_samples", request.region_samples, 0, kMaxRegionSamples);
@@ -101,11 +104,11 @@ void AddRegion(const Setup& setup, const Run& run, const CheckAssumptionsRequest
   half_width.insert(half_width.end(), rates.begin(), rates.end());
   if (samples == 0) return;
   const RegionReport region = AssessRegion(
-      *setup.system, run.x, run.u,
+      *setup.system, run.x, run.input.values.front(),
       Eigen::Map<const Vector>(half_width.data(), static_cast<Eigen::Index>(half_width.size())),
       samples);
-  response->region_smooth = static_cast<std::uint32_t>(region.smooth);
-  response->region_mass_condition = region.largest_mass_condition;
+  result->region_smooth = static_cast<std::uint32_t>(region.smooth);
+  result->region_mass_condition = region.largest_mass_condition;
   for (const PairInRegion& met : region.pairs) {
     PairCoupling pair;
     pair.first = names.constraints[static_cast<std::size_t>(met.first)];
@@ -114,44 +117,49 @@ void AddRegion(const Setup& setup, const Run& run, const CheckAssumptionsRequest
     pair.largest = met.largest;
     pair.met = static_cast<std::uint32_t>(met.met);
     pair.contact_class = met.met > 0 ? ContactClassName(met.worst) : "";
-    response->region_pairs.push_back(pair);
+    result->region_pairs.push_back(pair);
   }
 }
 
 }  // namespace
 
-CheckAssumptionsResponse Answer(const Setup& setup, const CheckAssumptionsRequest& request) {
-  const Run run =
-      ResolveRun(setup, request.duration, request.state, request.input, request.options);
-  CheckAssumptionsResponse response;
-  const Names& constraints = setup.system->description().constraints;
-  const Trajectory trajectory =
-      Simulate(*setup.system, run.x, run.u, run.duration, run.options);
-  response.outcome = static_cast<std::uint8_t>(trajectory.status.outcome);
-  response.message = trajectory.status.message;
-  response.margins = ToMsg(trajectory.margins);
-  response.initial = ToMsg(constraints, 0,
-                           AssessAssumptions(*setup.system, run.x, run.u,
-                                             trajectory.arcs.front().mode));
-  response.initial.selections = "smooth";  // nothing happens there
-  const std::vector<AssumptionReport> reports =
-      AssessTransitions(*setup.system, trajectory, run.u);
-  response.differentiable = trajectory.status.ok();
+TrajectoryAssumptions Answer(const Setup& setup, const AssumptionRequest& request) {
+  const Run run = ResolveRun(setup, request);
+  const MechanicalSystem& system = *setup.system;
+  const Names& constraints = system.description().constraints;
+  const Trajectory trajectory = Simulate(system, run.x, run.input, run.duration, run.options);
+  TrajectoryAssumptions result;
+  result.model = system.description().name;
+  result.constraints = constraints;
+  result.outcome = static_cast<std::uint8_t>(trajectory.status.outcome);
+  result.message = trajectory.status.message;
+  result.duration = run.duration;
+  result.margins = ToMsg(trajectory.margins);
+  const Arc& first = trajectory.arcs.front();
+  result.initial = ToMsg(constraints, 0, AssessAssumptions(system, run.x, first.u, first.mode));
+  result.initial.selections = "smooth";  // nothing happens there
+  const auto dynamics = std::make_shared<ContactDynamics>(system, first.u);
+  const std::vector<AssumptionReport> reports = AssessTransitions(system, trajectory);
+  result.differentiable = trajectory.status.ok();
   for (std::size_t k = 0; k < reports.size(); ++k) {
     const Transition& transition = trajectory.transitions[k];
-    response.transitions.push_back(ToMsg(constraints, transition.t, reports[k]));
-    const ForceJumpReport forces = AssessForceJumps(*setup.system, run.u, transition);
-    AddForceJumps(constraints, forces, &response.transitions.back());
+    result.transitions.push_back(ToMsg(constraints, transition.t, reports[k]));
+    const ForceJumpReport forces = AssessForceJumps(system, trajectory.arcs[k].u, transition);
+    AddForceJumps(constraints, forces, &result.transitions.back());
+    dynamics->SetInput(trajectory.arcs[k].u);
+    result.transitions.back().modularity_defect =
+        transition.completes_zeno ? std::numeric_limits<double>::quiet_NaN()
+                                  : EventMap(dynamics, transition).AssessModularity().defect;
     const std::string caveat = Caveat(constraints, transition.t, forces);
-    if (!caveat.empty()) response.message += (response.message.empty() ? "" : "; ") + caveat;
+    if (!caveat.empty()) result.message += (result.message.empty() ? "" : "; ") + caveat;
     // One activation alone has a derivative in every class but that of dependent constraints.
     const bool order_matters = reports[k].contact_class == ContactClass::kOrderDependent &&
                                transition.activated.Size() > 1;
     const bool dependent = reports[k].contact_class == ContactClass::kDependent;
-    response.differentiable = response.differentiable && !order_matters && !dependent;
+    result.differentiable = result.differentiable && !order_matters && !dependent;
   }
-  AddRegion(setup, run, request, &response);
-  return response;
+  AddRegion(setup, run, request, &result);
+  return result;
 }
 
 }  // namespace ros_interface

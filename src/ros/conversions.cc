@@ -123,6 +123,7 @@ ContactTrajectory ToMsg(const SystemDescription& description, const Trajectory& 
     a.mode = arc.mode.Names(description.constraints);
     a.t_begin = arc.t_begin;
     a.t_end = arc.t_end;
+    a.input = ToMsg(VectorRef(arc.u));
     a.first_sample = static_cast<std::uint32_t>(samples.first_of_arc[k]);
     a.num_samples =
         static_cast<std::uint32_t>(samples.first_of_arc[k + 1] - samples.first_of_arc[k]);

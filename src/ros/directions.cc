@@ -87,7 +87,7 @@ void CheckCount(std::size_t count) {
 /// Judges every direction against the constraints that are active at the start.
 Directions Admit(const Setup& setup, const Run& run, const Directions& asked, bool by_default,
                  bool project, const Variables& variables) {
-  const ContactMode mode = InitialMode(*setup.system, run.x, run.u, run.options);
+  const ContactMode mode = InitialMode(*setup.system, run.x, run.input.values.front(), run.options);
   if (mode.Empty() && setup.system->num_bilateral() == 0) return asked;
   const std::string label = mode.ToString(setup.system->description().constraints);
   Directions kept;

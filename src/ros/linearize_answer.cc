@@ -12,36 +12,6 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-/// Most intervals one request may ask for.
-constexpr std::size_t kMaxIntervals = 10000;
-
-InputSchedule ResolveSchedule(const LinearizeTrajectory::Request& request, const Vector& nominal) {
-  InputSchedule schedule;
-  schedule.grid = request.grid.empty() ? std::vector<double>{0.0} : request.grid;
-  const std::size_t count = schedule.grid.size(), m = static_cast<std::size_t>(nominal.size());
-  if (count > kMaxIntervals) {
-    throw std::invalid_argument("grid has " + std::to_string(count) + " instants, at most " +
-                                std::to_string(kMaxIntervals) + " are accepted");
-  }
-  if (schedule.grid.front() != 0) {
-    throw std::invalid_argument("grid[0] is " + std::to_string(schedule.grid.front()) +
-                                " s, expected 0");
-  }
-  schedule.values.assign(count, nominal);
-  const std::vector<double>& data = request.inputs.data;
-  if (data.empty()) return schedule;
-  CheckFinite("inputs.data", data);
-  if (data.size() != count * m) {
-    throw std::invalid_argument("inputs.data has " + std::to_string(data.size()) +
-                                " entries, expected " + std::to_string(count) + " instants × " +
-                                std::to_string(m) + " inputs");
-  }
-  for (std::size_t k = 0; k < count; ++k) {
-    schedule.values[k] = Eigen::Map<const Vector>(data.data() + k * m, nominal.size());
-  }
-  return schedule;
-}
-
 LinearizedInterval IntervalMsg(const SystemDescription& names, const IntervalLinearization& interval) {
   LinearizedInterval m;
   m.t_begin = interval.t_begin;
@@ -73,23 +43,25 @@ LinearizedInterval IntervalMsg(const SystemDescription& names, const IntervalLin
 
 }  // namespace
 
-void Answer(const Setup& setup, const LinearizeTrajectory::Request& request,
-            LinearizeTrajectory::Response* response) {
+TrajectoryLinearization Answer(const Setup& setup, const LinearizationRequest& request) {
   const MechanicalSystem& system = *setup.system;
   const SystemDescription& names = system.description();
-  const Run run = ResolveRun(setup, request.duration, request.state, {}, request.options);
+  const Run run = ResolveRun(setup, request);
   const BDerivativeOptions options =
       ResolveOptions(setup.derivative_options, request.derivative_options);
-  const Trajectory trajectory =
-      Simulate(system, run.x, ResolveSchedule(request, run.u), run.duration, run.options);
-  response->outcome = static_cast<std::uint8_t>(trajectory.status.outcome);
-  response->message = trajectory.status.message;
-  response->velocities = names.velocities;
-  response->inputs_names = names.inputs;
-  if (!trajectory.status.ok()) return;
+  const Trajectory trajectory = Simulate(system, run.x, run.input, run.duration, run.options);
+  TrajectoryLinearization result;
+  result.model = names.name;
+  result.velocities = names.velocities;
+  result.inputs = names.inputs;
+  result.outcome = static_cast<std::uint8_t>(trajectory.status.outcome);
+  result.message = trajectory.status.message;
+  result.duration = run.duration;
+  if (!trajectory.status.ok()) return result;
   for (const IntervalLinearization& interval : Linearize(system, trajectory, options)) {
-    response->intervals.push_back(IntervalMsg(names, interval));
+    result.intervals.push_back(IntervalMsg(names, interval));
   }
+  return result;
 }
 
 }  // namespace ros_interface

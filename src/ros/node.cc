@@ -58,6 +58,7 @@ Request CommonFields(const ServiceRequest& in) {
   request.duration = in.duration;
   request.state = in.state;
   request.input = in.input;
+  request.input_grid = in.input_grid;
   request.options = in.options;
   return request;
 }
@@ -144,12 +145,30 @@ bool Node::Compare(CompareBDerivative::Request& in, CompareBDerivative::Response
 
 bool Node::CheckAssumed(CheckAssumptions::Request& in, CheckAssumptions::Response& out) {
   out.outcome = CheckAssumptions::Response::REFUSED;
-  return Guard("check_assumptions", &out, [&] { out = Answer(setup_, in); });
+  return Guard("check_assumptions", &out, [&] {
+    AssumptionRecord record;
+    record.request = CommonFields<AssumptionRequest>(in);
+    record.request.region_samples = in.region_samples;
+    record.request.region_q = in.region_q;
+    record.request.region_v = in.region_v;
+    record.result = Answer(setup_, record.request);
+    out.report = record.result;
+    Deliver(&outlet_, &record, &out);
+    out.report.header = record.header;
+  });
 }
 
 bool Node::Linearized(LinearizeTrajectory::Request& in, LinearizeTrajectory::Response& out) {
   out.outcome = LinearizeTrajectory::Response::REFUSED;
-  return Guard("linearize", &out, [&] { Answer(setup_, in, &out); });
+  return Guard("linearize", &out, [&] {
+    LinearizationRecord record;
+    record.request = CommonFields<LinearizationRequest>(in);
+    record.request.derivative_options = in.derivative_options;
+    record.result = Answer(setup_, record.request);
+    out.linearization = record.result;
+    Deliver(&outlet_, &record, &out);
+    out.linearization.header = record.header;
+  });
 }
 
 bool Node::Describe(DescribeModel::Request& in, DescribeModel::Response& out) {

@@ -74,11 +74,24 @@ std::string Outlet::Deliver(DerivativeRecord* record) {
                {Entry("record/derivative", stamp, shared), Entry("b_derivative", stamp, result)});
 }
 
-std::string Outlet::Deliver(ComparisonRecord* record) {
+template <class Record>
+std::string Outlet::DeliverRecord(const std::string& name, Record* record) {
   const std::lock_guard<std::mutex> lock(mutex_);
   const ros::Time stamp = Stamp(record);
-  const auto shared = boost::make_shared<const ComparisonRecord>(*record);
-  return Write(shared->result.outcome, {Entry("record/comparison", stamp, shared)});
+  const auto shared = boost::make_shared<const Record>(*record);
+  return Write(shared->result.outcome, {Entry("record/" + name, stamp, shared)});
+}
+
+std::string Outlet::Deliver(ComparisonRecord* record) {
+  return DeliverRecord("comparison", record);
+}
+
+std::string Outlet::Deliver(AssumptionRecord* record) {
+  return DeliverRecord("assumptions", record);
+}
+
+std::string Outlet::Deliver(LinearizationRecord* record) {
+  return DeliverRecord("linearization", record);
 }
 
 std::string Outlet::StartRecording(const std::string& asked) {

@@ -82,6 +82,34 @@ void CheckNames(const InitialState& state, const std::vector<std::string>& coord
   }
 }
 
+/// `u` on every interval of the grid, unless the grid has values of its own.
+InputSchedule ResolveGrid(const InputGrid& grid, const Vector& u) {
+  if (grid.times.empty() && grid.values.data.empty()) return InputSchedule::Constant(u);
+  InputSchedule schedule;
+  schedule.grid = grid.times.empty() ? std::vector<double>{0.0} : grid.times;
+  const std::size_t count = schedule.grid.size(), m = static_cast<std::size_t>(u.size());
+  if (count > kMaxIntervals) {
+    throw std::invalid_argument("input_grid.times has " + std::to_string(count) +
+                                " entries, at most " + std::to_string(kMaxIntervals) +
+                                " are accepted");
+  }
+  CheckFinite("input_grid.times", schedule.grid);
+  if (schedule.grid.front() != 0) Refuse("input_grid.times[0]", schedule.grid.front(), "0");
+  schedule.values.assign(count, u);
+  const std::vector<double>& data = grid.values.data;
+  if (data.empty()) return schedule;
+  CheckFinite("input_grid.values.data", data);
+  if (data.size() != count * m) {
+    throw std::invalid_argument("input_grid.values.data has " + std::to_string(data.size()) +
+                                " entries, expected " + std::to_string(count) + " instants × " +
+                                std::to_string(m) + " inputs");
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    schedule.values[k] = Eigen::Map<const Vector>(data.data() + k * m, u.size());
+  }
+  return schedule;
+}
+
 }  // namespace
 
 void CheckFinite(const std::string& field, const std::vector<double>& numbers) {
@@ -161,12 +189,12 @@ std::vector<double> ResolveAlphas(const std::vector<double>& asked) {
 }
 
 Run ResolveRun(const Setup& setup, double duration, const InitialState& state,
-               const std::vector<double>& input, const SimulationOptions& options) {
+               const std::vector<double>& input, const InputGrid& input_grid,
+               const SimulationOptions& options) {
   const SystemDescription& d = setup.system->description();
   const Eigen::Index dof = setup.system->dof(), nq = setup.system->num_positions();
   Run run;
   run.x = setup.system->nominal().x;
-  run.u = setup.system->nominal().u;
   run.duration = setup.system->nominal().duration;
   run.options = ResolveOptions(setup.options, options);
 
@@ -185,7 +213,12 @@ Run ResolveRun(const Setup& setup, double duration, const InitialState& state,
   if (state.project && !ProjectState(*setup.system, &run.x)) {
     throw std::invalid_argument("state cannot be projected on the bilateral constraints");
   }
-  SetAll("input", input, d.inputs, run.u);
+  Vector u = setup.system->nominal().u;
+  SetAll("input", input, d.inputs, u);
+  if (!input.empty() && !input_grid.values.data.empty()) {
+    throw std::invalid_argument("input and input_grid.values are both given, expected one of them");
+  }
+  run.input = ResolveGrid(input_grid, u);
   return run;
 }
 

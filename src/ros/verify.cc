@@ -12,11 +12,15 @@
 #include <stdexcept>
 #include <vector>
 
+#include "contact_flow/AssumptionRecord.h"
 #include "contact_flow/ComparisonRecord.h"
 #include "contact_flow/DerivativeRecord.h"
+#include "contact_flow/LinearizationRecord.h"
 #include "contact_flow/SimulationRecord.h"
 #include "contact_flow/ros/answers.h"
+#include "contact_flow/ros/assumptions_answer.h"
 #include "contact_flow/ros/conversions.h"
+#include "contact_flow/ros/linearize_answer.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -57,7 +61,8 @@ class Verifier {
   /// First every message is offered here …
   bool TakeRecord(const rosbag::MessageInstance& message) {
     return Record<SimulationRecord>(message) || Record<DerivativeRecord>(message) ||
-           Record<ComparisonRecord>(message) || Model(message);
+           Record<ComparisonRecord>(message) || Record<AssumptionRecord>(message) ||
+           Record<LinearizationRecord>(message) || Model(message);
   }
   /// … and then, those that were no records, here.
   void TakeOther(const rosbag::MessageInstance& message) {

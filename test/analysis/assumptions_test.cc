@@ -95,7 +95,7 @@ TEST(Assumptions, AreReportedForEveryTransition) {
     const auto system = MakeModel(name);
     const Trajectory run = Simulate(*system, system->nominal().x, Vector(0),
                                     system->nominal().duration);
-    const std::vector<AssumptionReport> reports = AssessTransitions(*system, run, Vector(0));
+    const std::vector<AssumptionReport> reports = AssessTransitions(*system, run);
     EXPECT_EQ(count, static_cast<int>(reports.size()));
     return reports.front().contact_class;
   };

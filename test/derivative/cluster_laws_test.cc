@@ -139,6 +139,26 @@ TEST_P(ClusterLaws, ConesCoverTheSpaceOnce) {
   }
 }
 
+/// Two selections differ by D (τ_1 − τ_2), D the defect of F̂ from being modular.
+TEST_P(ClusterLaws, TwoSelectionsDifferByTheModularityDefect) {
+  const MechanicalSystem& system = *GetParam().system;
+  for (std::size_t k = 0; k < B.events.size(); ++k) {
+    const EventMap& event = B.events[k];
+    if (event.num_activations() != 2) continue;
+    const Transition& transition = run.transitions[k];
+    const Vector v = transition.x_minus.tail(system.dof());
+    ConstraintTerms terms;
+    system.Constraints(transition.x_minus.head(system.num_positions()), v, &terms);
+    const int i = event.activated()[0], j = event.activated()[1];
+    const Matrix& Da = terms.jacobian;
+    const Vector times = Da.row(j) / Da.row(j).dot(v) - Da.row(i) / Da.row(i).dot(v);
+    const Matrix difference = event.Selection({i, j}) - event.Selection({j, i});
+    const double scale = 1 + event.Selection({i, j}).cwiseAbs().maxCoeff();
+    EXPECT_NEAR(difference.cwiseAbs().maxCoeff(),
+                event.AssessModularity().defect * times.cwiseAbs().maxCoeff(), 1e-8 * scale);
+  }
+}
+
 TEST_P(ClusterLaws, DifferentiableMeansAllSelectionsAreEqual) {
   const PiecewiseLinearMap map = B.Pieces();
   double scale = 1;

@@ -118,6 +118,17 @@ TEST_P(DampedPlate, QuotientsConvergeWithTheSecondCartFirst) {
   }
 }
 
+TEST_P(DampedPlate, FirstOrderTellsTheModesOfPerturbedRuns) {
+  const auto expect = [&](const std::vector<ContactMode>& wanted, const Vector& w) {
+    std::vector<ContactMode> modes = B.PerturbedModes(w);
+    ASSERT_GE(modes.size(), wanted.size());
+    modes.resize(wanted.size());
+    EXPECT_EQ(wanted, modes) << w.transpose();
+  };
+  for (const Vector& w : Directions(-1, 1)) expect(GetParam().first_before_second, w);
+  for (const Vector& w : Directions(1, -1)) expect(GetParam().second_before_first, w);
+}
+
 std::string Name(const testing::TestParamInfo<Case>& info) { return info.param.name; }
 INSTANTIATE_TEST_SUITE_P(Cases, DampedPlate, testing::ValuesIn(Cases()), Name);
 

@@ -60,8 +60,8 @@ TEST_P(VariablesTest, QuotientsConverge) {
       QuotientReport report;
       try {
         report = CompareWithQuotients(*system, factory, variables, system->nominal().x,
-                                      system->nominal().u, duration, w, B(w),
-                                      {1e-4, 1e-5});
+                                      InputSchedule::Constant(system->nominal().u), duration, w,
+                                      B(w), {1e-4, 1e-5});
       } catch (const std::invalid_argument&) {
         continue;  // a parameter beyond its range
       }

@@ -7,7 +7,7 @@ import unittest
 import rospy
 import rostest
 from client import Client
-from contact_flow.msg import InitialState, SimulationOptions
+from contact_flow.msg import InitialState, RowMajorMatrix, SimulationOptions
 from contact_flow.srv import ComputeBDerivativeResponse as Outcome
 
 TIGHT = SimulationOptions(relative_tolerance=1e-12, absolute_tolerance=1e-12)
@@ -38,6 +38,17 @@ class Grazing(unittest.TestCase):
             self.assertEqual(derivative.outcome, Outcome.OK, derivative.message)
             self.assertIn("near grazing: ", derivative.message)
             self.assertEqual(derivative.derivative.near_grazing[0].kind, kind)
+
+    def test_the_derivative_says_how_far_it_holds(self):
+        client = Client("ceiling")
+        speed = math.sqrt(CRITICAL)
+        for less in (1e-2, 1e-3):
+            fields = thrown((speed - less) ** 2, direction_matrix=RowMajorMatrix(data=[0, 1, 0, -1]))
+            derivative = client.b_derivative(**fields).derivative
+            self.assertAlmostEqual(derivative.radii[0], less, delta=less ** 2)
+            self.assertIn("the gap of 'ceiling' closes", derivative.radius_limits[0])
+            self.assertGreater(derivative.radii[1], 0.1)
+            self.assertEqual(derivative.margins.approach_speed, math.inf)
 
     def test_grazing_itself_is_an_outcome_and_an_ordinary_run_has_no_warning(self):
         client = Client("ceiling")

@@ -18,7 +18,7 @@ import rosbag
 import rospy
 import rostest
 from client import Client, executable, wait_until
-from contact_flow.msg import ContactTrajectory, SimulationOptions
+from contact_flow.msg import ContactTrajectory, InputGrid, SimulationOptions
 from contact_flow.srv import SimulateTrajectoryResponse
 
 
@@ -146,13 +146,17 @@ class Recording(unittest.TestCase):
         path = client.simulate(duration=1.2, samples=33).recorded
         client.b_derivative()
         client.compare(directions=["-body_pitch"], alphas=[1e-3, 1e-4])
+        for answer in (client.linearize(input_grid=InputGrid(times=[0, 0.5])),
+                       client.check_assumptions(region_samples=5)):
+            self.assertTrue(answer.success, answer.message)
+            self.assertEqual(answer.recorded, path)
         stopped = client.stop_recording()
         self.assertEqual(stopped.paths, [path])
-        self.assertEqual(stopped.results, 3)
+        self.assertEqual(stopped.results, 5)
         self.assertEqual(client.simulate().recorded, "")
         code, output = verify(path)
         self.assertEqual(code, 0, output)
-        self.assertIn("3 verified", output)
+        self.assertIn("5 verified", output)
         again = client.start_recording(name="all")
         self.assertFalse(again.success)
         self.assertIn("exists", again.message)

@@ -7,7 +7,7 @@ import numpy as np
 import rospy
 import rostest
 from client import Client
-from contact_flow.msg import InitialState, RowMajorMatrix
+from contact_flow.msg import InitialState, InputGrid, RowMajorMatrix
 
 
 def matrix(m):
@@ -36,10 +36,11 @@ class Variables(unittest.TestCase):
 
     def test_linearize_free_fall(self):
         duration, m = 0.2, 6
-        answer = Client("box").linearize(duration=duration, grid=[0, 0.1],
-                                         inputs=RowMajorMatrix(data=[0.0] * (2 * m)))
+        answer = Client("box").linearize(
+            duration=duration,
+            input_grid=InputGrid(times=[0, 0.1], values=RowMajorMatrix(data=[0.0] * (2 * m))))
         self.assertTrue(answer.success, answer.message)
-        first, second = answer.intervals
+        first, second = answer.linearization.intervals
         self.assertEqual((first.t_begin, first.t_end, second.t_end), (0, 0.1, duration))
         A, B = matrix(second.A), matrix(second.B)
         self.assertEqual((A.shape, B.shape), ((12, 12), (12, 6)))
@@ -47,10 +48,38 @@ class Variables(unittest.TestCase):
         self.assertAlmostEqual(B[2, 2], 0.5 * 0.1 ** 2, places=9)  # dz(T)/d force_z, mass 1
         self.assertTrue(first.is_linear and second.is_linear)
 
+    def test_an_input_grid_pushes_the_box_in_flight(self):
+        grid = InputGrid(times=[0, 0.1],
+                         values=RowMajorMatrix(data=[0, 0, 0, 0, 0, 0, 3, 0, 0, 0, 0, 0]))
+        client = Client("box")
+        plain = client.simulate(duration=0.2).trajectory
+        answer = client.simulate(duration=0.2, input_grid=grid)
+        self.assertTrue(answer.success, answer.message)
+        pushed = answer.trajectory
+        self.assertEqual([list(arc.input) for arc in pushed.arcs], [[0] * 6, [3] + [0] * 5])
+        # force_x = 3 N on 1 kg over the last 0.1 s
+        self.assertAlmostEqual(pushed.final_q[0] - plain.final_q[0], 0.5 * 3 * 0.1 ** 2, places=9)
+        self.assertAlmostEqual(pushed.final_v[0] - plain.final_v[0], 0.3, places=9)
+        # The derivative by an input shifts it on every interval.
+        answer = client.compare(duration=0.2, input_grid=grid, by_inputs=True,
+                                directions=["input force_x"])
+        self.assertTrue(answer.success, answer.message)
+        self.assertAlmostEqual(answer.comparison.comparisons[0].prediction[0], 0.5 * 0.2 ** 2, places=9)
+        self.assertLess(answer.comparison.worst_error, 1e-6)
+
+    def test_input_and_grid_values_exclude_one_another(self):
+        answer = Client("box").simulate(
+            input=[0.0] * 6, input_grid=InputGrid(values=RowMajorMatrix(data=[0.0] * 6)))
+        self.assertFalse(answer.success)
+        self.assertIn("input_grid.values", answer.message)
+
     def test_bad_grid_is_refused(self):
-        answer = Client("box").linearize(grid=[0, 0.2, 0.1])
+        answer = Client("box").linearize(input_grid=InputGrid(times=[0, 0.2, 0.1]))
         self.assertFalse(answer.success)
         self.assertIn("0.1", answer.message)
+        answer = Client("box").simulate(input_grid=InputGrid(times=[0.1, 0.2]))
+        self.assertFalse(answer.success)
+        self.assertIn("input_grid.times[0] is 0.1", answer.message)
 
     def test_states_off_the_legs_are_refused_or_projected(self):
         client = Client("jointed")

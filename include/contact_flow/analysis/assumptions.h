@@ -56,7 +56,7 @@ AssumptionReport AssessAssumptions(const MechanicalSystem& system, const VectorR
 
 /// The report of each transition of a run, at (ρ, v⁻), for I_a ∪ J⁻.
 std::vector<AssumptionReport> AssessTransitions(const MechanicalSystem& system,
-                                                const Trajectory& trajectory, const VectorRef& u);
+                                                const Trajectory& trajectory);
 
 /// One pair of constraints over a region of configurations.
 struct PairInRegion {

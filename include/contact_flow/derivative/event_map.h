@@ -16,6 +16,30 @@
 
 namespace contact_flow {
 
+/// One event of a run that is perturbed to first order, near a transition.
+struct PerturbedEvent {
+  enum class Kind {
+    kActivation,  ///< a touchdown, or a compliant constraint that changes sides
+    kRelease,     ///< a force passes zero
+    kClosing,     ///< a contact that let go at an impact of the cluster falls back and holds again
+  };
+  Kind kind = Kind::kActivation;
+  int constraint = 0;
+  double time = 0;   ///< after the unperturbed transition, to first order [s]
+  ContactMode mode;  ///< after it
+};
+
+/// How far the fields of a cluster are from S ↦ F̂_S being modular, F̂_S being F_S carried through the resets of
+/// the activations that are left. The selections of two neighbouring orders differ by defect vector × (τ_i − τ_j).
+struct Modularity {
+  /// The largest entry of |F̂_{S+ij} − F̂_{S+i} − F̂_{S+j} + F̂_S| over S, i, j, in [m/s] or [m/s²]: how much the
+  /// outcome bends per second between two touchdowns. 0: all selections are equal, the outcome is C¹. NaN where
+  /// it is not known: there is no derivative, or more than 12 activations (2^m vectors).
+  double defect = 0;
+  double scale = 1;  ///< largest entry of the F̂_S, but at least 1
+  double Relative() const { return defect / scale; }
+};
+
 /// The first-order map of one transition (Theorem 1): piecewise linear in the tangent vector w at
 /// (ρ, v⁻), one selection for each order σ of the m simultaneous activations.
 ///
@@ -43,6 +67,10 @@ class EventMap {
 
   /// B(w) [2d].
   Vector operator()(const VectorRef& w) const;
+  /// What happens to the run perturbed along w, to first order and in this order. Between the impacts of a
+  /// cluster a contact may let go and be closed again later: its gap is of second order in w, the times are of
+  /// first.
+  std::vector<PerturbedEvent> PerturbedEvents(const VectorRef& w) const;
   /// The contact modes that the run perturbed along w passes through after J⁻, to first order; the last
   /// is J⁺. Activations and releases that coincide to first order make one transition.
   std::vector<ContactMode> PerturbedModes(const VectorRef& w) const;
@@ -55,9 +83,11 @@ class EventMap {
   std::vector<ContactMode> Modes(const std::vector<int>& order) const;
   /// The whole map: m! pieces. Throws std::length_error when m > max_activations.
   PiecewiseLinearMap Pieces(int max_activations) const;
-  /// True when all selections are equal, the outcome is C¹: S ↦ F̂_S, the fields carried through the
-  /// remaining resets, is modular (2^m vectors). False also for m > 12, where it is not decided.
-  bool IsDifferentiable(double tolerance) const;
+  Modularity AssessModularity() const;
+  /// True when the relative defect is known and not larger than `tolerance`: the outcome is C¹.
+  bool IsDifferentiable(double tolerance) const {
+    return AssessModularity().Relative() <= tolerance;
+  }
 
   /// Evaluations of the field F_S and of resets so far, for the complexity tests.
   long field_evaluations() const { return static_cast<long>(stages_.size()); }
@@ -75,6 +105,8 @@ class EventMap {
   const Stage& Activate(ContactMode activated, int i, const Matrix** reset) const;
   /// Members of `candidates` without normal velocity at v, but for those in `elastic`.
   ContactMode Resting(const Vector& v, ContactMode candidates, ContactMode elastic) const;
+  /// Normal acceleration of the constraint i at v_S, in the given mode [m/s²].
+  double GapAcceleration(int i, const Vector& v, const Vector& field) const;
   /// First-order time to the activation of i, in stage v_S.
   double TimeTo(int i, const Stage& stage, const Vector& w) const;
   /// The same as a row [1 × 2d+k].

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contact_flow/contact_mode.h"
+#include "contact_flow/flow/input_schedule.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/mechanical_system.h"
 #include "contact_flow/model/parameter_values.h"
@@ -43,12 +44,13 @@ QuotientReport CompareWithQuotients(const MechanicalSystem& system, const Vector
 /// Makes the system again with other values of some parameters.
 using SystemFactory = std::function<std::unique_ptr<MechanicalSystem>(const ParameterValues&)>;
 
-/// The same for directions (δq, δv, δu, δp) [2d+k]: runs from x + α (w_q, w_v) with input u + α δu and parameters
-/// p + α δp, the system made by `factory` from the values of all its parameters.
+/// The same for directions (δq, δv, δu, δp) [2d+k]: runs from x + α (w_q, w_v) with inputs u + α δu on every
+/// interval and parameters p + α δp, the system made by `factory` from the values of all its parameters.
 QuotientReport CompareWithQuotients(const MechanicalSystem& system, const SystemFactory& factory,
                                     const Variables& variables, const VectorRef& x,
-                                    const VectorRef& u, double duration, const VectorRef& direction,
-                                    const VectorRef& prediction, const std::vector<double>& alphas,
+                                    const InputSchedule& input, double duration,
+                                    const VectorRef& direction, const VectorRef& prediction,
+                                    const std::vector<double>& alphas,
                                     const SimulateOptions& options = {});
 
 }  // namespace contact_flow

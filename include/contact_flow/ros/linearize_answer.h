@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "contact_flow/LinearizeTrajectory.h"
+#include "contact_flow/LinearizationRequest.h"
+#include "contact_flow/TrajectoryLinearization.h"
 #include "contact_flow/ros/setup.h"
 
 namespace contact_flow {
 namespace ros_interface {
 
-/// Answers the service linearize; throws std::invalid_argument, naming the field, for a bad request.
-void Answer(const Setup& setup, const LinearizeTrajectory::Request& request,
-            LinearizeTrajectory::Response* response);
+/// The answer of `linearize`, a function of setup and request alone. Throws std::invalid_argument, naming the
+/// field, for a request that is not in order.
+TrajectoryLinearization Answer(const Setup& setup, const LinearizationRequest& request);
 
 }  // namespace ros_interface
 }  // namespace contact_flow

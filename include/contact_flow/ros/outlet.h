@@ -6,8 +6,10 @@
 #include <mutex>
 #include <string>
 
+#include "contact_flow/AssumptionRecord.h"
 #include "contact_flow/ComparisonRecord.h"
 #include "contact_flow/DerivativeRecord.h"
+#include "contact_flow/LinearizationRecord.h"
 #include "contact_flow/ModelDescription.h"
 #include "contact_flow/SimulationRecord.h"
 #include "contact_flow/ros/recorder.h"
@@ -29,6 +31,8 @@ class Outlet {
   std::string Deliver(SimulationRecord* record);
   std::string Deliver(DerivativeRecord* record);
   std::string Deliver(ComparisonRecord* record);
+  std::string Deliver(AssumptionRecord* record);
+  std::string Deliver(LinearizationRecord* record);
 
   /// As Recorder; an empty name is made of the model and the time. Returns the path.
   std::string StartRecording(const std::string& name);
@@ -38,6 +42,9 @@ class Outlet {
   ros::Time NextStamp();
   template <class Record>
   ros::Time Stamp(Record* record);
+  /// A result that goes to the bag alone, on the topic "record/NAME".
+  template <class Record>
+  std::string DeliverRecord(const std::string& name, Record* record);
   std::string Write(std::uint8_t outcome, const std::vector<BagEntry>& entries);
   template <class Message>
   BagEntry Entry(const std::string& topic, const ros::Time& stamp,

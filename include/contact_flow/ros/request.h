@@ -6,19 +6,22 @@
 
 #include "contact_flow/ComparisonRequest.h"
 #include "contact_flow/DerivativeRequest.h"
+#include "contact_flow/InputGrid.h"
 #include "contact_flow/SimulationRequest.h"
+#include "contact_flow/flow/input_schedule.h"
 #include "contact_flow/ros/setup.h"
 
 namespace contact_flow {
 namespace ros_interface {
 
-/// Longest run that may be asked for [s].
+/// Longest run that may be asked for [s], and most intervals of its input.
 inline constexpr double kMaxDuration = 1e6;
+inline constexpr std::size_t kMaxIntervals = 10000;
 
 /// A run as asked for, every default filled in.
 struct Run {
   Vector x;             ///< (q, v) at time 0 [2d]
-  Vector u;             ///< [m]
+  InputSchedule input;  ///< with one interval for a constant input
   double duration = 0;  ///< [s]
   SimulateOptions options;
 };
@@ -27,7 +30,14 @@ struct Run {
 /// (and index) and the value, for sizes, numbers that are not finite or out of range, and unknown
 /// names, these with the nearest valid one. What the state must obey besides, Simulate checks.
 Run ResolveRun(const Setup& setup, double duration, const InitialState& state,
-               const std::vector<double>& input, const SimulationOptions& options);
+               const std::vector<double>& input, const InputGrid& input_grid,
+               const SimulationOptions& options);
+/// The same from the fields that requests have in common.
+template <class Request>
+Run ResolveRun(const Setup& setup, const Request& request) {
+  return ResolveRun(setup, request.duration, request.state, request.input, request.input_grid,
+                    request.options);
+}
 SimulateOptions ResolveOptions(SimulateOptions defaults, const SimulationOptions& asked);
 BDerivativeOptions ResolveOptions(BDerivativeOptions defaults, const DerivativeOptions& asked);
 /// A count: `asked`, or `standard` for 0, at most `largest`.

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/flow/trajectory.h"
+#include "contact_flow/model/mechanical_system.h"
+
+namespace contact_flow {
+
+/// How far along a direction a B-derivative holds.
+struct ValidityRadius {
+  /// What changes there.
+  enum class Limit {
+    kNone,           ///< nothing that first order shows
+    kEventOrder,     ///< two events that are not simultaneous change places
+    kStart,          ///< an event leaves the run at its start
+    kHorizon,        ///< an event leaves the run at its end, or comes in
+    kApproachSpeed,  ///< a touchdown becomes a grazing one
+    kReleaseRate,    ///< a release no longer happens, its force only touches zero
+    kGap,            ///< a contact that stays open is made
+    kForce,          ///< a contact that holds lets go
+  };
+  double radius = std::numeric_limits<double>::infinity();  ///< α > 0, a factor on w
+  Limit limit = Limit::kNone;
+  int constraint = -1;  ///< whose event it is, −1: a whole transition
+  double t = 0;         ///< of the unperturbed run [s]
+};
+
+/// "event order", …
+const char* LimitName(ValidityRadius::Limit limit);
+/// "the gap of 'ceiling' closes at t = 0.4 s", for people.
+std::string Describe(const SystemDescription& description, const ValidityRadius& radius);
+
+/// Estimates from the margins of a run, each divided by its first-order change along w, the smallest α > 0 at which
+/// the run from x + α w has another sequence of events than those that the B-derivative unites: beyond it the
+/// derivative is that of another run. Events of one cluster are united in any order and set no limit. Curvature,
+/// the error O(α²) inside, is not looked at; changes of release rates by (δu, δp) are not, either.
+class ValidityEstimator {
+ public:
+  /// For a derivative that exists. `system`, `trajectory` and `derivative` must outlive this. Costs the
+  /// propagators to the dips of gaps and forces, as much as the derivative itself for each.
+  ValidityEstimator(const MechanicalSystem& system, const Trajectory& trajectory,
+                    const BDerivative& derivative);
+
+  /// For w = (δq, δv, δu, δp) [2d+k] or (δq, δv) [2d]. O(N m² d) and what BDerivative costs on one direction.
+  ValidityRadius operator()(const VectorRef& w) const;
+
+ private:
+  /// A gap or force that comes near zero, and how it moves with a tangent: for a dip that at the begin of its
+  /// arc, for the end of an arc that there, and with the instant of the end.
+  struct Watch {
+    ValidityRadius::Limit limit = ValidityRadius::Limit::kGap;
+    int constraint = 0;
+    double t = 0;
+    double value = 0;
+    Eigen::RowVectorXd gradient;  // [1 × 2d+k]
+    double rate = 0;              // [m/s] or [N/s]
+  };
+  Eigen::RowVectorXd GuardGradient(std::size_t arc, const VectorRef& x, int i, bool is_force) const;
+  void WatchDips(std::size_t arc);
+  void WatchEnd(std::size_t arc);
+  void CheckEvent(std::size_t k, const Vector& w, ValidityRadius* smallest) const;
+
+  const MechanicalSystem& system_;
+  const Trajectory& trajectory_;
+  const BDerivative& derivative_;
+  std::vector<std::unique_ptr<ContactDynamics>> dynamics_;  // of each arc
+  std::vector<std::vector<Watch>> dips_;                    // by tangents at the begin of each arc
+  std::vector<std::vector<Watch>> ends_;                    // by tangents at the end of each arc
+};
+
+}  // namespace contact_flow
