@@ -59,6 +59,12 @@ void CheckWithin(const char* name, double value, double smallest, double largest
 
 }  // namespace
 
+std::unique_ptr<MechanicalSystem> MakeConfigured(const Configuration& configuration,
+                                                 const ParameterValues& parameters) {
+  if (configuration.robot.empty()) return MakeModel(configuration.model, parameters);
+  return MakeRobot(configuration.robot, parameters);
+}
+
 const std::vector<std::string>& ImpactLawNames() {
   static const std::vector<std::string> names = {"complementarity", "projection"};
   return names;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <sstream>
 #include <stdexcept>
 
 #include "contact_flow/model/rigid_body/urdf_loader.h"
@@ -168,12 +167,14 @@ void ReadNominal(const YAML::Node& map, RobotDescription* robot) {
   robot->nominal.x << q, v;
 }
 
+/// At most one byte more than any text that is accepted, however long the file is.
 std::string ReadFile(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw std::invalid_argument(path + ": cannot be read");
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
+  std::string text(kMaxUrdfBytes + 1, '\0');
+  file.read(&text[0], static_cast<std::streamsize>(text.size()));
+  if (!file && !file.eof()) throw std::invalid_argument(path + ": cannot be read");
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  return text;
 }
 
 /// Folder of a path with its slash.
@@ -185,13 +186,30 @@ std::string FolderOf(const std::string& path) {
 /// Calls f, naming the file in what it throws.
 template <class F>
 auto InFile(const std::string& path, F&& f) {
+  const std::string prefix = path.empty() ? "" : path + ": ";
   try {
     return f();
   } catch (const YAML::Exception& error) {
-    throw std::invalid_argument(path + ": " + error.what());
+    throw std::invalid_argument(prefix + error.what());
   } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(path + ": " + error.what());
+    throw std::invalid_argument(prefix + error.what());
   }
+}
+
+/// Whether a text is XML rather than the path of a file.
+bool IsXml(const std::string& text) {
+  const std::size_t first = text.find_first_not_of(" \t\r\n\xef\xbb\xbf");
+  return first != std::string::npos && text[first] == '<';
+}
+
+/// A YAML document that is a map.
+YAML::Node ParseYaml(const std::string& text) {
+  if (text.size() > kMaxRobotYamlBytes) {
+    throw std::invalid_argument("more than " + std::to_string(kMaxRobotYamlBytes) + " bytes");
+  }
+  const YAML::Node document = YAML::Load(text);
+  if (!document.IsMap()) throw std::invalid_argument("it is not a map of names to values");
+  return document;
 }
 
 }  // namespace
@@ -220,26 +238,43 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document)
   return robot;
 }
 
-RobotDescription LoadRobotDescription(const std::string& path) {
-  return InFile(path, [&] {
-    const YAML::Node document = YAML::Load(ReadFile(path));
-    if (!document.IsMap()) throw std::invalid_argument("it is not a map of names to values");
-    MapReader reader(document, "");
-    std::string urdf;
-    reader.Require("urdf");
-    reader.Read("urdf", &urdf);
-    const std::string file = urdf.substr(0, 1) == "/" ? urdf : FolderOf(path) + urdf;
-    const std::string text = ReadFile(file);
-    return ParseRobot(text, document);
+RobotTexts ReadRobotTexts(const std::string& path, const std::string& urdf,
+                          const std::string& usual) {
+  RobotTexts texts;
+  texts.path = path;
+  texts.yaml = ReadFile(path);
+  if (IsXml(urdf)) {
+    texts.urdf = urdf;
+  } else if (!urdf.empty()) {
+    texts.urdf = ReadFile(urdf);
+  } else {
+    texts.urdf = InFile(path, [&] {
+      MapReader reader(ParseYaml(texts.yaml), "");
+      std::string file;
+      if (!reader.Has("urdf") && !usual.empty()) return usual;
+      reader.Require("urdf");
+      reader.Read("urdf", &file);
+      return ReadFile(file.substr(0, 1) == "/" ? file : FolderOf(path) + file);
+    });
+  }
+  return texts;
+}
+
+RobotDescription ParseRobot(const RobotTexts& texts) {
+  return InFile(texts.path, [&] { return ParseRobot(texts.urdf, ParseYaml(texts.yaml)); });
+}
+
+std::unique_ptr<RobotSystem> MakeRobot(const RobotTexts& texts,
+                                       const ParameterValues& parameters) {
+  RobotDescription robot = ParseRobot(texts);
+  return InFile(texts.path, [&] {
+    return std::make_unique<RobotSystem>(std::move(robot), parameters);
   });
 }
 
 std::unique_ptr<RobotSystem> LoadRobot(const std::string& path,
                                        const ParameterValues& parameters) {
-  RobotDescription robot = LoadRobotDescription(path);
-  return InFile(path, [&] {
-    return std::make_unique<RobotSystem>(std::move(robot), parameters);
-  });
+  return MakeRobot(ReadRobotTexts(path), parameters);
 }
 
 }  // namespace contact_flow

@@ -8,7 +8,6 @@
 #include "contact_flow/analysis/near_grazing.h"
 #include "contact_flow/analysis/validity_radius.h"
 #include "contact_flow/derivative/continued_outcomes.h"
-#include "contact_flow/model/model_library.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/directions.h"
 #include "contact_flow/ros/request.h"
@@ -182,6 +181,7 @@ ContactTrajectory Answer(const Setup& setup, const SimulationRequest& request) {
                            Simulate(*setup.system, run.x, run.input, run.duration, run.options));
   }
   ContactTrajectory result = ToMsg(setup.system->description(), trajectory, run.duration, count);
+  result.input = ToMsg(VectorRef(run.u));
   AddNearGrazing(setup, near, &result);
   return result;
 }
@@ -219,7 +219,7 @@ DerivativeComparison Answer(const Setup& setup, const ComparisonRequest& request
                                 std::to_string(kMaxRuns) + " are accepted");
   }
   const SystemFactory again = [&](const ParameterValues& values) {
-    return MakeModel(setup.system->description().name, values);
+    return setup.WithParameters(values);
   };
   const std::size_t smallest =
       static_cast<std::size_t>(std::min_element(alphas.begin(), alphas.end()) - alphas.begin());

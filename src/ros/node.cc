@@ -82,6 +82,11 @@ Node::Node(const NodeParameters& parameters)
       node_("~"),
       outlet_(&node_, parameters.bag_directory, ToMsg(setup_)) {
   setup_.options.cancelled = [] { return !ros::ok(); };
+  if (setup_.robot != nullptr) {
+    for (const std::string& warning : setup_.robot->robot().model.warnings) {
+      ROS_WARN("robot: %s", warning.c_str());
+    }
+  }
   if (parameters.record) {
     ROS_INFO("recording to %s", outlet_.StartRecording(parameters.bag_name).c_str());
   }
@@ -210,7 +215,7 @@ int RunNode() {
     ros::AsyncSpinner spinner(static_cast<std::uint32_t>(parameters.threads));
     spinner.start();
     ROS_INFO("contact_flow: %s is ready at %s/simulate, b_derivative, compare, describe_model",
-             parameters.configuration.model.c_str(), ros::this_node::getName().c_str());
+             node.setup().system->description().name.c_str(), ros::this_node::getName().c_str());
     ros::waitForShutdown();
     return 0;
   } catch (const std::exception& error) {

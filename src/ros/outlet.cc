@@ -2,6 +2,7 @@
 #include "contact_flow/ros/outlet.h"
 
 #include <algorithm>
+#include <cctype>
 #include <boost/date_time/posix_time/posix_time.hpp>
 
 #include "contact_flow/flow/status.h"
@@ -33,7 +34,7 @@ ros::Time Outlet::NextStamp() {
 template <class Record>
 ros::Time Outlet::Stamp(Record* record) {
   record->header.stamp = NextStamp();
-  record->header.frame_id = "world";
+  record->header.frame_id = kWorldFrame;
   record->result.header = record->header;
   return record->header.stamp;
 }
@@ -102,6 +103,10 @@ std::string Outlet::StartRecording(const std::string& asked) {
     std::string time = boost::posix_time::to_iso_extended_string(stamp.toBoost());
     std::replace(time.begin(), time.end(), ':', '-');
     name = description_.name + "_" + time;
+    for (char& letter : name) {  // a robot may be called anything
+      const bool plain = std::isalnum(static_cast<unsigned char>(letter)) || letter == '-';
+      if (!plain) letter = '_';
+    }
   }
   const auto description = boost::make_shared<const ModelDescription>(description_);
   recorder_.Start(name, {Entry("model_description", stamp, description)});

@@ -5,6 +5,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <stdexcept>
 
 #include "contact_flow/ros/recorder.h"
 
@@ -52,21 +53,45 @@ std::string ExpandHome(const std::string& path) {
   return home && path.compare(0, 2, "~/") == 0 ? home + path.substr(1) : path;
 }
 
+/// The robot of the parameters ~robot, path of its YAML, and ~robot_description, text or path of its URDF:
+/// without it the file that the YAML names, or, if it names none, the text that a robot is usually
+/// described by, `robot_description` of this namespace or the nearest above.
+RobotTexts ReadRobot(MapReader* reader, const std::string& name) {
+  std::string path, urdf;
+  reader->Read("robot", &path);
+  reader->Read("robot_description", &urdf);
+  if (path.empty()) {
+    if (urdf.empty()) return {};
+    throw std::invalid_argument(name + "/robot_description: " + name +
+                                "/robot, the path of the robot's YAML, is missing");
+  }
+  if (reader->Has("model") || reader->Has("model_file")) {
+    throw std::invalid_argument(name + "/robot: there is a " + name +
+                                (reader->Has("model") ? "/model" : "/model_file") +
+                                ", too; give one of them");
+  }
+  std::string key, usual;
+  if (ros::param::search("robot_description", key)) ros::param::get(key, usual);
+  return ReadRobotTexts(ExpandHome(path), ExpandHome(urdf), usual);
+}
+
 }  // namespace
 
-NodeParameters ReadNodeParameters() {
+YAML::Node PrivateParameters() {
   XmlRpc::XmlRpcValue tree;
-  const std::string name = ros::this_node::getName();
-  YAML::Node yaml;
-  if (ros::param::get(name, tree)) yaml = ToYaml(tree);
+  return ros::param::get(ros::this_node::getName(), tree) ? ToYaml(tree) : YAML::Node();
+}
 
+NodeParameters ReadNodeParameters() {
   NodeParameters parameters;
   parameters.bag_directory = DefaultBagDirectory();
-  MapReader reader(yaml, name);
+  const std::string name = ros::this_node::getName();
+  MapReader reader(PrivateParameters(), name);
   std::string model_file;
   reader.Read("model_file", &model_file);
   Configuration base;
   if (!model_file.empty()) base = LoadConfiguration(ExpandHome(model_file));
+  base.robot = ReadRobot(&reader, name);
   parameters.configuration = ReadConfiguration(&reader, base);
   reader.Read("record", &parameters.record);
   reader.Read("bag_name", &parameters.bag_name);

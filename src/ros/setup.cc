@@ -7,8 +7,10 @@
 namespace contact_flow {
 namespace ros_interface {
 
-Setup::Setup(const Configuration& configuration)
-    : system(MakeModel(configuration.model, configuration.parameters)),
+Setup::Setup(const Configuration& configured)
+    : configuration(configured),
+      system(WithParameters(configuration.parameters)),
+      robot(dynamic_cast<const RobotSystem*>(system.get())),
       options(configuration.options),
       derivative_options(configuration.derivative_options) {
   CheckOptions(options);
@@ -43,12 +45,19 @@ ModelDescription ToMsg(const Setup& setup) {
   m.options = ToMsg(setup.options);
   m.derivative_options = ToMsg(setup.derivative_options);
   m.samples = kDefaultSamples;
+  if (setup.robot != nullptr) {
+    m.urdf = setup.configuration.robot.urdf;
+    m.robot_yaml = setup.configuration.robot.yaml;
+    m.warnings = setup.robot->robot().model.warnings;
+  }
   return m;
 }
 
 Configuration FromMsg(const ModelDescription& description) {
   Configuration c;
   c.model = description.name;
+  c.robot.urdf = description.urdf;
+  c.robot.yaml = description.robot_yaml;
   for (const ModelParameter& p : description.parameters) c.parameters[p.name] = p.value;
   c.options = ResolveOptions(c.options, description.options);
   c.options.max_step = description.options.max_step;

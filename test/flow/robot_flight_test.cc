@@ -53,7 +53,7 @@ class RobotFlight : public testing::TestWithParam<const char*> {};
 /// Without damping, from a tumbling start high up. The integrator keeps each of ~1e2 steps to 1e-12 of
 /// states of order 10, energies are of order 1e3: 1e-8 of rounding and integration error.
 TEST_P(RobotFlight, KeepsEnergyAndMomenta) {
-  RobotDescription robot = LoadRobotDescription(RobotFile(GetParam()));
+  RobotDescription robot = ParseRobot(ReadRobotTexts(RobotFile(GetParam())));
   for (const auto& effort : robot.efforts) effort->parts.numbers[1].value = 0;  // damping
   robot.parameters.clear();
   const RobotSystem system(std::move(robot), {});

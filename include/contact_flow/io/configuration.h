@@ -3,12 +3,14 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/map_reader.h"
+#include "contact_flow/io/robot_file.h"
 #include "contact_flow/model/model_library.h"
 
 namespace contact_flow {
@@ -23,10 +25,15 @@ namespace contact_flow {
 /// Every key may be left out; an unknown one is an error.
 struct Configuration {
   std::string model = "soft_biped";
+  RobotTexts robot;  ///< instead of a model, unless empty; not a key of the file
   ParameterValues parameters;
   SimulateOptions options;
   BDerivativeOptions derivative_options;
 };
+
+/// The robot of the configuration, or else its model, with these values of its parameters.
+std::unique_ptr<MechanicalSystem> MakeConfigured(const Configuration& configuration,
+                                                 const ParameterValues& parameters);
 
 /// Largest budgets that options may ask for.
 inline constexpr long kMaxSteps = 1000000000;

@@ -3,6 +3,7 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <cstddef>
 #include <memory>
 #include <string>
 
@@ -12,7 +13,7 @@ namespace contact_flow {
 
 /// Robots from a URDF and the YAML beside it:
 ///
-///   urdf: quadruped.urdf      # path, relative to the YAML
+///   urdf: quadruped.urdf      # path, relative to the YAML; may be left out where the URDF is given
 ///   base: floating            # fixed (default), planar (in the x–z plane) or floating
 ///   gravity: 9.81             # [m/s²] downward
 ///   constraints:              # a ≥ 0, each: kind, its fields, restitution (default 0)
@@ -35,8 +36,27 @@ namespace contact_flow {
 /// name.
 RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document);
 
-/// From the path of the YAML.
-RobotDescription LoadRobotDescription(const std::string& path);
+/// The two texts that a robot is made of; both empty where there is none.
+struct RobotTexts {
+  std::string urdf;
+  std::string yaml;
+  std::string path;  ///< of the YAML, for messages; may be empty
+
+  bool empty() const { return yaml.empty() && urdf.empty(); }
+};
+
+/// Longest YAML that is read [bytes].
+constexpr std::size_t kMaxRobotYamlBytes = 1u << 20;
+
+/// Reads the YAML of `path` and the URDF that goes with it: `urdf` if that is not empty, either the text itself
+/// or the path of a file; else the file that the YAML names under the key urdf; else the text `usual`.
+RobotTexts ReadRobotTexts(const std::string& path, const std::string& urdf = "",
+                          const std::string& usual = "");
+/// These make the robot; messages begin with its path.
+RobotDescription ParseRobot(const RobotTexts& texts);
+std::unique_ptr<RobotSystem> MakeRobot(const RobotTexts& texts,
+                                       const ParameterValues& parameters = {});
+/// Both, from the path of the YAML.
 std::unique_ptr<RobotSystem> LoadRobot(const std::string& path,
                                        const ParameterValues& parameters = {});
 

@@ -23,6 +23,9 @@
 namespace contact_flow {
 namespace ros_interface {
 
+/// Frame of all that is published, fixed in the world with z up (REP 105: continuous, never jumps).
+inline constexpr char kWorldFrame[] = "odom";
+
 using Names = std::vector<std::string>;
 
 std::vector<double> ToMsg(const VectorRef& vector);

@@ -25,6 +25,8 @@ class Node {
  public:
   explicit Node(const NodeParameters& parameters);
 
+  const Setup& setup() const { return setup_; }
+
  private:
   bool Simulate(SimulateTrajectory::Request& in, SimulateTrajectory::Response& out);
   bool Differentiate(ComputeBDerivative::Request& in, ComputeBDerivative::Response& out);

@@ -10,13 +10,17 @@ namespace ros_interface {
 
 /// The private parameters of the node.
 struct NodeParameters {
-  Configuration
-      configuration;  ///< ~model, ~parameters, ~options, ~derivative_options, on top of ~model_file
+  /// ~model, ~parameters, ~options, ~derivative_options, on top of ~model_file; ~robot and
+  /// ~robot_description instead of a model
+  Configuration configuration;
   bool record = false;        ///< ~record: record from the start
   std::string bag_name;       ///< ~bag_name: of that bag; "": model and time
   std::string bag_directory;  ///< ~bag_directory
   long threads = 4;           ///< ~threads: requests answered at once
 };
+
+/// Everything under the node's private name, for a MapReader called after the node.
+YAML::Node PrivateParameters();
 
 /// Reads everything under the node's private name. Throws std::invalid_argument, naming the
 /// parameter, for one that is unknown (with the nearest that is not), or has the wrong type or a

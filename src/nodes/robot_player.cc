@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <ros/ros.h>
+
+#include "contact_flow/ros/robot_player.h"
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "robot_player");
+  return contact_flow::ros_interface::RunRobotPlayer();
+}
