@@ -98,7 +98,7 @@ void Simulator::SetPace(double real_time_factor, double rate, double display_rat
 }
 
 std::string Simulator::StartRecording(const std::string& name) {
-  if (!thread_.joinable()) return topics_.StartRecording(name, stamps_.last());
+  if (!thread_.joinable()) return topics_.StartRecording(name, stamps_.At(session_.now()));
   return Call([this, name](Session& session) {
     FlushLog();
     const std::string path = topics_.StartRecording(name, stamps_.last());

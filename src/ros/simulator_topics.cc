@@ -60,8 +60,9 @@ void SimulatorTopics::Send(const ros::Publisher& publisher, const ros::Time& sta
                            Message message, bool latched) {
   const auto shared = boost::make_shared<const Message>(std::move(message));
   if (recorder_.Recording()) {
-    recorder_.Write(MakeBagEntry<Message>(publisher.getTopic(), BagTime(stamp),
-                                          ros::this_node::getName(), shared, latched));
+    const ros::Time time = BagTime(stamp);
+    recorder_.Write(time, MakeBagEntry<Message>(publisher.getTopic(), time,
+                                                ros::this_node::getName(), shared, latched));
   }
   publisher.publish(shared);
 }
@@ -185,8 +186,12 @@ void SimulatorTopics::Status(SimulatorStatus message, const ros::Time& stamp) {
 }
 
 std::string SimulatorTopics::StartRecording(const std::string& name, const ros::Time& stamp) {
+  const std::string topic = model_.getTopic(), caller = ros::this_node::getName();
+  const auto model = last_model_;  // with the parameters of the first epoch
   return recorder_.Start(
-      name, {MakeBagEntry(model_.getTopic(), BagTime(stamp), ros::this_node::getName(), last_model_)});
+      name,
+      [=](const ros::Time& time) { return MakeBagEntry(topic, time, caller, model); },
+      BagTime(stamp));
 }
 
 }  // namespace ros_interface

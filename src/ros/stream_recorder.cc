@@ -21,7 +21,8 @@ std::string StreamRecorder::Error() const {
   return error_;
 }
 
-std::string StreamRecorder::Start(const std::string& asked, const std::vector<BagEntry>& preamble) {
+std::string StreamRecorder::Start(const std::string& asked, const Preamble& preamble,
+                                  const ros::Time& time) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (recording_) throw std::invalid_argument("already recording to " + paths_.back());
@@ -32,14 +33,14 @@ std::string StreamRecorder::Start(const std::string& asked, const std::vector<Ba
   name_ = path.substr(0, path.size() - 4);
   preamble_ = preamble;
   error_.clear();
-  Open(path);
+  Open(path, time);
   stopping_ = false;
   recording_ = true;
   thread_ = std::thread([this] { Run(); });
   return path;
 }
 
-void StreamRecorder::Write(BagEntry entry) {
+void StreamRecorder::Write(const ros::Time& time, BagEntry entry) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!recording_) return;
@@ -49,18 +50,18 @@ void StreamRecorder::Write(BagEntry entry) {
       recording_ = false;
       stopping_ = true;
     } else {
-      waiting_.push_back(std::move(entry));
+      waiting_.emplace_back(time, std::move(entry));
     }
   }
   changed_.notify_one();
 }
 
-void StreamRecorder::Open(const std::string& path) {
+void StreamRecorder::Open(const std::string& path, const ros::Time& time) {
   bag_ = std::make_unique<rosbag::Bag>();
   try {
     bag_->open(path, rosbag::bagmode::Write);
     bag_->setChunkThreshold(1);
-    for (const BagEntry& entry : preamble_) entry(bag_.get());
+    preamble_(time)(bag_.get());
   } catch (const rosbag::BagException& error) {
     static_cast<void>(bag_.release());  // its destructor would throw
     throw std::runtime_error(path + ": " + error.what());
@@ -79,7 +80,7 @@ void StreamRecorder::Close() {
 }
 
 void StreamRecorder::Run() {
-  std::deque<BagEntry> batch;
+  std::deque<std::pair<ros::Time, BagEntry>> batch;
   while (true) {
     {
       std::unique_lock<std::mutex> lock(mutex_);
@@ -88,7 +89,7 @@ void StreamRecorder::Run() {
       batch.swap(waiting_);
     }
     try {
-      for (const BagEntry& entry : batch) {
+      for (const auto& [time, entry] : batch) {
         entry(bag_.get());
         if (bag_->getSize() < kSplitSize) continue;
         Close();
@@ -97,7 +98,7 @@ void StreamRecorder::Run() {
           const std::lock_guard<std::mutex> lock(mutex_);
           paths_.push_back(path);
         }
-        Open(path);
+        Open(path, time);
       }
     } catch (const std::exception& error) {  // the disk is full, or gone
       static_cast<void>(bag_.release());

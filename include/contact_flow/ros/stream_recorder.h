@@ -5,10 +5,12 @@
 
 #include <condition_variable>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "contact_flow/ros/bag_file.h"
@@ -31,10 +33,13 @@ class StreamRecorder {
   ~StreamRecorder();
 
   bool Recording() const;
+  /// What every bag begins with, as of a time.
+  using Preamble = std::function<BagEntry(const ros::Time& time)>;
+
   /// Begins NAME.bag, or throws as Recorder::Start; returns its path.
-  std::string Start(const std::string& name, const std::vector<BagEntry>& preamble);
+  std::string Start(const std::string& name, const Preamble& preamble, const ros::Time& time);
   /// The entry is on its way to the file; does nothing when not recording.
-  void Write(BagEntry entry);
+  void Write(const ros::Time& time, BagEntry entry);
   /// Writes what waits, closes, and returns the paths. Throws std::invalid_argument when not recording,
   /// std::runtime_error when not everything was written.
   std::vector<std::string> Stop();
@@ -43,7 +48,7 @@ class StreamRecorder {
 
  private:
   void Run();
-  void Open(const std::string& path);
+  void Open(const std::string& path, const ros::Time& time);
   void Close();
   void Finish();
 
@@ -56,8 +61,8 @@ class StreamRecorder {
   std::string error_;
   std::string name_;
   std::vector<std::string> paths_;
-  std::deque<BagEntry> waiting_;
-  std::vector<BagEntry> preamble_;
+  std::deque<std::pair<ros::Time, BagEntry>> waiting_;
+  Preamble preamble_;
   std::unique_ptr<rosbag::Bag> bag_;  // the writing thread's
 };
 
