@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/ros/simulator.h"
 
+#include <pthread.h>
+
 #include <algorithm>
 #include <cmath>
-#include <sstream>
-#include <stdexcept>
+#include <cstring>
 
 #include "contact_flow/ros/conversions.h"
 
@@ -98,6 +99,12 @@ bool Simulator::WaitUntilDue(double t) {
 }
 
 void Simulator::Run() {
+  if (parameters_.realtime_priority > 0) {
+    sched_param schedule{};
+    schedule.sched_priority = static_cast<int>(parameters_.realtime_priority);
+    const int error = ::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &schedule);
+    if (error != 0) ROS_WARN("realtime_priority: %s; going on without", std::strerror(error));
+  }
   pace_.Anchor(session_.now(), pace_.factor());
   while (true) {
     {

@@ -1,12 +1,17 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """The online simulator: its services, its topics, and that it is one run of `simulate`."""
+import os
+import pty
+import select
+import subprocess
+import sys
 import time
 import unittest
 
 import rospy
 import rostest
-from client import matrix, wait_until
+from client import matrix, package_path, wait_until
 from contact_flow.msg import (
     HybridState, InitialState, InputCommand, InputGrid, ModelDescription, RollingTangents,
     RowMajorMatrix, SimulatorEvent, SimulatorStatus)
@@ -228,6 +233,47 @@ class SimulatorTest(unittest.TestCase):
         running = self.trot.step(seconds=1)
         self.assertFalse(running.success)
         self.assertIn("pause_physics first", running.message)
+
+    def test_drive_from_the_command_line_and_by_keys(self):
+        box = self.box
+        box.reset_simulation()
+        tool = os.path.join(package_path(), "scripts", "drive.py")
+
+        def drive(*words):
+            return subprocess.run([sys.executable, tool, "/" + BOX, *words], text=True, timeout=60,
+                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.assertEqual(drive("step", "0.05").returncode, 0)
+        self.assertAlmostEqual(box.get_state().state.t, 0.05, 12)
+        shown = drive("show").stdout
+        self.assertIn("t = 0.050000 s", shown)
+        self.assertIn("corner_000", shown)
+        refused = drive("push", "zz", "1")
+        self.assertEqual(refused.returncode, 1)
+        self.assertIn("did you mean 'z'", refused.stderr)
+        self.assertEqual(drive("fly").returncode, 2)
+        # Keys: two steps, a push along the first velocity, quit.
+        velocity = box.get_state().state.v[0]
+        child, terminal = pty.fork()
+        if child == 0:
+            os.environ["TERM"] = "xterm"
+            os.execv(sys.executable, [sys.executable, tool, "/" + BOX])
+        seen = b""
+        for keys in (None, b"s", b"s", b"\x1bOA", b"q"):
+            if keys:
+                os.write(terminal, keys)
+            end = time.time() + (4 if keys is None else 1.5)
+            while time.time() < end:
+                if select.select([terminal], [], [], 0.1)[0]:
+                    try:
+                        seen += os.read(terminal, 65536)
+                    except OSError:  # it has ended
+                        break
+        os.waitpid(child, 0)
+        os.close(terminal)
+        self.assertIn(b"margins", seen)
+        now = box.get_state().state
+        self.assertAlmostEqual(now.t, 0.07, 12)
+        self.assertGreater(now.v[0], velocity)
 
     def test_step_by_events_says_when_there_are_none(self):
         box = self.box

@@ -37,6 +37,7 @@ struct SimulatorParameters {
   bool use_sim_time = false;    ///< /use_sim_time
   std::vector<std::string> tangent_directions;  ///< ~tangent_directions of the rolling derivative
   bool mark = false;                            ///< ~mark the start
+  long realtime_priority = 0;  ///< ~realtime_priority of the simulation thread, 1 to 99 (SCHED_FIFO); 0: none
   DisplayOptions display;                       ///< ~tf_prefix, ~base_frame
 };
 
