@@ -72,7 +72,9 @@ Node::Node(const NodeParameters& parameters)
     }
   }
   if (parameters.simulator.online) {
-    simulator_ = std::make_unique<Simulator>(parameters.simulator, parameters.configuration, &node_,
+    Configuration configuration = parameters.configuration;
+    configuration.options.cancelled = [] { return !ros::ok(); };
+    simulator_ = std::make_unique<Simulator>(parameters.simulator, configuration, &node_,
                                              parameters.bag_directory);
   }
   if (parameters.record) {

@@ -90,16 +90,20 @@ void ReadSimulatorParameters(MapReader* reader, const std::string& name, Simulat
   p->publish_clock = p->use_sim_time;
   reader->Read("online", &p->online);
   reader->Read("paused", &p->paused);
-  const auto read = [&](const char* key, double smallest, double largest, double* value) {
-    reader->Read(key, value);
-    if (*value >= smallest && *value <= largest) return;
+  reader->Read("real_time_factor", &p->real_time_factor);
+  reader->Read("rate", &p->rate);
+  reader->Read("display_rate", &p->display_rate);
+  const auto check = [&](const char* key, double value, double smallest, double largest) {
+    if (value >= smallest && value <= largest) return;
     std::ostringstream text;
-    text << name << "/" << key << " is " << *value << ", expected " << smallest << " to " << largest;
+    text << name << "/" << key << " is " << value << ", expected " << smallest << " to " << largest;
     throw std::invalid_argument(text.str());
   };
-  read("real_time_factor", 0, 1000, &p->real_time_factor);
-  read("rate", 0.1, 10000, &p->rate);
-  read("display_rate", 0.1, 10000, &p->display_rate);
+  if (p->real_time_factor != 0) {
+    check("real_time_factor", p->real_time_factor, Simulator::kSmallestFactor, 1000);
+  }
+  check("rate", p->rate, 0.1, 10000);
+  check("display_rate", p->display_rate, 0.1, 10000);
   reader->Read("publish_clock", &p->publish_clock);
   if (p->publish_clock && !p->use_sim_time) {
     throw std::invalid_argument(name + "/publish_clock is true, but /use_sim_time is not: no node would " +

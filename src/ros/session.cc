@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "contact_flow/dynamics/impact.h"
-#include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/request.h"
@@ -149,6 +148,11 @@ void Session::SetState(const InitialState& state) {
   Restart("set_state", setup_, [&](Vector* x) { ApplyState(*setup_->system, state, x); }, Vector());
 }
 
+void Push(const Setup& setup, const Vector& impulse, Vector* x) {
+  x->tail(setup.system->dof()) = PushedVelocity(*setup.system, *x, impulse,
+                                                setup.options.gap_tolerance, setup.options.impact_law);
+}
+
 void Session::ApplyImpulse(const std::vector<std::string>& names,
                            const std::vector<double>& impulse) {
   const MechanicalSystem& system = *setup_->system;
@@ -285,21 +289,6 @@ Session::Snapshot Session::TakeSnapshot() {
     snapshot.inputs.values.push_back(input.u);
   }
   return snapshot;
-}
-
-void Push(const Setup& setup, const Vector& impulse, Vector* x) {
-  const MechanicalSystem& system = *setup.system;
-  const Eigen::Index nq = system.num_positions(), d = system.dof();
-  const InverseInertia inertia(system, x->head(nq), x->tail(d));
-  x->tail(d) += inertia * impulse;
-  ContactMode touching;
-  for (int i = 0; i < system.num_constraints(); ++i) {
-    const bool rigid = !system.compliant().Contains(i);
-    if (rigid && inertia.terms().gap(i) <= setup.options.gap_tolerance) touching.Insert(i);
-  }
-  if (touching.Empty()) return;
-  x->tail(d) =
-      SolveImpact(system, x->head(nq), x->tail(d), touching, setup.options.impact_law).v_plus;
 }
 
 }  // namespace ros_interface

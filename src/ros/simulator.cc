@@ -60,7 +60,6 @@ Simulator::~Simulator() {
   }
   changed_.notify_all();
   if (thread_.joinable()) thread_.join();
-  commands_.clear();  // whoever waits for them is told
 }
 
 void Simulator::Start() {
@@ -106,11 +105,11 @@ void Simulator::Run() {
     if (error != 0) ROS_WARN("realtime_priority: %s; going on without", std::strerror(error));
   }
   pace_.Anchor(session_.now(), pace_.factor());
-  while (true) {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      if (stopping_) break;
-    }
+  const auto goes_on = [this] {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return !stopping_ && ros::ok();
+  };
+  while (goes_on()) {
     RunCommands();
     AfterCommands();
     if (paused_ && !stepping_) {
@@ -120,6 +119,12 @@ void Simulator::Run() {
       Go();
     }
   }
+  // Whoever still waits is told.
+  stepping_.reset();
+  std::deque<std::function<void()>> unheard;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  stopping_ = true;
+  unheard.swap(commands_);
 }
 
 /// The next instant that belongs to a rate, or that is as far ahead as may be.
@@ -128,7 +133,8 @@ double Simulator::NextInstant() const {
   double next = std::min(static_cast<double>(tick_ + 1) / parameters_.rate,
                          static_cast<double>(display_tick_ + 1) / parameters_.display_rate);
   if (pace_.paced() && !stepping_) {
-    next = std::min(next, (static_cast<double>(Tick(now, 1 / kLookAhead)) + 1) * kLookAhead);
+    const double ahead = kLookAhead * std::min(1.0, pace_.factor());  // by either clock
+    next = std::min(next, static_cast<double>(Tick(now, 1 / ahead) + 1) * ahead);
   }
   if (stepping_) next = std::min(next, stepping_->end);
   return std::max(next, now);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/ros/simulator_services.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 
@@ -62,6 +63,9 @@ void SimulatorServices::OfferSettings(const SimulatorParameters& parameters,
   place.setParam("display_rate", parameters.display_rate);
   settings_ = std::make_unique<dynamic_reconfigure::Server<SimulatorConfig>>(place);
   settings_->setCallback([this](SimulatorConfig& config, std::uint32_t) {
+    if (config.real_time_factor > 0) {
+      config.real_time_factor = std::max(config.real_time_factor, Simulator::kSmallestFactor);
+    }
     simulator_->SetPace(config.real_time_factor, config.rate, config.display_rate);
   });
 }

@@ -84,6 +84,55 @@ class SimulatorRecording(unittest.TestCase):
                         copy.write(topic, message, stamp)
             self.assertEqual(verify(forged).returncode, 1)
 
+    def test_a_run_that_ends_says_why_and_can_be_revived(self):
+        with tempfile.TemporaryDirectory() as directory:
+            node = Node(directory, "ending", model="bouncing_ball", real_time_factor="0")
+            ball = Simulator("ending")
+            self.assertTrue(wait_until(lambda: ball.get_state().paused), "Zeno")
+            with self.assertRaises(rospy.ServiceException):
+                ball.unpause_physics()
+            answer = ball.step(seconds=1)
+            self.assertFalse(answer.success)
+            self.assertIn("(Zeno)", answer.message)
+            answer = ball.set_state(state=InitialState(names=["z"], positions=[0.4], velocities=[0]))
+            self.assertTrue(answer.success, answer.message)
+            self.assertTrue(ball.step(seconds=0.4).success)
+            node.stop()
+            result = verify(node.bag)
+            self.assertEqual(result.returncode, 0, result.stdout[-2000:])
+
+    def test_parameters_that_are_refused(self):
+        for parameters, reason in (({"publish_clock": "true"}, "/use_sim_time is not"),
+                                   ({"real_time_factor": "-1"}, "real_time_factor is -1"),
+                                   ({"rate": "0"}, "rate is 0"),
+                                   ({"realtime_priority": "100"}, "realtime_priority")):
+            process = subprocess.run(
+                [executable("contact_flow_node"), "__name:=refused", "_online:=true"] +
+                ["_{}:={}".format(*item) for item in parameters.items()],
+                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=30)
+            for name in parameters:
+                rospy.delete_param("/refused/" + name)
+            self.assertEqual(process.returncode, 1)
+            self.assertIn(reason, process.stdout)
+
+    def test_ends_while_a_client_waits(self):
+        with tempfile.TemporaryDirectory() as directory:
+            node = Node(directory, "waited_for", model="hopping_trot", paused="true", record="false")
+            trot = Simulator("waited_for")
+            failed = []
+
+            def wait():
+                try:
+                    failed.append(not trot.step(seconds=1e6).success)
+                except rospy.ServiceException:
+                    failed.append(True)
+            thread = threading.Thread(target=wait, daemon=True)
+            thread.start()
+            self.assertTrue(wait_until(lambda: trot.get_state().state.t > 1))
+            node.stop()
+            thread.join(timeout=20)
+            self.assertEqual(failed, [True])
+
     def test_a_recording_that_begins_later_is_an_epoch(self):
         with tempfile.TemporaryDirectory() as directory:
             node = Node(directory, "late", model="hopping_trot", record="false")

@@ -110,7 +110,7 @@ class Session {
   bool parameters_changed_ = false;
 };
 
-/// What apply_impulse does to a state x [nq+d]: v⁺ = v + P p, then the impact (1b) of all contacts that touch.
+/// What apply_impulse does to a state x [nq+d].
 void Push(const Setup& setup, const Vector& impulse, Vector* x);
 
 }  // namespace ros_interface

@@ -42,12 +42,13 @@ struct SimulatorParameters {
 };
 
 /// Runs a session along with the clock, in a thread of its own which owns it. Everybody else posts commands, which the
-/// thread carries out between two instants of the simulation, at most kLookAhead of simulated time apart.
+/// thread carries out between two instants of the simulation, at most kLookAhead apart.
 ///
 /// What belongs to an instant is computed before and published when the instant is due, never earlier.
 class Simulator {
  public:
-  static constexpr double kLookAhead = 2e-3;  ///< [s]
+  static constexpr double kLookAhead = 2e-3;        ///< [s] by either clock
+  static constexpr double kSmallestFactor = 1e-3;   ///< of real time, unless 0
 
   Simulator(const SimulatorParameters& parameters, const Configuration& configuration,
             ros::NodeHandle* node, const std::string& bag_directory);
