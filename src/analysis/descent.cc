@@ -56,6 +56,13 @@ class Descent {
       if (!Usable(value)) return true;
       const SteepestDescent steepest = FindSteepestDescent(value.map);
       if (steepest.slope >= -options_.tolerance) {
+        const double before = J_;
+        const bool on_kink = value.map.pieces().size() > 1;
+        if (on_kink && !Bfgs()) return false;  // the kink is near: go there
+        if (J_ < before) {
+          value = cost_(y_, CostQuery::kKinks);
+          continue;
+        }
         End(DescentStatus::kMinimum, "");
         return false;
       }

@@ -149,8 +149,8 @@ PoincareResult ToMsg(const MechanicalSystem& system, const AssessedReturn& asses
   result.coordinates = names.coordinates;
   result.velocities = names.velocities;
   result.constraints = names.constraints;
-  result.outcome = one.status == ReturnStatus::kRefused ? Response::REFUSED
-                                                        : static_cast<std::uint8_t>(one.status);
+  result.outcome = static_cast<std::uint8_t>(one.status);
+  if (one.status == ReturnStatus::kRefused) result.outcome = Response::REFUSED;
   result.message = one.message.empty() ? assessed.note : one.message;
   result.time = one.time;
   if (!one.trajectory.arcs.empty()) {

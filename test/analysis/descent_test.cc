@@ -114,7 +114,7 @@ TEST(Descent, EndsInAValleyAndLeavesARidge) {
   const Vector c = Eigen::Vector2d(0.2, -0.5);
   const DescentResult valley = Minimize(Folded(c, Vector::Constant(1, 1), h), Eigen::Vector2d(1, 1));
   EXPECT_EQ(DescentStatus::kMinimum, valley.status) << valley.message;
-  EXPECT_NEAR(0, valley.y(0), 1e-6);
+  EXPECT_NEAR(0, valley.y(0), 1e-12);
   EXPECT_NEAR(-0.5, valley.y(1), 1e-6);
   ASSERT_EQ(1u, valley.kinks.size()) << valley.message;
   EXPECT_TRUE(valley.kinks[0].IsValley());
@@ -237,10 +237,14 @@ TEST(OutcomeCost, OfAnInitialAngleHasItsMinimumOnTheKink) {
   options.tolerance = 1e-7;
   const DescentResult result = Minimize(cost, Vector::Constant(1, pendulum.x(0) - 0.004), options);
   EXPECT_EQ(DescentStatus::kMinimum, result.status) << result.message;
-  EXPECT_NEAR(pendulum.x(0), result.y(0), 1e-5);
+  EXPECT_NEAR(pendulum.x(0), result.y(0), 1e-8);
   ASSERT_EQ(1u, result.kinks.size()) << result.message;
   EXPECT_TRUE(result.kinks[0].IsValley());
   EXPECT_NEAR(0.184939 + 0.001355, result.kinks[0].jump, 1e-4);
+  // Beside it the events are isolated; who asks for kinks is told of both pieces.
+  const Vector beside = Vector::Constant(1, pendulum.x(0) + 1e-7);
+  EXPECT_EQ(1u, cost(beside, CostQuery::kSlopes).map.pieces().size());
+  EXPECT_EQ(2u, cost(beside, CostQuery::kKinks).map.pieces().size());
   problem.target(2) = pendulum.final_state(2) + 1;
   const CostValue ridge = MakeOutcomeCost(*pendulum.system, problem)(pendulum.x.head(1), CostQuery::kKinks);
   ASSERT_TRUE(ridge.has_map);

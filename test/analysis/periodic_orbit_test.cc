@@ -156,6 +156,23 @@ TEST(PeriodicOrbit, ConvergesQuadraticallyOffTheKink) {
   EXPECT_GT(events[1].t - events[0].t, 1e-4);
   EXPECT_EQ(1u, found.orbit.map.pieces().size());
   ExpectQuadratic(found.newton, 1e3);
+
+  // The same orbit seen just behind the touchdown that comes first, where that foot stands: iterates keep its contact.
+  const std::string first = robot->description().constraints[*events[0].activated.begin()];
+  OrbitProblem standing = problem;
+  standing.section = Section::Event(*robot, first);
+  const PoincareReturn landing =
+      PoincareMap(*robot, problem.u, standing.section).Return(found.x);
+  ASSERT_TRUE(landing.returned()) << landing.message;
+  standing.x = landing.x;
+  standing.parameters["right_offset"] = 0.515;  // near an orbit, and with a contact to keep, which is curved
+  const OrbitSolution seen = FindOrbit(standing);
+  ASSERT_TRUE(seen.ok()) << seen.newton.message;
+  EXPECT_EQ(1, seen.orbit.trajectory.arcs.front().mode.Size());
+  problem.parameters = standing.parameters;
+  const OrbitSolution apex = FindOrbit(problem);
+  ASSERT_TRUE(apex.ok()) << apex.newton.message;
+  EXPECT_NEAR(apex.orbit.time, seen.orbit.time, 1e-9);
 }
 
 /// Largest deviation from the orbit's apex, horizontal motion set aside, after 50 periods; infinite when it falls.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <geometry_msgs/TransformStamped.h>
+#include <geometry_msgs/Wrench.h>
 #include <ros/time.h>
 #include <sensor_msgs/JointState.h>
 #include <std_msgs/ColorRGBA.h>
@@ -55,6 +56,9 @@ class RobotDisplay {
   /// "forces").
   visualization_msgs::MarkerArray Contacts(const VectorRef& x, ContactMode mode,
                                            const VectorRef& force, const ros::Time& stamp) const;
+  /// The wrench of each contact force λ [n] on the robot, about the world's origin in world axes; zero for limits.
+  std::vector<geometry_msgs::Wrench> ContactWrenches(const VectorRef& x,
+                                                     const VectorRef& force) const;
   /// The planes and height fields that are fixed in the world, each once (namespace "terrain").
   visualization_msgs::MarkerArray Terrain() const;
   /// The shapes of all links at another state, in one colour.
