@@ -150,7 +150,7 @@ configure() {
   # Both names of the interpreter: catkin looks for the first, Debian's rosbag for the second.
   logged configure cmake -S "$ROOT" -B "$BUILD_DIR" "${generator[@]}" \
     -DPYTHON_EXECUTABLE=/usr/bin/python3 -DPython3_EXECUTABLE=/usr/bin/python3 \
-    -DCATKIN_ENABLE_TESTING=ON -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
+    -DCATKIN_ENABLE_TESTING=ON -DCMAKE_EXPORT_COMPILE_COMMANDS=ON "$@"
 }
 
 build() {

@@ -19,8 +19,8 @@
 namespace contact_flow {
 namespace {
 
-/// Beyond this many times the step that would resolve the fastest mode the collocation loses its order in it, and
-/// the error estimate its truth (measured: config/robots against tolerance 1e-13).
+/// Beyond this many times the step that would resolve the fastest mode, collocation loses its order
+/// in it, and the error estimate its truth (measured: config/robots against tolerance 1e-13).
 constexpr double kStiffReach = 3;
 constexpr double kSlackening = 0.6;  // most by which the rate falls from one step to the next
 constexpr double kReach = 0.9;  // part of the longest acceptable step that is taken
@@ -242,8 +242,8 @@ class Propagation {
     AddAccelerations(h, rule_->b, step_.middleRows(d_, d_));
     jacobian_.At(t + h, end_.data(), end_.data() + 2 * d_ * d_);
     next_.noalias() = step_ * phi_;
-    // Defect at either end: the collocation polynomial's acceleration against the equation's. Of what has decayed
-    // before this step, as the fast modes of a stiff damper, there is nothing left to be wrong by.
+    // Defect at either end: the collocation polynomial's acceleration against the equation's. Of
+    // what has decayed before, as the fast modes of a stiff damper, nothing is left to be wrong by.
     defect_ = -begin_;
     AddAccelerations(1, rule_->at_begin, defect_);
     double relative = h * Relative();

@@ -107,4 +107,18 @@ Matrix ImpactJacobian(const MechanicalSystem& system, const VectorRef& q, const 
   return reset;
 }
 
+Vector PushedVelocity(const MechanicalSystem& system, const VectorRef& x, const VectorRef& impulse,
+                      double gap_tolerance, ImpactLaw law) {
+  const int nq = system.num_positions(), d = system.dof();
+  const InverseInertia inertia(system, x.head(nq), x.tail(d));
+  const Vector pushed = x.tail(d) + inertia * impulse;
+  ContactMode touching;
+  for (int i = 0; i < system.num_constraints(); ++i) {
+    const bool rigid = !system.compliant().Contains(i);
+    if (rigid && inertia.terms().gap(i) <= gap_tolerance) touching.Insert(i);
+  }
+  if (touching.Empty()) return pushed;
+  return SolveImpact(system, x.head(nq), pushed, touching, law).v_plus;
+}
+
 }  // namespace contact_flow

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/flow/manifold_projection.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <vector>
+
 #include "contact_flow/dynamics/inverse_inertia.h"
 
 namespace contact_flow {
@@ -8,6 +12,7 @@ namespace {
 
 constexpr int kMaxNewton = 30;
 constexpr double kClosed = 1e-14;  // [m] a closure to rounding
+constexpr double kContact = 1e-12;  // [m] a contact, likewise
 
 }  // namespace
 
@@ -32,6 +37,42 @@ bool ProjectState(const MechanicalSystem& system, Vector* x) {
     }
     x->head(nq) = system.space().Retract(x->head(nq), inertia.Correction(b));
     last = error;
+  }
+  return false;
+}
+
+bool ProjectContacts(const MechanicalSystem& system, ContactMode held, Vector* x) {
+  const int d = system.dof(), nq = system.num_positions(), n = system.num_constraints();
+  std::vector<int> rows;
+  for (int i : held - system.compliant()) rows.push_back(i);
+  for (int i = 0; i < system.num_bilateral(); ++i) rows.push_back(n + i);
+  if (rows.empty()) return true;
+  const auto k = static_cast<Eigen::Index>(rows.size());
+  Vector y = *x;
+  Matrix A(k, d), mass;
+  Vector gap(k), applied;
+  ConstraintTerms terms;
+  const Vector u = Vector::Zero(system.num_inputs());
+  for (int step = 0; step < kMaxNewton; ++step) {
+    system.space().Normalize(y.data());
+    system.Constraints(y.head(nq), y.tail(d), &terms);
+    for (Eigen::Index r = 0; r < k; ++r) {
+      A.row(r) = terms.jacobian.row(rows[static_cast<std::size_t>(r)]);
+      gap(r) = terms.gap(rows[static_cast<std::size_t>(r)]);
+    }
+    system.Dynamics(y.head(nq), y.tail(d), u, held, &mass, &applied);
+    const Matrix reach = mass.llt().solve(A.transpose());  // shortest in the kinetic metric
+    const Matrix G = A * reach;
+    const auto factor = G.completeOrthogonalDecomposition();
+    if (gap.cwiseAbs().maxCoeff() <= kContact) {
+      const Vector impulse = factor.solve(Vector(A * y.tail(d)));
+      y.tail(d) -= reach * impulse;
+      if (!y.allFinite()) return false;
+      *x = y;
+      return true;
+    }
+    const Vector change = factor.solve(gap);
+    y.head(nq) = system.space().Retract(y.head(nq), -(reach * change));
   }
   return false;
 }

@@ -58,8 +58,21 @@ Node::Node(const NodeParameters& parameters)
       ROS_WARN("robot: %s", warning.c_str());
     }
   }
+  if (parameters.simulator.online) {
+    Configuration configuration = parameters.configuration;
+    configuration.options.cancelled = [] { return !ros::ok(); };
+    simulator_ = std::make_unique<Simulator>(parameters.simulator, configuration, &node_,
+                                             parameters.bag_directory);
+  }
   if (parameters.record) {
-    ROS_INFO("recording to %s", outlet_.StartRecording(parameters.bag_name).c_str());
+    for (const std::string& path : RecordTo(parameters.bag_name)) {
+      ROS_INFO("recording to %s", path.c_str());
+    }
+  }
+  if (simulator_) {
+    simulator_->Start();
+    simulator_services_ = std::make_unique<SimulatorServices>(simulator_.get(),
+                                                              parameters.simulator, &node_);
   }
   servers_ = {node_.advertiseService("simulate", &Node::Simulate, this),
               node_.advertiseService("b_derivative", &Node::Differentiate, this),
@@ -160,10 +173,27 @@ bool Node::Describe(DescribeModel::Request& in, DescribeModel::Response& out) {
   });
 }
 
+std::vector<std::string> Node::RecordTo(const std::string& name) {
+  std::vector<std::string> paths = {outlet_.StartRecording(name)};
+  if (!simulator_) return paths;
+  const std::string path = paths.front();
+  const std::size_t begin = path.find_last_of('/') + 1;
+  const std::string stem = path.substr(begin, path.size() - 4 - begin);
+  try {
+    paths.push_back(simulator_->StartRecording(stem + "_online"));
+  } catch (const std::exception&) {
+    outlet_.StopRecording();
+    throw;
+  }
+  return paths;
+}
+
 bool Node::Start(StartRecording::Request& in, StartRecording::Response& out) {
   return Guard("start_recording", &out, [&] {
-    out.path = outlet_.StartRecording(in.name);
+    const std::vector<std::string> paths = RecordTo(in.name);
+    out.path = paths.front();
     out.message = "recording to " + out.path;
+    if (paths.size() > 1) out.message += ", and the simulator to " + paths.back();
   });
 }
 
@@ -173,6 +203,8 @@ bool Node::Stop(StopRecording::Request&, StopRecording::Response& out) {
     out.paths = summary.paths;
     out.results = static_cast<std::uint32_t>(summary.results);
     out.message = std::to_string(summary.results) + " results in " + summary.paths.front();
+    if (!simulator_) return;
+    for (const std::string& path : simulator_->StopRecording()) out.paths.push_back(path);
   });
 }
 
@@ -185,6 +217,10 @@ int RunNode() {
     Node node(parameters);
     ros::AsyncSpinner spinner(static_cast<std::uint32_t>(parameters.threads));
     spinner.start();
+    if (parameters.simulator.online) {
+      ROS_INFO("simulator: %s", parameters.simulator.paused ? "paused, see unpause_physics and step"
+                                                            : "running");
+    }
     ROS_INFO("contact_flow: %s is ready at %s/simulate, b_derivative, compare, describe_model",
              node.setup().system->description().name.c_str(), ros::this_node::getName().c_str());
     ros::waitForShutdown();

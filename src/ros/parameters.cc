@@ -5,6 +5,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <sstream>
 #include <stdexcept>
 
 #include "contact_flow/ros/recorder.h"
@@ -82,6 +83,42 @@ YAML::Node PrivateParameters() {
   return ros::param::get(ros::this_node::getName(), tree) ? ToYaml(tree) : YAML::Node();
 }
 
+namespace {
+
+void ReadSimulatorParameters(MapReader* reader, const std::string& name, SimulatorParameters* p) {
+  ros::param::get("/use_sim_time", p->use_sim_time);
+  p->publish_clock = p->use_sim_time;
+  reader->Read("online", &p->online);
+  reader->Read("paused", &p->paused);
+  reader->Read("real_time_factor", &p->real_time_factor);
+  reader->Read("rate", &p->rate);
+  reader->Read("display_rate", &p->display_rate);
+  const auto check = [&](const char* key, double value, double smallest, double largest) {
+    if (value >= smallest && value <= largest) return;
+    std::ostringstream text;
+    text << name << "/" << key << " is " << value << ", expected " << smallest << " to " << largest;
+    throw std::invalid_argument(text.str());
+  };
+  if (p->real_time_factor != 0) {
+    check("real_time_factor", p->real_time_factor, Simulator::kSmallestFactor, 1000);
+  }
+  check("rate", p->rate, 0.1, 10000);
+  check("display_rate", p->display_rate, 0.1, 10000);
+  reader->Read("publish_clock", &p->publish_clock);
+  if (p->publish_clock && !p->use_sim_time) {
+    throw std::invalid_argument(name + "/publish_clock is true, but /use_sim_time is not: no node would " +
+                                "follow the clock; set /use_sim_time before any node is started");
+  }
+  reader->Read("tangent_directions", &p->tangent_directions);
+  reader->Read("mark", &p->mark);
+  reader->Read("realtime_priority", &p->realtime_priority, 0, 99);
+  reader->Read("tf_prefix", &p->display.prefix);
+  reader->Read("base_frame", &p->display.base_frame);
+  reader->Child("simulator");  // dynamic_reconfigure's, of the last time
+}
+
+}  // namespace
+
 NodeParameters ReadNodeParameters() {
   NodeParameters parameters;
   parameters.bag_directory = DefaultBagDirectory();
@@ -99,6 +136,7 @@ NodeParameters ReadNodeParameters() {
   parameters.bag_directory = ExpandHome(parameters.bag_directory);
   if (parameters.bag_directory.empty()) parameters.bag_directory = DefaultBagDirectory();
   reader.Read("threads", &parameters.threads, 1, 64);
+  ReadSimulatorParameters(&reader, name, &parameters.simulator);
   reader.Finish();
   return parameters;
 }

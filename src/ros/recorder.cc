@@ -38,15 +38,22 @@ bool Exists(const std::string& path) { return ::access(path.c_str(), F_OK) == 0;
 
 std::string Recorder::Path() const { return Recording() ? summary_.paths.back() : ""; }
 
+std::string NewBagPath(const std::string& directory, const std::string& asked) {
+  const std::string name = CheckName(asked);
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  if (error) throw std::runtime_error("bag_directory " + directory + ": " + error.message());
+  const std::string path = directory + "/" + name + ".bag";
+  if (Exists(path)) {
+    throw std::invalid_argument("name '" + asked + "' is taken: " + path + " exists");
+  }
+  return path;
+}
+
 void Recorder::Start(const std::string& asked, const std::vector<BagEntry>& preamble) {
   const std::string name = CheckName(asked);
   if (Recording()) throw std::invalid_argument("already recording to " + Path());
-  std::error_code error;
-  std::filesystem::create_directories(directory_, error);
-  if (error) throw std::runtime_error("bag_directory " + directory_ + ": " + error.message());
-  const std::string path = directory_ + "/" + name + ".bag";
-  if (Exists(path))
-    throw std::invalid_argument("name '" + asked + "' is taken: " + path + " exists");
+  const std::string path = NewBagPath(directory_, asked);
   size_ = ReplaceBag(path, preamble);
   name_ = name;
   preamble_ = preamble;

@@ -188,11 +188,46 @@ std::vector<double> ResolveAlphas(const std::vector<double>& asked) {
   return asked;
 }
 
+void ApplyState(const MechanicalSystem& system, const InitialState& state, Vector* x) {
+  const SystemDescription& d = system.description();
+  const Eigen::Index dof = system.dof(), nq = system.num_positions();
+  SetAll("state.q", state.q, d.coordinates, x->head(nq));
+  SetAll("state.v", state.v, d.velocities, x->tail(dof));
+  CheckNames(state, state.positions.empty() && !state.velocities.empty() ? d.velocities
+                                                                         : d.coordinates);
+  SetNamed("state.positions", state.positions, state.names, d.coordinates, x->head(nq));
+  SetNamed("state.velocities", state.velocities, state.names, d.velocities, x->tail(dof));
+  if (state.project && !ProjectState(system, x)) {
+    throw std::invalid_argument("state cannot be projected on the bilateral constraints");
+  }
+}
+
+void ApplyNamed(const std::string& what, const std::vector<std::string>& names,
+                const std::vector<double>& values, const std::vector<std::string>& valid,
+                Vector* vector) {
+  CheckSize("values", values.size(), names.empty() ? valid.size() : names.size(),
+            names.empty() ? valid : names);
+  CheckFinite("values", values);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    auto it = valid.begin() + static_cast<std::ptrdiff_t>(i);
+    if (!names.empty()) {
+      const std::string field = "names[" + std::to_string(i) + "]: ";
+      it = std::find(valid.begin(), valid.end(), names[i]);
+      if (it == valid.end()) {
+        throw std::invalid_argument(field + UnknownName(what, names[i], valid));
+      }
+      if (std::count(names.begin(), names.end(), names[i]) > 1) {
+        throw std::invalid_argument(field + what + " '" + names[i] + "' is named twice");
+      }
+    }
+    (*vector)(it - valid.begin()) = values[i];
+  }
+}
+
 Run ResolveRun(const Setup& setup, double duration, const InitialState& state,
                const std::vector<double>& input, const InputGrid& input_grid,
                const SimulationOptions& options) {
   const SystemDescription& d = setup.system->description();
-  const Eigen::Index dof = setup.system->dof(), nq = setup.system->num_positions();
   Run run;
   run.x = setup.system->nominal().x;
   run.duration = setup.system->nominal().duration;
@@ -204,15 +239,7 @@ Run ResolveRun(const Setup& setup, double duration, const InitialState& state,
   }
   if (duration > 0) run.duration = duration;
 
-  SetAll("state.q", state.q, d.coordinates, run.x.head(nq));
-  SetAll("state.v", state.v, d.velocities, run.x.tail(dof));
-  CheckNames(state, state.positions.empty() && !state.velocities.empty() ? d.velocities
-                                                                         : d.coordinates);
-  SetNamed("state.positions", state.positions, state.names, d.coordinates, run.x.head(nq));
-  SetNamed("state.velocities", state.velocities, state.names, d.velocities, run.x.tail(dof));
-  if (state.project && !ProjectState(*setup.system, &run.x)) {
-    throw std::invalid_argument("state cannot be projected on the bilateral constraints");
-  }
+  ApplyState(*setup.system, state, &run.x);
   Vector u = setup.system->nominal().u;
   SetAll("input", input, d.inputs, u);
   if (!input.empty() && !input_grid.values.data.empty()) {

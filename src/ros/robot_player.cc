@@ -56,7 +56,8 @@ std_msgs::ColorRGBA GhostColor(std::size_t k) {
   return Color(color[0], color[1], color[2], 0.3);
 }
 
-/// What a user sees first: the robot pitched or, without a base that can, moved by its first number; both ways.
+/// What a user sees first: the robot pitched or, without a base that can, moved by its first
+/// number; both ways.
 std::vector<std::string> DefaultDirections(const std::vector<std::string>& velocities) {
   std::string name = velocities.front();
   for (const char* pitch : {"base_pitch", "base_wy"}) {
@@ -120,8 +121,8 @@ void RobotPlayer::TakeTrajectory(const ContactTrajectory::ConstPtr& trajectory) 
     return;
   }
   trajectory_ = trajectory;
-  dynamics_ = std::make_unique<ContactDynamics>(*setup_.system,
-                                                Vector::Zero(static_cast<Eigen::Index>(m)));
+  dynamics_ =
+      std::make_unique<ContactDynamics>(*setup_.system, Vector::Zero(static_cast<Eigen::Index>(m)));
   begin_ = ros::Time::now();
 }
 

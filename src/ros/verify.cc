@@ -33,42 +33,17 @@
 #include "contact_flow/ros/periodic_orbit_answer.h"
 #include "contact_flow/ros/poincare_answer.h"
 #include "contact_flow/ros/stability_answer.h"
+#include "contact_flow/ros/serialize.h"
+#include "contact_flow/ros/verify_session.h"
 
 namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
-
-template <class Message>
-Bytes Serialize(const Message& message) {
-  Bytes bytes(ros::serialization::serializationLength(message));
-  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
-  ros::serialization::serialize(stream, message);
-  return bytes;
-}
-
-/// The first line in which the two messages, written out in full, differ.
-template <class Message>
-std::string FirstDifference(const Message& recorded, const Message& computed) {
-  std::stringstream a;
-  std::stringstream b;
-  a.precision(17);
-  b.precision(17);
-  a << recorded;
-  b << computed;
-  std::string line_a;
-  std::string line_b;
-  while (std::getline(a, line_a) && std::getline(b, line_b)) {
-    if (line_a != line_b) return "recorded '" + line_a + "', computed '" + line_b + "'";
-  }
-  return "in the last bits";
-}
-
 /// Goes through one bag.
 class Verifier {
  public:
-  explicit Verifier(std::ostream* out) : out_(out) {}
+  Verifier(std::ostream* out, SessionVerifier* session) : out_(out), session_(*session) {}
 
   /// First every message is offered here …
   bool TakeRecord(const rosbag::MessageInstance& message) {
@@ -77,7 +52,9 @@ class Verifier {
            Record<LinearizationRecord>(message) || Record<PoincareRecord>(message) ||
            Record<StabilityRecord>(message) || Record<ControllabilityRecord>(message) ||
            Record<CovarianceRecord>(message) || Record<PeriodicOrbitRecord>(message) ||
-           Record<OptimizationRecord>(message) || Model(message);
+           Record<OptimizationRecord>(message) || Model(message) ||
+           Online<SimulatorEpoch>(message, kAnnounced) || Online<SimulatorInput>(message, kTold) ||
+           Online<SimulatorEvent>(message, kAnnounced) || Online<HybridState>(message, kTold);
   }
   /// … and then, those that were no records, here.
   void TakeOther(const rosbag::MessageInstance& message) {
@@ -88,6 +65,8 @@ class Verifier {
   const Verification& result() const { return result_; }
 
  private:
+  static constexpr bool kAnnounced = true, kTold = false;  // whether each has a line of its own
+
   /// Null unless the message has this type. One that has it by name only was written by another
   /// version.
   template <class Message>
@@ -124,9 +103,31 @@ class Verifier {
     try {
       setup_ = std::make_unique<Setup>(FromMsg(*description));
       if (Same(message, *description, ToMsg(*setup_))) Line(message, description->name);
+      session_.Take(*description);
     } catch (const std::invalid_argument& error) {
       Differs(message, error.what());
     }
+    return true;
+  }
+
+  /// What the simulator has recorded.
+  template <class Message>
+  bool Online(const rosbag::MessageInstance& message, bool announced) {
+    bool is = false;
+    const auto recorded = Get<Message>(message, &is);
+    if (!recorded) return is;
+    std::string difference;
+    try {
+      difference = session_.Take(*recorded);
+    } catch (const std::exception& error) {
+      difference = error.what();
+    }
+    if (!difference.empty()) {
+      Differs(message, difference);
+      return true;
+    }
+    ++result_.verified;
+    if (announced) Line(message, "same, bit for bit");
     return true;
   }
 
@@ -175,6 +176,7 @@ class Verifier {
   }
 
   std::ostream* out_;
+  SessionVerifier& session_;
   std::unique_ptr<Setup> setup_;
   std::set<Bytes> results_;
   Verification result_;
@@ -190,10 +192,10 @@ const char kHelp[] =
 
 }  // namespace
 
-Verification VerifyBag(const std::string& path, std::ostream* out) {
+Verification VerifyBag(const std::string& path, std::ostream* out, SessionVerifier* session) {
   rosbag::Bag bag;
   bag.open(path, rosbag::bagmode::Read);
-  Verifier verifier(out);
+  Verifier verifier(out, session);
   rosbag::View view(bag);
   std::vector<rosbag::MessageInstance> others;
   for (const rosbag::MessageInstance& message : view) {
@@ -217,9 +219,10 @@ int RunVerifyBag(int argc, char** argv) {
   }
   Verification total;
   bool readable = true;
+  SessionVerifier session;  // of the simulator's bags one goes on where the other ends
   for (int i = 1; i < argc; ++i) {
     try {
-      const Verification one = VerifyBag(argv[i], &std::cout);
+      const Verification one = VerifyBag(argv[i], &std::cout, &session);
       total.verified += one.verified;
       total.differing += one.differing;
       total.skipped += one.skipped;

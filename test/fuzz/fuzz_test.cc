@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The loader on damaged robots, under AddressSanitizer and UndefinedBehaviorSanitizer, for
-// CONTACT_FLOW_FUZZ_SECONDS (60). CONTACT_FLOW_FUZZ_SEED (1) chooses the inputs; what fails or hangs is left in
-// fuzz_finding.txt of the working directory and is tried again by CONTACT_FLOW_FUZZ_INPUT=fuzz_finding.txt.
+// CONTACT_FLOW_FUZZ_SECONDS (60). CONTACT_FLOW_FUZZ_SEED (1) chooses the inputs; what fails or
+// hangs is left in fuzz_finding.txt of the working directory and is tried again by
+// CONTACT_FLOW_FUZZ_INPUT=fuzz_finding.txt.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/time.h>
@@ -18,7 +19,9 @@
 
 extern "C" void __sanitizer_set_death_callback(void (*callback)());
 /// abort() and terminate() are findings, too.
-extern "C" const char* __asan_default_options() { return "handle_abort=1:allocator_may_return_null=1"; }
+extern "C" const char* __asan_default_options() {
+  return "handle_abort=1:allocator_may_return_null=1";
+}
 
 namespace contact_flow {
 namespace fuzz {

@@ -8,18 +8,72 @@ namespace contact_flow {
 namespace fuzz {
 namespace {
 
-const char* const kNumbers[] = {"nan", "-nan", "inf", ".inf", ".nan", "1e999", "-1e999", "1e308", "-1e308",
-                                "1e-320", "0", "-0", "-1", "1", "1e-12", "1e12", "0x10", "1,5", "1e",
-                                "9999999999999999999999", "", " ", "1 2", "1 2 3 4", "3.14159"};
-const char* const kPieces[] = {
-    "\"", "<", ">", "/>", "</", "<!--", "-->", "]]>", "<![CDATA[", "<?", "?>", "<!DOCTYPE", "&#0;", "&lt;",
-    "&a;", "\xef\xbb\xbf", "\xff", "\xc3", "<link/>", "<link name=\"\"/>", "<joint/>", "<inertial/>",
-    "<origin rpy=\"1 1 1\"/>", "<mimic joint=\"a\"/>", "type=\"floating\"", "type=\"planar\"", "type=\"fixed\"",
-    ":", "- ", "{", "}", "[", "]", "\n", "  ", "\t", "&a ", "*a", "~", "''", "? ", "!!binary ", "|\n", ">\n",
-    "#", "%s%s%s%s%n", "%.3]", "---\n", "...\n", "<<: *a", "kind: spheres", "kind: height_field", "kind: link_plane",
-    "kind: point_spring", "base: planar\n", "base: floating\n", "\n%%% YAML\n"};
+const char* const kNumbers[] = {"nan",   "-nan",   "inf",   ".inf",    ".nan",
+                                "1e999", "-1e999", "1e308", "-1e308",  "1e-320",
+                                "0",     "-0",     "-1",    "1",       "1e-12",
+                                "1e12",  "0x10",   "1,5",   "1e",      "9999999999999999999999",
+                                "",      " ",      "1 2",   "1 2 3 4", "3.14159"};
+const char* const kPieces[] = {"\"",
+                               "<",
+                               ">",
+                               "/>",
+                               "</",
+                               "<!--",
+                               "-->",
+                               "]]>",
+                               "<![CDATA[",
+                               "<?",
+                               "?>",
+                               "<!DOCTYPE",
+                               "&#0;",
+                               "&lt;",
+                               "&a;",
+                               "\xef\xbb\xbf",
+                               "\xff",
+                               "\xc3",
+                               "<link/>",
+                               "<link name=\"\"/>",
+                               "<joint/>",
+                               "<inertial/>",
+                               "<origin rpy=\"1 1 1\"/>",
+                               "<mimic joint=\"a\"/>",
+                               "type=\"floating\"",
+                               "type=\"planar\"",
+                               "type=\"fixed\"",
+                               ":",
+                               "- ",
+                               "{",
+                               "}",
+                               "[",
+                               "]",
+                               "\n",
+                               "  ",
+                               "\t",
+                               "&a ",
+                               "*a",
+                               "~",
+                               "''",
+                               "? ",
+                               "!!binary ",
+                               "|\n",
+                               ">\n",
+                               "#",
+                               "%s%s%s%s%n",
+                               "%.3]",
+                               "---\n",
+                               "...\n",
+                               "<<: *a",
+                               "kind: spheres",
+                               "kind: height_field",
+                               "kind: link_plane",
+                               "kind: point_spring",
+                               "base: planar\n",
+                               "base: floating\n",
+                               "\n%%% YAML\n"};
 
-bool IsNumber(char letter) { return std::strchr("+-.0123456789eE", letter) != nullptr && letter != 0; }
+bool IsNumber(char letter) {
+  return std::strchr("+-.0123456789eE", letter) != nullptr && letter != 0;
+}
 bool IsName(char letter) {
   return (letter >= 'a' && letter <= 'z') || (letter >= '0' && letter <= '9') || letter == '_';
 }
@@ -62,7 +116,8 @@ void Mutator::Change(const std::string& other, std::string* text) {
       break;
     case 5: {  // a number
       const Span number = token(&IsNumber);
-      text->replace(number.begin, number.size, kNumbers[Below(sizeof(kNumbers) / sizeof(kNumbers[0]))]);
+      text->replace(number.begin, number.size,
+                    kNumbers[Below(sizeof(kNumbers) / sizeof(kNumbers[0]))]);
       break;
     }
     case 6: {  // one name for another

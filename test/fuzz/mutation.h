@@ -8,8 +8,9 @@
 namespace contact_flow {
 namespace fuzz {
 
-/// Damages texts as people and programs do: bytes, numbers, names, lines and elements changed, lost, doubled, moved
-/// and taken from other texts. What comes out depends on the generator alone, on any machine.
+/// Damages texts as people and programs do: bytes, numbers, names, lines and elements changed,
+/// lost, doubled, moved and taken from other texts. What comes out depends on the generator alone,
+/// on any machine.
 class Mutator {
  public:
   explicit Mutator(std::mt19937* generator) : generator_(generator) {}

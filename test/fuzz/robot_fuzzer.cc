@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The target under libFuzzer: robot_fuzzer CORPUS -max_total_time=600; --seeds CORPUS writes the seeds there.
+// The target under libFuzzer: robot_fuzzer CORPUS -max_total_time=600; --seeds CORPUS writes the
+// seeds there.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

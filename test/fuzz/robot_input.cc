@@ -79,8 +79,8 @@ bool Load(const std::string& input) {
   const std::size_t mark = input.find(kYamlFollows);
   RobotTexts texts;
   texts.urdf = input.substr(0, mark);
-  texts.yaml = mark == std::string::npos ? "base: floating"
-                                         : input.substr(mark + std::strlen(kYamlFollows));
+  texts.yaml =
+      mark == std::string::npos ? "base: floating" : input.substr(mark + std::strlen(kYamlFollows));
   try {
     const std::unique_ptr<RobotSystem> system = MakeRobot(texts);
     Evaluate(*system);
@@ -104,8 +104,10 @@ std::vector<std::string> Seeds() {
   seeds.push_back(Replaced(whole, "<mass value=\"", "<mass value=\"0\" was=\""));
   seeds.push_back(Replaced(whole, "\"0\"", "\"nan\""));
   seeds.push_back(Replaced(whole, "stiffness: ", "stiffness: .nan #"));
-  const std::string link = "<link name=\"a%\"/>", joint =
-      "<joint name=\"j%\" type=\"floating\"><parent link=\"a%\"/><child link=\"a#\"/></joint>";
+  const std::string
+      link = "<link name=\"a%\"/>",
+      joint =
+          "<joint name=\"j%\" type=\"floating\"><parent link=\"a%\"/><child link=\"a#\"/></joint>";
   const auto chain = [&](int count, int back_to) {
     std::string text = "<robot name=\"chain\">";
     for (int k = 0; k < count; ++k) {

@@ -4,6 +4,7 @@
 import os
 import signal
 import subprocess
+import threading
 import time
 import unittest
 
@@ -11,7 +12,7 @@ import actionlib
 import rospy
 import rostest
 import yaml
-from actionlib_msgs.msg import GoalStatus
+from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 from client import Client, executable
 from contact_flow.msg import (
     FindPeriodicOrbitAction, FindPeriodicOrbitGoal, OptimizationRequest, OptimizeOutcomeAction,
@@ -227,7 +228,12 @@ class CommandLine(unittest.TestCase):
              "{unknowns: [input shoulder_torque], outcomes: [elbow], targets: [-3.0],"
              " options: {max_step: 0.00001, max_steps: 10000000}}"],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        time.sleep(3)
+        running = threading.Event()
+        status = rospy.Subscriber(
+            "/pendulum/optimize/status", GoalStatusArray,
+            lambda m: any(s.status == GoalStatus.ACTIVE for s in m.status_list) and running.set())
+        self.assertTrue(running.wait(60))
+        status.unregister()
         client.send_signal(signal.SIGINT)
         output, errors = client.communicate(timeout=60)
         self.assertEqual(client.returncode, 1, errors)

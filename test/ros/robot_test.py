@@ -73,8 +73,8 @@ class Robots(unittest.TestCase):
 
     def test_other_services(self):
         client = Client("compliant_quadruped")
-        self.assertTrue(client.check_assumptions().differentiable)
-        interval, = client.linearize(duration=0.2).intervals
+        self.assertTrue(client.check_assumptions().report.differentiable)
+        interval, = client.linearize(duration=0.2).linearization.intervals
         self.assertEqual((interval.outcome, matrix(interval.A).shape), (0, (60, 60)))
         rigid = Client("contact_flow").b_derivative(directions=["base_wx"])
         self.assertEqual(rigid.outcome, rigid.DISCONTINUOUS)

@@ -30,6 +30,11 @@ struct ImpactResult {
 ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v_minus,
                          ContactMode touching, ImpactLaw law = ImpactLaw::kComplementarity);
 
+/// The velocity [d] after a generalized impulse p [d] from outside: v + P p (InverseInertia), then the impact of all
+/// rigid constraints that touch, a_i ≤ gap_tolerance [m].
+Vector PushedVelocity(const MechanicalSystem& system, const VectorRef& x, const VectorRef& impulse,
+                      double gap_tolerance, ImpactLaw law = ImpactLaw::kComplementarity);
+
 /// Derivative DR [2d+k × 2d+k] of the reset R(q, v) = (q, v⁺), where the constraints in `hit` receive the
 /// impulse (for those in `persisting` ⊂ hit the restitution is void: they rest before and after), by
 /// the implicit function theorem on the residual of (1b):

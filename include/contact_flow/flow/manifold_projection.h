@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "contact_flow/contact_mode.h"
 #include "contact_flow/model/mechanical_system.h"
 #include "contact_flow/types.h"
 
@@ -14,5 +15,10 @@ bool HasStateManifold(const MechanicalSystem& system);
 /// order of the step's error, which leaves the order of accuracy (Hairer, Lubich, Wanner, Geometric Numerical
 /// Integration, Sec. IV.4). False when the Newton steps do not converge.
 bool ProjectState(const MechanicalSystem& system, Vector* x);
+
+/// The same with the contacts of `held`: a_i = 0 and Da_i v = 0 besides. Undoes what resting contacts have drifted, of
+/// the order of the integrator's error, so that the state is an initial one. False when it does not converge: x is then
+/// as it was.
+bool ProjectContacts(const MechanicalSystem& system, ContactMode held, Vector* x);
 
 }  // namespace contact_flow

@@ -49,6 +49,13 @@ class OnlineFlow {
   /// The input that holds at now(), and that from now() on.
   const Vector& u() const { return flow_.u(); }
   const Vector& NextInput() const;
+  /// An input from t [s] on.
+  struct Input {
+    double t;
+    Vector u;
+  };
+  /// Those told for now() or later, in the order of time.
+  const std::deque<Input>& inputs_to_come() const { return inputs_; }
 
   /// Of what lies behind.
   Margins margins() const { return flow_.margins(); }
@@ -62,11 +69,6 @@ class OnlineFlow {
   void Forget();
 
  private:
-  struct Input {
-    double t;
-    Vector u;
-  };
-
   bool Propose();
   /// Accepts the proposal up to `end`; true when a transition was passed.
   bool Accept(double end);

@@ -17,17 +17,17 @@ namespace ros_interface {
 /// Writes one message to a bag that is being made.
 using BagEntry = std::function<void(rosbag::Bag*)>;
 
-/// The entry of `message` under `topic`, marked as latched, so that `rosbag play` latches it too.
+/// The entry of `message` under `topic`; one that is latched is latched by `rosbag play`, too.
 template <class Message>
 BagEntry MakeBagEntry(const std::string& topic, const ros::Time& stamp, const std::string& caller,
-                      boost::shared_ptr<const Message> message) {
+                      boost::shared_ptr<const Message> message, bool latched = true) {
   auto header = boost::make_shared<ros::M_string>();
   (*header)["topic"] = topic;
   (*header)["type"] = ros::message_traits::DataType<Message>::value();
   (*header)["md5sum"] = ros::message_traits::MD5Sum<Message>::value();
   (*header)["message_definition"] = ros::message_traits::Definition<Message>::value();
   (*header)["callerid"] = caller;
-  (*header)["latching"] = "1";
+  (*header)["latching"] = latched ? "1" : "0";
   return [=](rosbag::Bag* bag) { bag->write(topic, stamp, *message, header); };
 }
 

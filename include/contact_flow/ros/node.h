@@ -3,6 +3,7 @@
 
 #include <ros/ros.h>
 
+#include <memory>
 #include <vector>
 
 #include "contact_flow/CheckAssumptions.h"
@@ -17,6 +18,7 @@
 #include "contact_flow/ros/outlet.h"
 #include "contact_flow/ros/parameters.h"
 #include "contact_flow/ros/setup.h"
+#include "contact_flow/ros/simulator_services.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -37,10 +39,14 @@ class Node {
   bool Describe(DescribeModel::Request& in, DescribeModel::Response& out);
   bool Start(StartRecording::Request& in, StartRecording::Response& out);
   bool Stop(StopRecording::Request& in, StopRecording::Response& out);
+  /// Records results, and the simulator beside it; returns both paths.
+  std::vector<std::string> RecordTo(const std::string& name);
 
   Setup setup_;
   ros::NodeHandle node_;
   Outlet outlet_;
+  std::unique_ptr<Simulator> simulator_;
+  std::unique_ptr<SimulatorServices> simulator_services_;
   AnalysisServers analyses_;
   std::vector<ros::ServiceServer> servers_;
 };

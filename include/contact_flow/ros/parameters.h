@@ -4,6 +4,7 @@
 #include <string>
 
 #include "contact_flow/io/configuration.h"
+#include "contact_flow/ros/simulator.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -17,6 +18,7 @@ struct NodeParameters {
   std::string bag_name;       ///< ~bag_name: of that bag; "": model and time
   std::string bag_directory;  ///< ~bag_directory
   long threads = 4;           ///< ~threads: requests answered at once
+  SimulatorParameters simulator;
 };
 
 /// Everything under the node's private name, for a MapReader called after the node.

@@ -40,6 +40,12 @@ Run ResolveRun(const Setup& setup, const Request& request) {
 }
 SimulateOptions ResolveOptions(SimulateOptions defaults, const SimulationOptions& asked);
 BDerivativeOptions ResolveOptions(BDerivativeOptions defaults, const DerivativeOptions& asked);
+/// Writes what is asked for over the state x [nq+d]; messages name the field and its index.
+void ApplyState(const MechanicalSystem& system, const InitialState& state, Vector* x);
+/// Writes values over `vector`, by name, or all of them where there are no names; `what` the names are of, as "input".
+void ApplyNamed(const std::string& what, const std::vector<std::string>& names,
+                const std::vector<double>& values, const std::vector<std::string>& valid,
+                Vector* vector);
 /// A count: `asked`, or `standard` for 0, at most `largest`.
 int ResolveCount(const std::string& field, std::uint32_t asked, int standard, int largest);
 /// Sizes of perturbation, 1e-2 … 1e-6 when none are given.

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "contact_flow/HybridState.h"
+#include "contact_flow/InitialState.h"
+#include "contact_flow/RollingTangents.h"
+#include "contact_flow/SimulatorEpoch.h"
+#include "contact_flow/SimulatorEvent.h"
+#include "contact_flow/SimulatorInput.h"
+#include "contact_flow/derivative/rolling_derivative.h"
+#include "contact_flow/flow/online_flow.h"
+#include "contact_flow/ros/directions.h"
+#include "contact_flow/ros/setup.h"
+
+namespace contact_flow {
+namespace ros_interface {
+
+/// The simulation that goes on: its state, and what may be done to it. It knows neither clocks nor topics, and the same
+/// calls in the same order give the same bits, so that verify_bag can repeat it. For one thread.
+///
+/// The time of a session is a sequence of epochs. Each is one run of the hybrid flow, under the inputs told on the way;
+/// a new one begins where the state is set, pushed or reset, or the model's parameters change.
+/// Commands that are not in order throw std::invalid_argument and leave everything as it was.
+class Session {
+ public:
+  /// What a session tells of itself as it happens, to be recorded; stamps are left empty.
+  struct Log {
+    std::function<void(const SimulatorEpoch&)> epoch;
+    std::function<void(const SimulatorInput&)> input;
+  };
+
+  Session(const Configuration& configuration, std::vector<std::string> tangent_directions, Log log);
+
+  const std::shared_ptr<const Setup>& setup() const { return setup_; }
+  double now() const { return flow_->now(); }  ///< simulated time [s]
+  /// Of the present epoch; not kOk: it has come to its end.
+  const Status& status() const { return flow_->status(); }
+  std::uint32_t epoch() const { return epoch_; }
+  std::uint64_t events() const { return events_; }
+  ContactMode mode() const { return flow_->mode(); }
+  /// True when parameters have changed since the last call, and the first time.
+  bool TakeParametersChanged();
+
+  /// Goes on to t, or to the first transition before or at it: then true.
+  bool AdvanceTo(double t);
+  /// The transition there.
+  SimulatorEvent Event() const;
+  bool changes_input() const { return flow_->transition().changes_input; }
+
+  /// A new epoch from the present state: for a recording that begins here.
+  void BeginEpoch(const std::string& cause);
+  /// The initial state again, at time 0 with the initial parameters and inputs, or at the present time.
+  void ResetSimulation();
+  void ResetWorld();
+  void SetState(const InitialState& state);
+  void ApplyImpulse(const std::vector<std::string>& names, const std::vector<double>& impulse);
+  void SetParameters(const std::vector<std::string>& names, const std::vector<double>& values);
+  /// At simulated time t ≥ now() [s].
+  void SetInput(double t, const std::vector<std::string>& names, const std::vector<double>& values);
+
+  /// Marks now; returns the names of the directions, with a note of what was left out or projected.
+  Directions Mark(const std::vector<std::string>& directions, const RowMajorMatrix& matrix,
+                  bool project, const Variables& variables);
+  void ClearMark();
+  bool marked() const { return rolling_ != nullptr; }
+
+  Vector State();
+  /// λ now [n].
+  Vector Force();
+  HybridState StateMsg();
+  RollingTangents TangentsMsg();
+  Margins margins() const { return flow_->margins(); }
+
+  /// What a prediction starts from: the present as an initial state, and the inputs to come.
+  struct Snapshot {
+    std::shared_ptr<const Setup> setup;
+    double t = 0;
+    Vector x;
+    InputSchedule inputs;
+  };
+  Snapshot TakeSnapshot();
+
+ private:
+  void Begin(const std::string& cause, double t, std::shared_ptr<const Setup> setup, const Vector& x,
+             const Vector& u, const Vector& impulse);
+  /// A new epoch from now, whose state is the present one after `change`.
+  void Restart(const std::string& cause, std::shared_ptr<const Setup> setup,
+               const std::function<void(Vector*)>& change, const Vector& impulse);
+  /// Now as the end of a step; what rests in contact is put exactly on it.
+  Vector SettledState();
+  void TellInput(double t, const Vector& u);
+  void LogInput(double t, const Vector& u);
+
+  const std::vector<std::string> tangent_directions_;
+  const Log log_;
+  const std::shared_ptr<const Setup> initial_setup_;
+  std::shared_ptr<const Setup> setup_;
+  std::unique_ptr<OnlineFlow> flow_;
+  std::unique_ptr<ContactDynamics> dynamics_;
+  std::unique_ptr<RollingDerivative> rolling_;
+  std::vector<std::string> direction_names_;
+  std::uint32_t epoch_ = 0;
+  std::uint64_t events_ = 0;
+  bool parameters_changed_ = false;
+};
+
+/// What apply_impulse does to a state x [nq+d].
+void Push(const Setup& setup, const Vector& impulse, Vector* x);
+
+}  // namespace ros_interface
+}  // namespace contact_flow

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <ros/ros.h>
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "contact_flow/InputCommand.h"
+#include "contact_flow/SimulatorStatus.h"
+#include "contact_flow/ros/pace.h"
+#include "contact_flow/ros/session.h"
+#include "contact_flow/ros/simulator_topics.h"
+#include "contact_flow/ros/stamps.h"
+
+namespace contact_flow {
+namespace ros_interface {
+
+/// The private parameters of the simulator.
+struct SimulatorParameters {
+  bool online = false;          ///< ~online: the node is a simulator, too
+  bool paused = true;           ///< ~paused: at the start
+  double real_time_factor = 1;  ///< ~real_time_factor; 0: as fast as possible
+  double rate = 100;            ///< ~rate of states [1/s of simulated time]
+  double display_rate = 50;     ///< ~display_rate of joint_states, tf, markers, wrenches, likewise
+  bool publish_clock = false;   ///< ~publish_clock; by default, whether /use_sim_time is set
+  bool use_sim_time = false;    ///< /use_sim_time
+  std::vector<std::string> tangent_directions;  ///< ~tangent_directions of the rolling derivative
+  bool mark = false;                            ///< ~mark the start
+  long realtime_priority = 0;  ///< ~realtime_priority of the simulation thread, 1 to 99 (SCHED_FIFO); 0: none
+  DisplayOptions display;                       ///< ~tf_prefix, ~base_frame
+};
+
+/// Runs a session along with the clock, in a thread of its own which owns it. Everybody else posts commands, which the
+/// thread carries out between two instants of the simulation, at most kLookAhead apart.
+///
+/// What belongs to an instant is computed before and published when the instant is due, never earlier.
+class Simulator {
+ public:
+  static constexpr double kLookAhead = 2e-3;        ///< [s] by either clock
+  static constexpr double kSmallestFactor = 1e-3;   ///< of real time, unless 0
+
+  Simulator(const SimulatorParameters& parameters, const Configuration& configuration,
+            ros::NodeHandle* node, const std::string& bag_directory);
+  ~Simulator();
+
+  void Start();
+
+  /// Carries out `command(session)` in the simulation thread, and returns what it returns or throws what it throws.
+  /// Throws std::runtime_error when the node shuts down meanwhile.
+  template <class Command>
+  auto Call(Command command) {
+    using Result = std::invoke_result_t<Command, Session&>;
+    std::packaged_task<Result()> task([this, command = std::move(command)] { return command(session_); });
+    std::future<Result> result = task.get_future();
+    auto shared = std::make_shared<std::packaged_task<Result()>>(std::move(task));
+    Post([shared] { (*shared)(); });
+    try {
+      return result.get();
+    } catch (const std::future_error&) {
+      throw std::runtime_error("the node is shutting down");
+    }
+  }
+  /// The same without waiting.
+  void Post(std::function<void()> command);
+
+  void Pause();
+  /// Throws std::invalid_argument when the run has come to an end.
+  void Unpause();
+  /// For commands.
+  bool PausedNow() const { return paused_; }
+  struct Steps {
+    double t = 0;
+    std::uint32_t events = 0;
+    std::string note;
+  };
+  /// While paused: goes on to now + seconds, or to so many events. Waits until done.
+  Steps Step(double seconds, std::uint32_t events);
+  void TakeInput(const InputCommand& input);
+  void SetPace(double real_time_factor, double rate, double display_rate);
+  /// Before Start, from the very beginning.
+  std::string StartRecording(const std::string& name);
+  std::vector<std::string> StopRecording();
+
+  /// How it is doing; the first of the calls within a second resets the figures of the last one.
+  SimulatorStatus Status();
+  void PublishStatus();
+
+ private:
+  struct Stepping {
+    double end;
+    std::uint32_t wanted, passed;
+    std::promise<Steps> done;
+  };
+
+  void Run();
+  void RunCommands();
+  void Wait(double seconds);
+  /// Waits until t is due; false when the thread is to stop.
+  bool WaitUntilDue(double t);
+  void Go();
+  void EndSteps(const std::string& note);
+  void AfterCommands();
+  void CountTicks();
+  void FlushLog();
+  void Publish(bool event, bool display);
+  void KeepInTouch();
+  void Note(bool published);
+  double NextInstant() const;
+
+  SimulatorParameters parameters_;
+  SimulatorTopics topics_;
+  std::vector<std::function<void(const ros::Time&)>> log_;  // to be published before anything else
+  Session session_;
+  Pace pace_;
+  Stamps stamps_;
+  bool paused_;
+  bool touched_ = true;        // a command has changed something that is to be published
+  std::uint32_t seen_epoch_ = 0;
+  std::optional<Stepping> stepping_;
+  Pace::Clock::time_point last_state_{}, last_touch_{};
+  long tick_ = 0, display_tick_ = 0;
+
+  std::mutex mutex_;  // of what follows
+  std::condition_variable changed_;
+  std::deque<std::function<void()>> commands_;
+  bool stopping_ = false;
+  SimulatorStatus status_;
+  double lateness_ = 0;
+  // For rates over the last second.
+  Pace::Clock::time_point window_begin_ = Pace::Clock::now();
+  double window_t_ = 0;
+  std::uint64_t window_events_ = 0;
+
+  std::thread thread_;
+};
+
+}  // namespace ros_interface
+}  // namespace contact_flow

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <ros/ros.h>
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "contact_flow/SimulatorStatus.h"
+#include "contact_flow/ros/point_display.h"
+#include "contact_flow/ros/robot_display.h"
+#include "contact_flow/ros/session.h"
+#include "contact_flow/ros/stream_recorder.h"
+
+namespace contact_flow {
+namespace ros_interface {
+
+/// What the simulator tells the world: topics, and the bag that holds all of them.
+class SimulatorTopics {
+ public:
+  SimulatorTopics(ros::NodeHandle* node, const std::string& bag_directory, bool publish_clock,
+                  const DisplayOptions& display);
+
+  void Clock(const ros::Time& stamp);
+  /// Model and parameters in force, latched; from now on they are what is displayed.
+  void Model(const std::shared_ptr<const Setup>& setup, const ros::Time& stamp);
+  void Epoch(SimulatorEpoch message, const ros::Time& stamp);
+  void Input(SimulatorInput message, const ros::Time& stamp);
+  void Event(SimulatorEvent message, const ros::Time& stamp);
+  /// Hybrid state and rolling derivative.
+  void State(Session* session, const ros::Time& stamp);
+  /// joint_states, tf, markers and wrenches.
+  void Display(Session* session, const ros::Time& stamp);
+  /// On `status` and /diagnostics.
+  void Status(SimulatorStatus message, const ros::Time& stamp);
+
+  /// Begins with model, epoch and the inputs of the present epoch, so that the bag can be verified by itself.
+  std::string StartRecording(const std::string& name, const ros::Time& stamp);
+  std::vector<std::string> StopRecording() { return recorder_.Stop(); }
+  bool recording() const { return recorder_.Recording(); }
+  std::string recording_error() const { return recorder_.Error(); }
+
+ private:
+  template <class Message>
+  void Send(const ros::Publisher& publisher, const ros::Time& stamp, Message message,
+            bool latched = false);
+  ros::Time BagTime(const ros::Time& stamp);
+
+  ros::NodeHandle node_;
+  const DisplayOptions options_;
+  StreamRecorder recorder_;
+  std::mutex mutex_;        // of bag_time_
+  ros::Time bag_time_;      // of the last message: strictly increasing, as messages are verified in this order
+  ros::Publisher clock_, model_, epoch_, input_, event_, state_, tangents_;
+  ros::Publisher joints_, transforms_, static_transforms_, contacts_, terrain_;
+  ros::Publisher status_, diagnostics_;
+  std::map<std::string, ros::Publisher> wrenches_;
+  std::shared_ptr<const Setup> setup_;
+  std::unique_ptr<RobotDisplay> robot_;
+  std::unique_ptr<PointDisplay> points_;
+  boost::shared_ptr<const ModelDescription> last_model_;
+};
+
+}  // namespace ros_interface
+}  // namespace contact_flow

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/ros/prediction.h"
+
+#include <stdexcept>
+
+#include "contact_flow/ros/conversions.h"
+#include "contact_flow/ros/directions.h"
+
+namespace contact_flow {
+namespace ros_interface {
+namespace {
+
+constexpr double kLongestHorizon = 1000;  // [s]
+constexpr double kUsualSize = 0.01;
+
+void CheckRange(const char* field, double value, bool in_range, const char* expected) {
+  if (in_range) return;
+  throw std::invalid_argument(std::string(field) + " is " + std::to_string(value) + ", expected " +
+                              expected);
+}
+
+void AddEvents(const SystemDescription& names, const Trajectory& run,
+               PredictOutcome::Response* response) {
+  for (const Arc& arc : run.arcs) {
+    response->mode_sequence.push_back(arc.mode.ToString(names.constraints));
+  }
+  for (const Transition& transition : run.transitions) {
+    const ContactMode involved = transition.activated | transition.released | transition.switched;
+    response->event_names.push_back(involved.ToString(names.constraints));
+    response->event_times.push_back(transition.t);
+  }
+}
+
+}  // namespace
+
+void Predict(const Session::Snapshot& snapshot, const PredictOutcome::Request& request,
+             const std::function<bool()>& cancelled, PredictOutcome::Response* response) {
+  CheckRange("horizon", request.horizon,
+             request.horizon > 0 && request.horizon <= kLongestHorizon, "above 0 and up to 1000 s");
+  CheckRange("size", request.size, request.size >= 0 && request.size <= 1e3, "0 (0.01) to 1000");
+  const Setup& setup = *snapshot.setup;
+  const MechanicalSystem& system = *setup.system;
+  const Eigen::Index nq = system.num_positions(), d = system.dof();
+  Run run;
+  run.x = snapshot.x;
+  run.input = snapshot.inputs;
+  run.options = setup.options;
+  run.options.cancelled = cancelled;
+  const Directions directions = ResolveDirections(setup, run, request.directions,
+                                                  request.direction_matrix,
+                                                  request.project_directions, {});
+  const Trajectory outcome =
+      Simulate(system, run.x, run.input, request.horizon, run.options);
+  response->t_begin = outcome.t_begin();
+  response->t_end = outcome.t_end();
+  response->q = ToMsg(VectorRef(outcome.FinalState().head(nq)));
+  response->v = ToMsg(VectorRef(outcome.FinalState().tail(d)));
+  AddEvents(system.description(), outcome, response);
+  const BDerivative derivative = DifferentiateOutcome(system, outcome, setup.derivative_options);
+  response->outcome = static_cast<std::uint8_t>(derivative.status.outcome);
+  response->message = derivative.status.message;
+  if (!derivative.status.ok()) return;
+  if (!directions.note.empty()) response->message = directions.note;
+  response->direction_names = directions.names;
+  const auto count = static_cast<Eigen::Index>(directions.vectors.size());
+  const double size = request.size > 0 ? request.size : kUsualSize;
+  Matrix derivatives(count, 2 * d), fan(count, nq + d);
+  for (Eigen::Index j = 0; j < count; ++j) {
+    const Vector change = derivative(directions.vectors[static_cast<std::size_t>(j)]);
+    derivatives.row(j) = change.transpose();
+    fan.row(j) = system.Perturb(outcome.FinalState(), size * change).transpose();
+  }
+  response->derivatives = ToMsg(MatrixRef(derivatives));
+  response->fan = ToMsg(MatrixRef(fan));
+  response->time_derivative = ToMsg(VectorRef(derivative.time));
+}
+
+}  // namespace ros_interface
+}  // namespace contact_flow

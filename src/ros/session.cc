@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/ros/session.h"
+
+#include <stdexcept>
+#include <utility>
+
+#include "contact_flow/dynamics/impact.h"
+#include "contact_flow/flow/manifold_projection.h"
+#include "contact_flow/ros/conversions.h"
+#include "contact_flow/ros/request.h"
+
+namespace contact_flow {
+namespace ros_interface {
+namespace {
+
+std::shared_ptr<const MechanicalSystem> SystemOf(const std::shared_ptr<const Setup>& setup) {
+  return {setup, setup->system.get()};
+}
+
+}  // namespace
+
+Session::Session(const Configuration& configuration, std::vector<std::string> tangent_directions,
+                 Log log)
+    : tangent_directions_(std::move(tangent_directions)),
+      log_(std::move(log)),
+      initial_setup_(std::make_shared<const Setup>(configuration)) {
+  const NominalRun& nominal = initial_setup_->system->nominal();
+  Begin("start", 0, initial_setup_, nominal.x, nominal.u, Vector());
+}
+
+/// The new epoch is there, or nothing has happened.
+void Session::Begin(const std::string& cause, double t, std::shared_ptr<const Setup> setup,
+                    const Vector& x, const Vector& u, const Vector& impulse) {
+  auto flow = std::make_unique<OnlineFlow>(SystemOf(setup), t, x, u, setup->options);
+  const Eigen::Index nq = setup->system->num_positions(), d = setup->system->dof();
+  SimulatorEpoch message;
+  message.epoch = epoch_ + 1;
+  message.cause = cause;
+  message.t = t;
+  message.q = ToMsg(VectorRef(x.head(nq)));
+  message.v = ToMsg(VectorRef(x.tail(d)));
+  message.input = ToMsg(VectorRef(u));
+  for (const Parameter& parameter : setup->system->description().parameters) {
+    message.parameter_names.push_back(parameter.name);
+    message.parameter_values.push_back(parameter.value);
+  }
+  message.impulse = ToMsg(VectorRef(impulse));
+  if (flow_) {
+    flow_->Settle();
+    const Vector before = flow_->State();
+    message.t_before = flow_->now();
+    message.q_before = ToMsg(VectorRef(before.head(nq)));
+    message.v_before = ToMsg(VectorRef(before.tail(d)));
+  }
+  ++epoch_;
+  rolling_.reset();
+  parameters_changed_ = parameters_changed_ || setup_ != setup;
+  flow_ = std::move(flow);
+  setup_ = std::move(setup);
+  dynamics_ = std::make_unique<ContactDynamics>(*setup_->system, u);
+  if (log_.epoch) log_.epoch(message);
+}
+
+bool Session::TakeParametersChanged() { return std::exchange(parameters_changed_, false); }
+
+bool Session::AdvanceTo(double t) {
+  while (true) {
+    const bool passed = flow_->AdvanceTo(t);
+    if (rolling_) rolling_->Follow(flow_.get(), passed);
+    if (!passed) return false;
+    const Transition& transition = flow_->transition();
+    // An input that changes is an event only if contacts let go.
+    if (transition.changes_input && transition.mode_before == transition.mode_after) continue;
+    ++events_;
+    return true;
+  }
+}
+
+SimulatorEvent Session::Event() const {
+  const SystemDescription& description = setup_->system->description();
+  SimulatorEvent message;
+  message.epoch = epoch_;
+  message.index = events_;
+  message.changes_input = flow_->transition().changes_input;
+  message.constraints = description.constraints;
+  message.transition = ToMsg(description, flow_->transition());
+  return message;
+}
+
+void Session::ResetSimulation() {
+  const NominalRun& nominal = initial_setup_->system->nominal();
+  events_ = 0;
+  Begin("reset_simulation", 0, initial_setup_, nominal.x, nominal.u, Vector());
+}
+
+void Session::ResetWorld() {
+  Begin("reset_world", now(), setup_, setup_->system->nominal().x, flow_->NextInput(), Vector());
+}
+
+Vector Session::SettledState() {
+  flow_->Settle();
+  Vector x = flow_->State();
+  ProjectContacts(*setup_->system, flow_->mode(), &x);
+  return x;
+}
+
+namespace {
+
+/// The inputs that were told for later hold in the next epoch, too.
+void CarryOver(const std::vector<OnlineFlow::Input>& inputs, OnlineFlow* flow,
+               const std::function<void(double, const Vector&)>& log) {
+  for (const OnlineFlow::Input& input : inputs) {
+    if (!(input.t > flow->now())) continue;
+    flow->SetInput(input.t, input.u);
+    log(input.t, input.u);
+  }
+}
+
+}  // namespace
+
+void Session::Restart(const std::string& cause, std::shared_ptr<const Setup> setup,
+                      const std::function<void(Vector*)>& change, const Vector& impulse) {
+  const MechanicalSystem& system = *setup->system;
+  const Vector u = flow_->NextInput();
+  // First on what the state is between steps: if that is refused, no step is cut.
+  Vector x = flow_->State();
+  ProjectContacts(*setup_->system, flow_->mode(), &x);
+  change(&x);
+  InitialMode(system, x, u, setup->options);
+  const std::vector<OnlineFlow::Input> inputs(flow_->inputs_to_come().begin(),
+                                              flow_->inputs_to_come().end());
+  x = SettledState();
+  change(&x);
+  try {
+    Begin(cause, now(), std::move(setup), x, u, impulse);
+  } catch (const std::invalid_argument&) {
+    TellInput(now(), u);  // it has been cut all the same
+    throw;
+  }
+  CarryOver(inputs, flow_.get(), [this](double t, const Vector& input) { LogInput(t, input); });
+}
+
+void Session::BeginEpoch(const std::string& cause) {
+  Restart(cause, setup_, [](Vector*) {}, Vector());
+}
+
+void Session::SetState(const InitialState& state) {
+  Restart("set_state", setup_, [&](Vector* x) { ApplyState(*setup_->system, state, x); }, Vector());
+}
+
+void Push(const Setup& setup, const Vector& impulse, Vector* x) {
+  x->tail(setup.system->dof()) = PushedVelocity(*setup.system, *x, impulse,
+                                                setup.options.gap_tolerance, setup.options.impact_law);
+}
+
+void Session::ApplyImpulse(const std::vector<std::string>& names,
+                           const std::vector<double>& impulse) {
+  const MechanicalSystem& system = *setup_->system;
+  Vector p = Vector::Zero(system.dof());
+  ApplyNamed("velocity", names, impulse, system.description().velocities, &p);
+  Restart("apply_impulse", setup_, [&](Vector* x) { Push(*setup_, p, x); }, p);
+}
+
+void Session::SetParameters(const std::vector<std::string>& names,
+                            const std::vector<double>& values) {
+  const std::vector<Parameter>& parameters = setup_->system->description().parameters;
+  std::vector<std::string> valid;
+  Vector numbers(static_cast<Eigen::Index>(parameters.size()));
+  for (const Parameter& parameter : parameters) {
+    numbers(static_cast<Eigen::Index>(valid.size())) = parameter.value;
+    valid.push_back(parameter.name);
+  }
+  if (names.empty()) throw std::invalid_argument("names is empty, expected at least one parameter");
+  ApplyNamed("parameter", names, values, valid, &numbers);
+  Configuration configuration = setup_->configuration;
+  for (std::size_t i = 0; i < valid.size(); ++i) {
+    configuration.parameters[valid[i]] = numbers(static_cast<Eigen::Index>(i));
+  }
+  Restart("set_parameters", std::make_shared<const Setup>(configuration), [](Vector*) {}, Vector());
+}
+
+void Session::SetInput(double t, const std::vector<std::string>& names,
+                       const std::vector<double>& values) {
+  Vector u = flow_->NextInput();
+  for (const OnlineFlow::Input& input : flow_->inputs_to_come()) {
+    if (input.t <= t) u = input.u;
+  }
+  ApplyNamed("input", names, values, setup_->system->description().inputs, &u);
+  TellInput(t, u);
+}
+
+void Session::TellInput(double t, const Vector& u) {
+  flow_->SetInput(t, u);
+  LogInput(t, u);
+}
+
+void Session::LogInput(double t, const Vector& u) {
+  SimulatorInput message;
+  message.epoch = epoch_;
+  message.t = t;
+  message.input = ToMsg(VectorRef(u));
+  if (log_.input) log_.input(message);
+}
+
+Directions Session::Mark(const std::vector<std::string>& directions, const RowMajorMatrix& matrix,
+                         bool project, const Variables& variables) {
+  const bool asked = !directions.empty() || !matrix.data.empty();
+  Run run;
+  run.x = flow_->State();
+  ProjectContacts(*setup_->system, flow_->mode(), &run.x);
+  run.input = InputSchedule::Constant(flow_->NextInput());
+  run.options = setup_->options;
+  const Directions resolved = ResolveDirections(
+      *setup_, run, asked ? directions : tangent_directions_, matrix, project, variables);
+  if (resolved.vectors.empty()) {
+    throw std::invalid_argument("directions: none is admitted by the present contact mode");
+  }
+  Matrix columns(resolved.vectors.front().size(),
+                 static_cast<Eigen::Index>(resolved.vectors.size()));
+  for (std::size_t j = 0; j < resolved.vectors.size(); ++j) {
+    columns.col(static_cast<Eigen::Index>(j)) = resolved.vectors[j];
+  }
+  BDerivativeOptions options = setup_->derivative_options;
+  options.variables = variables;
+  rolling_ = std::make_unique<RollingDerivative>(flow_.get(), columns, options,
+                                                 setup_->options.simultaneity_tolerance);
+  direction_names_ = resolved.names;
+  return resolved;
+}
+
+void Session::ClearMark() {
+  rolling_.reset();
+  flow_->KeepMotion(false);
+}
+
+Vector Session::State() { return flow_->State(); }
+
+Vector Session::Force() {
+  dynamics_->SetInput(flow_->NextInput());
+  dynamics_->Evaluate(flow_->State(), flow_->mode());
+  return dynamics_->force().head(setup_->system->num_constraints());
+}
+
+HybridState Session::StateMsg() {
+  const MechanicalSystem& system = *setup_->system;
+  const SystemDescription& description = system.description();
+  const Vector x = flow_->State();
+  HybridState message;
+  message.epoch = epoch_;
+  message.events = events_;
+  message.t = now();
+  message.coordinates = description.coordinates;
+  message.velocities = description.velocities;
+  message.constraints = description.constraints;
+  message.inputs = description.inputs;
+  message.mode = flow_->mode().Names(description.constraints);
+  message.q = ToMsg(VectorRef(x.head(system.num_positions())));
+  message.v = ToMsg(VectorRef(x.tail(system.dof())));
+  message.force = ToMsg(VectorRef(Force()));
+  message.input = ToMsg(VectorRef(flow_->NextInput()));
+  return message;
+}
+
+RollingTangents Session::TangentsMsg() {
+  RollingTangents message;
+  message.epoch = epoch_;
+  message.t_mark = rolling_->mark();
+  message.t = rolling_->now();
+  message.velocities = setup_->system->description().velocities;
+  message.direction_names = direction_names_;
+  message.directions = ToMsg(MatrixRef(rolling_->directions().transpose()));
+  message.tangents = ToMsg(MatrixRef(rolling_->tangents().transpose()));
+  message.time_derivative = ToMsg(VectorRef(rolling_->TimeColumn(flow_.get())));
+  message.outcome = static_cast<std::uint8_t>(rolling_->status().outcome);
+  message.message = rolling_->status().message;
+  return message;
+}
+
+Session::Snapshot Session::TakeSnapshot() {
+  Snapshot snapshot;
+  snapshot.setup = setup_;
+  snapshot.t = now();
+  snapshot.x = flow_->State();
+  ProjectContacts(*setup_->system, flow_->mode(), &snapshot.x);
+  snapshot.inputs = {{now()}, {flow_->NextInput()}};
+  for (const OnlineFlow::Input& input : flow_->inputs_to_come()) {
+    if (!(input.t > now())) continue;
+    snapshot.inputs.grid.push_back(input.t);
+    snapshot.inputs.values.push_back(input.u);
+  }
+  return snapshot;
+}
+
+}  // namespace ros_interface
+}  // namespace contact_flow

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/ros/simulator.h"
+
+#include <pthread.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "contact_flow/ros/conversions.h"
+
+namespace contact_flow {
+namespace ros_interface {
+namespace {
+
+constexpr double kTooLate = 0.2;     // [s] behind the clock: it is set back
+constexpr double kTouchPeriod = 0.5; // [s] of publishing while nothing moves
+
+ros::Time WallStamp() {
+  ros::Time time;
+  time.fromNSec(ros::WallTime::now().toNSec());
+  return time;
+}
+
+/// How many instants of a rate have passed, forgiving the rounding of one.
+long Tick(double t, double rate) { return static_cast<long>(std::floor(t * rate + 1e-6)); }
+
+/// Now by ROS, or by the wall where simulated time has not begun.
+ros::Time RosStamp() {
+  const ros::Time now = ros::Time::now();
+  return now.isZero() ? WallStamp() : now;
+}
+
+}  // namespace
+
+Simulator::Simulator(const SimulatorParameters& parameters, const Configuration& configuration,
+                     ros::NodeHandle* node, const std::string& bag_directory)
+    : parameters_(parameters),
+      topics_(node, bag_directory, parameters.publish_clock, parameters.display),
+      session_(configuration, parameters.tangent_directions,
+               {[this](const SimulatorEpoch& epoch) {
+                  log_.push_back([=](const ros::Time& stamp) { topics_.Epoch(epoch, stamp); });
+                },
+                [this](const SimulatorInput& input) {
+                  log_.push_back([=](const ros::Time& stamp) { topics_.Input(input, stamp); });
+                }}),
+      pace_(parameters.real_time_factor),
+      paused_(parameters.paused) {
+  stamps_.Anchor(0, parameters_.publish_clock ? WallStamp() : RosStamp());
+  session_.TakeParametersChanged();
+  topics_.Model(session_.setup(), stamps_.At(0));
+  if (parameters_.mark) session_.Mark({}, {}, true, {});
+  Note(false);
+}
+
+Simulator::~Simulator() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    stopping_ = true;
+  }
+  changed_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+void Simulator::Start() {
+  thread_ = std::thread([this] { Run(); });
+}
+
+void Simulator::Post(std::function<void()> command) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (stopping_) return;
+    commands_.push_back(std::move(command));
+  }
+  changed_.notify_all();
+}
+
+void Simulator::RunCommands() {
+  std::deque<std::function<void()>> commands;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    commands.swap(commands_);
+  }
+  for (const std::function<void()>& command : commands) command();
+}
+
+void Simulator::Wait(double seconds) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  changed_.wait_for(lock, std::chrono::duration<double>(seconds),
+                    [&] { return stopping_ || !commands_.empty(); });
+}
+
+bool Simulator::WaitUntilDue(double t) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  if (!pace_.paced() || stepping_) return !stopping_;
+  changed_.wait_until(lock, pace_.Due(t), [&] { return stopping_; });
+  return !stopping_;
+}
+
+void Simulator::Run() {
+  if (parameters_.realtime_priority > 0) {
+    sched_param schedule{};
+    schedule.sched_priority = static_cast<int>(parameters_.realtime_priority);
+    const int error = ::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &schedule);
+    if (error != 0) ROS_WARN("realtime_priority: %s; going on without", std::strerror(error));
+  }
+  pace_.Anchor(session_.now(), pace_.factor());
+  const auto goes_on = [this] {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return !stopping_ && ros::ok();
+  };
+  while (goes_on()) {
+    RunCommands();
+    AfterCommands();
+    if (paused_ && !stepping_) {
+      KeepInTouch();
+      Wait(0.1);
+    } else {
+      Go();
+    }
+  }
+  // Whoever still waits is told.
+  stepping_.reset();
+  std::deque<std::function<void()>> unheard;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  stopping_ = true;
+  unheard.swap(commands_);
+}
+
+/// The next instant that belongs to a rate, or that is as far ahead as may be.
+double Simulator::NextInstant() const {
+  const double now = session_.now();
+  double next = std::min(static_cast<double>(tick_ + 1) / parameters_.rate,
+                         static_cast<double>(display_tick_ + 1) / parameters_.display_rate);
+  if (pace_.paced() && !stepping_) {
+    const double ahead = kLookAhead * std::min(1.0, pace_.factor());  // by either clock
+    next = std::min(next, static_cast<double>(Tick(now, 1 / ahead) + 1) * ahead);
+  }
+  if (stepping_) next = std::min(next, stepping_->end);
+  return std::max(next, now);
+}
+
+void Simulator::Go() {
+  const double next = NextInstant();
+  const bool event = session_.AdvanceTo(next);
+  const double now = session_.now();
+  const bool ended = !session_.status().ok();
+  const long tick = Tick(now, parameters_.rate);
+  const long display_tick = Tick(now, parameters_.display_rate);
+  // At full speed not everything that could be published is.
+  const auto wall = Pace::Clock::now();
+  const double since = std::chrono::duration<double>(wall - last_state_).count();
+  const bool open = (pace_.paced() && !stepping_) || since * parameters_.rate >= 1;
+  const bool state = (tick > tick_ && open) || event || ended;
+  const bool display = (display_tick > display_tick_ && open) || ended;
+  tick_ = tick;
+  display_tick_ = display_tick;
+  if (!WaitUntilDue(now)) return;
+  if (state || display) {
+    last_state_ = wall;
+    Publish(event, display);
+  }
+  Note(state);
+  if (pace_.paced() && !stepping_ && pace_.Lateness(now) > kTooLate) {
+    pace_.Anchor(now, pace_.factor());
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ++status_.overruns;
+  }
+  if (stepping_) {
+    if (event && !session_.changes_input()) ++stepping_->passed;
+    if (stepping_->wanted > 0 && stepping_->passed >= stepping_->wanted) {
+      EndSteps("");
+    } else if (now >= stepping_->end) {
+      EndSteps(stepping_->wanted > 0 ? "no more events in this time" : "");
+    }
+  }
+  if (ended) {
+    EndSteps(session_.status().message);
+    ROS_WARN("simulator: %s", session_.status().message.c_str());
+    paused_ = true;
+  }
+}
+
+void Simulator::EndSteps(const std::string& note) {
+  if (!stepping_) return;
+  touched_ = true;
+  stepping_->done.set_value({session_.now(), stepping_->passed, note});
+  stepping_.reset();
+}
+
+void Simulator::CountTicks() {
+  tick_ = Tick(session_.now(), parameters_.rate);
+  display_tick_ = Tick(session_.now(), parameters_.display_rate);
+}
+
+/// Publishes what commands have changed.
+void Simulator::AfterCommands() {
+  if (session_.TakeParametersChanged()) topics_.Model(session_.setup(), stamps_.At(session_.now()));
+  if (session_.epoch() != seen_epoch_) {
+    seen_epoch_ = session_.epoch();
+    touched_ = true;
+    CountTicks();
+    if (stamps_.TimeOf(stamps_.last()) > session_.now()) {  // time has begun anew
+      stamps_.Anchor(session_.now(), stamps_.last());
+      pace_.Anchor(session_.now(), pace_.factor());
+    }
+  }
+  FlushLog();
+  if (!touched_) return;
+  touched_ = false;
+  Publish(false, true);
+  Note(false);
+}
+
+void Simulator::FlushLog() {
+  const ros::Time stamp = std::max(stamps_.last(), stamps_.At(session_.now()));
+  for (const auto& publish : log_) publish(stamp);
+  log_.clear();
+}
+
+void Simulator::Publish(bool event, bool display) {
+  FlushLog();
+  const ros::Time stamp = stamps_.Take(session_.now());
+  topics_.Clock(stamp);
+  if (event) topics_.Event(session_.Event(), stamp);
+  topics_.State(&session_, stamp);
+  if (display) topics_.Display(&session_, stamp);
+}
+
+/// While nothing moves, those who have just come are shown where it stands.
+void Simulator::KeepInTouch() {
+  const auto wall = Pace::Clock::now();
+  if (std::chrono::duration<double>(wall - last_touch_).count() < kTouchPeriod) return;
+  last_touch_ = wall;
+  if (!parameters_.publish_clock) stamps_.Anchor(session_.now(), RosStamp());
+  const ros::Time stamp = stamps_.Take(session_.now());
+  topics_.Clock(stamp);
+  topics_.Display(&session_, stamp);
+  Note(false);
+}
+
+}  // namespace ros_interface
+}  // namespace contact_flow

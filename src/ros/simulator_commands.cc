@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What others ask of the simulation thread.
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "contact_flow/ros/conversions.h"
+#include "contact_flow/ros/simulator.h"
+
+namespace contact_flow {
+namespace ros_interface {
+namespace {
+
+constexpr double kFarAhead = 3600;       // [s] for which inputs may be told
+constexpr double kLongestSteps = 1e6;    // [s]
+constexpr double kUsualEventWait = 10;   // [s]
+
+}  // namespace
+
+void Simulator::Pause() {
+  Call([this](Session&) {
+    paused_ = true;
+    touched_ = true;
+    EndSteps("paused");
+  });
+}
+
+void Simulator::Unpause() {
+  Call([this](Session& session) {
+    if (!session.status().ok()) {
+      throw std::invalid_argument("the run has come to its end: " + session.status().message +
+                                  "; reset it or set a state");
+    }
+    EndSteps("unpaused");
+    paused_ = false;
+    pace_.Anchor(session.now(), pace_.factor());
+    if (!parameters_.publish_clock && !ros::Time::now().isZero()) {
+      stamps_.Anchor(session.now(), ros::Time::now());
+    }
+  });
+}
+
+Simulator::Steps Simulator::Step(double seconds, std::uint32_t events) {
+  if (!(seconds >= 0) || seconds > kLongestSteps) {
+    throw std::invalid_argument("seconds is " + std::to_string(seconds) + ", expected 0 to 1e6");
+  }
+  if (seconds == 0 && events == 0) {
+    throw std::invalid_argument("seconds and events are both 0, expected one of them");
+  }
+  std::future<Steps> done = Call([=](Session& session) {
+    if (!paused_) throw std::invalid_argument("the simulation is running: pause_physics first");
+    if (stepping_) throw std::invalid_argument("steps are being taken already");
+    if (!session.status().ok()) {
+      throw std::invalid_argument("the run has come to its end: " + session.status().message +
+                                  "; reset it or set a state");
+    }
+    stepping_.emplace();
+    stepping_->end = session.now() + (seconds > 0 ? seconds : kUsualEventWait);
+    stepping_->wanted = events;
+    stepping_->passed = 0;
+    return stepping_->done.get_future();
+  });
+  try {
+    return done.get();
+  } catch (const std::future_error&) {
+    throw std::runtime_error("the node is shutting down");
+  }
+}
+
+void Simulator::TakeInput(const InputCommand& input) {
+  Post([this, input] {
+    const double now = session_.now();
+    double t = input.header.stamp.isZero() ? now : stamps_.TimeOf(input.header.stamp);
+    try {
+      if (t > now + kFarAhead) {
+        throw std::invalid_argument("the stamp lies " + std::to_string(t - now) +
+                                    " s ahead, at most 3600 s are accepted");
+      }
+      if (t < now) {
+        t = now;
+        const std::lock_guard<std::mutex> lock(mutex_);
+        ++status_.late_inputs;
+      }
+      session_.SetInput(t, input.names, input.values);
+    } catch (const std::invalid_argument& error) {
+      ROS_WARN_THROTTLE(1, "input: %s", error.what());
+    }
+  });
+}
+
+void Simulator::SetPace(double real_time_factor, double rate, double display_rate) {
+  Call([=](Session& session) {
+    parameters_.rate = rate;
+    parameters_.display_rate = display_rate;
+    CountTicks();
+    pace_.Anchor(session.now(), real_time_factor);
+  });
+}
+
+std::string Simulator::StartRecording(const std::string& name) {
+  if (!thread_.joinable()) return topics_.StartRecording(name, stamps_.At(session_.now()));
+  return Call([this, name](Session& session) {
+    FlushLog();
+    const std::string path = topics_.StartRecording(name, stamps_.last());
+    session.BeginEpoch("start_recording");  // what can be repeated begins here
+    return path;
+  });
+}
+
+std::vector<std::string> Simulator::StopRecording() {
+  return Call([this](Session&) { return topics_.StopRecording(); });
+}
+
+/// Keeps the figures of `status`.
+void Simulator::Note(bool published) {
+  const Margins margins = session_.margins();
+  const Vector force = session_.status().ok() ? session_.Force() : Vector();
+  const SystemDescription& description = session_.setup()->system->description();
+  const double late = published && !stepping_ ? pace_.Lateness(session_.now()) : 0;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  lateness_ = std::max(lateness_, late);
+  status_.largest_lateness = std::max(status_.largest_lateness, late);
+  status_.paused = paused_;
+  status_.outcome = static_cast<std::uint8_t>(session_.status().outcome);
+  status_.message = session_.status().message;
+  status_.epoch = session_.epoch();
+  status_.events = session_.events();
+  status_.t = session_.now();
+  status_.real_time_factor = pace_.factor();
+  status_.mode = session_.mode().Names(description.constraints);
+  status_.constraints = description.constraints;
+  status_.force = ToMsg(VectorRef(force));
+  status_.margins = ToMsg(margins);
+}
+
+SimulatorStatus Simulator::Status() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto now = Pace::Clock::now();
+  const double length = std::chrono::duration<double>(now - window_begin_).count();
+  if (length >= 1) {
+    status_.achieved_factor = std::max(0.0, status_.t - window_t_) / length;
+    status_.events_per_second =
+        status_.events >= window_events_
+            ? static_cast<double>(status_.events - window_events_) / length
+            : 0;
+    status_.lateness = lateness_;
+    lateness_ = 0;
+    window_begin_ = now;
+    window_t_ = status_.t;
+    window_events_ = status_.events;
+  }
+  return status_;
+}
+
+void Simulator::PublishStatus() {
+  const SimulatorStatus status = Status();
+  Post([this, status] { topics_.Status(status, std::max(stamps_.last(), stamps_.At(status.t))); });
+}
+
+}  // namespace ros_interface
+}  // namespace contact_flow

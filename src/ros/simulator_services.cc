@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/ros/simulator_services.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+#include "contact_flow/ros/guard.h"
+#include "contact_flow/ros/prediction.h"
+
+namespace contact_flow {
+namespace ros_interface {
+namespace {
+
+constexpr double kStatusPeriod = 0.4;  // [s]; the bag is behind by less than a second
+
+/// For services without an answer: a refusal is a failed call.
+template <class Body>
+bool Simply(const char* service, const Body& body) {
+  try {
+    body();
+    return true;
+  } catch (const std::exception& error) {
+    ROS_WARN("%s: %s", service, error.what());
+    return false;
+  }
+}
+
+}  // namespace
+
+SimulatorServices::SimulatorServices(Simulator* simulator, const SimulatorParameters& parameters,
+                                     ros::NodeHandle* node)
+    : simulator_(simulator) {
+  using S = SimulatorServices;
+  servers_ = {node->advertiseService("pause_physics", &S::Pause, this),
+              node->advertiseService("unpause_physics", &S::Unpause, this),
+              node->advertiseService("reset_simulation", &S::ResetSimulation, this),
+              node->advertiseService("reset_world", &S::ResetWorld, this),
+              node->advertiseService("step", &S::Step, this),
+              node->advertiseService("set_state", &S::SetState, this),
+              node->advertiseService("get_state", &S::GetState, this),
+              node->advertiseService("set_input", &S::SetInputs, this),
+              node->advertiseService("apply_impulse", &S::Push, this),
+              node->advertiseService("set_parameters", &S::SetParameters, this),
+              node->advertiseService("mark", &S::Mark, this),
+              node->advertiseService("predict", &S::PredictFrom, this)};
+  input_ = node->subscribe<InputCommand>(
+      "input", 1000,
+      [this](const InputCommand::ConstPtr& message) { simulator_->TakeInput(*message); },
+      ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
+  status_timer_ = node->createWallTimer(ros::WallDuration(kStatusPeriod),
+                                        [this](const ros::WallTimerEvent&) {
+                                          simulator_->PublishStatus();
+                                        });
+  OfferSettings(parameters, node);
+}
+
+void SimulatorServices::OfferSettings(const SimulatorParameters& parameters,
+                                      ros::NodeHandle* node) {
+  const ros::NodeHandle place(*node, "simulator");
+  place.setParam("real_time_factor", parameters.real_time_factor);
+  place.setParam("rate", parameters.rate);
+  place.setParam("display_rate", parameters.display_rate);
+  settings_ = std::make_unique<dynamic_reconfigure::Server<SimulatorConfig>>(place);
+  settings_->setCallback([this](SimulatorConfig& config, std::uint32_t) {
+    if (config.real_time_factor > 0) {
+      config.real_time_factor = std::max(config.real_time_factor, Simulator::kSmallestFactor);
+    }
+    simulator_->SetPace(config.real_time_factor, config.rate, config.display_rate);
+  });
+}
+
+bool SimulatorServices::Pause(Empty::Request&, Empty::Response&) {
+  return Simply("pause_physics", [&] { simulator_->Pause(); });
+}
+
+bool SimulatorServices::Unpause(Empty::Request&, Empty::Response&) {
+  return Simply("unpause_physics", [&] { simulator_->Unpause(); });
+}
+
+bool SimulatorServices::ResetSimulation(Empty::Request&, Empty::Response&) {
+  return Simply("reset_simulation", [&] {
+    simulator_->Call([](Session& session) { session.ResetSimulation(); });
+  });
+}
+
+bool SimulatorServices::ResetWorld(Empty::Request&, Empty::Response&) {
+  return Simply("reset_world", [&] {
+    simulator_->Call([](Session& session) { session.ResetWorld(); });
+  });
+}
+
+bool SimulatorServices::Step(StepSimulation::Request& in, StepSimulation::Response& out) {
+  return Guard("step", &out, [&] {
+    const Simulator::Steps steps = simulator_->Step(in.seconds, in.events);
+    out.t = steps.t;
+    out.events = steps.events;
+    out.message = steps.note;
+  });
+}
+
+bool SimulatorServices::SetState(SetSimulatorState::Request& in, SetSimulatorState::Response& out) {
+  return Guard("set_state", &out, [&] {
+    out.state = simulator_->Call([&](Session& session) {
+      session.SetState(in.state);
+      return session.StateMsg();
+    });
+  });
+}
+
+bool SimulatorServices::GetState(GetSimulatorState::Request&, GetSimulatorState::Response& out) {
+  return Guard("get_state", &out, [&] {
+    out.state = simulator_->Call([&](Session& session) {
+      out.paused = simulator_->PausedNow();
+      return session.StateMsg();
+    });
+  });
+}
+
+bool SimulatorServices::SetInputs(SetInput::Request& in, SetInput::Response& out) {
+  return Guard("set_input", &out, [&] {
+    out.t = simulator_->Call([&](Session& session) {
+      const double t = in.at != 0 ? in.at : session.now();
+      session.SetInput(t, in.names, in.values);
+      return t;
+    });
+  });
+}
+
+bool SimulatorServices::Push(ApplyImpulse::Request& in, ApplyImpulse::Response& out) {
+  return Guard("apply_impulse", &out, [&] {
+    out.state = simulator_->Call([&](Session& session) {
+      session.ApplyImpulse(in.names, in.impulse);
+      return session.StateMsg();
+    });
+  });
+}
+
+bool SimulatorServices::SetParameters(SetSimulatorParameters::Request& in,
+                                      SetSimulatorParameters::Response& out) {
+  return Guard("set_parameters", &out, [&] {
+    out.state = simulator_->Call([&](Session& session) {
+      session.SetParameters(in.names, in.values);
+      return session.StateMsg();
+    });
+  });
+}
+
+bool SimulatorServices::Mark(MarkInstant::Request& in, MarkInstant::Response& out) {
+  return Guard("mark", &out, [&] {
+    const Directions marked = simulator_->Call([&](Session& session) {
+      out.t = session.now();
+      if (in.clear) {
+        session.ClearMark();
+        return Directions();
+      }
+      const Variables variables = ResolveVariables(*session.setup(), in.by_inputs, in.by_parameters);
+      return session.Mark(in.directions, in.direction_matrix, in.project_directions, variables);
+    });
+    out.directions = marked.names;
+    out.message = marked.note;
+  });
+}
+
+bool SimulatorServices::PredictFrom(PredictOutcome::Request& in, PredictOutcome::Response& out) {
+  return Guard("predict", &out, [&] {
+    const Session::Snapshot snapshot =
+        simulator_->Call([](Session& session) { return session.TakeSnapshot(); });
+    Predict(snapshot, in, [] { return !ros::ok(); }, &out);
+  });
+}
+
+}  // namespace ros_interface
+}  // namespace contact_flow

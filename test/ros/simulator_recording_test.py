@@ -1,0 +1,204 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Recordings of the simulator: repeated to the bit, played, and killed."""
+import os
+import random
+import signal
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+
+import rosbag
+import rospy
+import rostest
+from client import executable, wait_until
+from contact_flow.msg import InitialState, SimulatorEvent
+from simulator_client import Simulator
+from sensor_msgs.msg import JointState
+
+
+class Node:
+    """A recording simulator of its own."""
+
+    def __init__(self, directory, name, **parameters):
+        self.name = name
+        settings = {"online": "true", "record": "true", "bag_name": "run", "bag_directory": directory,
+                    "paused": "false", **parameters}
+        self.process = subprocess.Popen(
+            [executable("contact_flow_node"), "__name:=" + name] +
+            ["_{}:={}".format(key, value) for key, value in settings.items()],
+            stdout=subprocess.DEVNULL)
+        self.bag = os.path.join(directory, "run_online.bag")
+
+    def stop(self, how=signal.SIGINT):
+        self.process.send_signal(how)
+        self.process.wait(timeout=30)
+
+
+def verify(*bags):
+    return subprocess.run([executable("verify_bag"), *bags], stdout=subprocess.PIPE, text=True)
+
+
+class SimulatorRecording(unittest.TestCase):
+    def test_everything_is_repeated_to_the_bit(self):
+        with tempfile.TemporaryDirectory() as directory:
+            node = Node(directory, "busy", model="falling_box", paused="true",
+                        **{"options/complete_zeno": "true"})
+            box = Simulator("busy")
+            for k in range(3):
+                box.step(seconds=0.11)
+                box.set_input(values=[0.3 * k, 0.1, 0.2, 0, 0.01 * k, 0][:len(
+                    box.get_state().state.inputs)])
+                box.set_input(values=[0.1 * k] * len(box.get_state().state.inputs),
+                              at=box.get_state().state.t + 0.05)
+                box.step(seconds=0.03)
+                self.assertTrue(box.apply_impulse(names=["x"], impulse=[0.1]).success)
+                box.step(seconds=0.04)
+                self.assertTrue(box.set_state(state=InitialState(names=["y"], positions=[k])).success)
+                box.step(events=1, seconds=0.1)
+                self.assertTrue(box.set_parameters(names=["mass"], values=[1 + 0.1 * k]).success)
+                box.unpause_physics()
+                time.sleep(0.2)
+                box.pause_physics()
+                (box.reset_world if k == 1 else box.reset_simulation)()
+            node.stop()
+            result = verify(node.bag)
+            self.assertEqual(result.returncode, 0, result.stdout[-2000:])
+            self.assertIn(" 0 differ", result.stdout)
+            with rosbag.Bag(node.bag) as bag:
+                causes = [m.cause for _, m, _ in bag.read_messages(topics=["/busy/epoch"])]
+                self.assertEqual(causes.count("apply_impulse"), 3)
+                self.assertEqual(causes[0], "start")
+                # A bit of a state, and verify_bag finds it.
+                forged = os.path.join(directory, "forged.bag")
+                with rosbag.Bag(forged, "w") as copy:
+                    count = 0
+                    for topic, message, stamp in bag.read_messages():
+                        if topic == "/busy/state":
+                            count += 1
+                            if count == 20:
+                                message.v = list(message.v)
+                                message.v[2] += 1e-15 * (1 + abs(message.v[2]))
+                        copy.write(topic, message, stamp)
+            self.assertEqual(verify(forged).returncode, 1)
+
+    def test_a_run_that_ends_says_why_and_can_be_revived(self):
+        with tempfile.TemporaryDirectory() as directory:
+            node = Node(directory, "ending", model="bouncing_ball", real_time_factor="0")
+            ball = Simulator("ending")
+            self.assertTrue(wait_until(lambda: ball.get_state().paused), "Zeno")
+            with self.assertRaises(rospy.ServiceException):
+                ball.unpause_physics()
+            answer = ball.step(seconds=1)
+            self.assertFalse(answer.success)
+            self.assertIn("(Zeno)", answer.message)
+            answer = ball.set_state(state=InitialState(names=["z"], positions=[0.4], velocities=[0]))
+            self.assertTrue(answer.success, answer.message)
+            self.assertTrue(ball.step(seconds=0.4).success)
+            node.stop()
+            result = verify(node.bag)
+            self.assertEqual(result.returncode, 0, result.stdout[-2000:])
+
+    def test_parameters_that_are_refused(self):
+        for parameters, reason in (({"publish_clock": "true"}, "/use_sim_time is not"),
+                                   ({"real_time_factor": "-1"}, "real_time_factor is -1"),
+                                   ({"rate": "0"}, "rate is 0"),
+                                   ({"realtime_priority": "100"}, "realtime_priority")):
+            process = subprocess.run(
+                [executable("contact_flow_node"), "__name:=refused", "_online:=true"] +
+                ["_{}:={}".format(*item) for item in parameters.items()],
+                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=30)
+            for name in parameters:
+                rospy.delete_param("/refused/" + name)
+            self.assertEqual(process.returncode, 1)
+            self.assertIn(reason, process.stdout)
+
+    def test_ends_while_a_client_waits(self):
+        with tempfile.TemporaryDirectory() as directory:
+            node = Node(directory, "waited_for", model="hopping_trot", paused="true", record="false")
+            trot = Simulator("waited_for")
+            failed = []
+
+            def wait():
+                try:
+                    failed.append(not trot.step(seconds=1e6).success)
+                except rospy.ServiceException:
+                    failed.append(True)
+            thread = threading.Thread(target=wait, daemon=True)
+            thread.start()
+            self.assertTrue(wait_until(lambda: trot.get_state().state.t > 1))
+            node.stop()
+            thread.join(timeout=20)
+            self.assertEqual(failed, [True])
+
+    def test_a_recording_that_begins_later_is_an_epoch(self):
+        with tempfile.TemporaryDirectory() as directory:
+            node = Node(directory, "late", model="hopping_trot", record="false")
+            trot = Simulator("late")
+            time.sleep(0.5)
+            answer = trot.start_recording(name="later")
+            self.assertTrue(answer.success, answer.message)
+            self.assertIn("later_online.bag", answer.message)
+            time.sleep(1.5)
+            answer = trot.stop_recording()
+            self.assertTrue(answer.success, answer.message)
+            node.stop()
+            result = verify(answer.paths[-1])
+            self.assertEqual(result.returncode, 0, result.stdout[-2000:])
+
+    def test_play_shows_what_was_live(self):
+        with tempfile.TemporaryDirectory() as directory:
+            node = Node(directory, "shown", model="hopping_trot")
+            Simulator("shown")
+            time.sleep(1.5)
+            node.stop()
+            with rosbag.Bag(node.bag) as bag:
+                live = [m for _, m, _ in bag.read_messages(topics=["/joint_states"])]
+                stamps = [t for _, _, t in bag.read_messages()]
+            self.assertEqual(stamps, sorted(set(stamps)), "later ones are later")
+            played = []
+            subscriber = rospy.Subscriber("/joint_states", JointState, played.append, queue_size=1000)
+            subprocess.run(["rosbag", "play", "-q", "--clock", "-r", "2", "-d", "1", node.bag],
+                           stdout=subprocess.DEVNULL, timeout=60)
+            self.assertTrue(wait_until(lambda: len(played) >= len(live)))
+            subscriber.unregister()
+            self.assertEqual([(m.header.stamp, m.position) for m in played],
+                             [(m.header.stamp, m.position) for m in live])
+
+    def test_killed_at_random_instants(self):
+        """`rosbag reindex` and verify_bag find every event announced more than a second before."""
+        for attempt in range(rospy.get_param("kills")):
+            with tempfile.TemporaryDirectory() as directory:
+                announced, lock = [], threading.Lock()
+
+                def take(event):
+                    with lock:
+                        announced.append((time.monotonic(), event.transition.t))
+
+                name = "killed_%d" % attempt
+                subscriber = rospy.Subscriber(name + "/events", SimulatorEvent, take)
+                node = Node(directory, name, model="hopping_trot", real_time_factor=2, rate=200)
+                Simulator(name)
+                self.assertTrue(wait_until(lambda: len(announced) > 2))
+                time.sleep(1.2 + 2 * random.random())
+                moment = time.monotonic()
+                node.stop(signal.SIGKILL)
+                subscriber.unregister()
+                subprocess.run(["rosbag", "reindex", "-q", node.bag], check=True,
+                               stdout=subprocess.DEVNULL, timeout=60)
+                result = verify(node.bag)
+                self.assertEqual(result.returncode, 0, result.stdout[-2000:])
+                with rosbag.Bag(node.bag) as bag:
+                    found = {m.transition.t for _, m, _ in bag.read_messages(
+                        topics=["/%s/events" % name])}
+                with lock:
+                    due = [t for arrival, t in announced if arrival < moment - 1]
+                self.assertGreater(len(due), 2)
+                self.assertLessEqual(set(due), found)
+
+
+if __name__ == "__main__":
+    rospy.init_node("simulator_recording_test")
+    rostest.rosrun("contact_flow", "simulator_recording", SimulatorRecording)
