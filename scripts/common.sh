@@ -46,13 +46,14 @@ COMMON_PACKAGES=(
   libsundials-dev libopenmpi-dev)    # optional: CVODES, in the benchmark
 
 # Optional: what robots are compared with, in tests and benchmarks. Noetic's Ubuntu has KDL alone.
-ORACLE_PACKAGES=(liborocos-kdl-dev libmujoco-dev libdart-dev libdart-external-ikfast-dev)
+ORACLE_PACKAGES=(liborocos-kdl-dev libmujoco-dev libdart-dev libdart-external-ikfast-dev coinor-csdp)
 
 # A message package is three here: headers (lib*-dev), .msg files (ros-*), Python classes (python3-*).
 DEBIAN_PACKAGES=(
   libsiconos-numerics-dev libsiconos-kernel-dev   # optional: an oracle of tests; not in Ubuntu 20.04
   catkin ros-message-generation ros-message-runtime
-  libroscpp-dev librosbag-dev librostest-dev libactionlib-dev libdiagnostic-updater-dev
+  libroscpp-dev librosbag-dev librostest-dev libdiagnostic-updater-dev
+  libactionlib-dev python3-actionlib
   libtf2-ros-dev libtf2-eigen-dev liburdf-dev
   libdynamic-reconfigure-config-init-mutex-dev python3-dynamic-reconfigure
   libactionlib-msgs-dev ros-actionlib-msgs python3-actionlib-msgs

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""What fig1.py and fig2.py share: a node's services as functions, verified bags, a drawn figure."""
+"""What fig1.py to fig4.py share: a node's services as functions, verified bags, a drawn figure."""
 import os
 import subprocess
 import sys
@@ -10,12 +10,13 @@ import numpy
 import roslib.packages
 import rospy
 from contact_flow.srv import (
-    CompareBDerivative, ComputeBDerivative, DescribeModel, SimulateTrajectory, StartRecording,
-    StopRecording)
+    CompareBDerivative, ComputeBDerivative, ComputePoincareMap, DecideStability, DescribeModel,
+    SimulateTrajectory, StartRecording, StopRecording)
 
 SERVICES = {
     "simulate": SimulateTrajectory, "b_derivative": ComputeBDerivative,
     "compare": CompareBDerivative, "describe_model": DescribeModel,
+    "poincare_map": ComputePoincareMap, "assess_stability": DecideStability,
     "start_recording": StartRecording, "stop_recording": StopRecording}
 
 

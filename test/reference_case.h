@@ -42,6 +42,7 @@ struct ReferenceCase {
     const nlohmann::json json = nlohmann::json::parse(file);
     system = MakeModel(json["model"], json["parameters"].get<ParameterValues>());
     x = ToState(json["initial_state"]);
+    u = system->nominal().u;
     duration = json["horizon"];
     final_state = ToState(json["final_state"]);
     event_times = ToVector(json["event_times"]);
@@ -69,7 +70,7 @@ struct ReferenceCase {
   }
 
   std::unique_ptr<MechanicalSystem> system;
-  Vector x, u = Vector(0), final_state, event_times;
+  Vector x, u, final_state, event_times;
   double duration = 0;
   Names modes;
   std::vector<Derivative> derivatives;

@@ -3,15 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <memory>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
 
 #include "contact_flow/analysis/section.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
-#include "contact_flow/nearest_name.h"
 #include "tangent_map.h"
 
 namespace contact_flow {
@@ -21,13 +18,6 @@ constexpr int kSamples = 16;       // of a step of the integrator
 constexpr int kFirstHorizon = 16;  // the horizon is tried in parts: 1/16, 1/8, …
 constexpr int kMaxNewton = 8;
 constexpr double kSettled = 1e-15;  // relative change of the time of return
-
-int IndexOf(const std::string& kind, const std::string& name,
-            const std::vector<std::string>& valid) {
-  const auto found = std::find(valid.begin(), valid.end(), name);
-  if (found == valid.end()) throw std::invalid_argument(UnknownName(kind, name, valid));
-  return static_cast<int>(found - valid.begin());
-}
 
 template <class... Parts>
 std::string Text(const Parts&... parts) {
@@ -45,65 +35,21 @@ const char* ReturnStatusName(ReturnStatus status) {
   return kNames[static_cast<int>(status)];
 }
 
-Section Section::Coordinate(const MechanicalSystem& system, const std::string& name, double value,
-                            int sign) {
-  return {Kind::kCoordinate, IndexOf("coordinate", name, system.description().coordinates), value,
-          sign};
-}
-
-Section Section::Apex(const MechanicalSystem& system, const std::string& coordinate) {
-  return {Kind::kVelocity, IndexOf("velocity", coordinate, system.description().velocities), 0, -1};
-}
-
-Section Section::Event(const MechanicalSystem& system, const std::string& constraint) {
-  return {Kind::kEvent, IndexOf("constraint", constraint, system.description().constraints), 0, -1};
-}
-
-Section Section::After(double seconds) { return {Kind::kTime, 0, seconds, 0}; }
-
 PoincareMap::PoincareMap(const MechanicalSystem& system, const VectorRef& u, const Section& section,
                          const PoincareOptions& options)
     : system_(system), u_(u), section_(section), options_(options) {
-  const int sizes[] = {system.num_positions(), system.dof(), system.num_constraints(), 1};
-  if (section.index < 0 || section.index >= sizes[static_cast<int>(section.kind)]) {
-    throw std::invalid_argument(Text("section: there is no number ", section.index, " of its kind"));
-  }
-  if (section.kind == Section::Kind::kTime && !(section.value > 0)) {
-    throw std::invalid_argument(Text("section: ", section.value, " s is no period"));
+  Validate(system, section);
+  const int n = system.num_constraints();
+  for (const WantedEvent& event : options.events) {
+    if (event.constraint < 0 || event.constraint >= n || event.occurrence < 1) {
+      throw std::invalid_argument(Text("there is no event ", event.occurrence, " of constraint number ",
+                                       event.constraint));
+    }
   }
   if (!(options.horizon > 0) || !std::isfinite(options.horizon) || !(options.shortest >= 0)) {
     throw std::invalid_argument(Text("horizon = ", options.horizon, " s and shortest = ",
                                      options.shortest, " s must be positive"));
   }
-}
-
-double PoincareMap::Height(const VectorRef& x, Vector* gradient) const {
-  const int d = system_.dof(), nq = system_.num_positions(), i = section_.index;
-  *gradient = Vector::Zero(2 * d);
-  switch (section_.kind) {
-    case Section::Kind::kCoordinate: {
-      Vector rate(nq);
-      const Vector q = x.head(nq);
-      for (int k = 0; k < d; ++k) {
-        const Vector unit = Vector::Unit(d, k);
-        system_.space().Rate(q.data(), unit.data(), rate.data());
-        (*gradient)(k) = rate(i);
-      }
-      return x(i) - section_.value;
-    }
-    case Section::Kind::kVelocity:
-      (*gradient)(d + i) = 1;
-      return x(nq + i) - section_.value;
-    case Section::Kind::kEvent: {
-      ConstraintTerms terms;
-      system_.Constraints(x.head(nq), x.tail(d), &terms);
-      gradient->head(d) = terms.jacobian.row(i).transpose();
-      return terms.gap(i);
-    }
-    case Section::Kind::kTime:
-      break;
-  }
-  return 0;
 }
 
 PoincareReturn PoincareMap::Return(const VectorRef& x, bool differentiate) const {
@@ -124,9 +70,15 @@ PoincareReturn PoincareMap::Return(const VectorRef& x, bool differentiate) const
     result.status = ReturnStatus::kRefused;
     result.message = refusal.what();
   }
-  if (result.status != ReturnStatus::kReturned || !differentiate) return result;
+  if (result.status != ReturnStatus::kReturned) return result;
+  result.event_times =
+      EventTimes(result.trajectory, LocateEvents(result.trajectory, options_.events));
+  if (!differentiate) return result;
   result.start_basis = Basis(x, result.trajectory.arcs.front().mode);
   result.end_basis = Basis(result.x, result.trajectory.arcs.back().mode);
+  if (result.end_basis.cols() == result.start_basis.cols()) {
+    result.end_basis = NearestBasis(result.end_basis, result.start_basis);
+  }
   Differentiate(x, &result);
   return result;
 }
@@ -259,93 +211,6 @@ bool PoincareMap::FindEvent(const VectorRef& x, Trajectory run, PoincareReturn* 
   result->status = ReturnStatus::kReturned;
   result->message.clear();
   return true;
-}
-
-/// Tangents of the section that the contact mode admits.
-Matrix PoincareMap::Basis(const VectorRef& x, ContactMode mode) const {
-  const int n = 2 * system_.dof();
-  Matrix rows(n + 1, n);
-  Vector gradient;
-  Height(x, &gradient);
-  rows.row(n) = gradient.transpose() / std::max(gradient.norm(), 1e-300);
-  if (section_.kind == Section::Kind::kTime) rows.row(n).setZero();
-  for (int k = 0; k < n; ++k) {
-    const Vector unit = Vector::Unit(n, k);
-    rows.col(k).head(n) = unit - ProjectAdmissible(system_, x, mode, unit);
-  }
-  if (rows.isZero(0)) return Matrix::Identity(n, n);
-  return NullSpace(rows);
-}
-
-/// Does an event lie within the simultaneity tolerance of the return, before or behind it?
-bool PoincareMap::AtAnEvent(const VectorRef& x, const PoincareReturn& result) const {
-  const std::vector<Transition>& events = result.trajectory.transitions;
-  const double tolerance = 2 * options_.simulate.simultaneity_tolerance;
-  if (!events.empty() && result.time - events.back().t <= tolerance) return true;
-  SimulateOptions options = options_.simulate;
-  options.dense = false;
-  const Trajectory beyond = Simulate(system_, x, u_, result.time + tolerance, options);
-  return !beyond.status.ok() || beyond.transitions.size() != events.size();
-}
-
-void PoincareMap::Differentiate(const VectorRef& x, PoincareReturn* result) const {
-  const auto none = [result](const std::string& why) {
-    result->status = ReturnStatus::kNoDerivative;
-    result->message = why;
-  };
-  const Trajectory& run = result->trajectory;
-  const bool event = section_.kind == Section::Kind::kEvent;
-  const std::size_t last = run.arcs.size() - (event ? 2 : 1);
-  try {
-    if (!event && AtAnEvent(x, *result)) return none("the return coincides with an event");
-    const BDerivative B = DifferentiateArcs(system_, run, 0, last, options_.derivative);
-    if (!B.status.ok()) return none(B.status.message);
-    const PiecewiseLinearMap tangents = TangentMap(B);
-    const int n = 2 * system_.dof(), size = tangents.cols();
-    if (event) {
-      ThroughEvent(tangents, result);
-    } else if (section_.kind == Section::Kind::kTime) {
-      result->map = InBases(tangents, Matrix::Identity(size, n), Matrix::Identity(size, size));
-      result->return_time = PiecewiseLinearMap::Linear(Matrix::Zero(1, size));
-    } else {
-      Vector gradient, ds = Vector::Zero(size), field = Vector::Zero(size);
-      Height(result->x, &gradient);
-      ds.head(n) = gradient;
-      field.head(n) = B.time;
-      result->return_time = CrossingTime(tangents, ds, field);
-      result->map = InBases(OntoSection(tangents, ds, field), Matrix::Identity(size, n),
-                            Matrix::Identity(size, size));
-    }
-  } catch (const std::length_error& limit) {
-    return none(limit.what());
-  }
-  if (result->status != ReturnStatus::kReturned) return;
-  Matrix start = Matrix::Zero(result->map.cols(), result->start_basis.cols());
-  start.topRows(result->start_basis.rows()) = result->start_basis;
-  result->reduced = InBases(result->map, result->end_basis, start);
-}
-
-/// Tangents w at the fixed time of the event, moved to where a_i = 0, are mapped to its right limit.
-void PoincareMap::ThroughEvent(const PiecewiseLinearMap& before, PoincareReturn* result) const {
-  const Transition& event = result->trajectory.transitions.back();
-  const Arc& arc = result->trajectory.arcs[result->trajectory.arcs.size() - 2];
-  const auto dynamics =
-      std::make_shared<ContactDynamics>(system_, u_, options_.derivative.variables);
-  const EventMap through(dynamics, event);
-  if (!through.status().ok() || through.num_activations() != 1) {
-    result->status = ReturnStatus::kNoDerivative;
-    result->message = through.status().ok()
-                          ? Text("other constraints are activated at t = ", event.t, " s as well")
-                          : through.status().message;
-    return;
-  }
-  const int n = 2 * system_.dof(), size = before.cols();
-  const Vector ds = GapGradient(system_, event.x_minus, section_.index, options_.derivative.variables);
-  const Vector field = dynamics->Field(event.x_minus, arc.mode);
-  result->return_time = CrossingTime(before, ds, field);
-  const PiecewiseLinearMap after =
-      through.Pieces(1).After(OntoSection(before, ds, field), options_.derivative.max_pieces);
-  result->map = InBases(after, Matrix::Identity(size, n), Matrix::Identity(size, size));
 }
 
 }  // namespace contact_flow

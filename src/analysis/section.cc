@@ -76,6 +76,16 @@ Matrix NullSpace(const MatrixRef& rows) {
   return parts.matrixV().rightCols(n - parts.rank());
 }
 
+Matrix NearestBasis(const MatrixRef& basis, const MatrixRef& other) {
+  if (basis.rows() != other.rows() || basis.cols() != other.cols()) {
+    throw std::invalid_argument("bases of different sizes");
+  }
+  if (basis.cols() == 0) return basis;
+  const Eigen::JacobiSVD<Matrix> parts(basis.transpose() * other,
+                                       Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return basis * (parts.matrixU() * parts.matrixV().transpose());
+}
+
 PiecewiseLinearMap InBases(const PiecewiseLinearMap& map, const MatrixRef& end,
                            const MatrixRef& start) {
   if (end.rows() != map.rows() || start.rows() != map.cols()) {

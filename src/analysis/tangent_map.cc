@@ -1,16 +1,146 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tangent_map.h"
 
-namespace contact_flow {
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
 
-PiecewiseLinearMap TangentMap(const BDerivative& B) {
+#include "contact_flow/dynamics/contact_dynamics.h"
+
+namespace contact_flow {
+namespace {
+
+bool Happens(const Transition& transition, const WantedEvent& event) {
+  const int i = event.constraint;
+  if (!transition.switched.Contains(i)) {
+    return (event.release ? transition.released : transition.activated).Contains(i);
+  }
+  return event.release == transition.mode_before.Contains(i);
+}
+
+std::string Sentence(const MechanicalSystem& system, const WantedEvent& event,
+                     const std::string& what) {
+  return EventName(system, event) + " " + what;
+}
+
+/// −Dλ_i / (dλ_i/dt) in the mode before.
+Eigen::RowVectorXd ReleaseRow(const MechanicalSystem& system, const Transition& transition,
+                              const Vector& u, const WantedEvent& event,
+                              const Variables& variables) {
+  if (!transition.activated.Empty() || !transition.vanishing.Contains(event.constraint)) {
+    throw std::domain_error(Sentence(system, event, "happens at an impact: its time has no derivative "
+                                                    "of its own"));
+  }
+  ContactDynamics dynamics(system, u, variables);
+  const double rate =
+      dynamics.ForceRate(transition.x_minus, transition.mode_before, event.constraint);
+  dynamics.Differentiate(transition.x_minus, transition.mode_before);
+  return -dynamics.force_jacobian().row(event.constraint) / rate;
+}
+
+/// The pieces of B_k on (w, s), s of `count` times so far, with rows for the events at transition k.
+PiecewiseLinearMap WithTimes(const EventMap& map, int k, const std::vector<LocatedEvent>& events,
+                             const std::vector<std::vector<int>>& orders, int count,
+                             const MechanicalSystem& system, const Trajectory& run,
+                             const BDerivativeOptions& options) {
+  const PiecewiseLinearMap carried =
+      WithIdentity(map.Pieces(options.max_activations_for_pieces), count);
+  std::vector<LinearPiece> pieces = carried.pieces();
+  const int n = carried.rows() - count;
+  for (std::size_t e = 0; e < events.size(); ++e) {
+    if (events[e].transition != k) continue;
+    const int i = events[e].event.constraint;
+    for (std::size_t piece = 0; piece < pieces.size(); ++piece) {
+      const std::vector<int>& order = orders[piece];
+      const auto place = std::find(order.begin(), order.end(), i);
+      pieces[piece].matrix.row(n + static_cast<int>(e)).head(n) =
+          place != order.end()
+              ? Eigen::RowVectorXd(map.Times(order).row(place - order.begin()))
+              : ReleaseRow(system, run.transitions[k], run.arcs[k].u, events[e].event,
+                           options.variables);
+    }
+  }
+  return PiecewiseLinearMap(std::move(pieces));
+}
+
+/// The orders of the pieces of an EventMap.
+std::vector<std::vector<int>> Orders(const EventMap& map) {
+  std::vector<std::vector<int>> orders;
+  std::vector<int> order = map.activated();
+  do {
+    orders.push_back(order);
+  } while (std::next_permutation(order.begin(), order.end()));
+  return orders;
+}
+
+}  // namespace
+
+std::string EventName(const MechanicalSystem& system, const WantedEvent& event) {
+  return std::string(event.release ? "lift-off" : "touchdown") + " number " +
+         std::to_string(event.occurrence) + " of '" +
+         system.description().constraints[event.constraint] + "'";
+}
+
+std::vector<LocatedEvent> LocateEvents(const Trajectory& run,
+                                       const std::vector<WantedEvent>& events) {
+  std::vector<LocatedEvent> located;
+  for (const WantedEvent& event : events) {
+    LocatedEvent place{-1, event};
+    int left = event.occurrence;
+    for (std::size_t k = 0; k < run.transitions.size() && left > 0; ++k) {
+      if (Happens(run.transitions[k], event) && --left == 0) place.transition = static_cast<int>(k);
+    }
+    located.push_back(place);
+  }
+  return located;
+}
+
+Vector EventTimes(const Trajectory& run, const std::vector<LocatedEvent>& events) {
+  Vector times = Vector::Constant(events.size(), std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t e = 0; e < events.size(); ++e) {
+    if (events[e].transition >= 0) times(e) = run.transitions[events[e].transition].t;
+  }
+  return times;
+}
+
+PiecewiseLinearMap TangentMap(const BDerivative& B, const std::vector<LocatedEvent>& events,
+                              const MechanicalSystem& system, const Trajectory& run) {
   const std::size_t limit = B.options.max_pieces;
-  PiecewiseLinearMap map = PiecewiseLinearMap::Linear(B.arcs.front());
+  const int n = static_cast<int>(B.arcs.front().cols()), count = static_cast<int>(events.size());
+  for (const LocatedEvent& event : events) {
+    if (event.transition < 0) throw std::domain_error(Sentence(system, event.event, "does not happen"));
+    if (event.transition >= static_cast<int>(B.events.size())) {
+      throw std::domain_error(Sentence(system, event.event, "is the return itself"));
+    }
+  }
+  Matrix start = Matrix::Zero(n + count, n);
+  start.topRows(n) = B.arcs.front();
+  PiecewiseLinearMap map = PiecewiseLinearMap::Linear(start);
   for (std::size_t k = 0; k < B.events.size(); ++k) {
-    map = B.events[k].Pieces(B.options.max_activations_for_pieces).After(map, limit);
-    map = PiecewiseLinearMap::Linear(B.arcs[k + 1]).After(map, limit);
+    map = WithTimes(B.events[k], static_cast<int>(k), events, Orders(B.events[k]), count, system, run,
+                    B.options)
+              .After(map, limit);
+    map = WithIdentity(PiecewiseLinearMap::Linear(B.arcs[k + 1]), count).After(map, limit);
   }
   return map;
+}
+
+PiecewiseLinearMap WithIdentity(const PiecewiseLinearMap& map, int more) {
+  if (more == 0) return map;
+  std::vector<LinearPiece> pieces = map.pieces();
+  for (LinearPiece& piece : pieces) {
+    const Eigen::Index r = piece.matrix.rows(), c = piece.matrix.cols(), h = piece.cone.rows();
+    Matrix larger = Matrix::Zero(r + more, c + more);
+    larger.topLeftCorner(r, c) = piece.matrix;
+    larger.bottomRightCorner(more, more).setIdentity();
+    piece.matrix = larger;
+    Matrix cone = Matrix::Zero(h, c + more);
+    cone.leftCols(c) = piece.cone;
+    piece.cone = cone;
+  }
+  return PiecewiseLinearMap(std::move(pieces));
 }
 
 Vector GapGradient(const MechanicalSystem& system, const VectorRef& x, int i,

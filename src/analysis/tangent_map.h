@@ -1,12 +1,37 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <string>
+#include <vector>
+
+#include "contact_flow/analysis/poincare.h"
 #include "contact_flow/derivative/b_derivative.h"
 
 namespace contact_flow {
 
-/// B as a map of (δq, δv, δu, δp) to itself [2d+k → 2d+k], the variables carried along.
-PiecewiseLinearMap TangentMap(const BDerivative& B);
+/// Where a wanted event happens in a run.
+struct LocatedEvent {
+  int transition = -1;  ///< −1: it does not
+  WantedEvent event;
+};
+
+/// "touchdown number 1 of 'left_foot'".
+std::string EventName(const MechanicalSystem& system, const WantedEvent& event);
+
+/// A compliant constraint touches down where its gap falls through zero.
+std::vector<LocatedEvent> LocateEvents(const Trajectory& run, const std::vector<WantedEvent>& events);
+/// NaN for those that do not happen.
+Vector EventTimes(const Trajectory& run, const std::vector<LocatedEvent>& events);
+
+/// B as a map of (δq, δv, δu, δp) to itself, the variables carried along, and below it a row for each event: the
+/// first-order change of its time [2d+k+e × 2d+k],
+///   −Da_i w / (Da_i v) along the order of a cluster,  −Dλ_i w / (dλ_i/dt) for a release.
+/// Throws std::domain_error for an event that does not happen, or a release together with an impact.
+PiecewiseLinearMap TangentMap(const BDerivative& B, const std::vector<LocatedEvent>& events,
+                              const MechanicalSystem& system, const Trajectory& run);
+
+/// (w, s) ↦ (f(w), s) for `more` numbers s.
+PiecewiseLinearMap WithIdentity(const PiecewiseLinearMap& map, int more);
 
 /// Gradient of the gap a_i by (δq, δv, δu, δp) [2d+k] at x.
 Vector GapGradient(const MechanicalSystem& system, const VectorRef& x, int i,

@@ -195,6 +195,26 @@ Matrix EventMap::Cone(const std::vector<int>& order) const {
   return cone;
 }
 
+Matrix EventMap::Times(const std::vector<int>& order) const {
+  const int n = size(), m = static_cast<int>(order.size());
+  Matrix times(m, n);
+  Matrix carried = Matrix::Identity(n, n);  // as in Cone
+  Eigen::RowVectorXd elapsed = Eigen::RowVectorXd::Zero(n);
+  ContactMode S;
+  const Stage* stage = &StageAt(S);
+  for (int k = 0; k < m; ++k) {
+    const Eigen::RowVectorXd step = TimeRow(order[k], *stage) * carried;
+    elapsed += step;
+    times.row(k) = elapsed;
+    const Vector field = stage->field;
+    const Matrix* reset = nullptr;
+    stage = &Activate(S, order[k], &reset);
+    carried = *reset * (carried + field * step);
+    S.Insert(order[k]);
+  }
+  return times;
+}
+
 std::vector<ContactMode> EventMap::Modes(const std::vector<int>& order) const {
   std::vector<ContactMode> modes;
   ContactMode S;

@@ -19,6 +19,10 @@
 namespace contact_flow {
 namespace {
 
+/// Beyond this many times the step that would resolve the fastest mode, collocation loses its order
+/// in it, and the error estimate its truth (measured: config/robots against tolerance 1e-13).
+constexpr double kStiffReach = 3;
+constexpr double kSlackening = 0.6;  // most by which the rate falls from one step to the next
 constexpr double kReach = 0.9;  // part of the longest acceptable step that is taken
 /// DOP853 at tolerance ε takes steps of about ε^{1/8}·kBaseReach over the fastest rate it sees.
 constexpr double kBaseReach = 8;
@@ -46,8 +50,8 @@ class Propagation {
   Matrix Run(VariationStatistics* statistics) {
     double t = arc_.t_begin;
     const int size = 2 * d_ + k_;
-    if (t == arc_.t_end) return Matrix::Identity(size, size);
-    Matrix phi(size, size), next(size, size);
+    phi_.setIdentity(size, size);
+    if (t == arc_.t_end) return phi_;
     jacobian_.At(t, begin_.data(), begin_.data() + 2 * d_ * d_);
     span_.Find(begin_.leftCols(2 * d_), begin_.rightCols(k_));
     // The rate r of the tangents [1/s]: a step's error is error_s·(r h)^{2s+1}.
@@ -59,7 +63,7 @@ class Propagation {
       const double order = 2 * rule_->stages + 1;
       if (std::isfinite(error)) {
         const double seen = std::pow(error / rule_->error, 1 / order) / length;
-        rate = std::max(seen, 0.9 * rate);
+        rate = std::max(seen, kSlackening * rate);
       }
       if (!(error <= tolerance_)) {
         ++statistics->rejected_steps;
@@ -68,18 +72,13 @@ class Propagation {
         continue;
       }
       if (++statistics->steps > kMaxSteps) Fail(t);
-      if (t == arc_.t_begin) {
-        phi = step_;
-      } else {
-        next.noalias() = step_ * phi;
-        phi.swap(next);
-      }
+      phi_.swap(next_);
       begin_.swap(end_);
       t = length == rest ? arc_.t_end : t + length;
     }
     statistics->jacobians += jacobian_.count();
-    jacobian_.ToVelocities(&phi);
-    return phi;
+    jacobian_.ToVelocities(&phi_);
+    return phi_;
   }
 
  private:
@@ -103,11 +102,13 @@ class Propagation {
   /// equal steps of a factorization for s times the independent rows, its solution for the
   /// independent columns, and s+1 Jacobians each.
   double ChooseStep(double rest, double rate) {
+    const double fastest = FastestRate(begin_.leftCols(2 * d_));
     double least = std::numeric_limits<double>::infinity(), length = rest;
     for (int s = GaussLegendre::kMinStages; s <= GaussLegendre::kMaxStages; ++s) {
       const GaussLegendre& rule = GaussLegendre::WithStages(s);
-      const double reach = kReach * std::pow(tolerance_ / rule.error, 1.0 / (2 * s + 1)) / rate;
-      const double steps = rate > 0 ? std::ceil(std::max(1.0, rest / reach)) : 1;
+      const double angle = kReach * std::pow(tolerance_ / rule.error, 1.0 / (2 * s + 1));
+      const double reach = std::min(angle / rate, kStiffReach * angle / fastest);
+      const double steps = rate > 0 || fastest > 0 ? std::ceil(std::max(1.0, rest / reach)) : 1;
       const double n = s * rows_.size();
       const double cost =
           steps * (n * n * (n / 3 + 2 * columns_.size() + k_) + (s + 1) * kJacobianCost * 2 * d_ * d_);
@@ -240,22 +241,26 @@ class Propagation {
     AddAccelerations(h * h, rule_->twice_end, step_.topRows(d_));
     AddAccelerations(h, rule_->b, step_.middleRows(d_, d_));
     jacobian_.At(t + h, end_.data(), end_.data() + 2 * d_ * d_);
-    // Defect at either end: the collocation polynomial's acceleration against the equation's.
+    next_.noalias() = step_ * phi_;
+    // Defect at either end: the collocation polynomial's acceleration against the equation's. Of
+    // what has decayed before, as the fast modes of a stiff damper, nothing is left to be wrong by.
     defect_ = -begin_;
     AddAccelerations(1, rule_->at_begin, defect_);
-    double relative = h * Relative(defect_);
+    double relative = h * Relative();
     defect_.noalias() = -end_ * step_;
     AddAccelerations(1, rule_->at_end, defect_);
-    relative = std::max(relative, h * Relative(defect_));
+    relative = std::max(relative, h * Relative());
     return rule_->error * std::pow(relative / rule_->defect, (2.0 * s + 1) / (s + 1));
   }
 
-  /// Largest entry of a defect relative to those of the step; tangents and variables each by themselves.
-  double Relative(const Matrix& defect) const {
+  /// Largest entry of the defect relative to those of the propagator; tangents and variables each by
+  /// themselves.
+  double Relative() {
+    carried_.noalias() = defect_ * phi_;
     const auto part = [&](int first, int count) {
       if (count == 0) return 0.0;
-      return defect.middleCols(first, count).cwiseAbs().maxCoeff() /
-             std::max(1.0, step_.middleCols(first, count).cwiseAbs().maxCoeff());
+      return carried_.middleCols(first, count).cwiseAbs().maxCoeff() /
+             std::max(1.0, next_.middleCols(first, count).cwiseAbs().maxCoeff());
     };
     return std::max(part(0, 2 * d_), part(2 * d_, k_));
   }
@@ -325,7 +330,10 @@ class Propagation {
   Matrix sum_;            // Σ_j weights_j Z_j
   Matrix spread_;         // R times it
   Matrix step_;
+  Matrix phi_;   // up to the present step
+  Matrix next_;  // … and through it
   Matrix defect_;
+  Matrix carried_;  // defect_ · phi_
 };
 
 }  // namespace

@@ -10,6 +10,9 @@ namespace {
 
 /// A gap that opens again this many floors above zero cannot be told from one that touches.
 constexpr double kTouchReach = 10;
+/// A gap that falls by less than this part of a floor before it opens again stands still: a contact that was let go
+/// together with others has a speed of the order of rounding.
+constexpr double kStandsStill = 1e-3;
 constexpr int kPieces = 8;        // of a step, in a search
 constexpr int kStageColumns = 16;  // forces kept of one step
 constexpr int kEndStage = 12;      // the one at its end
@@ -111,7 +114,8 @@ void EventLocator::Search(int i, LocatedEvent* event) {
       turn = Root(rate_at, left, end, rate_left, rate_end);
       value_turn = value_at(turn);
     }
-    const bool dip = rate_left < 0 && rate_end > 0 && value_left > floor;
+    const bool dip = rate_left < 0 && rate_end > 0 && value_left > floor &&
+                     value_left - value_turn > kStandsStill * floor;
     const double stops[2] = {turn, end};
     const double values[2] = {value_turn, value_end};
     for (int part = 0; part < 2; ++part) {

@@ -43,7 +43,11 @@ void ReadConstraints(const YAML::Node& map, RobotDescription* robot) {
     ReadConstraint(kind, &fields);
     Parameter& restitution = element->restitution;
     reader->Read("restitution", &restitution.value);
-    CheckParameter(name, "restitution", restitution.value, Range::kUnitInterval);
+    try {
+      CheckParameter(name, "restitution", restitution.value, Range::kUnitInterval);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(error.what() + reader->Line("restitution"));
+    }
     robot->constraints.push_back(std::move(element));
   });
   if (robot->constraints.size() > kMaxConstraints) {

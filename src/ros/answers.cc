@@ -181,7 +181,6 @@ ContactTrajectory Answer(const Setup& setup, const SimulationRequest& request) {
                            Simulate(*setup.system, run.x, run.input, run.duration, run.options));
   }
   ContactTrajectory result = ToMsg(setup.system->description(), trajectory, run.duration, count);
-  result.input = ToMsg(VectorRef(run.input.values.front()));
   AddNearGrazing(setup, near, &result);
   return result;
 }

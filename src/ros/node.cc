@@ -8,7 +8,7 @@
 #include "contact_flow/ros/assumptions_answer.h"
 #include "contact_flow/ros/linearize_answer.h"
 #include "contact_flow/ros/conversions.h"
-#include "contact_flow/ros/guard.h"
+#include "contact_flow/ros/handler.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -21,20 +21,6 @@ static_assert(SimulateTrajectoryResponse::GRAZING == static_cast<int>(Outcome::k
                   CompareBDerivativeResponse::TOO_MANY_PIECES ==
                       static_cast<int>(Outcome::kTooManyPieces),
               "the constants of the services are the values of Outcome");
-
-/// Records and publishes a result. Not being able to record what was to be recorded is a failure,
-/// but the result is answered all the same.
-template <class Record, class Response>
-void Deliver(Outlet* outlet, Record* record, Response* out) {
-  out->outcome = record->result.outcome;
-  out->message = record->result.message;
-  try {
-    out->recorded = outlet->Deliver(record);
-  } catch (const std::exception& error) {
-    throw std::runtime_error(std::string("NOT RECORDED: ") + error.what() +
-                             "; the result itself is complete");
-  }
-}
 
 template <class Request, class ServiceRequest>
 Request CommonFields(const ServiceRequest& in) {
@@ -64,7 +50,8 @@ Request DirectionFields(const ServiceRequest& in) {
 Node::Node(const NodeParameters& parameters)
     : setup_(parameters.configuration),
       node_("~"),
-      outlet_(&node_, parameters.bag_directory, ToMsg(setup_)) {
+      outlet_(&node_, parameters.bag_directory, ToMsg(setup_)),
+      analyses_(&node_, setup_, &outlet_) {
   setup_.options.cancelled = [] { return !ros::ok(); };
   if (setup_.robot != nullptr) {
     for (const std::string& warning : setup_.robot->robot().model.warnings) {

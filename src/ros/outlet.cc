@@ -95,6 +95,30 @@ std::string Outlet::Deliver(LinearizationRecord* record) {
   return DeliverRecord("linearization", record);
 }
 
+std::string Outlet::Deliver(PoincareRecord* record) {
+  return DeliverRecord("poincare_map", record);
+}
+
+std::string Outlet::Deliver(StabilityRecord* record) {
+  return DeliverRecord("stability", record);
+}
+
+std::string Outlet::Deliver(ControllabilityRecord* record) {
+  return DeliverRecord("controllability", record);
+}
+
+std::string Outlet::Deliver(CovarianceRecord* record) {
+  return DeliverRecord("covariance", record);
+}
+
+std::string Outlet::Deliver(PeriodicOrbitRecord* record) {
+  return DeliverRecord("periodic_orbit", record);
+}
+
+std::string Outlet::Deliver(OptimizationRecord* record) {
+  return DeliverRecord("optimization", record);
+}
+
 std::string Outlet::StartRecording(const std::string& asked) {
   const std::lock_guard<std::mutex> lock(mutex_);
   const ros::Time stamp = NextStamp();

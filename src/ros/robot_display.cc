@@ -148,8 +148,8 @@ RobotDisplay::RobotDisplay(const RobotSystem& system, const std::string& urdf,
   if (!description) throw std::invalid_argument("the URDF cannot be parsed");
   root_ = description->getRoot()->name;
   base_alias_ = !options_.base_frame.empty() && description->links_.count(options_.base_frame) == 0;
-  placements_.push_back(
-      {options_.world_frame, base_alias_ ? options_.base_frame : root_, -1, LinkIndex(model, root_)});
+  placements_.push_back({options_.world_frame, base_alias_ ? options_.base_frame : root_, -1,
+                         LinkIndex(model, root_)});
   for (const auto& entry : description->joints_) {
     const urdf::Joint& joint = *entry.second;
     if (joint.type != urdf::Joint::FLOATING && joint.type != urdf::Joint::PLANAR) {
@@ -203,8 +203,8 @@ std::vector<geometry_msgs::TransformStamped> RobotDisplay::Transforms(
   UpdatePositions(tree, x.data(), &state);
   std::vector<geometry_msgs::TransformStamped> transforms;
   for (const Placement& placement : placements_) {
-    const Pose pose = LinkPose(state, placement.parent_link).Inverse() *
-                      LinkPose(state, placement.child_link);
+    const Pose pose =
+        LinkPose(state, placement.parent_link).Inverse() * LinkPose(state, placement.child_link);
     const bool base = placement.parent_link < 0;
     transforms.push_back(ToTransform(pose, (base ? "" : options_.prefix) + placement.parent,
                                      options_.prefix + placement.child, stamp));
@@ -215,8 +215,8 @@ std::vector<geometry_msgs::TransformStamped> RobotDisplay::Transforms(
 std::vector<geometry_msgs::TransformStamped> RobotDisplay::StaticTransforms(
     const ros::Time& stamp) const {
   if (!base_alias_) return {};
-  return {ToTransform(Pose(), options_.prefix + options_.base_frame, options_.prefix + root_,
-                      stamp)};
+  return {
+      ToTransform(Pose(), options_.prefix + options_.base_frame, options_.prefix + root_, stamp)};
 }
 
 Marker RobotDisplay::Begin(const std::string& name, int id, const ros::Time& stamp) const {

@@ -56,7 +56,8 @@ std_msgs::ColorRGBA GhostColor(std::size_t k) {
   return Color(color[0], color[1], color[2], 0.3);
 }
 
-/// What a user sees first: the robot pitched or, without a base that can, moved by its first number; both ways.
+/// What a user sees first: the robot pitched or, without a base that can, moved by its first
+/// number; both ways.
 std::vector<std::string> DefaultDirections(const std::vector<std::string>& velocities) {
   std::string name = velocities.front();
   for (const char* pitch : {"base_pitch", "base_wy"}) {
@@ -114,15 +115,14 @@ void RobotPlayer::TakeTrajectory(const ContactTrajectory::ConstPtr& trajectory) 
   const auto d = static_cast<std::uint32_t>(setup_.system->dof());
   const auto m = static_cast<std::size_t>(setup_.system->num_inputs());
   if (trajectory->t.empty() || trajectory->q.cols != nq || trajectory->v.cols != d ||
-      trajectory->input.size() != m) {
+      trajectory->arcs.empty() || trajectory->arcs.front().input.size() != m) {
     ROS_WARN("a trajectory of '%s' that is not of this robot is left out",
              trajectory->model.c_str());
     return;
   }
   trajectory_ = trajectory;
-  dynamics_ = std::make_unique<ContactDynamics>(
-      *setup_.system,
-      Eigen::Map<const Vector>(trajectory->input.data(), static_cast<Eigen::Index>(m)));
+  dynamics_ =
+      std::make_unique<ContactDynamics>(*setup_.system, Vector::Zero(static_cast<Eigen::Index>(m)));
   begin_ = ros::Time::now();
 }
 
@@ -150,7 +150,7 @@ void RobotPlayer::TakeDerivative(const OutcomeDerivative::ConstPtr& derivative) 
   ghosts_.publish(all);
 }
 
-void RobotPlayer::Sample(double t, Vector* x, ContactMode* mode) const {
+void RobotPlayer::Sample(double t, Vector* x, ContactMode* mode, Vector* u) const {
   const ContactTrajectory& run = *trajectory_;
   std::size_t k = 0;
   while (k + 1 < run.arcs.size() && run.arcs[k].t_end <= t) ++k;
@@ -169,6 +169,7 @@ void RobotPlayer::Sample(double t, Vector* x, ContactMode* mode) const {
   const double share = span > 0 ? std::clamp((t - run.t[before]) / span, 0., 1.) : 0;
   *x = setup_.system->Perturb(from, share * setup_.system->Separation(to, from));
   *mode = ModeOf(arc.mode, setup_.system->description().constraints);
+  *u = Eigen::Map<const Vector>(arc.input.data(), static_cast<Eigen::Index>(arc.input.size()));
 }
 
 void RobotPlayer::Play(const ros::TimerEvent&) {
@@ -178,11 +179,12 @@ void RobotPlayer::Play(const ros::TimerEvent&) {
   const double period = run / parameters_.speed + parameters_.pause;
   const double elapsed = std::fmod((now - begin_).toSec(), std::max(period, 1e-3));
   const double t = trajectory_->t.front() + std::min(elapsed * parameters_.speed, run);
-  Vector x;
+  Vector x, u;
   ContactMode mode;
-  Sample(t, &x, &mode);
+  Sample(t, &x, &mode, &u);
   joint_states_.publish(display_.Joints(x, now));
   transforms_.sendTransform(display_.Transforms(x, now));
+  dynamics_->SetInput(u);
   dynamics_->Evaluate(x, mode);
   contacts_.publish(display_.Contacts(x, mode, dynamics_->force(), now));
 }

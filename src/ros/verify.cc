@@ -14,14 +14,26 @@
 
 #include "contact_flow/AssumptionRecord.h"
 #include "contact_flow/ComparisonRecord.h"
+#include "contact_flow/ControllabilityRecord.h"
+#include "contact_flow/CovarianceRecord.h"
 #include "contact_flow/DerivativeRecord.h"
 #include "contact_flow/LinearizationRecord.h"
+#include "contact_flow/OptimizationRecord.h"
+#include "contact_flow/PeriodicOrbitRecord.h"
+#include "contact_flow/PoincareRecord.h"
 #include "contact_flow/SimulationRecord.h"
+#include "contact_flow/StabilityRecord.h"
 #include "contact_flow/ros/answers.h"
 #include "contact_flow/ros/assumptions_answer.h"
+#include "contact_flow/ros/controllability_answer.h"
 #include "contact_flow/ros/conversions.h"
+#include "contact_flow/ros/covariance_answer.h"
 #include "contact_flow/ros/linearize_answer.h"
+#include "contact_flow/ros/optimization_answer.h"
+#include "contact_flow/ros/periodic_orbit_answer.h"
+#include "contact_flow/ros/poincare_answer.h"
 #include "contact_flow/ros/serialize.h"
+#include "contact_flow/ros/stability_answer.h"
 #include "contact_flow/ros/verify_session.h"
 
 namespace contact_flow {
@@ -37,7 +49,10 @@ class Verifier {
   bool TakeRecord(const rosbag::MessageInstance& message) {
     return Record<SimulationRecord>(message) || Record<DerivativeRecord>(message) ||
            Record<ComparisonRecord>(message) || Record<AssumptionRecord>(message) ||
-           Record<LinearizationRecord>(message) || Model(message) ||
+           Record<LinearizationRecord>(message) || Record<PoincareRecord>(message) ||
+           Record<StabilityRecord>(message) || Record<ControllabilityRecord>(message) ||
+           Record<CovarianceRecord>(message) || Record<PeriodicOrbitRecord>(message) ||
+           Record<OptimizationRecord>(message) || Model(message) ||
            Online<SimulatorEpoch>(message, kAnnounced) || Online<SimulatorInput>(message, kTold) ||
            Online<SimulatorEvent>(message, kAnnounced) || Online<HybridState>(message, kTold);
   }

@@ -93,7 +93,7 @@ TEST(Assumptions, SingleContactsNeedNothing) {
 TEST(Assumptions, AreReportedForEveryTransition) {
   const auto classes = [](const std::string& name, int count) {
     const auto system = MakeModel(name);
-    const Trajectory run = Simulate(*system, system->nominal().x, Vector(0),
+    const Trajectory run = Simulate(*system, system->nominal().x, system->nominal().u,
                                     system->nominal().duration);
     const std::vector<AssumptionReport> reports = AssessTransitions(*system, run);
     EXPECT_EQ(count, static_cast<int>(reports.size()));
@@ -121,7 +121,7 @@ TEST(AssumptionsInARegion, FindHowTheCouplingOfTwoContactsVaries) {
   EXPECT_EQ(ContactClass::kOrderDependent, report.pairs[0].worst);
 
   const auto pendulum = MakeModel("double_pendulum");
-  const RegionReport stops = AssessRegion(*pendulum, pendulum->nominal().x, Vector(0),
+  const RegionReport stops = AssessRegion(*pendulum, pendulum->nominal().x, pendulum->nominal().u,
                                           Vector::Constant(4, 0.2), 20);
   EXPECT_EQ(ContactClass::kOrthogonal, stops.pairs[0].worst);
   EXPECT_GT(stops.largest_mass_condition, 1);

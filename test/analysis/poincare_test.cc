@@ -7,6 +7,8 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "contact_flow/analysis/section.h"
 #include "contact_flow/analysis/stability.h"
@@ -195,6 +197,66 @@ TEST(Poincare, StabilityOfTheTrotOnceHorizontalSymmetryIsSetAside) {
     EXPECT_NE(StabilityVerdict::kStable, AssessStability(apex.reduced, few).verdict)
         << "translation is neutral";
   }
+}
+
+/// Event times along w, one-sided quotients beside the derivative's rows.
+void ExpectEventTimes(const MechanicalSystem& system, const Vector& u, const Section& section,
+                      const Vector& x, const std::vector<WantedEvent>& events) {
+  PoincareOptions options;
+  options.events = events;
+  const PoincareReturn base = PoincareMap(system, u, section, options).Return(x);
+  ASSERT_EQ(ReturnStatus::kReturned, base.status) << base.message;
+  const auto count = static_cast<Eigen::Index>(events.size());
+  ASSERT_EQ(2 * system.dof() + 1 + count, base.extended.rows());
+  std::mt19937 generator(8);
+  std::normal_distribution<double> normal;
+  for (int trial = 0; trial < 8; ++trial) {
+    Vector z(base.start_basis.cols());
+    for (double& entry : z) entry = normal(generator);
+    const Vector w = base.start_basis * z.normalized();
+    const Vector rows = base.extended(w);
+    EXPECT_LE((rows.head(2 * system.dof()) - base.map(w)).norm(), 1e-12 * (1 + rows.norm()));
+    EXPECT_NEAR(rows(2 * system.dof()), base.return_time(w)(0), 1e-12);
+    for (double alpha : {1e-3, 1e-4, 1e-5}) {
+      options.simulate.simultaneity_tolerance = 1e-4 * alpha;
+      const PoincareReturn moved =
+          PoincareMap(system, u, section, options).Return(system.Perturb(x, alpha * w), false);
+      ASSERT_TRUE(moved.returned()) << moved.message;
+      const Vector quotient = (moved.event_times - base.event_times) / alpha;
+      EXPECT_LE((quotient - rows.tail(count)).cwiseAbs().maxCoeff(), 100 * alpha + 1e-10 / alpha)
+          << trial << " " << alpha;
+    }
+  }
+}
+
+TEST(PoincareEventTimes, AgreeWithQuotients) {
+  // Both feet at once, and released at once: orthogonal contacts.
+  const ReferenceCase trot("hopping_trot_stable");
+  ExpectEventTimes(*trot.system, trot.u, Section::Apex(*trot.system, "body_z"), trot.x,
+                   {{0, false, 1}, {1, false, 1}, {0, true, 1}, {1, true, 1}});
+  // Contacts that attract each other: the second lands when the first one's impact lets it.
+  const auto corner = MakeModel("corner", {{"angle", 2.0}, {"restitution", 0}});
+  const NominalRun& nominal = corner->nominal();
+  PoincareOptions probe;
+  probe.events = {{0, false, 1}, {1, false, 1}};
+  const PoincareReturn at_once =
+      PoincareMap(*corner, nominal.u, Section::After(nominal.duration), probe).Return(nominal.x);
+  ASSERT_EQ(ReturnStatus::kReturned, at_once.status) << at_once.message;
+  EXPECT_EQ(at_once.event_times(0), at_once.event_times(1));
+  ExpectEventTimes(*corner, nominal.u, Section::After(nominal.duration), nominal.x, probe.events);
+}
+
+TEST(PoincareEventTimes, SayWhatIsMissing) {
+  const ReferenceCase trot("hopping_trot_stable");
+  PoincareOptions options;
+  options.events = {{0, false, 2}};
+  const PoincareReturn once =
+      PoincareMap(*trot.system, trot.u, Section::Apex(*trot.system, "body_z"), options).Return(trot.x);
+  EXPECT_TRUE(std::isnan(once.event_times(0)));
+  EXPECT_EQ(ReturnStatus::kNoDerivative, once.status);
+  EXPECT_NE(std::string::npos, once.message.find("touchdown number 2 of 'left_foot'")) << once.message;
+  options.events = {{7, false, 1}};
+  EXPECT_THROW(PoincareMap(*trot.system, trot.u, Section::After(1), options), std::invalid_argument);
 }
 
 TEST(Poincare, SaysWhyThereIsNoReturn) {

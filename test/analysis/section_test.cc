@@ -33,6 +33,19 @@ TEST_F(Sections, NullSpaceIsOrthonormalAndWhole) {
   EXPECT_EQ(4, NullSpace(Matrix(0, 4)).cols());
 }
 
+TEST_F(Sections, NearestBasisSpansTheSameAndComesNearest) {
+  const Matrix basis = NullSpace(Random(2, 5)), other = NullSpace(Random(2, 5));
+  const Matrix nearest = NearestBasis(basis, other);
+  EXPECT_LE((nearest.transpose() * nearest - Matrix::Identity(3, 3)).norm(), 1e-12);
+  EXPECT_LE((nearest - basis * (basis.transpose() * nearest)).norm(), 1e-12);
+  for (int k = 0; k < 200; ++k) {
+    const Matrix turn = Eigen::HouseholderQR<Matrix>(Random(3, 3)).householderQ();
+    EXPECT_LE((nearest - other).norm(), (basis * turn - other).norm() + 1e-12);
+  }
+  EXPECT_LE((NearestBasis(basis * -1, basis) - basis).norm(), 1e-12);
+  EXPECT_THROW(NearestBasis(basis, Random(5, 2)), std::invalid_argument);
+}
+
 TEST_F(Sections, OutcomesMoveAlongTheFieldOntoTheSection) {
   const PiecewiseLinearMap f = RandomMap(5, 4);
   const Vector ds = Random(5, 1), F = Random(5, 1);

@@ -50,7 +50,7 @@ class ClusterLaws : public testing::TestWithParam<Scenario> {
   ClusterLaws() {
     SimulateOptions options;
     options.relative_tolerance = options.absolute_tolerance = 1e-12;
-    run = Simulate(*GetParam().system, GetParam().x, Vector(0), GetParam().duration, options);
+    run = Simulate(*GetParam().system, GetParam().x, u, GetParam().duration, options);
     BDerivativeOptions tight;
     tight.tolerance = 1e-12;
     B = DifferentiateOutcome(*GetParam().system, run, tight);
@@ -70,6 +70,7 @@ class ClusterLaws : public testing::TestWithParam<Scenario> {
     return orders;
   }
 
+  const Vector u = Vector::Zero(GetParam().system->num_inputs());
   Trajectory run;
   BDerivative B;
   std::mt19937 generator{5};
@@ -81,7 +82,7 @@ constexpr double kRounding = 1e-10;
 TEST_P(ClusterLaws, EverySelectionCarriesTheFieldAcross) {
   ASSERT_TRUE(B.status.ok()) << B.status.message;
   const MechanicalSystem& system = *GetParam().system;
-  ContactDynamics dynamics(system, Vector(0));
+  ContactDynamics dynamics(system, u);
   for (std::size_t k = 0; k < B.events.size(); ++k) {
     const Transition& transition = run.transitions[k];
     const Vector before = dynamics.Field(transition.x_minus, transition.mode_before);
@@ -173,7 +174,7 @@ TEST_P(ClusterLaws, OneSidedQuotientsConvergeWithSlopeOne) {
   for (int trial = 0; trial < 6; ++trial) {
     const Vector w = RandomDirection().normalized();
     const QuotientReport report = CompareWithQuotients(
-        *GetParam().system, GetParam().x, Vector(0), GetParam().duration, w, B(w),
+        *GetParam().system, GetParam().x, u, GetParam().duration, w, B(w),
         {3e-4, 1e-4, 3e-5, 1e-5, 3e-6});
     ASSERT_EQ(5u, report.samples.size());
     for (const QuotientSample& sample : report.samples) {
@@ -196,7 +197,7 @@ TEST_P(ClusterLaws, TimeDerivativeIsTheField) {
   constexpr double kStep = 1e-5;
   SimulateOptions options;
   options.relative_tolerance = options.absolute_tolerance = 1e-12;
-  const Vector later = Simulate(*GetParam().system, GetParam().x, Vector(0),
+  const Vector later = Simulate(*GetParam().system, GetParam().x, u,
                                 GetParam().duration + kStep, options)
                            .FinalState();
   const Vector quotient = (later - run.FinalState()) / kStep;

@@ -9,6 +9,8 @@
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/finite_difference.h"
 #include "contact_flow/flow/simulate.h"
+#include "contact_flow/io/robot_file.h"
+#include "test/model/robots.h"
 #include "test/reference_case.h"
 #include "test/test_models.h"
 
@@ -20,9 +22,9 @@ Matrix FreeFlight(const MechanicalSystem& system, const Vector& x, double durati
                   VariationStatistics* statistics = nullptr) {
   SimulateOptions options;
   options.relative_tolerance = options.absolute_tolerance = tolerance;
-  const Trajectory run = Simulate(system, x, Vector(0), duration, options);
+  const Trajectory run = Simulate(system, x, Vector::Zero(system.num_inputs()), duration, options);
   EXPECT_TRUE(run.transitions.empty());
-  ContactDynamics dynamics(system, Vector(0));
+  ContactDynamics dynamics(system, Vector::Zero(system.num_inputs()));
   return PropagateArc(&dynamics, run.arcs.front(), tolerance, statistics);
 }
 
@@ -35,6 +37,27 @@ TEST(Variation, OfAnOscillatorIsItsExactPropagator) {
     Matrix exact(2, 2);
     exact << std::cos(duration), std::sin(duration), -std::sin(duration), std::cos(duration);
     EXPECT_LE((phi - exact).cwiseAbs().maxCoeff(), 1e-9) << "t = " << duration;
+  }
+}
+
+/// Servos damp the legs at rates up to 10³/s: what has decayed is not resolved again in every step, and what is
+/// left keeps its tolerance. (The factor 10: local errors of some ten steps add up.)
+TEST(Variation, ModesThatHaveDecayedCostLittle) {
+  for (const char* robot : {"quadruped", "compliant_quadruped"}) {
+    const auto system = LoadRobot(RobotFile(robot));
+    const NominalRun& drop = system->nominal();
+    SimulateOptions options;
+    options.relative_tolerance = options.absolute_tolerance = 1e-12;
+    ContactDynamics dynamics(*system, drop.u);
+    VariationStatistics half, whole;
+    const Trajectory first = Simulate(*system, drop.x, drop.u, 0.05, options);
+    PropagateArc(&dynamics, first.arcs.front(), 1e-9, &half);
+    const Trajectory run = Simulate(*system, drop.x, drop.u, 0.1, options);
+    ASSERT_TRUE(run.transitions.empty());
+    const Matrix phi = PropagateArc(&dynamics, run.arcs.front(), 1e-9, &whole);
+    const Matrix exact = PropagateArc(&dynamics, run.arcs.front(), 1e-13);
+    EXPECT_LE((phi - exact).cwiseAbs().maxCoeff(), 1e-8 * exact.cwiseAbs().maxCoeff()) << robot;
+    EXPECT_LT(whole.jacobians - half.jacobians, 0.9 * half.jacobians) << robot;
   }
 }
 

@@ -80,7 +80,7 @@ TEST(RobotFile, RefusesWithWordsThatNameThePlace) {
        {"constraints/foot/point", "a list of 3 numbers"}},
       {"constraints:\n  foot: {kind: plane, link: left_foot, point: [0, 1, x]}",
        {"constraints/foot/point[2]", "'x'", "a number"}},
-      {"constraints:\n  foot: {kind: plane, link: left_foot, restitution: 1.5}", {"restitution"}},
+      {"constraints:\n  foot: {kind: plane, link: left_foot, restitution: 1.5}", {"restitution", "line 2"}},
       {"constraints:\n  foot: {kind: plane, link: left_foot, normal: [0, 0, 0]}",
        {"'foot' is degenerate"}},
       {"constraints:\n  foot: {kind: plane, link: torso}", {"do not move"}},
@@ -117,6 +117,23 @@ TEST(RobotFile, RefusesWithWordsThatNameThePlace) {
       EXPECT_NE(std::string::npos, answer.find(words)) << answer << "\nof " << bad.yaml;
     }
   }
+}
+
+TEST(RobotFile, TakesUrdfAsTextAsPathOrAsNamed) {
+  const std::string yaml = RobotFile("monoped"), urdf = yaml.substr(0, yaml.size() - 4) + "urdf";
+  const std::string text = Read(urdf);
+  EXPECT_EQ(text, ReadRobotTexts(yaml).urdf);
+  EXPECT_EQ(text, ReadRobotTexts(yaml, urdf).urdf);
+  EXPECT_EQ(text, ReadRobotTexts(yaml, text).urdf);
+  EXPECT_EQ(text, ReadRobotTexts(yaml, "", "usual").urdf) << "the YAML names one";
+  EXPECT_EQ("  <a/>", ReadRobotTexts(yaml, "  <a/>").urdf);
+  EXPECT_THROW(ReadRobotTexts(yaml, "/no/such.urdf"), std::invalid_argument);
+  const RobotTexts texts = ReadRobotTexts(yaml);
+  EXPECT_EQ("monoped", MakeRobot(texts)->description().name);
+  EXPECT_EQ(3, MakeRobot({texts.urdf, "base: fixed", ""})->dof());
+  EXPECT_THROW(MakeRobot({texts.urdf, "[1, 2]", ""}), std::invalid_argument);
+  EXPECT_THROW(MakeRobot({texts.urdf, std::string(kMaxRobotYamlBytes + 1, ' '), ""}),
+               std::invalid_argument);
 }
 
 TEST(RobotFile, NamesTheFileThatCannotBeRead) {

@@ -3,13 +3,14 @@
 """Every bad request is answered with success: false and a message that names field and value, and the
 node still answers afterwards. A node with bad parameters says so and does not start."""
 import os
+import re
 import subprocess
 import tempfile
 import unittest
 
 import rospy
 import rostest
-from client import Client, executable
+from client import Client, executable, package_path
 from contact_flow.msg import (
     DerivativeOptions, InitialState, RowMajorMatrix, SimulationOptions)
 from contact_flow.srv import SimulateTrajectoryResponse
@@ -144,6 +145,10 @@ class BadRequests(unittest.TestCase):
         self.refused(client.stop_recording(), ["not recording"], "stop without start")
 
 
+JOINT = ('<joint name="extra" type="continuous"><parent link="{}"/><child link="{}"/>'
+         '<axis xyz="0 1 0"/></joint>')
+
+
 class BadParameters(unittest.TestCase):
     def start(self, *arguments):
         """Exit code and output of a node with these arguments; it must end by itself."""
@@ -185,6 +190,84 @@ class BadParameters(unittest.TestCase):
                     file.write(text)
                 self.refused(words, "_model_file:=" + path)
         self.refused(["/nowhere.yaml", "cannot be read"], "_model_file:=/nowhere.yaml")
+
+    def test_robots(self):
+        folder = os.path.join(package_path(), "config", "robots")
+        biped = "_robot:=" + os.path.join(folder, "planar_biped.yaml")
+        with open(os.path.join(folder, "planar_biped.urdf")) as file:
+            urdf = file.read()
+        with tempfile.TemporaryDirectory() as directory:
+            path = os.path.join(directory, "robot.urdf")
+            for text, words in (
+                    (urdf[:1000], ["URDF", "never closed", "line"]),
+                    ("", ["no XML element"]),
+                    (urdf.replace("</robot>", "<link name=\"loose\"/></robot>"), ["root"]),
+                    (urdf.replace("</robot>", JOINT.format("torso", "left_thigh") + "</robot>"),
+                     ["'left_thigh'", "child of two joints"]),
+                    (urdf.replace('<parent link="torso"/>', '<parent link="left_foot"/>'), ["root"]),
+                    (urdf.replace('<mass value="', '<mass value="-', 1), ["torso", "mass is -"]),
+                    (re.sub('<mass value="[^"]*"', '<mass value="0"', urdf, 1), ["mass is 0"]),
+                    (re.sub('ixx="[^"]*"', 'ixx="nan"', urdf, 1), ["torso"]),
+                    (urdf.replace("<axis", "<mimic joint=\"left_hip\"/><axis"), ["mimics"]),
+                    (urdf.replace("</robot>", "<link name=\"l\"/>" * 1000000 + "</robot>"),
+                     ["bytes"])):
+                with open(path, "w") as file:
+                    file.write(text)
+                self.refused(words, biped, "_robot_description:=" + path)
+            yaml = os.path.join(directory, "robot.yaml")
+            for text, words in (
+                    ("base: planr", ["'planar'", "line 1"]),
+                    ("base: planar\nconstraints:\n  foot: {kind: plane, link: left_fot}",
+                     ["'left_foot'", "line 3"]),
+                    ("base: planar\nefforts:\n  s: {kind: servo, joint: left_hip, input: u, stifness: 1}",
+                     ["stiffness", "line 3"]),
+                    ("base: planar\ngravity: .nan", ["gravity", "line 2"]),
+                    ("[" * 100000, ["bad file"])):
+                with open(yaml, "w") as file:
+                    file.write(text)
+                self.refused(words + [yaml], "_robot:=" + yaml, "_robot_description:=" + os.path.join(
+                    folder, "planar_biped.urdf"))
+            with open(yaml, "w") as file:
+                file.write("base: planar")
+            self.refused(["'urdf' is missing"], "_robot:=" + yaml)
+        self.refused(["/nowhere.yaml", "cannot be read"], "_robot:=/nowhere.yaml")
+        self.refused(["/nowhere.urdf", "cannot be read"], biped, "_robot_description:=/nowhere.urdf")
+        self.refused(["/model", "one of them"], biped, "_model:=soft_biped")
+        self.refused(["/robot", "is missing"], "_robot_description:=/nowhere.urdf")
+        self.refused(["torso_mas", "'torso_mass'"], biped, "_parameters/torso_mas:=1")
+        self.refused(["torso_mass", "-1"], biped, "_parameters/torso_mass:=-1")
+
+    def test_player(self):
+        """What plays a robot's run says what is wrong with it, and ends."""
+        def refused(words, *arguments):
+            done = subprocess.run([executable("robot_player"), "__name:=doomed", *arguments],
+                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=30)
+            rospy.delete_param("/doomed")
+            self.assertEqual(done.returncode, 1, done.stdout.decode())
+            for word in words:
+                self.assertIn(word, done.stdout.decode())
+        refused(["'soft_biped'", "no robot"], "_source:=soft")
+        refused(["speed", "0"], "_speed:=0")
+        refused(["sped", "'speed'"], "_sped:=1")
+
+
+class UsualDescription(unittest.TestCase):
+    """A YAML that names no URDF goes with the text of the parameter robot_description."""
+    def test_it_is_found(self):
+        with open(os.path.join(package_path(), "config", "robots", "planar_biped.urdf")) as file:
+            rospy.set_param("/robot_description", file.read())
+        with tempfile.NamedTemporaryFile("w", suffix=".yaml") as yaml:
+            yaml.write("base: planar\nconstraints:\n  foot: {kind: plane, link: left_foot}")
+            yaml.flush()
+            node = subprocess.Popen([executable("contact_flow_node"), "__name:=usual",
+                                     "_robot:=" + yaml.name])
+            try:
+                description = Client("usual").describe_model().description
+            finally:
+                node.terminate()
+                node.wait(timeout=30)
+                rospy.delete_param("/robot_description")
+        self.assertEqual((description.name, description.constraints), ("planar_biped", ["foot"]))
 
 
 if __name__ == "__main__":

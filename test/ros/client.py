@@ -9,8 +9,8 @@ import numpy
 import rospkg
 import rospy
 from contact_flow.srv import (
-    CheckAssumptions, CompareBDerivative, ComputeBDerivative, DescribeModel, LinearizeTrajectory,
-    SimulateTrajectory,
+    CheckAssumptions, CompareBDerivative, ComputeBDerivative, ComputeCovariance, ComputePoincareMap,
+    DecideControllability, DecideStability, DescribeModel, LinearizeTrajectory, SimulateTrajectory,
     StartRecording, StopRecording)
 
 SERVICES = {
@@ -19,6 +19,10 @@ SERVICES = {
     "compare": CompareBDerivative,
     "check_assumptions": CheckAssumptions,
     "linearize": LinearizeTrajectory,
+    "poincare_map": ComputePoincareMap,
+    "assess_stability": DecideStability,
+    "assess_controllability": DecideControllability,
+    "propagate_covariance": ComputeCovariance,
     "describe_model": DescribeModel,
     "start_recording": StartRecording,
     "stop_recording": StopRecording,

@@ -2,34 +2,15 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
+#include "contact_flow/analysis/return_section.h"
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/piecewise_linear_map.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/mechanical_system.h"
 
 namespace contact_flow {
-
-/// Where a return map is taken: a surface {s(x) = 0} with a direction of crossing, or an instant.
-struct Section {
-  enum class Kind {
-    kCoordinate = 0,  ///< s = q_i − value
-    kVelocity = 1,    ///< s = v_i − value; an apex is a vertical velocity that falls through zero
-    kEvent = 2,       ///< the right limit of the activation of a constraint; alone, not in a cluster
-    kTime = 3,        ///< after `value` seconds: the phase of a clock
-  };
-  Kind kind = Kind::kTime;
-  int index = 0;     ///< of the position number, velocity or constraint
-  double value = 0;  ///< [m], [rad], [m/s], [rad/s] or [s]
-  int sign = 0;      ///< +1: s rises through zero, −1: it falls, 0: either
-
-  /// By name; throw std::invalid_argument, with the nearest, for an unknown one.
-  static Section Coordinate(const MechanicalSystem& system, const std::string& name, double value,
-                            int sign);
-  static Section Apex(const MechanicalSystem& system, const std::string& coordinate);
-  static Section Event(const MechanicalSystem& system, const std::string& constraint);
-  static Section After(double seconds);
-};
 
 enum class ReturnStatus {
   kReturned = 0,
@@ -43,6 +24,13 @@ enum class ReturnStatus {
 /// "returned", …
 const char* ReturnStatusName(ReturnStatus status);
 
+/// An event whose time is wanted.
+struct WantedEvent {
+  int constraint = 0;
+  bool release = false;  ///< lift-off, else touchdown
+  int occurrence = 1;    ///< the first, second, … of the return
+};
+
 /// One return.
 struct PoincareReturn {
   ReturnStatus status = ReturnStatus::kNoReturn;
@@ -51,10 +39,14 @@ struct PoincareReturn {
   Vector x;               ///< P(x) [nq+d]
   Trajectory trajectory;  ///< to the return; for Kind::kEvent it ends with an arc of no length behind the event
   double crossing_speed = Margins::kNone;  ///< ds F there, the margin of transversality
+  Vector event_times;     ///< of the wanted events [s]; NaN for one that did not happen
   /// With a derivative only:
   PiecewiseLinearMap map;          ///< DP on all tangents (δq, δv, δu, δp) [2d × 2d+k]
   PiecewiseLinearMap return_time;  ///< its derivative [1 × 2d+k]
-  Matrix start_basis, end_basis;   ///< orthonormal, of the admissible tangents of the section [2d×·]
+  PiecewiseLinearMap extended;     ///< rows of DP, of the return time and of the event times together
+  /// Orthonormal, of the admissible tangents of the section [2d×·]; of one size they are turned to agree, so that on an
+  /// orbit they are the same.
+  Matrix start_basis, end_basis;
   PiecewiseLinearMap reduced;      ///< endᵀ DP start: no spurious zero
 
   bool returned() const {
@@ -65,6 +57,7 @@ struct PoincareReturn {
 struct PoincareOptions {
   SimulateOptions simulate;        ///< tolerances of 1e-12 by default; `dense` is set as needed
   BDerivativeOptions derivative;   ///< its variables are those of the maps
+  std::vector<WantedEvent> events; ///< whose times are wanted as well
   double horizon = 10;             ///< longest return [s]
   double shortest = 1e-3;          ///< crossings before are the start itself [s]
 
@@ -87,18 +80,20 @@ class PoincareMap {
   /// P(x), and DP when `differentiate`. x need not lie on the section.
   PoincareReturn Return(const VectorRef& x, bool differentiate = true) const;
 
-  /// s(x) and ds [2d]; for an event the gap, for an instant zero.
-  double Height(const VectorRef& x, Vector* gradient) const;
   const Section& section() const { return section_; }
 
  private:
+  double Height(const VectorRef& x, Vector* gradient) const {
+    return section_.Height(system_, x, gradient);
+  }
   bool FindReturn(const VectorRef& x, double duration, PoincareReturn* result) const;
   bool FindCrossing(const Trajectory& run, double* time) const;
   bool FindEvent(const VectorRef& x, Trajectory run, PoincareReturn* result) const;
   void Settle(const VectorRef& x, PoincareReturn* result) const;
   bool AtAnEvent(const VectorRef& x, const PoincareReturn& result) const;
   void Differentiate(const VectorRef& x, PoincareReturn* result) const;
-  void ThroughEvent(const PiecewiseLinearMap& before, PoincareReturn* result) const;
+  PiecewiseLinearMap Extended(const BDerivative& B, const PoincareReturn& result) const;
+  PiecewiseLinearMap ThroughEvent(const PoincareReturn& result) const;
   Matrix Basis(const VectorRef& x, ContactMode mode) const;
 
   const MechanicalSystem& system_;

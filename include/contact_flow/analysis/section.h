@@ -11,6 +11,10 @@ namespace contact_flow {
 /// Orthonormal basis [n×k] of {w : rows·w = 0}; singular values below 1e-9 of the largest count as zero.
 Matrix NullSpace(const MatrixRef& rows);
 
+/// The orthonormal basis of the span of `basis` that is nearest to `other`, of the same size: basis U Vᵀ with
+/// basisᵀ other = U Σ Vᵀ.
+Matrix NearestBasis(const MatrixRef& basis, const MatrixRef& other);
+
 /// w ↦ endᵀ f(start z): f in orthonormal bases [r×p] of the end and [c×q] of the start. Pieces that have no
 /// interior there are left out.
 PiecewiseLinearMap InBases(const PiecewiseLinearMap& map, const MatrixRef& end,

@@ -79,6 +79,8 @@ class EventMap {
   Matrix Selection(const std::vector<int>& order) const;
   /// Half-spaces {w : τ_σ(1) ≤ … ≤ τ_σ(m)} [h×2d], unit rows.
   Matrix Cone(const std::vector<int>& order) const;
+  /// First-order change of the time of each activation along the order σ, a row each [m × 2d+k].
+  Matrix Times(const std::vector<int>& order) const;
   /// Contact modes after J⁻ in the order σ, releases at the end.
   std::vector<ContactMode> Modes(const std::vector<int>& order) const;
   /// The whole map: m! pieces. Throws std::length_error when m > max_activations.

@@ -14,6 +14,7 @@
 #include "contact_flow/SimulateTrajectory.h"
 #include "contact_flow/StartRecording.h"
 #include "contact_flow/StopRecording.h"
+#include "contact_flow/ros/analysis_servers.h"
 #include "contact_flow/ros/outlet.h"
 #include "contact_flow/ros/parameters.h"
 #include "contact_flow/ros/setup.h"
@@ -44,6 +45,7 @@ class Node {
   Setup setup_;
   ros::NodeHandle node_;
   Outlet outlet_;
+  AnalysisServers analyses_;
   std::unique_ptr<Simulator> simulator_;
   std::unique_ptr<SimulatorServices> simulator_services_;
   std::vector<ros::ServiceServer> servers_;

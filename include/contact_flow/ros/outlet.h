@@ -8,10 +8,16 @@
 
 #include "contact_flow/AssumptionRecord.h"
 #include "contact_flow/ComparisonRecord.h"
+#include "contact_flow/ControllabilityRecord.h"
+#include "contact_flow/CovarianceRecord.h"
 #include "contact_flow/DerivativeRecord.h"
 #include "contact_flow/LinearizationRecord.h"
 #include "contact_flow/ModelDescription.h"
+#include "contact_flow/OptimizationRecord.h"
+#include "contact_flow/PeriodicOrbitRecord.h"
+#include "contact_flow/PoincareRecord.h"
 #include "contact_flow/SimulationRecord.h"
+#include "contact_flow/StabilityRecord.h"
 #include "contact_flow/ros/recorder.h"
 
 namespace contact_flow {
@@ -33,6 +39,12 @@ class Outlet {
   std::string Deliver(ComparisonRecord* record);
   std::string Deliver(AssumptionRecord* record);
   std::string Deliver(LinearizationRecord* record);
+  std::string Deliver(PoincareRecord* record);
+  std::string Deliver(StabilityRecord* record);
+  std::string Deliver(ControllabilityRecord* record);
+  std::string Deliver(CovarianceRecord* record);
+  std::string Deliver(PeriodicOrbitRecord* record);
+  std::string Deliver(OptimizationRecord* record);
 
   /// As Recorder; an empty name is made of the model and the time. Returns the path.
   std::string StartRecording(const std::string& name);

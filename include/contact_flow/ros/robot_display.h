@@ -18,15 +18,16 @@
 namespace contact_flow {
 namespace ros_interface {
 
-/// Every coordinate of a system that is one number, with its rate; quaternions are left out. Efforts are empty.
+/// Every coordinate of a system that is one number, with its rate; quaternions are left out.
+/// Efforts are empty.
 sensor_msgs::JointState ToJointState(const MechanicalSystem& system, const VectorRef& x,
                                      const ros::Time& stamp);
 
 /// Frames of REP 105 and sizes of what is drawn.
 struct DisplayOptions {
   std::string world_frame = kWorldFrame;  ///< fixed in the world, z up
-  std::string base_frame = "base_link";  ///< another name of the root link; "": none
-  std::string prefix;         ///< put before the names of all links, as robot_state_publisher's tf_prefix
+  std::string base_frame = "base_link";   ///< another name of the root link; "": none
+  std::string prefix;  ///< put before the names of all links, as robot_state_publisher's tf_prefix
   double force_length = 0.3;  ///< of an arrow that stands for the robot's whole weight [m]
   double point_size = 0.03;   ///< diameter of a contact point [m]
   double terrain_size = 2;    ///< half the width of the terrain around the nominal state [m]
@@ -34,9 +35,9 @@ struct DisplayOptions {
 
 std_msgs::ColorRGBA Color(double red, double green, double blue, double alpha);
 
-/// A robot at a state as ROS tools show it: transforms that robot_state_publisher cannot know, and markers for
-/// rviz, all in the world frame. Values only: who has the state publishes them. Constant after
-/// construction; the system must outlive it.
+/// A robot at a state as ROS tools show it: transforms that robot_state_publisher cannot know, and
+/// markers for rviz, all in the world frame. Values only: who has the state publishes them.
+/// Constant after construction; the system must outlive it.
 class RobotDisplay {
  public:
   /// `urdf` is the text that the robot was made of: its shapes are drawn.
@@ -50,8 +51,9 @@ class RobotDisplay {
   /// The root link in base_frame, where that is another name.
   std::vector<geometry_msgs::TransformStamped> StaticTransforms(const ros::Time& stamp) const;
 
-  /// A sphere at the point of each constraint, orange where it is in the contact mode, blue where it is
-  /// not (namespace "contacts"), and an arrow along each contact force λ [n] (namespace "forces").
+  /// A sphere at the point of each constraint, orange where it is in the contact mode, blue where
+  /// it is not (namespace "contacts"), and an arrow along each contact force λ [n] (namespace
+  /// "forces").
   visualization_msgs::MarkerArray Contacts(const VectorRef& x, ContactMode mode,
                                            const VectorRef& force, const ros::Time& stamp) const;
   /// The wrench of each contact force λ [n] on the robot, about the world's origin in world axes; zero for limits.
@@ -72,7 +74,7 @@ class RobotDisplay {
     int body;
     visualization_msgs::Marker marker;
   };
-  /// A joint whose child is placed by a transform of ours; −1 in `joint` is the base.
+  /// A link that a transform of ours places against another, or the root against the world.
   struct Placement {
     std::string parent, child;
     int parent_link, child_link;  // −1: the world
@@ -80,14 +82,15 @@ class RobotDisplay {
 
   visualization_msgs::Marker Begin(const std::string& name, int id, const ros::Time& stamp) const;
   Pose LinkPose(const TreeState<double>& state, int link) const;
-  /// The point of a constraint and the force that λ = 1 puts on it, in the world. Of a limit: its joint, no force.
+  /// The point of a constraint and the force that λ = 1 puts on it, in the world. Of a limit: its
+  /// joint, no force.
   void ContactPoint(int i, const TreeState<double>& state, const VectorRef& q, Vec3<double>* point,
                     Vec3<double>* force) const;
 
   const RobotSystem& system_;
   const DisplayOptions options_;
   std::string root_;
-  bool base_alias_ = false;  // base_frame is another name of the root
+  bool base_alias_ = false;       // base_frame is another name of the root
   std::set<std::string> joints_;  // with one number
   std::vector<Shape> shapes_;
   std::vector<Placement> placements_;

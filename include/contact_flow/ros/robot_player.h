@@ -22,21 +22,22 @@ namespace ros_interface {
 /// The private parameters of robot_player.
 struct PlayerParameters {
   std::string source = "contact_flow";  ///< ~source: the node whose results are shown
-  double duration = 0;   ///< ~duration of the run that is asked for at the start [s]; 0: the robot's
-  double speed = 0.2;    ///< ~speed: seconds of the run in a second
-  double pause = 1;      ///< ~pause at the end before it is played again [s]
-  double rate = 50;      ///< ~rate of publishing [Hz]
+  double duration = 0;  ///< ~duration of the run that is asked for at the start [s]; 0: the robot's
+  double speed = 0.2;   ///< ~speed: seconds of the run in a second
+  double pause = 1;     ///< ~pause at the end before it is played again [s]
+  double rate = 50;     ///< ~rate of publishing [Hz]
   std::vector<std::string> directions;  ///< ~directions of the ghosts, as b_derivative calls them
-  double size = 0.2;     ///< ~size of the perturbation along each direction
+  double size = 0.2;                    ///< ~size of the perturbation along each direction
   DisplayOptions display;               ///< ~world_frame, ~base_frame, ~tf_prefix
 };
 
 /// Throws std::invalid_argument, naming the parameter, for one that is not in order.
 PlayerParameters ReadPlayerParameters();
 
-/// Plays the last run of a contact_flow_node with a robot, over and over: joint_states, tf and the markers
-/// ~contacts, ~terrain and ~ghosts. Ghosts are outcomes of perturbed runs, x(T) ⊞ size · B(w), one for each
-/// direction w of the node's last derivative; where the order of impacts decides, where each order leads.
+/// Plays the last run of a contact_flow_node with a robot, over and over: joint_states, tf and the
+/// markers ~contacts, ~terrain and ~ghosts. Ghosts are outcomes of perturbed runs, x(T) ⊞ size ·
+/// B(w), one for each direction w of the node's last derivative; where the order of impacts
+/// decides, where each order leads.
 class RobotPlayer {
  public:
   /// Throws std::invalid_argument when what is described is not a robot.
@@ -46,8 +47,8 @@ class RobotPlayer {
   void TakeTrajectory(const ContactTrajectory::ConstPtr& trajectory);
   void TakeDerivative(const OutcomeDerivative::ConstPtr& derivative);
   void Play(const ros::TimerEvent& event);
-  /// State and contact mode of the run at t [s].
-  void Sample(double t, Vector* x, ContactMode* mode) const;
+  /// State, contact mode and input of the run at t [s].
+  void Sample(double t, Vector* x, ContactMode* mode, Vector* u) const;
 
   const PlayerParameters parameters_;
   const Setup setup_;
@@ -63,8 +64,8 @@ class RobotPlayer {
   ros::Time begin_;                            // when it began to be played
 };
 
-/// Asks the node for a run and a derivative, and plays until it is told to stop. Returns the exit code of the
-/// process: 1 with a message when something is not in order.
+/// Asks the node for a run and a derivative, and plays until it is told to stop. Returns the exit
+/// code of the process: 1 with a message when something is not in order.
 int RunRobotPlayer();
 
 }  // namespace ros_interface

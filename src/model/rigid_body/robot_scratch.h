@@ -44,12 +44,12 @@ struct RobotSystem::Scratch {
 class RobotSystem::Loan {
  public:
   explicit Loan(const RobotSystem* system)
-      : system_(system), scratch_(system->kept_.exchange(nullptr)) {
+      : system_(system), scratch_(system->shelf_.scratch.exchange(nullptr)) {
     if (scratch_ == nullptr) {
       scratch_ = new Scratch(system->robot_.model.tree, system->num_inputs());
     }
   }
-  ~Loan() { delete system_->kept_.exchange(scratch_); }
+  ~Loan() { delete system_->shelf_.scratch.exchange(scratch_); }
   Loan(const Loan&) = delete;
   Loan& operator=(const Loan&) = delete;
 

@@ -47,7 +47,8 @@ RobotSystem::RobotSystem(RobotDescription robot, const ParameterValues& values)
   CheckElements();
 }
 
-RobotSystem::~RobotSystem() { delete kept_.load(); }
+RobotSystem::~RobotSystem() = default;
+RobotSystem::Shelf::~Shelf() { delete scratch.load(); }
 
 void RobotSystem::CheckElements() const {
   for (std::size_t i = 0; i < all_constraints_.size(); ++i) {

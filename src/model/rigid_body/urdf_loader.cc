@@ -6,6 +6,7 @@
 #include <urdf_parser/urdf_parser.h>
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <mutex>
 #include <set>
@@ -34,21 +35,50 @@ class LogKeeper : public console_bridge::OutputHandler {
   std::string text_;
 };
 
-urdf::ModelInterfaceSharedPtr ReadModel(const std::string& text) {
-  CheckUrdfText(text);
-  static std::mutex mutex;  // urdfdom's log is one for all threads
-  const std::lock_guard<std::mutex> lock(mutex);
+struct SilentLog {
+  SilentLog() { console_bridge::setLogLevel(console_bridge::CONSOLE_BRIDGE_LOG_NONE); }
+  ~SilentLog() { console_bridge::setLogLevel(level); }
+  const console_bridge::LogLevel level = console_bridge::getLogLevel();
+};
+
+/// Parses once, under the log's lock; what urdfdom complains of is an error.
+urdf::ModelInterfaceSharedPtr ParseLoudly(const std::string& text) {
   LogKeeper log;
-  urdf::ModelInterfaceSharedPtr model;
-  try {
-    model = urdf::parseURDF(text);
-  } catch (const std::exception& error) {
-    Fail(error.what());
-  }
+  const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(text);
   if (!model) Fail(log.text().empty() ? "it cannot be parsed" : log.text());
   if (!log.text().empty()) Fail(log.text());
   return model;
 }
+
+urdf::ModelInterfaceSharedPtr ReadModel(const std::string& text) {
+  CheckUrdfText(text);
+  static std::mutex mutex;  // urdfdom's log is one for all threads
+  const std::lock_guard<std::mutex> lock(mutex);
+  try {
+    if (text.find('%') == std::string::npos) return ParseLoudly(text);
+    // urdfdom takes some texts of the file for format strings of its log: it only gets to complain of
+    // a copy without them, and reads the file itself with its log shut.
+    std::string harmless = text;
+    std::replace(harmless.begin(), harmless.end(), '%', '_');
+    ParseLoudly(harmless);
+    const SilentLog silent;
+    const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(text);
+    if (!model) Fail("it cannot be parsed");
+    return model;
+  } catch (const std::invalid_argument&) {
+    throw;
+  } catch (const std::exception& error) {
+    Fail(error.what());
+  }
+}
+
+/// Links of a loop hold one another, and would never be freed.
+struct LoopBreaker {
+  const urdf::ModelInterfaceSharedPtr& model;
+  ~LoopBreaker() {
+    for (const auto& entry : model->links_) entry.second->child_links.clear();
+  }
+};
 
 Vec3<double> ReadVector(const urdf::Vector3& v, const std::string& owner) {
   const Vec3<double> vector(v.x, v.y, v.z);
@@ -201,6 +231,7 @@ RobotModel::Mount AddLink(const urdf::Link& link, const RobotModel::Mount& paren
 
 RobotModel ParseUrdf(const std::string& text, RobotBase base) {
   const urdf::ModelInterfaceSharedPtr model = ReadModel(text);
+  const LoopBreaker breaker{model};
   CheckJoints(*model);
   RobotModel robot;
   robot.name = model->getName();

@@ -116,6 +116,9 @@ TEST(UrdfLoader, RefusesWithWordsThatNameThePlace) {
       {Robot(two + Link("c") + Link("d") + Joint("i", "continuous", "a", "b", kAxis) +
              Joint("j", "continuous", "c", "d", kAxis) +
              Joint("k", "continuous", "d", "c", kAxis)), "not connected to the root 'a'"},
+      // urdfdom takes these for formats of printf.
+      {Robot(two + Joint("j", "%s%s%n", "a", "b", kAxis)), "_s_s_n"},
+      {Robot(two + Joint("j", "continuous", "a", "b", R"(<axis xyz="%s%n 0 1"/>)")), "_s_n"},
       {inertia("0", kUnit), "link 'a': its mass is 0"},
       {inertia("-1", kUnit), "link 'a': its mass is -1"},
       {inertia("nan", kUnit), "a"},
@@ -143,6 +146,14 @@ TEST(UrdfLoader, RefusesWithWordsThatNameThePlace) {
                 .find("two coordinates are called 'base_x'"));
   EXPECT_NE(std::string::npos,
             Answer(Robot(Link("a", "")), RobotBase::kFloating).find("moves no mass"));
+}
+
+TEST(UrdfLoader, NamesMayHaveAnyLetters) {
+  const RobotModel robot = ParseUrdf(
+      Robot(Link("100 % a") + Link("b") + Joint("%n", "continuous", "100 % a", "b", kAxis)),
+      RobotBase::kFixed);
+  EXPECT_EQ(std::vector<std::string>{"%n"}, robot.coordinates);
+  EXPECT_EQ("100 % a", robot.links[0].name);
 }
 
 /// Chains of a million links, and elements nested as deep, are refused before they are parsed.

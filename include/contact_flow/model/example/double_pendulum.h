@@ -10,19 +10,19 @@
 namespace contact_flow {
 namespace example {
 
-/// A double pendulum of two uniform rods, without gravity, with elastic stops q₁ ≥ 0 on the shoulder and
+/// A double pendulum of two uniform rods with torques [N·m] at its joints, without gravity, with elastic stops q₁ ≥ 0 on the shoulder and
 /// q₂ ≤ acos(−d/b) on the elbow, the angle at which the two stops are orthogonal in the kinetic metric:
 ///   M = [[a + 2b cos q₂, d + b cos q₂], [d + b cos q₂, d]].
 struct DoublePendulum {
   static constexpr const char* kName = "double_pendulum";
   static constexpr const char* kSummary =
       "two rods with elastic shoulder and elbow stops that are orthogonal where both are met";
-  static constexpr int kDof = 2, kConstraints = 2, kInputs = 0;
+  static constexpr int kDof = 2, kConstraints = 2, kInputs = 2;
   static constexpr bool kConstantMass = false, kAffineConstraints = true;
   static constexpr std::array<const char*, 2> kCoordinates = {"shoulder", "elbow"};
   static constexpr std::array<const char*, 2> kUnits = {"rad", "rad"};
   static constexpr std::array<const char*, 2> kConstraintNames = {"shoulder_stop", "elbow_stop"};
-  static constexpr std::array<const char*, 0> kInputNames = {};
+  static constexpr std::array<const char*, 2> kInputNames = {"shoulder_torque", "elbow_torque"};
 
   template <class P>
   struct Parameters {
@@ -67,9 +67,9 @@ struct DoublePendulum {
 
   template <class P, class S>
   static void Force(const Parameters<P>&, const Eigen::Matrix<S, 2, 1>&,
-                    const Eigen::Matrix<S, 2, 1>&, const Eigen::Matrix<S, 0, 1>&,
+                    const Eigen::Matrix<S, 2, 1>&, const Eigen::Matrix<S, 2, 1>& u,
                     Eigen::Matrix<S, 2, 1>* f) {
-    (*f)(0) = (*f)(1) = S(0.0);
+    *f = u;
   }
 
   template <class P, class S>
@@ -93,7 +93,7 @@ struct DoublePendulum {
     NominalRun run;
     run.x.resize(4);
     run.x << 0.6815425611627202, 1.294268962131482, -0.9920579097150921, 1.9429129037623927;
-    run.u = Vector::Zero(0);
+    run.u = Vector::Zero(2);
     run.duration = 1.4;
     return run;
   }

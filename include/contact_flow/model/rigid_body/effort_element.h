@@ -47,7 +47,7 @@ class EffortOf final : public EffortElement {
   void Differentiate(const double* z, const double* rate, const double* u, double* e,
                      double* by_z, double* by_rate, double* by_u) const override {
     using S = Dual<double, 2 * N + U>;
-    S number[Kind::kNumbers], Z[N], R[N], W[U + 1], E[N];
+    S number[Kind::kNumbers], Z[N], R[N], W[U + 1] = {}, E[N];
     for (int k = 0; k < Kind::kNumbers; ++k) number[k] = S(parts.numbers[k].value);
     for (int k = 0; k < N; ++k) Z[k] = S::Variable(z[k], k);
     for (int k = 0; k < N; ++k) R[k] = S::Variable(rate[k], N + k);
@@ -64,7 +64,7 @@ class EffortOf final : public EffortElement {
   void DifferentiateByNumber(const double* z, const double* rate, const double* u, int k,
                              double* by_number) const override {
     using S = Dual<double, 1>;
-    S number[Kind::kNumbers], Z[N], R[N], W[U + 1], E[N];
+    S number[Kind::kNumbers], Z[N], R[N], W[U + 1] = {}, E[N];
     for (int i = 0; i < Kind::kNumbers; ++i) number[i] = S(parts.numbers[i].value);
     number[k].d[0] = 1;
     for (int i = 0; i < N; ++i) Z[i] = S(z[i]);

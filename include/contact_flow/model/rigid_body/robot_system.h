@@ -48,7 +48,12 @@ class RobotSystem final : public MechanicalSystem {
 
  private:
   struct Scratch;
-  /// Scratch of one call: the one that is kept, or a new one while another thread has it.
+  /// Where scratch is kept between calls.
+  struct Shelf {
+    std::atomic<Scratch*> scratch{nullptr};
+    ~Shelf();
+  };
+  /// Scratch of one call: the one on the shelf, or a new one while another thread has it.
   class Loan;
 
   const ConstraintElement& constraint(int i) const { return *all_constraints_[i]; }
@@ -76,7 +81,7 @@ class RobotSystem final : public MechanicalSystem {
   bool constant_mass_ = false;
   bool affine_constraints_ = false;
   bool forces_on_points_ = false;
-  mutable std::atomic<Scratch*> kept_{nullptr};
+  mutable Shelf shelf_;
 };
 
 }  // namespace contact_flow

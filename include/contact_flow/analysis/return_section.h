@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "contact_flow/model/mechanical_system.h"
+#include "contact_flow/types.h"
+
+namespace contact_flow {
+
+/// Where a return map is taken: a surface {s(x) = 0} with a direction of crossing, or an instant.
+struct Section {
+  enum class Kind {
+    kCoordinate = 0,  ///< s = q_i − value
+    kVelocity = 1,    ///< s = v_i − value; an apex is a vertical velocity that falls through zero
+    kEvent = 2,       ///< the right limit of the activation of a constraint; alone, not in a cluster
+    kTime = 3,        ///< after `value` seconds: the phase of a clock
+  };
+  Kind kind = Kind::kTime;
+  int index = 0;     ///< of the position number, velocity or constraint
+  double value = 0;  ///< [m], [rad], [m/s], [rad/s] or [s]
+  int sign = 0;      ///< +1: s rises through zero, −1: it falls, 0: either
+
+  /// By name; throw std::invalid_argument, with the nearest, for an unknown one.
+  static Section Coordinate(const MechanicalSystem& system, const std::string& name, double value,
+                            int sign);
+  static Section Apex(const MechanicalSystem& system, const std::string& coordinate);
+  static Section Event(const MechanicalSystem& system, const std::string& constraint);
+  static Section After(double seconds);
+
+  /// s(x) and ds [2d]; for an event the gap, for an instant zero.
+  double Height(const MechanicalSystem& system, const VectorRef& x, Vector* gradient) const;
+};
+
+/// Throws std::invalid_argument for a section the system has not.
+void Validate(const MechanicalSystem& system, const Section& section);
+
+}  // namespace contact_flow

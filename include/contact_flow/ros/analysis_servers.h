@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <actionlib/server/simple_action_server.h>
+#include <ros/ros.h>
+
+#include <vector>
+
+#include "contact_flow/ComputeCovariance.h"
+#include "contact_flow/ComputePoincareMap.h"
+#include "contact_flow/DecideControllability.h"
+#include "contact_flow/DecideStability.h"
+#include "contact_flow/FindPeriodicOrbitAction.h"
+#include "contact_flow/OptimizeOutcomeAction.h"
+#include "contact_flow/ros/outlet.h"
+#include "contact_flow/ros/setup.h"
+
+namespace contact_flow {
+namespace ros_interface {
+
+/// The services and actions that analyse what derivatives decide: `poincare_map`, `assess_stability`,
+/// `assess_controllability`, `propagate_covariance`; `find_periodic_orbit`, `optimize`. Handlers may run at once; an
+/// action serves one goal at a time, a new one takes its place.
+class AnalysisServers {
+ public:
+  /// `setup` and `outlet` must outlive this.
+  AnalysisServers(ros::NodeHandle* node, const Setup& setup, Outlet* outlet);
+
+ private:
+  bool ReturnMap(ComputePoincareMap::Request& in, ComputePoincareMap::Response& out);
+  bool Stability(DecideStability::Request& in, DecideStability::Response& out);
+  bool Controllability(DecideControllability::Request& in, DecideControllability::Response& out);
+  bool Covariance(ComputeCovariance::Request& in, ComputeCovariance::Response& out);
+  void FindOrbit(const FindPeriodicOrbitGoalConstPtr& goal);
+  void Optimize(const OptimizeOutcomeGoalConstPtr& goal);
+
+  const Setup& setup_;
+  Outlet* outlet_;
+  std::vector<ros::ServiceServer> servers_;
+  actionlib::SimpleActionServer<FindPeriodicOrbitAction> find_orbit_;
+  actionlib::SimpleActionServer<OptimizeOutcomeAction> optimize_;
+};
+
+}  // namespace ros_interface
+}  // namespace contact_flow

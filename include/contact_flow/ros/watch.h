@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+
+#include "contact_flow/types.h"
+
+namespace contact_flow {
+namespace ros_interface {
+
+/// How whoever waits for a long answer watches it. Both may be left empty.
+struct Watch {
+  std::function<bool()> cancelled;
+  /// Iteration, share that is done, residual or cost, best point so far.
+  std::function<void(int iteration, double fraction, double value, const Vector& best)> report;
+
+  bool Cancelled() const { return cancelled && cancelled(); }
+};
+
+}  // namespace ros_interface
+}  // namespace contact_flow

@@ -1,0 +1,104 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""run_action.py ACTION [REQUEST]: pursues a goal of a contact_flow action from the command line, with a progress bar.
+
+  ACTION   …/find_periodic_orbit or …/optimize
+  REQUEST  its request in YAML, as for rosservice call; every field may be left out
+
+    rosrun contact_flow run_action.py /trot/find_periodic_orbit "{section: {kind: apex, name: body_z}}"
+
+Ctrl-C cancels the goal. Prints the result in YAML. Exit code: 0 when it was found, 1 when not, 2 for wrong use.
+"""
+import sys
+import time
+
+import actionlib
+import genpy
+import rospy
+import yaml
+from contact_flow.msg import (
+    FindPeriodicOrbitAction, FindPeriodicOrbitGoal, OptimizeOutcomeAction, OptimizeOutcomeGoal)
+
+KINDS = {"find_periodic_orbit": (FindPeriodicOrbitAction, FindPeriodicOrbitGoal),
+         "optimize": (OptimizeOutcomeAction, OptimizeOutcomeGoal)}
+WIDTH = 30  # of the bar
+
+
+class Bar:
+    """One line on the standard error output that is written anew with each feedback."""
+
+    def __init__(self):
+        self.last, self.fraction = 0, 0
+
+    def show(self, feedback):
+        self.fraction = feedback.fraction
+        if time.time() - self.last >= 0.1:
+            self.last = time.time()
+            self.write(feedback.iteration, feedback.value)
+
+    def close(self, result):
+        """The last state, which feedback may be too late to tell."""
+        if result.success and result.outcome == 0:
+            self.fraction = 1
+        if result.result.iterations:
+            last = result.result.iterations[-1]
+            self.write(last.iteration, last.value)
+            sys.stderr.write("\n")
+
+    def write(self, iteration, value):
+        done = int(round(WIDTH * min(max(self.fraction, 0), 1)))
+        sys.stderr.write("\r[%s%s] %3.0f %%  iteration %d, %.3g   " % (
+            "#" * done, "." * (WIDTH - done), 100 * self.fraction, iteration, value))
+        sys.stderr.flush()
+
+
+def read_goal(kind, text):
+    """The goal that a YAML text says; ValueError, with a sentence, for one that it is not."""
+    goal = kind()
+    try:
+        fields = yaml.safe_load(text) if text else {}
+        genpy.message.fill_message_args(goal.request, [fields or {}])
+    except (yaml.YAMLError, genpy.MessageException, ValueError) as error:
+        raise ValueError("the request is not in order: %s" % error)
+    return goal
+
+
+def main(arguments):
+    if len(arguments) not in (2, 3) or arguments[1] in ("-h", "--help"):
+        print(__doc__, file=sys.stderr)
+        return 2
+    name = arguments[1]
+    if name.split("/")[-1] not in KINDS:
+        print("%s is no action: expected …/%s" % (name, " or …/".join(sorted(KINDS))),
+              file=sys.stderr)
+        return 2
+    action, goal_kind = KINDS[name.split("/")[-1]]
+    try:
+        goal = read_goal(goal_kind, arguments[2] if len(arguments) == 3 else "")
+    except ValueError as error:
+        print(error, file=sys.stderr)
+        return 2
+    rospy.init_node("run_action", anonymous=True, disable_signals=True)
+    client = actionlib.SimpleActionClient(name, action)
+    if not client.wait_for_server(rospy.Duration(10)):
+        print("no action server %s" % name, file=sys.stderr)
+        return 1
+    bar = Bar()
+    client.send_goal(goal, feedback_cb=bar.show)
+    try:
+        while not client.wait_for_result(rospy.Duration(0.2)):
+            pass
+    except KeyboardInterrupt:
+        client.cancel_goal()
+        client.wait_for_result(rospy.Duration(30))
+    result = client.get_result()
+    if result is None:
+        print("no result", file=sys.stderr)
+        return 1
+    bar.close(result)
+    print(result)
+    return 0 if result.success and result.outcome == 0 else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main([argument for argument in sys.argv if ":=" not in argument]))

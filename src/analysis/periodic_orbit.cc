@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/analysis/periodic_orbit.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "contact_flow/analysis/section.h"
+#include "retraction.h"
+#include "tangent_map.h"
+
+namespace contact_flow {
+namespace {
+
+constexpr double kApart = 1e-13;  // [s]
+
+bool IsEvent(const OrbitCondition& condition) {
+  return condition.kind == OrbitCondition::Kind::kTouchdown ||
+         condition.kind == OrbitCondition::Kind::kLiftOff;
+}
+
+/// P(x) ⊟ x and the conditions, as an equation for (x, p).
+class OrbitEquation {
+ public:
+  OrbitEquation(const OrbitProblem& problem, const OrbitOptions& options)
+      : problem_(problem), options_(options.poincare) {
+    system_ = problem.factory(problem.parameters);
+    const SystemDescription& names = system_->description();
+    options_.derivative.variables = {};
+    options_.derivative.variables.parameters = ParameterIndices(names, problem.unknown_parameters);
+    for (const Parameter& parameter : names.parameters) {
+      values_[parameter.name] = parameter.value;
+    }
+    options_.events.clear();
+    for (const OrbitCondition& condition : problem.conditions) AddEvents(condition);
+    PoincareMap check(*system_, problem.u, problem.section, options_);
+    if (problem.x.size() != system_->state_size()) {
+      throw std::invalid_argument("the start has " + std::to_string(problem.x.size()) +
+                                  " entries, the state " + std::to_string(system_->state_size()));
+    }
+  }
+
+  /// The unknowns of the start.
+  Vector Start() const {
+    Vector y(problem_.x.size() + count());
+    y.head(problem_.x.size()) = problem_.x;
+    for (int k = 0; k < count(); ++k) {
+      y(problem_.x.size() + k) = values_.at(problem_.unknown_parameters[k]);
+    }
+    return y;
+  }
+
+  EquationValue operator()(const Vector& y, bool with_map) {
+    EquationValue value;
+    try {
+      SetParameters(y.tail(count()));
+    } catch (const std::invalid_argument& range) {
+      value.defined = false;
+      value.message = range.what();
+      return value;
+    }
+    const Vector x = y.head(problem_.x.size());
+    // The residual tells nearly simultaneous events apart, so that it is continuous; the derivative takes them as one,
+    // so that it has the pieces of all orders.
+    PoincareOptions apart = options_;
+    apart.simulate.simultaneity_tolerance = kApart;
+    PoincareReturn orbit = PoincareMap(*system_, problem_.u, problem_.section, apart).Return(x, false);
+    value.message = orbit.message;
+    value.defined = orbit.returned() && orbit.event_times.allFinite();
+    if (!value.defined) {
+      if (orbit.returned()) value.message = MissingEvent(orbit.event_times);
+      return value;
+    }
+    value.residual = Residual(x, orbit);
+    if (!with_map) return value;
+    orbit = PoincareMap(*system_, problem_.u, problem_.section, options_).Return(x);
+    value.has_map = orbit.status == ReturnStatus::kReturned;
+    value.message = orbit.message;
+    if (!value.has_map) return value;
+    basis_ = AdmissibleBasis(*system_, x, orbit.trajectory.arcs.front().mode,
+                             options_.derivative.variables);
+    mode_ = orbit.trajectory.arcs.front().mode;
+    value.map = InBases(Rows(x, orbit), Matrix::Identity(value.residual.size(), value.residual.size()),
+                        basis_);
+    return value;
+  }
+
+  /// (x, p) ⊞ basis·z, moved back onto the constraints of the start.
+  Vector Add(const Vector& y, const Vector& z) {
+    const Vector w = basis_ * z;
+    const int n = 2 * system_->dof();
+    Vector moved(y.size());
+    moved.tail(count()) = y.tail(count()) + w.tail(count());
+    moved.head(problem_.x.size()) = system_->Perturb(y.head(problem_.x.size()), w.head(n));
+    try {
+      SetParameters(moved.tail(count()));
+    } catch (const std::invalid_argument&) {
+      return moved;  // out of range, which its evaluation says
+    }
+    Vector x = moved.head(problem_.x.size());
+    Retract(*system_, mode_, &x);
+    moved.head(problem_.x.size()) = x;
+    return moved;
+  }
+
+  void Finish(const Vector& y, OrbitSolution* solution) {
+    SetParameters(y.tail(count()));
+    solution->x = y.head(problem_.x.size());
+    solution->parameters = values_;
+    options_.derivative.variables = {};
+    solution->orbit =
+        PoincareMap(*system_, problem_.u, problem_.section, options_).Return(solution->x);
+    solution->system = std::move(system_);
+  }
+
+ private:
+  int count() const { return static_cast<int>(problem_.unknown_parameters.size()); }
+
+  void AddEvents(const OrbitCondition& condition) {
+    const int sizes[] = {1, system_->num_positions(), system_->dof(), system_->num_constraints(),
+                         system_->num_constraints()};
+    const int size = sizes[static_cast<int>(condition.kind)];
+    if (condition.index < 0 || condition.index >= size || condition.other >= size ||
+        !std::isfinite(condition.value)) {
+      throw std::invalid_argument("a condition has no such index, or a value that is not finite");
+    }
+    if (!IsEvent(condition)) return;
+    const bool release = condition.kind == OrbitCondition::Kind::kLiftOff;
+    options_.events.push_back({condition.index, release, condition.occurrence});
+    if (condition.other >= 0) {
+      options_.events.push_back({condition.other, release, condition.occurrence});
+    }
+  }
+
+  std::string MissingEvent(const Vector& times) const {
+    Eigen::Index k = 0;
+    while (std::isfinite(times(k))) ++k;
+    return EventName(*system_, options_.events[static_cast<std::size_t>(k)]) +
+           " does not happen before the return";
+  }
+
+  /// Throws std::invalid_argument, and changes nothing, for values the model refuses.
+  void SetParameters(const Vector& p) {
+    ParameterValues values = values_;
+    for (int k = 0; k < count(); ++k) values[problem_.unknown_parameters[k]] = p(k);
+    if (values == values_) return;
+    system_ = problem_.factory(values);
+    values_ = std::move(values);
+  }
+
+  Vector Residual(const Vector& x, const PoincareReturn& orbit) const {
+    const int n = 2 * system_->dof();
+    Vector residual(n + static_cast<Eigen::Index>(problem_.conditions.size()));
+    residual.head(n) = system_->Separation(orbit.x, x);
+    int row = n, event = 0;
+    for (const OrbitCondition& condition : problem_.conditions) {
+      double value = 0;
+      if (condition.kind == OrbitCondition::Kind::kPeriod) value = orbit.time;
+      if (condition.kind == OrbitCondition::Kind::kCoordinate) value = x(condition.index);
+      if (condition.kind == OrbitCondition::Kind::kVelocity) {
+        value = x(system_->num_positions() + condition.index);
+      }
+      if (IsEvent(condition)) {
+        value = orbit.event_times(event++);
+        if (condition.other >= 0) value -= orbit.event_times(event++);
+      }
+      residual(row++) = value - condition.value;
+    }
+    return residual;
+  }
+
+  /// The residual's derivative by (δq, δv, δp), L·extended + R.
+  PiecewiseLinearMap Rows(const Vector& x, const PoincareReturn& orbit) const {
+    const int n = 2 * system_->dof(), columns = orbit.extended.cols();
+    const auto rows = n + static_cast<Eigen::Index>(problem_.conditions.size());
+    Matrix L = Matrix::Zero(rows, orbit.extended.rows()), R = Matrix::Zero(rows, columns);
+    L.topLeftCorner(n, n).setIdentity();
+    R.topLeftCorner(n, n) = -Matrix::Identity(n, n);
+    int row = n, event = n + 1;
+    for (const OrbitCondition& condition : problem_.conditions) {
+      if (condition.kind == OrbitCondition::Kind::kPeriod) L(row, n) = 1;
+      if (condition.kind == OrbitCondition::Kind::kCoordinate ||
+          condition.kind == OrbitCondition::Kind::kVelocity) {
+        const Section value{condition.kind == OrbitCondition::Kind::kCoordinate
+                                ? Section::Kind::kCoordinate
+                                : Section::Kind::kVelocity,
+                            condition.index, 0, 0};
+        Vector gradient;
+        value.Height(*system_, x, &gradient);
+        R.row(row).head(n) = gradient;
+      }
+      if (IsEvent(condition)) {
+        L(row, event++) = 1;
+        if (condition.other >= 0) L(row, event++) = -1;
+      }
+      ++row;
+    }
+    std::vector<LinearPiece> pieces = orbit.extended.pieces();
+    for (LinearPiece& piece : pieces) piece.matrix = (L * piece.matrix + R).eval();
+    return PiecewiseLinearMap(std::move(pieces));
+  }
+
+  const OrbitProblem& problem_;
+  PoincareOptions options_;
+  ParameterValues values_;
+  std::unique_ptr<MechanicalSystem> system_;
+  Matrix basis_;
+  ContactMode mode_;
+};
+
+}  // namespace
+
+OrbitSolution FindOrbit(const OrbitProblem& problem, const OrbitOptions& options) {
+  OrbitEquation equation(problem, options);
+  NewtonOptions newton = options.newton;
+  newton.add = [&](const Vector& y, const Vector& z) { return equation.Add(y, z); };
+  OrbitSolution solution;
+  solution.newton = SolveEquation(
+      [&](const Vector& y, bool with_map) { return equation(y, with_map); }, equation.Start(), newton);
+  equation.Finish(solution.newton.x, &solution);
+  return solution;
+}
+
+}  // namespace contact_flow

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The B-derivative of a return that was found.
+#include <algorithm>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "contact_flow/analysis/poincare.h"
+#include "contact_flow/analysis/section.h"
+#include "contact_flow/dynamics/contact_dynamics.h"
+#include "tangent_map.h"
+
+namespace contact_flow {
+
+/// Tangents of the section that the contact mode admits.
+Matrix PoincareMap::Basis(const VectorRef& x, ContactMode mode) const {
+  const int n = 2 * system_.dof();
+  Matrix rows(n + 1, n);
+  Vector gradient;
+  Height(x, &gradient);
+  rows.row(n) = gradient.transpose() / std::max(gradient.norm(), 1e-300);
+  if (section_.kind == Section::Kind::kTime) rows.row(n).setZero();
+  for (int k = 0; k < n; ++k) {
+    const Vector unit = Vector::Unit(n, k);
+    rows.col(k).head(n) = unit - ProjectAdmissible(system_, x, mode, unit);
+  }
+  if (rows.isZero(0)) return Matrix::Identity(n, n);
+  return NullSpace(rows);
+}
+
+/// Does an event lie within the simultaneity tolerance of the return, before or behind it?
+bool PoincareMap::AtAnEvent(const VectorRef& x, const PoincareReturn& result) const {
+  const std::vector<Transition>& events = result.trajectory.transitions;
+  const double tolerance = 2 * options_.simulate.simultaneity_tolerance;
+  if (!events.empty() && result.time - events.back().t <= tolerance) return true;
+  SimulateOptions options = options_.simulate;
+  options.dense = false;
+  const Trajectory beyond = Simulate(system_, x, u_, result.time + tolerance, options);
+  return !beyond.status.ok() || beyond.transitions.size() != events.size();
+}
+
+void PoincareMap::Differentiate(const VectorRef& x, PoincareReturn* result) const {
+  const auto none = [result](const std::string& why) {
+    result->status = ReturnStatus::kNoDerivative;
+    result->message = why;
+  };
+  const Trajectory& run = result->trajectory;
+  const bool event = section_.kind == Section::Kind::kEvent;
+  const std::size_t last = run.arcs.size() - (event ? 2 : 1);
+  try {
+    if (!event && AtAnEvent(x, *result)) return none("the return coincides with an event");
+    const BDerivative B = DifferentiateArcs(system_, run, 0, last, options_.derivative);
+    if (!B.status.ok()) return none(B.status.message);
+    result->extended = Extended(B, *result);
+  } catch (const std::length_error& limit) {
+    return none(limit.what());
+  } catch (const std::domain_error& missing) {
+    return none(missing.what());
+  }
+  const int n = 2 * system_.dof(), rows = result->extended.rows(), cols = result->extended.cols();
+  const Matrix all = Matrix::Identity(cols, cols), end = Matrix::Identity(rows, rows);
+  result->map = InBases(result->extended, end.leftCols(n), all);
+  result->return_time = InBases(result->extended, end.col(n), all);
+  Matrix start = Matrix::Zero(cols, result->start_basis.cols());
+  start.topRows(result->start_basis.rows()) = result->start_basis;
+  result->reduced = InBases(result->map, result->end_basis, start);
+}
+
+/// From the tangents at the fixed time of the return, B, and the event times below them, to the rows (P, time of
+/// return, event times):  (I − F ds/(ds F)) w,  −ds w/(ds F).
+PiecewiseLinearMap PoincareMap::Extended(const BDerivative& B, const PoincareReturn& result) const {
+  const Trajectory& run = result.trajectory;
+  const bool event = section_.kind == Section::Kind::kEvent;
+  const Arc& arc = run.arcs[run.arcs.size() - (event ? 2 : 1)];
+  const PiecewiseLinearMap tangents = TangentMap(B, LocateEvents(run, options_.events), system_, run);
+  const int n = 2 * system_.dof(), size = tangents.cols();
+  const int times = tangents.rows() - size;
+  Matrix onto = Matrix::Zero(size + 1 + times, size + times);
+  onto.topLeftCorner(size, size).setIdentity();
+  onto.bottomRightCorner(times, times).setIdentity();
+  if (section_.kind != Section::Kind::kTime) {
+    Vector ds = Vector::Zero(size), field = Vector::Zero(size);
+    if (event) {
+      ds = GapGradient(system_, arc.x_end, section_.index, options_.derivative.variables);
+    } else {
+      Vector gradient;
+      Height(result.x, &gradient);
+      ds.head(n) = gradient;
+    }
+    field.head(n) = B.time;
+    const double speed = ds.dot(field);
+    onto.block(size, 0, 1, size) = -ds.transpose() / speed;
+    onto.topLeftCorner(size, size) += field * onto.block(size, 0, 1, size);
+  }
+  PiecewiseLinearMap rows = InBases(tangents, onto.transpose(), Matrix::Identity(size, size));
+  if (event) {
+    rows = WithIdentity(ThroughEvent(result), 1 + times).After(rows, options_.derivative.max_pieces);
+  }
+  Matrix kept = Matrix::Zero(rows.rows(), n + 1 + times);
+  kept.topLeftCorner(n, n).setIdentity();
+  kept.bottomRightCorner(1 + times, 1 + times).setIdentity();
+  return InBases(rows, kept, Matrix::Identity(size, size));
+}
+
+/// The first-order map of the section's event; throws std::domain_error when it is not alone.
+PiecewiseLinearMap PoincareMap::ThroughEvent(const PoincareReturn& result) const {
+  const Transition& event = result.trajectory.transitions.back();
+  const EventMap through(
+      std::make_shared<ContactDynamics>(system_, u_, options_.derivative.variables), event);
+  if (!through.status().ok()) throw std::domain_error(through.status().message);
+  if (through.num_activations() != 1) {
+    throw std::domain_error("other constraints are activated at t = " + std::to_string(event.t) +
+                            " s as well");
+  }
+  return through.Pieces(1);
+}
+
+}  // namespace contact_flow

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/ros/analysis_servers.h"
+
+#include "contact_flow/ros/analysis_messages.h"
+#include "contact_flow/ros/controllability_answer.h"
+#include "contact_flow/ros/conversions.h"
+#include "contact_flow/ros/covariance_answer.h"
+#include "contact_flow/ros/handler.h"
+#include "contact_flow/ros/optimization_answer.h"
+#include "contact_flow/ros/periodic_orbit_answer.h"
+#include "contact_flow/ros/poincare_answer.h"
+#include "contact_flow/ros/stability_answer.h"
+
+namespace contact_flow {
+namespace ros_interface {
+namespace {
+
+PoincareRequest ToRequest(const ComputePoincareMap::Request& in) {
+  PoincareRequest request;
+  request.state = in.state;
+  request.input = in.input;
+  request.section = in.section;
+  request.translation = in.translation;
+  request.neutral = in.neutral;
+  request.horizon = in.horizon;
+  request.shortest = in.shortest;
+  request.options = in.options;
+  request.derivative_options = in.derivative_options;
+  return request;
+}
+
+StabilityRequest ToRequest(const DecideStability::Request& in) {
+  StabilityRequest request;
+  request.return_map = in.return_map;
+  request.map = in.map;
+  request.certificate = in.certificate;
+  request.margin = in.margin;
+  request.max_word_length = in.max_word_length;
+  request.max_words = in.max_words;
+  request.max_linear_programs = in.max_linear_programs;
+  return request;
+}
+
+ControllabilityRequest ToRequest(const DecideControllability::Request& in) {
+  ControllabilityRequest request;
+  request.duration = in.duration;
+  request.state = in.state;
+  request.input = in.input;
+  request.input_grid = in.input_grid;
+  request.reached = in.reached;
+  request.map = in.map;
+  request.rank_tolerance = in.rank_tolerance;
+  request.options = in.options;
+  request.derivative_options = in.derivative_options;
+  return request;
+}
+
+CovarianceRequest ToRequest(const ComputeCovariance::Request& in) {
+  CovarianceRequest request;
+  request.duration = in.duration;
+  request.state = in.state;
+  request.input = in.input;
+  request.input_grid = in.input_grid;
+  request.by_inputs = in.by_inputs;
+  request.by_parameters = in.by_parameters;
+  request.covariance = in.covariance;
+  request.deviations = in.deviations;
+  request.rotations = in.rotations;
+  request.seed = in.seed;
+  request.options = in.options;
+  request.derivative_options = in.derivative_options;
+  return request;
+}
+
+/// Answers a service whose result is a message of its own.
+template <class Record, class Request, class Response>
+bool Analyse(const char* name, const Setup& setup, Outlet* outlet, const Request& in,
+             Response* out) {
+  out->outcome = Response::REFUSED;
+  return Guard(name, out, [&] {
+    Record record;
+    record.request = ToRequest(in);
+    record.result = Answer(setup, record.request);
+    out->result = record.result;
+    Deliver(outlet, &record, out);
+    out->result.header = record.header;
+  });
+}
+
+/// Pursues the goal of an action until it is reached or cancelled.
+template <class Record, class Feedback, class Result, class Server, class Goal>
+void Pursue(const char* name, const Setup& setup, Outlet* outlet, const Goal& goal,
+            Server* server) {
+  Result out;
+  out.outcome = Result::REFUSED;
+  Watch watch;
+  watch.cancelled = [server] { return server->isPreemptRequested() || !ros::ok(); };
+  watch.report = [server](int iteration, double fraction, double value, const Vector& best) {
+    Feedback feedback;
+    feedback.iteration = static_cast<std::uint32_t>(iteration);
+    feedback.fraction = fraction;
+    feedback.value = value;
+    feedback.best = ToMsg(VectorRef(best));
+    server->publishFeedback(feedback);
+  };
+  Guard(name, &out, [&] {
+    Record record;
+    record.request = goal.request;
+    record.result = Answer(setup, record.request, watch);
+    out.result = record.result;
+    Deliver(outlet, &record, &out);
+    out.result.header = record.header;
+  });
+  if (!out.success) {
+    server->setAborted(out, out.message);
+  } else if (out.outcome == kAnalysisCancelled) {
+    server->setPreempted(out, out.message);
+  } else {
+    server->setSucceeded(out, out.message);
+  }
+}
+
+}  // namespace
+
+AnalysisServers::AnalysisServers(ros::NodeHandle* node, const Setup& setup, Outlet* outlet)
+    : setup_(setup),
+      outlet_(outlet),
+      find_orbit_(*node, "find_periodic_orbit",
+                  [this](const FindPeriodicOrbitGoalConstPtr& goal) { FindOrbit(goal); }, false),
+      optimize_(*node, "optimize",
+                [this](const OptimizeOutcomeGoalConstPtr& goal) { Optimize(goal); }, false) {
+  servers_ = {
+      node->advertiseService("poincare_map", &AnalysisServers::ReturnMap, this),
+      node->advertiseService("assess_stability", &AnalysisServers::Stability, this),
+      node->advertiseService("assess_controllability", &AnalysisServers::Controllability, this),
+      node->advertiseService("propagate_covariance", &AnalysisServers::Covariance, this)};
+  find_orbit_.start();
+  optimize_.start();
+}
+
+bool AnalysisServers::ReturnMap(ComputePoincareMap::Request& in,
+                                ComputePoincareMap::Response& out) {
+  return Analyse<PoincareRecord>("poincare_map", setup_, outlet_, in, &out);
+}
+
+bool AnalysisServers::Stability(DecideStability::Request& in, DecideStability::Response& out) {
+  return Analyse<StabilityRecord>("assess_stability", setup_, outlet_, in, &out);
+}
+
+bool AnalysisServers::Controllability(DecideControllability::Request& in,
+                                      DecideControllability::Response& out) {
+  return Analyse<ControllabilityRecord>("assess_controllability", setup_, outlet_, in, &out);
+}
+
+bool AnalysisServers::Covariance(ComputeCovariance::Request& in,
+                                 ComputeCovariance::Response& out) {
+  return Analyse<CovarianceRecord>("propagate_covariance", setup_, outlet_, in, &out);
+}
+
+void AnalysisServers::FindOrbit(const FindPeriodicOrbitGoalConstPtr& goal) {
+  Pursue<PeriodicOrbitRecord, FindPeriodicOrbitFeedback, FindPeriodicOrbitResult>(
+      "find_periodic_orbit", setup_, outlet_, *goal, &find_orbit_);
+}
+
+void AnalysisServers::Optimize(const OptimizeOutcomeGoalConstPtr& goal) {
+  Pursue<OptimizationRecord, OptimizeOutcomeFeedback, OptimizeOutcomeResult>(
+      "optimize", setup_, outlet_, *goal, &optimize_);
+}
+
+}  // namespace ros_interface
+}  // namespace contact_flow
