@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "contact_flow/ros/guard.h"
+#include "contact_flow/ros/handler.h"
 #include "contact_flow/ros/prediction.h"
 
 namespace contact_flow {

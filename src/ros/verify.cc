@@ -32,8 +32,8 @@
 #include "contact_flow/ros/optimization_answer.h"
 #include "contact_flow/ros/periodic_orbit_answer.h"
 #include "contact_flow/ros/poincare_answer.h"
-#include "contact_flow/ros/stability_answer.h"
 #include "contact_flow/ros/serialize.h"
+#include "contact_flow/ros/stability_answer.h"
 #include "contact_flow/ros/verify_session.h"
 
 namespace contact_flow {

@@ -35,12 +35,13 @@ def rank(path):
 
 
 def generated_headers(root):
-    """Headers that catkin makes of msg/, srv/ and action/, as they are included."""
+    """Headers that catkin makes of msg/, srv/, action/ and cfg/, as they are included."""
     kinds = {
         "msg": [""],
         "srv": ["", "Request", "Response"],
         "action": ["Action", "ActionGoal", "ActionResult", "ActionFeedback", "Goal", "Result",
                    "Feedback"],
+        "cfg": ["Config"],
     }
     return {"contact_flow/%s%s.h" % (path.stem, suffix)
             for kind, suffixes in kinds.items()

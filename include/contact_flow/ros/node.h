@@ -45,9 +45,9 @@ class Node {
   Setup setup_;
   ros::NodeHandle node_;
   Outlet outlet_;
+  AnalysisServers analyses_;
   std::unique_ptr<Simulator> simulator_;
   std::unique_ptr<SimulatorServices> simulator_services_;
-  AnalysisServers analyses_;
   std::vector<ros::ServiceServer> servers_;
 };
 
