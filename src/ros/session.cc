@@ -94,7 +94,8 @@ void Session::ResetSimulation() {
 }
 
 void Session::ResetWorld() {
-  Begin("reset_world", now(), setup_, setup_->system->nominal().x, flow_->NextInput(), Vector());
+  const Vector u = flow_->NextInput();  // which ends with the flow
+  Begin("reset_world", now(), setup_, setup_->system->nominal().x, u, Vector());
 }
 
 Vector Session::SettledState() {
