@@ -94,7 +94,8 @@ void Session::ResetSimulation() {
 }
 
 void Session::ResetWorld() {
-  Begin("reset_world", now(), setup_, setup_->system->nominal().x, flow_->NextInput(), Vector());
+  const Vector u = flow_->NextInput();  // which ends with the flow
+  Begin("reset_world", now(), setup_, setup_->system->nominal().x, u, Vector());
 }
 
 Vector Session::SettledState() {
@@ -103,20 +104,6 @@ Vector Session::SettledState() {
   ProjectContacts(*setup_->system, flow_->mode(), &x);
   return x;
 }
-
-namespace {
-
-/// The inputs that were told for later hold in the next epoch, too.
-void CarryOver(const std::vector<OnlineFlow::Input>& inputs, OnlineFlow* flow,
-               const std::function<void(double, const Vector&)>& log) {
-  for (const OnlineFlow::Input& input : inputs) {
-    if (!(input.t > flow->now())) continue;
-    flow->SetInput(input.t, input.u);
-    log(input.t, input.u);
-  }
-}
-
-}  // namespace
 
 void Session::Restart(const std::string& cause, std::shared_ptr<const Setup> setup,
                       const std::function<void(Vector*)>& change, const Vector& impulse) {
@@ -137,7 +124,9 @@ void Session::Restart(const std::string& cause, std::shared_ptr<const Setup> set
     TellInput(now(), u);  // it has been cut all the same
     throw;
   }
-  CarryOver(inputs, flow_.get(), [this](double t, const Vector& input) { LogInput(t, input); });
+  for (const OnlineFlow::Input& input : inputs) {  // what was told for later holds all the same
+    if (input.t > now()) TellInput(input.t, input.u);
+  }
 }
 
 void Session::BeginEpoch(const std::string& cause) {
@@ -191,10 +180,6 @@ void Session::SetInput(double t, const std::vector<std::string>& names,
 
 void Session::TellInput(double t, const Vector& u) {
   flow_->SetInput(t, u);
-  LogInput(t, u);
-}
-
-void Session::LogInput(double t, const Vector& u) {
   SimulatorInput message;
   message.epoch = epoch_;
   message.t = t;

@@ -95,7 +95,6 @@ class Session {
   /// Now as the end of a step; what rests in contact is put exactly on it.
   Vector SettledState();
   void TellInput(double t, const Vector& u);
-  void LogInput(double t, const Vector& u);
 
   const std::vector<std::string> tangent_directions_;
   const Log log_;
