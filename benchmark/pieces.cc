@@ -38,9 +38,7 @@ void ReportPieces(const Scenario& scenario, Requirements* requirements) {
     return Simulate(system, scenario.x, scenario.u, scenario.duration, simulate);
   };
   const Trajectory trajectory = flow();
-  const auto derive = [&] {
-    return DifferentiateOutcome(system, trajectory, differentiate);
-  };
+  const auto derive = [&] { return DifferentiateOutcome(system, trajectory, differentiate); };
   std::size_t count = 0;
   Matrix one;
   const std::vector<double> seconds =

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Rigid bodies, beside MuJoCo where it is installed: the quadruped of config/robots (18 degrees of freedom),
-// in one run. Ratios count, not microseconds.
+// Rigid bodies, beside MuJoCo where it is installed: the quadruped of config/robots (18 degrees of
+// freedom), in one run. Ratios count, not microseconds.
 #include <cstdio>
 #include <functional>
 #include <memory>
@@ -57,8 +57,7 @@ struct Kernel {
     UpdateVelocities(tree, v.data(), &state);
     UpdateInertias(tree, &state);
     UpdateMomenta(tree, &state);
-    InverseDynamics<double>(tree, tree.gravity(), acceleration.data(), nullptr, &state,
-                            tau.data());
+    InverseDynamics<double>(tree, tree.gravity(), acceleration.data(), nullptr, &state, tau.data());
     jacobian.Compute(tree, tree.gravity(), nullptr, state, by_q.data(), by_v.data());
   }
 
@@ -113,8 +112,7 @@ void Run(const char* file) {
   Kernel kernel(*system, x);
   ContactDynamics dynamics(*system, u);
   const ContactMode all({0, 1, 2, 3});
-  std::vector<const char*> names = {"forward dynamics with M",
-                                    "derivatives of inverse dynamics",
+  std::vector<const char*> names = {"forward dynamics with M", "derivatives of inverse dynamics",
                                     "constrained dynamics, 4 contacts",
                                     "  the same with its Jacobian"};
   std::vector<std::function<void()>> tasks = {
@@ -130,8 +128,8 @@ void Run(const char* file) {
   std::printf("MuJoCo %s: %d contacts\n", mj_versionString(), standing->data->ncon);
   const int n = system->dof();
   std::vector<double> A(4 * n * n);
-  names.insert(names.end(), {"mj_forward", "mj_forward, 4 contacts",
-                             "mjd_transitionFD one-sided, 4 contacts"});
+  names.insert(names.end(),
+               {"mj_forward", "mj_forward, 4 contacts", "mjd_transitionFD one-sided, 4 contacts"});
   tasks.push_back([&] { mj_forward(free->model, free->data); });
   tasks.push_back([&] { mj_forward(standing->model, standing->data); });
   tasks.push_back([&] {
@@ -148,10 +146,10 @@ void Run(const char* file) {
   BDerivativeOptions derivative_options;
   const double duration = 0.1;
   const Trajectory run = Simulate(*system, nominal.x, nominal.u, duration, options);
-  const std::vector<double> flow = TimeInterleaved(
-      {[&] { Simulate(*system, nominal.x, nominal.u, duration, options); },
-       [&] { DifferentiateOutcome(*system, run, derivative_options); }},
-      5e-3, 9);
+  const std::vector<double> flow =
+      TimeInterleaved({[&] { Simulate(*system, nominal.x, nominal.u, duration, options); },
+                       [&] { DifferentiateOutcome(*system, run, derivative_options); }},
+                      5e-3, 9);
   std::printf("plain run %.3f ms, Jacobian of the flow without the run %.3f ms\n", 1e3 * flow[0],
               1e3 * flow[1]);
   Judge("Jacobian of the flow / plain run", 1 + flow[1] / flow[0], flow[1] <= 6 * flow[0],

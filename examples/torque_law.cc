@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A double pendulum reaches the stops of both joints at once. Moved at the shoulder, it reaches one first: which
-// constant shoulder torque brings the elbow back to its nominal final angle? A law with a kink.
+// A double pendulum reaches the stops of both joints at once. Moved at the shoulder, it reaches one
+// first: which constant shoulder torque brings the elbow back to its nominal final angle? A law
+// with a kink.
 //
 // Prints: slope of the law: -0.4402 N m/rad below, -1.5875 above
 
@@ -21,7 +22,8 @@ int main() {
   problem.u = nominal.u;
   problem.duration = nominal.duration;
   problem.unknowns = {{OutcomeUnknown::Kind::kInput, 0}};
-  problem.target = Simulate(*pendulum, nominal.x, nominal.u, nominal.duration, problem.simulate).FinalState();
+  problem.target =
+      Simulate(*pendulum, nominal.x, nominal.u, nominal.duration, problem.simulate).FinalState();
   problem.weight = Vector::Unit(4, 1);
   problem.effort = Vector::Zero(2);
   DescentOptions options;
@@ -33,7 +35,8 @@ int main() {
   for (double offset : {-0.1, -0.05, -0.02, -kBeside, 0.0, kBeside, 0.02, 0.05, 0.1}) {
     problem.x = nominal.x;
     problem.x(0) += offset;
-    const DescentResult found = Minimize(MakeOutcomeCost(*pendulum, problem), Vector::Zero(1), options);
+    const DescentResult found =
+        Minimize(MakeOutcomeCost(*pendulum, problem), Vector::Zero(1), options);
     if (!(found.cost < 1e-12)) {
       std::printf("%s\n", found.message.c_str());
       return 1;

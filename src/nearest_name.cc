@@ -27,10 +27,9 @@ std::size_t EditDistance(const std::string& a, const std::string& b) {
 
 std::string NearestName(const std::string& name, const std::vector<std::string>& valid) {
   const std::string key = name.substr(0, 256);  // absurdly long names cost no more than long ones
-  const auto nearest =
-      std::min_element(valid.begin(), valid.end(), [&](const auto& a, const auto& b) {
-        return EditDistance(key, a) < EditDistance(key, b);
-      });
+  const auto nearest = std::min_element(
+      valid.begin(), valid.end(),
+      [&](const auto& a, const auto& b) { return EditDistance(key, a) < EditDistance(key, b); });
   return nearest == valid.end() ? "" : *nearest;
 }
 

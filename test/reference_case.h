@@ -28,8 +28,8 @@ inline Vector ToState(const nlohmann::json& state) {
   return x;
 }
 
-/// A run computed in quadruple precision by an independent program: states and times right to 1e-25,
-/// directional derivatives (one-sided quotients, one Richardson step) to about 1e-11.
+/// A run computed in quadruple precision by an independent program: states and times right to
+/// 1e-25, directional derivatives (one-sided quotients, one Richardson step) to about 1e-11.
 struct ReferenceCase {
   struct Derivative {
     Vector direction, derivative;
@@ -65,7 +65,8 @@ struct ReferenceCase {
 
   Names NamesOf(const std::vector<ContactMode>& sequence) const {
     Names names;
-    for (ContactMode mode : sequence) names.push_back(mode.Names(system->description().constraints));
+    for (ContactMode mode : sequence)
+      names.push_back(mode.Names(system->description().constraints));
     return names;
   }
 
@@ -77,12 +78,18 @@ struct ReferenceCase {
 };
 
 inline std::vector<std::string> ReferenceNames() {
-  return {"ball_in_corner",           "double_pendulum_simultaneous", "hopping_trot_stable",
-          "hopping_trot_unstable",    "rigid_biped_left_first",       "rigid_biped_right_first",
-          "rigid_biped_simultaneous", "soft_biped_decoupled",         "soft_biped_simultaneous",
-          "soft_biped_tilted",        "wall_and_floor"};
+  return {"ball_in_corner",
+          "double_pendulum_simultaneous",
+          "hopping_trot_stable",
+          "hopping_trot_unstable",
+          "rigid_biped_left_first",
+          "rigid_biped_right_first",
+          "rigid_biped_simultaneous",
+          "soft_biped_decoupled",
+          "soft_biped_simultaneous",
+          "soft_biped_tilted",
+          "wall_and_floor"};
 }
-
 
 }  // namespace test
 }  // namespace contact_flow

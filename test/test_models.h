@@ -113,9 +113,9 @@ struct Escape : UnitMasses<1, 1> {
   }
 };
 
-/// A body on m soft legs in a row: body height, a spin, and m foot heights; every foot is a mass of its own
-/// on a spring, so that any touchdowns are orthogonal, and the spin is driven by squared differences of
-/// the foot rates, so that every order of touchdowns has a derivative of its own.
+/// A body on m soft legs in a row: body height, a spin, and m foot heights; every foot is a mass of
+/// its own on a spring, so that any touchdowns are orthogonal, and the spin is driven by squared
+/// differences of the foot rates, so that every order of touchdowns has a derivative of its own.
 template <int Legs>
 struct LegRow : UnitMasses<Legs + 2, Legs> {
   using Config = std::array<const char*, Legs + 2>;

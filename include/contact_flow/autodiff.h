@@ -6,13 +6,15 @@
 
 /// The one automatic-differentiation scalar of the package.
 ///
-/// Eigen::AutoDiffScalar was tried first: three levels of nesting with plain numbers in the expression do
-/// not compile, and its lazy results dangle in an `auto`. A Dual is a plain value instead; it is only
-/// ever differentiated through residuals, never through a factorization (docs/architecture.md).
+/// Eigen::AutoDiffScalar was tried first: three levels of nesting with plain numbers in the
+/// expression do not compile, and its lazy results dangle in an `auto`. A Dual is a plain value
+/// instead; it is only ever differentiated through residuals, never through a factorization
+/// (docs/architecture.md).
 namespace contact_flow {
 
-/// A number x = value + Σ_k ε_k d[k] with N directional derivatives over the scalar S, which may itself be
-/// a Dual. Comparisons look at the value alone. A default-constructed Dual is uninitialized.
+/// A number x = value + Σ_k ε_k d[k] with N directional derivatives over the scalar S, which may
+/// itself be a Dual. Comparisons look at the value alone. A default-constructed Dual is
+/// uninitialized.
 template <class S, int N>
 struct Dual {
   S value;
@@ -89,7 +91,9 @@ struct Dual {
   }
   friend Dual operator*(double a, const Dual& b) { return b * a; }
   friend Dual operator/(const Dual& a, double b) { return a * (1.0 / b); }
-  friend Dual operator/(double a, const Dual& b) { return b.Chain(a / b.value, -a / (b.value * b.value)); }
+  friend Dual operator/(double a, const Dual& b) {
+    return b.Chain(a / b.value, -a / (b.value * b.value));
+  }
 
   friend bool operator<(const Dual& a, const Dual& b) { return a.value < b.value; }
   friend bool operator>(const Dual& a, const Dual& b) { return a.value > b.value; }

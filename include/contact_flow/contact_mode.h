@@ -9,7 +9,8 @@
 namespace contact_flow {
 
 /// A contact mode J ⊂ {0, …, n−1} (Sec. 2 of the paper): the set of active constraints, as a value.
-/// Indices count from zero in code; names are used wherever a person reads. At most kMaxConstraints.
+/// Indices count from zero in code; names are used wherever a person reads. At most
+/// kMaxConstraints.
 class ContactMode {
  public:
   static constexpr int kMaxConstraints = 64;

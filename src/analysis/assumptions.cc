@@ -17,8 +17,8 @@
 namespace contact_flow {
 namespace {
 
-/// Couplings below this count as zero, the located configuration being exact to the integrator's tolerance
-/// only; the event map uses the same figure.
+/// Couplings below this count as zero, the located configuration being exact to the integrator's
+/// tolerance only; the event map uses the same figure.
 constexpr double kOrthogonal = 1e-6;
 /// Eigenvalues of the scaled Delassus matrix below this count as zero.
 constexpr double kDependent = 1e-10;

@@ -13,12 +13,12 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kLargestCondition = 1e12;  // of a P that is to be trusted in double precision
 constexpr int kMaxCentres = 60, kMaxNewton = 30;
-constexpr double kCentred = 0.3;       // Newton decrement at which γ may be lowered
-constexpr double kTowards = 0.1;       // γ ← (1 − θ) rate² + θ γ
-constexpr double kSlow = 1e-4;         // relative gain per centre at which to stop
+constexpr double kCentred = 0.3;  // Newton decrement at which γ may be lowered
+constexpr double kTowards = 0.1;  // γ ← (1 − θ) rate² + θ γ
+constexpr double kSlow = 1e-4;    // relative gain per centre at which to stop
 
-/// The barrier −Σ log det(γP − A_iᵀPA_i) − log det P − log det(I − P) in the entries of P on and above the
-/// diagonal, N = n(n+1)/2 of them.
+/// The barrier −Σ log det(γP − A_iᵀPA_i) − log det P − log det(I − P) in the entries of P on and
+/// above the diagonal, N = n(n+1)/2 of them.
 class Barrier {
  public:
   Barrier(const std::vector<Matrix>& matrices, double gamma)
@@ -95,8 +95,7 @@ double QuadraticRate(const std::vector<Matrix>& matrices, const MatrixRef& P) {
   const Vector& values = spectrum.eigenvalues();
   if (!(values(0) * kLargestCondition > values(n - 1)) || !(values(0) > 0)) return kInfinity;
   const Matrix root = values.cwiseSqrt().asDiagonal() * spectrum.eigenvectors().transpose();
-  const Matrix inverse =
-      spectrum.eigenvectors() * values.cwiseSqrt().cwiseInverse().asDiagonal();
+  const Matrix inverse = spectrum.eigenvectors() * values.cwiseSqrt().cwiseInverse().asDiagonal();
   double rate = 0;
   for (const Matrix& A : matrices) {
     if (A.rows() != n || A.cols() != n || !A.allFinite()) return kInfinity;

@@ -17,7 +17,7 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kClear = 1e-7;     // a unit preimage this near to a face is not counted on
+constexpr double kClear = 1e-7;  // a unit preimage this near to a face is not counted on
 constexpr int kGenericTries = 100;
 constexpr int kDegreeChecks = 3;    // generic y whose degrees must agree
 constexpr double kAttained = 1e-6;  // share of y that a linear program must attain
@@ -29,8 +29,8 @@ Vector RandomUnit(Eigen::Index n, std::mt19937* generator) {
   return y.normalized();
 }
 
-/// Is y = f(w) for some w? Per piece, max t subject to A w = t y, w ∈ C, |w_k| ≤ 1, t ≤ 1. True when the
-/// programs do not tell.
+/// Is y = f(w) for some w? Per piece, max t subject to A w = t y, w ∈ C, |w_k| ≤ 1, t ≤ 1. True
+/// when the programs do not tell.
 bool IsAttained(const PiecewiseLinearMap& map, const Vector& y) {
   if (!HaveLinearPrograms()) return true;
   const int m = map.cols(), r = map.rows();
@@ -42,18 +42,18 @@ bool IsAttained(const PiecewiseLinearMap& map, const Vector& y) {
     const Vector upper = Vector::Ones(m + 1);
     Vector lower = -upper;
     lower(m) = 0;
-    const LinearOptimum best =
-        LinearProgram(rows, lower, upper).Maximize(Vector::Unit(m + 1, m));
+    const LinearOptimum best = LinearProgram(rows, lower, upper).Maximize(Vector::Unit(m + 1, m));
     if (!best.solved || best.value > kAttained) return true;
   }
   return false;
 }
 
-/// Looks for a y that f does not attain: opposite to the middle of each piece's image, then at random.
+/// Looks for a y that f does not attain: opposite to the middle of each piece's image, then at
+/// random.
 void SeekUnattained(const PiecewiseLinearMap& map, const ControllabilityOptions& options,
                     std::mt19937* generator, ControllabilityReport* report) {
-  const PiecewiseLinearMap onto = InBases(map, report->reachable,
-                                          Matrix::Identity(map.cols(), map.cols()));
+  const PiecewiseLinearMap onto =
+      InBases(map, report->reachable, Matrix::Identity(map.cols(), map.cols()));
   std::vector<Vector> candidates;
   for (const LinearPiece& piece : onto.pieces()) {
     Vector middle;
@@ -74,8 +74,8 @@ void SeekUnattained(const PiecewiseLinearMap& map, const ControllabilityOptions&
 }
 
 /// Orientation, degree and preimages of a square map; false when its degree is not to be had.
-bool ExamineSquare(const PiecewiseLinearMap& square, double rank_tolerance,
-                   std::mt19937* generator, ControllabilityReport* report) {
+bool ExamineSquare(const PiecewiseLinearMap& square, double rank_tolerance, std::mt19937* generator,
+                   ControllabilityReport* report) {
   bool positive = false, negative = false;
   report->pieces = static_cast<int>(square.pieces().size());
   report->smallest_singular_ratio = 1;
@@ -114,7 +114,8 @@ bool ExamineSquare(const PiecewiseLinearMap& square, double rank_tolerance,
   return found > 0;
 }
 
-/// Subspaces of inputs to try: what each piece needs, what they need on average, coordinates, random ones.
+/// Subspaces of inputs to try: what each piece needs, what they need on average, coordinates,
+/// random ones.
 std::vector<Matrix> Restrictions(const PiecewiseLinearMap& map, const Matrix& reachable, int limit,
                                  std::mt19937* generator) {
   const Eigen::Index m = map.cols(), k = reachable.cols();

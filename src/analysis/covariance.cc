@@ -14,8 +14,10 @@ namespace {
 
 constexpr double kSameMatrix = 1e-12;  // pieces that differ less, relative, are one
 constexpr double kOpposite = 1e-12;    // normals that add up to less are opposite
-constexpr double kAgree = 1e-7;        // jump between pieces, relative, that is an error of the derivative
-constexpr double kNegative = 1e-10;    // an eigenvalue of P this far below zero, relative, is a rounding error
+constexpr double kAgree =
+    1e-7;  // jump between pieces, relative, that is an error of the derivative
+constexpr double kNegative =
+    1e-10;  // an eigenvalue of P this far below zero, relative, is a rounding error
 const double kPi = std::acos(-1.0);
 
 /// R [n×k] with R Rᵀ = P, k the rank of P.

@@ -11,8 +11,8 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kAccept = 0.1, kGood = 0.75;           // shares of the promised decrease
-constexpr double kArmijo = 1e-4, kCurvature = 0.9;      // weak Wolfe
+constexpr double kAccept = 0.1, kGood = 0.75;       // shares of the promised decrease
+constexpr double kArmijo = 1e-4, kCurvature = 0.9;  // weak Wolfe
 constexpr int kMaxLineSearch = 60;
 constexpr double kRounding = 1e-15;  // relative decrease that is none
 
@@ -52,7 +52,7 @@ class Descent {
   bool TrustRegion(double* radius) {
     int refused = 0;
     CostValue value = cost_(y_, CostQuery::kKinks);
-    while (refused < options_.patience && *radius > options_.smallest_radius) {
+    while (refused<options_.patience&& * radius> options_.smallest_radius) {
       if (!Usable(value)) return true;
       const SteepestDescent steepest = FindSteepestDescent(value.map);
       if (steepest.slope >= -options_.tolerance) {
@@ -132,8 +132,8 @@ class Descent {
     }
   }
 
-  /// The length t of a step that fulfils the weak conditions of Wolfe, by bracketing; the longest that meets
-  /// Armijo's alone where none does; 0 when there is none.
+  /// The length t of a step that fulfils the weak conditions of Wolfe, by bracketing; the longest
+  /// that meets Armijo's alone where none does; 0 when there is none.
   double WeakWolfe(const Vector& d, const CostValue& value, CostValue* reached) {
     const double slope = value.map(d)(0);
     double low = 0, high = std::numeric_limits<double>::infinity(), t = 1;
@@ -212,8 +212,8 @@ class Descent {
 }  // namespace
 
 const char* DescentStatusName(DescentStatus status) {
-  constexpr const char* kNames[] = {"minimum", "stalled", "undefined", "max iterations",
-                                    "",        "cancelled"};
+  constexpr const char* kNames[] = {"minimum",        "stalled", "undefined",
+                                    "max iterations", "",        "cancelled"};
   return kNames[static_cast<int>(status)];
 }
 

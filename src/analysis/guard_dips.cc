@@ -8,8 +8,8 @@
 namespace contact_flow {
 namespace {
 
-constexpr int kPieces = 8;       // of one step, each with at most one turn of a guard
-constexpr int kBisections = 60;  // of one piece: down to rounding
+constexpr int kPieces = 8;        // of one step, each with at most one turn of a guard
+constexpr int kBisections = 60;   // of one piece: down to rounding
 constexpr double kClosed = 1e-9;  // a guard below this is zero [m] or [N]
 
 /// A gap a_i or a force λ_i along one arc, with its rate.

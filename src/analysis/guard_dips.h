@@ -11,13 +11,15 @@ namespace contact_flow {
 /// An interior minimum of a guard along an arc: the event that did not happen.
 struct GuardDip {
   int constraint = 0;
-  bool is_force = false;  ///< of a force λ_i [N], else of a gap a_i [m] (of its depth where it is pressed)
-  double t = 0;           ///< [s]
-  double value = 0;       ///< [N] or [m]
+  bool is_force =
+      false;     ///< of a force λ_i [N], else of a gap a_i [m] (of its depth where it is pressed)
+  double t = 0;  ///< [s]
+  double value = 0;  ///< [N] or [m]
 };
 
-/// The minima of all guards of an arc, by constraint, then time. They are roots of the guard's rate on the dense
-/// motion, told apart down to an eighth of a step; there are none without SimulateOptions::dense.
+/// The minima of all guards of an arc, by constraint, then time. They are roots of the guard's rate
+/// on the dense motion, told apart down to an eighth of a step; there are none without
+/// SimulateOptions::dense.
 std::vector<GuardDip> FindGuardDips(const MechanicalSystem& system, const Arc& arc);
 
 }  // namespace contact_flow

@@ -13,12 +13,12 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kInCone = 1e-9;       // a unit step this far outside counts as on the cone's boundary
-constexpr double kEqual = 1e-9;        // model residuals that differ less, relative to |r|, are equal
-constexpr double kNoDescent = 1e-10;   // relative decrease of |r|² that is none
+constexpr double kInCone = 1e-9;  // a unit step this far outside counts as on the cone's boundary
+constexpr double kEqual = 1e-9;   // model residuals that differ less, relative to |r|, are equal
+constexpr double kNoDescent = 1e-10;  // relative decrease of |r|² that is none
 
-/// A d in the cone with A d = −r: max t subject to A d + t r = 0, |d_k| ≤ 1, t ≤ 1/|r|, scaled back. Empty when
-/// there is none, or none shorter than 1e6 times what |r| and |A| suggest.
+/// A d in the cone with A d = −r: max t subject to A d + t r = 0, |d_k| ≤ 1, t ≤ 1/|r|, scaled
+/// back. Empty when there is none, or none shorter than 1e6 times what |r| and |A| suggest.
 Vector AnyInCone(const LinearPiece& piece, const Vector& residual) {
   const int m = static_cast<int>(residual.size()), n = static_cast<int>(piece.matrix.cols());
   const int h = static_cast<int>(piece.cone.rows());
@@ -113,8 +113,8 @@ class Solver {
     std::ostringstream message;
     message << NewtonStatusName(status);
     if (!result_.iterations.empty()) {
-      message << " after " << result_.iterations.back().iteration
-              << " iterations, residual " << result_.iterations.back().residual;
+      message << " after " << result_.iterations.back().iteration << " iterations, residual "
+              << result_.iterations.back().residual;
     }
     if (!reason.empty()) message << ": " << reason;
     result_.message = message.str();
@@ -147,8 +147,8 @@ PiecewiseLinearStep SolvePiecewiseLinear(const PiecewiseLinearMap& map, const Ve
   const double equal = kEqual * residual.norm();
   const auto consider = [&](const Vector& d, std::size_t i) {
     const double model = (residual + map(d)).norm();
-    const bool better = model < best.model - equal ||
-                        (model <= best.model + equal && d.norm() < best.d.norm());
+    const bool better =
+        model < best.model - equal || (model <= best.model + equal && d.norm() < best.d.norm());
     if (!d.allFinite() || !better) return;
     best.d = d;
     best.model = model;

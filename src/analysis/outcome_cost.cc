@@ -25,9 +25,9 @@ int TangentOf(const MechanicalSystem& system, int i) {
 
 void Validate(const MechanicalSystem& system, const OutcomeProblem& problem) {
   const Eigen::Index size = system.state_size(), m = system.num_inputs();
-  Require(problem.x.size() == size && problem.target.size() == size &&
-              problem.weight.size() == size,
-          "state, target and weight need " + std::to_string(size) + " entries");
+  Require(
+      problem.x.size() == size && problem.target.size() == size && problem.weight.size() == size,
+      "state, target and weight need " + std::to_string(size) + " entries");
   Require(problem.u.size() == m && problem.effort.size() == m,
           "input and effort need " + std::to_string(m) + " entries");
   Require(problem.weight.minCoeff() >= 0 && (m == 0 || problem.effort.minCoeff() >= 0),
@@ -37,9 +37,9 @@ void Validate(const MechanicalSystem& system, const OutcomeProblem& problem) {
     const int sizes[] = {system.num_positions(), system.dof(), system.num_inputs()};
     Require(unknown.index >= 0 && unknown.index < sizes[static_cast<int>(unknown.kind)],
             "an unknown has no such index");
-    Require(unknown.kind != OutcomeUnknown::Kind::kPosition ||
-                TangentOf(system, unknown.index) >= 0,
-            "a part of a quaternion cannot be chosen alone");
+    Require(
+        unknown.kind != OutcomeUnknown::Kind::kPosition || TangentOf(system, unknown.index) >= 0,
+        "a part of a quaternion cannot be chosen alone");
   }
 }
 
@@ -53,8 +53,8 @@ double& ValueOf(const MechanicalSystem& system, const OutcomeUnknown& unknown,
 /// Columns: the tangents (δq, δv, δu) of a change of each unknown.
 Matrix Columns(const MechanicalSystem& system, const OutcomeProblem& problem) {
   const int d = system.dof();
-  Matrix columns = Matrix::Zero(2 * d + system.num_inputs(),
-                                static_cast<Eigen::Index>(problem.unknowns.size()));
+  Matrix columns =
+      Matrix::Zero(2 * d + system.num_inputs(), static_cast<Eigen::Index>(problem.unknowns.size()));
   for (std::size_t k = 0; k < problem.unknowns.size(); ++k) {
     const OutcomeUnknown& unknown = problem.unknowns[k];
     const int offset = unknown.kind == OutcomeUnknown::Kind::kPosition   ? 0

@@ -61,11 +61,12 @@ class OrbitEquation {
       return value;
     }
     const Vector x = y.head(problem_.x.size());
-    // The residual tells nearly simultaneous events apart, so that it is continuous; the derivative takes them as one,
-    // so that it has the pieces of all orders.
+    // The residual tells nearly simultaneous events apart, so that it is continuous; the derivative
+    // takes them as one, so that it has the pieces of all orders.
     PoincareOptions apart = options_;
     apart.simulate.simultaneity_tolerance = kApart;
-    PoincareReturn orbit = PoincareMap(*system_, problem_.u, problem_.section, apart).Return(x, false);
+    PoincareReturn orbit =
+        PoincareMap(*system_, problem_.u, problem_.section, apart).Return(x, false);
     value.message = orbit.message;
     value.defined = orbit.returned() && orbit.event_times.allFinite();
     if (!value.defined) {
@@ -81,8 +82,8 @@ class OrbitEquation {
     basis_ = AdmissibleBasis(*system_, x, orbit.trajectory.arcs.front().mode,
                              options_.derivative.variables);
     mode_ = orbit.trajectory.arcs.front().mode;
-    value.map = InBases(Rows(x, orbit), Matrix::Identity(value.residual.size(), value.residual.size()),
-                        basis_);
+    value.map = InBases(Rows(x, orbit),
+                        Matrix::Identity(value.residual.size(), value.residual.size()), basis_);
     return value;
   }
 
@@ -216,8 +217,9 @@ OrbitSolution FindOrbit(const OrbitProblem& problem, const OrbitOptions& options
   NewtonOptions newton = options.newton;
   newton.add = [&](const Vector& y, const Vector& z) { return equation.Add(y, z); };
   OrbitSolution solution;
-  solution.newton = SolveEquation(
-      [&](const Vector& y, bool with_map) { return equation(y, with_map); }, equation.Start(), newton);
+  solution.newton =
+      SolveEquation([&](const Vector& y, bool with_map) { return equation(y, with_map); },
+                    equation.Start(), newton);
   equation.Finish(solution.newton.x, &solution);
   return solution;
 }

@@ -42,8 +42,8 @@ PoincareMap::PoincareMap(const MechanicalSystem& system, const VectorRef& u, con
   const int n = system.num_constraints();
   for (const WantedEvent& event : options.events) {
     if (event.constraint < 0 || event.constraint >= n || event.occurrence < 1) {
-      throw std::invalid_argument(Text("there is no event ", event.occurrence, " of constraint number ",
-                                       event.constraint));
+      throw std::invalid_argument(
+          Text("there is no event ", event.occurrence, " of constraint number ", event.constraint));
     }
   }
   if (!(options.horizon > 0) || !std::isfinite(options.horizon) || !(options.shortest >= 0)) {
@@ -165,8 +165,8 @@ void PoincareMap::Settle(const VectorRef& x, PoincareReturn* result) const {
     result->crossing_speed = gradient.dot(field);
     if (!(std::abs(result->crossing_speed) > options.speed_tolerance)) {
       result->status = ReturnStatus::kTangent;
-      result->message = Text("the section is touched at t = ", result->time, " s: ds F = ",
-                             result->crossing_speed);
+      result->message = Text("the section is touched at t = ", result->time,
+                             " s: ds F = ", result->crossing_speed);
       return;
     }
     const double change = -height / result->crossing_speed;
@@ -180,9 +180,8 @@ void PoincareMap::Settle(const VectorRef& x, PoincareReturn* result) const {
 /// The first activation of the section's constraint; cuts the run there.
 bool PoincareMap::FindEvent(const VectorRef& x, Trajectory run, PoincareReturn* result) const {
   std::size_t k = 0;
-  while (k < run.transitions.size() &&
-         !(run.transitions[k].activated.Contains(section_.index) &&
-           run.transitions[k].t >= options_.shortest)) {
+  while (k < run.transitions.size() && !(run.transitions[k].activated.Contains(section_.index) &&
+                                         run.transitions[k].t >= options_.shortest)) {
     ++k;
   }
   // Behind the event there is an arc, unless the run ended at it.

@@ -66,13 +66,14 @@ void PoincareMap::Differentiate(const VectorRef& x, PoincareReturn* result) cons
   result->reduced = InBases(result->map, result->end_basis, start);
 }
 
-/// From the tangents at the fixed time of the return, B, and the event times below them, to the rows (P, time of
-/// return, event times):  (I − F ds/(ds F)) w,  −ds w/(ds F).
+/// From the tangents at the fixed time of the return, B, and the event times below them, to the
+/// rows (P, time of return, event times):  (I − F ds/(ds F)) w,  −ds w/(ds F).
 PiecewiseLinearMap PoincareMap::Extended(const BDerivative& B, const PoincareReturn& result) const {
   const Trajectory& run = result.trajectory;
   const bool event = section_.kind == Section::Kind::kEvent;
   const Arc& arc = run.arcs[run.arcs.size() - (event ? 2 : 1)];
-  const PiecewiseLinearMap tangents = TangentMap(B, LocateEvents(run, options_.events), system_, run);
+  const PiecewiseLinearMap tangents =
+      TangentMap(B, LocateEvents(run, options_.events), system_, run);
   const int n = 2 * system_.dof(), size = tangents.cols();
   const int times = tangents.rows() - size;
   Matrix onto = Matrix::Zero(size + 1 + times, size + times);
@@ -94,7 +95,8 @@ PiecewiseLinearMap PoincareMap::Extended(const BDerivative& B, const PoincareRet
   }
   PiecewiseLinearMap rows = InBases(tangents, onto.transpose(), Matrix::Identity(size, size));
   if (event) {
-    rows = WithIdentity(ThroughEvent(result), 1 + times).After(rows, options_.derivative.max_pieces);
+    rows =
+        WithIdentity(ThroughEvent(result), 1 + times).After(rows, options_.derivative.max_pieces);
   }
   Matrix kept = Matrix::Zero(rows.rows(), n + 1 + times);
   kept.topLeftCorner(n, n).setIdentity();

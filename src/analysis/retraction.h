@@ -10,8 +10,8 @@ namespace contact_flow {
 Matrix AdmissibleBasis(const MechanicalSystem& system, const VectorRef& x, ContactMode mode,
                        const Variables& variables);
 
-/// Moves x by the shortest change in (q, v) onto a_i = 0, Da_i v = 0 for the rigid members of the mode and the
-/// bilateral constraints. Leaves x where Newton's method finds nothing.
+/// Moves x by the shortest change in (q, v) onto a_i = 0, Da_i v = 0 for the rigid members of the
+/// mode and the bilateral constraints. Leaves x where Newton's method finds nothing.
 void Retract(const MechanicalSystem& system, ContactMode mode, Vector* x);
 
 }  // namespace contact_flow

@@ -46,8 +46,7 @@ void Validate(const MechanicalSystem& system, const Section& section) {
   }
 }
 
-double Section::Height(const MechanicalSystem& system, const VectorRef& x,
-                       Vector* gradient) const {
+double Section::Height(const MechanicalSystem& system, const VectorRef& x, Vector* gradient) const {
   const int d = system.dof(), nq = system.num_positions(), i = index;
   *gradient = Vector::Zero(2 * d);
   switch (kind) {

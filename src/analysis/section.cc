@@ -124,8 +124,7 @@ ReducedMap RestrictToInvariant(const PiecewiseLinearMap& map, const MatrixRef& s
   const Matrix V = Orthonormal(subspace, map.rows());
   const Eigen::Index n = map.rows();
   ReducedMap reduced{InBases(map, V, V), V, 0};
-  const PiecewiseLinearMap outside =
-      InBases(map, Matrix::Identity(n, n) - V * V.transpose(), V);
+  const PiecewiseLinearMap outside = InBases(map, Matrix::Identity(n, n) - V * V.transpose(), V);
   reduced.residual = LargestEntry(outside) / LargestEntry(map);
   return reduced;
 }
@@ -137,8 +136,9 @@ ReducedMap SetAside(const PiecewiseLinearMap& map, const MatrixRef& neutral) {
   ReducedMap reduced{InBases(map, Q, Q), Q, 0};
   const double scale = LargestEntry(map);
   for (const LinearPiece& piece : map.pieces()) {
-    reduced.residual = std::max({reduced.residual, Largest(Q.transpose() * piece.matrix * N) / scale,
-                                 Largest(piece.cone * N)});
+    reduced.residual =
+        std::max({reduced.residual, Largest(Q.transpose() * piece.matrix * N) / scale,
+                  Largest(piece.cone * N)});
   }
   return reduced;
 }

@@ -50,9 +50,7 @@ Vector UncoveredDirection(const PiecewiseLinearMap& map) {
 }
 
 /// T with ‖T y‖₂ = √(yᵀPy), symmetric.
-Matrix Root(const Matrix& P) {
-  return Eigen::SelfAdjointEigenSolver<Matrix>(P).operatorSqrt();
-}
+Matrix Root(const Matrix& P) { return Eigen::SelfAdjointEigenSolver<Matrix>(P).operatorSqrt(); }
 
 /// Steps 2 and 3: words by growing length, in coordinates T y.
 class WordSearch {
@@ -80,7 +78,8 @@ class WordSearch {
       if (!Extend(frontier, &longer, &stopped)) break;
       frontier = std::move(longer);
       ++report_->word_length;
-      // Every y contracts at the end of a word done with, or has grown no more than a word that is left.
+      // Every y contracts at the end of a word done with, or has grown no more than a word that is
+      // left.
       double rate = done_rate_;
       for (const Word& word : frontier) {
         rate = std::max(rate, std::pow(word.matrix.cwiseAbs().rowwise().sum().maxCoeff(),
@@ -159,8 +158,8 @@ class WordSearch {
       if (!real) certificate.directions.col(1) = inverse_ * vector.imag();
       certificate.directions /= certificate.directions.norm();
       for (double sign : {1.0, -1.0}) {
-        certificate.test = real && value.real() > 0 ? StabilityTest::kGrowingRay
-                                                    : StabilityTest::kGrowingPlane;
+        certificate.test =
+            real && value.real() > 0 ? StabilityTest::kGrowingRay : StabilityTest::kGrowingPlane;
         certificate.directions *= sign;
         if (!MapsIntoItself(map_, certificate)) continue;
         report_->growth_below = std::pow(size, 1 / steps);

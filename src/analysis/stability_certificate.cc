@@ -15,15 +15,14 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kRounding = 1e-9;        // a claimed bound may be this much too good
+constexpr double kRounding = 1e-9;         // a claimed bound may be this much too good
 constexpr double kLargestCondition = 1e8;  // of T
 
 bool AreWordsOf(const PiecewiseLinearMap& map, const std::vector<std::vector<int>>& words) {
   const int count = static_cast<int>(map.pieces().size());
   return std::all_of(words.begin(), words.end(), [count](const std::vector<int>& word) {
-    return !word.empty() && std::all_of(word.begin(), word.end(), [count](int i) {
-      return i >= 0 && i < count;
-    });
+    return !word.empty() &&
+           std::all_of(word.begin(), word.end(), [count](int i) { return i >= 0 && i < count; });
   });
 }
 
@@ -40,7 +39,8 @@ double LargestNorm(const PiecewiseLinearMap& map, StabilityTest test) {
   return largest;
 }
 
-/// Is every feasible word that is not a proper prefix of one of `words` among them, and contracting?
+/// Is every feasible word that is not a proper prefix of one of `words` among them, and
+/// contracting?
 class WordCheck {
  public:
   WordCheck(const PiecewiseLinearMap& map, const StabilityCertificate& certificate,
@@ -130,7 +130,7 @@ bool VerifyCertificate(const PiecewiseLinearMap& map, const StabilityCertificate
   if (map.pieces().empty() || map.rows() != map.cols()) return false;
   const double bound = certificate.bound;
   if (!std::isfinite(bound) || bound < 0) return false;
-  const bool contracts = bound < 1 - options.margin, grows = bound > 1 + options.margin;
+  const bool contracts = bound<1 - options.margin, grows = bound> 1 + options.margin;
   const Matrix& directions = certificate.directions;
   switch (certificate.test) {
     case StabilityTest::kNone:

@@ -30,8 +30,9 @@ Eigen::RowVectorXd ReleaseRow(const MechanicalSystem& system, const Transition& 
                               const Vector& u, const WantedEvent& event,
                               const Variables& variables) {
   if (!transition.activated.Empty() || !transition.vanishing.Contains(event.constraint)) {
-    throw std::domain_error(Sentence(system, event, "happens at an impact: its time has no derivative "
-                                                    "of its own"));
+    throw std::domain_error(Sentence(system, event,
+                                     "happens at an impact: its time has no derivative "
+                                     "of its own"));
   }
   ContactDynamics dynamics(system, u, variables);
   const double rate =
@@ -40,7 +41,8 @@ Eigen::RowVectorXd ReleaseRow(const MechanicalSystem& system, const Transition& 
   return -dynamics.force_jacobian().row(event.constraint) / rate;
 }
 
-/// The pieces of B_k on (w, s), s of `count` times so far, with rows for the events at transition k.
+/// The pieces of B_k on (w, s), s of `count` times so far, with rows for the events at transition
+/// k.
 PiecewiseLinearMap WithTimes(const EventMap& map, int k, const std::vector<LocatedEvent>& events,
                              const std::vector<std::vector<int>>& orders, int count,
                              const MechanicalSystem& system, const Trajectory& run,
@@ -56,10 +58,9 @@ PiecewiseLinearMap WithTimes(const EventMap& map, int k, const std::vector<Locat
       const std::vector<int>& order = orders[piece];
       const auto place = std::find(order.begin(), order.end(), i);
       pieces[piece].matrix.row(n + static_cast<int>(e)).head(n) =
-          place != order.end()
-              ? Eigen::RowVectorXd(map.Times(order).row(place - order.begin()))
-              : ReleaseRow(system, run.transitions[k], run.arcs[k].u, events[e].event,
-                           options.variables);
+          place != order.end() ? Eigen::RowVectorXd(map.Times(order).row(place - order.begin()))
+                               : ReleaseRow(system, run.transitions[k], run.arcs[k].u,
+                                            events[e].event, options.variables);
     }
   }
   return PiecewiseLinearMap(std::move(pieces));
@@ -110,7 +111,8 @@ PiecewiseLinearMap TangentMap(const BDerivative& B, const std::vector<LocatedEve
   const std::size_t limit = B.options.max_pieces;
   const int n = static_cast<int>(B.arcs.front().cols()), count = static_cast<int>(events.size());
   for (const LocatedEvent& event : events) {
-    if (event.transition < 0) throw std::domain_error(Sentence(system, event.event, "does not happen"));
+    if (event.transition < 0)
+      throw std::domain_error(Sentence(system, event.event, "does not happen"));
     if (event.transition >= static_cast<int>(B.events.size())) {
       throw std::domain_error(Sentence(system, event.event, "is the return itself"));
     }
@@ -119,8 +121,8 @@ PiecewiseLinearMap TangentMap(const BDerivative& B, const std::vector<LocatedEve
   start.topRows(n) = B.arcs.front();
   PiecewiseLinearMap map = PiecewiseLinearMap::Linear(start);
   for (std::size_t k = 0; k < B.events.size(); ++k) {
-    map = WithTimes(B.events[k], static_cast<int>(k), events, Orders(B.events[k]), count, system, run,
-                    B.options)
+    map = WithTimes(B.events[k], static_cast<int>(k), events, Orders(B.events[k]), count, system,
+                    run, B.options)
               .After(map, limit);
     map = WithIdentity(PiecewiseLinearMap::Linear(B.arcs[k + 1]), count).After(map, limit);
   }

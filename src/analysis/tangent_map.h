@@ -19,14 +19,16 @@ struct LocatedEvent {
 std::string EventName(const MechanicalSystem& system, const WantedEvent& event);
 
 /// A compliant constraint touches down where its gap falls through zero.
-std::vector<LocatedEvent> LocateEvents(const Trajectory& run, const std::vector<WantedEvent>& events);
+std::vector<LocatedEvent> LocateEvents(const Trajectory& run,
+                                       const std::vector<WantedEvent>& events);
 /// NaN for those that do not happen.
 Vector EventTimes(const Trajectory& run, const std::vector<LocatedEvent>& events);
 
-/// B as a map of (δq, δv, δu, δp) to itself, the variables carried along, and below it a row for each event: the
-/// first-order change of its time [2d+k+e × 2d+k],
+/// B as a map of (δq, δv, δu, δp) to itself, the variables carried along, and below it a row for
+/// each event: the first-order change of its time [2d+k+e × 2d+k],
 ///   −Da_i w / (Da_i v) along the order of a cluster,  −Dλ_i w / (dλ_i/dt) for a release.
-/// Throws std::domain_error for an event that does not happen, or a release together with an impact.
+/// Throws std::domain_error for an event that does not happen, or a release together with an
+/// impact.
 PiecewiseLinearMap TangentMap(const BDerivative& B, const std::vector<LocatedEvent>& events,
                               const MechanicalSystem& system, const Trajectory& run);
 

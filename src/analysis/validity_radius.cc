@@ -24,8 +24,8 @@ void Consider(double margin, double rate, Limit limit, int constraint, double t,
   if (radius < smallest->radius) *smallest = {radius, limit, constraint, t};
 }
 
-/// The speed with which a guard crosses zero. Where the crossing is about to vanish it does so like √α, and its
-/// square like α.
+/// The speed with which a guard crosses zero. Where the crossing is about to vanish it does so like
+/// √α, and its square like α.
 void ConsiderFold(double speed, double change, Limit limit, int constraint, double t,
                   ValidityRadius* smallest) {
   Consider(speed * speed, 2 * speed * change, limit, constraint, t, smallest);
@@ -138,7 +138,8 @@ void ValidityEstimator::WatchDips(std::size_t k) {
     begin.t_end = dip.t;
     begin.x_end.resize(arc.x_begin.size());
     arc.dense.Evaluate(dip.t, begin.x_end.data());
-    const Matrix propagator = PropagateArc(dynamics_[k].get(), begin, derivative_.options.tolerance);
+    const Matrix propagator =
+        PropagateArc(dynamics_[k].get(), begin, derivative_.options.tolerance);
     Watch watch;
     watch.limit = dip.is_force ? Limit::kForce : Limit::kGap;
     watch.constraint = dip.constraint;
@@ -149,7 +150,8 @@ void ValidityEstimator::WatchDips(std::size_t k) {
   }
 }
 
-/// Guards that fall up to the end of the arc: there they turn, at an impact of others, or the run ends.
+/// Guards that fall up to the end of the arc: there they turn, at an impact of others, or the run
+/// ends.
 void ValidityEstimator::WatchEnd(std::size_t k) {
   const Arc& arc = trajectory_.arcs[k];
   const bool last = k + 1 == trajectory_.arcs.size();
@@ -204,8 +206,7 @@ void ValidityEstimator::CheckEvent(std::size_t k, const Vector& w, ValidityRadiu
   system_.DifferentiateImpact(q, Vector::Zero(d), Vector::Zero(terms.gap.size()), v, &residual);
   for (int i : transition.activated) {
     const double speed = terms.jacobian.row(i).dot(v);
-    const double time = -GuardGradient(k, transition.x_minus, i, false).dot(w) /
-                        speed;
+    const double time = -GuardGradient(k, transition.x_minus, i, false).dot(w) / speed;
     const Vector there = w + time * field;
     const double change = residual.constraint_q.row(i).dot(there.head(d)) +
                           terms.jacobian.row(i).dot(there.segment(d, d));
@@ -213,8 +214,7 @@ void ValidityEstimator::CheckEvent(std::size_t k, const Vector& w, ValidityRadiu
   }
   for (int i : transition.vanishing) {
     const double rate = dynamics.ForceRate(transition.x_minus, transition.mode_before, i);
-    const double time =
-        -GuardGradient(k, transition.x_minus, i, true).dot(w) / rate;
+    const double time = -GuardGradient(k, transition.x_minus, i, true).dot(w) / rate;
     const Vector there = (w + time * field).head(2 * d);
     const double length = there.norm();
     if (!(length > 0)) continue;

@@ -37,9 +37,9 @@ Word Append(const PiecewiseLinearMap& map, const Word& word, int piece);
 /// T f T⁻¹, with unit rows again.
 PiecewiseLinearMap ChangeCoordinates(const PiecewiseLinearMap& map, const Matrix& T);
 
-/// An upper bound of max{‖A_w y‖_∞ : ‖y‖_∞ ≤ 1, y ∈ C_w}, exact when `exact` or when it is < threshold and
-/// ‖A_w‖_∞ is not: linear programs are solved as long as they may bring the bound below `threshold`.
-/// Without library, or budget, ‖A_w‖_∞.
+/// An upper bound of max{‖A_w y‖_∞ : ‖y‖_∞ ≤ 1, y ∈ C_w}, exact when `exact` or when it is <
+/// threshold and ‖A_w‖_∞ is not: linear programs are solved as long as they may bring the bound
+/// below `threshold`. Without library, or budget, ‖A_w‖_∞.
 double GainBound(const Word& word, double threshold, bool exact, ProgramBudget* budget);
 
 }  // namespace contact_flow

@@ -9,8 +9,8 @@
 
 namespace contact_flow {
 
-/// The coefficients of the variational equation along an arc, in the coordinates (y, ẏ), y = δq, in which it is of
-/// second order on every configuration space: ÿ = K y + D ẏ + S (δu, δp).
+/// The coefficients of the variational equation along an arc, in the coordinates (y, ẏ), y = δq, in
+/// which it is of second order on every configuration space: ÿ = K y + D ẏ + S (δu, δp).
 class ArcJacobian {
  public:
   ArcJacobian(ContactDynamics* dynamics, const Arc& arc)

@@ -33,9 +33,9 @@ Status CheckTransition(const Transition* before, const Transition& transition,
 Vector BDerivative::Complete(const VectorRef& w) const {
   const Eigen::Index size = arcs.front().cols(), tangents = time.size();
   if (w.size() != size && w.size() != tangents) {
-    throw std::invalid_argument("the direction has " + std::to_string(w.size()) + " entries: " +
-                                std::to_string(tangents) + " (δq, δv) or " + std::to_string(size) +
-                                " (δq, δv, δu, δp) are needed");
+    throw std::invalid_argument("the direction has " + std::to_string(w.size()) +
+                                " entries: " + std::to_string(tangents) + " (δq, δv) or " +
+                                std::to_string(size) + " (δq, δv, δu, δp) are needed");
   }
   Vector complete = Vector::Zero(size);
   complete.head(w.size()) = w;
@@ -106,8 +106,8 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
   derivative.events.reserve(last - first);
   for (std::size_t k = first; k < last; ++k) {
     const Transition& transition = trajectory.transitions[k];
-    derivative.status = CheckTransition(k > 0 ? &trajectory.transitions[k - 1] : nullptr, transition,
-                                        trajectory.simultaneity_tolerance);
+    derivative.status = CheckTransition(k > 0 ? &trajectory.transitions[k - 1] : nullptr,
+                                        transition, trajectory.simultaneity_tolerance);
     if (!derivative.status.ok()) return derivative;
     derivative.events.emplace_back(dynamics[k], transition);
     derivative.status = derivative.events.back().status();

@@ -90,9 +90,8 @@ std::vector<PerturbedEvent> EventMap::PerturbedEvents(const VectorRef& direction
       next.constraint = i;
     };
     for (int i : events_ - S) offer(Kind::kActivation, i, TimeTo(i, *stage, w));
-    for (int i : pending & mode) {
-      offer(Kind::kRelease, i,
-            -force_gradient.row(i).dot(w) / force_gradient.row(i).dot(field));
+    for (int i : pending& mode) {
+      offer(Kind::kRelease, i, -force_gradient.row(i).dot(w) / force_gradient.row(i).dot(field));
     }
     for (auto& [i, opening] : openings) {
       opening.acceleration = GapAcceleration(i, stage->v, field);

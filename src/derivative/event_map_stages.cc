@@ -65,13 +65,14 @@ Vector EventMap::State(const Vector& v) const {
   return x;
 }
 
-/// Where the effort depends on the mode, a force that vanishes is the crossing of a surface between two fields.
+/// Where the effort depends on the mode, a force that vanishes is the crossing of a surface between
+/// two fields.
 void EventMap::AddReleases() {
   if (transition_.vanishing.Size() > 1 || !events_.Empty()) {
-    status_ = {Outcome::kNotDifferentiable,
-               "at t = " + std::to_string(transition_.t) +
-                   " s a contact lets go together with another event while the effort depends on the contact "
-                   "mode: such clusters are not differentiated"};
+    status_ = {Outcome::kNotDifferentiable, "at t = " + std::to_string(transition_.t) +
+                                                " s a contact lets go together with another event "
+                                                "while the effort depends on the contact "
+                                                "mode: such clusters are not differentiated"};
     return;
   }
   dynamics_->Differentiate(transition_.x_minus, transition_.mode_before);
@@ -175,7 +176,8 @@ const EventMap::Stage& EventMap::Activate(ContactMode activated, int i,
     *reset = &(resets_[{activated, i}] = Matrix::Identity(size(), size()));
     if (known_stage != stages_.end()) return known_stage->second;
     Stage after = stage;
-    const ContactMode resting = Resting(stage.v, transition_.mode_before | activated, ContactMode());
+    const ContactMode resting =
+        Resting(stage.v, transition_.mode_before | activated, ContactMode());
     after.mode = next == events_
                      ? transition_.mode_after
                      : SelectContactMode(dynamics_.get(), State(after.v),
@@ -224,8 +226,7 @@ const EventMap::Stage& EventMap::Activate(ContactMode activated, int i,
     ImpactResult closing;
     closing.v_plus = after.v;
     closing.impulse = Vector::Zero(system_->num_constraints() + system_->num_bilateral());
-    derivative =
-        ImpactJacobian(*system_, q_, after.v, closing, held, held, variables) * derivative;
+    derivative = ImpactJacobian(*system_, q_, after.v, closing, held, held, variables) * derivative;
   }
   return known_stage != stages_.end() ? known_stage->second : stages_[next] = after;
 }

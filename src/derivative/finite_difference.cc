@@ -10,8 +10,8 @@ namespace contact_flow {
 namespace {
 
 constexpr double kTolerance = 1e-12;
-constexpr double kSeparation = 1e-4;      // events are told apart down to this part of α [s]
-constexpr double kClear = 20;             // an error this far above the resolution counts for the slope
+constexpr double kSeparation = 1e-4;  // events are told apart down to this part of α [s]
+constexpr double kClear = 20;         // an error this far above the resolution counts for the slope
 constexpr double kSmallestSeparation = 1e-14;
 
 /// Least-squares slope of log(error) over log(α).
@@ -92,8 +92,9 @@ QuotientReport CompareWithQuotients(const MechanicalSystem& system, const System
   SimulateOptions looser = exact;
   looser.relative_tolerance = looser.absolute_tolerance = 3 * kTolerance;
   const Trajectory loose = Simulate(system, x, input, duration, looser);
-  report.resolution = system.Separation(loose.FinalState(), base.FinalState()).cwiseAbs().maxCoeff() +
-                      1e-15 * base.FinalState().cwiseAbs().maxCoeff();
+  report.resolution =
+      system.Separation(loose.FinalState(), base.FinalState()).cwiseAbs().maxCoeff() +
+      1e-15 * base.FinalState().cwiseAbs().maxCoeff();
   for (double alpha : alphas) {
     if (!(alpha > 0) || !std::isfinite(alpha)) {
       throw std::invalid_argument("alpha is " + std::to_string(alpha) +

@@ -18,8 +18,8 @@ bool HaveLinearPrograms() { return true; }
 namespace {
 
 constexpr double kTolerance = 1e-9;
-/// Smaller coefficients, relative to the largest of their row, are rounding errors. Clp takes them as pivots
-/// and returns points that are not optimal.
+/// Smaller coefficients, relative to the largest of their row, are rounding errors. Clp takes them
+/// as pivots and returns points that are not optimal.
 constexpr double kNegligible = 1e-14;
 
 }  // namespace
@@ -29,8 +29,8 @@ struct LinearProgram::Solver {
   Matrix rows;
   Vector lower, upper;
 
-  /// Feasible, and no better point exists: for any λ ≥ 0, objective·y ≤ (objective + rowsᵀλ)·y ≤ its largest
-  /// value between the bounds.
+  /// Feasible, and no better point exists: for any λ ≥ 0, objective·y ≤ (objective + rowsᵀλ)·y ≤
+  /// its largest value between the bounds.
   bool Verifies(const VectorRef& objective, const Vector& y, double value) const {
     if (!y.allFinite() || (rows.rows() > 0 && (rows * y).minCoeff() < -10 * kTolerance)) {
       return false;
@@ -40,8 +40,7 @@ struct LinearProgram::Solver {
     const double allowed = 10 * kTolerance * (1 + objective.cwiseAbs().sum());
     for (double sign : {1.0, -1.0}) {
       const Vector reduced = objective + rows.transpose() * (sign * duals).cwiseMax(0.0);
-      const double bound =
-          reduced.cwiseProduct(lower).cwiseMax(reduced.cwiseProduct(upper)).sum();
+      const double bound = reduced.cwiseProduct(lower).cwiseMax(reduced.cwiseProduct(upper)).sum();
       if (bound <= value + allowed) return true;
     }
     return false;

@@ -24,7 +24,8 @@ std::vector<IntervalLinearization> Linearize(const MechanicalSystem& system,
   std::vector<IntervalLinearization> intervals;
   std::size_t first = 0;
   for (std::size_t last = 0; last < trajectory.arcs.size(); ++last) {
-    const bool ends = last + 1 == trajectory.arcs.size() || trajectory.transitions[last].changes_input;
+    const bool ends =
+        last + 1 == trajectory.arcs.size() || trajectory.transitions[last].changes_input;
     if (!ends) continue;
     IntervalLinearization interval;
     interval.t_begin = trajectory.arcs[first].t_begin;

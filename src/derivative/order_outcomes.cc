@@ -92,7 +92,8 @@ class Search {
 
 }  // namespace
 
-std::vector<OrderOutcome> ListOrderOutcomes(ContactDynamics* dynamics, const Transition& transition) {
+std::vector<OrderOutcome> ListOrderOutcomes(ContactDynamics* dynamics,
+                                            const Transition& transition) {
   if (transition.activated.Size() > kMaxOrderedActivations) return {};
   return Search(dynamics, transition).outcomes;
 }

@@ -12,8 +12,8 @@
 namespace contact_flow {
 namespace {
 
-/// A half-space whose normal shrinks to this part under a linear map is the whole space: the map sends
-/// everything onto the boundary.
+/// A half-space whose normal shrinks to this part under a linear map is the whole space: the map
+/// sends everything onto the boundary.
 constexpr double kVanished = 1e-12;
 
 /// The cone {w : inner·w ≥ 0 and outer·(matrix·w) ≥ 0}, unit rows.
@@ -87,8 +87,7 @@ PiecewiseLinearMap PiecewiseLinearMap::After(const PiecewiseLinearMap& inner,
       words.push_back(std::move(word));
       if (words.size() > max_pieces) {
         throw std::length_error("the composed map has more than max_pieces = " +
-                                std::to_string(max_pieces) +
-                                " pieces; directions are not limited");
+                                std::to_string(max_pieces) + " pieces; directions are not limited");
       }
     }
   }

@@ -23,7 +23,7 @@ namespace {
 /// in it, and the error estimate its truth (measured: config/robots against tolerance 1e-13).
 constexpr double kStiffReach = 3;
 constexpr double kSlackening = 0.6;  // most by which the rate falls from one step to the next
-constexpr double kReach = 0.9;  // part of the longest acceptable step that is taken
+constexpr double kReach = 0.9;       // part of the longest acceptable step that is taken
 /// DOP853 at tolerance ε takes steps of about ε^{1/8}·kBaseReach over the fastest rate it sees.
 constexpr double kBaseReach = 8;
 constexpr long kMaxSteps = 1000000;
@@ -108,8 +108,8 @@ class Propagation {
       const double reach = std::min(angle / rate, kStiffReach * angle / fastest_);
       const double steps = rate > 0 || fastest_ > 0 ? std::ceil(std::max(1.0, rest / reach)) : 1;
       const double n = s * rows_.size();
-      const double cost =
-          steps * (n * n * (n / 3 + 2 * columns_.size() + k_) + (s + 1) * kJacobianCost * 2 * d_ * d_);
+      const double cost = steps * (n * n * (n / 3 + 2 * columns_.size() + k_) +
+                                   (s + 1) * kJacobianCost * 2 * d_ * d_);
       if (cost < least) {
         least = cost;
         length = rest / steps;
@@ -148,7 +148,7 @@ class Propagation {
   /// Fills the linear system for the accelerations Y_i of the tangents at the nodes,
   ///   Y_i = K_i (Q₀ + c_i h V₀ + h² Σ_j (a²)_ij Y_j) + D_i (V₀ + h Σ_j a_ij Y_j),  Q₀ = [I 0], V₀
   ///   = [0 I],
-  /// over the independent rows and columns: Y_i = R Z_i Cᵀ; the variables' columns have their own source.
+  /// over the independent rows and columns: Y_i = R Z_i Cᵀ; variables have a source of their own.
   void Assemble(double h) {
     const int s = rule_->stages, m = rows_.size(), n = s * m;
     system_matrix_.resize(n, n);
@@ -253,8 +253,8 @@ class Propagation {
     return rule_->error * std::pow(relative / rule_->defect, (2.0 * s + 1) / (s + 1));
   }
 
-  /// Largest entry of the defect relative to those of the propagator; tangents and variables each by
-  /// themselves.
+  /// Largest entry of the defect relative to those of the propagator; tangents and variables each
+  /// by themselves.
   double Relative(bool moved) {
     if (moved) {
       carried_.noalias() = defect_ * phi_;

@@ -10,7 +10,8 @@
 namespace contact_flow {
 namespace {
 
-/// out = sign · A B [rows×columns] for small matrices, where B has many zeros; `out` must not alias.
+/// out = sign · A B [rows×columns] for small matrices, where B has many zeros; `out` must not
+/// alias.
 void MultiplySmall(double sign, const Matrix& A, const Matrix& B, double* out, int stride) {
   WithFixedSize(static_cast<int>(A.rows()), [&](auto rows) {
     const double* b = B.data();
@@ -145,13 +146,15 @@ void ContactDynamics::Differentiate(const VectorRef& x, ContactMode mode) {
   if (k_ > 0) DifferentiateByVariables(x);
   MultiplySmall(-1, inverse_, residual_.momentum_q, &acceleration_jacobian_(0, 0), d_);
   MultiplySmall(-1, inverse_, residual_.momentum_v, &acceleration_jacobian_(0, d_), d_);
-  if (k_ > 0) MultiplySmall(-1, inverse_, variable_momentum_, &acceleration_jacobian_(0, 2 * d_), d_);
+  if (k_ > 0)
+    MultiplySmall(-1, inverse_, variable_momentum_, &acceleration_jacobian_(0, 2 * d_), d_);
   force_jacobian_.setZero();
   const int k = static_cast<int>(active_.size());
   if (k == 0) return;
   MultiplySmall(1, force_map_, residual_.momentum_q, &active_force_jacobian_(0, 0), k);
   MultiplySmall(1, force_map_, residual_.momentum_v, &active_force_jacobian_(0, d_), k);
-  if (k_ > 0) MultiplySmall(1, force_map_, variable_momentum_, &active_force_jacobian_(0, 2 * d_), k);
+  if (k_ > 0)
+    MultiplySmall(1, force_map_, variable_momentum_, &active_force_jacobian_(0, 2 * d_), k);
   if (!constant_ || !variables_.parameters.empty()) {
     for (int i = 0; i < k; ++i) {
       active_residual_.row(i).head(d_) = residual_.constraint_q.row(active_[i]);

@@ -14,8 +14,8 @@ constexpr double kRounding = 1e-13;
 
 }  // namespace
 
-ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v_minus,
-                         ContactMode touching, ImpactLaw law) {
+ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q,
+                         const VectorRef& v_minus, ContactMode touching, ImpactLaw law) {
   const int n = system.num_constraints(), k = touching.Size();
   const InverseInertia inertia(system, q, v_minus);
   const Matrix A = inertia.Rows(touching);

@@ -12,7 +12,8 @@ namespace contact_flow {
 namespace {
 
 constexpr double kForceRounding = 1e-13;
-/// A force or acceleration below this part of the largest one may vanish at the instant; others cannot.
+/// A force or acceleration below this part of the largest one may vanish at the instant; others
+/// cannot.
 constexpr double kNearZero = 1e-4;
 /// At most this many candidates are enumerated where the effort depends on the mode.
 constexpr int kMaxEnumerated = 12;
@@ -62,10 +63,11 @@ class EffortModes {
     throw UndecidedMode(
         "the effort depends on the contact mode, and among the contacts " +
         candidates_.ToString(names) +
-        (found == 0 ? " no mode agrees with its own effort: the motion would slide on the switching "
-                      "surface (Filippov), which is not a mode of this system"
-                    : " several modes agree with their own effort: the motion is not unique "
-                      "(Filippov)"));
+        (found == 0
+             ? " no mode agrees with its own effort: the motion would slide on the switching "
+               "surface (Filippov), which is not a mode of this system"
+             : " several modes agree with their own effort: the motion is not unique "
+               "(Filippov)"));
   }
 
  private:
@@ -110,8 +112,7 @@ ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x, Con
   Delassus(dynamics->system(), x, dynamics->u(), candidates, &G, &b);
   const ComplementaritySolution solution = SolveComplementarity(G, b);
   // λ_i of the members, and (up to coupling) of the others what their force would be.
-  const Vector force =
-      solution.z - ((G * solution.z + b).array() / G.diagonal().array()).matrix();
+  const Vector force = solution.z - ((G * solution.z + b).array() / G.diagonal().array()).matrix();
   const double doubtful = kNearZero * (1 + force.cwiseAbs().maxCoeff());
   ContactMode mode, near_zero;
   int row = 0;

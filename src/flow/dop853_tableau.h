@@ -2,22 +2,23 @@
 #pragma once
 
 /// Coefficients of DOP853, the 8(5,3) pair of Dormand and Prince with Hairer's 7th-order continuous
-/// extension. Source of the numbers: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential
-/// Equations I, 2nd ed., Springer 1993, and the authors' code dop853.f.
+/// extension. Source of the numbers: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary
+/// Differential Equations I, 2nd ed., Springer 1993, and the authors' code dop853.f.
 namespace contact_flow {
 namespace dop853 {
 
-inline constexpr int kStages = 12;     // evaluations of one step, the first shared with its predecessor
+inline constexpr int kStages =
+    12;  // evaluations of one step, the first shared with its predecessor
 inline constexpr int kAllStages = 16;  // with the end point and three for the continuous extension
 
 /// Row 12 holds the weights b of the step; rows 13 to 15 are the extra stages of the extension.
 inline constexpr double kA[kAllStages][kAllStages] = {
     {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
     {5.26001519587677318785587544488e-2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {1.97250569845378994544595329183e-2, 5.91751709536136983633785987549e-2, 0, 0, 0, 0, 0, 0, 0,
-     0, 0, 0, 0, 0, 0, 0},
-    {2.95875854768068491816892993775e-2, 0, 8.87627564304205475450678981324e-2, 0, 0, 0, 0, 0, 0,
-     0, 0, 0, 0, 0, 0, 0},
+    {1.97250569845378994544595329183e-2, 5.91751709536136983633785987549e-2, 0, 0, 0, 0, 0, 0, 0, 0,
+     0, 0, 0, 0, 0, 0},
+    {2.95875854768068491816892993775e-2, 0, 8.87627564304205475450678981324e-2, 0, 0, 0, 0, 0, 0, 0,
+     0, 0, 0, 0, 0, 0},
     {2.41365134159266685502369798665e-1, 0, -8.84549479328286085344864962717e-1,
      9.24834003261792003115737966543e-1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
     {3.7037037037037037037037037037e-2, 0, 0, 1.70828608729473871279604482173e-1,
@@ -29,8 +30,7 @@ inline constexpr double kA[kAllStages][kAllStages] = {
      8.27378916381402288758473766002e-3, 0, 0, 0, 0, 0, 0, 0, 0, 0},
     {6.24110958716075717114429577812e-1, 0, 0, -3.36089262944694129406857109825,
      -8.68219346841726006818189891453e-1, 2.75920996994467083049415600797e1,
-     2.01540675504778934086186788979e1, -4.34898841810699588477366255144e1, 0, 0, 0, 0, 0, 0, 0,
-     0},
+     2.01540675504778934086186788979e1, -4.34898841810699588477366255144e1, 0, 0, 0, 0, 0, 0, 0, 0},
     {4.77662536438264365890433908527e-1, 0, 0, -2.48811461997166764192642586468,
      -5.90290826836842996371446475743e-1, 2.12300514481811942347288949897e1,
      1.52792336328824235832596922938e1, -3.32882109689848629194453265587e1,
@@ -63,14 +63,21 @@ inline constexpr double kA[kAllStages][kAllStages] = {
 };
 
 /// Weights of the 5th-order error estimate; of the 3rd-order one, what is taken off b.
-inline constexpr double kError5[kStages] = {
-    0.1312004499419488073250102996e-1, 0, 0, 0, 0, -0.1225156446376204440720569753e+1,
-     -0.4957589496572501915214079952, 0.1664377182454986536961530415e+1,
-     -0.3503288487499736816886487290, 0.3341791187130174790297318841,
-     0.8192320648511571246570742613e-1, -0.2235530786388629525884427845e-1};
+inline constexpr double kError5[kStages] = {0.1312004499419488073250102996e-1,
+                                            0,
+                                            0,
+                                            0,
+                                            0,
+                                            -0.1225156446376204440720569753e+1,
+                                            -0.4957589496572501915214079952,
+                                            0.1664377182454986536961530415e+1,
+                                            -0.3503288487499736816886487290,
+                                            0.3341791187130174790297318841,
+                                            0.8192320648511571246570742613e-1,
+                                            -0.2235530786388629525884427845e-1};
 inline constexpr double kError3Minus[kStages] = {
-    0.244094488188976377952755905512, 0, 0, 0, 0, 0, 0, 0, 0.733846688281611857341361741547, 0, 0,
-     0.220588235294117647058823529412e-1};
+    0.244094488188976377952755905512,   0, 0, 0, 0, 0, 0, 0, 0.733846688281611857341361741547, 0, 0,
+    0.220588235294117647058823529412e-1};
 
 /// Rows c₄ … c₇ of the continuous extension.
 inline constexpr double kDense[4][kAllStages] = {

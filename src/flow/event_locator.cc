@@ -10,14 +10,15 @@ namespace {
 
 /// A gap that opens again this many floors above zero cannot be told from one that touches.
 constexpr double kTouchReach = 10;
-/// A gap that falls by less than this part of a floor before it opens again stands still: a contact that was let go
-/// together with others has a speed of the order of rounding.
+/// A gap that falls by less than this part of a floor before it opens again stands still: a contact
+/// that was let go together with others has a speed of the order of rounding.
 constexpr double kStandsStill = 1e-3;
-constexpr int kPieces = 8;        // of a step, in a search
+constexpr int kPieces = 8;         // of a step, in a search
 constexpr int kStageColumns = 16;  // forces kept of one step
 constexpr int kEndStage = 12;      // the one at its end
-/// A force is excluded by screening when its smallest stage value exceeds this part of its range over the
-/// stages. The force of a body at rest may vary in ways that its state, and so the step size, does not see.
+/// A force is excluded by screening when its smallest stage value exceeds this part of its range
+/// over the stages. The force of a body at rest may vary in ways that its state, and so the step
+/// size, does not see.
 constexpr double kForceReserve = 0.5;
 
 /// Root of a function with a sign change in [a, b], to rounding.
@@ -31,16 +32,17 @@ double Root(const Function& f, double a, double b, double fa, double fb) {
   return 0.5 * (bracket.first + bracket.second);
 }
 
-/// A lower bound of a function on a step of length h, by the Bernstein coefficients of its quintic Hermite
-/// interpolant; `error` estimates how far the interpolant is off, by its distance to the cubic one.
+/// A lower bound of a function on a step of length h, by the Bernstein coefficients of its quintic
+/// Hermite interpolant; `error` estimates how far the interpolant is off, by its distance to the
+/// cubic one.
 double HermiteLowerBound(double h, double g0, double r0, double a0, double g1, double r1, double a1,
                          double* error) {
   const double d0 = h * r0, d1 = h * r1, c0 = h * h * a0, c1 = h * h * a1;
   const double cubic0 = 6 * (g1 - g0) - 4 * d0 - 2 * d1;
   const double cubic1 = -6 * (g1 - g0) + 2 * d0 + 4 * d1;
   *error = std::max(std::abs(c0 - cubic0), std::abs(c1 - cubic1)) / 20;
-  return std::min({g0, g0 + d0 / 5, g0 + 2 * d0 / 5 + c0 / 20, g1 - 2 * d1 / 5 + c1 / 20,
-                   g1 - d1 / 5, g1});
+  return std::min(
+      {g0, g0 + d0 / 5, g0 + 2 * d0 / 5 + c0 / 20, g1 - 2 * d1 / 5 + c1 / 20, g1 - d1 / 5, g1});
 }
 
 }  // namespace
@@ -94,8 +96,8 @@ void EventLocator::Search(int i, LocatedEvent* event) {
   const bool member = IsRigidMember(i);
   double rate_left = 0, rate_end = 0, unused = 0;
   double left = 0, value_left = GuardAt(i, 0, &rate_left);
-  const double floor = member ? floor_ * (1 + forces_.row(i).head(kEndStage + 1).cwiseAbs().maxCoeff())
-                              : floor_;
+  const double floor =
+      member ? floor_ * (1 + forces_.row(i).head(kEndStage + 1).cwiseAbs().maxCoeff()) : floor_;
   const auto value_at = [&](double theta) { return GuardAt(i, theta, &unused); };
   const auto rate_at = [&](double theta) {
     double rate;
@@ -108,7 +110,8 @@ void EventLocator::Search(int i, LocatedEvent* event) {
   for (int piece = 1; piece <= kPieces && left < event->theta; ++piece) {
     const double end = static_cast<double>(piece) / kPieces;
     const double value_end = GuardAt(i, end, &rate_end);
-    // At most one extremum a piece; the stretch after it (or the whole piece) is where the guard falls.
+    // At most one extremum a piece; the stretch after it (or the whole piece) is where the guard
+    // falls.
     double turn = end, value_turn = value_end;
     if (rate_left * rate_end < 0) {
       turn = Root(rate_at, left, end, rate_left, rate_end);

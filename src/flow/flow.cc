@@ -17,10 +17,12 @@ namespace {
 
 constexpr double kSafety = 0.8;     // measured: shorter steps, but hardly a rejected one
 constexpr double kFirstStep = 1.5;  // measured: the first guess is about half the step that follows
-constexpr double kLargestGrowth = 6, kSmallestGrowth = 1.0 / 3;  // of the step size (Hairer's values)
-constexpr double kSmallestStep = 1e-14;     // relative to max(1, t): nothing is resolved below
-constexpr double kTaylorReach = 1e-9;       // [s] an event is moved this far by one Euler step: error ~1e-18
-constexpr int kMaxNewton = 12;              // steps towards an event
+constexpr double kLargestGrowth = 6,
+                 kSmallestGrowth = 1.0 / 3;  // of the step size (Hairer's values)
+constexpr double kSmallestStep = 1e-14;      // relative to max(1, t): nothing is resolved below
+constexpr double kTaylorReach =
+    1e-9;                       // [s] an event is moved this far by one Euler step: error ~1e-18
+constexpr int kMaxNewton = 12;  // steps towards an event
 constexpr int kStepsBetweenClockReadings = 64;  // a reading costs as much as a step
 
 }  // namespace

@@ -24,7 +24,8 @@ void RequireSize(const char* what, Eigen::Index size, int wanted) {
                               " entries: " + std::to_string(wanted) + " are needed");
 }
 
-void RequireFinite(const char* what, const VectorRef& values, const std::vector<std::string>& names) {
+void RequireFinite(const char* what, const VectorRef& values,
+                   const std::vector<std::string>& names) {
   for (Eigen::Index i = 0; i < values.size(); ++i) {
     if (!std::isfinite(values(i))) {
       Refuse(std::string(what) + " '" + names[i % names.size()] + "'", values(i), "finite");

@@ -11,7 +11,7 @@ namespace contact_flow {
 namespace {
 
 constexpr int kMaxNewton = 30;
-constexpr double kClosed = 1e-14;  // [m] a closure to rounding
+constexpr double kClosed = 1e-14;   // [m] a closure to rounding
 constexpr double kContact = 1e-12;  // [m] a contact, likewise
 
 }  // namespace

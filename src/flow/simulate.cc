@@ -21,7 +21,8 @@ Arc ArcFrom(const Flow& flow) {
   return arc;
 }
 
-/// Flows to the next transition or to `segment_end`, where the input changes. True when a transition was passed.
+/// Flows to the next transition or to `segment_end`, where the input changes. True when a
+/// transition was passed.
 bool FlowArc(Flow* flow, double segment_end, double horizon, bool dense, Arc* arc) {
   while (flow->t() < segment_end) {
     if (!flow->Propose(horizon)) return false;
@@ -70,8 +71,9 @@ Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x,
   while (flow.status().ok() && flow.t() < end) {
     const bool changes = next < schedule.grid.size() && schedule.grid[next] < end;
     const double segment_end = changes ? schedule.grid[next] : end;
-    const bool passed = FlowArc(&flow, segment_end, end, options.dense, &trajectory.arcs.back()) ||
-                        (changes && flow.status().ok() && flow.ChangeInput(schedule.values[next++]));
+    const bool passed =
+        FlowArc(&flow, segment_end, end, options.dense, &trajectory.arcs.back()) ||
+        (changes && flow.status().ok() && flow.ChangeInput(schedule.values[next++]));
     if (!passed) break;
     trajectory.transitions.push_back(flow.transition());
     trajectory.arcs.push_back(ArcFrom(flow));

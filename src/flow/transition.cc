@@ -29,8 +29,8 @@ class Spread {
   double last_ = -std::numeric_limits<double>::infinity();
 };
 
-/// The touching constraints that rest after an impact: those without normal velocity, unless elastic and
-/// hit, which leave however slowly.
+/// The touching constraints that rest after an impact: those without normal velocity, unless
+/// elastic and hit, which leave however slowly.
 ContactMode Resting(const MechanicalSystem& system, const Vector& normal_velocity,
                     const ImpactResult& impact, ContactMode touching, double speed_tolerance) {
   ContactMode resting;
@@ -59,7 +59,8 @@ void DecideMode(ContactDynamics* dynamics, const Vector& x, const TransitionRule
     return;
   }
   const ContactMode touching = rigid | transition->activated;
-  const ImpactResult impact = SolveImpact(system, x.head(nq), x.tail(d), touching, rules.impact_law);
+  const ImpactResult impact =
+      SolveImpact(system, x.head(nq), x.tail(d), touching, rules.impact_law);
   transition->impulse = impact.impulse;
   transition->x_plus.tail(d) = impact.v_plus;
   const Vector normal_velocity = jacobian * impact.v_plus;
@@ -67,7 +68,8 @@ void DecideMode(ContactDynamics* dynamics, const Vector& x, const TransitionRule
       Resting(system, normal_velocity, impact, touching, rules.speed_tolerance);
   transition->mode_after = SelectContactMode(dynamics, transition->x_plus, resting,
                                              rules.simultaneity_tolerance, pressed);
-  // What counted as rest is made rest: a contact that kept a speed within the tolerance would drift.
+  // What counted as rest is made rest: a contact that kept a speed within the tolerance would
+  // drift.
   const ContactMode held = transition->mode_after - compliant;
   double residual = 0;
   for (int i : held) residual = std::max(residual, std::abs(normal_velocity(i)));
@@ -108,8 +110,8 @@ ResolvedTransition ResolveTransition(ContactDynamics* dynamics, double t, const 
       std::ostringstream message;
       message << "constraint '" << system.description().constraints[i] << "' "
               << (member ? "lets go" : "is touched") << " at t = " << t << " s with "
-              << (member ? "dλ/dt = " : "normal velocity ") << slope
-              << (member ? " N/s" : " m/s") << ": grazing, not admissible";
+              << (member ? "dλ/dt = " : "normal velocity ") << slope << (member ? " N/s" : " m/s")
+              << ": grazing, not admissible";
       result.status = {Outcome::kGrazing, message.str()};
       return result;
     }

@@ -117,8 +117,8 @@ bool MapReader::Has(const std::string& key) const {
 
 void MapReader::Require(const std::string& key) const {
   if (Has(key)) return;
-  throw std::invalid_argument((name_.empty() ? "the file" : name_) + ": '" + key +
-                              "' is missing" + line_);
+  throw std::invalid_argument((name_.empty() ? "the file" : name_) + ": '" + key + "' is missing" +
+                              line_);
 }
 
 std::string MapReader::Line(const std::string& key) const {

@@ -56,8 +56,8 @@ void YamlFields::Input(const std::string& key) {
   if (it == inputs_->end()) inputs_->push_back(name);
 }
 
-void YamlFields::Append(const std::string& key, double value, const char* unit,
-                        const char* meaning, Range range) {
+void YamlFields::Append(const std::string& key, double value, const char* unit, const char* meaning,
+                        Range range) {
   try {
     CheckParameter(parts_->name, key, value, range);
   } catch (const std::invalid_argument& error) {

@@ -90,8 +90,8 @@ void ReadEfforts(const YAML::Node& map, RobotDescription* robot) {
   });
 }
 
-/// The range of a number that must be in both. (Zero, in the unit interval but not positive, is then
-/// refused where it is set.)
+/// The range of a number that must be in both. (Zero, in the unit interval but not positive, is
+/// then refused where it is set.)
 Range Stricter(Range a, Range b) {
   for (const Range range : {Range::kUnitInterval, Range::kPositive, Range::kNonNegative}) {
     if (a == range || b == range) return range;
@@ -125,8 +125,7 @@ void ReadParameters(const YAML::Node& map, RobotDescription* robot) {
       }
       if (found.parameter.value != exposed.parameter.value) {
         throw std::invalid_argument("parameters/" + key + ": '" + place +
-                                    "' is not equal to the numbers before it" +
-                                    reader.Line(key));
+                                    "' is not equal to the numbers before it" + reader.Line(key));
       }
       exposed.range = Stricter(exposed.range, found.range);
       exposed.places.push_back(found.places[0]);
@@ -268,16 +267,13 @@ RobotDescription ParseRobot(const RobotTexts& texts) {
   return InFile(texts.path, [&] { return ParseRobot(texts.urdf, ParseYaml(texts.yaml)); });
 }
 
-std::unique_ptr<RobotSystem> MakeRobot(const RobotTexts& texts,
-                                       const ParameterValues& parameters) {
+std::unique_ptr<RobotSystem> MakeRobot(const RobotTexts& texts, const ParameterValues& parameters) {
   RobotDescription robot = ParseRobot(texts);
-  return InFile(texts.path, [&] {
-    return std::make_unique<RobotSystem>(std::move(robot), parameters);
-  });
+  return InFile(texts.path,
+                [&] { return std::make_unique<RobotSystem>(std::move(robot), parameters); });
 }
 
-std::unique_ptr<RobotSystem> LoadRobot(const std::string& path,
-                                       const ParameterValues& parameters) {
+std::unique_ptr<RobotSystem> LoadRobot(const std::string& path, const ParameterValues& parameters) {
   return MakeRobot(ReadRobotTexts(path), parameters);
 }
 

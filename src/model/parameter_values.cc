@@ -45,8 +45,8 @@ void CheckParameterNames(const std::string& model, const ParameterValues& values
     bool found = false;
     for (const std::string& name : names) found = found || name == entry.first;
     if (!found) {
-      throw std::invalid_argument("model '" + model + "': " +
-                                  UnknownName("parameter", entry.first, names));
+      throw std::invalid_argument("model '" + model +
+                                  "': " + UnknownName("parameter", entry.first, names));
     }
   }
 }

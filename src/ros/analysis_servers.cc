@@ -125,10 +125,12 @@ void Pursue(const char* name, const Setup& setup, Outlet* outlet, const Goal& go
 AnalysisServers::AnalysisServers(ros::NodeHandle* node, const Setup& setup, Outlet* outlet)
     : setup_(setup),
       outlet_(outlet),
-      find_orbit_(*node, "find_periodic_orbit",
-                  [this](const FindPeriodicOrbitGoalConstPtr& goal) { FindOrbit(goal); }, false),
-      optimize_(*node, "optimize",
-                [this](const OptimizeOutcomeGoalConstPtr& goal) { Optimize(goal); }, false) {
+      find_orbit_(
+          *node, "find_periodic_orbit",
+          [this](const FindPeriodicOrbitGoalConstPtr& goal) { FindOrbit(goal); }, false),
+      optimize_(
+          *node, "optimize", [this](const OptimizeOutcomeGoalConstPtr& goal) { Optimize(goal); },
+          false) {
   servers_ = {
       node->advertiseService("poincare_map", &AnalysisServers::ReturnMap, this),
       node->advertiseService("assess_stability", &AnalysisServers::Stability, this),
@@ -152,8 +154,7 @@ bool AnalysisServers::Controllability(DecideControllability::Request& in,
   return Analyse<ControllabilityRecord>("assess_controllability", setup_, outlet_, in, &out);
 }
 
-bool AnalysisServers::Covariance(ComputeCovariance::Request& in,
-                                 ComputeCovariance::Response& out) {
+bool AnalysisServers::Covariance(ComputeCovariance::Request& in, ComputeCovariance::Response& out) {
   return Analyse<CovarianceRecord>("propagate_covariance", setup_, outlet_, in, &out);
 }
 

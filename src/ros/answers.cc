@@ -32,8 +32,7 @@ Differentiated Differentiate(const Setup& setup, const Request& request) {
   Differentiated result;
   result.run = ResolveRun(setup, request);
   const Run& run = result.run;
-  BDerivativeOptions options =
-      ResolveOptions(setup.derivative_options, request.derivative_options);
+  BDerivativeOptions options = ResolveOptions(setup.derivative_options, request.derivative_options);
   options.variables = ResolveVariables(setup, request.by_inputs, request.by_parameters);
   result.directions = ResolveDirections(setup, run, request.directions, request.direction_matrix,
                                         request.project_directions, options.variables);
@@ -85,7 +84,8 @@ void AddNearGrazing(const Setup& setup, const std::vector<GrazingEvent>& events,
   }
   if (events.empty()) return;
   AddNote(Describe(description, events.front()), result);
-  if (events.size() > 1) AddNote(std::to_string(events.size() - 1) + " more in near_grazing", result);
+  if (events.size() > 1)
+    AddNote(std::to_string(events.size() - 1) + " more in near_grazing", result);
 }
 
 bool Cancelled(const Setup& setup) { return setup.options.cancelled && setup.options.cancelled(); }
@@ -134,7 +134,8 @@ void AddContinuation(const Names& constraints, const ContinuedOutcome& end, Cont
   order->modes = ToLabels(constraints, end.modes);
 }
 
-/// Where each order of the cluster that stops the derivative leads to, with a note on what is not listed.
+/// Where each order of the cluster that stops the derivative leads to, with a note on what is not
+/// listed.
 void AddOrders(const Setup& setup, const Differentiated& d, bool continue_orders,
                OutcomeDerivative* result) {
   if (d.derivative.status.outcome != Outcome::kDiscontinuous) return;
@@ -228,9 +229,9 @@ DerivativeComparison Answer(const Setup& setup, const ComparisonRequest& request
       return result;
     }
     const Vector prediction = d.derivative(vectors[i]);
-    const QuotientReport report =
-        CompareWithQuotients(*setup.system, again, d.derivative.options.variables, d.run.x, d.run.input,
-                             d.run.duration, vectors[i], prediction, alphas, d.run.options);
+    const QuotientReport report = CompareWithQuotients(
+        *setup.system, again, d.derivative.options.variables, d.run.x, d.run.input, d.run.duration,
+        vectors[i], prediction, alphas, d.run.options);
     DirectionComparison comparison = ToMsg(result.constraints, report, prediction.size());
     comparison.name = d.directions.names[i];
     comparison.direction = ToMsg(VectorRef(vectors[i]));

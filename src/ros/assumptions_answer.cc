@@ -43,8 +43,7 @@ ContactAssumptions ToMsg(const Names& constraints, double t, const AssumptionRep
   return m;
 }
 
-void AddForceJumps(const Names& constraints, const ForceJumpReport& report,
-                   ContactAssumptions* m) {
+void AddForceJumps(const Names& constraints, const ForceJumpReport& report, ContactAssumptions* m) {
   if (!report.computed) {
     m->selections = "not computed";
     return;
@@ -97,8 +96,7 @@ std::vector<double> HalfWidths(const std::string& field, const std::vector<doubl
 void AddRegion(const Setup& setup, const Run& run, const AssumptionRequest& request,
                TrajectoryAssumptions* result) {
   const SystemDescription& names = setup.system->description();
-  const int samples =
-      ResolveCount("region_samples", request.region_samples, 0, kMaxRegionSamples);
+  const int samples = ResolveCount("region_samples", request.region_samples, 0, kMaxRegionSamples);
   std::vector<double> half_width = HalfWidths("region_q", request.region_q, names.velocities);
   const std::vector<double> rates = HalfWidths("region_v", request.region_v, names.velocities);
   half_width.insert(half_width.end(), rates.begin(), rates.end());

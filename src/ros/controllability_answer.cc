@@ -21,11 +21,11 @@ namespace {
 
 using Response = DecideControllability::Response;
 
-static_assert(
-    Response::CONTROLLABLE == static_cast<int>(ControllabilityVerdict::kControllable) &&
-        Response::NOT_CONTROLLABLE == static_cast<int>(ControllabilityVerdict::kNotControllable) &&
-        Response::UNDETERMINED == static_cast<int>(ControllabilityVerdict::kUndetermined),
-    "the constants of the service are the verdicts");
+static_assert(Response::CONTROLLABLE == static_cast<int>(ControllabilityVerdict::kControllable) &&
+                  Response::NOT_CONTROLLABLE ==
+                      static_cast<int>(ControllabilityVerdict::kNotControllable) &&
+                  Response::UNDETERMINED == static_cast<int>(ControllabilityVerdict::kUndetermined),
+              "the constants of the service are the verdicts");
 
 constexpr int kMaxSize = 256;  // inputs in all, or states
 constexpr double kLargestRankTolerance = 0.1;
@@ -39,7 +39,8 @@ std::vector<int> ResolveReached(const SystemDescription& names,
   *labels = asked.empty() ? all : asked;
   std::vector<int> rows;
   for (std::size_t k = 0; k < labels->size(); ++k) {
-    rows.push_back(NameIndex("reached[" + std::to_string(k) + "]", "coordinate", (*labels)[k], all));
+    rows.push_back(
+        NameIndex("reached[" + std::to_string(k) + "]", "coordinate", (*labels)[k], all));
   }
   return rows;
 }

@@ -53,8 +53,7 @@ Matrix ResolveCovariance(const CovarianceRequest& request, int n) {
 /// Throws unless all that varies keeps the constraints that are active at the start.
 void CheckAdmissible(const Setup& setup, const Run& run, const Matrix& P,
                      const Variables& variables) {
-  const ContactMode mode =
-      InitialMode(*setup.system, run.x, run.input.values.front(), run.options);
+  const ContactMode mode = InitialMode(*setup.system, run.x, run.input.values.front(), run.options);
   for (Eigen::Index k = 0; k < P.cols(); ++k) {
     const Vector w = P.col(k);
     const Vector kept = ProjectAdmissible(*setup.system, run.x, mode, w, variables);
@@ -72,8 +71,7 @@ CovarianceResult Answer(const Setup& setup, const CovarianceRequest& request) {
   const MechanicalSystem& system = *setup.system;
   const SystemDescription& names = system.description();
   const Run run = ResolveRun(setup, request);
-  BDerivativeOptions options =
-      ResolveOptions(setup.derivative_options, request.derivative_options);
+  BDerivativeOptions options = ResolveOptions(setup.derivative_options, request.derivative_options);
   options.variables = ResolveVariables(setup, request.by_inputs, request.by_parameters);
   CovarianceOptions cubature;
   cubature.rotations =

@@ -12,7 +12,8 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-LinearizedInterval IntervalMsg(const SystemDescription& names, const IntervalLinearization& interval) {
+LinearizedInterval IntervalMsg(const SystemDescription& names,
+                               const IntervalLinearization& interval) {
   LinearizedInterval m;
   m.t_begin = interval.t_begin;
   m.t_end = interval.t_end;

@@ -6,9 +6,9 @@
 
 #include "contact_flow/ros/answers.h"
 #include "contact_flow/ros/assumptions_answer.h"
-#include "contact_flow/ros/linearize_answer.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/handler.h"
+#include "contact_flow/ros/linearize_answer.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -71,8 +71,8 @@ Node::Node(const NodeParameters& parameters)
   }
   if (simulator_) {
     simulator_->Start();
-    simulator_services_ = std::make_unique<SimulatorServices>(simulator_.get(),
-                                                              parameters.simulator, &node_);
+    simulator_services_ =
+        std::make_unique<SimulatorServices>(simulator_.get(), parameters.simulator, &node_);
   }
   servers_ = {node_.advertiseService("simulate", &Node::Simulate, this),
               node_.advertiseService("b_derivative", &Node::Differentiate, this),
@@ -218,8 +218,8 @@ int RunNode() {
     ros::AsyncSpinner spinner(static_cast<std::uint32_t>(parameters.threads));
     spinner.start();
     if (parameters.simulator.online) {
-      ROS_INFO("simulator: %s", parameters.simulator.paused ? "paused, see unpause_physics and step"
-                                                            : "running");
+      ROS_INFO("simulator: %s",
+               parameters.simulator.paused ? "paused, see unpause_physics and step" : "running");
     }
     ROS_INFO("contact_flow: %s is ready at %s/simulate, b_derivative, compare, describe_model",
              node.setup().system->description().name.c_str(), ros::this_node::getName().c_str());

@@ -62,7 +62,8 @@ OutcomeProblem ResolveProblem(const Setup& setup, const OptimizationRequest& req
   problem.x = run.x;
   problem.u = run.input.values.front();
   problem.duration = run.duration;
-  if (request.unknowns.empty()) throw std::invalid_argument("unknowns is empty: nothing may be chosen");
+  if (request.unknowns.empty())
+    throw std::invalid_argument("unknowns is empty: nothing may be chosen");
   for (std::size_t k = 0; k < request.unknowns.size(); ++k) {
     problem.unknowns.push_back(
         ResolveUnknown(system, "unknowns[" + std::to_string(k) + "]", request.unknowns[k]));
@@ -117,8 +118,8 @@ OptimizationResult Answer(const Setup& setup, const OptimizationRequest& request
     }
     return !cancelled();
   };
-  const DescentResult found = Minimize(MakeOutcomeCost(system, problem),
-                                       UnknownValues(system, problem), options);
+  const DescentResult found =
+      Minimize(MakeOutcomeCost(system, problem), UnknownValues(system, problem), options);
   OptimizationResult result;
   result.model = system.description().name;
   result.outcome = cancelled() ? kAnalysisCancelled : static_cast<std::uint8_t>(found.status);

@@ -2,8 +2,8 @@
 #include "contact_flow/ros/outlet.h"
 
 #include <algorithm>
-#include <cctype>
 #include <boost/date_time/posix_time/posix_time.hpp>
+#include <cctype>
 
 #include "contact_flow/flow/status.h"
 #include "contact_flow/ros/conversions.h"
@@ -99,9 +99,7 @@ std::string Outlet::Deliver(PoincareRecord* record) {
   return DeliverRecord("poincare_map", record);
 }
 
-std::string Outlet::Deliver(StabilityRecord* record) {
-  return DeliverRecord("stability", record);
-}
+std::string Outlet::Deliver(StabilityRecord* record) { return DeliverRecord("stability", record); }
 
 std::string Outlet::Deliver(ControllabilityRecord* record) {
   return DeliverRecord("controllability", record);

@@ -28,7 +28,8 @@ static_assert(ActionResult::CONVERGED == static_cast<int>(NewtonStatus::kConverg
                   ActionResult::CANCELLED == static_cast<int>(NewtonStatus::kCancelled),
               "the constants of the action are the statuses");
 
-const std::vector<std::string> kKinds = {"period", "coordinate", "velocity", "touchdown", "liftoff"};
+const std::vector<std::string> kKinds = {"period", "coordinate", "velocity", "touchdown",
+                                         "liftoff"};
 constexpr double kMaxHorizon = 1e6, kLargestTolerance = 1;
 constexpr int kMaxIterations = 10000, kMaxOccurrence = 1000;
 

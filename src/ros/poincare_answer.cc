@@ -47,7 +47,8 @@ Matrix ResolveNeutral(const MechanicalSystem& system, const PoincareRequest& req
 Section ResolveSection(const MechanicalSystem& system, const std::string& field,
                        const ReturnSection& section) {
   const SystemDescription& names = system.description();
-  const int kind = section.kind.empty() ? 0 : NameIndex(field + ".kind", "kind", section.kind, kKinds);
+  const int kind =
+      section.kind.empty() ? 0 : NameIndex(field + ".kind", "kind", section.kind, kKinds);
   CheckFinite(field + ".value", {section.value});
   if (section.direction < -1 || section.direction > 1) {
     throw std::invalid_argument(field + ".direction is " + std::to_string(section.direction) +
@@ -63,8 +64,8 @@ Section ResolveSection(const MechanicalSystem& system, const std::string& field,
               section.value, section.direction};
     case 2:
       return {Section::Kind::kVelocity,
-              NameIndex(field + ".name", "velocity", section.name, names.velocities),
-              section.value, section.direction};
+              NameIndex(field + ".name", "velocity", section.name, names.velocities), section.value,
+              section.direction};
     case 3:
       return {Section::Kind::kEvent,
               NameIndex(field + ".name", "constraint", section.name, names.constraints), 0, -1};
@@ -99,8 +100,9 @@ AssessedReturn Reduce(const MechanicalSystem& system, const VectorRef& x, Poinca
   if (r.status != ReturnStatus::kReturned) return assessed;
   assessed.reducible = r.reduced.rows() == r.reduced.cols() && r.reduced.rows() > 0;
   if (!assessed.reducible) {
-    assessed.note = "the contact mode at the return is another than at the start: DP is no map of one "
-                    "space into itself";
+    assessed.note =
+        "the contact mode at the return is another than at the start: DP is no map of one "
+        "space into itself";
     return assessed;
   }
   const Matrix seen = r.start_basis.transpose() * neutral;

@@ -193,8 +193,8 @@ void ApplyState(const MechanicalSystem& system, const InitialState& state, Vecto
   const Eigen::Index dof = system.dof(), nq = system.num_positions();
   SetAll("state.q", state.q, d.coordinates, x->head(nq));
   SetAll("state.v", state.v, d.velocities, x->tail(dof));
-  CheckNames(state, state.positions.empty() && !state.velocities.empty() ? d.velocities
-                                                                         : d.coordinates);
+  CheckNames(state,
+             state.positions.empty() && !state.velocities.empty() ? d.velocities : d.coordinates);
   SetNamed("state.positions", state.positions, state.names, d.coordinates, x->head(nq));
   SetNamed("state.velocities", state.velocities, state.names, d.velocities, x->tail(dof));
   if (state.project && !ProjectState(system, x)) {

@@ -11,9 +11,9 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-constexpr double kFarAhead = 3600;       // [s] for which inputs may be told
-constexpr double kLongestSteps = 1e6;    // [s]
-constexpr double kUsualEventWait = 10;   // [s]
+constexpr double kFarAhead = 3600;      // [s] for which inputs may be told
+constexpr double kLongestSteps = 1e6;   // [s]
+constexpr double kUsualEventWait = 10;  // [s]
 
 }  // namespace
 
@@ -139,10 +139,9 @@ SimulatorStatus Simulator::Status() {
   const double length = std::chrono::duration<double>(now - window_begin_).count();
   if (length >= 1) {
     status_.achieved_factor = std::max(0.0, status_.t - window_t_) / length;
-    status_.events_per_second =
-        status_.events >= window_events_
-            ? static_cast<double>(status_.events - window_events_) / length
-            : 0;
+    status_.events_per_second = status_.events >= window_events_
+                                    ? static_cast<double>(status_.events - window_events_) / length
+                                    : 0;
     status_.lateness = lateness_;
     lateness_ = 0;
     window_begin_ = now;

@@ -31,8 +31,8 @@ StabilityOptions Resolve(const Setup& setup, const StabilityRequest& request) {
   options.margin = ResolveNumber("margin", request.margin, options.margin, 0.5);
   options.max_word_length = ResolveCount("max_word_length", request.max_word_length,
                                          options.max_word_length, kMaxWordLength);
-  options.max_words = ResolveCount("max_words", request.max_words,
-                                   static_cast<int>(options.max_words), kMaxWords);
+  options.max_words =
+      ResolveCount("max_words", request.max_words, static_cast<int>(options.max_words), kMaxWords);
   options.max_linear_programs =
       ResolveCount("max_linear_programs", request.max_linear_programs,
                    static_cast<int>(options.max_linear_programs), kMaxPrograms);

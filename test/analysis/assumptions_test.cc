@@ -13,8 +13,8 @@
 namespace contact_flow {
 namespace {
 
-/// A point between two walls whose inward normals make the angle `angle`, and a third wall along the first:
-/// G_01 = cos(angle); constraints 0 and 2 are dependent.
+/// A point between two walls whose inward normals make the angle `angle`, and a third wall along
+/// the first: G_01 = cos(angle); constraints 0 and 2 are dependent.
 struct Walls : test::UnitMasses<2, 3> {
   static constexpr const char* kName = "walls";
   static constexpr std::array<const char*, 2> kCoordinates = {"x", "y"};
@@ -93,8 +93,8 @@ TEST(Assumptions, SingleContactsNeedNothing) {
 TEST(Assumptions, AreReportedForEveryTransition) {
   const auto classes = [](const std::string& name, int count) {
     const auto system = MakeModel(name);
-    const Trajectory run = Simulate(*system, system->nominal().x, system->nominal().u,
-                                    system->nominal().duration);
+    const Trajectory run =
+        Simulate(*system, system->nominal().x, system->nominal().u, system->nominal().duration);
     const std::vector<AssumptionReport> reports = AssessTransitions(*system, run);
     EXPECT_EQ(count, static_cast<int>(reports.size()));
     return reports.front().contact_class;
@@ -110,8 +110,7 @@ TEST(AssumptionsInARegion, FindHowTheCouplingOfTwoContactsVaries) {
   Vector half_width = Vector::Zero(6);
   half_width(1) = 0.2;
   half_width(2) = 0.3;
-  const RegionReport report =
-      AssessRegion(*rigid, rigid->nominal().x, Vector(0), half_width, 50);
+  const RegionReport report = AssessRegion(*rigid, rigid->nominal().x, Vector(0), half_width, 50);
   ASSERT_EQ(1u, report.pairs.size());
   EXPECT_EQ(50, report.smooth);
   EXPECT_EQ(50, report.pairs[0].met) << "both feet can stand from any of these";

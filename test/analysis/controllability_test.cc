@@ -83,7 +83,8 @@ TEST(Controllability, TwoPiecesAgainstTheClosedCriterion) {
   EXPECT_GT(folded, 50);
 }
 
-/// By brute force: the turns of the image of the circle, whether it ever turns back, and what it leaves out.
+/// By brute force: the turns of the image of the circle, whether it ever turns back, and what it
+/// leaves out.
 struct Turning {
   double turns = 0;
   bool forth = false, back = false;
@@ -97,7 +98,8 @@ Turning TurnAround(const PiecewiseLinearMap& map) {
   Vector previous = map(OnCircle(0));
   for (int k = 1; k <= kSamples; ++k) {
     const Vector next = map(OnCircle(2 * M_PI * k / kSamples));
-    const double turn = std::atan2(previous(0) * next(1) - previous(1) * next(0), previous.dot(next));
+    const double turn =
+        std::atan2(previous(0) * next(1) - previous(1) * next(0), previous.dot(next));
     turning.turns += turn / (2 * M_PI);
     (turn > 0 ? turning.forth : turning.back) = true;
     // Everything that is swept over is attained.

@@ -102,7 +102,8 @@ TEST(Covariance, OfManyConesByCubature) {
 }
 
 TEST(Covariance, CubatureOfTheKnown) {
-  // |w₁| + |w₂| of independent normals: twice the half-normals' moments. In the plane the rule is even.
+  // |w₁| + |w₂| of independent normals: twice the half-normals' moments. In the plane the rule is
+  // even.
   const PiecewiseLinearMap sum =
       test::SumOfFolds(Matrix::Zero(1, 2), Matrix::Ones(1, 2), Matrix::Identity(2, 2));
   const OutcomeCovariance result = PropagateCovariance(sum, Matrix::Identity(2, 2));
@@ -113,8 +114,8 @@ TEST(Covariance, CubatureOfTheKnown) {
 }
 
 TEST(Covariance, OfSimulatedOutcomes) {
-  // The double pendulum that reaches both stops at once: 10⁵ runs from normally distributed states beside the moments
-  // of its derivative, within sampling error and O(σ).
+  // The double pendulum that reaches both stops at once: 10⁵ runs from normally distributed states
+  // beside the moments of its derivative, within sampling error and O(σ).
   const auto pendulum = MakeModel("double_pendulum");
   const NominalRun& nominal = pendulum->nominal();
   const Trajectory run = Simulate(*pendulum, nominal.x, nominal.u, nominal.duration);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Nonsmooth descent: known minima on and off kinks, valleys and ridges, costs of outcomes through impacts, and the
-// torque law of the double pendulum.
+// Nonsmooth descent: known minima on and off kinks, valleys and ridges, costs of outcomes through
+// impacts, and the torque law of the double pendulum.
 #include "contact_flow/analysis/descent.h"
 
 #include <gtest/gtest.h>
@@ -17,8 +17,8 @@
 namespace contact_flow {
 namespace {
 
-/// J(y) = ½ |y − c|² + Σ_k b_k |h_k·y|: convex for b ≥ 0. Its derivative knows a kink within 1e-7 when asked for kinks,
-/// within rounding else.
+/// J(y) = ½ |y − c|² + Σ_k b_k |h_k·y|: convex for b ≥ 0. Its derivative knows a kink within 1e-7
+/// when asked for kinks, within rounding else.
 NonsmoothCost Folded(const Vector& c, const Vector& b, const Matrix& h) {
   return [=](const Vector& y, CostQuery query) {
     CostValue value;
@@ -92,8 +92,8 @@ TEST(Descent, FindsMinimaOnAndOffKinks) {
     const Vector b = test::RandomMatrix(2, 1, &generator).cwiseAbs();
     const NonsmoothCost cost = Folded(c, b, h);
     const DescentResult result = Minimize(cost, 2 * test::RandomMatrix(n, 1, &generator));
-    // The minimum of a convex cost, by its dual: y = c − hᵀμ, |μ_k| ≤ b_k, minimises |c − hᵀμ|; found by projected
-    // gradients.
+    // The minimum of a convex cost, by its dual: y = c − hᵀμ, |μ_k| ≤ b_k, minimises |c − hᵀμ|;
+    // found by projected gradients.
     Vector mu = Vector::Zero(2);
     const double step = 1 / (h * h.transpose()).norm();
     for (int k = 0; k < 20000; ++k) {
@@ -112,7 +112,8 @@ TEST(Descent, FindsMinimaOnAndOffKinks) {
 TEST(Descent, EndsInAValleyAndLeavesARidge) {
   const Matrix h = Eigen::RowVector2d(1, 0);
   const Vector c = Eigen::Vector2d(0.2, -0.5);
-  const DescentResult valley = Minimize(Folded(c, Vector::Constant(1, 1), h), Eigen::Vector2d(1, 1));
+  const DescentResult valley =
+      Minimize(Folded(c, Vector::Constant(1, 1), h), Eigen::Vector2d(1, 1));
   EXPECT_EQ(DescentStatus::kMinimum, valley.status) << valley.message;
   EXPECT_NEAR(0, valley.y(0), 1e-12);
   EXPECT_NEAR(-0.5, valley.y(1), 1e-6);
@@ -129,13 +130,15 @@ TEST(Descent, EndsInAValleyAndLeavesARidge) {
   EXPECT_TRUE(left.kinks.empty());
 }
 
-/// 8 |y₁² − y₂| + (1 − y₁)² (Lewis and Overton): a curved valley whose bottom is a kink, with the minimum 0 at (1, 1).
+/// 8 |y₁² − y₂| + (1 − y₁)² (Lewis and Overton): a curved valley whose bottom is a kink, with the
+/// minimum 0 at (1, 1).
 CostValue CurvedValley(const Vector& y, CostQuery query) {
   CostValue value;
   const double height = y(0) * y(0) - y(1);
   value.cost = 8 * std::abs(height) + (1 - y(0)) * (1 - y(0));
   value.has_map = query != CostQuery::kValue;
-  const Matrix along = Eigen::RowVector2d(-2 * (1 - y(0)), 0), across = Eigen::RowVector2d(2 * y(0), -1);
+  const Matrix along = Eigen::RowVector2d(-2 * (1 - y(0)), 0),
+               across = Eigen::RowVector2d(2 * y(0), -1);
   if (std::abs(height) <= (query == CostQuery::kKinks ? 1e-7 : 1e-15)) {
     value.map = test::SumOfFolds(along, Matrix::Constant(1, 1, 8), across);
   } else {
@@ -150,7 +153,8 @@ TEST(Descent, FollowsACurvedValley) {
   EXPECT_NEAR(1, result.y(0), 1e-2);
   EXPECT_NEAR(1, result.y(1), 1e-2);
   int by[3] = {0, 0, 0};
-  for (const DescentIteration& iteration : result.iterations) ++by[static_cast<int>(iteration.method)];
+  for (const DescentIteration& iteration : result.iterations)
+    ++by[static_cast<int>(iteration.method)];
   EXPECT_EQ(1, by[0]);
   EXPECT_GT(by[1], 0) << "the trust region does its part";
   EXPECT_GT(by[2], 0) << "where its steps are refused, BFGS goes on";
@@ -181,8 +185,8 @@ TEST(Descent, SaysWhatStoppedIt) {
   EXPECT_NE(std::string::npos, undefined.message.find("nowhere"));
 }
 
-/// The double pendulum that reaches both stops at once, its shoulder `offset` from there; the shoulder torque may be chosen,
-/// and the cost is the elbow's final deviation.
+/// The double pendulum that reaches both stops at once, its shoulder `offset` from there; the
+/// shoulder torque may be chosen, and the cost is the elbow's final deviation.
 OutcomeProblem ElbowProblem(const test::ReferenceCase& pendulum, double offset) {
   OutcomeProblem problem;
   problem.x = pendulum.x;
@@ -224,8 +228,9 @@ TEST(OutcomeCost, DerivativeAgreesWithQuotients) {
 }
 
 TEST(OutcomeCost, OfAnInitialAngleHasItsMinimumOnTheKink) {
-  // The shoulder's final speed falls by −0.185 rad/s per rad of its initial angle before the simultaneous impact and rises
-  // by 0.00136 after it (the reference case): that angle is a minimum, in a valley. Its negative has a ridge there.
+  // The shoulder's final speed falls by −0.185 rad/s per rad of its initial angle before the
+  // simultaneous impact and rises by 0.00136 after it (the reference case): that angle is a
+  // minimum, in a valley. Its negative has a ridge there.
   const test::ReferenceCase pendulum("double_pendulum_simultaneous");
   OutcomeProblem problem = ElbowProblem(pendulum, 0);
   problem.unknowns = {{OutcomeUnknown::Kind::kPosition, 0}};
@@ -246,15 +251,16 @@ TEST(OutcomeCost, OfAnInitialAngleHasItsMinimumOnTheKink) {
   EXPECT_EQ(1u, cost(beside, CostQuery::kSlopes).map.pieces().size());
   EXPECT_EQ(2u, cost(beside, CostQuery::kKinks).map.pieces().size());
   problem.target(2) = pendulum.final_state(2) + 1;
-  const CostValue ridge = MakeOutcomeCost(*pendulum.system, problem)(pendulum.x.head(1), CostQuery::kKinks);
+  const CostValue ridge =
+      MakeOutcomeCost(*pendulum.system, problem)(pendulum.x.head(1), CostQuery::kKinks);
   ASSERT_TRUE(ridge.has_map);
   ASSERT_EQ(1u, FindKinks(ridge.map).size());
   EXPECT_FALSE(FindKinks(ridge.map)[0].IsValley());
 }
 
-/// The law of Pace's thesis: the constant torque that brings the elbow back to its nominal final angle, over the
-/// shoulder's initial offset. It is continuous, with a kink where both stops are reached at once; its slopes there solve
-/// B_elbow(δ, τ′ δ) = 0 to either side.
+/// The law of Pace's thesis: the constant torque that brings the elbow back to its nominal final
+/// angle, over the shoulder's initial offset. It is continuous, with a kink where both stops are
+/// reached at once; its slopes there solve B_elbow(δ, τ′ δ) = 0 to either side.
 TEST(TorqueLaw, HasAKinkAtTheSimultaneousImpact) {
   const test::ReferenceCase pendulum("double_pendulum_simultaneous");
   const auto torque = [&](double offset) {
@@ -295,8 +301,8 @@ TEST(TorqueLaw, HasAKinkAtTheSimultaneousImpact) {
           << sign * size;
     }
   }
-  std::printf("slope of the torque law: %.6f before, %.6f after the simultaneous impact\n", slopes[0],
-              slopes[1]);
+  std::printf("slope of the torque law: %.6f before, %.6f after the simultaneous impact\n",
+              slopes[0], slopes[1]);
   EXPECT_GT(std::abs(slopes[0] - slopes[1]), 0.1);
 }
 

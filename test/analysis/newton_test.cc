@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// B-Newton on equations with known roots: order of convergence on and off the kink, rectangular ones, statuses.
+// B-Newton on equations with known roots: order of convergence on and off the kink, rectangular
+// ones, statuses.
 #include "contact_flow/analysis/newton.h"
 
 #include <gtest/gtest.h>
@@ -14,8 +15,8 @@
 namespace contact_flow {
 namespace {
 
-/// r(x) = A(x − x*) + b |h(x)| − b |h(x*)| + quadratic terms, h(x) = c·(x − x*) + |x − x*|² + offset: root x*, on
-/// the kink for offset 0.
+/// r(x) = A(x − x*) + b |h(x)| − b |h(x*)| + quadratic terms, h(x) = c·(x − x*) + |x − x*|² +
+/// offset: root x*, on the kink for offset 0.
 class FoldedEquation {
  public:
   FoldedEquation(int n, double offset, unsigned seed) : offset_(offset) {
@@ -30,8 +31,8 @@ class FoldedEquation {
     const Vector y = x - root;
     const double h = (c_ * y)(0) + y.squaredNorm() + offset_;
     EquationValue value;
-    value.residual = A_ * y + b_ * (std::abs(h) - std::abs(offset_)) +
-                     0.3 * y.cwiseProduct(y.cwiseAbs());
+    value.residual =
+        A_ * y + b_ * (std::abs(h) - std::abs(offset_)) + 0.3 * y.cwiseProduct(y.cwiseAbs());
     value.has_map = with_map;
     if (!with_map) return value;
     const Matrix Dh = c_ + 2 * y.transpose();
@@ -82,10 +83,9 @@ TEST(Newton, StepOnAKinkIsTheExactSolutionOfThePiecewiseLinearEquation) {
   std::mt19937 generator(2);
   for (int trial = 0; trial < 100; ++trial) {
     const int n = 2 + trial % 3;
-    const PiecewiseLinearMap map =
-        test::SumOfFolds(test::RandomMatrix(n, n, &generator) + 4 * Matrix::Identity(n, n),
-                         0.3 * test::RandomMatrix(n, 2, &generator),
-                         test::RandomMatrix(2, n, &generator));
+    const PiecewiseLinearMap map = test::SumOfFolds(
+        test::RandomMatrix(n, n, &generator) + 4 * Matrix::Identity(n, n),
+        0.3 * test::RandomMatrix(n, 2, &generator), test::RandomMatrix(2, n, &generator));
     const Vector d = test::RandomMatrix(n, 1, &generator);
     const PiecewiseLinearStep step = SolvePiecewiseLinear(map, -map(d));
     EXPECT_LE(step.model, 1e-9);
@@ -100,7 +100,8 @@ TEST(Newton, ConvergesFromAfarWhereFullStepsDiverge) {
     EquationValue value;
     const double factor = x(0) > 0 ? 1.2 : 1;
     value.residual = Vector::Constant(1, factor * std::atan(2 * x(0)));
-    value.map = PiecewiseLinearMap::Linear(Matrix::Constant(1, 1, factor * 2 / (1 + 4 * x(0) * x(0))));
+    value.map =
+        PiecewiseLinearMap::Linear(Matrix::Constant(1, 1, factor * 2 / (1 + 4 * x(0) * x(0))));
     value.has_map = true;
     return value;
   };
@@ -137,9 +138,10 @@ TEST(Newton, FewerConditionsTakeTheShortestStep) {
 
 TEST(Newton, FewerConditionsFindASolutionInItsConeWhereNoShortestOneIs) {
   if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
-  // f = d₁ − 2|d₂|: the shortest solutions of both pieces of f(d) = 1, (0.2, ±0.4), lie in each other's cone.
-  const PiecewiseLinearMap map =
-      test::SumOfFolds(Eigen::RowVector2d(1, 0), Matrix::Constant(1, 1, -2), Eigen::RowVector2d(0, 1));
+  // f = d₁ − 2|d₂|: the shortest solutions of both pieces of f(d) = 1, (0.2, ±0.4), lie in each
+  // other's cone.
+  const PiecewiseLinearMap map = test::SumOfFolds(
+      Eigen::RowVector2d(1, 0), Matrix::Constant(1, 1, -2), Eigen::RowVector2d(0, 1));
   EXPECT_NEAR(-0.6, map(Eigen::Vector2d(0.2, 0.4))(0), 1e-12);
   const PiecewiseLinearStep step = SolvePiecewiseLinear(map, Vector::Constant(1, -1));
   EXPECT_LE(step.model, 1e-9);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Periodic orbits: the hopping trot through simultaneous touchdown and lift-off from far away, orbits known in
-// closed form, order of convergence on and off the kink, and what long simulation says of their stability.
+// Periodic orbits: the hopping trot through simultaneous touchdown and lift-off from far away,
+// orbits known in closed form, order of convergence on and off the kink, and what long simulation
+// says of their stability.
 #include "contact_flow/analysis/periodic_orbit.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +23,8 @@ namespace {
 using Kind = OrbitCondition::Kind;
 using test::ReferenceCase;
 
-const std::vector<std::string> kUnknown = {"axial_stiffness", "axial_damping", "push", "leg_length"};
+const std::vector<std::string> kUnknown = {"axial_stiffness", "axial_damping", "push",
+                                           "leg_length"};
 
 ParameterValues ParametersOf(const MechanicalSystem& system) {
   ParameterValues values;
@@ -44,12 +46,12 @@ OrbitProblem TrotProblem(const ReferenceCase& trot) {
 
 /// Apex 0.8 m, period 0.8 s, both feet down at 0.1 s and up at 0.7 s.
 std::vector<OrbitCondition> TrotConditions() {
-  return {{Kind::kPeriod, 0, 0.8},       {Kind::kCoordinate, 3, 0.8},
-          {Kind::kTouchdown, 0, 0.1},    {Kind::kTouchdown, 0, 0, 1},
-          {Kind::kLiftOff, 0, 0.7},      {Kind::kLiftOff, 0, 0, 1}};
+  return {{Kind::kPeriod, 0, 0.8},     {Kind::kCoordinate, 3, 0.8}, {Kind::kTouchdown, 0, 0.1},
+          {Kind::kTouchdown, 0, 0, 1}, {Kind::kLiftOff, 0, 0.7},    {Kind::kLiftOff, 0, 0, 1}};
 }
 
-/// Every number that is not zero 10 % off, and those that are by 0.01; the parameters 10 % off. Signs at random.
+/// Every number that is not zero 10 % off, and those that are by 0.01; the parameters 10 % off.
+/// Signs at random.
 void MoveOff(std::mt19937* generator, OrbitProblem* problem) {
   const auto sign = [&] { return (*generator)() % 2 == 0 ? 0.1 : -0.1; };
   for (double& number : problem->x) {
@@ -63,7 +65,8 @@ void ExpectTheTrot(const ReferenceCase& trot, const OrbitSolution& found) {
   EXPECT_NEAR(0.8, found.orbit.time, 1e-11);
   EXPECT_NEAR(0.8, found.x(3), 1e-11);
   EXPECT_LE(found.newton.residual.cwiseAbs().maxCoeff(), 1e-11);
-  // The period that is shown takes events within 1e-7 s as one: its end moves by as much as they are apart.
+  // The period that is shown takes events within 1e-7 s as one: its end moves by as much as they
+  // are apart.
   EXPECT_LE(found.system->Separation(found.orbit.x, found.x).cwiseAbs().maxCoeff(), 5e-11);
   const std::vector<Transition>& events = found.orbit.trajectory.transitions;
   ASSERT_EQ(2u, events.size()) << "both feet at once";
@@ -71,8 +74,8 @@ void ExpectTheTrot(const ReferenceCase& trot, const OrbitSolution& found) {
   EXPECT_EQ(2, events[1].released.Size());
   EXPECT_NEAR(0.1, events[0].t, 1e-11);
   EXPECT_NEAR(0.7, events[1].t, 1e-11);
-  // An independent program found these parameters, in quadruple precision. The conditions are hardly less sharp: their
-  // Jacobian's inverse is of the order of 1e3 (N/m per s).
+  // An independent program found these parameters, in quadruple precision. The conditions are
+  // hardly less sharp: their Jacobian's inverse is of the order of 1e3 (N/m per s).
   for (const Parameter& parameter : trot.system->description().parameters) {
     EXPECT_NEAR(parameter.value, found.parameters.at(parameter.name), 1e-8 * (1 + parameter.value));
   }
@@ -94,7 +97,8 @@ TEST(PeriodicOrbit, FindsTheTrotFromTenPercentOff) {
     problem.conditions = TrotConditions();
     MoveOff(&generator, &problem);
     const OrbitSolution found = FindOrbit(problem, options);
-    // Some starts do not hop at all: no foot lifts off before the apex. Newton has no equation then.
+    // Some starts do not hop at all: no foot lifts off before the apex. Newton has no equation
+    // then.
     if (found.newton.iterations.empty()) continue;
     ++possible;
     if (!found.ok()) {
@@ -110,8 +114,8 @@ TEST(PeriodicOrbit, FindsTheTrotFromTenPercentOff) {
   EXPECT_GE(converged, possible - 2);
 }
 
-/// Newton's residuals fall quadratically, r_{k+1} ≤ C r_k², until rounding, or until events are so close (1e-7 s) that
-/// the derivative takes them as one.
+/// Newton's residuals fall quadratically, r_{k+1} ≤ C r_k², until rounding, or until events are so
+/// close (1e-7 s) that the derivative takes them as one.
 void ExpectQuadratic(const NewtonResult& newton, double constant) {
   int quadratic = 0;
   for (std::size_t k = 1; k < newton.iterations.size(); ++k) {
@@ -157,15 +161,16 @@ TEST(PeriodicOrbit, ConvergesQuadraticallyOffTheKink) {
   EXPECT_EQ(1u, found.orbit.map.pieces().size());
   ExpectQuadratic(found.newton, 1e3);
 
-  // The same orbit seen just behind the touchdown that comes first, where that foot stands: iterates keep its contact.
+  // The same orbit seen just behind the touchdown that comes first, where that foot stands:
+  // iterates keep its contact.
   const std::string first = robot->description().constraints[*events[0].activated.begin()];
   OrbitProblem standing = problem;
   standing.section = Section::Event(*robot, first);
-  const PoincareReturn landing =
-      PoincareMap(*robot, problem.u, standing.section).Return(found.x);
+  const PoincareReturn landing = PoincareMap(*robot, problem.u, standing.section).Return(found.x);
   ASSERT_TRUE(landing.returned()) << landing.message;
   standing.x = landing.x;
-  standing.parameters["right_offset"] = 0.515;  // near an orbit, and with a contact to keep, which is curved
+  standing.parameters["right_offset"] =
+      0.515;  // near an orbit, and with a contact to keep, which is curved
   const OrbitSolution seen = FindOrbit(standing);
   ASSERT_TRUE(seen.ok()) << seen.newton.message;
   EXPECT_EQ(1, seen.orbit.trajectory.arcs.front().mode.Size());
@@ -175,7 +180,8 @@ TEST(PeriodicOrbit, ConvergesQuadraticallyOffTheKink) {
   EXPECT_NEAR(apex.orbit.time, seen.orbit.time, 1e-9);
 }
 
-/// Largest deviation from the orbit's apex, horizontal motion set aside, after 50 periods; infinite when it falls.
+/// Largest deviation from the orbit's apex, horizontal motion set aside, after 50 periods; infinite
+/// when it falls.
 double DeviationAfterFifty(const ReferenceCase& trot, const Vector& start) {
   PoincareOptions options;
   options.simulate.relative_tolerance = options.simulate.absolute_tolerance = 1e-10;
@@ -232,9 +238,12 @@ TEST(PeriodicOrbit, LongSimulationAgreesWithTheCertificates) {
 }
 
 TEST(PeriodicOrbit, OfAnElasticBallIsKnown) {
-  // Orbits of an elastic ball are a family: the period chooses one, of height g T²/8, seen at the apex and at the impact.
+  // Orbits of an elastic ball are a family: the period chooses one, of height g T²/8, seen at the
+  // apex and at the impact.
   OrbitProblem problem;
-  problem.factory = [](const ParameterValues& values) { return MakeModel("bouncing_ball", values); };
+  problem.factory = [](const ParameterValues& values) {
+    return MakeModel("bouncing_ball", values);
+  };
   problem.parameters = {{"restitution", 1}};
   const auto ball = problem.factory(problem.parameters);
   problem.u = Vector(0);

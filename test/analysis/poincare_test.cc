@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Return maps: a ball whose map is known, one-sided quotients of simulated returns, the trot's stability.
+// Return maps: a ball whose map is known, one-sided quotients of simulated returns, the trot's
+// stability.
 #include "contact_flow/analysis/poincare.h"
 
 #include <gtest/gtest.h>
@@ -39,8 +40,7 @@ TEST(Poincare, ApexOfABallIsKnown) {
   EXPECT_NEAR(time / (2 * kHeight), apex.return_time(Vector::Unit(4, 1))(0), 1e-9);
   ASSERT_EQ(3, apex.reduced.rows());
   ASSERT_EQ(1u, apex.reduced.pieces().size());
-  const Vector moduli =
-      apex.reduced.pieces()[0].matrix.eigenvalues().cwiseAbs();
+  const Vector moduli = apex.reduced.pieces()[0].matrix.eigenvalues().cwiseAbs();
   EXPECT_NEAR(kRestitution * kRestitution, moduli.minCoeff(), 1e-9) << "no spurious zero";
   Vector column(4);
   column << 0.7 * time / (2 * kHeight), kRestitution * kRestitution, 0, 0;
@@ -49,8 +49,7 @@ TEST(Poincare, ApexOfABallIsKnown) {
   // Horizontal position and velocity are neutral.
   Matrix horizontal = Matrix::Zero(4, 2);
   horizontal(0, 0) = horizontal(2, 1) = 1;
-  const ReducedMap reduced =
-      SetAside(apex.reduced, apex.start_basis.transpose() * horizontal);
+  const ReducedMap reduced = SetAside(apex.reduced, apex.start_basis.transpose() * horizontal);
   EXPECT_LE(reduced.residual, 1e-9);
   ASSERT_EQ(1, reduced.map.rows());
   StabilityOptions few;
@@ -75,7 +74,8 @@ TEST(Poincare, ImpactOfABallIsKnown) {
   EXPECT_LE(std::abs(impact.map(Vector::Unit(4, 3))(1)), 1e-9) << "the height stays zero";
 }
 
-/// Slope of log|(P(x+αw) − P(x))/α − DP w| over log α; NaN when the errors are at the level of rounding.
+/// Slope of log|(P(x+αw) − P(x))/α − DP w| over log α; NaN when the errors are at the level of
+/// rounding.
 double QuotientSlope(const MechanicalSystem& system, const Vector& u, const Section& section,
                      const Vector& x, const Vector& w) {
   PoincareOptions options;
@@ -251,12 +251,15 @@ TEST(PoincareEventTimes, SayWhatIsMissing) {
   PoincareOptions options;
   options.events = {{0, false, 2}};
   const PoincareReturn once =
-      PoincareMap(*trot.system, trot.u, Section::Apex(*trot.system, "body_z"), options).Return(trot.x);
+      PoincareMap(*trot.system, trot.u, Section::Apex(*trot.system, "body_z"), options)
+          .Return(trot.x);
   EXPECT_TRUE(std::isnan(once.event_times(0)));
   EXPECT_EQ(ReturnStatus::kNoDerivative, once.status);
-  EXPECT_NE(std::string::npos, once.message.find("touchdown number 2 of 'left_foot'")) << once.message;
+  EXPECT_NE(std::string::npos, once.message.find("touchdown number 2 of 'left_foot'"))
+      << once.message;
   options.events = {{7, false, 1}};
-  EXPECT_THROW(PoincareMap(*trot.system, trot.u, Section::After(1), options), std::invalid_argument);
+  EXPECT_THROW(PoincareMap(*trot.system, trot.u, Section::After(1), options),
+               std::invalid_argument);
 }
 
 TEST(Poincare, SaysWhyThereIsNoReturn) {

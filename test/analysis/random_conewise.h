@@ -19,8 +19,8 @@ inline Matrix RandomMatrix(int rows, int cols, std::mt19937* generator) {
   return m;
 }
 
-/// y ↦ A y + Σ_k b_k |c_k·y|, continuous by its form; one piece for each cell of the hyperplanes c_k·y = 0
-/// that has interior. A [r×n], B = (b_k) [r×h], C = (c_k) [h×n].
+/// y ↦ A y + Σ_k b_k |c_k·y|, continuous by its form; one piece for each cell of the hyperplanes
+/// c_k·y = 0 that has interior. A [r×n], B = (b_k) [r×h], C = (c_k) [h×n].
 inline PiecewiseLinearMap SumOfFolds(const Matrix& A, const Matrix& B, const Matrix& C) {
   std::vector<LinearPiece> pieces;
   const int folds = static_cast<int>(C.rows());
@@ -38,8 +38,8 @@ inline PiecewiseLinearMap SumOfFolds(const Matrix& A, const Matrix& B, const Mat
   return PiecewiseLinearMap(pieces);
 }
 
-/// The map of the plane that sends ray k to `images`.col(k) and is linear between neighbouring rays, which
-/// are given by increasing angles less than π apart.
+/// The map of the plane that sends ray k to `images`.col(k) and is linear between neighbouring
+/// rays, which are given by increasing angles less than π apart.
 inline PiecewiseLinearMap Fan(const std::vector<double>& angles, const Matrix& images) {
   std::vector<LinearPiece> pieces;
   const std::size_t count = angles.size();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Verdicts on maps whose fate is known, or known from long simulation; certificates, true and tampered.
+// Verdicts on maps whose fate is known, or known from long simulation; certificates, true and
+// tampered.
 #include "contact_flow/analysis/stability.h"
 
 #include <gtest/gtest.h>
@@ -96,17 +97,19 @@ TEST(Stability, OfLinearMapsIsTheSpectralRadius) {
     const PiecewiseLinearMap map = PiecewiseLinearMap::Linear(A);
     const StabilityReport report = AssessStability(map);
     EXPECT_EQ(radius < 1 ? StabilityVerdict::kStable : StabilityVerdict::kUnstable, report.verdict)
-        << report.message << "\n" << A;
+        << report.message << "\n"
+        << A;
     EXPECT_TRUE(VerifyCertificate(map, report.certificate));
   }
 }
 
 TEST(Stability, QuadraticNormReachesTheLargerOfTwoCommutingRates) {
-  // Commuting normal matrices, seen in skew coordinates: the best rate is the largest spectral radius.
+  // Commuting normal matrices, seen in skew coordinates: the best rate is the largest spectral
+  // radius.
   std::mt19937 generator(4);
   Matrix rotation(3, 3), T = test::RandomMatrix(3, 3, &generator);
-  rotation << 0.8 * std::cos(1), -0.8 * std::sin(1), 0, 0.8 * std::sin(1), 0.8 * std::cos(1), 0, 0, 0,
-      0.3;
+  rotation << 0.8 * std::cos(1), -0.8 * std::sin(1), 0, 0.8 * std::sin(1), 0.8 * std::cos(1), 0, 0,
+      0, 0.3;
   const Matrix A = T * rotation * T.inverse(), B = T * rotation * rotation * T.inverse();
   const CommonQuadraticNorm found = FindCommonQuadraticNorm({A, B});
   EXPECT_NEAR(0.8, found.rate, 1e-3);
@@ -273,8 +276,8 @@ TEST(StabilityOfRandomMaps, NeverContradictsSimulation) {
     ASSERT_LE(report.growth_below, report.growth_above * (1 + 1e-6)) << trial;
     double largest = -std::numeric_limits<double>::infinity();
     for (int start = 0; start < kStarts; ++start) {
-      largest = std::max(
-          largest, LogGrowth(map, test::RandomMatrix(map.cols(), 1, &generator), kSteps));
+      largest =
+          std::max(largest, LogGrowth(map, test::RandomMatrix(map.cols(), 1, &generator), kSteps));
     }
     // A start may grow by a constant c before its rate shows: log(c)/kSteps, c below 1e4 here.
     EXPECT_LE(largest, std::log(report.growth_above) + std::log(1e4) / kSteps) << trial;

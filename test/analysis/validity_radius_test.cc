@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The radius of validity against the exact size at which the sequence of events changes: the estimate is of
-// first order, its relative error vanishes with the margin.
+// The radius of validity against the exact size at which the sequence of events changes: the
+// estimate is of first order, its relative error vanishes with the margin.
 #include "contact_flow/analysis/validity_radius.h"
 
 #include <gtest/gtest.h>
@@ -23,8 +23,7 @@ ValidityRadius Estimate(const MechanicalSystem& system, const Vector& x, double 
                         const Vector& w, const Variables& variables = {}) {
   SimulateOptions options;
   options.relative_tolerance = options.absolute_tolerance = 1e-12;
-  const Trajectory run =
-      Simulate(system, x, Vector::Zero(system.num_inputs()), duration, options);
+  const Trajectory run = Simulate(system, x, Vector::Zero(system.num_inputs()), duration, options);
   BDerivativeOptions tight;
   tight.tolerance = 1e-11;
   tight.variables = variables;
@@ -37,7 +36,8 @@ class SoftBipedRadius : public testing::Test {
  protected:
   const std::unique_ptr<MechanicalSystem> system = MakeModel("soft_biped");
   const std::vector<std::string>& names = system->description().coordinates;
-  const int foot = static_cast<int>(std::find(names.begin(), names.end(), "left_foot_z") - names.begin());
+  const int foot =
+      static_cast<int>(std::find(names.begin(), names.end(), "left_foot_z") - names.begin());
 };
 
 TEST_F(SoftBipedRadius, EndsWhereTwoTouchdownsChangePlaces) {
@@ -67,7 +67,7 @@ TEST_F(SoftBipedRadius, IsAFactorOnTheDirectionAndInfiniteForNone) {
 class CeilingRadius : public testing::Test {
  protected:
   const std::unique_ptr<MechanicalSystem> system = MakeModel("ceiling");  // 1 m high
-  const double touching = std::sqrt(2 * kGravity);                        // the speed that just reaches it
+  const double touching = std::sqrt(2 * kGravity);  // the speed that just reaches it
   ValidityRadius Throw(double speed, double sign, double duration = 0.8) const {
     Vector x(2), w(2);
     x << 0, speed;

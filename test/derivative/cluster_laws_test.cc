@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The laws of the B-derivative at every cluster met by the models, and one-sided difference quotients.
+// The laws of the B-derivative at every cluster met by the models, and one-sided difference
+// quotients.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -34,7 +35,8 @@ std::vector<Scenario> Scenarios() {
   const auto add = [&](const std::string& name, std::shared_ptr<MechanicalSystem> system) {
     scenarios.push_back({name, system, system->nominal().x, system->nominal().duration});
   };
-  // Foot by foot, contacts that are not orthogonal: the first foot lets go at the impact of the second.
+  // Foot by foot, contacts that are not orthogonal: the first foot lets go at the impact of the
+  // second.
   std::shared_ptr<MechanicalSystem> rigid = MakeModel("rigid_biped");
   Vector tilted = rigid->nominal().x;
   tilted(2) = 0.1;
@@ -117,7 +119,8 @@ TEST_P(ClusterLaws, PiecesAgreeWithDirectionsAndOnFaces) {
     const double scale = 1 + value.cwiseAbs().maxCoeff();
     EXPECT_LE((map(w) - value).cwiseAbs().maxCoeff(), kRounding * scale);
     EXPECT_LE((B(2.5 * w) - 2.5 * value).cwiseAbs().maxCoeff(), kRounding * scale);
-    // Onto a face between two pieces: every piece whose closed cone holds the point has the same value.
+    // Onto a face between two pieces: every piece whose closed cone holds the point has the same
+    // value.
     const Matrix& cone = map.pieces()[map.PieceAt(w)].cone;
     if (cone.rows() == 0) continue;
     const Vector normal = cone.row(trial % cone.rows()).transpose();
@@ -173,9 +176,9 @@ TEST_P(ClusterLaws, OneSidedQuotientsConvergeWithSlopeOne) {
   int measured = 0;
   for (int trial = 0; trial < 6; ++trial) {
     const Vector w = RandomDirection().normalized();
-    const QuotientReport report = CompareWithQuotients(
-        *GetParam().system, GetParam().x, u, GetParam().duration, w, B(w),
-        {3e-4, 1e-4, 3e-5, 1e-5, 3e-6});
+    const QuotientReport report =
+        CompareWithQuotients(*GetParam().system, GetParam().x, u, GetParam().duration, w, B(w),
+                             {3e-4, 1e-4, 3e-5, 1e-5, 3e-6});
     ASSERT_EQ(5u, report.samples.size());
     for (const QuotientSample& sample : report.samples) {
       ASSERT_TRUE(sample.status.ok()) << sample.status.message;
@@ -197,9 +200,9 @@ TEST_P(ClusterLaws, TimeDerivativeIsTheField) {
   constexpr double kStep = 1e-5;
   SimulateOptions options;
   options.relative_tolerance = options.absolute_tolerance = 1e-12;
-  const Vector later = Simulate(*GetParam().system, GetParam().x, u,
-                                GetParam().duration + kStep, options)
-                           .FinalState();
+  const Vector later =
+      Simulate(*GetParam().system, GetParam().x, u, GetParam().duration + kStep, options)
+          .FinalState();
   const Vector quotient = (later - run.FinalState()) / kStep;
   const Vector predicted = B(1, Vector::Zero(later.size()));
   EXPECT_LE((quotient - predicted).cwiseAbs().maxCoeff(),
@@ -207,7 +210,9 @@ TEST_P(ClusterLaws, TimeDerivativeIsTheField) {
 }
 
 INSTANTIATE_TEST_SUITE_P(AllClusters, ClusterLaws, testing::ValuesIn(Scenarios()),
-                         [](const testing::TestParamInfo<Scenario>& info) { return info.param.name; });
+                         [](const testing::TestParamInfo<Scenario>& info) {
+                           return info.param.name;
+                         });
 
 }  // namespace
 }  // namespace contact_flow

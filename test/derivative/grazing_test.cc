@@ -40,7 +40,8 @@ TEST_F(UnderTheCeiling, NoDerivativeAtGrazing) {
   EXPECT_NE(std::string::npos, B.status.message.find("'ceiling'")) << B.status.message;
 }
 
-/// The ball arrives at t₁ = (ż₀ − s)/g with speed s and leaves with −γ s, so that ż(T) = −γ s − g (T − t₁).
+/// The ball arrives at t₁ = (ż₀ − s)/g with speed s and leaves with −γ s, so that ż(T) = −γ s − g
+/// (T − t₁).
 TEST_F(UnderTheCeiling, GrowsLikeOneOverTheSpeed) {
   for (double s : {2.0, 0.5, 0.1, 1e-2, 1e-3, 1e-4}) {
     const Vector x = Thrown(s);
@@ -65,8 +66,8 @@ TEST_F(UnderTheCeiling, AgreesWithOneSidedQuotientsWellInside) {
       const Vector x = Thrown(s), w = sign * faster;
       // The next order is α ż₀²/s³: perturbations must stay below s².
       const std::vector<double> alphas = {1e-2 * s * s, 3e-3 * s * s, 1e-3 * s * s, 3e-4 * s * s};
-      const QuotientReport report = CompareWithQuotients(*system, x, Vector(0), kDuration, w,
-                                                         Differentiate(x)(w), alphas);
+      const QuotientReport report =
+          CompareWithQuotients(*system, x, Vector(0), kDuration, w, Differentiate(x)(w), alphas);
       EXPECT_NEAR(1, report.slope, 0.1) << "speed " << s;
     }
   }

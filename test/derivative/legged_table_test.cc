@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Four feet land at once: all 24 pieces of the B-derivative, each against one-sided quotients inside its cone.
+// Four feet land at once: all 24 pieces of the B-derivative, each against one-sided quotients
+// inside its cone.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -66,7 +67,8 @@ TEST_F(Table, HasTwentyFourDifferentPieces) {
       closest = std::min(closest, difference.cwiseAbs().maxCoeff());
     }
   }
-  // Swapping two neighbours changes the pitch by 2·flywheel·(ż/I)·(time left) ≈ 0.1 a unit of foot height.
+  // Swapping two neighbours changes the pitch by 2·flywheel·(ż/I)·(time left) ≈ 0.1 a unit of foot
+  // height.
   EXPECT_GT(closest, 1e-2);
 }
 
@@ -96,14 +98,13 @@ TEST_F(Table, EveryPieceAgreesWithOneSidedQuotientsInItsInterior) {
     const Vector w = DirectionOf(order);
     std::vector<std::string> omega;
     for (int foot : order) omega.push_back(names[foot]);
-    const auto piece =
-        std::find_if(map.pieces().begin(), map.pieces().end(),
-                     [&](const LinearPiece& p) { return p.omega.front() == omega; });
+    const auto piece = std::find_if(map.pieces().begin(), map.pieces().end(),
+                                    [&](const LinearPiece& p) { return p.omega.front() == omega; });
     ASSERT_NE(map.pieces().end(), piece);
     EXPECT_GT(piece->Margin(w), 0.05);
     const QuotientReport report =
-        CompareWithQuotients(*system, nominal.x, Vector(0), nominal.duration, w,
-                             piece->matrix * w, {1e-3, 3e-4, 1e-4, 3e-5});
+        CompareWithQuotients(*system, nominal.x, Vector(0), nominal.duration, w, piece->matrix * w,
+                             {1e-3, 3e-4, 1e-4, 3e-5});
     EXPECT_NEAR(1, report.slope, 0.1) << omega[0] << omega[1] << omega[2];
     const double rate = report.samples.front().error / report.samples.front().alpha;
     for (const QuotientSample& sample : report.samples) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Contacts that are not orthogonal: where the order of impacts decides, and where it does not (G_ij < 0, γ = 0).
+// Contacts that are not orthogonal: where the order of impacts decides, and where it does not (G_ij
+// < 0, γ = 0).
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -23,8 +24,9 @@ struct Landing {
   double time() const { return run.transitions.front().t; }
   Vector Velocity(const Vector& x) const { return x.tail(system->dof()); }
 
-  /// The run that meets constraint `first` earlier than the other, by about `separation` [m] of gap, to
-  /// `settled` after the landing. Only first-order terms of the separation are left in its velocity.
+  /// The run that meets constraint `first` earlier than the other, by about `separation` [m] of
+  /// gap, to `settled` after the landing. Only first-order terms of the separation are left in its
+  /// velocity.
   Trajectory Perturbed(int first, double separation, double settled) const {
     SimulateOptions options;
     options.relative_tolerance = options.absolute_tolerance = 1e-11;
@@ -36,8 +38,8 @@ struct Landing {
     Vector gaps = Vector::Zero(2);
     gaps(first) = -separation;
     Vector x = nominal.x;
-    x.head(system->dof()) += terms.jacobian.transpose() *
-                             (terms.jacobian * terms.jacobian.transpose()).inverse() * gaps;
+    x.head(system->dof()) +=
+        terms.jacobian.transpose() * (terms.jacobian * terms.jacobian.transpose()).inverse() * gaps;
     return Simulate(*system, x, Vector(0), time() + settled, options);
   }
 
@@ -56,8 +58,9 @@ std::vector<int> OrderOf(const Trajectory& run) {
   return order;
 }
 
-/// Every order that is listed is run, and its outcome is the limit of runs in that order: their velocity shortly
-/// after differs from it by O(separation), the constant (gravity, spring rates times settling time) < 1e4.
+/// Every order that is listed is run, and its outcome is the limit of runs in that order: their
+/// velocity shortly after differs from it by O(separation), the constant (gravity, spring rates
+/// times settling time) < 1e4.
 void ExpectOutcomesAreLimits(const Landing& landing) {
   ASSERT_EQ(Outcome::kDiscontinuous, landing.B.status.outcome);
   const std::vector<OrderOutcome>& outcomes = landing.B.events.front().outcomes();
@@ -66,8 +69,7 @@ void ExpectOutcomesAreLimits(const Landing& landing) {
   for (const OrderOutcome& outcome : outcomes) {
     double last = 1;
     for (double separation : {1e-4, 1e-5, 1e-6}) {
-      const Trajectory run =
-          landing.Perturbed(outcome.order.front(), separation, 50 * separation);
+      const Trajectory run = landing.Perturbed(outcome.order.front(), separation, 50 * separation);
       ASSERT_TRUE(run.status.ok()) << run.status.message;
       EXPECT_EQ(outcome.order, OrderOf(run));
       const double error =
@@ -96,7 +98,8 @@ TEST(Corner, CouplesItsWallsByTheCosineOfTheirAngle) {
 
 TEST(Corner, AtSixtyDegreesTheOrderDecides) {
   for (double restitution : {0.0, 0.5}) {
-    // Gravity that pushes the ball into the corner: no order's outcome depends on when it is looked at.
+    // Gravity that pushes the ball into the corner: no order's outcome depends on when it is looked
+    // at.
     const Landing landing("corner",
                           {{"angle", kAcute}, {"restitution", restitution}, {"gravity_x", -2}});
     ExpectOutcomesAreLimits(landing);
@@ -133,7 +136,8 @@ TEST(Corner, AtOneHundredAndTwentyDegreesPlasticImpactsEndAtRest) {
   }
 }
 
-/// Both orders of the pieces of a continuous landing that is not orthogonal, against one-sided quotients.
+/// Both orders of the pieces of a continuous landing that is not orthogonal, against one-sided
+/// quotients.
 void ExpectBothPiecesAgreeWithQuotients(const Landing& landing) {
   ASSERT_TRUE(landing.B.status.ok()) << landing.B.status.message;
   const PiecewiseLinearMap map = landing.B.Pieces();
@@ -159,10 +163,10 @@ void ExpectBothPiecesAgreeWithQuotients(const Landing& landing) {
   }
 }
 
-/// Gravity pulls the ball off the wall that it meets first; the floor's impact then drives it into the wall
-/// again. The outcome is piecewise differentiable; disabled while EventMap forgets that second impact
-/// (the piece "wall, floor" carries v_S with a wall rate < 0) and while a run at tolerance 1e-12 cannot
-/// start from a state that is zero but for rounding.
+/// Gravity pulls the ball off the wall that it meets first; the floor's impact then drives it into
+/// the wall again. The outcome is piecewise differentiable; disabled while EventMap forgets that
+/// second impact (the piece "wall, floor" carries v_S with a wall rate < 0) and while a run at
+/// tolerance 1e-12 cannot start from a state that is zero but for rounding.
 TEST(Corner, AtOneHundredAndTwentyDegreesPlasticImpactsArePiecewiseDifferentiable) {
   ExpectBothPiecesAgreeWithQuotients(Landing("corner", {{"angle", kObtuse}}));
 }
@@ -198,7 +202,8 @@ TEST_F(Quadruped, HasThreeOutcomesThatStayApart) {
   }
 }
 
-/// The same some time later: the outcomes are functions of the order, not of the size of the perturbation.
+/// The same some time later: the outcomes are functions of the order, not of the size of the
+/// perturbation.
 TEST_F(Quadruped, OutcomesOfEachOrderConverge) {
   constexpr double kLater = 0.03;
   Vector limit[2];

@@ -20,7 +20,8 @@ PiecewiseLinearMap RandomMap(int rows, int cols, std::mt19937* generator, const 
     for (int i = 0; i < m.size(); ++i) m(i) = normal(*generator);
     return m;
   };
-  const Matrix A = random(rows, cols), k = random(rows, 1), n = random(1, cols).rowwise().normalized();
+  const Matrix A = random(rows, cols), k = random(rows, 1),
+               n = random(1, cols).rowwise().normalized();
   LinearPiece above{A, n, {{std::string(name) + "+"}}, {}};
   LinearPiece below{A + k * n, -n, {{std::string(name) + "-"}}, {}};
   return PiecewiseLinearMap({above, below});
@@ -39,7 +40,8 @@ class RandomMaps : public testing::Test {
 
 TEST_F(RandomMaps, CompositionIsTheMapOfMaps) {
   for (int trial = 0; trial < 30; ++trial) {
-    const PiecewiseLinearMap f = RandomMap(4, 3, &generator, "f"), g = RandomMap(2, 4, &generator, "g"),
+    const PiecewiseLinearMap f = RandomMap(4, 3, &generator, "f"),
+                             g = RandomMap(2, 4, &generator, "g"),
                              h = RandomMap(5, 2, &generator, "h");
     const PiecewiseLinearMap left = h.After(g).After(f), right = h.After(g.After(f));
     for (int k = 0; k < 50; ++k) {
@@ -56,13 +58,15 @@ TEST_F(RandomMaps, WordsWithoutInteriorAreDropped) {
   if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
   // The same half-spaces twice: of four words only two have interior.
   const Matrix n = Eigen::RowVector2d(1, 0);
-  const LinearPiece right{Matrix::Identity(2, 2), n, {}, {}}, left{Matrix::Identity(2, 2), -n, {}, {}};
+  const LinearPiece right{Matrix::Identity(2, 2), n, {}, {}},
+      left{Matrix::Identity(2, 2), -n, {}, {}};
   const PiecewiseLinearMap fold({right, left});
   EXPECT_EQ(2u, fold.After(fold).pieces().size());
 }
 
 TEST_F(RandomMaps, LabelsAreConcatenated) {
-  const PiecewiseLinearMap f = RandomMap(2, 2, &generator, "f"), g = RandomMap(2, 2, &generator, "g");
+  const PiecewiseLinearMap f = RandomMap(2, 2, &generator, "f"),
+                           g = RandomMap(2, 2, &generator, "g");
   const PiecewiseLinearMap words = g.After(f);
   for (const LinearPiece& piece : words.pieces()) {
     ASSERT_EQ(2u, piece.omega.size());

@@ -58,7 +58,8 @@ TEST_F(QuadrupedLanding, HasAPieceForEachOrder) {
   }
 }
 
-/// One-sided quotients (φ(x ⊞ αw) ⊟ φ(x))/α − B(w) are O(α): over a decade of α the error falls by a decade.
+/// One-sided quotients (φ(x ⊞ αw) ⊟ φ(x))/α − B(w) are O(α): over a decade of α the error falls by
+/// a decade.
 TEST_F(QuadrupedLanding, OneSidedQuotientsConvergeWithSlopeOne) {
   const BDerivative B = DifferentiateOutcome(*system, run, derivative_options);
   ASSERT_TRUE(B.status.ok()) << B.status.message;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Random systems that hit two constraints at once: a derivative is given only where one-sided quotients
-// converge to it, and refused as discontinuous only where nearby outcomes stay apart.
+// Random systems that hit two constraints at once: a derivative is given only where one-sided
+// quotients converge to it, and refused as discontinuous only where nearby outcomes stay apart.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,10 +16,10 @@
 namespace contact_flow {
 namespace {
 
-/// Three coordinates, two constraints that both vanish on q₀ = q₁ = 0 with normals at the angle `angle` in
-/// the kinetic metric there (exactly, if that is a right angle), everything else (curvature of M and of the
-/// constraints, forces quadratic in the velocity) drawn from `seed`. `crooked` ≠ 0 lets M couple the normals
-/// as q₂ changes: then Assumption 4 holds at q = 0 only.
+/// Three coordinates, two constraints that both vanish on q₀ = q₁ = 0 with normals at the angle
+/// `angle` in the kinetic metric there (exactly, if that is a right angle), everything else
+/// (curvature of M and of the constraints, forces quadratic in the velocity) drawn from `seed`.
+/// `crooked` ≠ 0 lets M couple the normals as q₂ changes: then Assumption 4 holds at q = 0 only.
 struct RandomSystem : test::UnitMasses<3, 2> {
   static constexpr const char* kName = "random_system";
   static constexpr bool kConstantMass = false, kAffineConstraints = false;
@@ -183,8 +183,8 @@ bool Check(unsigned seed, Tally* tally) {
     for (int i = 0; i < 6; ++i) w(i) = normal(generator);
     w.normalize();
     const Vector prediction = B(w);
-    const QuotientReport report = CompareWithQuotients(
-        system, x, Vector(0), kFlight + kAfter, w, prediction, {1e-4, 1e-5, 1e-6});
+    const QuotientReport report = CompareWithQuotients(system, x, Vector(0), kFlight + kAfter, w,
+                                                       prediction, {1e-4, 1e-5, 1e-6});
     for (const QuotientSample& sample : report.samples) {
       if (!sample.status.ok()) return false;  // the perturbed run grazes: not a case for a quotient
     }
@@ -199,8 +199,8 @@ bool Check(unsigned seed, Tally* tally) {
   return true;
 }
 
-/// Three walls met at once: 0 and 1 are orthogonal at s = 0 only (M couples x and y as s changes), 0 and 2
-/// attract each other. The second pair alone is harmless; it must not hide the first.
+/// Three walls met at once: 0 and 1 are orthogonal at s = 0 only (M couples x and y as s changes),
+/// 0 and 2 attract each other. The second pair alone is harmless; it must not hide the first.
 struct ThreeWalls : test::UnitMasses<4, 3> {
   static constexpr const char* kName = "three_walls";
   static constexpr bool kConstantMass = false;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every reference case, at the tight and at the default tolerance: events, states, modes, derivatives.
+// Every reference case, at the tight and at the default tolerance: events, states, modes,
+// derivatives.
 #include <gtest/gtest.h>
 
 #include "contact_flow/derivative/b_derivative.h"
@@ -48,8 +49,7 @@ TEST_P(Reference, EventsModesAndFinalState) {
 TEST_P(Reference, DirectionalDerivatives) {
   if (reference.derivatives.empty()) return;  // covered by the tests of discontinuity and of events
   const Trajectory run = Run();
-  const BDerivative B =
-      DifferentiateOutcome(*reference.system, run, derivative_options);
+  const BDerivative B = DifferentiateOutcome(*reference.system, run, derivative_options);
   ASSERT_TRUE(B.status.ok()) << B.status.message;
   const PiecewiseLinearMap pieces = B.Pieces();
   const double scale = reference.DerivativeScale();
@@ -62,13 +62,12 @@ TEST_P(Reference, DirectionalDerivatives) {
   }
 }
 
-/// The mode sequence along every perturbation, by simulation at a finite size and predicted to first order.
-/// Along directions that tell no contacts apart to first order, events are ~α² apart: they fall into one
-/// cluster or split, depending on α and on the reference's own resolution.
+/// The mode sequence along every perturbation, by simulation at a finite size and predicted to
+/// first order. Along directions that tell no contacts apart to first order, events are ~α² apart:
+/// they fall into one cluster or split, depending on α and on the reference's own resolution.
 TEST_P(Reference, PerturbedModeSequences) {
   if (reference.derivatives.empty()) return;
-  const BDerivative B =
-      DifferentiateOutcome(*reference.system, Run(), derivative_options);
+  const BDerivative B = DifferentiateOutcome(*reference.system, Run(), derivative_options);
   SimulateOptions finely = options;
   finely.relative_tolerance = finely.absolute_tolerance = 1e-12;
   finely.simultaneity_tolerance = 1e-11;
@@ -162,9 +161,10 @@ TEST(ReferenceStructure, RigidLegsHaveNoDerivativeButTwoOutcomes) {
   EXPECT_EQ((std::vector<int>{0, 1}), outcomes[0].order);
   EXPECT_EQ(ContactMode({1}), outcomes[0].mode_after) << "the foot that landed first lets go";
   EXPECT_EQ(ContactMode({0}), outcomes[1].mode_after);
-  // Each order's velocity is the limit of the runs on that side of θ(0) = 0: at 1e-6 rad, ~1e-6 apart.
-  for (const auto& [name, index] : {std::pair("rigid_biped_left_first", 0),
-                                    std::pair("rigid_biped_right_first", 1)}) {
+  // Each order's velocity is the limit of the runs on that side of θ(0) = 0: at 1e-6 rad, ~1e-6
+  // apart.
+  for (const auto& [name, index] :
+       {std::pair("rigid_biped_left_first", 0), std::pair("rigid_biped_right_first", 1)}) {
     const ReferenceCase one_sided(name);
     const Trajectory nearby = Differentiate(one_sided).first;
     const Vector landed = nearby.transitions.back().x_plus.tail(3);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The trots as URDF and YAML against the reference cases of the analytic models: the same events, states,
-// modes and directional derivatives, seen through the change of coordinates.
+// The trots as URDF and YAML against the reference cases of the analytic models: the same events,
+// states, modes and directional derivatives, seen through the change of coordinates.
 #include <gtest/gtest.h>
 
 #include "contact_flow/autodiff.h"
@@ -18,8 +18,8 @@ using test::ReferenceCase;
 template <class S>
 using State = Eigen::Matrix<S, Eigen::Dynamic, 1>;
 
-/// The accuracies that the analytic models are held to at tolerance 1e-12 (reference_test.cc). The change of
-/// coordinates of the hopping trot has derivatives of order 1, and adds nothing to them.
+/// The accuracies that the analytic models are held to at tolerance 1e-12 (reference_test.cc). The
+/// change of coordinates of the hopping trot has derivatives of order 1, and adds nothing to them.
 constexpr double kEventTime = 1e-11, kState = 1e-10, kDerivative = 1e-8;
 
 /// State of the robot from that of the model, (q, v) by the names of the coordinates.
@@ -38,7 +38,8 @@ State<S> SoftBiped(const SystemDescription& model, const SystemDescription& robo
   return y;
 }
 
-/// As HoppingTrot sees its legs: in the axes of the body, which the robot's pitch turns the other way.
+/// As HoppingTrot sees its legs: in the axes of the body, which the robot's pitch turns the other
+/// way.
 template <class S>
 State<S> HoppingTrot(const SystemDescription&, const SystemDescription& robot, const State<S>& x) {
   using std::cos;
@@ -148,8 +149,8 @@ INSTANTIATE_TEST_SUITE_P(Trots, RobotReference,
                            return std::string(info.param);
                          });
 
-/// Where the robot's coordinates are the model's, so are all numbers: M, f and both Jacobians, to the
-/// rounding of some 100 operations.
+/// Where the robot's coordinates are the model's, so are all numbers: M, f and both Jacobians, to
+/// the rounding of some 100 operations.
 TEST(RobotReference, SoftBipedIsTheModelNumberByNumber) {
   const auto model = MakeModel("soft_biped");
   const auto robot = LoadRobot(RobotFile("soft_biped"));

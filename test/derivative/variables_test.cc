@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Derivatives by inputs and parameters, and on configuration spaces, bilateral constraints and compliant
-// contacts, against one-sided quotients of perturbed runs.
+// Derivatives by inputs and parameters, and on configuration spaces, bilateral constraints and
+// compliant contacts, against one-sided quotients of perturbed runs.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -41,8 +41,8 @@ class VariablesTest : public testing::TestWithParam<Case> {
   BDerivative B;
 };
 
-/// (φ(αw) − φ)/α − B(w) = O(α): at α = 1e-5 the error is 1e-5 times second derivatives (≤ 1e3 here), and it
-/// falls with slope 1 unless it is at the level of rounding.
+/// (φ(αw) − φ)/α − B(w) = O(α): at α = 1e-5 the error is 1e-5 times second derivatives (≤ 1e3
+/// here), and it falls with slope 1 unless it is at the level of rounding.
 TEST_P(VariablesTest, QuotientsConverge) {
   ASSERT_TRUE(B.status.ok()) << B.status.message;
   const Variables& variables = B.options.variables;
@@ -70,9 +70,9 @@ TEST_P(VariablesTest, QuotientsConverge) {
       const double scale = 1 + B(w).cwiseAbs().maxCoeff();
       EXPECT_LE(report.samples[1].error, 1e-2 * scale) << "direction " << k << " sign " << sign;
       if (!std::isnan(report.slope)) {
-        EXPECT_NEAR(report.slope, 1, 0.15) << "direction " << k << " sign " << sign << ", errors "
-                                           << report.samples[0].error << " and "
-                                           << report.samples[1].error;
+        EXPECT_NEAR(report.slope, 1, 0.15)
+            << "direction " << k << " sign " << sign << ", errors " << report.samples[0].error
+            << " and " << report.samples[1].error;
       }
     }
   }
@@ -98,8 +98,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"falling_box", "falling_box", {}, 0},
                     Case{"plastic_box", "falling_box", {{"restitution", 0}}, 0.485},
                     Case{"bouncing_ball", "bouncing_ball", {}, 0},
-                    Case{"wall_and_floor", "wall_and_floor", {}, 0},
-                    Case{"chair", "chair", {}, 0}),
+                    Case{"wall_and_floor", "wall_and_floor", {}, 0}, Case{"chair", "chair", {}, 0}),
     [](const testing::TestParamInfo<Case>& info) { return info.param.name; });
 
 }  // namespace

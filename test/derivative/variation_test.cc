@@ -18,8 +18,8 @@ namespace contact_flow {
 namespace {
 
 /// Φ of a free run (no events) at one tolerance for run and tangents.
-Matrix FreeFlight(const MechanicalSystem& system, const Vector& x, double duration, double tolerance,
-                  VariationStatistics* statistics = nullptr) {
+Matrix FreeFlight(const MechanicalSystem& system, const Vector& x, double duration,
+                  double tolerance, VariationStatistics* statistics = nullptr) {
   SimulateOptions options;
   options.relative_tolerance = options.absolute_tolerance = tolerance;
   const Trajectory run = Simulate(system, x, Vector::Zero(system.num_inputs()), duration, options);
@@ -40,8 +40,8 @@ TEST(Variation, OfAnOscillatorIsItsExactPropagator) {
   }
 }
 
-/// Servos damp the legs at rates up to 10³/s: what has decayed is not resolved again in every step, and what is
-/// left keeps its tolerance. (The factor 10: local errors of some ten steps add up.)
+/// Servos damp the legs at rates up to 10³/s: what has decayed is not resolved again in every step,
+/// and what is left keeps its tolerance. (The factor 10: local errors of some ten steps add up.)
 TEST(Variation, ModesThatHaveDecayedCostLittle) {
   for (const char* robot : {"quadruped", "compliant_quadruped"}) {
     const auto system = LoadRobot(RobotFile(robot));
@@ -61,8 +61,9 @@ TEST(Variation, ModesThatHaveDecayedCostLittle) {
   }
 }
 
-/// In free flight soft_biped's springs stay at rest: the state is a polynomial, integrated exactly with huge
-/// steps, while the tangents oscillate at 9 rad/s. The tangents' own error control must notice.
+/// In free flight soft_biped's springs stay at rest: the state is a polynomial, integrated exactly
+/// with huge steps, while the tangents oscillate at 9 rad/s. The tangents' own error control must
+/// notice.
 TEST(Variation, TangentsAreResolvedWhereTheStateIsAPolynomial) {
   const test::ReferenceCase reference("soft_biped_tilted");
   VariationStatistics loose, tight;
@@ -78,9 +79,10 @@ TEST(Variation, TangentsAreResolvedWhereTheStateIsAPolynomial) {
     Vector plus = reference.x, minus = reference.x;
     plus(j) += kStep;
     minus(j) -= kStep;
-    const Vector column = (Simulate(*reference.system, plus, Vector(0), 0.9, options).FinalState() -
-                           Simulate(*reference.system, minus, Vector(0), 0.9, options).FinalState()) /
-                          (2 * kStep);
+    const Vector column =
+        (Simulate(*reference.system, plus, Vector(0), 0.9, options).FinalState() -
+         Simulate(*reference.system, minus, Vector(0), 0.9, options).FinalState()) /
+        (2 * kStep);
     EXPECT_LE((column - exact.col(j)).cwiseAbs().maxCoeff(), 1e-5) << "column " << j;
   }
 }
@@ -118,8 +120,7 @@ TEST(Admissible, TangentVectorsKeepTheActiveConstraints) {
 
 TEST(Quotients, ShowAWrongDerivativeAsWrong) {
   const test::ReferenceCase reference("soft_biped_simultaneous");
-  const Trajectory run =
-      Simulate(*reference.system, reference.x, reference.u, reference.duration);
+  const Trajectory run = Simulate(*reference.system, reference.x, reference.u, reference.duration);
   const BDerivative B = DifferentiateOutcome(*reference.system, run);
   const Vector w = Vector::Unit(14, 4);
   const std::vector<double> alphas = {1e-3, 1e-4, 1e-5};

@@ -206,7 +206,9 @@ TEST_P(Dynamics, ImpactJacobianAgreesWithDifferences) {
 }
 
 INSTANTIATE_TEST_SUITE_P(AllModels, Dynamics, testing::ValuesIn(ModelNames()),
-                         [](const testing::TestParamInfo<std::string>& info) { return info.param; });
+                         [](const testing::TestParamInfo<std::string>& info) {
+                           return info.param;
+                         });
 
 TEST(SelectContactMode, AVanishingForceBelongsIfItGrows) {
   // wall_and_floor at its event: λ_floor = −w (clock w = 0), which falls.

@@ -44,7 +44,8 @@ void ExpectNoneForAStep(const MechanicalSystem& system, const Vector& x) {
   const long loose = count(1e-4, &few), tight = count(1e-13, &many);
   EXPECT_GT(many, few);
   EXPECT_GT(loose, 0) << "the counter counts";
-  EXPECT_EQ(loose, tight) << system.description().name << ": " << few << " and " << many << " steps";
+  EXPECT_EQ(loose, tight) << system.description().name << ": " << few << " and " << many
+                          << " steps";
 }
 
 TEST(Allocation, NoneForAStep) {

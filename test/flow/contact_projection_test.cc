@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What commands do to a state: contacts that have drifted are put back, impulses act through contacts.
+// What commands do to a state: contacts that have drifted are put back, impulses act through
+// contacts.
 #include <gtest/gtest.h>
 
 #include "contact_flow/dynamics/contact_dynamics.h"
@@ -26,8 +27,9 @@ TEST(ProjectContacts, MakesAnInitialStateOfOneThatHasDrifted) {
     ASSERT_GE(mode.Size(), 1) << robot;
     const Vector drift = Vector::Constant(2 * system->dof(), 1e-7);
     const Vector drifted = system->Perturb(landing.FinalState(), drift);
-    EXPECT_THROW(InitialMode(*system, system->Perturb(landing.FinalState(), -100 * drift), nominal.u),
-                 std::invalid_argument);
+    EXPECT_THROW(
+        InitialMode(*system, system->Perturb(landing.FinalState(), -100 * drift), nominal.u),
+        std::invalid_argument);
     Vector x = drifted;
     ASSERT_TRUE(ProjectContacts(*system, mode, &x));
     EXPECT_EQ(InitialMode(*system, x, nominal.u), mode) << robot;
@@ -50,16 +52,19 @@ TEST(ProjectContacts, LeavesAloneWhatIsExact) {
   EXPECT_EQ(x, system->nominal().x);
 }
 
-/// A ball of mass m: in flight the impulse is the change of momentum; on the floor half of it comes back.
+/// A ball of mass m: in flight the impulse is the change of momentum; on the floor half of it comes
+/// back.
 TEST(PushedVelocity, IsTheChangeOfMomentumAndWhatContactsGiveBack) {
   const auto system = MakeModel("bouncing_ball", {{"mass", 2.0}, {"restitution", 0.5}});
   ASSERT_EQ(system->dof(), 2);
   Vector x(4), impulse(2);
   x << 0, 1, 0.3, -0.2;
   impulse << 0.5, -1;
-  EXPECT_TRUE(PushedVelocity(*system, x, impulse, 1e-9).isApprox(Eigen::Vector2d(0.55, -0.7), 1e-14));
+  EXPECT_TRUE(
+      PushedVelocity(*system, x, impulse, 1e-9).isApprox(Eigen::Vector2d(0.55, -0.7), 1e-14));
   x << 0, 0, 0.3, 0;
-  EXPECT_TRUE(PushedVelocity(*system, x, impulse, 1e-9).isApprox(Eigen::Vector2d(0.55, 0.25), 1e-14));
+  EXPECT_TRUE(
+      PushedVelocity(*system, x, impulse, 1e-9).isApprox(Eigen::Vector2d(0.55, 0.25), 1e-14));
   impulse << 0, 1;
   EXPECT_TRUE(PushedVelocity(*system, x, impulse, 1e-9).isApprox(Eigen::Vector2d(0.3, 0.5), 1e-14))
       << "away from the floor";

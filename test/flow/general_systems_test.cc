@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What Sec. 6.1 of the paper adds: bilateral constraints, SE(3), efforts that depend on the contact mode.
+// What Sec. 6.1 of the paper adds: bilateral constraints, SE(3), efforts that depend on the contact
+// mode.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "../test_models.h"
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
-#include "../test_models.h"
 
 namespace contact_flow {
 namespace {
@@ -41,8 +42,8 @@ Vector Jointed(const Vector& rigid) {
   return x;
 }
 
-/// The rigid biped in minimal coordinates and with bilateral legs: the same motion through landing, tipping
-/// over to the other foot and release, to 1e-8.
+/// The rigid biped in minimal coordinates and with bilateral legs: the same motion through landing,
+/// tipping over to the other foot and release, to 1e-8.
 TEST(BilateralConstraints, JointedBipedIsTheRigidBiped) {
   const auto rigid = MakeModel("rigid_biped"), jointed = MakeModel("jointed_biped");
   for (const double tilt : {0.1, -0.2, 0.35}) {
@@ -66,8 +67,10 @@ TEST(BilateralConstraints, JointedBipedIsTheRigidBiped) {
     jointed->Constraints(two.FinalState().head(7), two.FinalState().tail(7), &terms);
     EXPECT_LE(terms.gap.tail(4).cwiseAbs().maxCoeff(), 1e-13);
     EXPECT_LE((terms.jacobian.bottomRows(4) * two.FinalState().tail(7)).norm(), 1e-13);
-    // Derivatives along the lifted directions are lifted derivatives (central differences of the lift).
-    const BDerivative D = DifferentiateOutcome(*rigid, one), E = DifferentiateOutcome(*jointed, two);
+    // Derivatives along the lifted directions are lifted derivatives (central differences of the
+    // lift).
+    const BDerivative D = DifferentiateOutcome(*rigid, one),
+                      E = DifferentiateOutcome(*jointed, two);
     ASSERT_TRUE(D.status.ok() && E.status.ok());
     const auto lift = [](const Vector& at, const Vector& w) {
       return Vector((Jointed(at + 1e-6 * w) - Jointed(at - 1e-6 * w)) / 2e-6);
@@ -140,8 +143,9 @@ TEST(ConfigurationSpaces, QuaternionsThatAreNotUnitAreRefused) {
   EXPECT_THROW(Simulate(*box, x, Vector::Zero(6), 1), std::invalid_argument);
 }
 
-/// A ball on a floor with a thruster whose thrust grows at one rate in contact and at another in flight: if it is
-/// off in the air, the ball can neither stay nor leave when the thrust exceeds its weight.
+/// A ball on a floor with a thruster whose thrust grows at one rate in contact and at another in
+/// flight: if it is off in the air, the ball can neither stay nor leave when the thrust exceeds its
+/// weight.
 struct Thruster : test::UnitMasses<2, 1> {
   static constexpr const char* kName = "thruster";
   static constexpr bool kContactEffort = true;
@@ -181,8 +185,9 @@ TEST(ContactEffort, SlidingIsRefusedWithFilippovsName) {
   EXPECT_FALSE(DifferentiateOutcome(thruster, run).status.ok());
 }
 
-/// With more thrust in flight both fields cross λ = 0 the same way: the ball leaves at t = 1 with ÿ = 3t − 1, so
-/// that y(2) = 3/2, ẏ(2) = 7/2, ÿ(2) = 5, and a clock that is ahead by δ gives it δ seconds more.
+/// With more thrust in flight both fields cross λ = 0 the same way: the ball leaves at t = 1 with ÿ
+/// = 3t − 1, so that y(2) = 3/2, ẏ(2) = 7/2, ÿ(2) = 5, and a clock that is ahead by δ gives it δ
+/// seconds more.
 TEST(ContactEffort, TransversalReleaseHasADerivative) {
   const auto thruster = test::Make<Thruster>({{"in_flight", 3}});
   Vector x(4);

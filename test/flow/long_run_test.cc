@@ -21,7 +21,8 @@ long ResidentBytes() {
   return resident * ::sysconf(_SC_PAGESIZE);
 }
 
-/// The trot's energy and the power of what is not conservative, written out by leg in polar coordinates.
+/// The trot's energy and the power of what is not conservative, written out by leg in polar
+/// coordinates.
 class TrotEnergy {
  public:
   explicit TrotEnergy(const MechanicalSystem& system) : system_(system) {
@@ -36,7 +37,7 @@ class TrotEnergy {
 
   double Total(const Vector& x) const {
     double energy = Kinetic(x.tail(7)) + p_.at("gravity") * (p_.at("body_mass") * x(3) +
-                                                           p_.at("foot_mass") * (x(4) + x(5)));
+                                                             p_.at("foot_mass") * (x(4) + x(5)));
     for (int leg = 0; leg < 2; ++leg) {
       const Leg l = At(x, leg);
       energy += 0.5 * p_.at("axial_stiffness") * l.stretch * l.stretch +
@@ -53,8 +54,8 @@ class TrotEnergy {
       const Leg l = At(x, leg);
       const double strain = l.stretch / p_.at("leg_length");
       const double scale = p_.at("push_strain");
-      const double push = p_.at("push") * std::tanh(l.stretch_rate / p_.at("push_rate")) *
-                          strain * strain / (strain * strain + scale * scale);
+      const double push = p_.at("push") * std::tanh(l.stretch_rate / p_.at("push_rate")) * strain *
+                          strain / (strain * strain + scale * scale);
       power += push * l.stretch_rate - p_.at("axial_damping") * l.stretch_rate * l.stretch_rate -
                p_.at("lateral_damping") * l.sway_rate * l.sway_rate;
     }
@@ -125,10 +126,11 @@ TEST(LongRun, TwoHoursOfHopping) {
   memory = ResidentBytes() - resident_after_minute;
   const double end = energy.Total(run.State());
   const double gap = end - begin - work + lost;
-  std::printf("%ld events, %ld steps, energy %.6f J -> %.6f J, work %.6f J, impacts %.6f J, "
-              "unaccounted %.1e J (%.1e of what passed through), memory %+ld kB\n",
-              events, run.statistics().steps, begin, end, work, -lost, gap, gap / throughput,
-              memory / 1024);
+  std::printf(
+      "%ld events, %ld steps, energy %.6f J -> %.6f J, work %.6f J, impacts %.6f J, "
+      "unaccounted %.1e J (%.1e of what passed through), memory %+ld kB\n",
+      events, run.statistics().steps, begin, end, work, -lost, gap, gap / throughput,
+      memory / 1024);
   EXPECT_GE(events, 10000);
   EXPECT_TRUE(run.State().allFinite());
   // Each step may be wrong by 1e-9 in the state, and by about 10 N times that in energy.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An online run is one call of Simulate, to the bit, whatever the instants at which it is looked at.
+// An online run is one call of Simulate, to the bit, whatever the instants at which it is looked
+// at.
 #include "contact_flow/flow/online_flow.h"
 
 #include <gtest/gtest.h>
@@ -22,9 +23,10 @@ struct Seen {
   Status status;
 };
 
-/// Goes to `end` in strides drawn from (0, stride], and on the way, each with this probability, looks at the state,
-/// changes the input, tells one for later, or pauses where it is.
-Seen RunOnline(OnlineFlow* run, double end, double stride, double probability, std::mt19937* random) {
+/// Goes to `end` in strides drawn from (0, stride], and on the way, each with this probability,
+/// looks at the state, changes the input, tells one for later, or pauses where it is.
+Seen RunOnline(OnlineFlow* run, double end, double stride, double probability,
+               std::mt19937* random) {
   std::uniform_real_distribution<double> uniform(0, 1);
   const auto chance = [&] { return uniform(*random) < probability; };
   Seen seen;
@@ -77,8 +79,8 @@ void ExpectSame(const SystemPointer& system, const Vector& x, const Seen& seen, 
     ASSERT_EQ(run.transitions[events - 1].t, end) << where;
     --events;
   }
-  ASSERT_EQ(events, seen.transitions.size()) << where << ": " << run.status.message << " / "
-                                             << seen.status.message;
+  ASSERT_EQ(events, seen.transitions.size())
+      << where << ": " << run.status.message << " / " << seen.status.message;
   for (std::size_t k = 0; k < events; ++k) {
     const Transition &a = run.transitions[k], &b = seen.transitions[k];
     ASSERT_EQ(a.t, b.t) << where << ", event " << k;
@@ -90,7 +92,8 @@ void ExpectSame(const SystemPointer& system, const Vector& x, const Seen& seen, 
   }
   for (const auto& [t, state] : seen.states) {
     if (t > run.t_end()) continue;
-    bool at_event = false;  // there the trajectory is continuous from the left, the online state from the right
+    bool at_event =
+        false;  // there the trajectory is continuous from the left, the online state from the right
     for (const Transition& transition : run.transitions) at_event |= transition.t == t;
     if (at_event) continue;
     ASSERT_EQ(run.State(t), state) << where << ", t = " << t;

@@ -11,9 +11,9 @@ namespace contact_flow {
 namespace {
 
 struct Quantities {
-  double energy;           // kinetic, of gravity, of springs
-  Vec3<double> momentum;   // in world axes
-  Vec3<double> spin;       // angular momentum about the centre of mass
+  double energy;          // kinetic, of gravity, of springs
+  Vec3<double> momentum;  // in world axes
+  Vec3<double> spin;      // angular momentum about the centre of mass
 };
 
 Quantities Measure(const RobotSystem& system, const Vector& x) {
@@ -50,8 +50,8 @@ Quantities Measure(const RobotSystem& system, const Vector& x) {
 
 class RobotFlight : public testing::TestWithParam<const char*> {};
 
-/// Without damping, from a tumbling start high up. The integrator keeps each of ~1e2 steps to 1e-12 of
-/// states of order 10, energies are of order 1e3: 1e-8 of rounding and integration error.
+/// Without damping, from a tumbling start high up. The integrator keeps each of ~1e2 steps to 1e-12
+/// of states of order 10, energies are of order 1e3: 1e-8 of rounding and integration error.
 TEST_P(RobotFlight, KeepsEnergyAndMomenta) {
   RobotDescription robot = ParseRobot(ReadRobotTexts(RobotFile(GetParam())));
   for (const auto& effort : robot.efforts) effort->parts.numbers[1].value = 0;  // damping

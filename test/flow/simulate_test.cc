@@ -49,9 +49,8 @@ TEST(Events, NearMissesAreNoEventsButMargins) {
   const auto system = Make<test::Oscillator>({{"centre", kCentre}});
   for (int k = 0; k < 200; ++k) {
     const double phase = -0.1 - 2.8 * k / 200;
-    const Trajectory run =
-        Simulate(system, OscillatorState(kCentre, kCentre - kClearance, phase), Vector(0), 7,
-                 AtTolerance(1e-8));
+    const Trajectory run = Simulate(system, OscillatorState(kCentre, kCentre - kClearance, phase),
+                                    Vector(0), 7, AtTolerance(1e-8));
     ASSERT_TRUE(run.status.ok()) << run.status.message;
     EXPECT_TRUE(run.transitions.empty()) << "phase " << phase;
     EXPECT_NEAR(kClearance, run.margins.gap, 1e-6);
@@ -86,8 +85,8 @@ TEST(Events, GrazingNamesConstraintAndTime) {
 }
 
 TEST(Events, ContactsThatLetGoTogetherDoNotGraze) {
-  // A foot that joined a cluster rests some picometres above the ground, more than the floor of the search; once both
-  // let go, its speed is of the order of rounding, and may point down.
+  // A foot that joined a cluster rests some picometres above the ground, more than the floor of the
+  // search; once both let go, its speed is of the order of rounding, and may point down.
   const auto trot = MakeModel("hopping_trot");
   for (double offset : {4.46e-12, -4.46e-12, 3e-11, 1e-9}) {
     Vector x = trot->nominal().x;
@@ -123,7 +122,8 @@ TEST(Status, ZenoMayBeCompletedToSticking) {
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   EXPECT_EQ(ContactMode({0}), run.ModeSequence().back());
   EXPECT_TRUE(run.transitions.back().completes_zeno);
-  // The ball rolls on: x(8) = 5 − 0.5·8, and rests on the floor up to the last bounce that was flown.
+  // The ball rolls on: x(8) = 5 − 0.5·8, and rests on the floor up to the last bounce that was
+  // flown.
   EXPECT_NEAR(1, run.FinalState()(0), 1e-9);
   EXPECT_NEAR(0, run.FinalState()(1), 1e-9);
   EXPECT_NEAR(0, run.FinalState()(3), 1e-12);
@@ -131,7 +131,8 @@ TEST(Status, ZenoMayBeCompletedToSticking) {
   EXPECT_EQ(Outcome::kZeno, B.status.outcome) << "no derivative across it";
 }
 
-/// Plastic impacts accumulate too: a block rocks from corner to corner, each time for a shorter while.
+/// Plastic impacts accumulate too: a block rocks from corner to corner, each time for a shorter
+/// while.
 TEST(Status, ARockingBlockComesToRest) {
   const auto system = MakeModel("rocking_block");
   const Vector x = system->nominal().x;
@@ -156,8 +157,7 @@ TEST(Status, BudgetsStopARunAndKeepIt) {
   const auto system = MakeModel("ball_in_corner");
   SimulateOptions options;
   options.max_events = 2;
-  const Trajectory few =
-      Simulate(*system, system->nominal().x, Vector(0), 3, options);
+  const Trajectory few = Simulate(*system, system->nominal().x, Vector(0), 3, options);
   EXPECT_EQ(Outcome::kBudgetExceeded, few.status.outcome);
   EXPECT_EQ(2u, few.transitions.size());
   EXPECT_EQ(3u, few.arcs.size());

@@ -15,7 +15,8 @@ namespace contact_flow {
 namespace {
 
 constexpr double kTolerance = 1e-9;
-/// What the integrator may leave of a constraint after seconds of motion: global error ~1e3 tolerances.
+/// What the integrator may leave of a constraint after seconds of motion: global error ~1e3
+/// tolerances.
 constexpr double kPenetration = 1e-6;
 constexpr int kRuns = 60;
 
@@ -77,7 +78,8 @@ TEST_P(TrajectoryLaws, HoldFromRandomStates) {
       EXPECT_EQ(event.mode_after, run.arcs[e + 1].mode);
       EXPECT_EQ(event.x_minus.head(nq), event.x_plus.head(nq)) << "positions do not jump";
       EXPECT_GE(event.impulse.head(system->num_constraints()).minCoeff(), 0);
-      EXPECT_FALSE((event.activated | event.vanishing | event.switched).Empty()) << "an event has a reason";
+      EXPECT_FALSE((event.activated | event.vanishing | event.switched).Empty())
+          << "an event has a reason";
     }
     for (const Arc& arc : run.arcs) {
       EXPECT_LE(arc.t_begin, arc.t_end);
@@ -121,7 +123,9 @@ TEST_P(TrajectoryLaws, RunsRepeatToTheBit) {
 }
 
 INSTANTIATE_TEST_SUITE_P(AllModels, TrajectoryLaws, testing::ValuesIn(ModelNames()),
-                         [](const testing::TestParamInfo<std::string>& info) { return info.param; });
+                         [](const testing::TestParamInfo<std::string>& info) {
+                           return info.param;
+                         });
 
 }  // namespace
 }  // namespace contact_flow

@@ -71,7 +71,8 @@ TEST(RobotFile, RefusesWithWordsThatNameThePlace) {
       {"base: planar\ngravity: nan", {"gravity", "line 2"}},
       {"constraints:\n  foot: {kind: plan, link: left_foot}",
        {"unknown constraints/foot/kind 'plan'", "'plane'", "line 2"}},
-      {"constraints:\n  foot: {link: left_foot}", {"constraints/foot: 'kind' is missing", "line 2"}},
+      {"constraints:\n  foot: {link: left_foot}",
+       {"constraints/foot: 'kind' is missing", "line 2"}},
       {"constraints:\n  foot: {kind: plane, link: left_fot}",
        {"unknown link 'left_fot'", "'left_foot'", "line 2"}},
       {"constraints:\n  foot: {kind: plane, link: left_foot, ofset: 1}",
@@ -80,7 +81,8 @@ TEST(RobotFile, RefusesWithWordsThatNameThePlace) {
        {"constraints/foot/point", "a list of 3 numbers"}},
       {"constraints:\n  foot: {kind: plane, link: left_foot, point: [0, 1, x]}",
        {"constraints/foot/point[2]", "'x'", "a number"}},
-      {"constraints:\n  foot: {kind: plane, link: left_foot, restitution: 1.5}", {"restitution", "line 2"}},
+      {"constraints:\n  foot: {kind: plane, link: left_foot, restitution: 1.5}",
+       {"restitution", "line 2"}},
       {"constraints:\n  foot: {kind: plane, link: left_foot, normal: [0, 0, 0]}",
        {"'foot' is degenerate"}},
       {"constraints:\n  foot: {kind: plane, link: torso}", {"do not move"}},
@@ -94,7 +96,8 @@ TEST(RobotFile, RefusesWithWordsThatNameThePlace) {
       {"efforts:\n  s: {kind: joint_spring, joint: left_hip, stiffness: -3}", {"stiffness", "-3"}},
       {"efforts:\n  s: {kind: point_spring, link: torso, other_link: torso, length: 1}",
        {"effort 's'", "do not move"}},
-      {"base: planar\nefforts:\n  s: {kind: point_spring, link: torso, other_link: torso, length: 1}",
+      {"base: planar\nefforts:\n  s: {kind: point_spring, link: torso, other_link: torso, length: "
+       "1}",
        {"efforts", "not finite"}},
       {"inputs: [torque]\nefforts:\n  a: {kind: actuator, joint: left_hip, input: torqe}",
        {"unknown input 'torqe'", "'torque'"}},
@@ -151,8 +154,9 @@ TEST(RobotFile, SurvivesDamagedTexts) {
   const auto below = [&](std::size_t n) { return static_cast<std::size_t>(generator() % n); };
   const std::string whole = Read(RobotFile("planar_biped"));
   ASSERT_EQ("", Answer(whole));
-  const char* const pieces[] = {":", "- ", "{", "}", "[", "]", "\n", "  ", "&a ", "*a", "nan",
-                                ".inf", "1e999", "~", "''", "kind: plane", "? ", "!!binary "};
+  const char* const pieces[] = {":",     "- ", "{",   "}",           "[",   "]",
+                                "\n",    "  ", "&a ", "*a",          "nan", ".inf",
+                                "1e999", "~",  "''",  "kind: plane", "? ",  "!!binary "};
   int refused = 0;
   for (int trial = 0; trial < 1000; ++trial) {
     std::string text = whole;

@@ -28,8 +28,9 @@ TEST(BouncingBall, BouncesAtTheTimesOfTheClosedForm) {
   const double fall = std::sqrt(2 / kGravity);
   double t = fall, speed = kGravity * fall, interval = 2 * fall;
   for (const Transition& bounce : run.transitions) {
-    // Free flight is a parabola, which the integrator follows to rounding, 1e-14 m at most over these
-    // arcs; an event is late by that over its speed (0.09 m/s at the slowest), and each passes it on.
+    // Free flight is a parabola, which the integrator follows to rounding, 1e-14 m at most over
+    // these arcs; an event is late by that over its speed (0.09 m/s at the slowest), and each
+    // passes it on.
     EXPECT_NEAR(t, bounce.t, 1e-11);
     EXPECT_NEAR(-speed, bounce.x_minus(3), 1e-10);
     EXPECT_NEAR(kRestitution * speed, bounce.x_plus(3), 1e-10);
@@ -47,8 +48,8 @@ TEST(BouncingBall, BouncesAccumulateAtTheTimeOfTheClosedForm) {
     const Trajectory run = Simulate(*ball, ball->nominal().x, Vector(0), 20, Tight());
     ASSERT_EQ(Outcome::kZeno, run.status.outcome) << "restitution " << restitution;
     const double exact = fall * (1 + restitution) / (1 - restitution);
-    // Stopped at intervals of 1e-5 s, known to 1e-14/speed ~ 1e-10 s, so that the ratio is good to 1e-5
-    // and what is left of the sum (≤ 1e-5 s / (1 − γ)) to 1e-9 s.
+    // Stopped at intervals of 1e-5 s, known to 1e-14/speed ~ 1e-10 s, so that the ratio is good to
+    // 1e-5 and what is left of the sum (≤ 1e-5 s / (1 − γ)) to 1e-9 s.
     EXPECT_NEAR(exact, run.accumulation_time, 1e-8) << "restitution " << restitution;
     EXPECT_LT(run.t_end(), exact);
     EXPECT_GT(run.t_end(), exact - 2e-5 / (1 - restitution)) << "it stops only when it must";
@@ -144,13 +145,15 @@ TEST(RockingBlock, TheLeadingCornerLetsGoWhenTheOtherLands) {
                                   (block.inertia + block.half_width * block.half_width));
     EXPECT_NEAR(-rate, landing.x_minus(5), 1e-8);
     EXPECT_NEAR(-rate * (1 - block.k) / (1 + block.k), landing.x_plus(5), 1e-8);
-    EXPECT_GT(landing.x_plus(4) - block.half_width * landing.x_plus(5), 1e-2) << "left corner rises";
+    EXPECT_GT(landing.x_plus(4) - block.half_width * landing.x_plus(5), 1e-2)
+        << "left corner rises";
   }
 }
 
 TEST(RockingBlock, AWideBlockComesToRest) {
   const Block block(1, 1);  // k = 1.5 > 1
-  const Trajectory run = Simulate(*block.system, block.system->nominal().x, Vector(0), 0.6, Tight());
+  const Trajectory run =
+      Simulate(*block.system, block.system->nominal().x, Vector(0), 0.6, Tight());
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   ASSERT_EQ(1u, run.transitions.size());
   EXPECT_EQ(ContactMode({0, 1}), run.transitions.front().mode_after);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The laws every model obeys, checked for each model of the library, each robot of config/robots and one
-// that has every kind of joint, constraint, effort and parameter, at random states.
+// The laws every model obeys, checked for each model of the library, each robot of config/robots
+// and one that has every kind of joint, constraint, effort and parameter, at random states.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -29,8 +29,8 @@ std::vector<std::string> AllSystems() {
   return names;
 }
 
-/// Central differences with step 1e-5 have error h²·(third derivative) + eps/h ~ 1e-10, times the size of
-/// the models' derivatives (≤ ~1e3 here).
+/// Central differences with step 1e-5 have error h²·(third derivative) + eps/h ~ 1e-10, times the
+/// size of the models' derivatives (≤ ~1e3 here).
 constexpr double kStep = 1e-5;
 constexpr double kDifferenceError = 1e-6;
 
@@ -157,8 +157,7 @@ TEST_P(ModelLaws, DynamicsResidualDerivatives) {
     for (int j = 0; j < 2 * d; ++j) {
       const Vector step = kStep * Vector::Unit(2 * d, j);
       const Vector plus = system->Perturb(x, step), minus = system->Perturb(x, -step);
-      const Vector column =
-          (Residual(plus, a, lambda) - Residual(minus, a, lambda)) / (2 * kStep);
+      const Vector column = (Residual(plus, a, lambda) - Residual(minus, a, lambda)) / (2 * kStep);
       EXPECT_LE((column - analytic.col(j)).cwiseAbs().maxCoeff(),
                 kDifferenceError * std::max(1.0, analytic.cwiseAbs().maxCoeff()))
           << "column " << j;
@@ -192,7 +191,8 @@ TEST_P(ModelLaws, ImpactResidualDerivatives) {
 /// Derivatives by every parameter, against systems made with other values of it.
 TEST_P(ModelLaws, ParameterDerivatives) {
   const SystemDescription& names = system->description();
-  const Vector x = RandomState(), a = RandomVector(d), lambda = RandomVector(n), s = RandomVector(d);
+  const Vector x = RandomState(), a = RandomVector(d), lambda = RandomVector(n),
+               s = RandomVector(d);
   for (int k = 0; k < static_cast<int>(names.parameters.size()); ++k) {
     const auto make = [&](double change) {
       ParameterValues values;

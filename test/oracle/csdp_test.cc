@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Common quadratic norms beside CSDP (B. Borchers), another solver of semidefinite programs, which is run as a program.
+// Common quadratic norms beside CSDP (B. Borchers), another solver of semidefinite programs, which
+// is run as a program.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -16,14 +17,16 @@
 namespace contact_flow {
 namespace {
 
-/// The largest t, and its P, of  γ²P − A_iᵀPA_i ≥ t I,  P ≥ t I,  P ≤ I.  A norm with rate γ exists iff t > 0.
+/// The largest t, and its P, of  γ²P − A_iᵀPA_i ≥ t I,  P ≥ t I,  P ≤ I.  A norm with rate γ exists
+/// iff t > 0.
 struct CsdpAnswer {
   bool solved = false;
   double t = 0;
   Matrix P;
 };
 
-/// Writes the program in the sparse format of SDPA: min c·y, Σ_k y_k F_k − F_0 ≥ 0, y = (P_rc for r ≤ c, then t).
+/// Writes the program in the sparse format of SDPA: min c·y, Σ_k y_k F_k − F_0 ≥ 0, y = (P_rc for r
+/// ≤ c, then t).
 void WriteProgram(const std::vector<Matrix>& matrices, double gamma, const std::string& path) {
   const int n = static_cast<int>(matrices.front().rows()), count = n * (n + 1) / 2;
   const int blocks = static_cast<int>(matrices.size()) + 2;
@@ -37,7 +40,8 @@ void WriteProgram(const std::vector<Matrix>& matrices, double gamma, const std::
   const auto write = [&](int k, int block, const Matrix& F) {
     for (int r = 0; r < n; ++r) {
       for (int c = r; c < n; ++c) {
-        if (F(r, c) != 0) file << k << " " << block << " " << r + 1 << " " << c + 1 << " " << F(r, c) << "\n";
+        if (F(r, c) != 0)
+          file << k << " " << block << " " << r + 1 << " " << c + 1 << " " << F(r, c) << "\n";
       }
     }
   };
@@ -88,12 +92,13 @@ CsdpAnswer AskCsdp(const std::vector<Matrix>& matrices, double gamma) {
 TEST(QuadraticNorms, AreAsGoodAsThoseOfCsdp) {
   if (!CONTACT_FLOW_HAVE_CSDP) GTEST_SKIP() << "CSDP is not installed";
   std::mt19937 generator(7);
-  constexpr double kBeside = 0.05;   // relative distance from the rate at which CSDP is asked
-  constexpr double kNone = 1e-7;     // its accuracy: a smaller t is none
+  constexpr double kBeside = 0.05;  // relative distance from the rate at which CSDP is asked
+  constexpr double kNone = 1e-7;    // its accuracy: a smaller t is none
   for (int trial = 0; trial < 20; ++trial) {
     const int n = 2 + trial % 3;
     std::vector<Matrix> matrices;
-    for (int i = 0; i < 2 + trial % 2; ++i) matrices.push_back(test::RandomMatrix(n, n, &generator));
+    for (int i = 0; i < 2 + trial % 2; ++i)
+      matrices.push_back(test::RandomMatrix(n, n, &generator));
     const CommonQuadraticNorm own = FindCommonQuadraticNorm(matrices);
     EXPECT_NEAR(own.rate, QuadraticRate(matrices, own.P), 1e-9 * own.rate);
     const CsdpAnswer above = AskCsdp(matrices, own.rate * (1 + kBeside));

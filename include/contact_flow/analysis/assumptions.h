@@ -36,11 +36,12 @@ struct AssumptionReport {
   /// definite.
   bool smooth = false;
   double mass_condition = 0;  ///< condition number of M
-  /// Assumption 3: rank of Da M⁻¹ Daᵀ over the touching constraints, and its condition number once its
-  /// diagonal is scaled to 1 (+∞ when dependent, 1 when orthogonal or empty).
+  /// Assumption 3: rank of Da M⁻¹ Daᵀ over the touching constraints, and its condition number once
+  /// its diagonal is scaled to 1 (+∞ when dependent, 1 when orthogonal or empty).
   int rank = 0;
   double condition = 1;
-  /// Constraint qualification (Mangasarian–Fromovitz): some velocity opens all touching gaps at once.
+  /// Constraint qualification (Mangasarian–Fromovitz): some velocity opens all touching gaps at
+  /// once.
   bool qualified = true;
   std::vector<Coupling> couplings;  ///< every pair, i < j
   ContactClass contact_class = ContactClass::kSingle;
@@ -62,8 +63,8 @@ std::vector<AssumptionReport> AssessTransitions(const MechanicalSystem& system,
 struct PairInRegion {
   int first = 0;
   int second = 0;
-  int met = 0;           ///< sampled configurations where both touch and no gap is negative
-  double smallest = 0;   ///< coupling over these
+  int met = 0;          ///< sampled configurations where both touch and no gap is negative
+  double smallest = 0;  ///< coupling over these
   double largest = 0;
   ContactClass worst = ContactClass::kSingle;
 };
@@ -71,14 +72,15 @@ struct PairInRegion {
 /// The assumptions over a box around a state.
 struct RegionReport {
   int samples = 0;
-  int smooth = 0;                   ///< samples where Assumption 2 holds
+  int smooth = 0;  ///< samples where Assumption 2 holds
   double largest_mass_condition = 0;
-  std::vector<PairInRegion> pairs;  ///< every pair, i < j; met = 0: the two never touch together here
+  std::vector<PairInRegion>
+      pairs;  ///< every pair, i < j; met = 0: the two never touch together here
 };
 
-/// Samples `samples` states in x ± half_width [2d]. For each pair of constraints the configurations are
-/// moved onto a_i = a_j = 0 by Newton's method in the kinetic metric. Deterministic: the same `seed` gives
-/// the same report.
+/// Samples `samples` states in x ± half_width [2d]. For each pair of constraints the configurations
+/// are moved onto a_i = a_j = 0 by Newton's method in the kinetic metric. Deterministic: the same
+/// `seed` gives the same report.
 RegionReport AssessRegion(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u,
                           const VectorRef& half_width, int samples, unsigned seed = 1);
 

@@ -31,29 +31,32 @@ struct ControllabilityReport {
   /// Of the square map that was examined, reachableᵀ f(restriction z):
   int pieces = 0;                    ///< full-dimensional ones, thin ones included
   bool coherently_oriented = false;  ///< all their determinants have one sign
-  double smallest_singular_ratio = 0;  ///< min over pieces of σ_min/σ_max: near 0, a sign is hardly known
-  int degree = 0;                    ///< Σ sign det A_i over the preimages of a generic y
-  int preimages = 0;                 ///< their number; with coherent orientation the same for every y
-  bool homeomorphism = false;        ///< coherently oriented with one preimage
-  Vector unattained;                 ///< a y [r] that no input attains, if found
-  std::vector<Vector> twins;         ///< two inputs [m] with one value, if found: not injective
+  double smallest_singular_ratio =
+      0;                       ///< min over pieces of σ_min/σ_max: near 0, a sign is hardly known
+  int degree = 0;              ///< Σ sign det A_i over the preimages of a generic y
+  int preimages = 0;           ///< their number; with coherent orientation the same for every y
+  bool homeomorphism = false;  ///< coherently oriented with one preimage
+  Vector unattained;           ///< a y [r] that no input attains, if found
+  std::vector<Vector> twins;   ///< two inputs [m] with one value, if found: not injective
   std::string message;
 };
 
-/// Orthonormal basis [r×k] of the span of all the pieces' images; I when k = r. Otherwise its orientation, and
-/// with it the sign of a degree, is a matter of chance.
+/// Orthonormal basis [r×k] of the span of all the pieces' images; I when k = r. Otherwise its
+/// orientation, and with it the sign of a degree, is a matter of chance.
 Matrix ReachableBasis(const PiecewiseLinearMap& map, double rank_tolerance = 1e-9);
 
-/// Inputs w with f(w) = y (the direction of y alone matters), one for each full-dimensional piece that has one; of a square
-/// map. `clear` is false when one lies so near a face that the count is not to be trusted.
+/// Inputs w with f(w) = y (the direction of y alone matters), one for each full-dimensional piece
+/// that has one; of a square map. `clear` is false when one lies so near a face that the count is
+/// not to be trusted.
 std::vector<Vector> Preimages(const PiecewiseLinearMap& map, const VectorRef& y, bool* clear);
 
-/// Is the piecewise-linear map f: ℝᵐ → ℝʳ from inputs to states onto its reachable space ℝᵏ? To first order
-/// every state nearby is then reached. For m = k
-///   f is open iff it is coherently oriented, det A_i of one sign over all full-dimensional pieces (Scholtes),
-///   onto if Σ sign det A_i ≠ 0 over the preimages of a generic y (its degree),
-///   a homeomorphism iff it is coherently oriented and one generic y has exactly one preimage.
-/// For m > k square restrictions to k-dimensional subspaces of inputs are tried. For m < k it is never onto.
+/// Is the piecewise-linear map f: ℝᵐ → ℝʳ from inputs to states onto its reachable space ℝᵏ? To
+/// first order every state nearby is then reached. For m = k
+///   f is open iff it is coherently oriented, det A_i of one sign over all full-dimensional pieces
+///   (Scholtes), onto if Σ sign det A_i ≠ 0 over the preimages of a generic y (its degree), a
+///   homeomorphism iff it is coherently oriented and one generic y has exactly one preimage.
+/// For m > k square restrictions to k-dimensional subspaces of inputs are tried. For m < k it is
+/// never onto.
 ControllabilityReport AssessControllability(const PiecewiseLinearMap& map,
                                             const ControllabilityOptions& options = {});
 

@@ -8,9 +8,10 @@ namespace contact_flow {
 
 /// How moments were had.
 enum class CovarianceMethod {
-  kLinear = 0,      ///< one linear map: exact
-  kTruncation = 1,  ///< two pieces on half-spaces: exact, by the moments of a truncated normal variable
-  kCubature = 2,    ///< points on the sphere: approximate, see the errors
+  kLinear = 0,  ///< one linear map: exact
+  kTruncation =
+      1,  ///< two pieces on half-spaces: exact, by the moments of a truncated normal variable
+  kCubature = 2,  ///< points on the sphere: approximate, see the errors
 };
 
 /// "linear", …
@@ -31,13 +32,15 @@ struct OutcomeCovariance {
   long points = 0;              ///< at which f was evaluated
 };
 
-/// The covariance of f(w), w normal with mean 0 and covariance P [n×n] (positive semidefinite), for f piecewise
-/// linear: estimation through contact, by saltation matrices at isolated events, by cones at clusters.
+/// The covariance of f(w), w normal with mean 0 and covariance P [n×n] (positive semidefinite), for
+/// f piecewise linear: estimation through contact, by saltation matrices at isolated events, by
+/// cones at clusters.
 ///   One piece:       A P Aᵀ.
 ///   Two half-spaces: f(w) = A w + k max(n·w, 0), σ² = nᵀPn:  mean k σ/√(2π),
 ///                    covariance A P Aᵀ + ½(A P n kᵀ + k nᵀP Aᵀ) + k kᵀ σ² (½ − 1/(2π)).
-///   Otherwise w = P^{1/2} ρ s with s on the unit sphere: f(w) = ρ f(P^{1/2} s), so that the radius ρ is integrated
-///   exactly and s by the rule {±Q e_i}, averaged over rotations Q. The rule is exact for linear f.
+///   Otherwise w = P^{1/2} ρ s with s on the unit sphere: f(w) = ρ f(P^{1/2} s), so that the radius
+///   ρ is integrated exactly and s by the rule {±Q e_i}, averaged over rotations Q. The rule is
+///   exact for linear f.
 /// Throws std::invalid_argument unless P is symmetric and positive semidefinite.
 OutcomeCovariance PropagateCovariance(const PiecewiseLinearMap& map, const MatrixRef& P,
                                       const CovarianceOptions& options = {});

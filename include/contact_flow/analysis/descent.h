@@ -15,7 +15,8 @@ namespace contact_flow {
 enum class CostQuery {
   kValue = 0,
   kSlopes = 1,  ///< with its B-derivative
-  kKinks = 2,   ///< with that of the nearest kink, where one is near: events that nearly coincide are taken as one
+  kKinks = 2,   ///< with that of the nearest kink, where one is near: events that nearly coincide
+                ///< are taken as one
 };
 
 /// A cost at one point.
@@ -30,9 +31,9 @@ struct CostValue {
 using NonsmoothCost = std::function<CostValue(const Vector& y, CostQuery query)>;
 
 enum class DescentStatus {
-  kMinimum = 0,        ///< no direction makes the cost smaller to first order
-  kStalled = 1,        ///< some direction should, but no step along it did: rounding, or a kink close by
-  kUndefined = 2,      ///< the cost or its derivative is not to be had at the start
+  kMinimum = 0,  ///< no direction makes the cost smaller to first order
+  kStalled = 1,  ///< some direction should, but no step along it did: rounding, or a kink close by
+  kUndefined = 2,  ///< the cost or its derivative is not to be had at the start
   kMaxIterations = 3,
   kCancelled = 5,
 };
@@ -57,27 +58,30 @@ struct DescentIteration {
 struct DescentOptions {
   double tolerance = 1e-8;  ///< of the slope along |d|_∞ = 1 that counts as none
   int max_iterations = 200;
-  double radius = 0.1;            ///< first radius of the trust region, |δy|_∞
+  double radius = 0.1;  ///< first radius of the trust region, |δy|_∞
   double smallest_radius = 1e-11;
-  int patience = 3;               ///< steps refused in a row by the trust region before BFGS
-  double kink_tolerance = 1e-7;   ///< gradients that differ by less, relative, make no kink
-  std::function<bool(const DescentIteration&, const Vector& y)> progress;  ///< false ends the search
+  int patience = 3;              ///< steps refused in a row by the trust region before BFGS
+  double kink_tolerance = 1e-7;  ///< gradients that differ by less, relative, make no kink
+  std::function<bool(const DescentIteration&, const Vector& y)>
+      progress;  ///< false ends the search
 };
 
 struct DescentResult {
   DescentStatus status = DescentStatus::kUndefined;
   std::string message;
-  Vector y;         ///< the best iterate
+  Vector y;  ///< the best iterate
   double cost = 0;
   SteepestDescent steepest;  ///< at y; its slope is 0 to `tolerance` at a minimum
   std::vector<Kink> kinks;   ///< at y: all valleys where y is a minimum on a kink
   std::vector<DescentIteration> iterations;
 };
 
-/// Minimises a piecewise differentiable cost. Steepest descent on its piecewise-linear model within a trust region
+/// Minimises a piecewise differentiable cost. Steepest descent on its piecewise-linear model within
+/// a trust region
 ///   min J + DJ(y; d),  |d|_∞ ≤ Δ   (linear programs),
-/// which follows kinks where the model has them; where its steps are refused, BFGS with a line search to the weak
-/// conditions of Wolfe (Lewis and Overton), which needs no kink in the model; in turns, until neither moves.
+/// which follows kinks where the model has them; where its steps are refused, BFGS with a line
+/// search to the weak conditions of Wolfe (Lewis and Overton), which needs no kink in the model; in
+/// turns, until neither moves.
 DescentResult Minimize(const NonsmoothCost& cost, const VectorRef& start,
                        const DescentOptions& options = {});
 

@@ -16,8 +16,8 @@ struct SteepestDescent {
   int piece = -1;    ///< whose cone holds d
 };
 
-/// min f(d) over |d|_∞ ≤ 1: the least of the linear programs min g_i·d, C_i d ≥ 0. Without the linear-programming
-/// library −g_i and its projections onto faces are tried.
+/// min f(d) over |d|_∞ ≤ 1: the least of the linear programs min g_i·d, C_i d ≥ 0. Without the
+/// linear-programming library −g_i and its projections onto faces are tried.
 SteepestDescent FindSteepestDescent(const PiecewiseLinearMap& cost);
 
 /// Two pieces that meet in a face with different gradients, g_first − g_second = jump · normal.

@@ -12,8 +12,8 @@ namespace contact_flow {
 
 /// A nonsmooth equation at one point: r(x) and its B-derivative.
 struct EquationValue {
-  bool defined = true;     ///< false: x lies outside the domain, `message` says why
-  Vector residual;         ///< r(x) [m]
+  bool defined = true;  ///< false: x lies outside the domain, `message` says why
+  Vector residual;      ///< r(x) [m]
   bool has_map = false;
   PiecewiseLinearMap map;  ///< δx ↦ Dr(x; δx) [m×n]
   std::string message;
@@ -23,10 +23,12 @@ struct EquationValue {
 using NonsmoothEquation = std::function<EquationValue(const Vector& x, bool with_map)>;
 
 enum class NewtonStatus {
-  kConverged = 0,    ///< |r|_∞ ≤ tolerance
-  kStationary = 1,   ///< |r|² has no descent to first order: a least-squares solution, or a kink in the way
-  kStalled = 2,      ///< no step along the direction made |r|² smaller: rounding, or a map that is not Dr
-  kUndefined = 3,    ///< r or its map is not to be had at the start or at an iterate
+  kConverged = 0,  ///< |r|_∞ ≤ tolerance
+  kStationary =
+      1,  ///< |r|² has no descent to first order: a least-squares solution, or a kink in the way
+  kStalled =
+      2,  ///< no step along the direction made |r|² smaller: rounding, or a map that is not Dr
+  kUndefined = 3,  ///< r or its map is not to be had at the start or at an iterate
   kMaxIterations = 4,
   kCancelled = 5,
 };
@@ -36,19 +38,21 @@ const char* NewtonStatusName(NewtonStatus status);
 
 /// One iterate.
 struct NewtonIteration {
-  int iteration = 0;       ///< 0: the start
-  double residual = 0;     ///< |r|_∞
-  double step = 0;         ///< length t of the step that led here, 1 for a full one
-  int piece = -1;          ///< the piece whose solution was followed
-  bool in_cone = false;    ///< whether it lay in its own cone: an exact solution of the piecewise-linear model
+  int iteration = 0;    ///< 0: the start
+  double residual = 0;  ///< |r|_∞
+  double step = 0;      ///< length t of the step that led here, 1 for a full one
+  int piece = -1;       ///< the piece whose solution was followed
+  bool in_cone =
+      false;  ///< whether it lay in its own cone: an exact solution of the piecewise-linear model
 };
 
 struct NewtonOptions {
   double tolerance = 1e-11;  ///< of |r|_∞
   int max_iterations = 50;
   int max_halvings = 30;
-  double max_step = 0;       ///< longest |δx|₂ of a step; 0: no limit
-  double armijo = 1e-4;      ///< share of the decrease of |r|² promised to first order that a step must bring
+  double max_step = 0;  ///< longest |δx|₂ of a step; 0: no limit
+  double armijo =
+      1e-4;  ///< share of the decrease of |r|² promised to first order that a step must bring
   /// Singular values below this part of a piece's largest are zero: the shortest step is taken.
   double rank_tolerance = 1e-10;
   /// x ⊞ δx; x + δx when empty.
@@ -69,22 +73,22 @@ struct NewtonResult {
 
 /// A solution of r + f(d) = 0 for a piecewise-linear f, or what comes nearest.
 struct PiecewiseLinearStep {
-  Vector d;                ///< [n]
-  double model = 0;        ///< |r + f(d)|₂
+  Vector d;          ///< [n]
+  double model = 0;  ///< |r + f(d)|₂
   int piece = -1;
-  bool in_cone = false;    ///< d is the solution of the piece whose cone holds it
+  bool in_cone = false;  ///< d is the solution of the piece whose cone holds it
 };
 
-/// Solves A_i d = −r for every piece, by least squares where there are more conditions than unknowns and by the
-/// shortest d where there are fewer, and returns the d with the least |r + f(d)|, among equals the shortest.
-/// With fewer conditions, where no shortest solution lies in its own cone, any one in its cone (a linear
-/// program).
+/// Solves A_i d = −r for every piece, by least squares where there are more conditions than
+/// unknowns and by the shortest d where there are fewer, and returns the d with the least |r +
+/// f(d)|, among equals the shortest. With fewer conditions, where no shortest solution lies in its
+/// own cone, any one in its cone (a linear program).
 PiecewiseLinearStep SolvePiecewiseLinear(const PiecewiseLinearMap& map, const VectorRef& residual,
                                          double rank_tolerance = 1e-10);
 
-/// B-Newton for r(x) = 0: d solves r + Dr(x; d) = 0 over the pieces, x ← x ⊞ t d with t = 1, ½, ¼, …, the
-/// first that Armijo's rule accepts on |r|². Near a root whose pieces are all regular the convergence
-/// is quadratic, on a kink or off it.
+/// B-Newton for r(x) = 0: d solves r + Dr(x; d) = 0 over the pieces, x ← x ⊞ t d with t = 1, ½, ¼,
+/// …, the first that Armijo's rule accepts on |r|². Near a root whose pieces are all regular the
+/// convergence is quadratic, on a kink or off it.
 NewtonResult SolveEquation(const NonsmoothEquation& equation, const VectorRef& start,
                            const NewtonOptions& options = {});
 

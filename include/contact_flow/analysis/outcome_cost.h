@@ -39,13 +39,15 @@ struct OutcomeProblem {
   }
 };
 
-/// J as a function of the unknowns' values y, for Minimize. `system` must outlive it. Throws std::invalid_argument for
-/// sizes, for indices, and for positions that are no coordinate of their own (quaternions).
+/// J as a function of the unknowns' values y, for Minimize. `system` must outlive it. Throws
+/// std::invalid_argument for sizes, for indices, and for positions that are no coordinate of their
+/// own (quaternions).
 NonsmoothCost MakeOutcomeCost(const MechanicalSystem& system, const OutcomeProblem& problem);
 
 /// The unknowns' values in the problem: a start.
 Vector UnknownValues(const MechanicalSystem& system, const OutcomeProblem& problem);
 /// The problem with the unknowns at y.
-OutcomeProblem WithUnknowns(const MechanicalSystem& system, OutcomeProblem problem, const VectorRef& y);
+OutcomeProblem WithUnknowns(const MechanicalSystem& system, OutcomeProblem problem,
+                            const VectorRef& y);
 
 }  // namespace contact_flow

@@ -24,13 +24,14 @@ struct OrbitCondition {
   Kind kind = Kind::kPeriod;
   int index = 0;
   double value = 0;
-  /// Of touchdown and lift-off: with another constraint, `value` is the time by which `index` is later; 0:
-  /// they are simultaneous.
+  /// Of touchdown and lift-off: with another constraint, `value` is the time by which `index` is
+  /// later; 0: they are simultaneous.
   int other = -1;
   int occurrence = 1;  ///< the first, second, … such event of the period, of both constraints
 };
 
-/// What is looked for: a state x with P(x) = x, and values of some parameters for which the conditions hold.
+/// What is looked for: a state x with P(x) = x, and values of some parameters for which the
+/// conditions hold.
 struct OrbitProblem {
   SystemFactory factory;
   ParameterValues parameters;  ///< of the start; those left out are the model's
@@ -51,23 +52,24 @@ struct OrbitOptions {
 
 /// An orbit, or how far the search came.
 struct OrbitSolution {
-  NewtonResult newton;  ///< its x is (state, unknown parameters), its residual (P(x) − x, conditions)
-  Vector x;             ///< [nq+d]
-  ParameterValues parameters;                     ///< all of them
-  std::unique_ptr<MechanicalSystem> system;       ///< with these
+  NewtonResult
+      newton;  ///< its x is (state, unknown parameters), its residual (P(x) − x, conditions)
+  Vector x;    ///< [nq+d]
+  ParameterValues parameters;                ///< all of them
+  std::unique_ptr<MechanicalSystem> system;  ///< with these
   PoincareReturn orbit;  ///< one period from x, with DP by (δq, δv) where it exists
 
   bool ok() const { return newton.ok(); }
 };
 
-/// Looks for a periodic orbit by B-Newton: the unknowns are the tangents (δq, δv) that the contact mode of the start
-/// admits and δp, the equations
+/// Looks for a periodic orbit by B-Newton: the unknowns are the tangents (δq, δv) that the contact
+/// mode of the start admits and δp, the equations
 ///   P(x, p) ⊟ x = 0 [2d],   condition_k(x, p) = 0.
-/// Works through simultaneous touchdowns, where P is piecewise differentiable: the residual tells events apart that are
-/// 1e-13 s apart, and is continuous; the derivative takes those within the simultaneity tolerance as one, and has the
-/// pieces of all their orders. Which conditions are independent is not
-/// asked: more than unknowns, or fewer, are solved where they are consistent. Throws std::invalid_argument for
-/// unknown parameters and for conditions the system has not.
+/// Works through simultaneous touchdowns, where P is piecewise differentiable: the residual tells
+/// events apart that are 1e-13 s apart, and is continuous; the derivative takes those within the
+/// simultaneity tolerance as one, and has the pieces of all their orders. Which conditions are
+/// independent is not asked: more than unknowns, or fewer, are solved where they are consistent.
+/// Throws std::invalid_argument for unknown parameters and for conditions the system has not.
 OrbitSolution FindOrbit(const OrbitProblem& problem, const OrbitOptions& options = {});
 
 }  // namespace contact_flow

@@ -37,17 +37,18 @@ struct PoincareReturn {
   std::string message;
   double time = 0;        ///< of the return [s]
   Vector x;               ///< P(x) [nq+d]
-  Trajectory trajectory;  ///< to the return; for Kind::kEvent it ends with an arc of no length behind the event
+  Trajectory trajectory;  ///< to the return; for Kind::kEvent it ends with an arc of no length
+                          ///< behind the event
   double crossing_speed = Margins::kNone;  ///< ds F there, the margin of transversality
-  Vector event_times;     ///< of the wanted events [s]; NaN for one that did not happen
+  Vector event_times;  ///< of the wanted events [s]; NaN for one that did not happen
   /// With a derivative only:
   PiecewiseLinearMap map;          ///< DP on all tangents (δq, δv, δu, δp) [2d × 2d+k]
   PiecewiseLinearMap return_time;  ///< its derivative [1 × 2d+k]
-  PiecewiseLinearMap extended;     ///< rows of DP, of the return time and of the event times together
-  /// Orthonormal, of the admissible tangents of the section [2d×·]; of one size they are turned to agree, so that on an
-  /// orbit they are the same.
+  PiecewiseLinearMap extended;  ///< rows of DP, of the return time and of the event times together
+  /// Orthonormal, of the admissible tangents of the section [2d×·]; of one size they are turned to
+  /// agree, so that on an orbit they are the same.
   Matrix start_basis, end_basis;
-  PiecewiseLinearMap reduced;      ///< endᵀ DP start: no spurious zero
+  PiecewiseLinearMap reduced;  ///< endᵀ DP start: no spurious zero
 
   bool returned() const {
     return status == ReturnStatus::kReturned || status == ReturnStatus::kNoDerivative;
@@ -55,11 +56,11 @@ struct PoincareReturn {
 };
 
 struct PoincareOptions {
-  SimulateOptions simulate;        ///< tolerances of 1e-12 by default; `dense` is set as needed
-  BDerivativeOptions derivative;   ///< its variables are those of the maps
-  std::vector<WantedEvent> events; ///< whose times are wanted as well
-  double horizon = 10;             ///< longest return [s]
-  double shortest = 1e-3;          ///< crossings before are the start itself [s]
+  SimulateOptions simulate;         ///< tolerances of 1e-12 by default; `dense` is set as needed
+  BDerivativeOptions derivative;    ///< its variables are those of the maps
+  std::vector<WantedEvent> events;  ///< whose times are wanted as well
+  double horizon = 10;              ///< longest return [s]
+  double shortest = 1e-3;           ///< crossings before are the start itself [s]
 
   PoincareOptions() {
     simulate.relative_tolerance = simulate.absolute_tolerance = 1e-12;
@@ -69,8 +70,9 @@ struct PoincareOptions {
 
 /// The first return map P of a section, with its B-derivative
 ///   DP = (I − F ds / (ds F)) B        (for an event, followed by its first-order map).
-/// A crossing is looked for on the dense output, 16 samples a step, and then settled by Newton's method on runs that
-/// end there: s = 0 to rounding. A sign change by a jump at an impact is no crossing.
+/// A crossing is looked for on the dense output, 16 samples a step, and then settled by Newton's
+/// method on runs that end there: s = 0 to rounding. A sign change by a jump at an impact is no
+/// crossing.
 class PoincareMap {
  public:
   /// `system` must outlive the map. Throws std::invalid_argument for a section the system has not.

@@ -4,25 +4,26 @@
 #include "contact_flow/derivative/piecewise_linear_map.h"
 #include "contact_flow/types.h"
 
-/// What turns the B-derivative of an outcome into the derivative of a map of a section into itself: all of it
-/// from maps to maps.
+/// What turns the B-derivative of an outcome into the derivative of a map of a section into itself:
+/// all of it from maps to maps.
 namespace contact_flow {
 
-/// Orthonormal basis [n×k] of {w : rows·w = 0}; singular values below 1e-9 of the largest count as zero.
+/// Orthonormal basis [n×k] of {w : rows·w = 0}; singular values below 1e-9 of the largest count as
+/// zero.
 Matrix NullSpace(const MatrixRef& rows);
 
-/// The orthonormal basis of the span of `basis` that is nearest to `other`, of the same size: basis U Vᵀ with
-/// basisᵀ other = U Σ Vᵀ.
+/// The orthonormal basis of the span of `basis` that is nearest to `other`, of the same size: basis
+/// U Vᵀ with basisᵀ other = U Σ Vᵀ.
 Matrix NearestBasis(const MatrixRef& basis, const MatrixRef& other);
 
-/// w ↦ endᵀ f(start z): f in orthonormal bases [r×p] of the end and [c×q] of the start. Pieces that have no
-/// interior there are left out.
+/// w ↦ endᵀ f(start z): f in orthonormal bases [r×p] of the end and [c×q] of the start. Pieces that
+/// have no interior there are left out.
 PiecewiseLinearMap InBases(const PiecewiseLinearMap& map, const MatrixRef& end,
                            const MatrixRef& start);
 
-/// First-order time to the section {s = 0} from the outcome f(w): −ds f(w) / (ds F), one row. `gradient` is ds and
-/// `field` F, both [r], at the point where the section is crossed. Throws std::invalid_argument for
-/// ds F = 0.
+/// First-order time to the section {s = 0} from the outcome f(w): −ds f(w) / (ds F), one row.
+/// `gradient` is ds and `field` F, both [r], at the point where the section is crossed. Throws
+/// std::invalid_argument for ds F = 0.
 PiecewiseLinearMap CrossingTime(const PiecewiseLinearMap& map, const VectorRef& gradient,
                                 const VectorRef& field);
 
@@ -37,14 +38,14 @@ struct ReducedMap {
   double residual = 0;  ///< 0 when the reduction is exact; relative to the largest matrix entry
 };
 
-/// f restricted to the span of `subspace` [n×k], which it must map into itself: f(w) = V z. residual is the
-/// largest entry of (I − V Vᵀ) A_i V over the pieces that meet the span.
+/// f restricted to the span of `subspace` [n×k], which it must map into itself: f(w) = V z.
+/// residual is the largest entry of (I − V Vᵀ) A_i V over the pieces that meet the span.
 ReducedMap RestrictToInvariant(const PiecewiseLinearMap& map, const MatrixRef& subspace);
 
-/// f modulo the span of `neutral` [n×k], of the form f(w + N c) = f(w) + N J c: symmetries such as a horizontal
-/// translation, and the velocity along it. The quotient is represented on the orthogonal complement. residual
-/// is the largest entry of (I − N Nᵀ) A_i N and of C_i N: neutral directions must stay neutral, and must not
-/// decide between cones.
+/// f modulo the span of `neutral` [n×k], of the form f(w + N c) = f(w) + N J c: symmetries such as
+/// a horizontal translation, and the velocity along it. The quotient is represented on the
+/// orthogonal complement. residual is the largest entry of (I − N Nᵀ) A_i N and of C_i N: neutral
+/// directions must stay neutral, and must not decide between cones.
 ReducedMap SetAside(const PiecewiseLinearMap& map, const MatrixRef& neutral);
 
 }  // namespace contact_flow

@@ -23,9 +23,10 @@ enum class StabilityTest {
   kNormTwo = 2,        ///< all ‖A_i‖₂ ≤ bound < 1
   kNormInfinity = 3,   ///< all ‖A_i‖_∞ ≤ bound < 1
   kQuadraticNorm = 4,  ///< all A_iᵀ P A_i ≤ bound² P, bound < 1, P = `norm`
-  kWords = 5,          ///< every feasible word contracts ‖T y‖_∞ below `bound` < 1 at one of `words`
-  kGrowingRay = 6,     ///< A_w v = λ v, λ = `bound` > 1, for a v in the cone of w
-  kGrowingPlane = 7,   ///< A_w maps a line or plane that lies within the cone of w onto itself and grows
+  kWords = 5,  ///< every feasible word contracts ‖T y‖_∞ below `bound` < 1 at one of `words`
+  kGrowingRay = 6,  ///< A_w v = λ v, λ = `bound` > 1, for a v in the cone of w
+  kGrowingPlane =
+      7,  ///< A_w maps a line or plane that lies within the cone of w onto itself and grows
 };
 
 /// "1-norm", …
@@ -34,19 +35,20 @@ const char* StabilityTestName(StabilityTest test);
 /// The data from which a verdict can be checked again, by VerifyCertificate.
 struct StabilityCertificate {
   StabilityTest test = StabilityTest::kNone;
-  double bound = 0;                     ///< factor of contraction or growth
-  Matrix norm;                          ///< P or T [n×n]
-  std::vector<std::vector<int>> words;  ///< indices of pieces in the order in which they are applied
-  Matrix directions;                    ///< [n×1], or the plane [n×1 or n×2] of kGrowingPlane
+  double bound = 0;  ///< factor of contraction or growth
+  Matrix norm;       ///< P or T [n×n]
+  std::vector<std::vector<int>>
+      words;          ///< indices of pieces in the order in which they are applied
+  Matrix directions;  ///< [n×1], or the plane [n×1 or n×2] of kGrowingPlane
 };
 
 struct StabilityOptions {
-  /// Contraction must be below 1 − margin and growth above 1 + margin, so that errors of the map in the
-  /// last digits decide nothing.
+  /// Contraction must be below 1 − margin and growth above 1 + margin, so that errors of the map in
+  /// the last digits decide nothing.
   double margin = 1e-6;
   int max_word_length = 60;
-  long max_words = 20000;              ///< examined
-  long max_linear_programs = 100000;   ///< solved
+  long max_words = 20000;             ///< examined
+  long max_linear_programs = 100000;  ///< solved
   /// Asked now and then; returning true ends the search, undetermined.
   std::function<bool()> cancelled;
 };
@@ -54,36 +56,44 @@ struct StabilityOptions {
 struct StabilityReport {
   StabilityVerdict verdict = StabilityVerdict::kUndetermined;
   StabilityCertificate certificate;
-  /// ‖fᵏ(y)‖ ≤ c·growth_aboveᵏ‖y‖ for every y; some y grows by growth_below per step (0: none was found).
+  /// ‖fᵏ(y)‖ ≤ c·growth_aboveᵏ‖y‖ for every y; some y grows by growth_below per step (0: none was
+  /// found).
   double growth_below = 0;
   double growth_above = 0;
   double norm_one = 0, norm_two = 0, norm_infinity = 0;  ///< largest over the pieces
-  double norm_quadratic = 0;       ///< in the best common quadratic norm found
-  int word_length = 0;             ///< longest words examined
+  double norm_quadratic = 0;  ///< in the best common quadratic norm found
+  int word_length = 0;        ///< longest words examined
   long words = 0;
   long linear_programs = 0;
-  std::string message;             ///< what decided, or why nothing did
+  std::string message;  ///< what decided, or why nothing did
 };
 
-/// Stability of x⁺ = f(x), f square, continuous and piecewise linear with pieces A_i on cones C_i. In turn:
-///   1. contraction: one norm with ‖A_i‖ < 1 for all i: 1-, 2-, ∞-norm, then a common quadratic norm;
-///   2. words w = i₁ i₂ … with A_w = … A_{i₂} A_{i₁} on C_w = {y : fʲ(y) ∈ C_{i_{j+1}}}, by growing length:
-///      a word with max{‖T A_w y‖_∞ : ‖T y‖_∞ ≤ 1, y ∈ C_w} < 1 (linear programs) is done with; when none
-///      is left, f is exponentially stable, T = P^{1/2} of the best quadratic norm;
-///   3. on the way, instability by a real eigenvalue > 1 of some A_w with its eigenvector in C_w. Dropping
-///      contracting words loses none: some rotation of a growing word grows at each of its prefixes.
-/// Without the linear-programming library words contract by ‖T A_w T⁻¹‖_∞ alone and none is infeasible.
-/// A stable f is proven stable given enough words; an f that grows without a growing word stays undetermined.
-StabilityReport AssessStability(const PiecewiseLinearMap& map, const StabilityOptions& options = {});
+/// Stability of x⁺ = f(x), f square, continuous and piecewise linear with pieces A_i on cones C_i.
+/// In turn:
+///   1. contraction: one norm with ‖A_i‖ < 1 for all i: 1-, 2-, ∞-norm, then a common quadratic
+///   norm;
+///   2. words w = i₁ i₂ … with A_w = … A_{i₂} A_{i₁} on C_w = {y : fʲ(y) ∈ C_{i_{j+1}}}, by growing
+///   length:
+///      a word with max{‖T A_w y‖_∞ : ‖T y‖_∞ ≤ 1, y ∈ C_w} < 1 (linear programs) is done with;
+///      when none is left, f is exponentially stable, T = P^{1/2} of the best quadratic norm;
+///   3. on the way, instability by a real eigenvalue > 1 of some A_w with its eigenvector in C_w.
+///   Dropping
+///      contracting words loses none: some rotation of a growing word grows at each of its
+///      prefixes.
+/// Without the linear-programming library words contract by ‖T A_w T⁻¹‖_∞ alone and none is
+/// infeasible. A stable f is proven stable given enough words; an f that grows without a growing
+/// word stays undetermined.
+StabilityReport AssessStability(const PiecewiseLinearMap& map,
+                                const StabilityOptions& options = {});
 
-/// True when the certificate proves, from its data and the map's alone, what its test says. The certificate
-/// may come from anywhere; words are enumerated again, in at most `options`' budgets. kWords needs the
-/// linear-programming library unless norms suffice.
+/// True when the certificate proves, from its data and the map's alone, what its test says. The
+/// certificate may come from anywhere; words are enumerated again, in at most `options`' budgets.
+/// kWords needs the linear-programming library unless norms suffice.
 bool VerifyCertificate(const PiecewiseLinearMap& map, const StabilityCertificate& certificate,
                        const StabilityOptions& options = {});
 
-/// max{‖fᵏ(y)‖_∞ : ‖y‖_∞ ≤ 1} over the feasible words of length k, by linear programs. NaN when the budgets
-/// do not suffice or without the library.
+/// max{‖fᵏ(y)‖_∞ : ‖y‖_∞ ≤ 1} over the feasible words of length k, by linear programs. NaN when the
+/// budgets do not suffice or without the library.
 double WorstGain(const PiecewiseLinearMap& map, int steps, const StabilityOptions& options = {});
 
 }  // namespace contact_flow

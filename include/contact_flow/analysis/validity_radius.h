@@ -37,23 +37,25 @@ const char* LimitName(ValidityRadius::Limit limit);
 /// "the gap of 'ceiling' closes at t = 0.4 s", for people.
 std::string Describe(const SystemDescription& description, const ValidityRadius& radius);
 
-/// Estimates from the margins of a run, each divided by its first-order change along w, the smallest α > 0 at which
-/// the run from x + α w has another sequence of events than those that the B-derivative unites: beyond it the
-/// derivative is that of another run. Events of one cluster are united in any order and set no limit. Curvature,
-/// the error O(α²) inside, is not looked at; changes of release rates by (δu, δp) are not, either.
+/// Estimates from the margins of a run, each divided by its first-order change along w, the
+/// smallest α > 0 at which the run from x + α w has another sequence of events than those that the
+/// B-derivative unites: beyond it the derivative is that of another run. Events of one cluster are
+/// united in any order and set no limit. Curvature, the error O(α²) inside, is not looked at;
+/// changes of release rates by (δu, δp) are not, either.
 class ValidityEstimator {
  public:
-  /// For a derivative that exists. `system`, `trajectory` and `derivative` must outlive this. Costs the
-  /// propagators to the dips of gaps and forces, as much as the derivative itself for each.
+  /// For a derivative that exists. `system`, `trajectory` and `derivative` must outlive this. Costs
+  /// the propagators to the dips of gaps and forces, as much as the derivative itself for each.
   ValidityEstimator(const MechanicalSystem& system, const Trajectory& trajectory,
                     const BDerivative& derivative);
 
-  /// For w = (δq, δv, δu, δp) [2d+k] or (δq, δv) [2d]. O(N m² d) and what BDerivative costs on one direction.
+  /// For w = (δq, δv, δu, δp) [2d+k] or (δq, δv) [2d]. O(N m² d) and what BDerivative costs on one
+  /// direction.
   ValidityRadius operator()(const VectorRef& w) const;
 
  private:
-  /// A gap or force that comes near zero, and how it moves with a tangent: for a dip that at the begin of its
-  /// arc, for the end of an arc that there, and with the instant of the end.
+  /// A gap or force that comes near zero, and how it moves with a tangent: for a dip that at the
+  /// begin of its arc, for the end of an arc that there, and with the instant of the end.
   struct Watch {
     ValidityRadius::Limit limit = ValidityRadius::Limit::kGap;
     int constraint = 0;

@@ -20,15 +20,17 @@ struct BDerivativeOptions {
   int max_activations_for_pieces = 7;
   /// … and the expanded map of a whole trajectory beyond this many pieces.
   std::size_t max_pieces = 20000;
-  /// What else to differentiate by, constant along the run: inputs (with a schedule, a shift of all of it) and
-  /// parameters. The initial state stays as it is.
+  /// What else to differentiate by, constant along the run: inputs (with a schedule, a shift of all
+  /// of it) and parameters. The initial state stays as it is.
   Variables variables;
 };
 
-/// The B-derivative of the outcome x(T) with respect to time, initial state, inputs and parameters (Theorem 1):
-///   D φ(T, x, u, p; δt, w) = δt · F(φ(T, x)) + B(w),   B = Φ_N ∘ B_N ∘ … ∘ B_1 ∘ Φ_0,   w = (δq, δv, δu, δp),
-/// with Φ_k the propagator of arc k (Lemma 1) and B_k the first-order map of transition k, both of which
-/// carry (δu, δp) along.
+/// The B-derivative of the outcome x(T) with respect to time, initial state, inputs and parameters
+/// (Theorem 1):
+///   D φ(T, x, u, p; δt, w) = δt · F(φ(T, x)) + B(w),   B = Φ_N ∘ B_N ∘ … ∘ B_1 ∘ Φ_0,   w = (δq,
+///   δv, δu, δp),
+/// with Φ_k the propagator of arc k (Lemma 1) and B_k the first-order map of transition k, both of
+/// which carry (δu, δp) along.
 class BDerivative {
  public:
   /// Not kOk: there is no derivative (discontinuous, grazing, …); the message says why. Only the
@@ -47,7 +49,8 @@ class BDerivative {
   std::vector<ContactMode> PerturbedModes(const VectorRef& w) const;
   /// True when all selections agree: B is linear, the outcome is C¹ here.
   bool IsDifferentiable() const;
-  /// B as the whole piecewise-linear map ℝ^{2d+k} → ℝ^{2d}. Throws std::length_error, naming the limit, beyond it.
+  /// B as the whole piecewise-linear map ℝ^{2d+k} → ℝ^{2d}. Throws std::length_error, naming the
+  /// limit, beyond it.
   PiecewiseLinearMap Pieces() const;
 
   BDerivativeOptions options;
@@ -56,13 +59,15 @@ class BDerivative {
   Vector Complete(const VectorRef& w) const;
 };
 
-/// Not kOk where a transition has no first-order map because of what it is or of the one before (or null): bounces
-/// that were completed to sticking, an event within `simultaneity_tolerance` [s] of a change of the input.
+/// Not kOk where a transition has no first-order map because of what it is or of the one before (or
+/// null): bounces that were completed to sticking, an event within `simultaneity_tolerance` [s] of
+/// a change of the input.
 Status CheckTransition(const Transition* before, const Transition& transition,
                        double simultaneity_tolerance);
 
-/// Differentiates a trajectory made with SimulateOptions::dense, whose arcs know their inputs; `system` must outlive
-/// the result. A trajectory whose status is not kOk has no derivative: its status is passed on.
+/// Differentiates a trajectory made with SimulateOptions::dense, whose arcs know their inputs;
+/// `system` must outlive the result. A trajectory whose status is not kOk has no derivative: its
+/// status is passed on.
 BDerivative DifferentiateOutcome(const MechanicalSystem& system, const Trajectory& trajectory,
                                  const BDerivativeOptions& options = {});
 /// The same from the beginning of arc `first` to the end of arc `last`.
@@ -70,9 +75,9 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
                               std::size_t first, std::size_t last,
                               const BDerivativeOptions& options = {});
 
-/// w [2d+k] projected on the tangent vectors that the initial state admits: those that keep the constraints of
-/// its contact mode and the bilateral ones active, Da_J w_q + ∂a_J/∂p δp = 0 and D(Da_J v) w + Da_J w_v = 0, by the
-/// shortest change of (w_q, w_v).
+/// w [2d+k] projected on the tangent vectors that the initial state admits: those that keep the
+/// constraints of its contact mode and the bilateral ones active, Da_J w_q + ∂a_J/∂p δp = 0 and
+/// D(Da_J v) w + Da_J w_v = 0, by the shortest change of (w_q, w_v).
 Vector ProjectAdmissible(const MechanicalSystem& system, const VectorRef& x, ContactMode mode,
                          const VectorRef& w, const Variables& variables = {});
 

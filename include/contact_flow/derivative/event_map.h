@@ -29,12 +29,14 @@ struct PerturbedEvent {
   ContactMode mode;  ///< after it
 };
 
-/// How far the fields of a cluster are from S ↦ F̂_S being modular, F̂_S being F_S carried through the resets of
-/// the activations that are left. The selections of two neighbouring orders differ by defect vector × (τ_i − τ_j).
+/// How far the fields of a cluster are from S ↦ F̂_S being modular, F̂_S being F_S carried through
+/// the resets of the activations that are left. The selections of two neighbouring orders differ by
+/// defect vector × (τ_i − τ_j).
 struct Modularity {
-  /// The largest entry of |F̂_{S+ij} − F̂_{S+i} − F̂_{S+j} + F̂_S| over S, i, j, in [m/s] or [m/s²]: how much the
-  /// outcome bends per second between two touchdowns. 0: all selections are equal, the outcome is C¹. NaN where
-  /// it is not known: there is no derivative, or more than 12 activations (2^m vectors).
+  /// The largest entry of |F̂_{S+ij} − F̂_{S+i} − F̂_{S+j} + F̂_S| over S, i, j, in [m/s] or [m/s²]:
+  /// how much the outcome bends per second between two touchdowns. 0: all selections are equal, the
+  /// outcome is C¹. NaN where it is not known: there is no derivative, or more than 12 activations
+  /// (2^m vectors).
   double defect = 0;
   double scale = 1;  ///< largest entry of the F̂_S, but at least 1
   double Relative() const { return defect / scale; }
@@ -47,13 +49,15 @@ struct Modularity {
 ///           w ← DR_{i*}(ρ, v_S) (w + F_S τ_{i*}),  S ← S ∪ {i*};      finally  w ← w − F_S Σ τ.
 ///
 /// v_S, K_S and F_S are velocity, contact mode and field after the activations in S. A deactivation
-/// contributes the identity: F is continuous where λ_i = 0. A compliant constraint that changes sides counts as an
-/// activation without reset; a force that vanishes where the effort depends on the mode is a crossing of the
-/// surface λ_i = 0 between two fields, and must be alone. w = (δq, δv, δu, δp) throughout. One direction costs m+1 evaluations of the
-/// field, m resets and O(m² d) besides; stages are kept, so that further directions cost O(m² d).
+/// contributes the identity: F is continuous where λ_i = 0. A compliant constraint that changes
+/// sides counts as an activation without reset; a force that vanishes where the effort depends on
+/// the mode is a crossing of the surface λ_i = 0 between two fields, and must be alone. w = (δq,
+/// δv, δu, δp) throughout. One direction costs m+1 evaluations of the field, m resets and O(m² d)
+/// besides; stages are kept, so that further directions cost O(m² d).
 class EventMap {
  public:
-  /// `dynamics` is scratch, shared between the maps of one trajectory; its system must outlive the map.
+  /// `dynamics` is scratch, shared between the maps of one trajectory; its system must outlive the
+  /// map.
   EventMap(std::shared_ptr<ContactDynamics> dynamics, const Transition& transition);
 
   /// kOk; kDiscontinuous when orders disagree (then `outcomes` lists them); kNotDifferentiable.
@@ -67,12 +71,12 @@ class EventMap {
 
   /// B(w) [2d].
   Vector operator()(const VectorRef& w) const;
-  /// What happens to the run perturbed along w, to first order and in this order. Between the impacts of a
-  /// cluster a contact may let go and be closed again later: its gap is of second order in w, the times are of
-  /// first.
+  /// What happens to the run perturbed along w, to first order and in this order. Between the
+  /// impacts of a cluster a contact may let go and be closed again later: its gap is of second
+  /// order in w, the times are of first.
   std::vector<PerturbedEvent> PerturbedEvents(const VectorRef& w) const;
-  /// The contact modes that the run perturbed along w passes through after J⁻, to first order; the last
-  /// is J⁺. Activations and releases that coincide to first order make one transition.
+  /// The contact modes that the run perturbed along w passes through after J⁻, to first order; the
+  /// last is J⁺. Activations and releases that coincide to first order make one transition.
   std::vector<ContactMode> PerturbedModes(const VectorRef& w) const;
 
   /// Ξ_σ [2d×2d] of the order σ: the product of saltation matrices.
@@ -126,12 +130,12 @@ class EventMap {
   std::shared_ptr<ContactDynamics> dynamics_;
   const MechanicalSystem* system_;
   Transition transition_;
-  ContactMode events_;            // I_a, switches, and a release with a jump of the field
+  ContactMode events_;  // I_a, switches, and a release with a jump of the field
   Vector q_;
-  std::vector<int> activated_;    // the members of events_
-  Matrix jacobian_;               // Da(ρ) [n×d]
-  Matrix guards_;                 // the guards' gradients [n × 2d+k]: Da_i and ∂a_i/∂p, or Dλ_i
-  bool decoupled_ = true;         // class A: every cone is m−1 half-spaces
+  std::vector<int> activated_;  // the members of events_
+  Matrix jacobian_;             // Da(ρ) [n×d]
+  Matrix guards_;               // the guards' gradients [n × 2d+k]: Da_i and ∂a_i/∂p, or Dλ_i
+  bool decoupled_ = true;       // class A: every cone is m−1 half-spaces
   Status status_;
   std::vector<OrderOutcome> outcomes_;
   mutable std::map<ContactMode, Stage> stages_;

@@ -15,27 +15,28 @@ namespace contact_flow {
 
 /// One re-simulated, perturbed run.
 struct QuotientSample {
-  double alpha = 0;                    ///< size of the perturbation
-  Status status;                       ///< of the perturbed run; not kOk: no quotient
-  Vector final_state;                  ///< x(T) from x ⊞ α w [nq+d]
-  Vector quotient;                     ///< (x_α(T) − x_0(T)) / α, as a tangent [2d]
-  double error = 0;                    ///< max |quotient − prediction|
-  std::vector<ContactMode> modes;      ///< mode sequence of the perturbed run
+  double alpha = 0;                ///< size of the perturbation
+  Status status;                   ///< of the perturbed run; not kOk: no quotient
+  Vector final_state;              ///< x(T) from x ⊞ α w [nq+d]
+  Vector quotient;                 ///< (x_α(T) − x_0(T)) / α, as a tangent [2d]
+  double error = 0;                ///< max |quotient − prediction|
+  std::vector<ContactMode> modes;  ///< mode sequence of the perturbed run
 };
 
-/// One-sided difference quotients beside a predicted derivative: the public check of any B-derivative.
+/// One-sided difference quotients beside a predicted derivative: the public check of any
+/// B-derivative.
 struct QuotientReport {
   std::vector<QuotientSample> samples;  ///< in the order of the α given
   /// Least-squares slope of log error over log α, from the samples whose error stands clear of
-  /// rounding (`resolution`/α); 1 when the prediction is right and the outcome is PC², NaN when fewer
-  /// than two samples qualify (then the errors themselves are at the level of rounding).
+  /// rounding (`resolution`/α); 1 when the prediction is right and the outcome is PC², NaN when
+  /// fewer than two samples qualify (then the errors themselves are at the level of rounding).
   double slope = 0;
   /// Error of one final state that the integrator's tolerance leaves, absolute.
   double resolution = 0;
 };
 
-/// Re-simulates from x + α w for every α > 0 and compares (φ(T, x+αw) − φ(T, x))/α with `prediction`
-/// [2d]. Runs are made at tolerance 1e-12 with events told apart down to α·1e-4.
+/// Re-simulates from x + α w for every α > 0 and compares (φ(T, x+αw) − φ(T, x))/α with
+/// `prediction` [2d]. Runs are made at tolerance 1e-12 with events told apart down to α·1e-4.
 QuotientReport CompareWithQuotients(const MechanicalSystem& system, const VectorRef& x,
                                     const VectorRef& u, double duration, const VectorRef& direction,
                                     const VectorRef& prediction, const std::vector<double>& alphas,
@@ -44,8 +45,9 @@ QuotientReport CompareWithQuotients(const MechanicalSystem& system, const Vector
 /// Makes the system again with other values of some parameters.
 using SystemFactory = std::function<std::unique_ptr<MechanicalSystem>(const ParameterValues&)>;
 
-/// The same for directions (δq, δv, δu, δp) [2d+k]: runs from x + α (w_q, w_v) with inputs u + α δu on every
-/// interval and parameters p + α δp, the system made by `factory` from the values of all its parameters.
+/// The same for directions (δq, δv, δu, δp) [2d+k]: runs from x + α (w_q, w_v) with inputs u + α δu
+/// on every interval and parameters p + α δp, the system made by `factory` from the values of all
+/// its parameters.
 QuotientReport CompareWithQuotients(const MechanicalSystem& system, const SystemFactory& factory,
                                     const Variables& variables, const VectorRef& x,
                                     const InputSchedule& input, double duration,

@@ -19,8 +19,8 @@ struct LinearOptimum {
 
 /// A linear program whose bounds are kept while its objective changes:
 ///   max objective·y   subject to   rows·y ≥ 0,  lower ≤ y ≤ upper (componentwise).
-/// rows [h×n], the others [n]. A further objective starts from the last optimum. Without the library no
-/// program is ever solved.
+/// rows [h×n], the others [n]. A further objective starts from the last optimum. Without the
+/// library no program is ever solved.
 class LinearProgram {
  public:
   LinearProgram(const MatrixRef& rows, const VectorRef& lower, const VectorRef& upper);
@@ -28,7 +28,8 @@ class LinearProgram {
   LinearProgram(LinearProgram&&) noexcept;
   LinearProgram& operator=(LinearProgram&&) noexcept;
 
-  /// Feasible and optimal within 1e-8, which is checked by the duality of linear programs after each solve.
+  /// Feasible and optimal within 1e-8, which is checked by the duality of linear programs after
+  /// each solve.
   LinearOptimum Maximize(const VectorRef& objective);
 
  private:

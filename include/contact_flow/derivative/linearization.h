@@ -9,8 +9,8 @@
 
 namespace contact_flow {
 
-/// The outcome of one interval of an input grid, to first order: δx_{k+1} = A_k δx_k + B_k δu_k, saltations and resets
-/// inside; what iLQR and Kalman filters consume.
+/// The outcome of one interval of an input grid, to first order: δx_{k+1} = A_k δx_k + B_k δu_k,
+/// saltations and resets inside; what iLQR and Kalman filters consume.
 struct IntervalLinearization {
   double t_begin = 0;  ///< [s]
   double t_end = 0;    ///< [s]
@@ -19,13 +19,14 @@ struct IntervalLinearization {
   Status status;       ///< not kOk: no derivative, and A, B are empty
   Matrix A;            ///< [2d×2d]
   Matrix B;            ///< [2d×m]
-  /// False where an event inside is only piecewise differentiable: then [A B] is the selection of one order of its
-  /// activations, and `derivative` holds them all.
+  /// False where an event inside is only piecewise differentiable: then [A B] is the selection of
+  /// one order of its activations, and `derivative` holds them all.
   bool is_linear = true;
   BDerivative derivative;
 };
 
-/// Linearizes a trajectory interval by interval of its input grid; `system` must outlive the result.
+/// Linearizes a trajectory interval by interval of its input grid; `system` must outlive the
+/// result.
 std::vector<IntervalLinearization> Linearize(const MechanicalSystem& system,
                                              const Trajectory& trajectory,
                                              BDerivativeOptions options = {});

@@ -14,13 +14,15 @@ struct VariationStatistics {
   long rejected_steps = 0;
 };
 
-/// The propagator of one arc (Lemma 1 of the paper): Φ(t_end) [2d+k × 2d+k] of the variational equation
+/// The propagator of one arc (Lemma 1 of the paper): Φ(t_end) [2d+k × 2d+k] of the variational
+/// equation
 ///   Φ̇ = D F_J(x(t)) Φ,   Φ(t_begin) = I,
-/// in the tangents (δq, δv) and the k variables (δu, δp) of `dynamics`, whose rows are [0 0 I], along the
-/// arc's dense output, which must be there; `dynamics` is scratch and holds system and input.
+/// in the tangents (δq, δv) and the k variables (δu, δp) of `dynamics`, whose rows are [0 0 I],
+/// along the arc's dense output, which must be there; `dynamics` is scratch and holds system and
+/// input.
 ///
-/// Where the configuration space has rotations, δq̇ = δv − ad_v δq; in the coordinates (δq, δq̇) the equation
-/// is of second order again, with K + D ad_v − ad_v̇ for K and D − ad_v for D.
+/// Where the configuration space has rotations, δq̇ = δv − ad_v δq; in the coordinates (δq, δq̇) the
+/// equation is of second order again, with K + D ad_v − ad_v̇ for K and D − ad_v for D.
 ///
 /// The equation is linear, so it is solved by Gauss–Legendre collocation (2 to 10 stages, order 4
 /// to 20, chosen with the step for least work) with steps of its own: the accelerations at the

@@ -10,12 +10,14 @@
 
 namespace contact_flow {
 
-/// The dynamics in a contact mode, (1a) of the paper, with the contact force, and their derivatives:
+/// The dynamics in a contact mode, (1a) of the paper, with the contact force, and their
+/// derivatives:
 ///   [ M  −A_Jᵀ ] [ v̇  ]   [ f + c v ]
 ///   [ A_J   0  ] [ λ_J ] = [ −Ȧ_J v  ],       A = Da(q),
-/// where the rows of the bilateral constraints belong to every A_J, and those of compliant ones to none.
-/// Holds all scratch: calls do not allocate after the first in each mode. One object per thread; the
-/// results are valid until the next call. A singular M or A_J M⁻¹ A_Jᵀ gives NaN (Assumption 3 fails).
+/// where the rows of the bilateral constraints belong to every A_J, and those of compliant ones to
+/// none. Holds all scratch: calls do not allocate after the first in each mode. One object per
+/// thread; the results are valid until the next call. A singular M or A_J M⁻¹ A_Jᵀ gives NaN
+/// (Assumption 3 fails).
 class ContactDynamics {
  public:
   ContactDynamics(const MechanicalSystem& system, const VectorRef& u,
@@ -32,15 +34,17 @@ class ContactDynamics {
   /// Solves (1a) at x = (q, v) [nq+d] in mode J.
   void Evaluate(const VectorRef& x, ContactMode mode);
   const Vector& acceleration() const { return acceleration_; }  ///< v̇ [d]
-  const Vector& force() const { return force_; }  ///< λ [n+l], zero off J
+  const Vector& force() const { return force_; }                ///< λ [n+l], zero off J
 
   /// F_J(x) as a tangent, (v, v̇) and zeros for the variables [2d+k].
   Vector Field(const VectorRef& x, ContactMode mode);
 
-  /// Evaluates, then differentiates by the implicit function theorem: the residual's derivative at fixed
-  /// (v̇, λ) and one back-substitution. Columns are (δq, δv) and the variables (δu, δp).
+  /// Evaluates, then differentiates by the implicit function theorem: the residual's derivative at
+  /// fixed (v̇, λ) and one back-substitution. Columns are (δq, δv) and the variables (δu, δp).
   void Differentiate(const VectorRef& x, ContactMode mode);
-  const Matrix& acceleration_jacobian() const { return acceleration_jacobian_; }  ///< D v̇ [d × 2d+k]
+  const Matrix& acceleration_jacobian() const {
+    return acceleration_jacobian_;
+  }                                                                 ///< D v̇ [d × 2d+k]
   const Matrix& force_jacobian() const { return force_jacobian_; }  ///< D λ [n+l × 2d+k]
 
   /// dλ/dt [n] along F_J, for the members of J; differentiates.
@@ -70,11 +74,11 @@ class ContactDynamics {
   Matrix mass_;
   Eigen::LLT<Matrix> mass_factor_;
   Eigen::LLT<Matrix> delassus_factor_;
-  Matrix active_jacobian_;  // A_J [k×d]
-  Matrix inverse_;          // P_J = M⁻¹ − M⁻¹A_JᵀΛ_J A_J M⁻¹ [d×d]
-  Matrix force_map_;        // Λ_J A_J M⁻¹ [k×d]
-  Matrix delassus_inverse_; // Λ_J [k×k]
-  Vector bias_;             // Ȧ_J v [k]
+  Matrix active_jacobian_;   // A_J [k×d]
+  Matrix inverse_;           // P_J = M⁻¹ − M⁻¹A_JᵀΛ_J A_J M⁻¹ [d×d]
+  Matrix force_map_;         // Λ_J A_J M⁻¹ [k×d]
+  Matrix delassus_inverse_;  // Λ_J [k×k]
+  Vector bias_;              // Ȧ_J v [k]
   ConstraintTerms terms_;
   ResidualJacobian residual_;
   ParameterJacobian parameter_residual_;
@@ -90,8 +94,8 @@ class ContactDynamics {
   long evaluations_ = 0;
 };
 
-/// G = Da_C P Da_Cᵀ [k×k] (InverseInertia) and the normal accelerations without contact [k], over the k members
-/// of C in increasing order.
+/// G = Da_C P Da_Cᵀ [k×k] (InverseInertia) and the normal accelerations without contact [k], over
+/// the k members of C in increasing order.
 void Delassus(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u, ContactMode C,
               Matrix* G, Vector* b);
 

@@ -10,7 +10,8 @@ namespace contact_flow {
 
 /// Which reading of (1b) decides an impact.
 enum class ImpactLaw {
-  /// p ≥ 0, Da v⁺ + γ Da v⁻ ≥ 0, complementary (Newton–Moreau): only approaching constraints are hit,
+  /// p ≥ 0, Da v⁺ + γ Da v⁻ ≥ 0, complementary (Newton–Moreau): only approaching constraints are
+  /// hit,
   /// and a contact that would have to pull lets go.
   kComplementarity,
   /// The paper's literal projection Δ_J with J = {j : a_j = 0}: every touching constraint gets the
@@ -27,17 +28,18 @@ struct ImpactResult {
 
 /// Impact (1b) at ρ over the touching rigid constraints K:
 ///   M (v⁺ − v⁻) = Da_Kᵀ p + Dbᵀ r,   0 ≤ p ⟂ Da_K v⁺ + γ Da_K v⁻ ≥ 0,   Db v⁺ = 0.
-ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v_minus,
-                         ContactMode touching, ImpactLaw law = ImpactLaw::kComplementarity);
+ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q,
+                         const VectorRef& v_minus, ContactMode touching,
+                         ImpactLaw law = ImpactLaw::kComplementarity);
 
-/// The velocity [d] after a generalized impulse p [d] from outside: v + P p (InverseInertia), then the impact of all
-/// rigid constraints that touch, a_i ≤ gap_tolerance [m].
+/// The velocity [d] after a generalized impulse p [d] from outside: v + P p (InverseInertia), then
+/// the impact of all rigid constraints that touch, a_i ≤ gap_tolerance [m].
 Vector PushedVelocity(const MechanicalSystem& system, const VectorRef& x, const VectorRef& impulse,
                       double gap_tolerance, ImpactLaw law = ImpactLaw::kComplementarity);
 
-/// Derivative DR [2d+k × 2d+k] of the reset R(q, v) = (q, v⁺), where the constraints in `hit` receive the
-/// impulse (for those in `persisting` ⊂ hit the restitution is void: they rest before and after), by
-/// the implicit function theorem on the residual of (1b):
+/// Derivative DR [2d+k × 2d+k] of the reset R(q, v) = (q, v⁺), where the constraints in `hit`
+/// receive the impulse (for those in `persisting` ⊂ hit the restitution is void: they rest before
+/// and after), by the implicit function theorem on the residual of (1b):
 ///   DR = [[I, 0, 0], [∂v⁺/∂q, ∂v⁺/∂v⁻, ∂v⁺/∂(u, p)], [0, 0, I]].
 Matrix ImpactJacobian(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v_minus,
                       const ImpactResult& result, ContactMode hit, ContactMode persisting,

@@ -9,7 +9,8 @@
 
 namespace contact_flow {
 
-/// The inverse inertia at one configuration as the contacts see it, inside the bilateral constraints:
+/// The inverse inertia at one configuration as the contacts see it, inside the bilateral
+/// constraints:
 ///   P = M⁻¹ − M⁻¹ Bᵀ (B M⁻¹ Bᵀ)⁻¹ B M⁻¹ [d×d],       B = Db(q) [l×d];
 /// P = M⁻¹ where there are none. G = A P Aᵀ is the Delassus matrix of the contacts, so that
 /// orthogonality is judged inside the constraint manifold. Wrong inertias give NaN.
@@ -32,7 +33,8 @@ class InverseInertia {
   Matrix BilateralForce(const MatrixRef& R) const;
   /// The acceleration without contact [d]: P (f + c v) − M⁻¹ Bᵀ (B M⁻¹ Bᵀ)⁻¹ Ḃ v.
   Vector FreeAcceleration() const;
-  /// The shortest step in the kinetic metric that changes (b, or B v) by −r [l]: M⁻¹Bᵀ(BM⁻¹Bᵀ)⁻¹ (−r) [d].
+  /// The shortest step in the kinetic metric that changes (b, or B v) by −r [l]: M⁻¹Bᵀ(BM⁻¹Bᵀ)⁻¹
+  /// (−r) [d].
   Vector Correction(const VectorRef& r) const;
 
  private:

@@ -7,14 +7,15 @@
 
 namespace contact_flow {
 
-/// One step of DOP853 at a time: order 8, error estimate of orders 5 and 3, and on demand a continuous
-/// extension of order 7 (Hairer, Nørsett, Wanner I, Sec. II.5, II.6). Autonomous systems ẋ = F(x).
+/// One step of DOP853 at a time: order 8, error estimate of orders 5 and 3, and on demand a
+/// continuous extension of order 7 (Hairer, Nørsett, Wanner I, Sec. II.5, II.6). Autonomous systems
+/// ẋ = F(x).
 ///
 ///   Begin(x) → TryStep(h) … until the error is ≤ 1 → Finish() → [Extend()] → Advance() → TryStep …
 ///
-/// TryStep may be called again with another h from the same point: events are located by truncating a
-/// step. Nothing allocates after construction. The field is called 11 times by TryStep, once by Begin and
-/// by Finish, three times by Extend.
+/// TryStep may be called again with another h from the same point: events are located by truncating
+/// a step. Nothing allocates after construction. The field is called 11 times by TryStep, once by
+/// Begin and by Finish, three times by Extend.
 class Dop853 {
  public:
   /// Writes F(x) [n] to `xdot`; the k-th call since Begin or Advance is stage k.
@@ -28,7 +29,8 @@ class Dop853 {
   double GuessStep(double relative_tolerance, double absolute_tolerance);
   /// Computes the end of a step of length h; returns the scaled error, acceptable when ≤ 1.
   double TryStep(double h, double relative_tolerance, double absolute_tolerance);
-  /// Evaluates the field at the end, which the caller may first move by an amount of the order of the error.
+  /// Evaluates the field at the end, which the caller may first move by an amount of the order of
+  /// the error.
   void Finish();
   Vector* mutable_end() { return &x_end_; }
   /// Computes the continuous extension of the finished step.

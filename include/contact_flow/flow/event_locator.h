@@ -35,15 +35,16 @@ struct GuardMargins {
   double force = std::numeric_limits<double>::infinity();  ///< [N]
 };
 
-/// Finds the earliest zero of all guards in one step of the integrator: a_i for i ∉ J, λ_i for i ∈ J, and −a_i for
-/// a compliant i ∈ J.
+/// Finds the earliest zero of all guards in one step of the integrator: a_i for i ∉ J, λ_i for i ∈
+/// J, and −a_i for a compliant i ∈ J.
 ///
-/// Screening costs nothing that the step has not computed: a gap by the Bernstein coefficients of its
-/// quintic Hermite interpolant (a, ȧ, ä are known at both ends), a force by its values at the stages. Only a
-/// guard that cannot be excluded is searched on the continuous extension, between the roots of its rate,
-/// so that a guard which crosses zero twice inside one step is found. A zero counts only if the guard
-/// falls below −floor after it; the floor stands for what the integrator cannot resolve. A gap that comes
-/// within ten floors and opens again is a touch: the integrator's error does not tell which.
+/// Screening costs nothing that the step has not computed: a gap by the Bernstein coefficients of
+/// its quintic Hermite interpolant (a, ȧ, ä are known at both ends), a force by its values at the
+/// stages. Only a guard that cannot be excluded is searched on the continuous extension, between
+/// the roots of its rate, so that a guard which crosses zero twice inside one step is found. A zero
+/// counts only if the guard falls below −floor after it; the floor stands for what the integrator
+/// cannot resolve. A gap that comes within ten floors and opens again is a touch: the integrator's
+/// error does not tell which.
 class EventLocator {
  public:
   EventLocator(ContactDynamics* dynamics, double floor);

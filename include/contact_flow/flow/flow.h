@@ -14,18 +14,20 @@
 
 namespace contact_flow {
 
-/// The hybrid flow of Def. 1 as it unfolds, one step at a time, from node to node: a node is a time with its state,
-/// contact mode and input.
+/// The hybrid flow of Def. 1 as it unfolds, one step at a time, from node to node: a node is a time
+/// with its state, contact mode and input.
 ///
-///   Propose()       integrates from the node as far as the error control lets one step reach, or to the first event
+///   Propose()       integrates from the node as far as the error control lets one step reach, or
+///   to the first event
 ///                   in it; each call starts from the node again.
 ///   Accept()        makes the end of the proposal the next node; an event there is passed.
 ///   Cut(t)          makes an instant inside the proposal the next node, by a step up to there.
 ///   ChangeInput(u)  at a node.
 ///
-/// Causality: a proposal does not know of the cut that may follow, and its continuous extension holds up to there all
-/// the same. So the motion up to t does not depend, to the bit, on what is decided for later than t. Simulate cuts at
-/// the instants of its input grid, an OnlineFlow at those of its commands: the same inputs give the same bits.
+/// Causality: a proposal does not know of the cut that may follow, and its continuous extension
+/// holds up to there all the same. So the motion up to t does not depend, to the bit, on what is
+/// decided for later than t. Simulate cuts at the instants of its input grid, an OnlineFlow at
+/// those of its commands: the same inputs give the same bits.
 ///
 /// Memory does not grow. `system` must outlive the flow.
 class Flow {
@@ -36,16 +38,17 @@ class Flow {
   Flow(const Flow&) = delete;
   Flow& operator=(const Flow&) = delete;
 
-  double t() const { return t_; }            ///< [s]
-  const Vector& x() const { return x_; }     ///< right limit [nq+d]
+  double t() const { return t_; }         ///< [s]
+  const Vector& x() const { return x_; }  ///< right limit [nq+d]
   ContactMode mode() const { return mode_; }
   const Vector& u() const { return dynamics_.u(); }
   /// Not kOk: the run is over, at t().
   const Status& status() const { return status_; }
 
-  /// Proposes a step that ends at `end` > t() [s] at the latest, a horizon; false when the run is over.
+  /// Proposes a step that ends at `end` > t() [s] at the latest, a horizon; false when the run is
+  /// over.
   bool Propose(double end = std::numeric_limits<double>::infinity());
-  double proposed_end() const { return end_; }          ///< [s]
+  double proposed_end() const { return end_; }             ///< [s]
   const Vector& proposed_state() const { return x_end_; }  ///< left limit there [nq+d]
   bool proposes_event() const { return trigger_ >= 0; }
   /// Length of the proposal's continuous extension [s]; may be 0.
@@ -53,14 +56,14 @@ class Flow {
   /// Its coefficients [kDenseOrder × nq+d], see EvaluateDenseStep.
   const double* ProposedDense();
 
-  /// Goes on to the end of the proposal; true when a transition was passed there, which transition() holds. The status
-  /// tells whether the run goes on.
+  /// Goes on to the end of the proposal; true when a transition was passed there, which
+  /// transition() holds. The status tells whether the run goes on.
   bool Accept();
-  /// Goes on to t() < t < proposed_end() only, by a step of that length from the node: its error is less than the
-  /// proposal's. False when the run is over.
+  /// Goes on to t() < t < proposed_end() only, by a step of that length from the node: its error is
+  /// less than the proposal's. False when the run is over.
   bool Cut(double t);
-  /// The next input begins: what rests stays in contact unless it would have to pull now. True when the run goes on;
-  /// transition() then holds the change.
+  /// The next input begins: what rests stays in contact unless it would have to pull now. True when
+  /// the run goes on; transition() then holds the change.
   bool ChangeInput(const VectorRef& u);
   const Transition& transition() const { return transition_; }
 

@@ -8,8 +8,8 @@
 
 namespace contact_flow {
 
-/// An input that is constant on each interval of a grid: u(t) = values[k] for grid[k] < t ≤ grid[k+1], and
-/// beyond the last instant.
+/// An input that is constant on each interval of a grid: u(t) = values[k] for grid[k] < t ≤
+/// grid[k+1], and beyond the last instant.
 struct InputSchedule {
   std::vector<double> grid;    ///< [K], increasing; the run begins at grid[0], mostly 0 [s]
   std::vector<Vector> values;  ///< [K] each [m]

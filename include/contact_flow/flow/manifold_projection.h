@@ -10,15 +10,16 @@ namespace contact_flow {
 /// Whether states have to satisfy anything at all: unit quaternions, b(q) = 0.
 bool HasStateManifold(const MechanicalSystem& system);
 
-/// Moves x = (q, v) [nq+d] onto the state manifold: unit quaternions, then b(q) = 0 by Newton steps that are
-/// shortest in the kinetic metric, then Db v = 0 likewise. After a step of an integrator this changes x by the
-/// order of the step's error, which leaves the order of accuracy (Hairer, Lubich, Wanner, Geometric Numerical
-/// Integration, Sec. IV.4). False when the Newton steps do not converge.
+/// Moves x = (q, v) [nq+d] onto the state manifold: unit quaternions, then b(q) = 0 by Newton steps
+/// that are shortest in the kinetic metric, then Db v = 0 likewise. After a step of an integrator
+/// this changes x by the order of the step's error, which leaves the order of accuracy (Hairer,
+/// Lubich, Wanner, Geometric Numerical Integration, Sec. IV.4). False when the Newton steps do not
+/// converge.
 bool ProjectState(const MechanicalSystem& system, Vector* x);
 
-/// The same with the contacts of `held`: a_i = 0 and Da_i v = 0 besides. Undoes what resting contacts have drifted, of
-/// the order of the integrator's error, so that the state is an initial one. False when it does not converge: x is then
-/// as it was.
+/// The same with the contacts of `held`: a_i = 0 and Da_i v = 0 besides. Undoes what resting
+/// contacts have drifted, of the order of the integrator's error, so that the state is an initial
+/// one. False when it does not converge: x is then as it was.
 bool ProjectContacts(const MechanicalSystem& system, ContactMode held, Vector* x);
 
 }  // namespace contact_flow

@@ -24,8 +24,9 @@ struct SimulateOptions {
   double speed_tolerance = 1e-6;
   /// Impacts of one constraint whose intervals shrink geometrically below this are Zeno [s].
   double zeno_interval = 1e-5;
-  /// Go on from there with the contact sticking, instead of stopping with Outcome::kZeno. The rest of the
-  /// bounces, shorter than ~zeno_interval/(1−γ) in all, is taken as one plastic impact. No derivative then.
+  /// Go on from there with the contact sticking, instead of stopping with Outcome::kZeno. The rest
+  /// of the bounces, shorter than ~zeno_interval/(1−γ) in all, is taken as one plastic impact. No
+  /// derivative then.
   bool complete_zeno = false;
   long max_steps = 100000;
   long max_events = 10000;
@@ -39,10 +40,11 @@ struct SimulateOptions {
 /// Throws std::invalid_argument, naming option and value, unless every number is in its range.
 void Validate(const SimulateOptions& options);
 
-/// The contact mode of a state (theory of Sec. 2): C = {i : a_i = 0, Da_i v = 0} within tolerance, then
-/// acceleration-level complementarity over C, and the compliant constraints that are pressed. Throws
-/// std::invalid_argument, naming the constraint and the value, for a state that penetrates (a_i < 0), moves into a
-/// contact (a_i = 0, Da_i v < 0), leaves b(q) = 0 or has a quaternion that is not a unit one.
+/// The contact mode of a state (theory of Sec. 2): C = {i : a_i = 0, Da_i v = 0} within tolerance,
+/// then acceleration-level complementarity over C, and the compliant constraints that are pressed.
+/// Throws std::invalid_argument, naming the constraint and the value, for a state that penetrates
+/// (a_i < 0), moves into a contact (a_i = 0, Da_i v < 0), leaves b(q) = 0 or has a quaternion that
+/// is not a unit one.
 ContactMode InitialMode(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u,
                         const SimulateOptions& options = {});
 
@@ -50,8 +52,8 @@ ContactMode InitialMode(const MechanicalSystem& system, const VectorRef& x, cons
 /// Throws std::invalid_argument for sizes, non-finite numbers, and states InitialMode refuses.
 Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u,
                     double duration, const SimulateOptions& options = {});
-/// The same from grid[0] on with an input that is piecewise constant on a grid. The motion up to an instant of the grid
-/// does not depend, to the bit, on that instant and the inputs from it on.
+/// The same from grid[0] on with an input that is piecewise constant on a grid. The motion up to an
+/// instant of the grid does not depend, to the bit, on that instant and the inputs from it on.
 Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x,
                     const InputSchedule& schedule, double duration,
                     const SimulateOptions& options = {});

@@ -10,15 +10,16 @@ namespace contact_flow {
 /// initial state) throws std::invalid_argument instead, before anything is computed.
 enum class Outcome {
   kOk = 0,
-  kGrazing = 1,          ///< a constraint was touched with vanishing speed: not admissible (Def. 3)
-  kZeno = 2,             ///< impacts accumulate at a finite time (Def. 2 fails)
-  kBudgetExceeded = 3,   ///< more steps, events or seconds than the options allow
-  kNonFinite = 4,        ///< the motion left the domain of the model (NaN, Inf, singular M)
-  kCancelled = 5,        ///< the caller asked to stop
-  kDiscontinuous = 6,    ///< simultaneous contacts whose order decides the outcome: no derivative
+  kGrazing = 1,         ///< a constraint was touched with vanishing speed: not admissible (Def. 3)
+  kZeno = 2,            ///< impacts accumulate at a finite time (Def. 2 fails)
+  kBudgetExceeded = 3,  ///< more steps, events or seconds than the options allow
+  kNonFinite = 4,       ///< the motion left the domain of the model (NaN, Inf, singular M)
+  kCancelled = 5,       ///< the caller asked to stop
+  kDiscontinuous = 6,   ///< simultaneous contacts whose order decides the outcome: no derivative
   kNotDifferentiable = 7,  ///< another hypothesis of Theorem 1 fails; the message says which
-  kTooManyPieces = 8,    ///< all pieces were asked for and there are more than the stated limit
-  kFilippov = 9,  ///< the effort switches so that the motion would slide, or is not unique (Filippov)
+  kTooManyPieces = 8,      ///< all pieces were asked for and there are more than the stated limit
+  kFilippov =
+      9,  ///< the effort switches so that the motion would slide, or is not unique (Filippov)
 };
 
 /// "ok", "grazing", "zeno", …

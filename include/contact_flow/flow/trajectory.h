@@ -22,7 +22,8 @@ struct Arc {
   DenseArc dense;      ///< the motion in between; empty unless SimulateOptions::dense
 };
 
-/// What happens at one instant between two arcs: a cluster of simultaneous activations and releases.
+/// What happens at one instant between two arcs: a cluster of simultaneous activations and
+/// releases.
 struct Transition {
   double t = 0;             ///< [s]
   Vector x_minus;           ///< (ρ, v⁻) [nq+d]
@@ -33,11 +34,13 @@ struct Transition {
   ContactMode released;     ///< members of J⁻ that are not in J⁺
   ContactMode vanishing;    ///< I_d: members of J⁻ whose force passes zero here
   ContactMode switched;     ///< compliant constraints whose gap passes zero, either way
-  Vector impulse;           ///< p, then that of the bilateral constraints [n+l], [N·s] (zero where no impact)
-  double spread = 0;        ///< time between the first and the last event of the cluster [s]
+  Vector
+      impulse;  ///< p, then that of the bilateral constraints [n+l], [N·s] (zero where no impact)
+  double spread = 0;  ///< time between the first and the last event of the cluster [s]
   /// Infinitely many bounces were completed to sticking here (SimulateOptions::complete_zeno).
   bool completes_zeno = false;
-  /// The input changes here, at an instant of its grid, and contacts that would have to pull let go.
+  /// The input changes here, at an instant of its grid, and contacts that would have to pull let
+  /// go.
   bool changes_input = false;
 };
 
@@ -60,15 +63,17 @@ struct RunStatistics {
   long rejected_steps = 0;
 };
 
-/// The hybrid execution of Def. 1: arcs separated by transitions, arcs.size() == transitions.size()+1.
-/// As a function of time it is left-continuous: at an event it takes the value before the impact.
+/// The hybrid execution of Def. 1: arcs separated by transitions, arcs.size() ==
+/// transitions.size()+1. As a function of time it is left-continuous: at an event it takes the
+/// value before the impact.
 struct Trajectory {
   Status status;
   std::vector<Arc> arcs;
   std::vector<Transition> transitions;
   Margins margins;
   RunStatistics statistics;
-  /// Where impacts (last) accumulate [s], predicted from the ratio of their intervals; NaN without Zeno.
+  /// Where impacts (last) accumulate [s], predicted from the ratio of their intervals; NaN without
+  /// Zeno.
   double accumulation_time = std::numeric_limits<double>::quiet_NaN();
   /// The one it was made with [s].
   double simultaneity_tolerance = 0;
@@ -78,8 +83,8 @@ struct Trajectory {
   const Vector& FinalState() const { return arcs.back().x_end; }
   /// J of each arc in turn; two equal neighbours are separated by a bounce.
   std::vector<ContactMode> ModeSequence() const;
-  /// x(t) [2d] from the dense output; exact at the ends of arcs. Throws std::logic_error when the run
-  /// was made without SimulateOptions::dense, std::out_of_range for t outside [t_begin, t_end].
+  /// x(t) [2d] from the dense output; exact at the ends of arcs. Throws std::logic_error when the
+  /// run was made without SimulateOptions::dense, std::out_of_range for t outside [t_begin, t_end].
   Vector State(double t) const;
   /// Index of the arc that holds t, the earlier one at an event.
   int ArcAt(double t) const;

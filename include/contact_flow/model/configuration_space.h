@@ -7,17 +7,18 @@
 
 namespace contact_flow {
 
-/// The configuration space Q of a system: a product of lines ℝ, circles SO(2) and rotation groups SO(3)
-/// (Sec. 6.1 of the paper).
+/// The configuration space Q of a system: a product of lines ℝ, circles SO(2) and rotation groups
+/// SO(3) (Sec. 6.1 of the paper).
 ///
 ///   factor    position q                                        velocity v, tangent η
 ///   line      number                                            its rate
 ///   circle    angle [rad], winding allowed                      its rate [rad/s]
-///   rotation  unit quaternion (w, x, y, z), body to world       angular velocity in body axes [rad/s]
+///   rotation  unit quaternion (w, x, y, z), body to world       angular velocity in body axes
+///   [rad/s]
 ///
-/// Positions have nq numbers and velocities d ≤ nq. A velocity moves the configuration by q̇ = N(q) v;
-/// tangent vectors are left-trivialized, δq = N(q) η, so that derivatives have d columns.
-/// SE(3) is three lines (the origin, in world axes) and a rotation.
+/// Positions have nq numbers and velocities d ≤ nq. A velocity moves the configuration by q̇ = N(q)
+/// v; tangent vectors are left-trivialized, δq = N(q) η, so that derivatives have d columns. SE(3)
+/// is three lines (the origin, in world axes) and a rotation.
 class ConfigurationSpace {
  public:
   enum class Factor { kLine, kCircle, kRotation };
@@ -64,8 +65,8 @@ class ConfigurationSpace {
   void Normalize(double* q) const;
   /// Largest | |quaternion| − 1 | in q.
   double NormError(const VectorRef& q) const;
-  /// ad_v [d×d], the bracket of velocities: ω × · for each rotation, zero elsewhere. For a tangent η
-  /// carried along a motion, η̇ = δv − ad_v η.
+  /// ad_v [d×d], the bracket of velocities: ω × · for each rotation, zero elsewhere. For a tangent
+  /// η carried along a motion, η̇ = δv − ad_v η.
   Matrix Bracket(const VectorRef& v) const;
 
  private:

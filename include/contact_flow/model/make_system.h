@@ -8,8 +8,8 @@
 
 namespace contact_flow {
 
-/// The system of a template model. Only declared here, so that users of many models do not pay for their
-/// nested duals (10 s and more each): src/model/example/X.cc instantiates it for example::X.
+/// The system of a template model. Only declared here, so that users of many models do not pay for
+/// their nested duals (10 s and more each): src/model/example/X.cc instantiates it for example::X.
 template <class Model>
 std::unique_ptr<MechanicalSystem> MakeSystem(const ParameterValues& parameters);
 

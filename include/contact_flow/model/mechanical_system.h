@@ -25,8 +25,8 @@ struct SystemDescription {
   std::string summary;                   ///< one sentence
   std::vector<std::string> coordinates;  ///< [nq] numbers of a configuration
   std::vector<std::string> units;        ///< [nq] their units: "m" or "rad" (or "s", or "")
-  /// [d] velocities and tangents; the same as `coordinates` but where a quaternion has four numbers and
-  /// its angular velocity three.
+  /// [d] velocities and tangents; the same as `coordinates` but where a quaternion has four numbers
+  /// and its angular velocity three.
   std::vector<std::string> velocities;
   std::vector<std::string> constraints;  ///< [n] unilateral
   std::vector<std::string> bilateral;    ///< [l]
@@ -41,7 +41,8 @@ struct NominalRun {
   double duration = 1;  ///< [s]
 };
 
-/// The constraint functions and their time derivatives along a motion: n unilateral, then l bilateral.
+/// The constraint functions and their time derivatives along a motion: n unilateral, then l
+/// bilateral.
 struct ConstraintTerms {
   Vector gap;       ///< a(q), then b(q) [n+l], [m] or [rad]
   Matrix jacobian;  ///< Da(q), then Db(q) [n+l × d]
@@ -68,17 +69,17 @@ struct ParameterJacobian {
 };
 
 /// A mechanical system subject to unilateral constraints: the paper's tuple (M, f, a, γ), Sec. 2,
-/// with what Sec. 6.1 adds to it: bilateral constraints b(q) = 0, configuration spaces other than ℝᵈ and
-/// efforts that depend on the contact mode.
+/// with what Sec. 6.1 adds to it: bilateral constraints b(q) = 0, configuration spaces other than
+/// ℝᵈ and efforts that depend on the contact mode.
 ///
 ///   (1a)  M(q) v̇ = f(q, v, u, J) + c(q, v) v + Da_J(q)ᵀ λ_J + Db(q)ᵀ μ,    a(q) ≥ 0,  b(q) = 0
 ///   (1b)  v⁺ = Δ_J(q) v⁻,  restitution γ
 ///
-/// The Coriolis term follows from M: c(q, v) v = ½ ∂_q(vᵀ M(q) v) − Ṁ v (and − ω × ∂_ω(½ vᵀ M v) for the
-/// angular velocities of rotations). Arrays over constraints have the n unilateral ones first; a force
-/// λ or impulse p of length n+l holds those of the bilateral constraints behind.
-/// A system is constant and may be shared between threads. Outputs are resized on first use only,
-/// so that calls with the same output do not allocate.
+/// The Coriolis term follows from M: c(q, v) v = ½ ∂_q(vᵀ M(q) v) − Ṁ v (and − ω × ∂_ω(½ vᵀ M v)
+/// for the angular velocities of rotations). Arrays over constraints have the n unilateral ones
+/// first; a force λ or impulse p of length n+l holds those of the bilateral constraints behind. A
+/// system is constant and may be shared between threads. Outputs are resized on first use only, so
+/// that calls with the same output do not allocate.
 class MechanicalSystem {
  public:
   virtual ~MechanicalSystem() = default;
@@ -117,7 +118,8 @@ class MechanicalSystem {
   virtual void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
                         ContactMode mode, Matrix* mass, Vector* force) const = 0;
   /// a, Da and (d/dt Da) v; the same of b behind them.
-  virtual void Constraints(const VectorRef& q, const VectorRef& v, ConstraintTerms* terms) const = 0;
+  virtual void Constraints(const VectorRef& q, const VectorRef& v,
+                           ConstraintTerms* terms) const = 0;
   /// Derivatives of r₁, r₂ above at fixed acceleration v̇ [d] and force λ [n+l] (zero off the mode).
   virtual void DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
                                      ContactMode mode, const VectorRef& acceleration,
@@ -136,7 +138,8 @@ class MechanicalSystem {
                                                  const VectorRef& force,
                                                  const std::vector<int>& parameters,
                                                  ParameterJacobian* jacobian) const = 0;
-  /// Derivatives of r₁, r₂ of the impact, of the gaps and of the restitution by parameters; fills all.
+  /// Derivatives of r₁, r₂ of the impact, of the gaps and of the restitution by parameters; fills
+  /// all.
   virtual void DifferentiateImpactByParameters(const VectorRef& q, const VectorRef& jump,
                                                const VectorRef& impulse, const VectorRef& s,
                                                const std::vector<int>& parameters,
@@ -163,7 +166,8 @@ struct Variables {
   }
 };
 
-/// Indices of named parameters; throws std::invalid_argument, with the nearest name, for an unknown one.
+/// Indices of named parameters; throws std::invalid_argument, with the nearest name, for an unknown
+/// one.
 std::vector<int> ParameterIndices(const SystemDescription& description,
                                   const std::vector<std::string>& names);
 

@@ -27,10 +27,11 @@ namespace contact_flow {
 ///   Restitution(p, i)      γ_i
 ///   Nominal(p)             the run of a user who asks for nothing in particular
 /// and, where Sec. 6.1 is needed:
-///   kPositions, Space(), kVelocities      nq > d and the configuration space; names of the velocities
-///   kBilateral, kBilateralNames, Closures(p, q, b)   l and b(q) [l] (falling_box.h, jointed_biped.h)
-///   kContactEffort, Force(p, q, v, u, J, f)          an effort that depends on the contact mode J
-///   Compliant()                                      the constraints that only switch the effort (chair.h)
+///   kPositions, Space(), kVelocities      nq > d and the configuration space; names of the
+///   velocities kBilateral, kBilateralNames, Closures(p, q, b)   l and b(q) [l] (falling_box.h,
+///   jointed_biped.h) kContactEffort, Force(p, q, v, u, J, f)          an effort that depends on
+///   the contact mode J Compliant()                                      the constraints that only
+///   switch the effort (chair.h)
 /// Coriolis terms, constraint Jacobians and all derivatives follow by automatic differentiation.
 template <class Model>
 class ModelSystem final : public MechanicalSystem {
@@ -207,10 +208,9 @@ class ModelSystem final : public MechanicalSystem {
     }
   }
 
-  void DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v,
-                                         const VectorRef& u, ContactMode mode,
-                                         const VectorRef& acceleration, const VectorRef& force,
-                                         const std::vector<int>& parameters,
+  void DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v, const VectorRef& u,
+                                         ContactMode mode, const VectorRef& acceleration,
+                                         const VectorRef& force, const std::vector<int>& parameters,
                                          ParameterJacobian* jacobian) const override {
     const Position<Varied> X = Constants<Q>(q);
     const Velocity<Varied> V = Constants<D>(v), a = Constants<D>(acceleration);

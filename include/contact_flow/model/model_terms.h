@@ -12,8 +12,8 @@
 
 namespace contact_flow {
 
-/// The terms of (1a) and (1b) of a template model at any scalar S, with parameters of type P: double, or
-/// Dual<double, 1> to differentiate by one of them.
+/// The terms of (1a) and (1b) of a template model at any scalar S, with parameters of type P:
+/// double, or Dual<double, 1> to differentiate by one of them.
 template <class Model, class P>
 class ModelTerms {
  public:
@@ -89,8 +89,8 @@ class ModelTerms {
     return seeded;
   }
 
-  /// M(q) a − c(q, v) v = M a + Ṁ v − ½ ∂_q(vᵀ M v) (+ ω × (M v)_ω), from the first derivatives of M; fills
-  /// M too.
+  /// M(q) a − c(q, v) v = M a + Ṁ v − ½ ∂_q(vᵀ M v) (+ ω × (M v)_ω), from the first derivatives of
+  /// M; fills M too.
   template <class S>
   Velocity<S> InertialForce(const Position<S>& q, const Velocity<S>& v, const Velocity<S>& a,
                             Mass<S>* M) const {
@@ -149,7 +149,8 @@ class ModelTerms {
 
   /// d²/ds² of the gaps along a motion with velocity v and acceleration v̇, that is A v̇ + Ȧ v.
   template <class S>
-  Gap<S> GapAcceleration(const Position<S>& q, const Velocity<S>& v, const Velocity<S>& vdot) const {
+  Gap<S> GapAcceleration(const Position<S>& q, const Velocity<S>& v,
+                         const Velocity<S>& vdot) const {
     using G = Dual<S, 1>;
     using H = Dual<G, 1>;
     Position<S> first, second;  // q̇, q̈
@@ -214,9 +215,8 @@ class ModelTerms {
       std::array<const P*, kMaxParameters> from;
       int count = 0;
       Parameters<P> source = parameters_;
-      source.Visit([&](P& field, const char*, const char*, const char*, Range) {
-        from[count++] = &field;
-      });
+      source.Visit(
+          [&](P& field, const char*, const char*, const char*, Range) { from[count++] = &field; });
       Parameters<T> lifted;
       count = 0;
       lifted.Visit([&](T& field, const char*, const char*, const char*, Range) {

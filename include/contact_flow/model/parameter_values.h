@@ -20,10 +20,13 @@ enum class Range {
   kUnitInterval,  ///< [0, 1]
 };
 
-/// Throws std::invalid_argument, naming model, parameter and value, unless `value` is finite and in range.
-void CheckParameter(const std::string& model, const std::string& parameter, double value, Range range);
+/// Throws std::invalid_argument, naming model, parameter and value, unless `value` is finite and in
+/// range.
+void CheckParameter(const std::string& model, const std::string& parameter, double value,
+                    Range range);
 
-/// Throws std::invalid_argument for the first key of `values` that is none of `known`, with the nearest.
+/// Throws std::invalid_argument for the first key of `values` that is none of `known`, with the
+/// nearest.
 void CheckParameterNames(const std::string& model, const ParameterValues& values,
                          const std::vector<Parameter>& known);
 
@@ -33,13 +36,13 @@ template <class Parameters>
 std::vector<Parameter> ReadParameters(const std::string& model, const ParameterValues& values,
                                       Parameters* parameters) {
   std::vector<Parameter> all;
-  parameters->Visit([&](double& field, const char* name, const char* unit, const char* meaning,
-                        Range range) {
-    const auto it = values.find(name);
-    if (it != values.end()) field = it->second;
-    CheckParameter(model, name, field, range);
-    all.push_back({name, unit, meaning, field});
-  });
+  parameters->Visit(
+      [&](double& field, const char* name, const char* unit, const char* meaning, Range range) {
+        const auto it = values.find(name);
+        if (it != values.end()) field = it->second;
+        CheckParameter(model, name, field, range);
+        all.push_back({name, unit, meaning, field});
+      });
   CheckParameterNames(model, values, all);
   return all;
 }

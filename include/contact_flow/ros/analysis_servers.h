@@ -18,9 +18,10 @@
 namespace contact_flow {
 namespace ros_interface {
 
-/// The services and actions that analyse what derivatives decide: `poincare_map`, `assess_stability`,
-/// `assess_controllability`, `propagate_covariance`; `find_periodic_orbit`, `optimize`. Handlers may run at once; an
-/// action serves one goal at a time, a new one takes its place.
+/// The services and actions that analyse what derivatives decide: `poincare_map`,
+/// `assess_stability`, `assess_controllability`, `propagate_covariance`; `find_periodic_orbit`,
+/// `optimize`. Handlers may run at once; an action serves one goal at a time, a new one takes its
+/// place.
 class AnalysisServers {
  public:
   /// `setup` and `outlet` must outlive this.

@@ -15,9 +15,10 @@ inline constexpr std::size_t kMaxDirections = 512;
 
 /// Perturbations of the initial state, the inputs and the parameters, with their names.
 struct Directions {
-  std::vector<std::string> names;  ///< "+left_foot_z", "-d/dt body_pitch", "+parameter stiffness", "direction_matrix[0]"
-  std::vector<Vector> vectors;     ///< w = (δq, δv, δu, δp) [2d+k] each
-  std::string note;                ///< what was left out or projected, for the answer's message
+  std::vector<std::string>
+      names;  ///< "+left_foot_z", "-d/dt body_pitch", "+parameter stiffness", "direction_matrix[0]"
+  std::vector<Vector> vectors;  ///< w = (δq, δv, δu, δp) [2d+k] each
+  std::string note;             ///< what was left out or projected, for the answer's message
 };
 
 /// What else to differentiate by; throws std::invalid_argument for an unknown parameter.
@@ -27,10 +28,11 @@ Variables ResolveVariables(const Setup& setup, bool by_inputs,
 std::vector<std::string> VariableNames(const SystemDescription& description,
                                        const Variables& variables);
 
-/// The directions asked for by name and by matrix; with neither, both signs of every coordinate, every
-/// velocity and every variable. Of these defaults the ones that the initial contact mode does not admit are left
-/// out and noted; such a direction that was asked for throws std::invalid_argument with its name.
-/// With `project` either is replaced by its projection instead, and noted.
+/// The directions asked for by name and by matrix; with neither, both signs of every coordinate,
+/// every velocity and every variable. Of these defaults the ones that the initial contact mode does
+/// not admit are left out and noted; such a direction that was asked for throws
+/// std::invalid_argument with its name. With `project` either is replaced by its projection
+/// instead, and noted.
 Directions ResolveDirections(const Setup& setup, const Run& run,
                              const std::vector<std::string>& names, const RowMajorMatrix& matrix,
                              bool project, const Variables& variables);

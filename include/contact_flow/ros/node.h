@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "contact_flow/CheckAssumptions.h"
-#include "contact_flow/LinearizeTrajectory.h"
 #include "contact_flow/CompareBDerivative.h"
 #include "contact_flow/ComputeBDerivative.h"
 #include "contact_flow/DescribeModel.h"
+#include "contact_flow/LinearizeTrajectory.h"
 #include "contact_flow/SimulateTrajectory.h"
 #include "contact_flow/StartRecording.h"
 #include "contact_flow/StopRecording.h"

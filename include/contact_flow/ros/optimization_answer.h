@@ -11,7 +11,8 @@ namespace ros_interface {
 
 /// The result of `optimize`, a function of setup and request alone unless it is cancelled. Throws
 /// std::invalid_argument, naming the field, for a request that is not in order.
-OptimizationResult Answer(const Setup& setup, const OptimizationRequest& request, const Watch& watch = {});
+OptimizationResult Answer(const Setup& setup, const OptimizationRequest& request,
+                          const Watch& watch = {});
 
 }  // namespace ros_interface
 }  // namespace contact_flow

@@ -9,9 +9,10 @@
 namespace contact_flow {
 namespace ros_interface {
 
-/// The result of `find_periodic_orbit`, a function of setup and request alone unless it is cancelled. Throws
-/// std::invalid_argument, naming the field, for a request that is not in order.
-PeriodicOrbitResult Answer(const Setup& setup, const PeriodicOrbitRequest& request, const Watch& watch = {});
+/// The result of `find_periodic_orbit`, a function of setup and request alone unless it is
+/// cancelled. Throws std::invalid_argument, naming the field, for a request that is not in order.
+PeriodicOrbitResult Answer(const Setup& setup, const PeriodicOrbitRequest& request,
+                           const Watch& watch = {});
 
 }  // namespace ros_interface
 }  // namespace contact_flow

@@ -14,8 +14,8 @@
 namespace contact_flow {
 namespace ros_interface {
 
-/// The answer of `poincare_map`, a function of setup and request alone. Throws std::invalid_argument, naming the
-/// field, for a request that is not in order.
+/// The answer of `poincare_map`, a function of setup and request alone. Throws
+/// std::invalid_argument, naming the field, for a request that is not in order.
 PoincareResult Answer(const Setup& setup, const PoincareRequest& request);
 
 /// One return, with what is assessed of its derivative.
@@ -23,8 +23,8 @@ struct AssessedReturn {
   PoincareReturn one;
   double distance = 0;  ///< |P(x) ⊟ x|_∞
   bool reducible = false;
-  ReducedMap reduced;   ///< without the neutral directions; its basis is one of tangents [2d×k]
-  std::string note;     ///< on what is not as it should be
+  ReducedMap reduced;  ///< without the neutral directions; its basis is one of tangents [2d×k]
+  std::string note;    ///< on what is not as it should be
 };
 
 AssessedReturn AssessReturn(const Setup& setup, const PoincareRequest& request);

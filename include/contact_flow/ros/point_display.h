@@ -16,20 +16,22 @@
 namespace contact_flow {
 namespace ros_interface {
 
-/// What ROS tools can be shown of a system without a URDF, by the names of its coordinates: body_x, body_z and
-/// body_pitch are a frame `body`; x, y, z alone that of the system. Positions are along the world's axes; a pitch turns
-/// the axis x towards z, in planar systems without z towards y; a quaternion turns all.
+/// What ROS tools can be shown of a system without a URDF, by the names of its coordinates: body_x,
+/// body_z and body_pitch are a frame `body`; x, y, z alone that of the system. Positions are along
+/// the world's axes; a pitch turns the axis x towards z, in planar systems without z towards y; a
+/// quaternion turns all.
 class PointDisplay {
  public:
   PointDisplay(const MechanicalSystem& system, DisplayOptions options);
 
   std::vector<geometry_msgs::TransformStamped> Transforms(const VectorRef& x,
                                                           const ros::Time& stamp) const;
-  /// A sphere at every frame (namespace "bodies"), and an arrow for every contact force on it ("forces").
+  /// A sphere at every frame (namespace "bodies"), and an arrow for every contact force on it
+  /// ("forces").
   visualization_msgs::MarkerArray Contacts(const VectorRef& x, ContactMode mode,
                                            const VectorRef& force, const ros::Time& stamp) const;
-  /// The wrench of each contact force λ [n], about the world's origin: the parts of Da_iᵀ λ_i along the frames'
-  /// coordinates.
+  /// The wrench of each contact force λ [n], about the world's origin: the parts of Da_iᵀ λ_i along
+  /// the frames' coordinates.
   std::vector<geometry_msgs::Wrench> ContactWrenches(const VectorRef& x,
                                                      const VectorRef& force) const;
 

@@ -51,8 +51,8 @@ class Recorder {
   Summary summary_;
 };
 
-/// DIRECTORY/NAME.bag, with the directory made. Throws std::invalid_argument, with name and reason, for a name that is
-/// not one or taken, std::runtime_error when the directory cannot be made.
+/// DIRECTORY/NAME.bag, with the directory made. Throws std::invalid_argument, with name and reason,
+/// for a name that is not one or taken, std::runtime_error when the directory cannot be made.
 std::string NewBagPath(const std::string& directory, const std::string& name);
 
 /// $ROS_HOME/contact_flow, or ~/.ros/contact_flow.

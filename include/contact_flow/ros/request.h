@@ -42,7 +42,8 @@ SimulateOptions ResolveOptions(SimulateOptions defaults, const SimulationOptions
 BDerivativeOptions ResolveOptions(BDerivativeOptions defaults, const DerivativeOptions& asked);
 /// Writes what is asked for over the state x [nq+d]; messages name the field and its index.
 void ApplyState(const MechanicalSystem& system, const InitialState& state, Vector* x);
-/// Writes values over `vector`, by name, or all of them where there are no names; `what` the names are of, as "input".
+/// Writes values over `vector`, by name, or all of them where there are no names; `what` the names
+/// are of, as "input".
 void ApplyNamed(const std::string& what, const std::vector<std::string>& names,
                 const std::vector<double>& values, const std::vector<std::string>& valid,
                 Vector* vector);

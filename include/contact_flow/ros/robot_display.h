@@ -56,7 +56,8 @@ class RobotDisplay {
   /// "forces").
   visualization_msgs::MarkerArray Contacts(const VectorRef& x, ContactMode mode,
                                            const VectorRef& force, const ros::Time& stamp) const;
-  /// The wrench of each contact force λ [n] on the robot, about the world's origin in world axes; zero for limits.
+  /// The wrench of each contact force λ [n] on the robot, about the world's origin in world axes;
+  /// zero for limits.
   std::vector<geometry_msgs::Wrench> ContactWrenches(const VectorRef& x,
                                                      const VectorRef& force) const;
   /// The planes and height fields that are fixed in the world, each once (namespace "terrain").

@@ -13,18 +13,18 @@
 #include "contact_flow/InputCommand.h"
 #include "contact_flow/MarkInstant.h"
 #include "contact_flow/PredictOutcome.h"
-#include "contact_flow/SimulatorConfig.h"
 #include "contact_flow/SetInput.h"
 #include "contact_flow/SetSimulatorParameters.h"
 #include "contact_flow/SetSimulatorState.h"
+#include "contact_flow/SimulatorConfig.h"
 #include "contact_flow/StepSimulation.h"
 #include "contact_flow/ros/simulator.h"
 
 namespace contact_flow {
 namespace ros_interface {
 
-/// The services and the input topic of the simulator. Handlers may run at once; each posts its command to the
-/// simulation thread and answers what became of it.
+/// The services and the input topic of the simulator. Handlers may run at once; each posts its
+/// command to the simulation thread and answers what became of it.
 class SimulatorServices {
  public:
   SimulatorServices(Simulator* simulator, const SimulatorParameters& parameters,

@@ -8,8 +8,8 @@
 namespace contact_flow {
 namespace ros_interface {
 
-/// The answer of `assess_stability`, a function of setup and request alone. Throws std::invalid_argument, naming the
-/// field, for a request that is not in order.
+/// The answer of `assess_stability`, a function of setup and request alone. Throws
+/// std::invalid_argument, naming the field, for a request that is not in order.
 StabilityResult Answer(const Setup& setup, const StabilityRequest& request);
 
 }  // namespace ros_interface

@@ -8,8 +8,9 @@
 namespace contact_flow {
 namespace ros_interface {
 
-/// Stamps of simulated times: stamp = anchor + (t − t₀). Every stamp that is taken is later than all before, also where
-/// t begins anew, so that no listener to tf sees time go back; and none is 0, which is no time to ROS.
+/// Stamps of simulated times: stamp = anchor + (t − t₀). Every stamp that is taken is later than
+/// all before, also where t begins anew, so that no listener to tf sees time go back; and none is
+/// 0, which is no time to ROS.
 class Stamps {
  public:
   /// t [s] is stamped `stamp`, or with the next one that may be.

@@ -65,7 +65,8 @@ std::unique_ptr<ConstraintElement> MakeClosureRow(const AttachedPoint& point,
   std::unique_ptr<ConstraintElement> row = Make<constraint::Coincidence>();
   row->parts.points = {point, other};
   for (int k = 0; k < 3; ++k) {
-    row->parts.numbers.push_back({"direction", "", "component of the direction", k == axis ? 1. : 0.});
+    row->parts.numbers.push_back(
+        {"direction", "", "component of the direction", k == axis ? 1. : 0.});
     row->parts.ranges.push_back(Range::kAny);
   }
   return row;

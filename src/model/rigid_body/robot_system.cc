@@ -129,8 +129,8 @@ void RobotSystem::AddEfforts(const VectorRef& q, const VectorRef& v, const Vecto
   }
 }
 
-void RobotSystem::Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                           ContactMode, Matrix* mass, Vector* force) const {
+void RobotSystem::Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode,
+                           Matrix* mass, Vector* force) const {
   const Loan loan(this);
   Scratch* s = loan.get();
   const RigidBodyTree& tree = robot_.model.tree;

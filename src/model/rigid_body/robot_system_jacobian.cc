@@ -76,8 +76,8 @@ void RobotSystem::DifferentiateEffort(int i, const VectorRef& q, const VectorRef
 }
 
 void RobotSystem::DifferentiateConstraint(int i, const VectorRef& q, const VectorRef& v,
-                                          const VectorRef& acceleration, double lambda,
-                                          Scratch* s, ResidualJacobian* jacobian) const {
+                                          const VectorRef& acceleration, double lambda, Scratch* s,
+                                          ResidualJacobian* jacobian) const {
   const ConstraintElement& element = constraint(i);
   const ElementGeometry& geometry = constraint_geometry_[i];
   const std::vector<int>& columns = geometry.columns();
@@ -121,10 +121,9 @@ void RobotSystem::DifferentiateConstraint(int i, const VectorRef& q, const Vecto
   }
 }
 
-void RobotSystem::DifferentiateDynamics(const VectorRef& q, const VectorRef& v,
-                                        const VectorRef& u, ContactMode,
-                                        const VectorRef& acceleration, const VectorRef& force,
-                                        ResidualJacobian* jacobian) const {
+void RobotSystem::DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
+                                        ContactMode, const VectorRef& acceleration,
+                                        const VectorRef& force, ResidualJacobian* jacobian) const {
   const Loan loan(this);
   Scratch* s = loan.get();
   const RigidBodyTree& tree = robot_.model.tree;
@@ -169,8 +168,8 @@ void RobotSystem::DifferentiateImpact(const VectorRef& q, const VectorRef& jump,
   AddConstraintForces(q, impulse, s);
   InverseDynamics(tree, weightless, jump.data(), s->external.data(), &s->state, s->tau.data());
   jacobian->momentum_q.resize(n, n);
-  s->jacobian.Compute(tree, weightless, s->external.data(), s->state,
-                      jacobian->momentum_q.data(), nullptr);
+  s->jacobian.Compute(tree, weightless, s->external.data(), s->state, jacobian->momentum_q.data(),
+                      nullptr);
   jacobian->constraint_q.setZero(count, n);
   UpdateVelocities(tree, speed.data(), &s->state);
   UpdateAccelerations<double>(tree, weightless, nullptr, &s->state);
@@ -187,8 +186,8 @@ void RobotSystem::DifferentiateImpact(const VectorRef& q, const VectorRef& jump,
     double *gradient = s->e, *hessian = s->by_z;
     element.Gap(s->motion.z, gradient);
     // Both λ H and 2 H ż, the derivative of curvature by ż.
-    element.Differentiate(s->motion.z, s->motion.rate, s->motion.acceleration, impulse(i),
-                          hessian, s->number, s->by_rate);
+    element.Differentiate(s->motion.z, s->motion.rate, s->motion.acceleration, impulse(i), hessian,
+                          s->number, s->by_rate);
     const auto z_q = s->rows.z_q.topLeftCorner(size, width);
     for (Eigen::Index c = 0; c < width; ++c) {
       double sum = 0;

@@ -6,8 +6,8 @@ namespace {
 
 using Owner = NumberPlace::Owner;
 
-/// ∂I/∂(number of a link) about the reference point, the numbers as in NumberPlace: exact, I being linear
-/// in mass and central inertia and quadratic in the centre of mass.
+/// ∂I/∂(number of a link) about the reference point, the numbers as in NumberPlace: exact, I being
+/// linear in mass and central inertia and quadratic in the centre of mass.
 struct InertiaChange {
   SpatialInertia<double> plus, minus;
   double factor;
@@ -56,9 +56,8 @@ void RobotSystem::DifferentiateInertia(const NumberPlace& place, bool weight,
 }
 
 void RobotSystem::DifferentiateConstraintByNumber(int i, int number, const VectorRef& q,
-                                                  const VectorRef& v,
-                                                  const VectorRef& acceleration, double lambda,
-                                                  Scratch* s, int column,
+                                                  const VectorRef& v, const VectorRef& acceleration,
+                                                  double lambda, Scratch* s, int column,
                                                   ParameterJacobian* jacobian) const {
   const ElementGeometry& geometry = constraint_geometry_[i];
   geometry.Place(s->state, q.data(), &s->motion);
@@ -75,10 +74,12 @@ void RobotSystem::DifferentiateConstraintByNumber(int i, int number, const Vecto
   }
 }
 
-void RobotSystem::DifferentiateDynamicsByParameters(
-    const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode,
-    const VectorRef& acceleration, const VectorRef& force, const std::vector<int>& parameters,
-    ParameterJacobian* jacobian) const {
+void RobotSystem::DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v,
+                                                    const VectorRef& u, ContactMode,
+                                                    const VectorRef& acceleration,
+                                                    const VectorRef& force,
+                                                    const std::vector<int>& parameters,
+                                                    ParameterJacobian* jacobian) const {
   const Loan loan(this);
   Scratch* s = loan.get();
   const RigidBodyTree& tree = robot_.model.tree;
@@ -158,10 +159,8 @@ void RobotSystem::DifferentiateImpactByParameters(const VectorRef& q, const Vect
       geometry.Place(s->state, q.data(), &s->motion);
       geometry.Columns(s->state, s->motion, &s->rows);
       const double still[ElementMotion::kMaxSize] = {};
-      jacobian->gap(i, p) += constraint(i)
-                                 .DifferentiateByNumber(s->motion.z, still, still, place.number,
-                                                        s->e)
-                                 .gap;
+      jacobian->gap(i, p) +=
+          constraint(i).DifferentiateByNumber(s->motion.z, still, still, place.number, s->e).gap;
       for (std::size_t c = 0; c < geometry.columns().size(); ++c) {
         const int j = geometry.columns()[c];
         for (int k = 0; k < geometry.size(); ++k) {

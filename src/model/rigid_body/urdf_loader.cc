@@ -56,8 +56,8 @@ urdf::ModelInterfaceSharedPtr ReadModel(const std::string& text) {
   const std::lock_guard<std::mutex> lock(mutex);
   try {
     if (text.find('%') == std::string::npos) return ParseLoudly(text);
-    // urdfdom takes some texts of the file for format strings of its log: it only gets to complain of
-    // a copy without them, and reads the file itself with its log shut.
+    // urdfdom takes some texts of the file for format strings of its log: it only gets to complain
+    // of a copy without them, and reads the file itself with its log shut.
     std::string harmless = text;
     std::replace(harmless.begin(), harmless.end(), '%', '_');
     ParseLoudly(harmless);

@@ -14,8 +14,8 @@ int LineOf(const std::string& text, std::size_t position) {
 }
 
 [[noreturn]] void Fail(const std::string& text, std::size_t position, const std::string& what) {
-  throw std::invalid_argument("URDF: " + what + " (line " +
-                              std::to_string(LineOf(text, position)) + ")");
+  throw std::invalid_argument("URDF: " + what + " (line " + std::to_string(LineOf(text, position)) +
+                              ")");
 }
 
 bool StartsWith(const std::string& text, std::size_t position, const char* prefix) {
@@ -81,8 +81,8 @@ void CheckUrdfText(const std::string& text) {
       const std::string name = TagName(text, k + 2);
       if (open.empty()) Fail(text, k, "</" + name.substr(0, 80) + "> closes nothing");
       if (open.back() != name) {
-        Fail(text, k, "</" + name.substr(0, 80) + "> where <" + open.back().substr(0, 80) +
-                          "> is open");
+        Fail(text, k,
+             "</" + name.substr(0, 80) + "> where <" + open.back().substr(0, 80) + "> is open");
       }
       open.pop_back();
       k = SkipTag(text, k);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every robot against DART, where it is installed (libdart-dev). Our joints are theirs one by one; the
-// numbers of a ball are a rotation vector there, and its velocities the angular velocity in body axes.
+// Every robot against DART, where it is installed (libdart-dev). Our joints are theirs one by one;
+// the numbers of a ball are a rotation vector there, and its velocities the angular velocity in
+// body axes.
 #include "test/model/rigid_body/oracle.h"
 
 #if CONTACT_FLOW_HAVE_DART
@@ -65,8 +66,8 @@ class DartOracle : public Oracle {
       const RigidBodyTree::Body& fixed = tree_.bodies()[i];
       dd::Joint* const joint = nodes_[i]->getParentJoint();
       if (fixed.joint == JointKind::kBall) {
-        joint->setPositions(dd::BallJoint::convertToPositions(
-            Eigen::Matrix3d(QuaternionRotation(&q(fixed.q)))));
+        joint->setPositions(
+            dd::BallJoint::convertToPositions(Eigen::Matrix3d(QuaternionRotation(&q(fixed.q)))));
       } else {
         joint->setPositions(q.segment(fixed.q, fixed.num_dofs));
       }

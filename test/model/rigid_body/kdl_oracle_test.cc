@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every robot against KDL, where it is installed (liborocos-kdl-dev). KDL has no ball joints: a ball is three
-// turns about z, y, x there, and velocities are related by ω = E(θ) θ̇.
+// Every robot against KDL, where it is installed (liborocos-kdl-dev). KDL has no ball joints: a
+// ball is three turns about z, y, x there, and velocities are related by ω = E(θ) θ̇.
 #include "test/model/rigid_body/oracle.h"
 
 #if CONTACT_FLOW_HAVE_KDL
@@ -133,7 +133,9 @@ class KdlOracle : public Oracle {
 
  private:
   static std::string Name(int j) { return "j" + std::to_string(j); }
-  int Index(int j) const { return static_cast<int>(GetTreeElementQNr(kdl_.getSegment(Name(j))->second)); }
+  int Index(int j) const {
+    return static_cast<int>(GetTreeElementQNr(kdl_.getSegment(Name(j))->second));
+  }
 
   Vector Efforts(const Vector& theta, const Vector& rate, const Vector& acceleration) {
     const int n = tree_.dof();

@@ -51,8 +51,7 @@ MujocoModel::MujocoModel(const RigidBodyTree& tree, const std::string& extra,
   }
   const std::string xml = "<mujoco><compiler angle=\"radian\"/><option gravity=\"" +
                           Text(tree.gravity()) + "\"/>" + extra + "<worldbody>" +
-                          (inside.empty() ? "" : inside.back()) + world +
-                          "</worldbody></mujoco>";
+                          (inside.empty() ? "" : inside.back()) + world + "</worldbody></mujoco>";
   const std::string path = "/tmp/contact_flow_mujoco_" + std::to_string(getpid()) + ".xml";
   std::ofstream(path) << xml;
   char error[1000] = "";

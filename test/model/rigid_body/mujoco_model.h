@@ -10,8 +10,8 @@
 
 namespace contact_flow {
 
-/// A RigidBodyTree as a MuJoCo model without contacts. MuJoCo wants mass in every body: ours without join the
-/// body that they carry, of which they are further joints.
+/// A RigidBodyTree as a MuJoCo model without contacts. MuJoCo wants mass in every body: ours
+/// without join the body that they carry, of which they are further joints.
 class MujocoModel {
  public:
   /// `extra` is XML inside the <mujoco> element, `inside` what a body contains besides.

@@ -30,8 +30,8 @@ class MujocoOracle : public Oracle {
       answer.acceleration(ours[i]) = d->qacc[i];
       for (int k = 0; k < n; ++k) answer.mass(ours[i], ours[k]) = full[i * n + k];
     }
-    // A point of a body without mass is not one of theirs: where it is we say, and leave out the joints
-    // behind it.
+    // A point of a body without mass is not one of theirs: where it is we say, and leave out the
+    // joints behind it.
     TreeState<double> state(tree_);
     UpdatePositions(tree_, q.data(), &state);
     const Vec3<double> position = PointPosition(state, body, point);

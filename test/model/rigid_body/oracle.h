@@ -27,7 +27,8 @@ struct OracleAnswer {
 class Oracle {
  public:
   virtual ~Oracle() = default;
-  virtual OracleAnswer At(const Vector& q, const Vector& v, int body, const Vec3<double>& point) = 0;
+  virtual OracleAnswer At(const Vector& q, const Vector& v, int body,
+                          const Vec3<double>& point) = 0;
 };
 
 inline OracleAnswer OurAnswer(const RigidBodyTree& tree, const Vector& q, const Vector& v, int body,

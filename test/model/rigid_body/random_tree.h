@@ -17,9 +17,7 @@ class RandomTrees {
   double Uniform(double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(generator_);
   }
-  int Whole(int low, int high) {
-    return std::uniform_int_distribution<int>(low, high)(generator_);
-  }
+  int Whole(int low, int high) { return std::uniform_int_distribution<int>(low, high)(generator_); }
   Vector NormalVector(int size) {
     Vector v(size);
     for (int i = 0; i < size; ++i) v(i) = Normal();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The laws of the rigid-body algorithms, on random trees with every kind of joint. Derivatives are held
-// against complex steps of 1e-30, which have no error but rounding: the tolerances are 1e-11 of the
-// largest element, for some 1e3 operations on numbers that exceed it at most tenfold.
+// The laws of the rigid-body algorithms, on random trees with every kind of joint. Derivatives are
+// held against complex steps of 1e-30, which have no error but rounding: the tolerances are 1e-11
+// of the largest element, for some 1e3 operations on numbers that exceed it at most tenfold.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -113,7 +113,8 @@ class RigidBodyLaws : public testing::TestWithParam<int> {
   std::vector<PointForce> forces;
 };
 
-/// Column k of M is the effort of a unit acceleration: the two algorithms share nothing but inertias.
+/// Column k of M is the effort of a unit acceleration: the two algorithms share nothing but
+/// inertias.
 TEST_P(RigidBodyLaws, MassMatrixIsInverseDynamicsOfUnitAccelerations) {
   const Matrix M = Mass(q);
   const Vector bias = Outcome<double>(tree, q, v, Vector::Zero(n), {});
@@ -148,8 +149,9 @@ TEST_P(RigidBodyLaws, CoriolisForcesDoNoWork) {
   EXPECT_NEAR(0.5 * v.dot(rate * v), v.dot(bias), kRounding * scale);
 }
 
-/// Ṁ − 2C is skew for the C of the Christoffel symbols, which is ½ ∂b/∂v where b is quadratic in v. (With ball
-/// joints v is no rate of coordinates, and ∂b/∂v has the structure constants of rotations too.)
+/// Ṁ − 2C is skew for the C of the Christoffel symbols, which is ½ ∂b/∂v where b is quadratic in v.
+/// (With ball joints v is no rate of coordinates, and ∂b/∂v has the structure constants of
+/// rotations too.)
 TEST_P(RigidBodyLaws, MassRateMinusTwiceCoriolisIsSkew) {
   tree = random.Tree(2 + GetParam() % 9, false, false);
   n = tree.dof();
@@ -192,8 +194,7 @@ TEST_P(RigidBodyLaws, DerivativesOfInverseDynamicsAndOfPoints) {
         EXPECT_EQ(0, point_q.norm() + point_v.norm());
         continue;
       }
-      const PointMotion<double> motion =
-          MovePoint(state, tree.gravity(), body, forces[k].local);
+      const PointMotion<double> motion = MovePoint(state, tree.gravity(), body, forces[k].local);
       const PointColumns<double> c =
           DifferentiatePoint(tree, tree.gravity(), state, body, motion, j);
       Vector expected_q(9), expected_v(9);
@@ -208,7 +209,8 @@ TEST_P(RigidBodyLaws, DerivativesOfInverseDynamicsAndOfPoints) {
 
 INSTANTIATE_TEST_SUITE_P(RandomTrees, RigidBodyLaws, testing::Range(0, 60));
 
-/// Far from the world's origin a robot moves as at the origin: to the rounding of its position, 1e-13.
+/// Far from the world's origin a robot moves as at the origin: to the rounding of its position,
+/// 1e-13.
 TEST(RigidBodyTree, LosesNoDigitsFarFromTheOrigin) {
   RandomTrees random(5);
   const RigidBodyTree tree = random.Tree(8, true);

@@ -50,9 +50,9 @@ TEST(UrdfLoader, ReadsEveryTypeOfJoint) {
   const RobotModel robot = ParseUrdf(text.str(), RobotBase::kFloating);
   EXPECT_EQ("everything", robot.name);
   const std::vector<std::string> expected = {
-      "base_x",  "base_y",  "base_z",  "base_qw",  "base_qx",    "base_qy", "base_qz", "free_x",
-      "free_y",  "free_z",  "free_qw", "free_qx",  "free_qy",    "free_qz", "shoulder", "elbow",
-      "slide",   "tray_x",  "tray_y",  "tray_angle"};
+      "base_x",   "base_y", "base_z", "base_qw", "base_qx", "base_qy",   "base_qz",
+      "free_x",   "free_y", "free_z", "free_qw", "free_qx", "free_qy",   "free_qz",
+      "shoulder", "elbow",  "slide",  "tray_x",  "tray_y",  "tray_angle"};
   EXPECT_EQ(expected, robot.coordinates);
   EXPECT_EQ(18, robot.tree.dof());
   // Fixed links are one body with their parent, whose mass is both.
@@ -107,15 +107,18 @@ TEST(UrdfLoader, RefusesWithWordsThatNameThePlace) {
       {Robot(two + Joint("j", "continuous", "a", "b", R"(<axis xyz="0 nan 0"/>)")), "j"},
       {Robot(two + Joint("j", "continuous", "a", "b", R"(<axis xyz="0 1"/>)")), "j"},
       {Robot(two + Joint("j", "continuous", "a", "b", R"(<origin xyz="1e999 0 0"/>)")), "j"},
-      {Robot(two + Joint("j", "continuous", "a", "b", std::string(kAxis) +
-                         R"(<mimic joint="k"/>)")), "joint 'j' mimics 'k'"},
+      {Robot(two +
+             Joint("j", "continuous", "a", "b", std::string(kAxis) + R"(<mimic joint="k"/>)")),
+       "joint 'j' mimics 'k'"},
       {Robot(two + Joint("j", "continuous", "a", "b", kAxis) +
-             Joint("k", "continuous", "a", "b", kAxis)), "link 'b' is the child of two joints"},
+             Joint("k", "continuous", "a", "b", kAxis)),
+       "link 'b' is the child of two joints"},
       {Robot(two + Joint("j", "continuous", "a", "b", kAxis) +
-             Joint("k", "continuous", "b", "a", kAxis)), "URDF: "},
+             Joint("k", "continuous", "b", "a", kAxis)),
+       "URDF: "},
       {Robot(two + Link("c") + Link("d") + Joint("i", "continuous", "a", "b", kAxis) +
-             Joint("j", "continuous", "c", "d", kAxis) +
-             Joint("k", "continuous", "d", "c", kAxis)), "not connected to the root 'a'"},
+             Joint("j", "continuous", "c", "d", kAxis) + Joint("k", "continuous", "d", "c", kAxis)),
+       "not connected to the root 'a'"},
       // urdfdom takes these for formats of printf.
       {Robot(two + Joint("j", "%s%s%n", "a", "b", kAxis)), "_s_s_n"},
       {Robot(two + Joint("j", "continuous", "a", "b", R"(<axis xyz="%s%n 0 1"/>)")), "_s_n"},
@@ -184,13 +187,14 @@ TEST(UrdfLoader, RefusesWhatIsTooLarge) {
   EXPECT_NE(std::string::npos, Answer(deep).find("nested deeper than 100"));
 }
 
-/// Texts that are wrong by chance are read or refused, and never anything else: bytes flipped, cut out, doubled
-/// and moved in the shipped robots. A fixed seed, so that a failure can be seen again.
+/// Texts that are wrong by chance are read or refused, and never anything else: bytes flipped, cut
+/// out, doubled and moved in the shipped robots. A fixed seed, so that a failure can be seen again.
 TEST(UrdfLoader, SurvivesDamagedTexts) {
   std::mt19937 generator(3);
   const auto below = [&](std::size_t n) { return static_cast<std::size_t>(generator() % n); };
-  const char* const pieces[] = {"nan", "1e999", "-", "\"", "<", ">", "/>", "</", "<!--", "]]>",
-                                "&#0;", "&lt;", "\xef\xbb\xbf", "\xff", "0", "name=\"\"", "<link/>"};
+  const char* const pieces[] = {"nan",          "1e999", "-",    "\"",        "<",      ">",
+                                "/>",           "</",    "<!--", "]]>",       "&#0;",   "&lt;",
+                                "\xef\xbb\xbf", "\xff",  "0",    "name=\"\"", "<link/>"};
   int refused = 0;
   for (const std::string& robot : ShippedRobots()) {
     const std::string yaml = RobotFile(robot);

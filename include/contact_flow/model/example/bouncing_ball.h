@@ -9,8 +9,9 @@
 namespace contact_flow {
 namespace example {
 
-/// A point mass (x, z) above a frictionless floor z ≥ 0. Bounces shrink by the restitution γ each: from a fall
-/// that lasts t₁ they accumulate at t₁ (1 + γ)/(1 − γ), beyond which there is no execution (Zeno).
+/// A point mass (x, z) above a frictionless floor z ≥ 0. Bounces shrink by the restitution γ each:
+/// from a fall that lasts t₁ they accumulate at t₁ (1 + γ)/(1 − γ), beyond which there is no
+/// execution (Zeno).
 struct BouncingBall {
   static constexpr const char* kName = "bouncing_ball";
   static constexpr const char* kSummary =

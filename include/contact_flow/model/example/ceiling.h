@@ -10,9 +10,10 @@
 namespace contact_flow {
 namespace example {
 
-/// A ball thrown up under a ceiling z ≤ height: the grazing example of the paper's Sec. 6.1. Thrown from z = 0
-/// with ż = √(2·gravity·height) it just reaches the ceiling, and the outcome has no derivative; thrown faster
-/// it meets it at the speed s = √(ż² − 2·gravity·height), and the derivative grows like 1/s.
+/// A ball thrown up under a ceiling z ≤ height: the grazing example of the paper's Sec. 6.1. Thrown
+/// from z = 0 with ż = √(2·gravity·height) it just reaches the ceiling, and the outcome has no
+/// derivative; thrown faster it meets it at the speed s = √(ż² − 2·gravity·height), and the
+/// derivative grows like 1/s.
 struct Ceiling {
   static constexpr const char* kName = "ceiling";
   static constexpr const char* kSummary =
@@ -61,7 +62,8 @@ struct Ceiling {
     return p.restitution;
   }
 
-  /// Thrown from z = 0, so fast that it hits the ceiling at 2 m/s (at any gravity that is not negative).
+  /// Thrown from z = 0, so fast that it hits the ceiling at 2 m/s (at any gravity that is not
+  /// negative).
   template <class P>
   static NominalRun Nominal(const Parameters<P>& p) {
     using std::sqrt;

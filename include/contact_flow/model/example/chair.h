@@ -11,12 +11,14 @@
 namespace contact_flow {
 namespace example {
 
-/// A rigid chair in the plane that sinks with two feet into soft parabolic ground, y = −x² (after Council,
-/// Revzen and Burden, arXiv 2102.10702): the effort depends on the contact mode (Sec. 6.1).
+/// A rigid chair in the plane that sinks with two feet into soft parabolic ground, y = −x² (after
+/// Council, Revzen and Burden, arXiv 2102.10702): the effort depends on the contact mode
+/// (Sec. 6.1).
 ///
-/// A foot at (x, y) has the gap a = y + x²; while a < 0 the ground pushes it along ∇a with −k a − c ȧ. The
-/// damper makes the field jump at touchdown and at lift-off, so that feet that land together give an
-/// outcome that is only piecewise differentiable: event-selected, for ȧ is the same on both sides.
+/// A foot at (x, y) has the gap a = y + x²; while a < 0 the ground pushes it along ∇a with −k a − c
+/// ȧ. The damper makes the field jump at touchdown and at lift-off, so that feet that land together
+/// give an outcome that is only piecewise differentiable: event-selected, for ȧ is the same on both
+/// sides.
 struct Chair {
   static constexpr const char* kName = "chair";
   static constexpr const char* kSummary =

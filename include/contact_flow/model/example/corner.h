@@ -10,15 +10,17 @@
 namespace contact_flow {
 namespace example {
 
-/// A unit point mass in a corner of any angle: floor y ≥ 0 and wall x sin α + y cos α ≥ 0, whose inward normals
-/// make the angle α (the corner opens by π − α), so that G_ij = cos α. With α < π/2 the wall's impact pushes
-/// the ball off the floor; with α > π/2 it pushes into it. At the default, α = 2π/3 and plastic, outcomes are
-/// continuous and piecewise differentiable although the constraints are not orthogonal; at α > π/2 with
-/// restitution, or at α < π/2, the order of impacts decides.
+/// A unit point mass in a corner of any angle: floor y ≥ 0 and wall x sin α + y cos α ≥ 0, whose
+/// inward normals make the angle α (the corner opens by π − α), so that G_ij = cos α. With α < π/2
+/// the wall's impact pushes the ball off the floor; with α > π/2 it pushes into it. At the default,
+/// α = 2π/3 and plastic, outcomes are continuous and piecewise differentiable although the
+/// constraints are not orthogonal; at α > π/2 with restitution, or at α < π/2, the order of impacts
+/// decides.
 struct Corner {
   static constexpr const char* kName = "corner";
   static constexpr const char* kSummary =
-      "a ball in a corner of any angle; obtuse normals and no restitution: continuous, not orthogonal";
+      "a ball in a corner of any angle; obtuse normals and no restitution: continuous, not "
+      "orthogonal";
   static constexpr int kDof = 2, kConstraints = 2, kInputs = 0;
   static constexpr bool kConstantMass = true, kAffineConstraints = true;
   static constexpr std::array<const char*, 2> kCoordinates = {"x", "y"};
@@ -79,7 +81,8 @@ struct Corner {
     const double x = sin(p.angle / 2), y = cos(p.angle / 2);
     NominalRun run;
     run.x.resize(4);
-    run.x << x, y, -x / kFlight - p.gravity_x * kFlight / 2, -y / kFlight - p.gravity_y * kFlight / 2;
+    run.x << x, y, -x / kFlight - p.gravity_x * kFlight / 2,
+        -y / kFlight - p.gravity_y * kFlight / 2;
     run.u = Vector::Zero(0);
     run.duration = 0.4;
     return run;

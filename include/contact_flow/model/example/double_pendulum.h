@@ -10,8 +10,9 @@
 namespace contact_flow {
 namespace example {
 
-/// A double pendulum of two uniform rods with torques [N·m] at its joints, without gravity, with elastic stops q₁ ≥ 0 on the shoulder and
-/// q₂ ≤ acos(−d/b) on the elbow, the angle at which the two stops are orthogonal in the kinetic metric:
+/// A double pendulum of two uniform rods with torques [N·m] at its joints, without gravity, with
+/// elastic stops q₁ ≥ 0 on the shoulder and q₂ ≤ acos(−d/b) on the elbow, the angle at which the
+/// two stops are orthogonal in the kinetic metric:
 ///   M = [[a + 2b cos q₂, d + b cos q₂], [d + b cos q₂, d]].
 struct DoublePendulum {
   static constexpr const char* kName = "double_pendulum";

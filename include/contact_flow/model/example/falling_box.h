@@ -10,18 +10,19 @@
 namespace contact_flow {
 namespace example {
 
-/// A free rigid box over a floor that its 8 corners may touch: configurations in SE(3) (Sec. 6.1), the
-/// centre in world axes and a unit quaternion, velocities of the centre and angular velocity in body axes.
+/// A free rigid box over a floor that its 8 corners may touch: configurations in SE(3) (Sec. 6.1),
+/// the centre in world axes and a unit quaternion, velocities of the centre and angular velocity in
+/// body axes.
 struct FallingBox {
   static constexpr const char* kName = "falling_box";
   static constexpr const char* kSummary =
       "free rigid box in space that falls on its corners; orientation by a unit quaternion";
   static constexpr int kDof = 6, kPositions = 7, kConstraints = 8, kInputs = 6;
   static constexpr bool kConstantMass = true, kAffineConstraints = false;
-  static constexpr std::array<const char*, 7> kCoordinates = {"x", "y", "z", "qw", "qx", "qy", "qz"};
+  static constexpr std::array<const char*, 7> kCoordinates = {"x",  "y",  "z", "qw",
+                                                              "qx", "qy", "qz"};
   static constexpr std::array<const char*, 7> kUnits = {"m", "m", "m", "", "", "", ""};
-  static constexpr std::array<const char*, 6> kVelocities = {"x", "y", "z",
-                                                             "roll", "pitch", "yaw"};
+  static constexpr std::array<const char*, 6> kVelocities = {"x", "y", "z", "roll", "pitch", "yaw"};
   static constexpr std::array<const char*, 8> kConstraintNames = {
       "corner_000", "corner_100", "corner_010", "corner_110",
       "corner_001", "corner_101", "corner_011", "corner_111"};

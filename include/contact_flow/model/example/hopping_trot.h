@@ -10,11 +10,11 @@
 namespace contact_flow {
 namespace example {
 
-/// The periodic hopping trot of the paper's Fig. 3: as soft_biped, with legs that push. In the body frame a
-/// foot is at (lateral + hip offset, −ℓ); the axial force is
+/// The periodic hopping trot of the paper's Fig. 3: as soft_biped, with legs that push. In the body
+/// frame a foot is at (lateral + hip offset, −ℓ); the axial force is
 ///   −k (ℓ−ℓ₀) − c ℓ̇ + push · tanh(ℓ̇/push_rate) · e²/(e² + push_strain²),   e = (ℓ−ℓ₀)/ℓ₀,
-/// and a lateral spring and damper hold lateral = 0. The paper gives no parameters; the defaults give
-/// apex height 0.8 m, period 0.8 s, simultaneous touchdown at 0.1 s and lift-off at 0.7 s.
+/// and a lateral spring and damper hold lateral = 0. The paper gives no parameters; the defaults
+/// give apex height 0.8 m, period 0.8 s, simultaneous touchdown at 0.1 s and lift-off at 0.7 s.
 struct HoppingTrot : PointFootBiped {
   static constexpr const char* kName = "hopping_trot";
   static constexpr const char* kSummary =
@@ -37,10 +37,12 @@ struct HoppingTrot : PointFootBiped {
       visit(gravity, "gravity", "m/s^2", "downward acceleration", Range::kAny);
       visit(hip_offset, "hip_offset", "m", "distance from body centre to hip", Range::kNonNegative);
       visit(leg_length, "leg_length", "m", "rest length of a leg", Range::kPositive);
-      visit(axial_stiffness, "axial_stiffness", "N/m", "stiffness along a leg", Range::kNonNegative);
+      visit(axial_stiffness, "axial_stiffness", "N/m", "stiffness along a leg",
+            Range::kNonNegative);
       visit(axial_damping, "axial_damping", "N s/m", "damping along a leg", Range::kNonNegative);
       visit(push, "push", "N", "largest force that feeds energy into a moving leg", Range::kAny);
-      visit(push_rate, "push_rate", "m/s", "leg rate at which the push saturates", Range::kPositive);
+      visit(push_rate, "push_rate", "m/s", "leg rate at which the push saturates",
+            Range::kPositive);
       visit(push_strain, "push_strain", "", "leg strain at which the push is half on",
             Range::kPositive);
       visit(lateral_stiffness, "lateral_stiffness", "N/m", "stiffness across a leg",
@@ -77,8 +79,7 @@ struct HoppingTrot : PointFootBiped {
       const S engaged = strain2 / (strain2 + p.push_strain * p.push_strain);
       const S axial = p.push * (tanh(rate) * engaged) - p.axial_stiffness * stretch -
                       p.axial_damping * length_rate;
-      const S lateral =
-          -p.lateral_stiffness * (along - offset) - p.lateral_damping * lateral_rate;
+      const S lateral = -p.lateral_stiffness * (along - offset) - p.lateral_damping * lateral_rate;
       const S fx = axial * s + lateral * c, fz = lateral * s - axial * c;  // on the foot
       (*f)(kFootX + leg) = fx;
       (*f)(kFootZ + leg) = fz - p.foot_mass * p.gravity;

@@ -11,16 +11,17 @@
 namespace contact_flow {
 namespace example {
 
-/// The rigid-leg trot of rigid_biped.h a second time: the coordinates of body and feet, the feet held at
-/// (∓hip_offset, −leg_length) of the body frame by bilateral constraints b(q) = 0 (Sec. 6.1).
+/// The rigid-leg trot of rigid_biped.h a second time: the coordinates of body and feet, the feet
+/// held at (∓hip_offset, −leg_length) of the body frame by bilateral constraints b(q) = 0
+/// (Sec. 6.1).
 struct JointedBiped : PointFootBiped {
   static constexpr const char* kName = "jointed_biped";
   static constexpr const char* kSummary =
       "rigid_biped in the coordinates of body and feet, its legs bilateral constraints";
   static constexpr bool kAffineConstraints = false;
   static constexpr int kBilateral = 4;
-  static constexpr std::array<const char*, 4> kBilateralNames = {
-      "left_leg_x", "left_leg_z", "right_leg_x", "right_leg_z"};
+  static constexpr std::array<const char*, 4> kBilateralNames = {"left_leg_x", "left_leg_z",
+                                                                 "right_leg_x", "right_leg_z"};
 
   template <class P>
   struct Parameters {

@@ -10,9 +10,10 @@
 namespace contact_flow {
 namespace example {
 
-/// A table (z, pitch) on four vertical spring legs in its plane, each with a point foot of its own mass, so that
-/// any touchdowns are orthogonal. A flywheel applies the pitch torque flywheel·Σ_{i<j} (ż_i − ż_j)²: when all
-/// feet land at once, each of the 24 orders has a derivative of its own.
+/// A table (z, pitch) on four vertical spring legs in its plane, each with a point foot of its own
+/// mass, so that any touchdowns are orthogonal. A flywheel applies the pitch torque
+/// flywheel·Σ_{i<j} (ż_i − ż_j)²: when all feet land at once, each of the 24 orders has a
+/// derivative of its own.
 struct LeggedTable {
   static constexpr const char* kName = "legged_table";
   static constexpr const char* kSummary =
@@ -21,8 +22,8 @@ struct LeggedTable {
   static constexpr int kDof = 6, kConstraints = kLegs, kInputs = 0;
   static constexpr bool kConstantMass = true, kAffineConstraints = true;
   static constexpr std::array<const char*, 6> kCoordinates = {
-      "table_z", "table_pitch", "outer_left_foot_z", "inner_left_foot_z", "inner_right_foot_z",
-      "outer_right_foot_z"};
+      "table_z",           "table_pitch",        "outer_left_foot_z",
+      "inner_left_foot_z", "inner_right_foot_z", "outer_right_foot_z"};
   static constexpr std::array<const char*, 6> kUnits = {"m", "rad", "m", "m", "m", "m"};
   static constexpr std::array<const char*, 4> kConstraintNames = {
       "outer_left_foot", "inner_left_foot", "inner_right_foot", "outer_right_foot"};

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
-
 #include <Eigen/Core>
+#include <array>
 
 namespace contact_flow {
 namespace example {
 
-/// What soft_biped and hopping_trot share: a rigid body (x, z, pitch) and two point feet (x, z) in the
-/// vertical plane, ground at z = 0, so M is constant and diagonal and a(q) = (z_left, z_right).
+/// What soft_biped and hopping_trot share: a rigid body (x, z, pitch) and two point feet (x, z) in
+/// the vertical plane, ground at z = 0, so M is constant and diagonal and a(q) = (z_left, z_right).
 struct PointFootBiped {
   static constexpr int kDof = 7, kConstraints = 2, kInputs = 0;
   static constexpr bool kConstantMass = true, kAffineConstraints = true;
   static constexpr std::array<const char*, 7> kCoordinates = {
-      "body_x", "left_foot_x", "right_foot_x", "body_z", "left_foot_z", "right_foot_z", "body_pitch"};
+      "body_x",      "left_foot_x",  "right_foot_x", "body_z",
+      "left_foot_z", "right_foot_z", "body_pitch"};
   static constexpr std::array<const char*, 7> kUnits = {"m", "m", "m", "m", "m", "m", "rad"};
   static constexpr std::array<const char*, 2> kConstraintNames = {"left_foot", "right_foot"};
   static constexpr std::array<const char*, 0> kInputNames = {};

@@ -10,8 +10,9 @@
 namespace contact_flow {
 namespace example {
 
-/// The rigid-leg trot of the paper's Fig. 1 (left): massless legs perpendicular to the body, point feet
-/// at (∓hip_offset, −leg_length) in the body frame; minimal coordinates (x, z, pitch) of the body.
+/// The rigid-leg trot of the paper's Fig. 1 (left): massless legs perpendicular to the body, point
+/// feet at (∓hip_offset, −leg_length) in the body frame; minimal coordinates (x, z, pitch) of the
+/// body.
 struct RigidBiped {
   static constexpr const char* kName = "rigid_biped";
   static constexpr const char* kSummary =
@@ -50,8 +51,8 @@ struct RigidBiped {
     const S total = S(p.body_mass + feet);
     const S zero = S(0.0);
     const S mx = (feet * p.leg_length) * cos(q(2)), mz = (feet * p.leg_length) * sin(q(2));
-    const S inertia = S(p.body_inertia + feet * (p.leg_length * p.leg_length +
-                                                 p.hip_offset * p.hip_offset));
+    const S inertia =
+        S(p.body_inertia + feet * (p.leg_length * p.leg_length + p.hip_offset * p.hip_offset));
     (*M)(0, 0) = (*M)(1, 1) = total;
     (*M)(0, 1) = (*M)(1, 0) = zero;
     (*M)(0, 2) = (*M)(2, 0) = mx;

@@ -10,17 +10,18 @@
 namespace contact_flow {
 namespace example {
 
-/// A quadruped in the vertical plane: a body (x, z, pitch) with a hind and a front pair of rigid legs that swing
-/// on torsion springs at hips ahead of and behind the centre; the feet are point masses, the ground is
-/// frictionless. A foot is at
+/// A quadruped in the vertical plane: a body (x, z, pitch) with a hind and a front pair of rigid
+/// legs that swing on torsion springs at hips ahead of and behind the centre; the feet are point
+/// masses, the ground is frictionless. A foot is at
 ///   (x, z) + R(pitch) (±offset, 0) + leg_length (sin ψ, −cos ψ),   ψ = pitch + leg angle.
-/// Simultaneous, front-first and hind-first touchdown lead to three outcomes that stay apart however small the
-/// difference in time (the phenomenon of Remy and Buffinton), unlike rigid_biped's without its mirror
-/// symmetry and with legs that spin up at touchdown.
+/// Simultaneous, front-first and hind-first touchdown lead to three outcomes that stay apart
+/// however small the difference in time (the phenomenon of Remy and Buffinton), unlike
+/// rigid_biped's without its mirror symmetry and with legs that spin up at touchdown.
 struct RigidQuadruped {
   static constexpr const char* kName = "rigid_quadruped";
   static constexpr const char* kSummary =
-      "body on swinging rigid front and hind legs; three outcomes: front first, hind first, both at once";
+      "body on swinging rigid front and hind legs; three outcomes: front first, hind first, both "
+      "at once";
   static constexpr int kDof = 5, kConstraints = 2, kInputs = 0;
   static constexpr bool kConstantMass = false, kAffineConstraints = false;
   static constexpr std::array<const char*, 5> kCoordinates = {"body_x", "body_z", "body_pitch",

@@ -10,10 +10,10 @@
 namespace contact_flow {
 namespace example {
 
-/// A uniform rectangular block (x, z, pitch of its centre) that rocks on the two corners of its base, on a
-/// frictionless floor, with plastic impacts. When one corner lands while the other leads, the pitch rate
-/// falls by (1 − k)/(1 + k), k = 3 width²/(width² + height²); the leading corner lets go if k < 1 (a block
-/// higher than √2 times its width), else the block comes to rest.
+/// A uniform rectangular block (x, z, pitch of its centre) that rocks on the two corners of its
+/// base, on a frictionless floor, with plastic impacts. When one corner lands while the other
+/// leads, the pitch rate falls by (1 − k)/(1 + k), k = 3 width²/(width² + height²); the leading
+/// corner lets go if k < 1 (a block higher than √2 times its width), else the block comes to rest.
 struct RockingBlock {
   static constexpr const char* kName = "rocking_block";
   static constexpr const char* kSummary =

@@ -54,7 +54,8 @@ struct SoftBiped : PointFootBiped {
       const S dx = q(kBodyX) + arm_x - q(kFootX + leg);
       const S dz = q(kBodyZ) + arm_z - q(kFootZ + leg);
       const S length = sqrt(dx * dx + dz * dz);
-      const S tension = p.stiffness * (p.leg_length / length - 1.0);  // force on the hip, per length
+      const S tension =
+          p.stiffness * (p.leg_length / length - 1.0);  // force on the hip, per length
       const S fx = tension * dx, fz = tension * dz;
       body_x += fx;
       body_z += fz;

@@ -16,7 +16,8 @@ namespace example {
 struct WallAndFloor {
   static constexpr const char* kName = "wall_and_floor";
   static constexpr const char* kSummary =
-      "a sliding point leaves the floor at the instant it hits a wall; activation and release of Fig. 2";
+      "a sliding point leaves the floor at the instant it hits a wall; activation and release of "
+      "Fig. 2";
   static constexpr int kDof = 3, kConstraints = 2, kInputs = 0;
   static constexpr bool kConstantMass = true, kAffineConstraints = true;
   static constexpr std::array<const char*, 3> kCoordinates = {"x", "y", "clock"};

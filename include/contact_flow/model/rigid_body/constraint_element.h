@@ -11,8 +11,8 @@
 
 namespace contact_flow {
 
-/// A constraint of a robot: a(z) ≥ 0 (or b(z) = 0), with z as in ElementParts. With g = ∂a/∂z and the
-/// acceleration z̈, ä = g z̈ + żᵀ (∂²a/∂z²) ż.
+/// A constraint of a robot: a(z) ≥ 0 (or b(z) = 0), with z as in ElementParts. With g = ∂a/∂z and
+/// the acceleration z̈, ä = g z̈ + żᵀ (∂²a/∂z²) ż.
 class ConstraintElement {
  public:
   virtual ~ConstraintElement() = default;
@@ -66,9 +66,8 @@ class ConstraintOf final : public ConstraintElement {
     return Second(Numbers<Along<double>>(), z, rate, still);
   }
 
-  void Differentiate(const double* z, const double* rate, const double* acceleration,
-                     double lambda, double* hessian, double* by_z,
-                     double* by_rate) const override {
+  void Differentiate(const double* z, const double* rate, const double* acceleration, double lambda,
+                     double* hessian, double* by_z, double* by_rate) const override {
     for (int k = 0; k < N * N; ++k) hessian[k] = 0;
     for (int k = 0; k < N; ++k) by_z[k] = by_rate[k] = 0;
     if constexpr (!Kind::kAffine) {
@@ -111,8 +110,7 @@ class ConstraintOf final : public ConstraintElement {
     second_numbers[number].value.value.d[0] = 1;
     const S a = Kind::Gap(numbers.data(), Z.data());
     for (int k = 0; k < N; ++k) gradient[k] = a.d[k].d[0];
-    return {a.value.d[0],
-            Second(second_numbers, at.data(), along.data(), bend.data()).d[0]};
+    return {a.value.d[0], Second(second_numbers, at.data(), along.data(), bend.data()).d[0]};
   }
 
  private:
@@ -143,8 +141,8 @@ class ConstraintOf final : public ConstraintElement {
 };
 
 std::vector<std::string> ConstraintKinds();
-/// A constraint of a kind without parts, and what asks for its fields. Throws std::invalid_argument, with
-/// the nearest name, for an unknown kind.
+/// A constraint of a kind without parts, and what asks for its fields. Throws
+/// std::invalid_argument, with the nearest name, for an unknown kind.
 std::unique_ptr<ConstraintElement> MakeConstraint(const std::string& kind);
 void ReadConstraint(const std::string& kind, ElementFields* fields);
 /// b = direction · (point − other point), the direction in world axes: a row of a loop closure.

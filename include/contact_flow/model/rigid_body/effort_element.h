@@ -10,9 +10,9 @@
 
 namespace contact_flow {
 
-/// A force element of a robot: e(z, ż, u) [N], with z as in ElementParts and e conjugate to it, that is the
-/// force on each point in world axes [N] and the effort on each joint [N or N·m]. The generalized force
-/// is (∂z/∂η)ᵀ e.
+/// A force element of a robot: e(z, ż, u) [N], with z as in ElementParts and e conjugate to it,
+/// that is the force on each point in world axes [N] and the effort on each joint [N or N·m]. The
+/// generalized force is (∂z/∂η)ᵀ e.
 class EffortElement {
  public:
   virtual ~EffortElement() = default;
@@ -44,8 +44,8 @@ class EffortOf final : public EffortElement {
     Kind::Effort(number, z, rate, u, e);
   }
 
-  void Differentiate(const double* z, const double* rate, const double* u, double* e,
-                     double* by_z, double* by_rate, double* by_u) const override {
+  void Differentiate(const double* z, const double* rate, const double* u, double* e, double* by_z,
+                     double* by_rate, double* by_u) const override {
     using S = Dual<double, 2 * N + U>;
     S number[Kind::kNumbers], Z[N], R[N], W[U + 1] = {}, E[N];
     for (int k = 0; k < Kind::kNumbers; ++k) number[k] = S(parts.numbers[k].value);
@@ -76,8 +76,8 @@ class EffortOf final : public EffortElement {
 };
 
 std::vector<std::string> EffortKinds();
-/// An element of a kind without parts, and what asks for its fields. Throws std::invalid_argument, with the
-/// nearest name, for an unknown kind.
+/// An element of a kind without parts, and what asks for its fields. Throws std::invalid_argument,
+/// with the nearest name, for an unknown kind.
 std::unique_ptr<EffortElement> MakeEffort(const std::string& kind);
 void ReadEffort(const std::string& kind, ElementFields* fields);
 

@@ -16,21 +16,21 @@ struct AttachedPoint {
   Vec3<double> local = Vec3<double>::Zero();  ///< in the frame of the body [m]
 };
 
-/// What a constraint or an effort element of a robot is attached to, and its numbers. Elements see the
-/// robot as z = (positions of the points in world axes, values of the joints) [3P+J].
+/// What a constraint or an effort element of a robot is attached to, and its numbers. Elements see
+/// the robot as z = (positions of the points in world axes, values of the joints) [3P+J].
 struct ElementParts {
   std::string name;
   std::vector<AttachedPoint> points;           ///< [P]
   std::vector<RobotModel::Coordinate> joints;  ///< [J]
   std::vector<int> inputs;                     ///< indices into u
   std::vector<Parameter> numbers;
-  std::vector<Range> ranges;                   ///< of the numbers
+  std::vector<Range> ranges;  ///< of the numbers
 
   int size() const { return static_cast<int>(3 * points.size() + joints.size()); }
 };
 
-/// Where an element finds its fields, by key. Each call appends to the parts that are being filled; what is
-/// missing or wrong throws std::invalid_argument that names it.
+/// Where an element finds its fields, by key. Each call appends to the parts that are being filled;
+/// what is missing or wrong throws std::invalid_argument that names it.
 class ElementFields {
  public:
   /// Default of a number that must be given.

@@ -16,8 +16,7 @@ void UpdateInertias(const RigidBodyTree& tree, TreeState<S>* state) {
       body.inertia = SpatialInertia<S>::Zero();
       continue;
     }
-    const Vec3<S> com =
-        body.position - state->reference + body.rotation * inertia.com.cast<S>();
+    const Vec3<S> com = body.position - state->reference + body.rotation * inertia.com.cast<S>();
     body.inertia = PlaceInertia<S>(S(inertia.mass), inertia.central.cast<S>(), body.rotation, com);
   }
 }
@@ -26,8 +25,8 @@ void UpdateInertias(const RigidBodyTree& tree, TreeState<S>* state) {
 template <class S>
 struct PointForces {
   Spatial<S> force;  ///< their spatial force about the reference point
-  /// w ↦ Σ r × (w × F): by how much their moment changes less than a force fixed in the body would, when
-  /// the body turns by w.
+  /// w ↦ Σ r × (w × F): by how much their moment changes less than a force fixed in the body would,
+  /// when the body turns by w.
   Mat3<S> turning;
 
   void SetZero() {

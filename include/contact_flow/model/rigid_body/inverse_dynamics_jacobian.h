@@ -11,23 +11,24 @@ namespace contact_flow {
 ///   τ(q, v) = M(q) v̇ + b(q, v) − Σ_points J(q)ᵀ F,
 /// at fixed v̇ and fixed forces F in world axes, by tangents η and by v.
 ///
-/// A motion along η_j turns all that j carries by the spatial axis J_j as one rigid body, but for the
-/// velocity and acceleration that the joint's own parent p lends it. With ψ_j = v_p × J_j, for each
-/// body i that j carries (compare Carpentier & Mansard 2018; Singh, Russo & Wensing 2022):
+/// A motion along η_j turns all that j carries by the spatial axis J_j as one rigid body, but for
+/// the velocity and acceleration that the joint's own parent p lends it. With ψ_j = v_p × J_j, for
+/// each body i that j carries (compare Carpentier & Mansard 2018; Singh, Russo & Wensing 2022):
 ///   ∂f_i/∂η_j = J_j ×* f_i + I_i (a_p × J_j + v_p × ψ_j) + B_i ψ_j + C_i J_j,
-///   ∂f_i/∂v_j = I_i (J̇_j + ψ_j) + B_i J_j,        B_i ψ = ψ ×* I_i v_i + v_i ×* I_i ψ − I_i (v_i × ψ),
-/// C from the point forces. The first term turns with the axis that it is projected on and falls out of
-/// the rows that j carries. B and C see only the angular part: B = (B̄; −2 [p]×), p the linear
-/// momentum. Everything adds up along the tree, so each pair of numbers on one way to the root costs
-/// four short products.
+///   ∂f_i/∂v_j = I_i (J̇_j + ψ_j) + B_i J_j,        B_i ψ = ψ ×* I_i v_i + v_i ×* I_i ψ − I_i (v_i ×
+///   ψ),
+/// C from the point forces. The first term turns with the axis that it is projected on and falls
+/// out of the rows that j carries. B and C see only the angular part: B = (B̄; −2 [p]×), p the
+/// linear momentum. Everything adds up along the tree, so each pair of numbers on one way to the
+/// root costs four short products.
 template <class S>
 class InverseDynamicsJacobian {
  public:
   explicit InverseDynamicsJacobian(const RigidBodyTree& tree)
       : body_(tree.num_bodies()), dof_(tree.dof()) {}
 
-  /// ∂τ/∂η and ∂τ/∂v [nv×nv], column-major and overwritten; `tau_v` may be null. After InverseDynamics with
-  /// these forces (null: none) and UpdateMomenta at the same state.
+  /// ∂τ/∂η and ∂τ/∂v [nv×nv], column-major and overwritten; `tau_v` may be null. After
+  /// InverseDynamics with these forces (null: none) and UpdateMomenta at the same state.
   void Compute(const RigidBodyTree& tree, const Vec3<S>& gravity, const PointForces<S>* external,
                const TreeState<S>& state, S* tau_q, S* tau_v);
 
@@ -35,16 +36,16 @@ class InverseDynamicsJacobian {
   using Row = Eigen::Matrix<S, 12, 1>;
   using Short = Eigen::Matrix<S, 6, 1>;
   struct Body {
-    Mat3<S> coriolis;    // B̄ of all that it carries
-    Vec3<S> momentum;    // p of all that it carries
-    Mat3<S> turning;     // C̄ of all that it carries
-    Vec3<S> push;        // sum of the point forces
+    Mat3<S> coriolis;  // B̄ of all that it carries
+    Vec3<S> momentum;  // p of all that it carries
+    Mat3<S> turning;   // C̄ of all that it carries
+    Vec3<S> push;      // sum of the point forces
   };
   struct Dof {
-    Row row;       // Jᵀ (I, B, C) of what it carries
-    Row column_q;  // (a_p × J + v_p × ψ, ψ angular, J angular)
-    Row column_v;  // (J̇ + ψ, J angular, 0)
-    Short axis;    // J
+    Row row;        // Jᵀ (I, B, C) of what it carries
+    Row column_q;   // (a_p × J + v_p × ψ, ψ angular, J angular)
+    Row column_v;   // (J̇ + ψ, J angular, 0)
+    Short axis;     // J
     Short force_q;  // ∂/∂η of the net force on what it carries
     Short force_v;  // ∂/∂v of the same
   };
@@ -132,14 +133,13 @@ void InverseDynamicsJacobian<S>::FillDof(const RigidBodyTree& tree, const Vec3<S
                    lagging = body.composite * both;
   dof.force_q << turned.ang + pulled.ang + sum.coriolis * psi.ang + sum.turning * J.ang,
       turned.lin + pulled.lin + 2.0 * Cross(psi.ang, sum.momentum) + Cross(J.ang, sum.push);
-  dof.force_v << lagging.ang + sum.coriolis * J.ang,
-      lagging.lin + 2.0 * Cross(J.ang, sum.momentum);
+  dof.force_v << lagging.ang + sum.coriolis * J.ang, lagging.lin + 2.0 * Cross(J.ang, sum.momentum);
 }
 
 template <class S>
 void InverseDynamicsJacobian<S>::Compute(const RigidBodyTree& tree, const Vec3<S>& gravity,
-                                         const PointForces<S>* external,
-                                         const TreeState<S>& state, S* tau_q, S* tau_v) {
+                                         const PointForces<S>* external, const TreeState<S>& state,
+                                         S* tau_q, S* tau_v) {
   AddBodies(tree, external, state);
   const int n = tree.dof();
   for (int k = 0; k < n * n; ++k) tau_q[k] = S(0.0);
@@ -151,7 +151,8 @@ void InverseDynamicsJacobian<S>::Compute(const RigidBodyTree& tree, const Vec3<S
     const Dof& far = dof_[k];
     for (int j = k; j >= 0; j = tree.dof_parent(j)) {
       const Dof& near = dof_[j];
-      // Row k, which j carries; then row j, unless j and k are of one joint, where each carries both.
+      // Row k, which j carries; then row j, unless j and k are of one joint, where each carries
+      // both.
       const bool joint = tree.dof_body(j) == tree.dof_body(k);
       tau_q[k + j * n] = far.row.cwiseProduct(near.column_q).sum();
       if (j != k) {

@@ -66,8 +66,8 @@ void UpdatePositions(const RigidBodyTree& tree, const S* q, TreeState<S>* state)
         break;
     }
   }
-  state->reference = tree.reference_body() < 0 ? Zero3<S>()
-                                               : state->body[tree.reference_body()].position;
+  state->reference =
+      tree.reference_body() < 0 ? Zero3<S>() : state->body[tree.reference_body()].position;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const typename TreeState<S>::Body& body = state->body[i];
     typename TreeState<S>::Dof* dof = &state->dof[bodies[i].v];

@@ -15,8 +15,8 @@ void CompositeInertias(const RigidBodyTree& tree, TreeState<S>* state) {
   }
 }
 
-/// Momentum that a unit rate of each joint gives to all that it carries, after UpdateInertias; fills
-/// CompositeInertias too.
+/// Momentum that a unit rate of each joint gives to all that it carries, after UpdateInertias;
+/// fills CompositeInertias too.
 template <class S>
 void UpdateMomenta(const RigidBodyTree& tree, TreeState<S>* state) {
   CompositeInertias(tree, state);

@@ -5,7 +5,8 @@
 
 namespace contact_flow {
 
-/// How the motion of a point fixed in a body changes with tangent η_j and velocity v_j, in world axes.
+/// How the motion of a point fixed in a body changes with tangent η_j and velocity v_j, in world
+/// axes.
 template <class S>
 struct PointColumns {
   Vec3<S> jacobian;        ///< ∂p/∂η_j = ∂ṗ/∂v_j
@@ -47,13 +48,13 @@ PointColumns<S> DifferentiatePoint(const RigidBodyTree& tree, const Vec3<S>& gra
   columns.acceleration_q = a_q.lin + Cross(a_q.ang, r) +
                            Cross(moved.acceleration.ang, columns.jacobian) +
                            Cross(v_q.ang, motion.velocity) + Cross(omega, columns.velocity_q);
-  columns.acceleration_v = a_v.lin + Cross(a_v.ang, r) + Cross(J.ang, motion.velocity) +
-                           Cross(omega, columns.jacobian);
+  columns.acceleration_v =
+      a_v.lin + Cross(a_v.ang, r) + Cross(J.ang, motion.velocity) + Cross(omega, columns.jacobian);
   return columns;
 }
 
-/// Position, velocity and acceleration of the point of a body that is at `local` in the body's frame,
-/// after UpdateAccelerations.
+/// Position, velocity and acceleration of the point of a body that is at `local` in the body's
+/// frame, after UpdateAccelerations.
 template <class S>
 PointMotion<S> MovePoint(const TreeState<S>& state, const Vec3<S>& gravity, int body,
                          const Vec3<S>& local) {

@@ -38,15 +38,15 @@ enum class JointKind {
   kRevolute,     ///< turns about z by q [rad]: one number
   kPrismatic,    ///< slides along z by q [m]: one number
   kTranslation,  ///< slides freely: three numbers, along the axes of the joint frame [m]
-  kBall,         ///< turns freely: q a unit quaternion (w, x, y, z), v the angular velocity in body axes
+  kBall,  ///< turns freely: q a unit quaternion (w, x, y, z), v the angular velocity in body axes
 };
 
-/// A mechanism of rigid bodies without loops, in the sense of Featherstone (2008), Ch. 4: constant, shared
-/// between threads; what changes with a state is in a TreeState. Bodies are numbered so that a parent
-/// comes before its children; −1 is the world. Rigidly joined bodies are one body. Joints with
-/// several freedoms that are not above are chains of bodies, all but the last without mass: a free
-/// body is a kTranslation and a kBall, so that v = (velocity of its origin in world axes, angular
-/// velocity in body axes).
+/// A mechanism of rigid bodies without loops, in the sense of Featherstone (2008), Ch. 4: constant,
+/// shared between threads; what changes with a state is in a TreeState. Bodies are numbered so that
+/// a parent comes before its children; −1 is the world. Rigidly joined bodies are one body. Joints
+/// with several freedoms that are not above are chains of bodies, all but the last without mass: a
+/// free body is a kTranslation and a kBall, so that v = (velocity of its origin in world axes,
+/// angular velocity in body axes).
 class RigidBodyTree {
  public:
   /// Most velocity numbers of a tree.
@@ -57,9 +57,9 @@ class RigidBodyTree {
     JointKind joint;
     Pose placement;  ///< of the joint frame in the parent's frame
     BodyInertia inertia;
-    int q, v;        ///< first position and velocity index
+    int q, v;  ///< first position and velocity index
     int num_dofs;
-    int last_dof;    ///< of this body
+    int last_dof;  ///< of this body
   };
 
   /// Returns the index of the new body; its numbers come after those there are. Throws
@@ -75,8 +75,8 @@ class RigidBodyTree {
   int dof() const { return static_cast<int>(dof_parent_.size()); }
   /// Body that a velocity number belongs to.
   int dof_body(int j) const { return dof_body_[j]; }
-  /// The next number towards the root, −1 at the root: M(i, j) = 0 unless one is on the other's way to
-  /// the root.
+  /// The next number towards the root, −1 at the root: M(i, j) = 0 unless one is on the other's way
+  /// to the root.
   int dof_parent(int j) const { return dof_parent_[j]; }
   /// Last velocity number that moves a body, −1 for the world and what is fixed to it.
   int last_dof(int body) const { return body < 0 ? -1 : bodies_[body].last_dof; }
@@ -89,8 +89,8 @@ class RigidBodyTree {
 
   /// Positions of all bodies with every joint at zero [nq].
   Vector Neutral() const;
-  /// Whether M is the same at every q, by a sufficient condition: above a body that turns nothing turns, it
-  /// carries nothing, and its centre of mass is on its axis.
+  /// Whether M is the same at every q, by a sufficient condition: above a body that turns nothing
+  /// turns, it carries nothing, and its centre of mass is on its axis.
   bool HasConstantMass() const;
 
  private:

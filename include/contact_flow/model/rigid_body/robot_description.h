@@ -39,9 +39,9 @@ struct RobotDescription {
   NominalRun nominal;
 };
 
-/// Every number there is with the name it is found by: "gravity", "links/L/mass" (in the frame of link L:
-/// centre of mass x, y, z and inertia about it ixx … izz), "E/stiffness" of effort E, "C/offset" and
-/// "C/restitution" of constraint C.
+/// Every number there is with the name it is found by: "gravity", "links/L/mass" (in the frame of
+/// link L: centre of mass x, y, z and inertia about it ixx … izz), "E/stiffness" of effort E,
+/// "C/offset" and "C/restitution" of constraint C.
 std::vector<ExposedNumber> ListNumbers(const RobotDescription& robot);
 double GetNumber(const RobotDescription& robot, const NumberPlace& place);
 void SetNumber(const NumberPlace& place, double value, RobotDescription* robot);

@@ -45,12 +45,12 @@ struct RobotModel {
 
   /// Sets the inertia of every body from those of its links.
   void JoinInertias();
-  /// Throws std::invalid_argument, naming a coordinate that moves no mass, when M is singular wherever it is
-  /// looked at.
+  /// Throws std::invalid_argument, naming a coordinate that moves no mass, when M is singular
+  /// wherever it is looked at.
   void CheckMass() const;
 
-  /// These add a joint whose frame is `pose` in the frame of `parent`, its numbers called after `joint`, and
-  /// return the pose and body of what it carries, at rest in the joint frame.
+  /// These add a joint whose frame is `pose` in the frame of `parent`, its numbers called after
+  /// `joint`, and return the pose and body of what it carries, at rest in the joint frame.
   struct Mount {
     int body;
     Pose pose;

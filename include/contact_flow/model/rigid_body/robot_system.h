@@ -12,10 +12,11 @@
 
 namespace contact_flow {
 
-/// A robot as a mechanical system: M and the Coriolis terms from its RigidBodyTree, f from gravity and its
-/// efforts, a and γ from its constraints, b from its closures. With z the points and joints of an
-/// element, Z = ∂z/∂η, e its forces and g the gradient of a constraint,
-///   h = −RNEA(q, v, 0) + Σ Zᵀ e(z, ż, u),       Da = gᵀ Z,       r₁ = RNEA(q, v, v̇) − Σ Zᵀ e − Σ Zᵀ g λ,
+/// A robot as a mechanical system: M and the Coriolis terms from its RigidBodyTree, f from gravity
+/// and its efforts, a and γ from its constraints, b from its closures. With z the points and joints
+/// of an element, Z = ∂z/∂η, e its forces and g the gradient of a constraint,
+///   h = −RNEA(q, v, 0) + Σ Zᵀ e(z, ż, u),       Da = gᵀ Z,       r₁ = RNEA(q, v, v̇) − Σ Zᵀ e − Σ
+///   Zᵀ g λ,
 /// and all derivatives are analytic along the tree, by duals within an element.
 class RobotSystem final : public MechanicalSystem {
  public:
@@ -36,10 +37,9 @@ class RobotSystem final : public MechanicalSystem {
                              const VectorRef& force, ResidualJacobian* jacobian) const override;
   void DifferentiateImpact(const VectorRef& q, const VectorRef& jump, const VectorRef& impulse,
                            const VectorRef& s, ResidualJacobian* jacobian) const override;
-  void DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v,
-                                         const VectorRef& u, ContactMode mode,
-                                         const VectorRef& acceleration, const VectorRef& force,
-                                         const std::vector<int>& parameters,
+  void DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v, const VectorRef& u,
+                                         ContactMode mode, const VectorRef& acceleration,
+                                         const VectorRef& force, const std::vector<int>& parameters,
                                          ParameterJacobian* jacobian) const override;
   void DifferentiateImpactByParameters(const VectorRef& q, const VectorRef& jump,
                                        const VectorRef& impulse, const VectorRef& s,
@@ -58,7 +58,8 @@ class RobotSystem final : public MechanicalSystem {
 
   const ConstraintElement& constraint(int i) const { return *all_constraints_[i]; }
   void Describe();
-  /// Throws std::invalid_argument for a constraint without gradient and for numbers that are not finite.
+  /// Throws std::invalid_argument for a constraint without gradient and for numbers that are not
+  /// finite.
   void CheckElements() const;
   void AddEfforts(const VectorRef& q, const VectorRef& v, const VectorRef& u, Scratch* s) const;
   void AddConstraintForces(const VectorRef& q, const VectorRef& force, Scratch* s) const;

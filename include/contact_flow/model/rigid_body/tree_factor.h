@@ -5,9 +5,9 @@
 
 namespace contact_flow {
 
-/// M = Lᵀ D L with L unit lower triangular, without fill: L(j, i) ≠ 0 only where i is on j's way to the
-/// root (Featherstone 2008, Sec. 6.5). Works in place on the upper triangle of M [nv×nv], which then
-/// holds D and Lᵀ. The tree must outlive it.
+/// M = Lᵀ D L with L unit lower triangular, without fill: L(j, i) ≠ 0 only where i is on j's way to
+/// the root (Featherstone 2008, Sec. 6.5). Works in place on the upper triangle of M [nv×nv], which
+/// then holds D and Lᵀ. The tree must outlive it.
 class TreeFactor {
  public:
   explicit TreeFactor(const RigidBodyTree& tree) : tree_(&tree) {}

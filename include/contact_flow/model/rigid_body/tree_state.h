@@ -7,22 +7,24 @@
 
 namespace contact_flow {
 
-/// All that is computed about one state of a RigidBodyTree, the scratch of its algorithms: sized once,
-/// never allocating after. Every spatial vector is in world axes about `reference`, a point that is
-/// fixed in the world though chosen anew at each state. Each field says which function fills it.
+/// All that is computed about one state of a RigidBodyTree, the scratch of its algorithms: sized
+/// once, never allocating after. Every spatial vector is in world axes about `reference`, a point
+/// that is fixed in the world though chosen anew at each state. Each field says which function
+/// fills it.
 template <class S>
 struct TreeState {
   struct Body {
-    Mat3<S> rotation;         ///< body to world axes (UpdatePositions)
-    Vec3<S> position;         ///< of the body's origin in the world [m] (UpdatePositions)
-    Spatial<S> velocity;      ///< (UpdateVelocities)
-    Spatial<S> acceleration;  ///< less gravity (UpdateAccelerations)
+    Mat3<S> rotation;             ///< body to world axes (UpdatePositions)
+    Vec3<S> position;             ///< of the body's origin in the world [m] (UpdatePositions)
+    Spatial<S> velocity;          ///< (UpdateVelocities)
+    Spatial<S> acceleration;      ///< less gravity (UpdateAccelerations)
     SpatialInertia<S> inertia;    ///< of the body alone (UpdateInertias)
     SpatialInertia<S> composite;  ///< of all that it carries (CompositeInertias)
-    Spatial<S> force;         ///< net force on all that it carries (InverseDynamics)
+    Spatial<S> force;             ///< net force on all that it carries (InverseDynamics)
   };
   struct Dof {
-    Spatial<S> axis;      ///< ∂(velocity of the body)/∂v_j, a column of S in world axes (UpdatePositions)
+    Spatial<S>
+        axis;  ///< ∂(velocity of the body)/∂v_j, a column of S in world axes (UpdatePositions)
     Spatial<S> momentum;  ///< composite · axis (UpdateMomenta)
   };
 

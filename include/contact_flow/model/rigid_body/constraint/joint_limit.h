@@ -14,8 +14,7 @@ struct LowerLimit {
 
   static void Read(ElementFields* fields) {
     fields->Joint("joint");
-    fields->Number("lower", ElementFields::kRequired, "m or rad", "smallest position",
-                   Range::kAny);
+    fields->Number("lower", ElementFields::kRequired, "m or rad", "smallest position", Range::kAny);
   }
 
   template <class S>
@@ -32,8 +31,7 @@ struct UpperLimit {
 
   static void Read(ElementFields* fields) {
     fields->Joint("joint");
-    fields->Number("upper", ElementFields::kRequired, "m or rad", "largest position",
-                   Range::kAny);
+    fields->Number("upper", ElementFields::kRequired, "m or rad", "largest position", Range::kAny);
   }
 
   template <class S>

@@ -26,8 +26,7 @@ struct Plane {
   template <class S>
   static S Gap(const S* number, const S* z) {
     using std::sqrt;
-    const S length =
-        sqrt(S(number[0] * number[0] + number[1] * number[1] + number[2] * number[2]));
+    const S length = sqrt(S(number[0] * number[0] + number[1] * number[1] + number[2] * number[2]));
     const S height = number[0] * z[0] + number[1] * z[1] + number[2] * z[2];
     return height / length - number[3] - number[4];
   }

@@ -6,8 +6,8 @@
 namespace contact_flow {
 namespace effort {
 
-/// A flywheel that couples two feet, as in the paper's trots: it drives a joint by e = gain · (d/dt (up ·
-/// (p − p_other)))², up the world's z.
+/// A flywheel that couples two feet, as in the paper's trots: it drives a joint by e = gain · (d/dt
+/// (up · (p − p_other)))², up the world's z.
 struct Flywheel {
   static constexpr const char* kName = "flywheel";
   static constexpr int kPoints = 2, kJoints = 1, kInputs = 0, kNumbers = 1;

@@ -8,8 +8,8 @@
 namespace contact_flow {
 namespace effort {
 
-/// What feeds energy into a hopping leg of length q: a push along its motion that saturates, and fades
-/// where the leg has its rest length,
+/// What feeds energy into a hopping leg of length q: a push along its motion that saturates, and
+/// fades where the leg has its rest length,
 ///   e = push · tanh(q̇/rate) · s²/(s² + strain²),       s = (q − length)/length.
 struct LegPush {
   static constexpr const char* kName = "leg_push";

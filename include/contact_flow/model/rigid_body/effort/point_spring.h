@@ -8,8 +8,8 @@
 namespace contact_flow {
 namespace effort {
 
-/// Spring and damper between two points: a pull of stiffness (ℓ − length) + damping ℓ̇ along the line from
-/// one to the other, ℓ > 0 their distance.
+/// Spring and damper between two points: a pull of stiffness (ℓ − length) + damping ℓ̇ along the
+/// line from one to the other, ℓ > 0 their distance.
 struct PointSpring {
   static constexpr const char* kName = "point_spring";
   static constexpr int kPoints = 2, kJoints = 0, kInputs = 0, kNumbers = 3;
