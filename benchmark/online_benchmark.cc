@@ -64,6 +64,7 @@ class Loop {
       if (passed && !flow_->transition().changes_input) ++events_;
       rolling_->Follow(flow_.get(), passed);
     }
+    tangents_ += rolling_->Read(flow_.get()).tangents.cols();
     if (!rolling_->status().ok()) ++undifferentiable_;
     if (!rolling_->status().ok() || t - rolling_->mark() >= kMarkEvery) Mark();
     dynamics_->SetInput(flow_->NextInput());
@@ -110,6 +111,7 @@ class Loop {
   std::unique_ptr<ContactDynamics> dynamics_;
   double epoch_ = 0;
   long events_ = 0, undifferentiable_ = 0, contacts_ = 0;
+  long tangents_ = 0;  // read
 };
 
 double Seconds(Pace::Clock::time_point since) {

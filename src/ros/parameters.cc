@@ -112,6 +112,8 @@ void ReadSimulatorParameters(MapReader* reader, const std::string& name, Simulat
   reader->Read("tangent_directions", &p->tangent_directions);
   reader->Read("mark", &p->mark);
   reader->Read("realtime_priority", &p->realtime_priority, 0, 99);
+  reader->Read("bag_split_size", &p->bag_split_size);
+  check("bag_split_size", p->bag_split_size, 0.01, 2048);
   reader->Read("tf_prefix", &p->display.prefix);
   reader->Read("base_frame", &p->display.base_frame);
   reader->Child("simulator");  // dynamic_reconfigure's, of the last time

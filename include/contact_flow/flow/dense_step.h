@@ -23,6 +23,11 @@ class DenseArc {
   double StepBegin(std::size_t k) const { return begin_[k]; }
   double StepLength(std::size_t k) const { return length_[k]; }
 
+  /// Step k alone.
+  DenseArc Step(std::size_t k) const;
+  /// The step that holds t: the later one where two meet, the first or last outside.
+  std::size_t StepAt(double t) const;
+
   /// Appends the step (t, t+h] with coefficients c [kDenseOrder×n].
   void Append(double t, double h, const double* c, int n);
   /// Drops the steps that end at t or before.

@@ -28,6 +28,8 @@ class OnlineFlow {
 
   const MechanicalSystem& system() const { return *system_; }
   double now() const { return now_; }  ///< [s]
+  /// The end of the last step that is final [s], at now() or before: what lies beyond is proposed.
+  double node() const { return flow_.t(); }
   /// Not kOk: the run has ended at now(), and the message says why.
   const Status& status() const { return flow_.status(); }
 

@@ -9,13 +9,16 @@
 
 #include "contact_flow/HybridState.h"
 #include "contact_flow/InitialState.h"
+#include "contact_flow/OutcomePrediction.h"
+#include "contact_flow/PredictionRequest.h"
 #include "contact_flow/RollingTangents.h"
 #include "contact_flow/SimulatorEpoch.h"
 #include "contact_flow/SimulatorEvent.h"
 #include "contact_flow/SimulatorInput.h"
-#include "contact_flow/derivative/rolling_derivative.h"
+#include "contact_flow/SimulatorMark.h"
 #include "contact_flow/flow/online_flow.h"
-#include "contact_flow/ros/directions.h"
+#include "contact_flow/ros/mark.h"
+#include "contact_flow/ros/prediction.h"
 #include "contact_flow/ros/setup.h"
 
 namespace contact_flow {
@@ -33,6 +36,9 @@ class Session {
   struct Log {
     std::function<void(const SimulatorEpoch&)> epoch;
     std::function<void(const SimulatorInput&)> input;
+    std::function<void(const SimulatorMark&)> mark;
+    std::function<void(const PredictionRequest&)> asked;
+    std::function<void(const OutcomePrediction&)> predicted;
   };
 
   Session(const Configuration& configuration, std::vector<std::string> tangent_directions, Log log);
@@ -64,11 +70,10 @@ class Session {
   /// At simulated time t ≥ now() [s].
   void SetInput(double t, const std::vector<std::string>& names, const std::vector<double>& values);
 
-  /// Marks now; returns the names of the directions, with a note of what was left out or projected.
-  Directions Mark(const std::vector<std::string>& directions, const RowMajorMatrix& matrix,
-                  bool project, const Variables& variables);
-  void ClearMark();
-  bool marked() const { return rolling_ != nullptr; }
+  /// Marks now, until the epoch ends; or removes the mark. Returns the directions, with a note of what was left out or
+  /// projected. Epoch and time of `asked` are not read.
+  Directions Mark(SimulatorMark asked);
+  bool marked() const { return mark_ != nullptr; }
 
   Vector State();
   /// λ now [n].
@@ -77,14 +82,10 @@ class Session {
   RollingTangents TangentsMsg();
   Margins margins() const { return flow_->margins(); }
 
-  /// What a prediction starts from: the present as an initial state, and the inputs to come.
-  struct Snapshot {
-    std::shared_ptr<const Setup> setup;
-    double t = 0;
-    Vector x;
-    InputSchedule inputs;
-  };
-  Snapshot TakeSnapshot();
+  /// Numbers the request, and returns what the prediction starts from; others may make it while this goes on.
+  Snapshot AskPrediction(PredictionRequest* request);
+  /// The answer is there.
+  void TellPrediction(const OutcomePrediction& prediction);
 
  private:
   void Begin(const std::string& cause, double t, std::shared_ptr<const Setup> setup, const Vector& x,
@@ -102,10 +103,10 @@ class Session {
   std::shared_ptr<const Setup> setup_;
   std::unique_ptr<OnlineFlow> flow_;
   std::unique_ptr<ContactDynamics> dynamics_;
-  std::unique_ptr<RollingDerivative> rolling_;
-  std::vector<std::string> direction_names_;
+  std::unique_ptr<MarkedInstant> mark_;
   std::uint32_t epoch_ = 0;
   std::uint64_t events_ = 0;
+  std::uint64_t predictions_ = 0;
   bool parameters_changed_ = false;
 };
 

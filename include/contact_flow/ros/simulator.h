@@ -38,6 +38,7 @@ struct SimulatorParameters {
   std::vector<std::string> tangent_directions;  ///< ~tangent_directions of the rolling derivative
   bool mark = false;                            ///< ~mark the start
   long realtime_priority = 0;  ///< ~realtime_priority of the simulation thread, 1 to 99 (SCHED_FIFO); 0: none
+  double bag_split_size = 128;  ///< ~bag_split_size of the parts of NAME_online.bag [MB]
   DisplayOptions display;                       ///< ~tf_prefix, ~base_frame
 };
 
@@ -112,6 +113,13 @@ class Simulator {
   void EndSteps(const std::string& note);
   void AfterCommands();
   void CountTicks();
+  /// What the session tells, to be published in its order.
+  template <class Message>
+  std::function<void(const Message&)> Later() {
+    return [this](const Message& message) {
+      log_.push_back([=](const ros::Time& stamp) { topics_.Tell(message, stamp); });
+    };
+  }
   void FlushLog();
   void Publish(bool event, bool display);
   void KeepInTouch();

@@ -20,16 +20,19 @@ namespace ros_interface {
 /// What the simulator tells the world: topics, and the bag that holds all of them.
 class SimulatorTopics {
  public:
-  SimulatorTopics(ros::NodeHandle* node, const std::string& bag_directory, bool publish_clock,
-                  const DisplayOptions& display);
+  SimulatorTopics(ros::NodeHandle* node, const std::string& bag_directory, std::size_t bag_split_size,
+                  bool publish_clock, const DisplayOptions& display);
 
   void Clock(const ros::Time& stamp);
   /// Model and parameters in force, latched; from now on they are what is displayed.
   void Model(const std::shared_ptr<const Setup>& setup, const ros::Time& stamp);
-  void Epoch(SimulatorEpoch message, const ros::Time& stamp);
-  void Input(SimulatorInput message, const ros::Time& stamp);
+  void Tell(SimulatorEpoch message, const ros::Time& stamp);
+  void Tell(SimulatorInput message, const ros::Time& stamp);
+  void Tell(SimulatorMark message, const ros::Time& stamp);
+  void Tell(PredictionRequest message, const ros::Time& stamp);
+  void Tell(OutcomePrediction message, const ros::Time& stamp);
   void Event(SimulatorEvent message, const ros::Time& stamp);
-  /// Hybrid state and rolling derivative.
+  /// Hybrid state and, of the same instant, rolling derivative.
   void State(Session* session, const ros::Time& stamp);
   /// joint_states, tf, markers and wrenches.
   void Display(Session* session, const ros::Time& stamp);
@@ -53,7 +56,8 @@ class SimulatorTopics {
   StreamRecorder recorder_;
   std::mutex mutex_;        // of bag_time_
   ros::Time bag_time_;      // of the last message: strictly increasing, as messages are verified in this order
-  ros::Publisher clock_, model_, epoch_, input_, event_, state_, tangents_;
+  ros::Publisher clock_, model_, epoch_, input_, event_, state_;
+  ros::Publisher mark_, tangents_, asked_, predicted_;
   ros::Publisher joints_, transforms_, static_transforms_, contacts_, terrain_;
   ros::Publisher status_, diagnostics_;
   std::map<std::string, ros::Publisher> wrenches_;

@@ -20,15 +20,16 @@ namespace ros_interface {
 
 /// Writes a stream of messages to bags from a thread of its own, so that the disk delays nobody. Every message is a
 /// chunk of its own: of a process that is killed only the last message written may be lost, and `rosbag reindex` finds
-/// the others. A bag that has grown beyond kSplitSize is followed by NAME_1.bag, NAME_2.bag, …, each of which begins
+/// the others. A bag that has grown beyond split_size is followed by NAME_1.bag, NAME_2.bag, …, each of which begins
 /// with the preamble again. May be used by several threads.
 class StreamRecorder {
  public:
-  static constexpr std::size_t kSplitSize = std::size_t{128} << 20;
+  static constexpr std::size_t kUsualSplitSize = std::size_t{128} << 20;  ///< [bytes]
   /// Messages that may wait for the disk; more end the recording.
   static constexpr std::size_t kMaxWaiting = 200000;
 
-  explicit StreamRecorder(std::string directory) : directory_(std::move(directory)) {}
+  explicit StreamRecorder(std::string directory, std::size_t split_size = kUsualSplitSize)
+      : directory_(std::move(directory)), split_size_(split_size) {}
   /// Writes what waits, and closes.
   ~StreamRecorder();
 
@@ -53,6 +54,7 @@ class StreamRecorder {
   void Finish();
 
   const std::string directory_;
+  const std::size_t split_size_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::thread thread_;
