@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -41,20 +40,18 @@ ContactDynamics* RollingDerivative::DynamicsAt(const Vector& u) {
   return dynamics_.get();
 }
 
-double RollingDerivative::SliceEnd(double step_end) const {
-  const double slices = std::floor((node_ - mark_) / kLongestSlice);
-  double end = mark_ + (slices + 1) * kLongestSlice;
-  if (!(end > node_)) end = mark_ + (slices + 2) * kLongestSlice;  // rounding
-  return std::min(end, step_end);
+double RollingDerivative::SliceEnd() const {
+  const double n = std::floor(node_ * kSliceRate) + 1;
+  const double end = n / kSliceRate;  // to the bit where k / rate is
+  return end > node_ ? end : (n + 1) / kSliceRate;
 }
 
 Matrix RollingDerivative::Propagated(const Arc& motion, double end) {
   if (!(end > node_) || motion.dense.Empty()) return tangents_;
-  // The step alone: steps that follow must not change how its end is read.
   Arc slice;
   slice.mode = motion.mode;
   slice.u = motion.u;
-  slice.dense = motion.dense.Step(motion.dense.StepAt(node_));
+  slice.dense = motion.dense.Between(node_, end);
   slice.t_begin = node_;
   slice.t_end = end;
   slice.x_begin = slice.x_end = motion.x_begin;
@@ -69,13 +66,7 @@ void RollingDerivative::Follow(OnlineFlow* flow, bool passed) {
       const Arc motion = flow->Motion();
       DynamicsAt(motion.u);
       while (node_ < motion.t_end && !motion.dense.Empty()) {
-        const std::size_t next = motion.dense.StepAt(node_) + 1;
-        const bool last = next >= motion.dense.NumSteps();
-        const bool final = passed || motion.t_end <= flow->node();
-        const double step_end = !last  ? motion.dense.StepBegin(next)
-                                : final ? motion.t_end
-                                        : std::numeric_limits<double>::infinity();
-        const double end = SliceEnd(step_end);
+        const double end = passed ? std::min(SliceEnd(), motion.t_end) : SliceEnd();
         if (end > motion.t_end) break;
         tangents_ = Propagated(motion, end);
         node_ = end;
@@ -88,7 +79,7 @@ void RollingDerivative::Follow(OnlineFlow* flow, bool passed) {
       status_ = {Outcome::kNotDifferentiable, error.what()};
     }
   }
-  flow->Forget();
+  flow->Forget(status_.ok() ? node_ : flow->now());
 }
 
 RollingDerivative::Reading RollingDerivative::Read(OnlineFlow* flow) {

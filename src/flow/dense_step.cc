@@ -19,10 +19,13 @@ void EvaluateDenseStep(const double* c, int n, double theta, double* x) {
   }
 }
 
-DenseArc DenseArc::Step(std::size_t k) const {
-  DenseArc step;
-  step.Append(begin_[k], length_[k], coefficients_.data() + k * kDenseOrder * n_, n_);
-  return step;
+DenseArc DenseArc::Between(double begin, double end) const {
+  DenseArc part;
+  for (std::size_t k = StepAt(begin); k < begin_.size(); ++k) {
+    if (!part.Empty() && !(begin_[k] < end)) break;
+    part.Append(begin_[k], length_[k], coefficients_.data() + k * kDenseOrder * n_, n_);
+  }
+  return part;
 }
 
 std::size_t DenseArc::StepAt(double t) const {

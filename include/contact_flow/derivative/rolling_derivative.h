@@ -15,16 +15,17 @@ namespace contact_flow {
 /// each factor applied as the motion passes it. What DifferentiateOutcome gives for the whole of the motion, up to the
 /// tolerance; the cost of a call does not grow with the time since the mark.
 ///
-/// Arcs are propagated slice by slice. Slices end where the steps of the flow do, and every kLongestSlice after the
-/// mark; what has passed since the last one ended is propagated for a reading, and then forgotten. So readings at an
-/// instant are the same, to the bit, whatever the instants at which the run was looked at before.
+/// Arcs are propagated slice by slice, each of which ends at a multiple of 1/kSliceRate or with its arc. What has
+/// passed since the last one ended is propagated for a reading, and then forgotten. So readings at an instant are the
+/// same, to the bit, whatever the instants at which the run was looked at before.
 ///
 ///   RollingDerivative rolling(flow, directions, options);      // the mark: flow->now()
 ///   const bool passed = flow.AdvanceTo(t);  rolling.Follow(&flow, passed);   // after every AdvanceTo
 ///   rolling.Read(&flow).tangents;                                            // at will
 class RollingDerivative {
  public:
-  static constexpr double kLongestSlice = 0.01;  ///< [s]
+  /// [1/s]: readings at rates that divide it cost nothing of their own.
+  static constexpr double kSliceRate = 1000;
 
   /// Marks flow->now(), where the perturbations w_j [2d+k × m] are; the flow keeps its motion from now on. The system
   /// must outlive this. Throws std::invalid_argument for directions of the wrong size or not finite.
@@ -50,9 +51,9 @@ class RollingDerivative {
   Reading Read(OnlineFlow* flow);
 
  private:
-  /// The end of the slice that begins at node_: in its step, which ends at `step_end`.
-  double SliceEnd(double step_end) const;
-  /// The tangents at `end`, in the step of the motion that holds node_.
+  /// Where the slice that begins at node_ ends, unless the arc does before.
+  double SliceEnd() const;
+  /// The tangents at `end` ≥ node_, in the arc of the motion.
   Matrix Propagated(const Arc& motion, double end);
   void Pass(const Transition& transition);
   ContactDynamics* DynamicsAt(const Vector& u);

@@ -23,10 +23,8 @@ class DenseArc {
   double StepBegin(std::size_t k) const { return begin_[k]; }
   double StepLength(std::size_t k) const { return length_[k]; }
 
-  /// Step k alone.
-  DenseArc Step(std::size_t k) const;
-  /// The step that holds t: the later one where two meet, the first or last outside.
-  std::size_t StepAt(double t) const;
+  /// The steps that hold [begin, end), and no others: what follows must not change how the end is read.
+  DenseArc Between(double begin, double end) const;
 
   /// Appends the step (t, t+h] with coefficients c [kDenseOrder×n].
   void Append(double t, double h, const double* c, int n);
@@ -36,6 +34,9 @@ class DenseArc {
   void Evaluate(double t, double* x) const;
 
  private:
+  /// The step that holds t: the later one where two meet, the first or last outside.
+  std::size_t StepAt(double t) const;
+
   int n_ = 0;
   std::vector<double> begin_;
   std::vector<double> length_;

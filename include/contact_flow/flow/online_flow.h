@@ -28,8 +28,6 @@ class OnlineFlow {
 
   const MechanicalSystem& system() const { return *system_; }
   double now() const { return now_; }  ///< [s]
-  /// The end of the last step that is final [s], at now() or before: what lies beyond is proposed.
-  double node() const { return flow_.t(); }
   /// Not kOk: the run has ended at now(), and the message says why.
   const Status& status() const { return flow_.status(); }
 
@@ -68,7 +66,8 @@ class OnlineFlow {
   /// The motion up to now() in the arc that holds now(), or that has ended there by transition() if that is where
   /// AdvanceTo stopped; it begins with the arc, or with a step that holds the instant of the last Forget().
   Arc Motion();
-  void Forget();
+  void Forget() { Forget(now_); }
+  void Forget(double t);  ///< the motion after t ≤ now() in the present arc is kept
 
  private:
   bool Propose();
