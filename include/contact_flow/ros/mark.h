@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
+
 #include "contact_flow/RollingTangents.h"
 #include "contact_flow/SimulatorMark.h"
 #include "contact_flow/derivative/rolling_derivative.h"

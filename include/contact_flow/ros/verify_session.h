@@ -23,8 +23,9 @@
 namespace contact_flow {
 namespace ros_interface {
 
-/// Repeats a recorded session from its epochs, inputs and marks alone, message by message in the order they were
-/// recorded, and compares events, states, rolling derivatives and predictions with what comes of it, bit for bit. Each call answers how the message differs, or "".
+/// Repeats a recorded session from its epochs, inputs, marks and requests of predictions alone, message by message in
+/// the order they were recorded, and compares events, states, rolling derivatives and predictions with what comes of
+/// it, bit for bit. Each call answers how the message differs, or "".
 class SessionVerifier {
  public:
   std::string Take(const ModelDescription& model);
