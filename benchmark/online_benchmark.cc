@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How punctual an online simulation with its rolling derivative is: the quadruped of config/robots (18 degrees of
-// freedom), on its four feet, with servos that move, looked at a thousand times a second.
+// How punctual an online simulation with its rolling derivative is: the quadruped of config/robots
+// (18 degrees of freedom), on its four feet, with servos that move, looked at a thousand times a
+// second.
 //
 //   online_benchmark [seconds, 60 unless given]
 #include <algorithm>
@@ -25,12 +26,12 @@ namespace {
 
 using ros_interface::Pace;
 
-constexpr double kRate = 1000;        // [Hz]
-constexpr long kInputTicks = 20;      // the servos are told new setpoints at 50 Hz
-constexpr double kSway = 0.05;        // [rad] of the setpoints
-constexpr double kMarkEvery = 1;      // [s]: the mark follows, so that tangents stay within range
-constexpr double kRestart = 2;        // [s]: frictionless feet slide apart; it is put back
-constexpr double kMaxLateness = 1e-3; // [s] at p99.9
+constexpr double kRate = 1000;         // [Hz]
+constexpr long kInputTicks = 20;       // the servos are told new setpoints at 50 Hz
+constexpr double kSway = 0.05;         // [rad] of the setpoints
+constexpr double kMarkEvery = 1;       // [s]: the mark follows, so that tangents stay within range
+constexpr double kRestart = 2;         // [s]: frictionless feet slide apart; it is put back
+constexpr double kMaxLateness = 1e-3;  // [s] at p99.9
 
 /// The simulator's loop without ROS.
 class Loop {
@@ -40,7 +41,8 @@ class Loop {
     std::mt19937 random(1);
     std::normal_distribution<double> normal;
     const int size = 2 * system_->dof();
-    directions_ = directions >= size ? Matrix(Matrix::Identity(size, size)) : Matrix(size, directions);
+    directions_ =
+        directions >= size ? Matrix(Matrix::Identity(size, size)) : Matrix(size, directions);
     if (directions < size) {
       for (double& entry : directions_.reshaped()) entry = normal(random);
     }
@@ -64,6 +66,7 @@ class Loop {
       if (passed && !flow_->transition().changes_input) ++events_;
       rolling_->Follow(flow_.get(), passed);
     }
+    tangents_ += rolling_->Read(flow_.get()).tangents.cols();
     if (!rolling_->status().ok()) ++undifferentiable_;
     if (!rolling_->status().ok() || t - rolling_->mark() >= kMarkEvery) Mark();
     dynamics_->SetInput(flow_->NextInput());
@@ -110,6 +113,7 @@ class Loop {
   std::unique_ptr<ContactDynamics> dynamics_;
   double epoch_ = 0;
   long events_ = 0, undifferentiable_ = 0, contacts_ = 0;
+  long tangents_ = 0;  // read
 };
 
 double Seconds(Pace::Clock::time_point since) {
@@ -142,17 +146,18 @@ int Run(double seconds) {
     std::this_thread::sleep_until(pace.Due(t));
     lateness.push_back(pace.Lateness(t));
   }
-  std::printf("quadruped, %d degrees of freedom, %.2f contacts on average, %ld events (%ld without a "
-              "derivative), 4 directions, %.0f Hz, %.0f s\n",
-              system->dof(), loop.contacts() / static_cast<double>(ticks), loop.events(),
-              loop.undifferentiable(), kRate, seconds);
+  std::printf(
+      "quadruped, %d degrees of freedom, %.2f contacts on average, %ld events (%ld without a "
+      "derivative), 4 directions, %.0f Hz, %.0f s\n",
+      system->dof(), loop.contacts() / static_cast<double>(ticks), loop.events(),
+      loop.undifferentiable(), kRate, seconds);
   const auto report = [](const char* name, std::vector<double> values) {
     std::sort(values.begin(), values.end());
     const auto at = [&](double part) {
       return 1e3 * values[static_cast<std::size_t>(part * static_cast<double>(values.size() - 1))];
     };
-    std::printf("%-12s median %.3f ms, p99 %.3f ms, p99.9 %.3f ms, largest %.3f ms\n", name, at(0.5),
-                at(0.99), at(0.999), at(1));
+    std::printf("%-12s median %.3f ms, p99 %.3f ms, p99.9 %.3f ms, largest %.3f ms\n", name,
+                at(0.5), at(0.99), at(0.999), at(1));
     return at(0.999) / 1e3;
   };
   report("work a tick", work);
@@ -160,8 +165,8 @@ int Run(double seconds) {
   std::printf("attainable rate with 4 directions: %.0f Hz\n", AttainableRate(system, 4));
   std::printf("attainable rate with the full %d×%d derivative: %.0f Hz\n", 2 * system->dof(),
               2 * system->dof(), AttainableRate(system, 2 * system->dof()));
-  std::printf("%s   p99.9 of the lateness %.3f ms  (at most 1)\n", late <= kMaxLateness ? "holds" : "FAILS",
-              1e3 * late);
+  std::printf("%s   p99.9 of the lateness %.3f ms  (at most 1)\n",
+              late <= kMaxLateness ? "holds" : "FAILS", 1e3 * late);
   return 0;  // timing decides nothing
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/derivative/rolling_derivative.h"
 
-#include <sstream>
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -18,7 +19,7 @@ RollingDerivative::RollingDerivative(OnlineFlow* flow, const Matrix& directions,
       simultaneity_tolerance_(simultaneity_tolerance),
       directions_(directions),
       mark_(flow->now()),
-      now_(mark_),
+      node_(mark_),
       tangents_(directions) {
   const int size = 2 * system_.dof() + options.variables.Size(system_);
   if (directions.rows() != size || directions.cols() < 1) {
@@ -39,28 +40,62 @@ ContactDynamics* RollingDerivative::DynamicsAt(const Vector& u) {
   return dynamics_.get();
 }
 
+double RollingDerivative::SliceEnd() const {
+  const double n = std::floor(node_ * kSliceRate) + 1;
+  const double end = n / kSliceRate;  // to the bit where k / rate is
+  return end > node_ ? end : (n + 1) / kSliceRate;
+}
+
+Matrix RollingDerivative::Propagated(const Arc& motion, double end) {
+  if (!(end > node_) || motion.dense.Empty()) return tangents_;
+  Arc slice;
+  slice.mode = motion.mode;
+  slice.u = motion.u;
+  slice.dense = motion.dense.Between(node_, end);
+  slice.t_begin = node_;
+  slice.t_end = end;
+  slice.x_begin = slice.x_end = motion.x_begin;
+  slice.dense.Evaluate(node_, slice.x_begin.data());
+  slice.dense.Evaluate(end, slice.x_end.data());
+  return PropagateArc(DynamicsAt(motion.u), slice, options_.tolerance) * tangents_;
+}
+
 void RollingDerivative::Follow(OnlineFlow* flow, bool passed) {
   if (status_.ok()) {
     try {
-      Propagate(flow->Motion());
-      if (passed) Pass(flow->transition());
-      now_ = flow->now();
+      const Arc motion = flow->Motion();
+      DynamicsAt(motion.u);
+      while (node_ < motion.t_end && !motion.dense.Empty()) {
+        const double end = passed ? std::min(SliceEnd(), motion.t_end) : SliceEnd();
+        if (end > motion.t_end) break;
+        tangents_ = Propagated(motion, end);
+        node_ = end;
+      }
+      if (passed) {
+        Pass(flow->transition());
+        if (status_.ok()) node_ = flow->now();
+      }
     } catch (const std::domain_error& error) {
       status_ = {Outcome::kNotDifferentiable, error.what()};
     }
   }
-  flow->Forget();
+  flow->Forget(status_.ok() ? node_ : flow->now());
 }
 
-void RollingDerivative::Propagate(Arc motion) {
-  DynamicsAt(motion.u);
-  if (!(motion.t_end > now_)) return;
-  if (motion.t_begin < now_) {  // the part from here on
-    motion.t_begin = now_;
-    motion.dense.Evaluate(now_, motion.x_begin.data());
+RollingDerivative::Reading RollingDerivative::Read(OnlineFlow* flow) {
+  Reading reading{node_, tangents_, {}, status_};
+  if (status_.ok()) {
+    try {
+      reading.tangents = Propagated(flow->Motion(), flow->now());
+      reading.t = flow->now();
+    } catch (const std::domain_error& error) {
+      reading.status = {Outcome::kNotDifferentiable, error.what()};
+    }
   }
-  if (motion.t_begin == motion.t_end || motion.dense.Empty()) return;
-  tangents_ = PropagateArc(dynamics_.get(), motion, options_.tolerance) * tangents_;
+  reading.tangents.conservativeResize(2 * system_.dof(), Eigen::NoChange);
+  ContactDynamics* dynamics = DynamicsAt(flow->NextInput());
+  reading.time = dynamics->Field(flow->State(), flow->mode()).head(2 * system_.dof());
+  return reading;
 }
 
 void RollingDerivative::Pass(const Transition& transition) {
@@ -71,11 +106,6 @@ void RollingDerivative::Pass(const Transition& transition) {
   if (!status_.ok()) return;
   for (int j = 0; j < tangents_.cols(); ++j) tangents_.col(j) = event(tangents_.col(j));
   last_ = transition;
-}
-
-Vector RollingDerivative::TimeColumn(OnlineFlow* flow) {
-  ContactDynamics* dynamics = DynamicsAt(flow->NextInput());
-  return dynamics->Field(flow->State(), flow->mode()).head(2 * system_.dof());
 }
 
 }  // namespace contact_flow

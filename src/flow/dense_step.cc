@@ -19,6 +19,20 @@ void EvaluateDenseStep(const double* c, int n, double theta, double* x) {
   }
 }
 
+DenseArc DenseArc::Between(double begin, double end) const {
+  DenseArc part;
+  for (std::size_t k = StepAt(begin); k < begin_.size(); ++k) {
+    if (!part.Empty() && !(begin_[k] < end)) break;
+    part.Append(begin_[k], length_[k], coefficients_.data() + k * kDenseOrder * n_, n_);
+  }
+  return part;
+}
+
+std::size_t DenseArc::StepAt(double t) const {
+  const auto after = std::upper_bound(begin_.begin(), begin_.end(), t);
+  return after == begin_.begin() ? 0 : static_cast<std::size_t>(after - begin_.begin() - 1);
+}
+
 void DenseArc::Append(double t, double h, const double* c, int n) {
   n_ = n;
   begin_.push_back(t);
@@ -38,8 +52,7 @@ void DenseArc::DropBefore(double t) {
 }
 
 void DenseArc::Evaluate(double t, double* x) const {
-  const auto after = std::upper_bound(begin_.begin(), begin_.end(), t);
-  const std::size_t k = after == begin_.begin() ? 0 : after - begin_.begin() - 1;
+  const std::size_t k = StepAt(t);
   const double theta = std::clamp((t - begin_[k]) / length_[k], 0.0, 1.0);
   EvaluateDenseStep(coefficients_.data() + k * kDenseOrder * n_, n_, theta, x);
 }

@@ -156,11 +156,11 @@ Arc OnlineFlow::Motion() {
   return motion;
 }
 
-void OnlineFlow::Forget() {
+void OnlineFlow::Forget(double t) {
   if (arc_ended_) {
     BeginMotion();
   } else {
-    motion_.dense.DropBefore(now_);
+    motion_.dense.DropBefore(t);
   }
 }
 

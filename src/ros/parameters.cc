@@ -54,9 +54,9 @@ std::string ExpandHome(const std::string& path) {
   return home && path.compare(0, 2, "~/") == 0 ? home + path.substr(1) : path;
 }
 
-/// The robot of the parameters ~robot, path of its YAML, and ~robot_description, text or path of its URDF:
-/// without it the file that the YAML names, or, if it names none, the text that a robot is usually
-/// described by, `robot_description` of this namespace or the nearest above.
+/// The robot of the parameters ~robot, path of its YAML, and ~robot_description, text or path of
+/// its URDF: without it the file that the YAML names, or, if it names none, the text that a robot
+/// is usually described by, `robot_description` of this namespace or the nearest above.
 RobotTexts ReadRobot(MapReader* reader, const std::string& name) {
   std::string path, urdf;
   reader->Read("robot", &path);
@@ -106,12 +106,15 @@ void ReadSimulatorParameters(MapReader* reader, const std::string& name, Simulat
   check("display_rate", p->display_rate, 0.1, 10000);
   reader->Read("publish_clock", &p->publish_clock);
   if (p->publish_clock && !p->use_sim_time) {
-    throw std::invalid_argument(name + "/publish_clock is true, but /use_sim_time is not: no node would " +
+    throw std::invalid_argument(name +
+                                "/publish_clock is true, but /use_sim_time is not: no node would " +
                                 "follow the clock; set /use_sim_time before any node is started");
   }
   reader->Read("tangent_directions", &p->tangent_directions);
   reader->Read("mark", &p->mark);
   reader->Read("realtime_priority", &p->realtime_priority, 0, 99);
+  reader->Read("bag_split_size", &p->bag_split_size);
+  check("bag_split_size", p->bag_split_size, 0.01, 2048);
   reader->Read("tf_prefix", &p->display.prefix);
   reader->Read("base_frame", &p->display.base_frame);
   reader->Child("simulator");  // dynamic_reconfigure's, of the last time

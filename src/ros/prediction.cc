@@ -2,7 +2,9 @@
 #include "contact_flow/ros/prediction.h"
 
 #include <stdexcept>
+#include <utility>
 
+#include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/directions.h"
 
@@ -20,24 +22,45 @@ void CheckRange(const char* field, double value, bool in_range, const char* expe
 }
 
 void AddEvents(const SystemDescription& names, const Trajectory& run,
-               PredictOutcome::Response* response) {
+               OutcomePrediction* prediction) {
   for (const Arc& arc : run.arcs) {
-    response->mode_sequence.push_back(arc.mode.ToString(names.constraints));
+    prediction->mode_sequence.push_back(arc.mode.ToString(names.constraints));
   }
   for (const Transition& transition : run.transitions) {
     const ContactMode involved = transition.activated | transition.released | transition.switched;
-    response->event_names.push_back(involved.ToString(names.constraints));
-    response->event_times.push_back(transition.t);
+    prediction->event_names.push_back(involved.ToString(names.constraints));
+    prediction->event_times.push_back(transition.t);
   }
 }
 
 }  // namespace
 
-void Predict(const Session::Snapshot& snapshot, const PredictOutcome::Request& request,
-             const std::function<bool()>& cancelled, PredictOutcome::Response* response) {
-  CheckRange("horizon", request.horizon,
-             request.horizon > 0 && request.horizon <= kLongestHorizon, "above 0 and up to 1000 s");
+Snapshot TakeSnapshot(std::shared_ptr<const Setup> setup, OnlineFlow* flow) {
+  Snapshot snapshot;
+  snapshot.x = flow->State();
+  ProjectContacts(*setup->system, flow->mode(), &snapshot.x);
+  snapshot.setup = std::move(setup);
+  snapshot.inputs = {{flow->now()}, {flow->NextInput()}};
+  for (const OnlineFlow::Input& input : flow->inputs_to_come()) {
+    if (!(input.t > flow->now())) continue;
+    snapshot.inputs.grid.push_back(input.t);
+    snapshot.inputs.values.push_back(input.u);
+  }
+  return snapshot;
+}
+
+void CheckRequest(const PredictionRequest& request) {
+  CheckRange("horizon", request.horizon, request.horizon > 0 && request.horizon <= kLongestHorizon,
+             "above 0 and up to 1000 s");
   CheckRange("size", request.size, request.size >= 0 && request.size <= 1e3, "0 (0.01) to 1000");
+}
+
+OutcomePrediction Predict(const Snapshot& snapshot, const PredictionRequest& request,
+                          const std::function<bool()>& cancelled) {
+  CheckRequest(request);
+  OutcomePrediction prediction;
+  prediction.epoch = request.epoch;
+  prediction.index = request.index;
   const Setup& setup = *snapshot.setup;
   const MechanicalSystem& system = *setup.system;
   const Eigen::Index nq = system.num_positions(), d = system.dof();
@@ -46,22 +69,20 @@ void Predict(const Session::Snapshot& snapshot, const PredictOutcome::Request& r
   run.input = snapshot.inputs;
   run.options = setup.options;
   run.options.cancelled = cancelled;
-  const Directions directions = ResolveDirections(setup, run, request.directions,
-                                                  request.direction_matrix,
-                                                  request.project_directions, {});
-  const Trajectory outcome =
-      Simulate(system, run.x, run.input, request.horizon, run.options);
-  response->t_begin = outcome.t_begin();
-  response->t_end = outcome.t_end();
-  response->q = ToMsg(VectorRef(outcome.FinalState().head(nq)));
-  response->v = ToMsg(VectorRef(outcome.FinalState().tail(d)));
-  AddEvents(system.description(), outcome, response);
+  const Directions directions = ResolveDirections(
+      setup, run, request.directions, request.direction_matrix, request.project_directions, {});
+  const Trajectory outcome = Simulate(system, run.x, run.input, request.horizon, run.options);
+  prediction.t_begin = outcome.t_begin();
+  prediction.t_end = outcome.t_end();
+  prediction.q = ToMsg(VectorRef(outcome.FinalState().head(nq)));
+  prediction.v = ToMsg(VectorRef(outcome.FinalState().tail(d)));
+  AddEvents(system.description(), outcome, &prediction);
   const BDerivative derivative = DifferentiateOutcome(system, outcome, setup.derivative_options);
-  response->outcome = static_cast<std::uint8_t>(derivative.status.outcome);
-  response->message = derivative.status.message;
-  if (!derivative.status.ok()) return;
-  if (!directions.note.empty()) response->message = directions.note;
-  response->direction_names = directions.names;
+  prediction.outcome = static_cast<std::uint8_t>(derivative.status.outcome);
+  prediction.message = derivative.status.message;
+  if (!derivative.status.ok()) return prediction;
+  if (!directions.note.empty()) prediction.message = directions.note;
+  prediction.direction_names = directions.names;
   const auto count = static_cast<Eigen::Index>(directions.vectors.size());
   const double size = request.size > 0 ? request.size : kUsualSize;
   Matrix derivatives(count, 2 * d), fan(count, nq + d);
@@ -70,9 +91,10 @@ void Predict(const Session::Snapshot& snapshot, const PredictOutcome::Request& r
     derivatives.row(j) = change.transpose();
     fan.row(j) = system.Perturb(outcome.FinalState(), size * change).transpose();
   }
-  response->derivatives = ToMsg(MatrixRef(derivatives));
-  response->fan = ToMsg(MatrixRef(fan));
-  response->time_derivative = ToMsg(VectorRef(derivative.time));
+  prediction.derivatives = ToMsg(MatrixRef(derivatives));
+  prediction.fan = ToMsg(MatrixRef(fan));
+  prediction.time_derivative = ToMsg(VectorRef(derivative.time));
+  return prediction;
 }
 
 }  // namespace ros_interface

@@ -53,7 +53,7 @@ void Session::Begin(const std::string& cause, double t, std::shared_ptr<const Se
     message.v_before = ToMsg(VectorRef(before.tail(d)));
   }
   ++epoch_;
-  rolling_.reset();
+  mark_.reset();
   parameters_changed_ = parameters_changed_ || setup_ != setup;
   flow_ = std::move(flow);
   setup_ = std::move(setup);
@@ -66,7 +66,7 @@ bool Session::TakeParametersChanged() { return std::exchange(parameters_changed_
 bool Session::AdvanceTo(double t) {
   while (true) {
     const bool passed = flow_->AdvanceTo(t);
-    if (rolling_) rolling_->Follow(flow_.get(), passed);
+    if (mark_) mark_->Follow(flow_.get(), passed);
     if (!passed) return false;
     const Transition& transition = flow_->transition();
     // An input that changes is an event only if contacts let go.
@@ -130,16 +130,18 @@ void Session::Restart(const std::string& cause, std::shared_ptr<const Setup> set
 }
 
 void Session::BeginEpoch(const std::string& cause) {
-  Restart(cause, setup_, [](Vector*) {}, Vector());
+  Restart(
+      cause, setup_, [](Vector*) {}, Vector());
 }
 
 void Session::SetState(const InitialState& state) {
-  Restart("set_state", setup_, [&](Vector* x) { ApplyState(*setup_->system, state, x); }, Vector());
+  Restart(
+      "set_state", setup_, [&](Vector* x) { ApplyState(*setup_->system, state, x); }, Vector());
 }
 
 void Push(const Setup& setup, const Vector& impulse, Vector* x) {
-  x->tail(setup.system->dof()) = PushedVelocity(*setup.system, *x, impulse,
-                                                setup.options.gap_tolerance, setup.options.impact_law);
+  x->tail(setup.system->dof()) = PushedVelocity(
+      *setup.system, *x, impulse, setup.options.gap_tolerance, setup.options.impact_law);
 }
 
 void Session::ApplyImpulse(const std::vector<std::string>& names,
@@ -147,7 +149,8 @@ void Session::ApplyImpulse(const std::vector<std::string>& names,
   const MechanicalSystem& system = *setup_->system;
   Vector p = Vector::Zero(system.dof());
   ApplyNamed("velocity", names, impulse, system.description().velocities, &p);
-  Restart("apply_impulse", setup_, [&](Vector* x) { Push(*setup_, p, x); }, p);
+  Restart(
+      "apply_impulse", setup_, [&](Vector* x) { Push(*setup_, p, x); }, p);
 }
 
 void Session::SetParameters(const std::vector<std::string>& names,
@@ -165,7 +168,8 @@ void Session::SetParameters(const std::vector<std::string>& names,
   for (std::size_t i = 0; i < valid.size(); ++i) {
     configuration.parameters[valid[i]] = numbers(static_cast<Eigen::Index>(i));
   }
-  Restart("set_parameters", std::make_shared<const Setup>(configuration), [](Vector*) {}, Vector());
+  Restart(
+      "set_parameters", std::make_shared<const Setup>(configuration), [](Vector*) {}, Vector());
 }
 
 void Session::SetInput(double t, const std::vector<std::string>& names,
@@ -187,35 +191,20 @@ void Session::TellInput(double t, const Vector& u) {
   if (log_.input) log_.input(message);
 }
 
-Directions Session::Mark(const std::vector<std::string>& directions, const RowMajorMatrix& matrix,
-                         bool project, const Variables& variables) {
-  const bool asked = !directions.empty() || !matrix.data.empty();
-  Run run;
-  run.x = flow_->State();
-  ProjectContacts(*setup_->system, flow_->mode(), &run.x);
-  run.input = InputSchedule::Constant(flow_->NextInput());
-  run.options = setup_->options;
-  const Directions resolved = ResolveDirections(
-      *setup_, run, asked ? directions : tangent_directions_, matrix, project, variables);
-  if (resolved.vectors.empty()) {
-    throw std::invalid_argument("directions: none is admitted by the present contact mode");
+Directions Session::Mark(SimulatorMark asked) {
+  asked.epoch = epoch_;
+  asked.t = now();
+  if (asked.clear) {
+    mark_.reset();
+    flow_->KeepMotion(false);
+  } else {
+    if (asked.directions.empty() && asked.direction_matrix.data.empty()) {
+      asked.directions = tangent_directions_;
+    }
+    mark_ = std::make_unique<MarkedInstant>(*setup_, flow_.get(), asked);
   }
-  Matrix columns(resolved.vectors.front().size(),
-                 static_cast<Eigen::Index>(resolved.vectors.size()));
-  for (std::size_t j = 0; j < resolved.vectors.size(); ++j) {
-    columns.col(static_cast<Eigen::Index>(j)) = resolved.vectors[j];
-  }
-  BDerivativeOptions options = setup_->derivative_options;
-  options.variables = variables;
-  rolling_ = std::make_unique<RollingDerivative>(flow_.get(), columns, options,
-                                                 setup_->options.simultaneity_tolerance);
-  direction_names_ = resolved.names;
-  return resolved;
-}
-
-void Session::ClearMark() {
-  rolling_.reset();
-  flow_->KeepMotion(false);
+  if (log_.mark) log_.mark(asked);
+  return mark_ ? mark_->directions() : Directions();
 }
 
 Vector Session::State() { return flow_->State(); }
@@ -247,33 +236,22 @@ HybridState Session::StateMsg() {
 }
 
 RollingTangents Session::TangentsMsg() {
-  RollingTangents message;
+  RollingTangents message = mark_->Message(flow_.get());
   message.epoch = epoch_;
-  message.t_mark = rolling_->mark();
-  message.t = rolling_->now();
-  message.velocities = setup_->system->description().velocities;
-  message.direction_names = direction_names_;
-  message.directions = ToMsg(MatrixRef(rolling_->directions().transpose()));
-  message.tangents = ToMsg(MatrixRef(rolling_->tangents().transpose()));
-  message.time_derivative = ToMsg(VectorRef(rolling_->TimeColumn(flow_.get())));
-  message.outcome = static_cast<std::uint8_t>(rolling_->status().outcome);
-  message.message = rolling_->status().message;
   return message;
 }
 
-Session::Snapshot Session::TakeSnapshot() {
-  Snapshot snapshot;
-  snapshot.setup = setup_;
-  snapshot.t = now();
-  snapshot.x = flow_->State();
-  ProjectContacts(*setup_->system, flow_->mode(), &snapshot.x);
-  snapshot.inputs = {{now()}, {flow_->NextInput()}};
-  for (const OnlineFlow::Input& input : flow_->inputs_to_come()) {
-    if (!(input.t > now())) continue;
-    snapshot.inputs.grid.push_back(input.t);
-    snapshot.inputs.values.push_back(input.u);
-  }
-  return snapshot;
+Snapshot Session::AskPrediction(PredictionRequest* request) {
+  CheckRequest(*request);
+  request->epoch = epoch_;
+  request->index = ++predictions_;
+  request->t = now();
+  if (log_.asked) log_.asked(*request);
+  return TakeSnapshot(setup_, flow_.get());
+}
+
+void Session::TellPrediction(const OutcomePrediction& prediction) {
+  if (log_.predicted) log_.predicted(prediction);
 }
 
 }  // namespace ros_interface

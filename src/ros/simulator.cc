@@ -13,8 +13,8 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-constexpr double kTooLate = 0.2;     // [s] behind the clock: it is set back
-constexpr double kTouchPeriod = 0.5; // [s] of publishing while nothing moves
+constexpr double kTooLate = 0.2;      // [s] behind the clock: it is set back
+constexpr double kTouchPeriod = 0.5;  // [s] of publishing while nothing moves
 
 ros::Time WallStamp() {
   ros::Time time;
@@ -36,20 +36,22 @@ ros::Time RosStamp() {
 Simulator::Simulator(const SimulatorParameters& parameters, const Configuration& configuration,
                      ros::NodeHandle* node, const std::string& bag_directory)
     : parameters_(parameters),
-      topics_(node, bag_directory, parameters.publish_clock, parameters.display),
+      topics_(node, bag_directory,
+              static_cast<std::size_t>(parameters.bag_split_size * (std::size_t{1} << 20)),
+              parameters.publish_clock, parameters.display),
       session_(configuration, parameters.tangent_directions,
-               {[this](const SimulatorEpoch& epoch) {
-                  log_.push_back([=](const ros::Time& stamp) { topics_.Epoch(epoch, stamp); });
-                },
-                [this](const SimulatorInput& input) {
-                  log_.push_back([=](const ros::Time& stamp) { topics_.Input(input, stamp); });
-                }}),
+               {Later<SimulatorEpoch>(), Later<SimulatorInput>(), Later<SimulatorMark>(),
+                Later<PredictionRequest>(), Later<OutcomePrediction>()}),
       pace_(parameters.real_time_factor),
       paused_(parameters.paused) {
   stamps_.Anchor(0, parameters_.publish_clock ? WallStamp() : RosStamp());
   session_.TakeParametersChanged();
   topics_.Model(session_.setup(), stamps_.At(0));
-  if (parameters_.mark) session_.Mark({}, {}, true, {});
+  if (parameters_.mark) {
+    SimulatorMark start;
+    start.project_directions = true;
+    session_.Mark(start);
+  }
   Note(false);
 }
 

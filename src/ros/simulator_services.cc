@@ -48,10 +48,9 @@ SimulatorServices::SimulatorServices(Simulator* simulator, const SimulatorParame
       "input", 1000,
       [this](const InputCommand::ConstPtr& message) { simulator_->TakeInput(*message); },
       ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
-  status_timer_ = node->createWallTimer(ros::WallDuration(kStatusPeriod),
-                                        [this](const ros::WallTimerEvent&) {
-                                          simulator_->PublishStatus();
-                                        });
+  status_timer_ =
+      node->createWallTimer(ros::WallDuration(kStatusPeriod),
+                            [this](const ros::WallTimerEvent&) { simulator_->PublishStatus(); });
   OfferSettings(parameters, node);
 }
 
@@ -79,15 +78,13 @@ bool SimulatorServices::Unpause(Empty::Request&, Empty::Response&) {
 }
 
 bool SimulatorServices::ResetSimulation(Empty::Request&, Empty::Response&) {
-  return Simply("reset_simulation", [&] {
-    simulator_->Call([](Session& session) { session.ResetSimulation(); });
-  });
+  return Simply("reset_simulation",
+                [&] { simulator_->Call([](Session& session) { session.ResetSimulation(); }); });
 }
 
 bool SimulatorServices::ResetWorld(Empty::Request&, Empty::Response&) {
-  return Simply("reset_world", [&] {
-    simulator_->Call([](Session& session) { session.ResetWorld(); });
-  });
+  return Simply("reset_world",
+                [&] { simulator_->Call([](Session& session) { session.ResetWorld(); }); });
 }
 
 bool SimulatorServices::Step(StepSimulation::Request& in, StepSimulation::Response& out) {
@@ -148,14 +145,16 @@ bool SimulatorServices::SetParameters(SetSimulatorParameters::Request& in,
 
 bool SimulatorServices::Mark(MarkInstant::Request& in, MarkInstant::Response& out) {
   return Guard("mark", &out, [&] {
+    SimulatorMark asked;
+    asked.directions = in.directions;
+    asked.direction_matrix = in.direction_matrix;
+    asked.project_directions = in.project_directions;
+    asked.by_inputs = in.by_inputs;
+    asked.by_parameters = in.by_parameters;
+    asked.clear = in.clear;
     const Directions marked = simulator_->Call([&](Session& session) {
       out.t = session.now();
-      if (in.clear) {
-        session.ClearMark();
-        return Directions();
-      }
-      const Variables variables = ResolveVariables(*session.setup(), in.by_inputs, in.by_parameters);
-      return session.Mark(in.directions, in.direction_matrix, in.project_directions, variables);
+      return session.Mark(asked);
     });
     out.directions = marked.names;
     out.message = marked.note;
@@ -164,9 +163,19 @@ bool SimulatorServices::Mark(MarkInstant::Request& in, MarkInstant::Response& ou
 
 bool SimulatorServices::PredictFrom(PredictOutcome::Request& in, PredictOutcome::Response& out) {
   return Guard("predict", &out, [&] {
-    const Session::Snapshot snapshot =
-        simulator_->Call([](Session& session) { return session.TakeSnapshot(); });
-    Predict(snapshot, in, [] { return !ros::ok(); }, &out);
+    PredictionRequest request;
+    request.horizon = in.horizon;
+    request.directions = in.directions;
+    request.direction_matrix = in.direction_matrix;
+    request.project_directions = in.project_directions;
+    request.size = in.size;
+    const Snapshot snapshot =
+        simulator_->Call([&](Session& session) { return session.AskPrediction(&request); });
+    out.prediction = Predict(snapshot, request, [] { return !ros::ok(); });
+    out.outcome = out.prediction.outcome;
+    out.message = out.prediction.message;
+    if (out.outcome == static_cast<int>(Outcome::kCancelled)) return;
+    simulator_->Call([&](Session& session) { session.TellPrediction(out.prediction); });
   });
 }
 

@@ -30,8 +30,9 @@ std::string TopicName(std::string name) {
 }  // namespace
 
 SimulatorTopics::SimulatorTopics(ros::NodeHandle* node, const std::string& bag_directory,
-                                 bool publish_clock, const DisplayOptions& display)
-    : node_(*node), options_(display), recorder_(bag_directory) {
+                                 std::size_t bag_split_size, bool publish_clock,
+                                 const DisplayOptions& display)
+    : node_(*node), options_(display), recorder_(bag_directory, bag_split_size) {
   ros::NodeHandle outside;
   if (publish_clock) clock_ = outside.advertise<rosgraph_msgs::Clock>("/clock", 10);
   model_ = node_.advertise<ModelDescription>("online_model", 1, kLatch);
@@ -40,6 +41,9 @@ SimulatorTopics::SimulatorTopics(ros::NodeHandle* node, const std::string& bag_d
   event_ = node_.advertise<SimulatorEvent>("events", 1000);
   state_ = node_.advertise<HybridState>("state", 1000, kLatch);
   tangents_ = node_.advertise<RollingTangents>("rolling_derivative", 1000);
+  mark_ = node_.advertise<SimulatorMark>("mark_taken", 100);
+  asked_ = node_.advertise<PredictionRequest>("prediction_asked", 100);
+  predicted_ = node_.advertise<OutcomePrediction>("prediction", 100);
   joints_ = outside.advertise<sensor_msgs::JointState>("joint_states", 100, kLatch);
   transforms_ = outside.advertise<tf2_msgs::TFMessage>("/tf", 100);
   static_transforms_ = outside.advertise<tf2_msgs::TFMessage>("/tf_static", 100, kLatch);
@@ -56,8 +60,8 @@ ros::Time SimulatorTopics::BagTime(const ros::Time& stamp) {
 }
 
 template <class Message>
-void SimulatorTopics::Send(const ros::Publisher& publisher, const ros::Time& stamp,
-                           Message message, bool latched) {
+void SimulatorTopics::Send(const ros::Publisher& publisher, const ros::Time& stamp, Message message,
+                           bool latched) {
   const auto shared = boost::make_shared<const Message>(std::move(message));
   if (recorder_.Recording()) {
     const ros::Time time = BagTime(stamp);
@@ -79,8 +83,8 @@ void SimulatorTopics::Model(const std::shared_ptr<const Setup>& setup, const ros
   points_.reset();
   setup_ = setup;
   if (setup_->robot != nullptr) {
-    robot_ = std::make_unique<RobotDisplay>(*setup_->robot, setup_->configuration.robot.urdf,
-                                            options_);
+    robot_ =
+        std::make_unique<RobotDisplay>(*setup_->robot, setup_->configuration.robot.urdf, options_);
     tf2_msgs::TFMessage transforms;
     transforms.transforms = robot_->StaticTransforms(stamp);
     if (!transforms.transforms.empty()) Send(static_transforms_, stamp, transforms, kLatch);
@@ -99,14 +103,29 @@ void SimulatorTopics::Model(const std::shared_ptr<const Setup>& setup, const ros
   Send(model_, stamp, message, kLatch);
 }
 
-void SimulatorTopics::Epoch(SimulatorEpoch message, const ros::Time& stamp) {
+void SimulatorTopics::Tell(SimulatorEpoch message, const ros::Time& stamp) {
   message.header.stamp = stamp;
   Send(epoch_, stamp, std::move(message), kLatch);
 }
 
-void SimulatorTopics::Input(SimulatorInput message, const ros::Time& stamp) {
+void SimulatorTopics::Tell(SimulatorInput message, const ros::Time& stamp) {
   message.header.stamp = stamp;
   Send(input_, stamp, std::move(message));
+}
+
+void SimulatorTopics::Tell(SimulatorMark message, const ros::Time& stamp) {
+  message.header.stamp = stamp;
+  Send(mark_, stamp, std::move(message));
+}
+
+void SimulatorTopics::Tell(PredictionRequest message, const ros::Time& stamp) {
+  message.header.stamp = stamp;
+  Send(asked_, stamp, std::move(message));
+}
+
+void SimulatorTopics::Tell(OutcomePrediction message, const ros::Time& stamp) {
+  message.header.stamp = stamp;
+  Send(predicted_, stamp, std::move(message));
 }
 
 void SimulatorTopics::Event(SimulatorEvent message, const ros::Time& stamp) {
@@ -128,8 +147,8 @@ void SimulatorTopics::State(Session* session, const ros::Time& stamp) {
 void SimulatorTopics::Display(Session* session, const ros::Time& stamp) {
   const Vector x = session->State(), force = session->Force();
   const ContactMode mode = session->mode();
-  Send(joints_, stamp,
-       robot_ ? robot_->Joints(x, stamp) : ToJointState(*setup_->system, x, stamp), kLatch);
+  Send(joints_, stamp, robot_ ? robot_->Joints(x, stamp) : ToJointState(*setup_->system, x, stamp),
+       kLatch);
   tf2_msgs::TFMessage transforms;
   transforms.transforms = robot_ ? robot_->Transforms(x, stamp) : points_->Transforms(x, stamp);
   if (!transforms.transforms.empty()) Send(transforms_, stamp, std::move(transforms));
@@ -189,8 +208,7 @@ std::string SimulatorTopics::StartRecording(const std::string& name, const ros::
   const std::string topic = model_.getTopic(), caller = ros::this_node::getName();
   const auto model = last_model_;  // with the parameters of the first epoch
   return recorder_.Start(
-      name,
-      [=](const ros::Time& time) { return MakeBagEntry(topic, time, caller, model); },
+      name, [=](const ros::Time& time) { return MakeBagEntry(topic, time, caller, model); },
       BagTime(stamp));
 }
 

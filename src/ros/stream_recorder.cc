@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/ros/stream_recorder.h"
 
+#include <filesystem>
 #include <stdexcept>
 #include <utility>
 
@@ -91,9 +92,13 @@ void StreamRecorder::Run() {
     try {
       for (const auto& [time, entry] : batch) {
         entry(bag_.get());
-        if (bag_->getSize() < kSplitSize) continue;
+        if (bag_->getSize() < split_size_) continue;
         Close();
-        const std::string path = name_ + "_" + std::to_string(paths_.size()) + ".bag";
+        std::string path;
+        std::size_t part = paths_.size();
+        do {
+          path = name_ + "_" + std::to_string(part++) + ".bag";
+        } while (std::filesystem::exists(path));
         {
           const std::lock_guard<std::mutex> lock(mutex_);
           paths_.push_back(path);

@@ -54,7 +54,9 @@ class Verifier {
            Record<CovarianceRecord>(message) || Record<PeriodicOrbitRecord>(message) ||
            Record<OptimizationRecord>(message) || Model(message) ||
            Online<SimulatorEpoch>(message, kAnnounced) || Online<SimulatorInput>(message, kTold) ||
-           Online<SimulatorEvent>(message, kAnnounced) || Online<HybridState>(message, kTold);
+           Online<SimulatorEvent>(message, kAnnounced) || Online<HybridState>(message, kTold) ||
+           Online<SimulatorMark>(message, kAnnounced) || Online<RollingTangents>(message, kTold) ||
+           Online<PredictionRequest>(message, kTold) || Prediction(message);
   }
   /// … and then, those that were no records, here.
   void TakeOther(const rosbag::MessageInstance& message) {
@@ -128,6 +130,15 @@ class Verifier {
     }
     ++result_.verified;
     if (announced) Line(message, "same, bit for bit");
+    return true;
+  }
+
+  bool Prediction(const rosbag::MessageInstance& message) {
+    bool is = false;
+    const auto recorded = Get<OutcomePrediction>(message, &is);
+    if (!recorded) return is;
+    if (!session_.Precedes(*recorded)) return Online<OutcomePrediction>(message, kAnnounced);
+    ++result_.skipped;
     return true;
   }
 

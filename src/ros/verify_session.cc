@@ -53,13 +53,20 @@ std::string SessionVerifier::Belongs(std::uint32_t epoch) const {
 }
 
 bool SessionVerifier::AdvanceTo(double t) {
-  while (flow_->AdvanceTo(t)) {
+  while (true) {
+    const bool passed = flow_->AdvanceTo(t);
+    if (mark_) mark_->Follow(flow_.get(), passed);
+    if (!passed) return false;
     const Transition& transition = flow_->transition();
     if (transition.changes_input && transition.mode_before == transition.mode_after) continue;
     ++events_;
     return true;
   }
-  return false;
+}
+
+std::string SessionVerifier::AdvanceQuietlyTo(double t) {
+  if (!AdvanceTo(t)) return "";
+  return "computed: an event at " + std::to_string(flow_->now()) + " s that was not announced";
 }
 
 std::string SessionVerifier::Take(const SimulatorEpoch& epoch) {
@@ -68,12 +75,12 @@ std::string SessionVerifier::Take(const SimulatorEpoch& epoch) {
   const bool follows = flow_ && epoch.epoch == epoch_ + 1 && !epoch.q_before.empty();
   Vector before;
   if (follows) {
-    if (AdvanceTo(epoch.t_before)) {
-      return "computed: an event at " + std::to_string(flow_->now()) + " s that was not announced";
-    }
+    const std::string event = AdvanceQuietlyTo(epoch.t_before);
+    if (!event.empty()) return event;
     flow_->Settle();
     before = flow_->State();
-    difference = Compare("the end of the epoch before", Join(epoch.q_before, epoch.v_before), before);
+    difference =
+        Compare("the end of the epoch before", Join(epoch.q_before, epoch.v_before), before);
   }
   Configuration configuration = *configuration_;
   for (std::size_t i = 0; i < epoch.parameter_names.size(); ++i) {
@@ -91,12 +98,14 @@ std::string SessionVerifier::Take(const SimulatorEpoch& epoch) {
     if (epoch.cause == "set_state") expected = x;  // told from outside
     difference = Compare("the beginning of the epoch", x, expected);
   }
+  mark_.reset();
   setup_ = setup;
   const std::shared_ptr<const MechanicalSystem> system(setup_, setup_->system.get());
   const Vector u = ToVector(epoch.input);
   flow_ = std::make_unique<OnlineFlow>(system, epoch.t, x, u, setup_->options);
   dynamics_ = std::make_unique<ContactDynamics>(*system, u);
   epoch_ = epoch.epoch;
+  if (!first_epoch_) first_epoch_ = epoch_;
   if (epoch.cause == "start" || epoch.cause == "reset_simulation") {
     events_ = 0;
     counting_ = true;
@@ -127,9 +136,8 @@ std::string SessionVerifier::Take(const SimulatorEvent& event) {
 std::string SessionVerifier::Take(const HybridState& state) {
   const std::string stranger = Belongs(state.epoch);
   if (!stranger.empty()) return stranger;
-  if (AdvanceTo(state.t)) {
-    return "computed: an event at " + std::to_string(flow_->now()) + " s that was not announced";
-  }
+  const std::string event = AdvanceQuietlyTo(state.t);
+  if (!event.empty()) return event;
   const MechanicalSystem& system = *setup_->system;
   const Vector x = flow_->State();
   dynamics_->SetInput(flow_->NextInput());
@@ -144,6 +152,48 @@ std::string SessionVerifier::Take(const HybridState& state) {
   computed.force = ToMsg(VectorRef(dynamics_->force().head(system.num_constraints())));
   computed.input = ToMsg(VectorRef(flow_->NextInput()));
   return Serialize(state) == Serialize(computed) ? "" : FirstDifference(state, computed);
+}
+
+std::string SessionVerifier::Take(const SimulatorMark& mark) {
+  const std::string stranger = Belongs(mark.epoch);
+  if (!stranger.empty()) return stranger;
+  const std::string event = AdvanceQuietlyTo(mark.t);
+  if (!event.empty()) return event;
+  mark_.reset();
+  if (mark.clear) {
+    flow_->KeepMotion(false);
+  } else {
+    mark_ = std::make_unique<MarkedInstant>(*setup_, flow_.get(), mark);
+  }
+  return "";
+}
+
+std::string SessionVerifier::Take(const RollingTangents& tangents) {
+  const std::string stranger = Belongs(tangents.epoch);
+  if (!stranger.empty()) return stranger;
+  if (!mark_) return "no mark of its epoch is in the bag before it";
+  RollingTangents computed = mark_->Message(flow_.get());
+  computed.header = tangents.header;
+  computed.epoch = epoch_;
+  return Serialize(tangents) == Serialize(computed) ? "" : FirstDifference(tangents, computed);
+}
+
+std::string SessionVerifier::Take(const PredictionRequest& request) {
+  const std::string stranger = Belongs(request.epoch);
+  if (!stranger.empty()) return stranger;
+  const std::string event = AdvanceQuietlyTo(request.t);
+  if (!event.empty()) return event;
+  asked_[request.index] = {request, TakeSnapshot(setup_, flow_.get())};
+  return "";
+}
+
+std::string SessionVerifier::Take(const OutcomePrediction& prediction) {
+  const auto asked = asked_.find(prediction.index);
+  if (asked == asked_.end()) return "its request is not in the bag before it";
+  OutcomePrediction computed = Predict(asked->second.snapshot, asked->second.request, nullptr);
+  asked_.erase(asked);
+  computed.header = prediction.header;
+  return Serialize(prediction) == Serialize(computed) ? "" : FirstDifference(prediction, computed);
 }
 
 }  // namespace ros_interface

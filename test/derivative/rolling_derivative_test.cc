@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The rolling derivative against the derivative of the whole run from the mark, however often it is looked at.
+// The rolling derivative against the derivative of the whole run from the mark, however often it is
+// looked at.
 #include "contact_flow/derivative/rolling_derivative.h"
 
 #include <gtest/gtest.h>
@@ -46,25 +47,27 @@ Matrix Directions(const MechanicalSystem& system, const Vector& x, ContactMode m
   return directions;
 }
 
-void ExpectClose(const BDerivative& whole, const RollingDerivative& rolling, double tolerance,
+void ExpectClose(const BDerivative& whole, const Matrix& directions,
+                 const RollingDerivative::Reading& rolling, double tolerance,
                  const std::string& where) {
   ASSERT_TRUE(whole.status.ok()) << where << whole.status.message;
-  ASSERT_TRUE(rolling.status().ok()) << where << rolling.status().message;
-  for (int j = 0; j < rolling.directions().cols(); ++j) {
-    const Vector expected = whole(rolling.directions().col(j));
-    const double error = (rolling.tangents().col(j) - expected).cwiseAbs().maxCoeff();
+  ASSERT_TRUE(rolling.status.ok()) << where << rolling.status.message;
+  for (int j = 0; j < directions.cols(); ++j) {
+    const Vector expected = whole(directions.col(j));
+    const double error = (rolling.tangents.col(j) - expected).cwiseAbs().maxCoeff();
     EXPECT_LT(error, tolerance * (1 + expected.cwiseAbs().maxCoeff())) << where << ", " << j;
   }
 }
 
-/// Motion, mark and end of each case; the tolerance allows each slice the integrator's, 1e-9, amplified by what follows.
+/// Motion, mark and end of each case; the tolerance allows each slice the integrator's, 1e-9,
+/// amplified by what follows.
 TEST(RollingDerivative, IsTheDerivativeOfTheWholeRun) {
   const struct {
     const char* model;
     double mark, end;  // parts of the nominal duration
-  } cases[] = {{"soft_biped", 0.2, 1}, {"hopping_trot", 0.1, 1.3}, {"double_pendulum", 0, 1},
-               {"ball_in_corner", 0.3, 1.2}, {"falling_box", 0.5, 1}, {"legged_table", 0.1, 1},
-               {"wall_and_floor", 0, 1}, {"jointed_biped", 0.2, 0.6}};
+  } cases[] = {{"soft_biped", 0.2, 1},       {"hopping_trot", 0.1, 1.3}, {"double_pendulum", 0, 1},
+               {"ball_in_corner", 0.3, 1.2}, {"falling_box", 0.5, 1},    {"legged_table", 0.1, 1},
+               {"wall_and_floor", 0, 1},     {"jointed_biped", 0.2, 0.6}};
   std::mt19937 random(5);
   for (const auto& test : cases) {
     for (double stride : {0.003, 0.05, 10.0}) {
@@ -75,13 +78,16 @@ TEST(RollingDerivative, IsTheDerivativeOfTheWholeRun) {
       while (run.AdvanceTo(mark)) continue;
       const Vector x = run.State();
       const BDerivativeOptions options;
-      RollingDerivative rolling(&run, Directions(*system, x, run.mode(), 0, &random), options, 1e-7);
+      RollingDerivative rolling(&run, Directions(*system, x, run.mode(), 0, &random), options,
+                                1e-7);
       Roll(&run, &rolling, end, stride, &random);
       const Trajectory whole = Simulate(*system, x, nominal.u, end - mark);
-      ExpectClose(DifferentiateOutcome(*system, whole, options), rolling, 1e-6, test.model);
-      EXPECT_EQ(rolling.now(), end);
-      const Vector time = DifferentiateOutcome(*system, whole, options).time;
-      EXPECT_LT((rolling.TimeColumn(&run) - time).cwiseAbs().maxCoeff(),
+      const BDerivative expected = DifferentiateOutcome(*system, whole, options);
+      const RollingDerivative::Reading reading = rolling.Read(&run);
+      ExpectClose(expected, rolling.directions(), reading, 1e-6, test.model);
+      EXPECT_EQ(reading.t, end);
+      const Vector& time = expected.time;
+      EXPECT_LT((reading.time - time).cwiseAbs().maxCoeff(),
                 1e-5 * (1 + time.cwiseAbs().maxCoeff()));
     }
   }
@@ -106,7 +112,45 @@ TEST(RollingDerivative, CarriesInputsAndParametersThroughChangesOfTheInput) {
   Roll(&run, &rolling, nominal.duration, 0.01, &random);
   const Trajectory whole = Simulate(*system, nominal.x, inputs, nominal.duration);
   ASSERT_GT(whole.transitions.size(), 4u) << "impacts and inputs";
-  ExpectClose(DifferentiateOutcome(*system, whole, options), rolling, 1e-6, "falling_box");
+  ExpectClose(DifferentiateOutcome(*system, whole, options), rolling.directions(),
+              rolling.Read(&run), 1e-6, "falling_box");
+}
+
+/// Readings at common instants, of runs that are looked at now and then, often, and read at every
+/// look.
+TEST(RollingDerivative, IsTheSameToTheBitHoweverItIsLookedAt) {
+  const double parts[] = {0.31, 0.314, 0.55, 0.8, 1.1};
+  for (const char* model : {"soft_biped", "hopping_trot", "falling_box", "legged_table"}) {
+    const SystemPointer system = MakeModel(model);
+    const NominalRun& nominal = system->nominal();
+    const auto readings = [&](double stride, bool read, unsigned seed) {
+      std::mt19937 random(seed), same(7);
+      OnlineFlow run(system, 0, nominal.x, nominal.u, {});
+      if (nominal.u.size() > 0) run.SetInput(0.4 * nominal.duration, 1.1 * nominal.u);
+      while (run.AdvanceTo(0.2 * nominal.duration)) continue;
+      const Matrix directions = Directions(*system, run.State(), run.mode(), 0, &same);
+      RollingDerivative rolling(&run, directions, {}, 1e-7);
+      std::vector<RollingDerivative::Reading> found;
+      for (double part : parts) {
+        const double end = part * nominal.duration;
+        while (run.now() < end) {
+          Roll(&run, &rolling, std::min(end, run.now() + stride), stride, &random);
+          if (read) rolling.Read(&run);
+        }
+        found.push_back(rolling.Read(&run));
+      }
+      return found;
+    };
+    const auto seldom = readings(10, false, 1);
+    for (const auto& often : {readings(0.0017, false, 2), readings(0.0031, true, 3)}) {
+      for (std::size_t i = 0; i < seldom.size(); ++i) {
+        ASSERT_TRUE(seldom[i].status.ok()) << model << seldom[i].status.message;
+        EXPECT_EQ(often[i].t, seldom[i].t) << model;
+        EXPECT_TRUE(often[i].tangents == seldom[i].tangents) << model << " at " << seldom[i].t;
+        EXPECT_TRUE(often[i].time == seldom[i].time) << model << " at " << seldom[i].t;
+      }
+    }
+  }
 }
 
 TEST(RollingDerivative, IsTheDifferenceQuotientOfARobot) {
@@ -116,11 +160,12 @@ TEST(RollingDerivative, IsTheDifferenceQuotientOfARobot) {
   std::mt19937 random(2);
   RollingDerivative rolling(&run, Directions(*system, nominal.x, run.mode(), 0, &random), {}, 1e-7);
   Roll(&run, &rolling, nominal.duration, 0.02, &random);
-  ASSERT_TRUE(rolling.status().ok()) << rolling.status().message;
+  const RollingDerivative::Reading reading = rolling.Read(&run);
+  ASSERT_TRUE(reading.status.ok()) << reading.status.message;
   for (int j = 0; j < 4; ++j) {
     const QuotientReport report =
         CompareWithQuotients(*system, nominal.x, nominal.u, nominal.duration,
-                             rolling.directions().col(j), rolling.tangents().col(j), {1e-5}, {});
+                             rolling.directions().col(j), reading.tangents.col(j), {1e-5}, {});
     ASSERT_TRUE(report.samples[0].status.ok()) << report.samples[0].status.message;
     EXPECT_LT(report.samples[0].error, 1e-2) << "O(α), with constants of about 100";
   }
@@ -135,7 +180,7 @@ TEST(RollingDerivative, EndsWhereThereIsNone) {
   Roll(&run, &rolling, nominal.duration, 0.1, &random);
   EXPECT_TRUE(run.status().ok()) << "the run goes on";
   EXPECT_EQ(rolling.status().outcome, Outcome::kDiscontinuous);
-  EXPECT_LT(rolling.now(), run.now());
+  EXPECT_LT(rolling.Read(&run).t, run.now());
 }
 
 TEST(RollingDerivative, RefusesDirections) {

@@ -3,6 +3,7 @@
 """Recordings of the simulator: repeated to the bit, played, and killed."""
 import os
 import random
+import re
 import signal
 import subprocess
 import tempfile
@@ -10,6 +11,7 @@ import threading
 import time
 import unittest
 
+import numpy
 import rosbag
 import rospy
 import rostest
@@ -39,6 +41,27 @@ class Node:
 
 def verify(*bags):
     return subprocess.run([executable("verify_bag"), *bags], stdout=subprocess.PIPE, text=True)
+
+
+def verified(result):
+    """How many results verify_bag has found to be the same."""
+    return int(re.search(r"(\d+) verified", result.stdout).group(1))
+
+
+def copy_bag(source, target, change):
+    """Copies those messages for which change(topic, message) is not False, as it leaves them."""
+    with rosbag.Bag(source) as bag, rosbag.Bag(target, "w") as copy:
+        for topic, message, stamp in bag.read_messages():
+            if change(topic, message) is not False:
+                copy.write(topic, message, stamp)
+
+
+def with_another_last_bit(values):
+    """The largest number is the next one."""
+    values = list(values)
+    k = max(range(len(values)), key=lambda i: abs(values[i]))
+    values[k] = float(numpy.nextafter(values[k], numpy.inf))
+    return values
 
 
 class SimulatorRecording(unittest.TestCase):
@@ -83,6 +106,115 @@ class SimulatorRecording(unittest.TestCase):
                                 message.v[2] += 1e-15 * (1 + abs(message.v[2]))
                         copy.write(topic, message, stamp)
             self.assertEqual(verify(forged).returncode, 1)
+
+    def record_marks_and_predictions(self, directory, name):
+        """The bag of a run that is marked, looked at slowly and at once, pushed and predicted."""
+        node = Node(directory, name, model="falling_box", paused="true", rate="150",
+                    **{"options/complete_zeno": "true", "derivative_options/tolerance": "1e-8"})
+        box = Simulator(name)
+        size = len(box.get_state().state.inputs)
+        answers = [box.mark(directions=["+z", "-z", "+d/dt pitch"]), box.step(seconds=0.013)]
+        answers += [box.set_input(values=[0.1] * size), box.step(seconds=0.2)]
+        box.unpause_physics()
+        answers.append(box.predict(horizon=0.3, directions=["+z", "-z"], size=0.01))
+        time.sleep(0.2)
+        answers += [box.set_parameters(names=["mass"], values=[1.2]),
+                    box.mark(by_inputs=True, by_parameters=["mass"], project_directions=True)]
+        time.sleep(0.2)
+        box.pause_physics()
+        answers += [box.set_input(values=[-0.1] * size, at=box.get_state().state.t + 0.1),
+                    box.predict(horizon=0.2), box.step(seconds=0.05), box.mark(clear=True),
+                    box.step(seconds=0.05), box.mark(directions=["+x"]), box.step(seconds=0.03)]
+        for answer in answers:
+            self.assertTrue(answer.success, answer.message)
+        self.assertFalse(box.predict(horizon=-1).success)
+        node.stop()
+        return node.bag
+
+    def test_marks_and_predictions_are_repeated_to_the_bit(self):
+        with tempfile.TemporaryDirectory() as directory:
+            path = self.record_marks_and_predictions(directory, "marked")
+            whole = verify(path)
+            self.assertEqual(whole.returncode, 0, whole.stdout[-2000:])
+            counts = {}
+
+            def count(topic, _):
+                counts[topic] = counts.get(topic, 0) + 1
+            forged = os.path.join(directory, "forged.bag")
+            copy_bag(path, forged, count)
+            self.assertEqual(counts["/marked/mark_taken"], 4)
+            self.assertEqual(counts["/marked/prediction_asked"], 2)
+            self.assertEqual(counts["/marked/prediction"], 2)
+            self.assertGreater(counts["/marked/rolling_derivative"], 20)
+            # Each counts …
+            for topic in ("/marked/rolling_derivative", "/marked/prediction"):
+                copy_bag(path, forged, lambda at, _, topic=topic: at != topic)
+                rest = verify(forged)
+                self.assertEqual(rest.returncode, 0, rest.stdout[-2000:])
+                self.assertEqual(verified(whole) - verified(rest), counts[topic])
+
+            # … and the last bit of each.
+            def forge_tangents(message):
+                message.tangents.data = with_another_last_bit(message.tangents.data)
+
+            def forge_time_derivative(message):
+                message.time_derivative = with_another_last_bit(message.time_derivative)
+
+            def forge_fan(message):
+                message.fan.data = with_another_last_bit(message.fan.data)
+
+            for topic, forge, which in (("/marked/rolling_derivative", forge_tangents, 17),
+                                        ("/marked/rolling_derivative", forge_time_derivative, 3),
+                                        ("/marked/prediction", forge_fan, 2)):
+                seen = []
+
+                def change(at, message, topic=topic, forge=forge, which=which, seen=seen):
+                    if at == topic:
+                        seen.append(at)
+                        if len(seen) == which:
+                            forge(message)
+                copy_bag(path, forged, change)
+                result = verify(forged)
+                self.assertEqual(result.returncode, 1)
+                self.assertIn(" 1 differ", result.stdout)
+                self.assertEqual(verified(whole) - verified(result), 1)
+            # Without the marks there is nothing to compare with.
+            copy_bag(path, forged, lambda at, _: at != "/marked/mark_taken")
+            self.assertEqual(verify(forged).returncode, 1)
+
+    def test_a_long_recording_is_verified_across_its_parts(self):
+        with tempfile.TemporaryDirectory() as directory:
+            node = Node(directory, "long", model="hopping_trot", bag_split_size=0.1, mark="true")
+            trot = Simulator("long")
+            part = node.bag.replace(".bag", "_%d.bag")
+            self.assertTrue(wait_until(lambda: os.path.exists(part % 2)))
+            self.assertTrue(trot.apply_impulse(names=[trot.get_state().state.velocities[0]],
+                                               impulse=[0.01]).success)
+            self.assertTrue(trot.mark().success)
+            self.assertTrue(wait_until(lambda: os.path.exists(part % 4)))
+            answer = trot.stop_recording()
+            self.assertTrue(answer.success, answer.message)
+            node.stop()
+            parts = answer.paths[1:]
+            self.assertGreater(len(parts), 4)
+            self.assertEqual(parts, [node.bag] + [part % k for k in range(1, len(parts))])
+            result = verify(*parts)
+            self.assertEqual(result.returncode, 0, result.stdout[-2000:])
+            found, of_the_push = {}, None
+            for path in parts:
+                with rosbag.Bag(path) as bag:
+                    topics = [topic for topic, _, _ in bag.read_messages()]
+                self.assertEqual(topics[0], "/long/online_model")
+                if "/long/epoch" in topics:
+                    of_the_push = path
+                for topic in topics:
+                    found[topic] = found.get(topic, 0) + 1
+            self.assertEqual(verified(result), sum(found["/long/" + topic] for topic in (
+                "epoch", "state", "rolling_derivative", "events", "mark_taken")))
+            # A part that is missing is noticed.
+            self.assertNotEqual(of_the_push, parts[0])
+            parts.remove(of_the_push)
+            self.assertEqual(verify(*parts).returncode, 1)
 
     def test_a_run_that_ends_says_why_and_can_be_revived(self):
         with tempfile.TemporaryDirectory() as directory:

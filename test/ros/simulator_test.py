@@ -186,8 +186,9 @@ class SimulatorTest(unittest.TestCase):
         answer = box.mark(directions=["+z", "-z", "+d/dt pitch"])
         self.assertTrue(answer.success, answer.message)
         self.assertEqual(answer.directions, ["+z", "-z", "+d/dt pitch"])
-        predicted = box.predict(horizon=0.35, directions=["+z", "-z", "+d/dt pitch"], size=0.001)
-        self.assertTrue(predicted.success, predicted.message)
+        answer = box.predict(horizon=0.35, directions=["+z", "-z", "+d/dt pitch"], size=0.001)
+        self.assertTrue(answer.success, answer.message)
+        predicted = answer.prediction
         self.assertEqual(predicted.outcome, 0, predicted.message)
         box.step(seconds=0.35)
         now = box.get_state().state

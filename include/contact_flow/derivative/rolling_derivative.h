@@ -10,17 +10,28 @@
 
 namespace contact_flow {
 
-/// The B-derivative from a marked instant to now, along chosen directions, while an OnlineFlow goes on:
+/// The B-derivative from a marked instant to now, along chosen directions, while an OnlineFlow goes
+/// on:
 ///   B(w_j) = Φ_N ∘ B_N ∘ … ∘ B_1 ∘ Φ_0 w_j,   now · w_j = columns [2d+k × m],
-/// each factor applied as the motion passes it. What DifferentiateOutcome gives for the whole of the motion, up to the
-/// tolerance; the cost of a call does not grow with the time since the mark.
+/// each factor applied as the motion passes it. What DifferentiateOutcome gives for the whole of
+/// the motion, up to the tolerance; the cost of a call does not grow with the time since the mark.
+///
+/// Arcs are propagated slice by slice, each of which ends at a multiple of 1/kSliceRate or with its
+/// arc. What has passed since the last one ended is propagated for a reading, and then forgotten.
+/// So readings at an instant are the same, to the bit, whatever the instants at which the run was
+/// looked at before.
 ///
 ///   RollingDerivative rolling(flow, directions, options);      // the mark: flow->now()
-///   const bool passed = flow.AdvanceTo(t);  rolling.Follow(&flow, passed);   // after every AdvanceTo
+///   const bool passed = flow.AdvanceTo(t);  rolling.Follow(&flow, passed);   // after every
+///   AdvanceTo rolling.Read(&flow).tangents;                                            // at will
 class RollingDerivative {
  public:
-  /// Marks flow->now(), where the perturbations w_j [2d+k × m] are; the flow keeps its motion from now on. The system
-  /// must outlive this. Throws std::invalid_argument for directions of the wrong size or not finite.
+  /// [1/s]: readings at rates that divide it cost nothing of their own.
+  static constexpr double kSliceRate = 1000;
+
+  /// Marks flow->now(), where the perturbations w_j [2d+k × m] are; the flow keeps its motion from
+  /// now on. The system must outlive this. Throws std::invalid_argument for directions of the wrong
+  /// size or not finite.
   RollingDerivative(OnlineFlow* flow, const Matrix& directions, const BDerivativeOptions& options,
                     double simultaneity_tolerance);
 
@@ -28,17 +39,25 @@ class RollingDerivative {
   void Follow(OnlineFlow* flow, bool passed);
 
   double mark() const { return mark_; }  ///< [s]
-  double now() const { return now_; }    ///< [s]
   const Matrix& directions() const { return directions_; }
-  /// (δq, δv) at now() of each direction [2d × m]; frozen where the status is not kOk.
-  Matrix tangents() const { return tangents_.topRows(2 * system_.dof()); }
-  /// F at now() [2d]: what a change of the horizon adds.
-  Vector TimeColumn(OnlineFlow* flow);
   /// Not kOk: an event on the way has no first-order map, and the message says why.
   const Status& status() const { return status_; }
 
+  /// The derivative at t. Where the status is not kOk it is frozen at an earlier t.
+  struct Reading {
+    double t = 0;     ///< [s]
+    Matrix tangents;  ///< (δq, δv) of each direction [2d × m]
+    Vector time;      ///< F at flow->now() [2d]: what a change of the horizon adds
+    Status status;
+  };
+  /// At flow->now(), which Follow has been told of.
+  Reading Read(OnlineFlow* flow);
+
  private:
-  void Propagate(Arc motion);
+  /// Where the slice that begins at node_ ends, unless the arc does before.
+  double SliceEnd() const;
+  /// The tangents at `end` ≥ node_, in the arc of the motion.
+  Matrix Propagated(const Arc& motion, double end);
   void Pass(const Transition& transition);
   ContactDynamics* DynamicsAt(const Vector& u);
 
@@ -47,8 +66,8 @@ class RollingDerivative {
   const double simultaneity_tolerance_;
   const Matrix directions_;
   const double mark_;
-  double now_;
-  Matrix tangents_;  // [2d+k × m]
+  double node_;      // where the last slice has ended
+  Matrix tangents_;  // there [2d+k × m]
   Status status_;
   std::optional<Transition> last_;
   std::shared_ptr<ContactDynamics> dynamics_;

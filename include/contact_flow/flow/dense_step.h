@@ -11,8 +11,10 @@ namespace contact_flow {
 /// Number of coefficient vectors of DOP853's continuous extension (order 7).
 inline constexpr int kDenseOrder = 8;
 
-/// The value at θ ∈ [0, 1] of one step's continuous extension, `c` = kDenseOrder vectors of length n:
-///   c₀ + θ(c₁ + (1−θ)(c₂ + θ(c₃ + (1−θ)(c₄ + θ(c₅ + (1−θ)(c₆ + θ c₇))))))   (Hairer, Nørsett, Wanner).
+/// The value at θ ∈ [0, 1] of one step's continuous extension, `c` = kDenseOrder vectors of length
+/// n:
+///   c₀ + θ(c₁ + (1−θ)(c₂ + θ(c₃ + (1−θ)(c₄ + θ(c₅ + (1−θ)(c₆ + θ c₇))))))   (Hairer, Nørsett,
+///   Wanner).
 void EvaluateDenseStep(const double* c, int n, double theta, double* x);
 
 /// The motion along one arc: consecutive steps with their continuous extensions, in one flat store.
@@ -23,6 +25,10 @@ class DenseArc {
   double StepBegin(std::size_t k) const { return begin_[k]; }
   double StepLength(std::size_t k) const { return length_[k]; }
 
+  /// The steps that hold [begin, end), and no others: what follows must not change how the end is
+  /// read.
+  DenseArc Between(double begin, double end) const;
+
   /// Appends the step (t, t+h] with coefficients c [kDenseOrder×n].
   void Append(double t, double h, const double* c, int n);
   /// Drops the steps that end at t or before.
@@ -31,6 +37,9 @@ class DenseArc {
   void Evaluate(double t, double* x) const;
 
  private:
+  /// The step that holds t: the later one where two meet, the first or last outside.
+  std::size_t StepAt(double t) const;
+
   int n_ = 0;
   std::vector<double> begin_;
   std::vector<double> length_;

@@ -9,20 +9,23 @@
 
 namespace contact_flow {
 
-/// A run that goes along with a clock: it is asked for ever later instants and told inputs on the way.
+/// A run that goes along with a clock: it is asked for ever later instants and told inputs on the
+/// way.
 ///
-/// The integrator takes the same steps as in Simulate, ahead of `now`; instants in between are read from the step's
-/// continuous extension and never cut a step. An input does, at its time. So the events, and the states at all instants, are to the bit those of one call
+/// The integrator takes the same steps as in Simulate, ahead of `now`; instants in between are read
+/// from the step's continuous extension and never cut a step. An input does, at its time. So the
+/// events, and the states at all instants, are to the bit those of one call
 ///
 ///   Simulate(system, x, {grid, values}, duration, options),   grid[0] = t₀,  State(t),
 ///
-/// with the times and values of the inputs as its schedule and any duration beyond the last step, whatever the
-/// instants at which this one was looked at.
+/// with the times and values of the inputs as its schedule and any duration beyond the last step,
+/// whatever the instants at which this one was looked at.
 ///
 /// The budgets of SimulateOptions do not end it; memory does not grow.
 class OnlineFlow {
  public:
-  /// Begins at t [s]. Throws std::invalid_argument for options, sizes and states that Simulate refuses.
+  /// Begins at t [s]. Throws std::invalid_argument for options, sizes and states that Simulate
+  /// refuses.
   OnlineFlow(std::shared_ptr<const MechanicalSystem> system, double t, const VectorRef& x,
              const VectorRef& u, const SimulateOptions& options);
 
@@ -31,20 +34,20 @@ class OnlineFlow {
   /// Not kOk: the run has ended at now(), and the message says why.
   const Status& status() const { return flow_.status(); }
 
-  /// Moves now() on to t, or to the first transition before or at t: then true, and it is transition(). An input that
-  /// changes is one. Ends earlier when the run does.
+  /// Moves now() on to t, or to the first transition before or at t: then true, and it is
+  /// transition(). An input that changes is one. Ends earlier when the run does.
   bool AdvanceTo(double t);
   const Transition& transition() const { return flow_.transition(); }
 
-  /// The input from t ≥ now() on, until the next. A later call for the same t takes its place. Throws
-  /// std::invalid_argument for sizes and non-finite numbers.
+  /// The input from t ≥ now() on, until the next. A later call for the same t takes its place.
+  /// Throws std::invalid_argument for sizes and non-finite numbers.
   void SetInput(double t, const VectorRef& u);
 
   /// Makes now() the end of a step, as an input at now() would: for what starts from State() then.
   void Settle();
 
   /// At now(): right limits.
-  Vector State();                                     ///< x [nq+d]
+  Vector State();  ///< x [nq+d]
   ContactMode mode() const { return flow_.mode(); }
   /// The input that holds at now(), and that from now() on.
   const Vector& u() const { return flow_.u(); }
@@ -63,10 +66,12 @@ class OnlineFlow {
 
   /// From now on, the motion is kept for Motion(), back to the last Forget().
   void KeepMotion(bool keep);
-  /// The motion up to now() in the arc that holds now(), or that has ended there by transition() if that is where
-  /// AdvanceTo stopped; it begins with the arc, or with a step that holds the instant of the last Forget().
+  /// The motion up to now() in the arc that holds now(), or that has ended there by transition() if
+  /// that is where AdvanceTo stopped; it begins with the arc, or with a step that holds the instant
+  /// of the last Forget().
   Arc Motion();
-  void Forget();
+  void Forget() { Forget(now_); }
+  void Forget(double t);  ///< the motion after t ≤ now() in the present arc is kept
 
  private:
   bool Propose();
@@ -77,11 +82,11 @@ class OnlineFlow {
   const std::shared_ptr<const MechanicalSystem> system_;
   Flow flow_;
   double now_;
-  bool proposed_ = false;      // a step from the node lies ahead
-  std::deque<Input> inputs_;   // to come, in the order of time
+  bool proposed_ = false;     // a step from the node lies ahead
+  std::deque<Input> inputs_;  // to come, in the order of time
   bool keep_ = false;
-  bool arc_ended_ = false;     // motion_ is of the arc before transition()
-  Arc motion_;                 // accepted steps
+  bool arc_ended_ = false;  // motion_ is of the arc before transition()
+  Arc motion_;              // accepted steps
 };
 
 }  // namespace contact_flow

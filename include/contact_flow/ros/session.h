@@ -9,30 +9,38 @@
 
 #include "contact_flow/HybridState.h"
 #include "contact_flow/InitialState.h"
+#include "contact_flow/OutcomePrediction.h"
+#include "contact_flow/PredictionRequest.h"
 #include "contact_flow/RollingTangents.h"
 #include "contact_flow/SimulatorEpoch.h"
 #include "contact_flow/SimulatorEvent.h"
 #include "contact_flow/SimulatorInput.h"
-#include "contact_flow/derivative/rolling_derivative.h"
+#include "contact_flow/SimulatorMark.h"
 #include "contact_flow/flow/online_flow.h"
-#include "contact_flow/ros/directions.h"
+#include "contact_flow/ros/mark.h"
+#include "contact_flow/ros/prediction.h"
 #include "contact_flow/ros/setup.h"
 
 namespace contact_flow {
 namespace ros_interface {
 
-/// The simulation that goes on: its state, and what may be done to it. It knows neither clocks nor topics, and the same
-/// calls in the same order give the same bits, so that verify_bag can repeat it. For one thread.
+/// The simulation that goes on: its state, and what may be done to it. It knows neither clocks nor
+/// topics, and the same calls in the same order give the same bits, so that verify_bag can repeat
+/// it. For one thread.
 ///
-/// The time of a session is a sequence of epochs. Each is one run of the hybrid flow, under the inputs told on the way;
-/// a new one begins where the state is set, pushed or reset, or the model's parameters change.
-/// Commands that are not in order throw std::invalid_argument and leave everything as it was.
+/// The time of a session is a sequence of epochs. Each is one run of the hybrid flow, under the
+/// inputs told on the way; a new one begins where the state is set, pushed or reset, or the model's
+/// parameters change. Commands that are not in order throw std::invalid_argument and leave
+/// everything as it was.
 class Session {
  public:
   /// What a session tells of itself as it happens, to be recorded; stamps are left empty.
   struct Log {
     std::function<void(const SimulatorEpoch&)> epoch;
     std::function<void(const SimulatorInput&)> input;
+    std::function<void(const SimulatorMark&)> mark;
+    std::function<void(const PredictionRequest&)> asked;
+    std::function<void(const OutcomePrediction&)> predicted;
   };
 
   Session(const Configuration& configuration, std::vector<std::string> tangent_directions, Log log);
@@ -55,7 +63,8 @@ class Session {
 
   /// A new epoch from the present state: for a recording that begins here.
   void BeginEpoch(const std::string& cause);
-  /// The initial state again, at time 0 with the initial parameters and inputs, or at the present time.
+  /// The initial state again, at time 0 with the initial parameters and inputs, or at the present
+  /// time.
   void ResetSimulation();
   void ResetWorld();
   void SetState(const InitialState& state);
@@ -64,11 +73,10 @@ class Session {
   /// At simulated time t ≥ now() [s].
   void SetInput(double t, const std::vector<std::string>& names, const std::vector<double>& values);
 
-  /// Marks now; returns the names of the directions, with a note of what was left out or projected.
-  Directions Mark(const std::vector<std::string>& directions, const RowMajorMatrix& matrix,
-                  bool project, const Variables& variables);
-  void ClearMark();
-  bool marked() const { return rolling_ != nullptr; }
+  /// Marks now, until the epoch ends; or removes the mark. Returns the directions, with a note of
+  /// what was left out or projected. Epoch and time of `asked` are not read.
+  Directions Mark(SimulatorMark asked);
+  bool marked() const { return mark_ != nullptr; }
 
   Vector State();
   /// λ now [n].
@@ -77,18 +85,15 @@ class Session {
   RollingTangents TangentsMsg();
   Margins margins() const { return flow_->margins(); }
 
-  /// What a prediction starts from: the present as an initial state, and the inputs to come.
-  struct Snapshot {
-    std::shared_ptr<const Setup> setup;
-    double t = 0;
-    Vector x;
-    InputSchedule inputs;
-  };
-  Snapshot TakeSnapshot();
+  /// Numbers the request, and returns what the prediction starts from; others may make it while
+  /// this goes on.
+  Snapshot AskPrediction(PredictionRequest* request);
+  /// The answer is there.
+  void TellPrediction(const OutcomePrediction& prediction);
 
  private:
-  void Begin(const std::string& cause, double t, std::shared_ptr<const Setup> setup, const Vector& x,
-             const Vector& u, const Vector& impulse);
+  void Begin(const std::string& cause, double t, std::shared_ptr<const Setup> setup,
+             const Vector& x, const Vector& u, const Vector& impulse);
   /// A new epoch from now, whose state is the present one after `change`.
   void Restart(const std::string& cause, std::shared_ptr<const Setup> setup,
                const std::function<void(Vector*)>& change, const Vector& impulse);
@@ -102,10 +107,10 @@ class Session {
   std::shared_ptr<const Setup> setup_;
   std::unique_ptr<OnlineFlow> flow_;
   std::unique_ptr<ContactDynamics> dynamics_;
-  std::unique_ptr<RollingDerivative> rolling_;
-  std::vector<std::string> direction_names_;
+  std::unique_ptr<MarkedInstant> mark_;
   std::uint32_t epoch_ = 0;
   std::uint64_t events_ = 0;
+  std::uint64_t predictions_ = 0;
   bool parameters_changed_ = false;
 };
 

@@ -37,18 +37,22 @@ struct SimulatorParameters {
   bool use_sim_time = false;    ///< /use_sim_time
   std::vector<std::string> tangent_directions;  ///< ~tangent_directions of the rolling derivative
   bool mark = false;                            ///< ~mark the start
-  long realtime_priority = 0;  ///< ~realtime_priority of the simulation thread, 1 to 99 (SCHED_FIFO); 0: none
-  DisplayOptions display;                       ///< ~tf_prefix, ~base_frame
+  long realtime_priority =
+      0;  ///< ~realtime_priority of the simulation thread, 1 to 99 (SCHED_FIFO); 0: none
+  double bag_split_size = 128;  ///< ~bag_split_size of the parts of NAME_online.bag [MB]
+  DisplayOptions display;       ///< ~tf_prefix, ~base_frame
 };
 
-/// Runs a session along with the clock, in a thread of its own which owns it. Everybody else posts commands, which the
-/// thread carries out between two instants of the simulation, at most kLookAhead apart.
+/// Runs a session along with the clock, in a thread of its own which owns it. Everybody else posts
+/// commands, which the thread carries out between two instants of the simulation, at most
+/// kLookAhead apart.
 ///
-/// What belongs to an instant is computed before and published when the instant is due, never earlier.
+/// What belongs to an instant is computed before and published when the instant is due, never
+/// earlier.
 class Simulator {
  public:
-  static constexpr double kLookAhead = 2e-3;        ///< [s] by either clock
-  static constexpr double kSmallestFactor = 1e-3;   ///< of real time, unless 0
+  static constexpr double kLookAhead = 2e-3;       ///< [s] by either clock
+  static constexpr double kSmallestFactor = 1e-3;  ///< of real time, unless 0
 
   Simulator(const SimulatorParameters& parameters, const Configuration& configuration,
             ros::NodeHandle* node, const std::string& bag_directory);
@@ -56,12 +60,13 @@ class Simulator {
 
   void Start();
 
-  /// Carries out `command(session)` in the simulation thread, and returns what it returns or throws what it throws.
-  /// Throws std::runtime_error when the node shuts down meanwhile.
+  /// Carries out `command(session)` in the simulation thread, and returns what it returns or throws
+  /// what it throws. Throws std::runtime_error when the node shuts down meanwhile.
   template <class Command>
   auto Call(Command command) {
     using Result = std::invoke_result_t<Command, Session&>;
-    std::packaged_task<Result()> task([this, command = std::move(command)] { return command(session_); });
+    std::packaged_task<Result()> task(
+        [this, command = std::move(command)] { return command(session_); });
     std::future<Result> result = task.get_future();
     auto shared = std::make_shared<std::packaged_task<Result()>>(std::move(task));
     Post([shared] { (*shared)(); });
@@ -112,6 +117,13 @@ class Simulator {
   void EndSteps(const std::string& note);
   void AfterCommands();
   void CountTicks();
+  /// What the session tells, to be published in its order.
+  template <class Message>
+  std::function<void(const Message&)> Later() {
+    return [this](const Message& message) {
+      log_.push_back([=](const ros::Time& stamp) { topics_.Tell(message, stamp); });
+    };
+  }
   void FlushLog();
   void Publish(bool event, bool display);
   void KeepInTouch();
@@ -125,7 +137,7 @@ class Simulator {
   Pace pace_;
   Stamps stamps_;
   bool paused_;
-  bool touched_ = true;        // a command has changed something that is to be published
+  bool touched_ = true;  // a command has changed something that is to be published
   std::uint32_t seen_epoch_ = 0;
   std::optional<Stepping> stepping_;
   Pace::Clock::time_point last_state_{}, last_touch_{};

@@ -20,23 +20,27 @@ namespace ros_interface {
 /// What the simulator tells the world: topics, and the bag that holds all of them.
 class SimulatorTopics {
  public:
-  SimulatorTopics(ros::NodeHandle* node, const std::string& bag_directory, bool publish_clock,
-                  const DisplayOptions& display);
+  SimulatorTopics(ros::NodeHandle* node, const std::string& bag_directory,
+                  std::size_t bag_split_size, bool publish_clock, const DisplayOptions& display);
 
   void Clock(const ros::Time& stamp);
   /// Model and parameters in force, latched; from now on they are what is displayed.
   void Model(const std::shared_ptr<const Setup>& setup, const ros::Time& stamp);
-  void Epoch(SimulatorEpoch message, const ros::Time& stamp);
-  void Input(SimulatorInput message, const ros::Time& stamp);
+  void Tell(SimulatorEpoch message, const ros::Time& stamp);
+  void Tell(SimulatorInput message, const ros::Time& stamp);
+  void Tell(SimulatorMark message, const ros::Time& stamp);
+  void Tell(PredictionRequest message, const ros::Time& stamp);
+  void Tell(OutcomePrediction message, const ros::Time& stamp);
   void Event(SimulatorEvent message, const ros::Time& stamp);
-  /// Hybrid state and rolling derivative.
+  /// Hybrid state and, of the same instant, rolling derivative.
   void State(Session* session, const ros::Time& stamp);
   /// joint_states, tf, markers and wrenches.
   void Display(Session* session, const ros::Time& stamp);
   /// On `status` and /diagnostics.
   void Status(SimulatorStatus message, const ros::Time& stamp);
 
-  /// Begins with model, epoch and the inputs of the present epoch, so that the bag can be verified by itself.
+  /// Begins with model, epoch and the inputs of the present epoch, so that the bag can be verified
+  /// by itself.
   std::string StartRecording(const std::string& name, const ros::Time& stamp);
   std::vector<std::string> StopRecording() { return recorder_.Stop(); }
   bool recording() const { return recorder_.Recording(); }
@@ -51,9 +55,11 @@ class SimulatorTopics {
   ros::NodeHandle node_;
   const DisplayOptions options_;
   StreamRecorder recorder_;
-  std::mutex mutex_;        // of bag_time_
-  ros::Time bag_time_;      // of the last message: strictly increasing, as messages are verified in this order
-  ros::Publisher clock_, model_, epoch_, input_, event_, state_, tangents_;
+  std::mutex mutex_;    // of bag_time_
+  ros::Time bag_time_;  // of the last message: strictly increasing, as messages are verified in
+                        // this order
+  ros::Publisher clock_, model_, epoch_, input_, event_, state_;
+  ros::Publisher mark_, tangents_, asked_, predicted_;
   ros::Publisher joints_, transforms_, static_transforms_, contacts_, terrain_;
   ros::Publisher status_, diagnostics_;
   std::map<std::string, ros::Publisher> wrenches_;

@@ -18,17 +18,19 @@
 namespace contact_flow {
 namespace ros_interface {
 
-/// Writes a stream of messages to bags from a thread of its own, so that the disk delays nobody. Every message is a
-/// chunk of its own: of a process that is killed only the last message written may be lost, and `rosbag reindex` finds
-/// the others. A bag that has grown beyond kSplitSize is followed by NAME_1.bag, NAME_2.bag, …, each of which begins
-/// with the preamble again. May be used by several threads.
+/// Writes a stream of messages to bags from a thread of its own, so that the disk delays nobody.
+/// Every message is a chunk of its own: of a process that is killed only the last message written
+/// may be lost, and `rosbag reindex` finds the others. A bag that has grown beyond split_size is
+/// followed by NAME_1.bag, NAME_2.bag, …, each of which begins with the preamble again. May be used
+/// by several threads.
 class StreamRecorder {
  public:
-  static constexpr std::size_t kSplitSize = std::size_t{128} << 20;
+  static constexpr std::size_t kUsualSplitSize = std::size_t{128} << 20;  ///< [bytes]
   /// Messages that may wait for the disk; more end the recording.
   static constexpr std::size_t kMaxWaiting = 200000;
 
-  explicit StreamRecorder(std::string directory) : directory_(std::move(directory)) {}
+  explicit StreamRecorder(std::string directory, std::size_t split_size = kUsualSplitSize)
+      : directory_(std::move(directory)), split_size_(split_size) {}
   /// Writes what waits, and closes.
   ~StreamRecorder();
 
@@ -40,8 +42,8 @@ class StreamRecorder {
   std::string Start(const std::string& name, const Preamble& preamble, const ros::Time& time);
   /// The entry is on its way to the file; does nothing when not recording.
   void Write(const ros::Time& time, BagEntry entry);
-  /// Writes what waits, closes, and returns the paths. Throws std::invalid_argument when not recording,
-  /// std::runtime_error when not everything was written.
+  /// Writes what waits, closes, and returns the paths. Throws std::invalid_argument when not
+  /// recording, std::runtime_error when not everything was written.
   std::vector<std::string> Stop();
   /// Why the recording has ended by itself, or "".
   std::string Error() const;
@@ -53,6 +55,7 @@ class StreamRecorder {
   void Finish();
 
   const std::string directory_;
+  const std::size_t split_size_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::thread thread_;

@@ -20,8 +20,8 @@ struct Verification {
 /// it bit for bit; and compares the model itself, and the results on the ordinary topics with those
 /// of the records. Prints one line a record, and one for every other message that differs. Throws
 /// std::runtime_error for a file that is not a readable bag.
-/// The recording of a simulator is repeated from its epochs and inputs; `session` holds what one
-/// bag hands on to the next.
+/// The recording of a simulator is repeated from its epochs, inputs and marks; `session` holds what
+/// one bag hands on to the next.
 Verification VerifyBag(const std::string& path, std::ostream* out, SessionVerifier* session);
 
 /// The command verify_bag: 0 when something was verified and nothing differs, 2 for wrong use,
