@@ -21,6 +21,17 @@ RunMargins ToMsg(const Margins& margins) {
   return m;
 }
 
+geometry_msgs::Wrench ToMsg(const Eigen::Vector3d& force, const Eigen::Vector3d& torque) {
+  geometry_msgs::Wrench m;
+  m.force.x = force(0);
+  m.force.y = force(1);
+  m.force.z = force(2);
+  m.torque.x = torque(0);
+  m.torque.y = torque(1);
+  m.torque.z = torque(2);
+  return m;
+}
+
 ContactTransition ToMsg(const SystemDescription& description, const Transition& transition) {
   const Names& constraints = description.constraints;
   const auto nq = static_cast<Eigen::Index>(description.coordinates.size());

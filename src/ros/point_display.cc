@@ -178,13 +178,7 @@ std::vector<geometry_msgs::Wrench> PointDisplay::ContactWrenches(const VectorRef
       f += force(i) * unit;
       torque += force(i) * (turn + Position(frame, x).cross(unit));
     }
-    geometry_msgs::Wrench& wrench = wrenches[static_cast<std::size_t>(i)];
-    wrench.force.x = f(0);
-    wrench.force.y = f(1);
-    wrench.force.z = f(2);
-    wrench.torque.x = torque(0);
-    wrench.torque.y = torque(1);
-    wrench.torque.z = torque(2);
+    wrenches[static_cast<std::size_t>(i)] = ToMsg(f, torque);
   }
   return wrenches;
 }

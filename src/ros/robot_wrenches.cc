@@ -17,13 +17,7 @@ std::vector<geometry_msgs::Wrench> RobotDisplay::ContactWrenches(const VectorRef
     Vec3<double> point, per_force;
     ContactPoint(i, state, q, &point, &per_force);
     const Vec3<double> f = force(i) * per_force, torque = point.cross(f);
-    geometry_msgs::Wrench& wrench = wrenches[static_cast<std::size_t>(i)];
-    wrench.force.x = f(0);
-    wrench.force.y = f(1);
-    wrench.force.z = f(2);
-    wrench.torque.x = torque(0);
-    wrench.torque.y = torque(1);
-    wrench.torque.z = torque(2);
+    wrenches[static_cast<std::size_t>(i)] = ToMsg(f, torque);
   }
   return wrenches;
 }

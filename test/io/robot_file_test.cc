@@ -8,6 +8,7 @@
 #include <random>
 #include <sstream>
 
+#include "test/damaged_text.h"
 #include "test/model/robots.h"
 
 namespace contact_flow {
@@ -151,31 +152,14 @@ TEST(RobotFile, NamesTheFileThatCannotBeRead) {
 /// As for URDF: damaged files are read or refused, never anything else.
 TEST(RobotFile, SurvivesDamagedTexts) {
   std::mt19937 generator(5);
-  const auto below = [&](std::size_t n) { return static_cast<std::size_t>(generator() % n); };
   const std::string whole = Read(RobotFile("planar_biped"));
   ASSERT_EQ("", Answer(whole));
-  const char* const pieces[] = {":",     "- ", "{",   "}",           "[",   "]",
-                                "\n",    "  ", "&a ", "*a",          "nan", ".inf",
-                                "1e999", "~",  "''",  "kind: plane", "? ",  "!!binary "};
+  const std::vector<const char*> pieces = {":",     "- ", "{",   "}",           "[",   "]",
+                                           "\n",    "  ", "&a ", "*a",          "nan", ".inf",
+                                           "1e999", "~",  "''",  "kind: plane", "? ",  "!!binary "};
   int refused = 0;
   for (int trial = 0; trial < 1000; ++trial) {
-    std::string text = whole;
-    for (std::size_t edits = 1 + below(3); edits-- > 0;) {
-      const std::size_t at = below(text.size()), length = below(30);
-      switch (below(4)) {
-        case 0:
-          text[at] = static_cast<char>(below(256));
-          break;
-        case 1:
-          text.erase(at, length);
-          break;
-        case 2:
-          text.insert(below(text.size()), text.substr(at, length));
-          break;
-        default:
-          text.insert(at, pieces[below(sizeof(pieces) / sizeof(pieces[0]))]);
-      }
-    }
+    const std::string text = test::Damaged(whole, pieces, 30, &generator);
     refused += !Answer(text).empty();
   }
   EXPECT_GT(refused, 300);

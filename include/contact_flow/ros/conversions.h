@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <geometry_msgs/Wrench.h>
+
 #include <string>
 #include <vector>
 
@@ -34,6 +36,7 @@ SimulationOptions ToMsg(const SimulateOptions& options);
 DerivativeOptions ToMsg(const BDerivativeOptions& options);
 DerivativePiece ToMsg(const LinearPiece& piece);
 RunMargins ToMsg(const Margins& margins);
+geometry_msgs::Wrench ToMsg(const Eigen::Vector3d& force, const Eigen::Vector3d& torque);
 ContactTransition ToMsg(const SystemDescription& description, const Transition& transition);
 
 /// The run with both ends of every arc and about `count` samples in between.

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "contact_flow/model/rigid_body/kinematics.h"
+#include "test/damaged_text.h"
 #include "test/model/robots.h"
 
 namespace contact_flow {
@@ -191,10 +192,9 @@ TEST(UrdfLoader, RefusesWhatIsTooLarge) {
 /// out, doubled and moved in the shipped robots. A fixed seed, so that a failure can be seen again.
 TEST(UrdfLoader, SurvivesDamagedTexts) {
   std::mt19937 generator(3);
-  const auto below = [&](std::size_t n) { return static_cast<std::size_t>(generator() % n); };
-  const char* const pieces[] = {"nan",          "1e999", "-",    "\"",        "<",      ">",
-                                "/>",           "</",    "<!--", "]]>",       "&#0;",   "&lt;",
-                                "\xef\xbb\xbf", "\xff",  "0",    "name=\"\"", "<link/>"};
+  const std::vector<const char*> pieces = {
+      "nan", "1e999", "-",    "\"",           "<",    ">", "/>",        "</",     "<!--",
+      "]]>", "&#0;",  "&lt;", "\xef\xbb\xbf", "\xff", "0", "name=\"\"", "<link/>"};
   int refused = 0;
   for (const std::string& robot : ShippedRobots()) {
     const std::string yaml = RobotFile(robot);
@@ -204,23 +204,7 @@ TEST(UrdfLoader, SurvivesDamagedTexts) {
     const std::string whole = stream.str();
     ASSERT_EQ("", Answer(whole, RobotBase::kFixed));
     for (int trial = 0; trial < 300; ++trial) {
-      std::string text = whole;
-      for (std::size_t edits = 1 + below(3); edits-- > 0;) {
-        const std::size_t at = below(text.size()), length = below(40);
-        switch (below(4)) {
-          case 0:
-            text[at] = static_cast<char>(below(256));
-            break;
-          case 1:
-            text.erase(at, length);
-            break;
-          case 2:
-            text.insert(below(text.size()), text.substr(at, length));
-            break;
-          default:
-            text.insert(at, pieces[below(sizeof(pieces) / sizeof(pieces[0]))]);
-        }
-      }
+      const std::string text = test::Damaged(whole, pieces, 40, &generator);
       refused += !Answer(text, RobotBase::kFixed).empty();
     }
   }
