@@ -55,63 +55,73 @@ ContactDynamics::ContactDynamics(const MechanicalSystem& system, const VectorRef
   residual_.constraint_v.resize(n_, d_);
 }
 
-void ContactDynamics::Factorize(const VectorRef& x, ContactMode mode) {
-  const auto q = x.head(nq_), v = x.tail(d_);
-  system_.Dynamics(q, v, u_, mode, constant_ && factorized_ ? nullptr : &mass_, &applied_);
-  const bool same_mode = factorized_ && mode == mode_;
-  if (constant_ && same_mode) return;
-  if (!same_mode) {
-    active_.clear();
-    for (int i : mode - system_.compliant()) active_.push_back(i);
-    for (int i = system_.num_constraints(); i < n_; ++i) active_.push_back(i);
-    const int k = static_cast<int>(active_.size());
-    active_jacobian_.resize(k, d_);
-    force_map_.resize(k, d_);
-    delassus_inverse_.resize(k, k);
-    bias_.setZero(k);
-    active_residual_.setZero(k, 2 * d_ + k_);
-    active_force_jacobian_.resize(k, 2 * d_ + k_);
+void ContactDynamics::SetMode(ContactMode mode) {
+  mode_ = mode;
+  active_.clear();
+  for (int i : mode - system_.compliant()) active_.push_back(i);
+  for (int i = system_.num_constraints(); i < n_; ++i) active_.push_back(i);
+  const int k = static_cast<int>(active_.size());
+  active_jacobian_.resize(k, d_);
+  reach_.resize(d_, k);
+  momentum_map_.resize(k, d_);
+  force_map_.resize(k, d_);
+  delassus_inverse_.resize(k, k);
+  bias_.setZero(k);
+  multiplier_.setZero(k);
+  active_residual_.setZero(k, 2 * d_ + k_);
+  active_force_jacobian_.resize(k, 2 * d_ + k_);
+}
+
+void ContactDynamics::Factorize(const VectorRef& x) {
+  mass_factor_.compute(mass_);
+  regular_ = mass_factor_.info() == Eigen::Success;
+  const int k = static_cast<int>(active_.size());
+  if (k == 0) return;
+  system_.Constraints(x.head(nq_), x.tail(d_), &terms_);
+  for (int i = 0; i < k; ++i) {
+    active_jacobian_.row(i) = terms_.jacobian.row(active_[i]);
+    bias_(i) = terms_.bias(active_[i]);
+    reach_.col(i) = active_jacobian_.row(i);
+    mass_factor_.matrixL().solveInPlace(reach_.col(i));
   }
-  if (!(constant_ && factorized_)) mass_factor_.compute(mass_);
+  delassus_inverse_.noalias() = reach_.transpose().lazyProduct(reach_);
+  delassus_factor_.compute(delassus_inverse_);
+  regular_ = regular_ && delassus_factor_.info() == Eigen::Success;
+}
+
+void ContactDynamics::Invert() {
   inverse_.setIdentity(d_, d_);
   mass_factor_.solveInPlace(inverse_);
-  if (mass_factor_.info() != Eigen::Success) {
-    inverse_.setConstant(std::numeric_limits<double>::quiet_NaN());
-  }
-  const int k = static_cast<int>(active_.size());
-  if (k > 0) {
-    system_.Constraints(q, v, &terms_);
-    for (int i = 0; i < k; ++i) {
-      active_jacobian_.row(i) = terms_.jacobian.row(active_[i]);
-      bias_(i) = terms_.bias(active_[i]);
-    }
-    // force_map_ holds A_J M⁻¹ until Λ_J is known.
-    force_map_.noalias() = active_jacobian_.lazyProduct(inverse_);
-    delassus_inverse_.noalias() = force_map_.lazyProduct(active_jacobian_.transpose());
-    delassus_factor_.compute(delassus_inverse_);
+  if (!active_.empty()) {
     delassus_inverse_.setIdentity();
     delassus_factor_.solveInPlace(delassus_inverse_);
-    if (delassus_factor_.info() != Eigen::Success) {
-      delassus_inverse_.setConstant(std::numeric_limits<double>::quiet_NaN());
-    }
-    // P_J = M⁻¹ − (A_J M⁻¹)ᵀ Λ_J (A_J M⁻¹); the mass inverse is symmetric.
-    for (int i = 0; i < k; ++i) {
-      for (int j = 0; j < k; ++j) {
-        for (int c = 0; c < d_; ++c) {
-          const double scale = delassus_inverse_(i, j) * force_map_(j, c);
-          for (int r = 0; r < d_; ++r) inverse_(r, c) -= force_map_(i, r) * scale;
-        }
-      }
-    }
-    delassus_factor_.solveInPlace(force_map_);
+    momentum_map_.noalias() = active_jacobian_.lazyProduct(inverse_);
+    force_map_.noalias() = delassus_inverse_.lazyProduct(momentum_map_);
+    inverse_.noalias() -= momentum_map_.transpose().lazyProduct(force_map_);
   }
-  mode_ = mode;
-  factorized_ = true;
+  if (!regular_) inverse_.setConstant(std::numeric_limits<double>::quiet_NaN());
 }
 
 void ContactDynamics::Evaluate(const VectorRef& x, ContactMode mode) {
   ++evaluations_;
-  Factorize(x, mode);
+  const bool same_mode = factorized_ && mode == mode_;
+  system_.Dynamics(x.head(nq_), x.tail(d_), u_, mode, constant_ && factorized_ ? nullptr : &mass_,
+                   &applied_);
+  if (!same_mode) SetMode(mode);
+  if (!(constant_ && same_mode)) Factorize(x);
+  if (constant_ && !same_mode) Invert();
+  factorized_ = true;
+  if (constant_) {
+    Multiply();
+  } else {
+    Solve();
+  }
+  force_.setZero();
+  for (std::size_t i = 0; i < active_.size(); ++i) force_(active_[i]) = multiplier_(i);
+}
+
+/// The bias of constant constraints is zero.
+void ContactDynamics::Multiply() {
   WithFixedSize(d_, [&](auto d) {
     const double* __restrict column = inverse_.data();
     double* __restrict a = acceleration_.data();
@@ -121,15 +131,24 @@ void ContactDynamics::Evaluate(const VectorRef& x, ContactMode mode) {
       for (int r = 0; r < d; ++r) a[r] += factor * column[r];
     }
   });
-  force_.setZero();
-  for (int i = 0; i < static_cast<int>(active_.size()); ++i) {
-    double lambda = -force_map_.row(i).dot(applied_);
-    if (!constant_) {
-      lambda -= delassus_inverse_.row(i).dot(bias_);
-      acceleration_ -= force_map_.row(i).transpose() * bias_(i);
-    }
-    force_(active_[i]) = lambda;
+  for (Eigen::Index i = 0; i < multiplier_.size(); ++i) {
+    multiplier_(i) = -force_map_.row(i).dot(applied_);
   }
+}
+
+void ContactDynamics::Solve() {
+  acceleration_ = applied_;
+  mass_factor_.matrixL().solveInPlace(acceleration_);  // y
+  if (!active_.empty()) {
+    multiplier_ = -bias_;
+    multiplier_.noalias() -= reach_.transpose().lazyProduct(acceleration_);
+    delassus_factor_.solveInPlace(multiplier_);
+    acceleration_.noalias() += reach_.lazyProduct(multiplier_);
+  }
+  mass_factor_.matrixU().solveInPlace(acceleration_);
+  if (regular_) return;
+  acceleration_.setConstant(std::numeric_limits<double>::quiet_NaN());
+  multiplier_.setConstant(std::numeric_limits<double>::quiet_NaN());
 }
 
 Vector ContactDynamics::Field(const VectorRef& x, ContactMode mode) {
@@ -141,6 +160,7 @@ Vector ContactDynamics::Field(const VectorRef& x, ContactMode mode) {
 
 void ContactDynamics::Differentiate(const VectorRef& x, ContactMode mode) {
   Evaluate(x, mode);
+  if (!constant_) Invert();
   const auto q = x.head(nq_), v = x.tail(d_);
   system_.DifferentiateDynamics(q, v, u_, mode, acceleration_, force_, &residual_);
   if (k_ > 0) DifferentiateByVariables(x);

@@ -56,7 +56,15 @@ class ContactDynamics {
   long evaluations() const { return evaluations_; }
 
  private:
-  void Factorize(const VectorRef& x, ContactMode mode);
+  void SetMode(ContactMode mode);
+  /// M = L Lᵀ, W = L⁻¹ A_Jᵀ and the factor of Λ_J⁻¹ = WᵀW.
+  void Factorize(const VectorRef& x);
+  /// P_J and Λ_J A_J M⁻¹, from the factors: all that derivatives need.
+  void Invert();
+  /// v̇ = P_J (f + c v) and λ_J, where these do not change.
+  void Multiply();
+  /// λ_J = −Λ_J (Wᵀ y + Ȧ_J v) and v̇ = L⁻ᵀ (y + W λ_J), y = L⁻¹ (f + c v).
+  void Solve();
   void DifferentiateByVariables(const VectorRef& x);
 
   const MechanicalSystem& system_;
@@ -69,16 +77,20 @@ class ContactDynamics {
   const bool constant_;  // M and Da constant: the factorization depends on the mode alone
 
   bool factorized_ = false;
+  bool regular_ = true;  // the last factorization
   ContactMode mode_;
   std::vector<int> active_;  // the rigid members of mode_, and the bilateral constraints
   Matrix mass_;
   Eigen::LLT<Matrix> mass_factor_;
   Eigen::LLT<Matrix> delassus_factor_;
   Matrix active_jacobian_;   // A_J [k×d]
+  Matrix reach_;             // W = L⁻¹A_Jᵀ [d×k]
   Matrix inverse_;           // P_J = M⁻¹ − M⁻¹A_JᵀΛ_J A_J M⁻¹ [d×d]
+  Matrix momentum_map_;      // A_J M⁻¹ [k×d]
   Matrix force_map_;         // Λ_J A_J M⁻¹ [k×d]
   Matrix delassus_inverse_;  // Λ_J [k×k]
   Vector bias_;              // Ȧ_J v [k]
+  Vector multiplier_;        // λ_J [k]
   ConstraintTerms terms_;
   ResidualJacobian residual_;
   ParameterJacobian parameter_residual_;
