@@ -1,8 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What the rostests of the simulator share."""
+import os
+import re
+import signal
+import subprocess
 import threading
 
 import rospy
+from client import executable
 from contact_flow.srv import (
     ApplyImpulse, GetSimulatorState, MarkInstant, PredictOutcome, SetInput, SetSimulatorParameters,
     SetSimulatorState, SimulateTrajectory, StartRecording, StepSimulation, StopRecording)
@@ -56,3 +61,30 @@ class Listener:
 
 def state(message):
     return list(message.q) + list(message.v)
+
+
+class RecordingNode:
+    """A recording simulator of its own."""
+
+    def __init__(self, directory, name, **parameters):
+        self.name = name
+        settings = {"online": "true", "record": "true", "bag_name": "run", "bag_directory": directory,
+                    "paused": "false", **parameters}
+        self.process = subprocess.Popen(
+            [executable("contact_flow_node"), "__name:=" + name] +
+            ["_{}:={}".format(key, value) for key, value in settings.items()],
+            stdout=subprocess.DEVNULL)
+        self.bag = os.path.join(directory, "run_online.bag")
+
+    def stop(self, how=signal.SIGINT):
+        self.process.send_signal(how)
+        self.process.wait(timeout=30)
+
+
+def verify(*bags):
+    return subprocess.run([executable("verify_bag"), *bags], stdout=subprocess.PIPE, text=True)
+
+
+def verified(result):
+    """How many results verify_bag has found to be the same."""
+    return int(re.search(r"(\d+) verified", result.stdout).group(1))

@@ -3,7 +3,6 @@
 """Recordings of the simulator: repeated to the bit, played, and killed."""
 import os
 import random
-import re
 import signal
 import subprocess
 import tempfile
@@ -17,35 +16,8 @@ import rospy
 import rostest
 from client import executable, wait_until
 from contact_flow.msg import InitialState, SimulatorEvent
-from simulator_client import Simulator
+from simulator_client import RecordingNode, Simulator, verified, verify
 from sensor_msgs.msg import JointState
-
-
-class Node:
-    """A recording simulator of its own."""
-
-    def __init__(self, directory, name, **parameters):
-        self.name = name
-        settings = {"online": "true", "record": "true", "bag_name": "run", "bag_directory": directory,
-                    "paused": "false", **parameters}
-        self.process = subprocess.Popen(
-            [executable("contact_flow_node"), "__name:=" + name] +
-            ["_{}:={}".format(key, value) for key, value in settings.items()],
-            stdout=subprocess.DEVNULL)
-        self.bag = os.path.join(directory, "run_online.bag")
-
-    def stop(self, how=signal.SIGINT):
-        self.process.send_signal(how)
-        self.process.wait(timeout=30)
-
-
-def verify(*bags):
-    return subprocess.run([executable("verify_bag"), *bags], stdout=subprocess.PIPE, text=True)
-
-
-def verified(result):
-    """How many results verify_bag has found to be the same."""
-    return int(re.search(r"(\d+) verified", result.stdout).group(1))
 
 
 def copy_bag(source, target, change):
@@ -67,7 +39,7 @@ def with_another_last_bit(values):
 class SimulatorRecording(unittest.TestCase):
     def test_everything_is_repeated_to_the_bit(self):
         with tempfile.TemporaryDirectory() as directory:
-            node = Node(directory, "busy", model="falling_box", paused="true",
+            node = RecordingNode(directory, "busy", model="falling_box", paused="true",
                         **{"options/complete_zeno": "true"})
             box = Simulator("busy")
             for k in range(3):
@@ -109,7 +81,7 @@ class SimulatorRecording(unittest.TestCase):
 
     def record_marks_and_predictions(self, directory, name):
         """The bag of a run that is marked, looked at slowly and at once, pushed and predicted."""
-        node = Node(directory, name, model="falling_box", paused="true", rate="150",
+        node = RecordingNode(directory, name, model="falling_box", paused="true", rate="150",
                     **{"options/complete_zeno": "true", "derivative_options/tolerance": "1e-8"})
         box = Simulator(name)
         size = len(box.get_state().state.inputs)
@@ -184,7 +156,7 @@ class SimulatorRecording(unittest.TestCase):
 
     def test_a_long_recording_is_verified_across_its_parts(self):
         with tempfile.TemporaryDirectory() as directory:
-            node = Node(directory, "long", model="hopping_trot", bag_split_size=0.1, mark="true")
+            node = RecordingNode(directory, "long", model="hopping_trot", bag_split_size=0.1, mark="true")
             trot = Simulator("long")
             part = node.bag.replace(".bag", "_%d.bag")
             self.assertTrue(wait_until(lambda: os.path.exists(part % 2)))
@@ -218,7 +190,7 @@ class SimulatorRecording(unittest.TestCase):
 
     def test_a_run_that_ends_says_why_and_can_be_revived(self):
         with tempfile.TemporaryDirectory() as directory:
-            node = Node(directory, "ending", model="bouncing_ball", real_time_factor="0")
+            node = RecordingNode(directory, "ending", model="bouncing_ball", real_time_factor="0")
             ball = Simulator("ending")
             self.assertTrue(wait_until(lambda: ball.get_state().paused), "Zeno")
             with self.assertRaises(rospy.ServiceException):
@@ -237,7 +209,8 @@ class SimulatorRecording(unittest.TestCase):
         for parameters, reason in (({"publish_clock": "true"}, "/use_sim_time is not"),
                                    ({"real_time_factor": "-1"}, "real_time_factor is -1"),
                                    ({"rate": "0"}, "rate is 0"),
-                                   ({"realtime_priority": "100"}, "realtime_priority")):
+                                   ({"realtime_priority": "100"}, "realtime_priority"),
+                                   ({"realtime_priority": "50", "busy_wait": "true"}, "choose one")):
             process = subprocess.run(
                 [executable("contact_flow_node"), "__name:=refused", "_online:=true"] +
                 ["_{}:={}".format(*item) for item in parameters.items()],
@@ -249,7 +222,7 @@ class SimulatorRecording(unittest.TestCase):
 
     def test_ends_while_a_client_waits(self):
         with tempfile.TemporaryDirectory() as directory:
-            node = Node(directory, "waited_for", model="hopping_trot", paused="true", record="false")
+            node = RecordingNode(directory, "waited_for", model="hopping_trot", paused="true", record="false")
             trot = Simulator("waited_for")
             failed = []
 
@@ -267,7 +240,7 @@ class SimulatorRecording(unittest.TestCase):
 
     def test_a_recording_that_begins_later_is_an_epoch(self):
         with tempfile.TemporaryDirectory() as directory:
-            node = Node(directory, "late", model="hopping_trot", record="false")
+            node = RecordingNode(directory, "late", model="hopping_trot", record="false")
             trot = Simulator("late")
             time.sleep(0.5)
             answer = trot.start_recording(name="later")
@@ -282,7 +255,7 @@ class SimulatorRecording(unittest.TestCase):
 
     def test_play_shows_what_was_live(self):
         with tempfile.TemporaryDirectory() as directory:
-            node = Node(directory, "shown", model="hopping_trot")
+            node = RecordingNode(directory, "shown", model="hopping_trot")
             Simulator("shown")
             time.sleep(1.5)
             node.stop()
@@ -311,7 +284,7 @@ class SimulatorRecording(unittest.TestCase):
 
                 name = "killed_%d" % attempt
                 subscriber = rospy.Subscriber(name + "/events", SimulatorEvent, take)
-                node = Node(directory, name, model="hopping_trot", real_time_factor=2, rate=200)
+                node = RecordingNode(directory, name, model="hopping_trot", real_time_factor=2, rate=200)
                 Simulator(name)
                 self.assertTrue(wait_until(lambda: len(announced) > 2))
                 time.sleep(1.2 + 2 * random.random())
