@@ -113,6 +113,14 @@ void ReadSimulatorParameters(MapReader* reader, const std::string& name, Simulat
   reader->Read("tangent_directions", &p->tangent_directions);
   reader->Read("mark", &p->mark);
   reader->Read("realtime_priority", &p->realtime_priority, 0, 99);
+  reader->Read("busy_wait", &p->busy_wait);
+  if (p->busy_wait && p->realtime_priority > 0) {
+    throw std::invalid_argument(
+        name + "/busy_wait is true and " + name + "/realtime_priority is " +
+        std::to_string(p->realtime_priority) +
+        ": a thread of such priority that never sleeps is stopped for 50 ms in every second "
+        "(/proc/sys/kernel/sched_rt_runtime_us); choose one of them");
+  }
   reader->Read("bag_split_size", &p->bag_split_size);
   check("bag_split_size", p->bag_split_size, 0.01, 2048);
   reader->Read("tf_prefix", &p->display.prefix);

@@ -93,9 +93,10 @@ void Simulator::Wait(double seconds) {
 }
 
 bool Simulator::WaitUntilDue(double t) {
+  const bool waits = pace_.paced() && !stepping_;
+  if (waits && parameters_.busy_wait) pace_.SpinUntil(t);  // kLookAhead at most
   std::unique_lock<std::mutex> lock(mutex_);
-  if (!pace_.paced() || stepping_) return !stopping_;
-  changed_.wait_until(lock, pace_.Due(t), [&] { return stopping_; });
+  if (waits) changed_.wait_until(lock, pace_.Due(t), [&] { return stopping_; });
   return !stopping_;
 }
 

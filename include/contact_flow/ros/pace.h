@@ -27,6 +27,12 @@ class Pace {
     return wall_ + std::chrono::duration_cast<Clock::duration>(
                        std::chrono::duration<double>((t - t_) / factor_));
   }
+  /// Waits for t without sleeping: a processor that sleeps is not back at once, and one of a
+  /// virtual machine perhaps milliseconds later.
+  void SpinUntil(double t) const {
+    const Clock::time_point due = Due(t);
+    while (Clock::now() < due) continue;
+  }
   /// How long t has been due [s]; negative before.
   double Lateness(double t) const {
     return paced() ? std::chrono::duration<double>(Clock::now() - Due(t)).count() : 0;

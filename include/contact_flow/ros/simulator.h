@@ -39,6 +39,7 @@ struct SimulatorParameters {
   bool mark = false;                            ///< ~mark the start
   long realtime_priority =
       0;  ///< ~realtime_priority of the simulation thread, 1 to 99 (SCHED_FIFO); 0: none
+  bool busy_wait = false;       ///< ~busy_wait: that thread does not sleep between two instants
   double bag_split_size = 128;  ///< ~bag_split_size of the parts of NAME_online.bag [MB]
   DisplayOptions display;       ///< ~tf_prefix, ~base_frame
 };
