@@ -47,6 +47,7 @@ Simulator::Simulator(const SimulatorParameters& parameters, const Configuration&
   stamps_.Anchor(0, parameters_.publish_clock ? WallStamp() : RosStamp());
   session_.TakeParametersChanged();
   topics_.Model(session_.setup(), stamps_.At(0));
+  topics_.SendOff();
   if (parameters_.mark) {
     SimulatorMark start;
     start.project_directions = true;
@@ -158,11 +159,12 @@ void Simulator::Go() {
   const bool display = (display_tick > display_tick_ && open) || ended;
   tick_ = tick;
   display_tick_ = display_tick;
-  if (!WaitUntilDue(now)) return;
   if (state || display) {
     last_state_ = wall;
-    Publish(event, display);
+    Compose(event, display);
   }
+  if (!WaitUntilDue(now)) return;
+  topics_.SendOff();
   Note(state);
   if (pace_.paced() && !stepping_ && pace_.Lateness(now) > kTooLate) {
     pace_.Anchor(now, pace_.factor());
@@ -208,21 +210,24 @@ void Simulator::AfterCommands() {
       pace_.Anchor(session_.now(), pace_.factor());
     }
   }
-  FlushLog();
-  if (!touched_) return;
-  touched_ = false;
-  Publish(false, true);
-  Note(false);
+  if (touched_) {
+    touched_ = false;
+    Compose(false, true);
+    Note(false);
+  } else {
+    TellLog();
+  }
+  topics_.SendOff();
 }
 
-void Simulator::FlushLog() {
+void Simulator::TellLog() {
   const ros::Time stamp = std::max(stamps_.last(), stamps_.At(session_.now()));
-  for (const auto& publish : log_) publish(stamp);
+  for (const auto& tell : log_) tell(stamp);
   log_.clear();
 }
 
-void Simulator::Publish(bool event, bool display) {
-  FlushLog();
+void Simulator::Compose(bool event, bool display) {
+  TellLog();
   const ros::Time stamp = stamps_.Take(session_.now());
   topics_.Clock(stamp);
   if (event) topics_.Event(session_.Event(), stamp);
@@ -239,6 +244,7 @@ void Simulator::KeepInTouch() {
   const ros::Time stamp = stamps_.Take(session_.now());
   topics_.Clock(stamp);
   topics_.Display(&session_, stamp);
+  topics_.SendOff();
   Note(false);
 }
 

@@ -100,7 +100,8 @@ void Simulator::SetPace(double real_time_factor, double rate, double display_rat
 std::string Simulator::StartRecording(const std::string& name) {
   if (!thread_.joinable()) return topics_.StartRecording(name, stamps_.At(session_.now()));
   return Call([this, name](Session& session) {
-    FlushLog();
+    TellLog();
+    topics_.SendOff();
     const std::string path = topics_.StartRecording(name, stamps_.last());
     session.BeginEpoch("start_recording");  // what can be repeated begins here
     return path;

@@ -63,19 +63,26 @@ template <class Message>
 void SimulatorTopics::Send(const ros::Publisher& publisher, const ros::Time& stamp, Message message,
                            bool latched) {
   const auto shared = boost::make_shared<const Message>(std::move(message));
-  if (recorder_.Recording()) {
-    const ros::Time time = BagTime(stamp);
-    recorder_.Write(time, MakeBagEntry<Message>(publisher.getTopic(), time,
-                                                ros::this_node::getName(), shared, latched));
-  }
-  publisher.publish(shared);
+  outbox_.push_back([=] {
+    if (recorder_.Recording()) {
+      const ros::Time time = BagTime(stamp);
+      recorder_.Write(time, MakeBagEntry<Message>(publisher.getTopic(), time,
+                                                  ros::this_node::getName(), shared, latched));
+    }
+    publisher.publish(shared);
+  });
+}
+
+void SimulatorTopics::SendOff() {
+  for (const std::function<void()>& send : outbox_) send();
+  outbox_.clear();
 }
 
 void SimulatorTopics::Clock(const ros::Time& stamp) {
   if (!clock_) return;
   rosgraph_msgs::Clock message;
   message.clock = stamp;
-  clock_.publish(message);  // not recorded: rosbag play --clock makes one
+  outbox_.push_back([=] { clock_.publish(message); });  // not recorded: rosbag play makes one
 }
 
 void SimulatorTopics::Model(const std::shared_ptr<const Setup>& setup, const ros::Time& stamp) {

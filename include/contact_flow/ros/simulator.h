@@ -125,15 +125,16 @@ class Simulator {
       log_.push_back([=](const ros::Time& stamp) { topics_.Tell(message, stamp); });
     };
   }
-  void FlushLog();
-  void Publish(bool event, bool display);
+  void TellLog();
+  /// What there is to tell of now, to be sent off when it is due.
+  void Compose(bool event, bool display);
   void KeepInTouch();
   void Note(bool published);
   double NextInstant() const;
 
   SimulatorParameters parameters_;
   SimulatorTopics topics_;
-  std::vector<std::function<void(const ros::Time&)>> log_;  // to be published before anything else
+  std::vector<std::function<void(const ros::Time&)>> log_;  // to be told before anything else
   Session session_;
   Pace pace_;
   Stamps stamps_;

@@ -3,10 +3,12 @@
 
 #include <ros/ros.h>
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "contact_flow/SimulatorStatus.h"
 #include "contact_flow/ros/point_display.h"
@@ -17,7 +19,8 @@
 namespace contact_flow {
 namespace ros_interface {
 
-/// What the simulator tells the world: topics, and the bag that holds all of them.
+/// What the simulator tells the world: topics, and the bag that holds all of them. Messages are
+/// made when they are told of, and wait for SendOff: what is due later is ready by then.
 class SimulatorTopics {
  public:
   SimulatorTopics(ros::NodeHandle* node, const std::string& bag_directory,
@@ -39,6 +42,9 @@ class SimulatorTopics {
   /// On `status` and /diagnostics.
   void Status(SimulatorStatus message, const ros::Time& stamp);
 
+  /// Publishes and records what was told, in its order.
+  void SendOff();
+
   /// Begins with model, epoch and the inputs of the present epoch, so that the bag can be verified
   /// by itself.
   std::string StartRecording(const std::string& name, const ros::Time& stamp);
@@ -52,6 +58,7 @@ class SimulatorTopics {
             bool latched = false);
   ros::Time BagTime(const ros::Time& stamp);
 
+  std::vector<std::function<void()>> outbox_;
   ros::NodeHandle node_;
   const DisplayOptions options_;
   StreamRecorder recorder_;
