@@ -137,7 +137,8 @@ def draw_section(axes, recording):
     axes.set(xlabel=r"pitch $\theta$ [rad]", ylabel=r"pitch rate $\dot\theta$ [rad/s]",
              xlim=(grid[0], grid[-1]), ylim=(grid[0], grid[-1]),
              title="section at the apex: selections of $DP$\n(shaded) and simulated runs (dots)")
-    axes.legend(fontsize=7.5, loc="upper right", framealpha=0.9)
+    axes.legend(fontsize=7.5, loc="upper center", bbox_to_anchor=(0.5, -0.22), ncol=3, columnspacing=1,
+                handletextpad=0.2, frameon=False)
 
 
 def draw(recording, path):
