@@ -228,10 +228,10 @@ bool Flow::Cut(double t) {
 bool Flow::ChangeInput(const VectorRef& u) {
   dynamics_.SetInput(u);
   arc_begun_ = false;
-  const ResolvedTransition resolved = ResolveInputChange(&dynamics_, t_, x_, mode_);
+  ResolvedTransition resolved = ResolveInputChange(&dynamics_, t_, x_, mode_);
   status_ = resolved.status;
   if (!status_.ok()) return false;
-  transition_ = resolved.transition;
+  transition_ = std::move(resolved.transition);
   last_transition_ = t_;
   ++transitions_;
   mode_ = transition_.mode_after;
@@ -240,7 +240,7 @@ bool Flow::ChangeInput(const VectorRef& u) {
 
 /// Applies the transition at (t_, x_); false when it is not admissible, and the run ends before it.
 bool Flow::PassTransition() {
-  const ResolvedTransition resolved = ResolveTransition(
+  ResolvedTransition resolved = ResolveTransition(
       &dynamics_, t_, x_, mode_, trigger_,
       {options_.simultaneity_tolerance, options_.speed_tolerance, options_.impact_law});
   margins_.approach_speed = std::min(margins_.approach_speed, resolved.approach_speed);
@@ -259,7 +259,7 @@ bool Flow::PassTransition() {
          "max_events = " + std::to_string(options_.max_events) + " transitions were passed");
     return false;
   }
-  transition_ = resolved.transition;
+  transition_ = std::move(resolved.transition);
   last_transition_ = t_;
   ++transitions_;
   mode_ = transition_.mode_after;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "contact_flow/types.h"
@@ -45,6 +46,10 @@ class ConfigurationSpace {
   /// q̇ = N(q) v [nq].
   template <class S>
   void Rate(const S* q, const S* v, S* rate) const {
+    if (IsFlat()) {
+      std::copy_n(v, line_velocity_.size(), rate);
+      return;
+    }
     for (int k = 0; k < static_cast<int>(line_velocity_.size()); ++k) {
       if (line_velocity_[k] >= 0) rate[k] = v[line_velocity_[k]];
     }
