@@ -99,7 +99,9 @@ void ContactDynamics::Invert() {
     force_map_.noalias() = delassus_inverse_.lazyProduct(momentum_map_);
     inverse_.noalias() -= momentum_map_.transpose().lazyProduct(force_map_);
   }
-  if (!regular_) inverse_.setConstant(std::numeric_limits<double>::quiet_NaN());
+  if (regular_) return;
+  inverse_.setConstant(std::numeric_limits<double>::quiet_NaN());
+  force_map_.setConstant(std::numeric_limits<double>::quiet_NaN());
 }
 
 void ContactDynamics::Evaluate(const VectorRef& x, ContactMode mode) {

@@ -14,6 +14,7 @@
 #include "contact_flow/dynamics/mode_selection.h"
 #include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/model/model_library.h"
+#include "test/test_models.h"
 
 namespace contact_flow {
 namespace {
@@ -209,6 +210,63 @@ INSTANTIATE_TEST_SUITE_P(AllModels, Dynamics, testing::ValuesIn(ModelNames()),
                          [](const testing::TestParamInfo<std::string>& info) {
                            return info.param;
                          });
+
+/// A mass on a floor that is there twice; its mass may be anything, and may count as constant or
+/// not.
+template <bool kConstant>
+struct TwoFloors : test::UnitMasses<2, 2> {
+  static constexpr bool kConstantMass = kConstant;
+  static constexpr const char* kName = "two_floors";
+  static constexpr std::array<const char*, 2> kCoordinates = {"x", "y"};
+  static constexpr std::array<const char*, 2> kUnits = {"m", "m"};
+  static constexpr std::array<const char*, 2> kConstraintNames = {"floor", "same"};
+  template <class P>
+  struct Parameters {
+    P mass = 1;
+    template <class V>
+    void Visit(V&& visit) {
+      visit(mass, "mass", "kg", "along x", Range::kAny);
+    }
+  };
+  template <class P, class S>
+  static void MassMatrix(const Parameters<P>& p, const Eigen::Matrix<S, 2, 1>&,
+                         Eigen::Matrix<S, 2, 2>* M) {
+    *M << S(p.mass), S(0.0), S(0.0), S(1.0);
+  }
+  template <class P, class S>
+  static void Force(const P&, const Eigen::Matrix<S, 2, 1>&, const Eigen::Matrix<S, 2, 1>&,
+                    const Eigen::Matrix<S, 0, 1>&, Eigen::Matrix<S, 2, 1>* f) {
+    *f << S(1.0), S(-1.0);
+  }
+  template <class P, class S>
+  static void Gaps(const P&, const Eigen::Matrix<S, 2, 1>& q, Eigen::Matrix<S, 2, 1>* a) {
+    *a << q(1), q(1);
+  }
+};
+
+/// Assumption 3 fails where contacts depend on one another, or where a mass vanishes.
+template <class Model>
+void ExpectNoNumbersWhereSingular() {
+  const Vector x = Vector::Zero(4);
+  const auto regular = test::Make<Model>();
+  ContactDynamics dynamics(regular, Vector());
+  dynamics.Differentiate(x, ContactMode({0, 1}));
+  EXPECT_TRUE(std::isnan(dynamics.acceleration()(1)));
+  EXPECT_TRUE(std::isnan(dynamics.force()(0)) && std::isnan(dynamics.force()(1)));
+  dynamics.Evaluate(x, ContactMode({1}));  // and no harm is left
+  EXPECT_EQ(Eigen::Vector2d(1, 0), dynamics.acceleration());
+  EXPECT_EQ(Eigen::Vector2d(0, 1), dynamics.force());
+  const auto massless = test::Make<Model>({{"mass", 0}});
+  ContactDynamics singular(massless, Vector());
+  singular.Evaluate(x, ContactMode({0}));
+  EXPECT_TRUE(std::isnan(singular.acceleration()(0)));
+  EXPECT_TRUE(std::isnan(singular.force()(0)));
+}
+
+TEST(ContactDynamics, GivesNoNumbersWhereItIsSingular) {
+  ExpectNoNumbersWhereSingular<TwoFloors<true>>();
+  ExpectNoNumbersWhereSingular<TwoFloors<false>>();
+}
 
 TEST(SelectContactMode, AVanishingForceBelongsIfItGrows) {
   // wall_and_floor at its event: λ_floor = −w (clock w = 0), which falls.
