@@ -73,6 +73,13 @@ void SimulatorTopics::Send(const ros::Publisher& publisher, const ros::Time& sta
   });
 }
 
+template <class Message>
+void SimulatorTopics::SendStamped(const ros::Publisher& publisher, const ros::Time& stamp,
+                                  Message message, bool latched) {
+  message.header.stamp = stamp;
+  Send(publisher, stamp, std::move(message), latched);
+}
+
 void SimulatorTopics::SendOff() {
   for (const std::function<void()>& send : outbox_) send();
   outbox_.clear();
@@ -111,44 +118,34 @@ void SimulatorTopics::Model(const std::shared_ptr<const Setup>& setup, const ros
 }
 
 void SimulatorTopics::Tell(SimulatorEpoch message, const ros::Time& stamp) {
-  message.header.stamp = stamp;
-  Send(epoch_, stamp, std::move(message), kLatch);
+  SendStamped(epoch_, stamp, std::move(message), kLatch);
 }
 
 void SimulatorTopics::Tell(SimulatorInput message, const ros::Time& stamp) {
-  message.header.stamp = stamp;
-  Send(input_, stamp, std::move(message));
+  SendStamped(input_, stamp, std::move(message));
 }
 
 void SimulatorTopics::Tell(SimulatorMark message, const ros::Time& stamp) {
-  message.header.stamp = stamp;
-  Send(mark_, stamp, std::move(message));
+  SendStamped(mark_, stamp, std::move(message));
 }
 
 void SimulatorTopics::Tell(PredictionRequest message, const ros::Time& stamp) {
-  message.header.stamp = stamp;
-  Send(asked_, stamp, std::move(message));
+  SendStamped(asked_, stamp, std::move(message));
 }
 
 void SimulatorTopics::Tell(OutcomePrediction message, const ros::Time& stamp) {
-  message.header.stamp = stamp;
-  Send(predicted_, stamp, std::move(message));
+  SendStamped(predicted_, stamp, std::move(message));
 }
 
 void SimulatorTopics::Event(SimulatorEvent message, const ros::Time& stamp) {
-  message.header.stamp = stamp;
-  Send(event_, stamp, std::move(message));
+  SendStamped(event_, stamp, std::move(message));
 }
 
 void SimulatorTopics::State(Session* session, const ros::Time& stamp) {
   HybridState message = session->StateMsg();
-  message.header.stamp = stamp;
   message.header.frame_id = options_.world_frame;
-  Send(state_, stamp, std::move(message), kLatch);
-  if (!session->marked()) return;
-  RollingTangents tangents = session->TangentsMsg();
-  tangents.header.stamp = stamp;
-  Send(tangents_, stamp, std::move(tangents));
+  SendStamped(state_, stamp, std::move(message), kLatch);
+  if (session->marked()) SendStamped(tangents_, stamp, session->TangentsMsg());
 }
 
 void SimulatorTopics::Display(Session* session, const ros::Time& stamp) {
@@ -167,15 +164,13 @@ void SimulatorTopics::Display(Session* session, const ros::Time& stamp) {
   const std::vector<std::string>& names = setup_->system->description().constraints;
   for (std::size_t i = 0; i < names.size(); ++i) {
     geometry_msgs::WrenchStamped message;
-    message.header.stamp = stamp;
     message.header.frame_id = options_.world_frame;
     message.wrench = wrenches[i];
-    Send(wrenches_[names[i]], stamp, std::move(message));
+    SendStamped(wrenches_[names[i]], stamp, std::move(message));
   }
 }
 
 void SimulatorTopics::Status(SimulatorStatus message, const ros::Time& stamp) {
-  message.header.stamp = stamp;
   diagnostic_updater::DiagnosticStatusWrapper status;
   using Level = diagnostic_msgs::DiagnosticStatus;
   status.name = ros::this_node::getName() + ": simulator";
@@ -205,10 +200,9 @@ void SimulatorTopics::Status(SimulatorStatus message, const ros::Time& stamp) {
   status.add("margin: force [N]", message.margins.force);
   status.add("margin: event interval [s]", message.margins.event_interval);
   diagnostic_msgs::DiagnosticArray array;
-  array.header.stamp = stamp;
   array.status.push_back(status);
-  Send(diagnostics_, stamp, std::move(array));
-  Send(status_, stamp, std::move(message), kLatch);
+  SendStamped(diagnostics_, stamp, std::move(array));
+  SendStamped(status_, stamp, std::move(message), kLatch);
 }
 
 std::string SimulatorTopics::StartRecording(const std::string& name, const ros::Time& stamp) {

@@ -56,6 +56,10 @@ class SimulatorTopics {
   template <class Message>
   void Send(const ros::Publisher& publisher, const ros::Time& stamp, Message message,
             bool latched = false);
+  /// The same with the stamp in its header.
+  template <class Message>
+  void SendStamped(const ros::Publisher& publisher, const ros::Time& stamp, Message message,
+                   bool latched = false);
   ros::Time BagTime(const ros::Time& stamp);
 
   std::vector<std::function<void()>> outbox_;
