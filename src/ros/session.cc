@@ -11,13 +11,6 @@
 
 namespace contact_flow {
 namespace ros_interface {
-namespace {
-
-std::shared_ptr<const MechanicalSystem> SystemOf(const std::shared_ptr<const Setup>& setup) {
-  return {setup, setup->system.get()};
-}
-
-}  // namespace
 
 Session::Session(const Configuration& configuration, std::vector<std::string> tangent_directions,
                  Log log)
@@ -31,7 +24,7 @@ Session::Session(const Configuration& configuration, std::vector<std::string> ta
 /// The new epoch is there, or nothing has happened.
 void Session::Begin(const std::string& cause, double t, std::shared_ptr<const Setup> setup,
                     const Vector& x, const Vector& u, const Vector& impulse) {
-  auto flow = std::make_unique<OnlineFlow>(SystemOf(setup), t, x, u, setup->options);
+  auto run = std::make_unique<EpochRun>(setup, t, x, u);
   const Eigen::Index nq = setup->system->num_positions(), d = setup->system->dof();
   SimulatorEpoch message;
   message.epoch = epoch_ + 1;
@@ -45,45 +38,31 @@ void Session::Begin(const std::string& cause, double t, std::shared_ptr<const Se
     message.parameter_values.push_back(parameter.value);
   }
   message.impulse = ToMsg(VectorRef(impulse));
-  if (flow_) {
-    flow_->Settle();
-    const Vector before = flow_->State();
-    message.t_before = flow_->now();
+  if (run_) {
+    run_->flow()->Settle();
+    const Vector before = run_->flow()->State();
+    message.t_before = now();
     message.q_before = ToMsg(VectorRef(before.head(nq)));
     message.v_before = ToMsg(VectorRef(before.tail(d)));
   }
   ++epoch_;
-  mark_.reset();
-  parameters_changed_ = parameters_changed_ || setup_ != setup;
-  flow_ = std::move(flow);
-  setup_ = std::move(setup);
-  dynamics_ = std::make_unique<ContactDynamics>(*setup_->system, u);
+  parameters_changed_ = parameters_changed_ || !run_ || run_->setup() != setup;
+  run_ = std::move(run);
   if (log_.epoch) log_.epoch(message);
 }
 
 bool Session::TakeParametersChanged() { return std::exchange(parameters_changed_, false); }
 
 bool Session::AdvanceTo(double t) {
-  while (true) {
-    const bool passed = flow_->AdvanceTo(t);
-    if (mark_) mark_->Follow(flow_.get(), passed);
-    if (!passed) return false;
-    const Transition& transition = flow_->transition();
-    // An input that changes is an event only if contacts let go.
-    if (transition.changes_input && transition.mode_before == transition.mode_after) continue;
-    ++events_;
-    return true;
-  }
+  const bool event = run_->AdvanceTo(t);
+  if (event) ++events_;
+  return event;
 }
 
 SimulatorEvent Session::Event() const {
-  const SystemDescription& description = setup_->system->description();
-  SimulatorEvent message;
+  SimulatorEvent message = run_->EventMsg();
   message.epoch = epoch_;
   message.index = events_;
-  message.changes_input = flow_->transition().changes_input;
-  message.constraints = description.constraints;
-  message.transition = ToMsg(description, flow_->transition());
   return message;
 }
 
@@ -94,29 +73,22 @@ void Session::ResetSimulation() {
 }
 
 void Session::ResetWorld() {
-  const Vector u = flow_->NextInput();  // which ends with the flow
-  Begin("reset_world", now(), setup_, setup_->system->nominal().x, u, Vector());
-}
-
-Vector Session::SettledState() {
-  flow_->Settle();
-  Vector x = flow_->State();
-  ProjectContacts(*setup_->system, flow_->mode(), &x);
-  return x;
+  const Vector u = run_->flow()->NextInput();  // which ends with the flow
+  Begin("reset_world", now(), setup(), run_->system().nominal().x, u, Vector());
 }
 
 void Session::Restart(const std::string& cause, std::shared_ptr<const Setup> setup,
                       const std::function<void(Vector*)>& change, const Vector& impulse) {
   const MechanicalSystem& system = *setup->system;
-  const Vector u = flow_->NextInput();
+  const Vector u = run_->flow()->NextInput();
   // First on what the state is between steps: if that is refused, no step is cut.
-  Vector x = flow_->State();
-  ProjectContacts(*setup_->system, flow_->mode(), &x);
+  Vector x = run_->flow()->State();
+  ProjectContacts(run_->system(), run_->flow()->mode(), &x);
   change(&x);
   InitialMode(system, x, u, setup->options);
-  const std::vector<OnlineFlow::Input> inputs(flow_->inputs_to_come().begin(),
-                                              flow_->inputs_to_come().end());
-  x = SettledState();
+  const std::vector<OnlineFlow::Input> inputs(run_->flow()->inputs_to_come().begin(),
+                                              run_->flow()->inputs_to_come().end());
+  x = run_->SettledState();
   change(&x);
   try {
     Begin(cause, now(), std::move(setup), x, u, impulse);
@@ -131,12 +103,12 @@ void Session::Restart(const std::string& cause, std::shared_ptr<const Setup> set
 
 void Session::BeginEpoch(const std::string& cause) {
   Restart(
-      cause, setup_, [](Vector*) {}, Vector());
+      cause, setup(), [](Vector*) {}, Vector());
 }
 
 void Session::SetState(const InitialState& state) {
   Restart(
-      "set_state", setup_, [&](Vector* x) { ApplyState(*setup_->system, state, x); }, Vector());
+      "set_state", setup(), [&](Vector* x) { ApplyState(run_->system(), state, x); }, Vector());
 }
 
 void Push(const Setup& setup, const Vector& impulse, Vector* x) {
@@ -146,16 +118,16 @@ void Push(const Setup& setup, const Vector& impulse, Vector* x) {
 
 void Session::ApplyImpulse(const std::vector<std::string>& names,
                            const std::vector<double>& impulse) {
-  const MechanicalSystem& system = *setup_->system;
+  const MechanicalSystem& system = run_->system();
   Vector p = Vector::Zero(system.dof());
   ApplyNamed("velocity", names, impulse, system.description().velocities, &p);
   Restart(
-      "apply_impulse", setup_, [&](Vector* x) { Push(*setup_, p, x); }, p);
+      "apply_impulse", setup(), [&](Vector* x) { Push(*setup(), p, x); }, p);
 }
 
 void Session::SetParameters(const std::vector<std::string>& names,
                             const std::vector<double>& values) {
-  const std::vector<Parameter>& parameters = setup_->system->description().parameters;
+  const std::vector<Parameter>& parameters = run_->system().description().parameters;
   std::vector<std::string> valid;
   Vector numbers(static_cast<Eigen::Index>(parameters.size()));
   for (const Parameter& parameter : parameters) {
@@ -164,7 +136,7 @@ void Session::SetParameters(const std::vector<std::string>& names,
   }
   if (names.empty()) throw std::invalid_argument("names is empty, expected at least one parameter");
   ApplyNamed("parameter", names, values, valid, &numbers);
-  Configuration configuration = setup_->configuration;
+  Configuration configuration = setup()->configuration;
   for (std::size_t i = 0; i < valid.size(); ++i) {
     configuration.parameters[valid[i]] = numbers(static_cast<Eigen::Index>(i));
   }
@@ -174,16 +146,16 @@ void Session::SetParameters(const std::vector<std::string>& names,
 
 void Session::SetInput(double t, const std::vector<std::string>& names,
                        const std::vector<double>& values) {
-  Vector u = flow_->NextInput();
-  for (const OnlineFlow::Input& input : flow_->inputs_to_come()) {
+  Vector u = run_->flow()->NextInput();
+  for (const OnlineFlow::Input& input : run_->flow()->inputs_to_come()) {
     if (input.t <= t) u = input.u;
   }
-  ApplyNamed("input", names, values, setup_->system->description().inputs, &u);
+  ApplyNamed("input", names, values, run_->system().description().inputs, &u);
   TellInput(t, u);
 }
 
 void Session::TellInput(double t, const Vector& u) {
-  flow_->SetInput(t, u);
+  run_->flow()->SetInput(t, u);
   SimulatorInput message;
   message.epoch = epoch_;
   message.t = t;
@@ -194,49 +166,23 @@ void Session::TellInput(double t, const Vector& u) {
 Directions Session::Mark(SimulatorMark asked) {
   asked.epoch = epoch_;
   asked.t = now();
-  if (asked.clear) {
-    mark_.reset();
-    flow_->KeepMotion(false);
-  } else {
-    if (asked.directions.empty() && asked.direction_matrix.data.empty()) {
-      asked.directions = tangent_directions_;
-    }
-    mark_ = std::make_unique<MarkedInstant>(*setup_, flow_.get(), asked);
+  if (!asked.clear && asked.directions.empty() && asked.direction_matrix.data.empty()) {
+    asked.directions = tangent_directions_;
   }
+  run_->Mark(asked);
   if (log_.mark) log_.mark(asked);
-  return mark_ ? mark_->directions() : Directions();
-}
-
-Vector Session::State() { return flow_->State(); }
-
-Vector Session::Force() {
-  dynamics_->SetInput(flow_->NextInput());
-  dynamics_->Evaluate(flow_->State(), flow_->mode());
-  return dynamics_->force().head(setup_->system->num_constraints());
+  return run_->marked() ? run_->directions() : Directions();
 }
 
 HybridState Session::StateMsg() {
-  const MechanicalSystem& system = *setup_->system;
-  const SystemDescription& description = system.description();
-  const Vector x = flow_->State();
-  HybridState message;
+  HybridState message = run_->StateMsg();
   message.epoch = epoch_;
   message.events = events_;
-  message.t = now();
-  message.coordinates = description.coordinates;
-  message.velocities = description.velocities;
-  message.constraints = description.constraints;
-  message.inputs = description.inputs;
-  message.mode = flow_->mode().Names(description.constraints);
-  message.q = ToMsg(VectorRef(x.head(system.num_positions())));
-  message.v = ToMsg(VectorRef(x.tail(system.dof())));
-  message.force = ToMsg(VectorRef(Force()));
-  message.input = ToMsg(VectorRef(flow_->NextInput()));
   return message;
 }
 
 RollingTangents Session::TangentsMsg() {
-  RollingTangents message = mark_->Message(flow_.get());
+  RollingTangents message = run_->TangentsMsg();
   message.epoch = epoch_;
   return message;
 }
@@ -247,7 +193,7 @@ Snapshot Session::AskPrediction(PredictionRequest* request) {
   request->index = ++predictions_;
   request->t = now();
   if (log_.asked) log_.asked(*request);
-  return TakeSnapshot(setup_, flow_.get());
+  return run_->Present();
 }
 
 void Session::TellPrediction(const OutcomePrediction& prediction) {

@@ -51,37 +51,32 @@ std::string SessionVerifier::Take(const ModelDescription& model) {
 }
 
 std::string SessionVerifier::Belongs(std::uint32_t epoch) const {
-  if (flow_ && epoch == epoch_) return "";
+  if (run_ && epoch == epoch_) return "";
   return "of epoch " + std::to_string(epoch) + ", whose beginning is not in the bag before it";
 }
 
 bool SessionVerifier::AdvanceTo(double t) {
-  while (true) {
-    const bool passed = flow_->AdvanceTo(t);
-    if (mark_) mark_->Follow(flow_.get(), passed);
-    if (!passed) return false;
-    const Transition& transition = flow_->transition();
-    if (transition.changes_input && transition.mode_before == transition.mode_after) continue;
-    ++events_;
-    return true;
-  }
+  const bool event = run_->AdvanceTo(t);
+  if (event) ++events_;
+  return event;
 }
 
 std::string SessionVerifier::AdvanceQuietlyTo(double t) {
   if (!AdvanceTo(t)) return "";
-  return "computed: an event at " + std::to_string(flow_->now()) + " s that was not announced";
+  return "computed: an event at " + std::to_string(run_->flow()->now()) +
+         " s that was not announced";
 }
 
 std::string SessionVerifier::Take(const SimulatorEpoch& epoch) {
   if (!configuration_) return "no model before it";
   std::string difference;
-  const bool follows = flow_ && epoch.epoch == epoch_ + 1 && !epoch.q_before.empty();
+  const bool follows = run_ && epoch.epoch == epoch_ + 1 && !epoch.q_before.empty();
   Vector before;
   if (follows) {
     const std::string event = AdvanceQuietlyTo(epoch.t_before);
     if (!event.empty()) return event;
-    flow_->Settle();
-    before = flow_->State();
+    run_->flow()->Settle();
+    before = run_->flow()->State();
     difference =
         Compare("the end of the epoch before", Join(epoch.q_before, epoch.v_before), before);
   }
@@ -93,20 +88,15 @@ std::string SessionVerifier::Take(const SimulatorEpoch& epoch) {
   const Vector x = Join(epoch.q, epoch.v);
   if (difference.empty() && follows) {
     Vector expected = before;
-    ProjectContacts(*setup_->system, flow_->mode(), &expected);
-    if (epoch.cause == "apply_impulse") Push(*setup_, ToVector(epoch.impulse), &expected);
+    ProjectContacts(run_->system(), run_->flow()->mode(), &expected);
+    if (epoch.cause == "apply_impulse") Push(*run_->setup(), ToVector(epoch.impulse), &expected);
     if (epoch.cause == "reset_world" || epoch.cause == "reset_simulation") {
       expected = setup->system->nominal().x;
     }
     if (epoch.cause == "set_state") expected = x;  // told from outside
     difference = Compare("the beginning of the epoch", x, expected);
   }
-  mark_.reset();
-  setup_ = setup;
-  const std::shared_ptr<const MechanicalSystem> system(setup_, setup_->system.get());
-  const Vector u = ToVector(epoch.input);
-  flow_ = std::make_unique<OnlineFlow>(system, epoch.t, x, u, setup_->options);
-  dynamics_ = std::make_unique<ContactDynamics>(*system, u);
+  run_ = std::make_unique<EpochRun>(setup, epoch.t, x, ToVector(epoch.input));
   epoch_ = epoch.epoch;
   if (!first_epoch_) first_epoch_ = epoch_;
   if (epoch.cause == "start" || epoch.cause == "reset_simulation") {
@@ -119,7 +109,7 @@ std::string SessionVerifier::Take(const SimulatorEpoch& epoch) {
 std::string SessionVerifier::Take(const SimulatorInput& input) {
   const std::string stranger = Belongs(input.epoch);
   if (!stranger.empty()) return stranger;
-  flow_->SetInput(input.t, ToVector(input.input));
+  run_->flow()->SetInput(input.t, ToVector(input.input));
   return "";
 }
 
@@ -129,10 +119,10 @@ std::string SessionVerifier::Take(const SimulatorEvent& event) {
   if (!AdvanceTo(event.transition.t)) return "no event is computed up to its time";
   if (!counting_) events_ = event.index;  // a recording that began later
   counting_ = true;
-  SimulatorEvent computed = event;
+  SimulatorEvent computed = run_->EventMsg();
+  computed.header = event.header;
+  computed.epoch = epoch_;
   computed.index = events_;
-  computed.changes_input = flow_->transition().changes_input;
-  computed.transition = ToMsg(setup_->system->description(), flow_->transition());
   return Serialize(event) == Serialize(computed) ? "" : FirstDifference(event, computed);
 }
 
@@ -141,19 +131,12 @@ std::string SessionVerifier::Take(const HybridState& state) {
   if (!stranger.empty()) return stranger;
   const std::string event = AdvanceQuietlyTo(state.t);
   if (!event.empty()) return event;
-  const MechanicalSystem& system = *setup_->system;
-  const Vector x = flow_->State();
-  dynamics_->SetInput(flow_->NextInput());
-  dynamics_->Evaluate(x, flow_->mode());
   if (!counting_) events_ = state.events;
   counting_ = true;
-  HybridState computed = state;
+  HybridState computed = run_->StateMsg();
+  computed.header = state.header;
+  computed.epoch = epoch_;
   computed.events = events_;
-  computed.mode = flow_->mode().Names(system.description().constraints);
-  computed.q = ToMsg(VectorRef(x.head(system.num_positions())));
-  computed.v = ToMsg(VectorRef(x.tail(system.dof())));
-  computed.force = ToMsg(VectorRef(dynamics_->force().head(system.num_constraints())));
-  computed.input = ToMsg(VectorRef(flow_->NextInput()));
   return Serialize(state) == Serialize(computed) ? "" : FirstDifference(state, computed);
 }
 
@@ -162,20 +145,15 @@ std::string SessionVerifier::Take(const SimulatorMark& mark) {
   if (!stranger.empty()) return stranger;
   const std::string event = AdvanceQuietlyTo(mark.t);
   if (!event.empty()) return event;
-  mark_.reset();
-  if (mark.clear) {
-    flow_->KeepMotion(false);
-  } else {
-    mark_ = std::make_unique<MarkedInstant>(*setup_, flow_.get(), mark);
-  }
+  run_->Mark(mark);
   return "";
 }
 
 std::string SessionVerifier::Take(const RollingTangents& tangents) {
   const std::string stranger = Belongs(tangents.epoch);
   if (!stranger.empty()) return stranger;
-  if (!mark_) return "no mark of its epoch is in the bag before it";
-  RollingTangents computed = mark_->Message(flow_.get());
+  if (!run_->marked()) return "no mark of its epoch is in the bag before it";
+  RollingTangents computed = run_->TangentsMsg();
   computed.header = tangents.header;
   computed.epoch = epoch_;
   return Serialize(tangents) == Serialize(computed) ? "" : FirstDifference(tangents, computed);
@@ -186,7 +164,7 @@ std::string SessionVerifier::Take(const PredictionRequest& request) {
   if (!stranger.empty()) return stranger;
   const std::string event = AdvanceQuietlyTo(request.t);
   if (!event.empty()) return event;
-  asked_[request.index] = {request, TakeSnapshot(setup_, flow_.get())};
+  asked_[request.index] = {request, run_->Present()};
   if (asked_.size() > kMaxOpenRequests) asked_.erase(asked_.begin());
   return "";
 }

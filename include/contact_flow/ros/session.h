@@ -16,10 +16,7 @@
 #include "contact_flow/SimulatorEvent.h"
 #include "contact_flow/SimulatorInput.h"
 #include "contact_flow/SimulatorMark.h"
-#include "contact_flow/flow/online_flow.h"
-#include "contact_flow/ros/mark.h"
-#include "contact_flow/ros/prediction.h"
-#include "contact_flow/ros/setup.h"
+#include "contact_flow/ros/epoch_run.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -45,13 +42,13 @@ class Session {
 
   Session(const Configuration& configuration, std::vector<std::string> tangent_directions, Log log);
 
-  const std::shared_ptr<const Setup>& setup() const { return setup_; }
-  double now() const { return flow_->now(); }  ///< simulated time [s]
+  const std::shared_ptr<const Setup>& setup() const { return run_->setup(); }
+  double now() const { return run_->flow()->now(); }  ///< simulated time [s]
   /// Of the present epoch; not kOk: it has come to its end.
-  const Status& status() const { return flow_->status(); }
+  const Status& status() const { return run_->flow()->status(); }
   std::uint32_t epoch() const { return epoch_; }
   std::uint64_t events() const { return events_; }
-  ContactMode mode() const { return flow_->mode(); }
+  ContactMode mode() const { return run_->flow()->mode(); }
   /// True when parameters have changed since the last call, and the first time.
   bool TakeParametersChanged();
 
@@ -59,7 +56,7 @@ class Session {
   bool AdvanceTo(double t);
   /// The transition there.
   SimulatorEvent Event() const;
-  bool changes_input() const { return flow_->transition().changes_input; }
+  bool changes_input() const { return run_->flow()->transition().changes_input; }
 
   /// A new epoch from the present state: for a recording that begins here.
   void BeginEpoch(const std::string& cause);
@@ -76,14 +73,14 @@ class Session {
   /// Marks now, until the epoch ends; or removes the mark. Returns the directions, with a note of
   /// what was left out or projected. Epoch and time of `asked` are not read.
   Directions Mark(SimulatorMark asked);
-  bool marked() const { return mark_ != nullptr; }
+  bool marked() const { return run_->marked(); }
 
-  Vector State();
+  Vector State() { return run_->flow()->State(); }
   /// λ now [n].
-  Vector Force();
+  Vector Force() { return run_->Force(); }
   HybridState StateMsg();
   RollingTangents TangentsMsg();
-  Margins margins() const { return flow_->margins(); }
+  Margins margins() const { return run_->flow()->margins(); }
 
   /// Numbers the request, and returns what the prediction starts from; others may make it while
   /// this goes on.
@@ -97,17 +94,12 @@ class Session {
   /// A new epoch from now, whose state is the present one after `change`.
   void Restart(const std::string& cause, std::shared_ptr<const Setup> setup,
                const std::function<void(Vector*)>& change, const Vector& impulse);
-  /// Now as the end of a step; what rests in contact is put exactly on it.
-  Vector SettledState();
   void TellInput(double t, const Vector& u);
 
   const std::vector<std::string> tangent_directions_;
   const Log log_;
   const std::shared_ptr<const Setup> initial_setup_;
-  std::shared_ptr<const Setup> setup_;
-  std::unique_ptr<OnlineFlow> flow_;
-  std::unique_ptr<ContactDynamics> dynamics_;
-  std::unique_ptr<MarkedInstant> mark_;
+  std::unique_ptr<EpochRun> run_;
   std::uint32_t epoch_ = 0;
   std::uint64_t events_ = 0;
   std::uint64_t predictions_ = 0;

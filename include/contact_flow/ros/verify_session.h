@@ -15,10 +15,7 @@
 #include "contact_flow/SimulatorEvent.h"
 #include "contact_flow/SimulatorInput.h"
 #include "contact_flow/SimulatorMark.h"
-#include "contact_flow/flow/online_flow.h"
-#include "contact_flow/ros/mark.h"
-#include "contact_flow/ros/prediction.h"
-#include "contact_flow/ros/setup.h"
+#include "contact_flow/ros/epoch_run.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -55,10 +52,7 @@ class SessionVerifier {
   std::string Belongs(std::uint32_t epoch) const;
 
   std::optional<Configuration> configuration_;
-  std::shared_ptr<const Setup> setup_;
-  std::unique_ptr<OnlineFlow> flow_;
-  std::unique_ptr<ContactDynamics> dynamics_;
-  std::unique_ptr<MarkedInstant> mark_;
+  std::unique_ptr<EpochRun> run_;
   struct Asked {
     PredictionRequest request;
     Snapshot snapshot;

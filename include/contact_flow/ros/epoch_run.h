@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+
+#include "contact_flow/HybridState.h"
+#include "contact_flow/RollingTangents.h"
+#include "contact_flow/SimulatorEvent.h"
+#include "contact_flow/SimulatorMark.h"
+#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/flow/online_flow.h"
+#include "contact_flow/ros/mark.h"
+#include "contact_flow/ros/prediction.h"
+#include "contact_flow/ros/setup.h"
+
+namespace contact_flow {
+namespace ros_interface {
+
+/// One epoch of a session as it goes on: a run of the hybrid flow under one setup, and the instant
+/// that is marked on its way. The same calls give the same bits, in a simulator and where
+/// verify_bag repeats it. Of its messages, header, epoch and numbers of events are left empty.
+class EpochRun {
+ public:
+  /// Begins at t [s]. Throws std::invalid_argument for a state from which no run begins.
+  EpochRun(std::shared_ptr<const Setup> setup, double t, const VectorRef& x, const VectorRef& u);
+
+  const std::shared_ptr<const Setup>& setup() const { return setup_; }
+  const MechanicalSystem& system() const { return *setup_->system; }
+  OnlineFlow* flow() { return &flow_; }
+
+  /// Goes on to t, or to the first event before or at it: then true. An input that changes is one
+  /// only if contacts let go.
+  bool AdvanceTo(double t);
+  /// Now as the end of a step; what rests in contact is put exactly on it.
+  Vector SettledState();
+
+  /// Marks now, or removes the mark; throws std::invalid_argument and leaves the last one.
+  void Mark(const SimulatorMark& asked);
+  bool marked() const { return mark_ != nullptr; }
+  /// Of the mark.
+  const Directions& directions() const { return mark_->directions(); }
+  RollingTangents TangentsMsg() { return mark_->Message(&flow_); }
+
+  Vector Force();  ///< λ now [n]
+  HybridState StateMsg();
+  SimulatorEvent EventMsg() const;  ///< where AdvanceTo has stopped
+  /// What a prediction starts from.
+  Snapshot Present() { return TakeSnapshot(setup_, &flow_); }
+
+ private:
+  const std::shared_ptr<const Setup> setup_;
+  OnlineFlow flow_;
+  ContactDynamics dynamics_;
+  std::unique_ptr<MarkedInstant> mark_;
+};
+
+}  // namespace ros_interface
+}  // namespace contact_flow

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/ros/epoch_run.h"
+
+#include <utility>
+
+#include "contact_flow/flow/manifold_projection.h"
+#include "contact_flow/ros/conversions.h"
+
+namespace contact_flow {
+namespace ros_interface {
+namespace {
+
+std::shared_ptr<const MechanicalSystem> SystemOf(const std::shared_ptr<const Setup>& setup) {
+  return {setup, setup->system.get()};
+}
+
+}  // namespace
+
+EpochRun::EpochRun(std::shared_ptr<const Setup> setup, double t, const VectorRef& x,
+                   const VectorRef& u)
+    : setup_(std::move(setup)),
+      flow_(SystemOf(setup_), t, x, u, setup_->options),
+      dynamics_(system(), u) {}
+
+bool EpochRun::AdvanceTo(double t) {
+  while (true) {
+    const bool passed = flow_.AdvanceTo(t);
+    if (mark_) mark_->Follow(&flow_, passed);
+    if (!passed) return false;
+    const Transition& transition = flow_.transition();
+    if (!transition.changes_input || transition.mode_before != transition.mode_after) return true;
+  }
+}
+
+Vector EpochRun::SettledState() {
+  flow_.Settle();
+  Vector x = flow_.State();
+  ProjectContacts(system(), flow_.mode(), &x);
+  return x;
+}
+
+void EpochRun::Mark(const SimulatorMark& asked) {
+  if (asked.clear) {
+    mark_.reset();
+    flow_.KeepMotion(false);
+  } else {
+    mark_ = std::make_unique<MarkedInstant>(*setup_, &flow_, asked);
+  }
+}
+
+Vector EpochRun::Force() {
+  dynamics_.SetInput(flow_.NextInput());
+  dynamics_.Evaluate(flow_.State(), flow_.mode());
+  return dynamics_.force().head(system().num_constraints());
+}
+
+HybridState EpochRun::StateMsg() {
+  const SystemDescription& description = system().description();
+  const Vector x = flow_.State();
+  HybridState message;
+  message.t = flow_.now();
+  message.coordinates = description.coordinates;
+  message.velocities = description.velocities;
+  message.constraints = description.constraints;
+  message.inputs = description.inputs;
+  message.mode = flow_.mode().Names(description.constraints);
+  message.q = ToMsg(VectorRef(x.head(system().num_positions())));
+  message.v = ToMsg(VectorRef(x.tail(system().dof())));
+  message.force = ToMsg(VectorRef(Force()));
+  message.input = ToMsg(VectorRef(flow_.NextInput()));
+  return message;
+}
+
+SimulatorEvent EpochRun::EventMsg() const {
+  const SystemDescription& description = system().description();
+  SimulatorEvent message;
+  message.changes_input = flow_.transition().changes_input;
+  message.constraints = description.constraints;
+  message.transition = ToMsg(description, flow_.transition());
+  return message;
+}
+
+}  // namespace ros_interface
+}  // namespace contact_flow
