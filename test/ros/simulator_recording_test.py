@@ -40,7 +40,7 @@ class SimulatorRecording(unittest.TestCase):
     def test_everything_is_repeated_to_the_bit(self):
         with tempfile.TemporaryDirectory() as directory:
             node = RecordingNode(directory, "busy", model="falling_box", paused="true",
-                        **{"options/complete_zeno": "true"})
+                                 **{"options/complete_zeno": "true"})
             box = Simulator("busy")
             for k in range(3):
                 box.step(seconds=0.11)
@@ -82,7 +82,7 @@ class SimulatorRecording(unittest.TestCase):
     def record_marks_and_predictions(self, directory, name):
         """The bag of a run that is marked, looked at slowly and at once, pushed and predicted."""
         node = RecordingNode(directory, name, model="falling_box", paused="true", rate="150",
-                    **{"options/complete_zeno": "true", "derivative_options/tolerance": "1e-8"})
+                             **{"options/complete_zeno": "true", "derivative_options/tolerance": "1e-8"})
         box = Simulator(name)
         size = len(box.get_state().state.inputs)
         answers = [box.mark(directions=["+z", "-z", "+d/dt pitch"]), box.step(seconds=0.013)]
@@ -156,7 +156,8 @@ class SimulatorRecording(unittest.TestCase):
 
     def test_a_long_recording_is_verified_across_its_parts(self):
         with tempfile.TemporaryDirectory() as directory:
-            node = RecordingNode(directory, "long", model="hopping_trot", bag_split_size=0.1, mark="true")
+            node = RecordingNode(directory, "long", model="hopping_trot", bag_split_size=0.1, mark="true",
+                                 busy_wait="true")
             trot = Simulator("long")
             part = node.bag.replace(".bag", "_%d.bag")
             self.assertTrue(wait_until(lambda: os.path.exists(part % 2)))
