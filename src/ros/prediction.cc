@@ -35,43 +35,42 @@ void AddEvents(const SystemDescription& names, const Trajectory& run,
 
 }  // namespace
 
-Snapshot TakeSnapshot(std::shared_ptr<const Setup> setup, OnlineFlow* flow) {
-  Snapshot snapshot;
-  snapshot.x = flow->State();
-  ProjectContacts(*setup->system, flow->mode(), &snapshot.x);
-  snapshot.setup = std::move(setup);
-  snapshot.inputs = {{flow->now()}, {flow->NextInput()}};
-  for (const OnlineFlow::Input& input : flow->inputs_to_come()) {
-    if (!(input.t > flow->now())) continue;
-    snapshot.inputs.grid.push_back(input.t);
-    snapshot.inputs.values.push_back(input.u);
-  }
-  return snapshot;
-}
-
-void CheckRequest(const PredictionRequest& request) {
+Snapshot TakeSnapshot(std::shared_ptr<const Setup> setup, OnlineFlow* flow,
+                      const PredictionRequest& request) {
   CheckRange("horizon", request.horizon, request.horizon > 0 && request.horizon <= kLongestHorizon,
              "above 0 and up to 1000 s");
   CheckRange("size", request.size, request.size >= 0 && request.size <= 1e3, "0 (0.01) to 1000");
+  Snapshot snapshot;
+  Run& run = snapshot.run;
+  run.x = flow->State();
+  ProjectContacts(*setup->system, flow->mode(), &run.x);
+  run.input = {{flow->now()}, {flow->NextInput()}};
+  for (const OnlineFlow::Input& input : flow->inputs_to_come()) {
+    if (!(input.t > flow->now())) continue;
+    run.input.grid.push_back(input.t);
+    run.input.values.push_back(input.u);
+  }
+  run.duration = request.horizon;
+  run.options = setup->options;
+  snapshot.directions = ResolveDirections(*setup, run, request.directions, request.direction_matrix,
+                                          request.project_directions, {});
+  snapshot.setup = std::move(setup);
+  return snapshot;
 }
 
 OutcomePrediction Predict(const Snapshot& snapshot, const PredictionRequest& request,
                           const std::function<bool()>& cancelled) {
-  CheckRequest(request);
   OutcomePrediction prediction;
   prediction.epoch = request.epoch;
   prediction.index = request.index;
   const Setup& setup = *snapshot.setup;
   const MechanicalSystem& system = *setup.system;
   const Eigen::Index nq = system.num_positions(), d = system.dof();
-  Run run;
-  run.x = snapshot.x;
-  run.input = snapshot.inputs;
-  run.options = setup.options;
-  run.options.cancelled = cancelled;
-  const Directions directions = ResolveDirections(
-      setup, run, request.directions, request.direction_matrix, request.project_directions, {});
-  const Trajectory outcome = Simulate(system, run.x, run.input, request.horizon, run.options);
+  const Directions& directions = snapshot.directions;
+  const Run& run = snapshot.run;
+  SimulateOptions options = run.options;
+  options.cancelled = cancelled;
+  const Trajectory outcome = Simulate(system, run.x, run.input, run.duration, options);
   prediction.t_begin = outcome.t_begin();
   prediction.t_end = outcome.t_end();
   prediction.q = ToMsg(VectorRef(outcome.FinalState().head(nq)));

@@ -188,12 +188,12 @@ RollingTangents Session::TangentsMsg() {
 }
 
 Snapshot Session::AskPrediction(PredictionRequest* request) {
-  CheckRequest(*request);
+  Snapshot present = run_->Present(*request);
   request->epoch = epoch_;
   request->index = ++predictions_;
   request->t = now();
   if (log_.asked) log_.asked(*request);
-  return run_->Present();
+  return present;
 }
 
 void Session::TellPrediction(const OutcomePrediction& prediction) {

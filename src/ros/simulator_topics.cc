@@ -54,7 +54,6 @@ SimulatorTopics::SimulatorTopics(ros::NodeHandle* node, const std::string& bag_d
 }
 
 ros::Time SimulatorTopics::BagTime(const ros::Time& stamp) {
-  const std::lock_guard<std::mutex> lock(mutex_);
   bag_time_ = std::max(stamp, bag_time_ + ros::Duration(0, 1));
   return bag_time_;
 }

@@ -15,9 +15,6 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-/// Refused requests are never answered; at most 64 others are under way at once.
-constexpr std::size_t kMaxOpenRequests = 1024;
-
 Vector Join(const std::vector<double>& q, const std::vector<double>& v) {
   Vector x(static_cast<Eigen::Index>(q.size() + v.size()));
   std::copy(q.begin(), q.end(), x.data());
@@ -164,8 +161,7 @@ std::string SessionVerifier::Take(const PredictionRequest& request) {
   if (!stranger.empty()) return stranger;
   const std::string event = AdvanceQuietlyTo(request.t);
   if (!event.empty()) return event;
-  asked_[request.index] = {request, run_->Present()};
-  if (asked_.size() > kMaxOpenRequests) asked_.erase(asked_.begin());
+  asked_[request.index] = {request, run_->Present(request)};
   return "";
 }
 

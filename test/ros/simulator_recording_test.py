@@ -100,6 +100,7 @@ class SimulatorRecording(unittest.TestCase):
         for answer in answers:
             self.assertTrue(answer.success, answer.message)
         self.assertFalse(box.predict(horizon=-1).success)
+        self.assertFalse(box.predict(horizon=0.1, directions=["+w"]).success)
         node.stop()
         return node.bag
 

@@ -44,8 +44,11 @@ class EpochRun {
   Vector Force();  ///< λ now [n]
   HybridState StateMsg();
   SimulatorEvent EventMsg() const;  ///< where AdvanceTo has stopped
-  /// What a prediction starts from.
-  Snapshot Present() { return TakeSnapshot(setup_, &flow_); }
+  /// What a prediction starts from; throws std::invalid_argument for a request that is not in
+  /// order.
+  Snapshot Present(const PredictionRequest& request) {
+    return TakeSnapshot(setup_, &flow_, request);
+  }
 
  private:
   const std::shared_ptr<const Setup> setup_;

@@ -6,28 +6,28 @@
 
 #include "contact_flow/OutcomePrediction.h"
 #include "contact_flow/PredictionRequest.h"
-#include "contact_flow/flow/input_schedule.h"
 #include "contact_flow/flow/online_flow.h"
+#include "contact_flow/ros/directions.h"
+#include "contact_flow/ros/request.h"
 #include "contact_flow/ros/setup.h"
 
 namespace contact_flow {
 namespace ros_interface {
 
-/// What a prediction starts from: the present of an online run as an initial state, and the inputs
-/// to come.
+/// What a prediction starts from: the present of an online run as an initial state, with the inputs
+/// to come and the directions in which it is perturbed.
 struct Snapshot {
   std::shared_ptr<const Setup> setup;
-  Vector x;
-  InputSchedule inputs;
+  Run run;
+  Directions directions;
 };
-Snapshot TakeSnapshot(std::shared_ptr<const Setup> setup, OnlineFlow* flow);
-
-/// Throws std::invalid_argument for a horizon or a size out of range.
-void CheckRequest(const PredictionRequest& request);
+/// Throws std::invalid_argument for a request that is not in order.
+Snapshot TakeSnapshot(std::shared_ptr<const Setup> setup, OnlineFlow* flow,
+                      const PredictionRequest& request);
 
 /// The outcome of a run from the snapshot on, and the fan of its perturbations; the header is left
-/// empty. A function of its arguments alone; `cancelled` as in SimulateOptions. Throws
-/// std::invalid_argument for a request that is not in order.
+/// empty. A function of its arguments alone, of which `request` is the one of the snapshot;
+/// `cancelled` as in SimulateOptions.
 OutcomePrediction Predict(const Snapshot& snapshot, const PredictionRequest& request,
                           const std::function<bool()>& cancelled);
 

@@ -82,8 +82,8 @@ class Session {
   RollingTangents TangentsMsg();
   Margins margins() const { return run_->flow()->margins(); }
 
-  /// Numbers the request, and returns what the prediction starts from; others may make it while
-  /// this goes on.
+  /// Numbers a request that is in order, and returns what the prediction starts from; others may
+  /// make it while this goes on.
   Snapshot AskPrediction(PredictionRequest* request);
   /// The answer is there.
   void TellPrediction(const OutcomePrediction& prediction);

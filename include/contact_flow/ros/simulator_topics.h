@@ -6,7 +6,6 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
@@ -20,7 +19,8 @@ namespace contact_flow {
 namespace ros_interface {
 
 /// What the simulator tells the world: topics, and the bag that holds all of them. Messages are
-/// made when they are told of, and wait for SendOff: what is due later is ready by then.
+/// made when they are told of, and wait for SendOff: what is due later is ready by then. For one
+/// thread.
 class SimulatorTopics {
  public:
   SimulatorTopics(ros::NodeHandle* node, const std::string& bag_directory,
@@ -49,8 +49,6 @@ class SimulatorTopics {
   /// by itself.
   std::string StartRecording(const std::string& name, const ros::Time& stamp);
   std::vector<std::string> StopRecording() { return recorder_.Stop(); }
-  bool recording() const { return recorder_.Recording(); }
-  std::string recording_error() const { return recorder_.Error(); }
 
  private:
   template <class Message>
@@ -66,7 +64,6 @@ class SimulatorTopics {
   ros::NodeHandle node_;
   const DisplayOptions options_;
   StreamRecorder recorder_;
-  std::mutex mutex_;    // of bag_time_
   ros::Time bag_time_;  // of the last message: strictly increasing, as messages are verified in
                         // this order
   ros::Publisher clock_, model_, epoch_, input_, event_, state_;
