@@ -258,6 +258,8 @@ void ExpectNoNumbersWhereSingular() {
   EXPECT_EQ(Eigen::Vector2d(0, 1), dynamics.force());
   const auto massless = test::Make<Model>({{"mass", 0}});
   ContactDynamics singular(massless, Vector());
+  singular.Evaluate(x, ContactMode());
+  EXPECT_TRUE(std::isnan(singular.acceleration()(0)));
   singular.Evaluate(x, ContactMode({0}));
   EXPECT_TRUE(std::isnan(singular.acceleration()(0)));
   EXPECT_TRUE(std::isnan(singular.force()(0)));

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """The online simulator: its services, its topics, and that it is one run of `simulate`."""
+import math
 import os
 import pty
 import select
@@ -173,6 +174,22 @@ class SimulatorTest(unittest.TestCase):
         self.assertAlmostEqual(again.state.v[x] - heavier.state.v[x], 1.5 / mass, 9)
         box.reset_simulation()
 
+    def test_forces_are_those_of_the_present_input(self):
+        """A box at rest on one corner: g − u/m is all that drives it, so that λ is proportional to it."""
+        box, weight = self.box, 9.81
+        box.reset_simulation()
+        w, x, y = math.cos(0.4), 0.6 * math.sin(0.4), 0.8 * math.sin(0.4)
+        height = 0.4 * w * y + 0.3 * w * x + 0.1 * (w * w - x * x - y * y)
+        answer = box.set_state(state=InitialState(q=[0, 0, height, w, x, y, 0], v=[0] * 6))
+        self.assertTrue(answer.success, answer.message)
+        alone = sum(answer.state.force)
+        self.assertEqual(len(answer.state.mode), 1)
+        self.assertGreater(alone, 0)
+        for lift in (2.5, -4.0):
+            self.assertTrue(box.set_input(names=["force_z"], values=[lift]).success)
+            self.assertAlmostEqual(sum(box.get_state().state.force), alone * (1 - lift / weight), 9)
+        box.reset_simulation()
+
     @staticmethod
     def mass():
         model = rospy.wait_for_message(BOX + "/online_model", ModelDescription, 10)
@@ -186,11 +203,12 @@ class SimulatorTest(unittest.TestCase):
         answer = box.mark(directions=["+z", "-z", "+d/dt pitch"])
         self.assertTrue(answer.success, answer.message)
         self.assertEqual(answer.directions, ["+z", "-z", "+d/dt pitch"])
-        answer = box.predict(horizon=0.35, directions=["+z", "-z", "+d/dt pitch"], size=0.001)
+        answer = box.predict(horizon=0.55, directions=["+z", "-z", "+d/dt pitch"], size=0.001)
         self.assertTrue(answer.success, answer.message)
         predicted = answer.prediction
         self.assertEqual(predicted.outcome, 0, predicted.message)
-        box.step(seconds=0.35)
+        self.assertEqual(len(predicted.event_times), 3, "corners bounce on the way")
+        box.step(seconds=0.55)
         now = box.get_state().state
         self.assertTrue(wait_until(lambda: tangents.all() and tangents.all()[-1].t == now.t))
         rolled = tangents.all()[-1]

@@ -92,7 +92,7 @@ struct FallingBox {
     return p.restitution;
   }
 
-  /// Dropped tilted and spinning; one corner bounces.
+  /// Dropped tilted and spinning; three corners bounce, one after the other.
   template <class P>
   static NominalRun Nominal(const Parameters<P>&) {
     NominalRun run;
