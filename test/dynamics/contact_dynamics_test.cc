@@ -244,7 +244,8 @@ struct TwoFloors : test::UnitMasses<2, 2> {
   }
 };
 
-/// Assumption 3 fails where contacts depend on one another, or where a mass vanishes.
+/// Assumption 3 fails where contacts depend on one another, or where a mass is not
+/// positive.
 template <class Model>
 void ExpectNoNumbersWhereSingular() {
   const Vector x = Vector::Zero(4);
@@ -256,13 +257,15 @@ void ExpectNoNumbersWhereSingular() {
   dynamics.Evaluate(x, ContactMode({1}));  // and no harm is left
   EXPECT_EQ(Eigen::Vector2d(1, 0), dynamics.acceleration());
   EXPECT_EQ(Eigen::Vector2d(0, 1), dynamics.force());
-  const auto massless = test::Make<Model>({{"mass", 0}});
-  ContactDynamics singular(massless, Vector());
-  singular.Evaluate(x, ContactMode());
-  EXPECT_TRUE(std::isnan(singular.acceleration()(0)));
-  singular.Evaluate(x, ContactMode({0}));
-  EXPECT_TRUE(std::isnan(singular.acceleration()(0)));
-  EXPECT_TRUE(std::isnan(singular.force()(0)));
+  for (const double mass : {0.0, -1.0}) {
+    const auto massless = test::Make<Model>({{"mass", mass}});
+    ContactDynamics singular(massless, Vector());
+    for (const ContactMode& mode : {ContactMode(), ContactMode({0})}) {
+      singular.Evaluate(x, mode);
+      EXPECT_TRUE(std::isnan(singular.acceleration()(0)));
+      EXPECT_TRUE(mode.Empty() || std::isnan(singular.force()(0)));
+    }
+  }
 }
 
 TEST(ContactDynamics, GivesNoNumbersWhereItIsSingular) {
