@@ -20,6 +20,7 @@ Status CheckTransition(const Transition* before, const Transition& transition,
             << " s: the outcome has no derivative by Theorem 1 (Def. 2 fails)";
     return {Outcome::kZeno, message.str()};
   }
+  if (!transition.obstacle.ok()) return transition.obstacle;
   // An event at an instant of the input grid happens under the one input or the other.
   if (before == nullptr) return {};
   const bool close = transition.t - before->t <= simultaneity_tolerance;

@@ -30,7 +30,9 @@ ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q,
   } else {
     const ComplementaritySolution solution = SolveComplementarity(G, b);
     if (!solution.found) {
-      throw std::domain_error("the touching constraints are dependent at an impact (Assumption 3)");
+      throw std::domain_error(
+          "no impulses p >= 0 of the touching constraints end the impact: they are dependent and "
+          "jam (Assumption 3), or the mass is indefinite");
     }
     p = solution.z;
   }

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/dynamics/mode_selection.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "contact_flow/dynamics/complementarity.h"
@@ -15,6 +18,11 @@ constexpr double kForceRounding = 1e-13;
 /// A force or acceleration below this part of the largest one may vanish at the instant; others
 /// cannot.
 constexpr double kNearZero = 1e-4;
+/// dλ/dt below this part of what it is the sum of vanishes.
+constexpr double kRateRounding = 1e-11;
+/// Half the distance of the difference quotient for d²λ/dt², as a part of |v|/|v̇|, and what counts
+/// as zero there.
+constexpr double kQuotientStep = 1e-4, kQuotientRounding = 1e-9;
 /// At most this many candidates are enumerated where the effort depends on the mode.
 constexpr int kMaxEnumerated = 12;
 
@@ -50,24 +58,25 @@ class EffortModes {
     }
     std::vector<int> members;
     for (int i : candidates_) members.push_back(i);
+    const auto& names = dynamics_.system().description().constraints;
     int found = 0;
     ContactMode result;
+    std::string all;
     for (std::uint32_t subset = 0; subset < (1u << members.size()); ++subset) {
       const ContactMode mode = Subset(members, subset);
       if (!Fits(mode)) continue;
-      ++found;
+      all += (found++ > 0 ? " and " : "") + (mode | pressed_).ToString(names);
       result = mode;
     }
     if (found == 1) return result | pressed_;
-    const auto& names = dynamics_.system().description().constraints;
     throw UndecidedMode(
         "the effort depends on the contact mode, and among the contacts " +
         candidates_.ToString(names) +
         (found == 0
              ? " no mode agrees with its own effort: the motion would slide on the switching "
                "surface (Filippov), which is not a mode of this system"
-             : " several modes agree with their own effort: the motion is not unique "
-               "(Filippov)"));
+             : " several modes agree with their own effort, " + all +
+                   ": the motion goes on in any of them and is not unique (Filippov)"));
   }
 
  private:
@@ -99,36 +108,229 @@ class EffortModes {
   Vector gain_;  // G_ii
 };
 
+/// Where the effort does not depend on the mode: forces first, then their rates. Rows are those of
+/// the candidates, in increasing order.
+class ForceModes {
+ public:
+  ForceModes(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
+             double time_tolerance, ContactMode pressed)
+      : dynamics_(*dynamics),
+        system_(dynamics->system()),
+        x_(x),
+        pressed_(pressed),
+        time_tolerance_(time_tolerance) {
+    for (int i : candidates) members_.push_back(i);
+    const int nq = system_.num_positions();
+    const InverseInertia inertia(system_, x.head(nq), x.tail(system_.dof()), dynamics_.u(),
+                                 ContactMode());
+    const Matrix A = inertia.Rows(candidates);
+    const Vector free = inertia.FreeAcceleration();
+    G_ = A * (inertia * A.transpose());
+    b_ = A * free;
+    size_ = A.cwiseAbs() * free.cwiseAbs();
+    for (int row = 0; row < rows(); ++row) {
+      const double bias = inertia.terms().bias(members_[row]);
+      b_(row) += bias;
+      size_(row) += std::abs(bias);
+    }
+  }
+
+  ModeSelection Find() {
+    ComplementaritySolution solution = SolveComplementarity(G_, b_);
+    if (!solution.found) Refuse();
+    std::vector<int> basis;
+    if (solution.dependent) {
+      basis = IndependentSupport(G_, solution.support, &solution.z);
+    } else {
+      for (int row : solution.support) basis.push_back(row);
+    }
+    // λ_i of the members, and (up to coupling) of the others what their force would be.
+    const Vector gain = G_.diagonal();
+    const Vector w = G_ * solution.z + b_;
+    const Vector force = solution.z - w.cwiseQuotient(gain);
+    const Vector scale = (size_ + G_.cwiseAbs() * solution.z).cwiseQuotient(gain);
+    const double doubtful = kNearZero * std::max(scale.maxCoeff(), force.cwiseAbs().maxCoeff());
+    std::vector<int> near;
+    for (int row = 0; row < rows(); ++row) {
+      const bool presses = std::count(basis.begin(), basis.end(), row) > 0;
+      if (std::abs(force(row)) <= doubtful) {
+        near.push_back(row);
+      } else if (presses) {
+        pressing_.push_back(row);
+      }
+    }
+    if (!near.empty()) {
+      const std::vector<int> vanishing = Vanishing(near, basis, kForceRounding * scale);
+      DecideByRates(vanishing, solution.dependent ? solution.support : ContactMode());
+    }
+    ModeSelection selection;
+    selection.mode = Mode(pressing_);
+    for (int row : degenerate_) selection.degenerate.Insert(members_[row]);
+    for (int row : near) {
+      const bool dependent = Independence(G_, pressing_, row) <= kDependentRow;
+      if (dependent && !selection.mode.Contains(members_[row])) {
+        selection.implied.Insert(members_[row]);
+      }
+    }
+    return selection;
+  }
+
+ private:
+  int rows() const { return static_cast<int>(members_.size()); }
+
+  ContactMode Mode(const std::vector<int>& rows) const {
+    ContactMode mode = pressed_;
+    for (int row : rows) mode.Insert(members_[row]);
+    return mode;
+  }
+
+  [[noreturn]] void Refuse() const {
+    if (!G_.allFinite() || !b_.allFinite()) {
+      throw std::domain_error("the contact forces are not finite (a singular or indefinite mass?)");
+    }
+    ContactMode candidates;
+    for (int i : members_) candidates.Insert(i);
+    throw UndecidedMode("no forces λ ≥ 0 of the contacts " +
+                        candidates.ToString(system_.description().constraints) +
+                        " keep them from penetrating: they are dependent and jam (Assumption 3)");
+  }
+
+  /// dλ/dt of a row in mode α ∪ {row}, and what it is the sum of.
+  double Rate(int row, double* sum) {
+    std::vector<int> with = pressing_;
+    with.push_back(row);
+    const int i = members_[row], d = system_.dof();
+    const double rate = dynamics_.ForceRate(x_, Mode(with), i);
+    const auto gradient = dynamics_.force_jacobian().row(i).cwiseAbs();
+    *sum = gradient.head(d).dot(x_.tail(d).cwiseAbs()) +
+           gradient.segment(d, d).dot(dynamics_.acceleration().cwiseAbs());
+    return rate;
+  }
+
+  /// β: those near zero that vanish within the time tolerance. Others that press join α.
+  std::vector<int> Vanishing(const std::vector<int>& near, const std::vector<int>& basis,
+                             const Vector& rounding) {
+    std::vector<int> vanishing;
+    bool settled = false;
+    while (!settled) {
+      settled = true;
+      vanishing.clear();
+      rates_.clear();
+      sums_.clear();
+      for (int row : near) {
+        if (std::count(pressing_.begin(), pressing_.end(), row) > 0) continue;
+        if (Independence(G_, pressing_, row) <= kDependentRow) continue;
+        double sum = 0;
+        const double rate = Rate(row, &sum);
+        const double force = dynamics_.force()(members_[row]);
+        if (std::abs(force) <= time_tolerance_ * std::abs(rate) + rounding(row)) {
+          vanishing.push_back(row);
+          rates_.push_back(rate);
+          sums_.push_back(sum);
+        } else if (std::count(basis.begin(), basis.end(), row) > 0) {
+          pressing_.push_back(row);
+          settled = false;
+          break;
+        }
+      }
+    }
+    return vanishing;
+  }
+
+  /// Adds those of β that hold to α. `jammed`: the support of a solution on dependent rows, which
+  /// hold each other where nothing else decides.
+  void DecideByRates(const std::vector<int>& vanishing, ContactMode jammed) {
+    const int k = static_cast<int>(vanishing.size());
+    if (k == 0) return;
+    Matrix G(k, k);
+    Vector c(k);
+    for (int col = 0; col < k; ++col) {
+      Vector y;
+      Independence(G_, pressing_, vanishing[col], &y);
+      for (int row = 0; row < k; ++row) {
+        G(row, col) = G_(vanishing[row], vanishing[col]);
+        for (std::size_t j = 0; j < pressing_.size(); ++j) {
+          G(row, col) -= G_(vanishing[row], pressing_[j]) * y(j);
+        }
+      }
+      const bool still = std::abs(rates_[col]) <= kRateRounding * sums_[col];
+      c(col) = still ? 0 : -G(col, col) * rates_[col];
+    }
+    G = 0.5 * (G + G.transpose()).eval();
+    ComplementaritySolution solution = SolveComplementarity(G, c);
+    if (!solution.found) Refuse();
+    std::vector<int> holds;
+    if (solution.dependent) {
+      holds = IndependentSupport(G, solution.support, &solution.z);
+    } else {
+      for (int row : solution.support) holds.push_back(row);
+    }
+    const Vector w = G * solution.z + c;
+    for (int row : holds) pressing_.push_back(vanishing[row]);
+    for (int row = 0; row < k; ++row) {
+      const double zero = kRateRounding * sums_[row];
+      if (solution.z(row) > zero || w(row) > zero * G(row, row)) continue;
+      const int candidate = vanishing[row];
+      degenerate_.push_back(candidate);
+      if (std::count(holds.begin(), holds.end(), row) > 0) continue;
+      if (Independence(G_, pressing_, candidate) <= kDependentRow) continue;
+      if (jammed.Contains(candidate) || RateGrows(candidate)) pressing_.push_back(candidate);
+    }
+  }
+
+  /// Whether d²λ/dt² > 0 in mode α ∪ {row}: a central difference of dλ/dt along the motion.
+  bool RateGrows(int row) {
+    double sum = 0;
+    Rate(row, &sum);
+    const int d = system_.dof();
+    const double speed = x_.tail(d).cwiseAbs().maxCoeff();
+    const double acceleration = dynamics_.acceleration().cwiseAbs().maxCoeff();
+    const double step =
+        kQuotientStep * (speed > 0 && acceleration > 0 ? speed / acceleration : 1.0);
+    Vector tangent(2 * d);
+    tangent << x_.tail(d), dynamics_.acceleration();
+    std::vector<int> with = pressing_;
+    with.push_back(row);
+    const double after = dynamics_.ForceRate(system_.Perturb(x_, step * tangent), Mode(with),
+                                             members_[row]);
+    const double before = dynamics_.ForceRate(system_.Perturb(x_, -step * tangent), Mode(with),
+                                              members_[row]);
+    return after - before > kQuotientRounding * sum;
+  }
+
+  ContactDynamics& dynamics_;
+  const MechanicalSystem& system_;
+  const Vector x_;
+  const ContactMode pressed_;
+  const double time_tolerance_;
+  std::vector<int> members_;
+  Matrix G_;
+  Vector b_;
+  Vector size_;                 // what b is the sum of
+  std::vector<int> pressing_;   // α, and in the end the mode
+  std::vector<double> rates_;   // of β
+  std::vector<double> sums_;    // what they are the sums of
+  std::vector<int> degenerate_;
+};
+
 }  // namespace
+
+ModeSelection SelectMode(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
+                         double time_tolerance, ContactMode pressed) {
+  ModeSelection selection;
+  if (candidates.Empty()) {
+    selection.mode = pressed;
+  } else if (dynamics->system().HasContactEffort()) {
+    selection.mode = EffortModes(dynamics, x, candidates, time_tolerance, pressed).Find();
+  } else {
+    selection = ForceModes(dynamics, x, candidates, time_tolerance, pressed).Find();
+  }
+  return selection;
+}
 
 ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
                               double time_tolerance, ContactMode pressed) {
-  if (candidates.Empty()) return pressed;
-  if (dynamics->system().HasContactEffort()) {
-    return EffortModes(dynamics, x, candidates, time_tolerance, pressed).Find();
-  }
-  Matrix G;
-  Vector b;
-  Delassus(dynamics->system(), x, dynamics->u(), candidates, &G, &b);
-  const ComplementaritySolution solution = SolveComplementarity(G, b);
-  // λ_i of the members, and (up to coupling) of the others what their force would be.
-  const Vector force = solution.z - ((G * solution.z + b).array() / G.diagonal().array()).matrix();
-  const double doubtful = kNearZero * (1 + force.cwiseAbs().maxCoeff());
-  ContactMode mode, near_zero;
-  int row = 0;
-  for (int i : candidates) {
-    if (solution.support.Contains(row)) mode.Insert(i);
-    if (std::abs(force(row)) <= doubtful) near_zero.Insert(i);
-    ++row;
-  }
-  for (int i : near_zero) {
-    const ContactMode with = mode.With(i);
-    const double rate = dynamics->ForceRate(x, with, i);
-    const double rounding = kForceRounding * (1 + dynamics->force().cwiseAbs().maxCoeff());
-    if (std::abs(dynamics->force()(i)) > time_tolerance * std::abs(rate) + rounding) continue;
-    mode = rate > 0 ? with : mode.Without(i);
-  }
-  return mode | pressed;
+  return SelectMode(dynamics, x, candidates, time_tolerance, pressed).mode;
 }
 
 }  // namespace contact_flow

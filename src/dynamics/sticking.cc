@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/dynamics/sticking.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/QR>
 
+#include "contact_flow/dynamics/complementarity.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 
 namespace contact_flow {
@@ -12,7 +13,12 @@ ImpactResult Stick(const MechanicalSystem& system, const VectorRef& q, const Vec
   const InverseInertia inertia(system, q, v_minus);
   const Matrix A = inertia.Rows(J);
   const Matrix Y = inertia * A.transpose();
-  const Vector p = -(A * Y).ldlt().solve(A * v_minus);
+  const Matrix G = A * Y;
+  const Vector scale = G.diagonal().cwiseSqrt().cwiseInverse();
+  Eigen::CompleteOrthogonalDecomposition<Matrix> factor;
+  factor.setThreshold(kDependentRow);
+  factor.compute(scale.asDiagonal() * G * scale.asDiagonal());
+  const Vector p = -scale.cwiseProduct(factor.solve(scale.cwiseProduct(A * v_minus)));
   ImpactResult result;
   result.v_plus = v_minus + Y * p;
   result.impulse = Vector::Zero(system.num_constraints() + system.num_bilateral());

@@ -149,6 +149,7 @@ LocatedEvent EventLocator::Locate(Dop853* stepper, ContactMode mode, const GapSa
   const double h = stepper->step();
   const int n = dynamics_->system().num_constraints();
   for (int i = 0; i < n; ++i) {
+    if (ignored_.Contains(i)) continue;
     if (IsRigidMember(i)) {
       const auto seen = forces_.row(i).head(kEndStage + 1);
       const double lowest = seen.minCoeff(), highest = seen.maxCoeff();

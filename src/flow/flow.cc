@@ -6,8 +6,6 @@
 #include <sstream>
 #include <utility>
 
-#include "contact_flow/dynamics/mode_selection.h"
-#include "contact_flow/dynamics/sticking.h"
 #include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/flow/transition.h"
 #include "thread_clock.h"
@@ -95,6 +93,7 @@ void Flow::BeginArc() {
   locator_.BeginArc();
   stepper_.Begin(x_);
   SampleGaps(system_, x_, dynamics_.acceleration(), &terms_, &gaps_begin_);
+  FindImplied();
   h_ = kFirstStep * stepper_.GuessStep(options_.relative_tolerance, options_.absolute_tolerance);
   arc_begun_ = true;
 }
@@ -198,6 +197,7 @@ bool Flow::Accept() {
   t_ = end_;
   x_ = x_end_;
   guard_margins_ = locator_.margins();
+  if (trigger_ < 0 && !implied_.Empty()) trigger_ = ImpliedThatMoved();
   if (trigger_ >= 0) {
     arc_begun_ = false;
     return PassTransition();
@@ -228,7 +228,7 @@ bool Flow::Cut(double t) {
 bool Flow::ChangeInput(const VectorRef& u) {
   dynamics_.SetInput(u);
   arc_begun_ = false;
-  ResolvedTransition resolved = ResolveInputChange(&dynamics_, t_, x_, mode_);
+  ResolvedTransition resolved = ResolveInputChange(&dynamics_, t_, x_, mode_, Rules());
   status_ = resolved.status;
   if (!status_.ok()) return false;
   transition_ = std::move(resolved.transition);
@@ -236,67 +236,6 @@ bool Flow::ChangeInput(const VectorRef& u) {
   ++transitions_;
   mode_ = transition_.mode_after;
   return true;
-}
-
-/// Applies the transition at (t_, x_); false when it is not admissible, and the run ends before it.
-bool Flow::PassTransition() {
-  ResolvedTransition resolved = ResolveTransition(
-      &dynamics_, t_, x_, mode_, trigger_,
-      {options_.simultaneity_tolerance, options_.speed_tolerance, options_.impact_law});
-  margins_.approach_speed = std::min(margins_.approach_speed, resolved.approach_speed);
-  margins_.release_rate = std::min(margins_.release_rate, resolved.release_rate);
-  if (!resolved.status.ok()) {
-    if (resolved.status.outcome == Outcome::kGrazing) margins_.approach_speed = 0;
-    status_ = resolved.status;
-    return false;
-  }
-  margins_.cluster_spread = std::max(margins_.cluster_spread, resolved.transition.spread);
-  if (last_transition_) {
-    margins_.event_interval = std::min(margins_.event_interval, t_ - *last_transition_);
-  }
-  if (transitions_ >= options_.max_events) {
-    Stop(Outcome::kBudgetExceeded,
-         "max_events = " + std::to_string(options_.max_events) + " transitions were passed");
-    return false;
-  }
-  transition_ = std::move(resolved.transition);
-  last_transition_ = t_;
-  ++transitions_;
-  mode_ = transition_.mode_after;
-  x_ = transition_.x_plus;
-  for (int i : transition_.activated) {
-    const std::optional<double> accumulation = zeno_.Impact(i, t_);
-    if (!accumulation) continue;
-    accumulation_time_ = *accumulation;
-    if (options_.complete_zeno) {
-      CompleteZeno();
-    } else {
-      std::ostringstream reason;
-      reason.precision(12);
-      reason << "impacts of constraint '" << system_.description().constraints[i]
-             << "' accumulate at t = " << *accumulation << " s (Zeno)";
-      Stop(Outcome::kZeno, reason.str());
-      return true;
-    }
-  }
-  return true;
-}
-
-/// Turns the last impact into sticking of all that touch: see SimulateOptions::complete_zeno.
-void Flow::CompleteZeno() {
-  Transition& last = transition_;
-  const int d = system_.dof(), nq = system_.num_positions();
-  const ContactMode sticking = last.mode_before | last.mode_after | last.activated;
-  const ImpactResult impact = Stick(system_, x_.head(nq), last.x_minus.tail(d), sticking);
-  last.x_plus.tail(d) = impact.v_plus;
-  last.impulse = impact.impulse;
-  last.completes_zeno = true;
-  const ContactMode pressed = last.mode_after & system_.compliant();
-  last.mode_after = SelectContactMode(&dynamics_, last.x_plus, sticking - pressed,
-                                      options_.simultaneity_tolerance, pressed);
-  last.released = last.mode_before - last.mode_after;
-  mode_ = last.mode_after;
-  x_ = last.x_plus;
 }
 
 Margins Flow::margins() const {

@@ -120,6 +120,8 @@ ContactMode InitialMode(const MechanicalSystem& system, const VectorRef& x, cons
     return SelectContactMode(&dynamics, x, candidates, 0, pressed);
   } catch (const UndecidedMode& reason) {
     throw std::invalid_argument(std::string("the initial state: ") + reason.what());
+  } catch (const std::domain_error& reason) {
+    throw std::invalid_argument(std::string("the initial state: ") + reason.what());
   }
 }
 

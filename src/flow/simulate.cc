@@ -79,6 +79,8 @@ Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x,
     trajectory.arcs.push_back(ArcFrom(flow));
   }
   trajectory.status = flow.status();
+  trajectory.warnings = flow.warnings();
+  trajectory.num_warnings = flow.num_warnings();
   trajectory.margins = flow.margins();
   trajectory.statistics = flow.statistics();
   trajectory.accumulation_time = flow.accumulation_time();

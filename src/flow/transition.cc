@@ -5,15 +5,23 @@
 #include <cmath>
 #include <limits>
 #include <sstream>
-#include <stdexcept>
+#include <string>
 
+#include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/mode_selection.h"
 #include "contact_flow/dynamics/sticking.h"
+#include "guarded.h"
 
 namespace contact_flow {
 namespace {
 
+/// Of a rate Da_i v, relative to Σ_k |∂a_i/∂q_k v_k|; of a gap, relative to the coordinates.
 constexpr double kRounding = 1e-12;
+/// A contact that rises to less than this many reaches cannot be told from one that rests.
+constexpr double kLowReaches = 4;
+/// Speeds that were made rest are worth a warning above this part of the speed tolerance.
+constexpr double kNotable = 1e-2;
+constexpr double kAboveDrift = 10;
 
 /// First and last of a set of times.
 class Spread {
@@ -29,53 +37,277 @@ class Spread {
   double last_ = -std::numeric_limits<double>::infinity();
 };
 
+/// Resolves one cluster, in the order of its methods.
+class Resolution {
+ public:
+  Resolution(ContactDynamics* dynamics, double t, const Vector& x, ContactMode mode,
+             const TransitionRules& rules)
+      : dynamics_(*dynamics),
+        system_(dynamics->system()),
+        rules_(rules),
+        nq_(system_.num_positions()),
+        d_(system_.dof()),
+        compliant_(system_.compliant()) {
+    result_.approach_speed = result_.release_rate = std::numeric_limits<double>::infinity();
+    transition().t = t;
+    transition().x_minus = transition().x_plus = x;
+    transition().mode_before = transition().mode_after = mode;
+    transition().impulse = Vector::Zero(system_.num_constraints() + system_.num_bilateral());
+    system_.Constraints(x.head(nq_), x.tail(d_), &terms_);
+    rate_ = terms_.jacobian * x.tail(d_);
+    force_rate_ = dynamics_.ForceRate(x, mode);
+    force_ = dynamics_.force();
+    acceleration_ = terms_.jacobian * dynamics_.acceleration() + terms_.bias;
+  }
+
+  void Collect(int trigger);
+  void Decide();
+  ResolvedTransition Take() { return std::move(result_); }
+
+ private:
+  Transition& transition() { return result_.transition; }
+  bool IsMember(int i) const {
+    return (result_.transition.mode_before - compliant_).Contains(i);
+  }
+  const std::string& Name(int i) const { return system_.description().constraints[i]; }
+
+  /// What a rate Da_i v is known to.
+  double Rounding(int i, const Vector& v) const {
+    return kRounding * terms_.jacobian.row(i).cwiseAbs().dot(v.cwiseAbs());
+  }
+  /// The speed below which constraint i stands still: with it, it reaches less than the tolerance
+  /// before its acceleration turns it.
+  double Still(int i, const Vector& v, double acceleration) const {
+    const double unresolved = std::sqrt(2 * std::abs(acceleration) * rules_.reach_tolerance);
+    return std::max(std::isfinite(unresolved) ? std::min(rules_.speed_tolerance, unresolved)
+                                              : rules_.speed_tolerance,
+                    Rounding(i, v));
+  }
+  double Still(int i) const { return Still(i, result_.transition.x_minus.tail(d_), acceleration_(i)); }
+  /// The speed of a contact that lifts off and is pressed back, too low to be resolved.
+  double Low(int i) const {
+    const double reach =
+        kLowReaches * std::max(rules_.reach_tolerance, std::abs(terms_.gap(i)));
+    return acceleration_(i) < 0 ? std::sqrt(-2 * acceleration_(i) * reach) : 0;
+  }
+  void Touch(int i, double slope);
+  void Warn(Outcome code, const std::string& message) {
+    result_.warnings.push_back({code, result_.transition.t, message});
+  }
+  std::string Sentence(const std::string& what) const;
+
+  ContactMode Resting(const Vector& v_plus, ContactMode hit, ContactMode touching);
+  void Release(ContactMode rigid);
+  void Hold(const Vector& v_plus, ContactMode hit, ContactMode held);
+  void WarnOfTouching(ContactMode hit);
+
+  ContactDynamics& dynamics_;
+  const MechanicalSystem& system_;
+  const TransitionRules& rules_;
+  const int nq_, d_;
+  const ContactMode compliant_;
+  ConstraintTerms terms_;
+  Vector rate_, acceleration_, force_, force_rate_;
+  ContactMode touching_;  // a_i = ȧ_i = 0 beyond J⁻ and the cluster
+  ContactMode pressed_;
+  ResolvedTransition result_;
+};
+
+std::string Resolution::Sentence(const std::string& what) const {
+  std::ostringstream message;
+  message.precision(12);
+  message << "at t = " << result_.transition.t << " s " << what;
+  return message.str();
+}
+
+/// The trigger is touched, or would let go, with vanishing slope.
+void Resolution::Touch(int i, double slope) {
+  transition().grazed.Insert(i);
+  std::ostringstream message;
+  message << "constraint '" << Name(i) << "' " << (IsMember(i) ? "lets go" : "is touched")
+          << " at t = " << transition().t << " s with "
+          << (IsMember(i) ? "dλ/dt = " : "normal velocity ") << slope
+          << (IsMember(i) ? " N/s" : " m/s") << ": grazing, not admissible";
+  Warn(Outcome::kGrazing, message.str());
+  transition().obstacle = {Outcome::kGrazing, message.str()};
+  if (compliant_.Contains(i)) {
+    // On the side to which its gap accelerates.
+    const bool inside = acceleration_(i) < 0;
+    if (inside != transition().mode_before.Contains(i)) transition().switched.Insert(i);
+    return;
+  }
+  if (IsMember(i)) {
+    if (rules_.stalled) transition().vanishing.Insert(i);
+    return;
+  }
+  result_.approach_speed = 0;
+  if (slope <= 0) return;
+  // It rises and is pressed back at once: so are others that do the same.
+  for (int j = 0; j < system_.num_constraints(); ++j) {
+    if (IsMember(j) || compliant_.Contains(j) || j == i) continue;
+    const bool near = std::abs(terms_.gap(j)) <= kLowReaches * rules_.reach_tolerance;
+    if (near && rate_(j) > 0 && rate_(j) <= Low(j)) transition().grazed.Insert(j);
+  }
+}
+
+void Resolution::Collect(int trigger) {
+  const double coordinates = transition().x_minus.head(nq_).cwiseAbs().maxCoeff();
+  Spread spread;
+  for (int i = 0; i < system_.num_constraints(); ++i) {
+    const bool member = IsMember(i);
+    const double sign = (transition().mode_before & compliant_).Contains(i) ? -1 : 1;
+    const double value = member ? force_(i) : sign * terms_.gap(i);
+    const double slope = member ? force_rate_(i) : sign * rate_(i);
+    const double slow = member ? 0 : Still(i);
+    if (i == trigger && slope >= -slow) {
+      Touch(i, slope);
+    } else if (slope < -slow &&
+               (i == trigger || value <= rules_.simultaneity_tolerance * -slope)) {
+      spread.Add(-value / slope);
+      (compliant_.Contains(i) ? transition().switched
+       : member               ? transition().vanishing
+                              : transition().activated)
+          .Insert(i);
+      double& margin = member ? result_.release_rate : result_.approach_speed;
+      margin = std::min(margin, -slope);
+    } else if (!member && !compliant_.Contains(i) && std::abs(slope) <= slow) {
+      const double floor =
+          kRounding * coordinates * terms_.jacobian.row(i).cwiseAbs().maxCoeff();
+      if (std::abs(value) <= std::max(rules_.gap_tolerance, floor)) touching_.Insert(i);
+    }
+  }
+  touching_ = touching_ - transition().grazed;
+  transition().spread = spread.Length();
+}
+
 /// The touching constraints that rest after an impact: those without normal velocity, unless
-/// elastic and hit, which leave however slowly.
-ContactMode Resting(const MechanicalSystem& system, const Vector& normal_velocity,
-                    const ImpactResult& impact, ContactMode touching, double speed_tolerance) {
-  ContactMode resting;
+/// elastic and hit at some speed, which leave however slowly. A contact that rested before and is
+/// pushed is no bounce.
+ContactMode Resolution::Resting(const Vector& v_plus, ContactMode hit, ContactMode touching) {
+  const Vector rate = terms_.jacobian * v_plus;
+  ContactMode resting, doubtful;
   for (int i : touching) {
-    const bool bounced = impact.hit.Contains(i) && system.restitution()(i) > 0;
-    const bool still = std::abs(normal_velocity(i)) <= speed_tolerance;
-    if (still && !bounced) resting.Insert(i);
+    const bool bounced =
+        hit.Contains(i) && system_.restitution()(i) > 0 && rate_(i) < -Still(i);
+    if (bounced) continue;
+    const double low_speed =
+        rules_.stalled ? kAboveDrift * std::max(Low(i), rules_.speed_tolerance) : Low(i);
+    const bool low = transition().grazed.Contains(i) && std::abs(rate(i)) <= low_speed;
+    if (low || std::abs(rate(i)) <= Rounding(i, v_plus)) {
+      resting.Insert(i);
+    } else if (std::abs(rate(i)) <= rules_.speed_tolerance) {
+      doubtful.Insert(i);
+    }
+  }
+  if (doubtful.Empty()) return resting;
+  Vector x = transition().x_minus;
+  x.tail(d_) = v_plus;
+  const ContactMode mode = SelectContactMode(&dynamics_, x, resting, 0, pressed_);
+  dynamics_.Evaluate(x, mode);
+  const Vector acceleration = terms_.jacobian * dynamics_.acceleration() + terms_.bias;
+  for (int i : doubtful) {
+    if (std::abs(rate(i)) <= Still(i, v_plus, acceleration(i))) resting.Insert(i);
   }
   return resting;
 }
 
-/// Velocity and contact mode after the cluster.
-void DecideMode(ContactDynamics* dynamics, const Vector& x, const TransitionRules& rules,
-                const Matrix& jacobian, const Vector& rate, Transition* transition) {
-  const MechanicalSystem& system = dynamics->system();
-  const int d = system.dof(), nq = system.num_positions();
-  const ContactMode compliant = system.compliant(), mode = transition->mode_before;
-  const ContactMode pressed =
-      ((mode & compliant) - transition->switched) | (transition->switched - mode);
-  const ContactMode rigid = mode - compliant;
-  if (transition->activated.Empty()) {
-    transition->mode_after =
-        system.HasContactEffort()
-            ? SelectContactMode(dynamics, x, rigid, rules.simultaneity_tolerance, pressed)
-            : (rigid - transition->vanishing) | pressed;
+/// What counted as rest is made rest: a contact that kept a speed within the tolerance would drift.
+void Resolution::Hold(const Vector& v_plus, ContactMode hit, ContactMode held) {
+  const Vector rate = terms_.jacobian * v_plus;
+  double residual = 0, size = 0;
+  int rising = -1;
+  for (int i : held) {
+    residual = std::max(residual, std::abs(rate(i)));
+    size = std::max(size, Rounding(i, transition().x_minus.tail(d_)));
+    // Not what it drifted at before, within the integrator's tolerance.
+    const bool rises = !hit.Contains(i) && rate(i) > kNotable * rules_.speed_tolerance &&
+                       rate(i) > kAboveDrift * std::abs(rate_(i) * !transition().grazed.Contains(i));
+    if (rises && rate(i) > result_.rest_speed) {
+      result_.rest_speed = rate(i);
+      rising = i;
+    }
+  }
+  if (!(residual > size)) return;
+  const ImpactResult rest = Stick(system_, transition().x_minus.head(nq_), v_plus, held);
+  if (rising >= 0) {
+    dynamics_.Evaluate(transition().x_plus, transition().mode_after.Without(rising));
+    const double back = -(terms_.jacobian.row(rising) * dynamics_.acceleration())(0) -
+                        terms_.bias(rising);
+    result_.rest_interval = back > 0 ? 2 * result_.rest_speed / back : 0;
+  }
+  transition().x_plus.tail(d_) = rest.v_plus;
+  const Vector change = rest.v_plus - v_plus;
+  const InverseInertia inertia(system_, transition().x_minus.head(nq_), v_plus);
+  // M-orthogonal: |v⁺|² = |v|² − |change|².
+  transition().energy_lost = 0.5 * change.dot(inertia.mass() * change);
+  if (rising < 0) return;
+  std::ostringstream message;
+  message << "constraint '" << Name(rising) << "', which would rise at " << result_.rest_speed
+          << " m/s and be pressed back after " << result_.rest_interval
+          << " s, is taken to rest: " << transition().energy_lost << " J are lost";
+  Warn(Outcome::kZeno, Sentence(message.str()));
+}
+
+void Resolution::WarnOfTouching(ContactMode hit) {
+  const ContactMode took_part = touching_ & hit;
+  if (took_part.Empty()) return;
+  const auto& names = system_.description().constraints;
+  Warn(Outcome::kDiscontinuous,
+       Sentence("contacts " + took_part.ToString(names) +
+                " touch without force and are hit together with " +
+                (hit - took_part).ToString(names) +
+                ": all at once, by Newton's law (simultaneous Newton-Moreau); where they touch a "
+                "little later the outcome may be another, it is not continuous here"));
+}
+
+/// Without impacts the state is continuous.
+void Resolution::Release(ContactMode rigid) {
+  const bool alone = transition().vanishing.Size() <= 1 && touching_.Empty() &&
+                     transition().grazed.Empty() && !system_.HasContactEffort();
+  if (alone) {
+    transition().mode_after = (rigid - transition().vanishing) | pressed_;
     return;
   }
-  const ContactMode touching = rigid | transition->activated;
-  const ImpactResult impact =
-      SolveImpact(system, x.head(nq), x.tail(d), touching, rules.impact_law);
-  transition->impulse = impact.impulse;
-  transition->x_plus.tail(d) = impact.v_plus;
-  const Vector normal_velocity = jacobian * impact.v_plus;
-  const ContactMode resting =
-      Resting(system, normal_velocity, impact, touching, rules.speed_tolerance);
-  transition->mode_after = SelectContactMode(dynamics, transition->x_plus, resting,
-                                             rules.simultaneity_tolerance, pressed);
-  // What counted as rest is made rest: a contact that kept a speed within the tolerance would
-  // drift.
-  const ContactMode held = transition->mode_after - compliant;
-  double residual = 0;
-  for (int i : held) residual = std::max(residual, std::abs(normal_velocity(i)));
-  if (residual > kRounding * rate.cwiseAbs().maxCoeff()) {
-    transition->x_plus.tail(d) = Stick(system, x.head(nq), impact.v_plus, held).v_plus;
+  const ContactMode candidates =
+      rigid | touching_ | (rules_.stalled ? ContactMode() : transition().grazed - compliant_);
+  const ContactMode forced = rules_.stalled ? transition().vanishing : ContactMode();
+  const ModeSelection selection =
+      SelectMode(&dynamics_, transition().x_minus, candidates - forced,
+                 rules_.simultaneity_tolerance, pressed_);
+  transition().mode_after = selection.mode;
+  transition().implied = selection.implied;
+  transition().touching = touching_ & selection.mode;
+}
+
+void Resolution::Decide() {
+  Transition& cluster = transition();
+  const ContactMode mode = cluster.mode_before;
+  pressed_ = ((mode & compliant_) - cluster.switched) | (cluster.switched - mode);
+  const ContactMode rigid = mode - compliant_;
+  const ContactMode grazed = cluster.grazed - compliant_ - rigid;
+  if (cluster.activated.Empty() && grazed.Empty()) return Release(rigid);
+  const ContactMode touching = rigid | cluster.activated | grazed | touching_;
+  const Vector v_minus = cluster.x_minus.tail(d_);
+  bool approaches = !cluster.activated.Empty();
+  for (int i : grazed) approaches = approaches || rate_(i) < -Rounding(i, v_minus);
+  Vector v_plus = v_minus;
+  ContactMode hit;
+  if (approaches) {
+    const ImpactResult impact =
+        SolveImpact(system_, cluster.x_minus.head(nq_), v_minus, touching, rules_.impact_law);
+    cluster.impulse = impact.impulse;
+    v_plus = impact.v_plus;
+    hit = impact.hit;
+    WarnOfTouching(hit);
   }
+  cluster.x_plus.tail(d_) = v_plus;
+  const ModeSelection selection =
+      SelectMode(&dynamics_, cluster.x_plus, Resting(v_plus, hit, touching),
+                 rules_.simultaneity_tolerance, pressed_);
+  cluster.mode_after = selection.mode;
+  cluster.implied = selection.implied;
+  cluster.touching = touching_ & (hit | selection.mode);
+  Hold(v_plus, hit, selection.mode - compliant_);
 }
 
 }  // namespace
@@ -83,87 +315,15 @@ void DecideMode(ContactDynamics* dynamics, const Vector& x, const TransitionRule
 ResolvedTransition ResolveTransition(ContactDynamics* dynamics, double t, const Vector& x,
                                      ContactMode mode, int trigger, const TransitionRules& rules) {
   const MechanicalSystem& system = dynamics->system();
-  const int d = system.dof(), nq = system.num_positions(), n = system.num_constraints();
-  const ContactMode compliant = system.compliant();
-  ResolvedTransition result;
-  result.approach_speed = result.release_rate = std::numeric_limits<double>::infinity();
-  Transition& transition = result.transition;
-  transition.t = t;
-  transition.x_minus = transition.x_plus = x;
-  transition.mode_before = transition.mode_after = mode;
-  transition.impulse = Vector::Zero(n + system.num_bilateral());
-
-  ConstraintTerms terms;
-  system.Constraints(x.head(nq), x.tail(d), &terms);
-  const Vector rate = terms.jacobian * x.tail(d);
-  const Vector force_rate = dynamics->ForceRate(x, mode);
-  const Vector force = dynamics->force();
-
-  Spread spread;
-  for (int i = 0; i < n; ++i) {
-    const bool member = (mode - compliant).Contains(i);
-    const double sign = (mode & compliant).Contains(i) ? -1 : 1;
-    const double value = member ? force(i) : sign * terms.gap(i);
-    const double slope = member ? force_rate(i) : sign * rate(i);
-    const double slow = member ? 0 : rules.speed_tolerance;
-    if (i == trigger && slope >= -slow) {
-      std::ostringstream message;
-      message << "constraint '" << system.description().constraints[i] << "' "
-              << (member ? "lets go" : "is touched") << " at t = " << t << " s with "
-              << (member ? "dλ/dt = " : "normal velocity ") << slope << (member ? " N/s" : " m/s")
-              << ": grazing, not admissible";
-      result.status = {Outcome::kGrazing, message.str()};
-      return result;
-    }
-    if (slope >= -slow || (i != trigger && value > rules.simultaneity_tolerance * -slope)) continue;
-    spread.Add(-value / slope);
-    (compliant.Contains(i) ? transition.switched
-     : member              ? transition.vanishing
-                           : transition.activated)
-        .Insert(i);
-    double& margin = member ? result.release_rate : result.approach_speed;
-    margin = std::min(margin, -slope);
-  }
-  transition.spread = spread.Length();
-
-  try {
-    DecideMode(dynamics, x, rules, terms.jacobian, rate, &transition);
-  } catch (const UndecidedMode& reason) {
-    std::ostringstream message;
-    message << "at t = " << t << " s: " << reason.what();
-    result.status = {Outcome::kFilippov, message.str()};
-    return result;
-  } catch (const std::domain_error& reason) {
-    std::ostringstream message;
-    message << "at t = " << t << " s " << reason.what();
-    result.status = {Outcome::kNonFinite, message.str()};
-    return result;
-  }
-  transition.released = mode - transition.mode_after;
-  return result;
-}
-
-ResolvedTransition ResolveInputChange(ContactDynamics* dynamics, double t, const Vector& x,
-                                      ContactMode mode) {
-  const MechanicalSystem& system = dynamics->system();
-  ResolvedTransition result;
-  result.approach_speed = result.release_rate = std::numeric_limits<double>::infinity();
-  Transition& transition = result.transition;
-  transition.t = t;
-  transition.x_minus = transition.x_plus = x;
-  transition.mode_before = mode;
-  transition.impulse = Vector::Zero(system.num_constraints() + system.num_bilateral());
-  transition.changes_input = true;
-  const ContactMode pressed = mode & system.compliant();
-  try {
-    transition.mode_after = SelectContactMode(dynamics, x, mode - pressed, 0, pressed);
-  } catch (const UndecidedMode& reason) {
-    std::ostringstream message;
-    message << "at t = " << t << " s: " << reason.what();
-    result.status = {Outcome::kFilippov, message.str()};
-    return result;
-  }
-  transition.released = mode - transition.mode_after;
+  Resolution resolution(dynamics, t, x, mode, rules);
+  const Status status = Guarded(t, [&] {
+    resolution.Collect(trigger);
+    resolution.Decide();
+  });
+  ResolvedTransition result = resolution.Take();
+  result.status = status;
+  NoteImplied(system, &result.transition);
+  result.transition.released = mode - result.transition.mode_after;
   return result;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <vector>
+
 #include "contact_flow/contact_mode.h"
 #include "contact_flow/types.h"
 
@@ -8,15 +10,34 @@ namespace contact_flow {
 
 /// Solution of a linear complementarity problem.
 struct ComplementaritySolution {
-  bool found = false;   ///< false: G is not positive definite (or not finite)
+  bool found = false;   ///< false: G is indefinite or not finite, or no z ≥ 0 gives w ≥ 0
   Vector z;             ///< [n]
   ContactMode support;  ///< the indices solved as w_i = 0; z vanishes off it
+  /// Rows of the support are linearly dependent: z is the one of least norm √(Σ G_ii z_i²), w is
+  /// unique.
+  bool dependent = false;
 };
 
-/// Solves 0 ≤ z ⟂ w = G z + b ≥ 0 for symmetric positive definite G [n×n]; z is unique. By Murty's
-/// least-index principal pivoting (K. G. Murty, Linear Complementarity, 1988, Sec. 4.1), which is
-/// finite for every P-matrix and one step per hit for a diagonal G: z_i = max(0, −b_i/G_ii). Signs
-/// are judged up to rounding, 1e-13 times the largest |b_i|: a smaller violation counts as zero.
+/// Solves 0 ≤ z ⟂ w = G z + b ≥ 0 for symmetric positive semidefinite G [n×n].
+/// Where G is positive definite z is unique: by Murty's least-index principal pivoting (K. G.
+/// Murty, Linear Complementarity, 1988, Sec. 4.1), which is finite for every P-matrix and one step
+/// per hit for a diagonal G: z_i = max(0, −b_i/G_ii). Where pivoting meets dependent rows (a pivot
+/// below 1e-11 G_ii), w is still unique, for it is the gradient of the convex problem min ½ zᵀGz +
+/// bᵀz, z ≥ 0: by the proximal point method, each step of which is pivoting on G + ε diag G, ε =
+/// 1e-8. Signs are judged up to rounding, 1e-13 times the largest |b_i|: a smaller violation counts
+/// as zero.
 ComplementaritySolution SolveComplementarity(const Matrix& G, const Vector& b);
+
+/// How independent row i of G = A P Aᵀ is of the rows S, which are independent: 1 − cos² of the
+/// angle between A_i and their span in the kinetic metric, in [0, 1]. `combination` [|S|], if asked
+/// for, gets the y of A_i ≈ Σ_k y_k A_S(k).
+double Independence(const Matrix& G, const std::vector<int>& S, int i,
+                    Vector* combination = nullptr);
+/// Below this, a row counts as dependent on others.
+constexpr double kDependentRow = 1e-11;
+
+/// A solution z ≥ 0 with the same G z on independent rows (Carathéodory): returns them, and
+/// changes z on the way.
+std::vector<int> IndependentSupport(const Matrix& G, ContactMode support, Vector* z);
 
 }  // namespace contact_flow

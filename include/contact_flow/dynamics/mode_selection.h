@@ -15,13 +15,32 @@ struct UndecidedMode : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A contact mode, and what was not decided by forces alone.
+struct ModeSelection {
+  ContactMode mode;
+  /// Candidates that neither press nor open, up to the first time derivative of both.
+  ContactMode degenerate;
+  /// Candidates that neither press nor open because they cannot: their rows of Da are dependent on
+  /// those of the mode.
+  ContactMode implied;
+};
+
 /// The contact mode of a state among the rigid candidates C = {i : a_i = 0, Da_i v = 0} (Sec. 2),
 /// beside the `pressed` compliant ones: the support of
 ///   0 ≤ λ ⟂ ä = Da v̇ + Ḋa v ≥ 0,
-/// together with `pressed`. A constraint whose force vanishes there, or does so within
-/// `time_tolerance` [s] at its present rate, belongs to the mode exactly when its force would grow:
-/// dλ_i/dt > 0 in the mode with it. Where the effort depends on the mode, the one J ⊂ C with λ_J ≥
-/// 0 and ä_{C∖J} ≥ 0 in its own field is looked for; throws UndecidedMode when none or several fit.
+/// together with `pressed`. Let α be the members that press, and β those whose force and normal
+/// acceleration both vanish, or do so within `time_tolerance` [s] at their present rates. The
+/// rates decide on β, all at once: with the Schur complement G̃ = G_ββ − G_βα G_αα⁻¹ G_αβ,
+///   0 ≤ dλ_β/dt ⟂ d³a_β/dt³ = G̃ dλ_β/dt + c ≥ 0,   c_i = −G̃_ii (dλ_i/dt in mode α ∪ {i});
+/// members with dλ_i/dt > 0 hold. For one constraint: it holds iff dλ_i/dt > 0 in the mode with
+/// it. Where both vanish again, the second derivative of λ_i in the mode with i does.
+/// Where rows of Da are dependent, the mode is an independent subset of rows with forces λ ≥ 0 that
+/// spans those of the solution of least norm: the motion is that of all of them.
+/// Where the effort depends on the mode, the one J ⊂ C with λ_J ≥ 0 and ä_{C∖J} ≥ 0 in its own
+/// field is looked for; throws UndecidedMode when none or several fit, or no forces do.
+ModeSelection SelectMode(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
+                         double time_tolerance, ContactMode pressed = ContactMode());
+/// Its mode alone.
 ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
                               double time_tolerance, ContactMode pressed = ContactMode());
 

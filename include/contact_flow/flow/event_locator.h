@@ -51,6 +51,8 @@ class EventLocator {
 
   /// The contact force of each field call, in the order of the calls of one step.
   void RecordForce(const Vector& force);
+  /// Constraints without a guard until this is called again.
+  void Ignore(ContactMode constraints) { ignored_ = constraints; }
   /// Starts an arc: no force is known.
   void BeginArc() { calls_ = 0; }
   /// Starts a step, or repeats it: only the force at its beginning is known.
@@ -78,6 +80,7 @@ class EventLocator {
   const double floor_;
   Dop853* stepper_ = nullptr;
   ContactMode mode_;
+  ContactMode ignored_;
   Matrix forces_;  // [n × 16]
   int calls_ = 0;
   ConstraintTerms terms_;

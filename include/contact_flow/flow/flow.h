@@ -3,12 +3,15 @@
 
 #include <limits>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/dop853.h"
 #include "contact_flow/flow/event_locator.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/flow/trajectory.h"
+#include "contact_flow/flow/transition.h"
 #include "contact_flow/flow/zeno_detector.h"
 #include "contact_flow/model/mechanical_system.h"
 
@@ -72,6 +75,9 @@ class Flow {
   RunStatistics statistics() const;
   /// See Trajectory.
   double accumulation_time() const { return accumulation_time_; }
+  /// The first Trajectory::kMaxWarnings of those met so far.
+  const std::vector<Warning>& warnings() const { return warnings_; }
+  long num_warnings() const { return num_warnings_; }
 
  private:
   void Field(const double* x, double* xdot);
@@ -83,7 +89,14 @@ class Flow {
   bool Attempt(double end, double* h, bool* rejected);
   double StepOntoEvent(const LocatedEvent& event, double length);
   bool PassTransition();
+  TransitionRules Rules() const;
+  bool GoesOn();
+  std::optional<double> Accumulation(const ResolvedTransition& resolved);
+  std::optional<double> PredictRest(int i);
   void CompleteZeno();
+  void Warn(Outcome code, const std::string& message);
+  void FindImplied();
+  int ImpliedThatMoved();
 
   const MechanicalSystem& system_;
   const SimulateOptions options_;
@@ -114,6 +127,12 @@ class Flow {
   std::optional<double> last_transition_;
   Margins margins_;
   double accumulation_time_ = std::numeric_limits<double>::quiet_NaN();
+  std::vector<Warning> warnings_;
+  long num_warnings_ = 0;
+  ContactMode implied_;  // touching constraints that mode_ implies: no guards on this arc
+  Vector implied_gap_;   // where they were at its beginning
+  int stalls_ = 0;       // transitions in a row without time between them
+  int last_trigger_ = -1;
   long attempts_ = 0, steps_ = 0, transitions_ = 0;
   long next_clock_reading_;
   double deadline_ = 0;  // set at the first reading

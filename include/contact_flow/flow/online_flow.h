@@ -33,6 +33,10 @@ class OnlineFlow {
   double now() const { return now_; }  ///< [s]
   /// Not kOk: the run has ended at now(), and the message says why.
   const Status& status() const { return flow_.status(); }
+  /// The first Trajectory::kMaxWarnings, in the order of time, and how many there were: grazings and
+  /// the like, which the run passed.
+  const std::vector<Warning>& warnings() const { return flow_.warnings(); }
+  long num_warnings() const { return flow_.num_warnings(); }
 
   /// Moves now() on to t, or to the first transition before or at t: then true, and it is
   /// transition(). An input that changes is one. Ends earlier when the run does.

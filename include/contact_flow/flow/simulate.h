@@ -20,13 +20,16 @@ struct SimulateOptions {
   double simultaneity_tolerance = 1e-7;
   /// |a_i| below this counts as touching in an initial state [m].
   double gap_tolerance = 1e-9;
-  /// |Da_i v| below this counts as zero: resting, or grazing at an activation [m/s].
+  /// |Da_i v| below this counts as zero: resting, or grazing at an activation [m/s]. Where
+  /// accelerations are so weak that such a speed v reaches further than absolute_tolerance,
+  /// v²/(2|ä_i|), correspondingly less does.
   double speed_tolerance = 1e-6;
-  /// Impacts of one constraint whose intervals shrink geometrically below this are Zeno [s].
+  /// Impacts whose intervals shrink geometrically, of one constraint or of several in turns, are
+  /// Zeno once the intervals are below this part of the first of their sequence. Bounces of elastic
+  /// contacts that no longer reach absolute_tolerance are Zeno in any case.
   double zeno_interval = 1e-5;
   /// Go on from there with the contact sticking, instead of stopping with Outcome::kZeno. The rest
-  /// of the bounces, shorter than ~zeno_interval/(1−γ) in all, is taken as one plastic impact. No
-  /// derivative then.
+  /// of the bounces is taken as one plastic impact. No derivative then.
   bool complete_zeno = false;
   long max_steps = 100000;
   long max_events = 10000;

@@ -10,7 +10,9 @@ namespace contact_flow {
 /// initial state) throws std::invalid_argument instead, before anything is computed.
 enum class Outcome {
   kOk = 0,
-  kGrazing = 1,         ///< a constraint was touched with vanishing speed: not admissible (Def. 3)
+  /// A constraint was touched with vanishing speed, or let go with dλ/dt = 0: not admissible (Def.
+  /// 3). The motion goes on, with a Warning; no derivative across it.
+  kGrazing = 1,
   kZeno = 2,            ///< impacts accumulate at a finite time (Def. 2 fails)
   kBudgetExceeded = 3,  ///< more steps, events or seconds than the options allow
   kNonFinite = 4,       ///< the motion left the domain of the model (NaN, Inf, singular M)
@@ -31,6 +33,15 @@ struct Status {
   std::string message;
 
   bool ok() const { return outcome == Outcome::kOk; }
+};
+
+/// Something on the way of a run that went on: a touch with vanishing speed (kGrazing), bounces
+/// that were completed to rest (kZeno), an impact whose outcome is not continuous (kDiscontinuous)
+/// or whose impulses are not unique (kNotDifferentiable).
+struct Warning {
+  Outcome code = Outcome::kOk;
+  double t = 0;  ///< [s]
+  std::string message;
 };
 
 }  // namespace contact_flow

@@ -37,8 +37,20 @@ struct Transition {
   Vector
       impulse;  ///< p, then that of the bilateral constraints [n+l], [N·s] (zero where no impact)
   double spread = 0;  ///< time between the first and the last event of the cluster [s]
-  /// Infinitely many bounces were completed to sticking here (SimulateOptions::complete_zeno).
+  /// Touched with vanishing speed, or about to let go with dλ/dt = 0: no derivative across it.
+  ContactMode grazed;
+  /// Rigid constraints beyond J⁻ and I_a that touched without force, a_i = Da_i v⁻ = 0, and were
+  /// hit, or are pressed from here on: the outcome is not continuous here.
+  ContactMode touching;
+  /// Touching constraints that J⁺ implies, their rows of Da being dependent on its rows: how a force
+  /// is shared among them is not unique, the motion is.
+  ContactMode implied;
+  /// Infinitely many bounces were completed to sticking here (SimulateOptions::complete_zeno), or
+  /// bounces too low to be resolved.
   bool completes_zeno = false;
+  double energy_lost = 0;  ///< kinetic energy that making small speeds rest took here [J]
+  /// Not kOk: why there is no derivative across this transition, whatever the rest of it is like.
+  Status obstacle;
   /// The input changes here, at an instant of its grid, and contacts that would have to pull let
   /// go.
   bool changes_input = false;
@@ -75,6 +87,10 @@ struct Trajectory {
   /// Where impacts (last) accumulate [s], predicted from the ratio of their intervals; NaN without
   /// Zeno.
   double accumulation_time = std::numeric_limits<double>::quiet_NaN();
+  /// The first kMaxWarnings, in the order of time, and how many there were.
+  std::vector<Warning> warnings;
+  long num_warnings = 0;
+  static constexpr long kMaxWarnings = 100;
   /// The one it was made with [s].
   double simultaneity_tolerance = 0;
 

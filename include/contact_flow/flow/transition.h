@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <vector>
+
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/dynamics/impact.h"
 #include "contact_flow/flow/status.h"
@@ -13,6 +15,10 @@ struct TransitionRules {
   double simultaneity_tolerance;  ///< [s]
   double speed_tolerance;         ///< [m/s]
   ImpactLaw impact_law;
+  double gap_tolerance = 1e-9;    ///< touching without force [m]
+  double reach_tolerance = 1e-9;  ///< heights that the integrator does not resolve [m]
+  /// The same event came again at the same time: decide it the other way.
+  bool stalled = false;
 };
 
 /// A transition with what it adds to the margins, and a status that is not kOk where it is
@@ -21,24 +27,36 @@ struct ResolvedTransition {
   Transition transition;
   double approach_speed;  ///< min |Da_i v⁻| over activations, or +∞ [m/s]
   double release_rate;    ///< min |dλ_i/dt| over releases by vanishing force, or +∞ [N/s]
+  /// The largest speed at which a contact would have risen that was made rest [m/s], and the time
+  /// until it would have been back [s].
+  double rest_speed = 0, rest_interval = 0;
   Status status;
+  std::vector<Warning> warnings;
 };
 
 /// Resolves the events at (ρ, v⁻) = x in mode J⁻, `trigger` being the one that was located: every
 /// other guard that vanishes within the simultaneity tolerance on the present motion belongs to the
 /// cluster.
-///   I_a = {i ∉ J⁻ : a_i = 0, Da_i v⁻ < 0} and J⁻ share an impact (1b); what rests after it is a
-///   candidate for J⁺ by force complementarity. Without activations the state is continuous and J⁺
-///   = J⁻ minus the releases.
+///   I_a = {i ∉ J⁻ : a_i = 0, Da_i v⁻ < 0} and J⁻ share an impact (1b), together with every other
+/// rigid constraint that touches, a_i = Da_i v⁻ = 0, with or without force: all at once, the
+/// simultaneous law of Newton and Moreau. For balls in a row, the first of which is hit elastically,
+/// that gives (−1/3, 2/3, 2/3) whether they touch or are pressed, where impacts one after another
+/// would give (0, 0, 1): the outcome is not continuous there. What rests after the impact is a
+/// candidate for J⁺ by force complementarity. Without activations the state is continuous, and J⁺
+/// = J⁻ minus the releases: those of several forces that vanish at once are decided together by
+/// their rates (SelectMode).
 /// Compliant constraints change sides where their gap vanishes. Where the effort depends on the
-/// mode, J⁺ must agree with its own effort, or the status is kFilippov. Grazing (Da_i v⁻ = 0 at the
-/// trigger, within tolerance) is inadmissible: the state is left as it is.
+/// mode, J⁺ must agree with its own effort, or the status is kFilippov.
+/// Where the trigger's slope vanishes within tolerance (grazing; or a rise so low that it is not
+/// resolved, v²/(2|ä|) ≤ 4 reach_tolerance), the motion goes on: a speed into the contact is an
+/// impact like any other, what then stands still is a candidate for J⁺, held if pressed and off if
+/// not. It is in Transition::grazed, with a warning.
 ResolvedTransition ResolveTransition(ContactDynamics* dynamics, double t, const Vector& x,
                                      ContactMode mode, int trigger, const TransitionRules& rules);
 
-/// The next input begins at (t, x), `dynamics` having it already: what rests stays in contact
-/// unless it would have to pull now.
+/// The next input begins at (t, x), `dynamics` having it already: what rests or touches without
+/// force stays in contact unless it would have to pull now.
 ResolvedTransition ResolveInputChange(ContactDynamics* dynamics, double t, const Vector& x,
-                                      ContactMode mode);
+                                      ContactMode mode, const TransitionRules& rules);
 
 }  // namespace contact_flow

@@ -4,24 +4,41 @@
 #include <optional>
 #include <vector>
 
+#include "contact_flow/contact_mode.h"
+
 namespace contact_flow {
 
-/// Watches the impacts of each constraint for intervals that shrink geometrically (Zeno), as those
-/// of a bouncing ball or, plastic but in turns, of a block that rocks to rest: with ratio r < 1 and
-/// last interval Δ, impacts accumulate at t + Δ r/(1−r).
+/// Watches impacts for intervals that shrink geometrically (Zeno): those of each constraint, as of a
+/// bouncing ball, and those of all constraints in turns, as of a block that rocks to rest. With
+/// ratio r < 1 and last interval Δ, impacts accumulate at t + Δ r/(1−r). It has no time scale of
+/// its own: intervals are compared with the first one of their sequence, from which on each is
+/// shorter than the one before.
 class ZenoDetector {
  public:
-  /// Intervals longer than `interval` [s] are not yet worth stopping for.
-  ZenoDetector(int num_constraints, double interval)
-      : interval_(interval), impacts_(num_constraints) {}
+  /// Intervals longer than `shrinkage` times the first of their sequence are not yet worth stopping
+  /// for.
+  ZenoDetector(int num_constraints, double shrinkage)
+      : shrinkage_(shrinkage), sequences_(num_constraints + 1) {}
 
-  /// Records an impact on constraint i; returns the accumulation time [s] once the last three
-  /// intervals shrink by ratios that agree within 5 % and the last is shorter than `interval`.
-  std::optional<double> Impact(int i, double t);
+  /// Records an impact on the constraints in `hit`; returns the accumulation time [s] once the last
+  /// three intervals of a sequence shrink by ratios that agree within 5 % and the last is short
+  /// enough.
+  std::optional<double> Impact(ContactMode hit, double t);
+  /// The accumulation time [s] if the next impact would come at `next`, and the last two intervals
+  /// of all constraints and this one shrink by ratios that agree within 30 %. For sequences that
+  /// shrink so fast that no fourth impact is resolved.
+  std::optional<double> ImpactTo(double next) const;
 
  private:
-  double interval_;
-  std::vector<std::vector<double>> impacts_;
+  struct Sequence {
+    std::vector<double> times;  // the last four
+    double first = 0;           // interval [s]
+  };
+
+  std::optional<double> Record(double t, Sequence* sequence) const;
+
+  double shrinkage_;
+  std::vector<Sequence> sequences_;  // of each constraint, and of all
 };
 
 }  // namespace contact_flow

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a Flow does at its events.
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <utility>
+
+#include "contact_flow/dynamics/complementarity.h"
+#include "contact_flow/dynamics/inverse_inertia.h"
+#include "contact_flow/dynamics/mode_selection.h"
+#include "contact_flow/dynamics/sticking.h"
+#include "contact_flow/flow/flow.h"
+
+namespace contact_flow {
+namespace {
+
+constexpr double kNoTime = 1e-2;  // in simultaneity tolerances: events so close do not go on
+constexpr int kStallsToInsist = 2, kStallsToIgnore = 4;
+constexpr int kStallsForEach = 4;     // constraint, before the run ends
+constexpr double kImpliedReach = 10;  // [absolute tolerances] an implied contact may drift
+
+}  // namespace
+
+TransitionRules Flow::Rules() const {
+  return {options_.simultaneity_tolerance,
+          options_.speed_tolerance,
+          options_.impact_law,
+          options_.gap_tolerance,
+          options_.absolute_tolerance,
+          stalls_ >= kStallsToInsist};
+}
+
+void Flow::Warn(Outcome code, const std::string& message) {
+  if (num_warnings_++ < Trajectory::kMaxWarnings) warnings_.push_back({code, t_, message});
+}
+
+/// Counts events that come again without time between them; false when there are too many.
+bool Flow::GoesOn() {
+  const bool again = last_transition_ && trigger_ == last_trigger_ &&
+                     t_ - *last_transition_ <= kNoTime * options_.simultaneity_tolerance;
+  stalls_ = again ? stalls_ + 1 : 0;
+  last_trigger_ = trigger_;
+  if (stalls_ <= kStallsForEach * (system_.num_constraints() + 4)) return true;
+  Stop(Outcome::kBudgetExceeded, "events of constraint '" +
+                                     system_.description().constraints[trigger_] +
+                                     "' follow each other without time between them");
+  return false;
+}
+
+/// Applies the transition at (t_, x_); false when it cannot be, and the run ends before it.
+bool Flow::PassTransition() {
+  if (!GoesOn()) return false;
+  ResolvedTransition resolved =
+      ResolveTransition(&dynamics_, t_, x_, mode_, trigger_, Rules());
+  margins_.approach_speed = std::min(margins_.approach_speed, resolved.approach_speed);
+  margins_.release_rate = std::min(margins_.release_rate, resolved.release_rate);
+  if (!resolved.status.ok()) {
+    status_ = resolved.status;
+    return false;
+  }
+  margins_.cluster_spread = std::max(margins_.cluster_spread, resolved.transition.spread);
+  if (last_transition_) {
+    margins_.event_interval = std::min(margins_.event_interval, t_ - *last_transition_);
+  }
+  if (transitions_ >= options_.max_events) {
+    Stop(Outcome::kBudgetExceeded,
+         "max_events = " + std::to_string(options_.max_events) + " transitions were passed");
+    return false;
+  }
+  for (const Warning& warning : resolved.warnings) Warn(warning.code, warning.message);
+  transition_ = std::move(resolved.transition);
+  last_transition_ = t_;
+  ++transitions_;
+  mode_ = transition_.mode_after;
+  x_ = transition_.x_plus;
+  const std::optional<double> accumulation = Accumulation(resolved);
+  if (!accumulation) return true;
+  accumulation_time_ = *accumulation;
+  if (options_.complete_zeno) {
+    CompleteZeno();
+    return true;
+  }
+  std::ostringstream reason;
+  reason.precision(12);
+  reason << "impacts of constraint '" << system_.description().constraints[trigger_]
+         << "' accumulate at t = " << *accumulation << " s (Zeno)";
+  Stop(Outcome::kZeno, reason.str());
+  return true;
+}
+
+/// When the impacts up to this transition accumulate [s], if they do: intervals that shrink
+/// geometrically and have shrunk by the stated factor, the next one being known where its bounce
+/// was made rest; or a bounce of an elastic contact that is too low to be resolved.
+std::optional<double> Flow::Accumulation(const ResolvedTransition& resolved) {
+  const ContactMode impacts = transition_.activated | (transition_.grazed - transition_.mode_before);
+  if (impacts.Empty()) return std::nullopt;
+  std::optional<double> accumulation = zeno_.Impact(impacts, t_);
+  if (!accumulation && resolved.rest_interval > 0) {
+    accumulation = zeno_.ImpactTo(t_ + resolved.rest_interval);
+  }
+  for (int i : impacts - system_.compliant()) {
+    if (!accumulation) accumulation = PredictRest(i);
+  }
+  return accumulation;
+}
+
+/// The end of the bounces of elastic contact i [s] if the next no longer reaches the absolute
+/// tolerance: under constant acceleration −b, from speed v on, it rises to v²/(2b) and all of them
+/// take 2v/(b (1 − γ)).
+std::optional<double> Flow::PredictRest(int i) {
+  const double restitution = system_.restitution()(i);
+  if (restitution <= 0 || restitution >= 1 || mode_.Contains(i)) return std::nullopt;
+  const int d = system_.dof(), nq = system_.num_positions();
+  dynamics_.Evaluate(x_, mode_);
+  system_.Constraints(x_.head(nq), x_.tail(d), &terms_);
+  const double speed = terms_.jacobian.row(i).dot(x_.tail(d));
+  const double back = -(terms_.jacobian.row(i).dot(dynamics_.acceleration()) + terms_.bias(i));
+  if (speed < 0 || !(speed * speed <= 2 * back * options_.absolute_tolerance)) return std::nullopt;
+  return t_ + (speed > 0 ? 2 * speed / (back * (1 - restitution)) : 0);
+}
+
+/// Turns the last impact into sticking of all that touch: see SimulateOptions::complete_zeno.
+void Flow::CompleteZeno() {
+  Transition& last = transition_;
+  const int d = system_.dof(), nq = system_.num_positions();
+  const ContactMode sticking =
+      (last.mode_before | last.mode_after | last.activated | last.grazed) - system_.compliant();
+  const ImpactResult impact = Stick(system_, x_.head(nq), last.x_minus.tail(d), sticking);
+  const InverseInertia inertia(system_, x_.head(nq), x_.tail(d));
+  const auto energy = [&](const Vector& v) { return 0.5 * v.dot(inertia.mass() * v); };
+  last.energy_lost += energy(last.x_plus.tail(d)) - energy(impact.v_plus);
+  last.x_plus.tail(d) = impact.v_plus;
+  last.impulse = impact.impulse;
+  last.completes_zeno = true;
+  const ContactMode pressed = last.mode_after & system_.compliant();
+  const ModeSelection selection = SelectMode(&dynamics_, last.x_plus, sticking,
+                                             options_.simultaneity_tolerance, pressed);
+  last.mode_after = selection.mode;
+  last.implied = selection.implied;
+  last.released = last.mode_before - last.mode_after;
+  mode_ = last.mode_after;
+  x_ = last.x_plus;
+  std::ostringstream message;
+  message.precision(12);
+  message << "at t = " << t_ << " s impacts of "
+          << sticking.ToString(system_.description().constraints) << " that accumulate at "
+          << accumulation_time_ << " s are completed to sticking: " << last.energy_lost
+          << " J are lost at once";
+  Warn(Outcome::kZeno, message.str());
+}
+
+/// Touching contacts that the mode implies have no guards: their gaps are rounding as long as the
+/// mode lasts.
+void Flow::FindImplied() {
+  implied_ = ContactMode();
+  const ContactMode rigid = mode_ - system_.compliant();
+  ContactMode near;
+  for (int i = 0; i < system_.num_constraints() && !rigid.Empty(); ++i) {
+    if (mode_.Contains(i) || system_.compliant().Contains(i)) continue;
+    const bool touches = std::abs(gaps_begin_.gap(i)) <= kImpliedReach * options_.absolute_tolerance;
+    if (touches && std::abs(gaps_begin_.rate(i)) <= options_.speed_tolerance) near.Insert(i);
+  }
+  if (!near.Empty()) {
+    Matrix G;
+    Vector unused;
+    Delassus(system_, x_, dynamics_.u(), rigid | near, &G, &unused);
+    std::vector<int> members, others, constraints;
+    int row = 0;
+    for (int i : rigid | near) {
+      (rigid.Contains(i) ? members : others).push_back(row++);
+      if (!rigid.Contains(i)) constraints.push_back(i);
+    }
+    for (std::size_t k = 0; k < others.size(); ++k) {
+      if (Independence(G, members, others[k]) <= kDependentRow) implied_.Insert(constraints[k]);
+    }
+  }
+  if (stalls_ >= kStallsToIgnore && !mode_.Contains(last_trigger_)) implied_.Insert(last_trigger_);
+  locator_.Ignore(implied_);
+  if (!implied_.Empty()) implied_gap_ = gaps_begin_.gap;
+}
+
+/// An implied contact that has gone below where it was, or −1. One that has risen gets its guard
+/// back.
+int Flow::ImpliedThatMoved() {
+  for (int i : implied_) {
+    const double moved = gaps_end_.gap(i) - implied_gap_(i);
+    if (std::abs(moved) <= kImpliedReach * options_.absolute_tolerance) continue;
+    if (moved < 0) return i;
+    implied_.Erase(i);
+    locator_.Ignore(implied_);
+  }
+  return -1;
+}
+
+}  // namespace contact_flow
