@@ -242,7 +242,8 @@ bool Flow::ChangeInput(const VectorRef& u) {
 bool Flow::PassTransition() {
   ResolvedTransition resolved = ResolveTransition(
       &dynamics_, t_, x_, mode_, trigger_,
-      {options_.simultaneity_tolerance, options_.speed_tolerance, options_.impact_law});
+      {options_.simultaneity_tolerance, options_.speed_tolerance, options_.impact_law,
+       options_.relative_tolerance, options_.absolute_tolerance});
   margins_.approach_speed = std::min(margins_.approach_speed, resolved.approach_speed);
   margins_.release_rate = std::min(margins_.release_rate, resolved.release_rate);
   if (!resolved.status.ok()) {

@@ -92,6 +92,9 @@ ResolvedTransition ResolveTransition(ContactDynamics* dynamics, double t, const 
   transition.x_minus = transition.x_plus = x;
   transition.mode_before = transition.mode_after = mode;
   transition.impulse = Vector::Zero(n + system.num_bilateral());
+  transition.impact_law = rules.impact_law;
+  transition.relative_tolerance = rules.relative_tolerance;
+  transition.absolute_tolerance = rules.absolute_tolerance;
 
   ConstraintTerms terms;
   system.Constraints(x.head(nq), x.tail(d), &terms);

@@ -13,6 +13,7 @@ struct TransitionRules {
   double simultaneity_tolerance;  ///< [s]
   double speed_tolerance;         ///< [m/s]
   ImpactLaw impact_law;
+  double relative_tolerance = 1e-9, absolute_tolerance = 1e-9;  ///< of the integration
 };
 
 /// A transition with what it adds to the margins, and a status that is not kOk where it is
