@@ -17,9 +17,6 @@
 namespace contact_flow {
 namespace {
 
-/// Couplings below this count as zero, the located configuration being exact to the integrator's
-/// tolerance only; the event map uses the same figure.
-constexpr double kOrthogonal = 1e-6;
 /// Eigenvalues of the scaled Delassus matrix below this count as zero.
 constexpr double kDependent = 1e-10;
 constexpr int kNewtonSteps = 30;
@@ -45,19 +42,6 @@ Matrix UnitNormals(const Matrix& jacobian, ContactMode touching) {
   return normals;
 }
 
-ContactClass Classify(const AssumptionReport& report, const Vector& restitution) {
-  if (!report.independent()) return ContactClass::kDependent;
-  if (report.touching.Size() < 2) return ContactClass::kSingle;
-  bool orthogonal = true, attracting = true, plastic = true;
-  for (const Coupling& coupling : report.couplings) {
-    orthogonal = orthogonal && std::abs(coupling.value) <= kOrthogonal;
-    attracting = attracting && coupling.value <= kOrthogonal;
-  }
-  for (int i : report.touching) plastic = plastic && restitution(i) == 0;
-  if (orthogonal) return ContactClass::kOrthogonal;
-  return plastic && attracting ? ContactClass::kAttracting : ContactClass::kOrderDependent;
-}
-
 /// Moves q onto a_i = a_j = 0 by the shortest steps in the kinetic metric; false when that fails.
 bool MoveOntoPair(const MechanicalSystem& system, int i, int j, const VectorRef& u, Vector* x) {
   const int d = system.dof(), nq = system.num_positions();
@@ -79,22 +63,6 @@ bool MoveOntoPair(const MechanicalSystem& system, int i, int j, const VectorRef&
 }
 
 }  // namespace
-
-const char* ContactClassName(ContactClass contact_class) {
-  switch (contact_class) {
-    case ContactClass::kSingle:
-      return "single";
-    case ContactClass::kOrthogonal:
-      return "orthogonal";
-    case ContactClass::kAttracting:
-      return "attracting";
-    case ContactClass::kOrderDependent:
-      return "order-dependent";
-    case ContactClass::kDependent:
-      return "dependent";
-  }
-  return "unknown";
-}
 
 double AssumptionReport::LargestCoupling() const {
   double largest = 0;
@@ -142,7 +110,8 @@ AssumptionReport AssessAssumptions(const MechanicalSystem& system, const VectorR
     }
     ++row;
   }
-  report.contact_class = Classify(report, system.restitution());
+  report.contact_class = report.independent() ? ClassifyCouplings(system, x.head(nq), touching)
+                                              : ContactClass::kDependent;
   return report;
 }
 
@@ -153,6 +122,11 @@ std::vector<AssumptionReport> AssessTransitions(const MechanicalSystem& system,
     const Transition& transition = trajectory.transitions[k];
     reports.push_back(AssessAssumptions(system, transition.x_minus, trajectory.arcs[k].u,
                                         transition.activated | transition.mode_before));
+    AssumptionReport& report = reports.back();
+    if (!report.smooth || !report.independent()) continue;
+    ContactDynamics dynamics(system, trajectory.arcs[k].u);
+    const ContactClass found = ClassifyCluster(&dynamics, transition).contact_class;
+    if (found != ContactClass::kSingle) report.contact_class = found;
   }
   return reports;
 }

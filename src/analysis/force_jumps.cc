@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-#include "contact_flow/analysis/assumptions.h"
+#include "contact_flow/derivative/cluster_class.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/dynamics/impact.h"
 #include "contact_flow/dynamics/mode_selection.h"
@@ -53,7 +53,9 @@ class Stages {
     const int last = *S.begin();
     const ContactMode before = S.Without(last);
     const Vector& v = velocity_.at(before);
-    return velocity_[S] = SolveImpact(system_, q_, v, RestingAt(before, v).With(last)).v_plus;
+    return velocity_[S] = SolveImpact(system_, q_, v, RestingAt(before, v).With(last),
+                                      transition_.impact_law)
+                              .v_plus;
   }
 
   /// The contacts that rest at v_S: of J⁻, and of S those that have not bounced.
@@ -93,14 +95,22 @@ class Stages {
   std::map<ContactMode, Vector> velocity_;
 };
 
-/// Whether v_S is the same for every order of the impacts in S: one impact, or class A or B.
+/// Whether v_S is the same for every order of the impacts in S.
 bool OrderIsIrrelevant(const MechanicalSystem& system, const VectorRef& u,
                        const Transition& transition) {
   if (transition.activated.Size() < 2) return true;
-  const ContactMode touching = transition.mode_before | transition.activated;
-  const ContactClass found =
-      AssessAssumptions(system, transition.x_minus, u, touching).contact_class;
-  return found == ContactClass::kOrthogonal || found == ContactClass::kAttracting;
+  ContactDynamics dynamics(system, u);
+  const ClusterReport cluster = ClassifyCluster(&dynamics, transition);
+  switch (cluster.contact_class) {
+    case ContactClass::kSingle:
+    case ContactClass::kOrthogonal:
+    case ContactClass::kAttracting:
+      return true;
+    case ContactClass::kOrdersAgree:
+      return cluster.staged;
+    default:
+      return false;
+  }
 }
 
 /// `zero`: forces below it have no sign.

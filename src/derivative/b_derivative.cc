@@ -83,6 +83,31 @@ PiecewiseLinearMap BDerivative::Pieces() const {
       .After(map, options.max_pieces);
 }
 
+void BDerivative::CarryNeglected() {
+  const Eigen::Index d = time.size() / 2;
+  neglected_jump = Vector::Zero(2 * d);
+  neglected_derivative = 0;
+  for (std::size_t k = 0; k < events.size(); ++k) {
+    const ClusterReport& cluster = events[k].cluster();
+    const bool nothing = cluster.neglected_jump.size() == 0 || cluster.neglected_jump.isZero(0);
+    if (nothing && cluster.neglected_derivative == 0) continue;
+    // What comes before and after, along one selection of each other event.
+    Matrix before = arcs[0], after = arcs[k + 1];
+    for (std::size_t j = 0; j < k; ++j) {
+      before = arcs[j + 1] * events[j].Selection(events[j].activated()) * before;
+    }
+    for (std::size_t j = k + 1; j < events.size(); ++j) {
+      after = arcs[j + 1] * events[j].Selection(events[j].activated()) * after;
+    }
+    const Matrix effect = after.topRows(2 * d).cwiseAbs();
+    if (!nothing) neglected_jump += effect.middleCols(d, d) * cluster.neglected_jump;
+    // |L D R| ≤ ‖L‖_∞ max|D| ‖R‖_1, entry by entry.
+    neglected_derivative += effect.middleCols(d, d).rowwise().sum().maxCoeff() *
+                            cluster.neglected_derivative *
+                            before.cwiseAbs().colwise().sum().maxCoeff();
+  }
+}
+
 BDerivative DifferentiateOutcome(const MechanicalSystem& system, const Trajectory& trajectory,
                                  const BDerivativeOptions& options) {
   return DifferentiateArcs(system, trajectory, 0, trajectory.arcs.size() - 1, options);
@@ -118,6 +143,7 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
     derivative.arcs.push_back(PropagateArc(dynamics[k].get(), arcs[k], options.tolerance));
   }
   derivative.time = dynamics[last]->Field(arcs[last].x_end, arcs[last].mode).head(2 * system.dof());
+  derivative.CarryNeglected();
   return derivative;
 }
 

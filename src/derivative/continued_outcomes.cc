@@ -64,6 +64,7 @@ ContinuedOutcome Continue(const MechanicalSystem& system, const InputSchedule& s
     options.gap_tolerance = std::max(options.gap_tolerance, 2 * std::abs(terms.gap(i)));
   }
   options.dense = false;
+  options.impact_law = transition.impact_law;
   try {
     const Trajectory run = Simulate(system, x, From(schedule, transition.t),
                                     std::max(t_end - transition.t, 0.0), options);

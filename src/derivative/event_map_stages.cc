@@ -2,10 +2,8 @@
 // The stages of a cluster: what EventMap knows of (ρ, v_S), K_S, F_S and of the resets between
 // them.
 #include <cmath>
-#include <sstream>
 #include <utility>
 
-#include "contact_flow/derivative/coupling_slope.h"
 #include "contact_flow/derivative/event_map.h"
 #include "contact_flow/dynamics/impact.h"
 #include "contact_flow/dynamics/mode_selection.h"
@@ -13,12 +11,6 @@
 namespace contact_flow {
 namespace {
 
-/// Relative size of G_ij below which two constraints count as orthogonal: the located configuration
-/// is exact only up to the integrator's tolerance.
-constexpr double kOrthogonal = 1e-6;
-/// Slope of the normalized G_ij [1/m] above which two constraints are orthogonal by coincidence
-/// only.
-constexpr double kSteep = 1e-3;
 /// |Da_j v| below this part of the approach speeds counts as rest.
 constexpr double kRest = 1e-6;
 
@@ -87,69 +79,10 @@ ContactMode EventMap::Pressed(ContactMode events) const {
 }
 
 void EventMap::Classify() {
-  const ContactMode rigid = transition_.mode_before - system_->compliant();
-  const ContactMode touching = transition_.activated | rigid;
-  if (!status_.ok() || transition_.activated.Empty() || touching.Size() < 2) return;
-  Matrix G;
-  Vector unused;
-  Delassus(*system_, transition_.x_minus, dynamics_->u(), touching, &G, &unused);
-  const std::vector<int> members = Members(touching);
-  const Vector& restitution = system_->restitution();
-  bool plastic = true, attracting = true;  // class B: γ = 0 and G_ij ≤ 0
-  double worst = 0;
-  Status coupled, crooked;  // the worst pair that is not orthogonal; one that is so by chance
-  for (std::size_t i = 0; i < members.size(); ++i) {
-    plastic = plastic && restitution(members[i]) == 0;
-    for (std::size_t j = 0; j < i; ++j) {
-      const int first = members[j], second = members[i];
-      const bool counts =
-          transition_.activated.Contains(first) || transition_.activated.Contains(second);
-      if (!counts) continue;
-      const double coupling = G(i, j) / std::sqrt(G(i, i) * G(j, j));
-      if (std::abs(coupling) > kOrthogonal) {
-        decoupled_ = false;
-        attracting = attracting && coupling < 0;
-        if (std::abs(coupling) <= std::abs(worst)) continue;
-        worst = coupling;
-        coupled = {Outcome::kDiscontinuous,
-                   Sentence(first, second,
-                            "are not orthogonal in the kinetic metric (normalized G_ij", coupling,
-                            "): the order of impacts decides the outcome, which is discontinuous "
-                            "here")};
-      } else if (crooked.ok() && CouldRest(first) && CouldRest(second)) {
-        const double slope = CouplingSlope(*system_, q_, first, second);
-        if (slope <= kSteep) continue;
-        crooked = {Outcome::kNotDifferentiable,
-                   Sentence(first, second,
-                            "are orthogonal here but not where both touch around here (slope of "
-                            "G_ij",
-                            slope,
-                            "): Assumption 4 fails, the impact of one may or may not lift the "
-                            "other")};
-      }
-    }
-  }
-  const bool order_decides = transition_.activated.Size() > 1 && !(plastic && attracting);
-  if (!coupled.ok() && order_decides) {
-    status_ = coupled;
-    outcomes_ = ListOrderOutcomes(dynamics_.get(), transition_);
-  } else {
-    status_ = crooked;
-  }
-}
-
-/// True for a constraint that may rest while the other is hit: in contact before, or plastic.
-bool EventMap::CouldRest(int i) const {
-  return transition_.mode_before.Contains(i) || system_->restitution()(i) == 0;
-}
-
-std::string EventMap::Sentence(int first, int second, const char* what, double value,
-                               const char* consequence) const {
-  const std::vector<std::string>& names = system_->description().constraints;
-  std::ostringstream message;
-  message << "at t = " << transition_.t << " s the simultaneous contacts '" << names[first]
-          << "' and '" << names[second] << "' " << what << " = " << value << consequence;
-  return message.str();
+  if (!status_.ok()) return;
+  cluster_ = ClassifyCluster(dynamics_.get(), transition_);
+  status_ = cluster_.status;
+  decoupled_ = cluster_.decoupled;
 }
 
 ContactMode EventMap::Resting(const Vector& v, ContactMode candidates, ContactMode elastic) const {
@@ -197,7 +130,7 @@ const EventMap::Stage& EventMap::Activate(ContactMode activated, int i,
   const ContactMode touching =
       (stage.mode | Resting(stage.v, transition_.mode_before | activated, elastic)).With(i) -
       compliant;
-  const ImpactResult impact = SolveImpact(*system_, q_, stage.v, touching);
+  const ImpactResult impact = SolveImpact(*system_, q_, stage.v, touching, transition_.impact_law);
   // To first order, contacts in the mode keep their constraint, and so does one that is closed
   // again.
   const ContactMode persisting =

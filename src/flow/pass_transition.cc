@@ -27,7 +27,9 @@ TransitionRules Flow::Rules() const {
           options_.impact_law,
           options_.gap_tolerance,
           options_.absolute_tolerance,
-          stalls_ >= kStallsToInsist};
+          stalls_ >= kStallsToInsist,
+          options_.relative_tolerance,
+          options_.absolute_tolerance};
 }
 
 void Flow::Warn(Outcome code, const std::string& message) {

@@ -66,6 +66,7 @@ Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x,
   Flow flow(system, begin, x, mode, schedule.values.front(), options);
   Trajectory trajectory;
   trajectory.simultaneity_tolerance = options.simultaneity_tolerance;
+  trajectory.impact_law = options.impact_law;
   trajectory.arcs.push_back(ArcFrom(flow));
   std::size_t next = 1;  // of the schedule
   while (flow.status().ok() && flow.t() < end) {

@@ -53,6 +53,9 @@ class Resolution {
     transition().x_minus = transition().x_plus = x;
     transition().mode_before = transition().mode_after = mode;
     transition().impulse = Vector::Zero(system_.num_constraints() + system_.num_bilateral());
+    transition().impact_law = rules.impact_law;
+    transition().relative_tolerance = rules.relative_tolerance;
+    transition().absolute_tolerance = rules.absolute_tolerance;
     system_.Constraints(x.head(nq_), x.tail(d_), &terms_);
     rate_ = terms_.jacobian * x.tail(d_);
     force_rate_ = dynamics_.ForceRate(x, mode);

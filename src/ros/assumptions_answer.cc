@@ -10,6 +10,7 @@
 
 #include "contact_flow/analysis/assumptions.h"
 #include "contact_flow/analysis/force_jumps.h"
+#include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/event_map.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/request.h"
@@ -145,16 +146,20 @@ TrajectoryAssumptions Answer(const Setup& setup, const AssumptionRequest& reques
     const ForceJumpReport forces = AssessForceJumps(system, trajectory.arcs[k].u, transition);
     AddForceJumps(constraints, forces, &result.transitions.back());
     dynamics->SetInput(trajectory.arcs[k].u);
-    result.transitions.back().modularity_defect =
-        transition.completes_zeno ? std::numeric_limits<double>::quiet_NaN()
-                                  : EventMap(dynamics, transition).AssessModularity().defect;
+    // What b_derivative asks, too.
+    Status status = CheckTransition(k > 0 ? &trajectory.transitions[k - 1] : nullptr, transition,
+                                    trajectory.simultaneity_tolerance);
+    double& defect = result.transitions.back().modularity_defect;
+    defect = std::numeric_limits<double>::quiet_NaN();
+    if (status.ok()) {
+      const EventMap event(dynamics, transition);
+      status = event.status();
+      defect = event.AssessModularity().defect;
+    }
+    if (!status.ok()) result.message += (result.message.empty() ? "" : "; ") + status.message;
     const std::string caveat = Caveat(constraints, transition.t, forces);
     if (!caveat.empty()) result.message += (result.message.empty() ? "" : "; ") + caveat;
-    // One activation alone has a derivative in every class but that of dependent constraints.
-    const bool order_matters = reports[k].contact_class == ContactClass::kOrderDependent &&
-                               transition.activated.Size() > 1;
-    const bool dependent = reports[k].contact_class == ContactClass::kDependent;
-    result.differentiable = result.differentiable && !order_matters && !dependent;
+    result.differentiable = result.differentiable && status.ok();
   }
   AddRegion(setup, run, request, &result);
   return result;

@@ -23,6 +23,7 @@ struct Scenario {
   std::shared_ptr<MechanicalSystem> system;
   Vector x;
   double duration;
+  ImpactLaw law = ImpactLaw::kComplementarity;
 };
 
 std::vector<Scenario> Scenarios() {
@@ -44,6 +45,12 @@ std::vector<Scenario> Scenarios() {
   using ThreeLegs = ModelSystem<test::LegRow<3>>;
   add("three_legs_plastic", std::make_shared<ThreeLegs>(ParameterValues{}));
   add("three_legs_elastic", std::make_shared<ThreeLegs>(ParameterValues{{"restitution", 0.4}}));
+  const std::size_t count = scenarios.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    scenarios.push_back(scenarios[k]);
+    scenarios.back().name += "_projection";
+    scenarios.back().law = ImpactLaw::kProjection;
+  }
   return scenarios;
 }
 
@@ -52,6 +59,7 @@ class ClusterLaws : public testing::TestWithParam<Scenario> {
   ClusterLaws() {
     SimulateOptions options;
     options.relative_tolerance = options.absolute_tolerance = 1e-12;
+    options.impact_law = GetParam().law;
     run = Simulate(*GetParam().system, GetParam().x, u, GetParam().duration, options);
     BDerivativeOptions tight;
     tight.tolerance = 1e-12;
@@ -174,11 +182,13 @@ TEST_P(ClusterLaws, DifferentiableMeansAllSelectionsAreEqual) {
 
 TEST_P(ClusterLaws, OneSidedQuotientsConvergeWithSlopeOne) {
   int measured = 0;
+  SimulateOptions options;
+  options.impact_law = GetParam().law;
   for (int trial = 0; trial < 6; ++trial) {
     const Vector w = RandomDirection().normalized();
     const QuotientReport report =
         CompareWithQuotients(*GetParam().system, GetParam().x, u, GetParam().duration, w, B(w),
-                             {3e-4, 1e-4, 3e-5, 1e-5, 3e-6});
+                             {3e-4, 1e-4, 3e-5, 1e-5, 3e-6}, options);
     ASSERT_EQ(5u, report.samples.size());
     for (const QuotientSample& sample : report.samples) {
       ASSERT_TRUE(sample.status.ok()) << sample.status.message;
@@ -200,6 +210,7 @@ TEST_P(ClusterLaws, TimeDerivativeIsTheField) {
   constexpr double kStep = 1e-5;
   SimulateOptions options;
   options.relative_tolerance = options.absolute_tolerance = 1e-12;
+  options.impact_law = GetParam().law;
   const Vector later =
       Simulate(*GetParam().system, GetParam().x, u, GetParam().duration + kStep, options)
           .FinalState();

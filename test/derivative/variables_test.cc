@@ -16,15 +16,27 @@ struct Case {
   std::string name, model;
   ParameterValues parameters;
   double duration;  // 0: the nominal one
+  ImpactLaw law = ImpactLaw::kComplementarity;
 };
+
+/// Each case under both laws.
+std::vector<Case> UnderBothLaws(std::vector<Case> cases) {
+  const std::size_t count = cases.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    cases.push_back(cases[k]);
+    cases.back().name += "_projection";
+    cases.back().law = ImpactLaw::kProjection;
+  }
+  return cases;
+}
 
 class VariablesTest : public testing::TestWithParam<Case> {
  protected:
   VariablesTest()
       : system(MakeModel(GetParam().model, GetParam().parameters)),
         duration(GetParam().duration > 0 ? GetParam().duration : system->nominal().duration) {
-    SimulateOptions exact;
     exact.relative_tolerance = exact.absolute_tolerance = 1e-12;
+    exact.impact_law = GetParam().law;
     run = Simulate(*system, system->nominal().x, system->nominal().u, duration, exact);
     BDerivativeOptions options;
     options.variables.inputs = true;
@@ -37,6 +49,7 @@ class VariablesTest : public testing::TestWithParam<Case> {
 
   std::unique_ptr<MechanicalSystem> system;
   const double duration;
+  SimulateOptions exact;
   Trajectory run;
   BDerivative B;
 };
@@ -61,7 +74,7 @@ TEST_P(VariablesTest, QuotientsConverge) {
       try {
         report = CompareWithQuotients(*system, factory, variables, system->nominal().x,
                                       InputSchedule::Constant(system->nominal().u), duration, w,
-                                      B(w), {1e-4, 1e-5});
+                                      B(w), {1e-4, 1e-5}, exact);
       } catch (const std::invalid_argument&) {
         continue;  // a parameter beyond its range
       }
@@ -92,13 +105,12 @@ TEST_P(VariablesTest, PiecesAgreeWithDirections) {
 
 INSTANTIATE_TEST_SUITE_P(
     Models, VariablesTest,
-    testing::Values(Case{"soft_biped", "soft_biped", {}, 0},
-                    Case{"double_pendulum", "double_pendulum", {}, 0},
-                    Case{"legged_table", "legged_table", {}, 0},
-                    Case{"falling_box", "falling_box", {}, 0},
-                    Case{"plastic_box", "falling_box", {{"restitution", 0}}, 0.485},
-                    Case{"bouncing_ball", "bouncing_ball", {}, 0},
-                    Case{"wall_and_floor", "wall_and_floor", {}, 0}, Case{"chair", "chair", {}, 0}),
+    testing::ValuesIn(UnderBothLaws(
+        {Case{"soft_biped", "soft_biped", {}, 0}, Case{"double_pendulum", "double_pendulum", {}, 0},
+         Case{"legged_table", "legged_table", {}, 0}, Case{"falling_box", "falling_box", {}, 0},
+         Case{"plastic_box", "falling_box", {{"restitution", 0}}, 0.485},
+         Case{"bouncing_ball", "bouncing_ball", {}, 0},
+         Case{"wall_and_floor", "wall_and_floor", {}, 0}, Case{"chair", "chair", {}, 0}})),
     [](const testing::TestParamInfo<Case>& info) { return info.param.name; });
 
 }  // namespace

@@ -4,23 +4,12 @@
 #include <vector>
 
 #include "contact_flow/contact_mode.h"
+#include "contact_flow/derivative/cluster_class.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/model/mechanical_system.h"
 #include "contact_flow/types.h"
 
 namespace contact_flow {
-
-/// What decides the outcome of contacts that meet at once (Sec. 2 and Assumption 4 of the paper).
-enum class ContactClass {
-  kSingle = 0,          ///< at most one constraint: nothing to decide
-  kOrthogonal = 1,      ///< Assumption 4, G_ij = 0: continuous and piecewise differentiable, any γ
-  kAttracting = 2,      ///< γ = 0 and G_ij ≤ 0: the same, although Assumption 4 fails
-  kOrderDependent = 3,  ///< the order of impacts decides the outcome: discontinuous
-  kDependent = 4,       ///< Assumption 3 fails: the constraints are linearly dependent
-};
-
-/// "orthogonal", …
-const char* ContactClassName(ContactClass contact_class);
 
 /// Coupling of two constraints in the kinetic metric, G_ij/√(G_ii G_jj) ∈ [−1, 1].
 struct Coupling {
@@ -55,7 +44,8 @@ struct AssumptionReport {
 AssumptionReport AssessAssumptions(const MechanicalSystem& system, const VectorRef& x,
                                    const VectorRef& u, ContactMode touching);
 
-/// The report of each transition of a run, at (ρ, v⁻), for I_a ∪ J⁻.
+/// The report of each transition of a run, at (ρ, v⁻), for I_a ∪ J⁻. Where several of them are hit
+/// at once the class is that of the cluster, as EventMap has it (ClassifyCluster).
 std::vector<AssumptionReport> AssessTransitions(const MechanicalSystem& system,
                                                 const Trajectory& trajectory);
 

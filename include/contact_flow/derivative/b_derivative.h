@@ -40,6 +40,11 @@ class BDerivative {
   Vector time;                   ///< F(φ(T, x)) [2d]
   std::vector<Matrix> arcs;      ///< Φ_0 … Φ_N [2d+k × 2d+k]
   std::vector<EventMap> events;  ///< B_1 … B_N
+  /// An error bar: jumps between the orders of impacts that were neglected at the clusters
+  /// (ClusterReport), carried to T [2d], [m] and [m/s]. 0 where none was.
+  Vector neglected_jump;
+  /// The same for the entries of the derivative: couplings that were taken for orthogonal.
+  double neglected_derivative = 0;
 
   /// B(w) [2d] on one direction w [2d+k], or [2d] with (δu, δp) = 0, in polynomial time.
   Vector operator()(const VectorRef& w) const;
@@ -54,6 +59,9 @@ class BDerivative {
   PiecewiseLinearMap Pieces() const;
 
   BDerivativeOptions options;
+
+  /// Fills what was neglected.
+  void CarryNeglected();
 
  private:
   Vector Complete(const VectorRef& w) const;

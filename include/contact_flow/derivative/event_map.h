@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "contact_flow/derivative/cluster_class.h"
 #include "contact_flow/derivative/order_outcomes.h"
 #include "contact_flow/derivative/piecewise_linear_map.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
@@ -63,7 +64,9 @@ class EventMap {
   /// kOk; kDiscontinuous when orders disagree (then `outcomes` lists them); kNotDifferentiable.
   const Status& status() const { return status_; }
   /// The outcome of every order, filled when the status is kDiscontinuous.
-  const std::vector<OrderOutcome>& outcomes() const { return outcomes_; }
+  const std::vector<OrderOutcome>& outcomes() const { return cluster_.outcomes; }
+  /// The class of the cluster, and what was neglected to give a derivative.
+  const ClusterReport& cluster() const { return cluster_; }
   double time() const { return transition_.t; }
   /// I_a and the compliant constraints that change sides, all at once; m of them.
   const std::vector<int>& activated() const { return activated_; }
@@ -123,9 +126,6 @@ class EventMap {
   Vector State(const Vector& v) const;
   void Classify();
   void AddReleases();
-  bool CouldRest(int i) const;
-  std::string Sentence(int first, int second, const char* what, double value,
-                       const char* consequence) const;
 
   std::shared_ptr<ContactDynamics> dynamics_;
   const MechanicalSystem* system_;
@@ -137,7 +137,7 @@ class EventMap {
   Matrix guards_;               // the guards' gradients [n × 2d+k]: Da_i and ∂a_i/∂p, or Dλ_i
   bool decoupled_ = true;       // class A: every cone is m−1 half-spaces
   Status status_;
-  std::vector<OrderOutcome> outcomes_;
+  ClusterReport cluster_;
   mutable std::map<ContactMode, Stage> stages_;
   mutable std::map<std::pair<ContactMode, int>, Matrix> resets_;
 };

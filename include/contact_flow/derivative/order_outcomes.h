@@ -28,10 +28,12 @@ inline constexpr int kMaxImpactsPerActivation = 4;
 /// At most this many orders are listed (8! is less).
 inline constexpr std::size_t kMaxListedOrders = 50000;
 
-/// The outcome of every order of impacts at the transition: from (ρ, v⁻), while a constraint that
-/// is not yet in contact approaches, any of them may be hit next, alone with the contacts that rest
-/// (a constraint that bounced or let go may be met again). Empty for more than
-/// kMaxOrderedActivations activations. A list of kMaxListedOrders entries may lack others.
+/// The outcome of every order of impacts at the transition, under its law: from (ρ, v⁻), while a
+/// constraint that is not yet in contact approaches, any of them may be hit next, alone with the
+/// contacts that rest. A constraint that bounced or was lifted may be met again; one at rest whose
+/// force would pull opens, by O(|w|²) only, takes no part in the next impact, and is met right after
+/// it if that pushes it. Empty for more than kMaxOrderedActivations activations. A list of
+/// kMaxListedOrders entries may lack others.
 std::vector<OrderOutcome> ListOrderOutcomes(ContactDynamics* dynamics,
                                             const Transition& transition);
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "contact_flow/contact_mode.h"
+#include "contact_flow/dynamics/impact.h"
 #include "contact_flow/flow/dense_step.h"
 #include "contact_flow/flow/status.h"
 #include "contact_flow/types.h"
@@ -54,6 +55,9 @@ struct Transition {
   /// The input changes here, at an instant of its grid, and contacts that would have to pull let
   /// go.
   bool changes_input = false;
+  ImpactLaw impact_law = ImpactLaw::kComplementarity;  ///< by which it was resolved
+  /// Of the integration that led here, as in SimulateOptions.
+  double relative_tolerance = 1e-9, absolute_tolerance = 1e-9;
 };
 
 /// How close the run came to an event that did not happen, or to one that happened badly.
@@ -93,6 +97,7 @@ struct Trajectory {
   static constexpr long kMaxWarnings = 100;
   /// The one it was made with [s].
   double simultaneity_tolerance = 0;
+  ImpactLaw impact_law = ImpactLaw::kComplementarity;  ///< the one it was made with
 
   double t_begin() const { return arcs.front().t_begin; }
   double t_end() const { return arcs.back().t_end; }

@@ -19,6 +19,7 @@ struct TransitionRules {
   double reach_tolerance = 1e-9;  ///< heights that the integrator does not resolve [m]
   /// The same event came again at the same time: decide it the other way.
   bool stalled = false;
+  double relative_tolerance = 1e-9, absolute_tolerance = 1e-9;  ///< of the integration
 };
 
 /// A transition with what it adds to the margins, and a status that is not kOk where it is

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "neglected_coupling.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace contact_flow {
+namespace {
+
+/// What errors of single steps, each within the tolerances, may grow to.
+constexpr double kAccumulated = 1e3;
+/// Normalized couplings below this are rounding.
+constexpr double kRounding = 1e-13;
+
+}  // namespace
+
+NeglectedCoupling::NeglectedCoupling(ContactDynamics* dynamics, const Transition& transition,
+                                     const TouchingFrame& frame)
+    : dynamics_(*dynamics),
+      system_(dynamics->system()),
+      transition_(transition),
+      frame_(frame),
+      q_(transition.x_minus.head(system_.num_positions())) {
+  const int d = system_.dof();
+  const Vector v = transition.x_minus.tail(d);
+  const ContactMode rigid = transition.mode_before - system_.compliant();
+  const ImpactResult impact = frame.Impact(v, frame.touching);
+  impulse_.setZero(frame.touching.Size());
+  for (int i : frame.touching) {
+    const int row = frame.Row(i);
+    impulse_(row) = std::abs(impact.impulse(i));
+    if (!transition.activated.Contains(i)) continue;
+    const double alone =
+        (1 + frame.Restitution(i)) * std::abs(frame.Rate(i, v)) / frame.G(row, row);
+    impulse_(row) = std::max(impulse_(row), alone);
+  }
+  // What rests may be pushed by each of them in turn.
+  for (int i : frame.touching - transition.activated) {
+    const int row = frame.Row(i);
+    double pushed = 0;
+    for (int j : transition.activated) {
+      pushed += std::abs(frame.G(row, frame.Row(j))) * impulse_(frame.Row(j)) / frame.G(row, row);
+    }
+    impulse_(row) = std::max(impulse_(row), pushed);
+  }
+  const Matrix reset =
+      ImpactJacobian(system_, q_, v, impact, impact.hit, impact.hit & rigid).middleRows(d, d);
+  // δx. Coordinates that are not numbers of their own (quaternions) share the largest.
+  const double absolute = kAccumulated * transition.absolute_tolerance;
+  const double relative = kAccumulated * transition.relative_tolerance;
+  Vector error(2 * d);
+  const double far = q_.size() > 0 ? q_.cwiseAbs().maxCoeff() : 0;
+  for (int k = 0; k < d; ++k) {
+    error(k) = absolute + relative * (q_.size() == d ? std::abs(q_(k)) : far);
+    error(d + k) = absolute + relative * std::abs(v(k));
+  }
+  // By q of the simultaneous impact; by v of each impact alone, as far as no other takes it back.
+  outcome_limit_ = reset.leftCols(d).cwiseAbs() * error.head(d) + error.tail(d);
+  for (int i : frame.touching) {
+    const int row = frame.Row(i);
+    const double change = frame.A.row(row).cwiseAbs().dot(error.tail(d));
+    outcome_limit_ +=
+        frame.Y.col(row).cwiseAbs() *
+        ((1 + frame.Restitution(i)) * change / frame.G(row, row) + 10 * kRounding * impulse_(row));
+  }
+  outcome_limit_ += 10 * kRounding * v.cwiseAbs();
+  derivative_limit_ = relative * std::max(1.0, reset.leftCols(2 * d).cwiseAbs().maxCoeff());
+  // Speeds that count as rest: those that the error of the state leaves open.
+  double fastest = 0;
+  for (int i : frame.touching) fastest = std::max(fastest, std::abs(frame.Rate(i, v)));
+  rest_ = (relative * fastest) * Vector::Ones(frame.touching.Size()) +
+          100 * kRounding * frame.A.cwiseAbs() * (v.cwiseAbs() + impact.v_plus.cwiseAbs());
+  for (int i : transition.activated) {
+    for (int j : frame.touching.Without(i)) {
+      if (!Orthogonal(i, j)) continue;
+      rest_(frame.Row(j)) +=
+          2 * std::abs(frame.G(frame.Row(i), frame.Row(j))) * impulse_(frame.Row(i));
+    }
+  }
+}
+
+/// What the impact of `hit` changes at `other`, given back by an impulse there.
+Vector NeglectedCoupling::Response(int hit, int other) const {
+  const int a = frame_.Row(hit), b = frame_.Row(other);
+  const double back = transition_.activated.Contains(other) ? 1 + frame_.Restitution(other) : 1;
+  return frame_.Y.col(b).cwiseAbs() *
+         (back * std::abs(frame_.G(a, b)) * impulse_(a) / frame_.G(b, b));
+}
+
+Vector NeglectedCoupling::Jump(int i, int j) const { return Response(i, j) + Response(j, i); }
+
+double NeglectedCoupling::ResponseOfDerivative(int hit, int other) const {
+  const int a = frame_.Row(hit), b = frame_.Row(other);
+  const auto push = [&](int i) {  // of the impulse at i, by v⁻
+    const int row = frame_.Row(i);
+    return (1 + frame_.Restitution(i)) * frame_.A.row(row).cwiseAbs().maxCoeff() /
+           frame_.G(row, row);
+  };
+  double impulse = 0;  // at `hit`, by v⁻
+  if (transition_.activated.Contains(hit)) {
+    impulse = push(hit);
+  } else {
+    for (int i : transition_.activated) {
+      impulse += std::abs(frame_.G(a, frame_.Row(i))) / frame_.G(a, a) * push(i);
+    }
+  }
+  const double back = transition_.activated.Contains(other) ? 1 + frame_.Restitution(other) : 1;
+  return frame_.Y.col(b).cwiseAbs().maxCoeff() * back * std::abs(frame_.G(a, b)) / frame_.G(b, b) *
+         impulse;
+}
+
+double NeglectedCoupling::JumpOfDerivative(int i, int j) const {
+  return ResponseOfDerivative(i, j) + ResponseOfDerivative(j, i);
+}
+
+bool NeglectedCoupling::Orthogonal(int i, int j) const {
+  const int a = frame_.Row(i), b = frame_.Row(j);
+  if (std::abs(frame_.G(a, b)) <= kRounding * std::sqrt(frame_.G(a, a) * frame_.G(b, b))) {
+    return true;
+  }
+  return (Jump(i, j).array() <= outcome_limit_.array()).all() &&
+         JumpOfDerivative(i, j) <= derivative_limit_;
+}
+
+double NeglectedCoupling::LiftDerivative(int i, int j, ContactMode held, const Vector& v) const {
+  const int d = system_.dof();
+  const Variables& variables = dynamics_.variables();
+  const int p = static_cast<int>(variables.parameters.size());
+  const ImpactResult impact = frame_.Impact(v, held.With(j));
+  const Matrix reset =
+      ImpactJacobian(system_, q_, v, impact, held.With(j), held, variables).middleRows(d, d);
+  // ∇ℓ_i by q, and by p: Da_i ∂v⁺/∂(q, p) + ∂(Da_i s)/∂(q, p) at s = v⁺ − v.
+  const Vector s = impact.v_plus - v, none = Vector::Zero(impact.impulse.size());
+  ResidualJacobian residual;
+  system_.DifferentiateImpact(q_, Vector::Zero(d), none, s, &residual);
+  const Eigen::RowVectorXd normal = frame_.A.row(frame_.Row(i));
+  Eigen::RowVectorXd by_q = normal * reset.leftCols(d) + residual.constraint_q.row(i);
+  // Onto {a_K = 0}: δq = −Y G⁻¹ ∂a/∂p δp + (I − Y G⁻¹ A) δq.
+  const ContactMode fixed =
+      (transition_.mode_before - system_.compliant()) | held | ContactMode({i, j});
+  const std::vector<int> rows = frame_.Rows(fixed);
+  const int k = static_cast<int>(rows.size());
+  Matrix A(k, d), Y(d, k);
+  for (int row = 0; row < k; ++row) {
+    A.row(row) = frame_.A.row(rows[row]);
+    Y.col(row) = frame_.Y.col(rows[row]);
+  }
+  const Matrix G = A * Y;
+  const Eigen::RowVectorXd along = G.ldlt().solve((by_q * Y).transpose()).transpose();
+  double largest = (by_q - along * A).cwiseAbs().maxCoeff();
+  if (p > 0) {
+    ParameterJacobian by_parameter;
+    system_.DifferentiateImpactByParameters(q_, Vector::Zero(d), none, s, variables.parameters,
+                                            &by_parameter);
+    Matrix gap(k, p);
+    int row = 0;
+    for (int c : fixed) gap.row(row++) = by_parameter.gap.row(c);
+    const Eigen::RowVectorXd by_p =
+        normal * reset.rightCols(p) + by_parameter.constraint.row(i) - along * gap;
+    largest = std::max(largest, by_p.cwiseAbs().maxCoeff());
+  }
+  const Vector response = frame_.HeldResponse(i, held);
+  return response.cwiseAbs().maxCoeff() * largest / normal.dot(response);
+}
+
+}  // namespace contact_flow
