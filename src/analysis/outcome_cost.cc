@@ -114,6 +114,8 @@ void AddMap(const MechanicalSystem& system, const OutcomeProblem& problem, const
     value->has_map = true;
   } catch (const std::length_error& limit) {
     value->message = limit.what();
+  } catch (const NotPiecewiseLinear& reason) {
+    value->message = reason.what();
   }
 }
 

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "contact_flow/derivative/variation.h"
+#include "contact_flow/flow/simulate.h"
 #include "guard_dips.h"
 
 namespace contact_flow {
@@ -102,6 +103,26 @@ ValidityEstimator::ValidityEstimator(const MechanicalSystem& system, const Traje
                                                           derivative.options.variables));
     WatchDips(k);
     WatchEnd(k);
+  }
+  WatchStart();
+}
+
+/// Gaps that open from the start on are smallest there.
+void ValidityEstimator::WatchStart() {
+  const Arc& arc = trajectory_.arcs.front();
+  const int d = system_.dof(), nq = system_.num_positions();
+  ConstraintTerms terms;
+  system_.Constraints(arc.x_begin.head(nq), arc.x_begin.tail(d), &terms);
+  for (int i = 0; i < system_.num_constraints(); ++i) {
+    if (arc.mode.Contains(i) || system_.compliant().Contains(i)) continue;
+    const bool touches = terms.gap(i) <= SimulateOptions().gap_tolerance;  // StartCone looks at it
+    if (touches || terms.jacobian.row(i).dot(arc.x_begin.tail(d)) < 0) continue;
+    Watch watch;
+    watch.constraint = i;
+    watch.t = arc.t_begin;
+    watch.value = terms.gap(i);
+    watch.gradient = GuardGradient(0, arc.x_begin, i, false);
+    starts_.push_back(std::move(watch));
   }
 }
 
@@ -229,6 +250,15 @@ ValidityRadius ValidityEstimator::operator()(const VectorRef& direction) const {
   ValidityRadius smallest;
   Vector w = Vector::Zero(derivative_.arcs.front().cols());
   w.head(direction.size()) = direction;
+  const StartCone::Bound bound = derivative_.start.Limit(w);
+  if (bound.constraint >= 0) {
+    smallest = {bound.alpha, Limit::kGap, bound.constraint, trajectory_.t_begin()};
+    if (bound.alpha == 0) return smallest;
+  }
+  w = derivative_.start(w);
+  for (const Watch& gap : starts_) {
+    Consider(gap.value, gap.gradient.dot(w), gap.limit, gap.constraint, gap.t, &smallest);
+  }
   // The last event so far: its time, and how that moves.
   double t = trajectory_.t_begin(), latest = 0;
   Limit order = Limit::kStart;

@@ -43,8 +43,10 @@ Vector BDerivative::Complete(const VectorRef& w) const {
   return complete;
 }
 
+Vector BDerivative::First(const VectorRef& w) const { return arcs.front() * start(Complete(w)); }
+
 Vector BDerivative::operator()(const VectorRef& w) const {
-  Vector tangent = arcs.front() * Complete(w);
+  Vector tangent = First(w);
   for (std::size_t k = 0; k < events.size(); ++k) tangent = arcs[k + 1] * events[k](tangent);
   return tangent.head(time.size());
 }
@@ -55,7 +57,7 @@ Vector BDerivative::operator()(double dt, const VectorRef& w) const {
 
 std::vector<ContactMode> BDerivative::PerturbedModes(const VectorRef& w) const {
   std::vector<ContactMode> modes = {initial_mode};
-  Vector tangent = arcs.front() * Complete(w);
+  Vector tangent = First(w);
   for (std::size_t k = 0; k < events.size(); ++k) {
     const std::vector<ContactMode> passed = events[k].PerturbedModes(tangent);
     modes.insert(modes.end(), passed.begin(), passed.end());
@@ -65,15 +67,30 @@ std::vector<ContactMode> BDerivative::PerturbedModes(const VectorRef& w) const {
 }
 
 bool BDerivative::IsDifferentiable() const {
-  if (!status.ok()) return false;
+  if (!status.ok() || !start.Empty()) return false;
   for (const EventMap& event : events) {
     if (!event.IsDifferentiable(options.kink_tolerance)) return false;
   }
   return true;
 }
 
+Status BDerivative::PiecewiseLinear() const {
+  if (!status.ok()) return status;
+  if (!start.PiecewiseLinear().ok()) return start.PiecewiseLinear();
+  for (const EventMap& event : events) {
+    if (!event.PiecewiseLinear().ok()) return event.PiecewiseLinear();
+  }
+  return {};
+}
+
 PiecewiseLinearMap BDerivative::Pieces() const {
+  if (!start.PiecewiseLinear().ok()) throw NotPiecewiseLinear(start.PiecewiseLinear().message);
   PiecewiseLinearMap map = PiecewiseLinearMap::Linear(arcs.front());
+  if (!start.Empty()) {
+    LinearPiece piece = map.pieces().front();
+    piece.cone = start.Cone();
+    map = PiecewiseLinearMap({piece});
+  }
   for (std::size_t k = 0; k < events.size(); ++k) {
     map = events[k].Pieces(options.max_activations_for_pieces).After(map, options.max_pieces);
     map = PiecewiseLinearMap::Linear(arcs[k + 1]).After(map, options.max_pieces);
@@ -128,6 +145,12 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
     const bool same = k > first && arcs[k].u == arcs[k - 1].u;
     dynamics[k] = same ? dynamics[k - 1]
                        : std::make_shared<ContactDynamics>(system, arcs[k].u, options.variables);
+  }
+  if (first == 0) {  // a later beginning is reached by what came before it
+    derivative.start =
+        StartCone(dynamics[0].get(), arcs[0].x_begin, arcs[0].mode, arcs[0].t_begin);
+    derivative.status = derivative.start.status();
+    if (!derivative.status.ok()) return derivative;
   }
   derivative.events.reserve(last - first);
   for (std::size_t k = first; k < last; ++k) {

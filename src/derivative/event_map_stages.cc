@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The stages of a cluster: what EventMap knows of (ρ, v_S), K_S, F_S and of the resets between
-// them.
+// What a cluster begins with, and whether the order of its impacts decides the outcome.
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "contact_flow/derivative/event_map.h"
-#include "contact_flow/dynamics/impact.h"
-#include "contact_flow/dynamics/mode_selection.h"
+#include "contact_flow/dynamics/inverse_inertia.h"
 
 namespace contact_flow {
 namespace {
 
-/// |Da_j v| below this part of the approach speeds counts as rest.
+/// A normal speed below this part of the largest approach speed counts as rest, both in the kinetic
+/// metric.
 constexpr double kRest = 1e-6;
+/// … and so does what contacts of J⁻ move with, times this, and what rounding leaves of a speed.
+constexpr double kDrift = 10, kRounding = 1e-12;
 
 std::vector<int> Members(ContactMode mode) {
   std::vector<int> members;
@@ -34,8 +36,11 @@ EventMap::EventMap(std::shared_ptr<ContactDynamics> dynamics, const Transition& 
   system_->Constraints(q_, v_minus, &terms);
   const int n = system_->num_constraints();
   jacobian_ = terms.jacobian.topRows(n);
+  const int l = system_->num_bilateral();
   guards_.setZero(n, 2 * d + k);
   guards_.leftCols(d) = jacobian_;
+  bilateral_.setZero(l, 2 * d + k);
+  bilateral_.leftCols(d) = terms.jacobian.bottomRows(l);
   const std::vector<int>& parameters = dynamics_->variables().parameters;
   if (!parameters.empty()) {
     ParameterJacobian by_parameter;
@@ -43,12 +48,28 @@ EventMap::EventMap(std::shared_ptr<ContactDynamics> dynamics, const Transition& 
                                              Vector::Zero(terms.jacobian.rows()), v_minus,
                                              parameters, &by_parameter);
     guards_.rightCols(parameters.size()) = by_parameter.gap.topRows(n);
+    bilateral_.rightCols(parameters.size()) = by_parameter.gap.bottomRows(l);
   }
   if (system_->HasContactEffort() && !transition.vanishing.Empty()) AddReleases();
   activated_ = Members(events_);
-  stages_[ContactMode()] = {v_minus, transition.mode_before,
-                            dynamics_->Field(transition.x_minus, transition.mode_before)};
+  MeasureRest(v_minus);
+  AddInstant(ContactMode(), v_minus);
+  StageAt(ContactMode());
   Classify();
+}
+
+void EventMap::MeasureRest(const Vector& v) {
+  const InverseInertia inertia(*system_, q_, v);
+  const Matrix reach = inertia * jacobian_.transpose();
+  mobility_ = (jacobian_ * reach).diagonal().cwiseSqrt();
+  double approach = 0, drift = 0;
+  for (int i : transition_.activated) {
+    approach = std::max(approach, std::abs(jacobian_.row(i).dot(v)) / mobility_(i));
+  }
+  for (int j : transition_.mode_before - system_->compliant()) {
+    drift = std::max(drift, std::abs(jacobian_.row(j).dot(v)) / mobility_(j));
+  }
+  rest_ = kRest * approach + kDrift * drift + kRounding * std::sqrt(v.dot(inertia.mass() * v));
 }
 
 Vector EventMap::State(const Vector& v) const {
@@ -83,85 +104,6 @@ void EventMap::Classify() {
   cluster_ = ClassifyCluster(dynamics_.get(), transition_);
   status_ = cluster_.status;
   decoupled_ = cluster_.decoupled;
-}
-
-ContactMode EventMap::Resting(const Vector& v, ContactMode candidates, ContactMode elastic) const {
-  const Vector approach = jacobian_ * transition_.x_minus.tail(system_->dof());
-  const double rest = kRest * (1 + approach.cwiseAbs().maxCoeff());
-  ContactMode resting;
-  for (int j : candidates - elastic) {
-    if (std::abs(jacobian_.row(j).dot(v)) <= rest) resting.Insert(j);
-  }
-  return resting;
-}
-
-const EventMap::Stage& EventMap::Activate(ContactMode activated, int i,
-                                          const Matrix** reset) const {
-  const Stage& stage = StageAt(activated);
-  const ContactMode next = activated.With(i);
-  const auto known_reset = resets_.find({activated, i});
-  if (known_reset != resets_.end()) {
-    *reset = &known_reset->second;
-    return StageAt(next);
-  }
-  const auto known_stage = stages_.find(next);
-  if (!transition_.activated.Contains(i)) {  // no impact: the field changes, the state does not
-    *reset = &(resets_[{activated, i}] = Matrix::Identity(size(), size()));
-    if (known_stage != stages_.end()) return known_stage->second;
-    Stage after = stage;
-    const ContactMode resting =
-        Resting(stage.v, transition_.mode_before | activated, ContactMode());
-    after.mode = next == events_
-                     ? transition_.mode_after
-                     : SelectContactMode(dynamics_.get(), State(after.v),
-                                         resting - system_->compliant(), 0, Pressed(next));
-    after.field = dynamics_->Field(State(after.v), after.mode);
-    return stages_[next] = after;
-  }
-  const ContactMode compliant = system_->compliant();
-  const Variables& variables = dynamics_->variables();
-  ContactMode elastic;  // members of S that have bounced
-  for (int j : next) {
-    if (system_->restitution()(j) > 0) elastic.Insert(j);
-  }
-  // Every contact that rests takes part in the impact, even one whose force would have to pull now:
-  // it has opened by O(|w|²) only, and is closed again if this impact pushes it. Those that bounced
-  // take no part.
-  const ContactMode touching =
-      (stage.mode | Resting(stage.v, transition_.mode_before | activated, elastic)).With(i) -
-      compliant;
-  const ImpactResult impact = SolveImpact(*system_, q_, stage.v, touching, transition_.impact_law);
-  // To first order, contacts in the mode keep their constraint, and so does one that is closed
-  // again.
-  const ContactMode persisting =
-      Resting(impact.v_plus, (stage.mode | impact.hit).Without(i) - compliant, ContactMode());
-  Matrix& derivative = resets_[{activated, i}];
-  derivative =
-      ImpactJacobian(*system_, q_, stage.v, impact, persisting.With(i), persisting, variables);
-  *reset = &derivative;
-
-  Stage after;
-  if (known_stage != stages_.end()) {
-    after = known_stage->second;
-  } else {
-    after.v = impact.v_plus;
-    const ContactMode resting = Resting(after.v, transition_.mode_before | next, elastic);
-    after.mode = next == events_ ? transition_.mode_after
-                                 : SelectContactMode(dynamics_.get(), State(after.v),
-                                                     resting - compliant, 0, Pressed(next));
-    after.field = dynamics_->Field(State(after.v), after.mode);
-  }
-  // A contact that let go at an earlier stage and holds again at this one has opened by O(|w|²) and
-  // falls back with a speed O(|w|): its plastic impact is one more reset, which no time separates
-  // from this.
-  const ContactMode held = after.mode - compliant, regained = held - persisting.With(i);
-  if (!regained.Empty()) {
-    ImpactResult closing;
-    closing.v_plus = after.v;
-    closing.impulse = Vector::Zero(system_->num_constraints() + system_->num_bilateral());
-    derivative = ImpactJacobian(*system_, q_, after.v, closing, held, held, variables) * derivative;
-  }
-  return known_stage != stages_.end() ? known_stage->second : stages_[next] = after;
 }
 
 }  // namespace contact_flow

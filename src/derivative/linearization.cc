@@ -4,6 +4,16 @@
 namespace contact_flow {
 namespace {
 
+/// kOk where the first order of activations of every event has a selection.
+Status FirstSelectionExists(const BDerivative& derivative) {
+  if (!derivative.start.PiecewiseLinear().ok()) return derivative.start.PiecewiseLinear();
+  for (const EventMap& event : derivative.events) {
+    const Status linear = event.PiecewiseLinear(event.activated());
+    if (!linear.ok()) return linear;
+  }
+  return {};
+}
+
 /// The selection that the first order of activations of every event gives [2d × 2d+m].
 Matrix FirstSelection(const BDerivative& derivative) {
   Matrix product = derivative.arcs.front();
@@ -34,6 +44,7 @@ std::vector<IntervalLinearization> Linearize(const MechanicalSystem& system,
     interval.x_end = trajectory.arcs[last].x_end;
     interval.derivative = DifferentiateArcs(system, trajectory, first, last, options);
     interval.status = interval.derivative.status;
+    if (interval.status.ok()) interval.status = FirstSelectionExists(interval.derivative);
     if (interval.status.ok()) {
       const Matrix selection = FirstSelection(interval.derivative);
       interval.A = selection.leftCols(tangents);

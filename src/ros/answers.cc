@@ -120,6 +120,8 @@ void AddPieces(const BDerivative& derivative, OutcomeDerivative* result) {
     for (const LinearPiece& piece : map.pieces()) result->pieces.push_back(ToMsg(piece));
   } catch (const std::length_error& error) {
     SetStatus({Outcome::kTooManyPieces, error.what()}, result);
+  } catch (const NotPiecewiseLinear& reason) {
+    SetStatus({Outcome::kNotDifferentiable, reason.what()}, result);
   }
 }
 

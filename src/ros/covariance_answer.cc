@@ -65,6 +65,19 @@ void CheckAdmissible(const Setup& setup, const Run& run, const Matrix& P,
   }
 }
 
+/// Throws unless both w and −w are admitted for all that varies.
+void CheckInside(const SystemDescription& names, const StartCone& start, const Matrix& P) {
+  for (Eigen::Index k = 0; k < P.cols(); ++k) {
+    for (const double sign : {1.0, -1.0}) {
+      const int i = start.Leaves(sign * P.col(k));
+      if (i < 0) continue;
+      throw std::invalid_argument("the covariance leads through the constraint '" +
+                                  names.constraints[static_cast<std::size_t>(i)] +
+                                  "', which the initial state touches");
+    }
+  }
+}
+
 }  // namespace
 
 CovarianceResult Answer(const Setup& setup, const CovarianceRequest& request) {
@@ -92,6 +105,7 @@ CovarianceResult Answer(const Setup& setup, const CovarianceRequest& request) {
   result.final_q = ToMsg(VectorRef(trajectory.FinalState().head(system.num_positions())));
   result.final_v = ToMsg(VectorRef(trajectory.FinalState().tail(system.dof())));
   if (!B.status.ok()) return result;
+  CheckInside(names, B.start, P);
   try {
     const PiecewiseLinearMap map = B.Pieces();
     const OutcomeCovariance moments = PropagateCovariance(map, P, cubature);
@@ -105,6 +119,9 @@ CovarianceResult Answer(const Setup& setup, const CovarianceRequest& request) {
   } catch (const std::length_error& limit) {
     result.outcome = static_cast<std::uint8_t>(Outcome::kTooManyPieces);
     result.message = limit.what();
+  } catch (const NotPiecewiseLinear& reason) {
+    result.outcome = static_cast<std::uint8_t>(Outcome::kNotDifferentiable);
+    result.message = reason.what();
   }
   return result;
 }

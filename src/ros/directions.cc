@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/flow/simulate.h"
 #include "contact_flow/nearest_name.h"
 
 namespace contact_flow {
@@ -88,11 +90,14 @@ void CheckCount(std::size_t count) {
 Directions Admit(const Setup& setup, const Run& run, const Directions& asked, bool by_default,
                  bool project, const Variables& variables) {
   const ContactMode mode = InitialMode(*setup.system, run.x, run.input.values.front(), run.options);
-  if (mode.Empty() && setup.system->num_bilateral() == 0) return asked;
+  ContactDynamics dynamics(*setup.system, run.input.values.front(), variables);
+  const StartCone start(&dynamics, run.x, mode, 0);
+  if (mode.Empty() && setup.system->num_bilateral() == 0 && start.Empty()) return asked;
   const std::string label = mode.ToString(setup.system->description().constraints);
   Directions kept;
   std::vector<std::string> left_out;
   std::vector<std::string> projected;
+  std::vector<std::string> out_of_domain;
   for (std::size_t i = 0; i < asked.vectors.size(); ++i) {
     const Vector& w = asked.vectors[i];
     const Vector p = ProjectAdmissible(*setup.system, run.x, mode, w, variables);
@@ -108,6 +113,18 @@ Directions Admit(const Setup& setup, const Run& run, const Directions& asked, bo
       left_out.push_back(asked.names[i]);
       continue;
     }
+    const int out = start.Leaves(admissible ? w : p);
+    if (out >= 0) {
+      const std::string& name =
+          setup.system->description().constraints[static_cast<std::size_t>(out)];
+      if (!by_default) {
+        throw std::invalid_argument("direction " + asked.names[i] +
+                                    " leads through the constraint '" + name +
+                                    "', which the initial state touches");
+      }
+      out_of_domain.push_back(asked.names[i] + " ('" + name + "')");
+      continue;
+    }
     if (!admissible) projected.push_back(asked.names[i]);
     kept.names.push_back(asked.names[i]);
     kept.vectors.push_back(admissible ? w : p);
@@ -120,6 +137,11 @@ Directions Admit(const Setup& setup, const Run& run, const Directions& asked, bo
     kept.note += (kept.note.empty() ? "" : "; ") +
                  std::string("projected on the directions that ") +
                  "keep the initial contact mode " + label + ": " + Join(projected);
+  }
+  if (!out_of_domain.empty()) {
+    kept.note += (kept.note.empty() ? "" : "; ") +
+                 std::string("left out, because they lead through constraints that the initial ") +
+                 "state touches: " + Join(out_of_domain);
   }
   return kept;
 }

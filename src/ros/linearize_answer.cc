@@ -38,6 +38,9 @@ LinearizedInterval IntervalMsg(const SystemDescription& names,
   } catch (const std::length_error& error) {
     m.outcome = static_cast<std::uint8_t>(Outcome::kTooManyPieces);
     m.message = error.what();
+  } catch (const NotPiecewiseLinear& reason) {
+    m.outcome = static_cast<std::uint8_t>(Outcome::kNotDifferentiable);
+    m.message = reason.what();
   }
   return m;
 }

@@ -65,6 +65,7 @@ class ValidityEstimator {
     double rate = 0;              // [m/s] or [N/s]
   };
   Eigen::RowVectorXd GuardGradient(std::size_t arc, const VectorRef& x, int i, bool is_force) const;
+  void WatchStart();
   void WatchDips(std::size_t arc);
   void WatchEnd(std::size_t arc);
   void CheckEvent(std::size_t k, const Vector& w, ValidityRadius* smallest) const;
@@ -73,6 +74,7 @@ class ValidityEstimator {
   const Trajectory& trajectory_;
   const BDerivative& derivative_;
   std::vector<std::unique_ptr<ContactDynamics>> dynamics_;  // of each arc
+  std::vector<Watch> starts_;                               // by tangents at the start
   std::vector<std::vector<Watch>> dips_;                    // by tangents at the begin of each arc
   std::vector<std::vector<Watch>> ends_;                    // by tangents at the end of each arc
 };

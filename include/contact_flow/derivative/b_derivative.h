@@ -5,6 +5,7 @@
 
 #include "contact_flow/derivative/event_map.h"
 #include "contact_flow/derivative/piecewise_linear_map.h"
+#include "contact_flow/derivative/start_cone.h"
 #include "contact_flow/flow/status.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/model/mechanical_system.h"
@@ -37,6 +38,7 @@ class BDerivative {
   /// event maps may then be asked, for the outcome of each order.
   Status status;
   ContactMode initial_mode;
+  StartCone start;               ///< directions into contacts that the start touches
   Vector time;                   ///< F(φ(T, x)) [2d]
   std::vector<Matrix> arcs;      ///< Φ_0 … Φ_N [2d+k × 2d+k]
   std::vector<EventMap> events;  ///< B_1 … B_N
@@ -46,16 +48,23 @@ class BDerivative {
   /// The same for the entries of the derivative: couplings that were taken for orthogonal.
   double neglected_derivative = 0;
 
-  /// B(w) [2d] on one direction w [2d+k], or [2d] with (δu, δp) = 0, in polynomial time.
+  /// B(w) [2d] on one direction w [2d+k], or [2d] with (δu, δp) = 0, in polynomial time. Throws
+  /// std::invalid_argument for a direction that leaves the domain at the start, naming the
+  /// constraint, and std::domain_error like EventMap.
   Vector operator()(const VectorRef& w) const;
   /// The same with a change of the horizon.
   Vector operator()(double dt, const VectorRef& w) const;
   /// Contact modes the perturbed run passes through, to first order, for the direction w.
   std::vector<ContactMode> PerturbedModes(const VectorRef& w) const;
-  /// True when all selections agree: B is linear, the outcome is C¹ here.
+  /// kOk where B is piecewise linear on the directions that the start admits; the first reason why
+  /// not.
+  Status PiecewiseLinear() const;
+  /// True when all selections agree and every direction is admitted: B is linear, the outcome is C¹
+  /// here.
   bool IsDifferentiable() const;
-  /// B as the whole piecewise-linear map ℝ^{2d+k} → ℝ^{2d}. Throws std::length_error, naming the
-  /// limit, beyond it.
+  /// B as the whole piecewise-linear map ℝ^{2d+k} → ℝ^{2d}, its cones restricted to the directions
+  /// that the start admits. Throws std::length_error, naming the limit, beyond it, and
+  /// NotPiecewiseLinear.
   PiecewiseLinearMap Pieces() const;
 
   BDerivativeOptions options;
@@ -65,6 +74,8 @@ class BDerivative {
 
  private:
   Vector Complete(const VectorRef& w) const;
+  /// w behind the start, at the end of the first arc.
+  Vector First(const VectorRef& w) const;
 };
 
 /// Not kOk where a transition has no first-order map because of what it is or of the one before (or

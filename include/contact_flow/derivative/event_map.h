@@ -3,7 +3,9 @@
 
 #include <map>
 #include <memory>
+#include <stdexcept>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -11,6 +13,7 @@
 #include "contact_flow/derivative/order_outcomes.h"
 #include "contact_flow/derivative/piecewise_linear_map.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/dynamics/impact.h"
 #include "contact_flow/flow/status.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/model/mechanical_system.h"
@@ -43,8 +46,14 @@ struct Modularity {
   double Relative() const { return defect / scale; }
 };
 
-/// The first-order map of one transition (Theorem 1): piecewise linear in the tangent vector w at
-/// (ρ, v⁻), one selection for each order σ of the m simultaneous activations.
+/// Pieces were asked for where the first-order map is none of linear pieces, or where pieces of full
+/// dimension do not say all of it; the message names constraint, time and reason.
+struct NotPiecewiseLinear : std::domain_error {
+  using std::domain_error::domain_error;
+};
+
+/// The first-order map of one transition (Theorem 1) in the tangent vector w at (ρ, v⁻): in general
+/// piecewise linear, one selection for each order σ of the m simultaneous activations.
 ///
 ///   S = ∅;  repeat m times:  τ_i = −(Da_i w_q + ∂a_i/∂p δp) / (Da_i v_S),  i* = argmin τ_i,
 ///           w ← DR_{i*}(ρ, v_S) (w + F_S τ_{i*}),  S ← S ∪ {i*};      finally  w ← w − F_S Σ τ.
@@ -55,6 +64,16 @@ struct Modularity {
 /// the mode is a crossing of the surface λ_i = 0 between two fields, and must be alone. w = (δq,
 /// δv, δu, δp) throughout. One direction costs m+1 evaluations of the field, m resets and O(m² d)
 /// besides; stages are kept, so that further directions cost O(m² d).
+///
+/// Contacts that rest may open inside the cluster: where their force would have to pull, and where
+/// an impact whose impulse on them vanishes lifts them to first order (the derivative of its
+/// complementarity problem is one itself). The gap is then of second order in w and the rate of
+/// first,
+///   r_j = D(Da_j v) w,   ṙ_j = ä_j in F_S,
+/// so that a contact that is pushed again returns at a root of a quadratic polynomial, after a time
+/// of first order, and is hit with a speed of first order. A direction follows all of that, and is
+/// exact. Where the outcome depends on whether a contact had returned when another impact came, the
+/// map is positively homogeneous but not piecewise linear: PiecewiseLinear() says so.
 class EventMap {
  public:
   /// `dynamics` is scratch, shared between the maps of one trajectory; its system must outlive the
@@ -72,17 +91,23 @@ class EventMap {
   const std::vector<int>& activated() const { return activated_; }
   int num_activations() const { return static_cast<int>(activated_.size()); }
 
-  /// B(w) [2d].
+  /// B(w) [2d+k]. Throws std::domain_error, naming constraint and time, where a contact that opened
+  /// never comes to rest again (γ = 1).
   Vector operator()(const VectorRef& w) const;
-  /// What happens to the run perturbed along w, to first order and in this order. Between the
-  /// impacts of a cluster a contact may let go and be closed again later: its gap is of second
-  /// order in w, the times are of first.
+  /// What happens to the run perturbed along w, to first order and in this order. Bounces of first
+  /// order speed are left out: an elastic contact closes where they have died away.
   std::vector<PerturbedEvent> PerturbedEvents(const VectorRef& w) const;
   /// The contact modes that the run perturbed along w passes through after J⁻, to first order; the
   /// last is J⁺. Activations and releases that coincide to first order make one transition.
   std::vector<ContactMode> PerturbedModes(const VectorRef& w) const;
 
-  /// Ξ_σ [2d×2d] of the order σ: the product of saltation matrices.
+  /// kOk where B is linear on the cone of every order; kNotDifferentiable with the sentence why not;
+  /// kTooManyPieces beyond 12 activations, which are not examined.
+  const Status& PiecewiseLinear() const;
+  /// The same along one order.
+  Status PiecewiseLinear(const std::vector<int>& order) const;
+
+  /// Ξ_σ [2d×2d] of the order σ: the product of saltation matrices. Throws NotPiecewiseLinear.
   Matrix Selection(const std::vector<int>& order) const;
   /// Half-spaces {w : τ_σ(1) ≤ … ≤ τ_σ(m)} [h×2d], unit rows.
   Matrix Cone(const std::vector<int>& order) const;
@@ -90,7 +115,8 @@ class EventMap {
   Matrix Times(const std::vector<int>& order) const;
   /// Contact modes after J⁻ in the order σ, releases at the end.
   std::vector<ContactMode> Modes(const std::vector<int>& order) const;
-  /// The whole map: m! pieces. Throws std::length_error when m > max_activations.
+  /// The whole map: m! pieces. Throws std::length_error when m > max_activations, and
+  /// NotPiecewiseLinear.
   PiecewiseLinearMap Pieces(int max_activations) const;
   Modularity AssessModularity() const;
   /// True when the relative defect is known and not larger than `tolerance`: the outcome is C¹.
@@ -100,22 +126,47 @@ class EventMap {
 
   /// Evaluations of the field F_S and of resets so far, for the complexity tests.
   long field_evaluations() const { return static_cast<long>(stages_.size()); }
-  long reset_evaluations() const { return static_cast<long>(resets_.size()); }
+  long reset_evaluations() const { return static_cast<long>(passages_.size()); }
 
  private:
-  /// The cluster after the activations in S.
+  friend class Germ;
+  friend class OrderWalk;
+  /// What order zero knows of the cluster after the activations in S.
+  struct Instant {
+    Vector v;             // v_S [d]
+    ContactMode resting;  // rigid contacts without normal velocity that have not bounced
+    Matrix rates;         // D(Da v) at v_S: r_j = rates.row(j)·w [n+l × 2d+k]
+  };
+  /// The cluster after the activations in S while certain resting contacts are closed.
   struct Stage {
     Vector v;          // v_S [d]
-    ContactMode mode;  // K_S
-    Vector field;      // F_S [2d+k]
+    ContactMode mode;  // those of them that push, and the compliant ones that are pressed
+    Vector field;      // in this mode [2d+k]
   };
-  const Stage& StageAt(ContactMode activated) const { return stages_.at(activated); }
-  /// The stage reached from S by the activation of i, and the reset DR_i(ρ, v_S) on the way.
-  const Stage& Activate(ContactMode activated, int i, const Matrix** reset) const;
+  /// The activation of one constraint while certain resting contacts are closed.
+  struct Passage {
+    Matrix reset;           // DR_i, with all closed contacts held that have no impulse
+    ContactMode struck;     // those with an impulse, i among them
+    ContactMode held;       // closed afterwards
+    ContactMode disturbed;  // closed before, without impulse, and lifted or pressed to first order;
+                            // or open before, with a rate that changes to first order
+    Matrix free;            // DR_i with the closed ones of these free (empty: there are none)
+  };
+  const Instant& InstantAt(ContactMode S) const { return instants_.at(S); }
+  /// The stage after S while `closed`, a part of the resting contacts, are closed.
+  const Stage& StageAt(ContactMode S, ContactMode closed) const;
+  /// The stage where all resting contacts are closed: every contact that opened has returned.
+  const Stage& StageAt(ContactMode S) const { return StageAt(S, InstantAt(S).resting); }
+  /// The activation of i after S while `closed` are closed. Makes the instant after it.
+  const Passage& PassageAt(ContactMode S, ContactMode closed, int i) const;
+  /// The stage reached from S by the activation of i, and the reset DR_i(ρ, v_S) on the way, where
+  /// every contact that opened returns at once.
+  const Stage& Activate(ContactMode S, int i, const Matrix** reset) const;
+  void AddInstant(ContactMode S, const Vector& v) const;
+  void FindDisturbed(ContactMode S, ContactMode closed, int i, const ImpactResult& impact,
+                     Passage* passage) const;
   /// Members of `candidates` without normal velocity at v, but for those in `elastic`.
   ContactMode Resting(const Vector& v, ContactMode candidates, ContactMode elastic) const;
-  /// Normal acceleration of the constraint i at v_S, in the given mode [m/s²].
-  double GapAcceleration(int i, const Vector& v, const Vector& field) const;
   /// First-order time to the activation of i, in stage v_S.
   double TimeTo(int i, const Stage& stage, const Vector& w) const;
   /// The same as a row [1 × 2d+k].
@@ -124,6 +175,7 @@ class EventMap {
   /// The compliant constraints that are pressed after the events in S.
   ContactMode Pressed(ContactMode events) const;
   Vector State(const Vector& v) const;
+  void MeasureRest(const Vector& v);
   void Classify();
   void AddReleases();
 
@@ -135,11 +187,18 @@ class EventMap {
   std::vector<int> activated_;  // the members of events_
   Matrix jacobian_;             // Da(ρ) [n×d]
   Matrix guards_;               // the guards' gradients [n × 2d+k]: Da_i and ∂a_i/∂p, or Dλ_i
+  Matrix bilateral_;            // gradients of b [l × 2d+k]
   bool decoupled_ = true;       // class A: every cone is m−1 half-spaces
   Status status_;
   ClusterReport cluster_;
-  mutable std::map<ContactMode, Stage> stages_;
-  mutable std::map<std::pair<ContactMode, int>, Matrix> resets_;
+  Vector mobility_;             // √G_ii [n]
+  double rest_ = 0;             // |Da_j v| / √G_jj up to which a contact rests
+  mutable std::map<ContactMode, Instant> instants_;
+  mutable std::map<std::pair<ContactMode, ContactMode>, Stage> stages_;
+  mutable std::map<std::tuple<ContactMode, ContactMode, int>, Passage> passages_;
+  mutable std::map<std::pair<ContactMode, int>, Matrix> regained_;
+  mutable bool examined_ = false;
+  mutable Status piecewise_linear_;
 };
 
 }  // namespace contact_flow

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "contact_flow/contact_mode.h"
+#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/flow/status.h"
+#include "contact_flow/types.h"
+
+namespace contact_flow {
+
+/// The directions that an initial state admits where it touches constraints i outside its contact
+/// mode, a_i = 0 and i ∉ J: a cluster at the start, which the run leaves.
+///   Da_i w_q < 0                       leads out of the domain,
+///   Da_i w_q = 0, r_i = D(Da_i v) w < 0,
+///     Da_i v = 0 and ä_i > 0           is an impact at the start with a speed of first order, shared
+///                                      by the contacts of J:  0 ≤ p ⟂ r⁺ + γ r⁻ ≥ 0,
+///   otherwise                          nothing happens.
+class StartCone {
+ public:
+  /// Of a state that touches nothing else.
+  StartCone() = default;
+  StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode mode, double t);
+
+  /// kNotDifferentiable where a constraint that is touched neither leaves nor belongs to the mode.
+  const Status& status() const { return status_; }
+  /// kOk where the map on the admitted directions is continuous.
+  const Status& PiecewiseLinear() const { return piecewise_linear_; }
+  bool Empty() const { return contacts_.empty(); }
+
+  /// The constraint through which w [2d+k] leaves the domain; −1: none.
+  int Leaves(const VectorRef& w) const;
+  /// w after what happens at the start. Throws std::invalid_argument, naming the constraint, for a
+  /// direction that leaves the domain.
+  Vector operator()(const VectorRef& w) const;
+  /// Half-spaces {w : Da_i w_q ≥ 0} [· × 2d+k], unit rows.
+  Matrix Cone() const;
+
+  /// A bound on the run from x + α w, α > 0.
+  struct Bound {
+    int constraint = -1;
+    double alpha = 0;
+  };
+  /// 0 for a direction that leaves the domain; where a contact that begins to open would be hit;
+  /// constraint −1 without a bound.
+  Bound Limit(const VectorRef& w) const;
+
+ private:
+  struct Contact {
+    int constraint = 0;
+    double speed = 0;         // Da_i v, 0 at rest [m/s]
+    double acceleration = 0;  // ä_i, of those at rest [m/s²]
+    Vector gap;               // Da_i and ∂a_i/∂p [2d+k]
+    Vector rate;              // D(Da_i v) [2d+k]
+    bool at_rest() const { return speed == 0; }
+  };
+  bool Closes(const Contact& contact, const VectorRef& w) const;
+
+  std::vector<Contact> contacts_;
+  std::vector<std::string> names_;  // of all constraints
+  double t_ = 0;
+  int dof_ = 0;
+  // The contacts of the mode, then those of contacts_ at rest.
+  Matrix delassus_;  // G
+  Matrix reach_;     // P Daᵀ [d × ·]
+  Matrix rates_;     // D(Da v) [· × 2d+k]
+  Vector restitution_;
+  int held_ = 0;  // how many of them are in the mode
+  Status status_;
+  Status piecewise_linear_;
+};
+
+}  // namespace contact_flow

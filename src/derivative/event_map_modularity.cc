@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How far the selections of a cluster are from one another.
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "contact_flow/derivative/event_map.h"
+
+namespace contact_flow {
+
+Modularity EventMap::AssessModularity() const {
+  const int m = num_activations();
+  Modularity modularity;
+  if (!PiecewiseLinear().ok()) {
+    modularity.defect = std::numeric_limits<double>::quiet_NaN();
+    return modularity;
+  }
+  if (m < 2) return modularity;
+  // F̂_S over subsets S of {0, …, m−1}: F_S carried through the resets of the activations not in S.
+  const std::uint64_t all = (std::uint64_t{1} << m) - 1;
+  const auto set_of = [&](std::uint64_t subset) {
+    ContactMode S;
+    for (int k = 0; k < m; ++k) {
+      if (subset >> k & 1) S.Insert(activated_[k]);
+    }
+    return S;
+  };
+  const Matrix* reset = nullptr;
+  for (std::uint64_t subset = 1; subset <= all; ++subset) {  // make every stage
+    const int top = 63 - __builtin_clzll(subset);
+    Activate(set_of(subset & ~(std::uint64_t{1} << top)), activated_[top], &reset);
+  }
+  std::vector<Vector> carried(all + 1);
+  for (std::uint64_t subset = 0; subset <= all; ++subset) {
+    ContactMode S = set_of(subset);
+    carried[subset] = StageAt(S).field;
+    for (int i : events_ - S) {
+      Activate(S, i, &reset);
+      carried[subset] = *reset * carried[subset];
+      S.Insert(i);
+    }
+    modularity.scale = std::max(modularity.scale, carried[subset].cwiseAbs().maxCoeff());
+  }
+  for (std::uint64_t subset = 0; subset <= all; ++subset) {
+    for (int i = 0; i < m; ++i) {
+      for (int j = 0; j < i; ++j) {
+        const std::uint64_t bi = std::uint64_t{1} << i, bj = std::uint64_t{1} << j;
+        if (subset & (bi | bj)) continue;
+        const Vector defect = carried[subset | bi | bj] - carried[subset | bi] -
+                              carried[subset | bj] + carried[subset];
+        modularity.defect = std::max(modularity.defect, defect.cwiseAbs().maxCoeff());
+      }
+    }
+  }
+  return modularity;
+}
+
+}  // namespace contact_flow

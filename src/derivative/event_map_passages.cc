@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What EventMap knows of the instants, stages and passages of a cluster: (ρ, v_S), K_S, F_S and
+// the resets between them, each made once.
+#include <Eigen/QR>
+#include <cmath>
+#include <vector>
+
+#include "contact_flow/derivative/event_map.h"
+#include "contact_flow/dynamics/impact.h"
+#include "contact_flow/dynamics/mode_selection.h"
+
+namespace contact_flow {
+namespace {
+
+/// A contact is disturbed by the impact of another where its rate afterwards changes by more than
+/// this part of the terms that it is the sum of, along tangents that keep all contacts closed.
+constexpr double kStructural = 1e-8;
+
+}  // namespace
+
+/// Speeds in the kinetic metric, |Da_j v| / √G_jj, are compared: neither units nor masses matter.
+ContactMode EventMap::Resting(const Vector& v, ContactMode candidates, ContactMode elastic) const {
+  ContactMode resting;
+  for (int j : candidates - elastic) {
+    if (std::abs(jacobian_.row(j).dot(v)) <= rest_ * mobility_(j)) resting.Insert(j);
+  }
+  return resting;
+}
+
+void EventMap::AddInstant(ContactMode S, const Vector& v) const {
+  if (instants_.count(S) > 0) return;
+  Instant& instant = instants_[S];
+  instant.v = v;
+  const ContactMode compliant = system_->compliant();
+  if (S.Empty()) {
+    instant.resting = transition_.mode_before - compliant;
+  } else {
+    ContactMode elastic;  // members of S that have bounced
+    for (int j : S & transition_.activated) {
+      if (system_->restitution()(j) > 0) elastic.Insert(j);
+    }
+    instant.resting =
+        Resting(v, (transition_.mode_before | (S & transition_.activated)) - compliant, elastic);
+    if (S == events_) instant.resting = instant.resting | (transition_.mode_after - compliant);
+  }
+  // r_j = D(Da_j v) w: by q, by v and by parameters.
+  const int d = system_->dof(), k = dynamics_->num_variables();
+  ConstraintTerms terms;
+  system_->Constraints(q_, v, &terms);
+  const Vector no_jump = Vector::Zero(d), no_impulse = Vector::Zero(terms.jacobian.rows());
+  ResidualJacobian residual;
+  system_->DifferentiateImpact(q_, no_jump, no_impulse, v, &residual);
+  instant.rates.setZero(terms.jacobian.rows(), 2 * d + k);
+  instant.rates.leftCols(d) = residual.constraint_q;
+  instant.rates.middleCols(d, d) = terms.jacobian;
+  const std::vector<int>& parameters = dynamics_->variables().parameters;
+  if (parameters.empty()) return;
+  ParameterJacobian by_parameter;
+  system_->DifferentiateImpactByParameters(q_, no_jump, no_impulse, v, parameters, &by_parameter);
+  instant.rates.rightCols(parameters.size()) = by_parameter.constraint;
+}
+
+const EventMap::Stage& EventMap::StageAt(ContactMode S, ContactMode closed) const {
+  const auto known = stages_.find({S, closed});
+  if (known != stages_.end()) return known->second;
+  Stage stage;
+  stage.v = InstantAt(S).v;
+  const ContactMode after = transition_.mode_after;
+  if (S.Empty()) {
+    stage.mode = transition_.mode_before;
+  } else if (S == events_ && (after - system_->compliant() - closed).Empty()) {
+    stage.mode = after;
+  } else {
+    stage.mode = SelectContactMode(dynamics_.get(), State(stage.v), closed, 0, Pressed(S));
+  }
+  stage.field = dynamics_->Field(State(stage.v), stage.mode);
+  return stages_[{S, closed}] = stage;
+}
+
+const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, int i) const {
+  const auto known = passages_.find({S, closed, i});
+  if (known != passages_.end()) return known->second;
+  Passage passage;
+  const Instant& before = InstantAt(S);
+  if (!transition_.activated.Contains(i)) {  // no impact: the field changes, the state does not
+    AddInstant(S.With(i), before.v);
+    passage.reset = Matrix::Identity(size(), size());
+    passage.held = closed & InstantAt(S.With(i)).resting;
+    return passages_[{S, closed, i}] = passage;
+  }
+  // Every contact that rests takes part, also one that has opened: its gap is of second order, and
+  // it is closed again if this impact pushes it.
+  const ImpactResult impact = SolveImpact(*system_, q_, before.v, before.resting.With(i), transition_.impact_law);
+  AddInstant(S.With(i), impact.v_plus);
+  const ContactMode resting = InstantAt(S.With(i)).resting;
+  for (int j : impact.hit) {
+    if (j == i || impact.impulse(j) * mobility_(j) > rest_) passage.struck.Insert(j);
+  }
+  passage.held = (closed | passage.struck) & resting;
+  const ContactMode persisting = passage.held.Without(i);
+  passage.reset = ImpactJacobian(*system_, q_, before.v, impact, persisting.With(i), persisting,
+                                 dynamics_->variables());
+  FindDisturbed(S, closed, i, impact, &passage);
+  return passages_[{S, closed, i}] = passage;
+}
+
+/// The derivative of the solution of a complementarity problem solves one itself: an impulse that
+/// is positive stays (equality), one that vanishes with its complement, the normal velocity
+/// afterwards, is 0 ≤ δp ⟂ δr ≥ 0. Where δr at δp = 0 vanishes along all tangents that keep the
+/// contacts closed there is nothing to decide.
+void EventMap::FindDisturbed(ContactMode S, ContactMode closed, int i, const ImpactResult& impact,
+                             Passage* passage) const {
+  const Instant &before = InstantAt(S), &after = InstantAt(S.With(i));
+  const ContactMode quiet = (before.resting - passage->struck) & after.resting;
+  const bool constant = system_->HasConstantMass() && system_->HasAffineConstraints() &&
+                        dynamics_->variables().parameters.empty();
+  if (quiet.Empty() || constant) return;
+  const auto reset_without = [&](ContactMode free) {
+    const ContactMode persisting = (passage->held - free).Without(i);
+    return ImpactJacobian(*system_, q_, before.v, impact, persisting.With(i), persisting,
+                          dynamics_->variables());
+  };
+  const Matrix free = reset_without(quiet);
+  // Tangents at the instant of the impact: gaps and rates of what is closed vanish.
+  const ContactMode touching = before.resting.With(i);
+  const int l = system_->num_bilateral();
+  Matrix kept(touching.Size() + closed.Size() + 2 * l, size());
+  int row = 0;
+  for (int j : touching) kept.row(row++) = guards_.row(j);
+  for (int j : closed) kept.row(row++) = before.rates.row(j);
+  kept.middleRows(row, l) = bilateral_;
+  kept.bottomRows(l) = before.rates.bottomRows(l);
+  const Eigen::CompleteOrthogonalDecomposition<Matrix> normals(kept.transpose());
+  for (int j : quiet) {
+    Vector change = (after.rates.row(j) * free).transpose();
+    if (!closed.Contains(j)) change -= before.rates.row(j).transpose();
+    const double terms = (after.rates.row(j).cwiseAbs() * free.cwiseAbs()).norm();
+    change -= kept.transpose() * normals.solve(change);
+    if (change.norm() > kStructural * terms) passage->disturbed.Insert(j);
+  }
+  const ContactMode lifted = passage->disturbed & closed;
+  if (!lifted.Empty()) passage->free = lifted == quiet ? free : reset_without(lifted);
+}
+
+const EventMap::Stage& EventMap::Activate(ContactMode S, int i, const Matrix** reset) const {
+  const ContactMode compliant = system_->compliant();
+  const Passage& passage = PassageAt(S, StageAt(S).mode - compliant, i);
+  const Stage& stage = StageAt(S.With(i));
+  *reset = &passage.reset;
+  // A contact that let go at an earlier stage and holds again at this one has opened by O(|w|²) and
+  // falls back with a speed O(|w|): its plastic impact is one more reset, and where the map is
+  // linear its time does not matter.
+  const ContactMode held = stage.mode - compliant, regained = held - passage.held.With(i);
+  if (regained.Empty()) return stage;
+  const auto known = regained_.find({S, i});
+  if (known != regained_.end()) {
+    *reset = &known->second;
+    return stage;
+  }
+  ImpactResult closing;
+  closing.v_plus = stage.v;
+  closing.impulse = Vector::Zero(system_->num_constraints() + system_->num_bilateral());
+  *reset = &(regained_[{S, i}] = ImpactJacobian(*system_, q_, stage.v, closing, held, held,
+                                                dynamics_->variables()) *
+                                 passage.reset);
+  return stage;
+}
+
+}  // namespace contact_flow

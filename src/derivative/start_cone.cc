@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/derivative/start_cone.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <stdexcept>
+
+#include "contact_flow/dynamics/complementarity.h"
+#include "contact_flow/dynamics/inverse_inertia.h"
+#include "contact_flow/flow/simulate.h"
+
+namespace contact_flow {
+namespace {
+
+/// Rounding of a product of a gradient with a direction, relative to its terms.
+constexpr double kNoise = 1e-9;
+
+double Terms(const Vector& row, const VectorRef& w) { return row.cwiseAbs().dot(w.cwiseAbs()); }
+
+std::string Sentence(double t, const std::string& name, const char* what) {
+  std::ostringstream message;
+  message << "at t = " << t << " s the start touches '" << name
+          << "', which is not in the contact mode" << what;
+  return message.str();
+}
+
+}  // namespace
+
+StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode mode, double t)
+    : names_(dynamics->system().description().constraints), t_(t), dof_(dynamics->system().dof()) {
+  const MechanicalSystem& system = dynamics->system();
+  const SimulateOptions tolerances;
+  const int d = dof_, n = system.num_constraints(), k = dynamics->num_variables();
+  const Vector q = x.head(system.num_positions()), v = x.tail(d);
+  ConstraintTerms terms;
+  system.Constraints(q, v, &terms);
+  ContactMode touching;
+  for (int i = 0; i < n; ++i) {
+    const bool touches = std::abs(terms.gap(i)) <= tolerances.gap_tolerance;
+    if (touches && (system.compliant().Contains(i) || !mode.Contains(i))) touching.Insert(i);
+  }
+  if (touching.Empty()) return;
+  const Vector field = dynamics->Field(x, mode);
+  // Gradients of gaps and of their rates.
+  Matrix gaps = Matrix::Zero(n, 2 * d + k), rates = gaps;
+  const Vector no_jump = Vector::Zero(d), no_impulse = Vector::Zero(terms.gap.size());
+  ResidualJacobian residual;
+  system.DifferentiateImpact(q, no_jump, no_impulse, v, &residual);
+  gaps.leftCols(d) = terms.jacobian.topRows(n);
+  rates.leftCols(d) = residual.constraint_q.topRows(n);
+  rates.middleCols(d, d) = terms.jacobian.topRows(n);
+  const std::vector<int>& parameters = dynamics->variables().parameters;
+  if (!parameters.empty()) {
+    ParameterJacobian by_parameter;
+    system.DifferentiateImpactByParameters(q, no_jump, no_impulse, v, parameters, &by_parameter);
+    gaps.rightCols(parameters.size()) = by_parameter.gap.topRows(n);
+    rates.rightCols(parameters.size()) = by_parameter.constraint.topRows(n);
+  }
+  ContactMode members = mode - system.compliant();
+  held_ = members.Size();
+  std::vector<int> order;
+  for (int i : members) order.push_back(i);
+  for (int i : touching) {
+    if (system.compliant().Contains(i)) {
+      const ContactMode other = mode.Contains(i) ? mode.Without(i) : mode.With(i);
+      const Vector jump = dynamics->Field(x, other) - field;
+      if (jump.cwiseAbs().maxCoeff() <= kNoise * (1 + field.cwiseAbs().maxCoeff())) continue;
+      status_ = {Outcome::kNotDifferentiable,
+                 Sentence(t, names_[i],
+                          " or is at its surface: its force jumps there, and which side a "
+                          "perturbed run starts on decides")};
+      return;
+    }
+    Contact contact;
+    contact.constraint = i;
+    contact.gap = gaps.row(i).transpose();
+    contact.rate = rates.row(i).transpose();
+    const double speed = terms.jacobian.row(i).dot(v);
+    if (speed > tolerances.speed_tolerance) {
+      contact.speed = speed;
+    } else {
+      contact.acceleration = contact.rate.dot(field);
+      if (!(contact.acceleration > kNoise * Terms(contact.rate, field))) {
+        status_ = {Outcome::kNotDifferentiable,
+                   Sentence(t, names_[i],
+                            " and neither leaves nor is pressed: whether it does in a perturbed "
+                            "run is not decided by first order")};
+        return;
+      }
+      order.push_back(i);
+      piecewise_linear_ = {
+          Outcome::kNotDifferentiable,
+          Sentence(t, names_[i],
+                   " and leaves from rest: directions into it lead out of the domain, those along "
+                   "it may hit it at once, which pieces do not tell")};
+    }
+    contacts_.push_back(contact);
+  }
+  const InverseInertia inertia(system, q, v);
+  const int count = static_cast<int>(order.size());
+  Matrix A(count, d);
+  rates_.resize(count, 2 * d + k);
+  restitution_.resize(count);
+  for (int r = 0; r < count; ++r) {
+    A.row(r) = terms.jacobian.row(order[r]);
+    rates_.row(r) = rates.row(order[r]);
+    restitution_(r) = system.restitution()(order[r]);
+  }
+  reach_ = inertia * A.transpose();
+  delassus_ = A * reach_;
+}
+
+bool StartCone::Closes(const Contact& contact, const VectorRef& w) const {
+  return contact.gap.dot(w) < -kNoise * Terms(contact.gap, w);
+}
+
+int StartCone::Leaves(const VectorRef& w) const {
+  for (const Contact& contact : contacts_) {
+    if (Closes(contact, w)) return contact.constraint;
+  }
+  return -1;
+}
+
+Vector StartCone::operator()(const VectorRef& direction) const {
+  Vector w = direction;
+  if (contacts_.empty()) return w;
+  const int out = Leaves(w);
+  if (out >= 0) {
+    throw std::invalid_argument("the direction leads through the constraint '" + names_[out] +
+                                "', which the start at t = " + std::to_string(t_) +
+                                " s touches: it leaves the domain");
+  }
+  // Who is hit: those that stay at zero, and the contacts of the mode.
+  std::vector<int> rows;
+  for (int r = 0; r < held_; ++r) rows.push_back(r);
+  bool hit = false;
+  int row = held_;
+  for (const Contact& contact : contacts_) {
+    if (!contact.at_rest()) continue;
+    if (contact.gap.dot(w) <= kNoise * Terms(contact.gap, w)) {
+      rows.push_back(row);
+      hit = hit || contact.rate.dot(w) < -kNoise * Terms(contact.rate, w);
+    }
+    ++row;
+  }
+  if (!hit) return w;
+  const int count = static_cast<int>(rows.size());
+  Matrix G(count, count), reach(dof_, count);
+  Vector b(count);
+  for (int r = 0; r < count; ++r) {
+    for (int c = 0; c < count; ++c) G(r, c) = delassus_(rows[r], rows[c]);
+    reach.col(r) = reach_.col(rows[r]);
+    b(r) = rows[r] < held_ ? 0 : (1 + restitution_(rows[r])) * rates_.row(rows[r]).dot(w);
+  }
+  w.segment(dof_, dof_) += reach * SolveComplementarity(G, b).z;
+  if (held_ == 0) return w;
+  // Contacts of the mode that are lifted return.
+  const Vector rates = rates_.topRows(held_) * w;
+  w.segment(dof_, dof_) -=
+      reach_.leftCols(held_) * delassus_.topLeftCorner(held_, held_).llt().solve(rates);
+  return w;
+}
+
+Matrix StartCone::Cone() const {
+  Matrix cone(contacts_.size(), contacts_.empty() ? 0 : contacts_.front().gap.size());
+  for (std::size_t r = 0; r < contacts_.size(); ++r) {
+    cone.row(r) = contacts_[r].gap.normalized().transpose();
+  }
+  return cone;
+}
+
+StartCone::Bound StartCone::Limit(const VectorRef& w) const {
+  Bound bound;
+  double smallest = std::numeric_limits<double>::infinity();
+  const auto consider = [&](int i, double alpha) {
+    if (alpha < smallest) bound = {i, smallest = alpha};
+  };
+  for (const Contact& contact : contacts_) {
+    if (Closes(contact, w)) consider(contact.constraint, 0);
+    const double gap = contact.gap.dot(w), rate = contact.rate.dot(w);
+    if (!(rate < -kNoise * Terms(contact.rate, w))) continue;
+    // The gap αg + (speed + αr) t + ä t²/2 must not have a root.
+    if (!contact.at_rest()) {
+      consider(contact.constraint, contact.speed / -rate);
+    } else if (gap > kNoise * Terms(contact.gap, w)) {
+      consider(contact.constraint, 2 * contact.acceleration * gap / (rate * rate));
+    }
+  }
+  return bound;
+}
+
+}  // namespace contact_flow
