@@ -108,7 +108,7 @@ class ConsistencyCheck {
   void FindInteriors() {
     Vector centre;
     for (std::size_t i = 0; i < cones_.size() && going(); ++i) {
-      const bool thin = !HasBall(cones_[i].rows, kSmallestInterior, &centre);
+      const bool thin = IsFlat(cones_[i]) || !HasBall(cones_[i].rows, kSmallestInterior, &centre);
       (thin ? thin_ : full_).push_back(static_cast<int>(i));
     }
     if (going() && full_.empty()) {
@@ -117,6 +117,13 @@ class ConsistencyCheck {
       result_.size = 1;
       result_.message = "no piece's cone has interior";
     }
+  }
+
+  /// Between both sides of what counts as one hyperplane.
+  bool IsFlat(const Cone& cone) const {
+    return std::any_of(cone.planes.begin(), cone.planes.end(), [&](int plane) {
+      return std::find(cone.planes.begin(), cone.planes.end(), -plane) != cone.planes.end();
+    });
   }
 
   /// Is there a hyperplane, other than `except`, on whose opposite sides the two cones lie?
@@ -165,7 +172,9 @@ class ConsistencyCheck {
                  double tolerance) {
     const Matrix difference = (map_.pieces()[i].matrix - map_.pieces()[j].matrix) * basis;
     for (Eigen::Index r = 0; r < difference.rows(); ++r) {
-      if (difference.row(r).cwiseAbs().sum() <= tolerance * scale_(r)) continue;
+      const double least =
+          std::max(tolerance, options_.rounding * scale_.maxCoeff() / scale_(r));  // of the row
+      if (!(difference.row(r).cwiseAbs().sum() > least * scale_(r))) continue;
       const Vector bound = Vector::Ones(basis.cols());
       LinearProgram program(rows, -bound, bound);
       for (double sign : {1.0, -1.0}) {
@@ -178,9 +187,7 @@ class ConsistencyCheck {
         }
         const Vector w = basis * best.point;
         const double size = w.cwiseAbs().maxCoeff();
-        if (!(best.value > tolerance) || !(best.value / size > std::max(tolerance, result_.size))) {
-          continue;
-        }
+        if (!(best.value > least) || !(best.value / size > std::max(least, result_.size))) continue;
         std::ostringstream message;
         message << "pieces " << i << " and " << j
                 << (kind == MapDefect::kOverlap ? " overlap, and differ: "

@@ -13,6 +13,7 @@
 #include "contact_flow/derivative/event_map.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/request.h"
+#include "contact_flow/ros/warnings.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -131,6 +132,7 @@ TrajectoryAssumptions Answer(const Setup& setup, const AssumptionRequest& reques
   result.constraints = constraints;
   result.outcome = static_cast<std::uint8_t>(trajectory.status.outcome);
   result.message = trajectory.status.message;
+  WarnOfRun(trajectory, &result);
   result.duration = run.duration;
   result.margins = ToMsg(trajectory.margins);
   const Arc& first = trajectory.arcs.front();
@@ -149,7 +151,9 @@ TrajectoryAssumptions Answer(const Setup& setup, const AssumptionRequest& reques
         transition.completes_zeno ? std::numeric_limits<double>::quiet_NaN()
                                   : EventMap(dynamics, transition).AssessModularity().defect;
     const std::string caveat = Caveat(constraints, transition.t, forces);
-    if (!caveat.empty()) result.message += (result.message.empty() ? "" : "; ") + caveat;
+    if (!caveat.empty()) {
+      Warn(MakeWarning(ResultWarning::FIRST_ORDER_ONLY, caveat, transition.t), &result);
+    }
     // One activation alone has a derivative in every class but that of dependent constraints.
     const bool order_matters = reports[k].contact_class == ContactClass::kOrderDependent &&
                                transition.activated.Size() > 1;

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "contact_flow/nearest_name.h"
+#include "contact_flow/ros/warnings.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -113,13 +114,15 @@ Directions Admit(const Setup& setup, const Run& run, const Directions& asked, bo
     kept.vectors.push_back(admissible ? w : p);
   }
   if (!left_out.empty()) {
-    kept.note =
-        "left out, because they leave the initial contact mode " + label + ": " + Join(left_out);
+    kept.warnings.push_back(MakeWarning(
+        ResultWarning::LEFT_OUT,
+        "left out, because they leave the initial contact mode " + label + ": " + Join(left_out)));
   }
   if (!projected.empty()) {
-    kept.note += (kept.note.empty() ? "" : "; ") +
-                 std::string("projected on the directions that ") +
-                 "keep the initial contact mode " + label + ": " + Join(projected);
+    kept.warnings.push_back(
+        MakeWarning(ResultWarning::PROJECTED,
+                    "projected on the directions that keep the initial contact mode " + label +
+                        ": " + Join(projected)));
   }
   return kept;
 }

@@ -26,6 +26,9 @@ struct MapConsistencyOptions {
   /// within the unit box are none; jumps of (A w)_r below this part of
   /// max_k ‖(A_k)_r‖₁ ‖w‖_∞ are none. It says how far the pieces may be from a continuous map.
   double tolerance = 1e-7;
+  /// Jumps below this part of the largest of all rows are rounding errors, of a row that vanishes
+  /// but for them.
+  double rounding = 1e-12;
   long max_linear_programs = 100000;
   /// The map is a derivative of ours, whose pieces are continuous by construction: what the check
   /// leaves undecided is believed. A defect is none the less.

@@ -33,4 +33,11 @@ struct Status {
   bool ok() const { return outcome == Outcome::kOk; }
 };
 
+/// What a run has passed and gone on from, and what derivatives across it do not: a graze, …
+struct Warning {
+  Outcome code = Outcome::kOk;
+  double t = 0;  ///< [s]
+  std::string message;
+};
+
 }  // namespace contact_flow

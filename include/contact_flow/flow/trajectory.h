@@ -70,6 +70,8 @@ struct Trajectory {
   Status status;
   std::vector<Arc> arcs;
   std::vector<Transition> transitions;
+  /// In the order of time.
+  std::vector<Warning> warnings;
   Margins margins;
   RunStatistics statistics;
   /// Where impacts (last) accumulate [s], predicted from the ratio of their intervals; NaN without
