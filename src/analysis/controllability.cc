@@ -201,6 +201,16 @@ ControllabilityReport AssessControllability(const PiecewiseLinearMap& map,
   ControllabilityReport report;
   std::mt19937 generator(1);
   report.reachable = ReachableBasis(map, options.rank_tolerance);
+  MapConsistencyOptions consistency = options.consistency;
+  if (!consistency.cancelled) consistency.cancelled = options.cancelled;
+  report.consistency = CheckConsistency(map, consistency);
+  if (!report.consistency.usable) {
+    report.message = "undetermined: " + report.consistency.message;
+    if (report.consistency.defect != MapDefect::kUndecided) {
+      report.message += ", so that this is not a map";
+    }
+    return report;
+  }
   const Eigen::Index k = report.reachable.cols();
   if (k == 0) {
     report.message = "undetermined: no input has any effect, the reachable space is a point";

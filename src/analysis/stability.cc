@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <random>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -22,7 +21,6 @@ namespace contact_flow {
 namespace {
 
 constexpr double kGoodEnough = 0.99;  // a quadratic rate that needs no further improvement
-constexpr int kCoverageSamples = 300;
 
 std::vector<Matrix> MatricesOf(const PiecewiseLinearMap& map) {
   std::vector<Matrix> matrices;
@@ -34,19 +32,6 @@ void RequireSquare(const PiecewiseLinearMap& map) {
   if (map.pieces().empty() || map.rows() != map.cols() || map.rows() == 0) {
     throw std::invalid_argument("stability is a property of a map of a space into itself");
   }
-}
-
-/// A direction that no cone holds: then the pieces are not a map. Empty when none was met.
-Vector UncoveredDirection(const PiecewiseLinearMap& map) {
-  std::mt19937 generator(1);
-  std::normal_distribution<double> normal;
-  for (int k = 0; k < kCoverageSamples; ++k) {
-    Vector y(map.cols());
-    for (int i = 0; i < y.size(); ++i) y(i) = normal(generator);
-    y.normalize();
-    if (!(map.pieces()[map.PieceAt(y)].Margin(y) >= -kInCone)) return y;
-  }
-  return Vector();
 }
 
 /// T with ‖T y‖₂ = √(yᵀPy), symmetric.
@@ -213,12 +198,14 @@ StabilityReport AssessStability(const PiecewiseLinearMap& map, const StabilityOp
     report.message = message.str();
     return true;
   };
-  const Vector uncovered = UncoveredDirection(map);
-  if (uncovered.size() > 0) {
-    std::ostringstream message;
-    message << "undetermined: no piece's cone holds the direction (" << uncovered.transpose()
-            << "), so that this is not a map";
-    report.message = message.str();
+  MapConsistencyOptions consistency = options.consistency;
+  if (!consistency.cancelled) consistency.cancelled = options.cancelled;
+  report.consistency = CheckConsistency(map, consistency);
+  if (!report.consistency.usable) {
+    report.message = "undetermined: " + report.consistency.message;
+    if (report.consistency.defect != MapDefect::kUndecided) {
+      report.message += ", so that this is not a map";
+    }
     report.growth_above = std::numeric_limits<double>::infinity();
     return report;
   }

@@ -130,6 +130,10 @@ bool VerifyCertificate(const PiecewiseLinearMap& map, const StabilityCertificate
   if (map.pieces().empty() || map.rows() != map.cols()) return false;
   const double bound = certificate.bound;
   if (!std::isfinite(bound) || bound < 0) return false;
+  for (const LinearPiece& piece : map.pieces()) {
+    if (!piece.matrix.allFinite() || !piece.cone.allFinite()) return false;
+  }
+  if (!CheckConsistency(map, options.consistency).usable) return false;
   const bool contracts = bound<1 - options.margin, grows = bound> 1 + options.margin;
   const Matrix& directions = certificate.directions;
   switch (certificate.test) {

@@ -90,11 +90,12 @@ const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, 
   }
   // Every contact that rests takes part, also one that has opened: its gap is of second order, and
   // it is closed again if this impact pushes it.
-  const ImpactResult impact = SolveImpact(*system_, q_, before.v, before.resting.With(i), transition_.impact_law);
+  const ImpactResult impact =
+      SolveImpact(*system_, q_, before.v, before.resting.With(i), transition_.impact_law);
   AddInstant(S.With(i), impact.v_plus);
   const ContactMode resting = InstantAt(S.With(i)).resting;
   for (int j : impact.hit) {
-    if (j == i || impact.impulse(j) * mobility_(j) > rest_) passage.struck.Insert(j);
+    if (j == i || std::abs(impact.impulse(j)) * mobility_(j) > rest_) passage.struck.Insert(j);
   }
   passage.held = (closed | passage.struck) & resting;
   const ContactMode persisting = passage.held.Without(i);

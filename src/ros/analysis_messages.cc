@@ -16,6 +16,8 @@ namespace {
 
 constexpr std::size_t kMaxPieces = 100000;
 constexpr double kTight = 1e-12, kTightDerivative = 1e-11;
+constexpr double kLargestMapTolerance = 1e-2;
+constexpr int kMaxLinearPrograms = 100000000;
 const char kRate[] = "d/dt ";
 
 }  // namespace
@@ -86,6 +88,28 @@ PiecewiseLinearMap ToMap(const std::string& field, const std::vector<DerivativeP
     pieces.push_back(std::move(piece));
   }
   return PiecewiseLinearMap(std::move(pieces));
+}
+
+MapConsistencyOptions ResolveConsistency(double tolerance, std::uint32_t max_linear_programs,
+                                         bool given, const Setup& setup) {
+  MapConsistencyOptions options;
+  options.tolerance =
+      ResolveNumber("map_tolerance", tolerance, options.tolerance, kLargestMapTolerance);
+  options.max_linear_programs =
+      ResolveCount("max_linear_programs", max_linear_programs,
+                   static_cast<int>(options.max_linear_programs), kMaxLinearPrograms);
+  options.believe_undecided = !given;
+  options.cancelled = setup.options.cancelled;
+  return options;
+}
+
+MapConsistency CheckMap(const PiecewiseLinearMap& map, bool given, MapConsistencyOptions* options) {
+  const MapConsistency found = CheckConsistency(map, *options);
+  options->checked = true;
+  if (!found.usable && given && found.defect != MapDefect::kUndecided) {
+    throw std::invalid_argument("map: the pieces are not one continuous map: " + found.message);
+  }
+  return found;
 }
 
 StabilityCertificate ToCertificate(const std::string& field, const StabilityProof& proof) {

@@ -38,6 +38,7 @@ StabilityRequest ToRequest(const DecideStability::Request& in) {
   request.max_word_length = in.max_word_length;
   request.max_words = in.max_words;
   request.max_linear_programs = in.max_linear_programs;
+  request.map_tolerance = in.map_tolerance;
   return request;
 }
 
@@ -49,6 +50,8 @@ ControllabilityRequest ToRequest(const DecideControllability::Request& in) {
   request.input_grid = in.input_grid;
   request.reached = in.reached;
   request.map = in.map;
+  request.max_linear_programs = in.max_linear_programs;
+  request.map_tolerance = in.map_tolerance;
   request.rank_tolerance = in.rank_tolerance;
   request.options = in.options;
   request.derivative_options = in.derivative_options;

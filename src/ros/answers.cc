@@ -11,6 +11,7 @@
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/directions.h"
 #include "contact_flow/ros/request.h"
+#include "contact_flow/ros/warnings.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -54,6 +55,7 @@ Result Begin(const Setup& setup, const Differentiated& d) {
   result.outcome = static_cast<std::uint8_t>(d.derivative.status.outcome);
   result.message = d.derivative.status.message;
   result.duration = d.run.duration;
+  WarnOfRun(d.trajectory, &result);
   return result;
 }
 
@@ -61,11 +63,6 @@ template <class Result>
 void SetStatus(const Status& status, Result* result) {
   result->outcome = static_cast<std::uint8_t>(status.outcome);
   result->message = status.message;
-}
-
-template <class Result>
-void AddNote(const std::string& note, Result* result) {
-  if (!note.empty()) result->message += (result->message.empty() ? "" : "; ") + note;
 }
 
 template <class Result>
@@ -81,6 +78,8 @@ void AddNearGrazing(const Setup& setup, const std::vector<GrazingEvent>& events,
     warning.value = event.value;
     warning.threshold = event.threshold;
     result->near_grazing.push_back(warning);
+    result->warnings.push_back(
+        MakeWarning(ResultWarning::NEAR_GRAZING, Describe(description, event), event.t));
   }
   if (events.empty()) return;
   AddNote(Describe(description, events.front()), result);
@@ -149,12 +148,14 @@ void AddOrders(const Setup& setup, const Differentiated& d, bool continue_orders
     result->orders.back().transition = static_cast<std::uint32_t>(k);
     result->orders.back().t = event.time();
   }
+  const auto cut = [&](const std::string& how) {
+    Warn(MakeWarning(ResultWarning::ORDERS_CUT, how, event.time()), result);
+  };
   if (event.num_activations() > kMaxOrderedActivations) {
-    AddNote("orders are listed for at most " + std::to_string(kMaxOrderedActivations) +
-                " simultaneous contacts, not for " + std::to_string(event.num_activations()),
-            result);
+    cut("orders are listed for at most " + std::to_string(kMaxOrderedActivations) +
+        " simultaneous contacts, not for " + std::to_string(event.num_activations()));
   } else if (outcomes.size() >= kMaxListedOrders) {
-    AddNote("the list ends at " + std::to_string(kMaxListedOrders) + " orders", result);
+    cut("the list ends at " + std::to_string(kMaxListedOrders) + " orders");
   }
   if (!continue_orders) return;
   try {
@@ -165,7 +166,7 @@ void AddOrders(const Setup& setup, const Differentiated& d, bool continue_orders
       AddContinuation(result->constraints, ends[i], &result->orders[i]);
     }
   } catch (const std::length_error& error) {
-    AddNote(error.what(), result);
+    cut(error.what());
   }
 }
 
@@ -204,7 +205,7 @@ OutcomeDerivative Answer(const Setup& setup, const DerivativeRequest& request) {
   result.time_derivative = ToMsg(VectorRef(d.derivative.time));
   AddDerivatives(setup, d, &result);
   if (request.all_pieces) AddPieces(d.derivative, &result);
-  AddNote(d.directions.note, &result);
+  for (const ResultWarning& warning : d.directions.warnings) Warn(warning, &result);
   AddNearGrazing(setup, FindNearGrazing(*setup.system, d.trajectory), &result);
   return result;
 }
@@ -241,7 +242,7 @@ DerivativeComparison Answer(const Setup& setup, const ComparisonRequest& request
     result.worst_error = std::max(result.worst_error, comparison.errors[smallest]);
     result.comparisons.push_back(comparison);
   }
-  AddNote(d.directions.note, &result);
+  for (const ResultWarning& warning : d.directions.warnings) Warn(warning, &result);
   return result;
 }
 

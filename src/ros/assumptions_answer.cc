@@ -14,6 +14,7 @@
 #include "contact_flow/derivative/event_map.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/request.h"
+#include "contact_flow/ros/warnings.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -132,6 +133,7 @@ TrajectoryAssumptions Answer(const Setup& setup, const AssumptionRequest& reques
   result.constraints = constraints;
   result.outcome = static_cast<std::uint8_t>(trajectory.status.outcome);
   result.message = trajectory.status.message;
+  WarnOfRun(trajectory, &result);
   result.duration = run.duration;
   result.margins = ToMsg(trajectory.margins);
   const Arc& first = trajectory.arcs.front();
@@ -156,9 +158,14 @@ TrajectoryAssumptions Answer(const Setup& setup, const AssumptionRequest& reques
       status = event.status();
       defect = event.AssessModularity().defect;
     }
-    if (!status.ok()) result.message += (result.message.empty() ? "" : "; ") + status.message;
+    if (!status.ok()) {
+      Warn(MakeWarning(static_cast<std::uint8_t>(status.outcome), status.message, transition.t),
+           &result);
+    }
     const std::string caveat = Caveat(constraints, transition.t, forces);
-    if (!caveat.empty()) result.message += (result.message.empty() ? "" : "; ") + caveat;
+    if (!caveat.empty()) {
+      Warn(MakeWarning(ResultWarning::FIRST_ORDER_ONLY, caveat, transition.t), &result);
+    }
     result.differentiable = result.differentiable && status.ok();
   }
   AddRegion(setup, run, request, &result);

@@ -14,6 +14,7 @@
 #include "contact_flow/ros/analysis_messages.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/request.h"
+#include "contact_flow/ros/warnings.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -81,11 +82,13 @@ bool FindMap(const Setup& setup, const ControllabilityRequest& request, Piecewis
   }
   const Trajectory trajectory = Simulate(system, run.x, run.input, run.duration, run.options);
   result->message = trajectory.status.message;
+  WarnOfRun(trajectory, result);
   if (!trajectory.status.ok()) return false;
   const std::vector<IntervalLinearization> intervals = Linearize(system, trajectory, options);
   for (const IntervalLinearization& interval : intervals) {
+    if (interval.status.ok()) continue;
     result->message = interval.status.message;
-    if (!interval.status.ok()) return false;
+    return false;
   }
   Matrix select = Matrix::Zero(2 * system.dof(), static_cast<Eigen::Index>(rows.size()));
   for (std::size_t k = 0; k < rows.size(); ++k) select(rows[k], static_cast<Eigen::Index>(k)) = 1;
@@ -104,6 +107,8 @@ ControllabilityResult Answer(const Setup& setup, const ControllabilityRequest& r
   options.rank_tolerance = ResolveNumber("rank_tolerance", request.rank_tolerance,
                                          options.rank_tolerance, kLargestRankTolerance);
   options.cancelled = setup.options.cancelled;
+  options.consistency = ResolveConsistency(request.map_tolerance, request.max_linear_programs,
+                                           !request.map.empty(), setup);
   PiecewiseLinearMap map;
   try {
     if (!FindMap(setup, request, &map, &result)) return result;
@@ -116,10 +121,21 @@ ControllabilityResult Answer(const Setup& setup, const ControllabilityRequest& r
                                 std::to_string(map.cols()) + ", at most " +
                                 std::to_string(kMaxSize) + " are accepted");
   }
+  result.map = ToMsg(map);
+  const MapConsistency consistency = CheckMap(map, !request.map.empty(), &options.consistency);
+  if (consistency.defect == MapDefect::kUndecided) {
+    Warn(MakeWarning(ResultWarning::MAP_UNCHECKED, consistency.message), &result);
+  }
+  if (!consistency.usable) {
+    result.outcome = Response::UNDETERMINED;
+    result.message = "undetermined: " + consistency.message;
+    return result;
+  }
+  const std::string warnings = result.message;
   const ControllabilityReport report = AssessControllability(map, options);
   result.outcome = static_cast<std::uint8_t>(report.verdict);
   result.message = report.message;
-  result.map = ToMsg(map);
+  AddNote(warnings, &result);
   result.reachable = ToMsg(MatrixRef(report.reachable));
   result.restriction = ToMsg(MatrixRef(report.restriction));
   result.pieces = static_cast<std::uint32_t>(report.pieces);

@@ -6,6 +6,7 @@
 
 #include "contact_flow/io/configuration.h"
 #include "contact_flow/io/samples.h"
+#include "contact_flow/ros/warnings.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -116,6 +117,7 @@ ContactTrajectory ToMsg(const SystemDescription& description, const Trajectory& 
   m.constraints = description.constraints;
   m.outcome = static_cast<std::uint8_t>(trajectory.status.outcome);
   m.message = trajectory.status.message;
+  WarnOfRun(trajectory, &m);
   m.duration = duration;
   m.t_end = trajectory.t_end();
   m.final_q = ToMsg(VectorRef(trajectory.FinalState().head(nq)));

@@ -11,6 +11,7 @@
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/directions.h"
 #include "contact_flow/ros/request.h"
+#include "contact_flow/ros/warnings.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -102,6 +103,7 @@ CovarianceResult Answer(const Setup& setup, const CovarianceRequest& request) {
   const BDerivative B = DifferentiateOutcome(system, trajectory, options);
   result.outcome = static_cast<std::uint8_t>(B.status.outcome);
   result.message = B.status.message;
+  WarnOfRun(trajectory, &result);
   result.final_q = ToMsg(VectorRef(trajectory.FinalState().head(system.num_positions())));
   result.final_v = ToMsg(VectorRef(trajectory.FinalState().tail(system.dof())));
   if (!B.status.ok()) return result;

@@ -7,6 +7,7 @@
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/nearest_name.h"
+#include "contact_flow/ros/warnings.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -130,13 +131,15 @@ Directions Admit(const Setup& setup, const Run& run, const Directions& asked, bo
     kept.vectors.push_back(admissible ? w : p);
   }
   if (!left_out.empty()) {
-    kept.note =
-        "left out, because they leave the initial contact mode " + label + ": " + Join(left_out);
+    kept.warnings.push_back(MakeWarning(
+        ResultWarning::LEFT_OUT,
+        "left out, because they leave the initial contact mode " + label + ": " + Join(left_out)));
   }
   if (!projected.empty()) {
-    kept.note += (kept.note.empty() ? "" : "; ") +
-                 std::string("projected on the directions that ") +
-                 "keep the initial contact mode " + label + ": " + Join(projected);
+    kept.warnings.push_back(
+        MakeWarning(ResultWarning::PROJECTED,
+                    "projected on the directions that keep the initial contact mode " + label +
+                        ": " + Join(projected)));
   }
   if (!out_of_domain.empty()) {
     kept.note += (kept.note.empty() ? "" : "; ") +

@@ -7,6 +7,7 @@
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/request.h"
+#include "contact_flow/ros/warnings.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -60,6 +61,7 @@ TrajectoryLinearization Answer(const Setup& setup, const LinearizationRequest& r
   result.inputs = names.inputs;
   result.outcome = static_cast<std::uint8_t>(trajectory.status.outcome);
   result.message = trajectory.status.message;
+  WarnOfRun(trajectory, &result);
   result.duration = run.duration;
   if (!trajectory.status.ok()) return result;
   for (const IntervalLinearization& interval : Linearize(system, trajectory, options)) {

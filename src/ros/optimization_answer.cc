@@ -11,6 +11,7 @@
 #include "contact_flow/ros/analysis_messages.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/request.h"
+#include "contact_flow/ros/warnings.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -147,6 +148,7 @@ OptimizationResult Answer(const Setup& setup, const OptimizationRequest& request
   if (found.status == DescentStatus::kUndefined) return result;
   const OutcomeProblem best = WithUnknowns(system, problem, found.y);
   const Trajectory run = Simulate(system, best.x, best.u, best.duration, best.simulate);
+  WarnOfRun(run, &result);
   result.final_q = ToMsg(VectorRef(run.FinalState().head(system.num_positions())));
   result.final_v = ToMsg(VectorRef(run.FinalState().tail(system.dof())));
   return result;

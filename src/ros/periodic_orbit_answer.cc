@@ -14,6 +14,7 @@
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/poincare_answer.h"
 #include "contact_flow/ros/request.h"
+#include "contact_flow/ros/warnings.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -156,6 +157,7 @@ PeriodicOrbitResult Answer(const Setup& setup, const PeriodicOrbitRequest& reque
   }
   result.residual = ToMsg(VectorRef(found.newton.residual));
   result.orbit = ToMsg(system, Reduce(system, found.x, std::move(found.orbit), neutral));
+  Warn(result.orbit.warnings, &result);
   return result;
 }
 

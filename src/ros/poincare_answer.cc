@@ -10,6 +10,7 @@
 #include "contact_flow/ros/analysis_messages.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/request.h"
+#include "contact_flow/ros/warnings.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -100,9 +101,11 @@ AssessedReturn Reduce(const MechanicalSystem& system, const VectorRef& x, Poinca
   if (r.status != ReturnStatus::kReturned) return assessed;
   assessed.reducible = r.reduced.rows() == r.reduced.cols() && r.reduced.rows() > 0;
   if (!assessed.reducible) {
-    assessed.note =
+    assessed.warnings.push_back(MakeWarning(
+        ResultWarning::NOT_REDUCIBLE,
         "the contact mode at the return is another than at the start: DP is no map of one "
-        "space into itself";
+        "space into itself",
+        r.time));
     return assessed;
   }
   const Matrix seen = r.start_basis.transpose() * neutral;
@@ -122,7 +125,7 @@ AssessedReturn Reduce(const MechanicalSystem& system, const VectorRef& x, Poinca
   if (assessed.reduced.residual > kNeutral) {
     std::ostringstream note;
     note << "the neutral directions are none: residual " << assessed.reduced.residual;
-    assessed.note = note.str();
+    assessed.warnings.push_back(MakeWarning(ResultWarning::NOT_NEUTRAL, note.str()));
   }
   return assessed;
 }
@@ -153,7 +156,9 @@ PoincareResult ToMsg(const MechanicalSystem& system, const AssessedReturn& asses
   result.constraints = names.constraints;
   result.outcome = static_cast<std::uint8_t>(one.status);
   if (one.status == ReturnStatus::kRefused) result.outcome = Response::REFUSED;
-  result.message = one.message.empty() ? assessed.note : one.message;
+  result.message = one.message;
+  WarnOfRun(one.trajectory, &result);
+  for (const ResultWarning& warning : assessed.warnings) Warn(warning, &result);
   result.time = one.time;
   if (!one.trajectory.arcs.empty()) {
     result.modes = ToModeIntervals(names.constraints, one.trajectory);

@@ -7,6 +7,7 @@
 #include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/directions.h"
+#include "contact_flow/ros/warnings.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -79,8 +80,9 @@ OutcomePrediction Predict(const Snapshot& snapshot, const PredictionRequest& req
   const BDerivative derivative = DifferentiateOutcome(system, outcome, setup.derivative_options);
   prediction.outcome = static_cast<std::uint8_t>(derivative.status.outcome);
   prediction.message = derivative.status.message;
+  WarnOfRun(outcome, &prediction);
   if (!derivative.status.ok()) return prediction;
-  if (!directions.note.empty()) prediction.message = directions.note;
+  for (const ResultWarning& warning : directions.warnings) Warn(warning, &prediction);
   prediction.direction_names = directions.names;
   const auto count = static_cast<Eigen::Index>(directions.vectors.size());
   const double size = request.size > 0 ? request.size : kUsualSize;

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "contact_flow/ros/conversions.h"
+#include "contact_flow/ros/warnings.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -174,22 +175,29 @@ void Simulator::Go() {
   if (stepping_) {
     if (event && !session_.changes_input()) ++stepping_->passed;
     if (stepping_->wanted > 0 && stepping_->passed >= stepping_->wanted) {
-      EndSteps("");
+      EndSteps({});
     } else if (now >= stepping_->end) {
-      EndSteps(stepping_->wanted > 0 ? "no more events in this time" : "");
+      std::vector<ResultWarning> warnings;
+      if (stepping_->wanted > 0) {
+        warnings = {MakeWarning(ResultWarning::NO_MORE_EVENTS, "no more events in this time", now)};
+      }
+      EndSteps(warnings);
     }
   }
   if (ended) {
-    EndSteps(session_.status().message);
-    ROS_WARN("simulator: %s", session_.status().message.c_str());
+    const Status& status = session_.status();
     paused_ = true;
+    pause_ = "paused, since the run before has come to its end: " + status.message;
+    EndSteps({MakeWarning(static_cast<std::uint8_t>(status.outcome), status.message, now)});
+    ROS_WARN("simulator: %s", status.message.c_str());
+    Note(false);
   }
 }
 
-void Simulator::EndSteps(const std::string& note) {
+void Simulator::EndSteps(const std::vector<ResultWarning>& warnings) {
   if (!stepping_) return;
   touched_ = true;
-  stepping_->done.set_value({session_.now(), stepping_->passed, note});
+  stepping_->done.set_value({session_.now(), stepping_->passed, warnings, ConditionNow()});
   stepping_.reset();
 }
 

@@ -6,6 +6,7 @@
 
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/simulator.h"
+#include "contact_flow/ros/warnings.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -15,23 +16,36 @@ constexpr double kFarAhead = 3600;      // [s] for which inputs may be told
 constexpr double kLongestSteps = 1e6;   // [s]
 constexpr double kUsualEventWait = 10;  // [s]
 
+std::string EndOfRun(const Status& status) {
+  return "the run has come to its end: " + status.message + "; reset it or set a state";
+}
+
 }  // namespace
 
+SimulatorCondition Simulator::ConditionNow() const {
+  const Status& status = session_.status();
+  SimulatorCondition condition;
+  condition.paused = paused_;
+  condition.outcome = static_cast<std::uint8_t>(status.outcome);
+  condition.why = !status.ok() ? EndOfRun(status) : paused_ ? pause_ : "";
+  return condition;
+}
+
 void Simulator::Pause() {
-  Call([this](Session&) {
+  Call([this](Session& session) {
     paused_ = true;
+    pause_ = "paused by pause_physics";
     touched_ = true;
-    EndSteps("paused");
+    EndSteps({MakeWarning(ResultWarning::STEP_CUT, "paused", session.now())});
   });
 }
 
 void Simulator::Unpause() {
   Call([this](Session& session) {
     if (!session.status().ok()) {
-      throw std::invalid_argument("the run has come to its end: " + session.status().message +
-                                  "; reset it or set a state");
+      throw std::invalid_argument(EndOfRun(session.status()));
     }
-    EndSteps("unpaused");
+    EndSteps({MakeWarning(ResultWarning::STEP_CUT, "unpaused", session.now())});
     paused_ = false;
     pace_.Anchor(session.now(), pace_.factor());
     if (!parameters_.publish_clock && !ros::Time::now().isZero()) {
@@ -40,26 +54,27 @@ void Simulator::Unpause() {
   });
 }
 
-Simulator::Steps Simulator::Step(double seconds, std::uint32_t events) {
-  if (!(seconds >= 0) || seconds > kLongestSteps) {
-    throw std::invalid_argument("seconds is " + std::to_string(seconds) + ", expected 0 to 1e6");
-  }
-  if (seconds == 0 && events == 0) {
-    throw std::invalid_argument("seconds and events are both 0, expected one of them");
-  }
-  std::future<Steps> done = Call([=](Session& session) {
+Simulator::Steps Simulator::Step(double seconds, std::uint32_t events,
+                                 SimulatorCondition* condition) {
+  const auto begin = [=](Session& session) {
+    if (!(seconds >= 0) || seconds > kLongestSteps) {
+      throw std::invalid_argument("seconds is " + std::to_string(seconds) + ", expected 0 to 1e6");
+    }
+    if (seconds == 0 && events == 0) {
+      throw std::invalid_argument("seconds and events are both 0, expected one of them");
+    }
     if (!paused_) throw std::invalid_argument("the simulation is running: pause_physics first");
     if (stepping_) throw std::invalid_argument("steps are being taken already");
     if (!session.status().ok()) {
-      throw std::invalid_argument("the run has come to its end: " + session.status().message +
-                                  "; reset it or set a state");
+      throw std::invalid_argument(EndOfRun(session.status()));
     }
     stepping_.emplace();
     stepping_->end = session.now() + (seconds > 0 ? seconds : kUsualEventWait);
     stepping_->wanted = events;
     stepping_->passed = 0;
     return stepping_->done.get_future();
-  });
+  };
+  std::future<Steps> done = Call(begin, condition);
   try {
     return done.get();
   } catch (const std::future_error&) {
@@ -117,6 +132,7 @@ void Simulator::Note(bool published) {
   const Margins margins = session_.margins();
   const Vector force = session_.status().ok() ? session_.Force() : Vector();
   const SystemDescription& description = session_.setup()->system->description();
+  const std::string why = ConditionNow().why;
   const double late = published && !stepping_ ? pace_.Lateness(session_.now()) : 0;
   const std::lock_guard<std::mutex> lock(mutex_);
   lateness_ = std::max(lateness_, late);
@@ -124,6 +140,7 @@ void Simulator::Note(bool published) {
   status_.paused = paused_;
   status_.outcome = static_cast<std::uint8_t>(session_.status().outcome);
   status_.message = session_.status().message;
+  status_.why = why;
   status_.epoch = session_.epoch();
   status_.events = session_.events();
   status_.t = session_.now();

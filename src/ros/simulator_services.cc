@@ -7,6 +7,7 @@
 
 #include "contact_flow/ros/handler.h"
 #include "contact_flow/ros/prediction.h"
+#include "contact_flow/ros/warnings.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -14,16 +15,16 @@ namespace {
 
 constexpr double kStatusPeriod = 0.4;  // [s]; the bag is behind by less than a second
 
-/// For services without an answer: a refusal is a failed call.
+/// For services without an answer: a refusal is a failed call. roscpp hands what is thrown here on
+/// to the client as the reason, which `false` would not.
 template <class Body>
 bool Simply(const char* service, const Body& body) {
   try {
     body();
-    return true;
   } catch (const std::exception& error) {
-    ROS_WARN("%s: %s", service, error.what());
-    return false;
+    throw std::runtime_error(std::string(service) + ": " + error.what());
   }
+  return true;
 }
 
 }  // namespace
@@ -89,57 +90,68 @@ bool SimulatorServices::ResetWorld(Empty::Request&, Empty::Response&) {
 
 bool SimulatorServices::Step(StepSimulation::Request& in, StepSimulation::Response& out) {
   return Guard("step", &out, [&] {
-    const Simulator::Steps steps = simulator_->Step(in.seconds, in.events);
+    const Simulator::Steps steps = simulator_->Step(in.seconds, in.events, &out.condition);
     out.t = steps.t;
     out.events = steps.events;
-    out.message = steps.note;
+    out.condition = steps.condition;
+    Warn(steps.warnings, &out);
   });
 }
 
 bool SimulatorServices::SetState(SetSimulatorState::Request& in, SetSimulatorState::Response& out) {
   return Guard("set_state", &out, [&] {
-    out.state = simulator_->Call([&](Session& session) {
-      session.SetState(in.state);
-      return session.StateMsg();
-    });
+    out.state = simulator_->Call(
+        [&](Session& session) {
+          session.SetState(in.state);
+          return session.StateMsg();
+        },
+        &out.condition);
   });
 }
 
 bool SimulatorServices::GetState(GetSimulatorState::Request&, GetSimulatorState::Response& out) {
   return Guard("get_state", &out, [&] {
-    out.state = simulator_->Call([&](Session& session) {
-      out.paused = simulator_->PausedNow();
-      return session.StateMsg();
-    });
+    out.state = simulator_->Call(
+        [&](Session& session) {
+          out.paused = simulator_->PausedNow();
+          return session.StateMsg();
+        },
+        &out.condition);
   });
 }
 
 bool SimulatorServices::SetInputs(SetInput::Request& in, SetInput::Response& out) {
   return Guard("set_input", &out, [&] {
-    out.t = simulator_->Call([&](Session& session) {
-      const double t = in.at != 0 ? in.at : session.now();
-      session.SetInput(t, in.names, in.values);
-      return t;
-    });
+    out.t = simulator_->Call(
+        [&](Session& session) {
+          const double t = in.at != 0 ? in.at : session.now();
+          session.SetInput(t, in.names, in.values);
+          return t;
+        },
+        &out.condition);
   });
 }
 
 bool SimulatorServices::Push(ApplyImpulse::Request& in, ApplyImpulse::Response& out) {
   return Guard("apply_impulse", &out, [&] {
-    out.state = simulator_->Call([&](Session& session) {
-      session.ApplyImpulse(in.names, in.impulse);
-      return session.StateMsg();
-    });
+    out.state = simulator_->Call(
+        [&](Session& session) {
+          session.ApplyImpulse(in.names, in.impulse);
+          return session.StateMsg();
+        },
+        &out.condition);
   });
 }
 
 bool SimulatorServices::SetParameters(SetSimulatorParameters::Request& in,
                                       SetSimulatorParameters::Response& out) {
   return Guard("set_parameters", &out, [&] {
-    out.state = simulator_->Call([&](Session& session) {
-      session.SetParameters(in.names, in.values);
-      return session.StateMsg();
-    });
+    out.state = simulator_->Call(
+        [&](Session& session) {
+          session.SetParameters(in.names, in.values);
+          return session.StateMsg();
+        },
+        &out.condition);
   });
 }
 
@@ -152,12 +164,14 @@ bool SimulatorServices::Mark(MarkInstant::Request& in, MarkInstant::Response& ou
     asked.by_inputs = in.by_inputs;
     asked.by_parameters = in.by_parameters;
     asked.clear = in.clear;
-    const Directions marked = simulator_->Call([&](Session& session) {
-      out.t = session.now();
-      return session.Mark(asked);
-    });
+    const Directions marked = simulator_->Call(
+        [&](Session& session) {
+          out.t = session.now();
+          return session.Mark(asked);
+        },
+        &out.condition);
     out.directions = marked.names;
-    out.message = marked.note;
+    Warn(marked.warnings, &out);
   });
 }
 
@@ -169,8 +183,8 @@ bool SimulatorServices::PredictFrom(PredictOutcome::Request& in, PredictOutcome:
     request.direction_matrix = in.direction_matrix;
     request.project_directions = in.project_directions;
     request.size = in.size;
-    const Snapshot snapshot =
-        simulator_->Call([&](Session& session) { return session.AskPrediction(&request); });
+    const Snapshot snapshot = simulator_->Call(
+        [&](Session& session) { return session.AskPrediction(&request); }, &out.condition);
     out.prediction = Predict(snapshot, request, [] { return !ros::ok(); });
     out.outcome = out.prediction.outcome;
     out.message = out.prediction.message;

@@ -2,6 +2,7 @@
 #include "contact_flow/ros/stability_answer.h"
 
 #include <algorithm>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 
@@ -10,6 +11,7 @@
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/poincare_answer.h"
 #include "contact_flow/ros/request.h"
+#include "contact_flow/ros/warnings.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -37,6 +39,8 @@ StabilityOptions Resolve(const Setup& setup, const StabilityRequest& request) {
       ResolveCount("max_linear_programs", request.max_linear_programs,
                    static_cast<int>(options.max_linear_programs), kMaxPrograms);
   options.cancelled = setup.options.cancelled;
+  options.consistency = ResolveConsistency(request.map_tolerance, request.max_linear_programs,
+                                           !request.map.empty(), setup);
   return options;
 }
 
@@ -51,13 +55,12 @@ bool FindMap(const Setup& setup, const StabilityRequest& request, PiecewiseLinea
   result->distance = assessed.distance;
   result->message = assessed.one.message;
   if (assessed.one.status != ReturnStatus::kReturned || !assessed.reducible) {
-    if (result->message.empty()) result->message = assessed.note;
+    for (const ResultWarning& warning : assessed.warnings) Warn(warning, result);
     return false;
   }
-  if (!assessed.note.empty()) {  // the quotient would be of no map
-    result->message = assessed.note;
-    return false;
-  }
+  WarnOfRun(assessed.one.trajectory, result);
+  for (const ResultWarning& warning : assessed.warnings) Warn(warning, result);
+  if (!assessed.warnings.empty()) return false;  // the quotient would be of no map
   *map = assessed.reduced.map;
   result->basis = ToMsg(MatrixRef(assessed.reduced.basis));
   result->neutral_residual = assessed.reduced.residual;
@@ -102,7 +105,7 @@ void Assess(const PiecewiseLinearMap& map, const StabilityOptions& options,
 StabilityResult Answer(const Setup& setup, const StabilityRequest& request) {
   StabilityResult result;
   result.model = setup.system->description().name;
-  const StabilityOptions options = Resolve(setup, request);
+  StabilityOptions options = Resolve(setup, request);
   const StabilityCertificate given = ToCertificate("certificate", request.certificate);
   PiecewiseLinearMap map;
   result.outcome = Response::NO_MAP;
@@ -113,17 +116,27 @@ StabilityResult Answer(const Setup& setup, const StabilityRequest& request) {
                                 std::to_string(kMaxSize) + " rows");
   }
   result.map = ToMsg(map);
-  if (given.test != StabilityTest::kNone) {
+  const MapConsistency consistency = CheckMap(map, !request.map.empty(), &options.consistency);
+  if (consistency.defect == MapDefect::kUndecided) {
+    Warn(MakeWarning(ResultWarning::MAP_UNCHECKED, consistency.message), &result);
+  }
+  const std::string warnings = result.message;
+  if (!consistency.usable) {
+    result.outcome = Response::UNDETERMINED;
+    result.message = "undetermined: " + consistency.message;
+    result.growth_above = std::numeric_limits<double>::infinity();
+  } else if (given.test != StabilityTest::kNone) {
     result.certificate = request.certificate;
     result.test = StabilityTestName(given.test);
     Check(map, given, options, &result);
   } else {
     Assess(map, options, &result);
   }
+  if (consistency.usable) AddNote(warnings, &result);
   if (result.distance > kOnOrbit) {
     std::ostringstream note;
-    note << result.message << "; but the state is no fixed point, |P(x) - x| = " << result.distance;
-    result.message = note.str();
+    note << "but the state is no fixed point, |P(x) - x| = " << result.distance;
+    Warn(MakeWarning(ResultWarning::NO_FIXED_POINT, note.str()), &result);
   }
   if (options.cancelled && options.cancelled()) result.outcome = kAnalysisCancelled;
   return result;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <Eigen/LU>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -56,6 +57,55 @@ inline PiecewiseLinearMap Fan(const std::vector<double>& angles, const Matrix& i
     pieces.push_back(piece);
   }
   return PiecewiseLinearMap(pieces);
+}
+
+/// w ↦ (max_k c_k·w) b + A w, continuous by its form; its cones are no arrangement of hyperplanes.
+inline PiecewiseLinearMap Maximum(const Matrix& A, const Vector& b, const Matrix& C) {
+  std::vector<LinearPiece> pieces;
+  for (Eigen::Index k = 0; k < C.rows(); ++k) {
+    LinearPiece piece;
+    piece.matrix = A + b * C.row(k);
+    piece.cone.resize(C.rows() - 1, C.cols());
+    Eigen::Index row = 0;
+    for (Eigen::Index j = 0; j < C.rows(); ++j) {
+      if (j != k) piece.cone.row(row++) = (C.row(k) - C.row(j)).normalized();
+    }
+    if (HasInterior(piece.cone)) pieces.push_back(piece);
+  }
+  return PiecewiseLinearMap(pieces);
+}
+
+/// Sums of folds, maxima, fans of the plane and compositions of them, whose faces do not match one
+/// to one; 1 to 64 pieces in up to 14 dimensions.
+inline PiecewiseLinearMap RandomRightMap(std::mt19937* generator) {
+  const auto pick = [&](int from, int to) {
+    return from + static_cast<int>((*generator)() % static_cast<unsigned>(to - from + 1));
+  };
+  const int n = pick(1, 14), kind = pick(0, 5);
+  if (kind == 0) {
+    const int h = pick(1, 6), r = pick(1, n);
+    return SumOfFolds(RandomMatrix(r, n, generator), RandomMatrix(r, h, generator),
+                      RandomMatrix(h, n, generator));
+  }
+  if (kind == 1) {
+    const int rays = pick(3, 64);
+    std::vector<double> angles;
+    std::uniform_real_distribution<double> jitter(0, 0.4);
+    for (int k = 0; k < rays; ++k) angles.push_back(2 * M_PI * (k + jitter(*generator)) / rays);
+    return Fan(angles, RandomMatrix(2, rays, generator));
+  }
+  if (kind <= 3) {
+    return Maximum(RandomMatrix(n, n, generator), RandomMatrix(n, 1, generator),
+                   RandomMatrix(pick(2, 12), n, generator));
+  }
+  const PiecewiseLinearMap inner = Maximum(
+      RandomMatrix(n, n, generator), RandomMatrix(n, 1, generator), RandomMatrix(4, n, generator));
+  const PiecewiseLinearMap outer =
+      kind == 4 ? Maximum(RandomMatrix(n, n, generator), RandomMatrix(n, 1, generator),
+                          RandomMatrix(4, n, generator))
+                : SumOfFolds(RandomMatrix(n, n, generator), RandomMatrix(n, 2, generator),
+                             RandomMatrix(2, n, generator));
+  return outer.After(inner);
 }
 
 }  // namespace test

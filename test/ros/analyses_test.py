@@ -13,8 +13,8 @@ import rospy
 import rostest
 from client import Client, executable, matrix
 from contact_flow.msg import (
-    DerivativePiece, InitialState, InputGrid, PoincareRequest, ReturnSection, RowMajorMatrix,
-    StabilityProof)
+    DerivativePiece, InitialState, InputGrid, PoincareRequest, ResultWarning, ReturnSection,
+    RowMajorMatrix, StabilityProof)
 
 FEET = ["body_x", "left_foot_x", "right_foot_x"]
 APEX = ReturnSection(kind="apex", name="body_z")
@@ -149,6 +149,49 @@ class Stability(unittest.TestCase):
             return_map=PoincareRequest(section=APEX, translation=FEET, state=state))
         self.assertTrue(answer.success)
         self.assertIn("no fixed point", answer.message)
+        self.assertEqual([w.code for w in answer.warnings], [ResultWarning.NO_FIXED_POINT])
+        self.assertEqual(answer.result.warnings, answer.warnings)
+
+    def test_pieces_that_are_no_map_are_refused_whatever_their_norms(self):
+        client = Client("pendulum")
+        half, third = 0.5 * np.eye(2), np.eye(2) / 3
+        quadrants = [piece(half, np.diag([a, b])) for a in (1, -1) for b in (1, -1)]
+        norm = StabilityProof(test=StabilityProof.NORM_TWO, bound=0.6)
+        self.assertEqual(client.assess_stability(map=quadrants).outcome, 0)
+        self.assertTrue(client.assess_stability(map=quadrants, certificate=norm).result.verified)
+        for pieces, part in (
+                ([piece(half, [1, 0]), piece(third, [-1, 0])], "pieces 0 and 1 disagree"),
+                (quadrants[:1], "no piece's cone holds the direction"),
+                (quadrants[:3], "behind a face of piece"),
+                (quadrants + [piece(third, [1, 0])], "overlap, and differ: at w = (")):
+            for fields in ({}, {"certificate": norm}):
+                answer = client.assess_stability(map=pieces, **fields)
+                self.assertEqual((answer.success, answer.outcome), (False, 255), answer.message)
+                self.assertIn("map: the pieces are not one continuous map", answer.message)
+                self.assertIn(part, answer.message)
+            answer = client.assess_controllability(map=pieces)
+            self.assertEqual((answer.success, answer.outcome), (False, 255), answer.message)
+            self.assertIn(part, answer.message)
+
+    def test_the_tolerance_of_the_check_may_be_stated(self):
+        client = Client("pendulum")
+        bent = [piece(np.diag([0.5, 0.5]), [1, 0]), piece(np.diag([0.5, 0.50001]), [-1, 0])]
+        self.assertFalse(client.assess_stability(map=bent).success)
+        self.assertEqual(client.assess_stability(map=bent, map_tolerance=1e-4).outcome, 0)
+        self.assertIn("map_tolerance", client.assess_stability(map=bent, map_tolerance=0.5).message)
+
+    def test_a_map_that_could_not_be_checked_is_not_believed(self):
+        client = Client("pendulum")
+        quadrants = [piece(0.5 * np.eye(2), np.diag([a, b])) for a in (1, -1) for b in (1, -1)]
+        norm = StabilityProof(test=StabilityProof.NORM_TWO, bound=0.6)
+        for answer in (client.assess_stability(map=quadrants, max_linear_programs=1),
+                       client.assess_stability(map=quadrants, max_linear_programs=1, certificate=norm),
+                       client.assess_controllability(map=quadrants, max_linear_programs=1)):
+            self.assertTrue(answer.success, answer.message)
+            self.assertEqual(answer.outcome, 2, answer.message)
+            self.assertIn("undetermined: unchecked: 4 pieces", answer.message)
+            self.assertEqual([w.code for w in answer.warnings], [ResultWarning.MAP_UNCHECKED])
+            self.assertFalse(getattr(answer.result, "verified", False))
 
     def test_traps(self):
         client = Client("pendulum")

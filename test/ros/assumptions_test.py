@@ -7,7 +7,7 @@ import unittest
 import rospy
 import rostest
 from client import Client
-from contact_flow.msg import InitialState
+from contact_flow.msg import InitialState, ResultWarning
 from contact_flow.srv import CheckAssumptionsResponse as Outcome
 
 
@@ -67,6 +67,9 @@ class Assumptions(unittest.TestCase):
             for force, wanted in zip(table.forces, forces):
                 self.assertAlmostEqual(force, wanted, places=7)
             self.assertEqual("'table' is regained" in answer.message, fate == "regained")
+            codes = [ResultWarning.FIRST_ORDER_ONLY] if fate == "regained" else []
+            self.assertEqual([w.code for w in answer.warnings], codes)
+            self.assertTrue(all(w.t == meeting.t for w in answer.warnings))
         rigid = Client("rigid").check_assumptions().report.transitions[0]
         self.assertEqual((rigid.selections, rigid.force_jumps), ("not computed", []))
 

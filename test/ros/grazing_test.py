@@ -7,7 +7,7 @@ import unittest
 import rospy
 import rostest
 from client import Client
-from contact_flow.msg import InitialState, RowMajorMatrix, SimulationOptions
+from contact_flow.msg import InitialState, ResultWarning, RowMajorMatrix, SimulationOptions
 from contact_flow.srv import ComputeBDerivativeResponse as Outcome
 
 TIGHT = SimulationOptions(relative_tolerance=1e-12, absolute_tolerance=1e-12)
@@ -34,10 +34,15 @@ class Grazing(unittest.TestCase):
                 self.assertAlmostEqual(warning.t, math.sqrt(CRITICAL) / 9.81, delta=1e-5)
                 self.assertAlmostEqual(warning.value, value, delta=0.01 * value)
                 self.assertLess(warning.value, warning.threshold)
+                coded, = answer.warnings
+                self.assertEqual((coded.code, coded.t), (ResultWarning.NEAR_GRAZING, warning.t))
+                self.assertIn(coded.message, answer.message)
+                self.assertEqual(answer.trajectory.warnings, answer.warnings)
             derivative = client.b_derivative(**thrown(squared))
             self.assertEqual(derivative.outcome, Outcome.OK, derivative.message)
             self.assertIn("near grazing: ", derivative.message)
             self.assertEqual(derivative.derivative.near_grazing[0].kind, kind)
+            self.assertEqual([w.code for w in derivative.warnings], [ResultWarning.NEAR_GRAZING])
 
     def test_the_derivative_says_how_far_it_holds(self):
         client = Client("ceiling")
@@ -56,7 +61,9 @@ class Grazing(unittest.TestCase):
         self.assertEqual(client.b_derivative(**thrown(CRITICAL)).outcome, Outcome.GRAZING)
         nominal = client.simulate()
         self.assertEqual((nominal.message, nominal.trajectory.near_grazing), ("", []))
-        self.assertEqual(client.b_derivative().message, "")
+        self.assertEqual(nominal.warnings, [])
+        derivative = client.b_derivative()
+        self.assertEqual((derivative.message, derivative.warnings), ("", []))
 
 
 if __name__ == "__main__":

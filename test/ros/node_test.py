@@ -10,7 +10,7 @@ import rostest
 from client import Client, case, labels, matrix
 from contact_flow.msg import (
     ContactTrajectory, InitialState, ModelDescription, ModeSequence, OutcomeDerivative,
-    RowMajorMatrix, SimulationOptions)
+    ResultWarning, RowMajorMatrix, SimulationOptions)
 from contact_flow.srv import ComputeBDerivativeResponse as Outcome
 
 TIGHT = SimulationOptions(relative_tolerance=1e-12, absolute_tolerance=1e-12)
@@ -184,12 +184,17 @@ class Differentiate(unittest.TestCase):
         self.assertIn("+x", by_default.derivative.direction_names)
         self.assertIn("+y", by_default.message)
         self.assertIn("{floor}", by_default.message)
+        self.assertEqual([w.code for w in by_default.warnings], [ResultWarning.LEFT_OUT])
+        self.assertIn("+y", by_default.warnings[0].message)
         asked = client.b_derivative(directions=["x", "+y"])
         self.assertFalse(asked.success)
         self.assertIn("+y", asked.message)
         projected = client.b_derivative(directions=["x", "+y"], project_directions=True)
         self.assertTrue(projected.success, projected.message)
         self.assertIn("+y", projected.message)
+        self.assertEqual([w.code for w in projected.warnings], [ResultWarning.PROJECTED])
+        compared = client.compare(directions=["+y"], project_directions=True, alphas=[1e-3])
+        self.assertEqual([w.code for w in compared.warnings], [ResultWarning.PROJECTED])
         self.assertTrue(numpy.array_equal(matrix(projected.derivative.directions)[1],
                                           numpy.zeros(6)))
 

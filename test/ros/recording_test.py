@@ -3,6 +3,7 @@
 """What was answered is on disk: bags after SIGKILL, on a full disk, and under verify_bag."""
 import glob
 import io
+import math
 import os
 import resource
 import shutil
@@ -18,7 +19,8 @@ import rosbag
 import rospy
 import rostest
 from client import Client, executable, wait_until
-from contact_flow.msg import ContactTrajectory, InputGrid, SimulationOptions
+from contact_flow.msg import (
+    ContactTrajectory, InitialState, InputGrid, ResultWarning, SimulationOptions)
 from contact_flow.srv import SimulateTrajectoryResponse
 
 
@@ -207,6 +209,29 @@ class Recording(unittest.TestCase):
         same = os.path.join(self.directory, "same.bag")
         rewrite(path, same, nothing)
         self.assertEqual(verify(same)[0], 0)
+
+    def test_warnings_are_recorded_and_verified(self):
+        client = self.start("_model:=ceiling")
+        path = client.start_recording(name="warned").path
+        # 0.1 um below the ceiling, 1 m up
+        state = InitialState(q=[0], v=[math.sqrt(2 * 9.81 * (1 - 1e-7))])
+        answer = client.simulate(state=state, duration=0.8)
+        self.assertEqual([w.code for w in answer.warnings], [ResultWarning.NEAR_GRAZING])
+        self.assertEqual(client.b_derivative(state=state, duration=0.8).warnings, answer.warnings)
+        self.stop()
+        with rosbag.Bag(path) as bag:
+            record = next(m for topic, m, _ in bag.read_messages() if topic.endswith("/trajectory"))
+        self.assertEqual([bits(w) for w in record.warnings], [bits(w) for w in answer.warnings])
+        self.assertEqual(verify(path)[0], 0)
+
+        def silence(topic, m):
+            if topic.endswith("record/simulation"):
+                m.result.warnings = []
+        silent = os.path.join(self.directory, "silent.bag")
+        rewrite(path, silent, silence)
+        code, output = verify(silent)
+        self.assertEqual(code, 1)
+        self.assertIn("DIFFERS", output)
 
     def test_verify_bag_is_not_content_with_nothing(self):
         empty = os.path.join(self.directory, "empty.bag")

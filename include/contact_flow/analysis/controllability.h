@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "contact_flow/derivative/map_consistency.h"
 #include "contact_flow/derivative/piecewise_linear_map.h"
 #include "contact_flow/types.h"
 
@@ -21,11 +22,14 @@ struct ControllabilityOptions {
   double rank_tolerance = 1e-9;
   int max_restrictions = 200;  ///< square restrictions tried when there are more inputs than states
   int max_candidates = 200;    ///< y tried when an unattained one is sought
+  /// Whether the pieces are a map at all is checked first.
+  MapConsistencyOptions consistency;
   std::function<bool()> cancelled;
 };
 
 struct ControllabilityReport {
   ControllabilityVerdict verdict = ControllabilityVerdict::kUndetermined;
+  MapConsistency consistency;  ///< not usable: nothing is said of the pieces, they are not a map
   Matrix reachable;    ///< orthonormal basis of the space that the pieces span together [r×k]
   Matrix restriction;  ///< orthonormal basis of the inputs that suffice [m×k]; I when m = k
   /// Of the square map that was examined, reachableᵀ f(restriction z):
@@ -51,7 +55,8 @@ Matrix ReachableBasis(const PiecewiseLinearMap& map, double rank_tolerance = 1e-
 std::vector<Vector> Preimages(const PiecewiseLinearMap& map, const VectorRef& y, bool* clear);
 
 /// Is the piecewise-linear map f: ℝᵐ → ℝʳ from inputs to states onto its reachable space ℝᵏ? To
-/// first order every state nearby is then reached. For m = k
+/// first order every state nearby is then reached. That the pieces are one continuous map is
+/// checked (CheckConsistency). For m = k
 ///   f is open iff it is coherently oriented, det A_i of one sign over all full-dimensional pieces
 ///   (Scholtes), onto if Σ sign det A_i ≠ 0 over the preimages of a generic y (its degree), a
 ///   homeomorphism iff it is coherently oriented and one generic y has exactly one preimage.

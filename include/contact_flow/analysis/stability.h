@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "contact_flow/derivative/map_consistency.h"
 #include "contact_flow/derivative/piecewise_linear_map.h"
 #include "contact_flow/types.h"
 
@@ -49,6 +50,8 @@ struct StabilityOptions {
   int max_word_length = 60;
   long max_words = 20000;             ///< examined
   long max_linear_programs = 100000;  ///< solved
+  /// Whether the pieces are a map at all is checked first.
+  MapConsistencyOptions consistency;
   /// Asked now and then; returning true ends the search, undetermined.
   std::function<bool()> cancelled;
 };
@@ -56,6 +59,7 @@ struct StabilityOptions {
 struct StabilityReport {
   StabilityVerdict verdict = StabilityVerdict::kUndetermined;
   StabilityCertificate certificate;
+  MapConsistency consistency;  ///< not usable: nothing is said of the pieces, they are not a map
   /// ‖fᵏ(y)‖ ≤ c·growth_aboveᵏ‖y‖ for every y; some y grows by growth_below per step (0: none was
   /// found).
   double growth_below = 0;
@@ -68,8 +72,8 @@ struct StabilityReport {
   std::string message;  ///< what decided, or why nothing did
 };
 
-/// Stability of x⁺ = f(x), f square, continuous and piecewise linear with pieces A_i on cones C_i.
-/// In turn:
+/// Stability of x⁺ = f(x), f square, continuous and piecewise linear with pieces A_i on cones C_i,
+/// which is checked (CheckConsistency). In turn:
 ///   1. contraction: one norm with ‖A_i‖ < 1 for all i: 1-, 2-, ∞-norm, then a common quadratic
 ///   norm;
 ///   2. words w = i₁ i₂ … with A_w = … A_{i₂} A_{i₁} on C_w = {y : fʲ(y) ∈ C_{i_{j+1}}}, by growing
@@ -86,8 +90,8 @@ struct StabilityReport {
 StabilityReport AssessStability(const PiecewiseLinearMap& map,
                                 const StabilityOptions& options = {});
 
-/// True when the certificate proves, from its data and the map's alone, what its test says. The
-/// certificate may come from anywhere; words are enumerated again, in at most `options`' budgets.
+/// True when the certificate proves, from its data and the map's alone, what its test says, and the
+/// pieces are one continuous map. Both may come from anywhere; words are enumerated again, in at most `options`' budgets.
 /// kWords needs the linear-programming library unless norms suffice.
 bool VerifyCertificate(const PiecewiseLinearMap& map, const StabilityCertificate& certificate,
                        const StabilityOptions& options = {});

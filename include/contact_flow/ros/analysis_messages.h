@@ -25,6 +25,14 @@ StabilityProof ToMsg(const StabilityCertificate& certificate);
 /// These throw std::invalid_argument, naming field and value, for what is not in order.
 Matrix ToMatrix(const std::string& field, const RowMajorMatrix& message);
 PiecewiseLinearMap ToMap(const std::string& field, const std::vector<DerivativePiece>& pieces);
+/// How a map is checked, as asked; 0: by default. One that is given is believed when it is known to
+/// be a map, one of ours unless it is known to be none.
+MapConsistencyOptions ResolveConsistency(double tolerance, std::uint32_t max_linear_programs,
+                                         bool given, const Setup& setup);
+/// Makes the check, once: `options` then say so. Throws std::invalid_argument when pieces that were
+/// given are not one continuous map.
+MapConsistency CheckMap(const PiecewiseLinearMap& map, bool given, MapConsistencyOptions* options);
+
 StabilityCertificate ToCertificate(const std::string& field, const StabilityProof& proof);
 /// Place of a name among those that are valid; `kind` is what it is called.
 int NameIndex(const std::string& field, const std::string& kind, const std::string& name,

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "contact_flow/ResultWarning.h"
 #include "contact_flow/RowMajorMatrix.h"
 #include "contact_flow/ros/request.h"
 
@@ -18,7 +19,7 @@ struct Directions {
   std::vector<std::string>
       names;  ///< "+left_foot_z", "-d/dt body_pitch", "+parameter stiffness", "direction_matrix[0]"
   std::vector<Vector> vectors;  ///< w = (δq, δv, δu, δp) [2d+k] each
-  std::string note;             ///< what was left out or projected, for the answer's message
+  std::vector<ResultWarning> warnings;  ///< of what was left out or projected
 };
 
 /// What else to differentiate by; throws std::invalid_argument for an unknown parameter.

@@ -35,6 +35,7 @@ template <class Record, class Response>
 void Deliver(Outlet* outlet, Record* record, Response* out) {
   out->outcome = record->result.outcome;
   out->message = record->result.message;
+  out->warnings = record->result.warnings;
   try {
     out->recorded = outlet->Deliver(record);
   } catch (const std::exception& error) {

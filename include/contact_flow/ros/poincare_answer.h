@@ -6,6 +6,7 @@
 
 #include "contact_flow/PoincareRequest.h"
 #include "contact_flow/PoincareResult.h"
+#include "contact_flow/ResultWarning.h"
 #include "contact_flow/ReturnSection.h"
 #include "contact_flow/analysis/poincare.h"
 #include "contact_flow/analysis/section.h"
@@ -24,7 +25,7 @@ struct AssessedReturn {
   double distance = 0;  ///< |P(x) ⊟ x|_∞
   bool reducible = false;
   ReducedMap reduced;  ///< without the neutral directions; its basis is one of tangents [2d×k]
-  std::string note;    ///< on what is not as it should be
+  std::vector<ResultWarning> warnings;  ///< on what is not as it should be
 };
 
 AssessedReturn AssessReturn(const Setup& setup, const PoincareRequest& request);

@@ -70,7 +70,7 @@ class Session {
   /// At simulated time t ≥ now() [s].
   void SetInput(double t, const std::vector<std::string>& names, const std::vector<double>& values);
 
-  /// Marks now, until the epoch ends; or removes the mark. Returns the directions, with a note of
+  /// Marks now, until the epoch ends; or removes the mark. Returns the directions, with warnings of
   /// what was left out or projected. Epoch and time of `asked` are not read.
   Directions Mark(SimulatorMark asked);
   bool marked() const { return run_->marked(); }

@@ -17,6 +17,8 @@
 #include <vector>
 
 #include "contact_flow/InputCommand.h"
+#include "contact_flow/ResultWarning.h"
+#include "contact_flow/SimulatorCondition.h"
 #include "contact_flow/SimulatorStatus.h"
 #include "contact_flow/ros/pace.h"
 #include "contact_flow/ros/session.h"
@@ -62,12 +64,15 @@ class Simulator {
   void Start();
 
   /// Carries out `command(session)` in the simulation thread, and returns what it returns or throws
-  /// what it throws. Throws std::runtime_error when the node shuts down meanwhile.
+  /// what it throws. `condition`, if not null, receives how it stands right after, in either case.
+  /// Throws std::runtime_error when the node shuts down meanwhile.
   template <class Command>
-  auto Call(Command command) {
+  auto Call(Command command, SimulatorCondition* condition = nullptr) {
     using Result = std::invoke_result_t<Command, Session&>;
-    std::packaged_task<Result()> task(
-        [this, command = std::move(command)] { return command(session_); });
+    std::packaged_task<Result()> task([this, command = std::move(command), condition] {
+      const Afterwards tell{this, condition};
+      return command(session_);
+    });
     std::future<Result> result = task.get_future();
     auto shared = std::make_shared<std::packaged_task<Result()>>(std::move(task));
     Post([shared] { (*shared)(); });
@@ -85,13 +90,17 @@ class Simulator {
   void Unpause();
   /// For commands.
   bool PausedNow() const { return paused_; }
+  /// Does it go on and, if not, why? For commands, too.
+  SimulatorCondition ConditionNow() const;
   struct Steps {
     double t = 0;
     std::uint32_t events = 0;
-    std::string note;
+    std::vector<ResultWarning> warnings;  ///< why it stopped before it was done
+    SimulatorCondition condition;
   };
-  /// While paused: goes on to now + seconds, or to so many events. Waits until done.
-  Steps Step(double seconds, std::uint32_t events);
+  /// While paused: goes on to now + seconds, or to so many events. Waits until done. `condition`
+  /// is told also when this throws, because it must not be.
+  Steps Step(double seconds, std::uint32_t events, SimulatorCondition* condition);
   void TakeInput(const InputCommand& input);
   void SetPace(double real_time_factor, double rate, double display_rate);
   /// Before Start, from the very beginning.
@@ -109,13 +118,22 @@ class Simulator {
     std::promise<Steps> done;
   };
 
+  /// Tells the condition when a command is over.
+  struct Afterwards {
+    const Simulator* simulator;
+    SimulatorCondition* condition;
+    ~Afterwards() {
+      if (condition != nullptr) *condition = simulator->ConditionNow();
+    }
+  };
+
   void Run();
   void RunCommands();
   void Wait(double seconds);
   /// Waits until t is due; false when the thread is to stop.
   bool WaitUntilDue(double t);
   void Go();
-  void EndSteps(const std::string& note);
+  void EndSteps(const std::vector<ResultWarning>& warnings);
   void AfterCommands();
   void CountTicks();
   /// What the session tells, to be published in its order.
@@ -139,6 +157,7 @@ class Simulator {
   Pace pace_;
   Stamps stamps_;
   bool paused_;
+  std::string pause_ = "paused from the start (~paused)";  // who has paused it
   bool touched_ = true;  // a command has changed something that is to be published
   std::uint32_t seen_epoch_ = 0;
   std::optional<Stepping> stepping_;

@@ -35,7 +35,7 @@ class SimulatorServices {
   void OfferSettings(const SimulatorParameters& parameters, ros::NodeHandle* node);
   using Empty = std_srvs::Empty;
   bool Pause(Empty::Request& in, Empty::Response& out);
-  /// False, which a client sees as a failed call, when the run has come to its end.
+  /// A failed call, with the reason, when the run has come to its end.
   bool Unpause(Empty::Request& in, Empty::Response& out);
   bool ResetSimulation(Empty::Request& in, Empty::Response& out);
   bool ResetWorld(Empty::Request& in, Empty::Response& out);

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "contact_flow/ResultWarning.h"
+#include "contact_flow/flow/trajectory.h"
+
+/// Warnings of results: a code for scripts in `warnings`, and the sentence in `message`, too.
+namespace contact_flow {
+namespace ros_interface {
+
+ResultWarning MakeWarning(std::uint8_t code, const std::string& message,
+                          double t = std::numeric_limits<double>::quiet_NaN());
+
+/// What a run has gone on from.
+std::vector<ResultWarning> ToMsg(const std::vector<Warning>& warnings);
+
+/// The first sentence, and how many more there are in `warnings`.
+std::string Summary(const std::vector<ResultWarning>& warnings);
+
+/// Appends a sentence to the message of a result.
+template <class Result>
+void AddNote(const std::string& note, Result* result) {
+  if (!note.empty()) result->message += (result->message.empty() ? "" : "; ") + note;
+}
+
+template <class Result>
+void Warn(const ResultWarning& warning, Result* result) {
+  result->warnings.push_back(warning);
+  AddNote(warning.message, result);
+}
+
+/// Many at once; the message has their summary.
+template <class Result>
+void Warn(const std::vector<ResultWarning>& warnings, Result* result) {
+  result->warnings.insert(result->warnings.end(), warnings.begin(), warnings.end());
+  AddNote(Summary(warnings), result);
+}
+
+/// What the run has gone on from, for a result made from it.
+template <class Result>
+void WarnOfRun(const Trajectory& trajectory, Result* result) {
+  Warn(ToMsg(trajectory.warnings), result);
+}
+
+}  // namespace ros_interface
+}  // namespace contact_flow
