@@ -5,6 +5,7 @@
 
 #include "contact_flow/derivative/event_map.h"
 #include "contact_flow/derivative/piecewise_linear_map.h"
+#include "contact_flow/derivative/trust.h"
 #include "contact_flow/flow/status.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/model/mechanical_system.h"
@@ -40,11 +41,16 @@ class BDerivative {
   Vector time;                   ///< F(φ(T, x)) [2d]
   std::vector<Matrix> arcs;      ///< Φ_0 … Φ_N [2d+k × 2d+k]
   std::vector<EventMap> events;  ///< B_1 … B_N
+  Trust trust;                   ///< the laws that it was held to, the errors that are left
+  /// Estimated relative errors of Φ_0, B_1, Φ_1, …, Φ_N: what Error is made of.
+  std::vector<double> part_errors;
 
   /// B(w) [2d] on one direction w [2d+k], or [2d] with (δu, δp) = 0, in polynomial time.
   Vector operator()(const VectorRef& w) const;
   /// The same with a change of the horizon.
   Vector operator()(double dt, const VectorRef& w) const;
+  /// Estimated error of B(w) [2d], absolute.
+  Vector Error(const VectorRef& w) const;
   /// Contact modes the perturbed run passes through, to first order, for the direction w.
   std::vector<ContactMode> PerturbedModes(const VectorRef& w) const;
   /// True when all selections agree: B is linear, the outcome is C¹ here.
