@@ -9,6 +9,8 @@
 
 #include "contact_flow/derivative/variation.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "error_estimate.h"
+#include "event_laws.h"
 
 namespace contact_flow {
 
@@ -161,12 +163,22 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
     derivative.events.emplace_back(dynamics[k], transition);
     derivative.status = derivative.events.back().status();
     if (!derivative.status.ok()) return derivative;
+    derivative.status = CheckEventLaws(dynamics[k].get(), dynamics[k + 1].get(), transition,
+                                       derivative.events.back(), &derivative.trust);
+    if (!derivative.status.ok()) return derivative;
   }
+  std::vector<double> errors;
   for (std::size_t k = first; k <= last; ++k) {
-    derivative.arcs.push_back(PropagateArc(dynamics[k].get(), arcs[k], options.tolerance));
+    VariationStatistics statistics;
+    derivative.arcs.push_back(
+        PropagateArc(dynamics[k].get(), arcs[k], options.tolerance, &statistics));
+    errors.push_back(statistics.error_estimate);
+    derivative.trust.flow_law = std::max(derivative.trust.flow_law, statistics.flow_law_residual);
   }
   derivative.time = dynamics[last]->Field(arcs[last].x_end, arcs[last].mode).head(2 * system.dof());
   derivative.CarryNeglected();
+  dynamics.erase(dynamics.begin(), dynamics.begin() + static_cast<std::ptrdiff_t>(first));
+  EstimateErrors(trajectory, first, dynamics, errors, &derivative);
   return derivative;
 }
 

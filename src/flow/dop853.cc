@@ -36,7 +36,8 @@ Dop853::Dop853(int n, Field field)
       x_end_(n),
       scratch_(n),
       stages_(dop853::kAllStages * n),
-      dense_(kDenseOrder * n) {}
+      dense_(kDenseOrder * n),
+      errors_(n) {}
 
 template <int J>
 void Dop853::Combine(double* __restrict out) const {
@@ -104,10 +105,13 @@ double Dop853::TryStep(double h, double relative_tolerance, double absolute_tole
     }
     const double scale =
         absolute_tolerance + relative_tolerance * std::max(std::abs(x_(i)), std::abs(x_end_(i)));
+    errors_(i) = e5;
     error5 += (e5 / scale) * (e5 / scale);
     error3 += (e3 / scale) * (e3 / scale);
   }
+  error_factor_ = 0;
   if (error5 == 0) return 0;
+  error_factor_ = std::abs(h) * std::sqrt(error5 / (error5 + 0.01 * error3));
   return std::abs(h) * error5 / std::sqrt(n_ * (error5 + 0.01 * error3));
 }
 

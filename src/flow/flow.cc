@@ -39,6 +39,8 @@ Flow::Flow(const MechanicalSystem& system, double t, const VectorRef& x, Contact
       mode_(mode),
       end_(t),
       x_end_(x),
+      arc_error_(system.space()),
+      run_error_(system.space()),
       next_clock_reading_(kStepsBetweenClockReadings) {
   if (on_manifold_) ProjectState(system_, &x_);
 }
@@ -192,14 +194,23 @@ const double* Flow::ProposedDense() {
   return stepper_.dense();
 }
 
+void Flow::TallyStep() {
+  if (new_arc_) arc_error_.Reset();
+  new_arc_ = false;
+  arc_error_.AddStep(stepper_);
+  run_error_.AddStep(stepper_);
+}
+
 bool Flow::Accept() {
   ++steps_;
+  TallyStep();
   t_ = end_;
   x_ = x_end_;
   guard_margins_ = locator_.margins();
   if (trigger_ < 0 && !implied_.Empty()) trigger_ = ImpliedThatMoved();
   if (trigger_ >= 0) {
     arc_begun_ = false;
+    new_arc_ = true;
     return PassTransition();
   }
   h_ = h_next_;
@@ -219,6 +230,7 @@ bool Flow::Cut(double t) {
     Stop(Outcome::kNonFinite, "the motion leaves the model's domain");
     return false;
   }
+  TallyStep();
   t_ = t;
   x_ = stepper_.end();
   arc_begun_ = false;
@@ -233,6 +245,7 @@ bool Flow::ChangeInput(const VectorRef& u) {
   if (!status_.ok()) return false;
   transition_ = std::move(resolved.transition);
   last_transition_ = t_;
+  new_arc_ = true;
   ++transitions_;
   mode_ = transition_.mode_after;
   return true;

@@ -18,6 +18,7 @@ Arc ArcFrom(const Flow& flow) {
   arc.u = flow.u();
   arc.t_begin = arc.t_end = flow.t();
   arc.x_begin = arc.x_end = flow.x();
+  arc.error = Vector::Zero(flow.arc_error().size());
   return arc;
 }
 
@@ -34,11 +35,14 @@ bool FlowArc(Flow* flow, double segment_end, double horizon, bool dense, Arc* ar
       if (!flow->Cut(segment_end)) return false;
       arc->t_end = flow->t();
       arc->x_end = flow->x();
+      arc->error = flow->arc_error();
       return false;
     }
     arc->t_end = flow->proposed_end();
     arc->x_end = flow->proposed_state();
-    if (flow->Accept()) return true;
+    const bool passed = flow->Accept();
+    arc->error = flow->arc_error();
+    if (passed) return true;
     if (!flow->status().ok()) return false;
   }
   return false;

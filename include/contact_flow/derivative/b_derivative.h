@@ -6,6 +6,7 @@
 #include "contact_flow/derivative/event_map.h"
 #include "contact_flow/derivative/piecewise_linear_map.h"
 #include "contact_flow/derivative/start_cone.h"
+#include "contact_flow/derivative/trust.h"
 #include "contact_flow/flow/status.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/model/mechanical_system.h"
@@ -47,6 +48,9 @@ class BDerivative {
   Vector neglected_jump;
   /// The same for the entries of the derivative: couplings that were taken for orthogonal.
   double neglected_derivative = 0;
+  Trust trust;                   ///< the laws that it was held to, the errors that are left
+  /// Estimated relative errors of Φ_0, B_1, Φ_1, …, Φ_N: what Error is made of.
+  std::vector<double> part_errors;
 
   /// B(w) [2d] on one direction w [2d+k], or [2d] with (δu, δp) = 0, in polynomial time. Throws
   /// std::invalid_argument for a direction that leaves the domain at the start, naming the
@@ -54,6 +58,8 @@ class BDerivative {
   Vector operator()(const VectorRef& w) const;
   /// The same with a change of the horizon.
   Vector operator()(double dt, const VectorRef& w) const;
+  /// Estimated error of B(w) [2d], absolute.
+  Vector Error(const VectorRef& w) const;
   /// Contact modes the perturbed run passes through, to first order, for the direction w.
   std::vector<ContactMode> PerturbedModes(const VectorRef& w) const;
   /// kOk where B is piecewise linear on the directions that the start admits; the first reason why

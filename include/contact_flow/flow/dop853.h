@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cmath>
 #include <functional>
 
 #include "contact_flow/types.h"
@@ -29,6 +30,8 @@ class Dop853 {
   double GuessStep(double relative_tolerance, double absolute_tolerance);
   /// Computes the end of a step of length h; returns the scaled error, acceptable when ≤ 1.
   double TryStep(double h, double relative_tolerance, double absolute_tolerance);
+  /// The estimated error of component i at the end of the step tried last, absolute.
+  double LocalError(int i) const { return error_factor_ * std::abs(errors_[i]); }
   /// Evaluates the field at the end, which the caller may first move by an amount of the order of
   /// the error.
   void Finish();
@@ -60,12 +63,14 @@ class Dop853 {
   const int n_;
   const Field field_;
   double h_ = 0;
+  double error_factor_ = 0;
   bool extended_ = false;
   Vector x_;
   Vector x_end_;
   Vector scratch_;
   Vector stages_;  // 16 derivatives, contiguous
   Vector dense_;
+  Vector errors_;  // of order 5, to be scaled by error_factor_
 };
 
 }  // namespace contact_flow

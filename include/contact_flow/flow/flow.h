@@ -8,6 +8,7 @@
 
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/dop853.h"
+#include "contact_flow/flow/error_tally.h"
 #include "contact_flow/flow/event_locator.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/flow/trajectory.h"
@@ -73,6 +74,9 @@ class Flow {
   /// Of what was accepted.
   Margins margins() const;
   RunStatistics statistics() const;
+  /// Estimated local errors of the steps accepted in the present arc, or in the one that has ended
+  /// where the last transition was passed, as a tangent [2d]; see Arc::error.
+  const Vector& arc_error() const { return arc_error_.error(); }
   /// See Trajectory.
   double accumulation_time() const { return accumulation_time_; }
   /// The first Trajectory::kMaxWarnings of those met so far.
@@ -97,6 +101,7 @@ class Flow {
   void Warn(Outcome code, const std::string& message);
   void FindImplied();
   int ImpliedThatMoved();
+  void TallyStep();
 
   const MechanicalSystem& system_;
   const SimulateOptions options_;
@@ -122,6 +127,10 @@ class Flow {
   int trigger_ = -1;
   Vector x_end_;
   GapSample gaps_end_;
+
+  ErrorTally arc_error_;  // since the arc began
+  ErrorTally run_error_;  // since the run began
+  bool new_arc_ = false;  // the next step is the first of its arc
 
   Transition transition_;
   std::optional<double> last_transition_;

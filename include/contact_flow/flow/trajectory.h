@@ -21,6 +21,9 @@ struct Arc {
   Vector x_begin;      ///< right limit at t_begin [nq+d]
   Vector x_end;        ///< left limit at t_end [nq+d]
   DenseArc dense;      ///< the motion in between; empty unless SimulateOptions::dense
+  /// What the estimated local errors of the arc's steps add up to, as a tangent (δq, δv) [2d]; see
+  /// ErrorTally.
+  Vector error;
 };
 
 /// What happens at one instant between two arcs: a cluster of simultaneous activations and

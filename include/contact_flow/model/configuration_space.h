@@ -42,6 +42,8 @@ class ConfigurationSpace {
     int v;
   };
   const std::vector<Rotation>& rotations() const { return rotations_; }
+  /// [nq] the index into v of each line and circle, −1 for the numbers of a quaternion.
+  const std::vector<int>& line_velocities() const { return line_velocity_; }
 
   /// q̇ = N(q) v [nq].
   template <class S>

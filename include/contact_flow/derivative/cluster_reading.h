@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/flow/trajectory.h"
+#include "contact_flow/types.h"
+
+namespace contact_flow {
+
+/// The two readings of events that a run merged into a cluster although they are not quite
+/// simultaneous. From x + α w they happen in the order of
+///   t_i + α τ_i(w),
+/// with t_i their instants in the run (Transition::instants). Beyond the inner radius this is the
+/// order of the τ_i, which B(w) follows; close to α = 0 it is that of the t_i.
+struct ClusterReading {
+  /// B(w) holds for α beyond it; 0 where both readings are the same. Where the instants differ by
+  /// less than their estimated errors, their order is not known, and those errors stand for Δt.
+  double inner_radius = 0;
+  Vector in_order;  ///< the derivative along the order of the instants, for α below it [2d]
+};
+
+/// For a direction w = (δq, δv, δu, δp) [2d+k] of the derivative of a trajectory from its first arc
+/// on. O(N m (2d+k)²).
+ClusterReading ReadClusters(const Trajectory& trajectory, const BDerivative& derivative,
+                            const VectorRef& w);
+
+}  // namespace contact_flow

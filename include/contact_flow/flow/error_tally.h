@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "contact_flow/flow/dop853.h"
+#include "contact_flow/model/configuration_space.h"
+#include "contact_flow/types.h"
+
+namespace contact_flow {
+
+/// What the local errors of an integrator's steps add up to, as a tangent (e_q, e_v) [2d]:
+///   e_q ← e_q + h e_v + ε_q,   e_v ← e_v + ε_v,
+/// where ε is the estimated local error of a step and the rounding of its end. An estimate, not a
+/// bound: that the dynamics let errors grow, or damp them, is not in it. Allocates once.
+class ErrorTally {
+ public:
+  explicit ErrorTally(const ConfigurationSpace& space)
+      : space_(space), error_(Vector::Zero(2 * space.dof())) {}
+
+  /// The step that was tried last is accepted.
+  void AddStep(const Dop853& stepper);
+  /// An event at an estimated error of its time [s], where the velocity jumps by `jump` [d] and the
+  /// acceleration by `kick` [d]: what comes early or late leaves (v⁺ − v⁻) δt and (v̇⁺ − v̇⁻) δt.
+  void AddEvent(double time_error, const VectorRef& jump, const VectorRef& kick);
+  void Reset() { error_.setZero(); }
+
+  const Vector& error() const { return error_; }
+
+ private:
+  const ConfigurationSpace& space_;
+  Vector error_;
+};
+
+}  // namespace contact_flow

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/flow/trajectory.h"
+
+namespace contact_flow {
+
+/// Fills the derivative's part_errors and the errors in its Trust. `dynamics` is scratch with the
+/// input of each arc, `propagator_errors` the estimated errors of the propagators relative to their
+/// largest entries, both from the first arc of the derivative on.
+///
+/// The errors of the state at the end of arc k are carried on by the derivative itself,
+///   e ← Φ_k (e + s ε_k) + s' ε_k,   e ← Ξ_k e,
+/// with ε_k = Arc::error and a selection Ξ_k of each event, for a few vectors of signs s, whose mean square counts: a sum of
+/// independent errors without a matrix product. They make the factors of the derivative wrong, too:
+/// a propagator by the change of the Jacobian that they cause, for which its change along the arc
+/// stands; a reset by that of the speed of approach. O((2d+k)²) an arc and two Jacobians.
+void EstimateErrors(const Trajectory& trajectory, std::size_t first,
+                    const std::vector<std::shared_ptr<ContactDynamics>>& dynamics,
+                    const std::vector<double>& propagator_errors, BDerivative* derivative);
+
+}  // namespace contact_flow

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "event_laws.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+#include "contact_flow/dynamics/inverse_inertia.h"
+
+namespace contact_flow {
+namespace {
+
+/// Faces are compared for at most this many simultaneous activations.
+constexpr int kMaxComparedActivations = 5;
+
+/// Largest |difference_i| over the size of the terms that it is made of.
+double RelativeResidual(const Vector& difference, const Vector& sizes) {
+  double largest = 0;
+  for (Eigen::Index i = 0; i < difference.size(); ++i) {
+    if (difference(i) != 0) largest = std::max(largest, std::abs(difference(i)) / sizes(i));
+  }
+  return largest;
+}
+
+/// A lower estimate of the condition of a symmetric matrix scaled to a unit diagonal: by the pivots
+/// of its Cholesky factor.
+double ScaledCondition(const Matrix& symmetric) {
+  if (symmetric.size() == 0) return 1;
+  const Vector scale = symmetric.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::LLT<Matrix> factor(scale.asDiagonal() * symmetric * scale.asDiagonal());
+  if (factor.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
+  const auto pivots = factor.matrixLLT().diagonal();
+  const double ratio = pivots.maxCoeff() / pivots.minCoeff();
+  return ratio * ratio;
+}
+
+/// B(F⁻) = F⁺: a run that is late by δt meets the transition late by δt, and is late after it.
+double EventLaw(ContactDynamics* before, ContactDynamics* after, const Transition& transition,
+                const EventMap& map) {
+  const Vector field = before->Field(transition.x_minus, transition.mode_before);
+  const Vector field_after = after->Field(transition.x_plus, transition.mode_after);
+  const Vector difference = map(field) - field_after;
+  const double size =
+      std::max(field.cwiseAbs().maxCoeff(), field_after.cwiseAbs().maxCoeff());
+  return RelativeResidual(difference, Vector::Constant(difference.size(), size));
+}
+
+/// Selections of orders that differ by one exchange agree where the two events come at once.
+double FaceLaw(const EventMap& map) {
+  const int m = map.num_activations();
+  const std::vector<int> order = map.activated();
+  if (m < 2 || m > kMaxComparedActivations || !map.PiecewiseLinear(order).ok()) return 0;
+  const Matrix times = map.Times(order), selection = map.Selection(order);
+  double largest = 0;
+  for (int k = 0; k + 1 < m; ++k) {
+    std::vector<int> exchanged = order;
+    std::swap(exchanged[k], exchanged[k + 1]);
+    if (!map.PiecewiseLinear(exchanged).ok()) continue;
+    // The difference has rank one, along the normal of {τ_k = τ_{k+1}}: nothing is left beside it.
+    const Eigen::RowVectorXd normal = times.row(k + 1) - times.row(k);
+    Matrix difference = map.Selection(exchanged) - selection;
+    if (normal.squaredNorm() > 0) {
+      difference -= difference * normal.transpose() * normal / normal.squaredNorm();
+    }
+    const double size = std::max(1.0, selection.cwiseAbs().maxCoeff());
+    largest = std::max(largest, difference.cwiseAbs().maxCoeff() / size);
+  }
+  return largest;
+}
+
+/// Momentum, energy and conditions at the transition.
+void AssessImpact(const MechanicalSystem& system, const Transition& transition, Trust* trust) {
+  const int d = system.dof(), nq = system.num_positions();
+  const Vector q = transition.x_minus.head(nq), v = transition.x_minus.tail(d);
+  const InverseInertia inertia(system, q, v);
+  const ContactMode touching =
+      (transition.mode_before | transition.activated) - system.compliant();
+  const Matrix rows = inertia.Rows(touching);
+  trust->condition = std::max(ScaledCondition(inertia.mass()),
+                              ScaledCondition(rows * (inertia * rows.transpose())));
+  if (transition.activated.Empty()) return;
+  const Matrix& A = inertia.terms().jacobian;
+  const Vector v_plus = transition.x_plus.tail(d);
+  const Vector gained = inertia.mass() * (v_plus - v), given = A.transpose() * transition.impulse;
+  const Vector sizes = inertia.mass().cwiseAbs() * (v.cwiseAbs() + v_plus.cwiseAbs()) +
+                       A.transpose().cwiseAbs() * transition.impulse.cwiseAbs();
+  trust->momentum = RelativeResidual(gained - given, sizes);
+  const Vector& restitution = system.restitution();
+  for (int i : touching) {
+    if (restitution(i) != restitution(*touching.begin()) || restitution(i) > 1) return;
+  }
+  const double energy = v.dot(inertia.mass() * v), later = v_plus.dot(inertia.mass() * v_plus);
+  if (energy > 0) trust->energy = std::max(0.0, (later - energy) / energy);
+}
+
+}  // namespace
+
+Status CheckEventLaws(ContactDynamics* before, ContactDynamics* after, const Transition& transition,
+                      const EventMap& map, Trust* trust) {
+  Trust own;
+  if (!transition.changes_input) own.event_law = EventLaw(before, after, transition, map);
+  own.face_law = FaceLaw(map);
+  AssessImpact(before->system(), transition, &own);
+  trust->event_law = std::max(trust->event_law, own.event_law);
+  trust->face_law = std::max(trust->face_law, own.face_law);
+  trust->momentum = std::max(trust->momentum, own.momentum);
+  trust->energy = std::max(trust->energy, own.energy);
+  trust->condition = std::max(trust->condition, own.condition);
+  const std::pair<const char*, double> laws[] = {
+      {"B(F⁻) = F⁺", own.event_law},
+      {"that selections agree on their common face", own.face_law},
+      {"M (v⁺ − v⁻) = Daᵀ p", own.momentum},
+      {"that an impact wins no energy", own.energy}};
+  for (const auto& [law, residual] : laws) {
+    if (residual <= kLawLimit) continue;
+    std::ostringstream message;
+    message << "at t = " << transition.t << " s the self-check " << law << " fails by " << residual
+            << " (limit " << kLawLimit << "): the derivative is withheld";
+    return {Outcome::kNotDifferentiable, message.str()};
+  }
+  return {};
+}
+
+}  // namespace contact_flow

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "contact_flow/derivative/event_map.h"
+#include "contact_flow/derivative/trust.h"
+#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/flow/status.h"
+#include "contact_flow/flow/trajectory.h"
+
+namespace contact_flow {
+
+/// Holds one transition and its map to the laws of events in Trust, whose entries grow to the
+/// largest residuals so far. `before` and `after` are scratch with the inputs of the arcs on either
+/// side. Not kOk, with the law's name, time and size, where one fails. Costs one direction of the
+/// map, a factorization, and m saltation matrices for each face that is compared.
+Status CheckEventLaws(ContactDynamics* before, ContactDynamics* after, const Transition& transition,
+                      const EventMap& map, Trust* trust);
+
+}  // namespace contact_flow
