@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <cmath>
 #include <iostream>
 #include <random>
@@ -16,118 +15,13 @@
 #include "contact_flow/derivative/finite_difference.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
-#include "test/model/robots.h"
-#include "test/test_models.h"
+#include "test/derivative/random_contacts.h"
 
 namespace contact_flow {
 namespace {
 
+using test::Contacts;
 constexpr ImpactLaw kLaws[] = {ImpactLaw::kComplementarity, ImpactLaw::kProjection};
-
-/// Four contacts on five coordinates, a_i = n_i·q, of which `kinds` says what the normals are; M is
-/// diagonal, the last of its entries `mass`, the force constant. All coefficients from `seed`.
-///   0  a plank on two supports (height, tilt, width 1), two balls above it, and a rod
-///   1  random unit normals
-///   2  contacts 1 and 2 are coupled with 0 only: G_12 = G_01 G_02 / G_00, so that they are
-///      orthogonal as long as 0 holds
-///   3  random, all G_ij ≤ 0
-struct Contacts : test::UnitMasses<5, 4> {
-  static constexpr const char* kName = "contacts";
-  static constexpr std::array<const char*, 5> kCoordinates = {"q0", "q1", "q2", "q3", "q4"};
-  static constexpr std::array<const char*, 5> kUnits = {"m", "m", "m", "m", "m"};
-  static constexpr std::array<const char*, 4> kConstraintNames = {"c0", "c1", "c2", "c3"};
-  template <class P>
-  struct Parameters {
-    P seed = 1, kind = 0, mass = 1, first = 0, second = 0, third = 0, fourth = 0;
-    template <class V>
-    void Visit(V&& visit) {
-      visit(seed, "seed", "", "of all coefficients", Range::kAny);
-      visit(kind, "kind", "", "of the normals", Range::kAny);
-      visit(mass, "mass", "kg", "of q4", Range::kAny);
-      visit(first, "first", "", "restitution", Range::kUnitInterval);
-      visit(second, "second", "", "restitution", Range::kUnitInterval);
-      visit(third, "third", "", "restitution", Range::kUnitInterval);
-      visit(fourth, "fourth", "", "restitution", Range::kUnitInterval);
-    }
-  };
-  static double Number(double value) { return value; }
-  template <class S, int N>
-  static double Number(const Dual<S, N>& x) {
-    return Number(x.value);
-  }
-  static Eigen::Matrix<double, 4, 5> Normals(double seed, int kind) {
-    std::mt19937 generator(static_cast<unsigned>(seed));
-    const auto uniform = [&](double low, double high) {
-      return low + (high - low) * (generator() / 4294967296.0);
-    };
-    Eigen::Matrix<double, 4, 5> n;
-    for (int i = 0; i < 4; ++i) {
-      for (int j = 0; j < 5; ++j) n(i, j) = uniform(-1, 1);
-      n.row(i).normalize();
-    }
-    if (kind == 0) {
-      // q = (height, tilt / √12, ball, ball, rod) of a plank of unit mass.
-      const double s = std::sqrt(12.0);
-      const double left = uniform(-0.5, 0), right = uniform(0.05, 0.5);
-      n << 1, -s * left, 0, 0, 0, 1, -s * right, 0, 0, 0,  //
-          -1, s * uniform(-0.5, 0.5), 1, 0, 0, -1, s * uniform(-0.5, 0.5), 0, 1, 0;
-    } else if (kind == 2) {
-      n.setZero();
-      n(0, 0) = 1;
-      for (int i : {1, 2}) {
-        const double angle = uniform(1.7, 2.6);
-        n(i, 0) = std::cos(angle);
-        n(i, i) = std::sin(angle);
-      }
-      n(3, 3) = 1;
-    } else if (kind == 3) {
-      // Cholesky factor of an M-matrix with unit diagonal.
-      Eigen::Matrix4d G = Eigen::Matrix4d::Identity();
-      for (int i = 0; i < 4; ++i) {
-        for (int j = 0; j < i; ++j) G(i, j) = G(j, i) = -uniform(0, 0.3);
-      }
-      n.setZero();
-      n.leftCols<4>() = Eigen::Matrix4d(G.llt().matrixL());
-    }
-    return n;
-  }
-  template <class P, class S>
-  static void MassMatrix(const Parameters<P>& p, const Eigen::Matrix<S, 5, 1>& q,
-                         Eigen::Matrix<S, 5, 5>* M) {
-    UnitMasses::MassMatrix(p, q, M);
-    (*M)(4, 4) = S(p.mass);
-  }
-  template <class P, class S>
-  static void Force(const Parameters<P>& p, const Eigen::Matrix<S, 5, 1>& q,
-                    const Eigen::Matrix<S, 5, 1>& v, const Eigen::Matrix<S, 0, 1>&,
-                    Eigen::Matrix<S, 5, 1>* f) {
-    // Presses onto all, ä_i = −2 where M = 1.
-    const Eigen::Matrix<double, 4, 5> n = Normals(Number(p.seed), static_cast<int>(Number(p.kind)));
-    const Eigen::Matrix<double, 5, 1> press =
-        -2 * n.transpose() * (n * n.transpose()).ldlt().solve(Eigen::Vector4d::Ones());
-    std::mt19937 generator(static_cast<unsigned>(Number(p.seed)) + 77);
-    for (int i = 0; i < 5; ++i) {
-      (*f)(i) = S(press(i));
-      for (int j = 0; j < 5; ++j) {
-        const double c = 0.6 * (generator() / 4294967296.0 - 0.5);
-        (*f)(i) += c * v(j) - 0.3 * c * q(j);
-      }
-    }
-  }
-  template <class P, class S>
-  static void Gaps(const Parameters<P>& p, const Eigen::Matrix<S, 5, 1>& q,
-                   Eigen::Matrix<S, 4, 1>* a) {
-    const Eigen::Matrix<double, 4, 5> n = Normals(Number(p.seed), static_cast<int>(Number(p.kind)));
-    for (int i = 0; i < 4; ++i) {
-      (*a)(i) = S(0.0);
-      for (int j = 0; j < 5; ++j) (*a)(i) += n(i, j) * q(j);
-    }
-  }
-  template <class P>
-  static auto Restitution(const Parameters<P>& p, int i) {
-    return i == 0 ? p.first : i == 1 ? p.second : i == 2 ? p.third : p.fourth;
-  }
-};
 
 constexpr double kFlight = 0.05, kAfter = 0.02;  // [s] before and after the cluster
 
@@ -235,8 +129,10 @@ void CheckContacts(unsigned seed, int kind, ContactMode resting, ContactMode hit
                    ImpactLaw law, Tally* tally) {
   std::mt19937 generator(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
-  const auto restitution = [&] { return plastic ? 0.0 : 0.2 + 0.6 * uniform(generator); };
-  const double gamma[] = {restitution(), restitution(), restitution(), restitution()};
+  const auto restitution = [&](int i) {
+    return plastic || resting.Contains(i) ? 0.0 : 0.2 + 0.6 * uniform(generator);
+  };
+  const double gamma[] = {restitution(0), restitution(1), restitution(2), restitution(3)};
   const auto system = test::Make<Contacts>({{"seed", seed},
                                             {"kind", kind},
                                             {"first", gamma[0]},
@@ -325,118 +221,6 @@ TEST(Plank, IsDiscontinuous) {
   }
   EXPECT_LT(least, -0.1);
   EXPECT_GT(most, 0.1);
-}
-
-/// Masses 1 and m; floor: a_0 = q_0 ≥ 0, slope: a_1 = q_1 + c q_0 ≥ 0. Normalized coupling c √m.
-struct HeavyAndLight : test::UnitMasses<2, 2> {
-  static constexpr const char* kName = "heavy_and_light";
-  static constexpr std::array<const char*, 2> kCoordinates = {"heavy", "light"};
-  static constexpr std::array<const char*, 2> kUnits = {"m", "m"};
-  static constexpr std::array<const char*, 2> kConstraintNames = {"floor", "slope"};
-  template <class P>
-  struct Parameters {
-    P mass = 1, coupling = 0;
-    template <class V>
-    void Visit(V&& visit) {
-      visit(mass, "mass", "kg", "", Range::kAny);
-      visit(coupling, "coupling", "", "", Range::kAny);
-    }
-  };
-  template <class P, class S>
-  static void MassMatrix(const Parameters<P>& p, const Eigen::Matrix<S, 2, 1>& q,
-                         Eigen::Matrix<S, 2, 2>* M) {
-    UnitMasses::MassMatrix(p, q, M);
-    (*M)(1, 1) = S(p.mass);
-  }
-  template <class P, class S>
-  static void Force(const Parameters<P>& p, const Eigen::Matrix<S, 2, 1>&,
-                    const Eigen::Matrix<S, 2, 1>&, const Eigen::Matrix<S, 0, 1>&,
-                    Eigen::Matrix<S, 2, 1>* f) {
-    (*f)(0) = S(-1.0);
-    (*f)(1) = S(p.mass * (p.coupling - 1.0));
-  }
-  template <class P, class S>
-  static void Gaps(const Parameters<P>& p, const Eigen::Matrix<S, 2, 1>& q,
-                   Eigen::Matrix<S, 2, 1>* a) {
-    (*a)(0) = q(0);
-    (*a)(1) = q(1) + p.coupling * q(0);
-  }
-};
-
-/// Hit first, the slope is lifted with c times the speed of q_0 when the floor is hit; the floor by
-/// c m times that of q_1. This is discontinuous where it is more than the error of the outcome, 1e3
-/// tolerances, and reported as neglected where it is less, whatever the normalized coupling. The
-/// projection law lifts nothing.
-TEST(Coupling, IsJudgedByTheJumpOfTheOutcome) {
-  for (double mass : {1e-8, 1e-4, 1.0, 1e4, 1e8}) {
-    for (double coupling : {1e-14, 1e-10, 9e-7, 9e-3}) {
-      if (coupling * std::max(1.0, mass) > 0.1) continue;  // not what the closed form is for
-      for (ImpactLaw law : kLaws) {
-        SCOPED_TRACE(testing::Message() << "mass " << mass << ", coupling " << coupling);
-        const auto system = test::Make<HeavyAndLight>({{"mass", mass}, {"coupling", coupling}});
-        Vector x = Vector::Zero(4);
-        x << 0.1, 0.1 - 0.1 * coupling, -1, -1 + coupling;
-        SimulateOptions options;
-        options.relative_tolerance = options.absolute_tolerance = 1e-12;
-        options.impact_law = law;
-        const Trajectory run = Simulate(system, x, Vector(0), 0.15, options);
-        ASSERT_TRUE(run.status.ok());
-        ASSERT_EQ(2, run.transitions.front().activated.Size());
-        const BDerivative B = DifferentiateOutcome(system, run);
-        const double speed = std::sqrt(1.2);  // √(1 + 2·0.1) of both
-        const double jump = coupling * std::max(1.0, mass) * speed;
-        if (jump > 1e-8 && law == ImpactLaw::kComplementarity) {
-          EXPECT_EQ(Outcome::kDiscontinuous, B.status.outcome) << B.status.message;
-          if (B.status.ok()) continue;
-          double apart = 0;
-          for (const OrderOutcome& outcome : B.events.back().outcomes()) {
-            const Vector difference = outcome.v_plus - run.transitions[0].x_plus.tail(2);
-            apart = std::max(apart, difference.cwiseAbs().maxCoeff());
-          }
-          EXPECT_NEAR(jump, apart, 2e-2 * jump);  // O(c) and O(c² m)
-        } else {
-          EXPECT_TRUE(B.status.ok()) << B.status.message;
-          if (!B.status.ok()) continue;
-          if (law == ImpactLaw::kComplementarity && coupling * std::sqrt(mass) > 1e-13) {
-            EXPECT_GE(B.neglected_jump.maxCoeff(), jump);
-          }
-          EXPECT_LE(B.neglected_jump.maxCoeff(), 10 * std::min(jump, 1e-8));
-        }
-      }
-    }
-  }
-}
-
-/// The run of a shipped biped on its rigid feet, with the bilateral law: the foot that landed first
-/// is held where the other lands.
-TEST(Projection, DerivativeOfThePlanarBiped) {
-  const auto system = LoadRobot(RobotFile("planar_biped"));
-  const NominalRun& nominal = system->nominal();
-  SimulateOptions options;
-  options.relative_tolerance = options.absolute_tolerance = 1e-12;
-  options.impact_law = ImpactLaw::kProjection;
-  const double duration = 0.4;
-  const Trajectory run = Simulate(*system, nominal.x, nominal.u, duration, options);
-  ASSERT_TRUE(run.status.ok()) << run.status.message;
-  ASSERT_FALSE(run.transitions.empty());
-  const BDerivative B = DifferentiateOutcome(*system, run);
-  ASSERT_TRUE(B.status.ok()) << B.status.message;
-  int compared = 0;
-  for (int k = 0; k < 2 * system->dof(); ++k) {
-    for (double sign : {1.0, -1.0}) {
-      const Vector unit = sign * Vector::Unit(2 * system->dof(), k);
-      const Vector w = ProjectAdmissible(*system, nominal.x, run.arcs.front().mode, unit);
-      if ((w - unit).norm() > 1e-9) continue;
-      const QuotientReport report = CompareWithQuotients(*system, nominal.x, nominal.u, duration, w,
-                                                         B(w), {1e-4, 1e-5, 1e-6}, options);
-      if (!report.samples.back().status.ok()) continue;
-      ++compared;
-      EXPECT_LE(report.samples.back().error,
-                0.05 * report.samples.front().error + 1e-4 * (1 + B(w).cwiseAbs().maxCoeff()))
-          << "direction " << k << ": " << report.samples.front().error;
-    }
-  }
-  EXPECT_GT(compared, 4);
 }
 
 }  // namespace

@@ -171,9 +171,11 @@ bool Check(unsigned seed, ImpactLaw law, Tally* tally) {
     return true;
   }
   if (B.status.outcome == Outcome::kNotDifferentiable) {
-    const bool agree =
-        B.events.back().cluster().contact_class == ContactClass::kOrdersAgree && angle < M_PI / 2;
-    EXPECT_TRUE(agree || (crooked != 0 && angle == M_PI / 2 && first * second == 0))
+    const ContactClass found = B.events.back().cluster().contact_class;
+    const bool agree = found == ContactClass::kOrdersAgree && angle < M_PI / 2;
+    // An elastic and a plastic contact may hit each other on and on: the sequence is cut.
+    const bool cut = found == ContactClass::kUndecided && angle > M_PI / 2 && !plastic;
+    EXPECT_TRUE(agree || cut || (crooked != 0 && angle == M_PI / 2 && first * second == 0))
         << B.status.message;
     ++tally->refused;
     return true;
@@ -213,10 +215,11 @@ struct ThreeWalls : test::UnitMasses<4, 3> {
   static constexpr std::array<const char*, 3> kConstraintNames = {"first", "second", "third"};
   template <class P>
   struct Parameters {
-    P crooked = 0;
+    P crooked = 0, pull = 0;
     template <class V>
     void Visit(V&& visit) {
       visit(crooked, "crooked", "1/m", "slope of the coupling", Range::kAny);
+      visit(pull, "pull", "N", "away from the walls", Range::kAny);
     }
   };
   template <class P, class S>
@@ -226,9 +229,10 @@ struct ThreeWalls : test::UnitMasses<4, 3> {
     (*M)(0, 1) = (*M)(1, 0) = p.crooked * q(3);
   }
   template <class P, class S>
-  static void Force(const P&, const Eigen::Matrix<S, 4, 1>&, const Eigen::Matrix<S, 4, 1>&,
-                    const Eigen::Matrix<S, 0, 1>&, Eigen::Matrix<S, 4, 1>* f) {
-    for (int i = 0; i < 4; ++i) (*f)(i) = S(-1.0);
+  static void Force(const Parameters<P>& p, const Eigen::Matrix<S, 4, 1>&,
+                    const Eigen::Matrix<S, 4, 1>&, const Eigen::Matrix<S, 0, 1>&,
+                    Eigen::Matrix<S, 4, 1>* f) {
+    for (int i = 0; i < 4; ++i) (*f)(i) = S(p.pull - 1.0);
   }
   template <class P, class S>
   static void Gaps(const P&, const Eigen::Matrix<S, 4, 1>& q, Eigen::Matrix<S, 3, 1>* a) {
@@ -239,18 +243,25 @@ struct ThreeWalls : test::UnitMasses<4, 3> {
 };
 
 TEST(ChanceOrthogonality, IsNotHiddenByAnAttractingPair) {
-  for (double crooked : {0.0, 0.3}) {
-    const auto walls = test::Make<ThreeWalls>({{"crooked", crooked}});
-    Transition together;
-    together.x_minus = Vector::Zero(8);
-    together.x_minus.tail(4) << -1, -1, -1, 0;  // all three gaps close
-    together.x_plus = Vector::Zero(8);
-    together.activated = ContactMode({0, 1, 2});
-    together.mode_after = together.activated;
-    const EventMap map(std::make_shared<ContactDynamics>(walls, Vector(0)), together);
-    EXPECT_EQ(crooked == 0 ? Outcome::kOk : Outcome::kNotDifferentiable, map.status().outcome)
-        << map.status().message;
-  }
+  // A wall that is pressed takes back at once what the slope lifts. Slopes count by what they
+  // change: 1 m/s times the slope, against 1e3 times the tolerance, 1e-9.
+  for (double crooked : {0.0, 1e-8, 1e-5, 9e-4, 0.3})
+    for (double pull : {0.0, 2.0}) {
+      const auto walls = test::Make<ThreeWalls>({{"crooked", crooked}, {"pull", pull}});
+      Transition together;
+      together.x_minus = Vector::Zero(8);
+      together.x_minus.tail(4) << -1, -1, -1, 0;  // all three gaps close
+      together.x_plus = Vector::Zero(8);
+      together.activated = ContactMode({0, 1, 2});
+      together.mode_after = together.activated;
+      const EventMap map(std::make_shared<ContactDynamics>(walls, Vector(0)), together);
+      const bool fits = crooked < 1e-6 || pull == 0;
+      EXPECT_EQ(fits ? Outcome::kOk : Outcome::kNotDifferentiable, map.status().outcome)
+          << map.status().message;
+      if (!fits || pull == 0) continue;
+      EXPECT_GE(map.cluster().neglected_derivative, crooked);
+      EXPECT_LE(map.cluster().neglected_derivative, 10 * crooked);
+    }
 }
 
 /// Contacts that are orthogonal by chance are refused only where one is not pressed after the
