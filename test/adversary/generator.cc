@@ -36,6 +36,8 @@ struct Recipe {
   bool graze = false;               // one constraint is hit slowly
   double before = 0.25, after = 0.3;  // [s]
   double press = 1;                 // typical load on contacts
+  bool idle = false;                // no forces but the load on contacts
+  double gyration = 0;              // forces linear in velocities, which release contacts
 };
 
 class Builder {
@@ -219,15 +221,16 @@ class Builder {
     c_.load = none;
     c_.stiffness = c_.damping = Matrix::Zero(d_, d_);
     for (int i = 0; i < m_; ++i) {
+      if (r_.idle) break;
       c_.load(i) = 2 * draw_.Normal();
       for (int j = 0; j < m_; ++j) {
         c_.stiffness(i, j) = draw_.Normal();
-        c_.damping(i, j) = 0.4 * draw_.Normal();
+        c_.damping(i, j) = (0.4 + r_.gyration) * draw_.Normal();
       }
       c_.stiffness(i, i) -= 3;
       c_.damping(i, i) -= 0.5;
     }
-    if (draw_.Chance(0.5)) {
+    if (!r_.idle && draw_.Chance(0.5)) {
       for (int i = 0; i < d_; ++i) {
         Matrix S = Matrix::Zero(d_, d_);
         for (int j = 0; j < m_; ++j) {
@@ -300,7 +303,7 @@ class Builder {
       if (r_.vanish && (i == r_.hits || draw_.Chance(0.6))) wanted(i) = 0;
     }
     for (int i : mode) c_.load -= (wanted(i) - flow.force()(i)) * c_.gaps[i].normal;
-    for (int i = 0; i < r_.hits; ++i) {
+    for (int i = 0; i < r_.hits && r_.press > 0; ++i) {
       c_.load -= draw_.Uniform(-0.5, 3) * r_.press * c_.gaps[i].normal;
     }
     // What touches without force has no acceleration, or leaves.
@@ -314,6 +317,7 @@ class Builder {
       const Matrix A = terms.jacobian.middleRows(first, r_.touches);
       Vector aim = Vector::Zero(r_.touches);
       for (int i = 0; i < r_.touches; ++i) {
+        if (!r_.start) aim(i) = draw_.Uniform(0.5, 2);
         if (r_.start && draw_.Chance(0.5)) aim(i) = draw_.Uniform(-2, 2);
       }
       const Vector now = A * again.acceleration() + terms.bias.segment(first, r_.touches);
@@ -335,23 +339,13 @@ class Builder {
     }
     auto system = std::make_shared<RandomSystem>(c_);
     const Vector u = Vector::Zero(c_.input.cols());
-    Vector x(2 * d_);
-    x << Vector::Zero(d_), v_;
-    ReferenceFlow flow(*system, {});
-    if (before > 0 && !flow.Glide(&x, u, mode_, -before)) {
-      case_.skipped = "no motion leads to the event";
-      return;
+    Vector x;
+    // From a shorter time before, where the way is not free.
+    for (int attempt = 0; attempt < 4; ++attempt, before *= 0.4) {
+      case_.skipped = Arrive(*system, u, before, &x);
+      if (case_.skipped.empty() || before == 0) break;
     }
-    ConstraintTerms terms;
-    system->Constraints(x.head(d_), x.tail(d_), &terms);
-    for (int i = 0; i < n_; ++i) {
-      const bool at_start = r_.start && i < touching_;
-      if (mode_.Contains(i) || at_start) continue;
-      if (!(terms.gap(i) > 1e-3)) {
-        case_.skipped = "a constraint is violated before";
-        return;
-      }
-    }
+    if (!case_.skipped.empty()) return;
     if (!x.allFinite() || x.cwiseAbs().maxCoeff() > 50) {
       case_.skipped = "the motion before is unbounded";
       return;
@@ -371,6 +365,23 @@ class Builder {
     }
     if (draw_.Chance(0.08)) case_.law = ImpactLaw::kProjection;
     if (draw_.Chance(0.2)) case_.tolerance = 1e-12;
+  }
+
+  /// The state from which the motion comes to the event; else why there is none.
+  std::string Arrive(const RandomSystem& system, const Vector& u, double before, Vector* x) {
+    x->resize(2 * d_);
+    *x << Vector::Zero(d_), v_;
+    ReferenceFlow flow(system, {});
+    if (before > 0 && !flow.Glide(x, u, mode_, -before)) return "no motion leads to the event";
+    flow.PutInContact(x, mode_);
+    ConstraintTerms terms;
+    system.Constraints(x->head(d_), x->tail(d_), &terms);
+    for (int i = 0; i < n_; ++i) {
+      const bool at_start = r_.start && i < touching_;
+      if (mode_.Contains(i) || at_start) continue;
+      if (!(terms.gap(i) > 1e-3)) return "a constraint is violated before";
+    }
+    return "";
   }
 
   void ChooseUnits() {
@@ -581,6 +592,47 @@ const std::vector<std::pair<std::string, RecipeMaker>>& Makers() {
          r.touches = 0;
          r.vanish = r.rests > 0;
          r.plastic = 0.8;
+         return r;
+       }},
+      {"regained", [](Draw* d) {
+         Recipe r;
+         r.hits = 3 + d->Below(2);
+         r.rests = d->Below(2);
+         r.plastic = 0.95;
+         r.press = 0.5;
+         r.gyration = 3;
+         r.curvature = r.mass_slope = 0;
+         return r;
+       }},
+      {"chains", [](Draw* d) {
+         Recipe r;
+         r.coupling = Coupling::kAttracting;
+         r.hits = 1;
+         r.rests = 1 + d->Below(3);
+         r.idle = true;
+         r.press = d->Chance(0.5) ? 0 : d->Log(1e-9, 1);
+         r.curvature = r.mass_slope = 0;
+         r.plastic = 0.5;
+         return r;
+       }},
+      {"brushing", [](Draw* d) {
+         Recipe r;
+         r.coupling = d->Chance(0.5) ? Coupling::kOrthogonal : Coupling::kAny;
+         r.hits = 1 + d->Below(2);
+         r.rests = d->Below(2);
+         r.touches = 1;
+         r.plastic = 0.8;
+         return r;
+       }},
+      {"coarse_gusts", [](Draw* d) {
+         Recipe r;
+         r.hits = 0;
+         r.rests = d->Below(2);
+         r.others = 1;
+         r.clock = d->Chance(0.5);
+         r.bumps = 1 + d->Below(2);
+         r.before = 0.5;
+         r.after = 0.5;
          return r;
        }},
   };

@@ -38,6 +38,10 @@ class Court {
     if (!StartReference()) return verdict_;
     if (!Differentiate()) return verdict_;
     if (!base_.doubt.empty()) return Skip("reference: " + base_.doubt);
+    // Directions keep what the library takes for a contact, and what is one.
+    for (int i = 0; i < c_.system->num_constraints(); ++i) {
+      if (B_.initial_mode.Contains(c_.units.constraint[i])) kept_.Insert(i);
+    }
     if (!CompareStates()) return verdict_;
     for (int k = 0; k < kDirections; ++k) {
       if (!Compare(Direction(k))) return verdict_;
@@ -58,6 +62,7 @@ class Court {
     std::string doubt;
     ReferenceFlow flow(*c_.system, options_);
     held_ = flow.InitialMode(c_.x, c_.schedule.values.front(), &doubt);
+    kept_ = held_;
     base_ = Run(Vector::Zero(Size()));
     if (!doubt.empty() && base_.doubt.empty()) base_.doubt = doubt;
     return true;
@@ -73,10 +78,10 @@ class Court {
     const Vector p = w.tail(2);
     if (p.isZero(0)) {
       return ReferenceFlow(*c_.system, options_)
-          .Run(c_.x + w.head(2 * d_), schedule, c_.duration, held_);
+          .Run(c_.x + w.head(2 * d_), schedule, c_.duration, kept_);
     }
     const RandomSystem other(c_.system->coefficients(), 1 + p(0), p(1));
-    return ReferenceFlow(other, options_).Run(c_.x + w.head(2 * d_), schedule, c_.duration, held_);
+    return ReferenceFlow(other, options_).Run(c_.x + w.head(2 * d_), schedule, c_.duration, kept_);
   }
 
   /// What the library makes of it; false when there is no derivative.
@@ -136,6 +141,7 @@ class Court {
     Vector w = Vector::Zero(Size());
     if (k == 1 && previous_.size() > 0) {
       w = -previous_;
+      Open(&w);
     } else {
       const bool axis = k == 3 && draw_.Chance(0.5);
       for (int i = 0; i < 2 * d_; ++i) w(i) = axis ? 0 : draw_.Normal();
@@ -144,7 +150,9 @@ class Court {
         for (int i = 2 * d_; i < Size(); ++i) w(i) = draw_.Normal();
       }
       Project(&w);
-      if (w.norm() > 0) w.normalize();
+      Open(&w);
+      // Nothing is left of it where contacts hold all coordinates.
+      w = w.norm() > 1e-6 ? Vector(w.normalized()) : Vector::Zero(Size());
     }
     previous_ = w;
     return w;
@@ -155,7 +163,26 @@ class Court {
     Variables variables;
     variables.inputs = true;
     variables.parameters = {0, 1};
-    *w = ProjectAdmissible(*c_.system, c_.x, held_, *w, variables);
+    *w = ProjectAdmissible(*c_.system, c_.x, kept_, *w, variables);
+  }
+
+  /// Turns w so that contacts that touch at the start and are not held do not penetrate.
+  void Open(Vector* w) const {
+    ConstraintTerms terms;
+    c_.system->Constraints(c_.x.head(d_), c_.x.tail(d_), &terms);
+    for (int round = 0; round < 20; ++round) {
+      bool turned = false;
+      for (int i = 0; i < terms.gap.size(); ++i) {
+        if (kept_.Contains(i) || terms.gap(i) > 1e-9) continue;
+        const Eigen::RowVectorXd a = terms.jacobian.row(i);
+        const double rate = a.dot(w->head(d_)) + (i == 0 ? (*w)(w->size() - 1) : 0);
+        if (rate >= 0) continue;
+        w->head(d_) -= 2 * rate / a.squaredNorm() * a.transpose();
+        turned = true;
+      }
+      if (!turned) return;
+      Project(w);
+    }
   }
 
   Vector Given(const Vector& w) const {
@@ -209,15 +236,18 @@ class Court {
 
   /// B(w) beside quotients; false when it is contradicted.
   bool Compare(const Vector& w) {
+    if (w.isZero(0)) return true;
     const Vector prediction = c_.units.Back(B_(Given(w)));
     const double size = std::max(1.0, prediction.cwiseAbs().maxCoeff());
     const double noise = (base_.settled ? 1e-9 : kReference) * (1 + base_.x.cwiseAbs().maxCoeff());
     std::vector<double> errors, alphas;
     Vector before;
+    std::string doubt;
     double settled = 1e300;
     for (double alpha : {1e-5, 1e-6, 1e-7, 1e-8}) {
       const ReferenceRun run = Run(alpha * w);
       if (!run.doubt.empty()) {
+        doubt = run.doubt;
         before.resize(0);
         continue;
       }
@@ -240,10 +270,7 @@ class Court {
       }
       before = quotient;
     }
-    if (errors.empty()) {
-      ++verdict_.undecided;
-      return true;
-    }
+    if (errors.empty()) return Undecided(doubt.empty() ? "noise" : doubt);
     if (errors.back() <= kAccurate * size) {
       ++verdict_.directions;
       return true;
@@ -251,24 +278,44 @@ class Court {
     const bool clear = errors.size() >= 2 && errors.back() > kWrong * size &&
                        settled < 0.1 * errors.back();
     if (!clear || !Sure(w, alphas.back(), errors.back())) {
-      ++verdict_.undecided;
-      return true;
+      std::ostringstream text;
+      text << "errors";
+      for (double error : errors) text << " " << error / size;
+      return Undecided(doubt + " " + text.str());
     }
     verdict_.kind = Verdict::Kind::kContradicted;
-    verdict_.reason = "derivative";
+    const ReferenceRun perturbed = Run(alphas.back() * w);
+    const bool at_once = perturbed.events.size() > 0 && !perturbed.events[0].activated.Empty() &&
+                         perturbed.events[0].t < 1e3 * alphas.back();
+    verdict_.reason = at_once ? "derivative, impact at the start" : "derivative";
     std::ostringstream detail;
     detail << "errors";
     for (std::size_t k = 0; k < errors.size(); ++k) detail << " " << errors[k] << " at " << alphas[k];
     detail << ", |B(w)| = " << size;
     if (c_.delay > 0) detail << ", delay " << c_.delay;
     detail << "; " << SecondOpinion(w, prediction, alphas.back());
-    detail << "; transitions";
+    detail << "; reference, perturbed";
+    for (const ReferenceEvent& e : perturbed.events) {
+      detail << " " << e.t << ":+" << ModeBits(e.activated) << ":" << ModeBits(e.before) << ">"
+             << ModeBits(e.after);
+    }
+    ConstraintTerms terms;
+    c_.system->Constraints(c_.x.head(d_), c_.x.tail(d_), &terms);
+    if (kept_ != held_) verdict_.reason += ", start modes differ";
+    detail << "; start " << run_.arcs.front().mode.bits() << ", reference " << ModeBits(held_)
+           << ", gaps along w " << (terms.jacobian * w.head(d_)).transpose() << "; transitions";
     for (const Transition& t : run_.transitions) {
       detail << " " << t.t / c_.units.time << ":+" << t.activated.bits() << ":" << t.mode_before.bits()
              << ">" << t.mode_after.bits();
     }
     verdict_.detail = detail.str();
     return false;
+  }
+
+  bool Undecided(const std::string& why) {
+    ++verdict_.undecided;
+    verdict_.detail += "undecided: " + why + "; ";
+    return true;
   }
 
   /// The reference with other steps says the same.
@@ -294,6 +341,8 @@ class Court {
     SimulateOptions options;
     options.relative_tolerance = options.absolute_tolerance = 1e-13;
     options.simultaneity_tolerance = 1e-13;
+    options.gap_tolerance = 1e-12;
+    options.speed_tolerance = 1e-10;
     options.impact_law = c_.law;
     options = c_.units.Scale(options);
     options.relative_tolerance = 1e-13;
@@ -310,7 +359,12 @@ class Court {
       if (!base.status.ok() || !run.status.ok()) return "own runs: " + run.status.message;
       const Vector quotient =
           (c_.units.Back(run.FinalState()) - c_.units.Back(base.FinalState())) / alpha;
-      text << "own quotient off by " << (quotient - prediction).cwiseAbs().maxCoeff();
+      text << "own quotient off by " << (quotient - prediction).cwiseAbs().maxCoeff()
+           << ", its transitions";
+      for (const Transition& t : run.transitions) {
+        text << " " << t.t / c_.units.time << ":+" << t.activated.bits() << ":"
+             << t.mode_before.bits() << ">" << t.mode_after.bits();
+      }
     } catch (const std::invalid_argument& error) {
       return std::string("own run: ") + error.what();
     }
@@ -322,7 +376,8 @@ class Court {
   Draw draw_;
   RescaledSystem given_;
   ReferenceOptions options_;
-  ContactMode held_;
+  ContactMode held_;  // at the start, by the reference
+  ContactMode kept_;  // by directions: also what the library holds
   ReferenceRun base_;
   Trajectory run_;
   BDerivative B_;

@@ -60,6 +60,8 @@ class ReferenceFlow {
   ReferenceRun Run(Vector x, const InputSchedule& schedule, double duration, ContactMode held);
   /// Without events, in one mode, for `duration` (may be negative).
   bool Glide(Vector* x, const Vector& u, ContactMode mode, double duration);
+  /// Moves x to where the gaps and rates of `held` vanish.
+  void PutInContact(Vector* x, ContactMode held);
   /// Acceleration and force at x.
   void Solve(const Vector& x, const Vector& u, ContactMode mode);
   const Vector& acceleration() const { return acceleration_; }
@@ -79,7 +81,6 @@ class ReferenceFlow {
   Event FirstEvent(const Vector& x, const Vector& y, double h, ReferenceRun* run);
   bool Impact(Vector* x, ContactMode touching);
   ContactMode Decide(Vector* x, ContactMode candidates, std::string* doubt);
-  void PutInContact(Vector* x, ContactMode held);
   void Resolve(Vector* x, int trigger, double t, ReferenceRun* run);
 
   const RandomSystem& system_;
