@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Random systems far beyond what the laws of the other tests use, judged by a simulator of its own.
+//   CONTACT_FLOW_ADVERSARY_SYSTEMS, _SEED, _THREADS   how many, from which seed, with how many
+//   CONTACT_FLOW_ADVERSARY_PRINT=1                    prints each case, and its verdict
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <iostream>
+
+#include "test/adversary/campaign.h"
+#include "test/adversary/draw.h"
+
+namespace contact_flow {
+namespace adversary {
+namespace {
+
+long Environment(const char* name, long otherwise) {
+  const char* value = std::getenv(name);
+  return value != nullptr ? std::atol(value) : otherwise;
+}
+
+/// The derivatives of a random system are those of its formulas, in other units, too.
+TEST(RandomSystem, HasItsDerivatives) {
+  int cases = 0;
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    const Case c = Generate(seed);
+    if (!c.skipped.empty() || c.system->coefficients().ridges.size() > 3) continue;
+    ++cases;
+    const RescaledSystem given(*c.system, c.units);
+    const int d = given.dof(), n = given.num_constraints(), m = given.num_inputs();
+    Draw draw(seed);
+    const auto random = [&](int size) {
+      Vector x(size);
+      for (int i = 0; i < size; ++i) x(i) = draw.Normal();
+      return x;
+    };
+    // All arguments in units of order 1, then in the given ones.
+    const Units& units = c.units;
+    const auto state = [&](const Vector& x) { return units.State(x); };
+    const Vector x0 = c.x + 0.01 * random(2 * d), u = random(m);
+    const Vector a0 = random(d), f0 = random(n), s0 = random(d);
+    Vector zero_a(2 * d), zero_s(2 * d);
+    zero_a << Vector::Zero(d), a0;
+    zero_s << Vector::Zero(d), s0;
+    const Vector acceleration = state(zero_a).tail(d) / units.time, s = state(zero_s).tail(d);
+    const double energy = units.mass / (units.time * units.time);
+    Vector force(n), impulse(n), gap_unit(n);
+    for (int i = 0; i < n; ++i) {
+      force(units.constraint[i]) = energy / units.gap(i) * f0(i);
+      gap_unit(units.constraint[i]) = units.gap(i);
+    }
+    impulse = force * units.time;
+    // Residuals in units of order 1, from the given system.
+    const auto residual = [&](const Vector& x, bool impact) {
+      const Vector y = state(x);
+      Matrix mass;
+      Vector applied;
+      ConstraintTerms terms;
+      given.Dynamics(y.head(d), y.tail(d), u, {}, &mass, &applied);
+      given.Constraints(y.head(d), y.tail(d), &terms);
+      Vector r(d + n);
+      if (impact) {
+        r << mass * s - terms.jacobian.transpose() * impulse, terms.jacobian * s;
+      } else {
+        r << mass * acceleration - applied - terms.jacobian.transpose() * force,
+            terms.jacobian * acceleration + terms.bias;
+      }
+      return r;
+    };
+    for (const bool impact : {false, true}) {
+      const Vector y = state(x0);
+      ResidualJacobian J;
+      if (impact) {
+        given.DifferentiateImpact(y.head(d), s, impulse, s, &J);
+      } else {
+        given.DifferentiateDynamics(y.head(d), y.tail(d), u, {}, acceleration, force, &J);
+      }
+      const Vector w = random(2 * d).cwiseProduct(
+          impact ? Vector((Vector(2 * d) << Vector::Ones(d), Vector::Zero(d)).finished())
+                 : Vector::Ones(2 * d));
+      const Vector dw = state(w);
+      Vector exact(d + n);
+      exact << J.momentum_q * dw.head(d), J.constraint_q * dw.head(d);
+      if (!impact) exact += (Vector(d + n) << J.momentum_v * dw.tail(d),
+                             J.constraint_v * dw.tail(d)).finished();
+      // The narrowest ridge sets the step: central differences, error (h/width)²/6.
+      const double h = 1e-6 * std::min(1.0, c.system->TimeScale(x0.head(d), w.head(d)));
+      const Vector difference = (residual(x0 + h * w, impact) - residual(x0 - h * w, impact)) /
+                                (2 * h);
+      const Vector here = residual(x0, impact);
+      for (int i = 0; i < d + n; ++i) {
+        // Rounding of the residual's terms, which are larger than their sum, over h.
+        const double size = std::max({std::abs(exact(i)), std::abs(here(i)),
+                                      exact.cwiseAbs().maxCoeff() * 1e-12});
+        const double unit = i < d ? 0 : 0;
+        EXPECT_NEAR(exact(i), difference(i), 1e-3 * size + unit)
+            << "seed " << seed << (impact ? ", impact" : ", dynamics") << ", row " << i;
+      }
+    }
+    if (HasFailure()) break;
+  }
+  EXPECT_GT(cases, 100);
+}
+
+TEST(Adversary, IsNotContradicted) {
+  const long systems = Environment("CONTACT_FLOW_ADVERSARY_SYSTEMS", 600);
+  const long seed = Environment("CONTACT_FLOW_ADVERSARY_SEED", 1);
+  const int threads = static_cast<int>(Environment("CONTACT_FLOW_ADVERSARY_THREADS", 1));
+  if (Environment("CONTACT_FLOW_ADVERSARY_PRINT", 0) != 0) {
+    for (long k = 0; k < systems; ++k) {
+      const Case c = Generate(static_cast<std::uint64_t>(seed + k));
+      const Verdict verdict = Judge(c);
+      std::cout << Print(c) << Name(verdict.kind) << ": " << verdict.reason << " "
+                << verdict.detail << "\n";
+    }
+    return;
+  }
+  const Campaign campaign = RunCampaign(static_cast<std::uint64_t>(seed), systems, threads);
+  campaign.Print(&std::cout);
+  EXPECT_TRUE(campaign.contradicted.empty());
+}
+
+}  // namespace
+}  // namespace adversary
+}  // namespace contact_flow

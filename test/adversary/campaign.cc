@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "test/adversary/campaign.h"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <thread>
+
+namespace contact_flow {
+namespace adversary {
+
+long Campaign::Count(const std::string& kind) const {
+  long count = 0;
+  if (kind == "right") {
+    for (const auto& [generator, number] : right) count += number;
+  }
+  const auto found = others.find(kind);
+  if (found == others.end()) return count;
+  for (const auto& [reason, number] : found->second) count += number;
+  return count;
+}
+
+void Campaign::Print(std::ostream* out) const {
+  *out << systems << " systems: " << Count("right") << " right (" << directions
+       << " directions, " << undecided << " more undecided), " << Count("refused")
+       << " refused, " << Count("skipped") << " skipped, " << contradicted.size()
+       << " contradicted\n";
+  *out << "right, by generator:\n";
+  for (const auto& [generator, number] : right) *out << "  " << number << " " << generator << "\n";
+  for (const auto& [kind, reasons] : others) {
+    *out << kind << ":\n";
+    for (const auto& [reason, number] : reasons) {
+      *out << "  " << number << " " << reason << " (first: seed " << first.at(kind).at(reason)
+           << ")\n";
+    }
+  }
+  for (const Finding& finding : contradicted) {
+    *out << "CONTRADICTED seed " << finding.seed << " (" << finding.generator << ", "
+         << finding.reason << "): " << finding.detail << "\n";
+  }
+}
+
+Campaign RunCampaign(std::uint64_t first_seed, long systems, int threads) {
+  Campaign campaign;
+  campaign.systems = systems;
+  std::atomic<long> next{0};
+  std::mutex lock;
+  const auto work = [&] {
+    for (long k = next++; k < systems; k = next++) {
+      const std::uint64_t seed = first_seed + static_cast<std::uint64_t>(k);
+      Verdict verdict;
+      std::string generator;
+      try {
+        const Case c = Generate(seed);
+        generator = c.generator;
+        verdict = Judge(c);
+      } catch (const std::exception& error) {
+        verdict.kind = Verdict::Kind::kContradicted;
+        verdict.reason = "exception";
+        verdict.detail = error.what();
+      }
+      const std::lock_guard<std::mutex> guard(lock);
+      campaign.directions += verdict.directions;
+      campaign.undecided += verdict.undecided;
+      if (verdict.kind == Verdict::Kind::kRight) {
+        ++campaign.right[generator];
+        continue;
+      }
+      const std::string kind = Name(verdict.kind);
+      const bool finding = verdict.kind == Verdict::Kind::kContradicted;
+      const std::string reason = finding ? generator + ", " + verdict.reason : verdict.reason;
+      ++campaign.others[kind][reason];
+      const auto [place, added] = campaign.first[kind].emplace(reason, seed);
+      if (!added) place->second = std::min(place->second, seed);
+      if (finding) {
+        campaign.contradicted.push_back({seed, generator, verdict.reason, verdict.detail});
+      }
+    }
+  };
+  std::vector<std::thread> pool;
+  for (int k = 0; k < threads; ++k) pool.emplace_back(work);
+  for (std::thread& thread : pool) thread.join();
+  std::sort(campaign.contradicted.begin(), campaign.contradicted.end(),
+            [](const auto& a, const auto& b) { return a.seed < b.seed; });
+  return campaign;
+}
+
+}  // namespace adversary
+}  // namespace contact_flow

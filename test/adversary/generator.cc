@@ -1,0 +1,665 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "test/adversary/generator.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <sstream>
+
+#include "test/adversary/draw.h"
+#include "test/adversary/reference_flow.h"
+
+namespace contact_flow {
+namespace adversary {
+namespace {
+
+enum class Coupling { kBlocks, kOrthogonal, kAttracting, kAny, kDegenerate, kWeak, kParallel };
+
+/// What a generator asks for; the rest is drawn.
+struct Recipe {
+  const char* name;
+  Coupling coupling = Coupling::kOrthogonal;
+  int hits = 2, rests = 0, touches = 0, others = 0;  // constraints
+  double plastic = 0.5;                              // share of systems with γ = 0
+  double curvature = 0.2;                            // of gaps
+  double mass_slope = 0.1;
+  bool clock = false;
+  int bumps = 0, waves = 0;         // forces
+  int hills = 0, ripples = 0;       // of gaps: bumps, waves
+  bool delays = false;              // the hits come one after another, nearly
+  bool vanish = false;              // forces of resting contacts vanish at the event
+  bool start = false;               // the run starts at the event
+  bool inputs = false;              // change at or near the event
+  bool graze = false;               // one constraint is hit slowly
+  double before = 0.25, after = 0.3;  // [s]
+  double press = 1;                 // typical load on contacts
+  bool idle = false;                // no forces but the load on contacts
+  double gyration = 0;              // forces linear in velocities, which release contacts
+};
+
+class Builder {
+ public:
+  Builder(const Recipe& recipe, Case* result, Draw* draw) : r_(recipe), case_(*result), draw_(*draw) {}
+
+  void Build() {
+    Sizes();
+    Masses();
+    Gaps();
+    Velocity();
+    Forces();
+    Restitutions();
+    Press();
+    Start();
+    if (case_.skipped.empty()) ChooseUnits();
+  }
+
+ private:
+  void Sizes() {
+    touching_ = r_.hits + r_.rests + r_.touches;
+    n_ = touching_ + r_.others;
+    const int smallest = std::max(2, touching_ + (r_.clock ? 1 : 0));
+    d_ = r_.coupling == Coupling::kBlocks
+             ? std::max(smallest, touching_ + draw_.Below(touching_ + 1) + (r_.clock ? 1 : 0))
+             : smallest + draw_.Below(std::max(1, 9 - smallest));
+    d_ = std::min(d_, 8 + (r_.clock ? 1 : 0));
+    m_ = d_ - (r_.clock ? 1 : 0);  // coordinates that move freely
+    c_.restitution = Vector::Zero(n_);
+    // A block of coordinates for each touching constraint.
+    for (int k = 0; k < m_; ++k) block_.push_back(k % std::max(1, touching_));
+  }
+
+  bool Together(int i, int j) const {
+    return r_.coupling != Coupling::kBlocks || block_[i] == block_[j];
+  }
+
+  Matrix Symmetric(double size) {
+    Matrix S = Matrix::Zero(d_, d_);
+    for (int i = 0; i < m_; ++i) {
+      for (int j = 0; j <= i; ++j) {
+        const double s = draw_.Normal() * size;
+        if (Together(i, j)) S(i, j) = S(j, i) = s;
+      }
+    }
+    return S;
+  }
+
+  void Masses() {
+    c_.mass = Matrix::Identity(d_, d_);
+    const Matrix S = Symmetric(0.3);
+    c_.mass += S * S.transpose();
+    for (int k = 0; k < m_; ++k) c_.mass(k, k) *= draw_.Log(0.3, 3);
+    if (r_.mass_slope == 0 || draw_.Chance(0.3)) return;
+    if (r_.coupling == Coupling::kOrthogonal) return;  // would be orthogonal at the event only
+    for (int k = 0; k < d_; ++k) {
+      Matrix slope = Symmetric(r_.mass_slope / std::sqrt(1.0 * m_));
+      if (k >= m_) slope.setZero();
+      if (r_.coupling == Coupling::kBlocks) {  // of its own block alone
+        for (int i = 0; i < m_; ++i) {
+          for (int j = 0; j < m_; ++j) {
+            if (k < m_ && (block_[i] != block_[k] || block_[j] != block_[k])) slope(i, j) = 0;
+          }
+        }
+      }
+      c_.mass_slopes.push_back(slope);
+    }
+  }
+
+  /// G of the touching constraints, normalized: positive definite.
+  Matrix Normalized() {
+    const int k = touching_;
+    for (int attempt = 0; attempt < 200; ++attempt) {
+      Matrix G = Matrix::Identity(k, k);
+      for (int i = 0; i < k; ++i) {
+        for (int j = 0; j < i; ++j) {
+          double g = 0;
+          switch (r_.coupling) {
+            case Coupling::kBlocks:
+            case Coupling::kOrthogonal: break;
+            case Coupling::kAttracting: g = draw_.Chance(0.3) ? 0 : -draw_.Uniform(0, 0.7); break;
+            case Coupling::kAny: g = draw_.Chance(0.2) ? 0 : draw_.Uniform(-0.9, 0.9); break;
+            case Coupling::kDegenerate: g = draw_.Uniform(-0.8, 0.8); break;
+            case Coupling::kWeak: g = draw_.Log(1e-9, 1e-3) * draw_.Sign(); break;
+            case Coupling::kParallel:
+              g = i == 1 ? draw_.Sign() * (1 - draw_.Log(1e-6, 1e-2)) : draw_.Uniform(-0.1, 0.1);
+          }
+          G(i, j) = G(j, i) = g;
+        }
+      }
+      if (r_.coupling == Coupling::kDegenerate && k >= 3) {
+        G(1, 0) = G(0, 1) = G(2, 0) * G(2, 1);
+        if (draw_.Chance(0.3) && k >= 4) G(3, 0) = G(0, 3) = G(3, 1) * G(1, 0);
+      }
+      const double smallest = r_.coupling == Coupling::kParallel ? 1e-7 : 0.05;
+      if (Eigen::SelfAdjointEigenSolver<Matrix>(G).eigenvalues()(0) > smallest) return G;
+    }
+    return Matrix::Identity(k, k);
+  }
+
+  void Gaps() {
+    const Matrix L = c_.mass.llt().matrixL();
+    Matrix normals = Matrix::Zero(n_, d_);
+    if (r_.coupling == Coupling::kBlocks) {
+      for (int i = 0; i < touching_; ++i) {
+        for (int k = 0; k < m_; ++k) {
+          if (block_[k] == i) normals(i, k) = draw_.Normal();
+        }
+        normals.row(i) *= draw_.Sign() / normals.row(i).norm();
+      }
+    } else if (touching_ > 0) {
+      // A = C Q Lᵀ with C Cᵀ = G and orthonormal rows of Q: A M⁻¹ Aᵀ = G.
+      Matrix random(m_, touching_);
+      for (int i = 0; i < random.size(); ++i) random(i) = draw_.Normal();
+      const Matrix Q = Eigen::HouseholderQR<Matrix>(random).householderQ() *
+                       Matrix::Identity(m_, touching_);
+      Matrix wide = Matrix::Zero(touching_, d_);
+      wide.leftCols(m_) = Q.transpose();
+      const Matrix C = Normalized().llt().matrixL();
+      normals.topRows(touching_) = C * wide * L.transpose();
+      for (int i = 0; i < touching_; ++i) normals.row(i) *= draw_.Log(0.5, 2);
+    }
+    for (int i = touching_; i < n_; ++i) {
+      for (int k = 0; k < m_; ++k) normals(i, k) = draw_.Normal();
+      normals.row(i).normalize();
+    }
+    const bool flat = r_.curvature == 0 || draw_.Chance(0.4) ||
+                      r_.coupling == Coupling::kOrthogonal;
+    for (int i = 0; i < n_; ++i) {
+      GapTerms gap;
+      gap.normal = normals.row(i);
+      gap.offset = i < touching_ ? 0 : draw_.Log(0.03, 0.5);
+      if (!flat) {
+        gap.curvature = Symmetric(r_.curvature);
+        if (r_.coupling == Coupling::kBlocks) {
+          for (int k = 0; k < m_; ++k) {
+            for (int l = 0; l < m_; ++l) {
+              const bool own = i < touching_ && block_[k] == i && block_[l] == i;
+              if (!own) gap.curvature(k, l) = 0;
+            }
+          }
+        }
+      }
+      c_.gaps.push_back(gap);
+    }
+  }
+
+  void Velocity() {
+    Vector rates = Vector::Zero(touching_);
+    for (int i = 0; i < r_.hits; ++i) rates(i) = -draw_.Uniform(0.3, 1.3);
+    if (r_.graze) rates(0) = -draw_.Log(1e-9, 1e-2) * (draw_.Chance(0.3) ? 0 : 1);
+    for (int i = r_.hits + r_.rests; i < touching_; ++i) {
+      if (r_.start && draw_.Chance(0.5)) rates(i) = draw_.Uniform(0.2, 1);
+    }
+    v_ = Vector::Zero(d_);
+    for (int k = 0; k < m_; ++k) v_(k) = draw_.Normal();
+    if (touching_ > 0) {
+      Matrix A(touching_, d_);
+      for (int i = 0; i < touching_; ++i) A.row(i) = c_.gaps[i].normal;
+      // Parallel normals with different rates would need any speed.
+      if (r_.coupling == Coupling::kParallel && touching_ > 1) {
+        const double side = A.row(0).dot(A.row(1)) / (A.row(0).norm() * A.row(1).norm());
+        if (side > 0) rates(1) = rates(0) * A.row(1).norm() / A.row(0).norm();
+      }
+      const Matrix Y = c_.mass.llt().solve(A.transpose());
+      v_ += Y * (A * Y).ldlt().solve(rates - A * v_);
+    }
+    if (r_.clock) v_(d_ - 1) = 1;
+    if (v_.norm() > 20) case_.skipped = "a speed beyond 20";
+  }
+
+  Vector Along() {
+    Vector e = v_;
+    if (r_.clock) e(d_ - 1) = 0;
+    for (int k = 0; k < m_; ++k) e(k) += 0.5 * draw_.Normal();
+    return e.norm() > 0 ? Vector(e.normalized()) : Vector::Unit(d_, 0);
+  }
+
+  void Forces() {
+    const Vector none = Vector::Zero(d_);
+    c_.load = none;
+    c_.stiffness = c_.damping = Matrix::Zero(d_, d_);
+    for (int i = 0; i < m_; ++i) {
+      if (r_.idle) break;
+      c_.load(i) = 2 * draw_.Normal();
+      for (int j = 0; j < m_; ++j) {
+        c_.stiffness(i, j) = draw_.Normal();
+        c_.damping(i, j) = (0.4 + r_.gyration) * draw_.Normal();
+      }
+      c_.stiffness(i, i) -= 3;
+      c_.damping(i, i) -= 0.5;
+    }
+    if (!r_.idle && draw_.Chance(0.5)) {
+      for (int i = 0; i < d_; ++i) {
+        Matrix S = Matrix::Zero(d_, d_);
+        for (int j = 0; j < m_; ++j) {
+          for (int l = 0; l <= j; ++l) S(j, l) = S(l, j) = 0.3 * draw_.Normal() / m_;
+        }
+        if (i >= m_) S.setZero();
+        c_.quadratic.push_back(S);
+      }
+    }
+    const double span = r_.before + r_.after;
+    for (int b = 0; b < r_.bumps + r_.waves; ++b) {
+      ForceRidge term;
+      term.ridge.bump = b < r_.bumps;
+      const bool in_time = r_.clock && draw_.Chance(0.7);
+      term.ridge.e = in_time ? Vector(Vector::Unit(d_, d_ - 1)) : Along();
+      const double speed = std::max(0.05, std::abs(term.ridge.e.dot(v_)));
+      const double path = speed * span, width = path * draw_.Log(1e-3, 0.1);
+      const double t = draw_.Uniform(r_.start ? 0.02 : -0.8 * r_.before, 0.8 * r_.after);
+      term.ridge.centre = t * term.ridge.e.dot(v_);
+      term.ridge.width = width;
+      term.amplitude = Vector::Zero(d_);
+      // A bump gives an impulse of order 1 at most; a wave is bounded.
+      const double size = term.ridge.bump ? draw_.Log(0.01, 1) * speed / width : draw_.Log(0.1, 5);
+      for (int k = 0; k < m_; ++k) term.amplitude(k) = size * draw_.Normal();
+      c_.ridges.push_back(term);
+    }
+    for (int h = 0; h < r_.hills + r_.ripples; ++h) {
+      Ridge ridge;
+      ridge.bump = h < r_.hills;
+      ridge.e = Along();
+      const double path = std::max(0.05, std::abs(ridge.e.dot(v_))) * span;
+      ridge.width = path * draw_.Log(5e-3, 0.3);
+      ridge.centre = draw_.Uniform(-r_.before, r_.after) * ridge.e.dot(v_);
+      const int i = draw_.Below(n_);
+      const double amplitude = draw_.Log(0.01, 0.5) * ridge.width;
+      c_.gaps[i].ridges.emplace_back(amplitude, ridge);
+      // The event stays at q = 0, with another normal there.
+      const Vector zero = Vector::Zero(d_);
+      c_.gaps[i].offset -= amplitude * ridge.Derivative(zero, 0);
+      if (i < touching_) c_.gaps[i].normal -= amplitude * ridge.Derivative(zero, 1) * ridge.e;
+    }
+    const int inputs = r_.inputs ? 1 + draw_.Below(2) : draw_.Below(2);
+    c_.input = Matrix::Zero(d_, inputs);
+    for (int i = 0; i < m_; ++i) {
+      for (int j = 0; j < inputs; ++j) c_.input(i, j) = draw_.Normal();
+    }
+  }
+
+  void Restitutions() {
+    const bool plastic = draw_.Chance(r_.plastic);
+    for (int i = 0; i < n_; ++i) {
+      const int kind = draw_.Below(6);
+      const double gamma = kind == 0 ? 0 : kind == 1 ? 1e-6 : kind == 2 ? 1 : draw_.Uniform(0.1, 1);
+      c_.restitution(i) = plastic ? 0 : gamma;
+    }
+  }
+
+  /// Loads contacts at the event: those that rest strongly enough, the others somehow.
+  void Press() {
+    const RandomSystem system(c_);
+    ReferenceFlow flow(system, {});
+    Vector x(2 * d_);
+    x << Vector::Zero(d_), v_;
+    ContactMode mode;
+    for (int i = 0; i < r_.rests; ++i) mode.Insert(r_.hits + i);
+    flow.Solve(x, Vector::Zero(c_.input.cols()), mode);
+    Vector wanted = Vector::Zero(n_);
+    for (int i : mode) {
+      wanted(i) = draw_.Uniform(0.5, 3) * r_.press;
+      if (r_.vanish && (i == r_.hits || draw_.Chance(0.6))) wanted(i) = 0;
+    }
+    for (int i : mode) c_.load -= (wanted(i) - flow.force()(i)) * c_.gaps[i].normal;
+    for (int i = 0; i < r_.hits && r_.press > 0; ++i) {
+      c_.load -= draw_.Uniform(-0.5, 3) * r_.press * c_.gaps[i].normal;
+    }
+    // What touches without force has no acceleration, or leaves.
+    const RandomSystem loaded(c_);
+    ReferenceFlow again(loaded, {});
+    again.Solve(x, Vector::Zero(c_.input.cols()), mode);
+    ConstraintTerms terms;
+    loaded.Constraints(x.head(d_), x.tail(d_), &terms);
+    if (r_.touches > 0) {
+      const int first = r_.hits + r_.rests;
+      const Matrix A = terms.jacobian.middleRows(first, r_.touches);
+      Vector aim = Vector::Zero(r_.touches);
+      for (int i = 0; i < r_.touches; ++i) {
+        if (!r_.start) aim(i) = draw_.Uniform(0.5, 2);
+        if (r_.start && draw_.Chance(0.5)) aim(i) = draw_.Uniform(-2, 2);
+      }
+      const Vector now = A * again.acceleration() + terms.bias.segment(first, r_.touches);
+      const Matrix Y = c_.mass.llt().solve(A.transpose());
+      c_.load += A.transpose() * (A * Y).ldlt().solve(aim - now);
+    }
+    mode_ = mode;
+  }
+
+  void Start() {
+    case_.duration = r_.after * draw_.Uniform(0.5, 1.5);
+    double before = r_.start ? 0 : r_.before * draw_.Uniform(0.4, 1.2);
+    if (r_.delays) {
+      case_.delay = draw_.Log(1e-12, 1e-5);
+      for (int i = 1; i < r_.hits; ++i) {
+        c_.gaps[i].offset +=
+            case_.delay * draw_.Uniform(0.2, 1) * i * std::abs(c_.gaps[i].normal.dot(v_));
+      }
+    }
+    auto system = std::make_shared<RandomSystem>(c_);
+    const Vector u = Vector::Zero(c_.input.cols());
+    Vector x;
+    // From a shorter time before, where the way is not free.
+    for (int attempt = 0; attempt < 4; ++attempt, before *= 0.4) {
+      case_.skipped = Arrive(*system, u, before, &x);
+      if (case_.skipped.empty() || before == 0) break;
+    }
+    if (!case_.skipped.empty()) return;
+    if (!x.allFinite() || x.cwiseAbs().maxCoeff() > 50) {
+      case_.skipped = "the motion before is unbounded";
+      return;
+    }
+    case_.system = system;
+    case_.x = x;
+    case_.event_time = before;
+    case_.duration += before;
+    case_.schedule = InputSchedule::Constant(u);
+    if (r_.inputs) {
+      const double offsets[] = {0, 0, 1e-9, -1e-9, 1e-6, -1e-6, 0.01, -0.01};
+      const double t = before + offsets[draw_.Below(8)];
+      Vector later = u;
+      for (int j = 0; j < u.size(); ++j) later(j) = draw_.Normal();
+      case_.schedule.grid = {0, std::max(1e-6, t)};
+      case_.schedule.values = {u, later};
+    }
+    if (draw_.Chance(0.08)) case_.law = ImpactLaw::kProjection;
+    if (draw_.Chance(0.2)) case_.tolerance = 1e-12;
+  }
+
+  /// The state from which the motion comes to the event; else why there is none.
+  std::string Arrive(const RandomSystem& system, const Vector& u, double before, Vector* x) {
+    x->resize(2 * d_);
+    *x << Vector::Zero(d_), v_;
+    ReferenceFlow flow(system, {});
+    if (before > 0 && !flow.Glide(x, u, mode_, -before)) return "no motion leads to the event";
+    flow.PutInContact(x, mode_);
+    ConstraintTerms terms;
+    system.Constraints(x->head(d_), x->tail(d_), &terms);
+    for (int i = 0; i < n_; ++i) {
+      const bool at_start = r_.start && i < touching_;
+      if (mode_.Contains(i) || at_start) continue;
+      if (!(terms.gap(i) > 1e-3)) return "a constraint is violated before";
+    }
+    return "";
+  }
+
+  void ChooseUnits() {
+    Units units = Units::Same(d_, n_);
+    if (draw_.Chance(0.5)) {
+      case_.units = units;
+      return;
+    }
+    // Powers of two: what is built to cancel still does.
+    const auto power = [&](double low, double high) {
+      return std::exp2(std::round(std::log2(draw_.Log(low, high))));
+    };
+    const int kind = draw_.Below(3);
+    double length = 1;
+    if (kind == 0) {
+      length = power(1e-8, 1e8);
+      units.mass = power(1e-8, 1e8);
+      units.time = power(1e-8, 1e8);
+    }
+    units.length *= length;
+    units.gap *= length;
+    if (kind == 1) {  // masses of very different size
+      for (int i = 0; i < d_; ++i) units.length(i) *= power(1e-4, 1);
+    }
+    for (int i = d_ - 1; i > 0; --i) {
+      std::swap(units.coordinate[i], units.coordinate[draw_.Below(i + 1)]);
+    }
+    for (int i = n_ - 1; i > 0; --i) {
+      std::swap(units.constraint[i], units.constraint[draw_.Below(i + 1)]);
+    }
+    case_.units = units;
+  }
+
+  const Recipe& r_;
+  Case& case_;
+  Draw& draw_;
+  Coefficients c_;
+  int d_ = 0, m_ = 0, n_ = 0, touching_ = 0;
+  std::vector<int> block_;
+  Vector v_;
+  ContactMode mode_;
+};
+
+using RecipeMaker = Recipe (*)(Draw*);
+
+const std::vector<std::pair<std::string, RecipeMaker>>& Makers() {
+  static const std::vector<std::pair<std::string, RecipeMaker>> makers = {
+      {"blocks", [](Draw* d) {
+         Recipe r;
+         r.coupling = Coupling::kBlocks;
+         r.hits = 1 + d->Below(4);
+         r.rests = d->Below(3);
+         return r;
+       }},
+      {"orthogonal", [](Draw* d) {
+         Recipe r;
+         r.hits = 1 + d->Below(4);
+         r.rests = d->Below(3);
+         r.others = d->Below(2);
+         return r;
+       }},
+      {"attracting", [](Draw* d) {
+         Recipe r;
+         r.coupling = Coupling::kAttracting;
+         r.hits = 1 + d->Below(3);
+         r.rests = d->Below(3);
+         r.plastic = 0.95;
+         return r;
+       }},
+      {"any", [](Draw* d) {
+         Recipe r;
+         r.coupling = Coupling::kAny;
+         r.hits = 1 + d->Below(3);
+         r.rests = d->Below(4);
+         return r;
+       }},
+      {"one_hits_resting", [](Draw* d) {
+         Recipe r;
+         r.coupling = d->Chance(0.5) ? Coupling::kAny : Coupling::kAttracting;
+         r.hits = 1;
+         r.rests = 1 + d->Below(4);
+         r.plastic = 0.7;
+         return r;
+       }},
+      {"degenerate", [](Draw* d) {
+         Recipe r;
+         r.coupling = Coupling::kDegenerate;
+         r.hits = 1;
+         r.rests = 2 + d->Below(2);
+         if (d->Chance(0.3)) std::swap(r.hits, r.rests);
+         r.plastic = 0.8;
+         r.curvature = r.mass_slope = d->Chance(0.5) ? 0 : 0.2;
+         return r;
+       }},
+      {"weak", [](Draw* d) {
+         Recipe r;
+         r.coupling = Coupling::kWeak;
+         r.hits = 1 + d->Below(2);
+         r.rests = d->Below(2) + (r.hits == 1 ? 1 : 0);
+         r.curvature = r.mass_slope = d->Chance(0.4) ? 0 : d->Log(1e-6, 1e-2);
+         return r;
+       }},
+      {"parallel", [](Draw* d) {
+         Recipe r;
+         r.coupling = Coupling::kParallel;
+         r.hits = 2;
+         r.rests = d->Below(2);
+         r.plastic = 0.9;
+         return r;
+       }},
+      {"nearly_together", [](Draw* d) {
+         Recipe r;
+         r.coupling = d->Chance(0.5) ? Coupling::kOrthogonal : Coupling::kAttracting;
+         if (d->Chance(0.3)) r.coupling = Coupling::kAny;
+         r.hits = 2 + d->Below(2);
+         r.rests = d->Below(2);
+         r.plastic = 0.8;
+         r.delays = true;
+         return r;
+       }},
+      {"gusts_in_space", [](Draw* d) {
+         Recipe r;
+         r.hits = d->Below(3);
+         r.rests = d->Below(2);
+         r.others = r.hits + r.rests == 0 ? 1 : d->Below(2);
+         r.bumps = 1 + d->Below(3);
+         r.waves = d->Below(2);
+         return r;
+       }},
+      {"gusts_in_time", [](Draw* d) {
+         Recipe r;
+         r.hits = d->Below(3);
+         r.rests = d->Below(3);
+         r.clock = true;
+         r.bumps = 1 + d->Below(3);
+         r.waves = d->Below(2);
+         return r;
+       }},
+      {"height_fields", [](Draw* d) {
+         Recipe r;
+         r.coupling = Coupling::kBlocks;
+         r.hits = d->Below(2);
+         r.rests = d->Below(2);
+         r.others = 1 + d->Below(2);
+         r.hills = d->Below(3);
+         r.ripples = 1 + d->Below(2);
+         return r;
+       }},
+      {"starts", [](Draw* d) {
+         Recipe r;
+         const Coupling kinds[] = {Coupling::kOrthogonal, Coupling::kAttracting, Coupling::kAny};
+         r.coupling = kinds[d->Below(3)];
+         r.start = true;
+         r.hits = 0;
+         r.rests = d->Below(4);
+         r.touches = 1 + d->Below(2);
+         r.others = d->Below(2);
+         return r;
+       }},
+      {"vanishing", [](Draw* d) {
+         Recipe r;
+         const Coupling kinds[] = {Coupling::kOrthogonal, Coupling::kAttracting, Coupling::kAny};
+         r.coupling = kinds[d->Below(3)];
+         r.hits = d->Below(2);
+         r.rests = 1 + d->Below(3);
+         r.vanish = true;
+         return r;
+       }},
+      {"inputs", [](Draw* d) {
+         Recipe r;
+         r.hits = 1 + d->Below(2);
+         r.rests = d->Below(3);
+         r.inputs = true;
+         return r;
+       }},
+      {"bouncing", [](Draw* d) {
+         Recipe r;
+         r.hits = 1 + d->Below(2);
+         r.plastic = 0.1;
+         r.press = d->Log(1, 20);
+         r.after = 1.5;
+         return r;
+       }},
+      {"grazing", [](Draw* d) {
+         Recipe r;
+         r.hits = 1 + d->Below(2);
+         r.rests = d->Below(2);
+         r.graze = true;
+         return r;
+       }},
+      {"long", [](Draw* d) {
+         Recipe r;
+         r.coupling = d->Chance(0.5) ? Coupling::kBlocks : Coupling::kAttracting;
+         r.hits = 1 + d->Below(3);
+         r.rests = d->Below(2);
+         r.others = d->Below(3);
+         r.after = 2;
+         r.plastic = 0.9;
+         r.press = 3;
+         return r;
+       }},
+      {"touching", [](Draw* d) {
+         Recipe r;
+         r.coupling = d->Chance(0.3) ? Coupling::kOrthogonal : Coupling::kAny;
+         r.hits = 1;
+         r.start = false;
+         r.rests = d->Below(3);
+         r.touches = 0;
+         r.vanish = r.rests > 0;
+         r.plastic = 0.8;
+         return r;
+       }},
+      {"regained", [](Draw* d) {
+         Recipe r;
+         r.hits = 3 + d->Below(2);
+         r.rests = d->Below(2);
+         r.plastic = 0.95;
+         r.press = 0.5;
+         r.gyration = 3;
+         r.curvature = r.mass_slope = 0;
+         return r;
+       }},
+      {"chains", [](Draw* d) {
+         Recipe r;
+         r.coupling = Coupling::kAttracting;
+         r.hits = 1;
+         r.rests = 1 + d->Below(3);
+         r.idle = true;
+         r.press = d->Chance(0.5) ? 0 : d->Log(1e-9, 1);
+         r.curvature = r.mass_slope = 0;
+         r.plastic = 0.5;
+         return r;
+       }},
+      {"brushing", [](Draw* d) {
+         Recipe r;
+         r.coupling = d->Chance(0.5) ? Coupling::kOrthogonal : Coupling::kAny;
+         r.hits = 1 + d->Below(2);
+         r.rests = d->Below(2);
+         r.touches = 1;
+         r.plastic = 0.8;
+         return r;
+       }},
+      {"coarse_gusts", [](Draw* d) {
+         Recipe r;
+         r.hits = 0;
+         r.rests = d->Below(2);
+         r.others = 1;
+         r.clock = d->Chance(0.5);
+         r.bumps = 1 + d->Below(2);
+         r.before = 0.5;
+         r.after = 0.5;
+         return r;
+       }},
+  };
+  return makers;
+}
+
+}  // namespace
+
+const std::vector<std::string>& GeneratorNames() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const auto& [name, maker] : Makers()) all.push_back(name);
+    return all;
+  }();
+  return names;
+}
+
+Case Generate(std::uint64_t seed) {
+  Case result;
+  const auto& [name, maker] = Makers()[seed % Makers().size()];
+  result.seed = seed;
+  result.generator = name;
+  Draw draw(seed);
+  const Recipe recipe = maker(&draw);
+  Builder(recipe, &result, &draw).Build();
+  return result;
+}
+
+}  // namespace adversary
+}  // namespace contact_flow

@@ -1,0 +1,408 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "test/adversary/judge.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+#include <vector>
+
+#include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/flow/simulate.h"
+#include "test/adversary/draw.h"
+#include "test/adversary/reference_flow.h"
+
+namespace contact_flow {
+namespace adversary {
+namespace {
+
+/// A derivative may be off by this part of its size (at least 1): its own tolerance is 1e-9.
+constexpr double kAccurate = 2e-5;
+/// One that is off by this part is wrong, if the quotients say so clearly.
+constexpr double kWrong = 2e-4;
+/// States of a run and of its reference that differ by more than this are two motions.
+constexpr double kSameState = 1e-6;
+/// Error of a reference state, relative.
+constexpr double kReference = 3e-13;
+constexpr int kDirections = 4;
+
+class Court {
+ public:
+  explicit Court(const Case& c)
+      : c_(c), d_(c.system->dof()), draw_(c.seed ^ 0x5bd1e995u),
+        given_(*c.system, c.units) {
+    options_.law = c.law;
+  }
+
+  Verdict Judge() {
+    if (!StartReference()) return verdict_;
+    if (!Differentiate()) return verdict_;
+    if (!base_.doubt.empty()) return Skip("reference: " + base_.doubt);
+    // Directions keep what the library takes for a contact, and what is one.
+    for (int i = 0; i < c_.system->num_constraints(); ++i) {
+      if (B_.initial_mode.Contains(c_.units.constraint[i])) kept_.Insert(i);
+    }
+    if (!CompareStates()) return verdict_;
+    for (int k = 0; k < kDirections; ++k) {
+      if (!Compare(Direction(k))) return verdict_;
+    }
+    if (verdict_.directions == 0) return Skip("no direction decides");
+    verdict_.kind = Verdict::Kind::kRight;
+    return verdict_;
+  }
+
+ private:
+  Verdict Skip(const std::string& reason) {
+    verdict_.kind = Verdict::Kind::kSkipped;
+    verdict_.reason = reason;
+    return verdict_;
+  }
+
+  bool StartReference() {
+    std::string doubt;
+    ReferenceFlow flow(*c_.system, options_);
+    held_ = flow.InitialMode(c_.x, c_.schedule.values.front(), &doubt);
+    kept_ = held_;
+    base_ = Run(Vector::Zero(Size()));
+    if (!doubt.empty() && base_.doubt.empty()) base_.doubt = doubt;
+    return true;
+  }
+
+  int Size() const { return 2 * d_ + c_.system->num_inputs() + 2; }
+
+  /// The reference from the start perturbed by w = (δq, δv, δu, δp).
+  ReferenceRun Run(const Vector& w) const {
+    InputSchedule schedule = c_.schedule;
+    const int m = c_.system->num_inputs();
+    for (Vector& u : schedule.values) u += w.segment(2 * d_, m);
+    const Vector p = w.tail(2);
+    if (p.isZero(0)) {
+      return ReferenceFlow(*c_.system, options_)
+          .Run(c_.x + w.head(2 * d_), schedule, c_.duration, kept_);
+    }
+    const RandomSystem other(c_.system->coefficients(), 1 + p(0), p(1));
+    return ReferenceFlow(other, options_).Run(c_.x + w.head(2 * d_), schedule, c_.duration, kept_);
+  }
+
+  /// What the library makes of it; false when there is no derivative.
+  bool Differentiate() {
+    SimulateOptions options;
+    options.relative_tolerance = options.absolute_tolerance = c_.tolerance;
+    options.impact_law = c_.law;
+    options.max_seconds = 20;
+    options = c_.units.Scale(options);
+    InputSchedule schedule = c_.schedule;
+    for (double& t : schedule.grid) t *= c_.units.time;
+    try {
+      run_ = Simulate(given_, c_.units.State(c_.x), schedule, c_.duration * c_.units.time, options);
+    } catch (const std::invalid_argument& error) {
+      return Refuse("start", error.what());
+    }
+    if (!run_.status.ok()) {
+      return Refuse(std::string("run: ") + OutcomeName(run_.status.outcome), run_.status.message);
+    }
+    BDerivativeOptions derivative;
+    derivative.variables.inputs = true;
+    derivative.variables.parameters = {0, 1};
+    B_ = DifferentiateOutcome(given_, run_, derivative);
+    if (B_.status.ok()) return true;
+    return Refuse(std::string("derivative: ") + OutcomeName(B_.status.outcome), B_.status.message);
+  }
+
+  bool Refuse(const std::string& reason, const std::string& message) {
+    verdict_.kind = Verdict::Kind::kRefused;
+    verdict_.detail = message;
+    verdict_.reason = reason + " (" + Opinion(reason.find("discontinuous") != std::string::npos) +
+                      ")";
+    return false;
+  }
+
+  /// What the reference says of a refusal.
+  std::string Opinion(bool discontinuous) {
+    if (!base_.doubt.empty()) return "reference: " + base_.doubt;
+    std::vector<Vector> near, nearer;
+    bool smooth = true;
+    double apart = 0;
+    for (int k = 0; k < 6; ++k) {
+      const Vector w = Direction(k);
+      const ReferenceRun first = Run(1e-6 * w), second = Run(1e-7 * w);
+      if (!first.doubt.empty() || !second.doubt.empty()) return "reference refuses nearby";
+      apart = std::max(apart, (second.x - base_.x).cwiseAbs().maxCoeff());
+      const Vector a = (first.x - base_.x) / 1e-6, b = (second.x - base_.x) / 1e-7;
+      smooth = smooth && (a - b).cwiseAbs().maxCoeff() < 1e-3 * (1 + b.cwiseAbs().maxCoeff());
+    }
+    if (smooth) return "needless? quotients converge";
+    if (apart > 3e-5) return "outcomes stay apart";
+    return discontinuous ? "needless? outcomes draw together" : "quotients do not converge";
+  }
+
+  /// The k-th direction, which the initial mode admits; some are ± of another.
+  Vector Direction(int k) {
+    Vector w = Vector::Zero(Size());
+    if (k == 1 && previous_.size() > 0) {
+      w = -previous_;
+      Open(&w);
+    } else {
+      const bool axis = k == 3 && draw_.Chance(0.5);
+      for (int i = 0; i < 2 * d_; ++i) w(i) = axis ? 0 : draw_.Normal();
+      if (axis) w(draw_.Below(2 * d_)) = 1;
+      if (k == 2 && draw_.Chance(0.5)) {
+        for (int i = 2 * d_; i < Size(); ++i) w(i) = draw_.Normal();
+      }
+      Project(&w);
+      Open(&w);
+      // Nothing is left of it where contacts hold all coordinates.
+      w = w.norm() > 1e-6 ? Vector(w.normalized()) : Vector::Zero(Size());
+    }
+    previous_ = w;
+    return w;
+  }
+
+  /// Keeps the held contacts to first order, by the shortest change of (δq, δv).
+  void Project(Vector* w) const {
+    Variables variables;
+    variables.inputs = true;
+    variables.parameters = {0, 1};
+    *w = ProjectAdmissible(*c_.system, c_.x, kept_, *w, variables);
+  }
+
+  /// Turns w so that contacts that touch at the start and are not held do not penetrate.
+  void Open(Vector* w) const {
+    ConstraintTerms terms;
+    c_.system->Constraints(c_.x.head(d_), c_.x.tail(d_), &terms);
+    for (int round = 0; round < 20; ++round) {
+      bool turned = false;
+      for (int i = 0; i < terms.gap.size(); ++i) {
+        if (kept_.Contains(i) || terms.gap(i) > 1e-9) continue;
+        const Eigen::RowVectorXd a = terms.jacobian.row(i);
+        const double rate = a.dot(w->head(d_)) + (i == 0 ? (*w)(w->size() - 1) : 0);
+        if (rate >= 0) continue;
+        w->head(d_) -= 2 * rate / a.squaredNorm() * a.transpose();
+        turned = true;
+      }
+      if (!turned) return;
+      Project(w);
+    }
+  }
+
+  Vector Given(const Vector& w) const {
+    Vector given = w;
+    given.head(2 * d_) = c_.units.State(w.head(2 * d_));
+    // The shift of the first gap is added in the old units.
+    return given;
+  }
+
+  bool CompareStates() {
+    const Vector x = c_.units.Back(run_.FinalState());
+    const double gain = 1 + B_.arcs.size();
+    const double off = (x - base_.x).cwiseAbs().maxCoeff() / (1 + base_.x.cwiseAbs().maxCoeff());
+    if (off <= kSameState * gain * std::max(1.0, c_.tolerance / 1e-9)) return true;
+    // A motion that multiplies errors: a perturbation of the tolerance tells by how much.
+    ReferenceOptions fine = options_;
+    fine.largest_step *= 0.37;
+    fine.feature *= 0.5;
+    const ReferenceRun again = ReferenceFlow(*c_.system, fine).Run(c_.x, c_.schedule, c_.duration,
+                                                                   held_);
+    const double own = (again.x - base_.x).cwiseAbs().maxCoeff();
+    double gain_of_errors = 0;
+    for (int k = 0; k < 3; ++k) {
+      const ReferenceRun moved = Run(1e-9 * Direction(0));
+      if (!moved.doubt.empty()) continue;
+      gain_of_errors = std::max(gain_of_errors, (moved.x - base_.x).cwiseAbs().maxCoeff() / 1e-9);
+    }
+    if (!again.doubt.empty() || own > 0.01 * off || gain_of_errors * 3e-9 > 0.1 * off) {
+      Skip("states differ, the reference is not sure");
+      return false;
+    }
+    verdict_.kind = Verdict::Kind::kContradicted;
+    verdict_.reason = "state";
+    std::ostringstream detail;
+    detail << "final states differ by " << off << " (reference by itself " << own
+           << "); modes of the run";
+    for (const Transition& t : run_.transitions) {
+      detail << " " << t.t / c_.units.time << ":" << t.mode_after.bits();
+    }
+    detail << "; of the reference";
+    for (const ReferenceEvent& e : base_.events) detail << " " << e.t << ":" << ModeBits(e.after);
+    verdict_.detail = detail.str();
+    return false;
+  }
+
+  unsigned long ModeBits(ContactMode mode) const {
+    ContactMode places;
+    for (int i : mode) places.Insert(c_.units.constraint[i]);
+    return places.bits();
+  }
+
+  /// B(w) beside quotients; false when it is contradicted.
+  bool Compare(const Vector& w) {
+    if (w.isZero(0)) return true;
+    const Vector prediction = c_.units.Back(B_(Given(w)));
+    const double size = std::max(1.0, prediction.cwiseAbs().maxCoeff());
+    const double noise = (base_.settled ? 1e-9 : kReference) * (1 + base_.x.cwiseAbs().maxCoeff());
+    std::vector<double> errors, alphas;
+    Vector before;
+    std::string doubt;
+    double settled = 1e300;
+    for (double alpha : {1e-5, 1e-6, 1e-7, 1e-8}) {
+      const ReferenceRun run = Run(alpha * w);
+      if (!run.doubt.empty()) {
+        doubt = run.doubt;
+        before.resize(0);
+        continue;
+      }
+      const double spread = run.settled ? std::max(noise, 1e-9) : noise;
+      if (spread / alpha > 0.1 * kWrong * size) break;
+      const Vector quotient = (run.x - base_.x) / alpha;
+      const double error = (quotient - prediction).cwiseAbs().maxCoeff();
+      alphas.push_back(alpha);
+      errors.push_back(error);
+      if (error <= kAccurate * size) break;
+      if (before.size() > 0) {
+        // What is left when the error of first order in α is taken away.
+        const Vector limit = quotient + (quotient - before) / 9;
+        if ((limit - prediction).cwiseAbs().maxCoeff() <= kAccurate * size &&
+            error < 0.2 * errors[errors.size() - 2]) {
+          errors.back() = 0;
+          break;
+        }
+        settled = (quotient - before).cwiseAbs().maxCoeff();
+      }
+      before = quotient;
+    }
+    if (errors.empty()) return Undecided(doubt.empty() ? "noise" : doubt);
+    if (errors.back() <= kAccurate * size) {
+      ++verdict_.directions;
+      return true;
+    }
+    const bool clear = errors.size() >= 2 && errors.back() > kWrong * size &&
+                       settled < 0.1 * errors.back();
+    if (!clear || !Sure(w, alphas.back(), errors.back())) {
+      std::ostringstream text;
+      text << "errors";
+      for (double error : errors) text << " " << error / size;
+      return Undecided(doubt + " " + text.str());
+    }
+    verdict_.kind = Verdict::Kind::kContradicted;
+    const ReferenceRun perturbed = Run(alphas.back() * w);
+    const bool at_once = perturbed.events.size() > 0 && !perturbed.events[0].activated.Empty() &&
+                         perturbed.events[0].t < 1e3 * alphas.back();
+    verdict_.reason = at_once ? "derivative, impact at the start" : "derivative";
+    std::ostringstream detail;
+    detail << "errors";
+    for (std::size_t k = 0; k < errors.size(); ++k) detail << " " << errors[k] << " at " << alphas[k];
+    detail << ", |B(w)| = " << size;
+    if (c_.delay > 0) detail << ", delay " << c_.delay;
+    detail << "; " << SecondOpinion(w, prediction, alphas.back());
+    detail << "; reference, perturbed";
+    for (const ReferenceEvent& e : perturbed.events) {
+      detail << " " << e.t << ":+" << ModeBits(e.activated) << ":" << ModeBits(e.before) << ">"
+             << ModeBits(e.after);
+    }
+    ConstraintTerms terms;
+    c_.system->Constraints(c_.x.head(d_), c_.x.tail(d_), &terms);
+    if (kept_ != held_) verdict_.reason += ", start modes differ";
+    detail << "; start " << run_.arcs.front().mode.bits() << ", reference " << ModeBits(held_)
+           << ", gaps along w " << (terms.jacobian * w.head(d_)).transpose() << "; transitions";
+    for (const Transition& t : run_.transitions) {
+      detail << " " << t.t / c_.units.time << ":+" << t.activated.bits() << ":" << t.mode_before.bits()
+             << ">" << t.mode_after.bits();
+    }
+    verdict_.detail = detail.str();
+    return false;
+  }
+
+  bool Undecided(const std::string& why) {
+    ++verdict_.undecided;
+    verdict_.detail += "undecided: " + why + "; ";
+    return true;
+  }
+
+  /// The reference with other steps says the same.
+  bool Sure(const Vector& w, double alpha, double error) {
+    ReferenceOptions fine = options_;
+    fine.largest_step *= 0.37;
+    fine.feature *= 0.5;
+    std::swap(fine, options_);
+    const ReferenceRun base = Run(Vector::Zero(Size())), moved = Run(alpha * w);
+    const ReferenceRun other = Run(0.5 * alpha * w);
+    std::swap(fine, options_);
+    const ReferenceRun coarse = Run(alpha * w);
+    if (!base.doubt.empty() || !moved.doubt.empty() || !other.doubt.empty()) return false;
+    const Vector here = (coarse.x - base_.x) / alpha, there = (moved.x - base.x) / alpha;
+    const Vector half = (other.x - base.x) / (0.5 * alpha);
+    return (here - there).cwiseAbs().maxCoeff() < 0.1 * error &&
+           (half - there).cwiseAbs().maxCoeff() < 0.2 * error;
+  }
+
+  /// The library's own quotient at tight tolerance.
+  std::string SecondOpinion(const Vector& w, const Vector& prediction, double alpha) const {
+    if (!w.tail(2).isZero(0)) return "";
+    SimulateOptions options;
+    options.relative_tolerance = options.absolute_tolerance = 1e-13;
+    options.simultaneity_tolerance = 1e-13;
+    options.gap_tolerance = 1e-12;
+    options.speed_tolerance = 1e-10;
+    options.impact_law = c_.law;
+    options = c_.units.Scale(options);
+    options.relative_tolerance = 1e-13;
+    InputSchedule schedule = c_.schedule, moved = c_.schedule;
+    for (double& t : schedule.grid) t *= c_.units.time;
+    moved.grid = schedule.grid;
+    for (Vector& u : moved.values) u += alpha * w.segment(2 * d_, c_.system->num_inputs());
+    std::ostringstream text;
+    try {
+      const double duration = c_.duration * c_.units.time;
+      const Trajectory base = Simulate(given_, c_.units.State(c_.x), schedule, duration, options);
+      const Trajectory run =
+          Simulate(given_, c_.units.State(c_.x + alpha * w.head(2 * d_)), moved, duration, options);
+      if (!base.status.ok() || !run.status.ok()) return "own runs: " + run.status.message;
+      const Vector quotient =
+          (c_.units.Back(run.FinalState()) - c_.units.Back(base.FinalState())) / alpha;
+      text << "own quotient off by " << (quotient - prediction).cwiseAbs().maxCoeff()
+           << ", its transitions";
+      for (const Transition& t : run.transitions) {
+        text << " " << t.t / c_.units.time << ":+" << t.activated.bits() << ":"
+             << t.mode_before.bits() << ">" << t.mode_after.bits();
+      }
+    } catch (const std::invalid_argument& error) {
+      return std::string("own run: ") + error.what();
+    }
+    return text.str();
+  }
+
+  const Case& c_;
+  const int d_;
+  Draw draw_;
+  RescaledSystem given_;
+  ReferenceOptions options_;
+  ContactMode held_;  // at the start, by the reference
+  ContactMode kept_;  // by directions: also what the library holds
+  ReferenceRun base_;
+  Trajectory run_;
+  BDerivative B_;
+  Vector previous_;
+  Verdict verdict_;
+};
+
+}  // namespace
+
+const char* Name(Verdict::Kind kind) {
+  switch (kind) {
+    case Verdict::Kind::kRight: return "right";
+    case Verdict::Kind::kRefused: return "refused";
+    case Verdict::Kind::kSkipped: return "skipped";
+    case Verdict::Kind::kContradicted: return "contradicted";
+  }
+  return "";
+}
+
+Verdict Judge(const Case& c) {
+  if (c.skipped.empty()) return Court(c).Judge();
+  Verdict verdict;
+  verdict.reason = "draw: " + c.skipped;
+  return verdict;
+}
+
+}  // namespace adversary
+}  // namespace contact_flow

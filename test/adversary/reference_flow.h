@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "contact_flow/dynamics/impact.h"
+#include "contact_flow/flow/input_schedule.h"
+#include "test/adversary/random_system.h"
+
+namespace contact_flow {
+namespace adversary {
+
+/// Solves 0 ≤ z ⟂ w = G z + b ≥ 0 by trying all supports, the one that violates least.
+struct EnumeratedSolution {
+  Vector z;
+  unsigned support = 0;
+  double violation = 0;  ///< largest negative part of z, w, relative
+  double clearance = 0;  ///< smallest max(z_i, w_i), relative: 0 where it is degenerate
+};
+EnumeratedSolution EnumerateComplementarity(const Matrix& G, const Vector& b);
+
+struct ReferenceOptions {
+  double largest_step = 0.05;  ///< [s]
+  double tolerance = 1e-13;    ///< of a step, relative to max(1, |x|)
+  double feature = 0.5;        ///< largest step in units of RandomSystem::TimeScale
+  long max_events = 400;
+  long max_steps = 20000;
+  ImpactLaw law = ImpactLaw::kComplementarity;
+};
+
+/// One event of a reference run.
+struct ReferenceEvent {
+  double t = 0;
+  ContactMode activated, before, after;
+};
+
+struct ReferenceRun {
+  /// Empty when the run is good; else the reason why it decides nothing.
+  std::string doubt;
+  Vector x;
+  std::vector<ReferenceEvent> events;
+  bool settled = false;  ///< bounces below the speed floor were taken as rest
+  /// Smallest approach speed, and smallest depth of a gap that stayed open, [m/s] and [m].
+  double approach = 1e300;
+  double gap = 1e300;
+};
+
+/// A simulator of its own, slow and simple, for systems in units of order 1: extrapolated midpoint
+/// steps no longer than what forces and gaps need, guards looked at on a quintic through each step,
+/// events by bisection on true steps, complementarity by enumeration.
+class ReferenceFlow {
+ public:
+  ReferenceFlow(const RandomSystem& system, const ReferenceOptions& options)
+      : system_(system), options_(options) {}
+
+  /// The contact mode at x: what touches and rests and is pressed.
+  ContactMode InitialMode(const Vector& x, const Vector& u, std::string* doubt);
+  /// From x, with the contacts in `held` put exactly in contact first.
+  ReferenceRun Run(Vector x, const InputSchedule& schedule, double duration, ContactMode held);
+  /// Without events, in one mode, for `duration` (may be negative).
+  bool Glide(Vector* x, const Vector& u, ContactMode mode, double duration);
+  /// Moves x to where the gaps and rates of `held` vanish.
+  void PutInContact(Vector* x, ContactMode held);
+  /// Acceleration and force at x.
+  void Solve(const Vector& x, const Vector& u, ContactMode mode);
+  const Vector& acceleration() const { return acceleration_; }
+  const Vector& force() const { return force_; }
+
+ private:
+  struct Event {
+    double s = 0;
+    int constraint = -1;
+  };
+  /// Extrapolated midpoint step; error estimate relative.
+  double Step(const Vector& x, double h, Vector* y);
+  Vector Field(const Vector& x);
+  double Limit(const Vector& x) const;
+  double Guard(const Vector& x, int i);
+  /// The first event of the step from x to y of length h; constraint −1: none.
+  Event FirstEvent(const Vector& x, const Vector& y, double h, ReferenceRun* run);
+  bool Impact(Vector* x, ContactMode touching);
+  ContactMode Decide(Vector* x, ContactMode candidates, std::string* doubt);
+  void Resolve(Vector* x, int trigger, double t, ReferenceRun* run);
+
+  const RandomSystem& system_;
+  const ReferenceOptions options_;
+  Vector u_;
+  ContactMode mode_;
+  Vector acceleration_, force_;
+  Matrix mass_;
+  Vector applied_;
+  ConstraintTerms terms_;
+};
+
+}  // namespace adversary
+}  // namespace contact_flow
