@@ -9,6 +9,11 @@
 
 namespace contact_flow {
 namespace benchmark {
+namespace {
+
+constexpr double kSimultaneous = 1e-7;  // [s]
+
+}  // namespace
 
 HybridSystem::HybridSystem(const Scenario& scenario)
     : system_(*scenario.system),
@@ -58,7 +63,7 @@ const Transition& HybridSystem::Pass(double t, int trigger, double* x) {
   x_ = Eigen::Map<const Vector>(x, kStates);
   const ResolvedTransition resolved = ResolveTransition(
       &dynamics_, t, x_, mode_, trigger,
-      {options.simultaneity_tolerance, options.speed_tolerance, options.impact_law});
+      {kSimultaneous, options.speed_tolerance, options.impact_law});
   if (!resolved.status.ok()) throw std::logic_error(resolved.status.message);
   transition_ = resolved.transition;
   mode_ = transition_.mode_after;

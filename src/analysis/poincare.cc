@@ -200,7 +200,7 @@ bool PoincareMap::FindEvent(const VectorRef& x, Trajectory run, PoincareReturn* 
   result->crossing_speed = gradient.head(system_.dof()).dot(event.x_minus.tail(system_.dof()));
   // Margins of what has happened so far.
   SimulateOptions options = options_.simulate;
-  const double shorter = event.t - options.simultaneity_tolerance;
+  const double shorter = event.t - run.simultaneity_tolerance;
   run.status = {};
   if (shorter > 0) run.margins = Simulate(system_, x, u_, shorter, options).margins;
   run.margins.approach_speed =

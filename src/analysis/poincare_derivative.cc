@@ -31,7 +31,7 @@ Matrix PoincareMap::Basis(const VectorRef& x, ContactMode mode) const {
 /// Does an event lie within the simultaneity tolerance of the return, before or behind it?
 bool PoincareMap::AtAnEvent(const VectorRef& x, const PoincareReturn& result) const {
   const std::vector<Transition>& events = result.trajectory.transitions;
-  const double tolerance = 2 * options_.simulate.simultaneity_tolerance;
+  const double tolerance = 2 * result.trajectory.simultaneity_tolerance;
   if (!events.empty() && result.time - events.back().t <= tolerance) return true;
   SimulateOptions options = options_.simulate;
   options.dense = false;

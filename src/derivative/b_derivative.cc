@@ -2,6 +2,7 @@
 #include "contact_flow/derivative/b_derivative.h"
 
 #include <Eigen/QR>
+#include <algorithm>
 #include <memory>
 #include <sstream>
 #include <stdexcept>
@@ -25,7 +26,9 @@ Status CheckTransition(const Transition* before, const Transition& transition,
   if (!transition.obstacle.ok()) return transition.obstacle;
   // An event at an instant of the input grid happens under the one input or the other.
   if (before == nullptr) return {};
-  const bool close = transition.t - before->t <= simultaneity_tolerance;
+  const bool close =
+      transition.t - before->t <=
+      std::max({simultaneity_tolerance, transition.tolerance, before->tolerance});
   if (!close || transition.changes_input == before->changes_input) return {};
   message << "at t = " << transition.t
           << " s an event coincides with a change of the input: which comes first decides";

@@ -36,10 +36,8 @@ void ErrorTally::AddStep(const Dop853& stepper) {
   }
 }
 
-void ErrorTally::AddEvent(double time_error, const VectorRef& jump, const VectorRef& kick) {
-  const int d = space_.dof();
-  error_.head(d) += time_error * jump.cwiseAbs();
-  error_.tail(d) += time_error * kick.cwiseAbs();
+void ErrorTally::AddEvent(double time_error, const VectorRef& jump) {
+  error_.head(space_.dof()) += time_error * jump.cwiseAbs();
 }
 
 }  // namespace contact_flow

@@ -67,7 +67,6 @@ void Validate(const SimulateOptions& options) {
   };
   positive("relative_tolerance", options.relative_tolerance);
   positive("absolute_tolerance", options.absolute_tolerance);
-  positive("simultaneity_tolerance", options.simultaneity_tolerance);
   positive("gap_tolerance", options.gap_tolerance);
   positive("speed_tolerance", options.speed_tolerance);
   positive("zeno_interval", options.zeno_interval);
@@ -77,6 +76,9 @@ void Validate(const SimulateOptions& options) {
   }
   if (options.absolute_tolerance < 1e-15 || options.absolute_tolerance > 1e-2) {
     Refuse("absolute_tolerance", options.absolute_tolerance, "in [1e-15, 1e-2]");
+  }
+  if (!(options.simultaneity_tolerance >= 0) || !std::isfinite(options.simultaneity_tolerance)) {
+    Refuse("simultaneity_tolerance", options.simultaneity_tolerance, "finite and not negative");
   }
   if (!(options.max_step >= 0)) Refuse("max_step", options.max_step, "not negative");
   if (options.max_steps < 1) Refuse("max_steps", options.max_steps, "at least 1");

@@ -14,7 +14,9 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kNoTime = 1e-2;  // in simultaneity tolerances: events so close do not go on
+/// Events so close do not go on: in steps that the error control suggests, or in tolerances within
+/// which events count as simultaneous.
+constexpr double kNoTime = 1e-7, kNoTimeApart = 1e-2;
 constexpr int kStallsToInsist = 2, kStallsToIgnore = 4;
 constexpr int kStallsForEach = 4;     // constraint, before the run ends
 constexpr double kImpliedReach = 10;  // [absolute tolerances] an implied contact may drift
@@ -29,7 +31,8 @@ TransitionRules Flow::Rules() const {
           options_.absolute_tolerance,
           stalls_ >= kStallsToInsist,
           options_.relative_tolerance,
-          options_.absolute_tolerance};
+          options_.absolute_tolerance,
+          run_error_.error()};
 }
 
 void Flow::Warn(Outcome code, const std::string& message) {
@@ -39,7 +42,8 @@ void Flow::Warn(Outcome code, const std::string& message) {
 /// Counts events that come again without time between them; false when there are too many.
 bool Flow::GoesOn() {
   const bool again = last_transition_ && trigger_ == last_trigger_ &&
-                     t_ - *last_transition_ <= kNoTime * options_.simultaneity_tolerance;
+                     t_ - *last_transition_ <=
+                         std::max(kNoTime * h_, kNoTimeApart * transition_.tolerance);
   stalls_ = again ? stalls_ + 1 : 0;
   last_trigger_ = trigger_;
   if (stalls_ <= kStallsForEach * (system_.num_constraints() + 4)) return true;
@@ -75,6 +79,7 @@ bool Flow::PassTransition() {
   ++transitions_;
   mode_ = transition_.mode_after;
   x_ = transition_.x_plus;
+  TallyTransition();
   const std::optional<double> accumulation = Accumulation(resolved);
   if (!accumulation) return true;
   accumulation_time_ = *accumulation;
@@ -88,6 +93,14 @@ bool Flow::PassTransition() {
          << "' accumulate at t = " << *accumulation << " s (Zeno)";
   Stop(Outcome::kZeno, reason.str());
   return true;
+}
+
+/// What comes early or late by the error of its instant leaves an error in the positions.
+void Flow::TallyTransition() {
+  double error = 0;
+  for (const EventInstant& instant : transition_.instants) error = std::max(error, instant.error);
+  const int d = system_.dof();
+  run_error_.AddEvent(error, transition_.x_plus.tail(d) - transition_.x_minus.tail(d));
 }
 
 /// When the impacts up to this transition accumulate [s], if they do: intervals that shrink
@@ -136,7 +149,7 @@ void Flow::CompleteZeno() {
   last.completes_zeno = true;
   const ContactMode pressed = last.mode_after & system_.compliant();
   const ModeSelection selection = SelectMode(&dynamics_, last.x_plus, sticking,
-                                             options_.simultaneity_tolerance, pressed);
+                                             last.tolerance, pressed);
   last.mode_after = selection.mode;
   last.implied = selection.implied;
   last.released = last.mode_before - last.mode_after;

@@ -12,6 +12,8 @@
 namespace contact_flow {
 namespace {
 
+constexpr double kTimeRounding = 1e-14;  // of instants, relative
+
 Arc ArcFrom(const Flow& flow) {
   Arc arc;
   arc.mode = flow.mode();
@@ -82,6 +84,13 @@ Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x,
     if (!passed) break;
     trajectory.transitions.push_back(flow.transition());
     trajectory.arcs.push_back(ArcFrom(flow));
+  }
+  if (options.simultaneity_tolerance == 0) {
+    double& tolerance = trajectory.simultaneity_tolerance;
+    tolerance = kTimeRounding * std::max(std::abs(flow.t()), flow.t() - begin);
+    for (const Transition& passed : trajectory.transitions) {
+      tolerance = std::max(tolerance, passed.tolerance);
+    }
   }
   trajectory.status = flow.status();
   trajectory.warnings = flow.warnings();

@@ -17,6 +17,8 @@ namespace {
 
 /// Of a rate Da_i v, relative to Σ_k |∂a_i/∂q_k v_k|; of a gap, relative to the coordinates.
 constexpr double kRounding = 1e-12;
+/// What a gap is known to where nothing but rounding disturbs it, relative to the coordinates.
+constexpr double kUnits = 1e-15;
 /// A contact that rises to less than this many reaches cannot be told from one that rests.
 constexpr double kLowReaches = 4;
 /// Speeds that were made rest are worth a warning above this part of the speed tolerance.
@@ -61,6 +63,7 @@ class Resolution {
     force_rate_ = dynamics_.ForceRate(x, mode);
     force_ = dynamics_.force();
     acceleration_ = terms_.jacobian * dynamics_.acceleration() + terms_.bias;
+    FindGuardErrors(x.head(nq_));
   }
 
   void Collect(int trigger);
@@ -93,6 +96,17 @@ class Resolution {
         kLowReaches * std::max(rules_.reach_tolerance, std::abs(terms_.gap(i)));
     return acceleration_(i) < 0 ? std::sqrt(-2 * acceleration_(i) * reach) : 0;
   }
+  void FindGuardErrors(const VectorRef& q);
+  /// How much later than the trigger, whose instant has an error, event i still counts as
+  /// simultaneous [s].
+  double Within(int i, double slope, double trigger_error) const {
+    const double asked = rules_.simultaneity_tolerance;
+    return asked > 0 ? asked : kInstantErrors * (trigger_error + InstantError(i, slope));
+  }
+  /// Estimated error of the instant at which guard i, of this slope, vanishes [s].
+  double InstantError(int i, double slope) const {
+    return slope != 0 ? guard_error_(i) / std::abs(slope) : 0;
+  }
   void Touch(int i, double slope);
   void Warn(Outcome code, const std::string& message) {
     result_.warnings.push_back({code, result_.transition.t, message});
@@ -111,6 +125,7 @@ class Resolution {
   const ContactMode compliant_;
   ConstraintTerms terms_;
   Vector rate_, acceleration_, force_, force_rate_;
+  Vector guard_error_;  // of gaps [m] and of members' forces [N], as far as it is estimated [n]
   ContactMode touching_;  // a_i = ȧ_i = 0 beyond J⁻ and the cluster
   ContactMode pressed_;
   ResolvedTransition result_;
@@ -121,6 +136,23 @@ std::string Resolution::Sentence(const std::string& what) const {
   message.precision(12);
   message << "at t = " << result_.transition.t << " s " << what;
   return message.str();
+}
+
+/// |Dg_i| e for every guard, and its rounding; to be called when the forces were differentiated.
+void Resolution::FindGuardErrors(const VectorRef& q) {
+  const int n = system_.num_constraints();
+  guard_error_ = Vector::Zero(n);
+  if (rules_.state_error.size() == 0) return;
+  const double coordinates = q.cwiseAbs().maxCoeff();
+  for (int i = 0; i < n; ++i) {
+    const auto row = terms_.jacobian.row(i).cwiseAbs();
+    guard_error_(i) = IsMember(i)
+                          ? dynamics_.force_jacobian().row(i).head(2 * d_).cwiseAbs().dot(
+                                rules_.state_error) +
+                                kUnits * force_.head(n).cwiseAbs().maxCoeff()
+                          : row.dot(rules_.state_error.head(d_)) +
+                                kUnits * coordinates * row.maxCoeff();
+  }
 }
 
 /// The trigger is touched, or would let go, with vanishing slope.
@@ -155,6 +187,10 @@ void Resolution::Touch(int i, double slope) {
 
 void Resolution::Collect(int trigger) {
   const double coordinates = transition().x_minus.head(nq_).cwiseAbs().maxCoeff();
+  const double asked = rules_.simultaneity_tolerance;
+  const double own = InstantError(
+      trigger, IsMember(trigger) ? force_rate_(trigger) : rate_(trigger));
+  transition().tolerance = asked > 0 ? asked : kInstantErrors * own;
   Spread spread;
   for (int i = 0; i < system_.num_constraints(); ++i) {
     const bool member = IsMember(i);
@@ -164,9 +200,9 @@ void Resolution::Collect(int trigger) {
     const double slow = member ? 0 : Still(i);
     if (i == trigger && slope >= -slow) {
       Touch(i, slope);
-    } else if (slope < -slow &&
-               (i == trigger || value <= rules_.simultaneity_tolerance * -slope)) {
+    } else if (slope < -slow && (i == trigger || value <= Within(i, slope, own) * -slope)) {
       spread.Add(-value / slope);
+      transition().instants.push_back({i, -value / slope, InstantError(i, slope)});
       (compliant_.Contains(i) ? transition().switched
        : member               ? transition().vanishing
                               : transition().activated)
@@ -276,7 +312,7 @@ void Resolution::Release(ContactMode rigid) {
   const ContactMode forced = rules_.stalled ? transition().vanishing : ContactMode();
   const ModeSelection selection =
       SelectMode(&dynamics_, transition().x_minus, candidates - forced,
-                 rules_.simultaneity_tolerance, pressed_);
+                 transition().tolerance, pressed_);
   transition().mode_after = selection.mode;
   transition().implied = selection.implied;
   transition().touching = touching_ & selection.mode;
@@ -306,7 +342,7 @@ void Resolution::Decide() {
   cluster.x_plus.tail(d_) = v_plus;
   const ModeSelection selection =
       SelectMode(&dynamics_, cluster.x_plus, Resting(v_plus, hit, touching),
-                 rules_.simultaneity_tolerance, pressed_);
+                 transition().tolerance, pressed_);
   cluster.mode_after = selection.mode;
   cluster.implied = selection.implied;
   cluster.touching = touching_ & (hit | selection.mode);

@@ -18,9 +18,9 @@ class ErrorTally {
 
   /// The step that was tried last is accepted.
   void AddStep(const Dop853& stepper);
-  /// An event at an estimated error of its time [s], where the velocity jumps by `jump` [d] and the
-  /// acceleration by `kick` [d]: what comes early or late leaves (v⁺ − v⁻) δt and (v̇⁺ − v̇⁻) δt.
-  void AddEvent(double time_error, const VectorRef& jump, const VectorRef& kick);
+  /// An event whose time has an estimated error [s], and at which the velocity jumps by v⁺ − v⁻ [d]:
+  /// e_q ← e_q + |v⁺ − v⁻| δt.
+  void AddEvent(double time_error, const VectorRef& jump);
   void Reset() { error_.setZero(); }
 
   const Vector& error() const { return error_; }

@@ -102,6 +102,7 @@ class Flow {
   void FindImplied();
   int ImpliedThatMoved();
   void TallyStep();
+  void TallyTransition();
 
   const MechanicalSystem& system_;
   const SimulateOptions options_;

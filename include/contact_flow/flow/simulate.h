@@ -16,8 +16,9 @@ struct SimulateOptions {
   double relative_tolerance = 1e-9;  ///< of the integrator, per step, on (q, v)
   double absolute_tolerance = 1e-9;  ///< [m], [m/s], [rad], [rad/s]
   double max_step = 0;               ///< [s]; 0: no limit
-  /// Events closer than this in time are one simultaneous cluster [s].
-  double simultaneity_tolerance = 1e-7;
+  /// Events closer than this in time are one simultaneous cluster [s]. 0: those whose instants the
+  /// integrator's errors do not tell apart (kInstantErrors).
+  double simultaneity_tolerance = 0;
   /// |a_i| below this counts as touching in an initial state [m].
   double gap_tolerance = 1e-9;
   /// |Da_i v| below this counts as zero: resting, or grazing at an activation [m/s]. Where

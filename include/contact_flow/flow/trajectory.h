@@ -26,6 +26,17 @@ struct Arc {
   Vector error;
 };
 
+/// When one event of a cluster happens on the motion before it.
+struct EventInstant {
+  int constraint = 0;
+  double offset = 0;  ///< after the transition, by its guard and rate there [s]
+  double error = 0;   ///< estimated error of the instant, by the integrator's local errors [s]
+};
+
+/// Events count as simultaneous within this many times the estimated errors of their instants,
+/// unless SimulateOptions::simultaneity_tolerance says otherwise.
+inline constexpr double kInstantErrors = 4;
+
 /// What happens at one instant between two arcs: a cluster of simultaneous activations and
 /// releases.
 struct Transition {
@@ -41,6 +52,8 @@ struct Transition {
   Vector
       impulse;  ///< p, then that of the bilateral constraints [n+l], [N·s] (zero where no impact)
   double spread = 0;  ///< time between the first and the last event of the cluster [s]
+  std::vector<EventInstant> instants;  ///< of its events, by constraint
+  double tolerance = 0;  ///< within which events counted as simultaneous with the first located [s]
   /// Touched with vanishing speed, or about to let go with dλ/dt = 0: no derivative across it.
   ContactMode grazed;
   /// Rigid constraints beyond J⁻ and I_a that touched without force, a_i = Da_i v⁻ = 0, and were
@@ -98,7 +111,7 @@ struct Trajectory {
   std::vector<Warning> warnings;
   long num_warnings = 0;
   static constexpr long kMaxWarnings = 100;
-  /// The one it was made with [s].
+  /// The one it was made with, or the largest that the errors of the instants asked for [s].
   double simultaneity_tolerance = 0;
   ImpactLaw impact_law = ImpactLaw::kComplementarity;  ///< the one it was made with
 

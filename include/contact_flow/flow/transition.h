@@ -12,7 +12,7 @@ namespace contact_flow {
 
 /// How a cluster of events is resolved.
 struct TransitionRules {
-  double simultaneity_tolerance;  ///< [s]
+  double simultaneity_tolerance;  ///< [s]; 0: what state_error leaves of the instants
   double speed_tolerance;         ///< [m/s]
   ImpactLaw impact_law;
   double gap_tolerance = 1e-9;    ///< touching without force [m]
@@ -20,6 +20,9 @@ struct TransitionRules {
   /// The same event came again at the same time: decide it the other way.
   bool stalled = false;
   double relative_tolerance = 1e-9, absolute_tolerance = 1e-9;  ///< of the integration
+  /// Estimated errors of the state, (e_q, e_v) [2d], of which an event has the error
+  /// |Dg| e / |dg/dt| in its instant, g being its guard; empty: none.
+  Vector state_error;
 };
 
 /// A transition with what it adds to the margins, and a status that is not kOk where it is
@@ -37,7 +40,8 @@ struct ResolvedTransition {
 
 /// Resolves the events at (ρ, v⁻) = x in mode J⁻, `trigger` being the one that was located: every
 /// other guard that vanishes within the simultaneity tolerance on the present motion belongs to the
-/// cluster.
+/// cluster; without one, every other that vanishes within kInstantErrors times the errors of both
+/// instants.
 ///   I_a = {i ∉ J⁻ : a_i = 0, Da_i v⁻ < 0} and J⁻ share an impact (1b), together with every other
 /// rigid constraint that touches, a_i = Da_i v⁻ = 0, with or without force: all at once, the
 /// simultaneous law of Newton and Moreau. For balls in a row, the first of which is hit elastically,
