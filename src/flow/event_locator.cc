@@ -2,48 +2,28 @@
 #include "contact_flow/flow/event_locator.h"
 
 #include <algorithm>
-#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
+
+#include "contact_flow/flow/guard_interpolant.h"
 
 namespace contact_flow {
 namespace {
 
-/// A gap that opens again this many floors above zero cannot be told from one that touches.
-constexpr double kTouchReach = 10;
-/// A gap that falls by less than this part of a floor before it opens again stands still: a contact
-/// that was let go together with others has a speed of the order of rounding.
-constexpr double kStandsStill = 1e-3;
-constexpr int kPieces = 8;         // of a step, in a search
-constexpr int kStageColumns = 16;  // forces kept of one step
-constexpr int kEndStage = 12;      // the one at its end
-/// A force is excluded by screening when its smallest stage value exceeds this part of its range
-/// over the stages. The force of a body at rest may vary in ways that its state, and so the step
-/// size, does not see.
-constexpr double kForceReserve = 0.5;
-
-/// Root of a function with a sign change in [a, b], to rounding.
-template <class Function>
-double Root(const Function& f, double a, double b, double fa, double fb) {
-  if (fa == 0) return a;
-  if (fb == 0) return b;
-  boost::uintmax_t iterations = 100;
-  const auto bracket = boost::math::tools::toms748_solve(
-      f, a, b, fa, fb, boost::math::tools::eps_tolerance<double>(50), iterations);
-  return 0.5 * (bracket.first + bracket.second);
-}
-
-/// A lower bound of a function on a step of length h, by the Bernstein coefficients of its quintic
-/// Hermite interpolant; `error` estimates how far the interpolant is off, by its distance to the
-/// cubic one.
-double HermiteLowerBound(double h, double g0, double r0, double a0, double g1, double r1, double a1,
-                         double* error) {
-  const double d0 = h * r0, d1 = h * r1, c0 = h * h * a0, c1 = h * h * a1;
-  const double cubic0 = 6 * (g1 - g0) - 4 * d0 - 2 * d1;
-  const double cubic1 = -6 * (g1 - g0) + 2 * d0 + 4 * d1;
-  *error = std::max(std::abs(c0 - cubic0), std::abs(c1 - cubic1)) / 20;
-  return std::min(
-      {g0, g0 + d0 / 5, g0 + 2 * d0 / 5 + c0 / 20, g1 - 2 * d1 / 5 + c1 / 20, g1 - d1 / 5, g1});
-}
+constexpr int kEndStage = kStepStages - 1;  // the one at its end
+/// A force is excluded when its smallest stage value exceeds this many times its range over the
+/// stages: a sinusoid of any frequency up to 2000 periods a step falls at most 2.1 ranges below.
+constexpr double kForceReserve = 4;
+/// A margin is told by the smallest stage value where that exceeds this part of the range.
+constexpr double kMarginReserve = 0.5;
+/// The error of a force's interpolant that resolves it, as a part of its range over the stages.
+constexpr double kResolved = 0.05;
+/// A step that does not resolve a force is repeated with this part of its length.
+constexpr double kShorter = 0.3;
+constexpr int kAffinePieces = 2, kPieces = 4, kFreePieces = 8, kForcePieces = 2;
+/// A step that needs more is shortened. A force costs a Jacobian.
+constexpr int kMaxGapSamples = 4000, kMaxForceSamples = 400;
+/// After a step that needed more than this part of it the next grows by this factor at most.
+constexpr double kBusy = 0.2, kBusyGrowth = 1.5;
 
 }  // namespace
 
@@ -61,11 +41,17 @@ void SampleGaps(const MechanicalSystem& system, const VectorRef& x, const Vector
 EventLocator::EventLocator(ContactDynamics* dynamics, double floor)
     : dynamics_(dynamics),
       floor_(floor),
-      forces_(dynamics->system().num_constraints(), kStageColumns),
-      x_(dynamics->system().state_size()) {}
+      affine_(dynamics->system().HasAffineConstraints()),
+      search_(dynamics->system().num_constraints(),
+              [this](double theta, ContactMode set, double* value, double* rate) {
+                Sample(theta, set, value, rate);
+              }),
+      forces_(dynamics->system().num_constraints(), kStepStages + kNumProbes),
+      x_(dynamics->system().state_size()),
+      floors_(Vector::Constant(dynamics->system().num_constraints(), floor)) {}
 
 void EventLocator::RecordForce(const Vector& force) {
-  if (calls_ == kStageColumns) return;
+  if (calls_ == kStepStages) return;
   std::copy(force.data(), force.data() + forces_.rows(), &forces_(0, calls_++));
 }
 
@@ -75,104 +61,154 @@ void EventLocator::EndStep() {
   calls_ = 1;
 }
 
-bool EventLocator::IsRigidMember(int i) const {
-  return mode_.Contains(i) && !dynamics_->system().compliant().Contains(i);
-}
-
-/// The guard of constraint i and its time derivative on the continuous extension.
-double EventLocator::GuardAt(int i, double theta, double* rate) {
+/// The guards of a set, gaps or forces, on the continuous extension, and their rates by θ.
+void EventLocator::Sample(double theta, ContactMode set, double* value, double* rate) {
   const MechanicalSystem& system = dynamics_->system();
-  stepper_->Interpolate(theta, x_.data());
-  if (IsRigidMember(i)) {
-    *rate = dynamics_->ForceRate(x_, mode_, i);
-    return dynamics_->force()(i);
+  const int d = system.dof();
+  const double h = stepper_->step();
+  const bool forces = !(set & rigid_).Empty();
+  if (!forces && (theta == 0 || theta == 1)) {
+    const GapSample& known = theta == 0 ? *begin_ : *end_;
+    for (int i : set) {
+      value[i] = GapSign(i) * known.gap(i);
+      rate[i] = GapSign(i) * h * known.rate(i);
+    }
+    return;
   }
-  system.Constraints(x_.head(system.num_positions()), x_.tail(system.dof()), &terms_);
-  *rate = GapSign(i) * terms_.jacobian.row(i).dot(x_.tail(system.dof()));
-  return GapSign(i) * terms_.gap(i);
+  stepper_->Interpolate(theta, x_.data());
+  if (forces) {
+    dynamics_->Differentiate(x_, mode_);
+    const Matrix& jacobian = dynamics_->force_jacobian();
+    for (int i : set) {
+      value[i] = dynamics_->force()(i);
+      rate[i] = h * (jacobian.row(i).head(d).dot(x_.tail(d)) +
+                     jacobian.row(i).segment(d, d).dot(dynamics_->acceleration()));
+    }
+    return;
+  }
+  system.Constraints(x_.head(system.num_positions()), x_.tail(d), &terms_);
+  for (int i : set) {
+    const double sign = GapSign(i);
+    value[i] = sign * terms_.gap(i);
+    rate[i] = sign * h * terms_.jacobian.row(i).dot(x_.tail(d));
+  }
 }
 
-void EventLocator::Search(int i, LocatedEvent* event) {
-  const bool member = IsRigidMember(i);
-  double rate_left = 0, rate_end = 0, unused = 0;
-  double left = 0, value_left = GuardAt(i, 0, &rate_left);
-  const double floor =
-      member ? floor_ * (1 + forces_.row(i).head(kEndStage + 1).cwiseAbs().maxCoeff()) : floor_;
-  const auto value_at = [&](double theta) { return GuardAt(i, theta, &unused); };
-  const auto rate_at = [&](double theta) {
-    double rate;
-    GuardAt(i, theta, &rate);
-    return rate;
-  };
-  const auto report = [&](double theta, bool touch) {
-    if (theta < event->theta || !event->found) *event = {true, theta, i, touch};
-  };
-  for (int piece = 1; piece <= kPieces && left < event->theta; ++piece) {
-    const double end = static_cast<double>(piece) / kPieces;
-    const double value_end = GuardAt(i, end, &rate_end);
-    // At most one extremum a piece; the stretch after it (or the whole piece) is where the guard
-    // falls.
-    double turn = end, value_turn = value_end;
-    if (rate_left * rate_end < 0) {
-      turn = Root(rate_at, left, end, rate_left, rate_end);
-      value_turn = value_at(turn);
+/// The gaps that may vanish in the step, or set a margin.
+ContactMode EventLocator::OpenGaps(bool free) const {
+  const GapSample &begin = *begin_, &end = *end_;
+  const double h = stepper_->step();
+  const int n = dynamics_->system().num_constraints();
+  ContactMode open;
+  for (int i : ContactMode::All(n) - rigid_ - ignored_) {
+    const double sign = GapSign(i);
+    const GuardJet first = {sign * begin.gap(i), sign * begin.rate(i),
+                            sign * begin.acceleration(i)};
+    const GuardJet last = {sign * end.gap(i), sign * end.rate(i), sign * end.acceleration(i)};
+    if (!affine_ && (free || !IsFar(h, first, last))) {
+      open.Insert(i);
+      continue;
     }
-    const bool dip = rate_left < 0 && rate_end > 0 && value_left > floor &&
-                     value_left - value_turn > kStandsStill * floor;
-    const double stops[2] = {turn, end};
-    const double values[2] = {value_turn, value_end};
-    for (int part = 0; part < 2; ++part) {
-      if (values[part] < -floor) {
-        const double root =
-            value_left <= 0 ? left : Root(value_at, left, stops[part], value_left, values[part]);
-        return report(root, false);
-      }
-      if (part == 0 && dip && !member && value_turn <= kTouchReach * floor) {
-        return report(turn, true);
-      }
-      left = stops[part];
-      value_left = values[part];
-    }
-    if (dip) {
-      double& margin = member ? margins_.force : margins_.gap;
-      margin = std::min(margin, std::max(value_turn, 0.0));
-    }
-    rate_left = rate_end;
+    const GuardBound bound = QuinticBound(h, first, last);
+    const bool dips = first.rate < 0 && last.rate > 0;
+    const bool clear = bound.lowest > bound.error && bound.lowest > floor_;
+    if (!clear || (dips && bound.lowest - bound.error < margins_.gap)) open.Insert(i);
   }
+  return open;
+}
+
+/// Adds the forces to `open` that may vanish in the step, or set a margin; `pull` becomes the first
+/// place where one was seen to pull. False, with the guard in `event`, when the step does not
+/// resolve one of them.
+bool EventLocator::ScreenForces(bool probed, ContactMode* open, LocatedEvent* pull,
+                                LocatedEvent* event) {
+  const int seen = kStepStages + (probed ? kNumProbes : 0);
+  for (int i : rigid_) {
+    const auto values = forces_.row(i).head(seen);
+    const double lowest = values.minCoeff(), highest = values.maxCoeff();
+    const double range = highest - lowest;
+    floors_(i) = floor_ * (1 + std::max(std::abs(lowest), std::abs(highest)));
+    const bool dips = lowest < values(0) && lowest < values(kEndStage);
+    if (lowest > kForceReserve * range && lowest > floor_) {
+      if (dips) margins_.force = std::min(margins_.force, lowest);
+      continue;
+    }
+    const GuardBound bound = StageBound(&forces_(i, 0), static_cast<int>(forces_.rows()), probed);
+    const double allowed = std::max(kResolved * range, floors_(i));
+    if (!(bound.error <= allowed)) {
+      *event = {false, kShorter, i};
+      return false;
+    }
+    // The error of a quintic grows with the sixth power of the step.
+    const double growth = std::pow(std::max(bound.error, floors_(i)) / allowed, -1.0 / 6);
+    event->growth = std::min(event->growth, std::max(growth, kShorter));
+    const double reach = std::min(bound.lowest, lowest) - bound.error;
+    const bool deeper = dips && reach < margins_.force;
+    for (int k = 0; lowest < -allowed && k < seen; ++k) {
+      if (values(k) < -allowed && StagePlace(k) < pull->theta) *pull = {false, StagePlace(k), i};
+    }
+    if (reach <= floor_ || (deeper && lowest <= kMarginReserve * range)) {
+      open->Insert(i);
+    } else if (dips) {
+      margins_.force = std::min(margins_.force, lowest);
+    }
+  }
+  return true;
+}
+
+/// The forces at the places of a free step that are far from its stages. There the motion is its
+/// own cubic Hermite interpolant, to far more than it takes to see a force pull.
+void EventLocator::ProbeForces() {
+  const double h = stepper_->step();
+  for (int k = 0; k < kNumProbes; ++k) {
+    const double s = kProbePlaces[k], t = 1 - s;
+    x_ = (t * t * (1 + 2 * s)) * stepper_->begin() + (t * t * s * h) * stepper_->begin_field() +
+         (s * s * (1 + 2 * t)) * stepper_->end() - (s * s * t * h) * stepper_->end_field();
+    dynamics_->Evaluate(x_, mode_);
+    forces_.col(kStepStages + k) = dynamics_->force().head(forces_.rows());
+  }
+}
+
+void EventLocator::SearchGaps(ContactMode gaps, bool free, LocatedEvent* event) {
+  const double h = stepper_->step();
+  int pieces = affine_ ? kAffinePieces : free ? kFreePieces : kPieces;
+  if (margins_.piece < h) {
+    pieces = std::max(pieces, static_cast<int>(std::min(std::ceil(h / (2 * margins_.piece)), 1e6)));
+  }
+  if (!stepper_->extended()) stepper_->Extend();
+  for (int i : gaps) floors_(i) = floor_;
+  search_.Run({gaps, floors_.data(), true, !affine_, pieces, kMaxGapSamples}, &margins_.gap, event);
+  margins_.piece = std::min(h * search_.finest(), 2 * margins_.piece);
+  if (search_.samples() > kBusy * kMaxGapSamples) {
+    event->growth = std::min(event->growth, kBusyGrowth);
+  }
+}
+
+void EventLocator::SearchForces(ContactMode members, LocatedEvent* event) {
+  if (!stepper_->extended()) stepper_->Extend();
+  search_.Run({members, floors_.data(), false, false, kForcePieces, kMaxForceSamples},
+              &margins_.force, event);
 }
 
 LocatedEvent EventLocator::Locate(Dop853* stepper, ContactMode mode, const GapSample& begin,
-                                  const GapSample& end) {
+                                  const GapSample& end, bool free) {
   stepper_ = stepper;
   mode_ = mode;
+  begin_ = &begin;
+  end_ = &end;
+  rigid_ = mode - dynamics_->system().compliant();
   LocatedEvent event;
-  const double h = stepper->step();
-  const int n = dynamics_->system().num_constraints();
-  for (int i = 0; i < n; ++i) {
-    if (ignored_.Contains(i)) continue;
-    if (IsRigidMember(i)) {
-      const auto seen = forces_.row(i).head(kEndStage + 1);
-      const double lowest = seen.minCoeff(), highest = seen.maxCoeff();
-      if (lowest > kForceReserve * (highest - lowest) && lowest > floor_) {
-        if (lowest < seen(0) && lowest < seen(kEndStage)) {
-          margins_.force = std::min(margins_.force, lowest);
-        }
-        continue;
-      }
-      if (!stepper->extended()) stepper->Extend();
-      Search(i, &event);
-    } else {
-      double error = 0;
-      const double sign = GapSign(i);
-      const double bound = HermiteLowerBound(
-          h, sign * begin.gap(i), sign * begin.rate(i), sign * begin.acceleration(i),
-          sign * end.gap(i), sign * end.rate(i), sign * end.acceleration(i), &error);
-      const bool dips = sign * begin.rate(i) < 0 && sign * end.rate(i) > 0;
-      if (bound > error && bound > floor_ && !dips) continue;
-      if (!stepper->extended()) stepper->Extend();
-      Search(i, &event);
-    }
+  LocatedEvent pull;
+  ContactMode forces;
+  if (!rigid_.Empty()) {
+    if (free) ProbeForces();
+    if (!ScreenForces(free, &forces, &pull, &event)) return event;
   }
+  const ContactMode gaps = OpenGaps(free);
+  if (!gaps.Empty()) SearchGaps(gaps, free, &event);
+  if (!forces.Empty()) SearchForces(forces, &event);
+  // A force was seen to pull before the event: it must have let go.
+  if (pull.theta < event.theta) event = {false, kShorter, pull.constraint};
   return event;
 }
 

@@ -20,6 +20,10 @@ constexpr double kLargestGrowth = 6,
 constexpr double kSmallestStep = 1e-14;      // relative to max(1, t): nothing is resolved below
 constexpr double kTaylorReach =
     1e-9;                       // [s] an event is moved this far by one Euler step: error ~1e-18
+/// A step whose error is below this could be more than four times as long.
+constexpr double kFreeError = 1e-6;
+/// Part of a step that is repeated for a guard's sake.
+constexpr double kLeastPart = 0.1, kLargestPart = 0.9;
 constexpr int kMaxNewton = 12;  // steps towards an event
 constexpr int kStepsBetweenClockReadings = 64;  // a reading costs as much as a step
 
@@ -104,6 +108,7 @@ bool Flow::Propose(double end) {
   if (!status_.ok()) return false;
   if (!arc_begun_) BeginArc();
   trigger_ = -1;
+  quick_next_ = quick_;
   double h = h_;
   bool rejected = false;
   bool accepted = false;
@@ -118,18 +123,24 @@ bool Flow::Propose(double end) {
 
 /// Tries one step of at most *h, cut short by an event; true when its error is small enough.
 bool Flow::Attempt(double end, double* h, bool* rejected) {
-  const double limit =
+  double limit =
       options_.max_step > 0 ? options_.max_step : std::numeric_limits<double>::infinity();
+  if (t_ < quick_next_.end) limit = std::min(limit, quick_next_.step);
   const double rest = end - t_;
   const double length = std::min({*h, limit, rest});
   if (!(length > kSmallestStep * std::max(1.0, t_)) && length < rest) {
-    Stop(Outcome::kNonFinite, "the motion leaves the model's domain: no step size is small enough");
+    Stop(Outcome::kNonFinite,
+         too_quick_ >= 0
+             ? "no step size resolves constraint '" + system_.description().constraints[too_quick_] +
+                   "': it changes too quickly"
+             : "the motion leaves the model's domain: no step size is small enough");
     return false;
   }
   ++attempts_;
   locator_.BeginStep();
   const double error =
       stepper_.TryStep(length, options_.relative_tolerance, options_.absolute_tolerance);
+  too_quick_ = -1;
   if (!(error <= 1) || !stepper_.end().allFinite()) {
     *rejected = true;
     const double shrink = kSafety * std::pow(error, -1.0 / 8);
@@ -142,7 +153,15 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
     return false;
   }
   SampleEnd(&gaps_end_);
-  const LocatedEvent event = locator_.Locate(&stepper_, mode_, gaps_begin_, gaps_end_);
+  const LocatedEvent event =
+      locator_.Locate(&stepper_, mode_, gaps_begin_, gaps_end_, error < kFreeError);
+  if (!event.found && event.theta < 1) {  // the step is too long for a guard
+    too_quick_ = event.constraint;
+    *rejected = true;
+    *h = length * std::clamp(event.theta, kLeastPart, kLargestPart);
+    quick_next_ = {t_ + length, *h};
+    return false;
+  }
   if (event.found) {
     trigger_ = event.constraint;
     end_ = t_ + StepOntoEvent(event, length);
@@ -150,7 +169,8 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
     x_end_ = stepper_.end();
     end_ = length == rest ? end : t_ + length;
     const double growth = kSafety * std::pow(std::max(error, 1e-30), -1.0 / 8);
-    h_next_ = length * std::clamp(growth, kSmallestGrowth, *rejected ? 1.0 : kLargestGrowth);
+    const double largest = std::min(*rejected ? 1.0 : kLargestGrowth, event.growth);
+    h_next_ = length * std::min(std::max(growth, kSmallestGrowth), largest);
   }
   return true;
 }
@@ -208,6 +228,7 @@ bool Flow::Accept() {
   x_ = x_end_;
   guard_margins_ = locator_.margins();
   if (trigger_ < 0 && !implied_.Empty()) trigger_ = ImpliedThatMoved();
+  quick_ = quick_next_;
   if (trigger_ >= 0) {
     arc_begun_ = false;
     new_arc_ = true;

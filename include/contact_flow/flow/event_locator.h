@@ -6,6 +6,7 @@
 #include "contact_flow/contact_mode.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/dop853.h"
+#include "contact_flow/flow/guard_search.h"
 #include "contact_flow/types.h"
 
 namespace contact_flow {
@@ -21,33 +22,51 @@ struct GapSample {
 void SampleGaps(const MechanicalSystem& system, const VectorRef& x, const VectorRef& acceleration,
                 ConstraintTerms* terms, GapSample* sample);
 
-/// The first event inside a step, if any.
-struct LocatedEvent {
-  bool found = false;
-  double theta = 1;     ///< place in the step, [0, 1]
-  int constraint = -1;  ///< a gap that closes (i ∉ J) or a force that vanishes (i ∈ J)
-  bool touch = false;   ///< the gap reaches zero and opens again: grazing
-};
-
-/// Smallest interior minimum met so far of a gap that stayed open and of a force that kept pushing.
+/// What the locator keeps from step to step: the smallest interior minimum met so far of a gap that
+/// stayed open and of a force that kept pushing, and how closely gaps had to be looked at.
 struct GuardMargins {
   double gap = std::numeric_limits<double>::infinity();    ///< [m]
   double force = std::numeric_limits<double>::infinity();  ///< [N]
+  double piece = std::numeric_limits<double>::infinity();  ///< [s]
 };
 
 /// Finds the earliest zero of all guards in one step of the integrator: a_i for i ∉ J, λ_i for i ∈
 /// J, and −a_i for a compliant i ∈ J.
 ///
-/// Screening costs nothing that the step has not computed: a gap by the Bernstein coefficients of
-/// its quintic Hermite interpolant (a, ȧ, ä are known at both ends), a force by its values at the
-/// stages. Only a guard that cannot be excluded is searched on the continuous extension, between
-/// the roots of its rate, so that a guard which crosses zero twice inside one step is found. A zero
-/// counts only if the guard falls below −floor after it; the floor stands for what the integrator
-/// cannot resolve. A gap that comes within ten floors and opens again is a touch: the integrator's
-/// error does not tell which.
+/// The step is chosen for the motion. A guard may be far quicker: a ball that flies over a rough
+/// ground, a force that follows a clock on a body at rest. So each guard is resolved by itself.
+///
+/// Gaps. Affine ones are as quick as the motion: they are excluded by the Bernstein coefficients of
+/// their quintic Hermite interpolant (a, ȧ, ä are known at both ends). Others only where they are
+/// far (IsFar). What is not excluded is searched on the continuous extension (GuardSearch), at
+/// least 4 pieces a step, 8 where the error of the motion does not limit the step, and twice as
+/// many as the step before would have needed.
+///
+/// Forces. The stages of the step are probes that cost nothing. A force whose smallest value there
+/// exceeds four times its range is excluded; else its quintic through six stages is compared with
+/// four others. Where they disagree, the step is too long for the force, and must be repeated. On a
+/// step that the error of the motion does not limit two more probes are made. Forces that may
+/// vanish are searched like gaps.
+///
+/// What is found for certain, whatever a guard does: a gap that stays closed, and a force that
+/// pulls, for longer than a part of the step,
+///     gap, not affine and not far    kGapExtent (1/6), kGapExtentFree (1/12) of a free step
+///     force                          kForceExtent (4/15), kForceExtentFree (1/7) of a free step
+/// where a free step is one that the error of the motion does not limit, such as polynomial motion
+/// or rest, and by more than ten floors, below which touch and zero are not told apart. No step is
+/// longer than SimulateOptions::max_step. Smooth guards are found far beyond: a dip counts as soon
+/// as a probe sees the slope around it.
+///
+/// A zero counts only if the guard falls below −floor after it; the floor stands for what the
+/// integrator cannot resolve.
 class EventLocator {
  public:
+  static constexpr double kGapExtent = 1.0 / 6, kGapExtentFree = 1.0 / 12;
+  static constexpr double kForceExtent = 4.0 / 15, kForceExtentFree = 1.0 / 7;
+
   EventLocator(ContactDynamics* dynamics, double floor);
+  EventLocator(const EventLocator&) = delete;
+  EventLocator& operator=(const EventLocator&) = delete;
 
   /// The contact force of each field call, in the order of the calls of one step.
   void RecordForce(const Vector& force);
@@ -60,31 +79,41 @@ class EventLocator {
   /// Accepts a step: the force at its end becomes the one at the beginning of the next.
   void EndStep();
 
-  /// `begin` and `end` are the gap samples at the ends of the finished step.
+  /// `begin` and `end` are the gap samples at the ends of the finished step, `free` says that the
+  /// error of the motion would allow a much longer one. See LocatedEvent for a step that is too
+  /// long for a guard.
   LocatedEvent Locate(Dop853* stepper, ContactMode mode, const GapSample& begin,
-                      const GapSample& end);
+                      const GapSample& end, bool free);
 
   const GuardMargins& margins() const { return margins_; }
   /// As they were before a step that was not accepted.
   void RestoreMargins(const GuardMargins& margins) { margins_ = margins; }
 
  private:
-  /// Whether λ_i is the guard.
-  bool IsRigidMember(int i) const;
   /// −1 for a compliant member, whose guard is −a_i.
   double GapSign(int i) const { return mode_.Contains(i) ? -1 : 1; }
-  double GuardAt(int i, double theta, double* rate);
-  void Search(int i, LocatedEvent* event);
+  void Sample(double theta, ContactMode set, double* value, double* rate);
+  ContactMode OpenGaps(bool free) const;
+  bool ScreenForces(bool probed, ContactMode* open, LocatedEvent* pull, LocatedEvent* event);
+  void ProbeForces();
+  void SearchGaps(ContactMode gaps, bool free, LocatedEvent* event);
+  void SearchForces(ContactMode members, LocatedEvent* event);
 
   ContactDynamics* dynamics_;
   const double floor_;
+  const bool affine_;
+  GuardSearch search_;
   Dop853* stepper_ = nullptr;
   ContactMode mode_;
   ContactMode ignored_;
-  Matrix forces_;  // [n × 16]
+  ContactMode rigid_;  // the members whose guard is λ_i
+  const GapSample* begin_ = nullptr;
+  const GapSample* end_ = nullptr;
+  Matrix forces_;  // [n × 15] of the stages and two probes
   int calls_ = 0;
   ConstraintTerms terms_;
   Vector x_;
+  Vector floors_;  // [n]
   GuardMargins margins_;
 };
 

@@ -104,6 +104,12 @@ class Flow {
   void TallyStep();
   void TallyTransition();
 
+  /// Up to `end` [s] no step is longer than `step` [s]: a guard was seen there that is quicker.
+  struct QuickGuard {
+    double end = -std::numeric_limits<double>::infinity();
+    double step = std::numeric_limits<double>::infinity();
+  };
+
   const MechanicalSystem& system_;
   const SimulateOptions options_;
   const bool on_manifold_;
@@ -120,11 +126,14 @@ class Flow {
   double h_ = 0;  // the step that the error control suggests
   GapSample gaps_begin_;
   GuardMargins guard_margins_;
+  QuickGuard quick_;
   Status status_;
 
   // The proposal.
   double end_ = 0;
   double h_next_ = 0;
+  QuickGuard quick_next_;
+  int too_quick_ = -1;  // the guard that the last attempt did not resolve
   int trigger_ = -1;
   Vector x_end_;
   GapSample gaps_end_;

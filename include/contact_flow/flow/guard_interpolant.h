@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "contact_flow/flow/dop853.h"
+
+namespace contact_flow {
+
+/// How low a guard comes on a step, by an interpolant of its own.
+struct GuardBound {
+  double lowest;  ///< a lower bound of the interpolant, by its Bernstein coefficients
+  double error;   ///< an estimate of how far the guard is off the interpolant
+};
+
+/// A guard with its first two time derivatives at one end of a step.
+struct GuardJet {
+  double value, rate, acceleration;
+};
+
+/// The quintic Hermite interpolant of both ends of a step of length h; its error is estimated by
+/// the distance to the cubic one.
+GuardBound QuinticBound(double h, const GuardJet& begin, const GuardJet& end);
+
+/// Whether a guard stands so high above zero that nothing the ends of a step of length h know of
+/// could bring it down: higher than kFarReach (h |ġ| + h² |g̈| / 2) at both. A sinusoid of any
+/// frequency, phase and amplitude on top of a constant that is far has no zero.
+bool IsFar(double h, const GuardJet& begin, const GuardJet& end);
+inline constexpr double kFarReach = 4;
+
+/// The cubic Hermite interpolant of a piece of length h, in Bernstein form.
+struct CubicPiece {
+  CubicPiece(double h, double g0, double r0, double g1, double r1)
+      : b{g0, g0 + h * r0 / 3, g1 - h * r1 / 3, g1} {}
+  double Value(double s) const;  ///< at s ∈ [0, 1]
+  double Rate(double s) const;   ///< d/ds
+  double Lowest() const;
+  double Highest() const;
+  /// Whether its rate has at most one zero.
+  bool TurnsOnce() const;
+
+  double b[4];
+};
+
+/// Stages of DOP853, in the order in which the field is called: 12 of the step, and its end.
+inline constexpr int kStepStages = 13;
+
+/// Places between the stages where a guard may be probed, too: no hole is larger than 1/7 then.
+inline constexpr double kProbePlaces[] = {0.4667, 0.7542};
+inline constexpr int kNumProbes = 2;
+/// The place in the step, [0, 1], of a stage, or of the probes behind them.
+double StagePlace(int stage);
+
+/// The quintic through the values of a guard at six stages of a step; its error is estimated at
+/// four stages that are no nodes. Stages lie at irregular places: a guard of many periods in the
+/// step does not look smooth at all of them. `values` are those of the stages, `stride` apart, and
+/// behind them those at the probes if it was `probed`.
+GuardBound StageBound(const double* values, int stride, bool probed);
+
+}  // namespace contact_flow

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/flow/guard_interpolant.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "dop853_tableau.h"
+
+namespace contact_flow {
+namespace {
+
+constexpr int kNodes = 6, kChecks = 4;
+/// Stages of high order, spread over the step.
+constexpr int kNodeStages[kNodes] = {0, 3, 5, 8, 10, 12};
+constexpr int kCheckStages[kChecks] = {2, 6, 7, 9};
+/// max |Π(θ − θ_node)| over the step, over its largest value at a check: 1.72.
+constexpr double kCheckReach = 2;
+
+/// Maps from the values at the nodes to the Bernstein coefficients, and to the values at the
+/// checks.
+struct StageMaps {
+  Eigen::Matrix<double, kNodes, kNodes> bernstein;
+  Eigen::Matrix<double, kChecks + kNumProbes, kNodes> check;
+
+  static Eigen::Matrix<double, 1, kNodes> Basis(double s) {
+    static constexpr double kBinomial[kNodes] = {1, 5, 10, 10, 5, 1};
+    Eigen::Matrix<double, 1, kNodes> row;
+    for (int k = 0; k < kNodes; ++k) {
+      row(k) = kBinomial[k] * std::pow(s, k) * std::pow(1 - s, kNodes - 1 - k);
+    }
+    return row;
+  }
+  StageMaps() {
+    Eigen::Matrix<double, kNodes, kNodes> values;
+    for (int k = 0; k < kNodes; ++k) values.row(k) = Basis(StagePlace(kNodeStages[k]));
+    bernstein = values.inverse();
+    for (int k = 0; k < kChecks; ++k) check.row(k) = Basis(StagePlace(kCheckStages[k])) * bernstein;
+    for (int k = 0; k < kNumProbes; ++k) {
+      check.row(kChecks + k) = Basis(kProbePlaces[k]) * bernstein;
+    }
+  }
+};
+
+}  // namespace
+
+double StagePlace(int stage) {
+  if (stage >= kStepStages) return kProbePlaces[stage - kStepStages];
+  if (stage == dop853::kStages) return 1;
+  double place = 0;
+  for (int k = 0; k < stage; ++k) place += dop853::kA[stage][k];
+  return place;
+}
+
+GuardBound QuinticBound(double h, const GuardJet& begin, const GuardJet& end) {
+  const double g0 = begin.value, g1 = end.value, d0 = h * begin.rate, d1 = h * end.rate;
+  const double c0 = h * h * begin.acceleration, c1 = h * h * end.acceleration;
+  const double cubic0 = 6 * (g1 - g0) - 4 * d0 - 2 * d1;
+  const double cubic1 = -6 * (g1 - g0) + 2 * d0 + 4 * d1;
+  return {std::min({g0, g0 + d0 / 5, g0 + 2 * d0 / 5 + c0 / 20, g1 - 2 * d1 / 5 + c1 / 20,
+                    g1 - d1 / 5, g1}),
+          std::max(std::abs(c0 - cubic0), std::abs(c1 - cubic1)) / 20};
+}
+
+bool IsFar(double h, const GuardJet& begin, const GuardJet& end) {
+  const double reach =
+      h * std::max(std::abs(begin.rate), std::abs(end.rate)) +
+      h * h / 2 * std::max(std::abs(begin.acceleration), std::abs(end.acceleration));
+  return std::min(begin.value, end.value) > kFarReach * reach;
+}
+
+double CubicPiece::Value(double s) const {
+  const double t = 1 - s;
+  return t * t * (t * b[0] + 3 * s * b[1]) + s * s * (3 * t * b[2] + s * b[3]);
+}
+
+double CubicPiece::Rate(double s) const {
+  const double t = 1 - s;
+  return 3 * (t * t * (b[1] - b[0]) + 2 * s * t * (b[2] - b[1]) + s * s * (b[3] - b[2]));
+}
+
+double CubicPiece::Lowest() const { return std::min({b[0], b[1], b[2], b[3]}); }
+double CubicPiece::Highest() const { return std::max({b[0], b[1], b[2], b[3]}); }
+
+bool CubicPiece::TurnsOnce() const {
+  const double first = b[1] - b[0], middle = b[2] - b[1], last = b[3] - b[2];
+  const bool may_turn_twice = first * last > 0 && first * middle < 0;
+  return !may_turn_twice || middle * middle < first * last;
+}
+
+GuardBound StageBound(const double* values, int stride, bool probed) {
+  static const StageMaps maps;
+  Eigen::Matrix<double, kNodes, 1> nodes;
+  for (int k = 0; k < kNodes; ++k) nodes(k) = values[kNodeStages[k] * stride];
+  double miss = 0;
+  const auto check = [&](int row, int column) {
+    miss = std::max(miss, std::abs(maps.check.row(row).dot(nodes) - values[column * stride]));
+  };
+  for (int k = 0; k < kChecks; ++k) check(k, kCheckStages[k]);
+  for (int k = 0; probed && k < kNumProbes; ++k) check(kChecks + k, kStepStages + k);
+  return {(maps.bernstein * nodes).minCoeff(), kCheckReach * miss};
+}
+
+}  // namespace contact_flow

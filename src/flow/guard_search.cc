@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/flow/guard_search.h"
+
+#include <algorithm>
+#include <boost/math/tools/toms748_solve.hpp>
+#include <cmath>
+#include <utility>
+
+#include "contact_flow/flow/guard_interpolant.h"
+
+namespace contact_flow {
+namespace {
+
+constexpr int kMaxPieces = 64;    // to begin with
+constexpr int kMaxHalvings = 32;  // a kink is then resolved to rounding
+constexpr int kSlots = kMaxPieces + kMaxHalvings + 2;
+/// The pieces' ends are up to this part of a piece from an even division; the point inside is up to
+/// this part from the middle.
+constexpr double kJitter = 0.07, kOffMiddle = 0.07;
+/// The interpolants of pieces that hold more than this many radians of the guard are not believed:
+/// by chance all that is known may lie on crests. Down to pieces of 1/128 of the first ones.
+constexpr double kPhase = 6.5;
+constexpr int kQuickHalvings = 7;
+constexpr double kGolden = 0.6180339887498949;
+/// A guard is excluded where its lower bound exceeds this many errors of the interpolant.
+constexpr double kReserve = 2;
+/// The error of an interpolant that resolves a guard, as a part of the guard's variation.
+constexpr double kResolved = 0.02;
+/// From a deviation of the rate [1/piece] to the largest one of the value: for the quintic term,
+/// which vanishes in the middle with its rate 1/16, 0.0179 / (1/16).
+constexpr double kRateReach = 0.3;
+/// The smallest minimum that was passed is told to this part of it, where the guard is not
+/// resolved.
+constexpr double kMarginPrecision = 0.5;
+/// Rounding of a guard, relative to its size: a state of several terms, and a formula of them.
+constexpr double kRounding = 1e-14;
+/// A gap that opens again this many floors above zero cannot be told from one that touches.
+constexpr double kTouchReach = 10;
+/// A gap that falls by less than this part of a floor before it opens again stands still: a contact
+/// that was let go together with others has a speed of the order of rounding.
+constexpr double kStandsStill = 1e-3;
+
+/// Root of a function with a sign change in [a, b], to rounding.
+template <class Function>
+double Root(const Function& f, double a, double b, double fa, double fb) {
+  if (fa == 0) return a;
+  if (fb == 0) return b;
+  boost::uintmax_t iterations = 100;
+  const auto bracket = boost::math::tools::toms748_solve(
+      f, a, b, fa, fb, boost::math::tools::eps_tolerance<double>(50), iterations);
+  return 0.5 * (bracket.first + bracket.second);
+}
+
+}  // namespace
+
+GuardSearch::GuardSearch(int n, Sampler sampler)
+    : sampler_(std::move(sampler)),
+      values_(n, kSlots),
+      rates_(n, kSlots),
+      theta_(kSlots),
+      open_(kSlots),
+      bend_(n),
+      turn_(n),
+      value_(n),
+      rate_(n) {}
+
+void GuardSearch::Sample(int slot) {
+  ++samples_;
+  sampler_(theta_[slot], open_[slot], values_.col(slot).data(), rates_.col(slot).data());
+}
+
+double GuardSearch::ValueAt(int i, double theta, double* rate) {
+  ++samples_;
+  sampler_(theta, ContactMode({i}), value_.data(), rate_.data());
+  *rate = rate_(i);
+  return value_(i);
+}
+
+void GuardSearch::Report(int i, double theta, bool touch) {
+  if (theta > event_->theta || (theta == event_->theta && event_->found)) return;
+  event_->found = true;
+  event_->theta = theta;
+  event_->constraint = i;
+  event_->touch = touch;
+}
+
+/// A number in [−1, 1) that is different each time, for places that must not follow a pattern.
+double GuardSearch::Irregular() const {
+  return 2 * (samples_ * kGolden - std::floor(samples_ * kGolden)) - 1;
+}
+
+/// Samples the pieces' ends, in the slots from the last one's, 1, to the first one's.
+void GuardSearch::Divide(int pieces) {
+  const auto place = [&](int slot, double theta) {
+    theta_[slot] = theta;
+    open_[slot] = query_->guards;
+    Sample(slot);
+  };
+  place(0, 0);
+  for (int k = 1; k <= pieces; ++k) {
+    place(pieces + 1 - k, k < pieces ? (k + kJitter * Irregular()) / pieces : 1);
+  }
+  for (int i : query_->guards) bend_(i) = query_->floor[i] * query_->floor[i];
+  for (int i : query_->guards) turn_(i) = 0;
+  for (int slot = pieces; slot > 1; --slot) {
+    const int before = slot == pieces ? 0 : slot + 1;
+    for (int i : query_->guards) Learn(i, At(i, before), At(i, slot), At(i, slot - 1));
+  }
+}
+
+/// How quick guard i is: its deviations from straight lines, and those of its rate.
+void GuardSearch::Learn(int i, const Node& a, const Node& m, const Node& b) {
+  const double slope = (b.value - a.value) / (b.theta - a.theta);
+  const double bend = m.value - a.value - slope * (m.theta - a.theta), turn = m.rate - slope;
+  bend_(i) += bend * bend;
+  turn_(i) += turn * turn;
+}
+
+void GuardSearch::Run(const GuardQuery& query, double* margin, LocatedEvent* event) {
+  query_ = &query;
+  margin_ = margin;
+  event_ = event;
+  samples_ = 0;
+  finest_ = 1;
+  int top = std::min(query.pieces, kMaxPieces);
+  shortest_ = std::ldexp(1.0 / top, -kQuickHalvings);
+  Divide(top);
+  while (top > 0 && theta_[0] < event->theta) {
+    if (samples_ > query.max_samples) {
+      event->found = false;
+      event->theta = theta_[0];
+      event->constraint = *open_[top].begin();
+      return;
+    }
+    const int middle = top + 1;
+    const double length = theta_[top] - theta_[0];
+    theta_[middle] = theta_[0] + length * (0.5 + kOffMiddle * Irregular());
+    open_[middle] = open_[top];
+    Sample(middle);
+    const bool last = middle + 1 == kSlots || std::ldexp(length, kMaxHalvings) < 1;
+    ContactMode open;
+    for (int i : open_[top]) {
+      if (!Settle(i, middle, top, last)) open.Insert(i);
+    }
+    if (open.Empty()) {
+      values_.col(0) = values_.col(top);
+      rates_.col(0) = rates_.col(top);
+      theta_[0] = theta_[top];
+      --top;
+    } else {
+      open_[top] = open_[middle] = open;
+      finest_ = std::min(finest_, length / 2);
+      top = middle;
+    }
+  }
+}
+
+/// Whether guard i needs no further look on the piece from slot 0 to `end`.
+bool GuardSearch::Settle(int i, int middle, int end, bool last) {
+  const Node a = At(i, 0), m = At(i, middle), b = At(i, end);
+  const double length = b.theta - a.theta;
+  Learn(i, a, m, b);
+  const bool quick = query_->quick && length > shortest_ && !last &&
+                     length * length * turn_(i) > kPhase * kPhase * bend_(i);
+  if (quick) return false;
+  const CubicPiece whole(length, a.value, a.rate, b.value, b.rate);
+  const double s = (m.theta - a.theta) / length;
+  const double error = std::max(std::abs(m.value - whole.Value(s)),
+                                kRateReach * std::abs(length * m.rate - whole.Rate(s)));
+  const CubicPiece left(m.theta - a.theta, a.value, a.rate, m.value, m.rate);
+  const CubicPiece right(b.theta - m.theta, m.value, m.rate, b.value, b.rate);
+  const double lowest = std::min(left.Lowest(), right.Lowest());
+  const double highest = std::max(left.Highest(), right.Highest());
+  const double floor = query_->floor[i];
+  const bool excluded = lowest > kReserve * error + floor;
+  if (excluded && lowest - error >= *margin_) return true;
+  const double noise = std::max(floor, kRounding * std::max(std::abs(lowest), std::abs(highest)));
+  const bool flat = highest - lowest <= noise;
+  const bool resolved = error <= std::max(kResolved * (highest - lowest), noise) &&
+                        (flat || (left.TurnsOnce() && right.TurnsOnce()));
+  if (excluded && !resolved && lowest - error > kMarginPrecision * *margin_) {
+    // No zero; of a dip that may be here a lower bound is enough.
+    if (m.value < std::min(a.value, b.value)) *margin_ = std::min(*margin_, lowest - error);
+    return true;
+  }
+  if (!resolved && !last) return false;
+  SearchHalf(i, a, m, left.Lowest() - error);
+  if (m.theta < event_->theta) SearchHalf(i, m, b, right.Lowest() - error);
+  return true;
+}
+
+/// The guard has one turn at most from `begin` to `end`; the stretch after it, or the whole, is
+/// where it falls.
+void GuardSearch::SearchHalf(int i, const Node& begin, const Node& end, double lower_bound) {
+  const double floor = query_->floor[i];
+  const bool dips = begin.rate < 0 && end.rate > 0;
+  if (end.value >= -floor && (!dips || lower_bound > std::max(kTouchReach * floor, *margin_))) {
+    return;
+  }
+  double unused;
+  const auto value_at = [&](double theta) { return ValueAt(i, theta, &unused); };
+  const auto rate_at = [&](double theta) {
+    double rate;
+    ValueAt(i, theta, &rate);
+    return rate;
+  };
+  double turn = end.theta, value_turn = end.value;
+  if (begin.rate * end.rate < 0) {
+    turn = Root(rate_at, begin.theta, end.theta, begin.rate, end.rate);
+    value_turn = value_at(turn);
+  }
+  const bool dip = dips && begin.value > floor && begin.value - value_turn > kStandsStill * floor;
+  double left = begin.theta, value_left = begin.value;
+  const double stops[2] = {turn, end.theta};
+  const double values[2] = {value_turn, end.value};
+  for (int part = 0; part < 2; ++part) {
+    if (values[part] < -floor) {
+      const double root =
+          value_left <= 0 ? left : Root(value_at, left, stops[part], value_left, values[part]);
+      return Report(i, root, false);
+    }
+    if (part == 0 && dip && query_->touches && value_turn <= kTouchReach * floor) {
+      return Report(i, turn, true);
+    }
+    left = stops[part];
+    value_left = values[part];
+  }
+  if (dip) *margin_ = std::min(*margin_, std::max(value_turn, 0.0));
+}
+
+}  // namespace contact_flow

@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Guards that are far quicker than the motion, on motions of closed form: a ball in free fall over
+// waves and needles, a block at rest under a force that follows a clock.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "contact_flow/flow/event_locator.h"
+#include "contact_flow/flow/simulate.h"
+#include "contact_flow/io/robot_file.h"
+#include "test/test_models.h"
+
+namespace contact_flow {
+namespace {
+
+constexpr double kGravity = 9.81;
+
+/// What the models below share: a coordinate that moves on evenly, and one that is pushed.
+struct Even : test::UnitMasses<2, 1> {
+  static constexpr bool kAffineConstraints = false;
+  static constexpr std::array<const char*, 2> kCoordinates = {"x", "z"};
+  static constexpr std::array<const char*, 2> kUnits = {"m", "m"};
+  static constexpr std::array<const char*, 1> kConstraintNames = {"ground"};
+};
+
+/// A needle of height 50 over flat ground: (1 − u²)⁴, u = (x − place)/half.
+template <class P, class S>
+S Needle(const P& place, const P& half, const S& x) {
+  const S u = (x - place) / half, rest = 1.0 - u * u;
+  if (rest < 0) return 0.0 * rest;
+  return 50.0 * (rest * rest) * (rest * rest);
+}
+/// 1 − Needle < 0 for this part of its width.
+const double kBelow = std::sqrt(1 - std::pow(1.0 / 50, 0.25));
+
+template <class P>
+struct NeedleParameters {
+  P place = 1, half = 1;
+  template <class V>
+  void Visit(V&& visit) {
+    visit(place, "place", "m", "of the needle", Range::kAny);
+    visit(half, "half", "m", "its width, halved", Range::kPositive);
+  }
+};
+
+/// A weightless ball over a needle: z stays, x = t.
+struct OverNeedle : Even {
+  static constexpr const char* kName = "over_needle";
+  template <class P>
+  using Parameters = NeedleParameters<P>;
+  template <class P, class S>
+  static void Force(const P&, const Eigen::Matrix<S, 2, 1>&, const Eigen::Matrix<S, 2, 1>&,
+                    const Eigen::Matrix<S, 0, 1>&, Eigen::Matrix<S, 2, 1>* f) {
+    (*f)(0) = (*f)(1) = S(0.0);
+  }
+  template <class P, class S>
+  static void Gaps(const NeedleParameters<P>& p, const Eigen::Matrix<S, 2, 1>& q,
+                   Eigen::Matrix<S, 1, 1>* a) {
+    (*a)(0) = q(1) - Needle(p.place, p.half, q(0));
+  }
+};
+
+/// A block on a floor, pulled once when the clock x = t says so: λ = 1 − Needle.
+struct Pulled : Even {
+  static constexpr bool kAffineConstraints = true;
+  static constexpr const char* kName = "pulled";
+  template <class P>
+  using Parameters = NeedleParameters<P>;
+  template <class P, class S>
+  static void Force(const NeedleParameters<P>& p, const Eigen::Matrix<S, 2, 1>& q,
+                    const Eigen::Matrix<S, 2, 1>&, const Eigen::Matrix<S, 0, 1>&,
+                    Eigen::Matrix<S, 2, 1>* f) {
+    (*f)(0) = S(0.0);
+    (*f)(1) = Needle(p.place, p.half, q(0)) - 1.0;
+  }
+  template <class P, class S>
+  static void Gaps(const P&, const Eigen::Matrix<S, 2, 1>& q, Eigen::Matrix<S, 1, 1>* a) {
+    (*a)(0) = q(1);
+  }
+};
+
+/// A ball in free fall over z = amplitude sin(wave x).
+struct Waves : Even {
+  static constexpr const char* kName = "waves";
+  template <class P>
+  struct Parameters {
+    P amplitude = 0.1, wave = 20, restitution = 0.8;
+    template <class V>
+    void Visit(V&& visit) {
+      visit(amplitude, "amplitude", "m", "of the ground", Range::kPositive);
+      visit(wave, "wave", "rad/m", "wave number", Range::kPositive);
+      visit(restitution, "restitution", "", "of the ground", Range::kUnitInterval);
+    }
+  };
+  template <class P, class S>
+  static void Force(const P&, const Eigen::Matrix<S, 2, 1>&, const Eigen::Matrix<S, 2, 1>&,
+                    const Eigen::Matrix<S, 0, 1>&, Eigen::Matrix<S, 2, 1>* f) {
+    (*f)(0) = S(0.0);
+    (*f)(1) = S(-kGravity);
+  }
+  template <class P, class S>
+  static void Gaps(const Parameters<P>& p, const Eigen::Matrix<S, 2, 1>& q,
+                   Eigen::Matrix<S, 1, 1>* a) {
+    using std::sin;
+    (*a)(0) = q(1) - p.amplitude * sin(p.wave * q(0));
+  }
+  template <class P>
+  static auto Restitution(const Parameters<P>& p, int) {
+    return p.restitution;
+  }
+};
+
+/// The first t in (0, end] with f(t) < −10⁻⁹, by even steps and bisection; infinite if none.
+template <class Function>
+double Scan(const Function& f, double step, double end) {
+  for (long k = 1; k * step <= end; ++k) {
+    double left = (k - 1) * step, right = k * step;
+    if (f(right) >= -1e-9) continue;
+    for (int halving = 0; halving < 50; ++halving) {
+      const double middle = (left + right) / 2;
+      (f(middle) < 0 ? right : left) = middle;
+    }
+    return right;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+/// The parabola from (x, z, ẋ, ż) over the waves.
+struct Flight {
+  double amplitude, wave;
+  Eigen::Vector4d from;
+
+  Eigen::Vector4d At(double t) const {
+    return {from(0) + from(2) * t, from(1) + from(3) * t - kGravity * t * t / 2, from(2),
+            from(3) - kGravity * t};
+  }
+  double Gap(double t) const {
+    const Eigen::Vector4d x = At(t);
+    return x(1) - amplitude * std::sin(wave * x(0));
+  }
+  double Speed(const Eigen::Vector4d& x) const {
+    return x(3) - amplitude * wave * std::cos(wave * x(0)) * x(2);
+  }
+  /// A thousand steps a wave, at least.
+  double Touchdown(double end) const {
+    const double step = std::min(1e-4, 6e-3 / (1e-9 + std::abs(wave * from(2))));
+    return Scan([&](double t) { return Gap(t); }, step, end);
+  }
+  /// v⁺ = v⁻ − (1+γ) n (n·v⁻)/(n·n), n = (−h′, 1).
+  Flight Bounce(double t, double restitution) const {
+    Eigen::Vector4d x = At(t);
+    const Eigen::Vector2d n(-amplitude * wave * std::cos(wave * x(0)), 1);
+    x.tail(2) -= (1 + restitution) * n.dot(x.tail(2)) / n.squaredNorm() * n;
+    return {amplitude, wave, x};
+  }
+};
+
+TEST(QuickGaps, TheWavesOfTheReport) {
+  const auto robot = LoadRobot(std::string(CONTACT_FLOW_TEST_DATA) + "/waves.yaml");
+  const Trajectory nominal = Simulate(*robot, robot->nominal().x, Vector(0), 0.6);
+  ASSERT_FALSE(nominal.transitions.empty());
+  EXPECT_NEAR(0.44418, nominal.transitions.front().t, 1e-5);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  SimulateOptions options;
+  options.max_events = 1;
+  for (int k = 0; k < 48; ++k) {
+    // Phase by the place where it starts, frequency by its speed: up to 800 rad/s.
+    Vector x(4);
+    x << uniform(random), 0.15 + uniform(random), 40 * uniform(random), 2 * uniform(random) - 1;
+    const Trajectory run = Simulate(*robot, x, Vector(0), 1, options);
+    const double truth = Flight{0.1, 20, x}.Touchdown(1);
+    ASSERT_FALSE(run.transitions.empty()) << "run " << k;
+    // The state is right to 1e-9, the slowest touchdown's speed is about 0.1 m/s.
+    EXPECT_NEAR(truth, run.transitions.front().t, 1e-8) << "run " << k;
+  }
+}
+
+TEST(QuickGaps, WavesOfAnyFrequencyAndRestitution) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  int compared = 0;
+  for (int k = 0; k < 300; ++k) {
+    // 1 to 2000 rad/s.
+    const double frequency = std::pow(10, 3.3 * uniform(random)), speed = 0.5 + 5 * uniform(random);
+    const double wave = frequency / speed, amplitude = 0.005 + 0.2 * uniform(random);
+    const double restitution = k % 4 / 3.0;
+    Vector x(4);
+    x << uniform(random), amplitude + 0.01 + 0.5 * uniform(random), speed, uniform(random) - 0.5;
+    const auto system =
+        test::Make<Waves>({{"amplitude", amplitude}, {"wave", wave}, {"restitution", restitution}});
+    SimulateOptions options;
+    options.max_events = restitution > 0 ? 2 : 1;
+    const Trajectory run = Simulate(system, x, Vector(0), 1, options);
+    Flight flight{amplitude, wave, x};
+    double begin = 0, uncertain = 1e-9;
+    for (int bounce = 0; bounce < options.max_events; ++bounce) {
+      const double truth = flight.Touchdown(1 - begin);
+      if (truth > 1 - begin) break;
+      // Slower than 0.03 m/s a touchdown is close to grazing: not compared.
+      if (flight.Speed(flight.At(truth)) > -0.03) break;
+      ASSERT_LT(bounce, run.transitions.size()) << "run " << k << ": " << run.status.message;
+      // The state is right to 1e-9, so the time to 1e-9 s over 0.03.
+      ASSERT_NEAR(begin + truth, run.transitions[bounce].t, 40 * uncertain)
+          << "run " << k << ", frequency " << frequency << ", bounce " << bounce;
+      ++compared;
+      // What an error of 1e-9 s at the bounce makes of the next.
+      const Flight next = flight.Bounce(truth, restitution);
+      const Flight late = flight.Bounce(truth + 1e-9, restitution);
+      const double change = late.Touchdown(1) + 1e-9 - next.Touchdown(1);
+      if (!(std::abs(change) < 1e-5)) break;  // a crest that is missed by a hair
+      begin += truth;
+      uncertain += 10 * std::abs(change);
+      flight = next;
+    }
+  }
+  EXPECT_GT(compared, 300);
+}
+
+/// At the stated extent, and at twice that, a needle is found wherever it is.
+TEST(QuickGaps, EveryNeedleOfTheStatedExtent) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  SimulateOptions options;
+  options.max_step = 0.5;
+  options.max_events = 1;
+  Vector x(4);
+  x << 0, 1, 1, 0;
+  for (double times : {1.0, 2.0}) {
+    const double extent = times * EventLocator::kGapExtentFree * options.max_step;
+    for (int k = 0; k < 1000; ++k) {
+      const double place = 0.2 + 2.5 * uniform(random);
+      const auto system = test::Make<OverNeedle>({{"place", place}, {"half", extent / 2 / kBelow}});
+      const Trajectory run = Simulate(system, x, Vector(0), 3, options);
+      ASSERT_FALSE(run.transitions.empty()) << times << " extents, needle at " << place;
+      EXPECT_NEAR(place - extent / 2, run.transitions.front().t, 1e-9);
+    }
+  }
+}
+
+TEST(QuickForces, EveryPullOfTheStatedExtent) {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  SimulateOptions options;
+  options.max_step = 0.5;
+  options.max_events = 1;
+  Vector x(4);
+  x << 0, 0, 1, 0;
+  for (double times : {1.0, 2.0}) {
+    const double extent = times * EventLocator::kForceExtentFree * options.max_step;
+    for (int k = 0; k < 1000; ++k) {
+      const double place = 0.2 + 2.5 * uniform(random);
+      const auto system = test::Make<Pulled>({{"place", place}, {"half", extent / 2 / kBelow}});
+      const Trajectory run = Simulate(system, x, Vector(0), 3, options);
+      ASSERT_FALSE(run.transitions.empty()) << times << " extents, pull at " << place;
+      EXPECT_NEAR(place - extent / 2, run.transitions.front().t, 1e-9);
+    }
+  }
+}
+
+/// λ = load + cos(ωt + φ) on a block at rest, 1 to 2000 rad/s: released when it vanishes, down
+/// again when the double integral of −load − cos does.
+TEST(QuickForces, ABlockAtRestIsReleasedByAClock) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  SimulateOptions options;
+  options.relative_tolerance = options.absolute_tolerance = 1e-12;
+  options.max_events = 2;
+  for (int k = 0; k < 200; ++k) {
+    const double omega = k == 0 ? 200 : std::pow(10, 3.3 * uniform(random));
+    const double load = 0.2 + 0.6 * uniform(random), release = std::acos(-load);
+    const double phase = release * (2 * uniform(random) - 1);
+    const auto system = test::Make<test::PressedBlock>({{"load", load}});
+    Vector x(4);
+    x << 0, phase, 0, omega;
+    const Trajectory run = Simulate(system, x, Vector(0), 8 + 20 / omega, options);
+    ASSERT_LE(2u, run.transitions.size()) << "ω = " << omega << ": " << run.status.message;
+    EXPECT_EQ(ContactMode({0}), run.transitions[0].released);
+    // λ is known to rounding: 1e-15 over its slope, 0.6 ω.
+    EXPECT_NEAR((release - phase) / omega, run.transitions[0].t, 1e-12) << "ω = " << omega;
+    const double step = 1e-4 / omega;
+    const auto height = [&](double t) {
+      const double now = release + omega * t;
+      return (-load * omega * omega * t * t / 2 + std::cos(now) - std::cos(release) +
+              std::sin(release) * omega * t);
+    };
+    // In units of 1/ω²: −1e-9 lies 1e-9 below, its slope is about 1.
+    const double flight = Scan(height, step, 20 / omega);
+    // A state right to 1e-12 over a speed of about 0.3/ω.
+    EXPECT_NEAR(run.transitions[0].t + flight, run.transitions[1].t, 1e-9 / omega + 1e-11 * omega)
+        << "ω = " << omega;
+  }
+}
+
+/// A force that varies without end but never vanishes is no release, and no stop.
+TEST(QuickForces, ThatNeverVanishHold) {
+  const auto system = test::Make<test::PressedBlock>({{"load", 1.01}});
+  Vector x(4);
+  x << 0, 0, 0, 500;
+  const Trajectory run = Simulate(system, x, Vector(0), 2);
+  EXPECT_TRUE(run.status.ok()) << run.status.message;
+  EXPECT_TRUE(run.transitions.empty());
+  EXPECT_NEAR(0.01, run.margins.force, 1e-3);
+}
+
+/// A resting block under a constant load is not looked at more closely: as many right-hand sides as
+/// its steps take, and two probes a step.
+TEST(QuickForces, CostNothingWhereTheyAreConstant) {
+  const auto system = test::Make<Pulled>({{"place", -10}, {"half", 1}});
+  Vector x(4);
+  x << 0, 0, 1, 0;
+  SimulateOptions options;
+  options.dense = false;
+  const Trajectory run = Simulate(system, x, Vector(0), 100, options);
+  EXPECT_TRUE(run.transitions.empty());
+  EXPECT_EQ(0, run.statistics.rejected_steps);
+  // 11 and the end, two probes; three for the initial mode and the first step.
+  EXPECT_LE(run.statistics.field_evaluations, 14 * run.statistics.steps + 3);
+}
+
+}  // namespace
+}  // namespace contact_flow
