@@ -114,7 +114,12 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
     if (!derivative.status.ok()) return derivative;
   }
   for (std::size_t k = first; k <= last; ++k) {
-    derivative.arcs.push_back(PropagateArc(dynamics[k].get(), arcs[k], options.tolerance));
+    try {
+      derivative.arcs.push_back(PropagateArc(dynamics[k].get(), arcs[k], options.tolerance));
+    } catch (const std::domain_error& error) {
+      derivative.status = {Outcome::kNotDifferentiable, error.what()};
+      return derivative;
+    }
   }
   derivative.time = dynamics[last]->Field(arcs[last].x_end, arcs[last].mode).head(2 * system.dof());
   return derivative;
