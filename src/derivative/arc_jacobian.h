@@ -37,6 +37,12 @@ class ArcJacobian {
     ++count_;
   }
 
+  /// F there as a tangent: (v, v̇) [2d], alike in (δq, δv) and in (y, ẏ), since ad_v v = 0.
+  void Field(Vector* field) const {
+    field->resize(2 * d_);
+    *field << x_.tail(d_), dynamics_.acceleration();
+  }
+
   /// A propagator of (y, ẏ) becomes one of (δq, δv).
   void ToVelocities(Matrix* phi) const {
     if (space_.IsFlat()) return;

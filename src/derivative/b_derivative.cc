@@ -115,11 +115,9 @@ void BDerivative::CarryNeglected() {
     if (nothing && cluster.neglected_derivative == 0) continue;
     // What comes before and after, along one selection of each other event.
     Matrix before = arcs[0], after = arcs[k + 1];
-    for (std::size_t j = 0; j < k; ++j) {
-      before = arcs[j + 1] * events[j].Selection(events[j].activated()) * before;
-    }
+    for (std::size_t j = 0; j < k; ++j) before = arcs[j + 1] * events[j].AnySelection() * before;
     for (std::size_t j = k + 1; j < events.size(); ++j) {
-      after = arcs[j + 1] * events[j].Selection(events[j].activated()) * after;
+      after = arcs[j + 1] * events[j].AnySelection() * after;
     }
     const Matrix effect = after.topRows(2 * d).cwiseAbs();
     if (!nothing) neglected_jump += effect.middleCols(d, d) * cluster.neglected_jump;
@@ -158,30 +156,36 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
     if (!derivative.status.ok()) return derivative;
   }
   derivative.events.reserve(last - first);
-  for (std::size_t k = first; k < last; ++k) {
-    const Transition& transition = trajectory.transitions[k];
-    derivative.status = CheckTransition(k > 0 ? &trajectory.transitions[k - 1] : nullptr,
-                                        transition, trajectory.simultaneity_tolerance);
-    if (!derivative.status.ok()) return derivative;
-    derivative.events.emplace_back(dynamics[k], transition);
-    derivative.status = derivative.events.back().status();
-    if (!derivative.status.ok()) return derivative;
-    derivative.status = CheckEventLaws(dynamics[k].get(), dynamics[k + 1].get(), transition,
-                                       derivative.events.back(), &derivative.trust);
-    if (!derivative.status.ok()) return derivative;
+  try {
+    for (std::size_t k = first; k < last; ++k) {
+      const Transition& transition = trajectory.transitions[k];
+      derivative.status = CheckTransition(k > 0 ? &trajectory.transitions[k - 1] : nullptr,
+                                          transition, trajectory.simultaneity_tolerance);
+      if (!derivative.status.ok()) return derivative;
+      derivative.events.emplace_back(dynamics[k], transition);
+      derivative.status = derivative.events.back().status();
+      if (!derivative.status.ok()) return derivative;
+      derivative.status = CheckEventLaws(dynamics[k].get(), dynamics[k + 1].get(), transition,
+                                         derivative.events.back(), &derivative.trust);
+      if (!derivative.status.ok()) return derivative;
+    }
+    std::vector<double> errors;
+    for (std::size_t k = first; k <= last; ++k) {
+      VariationStatistics statistics;
+      derivative.arcs.push_back(
+          PropagateArc(dynamics[k].get(), arcs[k], options.tolerance, &statistics));
+      errors.push_back(statistics.error_estimate);
+      derivative.trust.flow_law =
+          std::max(derivative.trust.flow_law, statistics.flow_law_residual);
+    }
+    derivative.time =
+        dynamics[last]->Field(arcs[last].x_end, arcs[last].mode).head(2 * system.dof());
+    derivative.CarryNeglected();
+    dynamics.erase(dynamics.begin(), dynamics.begin() + static_cast<std::ptrdiff_t>(first));
+    EstimateErrors(trajectory, first, dynamics, errors, &derivative);
+  } catch (const std::domain_error& reason) {
+    derivative.status = {Outcome::kNotDifferentiable, reason.what()};
   }
-  std::vector<double> errors;
-  for (std::size_t k = first; k <= last; ++k) {
-    VariationStatistics statistics;
-    derivative.arcs.push_back(
-        PropagateArc(dynamics[k].get(), arcs[k], options.tolerance, &statistics));
-    errors.push_back(statistics.error_estimate);
-    derivative.trust.flow_law = std::max(derivative.trust.flow_law, statistics.flow_law_residual);
-  }
-  derivative.time = dynamics[last]->Field(arcs[last].x_end, arcs[last].mode).head(2 * system.dof());
-  derivative.CarryNeglected();
-  dynamics.erase(dynamics.begin(), dynamics.begin() + static_cast<std::ptrdiff_t>(first));
-  EstimateErrors(trajectory, first, dynamics, errors, &derivative);
   return derivative;
 }
 

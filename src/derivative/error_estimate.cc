@@ -74,14 +74,6 @@ double PropagatorChange(ContactDynamics* dynamics, const Arc& arc, const Vector&
          (arc.t_end - arc.t_begin);
 }
 
-/// A selection of an event map: what its other selections do to errors is of the same size. The
-/// identity where the map has none.
-Matrix Reset(const EventMap& event, Eigen::Index size) {
-  const std::vector<int>& order = event.activated();
-  if (order.empty() || !event.PiecewiseLinear(order).ok()) return Matrix::Identity(size, size);
-  return event.Selection(order);
-}
-
 /// Errors of the factors, carried to the end, along a tangent at the beginning of the first arc.
 Vector ErrorFrom(const BDerivative& derivative, Vector tangent) {
   const Eigen::Index d2 = derivative.time.size(), size = tangent.size();
@@ -97,7 +89,7 @@ Vector ErrorFrom(const BDerivative& derivative, Vector tangent) {
       Disturb(j, 4 * k + 2, Vector::Constant(d2, own), &errors[j]);
     }
     if (k + 1 == derivative.arcs.size()) break;
-    const Matrix reset = Reset(derivative.events[k], size);
+    const Matrix reset = derivative.events[k].AnySelection();
     const Vector after = reset * tangent;
     const Vector jump = parts[2 * k + 1] * (after - tangent).head(d2).cwiseAbs();
     for (int j = 0; j < kProbes; ++j) {
@@ -133,7 +125,7 @@ void EstimateErrors(const Trajectory& trajectory, std::size_t first,
     if (k + 1 == derivative->arcs.size()) break;
     derivative->part_errors.push_back(
         RelativeRateError(system, trajectory.transitions[first + k], e.head(tangents)));
-    const Matrix reset = Reset(derivative->events[k], size);
+    const Matrix reset = derivative->events[k].AnySelection();
     for (Vector& probe : probes) probe = reset * probe;
   }
   derivative->trust.state_error = kStateSafety * RootMeanSquare(probes).head(tangents);

@@ -3,6 +3,7 @@
 
 #include <boost/math/special_functions/factorials.hpp>
 #include <boost/math/special_functions/legendre.hpp>
+#include <cmath>
 #include <vector>
 
 namespace contact_flow {
@@ -50,22 +51,48 @@ Polynomial Basis(const std::vector<long double>& nodes, std::size_t j) {
   return basis;
 }
 
+/// Where between two nodes the defect is looked at: away from the middle, which symmetry may favour.
+constexpr long double kBetween = 0.56L;
+
+GaussLegendre::Point MakePoint(const std::vector<long double>& nodes, long double at,
+                               const Matrix& a) {
+  const int s = static_cast<int>(nodes.size());
+  GaussLegendre::Point point;
+  point.at = static_cast<double>(at);
+  point.value.resize(s);
+  point.once.resize(s);
+  long double weight = 1;
+  for (int j = 0; j < s; ++j) {
+    const Polynomial basis = Basis(nodes, j);
+    point.value(j) = static_cast<double>(Evaluate(basis, at));
+    point.once(j) = static_cast<double>(Integral(basis, at));
+    weight *= (at - nodes[j]) / nodes[j];
+  }
+  point.twice = a.transpose() * point.once;
+  point.weight = static_cast<double>(std::abs(weight));
+  return point;
+}
+
 GaussLegendre Make(int s) {
   const std::vector<long double> nodes = Nodes(s);
   GaussLegendre rule;
   rule.stages = s;
-  for (Vector* v : {&rule.c, &rule.b, &rule.at_begin, &rule.at_end}) v->resize(s);
+  for (Vector* v : {&rule.c, &rule.b, &rule.at_end}) v->resize(s);
   rule.a.resize(s, s);
   for (int j = 0; j < s; ++j) {
     const Polynomial basis = Basis(nodes, j);
     rule.c(j) = static_cast<double>(nodes[j]);
     rule.b(j) = static_cast<double>(Integral(basis, 1));
-    rule.at_begin(j) = static_cast<double>(Evaluate(basis, 0));
     rule.at_end(j) = static_cast<double>(Evaluate(basis, 1));
     for (int i = 0; i < s; ++i) rule.a(i, j) = static_cast<double>(Integral(basis, nodes[i]));
   }
   rule.twice = rule.a * rule.a;
   rule.twice_end = rule.a.transpose() * rule.b;
+  rule.begin = MakePoint(nodes, 0, rule.a);
+  for (int i = 0; i + 1 < s; ++i) {
+    const long double at = nodes[i] + kBetween * (nodes[i + 1] - nodes[i]);
+    rule.between.push_back(MakePoint(nodes, at, rule.a));
+  }
   const double one = boost::math::factorial<double>(s), two = boost::math::factorial<double>(2 * s);
   rule.defect = one / two;
   rule.error = one * one / (two * two * (2 * s + 1));

@@ -1,24 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/derivative/variation.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <sstream>
 #include <stdexcept>
-#include <type_traits>
-#include <vector>
 
 #include "arc_jacobian.h"
-#include "block_solve.h"
-#include "contact_flow/fixed_size.h"
+#include "collocation.h"
+#include "flow_law.h"
 #include "gauss_legendre.h"
-#include "row_span.h"
+#include "motion_pace.h"
 
 namespace contact_flow {
 namespace {
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Beyond this many times the step that would resolve the fastest mode, collocation loses its order
 /// in it, and the error estimate its truth (measured: config/robots against tolerance 1e-13).
 constexpr double kStiffReach = 3;
@@ -31,6 +29,23 @@ constexpr double kSmallestStep = 1e-13;  // relative to max(1, t)
 /// One Jacobian, with its part of the linear system, costs about as much as this many
 /// multiplications for each of its entries (measured).
 constexpr double kJacobianCost = 50;
+/// Where the defect inside a step is this many times what it is at its ends, it has not the shape
+/// that it has where all is smooth, and collocation not its order.
+constexpr double kShape = 30;
+constexpr double kGolden = 0.6180339887498949;
+/// Largest residual of the flow law in a propagator that is handed out, where it takes an error of
+/// the state of more than kLargestNoise to explain it.
+constexpr double kLargestResidual = 1e-4;
+constexpr double kLargestNoise = 1e-5;
+
+/// A tangent without symmetries: ±(0.6 … 1.4) in `count` entries from `first` on.
+Vector Mixture(int size, int first, int count) {
+  Vector mixture = Vector::Zero(size);
+  for (int i = 0; i < count; ++i) {
+    mixture(first + i) = (i % 3 == 1 ? -1 : 1) * (0.6 + std::fmod(kGolden * (i + 1), 0.8));
+  }
+  return mixture;
+}
 
 /// Steps of the variational equation along one arc.
 class Propagation {
@@ -41,47 +56,59 @@ class Propagation {
         arc_(arc),
         tolerance_(tolerance),
         jacobian_(dynamics, arc),
-        nodes_(d_, 2 * d_ * GaussLegendre::kMaxStages),
-        sources_(d_, k_ * GaussLegendre::kMaxStages),
+        pace_(arc.dense),
+        collocation_(d_, k_),
+        law_(tolerance),
         begin_(d_, 2 * d_ + k_),
         end_(d_, 2 * d_ + k_),
-        step_(2 * d_ + k_, 2 * d_ + k_) {}
+        between_(d_, 2 * d_ + k_),
+        step_(2 * d_ + k_, 2 * d_ + k_),
+        tangent_(Mixture(2 * d_ + k_, 0, 2 * d_)),
+        source_(Mixture(2 * d_ + k_, 2 * d_, k_)) {}
 
   Matrix Run(VariationStatistics* statistics) {
     double t = arc_.t_begin;
     phi_.setIdentity(step_.rows(), step_.cols());
     if (t == arc_.t_end) return phi_;
-    jacobian_.At(t, begin_.data(), begin_.data() + 2 * d_ * d_);
-    span_.Find(begin_.leftCols(2 * d_), begin_.rightCols(k_));
-    fastest_ = FastestRate(begin_.leftCols(2 * d_));
+    Begin();
     // The rate r of the tangents [1/s]: a step's error is error_s·(r h)^{2s+1}.
     double rate = GuessRate();
     while (t < arc_.t_end) {
       const double rest = arc_.t_end - t;
-      const double length = ChooseStep(rest, rate);
+      const double length = ChooseStep(t, rest, rate);
       const double error = Step(t, length);
       if (std::isfinite(error)) {
-        const double seen = std::pow(error / rule_->error, 1.0 / (2 * rule_->stages + 1)) / length;
+        const GaussLegendre& rule = collocation_.rule();
+        const double seen = std::pow(error / rule.error, 1.0 / (2 * rule.stages + 1)) / length;
         rate = std::max(seen, kSlackening * rate);
       }
-      if (!(error <= tolerance_)) {
+      const bool small = error <= tolerance_;
+      if (!small) rate *= std::isfinite(error) ? 1.1 : 10;
+      if (!small || !ObeysLaw(t, length)) {
         ++statistics->rejected_steps;
-        rate *= std::isfinite(error) ? 1.1 : 10;
         if (length < kSmallestStep * std::max(1.0, arc_.t_end)) Fail(t);
         continue;
       }
       if (++statistics->steps > kMaxSteps) Fail(t);
-      phi_.swap(next_);
-      begin_.swap(end_);
+      Accept(error);
       t = length == rest ? arc_.t_end : t + length;
       if (t < arc_.t_end) fastest_ = FastestRate(begin_.leftCols(2 * d_));
     }
     statistics->jacobians += jacobian_.count();
+    Judge(statistics);
     jacobian_.ToVelocities(&phi_);
     return phi_;
   }
 
  private:
+  void Begin() {
+    jacobian_.At(arc_.t_begin, begin_.data(), begin_.data() + 2 * d_ * d_);
+    jacobian_.Field(&field_begin_);
+    law_.Begin(field_begin_);
+    collocation_.FindSpan(begin_.leftCols(2 * d_), begin_.rightCols(k_));
+    fastest_ = FastestRate(begin_.leftCols(2 * d_));
+  }
+
   [[noreturn]] static void Fail(double t) {
     std::ostringstream message;
     message << "the variational equation cannot be resolved at t = " << t << " s";
@@ -99,158 +126,58 @@ class Propagation {
 
   /// Chooses stages and length of the next step so that what is left of the arc costs least: n
   /// equal steps of a factorization for s times the independent rows, its solution for the
-  /// independent columns, and s+1 Jacobians each.
-  double ChooseStep(double rest, double rate) {
-    double least = std::numeric_limits<double>::infinity(), length = rest;
+  /// independent columns, and s+2 Jacobians each.
+  double ChooseStep(double t, double rest, double rate) {
+    double least = kInfinity, length = rest;
     for (int s = GaussLegendre::kMinStages; s <= GaussLegendre::kMaxStages; ++s) {
       const GaussLegendre& rule = GaussLegendre::WithStages(s);
       const double angle = kReach * std::pow(tolerance_ / rule.error, 1.0 / (2 * s + 1));
-      const double reach = std::min(angle / rate, kStiffReach * angle / fastest_);
-      const double steps = rate > 0 || fastest_ > 0 ? std::ceil(std::max(1.0, rest / reach)) : 1;
-      const double n = s * rows_.size();
-      const double cost = steps * (n * n * (n / 3 + 2 * columns_.size() + k_) +
-                                   (s + 1) * kJacobianCost * 2 * d_ * d_);
+      double reach = std::min(longest_, pace_.Reach(t, s));
+      if (rate > 0) reach = std::min(reach, angle / rate);
+      if (fastest_ > 0) reach = std::min(reach, kStiffReach * angle / fastest_);
+      const double steps = std::ceil(std::max(1.0, rest / reach));
+      const double n = s * collocation_.num_rows();
+      const double cost = steps * (n * n * (n / 3 + 2 * collocation_.num_columns() + k_) +
+                                   (s + 2) * kJacobianCost * 2 * d_ * d_);
       if (cost < least) {
         least = cost;
         length = rest / steps;
-        rule_ = &rule;
+        collocation_.SetRule(rule);
       }
     }
     return length;
   }
 
-  /// [K_i D_i] at node i.
-  Eigen::Map<Matrix> Node(int i) { return {nodes_.data() + i * 2 * d_ * d_, d_, 2 * d_}; }
-  /// … and what the variables add there.
-  Eigen::Map<Matrix> Source(int i) { return {sources_.data() + i * k_ * d_, d_, k_}; }
-
-  /// Only independent rows and columns enter the linear system. What holds on one step mostly does
-  /// on the next.
-  void FindSpans() {
-    const int stages = rule_->stages, columns = stages * 2 * d_;
-    const auto sources = sources_.leftCols(stages * k_);
-    if (span_.Holds(nodes_.leftCols(columns), sources)) return;
-    // Two mixtures: where a single [K D] has few rows, its columns depend on each other by chance.
-    sample_.setZero(d_, 4 * d_);
-    for (int i = 0; i < stages; ++i) {
-      sample_.leftCols(2 * d_) += rule_->c(i) * Node(i);
-      sample_.rightCols(2 * d_) += (1 - rule_->c(i)) * Node(i);
-    }
-    source_sample_.setZero(d_, 2 * k_);
-    for (int i = 0; i < stages && k_ > 0; ++i) {
-      source_sample_.leftCols(k_) += rule_->c(i) * Source(i);
-      source_sample_.rightCols(k_) += (1 - rule_->c(i)) * Source(i);
-    }
-    span_.Find(sample_, source_sample_);
-    if (!span_.Holds(nodes_.leftCols(columns), sources)) span_.SetAll(d_);
-  }
-
-  /// Fills the linear system for the accelerations Y_i of the tangents at the nodes,
-  ///   Y_i = K_i (Q₀ + c_i h V₀ + h² Σ_j (a²)_ij Y_j) + D_i (V₀ + h Σ_j a_ij Y_j),  Q₀ = [I 0], V₀
-  ///   = [0 I],
-  /// over the independent rows and columns: Y_i = R Z_i Cᵀ; variables have a source of their own.
-  void Assemble(double h) {
-    const int s = rule_->stages, m = rows_.size(), n = s * m;
-    system_matrix_.resize(n, n);
-    accelerations_.resize(n, 2 * columns_.size() + k_);
-    WithFixedSize(m, [&](auto rows) {
-      for (int i = 0; i < s; ++i) AssembleNode(i, h, rows);
-    });
-    for (int i = 0; i < s; ++i) {
-      for (int c = 0; c < k_; ++c) {
-        for (int r = 0; r < m; ++r) {
-          accelerations_(i * m + r, 2 * columns_.size() + c) = Source(i)(rows_.members()[r], c);
-        }
-      }
-    }
-    system_matrix_.diagonal().array() += 1;
-  }
-
-  /// The block row of node i; `m` is the number of independent rows, a compile-time constant when
-  /// small.
-  template <class Rows>
-  void AssembleNode(int i, double h, Rows m) {
-    const double* node = Node(i).data();
-    const double ahead = rule_->c(i) * h;
-    picked_.resize(m, 2 * d_);
-    for (int c = 0; c < 2 * d_; ++c) {
-      for (int r = 0; r < m; ++r) picked_(r, c) = node[c * d_ + rows_.members()[r]];
-    }
-    for (int l = 0; l < columns_.size(); ++l) {
-      const int c = columns_.members()[l];
-      const double *K = &picked_(0, c), *D = &picked_(0, d_ + c);
-      double* __restrict q = &accelerations_(i * m, l);
-      double* __restrict v = &accelerations_(i * m, columns_.size() + l);
-      for (int r = 0; r < m; ++r) {
-        q[r] = K[r];
-        v[r] = D[r] + ahead * K[r];
-      }
-    }
-    column_.resize(2 * m);
-    for (int unknown = 0; unknown < m; ++unknown) {  // K R and D R
-      double* __restrict K = column_.data();
-      double* __restrict D = column_.data() + m;
-      for (int r = 0; r < 2 * m; ++r) K[r] = 0;
-      for (int c = 0; c < d_; ++c) {
-        const double factor = rows_.combination()(c, unknown);
-        if (factor == 0) continue;
-        const double *left = &picked_(0, c), *right = &picked_(0, d_ + c);
-        for (int r = 0; r < m; ++r) {
-          K[r] += factor * left[r];
-          D[r] += factor * right[r];
-        }
-      }
-      for (int j = 0; j < rule_->stages; ++j) {
-        double* __restrict block = &system_matrix_(i * m, j * m + unknown);
-        const double on_q = -h * h * rule_->twice(i, j), on_v = -h * rule_->a(i, j);
-        for (int r = 0; r < m; ++r) block[r] = on_q * K[r] + on_v * D[r];
-      }
-    }
-  }
-
-  /// Replaces the right-hand side in accelerations_ by the solution; false when the system is
-  /// singular.
-  bool SolveAccelerations() {
-    const int m = rows_.size();
-    if (m == 0) return true;
-    bool solved = false;
-    WithFixedSize(m, [&](auto rows) {
-      if constexpr (std::is_same_v<decltype(rows), int>) {
-        const Eigen::PartialPivLU<Eigen::Ref<Matrix>> factor(system_matrix_);  // in place
-        accelerations_ = factor.solve(accelerations_);
-        solved = true;
-      } else {
-        solved =
-            BlockSolve<decltype(rows)>::Run(rows, rule_->stages, &system_matrix_, &accelerations_);
-      }
-    });
-    return solved;
-  }
-
   /// The propagator of [t, t+h] into step_; returns its error estimate.
   double Step(double t, double h) {
-    const int s = rule_->stages;
-    for (int i = 0; i < s; ++i) jacobian_.At(t + rule_->c(i) * h, Node(i).data(), Source(i).data());
-    FindSpans();
-    Assemble(h);
-    if (!SolveAccelerations()) return std::numeric_limits<double>::infinity();
-    step_.setIdentity();
-    step_.block(0, d_, d_, d_).diagonal().array() += h;
-    AddAccelerations(h * h, rule_->twice_end, step_.topRows(d_));
-    AddAccelerations(h, rule_->b, step_.middleRows(d_, d_));
+    const GaussLegendre& rule = collocation_.rule();
+    const int s = rule.stages;
+    for (int i = 0; i < s; ++i) {
+      jacobian_.At(t + rule.c(i) * h, collocation_.Node(i).data(), collocation_.Source(i).data());
+    }
+    if (!collocation_.Solve(h)) return kInfinity;
+    collocation_.Propagator(h, &step_);
     jacobian_.At(t + h, end_.data(), end_.data() + 2 * d_ * d_);
+    jacobian_.Field(&field_end_);
     const bool moved = t > arc_.t_begin;  // else phi_ = I
     next_ = step_;
     if (moved) next_.noalias() = step_ * phi_;
-    // Defect at either end: the collocation polynomial's acceleration against the equation's. Of
-    // what has decayed before, as the fast modes of a stiff damper, nothing is left to be wrong by.
-    defect_ = -begin_;
-    AddAccelerations(1, rule_->at_begin, defect_);
-    double relative = h * Relative(moved);
+    size_ = std::max(1.0, next_.leftCols(2 * d_).cwiseAbs().maxCoeff());
+    source_size_ = k_ > 0 ? std::max(1.0, next_.rightCols(k_).cwiseAbs().maxCoeff()) : 1;
+    // Defect at the end: the collocation polynomial's acceleration against the equation's. Of what
+    // has decayed before, as the fast modes of a stiff damper, nothing is left to be wrong by.
     defect_.noalias() = -end_ * step_;
-    AddAccelerations(1, rule_->at_end, defect_);
-    relative = std::max(relative, h * Relative(moved));
-    return rule_->error * std::pow(relative / rule_->defect, (2.0 * s + 1) / (s + 1));
+    collocation_.AddAccelerations(1, rule.at_end, defect_);
+    const double ends = h * std::max(Relative(moved), MixedDefect(h, rule.begin, begin_));
+    // And inside, where the nodes do not look: at another of the gaps between them in every step.
+    golden_ += kGolden;
+    golden_ -= std::floor(golden_);
+    const GaussLegendre::Point& point = rule.between[static_cast<std::size_t>(golden_ * (s - 1))];
+    jacobian_.At(t + point.at * h, between_.data(), between_.data() + 2 * d_ * d_);
+    const double inside = h * MixedDefect(h, point, between_);
+    const double relative = std::max(ends, inside / point.weight);
+    const double error = rule.error * std::pow(relative / rule.defect, (2.0 * s + 1) / (s + 1));
+    return inside / point.weight > kShape * ends ? std::max(error, inside) : error;
   }
 
   /// Largest entry of the defect relative to those of the propagator; tangents and variables each
@@ -260,78 +187,94 @@ class Propagation {
       carried_.noalias() = defect_ * phi_;
       defect_.swap(carried_);
     }
-    return std::max(RelativeSize(defect_, next_, 0, 2 * d_),
-                    RelativeSize(defect_, next_, 2 * d_, k_));
+    return std::max(defect_.leftCols(2 * d_).cwiseAbs().maxCoeff() / size_,
+                    k_ > 0 ? defect_.rightCols(k_).cwiseAbs().maxCoeff() / source_size_ : 0);
   }
 
-  /// target += scale · Σ_j weights_j Y_j = scale · R (Σ_j weights_j Z_j) Cᵀ  [d×2d].
-  void AddAccelerations(double scale, const Vector& weights, Eigen::Ref<Matrix> target) {
-    const int columns = columns_.size();
-    const double* R = rows_.combination().data();
-    const int all = 2 * columns + k_;
-    sum_.resize(rows_.size(), all);
-    spread_.resize(d_, all);
-    WithFixedSize(rows_.size(), [&](auto m) {
-      for (int c = 0; c < all; ++c) {
-        double* __restrict sum = &sum_(0, c);
-        for (int r = 0; r < m; ++r) sum[r] = 0;
-        for (int j = 0; j < rule_->stages; ++j) {
-          const double* __restrict Z = &accelerations_(j * m, c);
-          const double weight = scale * weights(j);
-          for (int r = 0; r < m; ++r) sum[r] += weight * Z[r];
-        }
-      }
-    });
-    WithFixedSize(d_, [&](auto d) {
-      for (int c = 0; c < all; ++c) {
-        double* __restrict out = &spread_(0, c);
-        for (int r = 0; r < d; ++r) out[r] = 0;
-        for (int k = 0; k < rows_.size(); ++k) {
-          const double factor = sum_(k, c);
-          for (int r = 0; r < d; ++r) out[r] += factor * R[k * d + r];
-        }
-      }
-    });
-    WithFixedSize(d_, [&](auto d) {
-      for (int c = 0; c < 2 * d; ++c) {
-        const int half = c / d;
-        double* __restrict out = &target(0, c);
-        for (int l = 0; l < columns; ++l) {
-          const double factor = columns_.combination()(c % d, l);
-          if (factor == 0) continue;
-          const double* __restrict in = &spread_(0, half * columns + l);
-          for (int r = 0; r < d; ++r) out[r] += factor * in[r];
-        }
-      }
-    });
-    if (k_ > 0) target.rightCols(k_) += spread_.rightCols(k_);
+  /// The same of one tangent that has a part in all, where [K D S] is `jacobian`.
+  double MixedDefect(double h, const GaussLegendre::Point& point, const Matrix& jacobian) {
+    const double largest = DefectOf(tangent_, h, point, jacobian) / size_;
+    return k_ > 0 ? std::max(largest, DefectOf(source_, h, point, jacobian) / source_size_)
+                  : largest;
+  }
+
+  double DefectOf(const Vector& tangent, double h, const GaussLegendre::Point& point,
+                  const Matrix& jacobian) {
+    collocation_.Follow(tangent);
+    collocation_.Tangent(h, point, &there_);
+    collocation_.Acceleration(point.value, &bend_);
+    bend_.noalias() -= jacobian.leftCols(2 * d_).lazyProduct(there_);
+    if (k_ > 0) bend_.noalias() -= jacobian.rightCols(k_).lazyProduct(tangent.tail(k_));
+    return bend_.cwiseAbs().maxCoeff();
+  }
+
+  /// Whether the step obeys the flow law, as well as the state allows it. If not, the next one is
+  /// to be shorter; steps that are short beside those of the state resolve all that it knows.
+  bool ObeysLaw(double t, double h) {
+    law_.Residual(step_, field_begin_, field_end_, size_);
+    if (law_.Holds(end_.leftCols(2 * d_), arc_.x_end.lpNorm<Eigen::Infinity>())) return true;
+    if (h <= pace_.StateStep(t) / 2) {
+      law_.Excuse();
+      return true;
+    }
+    longest_ = h / 2;
+    return false;
+  }
+
+  void Accept(double error) {
+    error_ += error;
+    law_.Accept();
+    longest_ *= 2;
+    phi_.swap(next_);
+    begin_.swap(end_);
+    field_begin_.swap(field_end_);
+    carried_.noalias() = step_ * tangent_;
+    tangent_ = carried_;
+    if (k_ == 0) return;
+    carried_.noalias() = step_ * source_;
+    source_ = carried_;
+  }
+
+  /// The residual of the flow law and the error of the whole.
+  void Judge(VariationStatistics* statistics) {
+    statistics->flow_law_residual = std::max(statistics->flow_law_residual, law_.total());
+    statistics->error_estimate = std::max(statistics->error_estimate, error_ + law_.total());
+    if (law_.total() <= kLargestResidual || law_.noise() <= kLargestNoise) return;
+    std::ostringstream message;
+    message.precision(12);
+    message << "the tangents from t = " << arc_.t_begin << " s to " << arc_.t_end
+            << " s do not carry the field along as they must (relative residual " << law_.total()
+            << " of Φ F = F, which would take errors of the state of " << law_.noise()
+            << "): a force acts where the steps of the run did not see it";
+    throw std::domain_error(message.str());
   }
 
   const int d_;
   const int k_;
   const Arc& arc_;
   const double tolerance_;
-  const GaussLegendre* rule_ = nullptr;
-  double fastest_ = 0;  // rate of a mode at the beginning of the step [1/s]
+  double fastest_ = 0;          // rate of a mode at the beginning of the step [1/s]
+  double longest_ = kInfinity;  // step that the flow law allows [s]
+  double error_ = 0;            // Σ of the estimates of the steps
+  double golden_ = 0;           // goes round the gaps between nodes
   ArcJacobian jacobian_;
-  Matrix nodes_;    // [K_i D_i], i = 1 … s, side by side
-  Matrix sources_;  // the variables' parts, likewise
+  MotionPace pace_;
+  Collocation collocation_;
+  FlowLaw law_;
   Matrix begin_;    // [K D] and the variables' part at the beginning of the step
   Matrix end_;      // … and at its end
-  Matrix system_matrix_;
-  JacobianSpan span_;
-  const RowSpan& rows_ = span_.rows();        // R
-  const RowSpan& columns_ = span_.columns();  // C
-  Matrix sample_;
-  Matrix source_sample_;
-  Matrix picked_;  // the independent rows of one [K D]
-  Vector column_;
-  Matrix accelerations_;  // Z_1 … Z_s, stacked
-  Matrix sum_;            // Σ_j weights_j Z_j
-  Matrix spread_;         // R times it
+  Matrix between_;  // … and inside
+  Vector field_begin_;
+  Vector field_end_;
   Matrix step_;
-  Matrix phi_;   // up to the present step
-  Matrix next_;  // … and through it
+  Matrix phi_;              // up to the present step
+  Matrix next_;             // … and through it
+  double size_ = 1;         // its largest entry, or 1, for the tangents
+  double source_size_ = 1;  // … and for the variables
+  Vector tangent_;          // phi_ times a mixture of all directions (δq, δv)
+  Vector source_;           // … of all variables
+  Vector there_;
+  Vector bend_;
   Matrix defect_;
   Matrix carried_;  // defect_ · phi_
 };

@@ -109,6 +109,8 @@ class EventMap {
 
   /// Ξ_σ [2d×2d] of the order σ: the product of saltation matrices. Throws NotPiecewiseLinear.
   Matrix Selection(const std::vector<int>& order) const;
+  /// One of them, for estimates; the identity where B is not linear along it.
+  Matrix AnySelection() const;
   /// Half-spaces {w : τ_σ(1) ≤ … ≤ τ_σ(m)} [h×2d], unit rows.
   Matrix Cone(const std::vector<int>& order) const;
   /// First-order change of the time of each activation along the order σ, a row each [m × 2d+k].

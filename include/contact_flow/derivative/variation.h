@@ -12,6 +12,8 @@ struct VariationStatistics {
   long jacobians = 0;  ///< evaluations of DF_J
   long steps = 0;      ///< accepted
   long rejected_steps = 0;
+  double flow_law_residual = 0;
+  double error_estimate = 0;
 };
 
 /// The propagator of one arc (Lemma 1 of the paper): Φ(t_end) [2d+k × 2d+k] of the variational

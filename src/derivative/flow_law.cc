@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "flow_law.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace contact_flow {
+namespace {
+
+/// The residual is compared with this many times the tolerance and the state's error: the state's
+/// local errors add up along a step.
+constexpr double kAllowed = 10;
+
+}  // namespace
+
+void FlowLaw::Begin(const VectorRef& field) {
+  size_ = std::max(field.lpNorm<1>(), std::numeric_limits<double>::min());
+}
+
+double FlowLaw::Residual(const Matrix& step, const VectorRef& before, const VectorRef& after,
+                         double size) {
+  const Eigen::Index n = after.size();
+  difference_ = -after;
+  difference_.noalias() += step.topLeftCorner(n, n).lazyProduct(before);
+  last_ = difference_.cwiseAbs().maxCoeff() / (size * size_);
+  per_noise_ = 1 / (size * size_);
+  return last_;
+}
+
+bool FlowLaw::Holds(const MatrixRef& jacobian, double state) {
+  double largest = 1;
+  for (Eigen::Index r = 0; r < jacobian.rows(); ++r) {
+    largest = std::max(largest, jacobian.row(r).cwiseAbs().sum());
+  }
+  per_noise_ *= largest * std::max(1.0, state);
+  return last_ <= kAllowed * (tolerance_ + noise_ * per_noise_);
+}
+
+void FlowLaw::Excuse() { noise_ = std::max(noise_, last_ / per_noise_); }
+
+}  // namespace contact_flow
