@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/derivative/start_cone.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -61,8 +60,8 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
   }
   ContactMode members = mode - system.compliant();
   held_ = members.Size();
-  std::vector<int> order;
-  for (int i : members) order.push_back(i);
+  for (int i : members) members_.push_back(i);
+  std::vector<int> order = members_;
   for (int i : touching) {
     if (system.compliant().Contains(i)) {
       const ContactMode other = mode.Contains(i) ? mode.Without(i) : mode.With(i);
@@ -156,11 +155,14 @@ Vector StartCone::operator()(const VectorRef& direction) const {
     b(r) = rows[r] < held_ ? 0 : (1 + restitution_(rows[r])) * rates_.row(rows[r]).dot(w);
   }
   w.segment(dof_, dof_) += reach * SolveComplementarity(G, b).z;
-  if (held_ == 0) return w;
-  // Contacts of the mode that are lifted return.
-  const Vector rates = rates_.topRows(held_) * w;
-  w.segment(dof_, dof_) -=
-      reach_.leftCols(held_) * delassus_.topLeftCorner(held_, held_).llt().solve(rates);
+  for (int r = 0; r < held_; ++r) {
+    const Vector rate = rates_.row(r).transpose();
+    if (!(rate.dot(w) > kNoise * Terms(rate, w))) continue;
+    throw std::domain_error("at t = " + std::to_string(t_) + " s the contact '" +
+                            names_[members_[r]] +
+                            "' is lifted by an impact at the start in this direction: how it "
+                            "returns is not followed");
+  }
   return w;
 }
 

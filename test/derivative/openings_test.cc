@@ -183,10 +183,68 @@ Vector ByGaps(const Cluster& cluster, const Vector& dq) {
   return dv;
 }
 
-TEST(Openings, ThreePlasticWallsOfTheReport) {
-  // f_0 = +1 after w1 alone is hit, −1 after w1 and w2, +1 after all: by delays (0, 1, 3) the gap of
-  // w0 opens at rate 1, is closed at 1 + 1 + √2 > 3, so that it is still open when the last one is
-  // hit. With other delays it has returned. The map is not piecewise linear.
+/// Three plastic walls hit at speed 1 under f = (1 + 2v₂ + 2v₁v₂, −1, −1): w0 is let go by its own
+/// impact (ä = 1), pushed after that of w1 (ä = −1), and let go again after that of w2.
+struct ThreeHits : test::UnitMasses<3, 3> {
+  static constexpr const char* kName = "three_hits";
+  static constexpr std::array<const char*, 3> kCoordinates = {"q0", "q1", "q2"};
+  static constexpr std::array<const char*, 3> kUnits = {"m", "m", "m"};
+  static constexpr std::array<const char*, 3> kConstraintNames = {"w0", "w1", "w2"};
+  template <class P>
+  struct Parameters {
+    template <class V>
+    void Visit(V&&) {}
+  };
+  template <class P, class S>
+  static void Force(const P&, const Eigen::Matrix<S, 3, 1>&, const Eigen::Matrix<S, 3, 1>& v,
+                    const Eigen::Matrix<S, 0, 1>&, Eigen::Matrix<S, 3, 1>* f) {
+    (*f)(0) = 1.0 + 2.0 * v(2) + 2.0 * v(1) * v(2);
+    (*f)(1) = (*f)(2) = S(-1.0);
+  }
+  template <class P, class S>
+  static void Gaps(const P&, const Eigen::Matrix<S, 3, 1>& q, Eigen::Matrix<S, 3, 1>* a) {
+    for (int i = 0; i < 3; ++i) (*a)(i) = q(i);
+  }
+};
+
+TEST(Openings, OfThreeHitsByHand) {
+  const auto system = test::Make<ThreeHits>();
+  Transition hit;
+  hit.x_minus = hit.x_plus = Vector::Zero(6);
+  hit.x_minus.tail(3).setConstant(-1);
+  hit.activated = ContactMode({0, 1, 2});
+  hit.mode_after = ContactMode({1, 2});
+  const EventMap map(std::make_shared<ContactDynamics>(system, Vector(0)), hit);
+  ASSERT_TRUE(map.status().ok()) << map.status().message;
+  // Delays (0, 1, s): at s the rate is 1 − (s − 1), the gap ½ + (s−1) − (s−1)²/2, zero at 2 + √2;
+  // after that the wall is closed. δv_0 = rate − s; later ä = 1 keeps it open up to s = 3, where the
+  // gap ½ just suffices for the rate −1, and beyond that another fall ends at rate zero after
+  // t = −r − √(r² − 2g), so that δv_0 = −t − s.
+  const auto by_hand = [](double s) {
+    const double rate = 2 - s, gap = 0.5 + (s - 1) - (s - 1) * (s - 1) / 2;
+    if (gap <= 0) return -s;
+    if (s <= 3) return rate - s;
+    return -s - (-rate - std::sqrt(rate * rate - 2 * gap));
+  };
+  for (double s : {1.5, 2.5, 2.999, 3.2, 3.4, 3.5, 6.0}) {
+    Vector w = Vector::Zero(6);
+    w(1) = 1;
+    w(2) = s;
+    EXPECT_NEAR(by_hand(s), map(w)(3), 1e-9) << s;
+  }
+  // No kink in s at 3: −4 from both sides, where −3 was given once.
+  Vector w = Vector::Zero(6);
+  w << 0, 1, 3, 0, 0, 0;
+  EXPECT_NEAR(-4, map(w)(3), 1e-6);
+  EXPECT_FALSE(map.PiecewiseLinear().ok());
+  EXPECT_NE(std::string::npos, map.PiecewiseLinear().message.find("'w0'"));
+  EXPECT_TRUE(map.PiecewiseLinear({1, 2, 0}).ok()) << "w0 comes last: it only leaves";
+  EXPECT_THROW(map.Pieces(7), NotPiecewiseLinear);
+  EXPECT_THROW(map.Selection({0, 1, 2}), NotPiecewiseLinear);
+  EXPECT_FALSE(map.IsDifferentiable(1e-9));
+}
+
+TEST(Openings, FollowAnIntegrationOfTheGaps) {
   int nonlinear = 0, linear = 0, opened = 0;
   for (unsigned seed = 1; seed <= 400; ++seed) {
     const Cluster cluster = Draw(seed);
@@ -223,6 +281,67 @@ TEST(Openings, ThreePlasticWallsOfTheReport) {
             << " contacts returned\n";
   EXPECT_GT(linear, 20);
   EXPECT_GT(nonlinear, 20);
+}
+
+/// The state from which free motion arrives at (0, v) after `flight`: the motion run backwards.
+Vector Before(const MechanicalSystem& system, const Vector& v, double flight) {
+  const int n = 2 * system.dof();
+  ContactDynamics dynamics(system, Vector(0));
+  Dop853 stepper(n, [&](const double* x, double* xdot) {
+    Eigen::Map<Vector>(xdot, n) = -dynamics.Field(Eigen::Map<const Vector>(x, n), {});
+  });
+  Vector x = Vector::Zero(n);
+  x.tail(system.dof()) = v;
+  stepper.Begin(x);
+  for (int k = 0; k < 20; ++k) {
+    stepper.TryStep(flight / 20, 1e-13, 1e-13);
+    stepper.Finish();
+    stepper.Advance();
+  }
+  return stepper.begin();
+}
+
+TEST(Openings, FollowOneSidedQuotients) {
+  constexpr double kFlight = 0.1, kAfter = 0.05;
+  int compared = 0, skipped = 0;
+  for (unsigned seed = 3; seed <= 120; seed += 3) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const Cluster cluster = Draw(seed);
+    const Vector x = Before(*cluster.system, cluster.v, kFlight);
+    SimulateOptions options;
+    options.relative_tolerance = options.absolute_tolerance = 1e-12;
+    options.speed_tolerance = 1e-11;  // closings have speeds of the size of α
+    if (x.head(kWalls).minCoeff() <= 1e-3) continue;
+    const Trajectory run = Simulate(*cluster.system, x, Vector(0), kFlight + kAfter, options);
+    if (!run.status.ok() || run.transitions.empty()) continue;
+    if (run.transitions.front().activated.Size() != kWalls) continue;
+    const BDerivative B = DifferentiateOutcome(*cluster.system, run);
+    ASSERT_TRUE(B.status.ok()) << B.status.message;
+    if (B.events.front().PiecewiseLinear().ok()) continue;
+    std::mt19937 generator(seed);
+    std::normal_distribution<double> normal;
+    for (int trial = 0; trial < 4; ++trial) {
+      Vector w(2 * kWalls);
+      for (int i = 0; i < 2 * kWalls; ++i) w(i) = normal(generator);
+      w.normalize();
+      const Vector prediction = B(w);
+      const QuotientReport report =
+          CompareWithQuotients(*cluster.system, x, Vector(0), kFlight + kAfter, w, prediction,
+                               {1e-4, 1e-5, 1e-6}, options);
+      const bool ran = std::all_of(report.samples.begin(), report.samples.end(),
+                                   [](const QuotientSample& s) { return s.status.ok(); });
+      skipped += !ran;
+      compared += ran;
+      if (!ran) continue;
+      // A wrong derivative is off by O(1) at every α, a right one by O(α).
+      EXPECT_LE(report.samples[2].error,
+                0.05 * report.samples[0].error + 1e-4 * (1 + prediction.cwiseAbs().maxCoeff()))
+          << report.samples[0].error << " " << report.samples[1].error << " "
+          << report.samples[2].error << ", direction " << w.transpose();
+    }
+  }
+  std::cout << compared << " directions compared, " << skipped << " perturbed runs refused\n";
+  EXPECT_GT(compared, 10);
 }
 
 }  // namespace

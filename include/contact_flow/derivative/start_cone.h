@@ -33,7 +33,8 @@ class StartCone {
   /// The constraint through which w [2d+k] leaves the domain; −1: none.
   int Leaves(const VectorRef& w) const;
   /// w after what happens at the start. Throws std::invalid_argument, naming the constraint, for a
-  /// direction that leaves the domain.
+  /// direction that leaves the domain, and std::domain_error where the impact would lift a contact
+  /// of the mode.
   Vector operator()(const VectorRef& w) const;
   /// Half-spaces {w : Da_i w_q ≥ 0} [· × 2d+k], unit rows.
   Matrix Cone() const;
@@ -68,6 +69,7 @@ class StartCone {
   Matrix rates_;     // D(Da v) [· × 2d+k]
   Vector restitution_;
   int held_ = 0;  // how many of them are in the mode
+  std::vector<int> members_;  // these
   Status status_;
   Status piecewise_linear_;
 };
