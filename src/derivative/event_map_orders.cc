@@ -144,6 +144,13 @@ Status EventMap::PiecewiseLinear(const std::vector<int>& order) const {
   return walk.status();
 }
 
+Matrix EventMap::AnySelection() const {
+  if (activated_.empty() || !PiecewiseLinear(activated_).ok()) {
+    return Matrix::Identity(size(), size());
+  }
+  return Selection(activated_);
+}
+
 const Status& EventMap::PiecewiseLinear() const {
   if (examined_) return piecewise_linear_;
   OrderWalk walk(*this);
