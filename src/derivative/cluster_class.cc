@@ -178,13 +178,14 @@ class Classifier {
              << what;
       if (largest > 0) reason << ", " << largest << " apart";
       report_.status = {Outcome::kDiscontinuous, Sentence() + reason.str()};
-      report_.outcomes = sequences.outcomes;
-      if (!sequences.all) report_.outcomes = ListOrderOutcomes(&dynamics_, transition_);
+      report_.outcomes =
+          sequences.all ? sequences.outcomes : ListOrderOutcomes(&dynamics_, transition_);
     } else if (!sequences.all || !ended) {
       report_.contact_class = ContactClass::kUndecided;
       reason << "the orders that were followed agree, but not all were followed to their end: "
              << "whether the order of impacts decides the outcome is undecided";
       report_.status = {Outcome::kNotDifferentiable, Sentence() + reason.str()};
+      if (sequences.all) report_.outcomes = sequences.outcomes;
     } else {
       report_.contact_class = ContactClass::kOrdersAgree;
       report_.neglected_jump += apart;

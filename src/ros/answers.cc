@@ -139,10 +139,11 @@ void AddContinuation(const Names& constraints, const ContinuedOutcome& end, Cont
 /// listed.
 void AddOrders(const Setup& setup, const Differentiated& d, bool continue_orders,
                OutcomeDerivative* result) {
-  if (d.derivative.status.outcome != Outcome::kDiscontinuous) return;
+  if (d.derivative.status.ok() || d.derivative.events.empty()) return;
   const std::size_t k = d.derivative.events.size() - 1;  // the others are continuous
   const EventMap& event = d.derivative.events[k];
   const std::vector<OrderOutcome>& outcomes = event.outcomes();
+  if (outcomes.empty() && event.status().outcome != Outcome::kDiscontinuous) return;
   for (const OrderOutcome& outcome : outcomes) {
     result->orders.push_back(ToMsg(result->constraints, outcome));
     result->orders.back().transition = static_cast<std::uint32_t>(k);

@@ -23,7 +23,7 @@ enum class ContactClass {
   kOrderDependent = 3,  ///< the order of impacts decides the outcome: discontinuous
   kDependent = 4,       ///< Assumption 3 fails: the constraints are linearly dependent
   kOrdersAgree = 5,     ///< none of these, but every order leads where the simultaneous impact does
-  kUndecided = 6,       ///< none of these, and too many orders to follow them all
+  kUndecided = 6,       ///< none of these, and not all orders can be followed to their end
 };
 
 /// "orthogonal", …
@@ -51,7 +51,8 @@ struct ClusterReport {
   /// kOk; kDiscontinuous; kNotDifferentiable where the outcome is continuous as far as is known,
   /// but the selections are not the products of resets. The message names constraints and reason.
   Status status;
-  std::vector<OrderOutcome> outcomes;  ///< of every order, where the status is kDiscontinuous
+  /// Of every order, where the class is kOrderDependent; cut ones, where it is kUndecided.
+  std::vector<OrderOutcome> outcomes;
   /// v_S and what rests then are the same for every order of the impacts in S.
   bool staged = true;
   bool decoupled = true;  ///< all pairs count as orthogonal

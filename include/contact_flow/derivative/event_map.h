@@ -82,7 +82,8 @@ class EventMap {
 
   /// kOk; kDiscontinuous when orders disagree (then `outcomes` lists them); kNotDifferentiable.
   const Status& status() const { return status_; }
-  /// The outcome of every order, filled when the status is kDiscontinuous.
+  /// The outcome of every order, filled when the status is kDiscontinuous; those that were cut, when
+  /// it is undecided for them.
   const std::vector<OrderOutcome>& outcomes() const { return cluster_.outcomes; }
   /// The class of the cluster, and what was neglected to give a derivative.
   const ClusterReport& cluster() const { return cluster_; }
