@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace contact_flow {
 namespace {
@@ -12,6 +13,9 @@ constexpr double kRounding = 1e-13;
 constexpr long kMaxPivots = 100000;  // never met for n ≤ 16: at most 2ⁿ
 constexpr double kProximal = 1e-8;   // ε
 constexpr int kMaxProximalSteps = 40;
+/// What is left where the steps no longer converge, relative to b: that b, the sum of larger
+/// numbers, is not quite in the range of G.
+constexpr double kInconsistent = 1e-5;
 
 Matrix Block(const Matrix& G, const std::vector<int>& rows) {
   const int k = static_cast<int>(rows.size());
@@ -85,7 +89,9 @@ ComplementaritySolution SolveByPivoting(const Matrix& G, const Vector& b, double
 ComplementaritySolution SolveByProximalSteps(const Matrix& G, const Vector& b, double zero) {
   const Vector weight = kProximal * G.diagonal();
   const Matrix regular = G + Matrix(weight.asDiagonal());
+  const double inconsistent = kInconsistent * b.cwiseAbs().maxCoeff();
   Vector z = Vector::Zero(b.size());
+  double before = std::numeric_limits<double>::infinity();
   ComplementaritySolution solution;
   for (int step = 0; step < kMaxProximalSteps; ++step) {
     const Vector shifted = b - weight.cwiseProduct(z);
@@ -95,6 +101,8 @@ ComplementaritySolution SolveByProximalSteps(const Matrix& G, const Vector& b, d
     z = solution.z;
     solution.dependent = true;
     if (residual <= 10 * zero) return solution;
+    if (residual > 0.5 * before && residual <= inconsistent) return solution;
+    before = residual;
   }
   solution.found = false;
   return solution;

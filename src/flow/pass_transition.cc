@@ -83,10 +83,7 @@ bool Flow::PassTransition() {
   const std::optional<double> accumulation = Accumulation(resolved);
   if (!accumulation) return true;
   accumulation_time_ = *accumulation;
-  if (options_.complete_zeno) {
-    CompleteZeno();
-    return true;
-  }
+  if (CompleteZeno()) return true;
   std::ostringstream reason;
   reason.precision(12);
   reason << "impacts of constraint '" << system_.description().constraints[trigger_]
@@ -135,15 +132,20 @@ std::optional<double> Flow::PredictRest(int i) {
 }
 
 /// Turns the last impact into sticking of all that touch: see SimulateOptions::complete_zeno.
-void Flow::CompleteZeno() {
-  Transition& last = transition_;
+/// False where the run is to stop instead.
+bool Flow::CompleteZeno() {
+  Transition last = transition_;
   const int d = system_.dof(), nq = system_.num_positions();
   const ContactMode sticking =
       (last.mode_before | last.mode_after | last.activated | last.grazed) - system_.compliant();
   const ImpactResult impact = Stick(system_, x_.head(nq), last.x_minus.tail(d), sticking);
   const InverseInertia inertia(system_, x_.head(nq), x_.tail(d));
   const auto energy = [&](const Vector& v) { return 0.5 * v.dot(inertia.mass() * v); };
-  last.energy_lost += energy(last.x_plus.tail(d)) - energy(impact.v_plus);
+  const double rest = energy(impact.v_plus);
+  last.energy_lost += energy(last.x_plus.tail(d)) - rest;
+  bool plastic = true;
+  for (int i : last.activated | last.grazed) plastic = plastic && system_.restitution()(i) == 0;
+  if (!options_.complete_zeno && !(plastic && last.energy_lost < rest)) return false;
   last.x_plus.tail(d) = impact.v_plus;
   last.impulse = impact.impulse;
   last.completes_zeno = true;
@@ -153,15 +155,17 @@ void Flow::CompleteZeno() {
   last.mode_after = selection.mode;
   last.implied = selection.implied;
   last.released = last.mode_before - last.mode_after;
-  mode_ = last.mode_after;
-  x_ = last.x_plus;
+  transition_ = std::move(last);
+  mode_ = transition_.mode_after;
+  x_ = transition_.x_plus;
   std::ostringstream message;
   message.precision(12);
   message << "at t = " << t_ << " s impacts of "
           << sticking.ToString(system_.description().constraints) << " that accumulate at "
-          << accumulation_time_ << " s are completed to sticking: " << last.energy_lost
-          << " J are lost at once";
+          << accumulation_time_ << " s are completed to sticking: " << transition_.energy_lost
+          << " J are lost";
   Warn(Outcome::kZeno, message.str());
+  return true;
 }
 
 /// Touching contacts that the mode implies have no guards: their gaps are rounding as long as the

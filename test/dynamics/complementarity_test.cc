@@ -60,10 +60,13 @@ TEST(Complementarity, DecoupledProblemsInClosedForm) {
   EXPECT_EQ(ContactMode({0}), solution.support) << "a vanishing force is not in the support";
 }
 
-TEST(Complementarity, AMatrixThatIsNotPositiveDefiniteIsReported) {
+TEST(Complementarity, AMatrixThatIsNotPositiveSemidefiniteIsReported) {
   Vector b(2);
-  b << -1, -2;  // pivoting meets the whole, singular matrix
-  EXPECT_FALSE(SolveComplementarity(Matrix::Ones(2, 2), b).found);
+  b << -1, -2;  // pivoting meets the whole, singular matrix: z₁ + z₂ = 2, w = (1, 0)
+  const ComplementaritySolution singular = SolveComplementarity(Matrix::Ones(2, 2), b);
+  EXPECT_TRUE(singular.found);
+  EXPECT_NEAR(0, singular.z(0), 1e-12);
+  EXPECT_NEAR(2, singular.z(1), 1e-7);
   EXPECT_FALSE(SolveComplementarity(-Matrix::Identity(2, 2), b).found);
   EXPECT_FALSE(SolveComplementarity(Matrix::Constant(2, 2, std::nan("")), b).found);
 }

@@ -73,13 +73,18 @@ TEST(Events, ShallowDipsOfAForceAreFound) {
   }
 }
 
-TEST(Events, GrazingNamesConstraintAndTime) {
+TEST(Events, GrazingIsPassedAndNamesConstraintAndTime) {
   const auto system = Make<test::Oscillator>();
   const Trajectory run =
       Simulate(system, OscillatorState(1, 1, -1), Vector(0), 10, AtTolerance(1e-10));
-  EXPECT_EQ(Outcome::kGrazing, run.status.outcome);
-  EXPECT_NE(std::string::npos, run.status.message.find("'floor'")) << run.status.message;
-  EXPECT_NEAR(M_PI + 1, run.t_end(), 1e-4);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  ASSERT_EQ(1u, run.warnings.size());
+  EXPECT_EQ(Outcome::kGrazing, run.warnings[0].code);
+  EXPECT_NE(std::string::npos, run.warnings[0].message.find("'floor'"));
+  ASSERT_EQ(1u, run.transitions.size());
+  EXPECT_EQ(ContactMode({0}), run.transitions[0].grazed);
+  EXPECT_NEAR(M_PI + 1, run.transitions[0].t, 1e-4);
+  EXPECT_EQ(10, run.t_end());
   EXPECT_EQ(0, run.margins.approach_speed);
   EXPECT_NEAR(1 + std::cos(1.0), run.State(2)(0), 1e-8) << "the run up to there is kept";
 }

@@ -97,7 +97,7 @@ class Flow {
   bool GoesOn();
   std::optional<double> Accumulation(const ResolvedTransition& resolved);
   std::optional<double> PredictRest(int i);
-  void CompleteZeno();
+  bool CompleteZeno();
   void Warn(Outcome code, const std::string& message);
   void FindImplied();
   int ImpliedThatMoved();
