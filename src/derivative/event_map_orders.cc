@@ -45,8 +45,9 @@ class OrderWalk {
     state->S.Insert(i);
     const ContactMode resting = map_.InstantAt(state->S).resting;
     state->open = (state->open - passage.struck) & resting;
-    state->unknown = (state->unknown - passage.struck) | (passage.disturbed & resting);
+    state->unknown = (state->unknown - passage.struck) | (passage.disturbed.Without(i) & resting);
     state->open = state->open - state->unknown;
+    if (passage.disturbed.Contains(i)) state->open.Insert(i);
     return Look(state);
   }
 

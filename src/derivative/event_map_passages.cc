@@ -102,6 +102,12 @@ const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, 
   passage.reset = ImpactJacobian(*system_, q_, before.v, impact, persisting.With(i), persisting,
                                  dynamics_->variables());
   FindDisturbed(S, closed, i, impact, &passage);
+  if (passage.held.Contains(i) && !dynamics_->variables().parameters.empty()) {
+    // By its restitution, which is a parameter, it may rise.
+    const Eigen::RowVectorXd& rate = InstantAt(S.With(i)).rates.row(i);
+    const double terms = (rate.cwiseAbs() * passage.reset.cwiseAbs()).norm();
+    if ((rate * passage.reset).norm() > kStructural * terms) passage.disturbed.Insert(i);
+  }
   return passages_[{S, closed, i}] = passage;
 }
 
@@ -151,7 +157,10 @@ const EventMap::Stage& EventMap::Activate(ContactMode S, int i, const Matrix** r
   // A contact that let go at an earlier stage and holds again at this one has opened by O(|w|²) and
   // falls back with a speed O(|w|): its plastic impact is one more reset, and where the map is
   // linear its time does not matter.
-  const ContactMode held = stage.mode - compliant, regained = held - passage.held.With(i);
+  const ContactMode held = stage.mode - compliant;
+  ContactMode at_rest = passage.held.With(i);
+  if (passage.disturbed.Contains(i)) at_rest.Erase(i);
+  const ContactMode regained = held - at_rest;
   if (regained.Empty()) return stage;
   const auto known = regained_.find({S, i});
   if (known != regained_.end()) {

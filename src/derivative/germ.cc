@@ -71,7 +71,7 @@ double Germ::ClosingTime(int j, double gap) const {
   double rate = Rate(j), acceleration = GapAcceleration(j);
   if (std::abs(rate) <= RateNoise(j)) rate = 0;
   if (std::abs(acceleration) <= AccelerationNoise(j)) acceleration = 0;
-  if (gap == 0 && rate == 0) return kNever;  // it has just been let go
+  if (gap == 0 && (rate == 0 || below_.Contains(j))) return kNever;  // it has just been let go
   const double discriminant = rate * rate - 2 * acceleration * gap;
   if (rate < 0) {
     return discriminant >= 0 ? 2 * gap / (-rate + std::sqrt(discriminant)) : kNever;
@@ -211,8 +211,20 @@ void Germ::PassActivation(int i) {
     for (int j : lifted) gaps_[j] = 0;
     candidates = candidates - lifted;
   }
+  below_ = ContactMode();
+  if (passage.disturbed.Contains(i) && std::abs(Rate(i)) > RateNoise(i)) {
+    // A plastic contact whose restitution changes: it rises, or (γ < 0, out of the domain) does
+    // what makes the map linear.
+    gaps_[i] = 0;
+    candidates.Erase(i);
+    if (Rate(i) < 0) below_.Insert(i);
+  }
   strikes_ = 0;
   Enter(candidates);
+  if (!below_.Empty() && map_.StageAt(S_, candidates.With(i)).mode.Contains(i)) {
+    below_.Erase(i);  // what holds it takes its rate
+    Rest(i);
+  }
   KeepPending();
 }
 

@@ -58,6 +58,7 @@ class Germ {
   ContactMode closed_;             // rigid contacts with gap and rate zero that push
   std::map<int, double> gaps_;     // of contacts that opened, in α²
   ContactMode bouncing_;           // of these, those that have bounced
+  ContactMode below_;              // plastic and hit in this stage, with a negative restitution
   bool lists_events_ = false;      // then also forces that pass zero are looked at:
   ContactMode pending_;            // members of J⁻ whose force has still to vanish
   ContactMode released_;           // those whose force vanished in this stage
