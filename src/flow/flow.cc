@@ -21,6 +21,7 @@ constexpr double kSmallestStep = 1e-14;      // relative to max(1, t): nothing i
 constexpr double kTaylorReach =
     1e-9;                       // [s] an event is moved this far by one Euler step: error ~1e-18
 constexpr int kMaxNewton = 12;  // steps towards an event
+constexpr double kImpliedOvershoot = 2;         // steps are shorter than to move further
 constexpr int kStepsBetweenClockReadings = 64;  // a reading costs as much as a step
 
 }  // namespace
@@ -110,6 +111,11 @@ bool Flow::Propose(double end) {
     locator_.RestoreMargins(guard_margins_);
     accepted = Attempt(end, &h, &rejected);
     if (!status_.ok()) return false;
+    if (accepted && trigger_ < 0 && ImpliedThatMoved(kImpliedOvershoot) >= 0) {
+      accepted = false;
+      rejected = true;
+      h = 0.5 * (end_ - t_);
+    }
   }
   return true;
 }
@@ -197,7 +203,10 @@ bool Flow::Accept() {
   t_ = end_;
   x_ = x_end_;
   guard_margins_ = locator_.margins();
-  if (trigger_ < 0 && !implied_.Empty()) trigger_ = ImpliedThatMoved();
+  if (trigger_ < 0) {
+    trigger_ = ImpliedThatMoved(1);
+    ForgetRisen();
+  }
   if (trigger_ >= 0) {
     arc_begun_ = false;
     return PassTransition();

@@ -10,6 +10,7 @@
 #include "contact_flow/dynamics/mode_selection.h"
 #include "contact_flow/dynamics/sticking.h"
 #include "contact_flow/flow/flow.h"
+#include "guarded.h"
 
 namespace contact_flow {
 namespace {
@@ -132,13 +133,15 @@ bool Flow::CompleteZeno() {
   for (int i : last.activated | last.grazed) plastic = plastic && system_.restitution()(i) == 0;
   if (!options_.complete_zeno && !(plastic && last.energy_lost < rest)) return false;
   last.x_plus.tail(d) = impact.v_plus;
-  last.impulse = impact.impulse;
+  if (options_.complete_zeno) last.impulse = impact.impulse;
   last.completes_zeno = true;
   const ContactMode pressed = last.mode_after & system_.compliant();
-  const ModeSelection selection = SelectMode(&dynamics_, last.x_plus, sticking,
-                                             options_.simultaneity_tolerance, pressed);
-  last.mode_after = selection.mode;
-  last.implied = selection.implied;
+  status_ = Guarded(t_, [&] {
+    const ModeSelection selection = SelectMode(&dynamics_, last.x_plus, sticking,
+                                               options_.simultaneity_tolerance, pressed);
+    last.mode_after = selection.mode;
+    last.implied = selection.implied;
+  });
   last.released = last.mode_before - last.mode_after;
   transition_ = std::move(last);
   mode_ = transition_.mode_after;
@@ -183,17 +186,23 @@ void Flow::FindImplied() {
   if (!implied_.Empty()) implied_gap_ = gaps_begin_.gap;
 }
 
-/// An implied contact that has gone below where it was, or −1. One that has risen gets its guard
-/// back.
-int Flow::ImpliedThatMoved() {
+/// An implied contact that is this many reaches below where it was at the beginning of the arc, at
+/// the end of the step, or −1.
+int Flow::ImpliedThatMoved(double reaches) const {
   for (int i : implied_) {
     const double moved = gaps_end_.gap(i) - implied_gap_(i);
-    if (std::abs(moved) <= kImpliedReach * options_.absolute_tolerance) continue;
-    if (moved < 0) return i;
-    implied_.Erase(i);
-    locator_.Ignore(implied_);
+    if (moved < -reaches * kImpliedReach * options_.absolute_tolerance) return i;
   }
   return -1;
+}
+
+/// One that has risen gets its guard back.
+void Flow::ForgetRisen() {
+  for (int i : implied_) {
+    const double moved = gaps_end_.gap(i) - implied_gap_(i);
+    if (moved > kImpliedReach * options_.absolute_tolerance) implied_.Erase(i);
+  }
+  locator_.Ignore(implied_);
 }
 
 }  // namespace contact_flow

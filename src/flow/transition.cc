@@ -19,6 +19,8 @@ namespace {
 constexpr double kRounding = 1e-12;
 /// A contact that rises to less than this many reaches cannot be told from one that rests.
 constexpr double kLowReaches = 4;
+/// One that rises to less than this part of it rests: its way up is lost in rounding.
+constexpr double kNoReach = 1e-3;
 /// Speeds that were made rest are worth a warning above this part of the speed tolerance.
 constexpr double kNotable = 1e-2;
 constexpr double kAboveDrift = 10;
@@ -195,7 +197,8 @@ ContactMode Resolution::Resting(const Vector& v_plus, ContactMode hit, ContactMo
     const bool low = transition().grazed.Contains(i) && std::abs(rate(i)) <= low_speed;
     if (low || std::abs(rate(i)) <= Rounding(i, v_plus)) {
       resting.Insert(i);
-    } else if (std::abs(rate(i)) <= rules_.speed_tolerance) {
+    } else if (std::abs(rate(i)) <= rules_.speed_tolerance ||
+               (rate(i) > 0 && !system_.HasContactEffort())) {
       doubtful.Insert(i);
     }
   }
@@ -206,7 +209,10 @@ ContactMode Resolution::Resting(const Vector& v_plus, ContactMode hit, ContactMo
   dynamics_.Evaluate(x, mode);
   const Vector acceleration = terms_.jacobian * dynamics_.acceleration() + terms_.bias;
   for (int i : doubtful) {
-    if (std::abs(rate(i)) <= Still(i, v_plus, acceleration(i))) resting.Insert(i);
+    const double lost =
+        rate(i) > 0 ? std::sqrt(2 * kNoReach * rules_.reach_tolerance * std::max(-acceleration(i), 0.0))
+                    : 0;
+    if (std::abs(rate(i)) <= std::max(lost, Still(i, v_plus, acceleration(i)))) resting.Insert(i);
   }
   return resting;
 }

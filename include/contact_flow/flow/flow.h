@@ -96,7 +96,8 @@ class Flow {
   bool CompleteZeno();
   void Warn(Outcome code, const std::string& message);
   void FindImplied();
-  int ImpliedThatMoved();
+  int ImpliedThatMoved(double reaches) const;
+  void ForgetRisen();
 
   const MechanicalSystem& system_;
   const SimulateOptions options_;
