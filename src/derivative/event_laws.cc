@@ -85,10 +85,15 @@ void AssessImpact(const MechanicalSystem& system, const Transition& transition, 
   if (transition.activated.Empty()) return;
   const Matrix& A = inertia.terms().jacobian;
   const Vector v_plus = transition.x_plus.tail(d);
-  const Vector gained = inertia.mass() * (v_plus - v), given = A.transpose() * transition.impulse;
-  const Vector sizes = inertia.mass().cwiseAbs() * (v.cwiseAbs() + v_plus.cwiseAbs()) +
-                       A.transpose().cwiseAbs() * transition.impulse.cwiseAbs();
-  trust->momentum = RelativeResidual(gained - given, sizes);
+  // In the kinetic metric, where momenta of all units compare: |M Δv − Aᵀp| beside |M v|.
+  const Eigen::LLT<Matrix> mass(inertia.mass());
+  const auto size = [&](const Vector& momentum) {
+    return mass.matrixL().solve(momentum).norm();
+  };
+  const double speed = size(inertia.mass() * v) + size(inertia.mass() * v_plus);
+  if (speed > 0) {
+    trust->momentum = size(inertia.mass() * (v_plus - v) - A.transpose() * transition.impulse) / speed;
+  }
   const Vector& restitution = system.restitution();
   for (int i : touching) {
     if (restitution(i) != restitution(*touching.begin()) || restitution(i) > 1) return;

@@ -11,11 +11,8 @@ namespace {
 
 constexpr double kRounding = 1e-13;
 constexpr long kMaxPivots = 100000;  // never met for n ≤ 16: at most 2ⁿ
-constexpr double kProximal = 1e-8;   // ε
-constexpr int kMaxProximalSteps = 40;
-/// What is left where the steps no longer converge, relative to b: that b, the sum of larger
-/// numbers, is not quite in the range of G.
-constexpr double kInconsistent = 1e-5;
+constexpr double kSemidefiniteRounding = 1e-12;
+constexpr int kRoundsForEach = 20;  // row; 3 are usual
 
 Matrix Block(const Matrix& G, const std::vector<int>& rows) {
   const int k = static_cast<int>(rows.size());
@@ -85,28 +82,92 @@ ComplementaritySolution SolveByPivoting(const Matrix& G, const Vector& b, double
   return solution;
 }
 
-/// z ← argmin ½ zᵀGz + bᵀz + ½ ε |z − z_before|²_D over z ≥ 0, D = diag G, from 0 on.
-ComplementaritySolution SolveByProximalSteps(const Matrix& G, const Vector& b, double zero) {
-  const Vector weight = kProximal * G.diagonal();
-  const Matrix regular = G + Matrix(weight.asDiagonal());
-  const double inconsistent = kInconsistent * b.cwiseAbs().maxCoeff();
-  Vector z = Vector::Zero(b.size());
-  double before = std::numeric_limits<double>::infinity();
-  ComplementaritySolution solution;
-  for (int step = 0; step < kMaxProximalSteps; ++step) {
-    const Vector shifted = b - weight.cwiseProduct(z);
-    solution = SolveByPivoting(regular, shifted, zero, 0.1 * kProximal);
-    if (!solution.found) break;
-    const double residual = weight.cwiseProduct(solution.z - z).cwiseAbs().maxCoeff();
-    z = solution.z;
-    solution.dependent = true;
-    if (residual <= 10 * zero) return solution;
-    if (residual > 0.5 * before && residual <= inconsistent) return solution;
-    before = residual;
+/// min ½ zᵀGz + bᵀz over z ≥ 0 by an active set of independent rows: the most negative w_i comes
+/// in, and what would become negative goes out (Lawson and Hanson, 1974). Each round lowers the
+/// objective.
+class ActiveSet {
+ public:
+  ActiveSet(const Matrix& G, const Vector& b) : G_(G), b_(b), z_(Vector::Zero(b.size())) {}
+
+  ComplementaritySolution Solve() {
+    ComplementaritySolution solution;
+    const Vector scale = G_.diagonal().cwiseSqrt();
+    const double zero = kSemidefiniteRounding * b_.cwiseQuotient(scale).cwiseAbs().maxCoeff();
+    const int rounds = kRoundsForEach * static_cast<int>(b_.size() + 1);
+    for (int round = 0; round < rounds; ++round) {
+      const Vector w = (G_ * z_ + b_).cwiseQuotient(scale);
+      int next = -1;
+      for (int i = 0; i < w.size(); ++i) {
+        const bool in = std::count(rows_.begin(), rows_.end(), i) > 0;
+        if (!in && w(i) < -zero && (next < 0 || w(i) < w(next))) next = i;
+      }
+      if (next < 0) {
+        solution.found = z_.allFinite();
+        break;
+      }
+      if (!Enter(next)) break;
+      if (!Descend()) break;
+    }
+    solution.z = z_;
+    for (int i : rows_) solution.support.Insert(i);
+    return solution;
   }
-  solution.found = false;
-  return solution;
-}
+
+ private:
+  /// Adds a row. One that depends on the others is exchanged, along the direction in which G z does
+  /// not change; false where nothing stops that: no z ≥ 0 gives w ≥ 0.
+  bool Enter(int next) {
+    Vector y;
+    if (Independence(G_, rows_, next, &y) > kDependentRow) {
+      rows_.push_back(next);
+      return true;
+    }
+    int out = -1;
+    double t = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      if (y(k) > 0 && z_(rows_[k]) < t * y(k)) {
+        t = z_(rows_[k]) / y(k);
+        out = static_cast<int>(k);
+      }
+    }
+    if (out < 0) return false;
+    for (std::size_t k = 0; k < rows_.size(); ++k) z_(rows_[k]) -= t * y(k);
+    z_(rows_[out]) = 0;
+    z_(next) = t;
+    rows_[out] = next;
+    return true;
+  }
+
+  /// To the minimum over the rows, as far as z ≥ 0 allows; rows that reach zero on the way go out.
+  bool Descend() {
+    while (!rows_.empty()) {
+      const Eigen::LLT<Matrix> factor(Block(G_, rows_));
+      if (factor.info() != Eigen::Success) return false;
+      Vector rhs(rows_.size());
+      for (std::size_t k = 0; k < rows_.size(); ++k) rhs(k) = -b_(rows_[k]);
+      const Vector goal = factor.solve(rhs);
+      double step = 1;
+      int out = -1;
+      for (std::size_t k = 0; k < rows_.size(); ++k) {
+        const double z = z_(rows_[k]);
+        if (goal(k) <= 0 && z <= step * (z - goal(k))) {
+          step = z > 0 ? z / (z - goal(k)) : 0;
+          out = static_cast<int>(k);
+        }
+      }
+      for (std::size_t k = 0; k < rows_.size(); ++k) z_(rows_[k]) += step * (goal(k) - z_(rows_[k]));
+      if (out < 0) return true;
+      z_(rows_[out]) = 0;
+      rows_.erase(rows_.begin() + out);
+    }
+    return true;
+  }
+
+  const Matrix& G_;
+  const Vector& b_;
+  Vector z_;
+  std::vector<int> rows_;
+};
 
 }  // namespace
 
@@ -117,7 +178,7 @@ ComplementaritySolution SolveComplementarity(const Matrix& G, const Vector& b) {
   if (G.isDiagonal(0)) return SolveDecoupled(G, b, zero);
   const ComplementaritySolution definite = SolveByPivoting(G, b, zero, kDependentRow);
   if (definite.found || !(G.diagonal().array() > 0).all()) return definite;
-  const ComplementaritySolution semidefinite = SolveByProximalSteps(G, b, zero);
+  const ComplementaritySolution semidefinite = ActiveSet(G, b).Solve();
   return semidefinite.found ? semidefinite : SolveByPivoting(G, b, zero, 0);
 }
 
@@ -128,39 +189,6 @@ double Independence(const Matrix& G, const std::vector<int>& S, int i, Vector* c
   const Vector y = k > 0 ? Vector(Block(G, S).llt().solve(coupling)) : coupling;
   if (combination != nullptr) *combination = y;
   return G(i, i) > 0 ? std::max(0.0, 1 - coupling.dot(y) / G(i, i)) : 0;
-}
-
-std::vector<int> IndependentSupport(const Matrix& G, ContactMode support, Vector* z) {
-  std::vector<int> order;
-  for (int i : support) order.push_back(i);
-  const auto size = [&](int i) { return (*z)(i) * std::sqrt(G(i, i)); };
-  std::stable_sort(order.begin(), order.end(), [&](int i, int j) { return size(i) > size(j); });
-  std::vector<int> basis;
-  for (int i : order) {
-    Vector y;
-    if (Independence(G, basis, i, &y) > kDependentRow) {
-      basis.push_back(i);
-      continue;
-    }
-    // (z_i − t, z_S + t y) has the same G z: as far as the first of them vanishes.
-    double t = (*z)(i);
-    int out = -1;
-    for (std::size_t k = 0; k < basis.size(); ++k) {
-      if (y(k) < 0 && (*z)(basis[k]) < -t * y(k)) {
-        t = (*z)(basis[k]) / -y(k);
-        out = static_cast<int>(k);
-      }
-    }
-    for (std::size_t k = 0; k < basis.size(); ++k) (*z)(basis[k]) += t * y(k);
-    if (out < 0) {
-      (*z)(i) = 0;
-    } else {
-      (*z)(i) -= t;
-      (*z)(basis[out]) = 0;
-      basis[out] = i;
-    }
-  }
-  return basis;
 }
 
 }  // namespace contact_flow

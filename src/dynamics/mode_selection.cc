@@ -128,7 +128,11 @@ class ForceModes {
     G_ = A * (inertia * A.transpose());
     b_ = A * free;
     size_ = A.cwiseAbs() * free.cwiseAbs();
+    // Where forces balance, their sum does not tell how large they are: others' may.
+    const double applied = inertia.applied().cwiseAbs().maxCoeff();
+    balance_ = Vector(rows());
     for (int row = 0; row < rows(); ++row) {
+      balance_(row) = applied / A.row(row).cwiseAbs().maxCoeff();
       const double bias = inertia.terms().bias(members_[row]);
       b_(row) += bias;
       size_(row) += std::abs(bias);
@@ -136,20 +140,17 @@ class ForceModes {
   }
 
   ModeSelection Find() {
-    ComplementaritySolution solution = SolveComplementarity(G_, b_);
+    const ComplementaritySolution solution = SolveComplementarity(G_, b_);
     if (!solution.found) Refuse();
     std::vector<int> basis;
-    if (solution.dependent) {
-      basis = IndependentSupport(G_, solution.support, &solution.z);
-    } else {
-      for (int row : solution.support) basis.push_back(row);
-    }
+    for (int row : solution.support) basis.push_back(row);
     // λ_i of the members, and (up to coupling) of the others what their force would be.
     const Vector gain = G_.diagonal();
     const Vector w = G_ * solution.z + b_;
     const Vector force = solution.z - w.cwiseQuotient(gain);
-    const Vector scale = (size_ + G_.cwiseAbs() * solution.z).cwiseQuotient(gain);
-    const double doubtful = kNearZero * std::max(scale.maxCoeff(), force.cwiseAbs().maxCoeff());
+    const Vector scale = (size_ + G_.cwiseAbs() * solution.z).cwiseQuotient(gain) + balance_;
+    const double doubtful =
+        kNearZero * (1 + std::max(scale.maxCoeff(), force.cwiseAbs().maxCoeff()));
     std::vector<int> near;
     for (int row = 0; row < rows(); ++row) {
       const bool presses = std::count(basis.begin(), basis.end(), row) > 0;
@@ -160,8 +161,7 @@ class ForceModes {
       }
     }
     if (!near.empty()) {
-      const std::vector<int> vanishing = Vanishing(near, basis, kForceRounding * scale);
-      DecideByRates(vanishing, solution.dependent ? solution.support : ContactMode());
+      DecideByRates(Vanishing(near, basis, kForceRounding * scale));
     }
     ModeSelection selection;
     selection.mode = Mode(pressing_);
@@ -237,9 +237,8 @@ class ForceModes {
     return vanishing;
   }
 
-  /// Adds those of β that hold to α. `jammed`: the support of a solution on dependent rows, which
-  /// hold each other where nothing else decides.
-  void DecideByRates(const std::vector<int>& vanishing, ContactMode jammed) {
+  /// Adds those of β that hold to α.
+  void DecideByRates(const std::vector<int>& vanishing) {
     const int k = static_cast<int>(vanishing.size());
     if (k == 0) return;
     Matrix G(k, k);
@@ -257,24 +256,30 @@ class ForceModes {
       c(col) = still ? 0 : -G(col, col) * rates_[col];
     }
     G = 0.5 * (G + G.transpose()).eval();
-    ComplementaritySolution solution = SolveComplementarity(G, c);
+    const ComplementaritySolution solution = SolveComplementarity(G, c);
     if (!solution.found) Refuse();
-    std::vector<int> holds;
-    if (solution.dependent) {
-      holds = IndependentSupport(G, solution.support, &solution.z);
-    } else {
-      for (int row : solution.support) holds.push_back(row);
-    }
     const Vector w = G * solution.z + c;
-    for (int row : holds) pressing_.push_back(vanishing[row]);
+    for (int row : solution.support) pressing_.push_back(vanishing[row]);
     for (int row = 0; row < k; ++row) {
       const double zero = kRateRounding * sums_[row];
-      if (solution.z(row) > zero || w(row) > zero * G(row, row)) continue;
-      const int candidate = vanishing[row];
-      degenerate_.push_back(candidate);
-      if (std::count(holds.begin(), holds.end(), row) > 0) continue;
-      if (Independence(G_, pressing_, candidate) <= kDependentRow) continue;
-      if (jammed.Contains(candidate) || RateGrows(candidate)) pressing_.push_back(candidate);
+      const bool decided = solution.z(row) > zero || w(row) > zero * G(row, row);
+      if (!decided) degenerate_.push_back(vanishing[row]);
+    }
+    // Rows that are dependent may hold each other: a plate on four corners cannot turn about two.
+    std::vector<int> independent = pressing_;
+    bool dependent = false;
+    for (int row : degenerate_) {
+      if (std::count(independent.begin(), independent.end(), row) > 0) continue;
+      if (Independence(G_, independent, row) > kDependentRow) {
+        independent.push_back(row);
+      } else {
+        dependent = true;
+      }
+    }
+    for (int row : degenerate_) {
+      if (std::count(pressing_.begin(), pressing_.end(), row) > 0) continue;
+      if (Independence(G_, pressing_, row) <= kDependentRow) continue;
+      if (dependent || RateGrows(row)) pressing_.push_back(row);
     }
   }
 
@@ -307,6 +312,7 @@ class ForceModes {
   Matrix G_;
   Vector b_;
   Vector size_;                 // what b is the sum of
+  Vector balance_;              // the largest applied force, as one of each contact
   std::vector<int> pressing_;   // α, and in the end the mode
   std::vector<double> rates_;   // of β
   std::vector<double> sums_;    // what they are the sums of

@@ -25,6 +25,7 @@ constexpr double kFreeError = 1e-6;
 /// Part of a step that is repeated for a guard's sake.
 constexpr double kLeastPart = 0.1, kLargestPart = 0.9;
 constexpr int kMaxNewton = 12;  // steps towards an event
+constexpr double kImpliedOvershoot = 2;         // steps are shorter than to move further
 constexpr int kStepsBetweenClockReadings = 64;  // a reading costs as much as a step
 
 }  // namespace
@@ -117,6 +118,11 @@ bool Flow::Propose(double end) {
     locator_.RestoreMargins(guard_margins_);
     accepted = Attempt(end, &h, &rejected);
     if (!status_.ok()) return false;
+    if (accepted && trigger_ < 0 && ImpliedThatMoved(kImpliedOvershoot) >= 0) {
+      accepted = false;
+      rejected = true;
+      h = 0.5 * (end_ - t_);
+    }
   }
   return true;
 }
@@ -227,7 +233,10 @@ bool Flow::Accept() {
   t_ = end_;
   x_ = x_end_;
   guard_margins_ = locator_.margins();
-  if (trigger_ < 0 && !implied_.Empty()) trigger_ = ImpliedThatMoved();
+  if (trigger_ < 0) {
+    trigger_ = ImpliedThatMoved(1);
+    ForgetRisen();
+  }
   quick_ = quick_next_;
   if (trigger_ >= 0) {
     arc_begun_ = false;

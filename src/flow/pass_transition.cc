@@ -10,13 +10,14 @@
 #include "contact_flow/dynamics/mode_selection.h"
 #include "contact_flow/dynamics/sticking.h"
 #include "contact_flow/flow/flow.h"
+#include "guarded.h"
 
 namespace contact_flow {
 namespace {
 
-/// Events so close do not go on: in steps that the error control suggests, or in tolerances within
-/// which events count as simultaneous.
-constexpr double kNoTime = 1e-7, kNoTimeApart = 1e-2;
+/// Events so close do not go on: relative to the time, or to what events count as simultaneous
+/// within.
+constexpr double kNoTime = 1e-14, kNoTimeApart = 1e-2;
 constexpr int kStallsToInsist = 2, kStallsToIgnore = 4;
 constexpr int kStallsForEach = 4;     // constraint, before the run ends
 constexpr double kImpliedReach = 10;  // [absolute tolerances] an implied contact may drift
@@ -43,7 +44,7 @@ void Flow::Warn(Outcome code, const std::string& message) {
 bool Flow::GoesOn() {
   const bool again = last_transition_ && trigger_ == last_trigger_ &&
                      t_ - *last_transition_ <=
-                         std::max(kNoTime * h_, kNoTimeApart * transition_.tolerance);
+                         std::max(kNoTime * std::abs(t_), kNoTimeApart * transition_.tolerance);
   stalls_ = again ? stalls_ + 1 : 0;
   last_trigger_ = trigger_;
   if (stalls_ <= kStallsForEach * (system_.num_constraints() + 4)) return true;
@@ -147,13 +148,15 @@ bool Flow::CompleteZeno() {
   for (int i : last.activated | last.grazed) plastic = plastic && system_.restitution()(i) == 0;
   if (!options_.complete_zeno && !(plastic && last.energy_lost < rest)) return false;
   last.x_plus.tail(d) = impact.v_plus;
-  last.impulse = impact.impulse;
+  if (options_.complete_zeno) last.impulse = impact.impulse;
   last.completes_zeno = true;
   const ContactMode pressed = last.mode_after & system_.compliant();
-  const ModeSelection selection = SelectMode(&dynamics_, last.x_plus, sticking,
-                                             last.tolerance, pressed);
-  last.mode_after = selection.mode;
-  last.implied = selection.implied;
+  status_ = Guarded(t_, [&] {
+    const ModeSelection selection = SelectMode(&dynamics_, last.x_plus, sticking,
+                                               last.tolerance, pressed);
+    last.mode_after = selection.mode;
+    last.implied = selection.implied;
+  });
   last.released = last.mode_before - last.mode_after;
   transition_ = std::move(last);
   mode_ = transition_.mode_after;
@@ -198,17 +201,23 @@ void Flow::FindImplied() {
   if (!implied_.Empty()) implied_gap_ = gaps_begin_.gap;
 }
 
-/// An implied contact that has gone below where it was, or −1. One that has risen gets its guard
-/// back.
-int Flow::ImpliedThatMoved() {
+/// An implied contact that is this many reaches below where it was at the beginning of the arc, at
+/// the end of the step, or −1.
+int Flow::ImpliedThatMoved(double reaches) const {
   for (int i : implied_) {
     const double moved = gaps_end_.gap(i) - implied_gap_(i);
-    if (std::abs(moved) <= kImpliedReach * options_.absolute_tolerance) continue;
-    if (moved < 0) return i;
-    implied_.Erase(i);
-    locator_.Ignore(implied_);
+    if (moved < -reaches * kImpliedReach * options_.absolute_tolerance) return i;
   }
   return -1;
+}
+
+/// One that has risen gets its guard back.
+void Flow::ForgetRisen() {
+  for (int i : implied_) {
+    const double moved = gaps_end_.gap(i) - implied_gap_(i);
+    if (moved > kImpliedReach * options_.absolute_tolerance) implied_.Erase(i);
+  }
+  locator_.Ignore(implied_);
 }
 
 }  // namespace contact_flow

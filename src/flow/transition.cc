@@ -18,9 +18,11 @@ namespace {
 /// Of a rate Da_i v, relative to Σ_k |∂a_i/∂q_k v_k|; of a gap, relative to the coordinates.
 constexpr double kRounding = 1e-12;
 /// What a gap is known to where nothing but rounding disturbs it, relative to the coordinates.
-constexpr double kUnits = 1e-15;
+constexpr double kUnits = 1e-14;
 /// A contact that rises to less than this many reaches cannot be told from one that rests.
 constexpr double kLowReaches = 4;
+/// One that rises to less than this part of it rests: its way up is lost in rounding.
+constexpr double kNoReach = 1e-3;
 /// Speeds that were made rest are worth a warning above this part of the speed tolerance.
 constexpr double kNotable = 1e-2;
 constexpr double kAboveDrift = 10;
@@ -143,15 +145,13 @@ void Resolution::FindGuardErrors(const VectorRef& q) {
   const int n = system_.num_constraints();
   guard_error_ = Vector::Zero(n);
   if (rules_.state_error.size() == 0) return;
-  const double coordinates = q.cwiseAbs().maxCoeff();
+  Vector error = rules_.state_error;
+  error.head(d_).array() += kUnits * q.cwiseAbs().maxCoeff();
+  error.tail(d_) += kUnits * transition().x_minus.tail(d_).cwiseAbs();
   for (int i = 0; i < n; ++i) {
-    const auto row = terms_.jacobian.row(i).cwiseAbs();
-    guard_error_(i) = IsMember(i)
-                          ? dynamics_.force_jacobian().row(i).head(2 * d_).cwiseAbs().dot(
-                                rules_.state_error) +
-                                kUnits * force_.head(n).cwiseAbs().maxCoeff()
-                          : row.dot(rules_.state_error.head(d_)) +
-                                kUnits * coordinates * row.maxCoeff();
+    guard_error_(i) =
+        IsMember(i) ? dynamics_.force_jacobian().row(i).head(2 * d_).cwiseAbs().dot(error)
+                    : terms_.jacobian.row(i).cwiseAbs().dot(error.head(d_));
   }
 }
 
@@ -234,7 +234,8 @@ ContactMode Resolution::Resting(const Vector& v_plus, ContactMode hit, ContactMo
     const bool low = transition().grazed.Contains(i) && std::abs(rate(i)) <= low_speed;
     if (low || std::abs(rate(i)) <= Rounding(i, v_plus)) {
       resting.Insert(i);
-    } else if (std::abs(rate(i)) <= rules_.speed_tolerance) {
+    } else if (std::abs(rate(i)) <= rules_.speed_tolerance ||
+               (rate(i) > 0 && !system_.HasContactEffort())) {
       doubtful.Insert(i);
     }
   }
@@ -245,7 +246,10 @@ ContactMode Resolution::Resting(const Vector& v_plus, ContactMode hit, ContactMo
   dynamics_.Evaluate(x, mode);
   const Vector acceleration = terms_.jacobian * dynamics_.acceleration() + terms_.bias;
   for (int i : doubtful) {
-    if (std::abs(rate(i)) <= Still(i, v_plus, acceleration(i))) resting.Insert(i);
+    const double lost =
+        rate(i) > 0 ? std::sqrt(2 * kNoReach * rules_.reach_tolerance * std::max(-acceleration(i), 0.0))
+                    : 0;
+    if (std::abs(rate(i)) <= std::max(lost, Still(i, v_plus, acceleration(i)))) resting.Insert(i);
   }
   return resting;
 }

@@ -13,9 +13,6 @@ struct ComplementaritySolution {
   bool found = false;   ///< false: G is indefinite or not finite, or no z ≥ 0 gives w ≥ 0
   Vector z;             ///< [n]
   ContactMode support;  ///< the indices solved as w_i = 0; z vanishes off it
-  /// Rows of the support are linearly dependent: z is the one of least norm √(Σ G_ii z_i²), w is
-  /// unique.
-  bool dependent = false;
 };
 
 /// Solves 0 ≤ z ⟂ w = G z + b ≥ 0 for symmetric positive semidefinite G [n×n].
@@ -23,9 +20,10 @@ struct ComplementaritySolution {
 /// Murty, Linear Complementarity, 1988, Sec. 4.1), which is finite for every P-matrix and one step
 /// per hit for a diagonal G: z_i = max(0, −b_i/G_ii). Where pivoting meets dependent rows (a pivot
 /// below 1e-11 G_ii), w is still unique, for it is the gradient of the convex problem min ½ zᵀGz +
-/// bᵀz, z ≥ 0: by the proximal point method, each step of which is pivoting on G + ε diag G, ε =
-/// 1e-8. Signs are judged up to rounding, 1e-13 times the largest |b_i|: a smaller violation counts
-/// as zero.
+/// bᵀz, z ≥ 0, and z is one of its solutions on independent rows: by an active set (C. L. Lawson
+/// and R. J. Hanson, Solving Least Squares Problems, 1974, Ch. 23). Signs are judged up to
+/// rounding, 1e-13 times the largest |b_i| (1e-12 where rows are dependent): a smaller violation
+/// counts as zero.
 ComplementaritySolution SolveComplementarity(const Matrix& G, const Vector& b);
 
 /// How independent row i of G = A P Aᵀ is of the rows S, which are independent: 1 − cos² of the
@@ -35,9 +33,5 @@ double Independence(const Matrix& G, const std::vector<int>& S, int i,
                     Vector* combination = nullptr);
 /// Below this, a row counts as dependent on others.
 constexpr double kDependentRow = 1e-11;
-
-/// A solution z ≥ 0 with the same G z on independent rows (Carathéodory): returns them, and
-/// changes z on the way.
-std::vector<int> IndependentSupport(const Matrix& G, ContactMode support, Vector* z);
 
 }  // namespace contact_flow

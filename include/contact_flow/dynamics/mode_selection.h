@@ -34,8 +34,8 @@ struct ModeSelection {
 ///   0 ≤ dλ_β/dt ⟂ d³a_β/dt³ = G̃ dλ_β/dt + c ≥ 0,   c_i = −G̃_ii (dλ_i/dt in mode α ∪ {i});
 /// members with dλ_i/dt > 0 hold. For one constraint: it holds iff dλ_i/dt > 0 in the mode with
 /// it. Where both vanish again, the second derivative of λ_i in the mode with i does.
-/// Where rows of Da are dependent, the mode is an independent subset of rows with forces λ ≥ 0 that
-/// spans those of the solution of least norm: the motion is that of all of them.
+/// Where rows of Da are dependent, the mode is an independent subset of rows with forces λ ≥ 0; it
+/// spans the others that neither press nor open, so that the motion is that of all of them.
 /// Where the effort depends on the mode, the one J ⊂ C with λ_J ≥ 0 and ä_{C∖J} ≥ 0 in its own
 /// field is looked for; throws UndecidedMode when none or several fit, or no forces do.
 ModeSelection SelectMode(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,

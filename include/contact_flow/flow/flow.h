@@ -100,7 +100,8 @@ class Flow {
   bool CompleteZeno();
   void Warn(Outcome code, const std::string& message);
   void FindImplied();
-  int ImpliedThatMoved();
+  int ImpliedThatMoved(double reaches) const;
+  void ForgetRisen();
   void TallyStep();
   void TallyTransition();
 
