@@ -185,7 +185,7 @@ void Simulator::Go() {
     }
   }
   if (ended) {
-    const Status& status = session_.status();
+    const contact_flow::Status& status = session_.status();
     paused_ = true;
     pause_ = "paused, since the run before has come to its end: " + status.message;
     EndSteps({MakeWarning(static_cast<std::uint8_t>(status.outcome), status.message, now)});

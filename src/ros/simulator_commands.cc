@@ -23,7 +23,7 @@ std::string EndOfRun(const Status& status) {
 }  // namespace
 
 SimulatorCondition Simulator::ConditionNow() const {
-  const Status& status = session_.status();
+  const contact_flow::Status& status = session_.status();
   SimulatorCondition condition;
   condition.paused = paused_;
   condition.outcome = static_cast<std::uint8_t>(status.outcome);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/ros/warnings.h"
 
+#include <cmath>
+
 namespace contact_flow {
 namespace ros_interface {
 
@@ -16,7 +18,7 @@ static_assert(ResultWarning::GRAZING == static_cast<int>(Outcome::kGrazing) &&
 ResultWarning MakeWarning(std::uint8_t code, const std::string& message, double t) {
   ResultWarning m;
   m.code = code;
-  m.t = t;
+  m.t = std::isnan(t) ? -1 : t;  // so that equal warnings compare equal
   m.message = message;
   return m;
 }

@@ -14,8 +14,8 @@ import rospy
 import rostest
 from client import matrix, package_path, wait_until
 from contact_flow.msg import (
-    HybridState, InitialState, InputCommand, InputGrid, ModelDescription, ResultWarning,
-    RollingTangents, RowMajorMatrix, SimulatorEvent, SimulatorStatus)
+    HybridState, InitialState, InputCommand, InputGrid, ModelDescription, RollingTangents,
+    RowMajorMatrix, SimulatorEvent, SimulatorStatus)
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 from rosgraph_msgs.msg import Clock
@@ -24,8 +24,7 @@ from simulator_client import Listener, Simulator, state
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
-BOX, TROT, ROBOT, BALL = "first/simulator", "second/simulator", "third/simulator", "fourth/simulator"
-ZENO = 2
+BOX, TROT, ROBOT = "first/simulator", "second/simulator", "third/simulator"
 
 
 class SimulatorTest(unittest.TestCase):
@@ -148,55 +147,6 @@ class SimulatorTest(unittest.TestCase):
         for frame, stamps in by_frame.items():
             if "joint" not in frame and frame.startswith("third/base"):
                 self.assertEqual(stamps, sorted(stamps), frame)
-
-    def test_a_simulator_that_stands_still_says_why_in_every_answer(self):
-        """The bounces of a ball accumulate: there its run ends, unless it is completed."""
-        ball, statuses = Simulator(BALL), Listener(BALL + "/status", SimulatorStatus)
-        fresh = ball.get_state().condition
-        self.assertEqual((fresh.paused, fresh.outcome), (True, 0))
-        self.assertIn("from the start", fresh.why)
-        answer = ball.step(seconds=0.1)
-        self.assertEqual((answer.success, answer.message, answer.warnings), (True, "", []))
-        self.assertEqual(answer.condition, fresh)
-        ball.unpause_physics()
-        going = ball.get_state().condition
-        self.assertEqual((going.paused, going.outcome, going.why), (False, 0, ""))
-        ball.pause_physics()
-        self.assertEqual(ball.get_state().condition.why, "paused by pause_physics")
-
-        ball.reset_simulation()
-        answer = ball.step(seconds=100)
-        self.assertTrue(answer.success, answer.message)
-        self.assertLess(answer.t, 100)
-        self.assertEqual([w.code for w in answer.warnings], [ZENO])
-        self.assertEqual(answer.warnings[0].t, answer.t)
-        self.assertIn(answer.warnings[0].message, answer.message)
-        end = answer.condition
-        self.assertEqual((end.paused, end.outcome), (True, ZENO))
-        self.assertIn("the run has come to its end: ", end.why)
-        self.assertIn(answer.warnings[0].message, end.why)
-
-        with self.assertRaises(rospy.ServiceException) as refused:
-            ball.unpause_physics()
-        self.assertIn(end.why, str(refused.exception))
-        shown = subprocess.run(["rosservice", "call", "/" + BALL + "/unpause_physics"], text=True,
-                               timeout=60, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-        self.assertIn(end.why, shown.stdout)
-        for answer in (ball.get_state(), ball.step(seconds=1), ball.step(), ball.set_input(),
-                       ball.set_state(state=InitialState(names=["zz"], positions=[1])),
-                       ball.set_parameters(names=["mas"], values=[1]),
-                       ball.apply_impulse(names=["zz"], impulse=[1]), ball.predict()):
-            self.assertEqual(answer.condition, end, answer)
-        self.assertIn(end.why, ball.step(seconds=1).message)
-        self.assertTrue(wait_until(lambda: statuses.all()[-1].why == end.why))
-        self.assertEqual((statuses.all()[-1].paused, statuses.all()[-1].outcome), (True, ZENO))
-
-        ball.reset_simulation()
-        again = ball.get_state().condition
-        self.assertEqual((again.paused, again.outcome), (True, 0))
-        self.assertIn("since the run before has come to its end", again.why)
-        answer = ball.step(seconds=1e-3, events=3)
-        self.assertEqual([w.code for w in answer.warnings], [ResultWarning.NO_MORE_EVENTS])
 
     def test_set_state_impulse_and_parameters(self):
         box = self.box

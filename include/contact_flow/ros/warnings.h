@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -13,8 +12,8 @@
 namespace contact_flow {
 namespace ros_interface {
 
-ResultWarning MakeWarning(std::uint8_t code, const std::string& message,
-                          double t = std::numeric_limits<double>::quiet_NaN());
+/// `t` [s] of the event that it is about; without one, or where it is not known (NaN), −1.
+ResultWarning MakeWarning(std::uint8_t code, const std::string& message, double t = -1);
 
 /// What a run has gone on from.
 std::vector<ResultWarning> ToMsg(const std::vector<Warning>& warnings);
