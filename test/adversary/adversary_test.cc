@@ -81,17 +81,18 @@ TEST(RandomSystem, HasItsDerivatives) {
       const Vector dw = state(w);
       Vector exact(d + n);
       exact << J.momentum_q * dw.head(d), J.constraint_q * dw.head(d);
-      if (!impact) exact += (Vector(d + n) << J.momentum_v * dw.tail(d),
-                             J.constraint_v * dw.tail(d)).finished();
+      if (!impact)
+        exact +=
+            (Vector(d + n) << J.momentum_v * dw.tail(d), J.constraint_v * dw.tail(d)).finished();
       // The narrowest ridge sets the step: central differences, error (h/width)²/6.
       const double h = 1e-6 * std::min(1.0, c.system->TimeScale(x0.head(d), w.head(d)));
-      const Vector difference = (residual(x0 + h * w, impact) - residual(x0 - h * w, impact)) /
-                                (2 * h);
+      const Vector difference =
+          (residual(x0 + h * w, impact) - residual(x0 - h * w, impact)) / (2 * h);
       const Vector here = residual(x0, impact);
       for (int i = 0; i < d + n; ++i) {
         // Rounding of the residual's terms, which are larger than their sum, over h.
-        const double size = std::max({std::abs(exact(i)), std::abs(here(i)),
-                                      exact.cwiseAbs().maxCoeff() * 1e-12});
+        const double size =
+            std::max({std::abs(exact(i)), std::abs(here(i)), exact.cwiseAbs().maxCoeff() * 1e-12});
         const double unit = i < d ? 0 : 0;
         EXPECT_NEAR(exact(i), difference(i), 1e-3 * size + unit)
             << "seed " << seed << (impact ? ", impact" : ", dynamics") << ", row " << i;
@@ -110,8 +111,8 @@ TEST(Adversary, IsNotContradicted) {
     for (long k = 0; k < systems; ++k) {
       const Case c = Generate(static_cast<std::uint64_t>(seed + k));
       const Verdict verdict = Judge(c);
-      std::cout << Print(c) << Name(verdict.kind) << ": " << verdict.reason << " "
-                << verdict.detail << "\n";
+      std::cout << Print(c) << Name(verdict.kind) << ": " << verdict.reason << " " << verdict.detail
+                << "\n";
     }
     return;
   }

@@ -10,6 +10,20 @@
 namespace contact_flow {
 namespace adversary {
 
+const char* Name(Verdict::Kind kind) {
+  switch (kind) {
+    case Verdict::Kind::kRight:
+      return "right";
+    case Verdict::Kind::kRefused:
+      return "refused";
+    case Verdict::Kind::kSkipped:
+      return "skipped";
+    case Verdict::Kind::kContradicted:
+      return "contradicted";
+  }
+  return "";
+}
+
 long Campaign::Count(const std::string& kind) const {
   long count = 0;
   if (kind == "right") {
@@ -22,10 +36,9 @@ long Campaign::Count(const std::string& kind) const {
 }
 
 void Campaign::Print(std::ostream* out) const {
-  *out << systems << " systems: " << Count("right") << " right (" << directions
-       << " directions, " << undecided << " more undecided), " << Count("refused")
-       << " refused, " << Count("skipped") << " skipped, " << contradicted.size()
-       << " contradicted\n";
+  *out << systems << " systems: " << Count("right") << " right (" << directions << " directions, "
+       << undecided << " more undecided), " << Count("refused") << " refused, " << Count("skipped")
+       << " skipped, " << contradicted.size() << " contradicted\n";
   *out << "right, by generator:\n";
   for (const auto& [generator, number] : right) *out << "  " << number << " " << generator << "\n";
   for (const auto& [kind, reasons] : others) {

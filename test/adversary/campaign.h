@@ -17,8 +17,8 @@ struct Campaign {
   long systems = 0;
   long directions = 0;
   long undecided = 0;
-  std::map<std::string, long> right;                           // by generator
-  std::map<std::string, std::map<std::string, long>> others;   // by kind, by reason
+  std::map<std::string, long> right;                                  // by generator
+  std::map<std::string, std::map<std::string, long>> others;          // by kind, by reason
   std::map<std::string, std::map<std::string, std::uint64_t>> first;  // the first seed of each
   struct Finding {
     std::uint64_t seed;

@@ -2,47 +2,22 @@
 #include "test/adversary/generator.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <sstream>
 
 #include "test/adversary/draw.h"
+#include "test/adversary/recipes.h"
 #include "test/adversary/reference_flow.h"
 
 namespace contact_flow {
 namespace adversary {
 namespace {
 
-enum class Coupling { kBlocks, kOrthogonal, kAttracting, kAny, kDegenerate, kWeak, kParallel };
-
-/// What a generator asks for; the rest is drawn.
-struct Recipe {
-  const char* name;
-  Coupling coupling = Coupling::kOrthogonal;
-  int hits = 2, rests = 0, touches = 0, others = 0;  // constraints
-  double plastic = 0.5;                              // share of systems with γ = 0
-  double curvature = 0.2;                            // of gaps
-  double mass_slope = 0.1;
-  bool clock = false;
-  int bumps = 0, waves = 0;         // forces
-  int hills = 0, ripples = 0;       // of gaps: bumps, waves
-  bool delays = false;              // the hits come one after another, nearly
-  bool vanish = false;              // forces of resting contacts vanish at the event
-  bool start = false;               // the run starts at the event
-  bool inputs = false;              // change at or near the event
-  bool graze = false;               // one constraint is hit slowly
-  double before = 0.25, after = 0.3;  // [s]
-  double press = 1;                 // typical load on contacts
-  bool idle = false;                // no forces but the load on contacts
-  double gyration = 0;              // forces linear in velocities, which release contacts
-};
-
 class Builder {
  public:
-  Builder(const Recipe& recipe, Case* result, Draw* draw) : r_(recipe), case_(*result), draw_(*draw) {}
+  Builder(const Recipe& recipe, Case* result, Draw* draw)
+      : r_(recipe), case_(*result), draw_(*draw) {}
 
   void Build() {
     Sizes();
@@ -53,7 +28,7 @@ class Builder {
     Restitutions();
     Press();
     Start();
-    if (case_.skipped.empty()) ChooseUnits();
+    if (case_.skipped.empty()) case_.units = DrawUnits(d_, n_, &draw_);
   }
 
  private:
@@ -67,7 +42,6 @@ class Builder {
     d_ = std::min(d_, 8 + (r_.clock ? 1 : 0));
     m_ = d_ - (r_.clock ? 1 : 0);  // coordinates that move freely
     c_.restitution = Vector::Zero(n_);
-    // A block of coordinates for each touching constraint.
     for (int k = 0; k < m_; ++k) block_.push_back(k % std::max(1, touching_));
   }
 
@@ -107,37 +81,6 @@ class Builder {
     }
   }
 
-  /// G of the touching constraints, normalized: positive definite.
-  Matrix Normalized() {
-    const int k = touching_;
-    for (int attempt = 0; attempt < 200; ++attempt) {
-      Matrix G = Matrix::Identity(k, k);
-      for (int i = 0; i < k; ++i) {
-        for (int j = 0; j < i; ++j) {
-          double g = 0;
-          switch (r_.coupling) {
-            case Coupling::kBlocks:
-            case Coupling::kOrthogonal: break;
-            case Coupling::kAttracting: g = draw_.Chance(0.3) ? 0 : -draw_.Uniform(0, 0.7); break;
-            case Coupling::kAny: g = draw_.Chance(0.2) ? 0 : draw_.Uniform(-0.9, 0.9); break;
-            case Coupling::kDegenerate: g = draw_.Uniform(-0.8, 0.8); break;
-            case Coupling::kWeak: g = draw_.Log(1e-9, 1e-3) * draw_.Sign(); break;
-            case Coupling::kParallel:
-              g = i == 1 ? draw_.Sign() * (1 - draw_.Log(1e-6, 1e-2)) : draw_.Uniform(-0.1, 0.1);
-          }
-          G(i, j) = G(j, i) = g;
-        }
-      }
-      if (r_.coupling == Coupling::kDegenerate && k >= 3) {
-        G(1, 0) = G(0, 1) = G(2, 0) * G(2, 1);
-        if (draw_.Chance(0.3) && k >= 4) G(3, 0) = G(0, 3) = G(3, 1) * G(1, 0);
-      }
-      const double smallest = r_.coupling == Coupling::kParallel ? 1e-7 : 0.05;
-      if (Eigen::SelfAdjointEigenSolver<Matrix>(G).eigenvalues()(0) > smallest) return G;
-    }
-    return Matrix::Identity(k, k);
-  }
-
   void Gaps() {
     const Matrix L = c_.mass.llt().matrixL();
     Matrix normals = Matrix::Zero(n_, d_);
@@ -152,11 +95,11 @@ class Builder {
       // A = C Q Lᵀ with C Cᵀ = G and orthonormal rows of Q: A M⁻¹ Aᵀ = G.
       Matrix random(m_, touching_);
       for (int i = 0; i < random.size(); ++i) random(i) = draw_.Normal();
-      const Matrix Q = Eigen::HouseholderQR<Matrix>(random).householderQ() *
-                       Matrix::Identity(m_, touching_);
+      const Matrix Q =
+          Eigen::HouseholderQR<Matrix>(random).householderQ() * Matrix::Identity(m_, touching_);
       Matrix wide = Matrix::Zero(touching_, d_);
       wide.leftCols(m_) = Q.transpose();
-      const Matrix C = Normalized().llt().matrixL();
+      const Matrix C = DrawCoupling(r_.coupling, touching_, &draw_).llt().matrixL();
       normals.topRows(touching_) = C * wide * L.transpose();
       for (int i = 0; i < touching_; ++i) normals.row(i) *= draw_.Log(0.5, 2);
     }
@@ -164,8 +107,8 @@ class Builder {
       for (int k = 0; k < m_; ++k) normals(i, k) = draw_.Normal();
       normals.row(i).normalize();
     }
-    const bool flat = r_.curvature == 0 || draw_.Chance(0.4) ||
-                      r_.coupling == Coupling::kOrthogonal;
+    const bool may_curve = r_.coupling != Coupling::kOrthogonal;
+    const bool flat = r_.curvature == 0 || draw_.Chance(0.4) || !may_curve;
     for (int i = 0; i < n_; ++i) {
       GapTerms gap;
       gap.normal = normals.row(i);
@@ -217,8 +160,7 @@ class Builder {
   }
 
   void Forces() {
-    const Vector none = Vector::Zero(d_);
-    c_.load = none;
+    c_.load = Vector::Zero(d_);
     c_.stiffness = c_.damping = Matrix::Zero(d_, d_);
     for (int i = 0; i < m_; ++i) {
       if (r_.idle) break;
@@ -282,9 +224,7 @@ class Builder {
   void Restitutions() {
     const bool plastic = draw_.Chance(r_.plastic);
     for (int i = 0; i < n_; ++i) {
-      const int kind = draw_.Below(6);
-      const double gamma = kind == 0 ? 0 : kind == 1 ? 1e-6 : kind == 2 ? 1 : draw_.Uniform(0.1, 1);
-      c_.restitution(i) = plastic ? 0 : gamma;
+      c_.restitution(i) = DrawRestitution(plastic, &draw_);
     }
   }
 
@@ -384,280 +324,25 @@ class Builder {
     return "";
   }
 
-  void ChooseUnits() {
-    Units units = Units::Same(d_, n_);
-    if (draw_.Chance(0.5)) {
-      case_.units = units;
-      return;
-    }
-    // Powers of two: what is built to cancel still does.
-    const auto power = [&](double low, double high) {
-      return std::exp2(std::round(std::log2(draw_.Log(low, high))));
-    };
-    const int kind = draw_.Below(3);
-    double length = 1;
-    if (kind == 0) {
-      length = power(1e-8, 1e8);
-      units.mass = power(1e-8, 1e8);
-      units.time = power(1e-8, 1e8);
-    }
-    units.length *= length;
-    units.gap *= length;
-    if (kind == 1) {  // masses of very different size
-      for (int i = 0; i < d_; ++i) units.length(i) *= power(1e-4, 1);
-    }
-    for (int i = d_ - 1; i > 0; --i) {
-      std::swap(units.coordinate[i], units.coordinate[draw_.Below(i + 1)]);
-    }
-    for (int i = n_ - 1; i > 0; --i) {
-      std::swap(units.constraint[i], units.constraint[draw_.Below(i + 1)]);
-    }
-    case_.units = units;
-  }
-
-  const Recipe& r_;
+  const Recipe r_;
   Case& case_;
   Draw& draw_;
   Coefficients c_;
   int d_ = 0, m_ = 0, n_ = 0, touching_ = 0;
-  std::vector<int> block_;
+  std::vector<int> block_;  // of coordinates, one for each touching constraint
   Vector v_;
   ContactMode mode_;
 };
 
-using RecipeMaker = Recipe (*)(Draw*);
-
-const std::vector<std::pair<std::string, RecipeMaker>>& Makers() {
-  static const std::vector<std::pair<std::string, RecipeMaker>> makers = {
-      {"blocks", [](Draw* d) {
-         Recipe r;
-         r.coupling = Coupling::kBlocks;
-         r.hits = 1 + d->Below(4);
-         r.rests = d->Below(3);
-         return r;
-       }},
-      {"orthogonal", [](Draw* d) {
-         Recipe r;
-         r.hits = 1 + d->Below(4);
-         r.rests = d->Below(3);
-         r.others = d->Below(2);
-         return r;
-       }},
-      {"attracting", [](Draw* d) {
-         Recipe r;
-         r.coupling = Coupling::kAttracting;
-         r.hits = 1 + d->Below(3);
-         r.rests = d->Below(3);
-         r.plastic = 0.95;
-         return r;
-       }},
-      {"any", [](Draw* d) {
-         Recipe r;
-         r.coupling = Coupling::kAny;
-         r.hits = 1 + d->Below(3);
-         r.rests = d->Below(4);
-         return r;
-       }},
-      {"one_hits_resting", [](Draw* d) {
-         Recipe r;
-         r.coupling = d->Chance(0.5) ? Coupling::kAny : Coupling::kAttracting;
-         r.hits = 1;
-         r.rests = 1 + d->Below(4);
-         r.plastic = 0.7;
-         return r;
-       }},
-      {"degenerate", [](Draw* d) {
-         Recipe r;
-         r.coupling = Coupling::kDegenerate;
-         r.hits = 1;
-         r.rests = 2 + d->Below(2);
-         if (d->Chance(0.3)) std::swap(r.hits, r.rests);
-         r.plastic = 0.8;
-         r.curvature = r.mass_slope = d->Chance(0.5) ? 0 : 0.2;
-         return r;
-       }},
-      {"weak", [](Draw* d) {
-         Recipe r;
-         r.coupling = Coupling::kWeak;
-         r.hits = 1 + d->Below(2);
-         r.rests = d->Below(2) + (r.hits == 1 ? 1 : 0);
-         r.curvature = r.mass_slope = d->Chance(0.4) ? 0 : d->Log(1e-6, 1e-2);
-         return r;
-       }},
-      {"parallel", [](Draw* d) {
-         Recipe r;
-         r.coupling = Coupling::kParallel;
-         r.hits = 2;
-         r.rests = d->Below(2);
-         r.plastic = 0.9;
-         return r;
-       }},
-      {"nearly_together", [](Draw* d) {
-         Recipe r;
-         r.coupling = d->Chance(0.5) ? Coupling::kOrthogonal : Coupling::kAttracting;
-         if (d->Chance(0.3)) r.coupling = Coupling::kAny;
-         r.hits = 2 + d->Below(2);
-         r.rests = d->Below(2);
-         r.plastic = 0.8;
-         r.delays = true;
-         return r;
-       }},
-      {"gusts_in_space", [](Draw* d) {
-         Recipe r;
-         r.hits = d->Below(3);
-         r.rests = d->Below(2);
-         r.others = r.hits + r.rests == 0 ? 1 : d->Below(2);
-         r.bumps = 1 + d->Below(3);
-         r.waves = d->Below(2);
-         return r;
-       }},
-      {"gusts_in_time", [](Draw* d) {
-         Recipe r;
-         r.hits = d->Below(3);
-         r.rests = d->Below(3);
-         r.clock = true;
-         r.bumps = 1 + d->Below(3);
-         r.waves = d->Below(2);
-         return r;
-       }},
-      {"height_fields", [](Draw* d) {
-         Recipe r;
-         r.coupling = Coupling::kBlocks;
-         r.hits = d->Below(2);
-         r.rests = d->Below(2);
-         r.others = 1 + d->Below(2);
-         r.hills = d->Below(3);
-         r.ripples = 1 + d->Below(2);
-         return r;
-       }},
-      {"starts", [](Draw* d) {
-         Recipe r;
-         const Coupling kinds[] = {Coupling::kOrthogonal, Coupling::kAttracting, Coupling::kAny};
-         r.coupling = kinds[d->Below(3)];
-         r.start = true;
-         r.hits = 0;
-         r.rests = d->Below(4);
-         r.touches = 1 + d->Below(2);
-         r.others = d->Below(2);
-         return r;
-       }},
-      {"vanishing", [](Draw* d) {
-         Recipe r;
-         const Coupling kinds[] = {Coupling::kOrthogonal, Coupling::kAttracting, Coupling::kAny};
-         r.coupling = kinds[d->Below(3)];
-         r.hits = d->Below(2);
-         r.rests = 1 + d->Below(3);
-         r.vanish = true;
-         return r;
-       }},
-      {"inputs", [](Draw* d) {
-         Recipe r;
-         r.hits = 1 + d->Below(2);
-         r.rests = d->Below(3);
-         r.inputs = true;
-         return r;
-       }},
-      {"bouncing", [](Draw* d) {
-         Recipe r;
-         r.hits = 1 + d->Below(2);
-         r.plastic = 0.1;
-         r.press = d->Log(1, 20);
-         r.after = 1.5;
-         return r;
-       }},
-      {"grazing", [](Draw* d) {
-         Recipe r;
-         r.hits = 1 + d->Below(2);
-         r.rests = d->Below(2);
-         r.graze = true;
-         return r;
-       }},
-      {"long", [](Draw* d) {
-         Recipe r;
-         r.coupling = d->Chance(0.5) ? Coupling::kBlocks : Coupling::kAttracting;
-         r.hits = 1 + d->Below(3);
-         r.rests = d->Below(2);
-         r.others = d->Below(3);
-         r.after = 2;
-         r.plastic = 0.9;
-         r.press = 3;
-         return r;
-       }},
-      {"touching", [](Draw* d) {
-         Recipe r;
-         r.coupling = d->Chance(0.3) ? Coupling::kOrthogonal : Coupling::kAny;
-         r.hits = 1;
-         r.start = false;
-         r.rests = d->Below(3);
-         r.touches = 0;
-         r.vanish = r.rests > 0;
-         r.plastic = 0.8;
-         return r;
-       }},
-      {"regained", [](Draw* d) {
-         Recipe r;
-         r.hits = 3 + d->Below(2);
-         r.rests = d->Below(2);
-         r.plastic = 0.95;
-         r.press = 0.5;
-         r.gyration = 3;
-         r.curvature = r.mass_slope = 0;
-         return r;
-       }},
-      {"chains", [](Draw* d) {
-         Recipe r;
-         r.coupling = Coupling::kAttracting;
-         r.hits = 1;
-         r.rests = 1 + d->Below(3);
-         r.idle = true;
-         r.press = d->Chance(0.5) ? 0 : d->Log(1e-9, 1);
-         r.curvature = r.mass_slope = 0;
-         r.plastic = 0.5;
-         return r;
-       }},
-      {"brushing", [](Draw* d) {
-         Recipe r;
-         r.coupling = d->Chance(0.5) ? Coupling::kOrthogonal : Coupling::kAny;
-         r.hits = 1 + d->Below(2);
-         r.rests = d->Below(2);
-         r.touches = 1;
-         r.plastic = 0.8;
-         return r;
-       }},
-      {"coarse_gusts", [](Draw* d) {
-         Recipe r;
-         r.hits = 0;
-         r.rests = d->Below(2);
-         r.others = 1;
-         r.clock = d->Chance(0.5);
-         r.bumps = 1 + d->Below(2);
-         r.before = 0.5;
-         r.after = 0.5;
-         return r;
-       }},
-  };
-  return makers;
-}
-
 }  // namespace
 
-const std::vector<std::string>& GeneratorNames() {
-  static const std::vector<std::string> names = [] {
-    std::vector<std::string> all;
-    for (const auto& [name, maker] : Makers()) all.push_back(name);
-    return all;
-  }();
-  return names;
-}
-
 Case Generate(std::uint64_t seed) {
+  const auto& [name, maker] = Recipes()[seed % Recipes().size()];
   Case result;
-  const auto& [name, maker] = Makers()[seed % Makers().size()];
   result.seed = seed;
   result.generator = name;
   Draw draw(seed);
-  const Recipe recipe = maker(&draw);
-  Builder(recipe, &result, &draw).Build();
+  Builder(maker(&draw), &result, &draw).Build();
   return result;
 }
 

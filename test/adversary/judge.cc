@@ -29,8 +29,7 @@ constexpr int kDirections = 4;
 class Court {
  public:
   explicit Court(const Case& c)
-      : c_(c), d_(c.system->dof()), draw_(c.seed ^ 0x5bd1e995u),
-        given_(*c.system, c.units) {
+      : c_(c), d_(c.system->dof()), draw_(c.seed ^ 0x5bd1e995u), given_(*c.system, c.units) {
     options_.law = c.law;
   }
 
@@ -112,8 +111,8 @@ class Court {
   bool Refuse(const std::string& reason, const std::string& message) {
     verdict_.kind = Verdict::Kind::kRefused;
     verdict_.detail = message;
-    verdict_.reason = reason + " (" + Opinion(reason.find("discontinuous") != std::string::npos) +
-                      ")";
+    verdict_.reason =
+        reason + " (" + Opinion(reason.find("discontinuous") != std::string::npos) + ")";
     return false;
   }
 
@@ -141,7 +140,7 @@ class Court {
     Vector w = Vector::Zero(Size());
     if (k == 1 && previous_.size() > 0) {
       w = -previous_;
-      Open(&w);
+      Admit(c_, kept_, &w);
     } else {
       const bool axis = k == 3 && draw_.Chance(0.5);
       for (int i = 0; i < 2 * d_; ++i) w(i) = axis ? 0 : draw_.Normal();
@@ -149,40 +148,12 @@ class Court {
       if (k == 2 && draw_.Chance(0.5)) {
         for (int i = 2 * d_; i < Size(); ++i) w(i) = draw_.Normal();
       }
-      Project(&w);
-      Open(&w);
+      Admit(c_, kept_, &w);
       // Nothing is left of it where contacts hold all coordinates.
       w = w.norm() > 1e-6 ? Vector(w.normalized()) : Vector::Zero(Size());
     }
     previous_ = w;
     return w;
-  }
-
-  /// Keeps the held contacts to first order, by the shortest change of (δq, δv).
-  void Project(Vector* w) const {
-    Variables variables;
-    variables.inputs = true;
-    variables.parameters = {0, 1};
-    *w = ProjectAdmissible(*c_.system, c_.x, kept_, *w, variables);
-  }
-
-  /// Turns w so that contacts that touch at the start and are not held do not penetrate.
-  void Open(Vector* w) const {
-    ConstraintTerms terms;
-    c_.system->Constraints(c_.x.head(d_), c_.x.tail(d_), &terms);
-    for (int round = 0; round < 20; ++round) {
-      bool turned = false;
-      for (int i = 0; i < terms.gap.size(); ++i) {
-        if (kept_.Contains(i) || terms.gap(i) > 1e-9) continue;
-        const Eigen::RowVectorXd a = terms.jacobian.row(i);
-        const double rate = a.dot(w->head(d_)) + (i == 0 ? (*w)(w->size() - 1) : 0);
-        if (rate >= 0) continue;
-        w->head(d_) -= 2 * rate / a.squaredNorm() * a.transpose();
-        turned = true;
-      }
-      if (!turned) return;
-      Project(w);
-    }
   }
 
   Vector Given(const Vector& w) const {
@@ -201,8 +172,8 @@ class Court {
     ReferenceOptions fine = options_;
     fine.largest_step *= 0.37;
     fine.feature *= 0.5;
-    const ReferenceRun again = ReferenceFlow(*c_.system, fine).Run(c_.x, c_.schedule, c_.duration,
-                                                                   held_);
+    const ReferenceRun again =
+        ReferenceFlow(*c_.system, fine).Run(c_.x, c_.schedule, c_.duration, held_);
     const double own = (again.x - base_.x).cwiseAbs().maxCoeff();
     double gain_of_errors = 0;
     for (int k = 0; k < 3; ++k) {
@@ -243,7 +214,7 @@ class Court {
     std::vector<double> errors, alphas;
     Vector before;
     std::string doubt;
-    double settled = 1e300;
+    double settled = 1e300, last = 1e300;
     for (double alpha : {1e-5, 1e-6, 1e-7, 1e-8}) {
       const ReferenceRun run = Run(alpha * w);
       if (!run.doubt.empty()) {
@@ -266,7 +237,11 @@ class Court {
           errors.back() = 0;
           break;
         }
-        settled = (quotient - before).cwiseAbs().maxCoeff();
+        // Quotients that move the more the smaller α is have not settled.
+        const double moved = (quotient - before).cwiseAbs().maxCoeff();
+        const bool slows = moved < 0.5 * last || moved < 1e-3 * error;
+        settled = slows ? moved : 1e300;
+        last = moved;
       }
       before = quotient;
     }
@@ -275,8 +250,8 @@ class Court {
       ++verdict_.directions;
       return true;
     }
-    const bool clear = errors.size() >= 2 && errors.back() > kWrong * size &&
-                       settled < 0.1 * errors.back();
+    const bool clear =
+        errors.size() >= 2 && errors.back() > kWrong * size && settled < 0.1 * errors.back();
     if (!clear || !Sure(w, alphas.back(), errors.back())) {
       std::ostringstream text;
       text << "errors";
@@ -290,10 +265,11 @@ class Court {
     verdict_.reason = at_once ? "derivative, impact at the start" : "derivative";
     std::ostringstream detail;
     detail << "errors";
-    for (std::size_t k = 0; k < errors.size(); ++k) detail << " " << errors[k] << " at " << alphas[k];
+    for (std::size_t k = 0; k < errors.size(); ++k)
+      detail << " " << errors[k] << " at " << alphas[k];
     detail << ", |B(w)| = " << size;
     if (c_.delay > 0) detail << ", delay " << c_.delay;
-    detail << "; " << SecondOpinion(w, prediction, alphas.back());
+    detail << "; " << SecondOpinion(c_, w, prediction, alphas.back());
     detail << "; reference, perturbed";
     for (const ReferenceEvent& e : perturbed.events) {
       detail << " " << e.t << ":+" << ModeBits(e.activated) << ":" << ModeBits(e.before) << ">"
@@ -305,8 +281,8 @@ class Court {
     detail << "; start " << run_.arcs.front().mode.bits() << ", reference " << ModeBits(held_)
            << ", gaps along w " << (terms.jacobian * w.head(d_)).transpose() << "; transitions";
     for (const Transition& t : run_.transitions) {
-      detail << " " << t.t / c_.units.time << ":+" << t.activated.bits() << ":" << t.mode_before.bits()
-             << ">" << t.mode_after.bits();
+      detail << " " << t.t / c_.units.time << ":+" << t.activated.bits() << ":"
+             << t.mode_before.bits() << ">" << t.mode_after.bits();
     }
     verdict_.detail = detail.str();
     return false;
@@ -335,42 +311,6 @@ class Court {
            (half - there).cwiseAbs().maxCoeff() < 0.2 * error;
   }
 
-  /// The library's own quotient at tight tolerance.
-  std::string SecondOpinion(const Vector& w, const Vector& prediction, double alpha) const {
-    if (!w.tail(2).isZero(0)) return "";
-    SimulateOptions options;
-    options.relative_tolerance = options.absolute_tolerance = 1e-13;
-    options.simultaneity_tolerance = 1e-13;
-    options.gap_tolerance = 1e-12;
-    options.speed_tolerance = 1e-10;
-    options.impact_law = c_.law;
-    options = c_.units.Scale(options);
-    options.relative_tolerance = 1e-13;
-    InputSchedule schedule = c_.schedule, moved = c_.schedule;
-    for (double& t : schedule.grid) t *= c_.units.time;
-    moved.grid = schedule.grid;
-    for (Vector& u : moved.values) u += alpha * w.segment(2 * d_, c_.system->num_inputs());
-    std::ostringstream text;
-    try {
-      const double duration = c_.duration * c_.units.time;
-      const Trajectory base = Simulate(given_, c_.units.State(c_.x), schedule, duration, options);
-      const Trajectory run =
-          Simulate(given_, c_.units.State(c_.x + alpha * w.head(2 * d_)), moved, duration, options);
-      if (!base.status.ok() || !run.status.ok()) return "own runs: " + run.status.message;
-      const Vector quotient =
-          (c_.units.Back(run.FinalState()) - c_.units.Back(base.FinalState())) / alpha;
-      text << "own quotient off by " << (quotient - prediction).cwiseAbs().maxCoeff()
-           << ", its transitions";
-      for (const Transition& t : run.transitions) {
-        text << " " << t.t / c_.units.time << ":+" << t.activated.bits() << ":"
-             << t.mode_before.bits() << ">" << t.mode_after.bits();
-      }
-    } catch (const std::invalid_argument& error) {
-      return std::string("own run: ") + error.what();
-    }
-    return text.str();
-  }
-
   const Case& c_;
   const int d_;
   Draw draw_;
@@ -386,16 +326,6 @@ class Court {
 };
 
 }  // namespace
-
-const char* Name(Verdict::Kind kind) {
-  switch (kind) {
-    case Verdict::Kind::kRight: return "right";
-    case Verdict::Kind::kRefused: return "refused";
-    case Verdict::Kind::kSkipped: return "skipped";
-    case Verdict::Kind::kContradicted: return "contradicted";
-  }
-  return "";
-}
 
 Verdict Judge(const Case& c) {
   if (c.skipped.empty()) return Court(c).Judge();

@@ -25,15 +25,15 @@ std::string Print(const Case& c) {
     return out.str();
   }
   const Coefficients& k = c.system->coefficients();
-  out << ": " << k.dof() << " coordinates, " << k.gaps.size() << " constraints, "
-      << k.input.cols() << " inputs, duration " << c.duration << ", event at " << c.event_time
-      << ", delay " << c.delay << ", law "
-      << (c.law == ImpactLaw::kProjection ? "projection" : "complementarity") << ", tolerance "
-      << c.tolerance << "\nx = " << c.x.transpose().format(kRow)
+  out << ": " << k.dof() << " coordinates, " << k.gaps.size() << " constraints, " << k.input.cols()
+      << " inputs, duration " << c.duration << ", event at " << c.event_time << ", delay "
+      << c.delay << ", law " << (c.law == ImpactLaw::kProjection ? "projection" : "complementarity")
+      << ", tolerance " << c.tolerance << "\nx = " << c.x.transpose().format(kRow)
       << "\nmass = " << k.mass.format(kRow) << "\n";
   for (const Matrix& slope : k.mass_slopes) out << "  slope " << slope.format(kRow) << "\n";
-  out << "load = " << k.load.transpose().format(kRow) << "\nstiffness = "
-      << k.stiffness.format(kRow) << "\ndamping = " << k.damping.format(kRow) << "\n";
+  out << "load = " << k.load.transpose().format(kRow)
+      << "\nstiffness = " << k.stiffness.format(kRow) << "\ndamping = " << k.damping.format(kRow)
+      << "\n";
   for (const Matrix& C : k.quadratic) out << "  quadratic " << C.format(kRow) << "\n";
   for (const ForceRidge& term : k.ridges) {
     out << "  force " << term.amplitude.transpose().format(kRow) << " ";

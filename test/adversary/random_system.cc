@@ -20,17 +20,25 @@ double Ridge::Derivative(const VectorRef& q, int k) const {
     if (std::abs(z) > 40) return 0;
     const double b = std::exp(-z * z);
     switch (k) {
-      case 0: return b;
-      case 1: return -2 * z * b / w;
-      case 2: return (4 * z * z - 2) * b / (w * w);
-      default: return (12 * z - 8 * z * z * z) * b / (w * w * w);
+      case 0:
+        return b;
+      case 1:
+        return -2 * z * b / w;
+      case 2:
+        return (4 * z * z - 2) * b / (w * w);
+      default:
+        return (12 * z - 8 * z * z * z) * b / (w * w * w);
     }
   }
   switch (k) {
-    case 0: return std::sin(z);
-    case 1: return std::cos(z) / w;
-    case 2: return -std::sin(z) / (w * w);
-    default: return -std::cos(z) / (w * w * w);
+    case 0:
+      return std::sin(z);
+    case 1:
+      return std::cos(z) / w;
+    case 2:
+      return -std::sin(z) / (w * w);
+    default:
+      return -std::cos(z) / (w * w * w);
   }
 }
 
@@ -81,9 +89,8 @@ double RandomSystem::TimeScale(const VectorRef& q, const VectorRef& v) const {
   return scale;
 }
 
-void RandomSystem::Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                            ContactMode, Matrix* mass, Vector* force) const {
-  const int d = c_.dof();
+void RandomSystem::Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode,
+                            Matrix* mass, Vector* force) const {
   if (mass != nullptr) *mass = c_.mass;
   *force = c_.load;
   force->noalias() += c_.stiffness * q;
@@ -102,7 +109,6 @@ void RandomSystem::Dynamics(const VectorRef& q, const VectorRef& v, const Vector
     (*force)(k) += 0.5 * v.dot(slope_v);
     *force -= v(k) * slope_v;
   }
-  (void)d;
 }
 
 Vector RandomSystem::HessianTimes(const GapTerms& gap, const VectorRef& q,
@@ -205,9 +211,11 @@ void RandomSystem::DifferentiateImpact(const VectorRef& q, const VectorRef& jump
   }
 }
 
-void RandomSystem::DifferentiateDynamicsByParameters(
-    const VectorRef&, const VectorRef&, const VectorRef&, ContactMode, const VectorRef&,
-    const VectorRef&, const std::vector<int>& parameters, ParameterJacobian* jacobian) const {
+void RandomSystem::DifferentiateDynamicsByParameters(const VectorRef&, const VectorRef&,
+                                                     const VectorRef&, ContactMode,
+                                                     const VectorRef&, const VectorRef&,
+                                                     const std::vector<int>& parameters,
+                                                     ParameterJacobian* jacobian) const {
   const int k = static_cast<int>(parameters.size());
   jacobian->momentum.setZero(c_.dof(), k);
   jacobian->constraint.setZero(c_.gaps.size(), k);

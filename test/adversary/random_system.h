@@ -76,10 +76,9 @@ class RandomSystem : public MechanicalSystem {
                              const VectorRef& force, ResidualJacobian* jacobian) const override;
   void DifferentiateImpact(const VectorRef& q, const VectorRef& jump, const VectorRef& impulse,
                            const VectorRef& s, ResidualJacobian* jacobian) const override;
-  void DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v,
-                                         const VectorRef& u, ContactMode mode,
-                                         const VectorRef& acceleration, const VectorRef& force,
-                                         const std::vector<int>& parameters,
+  void DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v, const VectorRef& u,
+                                         ContactMode mode, const VectorRef& acceleration,
+                                         const VectorRef& force, const std::vector<int>& parameters,
                                          ParameterJacobian* jacobian) const override;
   void DifferentiateImpactByParameters(const VectorRef& q, const VectorRef& jump,
                                        const VectorRef& impulse, const VectorRef& s,

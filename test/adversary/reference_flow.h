@@ -20,6 +20,9 @@ struct EnumeratedSolution {
 };
 EnumeratedSolution EnumerateComplementarity(const Matrix& G, const Vector& b);
 
+/// In increasing order.
+std::vector<int> Members(ContactMode mode);
+
 struct ReferenceOptions {
   double largest_step = 0.05;  ///< [s]
   double tolerance = 1e-13;    ///< of a step, relative to max(1, |x|)
@@ -68,6 +71,8 @@ class ReferenceFlow {
   const Vector& force() const { return force_; }
 
  private:
+  static constexpr double kGap = 1e-12;   // counts as touching [m]
+  static constexpr double kRest = 1e-10;  // counts as resting [m/s]
   struct Event {
     double s = 0;
     int constraint = -1;

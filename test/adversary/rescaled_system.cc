@@ -121,10 +121,12 @@ void RescaledSystem::DifferentiateImpact(const VectorRef& q, const VectorRef& ju
   jacobian->constraint_q = gaps_ * old.constraint_q * to_old_ / time;
 }
 
-void RescaledSystem::DifferentiateDynamicsByParameters(
-    const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode mode,
-    const VectorRef& acceleration, const VectorRef& force, const std::vector<int>& parameters,
-    ParameterJacobian* jacobian) const {
+void RescaledSystem::DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v,
+                                                       const VectorRef& u, ContactMode mode,
+                                                       const VectorRef& acceleration,
+                                                       const VectorRef& force,
+                                                       const std::vector<int>& parameters,
+                                                       ParameterJacobian* jacobian) const {
   ParameterJacobian old;
   system_.DifferentiateDynamicsByParameters(Q(q), V(v), u, mode, A(acceleration),
                                             multiplier_ * force, parameters, &old);

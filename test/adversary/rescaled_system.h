@@ -13,9 +13,9 @@ namespace adversary {
 /// Other units, and another order of coordinates and constraints: a motion q(t) is
 /// q'_{place(i)}(t') = length_i q_i(t'/time).
 struct Units {
-  Vector length;            ///< of each coordinate [d]
-  Vector gap;               ///< of each constraint [n]
-  double mass = 1;          ///< of the coordinates with length 1
+  Vector length;    ///< of each coordinate [d]
+  Vector gap;       ///< of each constraint [n]
+  double mass = 1;  ///< of the coordinates with length 1
   double time = 1;
   std::vector<int> coordinate;  ///< place of each coordinate [d]
   std::vector<int> constraint;  ///< place of each constraint [n]
@@ -44,10 +44,9 @@ class RescaledSystem : public MechanicalSystem {
                              const VectorRef& force, ResidualJacobian* jacobian) const override;
   void DifferentiateImpact(const VectorRef& q, const VectorRef& jump, const VectorRef& impulse,
                            const VectorRef& s, ResidualJacobian* jacobian) const override;
-  void DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v,
-                                         const VectorRef& u, ContactMode mode,
-                                         const VectorRef& acceleration, const VectorRef& force,
-                                         const std::vector<int>& parameters,
+  void DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v, const VectorRef& u,
+                                         ContactMode mode, const VectorRef& acceleration,
+                                         const VectorRef& force, const std::vector<int>& parameters,
                                          ParameterJacobian* jacobian) const override;
   void DifferentiateImpactByParameters(const VectorRef& q, const VectorRef& jump,
                                        const VectorRef& impulse, const VectorRef& s,
@@ -62,9 +61,9 @@ class RescaledSystem : public MechanicalSystem {
 
   const MechanicalSystem& system_;
   const Units units_;
-  Matrix to_old_;    // S⁻¹
-  Matrix force_;     // mass / time² S⁻ᵀ: old forces to new ones
-  Matrix gaps_;      // P
+  Matrix to_old_;      // S⁻¹
+  Matrix force_;       // mass / time² S⁻ᵀ: old forces to new ones
+  Matrix gaps_;        // P
   Matrix multiplier_;  // old λ = multiplier · new λ
 };
 
