@@ -13,6 +13,9 @@ constexpr double kRounding = 1e-13;
 constexpr long kMaxPivots = 100000;  // never met for n ≤ 16: at most 2ⁿ
 constexpr double kSemidefiniteRounding = 1e-12;
 constexpr int kRoundsForEach = 20;  // row; 3 are usual
+/// w_i of a row that depends on others where w = 0 vanishes, too, up to what rounding makes of b:
+/// its error is that of M⁻¹ f, so that it grows with the condition of M.
+constexpr double kInconsistent = 1e-6;
 
 Matrix Block(const Matrix& G, const std::vector<int>& rows) {
   const int k = static_cast<int>(rows.size());
@@ -92,14 +95,17 @@ class ActiveSet {
   ComplementaritySolution Solve() {
     ComplementaritySolution solution;
     const Vector scale = G_.diagonal().cwiseSqrt();
-    const double zero = kSemidefiniteRounding * b_.cwiseQuotient(scale).cwiseAbs().maxCoeff();
+    const double size = b_.cwiseQuotient(scale).cwiseAbs().maxCoeff();
+    const double zero = kSemidefiniteRounding * size, inconsistent = kInconsistent * size;
     const int rounds = kRoundsForEach * static_cast<int>(b_.size() + 1);
     for (int round = 0; round < rounds; ++round) {
       const Vector w = (G_ * z_ + b_).cwiseQuotient(scale);
       int next = -1;
       for (int i = 0; i < w.size(); ++i) {
         const bool in = std::count(rows_.begin(), rows_.end(), i) > 0;
-        if (!in && w(i) < -zero && (next < 0 || w(i) < w(next))) next = i;
+        if (in || w(i) >= -zero || (next >= 0 && w(i) >= w(next))) continue;
+        if (w(i) >= -inconsistent && Independence(G_, rows_, i) <= kDependentRow) continue;
+        next = i;
       }
       if (next < 0) {
         solution.found = z_.allFinite();
@@ -178,8 +184,7 @@ ComplementaritySolution SolveComplementarity(const Matrix& G, const Vector& b) {
   if (G.isDiagonal(0)) return SolveDecoupled(G, b, zero);
   const ComplementaritySolution definite = SolveByPivoting(G, b, zero, kDependentRow);
   if (definite.found || !(G.diagonal().array() > 0).all()) return definite;
-  const ComplementaritySolution semidefinite = ActiveSet(G, b).Solve();
-  return semidefinite.found ? semidefinite : SolveByPivoting(G, b, zero, 0);
+  return ActiveSet(G, b).Solve();
 }
 
 double Independence(const Matrix& G, const std::vector<int>& S, int i, Vector* combination) {

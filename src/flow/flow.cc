@@ -118,9 +118,11 @@ bool Flow::Propose(double end) {
     locator_.RestoreMargins(guard_margins_);
     accepted = Attempt(end, &h, &rejected);
     if (!status_.ok()) return false;
-    if (accepted && trigger_ < 0 && ImpliedThatMoved(kImpliedOvershoot) >= 0) {
+    if (accepted && !implied_.Empty() && trigger_ >= 0) SampleEnd(&gaps_end_);
+    if (accepted && ImpliedThatMoved(kImpliedOvershoot) >= 0) {
       accepted = false;
       rejected = true;
+      trigger_ = -1;
       h = 0.5 * (end_ - t_);
     }
   }

@@ -18,7 +18,7 @@ namespace {
 /// Events so close do not go on: relative to the time, or to what events count as simultaneous
 /// within.
 constexpr double kNoTime = 1e-14, kNoTimeApart = 1e-2;
-constexpr int kStallsToInsist = 2, kStallsToIgnore = 4;
+constexpr int kStallsToInsist = 2;
 constexpr int kStallsForEach = 4;     // constraint, before the run ends
 constexpr double kImpliedReach = 10;  // [absolute tolerances] an implied contact may drift
 
@@ -172,7 +172,7 @@ bool Flow::CompleteZeno() {
 }
 
 /// Touching contacts that the mode implies have no guards: their gaps are rounding as long as the
-/// mode lasts.
+/// mode lasts. No step may move them down.
 void Flow::FindImplied() {
   implied_ = ContactMode();
   const ContactMode rigid = mode_ - system_.compliant();
@@ -196,7 +196,10 @@ void Flow::FindImplied() {
       if (Independence(G, members, others[k]) <= kDependentRow) implied_.Insert(constraints[k]);
     }
   }
-  if (stalls_ >= kStallsToIgnore && !mode_.Contains(last_trigger_)) implied_.Insert(last_trigger_);
+  // Nor has one that was just let off: it is on its way.
+  if (last_transition_ && *last_transition_ == t_) {
+    implied_ = implied_ | (transition_.grazed - mode_ - system_.compliant());
+  }
   locator_.Ignore(implied_);
   if (!implied_.Empty()) implied_gap_ = gaps_begin_.gap;
 }

@@ -87,7 +87,8 @@ TEST(Grazing, AFootThatIsSetDownStands) {
   // The search for zeros does not resolve gaps below 1e-9 m: (1 − t)³ is below from 1e-3 s before.
   EXPECT_NEAR(1, run.transitions[0].t, 2e-3);
   EXPECT_EQ(ContactMode({0}), run.arcs.back().mode);
-  EXPECT_NEAR(0, run.FinalState()(0), 1e-8);
+  // Let off once too often, it may go down by 20 absolute tolerances before it is held.
+  EXPECT_NEAR(0, run.FinalState()(0), 2e-8);
   EXPECT_NEAR(0, run.FinalState()(2), 1e-12);
 }
 
