@@ -161,7 +161,8 @@ class ActiveSet {
           out = static_cast<int>(k);
         }
       }
-      for (std::size_t k = 0; k < rows_.size(); ++k) z_(rows_[k]) += step * (goal(k) - z_(rows_[k]));
+      for (std::size_t k = 0; k < rows_.size(); ++k)
+        z_(rows_[k]) += step * (goal(k) - z_(rows_[k]));
       if (out < 0) return true;
       z_(rows_[out]) = 0;
       rows_.erase(rows_.begin() + out);

@@ -105,7 +105,8 @@ void Flow::TallyTransition() {
 /// geometrically and have shrunk by the stated factor, the next one being known where its bounce
 /// was made rest; or a bounce of an elastic contact that is too low to be resolved.
 std::optional<double> Flow::Accumulation(const ResolvedTransition& resolved) {
-  const ContactMode impacts = transition_.activated | (transition_.grazed - transition_.mode_before);
+  const ContactMode impacts =
+      transition_.activated | (transition_.grazed - transition_.mode_before);
   if (impacts.Empty()) return std::nullopt;
   std::optional<double> accumulation = zeno_.Impact(impacts, t_);
   if (!accumulation && resolved.rest_interval > 0) {
@@ -179,7 +180,8 @@ void Flow::FindImplied() {
   ContactMode near;
   for (int i = 0; i < system_.num_constraints() && !rigid.Empty(); ++i) {
     if (mode_.Contains(i) || system_.compliant().Contains(i)) continue;
-    const bool touches = std::abs(gaps_begin_.gap(i)) <= kImpliedReach * options_.absolute_tolerance;
+    const bool touches =
+        std::abs(gaps_begin_.gap(i)) <= kImpliedReach * options_.absolute_tolerance;
     if (touches && std::abs(gaps_begin_.rate(i)) <= options_.speed_tolerance) near.Insert(i);
   }
   if (!near.Empty()) {

@@ -91,7 +91,9 @@ class Resolution {
                                               : rules_.speed_tolerance,
                     Rounding(i, v));
   }
-  double Still(int i) const { return Still(i, result_.transition.x_minus.tail(d_), acceleration_(i)); }
+  double Still(int i) const {
+    return Still(i, result_.transition.x_minus.tail(d_), acceleration_(i));
+  }
   /// The speed of a contact that lifts off and is pressed back, too low to be resolved.
   double Low(int i) const {
     const double reach =
@@ -247,8 +249,9 @@ ContactMode Resolution::Resting(const Vector& v_plus, ContactMode hit, ContactMo
   const Vector acceleration = terms_.jacobian * dynamics_.acceleration() + terms_.bias;
   for (int i : doubtful) {
     const double lost =
-        rate(i) > 0 ? std::sqrt(2 * kNoReach * rules_.reach_tolerance * std::max(-acceleration(i), 0.0))
-                    : 0;
+        rate(i) > 0
+            ? std::sqrt(2 * kNoReach * rules_.reach_tolerance * std::max(-acceleration(i), 0.0))
+            : 0;
     if (std::abs(rate(i)) <= std::max(lost, Still(i, v_plus, acceleration(i)))) resting.Insert(i);
   }
   return resting;
@@ -263,8 +266,9 @@ void Resolution::Hold(const Vector& v_plus, ContactMode hit, ContactMode held) {
     residual = std::max(residual, std::abs(rate(i)));
     size = std::max(size, Rounding(i, transition().x_minus.tail(d_)));
     // Not what it drifted at before, within the integrator's tolerance.
-    const bool rises = !hit.Contains(i) && rate(i) > kNotable * rules_.speed_tolerance &&
-                       rate(i) > kAboveDrift * std::abs(rate_(i) * !transition().grazed.Contains(i));
+    const bool rises =
+        !hit.Contains(i) && rate(i) > kNotable * rules_.speed_tolerance &&
+        rate(i) > kAboveDrift * std::abs(rate_(i) * !transition().grazed.Contains(i));
     if (rises && rate(i) > result_.rest_speed) {
       result_.rest_speed = rate(i);
       rising = i;

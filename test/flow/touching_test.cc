@@ -205,8 +205,8 @@ TEST(DependentContacts, APlateStandsOnFourCorners) {
       if (height > 0 && reach > 0) continue;  // it would turn while it falls
       const Trajectory run = Simulate(system, x, Vector(0), 20);
       ASSERT_TRUE(run.status.ok()) << run.status.message;
-      // A held contact is integrated with ä = 0 up to rounding, 1e-15 · 10 m/s²: 2e-12 m after 20 s;
-      // support changes are located to the floor of the search.
+      // A held contact is integrated with ä = 0 up to rounding, 1e-15 · 10 m/s²: 2e-12 m after
+      // 20 s; support changes are located to the floor of the search.
       EXPECT_LE(run.FinalState().head(3).cwiseAbs().maxCoeff(), 1e-8) << reach;
       EXPECT_EQ(3, run.arcs.back().mode.Size());
       if (height == 0) continue;
@@ -225,7 +225,7 @@ TEST(DependentContacts, APlateTipsOverItsEdge) {
   x(7) = 1;
   const Trajectory run = Simulate(system, x, Vector(0), 3);
   ASSERT_TRUE(run.status.ok()) << run.status.message;
-  // About the edge s = z + roll = 0: roll̈ = −z̈ = r, so that 2 r = −10 · 0.5 (t − 2), r = −2.5 (t − 2):
+  // About the edge z + roll = 0 the acceleration r of roll, −r of z, is 2 r = −10 · 0.5 (t − 2):
   // roll = −2.5/6 after a second, found with the release at 1e-9 s.
   EXPECT_NEAR(-2.5 / 6, run.FinalState()(1), 1e-7);
   EXPECT_NEAR(2.5 / 6, run.FinalState()(0), 1e-7);

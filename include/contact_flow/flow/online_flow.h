@@ -33,8 +33,8 @@ class OnlineFlow {
   double now() const { return now_; }  ///< [s]
   /// Not kOk: the run has ended at now(), and the message says why.
   const Status& status() const { return flow_.status(); }
-  /// The first Trajectory::kMaxWarnings, in the order of time, and how many there were: grazings and
-  /// the like, which the run passed.
+  /// The first Trajectory::kMaxWarnings, in the order of time, and how many there were: grazings
+  /// and the like, which the run passed.
   const std::vector<Warning>& warnings() const { return flow_.warnings(); }
   long num_warnings() const { return flow_.num_warnings(); }
 

@@ -30,9 +30,10 @@ struct SimulateOptions {
   /// contacts that no longer reach absolute_tolerance are Zeno in any case.
   double zeno_interval = 1e-5;
   /// Go on from there with the contact sticking, instead of stopping with Outcome::kZeno. The rest
-  /// of the bounces is taken as one plastic impact. No derivative then. Plastic contacts that hit in
-  /// turns (a foot that rocks from heel to toe) are completed without being asked, with a warning,
-  /// where that takes less kinetic energy than is left: where they are not all of the motion.
+  /// of the bounces is taken as one plastic impact. No derivative then. Plastic contacts that hit
+  /// in turns (a foot that rocks from heel to toe) are completed without being asked, with a
+  /// warning, where that takes less kinetic energy than is left: where they are not all of the
+  /// motion.
   bool complete_zeno = false;
   long max_steps = 100000;
   long max_events = 10000;

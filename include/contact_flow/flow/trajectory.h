@@ -59,8 +59,8 @@ struct Transition {
   /// Rigid constraints beyond J⁻ and I_a that touched without force, a_i = Da_i v⁻ = 0, and were
   /// hit, or are pressed from here on: the outcome is not continuous here.
   ContactMode touching;
-  /// Touching constraints that J⁺ implies, their rows of Da being dependent on its rows: how a force
-  /// is shared among them is not unique, the motion is.
+  /// Touching constraints that J⁺ implies, their rows of Da being dependent on its rows: how a
+  /// force is shared among them is not unique, the motion is.
   ContactMode implied;
   /// Infinitely many bounces were completed to sticking here (SimulateOptions::complete_zeno), or
   /// bounces too low to be resolved.

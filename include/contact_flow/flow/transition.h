@@ -44,7 +44,7 @@ struct ResolvedTransition {
 /// instants.
 ///   I_a = {i ∉ J⁻ : a_i = 0, Da_i v⁻ < 0} and J⁻ share an impact (1b), together with every other
 /// rigid constraint that touches, a_i = Da_i v⁻ = 0, with or without force: all at once, the
-/// simultaneous law of Newton and Moreau. For balls in a row, the first of which is hit elastically,
+/// simultaneous law of Newton and Moreau. For balls in a row, the first of which hits elastically,
 /// that gives (−1/3, 2/3, 2/3) whether they touch or are pressed, where impacts one after another
 /// would give (0, 0, 1): the outcome is not continuous there. What rests after the impact is a
 /// candidate for J⁺ by force complementarity. Without activations the state is continuous, and J⁺

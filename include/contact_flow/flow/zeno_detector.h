@@ -8,7 +8,7 @@
 
 namespace contact_flow {
 
-/// Watches impacts for intervals that shrink geometrically (Zeno): those of each constraint, as of a
+/// Watches impacts for intervals that shrink geometrically (Zeno): of each constraint, as of a
 /// bouncing ball, and those of all constraints in turns, as of a block that rocks to rest. With
 /// ratio r < 1 and last interval Δ, impacts accumulate at t + Δ r/(1−r). It has no time scale of
 /// its own: intervals are compared with the first one of their sequence, from which on each is
