@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 #include <random>
 
+#include "contact_flow/flow/online_flow.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
 #include "test/test_models.h"
@@ -47,6 +49,36 @@ struct Waves : test::UnitMasses<2, 1> {
   template <class P>
   static auto Restitution(const Parameters<P>& p, int) {
     return p.restitution;
+  }
+};
+
+/// A block on a floor, λ = load − drift w + cos w, with w a clock: many periods pass before it lets
+/// go.
+struct Shaken : test::UnitMasses<2, 1> {
+  static constexpr const char* kName = "shaken";
+  static constexpr std::array<const char*, 2> kCoordinates = {"y", "clock"};
+  static constexpr std::array<const char*, 2> kUnits = {"m", "rad"};
+  static constexpr std::array<const char*, 1> kConstraintNames = {"floor"};
+  template <class P>
+  struct Parameters {
+    P load = 1, drift = 0;
+    template <class V>
+    void Visit(V&& visit) {
+      visit(load, "load", "N", "at first", Range::kAny);
+      visit(drift, "drift", "N/rad", "of the load", Range::kAny);
+    }
+  };
+  template <class P, class S>
+  static void Force(const Parameters<P>& p, const Eigen::Matrix<S, 2, 1>& q,
+                    const Eigen::Matrix<S, 2, 1>&, const Eigen::Matrix<S, 0, 1>&,
+                    Eigen::Matrix<S, 2, 1>* f) {
+    using std::cos;
+    (*f)(0) = p.drift * q(1) - p.load - cos(q(1));
+    (*f)(1) = S(0.0);
+  }
+  template <class P, class S>
+  static void Gaps(const P&, const Eigen::Matrix<S, 2, 1>& q, Eigen::Matrix<S, 1, 1>* a) {
+    (*a)(0) = q(0);
   }
 };
 
@@ -191,6 +223,27 @@ TEST(QuickForces, ABlockAtRestIsReleasedByAClock) {
   }
 }
 
+/// The force is quicker than any step that the motion asks for, and vanishes late.
+TEST(QuickForces, ABlockAtRestIsReleasedLate) {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  SimulateOptions options;
+  options.max_events = 1;
+  for (int k = 0; k < 200; ++k) {
+    const double omega = k == 0 ? 200 : std::pow(10, 3.3 * uniform(random));
+    const double load = 1.1 + 3 * uniform(random), drift = 1e-3 * (1 + 9 * uniform(random));
+    const auto force = [&](double w) { return load - drift * w + std::cos(w); };
+    const double release = Scan(force, 1e-3, 1e4) / omega;
+    const auto system = test::Make<Shaken>({{"load", load}, {"drift", drift}});
+    Vector x(4);
+    x << 0, 0, 0, omega;
+    const Trajectory run = Simulate(system, x, Vector(0), 1.1 * release, options);
+    ASSERT_FALSE(run.transitions.empty()) << "ω = " << omega << ": " << run.status.message;
+    // λ is known to rounding and slopes, at the shallowest, like √(2·1e-6) ω.
+    EXPECT_NEAR(release, run.transitions[0].t, 1e-8 / omega) << "ω = " << omega;
+  }
+}
+
 /// A force that varies without end but never vanishes is no release, and no stop.
 TEST(QuickForces, ThatNeverVanishHold) {
   const auto system = test::Make<test::PressedBlock>({{"load", 1.01}});
@@ -200,6 +253,36 @@ TEST(QuickForces, ThatNeverVanishHold) {
   EXPECT_TRUE(run.status.ok()) << run.status.message;
   EXPECT_TRUE(run.transitions.empty());
   EXPECT_NEAR(0.01, run.margins.force, 1e-3);
+}
+
+/// An online run, looked at every 13 ms, finds the same events, to the bit.
+void ExpectTheSameOnline(const std::shared_ptr<const MechanicalSystem>& system, const Vector& x,
+                         double end) {
+  const Trajectory run = Simulate(*system, x, Vector(0), 3 * end);
+  OnlineFlow online(system, 0, x, Vector(0), {});
+  std::size_t seen = 0;
+  for (double t = 0; t < end && online.status().ok();) {
+    if (online.AdvanceTo(t)) {
+      ASSERT_LT(seen, run.transitions.size());
+      EXPECT_EQ(run.transitions[seen].t, online.transition().t);
+      EXPECT_EQ(run.transitions[seen].x_plus, online.transition().x_plus);
+      ++seen;
+    } else {
+      t += 0.013;
+    }
+  }
+  EXPECT_GT(seen, 0u);
+}
+
+TEST(QuickGuards, AreTheSameOnline) {
+  const std::shared_ptr<const MechanicalSystem> waves =
+      LoadRobot(std::string(CONTACT_FLOW_TEST_DATA) + "/waves.yaml");
+  ExpectTheSameOnline(waves, waves->nominal().x, 0.6);
+  const auto shaken =
+      std::make_shared<ModelSystem<Shaken>>(ParameterValues{{"load", 2.0}, {"drift", 0.01}});
+  Vector x(4);
+  x << 0, 0, 0, 200;
+  ExpectTheSameOnline(shaken, x, 0.6);
 }
 
 }  // namespace
