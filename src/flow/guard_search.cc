@@ -170,7 +170,7 @@ bool GuardSearch::Settle(int i, int middle, int end, bool last) {
   const double noise = std::max(floor, kRounding * std::max(std::abs(lowest), std::abs(highest)));
   const bool flat = highest - lowest <= noise;
   const bool resolved = error <= std::max(kResolved * (highest - lowest), noise) &&
-                        (flat || (left.TurnsOnce() && right.TurnsOnce()));
+                        (flat || (left.TurnsAsEndsTell() && right.TurnsAsEndsTell()));
   if (excluded && !resolved && lowest - error > kMarginPrecision * *margin_) {
     // No zero; of a dip that may be here a lower bound is enough.
     if (m.value < std::min(a.value, b.value)) *margin_ = std::min(*margin_, lowest - error);

@@ -43,8 +43,8 @@ struct GuardQuery {
 /// values and rates so far tell of more than about one oscillation in the piece is not settled;
 /// others are settled on the piece
 ///   if the halves' Bernstein coefficients stay above zero by twice the error: it has no zero; or
-///   if the error is small compared with the guard's own variation, and either half has one turn at
-///   most: then it is searched between the turns, the roots of its true rate.
+///   if the error is small compared with the guard's own variation, and either half turns as
+///   its ends tell: then it is searched between the turns, the roots of its true rate.
 /// Otherwise the piece is halved. A zero counts only if the guard falls below −floor after it. A
 /// guard that comes within ten floors and opens again is a touch.
 ///
