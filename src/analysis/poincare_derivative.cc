@@ -11,6 +11,12 @@
 #include "tangent_map.h"
 
 namespace contact_flow {
+namespace {
+
+/// A return and an event so close, relative to the time, coincide.
+constexpr double kAtOnce = 1e-7;
+
+}  // namespace
 
 /// Tangents of the section that the contact mode admits.
 Matrix PoincareMap::Basis(const VectorRef& x, ContactMode mode) const {
@@ -31,7 +37,8 @@ Matrix PoincareMap::Basis(const VectorRef& x, ContactMode mode) const {
 /// Does an event lie within the simultaneity tolerance of the return, before or behind it?
 bool PoincareMap::AtAnEvent(const VectorRef& x, const PoincareReturn& result) const {
   const std::vector<Transition>& events = result.trajectory.transitions;
-  const double tolerance = 2 * result.trajectory.simultaneity_tolerance;
+  const double tolerance =
+      std::max(2 * result.trajectory.simultaneity_tolerance, kAtOnce * result.time);
   if (!events.empty() && result.time - events.back().t <= tolerance) return true;
   SimulateOptions options = options_.simulate;
   options.dense = false;

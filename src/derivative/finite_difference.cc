@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kTolerance = 1e-12;
 constexpr double kSeparation = 1e-4;  // events are told apart down to this part of α [s]
+constexpr double kSlow = 1e-3;        // speeds are told from rest down to this part of α [m/s]
 constexpr double kClear = 20;         // an error this far above the resolution counts for the slope
 constexpr double kSmallestSeparation = 1e-14;
 
@@ -104,6 +105,7 @@ QuotientReport CompareWithQuotients(const MechanicalSystem& system, const System
     sample.alpha = alpha;
     try {
       exact.simultaneity_tolerance = std::max(kSeparation * alpha, kSmallestSeparation);
+      exact.speed_tolerance = std::min(options.speed_tolerance, kSlow * alpha);
       const Perturbed perturbed = Perturb(system, factory, variables, input, alpha * by_variables);
       const Trajectory run =
           Simulate(perturbed.system ? *perturbed.system : system,

@@ -137,11 +137,11 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
   const double rest = end - t_;
   const double length = std::min({*h, limit, rest});
   if (!(length > kSmallestStep * std::max(1.0, t_)) && length < rest) {
+    const auto& names = system_.description().constraints;
     Stop(Outcome::kNonFinite,
-         too_quick_ >= 0
-             ? "no step size resolves constraint '" + system_.description().constraints[too_quick_] +
-                   "': it changes too quickly"
-             : "the motion leaves the model's domain: no step size is small enough");
+         too_quick_ >= 0 ? "constraint '" + names[too_quick_] +
+                               "' changes too quickly: no step size resolves it"
+                         : "the motion leaves the model's domain: no step size is small enough");
     return false;
   }
   ++attempts_;

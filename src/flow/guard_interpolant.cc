@@ -82,10 +82,10 @@ double CubicPiece::Rate(double s) const {
 double CubicPiece::Lowest() const { return std::min({b[0], b[1], b[2], b[3]}); }
 double CubicPiece::Highest() const { return std::max({b[0], b[1], b[2], b[3]}); }
 
-bool CubicPiece::TurnsOnce() const {
+bool CubicPiece::TurnsAsEndsTell() const {
   const double first = b[1] - b[0], middle = b[2] - b[1], last = b[3] - b[2];
-  const bool may_turn_twice = first * last > 0 && first * middle < 0;
-  return !may_turn_twice || middle * middle < first * last;
+  if (first * last < 0) return true;
+  return (middle * first >= 0 && middle * last >= 0) || middle * middle < first * last;
 }
 
 GuardBound StageBound(const double* values, int stride, bool probed) {

@@ -11,9 +11,6 @@
 namespace contact_flow {
 namespace {
 
-constexpr int kMaxPieces = 64;    // to begin with
-constexpr int kMaxHalvings = 32;  // a kink is then resolved to rounding
-constexpr int kSlots = kMaxPieces + kMaxHalvings + 2;
 /// The pieces' ends are up to this part of a piece from an even division; the point inside is up to
 /// this part from the middle.
 constexpr double kJitter = 0.07, kOffMiddle = 0.07;
@@ -55,14 +52,10 @@ double Root(const Function& f, double a, double b, double fa, double fb) {
 
 GuardSearch::GuardSearch(int n, Sampler sampler)
     : sampler_(std::move(sampler)),
-      values_(n, kSlots),
-      rates_(n, kSlots),
-      theta_(kSlots),
-      open_(kSlots),
+      values_(n, kSlots + 1),
+      rates_(n, kSlots + 1),
       bend_(n),
-      turn_(n),
-      value_(n),
-      rate_(n) {}
+      turn_(n) {}
 
 void GuardSearch::Sample(int slot) {
   ++samples_;
@@ -71,9 +64,9 @@ void GuardSearch::Sample(int slot) {
 
 double GuardSearch::ValueAt(int i, double theta, double* rate) {
   ++samples_;
-  sampler_(theta, ContactMode({i}), value_.data(), rate_.data());
-  *rate = rate_(i);
-  return value_(i);
+  sampler_(theta, ContactMode({i}), values_.col(kSlots).data(), rates_.col(kSlots).data());
+  *rate = rates_(i, kSlots);
+  return values_(i, kSlots);
 }
 
 void GuardSearch::Report(int i, double theta, bool touch) {
@@ -177,7 +170,7 @@ bool GuardSearch::Settle(int i, int middle, int end, bool last) {
   const double noise = std::max(floor, kRounding * std::max(std::abs(lowest), std::abs(highest)));
   const bool flat = highest - lowest <= noise;
   const bool resolved = error <= std::max(kResolved * (highest - lowest), noise) &&
-                        (flat || (left.TurnsOnce() && right.TurnsOnce()));
+                        (flat || (left.TurnsAsEndsTell() && right.TurnsAsEndsTell()));
   if (excluded && !resolved && lowest - error > kMarginPrecision * *margin_) {
     // No zero; of a dip that may be here a lower bound is enough.
     if (m.value < std::min(a.value, b.value)) *margin_ = std::min(*margin_, lowest - error);

@@ -17,7 +17,7 @@ namespace {
 
 /// Events so close do not go on: relative to the time, or to what events count as simultaneous
 /// within.
-constexpr double kNoTime = 1e-14, kNoTimeApart = 1e-2;
+constexpr double kNoTime = 1e-14, kNoTimeApart = 1e-2, kLongestStall = 1e-9;  // [s] the last
 constexpr int kStallsToInsist = 2;
 constexpr int kStallsForEach = 4;     // constraint, before the run ends
 constexpr double kImpliedReach = 10;  // [absolute tolerances] an implied contact may drift
@@ -44,7 +44,9 @@ void Flow::Warn(Outcome code, const std::string& message) {
 bool Flow::GoesOn() {
   const bool again = last_transition_ && trigger_ == last_trigger_ &&
                      t_ - *last_transition_ <=
-                         std::max(kNoTime * std::abs(t_), kNoTimeApart * transition_.tolerance);
+                         std::min(kLongestStall,
+                                  std::max(kNoTime * std::abs(t_),
+                                           kNoTimeApart * transition_.tolerance));
   stalls_ = again ? stalls_ + 1 : 0;
   last_trigger_ = trigger_;
   if (stalls_ <= kStallsForEach * (system_.num_constraints() + 4)) return true;
@@ -93,11 +95,13 @@ bool Flow::PassTransition() {
   return true;
 }
 
-/// What comes early or late by the error of its instant leaves an error in the positions.
+/// What comes early or late by the error of its instant leaves an error in the positions. Errors of
+/// longer ago are those of all events to come alike, or have been forgotten.
 void Flow::TallyTransition() {
   double error = 0;
   for (const EventInstant& instant : transition_.instants) error = std::max(error, instant.error);
   const int d = system_.dof();
+  run_error_ = arc_error_;
   run_error_.AddEvent(error, transition_.x_plus.tail(d) - transition_.x_minus.tail(d));
 }
 

@@ -142,9 +142,10 @@ Directions Admit(const Setup& setup, const Run& run, const Directions& asked, bo
                         ": " + Join(projected)));
   }
   if (!out_of_domain.empty()) {
-    kept.note += (kept.note.empty() ? "" : "; ") +
-                 std::string("left out, because they lead through constraints that the initial ") +
-                 "state touches: " + Join(out_of_domain);
+    kept.warnings.push_back(MakeWarning(
+        ResultWarning::LEFT_OUT,
+        "left out, because they lead through constraints that the initial state touches: " +
+            Join(out_of_domain)));
   }
   return kept;
 }

@@ -34,6 +34,7 @@ void ExpectNoneForAStep(const MechanicalSystem& system, const Vector& x) {
     SimulateOptions options;
     options.relative_tolerance = options.absolute_tolerance = tolerance;
     options.dense = false;
+    options.simultaneity_tolerance = 1e-7;  // both runs merge the same events
     const long before = allocations;
     const Trajectory run =
         Simulate(system, x, system.nominal().u, system.nominal().duration, options);

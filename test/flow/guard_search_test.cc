@@ -114,6 +114,18 @@ TEST(GuardSearches, FindEveryNeedleOfTheStatedExtent) {
   }
 }
 
+/// After a release the gap is zero, and so is its rate: it rises first.
+TEST(GuardSearches, AGapThatRisesFromRestDoesNotClose) {
+  for (double fall : {0.7, 0.9, 0.99, 1.5}) {
+    const auto guard = [&](double s) { return s * s * (fall - s); };
+    const auto rate = [&](double s) { return s * (2 * fall - 3 * s); };
+    const Result result = Search(guard, rate, 2);
+    EXPECT_EQ(fall < 1, result.event.found);
+    EXPECT_NEAR(std::min(fall, 1.0), result.event.theta, 1e-12);
+    EXPECT_FALSE(result.event.touch);
+  }
+}
+
 TEST(GuardSearches, TellHowFarTheyGotWhereAGuardIsTooQuick) {
   const auto guard = [](double s) { return 1.5 - s + std::sin(1e6 * s); };
   const auto rate = [](double s) { return -1 + 1e6 * std::cos(1e6 * s); };

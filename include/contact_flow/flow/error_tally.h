@@ -14,7 +14,7 @@ namespace contact_flow {
 class ErrorTally {
  public:
   explicit ErrorTally(const ConfigurationSpace& space)
-      : space_(space), error_(Vector::Zero(2 * space.dof())) {}
+      : space_(&space), error_(Vector::Zero(2 * space.dof())) {}
 
   /// The step that was tried last is accepted.
   void AddStep(const Dop853& stepper);
@@ -26,7 +26,7 @@ class ErrorTally {
   const Vector& error() const { return error_; }
 
  private:
-  const ConfigurationSpace& space_;
+  const ConfigurationSpace* space_;
   Vector error_;
 };
 

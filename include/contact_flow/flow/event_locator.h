@@ -48,14 +48,15 @@ struct GuardMargins {
 /// step that the error of the motion does not limit two more probes are made. Forces that may
 /// vanish are searched like gaps.
 ///
-/// What is found for certain, whatever a guard does: a gap that stays closed, and a force that
-/// pulls, for longer than a part of the step,
+/// What is found for certain, whatever a guard does elsewhere: a gap that stays closed, and a force
+/// that pulls, for longer than a part of the step,
 ///     gap, not affine and not far    kGapExtent (1/6), kGapExtentFree (1/12) of a free step
 ///     force                          kForceExtent (4/15), kForceExtentFree (1/7) of a free step
-/// where a free step is one that the error of the motion does not limit, such as polynomial motion
-/// or rest, and by more than ten floors, below which touch and zero are not told apart. No step is
-/// longer than SimulateOptions::max_step. Smooth guards are found far beyond: a dip counts as soon
-/// as a probe sees the slope around it.
+/// by more than ten floors (a gap) or a twentieth of its range over the step (a force). A free step
+/// is one that the error of the motion does not limit, such as polynomial motion or rest; no gap is
+/// far then. Steps are at most SimulateOptions::max_step long. Guards that vary throughout the
+/// step, however quickly, are found far beyond, down to the floor; and a dip counts as soon as a
+/// probe sees the slope around it.
 ///
 /// A zero counts only if the guard falls below −floor after it; the floor stands for what the
 /// integrator cannot resolve.

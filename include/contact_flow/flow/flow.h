@@ -140,7 +140,7 @@ class Flow {
   GapSample gaps_end_;
 
   ErrorTally arc_error_;  // since the arc began
-  ErrorTally run_error_;  // since the run began
+  ErrorTally run_error_;  // of the present arc and the one before
   bool new_arc_ = false;  // the next step is the first of its arc
 
   Transition transition_;

@@ -34,8 +34,8 @@ struct CubicPiece {
   double Rate(double s) const;   ///< d/ds
   double Lowest() const;
   double Highest() const;
-  /// Whether its rate has at most one zero.
-  bool TurnsOnce() const;
+  /// Whether it turns once if its rates at the ends have opposite signs, and not at all otherwise.
+  bool TurnsAsEndsTell() const;
 
   double b[4];
 };

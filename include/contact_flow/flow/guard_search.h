@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <functional>
 #include <limits>
-#include <vector>
 
 #include "contact_flow/contact_mode.h"
 #include "contact_flow/types.h"
@@ -43,8 +43,8 @@ struct GuardQuery {
 /// values and rates so far tell of more than about one oscillation in the piece is not settled;
 /// others are settled on the piece
 ///   if the halves' Bernstein coefficients stay above zero by twice the error: it has no zero; or
-///   if the error is small compared with the guard's own variation, and either half has one turn at
-///   most: then it is searched between the turns, the roots of its true rate.
+///   if the error is small compared with the guard's own variation, and either half turns as
+///   its ends tell: then it is searched between the turns, the roots of its true rate.
 /// Otherwise the piece is halved. A zero counts only if the guard falls below −floor after it. A
 /// guard that comes within ten floors and opens again is a touch.
 ///
@@ -81,14 +81,17 @@ class GuardSearch {
   double ValueAt(int i, double theta, double* rate);
   void Report(int i, double theta, bool touch);
 
+  static constexpr int kMaxPieces = 64;    // to begin with
+  static constexpr int kMaxHalvings = 32;  // a kink is then resolved to rounding
+  static constexpr int kSlots = kMaxPieces + kMaxHalvings + 2;
+
   const Sampler sampler_;
   // Slot 0 is the point up to which all is settled; the ends of the pieces that follow are in the
-  // slots from the top down to 1.
-  Matrix values_, rates_;  // [n × slots]
-  std::vector<double> theta_;
-  std::vector<ContactMode> open_;  // the guards that are not settled on the piece before
-  Vector bend_, turn_;             // [n] see Learn
-  Vector value_, rate_;            // [n]
+  // slots from the top down to 1. A last column is scratch.
+  Matrix values_, rates_;  // [n × slots + 1]
+  std::array<double, kSlots> theta_;
+  std::array<ContactMode, kSlots> open_;  // the guards that are not settled on the piece before
+  Vector bend_, turn_;                    // [n] see Learn
   double shortest_ = 0;
   long samples_ = 0;
   double finest_ = 1;
