@@ -208,6 +208,7 @@ class Court {
   /// B(w) beside quotients; false when it is contradicted.
   bool Compare(const Vector& w) {
     if (w.isZero(0)) return true;
+    if (B_.start.Leaves(Given(w)) >= 0) return true;  // it leaves the domain, and is refused
     const Vector prediction = c_.units.Back(B_(Given(w)));
     const double size = std::max(1.0, prediction.cwiseAbs().maxCoeff());
     const double noise = (base_.settled ? 1e-9 : kReference) * (1 + base_.x.cwiseAbs().maxCoeff());

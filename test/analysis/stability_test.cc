@@ -270,6 +270,7 @@ TEST(StabilityOfRandomMaps, NeverContradictsSimulation) {
   StabilityOptions options;
   options.max_words = 500;
   options.max_linear_programs = 1500;
+  options.consistency.checked = true;  // they are maps by construction (map_consistency_test)
   for (int trial = 0; trial < kMaps; ++trial) {
     const PiecewiseLinearMap map = RandomMap(&generator);
     const StabilityReport report = AssessStability(map, options);
