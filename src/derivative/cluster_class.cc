@@ -223,8 +223,7 @@ class Classifier {
   void JudgeSlopes(const std::vector<DegeneratePush>& pushes) {
     double worst = neglected_.derivative_limit();
     for (const DegeneratePush& push : pushes) {
-      // One impact that shares its impulse so that a contact gets none is followed on both sides.
-      if (!push.held.Empty() && transition_.activated.Size() == 1) continue;
+      if (!push.held.Empty() && transition_.activated.Size() == 1) continue;  // Germ follows it
       const double change = neglected_.LiftDerivative(push.constraint, push.hit, push.held, push.v);
       if (change <= neglected_.derivative_limit()) {
         report_.neglected_derivative += change;
