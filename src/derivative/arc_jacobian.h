@@ -19,7 +19,8 @@ class ArcJacobian {
         arc_(arc),
         d_(space_.dof()),
         k_(dynamics->num_variables()),
-        x_(dynamics->system().state_size()) {}
+        x_(dynamics->system().state_size()),
+        push_reach_(Vector::Zero(dynamics->system().num_constraints())) {}
 
   /// [K D] [d×2d] and S [d×k] at time t, column-major into `out` and `source`.
   void At(double t, double* out, double* source) {
@@ -33,6 +34,11 @@ class ArcJacobian {
       const Matrix bracket = space_.Bracket(x_.tail(d_));
       KD.leftCols(d_) += KD.rightCols(d_) * bracket - space_.Bracket(dynamics_.acceleration());
       KD.rightCols(d_) -= bracket;
+    }
+    for (int i : arc_.mode - dynamics_.system().compliant()) {
+      const double force = dynamics_.force()(i);
+      const double change = dynamics_.force_jacobian().row(i).head(2 * d_).lpNorm<1>();
+      if (force > push_reach_(i) * change) push_reach_(i) = force / change;
     }
     ++count_;
   }
@@ -51,6 +57,7 @@ class ArcJacobian {
   }
 
   long count() const { return count_; }
+  const Vector& push_reach() const { return push_reach_; }  ///< see VariationStatistics [n]
 
  private:
   ContactDynamics& dynamics_;
@@ -59,6 +66,7 @@ class ArcJacobian {
   const int d_;
   const int k_;
   Vector x_;
+  Vector push_reach_;
   long count_ = 0;
 };
 

@@ -128,6 +128,31 @@ void BDerivative::CarryNeglected() {
   }
 }
 
+namespace {
+
+/// A force that is known all along an arc to less than this part of the absolute tolerance may be
+/// anything.
+constexpr double kIdle = 1e-3;
+
+/// Not kOk where a contact holds without a force that would keep it: it may as well let go.
+Status CheckPushes(const MechanicalSystem& system, const Arc& arc,
+                   const VariationStatistics& statistics, double absolute_tolerance) {
+  if (arc.t_end == arc.t_begin) return {};
+  for (int i : arc.mode - system.compliant()) {
+    if (statistics.push_reach(i) > kIdle * absolute_tolerance) continue;
+    std::ostringstream message;
+    message.precision(12);
+    message << "from t = " << arc.t_begin << " s to " << arc.t_end << " s the contact '"
+            << system.description().constraints[i]
+            << "' holds without a force: whether it does in a perturbed run is decided by nothing "
+               "that is known here";
+    return {Outcome::kNotDifferentiable, message.str()};
+  }
+  return {};
+}
+
+}  // namespace
+
 BDerivative DifferentiateOutcome(const MechanicalSystem& system, const Trajectory& trajectory,
                                  const BDerivativeOptions& options) {
   return DifferentiateArcs(system, trajectory, 0, trajectory.arcs.size() - 1, options);
@@ -174,6 +199,8 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
       VariationStatistics statistics;
       derivative.arcs.push_back(
           PropagateArc(dynamics[k].get(), arcs[k], options.tolerance, &statistics));
+      derivative.status = CheckPushes(system, arcs[k], statistics, trajectory.absolute_tolerance);
+      if (!derivative.status.ok()) return derivative;
       errors.push_back(statistics.error_estimate);
       derivative.trust.flow_law =
           std::max(derivative.trust.flow_law, statistics.flow_law_residual);

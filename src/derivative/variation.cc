@@ -95,6 +95,7 @@ class Propagation {
       if (t < arc_.t_end) fastest_ = FastestRate(begin_.leftCols(2 * d_));
     }
     statistics->jacobians += jacobian_.count();
+    statistics->push_reach = jacobian_.push_reach();
     Judge(statistics);
     jacobian_.ToVelocities(&phi_);
     return phi_;

@@ -36,8 +36,23 @@ void ErrorTally::AddStep(const Dop853& stepper) {
   }
 }
 
-void ErrorTally::AddEvent(double time_error, const VectorRef& jump) {
-  error_.head(space_->dof()) += time_error * jump.cwiseAbs();
+void ErrorTally::AddImpact(const Matrix& rows, const Vector& rates, const VectorRef& jump) {
+  const int d = space_->dof();
+  if (rates.size() == 1) {
+    const Vector before = error_.head(d);
+    const Eigen::RowVectorXd row = rows.row(0) / rates(0);
+    for (int i = 0; i < d; ++i) {
+      Eigen::RowVectorXd saltation = jump(i) * row;
+      saltation(i) += 1;
+      error_(i) = saltation.cwiseAbs().dot(before);
+    }
+    return;
+  }
+  double late = 0;
+  for (Eigen::Index k = 0; k < rates.size(); ++k) {
+    late = std::max(late, rows.row(k).cwiseAbs().dot(error_.head(d)) / std::abs(rates(k)));
+  }
+  error_.head(d) += late * jump.cwiseAbs();
 }
 
 }  // namespace contact_flow

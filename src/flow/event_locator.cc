@@ -17,6 +17,8 @@ constexpr double kForceReserve = 4;
 constexpr double kMarginReserve = 0.5;
 /// The error of a force's interpolant that resolves it, as a part of its range over the stages.
 constexpr double kResolved = 0.05;
+/// A force is zero where it pulls by this part of what moves its gap by the tolerance in one step.
+constexpr double kQuietPull = 1e-6;
 /// A step that does not resolve a force is repeated with this part of its length.
 constexpr double kShorter = 0.3;
 constexpr int kAffinePieces = 2, kPieces = 4, kFreePieces = 8, kForcePieces = 2;
@@ -38,9 +40,11 @@ void SampleGaps(const MechanicalSystem& system, const VectorRef& x, const Vector
   sample->acceleration.noalias() += terms->jacobian.lazyProduct(acceleration);
 }
 
-EventLocator::EventLocator(ContactDynamics* dynamics, double floor)
+EventLocator::EventLocator(ContactDynamics* dynamics, double absolute_tolerance,
+                           double relative_tolerance)
     : dynamics_(dynamics),
-      floor_(floor),
+      floor_(absolute_tolerance),
+      relative_tolerance_(relative_tolerance),
       affine_(dynamics->system().HasAffineConstraints()),
       search_(dynamics->system().num_constraints(),
               [this](double theta, ContactMode set, double* value, double* rate) {
@@ -48,7 +52,8 @@ EventLocator::EventLocator(ContactDynamics* dynamics, double floor)
               }),
       forces_(dynamics->system().num_constraints(), kStepStages + kNumProbes),
       x_(dynamics->system().state_size()),
-      floors_(Vector::Constant(dynamics->system().num_constraints(), floor)) {}
+      floors_(Vector::Constant(dynamics->system().num_constraints(), floor_)),
+      gain_(dynamics->system().num_constraints() + dynamics->system().num_bilateral()) {}
 
 void EventLocator::RecordForce(const Vector& force) {
   if (calls_ == kStepStages) return;
@@ -117,19 +122,34 @@ ContactMode EventLocator::OpenGaps(bool free) const {
   return open;
 }
 
+/// What the integrator cannot resolve of each force.
+void EventLocator::FindForceFloors(int seen) {
+  dynamics_->InverseMasses(&gain_);
+  double largest = 0;
+  for (int i : rigid_) {
+    const auto values = forces_.row(i).head(seen);
+    largest = std::max(largest, values.cwiseAbs().maxCoeff() * std::sqrt(gain_(i)));
+  }
+  const double h = stepper_->step();
+  for (int i : rigid_) {
+    floors_(i) = relative_tolerance_ * largest / std::sqrt(gain_(i)) +
+                 kQuietPull * 2 * floor_ / (gain_(i) * h * h);
+  }
+}
+
 /// Adds the forces to `open` that may vanish in the step, or set a margin; `pull` becomes the first
 /// place where one was seen to pull. False, with the guard in `event`, when the step does not
 /// resolve one of them.
 bool EventLocator::ScreenForces(bool probed, ContactMode* open, LocatedEvent* pull,
                                 LocatedEvent* event) {
   const int seen = kStepStages + (probed ? kNumProbes : 0);
+  FindForceFloors(seen);
   for (int i : rigid_) {
     const auto values = forces_.row(i).head(seen);
     const double lowest = values.minCoeff(), highest = values.maxCoeff();
     const double range = highest - lowest;
-    floors_(i) = floor_ * (1 + std::max(std::abs(lowest), std::abs(highest)));
     const bool dips = lowest < values(0) && lowest < values(kEndStage);
-    if (lowest > kForceReserve * range && lowest > floor_) {
+    if (lowest > kForceReserve * range && lowest > floors_(i)) {
       if (dips) margins_.force = std::min(margins_.force, lowest);
       continue;
     }
@@ -140,14 +160,14 @@ bool EventLocator::ScreenForces(bool probed, ContactMode* open, LocatedEvent* pu
       return false;
     }
     // The error of a quintic grows with the sixth power of the step.
-    const double growth = std::pow(std::max(bound.error, floors_(i)) / allowed, -1.0 / 6);
-    event->growth = std::min(event->growth, std::max(growth, kShorter));
+    const double growth = std::pow(bound.error / allowed, -1.0 / 6);
+    event->growth = std::min(event->growth, growth);
     const double reach = std::min(bound.lowest, lowest) - bound.error;
     const bool deeper = dips && reach < margins_.force;
     for (int k = 0; lowest < -allowed && k < seen; ++k) {
       if (values(k) < -allowed && StagePlace(k) < pull->theta) *pull = {false, StagePlace(k), i};
     }
-    if (reach <= floor_ || (deeper && lowest <= kMarginReserve * range)) {
+    if (reach <= floors_(i) || (deeper && lowest <= kMarginReserve * range)) {
       open->Insert(i);
     } else if (dips) {
       margins_.force = std::min(margins_.force, lowest);

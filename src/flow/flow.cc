@@ -36,7 +36,7 @@ Flow::Flow(const MechanicalSystem& system, double t, const VectorRef& x, Contact
       options_(options),
       on_manifold_(HasStateManifold(system)),
       dynamics_(system, u),
-      locator_(&dynamics_, options.absolute_tolerance),
+      locator_(&dynamics_, options.absolute_tolerance, options.relative_tolerance),
       zeno_(system.num_constraints(), options.zeno_interval),
       stepper_(system.state_size(), [this](const double* y, double* ydot) { Field(y, ydot); }),
       t_(t),

@@ -95,14 +95,18 @@ bool Flow::PassTransition() {
   return true;
 }
 
-/// What comes early or late by the error of its instant leaves an error in the positions. Errors of
-/// longer ago are those of all events to come alike, or have been forgotten.
+/// What the errors of the last arc become by its event. Those of longer ago are those of all events
+/// to come alike, or have been forgotten.
 void Flow::TallyTransition() {
-  double error = 0;
-  for (const EventInstant& instant : transition_.instants) error = std::max(error, instant.error);
-  const int d = system_.dof();
   run_error_ = arc_error_;
-  run_error_.AddEvent(error, transition_.x_plus.tail(d) - transition_.x_minus.tail(d));
+  if (transition_.activated.Empty()) return;
+  const int d = system_.dof();
+  const Vector v_minus = transition_.x_minus.tail(d);
+  system_.Constraints(transition_.x_minus.head(system_.num_positions()), v_minus, &terms_);
+  Matrix rows(transition_.activated.Size(), d);
+  Eigen::Index row = 0;
+  for (int i : transition_.activated) rows.row(row++) = terms_.jacobian.row(i);
+  run_error_.AddImpact(rows, rows * v_minus, transition_.x_plus.tail(d) - v_minus);
 }
 
 /// When the impacts up to this transition accumulate [s], if they do: intervals that shrink

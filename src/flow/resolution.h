@@ -94,6 +94,7 @@ class Resolution {
     return slope != 0 ? guard_error_(i) / std::abs(slope) : 0;
   }
   void Touch(int i, double slope);
+  void NoteUnresolvedDip(int i, double slope);
   void Warn(Outcome code, const std::string& message) {
     result_.warnings.push_back({code, result_.transition.t, message});
   }

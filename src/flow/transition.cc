@@ -84,6 +84,19 @@ void Resolution::Touch(int i, double slope) {
   }
 }
 
+/// A gap that opens again by itself, and closes by no more than it is known to: whether it touches
+/// at all is decided by errors.
+void Resolution::NoteUnresolvedDip(int i, double slope) {
+  const double sign = transition().mode_before.Contains(i) ? -1 : 1;
+  const double opening = sign * acceleration_(i);
+  if (!(opening > 0 && slope * slope <= 2 * opening * kInstantErrors * guard_error_(i))) return;
+  std::ostringstream what;
+  what << "constraint '" << Name(i) << "' is touched with normal velocity " << slope
+       << " m/s, where its gap opens again within its error of " << guard_error_(i)
+       << " m: grazing, as far as it is known";
+  transition().obstacle = {Outcome::kGrazing, Sentence(what.str())};
+}
+
 void Resolution::Collect(int trigger) {
   const double coordinates = transition().x_minus.head(nq_).cwiseAbs().maxCoeff();
   const double asked = rules_.simultaneity_tolerance;
@@ -106,6 +119,7 @@ void Resolution::Collect(int trigger) {
        : member               ? transition().vanishing
                               : transition().activated)
           .Insert(i);
+      if (!member) NoteUnresolvedDip(i, slope);
       double& margin = member ? result_.release_rate : result_.approach_speed;
       margin = std::min(margin, -slope);
     } else if (!member && !compliant_.Contains(i) && std::abs(slope) <= slow) {

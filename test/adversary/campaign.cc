@@ -4,11 +4,17 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <iostream>
 #include <mutex>
 #include <thread>
 
 namespace contact_flow {
 namespace adversary {
+namespace {
+
+constexpr long kProgress = 500;  // systems between two lines of progress
+
+}  // namespace
 
 const char* Name(Verdict::Kind kind) {
   switch (kind) {
@@ -35,6 +41,15 @@ long Campaign::Count(const std::string& kind) const {
   return count;
 }
 
+namespace {
+
+void PrintFinding(const Campaign::Finding& finding, std::ostream* out) {
+  *out << "CONTRADICTED seed " << finding.seed << " (" << finding.generator << ", "
+       << finding.reason << "): " << finding.detail << "\n";
+}
+
+}  // namespace
+
 void Campaign::Print(std::ostream* out) const {
   *out << systems << " systems: " << Count("right") << " right (" << directions << " directions, "
        << undecided << " more undecided), " << Count("refused") << " refused, " << Count("skipped")
@@ -48,10 +63,7 @@ void Campaign::Print(std::ostream* out) const {
            << ")\n";
     }
   }
-  for (const Finding& finding : contradicted) {
-    *out << "CONTRADICTED seed " << finding.seed << " (" << finding.generator << ", "
-         << finding.reason << "): " << finding.detail << "\n";
-  }
+  for (const Finding& finding : contradicted) PrintFinding(finding, out);
 }
 
 Campaign RunCampaign(std::uint64_t first_seed, long systems, int threads) {
@@ -59,6 +71,7 @@ Campaign RunCampaign(std::uint64_t first_seed, long systems, int threads) {
   campaign.systems = systems;
   std::atomic<long> next{0};
   std::mutex lock;
+  long judged = 0;
   const auto work = [&] {
     for (long k = next++; k < systems; k = next++) {
       const std::uint64_t seed = first_seed + static_cast<std::uint64_t>(k);
@@ -74,6 +87,10 @@ Campaign RunCampaign(std::uint64_t first_seed, long systems, int threads) {
         verdict.detail = error.what();
       }
       const std::lock_guard<std::mutex> guard(lock);
+      if (++judged % kProgress == 0) {
+        std::cerr << judged << " of " << systems << " judged, " << campaign.contradicted.size()
+                  << " contradicted\n";
+      }
       campaign.directions += verdict.directions;
       campaign.undecided += verdict.undecided;
       if (verdict.kind == Verdict::Kind::kRight) {
@@ -88,6 +105,7 @@ Campaign RunCampaign(std::uint64_t first_seed, long systems, int threads) {
       if (!added) place->second = std::min(place->second, seed);
       if (finding) {
         campaign.contradicted.push_back({seed, generator, verdict.reason, verdict.detail});
+        PrintFinding(campaign.contradicted.back(), &std::cerr);
       }
     }
   };

@@ -3,14 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 #include <vector>
 
 #include "contact_flow/derivative/b_derivative.h"
-#include "contact_flow/flow/simulate.h"
-#include "test/adversary/draw.h"
-#include "test/adversary/reference_flow.h"
+#include "test/adversary/directions.h"
+#include "test/adversary/laws.h"
+#include "test/adversary/trial.h"
 
 namespace contact_flow {
 namespace adversary {
@@ -29,12 +30,10 @@ constexpr int kDirections = 4;
 class Court {
  public:
   explicit Court(const Case& c)
-      : c_(c), d_(c.system->dof()), draw_(c.seed ^ 0x5bd1e995u), given_(*c.system, c.units) {
-    options_.law = c.law;
-  }
+      : c_(c), d_(c.system->dof()), directions_(c), trial_(c), given_(trial_.given()) {}
 
   Verdict Judge() {
-    if (!StartReference()) return verdict_;
+    StartReference();
     if (!Differentiate()) return verdict_;
     if (!base_.doubt.empty()) return Skip("reference: " + base_.doubt);
     // Directions keep what the library takes for a contact, and what is one.
@@ -42,6 +41,10 @@ class Court {
       if (B_.initial_mode.Contains(c_.units.constraint[i])) kept_.Insert(i);
     }
     if (!CompareStates()) return verdict_;
+    if (!Lawful(BrokenEnergyLaw(given_, run_)) ||
+        !Lawful(BrokenFlowLaw(given_, run_, B_, c_.units))) {
+      return verdict_;
+    }
     for (int k = 0; k < kDirections; ++k) {
       if (!Compare(Direction(k))) return verdict_;
     }
@@ -57,43 +60,21 @@ class Court {
     return verdict_;
   }
 
-  bool StartReference() {
+  void StartReference() {
     std::string doubt;
-    ReferenceFlow flow(*c_.system, options_);
-    held_ = flow.InitialMode(c_.x, c_.schedule.values.front(), &doubt);
+    held_ = trial_.InitialMode(&doubt);
     kept_ = held_;
     base_ = Run(Vector::Zero(Size()));
-    if (!doubt.empty() && base_.doubt.empty()) base_.doubt = doubt;
-    return true;
+    if (base_.doubt.empty()) base_.doubt = doubt;
   }
 
-  int Size() const { return 2 * d_ + c_.system->num_inputs() + 2; }
-
-  /// The reference from the start perturbed by w = (δq, δv, δu, δp).
-  ReferenceRun Run(const Vector& w) const {
-    InputSchedule schedule = c_.schedule;
-    const int m = c_.system->num_inputs();
-    for (Vector& u : schedule.values) u += w.segment(2 * d_, m);
-    const Vector p = w.tail(2);
-    if (p.isZero(0)) {
-      return ReferenceFlow(*c_.system, options_)
-          .Run(c_.x + w.head(2 * d_), schedule, c_.duration, kept_);
-    }
-    const RandomSystem other(c_.system->coefficients(), 1 + p(0), p(1));
-    return ReferenceFlow(other, options_).Run(c_.x + w.head(2 * d_), schedule, c_.duration, kept_);
-  }
+  ReferenceRun Run(const Vector& w) const { return trial_.Reference(w, kept_); }
+  int Size() const { return directions_.Size(); }
 
   /// What the library makes of it; false when there is no derivative.
   bool Differentiate() {
-    SimulateOptions options;
-    options.relative_tolerance = options.absolute_tolerance = c_.tolerance;
-    options.impact_law = c_.law;
-    options.max_seconds = 20;
-    options = c_.units.Scale(options);
-    InputSchedule schedule = c_.schedule;
-    for (double& t : schedule.grid) t *= c_.units.time;
     try {
-      run_ = Simulate(given_, c_.units.State(c_.x), schedule, c_.duration * c_.units.time, options);
+      run_ = trial_.Simulated(std::numeric_limits<double>::infinity());
     } catch (const std::invalid_argument& error) {
       return Refuse("start", error.what());
     }
@@ -135,33 +116,7 @@ class Court {
     return discontinuous ? "needless? outcomes draw together" : "quotients do not converge";
   }
 
-  /// The k-th direction, which the initial mode admits; some are ± of another.
-  Vector Direction(int k) {
-    Vector w = Vector::Zero(Size());
-    if (k == 1 && previous_.size() > 0) {
-      w = -previous_;
-      Admit(c_, kept_, &w);
-    } else {
-      const bool axis = k == 3 && draw_.Chance(0.5);
-      for (int i = 0; i < 2 * d_; ++i) w(i) = axis ? 0 : draw_.Normal();
-      if (axis) w(draw_.Below(2 * d_)) = 1;
-      if (k == 2 && draw_.Chance(0.5)) {
-        for (int i = 2 * d_; i < Size(); ++i) w(i) = draw_.Normal();
-      }
-      Admit(c_, kept_, &w);
-      // Nothing is left of it where contacts hold all coordinates.
-      w = w.norm() > 1e-6 ? Vector(w.normalized()) : Vector::Zero(Size());
-    }
-    previous_ = w;
-    return w;
-  }
-
-  Vector Given(const Vector& w) const {
-    Vector given = w;
-    given.head(2 * d_) = c_.units.State(w.head(2 * d_));
-    // The shift of the first gap is added in the old units.
-    return given;
-  }
+  Vector Direction(int k) { return directions_.Next(k, kept_); }
 
   bool CompareStates() {
     const Vector x = c_.units.Back(run_.FinalState());
@@ -169,11 +124,7 @@ class Court {
     const double off = (x - base_.x).cwiseAbs().maxCoeff() / (1 + base_.x.cwiseAbs().maxCoeff());
     if (off <= kSameState * gain * std::max(1.0, c_.tolerance / 1e-9)) return true;
     // A motion that multiplies errors: a perturbation of the tolerance tells by how much.
-    ReferenceOptions fine = options_;
-    fine.largest_step *= 0.37;
-    fine.feature *= 0.5;
-    const ReferenceRun again =
-        ReferenceFlow(*c_.system, fine).Run(c_.x, c_.schedule, c_.duration, held_);
+    const ReferenceRun again = trial_.Reference(Vector::Zero(Size()), held_, Trial::kFine);
     const double own = (again.x - base_.x).cwiseAbs().maxCoeff();
     double gain_of_errors = 0;
     for (int k = 0; k < 3; ++k) {
@@ -183,6 +134,13 @@ class Court {
     }
     if (!again.doubt.empty() || own > 0.01 * off || gain_of_errors * 3e-9 > 0.1 * off) {
       Skip("states differ, the reference is not sure");
+      return false;
+    }
+    // A gust shorter than the steps of the run is found with `max_step` alone, as documented.
+    const Vector fine_x = c_.units.Back(trial_.Simulated(c_.duration / 1000).FinalState());
+    if (!c_.system->coefficients().ridges.empty() &&
+        (fine_x - base_.x).cwiseAbs().maxCoeff() < 1e-3 * (x - base_.x).cwiseAbs().maxCoeff()) {
+      Skip("a gust is shorter than the steps, and found with max_step");
       return false;
     }
     verdict_.kind = Verdict::Kind::kContradicted;
@@ -205,11 +163,21 @@ class Court {
     return places.bits();
   }
 
-  /// B(w) beside quotients; false when it is contradicted.
+  /// The same, unless B refuses the direction.
   bool Compare(const Vector& w) {
     if (w.isZero(0)) return true;
-    if (B_.start.Leaves(Given(w)) >= 0) return true;  // it leaves the domain, and is refused
-    const Vector prediction = c_.units.Back(B_(Given(w)));
+    if (B_.start.Leaves(trial_.Given(w)) >= 0) return true;  // it leaves the domain
+    try {
+      return CompareAllowed(w);
+    } catch (const std::domain_error& reason) {
+      return Undecided(std::string("refused: ") + reason.what());
+    }
+  }
+
+  /// B(w) beside quotients; false when it is contradicted.
+  bool CompareAllowed(const Vector& w) {
+    if (!Lawful(BrokenHomogeneity(B_, trial_.Given(w), c_.units))) return false;
+    const Vector prediction = c_.units.Back(B_(trial_.Given(w)));
     const double size = std::max(1.0, prediction.cwiseAbs().maxCoeff());
     const double noise = (base_.settled ? 1e-9 : kReference) * (1 + base_.x.cwiseAbs().maxCoeff());
     std::vector<double> errors, alphas;
@@ -251,8 +219,10 @@ class Court {
       ++verdict_.directions;
       return true;
     }
-    const bool clear =
-        errors.size() >= 2 && errors.back() > kWrong * size && settled < 0.1 * errors.back();
+    // Events that are apart have an order, and a derivative, which holds for less than their delay.
+    const bool near = alphas.back() < 0.1 * ShortestInterval();
+    const bool clear = near && errors.size() >= 2 && errors.back() > kWrong * size &&
+                       settled < 0.1 * errors.back();
     if (!clear || !Sure(w, alphas.back(), errors.back())) {
       std::ostringstream text;
       text << "errors";
@@ -289,6 +259,23 @@ class Court {
     return false;
   }
 
+  /// Between two events of the run.
+  double ShortestInterval() const {
+    double interval = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 1; k < run_.transitions.size(); ++k) {
+      interval = std::min(interval, run_.transitions[k].t - run_.transitions[k - 1].t);
+    }
+    return interval / c_.units.time;
+  }
+
+  bool Lawful(const std::string& broken) {
+    if (broken.empty()) return true;
+    verdict_.kind = Verdict::Kind::kContradicted;
+    verdict_.reason = "law";
+    verdict_.detail = broken;
+    return false;
+  }
+
   bool Undecided(const std::string& why) {
     ++verdict_.undecided;
     verdict_.detail += "undecided: " + why + "; ";
@@ -297,13 +284,9 @@ class Court {
 
   /// The reference with other steps says the same.
   bool Sure(const Vector& w, double alpha, double error) {
-    ReferenceOptions fine = options_;
-    fine.largest_step *= 0.37;
-    fine.feature *= 0.5;
-    std::swap(fine, options_);
-    const ReferenceRun base = Run(Vector::Zero(Size())), moved = Run(alpha * w);
-    const ReferenceRun other = Run(0.5 * alpha * w);
-    std::swap(fine, options_);
+    const auto fine = [&](const Vector& by) { return trial_.Reference(by, kept_, Trial::kFine); };
+    const ReferenceRun base = fine(Vector::Zero(Size())), moved = fine(alpha * w);
+    const ReferenceRun other = fine(0.5 * alpha * w);
     const ReferenceRun coarse = Run(alpha * w);
     if (!base.doubt.empty() || !moved.doubt.empty() || !other.doubt.empty()) return false;
     const Vector here = (coarse.x - base_.x) / alpha, there = (moved.x - base.x) / alpha;
@@ -314,15 +297,14 @@ class Court {
 
   const Case& c_;
   const int d_;
-  Draw draw_;
-  RescaledSystem given_;
-  ReferenceOptions options_;
+  Directions directions_;
+  const Trial trial_;
+  const RescaledSystem& given_;
   ContactMode held_;  // at the start, by the reference
   ContactMode kept_;  // by directions: also what the library holds
   ReferenceRun base_;
   Trajectory run_;
   BDerivative B_;
-  Vector previous_;
   Verdict verdict_;
 };
 

@@ -25,10 +25,6 @@ const char* Name(Verdict::Kind kind);
 /// Simulates, differentiates and holds both against quotients of the reference simulator.
 Verdict Judge(const Case& c);
 
-/// Turns w = (δq, δv, δu, δp) to a direction that keeps these contacts to first order and does not
-/// push others that touch at the start.
-void Admit(const Case& c, ContactMode kept, Vector* w);
-
 /// How far the library's own quotient along w, at tight tolerances, is off a prediction; a
 /// sentence.
 std::string SecondOpinion(const Case& c, const Vector& w, const Vector& prediction, double alpha);

@@ -52,7 +52,7 @@ struct Waves : test::UnitMasses<2, 1> {
   }
 };
 
-/// A block on a floor, λ = load − drift w + cos w, with w a clock: many periods pass before it lets
+/// A block on a floor, λ/unit = load − drift w + cos w, with w a clock: many periods pass before it lets
 /// go.
 struct Shaken : test::UnitMasses<2, 1> {
   static constexpr const char* kName = "shaken";
@@ -61,9 +61,10 @@ struct Shaken : test::UnitMasses<2, 1> {
   static constexpr std::array<const char*, 1> kConstraintNames = {"floor"};
   template <class P>
   struct Parameters {
-    P load = 1, drift = 0;
+    P unit = 1, load = 1, drift = 0;
     template <class V>
     void Visit(V&& visit) {
+      visit(unit, "unit", "", "of force", Range::kPositive);
       visit(load, "load", "N", "at first", Range::kAny);
       visit(drift, "drift", "N/rad", "of the load", Range::kAny);
     }
@@ -73,7 +74,7 @@ struct Shaken : test::UnitMasses<2, 1> {
                     const Eigen::Matrix<S, 2, 1>&, const Eigen::Matrix<S, 0, 1>&,
                     Eigen::Matrix<S, 2, 1>* f) {
     using std::cos;
-    (*f)(0) = p.drift * q(1) - p.load - cos(q(1));
+    (*f)(0) = p.unit * (p.drift * q(1) - p.load - cos(q(1)));
     (*f)(1) = S(0.0);
   }
   template <class P, class S>
@@ -241,6 +242,21 @@ TEST(QuickForces, ABlockAtRestIsReleasedLate) {
     ASSERT_FALSE(run.transitions.empty()) << "ω = " << omega << ": " << run.status.message;
     // λ is known to rounding and slopes, at the shallowest, like √(2·1e-6) ω.
     EXPECT_NEAR(release, run.transitions[0].t, 1e-8 / omega) << "ω = " << omega;
+  }
+}
+
+/// Nothing but the forces themselves tells what a small one is.
+TEST(QuickForces, ABlockAtRestIsReleasedWhateverTheUnit) {
+  const double load = 0.5, omega = 3, release = std::acos(-load) / omega;
+  SimulateOptions options;
+  options.max_events = 1;
+  for (const double unit : {1e-10, 1e-6, 1e-3, 1e3, 1e10}) {
+    const auto system = test::Make<Shaken>({{"unit", unit}, {"load", load}});
+    Vector x(4);
+    x << 0, 0, 0, omega;
+    const Trajectory run = Simulate(system, x, Vector(0), 1, options);
+    ASSERT_FALSE(run.transitions.empty()) << "unit " << unit;
+    EXPECT_NEAR(release, run.transitions[0].t, 1e-8) << "unit " << unit;
   }
 }
 

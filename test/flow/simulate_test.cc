@@ -271,5 +271,17 @@ TEST(InitialModes, FollowForceComplementarity) {
   EXPECT_EQ(ContactMode(), InitialMode(*system, pulled, Vector(0)));
 }
 
+/// The errors of the last two arcs tell how well an instant is known; bounces turn them and do not
+/// add to them.
+TEST(Instants, OfManyBouncesStayKnown) {
+  const auto ball = MakeModel("bouncing_ball", {{"restitution", 1.0}});
+  const Trajectory run = Simulate(*ball, ball->nominal().x, Vector(0), 60);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  ASSERT_GT(run.transitions.size(), 50u);
+  for (const Transition& transition : run.transitions) {
+    EXPECT_LE(transition.tolerance, 1e-8) << "at t = " << transition.t;
+  }
+}
+
 }  // namespace
 }  // namespace contact_flow

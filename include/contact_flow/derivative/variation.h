@@ -14,6 +14,9 @@ struct VariationStatistics {
   long rejected_steps = 0;
   double flow_law_residual = 0;
   double error_estimate = 0;
+  /// How far the state would have to move for the force of rigid member i to vanish, each coordinate
+  /// by the same: the largest of λ_i / Σ_k |∂λ_i/∂x_k| seen along the arc [n]; 0 elsewhere.
+  Vector push_reach;
 };
 
 /// The propagator of one arc (Lemma 1 of the paper): Φ(t_end) [2d+k × 2d+k] of the variational

@@ -52,6 +52,14 @@ class ContactDynamics {
   /// dλ_i/dt alone.
   double ForceRate(const VectorRef& x, ContactMode mode, int i);
 
+  /// G_ii = Da_i M⁻¹ Da_iᵀ [1/kg] of the rigid members J and the bilateral constraints where they
+  /// were last evaluated; `gain` [n+l] stays as it is elsewhere.
+  void InverseMasses(Vector* gain) const {
+    for (std::size_t k = 0; k < active_.size(); ++k) {
+      (*gain)(active_[k]) = reach_.col(static_cast<Eigen::Index>(k)).squaredNorm();
+    }
+  }
+
   /// Calls of Evaluate so far.
   long evaluations() const { return evaluations_; }
 

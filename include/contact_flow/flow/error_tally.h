@@ -18,9 +18,11 @@ class ErrorTally {
 
   /// The step that was tried last is accepted.
   void AddStep(const Dop853& stepper);
-  /// An event whose time has an estimated error [s], and at which the velocity jumps by v⁺ − v⁻ [d]:
-  /// e_q ← e_q + |v⁺ − v⁻| δt.
-  void AddEvent(double time_error, const VectorRef& jump);
+  /// Impacts of constraints with gradients `rows` [k×d] and rates Da v⁻ [k] at which the velocity
+  /// jumps by v⁺ − v⁻ [d]. One that comes early or late leaves an error in the positions, with its
+  /// sign: e_q ← |I + (v⁺ − v⁻) Da / (Da v⁻)| e_q, so that a bounce turns an error and does not add
+  /// to it. Of several e_q ← e_q + |v⁺ − v⁻| max_i (|Da_i| e_q / |Da_i v⁻|).
+  void AddImpact(const Matrix& rows, const Vector& rates, const VectorRef& jump);
   void Reset() { error_.setZero(); }
 
   const Vector& error() const { return error_; }

@@ -59,13 +59,16 @@ struct GuardMargins {
 /// probe sees the slope around it.
 ///
 /// A zero counts only if the guard falls below −floor after it; the floor stands for what the
-/// integrator cannot resolve.
+/// integrator cannot resolve. Of a gap it is the absolute tolerance. Of a force it is the relative
+/// tolerance of the forces in the mode, as this contact would feel them, λ_j √(G_jj/G_ii), and a
+/// millionth of the pull that moves the gap by the absolute tolerance in one step,
+/// 2 tolerance/(G_ii h²): no unit decides.
 class EventLocator {
  public:
   static constexpr double kGapExtent = 1.0 / 6, kGapExtentFree = 1.0 / 12;
   static constexpr double kForceExtent = 4.0 / 15, kForceExtentFree = 1.0 / 7;
 
-  EventLocator(ContactDynamics* dynamics, double floor);
+  EventLocator(ContactDynamics* dynamics, double absolute_tolerance, double relative_tolerance);
   EventLocator(const EventLocator&) = delete;
   EventLocator& operator=(const EventLocator&) = delete;
 
@@ -95,13 +98,15 @@ class EventLocator {
   double GapSign(int i) const { return mode_.Contains(i) ? -1 : 1; }
   void Sample(double theta, ContactMode set, double* value, double* rate);
   ContactMode OpenGaps(bool free) const;
+  void FindForceFloors(int seen);
   bool ScreenForces(bool probed, ContactMode* open, LocatedEvent* pull, LocatedEvent* event);
   void ProbeForces();
   void SearchGaps(ContactMode gaps, bool free, LocatedEvent* event);
   void SearchForces(ContactMode members, LocatedEvent* event);
 
   ContactDynamics* dynamics_;
-  const double floor_;
+  const double floor_;  // of gaps
+  const double relative_tolerance_;
   const bool affine_;
   GuardSearch search_;
   Dop853* stepper_ = nullptr;
@@ -115,6 +120,7 @@ class EventLocator {
   ConstraintTerms terms_;
   Vector x_;
   Vector floors_;  // [n]
+  Vector gain_;    // G_ii of the members [n+l]
   GuardMargins margins_;
 };
 

@@ -114,6 +114,7 @@ struct Trajectory {
   /// The one it was made with, or the largest that the errors of the instants asked for [s].
   double simultaneity_tolerance = 0;
   ImpactLaw impact_law = ImpactLaw::kComplementarity;  ///< the one it was made with
+  double absolute_tolerance = 0;                       ///< the one it was made with
 
   double t_begin() const { return arcs.front().t_begin; }
   double t_end() const { return arcs.back().t_end; }
