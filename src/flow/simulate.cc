@@ -73,6 +73,8 @@ Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x,
   Trajectory trajectory;
   trajectory.simultaneity_tolerance = options.simultaneity_tolerance;
   trajectory.impact_law = options.impact_law;
+  trajectory.gap_tolerance = options.gap_tolerance;
+  trajectory.speed_tolerance = options.speed_tolerance;
   trajectory.arcs.push_back(ArcFrom(flow));
   std::size_t next = 1;  // of the schedule
   while (flow.status().ok() && flow.t() < end) {
