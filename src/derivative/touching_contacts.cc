@@ -95,11 +95,12 @@ Status CheckTouching(ContactDynamics* dynamics, const Transition& transition,
       const double size = (row.cwiseAbs() * tangents.cwiseAbs()).maxCoeff();
       if ((row * tangents).cwiseAbs().maxCoeff() <= kKept * size) continue;
       std::ostringstream message;
-      message << "at t = " << transition.t << " s the contact '"
-              << system.description().constraints[static_cast<std::size_t>(i)]
-              << "' touches without force when it is "
-              << (transition.activated.Empty() ? "pressed" : "hit")
-              << "; a perturbed run may touch it earlier, later or not, which is not differentiated";
+      message
+          << "at t = " << transition.t << " s the contact '"
+          << system.description().constraints[static_cast<std::size_t>(i)]
+          << "' touches without force when it is "
+          << (transition.activated.Empty() ? "pressed" : "hit")
+          << "; a perturbed run may touch it earlier, later or not, which is not differentiated";
       return {Outcome::kNotDifferentiable, message.str()};
     }
   }
