@@ -99,20 +99,21 @@ Matrix JacobianChange(ContactDynamics* dynamics, const Vector& x, ContactMode mo
   return change / step;
 }
 
-/// What errors e [2d] at the beginning and at the end of an arc change in Φ [2d × 2d+k]: velocities
-/// by
-///   ∫ D²F[e, Φ w] dt ≈ T (|D²F e| at the end · Φ + Φ · |D²F e| at the beginning) / 2,
+/// What an error e [2d] in the middle of an arc changes in Φ [2d × 2d+k]: velocities by
+///   ∫ D²F[e, Φ w] dt ≈ T D²F e (I + Φ) / 2,
 /// and positions by T/2 of that.
 Matrix PropagatorChange(ContactDynamics* dynamics, const Arc& arc, const Matrix& Phi,
-                        const Vector& begin, const Vector& end) {
+                        const Vector& e) {
   const int d = dynamics->system().dof();
   Matrix change = Matrix::Zero(2 * d, Phi.cols());
   const double half = (arc.t_end - arc.t_begin) / 2;
   if (!(half > 0)) return change;
-  const Matrix first = JacobianChange(dynamics, arc.x_begin, arc.mode, begin);
-  if (first.size() > 0) change.bottomRows(d).noalias() += half * (Phi.block(d, d, d, d) * first);
-  const Matrix last = JacobianChange(dynamics, arc.x_end, arc.mode, end);
-  if (last.size() > 0) change.bottomRows(d).noalias() += half * (last * Phi);
+  Vector x = arc.x_begin;
+  arc.dense.Evaluate(arc.t_begin + half, x.data());
+  const Matrix bend = JacobianChange(dynamics, x, arc.mode, e);
+  if (bend.size() == 0) return change;
+  change.bottomRows(d) = half * bend;
+  change.bottomRows(d).noalias() += half * (bend * Phi);
   change.topRows(d) = half * change.bottomRows(d);
   return change;
 }
@@ -123,8 +124,15 @@ double PropagatorError(double estimated, double tolerance) {
   return estimated > kExact ? std::max(error, kSharpest * tolerance) : error;
 }
 
+/// A selection of each event.
+std::vector<Matrix> Resets(const BDerivative& derivative) {
+  std::vector<Matrix> resets;
+  for (const EventMap& event : derivative.events) resets.push_back(event.AnySelection());
+  return resets;
+}
+
 /// Errors of the factors, carried to the end, along a tangent at the beginning of the first arc.
-Vector ErrorFrom(const BDerivative& derivative, Vector tangent) {
+Vector ErrorFrom(const BDerivative& derivative, const std::vector<Matrix>& resets, Vector tangent) {
   const Eigen::Index d2 = derivative.time.size(), size = tangent.size();
   const std::vector<double>& parts = derivative.part_errors;
   Probes errors;
@@ -142,7 +150,7 @@ Vector ErrorFrom(const BDerivative& derivative, Vector tangent) {
       errors[j].head(d2) += Sign(j, 4 * k + 1, -1) * bend;
     }
     if (k + 1 == derivative.arcs.size()) break;
-    const Matrix reset = derivative.events[k].AnySelection();
+    const Matrix& reset = resets[k];
     const Vector after = reset * tangent;
     const Vector jump = parts[2 * k + 1] * (after - tangent).head(d2).cwiseAbs();
     for (int j = 0; j < kProbes; ++j) {
@@ -164,37 +172,34 @@ void EstimateErrors(const Trajectory& trajectory, std::size_t first,
   const Eigen::Index size = derivative->arcs.front().rows();
   Probes probes;
   probes.fill(Vector::Zero(size));
+  const std::vector<Matrix> resets = Resets(*derivative);
   derivative->part_errors.clear();
   derivative->part_bends.clear();
   for (std::size_t k = 0; k < derivative->arcs.size(); ++k) {
     const Arc& arc = trajectory.arcs[first + k];
     const Vector local = ArcError(arc);
-    for (int j = 0; j < kProbes; ++j) Disturb(j, 4 * k, local, &probes[j]);
-    const Vector begin = Signed(0, 4 * k, RootMeanSquare(probes).head(tangents));
     for (int j = 0; j < kProbes; ++j) {
+      Disturb(j, 4 * k, local, &probes[j]);
       probes[j] = derivative->arcs[k] * probes[j];
       Disturb(j, 4 * k + 1, local, &probes[j]);
     }
-    const Vector e = RootMeanSquare(probes);
+    const Vector e = Signed(0, 4 * k, RootMeanSquare(probes).head(tangents));
     derivative->part_errors.push_back(propagator_errors[k]);
-    derivative->part_bends.push_back(PropagatorChange(dynamics[k].get(), arc, derivative->arcs[k],
-                                                      begin,
-                                                      Signed(0, 4 * k + 1, e.head(tangents))));
+    derivative->part_bends.push_back(
+        PropagatorChange(dynamics[k].get(), arc, derivative->arcs[k], e));
     if (k + 1 == derivative->arcs.size()) break;
     derivative->part_errors.push_back(
         RelativeRateError(system, trajectory.transitions[first + k], probes));
-    const Matrix reset = derivative->events[k].AnySelection();
-    for (Vector& probe : probes) probe = reset * probe;
+    for (Vector& probe : probes) probe = resets[k] * probe;
   }
   derivative->trust.state_error = kStateSafety * RootMeanSquare(probes).head(tangents);
-  double squared = 0;
-  for (int j = 0; j < kProbes; ++j) {
-    const Vector w = Signed(j, 2, Vector::Ones(size));
-    squared += ErrorFrom(*derivative, w).cwiseAbs2().maxCoeff() / static_cast<double>(size);
-  }
-  derivative->trust.derivative_error = std::sqrt(squared / kProbes);
+  // Along one direction with a part in all, |w| = 1.
+  const Vector w = Signed(0, 2, Vector::Constant(size, 1 / std::sqrt(static_cast<double>(size))));
+  derivative->trust.derivative_error = ErrorFrom(*derivative, resets, w).cwiseAbs().maxCoeff();
 }
 
-Vector BDerivative::Error(const VectorRef& w) const { return ErrorFrom(*this, start(Complete(w))); }
+Vector BDerivative::Error(const VectorRef& w) const {
+  return ErrorFrom(*this, Resets(*this), start(Complete(w)));
+}
 
 }  // namespace contact_flow
