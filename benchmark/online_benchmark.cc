@@ -97,7 +97,7 @@ class Loop {
   void Mark() {
     BDerivativeOptions options;
     options.tolerance = 1e-6;
-    rolling_ = std::make_unique<RollingDerivative>(flow_.get(), directions_, options, 1e-7);
+    rolling_ = std::make_unique<RollingDerivative>(flow_.get(), directions_, options, Options());
   }
   static SimulateOptions Options() {
     SimulateOptions options;

@@ -12,6 +12,7 @@
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "error_estimate.h"
 #include "event_laws.h"
+#include "touching_contacts.h"
 
 namespace contact_flow {
 
@@ -34,6 +35,45 @@ Status CheckTransition(const Transition* before, const Transition& transition,
           << " s an event coincides with a change of the input: which comes first decides";
   return {Outcome::kNotDifferentiable, message.str()};
 }
+
+namespace {
+
+/// The first transition before arc `last` at which the outcome is discontinuous; the maps up to it.
+Status FirstJump(const Trajectory& trajectory,
+                 const std::vector<std::shared_ptr<ContactDynamics>>& dynamics, std::size_t last,
+                 std::vector<EventMap>* events) {
+  try {
+    for (std::size_t k = 0; k < last; ++k) {
+      const Transition& transition = trajectory.transitions[k];
+      if (transition.completes_zeno || !transition.obstacle.ok()) break;
+      events->emplace_back(dynamics[k], transition);
+      const Status& status = events->back().status();
+      if (status.outcome == Outcome::kDiscontinuous) return status;
+      if (!status.ok()) break;
+    }
+  } catch (const std::domain_error&) {  // then there is no such map
+  }
+  return {};
+}
+
+/// Contacts that touch without force are to touch in every perturbed run.
+Status CheckTouchingContacts(const Trajectory& trajectory, std::size_t first,
+                             const std::vector<std::shared_ptr<ContactDynamics>>& dynamics,
+                             const BDerivative& derivative) {
+  for (std::size_t k = 0; k < derivative.events.size(); ++k) {
+    const Transition& transition = trajectory.transitions[first + k];
+    if (transition.touching.Empty()) continue;
+    Matrix tangents = derivative.arcs[0];
+    for (std::size_t j = 0; j < k; ++j) {
+      tangents = derivative.arcs[j + 1] * derivative.events[j].AnySelection() * tangents;
+    }
+    const Status status = CheckTouching(dynamics[first + k].get(), transition, tangents);
+    if (!status.ok()) return status;
+  }
+  return {};
+}
+
+}  // namespace
 
 /// w with (δu, δp) = 0 where they are left out.
 Vector BDerivative::Complete(const VectorRef& w) const {
@@ -176,9 +216,15 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
   }
   if (first == 0) {  // a later beginning is reached by what came before it
     derivative.start =
-        StartCone(dynamics[0].get(), arcs[0].x_begin, arcs[0].mode, arcs[0].t_begin);
+        StartCone(dynamics[0].get(), arcs[0].x_begin, arcs[0].mode, arcs[0].t_begin,
+                  trajectory.gap_tolerance, trajectory.speed_tolerance);
+    // A run that is not even continuous in x says so first.
     derivative.status = derivative.start.status();
-    if (!derivative.status.ok()) return derivative;
+    if (!derivative.status.ok()) {
+      const Status jump = FirstJump(trajectory, dynamics, last, &derivative.events);
+      if (!jump.ok()) derivative.status = jump;
+      return derivative;
+    }
   }
   derivative.events.reserve(last - first);
   try {
@@ -205,6 +251,8 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
       derivative.trust.flow_law =
           std::max(derivative.trust.flow_law, statistics.flow_law_residual);
     }
+    derivative.status = CheckTouchingContacts(trajectory, first, dynamics, derivative);
+    if (!derivative.status.ok()) return derivative;
     derivative.time =
         dynamics[last]->Field(arcs[last].x_end, arcs[last].mode).head(2 * system.dof());
     derivative.CarryNeglected();

@@ -7,8 +7,10 @@
 #include <stdexcept>
 #include <utility>
 
+#include "contact_groups.h"
 #include "impact_sequences.h"
 #include "neglected_coupling.h"
+#include "touching_contacts.h"
 #include "touching_frame.h"
 
 namespace contact_flow {
@@ -21,43 +23,6 @@ constexpr double kOrthogonal = 1e-6;
 constexpr double kRounding = 1e-12;
 /// Orders that are tried where there are too many to follow all.
 constexpr std::size_t kTried = 500;
-
-/// Contacts that G couples.
-std::vector<ContactMode> Groups(ContactMode touching,
-                                const std::function<bool(int, int)>& orthogonal) {
-  std::vector<ContactMode> groups;
-  ContactMode left = touching;
-  while (!left.Empty()) {
-    ContactMode group({*left.begin()}), added = group;
-    left = left - group;
-    while (!added.Empty()) {
-      ContactMode next;
-      for (int i : added) {
-        for (int j : left) {
-          if (!orthogonal(i, j)) next.Insert(j);
-        }
-      }
-      left = left - next;
-      group = group | next;
-      added = next;
-    }
-    groups.push_back(group);
-  }
-  return groups;
-}
-
-/// One contact, or class B.
-bool Harmless(const TouchingFrame& frame, ContactMode group,
-              const std::function<bool(int, int)>& orthogonal) {
-  if (group.Size() < 2) return true;
-  for (int i : group) {
-    if (frame.Restitution(i) > 0) return false;
-    for (int j : group.Without(i)) {
-      if (frame.G(frame.Row(i), frame.Row(j)) > 0 && !orthogonal(i, j)) return false;
-    }
-  }
-  return true;
-}
 
 class Classifier {
  public:
@@ -73,6 +38,11 @@ class Classifier {
 
   ClusterReport Report() {
     SortIntoGroups();
+    const ContactMode open = transition_.touching & coupled_;
+    if (!open.Empty() && !JudgeTouching(&dynamics_, transition_, frame_, open, Rules(kTried),
+                                        &report_)) {
+      return report_;
+    }
     const ContactMode vanishing = transition_.vanishing & frame_.touching & coupled_;
     const int impacts = transition_.activated.Size();
     const bool decided = impacts > 1 || !vanishing.Empty();
@@ -120,6 +90,7 @@ class Classifier {
     rules.rest.resize(static_cast<std::size_t>(system_.num_constraints()));
     for (int i : frame_.touching) rules.rest[static_cast<std::size_t>(i)] = neglected_.Rest(i);
     rules.same = [this](const Vector& a, const Vector& b) { return Same(a, b); };
+    rules.shut = transition_.touching;
     return rules;
   }
 
@@ -303,7 +274,8 @@ const char* ContactClassName(ContactClass contact_class) {
 
 ClusterReport ClassifyCluster(ContactDynamics* dynamics, const Transition& transition) {
   const ContactMode touching =
-      (transition.mode_before - dynamics->system().compliant()) | transition.activated;
+      (transition.mode_before - dynamics->system().compliant()) | transition.activated |
+      transition.touching;
   ClusterReport report;
   report.neglected_jump = Vector::Zero(dynamics->system().dof());
   if (transition.activated.Empty() || touching.Size() < 2) return report;

@@ -3,10 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace contact_flow {
 namespace {
+
+/// First-order times that differ by less than this, relative, coincide.
+constexpr double kTie = 1e-8;
 
 /// The activations of a transition, and what the run knows of their instants, in that order.
 std::vector<EventInstant> InOrder(const Transition& transition, const EventMap& map) {
@@ -30,7 +34,7 @@ ClusterReading ReadClusters(const Trajectory& trajectory, const BDerivative& der
   ClusterReading reading;
   Vector tangent = Vector::Zero(derivative.arcs.front().cols());
   tangent.head(w.size()) = w;
-  Vector in_order = tangent = derivative.arcs.front() * tangent;
+  Vector in_order = tangent = derivative.arcs.front() * derivative.start(tangent);
   for (std::size_t k = 0; k < derivative.events.size(); ++k) {
     const EventMap& map = derivative.events[k];
     const std::vector<EventInstant> instants = InOrder(trajectory.transitions[k], map);
@@ -42,13 +46,18 @@ ClusterReading ReadClusters(const Trajectory& trajectory, const BDerivative& der
       for (std::size_t i = 0; i + 1 < order.size(); ++i) {
         const auto row = static_cast<Eigen::Index>(i);
         const double closing = times(row) - times(row + 1);
-        if (!(closing > 0)) continue;
+        const double size = std::abs(times(row)) + std::abs(times(row + 1));
+        if (!(closing > kTie * size)) continue;
         const double apart = std::max(instants[i + 1].offset - instants[i].offset,
                                       instants[i].error + instants[i + 1].error);
         reading.inner_radius = std::max(reading.inner_radius, apart / closing);
       }
-      in_order = map.Selection(order) * in_order;
-    } else {
+      if (map.PiecewiseLinear(order).ok()) {
+        in_order = map.Selection(order) * in_order;
+      } else {
+        in_order.setConstant(std::numeric_limits<double>::quiet_NaN());
+      }
+    } else if (in_order.allFinite()) {
       in_order = map(in_order);
     }
     tangent = derivative.arcs[k + 1] * map(tangent);

@@ -78,7 +78,7 @@ void AssessImpact(const MechanicalSystem& system, const Transition& transition, 
   const Vector q = transition.x_minus.head(nq), v = transition.x_minus.tail(d);
   const InverseInertia inertia(system, q, v);
   const ContactMode touching =
-      (transition.mode_before | transition.activated) - system.compliant();
+      (transition.mode_before | transition.activated | transition.touching) - system.compliant();
   const Matrix rows = inertia.Rows(touching);
   trust->condition = std::max(ScaledCondition(inertia.mass()),
                               ScaledCondition(rows * (inertia * rows.transpose())));

@@ -33,14 +33,14 @@ void EventMap::AddInstant(ContactMode S, const Vector& v) const {
   instant.v = v;
   const ContactMode compliant = system_->compliant();
   if (S.Empty()) {
-    instant.resting = transition_.mode_before - compliant;
+    instant.resting = (transition_.mode_before - compliant) | transition_.touching;
   } else {
     ContactMode elastic;  // members of S that have bounced
     for (int j : S & transition_.activated) {
       if (system_->restitution()(j) > 0) elastic.Insert(j);
     }
-    instant.resting =
-        Resting(v, (transition_.mode_before | (S & transition_.activated)) - compliant, elastic);
+    const ContactMode rested = (transition_.mode_before - compliant) | transition_.touching;
+    instant.resting = Resting(v, rested | (S & transition_.activated), elastic);
     if (S == events_) instant.resting = instant.resting | (transition_.mode_after - compliant);
   }
   // r_j = D(Da_j v) w: by q, by v and by parameters.

@@ -16,10 +16,12 @@ constexpr double kClear = 20;         // an error this far above the resolution 
 constexpr double kSmallestSeparation = 1e-14;
 
 /// Least-squares slope of log(error) over log(α).
-double Slope(const std::vector<QuotientSample>& samples, double resolution) {
+double Slope(const std::vector<QuotientSample>& samples, double resolution,
+             double prediction_error) {
   double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
   for (const QuotientSample& sample : samples) {
-    if (!sample.status.ok() || !(sample.error > kClear * resolution / sample.alpha)) continue;
+    const double noise = std::max(kClear * resolution / sample.alpha, prediction_error);
+    if (!sample.status.ok() || !(sample.error > noise)) continue;
     const double x = std::log(sample.alpha), y = std::log(sample.error);
     n += 1;
     sx += x;
@@ -64,9 +66,9 @@ Perturbed Perturb(const MechanicalSystem& system, const SystemFactory& factory,
 QuotientReport CompareWithQuotients(const MechanicalSystem& system, const VectorRef& x,
                                     const VectorRef& u, double duration, const VectorRef& direction,
                                     const VectorRef& prediction, const std::vector<double>& alphas,
-                                    const SimulateOptions& options) {
+                                    const SimulateOptions& options, double prediction_error) {
   return CompareWithQuotients(system, SystemFactory(), Variables(), x, InputSchedule::Constant(u),
-                              duration, direction, prediction, alphas, options);
+                              duration, direction, prediction, alphas, options, prediction_error);
 }
 
 QuotientReport CompareWithQuotients(const MechanicalSystem& system, const SystemFactory& factory,
@@ -74,7 +76,7 @@ QuotientReport CompareWithQuotients(const MechanicalSystem& system, const System
                                     const InputSchedule& input, double duration,
                                     const VectorRef& direction, const VectorRef& prediction,
                                     const std::vector<double>& alphas,
-                                    const SimulateOptions& options) {
+                                    const SimulateOptions& options, double prediction_error) {
   const int n = 2 * system.dof(), size = n + variables.Size(system);
   if (direction.size() != size || prediction.size() != n) {
     throw std::invalid_argument("direction and prediction need " + std::to_string(size) + " and " +
@@ -122,7 +124,8 @@ QuotientReport CompareWithQuotients(const MechanicalSystem& system, const System
     }
     report.samples.push_back(sample);
   }
-  report.slope = Slope(report.samples, report.resolution);
+  report.prediction_error = prediction_error;
+  report.slope = Slope(report.samples, report.resolution, prediction_error);
   return report;
 }
 

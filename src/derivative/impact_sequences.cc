@@ -28,10 +28,12 @@ ImpactSequences::ImpactSequences(ContactDynamics* dynamics, const Transition& tr
       q_(transition.x_minus.head(system_.num_positions())),
       pressed_(transition.mode_after & system_.compliant()),
       longest_(kMaxImpactsPerActivation *
-               (transition.activated | (transition.vanishing & frame.touching)).Size()) {
+               (transition.activated | (transition.touching - rules_.shut) |
+                (transition.vanishing & frame.touching))
+                   .Size()) {
   path_.impulse = Vector::Zero(system_.num_constraints() + system_.num_bilateral());
   const State begin = {transition.x_minus.tail(system_.dof()),
-                       transition.mode_before & frame.touching, ContactMode()};
+                       (transition.mode_before | rules_.shut) & frame.touching, ContactMode()};
   for (const State& state : Branches(begin, transition.vanishing & begin.resting)) {
     Visit(state, false);
   }

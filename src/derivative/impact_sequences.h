@@ -33,6 +33,7 @@ struct SequenceRules {
   /// Whether two velocities are one outcome.
   std::function<bool(const Vector&, const Vector&)> same;
   std::size_t max_orders = kMaxListedOrders;
+  ContactMode shut;  ///< contacts beyond J⁻ that touch without force, and rest at the beginning
 };
 
 /// The sequences of single impacts from (ρ, v⁻), in the limit of small separations w → 0.

@@ -17,7 +17,8 @@ std::vector<OrderOutcome> ListOrderOutcomes(ContactDynamics* dynamics,
   if (transition.activated.Size() > kMaxOrderedActivations) return {};
   const MechanicalSystem& system = dynamics->system();
   const TouchingFrame frame(system, transition.x_minus.head(system.num_positions()),
-                            (transition.mode_before - system.compliant()) | transition.activated,
+                            (transition.mode_before - system.compliant()) | transition.activated |
+                                transition.touching,
                             transition.impact_law);
   const NeglectedCoupling neglected(dynamics, transition, frame);
   SequenceRules rules;
@@ -26,7 +27,15 @@ std::vector<OrderOutcome> ListOrderOutcomes(ContactDynamics* dynamics,
   rules.same = [](const Vector& a, const Vector& b) {
     return (a - b).cwiseAbs().maxCoeff() <= kSame * (1 + a.cwiseAbs().maxCoeff());
   };
-  return ImpactSequences(dynamics, transition, frame, rules).outcomes;
+  rules.shut = transition.touching;
+  std::vector<OrderOutcome> outcomes =
+      ImpactSequences(dynamics, transition, frame, rules).outcomes;
+  if (transition.touching.Empty()) return outcomes;
+  rules.shut = ContactMode();
+  for (const OrderOutcome& open : ImpactSequences(dynamics, transition, frame, rules).outcomes) {
+    outcomes.push_back(open);
+  }
+  return outcomes;
 }
 
 }  // namespace contact_flow

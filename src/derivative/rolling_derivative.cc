@@ -7,16 +7,18 @@
 #include <string>
 
 #include "contact_flow/derivative/event_map.h"
+#include "contact_flow/derivative/start_cone.h"
 #include "contact_flow/derivative/variation.h"
+#include "touching_contacts.h"
 
 namespace contact_flow {
 
 RollingDerivative::RollingDerivative(OnlineFlow* flow, const Matrix& directions,
                                      const BDerivativeOptions& options,
-                                     double simultaneity_tolerance)
+                                     const SimulateOptions& run)
     : system_(flow->system()),
       options_(options),
-      simultaneity_tolerance_(simultaneity_tolerance),
+      simultaneity_tolerance_(run.simultaneity_tolerance),
       directions_(directions),
       mark_(flow->now()),
       node_(mark_),
@@ -28,8 +30,23 @@ RollingDerivative::RollingDerivative(OnlineFlow* flow, const Matrix& directions,
                                 " rows and at least one column are needed");
   }
   if (!directions.allFinite()) throw std::invalid_argument("the directions are not finite");
+  Start(flow, run);
   flow->KeepMotion(true);
   flow->Forget();
+}
+
+/// A mark where a contact touches but is not in the mode is a cluster of its own.
+void RollingDerivative::Start(OnlineFlow* flow, const SimulateOptions& run) {
+  const StartCone start(DynamicsAt(flow->NextInput()), flow->State(), flow->mode(), mark_,
+                        run.gap_tolerance, run.speed_tolerance);
+  status_ = start.status();
+  try {
+    for (int j = 0; j < tangents_.cols() && status_.ok(); ++j) {
+      tangents_.col(j) = start(directions_.col(j));
+    }
+  } catch (const std::logic_error& reason) {  // it leaves the domain, or lifts another contact
+    status_ = {Outcome::kNotDifferentiable, reason.what()};
+  }
 }
 
 ContactDynamics* RollingDerivative::DynamicsAt(const Vector& u) {
@@ -103,6 +120,7 @@ void RollingDerivative::Pass(const Transition& transition) {
   if (!status_.ok()) return;
   const EventMap event(dynamics_, transition);
   status_ = event.status();
+  if (status_.ok()) status_ = CheckTouching(dynamics_.get(), transition, tangents_);
   if (!status_.ok()) return;
   for (int j = 0; j < tangents_.cols(); ++j) tangents_.col(j) = event(tangents_.col(j));
   last_ = transition;

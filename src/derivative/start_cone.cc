@@ -9,7 +9,6 @@
 
 #include "contact_flow/dynamics/complementarity.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
-#include "contact_flow/flow/simulate.h"
 
 namespace contact_flow {
 namespace {
@@ -28,17 +27,17 @@ std::string Sentence(double t, const std::string& name, const char* what) {
 
 }  // namespace
 
-StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode mode, double t)
+StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode mode, double t,
+                     double gap_tolerance, double speed_tolerance)
     : names_(dynamics->system().description().constraints), t_(t), dof_(dynamics->system().dof()) {
   const MechanicalSystem& system = dynamics->system();
-  const SimulateOptions tolerances;
   const int d = dof_, n = system.num_constraints(), k = dynamics->num_variables();
   const Vector q = x.head(system.num_positions()), v = x.tail(d);
   ConstraintTerms terms;
   system.Constraints(q, v, &terms);
   ContactMode touching;
   for (int i = 0; i < n; ++i) {
-    const bool touches = std::abs(terms.gap(i)) <= tolerances.gap_tolerance;
+    const bool touches = std::abs(terms.gap(i)) <= gap_tolerance;
     if (touches && (system.compliant().Contains(i) || !mode.Contains(i))) touching.Insert(i);
   }
   if (touching.Empty()) return;
@@ -78,7 +77,7 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
     contact.gap = gaps.row(i).transpose();
     contact.rate = rates.row(i).transpose();
     const double speed = terms.jacobian.row(i).dot(v);
-    if (speed > tolerances.speed_tolerance) {
+    if (speed > speed_tolerance) {
       contact.speed = speed;
     } else {
       contact.acceleration = contact.rate.dot(field);

@@ -74,6 +74,8 @@ Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x,
   trajectory.simultaneity_tolerance = options.simultaneity_tolerance;
   trajectory.impact_law = options.impact_law;
   trajectory.absolute_tolerance = options.absolute_tolerance;
+  trajectory.gap_tolerance = options.gap_tolerance;
+  trajectory.speed_tolerance = options.speed_tolerance;
   trajectory.arcs.push_back(ArcFrom(flow));
   std::size_t next = 1;  // of the schedule
   while (flow.status().ok() && flow.t() < end) {

@@ -7,6 +7,7 @@
 
 #include "contact_flow/analysis/near_grazing.h"
 #include "contact_flow/analysis/validity_radius.h"
+#include "contact_flow/derivative/cluster_reading.h"
 #include "contact_flow/derivative/continued_outcomes.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/directions.h"
@@ -92,7 +93,7 @@ bool Cancelled(const Setup& setup) { return setup.options.cancelled && setup.opt
 void AddDerivatives(const Setup& setup, const Differentiated& d, OutcomeDerivative* result) {
   const auto count = static_cast<Eigen::Index>(d.directions.vectors.size());
   Matrix directions(count, count > 0 ? d.directions.vectors.front().size() : 0);
-  Matrix derivatives(count, 2 * setup.system->dof());
+  Matrix derivatives(count, 2 * setup.system->dof()), in_order = derivatives;
   for (Eigen::Index i = 0; i < count; ++i) {
     if (Cancelled(setup)) return SetStatus({Outcome::kCancelled, "the node was stopped"}, result);
     const Vector& w = d.directions.vectors[static_cast<std::size_t>(i)];
@@ -101,6 +102,10 @@ void AddDerivatives(const Setup& setup, const Differentiated& d, OutcomeDerivati
     result->direction_modes.emplace_back();
     result->direction_modes.back().names =
         ToLabels(result->constraints, d.derivative.PerturbedModes(w));
+    const ClusterReading reading = ReadClusters(d.trajectory, d.derivative, w);
+    result->inner_radii.push_back(reading.inner_radius);
+    in_order.row(i) = reading.in_order;
+    result->derivative_errors.push_back(d.derivative.Error(w).cwiseAbs().maxCoeff());
   }
   const ValidityEstimator validity(*setup.system, d.trajectory, d.derivative);
   for (const Vector& w : d.directions.vectors) {
@@ -111,6 +116,8 @@ void AddDerivatives(const Setup& setup, const Differentiated& d, OutcomeDerivati
   result->direction_names = d.directions.names;
   result->directions = ToMsg(MatrixRef(directions));
   result->derivatives = ToMsg(MatrixRef(derivatives));
+  result->in_order = ToMsg(MatrixRef(in_order));
+  result->final_error = ToMsg(VectorRef(d.derivative.trust.state_error));
 }
 
 void AddPieces(const BDerivative& derivative, OutcomeDerivative* result) {
@@ -235,7 +242,8 @@ DerivativeComparison Answer(const Setup& setup, const ComparisonRequest& request
     const Vector prediction = d.derivative(vectors[i]);
     const QuotientReport report = CompareWithQuotients(
         *setup.system, again, d.derivative.options.variables, d.run.x, d.run.input, d.run.duration,
-        vectors[i], prediction, alphas, d.run.options);
+        vectors[i], prediction, alphas, d.run.options,
+        d.derivative.Error(vectors[i]).cwiseAbs().maxCoeff());
     DirectionComparison comparison = ToMsg(result.constraints, report, prediction.size());
     comparison.name = d.directions.names[i];
     comparison.direction = ToMsg(VectorRef(vectors[i]));

@@ -195,6 +195,7 @@ DirectionComparison ToMsg(const Names& constraints, const QuotientReport& report
   DirectionComparison m;
   m.slope = report.slope;
   m.resolution = report.resolution;
+  m.prediction_error = report.prediction_error;
   for (const QuotientSample& sample : report.samples) {
     const bool ok = sample.status.ok();
     m.alphas.push_back(sample.alpha);

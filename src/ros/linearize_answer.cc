@@ -27,6 +27,8 @@ LinearizedInterval IntervalMsg(const SystemDescription& names,
   if (!interval.status.ok()) return m;
   m.A = ToMsg(MatrixRef(interval.A));
   m.B = ToMsg(MatrixRef(interval.B));
+  m.final_error = ToMsg(VectorRef(interval.derivative.trust.state_error));
+  m.derivative_error = interval.derivative.trust.derivative_error;
   for (const EventMap& event : interval.derivative.events) {
     ContactMode activated;
     for (int i : event.activated()) activated.Insert(i);

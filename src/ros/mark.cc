@@ -30,7 +30,7 @@ MarkedInstant::MarkedInstant(const Setup& setup, OnlineFlow* flow, const Simulat
     columns.col(static_cast<Eigen::Index>(j)) = directions_.vectors[j];
   }
   rolling_ = std::make_unique<RollingDerivative>(flow, columns, options,
-                                                 setup.options.simultaneity_tolerance);
+                                                 setup.options);
 }
 
 RollingTangents MarkedInstant::Message(OnlineFlow* flow) {

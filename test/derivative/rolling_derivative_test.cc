@@ -79,7 +79,7 @@ TEST(RollingDerivative, IsTheDerivativeOfTheWholeRun) {
       const Vector x = run.State();
       const BDerivativeOptions options;
       RollingDerivative rolling(&run, Directions(*system, x, run.mode(), 0, &random), options,
-                                1e-7);
+                                {});
       Roll(&run, &rolling, end, stride, &random);
       const Trajectory whole = Simulate(*system, x, nominal.u, end - mark);
       const BDerivative expected = DifferentiateOutcome(*system, whole, options);
@@ -102,7 +102,7 @@ TEST(RollingDerivative, CarriesInputsAndParametersThroughChangesOfTheInput) {
   OnlineFlow run(system, 0, nominal.x, nominal.u, {});
   const int k = options.variables.Size(*system);
   RollingDerivative rolling(&run, Directions(*system, nominal.x, run.mode(), k, &random), options,
-                            1e-7);
+                            {});
   InputSchedule inputs{{0}, {nominal.u}};
   for (int i = 1; i < 4; ++i) {
     inputs.grid.push_back(0.23 * i * nominal.duration);
@@ -129,7 +129,7 @@ TEST(RollingDerivative, IsTheSameToTheBitHoweverItIsLookedAt) {
       if (nominal.u.size() > 0) run.SetInput(0.4 * nominal.duration, 1.1 * nominal.u);
       while (run.AdvanceTo(0.2 * nominal.duration)) continue;
       const Matrix directions = Directions(*system, run.State(), run.mode(), 0, &same);
-      RollingDerivative rolling(&run, directions, {}, 1e-7);
+      RollingDerivative rolling(&run, directions, {}, {});
       std::vector<RollingDerivative::Reading> found;
       for (double part : parts) {
         const double end = part * nominal.duration;
@@ -158,7 +158,7 @@ TEST(RollingDerivative, IsTheDifferenceQuotientOfARobot) {
   const NominalRun& nominal = system->nominal();
   OnlineFlow run(system, 0, nominal.x, nominal.u, {});
   std::mt19937 random(2);
-  RollingDerivative rolling(&run, Directions(*system, nominal.x, run.mode(), 0, &random), {}, 1e-7);
+  RollingDerivative rolling(&run, Directions(*system, nominal.x, run.mode(), 0, &random), {}, {});
   Roll(&run, &rolling, nominal.duration, 0.02, &random);
   const RollingDerivative::Reading reading = rolling.Read(&run);
   ASSERT_TRUE(reading.status.ok()) << reading.status.message;
@@ -175,7 +175,7 @@ TEST(RollingDerivative, EndsWhereThereIsNone) {
   const SystemPointer system = MakeModel("rigid_biped");
   const NominalRun& nominal = system->nominal();
   OnlineFlow run(system, 0, nominal.x, nominal.u, {});
-  RollingDerivative rolling(&run, Matrix::Identity(2 * system->dof(), 1), {}, 1e-7);
+  RollingDerivative rolling(&run, Matrix::Identity(2 * system->dof(), 1), {}, {});
   std::mt19937 random(2);
   Roll(&run, &rolling, nominal.duration, 0.1, &random);
   EXPECT_TRUE(run.status().ok()) << "the run goes on";
@@ -186,9 +186,9 @@ TEST(RollingDerivative, EndsWhereThereIsNone) {
 TEST(RollingDerivative, RefusesDirections) {
   const SystemPointer system = MakeModel("soft_biped");
   OnlineFlow run(system, 0, system->nominal().x, system->nominal().u, {});
-  EXPECT_THROW(RollingDerivative(&run, Matrix::Zero(3, 1), {}, 1e-7), std::invalid_argument);
-  EXPECT_THROW(RollingDerivative(&run, Matrix::Zero(14, 0), {}, 1e-7), std::invalid_argument);
-  EXPECT_THROW(RollingDerivative(&run, Matrix::Constant(14, 1, NAN), {}, 1e-7),
+  EXPECT_THROW(RollingDerivative(&run, Matrix::Zero(3, 1), {}, {}), std::invalid_argument);
+  EXPECT_THROW(RollingDerivative(&run, Matrix::Zero(14, 0), {}, {}), std::invalid_argument);
+  EXPECT_THROW(RollingDerivative(&run, Matrix::Constant(14, 1, NAN), {}, {}),
                std::invalid_argument);
 }
 

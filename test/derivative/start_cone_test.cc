@@ -5,10 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
+#include <string>
 
 #include "contact_flow/analysis/validity_radius.h"
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/finite_difference.h"
+#include "contact_flow/derivative/rolling_derivative.h"
 #include "contact_flow/flow/simulate.h"
 #include "test/test_models.h"
 
@@ -152,6 +155,51 @@ TEST(StartCone, PiecesAreRestrictedWhereTheStartLeavesWithSpeed) {
   ASSERT_EQ(1u, map.pieces().size());
   EXPECT_LE((map.pieces()[0].cone - Direction(1, 0).transpose()).norm(), 1e-12);
   EXPECT_NEAR(1, run.Radius(Direction(0, -1)).radius, 1e-9) << "it would not leave beyond";
+}
+
+/// What touches, and what rests, is what the run took for it.
+TEST(StartCone, TakesTheTolerancesOfTheRun) {
+  const auto system = test::Make<Pair>({});
+  Vector x = Vector::Zero(4);
+  x(1) = 5e-9;
+  SimulateOptions options;
+  const Trajectory above = Simulate(system, x, Vector(0), kDuration, options);
+  EXPECT_TRUE(DifferentiateOutcome(system, above).start.Empty());
+  options.gap_tolerance = 1e-8;
+  const Trajectory touching = Simulate(system, x, Vector(0), kDuration, options);
+  const BDerivative B = DifferentiateOutcome(system, touching);
+  EXPECT_FALSE(B.start.Empty());
+  EXPECT_THROW(B(Direction(-1, 0)), std::invalid_argument);
+  x(1) = 0;
+  x(3) = 1e-5;
+  const Trajectory leaving = Simulate(system, x, Vector(0), kDuration);
+  EXPECT_NEAR(-1, DifferentiateOutcome(system, leaving)(Direction(0, -1))(3), 1e-9) << "it leaves";
+  options.speed_tolerance = 1e-4;
+  const Trajectory resting = Simulate(system, x, Vector(0), kDuration, options);
+  EXPECT_NEAR(0, DifferentiateOutcome(system, resting)(Direction(0, -1))(3), 1e-9) << "it rests";
+}
+
+/// A mark is a start: the rolling derivative passes what the derivative of a run from there passes.
+TEST(StartCone, IsPartOfTheRollingDerivative) {
+  const ParameterValues values = {{"restitution", 0.6}};
+  const auto system = std::make_shared<ModelSystem<Pair>>(values);
+  Matrix directions(4, 3);
+  directions << Direction(0, -1), Direction(1, 0.5), Direction(0, 2);
+  OnlineFlow run(system, 0, Vector::Zero(4), Vector(0), {});
+  RollingDerivative rolling(&run, directions, {}, {});
+  rolling.Follow(&run, run.AdvanceTo(kDuration));
+  const RollingDerivative::Reading reading = rolling.Read(&run);
+  ASSERT_TRUE(reading.status.ok()) << reading.status.message;
+  const Started started(values, 0);
+  for (int j = 0; j < 3; ++j) {
+    // Polynomials of second degree: rounding.
+    EXPECT_LE((reading.tangents.col(j) - started.B(directions.col(j))).norm(), 1e-12) << j;
+  }
+  EXPECT_NEAR(0.6, reading.tangents(3, 0), 1e-12) << "hit at once";
+  OnlineFlow again(system, 0, Vector::Zero(4), Vector(0), {});
+  const RollingDerivative out(&again, Direction(-1, 0), {}, {});
+  EXPECT_EQ(Outcome::kNotDifferentiable, out.status().outcome);
+  EXPECT_NE(std::string::npos, out.status().message.find("'floor'")) << out.status().message;
 }
 
 TEST(StartCone, RefusesAStartThatNeitherLeavesNorIsPressed) {

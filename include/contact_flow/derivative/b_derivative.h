@@ -49,8 +49,11 @@ class BDerivative {
   /// The same for the entries of the derivative: couplings that were taken for orthogonal.
   double neglected_derivative = 0;
   Trust trust;                   ///< the laws that it was held to, the errors that are left
-  /// Estimated relative errors of Φ_0, B_1, Φ_1, …, Φ_N: what Error is made of.
+  /// What Error is made of: estimated relative errors of Φ_0, B_1, Φ_1, …, Φ_N as they are computed,
   std::vector<double> part_errors;
+  /// and what the error of the state changes in Φ_k w, E_k w, by the change of the Jacobian
+  /// [2d × 2d+k].
+  std::vector<Matrix> part_bends;
 
   /// B(w) [2d] on one direction w [2d+k], or [2d] with (δu, δp) = 0, in polynomial time. Throws
   /// std::invalid_argument for a direction that leaves the domain at the start, naming the

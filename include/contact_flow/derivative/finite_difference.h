@@ -28,19 +28,23 @@ struct QuotientSample {
 struct QuotientReport {
   std::vector<QuotientSample> samples;  ///< in the order of the α given
   /// Least-squares slope of log error over log α, from the samples whose error stands clear of
-  /// rounding (`resolution`/α); 1 when the prediction is right and the outcome is PC², NaN when
+  /// rounding (`resolution`/α) and above `prediction_error`; 1 when the prediction is right and the outcome is PC², NaN when
   /// fewer than two samples qualify (then the errors themselves are at the level of rounding).
   double slope = 0;
   /// Error of one final state that the integrator's tolerance leaves, absolute.
   double resolution = 0;
+  /// Estimated error of the prediction that was given: a quotient within it is right.
+  double prediction_error = 0;
 };
 
 /// Re-simulates from x + α w for every α > 0 and compares (φ(T, x+αw) − φ(T, x))/α with
-/// `prediction` [2d]. Runs are made at tolerance 1e-12 with events told apart down to α·1e-4.
+/// `prediction` [2d], whose error is estimated as `prediction_error` (BDerivative::Error). Runs are
+/// made at tolerance 1e-12 with events told apart down to α·1e-4.
 QuotientReport CompareWithQuotients(const MechanicalSystem& system, const VectorRef& x,
                                     const VectorRef& u, double duration, const VectorRef& direction,
                                     const VectorRef& prediction, const std::vector<double>& alphas,
-                                    const SimulateOptions& options = {});
+                                    const SimulateOptions& options = {},
+                                    double prediction_error = 0);
 
 /// Makes the system again with other values of some parameters.
 using SystemFactory = std::function<std::unique_ptr<MechanicalSystem>(const ParameterValues&)>;
@@ -53,6 +57,7 @@ QuotientReport CompareWithQuotients(const MechanicalSystem& system, const System
                                     const InputSchedule& input, double duration,
                                     const VectorRef& direction, const VectorRef& prediction,
                                     const std::vector<double>& alphas,
-                                    const SimulateOptions& options = {});
+                                    const SimulateOptions& options = {},
+                                    double prediction_error = 0);
 
 }  // namespace contact_flow

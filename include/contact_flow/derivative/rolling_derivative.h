@@ -30,17 +30,19 @@ class RollingDerivative {
   static constexpr double kSliceRate = 1000;
 
   /// Marks flow->now(), where the perturbations w_j [2d+k × m] are; the flow keeps its motion from
-  /// now on. The system must outlive this. Throws std::invalid_argument for directions of the wrong
-  /// size or not finite.
+  /// now on. `run` are the options that the flow was made with. The system must outlive this. Where
+  /// the state touches contacts outside its mode it is a cluster of its own (StartCone): the status
+  /// is not kOk where a direction leads through one of them, or has no first-order map. Throws
+  /// std::invalid_argument for directions of the wrong size or not finite.
   RollingDerivative(OnlineFlow* flow, const Matrix& directions, const BDerivativeOptions& options,
-                    double simultaneity_tolerance);
+                    const SimulateOptions& run);
 
   /// Goes on to flow->now(); `passed` is what AdvanceTo returned.
   void Follow(OnlineFlow* flow, bool passed);
 
   double mark() const { return mark_; }  ///< [s]
   const Matrix& directions() const { return directions_; }
-  /// Not kOk: an event on the way has no first-order map, and the message says why.
+  /// Not kOk: the mark or an event on the way has no first-order map, and the message says why.
   const Status& status() const { return status_; }
 
   /// The derivative at t. Where the status is not kOk it is frozen at an earlier t.
@@ -58,6 +60,7 @@ class RollingDerivative {
   double SliceEnd() const;
   /// The tangents at `end` ≥ node_, in the arc of the motion.
   Matrix Propagated(const Arc& motion, double end);
+  void Start(OnlineFlow* flow, const SimulateOptions& run);
   void Pass(const Transition& transition);
   ContactDynamics* DynamicsAt(const Vector& u);
 

@@ -22,7 +22,9 @@ class StartCone {
  public:
   /// Of a state that touches nothing else.
   StartCone() = default;
-  StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode mode, double t);
+  /// `gap_tolerance` [m] and `speed_tolerance` [m/s] are those of the run, as in SimulateOptions.
+  StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode mode, double t,
+            double gap_tolerance, double speed_tolerance);
 
   /// kNotDifferentiable where a constraint that is touched neither leaves nor belongs to the mode.
   const Status& status() const { return status_; }

@@ -114,7 +114,8 @@ struct Trajectory {
   /// The one it was made with, or the largest that the errors of the instants asked for [s].
   double simultaneity_tolerance = 0;
   ImpactLaw impact_law = ImpactLaw::kComplementarity;  ///< the one it was made with
-  double absolute_tolerance = 0;                       ///< the one it was made with
+  /// Those it was made with, as in SimulateOptions.
+  double absolute_tolerance = 1e-9, gap_tolerance = 1e-9, speed_tolerance = 1e-6;
 
   double t_begin() const { return arcs.front().t_begin; }
   double t_end() const { return arcs.back().t_end; }
