@@ -9,8 +9,30 @@
 
 namespace contact_flow {
 
+/// Units in which the tangents of an arc are of one kind, whatever those of the system are: kinetic
+/// ones for coordinates, y_i √M_ii, where the arc begins, and a time τ.
+struct ArcUnits {
+  Vector length;    ///< √M_ii [d]
+  double time = 1;  ///< τ [s]
+  Vector source;    ///< of the variables [k]: the largest entry of τ² √M S at a few places
+
+  /// Those of an arc, but for the time.
+  ArcUnits(const ContactDynamics& dynamics, const Arc& arc) {
+    constexpr double kTiny = 1e-150;  // a coordinate without inertia
+    const MechanicalSystem& system = dynamics.system();
+    const int d = system.dof();
+    Matrix mass;
+    Vector force;
+    system.Dynamics(arc.x_begin.head(system.num_positions()), arc.x_begin.tail(d), dynamics.u(),
+                    arc.mode, &mass, &force);
+    length = mass.diagonal().cwiseAbs().cwiseMax(kTiny).cwiseSqrt();
+    source = Vector::Ones(dynamics.num_variables());
+  }
+};
+
 /// The coefficients of the variational equation along an arc, in the coordinates (y, ẏ), y = δq, in
-/// which it is of second order on every configuration space: ÿ = K y + D ẏ + S (δu, δp).
+/// which it is of second order on every configuration space: ÿ = K y + D ẏ + S (δu, δp). All in the
+/// units of the arc, times from its beginning on.
 class ArcJacobian {
  public:
   ArcJacobian(ContactDynamics* dynamics, const Arc& arc)
@@ -20,11 +42,40 @@ class ArcJacobian {
         d_(space_.dof()),
         k_(dynamics->num_variables()),
         x_(dynamics->system().state_size()),
+        units_(*dynamics, arc),
         push_reach_(Vector::Zero(dynamics->system().num_constraints())) {}
+
+  /// Chooses the unit of time for tangents of this rate [1/s]: the length of the arc, unless it is
+  /// far from the time in which they change; then those of the variables, by a few looks. `begin` is
+  /// what At(0) gave before, and is what it gives now.
+  void ChooseUnits(double rate, Matrix* begin) {
+    constexpr double kLongest = 100;  // of 1/rate
+    const double length = arc_.t_end - arc_.t_begin;
+    units_.time = rate > 0 ? std::clamp(length, 1 / rate, kLongest / rate) : length;
+    begin->leftCols(d_) *= units_.time * units_.time;
+    begin->middleCols(d_, d_) *= units_.time;
+    if (k_ == 0) return;
+    auto source = begin->rightCols(k_);
+    source *= units_.time * units_.time;
+    Vector largest = source.cwiseAbs().colwise().maxCoeff();
+    Matrix KD(d_, 2 * d_), S(d_, k_);
+    for (const double part : {0.5, 1.0}) {
+      At(part * duration(), KD.data(), S.data());
+      largest = largest.cwiseMax(S.cwiseAbs().colwise().maxCoeff().transpose());
+    }
+    for (int i = 0; i < k_; ++i) units_.source(i) = largest(i) > 0 ? largest(i) : 1;
+    source *= units_.source.cwiseInverse().asDiagonal();
+  }
+  /// The length of the arc, and a time [s], in these units, and back.
+  double duration() const { return (arc_.t_end - arc_.t_begin) / units_.time; }
+  double Units(double seconds) const { return seconds / units_.time; }
+  double Time(double t) const { return std::min(arc_.t_begin + units_.time * t, arc_.t_end); }
+  /// What a state of size 1, in those of the system, is at most.
+  double StateUnit() const { return units_.length.maxCoeff() * std::max(1.0, units_.time); }
 
   /// [K D] [d×2d] and S [d×k] at time t, column-major into `out` and `source`.
   void At(double t, double* out, double* source) {
-    arc_.dense.Evaluate(t, x_.data());
+    arc_.dense.Evaluate(Time(t), x_.data());
     dynamics_.Differentiate(x_, arc_.mode);
     const Matrix& jacobian = dynamics_.acceleration_jacobian();
     Eigen::Map<Matrix> KD(out, d_, 2 * d_);
@@ -35,22 +86,32 @@ class ArcJacobian {
       KD.leftCols(d_) += KD.rightCols(d_) * bracket - space_.Bracket(dynamics_.acceleration());
       KD.rightCols(d_) -= bracket;
     }
-    for (int i : arc_.mode - dynamics_.system().compliant()) {
-      const double force = dynamics_.force()(i);
-      const double change = dynamics_.force_jacobian().row(i).head(2 * d_).lpNorm<1>();
-      if (force > push_reach_(i) * change) push_reach_(i) = force / change;
+    const double tau = units_.time;
+    const auto rows = units_.length.asDiagonal();
+    const auto columns = units_.length.cwiseInverse().asDiagonal();
+    KD.leftCols(d_) = rows * (tau * tau * KD.leftCols(d_)) * columns;
+    KD.rightCols(d_) = rows * (tau * KD.rightCols(d_)) * columns;
+    if (k_ > 0) {
+      Eigen::Map<Matrix> S(source, d_, k_);
+      S = rows * (tau * tau * S) * units_.source.cwiseInverse().asDiagonal();
     }
+    NotePushes();
     ++count_;
   }
 
   /// F there as a tangent: (v, v̇) [2d], alike in (δq, δv) and in (y, ẏ), since ad_v v = 0.
   void Field(Vector* field) const {
+    const double tau = units_.time;
     field->resize(2 * d_);
-    *field << x_.tail(d_), dynamics_.acceleration();
+    *field << tau * units_.length.cwiseProduct(x_.tail(d_)),
+        tau * tau * units_.length.cwiseProduct(dynamics_.acceleration());
   }
 
-  /// A propagator of (y, ẏ) becomes one of (δq, δv).
+  /// A propagator of (y, ẏ) in these units becomes one of (δq, δv) in those of the system.
   void ToVelocities(Matrix* phi) const {
+    Vector unit(2 * d_ + k_);
+    unit << units_.length, units_.time * units_.length, units_.source;
+    *phi = (unit.cwiseInverse().asDiagonal() * *phi * unit.asDiagonal()).eval();
     if (space_.IsFlat()) return;
     phi->middleRows(d_, d_) += space_.Bracket(arc_.x_end.tail(d_)) * phi->topRows(d_);
     phi->leftCols(d_) -= phi->middleCols(d_, d_) * space_.Bracket(arc_.x_begin.tail(d_));
@@ -60,12 +121,21 @@ class ArcJacobian {
   const Vector& push_reach() const { return push_reach_; }  ///< see VariationStatistics [n]
 
  private:
+  void NotePushes() {
+    for (int i : arc_.mode - dynamics_.system().compliant()) {
+      const double force = dynamics_.force()(i);
+      const double change = dynamics_.force_jacobian().row(i).head(2 * d_).lpNorm<1>();
+      if (force > push_reach_(i) * change) push_reach_(i) = force / change;
+    }
+  }
+
   ContactDynamics& dynamics_;
   const ConfigurationSpace& space_;
   const Arc& arc_;
   const int d_;
   const int k_;
   Vector x_;
+  ArcUnits units_;
   Vector push_reach_;
   long count_ = 0;
 };

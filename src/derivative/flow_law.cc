@@ -33,7 +33,7 @@ bool FlowLaw::Holds(const MatrixRef& jacobian, double state) {
   for (Eigen::Index r = 0; r < jacobian.rows(); ++r) {
     largest = std::max(largest, jacobian.row(r).cwiseAbs().sum());
   }
-  per_noise_ *= largest * std::max(1.0, state);
+  per_noise_ *= largest * state;
   return last_ <= kAllowed * (tolerance_ + noise_ * per_noise_);
 }
 

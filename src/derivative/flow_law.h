@@ -22,7 +22,7 @@ class FlowLaw {
   /// far, and to the size of F at the beginning of the arc.
   double Residual(const Matrix& step, const VectorRef& before, const VectorRef& after, double size);
   /// Whether the last residual is within the tolerance, or what errors of the state make of it
-  /// where [K D] is `jacobian`: stiffness turns them into accelerations.
+  /// where [K D] is `jacobian`: stiffness turns them into accelerations. `state` is its size.
   bool Holds(const MatrixRef& jacobian, double state);
   /// The same residual remained in a shorter step: the state is to blame.
   void Excuse();

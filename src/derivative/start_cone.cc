@@ -15,6 +15,8 @@ namespace {
 
 /// Rounding of a product of a gradient with a direction, relative to its terms.
 constexpr double kNoise = 1e-9;
+/// Accelerations that vanish within this part of the gap's tolerance are not known.
+constexpr double kIdle = 1e-3;
 
 double Terms(const Vector& row, const VectorRef& w) { return row.cwiseAbs().dot(w.cwiseAbs()); }
 
@@ -81,7 +83,12 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
       contact.speed = speed;
     } else {
       contact.acceleration = contact.rate.dot(field);
-      if (!(contact.acceleration > kNoise * Terms(contact.rate, field))) {
+      dynamics->Differentiate(x, mode);
+      // What a change of the state by as much as touching is known to would make of it.
+      const double change = (terms.jacobian.row(i) * dynamics->acceleration_jacobian().leftCols(2 * d))
+                                .lpNorm<1>();
+      const double unknown = kNoise * Terms(contact.rate, field) + kIdle * gap_tolerance * change;
+      if (!(contact.acceleration > unknown)) {
         status_ = {Outcome::kNotDifferentiable,
                    Sentence(t, names_[i],
                             " and neither leaves nor is pressed: whether it does in a perturbed "

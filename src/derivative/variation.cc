@@ -25,7 +25,7 @@ constexpr double kReach = 0.9;       // part of the longest acceptable step that
 /// DOP853 at tolerance ε takes steps of about ε^{1/8}·kBaseReach over the fastest rate it sees.
 constexpr double kBaseReach = 8;
 constexpr long kMaxSteps = 1000000;
-constexpr double kSmallestStep = 1e-13;  // relative to max(1, t)
+constexpr double kSmallestStep = 1e-13;  // relative to the arc
 /// One Jacobian, with its part of the linear system, costs about as much as this many
 /// multiplications for each of its entries (measured).
 constexpr double kJacobianCost = 50;
@@ -67,14 +67,15 @@ class Propagation {
         source_(Mixture(2 * d_ + k_, 2 * d_, k_)) {}
 
   Matrix Run(VariationStatistics* statistics) {
-    double t = arc_.t_begin;
+    double t = 0;  // from the beginning of the arc on, in its units
     phi_.setIdentity(step_.rows(), step_.cols());
-    if (t == arc_.t_end) return phi_;
+    if (arc_.t_begin == arc_.t_end) return phi_;
     Begin();
+    const double end = jacobian_.duration();
     // The rate r of the tangents [1/s]: a step's error is error_s·(r h)^{2s+1}.
     double rate = GuessRate();
-    while (t < arc_.t_end) {
-      const double rest = arc_.t_end - t;
+    while (t < end) {
+      const double rest = end - t;
       const double length = ChooseStep(t, rest, rate);
       const double error = Step(t, length);
       if (std::isfinite(error)) {
@@ -86,13 +87,13 @@ class Propagation {
       if (!small) rate *= std::isfinite(error) ? 1.1 : 10;
       if (!small || !ObeysLaw(t, length)) {
         ++statistics->rejected_steps;
-        if (length < kSmallestStep * std::max(1.0, arc_.t_end)) Fail(t);
+        if (length < kSmallestStep * end) Fail(t);
         continue;
       }
       if (++statistics->steps > kMaxSteps) Fail(t);
       Accept(error);
-      t = length == rest ? arc_.t_end : t + length;
-      if (t < arc_.t_end) fastest_ = FastestRate(begin_.leftCols(2 * d_));
+      t = length == rest ? end : t + length;
+      if (t < end) fastest_ = FastestRate(begin_.leftCols(2 * d_));
     }
     statistics->jacobians += jacobian_.count();
     statistics->push_reach = jacobian_.push_reach();
@@ -103,24 +104,24 @@ class Propagation {
 
  private:
   void Begin() {
-    jacobian_.At(arc_.t_begin, begin_.data(), begin_.data() + 2 * d_ * d_);
+    jacobian_.At(0, begin_.data(), begin_.data() + 2 * d_ * d_);
+    jacobian_.ChooseUnits(FastestRate(begin_.leftCols(2 * d_)), &begin_);
     jacobian_.Field(&field_begin_);
     law_.Begin(field_begin_);
     collocation_.FindSpan(begin_.leftCols(2 * d_), begin_.rightCols(k_));
-    fastest_ = FastestRate(begin_.leftCols(2 * d_));
+    fastest_ = FastestRate(begin_.leftCols(2 * d_));  // in the units chosen
   }
 
-  [[noreturn]] static void Fail(double t) {
+  [[noreturn]] void Fail(double t) const {
     std::ostringstream message;
-    message << "the variational equation cannot be resolved at t = " << t << " s";
+    message << "the variational equation cannot be resolved at t = " << jacobian_.Time(t) << " s";
     throw std::domain_error(message.str());
   }
 
   /// The fastest rate at the beginning, or what the steps of the run itself tell of the change of K
   /// and D.
   double GuessRate() const {
-    const double base_step =
-        (arc_.t_end - arc_.t_begin) / static_cast<double>(arc_.dense.NumSteps());
+    const double base_step = jacobian_.duration() / static_cast<double>(arc_.dense.NumSteps());
     const double base_rate = kBaseReach * std::pow(tolerance_, 1.0 / 8) / base_step;
     return std::max(fastest_, std::min(base_rate, 2 * fastest_));
   }
@@ -133,7 +134,7 @@ class Propagation {
     for (int s = GaussLegendre::kMinStages; s <= GaussLegendre::kMaxStages; ++s) {
       const GaussLegendre& rule = GaussLegendre::WithStages(s);
       const double angle = kReach * std::pow(tolerance_ / rule.error, 1.0 / (2 * s + 1));
-      double reach = std::min(longest_, pace_.Reach(t, s));
+      double reach = std::min(longest_, jacobian_.Units(pace_.Reach(jacobian_.Time(t), s)));
       if (rate > 0) reach = std::min(reach, angle / rate);
       if (fastest_ > 0) reach = std::min(reach, kStiffReach * angle / fastest_);
       const double steps = std::ceil(std::max(1.0, rest / reach));
@@ -160,7 +161,7 @@ class Propagation {
     collocation_.Propagator(h, &step_);
     jacobian_.At(t + h, end_.data(), end_.data() + 2 * d_ * d_);
     jacobian_.Field(&field_end_);
-    const bool moved = t > arc_.t_begin;  // else phi_ = I
+    const bool moved = t > 0;  // else phi_ = I
     next_ = step_;
     if (moved) next_.noalias() = step_ * phi_;
     size_ = std::max(1.0, next_.leftCols(2 * d_).cwiseAbs().maxCoeff());
@@ -213,8 +214,9 @@ class Propagation {
   /// to be shorter; steps that are short beside those of the state resolve all that it knows.
   bool ObeysLaw(double t, double h) {
     law_.Residual(step_, field_begin_, field_end_, size_);
-    if (law_.Holds(end_.leftCols(2 * d_), arc_.x_end.lpNorm<Eigen::Infinity>())) return true;
-    if (h <= pace_.StateStep(t) / 2) {
+    const double state = std::max(1.0, arc_.x_end.lpNorm<Eigen::Infinity>());
+    if (law_.Holds(end_.leftCols(2 * d_), state * jacobian_.StateUnit())) return true;
+    if (h <= jacobian_.Units(pace_.StateStep(jacobian_.Time(t))) / 2) {
       law_.Excuse();
       return true;
     }

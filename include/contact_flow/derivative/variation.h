@@ -33,7 +33,8 @@ struct VariationStatistics {
 /// to 20, chosen with the step for least work) with steps of its own: the accelerations at the
 /// nodes solve one linear system a step, over those coordinates only that others do not determine
 /// (a contact, a conserved momentum). The tangents have their own error control, `tolerance`
-/// relative to the largest entry of the propagator: in free flight the state is a polynomial and
+/// relative to the largest entry of the propagator, in units in which entries compare whatever those
+/// of the system are (y_i √M_ii, and a time of the arc): in free flight the state is a polynomial and
 /// its steps grow without bound, while the tangents (springs) still oscillate.
 Matrix PropagateArc(ContactDynamics* dynamics, const Arc& arc, double tolerance,
                     VariationStatistics* statistics = nullptr);
