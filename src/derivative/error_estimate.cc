@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "contact_flow/budget.h"
+
 namespace contact_flow {
 namespace {
 
@@ -113,6 +115,7 @@ void EstimateErrors(const Trajectory& trajectory, std::size_t first,
   probes.fill(Vector::Zero(size));
   derivative->part_errors.clear();
   for (std::size_t k = 0; k < derivative->arcs.size(); ++k) {
+    AskBudget();
     const Arc& arc = trajectory.arcs[first + k];
     for (int j = 0; j < kProbes; ++j) {
       Disturb(j, 4 * k, arc.error, &probes[j]);
