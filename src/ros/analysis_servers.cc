@@ -139,6 +139,8 @@ void Pursue(const char* name, const Setup& setup, WorkPool* pool, Outlet* outlet
     record.request = goal.request;
     BudgetLimits limits = LimitsOf(setup, OptionsOf(record.request));
     limits.cancelled = watch.cancelled;
+    // Goals are watched and cancelled: they may take as long as may be, if nothing is asked for.
+    if (record.request.options.max_seconds == 0) limits.max_seconds = kMaxSeconds;
     AnswerWithin<Result>(pool, name, std::move(limits), &record.result,
                          [&] { return Answer(setup, record.request, watch); });
     out.result = record.result;

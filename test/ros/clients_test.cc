@@ -139,6 +139,8 @@ class Clients : public testing::Test {
   }
 
   static std::string Mistake(bool told, bool same, const std::string& message) {
+    // A build that is slow, as under sanitizers, takes these for long: then it may say so.
+    if (!told && message.compare(0, 5, "busy:") == 0) return "";
     return !told ? "not answered: " + message : same ? "" : "other bits";
   }
 

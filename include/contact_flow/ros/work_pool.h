@@ -28,7 +28,7 @@ class PoolFull : public std::runtime_error {
 /// ones.
 class WorkPool {
  public:
-  static constexpr double kShortWork = 0.05;  // [s]
+  static constexpr double kShortWork = 0.1;  // of processor time [s]
 
   WorkPool(std::size_t running, std::size_t waiting);
 
@@ -50,6 +50,7 @@ class WorkPool {
     WorkPool* const pool_;
     const std::string name_;
     const double max_seconds_;
+    const double begin_;  // processor time of the thread [s]
     const std::function<bool()> gone_;
     const std::string why_;
     enum class Phase { kShort, kWaiting, kRunning } phase_ = Phase::kShort;
