@@ -198,7 +198,7 @@ std::string Describe(const ControllabilityReport& report) {
 }  // namespace
 
 Matrix ReachableBasis(const PiecewiseLinearMap& map, double rank_tolerance) {
-  const int r = map.rows(), m = map.cols();
+  const int r = map.rows();
   Matrix images = Images(map);
   if (!images.allFinite()) throw std::invalid_argument("a matrix of the map is not finite");
   Eigen::JacobiSVD<Matrix> parts(images, Eigen::ComputeThinU);
