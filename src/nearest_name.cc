@@ -7,6 +7,8 @@
 namespace contact_flow {
 namespace {
 
+constexpr std::size_t kLongestName = 60;  // that is quoted in full [bytes]
+
 /// Levenshtein distance.
 std::size_t EditDistance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -25,6 +27,15 @@ std::size_t EditDistance(const std::string& a, const std::string& b) {
 
 }  // namespace
 
+std::string Cut(const std::string& text, std::size_t length) {
+  if (text.size() <= length) return text;
+  std::size_t end = length;  // not within a UTF-8 character
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
+  return text.substr(0, end) + "… (" + std::to_string(text.size()) + " bytes)";
+}
+
+std::string QuoteName(const std::string& name) { return "'" + Cut(name, kLongestName) + "'"; }
+
 std::string NearestName(const std::string& name, const std::vector<std::string>& valid) {
   const std::string key = name.substr(0, 256);  // absurdly long names cost no more than long ones
   const auto nearest = std::min_element(
@@ -36,7 +47,7 @@ std::string NearestName(const std::string& name, const std::vector<std::string>&
 std::string UnknownName(const std::string& kind, const std::string& name,
                         const std::vector<std::string>& valid) {
   const std::string nearest = NearestName(name, valid);
-  return "unknown " + kind + " '" + name.substr(0, 256) + "'" +
+  return "unknown " + kind + " " + QuoteName(name) +
          (nearest.empty() ? "; there is none" : "; did you mean '" + nearest + "'?");
 }
 

@@ -9,6 +9,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/derivative/cone_interior.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
@@ -117,8 +118,11 @@ AssumptionReport AssessAssumptions(const MechanicalSystem& system, const VectorR
 
 std::vector<AssumptionReport> AssessTransitions(const MechanicalSystem& system,
                                                 const Trajectory& trajectory) {
+  BudgetStage stage("the assumptions at events", trajectory.transitions.size());
   std::vector<AssumptionReport> reports;
   for (std::size_t k = 0; k < trajectory.transitions.size(); ++k) {
+    AskBudget();
+    stage.Next();
     const Transition& transition = trajectory.transitions[k];
     reports.push_back(AssessAssumptions(system, transition.x_minus, trajectory.arcs[k].u,
                                         transition.activated | transition.mode_before));
@@ -148,7 +152,9 @@ RegionReport AssessRegion(const MechanicalSystem& system, const VectorRef& x, co
     for (int j = i + 1; j < n; ++j) report.pairs.push_back({i, j, 0, 0, 0, ContactClass::kSingle});
   }
   std::mt19937 generator(seed);
-  for (int s = 0; s < samples; ++s) {
+  BudgetStage stage("the samples of the region", static_cast<std::size_t>(std::max(0, samples)));
+  for (int s = 0; s < samples; ++s, stage.Next()) {
+    AskBudget();
     Vector step(2 * d);
     for (int c = 0; c < 2 * d; ++c) {
       // Not std::uniform_real_distribution, whose values differ between standard libraries.
@@ -161,6 +167,7 @@ RegionReport AssessRegion(const MechanicalSystem& system, const VectorRef& x, co
     report.smooth += free.smooth;
     report.largest_mass_condition = std::max(report.largest_mass_condition, free.mass_condition);
     for (PairInRegion& pair : report.pairs) {
+      AskBudget();
       Vector touching = state;
       if (!free.smooth || !MoveOntoPair(system, pair.first, pair.second, u, &touching)) continue;
       ConstraintTerms terms;

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "contact_flow/budget.h"
+
 namespace contact_flow {
 namespace {
 
@@ -16,6 +18,49 @@ constexpr int kMaxCentres = 60, kMaxNewton = 30;
 constexpr double kCentred = 0.3;  // Newton decrement at which γ may be lowered
 constexpr double kTowards = 0.1;  // γ ← (1 − θ) rate² + θ γ
 constexpr double kSlow = 1e-4;    // relative gain per centre at which to stop
+
+/// What is larger is multiplied and factored by blocks of as many columns: a budget is asked
+/// between.
+constexpr Eigen::Index kBlock = 128;
+
+/// H += DᵀD; where that takes long the part below the diagonal alone.
+void AddSquare(const Matrix& D, Matrix* H) {
+  const Eigen::Index n = H->cols();
+  if (n <= kBlock) {
+    H->noalias() += D.transpose() * D;
+    return;
+  }
+  for (Eigen::Index c = 0; c < n; c += kBlock) {
+    AskBudget();
+    const Eigen::Index width = std::min(kBlock, n - c);
+    H->block(c, c, n - c, width).noalias() +=
+        D.rightCols(n - c).transpose() * D.middleCols(c, width);
+  }
+}
+
+/// H⁻¹b by Cholesky's method, H positive definite, its part below the diagonal given and replaced
+/// by the factor; not finite where H is not positive definite.
+Vector SolveByBlocks(Matrix* H, const Vector& b) {
+  Matrix& L = *H;
+  const Eigen::Index n = L.cols();
+  for (Eigen::Index c = 0; c < n; c += kBlock) {
+    const Eigen::Index width = std::min(kBlock, n - c), rest = n - c - width;
+    const Eigen::LLT<Matrix> corner(Matrix(L.block(c, c, width, width)));
+    if (corner.info() != Eigen::Success) return Vector::Constant(n, std::nan(""));
+    L.block(c, c, width, width) = corner.matrixL();
+    if (rest == 0) break;
+    auto below = L.block(c + width, c, rest, width);
+    corner.matrixU().solveInPlace<Eigen::OnTheRight>(below);
+    for (Eigen::Index k = 0; k < rest; k += kBlock) {
+      AskBudget();
+      const Eigen::Index part = std::min(kBlock, rest - k);
+      L.block(c + width + k, c + width + k, rest - k, part).noalias() -=
+          below.bottomRows(rest - k) * below.middleRows(k, part).transpose();
+    }
+  }
+  const Vector half = L.triangularView<Eigen::Lower>().solve(b);
+  return L.transpose().triangularView<Eigen::Upper>().solve(half);
+}
 
 /// The barrier −Σ log det(γP − A_iᵀPA_i) − log det P − log det(I − P) in the entries of P on and
 /// above the diagonal, N = n(n+1)/2 of them.
@@ -27,17 +72,22 @@ class Barrier {
   /// One damped Newton step; returns the decrement before it, NaN when P was not inside.
   double Step(Matrix* P) const {
     const int count = n_ * (n_ + 1) / 2;
+    const double square_size = n_;
+    AskMemory(8.0 * count * (square_size * square_size + 2.0 * count),
+              "a common quadratic norm of " + std::to_string(n_) + " dimensions");
     Vector gradient = Vector::Zero(count);
     Matrix hessian = Matrix::Zero(count, count);
     bool inside = Add(*P, -1, nullptr, &gradient, &hessian) &&
                   Add(Matrix::Identity(n_, n_) - *P, 1, nullptr, &gradient, &hessian);
     for (std::size_t i = 0; inside && i < matrices_.size(); ++i) {
+      AskBudget();
       const Matrix& A = matrices_[i];
       inside = Add(gamma_ * *P - A.transpose() * *P * A, -1, &A, &gradient, &hessian);
     }
     const double outside = std::numeric_limits<double>::quiet_NaN();
     if (!inside) return outside;
-    const Vector step = -hessian.ldlt().solve(gradient);
+    const Vector step = count <= kBlock ? Vector(-hessian.ldlt().solve(gradient))
+                                        : Vector(-SolveByBlocks(&hessian, gradient));
     const double square = -gradient.dot(step);
     if (!(square >= 0) || !step.allFinite()) return outside;
     const double decrement = std::sqrt(square);
@@ -70,7 +120,7 @@ class Barrier {
         (*gradient)(k) -= direction.trace();
       }
     }
-    hessian->noalias() += directions.transpose() * directions;
+    AddSquare(directions, hessian);
     return true;
   }
   /// R E Rᵀ for the basis matrix with ones at (r, c) and (c, r).
@@ -98,6 +148,7 @@ double QuadraticRate(const std::vector<Matrix>& matrices, const MatrixRef& P) {
   const Matrix inverse = spectrum.eigenvectors() * values.cwiseSqrt().cwiseInverse().asDiagonal();
   double rate = 0;
   for (const Matrix& A : matrices) {
+    AskBudget();
     if (A.rows() != n || A.cols() != n || !A.allFinite()) return kInfinity;
     const Matrix moved = root * A * inverse;
     const Eigen::SelfAdjointEigenSolver<Matrix> gain(moved.transpose() * moved,
@@ -114,12 +165,15 @@ CommonQuadraticNorm FindCommonQuadraticNorm(const std::vector<Matrix>& matrices,
   best.P = Matrix::Identity(n, n);
   best.rate = QuadraticRate(matrices, best.P);
   if (!(best.rate > good_enough) || !std::isfinite(best.rate)) return best;
+  BudgetStage stage("the common quadratic norm");
   Matrix P = 0.5 * best.P;
   double gamma = 1.1 * best.rate * best.rate;
   for (int centre = 0; centre < kMaxCentres; ++centre) {
     const Barrier barrier(matrices, gamma);
     for (int k = 0; k < kMaxNewton; ++k) {
       if (cancelled && cancelled()) return best;
+      AskBudget();
+      stage.Next();
       const double decrement = barrier.Step(&P);
       if (!(decrement >= 0)) return best;
       if (decrement < kCentred) break;

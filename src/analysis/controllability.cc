@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "contact_flow/analysis/section.h"
+#include "contact_flow/budget.h"
 #include "contact_flow/derivative/cone_interior.h"
 
 namespace contact_flow {
@@ -20,6 +21,7 @@ namespace {
 constexpr double kClear = 1e-7;  // a unit preimage this near to a face is not counted on
 constexpr int kGenericTries = 100;
 constexpr int kDegreeChecks = 3;    // generic y whose degrees must agree
+constexpr Eigen::Index kManyColumns = 2048;
 constexpr double kAttained = 1e-6;  // share of y that a linear program must attain
 
 Vector RandomUnit(Eigen::Index n, std::mt19937* generator) {
@@ -29,12 +31,36 @@ Vector RandomUnit(Eigen::Index n, std::mt19937* generator) {
   return y.normalized();
 }
 
+/// The images of all pieces side by side, or, where these are many columns, a matrix [r×r] with the
+/// same singular values and left singular vectors: L of [images] = L Qᵀ, factored block by block.
+Matrix Images(const PiecewiseLinearMap& map) {
+  const Eigen::Index r = map.rows(), m = map.cols();
+  const auto count = static_cast<Eigen::Index>(map.pieces().size());
+  if (m * count <= std::max(kManyColumns, r)) {
+    Matrix images(r, m * count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      images.middleCols(m * i, m) = map.pieces()[static_cast<std::size_t>(i)].matrix;
+    }
+    return images;
+  }
+  Matrix upper = Matrix::Zero(r, r);  // Lᵀ so far
+  for (const LinearPiece& piece : map.pieces()) {
+    AskBudget();
+    Matrix stacked(r + m, r);
+    stacked << upper, piece.matrix.transpose();
+    const Eigen::HouseholderQR<Matrix> factor(stacked);
+    upper = factor.matrixQR().topRows(r).triangularView<Eigen::Upper>();
+  }
+  return upper.transpose();
+}
+
 /// Is y = f(w) for some w? Per piece, max t subject to A w = t y, w ∈ C, |w_k| ≤ 1, t ≤ 1. True
 /// when the programs do not tell.
 bool IsAttained(const PiecewiseLinearMap& map, const Vector& y) {
   if (!HaveLinearPrograms()) return true;
   const int m = map.cols(), r = map.rows();
   for (const LinearPiece& piece : map.pieces()) {
+    AskBudget();
     const int h = static_cast<int>(piece.cone.rows());
     const double scale = std::max(piece.matrix.cwiseAbs().maxCoeff(), 1e-300);
     Matrix rows(h + 2 * r, m + 1);
@@ -56,6 +82,7 @@ void SeekUnattained(const PiecewiseLinearMap& map, const ControllabilityOptions&
       InBases(map, report->reachable, Matrix::Identity(map.cols(), map.cols()));
   std::vector<Vector> candidates;
   for (const LinearPiece& piece : onto.pieces()) {
+    AskBudget();
     Vector middle;
     InteriorRadius(piece.cone, &middle);
     const Vector image = piece.matrix * middle;
@@ -64,7 +91,10 @@ void SeekUnattained(const PiecewiseLinearMap& map, const ControllabilityOptions&
   const std::size_t limit = static_cast<std::size_t>(std::max(0, options.max_candidates));
   while (candidates.size() < limit) candidates.push_back(RandomUnit(onto.rows(), generator));
   candidates.resize(std::min(candidates.size(), limit));
+  BudgetStage stage("the search for a state that is not reached", candidates.size());
   for (const Vector& y : candidates) {
+    AskBudget();
+    stage.Next();
     if (options.cancelled && options.cancelled()) return;
     if (IsAttained(onto, y)) continue;
     report->verdict = ControllabilityVerdict::kNotControllable;
@@ -80,6 +110,7 @@ bool ExamineSquare(const PiecewiseLinearMap& square, double rank_tolerance, std:
   report->pieces = static_cast<int>(square.pieces().size());
   report->smallest_singular_ratio = 1;
   for (const LinearPiece& piece : square.pieces()) {
+    AskBudget();
     const Vector values = Eigen::JacobiSVD<Matrix>(piece.matrix).singularValues();
     const double ratio = values(0) > 0 ? values(values.size() - 1) / values(0) : 0;
     report->smallest_singular_ratio = std::min(report->smallest_singular_ratio, ratio);
@@ -93,6 +124,7 @@ bool ExamineSquare(const PiecewiseLinearMap& square, double rank_tolerance, std:
   if (!regular) return false;
   int found = 0;
   for (int trial = 0; trial < kGenericTries && found < kDegreeChecks; ++trial) {
+    AskBudget();
     bool clear = false;
     const std::vector<Vector> preimages =
         Preimages(square, RandomUnit(square.rows(), generator), &clear);
@@ -128,6 +160,7 @@ std::vector<Matrix> Restrictions(const PiecewiseLinearMap& map, const Matrix& re
   }
   std::vector<Matrix> subspaces;
   for (const Matrix& A : matrices) {
+    AskBudget();
     const Eigen::JacobiSVD<Matrix> parts(A, Eigen::ComputeFullV);
     subspaces.push_back(parts.matrixV().leftCols(k));
   }
@@ -136,6 +169,7 @@ std::vector<Matrix> Restrictions(const PiecewiseLinearMap& map, const Matrix& re
   for (Eigen::Index c = 0; c < k; ++c) coordinates(pivots.colsPermutation().indices()(c), c) = 1;
   subspaces.insert(subspaces.begin() + 1, coordinates);
   while (static_cast<int>(subspaces.size()) < limit) {
+    AskBudget();
     Matrix random(m, k);
     for (Eigen::Index c = 0; c < k; ++c) random.col(c) = RandomUnit(m, generator);
     subspaces.push_back(Eigen::HouseholderQR<Matrix>(random).householderQ() *
@@ -164,11 +198,8 @@ std::string Describe(const ControllabilityReport& report) {
 }  // namespace
 
 Matrix ReachableBasis(const PiecewiseLinearMap& map, double rank_tolerance) {
-  const int r = map.rows(), m = map.cols();
-  Matrix images(r, m * static_cast<int>(map.pieces().size()));
-  for (std::size_t i = 0; i < map.pieces().size(); ++i) {
-    images.middleCols(m * static_cast<int>(i), m) = map.pieces()[i].matrix;
-  }
+  const int r = map.rows();
+  Matrix images = Images(map);
   if (!images.allFinite()) throw std::invalid_argument("a matrix of the map is not finite");
   Eigen::JacobiSVD<Matrix> parts(images, Eigen::ComputeThinU);
   parts.setThreshold(rank_tolerance);
@@ -183,6 +214,7 @@ std::vector<Vector> Preimages(const PiecewiseLinearMap& map, const VectorRef& y,
   std::vector<Vector> preimages;
   *clear = true;
   for (const LinearPiece& piece : map.pieces()) {
+    AskBudget();
     const Eigen::FullPivLU<Matrix> factor(piece.matrix);
     if (!factor.isInvertible()) {
       *clear = false;
@@ -198,6 +230,7 @@ std::vector<Vector> Preimages(const PiecewiseLinearMap& map, const VectorRef& y,
 
 ControllabilityReport AssessControllability(const PiecewiseLinearMap& map,
                                             const ControllabilityOptions& options) {
+  const BudgetStage whole("the controllability of a map");
   ControllabilityReport report;
   std::mt19937 generator(1);
   report.reachable = ReachableBasis(map, options.rank_tolerance);
@@ -217,11 +250,14 @@ ControllabilityReport AssessControllability(const PiecewiseLinearMap& map,
     return report;
   }
   if (map.cols() >= k) {
+    BudgetStage stage("the restrictions of the inputs");
     ControllabilityReport best;
     bool any = false;
     for (const Matrix& inputs :
          Restrictions(map, report.reachable, options.max_restrictions, &generator)) {
       if (options.cancelled && options.cancelled()) break;
+      AskBudget();
+      stage.Next();
       ControllabilityReport trial = report;
       trial.restriction = inputs;
       const PiecewiseLinearMap square = InBases(map, report.reachable, inputs);

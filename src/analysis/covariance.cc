@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "contact_flow/budget.h"
+
 namespace contact_flow {
 namespace {
 
@@ -86,15 +88,18 @@ void Cubature(const PiecewiseLinearMap& map, const Matrix& root, const Covarianc
   // E ρ and E ρ² of the χ distribution with k degrees of freedom.
   const double first = std::sqrt(2.0) * std::exp(std::lgamma(0.5 * (k + 1)) - std::lgamma(0.5 * k));
   const double second = static_cast<double>(k);
+  const BudgetStage stage("the cubature");
   std::mt19937 generator(options.seed);
   Vector mean = Vector::Zero(r), mean_square = Vector::Zero(r);
   Matrix moment = Matrix::Zero(r, r), moment_square = Matrix::Zero(r, r);
   for (int index = 0; index < count; ++index) {
+    AskBudget();
     const Matrix directions = root * Rotation(k, index, count, &generator);
     Vector one_mean = Vector::Zero(r);
     Matrix one_moment = Matrix::Zero(r, r);
     for (Eigen::Index i = 0; i < k; ++i) {
       for (double sign : {1.0, -1.0}) {
+        AskBudget();
         const Vector value = map(sign * directions.col(i));
         one_mean += first / (2.0 * k) * value;
         one_moment += second / (2.0 * k) * value * value.transpose();

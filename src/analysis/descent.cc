@@ -8,6 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "contact_flow/budget.h"
+
 namespace contact_flow {
 namespace {
 
@@ -22,7 +24,17 @@ class Descent {
       : cost_(cost), options_(options), y_(start) {}
 
   DescentResult Go() {
-    Search();
+    const BudgetStage stage("the descent");
+    try {
+      Search();
+    } catch (const BudgetExceeded& reason) {
+      End(DescentStatus::kCancelled, reason.what());
+    }
+    if (result_.status == DescentStatus::kCancelled && result_.iterations.empty()) {
+      result_.y = y_;
+      result_.message = std::string(DescentStatusName(result_.status)) + ": " + reason_;
+      return std::move(result_);
+    }
     Conclude();
     return std::move(result_);
   }
@@ -68,6 +80,7 @@ class Descent {
       }
       const Vector y = y_ + *radius * steepest.d;
       const CostValue trial = cost_(y, CostQuery::kKinks);
+      AskBudget();
       const double ratio = Usable(trial) ? (trial.cost - J_) / (*radius * steepest.slope) : -1;
       if (!(ratio >= kAccept)) {
         *radius /= 4;
@@ -99,6 +112,7 @@ class Descent {
     Matrix H = Matrix::Identity(n, n);
     bool scaled = false;
     while (true) {
+      AskBudget();
       if (FindSteepestDescent(value.map).slope >= -options_.tolerance) {
         End(DescentStatus::kMinimum, "");
         return false;
@@ -139,6 +153,7 @@ class Descent {
     double low = 0, high = std::numeric_limits<double>::infinity(), t = 1;
     for (int k = 0; k < kMaxLineSearch; ++k) {
       const CostValue trial = cost_(y_ + t * d, CostQuery::kSlopes);
+      AskBudget();
       if (!Usable(trial) || !(trial.cost <= J_ + kArmijo * t * slope)) {
         high = t;
       } else {

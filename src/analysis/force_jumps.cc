@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/derivative/cluster_class.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/dynamics/impact.h"
@@ -174,6 +175,7 @@ ForceJumpReport AssessForceJumps(const MechanicalSystem& system, const VectorRef
   std::map<int, ForceJump> jumps;
   double largest = 0;
   for (ContactMode S : Subsets(transition.activated)) {
+    AskBudget();
     for (const auto& [i, force] : stages.Forces(S)) {
       jumps[i].constraint = i;
       jumps[i].stages.push_back(force);

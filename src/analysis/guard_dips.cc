@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 
 namespace contact_flow {
@@ -69,6 +70,7 @@ std::vector<GuardDip> FindGuardDips(const MechanicalSystem& system, const Arc& a
     Guard guard(system, arc, i);
     bool risen = true;  // false while it leaves zero, where its rate is rounding
     for (std::size_t step = 0; step < arc.dense.NumSteps(); ++step) {
+      AskBudget();
       const double begin = arc.dense.StepBegin(step);
       const double end = std::min(begin + arc.dense.StepLength(step), arc.t_end);
       double left = begin, rate_left = guard.Rate(begin);

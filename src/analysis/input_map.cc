@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "contact_flow/budget.h"
+
 namespace contact_flow {
 namespace {
 
@@ -38,9 +40,11 @@ PiecewiseLinearMap InputMap(const std::vector<IntervalLinearization>& intervals,
   if (inputs == 0) throw std::invalid_argument("the model has no inputs");
   Matrix start = Matrix::Zero(n + inputs * count, inputs * count);
   start.bottomRows(inputs * count).setIdentity();
+  BudgetStage stage("the map of the inputs, interval by interval", intervals.size());
   PiecewiseLinearMap map = PiecewiseLinearMap::Linear(start);
   for (int k = 0; k < count; ++k) {
     map = Step(intervals[k].derivative.Pieces(), k, inputs, count).After(map, max_pieces);
+    stage.Next();
   }
   return PiecewiseLinearMap::Linear(Matrix::Identity(n, map.rows())).After(map, max_pieces);
 }

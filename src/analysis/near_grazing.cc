@@ -4,6 +4,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "guard_dips.h"
 
@@ -58,6 +59,7 @@ std::vector<GrazingEvent> FindNearGrazing(const MechanicalSystem& system,
   const int d = system.dof(), nq = system.num_positions();
   std::vector<GrazingEvent> touchdowns, releases, gaps, forces;
   for (std::size_t k = 0; k < trajectory.transitions.size(); ++k) {
+    AskBudget();
     const Transition& transition = trajectory.transitions[k];
     const Vector v = transition.x_minus.tail(d);
     ConstraintTerms terms;

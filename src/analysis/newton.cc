@@ -8,6 +8,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/derivative/linear_program.h"
 
 namespace contact_flow {
@@ -44,9 +45,20 @@ class Solver {
   }
 
   NewtonResult Go() {
+    try {
+      return Iterate();
+    } catch (const BudgetExceeded& reason) {
+      return End(NewtonStatus::kCancelled, reason.what());
+    }
+  }
+
+ private:
+  NewtonResult Iterate() {
+    BudgetStage stage("Newton's method, iteration by iteration");
     EquationValue value = equation_(result_.x, true);
     NewtonIteration iteration;
     while (true) {
+      AskBudget();
       if (!value.defined || !value.residual.allFinite()) {
         return End(NewtonStatus::kUndefined, value.message);
       }
@@ -81,10 +93,10 @@ class Solver {
         return End(NewtonStatus::kStalled, stall_);
       }
       ++iteration.iteration;
+      stage.Next();
     }
   }
 
- private:
   /// Moves x along d; false when no length is accepted.
   bool Search(const Vector& d, double slope, double square, EquationValue* value,
               NewtonIteration* iteration) {
@@ -93,6 +105,7 @@ class Solver {
     for (int halving = 0; halving <= options_.max_halvings; ++halving, t /= 2) {
       const Vector x = options_.add ? options_.add(result_.x, t * d) : Vector(result_.x + t * d);
       EquationValue trial = equation_(x, false);
+      AskBudget();
       if (!trial.defined) {
         stall_ = "beside the last iterate: " + trial.message;
         continue;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "contact_flow/analysis/section.h"
+#include "contact_flow/budget.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "tangent_map.h"
 
@@ -53,6 +54,7 @@ PoincareMap::PoincareMap(const MechanicalSystem& system, const VectorRef& u, con
 }
 
 PoincareReturn PoincareMap::Return(const VectorRef& x, bool differentiate) const {
+  const BudgetStage stage("the return");
   PoincareReturn result;
   try {
     if (section_.kind == Section::Kind::kTime) {
@@ -63,6 +65,7 @@ PoincareReturn PoincareMap::Return(const VectorRef& x, bool differentiate) const
       double part = options_.horizon / kFirstHorizon;
       while (!FindReturn(x, part, &result) && result.status == ReturnStatus::kNoReturn &&
              part < options_.horizon) {
+        AskBudget();
         part = std::min(2 * part, options_.horizon);
       }
     }
@@ -120,6 +123,7 @@ bool PoincareMap::FindCrossing(const Trajectory& run, double* time) const {
     bool known = false;
     double before = 0, t_before = 0;
     for (std::size_t k = 0; k < arc.dense.NumSteps(); ++k) {
+      AskBudget();
       for (int sample = 0; sample <= kSamples; ++sample) {
         const double t = std::min(
             arc.t_end, arc.dense.StepBegin(k) + arc.dense.StepLength(k) * sample / kSamples);

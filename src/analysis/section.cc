@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/derivative/cone_interior.h"
 
 namespace contact_flow {
@@ -93,6 +94,7 @@ PiecewiseLinearMap InBases(const PiecewiseLinearMap& map, const MatrixRef& end,
   }
   std::vector<LinearPiece> pieces;
   for (const LinearPiece& piece : map.pieces()) {
+    AskBudget();
     LinearPiece seen = piece;
     seen.matrix = end.transpose() * piece.matrix * start;
     const Matrix rows = piece.cone * start;

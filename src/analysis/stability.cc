@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "contact_flow/analysis/common_quadratic_norm.h"
+#include "contact_flow/budget.h"
 #include "contact_flow/derivative/cone_interior.h"
 #include "stability_certificate.h"
 #include "word.h"
@@ -92,6 +93,10 @@ class WordSearch {
   /// Appends every piece to every word of `frontier`; false when the search is over.
   bool Extend(const std::vector<Word>& frontier, std::vector<Word>* longer, std::string* stopped) {
     const double threshold = 1 - options_.margin;
+    double bytes = 0;
+    for (const Word& word : frontier) {
+      bytes += 8.0 * static_cast<double>(word.matrix.size() + word.cone.size());
+    }
     for (const Word& word : frontier) {
       for (std::size_t i = 0; i < moved_.pieces().size(); ++i) {
         if (report_->words >= options_.max_words) {
@@ -102,6 +107,8 @@ class WordSearch {
           *stopped = "the caller cancelled and the words so far";
         }
         if (!stopped->empty()) return false;
+        AskBudget();
+        stage_.Next();
         Word next = Append(moved_, word, static_cast<int>(i));
         ++report_->words;
         budget_.Take(1);
@@ -118,6 +125,10 @@ class WordSearch {
           continue;
         }
         if (Grows(next)) return false;
+        bytes += 8.0 * static_cast<double>(next.matrix.size() + next.cone.size());
+        if (longer->size() % 16 == 0) {
+          AskMemory(bytes, std::to_string(frontier.size() + longer->size() + 1) + " words");
+        }
         longer->push_back(std::move(next));
       }
     }
@@ -171,6 +182,7 @@ class WordSearch {
   const StabilityOptions& options_;
   StabilityReport* report_;
   ProgramBudget budget_;
+  BudgetStage stage_{"the words of pieces"};
   std::vector<std::vector<int>> done_;
   double done_gain_ = 0, done_rate_ = 0;
 };
@@ -179,8 +191,10 @@ class WordSearch {
 
 StabilityReport AssessStability(const PiecewiseLinearMap& map, const StabilityOptions& options) {
   RequireSquare(map);
+  const BudgetStage stage("the stability of a map");
   StabilityReport report;
   for (const Matrix& A : MatricesOf(map)) {
+    AskBudget();
     if (!A.allFinite()) throw std::invalid_argument("a matrix of the map is not finite");
     report.norm_one = std::max(report.norm_one, A.cwiseAbs().colwise().sum().maxCoeff());
     report.norm_two = std::max(report.norm_two, Eigen::JacobiSVD<Matrix>(A).singularValues()(0));
@@ -237,6 +251,7 @@ double WorstGain(const PiecewiseLinearMap& map, int steps, const StabilityOption
       for (std::size_t i = 0; i < map.pieces().size(); ++i) {
         if (++examined > options.max_words || !budget.Take(1)) return unknown;
         if (options.cancelled && options.cancelled()) return unknown;
+        AskBudget();
         Word next = Append(map, word, static_cast<int>(i));
         if (HasInterior(next.cone)) longer.push_back(std::move(next));
       }

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "contact_flow/analysis/common_quadratic_norm.h"
+#include "contact_flow/budget.h"
 #include "contact_flow/derivative/cone_interior.h"
 #include "word.h"
 
@@ -29,6 +30,7 @@ bool AreWordsOf(const PiecewiseLinearMap& map, const std::vector<std::vector<int
 double LargestNorm(const PiecewiseLinearMap& map, StabilityTest test) {
   double largest = 0;
   for (const LinearPiece& piece : map.pieces()) {
+    AskBudget();
     const Matrix& A = piece.matrix;
     const double norm = test == StabilityTest::kNormOne ? A.cwiseAbs().colwise().sum().maxCoeff()
                         : test == StabilityTest::kNormTwo
@@ -65,6 +67,7 @@ class WordCheck {
     for (std::size_t i = 0; i < moved_.pieces().size(); ++i) {
       if (++examined_ > options_.max_words || !budget_.Take(1)) return false;
       if (options_.cancelled && options_.cancelled()) return false;
+      AskBudget();
       const Word next = Append(moved_, word, static_cast<int>(i));
       if (!HasInterior(next.cone)) continue;
       if (done_.count(next.pieces) > 0) {
@@ -109,6 +112,7 @@ bool MapsIntoItself(const PiecewiseLinearMap& map, const StabilityCertificate& c
   if (independent.rank() < start.cols()) return false;
   Matrix y = start;
   for (int i : certificate.words.front()) {
+    AskBudget();
     const LinearPiece& piece = map.pieces()[i];
     const double size = y.norm();
     if (!(size > 0)) return false;

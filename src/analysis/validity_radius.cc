@@ -5,6 +5,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/derivative/variation.h"
 #include "contact_flow/flow/simulate.h"
 #include "guard_dips.h"
@@ -101,6 +102,7 @@ ValidityEstimator::ValidityEstimator(const MechanicalSystem& system, const Traje
   for (std::size_t k = 0; k < arcs; ++k) {
     dynamics_.push_back(std::make_unique<ContactDynamics>(system, trajectory.arcs[k].u,
                                                           derivative.options.variables));
+    AskBudget();
     WatchDips(k);
     WatchEnd(k);
   }
@@ -263,6 +265,7 @@ ValidityRadius ValidityEstimator::operator()(const VectorRef& direction) const {
   double t = trajectory_.t_begin(), latest = 0;
   Limit order = Limit::kStart;
   for (std::size_t k = 0; k < trajectory_.arcs.size(); ++k) {
+    AskBudget();
     for (const Watch& dip : dips_[k]) {
       Consider(dip.value, dip.gradient.dot(w), dip.limit, dip.constraint, dip.t, &smallest);
     }

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/derivative/variation.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "error_estimate.h"
@@ -91,6 +92,7 @@ Vector BDerivative::Complete(const VectorRef& w) const {
 Vector BDerivative::First(const VectorRef& w) const { return arcs.front() * start(Complete(w)); }
 
 Vector BDerivative::operator()(const VectorRef& w) const {
+  const BudgetStage stage("the derivative along a direction");
   Vector tangent = First(w);
   for (std::size_t k = 0; k < events.size(); ++k) tangent = arcs[k + 1] * events[k](tangent);
   return tangent.head(time.size());
@@ -130,6 +132,7 @@ Status BDerivative::PiecewiseLinear() const {
 
 PiecewiseLinearMap BDerivative::Pieces() const {
   if (!start.PiecewiseLinear().ok()) throw NotPiecewiseLinear(start.PiecewiseLinear().message);
+  BudgetStage stage("the pieces, event by event", events.size());
   PiecewiseLinearMap map = PiecewiseLinearMap::Linear(arcs.front());
   if (!start.Empty()) {
     LinearPiece piece = map.pieces().front();
@@ -139,6 +142,7 @@ PiecewiseLinearMap BDerivative::Pieces() const {
   for (std::size_t k = 0; k < events.size(); ++k) {
     map = events[k].Pieces(options.max_activations_for_pieces).After(map, options.max_pieces);
     map = PiecewiseLinearMap::Linear(arcs[k + 1]).After(map, options.max_pieces);
+    stage.Next();
   }
   if (map.rows() == time.size()) return map;
   return PiecewiseLinearMap::Linear(Matrix::Identity(time.size(), map.rows()))
@@ -155,6 +159,7 @@ void BDerivative::CarryNeglected() {
     if (nothing && cluster.neglected_derivative == 0) continue;
     // What comes before and after, along one selection of each other event.
     Matrix before = arcs[0], after = arcs[k + 1];
+    AskBudget();
     for (std::size_t j = 0; j < k; ++j) before = arcs[j + 1] * events[j].AnySelection() * before;
     for (std::size_t j = k + 1; j < events.size(); ++j) {
       after = arcs[j + 1] * events[j].AnySelection() * after;
@@ -228,11 +233,13 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
   }
   derivative.events.reserve(last - first);
   try {
-    for (std::size_t k = first; k < last; ++k) {
+    BudgetStage stage("the maps of the events", last - first);
+    for (std::size_t k = first; k < last; ++k, stage.Next()) {
       const Transition& transition = trajectory.transitions[k];
       derivative.status = CheckTransition(k > 0 ? &trajectory.transitions[k - 1] : nullptr,
                                           transition, trajectory.simultaneity_tolerance);
       if (!derivative.status.ok()) return derivative;
+      AskBudget();
       derivative.events.emplace_back(dynamics[k], transition);
       derivative.status = derivative.events.back().status();
       if (!derivative.status.ok()) return derivative;
@@ -241,7 +248,8 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
       if (!derivative.status.ok()) return derivative;
     }
     std::vector<double> errors;
-    for (std::size_t k = first; k <= last; ++k) {
+    BudgetStage propagation("the tangents of the arcs", last - first + 1);
+    for (std::size_t k = first; k <= last; ++k, propagation.Next()) {
       VariationStatistics statistics;
       derivative.arcs.push_back(
           PropagateArc(dynamics[k].get(), arcs[k], options.tolerance, &statistics));
@@ -260,6 +268,8 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
     EstimateErrors(trajectory, first, dynamics, errors, &derivative);
   } catch (const std::domain_error& reason) {
     derivative.status = {Outcome::kNotDifferentiable, reason.what()};
+  } catch (const BudgetExceeded& reason) {
+    derivative.status = {OutcomeOf(reason), reason.what()};
   }
   return derivative;
 }

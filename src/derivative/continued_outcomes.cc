@@ -6,6 +6,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/derivative/event_map.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 
@@ -85,6 +86,7 @@ std::vector<ContinuedOutcome> ContinueOutcomes(const MechanicalSystem& system,
                                                const Transition& transition,
                                                const std::vector<OrderOutcome>& outcomes,
                                                double t_end, const SimulateOptions& options) {
+  BudgetStage stage("the continued outcomes of the orders", outcomes.size());
   std::vector<ContinuedOutcome> results;
   std::vector<std::size_t> different;  // first order of each
   for (std::size_t k = 0; k < outcomes.size(); ++k) {
@@ -101,8 +103,11 @@ std::vector<ContinuedOutcome> ContinueOutcomes(const MechanicalSystem& system,
               << kMaxContinuedOutcomes << " different outcomes: they are not continued";
       throw std::length_error(message.str());
     }
+    AskBudget();
     different.push_back(k);
     results.push_back(Continue(system, schedule, transition, outcomes[k], t_end, options));
+    AskBudget();
+    stage.Next();
   }
   return results;
 }

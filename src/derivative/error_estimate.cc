@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "contact_flow/budget.h"
+
 namespace contact_flow {
 namespace {
 
@@ -176,6 +178,7 @@ void EstimateErrors(const Trajectory& trajectory, std::size_t first,
   derivative->part_errors.clear();
   derivative->part_bends.clear();
   for (std::size_t k = 0; k < derivative->arcs.size(); ++k) {
+    AskBudget();
     const Arc& arc = trajectory.arcs[first + k];
     const Vector local = ArcError(arc);
     for (int j = 0; j < kProbes; ++j) {

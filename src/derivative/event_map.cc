@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "contact_flow/budget.h"
 #include "germ.h"
 
 namespace contact_flow {
@@ -134,9 +135,18 @@ PiecewiseLinearMap EventMap::Pieces(int max_activations) const {
     throw std::length_error(message.str());
   }
   const std::vector<std::string>& names = system_->description().constraints;
+  double count = 1;
+  for (int i = 2; i <= m; ++i) count *= i;
+  const double n = size();
+  AskMemory(count * 8 * n * (n + (decoupled_ ? m : m * m / 2)),
+            std::to_string(static_cast<long>(count)) + " pieces of a cluster of " +
+                std::to_string(m) + " contacts");
+  BudgetStage stage("the pieces of a cluster", static_cast<std::size_t>(count));
   std::vector<LinearPiece> pieces;
   std::vector<int> order = activated_;
   do {
+    AskBudget();
+    stage.Next();
     LinearPiece piece;
     piece.matrix = Selection(order);
     piece.cone = Cone(order);

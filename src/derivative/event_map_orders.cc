@@ -7,6 +7,7 @@
 #include <sstream>
 #include <utility>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/derivative/event_map.h"
 
 namespace contact_flow {
@@ -87,9 +88,12 @@ class OrderWalk {
                      std::to_string(kMaxActivations)};
       return false;
     }
+    BudgetStage stage("the orders of a cluster");
     std::set<State> todo = {State()};
     std::set<State> done;
     while (!todo.empty()) {
+      AskBudget();
+      stage.Next();
       const State state = *todo.begin();
       todo.erase(todo.begin());
       if (!done.insert(state).second) continue;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/derivative/event_map.h"
 #include "contact_flow/dynamics/impact.h"
 #include "contact_flow/dynamics/mode_selection.h"
@@ -63,6 +64,7 @@ void EventMap::AddInstant(ContactMode S, const Vector& v) const {
 const EventMap::Stage& EventMap::StageAt(ContactMode S, ContactMode closed) const {
   const auto known = stages_.find({S, closed});
   if (known != stages_.end()) return known->second;
+  AskBudget();
   Stage stage;
   stage.v = InstantAt(S).v;
   const ContactMode after = transition_.mode_after;
@@ -80,6 +82,7 @@ const EventMap::Stage& EventMap::StageAt(ContactMode S, ContactMode closed) cons
 const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, int i) const {
   const auto known = passages_.find({S, closed, i});
   if (known != passages_.end()) return known->second;
+  AskBudget();
   Passage passage;
   const Instant& before = InstantAt(S);
   if (!transition_.activated.Contains(i)) {  // no impact: the field changes, the state does not

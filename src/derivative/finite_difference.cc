@@ -6,6 +6,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "contact_flow/budget.h"
+
 namespace contact_flow {
 namespace {
 
@@ -86,8 +88,10 @@ QuotientReport CompareWithQuotients(const MechanicalSystem& system, const System
   SimulateOptions exact = options;
   exact.relative_tolerance = exact.absolute_tolerance = kTolerance;
   exact.dense = false;
+  const BudgetStage stage("the perturbed runs");
   QuotientReport report;
   const Trajectory base = Simulate(system, x, input, duration, exact);
+  AskBudget();
   if (!base.status.ok()) {
     throw std::domain_error("the unperturbed run ends with: " + base.status.message);
   }
@@ -98,6 +102,7 @@ QuotientReport CompareWithQuotients(const MechanicalSystem& system, const System
   report.resolution =
       system.Separation(loose.FinalState(), base.FinalState()).cwiseAbs().maxCoeff() +
       1e-15 * base.FinalState().cwiseAbs().maxCoeff();
+  AskBudget();
   for (double alpha : alphas) {
     if (!(alpha > 0) || !std::isfinite(alpha)) {
       throw std::invalid_argument("alpha is " + std::to_string(alpha) +
@@ -122,6 +127,7 @@ QuotientReport CompareWithQuotients(const MechanicalSystem& system, const System
     } catch (const std::invalid_argument& refusal) {
       sample.status = {Outcome::kNotDifferentiable, refusal.what()};
     }
+    AskBudget();
     report.samples.push_back(sample);
   }
   report.prediction_error = prediction_error;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <sstream>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/dynamics/complementarity.h"
 
 namespace contact_flow {
@@ -279,6 +280,7 @@ Vector Germ::Run(std::vector<PerturbedEvent>* events) {
   lists_events_ = events != nullptr;
   pending_ = map_.transition_.vanishing - map_.events_;
   for (;;) {
+    AskBudget();
     const Next next = FindNext();
     if (next.kind == Kind::kNone) break;
     Advance(next.in);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "contact_flow/budget.h"
+
 namespace contact_flow {
 
 Hyperplanes::Hyperplanes(int dimension, double tolerance)
@@ -13,6 +15,7 @@ Hyperplanes::Hyperplanes(int dimension, double tolerance)
 }
 
 int Hyperplanes::SignedNumber(const VectorRef& normal) {
+  AskBudget();
   const double reach = tolerance_ * probe_.cwiseAbs().sum();
   for (int sign : {1, -1}) {
     const double place = sign * probe_.dot(normal);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/dynamics/mode_selection.h"
 
 namespace contact_flow {
@@ -95,6 +96,7 @@ std::vector<ImpactSequences::State> ImpactSequences::AfterAWhile(const State& st
 }
 
 void ImpactSequences::Visit(const State& state, bool later) {
+  AskBudget();
   if (outcomes.size() >= rules_.max_orders ||
       ++visits_ > kVisitsPerOrder * static_cast<long>(rules_.max_orders)) {
     all = false;

@@ -5,8 +5,11 @@
 #include <stdexcept>
 #include <string>
 #if CONTACT_FLOW_HAVE_CLP
+#include <coin/ClpEventHandler.hpp>
 #include <coin/ClpSimplex.hpp>
 #include <vector>
+
+#include "contact_flow/budget.h"
 #endif
 
 namespace contact_flow {
@@ -21,6 +24,20 @@ constexpr double kTolerance = 1e-9;
 /// Smaller coefficients, relative to the largest of their row, are rounding errors. Clp takes them
 /// as pivots and returns points that are not optimal.
 constexpr double kNegligible = 1e-14;
+
+/// Stops a program whose budget is used up, from one pivot to the next.
+class BudgetGuard : public ClpEventHandler {
+ public:
+  int event(Event) override {
+    try {
+      AskBudget();
+      return -1;  // go on
+    } catch (const BudgetExceeded&) {
+      return 5;  // "stopped by an event"
+    }
+  }
+  ClpEventHandler* clone() const override { return new BudgetGuard(*this); }
+};
 
 }  // namespace
 
@@ -57,6 +74,9 @@ LinearProgram::LinearProgram(const MatrixRef& rows, const VectorRef& lower, cons
   solver_->rows = rows;
   solver_->lower = lower;
   solver_->upper = upper;
+  AskMemory(
+      20.0 * static_cast<double>(rows.size()),
+      "a linear program of " + std::to_string(h) + " rows and " + std::to_string(n) + " columns");
   const Vector largest = rows.cwiseAbs().rowwise().maxCoeff();
   std::vector<CoinBigIndex> start;
   std::vector<int> index;
@@ -79,6 +99,10 @@ LinearProgram::LinearProgram(const MatrixRef& rows, const VectorRef& lower, cons
   problem.loadProblem(n, h, start.data(), index.data(), value.data(), solver_->lower.data(),
                       solver_->upper.data(), objective.data(), zero.data(), unbounded.data());
   problem.setOptimizationDirection(-1);
+  if (HasBudget()) {
+    BudgetGuard guard;
+    problem.passInEventHandler(&guard);
+  }
 }
 
 LinearOptimum LinearProgram::Maximize(const VectorRef& objective) {
@@ -97,6 +121,7 @@ LinearOptimum LinearProgram::Maximize(const VectorRef& objective) {
       problem.allSlackBasis();
       problem.dual();
     }
+    AskBudget();  // not solved, but stopped
     if (!problem.isProvenOptimal()) continue;
     optimum.point = Eigen::Map<const Vector>(problem.primalColumnSolution(), n);
     optimum.value = objective.dot(optimum.point);

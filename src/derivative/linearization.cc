@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/derivative/linearization.h"
 
+#include "contact_flow/budget.h"
+
 namespace contact_flow {
 namespace {
 
@@ -31,6 +33,7 @@ std::vector<IntervalLinearization> Linearize(const MechanicalSystem& system,
                                              BDerivativeOptions options) {
   options.variables = {true, {}};
   const int tangents = 2 * system.dof();
+  BudgetStage stage("the intervals of the input");
   std::vector<IntervalLinearization> intervals;
   std::size_t first = 0;
   for (std::size_t last = 0; last < trajectory.arcs.size(); ++last) {
@@ -52,6 +55,8 @@ std::vector<IntervalLinearization> Linearize(const MechanicalSystem& system,
       interval.is_linear = interval.derivative.IsDifferentiable();
     }
     intervals.push_back(std::move(interval));
+    AskBudget();
+    stage.Next();
     first = last + 1;
   }
   return intervals;

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/derivative/cone_interior.h"
 #include "contact_flow/derivative/linear_program.h"
 #include "half_spaces.h"
@@ -44,6 +45,7 @@ class ConsistencyCheck {
   }
 
   MapConsistency Go() {
+    const BudgetStage stage("the check that the pieces are one map");
     FindInteriors();
     if (going()) FindOverlaps();
     if (going()) FindOwners();

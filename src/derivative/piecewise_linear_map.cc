@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/derivative/cone_interior.h"
 
 namespace contact_flow {
@@ -72,9 +73,13 @@ PiecewiseLinearMap PiecewiseLinearMap::After(const PiecewiseLinearMap& inner,
     throw std::invalid_argument("composition of a map on " + std::to_string(cols()) +
                                 " with a map to " + std::to_string(inner.rows()) + " dimensions");
   }
+  BudgetStage stage("the composition of pieces", inner.pieces_.size());
   std::vector<LinearPiece> words;
+  double bytes = 0;
   for (const LinearPiece& first : inner.pieces_) {
+    stage.Next();
     for (const LinearPiece& second : pieces_) {
+      AskBudget();
       LinearPiece word;
       word.cone = PullBack(first.cone, second.cone, first.matrix);
       if (second.cone.rows() > 0 && first.cone.rows() > 0 && !HasInterior(word.cone)) continue;
@@ -84,7 +89,12 @@ PiecewiseLinearMap PiecewiseLinearMap::After(const PiecewiseLinearMap& inner,
       word.eta = first.eta;
       const bool joined = !word.eta.empty() && !second.eta.empty();
       word.eta.insert(word.eta.end(), second.eta.begin() + (joined ? 1 : 0), second.eta.end());
+      bytes +=
+          sizeof(LinearPiece) + 8.0 * static_cast<double>(word.matrix.size() + word.cone.size());
       words.push_back(std::move(word));
+      if (words.size() % 64 == 0) {
+        AskMemory(bytes, "the first " + std::to_string(words.size()) + " pieces");
+      }
       if (words.size() > max_pieces) {
         throw std::length_error("the composed map has more than max_pieces = " +
                                 std::to_string(max_pieces) + " pieces; directions are not limited");

@@ -9,6 +9,7 @@
 
 #include "arc_jacobian.h"
 #include "collocation.h"
+#include "contact_flow/budget.h"
 #include "flow_law.h"
 #include "gauss_legendre.h"
 #include "motion_pace.h"
@@ -75,6 +76,7 @@ class Propagation {
     // The rate r of the tangents [1/s]: a step's error is error_s·(r h)^{2s+1}.
     double rate = GuessRate();
     while (t < end) {
+      AskBudget();
       const double rest = end - t;
       const double length = ChooseStep(t, rest, rate);
       const double error = Step(t, length);
@@ -155,6 +157,7 @@ class Propagation {
     const GaussLegendre& rule = collocation_.rule();
     const int s = rule.stages;
     for (int i = 0; i < s; ++i) {
+      AskBudget();
       jacobian_.At(t + rule.c(i) * h, collocation_.Node(i).data(), collocation_.Source(i).data());
     }
     if (!collocation_.Solve(h)) return kInfinity;

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "contact_flow/budget.h"
+
 namespace contact_flow {
 namespace {
 
@@ -67,6 +69,7 @@ ComplementaritySolution SolveByPivoting(const Matrix& G, const Vector& b, double
   const int n = static_cast<int>(b.size());
   ComplementaritySolution solution;
   for (long pivot = 0; pivot < kMaxPivots; ++pivot) {
+    AskBudget();
     if (!SolveOnSupport(G, b, solution.support, smallest_pivot, &solution.z)) return solution;
     const Vector w = G * solution.z + b;
     int wrong = -1;
@@ -99,6 +102,7 @@ class ActiveSet {
     const double zero = kSemidefiniteRounding * size, inconsistent = kInconsistent * size;
     const int rounds = kRoundsForEach * static_cast<int>(b_.size() + 1);
     for (int round = 0; round < rounds; ++round) {
+      AskBudget();
       const Vector w = (G_ * z_ + b_).cwiseQuotient(scale);
       int next = -1;
       for (int i = 0; i < w.size(); ++i) {

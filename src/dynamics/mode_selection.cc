@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/dynamics/complementarity.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 
@@ -63,6 +64,7 @@ class EffortModes {
     ContactMode result;
     std::string all;
     for (std::uint32_t subset = 0; subset < (1u << members.size()); ++subset) {
+      AskBudget();
       const ContactMode mode = Subset(members, subset);
       if (!Fits(mode)) continue;
       all += (found++ > 0 ? " and " : "") + (mode | pressed_).ToString(names);

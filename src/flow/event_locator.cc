@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/flow/guard_interpolant.h"
 
 namespace contact_flow {
@@ -195,6 +196,7 @@ void EventLocator::SearchGaps(ContactMode gaps, bool free, LocatedEvent* event) 
   if (margins_.piece < h) {
     pieces = std::max(pieces, static_cast<int>(std::min(std::ceil(h / (2 * margins_.piece)), 1e6)));
   }
+  AskBudget();
   if (!stepper_->extended()) stepper_->Extend();
   for (int i : gaps) floors_(i) = floor_;
   search_.Run({gaps, floors_.data(), true, !affine_, pieces, kMaxGapSamples}, &margins_.gap, event);
@@ -205,6 +207,7 @@ void EventLocator::SearchGaps(ContactMode gaps, bool free, LocatedEvent* event) 
 }
 
 void EventLocator::SearchForces(ContactMode members, LocatedEvent* event) {
+  AskBudget();
   if (!stepper_->extended()) stepper_->Extend();
   search_.Run({members, floors_.data(), false, false, kForcePieces, kMaxForceSamples},
               &margins_.force, event);

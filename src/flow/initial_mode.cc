@@ -71,6 +71,7 @@ void Validate(const SimulateOptions& options) {
   positive("speed_tolerance", options.speed_tolerance);
   positive("zeno_interval", options.zeno_interval);
   positive("max_seconds", options.max_seconds);
+  positive("max_megabytes", options.max_megabytes);
   if (options.relative_tolerance < 1e-14 || options.relative_tolerance > 1e-2) {
     Refuse("relative_tolerance", options.relative_tolerance, "in [1e-14, 1e-2]");
   }

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/flow/flow.h"
 
 namespace contact_flow {
@@ -24,12 +25,44 @@ Arc ArcFrom(const Flow& flow) {
   return arc;
 }
 
+/// What a trajectory holds, in bytes.
+class TrajectorySize {
+ public:
+  explicit TrajectorySize(const MechanicalSystem& system, double max_megabytes)
+      : allowed_(1e6 * max_megabytes),
+        step_(8.0 * (kDenseOrder * system.state_size() + 2)),
+        arc_(sizeof(Arc) + sizeof(Transition) +
+             8.0 * (10.0 * system.state_size() + 4.0 * system.num_constraints())) {}
+
+  /// These count one more; false, with the reason in the status, when that is too much.
+  bool AddStep(Flow* flow) { return Add(step_, flow); }
+  bool AddArc(Flow* flow) { return Add(arc_, flow); }
+
+ private:
+  bool Add(double bytes, Flow* flow) {
+    held_ += bytes;
+    if (held_ <= allowed_) return true;
+    std::ostringstream reason;
+    reason
+        << "max_megabytes = " << 1e-6 * allowed_
+        << " are full of the motion so far, its steps and its events; options.max_megabytes may be "
+           "raised, or fewer samples asked for";
+    flow->Stop(Outcome::kBudgetExceeded, reason.str());
+    return false;
+  }
+
+  const double allowed_, step_, arc_;
+  double held_ = 0;
+};
+
 /// Flows to the next transition or to `segment_end`, where the input changes. True when a
 /// transition was passed.
-bool FlowArc(Flow* flow, double segment_end, double horizon, bool dense, Arc* arc) {
+bool FlowArc(Flow* flow, double segment_end, double horizon, bool dense, TrajectorySize* size,
+             Arc* arc) {
   while (flow->t() < segment_end) {
     if (!flow->Propose(horizon)) return false;
     if (dense && flow->proposed_length() > 0) {
+      if (!size->AddStep(flow)) return false;
       arc->dense.Append(flow->t(), flow->proposed_length(), flow->ProposedDense(),
                         static_cast<int>(arc->x_begin.size()));
     }
@@ -67,6 +100,7 @@ Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x,
     message << "duration is " << duration << " s: it must be finite and not negative";
     throw std::invalid_argument(message.str());
   }
+  const BudgetStage stage("the simulation");
   const ContactMode mode = InitialMode(system, x, schedule.values.front(), options);
   const double begin = schedule.grid.front(), end = begin + duration;
   Flow flow(system, begin, x, mode, schedule.values.front(), options);
@@ -77,16 +111,21 @@ Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x,
   trajectory.gap_tolerance = options.gap_tolerance;
   trajectory.speed_tolerance = options.speed_tolerance;
   trajectory.arcs.push_back(ArcFrom(flow));
+  TrajectorySize size(system, options.max_megabytes);
   std::size_t next = 1;  // of the schedule
-  while (flow.status().ok() && flow.t() < end) {
-    const bool changes = next < schedule.grid.size() && schedule.grid[next] < end;
-    const double segment_end = changes ? schedule.grid[next] : end;
-    const bool passed =
-        FlowArc(&flow, segment_end, end, options.dense, &trajectory.arcs.back()) ||
-        (changes && flow.status().ok() && flow.ChangeInput(schedule.values[next++]));
-    if (!passed) break;
-    trajectory.transitions.push_back(flow.transition());
-    trajectory.arcs.push_back(ArcFrom(flow));
+  try {
+    while (flow.status().ok() && flow.t() < end) {
+      const bool changes = next < schedule.grid.size() && schedule.grid[next] < end;
+      const double segment_end = changes ? schedule.grid[next] : end;
+      const bool passed =
+          FlowArc(&flow, segment_end, end, options.dense, &size, &trajectory.arcs.back()) ||
+          (changes && flow.status().ok() && flow.ChangeInput(schedule.values[next++]));
+      if (!passed || !size.AddArc(&flow)) break;
+      trajectory.transitions.push_back(flow.transition());
+      trajectory.arcs.push_back(ArcFrom(flow));
+    }
+  } catch (const BudgetExceeded& reason) {
+    flow.Stop(OutcomeOf(reason), reason.what());
   }
   if (options.simultaneity_tolerance == 0) {
     double& tolerance = trajectory.simultaneity_tolerance;

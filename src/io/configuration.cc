@@ -27,6 +27,7 @@ SimulateOptions ReadSimulateOptions(const YAML::Node& map, SimulateOptions o) {
   reader.Read("max_steps", &o.max_steps, 1, kMaxSteps);
   reader.Read("max_events", &o.max_events, 1, kMaxEvents);
   reader.Read("max_seconds", &o.max_seconds);
+  reader.Read("max_megabytes", &o.max_megabytes);
   int law = static_cast<int>(o.impact_law);
   reader.Read("impact_law", ImpactLawNames(), &law);
   o.impact_law = static_cast<ImpactLaw>(law);
@@ -75,6 +76,7 @@ void CheckOptions(const SimulateOptions& options) {
   CheckWithin("options/max_steps", static_cast<double>(options.max_steps), 1, kMaxSteps);
   CheckWithin("options/max_events", static_cast<double>(options.max_events), 1, kMaxEvents);
   CheckWithin("options/max_seconds", options.max_seconds, 1e-3, kMaxSeconds);
+  CheckWithin("options/max_megabytes", options.max_megabytes, 1e-3, kMaxMegabytes);
 }
 
 void CheckOptions(const BDerivativeOptions& options) {

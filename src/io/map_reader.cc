@@ -19,7 +19,7 @@ std::string At(const YAML::Mark& mark) {
 std::string Kind(const YAML::Node& node) {
   switch (node.Type()) {
     case YAML::NodeType::Scalar:
-      return "'" + node.Scalar() + "'";
+      return QuoteName(node.Scalar());
     case YAML::NodeType::Sequence:
       return "a list";
     case YAML::NodeType::Map:

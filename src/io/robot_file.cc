@@ -68,8 +68,8 @@ void ReadClosures(const YAML::Node& map, RobotDescription* robot) {
     for (const char letter : axes) {
       const int axis = letter - 'x';
       if (axis < 0 || axis > 2 || taken[axis]) {
-        throw std::invalid_argument("closures/" + name + "/axes is '" + axes +
-                                    "', expected some of xyz, each once" + reader->Line("axes"));
+        throw std::invalid_argument("closures/" + name + "/axes is " + QuoteName(axes) +
+                                    ", expected some of xyz, each once" + reader->Line("axes"));
       }
       taken[axis] = true;
       robot->closures.push_back(MakeClosureRow(parts.points[0], parts.points[1], axis));

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/ros/analysis_servers.h"
 
+#include <chrono>
+#include <utility>
+
 #include "contact_flow/ros/analysis_messages.h"
 #include "contact_flow/ros/controllability_answer.h"
 #include "contact_flow/ros/conversions.h"
@@ -77,27 +80,52 @@ CovarianceRequest ToRequest(const ComputeCovariance::Request& in) {
 
 /// Answers a service whose result is a message of its own.
 template <class Record, class Request, class Response>
-bool Analyse(const char* name, const Setup& setup, Outlet* outlet, const Request& in,
-             Response* out) {
+bool Analyse(const char* name, const Setup& setup, WorkPool* pool, Outlet* outlet,
+             const Request& in, Response* out) {
   out->outcome = Response::REFUSED;
   return Guard(name, out, [&] {
     Record record;
     record.request = ToRequest(in);
-    record.result = Answer(setup, record.request);
+    AnswerWithin<Response>(pool, name, LimitsOf(setup, OptionsOf(record.request)), &record.result,
+                           [&] { return Answer(setup, record.request); });
     out->result = record.result;
     Deliver(outlet, &record, out);
     out->result.header = record.header;
   });
 }
 
-/// Pursues the goal of an action until it is reached or cancelled.
+/// Whether nobody has listened to the results of an action for kLost, after somebody had. Asked by
+/// one thread.
+class Audience {
+ public:
+  explicit Audience(const ros::Publisher& results) : results_(results) {}
+  bool Left() {
+    const auto now = std::chrono::steady_clock::now();
+    if (results_.getNumSubscribers() > 0) {
+      heard_ = true;
+      last_ = now;
+    }
+    return heard_ && std::chrono::duration<double>(now - last_).count() > kLost;
+  }
+
+ private:
+  static constexpr double kLost = 5;  // [s]: longer than it takes to connect anew
+  const ros::Publisher& results_;
+  bool heard_ = false;
+  std::chrono::steady_clock::time_point last_;
+};
+
+/// Pursues the goal of an action until it is reached or cancelled, or its client has gone.
 template <class Record, class Feedback, class Result, class Server, class Goal>
-void Pursue(const char* name, const Setup& setup, Outlet* outlet, const Goal& goal,
-            Server* server) {
+void Pursue(const char* name, const Setup& setup, WorkPool* pool, Outlet* outlet,
+            const ros::Publisher& results, const Goal& goal, Server* server) {
   Result out;
   out.outcome = Result::REFUSED;
   Watch watch;
-  watch.cancelled = [server] { return server->isPreemptRequested() || !ros::ok(); };
+  Audience audience(results);
+  watch.cancelled = [server, &audience] {
+    return server->isPreemptRequested() || audience.Left() || !ros::ok();
+  };
   watch.report = [server](int iteration, double fraction, double value, const Vector& best) {
     Feedback feedback;
     feedback.iteration = static_cast<std::uint32_t>(iteration);
@@ -109,7 +137,12 @@ void Pursue(const char* name, const Setup& setup, Outlet* outlet, const Goal& go
   Guard(name, &out, [&] {
     Record record;
     record.request = goal.request;
-    record.result = Answer(setup, record.request, watch);
+    BudgetLimits limits = LimitsOf(setup, OptionsOf(record.request));
+    limits.cancelled = watch.cancelled;
+    // Goals are watched and cancelled: they may take as long as may be, if nothing is asked for.
+    if (record.request.options.max_seconds == 0) limits.max_seconds = kMaxSeconds;
+    AnswerWithin<Result>(pool, name, std::move(limits), &record.result,
+                         [&] { return Answer(setup, record.request, watch); });
     out.result = record.result;
     Deliver(outlet, &record, &out);
     out.result.header = record.header;
@@ -125,9 +158,11 @@ void Pursue(const char* name, const Setup& setup, Outlet* outlet, const Goal& go
 
 }  // namespace
 
-AnalysisServers::AnalysisServers(ros::NodeHandle* node, const Setup& setup, Outlet* outlet)
+AnalysisServers::AnalysisServers(ros::NodeHandle* node, ros::NodeHandle* work_node,
+                                 const Setup& setup, Outlet* outlet, WorkPool* pool)
     : setup_(setup),
       outlet_(outlet),
+      pool_(pool),
       find_orbit_(
           *node, "find_periodic_orbit",
           [this](const FindPeriodicOrbitGoalConstPtr& goal) { FindOrbit(goal); }, false),
@@ -135,40 +170,43 @@ AnalysisServers::AnalysisServers(ros::NodeHandle* node, const Setup& setup, Outl
           *node, "optimize", [this](const OptimizeOutcomeGoalConstPtr& goal) { Optimize(goal); },
           false) {
   servers_ = {
-      node->advertiseService("poincare_map", &AnalysisServers::ReturnMap, this),
-      node->advertiseService("assess_stability", &AnalysisServers::Stability, this),
-      node->advertiseService("assess_controllability", &AnalysisServers::Controllability, this),
-      node->advertiseService("propagate_covariance", &AnalysisServers::Covariance, this)};
+      work_node->advertiseService("poincare_map", &AnalysisServers::ReturnMap, this),
+      work_node->advertiseService("assess_stability", &AnalysisServers::Stability, this),
+      work_node->advertiseService("assess_controllability", &AnalysisServers::Controllability,
+                                  this),
+      work_node->advertiseService("propagate_covariance", &AnalysisServers::Covariance, this)};
+  orbit_results_ = node->advertise<FindPeriodicOrbitActionResult>("find_periodic_orbit/result", 50);
+  optimize_results_ = node->advertise<OptimizeOutcomeActionResult>("optimize/result", 50);
   find_orbit_.start();
   optimize_.start();
 }
 
 bool AnalysisServers::ReturnMap(ComputePoincareMap::Request& in,
                                 ComputePoincareMap::Response& out) {
-  return Analyse<PoincareRecord>("poincare_map", setup_, outlet_, in, &out);
+  return Analyse<PoincareRecord>("poincare_map", setup_, pool_, outlet_, in, &out);
 }
 
 bool AnalysisServers::Stability(DecideStability::Request& in, DecideStability::Response& out) {
-  return Analyse<StabilityRecord>("assess_stability", setup_, outlet_, in, &out);
+  return Analyse<StabilityRecord>("assess_stability", setup_, pool_, outlet_, in, &out);
 }
 
 bool AnalysisServers::Controllability(DecideControllability::Request& in,
                                       DecideControllability::Response& out) {
-  return Analyse<ControllabilityRecord>("assess_controllability", setup_, outlet_, in, &out);
+  return Analyse<ControllabilityRecord>("assess_controllability", setup_, pool_, outlet_, in, &out);
 }
 
 bool AnalysisServers::Covariance(ComputeCovariance::Request& in, ComputeCovariance::Response& out) {
-  return Analyse<CovarianceRecord>("propagate_covariance", setup_, outlet_, in, &out);
+  return Analyse<CovarianceRecord>("propagate_covariance", setup_, pool_, outlet_, in, &out);
 }
 
 void AnalysisServers::FindOrbit(const FindPeriodicOrbitGoalConstPtr& goal) {
   Pursue<PeriodicOrbitRecord, FindPeriodicOrbitFeedback, FindPeriodicOrbitResult>(
-      "find_periodic_orbit", setup_, outlet_, *goal, &find_orbit_);
+      "find_periodic_orbit", setup_, pool_, outlet_, orbit_results_, *goal, &find_orbit_);
 }
 
 void AnalysisServers::Optimize(const OptimizeOutcomeGoalConstPtr& goal) {
   Pursue<OptimizationRecord, OptimizeOutcomeFeedback, OptimizeOutcomeResult>(
-      "optimize", setup_, outlet_, *goal, &optimize_);
+      "optimize", setup_, pool_, outlet_, optimize_results_, *goal, &optimize_);
 }
 
 }  // namespace ros_interface

@@ -80,6 +80,7 @@ SimulationOptions ToMsg(const SimulateOptions& options) {
   m.max_steps = options.max_steps;
   m.max_events = options.max_events;
   m.max_seconds = options.max_seconds;
+  m.max_megabytes = options.max_megabytes;
   m.complete_zeno = options.complete_zeno;
   m.impact_law = ImpactLawNames()[static_cast<std::size_t>(options.impact_law)];
   return m;

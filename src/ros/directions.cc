@@ -37,8 +37,8 @@ Vector ParseDirection(const std::string& field, const std::string& text,
   if (it == tangents.end()) {
     const bool rate = name.compare(0, sizeof(kRate) - 1, kRate) == 0;
     throw std::invalid_argument(
-        field + " is '" + text +
-        "': " + UnknownName("coordinate", rate ? name.substr(sizeof(kRate) - 1) : name, tangents));
+        field + " is " + QuoteName(text) + ": " +
+        UnknownName("coordinate", rate ? name.substr(sizeof(kRate) - 1) : name, tangents));
   }
   return sign * Vector::Unit(static_cast<Eigen::Index>(tangents.size()), it - tangents.begin());
 }

@@ -9,10 +9,22 @@
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/handler.h"
 #include "contact_flow/ros/linearize_answer.h"
+#include "contact_flow/ros/memory_limit.h"
 
 namespace contact_flow {
 namespace ros_interface {
 namespace {
+
+/// Threads beside those of long work: for requests that are still short, and for the services that
+/// only hand something on.
+constexpr long kShortThreads = 4;
+constexpr std::uint32_t kPromptThreads = 4;
+
+ros::NodeHandle WorkNode(ros::CallbackQueue* queue) {
+  ros::NodeHandle node("~");
+  node.setCallbackQueue(queue);
+  return node;
+}
 
 static_assert(SimulateTrajectoryResponse::GRAZING == static_cast<int>(Outcome::kGrazing) &&
                   SimulateTrajectoryResponse::ZENO == static_cast<int>(Outcome::kZeno) &&
@@ -49,9 +61,15 @@ Request DirectionFields(const ServiceRequest& in) {
 
 Node::Node(const NodeParameters& parameters)
     : setup_(parameters.configuration),
+      pool_(static_cast<std::size_t>(parameters.threads),
+            static_cast<std::size_t>(parameters.queue)),
       node_("~"),
+      work_node_(WorkNode(&work_queue_)),
       outlet_(&node_, parameters.bag_directory, ToMsg(setup_)),
-      analyses_(&node_, setup_, &outlet_) {
+      analyses_(&node_, &work_node_, setup_, &outlet_, &pool_),
+      work_spinner_(
+          static_cast<std::uint32_t>(parameters.threads + parameters.queue + kShortThreads),
+          &work_queue_) {
   setup_.options.cancelled = [] { return !ros::ok(); };
   if (setup_.robot != nullptr) {
     for (const std::string& warning : setup_.robot->robot().model.warnings) {
@@ -71,17 +89,37 @@ Node::Node(const NodeParameters& parameters)
   }
   if (simulator_) {
     simulator_->Start();
-    simulator_services_ =
-        std::make_unique<SimulatorServices>(simulator_.get(), parameters.simulator, &node_);
+    simulator_services_ = std::make_unique<SimulatorServices>(
+        simulator_.get(), parameters.simulator, &node_, &work_node_, &pool_);
   }
-  servers_ = {node_.advertiseService("simulate", &Node::Simulate, this),
-              node_.advertiseService("b_derivative", &Node::Differentiate, this),
-              node_.advertiseService("compare", &Node::Compare, this),
-              node_.advertiseService("check_assumptions", &Node::CheckAssumed, this),
-              node_.advertiseService("linearize", &Node::Linearized, this),
+  servers_ = {work_node_.advertiseService("simulate", &Node::Simulate, this),
+              work_node_.advertiseService("b_derivative", &Node::Differentiate, this),
+              work_node_.advertiseService("compare", &Node::Compare, this),
+              work_node_.advertiseService("check_assumptions", &Node::CheckAssumed, this),
+              work_node_.advertiseService("linearize", &Node::Linearized, this),
+              node_.advertiseService("cancel", &Node::Cancel, this),
               node_.advertiseService("describe_model", &Node::Describe, this),
               node_.advertiseService("start_recording", &Node::Start, this),
               node_.advertiseService("stop_recording", &Node::Stop, this)};
+  work_spinner_.start();
+}
+
+/// Answers record->request within its budget.
+template <class Response, class Record>
+void Node::Compute(const char* service, Record* record) {
+  AnswerWithin<Response>(&pool_, service, LimitsOf(setup_, OptionsOf(record->request)),
+                         &record->result, [&] { return Answer(setup_, record->request); });
+}
+
+bool Node::Cancel(CancelWork::Request& in, CancelWork::Response& out) {
+  return Guard("cancel", &out, [&] {
+    const WorkPool::Count count =
+        in.ask_only ? pool_.Look() : pool_.Cancel(in.service, "cancelled by ~cancel");
+    out.cancelled = static_cast<std::uint32_t>(count.cancelled);
+    out.running = static_cast<std::uint32_t>(count.running);
+    out.waiting = static_cast<std::uint32_t>(count.waiting);
+    out.message = count.sentence;
+  });
 }
 
 bool Node::Simulate(SimulateTrajectory::Request& in, SimulateTrajectory::Response& out) {
@@ -90,7 +128,7 @@ bool Node::Simulate(SimulateTrajectory::Request& in, SimulateTrajectory::Respons
     SimulationRecord record;
     record.request = CommonFields<SimulationRequest>(in);
     record.request.samples = in.samples;
-    record.result = Answer(setup_, record.request);
+    Compute<SimulateTrajectory::Response>("simulate", &record);
     for (const TrajectoryArc& arc : record.result.arcs) {
       std::string label;
       for (const std::string& name : arc.mode) label += (label.empty() ? "" : ", ") + name;
@@ -112,7 +150,7 @@ bool Node::Differentiate(ComputeBDerivative::Request& in, ComputeBDerivative::Re
     record.request = DirectionFields<DerivativeRequest>(in);
     record.request.all_pieces = in.all_pieces;
     record.request.continue_orders = in.continue_orders;
-    record.result = Answer(setup_, record.request);
+    Compute<ComputeBDerivative::Response>("b_derivative", &record);
     out.derivative = record.result;
     Deliver(&outlet_, &record, &out);
     out.derivative.header = record.header;
@@ -125,7 +163,7 @@ bool Node::Compare(CompareBDerivative::Request& in, CompareBDerivative::Response
     ComparisonRecord record;
     record.request = DirectionFields<ComparisonRequest>(in);
     record.request.alphas = in.alphas;
-    record.result = Answer(setup_, record.request);
+    Compute<CompareBDerivative::Response>("compare", &record);
     out.comparison = record.result;
     Deliver(&outlet_, &record, &out);
     out.comparison.header = record.header;
@@ -140,7 +178,7 @@ bool Node::CheckAssumed(CheckAssumptions::Request& in, CheckAssumptions::Respons
     record.request.region_samples = in.region_samples;
     record.request.region_q = in.region_q;
     record.request.region_v = in.region_v;
-    record.result = Answer(setup_, record.request);
+    Compute<CheckAssumptions::Response>("check_assumptions", &record);
     out.report = record.result;
     Deliver(&outlet_, &record, &out);
     out.report.header = record.header;
@@ -153,7 +191,7 @@ bool Node::Linearized(LinearizeTrajectory::Request& in, LinearizeTrajectory::Res
     LinearizationRecord record;
     record.request = CommonFields<LinearizationRequest>(in);
     record.request.derivative_options = in.derivative_options;
-    record.result = Answer(setup_, record.request);
+    Compute<LinearizeTrajectory::Response>("linearize", &record);
     out.linearization = record.result;
     Deliver(&outlet_, &record, &out);
     out.linearization.header = record.header;
@@ -214,8 +252,9 @@ int RunNode() {
   const ros::NodeHandle handle;
   try {
     const NodeParameters parameters = ReadNodeParameters();
+    LimitMemory(parameters.max_memory);
     Node node(parameters);
-    ros::AsyncSpinner spinner(static_cast<std::uint32_t>(parameters.threads));
+    ros::AsyncSpinner spinner(kPromptThreads);  // of what is answered at once
     spinner.start();
     if (parameters.simulator.online) {
       ROS_INFO("simulator: %s",

@@ -123,7 +123,10 @@ OptimizationResult Answer(const Setup& setup, const OptimizationRequest& request
       Minimize(MakeOutcomeCost(system, problem), UnknownValues(system, problem), options);
   OptimizationResult result;
   result.model = system.description().name;
-  result.outcome = cancelled() ? kAnalysisCancelled : static_cast<std::uint8_t>(found.status);
+  result.outcome = cancelled() ? kAnalysisCancelled
+                   : found.status == DescentStatus::kCancelled
+                       ? EndOfSearch()
+                       : static_cast<std::uint8_t>(found.status);
   result.message = found.message;
   result.unknowns = request.unknowns;
   result.values = ToMsg(VectorRef(found.y));

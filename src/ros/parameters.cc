@@ -8,6 +8,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "contact_flow/ros/memory_limit.h"
 #include "contact_flow/ros/recorder.h"
 
 namespace contact_flow {
@@ -147,6 +148,15 @@ NodeParameters ReadNodeParameters() {
   parameters.bag_directory = ExpandHome(parameters.bag_directory);
   if (parameters.bag_directory.empty()) parameters.bag_directory = DefaultBagDirectory();
   reader.Read("threads", &parameters.threads, 1, 64);
+  reader.Read("queue", &parameters.queue, 0, 256);
+  reader.Read("max_memory", &parameters.max_memory);
+  if (parameters.max_memory != -1 && parameters.max_memory != 0 &&
+      !(parameters.max_memory >= kLeastMemory && parameters.max_memory <= kMostMemory)) {
+    std::ostringstream text;
+    text << name << "/max_memory is " << parameters.max_memory << " MB, expected " << kLeastMemory
+         << " to " << kMostMemory << ", 0 for no limit, or -1 for the default";
+    throw std::invalid_argument(text.str());
+  }
   ReadSimulatorParameters(&reader, name, &parameters.simulator);
   reader.Finish();
   return parameters;

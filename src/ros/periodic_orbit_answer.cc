@@ -138,8 +138,10 @@ PeriodicOrbitResult Answer(const Setup& setup, const PeriodicOrbitRequest& reque
   const MechanicalSystem& system = *found.system;
   PeriodicOrbitResult result;
   result.model = system.description().name;
-  result.outcome =
-      cancelled() ? kAnalysisCancelled : static_cast<std::uint8_t>(found.newton.status);
+  result.outcome = cancelled() ? kAnalysisCancelled
+                   : found.newton.status == NewtonStatus::kCancelled
+                       ? EndOfSearch()
+                       : static_cast<std::uint8_t>(found.newton.status);
   result.message = found.newton.message;
   for (const NewtonIteration& iteration : found.newton.iterations) {
     SolverIteration m;

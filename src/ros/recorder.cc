@@ -9,13 +9,15 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "contact_flow/nearest_name.h"
+
 namespace contact_flow {
 namespace ros_interface {
 namespace {
 
 /// The name without ".bag". Throws unless it is a plain file name.
 std::string CheckName(std::string name) {
-  const std::string asked = "name '" + name + "' ";
+  const std::string asked = "name " + QuoteName(name) + " ";
   if (name.size() > 4 && name.compare(name.size() - 4, 4, ".bag") == 0)
     name.resize(name.size() - 4);
   if (name.find('/') != std::string::npos || name.find("..") != std::string::npos) {
@@ -45,7 +47,7 @@ std::string NewBagPath(const std::string& directory, const std::string& asked) {
   if (error) throw std::runtime_error("bag_directory " + directory + ": " + error.message());
   const std::string path = directory + "/" + name + ".bag";
   if (Exists(path)) {
-    throw std::invalid_argument("name '" + asked + "' is taken: " + path + " exists");
+    throw std::invalid_argument("name " + QuoteName(asked) + " is taken: " + path + " exists");
   }
   return path;
 }

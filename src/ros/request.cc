@@ -140,6 +140,7 @@ SimulateOptions ResolveOptions(SimulateOptions o, const SimulationOptions& asked
   Override("options.max_steps", asked.max_steps, kMaxSteps, &o.max_steps);
   Override("options.max_events", asked.max_events, kMaxEvents, &o.max_events);
   Override("options.max_seconds", asked.max_seconds, &o.max_seconds);
+  Override("options.max_megabytes", asked.max_megabytes, &o.max_megabytes);
   if (!asked.impact_law.empty()) {
     const std::vector<std::string>& names = ImpactLawNames();
     const auto it = std::find(names.begin(), names.end(), asked.impact_law);

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "contact_flow/SimulateTrajectory.h"
 #include "contact_flow/ros/handler.h"
 #include "contact_flow/ros/prediction.h"
 #include "contact_flow/ros/warnings.h"
@@ -30,8 +31,9 @@ bool Simply(const char* service, const Body& body) {
 }  // namespace
 
 SimulatorServices::SimulatorServices(Simulator* simulator, const SimulatorParameters& parameters,
-                                     ros::NodeHandle* node)
-    : simulator_(simulator) {
+                                     ros::NodeHandle* node, ros::NodeHandle* work_node,
+                                     WorkPool* pool)
+    : simulator_(simulator), pool_(pool) {
   using S = SimulatorServices;
   servers_ = {node->advertiseService("pause_physics", &S::Pause, this),
               node->advertiseService("unpause_physics", &S::Unpause, this),
@@ -44,7 +46,7 @@ SimulatorServices::SimulatorServices(Simulator* simulator, const SimulatorParame
               node->advertiseService("apply_impulse", &S::Push, this),
               node->advertiseService("set_parameters", &S::SetParameters, this),
               node->advertiseService("mark", &S::Mark, this),
-              node->advertiseService("predict", &S::PredictFrom, this)};
+              work_node->advertiseService("predict", &S::PredictFrom, this)};
   input_ = node->subscribe<InputCommand>(
       "input", 1000,
       [this](const InputCommand::ConstPtr& message) { simulator_->TakeInput(*message); },
@@ -185,10 +187,15 @@ bool SimulatorServices::PredictFrom(PredictOutcome::Request& in, PredictOutcome:
     request.size = in.size;
     const Snapshot snapshot = simulator_->Call(
         [&](Session& session) { return session.AskPrediction(&request); }, &out.condition);
-    out.prediction = Predict(snapshot, request, [] { return !ros::ok(); });
+    const auto stopped = [] { return !ros::ok(); };
+    AnswerWithin<SimulateTrajectory::Response>(pool_, "predict", LimitsOf(*snapshot.setup, {}),
+                                               &out.prediction,
+                                               [&] { return Predict(snapshot, request, stopped); });
     out.outcome = out.prediction.outcome;
     out.message = out.prediction.message;
-    if (out.outcome == static_cast<int>(Outcome::kCancelled)) return;
+    const bool ended = out.outcome == static_cast<int>(Outcome::kCancelled) ||
+                       out.outcome == static_cast<int>(Outcome::kBudgetExceeded);
+    if (ended) return;  // nobody could repeat it
     simulator_->Call([&](Session& session) { session.TellPrediction(out.prediction); });
   });
 }

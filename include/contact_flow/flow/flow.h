@@ -69,6 +69,8 @@ class Flow {
   /// The next input begins: what rests stays in contact unless it would have to pull now. True when
   /// the run goes on; transition() then holds the change.
   bool ChangeInput(const VectorRef& u);
+  /// The run is over, for this reason.
+  void Stop(Outcome outcome, const std::string& reason);
   const Transition& transition() const { return transition_; }
 
   /// Of what was accepted.
@@ -87,7 +89,6 @@ class Flow {
   void Field(const double* x, double* xdot);
   void SampleEnd(GapSample* sample);
   void FinishStep();
-  void Stop(Outcome outcome, const std::string& reason);
   bool WithinBudget();
   void BeginArc();
   bool Attempt(double end, double* h, bool* rejected);

@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "contact_flow/budget.h"
+
 namespace contact_flow {
 
 /// How a simulation, or a derivative, came out. Anything but kOk is an answer with a reason, not an
@@ -34,6 +36,11 @@ struct Status {
 
   bool ok() const { return outcome == Outcome::kOk; }
 };
+
+/// kCancelled, or else kBudgetExceeded.
+inline Outcome OutcomeOf(const BudgetExceeded& reason) {
+  return reason.end() == BudgetEnd::kCancelled ? Outcome::kCancelled : Outcome::kBudgetExceeded;
+}
 
 /// Something on the way of a run that went on: a touch with vanishing speed (kGrazing), bounces
 /// that were completed to rest (kZeno), an impact whose outcome is not continuous (kDiscontinuous)

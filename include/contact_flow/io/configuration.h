@@ -39,6 +39,7 @@ std::unique_ptr<MechanicalSystem> MakeConfigured(const Configuration& configurat
 inline constexpr long kMaxSteps = 1000000000;
 inline constexpr long kMaxEvents = 1000000;
 inline constexpr double kMaxSeconds = 3600;
+inline constexpr double kMaxMegabytes = 100000;
 
 /// Names of the impact laws, in the order of ImpactLaw.
 const std::vector<std::string>& ImpactLawNames();

@@ -9,6 +9,7 @@
 #include "contact_flow/RowMajorMatrix.h"
 #include "contact_flow/StabilityProof.h"
 #include "contact_flow/analysis/stability.h"
+#include "contact_flow/budget.h"
 #include "contact_flow/derivative/piecewise_linear_map.h"
 #include "contact_flow/ros/setup.h"
 
@@ -18,6 +19,11 @@ namespace ros_interface {
 
 /// Of the outcomes of analyses; its value is the same in all of them.
 inline constexpr std::uint8_t kAnalysisCancelled = 5;
+/// What ended a search that says that it was cancelled: that, or BUDGET_EXCEEDED.
+inline std::uint8_t EndOfSearch() {
+  constexpr std::uint8_t kBudgetExceeded = 6;
+  return LookAtBudget(nullptr) == BudgetEnd::kSeconds ? kBudgetExceeded : kAnalysisCancelled;
+}
 
 std::vector<DerivativePiece> ToMsg(const PiecewiseLinearMap& map);
 StabilityProof ToMsg(const StabilityCertificate& certificate);

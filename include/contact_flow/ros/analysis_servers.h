@@ -14,6 +14,7 @@
 #include "contact_flow/OptimizeOutcomeAction.h"
 #include "contact_flow/ros/outlet.h"
 #include "contact_flow/ros/setup.h"
+#include "contact_flow/ros/work_pool.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -24,8 +25,10 @@ namespace ros_interface {
 /// place.
 class AnalysisServers {
  public:
-  /// `setup` and `outlet` must outlive this.
-  AnalysisServers(ros::NodeHandle* node, const Setup& setup, Outlet* outlet);
+  /// All must outlive this. Actions have threads of their own; services are answered by those of
+  /// `work_node`.
+  AnalysisServers(ros::NodeHandle* node, ros::NodeHandle* work_node, const Setup& setup,
+                  Outlet* outlet, WorkPool* pool);
 
  private:
   bool ReturnMap(ComputePoincareMap::Request& in, ComputePoincareMap::Response& out);
@@ -37,7 +40,9 @@ class AnalysisServers {
 
   const Setup& setup_;
   Outlet* outlet_;
+  WorkPool* pool_;
   std::vector<ros::ServiceServer> servers_;
+  ros::Publisher orbit_results_, optimize_results_;  // as the actions', to see who listens
   actionlib::SimpleActionServer<FindPeriodicOrbitAction> find_orbit_;
   actionlib::SimpleActionServer<OptimizeOutcomeAction> optimize_;
 };

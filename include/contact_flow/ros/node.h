@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <ros/callback_queue.h>
 #include <ros/ros.h>
 
 #include <memory>
 #include <vector>
 
+#include "contact_flow/CancelWork.h"
 #include "contact_flow/CheckAssumptions.h"
 #include "contact_flow/CompareBDerivative.h"
 #include "contact_flow/ComputeBDerivative.h"
@@ -19,6 +21,7 @@
 #include "contact_flow/ros/parameters.h"
 #include "contact_flow/ros/setup.h"
 #include "contact_flow/ros/simulator_services.h"
+#include "contact_flow/ros/work_pool.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -36,19 +39,26 @@ class Node {
   bool Compare(CompareBDerivative::Request& in, CompareBDerivative::Response& out);
   bool CheckAssumed(CheckAssumptions::Request& in, CheckAssumptions::Response& out);
   bool Linearized(LinearizeTrajectory::Request& in, LinearizeTrajectory::Response& out);
+  bool Cancel(CancelWork::Request& in, CancelWork::Response& out);
   bool Describe(DescribeModel::Request& in, DescribeModel::Response& out);
   bool Start(StartRecording::Request& in, StartRecording::Response& out);
   bool Stop(StopRecording::Request& in, StopRecording::Response& out);
+  template <class Response, class Record>
+  void Compute(const char* service, Record* record);
   /// Records results, and the simulator beside it; returns both paths.
   std::vector<std::string> RecordTo(const std::string& name);
 
   Setup setup_;
-  ros::NodeHandle node_;
+  WorkPool pool_;
+  ros::CallbackQueue work_queue_;  // of services that may take long
+  ros::NodeHandle node_;           // of all others
+  ros::NodeHandle work_node_;
   Outlet outlet_;
   AnalysisServers analyses_;
   std::unique_ptr<Simulator> simulator_;
   std::unique_ptr<SimulatorServices> simulator_services_;
   std::vector<ros::ServiceServer> servers_;
+  ros::AsyncSpinner work_spinner_;
 };
 
 /// Runs the node until it is told to stop. Returns the exit code of the process: 1 when its

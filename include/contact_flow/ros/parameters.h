@@ -17,7 +17,9 @@ struct NodeParameters {
   bool record = false;        ///< ~record: record from the start
   std::string bag_name;       ///< ~bag_name: of that bag; "": model and time
   std::string bag_directory;  ///< ~bag_directory
-  long threads = 4;           ///< ~threads: requests answered at once
+  long threads = 4;           ///< ~threads: long requests answered at once
+  long queue = 16;            ///< ~queue: long requests that may wait for these
+  double max_memory = -1;     ///< ~max_memory [10⁶ byte]; 0: no limit, -1: see LimitMemory
   SimulatorParameters simulator;
 };
 

@@ -19,6 +19,7 @@
 #include "contact_flow/SimulatorConfig.h"
 #include "contact_flow/StepSimulation.h"
 #include "contact_flow/ros/simulator.h"
+#include "contact_flow/ros/work_pool.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -28,7 +29,7 @@ namespace ros_interface {
 class SimulatorServices {
  public:
   SimulatorServices(Simulator* simulator, const SimulatorParameters& parameters,
-                    ros::NodeHandle* node);
+                    ros::NodeHandle* node, ros::NodeHandle* work_node, WorkPool* pool);
 
  private:
   /// dynamic_reconfigure under ~simulator, as it takes the name set_parameters.
@@ -49,6 +50,7 @@ class SimulatorServices {
   bool PredictFrom(PredictOutcome::Request& in, PredictOutcome::Response& out);
 
   Simulator* simulator_;
+  WorkPool* pool_;  // of predictions
   std::vector<ros::ServiceServer> servers_;
   ros::Subscriber input_;
   ros::WallTimer status_timer_;
