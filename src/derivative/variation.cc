@@ -7,6 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "contact_flow/budget.h"
 #include "arc_jacobian.h"
 #include "collocation.h"
 #include "flow_law.h"
@@ -74,6 +75,7 @@ class Propagation {
     // The rate r of the tangents [1/s]: a step's error is error_s·(r h)^{2s+1}.
     double rate = GuessRate();
     while (t < arc_.t_end) {
+      AskBudget();
       const double rest = arc_.t_end - t;
       const double length = ChooseStep(t, rest, rate);
       const double error = Step(t, length);
@@ -153,6 +155,7 @@ class Propagation {
     const GaussLegendre& rule = collocation_.rule();
     const int s = rule.stages;
     for (int i = 0; i < s; ++i) {
+      AskBudget();
       jacobian_.At(t + rule.c(i) * h, collocation_.Node(i).data(), collocation_.Source(i).data());
     }
     if (!collocation_.Solve(h)) return kInfinity;

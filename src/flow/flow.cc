@@ -6,6 +6,7 @@
 #include <sstream>
 #include <utility>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/flow/transition.h"
 #include "thread_clock.h"
@@ -78,6 +79,7 @@ void Flow::Stop(Outcome outcome, const std::string& reason) {
 }
 
 bool Flow::WithinBudget() {
+  AskBudget();
   if (attempts_ >= options_.max_steps) {
     Stop(Outcome::kBudgetExceeded,
          "max_steps = " + std::to_string(options_.max_steps) + " integration steps were made");

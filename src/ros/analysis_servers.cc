@@ -10,6 +10,7 @@
 #include "contact_flow/ros/periodic_orbit_answer.h"
 #include "contact_flow/ros/poincare_answer.h"
 #include "contact_flow/ros/stability_answer.h"
+#include "contact_flow/ros/step_limits.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -97,7 +98,7 @@ void Pursue(const char* name, const Setup& setup, Outlet* outlet, const Goal& go
   Result out;
   out.outcome = Result::REFUSED;
   Watch watch;
-  watch.cancelled = [server] { return server->isPreemptRequested() || !ros::ok(); };
+  watch.cancelled = [server] { return server->isPreemptRequested() || IsStopping(); };
   watch.report = [server](int iteration, double fraction, double value, const Vector& best) {
     Feedback feedback;
     feedback.iteration = static_cast<std::uint32_t>(iteration);

@@ -5,8 +5,10 @@
 #include <stdexcept>
 #include <string>
 
+#include "contact_flow/ros/gate.h"
 #include "contact_flow/ros/handler.h"
 #include "contact_flow/ros/prediction.h"
+#include "contact_flow/ros/step_limits.h"
 #include "contact_flow/ros/warnings.h"
 
 namespace contact_flow {
@@ -25,6 +27,17 @@ bool Simply(const char* service, const Body& body) {
     throw std::runtime_error(std::string(service) + ": " + error.what());
   }
   return true;
+}
+
+/// A setting that is no number stays as it was.
+void Keep(const char* name, double* asked, double* kept) {
+  try {
+    CheckNumber(name, *asked);
+    *kept = *asked;
+  } catch (const std::invalid_argument& error) {
+    ROS_WARN("simulator: %s; it stays %g", error.what(), *kept);
+    *asked = *kept;
+  }
 }
 
 }  // namespace
@@ -62,7 +75,11 @@ void SimulatorServices::OfferSettings(const SimulatorParameters& parameters,
   place.setParam("rate", parameters.rate);
   place.setParam("display_rate", parameters.display_rate);
   settings_ = std::make_unique<dynamic_reconfigure::Server<SimulatorConfig>>(place);
-  settings_->setCallback([this](SimulatorConfig& config, std::uint32_t) {
+  settings_->setCallback([this, kept = parameters](SimulatorConfig& config, std::uint32_t) mutable {
+    // The server keeps numbers in their ranges, but not NaN in any.
+    Keep("real_time_factor", &config.real_time_factor, &kept.real_time_factor);
+    Keep("rate", &config.rate, &kept.rate);
+    Keep("display_rate", &config.display_rate, &kept.display_rate);
     if (config.real_time_factor > 0) {
       config.real_time_factor = std::max(config.real_time_factor, Simulator::kSmallestFactor);
     }
@@ -90,6 +107,7 @@ bool SimulatorServices::ResetWorld(Empty::Request&, Empty::Response&) {
 
 bool SimulatorServices::Step(StepSimulation::Request& in, StepSimulation::Response& out) {
   return Guard("step", &out, [&] {
+    CheckMessage(in);
     const Simulator::Steps steps = simulator_->Step(in.seconds, in.events, &out.condition);
     out.t = steps.t;
     out.events = steps.events;
@@ -100,6 +118,7 @@ bool SimulatorServices::Step(StepSimulation::Request& in, StepSimulation::Respon
 
 bool SimulatorServices::SetState(SetSimulatorState::Request& in, SetSimulatorState::Response& out) {
   return Guard("set_state", &out, [&] {
+    CheckMessage(in);
     out.state = simulator_->Call(
         [&](Session& session) {
           session.SetState(in.state);
@@ -122,6 +141,7 @@ bool SimulatorServices::GetState(GetSimulatorState::Request&, GetSimulatorState:
 
 bool SimulatorServices::SetInputs(SetInput::Request& in, SetInput::Response& out) {
   return Guard("set_input", &out, [&] {
+    CheckMessage(in);
     out.t = simulator_->Call(
         [&](Session& session) {
           const double t = in.at != 0 ? in.at : session.now();
@@ -134,6 +154,7 @@ bool SimulatorServices::SetInputs(SetInput::Request& in, SetInput::Response& out
 
 bool SimulatorServices::Push(ApplyImpulse::Request& in, ApplyImpulse::Response& out) {
   return Guard("apply_impulse", &out, [&] {
+    CheckMessage(in);
     out.state = simulator_->Call(
         [&](Session& session) {
           session.ApplyImpulse(in.names, in.impulse);
@@ -146,6 +167,7 @@ bool SimulatorServices::Push(ApplyImpulse::Request& in, ApplyImpulse::Response& 
 bool SimulatorServices::SetParameters(SetSimulatorParameters::Request& in,
                                       SetSimulatorParameters::Response& out) {
   return Guard("set_parameters", &out, [&] {
+    CheckMessage(in);
     out.state = simulator_->Call(
         [&](Session& session) {
           session.SetParameters(in.names, in.values);
@@ -157,6 +179,7 @@ bool SimulatorServices::SetParameters(SetSimulatorParameters::Request& in,
 
 bool SimulatorServices::Mark(MarkInstant::Request& in, MarkInstant::Response& out) {
   return Guard("mark", &out, [&] {
+    CheckMessage(in);
     SimulatorMark asked;
     asked.directions = in.directions;
     asked.direction_matrix = in.direction_matrix;
@@ -177,6 +200,7 @@ bool SimulatorServices::Mark(MarkInstant::Request& in, MarkInstant::Response& ou
 
 bool SimulatorServices::PredictFrom(PredictOutcome::Request& in, PredictOutcome::Response& out) {
   return Guard("predict", &out, [&] {
+    CheckMessage(in);
     PredictionRequest request;
     request.horizon = in.horizon;
     request.directions = in.directions;
@@ -185,7 +209,7 @@ bool SimulatorServices::PredictFrom(PredictOutcome::Request& in, PredictOutcome:
     request.size = in.size;
     const Snapshot snapshot = simulator_->Call(
         [&](Session& session) { return session.AskPrediction(&request); }, &out.condition);
-    out.prediction = Predict(snapshot, request, [] { return !ros::ok(); });
+    out.prediction = Predict(snapshot, request, &IsStopping);
     out.outcome = out.prediction.outcome;
     out.message = out.prediction.message;
     if (out.outcome == static_cast<int>(Outcome::kCancelled)) return;

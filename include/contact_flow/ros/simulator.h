@@ -41,6 +41,8 @@ struct SimulatorParameters {
   bool mark = false;                            ///< ~mark the start
   long realtime_priority =
       0;  ///< ~realtime_priority of the simulation thread, 1 to 99 (SCHED_FIFO); 0: none
+  /// ~step_seconds: the longest that 10 ms of the motion may take [s of processor time]
+  double step_seconds = 2;
   bool busy_wait = false;       ///< ~busy_wait: that thread does not sleep between two instants
   double bag_split_size = 128;  ///< ~bag_split_size of the parts of NAME_online.bag [MB]
   DisplayOptions display;       ///< ~tf_prefix, ~base_frame
@@ -133,6 +135,7 @@ class Simulator {
   /// Waits until t is due; false when the thread is to stop.
   bool WaitUntilDue(double t);
   void Go();
+  void Stop();
   void EndSteps(const std::vector<ResultWarning>& warnings);
   void AfterCommands();
   void CountTicks();

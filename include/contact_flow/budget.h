@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+namespace contact_flow {
+
+/// What one request may take, whatever it is made of.
+struct BudgetLimits {
+  double max_seconds = std::numeric_limits<double>::infinity();    ///< by the clock [s]
+  double max_megabytes = std::numeric_limits<double>::infinity();  ///< of any one thing [10⁶ byte]
+  /// Asked now and then, by the thread that works; returning true cancels for good.
+  std::function<bool()> cancelled;
+};
+
+enum class BudgetEnd { kNone = 0, kSeconds, kMegabytes, kCancelled };
+
+/// Thrown where a budget is asked and there is none left. What has been computed by then is of no
+/// use; public functions with a Status turn this into Outcome::kBudgetExceeded or kCancelled.
+class BudgetExceeded : public std::runtime_error {
+ public:
+  BudgetExceeded(BudgetEnd end, const std::string& sentence)
+      : std::runtime_error(sentence), end_(end) {}
+  BudgetEnd end() const { return end_; }
+
+ private:
+  BudgetEnd end_;
+};
+
+/// The budget of a request, counted from its construction: a token. Copies are the same budget.
+/// Threads may share it, and any of them may cancel it.
+class Budget {
+ public:
+  explicit Budget(BudgetLimits limits = {});
+
+  /// Ends whatever works under it, within the time between two questions. The first reason stays.
+  void Cancel(const std::string& reason) const;
+  bool cancelled() const;
+  const BudgetLimits& limits() const;
+  double elapsed() const;  ///< [s]
+  /// Why there is nothing left; "" while there is. What has once run out stays so.
+  BudgetEnd Ask(std::string* sentence) const;
+
+ private:
+  struct State;
+  std::shared_ptr<State> state_;
+};
+
+/// While it lives, what its thread computes is within `budget`. Scopes nest; the innermost counts.
+/// Nothing that is computed depends on a budget, but whether it is.
+class BudgetScope {
+ public:
+  explicit BudgetScope(const Budget& budget);
+  ~BudgetScope();
+  BudgetScope(const BudgetScope&) = delete;
+  BudgetScope& operator=(const BudgetScope&) = delete;
+
+ private:
+  friend BudgetEnd LookAtBudget(std::string* sentence);
+  friend void AskBudget();
+  friend bool HasBudget();
+  friend void AskMemory(double bytes, const std::string& what);
+  friend class BudgetStage;
+
+  const Budget budget_;
+  BudgetScope* const outer_;
+  const class BudgetStage* stage_ = nullptr;
+  int stride_ = 1, left_ = 1;  // questions until the clock is looked at again
+  double last_ = 0;            // elapsed then [s]
+};
+
+/// Names what is being done, for the sentence of a budget that ends meanwhile: "in the arcs, 3 of
+/// 12". `what` must outlive it.
+class BudgetStage {
+ public:
+  explicit BudgetStage(const char* what, std::size_t total = 0);
+  ~BudgetStage();
+  BudgetStage(const BudgetStage&) = delete;
+  BudgetStage& operator=(const BudgetStage&) = delete;
+
+  void Next() { ++done_; }
+  std::string Describe() const;
+
+ private:
+  const char* const what_;
+  const std::size_t total_;
+  std::size_t done_ = 0;
+  BudgetScope* const scope_;
+  const BudgetStage* const outer_;
+};
+
+/// True where this thread works within a budget.
+bool HasBudget();
+/// Throws BudgetExceeded when the budget of this thread is used up. A few nanoseconds: to be asked
+/// in every loop whose length is not known, at least every 10 ms.
+void AskBudget();
+/// The same without throwing, looking at the clock.
+BudgetEnd LookAtBudget(std::string* sentence);
+/// Before `bytes` are allocated for `what` ("the matrices of 40320 pieces"): throws BudgetExceeded,
+/// with the figures, where that is more than max_megabytes.
+void AskMemory(double bytes, const std::string& what);
+
+}  // namespace contact_flow
