@@ -77,7 +77,8 @@ class Simulator {
     });
     std::future<Result> result = task.get_future();
     auto shared = std::make_shared<std::packaged_task<Result()>>(std::move(task));
-    Post([shared] { (*shared)(); });
+    // Not to be kept here: the promise breaks when whoever drops the command drops the last of it.
+    Post([shared = std::move(shared)] { (*shared)(); });
     try {
       return result.get();
     } catch (const std::future_error&) {
