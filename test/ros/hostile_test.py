@@ -13,8 +13,9 @@ import random
 import threading
 import time
 import unittest
+import xmlrpc.client
 
-import rosnode
+import rosgraph
 import rospy
 import rostest
 from client import SERVICES as ANSWERS
@@ -179,9 +180,8 @@ class Hostile(unittest.TestCase):
 
     @staticmethod
     def process_of(name):
-        node = rosnode.ID if hasattr(rosnode, "ID") else "/rosnode"
-        uri = rosnode.get_api_uri(rospy.get_master(), "/" + name)
-        return rosnode.ServerProxy(uri).getPid(node)[2]
+        uri = rosgraph.Master(rospy.get_name()).lookupNode("/" + name)
+        return xmlrpc.client.ServerProxy(uri).getPid(rospy.get_name())[2]
 
     @staticmethod
     def resident(process):
