@@ -116,8 +116,9 @@ bool Session::AdvanceTo(double t) {
   TellLostMark();
   if (spent_ > limits_.step_seconds) {
     std::ostringstream reason;
-    reason << StepLimits::kInstant << " s of the motion take more than step_seconds = "
-           << limits_.step_seconds << " s of processor time: it is too quick to go along with";
+    reason << StepLimits::kInstant
+           << " s of the motion take more than step_seconds = " << limits_.step_seconds
+           << " s of processor time: it is too quick to go along with";
     End(Outcome::kBudgetExceeded, reason.str());
   } else if (now() >= begun_ + StepLimits::kInstant) {
     begun_ = now();

@@ -14,7 +14,7 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-constexpr double kPatience = 0.1;     // [s] of waiting for commands while nothing moves
+constexpr double kPatience = 0.1;        // [s] of waiting for commands while nothing moves
 constexpr double kLongestInstant = 0.1;  // [s] of simulated time
 /// Parts of step_seconds.
 constexpr double kSlice = 0.01, kMarkPart = 0.25;

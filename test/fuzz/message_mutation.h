@@ -43,11 +43,13 @@ class MessageMutator {
 
   double Number(double was) {
     constexpr double kInf = std::numeric_limits<double>::infinity();
-    static const double kNumbers[] = {
-        std::nan(""), kInf,  -kInf, 5e-324, -5e-324, 1e-310, 1e-200, 1e-100, 1e-12, 1e-9, 1e-6,
-        1e-3,         0,     -0.0,  1,      -1,      2,      10,     1e3,    1e5,   1e6,  1e9,
-        4e9,          1e12,  1e15,  1e18,   1e30,    1e99,   1e100,  1e101,  1e200, 1e308,
-        -1e308,       1e-99, 1.7976931348623157e308};
+    static const double kNumbers[] = {std::nan(""), kInf,   -kInf,  5e-324, -5e-324,
+                                      1e-310,       1e-200, 1e-100, 1e-12,  1e-9,
+                                      1e-6,         1e-3,   0,      -0.0,   1,
+                                      -1,           2,      10,     1e3,    1e5,
+                                      1e6,          1e9,    4e9,    1e12,   1e15,
+                                      1e18,         1e30,   1e99,   1e100,  1e101,
+                                      1e200,        1e308,  -1e308, 1e-99,  1.7976931348623157e308};
     constexpr std::size_t kCount = sizeof(kNumbers) / sizeof(kNumbers[0]);
     switch (Below(8)) {
       case 0:
@@ -131,10 +133,18 @@ class MessageMutator {
   template <class Integer>
   Integer Whole(Integer was) {
     using Limits = std::numeric_limits<Integer>;
-    const Integer numbers[] = {0, 1, 2, 3, 10, Limits::max(), Limits::min(),
+    const Integer numbers[] = {0,
+                               1,
+                               2,
+                               3,
+                               10,
+                               Limits::max(),
+                               Limits::min(),
                                static_cast<Integer>(Limits::max() / 2),
-                               static_cast<Integer>(was + 1), static_cast<Integer>(was - 1),
-                               static_cast<Integer>(-1), static_cast<Integer>(1000)};
+                               static_cast<Integer>(was + 1),
+                               static_cast<Integer>(was - 1),
+                               static_cast<Integer>(-1),
+                               static_cast<Integer>(1000)};
     return numbers[Below(sizeof(numbers) / sizeof(numbers[0]))];
   }
 

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "contact_flow/StabilityRequest.h"
 #include "contact_flow/ros/answers.h"
 #include "contact_flow/ros/serialize.h"
 #include "contact_flow/ros/session.h"
-#include "contact_flow/StabilityRequest.h"
 #include "test/fuzz/message_mutation.h"
 #include "test/fuzz/request_target.h"
 
@@ -31,8 +31,8 @@ struct RequestTarget::State {
       : setup(Configured(model)), session(Configured(model), {}, {}) {
     session.LimitSteps({1, 0.05, 0.5});
     const SystemDescription& names = setup.system->description();
-    for (const auto* list : {&names.coordinates, &names.velocities, &names.inputs,
-                             &names.constraints}) {
+    for (const auto* list :
+         {&names.coordinates, &names.velocities, &names.inputs, &names.constraints}) {
       words.insert(words.end(), list->begin(), list->end());
     }
     for (const Parameter& parameter : names.parameters) words.push_back(parameter.name);
@@ -45,9 +45,7 @@ struct RequestTarget::State {
   }
 
   std::vector<double> Q() const { return Part(0, setup.system->num_positions()); }
-  std::vector<double> V() const {
-    return Part(setup.system->num_positions(), setup.system->dof());
-  }
+  std::vector<double> V() const { return Part(setup.system->num_positions(), setup.system->dof()); }
   std::vector<double> Part(int begin, int count) const {
     const Vector& x = setup.system->nominal().x;
     return {x.data() + begin, x.data() + begin + count};

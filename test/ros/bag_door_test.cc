@@ -38,8 +38,9 @@ TEST(BagDoor, BagsComeAndGoInManyThreads) {
     threads.emplace_back([&, k] {
       StreamRecorder recorder(directory);
       for (int i = 0; i < 40; ++i) {
-        recorder.Start("stream_" + std::to_string(k) + "_" + std::to_string(i),
-                       [](const ros::Time&) { return Number(0); }, ros::Time(1));
+        recorder.Start(
+            "stream_" + std::to_string(k) + "_" + std::to_string(i),
+            [](const ros::Time&) { return Number(0); }, ros::Time(1));
         recorder.Write(ros::Time(1), Number(i));
         recorder.Stop();
       }

@@ -84,8 +84,9 @@ TEST(Gate, LimitsSizes) {
 
 TEST(FieldNames, AreThoseOfTheDefinition) {
   const std::vector<std::string> expected = {"header", "a", "b"};
-  EXPECT_EQ(expected, FieldNames("# text\nstd_msgs/Header header\nuint8 ONE=1  # x\nfloat64 a # = 1\n"
-                                 "float64[] b\n====\nMSG: std_msgs/Header\nuint32 seq\n"));
+  EXPECT_EQ(expected,
+            FieldNames("# text\nstd_msgs/Header header\nuint8 ONE=1  # x\nfloat64 a # = 1\n"
+                       "float64[] b\n====\nMSG: std_msgs/Header\nuint32 seq\n"));
 }
 
 TEST(PoincareAnswer, RefusesWhatHungTheNode) {
