@@ -88,7 +88,7 @@ class Client:
         self.dice = random.Random("%d %d" % (seed, number))
         self.mutator = Mutator(self.dice)
         self.count, self.wrong = count, []
-        self.sent = self.refused = 0
+        self.sent = self.refused = self.dropped = 0
         self.slowest = (0, "")
         services = {**ANSWERS, **COMMANDS}
         # Their own tests; here bags would fill the disk, and steps wait for others' motion.
@@ -121,7 +121,14 @@ class Client:
         self.bound(name, request)
         begin = time.time()
         try:
-            answer = service(request)
+            try:
+                answer = service(request)
+            except rospy.ServiceException as error:
+                # Seen once in 55 000: the connection drops before the answer. The same request is answered then.
+                if "transport error" not in str(error):
+                    raise
+                self.dropped += 1
+                answer = service(request)
             if hasattr(answer, "success") and not answer.success:
                 self.refused += 1
                 if len(answer.message) < 5:
@@ -173,8 +180,10 @@ class Hostile(unittest.TestCase):
         wrong = [text for client in crowd for text in client.wrong]
         self.assertEqual(wrong[:3], [])
         sent, refused = sum(c.sent for c in crowd), sum(c.refused for c in crowd)
-        print("%d hostile requests in %.0f s, %d refused; the slowest %.2f s (%s); %d good ones in between; resident %.0f MB"
-              % ((sent, time.time() - begin, refused) + max(c.slowest for c in crowd) + (asked, resident)))
+        dropped = sum(c.dropped for c in crowd)
+        self.assertLessEqual(dropped, 1 + sent // 10000, "connections without an answer")
+        print("%d hostile requests in %.0f s, %d refused; the slowest %.2f s (%s); %d good ones in between; resident %.0f MB; %d dropped connections"
+              % ((sent, time.time() - begin, refused) + max(c.slowest for c in crowd) + (asked, resident, dropped)))
         self.assertGreaterEqual(sent, count // clients * clients)
         self.assertEqual(serialized(good(duration=0.3)), expected)
 
