@@ -66,7 +66,8 @@ PoincareReturn PoincareMap::Return(const VectorRef& x, bool differentiate) const
       while (!FindReturn(x, part, &result) && result.status == ReturnStatus::kNoReturn &&
              part < options_.horizon) {
         AskBudget();
-        part = std::min(2 * part, options_.horizon);
+        // Of 5e-324 s the sixteenth part is 0.
+        part = part > 0 ? std::min(2 * part, options_.horizon) : options_.horizon;
       }
     }
   } catch (const std::invalid_argument& refusal) {

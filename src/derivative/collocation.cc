@@ -74,9 +74,9 @@ void Collocation::AssembleNode(int i, double h, Rows m) {
   }
   for (int l = 0; l < columns_.size(); ++l) {
     const int c = columns_.members()[l];
-    const double *K = &picked_(0, c), *D = &picked_(0, d_ + c);
-    double* __restrict q = &accelerations_(i * m, l);
-    double* __restrict v = &accelerations_(i * m, columns_.size() + l);
+    const double *K = picked_.col(c).data(), *D = picked_.col(d_ + c).data();
+    double* __restrict q = accelerations_.col(l).data() + i * m;
+    double* __restrict v = accelerations_.col(columns_.size() + l).data() + i * m;
     for (int r = 0; r < m; ++r) {
       q[r] = K[r];
       v[r] = D[r] + ahead * K[r];
@@ -90,7 +90,7 @@ void Collocation::AssembleNode(int i, double h, Rows m) {
     for (int c = 0; c < d_; ++c) {
       const double factor = rows_.combination()(c, unknown);
       if (factor == 0) continue;
-      const double *left = &picked_(0, c), *right = &picked_(0, d_ + c);
+      const double *left = picked_.col(c).data(), *right = picked_.col(d_ + c).data();
       for (int r = 0; r < m; ++r) {
         K[r] += factor * left[r];
         D[r] += factor * right[r];
@@ -129,10 +129,10 @@ void Collocation::AddAccelerations(double scale, const Vector& weights, Eigen::R
   spread_.resize(d_, all);
   WithFixedSize(rows_.size(), [&](auto m) {
     for (int c = 0; c < all; ++c) {
-      double* __restrict sum = &sum_(0, c);
+      double* __restrict sum = sum_.col(c).data();  // of no row where no acceleration is unknown
       for (int r = 0; r < m; ++r) sum[r] = 0;
       for (int j = 0; j < rule_->stages; ++j) {
-        const double* __restrict Z = &accelerations_(j * m, c);
+        const double* __restrict Z = accelerations_.col(c).data() + j * m;
         const double weight = scale * weights(j);
         for (int r = 0; r < m; ++r) sum[r] += weight * Z[r];
       }
@@ -140,7 +140,7 @@ void Collocation::AddAccelerations(double scale, const Vector& weights, Eigen::R
   });
   WithFixedSize(d_, [&](auto d) {
     for (int c = 0; c < all; ++c) {
-      double* __restrict out = &spread_(0, c);
+      double* __restrict out = spread_.col(c).data();
       for (int r = 0; r < d; ++r) out[r] = 0;
       for (int k = 0; k < rows_.size(); ++k) {
         const double factor = sum_(k, c);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <sstream>
 
 #include "contact_flow/budget.h"
@@ -153,8 +154,9 @@ ContactMode Germ::Strike(ContactMode touching, ContactMode kept, bool plastic) {
     answer = Block(G, kept, kept, all).llt().solve(mixed);
     reduced -= mixed.transpose() * answer;
   }
-  const ComplementaritySolution solution = SolveComplementarity(reduced, b);
-  if (!solution.found) Refuse(*touching.begin(), "touches others that depend on it");
+  const std::optional<ComplementaritySolution> found = SolveComplementarity(reduced, b);
+  if (!found) Refuse(*touching.begin(), "touches others that depend on it");
+  const ComplementaritySolution& solution = *found;
   Vector impulse = Vector::Zero(all.Size());
   const Vector others = kept.Empty() ? Vector() : Vector(-answer * solution.z);
   int r = 0, t = 0, k = 0;

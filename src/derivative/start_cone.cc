@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 
@@ -160,7 +161,13 @@ Vector StartCone::operator()(const VectorRef& direction) const {
     reach.col(r) = reach_.col(rows[r]);
     b(r) = rows[r] < held_ ? 0 : (1 + restitution_(rows[r])) * rates_.row(rows[r]).dot(w);
   }
-  w.segment(dof_, dof_) += reach * SolveComplementarity(G, b).z;
+  const std::optional<ComplementaritySolution> impact = SolveComplementarity(G, b);
+  if (!impact) {
+    throw std::domain_error("at t = " + std::to_string(t_) +
+                            " s no impulses end the impact at the start in this direction: its "
+                            "contacts are dependent and jam (Assumption 3)");
+  }
+  w.segment(dof_, dof_) += reach * impact->z;
   for (int r = 0; r < held_; ++r) {
     const Vector rate = rates_.row(r).transpose();
     if (!(rate.dot(w) > kNoise * Terms(rate, w))) continue;

@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include "contact_flow/dynamics/complementarity.h"
@@ -57,8 +58,8 @@ ImpactResult TouchingFrame::Impact(const Vector& v, ContactMode subset) const {
     const Eigen::LLT<Matrix> factor(block);
     if (factor.info() == Eigen::Success) p = -factor.solve(b);
   } else {
-    const ComplementaritySolution solution = SolveComplementarity(block, b);
-    if (solution.found) p = solution.z;
+    const std::optional<ComplementaritySolution> solution = SolveComplementarity(block, b);
+    if (solution) p = solution->z;
   }
   if (p.size() != k || !p.allFinite()) {
     throw std::domain_error("the touching constraints are dependent at an impact (Assumption 3)");

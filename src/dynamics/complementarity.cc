@@ -51,26 +51,28 @@ bool SolveOnSupport(const Matrix& G, const Vector& b, ContactMode support, doubl
   return solution.allFinite();
 }
 
+using Solution = std::optional<ComplementaritySolution>;
+
 /// z_i = max(0, −b_i/G_ii), the solution when G is diagonal.
-ComplementaritySolution SolveDecoupled(const Matrix& G, const Vector& b, double zero) {
+Solution SolveDecoupled(const Matrix& G, const Vector& b, double zero) {
+  if (!(G.diagonal().array() > 0).all()) return std::nullopt;
   ComplementaritySolution solution;
   solution.z = Vector::Zero(b.size());
-  solution.found = (G.diagonal().array() > 0).all();
   for (int i = 0; i < b.size(); ++i) {
     if (b(i) >= -zero) continue;
     solution.z(i) = -b(i) / G(i, i);
     solution.support.Insert(i);
   }
+  if (!solution.z.allFinite()) return std::nullopt;  // G_ii of 1e-310
   return solution;
 }
 
-ComplementaritySolution SolveByPivoting(const Matrix& G, const Vector& b, double zero,
-                                        double smallest_pivot) {
+Solution SolveByPivoting(const Matrix& G, const Vector& b, double zero, double smallest_pivot) {
   const int n = static_cast<int>(b.size());
   ComplementaritySolution solution;
   for (long pivot = 0; pivot < kMaxPivots; ++pivot) {
     AskBudget();
-    if (!SolveOnSupport(G, b, solution.support, smallest_pivot, &solution.z)) return solution;
+    if (!SolveOnSupport(G, b, solution.support, smallest_pivot, &solution.z)) return std::nullopt;
     const Vector w = G * solution.z + b;
     int wrong = -1;
     for (int i = 0; i < n && wrong < 0; ++i) {
@@ -79,13 +81,12 @@ ComplementaritySolution SolveByPivoting(const Matrix& G, const Vector& b, double
     }
     if (wrong < 0) {
       solution.z = solution.z.cwiseMax(0.0);
-      solution.found = true;
       return solution;
     }
     solution.support = solution.support.Contains(wrong) ? solution.support.Without(wrong)
                                                         : solution.support.With(wrong);
   }
-  return solution;
+  return std::nullopt;
 }
 
 /// min ½ zᵀGz + bᵀz over z ≥ 0 by an active set of independent rows: the most negative w_i comes
@@ -95,8 +96,8 @@ class ActiveSet {
  public:
   ActiveSet(const Matrix& G, const Vector& b) : G_(G), b_(b), z_(Vector::Zero(b.size())) {}
 
-  ComplementaritySolution Solve() {
-    ComplementaritySolution solution;
+  Solution Solve() {
+    bool found = false;
     const Vector scale = G_.diagonal().cwiseSqrt();
     const double size = b_.cwiseQuotient(scale).cwiseAbs().maxCoeff();
     const double zero = kSemidefiniteRounding * size, inconsistent = kInconsistent * size;
@@ -112,12 +113,14 @@ class ActiveSet {
         next = i;
       }
       if (next < 0) {
-        solution.found = z_.allFinite();
+        found = z_.allFinite();
         break;
       }
       if (!Enter(next)) break;
       if (!Descend()) break;
     }
+    if (!found) return std::nullopt;
+    ComplementaritySolution solution;
     solution.z = z_;
     for (int i : rows_) solution.support.Insert(i);
     return solution;
@@ -182,13 +185,13 @@ class ActiveSet {
 
 }  // namespace
 
-ComplementaritySolution SolveComplementarity(const Matrix& G, const Vector& b) {
+Solution SolveComplementarity(const Matrix& G, const Vector& b) {
   const int n = static_cast<int>(b.size());
   const double zero = kRounding * (n > 0 ? b.cwiseAbs().maxCoeff() : 0.0);
-  if (!G.allFinite() || !b.allFinite()) return {};
+  if (!G.allFinite() || !b.allFinite()) return std::nullopt;
   if (G.isDiagonal(0)) return SolveDecoupled(G, b, zero);
-  const ComplementaritySolution definite = SolveByPivoting(G, b, zero, kDependentRow);
-  if (definite.found || !(G.diagonal().array() > 0).all()) return definite;
+  const Solution definite = SolveByPivoting(G, b, zero, kDependentRow);
+  if (definite || !(G.diagonal().array() > 0).all()) return definite;
   return ActiveSet(G, b).Solve();
 }
 
@@ -196,9 +199,14 @@ double Independence(const Matrix& G, const std::vector<int>& S, int i, Vector* c
   const int k = static_cast<int>(S.size());
   Vector coupling(k);
   for (int row = 0; row < k; ++row) coupling(row) = G(S[row], i);
-  const Vector y = k > 0 ? Vector(Block(G, S).llt().solve(coupling)) : coupling;
+  Vector y = coupling;
+  if (k > 0) {
+    const Eigen::LLT<Matrix> factor(Block(G, S));
+    const bool definite = factor.info() == Eigen::Success;
+    y = definite ? Vector(factor.solve(coupling)) : Vector::Constant(k, std::nan(""));
+  }
   if (combination != nullptr) *combination = y;
-  return G(i, i) > 0 ? std::max(0.0, 1 - coupling.dot(y) / G(i, i)) : 0;
+  return y.allFinite() && G(i, i) > 0 ? std::max(0.0, 1 - coupling.dot(y) / G(i, i)) : 0;
 }
 
 }  // namespace contact_flow

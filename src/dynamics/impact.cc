@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/dynamics/impact.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <optional>
 #include <stdexcept>
 #include <vector>
 
@@ -26,18 +28,27 @@ ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q,
   const Matrix G = A * Y;
   Vector p;
   if (law == ImpactLaw::kProjection) {
-    p = -G.llt().solve(b);
+    const Eigen::LLT<Matrix> factor(G);
+    if (k > 0 && factor.info() != Eigen::Success) {
+      throw std::domain_error(
+          "the impulses of the touching constraints are not unique: they are dependent (Assumption "
+          "3), or the mass is indefinite");
+    }
+    p = k > 0 ? Vector(-factor.solve(b)) : Vector();
   } else {
-    const ComplementaritySolution solution = SolveComplementarity(G, b);
-    if (!solution.found) {
+    const std::optional<ComplementaritySolution> solution = SolveComplementarity(G, b);
+    if (!solution) {
       throw std::domain_error(
           "no impulses p >= 0 of the touching constraints end the impact: they are dependent and "
           "jam (Assumption 3), or the mass is indefinite");
     }
-    p = solution.z;
+    p = solution->z;
   }
   ImpactResult result;
   result.v_plus = v_minus + Y * p;
+  if (!result.v_plus.allFinite()) {
+    throw std::domain_error("the velocity after the impact is not finite");
+  }
   result.impulse = Vector::Zero(n + system.num_bilateral());
   const double zero = k > 0 ? kRounding * b.cwiseAbs().maxCoeff() : 0;
   row = 0;
@@ -106,6 +117,9 @@ Matrix ImpactJacobian(const MechanicalSystem& system, const VectorRef& q, const 
   }
   Matrix reset = Matrix::Identity(tangents, tangents);
   reset.middleRows(d, d) = kkt.partialPivLu().solve(rhs).topRows(d);
+  if (!reset.allFinite()) {
+    throw std::domain_error("an impact has no derivative: its constraints are dependent");
+  }
   return reset;
 }
 

@@ -1,7 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/dynamics/inverse_inertia.h"
 
+#include <limits>
+
 namespace contact_flow {
+namespace {
+
+Matrix Undefined(Eigen::Index rows, Eigen::Index cols) {
+  return Matrix::Constant(rows, cols, std::numeric_limits<double>::quiet_NaN());
+}
+
+}  // namespace
 
 InverseInertia::InverseInertia(const MechanicalSystem& system, const VectorRef& q,
                                const VectorRef& v, const VectorRef& u, ContactMode mode)
@@ -9,10 +18,12 @@ InverseInertia::InverseInertia(const MechanicalSystem& system, const VectorRef& 
   system.Dynamics(q, v, u, mode, &mass_, &applied_);
   system.Constraints(q, v, &terms_);
   mass_factor_.compute(mass_);
+  regular_ = mass_factor_.info() == Eigen::Success;
   if (system.num_bilateral() == 0) return;
   const auto B = terms_.jacobian.bottomRows(system.num_bilateral());
   reach_ = mass_factor_.solve(B.transpose());
   bilateral_factor_.compute(B * reach_);
+  regular_ = regular_ && bilateral_factor_.info() == Eigen::Success;
 }
 
 InverseInertia::InverseInertia(const MechanicalSystem& system, const VectorRef& q,
@@ -27,6 +38,7 @@ Matrix InverseInertia::Rows(ContactMode members) const {
 }
 
 Matrix InverseInertia::operator*(const MatrixRef& R) const {
+  if (!regular_) return Undefined(R.rows(), R.cols());
   Matrix result = mass_factor_.solve(R);
   if (reach_.cols() > 0) result -= reach_ * bilateral_factor_.solve(reach_.transpose() * R);
   return result;
@@ -34,10 +46,12 @@ Matrix InverseInertia::operator*(const MatrixRef& R) const {
 
 Matrix InverseInertia::BilateralForce(const MatrixRef& R) const {
   if (reach_.cols() == 0) return Matrix(0, R.cols());
+  if (!regular_) return Undefined(reach_.cols(), R.cols());
   return -bilateral_factor_.solve(reach_.transpose() * R);
 }
 
 Vector InverseInertia::FreeAcceleration() const {
+  if (!regular_) return Undefined(applied_.size(), 1);
   Vector acceleration = *this * applied_;
   if (reach_.cols() > 0) {
     acceleration -= reach_ * bilateral_factor_.solve(terms_.bias.tail(reach_.cols()));
@@ -46,6 +60,7 @@ Vector InverseInertia::FreeAcceleration() const {
 }
 
 Vector InverseInertia::Correction(const VectorRef& r) const {
+  if (!regular_) return Undefined(reach_.rows(), 1);
   return -reach_ * bilateral_factor_.solve(r);
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -142,8 +143,9 @@ class ForceModes {
   }
 
   ModeSelection Find() {
-    const ComplementaritySolution solution = SolveComplementarity(G_, b_);
-    if (!solution.found) Refuse();
+    const std::optional<ComplementaritySolution> found = SolveComplementarity(G_, b_);
+    if (!found) Refuse();
+    const ComplementaritySolution& solution = *found;
     std::vector<int> basis;
     for (int row : solution.support) basis.push_back(row);
     // λ_i of the members, and (up to coupling) of the others what their force would be.
@@ -258,8 +260,9 @@ class ForceModes {
       c(col) = still ? 0 : -G(col, col) * rates_[col];
     }
     G = 0.5 * (G + G.transpose()).eval();
-    const ComplementaritySolution solution = SolveComplementarity(G, c);
-    if (!solution.found) Refuse();
+    const std::optional<ComplementaritySolution> found = SolveComplementarity(G, c);
+    if (!found) Refuse();
+    const ComplementaritySolution& solution = *found;
     const Vector w = G * solution.z + c;
     for (int row : solution.support) pressing_.push_back(vanishing[row]);
     for (int row = 0; row < k; ++row) {

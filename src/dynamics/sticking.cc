@@ -2,6 +2,7 @@
 #include "contact_flow/dynamics/sticking.h"
 
 #include <Eigen/QR>
+#include <stdexcept>
 
 #include "contact_flow/dynamics/complementarity.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
@@ -18,9 +19,15 @@ ImpactResult Stick(const MechanicalSystem& system, const VectorRef& q, const Vec
   Eigen::CompleteOrthogonalDecomposition<Matrix> factor;
   factor.setThreshold(kDependentRow);
   factor.compute(scale.asDiagonal() * G * scale.asDiagonal());
+  if (!factor.matrixQTZ().allFinite()) {
+    throw std::domain_error("the plastic impact of touching constraints is not finite");
+  }
   const Vector p = -scale.cwiseProduct(factor.solve(scale.cwiseProduct(A * v_minus)));
   ImpactResult result;
   result.v_plus = v_minus + Y * p;
+  if (!result.v_plus.allFinite()) {
+    throw std::domain_error("the velocity after a plastic impact is not finite");
+  }
   result.impulse = Vector::Zero(system.num_constraints() + system.num_bilateral());
   result.hit = J;
   int row = 0;

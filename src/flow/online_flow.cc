@@ -8,8 +8,16 @@
 #include <stdexcept>
 #include <utility>
 
+#include "contact_flow/budget.h"
+
 namespace contact_flow {
 namespace {
+
+/// What has been begun at an event is finished: a flow stops between its steps only.
+const Budget& Unlimited() {
+  static const Budget unlimited;
+  return unlimited;
+}
 
 SimulateOptions WithoutBudgets(SimulateOptions options) {
   Validate(options);
@@ -47,6 +55,7 @@ bool OnlineFlow::Accept(double end) {
   }
   motion_.t_end = flow_.proposed_end();
   motion_.x_end = flow_.proposed_state();
+  const BudgetScope whole(Unlimited());
   return flow_.Accept();
 }
 
@@ -58,6 +67,15 @@ bool OnlineFlow::AdvanceTo(double t) {
     throw std::invalid_argument(message.str());
   }
   if (arc_ended_) BeginMotion();
+  try {
+    return Advance(t);
+  } catch (...) {  // a budget has ended: what was accepted stays
+    now_ = std::max(now_, flow_.t());
+    throw;
+  }
+}
+
+bool OnlineFlow::Advance(double t) {
   while (flow_.status().ok()) {
     // What is told for t itself may still be told anew: an input changes when now() goes beyond its
     // time.
@@ -72,6 +90,7 @@ bool OnlineFlow::AdvanceTo(double t) {
       const Input input = std::move(inputs_.front());
       inputs_.pop_front();
       proposed_ = false;
+      const BudgetScope whole(Unlimited());
       passed = flow_.ChangeInput(input.u);
     } else {
       break;

@@ -148,7 +148,10 @@ bool Flow::CompleteZeno() {
   const int d = system_.dof(), nq = system_.num_positions();
   const ContactMode sticking =
       (last.mode_before | last.mode_after | last.activated | last.grazed) - system_.compliant();
-  const ImpactResult impact = Stick(system_, x_.head(nq), last.x_minus.tail(d), sticking);
+  ImpactResult impact;
+  const Status stuck = Guarded(
+      t_, [&] { impact = Stick(system_, x_.head(nq), last.x_minus.tail(d), sticking); });
+  if (!stuck.ok()) return false;
   const InverseInertia inertia(system_, x_.head(nq), x_.tail(d));
   const auto energy = [&](const Vector& v) { return 0.5 * v.dot(inertia.mass() * v); };
   const double rest = energy(impact.v_plus);

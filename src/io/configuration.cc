@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/io/configuration.h"
 
-#include <fstream>
 #include <sstream>
 #include <stdexcept>
+
+#include "contact_flow/io/text_file.h"
 
 namespace contact_flow {
 namespace {
@@ -105,10 +106,12 @@ Configuration ParseConfiguration(const YAML::Node& document) {
 }
 
 Configuration LoadConfiguration(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw std::invalid_argument(path + ": cannot be read");
+  const std::string text = ReadTextFile(path, kMaxConfigurationBytes);
   try {
-    return ParseConfiguration(YAML::Load(file));
+    if (text.size() > kMaxConfigurationBytes) {
+      throw std::invalid_argument("more than " + std::to_string(kMaxConfigurationBytes) + " bytes");
+    }
+    return ParseConfiguration(ParseYamlDocument(text));
   } catch (const YAML::Exception& error) {
     throw std::invalid_argument(path + ": " + error.what());
   } catch (const std::invalid_argument& error) {

@@ -78,6 +78,7 @@ double MapReader::Number(const std::string& key, const YAML::Node& node) const {
   const bool decimal = text.find_first_not_of("+-.0123456789eE") == std::string::npos;
   if (*end != '\0' || !decimal) Fail(key, node, "a number");
   if (!std::isfinite(number)) Fail(key, node, "a finite number");
+  if (std::abs(number) > kLargestNumber) Fail(key, node, "a number up to 1e100 in size");
   return number;
 }
 

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <stdexcept>
 
+#include "contact_flow/io/text_file.h"
 #include "contact_flow/model/rigid_body/urdf_loader.h"
 #include "contact_flow/nearest_name.h"
 #include "robot_fields.h"
@@ -170,15 +170,7 @@ void ReadNominal(const YAML::Node& map, RobotDescription* robot) {
   robot->nominal.x << q, v;
 }
 
-/// At most one byte more than any text that is accepted, however long the file is.
-std::string ReadFile(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string text(kMaxUrdfBytes + 1, '\0');
-  file.read(&text[0], static_cast<std::streamsize>(text.size()));
-  if (!file && !file.eof()) throw std::invalid_argument(path + ": cannot be read");
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  return text;
-}
+std::string ReadFile(const std::string& path) { return ReadTextFile(path, kMaxUrdfBytes); }
 
 /// Folder of a path with its slash.
 std::string FolderOf(const std::string& path) {
@@ -210,7 +202,7 @@ YAML::Node ParseYaml(const std::string& text) {
   if (text.size() > kMaxRobotYamlBytes) {
     throw std::invalid_argument("more than " + std::to_string(kMaxRobotYamlBytes) + " bytes");
   }
-  const YAML::Node document = YAML::Load(text);
+  const YAML::Node document = ParseYamlDocument(text);
   if (!document.IsMap()) throw std::invalid_argument("it is not a map of names to values");
   return document;
 }

@@ -10,11 +10,14 @@
 namespace contact_flow {
 namespace {
 
+constexpr double kSmallest = 1e-100;
+
 const char* Complaint(double value, Range range) {
   if (!std::isfinite(value)) return "must be finite";
   switch (range) {
     case Range::kPositive:
-      return value > 0 ? nullptr : "must be positive";
+      if (!(value > 0)) return "must be positive";
+      return value >= kSmallest ? nullptr : "must be at least 1e-100, for what is divided by it";
     case Range::kNonNegative:
       return value >= 0 ? nullptr : "must not be negative";
     case Range::kUnitInterval:

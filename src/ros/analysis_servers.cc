@@ -13,6 +13,7 @@
 #include "contact_flow/ros/periodic_orbit_answer.h"
 #include "contact_flow/ros/poincare_answer.h"
 #include "contact_flow/ros/stability_answer.h"
+#include "contact_flow/ros/step_limits.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -124,7 +125,7 @@ void Pursue(const char* name, const Setup& setup, WorkPool* pool, Outlet* outlet
   Watch watch;
   Audience audience(results);
   watch.cancelled = [server, &audience] {
-    return server->isPreemptRequested() || audience.Left() || !ros::ok();
+    return server->isPreemptRequested() || audience.Left() || IsStopping();
   };
   watch.report = [server](int iteration, double fraction, double value, const Vector& best) {
     Feedback feedback;

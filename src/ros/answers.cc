@@ -11,6 +11,7 @@
 #include "contact_flow/derivative/continued_outcomes.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/directions.h"
+#include "contact_flow/ros/gate.h"
 #include "contact_flow/ros/request.h"
 #include "contact_flow/ros/warnings.h"
 
@@ -99,6 +100,12 @@ void AddDerivatives(const Setup& setup, const Differentiated& d, OutcomeDerivati
     const Vector& w = d.directions.vectors[static_cast<std::size_t>(i)];
     directions.row(i) = w;
     derivatives.row(i) = d.derivative(w);
+    if (!derivatives.row(i).allFinite()) {
+      return SetStatus({Outcome::kNonFinite, "the derivative along " +
+                                                 d.directions.names[static_cast<std::size_t>(i)] +
+                                                 " is not finite"},
+                       result);
+    }
     result->direction_modes.emplace_back();
     result->direction_modes.back().names =
         ToLabels(result->constraints, d.derivative.PerturbedModes(w));
@@ -181,6 +188,7 @@ void AddOrders(const Setup& setup, const Differentiated& d, bool continue_orders
 }  // namespace
 
 ContactTrajectory Answer(const Setup& setup, const SimulationRequest& request) {
+  CheckMessage(request);
   Run run = ResolveRun(setup, request);
   const int count = ResolveCount("samples", request.samples, kDefaultSamples, kMaxSamples);
   run.options.dense = count > 1;
@@ -203,6 +211,7 @@ ContactTrajectory Answer(const Setup& setup, const SimulationRequest& request) {
 }
 
 OutcomeDerivative Answer(const Setup& setup, const DerivativeRequest& request) {
+  CheckMessage(request);
   const Differentiated d = Differentiate(setup, request);
   const Eigen::Index dof = setup.system->dof(), nq = setup.system->num_positions();
   OutcomeDerivative result = Begin<OutcomeDerivative>(setup, d);
@@ -224,6 +233,7 @@ OutcomeDerivative Answer(const Setup& setup, const DerivativeRequest& request) {
 }
 
 DerivativeComparison Answer(const Setup& setup, const ComparisonRequest& request) {
+  CheckMessage(request);
   const std::vector<double> alphas = ResolveAlphas(request.alphas);
   const Differentiated d = Differentiate(setup, request);
   DerivativeComparison result = Begin<DerivativeComparison>(setup, d);
@@ -245,6 +255,12 @@ DerivativeComparison Answer(const Setup& setup, const ComparisonRequest& request
       return result;
     }
     const Vector prediction = d.derivative(vectors[i]);
+    if (!prediction.allFinite()) {
+      SetStatus({Outcome::kNonFinite,
+                 "the derivative along " + d.directions.names[i] + " is not finite"},
+                &result);
+      return result;
+    }
     const QuotientReport report = CompareWithQuotients(
         *setup.system, again, d.derivative.options.variables, d.run.x, d.run.input, d.run.duration,
         vectors[i], prediction, alphas, d.run.options,

@@ -13,6 +13,7 @@
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/event_map.h"
 #include "contact_flow/ros/conversions.h"
+#include "contact_flow/ros/gate.h"
 #include "contact_flow/ros/request.h"
 #include "contact_flow/ros/warnings.h"
 
@@ -124,6 +125,7 @@ void AddRegion(const Setup& setup, const Run& run, const AssumptionRequest& requ
 }  // namespace
 
 TrajectoryAssumptions Answer(const Setup& setup, const AssumptionRequest& request) {
+  CheckMessage(request);
   const Run run = ResolveRun(setup, request);
   const MechanicalSystem& system = *setup.system;
   const Names& constraints = system.description().constraints;

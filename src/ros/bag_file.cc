@@ -10,6 +10,9 @@
 #include <cstring>
 #include <memory>
 #include <stdexcept>
+#include <utility>
+
+#include "contact_flow/ros/bag_door.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -63,18 +66,17 @@ void Sync(int fd, const std::string& path) {
   if (::fsync(fd) != 0 && errno != EINVAL && errno != EROFS) Fail(path, errno);
 }
 
-/// Writes the bag to an open file in memory. A rosbag::Bag that failed to write may not be
-/// destroyed (its destructor throws, which ends the process): it is given up.
+/// Writes the bag to an open file in memory.
 void WriteToMemory(int fd, const std::vector<BagEntry>& entries) {
-  auto bag = std::make_unique<rosbag::Bag>();
+  std::unique_ptr<rosbag::Bag> bag =
+      OpenBag("/proc/self/fd/" + std::to_string(fd), rosbag::bagmode::Write);
   try {
-    bag->open("/proc/self/fd/" + std::to_string(fd), rosbag::bagmode::Write);
     for (const BagEntry& entry : entries) entry(bag.get());
-    bag->close();
   } catch (...) {
-    static_cast<void>(bag.release());
+    GiveUpBag(std::move(bag));
     throw;
   }
+  CloseBag(std::move(bag));
 }
 
 }  // namespace

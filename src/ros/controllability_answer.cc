@@ -13,6 +13,7 @@
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/ros/analysis_messages.h"
 #include "contact_flow/ros/conversions.h"
+#include "contact_flow/ros/gate.h"
 #include "contact_flow/ros/request.h"
 #include "contact_flow/ros/warnings.h"
 
@@ -100,6 +101,7 @@ bool FindMap(const Setup& setup, const ControllabilityRequest& request, Piecewis
 }  // namespace
 
 ControllabilityResult Answer(const Setup& setup, const ControllabilityRequest& request) {
+  CheckMessage(request);
   ControllabilityResult result;
   result.model = setup.system->description().name;
   result.outcome = Response::NO_MAP;

@@ -10,6 +10,7 @@
 #include "contact_flow/ros/analysis_messages.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/directions.h"
+#include "contact_flow/ros/gate.h"
 #include "contact_flow/ros/request.h"
 #include "contact_flow/ros/warnings.h"
 
@@ -82,6 +83,7 @@ void CheckInside(const SystemDescription& names, const StartCone& start, const M
 }  // namespace
 
 CovarianceResult Answer(const Setup& setup, const CovarianceRequest& request) {
+  CheckMessage(request);
   const MechanicalSystem& system = *setup.system;
   const SystemDescription& names = system.description();
   const Run run = ResolveRun(setup, request);

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/ros/epoch_run.h"
 
+#include <sstream>
 #include <utility>
 
 #include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/ros/conversions.h"
+#include "contact_flow/ros/step_limits.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -25,11 +27,34 @@ EpochRun::EpochRun(std::shared_ptr<const Setup> setup, double t, const VectorRef
 bool EpochRun::AdvanceTo(double t) {
   while (true) {
     const bool passed = flow_.AdvanceTo(t);
-    if (mark_) mark_->Follow(&flow_, passed);
+    WithMark([&] { mark_->Follow(&flow_, passed); });
     if (!passed) return false;
     const Transition& transition = flow_.transition();
     if (!transition.changes_input || transition.mode_before != transition.mode_after) return true;
   }
+}
+
+/// Does something with the mark, if there is one, which must not take too long.
+template <class Work>
+void EpochRun::WithMark(const Work& work) {
+  if (!mark_) return;
+  try {
+    const BudgetScope scope(ProcessorBudget(mark_seconds_));
+    work();
+  } catch (const BudgetExceeded&) {
+    std::ostringstream text;
+    text << "the derivative since the mark took more than " << mark_seconds_
+         << " s of processor time for one instant: the mark is lost";
+    loss_ = text.str();
+    mark_.reset();
+    flow_.KeepMotion(false);
+  }
+}
+
+std::optional<RollingTangents> EpochRun::TangentsMsg() {
+  std::optional<RollingTangents> message;
+  WithMark([&] { message = mark_->Message(&flow_); });
+  return message;
 }
 
 Vector EpochRun::SettledState() {

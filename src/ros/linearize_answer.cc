@@ -6,6 +6,7 @@
 #include "contact_flow/derivative/linearization.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/ros/conversions.h"
+#include "contact_flow/ros/gate.h"
 #include "contact_flow/ros/request.h"
 #include "contact_flow/ros/warnings.h"
 
@@ -51,6 +52,7 @@ LinearizedInterval IntervalMsg(const SystemDescription& names,
 }  // namespace
 
 TrajectoryLinearization Answer(const Setup& setup, const LinearizationRequest& request) {
+  CheckMessage(request);
   const MechanicalSystem& system = *setup.system;
   const SystemDescription& names = system.description();
   const Run run = ResolveRun(setup, request);

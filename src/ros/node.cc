@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/ros/node.h"
 
+#include <signal.h>
+
 #include <exception>
 #include <string>
 
@@ -10,6 +12,7 @@
 #include "contact_flow/ros/handler.h"
 #include "contact_flow/ros/linearize_answer.h"
 #include "contact_flow/ros/memory_limit.h"
+#include "contact_flow/ros/step_limits.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -70,7 +73,7 @@ Node::Node(const NodeParameters& parameters)
       work_spinner_(
           static_cast<std::uint32_t>(parameters.threads + parameters.queue + kShortThreads),
           &work_queue_) {
-  setup_.options.cancelled = [] { return !ros::ok(); };
+  setup_.options.cancelled = &IsStopping;
   if (setup_.robot != nullptr) {
     for (const std::string& warning : setup_.robot->robot().model.warnings) {
       ROS_WARN("robot: %s", warning.c_str());
@@ -78,7 +81,7 @@ Node::Node(const NodeParameters& parameters)
   }
   if (parameters.simulator.online) {
     Configuration configuration = parameters.configuration;
-    configuration.options.cancelled = [] { return !ros::ok(); };
+    configuration.options.cancelled = &IsStopping;
     simulator_ = std::make_unique<Simulator>(parameters.simulator, configuration, &node_,
                                              parameters.bag_directory);
   }
@@ -246,7 +249,25 @@ bool Node::Stop(StopRecording::Request&, StopRecording::Response& out) {
   });
 }
 
+namespace {
+
+/// SIGTERM, SIGHUP and SIGQUIT end the node as SIGINT does, so that its bags are closed; the second
+/// one ends the process at once. What is ignored (nohup) stays so.
+void EndOnSignals() {
+  struct sigaction action {};
+  action.sa_handler = [](int) { ros::requestShutdown(); };
+  action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
+  for (const int signal : {SIGTERM, SIGHUP, SIGQUIT}) {
+    struct sigaction before {};
+    ::sigaction(signal, nullptr, &before);
+    if (before.sa_handler != SIG_IGN) ::sigaction(signal, &action, nullptr);
+  }
+}
+
+}  // namespace
+
 int RunNode() {
+  EndOnSignals();
   // When the last handle goes ROS shuts down, and its log with it: this one outlives what may
   // throw.
   const ros::NodeHandle handle;

@@ -10,6 +10,7 @@
 #include "contact_flow/analysis/outcome_cost.h"
 #include "contact_flow/ros/analysis_messages.h"
 #include "contact_flow/ros/conversions.h"
+#include "contact_flow/ros/gate.h"
 #include "contact_flow/ros/request.h"
 #include "contact_flow/ros/warnings.h"
 
@@ -99,6 +100,7 @@ const char* MethodName(DescentMethod method) {
 
 OptimizationResult Answer(const Setup& setup, const OptimizationRequest& request,
                           const Watch& watch) {
+  CheckMessage(request);
   const MechanicalSystem& system = *setup.system;
   OutcomeProblem problem = ResolveProblem(setup, request);
   DescentOptions options;

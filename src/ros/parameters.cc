@@ -114,6 +114,8 @@ void ReadSimulatorParameters(MapReader* reader, const std::string& name, Simulat
   reader->Read("tangent_directions", &p->tangent_directions);
   reader->Read("mark", &p->mark);
   reader->Read("realtime_priority", &p->realtime_priority, 0, 99);
+  reader->Read("step_seconds", &p->step_seconds);
+  check("step_seconds", p->step_seconds, 0.01, 3600);
   reader->Read("busy_wait", &p->busy_wait);
   if (p->busy_wait && p->realtime_priority > 0) {
     throw std::invalid_argument(

@@ -12,6 +12,7 @@
 #include "contact_flow/analysis/periodic_orbit.h"
 #include "contact_flow/ros/analysis_messages.h"
 #include "contact_flow/ros/conversions.h"
+#include "contact_flow/ros/gate.h"
 #include "contact_flow/ros/poincare_answer.h"
 #include "contact_flow/ros/request.h"
 #include "contact_flow/ros/warnings.h"
@@ -31,7 +32,7 @@ static_assert(ActionResult::CONVERGED == static_cast<int>(NewtonStatus::kConverg
 
 const std::vector<std::string> kKinds = {"period", "coordinate", "velocity", "touchdown",
                                          "liftoff"};
-constexpr double kMaxHorizon = 1e6, kLargestTolerance = 1;
+constexpr double kMinHorizon = 1e-9, kMaxHorizon = 1e6, kLargestTolerance = 1;
 constexpr int kMaxIterations = 10000, kMaxOccurrence = 1000;
 
 OrbitCondition Resolve(const SystemDescription& names, const std::string& field,
@@ -98,6 +99,7 @@ OrbitOptions ResolveOrbitOptions(const Setup& setup, const PeriodicOrbitRequest&
   poincare.simulate = ResolveOptions(TightOptions(setup), request.options);
   poincare.derivative = ResolveOptions(TightDerivativeOptions(setup), request.derivative_options);
   poincare.horizon = ResolveNumber("horizon", request.horizon, poincare.horizon, kMaxHorizon);
+  CheckWithin("horizon", poincare.horizon, kMinHorizon, kMaxHorizon);
   poincare.shortest = ResolveNumber("shortest", request.shortest, poincare.shortest, kMaxHorizon);
   options.newton.tolerance =
       ResolveNumber("tolerance", request.tolerance, options.newton.tolerance, kLargestTolerance);
@@ -117,6 +119,7 @@ double Fraction(double first, double now, double tolerance) {
 
 PeriodicOrbitResult Answer(const Setup& setup, const PeriodicOrbitRequest& request,
                            const Watch& watch) {
+  CheckMessage(request);
   const OrbitProblem problem = ResolveProblem(setup, request);
   OrbitOptions options = ResolveOrbitOptions(setup, request);
   const Matrix neutral = ResolveTranslation(*setup.system, request.translation);

@@ -9,6 +9,7 @@
 #include "contact_flow/ComputePoincareMap.h"
 #include "contact_flow/ros/analysis_messages.h"
 #include "contact_flow/ros/conversions.h"
+#include "contact_flow/ros/gate.h"
 #include "contact_flow/ros/request.h"
 #include "contact_flow/ros/warnings.h"
 
@@ -25,7 +26,7 @@ static_assert(Response::NO_RETURN == static_cast<int>(ReturnStatus::kNoReturn) &
               "the constants of the service are the statuses");
 
 const std::vector<std::string> kKinds = {"apex", "coordinate", "velocity", "touchdown", "clock"};
-constexpr double kMaxHorizon = 1e6;
+constexpr double kMinHorizon = 1e-9, kMaxHorizon = 1e6;  // [s]
 constexpr double kTangent = 1e-8;  // a unit tangent this far off the section is none of it
 constexpr double kNeutral = 1e-6;  // a larger residual is worth a note
 
@@ -33,13 +34,14 @@ Matrix ResolveNeutral(const MechanicalSystem& system, const PoincareRequest& req
   const Matrix translation = ResolveTranslation(system, request.translation);
   const Matrix rows = ToMatrix("neutral", request.neutral);
   const int n = 2 * system.dof();
-  if (rows.rows() > 0 && rows.cols() != n) {
-    throw std::invalid_argument("neutral has " + std::to_string(rows.cols()) +
+  if ((rows.rows() > 0 || rows.cols() > 0) && rows.cols() != n) {
+    throw std::invalid_argument("neutral.cols: neutral has " + std::to_string(rows.cols()) +
                                 " columns, expected " + std::to_string(n) +
                                 ", in the order (δq, δv)");
   }
   Matrix neutral(n, translation.cols() + rows.rows());
-  neutral << translation, rows.transpose();
+  neutral.leftCols(translation.cols()) = translation;
+  if (rows.rows() > 0) neutral.rightCols(rows.rows()) = rows.transpose();
   return neutral;
 }
 
@@ -137,6 +139,7 @@ AssessedReturn AssessReturn(const Setup& setup, const PoincareRequest& request) 
   options.simulate = ResolveOptions(TightOptions(setup), request.options);
   options.derivative = ResolveOptions(TightDerivativeOptions(setup), request.derivative_options);
   options.horizon = ResolveNumber("horizon", request.horizon, options.horizon, kMaxHorizon);
+  CheckWithin("horizon", options.horizon, kMinHorizon, kMaxHorizon);
   options.shortest = ResolveNumber("shortest", request.shortest, options.shortest, kMaxHorizon);
   const Section section = ResolveSection(system, "section", request.section);
   const Matrix neutral = ResolveNeutral(system, request);
@@ -183,6 +186,7 @@ PoincareResult ToMsg(const MechanicalSystem& system, const AssessedReturn& asses
 }
 
 PoincareResult Answer(const Setup& setup, const PoincareRequest& request) {
+  CheckMessage(request);
   PoincareResult result = ToMsg(*setup.system, AssessReturn(setup, request));
   if (setup.options.cancelled && setup.options.cancelled()) result.outcome = kAnalysisCancelled;
   return result;

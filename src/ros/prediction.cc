@@ -7,20 +7,16 @@
 #include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/directions.h"
+#include "contact_flow/ros/gate.h"
 #include "contact_flow/ros/warnings.h"
 
 namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-constexpr double kLongestHorizon = 1000;  // [s]
+constexpr double kShortestHorizon = 1e-9, kLongestHorizon = 1000;  // [s]
+constexpr double kLargestSize = 1000;
 constexpr double kUsualSize = 0.01;
-
-void CheckRange(const char* field, double value, bool in_range, const char* expected) {
-  if (in_range) return;
-  throw std::invalid_argument(std::string(field) + " is " + std::to_string(value) + ", expected " +
-                              expected);
-}
 
 void AddEvents(const SystemDescription& names, const Trajectory& run,
                OutcomePrediction* prediction) {
@@ -38,9 +34,9 @@ void AddEvents(const SystemDescription& names, const Trajectory& run,
 
 Snapshot TakeSnapshot(std::shared_ptr<const Setup> setup, OnlineFlow* flow,
                       const PredictionRequest& request) {
-  CheckRange("horizon", request.horizon, request.horizon > 0 && request.horizon <= kLongestHorizon,
-             "above 0 and up to 1000 s");
-  CheckRange("size", request.size, request.size >= 0 && request.size <= 1e3, "0 (0.01) to 1000");
+  CheckMessage(request);
+  CheckWithin("horizon", request.horizon, kShortestHorizon, kLongestHorizon);
+  CheckWithin("size", request.size, 0, kLargestSize);
   Snapshot snapshot;
   Run& run = snapshot.run;
   run.x = flow->State();
@@ -91,6 +87,12 @@ OutcomePrediction Predict(const Snapshot& snapshot, const PredictionRequest& req
     const Vector change = derivative(directions.vectors[static_cast<std::size_t>(j)]);
     derivatives.row(j) = change.transpose();
     fan.row(j) = system.Perturb(outcome.FinalState(), size * change).transpose();
+  }
+  if (!derivatives.allFinite() || !fan.allFinite()) {
+    prediction.outcome = static_cast<std::uint8_t>(Outcome::kNonFinite);
+    prediction.message = "the derivative, or the fan of this size, is not finite";
+    prediction.direction_names.clear();
+    return prediction;
   }
   prediction.derivatives = ToMsg(MatrixRef(derivatives));
   prediction.fan = ToMsg(MatrixRef(fan));

@@ -8,6 +8,7 @@
 
 #include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/nearest_name.h"
+#include "contact_flow/ros/gate.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -17,10 +18,6 @@ namespace {
   std::ostringstream text;
   text << field << " is " << value << ", expected " << expected;
   throw std::invalid_argument(text.str());
-}
-
-void CheckNumber(const std::string& field, double number) {
-  if (!std::isfinite(number)) Refuse(field, number, "a finite number");
 }
 
 /// `asked` unless it is 0.

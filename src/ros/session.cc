@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/ros/session.h"
 
+#include <ros/console.h>
+
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -11,6 +14,11 @@
 
 namespace contact_flow {
 namespace ros_interface {
+namespace {
+
+constexpr double kFarAhead = 3600;  // [s] for which inputs may be told
+
+}  // namespace
 
 Session::Session(const Configuration& configuration, std::vector<std::string> tangent_directions,
                  Log log)
@@ -48,15 +56,75 @@ void Session::Begin(const std::string& cause, double t, std::shared_ptr<const Se
   ++epoch_;
   parameters_changed_ = parameters_changed_ || !run_ || run_->setup() != setup;
   run_ = std::move(run);
+  run_->LimitMark(limits_.mark_seconds);
+  ended_ = Status();
+  begun_ = now();
+  spent_ = 0;
+  patience_ = 1;
   if (log_.epoch) log_.epoch(message);
+}
+
+void Session::LimitSteps(const StepLimits& limits) {
+  limits_ = limits;
+  run_->LimitMark(limits.mark_seconds);
+}
+
+void Session::End(Outcome outcome, const std::string& reason) {
+  if (!status().ok()) return;
+  std::ostringstream message;
+  message.precision(12);
+  message << reason << " (stopped at t = " << now() << " s)";
+  ended_ = {outcome, message.str()};
+  if (!run_->marked()) return;
+  SimulatorMark none;
+  none.clear = true;
+  Mark(none);
+}
+
+/// The mark was given up: whoever repeats this has to know.
+void Session::TellLostMark() {
+  const std::string loss = run_->TakeLoss();
+  if (loss.empty()) return;
+  ROS_WARN("simulator: %s", loss.c_str());
+  SimulatorMark none;
+  none.clear = true;
+  Mark(none);
 }
 
 bool Session::TakeParametersChanged() { return std::exchange(parameters_changed_, false); }
 
 bool Session::AdvanceTo(double t) {
-  const bool event = run_->AdvanceTo(t);
+  if (!status().ok()) return false;
+  const double before = now(), begin = ProcessorSeconds();
+  bool event = false, done = true;
+  try {
+    BudgetLimits slice;
+    slice.max_seconds = patience_ * limits_.slice_seconds;
+    const BudgetScope scope{Budget(slice)};
+    event = run_->AdvanceTo(t);
+  } catch (const BudgetExceeded&) {
+    done = false;
+  } catch (const std::exception& error) {
+    End(Outcome::kNonFinite, error.what());
+    return false;
+  }
   if (event) ++events_;
-  return event;
+  spent_ += ProcessorSeconds() - begin;
+  // What did not even take one step has to be begun anew, with more time.
+  patience_ = done || now() > before ? 1 : 2 * patience_;
+  if (event) return true;  // it is told before anything else of this instant
+  TellLostMark();
+  if (spent_ > limits_.step_seconds) {
+    std::ostringstream reason;
+    reason << StepLimits::kInstant
+           << " s of the motion take more than step_seconds = " << limits_.step_seconds
+           << " s of processor time: it is too quick to go along with";
+    End(Outcome::kBudgetExceeded, reason.str());
+  } else if (now() >= begun_ + StepLimits::kInstant) {
+    begun_ = now();
+    spent_ = 0;
+  }
+  return false;
 }
 
 SimulatorEvent Session::Event() const {
@@ -146,6 +214,16 @@ void Session::SetParameters(const std::vector<std::string>& names,
 
 void Session::SetInput(double t, const std::vector<std::string>& names,
                        const std::vector<double>& values) {
+  if (!(t <= now() + kFarAhead)) {
+    std::ostringstream text;
+    text << "the input begins at " << t << " s, expected at most " << kFarAhead
+         << " s after the present " << now() << " s";
+    throw std::invalid_argument(text.str());
+  }
+  if (run_->flow()->inputs_to_come().size() >= kMaxIntervals) {
+    throw std::invalid_argument(std::to_string(kMaxIntervals) +
+                                " inputs are waiting for their time: no more are accepted");
+  }
   Vector u = run_->flow()->NextInput();
   for (const OnlineFlow::Input& input : run_->flow()->inputs_to_come()) {
     if (input.t <= t) u = input.u;
@@ -181,9 +259,10 @@ HybridState Session::StateMsg() {
   return message;
 }
 
-RollingTangents Session::TangentsMsg() {
-  RollingTangents message = run_->TangentsMsg();
-  message.epoch = epoch_;
+std::optional<RollingTangents> Session::TangentsMsg() {
+  std::optional<RollingTangents> message = run_->TangentsMsg();
+  TellLostMark();
+  if (message) message->epoch = epoch_;
   return message;
 }
 

@@ -14,6 +14,10 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
+constexpr double kPatience = 0.1;        // [s] of waiting for commands while nothing moves
+constexpr double kLongestInstant = 0.1;  // [s] of simulated time
+/// Parts of step_seconds.
+constexpr double kSlice = 0.01, kMarkPart = 0.25;
 constexpr double kTooLate = 0.2;      // [s] behind the clock: it is set back
 constexpr double kTouchPeriod = 0.5;  // [s] of publishing while nothing moves
 
@@ -46,6 +50,8 @@ Simulator::Simulator(const SimulatorParameters& parameters, const Configuration&
       pace_(parameters.real_time_factor),
       paused_(parameters.paused) {
   stamps_.Anchor(0, parameters_.publish_clock ? WallStamp() : RosStamp());
+  session_.LimitSteps({parameters_.step_seconds, kSlice * parameters_.step_seconds,
+                       kMarkPart * parameters_.step_seconds});
   session_.TakeParametersChanged();
   topics_.Model(session_.setup(), stamps_.At(0));
   topics_.SendOff();
@@ -85,7 +91,13 @@ void Simulator::RunCommands() {
     const std::lock_guard<std::mutex> lock(mutex_);
     commands.swap(commands_);
   }
-  for (const std::function<void()>& command : commands) command();
+  for (const std::function<void()>& command : commands) {
+    try {
+      command();
+    } catch (const std::exception& error) {  // those of Call are told to whoever waits
+      ROS_ERROR("simulator: a command failed: %s", error.what());
+    }
+  }
 }
 
 void Simulator::Wait(double seconds) {
@@ -112,19 +124,25 @@ void Simulator::Run() {
   pace_.Anchor(session_.now(), pace_.factor());
   const auto goes_on = [this] {
     const std::lock_guard<std::mutex> lock(mutex_);
-    return !stopping_ && ros::ok();
+    return !stopping_ && !IsStopping();
   };
   while (goes_on()) {
-    RunCommands();
-    AfterCommands();
-    if (paused_ && !stepping_) {
-      KeepInTouch();
-      Wait(0.1);
-    } else {
-      Go();
+    try {
+      RunCommands();
+      AfterCommands();
+      if (paused_ && !stepping_) {
+        KeepInTouch();
+        Wait(kPatience);
+      } else {
+        Go();
+      }
+    } catch (const std::exception& error) {  // the epoch ends, the node goes on answering
+      session_.End(contact_flow::Outcome::kNonFinite, error.what());
+      Stop();
+      Wait(kPatience);
     }
   }
-  // Whoever still waits is told.
+  // Whoever still waits is told: the promises of commands and steps break.
   stepping_.reset();
   std::deque<std::function<void()>> unheard;
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -142,7 +160,7 @@ double Simulator::NextInstant() const {
     next = std::min(next, static_cast<double>(Tick(now, 1 / ahead) + 1) * ahead);
   }
   if (stepping_) next = std::min(next, stepping_->end);
-  return std::max(next, now);
+  return std::clamp(next, now, now + kLongestInstant);
 }
 
 void Simulator::Go() {
@@ -185,13 +203,19 @@ void Simulator::Go() {
     }
   }
   if (ended) {
-    const contact_flow::Status& status = session_.status();
-    paused_ = true;
-    pause_ = "paused, since the run before has come to its end: " + status.message;
-    EndSteps({MakeWarning(static_cast<std::uint8_t>(status.outcome), status.message, now)});
-    ROS_WARN("simulator: %s", status.message.c_str());
+    Stop();
     Note(false);
   }
+}
+
+/// The epoch has come to its end.
+void Simulator::Stop() {
+  const contact_flow::Status& status = session_.status();
+  paused_ = true;
+  pause_ = "paused, since the run before has come to its end: " + status.message;
+  EndSteps(
+      {MakeWarning(static_cast<std::uint8_t>(status.outcome), status.message, session_.now())});
+  ROS_WARN("simulator: %s", status.message.c_str());
 }
 
 void Simulator::EndSteps(const std::vector<ResultWarning>& warnings) {

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "contact_flow/ros/conversions.h"
+#include "contact_flow/ros/gate.h"
 #include "contact_flow/ros/simulator.h"
 #include "contact_flow/ros/warnings.h"
 
@@ -12,7 +13,6 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-constexpr double kFarAhead = 3600;      // [s] for which inputs may be told
 constexpr double kLongestSteps = 1e6;   // [s]
 constexpr double kUsualEventWait = 10;  // [s]
 
@@ -84,20 +84,17 @@ Simulator::Steps Simulator::Step(double seconds, std::uint32_t events,
 
 void Simulator::TakeInput(const InputCommand& input) {
   Post([this, input] {
-    const double now = session_.now();
-    double t = input.header.stamp.isZero() ? now : stamps_.TimeOf(input.header.stamp);
     try {
-      if (t > now + kFarAhead) {
-        throw std::invalid_argument("the stamp lies " + std::to_string(t - now) +
-                                    " s ahead, at most 3600 s are accepted");
-      }
+      CheckMessage(input);
+      const double now = session_.now();
+      double t = input.header.stamp.isZero() ? now : stamps_.TimeOf(input.header.stamp);
       if (t < now) {
         t = now;
         const std::lock_guard<std::mutex> lock(mutex_);
         ++status_.late_inputs;
       }
       session_.SetInput(t, input.names, input.values);
-    } catch (const std::invalid_argument& error) {
+    } catch (const std::exception& error) {
       ROS_WARN_THROTTLE(1, "input: %s", error.what());
     }
   });

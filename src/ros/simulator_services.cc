@@ -6,8 +6,10 @@
 #include <string>
 
 #include "contact_flow/SimulateTrajectory.h"
+#include "contact_flow/ros/gate.h"
 #include "contact_flow/ros/handler.h"
 #include "contact_flow/ros/prediction.h"
+#include "contact_flow/ros/step_limits.h"
 #include "contact_flow/ros/warnings.h"
 
 namespace contact_flow {
@@ -26,6 +28,17 @@ bool Simply(const char* service, const Body& body) {
     throw std::runtime_error(std::string(service) + ": " + error.what());
   }
   return true;
+}
+
+/// A setting that is no number stays as it was.
+void Keep(const char* name, double* asked, double* kept) {
+  try {
+    CheckNumber(name, *asked);
+    *kept = *asked;
+  } catch (const std::invalid_argument& error) {
+    ROS_WARN("simulator: %s; it stays %g", error.what(), *kept);
+    *asked = *kept;
+  }
 }
 
 }  // namespace
@@ -64,7 +77,11 @@ void SimulatorServices::OfferSettings(const SimulatorParameters& parameters,
   place.setParam("rate", parameters.rate);
   place.setParam("display_rate", parameters.display_rate);
   settings_ = std::make_unique<dynamic_reconfigure::Server<SimulatorConfig>>(place);
-  settings_->setCallback([this](SimulatorConfig& config, std::uint32_t) {
+  settings_->setCallback([this, kept = parameters](SimulatorConfig& config, std::uint32_t) mutable {
+    // The server keeps numbers in their ranges, but not NaN in any.
+    Keep("real_time_factor", &config.real_time_factor, &kept.real_time_factor);
+    Keep("rate", &config.rate, &kept.rate);
+    Keep("display_rate", &config.display_rate, &kept.display_rate);
     if (config.real_time_factor > 0) {
       config.real_time_factor = std::max(config.real_time_factor, Simulator::kSmallestFactor);
     }
@@ -92,6 +109,7 @@ bool SimulatorServices::ResetWorld(Empty::Request&, Empty::Response&) {
 
 bool SimulatorServices::Step(StepSimulation::Request& in, StepSimulation::Response& out) {
   return Guard("step", &out, [&] {
+    CheckMessage(in);
     const Simulator::Steps steps = simulator_->Step(in.seconds, in.events, &out.condition);
     out.t = steps.t;
     out.events = steps.events;
@@ -102,6 +120,7 @@ bool SimulatorServices::Step(StepSimulation::Request& in, StepSimulation::Respon
 
 bool SimulatorServices::SetState(SetSimulatorState::Request& in, SetSimulatorState::Response& out) {
   return Guard("set_state", &out, [&] {
+    CheckMessage(in);
     out.state = simulator_->Call(
         [&](Session& session) {
           session.SetState(in.state);
@@ -124,6 +143,7 @@ bool SimulatorServices::GetState(GetSimulatorState::Request&, GetSimulatorState:
 
 bool SimulatorServices::SetInputs(SetInput::Request& in, SetInput::Response& out) {
   return Guard("set_input", &out, [&] {
+    CheckMessage(in);
     out.t = simulator_->Call(
         [&](Session& session) {
           const double t = in.at != 0 ? in.at : session.now();
@@ -136,6 +156,7 @@ bool SimulatorServices::SetInputs(SetInput::Request& in, SetInput::Response& out
 
 bool SimulatorServices::Push(ApplyImpulse::Request& in, ApplyImpulse::Response& out) {
   return Guard("apply_impulse", &out, [&] {
+    CheckMessage(in);
     out.state = simulator_->Call(
         [&](Session& session) {
           session.ApplyImpulse(in.names, in.impulse);
@@ -148,6 +169,7 @@ bool SimulatorServices::Push(ApplyImpulse::Request& in, ApplyImpulse::Response& 
 bool SimulatorServices::SetParameters(SetSimulatorParameters::Request& in,
                                       SetSimulatorParameters::Response& out) {
   return Guard("set_parameters", &out, [&] {
+    CheckMessage(in);
     out.state = simulator_->Call(
         [&](Session& session) {
           session.SetParameters(in.names, in.values);
@@ -159,6 +181,7 @@ bool SimulatorServices::SetParameters(SetSimulatorParameters::Request& in,
 
 bool SimulatorServices::Mark(MarkInstant::Request& in, MarkInstant::Response& out) {
   return Guard("mark", &out, [&] {
+    CheckMessage(in);
     SimulatorMark asked;
     asked.directions = in.directions;
     asked.direction_matrix = in.direction_matrix;
@@ -179,6 +202,7 @@ bool SimulatorServices::Mark(MarkInstant::Request& in, MarkInstant::Response& ou
 
 bool SimulatorServices::PredictFrom(PredictOutcome::Request& in, PredictOutcome::Response& out) {
   return Guard("predict", &out, [&] {
+    CheckMessage(in);
     PredictionRequest request;
     request.horizon = in.horizon;
     request.directions = in.directions;
@@ -187,10 +211,9 @@ bool SimulatorServices::PredictFrom(PredictOutcome::Request& in, PredictOutcome:
     request.size = in.size;
     const Snapshot snapshot = simulator_->Call(
         [&](Session& session) { return session.AskPrediction(&request); }, &out.condition);
-    const auto stopped = [] { return !ros::ok(); };
     AnswerWithin<SimulateTrajectory::Response>(pool_, "predict", LimitsOf(*snapshot.setup, {}),
                                                &out.prediction,
-                                               [&] { return Predict(snapshot, request, stopped); });
+                                               [&] { return Predict(snapshot, request, &IsStopping); });
     out.outcome = out.prediction.outcome;
     out.message = out.prediction.message;
     const bool ended = out.outcome == static_cast<int>(Outcome::kCancelled) ||

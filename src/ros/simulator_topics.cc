@@ -144,7 +144,7 @@ void SimulatorTopics::State(Session* session, const ros::Time& stamp) {
   HybridState message = session->StateMsg();
   message.header.frame_id = options_.world_frame;
   SendStamped(state_, stamp, std::move(message), kLatch);
-  if (session->marked()) SendStamped(tangents_, stamp, session->TangentsMsg());
+  if (const auto tangents = session->TangentsMsg()) SendStamped(tangents_, stamp, *tangents);
 }
 
 void SimulatorTopics::Display(Session* session, const ros::Time& stamp) {

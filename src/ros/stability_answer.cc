@@ -9,6 +9,7 @@
 #include "contact_flow/DecideStability.h"
 #include "contact_flow/ros/analysis_messages.h"
 #include "contact_flow/ros/conversions.h"
+#include "contact_flow/ros/gate.h"
 #include "contact_flow/ros/poincare_answer.h"
 #include "contact_flow/ros/request.h"
 #include "contact_flow/ros/warnings.h"
@@ -103,6 +104,7 @@ void Assess(const PiecewiseLinearMap& map, const StabilityOptions& options,
 }  // namespace
 
 StabilityResult Answer(const Setup& setup, const StabilityRequest& request) {
+  CheckMessage(request);
   StabilityResult result;
   result.model = setup.system->description().name;
   StabilityOptions options = Resolve(setup, request);

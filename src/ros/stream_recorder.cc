@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "contact_flow/ros/bag_door.h"
 #include "contact_flow/ros/recorder.h"
 
 namespace contact_flow {
@@ -58,24 +59,20 @@ void StreamRecorder::Write(const ros::Time& time, BagEntry entry) {
 }
 
 void StreamRecorder::Open(const std::string& path, const ros::Time& time) {
-  bag_ = std::make_unique<rosbag::Bag>();
   try {
-    bag_->open(path, rosbag::bagmode::Write);
+    bag_ = OpenBag(path, rosbag::bagmode::Write);
     bag_->setChunkThreshold(1);
     preamble_(time)(bag_.get());
   } catch (const rosbag::BagException& error) {
-    static_cast<void>(bag_.release());  // its destructor would throw
+    GiveUpBag(std::move(bag_));
     throw std::runtime_error(path + ": " + error.what());
   }
 }
 
 void StreamRecorder::Close() {
-  if (!bag_) return;
   try {
-    bag_->close();
-    bag_.reset();
+    CloseBag(std::move(bag_));
   } catch (const rosbag::BagException& error) {
-    static_cast<void>(bag_.release());
     throw std::runtime_error(paths_.back() + ": " + error.what());
   }
 }
@@ -106,7 +103,7 @@ void StreamRecorder::Run() {
         Open(path, time);
       }
     } catch (const std::exception& error) {  // the disk is full, or gone
-      static_cast<void>(bag_.release());
+      GiveUpBag(std::move(bag_));
       const std::lock_guard<std::mutex> lock(mutex_);
       error_ = paths_.back() + ": " + error.what();
       recording_ = false;

@@ -27,15 +27,15 @@ TEST(SemidefiniteComplementarity, SolvesProblemsWithDependentRows) {
     const Matrix A = RandomMatrix(&generator, n, rank);
     const Matrix G = A * A.transpose();
     const Vector b = A * RandomMatrix(&generator, rank, 1);
-    const ComplementaritySolution solution = SolveComplementarity(G, b);
-    ASSERT_TRUE(solution.found) << "trial " << trial;
-    const Vector w = G * solution.z + b;
+    const auto solution = SolveComplementarity(G, b);
+    ASSERT_TRUE(solution) << "trial " << trial;
+    const Vector w = G * solution->z + b;
     // Signs are judged to 1e-13 of |b|, times the condition of the steps.
-    const double zero = 1e-11 * b.cwiseAbs().maxCoeff() * (1 + solution.z.maxCoeff());
-    EXPECT_GE(solution.z.minCoeff(), 0);
+    const double zero = 1e-11 * b.cwiseAbs().maxCoeff() * (1 + solution->z.maxCoeff());
+    EXPECT_GE(solution->z.minCoeff(), 0);
     EXPECT_GE(w.minCoeff(), -zero) << "trial " << trial;
-    EXPECT_LE(std::abs(solution.z.dot(w)), n * zero) << "trial " << trial;
-    EXPECT_LE(solution.support.Size(), rank) << "independent rows";
+    EXPECT_LE(std::abs(solution->z.dot(w)), n * zero) << "trial " << trial;
+    EXPECT_LE(solution->support.Size(), rank) << "independent rows";
   }
 }
 
@@ -44,7 +44,7 @@ TEST(SemidefiniteComplementarity, AJamHasNoSolution) {
   A << 1, -1;  // a body between two walls that both approach
   Vector b(2);
   b << -1, -1;
-  EXPECT_FALSE(SolveComplementarity(A * A.transpose(), b).found);
+  EXPECT_FALSE(SolveComplementarity(A * A.transpose(), b));
 }
 
 TEST(Independence, IsTheSquaredSineOfAnAngle) {

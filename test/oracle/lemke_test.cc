@@ -129,10 +129,11 @@ TEST(SiconosLemke, AgreesOnTenThousandRandomProblems) {
     const Problem problem = problems.Next();
     SCOPED_TRACE(problem.kind + ", trial " + std::to_string(trial) + ", seed " +
                  std::to_string(kSeed));
-    const ComplementaritySolution ours = SolveComplementarity(problem.G, problem.b);
+    const auto found = SolveComplementarity(problem.G, problem.b);
+    ASSERT_TRUE(found);
+    const ComplementaritySolution& ours = *found;
     Vector lemke;
     ASSERT_EQ(0, Lemke(problem, &lemke)) << "Lemke's method found no solution";
-    ASSERT_TRUE(ours.found);
     // A perturbation r of b moves z by at most |r|/μ, μ the smallest eigenvalue of G (monotonicity:
     // μ|δz|² ≤ δzᵀG δz ≤ −δzᵀδb). Backward errors of the solvers: 1e-13·max|b| by which signs are
     // judged, in each of n entries, and the rounding of n pivots on G, below n·ε·|G||z| each:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "contact_flow/contact_mode.h"
@@ -10,7 +11,6 @@ namespace contact_flow {
 
 /// Solution of a linear complementarity problem.
 struct ComplementaritySolution {
-  bool found = false;   ///< false: G is indefinite or not finite, or no z ≥ 0 gives w ≥ 0
   Vector z;             ///< [n]
   ContactMode support;  ///< the indices solved as w_i = 0; z vanishes off it
 };
@@ -23,12 +23,13 @@ struct ComplementaritySolution {
 /// bᵀz, z ≥ 0, and z is one of its solutions on independent rows: by an active set (C. L. Lawson
 /// and R. J. Hanson, Solving Least Squares Problems, 1974, Ch. 23). Signs are judged up to
 /// rounding, 1e-13 times the largest |b_i| (1e-12 where rows are dependent): a smaller violation
-/// counts as zero.
-ComplementaritySolution SolveComplementarity(const Matrix& G, const Vector& b);
+/// counts as zero. Nothing where G is indefinite, G or b is not finite, or no z ≥ 0 gives w ≥ 0.
+[[nodiscard]] std::optional<ComplementaritySolution> SolveComplementarity(const Matrix& G,
+                                                                          const Vector& b);
 
 /// How independent row i of G = A P Aᵀ is of the rows S, which are independent: 1 − cos² of the
 /// angle between A_i and their span in the kinetic metric, in [0, 1]. `combination` [|S|], if asked
-/// for, gets the y of A_i ≈ Σ_k y_k A_S(k).
+/// for, gets the y of A_i ≈ Σ_k y_k A_S(k). Where the block of S is not positive definite, 0 and NaN.
 double Independence(const Matrix& G, const std::vector<int>& S, int i,
                     Vector* combination = nullptr);
 /// Below this, a row counts as dependent on others.

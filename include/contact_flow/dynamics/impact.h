@@ -28,6 +28,7 @@ struct ImpactResult {
 
 /// Impact (1b) at ρ over the touching rigid constraints K:
 ///   M (v⁺ − v⁻) = Da_Kᵀ p + Dbᵀ r,   0 ≤ p ⟂ Da_K v⁺ + γ Da_K v⁻ ≥ 0,   Db v⁺ = 0.
+/// Throws std::domain_error where no such p exists, or v⁺ is not finite.
 ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q,
                          const VectorRef& v_minus, ContactMode touching,
                          ImpactLaw law = ImpactLaw::kComplementarity);
@@ -41,6 +42,7 @@ Vector PushedVelocity(const MechanicalSystem& system, const VectorRef& x, const 
 /// receive the impulse (for those in `persisting` ⊂ hit the restitution is void: they rest before
 /// and after), by the implicit function theorem on the residual of (1b):
 ///   DR = [[I, 0, 0], [∂v⁺/∂q, ∂v⁺/∂v⁻, ∂v⁺/∂(u, p)], [0, 0, I]].
+/// Throws std::domain_error where that is not finite.
 Matrix ImpactJacobian(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v_minus,
                       const ImpactResult& result, ContactMode hit, ContactMode persisting,
                       const Variables& variables = {});

@@ -13,7 +13,9 @@ namespace contact_flow {
 /// constraints:
 ///   P = M⁻¹ − M⁻¹ Bᵀ (B M⁻¹ Bᵀ)⁻¹ B M⁻¹ [d×d],       B = Db(q) [l×d];
 /// P = M⁻¹ where there are none. G = A P Aᵀ is the Delassus matrix of the contacts, so that
-/// orthogonality is judged inside the constraint manifold. Wrong inertias give NaN.
+/// orthogonality is judged inside the constraint manifold. Inertias that are not positive definite,
+/// and dependent bilateral constraints, give NaN, which SolveComplementarity, SolveImpact, Stick
+/// and SelectMode refuse.
 class InverseInertia {
  public:
   InverseInertia(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v,
@@ -39,6 +41,7 @@ class InverseInertia {
 
  private:
   const int n_;
+  bool regular_ = false;  // both factors exist
   Matrix mass_;
   Vector applied_;
   ConstraintTerms terms_;

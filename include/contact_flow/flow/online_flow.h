@@ -40,6 +40,8 @@ class OnlineFlow {
 
   /// Moves now() on to t, or to the first transition before or at t: then true, and it is
   /// transition(). An input that changes is one. Ends earlier when the run does.
+  /// Where a Budget ends it throws BudgetExceeded, and now() is the end of the last step that was
+  /// made: a later call goes on from there, to the bit as if there had been none.
   bool AdvanceTo(double t);
   const Transition& transition() const { return flow_.transition(); }
 
@@ -78,6 +80,7 @@ class OnlineFlow {
   void Forget(double t);  ///< the motion after t ≤ now() in the present arc is kept
 
  private:
+  bool Advance(double t);
   bool Propose();
   /// Accepts the proposal up to `end`; true when a transition was passed.
   bool Accept(double end);

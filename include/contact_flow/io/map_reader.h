@@ -9,6 +9,9 @@
 
 namespace contact_flow {
 
+/// Larger numbers are taken from nobody: products of three stay finite.
+inline constexpr double kLargestNumber = 1e100;
+
 /// Reads a YAML map of which every key must be known: ask for each key once, then call Finish.
 /// A key that is absent leaves the output as it was. Numbers may be written as YAML allows and also
 /// as 1e-10, which some YAML loaders hand on as a string. Everything else throws

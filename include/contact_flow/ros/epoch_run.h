@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <limits>
 #include <memory>
+#include <optional>
+#include <string>
+#include <utility>
 
 #include "contact_flow/HybridState.h"
 #include "contact_flow/RollingTangents.h"
@@ -31,6 +35,11 @@ class EpochRun {
   /// Goes on to t, or to the first event before or at it: then true. An input that changes is one
   /// only if contacts let go.
   bool AdvanceTo(double t);
+  /// From now on the mark is lost, with a reason, where its derivative takes longer than that for
+  /// one instant [s of processor time].
+  void LimitMark(double seconds) { mark_seconds_ = seconds; }
+  /// Why the mark was lost; "" where it was not. Asked once.
+  std::string TakeLoss() { return std::exchange(loss_, ""); }
   /// Now as the end of a step; what rests in contact is put exactly on it.
   Vector SettledState();
 
@@ -39,7 +48,8 @@ class EpochRun {
   bool marked() const { return mark_ != nullptr; }
   /// Of the mark.
   const Directions& directions() const { return mark_->directions(); }
-  RollingTangents TangentsMsg() { return mark_->Message(&flow_); }
+  /// Nothing where the mark is lost.
+  std::optional<RollingTangents> TangentsMsg();
 
   Vector Force();  ///< λ now [n]
   HybridState StateMsg();
@@ -51,10 +61,15 @@ class EpochRun {
   }
 
  private:
+  template <class Work>
+  void WithMark(const Work& work);
+
   const std::shared_ptr<const Setup> setup_;
   OnlineFlow flow_;
   ContactDynamics dynamics_;
   std::unique_ptr<MarkedInstant> mark_;
+  double mark_seconds_ = std::numeric_limits<double>::infinity();
+  std::string loss_;
 };
 
 }  // namespace ros_interface

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@
 #include "contact_flow/SimulatorInput.h"
 #include "contact_flow/SimulatorMark.h"
 #include "contact_flow/ros/epoch_run.h"
+#include "contact_flow/ros/step_limits.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -45,15 +47,19 @@ class Session {
   const std::shared_ptr<const Setup>& setup() const { return run_->setup(); }
   double now() const { return run_->flow()->now(); }  ///< simulated time [s]
   /// Of the present epoch; not kOk: it has come to its end.
-  const Status& status() const { return run_->flow()->status(); }
+  const Status& status() const { return ended_.ok() ? run_->flow()->status() : ended_; }
   std::uint32_t epoch() const { return epoch_; }
   std::uint64_t events() const { return events_; }
   ContactMode mode() const { return run_->flow()->mode(); }
   /// True when parameters have changed since the last call, and the first time.
   bool TakeParametersChanged();
 
-  /// Goes on to t, or to the first transition before or at it: then true.
+  /// Goes on to t, or to the first transition before or at it: then true. Within the limits it may
+  /// stop on the way, with now() < t, to go on in the next call; or for good, see status().
   bool AdvanceTo(double t);
+  void LimitSteps(const StepLimits& limits);
+  /// The present epoch has come to its end, where it stands.
+  void End(Outcome outcome, const std::string& reason);
   /// The transition there.
   SimulatorEvent Event() const;
   bool changes_input() const { return run_->flow()->transition().changes_input; }
@@ -79,7 +85,8 @@ class Session {
   /// λ now [n].
   Vector Force() { return run_->Force(); }
   HybridState StateMsg();
-  RollingTangents TangentsMsg();
+  /// Nothing where nothing is marked.
+  std::optional<RollingTangents> TangentsMsg();
   Margins margins() const { return run_->flow()->margins(); }
 
   /// Numbers a request that is in order, and returns what the prediction starts from; others may
@@ -95,6 +102,7 @@ class Session {
   void Restart(const std::string& cause, std::shared_ptr<const Setup> setup,
                const std::function<void(Vector*)>& change, const Vector& impulse);
   void TellInput(double t, const Vector& u);
+  void TellLostMark();
 
   const std::vector<std::string> tangent_directions_;
   const Log log_;
@@ -104,6 +112,11 @@ class Session {
   std::uint64_t events_ = 0;
   std::uint64_t predictions_ = 0;
   bool parameters_changed_ = false;
+  StepLimits limits_;
+  Status ended_;         // the present epoch, by something else than its flow
+  double begun_ = 0;     // simulated time of the present instant [s]
+  double spent_ = 0;     // on it [s of processor time]
+  double patience_ = 1;  // slices until it gives way, while there is no progress
 };
 
 /// What apply_impulse does to a state x [nq+d].

@@ -41,6 +41,8 @@ struct SimulatorParameters {
   bool mark = false;                            ///< ~mark the start
   long realtime_priority =
       0;  ///< ~realtime_priority of the simulation thread, 1 to 99 (SCHED_FIFO); 0: none
+  /// ~step_seconds: the longest that 10 ms of the motion may take [s of processor time]
+  double step_seconds = 2;
   bool busy_wait = false;       ///< ~busy_wait: that thread does not sleep between two instants
   double bag_split_size = 128;  ///< ~bag_split_size of the parts of NAME_online.bag [MB]
   DisplayOptions display;       ///< ~tf_prefix, ~base_frame
@@ -75,7 +77,8 @@ class Simulator {
     });
     std::future<Result> result = task.get_future();
     auto shared = std::make_shared<std::packaged_task<Result()>>(std::move(task));
-    Post([shared] { (*shared)(); });
+    // Not to be kept here: the promise breaks when whoever drops the command drops the last of it.
+    Post([shared = std::move(shared)] { (*shared)(); });
     try {
       return result.get();
     } catch (const std::future_error&) {
@@ -133,6 +136,7 @@ class Simulator {
   /// Waits until t is due; false when the thread is to stop.
   bool WaitUntilDue(double t);
   void Go();
+  void Stop();
   void EndSteps(const std::vector<ResultWarning>& warnings);
   void AfterCommands();
   void CountTicks();

@@ -30,14 +30,21 @@ std::size_t SkipTo(const std::string& text, std::size_t position, const char* en
   return found + std::strlen(end);
 }
 
+/// More attributes of one element are not read: the parser compares each with all before.
+constexpr int kMaxAttributes = 100;
+
 /// The position after the tag that starts at `position`; `>` inside quotes does not end it.
 std::size_t SkipTag(const std::string& text, std::size_t position) {
   char quote = 0;
+  int attributes = 0;
   for (std::size_t k = position + 1; k < text.size(); ++k) {
     if (quote != 0) {
       if (text[k] == quote) quote = 0;
     } else if (text[k] == '"' || text[k] == '\'') {
       quote = text[k];
+      if (++attributes > kMaxAttributes) {
+        Fail(text, k, "more than " + std::to_string(kMaxAttributes) + " attributes of one element");
+      }
     } else if (text[k] == '<') {
       Fail(text, k, "'<' inside a tag");
     } else if (text[k] == '>') {

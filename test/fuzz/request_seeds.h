@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "contact_flow/StabilityRequest.h"
+#include "contact_flow/ros/answers.h"
+#include "contact_flow/ros/serialize.h"
+#include "contact_flow/ros/session.h"
+#include "test/fuzz/message_mutation.h"
+#include "test/fuzz/request_target.h"
+
+/// Good requests of every kind, which are then made hostile.
+namespace contact_flow {
+namespace fuzz {
+
+namespace ros_if = ros_interface;
+
+constexpr double kDuration = 0.05;
+
+inline Configuration Configured(const std::string& model) {
+  Configuration configuration;
+  configuration.model = model;
+  configuration.options.max_seconds = 2;
+  return configuration;
+}
+
+struct RequestTarget::State {
+  explicit State(const std::string& model)
+      : setup(Configured(model)), session(Configured(model), {}, {}) {
+    session.LimitSteps({1, 0.05, 0.5});
+    const SystemDescription& names = setup.system->description();
+    for (const auto* list :
+         {&names.coordinates, &names.velocities, &names.inputs, &names.constraints}) {
+      words.insert(words.end(), list->begin(), list->end());
+    }
+    for (const Parameter& parameter : names.parameters) words.push_back(parameter.name);
+    for (const char* word : {"apex", "coordinate", "velocity", "touchdown", "clock", "period",
+                             "liftoff", "projection", "complementarity", "input"}) {
+      words.push_back(word);
+    }
+    good.duration = kDuration;
+    first = ros_if::Serialize(ros_if::Answer(setup, good));
+  }
+
+  std::vector<double> Q() const { return Part(0, setup.system->num_positions()); }
+  std::vector<double> V() const { return Part(setup.system->num_positions(), setup.system->dof()); }
+  std::vector<double> Part(int begin, int count) const {
+    const Vector& x = setup.system->nominal().x;
+    return {x.data() + begin, x.data() + begin + count};
+  }
+  std::string Coordinate(MessageMutator* dice) const {
+    const auto& names = setup.system->description().coordinates;
+    return names[dice->Below(names.size())];
+  }
+  RowMajorMatrix Square(int n) const {
+    RowMajorMatrix matrix;
+    matrix.rows = matrix.cols = static_cast<std::uint32_t>(n);
+    matrix.data.assign(static_cast<std::size_t>(n * n), 0);
+    for (int i = 0; i < n; ++i) matrix.data[static_cast<std::size_t>(i * n + i)] = 0.5;
+    return matrix;
+  }
+  std::vector<DerivativePiece> Map() const {
+    std::vector<DerivativePiece> map(2);
+    for (int k = 0; k < 2; ++k) {
+      map[k].matrix = Square(3);
+      map[k].cone.rows = 1;
+      map[k].cone.cols = 3;
+      map[k].cone.data = {k == 0 ? 1.0 : -1.0, 0, 0};
+    }
+    return map;
+  }
+
+  template <class Request>
+  void Begin(MessageMutator* dice, Request* request) const {
+    if (dice->Below(2) == 0) {
+      request->state.q = Q();
+      request->state.v = V();
+    } else if (dice->Below(2) == 0) {
+      request->state.names = {Coordinate(dice)};
+      request->state.positions = {0.5};
+    }
+    const Vector& u = setup.system->nominal().u;
+    if (dice->Below(3) == 0) request->input.assign(u.data(), u.data() + u.size());
+  }
+  template <class Request>
+  void BeginRun(MessageMutator* dice, Request* request) const {
+    Begin(dice, request);
+    request->duration = kDuration;
+    if (dice->Below(3) == 0) request->input_grid.times = {0, 0.01, 0.03};
+  }
+  template <class Request>
+  void AddDirections(MessageMutator* dice, Request* request) const {
+    request->directions = {"+" + Coordinate(dice), "-d/dt " + Coordinate(dice)};
+    if (dice->Below(2) == 0) {
+      const auto cols = static_cast<std::uint32_t>(2 * setup.system->dof());
+      request->direction_matrix.rows = 1;
+      request->direction_matrix.cols = cols;
+      request->direction_matrix.data.assign(cols, 0.1);
+    }
+    request->project_directions = dice->Below(2) == 0;
+  }
+  void Fill(MessageMutator* dice, PoincareRequest* request) const {
+    Begin(dice, request);
+    request->section.kind = "apex";
+    request->section.name = setup.system->description().velocities.back();
+    request->horizon = 0.3;
+    if (dice->Below(3) == 0) request->neutral = Square(2 * setup.system->dof());
+  }
+
+  const ros_if::Setup setup;
+  ros_if::Session session;
+  std::vector<std::string> words;
+  SimulationRequest good;
+  ros_if::Bytes first;
+};
+
+}  // namespace fuzz
+}  // namespace contact_flow

@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "test/fuzz/request_target.h"
+
+#include <ros/console.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <sstream>
+#include <stdexcept>
+#include <vector>
+
+#include "contact_flow/ApplyImpulse.h"
+#include "contact_flow/MarkInstant.h"
+#include "contact_flow/SetInput.h"
+#include "contact_flow/SetSimulatorParameters.h"
+#include "contact_flow/SetSimulatorState.h"
+#include "contact_flow/ros/answers.h"
+#include "contact_flow/ros/assumptions_answer.h"
+#include "contact_flow/ros/controllability_answer.h"
+#include "contact_flow/ros/covariance_answer.h"
+#include "contact_flow/ros/linearize_answer.h"
+#include "contact_flow/ros/optimization_answer.h"
+#include "contact_flow/ros/periodic_orbit_answer.h"
+#include "contact_flow/ros/poincare_answer.h"
+#include "contact_flow/ros/serialize.h"
+#include "contact_flow/ros/session.h"
+#include "contact_flow/ros/stability_answer.h"
+#include "contact_flow/ros/step_limits.h"
+#include "test/fuzz/request_seeds.h"
+
+namespace contact_flow {
+namespace fuzz {
+namespace {
+
+constexpr double kSeconds = 5;  // for one request; the alarm of the driver is later
+
+[[noreturn]] void Abort(const std::string& finding) {
+  std::fprintf(stderr, "FINDING: %s\n", finding.c_str());
+  std::abort();
+}
+
+/// The node's limits are for minutes; here thousands of requests are to be answered in one.
+void Shorten(SimulationOptions* options) {
+  if (options->max_steps == 0 || (options->max_steps > 2000 && options->max_steps <= kMaxSteps)) {
+    options->max_steps = 2000;
+  }
+  if (options->max_events == 0 || (options->max_events > 200 && options->max_events <= kMaxEvents))
+    options->max_events = 200;
+}
+
+template <class Count>
+void Limit(Count* count, Count largest) {
+  if (*count == 0 || (*count > largest && *count < 100000000)) *count = largest;
+}
+
+}  // namespace
+
+RequestTarget::RequestTarget(const std::string& model) : state_(new State(model)) {}
+RequestTarget::RequestTarget(RequestTarget&&) noexcept = default;
+RequestTarget::~RequestTarget() = default;
+
+void RequestTarget::CheckGood() {
+  State& s = *state_;
+  if (ros_if::Serialize(ros_if::Answer(s.setup, s.good)) != s.first) {
+    Abort("a good request is answered otherwise than before");
+  }
+}
+
+RequestTarget::Result RequestTarget::TryOne(std::mt19937* generator, std::string* what) {
+  State& s = *state_;
+  MessageMutator dice(generator, s.words);
+  const auto hostile = [&](const char* name, auto* request) {
+    dice.Mutate(request);
+    std::ostringstream text;
+    text << s.setup.system->description().name << '/' << name << '\n' << *request;
+    *what = text.str();
+  };
+  const auto judge = [](const auto& result) {
+    if (result.outcome != 0) return;
+    const std::string place = NanFinder().In(result);
+    if (!place.empty()) Abort("an answer that is in order holds " + place);
+  };
+  try {
+    const BudgetScope scope(ros_if::ProcessorBudget(kSeconds));
+    switch (dice.Below(17)) {
+      case 0: {
+        SimulationRequest request;
+        s.BeginRun(&dice, &request);
+        hostile("simulate", &request);
+        Shorten(&request.options);
+        if (request.samples <= 100000) request.samples %= 1000;
+        judge(ros_if::Answer(s.setup, request));
+        break;
+      }
+      case 1: {
+        DerivativeRequest request;
+        s.BeginRun(&dice, &request);
+        s.AddDirections(&dice, &request);
+        request.all_pieces = dice.Below(2) == 0;
+        hostile("b_derivative", &request);
+        Shorten(&request.options);
+        judge(ros_if::Answer(s.setup, request));
+        break;
+      }
+      case 2: {
+        ComparisonRequest request;
+        s.BeginRun(&dice, &request);
+        s.AddDirections(&dice, &request);
+        request.alphas = {1e-3, 1e-5};
+        hostile("compare", &request);
+        Shorten(&request.options);
+        ros_if::Answer(s.setup, request);  // NaN has a meaning there
+        break;
+      }
+      case 3: {
+        AssumptionRequest request;
+        s.BeginRun(&dice, &request);
+        request.region_samples = 10;
+        hostile("check_assumptions", &request);
+        Shorten(&request.options);
+        ros_if::Answer(s.setup, request);  // NaN has a meaning there
+        break;
+      }
+      case 4: {
+        LinearizationRequest request;
+        s.BeginRun(&dice, &request);
+        hostile("linearize", &request);
+        Shorten(&request.options);
+        judge(ros_if::Answer(s.setup, request));
+        break;
+      }
+      case 5: {
+        PoincareRequest request;
+        s.Fill(&dice, &request);
+        hostile("poincare_map", &request);
+        Shorten(&request.options);
+        judge(ros_if::Answer(s.setup, request));
+        break;
+      }
+      case 6:
+      case 7: {
+        StabilityRequest request;
+        s.Fill(&dice, &request.return_map);
+        if (dice.Below(4) > 0) request.map = s.Map();
+        if (dice.Below(2) == 0) {
+          request.certificate.test = static_cast<std::uint8_t>(dice.Below(9));
+          request.certificate.bound = 0.9;
+          request.certificate.norm = s.Square(3);
+          request.certificate.directions = s.Square(1);
+          request.certificate.words.resize(2);
+          for (PieceWord& word : request.certificate.words) word.pieces = {0, 1};
+        }
+        hostile("assess_stability", &request);
+        Shorten(&request.return_map.options);
+        Limit(&request.max_words, std::uint32_t{500});
+        Limit(&request.max_linear_programs, std::uint32_t{500});
+        judge(ros_if::Answer(s.setup, request));
+        break;
+      }
+      case 8: {
+        ControllabilityRequest request;
+        s.BeginRun(&dice, &request);
+        if (dice.Below(2) == 0) request.map = s.Map();
+        hostile("assess_controllability", &request);
+        Shorten(&request.options);
+        Limit(&request.max_linear_programs, std::uint32_t{500});
+        judge(ros_if::Answer(s.setup, request));
+        break;
+      }
+      case 9: {
+        CovarianceRequest request;
+        s.BeginRun(&dice, &request);
+        request.deviations.assign(static_cast<std::size_t>(2 * s.setup.system->dof()), 0.01);
+        hostile("propagate_covariance", &request);
+        Shorten(&request.options);
+        judge(ros_if::Answer(s.setup, request));
+        break;
+      }
+      case 10: {
+        PeriodicOrbitRequest request;
+        s.Begin(&dice, &request);
+        request.section.kind = "apex";
+        request.section.name = s.setup.system->description().velocities.back();
+        request.horizon = 0.3;
+        request.max_iterations = 3;
+        hostile("find_periodic_orbit", &request);
+        Shorten(&request.options);
+        Limit(&request.max_iterations, std::uint32_t{5});
+        judge(ros_if::Answer(s.setup, request, {}));
+        break;
+      }
+      case 11: {
+        OptimizationRequest request;
+        s.Begin(&dice, &request);
+        request.duration = kDuration;
+        request.unknowns = {s.Coordinate(&dice)};
+        request.outcomes = {s.Coordinate(&dice)};
+        request.targets = {0.5};
+        hostile("optimize", &request);
+        Shorten(&request.options);
+        Limit(&request.max_iterations, std::uint32_t{5});
+        judge(ros_if::Answer(s.setup, request, {}));
+        break;
+      }
+      case 12: {
+        SetSimulatorState::Request request;
+        request.state.q = s.Q();
+        request.state.v = s.V();
+        hostile("set_state", &request);
+        ros_if::CheckMessage(request);
+        s.session.SetState(request.state);
+        break;
+      }
+      case 13: {
+        ApplyImpulse::Request request;
+        request.names = {s.setup.system->description().velocities.front()};
+        request.impulse = {0.1};
+        hostile("apply_impulse", &request);
+        ros_if::CheckMessage(request);
+        s.session.ApplyImpulse(request.names, request.impulse);
+        break;
+      }
+      case 14: {
+        SetSimulatorParameters::Request request;
+        const auto& parameters = s.setup.system->description().parameters;
+        const Parameter& parameter = parameters[dice.Below(parameters.size())];
+        request.names = {parameter.name};
+        request.values = {parameter.value};
+        hostile("set_parameters", &request);
+        ros_if::CheckMessage(request);
+        s.session.SetParameters(request.names, request.values);
+        break;
+      }
+      case 15: {
+        SetInput::Request request;
+        const Vector& u = s.setup.system->nominal().u;
+        request.values.assign(u.data(), u.data() + u.size());
+        hostile("set_input", &request);
+        ros_if::CheckMessage(request);
+        const double t = request.at != 0 ? request.at : s.session.now();
+        s.session.SetInput(t, request.names, request.values);
+        break;
+      }
+      default: {
+        SimulatorMark mark;
+        s.AddDirections(&dice, &mark);
+        PredictionRequest request;
+        s.AddDirections(&dice, &request);
+        request.horizon = kDuration;
+        if (dice.Below(2) == 0) {
+          hostile("mark", &mark);
+          ros_if::CheckMessage(mark);
+          s.session.Mark(mark);
+        } else {
+          hostile("predict", &request);
+          judge(ros_if::Predict(s.session.AskPrediction(&request), request, {}));
+        }
+      }
+    }
+  } catch (const std::exception& refusal) {
+    if (std::string(refusal.what()).size() < 5) Abort("a refusal without words");
+    return Result::kRefused;
+  }
+  return Result::kAnswered;
+}
+
+void RequestTarget::GoOn() {
+  ros_if::Session& session = state_->session;
+  session.AdvanceTo(session.now() + 2e-3);
+  if (!session.status().ok()) {
+    session.ResetSimulation();
+  } else if (!session.State().allFinite()) {
+    Abort("the simulator's state is not finite");
+  }
+  session.StateMsg();
+  session.TangentsMsg();
+}
+
+}  // namespace fuzz
+}  // namespace contact_flow

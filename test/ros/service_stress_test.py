@@ -1,0 +1,113 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Every service of an online node at once while recordings start and stop: what two ordinary clients did to it, and
+more of them. Run by scripts/thread_sanitizer, too."""
+import glob
+import os
+import random
+import tempfile
+import threading
+import time
+import unittest
+
+import rosbag
+import rospy
+import rostest
+from client import SERVICES as ANSWERS
+from client import Client
+from contact_flow.msg import InitialState, PoincareRequest, ReturnSection
+from simulator_client import RecordingNode, Simulator
+
+APEX = ReturnSection(kind="apex", name="v_z")
+CALLS = {
+    "simulate": dict(duration=0.1),
+    "b_derivative": dict(duration=0.1),
+    "compare": dict(duration=0.05, directions=["+x"], alphas=[1e-3]),
+    "check_assumptions": dict(duration=0.1),
+    "linearize": dict(duration=0.1),
+    "poincare_map": dict(section=APEX, horizon=0.2),
+    "assess_stability": dict(return_map=PoincareRequest(section=APEX, horizon=0.2)),
+    "assess_controllability": dict(duration=0.1),
+    "propagate_covariance": dict(duration=0.1, deviations=[0.01] * 12),
+    "describe_model": {},
+    "set_state": dict(state=InitialState(names=["z"], positions=[2])),
+    "get_state": {},
+    "set_input": dict(values=[]),
+    "apply_impulse": dict(names=["x"], impulse=[1e-3]),
+    "set_parameters": dict(names=["mass"], values=[1.5]),
+    "mark": dict(directions=["+x"], project_directions=True),
+    "predict": dict(horizon=0.02, directions=["+x"]),
+    "step": dict(seconds=0.001),
+    "pause_physics": {},
+    "unpause_physics": {},
+    "reset_simulation": {},
+    "reset_world": {},
+}
+
+
+class ServiceStress(unittest.TestCase):
+    def test_recordings_come_and_go(self):
+        with tempfile.TemporaryDirectory() as directory:
+            node = RecordingNode(directory, "served", model="falling_box", record="false", rate=200, threads=8,
+                                 **{"options/complete_zeno": "true"})
+            try:
+                answered, started = self.stress(node)
+            finally:
+                node.stop()
+            self.assertEqual(node.process.returncode, 0)
+            for name in CALLS:
+                self.assertIn(name, answered)
+            self.assertGreater(started, 3)
+            bags = glob.glob(os.path.join(directory, "*.bag"))
+            self.assertGreaterEqual(len(bags), 2 * started)
+            for path in bags:
+                with rosbag.Bag(path) as bag:  # without an index this throws
+                    self.assertGreater(bag.get_message_count(), 0)
+
+    def stress(self, node):
+        end = time.time() + rospy.get_param("~seconds", 15)
+        wrong, answered, started = [], set(), [0]
+
+        def client(number):
+            dice = random.Random(number)
+            both = (Client(node.name), Simulator(node.name))
+            try:
+                while time.time() < end and node.process.poll() is None:
+                    name = dice.choice(sorted(CALLS))
+                    service = getattr(both[name not in ANSWERS], name)
+                    try:
+                        service(**CALLS[name])
+                    except rospy.ServiceException as error:
+                        if "unpause_physics" not in str(error):
+                            raise
+                    answered.add(name)
+            except Exception as error:  # pylint: disable=broad-except
+                wrong.append("%s: %s" % (type(error).__name__, error))
+
+        def recorder():
+            one = Client(node.name)
+            try:
+                while time.time() < end and node.process.poll() is None:
+                    answer = one.start_recording(name="part_%d" % started[0])
+                    self.assertTrue(answer.success, answer.message)
+                    answer = one.stop_recording()
+                    self.assertTrue(answer.success, answer.message)
+                    started[0] += 1
+            except Exception as error:  # pylint: disable=broad-except
+                wrong.append("recorder: %s" % error)
+
+        threads = [threading.Thread(target=client, args=(k,), daemon=True) for k in range(6)]
+        threads.append(threading.Thread(target=recorder, daemon=True))
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(timeout=max(0, end + 60 - time.time()))
+        self.assertIsNone(node.process.poll(), "the node has ended: %s" % wrong)
+        self.assertFalse([t for t in threads if t.is_alive()], "clients that wait for ever")
+        self.assertEqual(wrong, [])
+        return answered, started[0]
+
+
+if __name__ == "__main__":
+    rospy.init_node("service_stress_test")
+    rostest.rosrun("contact_flow", "service_stress", ServiceStress)
