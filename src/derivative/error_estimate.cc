@@ -6,12 +6,16 @@
 #include <cmath>
 #include <cstdint>
 
+#include "event_order.h"
+
 #include "contact_flow/budget.h"
 
 namespace contact_flow {
 namespace {
 
 constexpr int kProbes = 4;
+/// Transitions closer than this part of the run are asked for their order.
+constexpr double kClose = 1e-3;
 /// Distance of the quotients of Jacobians, relative to 1 + |x|.
 constexpr double kStep = 1e-5;
 /// An error that is estimated as ε, relative, is about kOrder ε^{9/8}; of one step at least this.
@@ -177,6 +181,15 @@ void EstimateErrors(const Trajectory& trajectory, std::size_t first,
   const std::vector<Matrix> resets = Resets(*derivative);
   derivative->part_errors.clear();
   derivative->part_bends.clear();
+  const double span = trajectory.t_end() - trajectory.t_begin();
+  const auto shifts = [&](std::size_t k) {
+    std::vector<double> all;
+    for (const Vector& e : probes) {
+      all.push_back(TimeShift(dynamics[k].get(), trajectory.transitions[first + k], e));
+    }
+    return all;
+  };
+  std::vector<double> last_shifts;  // of the transition before, where the next one is close
   for (std::size_t k = 0; k < derivative->arcs.size(); ++k) {
     AskBudget();
     const Arc& arc = trajectory.arcs[first + k];
@@ -193,6 +206,15 @@ void EstimateErrors(const Trajectory& trajectory, std::size_t first,
     if (k + 1 == derivative->arcs.size()) break;
     derivative->part_errors.push_back(
         RelativeRateError(system, trajectory.transitions[first + k], probes));
+    const Transition& transition = trajectory.transitions[first + k];
+    if (!last_shifts.empty()) {
+      const Status order = CheckOrder(system, trajectory.transitions[first + k - 1], transition,
+                                      last_shifts, shifts(k));
+      if (!order.ok()) derivative->status = order;
+    }
+    const bool close = k + 2 < derivative->arcs.size() &&
+                       trajectory.transitions[first + k + 1].t - transition.t < kClose * span;
+    last_shifts = close ? shifts(k) : std::vector<double>();
     for (Vector& probe : probes) probe = resets[k] * probe;
   }
   derivative->trust.state_error = kStateSafety * RootMeanSquare(probes).head(tangents);

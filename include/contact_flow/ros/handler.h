@@ -12,6 +12,7 @@
 #include "contact_flow/nearest_name.h"
 #include "contact_flow/ros/outlet.h"
 #include "contact_flow/ros/setup.h"
+#include "contact_flow/ros/step_limits.h"
 #include "contact_flow/ros/watch.h"
 #include "contact_flow/ros/work_pool.h"
 
@@ -41,7 +42,7 @@ inline BudgetLimits LimitsOf(const Setup& setup, const SimulationOptions& asked)
   BudgetLimits limits;
   limits.max_seconds = limit(asked.max_seconds, setup.options.max_seconds, kMaxSeconds);
   limits.max_megabytes = limit(asked.max_megabytes, setup.options.max_megabytes, kMaxMegabytes);
-  limits.cancelled = [] { return !ros::ok(); };
+  limits.cancelled = &IsStopping;
   return limits;
 }
 

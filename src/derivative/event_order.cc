@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "event_order.h"
+
+#include <cmath>
+#include <sstream>
+
+namespace contact_flow {
+
+double TimeShift(ContactDynamics* dynamics, const Transition& transition, const VectorRef& e) {
+  if (transition.instants.empty()) return 0;
+  const MechanicalSystem& system = dynamics->system();
+  const int d = system.dof(), nq = system.num_positions();
+  const int i = transition.instants.front().constraint;
+  const Vector& x = transition.x_minus;
+  double change, rate;
+  if ((transition.mode_before - system.compliant()).Contains(i)) {
+    rate = dynamics->ForceRate(x, transition.mode_before, i);
+    change = dynamics->force_jacobian().row(i).head(2 * d).dot(e.head(2 * d));
+  } else {
+    ConstraintTerms terms;
+    system.Constraints(x.head(nq), x.tail(d), &terms);
+    rate = terms.jacobian.row(i).dot(x.tail(d));
+    change = terms.jacobian.row(i).dot(e.head(d));
+  }
+  return rate != 0 ? -change / rate : 0;
+}
+
+Status CheckOrder(const MechanicalSystem& system, const Transition& before,
+                  const Transition& after, const std::vector<double>& first,
+                  const std::vector<double>& second) {
+  if (before.instants.empty() || after.instants.empty()) return {};
+  const int i = before.instants.front().constraint, j = after.instants.front().constraint;
+  if (i == j) return {};  // its own events follow each other
+  double squared = 0;
+  for (std::size_t k = 0; k < first.size(); ++k) {
+    const double apart = second[k] - first[k];
+    squared += apart * apart;
+  }
+  const double error = std::sqrt(squared / static_cast<double>(first.size()));
+  const double interval = after.t - before.t;
+  if (!(kInstantErrors * error > interval)) return {};
+  const auto& names = system.description().constraints;
+  std::ostringstream message;
+  message.precision(12);
+  message << "the events of '" << names[i] << "' at t = " << before.t << " s and of '" << names[j]
+          << "' " << interval << " s later are closer than errors of the state tell apart ("
+          << error << " s): their order is not known, and a tighter tolerance may tell it";
+  return {Outcome::kNotDifferentiable, message.str()};
+}
+
+}  // namespace contact_flow

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/flow/status.h"
+#include "contact_flow/flow/trajectory.h"
+
+namespace contact_flow {
+
+/// How much later a transition comes [s] when the state before it is off by e [2d+k]: −Dg e / ġ of
+/// the guard g of its first event; 0 where it has none.
+double TimeShift(ContactDynamics* dynamics, const Transition& transition, const VectorRef& e);
+
+/// Not kOk where errors of the state shift one transition against the next by as much as they are
+/// apart: the order in which the run found them may be another, and so the derivative. `first` and
+/// `second` are the shifts of both by the same samples of the error [s].
+Status CheckOrder(const MechanicalSystem& system, const Transition& before,
+                  const Transition& after, const std::vector<double>& first,
+                  const std::vector<double>& second);
+
+}  // namespace contact_flow
