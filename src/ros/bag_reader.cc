@@ -275,7 +275,8 @@ class Reader {
     } catch (const Broken& error) {
       throw DamagedBag(error);
     }
-    for (const char* name : {"topic", "type", "md5sum", "message_definition"}) {
+    fields.emplace("topic", record.header.at("topic"));  // rosbag does not say it twice
+    for (const char* name : {"type", "md5sum", "message_definition"}) {
       if (!fields.count(name)) throw DamagedBag(record.position, std::string("a connection without ") + name);
     }
     if (fields.at("topic") != record.header.at("topic")) {

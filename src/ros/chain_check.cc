@@ -31,6 +31,7 @@ ChainCheck::Report ChainCheck::Take(const BagContent& bag) {
   rewritten_ = false;
   link_begin_ = 0;
   bool ended = false;
+  const bool missing_before = missing_;
   if (bag.messages.empty() || !Is<RecordingStart>(bag.messages.front())) {
     report.gaps.push_back("the bag does not begin with the start of a recording");
     report.sound = 0;
@@ -60,6 +61,7 @@ ChainCheck::Report ChainCheck::Take(const BagContent& bag) {
     rewritten_ = rewritten_ || !message.connection->count("callerid");
     hash_.Add(hash->second, message.time, message.data, message.size);
   }
+  if (report.goes_on && missing_before) report.sound = 0;
   if (hash_.count() > 0) {
     report.gaps.push_back("the last " + std::to_string(hash_.count()) +
                           " messages are in no link of the chain");

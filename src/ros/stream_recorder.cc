@@ -89,7 +89,8 @@ void StreamRecorder::ClosePart(std::uint8_t state) {
 void StreamRecorder::BeginPart(const std::string& path, const ros::Time& stamp) {
   file_ = std::make_unique<NewFile>(path);
   try {
-    file_->Append(bag_->Begin(stamp) + bag_->Link(RecordingLink::GOES_ON));
+    file_->Append(bag_->Begin(stamp));
+    file_->Append(bag_->Link(RecordingLink::GOES_ON));
   } catch (...) {
     file_.reset();
     ::unlink(path.c_str());  // there is nothing in it

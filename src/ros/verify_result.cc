@@ -31,7 +31,7 @@ bool EndedByTime(const Result& result) {
 /// Without the budget of time, where the request has one.
 template <class Request>
 auto Unhurried(Request request, int) -> decltype(request.options, request) {
-  request.options.max_seconds = 0;  // the setup's, which is infinite
+  request.options.max_seconds = 0;  // that of the setup, which is endless
   return request;
 }
 template <class Request>
@@ -59,7 +59,7 @@ std::string BagVerifier::Repeater::Take(const ModelDescription& description) {
   const std::string difference = Serialize(description) == Serialize(computed)
                                      ? ""
                                      : FirstDifference(description, computed);
-  configuration.options.max_seconds = std::numeric_limits<double>::infinity();
+  configuration.options.max_seconds = std::numeric_limits<double>::max();
   configuration.options.cancelled = [this] {
     return std::chrono::steady_clock::now() > deadline_;
   };

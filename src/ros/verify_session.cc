@@ -53,7 +53,7 @@ std::string SessionVerifier::Take(const ModelDescription& model) {
     return "another model than before: " + FirstDifference(same, *model_);
   }
   configuration_ = FromMsg(model);  // whatever has been begun goes on
-  configuration_->options.max_seconds = std::numeric_limits<double>::infinity();
+  configuration_->options.max_seconds = std::numeric_limits<double>::max();
   if (!static_ && !terrain_) return "";
   const Display display(std::make_shared<const Setup>(*configuration_), display_options_);
   std::string difference;
