@@ -8,6 +8,7 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
+constexpr double kLongestStep = 20;  // [s], between two instants of a simulator
 constexpr char kNoState[] = "there is no state before it";
 
 template <class Message>
@@ -89,6 +90,11 @@ std::string SessionVerifier::Take(const SimulatorStatus& status) {
   if (!event.empty()) return event;
   if (!counting_) events_ = status.events;
   counting_ = true;
+  // A run ends where it cannot go on, which only who tries to knows.
+  if (status.outcome != 0 && run_->flow()->status().ok() &&
+      (AdvanceTo(status.t + kLongestStep) || run_->flow()->now() != status.t)) {
+    return "the run goes on beyond the end that is told";
+  }
   const Status& run = run_->flow()->status();
   const std::vector<std::string>& constraints = run_->system().description().constraints;
   SimulatorStatus computed = status;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/ros/verify_result.h"
 
-#include <limits>
 #include <stdexcept>
 
 #include "contact_flow/flow/status.h"
@@ -20,6 +19,7 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
+constexpr double kMostSeconds = 3600;  // that a model may be given
 constexpr char kStoppedAt[] = " (stopped at t = ";
 
 template <class Result>
@@ -28,10 +28,15 @@ bool EndedByTime(const Result& result) {
          result.message.find("max_seconds") != std::string::npos;
 }
 
+template <class Result>
+bool Unfinished(const Result& result) {
+  return result.outcome == static_cast<int>(Outcome::kCancelled) || EndedByTime(result);
+}
+
 /// Without the budget of time, where the request has one.
 template <class Request>
-auto Unhurried(Request request, int) -> decltype(request.options, request) {
-  request.options.max_seconds = 0;  // that of the setup, which is endless
+auto Unhurried(Request request, int) -> decltype(request.options, Request()) {
+  request.options.max_seconds = 0;  // that of the setup, as much as may be
   return request;
 }
 template <class Request>
@@ -59,7 +64,7 @@ std::string BagVerifier::Repeater::Take(const ModelDescription& description) {
   const std::string difference = Serialize(description) == Serialize(computed)
                                      ? ""
                                      : FirstDifference(description, computed);
-  configuration.options.max_seconds = std::numeric_limits<double>::max();
+  configuration.options.max_seconds = kMostSeconds;
   configuration.options.cancelled = [this] {
     return std::chrono::steady_clock::now() > deadline_;
   };
@@ -82,7 +87,7 @@ BagVerifier::Repeater::Verdict BagVerifier::Repeater::Again(const RecordMessage&
   if (!setup_) return {"no model description before it", false};
   BeginClock();
   auto computed = Answer(*setup_, Unhurried(record.request, 0));
-  if (computed.outcome == static_cast<int>(Outcome::kCancelled)) return TooLong();
+  if (Unfinished(computed)) return TooLong();
   computed.header = record.result.header;
   if (Serialize(record.result) == Serialize(computed)) return {};
   return {FirstDifference(record.result, computed), false};
@@ -105,7 +110,7 @@ BagVerifier::Repeater::Verdict BagVerifier::Repeater::Repeat(const SimulationRec
   if (!setup_) return {"no model description before it", false};
   BeginClock();
   ContactTrajectory computed = Answer(*setup_, Unhurried(bounded.request, 0));
-  if (computed.outcome == static_cast<int>(Outcome::kCancelled)) return TooLong();
+  if (Unfinished(computed)) return TooLong();
   computed.header = record.result.header;
   computed.message = WithBudgetOf(record.result.message, computed.message);
   for (std::size_t i = 0; i < computed.warnings.size() && i < record.result.warnings.size(); ++i) {

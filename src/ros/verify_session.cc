@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <sstream>
 #include <stdexcept>
 
@@ -18,6 +17,7 @@ Vector ToVector(const std::vector<double>& values) {
   return Eigen::Map<const Vector>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
+constexpr double kMostSeconds = 3600;  // that a model may be given
 constexpr char kHeader[] = "another frame or number in its header than is recorded";
 
 /// What is in a header besides the stamp.
@@ -53,7 +53,7 @@ std::string SessionVerifier::Take(const ModelDescription& model) {
     return "another model than before: " + FirstDifference(same, *model_);
   }
   configuration_ = FromMsg(model);  // whatever has been begun goes on
-  configuration_->options.max_seconds = std::numeric_limits<double>::max();
+  configuration_->options.max_seconds = kMostSeconds;
   if (!static_ && !terrain_) return "";
   const Display display(std::make_shared<const Setup>(*configuration_), display_options_);
   std::string difference;
