@@ -41,7 +41,7 @@ export ROS_HOSTNAME ROS_MASTER_URI ROS_HOME ROS_LOG_DIR ROSCONSOLE_STDOUT_LINE_B
 COMMON_PACKAGES=(
   build-essential cmake ninja-build pkg-config
   libeigen3-dev libboost-dev libyaml-cpp-dev nlohmann-json3-dev liburdfdom-dev
-  libconsole-bridge-dev googletest libgtest-dev python3-numpy python3-matplotlib
+  libconsole-bridge-dev libssl-dev googletest libgtest-dev python3-numpy python3-matplotlib
   coinor-libclp-dev                  # optional: linear programs
   libsundials-dev libopenmpi-dev)    # optional: CVODES, in the benchmark
 

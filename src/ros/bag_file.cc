@@ -2,111 +2,146 @@
 #include "contact_flow/ros/bag_file.h"
 
 #include <fcntl.h>
-#include <sys/mman.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <memory>
+#include <filesystem>
+#include <random>
 #include <stdexcept>
-#include <utility>
-
-#include "contact_flow/ros/bag_door.h"
 
 namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-[[noreturn]] void Fail(const std::string& what, int error) {
-  throw std::runtime_error(what + ": " + std::strerror(error));
+constexpr char kWriting[] = ".writing.";  // between name and random digits
+
+[[noreturn]] void Fail(const std::string& path, int error) {
+  const bool full = error == ENOSPC || error == EDQUOT || error == EFBIG;
+  const std::string reason = std::strerror(error);
+  throw std::runtime_error(path + ": " + (full ? "disk full (" + reason + ")" : reason));
 }
 
-/// An open file that is closed at the end of the scope.
-class File {
- public:
-  File(int fd, const std::string& name) : fd_(fd) {
-    if (fd_ < 0) Fail(name, errno);
-  }
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
-  ~File() { ::close(fd_); }
-  int fd() const { return fd_; }
-
- private:
-  int fd_;
-};
-
-void WriteAll(int fd, const char* data, std::size_t size, const std::string& path) {
-  while (size > 0) {
-    const ssize_t written = ::write(fd, data, size);
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) Fail(path, errno);
-    data += written;
-    size -= static_cast<std::size_t>(written);
-  }
+std::string DirectoryOf(const std::string& path) {
+  const std::size_t slash = path.find_last_of('/');
+  return slash == std::string::npos ? "." : path.substr(0, slash + 1);
 }
 
-/// Copies the whole of one file to the end of another. Returns the number of bytes.
-std::size_t Copy(int from, int to, const std::string& path) {
-  std::vector<char> buffer(1 << 18);
-  std::size_t size = 0;
-  while (true) {
-    const ssize_t n = ::pread(from, buffer.data(), buffer.size(), static_cast<off_t>(size));
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) Fail(path, errno);
-    if (n == 0) return size;
-    WriteAll(to, buffer.data(), static_cast<std::size_t>(n), path);
-    size += static_cast<std::size_t>(n);
-  }
-}
-
-void Sync(int fd, const std::string& path) {
-  // Some file systems cannot: that is not a reason to lose the result.
+/// What is written is there after a power failure, too, where the file system can promise it.
+void SyncFd(int fd, const std::string& path) {
   if (::fsync(fd) != 0 && errno != EINVAL && errno != EROFS) Fail(path, errno);
 }
 
-/// Writes the bag to an open file in memory.
-void WriteToMemory(int fd, const std::vector<BagEntry>& entries) {
-  std::unique_ptr<rosbag::Bag> bag =
-      OpenBag("/proc/self/fd/" + std::to_string(fd), rosbag::bagmode::Write);
-  try {
-    for (const BagEntry& entry : entries) entry(bag.get());
-  } catch (...) {
-    GiveUpBag(std::move(bag));
-    throw;
-  }
-  CloseBag(std::move(bag));
+std::string RandomDigits() {
+  static const char kDigits[] = "0123456789abcdef";
+  std::random_device random;
+  std::string digits;
+  for (int i = 0; i < 16; ++i) digits += kDigits[random() % 16];
+  return digits;
 }
 
 }  // namespace
 
-std::size_t ReplaceBag(const std::string& path, const std::vector<BagEntry>& entries) {
-  // rosbag::Bag leaks or ends the process when a disk is full, so it writes to memory, and what
-  // goes to the disk is written, and checked, here.
-  const File memory(::memfd_create("bag", MFD_CLOEXEC), "memory for " + path);
-  try {
-    WriteToMemory(memory.fd(), entries);
-  } catch (const rosbag::BagException& error) {
-    throw std::runtime_error("memory for " + path + ": " + error.what());
+void CheckFree(const std::string& path) {
+  struct stat status;
+  if (::lstat(path.c_str(), &status) == 0) throw std::invalid_argument(path + " exists");
+}
+
+NewFile::NewFile(const std::string& path)
+    : path_(path),
+      fd_(::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644)) {
+  if (fd_ < 0 && errno == EEXIST) throw std::invalid_argument(path_ + " exists");
+  if (fd_ < 0) Fail(path_, errno);
+  ::flock(fd_, LOCK_EX | LOCK_NB);  // somebody is writing
+}
+
+NewFile::~NewFile() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+void NewFile::WriteAt(std::size_t position, const std::string& bytes) {
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t n = ::pwrite(fd_, bytes.data() + done, bytes.size() - done,
+                               static_cast<off_t>(position + done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) Fail(path_, n < 0 ? errno : ENOSPC);
+    done += static_cast<std::size_t>(n);
   }
-  const std::string temporary = path + ".writing";
-  std::size_t size = 0;
+}
+
+void NewFile::Append(const std::string& bytes) {
   try {
-    const File file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644),
-                    path);
-    size = Copy(memory.fd(), file.fd(), path);
-    Sync(file.fd(), path);
-    if (std::rename(temporary.c_str(), path.c_str()) != 0) Fail(path, errno);
+    WriteAt(size_, bytes);
   } catch (...) {
-    ::unlink(temporary.c_str());
+    static_cast<void>(::ftruncate(fd_, static_cast<off_t>(size_)) == 0);
     throw;
   }
-  const std::string directory = path.substr(0, path.find_last_of('/') + 1);
-  const File parent(::open(directory.empty() ? "." : directory.c_str(), O_RDONLY | O_CLOEXEC),
-                    path);
-  Sync(parent.fd(), path);
-  return size;
+  size_ += bytes.size();
+}
+
+void NewFile::Overwrite(std::size_t position, const std::string& bytes) {
+  WriteAt(position, bytes);
+}
+
+void NewFile::Sync() { SyncFd(fd_, path_); }
+
+void NewFile::Close() {
+  const int fd = fd_;
+  fd_ = -1;
+  if (fd >= 0 && ::close(fd) != 0) Fail(path_, errno);
+}
+
+void ReplaceFile(const std::string& path, const std::string& bytes, bool must_be_new) {
+  struct stat status;
+  if (::lstat(path.c_str(), &status) == 0) {
+    if (must_be_new) throw std::invalid_argument(path + " exists");
+    if (!S_ISREG(status.st_mode)) throw std::runtime_error(path + ": is no regular file any more");
+  }
+  const std::string temporary = path + kWriting + RandomDigits();
+  try {
+    NewFile file(temporary);
+    file.Append(bytes);
+    file.Sync();
+    if (!must_be_new) {
+      if (::rename(temporary.c_str(), path.c_str()) != 0) Fail(path, errno);
+    } else if (::renameat2(AT_FDCWD, temporary.c_str(), AT_FDCWD, path.c_str(),
+                           RENAME_NOREPLACE) != 0) {
+      // Not every file system knows how; then by a second name, which none overwrites either.
+      if (errno != EINVAL) Fail(path, errno);
+      if (::link(temporary.c_str(), path.c_str()) != 0) Fail(path, errno);
+      ::unlink(temporary.c_str());
+    }
+  } catch (const std::runtime_error& error) {
+    ::unlink(temporary.c_str());
+    const std::string what = error.what();
+    const std::size_t at = what.find(temporary);
+    if (at != 0) throw;
+    throw std::runtime_error(path + what.substr(temporary.size()));
+  }
+  const std::string directory = DirectoryOf(path);
+  const int fd = ::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0) Fail(path, errno);
+  ::fsync(fd);
+  ::close(fd);
+}
+
+std::string LeftOver(const std::string& directory) {
+  std::string names;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(directory, error)) {
+    const std::string name = entry.path().filename().string();
+    if (name.find(kWriting) == std::string::npos) continue;
+    const int fd = ::open(entry.path().c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+    if (fd < 0) continue;
+    const bool free = ::flock(fd, LOCK_SH | LOCK_NB) == 0;  // nobody is writing
+    ::close(fd);
+    if (free) names += (names.empty() ? "" : ", ") + name;
+  }
+  return names;
 }
 
 }  // namespace ros_interface

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/ros/node.h"
 
-#include <signal.h>
-
+#include <csignal>
 #include <exception>
+#include <stdexcept>
 #include <string>
 
 #include "contact_flow/ros/answers.h"
 #include "contact_flow/ros/assumptions_answer.h"
+#include "contact_flow/ros/bag_file.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/handler.h"
 #include "contact_flow/ros/linearize_answer.h"
@@ -68,7 +69,7 @@ Node::Node(const NodeParameters& parameters)
             static_cast<std::size_t>(parameters.queue)),
       node_("~"),
       work_node_(WorkNode(&work_queue_)),
-      outlet_(&node_, parameters.bag_directory, ToMsg(setup_)),
+      outlet_(&node_, parameters.bag_directory, ToMsg(setup_), parameters.simulator.signing_key),
       analyses_(&node_, &work_node_, setup_, &outlet_, &pool_),
       work_spinner_(
           static_cast<std::uint32_t>(parameters.threads + parameters.queue + kShortThreads),
@@ -84,6 +85,12 @@ Node::Node(const NodeParameters& parameters)
     configuration.options.cancelled = &IsStopping;
     simulator_ = std::make_unique<Simulator>(parameters.simulator, configuration, &node_,
                                              parameters.bag_directory);
+  }
+  const std::string left = LeftOver(parameters.bag_directory);
+  if (!left.empty()) {
+    ROS_WARN("%s: left over by a node that was killed while it wrote a result, which it has not "
+             "answered: %s; what was answered is in the bags, these may be removed",
+             parameters.bag_directory.c_str(), left.c_str());
   }
   if (parameters.record) {
     for (const std::string& path : RecordTo(parameters.bag_name)) {
@@ -244,8 +251,10 @@ bool Node::Stop(StopRecording::Request&, StopRecording::Response& out) {
     out.paths = summary.paths;
     out.results = static_cast<std::uint32_t>(summary.results);
     out.message = std::to_string(summary.results) + " results in " + summary.paths.front();
-    if (!simulator_) return;
-    for (const std::string& path : simulator_->StopRecording()) out.paths.push_back(path);
+    if (simulator_) {
+      for (const std::string& path : simulator_->StopRecording()) out.paths.push_back(path);
+    }
+    if (!summary.error.empty()) throw std::runtime_error(summary.error);
   });
 }
 
@@ -271,6 +280,7 @@ int RunNode() {
   // When the last handle goes ROS shuts down, and its log with it: this one outlives what may
   // throw.
   const ros::NodeHandle handle;
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is told as a full disk
   try {
     const NodeParameters parameters = ReadNodeParameters();
     LimitMemory(parameters.max_memory);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <boost/date_time/posix_time/posix_time.hpp>
 #include <cctype>
+#include <utility>
 
 #include "contact_flow/flow/status.h"
 #include "contact_flow/ros/conversions.h"
@@ -12,8 +13,11 @@ namespace contact_flow {
 namespace ros_interface {
 
 Outlet::Outlet(ros::NodeHandle* node, const std::string& bag_directory,
-               const ModelDescription& description)
-    : recorder_(bag_directory), description_(description) {
+               const ModelDescription& description, std::shared_ptr<const SigningKey> key)
+    : connections_(ros::this_node::getName()),
+      recorder_(bag_directory),
+      key_(std::move(key)),
+      description_(description) {
   constexpr bool kLatch = true;
   model_description_ = node->advertise<ModelDescription>("model_description", 1, kLatch);
   trajectory_ = node->advertise<ContactTrajectory>("trajectory", 10, kLatch);
@@ -40,15 +44,15 @@ ros::Time Outlet::Stamp(Record* record) {
 }
 
 template <class Message>
-BagEntry Outlet::Entry(const std::string& topic, const ros::Time& stamp,
-                       boost::shared_ptr<const Message> message) const {
-  return MakeBagEntry(ros::names::resolve("~" + topic), stamp, ros::this_node::getName(), message);
+BagEntry Outlet::Entry(const std::string& topic, boost::shared_ptr<const Message> message) {
+  return connections_.Entry(ros::names::resolve("~" + topic), std::move(message));
 }
 
-std::string Outlet::Write(std::uint8_t outcome, const std::vector<BagEntry>& entries) {
+std::string Outlet::Write(std::uint8_t outcome, const ros::Time& stamp,
+                          const std::vector<BagEntry>& entries) {
   // A run that was stopped half-way cannot be repeated, and nobody waits for its answer any more.
   if (!recorder_.Recording() || outcome == static_cast<int>(Outcome::kCancelled)) return "";
-  recorder_.Write(entries);
+  last_stamp_ = recorder_.Write(entries, stamp);
   return recorder_.Path();
 }
 
@@ -60,9 +64,9 @@ std::string Outlet::Deliver(SimulationRecord* record) {
   const auto modes = boost::make_shared<const ModeSequence>(ToModeSequence(*result));
   trajectory_.publish(result);
   mode_sequence_.publish(modes);
-  return Write(result->outcome,
-               {Entry("record/simulation", stamp, shared), Entry("trajectory", stamp, result),
-                Entry("mode_sequence", stamp, modes)});
+  return Write(result->outcome, stamp,
+               {Entry("record/simulation", shared), Entry("trajectory", result),
+                Entry("mode_sequence", modes)});
 }
 
 std::string Outlet::Deliver(DerivativeRecord* record) {
@@ -71,8 +75,8 @@ std::string Outlet::Deliver(DerivativeRecord* record) {
   const auto shared = boost::make_shared<const DerivativeRecord>(*record);
   const boost::shared_ptr<const OutcomeDerivative> result(shared, &shared->result);
   b_derivative_.publish(result);
-  return Write(result->outcome,
-               {Entry("record/derivative", stamp, shared), Entry("b_derivative", stamp, result)});
+  return Write(result->outcome, stamp,
+               {Entry("record/derivative", shared), Entry("b_derivative", result)});
 }
 
 template <class Record>
@@ -80,7 +84,7 @@ std::string Outlet::DeliverRecord(const std::string& name, Record* record) {
   const std::lock_guard<std::mutex> lock(mutex_);
   const ros::Time stamp = Stamp(record);
   const auto shared = boost::make_shared<const Record>(*record);
-  return Write(shared->result.outcome, {Entry("record/" + name, stamp, shared)});
+  return Write(shared->result.outcome, stamp, {Entry("record/" + name, shared)});
 }
 
 std::string Outlet::Deliver(ComparisonRecord* record) {
@@ -131,7 +135,18 @@ std::string Outlet::StartRecording(const std::string& asked) {
     }
   }
   const auto description = boost::make_shared<const ModelDescription>(description_);
-  recorder_.Start(name, {Entry("model_description", stamp, description)});
+  RecordingPlan plan("results", ros::this_node::getName(), &connections_);
+  for (const char* role :
+       {"model_description", "trajectory", "mode_sequence", "b_derivative", "record/simulation",
+        "record/derivative", "record/comparison", "record/assumptions", "record/linearization",
+        "record/poincare_map", "record/stability", "record/controllability", "record/covariance",
+        "record/periodic_orbit", "record/optimization"}) {
+    plan.start.roles.push_back(role);
+    plan.start.topics.push_back(ros::names::resolve(std::string("~") + role));
+  }
+  plan.key = key_;
+  plan.preamble = {Entry("model_description", description)};
+  recorder_.Start(name, plan, stamp);
   return recorder_.Path();
 }
 

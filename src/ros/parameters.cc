@@ -147,6 +147,9 @@ NodeParameters ReadNodeParameters() {
   reader.Read("record", &parameters.record);
   reader.Read("bag_name", &parameters.bag_name);
   reader.Read("bag_directory", &parameters.bag_directory);
+  std::string key;
+  reader.Read("signing_key", &key);
+  if (!key.empty()) parameters.simulator.signing_key = SigningKey::ReadPrivate(ExpandHome(key));
   parameters.bag_directory = ExpandHome(parameters.bag_directory);
   if (parameters.bag_directory.empty()) parameters.bag_directory = DefaultBagDirectory();
   reader.Read("threads", &parameters.threads, 1, 64);

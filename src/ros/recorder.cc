@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/ros/recorder.h"
 
-#include <unistd.h>
+#include <sys/stat.h>
 
-#include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <stdexcept>
+#include <utility>
+
+#include "contact_flow/ros/bag_file.h"
 
 #include "contact_flow/nearest_name.h"
 
@@ -34,11 +35,12 @@ std::string CheckName(std::string name) {
   return name;
 }
 
-bool Exists(const std::string& path) { return ::access(path.c_str(), F_OK) == 0; }
+bool Exists(const std::string& path) {
+  struct stat status;
+  return ::lstat(path.c_str(), &status) == 0;  // also a link that leads nowhere
+}
 
 }  // namespace
-
-std::string Recorder::Path() const { return Recording() ? summary_.paths.back() : ""; }
 
 std::string NewBagPath(const std::string& directory, const std::string& asked) {
   const std::string name = CheckName(asked);
@@ -52,41 +54,80 @@ std::string NewBagPath(const std::string& directory, const std::string& asked) {
   return path;
 }
 
-void Recorder::Start(const std::string& asked, const std::vector<BagEntry>& preamble) {
+std::string NextPartPath(const std::string& path, std::size_t part) {
+  const std::string name = path.substr(0, path.size() - 4);
+  while (true) {
+    const std::string next = name + "_" + std::to_string(part++) + ".bag";
+    if (!Exists(next)) return next;
+  }
+}
+
+/// The bag is in the file as a whole, with its index, and `bag` goes on from before that.
+void Recorder::Replace(const std::string& path, ChainedBag bag, const std::string& body,
+                       bool must_be_new) {
+  std::string bytes = body + bag.End();
+  const std::string head = bag.Head();
+  bytes.replace(0, head.size(), head);
+  ReplaceFile(path, bytes, must_be_new);
+}
+
+void Recorder::Start(const std::string& asked, const RecordingPlan& plan, const ros::Time& stamp) {
   const std::string name = CheckName(asked);
   if (Recording()) throw std::invalid_argument("already recording to " + Path());
   const std::string path = NewBagPath(directory_, asked);
-  size_ = ReplaceBag(path, preamble);
+  ChainedBag bag(plan);
+  std::string body = bag.Begin(stamp);
+  body += bag.Link(RecordingLink::GOES_ON);
+  Replace(path, bag, body, true);
   name_ = name;
-  preamble_ = preamble;
-  entries_ = preamble;
+  bag_.emplace(std::move(bag));
+  body_ = std::move(body);
   summary_ = Summary();
   summary_.paths.push_back(path);
 }
 
-void Recorder::Write(const std::vector<BagEntry>& entries) {
+ros::Time Recorder::Write(const std::vector<BagEntry>& entries, const ros::Time& stamp) {
   std::string path = summary_.paths.back();
-  const bool split = size_ > kSplitSize;
+  ChainedBag bag = *bag_;
+  const bool split = body_.size() > kSplitSize;
+  std::string body = body_;
   if (split) {
-    std::size_t part = summary_.paths.size();
-    do {
-      path = directory_ + "/" + name_ + "_" + std::to_string(part++) + ".bag";
-    } while (Exists(path));
+    body += bag.Link(RecordingLink::PART_ENDS);
+    Replace(path, bag, body, false);
+    path = NextPartPath(summary_.paths.front(), summary_.paths.size());
+    body = bag.Begin(ros::Time());
   }
-  std::vector<BagEntry> all = split ? preamble_ : entries_;
-  all.insert(all.end(), entries.begin(), entries.end());
-  size_ = ReplaceBag(path, all);
-  entries_.swap(all);
+  for (const BagEntry& entry : entries) body += bag.Add(entry, stamp);
+  body += bag.Link(RecordingLink::GOES_ON);
+  try {
+    Replace(path, bag, body, split);
+  } catch (...) {
+    // The part before has been ended too early: it goes on.
+    if (split) Replace(summary_.paths.back(), *bag_, body_, false);
+    throw;
+  }
+  bag_ = std::move(bag);
+  body_.swap(body);
   if (split) summary_.paths.push_back(path);
   ++summary_.results;
+  return bag_->time();
 }
 
 Recorder::Summary Recorder::Stop() {
   if (!Recording()) throw std::invalid_argument("not recording");
-  name_.clear();
-  preamble_.clear();
-  entries_.clear();
+  try {
+    body_ += bag_->Link(RecordingLink::RECORDING_ENDS);
+    Replace(Path(), *bag_, body_, false);
+  } catch (const std::exception& error) {
+    summary_.error = std::string(error.what()) + ", so that its end is NOT RECORDED";
+  }
+  bag_.reset();
+  body_.clear();
   return summary_;
+}
+
+Recorder::~Recorder() {
+  if (Recording()) Stop();
 }
 
 std::string DefaultBagDirectory() {

@@ -43,7 +43,7 @@ Simulator::Simulator(const SimulatorParameters& parameters, const Configuration&
     : parameters_(parameters),
       topics_(node, bag_directory,
               static_cast<std::size_t>(parameters.bag_split_size * (std::size_t{1} << 20)),
-              parameters.publish_clock, parameters.display),
+              parameters.publish_clock, parameters.display, parameters.signing_key),
       session_(configuration, parameters.tangent_directions,
                {Later<SimulatorEpoch>(), Later<SimulatorInput>(), Later<SimulatorMark>(),
                 Later<PredictionRequest>(), Later<OutcomePrediction>()}),
@@ -264,7 +264,7 @@ void Simulator::Compose(bool event, bool display) {
   topics_.Clock(stamp);
   if (event) topics_.Event(session_.Event(), stamp);
   topics_.State(&session_, stamp);
-  if (display) topics_.Display(&session_, stamp);
+  if (display) topics_.Show(&session_, stamp);
 }
 
 /// While nothing moves, those who have just come are shown where it stands.
@@ -275,7 +275,7 @@ void Simulator::KeepInTouch() {
   if (!parameters_.publish_clock) stamps_.Anchor(session_.now(), RosStamp());
   const ros::Time stamp = stamps_.Take(session_.now());
   topics_.Clock(stamp);
-  topics_.Display(&session_, stamp);
+  topics_.Show(&session_, stamp);
   topics_.SendOff();
   Note(false);
 }

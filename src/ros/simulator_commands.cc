@@ -106,15 +106,48 @@ void Simulator::SetPace(double real_time_factor, double rate, double display_rat
     parameters_.display_rate = display_rate;
     CountTicks();
     pace_.Anchor(session.now(), real_time_factor);
+    topics_.Tell(Settings(), std::max(stamps_.last(), stamps_.At(session.now())));
   });
 }
 
+SimulatorSettings Simulator::Settings() const {
+  SimulatorSettings settings;
+  settings.real_time_factor = pace_.factor();
+  settings.rate = parameters_.rate;
+  settings.display_rate = parameters_.display_rate;
+  return settings;
+}
+
+/// Begins with what the node was set to, and with how fast it goes now.
+std::string Simulator::Record(const std::string& name, const ros::Time& stamp) {
+  RecordingStart start;
+  const auto set = [&](const std::string& key, const std::string& value) {
+    start.setting_names.push_back(key);
+    start.setting_values.push_back(value);
+  };
+  set("publish_clock", parameters_.publish_clock ? "true" : "false");
+  set("tf_prefix", parameters_.display.prefix);
+  set("base_frame", parameters_.display.base_frame);
+  set("world_frame", parameters_.display.world_frame);
+  for (const std::string& direction : parameters_.tangent_directions) {
+    set("tangent_directions", direction);
+  }
+  set("bag_split_size", std::to_string(parameters_.bag_split_size));
+  for (const Parameter& parameter : session_.initial_setup().system->description().parameters) {
+    start.parameter_names.push_back(parameter.name);
+    start.parameter_values.push_back(parameter.value);
+  }
+  const std::string path = topics_.StartRecording(name, stamp, start);
+  topics_.Tell(Settings(), stamp);
+  return path;
+}
+
 std::string Simulator::StartRecording(const std::string& name) {
-  if (!thread_.joinable()) return topics_.StartRecording(name, stamps_.At(session_.now()));
+  if (!thread_.joinable()) return Record(name, stamps_.At(session_.now()));
   return Call([this, name](Session& session) {
     TellLog();
     topics_.SendOff();
-    const std::string path = topics_.StartRecording(name, stamps_.last());
+    const std::string path = Record(name, stamps_.last());
     session.BeginEpoch("start_recording");  // what can be repeated begins here
     return path;
   });
@@ -167,8 +200,10 @@ SimulatorStatus Simulator::Status() {
 }
 
 void Simulator::PublishStatus() {
-  const SimulatorStatus status = Status();
-  Post([this, status] { topics_.Status(status, std::max(stamps_.last(), stamps_.At(status.t))); });
+  Post([this] {
+    Note(false);  // of now: what is recorded with it can be computed again
+    topics_.Status(Status(), std::max(stamps_.last(), stamps_.At(session_.now())));
+  });
 }
 
 }  // namespace ros_interface

@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/ros/simulator_topics.h"
 
-#include <diagnostic_msgs/DiagnosticArray.h>
-#include <diagnostic_updater/DiagnosticStatusWrapper.h>
-#include <geometry_msgs/WrenchStamped.h>
 #include <rosgraph_msgs/Clock.h>
-#include <sensor_msgs/JointState.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
@@ -19,24 +15,22 @@ namespace {
 
 constexpr bool kLatch = true;
 
-/// A name of a constraint as part of a topic: letters, digits and '_'.
-std::string TopicName(std::string name) {
-  for (char& c : name) {
-    if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
-  }
-  return name;
-}
-
 }  // namespace
 
 SimulatorTopics::SimulatorTopics(ros::NodeHandle* node, const std::string& bag_directory,
                                  std::size_t bag_split_size, bool publish_clock,
-                                 const DisplayOptions& display)
-    : node_(*node), options_(display), recorder_(bag_directory, bag_split_size) {
+                                 const DisplayOptions& display,
+                                 std::shared_ptr<const SigningKey> key)
+    : node_(*node),
+      options_(display),
+      recorder_(bag_directory, bag_split_size),
+      connections_(ros::this_node::getName()),
+      key_(std::move(key)) {
   ros::NodeHandle outside;
   if (publish_clock) clock_ = outside.advertise<rosgraph_msgs::Clock>("/clock", 10);
   model_ = node_.advertise<ModelDescription>("online_model", 1, kLatch);
   epoch_ = node_.advertise<SimulatorEpoch>("epoch", 100, kLatch);
+  settings_ = node_.advertise<SimulatorSettings>("settings", 10, kLatch);
   input_ = node_.advertise<SimulatorInput>("input_taken", 1000);
   event_ = node_.advertise<SimulatorEvent>("events", 1000);
   state_ = node_.advertise<HybridState>("state", 1000, kLatch);
@@ -53,21 +47,12 @@ SimulatorTopics::SimulatorTopics(ros::NodeHandle* node, const std::string& bag_d
   diagnostics_ = outside.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
 }
 
-ros::Time SimulatorTopics::BagTime(const ros::Time& stamp) {
-  bag_time_ = std::max(stamp, bag_time_ + ros::Duration(0, 1));
-  return bag_time_;
-}
-
 template <class Message>
 void SimulatorTopics::Send(const ros::Publisher& publisher, const ros::Time& stamp, Message message,
                            bool latched) {
   const auto shared = boost::make_shared<const Message>(std::move(message));
   outbox_.push_back([=] {
-    if (recorder_.Recording()) {
-      const ros::Time time = BagTime(stamp);
-      recorder_.Write(time, MakeBagEntry<Message>(publisher.getTopic(), time,
-                                                  ros::this_node::getName(), shared, latched));
-    }
+    recorder_.Write(stamp, connections_.Entry(publisher.getTopic(), shared, latched));
     publisher.publish(shared);
   });
 }
@@ -92,31 +77,26 @@ void SimulatorTopics::Clock(const ros::Time& stamp) {
 }
 
 void SimulatorTopics::Model(const std::shared_ptr<const Setup>& setup, const ros::Time& stamp) {
-  robot_.reset();
-  points_.reset();
-  setup_ = setup;
-  if (setup_->robot != nullptr) {
-    robot_ =
-        std::make_unique<RobotDisplay>(*setup_->robot, setup_->configuration.robot.urdf, options_);
-    tf2_msgs::TFMessage transforms;
-    transforms.transforms = robot_->StaticTransforms(stamp);
+  display_ = std::make_unique<Display>(setup, options_);
+  constraints_ = setup->system->description().constraints;
+  if (display_->has_terrain()) {
+    tf2_msgs::TFMessage transforms = display_->Static(stamp);
     if (!transforms.transforms.empty()) Send(static_transforms_, stamp, transforms, kLatch);
-    Send(terrain_, stamp, robot_->Terrain(), kLatch);
-  } else {
-    points_ = std::make_unique<PointDisplay>(*setup_->system, options_);
+    Send(terrain_, stamp, display_->Terrain(), kLatch);
   }
-  for (const std::string& name : setup_->system->description().constraints) {
+  for (const std::string& name : constraints_) {
     ros::Publisher& publisher = wrenches_[name];
     if (publisher) continue;
     publisher = node_.advertise<geometry_msgs::WrenchStamped>("wrench/" + TopicName(name), 100);
   }
-  ModelDescription message = ToMsg(*setup_);
+  ModelDescription message = ToMsg(*setup);
   message.header.stamp = stamp;
   last_model_ = boost::make_shared<const ModelDescription>(message);
   Send(model_, stamp, message, kLatch);
 }
 
 void SimulatorTopics::Tell(SimulatorEpoch message, const ros::Time& stamp) {
+  epochs_ = message.epoch;
   SendStamped(epoch_, stamp, std::move(message), kLatch);
 }
 
@@ -133,7 +113,13 @@ void SimulatorTopics::Tell(PredictionRequest message, const ros::Time& stamp) {
 }
 
 void SimulatorTopics::Tell(OutcomePrediction message, const ros::Time& stamp) {
-  SendStamped(predicted_, stamp, std::move(message));
+  if (message.epoch >= recorded_from_) return SendStamped(predicted_, stamp, std::move(message));
+  message.header.stamp = stamp;  // asked for before the recording: nothing to compare it with
+  outbox_.push_back([=] { predicted_.publish(message); });
+}
+
+void SimulatorTopics::Tell(SimulatorSettings message, const ros::Time& stamp) {
+  SendStamped(settings_, stamp, std::move(message), kLatch);
 }
 
 void SimulatorTopics::Event(SimulatorEvent message, const ros::Time& stamp) {
@@ -147,69 +133,58 @@ void SimulatorTopics::State(Session* session, const ros::Time& stamp) {
   if (const auto tangents = session->TangentsMsg()) SendStamped(tangents_, stamp, *tangents);
 }
 
-void SimulatorTopics::Display(Session* session, const ros::Time& stamp) {
-  const Vector x = session->State(), force = session->Force();
-  const ContactMode mode = session->mode();
-  Send(joints_, stamp, robot_ ? robot_->Joints(x, stamp) : ToJointState(*setup_->system, x, stamp),
-       kLatch);
-  tf2_msgs::TFMessage transforms;
-  transforms.transforms = robot_ ? robot_->Transforms(x, stamp) : points_->Transforms(x, stamp);
-  if (!transforms.transforms.empty()) Send(transforms_, stamp, std::move(transforms));
-  Send(contacts_, stamp,
-       robot_ ? robot_->Contacts(x, mode, force, stamp) : points_->Contacts(x, mode, force, stamp),
-       kLatch);
-  const std::vector<geometry_msgs::Wrench> wrenches =
-      robot_ ? robot_->ContactWrenches(x, force) : points_->ContactWrenches(x, force);
-  const std::vector<std::string>& names = setup_->system->description().constraints;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    geometry_msgs::WrenchStamped message;
-    message.header.frame_id = options_.world_frame;
-    message.wrench = wrenches[i];
-    SendStamped(wrenches_[names[i]], stamp, std::move(message));
+void SimulatorTopics::Show(Session* session, const ros::Time& stamp) {
+  Display::OfState shown =
+      display_->Show(session->State(), session->mode(), session->Force(), stamp);
+  Send(joints_, stamp, std::move(shown.joints), kLatch);
+  if (!shown.transforms.transforms.empty()) Send(transforms_, stamp, std::move(shown.transforms));
+  Send(contacts_, stamp, std::move(shown.contacts), kLatch);
+  for (std::size_t i = 0; i < constraints_.size(); ++i) {
+    Send(wrenches_[constraints_[i]], stamp, std::move(shown.wrenches[i]));
   }
 }
 
 void SimulatorTopics::Status(SimulatorStatus message, const ros::Time& stamp) {
-  diagnostic_updater::DiagnosticStatusWrapper status;
-  using Level = diagnostic_msgs::DiagnosticStatus;
-  status.name = ros::this_node::getName() + ": simulator";
-  status.hardware_id = "none";
-  const std::string error = recorder_.Error();
-  if (message.outcome != 0) {
-    status.summary(Level::ERROR, message.message);
-  } else if (!error.empty()) {
-    status.summary(Level::ERROR, "recording: " + error);
-  } else if (message.overruns > 0 && message.lateness > 0.01) {
-    status.summary(Level::WARN, "the clock cannot be followed");
-  } else {
-    status.summary(Level::OK, message.paused ? "paused" : "running");
-  }
-  status.add("simulated time [s]", message.t);
-  status.add("real-time factor asked", message.real_time_factor);
-  status.add("real-time factor achieved", message.achieved_factor);
-  status.add("events", message.events);
-  status.add("events per second", message.events_per_second);
-  status.add("lateness, last second [s]", message.lateness);
-  status.add("lateness, largest [s]", message.largest_lateness);
-  status.add("overruns", message.overruns);
-  status.add("late inputs", message.late_inputs);
-  status.add("margin: approach speed [m/s]", message.margins.approach_speed);
-  status.add("margin: release rate [N/s]", message.margins.release_rate);
-  status.add("margin: gap [m]", message.margins.gap);
-  status.add("margin: force [N]", message.margins.force);
-  status.add("margin: event interval [s]", message.margins.event_interval);
-  diagnostic_msgs::DiagnosticArray array;
-  array.status.push_back(status);
-  SendStamped(diagnostics_, stamp, std::move(array));
-  SendStamped(status_, stamp, std::move(message), kLatch);
+  message.header.stamp = stamp;
+  Send(diagnostics_, stamp, ToDiagnostics(message, ros::this_node::getName(), recorder_.Error()));
+  Send(status_, stamp, std::move(message), kLatch);
 }
 
-std::string SimulatorTopics::StartRecording(const std::string& name, const ros::Time& stamp) {
-  const std::string topic = model_.getTopic(), caller = ros::this_node::getName();
-  const auto model = last_model_;  // with the parameters of the first epoch
-  return recorder_.Start(
-      name, [=](const ros::Time& time) { return MakeBagEntry(topic, time, caller, model); },
-      BagTime(stamp));
+std::string SimulatorTopics::StartRecording(const std::string& name, const ros::Time& stamp,
+                                            const RecordingStart& start) {
+  RecordingPlan plan("online", ros::this_node::getName(), &connections_);
+  const RecordingStart own = plan.start;
+  plan.start = start;
+  plan.start.kind = own.kind;
+  plan.start.node = own.node;
+  plan.start.version = own.version;
+  const auto add = [&](const std::string& role, const ros::Publisher& publisher) {
+    plan.start.roles.push_back(role);
+    plan.start.topics.push_back(publisher.getTopic());
+  };
+  add("online_model", model_);
+  add("epoch", epoch_);
+  add("input_taken", input_);
+  add("events", event_);
+  add("state", state_);
+  add("settings", settings_);
+  add("rolling_derivative", tangents_);
+  add("mark_taken", mark_);
+  add("prediction_asked", asked_);
+  add("prediction", predicted_);
+  add("joint_states", joints_);
+  add("tf", transforms_);
+  add("tf_static", static_transforms_);
+  add("contacts", contacts_);
+  add("terrain", terrain_);
+  add("status", status_);
+  add("diagnostics", diagnostics_);
+  for (const auto& [constraint, publisher] : wrenches_) add("wrench/" + constraint, publisher);
+  plan.key = key_;
+  plan.preamble = {connections_.Entry(model_.getTopic(), last_model_)};
+  const std::string path = recorder_.Start(name, plan, stamp);
+  recorded_from_ = epochs_ + (epochs_ > 0 ? 1 : 0);
+  return path;
 }
 
 }  // namespace ros_interface

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/ros/stream_recorder.h"
 
-#include <filesystem>
+#include <unistd.h>
+
 #include <stdexcept>
 #include <utility>
 
-#include "contact_flow/ros/bag_door.h"
 #include "contact_flow/ros/recorder.h"
 
 namespace contact_flow {
@@ -20,61 +20,101 @@ bool StreamRecorder::Recording() const {
 
 std::string StreamRecorder::Error() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return error_;
+  if (error_.empty() || lost_ == 0) return error_;
+  return error_ + "; " + std::to_string(lost_) + " messages from stamp " +
+         std::to_string(lost_since_.toSec()) + " s on are NOT RECORDED";
 }
 
-std::string StreamRecorder::Start(const std::string& asked, const Preamble& preamble,
-                                  const ros::Time& time) {
+std::string StreamRecorder::Start(const std::string& asked, const RecordingPlan& plan,
+                                  const ros::Time& stamp) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (recording_) throw std::invalid_argument("already recording to " + paths_.back());
   }
   Finish();  // what has ended by itself
   const std::string path = NewBagPath(directory_, asked);
+  bag_.emplace(plan);
+  BeginPart(path, stamp);
+  last_link_ = std::chrono::steady_clock::now();
+  const std::lock_guard<std::mutex> lock(mutex_);
   paths_ = {path};
-  name_ = path.substr(0, path.size() - 4);
-  preamble_ = preamble;
   error_.clear();
-  Open(path, time);
+  lost_ = 0;
   stopping_ = false;
   recording_ = true;
   thread_ = std::thread([this] { Run(); });
   return path;
 }
 
-void StreamRecorder::Write(const ros::Time& time, BagEntry entry) {
+void StreamRecorder::Write(const ros::Time& stamp, BagEntry entry) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (!recording_) return;
+    if (!recording_) {
+      if (error_.empty()) return;
+      if (lost_++ == 0) lost_since_ = stamp;
+      return;
+    }
     if (waiting_.size() >= kMaxWaiting) {
       error_ = paths_.back() + ": the disk does not keep up, " + std::to_string(kMaxWaiting) +
                " messages wait; the recording ends here";
       recording_ = false;
       stopping_ = true;
+      lost_ = 1;
+      lost_since_ = stamp;
     } else {
-      waiting_.emplace_back(time, std::move(entry));
+      waiting_.emplace_back(stamp, std::move(entry));
     }
   }
   changed_.notify_one();
 }
 
-void StreamRecorder::Open(const std::string& path, const ros::Time& time) {
+void StreamRecorder::Put(const ros::Time& stamp, const BagEntry& entry) {
+  file_->Append(bag_->Add(entry, stamp));
+  const auto now = std::chrono::steady_clock::now();
+  const double since = std::chrono::duration<double>(now - last_link_).count();
+  if (bag_->unlinked() < kMessagesPerLink && since < kLinkPeriod) return;
+  file_->Append(bag_->Link(RecordingLink::GOES_ON));
+  last_link_ = now;
+}
+
+void StreamRecorder::ClosePart(std::uint8_t state) {
+  if (!file_) return;
+  file_->Append(bag_->Link(state));
+  file_->Append(bag_->End());
+  file_->Overwrite(0, bag_->Head());
+  file_->Close();
+  file_.reset();
+}
+
+void StreamRecorder::BeginPart(const std::string& path, const ros::Time& stamp) {
+  file_ = std::make_unique<NewFile>(path);
   try {
-    bag_ = OpenBag(path, rosbag::bagmode::Write);
-    bag_->setChunkThreshold(1);
-    preamble_(time)(bag_.get());
-  } catch (const rosbag::BagException& error) {
-    GiveUpBag(std::move(bag_));
-    throw std::runtime_error(path + ": " + error.what());
+    file_->Append(bag_->Begin(stamp));
+    file_->Append(bag_->Link(RecordingLink::GOES_ON));
+  } catch (...) {
+    file_.reset();
+    ::unlink(path.c_str());  // there is nothing in it
+    throw;
   }
 }
 
-void StreamRecorder::Close() {
-  try {
-    CloseBag(std::move(bag_));
-  } catch (const rosbag::BagException& error) {
-    throw std::runtime_error(paths_.back() + ": " + error.what());
-  }
+void StreamRecorder::NextPart() {
+  ClosePart(RecordingLink::PART_ENDS);
+  const std::string path = NextPartPath(paths_.front(), paths_.size());
+  BeginPart(path, ros::Time());
+  const std::lock_guard<std::mutex> lock(mutex_);
+  paths_.push_back(path);
+}
+
+/// The bag keeps what it holds; what waits is lost, and counted.
+void StreamRecorder::Fail(const std::string& why) {
+  file_.reset();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  error_ = why + "; the recording ends here";
+  recording_ = false;
+  lost_ += waiting_.size();
+  if (!waiting_.empty()) lost_since_ = waiting_.front().first;
+  waiting_.clear();
 }
 
 void StreamRecorder::Run() {
@@ -87,30 +127,18 @@ void StreamRecorder::Run() {
       batch.swap(waiting_);
     }
     try {
-      for (const auto& [time, entry] : batch) {
-        entry(bag_.get());
-        if (bag_->getSize() < split_size_) continue;
-        Close();
-        std::string path;
-        std::size_t part = paths_.size();
-        do {
-          path = name_ + "_" + std::to_string(part++) + ".bag";
-        } while (std::filesystem::exists(path));
-        {
-          const std::lock_guard<std::mutex> lock(mutex_);
-          paths_.push_back(path);
-        }
-        Open(path, time);
+      while (!batch.empty()) {
+        Put(batch.front().first, batch.front().second);
+        batch.pop_front();
+        if (bag_->size() >= split_size_) NextPart();
       }
     } catch (const std::exception& error) {  // the disk is full, or gone
-      GiveUpBag(std::move(bag_));
-      const std::lock_guard<std::mutex> lock(mutex_);
-      error_ = paths_.back() + ": " + error.what();
-      recording_ = false;
-      waiting_.clear();
-      return;
+      {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        waiting_.insert(waiting_.begin(), batch.begin(), batch.end());
+      }
+      return Fail(error.what());
     }
-    batch.clear();
   }
 }
 
@@ -123,10 +151,9 @@ void StreamRecorder::Finish() {
   changed_.notify_one();
   if (thread_.joinable()) thread_.join();
   try {
-    Close();
-  } catch (const std::runtime_error& error) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    error_ = error.what();
+    ClosePart(RecordingLink::RECORDING_ENDS);
+  } catch (const std::exception& error) {
+    Fail(error.what());
   }
 }
 
@@ -138,6 +165,7 @@ std::vector<std::string> StreamRecorder::Stop() {
   Finish();
   const std::string error = Error();
   if (!error.empty()) {
+    const std::lock_guard<std::mutex> lock(mutex_);
     error_.clear();
     throw std::runtime_error(error);
   }

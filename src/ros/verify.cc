@@ -1,250 +1,289 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/ros/verify.h"
 
-#include <rosbag/bag.h>
-#include <rosbag/view.h>
-
 #include <exception>
-#include <iostream>
-#include <memory>
-#include <set>
-#include <sstream>
+#include <ostream>
 #include <stdexcept>
-#include <vector>
+#include <utility>
 
-#include "contact_flow/AssumptionRecord.h"
-#include "contact_flow/ComparisonRecord.h"
-#include "contact_flow/ControllabilityRecord.h"
-#include "contact_flow/CovarianceRecord.h"
-#include "contact_flow/DerivativeRecord.h"
-#include "contact_flow/LinearizationRecord.h"
-#include "contact_flow/OptimizationRecord.h"
-#include "contact_flow/PeriodicOrbitRecord.h"
-#include "contact_flow/PoincareRecord.h"
-#include "contact_flow/SimulationRecord.h"
-#include "contact_flow/StabilityRecord.h"
-#include "contact_flow/ros/answers.h"
-#include "contact_flow/ros/assumptions_answer.h"
-#include "contact_flow/ros/controllability_answer.h"
-#include "contact_flow/ros/conversions.h"
-#include "contact_flow/ros/covariance_answer.h"
-#include "contact_flow/ros/linearize_answer.h"
-#include "contact_flow/ros/optimization_answer.h"
-#include "contact_flow/ros/periodic_orbit_answer.h"
-#include "contact_flow/ros/poincare_answer.h"
-#include "contact_flow/ros/serialize.h"
-#include "contact_flow/ros/stability_answer.h"
-#include "contact_flow/ros/verify_session.h"
+#include "contact_flow/ros/deserialize.h"
+#include "contact_flow/ros/verify_result.h"
 
 namespace contact_flow {
 namespace ros_interface {
-namespace {
 
-/// Goes through one bag.
-class Verifier {
- public:
-  Verifier(std::ostream* out, SessionVerifier* session) : out_(out), session_(*session) {}
+BagVerifier::BagVerifier(std::ostream* out, Options options)
+    : out_(out),
+      options_(std::move(options)),
+      chain_(options_.key),
+      repeater_(std::make_unique<Repeater>(options_.max_seconds)) {}
+BagVerifier::~BagVerifier() = default;
 
-  /// First every message is offered here …
-  bool TakeRecord(const rosbag::MessageInstance& message) {
-    return Record<SimulationRecord>(message) || Record<DerivativeRecord>(message) ||
-           Record<ComparisonRecord>(message) || Record<AssumptionRecord>(message) ||
-           Record<LinearizationRecord>(message) || Record<PoincareRecord>(message) ||
-           Record<StabilityRecord>(message) || Record<ControllabilityRecord>(message) ||
-           Record<CovarianceRecord>(message) || Record<PeriodicOrbitRecord>(message) ||
-           Record<OptimizationRecord>(message) || Model(message) ||
-           Online<SimulatorEpoch>(message, kAnnounced) || Online<SimulatorInput>(message, kTold) ||
-           Online<SimulatorEvent>(message, kAnnounced) || Online<HybridState>(message, kTold) ||
-           Online<SimulatorMark>(message, kAnnounced) || Online<RollingTangents>(message, kTold) ||
-           Online<PredictionRequest>(message, kTold) || Prediction(message);
-  }
-  /// … and then, those that were no records, here.
-  void TakeOther(const rosbag::MessageInstance& message) {
-    const bool known = Copy<ContactTrajectory>(message) || Copy<OutcomeDerivative>(message) ||
-                       Copy<ModeSequence>(message);
-    if (!known) ++result_.skipped;
-  }
-  const Verification& result() const { return result_; }
-
- private:
-  static constexpr bool kAnnounced = true, kTold = false;  // whether each has a line of its own
-
-  /// Null unless the message has this type. One that has it by name only was written by another
-  /// version.
-  template <class Message>
-  boost::shared_ptr<Message> Get(const rosbag::MessageInstance& message, bool* is) {
-    *is = message.getDataType() == ros::message_traits::DataType<Message>::value();
-    if (!*is) return nullptr;
-    boost::shared_ptr<Message> m = message.instantiate<Message>();
-    if (!m) Differs(message, "written with another definition of " + message.getDataType());
-    return m;
-  }
-
-  void Line(const rosbag::MessageInstance& message, const std::string& verdict) {
-    *out_ << message.getTime() << " " << message.getTopic() << ": " << verdict << "\n";
-  }
-  void Differs(const rosbag::MessageInstance& message, const std::string& how) {
-    ++result_.differing;
-    Line(message, "DIFFERS: " + how);
-  }
-
-  /// Compares one message; the header, which is the time of recording, is taken over.
-  template <class Message>
-  bool Same(const rosbag::MessageInstance& message, const Message& recorded, Message computed) {
-    computed.header = recorded.header;
-    if (Serialize(recorded) == Serialize(computed)) return true;
-    Differs(message, FirstDifference(recorded, computed));
-    return false;
-  }
-
-  bool Model(const rosbag::MessageInstance& message) {
-    bool is = false;
-    const auto description = Get<ModelDescription>(message, &is);
-    if (!description) return is;
-    setup_.reset();
-    try {
-      setup_ = std::make_unique<Setup>(FromMsg(*description));
-      if (Same(message, *description, ToMsg(*setup_))) Line(message, description->name);
-      session_.Take(*description);
-    } catch (const std::invalid_argument& error) {
-      Differs(message, error.what());
-    }
-    return true;
-  }
-
-  /// What the simulator has recorded.
-  template <class Message>
-  bool Online(const rosbag::MessageInstance& message, bool announced) {
-    bool is = false;
-    const auto recorded = Get<Message>(message, &is);
-    if (!recorded) return is;
-    std::string difference;
-    try {
-      difference = session_.Take(*recorded);
-    } catch (const std::exception& error) {
-      difference = error.what();
-    }
-    if (!difference.empty()) {
-      Differs(message, difference);
-      return true;
-    }
-    ++result_.verified;
-    if (announced) Line(message, "same, bit for bit");
-    return true;
-  }
-
-  bool Prediction(const rosbag::MessageInstance& message) {
-    bool is = false;
-    const auto recorded = Get<OutcomePrediction>(message, &is);
-    if (!recorded) return is;
-    if (!session_.Precedes(*recorded)) return Online<OutcomePrediction>(message, kAnnounced);
-    ++result_.skipped;
-    return true;
-  }
-
-  template <class RecordMessage>
-  bool Record(const rosbag::MessageInstance& message) {
-    bool is = false;
-    const auto record = Get<RecordMessage>(message, &is);
-    if (!record) return is;
-    if (!setup_) {
-      Differs(message, "no model description before it");
-      return true;
-    }
-    try {
-      if (!Same(message, record->result, Answer(*setup_, record->request))) return true;
-    } catch (const std::exception& error) {
-      Differs(message, error.what());
-      return true;
-    }
-    if (Serialize(record->header) != Serialize(record->result.header) ||
-        record->header.stamp != message.getTime()) {
-      Differs(message, "stamps of message, record and result");
-      return true;
-    }
-    Remember(record->result);
-    ++result_.verified;
-    Line(message, "same, bit for bit");
-    return true;
-  }
-
-  template <class Result>
-  void Remember(const Result& result) {
-    results_.insert(Serialize(result));
-  }
-  void Remember(const ContactTrajectory& result) {
-    results_.insert(Serialize(result));
-    results_.insert(Serialize(ToModeSequence(result)));
-  }
-
-  /// A message on an ordinary topic: it must be one of the results verified before.
-  template <class Message>
-  bool Copy(const rosbag::MessageInstance& message) {
-    bool is = false;
-    const auto copy = Get<Message>(message, &is);
-    if (copy && !results_.count(Serialize(*copy))) Differs(message, "not the result of any record");
-    return is;
-  }
-
-  std::ostream* out_;
-  SessionVerifier& session_;
-  std::unique_ptr<Setup> setup_;
-  std::set<Bytes> results_;
-  Verification result_;
-};
-
-const char kHelp[] =
-    "Usage: verify_bag BAG...\n"
-    "Computes every result in bags written by contact_flow_node again and compares it bit for "
-    "bit.\n"
-    "Prints one line a result. Exit code: 0 when at least one result was verified and none "
-    "differs,\n"
-    "1 when one differs, none was found, or a bag cannot be read, 2 for wrong use.\n";
-
-}  // namespace
-
-Verification VerifyBag(const std::string& path, std::ostream* out, SessionVerifier* session) {
-  rosbag::Bag bag;
-  bag.open(path, rosbag::bagmode::Read);
-  Verifier verifier(out, session);
-  rosbag::View view(bag);
-  std::vector<rosbag::MessageInstance> others;
-  for (const rosbag::MessageInstance& message : view) {
-    if (!verifier.TakeRecord(message)) others.push_back(message);
-  }
-  for (const rosbag::MessageInstance& message : others) verifier.TakeOther(message);
-  return verifier.result();
+void BagVerifier::Line(const BagMessage& message, const std::string& verdict) {
+  *out_ << message.time << " " << message.connection->at("topic") << ": " << verdict << "\n";
 }
 
-int RunVerifyBag(int argc, char** argv) {
-  if (argc < 2) {
-    std::cerr << kHelp;
-    return 2;
+/// Where something before it is missing, that may be the reason.
+void BagVerifier::Differs(const BagMessage& message, const std::string& how) {
+  if (number_ >= sound_) {
+    ++result_.gaps;
+    return Line(message, "NOT VERIFIED, since something before it is missing: " + how);
   }
-  for (int i = 1; i < argc; ++i) {
-    const std::string argument = argv[i];
-    if (argument == "--help" || argument == "-h") {
-      std::cout << kHelp;
-      return 0;
-    }
+  ++result_.differing;
+  Line(message, "DIFFERS: " + how);
+}
+
+void BagVerifier::Gap(const std::string& what) {
+  ++result_.gaps;
+  *out_ << path_ << ": NOT VERIFIED: " << what << "\n";
+}
+
+void BagVerifier::Take(const std::string& path) {
+  path_ = path;
+  const std::string bytes = ReadRegularFile(path);
+  const BagContent bag = ReadBag(bytes);
+  const ChainCheck::Report report = chain_.Take(bag);
+  for (const std::string& difference : report.differences) {
+    ++result_.differing;
+    *out_ << path << ": DIFFERS: " << difference << "\n";
   }
-  Verification total;
-  bool readable = true;
-  SessionVerifier session;  // of the simulator's bags one goes on where the other ends
-  for (int i = 1; i < argc; ++i) {
+  for (const std::string& gap : report.gaps) Gap(gap);
+  sound_ = report.sound;
+  goes_on_ = report.goes_on;
+  number_ = 0;
+  if (!goes_on_) {
+    EndRecording();
+    start_.reset();
+    roles_.clear();
+    time_ = ros::Time();
+  }
+  for (const BagMessage& message : bag.messages) {
     try {
-      const Verification one = VerifyBag(argv[i], &std::cout, &session);
-      total.verified += one.verified;
-      total.differing += one.differing;
-      total.skipped += one.skipped;
+      Handle(message);
     } catch (const std::exception& error) {
-      std::cout << argv[i] << ": " << error.what() << "\n";
-      readable = false;
+      Differs(message, error.what());
     }
+    time_ = message.time;
+    ++number_;
   }
-  std::cout << total.verified << " verified, " << total.differing << " differ, " << total.skipped
-            << " skipped\n";
-  return readable && total.verified > 0 && total.differing == 0 ? 0 : 1;
+}
+
+void BagVerifier::EndRecording() {
+  const std::string difference = session_.End();
+  if (!difference.empty()) Gap(difference);
+  if (!copies_.empty()) Gap("a copy of the last record is missing");
+  copies_.clear();
+  session_ = SessionVerifier();
+}
+
+const Verification& BagVerifier::Finish() {
+  EndRecording();
+  const std::string missing = chain_.End();
+  if (!missing.empty()) Gap("of the recording, " + missing);
+  if (result_.skipped > 0) Gap(std::to_string(result_.skipped) + " messages of other kinds");
+  return result_;
+}
+
+void BagVerifier::Handle(const BagMessage& message) {
+  const auto caller = message.connection->find("callerid");
+  if (start_ && caller != message.connection->end() && caller->second != start_->node) {
+    Differs(message, "sent by " + caller->second + ", not by " + start_->node);
+  }
+  if (Start(message) || Link(message) || Model(message)) return;
+  if (TakeResult(message) || TakeOnline(message) || Shown(message)) return;
+  ++result_.skipped;
+}
+
+std::string BagVerifier::RoleOf(const BagMessage& message) const {
+  const auto found = roles_.find(message.connection->at("topic"));
+  return found == roles_.end() ? "" : found->second;
+}
+
+void BagVerifier::CheckTopic(const BagMessage& message, const std::string& role) {
+  if (start_ && RoleOf(message) != role) {
+    throw std::runtime_error("not on the topic of " + role);
+  }
+}
+
+/// Times in the bag are the stamps, or just after the message before, where that is there.
+void BagVerifier::CheckStamp(const BagMessage& message, const ros::Time& stamp) {
+  if (stamp == message.time || number_ >= sound_) return;
+  if (stamp < message.time && message.time == time_ + ros::Duration(0, 1)) return;
+  throw std::runtime_error("its stamp is not the time at which it was recorded");
+}
+
+template <class Message>
+Message BagVerifier::Get(const BagMessage& message, const char* role) {
+  CheckTopic(message, role);
+  Message value = Deserialize<Message>(message);
+  CheckStamp(message, value.header.stamp);
+  return value;
+}
+
+bool BagVerifier::Start(const BagMessage& message) {
+  if (!Is<RecordingStart>(message)) return false;
+  const RecordingStart start = Deserialize<RecordingStart>(message);
+  if (start.header.stamp != message.time) throw std::runtime_error("its stamp is another");
+  if (start.roles.size() != start.topics.size()) throw std::runtime_error("roles and topics");
+  if (start.parameter_names.size() != start.parameter_values.size() ||
+      start.setting_names.size() != start.setting_values.size()) {
+    throw std::runtime_error("names and values are not as many");
+  }
+  session_.Take(start, goes_on_);
+  if (start_) {  // another part: what it is made with is the same
+    RecordingStart same = start;
+    same.header = start_->header;
+    same.part = start_->part;
+    same.messages = start_->messages;
+    same.previous = start_->previous;
+    if (Serialize(same) != Serialize(*start_)) Differs(message, FirstDifference(same, *start_));
+  }
+  start_ = start;
+  for (std::size_t i = 0; i < start.roles.size(); ++i) roles_[start.topics[i]] = start.roles[i];
+  return true;
+}
+
+bool BagVerifier::Link(const BagMessage& message) {
+  if (!Is<RecordingLink>(message)) return false;
+  if (!copies_.empty()) {
+    const std::string missing = copies_.begin()->first;
+    copies_.clear();
+    Differs(message, "before it, the " + missing + " of the last record is missing");
+  }
+  const RecordingLink link = Deserialize<RecordingLink>(message);
+  if (link.header.stamp != message.time) Differs(message, "its stamp is another");
+  return true;
+}
+
+bool BagVerifier::Model(const BagMessage& message) {
+  if (!Is<ModelDescription>(message)) return false;
+  const bool online = start_ && start_->kind == "online";
+  const auto description =
+      Get<ModelDescription>(message, online ? "online_model" : "model_description");
+  const std::string difference = repeater_->Take(description);
+  if (difference.empty()) {
+    Line(message, description.name);
+  } else {
+    Differs(message, difference);
+  }
+  const std::string other = session_.Take(description);
+  if (!other.empty()) Differs(message, other);
+  return true;
+}
+
+template <class RecordMessage>
+bool BagVerifier::Record(const BagMessage& message, const char* role) {
+  if (!Is<RecordMessage>(message)) return false;
+  const auto record = Get<RecordMessage>(message, role);
+  if (Serialize(record.header) != Serialize(record.result.header) ||
+      record.header.stamp != message.time) {
+    Differs(message, "stamps of message, record and result");
+  }
+  copies_ = Repeater::Copies(record);
+  const Repeater::Verdict verdict = repeater_->Repeat(record);
+  if (verdict.unknown) {
+    ++result_.gaps;
+    Line(message, "NOT VERIFIED: " + verdict.difference);
+  } else if (!verdict.difference.empty()) {
+    Differs(message, verdict.difference);
+  } else {
+    ++result_.verified;
+    Line(message, "same, bit for bit");
+  }
+  return true;
+}
+
+/// A message on an ordinary topic: it follows the record that it is a copy of.
+template <class Message>
+bool BagVerifier::Copy(const BagMessage& message, const char* role) {
+  if (!Is<Message>(message)) return false;
+  const auto copy = Get<Message>(message, role);
+  const auto expected = copies_.find(message.connection->at("type"));
+  if (expected == copies_.end() || Serialize(copy) != expected->second) {
+    Differs(message, "not the result of the record before it");
+  }
+  if (expected != copies_.end()) copies_.erase(expected);
+  return true;
+}
+
+bool BagVerifier::TakeResult(const BagMessage& message) {
+  return Record<SimulationRecord>(message, "record/simulation") ||
+         Record<DerivativeRecord>(message, "record/derivative") ||
+         Record<ComparisonRecord>(message, "record/comparison") ||
+         Record<AssumptionRecord>(message, "record/assumptions") ||
+         Record<LinearizationRecord>(message, "record/linearization") ||
+         Record<PoincareRecord>(message, "record/poincare_map") ||
+         Record<StabilityRecord>(message, "record/stability") ||
+         Record<ControllabilityRecord>(message, "record/controllability") ||
+         Record<CovarianceRecord>(message, "record/covariance") ||
+         Record<PeriodicOrbitRecord>(message, "record/periodic_orbit") ||
+         Record<OptimizationRecord>(message, "record/optimization") ||
+         Copy<ContactTrajectory>(message, "trajectory") ||
+         Copy<ModeSequence>(message, "mode_sequence") ||
+         Copy<OutcomeDerivative>(message, "b_derivative");
+}
+
+/// What the simulator has recorded.
+template <class Message>
+bool BagVerifier::Online(const BagMessage& message, const char* role, bool announced) {
+  if (!Is<Message>(message)) return false;
+  const std::string difference = session_.Take(Get<Message>(message, role));
+  if (!difference.empty()) {
+    Differs(message, difference);
+    return true;
+  }
+  ++result_.verified;
+  if (announced) Line(message, "same, bit for bit");
+  return true;
+}
+
+bool BagVerifier::TakeOnline(const BagMessage& message) {
+  constexpr bool kAnnounced = true;
+  return Online<SimulatorEpoch>(message, "epoch", kAnnounced) ||
+         Online<SimulatorInput>(message, "input_taken") ||
+         Online<SimulatorEvent>(message, "events", kAnnounced) ||
+         Online<HybridState>(message, "state") ||
+         Online<SimulatorMark>(message, "mark_taken", kAnnounced) ||
+         Online<RollingTangents>(message, "rolling_derivative") ||
+         Online<PredictionRequest>(message, "prediction_asked") ||
+         Online<OutcomePrediction>(message, "prediction", kAnnounced) ||
+         Online<SimulatorSettings>(message, "settings") ||
+         Online<SimulatorStatus>(message, "status") ||
+         Online<diagnostic_msgs::DiagnosticArray>(message, "diagnostics") ||
+         Online<sensor_msgs::JointState>(message, "joint_states");
+}
+
+/// What the simulator shows, by topics whose kind does not say what they are.
+bool BagVerifier::Shown(const BagMessage& message) {
+  const std::string role = RoleOf(message);
+  std::string difference;
+  if (Is<geometry_msgs::WrenchStamped>(message) && role.compare(0, 7, "wrench/") == 0) {
+    difference = session_.Take(Get<geometry_msgs::WrenchStamped>(message, role.c_str()),
+                               role.substr(7));
+  } else if (Is<tf2_msgs::TFMessage>(message) && (role == "tf" || role == "tf_static")) {
+    const auto transforms = Deserialize<tf2_msgs::TFMessage>(message);
+    for (const auto& transform : transforms.transforms) {
+      CheckStamp(message, transform.header.stamp);
+    }
+    difference =
+        role == "tf" ? session_.TakeTransforms(transforms) : session_.TakeStatic(transforms);
+  } else if (Is<visualization_msgs::MarkerArray>(message) &&
+             (role == "contacts" || role == "terrain")) {
+    const auto markers = Deserialize<visualization_msgs::MarkerArray>(message);
+    if (role == "contacts" && !markers.markers.empty()) {
+      CheckStamp(message, markers.markers.front().header.stamp);
+    }
+    difference =
+        role == "contacts" ? session_.TakeContacts(markers) : session_.TakeTerrain(markers);
+  } else {
+    return false;
+  }
+  if (difference.empty()) {
+    ++result_.verified;
+  } else {
+    Differs(message, difference);
+  }
+  return true;
 }
 
 }  // namespace ros_interface

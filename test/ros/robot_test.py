@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """robot.launch: every robot answers, one is shown by joint_states, tf and markers, bags are verified."""
 import os
+import signal
 import subprocess
 import tempfile
 import unittest
@@ -102,7 +103,7 @@ class Robots(unittest.TestCase):
                 client.compare(duration=0.1, directions=["+parameter trunk_mass"],
                                by_parameters=["trunk_mass"], alphas=[1e-2])
             finally:
-                node.terminate()
+                node.send_signal(signal.SIGINT)
                 node.wait(timeout=30)
             os.remove(os.path.join(directory, "quadruped.yaml"))
             os.remove(os.path.join(directory, "quadruped.urdf"))

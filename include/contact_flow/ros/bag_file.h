@@ -1,41 +1,50 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <ros/time.h>
-#include <rosbag/bag.h>
-
-#include <boost/make_shared.hpp>
 #include <cstddef>
-#include <functional>
 #include <string>
-#include <utility>
-#include <vector>
 
 namespace contact_flow {
 namespace ros_interface {
 
-/// Writes one message to a bag that is being made.
-using BagEntry = std::function<void(rosbag::Bag*)>;
+/// A new regular file in a directory: never one that is there, or what a link there points to.
+/// Everything throws std::runtime_error with path and reason, as "/bags/a.bag: disk full (…)".
+class NewFile {
+ public:
+  /// Throws std::invalid_argument when `path` is taken, by whatever.
+  explicit NewFile(const std::string& path);
+  NewFile(const NewFile&) = delete;
+  NewFile& operator=(const NewFile&) = delete;
+  ~NewFile();
 
-/// The entry of `message` under `topic`; one that is latched is latched by `rosbag play`, too.
-template <class Message>
-BagEntry MakeBagEntry(const std::string& topic, const ros::Time& stamp, const std::string& caller,
-                      boost::shared_ptr<const Message> message, bool latched = true) {
-  auto header = boost::make_shared<ros::M_string>();
-  (*header)["topic"] = topic;
-  (*header)["type"] = ros::message_traits::DataType<Message>::value();
-  (*header)["md5sum"] = ros::message_traits::MD5Sum<Message>::value();
-  (*header)["message_definition"] = ros::message_traits::Definition<Message>::value();
-  (*header)["callerid"] = caller;
-  (*header)["latching"] = latched ? "1" : "0";
-  return [=](rosbag::Bag* bag) { bag->write(topic, stamp, *message, header); };
-}
+  /// All of the bytes are in the file, or none of them and it is as before.
+  void Append(const std::string& bytes);
+  /// Puts bytes in the place of others.
+  void Overwrite(std::size_t position, const std::string& bytes);
+  /// On the disk when this returns.
+  void Sync();
+  void Close();
 
-/// Puts a complete bag with these entries in the place of `path`, in one step: at every instant,
-/// also if the process is killed or the power fails, `path` is either the old bag or the new one,
-/// and never needs `rosbag reindex`. Returns its size [bytes]. Throws std::runtime_error, with path
-/// and reason, when the disk is full or may not be written; the old bag is untouched then.
-std::size_t ReplaceBag(const std::string& path, const std::vector<BagEntry>& entries);
+ private:
+  void WriteAt(std::size_t position, const std::string& bytes);
+
+  const std::string path_;
+  int fd_;
+  std::size_t size_ = 0;
+};
+
+/// Puts a file with these bytes in the place of `path`, in one step: at every instant, also if the
+/// process is killed or the power fails, `path` is either the old file or the new one. `path` must
+/// be a regular file, or nothing; where it `must_be_new`, nothing. Throws as NewFile; the old file
+/// is untouched then.
+void ReplaceFile(const std::string& path, const std::string& bytes, bool must_be_new);
+
+/// Throws std::invalid_argument when something has this name, be it a link that leads nowhere.
+void CheckFree(const std::string& path);
+
+/// Files in a directory that ReplaceFile has left behind, killed while it wrote: as "a.bag".
+/// What is in them was never answered.
+std::string LeftOver(const std::string& directory);
 
 }  // namespace ros_interface
 }  // namespace contact_flow

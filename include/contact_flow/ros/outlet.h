@@ -3,6 +3,7 @@
 
 #include <ros/ros.h>
 
+#include <memory>
 #include <mutex>
 #include <string>
 
@@ -29,7 +30,7 @@ class Outlet {
  public:
   /// Publishes the model on `model_description`, too.
   Outlet(ros::NodeHandle* node, const std::string& bag_directory,
-         const ModelDescription& description);
+         const ModelDescription& description, std::shared_ptr<const SigningKey> key = nullptr);
 
   /// Stamps the record, writes it to the bag if recording is on, publishes its result, and returns
   /// the path of the bag, or "". Throws std::runtime_error when the result could not be written; it
@@ -57,14 +58,16 @@ class Outlet {
   /// A result that goes to the bag alone, on the topic "record/NAME".
   template <class Record>
   std::string DeliverRecord(const std::string& name, Record* record);
-  std::string Write(std::uint8_t outcome, const std::vector<BagEntry>& entries);
+  std::string Write(std::uint8_t outcome, const ros::Time& stamp,
+                    const std::vector<BagEntry>& entries);
   template <class Message>
-  BagEntry Entry(const std::string& topic, const ros::Time& stamp,
-                 boost::shared_ptr<const Message> message) const;
+  BagEntry Entry(const std::string& topic, boost::shared_ptr<const Message> message);
 
   std::mutex mutex_;
   ros::Time last_stamp_;
+  BagConnections connections_;
   Recorder recorder_;
+  const std::shared_ptr<const SigningKey> key_;
   ModelDescription description_;
   ros::Publisher model_description_;
   ros::Publisher trajectory_;

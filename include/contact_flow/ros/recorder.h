@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <ros/time.h>
+
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "contact_flow/ros/bag_file.h"
+#include "contact_flow/ros/chained_bag.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -21,39 +24,46 @@ class Recorder {
 
   /// `directory` is made when recording starts.
   explicit Recorder(std::string directory) : directory_(std::move(directory)) {}
+  /// Stops, if it can.
+  ~Recorder();
 
-  bool Recording() const { return !name_.empty(); }
+  bool Recording() const { return bag_.has_value(); }
   /// Path of the bag that is being written.
-  std::string Path() const;
+  std::string Path() const { return Recording() ? summary_.paths.back() : ""; }
 
-  /// Begins NAME.bag with the entries that every bag of this recording begins with. Throws
-  /// std::invalid_argument, with name and reason, for a name that is not one (a path, "..") or
-  /// taken, or when already recording; std::runtime_error when the directory cannot be written.
-  void Start(const std::string& name, const std::vector<BagEntry>& preamble);
-  /// Adds the entries of one result. They are on the disk when this returns. Throws
-  /// std::runtime_error when they are not; recording goes on, and the bag holds what it held
-  /// before.
-  void Write(const std::vector<BagEntry>& entries);
+  /// Begins NAME.bag. Throws std::invalid_argument, with name and reason, for a name that is not
+  /// one (a path, "..") or taken, or when already recording; std::runtime_error when the directory
+  /// cannot be written.
+  void Start(const std::string& name, const RecordingPlan& plan, const ros::Time& stamp);
+  /// Adds the entries of one result. They are on the disk when this returns the time of the last
+  /// message. Throws std::runtime_error when they are not; recording goes on, and the bag holds
+  /// what it held before.
+  ros::Time Write(const std::vector<BagEntry>& entries, const ros::Time& stamp);
 
   /// The bags written and the number of results in them.
   struct Summary {
     std::vector<std::string> paths;
     std::size_t results = 0;
+    std::string error;  ///< why the end of the recording could not be written, or ""
   };
   Summary Stop();
 
  private:
+  void Replace(const std::string& path, ChainedBag bag, const std::string& body, bool must_be_new);
+
   std::string directory_;
-  std::string name_;  // empty when not recording
-  std::vector<BagEntry> preamble_;
-  std::vector<BagEntry> entries_;  // all of the present bag
-  std::size_t size_ = 0;           // of the present bag [bytes]
+  std::string name_;
+  std::optional<ChainedBag> bag_;  // of the recording that is on
+  std::string body_;               // of the present bag, without its index
   Summary summary_;
 };
 
 /// DIRECTORY/NAME.bag, with the directory made. Throws std::invalid_argument, with name and reason,
 /// for a name that is not one or taken, std::runtime_error when the directory cannot be made.
 std::string NewBagPath(const std::string& directory, const std::string& name);
+
+/// The first of NAME_<part>.bag, NAME_<part+1>.bag, … that is free, for NAME.bag.
+std::string NextPartPath(const std::string& path, std::size_t part);
 
 /// $ROS_HOME/contact_flow, or ~/.ros/contact_flow.
 std::string DefaultBagDirectory();

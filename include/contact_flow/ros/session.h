@@ -45,6 +45,7 @@ class Session {
   Session(const Configuration& configuration, std::vector<std::string> tangent_directions, Log log);
 
   const std::shared_ptr<const Setup>& setup() const { return run_->setup(); }
+  const Setup& initial_setup() const { return *initial_setup_; }  ///< of the start
   double now() const { return run_->flow()->now(); }  ///< simulated time [s]
   /// Of the present epoch; not kOk: it has come to its end.
   const Status& status() const { return ended_.ok() ? run_->flow()->status() : ended_; }

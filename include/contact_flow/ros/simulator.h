@@ -19,6 +19,7 @@
 #include "contact_flow/InputCommand.h"
 #include "contact_flow/ResultWarning.h"
 #include "contact_flow/SimulatorCondition.h"
+#include "contact_flow/SimulatorSettings.h"
 #include "contact_flow/SimulatorStatus.h"
 #include "contact_flow/ros/pace.h"
 #include "contact_flow/ros/session.h"
@@ -45,7 +46,9 @@ struct SimulatorParameters {
   double step_seconds = 2;
   bool busy_wait = false;       ///< ~busy_wait: that thread does not sleep between two instants
   double bag_split_size = 128;  ///< ~bag_split_size of the parts of NAME_online.bag [MB]
-  DisplayOptions display;       ///< ~tf_prefix, ~base_frame
+  /// ~signing_key: path of a private Ed25519 key (PEM) that signs recordings; "": none
+  std::shared_ptr<const SigningKey> signing_key;
+  DisplayOptions display;  ///< ~tf_prefix, ~base_frame
 };
 
 /// Runs a session along with the clock, in a thread of its own which owns it. Everybody else posts
@@ -115,6 +118,8 @@ class Simulator {
   void PublishStatus();
 
  private:
+  SimulatorSettings Settings() const;
+  std::string Record(const std::string& name, const ros::Time& stamp);
   struct Stepping {
     double end;
     std::uint32_t wanted, passed;

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "contact_flow/SimulatorStatus.h"
-#include "contact_flow/ros/point_display.h"
-#include "contact_flow/ros/robot_display.h"
+#include "contact_flow/SimulatorSettings.h"
+#include "contact_flow/ros/display.h"
 #include "contact_flow/ros/session.h"
 #include "contact_flow/ros/stream_recorder.h"
 
@@ -24,7 +24,8 @@ namespace ros_interface {
 class SimulatorTopics {
  public:
   SimulatorTopics(ros::NodeHandle* node, const std::string& bag_directory,
-                  std::size_t bag_split_size, bool publish_clock, const DisplayOptions& display);
+                  std::size_t bag_split_size, bool publish_clock, const DisplayOptions& display,
+                  std::shared_ptr<const SigningKey> key);
 
   void Clock(const ros::Time& stamp);
   /// Model and parameters in force, latched; from now on they are what is displayed.
@@ -34,20 +35,22 @@ class SimulatorTopics {
   void Tell(SimulatorMark message, const ros::Time& stamp);
   void Tell(PredictionRequest message, const ros::Time& stamp);
   void Tell(OutcomePrediction message, const ros::Time& stamp);
+  void Tell(SimulatorSettings message, const ros::Time& stamp);
   void Event(SimulatorEvent message, const ros::Time& stamp);
   /// Hybrid state and, of the same instant, rolling derivative.
   void State(Session* session, const ros::Time& stamp);
   /// joint_states, tf, markers and wrenches.
-  void Display(Session* session, const ros::Time& stamp);
+  void Show(Session* session, const ros::Time& stamp);
   /// On `status` and /diagnostics.
   void Status(SimulatorStatus message, const ros::Time& stamp);
 
   /// Publishes and records what was told, in its order.
   void SendOff();
 
-  /// Begins with model, epoch and the inputs of the present epoch, so that the bag can be verified
-  /// by itself.
-  std::string StartRecording(const std::string& name, const ros::Time& stamp);
+  /// Begins with `start`, whose topics it fills in, and the model; an epoch is to follow, so that
+  /// the bag can be verified by itself.
+  std::string StartRecording(const std::string& name, const ros::Time& stamp,
+                             const RecordingStart& start);
   std::vector<std::string> StopRecording() { return recorder_.Stop(); }
 
  private:
@@ -58,22 +61,20 @@ class SimulatorTopics {
   template <class Message>
   void SendStamped(const ros::Publisher& publisher, const ros::Time& stamp, Message message,
                    bool latched = false);
-  ros::Time BagTime(const ros::Time& stamp);
-
   std::vector<std::function<void()>> outbox_;
   ros::NodeHandle node_;
   const DisplayOptions options_;
   StreamRecorder recorder_;
-  ros::Time bag_time_;  // of the last message: strictly increasing, as messages are verified in
-                        // this order
-  ros::Publisher clock_, model_, epoch_, input_, event_, state_;
+  BagConnections connections_;
+  const std::shared_ptr<const SigningKey> key_;
+  std::uint32_t epochs_ = 0, recorded_from_ = 0;  // the last epoch told, and the first recorded
+  ros::Publisher clock_, model_, epoch_, input_, event_, state_, settings_;
   ros::Publisher mark_, tangents_, asked_, predicted_;
   ros::Publisher joints_, transforms_, static_transforms_, contacts_, terrain_;
   ros::Publisher status_, diagnostics_;
   std::map<std::string, ros::Publisher> wrenches_;
-  std::shared_ptr<const Setup> setup_;
-  std::unique_ptr<RobotDisplay> robot_;
-  std::unique_ptr<PointDisplay> points_;
+  std::unique_ptr<Display> display_;
+  std::vector<std::string> constraints_;
   boost::shared_ptr<const ModelDescription> last_model_;
 };
 

@@ -3,31 +3,36 @@
 
 #include <ros/time.h>
 
+#include <chrono>
 #include <condition_variable>
 #include <deque>
-#include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
 #include <vector>
 
 #include "contact_flow/ros/bag_file.h"
+#include "contact_flow/ros/chained_bag.h"
 
 namespace contact_flow {
 namespace ros_interface {
 
 /// Writes a stream of messages to bags from a thread of its own, so that the disk delays nobody.
-/// Every message is a chunk of its own: of a process that is killed only the last message written
-/// may be lost, and `rosbag reindex` finds the others. A bag that has grown beyond split_size is
-/// followed by NAME_1.bag, NAME_2.bag, …, each of which begins with the preamble again. May be used
-/// by several threads.
+/// Every message is a chunk of its own, written at once: of a process that is killed only the last
+/// message written may be lost, verify_bag reads the others, and `rosbag reindex` makes a bag of
+/// them that can be played. A bag that has grown beyond split_size is followed by NAME_1.bag,
+/// NAME_2.bag, …, each of which begins with the preamble again. May be used by several threads.
 class StreamRecorder {
  public:
   static constexpr std::size_t kUsualSplitSize = std::size_t{128} << 20;  ///< [bytes]
   /// Messages that may wait for the disk; more end the recording.
   static constexpr std::size_t kMaxWaiting = 200000;
+  /// A link follows so many messages, or the first after so long [s].
+  static constexpr std::uint32_t kMessagesPerLink = 256;
+  static constexpr double kLinkPeriod = 0.1;
 
   explicit StreamRecorder(std::string directory, std::size_t split_size = kUsualSplitSize)
       : directory_(std::move(directory)), split_size_(split_size) {}
@@ -35,23 +40,23 @@ class StreamRecorder {
   ~StreamRecorder();
 
   bool Recording() const;
-  /// What every bag begins with, as of a time.
-  using Preamble = std::function<BagEntry(const ros::Time& time)>;
-
   /// Begins NAME.bag, or throws as Recorder::Start; returns its path.
-  std::string Start(const std::string& name, const Preamble& preamble, const ros::Time& time);
+  std::string Start(const std::string& name, const RecordingPlan& plan, const ros::Time& stamp);
   /// The entry is on its way to the file; does nothing when not recording.
-  void Write(const ros::Time& time, BagEntry entry);
+  void Write(const ros::Time& stamp, BagEntry entry);
   /// Writes what waits, closes, and returns the paths. Throws std::invalid_argument when not
   /// recording, std::runtime_error when not everything was written.
   std::vector<std::string> Stop();
-  /// Why the recording has ended by itself, or "".
+  /// Why the recording has ended by itself, and what is not recorded, or "".
   std::string Error() const;
 
  private:
   void Run();
-  void Open(const std::string& path, const ros::Time& time);
-  void Close();
+  void Put(const ros::Time& stamp, const BagEntry& entry);
+  void BeginPart(const std::string& path, const ros::Time& stamp);
+  void NextPart();
+  void ClosePart(std::uint8_t state);
+  void Fail(const std::string& why);
   void Finish();
 
   const std::string directory_;
@@ -62,11 +67,14 @@ class StreamRecorder {
   bool recording_ = false;
   bool stopping_ = false;
   std::string error_;
-  std::string name_;
+  ros::Time lost_since_;
+  std::uint64_t lost_ = 0;  // messages that came after the error
   std::vector<std::string> paths_;
   std::deque<std::pair<ros::Time, BagEntry>> waiting_;
-  Preamble preamble_;
-  std::unique_ptr<rosbag::Bag> bag_;  // the writing thread's
+  // The writing thread's:
+  std::optional<ChainedBag> bag_;
+  std::unique_ptr<NewFile> file_;
+  std::chrono::steady_clock::time_point last_link_;
 };
 
 }  // namespace ros_interface

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <diagnostic_msgs/DiagnosticArray.h>
+#include <geometry_msgs/WrenchStamped.h>
+#include <sensor_msgs/JointState.h>
+#include <tf2_msgs/TFMessage.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "contact_flow/SimulatorStatus.h"
+#include "contact_flow/ros/point_display.h"
+#include "contact_flow/ros/robot_display.h"
+#include "contact_flow/ros/setup.h"
+
+namespace contact_flow {
+namespace ros_interface {
+
+/// What the simulator shows of a state to ROS tools: a function of setup, state and stamp alone, so
+/// that verify_bag can repeat it.
+class Display {
+ public:
+  Display(std::shared_ptr<const Setup> setup, const DisplayOptions& options);
+
+  struct OfState {
+    sensor_msgs::JointState joints;
+    tf2_msgs::TFMessage transforms;
+    visualization_msgs::MarkerArray contacts;
+    std::vector<geometry_msgs::WrenchStamped> wrenches;  ///< one a constraint [n]
+  };
+  OfState Show(const VectorRef& x, ContactMode mode, const VectorRef& force,
+               const ros::Time& stamp) const;
+
+  bool has_terrain() const { return robot_ != nullptr; }
+  visualization_msgs::MarkerArray Terrain() const { return robot_->Terrain(); }
+  tf2_msgs::TFMessage Static(const ros::Time& stamp) const;
+
+ private:
+  const std::shared_ptr<const Setup> setup_;
+  const DisplayOptions options_;
+  std::unique_ptr<RobotDisplay> robot_;
+  std::unique_ptr<PointDisplay> points_;
+};
+
+/// The status as `node` tells it on /diagnostics; `error`: of the recording.
+diagnostic_msgs::DiagnosticArray ToDiagnostics(const SimulatorStatus& status,
+                                               const std::string& node, const std::string& error);
+
+/// A name of a constraint as part of a topic: letters, digits and '_'.
+std::string TopicName(std::string name);
+
+}  // namespace ros_interface
+}  // namespace contact_flow
