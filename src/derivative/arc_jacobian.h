@@ -52,19 +52,19 @@ class ArcJacobian {
     constexpr double kLongest = 100;  // of 1/rate
     const double length = arc_.t_end - arc_.t_begin;
     units_.time = rate > 0 ? std::clamp(length, 1 / rate, kLongest / rate) : length;
-    begin->leftCols(d_) *= units_.time * units_.time;
-    begin->middleCols(d_, d_) *= units_.time;
-    if (k_ == 0) return;
-    auto source = begin->rightCols(k_);
-    source *= units_.time * units_.time;
-    Vector largest = source.cwiseAbs().colwise().maxCoeff();
-    Matrix KD(d_, 2 * d_), S(d_, k_);
-    for (const double part : {0.5, 1.0}) {
-      At(part * duration(), KD.data(), S.data());
-      largest = largest.cwiseMax(S.cwiseAbs().colwise().maxCoeff().transpose());
+    if (k_ == 0) {
+      begin->leftCols(d_) *= units_.time * units_.time;
+      begin->rightCols(d_) *= units_.time;
+      return;
     }
+    Vector largest = Vector::Zero(k_);
+    const auto look = [&](double part) {
+      At(part * duration(), begin->data(), begin->data() + 2 * d_ * d_);
+      largest = largest.cwiseMax(begin->rightCols(k_).cwiseAbs().colwise().maxCoeff().transpose());
+    };
+    for (const double part : {1.0, 0.5, 0.0}) look(part);
     for (int i = 0; i < k_; ++i) units_.source(i) = largest(i) > 0 ? largest(i) : 1;
-    source *= units_.source.cwiseInverse().asDiagonal();
+    begin->rightCols(k_) *= units_.source.cwiseInverse().asDiagonal();
   }
   /// The length of the arc, and a time [s], in these units, and back.
   double duration() const { return (arc_.t_end - arc_.t_begin) / units_.time; }
@@ -105,6 +105,15 @@ class ArcJacobian {
     field->resize(2 * d_);
     *field << tau * units_.length.cwiseProduct(x_.tail(d_)),
         tau * tau * units_.length.cwiseProduct(dynamics_.acceleration());
+  }
+
+  /// What F is the sum of where the arc begins: (v, v̇) without contacts. Where they hold all that
+  /// moves, F is its rounding.
+  double FreeSize() {
+    if (arc_.mode.Empty()) return 0;
+    const double tau = units_.time;
+    const Vector free = dynamics_.Field(arc_.x_begin, ContactMode()).segment(d_, d_);
+    return tau * tau * units_.length.cwiseProduct(free).lpNorm<1>();
   }
 
   /// A propagator of (y, ẏ) in these units becomes one of (δq, δv) in those of the system.

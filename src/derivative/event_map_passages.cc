@@ -97,8 +97,11 @@ const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, 
       SolveImpact(*system_, q_, before.v, before.resting.With(i), transition_.impact_law);
   AddInstant(S.With(i), impact.v_plus);
   const ContactMode resting = InstantAt(S.With(i)).resting;
+  // By projection all of them are equalities, however small their impulse.
+  const bool all = transition_.impact_law == ImpactLaw::kProjection;
   for (int j : impact.hit) {
-    if (j == i || std::abs(impact.impulse(j)) * mobility_(j) > rest_) passage.struck.Insert(j);
+    const bool pushed = std::abs(impact.impulse(j)) * mobility_(j) > rest_;
+    if (j == i || all || pushed) passage.struck.Insert(j);
   }
   passage.held = (closed | passage.struck) & resting;
   const ContactMode persisting = passage.held.Without(i);

@@ -11,11 +11,13 @@ namespace {
 /// The residual is compared with this many times the tolerance and the state's error: the state's
 /// local errors add up along a step.
 constexpr double kAllowed = 10;
+/// A field below this part of what it is the sum of is rounding: rest.
+constexpr double kRest = 1e-9;
 
 }  // namespace
 
-void FlowLaw::Begin(const VectorRef& field) {
-  size_ = std::max(field.lpNorm<1>(), std::numeric_limits<double>::min());
+void FlowLaw::Begin(const VectorRef& field, double terms) {
+  size_ = std::max({field.lpNorm<1>(), kRest * terms, std::numeric_limits<double>::min()});
 }
 
 double FlowLaw::Residual(const Matrix& step, const VectorRef& before, const VectorRef& after,

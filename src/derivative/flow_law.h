@@ -16,8 +16,8 @@ class FlowLaw {
   /// Errors of the state of about `tolerance` are not the tangents' fault.
   explicit FlowLaw(double tolerance) : tolerance_(tolerance), noise_(tolerance) {}
 
-  /// Begins an arc with F there [2d].
-  void Begin(const VectorRef& field);
+  /// Begins an arc with F there [2d], the sum of terms of about the size `terms`.
+  void Begin(const VectorRef& field, double terms);
   /// Residual of a step: |step F₀ − F₁|, relative to `size`, the largest entry of the propagator so
   /// far, and to the size of F at the beginning of the arc.
   double Residual(const Matrix& step, const VectorRef& before, const VectorRef& after, double size);

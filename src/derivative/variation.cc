@@ -109,7 +109,7 @@ class Propagation {
     jacobian_.At(0, begin_.data(), begin_.data() + 2 * d_ * d_);
     jacobian_.ChooseUnits(FastestRate(begin_.leftCols(2 * d_)), &begin_);
     jacobian_.Field(&field_begin_);
-    law_.Begin(field_begin_);
+    law_.Begin(field_begin_, jacobian_.FreeSize());
     collocation_.FindSpan(begin_.leftCols(2 * d_), begin_.rightCols(k_));
     fastest_ = FastestRate(begin_.leftCols(2 * d_));  // in the units chosen
   }

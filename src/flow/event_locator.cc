@@ -144,16 +144,18 @@ void EventLocator::FindForceFloors(int seen) {
 bool EventLocator::ScreenForces(bool probed, ContactMode* open, LocatedEvent* pull,
                                 LocatedEvent* event) {
   const int seen = kStepStages + (probed ? kNumProbes : 0);
-  FindForceFloors(seen);
+  bool floors = false;
   for (int i : rigid_) {
     const auto values = forces_.row(i).head(seen);
     const double lowest = values.minCoeff(), highest = values.maxCoeff();
     const double range = highest - lowest;
     const bool dips = lowest < values(0) && lowest < values(kEndStage);
-    if (lowest > kForceReserve * range && lowest > floors_(i)) {
+    if (lowest > kForceReserve * range) {
       if (dips) margins_.force = std::min(margins_.force, lowest);
       continue;
     }
+    if (!floors) FindForceFloors(seen);
+    floors = true;
     const GuardBound bound = StageBound(&forces_(i, 0), static_cast<int>(forces_.rows()), probed);
     const double allowed = std::max(kResolved * range, floors_(i));
     if (!(bound.error <= allowed)) {

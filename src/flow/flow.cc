@@ -46,7 +46,7 @@ Flow::Flow(const MechanicalSystem& system, double t, const VectorRef& x, Contact
       end_(t),
       x_end_(x),
       arc_error_(system.space()),
-      run_error_(system.space()),
+      start_error_(system.space()),
       next_clock_reading_(kStepsBetweenClockReadings) {
   if (on_manifold_) ProjectState(system_, &x_);
 }
@@ -225,10 +225,12 @@ const double* Flow::ProposedDense() {
 }
 
 void Flow::TallyStep() {
-  if (new_arc_) arc_error_.Reset();
+  if (new_arc_) {
+    arc_error_.Reset();
+    arc_begin_ = t_;
+  }
   new_arc_ = false;
   arc_error_.AddStep(stepper_);
-  run_error_.AddStep(stepper_);
 }
 
 bool Flow::Accept() {
@@ -244,8 +246,9 @@ bool Flow::Accept() {
   quick_ = quick_next_;
   if (trigger_ >= 0) {
     arc_begun_ = false;
+    const bool ended = PassTransition();
     new_arc_ = true;
-    return PassTransition();
+    return ended;
   }
   h_ = h_next_;
   stepper_.Advance();
@@ -279,6 +282,7 @@ bool Flow::ChangeInput(const VectorRef& u) {
   if (!status_.ok()) return false;
   transition_ = std::move(resolved.transition);
   last_transition_ = t_;
+  if (!new_arc_) start_error_.Continue(t_ - arc_begin_, arc_error_);
   new_arc_ = true;
   ++transitions_;
   mode_ = transition_.mode_after;

@@ -25,6 +25,8 @@ constexpr double kImpliedReach = 10;  // [absolute tolerances] an implied contac
 }  // namespace
 
 TransitionRules Flow::Rules() const {
+  ErrorTally error = start_error_;  // of the present arc and the one before
+  if (!new_arc_) error.Continue(t_ - arc_begin_, arc_error_);
   return {options_.simultaneity_tolerance,
           options_.speed_tolerance,
           options_.impact_law,
@@ -33,7 +35,7 @@ TransitionRules Flow::Rules() const {
           stalls_ >= kStallsToInsist,
           options_.relative_tolerance,
           options_.absolute_tolerance,
-          run_error_.error()};
+          error.error()};
 }
 
 void Flow::Warn(Outcome code, const std::string& message) {
@@ -98,7 +100,7 @@ bool Flow::PassTransition() {
 /// What the errors of the last arc become by its event. Those of longer ago are those of all events
 /// to come alike, or have been forgotten.
 void Flow::TallyTransition() {
-  run_error_ = arc_error_;
+  start_error_ = arc_error_;
   if (transition_.activated.Empty()) return;
   const int d = system_.dof();
   const Vector v_minus = transition_.x_minus.tail(d);
@@ -106,7 +108,7 @@ void Flow::TallyTransition() {
   Matrix rows(transition_.activated.Size(), d);
   Eigen::Index row = 0;
   for (int i : transition_.activated) rows.row(row++) = terms_.jacobian.row(i);
-  run_error_.AddImpact(rows, rows * v_minus, transition_.x_plus.tail(d) - v_minus);
+  start_error_.AddImpact(rows, rows * v_minus, transition_.x_plus.tail(d) - v_minus);
 }
 
 /// When the impacts up to this transition accumulate [s], if they do: intervals that shrink

@@ -98,7 +98,7 @@ TEST_F(NineLegs, AValueAfterACancelledOneIsRight) {
   }
 }
 
-TEST(TwelveLegs, OrdersEndInTime) {
+TEST(BudgetOfTwelveLegs, OrdersEndInTime) {
   const auto system = test::Make<test::LegRow<12>>();
   const Trajectory run = Simulate(system, system.nominal().x, Vector(0), system.nominal().duration);
   const BDerivative B = DifferentiateOutcome(system, run);

@@ -23,6 +23,12 @@ class ErrorTally {
   /// sign: e_q ← |I + (v⁺ − v⁻) Da / (Da v⁻)| e_q, so that a bounce turns an error and does not add
   /// to it. Of several e_q ← e_q + |v⁺ − v⁻| max_i (|Da_i| e_q / |Da_i v⁻|).
   void AddImpact(const Matrix& rows, const Vector& rates, const VectorRef& jump);
+  /// What this has become after so many seconds in which `later` was added.
+  void Continue(double seconds, const ErrorTally& later) {
+    const int d = space_->dof();
+    error_.head(d) += seconds * error_.tail(d);
+    error_ += later.error_;
+  }
   void Reset() { error_.setZero(); }
 
   const Vector& error() const { return error_; }

@@ -140,8 +140,9 @@ class Flow {
   Vector x_end_;
   GapSample gaps_end_;
 
-  ErrorTally arc_error_;  // since the arc began
-  ErrorTally run_error_;  // of the present arc and the one before
+  ErrorTally arc_error_;    // since the arc began
+  ErrorTally start_error_;  // of the arc before, where this one begins
+  double arc_begin_ = 0;    // [s]
   bool new_arc_ = false;  // the next step is the first of its arc
 
   Transition transition_;
