@@ -49,7 +49,7 @@ class ArcJacobian {
   /// far from the time in which they change; then those of the variables, by a few looks. `begin` is
   /// what At(0) gave before, and is what it gives now.
   void ChooseUnits(double rate, Matrix* begin) {
-    constexpr double kLongest = 100;  // of 1/rate
+    constexpr double kLongest = 10;  // of 1/rate
     const double length = arc_.t_end - arc_.t_begin;
     units_.time = rate > 0 ? std::clamp(length, 1 / rate, kLongest / rate) : length;
     if (k_ == 0) {
@@ -62,9 +62,33 @@ class ArcJacobian {
       At(part * duration(), begin->data(), begin->data() + 2 * d_ * d_);
       largest = largest.cwiseMax(begin->rightCols(k_).cwiseAbs().colwise().maxCoeff().transpose());
     };
-    for (const double part : {1.0, 0.5, 0.0}) look(part);
-    for (int i = 0; i < k_; ++i) units_.source(i) = largest(i) > 0 ? largest(i) : 1;
+    for (const double part : {1.0, 0.5}) look(part);
+    const Vector least = LeastSources();
+    look(0);  // again: the free motion was looked at meanwhile
+    for (int i = 0; i < k_; ++i) {
+      units_.source(i) = largest(i) > 0 ? std::max(largest(i), least(i)) : 1;
+    }
     begin->rightCols(k_) *= units_.source.cwiseInverse().asDiagonal();
+  }
+  /// What is rounding of the variables' sources [k]: small beside those without contacts, and beside
+  /// what a parameter of its value could do.
+  Vector LeastSources() {
+    constexpr double kSmall = 1e-6;
+    const auto scale = units_.time * units_.time * units_.length;
+    dynamics_.Differentiate(arc_.x_begin, ContactMode());
+    const Matrix& jacobian = dynamics_.acceleration_jacobian();
+    const double size = scale.cwiseProduct(dynamics_.acceleration()).lpNorm<Eigen::Infinity>();
+    Vector least(k_);
+    for (int i = 0; i < k_; ++i) {
+      least(i) = kSmall * scale.cwiseProduct(jacobian.col(2 * d_ + i)).lpNorm<Eigen::Infinity>();
+    }
+    const auto& parameters = dynamics_.variables().parameters;
+    for (std::size_t j = 0; j < parameters.size(); ++j) {
+      const double value = dynamics_.system().description().parameters[parameters[j]].value;
+      double& own = least(k_ - static_cast<int>(parameters.size() - j));
+      if (value != 0) own = std::max(own, kSmall * size / std::abs(value));
+    }
+    return least;
   }
   /// The length of the arc, and a time [s], in these units, and back.
   double duration() const { return (arc_.t_end - arc_.t_begin) / units_.time; }
