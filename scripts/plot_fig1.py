@@ -80,6 +80,8 @@ def read(paths):
         with rosbag.Bag(path) as bag:
             for _, message, _ in bag.read_messages():
                 kind = message._type.split("/")[1]
+                if kind.startswith("Recording"):  # its start, and the links of its chain
+                    continue
                 if kind == "ModelDescription":
                     family = families.setdefault(message.name, Family())
                 family.add(kind, message)

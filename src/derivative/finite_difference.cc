@@ -132,6 +132,8 @@ QuotientReport CompareWithQuotients(const MechanicalSystem& system, const System
   }
   report.prediction_error = prediction_error;
   report.slope = Slope(report.samples, report.resolution, prediction_error);
+  // An estimate that is above all errors says nothing against their slope.
+  if (std::isnan(report.slope)) report.slope = Slope(report.samples, report.resolution, 0);
   return report;
 }
 

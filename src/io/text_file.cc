@@ -4,9 +4,12 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/parser.h>
 
 #include <cerrno>
 #include <cstring>
+#include <sstream>
 #include <stdexcept>
 #include <vector>
 
@@ -16,6 +19,28 @@ namespace {
 [[noreturn]] void Fail(const std::string& path, const std::string& reason) {
   throw std::invalid_argument(path + ": cannot be read: " + reason);
 }
+
+/// Remembers where the last document began.
+class SecondDocument : public YAML::EventHandler {
+ public:
+  int line() const { return line_; }
+
+  void OnDocumentStart(const YAML::Mark& mark) override { line_ = mark.line; }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+
+ private:
+  int line_ = 0;
+};
 
 struct Descriptor {
   explicit Descriptor(int number) : fd(number) {}
@@ -50,15 +75,16 @@ std::string ReadTextFile(const std::string& path, std::size_t longest) {
 }
 
 YAML::Node ParseYamlDocument(const std::string& text) {
-  const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-  if (documents.empty()) return YAML::Node();
-  if (documents.size() > 1) {
-    const YAML::Mark mark = documents[1].Mark();
-    throw std::invalid_argument("it holds " + std::to_string(documents.size()) +
-                                " YAML documents, the second about line " +
-                                std::to_string(mark.line + 1) + ": give one");
+  // Not YAML::LoadAll: of some damaged texts it makes empty documents without end.
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  SecondDocument look;
+  for (int document = 0; document < 2 && parser.HandleNextDocument(look); ++document) {
+    if (document == 0) continue;
+    throw std::invalid_argument("it holds more than one YAML document, the second about line " +
+                                std::to_string(look.line() + 1) + ": give one");
   }
-  return documents.front();
+  return YAML::Load(text);
 }
 
 }  // namespace contact_flow

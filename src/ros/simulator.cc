@@ -249,6 +249,11 @@ void Simulator::AfterCommands() {
   } else {
     TellLog();
   }
+  if (status_asked_) {  // of now, behind what it speaks of: what is recorded can be computed again
+    status_asked_ = false;
+    Note(false);
+    topics_.Status(Status(), std::max(stamps_.last(), stamps_.At(session_.now())));
+  }
   topics_.SendOff();
 }
 

@@ -200,10 +200,7 @@ SimulatorStatus Simulator::Status() {
 }
 
 void Simulator::PublishStatus() {
-  Post([this] {
-    Note(false);  // of now: what is recorded with it can be computed again
-    topics_.Status(Status(), std::max(stamps_.last(), stamps_.At(session_.now())));
-  });
+  Post([this] { status_asked_ = true; });
 }
 
 }  // namespace ros_interface

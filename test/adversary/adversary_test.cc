@@ -104,7 +104,7 @@ TEST(RandomSystem, HasItsDerivatives) {
 }
 
 TEST(Adversary, IsNotContradicted) {
-  const long systems = Environment("CONTACT_FLOW_ADVERSARY_SYSTEMS", 40);
+  const long systems = Environment("CONTACT_FLOW_ADVERSARY_SYSTEMS", 200);
   const long seed = Environment("CONTACT_FLOW_ADVERSARY_SEED", 1);
   const int threads = static_cast<int>(Environment("CONTACT_FLOW_ADVERSARY_THREADS", 1));
   if (Environment("CONTACT_FLOW_ADVERSARY_PRINT", 0) != 0) {

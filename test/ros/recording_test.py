@@ -144,7 +144,7 @@ class Recording(unittest.TestCase):
         found = sum(topics_of(p)["/recorded/record/simulation"] for p in paths)
         self.assertGreater(answered, 0)
         self.assertIn(found, (answered, answered + 1))  # written, but killed before the answer
-        code, output = verify(*sorted(paths, key=len))
+        code, output = verify(*sorted(paths, key=lambda p: (len(p), p)))
         self.assertEqual(code, INCOMPLETE, output)
         self.assertIn("INCOMPLETE, for 1 reasons", output)
 

@@ -168,6 +168,7 @@ class Simulator {
   bool paused_;
   std::string pause_ = "paused from the start (~paused)";  // who has paused it
   bool touched_ = true;  // a command has changed something that is to be published
+  bool status_asked_ = false;
   std::uint32_t seen_epoch_ = 0;
   std::optional<Stepping> stepping_;
   Pace::Clock::time_point last_state_{}, last_touch_{};
