@@ -93,14 +93,42 @@ TEST(RandomSystem, HasItsDerivatives) {
         // Rounding of the residual's terms, which are larger than their sum, over h.
         const double size =
             std::max({std::abs(exact(i)), std::abs(here(i)), exact.cwiseAbs().maxCoeff() * 1e-12});
-        const double unit = i < d ? 0 : 0;
-        EXPECT_NEAR(exact(i), difference(i), 1e-3 * size + unit)
+        EXPECT_NEAR(exact(i), difference(i), 1e-3 * size)
             << "seed " << seed << (impact ? ", impact" : ", dynamics") << ", row " << i;
       }
     }
     if (HasFailure()) break;
   }
   EXPECT_GT(cases, 100);
+}
+
+/// Systems whose answers were wrong once, and why; none of the other tests has their like.
+TEST(Adversary, WhatWasWrongOnce) {
+  struct Former {
+    std::uint64_t seed;
+    Verdict::Kind now;
+    const char* why;
+  };
+  constexpr auto kRight = Verdict::Kind::kRight, kRefused = Verdict::Kind::kRefused;
+  const Former formers[] = {
+      {88, kRight, "forces of 1e-5 N counted as zero beside 1 N"},
+      {1210, kRight, "forces of 1e-13 N"},
+      {66, kRight, "steps that never grew where all forces were below the floor"},
+      {1648, kRight, "errors of instants that doubled with each bounce"},
+      {447, kRight, "tangents in units of which one hides the other"},
+      {3364, kRight, "a small impulse by projection that counted as none"},
+      {11, kRight, "a field at rest that is nothing but rounding"},
+      {426, kRefused, "a contact that holds without a force"},
+      {2428, kRefused, "a start that leaves by less than is known"},
+      {2620, kRefused, "a dip that closes by no more than its error"},
+      {2457, kRefused, "events whose order errors of the state do not tell"},
+  };
+  for (const Former& former : formers) {
+    const Verdict verdict = Judge(Generate(former.seed));
+    EXPECT_EQ(former.now, verdict.kind)
+        << "seed " << former.seed << ", " << former.why << ": " << Name(verdict.kind) << ", "
+        << verdict.reason << " " << verdict.detail;
+  }
 }
 
 TEST(Adversary, IsNotContradicted) {

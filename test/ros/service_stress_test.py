@@ -66,7 +66,7 @@ class ServiceStress(unittest.TestCase):
 
     def stress(self, node):
         end = time.time() + rospy.get_param("~seconds", 15)
-        wrong, answered, started = [], set(), [0]
+        wrong, dropped, answered, started = [], [], set(), [0]
 
         def client(number):
             dice = random.Random(number)
@@ -78,6 +78,11 @@ class ServiceStress(unittest.TestCase):
                     try:
                         service(**CALLS[name])
                     except rospy.ServiceException as error:
+                        if "transport error completing" in str(error):
+                            # roscpp closes a connection before its answer is read, now and then:
+                            # https://github.com/ros/ros_comm/issues/1976
+                            dropped.append(name)
+                            continue
                         if "unpause_physics" not in str(error):
                             raise
                     answered.add(name)
@@ -105,6 +110,7 @@ class ServiceStress(unittest.TestCase):
         self.assertIsNone(node.process.poll(), "the node has ended: %s" % wrong)
         self.assertFalse([t for t in threads if t.is_alive()], "clients that wait for ever")
         self.assertEqual(wrong, [])
+        self.assertLess(len(dropped), 5, dropped)
         return answered, started[0]
 
 
