@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <sstream>
+#include <stdexcept>
 
 #include "contact_flow/dynamics/contact_dynamics.h"
 
@@ -67,7 +68,13 @@ std::string BrokenFlowLaw(const MechanicalSystem& system, const Trajectory& run,
   Vector w = Vector::Zero(B.arcs.front().cols());
   w.head(start.size()) = start;
   if (B.start.Leaves(w) >= 0) return "";
-  const Vector got = units.time * units.Back(B(w)), expected = units.time * units.Back(B.time);
+  Vector got;
+  try {
+    got = units.time * units.Back(B(w));
+  } catch (const std::domain_error&) {
+    return "";  // refused along this one direction
+  }
+  const Vector expected = units.time * units.Back(B.time);
   const double size = std::max(
       {1.0, LargestOf(got), LargestOf(expected), units.time * LargestOf(units.Back(start))});
   const double off = LargestOf(got - expected);
