@@ -204,8 +204,6 @@ void Resolution::Hold(const Vector& v_plus, ContactMode hit, ContactMode held) {
           << " m/s and be pressed back after " << result_.rest_interval
           << " s, is taken to rest: " << transition().energy_lost << " J are lost";
   Warn(Outcome::kZeno, Sentence(message.str()));
-  // What is left out shrinks from bounce to bounce, but its derivative does not.
-  transition().obstacle = {Outcome::kZeno, Sentence(message.str())};
 }
 
 void Resolution::WarnOfTouching(ContactMode hit) {
