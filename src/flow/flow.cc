@@ -246,9 +246,9 @@ bool Flow::Accept() {
   quick_ = quick_next_;
   if (trigger_ >= 0) {
     arc_begun_ = false;
-    const bool ended = PassTransition();
-    new_arc_ = true;
-    return ended;
+    const bool passed = PassTransition();
+    new_arc_ = true;  // only now: its rules look back at the arc that has come to its end
+    return passed;
   }
   h_ = h_next_;
   stepper_.Advance();

@@ -108,6 +108,7 @@ TEST(Adversary, WhatWasWrongOnce) {
     std::uint64_t seed;
     Verdict::Kind now;
     const char* why;
+    const char* told = "";  // of a refusal: its own reason, not any
   };
   constexpr auto kRight = Verdict::Kind::kRight, kRefused = Verdict::Kind::kRefused;
   const Former formers[] = {
@@ -118,16 +119,21 @@ TEST(Adversary, WhatWasWrongOnce) {
       {447, kRight, "tangents in units of which one hides the other"},
       {3364, kRight, "a small impulse by projection that counted as none"},
       {11, kRight, "a field at rest that is nothing but rounding"},
-      {426, kRefused, "a contact that holds without a force"},
-      {2428, kRefused, "a start that leaves by less than is known"},
-      {2620, kRefused, "a dip that closes by no more than its error"},
-      {2457, kRefused, "events whose order errors of the state do not tell"},
+      {426, kRefused, "a contact that holds without a force",
+       "holds without a force"},
+      {2428, kRefused, "a start that leaves by less than is known",
+       "neither leaves nor is pressed"},
+      {2620, kRefused, "a dip that closes by no more than its error",
+       "opens again within its error"},
+      {2457, kRefused, "events whose order errors of the state do not tell",
+       "their order is not known"},
   };
   for (const Former& former : formers) {
     const Verdict verdict = Judge(Generate(former.seed));
     EXPECT_EQ(former.now, verdict.kind)
         << "seed " << former.seed << ", " << former.why << ": " << Name(verdict.kind) << ", "
         << verdict.reason << " " << verdict.detail;
+    EXPECT_NE(std::string::npos, verdict.detail.find(former.told)) << verdict.detail;
   }
 }
 

@@ -28,8 +28,9 @@ struct QuotientSample {
 struct QuotientReport {
   std::vector<QuotientSample> samples;  ///< in the order of the α given
   /// Least-squares slope of log error over log α, from the samples whose error stands clear of
-  /// rounding (`resolution`/α) and above `prediction_error`; 1 when the prediction is right and the outcome is PC², NaN when
-  /// fewer than two samples qualify (then the errors themselves are at the level of rounding).
+  /// rounding (`resolution`/α) and above `prediction_error`, or of rounding alone where the latter
+  /// leaves fewer than two; 1 when the prediction is right and the outcome is PC², NaN when fewer
+  /// than two samples qualify (then the errors themselves are at the level of rounding).
   double slope = 0;
   /// Error of one final state that the integrator's tolerance leaves, absolute.
   double resolution = 0;

@@ -11,8 +11,7 @@ namespace contact_flow {
 /// Which reading of (1b) decides an impact.
 enum class ImpactLaw {
   /// p ≥ 0, Da v⁺ + γ Da v⁻ ≥ 0, complementary (Newton–Moreau): only approaching constraints are
-  /// hit,
-  /// and a contact that would have to pull lets go.
+  /// hit, and a contact that would have to pull lets go.
   kComplementarity,
   /// The paper's literal projection Δ_J with J = {j : a_j = 0}: every touching constraint gets the
   /// bilateral impulse, whatever its sign.
