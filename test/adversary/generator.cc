@@ -231,24 +231,24 @@ class Builder {
   /// Loads contacts at the event: those that rest strongly enough, the others somehow.
   void Press() {
     const RandomSystem system(c_);
-    ReferenceFlow flow(system, {});
+    ReferenceDynamics dynamics(system);
     Vector x(2 * d_);
     x << Vector::Zero(d_), v_;
     ContactMode mode;
     for (int i = 0; i < r_.rests; ++i) mode.Insert(r_.hits + i);
-    flow.Solve(x, Vector::Zero(c_.input.cols()), mode);
+    dynamics.Solve(x, Vector::Zero(c_.input.cols()), mode);
     Vector wanted = Vector::Zero(n_);
     for (int i : mode) {
       wanted(i) = draw_.Uniform(0.5, 3) * r_.press;
       if (r_.vanish && (i == r_.hits || draw_.Chance(0.6))) wanted(i) = 0;
     }
-    for (int i : mode) c_.load -= (wanted(i) - flow.force()(i)) * c_.gaps[i].normal;
+    for (int i : mode) c_.load -= (wanted(i) - dynamics.force()(i)) * c_.gaps[i].normal;
     for (int i = 0; i < r_.hits && r_.press > 0; ++i) {
       c_.load -= draw_.Uniform(-0.5, 3) * r_.press * c_.gaps[i].normal;
     }
     // What touches without force has no acceleration, or leaves.
     const RandomSystem loaded(c_);
-    ReferenceFlow again(loaded, {});
+    ReferenceDynamics again(loaded);
     again.Solve(x, Vector::Zero(c_.input.cols()), mode);
     ConstraintTerms terms;
     loaded.Constraints(x.head(d_), x.tail(d_), &terms);

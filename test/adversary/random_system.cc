@@ -89,15 +89,16 @@ double RandomSystem::TimeScale(const VectorRef& q, const VectorRef& v) const {
   return scale;
 }
 
+// The reference calls these millions of times: products by coefficients, nothing on the heap.
 void RandomSystem::Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode,
                             Matrix* mass, Vector* force) const {
   if (mass != nullptr) *mass = c_.mass;
   *force = c_.load;
-  force->noalias() += c_.stiffness * q;
-  force->noalias() += c_.damping * v;
-  if (c_.input.cols() > 0) force->noalias() += c_.input * u;
+  *force += c_.stiffness.lazyProduct(q);
+  *force += c_.damping.lazyProduct(v);
+  if (c_.input.cols() > 0) *force += c_.input.lazyProduct(u);
   for (int i = 0; i < static_cast<int>(c_.quadratic.size()); ++i) {
-    (*force)(i) += v.dot(c_.quadratic[i] * v);
+    (*force)(i) += v.dot(c_.quadratic[i].lazyProduct(v));
   }
   for (const ForceRidge& term : c_.ridges) {
     *force += term.ridge.Derivative(q, 0) * term.amplitude;
@@ -105,7 +106,7 @@ void RandomSystem::Dynamics(const VectorRef& q, const VectorRef& v, const Vector
   for (int k = 0; k < static_cast<int>(c_.mass_slopes.size()); ++k) {
     if (mass != nullptr) *mass += std::sin(q(k)) * c_.mass_slopes[k];
     // c v = ½ ∂_q (vᵀ M v) − Ṁ v.
-    const Vector slope_v = std::cos(q(k)) * (c_.mass_slopes[k] * v);
+    const SmallVector slope_v = std::cos(q(k)) * c_.mass_slopes[k].lazyProduct(v);
     (*force)(k) += 0.5 * v.dot(slope_v);
     *force -= v(k) * slope_v;
   }
@@ -130,12 +131,12 @@ void RandomSystem::Constraints(const VectorRef& q, const VectorRef& v,
   for (int i = 0; i < n; ++i) {
     const GapTerms& gap = c_.gaps[i];
     double value = gap.offset + gap.normal.dot(q), bias = 0;
-    Vector gradient = gap.normal;
+    SmallVector gradient = gap.normal;
     if (gap.curvature.size() > 0) {
-      const Vector curved = gap.curvature * q;
+      const SmallVector curved = gap.curvature.lazyProduct(q);
       value += 0.5 * q.dot(curved);
       gradient += curved;
-      bias += v.dot(gap.curvature * v);
+      bias += v.dot(gap.curvature.lazyProduct(v));
     }
     for (const auto& [amplitude, ridge] : gap.ridges) {
       const double speed = ridge.e.dot(v);

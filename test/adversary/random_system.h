@@ -10,6 +10,11 @@
 namespace contact_flow {
 namespace adversary {
 
+/// Systems have at most this many degrees of freedom.
+constexpr int kMaxDof = 16;
+/// Of d or n numbers, without the heap.
+using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxDof, 1>;
+
 /// A function of one combination of coordinates, z = (e·q − centre) / width: a bump exp(−z²) or a
 /// wave sin z. Localized forces, forces in a clock coordinate, height fields.
 struct Ridge {

@@ -82,7 +82,7 @@ void ReferenceFlow::PutInContact(Vector* x, ContactMode held) {
 /// (1b) over the constraints that touch; false when it has no solution.
 bool ReferenceFlow::Impact(Vector* x, ContactMode touching) {
   const int d = system_.dof();
-  system_.Dynamics(x->head(d), x->tail(d), u_, mode_, &mass_, &applied_);
+  dynamics_.Solve(*x, u_, ContactMode());
   system_.Constraints(x->head(d), x->tail(d), &terms_);
   const std::vector<int> members = Members(touching);
   const int k = static_cast<int>(members.size());
@@ -92,7 +92,7 @@ bool ReferenceFlow::Impact(Vector* x, ContactMode touching) {
     A.row(i) = terms_.jacobian.row(members[i]);
     b(i) = (1 + system_.restitution()(members[i])) * A.row(i).dot(x->tail(d));
   }
-  const Matrix Y = mass_.llt().solve(A.transpose());
+  const Matrix Y = dynamics_.mass().llt().solve(A.transpose());
   const Matrix G = A * Y;
   if (options_.law == ImpactLaw::kProjection) {
     x->tail(d) -= Y * G.ldlt().solve(b);
@@ -109,15 +109,15 @@ ContactMode ReferenceFlow::Decide(Vector* x, ContactMode candidates, std::string
   const int d = system_.dof();
   const std::vector<int> members = Members(candidates);
   const int k = static_cast<int>(members.size());
-  Solve(*x, u_, ContactMode());
+  dynamics_.Solve(*x, u_, ContactMode());
   system_.Constraints(x->head(d), x->tail(d), &terms_);
   Matrix A(k, d);
   Vector b(k);
   for (int i = 0; i < k; ++i) {
     A.row(i) = terms_.jacobian.row(members[i]);
-    b(i) = A.row(i).dot(acceleration_) + terms_.bias(members[i]);
+    b(i) = A.row(i).dot(dynamics_.acceleration()) + terms_.bias(members[i]);
   }
-  const Matrix G = A * mass_.llt().solve(A.transpose());
+  const Matrix G = A * dynamics_.mass().llt().solve(A.transpose());
   const EnumeratedSolution solution = EnumerateComplementarity(G, b);
   const auto subset = [&](unsigned support) {
     ContactMode mode;
@@ -140,12 +140,13 @@ ContactMode ReferenceFlow::Decide(Vector* x, ContactMode candidates, std::string
       const Vector now = later;
       if (!Glide(&later, u_, trial, kPeek)) continue;
       const auto fits = [&](const Vector& y, double slack) {
-        Solve(y, u_, trial);
+        dynamics_.Solve(y, u_, trial);
         system_.Constraints(y.head(d), y.tail(d), &terms_);
-        const Vector normal = terms_.jacobian * acceleration_ + terms_.bias;
+        const Vector normal = terms_.jacobian * dynamics_.acceleration() + terms_.bias;
         for (int i = 0; i < k; ++i) {
           const bool member = support >> i & 1;
-          const double value = member ? force_(members[i]) * G(i, i) : normal(members[i]);
+          const int row = members[i];
+          const double value = member ? dynamics_.force()(row) * G(i, i) : normal(row);
           if (!(value >= -slack)) return false;
         }
         return true;

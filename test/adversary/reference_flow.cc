@@ -15,8 +15,8 @@ namespace {
 constexpr std::array<int, 6> kMidpoints = {2, 4, 6, 8, 10, 12};
 
 /// The quintic with values, velocities and accelerations at both ends, at θ ∈ [0, 1].
-void Quintic(const Vector& x, const Vector& ax, const Vector& y, const Vector& ay, double h,
-             double theta, Vector* z) {
+void Quintic(const Vector& x, const SmallVector& ax, const Vector& y, const SmallVector& ay,
+             double h, double theta, SmallState* z) {
   const Eigen::Index d = ax.size();
   const double t = theta, t2 = t * t, t3 = t2 * t, t4 = t3 * t, t5 = t4 * t;
   const double p0 = 1 - 10 * t3 + 15 * t4 - 6 * t5, p1 = 10 * t3 - 15 * t4 + 6 * t5;
@@ -35,32 +35,10 @@ void Quintic(const Vector& x, const Vector& ax, const Vector& y, const Vector& a
 
 }  // namespace
 
-void ReferenceFlow::Solve(const Vector& x, const Vector& u, ContactMode mode) {
-  const int d = system_.dof(), n = system_.num_constraints();
-  system_.Dynamics(x.head(d), x.tail(d), u, mode, &mass_, &applied_);
-  const Eigen::LLT<Matrix> factor(mass_);
-  acceleration_ = factor.solve(applied_);
-  force_.setZero(n);
-  if (mode.Empty()) return;
-  system_.Constraints(x.head(d), x.tail(d), &terms_);
-  const std::vector<int> members = Members(mode);
-  const int k = static_cast<int>(members.size());
-  Matrix A(k, d);
-  Vector bias(k);
-  for (int i = 0; i < k; ++i) {
-    A.row(i) = terms_.jacobian.row(members[i]);
-    bias(i) = terms_.bias(members[i]);
-  }
-  const Matrix Y = factor.solve(A.transpose());
-  const Vector multiplier = -(A * Y).ldlt().solve(A * acceleration_ + bias);
-  acceleration_ += Y * multiplier;
-  for (int i = 0; i < k; ++i) force_(members[i]) = multiplier(i);
-}
-
-Vector ReferenceFlow::Field(const Vector& x) {
-  Solve(x, u_, mode_);
-  Vector field(x.size());
-  field << x.tail(acceleration_.size()), acceleration_;
+SmallState ReferenceFlow::Field(const SmallState& x) {
+  dynamics_.Solve(x, u_, mode_);
+  SmallState field(x.size());
+  field << x.tail(system_.dof()), dynamics_.acceleration();
   return field;
 }
 
@@ -71,24 +49,22 @@ double ReferenceFlow::Limit(const Vector& x) const {
 }
 
 double ReferenceFlow::Step(const Vector& x, double h, Vector* y) {
-  std::array<Vector, kMidpoints.size()> table;
-  const Vector start = Field(x);
+  std::array<SmallState, kMidpoints.size()> table;
+  const SmallState start = Field(x);
   double error = std::numeric_limits<double>::infinity();
   const double scale = std::max(1.0, x.cwiseAbs().maxCoeff());
   for (std::size_t j = 0; j < kMidpoints.size(); ++j) {
     const int n = kMidpoints[j];
     const double step = h / n;
-    Vector before = x, now = x + step * start;
+    SmallState before = x, now = x + step * start;
     for (int k = 1; k < n; ++k) {
-      const Vector next = before + 2 * step * Field(now);
+      const SmallState next = before + 2 * step * Field(now);
       before = now;
       now = next;
     }
     table[j] = 0.5 * (now + before + step * Field(now));
-    Vector previous = table[0];
     for (std::size_t k = j; k > 0; --k) {
       const double ratio = static_cast<double>(n) / kMidpoints[k - 1];
-      previous = table[k - 1];
       table[k - 1] = table[k] + (table[k] - table[k - 1]) / (ratio * ratio - 1);
     }
     if (j > 0) error = (table[0] - table[1]).cwiseAbs().maxCoeff() / scale;
@@ -122,11 +98,11 @@ bool ReferenceFlow::Glide(Vector* x, const Vector& u, ContactMode mode, double d
   return x->allFinite();
 }
 
-double ReferenceFlow::Guard(const Vector& x, int i) {
+double ReferenceFlow::Guard(const VectorRef& x, int i) {
   const int d = system_.dof();
   if (mode_.Contains(i)) {
-    Solve(x, u_, mode_);
-    return force_(i);
+    dynamics_.Solve(x, u_, mode_);
+    return dynamics_.force()(i);
   }
   system_.Constraints(x.head(d), x.tail(d), &terms_);
   return terms_.gap(i);
@@ -135,24 +111,25 @@ double ReferenceFlow::Guard(const Vector& x, int i) {
 ReferenceFlow::Event ReferenceFlow::FirstEvent(const Vector& x, const Vector& y, double h,
                                                ReferenceRun* run) {
   const int d = system_.dof(), n = system_.num_constraints();
-  Solve(x, u_, mode_);
-  const Vector ax = acceleration_;
-  Solve(y, u_, mode_);
-  const Vector ay = acceleration_;
+  dynamics_.Solve(x, u_, mode_);
+  const SmallVector ax = dynamics_.acceleration();
+  dynamics_.Solve(y, u_, mode_);
+  const SmallVector ay = dynamics_.acceleration();
   const auto at = [&](double s) {
-    Vector z;
+    SmallState z;
     Quintic(x, ax, y, ay, h, s / h, &z);
     return z;
   };
   constexpr int kSamples = 6;
-  std::array<Vector, kSamples + 1> value, rate;
+  std::array<SmallVector, kSamples + 1> value, rate;
   for (int k = 0; k <= kSamples; ++k) {
-    const Vector z = k == 0 ? x : k == kSamples ? y : at(h * k / kSamples);
-    Solve(z, u_, mode_);
+    SmallState z = x;
+    if (k > 0) z = k == kSamples ? SmallState(y) : at(h * k / kSamples);
+    if (!mode_.Empty()) dynamics_.Solve(z, u_, mode_);
     system_.Constraints(z.head(d), z.tail(d), &terms_);
     value[k] = terms_.gap;
-    rate[k] = terms_.jacobian * z.tail(d);
-    for (int i : mode_) value[k](i) = force_(i);
+    rate[k] = terms_.jacobian.lazyProduct(z.tail(d));
+    for (int i : mode_) value[k](i) = dynamics_.force()(i);
   }
   Event first;
   first.s = std::numeric_limits<double>::infinity();
@@ -199,7 +176,7 @@ ReferenceFlow::Event ReferenceFlow::FirstEvent(const Vector& x, const Vector& y,
       double l = low, r = high;
       for (int j = 0; j < 45; ++j) {
         const double m = 0.5 * (l + r);
-        const Vector z = at(m);
+        const SmallState z = at(m);
         system_.Constraints(z.head(d), z.tail(d), &terms_);
         (terms_.jacobian.row(i).dot(z.tail(d)) < 0 ? l : r) = m;
       }
@@ -220,7 +197,6 @@ void ReferenceFlow::Resolve(Vector* x, int trigger, double t, ReferenceRun* run)
   ReferenceEvent event;
   event.t = t;
   event.before = mode_;
-  Solve(*x, u_, mode_);
   system_.Constraints(x->head(d), x->tail(d), &terms_);
   const ConstraintTerms terms = terms_;
   const Vector rate = terms.jacobian * x->tail(d);

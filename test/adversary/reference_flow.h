@@ -7,6 +7,7 @@
 #include "contact_flow/dynamics/impact.h"
 #include "contact_flow/flow/input_schedule.h"
 #include "test/adversary/random_system.h"
+#include "test/adversary/reference_dynamics.h"
 
 namespace contact_flow {
 namespace adversary {
@@ -55,7 +56,7 @@ struct ReferenceRun {
 class ReferenceFlow {
  public:
   ReferenceFlow(const RandomSystem& system, const ReferenceOptions& options)
-      : system_(system), options_(options) {}
+      : system_(system), options_(options), dynamics_(system) {}
 
   /// The contact mode at x: what touches and rests and is pressed.
   ContactMode InitialMode(const Vector& x, const Vector& u, std::string* doubt);
@@ -65,11 +66,6 @@ class ReferenceFlow {
   bool Glide(Vector* x, const Vector& u, ContactMode mode, double duration);
   /// Moves x to where the gaps and rates of `held` vanish.
   void PutInContact(Vector* x, ContactMode held);
-  /// Acceleration and force at x.
-  void Solve(const Vector& x, const Vector& u, ContactMode mode);
-  const Vector& acceleration() const { return acceleration_; }
-  const Vector& force() const { return force_; }
-
  private:
   static constexpr double kGap = 1e-12;   // counts as touching [m]
   static constexpr double kRest = 1e-10;  // counts as resting [m/s]
@@ -79,9 +75,9 @@ class ReferenceFlow {
   };
   /// Extrapolated midpoint step; error estimate relative.
   double Step(const Vector& x, double h, Vector* y);
-  Vector Field(const Vector& x);
+  SmallState Field(const SmallState& x);
   double Limit(const Vector& x) const;
-  double Guard(const Vector& x, int i);
+  double Guard(const VectorRef& x, int i);
   /// The first event of the step from x to y of length h; constraint −1: none.
   Event FirstEvent(const Vector& x, const Vector& y, double h, ReferenceRun* run);
   bool Impact(Vector* x, ContactMode touching);
@@ -92,9 +88,7 @@ class ReferenceFlow {
   const ReferenceOptions options_;
   Vector u_;
   ContactMode mode_;
-  Vector acceleration_, force_;
-  Matrix mass_;
-  Vector applied_;
+  ReferenceDynamics dynamics_;
   ConstraintTerms terms_;
 };
 
