@@ -25,6 +25,8 @@ constexpr double kWrong = 2e-4;
 constexpr double kSameState = 1e-6;
 /// Error of a reference state, relative.
 constexpr double kReference = 3e-13;
+/// Quotients that were off by this part of what they are off by now had been right.
+constexpr double kSmall = 0.05;
 constexpr int kDirections = 4;
 
 class Court {
@@ -223,8 +225,9 @@ class Court {
     }
     // Events that are apart have an order, and a derivative, which holds for less than their delay.
     const bool near = alphas.back() < 0.1 * ShortestInterval();
+    const double least = *std::min_element(errors.begin(), errors.end());
     const bool clear = near && errors.size() >= 2 && errors.back() > kWrong * size &&
-                       settled < 0.1 * errors.back();
+                       settled < 0.1 * errors.back() && least > kSmall * errors.back();
     if (!clear || ToldOtherwise(w, prediction, errors.back()) ||
         !Sure(w, alphas.back(), errors.back())) {
       std::ostringstream text;
@@ -288,7 +291,6 @@ class Court {
   /// Events whose distance vanishes to second order are one to the reference once α is small: then
   /// it is a larger α that tells. A bounce too low to matter to first order wants a smaller one.
   bool ToldOtherwise(const Vector& w, const Vector& prediction, double error) {
-    constexpr double kSmall = 0.05;
     for (const double alpha : {1e-4, 1e-8}) {
       const ReferenceRun run = Run(alpha * w);
       if (!run.doubt.empty()) continue;

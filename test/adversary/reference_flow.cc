@@ -122,6 +122,7 @@ ReferenceFlow::Event ReferenceFlow::FirstEvent(const Vector& x, const Vector& y,
   };
   constexpr int kSamples = 6;
   std::array<SmallVector, kSamples + 1> value, rate;
+  double largest_force = 0;
   for (int k = 0; k <= kSamples; ++k) {
     SmallState z = x;
     if (k > 0) z = k == kSamples ? SmallState(y) : at(h * k / kSamples);
@@ -130,6 +131,9 @@ ReferenceFlow::Event ReferenceFlow::FirstEvent(const Vector& x, const Vector& y,
     value[k] = terms_.gap;
     rate[k] = terms_.jacobian.lazyProduct(z.tail(d));
     for (int i : mode_) value[k](i) = dynamics_.force()(i);
+    if (!mode_.Empty()) {
+      largest_force = std::max(largest_force, dynamics_.force().cwiseAbs().maxCoeff());
+    }
   }
   Event first;
   first.s = std::numeric_limits<double>::infinity();
@@ -146,7 +150,7 @@ ReferenceFlow::Event ReferenceFlow::FirstEvent(const Vector& x, const Vector& y,
     for (int k = 0; k < kSamples; ++k) {
       const double low = h * k / kSamples, high = h * (k + 1) / kSamples;
       if (low > first.s) break;
-      const double noise = held ? 1e-12 : 1e-14;
+      const double noise = held ? 1e-12 * std::max(1.0, largest_force) : 1e-14;
       if (value[k + 1](i) < -noise) {
         // What touches at the beginning of the arc counts as open there.
         offer(i, low, high);
