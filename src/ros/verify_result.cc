@@ -157,20 +157,35 @@ BagVerifier::Repeater::Verdict BagVerifier::Repeater::Repeat(const SimulationRec
       (limit > 0 && bounded.request.options.max_steps > limit)) {
     return {"it has taken more steps than it may", false};
   }
-  // The same but for the sentence, which says another budget.
   if (!setup_) return {"no model description before it", false};
+  const Verdict whole = UpToStep(bounded);
+  if (whole.unknown || whole.difference.empty()) return whole;
+  // Time may end in the middle of an attempt, which is counted and comes to nothing.
+  --bounded.request.options.max_steps;
+  if (record.result.rejected_steps == 0 || bounded.request.options.max_steps == 0) return whole;
+  const Verdict without = UpToStep(bounded);
+  return without.unknown || without.difference.empty() ? without : whole;
+}
+
+/// The same but for the sentence, which says another budget, and an attempt that was not finished.
+BagVerifier::Repeater::Verdict BagVerifier::Repeater::UpToStep(const SimulationRecord& record) {
   BeginClock();
-  const SimulationRequest request = Unhurried(bounded.request);
+  const SimulationRequest request = Unhurried(record.request);
   ContactTrajectory computed = Within(request, [&] { return Answer(*setup_, request); });
   if (Unfinished(computed)) return TooLong();
-  computed.header = record.result.header;
-  computed.message = WithBudgetOf(record.result.message, computed.message);
-  for (std::size_t i = 0; i < computed.warnings.size() && i < record.result.warnings.size(); ++i) {
+  const ContactTrajectory& recorded = record.result;
+  computed.header = recorded.header;
+  computed.message = WithBudgetOf(recorded.message, computed.message);
+  for (std::size_t i = 0; i < computed.warnings.size() && i < recorded.warnings.size(); ++i) {
     computed.warnings[i].message =
-        WithBudgetOf(record.result.warnings[i].message, computed.warnings[i].message);
+        WithBudgetOf(recorded.warnings[i].message, computed.warnings[i].message);
   }
-  if (Serialize(record.result) == Serialize(computed)) return {};
-  return {FirstDifference(record.result, computed), false};
+  if (computed.rejected_steps + 1 == recorded.rejected_steps) {
+    computed.rejected_steps = recorded.rejected_steps;
+    computed.field_evaluations = recorded.field_evaluations;
+  }
+  if (Serialize(recorded) == Serialize(computed)) return {};
+  return {FirstDifference(recorded, computed), false};
 }
 
 #define CONTACT_FLOW_REPEAT(Record)                                                    \

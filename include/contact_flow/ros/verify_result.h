@@ -68,6 +68,7 @@ class BagVerifier::Repeater {
   auto UpTo(const RecordMessage& record);
   template <class RecordMessage>
   Verdict Ended(const RecordMessage& record);
+  Verdict UpToStep(const SimulationRecord& record);
   void BeginClock();
   Verdict TooLong() const;
 
