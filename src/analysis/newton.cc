@@ -56,9 +56,9 @@ class Solver {
   NewtonResult Iterate() {
     BudgetStage stage("Newton's method, iteration by iteration");
     EquationValue value = equation_(result_.x, true);
+    AskBudget();  // and never between a step and its report
     NewtonIteration iteration;
     while (true) {
-      AskBudget();
       if (!value.defined || !value.residual.allFinite()) {
         return End(NewtonStatus::kUndefined, value.message);
       }
@@ -114,6 +114,7 @@ class Solver {
       if (!(reached <= square + 2 * options_.armijo * t * slope)) continue;
       const bool done = trial.residual.cwiseAbs().maxCoeff() <= options_.tolerance;
       *value = done ? std::move(trial) : equation_(x, true);
+      AskBudget();
       result_.x = x;
       iteration->step = t;
       return true;

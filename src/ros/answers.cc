@@ -194,16 +194,20 @@ ContactTrajectory Answer(const Setup& setup, const SimulationRequest& request) {
   run.options.dense = count > 1;
   Trajectory trajectory = Simulate(*setup.system, run.x, run.input, run.duration, run.options);
   std::vector<GrazingEvent> near;
-  try {
-    near = FindNearGrazing(*setup.system, trajectory);
-    const auto unnamed = [](const GrazingEvent& event) { return event.constraint < 0; };
-    if (!run.options.dense && std::any_of(near.begin(), near.end(), unnamed)) {
-      run.options.dense = true;
-      near = FindNearGrazing(*setup.system,
-                             Simulate(*setup.system, run.x, run.input, run.duration, run.options));
+  // Of a run that a budget has ended none: where it was of time there is none left to look for them.
+  if (trajectory.status.outcome != Outcome::kBudgetExceeded) {
+    try {
+      near = FindNearGrazing(*setup.system, trajectory);
+      const auto unnamed = [](const GrazingEvent& event) { return event.constraint < 0; };
+      if (!run.options.dense && std::any_of(near.begin(), near.end(), unnamed)) {
+        run.options.dense = true;
+        near = FindNearGrazing(
+            *setup.system,
+            Simulate(*setup.system, run.x, run.input, run.duration, run.options));
+      }
+    } catch (const BudgetExceeded&) {
+      if (trajectory.status.ok()) throw;  // else the run has told of it, and is kept
     }
-  } catch (const BudgetExceeded&) {
-    if (trajectory.status.ok()) throw;  // else the run has told of it, and is kept
   }
   ContactTrajectory result = ToMsg(setup.system->description(), trajectory, run.duration, count);
   AddNearGrazing(setup, near, &result);

@@ -62,7 +62,7 @@ NewFile::~NewFile() {
   if (fd_ >= 0) ::close(fd_);
 }
 
-void NewFile::WriteAt(std::size_t position, const std::string& bytes) {
+void NewFile::WriteAt(std::size_t position, std::string_view bytes) {
   std::size_t done = 0;
   while (done < bytes.size()) {
     const ssize_t n = ::pwrite(fd_, bytes.data() + done, bytes.size() - done,
@@ -73,7 +73,7 @@ void NewFile::WriteAt(std::size_t position, const std::string& bytes) {
   }
 }
 
-void NewFile::Append(const std::string& bytes) {
+void NewFile::Append(std::string_view bytes) {
   try {
     WriteAt(size_, bytes);
   } catch (...) {
@@ -83,7 +83,7 @@ void NewFile::Append(const std::string& bytes) {
   size_ += bytes.size();
 }
 
-void NewFile::Overwrite(std::size_t position, const std::string& bytes) {
+void NewFile::Overwrite(std::size_t position, std::string_view bytes) {
   WriteAt(position, bytes);
 }
 
@@ -95,7 +95,8 @@ void NewFile::Close() {
   if (fd >= 0 && ::close(fd) != 0) Fail(path_, errno);
 }
 
-void ReplaceFile(const std::string& path, const std::string& bytes, bool must_be_new) {
+void ReplaceFile(const std::string& path, std::initializer_list<std::string_view> parts,
+                 bool must_be_new) {
   struct stat status;
   if (::lstat(path.c_str(), &status) == 0) {
     if (must_be_new) throw std::invalid_argument(path + " exists");
@@ -104,7 +105,7 @@ void ReplaceFile(const std::string& path, const std::string& bytes, bool must_be
   const std::string temporary = path + kWriting + RandomDigits();
   try {
     NewFile file(temporary);
-    file.Append(bytes);
+    for (const std::string_view part : parts) file.Append(part);
     file.Sync();
     if (!must_be_new) {
       if (::rename(temporary.c_str(), path.c_str()) != 0) Fail(path, errno);

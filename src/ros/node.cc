@@ -19,12 +19,13 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-/// Threads beside those of long work: for requests that are still short, and for the services that
-/// only hand something on.
+/// Threads beside those of long work: for requests that are still short, for the services that only
+/// hand something on, of which `step` waits in one, and for topics, timers and goals.
 constexpr long kShortThreads = 4;
-constexpr std::uint32_t kPromptThreads = 4;
+constexpr std::size_t kPromptThreads = 5;
+constexpr std::uint32_t kOtherThreads = 3;
 
-ros::NodeHandle WorkNode(ros::CallbackQueue* queue) {
+ros::NodeHandle NodeOf(ros::CallbackQueue* queue) {
   ros::NodeHandle node("~");
   node.setCallbackQueue(queue);
   return node;
@@ -68,11 +69,13 @@ Node::Node(const NodeParameters& parameters)
       pool_(static_cast<std::size_t>(parameters.threads),
             static_cast<std::size_t>(parameters.queue)),
       node_("~"),
-      work_node_(WorkNode(&work_queue_)),
+      work_node_(NodeOf(&work_queue_)),
+      prompt_node_(NodeOf(&prompt_queue_)),
       outlet_(&node_, parameters.bag_directory, ToMsg(setup_), parameters.simulator.signing_key),
       analyses_(&node_, &work_node_, setup_, &outlet_, &pool_),
-      work_spinner_(
-          static_cast<std::uint32_t>(parameters.threads + parameters.queue + kShortThreads),
+      prompt_threads_(kPromptThreads, &prompt_queue_),
+      work_threads_(
+          static_cast<std::size_t>(parameters.threads + parameters.queue + kShortThreads),
           &work_queue_) {
   setup_.options.cancelled = &IsStopping;
   if (setup_.robot != nullptr) {
@@ -100,18 +103,17 @@ Node::Node(const NodeParameters& parameters)
   if (simulator_) {
     simulator_->Start();
     simulator_services_ = std::make_unique<SimulatorServices>(
-        simulator_.get(), parameters.simulator, &node_, &work_node_, &pool_);
+        simulator_.get(), parameters.simulator, &node_, &prompt_node_, &work_node_, &pool_);
   }
   servers_ = {work_node_.advertiseService("simulate", &Node::Simulate, this),
               work_node_.advertiseService("b_derivative", &Node::Differentiate, this),
               work_node_.advertiseService("compare", &Node::Compare, this),
               work_node_.advertiseService("check_assumptions", &Node::CheckAssumed, this),
               work_node_.advertiseService("linearize", &Node::Linearized, this),
-              node_.advertiseService("cancel", &Node::Cancel, this),
-              node_.advertiseService("describe_model", &Node::Describe, this),
-              node_.advertiseService("start_recording", &Node::Start, this),
-              node_.advertiseService("stop_recording", &Node::Stop, this)};
-  work_spinner_.start();
+              prompt_node_.advertiseService("cancel", &Node::Cancel, this),
+              prompt_node_.advertiseService("describe_model", &Node::Describe, this),
+              prompt_node_.advertiseService("start_recording", &Node::Start, this),
+              prompt_node_.advertiseService("stop_recording", &Node::Stop, this)};
 }
 
 /// Answers record->request within its budget.
@@ -285,7 +287,7 @@ int RunNode() {
     const NodeParameters parameters = ReadNodeParameters();
     LimitMemory(parameters.max_memory);
     Node node(parameters);
-    ros::AsyncSpinner spinner(kPromptThreads);  // of what is answered at once
+    ros::AsyncSpinner spinner(kOtherThreads);
     spinner.start();
     if (parameters.simulator.online) {
       ROS_INFO("simulator: %s",

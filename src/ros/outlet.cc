@@ -25,22 +25,33 @@ Outlet::Outlet(ros::NodeHandle* node, const std::string& bag_directory,
   b_derivative_ = node->advertise<OutcomeDerivative>("b_derivative", 10, kLatch);
   description_.header.stamp = NextStamp();
   model_description_.publish(description_);
+  writer_ = std::thread([this] { Run(); });
 }
 
-/// Now, but later than every stamp before, and never 0, which is what simulated time begins with.
+Outlet::~Outlet() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    stopping_ = true;
+  }
+  asked_.notify_one();
+  writer_.join();
+}
+
+/// Now, but so much later than every stamp before that all messages of a result have times of their
+/// own between; and never 0, which is what simulated time begins with.
 ros::Time Outlet::NextStamp() {
   ros::Time now = ros::Time::now();
   if (now.isZero()) now.fromNSec(ros::WallTime::now().toNSec());
-  last_stamp_ = std::max(now, last_stamp_ + ros::Duration(0, 1));
+  last_stamp_ = std::max(now, last_stamp_ + ros::Duration(0, 1000));
   return last_stamp_;
 }
 
 template <class Record>
-ros::Time Outlet::Stamp(Record* record) {
+void Outlet::Stamp(Record* record, Record* shared) {
   record->header.stamp = NextStamp();
   record->header.frame_id = kWorldFrame;
   record->result.header = record->header;
-  return record->header.stamp;
+  shared->header = shared->result.header = record->header;
 }
 
 template <class Message>
@@ -48,43 +59,129 @@ BagEntry Outlet::Entry(const std::string& topic, boost::shared_ptr<const Message
   return connections_.Entry(ros::names::resolve("~" + topic), std::move(message));
 }
 
-std::string Outlet::Write(std::uint8_t outcome, const ros::Time& stamp,
-                          const std::vector<BagEntry>& entries) {
+void Outlet::Wait(Job* job, std::unique_lock<std::mutex>* lock) {
+  jobs_.push_back(job);
+  asked_.notify_one();
+  done_.wait(*lock, [&] { return job->done; });
+  if (job->error) std::rethrow_exception(job->error);
+}
+
+std::string Outlet::Hand(std::uint8_t outcome, Job* job, std::unique_lock<std::mutex>* lock) {
+  if (!recording_) {
+    if (job->publish) job->publish();
+    return "";
+  }
   // A run that was stopped half-way cannot be repeated, and nobody waits for its answer any more.
-  if (!recorder_.Recording() || outcome == static_cast<int>(Outcome::kCancelled)) return "";
-  last_stamp_ = recorder_.Write(entries, stamp);
-  return recorder_.Path();
+  if (outcome == static_cast<int>(Outcome::kCancelled)) job->result.entries.clear();
+  Wait(job, lock);
+  return job->path;
+}
+
+void Outlet::Run() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (true) {
+    asked_.wait(lock, [&] { return stopping_ || !jobs_.empty(); });
+    if (jobs_.empty()) return;
+    std::vector<Job*> jobs;
+    jobs.swap(jobs_);
+    lock.unlock();
+    try {
+      Carry(jobs);
+    } catch (...) {  // out of memory
+      for (Job* job : jobs) job->error = std::current_exception();
+    }
+    lock.lock();
+    recording_ = recorder_.Recording();
+    for (Job* job : jobs) job->done = true;
+    done_.notify_all();
+  }
+}
+
+/// Results that follow each other go to the disk together.
+void Outlet::Carry(const std::vector<Job*>& jobs) {
+  std::vector<Job*> together;
+  for (Job* job : jobs) {
+    try {
+      if (!job->other) {
+        together.push_back(job);
+        continue;
+      }
+      WriteTogether(together);
+      together.clear();
+      job->other();
+    } catch (...) {
+      job->error = std::current_exception();
+    }
+  }
+  WriteTogether(together);
+}
+
+void Outlet::WriteTogether(const std::vector<Job*>& jobs) {
+  std::vector<Job*> written;
+  try {
+    std::vector<Recorder::Result> results;
+    for (Job* job : jobs) {
+      if (!recorder_.Recording() || job->result.entries.empty()) continue;
+      results.push_back(job->result);
+      written.push_back(job);
+    }
+    if (!results.empty()) recorder_.Write(results);
+    for (Job* job : written) job->path = recorder_.Path();
+  } catch (...) {
+    if (jobs.size() > 1) {  // each by itself: some may fit
+      for (Job* job : jobs) WriteTogether({job});
+      return;
+    }
+    for (Job* job : jobs) job->error = std::current_exception();
+  }
+  for (Job* job : jobs) {
+    if (job->error || !job->publish) continue;
+    try {
+      job->publish();
+    } catch (...) {
+      job->error = std::current_exception();
+    }
+  }
 }
 
 std::string Outlet::Deliver(SimulationRecord* record) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  const ros::Time stamp = Stamp(record);
-  const auto shared = boost::make_shared<const SimulationRecord>(*record);
+  const auto shared = boost::make_shared<SimulationRecord>(*record);
   const boost::shared_ptr<const ContactTrajectory> result(shared, &shared->result);
-  const auto modes = boost::make_shared<const ModeSequence>(ToModeSequence(*result));
-  trajectory_.publish(result);
-  mode_sequence_.publish(modes);
-  return Write(result->outcome, stamp,
-               {Entry("record/simulation", shared), Entry("trajectory", result),
-                Entry("mode_sequence", modes)});
+  const auto modes = boost::make_shared<ModeSequence>(ToModeSequence(*result));
+  Job job;
+  job.publish = [&] {
+    trajectory_.publish(result);
+    mode_sequence_.publish(modes);
+  };
+  std::unique_lock<std::mutex> lock(mutex_);
+  Stamp(record, shared.get());
+  modes->header = record->header;
+  job.result = {{Entry<SimulationRecord>("record/simulation", shared), Entry("trajectory", result),
+                 Entry<ModeSequence>("mode_sequence", modes)},
+                record->header.stamp};
+  return Hand(result->outcome, &job, &lock);
 }
 
 std::string Outlet::Deliver(DerivativeRecord* record) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  const ros::Time stamp = Stamp(record);
-  const auto shared = boost::make_shared<const DerivativeRecord>(*record);
+  const auto shared = boost::make_shared<DerivativeRecord>(*record);
   const boost::shared_ptr<const OutcomeDerivative> result(shared, &shared->result);
-  b_derivative_.publish(result);
-  return Write(result->outcome, stamp,
-               {Entry("record/derivative", shared), Entry("b_derivative", result)});
+  Job job;
+  job.publish = [&] { b_derivative_.publish(result); };
+  std::unique_lock<std::mutex> lock(mutex_);
+  Stamp(record, shared.get());
+  job.result = {{Entry<DerivativeRecord>("record/derivative", shared), Entry("b_derivative", result)},
+                record->header.stamp};
+  return Hand(result->outcome, &job, &lock);
 }
 
 template <class Record>
 std::string Outlet::DeliverRecord(const std::string& name, Record* record) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  const ros::Time stamp = Stamp(record);
-  const auto shared = boost::make_shared<const Record>(*record);
-  return Write(shared->result.outcome, stamp, {Entry("record/" + name, shared)});
+  const auto shared = boost::make_shared<Record>(*record);
+  Job job;
+  std::unique_lock<std::mutex> lock(mutex_);
+  Stamp(record, shared.get());
+  job.result = {{Entry<Record>("record/" + name, shared)}, record->header.stamp};
+  return Hand(shared->result.outcome, &job, &lock);
 }
 
 std::string Outlet::Deliver(ComparisonRecord* record) {
@@ -122,7 +219,7 @@ std::string Outlet::Deliver(OptimizationRecord* record) {
 }
 
 std::string Outlet::StartRecording(const std::string& asked) {
-  const std::lock_guard<std::mutex> lock(mutex_);
+  std::unique_lock<std::mutex> lock(mutex_);
   const ros::Time stamp = NextStamp();
   std::string name = asked;
   if (name.empty()) {
@@ -146,13 +243,22 @@ std::string Outlet::StartRecording(const std::string& asked) {
   }
   plan.key = key_;
   plan.preamble = {Entry("model_description", description)};
-  recorder_.Start(name, plan, stamp);
-  return recorder_.Path();
+  Job job;
+  job.other = [&] {
+    recorder_.Start(name, plan, stamp);
+    job.path = recorder_.Path();
+  };
+  Wait(&job, &lock);
+  return job.path;
 }
 
 Recorder::Summary Outlet::StopRecording() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return recorder_.Stop();
+  Recorder::Summary summary;
+  Job job;
+  job.other = [&] { summary = recorder_.Stop(); };
+  std::unique_lock<std::mutex> lock(mutex_);
+  Wait(&job, &lock);
+  return summary;
 }
 
 }  // namespace ros_interface

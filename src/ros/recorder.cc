@@ -63,12 +63,10 @@ std::string NextPartPath(const std::string& path, std::size_t part) {
 }
 
 /// The bag is in the file as a whole, with its index, and `bag` goes on from before that.
-void Recorder::Replace(const std::string& path, ChainedBag bag, const std::string& body,
+void Recorder::Replace(const std::string& path, ChainedBag bag, std::string_view body,
                        bool must_be_new) {
-  std::string bytes = body + bag.End();
-  const std::string head = bag.Head();
-  bytes.replace(0, head.size(), head);
-  ReplaceFile(path, bytes, must_be_new);
+  const std::string index = bag.End(), head = bag.Head();
+  ReplaceFile(path, {head, body.substr(head.size()), index}, must_be_new);
 }
 
 void Recorder::Start(const std::string& asked, const RecordingPlan& plan, const ros::Time& stamp) {
@@ -86,31 +84,37 @@ void Recorder::Start(const std::string& asked, const RecordingPlan& plan, const 
   summary_.paths.push_back(path);
 }
 
-ros::Time Recorder::Write(const std::vector<BagEntry>& entries, const ros::Time& stamp) {
+void Recorder::Write(const std::vector<Result>& results) {
   std::string path = summary_.paths.back();
   ChainedBag bag = *bag_;
-  const bool split = body_.size() > kSplitSize;
-  std::string body = body_;
+  const std::size_t before = body_.size();
+  const bool split = before > kSplitSize;
+  std::string body;  // of the next part
   if (split) {
-    body += bag.Link(RecordingLink::PART_ENDS);
-    Replace(path, bag, body, false);
+    const std::string end = bag.Link(RecordingLink::PART_ENDS);
+    Replace(path, bag, body_ + end, false);
     path = NextPartPath(summary_.paths.front(), summary_.paths.size());
     body = bag.Begin(ros::Time());
   }
-  for (const BagEntry& entry : entries) body += bag.Add(entry, stamp);
-  body += bag.Link(RecordingLink::GOES_ON);
+  std::string& grown = split ? body : body_;
   try {
-    Replace(path, bag, body, split);
+    for (const Result& result : results) {
+      for (const BagEntry& entry : result.entries) grown += bag.Add(entry, result.stamp);
+    }
+    grown += bag.Link(RecordingLink::GOES_ON);
+    Replace(path, bag, grown, split);
   } catch (...) {
+    body_.resize(before);
     // The part before has been ended too early: it goes on.
     if (split) Replace(summary_.paths.back(), *bag_, body_, false);
     throw;
   }
   bag_ = std::move(bag);
-  body_.swap(body);
-  if (split) summary_.paths.push_back(path);
-  ++summary_.results;
-  return bag_->time();
+  if (split) {
+    body_.swap(body);
+    summary_.paths.push_back(path);
+  }
+  summary_.results += results.size();
 }
 
 Recorder::Summary Recorder::Stop() {

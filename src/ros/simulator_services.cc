@@ -44,21 +44,21 @@ void Keep(const char* name, double* asked, double* kept) {
 }  // namespace
 
 SimulatorServices::SimulatorServices(Simulator* simulator, const SimulatorParameters& parameters,
-                                     ros::NodeHandle* node, ros::NodeHandle* work_node,
-                                     WorkPool* pool)
+                                     ros::NodeHandle* node, ros::NodeHandle* prompt_node,
+                                     ros::NodeHandle* work_node, WorkPool* pool)
     : simulator_(simulator), pool_(pool) {
   using S = SimulatorServices;
-  servers_ = {node->advertiseService("pause_physics", &S::Pause, this),
-              node->advertiseService("unpause_physics", &S::Unpause, this),
-              node->advertiseService("reset_simulation", &S::ResetSimulation, this),
-              node->advertiseService("reset_world", &S::ResetWorld, this),
-              node->advertiseService("step", &S::Step, this),
-              node->advertiseService("set_state", &S::SetState, this),
-              node->advertiseService("get_state", &S::GetState, this),
-              node->advertiseService("set_input", &S::SetInputs, this),
-              node->advertiseService("apply_impulse", &S::Push, this),
-              node->advertiseService("set_parameters", &S::SetParameters, this),
-              node->advertiseService("mark", &S::Mark, this),
+  servers_ = {prompt_node->advertiseService("pause_physics", &S::Pause, this),
+              prompt_node->advertiseService("unpause_physics", &S::Unpause, this),
+              prompt_node->advertiseService("reset_simulation", &S::ResetSimulation, this),
+              prompt_node->advertiseService("reset_world", &S::ResetWorld, this),
+              prompt_node->advertiseService("step", &S::Step, this),
+              prompt_node->advertiseService("set_state", &S::SetState, this),
+              prompt_node->advertiseService("get_state", &S::GetState, this),
+              prompt_node->advertiseService("set_input", &S::SetInputs, this),
+              prompt_node->advertiseService("apply_impulse", &S::Push, this),
+              prompt_node->advertiseService("set_parameters", &S::SetParameters, this),
+              prompt_node->advertiseService("mark", &S::Mark, this),
               work_node->advertiseService("predict", &S::PredictFrom, this)};
   input_ = node->subscribe<InputCommand>(
       "input", 1000,

@@ -188,7 +188,7 @@ bool BagVerifier::Record(const BagMessage& message, const char* role) {
     Differs(message, verdict.difference);
   } else {
     ++result_.verified;
-    Line(message, "same, bit for bit");
+    Line(message, verdict.note);
   }
   return true;
 }

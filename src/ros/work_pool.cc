@@ -7,6 +7,8 @@
 #include <sstream>
 #include <utility>
 
+#include "contact_flow/ros/work_threads.h"
+
 namespace contact_flow {
 namespace ros_interface {
 namespace {
@@ -44,6 +46,7 @@ std::unique_ptr<WorkPool::Work> WorkPool::Begin(const std::string& name, BudgetL
 }
 
 WorkPool::Work::~Work() {
+  BackToTheFront();  // what follows is short: others may wait for it
   {
     const std::lock_guard<std::mutex> lock(pool_->mutex_);
     pool_->work_.erase(place_);
@@ -85,6 +88,8 @@ bool WorkPool::Work::Poll() {
     }
   }
   phase_ = Phase::kRunning;
+  lock.unlock();
+  StepBack();
   return false;
 }
 

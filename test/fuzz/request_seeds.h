@@ -114,6 +114,7 @@ struct RequestTarget::State {
   std::vector<std::string> words;
   SimulationRequest good;
   ros_if::Bytes first;
+  std::vector<WireRequest> corpus;
 };
 
 }  // namespace fuzz

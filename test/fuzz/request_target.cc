@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <functional>
+#include <iterator>
 #include <sstream>
 #include <stdexcept>
 #include <vector>
@@ -18,6 +20,7 @@
 #include "contact_flow/SetSimulatorState.h"
 #include "contact_flow/ros/answers.h"
 #include "contact_flow/ros/assumptions_answer.h"
+#include "contact_flow/ros/bag_reader.h"
 #include "contact_flow/ros/controllability_answer.h"
 #include "contact_flow/ros/covariance_answer.h"
 #include "contact_flow/ros/linearize_answer.h"
@@ -34,7 +37,19 @@ namespace contact_flow {
 namespace fuzz {
 namespace {
 
-constexpr double kSeconds = 5;  // for one request; the alarm of the driver is later
+/// The cases of Try, in their order.
+constexpr const char* kKinds[] = {
+    "simulate",          "b_derivative",        "compare",         "check_assumptions",
+    "linearize",         "poincare_map",        "assess_stability", "assess_stability",
+    "assess_controllability", "propagate_covariance", "find_periodic_orbit", "optimize",
+    "set_state",         "apply_impulse",       "set_parameters",  "set_input",
+    "predict"};
+
+std::size_t CaseOf(const std::string& kind) {
+  const auto* found = std::find(std::begin(kKinds), std::end(kKinds), kind == "mark" ? "predict" : kind);
+  if (found == std::end(kKinds)) throw std::invalid_argument("no service " + kind);
+  return static_cast<std::size_t>(found - std::begin(kKinds));
+}
 
 [[noreturn]] void Abort(const std::string& finding) {
   std::fprintf(stderr, "FINDING: %s\n", finding.c_str());
@@ -68,14 +83,59 @@ void RequestTarget::CheckGood() {
   }
 }
 
-RequestTarget::Result RequestTarget::TryOne(std::mt19937* generator, std::string* what) {
+void RequestTarget::ReadCorpus(const std::string& folder) {
+  const std::string model = state_->setup.system->description().name;
+  std::vector<std::filesystem::path> paths;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (entry.path().extension() == ".bin" && name.compare(0, model.size() + 1, model + ".") == 0) {
+      paths.push_back(entry.path());
+    }
+  }
+  std::sort(paths.begin(), paths.end());  // as nobody promises their order
+  for (const std::filesystem::path& path : paths) {
+    std::string kind = path.filename().string().substr(model.size() + 1);
+    kind.resize(kind.find('.'));
+    CaseOf(kind);
+    const std::string bytes = ros_if::ReadRegularFile(path.string());
+    state_->corpus.push_back({kind, {bytes.begin(), bytes.end()}});
+  }
+}
+
+std::size_t RequestTarget::CorpusSize() const { return state_->corpus.size(); }
+
+RequestTarget::Result RequestTarget::TryCorpus(std::size_t number, Asked* asked) {
+  std::mt19937 unused;
+  return Try(&unused, &state_->corpus.at(number), false, asked);
+}
+
+RequestTarget::Result RequestTarget::TryOne(std::mt19937* generator, Asked* asked) {
+  const auto& corpus = state_->corpus;
+  const bool old = !corpus.empty() && (*generator)() % 8 == 0;
+  return Try(generator, old ? &corpus[(*generator)() % corpus.size()] : nullptr, true, asked);
+}
+
+RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequest* seed,
+                                         bool mutate, Asked* asked) {
   State& s = *state_;
   MessageMutator dice(generator, s.words);
   const auto hostile = [&](const char* name, auto* request) {
-    dice.Mutate(request);
+    if (seed != nullptr) {
+      std::vector<std::uint8_t> bytes = seed->bytes;
+      ros::serialization::IStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+      try {
+        ros::serialization::deserialize(stream, *request);
+      } catch (const ros::Exception&) {
+        Abort("a request of the corpus is too short for " + seed->kind);
+      }
+      if (stream.getLength() > 0) Abort("a request of the corpus is too long for " + seed->kind);
+    }
+    if (mutate) dice.Mutate(request);
+    asked->model = s.setup.system->description().name;
+    asked->wire = {name, ros_if::Serialize(*request)};
     std::ostringstream text;
-    text << s.setup.system->description().name << '/' << name << '\n' << *request;
-    *what = text.str();
+    text << asked->model << '/' << name << '\n' << *request;
+    asked->text = text.str();
   };
   const auto judge = [](const auto& result) {
     if (result.outcome != 0) return;
@@ -84,7 +144,7 @@ RequestTarget::Result RequestTarget::TryOne(std::mt19937* generator, std::string
   };
   try {
     const BudgetScope scope(ros_if::ProcessorBudget(kSeconds));
-    switch (dice.Below(17)) {
+    switch (seed != nullptr ? CaseOf(seed->kind) : dice.Below(std::size(kKinds))) {
       case 0: {
         SimulationRequest request;
         s.BeginRun(&dice, &request);
@@ -249,7 +309,7 @@ RequestTarget::Result RequestTarget::TryOne(std::mt19937* generator, std::string
         PredictionRequest request;
         s.AddDirections(&dice, &request);
         request.horizon = kDuration;
-        if (dice.Below(2) == 0) {
+        if (seed != nullptr ? seed->kind == "mark" : dice.Below(2) == 0) {
           hostile("mark", &mark);
           ros_if::CheckMessage(mark);
           s.session.Mark(mark);

@@ -183,6 +183,27 @@ class Actions(unittest.TestCase):
         self.assertEqual(result.outcome, 3)
         self.assertIn("touchdown number 7 of 'left_foot' does not happen", result.message)
 
+    def test_a_search_that_time_has_ended_is_verified_up_to_there(self):
+        client = Client("trot")
+        path = client.start_recording(name="trot_in_haste_%d" % os.getpid()).path
+        iterations = set()
+        for seconds in (0.001, 0.1, 0.2, 0.4, 0.8):
+            request = trot_request()
+            request.options = SimulationOptions(max_seconds=seconds)
+            result = self.orbit(request)
+            if result.outcome == 6:
+                self.assertIn("max_seconds = %g " % seconds, result.message)
+                self.assertEqual(result.result.orbit.model, "", "nothing of what depends on when")
+                iterations.add(len(result.result.iterations))
+        print("ended by time after", sorted(iterations), "iterations")
+        self.assertTrue(iterations)
+        client.stop_recording()
+        done = subprocess.run([executable("verify_bag"), path], stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, universal_newlines=True, timeout=120)
+        self.assertEqual(done.returncode, 0, done.stdout)
+        self.assertIn("ended by its budget of time", done.stdout)
+        os.remove(path)
+
     def test_recorded_and_verified(self):
         for name, action, request in (("trot", self.orbit, trot_request()),
                                       ("pendulum", self.optimize, law_request())):

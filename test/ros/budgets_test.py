@@ -20,6 +20,7 @@ from client import Client, executable, wait_until
 from contact_flow.msg import (
     DerivativePiece, InitialState, PoincareRequest, RowMajorMatrix, SimulationOptions)
 from contact_flow.srv import CancelWork, GetSimulatorState, SimulateTrajectory
+from forging import verify
 
 PROMISE = 1.0  # [s] beyond max_seconds
 BUDGET_EXCEEDED, CANCELLED, ANALYSIS_BUDGET = 3, 5, 6
@@ -69,6 +70,7 @@ class Budgets(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.box, cls.small = Client("box"), Client("small")
+        cls.box.start_recording(name="box_%d" % os.getpid())
         cls.cancel = staticmethod(rospy.ServiceProxy("small/cancel", CancelWork))
         cls.state = staticmethod(rospy.ServiceProxy("small/get_state", GetSimulatorState))
 
@@ -209,6 +211,20 @@ class Budgets(unittest.TestCase):
             self.assertLess(took, 2 * PROMISE, "1 s for the requests, and roscpp's own end")
             for call in calls:
                 call.join(10)
+
+    def test_zz_all_that_the_box_has_recorded_verifies(self):
+        """Budgets of time are no part of a result's bits, those of memory are."""
+        fields = fast_box(max_seconds=0.1, **dict(MANY, max_step=0))
+        self.within(0.1, BUDGET_EXCEEDED, self.box.compare, duration=0.2, **fields)
+        self.within(0.1, BUDGET_EXCEEDED, self.box.check_assumptions, duration=100, **fields)
+        self.within(0.01, ANALYSIS_BUDGET, self.box.assess_stability, map=large_map(),
+                    return_map=PoincareRequest(options=SimulationOptions(max_seconds=0.01)))
+        paths = self.box.stop_recording().paths
+        code, output = verify(*paths)
+        self.assertEqual(code, 0, output[-2000:])
+        self.assertGreaterEqual(output.count("ended by its budget of time"), 3, output)
+        for path in paths:
+            os.remove(path)
 
     @staticmethod
     def failing(call):

@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "contact_flow/StabilityRequest.h"
 #include "contact_flow/nearest_name.h"
+#include "contact_flow/ros/bounded_answer.h"
 #include "contact_flow/ros/outlet.h"
 #include "contact_flow/ros/setup.h"
 #include "contact_flow/ros/step_limits.h"
@@ -22,18 +22,6 @@ namespace ros_interface {
 
 /// Longer messages of refusals are cut [bytes].
 inline constexpr std::size_t kLongestMessage = 2000;
-/// roscpp's clients take no longer answer [10⁶ byte].
-inline constexpr double kLargestAnswer = 1000;
-
-/// Where a request says what it may take.
-template <class Request>
-const SimulationOptions& OptionsOf(const Request& request) {
-  return request.options;
-}
-inline const SimulationOptions& OptionsOf(const StabilityRequest& request) {
-  return request.return_map.options;
-}
-
 /// As asked, or the node's where that is 0 or out of range, which is refused later.
 inline BudgetLimits LimitsOf(const Setup& setup, const SimulationOptions& asked) {
   const auto limit = [](double value, double standard, double largest) {
@@ -47,30 +35,17 @@ inline BudgetLimits LimitsOf(const Setup& setup, const SimulationOptions& asked)
 }
 
 /// Runs `answer`, which returns a result, as work of the pool. Where its budget ends it the result
-/// says so, and nothing else.
+/// says so (bounded_answer.h).
 template <class Response, class Result, class Body>
 void AnswerWithin(WorkPool* pool, const char* service, BudgetLimits limits, Result* result,
                   const Body& answer) {
+  static_assert(Response::BUDGET_EXCEEDED == kBudgetOutcome<Result> &&
+                Response::CANCELLED == kCancelledOutcome);
   const double most = std::min(limits.max_megabytes, kLargestAnswer);
   const auto work = pool->Begin(service, std::move(limits), "the node was stopped");
   const BudgetScope scope(work->budget());
-  try {
-    *result = answer();
-    const double size = 1e-6 * ros::serialization::serializationLength(*result);
-    if (size > most) {
-      throw BudgetExceeded(BudgetEnd::kMegabytes,
-                           "the answer takes " + std::to_string(size) + " MB, max_megabytes = " +
-                               std::to_string(most) + " at most; ask for less in one answer");
-    }
-  } catch (const BudgetExceeded& reason) {
-    work->ThrowIfRefused();
-    *result = Result();
-    result->outcome = reason.end() == BudgetEnd::kCancelled
-                          ? static_cast<std::uint8_t>(Response::CANCELLED)
-                          : static_cast<std::uint8_t>(Response::BUDGET_EXCEEDED);
-    result->message = reason.what();
-  }
-  work->ThrowIfRefused();  // also where a status tells of the end
+  AnswerOrEnd(most, result, answer);
+  work->ThrowIfRefused();
 }
 
 /// Runs a handler's body: what it throws is the answer, with success = false.

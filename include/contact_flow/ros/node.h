@@ -22,6 +22,7 @@
 #include "contact_flow/ros/setup.h"
 #include "contact_flow/ros/simulator_services.h"
 #include "contact_flow/ros/work_pool.h"
+#include "contact_flow/ros/work_threads.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -50,15 +51,16 @@ class Node {
 
   Setup setup_;
   WorkPool pool_;
-  ros::CallbackQueue work_queue_;  // of services that may take long
-  ros::NodeHandle node_;           // of all others
-  ros::NodeHandle work_node_;
+  ros::CallbackQueue work_queue_;    // of services that may take long
+  ros::CallbackQueue prompt_queue_;  // of those that only hand something on
+  ros::NodeHandle node_;             // of all else
+  ros::NodeHandle work_node_, prompt_node_;
   Outlet outlet_;
   AnalysisServers analyses_;
   std::unique_ptr<Simulator> simulator_;
   std::unique_ptr<SimulatorServices> simulator_services_;
   std::vector<ros::ServiceServer> servers_;
-  ros::AsyncSpinner work_spinner_;
+  WorkThreads prompt_threads_, work_threads_;
 };
 
 /// Runs the node until it is told to stop. Returns the exit code of the process: 1 when its

@@ -3,9 +3,14 @@
 
 #include <ros/ros.h>
 
+#include <condition_variable>
+#include <exception>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include "contact_flow/AssumptionRecord.h"
 #include "contact_flow/ComparisonRecord.h"
@@ -24,13 +29,15 @@
 namespace contact_flow {
 namespace ros_interface {
 
-/// Where results go, one at a time and in the order of their stamps: first to the bag, then to the
-/// latched topics. May be used by several threads at once.
+/// Where results go, in the order of their stamps: first to the bag, then to the latched topics. May
+/// be used by several threads at once: what they deliver while the disk is busy is written
+/// together next.
 class Outlet {
  public:
   /// Publishes the model on `model_description`, too.
   Outlet(ros::NodeHandle* node, const std::string& bag_directory,
          const ModelDescription& description, std::shared_ptr<const SigningKey> key = nullptr);
+  ~Outlet();
 
   /// Stamps the record, writes it to the bag if recording is on, publishes its result, and returns
   /// the path of the bag, or "". Throws std::runtime_error when the result could not be written; it
@@ -53,26 +60,46 @@ class Outlet {
 
  private:
   ros::Time NextStamp();
+  /// Something that the writer is to do; it is told under the mutex when it is done.
+  struct Job {
+    Recorder::Result result;
+    std::function<void()> publish;  // behind it
+    std::function<void()> other;    // instead of a result
+    std::string path;
+    std::exception_ptr error;
+    bool done = false;
+  };
+
+  /// Stamps both, the record and its copy that is delivered.
   template <class Record>
-  ros::Time Stamp(Record* record);
+  void Stamp(Record* record, Record* shared);
+  /// With the mutex locked by the caller. Throws the job's error.
+  void Wait(Job* job, std::unique_lock<std::mutex>* lock);
+  std::string Hand(std::uint8_t outcome, Job* job, std::unique_lock<std::mutex>* lock);
+  void Run();
+  void Carry(const std::vector<Job*>& jobs);
+  void WriteTogether(const std::vector<Job*>& jobs);
   /// A result that goes to the bag alone, on the topic "record/NAME".
   template <class Record>
   std::string DeliverRecord(const std::string& name, Record* record);
-  std::string Write(std::uint8_t outcome, const ros::Time& stamp,
-                    const std::vector<BagEntry>& entries);
   template <class Message>
   BagEntry Entry(const std::string& topic, boost::shared_ptr<const Message> message);
 
   std::mutex mutex_;
+  std::condition_variable asked_, done_;
+  std::vector<Job*> jobs_;  // for the writer, in the order of their stamps
+  bool recording_ = false;
+  bool stopping_ = false;
   ros::Time last_stamp_;
   BagConnections connections_;
-  Recorder recorder_;
+  Recorder recorder_;  // of the writer
   const std::shared_ptr<const SigningKey> key_;
   ModelDescription description_;
   ros::Publisher model_description_;
   ros::Publisher trajectory_;
   ros::Publisher mode_sequence_;
   ros::Publisher b_derivative_;
+  std::thread writer_;
 };
 
 }  // namespace ros_interface

@@ -34,6 +34,7 @@ class BagVerifier::Repeater {
   struct Verdict {
     std::string difference;  ///< or why it could not be repeated
     bool unknown = false;
+    std::string note = "same, bit for bit";
   };
   /// How the description differs from that of the model it describes, or "".
   std::string Take(const ModelDescription& description);
@@ -59,12 +60,20 @@ class BagVerifier::Repeater {
   }
 
  private:
+  template <class Request, class Body>
+  auto Within(const Request& request, const Body& answer);
   template <class RecordMessage>
   Verdict Again(const RecordMessage& record);
+  template <class RecordMessage>
+  auto UpTo(const RecordMessage& record);
+  template <class RecordMessage>
+  Verdict Ended(const RecordMessage& record);
+  Verdict UpToStep(const SimulationRecord& record);
   void BeginClock();
   Verdict TooLong() const;
 
   const double max_seconds_;
+  double node_seconds_ = 0;  // of requests that say none
   std::chrono::steady_clock::time_point deadline_;
   std::unique_ptr<Setup> setup_;
 };

@@ -24,8 +24,8 @@ class PoolFull : public std::runtime_error {
 /// Lets a node do so much long work at once. Every piece of work begins at once. One that has
 /// taken kShortWork becomes long: it goes on in one of `running` places, waits for one in the order
 /// of coming, its budget being used up meanwhile, or, where `waiting` others do, is refused. So
-/// short requests pass long ones. It takes threads for all: running + waiting + those for the short
-/// ones.
+/// short requests pass long ones, whose threads step back (work_threads.h). It takes threads for
+/// all: running + waiting + those for the short ones.
 class WorkPool {
  public:
   static constexpr double kShortWork = 0.1;  // of processor time [s]

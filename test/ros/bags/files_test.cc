@@ -144,6 +144,35 @@ TEST_F(Files, AFullDiskLeavesTheResultsBefore) {
   EXPECT_EQ(std::distance(fs::directory_iterator(inside_), {}), 1);
 }
 
+TEST_F(Files, ResultsThatComeTogetherHaveOneLink) {
+  Recorder recorder(inside_);
+  recorder.Start("a", Plan(), ros::Time(1, 0));
+  const std::string path = inside_ + "/a.bag";
+  const auto links = [&] {
+    const std::string bytes = ReadRegularFile(path);
+    int count = 0;
+    for (const BagMessage& message : ReadBag(bytes).messages) count += Is<RecordingLink>(message);
+    return count;
+  };
+  const int before = links();
+  const std::vector<Recorder::Result> three = {{{SampleEntry(&connections_, 1)}, ros::Time(2, 0)},
+                                               {{SampleEntry(&connections_, 2)}, ros::Time(3, 0)},
+                                               {{SampleEntry(&connections_, 3)}, ros::Time(4, 0)}};
+  recorder.Write(three);
+  EXPECT_EQ(links(), before + 1);
+  const std::string kept = ReadRegularFile(path);
+  {
+    const FullDisk full(kept.size() + 10);
+    EXPECT_NE(What([&] { recorder.Write(three); }).find("disk full"), std::string::npos);
+  }
+  EXPECT_EQ(ReadRegularFile(path), kept) << "none of them";
+  const Recorder::Summary summary = recorder.Stop();
+  EXPECT_EQ(summary.error, "");
+  EXPECT_EQ(summary.results, 3u);
+  EXPECT_EQ(links(), before + 2) << "and that of the end";
+  EXPECT_EQ(Complaint(ReadRegularFile(path)), "");
+}
+
 TEST_F(Files, AFullDiskEndsAStreamAndSaysWhatIsMissing) {
   StreamRecorder stream(inside_);
   const std::string path = stream.Start("a", Plan(), ros::Time(1, 0));
