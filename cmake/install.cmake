@@ -1,39 +1,35 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Everything below the prefix of install time. find_package(contact_flow) then gives
-# contact_flow::contact_flow: with ROS by catkin's contact_flowConfig.cmake and our extras of it,
-# without by a config of our own.
+# contact_flow::contact_flow, and to catkin packages what they are used to, too.
 include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 if(CONTACT_FLOW_ROS)
   set(lib ${CATKIN_PACKAGE_LIB_DESTINATION})
-  set(config ${CATKIN_PACKAGE_SHARE_DESTINATION}/cmake)
 else()
   set(lib ${CMAKE_INSTALL_LIBDIR})
-  set(config ${lib}/cmake/${PROJECT_NAME})
 endif()
+set(config ${lib}/cmake/${PROJECT_NAME})
 
-install(TARGETS contact_flow EXPORT contact_flow ARCHIVE DESTINATION ${lib} LIBRARY DESTINATION ${lib})
+install(TARGETS contact_flow EXPORT contact_flow
+  ARCHIVE DESTINATION ${lib} LIBRARY DESTINATION ${lib})
 install(EXPORT contact_flow NAMESPACE contact_flow:: FILE contact_flowTargets.cmake
   DESTINATION ${config})
-configure_file(cmake/contact_flow-dependencies.cmake.in contact_flow-dependencies.cmake @ONLY)
-install(FILES ${PROJECT_BINARY_DIR}/contact_flow-dependencies.cmake DESTINATION ${config})
+set(files ${PROJECT_BINARY_DIR}/cmake_config)
+configure_file(cmake/contact_flow-dependencies.cmake.in ${files}/contact_flow-dependencies.cmake @ONLY)
+configure_file(cmake/contact_flowConfig.cmake.in ${files}/contact_flowConfig.cmake @ONLY)
+write_basic_package_version_file(${files}/contact_flowConfigVersion.cmake
+  VERSION ${PROJECT_VERSION} COMPATIBILITY SameMinorVersion)
+install(DIRECTORY ${files}/ DESTINATION ${config})
 install(DIRECTORY config DESTINATION share/${PROJECT_NAME})
 
 if(NOT CONTACT_FLOW_ROS)
   install(DIRECTORY include/${PROJECT_NAME} DESTINATION include PATTERN ros EXCLUDE)
-  configure_package_config_file(cmake/contact_flowConfig.cmake.in contact_flowConfig.cmake
-    INSTALL_DESTINATION ${config})
-  write_basic_package_version_file(contact_flowConfigVersion.cmake
-    VERSION ${PROJECT_VERSION} COMPATIBILITY SameMinorVersion)
-  install(FILES ${PROJECT_BINARY_DIR}/contact_flowConfig.cmake
-    ${PROJECT_BINARY_DIR}/contact_flowConfigVersion.cmake DESTINATION ${config})
   return()
 endif()
 
-# The devel space offers the same target.
-set(devel ${CATKIN_DEVEL_PREFIX}/share/${PROJECT_NAME}/cmake)
-configure_file(cmake/contact_flow-dependencies.cmake.in
-  ${devel}/contact_flow-dependencies.cmake @ONLY)
+# The devel space offers the same.
+set(devel ${CATKIN_DEVEL_PREFIX}/lib/cmake/${PROJECT_NAME})
+file(COPY ${files}/ DESTINATION ${devel})
 export(EXPORT contact_flow NAMESPACE contact_flow:: FILE ${devel}/contact_flowTargets.cmake)
 
 install(TARGETS contact_flow_ros ${EXECUTABLES}

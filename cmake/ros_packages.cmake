@@ -31,5 +31,4 @@ catkin_package(
   INCLUDE_DIRS include
   LIBRARIES contact_flow contact_flow_ros
   CATKIN_DEPENDS message_runtime ${ROS_DEPENDS}
-  DEPENDS EIGEN3 Boost
-  CFG_EXTRAS contact_flow-extras.cmake)
+  DEPENDS EIGEN3 Boost)

@@ -12,7 +12,7 @@ trap 'rm -rf "$work"' EXIT
 
 fail() { echo "FAILED: $*" >&2; exit 1; }
 # quiet command …: its output only when it fails
-quiet() { "$@" >"$work/log" 2>&1 || { cat "$work/log" >&2; fail "$*"; }; }
+quiet() { "$@" >"$work/output" 2>&1 || { cat "$work/output" >&2; fail "$*"; }; }
 # expect TEXT command …: its output holds the text
 expect() {
   local text=$1 output
@@ -22,7 +22,7 @@ expect() {
 }
 
 # Debug: the compilation of one model is most of the time of these tests.
-configure() { quiet cmake -S "$here/$1" -B "$work/$1" -DCMAKE_BUILD_TYPE=Debug "${@:2}"; }
+configure_user() { quiet cmake -S "$here/$1" -B "$work/$1" -DCMAKE_BUILD_TYPE=Debug "${@:2}"; }
 
 configured=$(sed -n 's/^CMAKE_INSTALL_PREFIX:PATH=//p' "$build/CMakeCache.txt")
 touch "$work/before"
