@@ -42,10 +42,12 @@ def tokens(text):
 
 def same(printed, found):
     """Numbers to 1e-6, as other compilers round differently, stamps and home folders not at all."""
+    if printed == found:   # also nan, inf
+        return True
     try:
         a, b = float(printed), float(found)
     except ValueError:
-        return printed == found or re.sub(r"^/.*?(?=/\.ros/)", "", found) == printed.replace("/home/you", "")
+        return re.sub(r"^/.*?(?=/\.ros/)", "", found) == printed.replace("/home/you", "")
     return a > 1e9 or abs(a - b) <= 1e-6 * abs(a) + 1e-9
 
 
