@@ -17,8 +17,8 @@ struct ModelAbi {
   int version;            ///< of the interface, raised when MechanicalSystem changes its meaning
   int eigen;              ///< 30400 for Eigen 3.4.0
   int alignment;          ///< EIGEN_MAX_ALIGN_BYTES, which -march decides [bytes]
-  std::size_t system;     ///< sizes of what crosses the border [bytes]
-  std::size_t entry;
+  std::size_t system;     ///< of MechanicalSystem and its description together [bytes]
+  std::size_t entry;      ///< of ModelEntry [bytes]
 };
 
 /// That of the headers and flags of this translation unit. It has internal linkage on purpose: a
@@ -51,6 +51,7 @@ class ModelPlugin {
   /// The models. Their factories are used as long as the process runs.
   virtual std::vector<ModelEntry> Entries() const = 0;
 
+  /// What the library was compiled with.
   const ModelAbi& abi() const { return abi_; }
 
  private:
