@@ -19,6 +19,9 @@ else()
   endif()
 endif()
 find_package(Python3 COMPONENTS Interpreter QUIET)
+if(CONTACT_FLOW_TESTS AND NOT Python3_Interpreter_FOUND)
+  message(STATUS "contact_flow: Python 3 not found: layout and pages are not tested")
+endif()
 
 # contact_flow_gtest(NAME source …): an executable that CTest runs; its cases go to a JUnit file.
 function(contact_flow_gtest name)
