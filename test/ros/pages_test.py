@@ -16,12 +16,12 @@ import time
 import unittest
 
 import rostest
+from client import executable
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
 sys.path.insert(0, os.path.join(ROOT, "test", "docs"))
 import page  # noqa: E402
 
-PROGRAMS = os.path.join(os.path.dirname(shutil.which("contact_flow_node") or ""))
 STARTS = ("roslaunch ", "rosrun contact_flow contact_flow_node ")
 SECONDS = 60  # of one command
 
@@ -32,7 +32,8 @@ class Session:
     def __init__(self):
         self.folder = tempfile.mkdtemp()
         self.nodes = []
-        self.environment = dict(os.environ, HOME=self.folder, ROS_HOME=self.folder + "/.ros",
+        programs = os.path.dirname(executable("contact_flow_node"))   # as setup.bash puts on the PATH
+        self.environment = dict(os.environ, PATH=programs + ":" + os.environ["PATH"], HOME=self.folder, ROS_HOME=self.folder + "/.ros",
                                 ROS_LOG_DIR=self.folder + "/log")
 
     def shell(self, command):
