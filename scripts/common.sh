@@ -23,8 +23,16 @@ if [ -z "${ROS_PACKAGE_PATH:-}" ]; then   # no workspace is sourced: start from 
   unset PYTHONPATH CMAKE_PREFIX_PATH AMENT_PREFIX_PATH
 fi
 
+# Until `prepare` has run there is a shell, coreutils, sed, grep and apt, no more: no Python, no ss.
+# The kernel's own list of sockets tells which ports are taken; those that it gives to whom asks for any
+# (from 32768 on) are left to it.
 free_port() {
-  python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'
+  local port
+  while :; do
+    port=$((20000 + (RANDOM * 32768 + RANDOM) % 12768))
+    grep -qsiE "^ *[0-9]+: [0-9A-F]+:$(printf %04X "$port") " /proc/net/tcp /proc/net/tcp6 || break
+  done
+  echo "$port"
 }
 
 # A master of our own, on this machine: the user's may drive a real robot.
@@ -42,17 +50,19 @@ COMMON_PACKAGES=(
   build-essential cmake ninja-build pkg-config
   libeigen3-dev libboost-dev libyaml-cpp-dev nlohmann-json3-dev liburdfdom-dev
   libconsole-bridge-dev libssl-dev googletest libgtest-dev python3-numpy python3-matplotlib
-  coinor-libclp-dev                  # optional: linear programs
-  libsundials-dev libopenmpi-dev)    # optional: CVODES, in the benchmark
+  python3)
 
-# Optional: what robots are compared with, in tests and benchmarks. Noetic's Ubuntu has KDL alone.
-ORACLE_PACKAGES=(liborocos-kdl-dev libmujoco-dev libdart-dev libdart-external-ikfast-dev coinor-csdp)
+# Installed where the distribution has them: linear programs; CVODES, in the benchmark; what tests and
+# benchmarks compare with. Debian 13 has no Siconos, Ubuntu 20.04 KDL alone.
+OPTIONAL_PACKAGES=(
+  coinor-libclp-dev libsundials-dev libopenmpi-dev
+  liborocos-kdl-dev libmujoco-dev libdart-dev libdart-external-ikfast-dev coinor-csdp
+  libsiconos-numerics-dev libsiconos-kernel-dev)
 
 # A message package is three here: headers (lib*-dev), .msg files (ros-*), Python classes (python3-*).
 DEBIAN_PACKAGES=(
-  libsiconos-numerics-dev libsiconos-kernel-dev   # optional: an oracle of tests; not in Ubuntu 20.04
   catkin ros-message-generation ros-message-runtime
-  libroscpp-dev librosbag-dev librostest-dev libdiagnostic-updater-dev
+  libroscpp-dev librosbag-dev librostest-dev pluginlib-dev libdiagnostic-updater-dev
   libactionlib-dev python3-actionlib
   libtf2-ros-dev libtf2-eigen-dev liburdf-dev
   libdynamic-reconfigure-config-init-mutex-dev python3-dynamic-reconfigure
@@ -71,7 +81,7 @@ DEBIAN_PACKAGES=(
 
 NOETIC_PACKAGES=(
   ros-noetic-ros-base ros-noetic-actionlib ros-noetic-diagnostic-updater
-  ros-noetic-dynamic-reconfigure ros-noetic-tf2-eigen ros-noetic-tf2-ros ros-noetic-urdf
+  ros-noetic-dynamic-reconfigure ros-noetic-pluginlib ros-noetic-tf2-eigen ros-noetic-tf2-ros ros-noetic-urdf
   ros-noetic-visualization-msgs ros-noetic-robot-state-publisher
   ros-noetic-rostest ros-noetic-roslaunch)
 
@@ -82,30 +92,54 @@ missing_packages() {
     <(printf '%s\n' "$@" | sort -u)
 }
 
-# Calls apt only when one of "$@" is missing, sudo only when not root.
-install_packages() {
-  local missing sudo=() try
-  mapfile -t missing < <(missing_packages "$@")
-  [ ${#missing[@]} -gt 0 ] || return 0
-  echo "== install ${#missing[@]} packages: ${missing[*]}"
-  if [ "$(id -u)" != 0 ]; then
-    command -v sudo >/dev/null || { echo "neither root nor sudo: install them first" >&2; return 1; }
-    sudo=(sudo)
+# Those of "$@" that apt knows. Without apt's lists, as in a fresh container, it knows none.
+known_packages() {
+  comm -12 <(apt-cache pkgnames | sort -u) <(printf '%s\n' "$@" | sort -u)
+}
+
+as_root() {
+  if [ "$(id -u)" = 0 ]; then
+    "$@"
+  elif command -v sudo >/dev/null; then
+    sudo "$@"
+  else
+    echo "neither root nor sudo: install the packages first" >&2
+    return 1
   fi
+}
+
+update_lists() {
+  local try
   for try in 1 2 3; do
-    "${sudo[@]}" apt-get -qq -o DPkg::Lock::Timeout=600 update && break
+    as_root apt-get -qq -o DPkg::Lock::Timeout=600 update && return
     sleep $((5 * try))
   done
-  logged install "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -qq -y \
+}
+
+# Installs what is missing of "$@", and of OPTIONAL_PACKAGES what apt knows. Calls apt only when there
+# is something to install.
+install_packages() {
+  local missing optional
+  mapfile -t missing < <(missing_packages "$@")
+  [ ${#missing[@]} -eq 0 ] || update_lists
+  mapfile -t optional < <(missing_packages "${OPTIONAL_PACKAGES[@]}")
+  [ ${#optional[@]} -eq 0 ] || mapfile -t optional < <(known_packages "${optional[@]}")
+  if [ ${#missing[@]} -eq 0 ]; then
+    [ ${#optional[@]} -gt 0 ] || return 0
+    update_lists
+  fi
+  missing+=("${optional[@]}")
+  echo "== install ${#missing[@]} packages: ${missing[*]}"
+  logged install as_root env DEBIAN_FRONTEND=noninteractive apt-get -qq -y \
     -o DPkg::Lock::Timeout=600 --no-install-recommends install "${missing[@]}"
 }
 
 prepare() {
   if [ -d /opt/ros/noetic ]; then
-    install_packages "${COMMON_PACKAGES[@]}" liborocos-kdl-dev "${NOETIC_PACKAGES[@]}"
+    install_packages "${COMMON_PACKAGES[@]}" "${NOETIC_PACKAGES[@]}"
     [ -n "${ROS_PACKAGE_PATH:-}" ] || source_setup /opt/ros/noetic/setup.bash
   else
-    install_packages "${COMMON_PACKAGES[@]}" "${ORACLE_PACKAGES[@]}" "${DEBIAN_PACKAGES[@]}"
+    install_packages "${COMMON_PACKAGES[@]}" "${DEBIAN_PACKAGES[@]}"
   fi
 }
 

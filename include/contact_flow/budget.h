@@ -19,14 +19,17 @@ struct BudgetLimits {
   double look_every = 2e-3;  ///< least time from one look at all this to the next [s]
 };
 
+/// What ended the work.
 enum class BudgetEnd { kNone = 0, kSeconds, kMegabytes, kCancelled };
 
 /// Thrown where a budget is asked and there is none left. What has been computed by then is of no
 /// use; public functions with a Status turn this into Outcome::kBudgetExceeded or kCancelled.
 class BudgetExceeded : public std::runtime_error {
  public:
+  /// Thrown where the budget ends, with the sentence that says so.
   BudgetExceeded(BudgetEnd end, const std::string& sentence)
       : std::runtime_error(sentence), end_(end) {}
+  /// What ended the work.
   BudgetEnd end() const { return end_; }
 
  private:
@@ -37,11 +40,14 @@ class BudgetExceeded : public std::runtime_error {
 /// Threads may share it, and any of them may cancel it.
 class Budget {
  public:
+  /// Begins to count now.
   explicit Budget(BudgetLimits limits = {});
 
   /// Ends whatever works under it, within the time between two questions. The first reason stays.
   void Cancel(const std::string& reason) const;
+  /// Whether it was cancelled.
   bool cancelled() const;
+  /// What it allows.
   const BudgetLimits& limits() const;
   double elapsed() const;  ///< [s]
   /// Why there is nothing left; "" while there is. What has once run out stays so.
@@ -56,6 +62,7 @@ class Budget {
 /// Nothing that is computed depends on a budget, but whether it is.
 class BudgetScope {
  public:
+  /// `budget` is that of this thread until the scope ends.
   explicit BudgetScope(const Budget& budget);
   ~BudgetScope();
   BudgetScope(const BudgetScope&) = delete;
@@ -78,13 +85,15 @@ class BudgetScope {
 /// 12". `what` must outlive it.
 class BudgetStage {
  public:
+  /// `what` is being done, `total` times if that is known.
   explicit BudgetStage(const char* what, std::size_t total = 0);
   ~BudgetStage();
   BudgetStage(const BudgetStage&) = delete;
   BudgetStage& operator=(const BudgetStage&) = delete;
 
+  /// Counts one.
   void Next() { ++done_; }
-  std::string Describe() const;
+  std::string Describe() const;  ///< "all pieces (3 of 24 done)", for messages
 
  private:
   const char* const what_;

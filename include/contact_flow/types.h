@@ -14,9 +14,13 @@
 /// Units are SI, angles are radians.
 namespace contact_flow {
 
+/// A vector of any length.
 using Vector = Eigen::VectorXd;
+/// A matrix of any size.
 using Matrix = Eigen::MatrixXd;
+/// A vector that is read, without a copy.
 using VectorRef = Eigen::Ref<const Vector>;
+/// A matrix that is read, without a copy.
 using MatrixRef = Eigen::Ref<const Matrix>;
 
 }  // namespace contact_flow

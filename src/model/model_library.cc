@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/model/model_library.h"
 
+#include <algorithm>
+#include <map>
+#include <mutex>
 #include <stdexcept>
 
 #include "contact_flow/model/example/ball_in_corner.h"
@@ -19,48 +22,112 @@
 #include "contact_flow/model/example/rocking_block.h"
 #include "contact_flow/model/example/soft_biped.h"
 #include "contact_flow/model/example/wall_and_floor.h"
-#include "contact_flow/model/make_system.h"
+#include "contact_flow/model/model_registry.h"
 #include "contact_flow/nearest_name.h"
 
 namespace contact_flow {
 namespace {
 
-using Factory = std::unique_ptr<MechanicalSystem> (*)(const ParameterValues&);
+constexpr std::size_t kLongestName = 64;
 
-template <class Model>
-std::pair<const std::string, Factory> Entry() {
-  return {Model::kName, &MakeSystem<Model>};
+bool IsName(const std::string& name) {
+  if (name.empty() || name.size() > kLongestName) return false;
+  const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+  return letter(name[0]) && std::all_of(name.begin(), name.end(), [&](char c) {
+           return letter(c) || (c >= '0' && c <= '9') || c == '_';
+         });
 }
 
-const std::map<std::string, Factory>& Registry() {
-  static const std::map<std::string, Factory> registry = {
-      Entry<example::BallInCorner>(),   Entry<example::BouncingBall>(),
-      Entry<example::Ceiling>(),        Entry<example::Chair>(),
-      Entry<example::Corner>(),         Entry<example::DampedPlate>(),
-      Entry<example::DoublePendulum>(), Entry<example::FallingBox>(),
-      Entry<example::HoppingTrot>(),    Entry<example::JointedBiped>(),
-      Entry<example::LeggedTable>(),    Entry<example::RigidBiped>(),
-      Entry<example::RigidQuadruped>(), Entry<example::RockingBlock>(),
-      Entry<example::SoftBiped>(),      Entry<example::WallAndFloor>(),
+/// The models of this process. It only grows.
+class Registry {
+ public:
+  /// The one of the process, with our own models.
+  static Registry& Instance() {
+    static Registry* registry = new Registry();  // outlives the static objects of libraries
+    return *registry;
+  }
+
+  void Add(const std::vector<ModelEntry>& entries, const std::string& origin) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::map<std::string, Model> added;
+    for (const ModelEntry& entry : entries) {
+      const std::string model = Cut(origin, 200) + ": model " + QuoteName(entry.name);
+      if (!IsName(entry.name)) {
+        throw std::invalid_argument(model + " is no name: expected 1 to " +
+                                    std::to_string(kLongestName) +
+                                    " letters, digits and underscores, the first one a letter");
+      }
+      if (!entry.make) throw std::invalid_argument(model + " has no factory");
+      const auto taken = models_.find(entry.name);
+      if (taken != models_.end()) {
+        throw std::invalid_argument(model + " exists already, by " + taken->second.origin);
+      }
+      if (!added.insert({entry.name, {entry.make, Cut(origin, 200)}}).second) {
+        throw std::invalid_argument(model + " is named twice");
+      }
+    }
+    models_.insert(added.begin(), added.end());
+  }
+
+  std::vector<std::string> Names() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::vector<std::string> names;
+    for (const auto& model : models_) names.push_back(model.first);
+    return names;
+  }
+
+  /// Empty for an unknown name.
+  ModelFactory Find(const std::string& name) const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto model = models_.find(name);
+    return model == models_.end() ? ModelFactory() : model->second.make;
+  }
+
+ private:
+  struct Model {
+    ModelFactory make;
+    std::string origin;
   };
-  return registry;
-}
+
+  Registry() {
+    Add({
+            EntryOf<example::BallInCorner>(),
+            EntryOf<example::BouncingBall>(),
+            EntryOf<example::Ceiling>(),
+            EntryOf<example::Chair>(),
+            EntryOf<example::Corner>(),
+            EntryOf<example::DampedPlate>(),
+            EntryOf<example::DoublePendulum>(),
+            EntryOf<example::FallingBox>(),
+            EntryOf<example::HoppingTrot>(),
+            EntryOf<example::JointedBiped>(),
+            EntryOf<example::LeggedTable>(),
+            EntryOf<example::RigidBiped>(),
+            EntryOf<example::RigidQuadruped>(),
+            EntryOf<example::RockingBlock>(),
+            EntryOf<example::SoftBiped>(),
+            EntryOf<example::WallAndFloor>(),
+        },
+        "contact_flow");
+  }
+
+  mutable std::mutex mutex_;
+  std::map<std::string, Model> models_;
+};
 
 }  // namespace
 
-std::vector<std::string> ModelNames() {
-  std::vector<std::string> names;
-  for (const auto& entry : Registry()) names.push_back(entry.first);
-  return names;
+void RegisterModels(const std::vector<ModelEntry>& entries, const std::string& origin) {
+  Registry::Instance().Add(entries, origin);
 }
+
+std::vector<std::string> ModelNames() { return Registry::Instance().Names(); }
 
 std::unique_ptr<MechanicalSystem> MakeModel(const std::string& name,
                                             const ParameterValues& parameters) {
-  const auto it = Registry().find(name);
-  if (it == Registry().end()) {
-    throw std::invalid_argument(UnknownName("model", name, ModelNames()));
-  }
-  return it->second(parameters);
+  const ModelFactory make = Registry::Instance().Find(name);
+  if (!make) throw std::invalid_argument(UnknownName("model", name, ModelNames()));
+  return make(parameters);
 }
 
 }  // namespace contact_flow

@@ -13,6 +13,7 @@
 #include "contact_flow/ros/handler.h"
 #include "contact_flow/ros/linearize_answer.h"
 #include "contact_flow/ros/memory_limit.h"
+#include "contact_flow/ros/model_plugins.h"
 #include "contact_flow/ros/step_limits.h"
 
 namespace contact_flow {
@@ -286,6 +287,7 @@ int RunNode() {
   try {
     const NodeParameters parameters = ReadNodeParameters();
     LimitMemory(parameters.max_memory);
+    LoadModelPlugins(parameters.model_plugins);
     Node node(parameters);
     ros::AsyncSpinner spinner(kOtherThreads);
     spinner.start();

@@ -144,6 +144,7 @@ NodeParameters ReadNodeParameters() {
   if (!model_file.empty()) base = LoadConfiguration(ExpandHome(model_file));
   base.robot = ReadRobot(&reader, name);
   parameters.configuration = ReadConfiguration(&reader, base);
+  reader.Read("model_plugins", &parameters.model_plugins);
   reader.Read("record", &parameters.record);
   reader.Read("bag_name", &parameters.bag_name);
   reader.Read("bag_directory", &parameters.bag_directory);

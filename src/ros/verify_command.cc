@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "contact_flow/ros/model_plugins.h"
 #include "contact_flow/ros/verify.h"
 
 namespace contact_flow {
@@ -19,12 +20,14 @@ namespace {
 constexpr int kVerified = 0, kDiffers = 1, kWrongUse = 2, kIncomplete = 3;
 
 const char kHelp[] =
-    "Usage: verify_bag [--key PUBLIC.pem] [--max-seconds S] [--max-megabytes M] BAG...\n"
+    "Usage: verify_bag [--key PUBLIC.pem] [--max-seconds S] [--max-megabytes M]\n"
+    "                  [--plugin PACKAGE/CLASS] BAG...\n"
     "Follows the hash chain of bags recorded by contact_flow_node, computes everything in them\n"
     "again and compares it bit for bit. Parts of a recording are given together, in their order.\n"
     "  --key            Ed25519 key (openssl pkey -pubout) that must have signed every link\n"
     "  --max-seconds    for repeating one result, 3600 by default\n"
     "  --max-megabytes  of memory, 8192 by default\n"
+    "  --plugin         class of pluginlib with models, as in the node's ~model_plugins; repeatable\n"
     "Exit code: 0 when something was verified, and nothing differs or is missing; 1 when something\n"
     "differs or is damaged, a bag cannot be read, or there is nothing to verify; 2 for wrong use;\n"
     "3 when nothing differs, but not everything could be verified: INCOMPLETE.\n";
@@ -32,6 +35,7 @@ const char kHelp[] =
 struct Command {
   BagVerifier::Options options;
   double max_megabytes = 8192;
+  std::vector<std::string> plugins;
   std::vector<std::string> paths;
 };
 
@@ -56,13 +60,15 @@ Command Read(const std::vector<std::string>& arguments) {
       command.paths.push_back(argument);
       continue;
     }
-    if (argument != "--key" && argument != "--max-seconds" && argument != "--max-megabytes") {
+    if (argument != "--key" && argument != "--max-seconds" && argument != "--max-megabytes" &&
+        argument != "--plugin") {
       throw std::invalid_argument(argument + " is no option");
     }
     if (i + 1 == arguments.size()) throw std::invalid_argument(argument + " wants a value");
     const std::string& value = arguments[++i];
     if (argument == "--key") command.options.key = SigningKey::ReadPublic(value);
     if (argument == "--max-seconds") command.options.max_seconds = Number(argument, value);
+    if (argument == "--plugin") command.plugins.push_back(value);
     if (argument == "--max-megabytes") command.max_megabytes = Number(argument, value);
   }
   if (command.paths.empty()) throw std::invalid_argument("no bag is given");
@@ -116,6 +122,12 @@ int VerifyInChild(const Command& command) {
     const rlimit no_core{0, 0};
     ::setrlimit(RLIMIT_CORE, &no_core);
     int code = kDiffers;
+    try {
+      LoadModelPlugins(command.plugins);
+    } catch (const std::invalid_argument& error) {
+      std::cout << error.what() << std::endl;
+      ::_exit(kWrongUse);
+    }
     try {
       code = Verify(command);
     } catch (const std::exception& error) {

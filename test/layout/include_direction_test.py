@@ -97,14 +97,14 @@ def missing_headers(root):
             yield "%s includes %s, which does not exist" % (place, name)
 
 
-SOURCES = ["include", "src", "test", "benchmark", "examples", "scripts", ".ci"]
+SOURCES = ["include", "src", "test", "benchmark", "examples", "scripts", "cmake", "docs/site", ".ci"]
 
 
 def missing_licences(root):
     """A source, script or CMakeLists.txt without the SPDX line among its first three."""
-    for path in files(root, SOURCES, [".h", ".cc", ".py", ".sh", ".txt", ""]):
+    for path in files(root, SOURCES, [".h", ".cc", ".py", ".sh", ".txt", ".cmake", ".in", ""]):
         head = path.read_text(encoding="utf-8", errors="replace").splitlines()[:3]
-        is_source = (path.suffix in (".h", ".cc", ".py", ".sh") or path.name == "CMakeLists.txt"
+        is_source = (path.suffix in (".h", ".cc", ".py", ".sh", ".cmake", ".in") or path.name == "CMakeLists.txt"
                      or (head and head[0].startswith("#!")))
         if is_source and not any("SPDX-License-Identifier: BSD-3-Clause" in line for line in head):
             yield "%s has no SPDX line" % path.relative_to(root)

@@ -13,14 +13,14 @@ namespace contact_flow {
 
 /// Coupling of two constraints in the kinetic metric, G_ij/√(G_ii G_jj) ∈ [−1, 1].
 struct Coupling {
-  int first = 0;
-  int second = 0;
-  double value = 0;
+  int first = 0;     ///< a constraint
+  int second = 0;    ///< another one
+  double value = 0;  ///< G_ij / √(G_ii G_jj)
 };
 
 /// The assumptions of the paper at one state, for the constraints that touch there.
 struct AssumptionReport {
-  ContactMode touching;
+  ContactMode touching;  ///< constraints that touch
   /// Assumption 2 at the state: M, f, a and their first derivatives are finite and M is positive
   /// definite.
   bool smooth = false;
@@ -28,13 +28,14 @@ struct AssumptionReport {
   /// Assumption 3: rank of Da M⁻¹ Daᵀ over the touching constraints, and its condition number once
   /// its diagonal is scaled to 1 (+∞ when dependent, 1 when orthogonal or empty).
   int rank = 0;
-  double condition = 1;
+  double condition = 1;  ///< of their gradients, in the kinetic metric
   /// Constraint qualification (Mangasarian–Fromovitz): some velocity opens all touching gaps at
   /// once.
   bool qualified = true;
   std::vector<Coupling> couplings;  ///< every pair, i < j
-  ContactClass contact_class = ContactClass::kSingle;
+  ContactClass contact_class = ContactClass::kSingle;  ///< the worst of the pairs
 
+  /// Whether the gradients of all that touch are independent.
   bool independent() const { return rank == touching.Size(); }
   /// The largest |coupling|, 0 without pairs.
   double LargestCoupling() const;
@@ -51,19 +52,19 @@ std::vector<AssumptionReport> AssessTransitions(const MechanicalSystem& system,
 
 /// One pair of constraints over a region of configurations.
 struct PairInRegion {
-  int first = 0;
-  int second = 0;
+  int first = 0;        ///< a constraint
+  int second = 0;       ///< another one
   int met = 0;          ///< sampled configurations where both touch and no gap is negative
   double smallest = 0;  ///< coupling over these
-  double largest = 0;
-  ContactClass worst = ContactClass::kSingle;
+  double largest = 0;   ///< coupling over these
+  ContactClass worst = ContactClass::kSingle;  ///< class over these
 };
 
 /// The assumptions over a box around a state.
 struct RegionReport {
-  int samples = 0;
+  int samples = 0;  ///< number of states
   int smooth = 0;  ///< samples where Assumption 2 holds
-  double largest_mass_condition = 0;
+  double largest_mass_condition = 0;  ///< of M
   std::vector<PairInRegion>
       pairs;  ///< every pair, i < j; met = 0: the two never touch together here
 };

@@ -11,12 +11,14 @@
 
 namespace contact_flow {
 
+/// What was decided.
 enum class ControllabilityVerdict {
   kControllable = 0,     ///< every y in the reachable space is attained
   kNotControllable = 1,  ///< `unattained` is not
   kUndetermined = 2,     ///< neither was proven
 };
 
+/// Settings of the decision.
 struct ControllabilityOptions {
   /// Singular values below this part of the largest are zero; sets the reachable space and det = 0.
   double rank_tolerance = 1e-9;
@@ -24,11 +26,12 @@ struct ControllabilityOptions {
   int max_candidates = 200;    ///< y tried when an unattained one is sought
   /// Whether the pieces are a map at all is checked first.
   MapConsistencyOptions consistency;
-  std::function<bool()> cancelled;
+  std::function<bool()> cancelled;  ///< asked now and then; may be empty
 };
 
+/// What was decided, and why.
 struct ControllabilityReport {
-  ControllabilityVerdict verdict = ControllabilityVerdict::kUndetermined;
+  ControllabilityVerdict verdict = ControllabilityVerdict::kUndetermined;  ///< what was decided
   MapConsistency consistency;  ///< not usable: nothing is said of the pieces, they are not a map
   Matrix reachable;    ///< orthonormal basis of the space that the pieces span together [r×k]
   Matrix restriction;  ///< orthonormal basis of the inputs that suffice [m×k]; I when m = k
@@ -42,7 +45,7 @@ struct ControllabilityReport {
   bool homeomorphism = false;  ///< coherently oriented with one preimage
   Vector unattained;           ///< a y [r] that no input attains, if found
   std::vector<Vector> twins;   ///< two inputs [m] with one value, if found: not injective
-  std::string message;
+  std::string message;         ///< why, as a sentence
 };
 
 /// Orthonormal basis [r×k] of the span of all the pieces' images; I when k = r. Otherwise its

@@ -17,6 +17,7 @@ enum class CovarianceMethod {
 /// "linear", …
 const char* CovarianceMethodName(CovarianceMethod method);
 
+/// Settings of the propagation.
 struct CovarianceOptions {
   int rotations = 1000;  ///< of the cubature rule, 2·rank(P) points each
   unsigned seed = 1;     ///< of the rotations: the same seed gives the same answer
@@ -24,7 +25,7 @@ struct CovarianceOptions {
 
 /// First and second moments of f(w).
 struct OutcomeCovariance {
-  CovarianceMethod method = CovarianceMethod::kLinear;
+  CovarianceMethod method = CovarianceMethod::kLinear;  ///< how it was computed
   Vector mean;                  ///< E f(w) [r]; not 0 where f is kinked
   Matrix covariance;            ///< E (f(w) − mean)(f(w) − mean)ᵀ [r×r]
   double mean_error = 0;        ///< largest standard error over the entries, 0 where exact

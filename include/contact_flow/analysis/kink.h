@@ -22,11 +22,12 @@ SteepestDescent FindSteepestDescent(const PiecewiseLinearMap& cost);
 
 /// Two pieces that meet in a face with different gradients, g_first − g_second = jump · normal.
 struct Kink {
-  int first = 0;
-  int second = 0;
+  int first = 0;    ///< index of a piece
+  int second = 0;   ///< index of the one behind the face
   Vector normal;    ///< unit, into the cone of `first`
   double jump = 0;  ///< f(n) + f(−n) across the face: > 0 a valley (convex), < 0 a ridge (concave)
 
+  /// Whether the cost rises from the kink to both sides.
   bool IsValley() const { return jump > 0; }
 };
 

@@ -21,16 +21,17 @@ struct GrazingThresholds {
 
 /// One event of a run that nearly grazes.
 struct GrazingEvent {
+  /// What nearly happened.
   enum class Kind {
     kSlowTouchdown,  ///< a gap closes (a compliant one also: opens) with a small |Da_i v| [m/s]
     kSlowRelease,    ///< a force passes zero with a small |dλ_i/dt| [N/s]
     kNearTouchdown,  ///< a gap comes near to zero and opens again [m]
     kNearRelease,    ///< a force comes near to zero and grows again [N]
   };
-  Kind kind = Kind::kSlowTouchdown;
+  Kind kind = Kind::kSlowTouchdown;  ///< what nearly happened
   int constraint = -1;  ///< −1: not known, the run was made without SimulateOptions::dense
   double t = std::numeric_limits<double>::quiet_NaN();  ///< [s]; NaN: not known
-  double value = 0;
+  double value = 0;      ///< the speed, rate, gap or force that is small
   double threshold = 0;  ///< which it is below
 };
 

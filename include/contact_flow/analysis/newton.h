@@ -14,14 +14,15 @@ namespace contact_flow {
 struct EquationValue {
   bool defined = true;  ///< false: x lies outside the domain, `message` says why
   Vector residual;      ///< r(x) [m]
-  bool has_map = false;
+  bool has_map = false;    ///< whether `map` is given
   PiecewiseLinearMap map;  ///< δx ↦ Dr(x; δx) [m×n]
-  std::string message;
+  std::string message;     ///< why there is none
 };
 
 /// Evaluates r at x [n]; the map is wanted only when `with_map`.
 using NonsmoothEquation = std::function<EquationValue(const Vector& x, bool with_map)>;
 
+/// How B-Newton ended.
 enum class NewtonStatus {
   kConverged = 0,  ///< |r|_∞ ≤ tolerance
   kStationary =
@@ -46,10 +47,11 @@ struct NewtonIteration {
       false;  ///< whether it lay in its own cone: an exact solution of the piecewise-linear model
 };
 
+/// Settings of B-Newton.
 struct NewtonOptions {
   double tolerance = 1e-11;  ///< of |r|_∞
-  int max_iterations = 50;
-  int max_halvings = 30;
+  int max_iterations = 50;   ///< at most
+  int max_halvings = 30;     ///< of a step
   double max_step = 0;  ///< longest |δx|₂ of a step; 0: no limit
   double armijo =
       1e-4;  ///< share of the decrease of |r|² promised to first order that a step must bring
@@ -61,13 +63,15 @@ struct NewtonOptions {
   std::function<bool(const NewtonIteration&, const Vector& x)> progress;
 };
 
+/// Where B-Newton ended.
 struct NewtonResult {
-  NewtonStatus status = NewtonStatus::kUndefined;
-  std::string message;
+  NewtonStatus status = NewtonStatus::kUndefined;  ///< how it ended
+  std::string message;                             ///< why, as a sentence
   Vector x;         ///< the best iterate
   Vector residual;  ///< r(x)
-  std::vector<NewtonIteration> iterations;
+  std::vector<NewtonIteration> iterations;  ///< in their order
 
+  /// Whether it has converged.
   bool ok() const { return status == NewtonStatus::kConverged; }
 };
 
@@ -75,7 +79,7 @@ struct NewtonResult {
 struct PiecewiseLinearStep {
   Vector d;          ///< [n]
   double model = 0;  ///< |r + f(d)|₂
-  int piece = -1;
+  int piece = -1;    ///< the one whose cone the step is in
   bool in_cone = false;  ///< d is the solution of the piece whose cone holds it
 };
 

@@ -12,8 +12,9 @@ namespace contact_flow {
 
 /// A number that may be chosen: one of the initial state or of the input.
 struct OutcomeUnknown {
+  /// What may be changed.
   enum class Kind { kPosition = 0, kVelocity = 1, kInput = 2 };
-  Kind kind = Kind::kInput;
+  Kind kind = Kind::kInput;  ///< what may be changed
   int index = 0;  ///< of position, velocity or input
 };
 
@@ -23,12 +24,12 @@ struct OutcomeProblem {
   Vector x;             ///< initial state [nq+d]
   Vector u;             ///< input [m]
   double duration = 0;  ///< T [s]
-  std::vector<OutcomeUnknown> unknowns;
+  std::vector<OutcomeUnknown> unknowns;  ///< what may be changed
   Vector target;  ///< [nq+d]
   Vector weight;  ///< w ≥ 0 [nq+d]
   Vector effort;  ///< r ≥ 0 [m]
-  SimulateOptions simulate;
-  BDerivativeOptions derivative;
+  SimulateOptions simulate;       ///< options of runs
+  BDerivativeOptions derivative;  ///< options of derivatives
   /// Events closer than this count as one when a nearby kink is looked for [s].
   double kink_interval = 1e-6;
 

@@ -14,6 +14,7 @@ namespace contact_flow {
 
 /// What an orbit must fulfil besides being periodic.
 struct OrbitCondition {
+  /// What is asked for.
   enum class Kind {
     kPeriod = 0,      ///< the time of return is `value` [s]
     kCoordinate = 1,  ///< position number `index` is `value` at the section
@@ -21,9 +22,9 @@ struct OrbitCondition {
     kTouchdown = 3,   ///< constraint `index` touches down `value` seconds after the section
     kLiftOff = 4,     ///< it lifts off `value` seconds after the section
   };
-  Kind kind = Kind::kPeriod;
-  int index = 0;
-  double value = 0;
+  Kind kind = Kind::kPeriod;  ///< what is asked for
+  int index = 0;              ///< of the coordinate or constraint
+  double value = 0;           ///< that it has to have
   /// Of touchdown and lift-off: with another constraint, `value` is the time by which `index` is
   /// later; 0: they are simultaneous.
   int other = -1;
@@ -33,15 +34,16 @@ struct OrbitCondition {
 /// What is looked for: a state x with P(x) = x, and values of some parameters for which the
 /// conditions hold.
 struct OrbitProblem {
-  SystemFactory factory;
+  SystemFactory factory;       ///< makes the system of given parameters
   ParameterValues parameters;  ///< of the start; those left out are the model's
-  std::vector<std::string> unknown_parameters;
-  Section section;
+  std::vector<std::string> unknown_parameters;  ///< names
+  Section section;                              ///< where the orbit closes
   Vector x;  ///< start [nq+d]
   Vector u;  ///< [m]
-  std::vector<OrbitCondition> conditions;
+  std::vector<OrbitCondition> conditions;  ///< beside closing
 };
 
+/// Settings of the search.
 struct OrbitOptions {
   PoincareOptions poincare;  ///< its variables and wanted events are set as needed
   NewtonOptions newton;      ///< its `add` is set as needed
@@ -59,6 +61,7 @@ struct OrbitSolution {
   std::unique_ptr<MechanicalSystem> system;  ///< with these
   PoincareReturn orbit;  ///< one period from x, with DP by (δq, δv) where it exists
 
+  /// Whether an orbit was found.
   bool ok() const { return newton.ok(); }
 };
 

@@ -12,6 +12,7 @@
 
 namespace contact_flow {
 
+/// How a return came out.
 enum class ReturnStatus {
   kReturned = 0,
   kNoReturn = 1,      ///< the section was not crossed within the horizon
@@ -26,15 +27,15 @@ const char* ReturnStatusName(ReturnStatus status);
 
 /// An event whose time is wanted.
 struct WantedEvent {
-  int constraint = 0;
+  int constraint = 0;    ///< its index
   bool release = false;  ///< lift-off, else touchdown
   int occurrence = 1;    ///< the first, second, … of the return
 };
 
 /// One return.
 struct PoincareReturn {
-  ReturnStatus status = ReturnStatus::kNoReturn;
-  std::string message;
+  ReturnStatus status = ReturnStatus::kNoReturn;  ///< how it came out
+  std::string message;                            ///< why, as a sentence
   double time = 0;        ///< of the return [s]
   Vector x;               ///< P(x) [nq+d]
   Trajectory trajectory;  ///< to the return; for Kind::kEvent it ends with an arc of no length
@@ -47,14 +48,17 @@ struct PoincareReturn {
   PiecewiseLinearMap extended;  ///< rows of DP, of the return time and of the event times together
   /// Orthonormal, of the admissible tangents of the section [2d×·]; of one size they are turned to
   /// agree, so that on an orbit they are the same.
-  Matrix start_basis, end_basis;
+  Matrix start_basis;
+  Matrix end_basis;            ///< the same at the return
   PiecewiseLinearMap reduced;  ///< endᵀ DP start: no spurious zero
 
+  /// Whether the section was reached again.
   bool returned() const {
     return status == ReturnStatus::kReturned || status == ReturnStatus::kNoDerivative;
   }
 };
 
+/// Settings of the return map.
 struct PoincareOptions {
   SimulateOptions simulate;         ///< tolerances of 1e-12 by default; `dense` is set as needed
   BDerivativeOptions derivative;    ///< its variables are those of the maps
@@ -82,6 +86,7 @@ class PoincareMap {
   /// P(x), and DP when `differentiate`. x need not lie on the section.
   PoincareReturn Return(const VectorRef& x, bool differentiate = true) const;
 
+  /// Where it returns to.
   const Section& section() const { return section_; }
 
  private:

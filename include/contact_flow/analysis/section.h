@@ -33,7 +33,7 @@ PiecewiseLinearMap OntoSection(const PiecewiseLinearMap& map, const VectorRef& g
 
 /// A square map on a smaller space, with the largest violation of what makes it one.
 struct ReducedMap {
-  PiecewiseLinearMap map;
+  PiecewiseLinearMap map;  ///< of coordinates of the section
   Matrix basis;         ///< orthonormal [n×k]; a tangent w becomes basisᵀ w
   double residual = 0;  ///< 0 when the reduction is exact; relative to the largest matrix entry
 };

@@ -11,6 +11,7 @@
 
 namespace contact_flow {
 
+/// What was decided.
 enum class StabilityVerdict {
   kStable = 0,        ///< the origin is exponentially stable
   kUnstable = 1,      ///< some trajectory grows exponentially from arbitrarily near the origin
@@ -35,7 +36,7 @@ const char* StabilityTestName(StabilityTest test);
 
 /// The data from which a verdict can be checked again, by VerifyCertificate.
 struct StabilityCertificate {
-  StabilityTest test = StabilityTest::kNone;
+  StabilityTest test = StabilityTest::kNone;  ///< what proves it
   double bound = 0;  ///< factor of contraction or growth
   Matrix norm;       ///< P or T [n×n]
   std::vector<std::vector<int>>
@@ -43,11 +44,12 @@ struct StabilityCertificate {
   Matrix directions;  ///< [n×1], or the plane [n×1 or n×2] of kGrowingPlane
 };
 
+/// Settings of the decision.
 struct StabilityOptions {
   /// Contraction must be below 1 − margin and growth above 1 + margin, so that errors of the map in
   /// the last digits decide nothing.
   double margin = 1e-6;
-  int max_word_length = 60;
+  int max_word_length = 60;           ///< at most
   long max_words = 20000;             ///< examined
   long max_linear_programs = 100000;  ///< solved
   /// Whether the pieces are a map at all is checked first.
@@ -56,19 +58,22 @@ struct StabilityOptions {
   std::function<bool()> cancelled;
 };
 
+/// What was decided, with bounds on growth.
 struct StabilityReport {
-  StabilityVerdict verdict = StabilityVerdict::kUndetermined;
-  StabilityCertificate certificate;
+  StabilityVerdict verdict = StabilityVerdict::kUndetermined;  ///< what was decided
+  StabilityCertificate certificate;                            ///< its proof
   MapConsistency consistency;  ///< not usable: nothing is said of the pieces, they are not a map
   /// ‖fᵏ(y)‖ ≤ c·growth_aboveᵏ‖y‖ for every y; some y grows by growth_below per step (0: none was
   /// found).
   double growth_below = 0;
-  double growth_above = 0;
-  double norm_one = 0, norm_two = 0, norm_infinity = 0;  ///< largest over the pieces
+  double growth_above = 0;    ///< see growth_below
+  double norm_one = 0;        ///< largest ‖A_i‖₁ over the pieces
+  double norm_two = 0;        ///< largest ‖A_i‖₂
+  double norm_infinity = 0;   ///< largest ‖A_i‖_∞
   double norm_quadratic = 0;  ///< in the best common quadratic norm found
   int word_length = 0;        ///< longest words examined
-  long words = 0;
-  long linear_programs = 0;
+  long words = 0;             ///< that were looked at
+  long linear_programs = 0;   ///< that were solved
   std::string message;  ///< what decided, or why nothing did
 };
 

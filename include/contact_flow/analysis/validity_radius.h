@@ -27,7 +27,7 @@ struct ValidityRadius {
     kForce,          ///< a contact that holds lets go
   };
   double radius = std::numeric_limits<double>::infinity();  ///< α > 0, a factor on w
-  Limit limit = Limit::kNone;
+  Limit limit = Limit::kNone;                               ///< what changes there
   int constraint = -1;  ///< whose event it is, −1: a whole transition
   double t = 0;         ///< of the unperturbed run [s]
 };

@@ -13,6 +13,7 @@
 
 namespace contact_flow {
 
+/// Settings of DifferentiateOutcome.
 struct BDerivativeOptions {
   /// Error allowed in the tangents, relative to the largest entry of each arc's propagator.
   double tolerance = 1e-9;
@@ -38,7 +39,7 @@ class BDerivative {
   /// Not kOk: there is no derivative (discontinuous, grazing, …); the message says why. Only the
   /// event maps may then be asked, for the outcome of each order.
   Status status;
-  ContactMode initial_mode;
+  ContactMode initial_mode;      ///< that of the start
   StartCone start;               ///< directions into contacts that the start touches
   Vector time;                   ///< F(φ(T, x)) [2d]
   std::vector<Matrix> arcs;      ///< Φ_0 … Φ_N [2d+k × 2d+k]
@@ -76,7 +77,7 @@ class BDerivative {
   /// NotPiecewiseLinear.
   PiecewiseLinearMap Pieces() const;
 
-  BDerivativeOptions options;
+  BDerivativeOptions options;  ///< those that it was computed with
 
   /// Fills what was neglected.
   void CarryNeglected();

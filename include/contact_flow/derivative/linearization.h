@@ -22,7 +22,7 @@ struct IntervalLinearization {
   /// False where an event inside is only piecewise differentiable: then [A B] is the selection of
   /// one order of its activations, and `derivative` holds them all.
   bool is_linear = true;
-  BDerivative derivative;
+  BDerivative derivative;  ///< of the interval
 };
 
 /// Linearizes a trajectory interval by interval of its input grid; `system` must outlive the

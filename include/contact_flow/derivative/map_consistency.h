@@ -21,6 +21,7 @@ enum class MapDefect {
 /// "gap", …
 const char* MapDefectName(MapDefect defect);
 
+/// Settings of the check.
 struct MapConsistencyOptions {
   /// Half-spaces whose unit normals differ by less are one; gaps and overlaps with no larger ball
   /// within the unit box are none; jumps of (A w)_r below this part of
@@ -29,7 +30,7 @@ struct MapConsistencyOptions {
   /// Jumps below this part of the largest of all rows are rounding errors, of a row that vanishes
   /// but for them.
   double rounding = 1e-12;
-  long max_linear_programs = 100000;
+  long max_linear_programs = 100000;  ///< budget
   /// The map is a derivative of ours, whose pieces are continuous by construction: what the check
   /// leaves undecided is believed. A defect is none the less.
   bool believe_undecided = false;
@@ -39,10 +40,12 @@ struct MapConsistencyOptions {
   std::function<bool()> cancelled;
 };
 
+/// What was found.
 struct MapConsistency {
-  MapDefect defect = MapDefect::kNone;
+  MapDefect defect = MapDefect::kNone;  ///< what is wrong
   /// The pieces concerned: of a gap the one whose face has nothing behind it; −1: none.
-  int first = -1, second = -1;
+  int first = -1;
+  int second = -1;  ///< the one that overlaps or does not agree
   Vector w;         ///< where it is seen, |w|_∞ = 1
   double size = 0;  ///< of a gap: the distance of w to all cones; else the relative jump at w
   long linear_programs = 0;  ///< solved
@@ -50,6 +53,7 @@ struct MapConsistency {
   /// No defect; or undecided, which was to be believed.
   bool usable = true;
 
+  /// Whether no defect was found.
   bool ok() const { return defect == MapDefect::kNone; }
 };
 

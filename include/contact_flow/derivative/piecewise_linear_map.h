@@ -27,12 +27,18 @@ struct LinearPiece {
 class PiecewiseLinearMap {
  public:
   PiecewiseLinearMap() = default;
+  /// The map of these pieces, whose cones cover the space.
   explicit PiecewiseLinearMap(std::vector<LinearPiece> pieces);
+  /// One matrix for all arguments.
   static PiecewiseLinearMap Linear(const Matrix& matrix);
 
+  /// The matrices with their cones.
   const std::vector<LinearPiece>& pieces() const { return pieces_; }
+  /// Length of a value.
   int rows() const { return static_cast<int>(pieces_.front().matrix.rows()); }
+  /// Length of an argument.
   int cols() const { return static_cast<int>(pieces_.front().matrix.cols()); }
+  /// Whether there is one piece alone.
   bool IsLinear() const { return pieces_.size() == 1; }
 
   /// The value at w: by the piece whose cone holds w best (on a shared face any gives the same).

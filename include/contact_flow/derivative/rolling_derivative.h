@@ -41,6 +41,7 @@ class RollingDerivative {
   void Follow(OnlineFlow* flow, bool passed);
 
   double mark() const { return mark_; }  ///< [s]
+  /// Those that are carried along [2d×k].
   const Matrix& directions() const { return directions_; }
   /// Not kOk: the mark or an event on the way has no first-order map, and the message says why.
   const Status& status() const { return status_; }
@@ -50,7 +51,7 @@ class RollingDerivative {
     double t = 0;     ///< [s]
     Matrix tangents;  ///< (δq, δv) of each direction [2d × m]
     Vector time;      ///< F at flow->now() [2d]: what a change of the horizon adds
-    Status status;
+    Status status;    ///< whether there is a derivative
   };
   /// At flow->now(), which Follow has been told of.
   Reading Read(OnlineFlow* flow);

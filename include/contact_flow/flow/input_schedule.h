@@ -14,6 +14,7 @@ struct InputSchedule {
   std::vector<double> grid;    ///< [K], increasing; the run begins at grid[0], mostly 0 [s]
   std::vector<Vector> values;  ///< [K] each [m]
 
+  /// One input from the beginning on.
   static InputSchedule Constant(const VectorRef& u) { return {{0.0}, {u}}; }
 };
 

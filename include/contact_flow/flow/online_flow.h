@@ -29,6 +29,7 @@ class OnlineFlow {
   OnlineFlow(std::shared_ptr<const MechanicalSystem> system, double t, const VectorRef& x,
              const VectorRef& u, const SimulateOptions& options);
 
+  /// The system that flows.
   const MechanicalSystem& system() const { return *system_; }
   double now() const { return now_; }  ///< [s]
   /// Not kOk: the run has ended at now(), and the message says why.
@@ -36,6 +37,7 @@ class OnlineFlow {
   /// The first Trajectory::kMaxWarnings, in the order of time, and how many there were: grazings
   /// and the like, which the run passed.
   const std::vector<Warning>& warnings() const { return flow_.warnings(); }
+  /// How many warnings there were.
   long num_warnings() const { return flow_.num_warnings(); }
 
   /// Moves now() on to t, or to the first transition before or at t: then true, and it is
@@ -43,6 +45,7 @@ class OnlineFlow {
   /// Where a Budget ends it throws BudgetExceeded, and now() is the end of the last step that was
   /// made: a later call goes on from there, to the bit as if there had been none.
   bool AdvanceTo(double t);
+  /// The transition that was passed last.
   const Transition& transition() const { return flow_.transition(); }
 
   /// The input from t ≥ now() on, until the next. A later call for the same t takes its place.
@@ -54,20 +57,23 @@ class OnlineFlow {
 
   /// At now(): right limits.
   Vector State();  ///< x [nq+d]
+  /// Contact mode J of now.
   ContactMode mode() const { return flow_.mode(); }
   /// The input that holds at now(), and that from now() on.
   const Vector& u() const { return flow_.u(); }
+  /// The input from now() on.
   const Vector& NextInput() const;
   /// An input from t [s] on.
   struct Input {
-    double t;
-    Vector u;
+    double t;  ///< from this instant on [s]
+    Vector u;  ///< [m]
   };
   /// Those told for now() or later, in the order of time.
   const std::deque<Input>& inputs_to_come() const { return inputs_; }
 
   /// Of what lies behind.
   Margins margins() const { return flow_.margins(); }
+  /// Counts of the work.
   RunStatistics statistics() const { return flow_.statistics(); }
 
   /// From now on, the motion is kept for Motion(), back to the last Forget().
@@ -76,6 +82,7 @@ class OnlineFlow {
   /// that is where AdvanceTo stopped; it begins with the arc, or with a step that holds the instant
   /// of the last Forget().
   Arc Motion();
+  /// Lets go of what lies behind.
   void Forget() { Forget(now_); }
   void Forget(double t);  ///< the motion after t ≤ now() in the present arc is kept
 

@@ -35,11 +35,11 @@ struct SimulateOptions {
   /// warning, where that takes less kinetic energy than is left: where they are not all of the
   /// motion.
   bool complete_zeno = false;
-  long max_steps = 100000;
-  long max_events = 10000;
+  long max_steps = 100000;      ///< budget
+  long max_events = 10000;      ///< budget
   double max_seconds = 60;      ///< processor time of the thread [s]; see also Budget
   double max_megabytes = 1000;  ///< of the trajectory, and of any one thing made of it [10⁶ byte]
-  ImpactLaw impact_law = ImpactLaw::kComplementarity;
+  ImpactLaw impact_law = ImpactLaw::kComplementarity;  ///< which impulses
   bool dense = true;  ///< keep the motion between events, so that Trajectory::State(t) works
   /// Asked now and then; returning true stops the run with Outcome::kCancelled.
   std::function<bool()> cancelled;

@@ -31,9 +31,10 @@ const char* OutcomeName(Outcome outcome);
 
 /// An outcome with the sentence that explains it (empty when kOk).
 struct Status {
-  Outcome outcome = Outcome::kOk;
-  std::string message;
+  Outcome outcome = Outcome::kOk;  ///< how it came out
+  std::string message;             ///< why, as a sentence
 
+  /// Whether all is well.
   bool ok() const { return outcome == Outcome::kOk; }
 };
 
@@ -46,9 +47,9 @@ inline Outcome OutcomeOf(const BudgetExceeded& reason) {
 /// that were completed to rest (kZeno), an impact whose outcome is not continuous (kDiscontinuous)
 /// or whose impulses are not unique (kNotDifferentiable).
 struct Warning {
-  Outcome code = Outcome::kOk;
+  Outcome code = Outcome::kOk;  ///< of what it passed
   double t = 0;  ///< [s]
-  std::string message;
+  std::string message;  ///< what happened, as a sentence
 };
 
 }  // namespace contact_flow

@@ -14,7 +14,7 @@ namespace contact_flow {
 
 /// A maximal interval (t_begin, t_end] of motion in one contact mode.
 struct Arc {
-  ContactMode mode;
+  ContactMode mode;    ///< contact mode J
   Vector u;            ///< input [m]
   double t_begin = 0;  ///< [s]
   double t_end = 0;    ///< [s]
@@ -28,7 +28,7 @@ struct Arc {
 
 /// When one event of a cluster happens on the motion before it.
 struct EventInstant {
-  int constraint = 0;
+  int constraint = 0;  ///< its index
   double offset = 0;  ///< after the transition, by its guard and rate there [s]
   double error = 0;   ///< estimated error of the instant, by the integrator's local errors [s]
 };
@@ -73,12 +73,14 @@ struct Transition {
   bool changes_input = false;
   ImpactLaw impact_law = ImpactLaw::kComplementarity;  ///< by which it was resolved
   /// Of the integration that led here, as in SimulateOptions.
-  double relative_tolerance = 1e-9, absolute_tolerance = 1e-9;
+  double relative_tolerance = 1e-9;
+  double absolute_tolerance = 1e-9;  ///< as relative_tolerance
 };
 
 /// How close the run came to an event that did not happen, or to one that happened badly.
 /// Infinite where nothing of the kind occurred.
 struct Margins {
+  /// Where nothing came near.
   static constexpr double kNone = std::numeric_limits<double>::infinity();
   double approach_speed = kNone;  ///< min |Da_i v⁻| over activations [m/s]
   double release_rate = kNone;    ///< min |dλ_i/dt| over releases [N/s]
@@ -92,33 +94,38 @@ struct Margins {
 struct RunStatistics {
   long field_evaluations = 0;  ///< right-hand sides of (1a)
   long steps = 0;              ///< accepted
-  long rejected_steps = 0;
+  long rejected_steps = 0;     ///< those that were repeated
 };
 
 /// The hybrid execution of Def. 1: arcs separated by transitions, arcs.size() ==
 /// transitions.size()+1. As a function of time it is left-continuous: at an event it takes the
 /// value before the impact.
 struct Trajectory {
-  Status status;
-  std::vector<Arc> arcs;
-  std::vector<Transition> transitions;
-  Margins margins;
-  RunStatistics statistics;
+  Status status;                        ///< how it ended
+  std::vector<Arc> arcs;                ///< in the order of time
+  std::vector<Transition> transitions;  ///< between them
+  Margins margins;                      ///< how near it came to something worse
+  RunStatistics statistics;             ///< counts of the work
   /// Where impacts (last) accumulate [s], predicted from the ratio of their intervals; NaN without
   /// Zeno.
   double accumulation_time = std::numeric_limits<double>::quiet_NaN();
   /// The first kMaxWarnings, in the order of time, and how many there were.
   std::vector<Warning> warnings;
-  long num_warnings = 0;
-  static constexpr long kMaxWarnings = 100;
+  long num_warnings = 0;                     ///< all of them, also those that are not kept
+  static constexpr long kMaxWarnings = 100;  ///< that are kept
   /// The one it was made with, or the largest that the errors of the instants asked for [s].
   double simultaneity_tolerance = 0;
   ImpactLaw impact_law = ImpactLaw::kComplementarity;  ///< the one it was made with
   /// Those it was made with, as in SimulateOptions.
-  double absolute_tolerance = 1e-9, gap_tolerance = 1e-9, speed_tolerance = 1e-6;
+  double absolute_tolerance = 1e-9;
+  double gap_tolerance = 1e-9;    ///< as absolute_tolerance
+  double speed_tolerance = 1e-6;  ///< as absolute_tolerance
 
+  /// Its beginning [s].
   double t_begin() const { return arcs.front().t_begin; }
+  /// Its end [s].
   double t_end() const { return arcs.back().t_end; }
+  /// x at its end [nq+d].
   const Vector& FinalState() const { return arcs.back().x_end; }
   /// J of each arc in turn; two equal neighbours are separated by a bounce.
   std::vector<ContactMode> ModeSequence() const;

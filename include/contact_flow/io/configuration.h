@@ -24,11 +24,11 @@ namespace contact_flow {
 ///
 /// Every key may be left out; an unknown one is an error.
 struct Configuration {
-  std::string model = "soft_biped";
+  std::string model = "soft_biped";  ///< its name
   RobotTexts robot;  ///< instead of a model, unless empty; not a key of the file
-  ParameterValues parameters;
-  SimulateOptions options;
-  BDerivativeOptions derivative_options;
+  ParameterValues parameters;             ///< values by name, over its defaults
+  SimulateOptions options;                ///< of runs
+  BDerivativeOptions derivative_options;  ///< of derivatives
 };
 
 /// The robot of the configuration, or else its model, with these values of its parameters.
@@ -37,9 +37,9 @@ std::unique_ptr<MechanicalSystem> MakeConfigured(const Configuration& configurat
 
 /// Largest budgets that options may ask for.
 inline constexpr long kMaxSteps = 1000000000;
-inline constexpr long kMaxEvents = 1000000;
-inline constexpr double kMaxSeconds = 3600;
-inline constexpr double kMaxMegabytes = 100000;
+inline constexpr long kMaxEvents = 1000000;      ///< of `options/max_events`
+inline constexpr double kMaxSeconds = 3600;      ///< of `options/max_seconds` [s]
+inline constexpr double kMaxMegabytes = 100000;  ///< of `options/max_megabytes` [MB]
 
 /// Names of the impact laws, in the order of ImpactLaw.
 const std::vector<std::string>& ImpactLawNames();
@@ -47,6 +47,7 @@ const std::vector<std::string>& ImpactLawNames();
 /// Throws std::invalid_argument, naming option and value, unless every number is in its range.
 /// Beyond Validate of the options of a run, the budgets are held to the largest ones above.
 void CheckOptions(const SimulateOptions& options);
+/// The same of a derivative's options.
 void CheckOptions(const BDerivativeOptions& options);
 
 /// Reads the four keys of a Configuration, on top of `base`, from a map that may have others, which

@@ -21,6 +21,7 @@ class MapReader {
   /// `name` is what messages call the map, as "options"; "" for the top level. Null reads as empty.
   MapReader(const YAML::Node& map, std::string name);
 
+  /// A number.
   void Read(const std::string& key, double* value);
   /// Whole numbers in [smallest, largest].
   void Read(const std::string& key, long* value, long smallest, long largest);
@@ -28,12 +29,14 @@ class MapReader {
   void Read(const std::string& key, double* values, int count);
   /// A list of texts, or one text alone.
   void Read(const std::string& key, std::vector<std::string>* values);
+  /// A text.
   void Read(const std::string& key, std::string* value);
-  void Read(const std::string& key, bool* value);
+  void Read(const std::string& key, bool* value);  ///< true or false.
   /// One of `names`; the answer is its index.
   void Read(const std::string& key, const std::vector<std::string>& names, int* index);
   /// The value of a key that is itself a map; null when absent.
   YAML::Node Child(const std::string& key);
+  /// Whether the map has the key.
   bool Has(const std::string& key) const;
   /// Throws unless the key is there.
   void Require(const std::string& key) const;

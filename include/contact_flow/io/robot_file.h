@@ -40,10 +40,11 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document)
 
 /// The two texts that a robot is made of; both empty where there is none.
 struct RobotTexts {
-  std::string urdf;
-  std::string yaml;
+  std::string urdf;  ///< text of the URDF
+  std::string yaml;  ///< text of the YAML
   std::string path;  ///< of the YAML, for messages; may be empty
 
+  /// Whether there is no robot.
   bool empty() const { return yaml.empty() && urdf.empty(); }
 };
 
@@ -57,6 +58,7 @@ RobotTexts ReadRobotTexts(const std::string& path, const std::string& urdf = "",
                           const std::string& usual = "");
 /// These make the robot; messages begin with its path.
 RobotDescription ParseRobot(const RobotTexts& texts);
+/// The robot of these texts.
 std::unique_ptr<RobotSystem> MakeRobot(const RobotTexts& texts,
                                        const ParameterValues& parameters = {});
 /// Both, from the path of the YAML.

@@ -22,6 +22,7 @@ namespace contact_flow {
 /// is three lines (the origin, in world axes) and a rotation.
 class ConfigurationSpace {
  public:
+  /// What the space is a product of.
   enum class Factor { kLine, kCircle, kRotation };
 
   ConfigurationSpace() = default;
@@ -31,16 +32,19 @@ class ConfigurationSpace {
   /// Multiplies by `count` more factors, whose numbers come after those there are.
   ConfigurationSpace& Append(Factor factor, int count = 1);
 
+  /// nq, the length of a configuration.
   int num_positions() const { return num_positions_; }
+  /// d, the number of velocities.
   int dof() const { return dof_; }
   /// No rotations: q̇ = v.
   bool IsFlat() const { return rotations_.empty(); }
 
   /// First index of a rotation's quaternion in q, and of its angular velocity in v.
   struct Rotation {
-    int q;
-    int v;
+    int q;  ///< in q
+    int v;  ///< in v
   };
+  /// Where the rotations are.
   const std::vector<Rotation>& rotations() const { return rotations_; }
   /// [nq] the index into v of each line and circle, −1 for the numbers of a quaternion.
   const std::vector<int>& line_velocities() const { return line_velocity_; }

@@ -12,16 +12,16 @@ namespace contact_flow {
 
 /// A named number of a model that a user may set.
 struct Parameter {
-  std::string name;
+  std::string name;     ///< as in YAML
   std::string unit;     ///< SI unit, "" for a pure number.
   std::string meaning;  ///< one phrase
-  double value = 0;
+  double value = 0;     ///< in force
 };
 
 /// What a person calls the parts of a system; every array that crosses the public border has
 /// the length and the order of one of these lists.
 struct SystemDescription {
-  std::string name;
+  std::string name;                      ///< of the model
   std::string summary;                   ///< one sentence
   std::vector<std::string> coordinates;  ///< [nq] numbers of a configuration
   std::vector<std::string> units;        ///< [nq] their units: "m" or "rad" (or "s", or "")
@@ -31,7 +31,7 @@ struct SystemDescription {
   std::vector<std::string> constraints;  ///< [n] unilateral
   std::vector<std::string> bilateral;    ///< [l]
   std::vector<std::string> inputs;       ///< [m]
-  std::vector<Parameter> parameters;
+  std::vector<Parameter> parameters;     ///< with units and values
 };
 
 /// The run a user gets who asks for nothing in particular.
@@ -84,8 +84,11 @@ class MechanicalSystem {
  public:
   virtual ~MechanicalSystem() = default;
 
+  /// Its names and units.
   const SystemDescription& description() const { return description_; }
+  /// The run of who asks for nothing in particular.
   const NominalRun& nominal() const { return nominal_; }
+  /// What q is.
   const ConfigurationSpace& space() const { return space_; }
   /// d, the number of velocities.
   int dof() const { return space_.dof(); }
@@ -93,8 +96,11 @@ class MechanicalSystem {
   int num_positions() const { return space_.num_positions(); }
   /// nq + d.
   int state_size() const { return num_positions() + dof(); }
+  /// n, the number of unilateral constraints.
   int num_constraints() const { return static_cast<int>(description_.constraints.size()); }
+  /// l, the number of bilateral constraints.
   int num_bilateral() const { return static_cast<int>(description_.bilateral.size()); }
+  /// m, the number of inputs.
   int num_inputs() const { return static_cast<int>(description_.inputs.size()); }
   /// γ [n], each in [0, 1] for passive contacts; 0 is plastic.
   const Vector& restitution() const { return restitution_; }
@@ -146,12 +152,12 @@ class MechanicalSystem {
                                                ParameterJacobian* jacobian) const = 0;
 
  protected:
-  SystemDescription description_;
-  NominalRun nominal_;
-  ConfigurationSpace space_;
-  Vector restitution_;
-  ContactMode compliant_;
-  bool contact_effort_ = false;
+  SystemDescription description_;  ///< set by the derived class
+  NominalRun nominal_;             ///< set by the derived class
+  ConfigurationSpace space_;       ///< set by the derived class
+  Vector restitution_;             ///< γ [n], set by the derived class
+  ContactMode compliant_;          ///< set by the derived class
+  bool contact_effort_ = false;    ///< set by the derived class
 };
 
 /// What besides the initial state an outcome is differentiated by. Tangents are then

@@ -20,7 +20,7 @@ namespace contact_flow {
 ///   kDof, kConstraints, kInputs                        d, n, m
 ///   kConstantMass, kAffineConstraints                  promises that save work
 ///   kCoordinates, kUnits, kConstraintNames, kInputNames   names, arrays of const char*
-///   template <class P> struct Parameters               with Visit(visitor) over all of them
+///   Parameters, a struct template over the scalar       with Visit(visitor) over all of them
 ///   MassMatrix(p, q, M)    M(q), full and symmetric    [d×d]
 ///   Force(p, q, v, u, f)   f(q, v, u), no Coriolis     [d]
 ///   Gaps(p, q, a)          a(q)                        [n]
@@ -57,6 +57,7 @@ class ModelSystem final : public MechanicalSystem {
   using Varied = Dual<double, 1>;
 
  public:
+  /// From values of its parameters; see ModelFactory.
   explicit ModelSystem(const ParameterValues& values) {
     description_.name = Model::kName;
     description_.summary = Model::kSummary;

@@ -30,8 +30,10 @@ namespace ros_interface {
 /// The services of the node. Handlers may run at once; every one answers, whatever is thrown.
 class Node {
  public:
+  /// Begins to answer.
   explicit Node(const NodeParameters& parameters);
 
+  /// Model and options in force.
   const Setup& setup() const { return setup_; }
 
  private:

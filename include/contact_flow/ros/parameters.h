@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "contact_flow/io/configuration.h"
 #include "contact_flow/ros/simulator.h"
@@ -14,6 +15,7 @@ struct NodeParameters {
   /// ~model, ~parameters, ~options, ~derivative_options, on top of ~model_file; ~robot and
   /// ~robot_description instead of a model
   Configuration configuration;
+  std::vector<std::string> model_plugins;  ///< ~model_plugins: classes of pluginlib
   bool record = false;        ///< ~record: record from the start
   std::string bag_name;       ///< ~bag_name: of that bag; "": model and time
   std::string bag_directory;  ///< ~bag_directory

@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# The core library, contact_flow::contact_flow: no ROS.
+set(CORE_FOLDERS model dynamics flow derivative analysis io)
+file(GLOB CORE_SOURCES CONFIGURE_DEPENDS src/*.cc)
+foreach(folder ${CORE_FOLDERS})
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS src/${folder}/*.cc)
+  list(APPEND CORE_SOURCES ${sources})
+endforeach()
+add_library(contact_flow ${CORE_SOURCES})
+add_library(contact_flow::contact_flow ALIAS contact_flow)
+target_compile_features(contact_flow PUBLIC cxx_std_17)
+target_include_directories(contact_flow PUBLIC
+  $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
+target_link_libraries(contact_flow PUBLIC Eigen3::Eigen Boost::headers ${YAML_CPP_TARGET})
+# By paths, not targets: no header of ours includes theirs, so users need not find them.
+target_include_directories(contact_flow SYSTEM PRIVATE ${URDFDOM_INCLUDE_DIRS})
+target_link_libraries(contact_flow PRIVATE ${URDFDOM_LINK_LIBRARIES})
+target_compile_definitions(contact_flow PUBLIC CONTACT_FLOW_HAVE_CLP=${CLP_FOUND})
+if(CLP_FOUND)
+  target_include_directories(contact_flow SYSTEM PRIVATE ${CLP_INCLUDE_DIRS})
+  target_link_libraries(contact_flow PRIVATE ${CLP_LINK_LIBRARIES})
+endif()
+# 0.1.x understand one another; a library of models that wants another 0.y is not loaded.
+set_target_properties(contact_flow PROPERTIES
+  VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
+  INSTALL_RPATH $ORIGIN)

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# What the core needs, and what it uses where it is there.
+find_package(Eigen3 REQUIRED NO_MODULE)
+find_package(Boost REQUIRED CONFIG)
+find_package(yaml-cpp REQUIRED)
+if(TARGET yaml-cpp::yaml-cpp)   # since 0.8
+  set(YAML_CPP_TARGET yaml-cpp::yaml-cpp)
+else()
+  set(YAML_CPP_TARGET yaml-cpp)
+endif()
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(URDFDOM REQUIRED IMPORTED_TARGET urdfdom console_bridge)
+pkg_check_modules(CLP QUIET IMPORTED_TARGET clp)
+if(CLP_FOUND)
+  message(STATUS "contact_flow: linear programs by Clp ${CLP_VERSION}")
+else()
+  message(STATUS "contact_flow: Clp not found (coinor-libclp-dev): built without linear programs")
+  set(CLP_FOUND 0)
+endif()
+
+# Other libraries of rigid bodies, which tests and benchmarks compare with.
+find_path(MUJOCO_INCLUDE_DIR mujoco/mujoco.h)   # its CMake file names folders that need not exist
+find_library(MUJOCO_LIBRARY mujoco)
+mark_as_advanced(MUJOCO_INCLUDE_DIR MUJOCO_LIBRARY)
+if(MUJOCO_INCLUDE_DIR AND MUJOCO_LIBRARY)
+  set(MUJOCO_FOUND 1)
+endif()
+pkg_check_modules(KDL QUIET IMPORTED_TARGET orocos-kdl)
+pkg_check_modules(DART QUIET dart)
+foreach(oracle MUJOCO KDL DART)
+  if(${oracle}_FOUND)
+    set(HAVE_${oracle} 1)
+  else()
+    set(HAVE_${oracle} 0)
+    message(STATUS "contact_flow: ${oracle} not found: nothing is compared with it")
+  endif()
+endforeach()
