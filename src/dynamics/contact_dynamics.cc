@@ -37,7 +37,7 @@ ContactDynamics::ContactDynamics(const MechanicalSystem& system, const VectorRef
       variables_(variables),
       d_(system.dof()),
       nq_(system.num_positions()),
-      n_(system.num_constraints() + system.num_bilateral()),
+      n_(system.num_rows()),
       k_(variables.Size(system)),
       constant_(system.HasConstantMass() && system.HasAffineConstraints()),
       mass_(d_, d_),
@@ -59,7 +59,27 @@ void ContactDynamics::SetMode(ContactMode mode) {
   mode_ = mode;
   active_.clear();
   for (int i : mode - system_.compliant()) active_.push_back(i);
-  for (int i = system_.num_constraints(); i < n_; ++i) active_.push_back(i);
+  for (int i = 0; i < system_.num_bilateral(); ++i) {
+    active_.push_back(system_.num_constraints() + i);
+  }
+  sliding_.clear();
+  turning_ = false;
+  if (system_.HasFriction()) {
+    int column = 0;
+    for (int i : mode - system_.compliant()) {
+      const Friction& friction = system_.friction()[i];
+      const Letter letter = mode.LetterOf(i);
+      if (letter == Letter::kStick) {
+        for (int k = 0; k < friction.dimension; ++k) active_.push_back(friction.row + k);
+      } else if (friction.dimension > 0 && friction.coefficient > 0) {
+        Sliding sliding{i, column, friction.coefficient, friction};
+        sliding.direction(0) = letter == Letter::kBackward ? -1 : 1;
+        turning_ = turning_ || friction.dimension == 2;
+        sliding_.push_back(sliding);
+      }
+      ++column;
+    }
+  }
   const int k = static_cast<int>(active_.size());
   active_jacobian_.resize(k, d_);
   reach_.resize(d_, k);
@@ -84,6 +104,7 @@ void ContactDynamics::Factorize(const VectorRef& x) {
     reach_.col(i) = active_jacobian_.row(i);
     mass_factor_.matrixL().solveInPlace(reach_.col(i));
   }
+  if (!sliding_.empty()) return FactorizeSliding(x);
   delassus_inverse_.noalias() = reach_.transpose().lazyProduct(reach_);
   delassus_factor_.compute(delassus_inverse_);
   regular_ = regular_ && delassus_factor_.info() == Eigen::Success;
@@ -94,10 +115,19 @@ void ContactDynamics::Invert() {
   mass_factor_.solveInPlace(inverse_);
   if (!active_.empty()) {
     delassus_inverse_.setIdentity();
-    delassus_factor_.solveInPlace(delassus_inverse_);
     momentum_map_.noalias() = active_jacobian_.lazyProduct(inverse_);
-    force_map_.noalias() = delassus_inverse_.lazyProduct(momentum_map_);
-    inverse_.noalias() -= momentum_map_.transpose().lazyProduct(force_map_);
+    if (sliding_.empty()) {
+      delassus_factor_.solveInPlace(delassus_inverse_);
+      force_map_.noalias() = delassus_inverse_.lazyProduct(momentum_map_);
+      inverse_.noalias() -= momentum_map_.transpose().lazyProduct(force_map_);
+    } else {
+      delassus_inverse_ = sliding_factor_.solve(delassus_inverse_).eval();
+      force_map_.noalias() = delassus_inverse_.lazyProduct(momentum_map_);
+      response_ = push_;
+      mass_factor_.matrixU().solveInPlace(response_);  // M⁻¹ W
+      inverse_.noalias() -= response_.lazyProduct(force_map_);
+      response_ = (response_ * delassus_inverse_).eval();
+    }
   }
   if (regular_) return;
   inverse_.setConstant(std::numeric_limits<double>::quiet_NaN());
@@ -106,7 +136,7 @@ void ContactDynamics::Invert() {
 
 void ContactDynamics::Evaluate(const VectorRef& x, ContactMode mode) {
   ++evaluations_;
-  const bool same_mode = factorized_ && mode == mode_;
+  const bool same_mode = factorized_ && mode == mode_ && !turning_;
   system_.Dynamics(x.head(nq_), x.tail(d_), u_, mode, constant_ && factorized_ ? nullptr : &mass_,
                    &applied_);
   if (!same_mode) SetMode(mode);
@@ -120,6 +150,7 @@ void ContactDynamics::Evaluate(const VectorRef& x, ContactMode mode) {
   }
   force_.setZero();
   for (std::size_t i = 0; i < active_.size(); ++i) force_(active_[i]) = multiplier_(i);
+  if (!sliding_.empty()) AddSlidingForce();
 }
 
 /// The bias of constant constraints is zero.
@@ -144,8 +175,13 @@ void ContactDynamics::Solve() {
   if (!active_.empty()) {
     multiplier_ = -bias_;
     multiplier_.noalias() -= reach_.transpose().lazyProduct(acceleration_);
-    delassus_factor_.solveInPlace(multiplier_);
-    acceleration_.noalias() += reach_.lazyProduct(multiplier_);
+    if (sliding_.empty()) {
+      delassus_factor_.solveInPlace(multiplier_);
+      acceleration_.noalias() += reach_.lazyProduct(multiplier_);
+    } else {
+      multiplier_ = sliding_factor_.solve(multiplier_).eval();
+      acceleration_.noalias() += push_.lazyProduct(multiplier_);
+    }
   }
   mass_factor_.matrixU().solveInPlace(acceleration_);
   if (regular_) return;
@@ -166,6 +202,7 @@ void ContactDynamics::Differentiate(const VectorRef& x, ContactMode mode) {
   const auto q = x.head(nq_), v = x.tail(d_);
   system_.DifferentiateDynamics(q, v, u_, mode, acceleration_, force_, &residual_);
   if (k_ > 0) DifferentiateByVariables(x);
+  if (!sliding_.empty()) DifferentiateDirections(x);
   MultiplySmall(-1, inverse_, residual_.momentum_q, &acceleration_jacobian_(0, 0), d_);
   MultiplySmall(-1, inverse_, residual_.momentum_v, &acceleration_jacobian_(0, d_), d_);
   if (k_ > 0)
@@ -183,9 +220,14 @@ void ContactDynamics::Differentiate(const VectorRef& x, ContactMode mode) {
       active_residual_.row(i).segment(d_, d_) = residual_.constraint_v.row(active_[i]);
     }
     active_force_jacobian_.noalias() -= delassus_inverse_.lazyProduct(active_residual_);
-    acceleration_jacobian_.noalias() -= force_map_.transpose().lazyProduct(active_residual_);
+    if (sliding_.empty()) {
+      acceleration_jacobian_.noalias() -= force_map_.transpose().lazyProduct(active_residual_);
+    } else {
+      acceleration_jacobian_.noalias() -= response_.lazyProduct(active_residual_);
+    }
   }
   for (int i = 0; i < k; ++i) force_jacobian_.row(active_[i]) = active_force_jacobian_.row(i);
+  if (!sliding_.empty()) DifferentiateSlidingForce();
 }
 
 /// ∂r₁ and ∂r₂ by the variables, at the point last evaluated.

@@ -20,7 +20,7 @@ InverseInertia::InverseInertia(const MechanicalSystem& system, const VectorRef& 
   mass_factor_.compute(mass_);
   regular_ = mass_factor_.info() == Eigen::Success;
   if (system.num_bilateral() == 0) return;
-  const auto B = terms_.jacobian.bottomRows(system.num_bilateral());
+  const auto B = terms_.jacobian.middleRows(n_, system.num_bilateral());
   reach_ = mass_factor_.solve(B.transpose());
   bilateral_factor_.compute(B * reach_);
   regular_ = regular_ && bilateral_factor_.info() == Eigen::Success;
@@ -54,7 +54,7 @@ Vector InverseInertia::FreeAcceleration() const {
   if (!regular_) return Undefined(applied_.size(), 1);
   Vector acceleration = *this * applied_;
   if (reach_.cols() > 0) {
-    acceleration -= reach_ * bilateral_factor_.solve(terms_.bias.tail(reach_.cols()));
+    acceleration -= reach_ * bilateral_factor_.solve(terms_.bias.segment(n_, reach_.cols()));
   }
   return acceleration;
 }

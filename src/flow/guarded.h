@@ -5,11 +5,33 @@
 #include <stdexcept>
 
 #include "contact_flow/dynamics/mode_selection.h"
+#include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/status.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/model/mechanical_system.h"
 
 namespace contact_flow {
+
+inline Outcome OutcomeOf(FrictionRefusal::Kind kind) {
+  using Kind = FrictionRefusal::Kind;
+  switch (kind) {
+    case Kind::kInconsistent:
+      return Outcome::kPainleveInconsistent;
+    case Kind::kIndeterminate:
+      return Outcome::kPainleveIndeterminate;
+    case Kind::kIndeterminateForces:
+      return Outcome::kIndeterminateForces;
+    case Kind::kNoImpact:
+      return Outcome::kNoConsistentImpact;
+    case Kind::kAmbiguousImpact:
+      return Outcome::kAmbiguousImpact;
+    case Kind::kEnergyGain:
+      return Outcome::kEnergyGain;
+    case Kind::kSlipFromRestInSpace:
+      return Outcome::kNotPiecewiseLinear;
+  }
+  return Outcome::kNonFinite;
+}
 
 /// Resolves a transition at t [s]; what keeps it from being resolved becomes a status.
 template <class Function>
@@ -19,6 +41,9 @@ Status Guarded(double t, const Function& resolve) {
   message << "at t = " << t << " s";
   try {
     resolve();
+  } catch (const FrictionRefusal& reason) {
+    message << ": " << reason.what();
+    return {OutcomeOf(reason.kind), message.str()};
   } catch (const UndecidedMode& reason) {
     message << ": " << reason.what();
     return {Outcome::kFilippov, message.str()};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <vector>
 
 #include "contact_flow/contact_mode.h"
@@ -15,7 +16,12 @@ namespace contact_flow {
 ///   [ M  −A_Jᵀ ] [ v̇  ]   [ f + c v ]
 ///   [ A_J   0  ] [ λ_J ] = [ −Ȧ_J v  ],       A = Da(q),
 /// where the rows of the bilateral constraints belong to every A_J, and those of compliant ones to
-/// none. Holds all scratch: calls do not allocate after the first in each mode. One object per
+/// none. With friction, (F3): the rows T_i of sticking contacts belong to A_J, too, and the column of
+/// a slipping one is W_i = N_iᵀ − μ T_iᵀ d_i in place of N_iᵀ, with the direction d_i of its letter,
+/// or of its slip in space:
+///   [ M   −W_J ] [ v̇  ]   [ f + c v ]
+///   [ A_J   0  ] [ λ_J ] = [ −Ȧ_J v  ],       λ_t,i = −μ λ_n,i d_i,
+/// whose Delassus matrix A_J M⁻¹ W_J is not symmetric. Holds all scratch: calls do not allocate after the first in each mode. One object per
 /// thread; the results are valid until the next call. A singular M or A_J M⁻¹ A_Jᵀ gives NaN
 /// (Assumption 3 fails).
 class ContactDynamics {
@@ -34,7 +40,7 @@ class ContactDynamics {
   /// Solves (1a) at x = (q, v) [nq+d] in mode J.
   void Evaluate(const VectorRef& x, ContactMode mode);
   const Vector& acceleration() const { return acceleration_; }  ///< v̇ [d]
-  const Vector& force() const { return force_; }                ///< λ [n+l], zero off J
+  const Vector& force() const { return force_; }                ///< λ [n+l+r], zero off J
 
   /// F_J(x) as a tangent, (v, v̇) and zeros for the variables [2d+k].
   Vector Field(const VectorRef& x, ContactMode mode);
@@ -45,7 +51,7 @@ class ContactDynamics {
   const Matrix& acceleration_jacobian() const {
     return acceleration_jacobian_;
   }                                                                 ///< D v̇ [d × 2d+k]
-  const Matrix& force_jacobian() const { return force_jacobian_; }  ///< D λ [n+l × 2d+k]
+  const Matrix& force_jacobian() const { return force_jacobian_; }  ///< D λ [n+l+r × 2d+k]
 
   /// dλ/dt [n] along F_J, for the members of J; differentiates.
   Vector ForceRate(const VectorRef& x, ContactMode mode);
@@ -64,7 +70,22 @@ class ContactDynamics {
   long evaluations() const { return evaluations_; }
 
  private:
+  /// A contact that slips with friction.
+  struct Sliding {
+    int constraint, column;  // its place in active_
+    double coefficient;      // μ
+    Friction friction;
+    Eigen::Vector2d direction = Eigen::Vector2d::Zero();
+    double speed = 0;  // |T v| in space, where the direction turns with it; 0 in the plane
+  };
   void SetMode(ContactMode mode);
+  /// Where contacts slip: d, W, and the factor of A M⁻¹ W.
+  void FactorizeSliding(const VectorRef& x);
+  /// λ_t of the contacts that slip, and its derivative.
+  void AddSlidingForce();
+  void DifferentiateSlidingForce();
+  /// ∂r₁ by what turns d, and by μ.
+  void DifferentiateDirections(const VectorRef& x);
   /// M = L Lᵀ, W = L⁻¹ A_Jᵀ and the factor of Λ_J⁻¹ = WᵀW.
   void Factorize(const VectorRef& x);
   /// P_J and Λ_J A_J M⁻¹, from the factors: all that derivatives need.
@@ -80,14 +101,17 @@ class ContactDynamics {
   const Variables variables_;
   const int d_;
   const int nq_;
-  const int n_;  // unilateral and bilateral
+  const int n_;  // all rows
   const int k_;
   const bool constant_;  // M and Da constant: the factorization depends on the mode alone
 
   bool factorized_ = false;
   bool regular_ = true;  // the last factorization
   ContactMode mode_;
-  std::vector<int> active_;  // the rigid members of mode_, and the bilateral constraints
+  /// Rows: the rigid members of mode_, the bilateral constraints, T of what sticks.
+  std::vector<int> active_;
+  std::vector<Sliding> sliding_;
+  bool turning_ = false;  // a direction of slip depends on the state
   Matrix mass_;
   Eigen::LLT<Matrix> mass_factor_;
   Eigen::LLT<Matrix> delassus_factor_;
@@ -97,6 +121,10 @@ class ContactDynamics {
   Matrix momentum_map_;      // A_J M⁻¹ [k×d]
   Matrix force_map_;         // Λ_J A_J M⁻¹ [k×d]
   Matrix delassus_inverse_;  // Λ_J [k×k]
+  Matrix push_;              // L⁻¹ W_J [d×k]; where nothing slips it is reach_, and unused
+  Eigen::PartialPivLU<Matrix> sliding_factor_;  // of A_J M⁻¹ W_J
+  Matrix response_;          // M⁻¹ W_J (A_J M⁻¹ W_J)⁻¹ [d×k], likewise force_map_ᵀ
+  std::vector<Matrix> direction_jacobian_;  // ∂d by (q, v) of each sliding contact in space [2 × 2d]
   Vector bias_;              // Ȧ_J v [k]
   Vector multiplier_;        // λ_J [k]
   ConstraintTerms terms_;
