@@ -38,12 +38,18 @@ class FrictionalEvent::Walk {
         d_(system_.dof()),
         nq_(system_.num_positions()),
         w_(w),
+        sizes_(w.cwiseAbs()),
         x_(event.transition_.x_minus),
         mode_(event.transition_.mode_before),
         pending_(event.transition_.activated) {
     path_.matrix = Matrix::Identity(event.size_, event.size_);
     path_.times.resize(0, event.size_);
     path_.margin = std::numeric_limits<double>::infinity();
+    still_ = mode_.Sticking();
+    for (int g : event.transition_.guards) {
+      if (event_.guards_.OfSlips(mode_).Contains(g)) still_.Insert(event_.guards_.ConstraintOf(g));
+    }
+    first_field_ = dynamics_.Field(x_, mode_);
     for (int i : event.transition_.vanishing) {
       if (std::isinf(system_.friction()[i].coefficient)) releasing_.Insert(i);
     }
@@ -97,13 +103,16 @@ class FrictionalEvent::Walk {
            event_.transition_.x_minus.tail(d_).cwiseAbs().maxCoeff() *
                terms_.jacobian.row(row).cwiseAbs().maxCoeff();
   }
-  bool Still(int row) const { return std::abs(rate_(row)) <= kZero * SizeOf(row); }
+  /// Whether the slip of contact i vanishes at the base point.
+  bool Still(int i) const {
+    const int row = system_.friction()[i].row;
+    return still_.Contains(i) || std::abs(rate_(row)) <= kZero * SizeOf(row);
+  }
   /// D(T v) w of contact i in the plane, or 0 where w does not move it.
   double Moves(int i) const {
     const int row = system_.friction()[i].row;
-    const Vector now = path_.matrix * w_;
-    const double moved = rate_jacobian_.row(row).dot(now);
-    const double size = rate_jacobian_.row(row).cwiseAbs().dot(now.cwiseAbs());
+    const double moved = rate_jacobian_.row(row).dot(path_.matrix * w_);
+    const double size = rate_jacobian_.row(row).cwiseAbs().dot(sizes_);
     return std::abs(moved) <= kUnmoved * size ? 0 : moved;
   }
   void Decide(const Eigen::RowVectorXd& row) {
@@ -142,10 +151,11 @@ class FrictionalEvent::Walk {
     }
     for (int i : mode_.SlippingInPlane()) {
       const int row = system_.friction()[i].row;
-      if (!Still(row)) continue;
+      if (!Still(i)) continue;
       const double sign = mode_.LetterOf(i) == Letter::kBackward ? -1 : 1;
       const double slowing = sign * rate_jacobian_.row(row).dot(field);
-      if (!(slowing < 0)) continue;
+      const double size = rate_jacobian_.row(row).cwiseAbs().dot(first_field_.cwiseAbs());
+      if (!(slowing < -kZero * size)) continue;
       candidates.push_back({Candidate::Kind::kStop, i, sign * rate_jacobian_.row(row), slowing});
     }
     for (int i : releasing_) {
@@ -173,7 +183,9 @@ class FrictionalEvent::Walk {
     }
     const Candidate& c = candidates[first];
     const Eigen::RowVectorXd tau = times[first];
+    const double moved = std::abs(tau.dot(w_));
     path_.matrix += field * tau;
+    sizes_ += moved * field.cwiseAbs();
     just_stopped_ = -1;
     switch (c.kind) {
       case Candidate::Kind::kTouchdown:
@@ -188,7 +200,9 @@ class FrictionalEvent::Walk {
         break;
     }
     SelectNext();
-    path_.matrix -= dynamics_.Field(x_, mode_) * tau;
+    const Vector after = dynamics_.Field(x_, mode_);
+    path_.matrix -= after * tau;
+    sizes_ += moved * after.cwiseAbs();
     path_.guards.push_back(c.constraint);
     path_.modes.push_back(mode_);
     path_.times.conservativeResize(path_.times.rows() + 1, Eigen::NoChange);
@@ -201,14 +215,21 @@ class FrictionalEvent::Walk {
     const ContactMode touching = mode_.Members().With(i);
     const FrictionalReset reset(dynamics_, x_, touching, i, mode_);
     const FrictionalReset::Branch& branch =
-        reset.Choose(path_.matrix * w_, [&](const Eigen::RowVectorXd& row) {
+        reset.Choose(path_.matrix * w_, sizes_, [&](const Eigen::RowVectorXd& row) {
           Decide(row * path_.matrix);
         });
     path_.matrix = branch.jacobian * path_.matrix;
+    sizes_ = branch.jacobian.cwiseAbs() * sizes_;
     x_.tail(d_) = reset.v_plus();
-    impulse_word_ = branch.word;
+    still_ = (still_ - branch.word) | branch.word.Sticking();
     landed_ = touching;
     Measure();
+    lifted_ = ContactMode();
+    for (int j : touching) {
+      const bool bounces = j == i && system_.restitution()(j) > 0;
+      const bool free = bounces || !branch.word.Contains(j);
+      if (free && rate_(j) > kZero * SizeOf(j)) lifted_.Insert(j);
+    }
   }
 
   /// The word at the base point for runs perturbed along w.
@@ -216,7 +237,7 @@ class FrictionalEvent::Walk {
     TouchingContacts contacts;
     const ContactMode closed = (landed_.Empty() ? mode_ : landed_).Members() - released_;
     for (int i : closed) {
-      if (rate_(i) > kZero * SizeOf(i)) continue;  // it bounces off
+      if (lifted_.Contains(i)) continue;
       const Friction& friction = system_.friction()[i];
       if (friction.dimension == 0 || friction.coefficient == 0) {
         contacts.slipping.Insert(i);
@@ -224,7 +245,7 @@ class FrictionalEvent::Walk {
         contacts.still.Insert(i);
       } else if (friction.dimension == 2) {
         SortInSpace(i, &contacts);
-      } else if (!Still(friction.row)) {
+      } else if (!Still(i)) {
         contacts.slipping.Set(i, rate_(friction.row) > 0 ? Letter::kForward : Letter::kBackward);
       } else if (const double moved = i == just_stopped_ ? 0 : Moves(i); moved != 0) {
         const double sign = moved > 0 ? 1 : -1;
@@ -234,7 +255,7 @@ class FrictionalEvent::Walk {
         contacts.still.Insert(i);
       }
     }
-    landed_ = ContactMode();
+    landed_ = lifted_ = ContactMode();
     mode_ = SelectWord(&dynamics_, x_, contacts, kBorder);
   }
 
@@ -278,12 +299,15 @@ class FrictionalEvent::Walk {
   ContactDynamics& dynamics_;
   const int d_, nq_;
   const Vector w_;
+  Vector sizes_;  // of the terms that the entries of the tangent are sums of [2d+k]
   Vector x_;
   ContactMode mode_;
   ContactMode pending_;    // touchdowns to come
   ContactMode releasing_;  // without slip, to come
   ContactMode released_;
-  ContactMode landed_, impulse_word_;
+  ContactMode landed_, lifted_;  // by the last touchdown: what took part, and what left
+  ContactMode still_;    // known to have no slip at the base point
+  Vector first_field_;   // before the cluster
   int just_stopped_ = -1;
   ConstraintTerms terms_;
   Vector rate_;

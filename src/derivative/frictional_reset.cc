@@ -198,12 +198,13 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
 }
 
 const FrictionalReset::Branch& FrictionalReset::Choose(
-    const Vector& w, const std::function<void(const Eigen::RowVectorXd&)>& decide) const {
+    const Vector& w, const Vector& sizes,
+    const std::function<void(const Eigen::RowVectorXd&)>& decide) const {
   for (const Branch& branch : branches_) {
     if (!branch.jacobian.allFinite()) continue;
     bool fits = true;
     for (Eigen::Index k = 0; k < branch.borders.rows(); ++k) {
-      const double size = branch.borders.row(k).cwiseAbs().dot(w.cwiseAbs());
+      const double size = branch.borders.row(k).cwiseAbs().dot(sizes);
       fits = fits && branch.borders.row(k).dot(w) >= -kAcross * size;
     }
     if (!fits) continue;

@@ -27,9 +27,9 @@ class FrictionalReset {
                   ContactMode mode);
 
   const Vector& v_plus() const { return v_plus_; }
-  /// The branch of w; `decide` is told each border that it lies on the positive side of. Throws
+  /// The branch of w, whose entries are sums of terms of these `sizes`; `decide` is told each border that it lies on the positive side of. Throws
   /// std::domain_error where no branch fits.
-  const Branch& Choose(const Vector& w,
+  const Branch& Choose(const Vector& w, const Vector& sizes,
                        const std::function<void(const Eigen::RowVectorXd&)>& decide) const;
 
  private:
