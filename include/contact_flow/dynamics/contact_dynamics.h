@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Cholesky>
+#include <list>
 #include <vector>
 
 #include "contact_flow/contact_mode.h"
@@ -15,13 +16,16 @@ namespace contact_flow {
 ///   [ M  −A_Jᵀ ] [ v̇  ]   [ f + c v ]
 ///   [ A_J   0  ] [ λ_J ] = [ −Ȧ_J v  ],       A = Da(q),
 /// where the rows of the bilateral constraints belong to every A_J, and those of compliant ones to
-/// none. Holds all scratch: calls do not allocate after the first in each mode. One object per
+/// none. Holds all scratch, and the factors of the last few modes, which derivatives go to and fro
+/// between: calls do not allocate after the first in each of these. One object per
 /// thread; the results are valid until the next call. A singular M or A_J M⁻¹ A_Jᵀ gives NaN
 /// (Assumption 3 fails).
 class ContactDynamics {
  public:
   ContactDynamics(const MechanicalSystem& system, const VectorRef& u,
                   const Variables& variables = {});
+  ContactDynamics(const ContactDynamics&) = delete;
+  ContactDynamics& operator=(const ContactDynamics&) = delete;
 
   const MechanicalSystem& system() const { return system_; }
   const Vector& u() const { return u_; }
@@ -55,8 +59,8 @@ class ContactDynamics {
   /// G_ii = Da_i M⁻¹ Da_iᵀ [1/kg] of the rigid members J and the bilateral constraints where they
   /// were last evaluated; `gain` [n+l] stays as it is elsewhere.
   void InverseMasses(Vector* gain) const {
-    for (std::size_t k = 0; k < active_.size(); ++k) {
-      (*gain)(active_[k]) = reach_.col(static_cast<Eigen::Index>(k)).squaredNorm();
+    for (std::size_t k = 0; k < at_->active.size(); ++k) {
+      (*gain)(at_->active[k]) = at_->reach.col(static_cast<Eigen::Index>(k)).squaredNorm();
     }
   }
 
@@ -64,6 +68,26 @@ class ContactDynamics {
   long evaluations() const { return evaluations_; }
 
  private:
+  /// The factors of a mode, and scratch of its size k, the number of its rows.
+  struct ModeFactors {
+    ContactMode mode;
+    bool known = false;       // the factors, for good: where they depend on the mode alone
+    bool regular = true;      // they exist
+    std::vector<int> active;  // the rigid members of the mode, and the bilateral constraints
+    Matrix jacobian;          // A_J [k×d]
+    Matrix reach;             // W = L⁻¹A_Jᵀ [d×k]
+    Matrix inverse;           // P_J = M⁻¹ − M⁻¹A_JᵀΛ_J A_J M⁻¹ [d×d]
+    Matrix momentum_map;      // A_J M⁻¹ [k×d]
+    Matrix force_map;         // Λ_J A_J M⁻¹ [k×d]
+    Matrix delassus_inverse;  // Λ_J [k×k]
+    Eigen::LLT<Matrix> delassus_factor;
+    Vector bias;            // Ȧ_J v [k]
+    Vector multiplier;      // λ_J [k]
+    Matrix residual;        // ∂r₂ of the members [k × 2d+·]
+    Matrix force_jacobian;  // [k × 2d+·]
+  };
+  /// Those of this mode become the present ones, at_: derivatives go to and fro between a few
+  /// modes.
   void SetMode(ContactMode mode);
   /// M = L Lᵀ, W = L⁻¹ A_Jᵀ and the factor of Λ_J⁻¹ = WᵀW.
   void Factorize(const VectorRef& x);
@@ -84,21 +108,13 @@ class ContactDynamics {
   const int k_;
   const bool constant_;  // M and Da constant: the factorization depends on the mode alone
 
-  bool factorized_ = false;
-  bool regular_ = true;  // the last factorization
-  ContactMode mode_;
-  std::vector<int> active_;  // the rigid members of mode_, and the bilateral constraints
+  static constexpr std::size_t kMaxKeptModes = 8;
+
+  bool has_mass_ = false;         // mass_ and its factor, for good
+  std::list<ModeFactors> modes_;  // the latest first
+  ModeFactors* at_ = nullptr;     // the latest
   Matrix mass_;
   Eigen::LLT<Matrix> mass_factor_;
-  Eigen::LLT<Matrix> delassus_factor_;
-  Matrix active_jacobian_;   // A_J [k×d]
-  Matrix reach_;             // W = L⁻¹A_Jᵀ [d×k]
-  Matrix inverse_;           // P_J = M⁻¹ − M⁻¹A_JᵀΛ_J A_J M⁻¹ [d×d]
-  Matrix momentum_map_;      // A_J M⁻¹ [k×d]
-  Matrix force_map_;         // Λ_J A_J M⁻¹ [k×d]
-  Matrix delassus_inverse_;  // Λ_J [k×k]
-  Vector bias_;              // Ȧ_J v [k]
-  Vector multiplier_;        // λ_J [k]
   ConstraintTerms terms_;
   ResidualJacobian residual_;
   ParameterJacobian parameter_residual_;
@@ -108,9 +124,7 @@ class ContactDynamics {
   Vector force_;
   Matrix acceleration_jacobian_;
   Matrix force_jacobian_;
-  Matrix variable_momentum_;      // ∂r₁ by the variables [d×k]
-  Matrix active_residual_;        // ∂r₂ of the members [· × 2d+k]
-  Matrix active_force_jacobian_;  // [· × 2d+k]
+  Matrix variable_momentum_;  // ∂r₁ by the variables [d×k]
   long evaluations_ = 0;
 };
 
