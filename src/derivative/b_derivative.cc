@@ -20,8 +20,8 @@ namespace contact_flow {
 
 Status CheckTransition(const Transition* before, const Transition& transition,
                        double simultaneity_tolerance) {
-  std::ostringstream message;
   if (transition.completes_zeno) {
+    std::ostringstream message;
     message << "infinitely many bounces were completed to sticking at t = " << transition.t
             << " s: the outcome has no derivative by Theorem 1 (Def. 2 fails)";
     return {Outcome::kZeno, message.str()};
@@ -33,6 +33,7 @@ Status CheckTransition(const Transition* before, const Transition& transition,
       transition.t - before->t <=
       std::max({simultaneity_tolerance, transition.tolerance, before->tolerance});
   if (!close || transition.changes_input == before->changes_input) return {};
+  std::ostringstream message;
   message << "at t = " << transition.t
           << " s an event coincides with a change of the input: which comes first decides";
   return {Outcome::kNotDifferentiable, message.str()};

@@ -3,6 +3,8 @@
 
 #include <limits>
 
+#include "solve_columns.h"
+
 namespace contact_flow {
 namespace {
 
@@ -39,7 +41,8 @@ Matrix InverseInertia::Rows(ContactMode members) const {
 
 Matrix InverseInertia::operator*(const MatrixRef& R) const {
   if (!regular_) return Undefined(R.rows(), R.cols());
-  Matrix result = mass_factor_.solve(R);
+  Matrix result = R;
+  SolveColumns(mass_factor_, &result);
   if (reach_.cols() > 0) result -= reach_ * bilateral_factor_.solve(reach_.transpose() * R);
   return result;
 }

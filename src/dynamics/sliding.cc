@@ -7,9 +7,26 @@
 
 namespace contact_flow {
 
+void ContactDynamics::AddFriction() {
+  int column = 0;
+  for (int i : at_->mode - system_.compliant()) {
+    const Friction& friction = system_.friction()[i];
+    const Letter letter = at_->mode.LetterOf(i);
+    if (letter == Letter::kStick) {
+      for (int k = 0; k < friction.dimension; ++k) at_->active.push_back(friction.row + k);
+    } else if (friction.dimension > 0 && friction.coefficient > 0) {
+      Sliding sliding{i, column, friction};
+      sliding.direction(0) = letter == Letter::kBackward ? -1 : 1;
+      at_->turning = at_->turning || friction.dimension == 2;
+      at_->sliding.push_back(sliding);
+    }
+    ++column;
+  }
+}
+
 void ContactDynamics::FactorizeSliding(const VectorRef& x) {
-  push_ = reach_;
-  for (Sliding& s : sliding_) {
+  at_->push = at_->reach;
+  for (Sliding& s : at_->sliding) {
     const auto rows = terms_.jacobian.middleRows(s.friction.row, s.friction.dimension);
     if (s.friction.dimension == 2) {
       const Eigen::Vector2d slip = rows * x.tail(d_);
@@ -18,50 +35,48 @@ void ContactDynamics::FactorizeSliding(const VectorRef& x) {
     }
     Vector tangential = rows.transpose() * s.direction.head(s.friction.dimension);
     mass_factor_.matrixL().solveInPlace(tangential);
-    push_.col(s.column) -= s.coefficient * tangential;
+    at_->push.col(s.column) -= s.friction.coefficient * tangential;
   }
-  delassus_inverse_.noalias() = reach_.transpose().lazyProduct(push_);
-  sliding_factor_.compute(delassus_inverse_);
-  regular_ = regular_ && sliding_factor_.matrixLU().allFinite() &&
-             sliding_factor_.matrixLU().diagonal().cwiseAbs().minCoeff() > 0;
+  at_->delassus_inverse.noalias() = at_->reach.transpose().lazyProduct(at_->push);
+  at_->sliding_factor.compute(at_->delassus_inverse);
+  const auto& factor = at_->sliding_factor.matrixLU();
+  at_->regular = at_->regular && factor.allFinite() && factor.diagonal().cwiseAbs().minCoeff() > 0;
 }
 
 void ContactDynamics::AddSlidingForce() {
-  for (const Sliding& s : sliding_) {
+  for (const Sliding& s : at_->sliding) {
     force_.segment(s.friction.row, s.friction.dimension) =
-        -s.coefficient * multiplier_(s.column) * s.direction.head(s.friction.dimension);
+        -s.friction.coefficient * at_->multiplier(s.column) * s.direction.head(s.friction.dimension);
   }
 }
 
 /// In space the direction turns: ∂d = (I − d dᵀ)/|s| ∂(T v).
 void ContactDynamics::DifferentiateDirections(const VectorRef& x) {
-  direction_jacobian_.assign(sliding_.size(), Matrix());
   const auto q = x.head(nq_), v = x.tail(d_);
-  if (turning_) {
+  if (at_->turning) {
     ResidualJacobian slip;  // ∂(T v) by q
     system_.DifferentiateImpact(q, Vector::Zero(d_), Vector::Zero(n_), v, &slip);
-    for (std::size_t k = 0; k < sliding_.size(); ++k) {
-      const Sliding& s = sliding_[k];
+    for (Sliding& s : at_->sliding) {
       if (s.friction.dimension < 2) continue;
       const auto rows = terms_.jacobian.middleRows<2>(s.friction.row);
       Eigen::Matrix<double, 2, Eigen::Dynamic> by(2, 2 * d_);
       by << slip.constraint_q.middleRows<2>(s.friction.row), rows;
       const Eigen::Matrix2d across =
           (Eigen::Matrix2d::Identity() - s.direction * s.direction.transpose()) / s.speed;
-      direction_jacobian_[k] = across * by;
+      s.direction_jacobian = across * by;
       // r₁ = … − Tᵀ λ_t, λ_t = −μ λ_n d.
-      const Matrix turned = s.coefficient * multiplier_(s.column) *
-                            (rows.transpose() * direction_jacobian_[k]);
+      const Matrix turned = s.friction.coefficient * at_->multiplier(s.column) *
+                            (rows.transpose() * s.direction_jacobian);
       residual_.momentum_q += turned.leftCols(d_);
       residual_.momentum_v += turned.rightCols(d_);
     }
   }
   if (variables_.parameters.empty()) return;
   const Matrix by_parameter = system_.DifferentiateFriction(variables_.parameters);
-  for (const Sliding& s : sliding_) {
+  for (const Sliding& s : at_->sliding) {
     const auto rows = terms_.jacobian.middleRows(s.friction.row, s.friction.dimension);
     variable_momentum_.rightCols(by_parameter.cols()) +=
-        multiplier_(s.column) *
+        at_->multiplier(s.column) *
         (rows.transpose() * s.direction.head(s.friction.dimension)) *
         by_parameter.row(s.constraint);
   }
@@ -72,17 +87,16 @@ void ContactDynamics::DifferentiateSlidingForce() {
   const Matrix by_parameter = variables_.parameters.empty()
                                   ? Matrix()
                                   : system_.DifferentiateFriction(variables_.parameters);
-  for (std::size_t k = 0; k < sliding_.size(); ++k) {
-    const Sliding& s = sliding_[k];
+  for (const Sliding& s : at_->sliding) {
     const Vector d = s.direction.head(s.friction.dimension);
     auto rows = force_jacobian_.middleRows(s.friction.row, s.friction.dimension);
-    rows = -s.coefficient * d * force_jacobian_.row(s.constraint);
-    if (direction_jacobian_[k].size() > 0) {
-      rows.leftCols(2 * d_) -= s.coefficient * multiplier_(s.column) * direction_jacobian_[k];
+    rows = -s.friction.coefficient * d * force_jacobian_.row(s.constraint);
+    if (s.direction_jacobian.size() > 0) {
+      rows.leftCols(2 * d_) -= s.friction.coefficient * at_->multiplier(s.column) * s.direction_jacobian;
     }
     if (by_parameter.size() > 0) {
       rows.rightCols(by_parameter.cols()) -=
-          multiplier_(s.column) * d * by_parameter.row(s.constraint);
+          at_->multiplier(s.column) * d * by_parameter.row(s.constraint);
     }
   }
 }

@@ -36,20 +36,21 @@ inline Outcome OutcomeOf(FrictionRefusal::Kind kind) {
 /// Resolves a transition at t [s]; what keeps it from being resolved becomes a status.
 template <class Function>
 Status Guarded(double t, const Function& resolve) {
-  std::ostringstream message;
-  message.precision(12);
-  message << "at t = " << t << " s";
+  const auto sentence = [t](const char* separator, const std::exception& reason) {
+    std::ostringstream message;
+    message.precision(12);
+    message << "at t = " << t << " s" << separator << reason.what();
+    return message.str();
+  };
   try {
     resolve();
   } catch (const FrictionRefusal& reason) {
     message << ": " << reason.what();
     return {OutcomeOf(reason.kind), message.str()};
   } catch (const UndecidedMode& reason) {
-    message << ": " << reason.what();
-    return {Outcome::kFilippov, message.str()};
+    return {Outcome::kFilippov, sentence(": ", reason)};
   } catch (const std::domain_error& reason) {
-    message << ' ' << reason.what();
-    return {Outcome::kNonFinite, message.str()};
+    return {Outcome::kNonFinite, sentence(" ", reason)};
   }
   return {};
 }
