@@ -61,9 +61,11 @@ void HybridSystem::Gaps(const double* x, double* gap, double* rate) {
 const Transition& HybridSystem::Pass(double t, int trigger, double* x) {
   const SimulateOptions options;
   x_ = Eigen::Map<const Vector>(x, kStates);
-  const ResolvedTransition resolved = ResolveTransition(
-      &dynamics_, t, x_, mode_, trigger,
-      {kSimultaneous, options.speed_tolerance, options.impact_law});
+  TransitionRules rules{};
+  rules.simultaneity_tolerance = kSimultaneous;
+  rules.speed_tolerance = options.speed_tolerance;
+  rules.impact_law = options.impact_law;
+  const ResolvedTransition resolved = ResolveTransition(&dynamics_, t, x_, mode_, trigger, rules);
   if (!resolved.status.ok()) throw std::logic_error(resolved.status.message);
   transition_ = resolved.transition;
   mode_ = transition_.mode_after;

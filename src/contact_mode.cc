@@ -3,6 +3,12 @@
 
 namespace contact_flow {
 
+std::string ContactMode::Word(int n) const {
+  std::string word;
+  for (int i = 0; i < n; ++i) word += static_cast<char>(LetterOf(i));
+  return word;
+}
+
 std::vector<std::string> ContactMode::Names(const std::vector<std::string>& constraints) const {
   std::vector<std::string> names;
   for (int i : *this) names.push_back(constraints[i]);

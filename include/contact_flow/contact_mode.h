@@ -4,13 +4,24 @@
 #include <cstdint>
 #include <initializer_list>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace contact_flow {
 
-/// A contact mode J ⊂ {0, …, n−1} (Sec. 2 of the paper): the set of active constraints, as a value.
-/// Indices count from zero in code; names are used wherever a person reads. At most
-/// kMaxConstraints.
+/// What a contact does, the letter of a mode word.
+enum class Letter : char {
+  kOpen = 'o',      ///< not in contact
+  kSlip = 'l',      ///< in contact, and free to slip: without friction, or in space
+  kStick = 's',     ///< in contact without slip
+  kForward = '+',   ///< slips in the plane, T v > 0
+  kBackward = '-',  ///< slips in the plane, T v < 0
+};
+
+/// A contact mode: the set J ⊂ {0, …, n−1} of active constraints (Sec. 2 of the paper), as a value,
+/// and with friction a letter for each of them. Indices count from zero in code; names are used
+/// wherever a person reads. At most kMaxConstraints. Without friction all letters of J are kSlip.
+/// Operations on sets keep the letters of the left operand's members, a union those of both.
 class ContactMode {
  public:
   static constexpr int kMaxConstraints = 64;  ///< largest number of constraints
@@ -43,24 +54,61 @@ class ContactMode {
   /// Adds i.
   void Insert(int i) { bits_ |= std::uint64_t{1} << i; }
   /// Takes i away.
-  void Erase(int i) { bits_ &= ~(std::uint64_t{1} << i); }
-  /// The set with i.
-  ContactMode With(int i) const { return FromBits(bits_ | (std::uint64_t{1} << i)); }
+  void Erase(int i) { *this = *this & FromBits(~(std::uint64_t{1} << i)); }
+  /// The set with i, which slips if it is new.
+  ContactMode With(int i) const {
+    ContactMode mode = *this;
+    mode.Insert(i);
+    return mode;
+  }
   /// The set without i.
-  ContactMode Without(int i) const { return FromBits(bits_ & ~(std::uint64_t{1} << i)); }
+  ContactMode Without(int i) const { return *this & FromBits(~(std::uint64_t{1} << i)); }
+
+  /// What constraint i does.
+  Letter LetterOf(int i) const {
+    if (!Contains(i)) return Letter::kOpen;
+    const bool low = low_ >> i & 1u, high = high_ >> i & 1u;
+    if (high) return low ? Letter::kBackward : Letter::kForward;
+    return low ? Letter::kStick : Letter::kSlip;
+  }
+  /// Makes constraint i do this.
+  void Set(int i, Letter letter) {
+    Erase(i);
+    if (letter == Letter::kOpen) return;
+    const std::uint64_t bit = std::uint64_t{1} << i;
+    bits_ |= bit;
+    if (letter == Letter::kStick || letter == Letter::kBackward) low_ |= bit;
+    if (letter == Letter::kForward || letter == Letter::kBackward) high_ |= bit;
+  }
+  /// The members that stick.
+  ContactMode Sticking() const { return FromBits(low_ & ~high_); }
+  /// The members that slip in the plane, forward or backward.
+  ContactMode SlippingInPlane() const { return FromBits(high_); }
+  /// The members alone, without letters.
+  ContactMode Members() const { return FromBits(bits_); }
+  /// One letter a constraint, "s-o"; of the first n.
+  std::string Word(int n) const;
 
   /// Union.
-  ContactMode operator|(ContactMode o) const { return FromBits(bits_ | o.bits_); }
+  ContactMode operator|(ContactMode o) const {
+    return ContactMode(bits_ | o.bits_, low_ | o.low_, high_ | o.high_);
+  }
   /// Intersection.
-  ContactMode operator&(ContactMode o) const { return FromBits(bits_ & o.bits_); }
+  ContactMode operator&(ContactMode o) const {
+    return ContactMode(bits_ & o.bits_, low_ & o.bits_, high_ & o.bits_);
+  }
   /// Set difference.
-  ContactMode operator-(ContactMode o) const { return FromBits(bits_ & ~o.bits_); }
-  /// The same members.
-  bool operator==(ContactMode o) const { return bits_ == o.bits_; }
-  /// Other members.
-  bool operator!=(ContactMode o) const { return bits_ != o.bits_; }
+  ContactMode operator-(ContactMode o) const { return *this & FromBits(~o.bits_); }
+  /// The same members with the same letters.
+  bool operator==(ContactMode o) const {
+    return bits_ == o.bits_ && low_ == o.low_ && high_ == o.high_;
+  }
+  /// Other members, or letters.
+  bool operator!=(ContactMode o) const { return !(*this == o); }
   /// Any order, for maps.
-  bool operator<(ContactMode o) const { return bits_ < o.bits_; }
+  bool operator<(ContactMode o) const {
+    return std::tie(bits_, low_, high_) < std::tie(o.bits_, o.low_, o.high_);
+  }
 
   /// Iterates over the members in increasing order: `for (int i : mode)`.
   class Iterator {
@@ -91,7 +139,11 @@ class ContactMode {
   std::string ToString(const std::vector<std::string>& constraints) const;
 
  private:
+  ContactMode(std::uint64_t bits, std::uint64_t low, std::uint64_t high)
+      : bits_(bits), low_(low), high_(high) {}
+
   std::uint64_t bits_ = 0;
+  std::uint64_t low_ = 0, high_ = 0;  // two bits a letter, zero off bits_
 };
 
 }  // namespace contact_flow

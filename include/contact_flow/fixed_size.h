@@ -3,6 +3,8 @@
 
 #include <type_traits>
 
+#include "contact_flow/types.h"
+
 namespace contact_flow {
 
 /// Calls f(n) with n as a compile-time constant when it is small, so that loops to n unroll: the
@@ -29,6 +31,71 @@ void WithFixedSize(int n, Function&& f) {
     default:
       return f(n);
   }
+}
+
+/// n numbers that are summed up: in registers where n is a compile-time constant of WithFixedSize,
+/// and in memory, at `out`, where it is not. Sums in memory are not vectorized and take twice the
+/// time.
+template <class Size>
+class ColumnSum {
+ public:
+  ColumnSum(Size, double*) {}
+  void Add(double factor, const double* column) { sum_ += factor * Eigen::Map<const Sum>(column); }
+  void WriteTo(double* out) const { Eigen::Map<Sum>{out} = sum_; }
+
+ private:
+  using Sum = Eigen::Matrix<double, Size::value, 1>;
+  Sum sum_ = Sum::Zero();
+};
+
+template <>
+class ColumnSum<int> {
+ public:
+  ColumnSum(int n, double* out) : sum_(out, n) { sum_.setZero(); }
+  void Add(double factor, const double* column) {
+    sum_ += factor * Eigen::Map<const Vector>(column, sum_.size());
+  }
+  void WriteTo(double*) const {}
+
+ private:
+  Eigen::Map<Vector> sum_;
+};
+
+/// out = sign · A B, where the number of A's rows is a compile-time constant: two columns of B at a
+/// time share the loads of A. Columns of `out` are `stride` apart.
+template <class Rows>
+void MultiplyFixedRows(Rows rows, double sign, const MatrixRef& A, const MatrixRef& B, double* out,
+                       Eigen::Index stride) {
+  Eigen::Index c = 0;
+  for (; c + 1 < B.cols(); c += 2, out += 2 * stride) {
+    ColumnSum first(rows, out), second(rows, out + stride);
+    const double *b = B.col(c).data(), *beside = B.col(c + 1).data();
+    for (Eigen::Index k = 0; k < A.cols(); ++k) {
+      if (b[k] == 0 && beside[k] == 0) continue;
+      first.Add(sign * b[k], A.col(k).data());
+      second.Add(sign * beside[k], A.col(k).data());
+    }
+    first.WriteTo(out);
+    second.WriteTo(out + stride);
+  }
+  for (; c < B.cols(); ++c, out += stride) {
+    ColumnSum sum(rows, out);
+    for (Eigen::Index k = 0; k < A.cols(); ++k) sum.Add(sign * B(k, c), A.col(k).data());
+    sum.WriteTo(out);
+  }
+}
+
+/// out = sign · A B. Eigen's general product packs both factors, which takes longer than the
+/// product where A has few rows.
+inline void MultiplyFewRows(double sign, const Matrix& A, const Matrix& B, Matrix* out) {
+  out->resize(A.rows(), B.cols());
+  WithFixedSize(static_cast<int>(A.rows()), [&](auto rows) {
+    if constexpr (std::is_same_v<decltype(rows), int>) {
+      out->noalias() = sign * A * B;
+    } else {
+      MultiplyFixedRows(rows, sign, A, B, out->data(), out->rows());
+    }
+  });
 }
 
 }  // namespace contact_flow

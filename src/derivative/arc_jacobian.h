@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/fixed_size.h"
 #include "contact_flow/flow/trajectory.h"
 
 namespace contact_flow {
@@ -43,7 +44,9 @@ class ArcJacobian {
         k_(dynamics->num_variables()),
         x_(dynamics->system().state_size()),
         units_(*dynamics, arc),
-        push_reach_(Vector::Zero(dynamics->system().num_constraints())) {}
+        push_reach_(Vector::Zero(dynamics->system().num_constraints())) {
+    FindScale();
+  }
 
   /// Chooses the unit of time for tangents of this rate [1/s]: the length of the arc, unless it is
   /// far from the time in which they change; then those of the variables, by a few looks. `begin` is
@@ -52,6 +55,7 @@ class ArcJacobian {
     constexpr double kLongest = 10;  // of 1/rate
     const double length = arc_.t_end - arc_.t_begin;
     units_.time = rate > 0 ? std::clamp(length, 1 / rate, kLongest / rate) : length;
+    FindScale();
     if (k_ == 0) {
       begin->leftCols(d_) *= units_.time * units_.time;
       begin->rightCols(d_) *= units_.time;
@@ -68,6 +72,7 @@ class ArcJacobian {
     for (int i = 0; i < k_; ++i) {
       units_.source(i) = largest(i) > 0 ? std::max(largest(i), least(i)) : 1;
     }
+    FindScale();
     begin->rightCols(k_) *= units_.source.cwiseInverse().asDiagonal();
   }
   /// What is rounding of the variables' sources [k]: small beside those without contacts, and beside
@@ -110,14 +115,10 @@ class ArcJacobian {
       KD.leftCols(d_) += KD.rightCols(d_) * bracket - space_.Bracket(dynamics_.acceleration());
       KD.rightCols(d_) -= bracket;
     }
-    const double tau = units_.time;
-    const auto rows = units_.length.asDiagonal();
-    const auto columns = units_.length.cwiseInverse().asDiagonal();
-    KD.leftCols(d_) = rows * (tau * tau * KD.leftCols(d_)) * columns;
-    KD.rightCols(d_) = rows * (tau * KD.rightCols(d_)) * columns;
+    KD = KD.cwiseProduct(scale_.leftCols(2 * d_));
     if (k_ > 0) {
       Eigen::Map<Matrix> S(source, d_, k_);
-      S = rows * (tau * tau * S) * units_.source.cwiseInverse().asDiagonal();
+      S = S.cwiseProduct(scale_.rightCols(k_));
     }
     NotePushes();
     ++count_;
@@ -154,6 +155,15 @@ class ArcJacobian {
   const Vector& push_reach() const { return push_reach_; }  ///< see VariationStatistics [n]
 
  private:
+  /// What the entries of [K D S] are multiplied by for the units: √M τ² (√M)⁻¹, … τ … and … τ² S⁻¹.
+  void FindScale() {
+    const double tau = units_.time;
+    const Vector columns = units_.length.cwiseInverse();
+    scale_.resize(d_, 2 * d_ + k_);
+    scale_.leftCols(d_) = units_.length * (tau * tau * columns.transpose());
+    scale_.middleCols(d_, d_) = units_.length * (tau * columns.transpose());
+    scale_.rightCols(k_) = units_.length * (tau * tau * units_.source.cwiseInverse().transpose());
+  }
   void NotePushes() {
     for (int i : arc_.mode - dynamics_.system().compliant()) {
       const double force = dynamics_.force()(i);
@@ -169,6 +179,7 @@ class ArcJacobian {
   const int k_;
   Vector x_;
   ArcUnits units_;
+  Matrix scale_;  // [d × 2d+k]
   Vector push_reach_;
   long count_ = 0;
 };
@@ -180,14 +191,19 @@ inline double FastestRate(const Matrix& jacobian) {
   const Eigen::Index d = jacobian.rows();
   Vector y(2 * d), next(2 * d);
   for (Eigen::Index i = 0; i < 2 * d; ++i) y(i) = 1 + 0.37 * static_cast<double>(i % 5);
+  y.normalize();
   double growth = 0;
   for (int k = 0; k < kIterations; ++k) {
     next.head(d) = y.tail(d);
-    next.tail(d).noalias() = jacobian.lazyProduct(y);
-    const double factor = next.norm() / y.norm();
+    WithFixedSize(static_cast<int>(d), [&](auto rows) {
+      ColumnSum sum(rows, next.data() + d);
+      for (Eigen::Index c = 0; c < 2 * d; ++c) sum.Add(y(c), jacobian.data() + c * d);
+      sum.WriteTo(next.data() + d);
+    });
+    const double factor = next.norm();
     if (!(factor > 0) || !std::isfinite(factor)) return 0;
     if (k >= kDiscarded) growth += std::log(factor);
-    y = next / next.norm();
+    y = next / factor;
   }
   return std::exp(growth / (kIterations - kDiscarded));
 }

@@ -13,14 +13,15 @@
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "error_estimate.h"
 #include "event_laws.h"
+#include "frictional_reset.h"
 #include "touching_contacts.h"
 
 namespace contact_flow {
 
 Status CheckTransition(const Transition* before, const Transition& transition,
                        double simultaneity_tolerance) {
-  std::ostringstream message;
   if (transition.completes_zeno) {
+    std::ostringstream message;
     message << "infinitely many bounces were completed to sticking at t = " << transition.t
             << " s: the outcome has no derivative by Theorem 1 (Def. 2 fails)";
     return {Outcome::kZeno, message.str()};
@@ -32,6 +33,7 @@ Status CheckTransition(const Transition* before, const Transition& transition,
       transition.t - before->t <=
       std::max({simultaneity_tolerance, transition.tolerance, before->tolerance});
   if (!close || transition.changes_input == before->changes_input) return {};
+  std::ostringstream message;
   message << "at t = " << transition.t
           << " s an event coincides with a change of the input: which comes first decides";
   return {Outcome::kNotDifferentiable, message.str()};
@@ -89,7 +91,11 @@ Vector BDerivative::Complete(const VectorRef& w) const {
   return complete;
 }
 
-Vector BDerivative::First(const VectorRef& w) const { return arcs.front() * start(Complete(w)); }
+Vector BDerivative::First(const VectorRef& w) const {
+  const Vector begun = start(Complete(w));
+  return start_stop.size() > 0 ? Vector(arcs.front() * (start_stop * begun))
+                               : Vector(arcs.front() * begun);
+}
 
 Vector BDerivative::operator()(const VectorRef& w) const {
   const BudgetStage stage("the derivative along a direction");
@@ -133,7 +139,8 @@ Status BDerivative::PiecewiseLinear() const {
 PiecewiseLinearMap BDerivative::Pieces() const {
   if (!start.PiecewiseLinear().ok()) throw NotPiecewiseLinear(start.PiecewiseLinear().message);
   BudgetStage stage("the pieces, event by event", events.size());
-  PiecewiseLinearMap map = PiecewiseLinearMap::Linear(arcs.front());
+  PiecewiseLinearMap map = PiecewiseLinearMap::Linear(
+      start_stop.size() > 0 ? Matrix(arcs.front() * start_stop) : arcs.front());
   if (!start.Empty()) {
     LinearPiece piece = map.pieces().front();
     piece.cone = start.Cone();
@@ -224,6 +231,7 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
         StartCone(dynamics[0].get(), arcs[0].x_begin, arcs[0].mode, arcs[0].t_begin,
                   trajectory.gap_tolerance, trajectory.speed_tolerance);
     // A run that is not even continuous in x says so first.
+    derivative.start_stop = StartStop(dynamics[0].get(), arcs[0].x_begin, arcs[0].mode);
     derivative.status = derivative.start.status();
     if (!derivative.status.ok()) {
       const Status jump = FirstJump(trajectory, dynamics, last, &derivative.events);

@@ -82,24 +82,28 @@ void Collocation::AssembleNode(int i, double h, Rows m) {
       v[r] = D[r] + ahead * K[r];
     }
   }
-  column_.resize(2 * m);
-  for (int unknown = 0; unknown < m; ++unknown) {  // K R and D R
-    double* __restrict K = column_.data();
-    double* __restrict D = column_.data() + m;
-    for (int r = 0; r < 2 * m; ++r) K[r] = 0;
+  on_positions_.resize(m, m);
+  on_velocities_.resize(m, m);
+  for (int unknown = 0; unknown < m; ++unknown) {
+    double *K = on_positions_.col(unknown).data(), *D = on_velocities_.col(unknown).data();
+    ColumnSum positions(m, K), velocities(m, D);
     for (int c = 0; c < d_; ++c) {
       const double factor = rows_.combination()(c, unknown);
       if (factor == 0) continue;
-      const double *left = picked_.col(c).data(), *right = picked_.col(d_ + c).data();
-      for (int r = 0; r < m; ++r) {
-        K[r] += factor * left[r];
-        D[r] += factor * right[r];
-      }
+      positions.Add(factor, picked_.col(c).data());
+      velocities.Add(factor, picked_.col(d_ + c).data());
     }
-    for (int j = 0; j < rule_->stages; ++j) {
-      double* __restrict block = &system_matrix_(i * m, j * m + unknown);
-      const double on_q = -h * h * rule_->twice(i, j), on_v = -h * rule_->a(i, j);
-      for (int r = 0; r < m; ++r) block[r] = on_q * K[r] + on_v * D[r];
+    positions.WriteTo(K);
+    velocities.WriteTo(D);
+  }
+  for (int j = 0; j < rule_->stages; ++j) {
+    const double on_q = -h * h * rule_->twice(i, j), on_v = -h * rule_->a(i, j);
+    for (int unknown = 0; unknown < m; ++unknown) {
+      double* block = &system_matrix_(i * m, j * m + unknown);
+      ColumnSum entries(m, block);
+      entries.Add(on_q, on_positions_.col(unknown).data());
+      entries.Add(on_v, on_velocities_.col(unknown).data());
+      entries.WriteTo(block);
     }
   }
 }
@@ -129,23 +133,20 @@ void Collocation::AddAccelerations(double scale, const Vector& weights, Eigen::R
   spread_.resize(d_, all);
   WithFixedSize(rows_.size(), [&](auto m) {
     for (int c = 0; c < all; ++c) {
-      double* __restrict sum = sum_.col(c).data();  // of no row where no acceleration is unknown
-      for (int r = 0; r < m; ++r) sum[r] = 0;
+      double* out = sum_.col(c).data();  // of no row where no acceleration is unknown
+      ColumnSum sum(m, out);
       for (int j = 0; j < rule_->stages; ++j) {
-        const double* __restrict Z = accelerations_.col(c).data() + j * m;
-        const double weight = scale * weights(j);
-        for (int r = 0; r < m; ++r) sum[r] += weight * Z[r];
+        sum.Add(scale * weights(j), accelerations_.col(c).data() + j * m);
       }
+      sum.WriteTo(out);
     }
   });
   WithFixedSize(d_, [&](auto d) {
     for (int c = 0; c < all; ++c) {
-      double* __restrict out = spread_.col(c).data();
-      for (int r = 0; r < d; ++r) out[r] = 0;
-      for (int k = 0; k < rows_.size(); ++k) {
-        const double factor = sum_(k, c);
-        for (int r = 0; r < d; ++r) out[r] += factor * R[k * d + r];
-      }
+      double* out = spread_.col(c).data();
+      ColumnSum sum(d, out);
+      for (int k = 0; k < rows_.size(); ++k) sum.Add(sum_(k, c), R + k * d);
+      sum.WriteTo(out);
     }
   });
   WithFixedSize(d_, [&](auto d) {
@@ -163,28 +164,32 @@ void Collocation::AddAccelerations(double scale, const Vector& weights, Eigen::R
   if (k_ > 0) target.rightCols(k_) += spread_.rightCols(k_);
 }
 
+// The products below are of a few rows and one column: lazyProduct neither allocates nor packs.
+
 void Collocation::Follow(const VectorRef& r) {
   const int columns = columns_.size(), m = rows_.size(), s = rule_->stages;
+  const auto picked = columns_.combination().transpose();
   start_ = r;
   picked_column_.resize(2 * columns + k_);
-  picked_column_.head(columns).noalias() = columns_.combination().transpose() * r.head(d_);
-  picked_column_.segment(columns, columns).noalias() =
-      columns_.combination().transpose() * r.segment(d_, d_);
+  picked_column_.head(columns).noalias() = picked.lazyProduct(r.head(d_));
+  picked_column_.segment(columns, columns).noalias() = picked.lazyProduct(r.segment(d_, d_));
   picked_column_.tail(k_) = r.tail(k_);
   followed_.resize(m, s);
   Eigen::Map<Vector>(followed_.data(), m * s).noalias() = accelerations_ * picked_column_;
 }
 
-void Collocation::Acceleration(const Vector& weights, Vector* acceleration) const {
-  acceleration->noalias() = rows_.combination() * (followed_ * weights);
+void Collocation::Acceleration(const Vector& weights, Vector* acceleration) {
+  mixed_.noalias() = followed_.lazyProduct(weights);
+  acceleration->noalias() = rows_.combination().lazyProduct(mixed_);
 }
 
-void Collocation::Tangent(double h, const GaussLegendre::Point& point, Vector* tangent) const {
-  tangent->resize(2 * d_);
+void Collocation::Tangent(double h, const GaussLegendre::Point& point, Vector* tangent) {
   const auto q = start_.head(d_), v = start_.segment(d_, d_);
-  tangent->head(d_) =
-      q + point.at * h * v + rows_.combination() * (followed_ * (h * h * point.twice));
-  tangent->tail(d_) = v + rows_.combination() * (followed_ * (h * point.once));
+  tangent->resize(2 * d_);
+  Acceleration(point.twice, &integral_);
+  tangent->head(d_) = q + point.at * h * v + h * h * integral_;
+  Acceleration(point.once, &integral_);
+  tangent->tail(d_) = v + h * integral_;
 }
 
 }  // namespace contact_flow

@@ -39,9 +39,9 @@ class Collocation {
   /// whole propagator costs many.
   void Follow(const VectorRef& r);
   /// Its acceleration Σ_j weights_j Y_j r [d].
-  void Acceleration(const Vector& weights, Vector* acceleration) const;
+  void Acceleration(const Vector& weights, Vector* acceleration);
   /// Its (y, ẏ) [2d] at a point of the step.
-  void Tangent(double h, const GaussLegendre::Point& point, Vector* tangent) const;
+  void Tangent(double h, const GaussLegendre::Point& point, Vector* tangent);
 
  private:
   /// Only independent rows and columns enter the linear system. What holds on one step mostly does
@@ -72,13 +72,16 @@ class Collocation {
   Matrix sample_;
   Matrix source_sample_;
   Matrix picked_;  // the independent rows of one [K D]
-  Vector column_;
+  Matrix on_positions_;   // K R [rows × rows] of one node
+  Matrix on_velocities_;  // D R
   Matrix accelerations_;  // Z_1 … Z_s, stacked
   Matrix sum_;            // Σ_j weights_j Z_j
   Matrix spread_;         // R times it
   Vector start_;          // the tangent that is followed
   Vector picked_column_;
   Matrix followed_;  // its Z_1 … Z_s, side by side
+  Vector mixed_;     // Σ_j weights_j of them
+  Vector integral_;  // R times it
 };
 
 }  // namespace contact_flow

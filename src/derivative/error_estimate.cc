@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstdint>
 
-#include "event_order.h"
-
 #include "contact_flow/budget.h"
+#include "contact_flow/fixed_size.h"
+#include "event_order.h"
 
 namespace contact_flow {
 namespace {
@@ -44,8 +44,15 @@ Vector Signed(int probe, std::size_t site, const Vector& size) {
 }
 
 /// x += what errors of these sizes in its first entries may be; the variables behind are exact.
-void Disturb(int probe, std::size_t site, const Vector& size, Vector* x) {
-  x->head(size.size()) += Signed(probe, site, size);
+template <class Sizes>
+void Disturb(int probe, std::size_t site, const Sizes& size, Vector* x) {
+  for (Eigen::Index i = 0; i < size.size(); ++i) (*x)(i) += Sign(probe, site, i) * size(i);
+}
+
+/// x ← A x, by a buffer.
+void Carry(const Matrix& A, Vector* x, Vector* buffer) {
+  buffer->noalias() = A * *x;
+  x->swap(*buffer);
 }
 
 using Probes = std::array<Vector, kProbes>;
@@ -118,8 +125,9 @@ Matrix PropagatorChange(ContactDynamics* dynamics, const Arc& arc, const Matrix&
   arc.dense.Evaluate(arc.t_begin + half, x.data());
   const Matrix bend = JacobianChange(dynamics, x, arc.mode, e);
   if (bend.size() == 0) return change;
-  change.bottomRows(d) = half * bend;
-  change.bottomRows(d).noalias() += half * (bend * Phi);
+  Matrix bend_carried;
+  MultiplyFewRows(1, bend, Phi, &bend_carried);
+  change.bottomRows(d) = half * (bend + bend_carried);
   change.topRows(d) = half * change.bottomRows(d);
   return change;
 }
@@ -143,27 +151,28 @@ Vector ErrorFrom(const BDerivative& derivative, const std::vector<Matrix>& reset
   const std::vector<double>& parts = derivative.part_errors;
   Probes errors;
   errors.fill(Vector::Zero(size));
+  Vector buffer(size), after(size);
   for (std::size_t k = 0; k < derivative.arcs.size(); ++k) {
     const Matrix& Phi = derivative.arcs[k];
-    const double size =
-        std::max((Phi * tangent).cwiseAbs().maxCoeff(), tangent.lpNorm<Eigen::Infinity>());
-    const double own = PropagatorError(parts[2 * k], derivative.options.tolerance) * size;
     const Vector bend = derivative.part_bends[k] * tangent;
-    tangent = Phi * tangent;
+    const double before = tangent.lpNorm<Eigen::Infinity>();
+    Carry(Phi, &tangent, &buffer);
+    const double largest = std::max(tangent.cwiseAbs().maxCoeff(), before);
+    const double own = PropagatorError(parts[2 * k], derivative.options.tolerance) * largest;
     for (int j = 0; j < kProbes; ++j) {
-      errors[j] = Phi * errors[j];
+      Carry(Phi, &errors[j], &buffer);
       Disturb(j, 4 * k + 2, Vector::Constant(d2, own), &errors[j]);
       errors[j].head(d2) += Sign(j, 4 * k + 1, -1) * bend;
     }
     if (k + 1 == derivative.arcs.size()) break;
     const Matrix& reset = resets[k];
-    const Vector after = reset * tangent;
+    after.noalias() = reset * tangent;
     const Vector jump = parts[2 * k + 1] * (after - tangent).head(d2).cwiseAbs();
     for (int j = 0; j < kProbes; ++j) {
-      errors[j] = reset * errors[j];
+      Carry(reset, &errors[j], &buffer);
       Disturb(j, 4 * k + 3, jump, &errors[j]);
     }
-    tangent = after;
+    tangent.swap(after);
   }
   return RootMeanSquare(errors).head(d2);
 }
@@ -178,6 +187,7 @@ void EstimateErrors(const Trajectory& trajectory, std::size_t first,
   const Eigen::Index size = derivative->arcs.front().rows();
   Probes probes;
   probes.fill(Vector::Zero(size));
+  Vector buffer(size);
   const std::vector<Matrix> resets = Resets(*derivative);
   derivative->part_errors.clear();
   derivative->part_bends.clear();
@@ -196,7 +206,7 @@ void EstimateErrors(const Trajectory& trajectory, std::size_t first,
     const Vector local = ArcError(arc);
     for (int j = 0; j < kProbes; ++j) {
       Disturb(j, 4 * k, local, &probes[j]);
-      probes[j] = derivative->arcs[k] * probes[j];
+      Carry(derivative->arcs[k], &probes[j], &buffer);
       Disturb(j, 4 * k + 1, local, &probes[j]);
     }
     const Vector e = Signed(0, 4 * k, RootMeanSquare(probes).head(tangents));
@@ -215,7 +225,7 @@ void EstimateErrors(const Trajectory& trajectory, std::size_t first,
     const bool close = k + 2 < derivative->arcs.size() &&
                        trajectory.transitions[first + k + 1].t - transition.t < kClose * span;
     last_shifts = close ? shifts(k) : std::vector<double>();
-    for (Vector& probe : probes) probe = resets[k] * probe;
+    for (Vector& probe : probes) Carry(resets[k], &probe, &buffer);
   }
   derivative->trust.state_error = kStateSafety * RootMeanSquare(probes).head(tangents);
   // Along one direction with a part in all, |w| = 1.

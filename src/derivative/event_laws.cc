@@ -26,14 +26,12 @@ double RelativeResidual(const Vector& difference, const Vector& sizes) {
   return largest;
 }
 
-/// A lower estimate of the condition of a symmetric matrix scaled to a unit diagonal: by the pivots
-/// of its Cholesky factor.
-double ScaledCondition(const Matrix& symmetric) {
+/// A lower estimate of the condition of a symmetric matrix S scaled to a unit diagonal: by the
+/// pivots of its Cholesky factor, which are L_ii / √S_ii where S = L Lᵀ.
+double ScaledCondition(const Matrix& symmetric, const Eigen::LLT<Matrix>& factor) {
   if (symmetric.size() == 0) return 1;
-  const Vector scale = symmetric.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::LLT<Matrix> factor(scale.asDiagonal() * symmetric * scale.asDiagonal());
   if (factor.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
-  const auto pivots = factor.matrixLLT().diagonal();
+  const auto pivots = factor.matrixLLT().diagonal().array() / symmetric.diagonal().array().sqrt();
   const double ratio = pivots.maxCoeff() / pivots.minCoeff();
   return ratio * ratio;
 }
@@ -80,25 +78,29 @@ void AssessImpact(const MechanicalSystem& system, const Transition& transition, 
   const ContactMode touching =
       (transition.mode_before | transition.activated | transition.touching) - system.compliant();
   const Matrix rows = inertia.Rows(touching);
-  trust->condition = std::max(ScaledCondition(inertia.mass()),
-                              ScaledCondition(rows * (inertia * rows.transpose())));
+  const Matrix delassus = rows * (inertia * rows.transpose());
+  const Eigen::LLT<Matrix>& mass = inertia.mass_factor();
+  trust->condition = std::max(ScaledCondition(inertia.mass(), mass),
+                              ScaledCondition(delassus, Eigen::LLT<Matrix>(delassus)));
   if (transition.activated.Empty()) return;
   const Matrix& A = inertia.terms().jacobian;
   const Vector v_plus = transition.x_plus.tail(d);
   // In the kinetic metric, where momenta of all units compare: |M Δv − Aᵀp| beside |M v|.
-  const Eigen::LLT<Matrix> mass(inertia.mass());
-  const auto size = [&](const Vector& momentum) {
-    return mass.matrixL().solve(momentum).norm();
+  const Vector momentum = inertia.mass() * v, later_momentum = inertia.mass() * v_plus;
+  const auto size = [&](Vector momentum) {
+    mass.matrixL().solveInPlace(momentum);
+    return momentum.norm();
   };
-  const double speed = size(inertia.mass() * v) + size(inertia.mass() * v_plus);
+  const double speed = size(momentum) + size(later_momentum);
   if (speed > 0) {
-    trust->momentum = size(inertia.mass() * (v_plus - v) - A.transpose() * transition.impulse) / speed;
+    const Vector given = inertia.mass() * (v_plus - v) - A.transpose() * transition.impulse;
+    trust->momentum = size(given) / speed;
   }
   const Vector& restitution = system.restitution();
   for (int i : touching) {
     if (restitution(i) != restitution(*touching.begin()) || restitution(i) > 1) return;
   }
-  const double energy = v.dot(inertia.mass() * v), later = v_plus.dot(inertia.mass() * v_plus);
+  const double energy = v.dot(momentum), later = v_plus.dot(later_momentum);
   if (energy > 0) trust->energy = std::max(0.0, (later - energy) / energy);
 }
 

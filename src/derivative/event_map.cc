@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "contact_flow/budget.h"
+#include "frictional_event.h"
 #include "germ.h"
 
 namespace contact_flow {
@@ -26,9 +27,12 @@ Eigen::RowVectorXd EventMap::TimeRow(int i, const Stage& stage) const {
   return -guards_.row(i) / guards_.row(i).dot(stage.field);
 }
 
-Vector EventMap::operator()(const VectorRef& w) const { return Germ(*this, w).Run(nullptr); }
+Vector EventMap::operator()(const VectorRef& w) const {
+  return friction_ ? Vector(friction_->Follow(w).matrix * w) : Germ(*this, w).Run(nullptr);
+}
 
 std::vector<PerturbedEvent> EventMap::PerturbedEvents(const VectorRef& w) const {
+  if (friction_) return friction_->Events(w);
   std::vector<PerturbedEvent> events;
   Germ(*this, w).Run(&events);
   return events;
@@ -52,6 +56,7 @@ std::vector<ContactMode> EventMap::PerturbedModes(const VectorRef& direction) co
 Matrix EventMap::Selection(const std::vector<int>& order) const {
   const Status linear = PiecewiseLinear(order);
   if (!linear.ok()) throw NotPiecewiseLinear(linear.message);
+  if (friction_) return friction_->Follow(Vector::Zero(size())).matrix;
   const int n = size();
   Matrix product = Matrix::Identity(n, n);
   ContactMode S;
@@ -70,6 +75,7 @@ Matrix EventMap::Selection(const std::vector<int>& order) const {
 }
 
 Matrix EventMap::Cone(const std::vector<int>& order) const {
+  if (friction_) return friction_->Follow(Vector::Zero(size())).cone;
   const int n = size(), m = static_cast<int>(order.size());
   std::vector<Eigen::RowVectorXd> rows;
   Matrix carried = Matrix::Identity(n, n);  // w at this stage, moved to the time of the last event
@@ -94,6 +100,7 @@ Matrix EventMap::Cone(const std::vector<int>& order) const {
 }
 
 Matrix EventMap::Times(const std::vector<int>& order) const {
+  if (friction_) return friction_->Follow(Vector::Zero(size())).times;
   const int n = size(), m = static_cast<int>(order.size());
   Matrix times(m, n);
   Matrix carried = Matrix::Identity(n, n);  // as in Cone
@@ -114,6 +121,7 @@ Matrix EventMap::Times(const std::vector<int>& order) const {
 }
 
 std::vector<ContactMode> EventMap::Modes(const std::vector<int>& order) const {
+  if (friction_) return friction_->Follow(Vector::Zero(size())).modes;
   std::vector<ContactMode> modes;
   ContactMode S;
   for (int i : order) {
@@ -126,6 +134,7 @@ std::vector<ContactMode> EventMap::Modes(const std::vector<int>& order) const {
 }
 
 PiecewiseLinearMap EventMap::Pieces(int max_activations) const {
+  if (friction_) return friction_->Map();
   const int m = num_activations();
   if (m > max_activations) {
     std::ostringstream message;

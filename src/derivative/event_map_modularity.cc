@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contact_flow/derivative/event_map.h"
+#include "frictional_event.h"
 
 namespace contact_flow {
 
@@ -14,6 +15,10 @@ Modularity EventMap::AssessModularity() const {
   Modularity modularity;
   if (!PiecewiseLinear().ok()) {
     modularity.defect = std::numeric_limits<double>::quiet_NaN();
+    return modularity;
+  }
+  if (friction_) {
+    modularity.defect = friction_->Kink();
     return modularity;
   }
   if (m < 2) return modularity;

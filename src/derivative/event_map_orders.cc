@@ -9,6 +9,7 @@
 
 #include "contact_flow/budget.h"
 #include "contact_flow/derivative/event_map.h"
+#include "frictional_event.h"
 
 namespace contact_flow {
 namespace {
@@ -140,7 +141,7 @@ class OrderWalk {
 };
 
 Status EventMap::PiecewiseLinear(const std::vector<int>& order) const {
-  if (!status_.ok()) return status_;
+  if (!status_.ok() || friction_) return status_;
   OrderWalk walk(*this);
   OrderWalk::State state;
   for (int i : order) {
@@ -150,6 +151,7 @@ Status EventMap::PiecewiseLinear(const std::vector<int>& order) const {
 }
 
 Matrix EventMap::AnySelection() const {
+  if (friction_) return friction_->Follow(Vector::Zero(size())).matrix;
   if (activated_.empty() || !PiecewiseLinear(activated_).ok()) {
     return Matrix::Identity(size(), size());
   }
@@ -157,6 +159,7 @@ Matrix EventMap::AnySelection() const {
 }
 
 const Status& EventMap::PiecewiseLinear() const {
+  if (friction_) return status_;
   if (examined_) return piecewise_linear_;
   OrderWalk walk(*this);
   if (status_.ok()) walk.All();

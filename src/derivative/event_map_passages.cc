@@ -175,7 +175,7 @@ const EventMap::Stage& EventMap::Activate(ContactMode S, int i, const Matrix** r
   }
   ImpactResult closing;
   closing.v_plus = stage.v;
-  closing.impulse = Vector::Zero(system_->num_constraints() + system_->num_bilateral());
+  closing.impulse = Vector::Zero(system_->num_rows());
   *reset = &(regained_[{S, i}] = ImpactJacobian(*system_, q_, stage.v, closing, held, held,
                                                 dynamics_->variables()) *
                                  passage.reset);

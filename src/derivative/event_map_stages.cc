@@ -6,6 +6,7 @@
 
 #include "contact_flow/derivative/event_map.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
+#include "frictional_event.h"
 
 namespace contact_flow {
 namespace {
@@ -40,7 +41,7 @@ EventMap::EventMap(std::shared_ptr<ContactDynamics> dynamics, const Transition& 
   guards_.setZero(n, 2 * d + k);
   guards_.leftCols(d) = jacobian_;
   bilateral_.setZero(l, 2 * d + k);
-  bilateral_.leftCols(d) = terms.jacobian.bottomRows(l);
+  bilateral_.leftCols(d) = terms.jacobian.middleRows(n, l);
   const std::vector<int>& parameters = dynamics_->variables().parameters;
   if (!parameters.empty()) {
     ParameterJacobian by_parameter;
@@ -48,7 +49,14 @@ EventMap::EventMap(std::shared_ptr<ContactDynamics> dynamics, const Transition& 
                                              Vector::Zero(terms.jacobian.rows()), v_minus,
                                              parameters, &by_parameter);
     guards_.rightCols(parameters.size()) = by_parameter.gap.topRows(n);
-    bilateral_.rightCols(parameters.size()) = by_parameter.gap.bottomRows(l);
+    bilateral_.rightCols(parameters.size()) = by_parameter.gap.middleRows(n, l);
+  }
+  if (system_->HasFriction()) {
+    auto event = std::make_shared<FrictionalEvent>(dynamics_, transition);
+    status_ = event->status();
+    cluster_.outcomes = event->outcomes();
+    friction_ = std::move(event);
+    return;
   }
   if (system_->HasContactEffort() && !transition.vanishing.Empty()) AddReleases();
   activated_ = Members(events_);

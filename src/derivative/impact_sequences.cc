@@ -32,7 +32,7 @@ ImpactSequences::ImpactSequences(ContactDynamics* dynamics, const Transition& tr
                (transition.activated | (transition.touching - rules_.shut) |
                 (transition.vanishing & frame.touching))
                    .Size()) {
-  path_.impulse = Vector::Zero(system_.num_constraints() + system_.num_bilateral());
+  path_.impulse = Vector::Zero(system_.num_rows());
   const State begin = {transition.x_minus.tail(system_.dof()),
                        (transition.mode_before | rules_.shut) & frame.touching, ContactMode()};
   for (const State& state : Branches(begin, transition.vanishing & begin.resting)) {

@@ -5,12 +5,30 @@
 #include <cmath>
 #include <numeric>
 
+#include "contact_flow/fixed_size.h"
+
 namespace contact_flow {
 namespace {
 
 /// Part of the largest entry below which a sample has nothing to say. Less than kRounding: what one
 /// sample takes for nothing must not exceed rounding in another.
 constexpr double kNothing = 1e-14;
+
+/// Makes row p 1 in column `pivot` and 0 in all others, by adding multiples of that column to them.
+void Eliminate(int p, int pivot, Matrix* W) {
+  WithFixedSize(static_cast<int>(W->rows()), [&](auto rows) {
+    double* __restrict unit = W->col(pivot).data();
+    const double scale = unit[p];
+    for (int r = 0; r < rows; ++r) unit[r] /= scale;
+    for (int c = 0; c < W->cols(); ++c) {
+      double* __restrict column = W->col(c).data();
+      const double factor = column[p];
+      if (c == pivot || factor == 0) continue;
+      for (int r = 0; r < rows; ++r) column[r] -= factor * unit[r];
+      column[p] = 0;
+    }
+  });
+}
 
 }  // namespace
 
@@ -26,8 +44,7 @@ void RowSpan::Find(Matrix* sample) {
   const int rows = static_cast<int>(W.rows()), columns = static_cast<int>(W.cols());
   members_.clear();
   double zero = 0;
-  // Row p becomes 1 in the pivot's column and 0 in all others, so that those columns combine the
-  // members.
+  // In the end the columns of the pivots combine the members.
   for (int rank = 0; rank < std::min(rows, columns); ++rank) {
     double largest = 0;
     int p = 0, pivot = rank;
@@ -43,13 +60,7 @@ void RowSpan::Find(Matrix* sample) {
     if (!(largest > zero)) break;
     members_.push_back(p);
     W.col(pivot).swap(W.col(rank));
-    W.col(rank) /= W(p, rank);
-    for (int c = 0; c < columns; ++c) {
-      const double factor = W(p, c);
-      if (c == rank || factor == 0) continue;
-      W.col(c) -= factor * W.col(rank);
-      W(p, c) = 0;
-    }
+    Eliminate(p, rank, &W);
   }
   combination_ = W.leftCols(size());
   combination_ = (combination_.array().abs() > kNothing).select(combination_, 0);

@@ -10,6 +10,7 @@
 #include "arc_jacobian.h"
 #include "collocation.h"
 #include "contact_flow/budget.h"
+#include "contact_flow/fixed_size.h"
 #include "flow_law.h"
 #include "gauss_legendre.h"
 #include "motion_pace.h"
@@ -171,15 +172,16 @@ class Propagation {
     source_size_ = k_ > 0 ? std::max(1.0, next_.rightCols(k_).cwiseAbs().maxCoeff()) : 1;
     // Defect at the end: the collocation polynomial's acceleration against the equation's. Of what
     // has decayed before, as the fast modes of a stiff damper, nothing is left to be wrong by.
-    defect_.noalias() = -end_ * step_;
+    MultiplyFewRows(-1, end_, step_, &defect_);
     collocation_.AddAccelerations(1, rule.at_end, defect_);
-    const double ends = h * std::max(Relative(moved), MixedDefect(h, rule.begin, begin_));
     // And inside, where the nodes do not look: at another of the gaps between them in every step.
     golden_ += kGolden;
     golden_ -= std::floor(golden_);
     const GaussLegendre::Point& point = rule.between[static_cast<std::size_t>(golden_ * (s - 1))];
     jacobian_.At(t + point.at * h, between_.data(), between_.data() + 2 * d_ * d_);
-    const double inside = h * MixedDefect(h, point, between_);
+    const Defects mixed = MixedDefects(h, point);
+    const double ends = h * std::max(Relative(moved), mixed.begin);
+    const double inside = h * mixed.inside;
     const double relative = std::max(ends, inside / point.weight);
     const double error = rule.error * std::pow(relative / rule.defect, (2.0 * s + 1) / (s + 1));
     return inside / point.weight > kShape * ends ? std::max(error, inside) : error;
@@ -189,23 +191,35 @@ class Propagation {
   /// by themselves.
   double Relative(bool moved) {
     if (moved) {
-      carried_.noalias() = defect_ * phi_;
+      MultiplyFewRows(1, defect_, phi_, &carried_);
       defect_.swap(carried_);
     }
     return std::max(defect_.leftCols(2 * d_).cwiseAbs().maxCoeff() / size_,
                     k_ > 0 ? defect_.rightCols(k_).cwiseAbs().maxCoeff() / source_size_ : 0);
   }
 
-  /// The same of one tangent that has a part in all, where [K D S] is `jacobian`.
-  double MixedDefect(double h, const GaussLegendre::Point& point, const Matrix& jacobian) {
-    const double largest = DefectOf(tangent_, h, point, jacobian) / size_;
-    return k_ > 0 ? std::max(largest, DefectOf(source_, h, point, jacobian) / source_size_)
-                  : largest;
+  /// The same of one tangent that has a part in all, at the beginning of the step and inside.
+  struct Defects {
+    double begin, inside;
+  };
+  Defects MixedDefects(double h, const GaussLegendre::Point& point) {
+    const Defects mixed = DefectsOf(tangent_, h, point, size_);
+    if (k_ == 0) return mixed;
+    const Defects source = DefectsOf(source_, h, point, source_size_);
+    return {std::max(mixed.begin, source.begin), std::max(mixed.inside, source.inside)};
   }
 
-  double DefectOf(const Vector& tangent, double h, const GaussLegendre::Point& point,
-                  const Matrix& jacobian) {
+  Defects DefectsOf(const Vector& tangent, double h, const GaussLegendre::Point& point,
+                    double size) {
     collocation_.Follow(tangent);
+    const GaussLegendre::Point& begin = collocation_.rule().begin;
+    return {DefectAt(begin, begin_, tangent, h) / size,
+            DefectAt(point, between_, tangent, h) / size};
+  }
+
+  /// Of the tangent that is followed, at a point where [K D S] is `jacobian`.
+  double DefectAt(const GaussLegendre::Point& point, const Matrix& jacobian, const Vector& tangent,
+                  double h) {
     collocation_.Tangent(h, point, &there_);
     collocation_.Acceleration(point.value, &bend_);
     bend_.noalias() -= jacobian.leftCols(2 * d_).lazyProduct(there_);

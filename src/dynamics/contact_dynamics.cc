@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/dynamics/contact_dynamics.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/fixed_size.h"
+#include "solve_columns.h"
 
 namespace contact_flow {
 namespace {
@@ -14,16 +17,15 @@ namespace {
 /// alias.
 void MultiplySmall(double sign, const Matrix& A, const Matrix& B, double* out, int stride) {
   WithFixedSize(static_cast<int>(A.rows()), [&](auto rows) {
-    const double* b = B.data();
-    double* __restrict target = out;
-    for (int c = 0; c < B.cols(); ++c, target += stride) {
-      const double* __restrict a = A.data();
-      for (int r = 0; r < rows; ++r) target[r] = 0;
-      for (int k = 0; k < A.cols(); ++k, ++b, a += rows) {
-        if (*b == 0) continue;
-        const double factor = sign * *b;
-        for (int r = 0; r < rows; ++r) target[r] += factor * a[r];
+    if constexpr (std::is_same_v<decltype(rows), int>) {
+      for (int c = 0; c < B.cols(); ++c, out += stride) {
+        ColumnSum sum(rows, out);
+        for (int k = 0; k < A.cols(); ++k) {
+          if (B(k, c) != 0) sum.Add(sign * B(k, c), A.col(k).data());
+        }
       }
+    } else {
+      MultiplyFixedRows(rows, sign, A, B, out, stride);
     }
   });
 }
@@ -37,7 +39,7 @@ ContactDynamics::ContactDynamics(const MechanicalSystem& system, const VectorRef
       variables_(variables),
       d_(system.dof()),
       nq_(system.num_positions()),
-      n_(system.num_constraints() + system.num_bilateral()),
+      n_(system.num_rows()),
       k_(variables.Size(system)),
       constant_(system.HasConstantMass() && system.HasAffineConstraints()),
       mass_(d_, d_),
@@ -56,101 +58,130 @@ ContactDynamics::ContactDynamics(const MechanicalSystem& system, const VectorRef
 }
 
 void ContactDynamics::SetMode(ContactMode mode) {
-  mode_ = mode;
-  active_.clear();
-  for (int i : mode - system_.compliant()) active_.push_back(i);
-  for (int i = system_.num_constraints(); i < n_; ++i) active_.push_back(i);
-  const int k = static_cast<int>(active_.size());
-  active_jacobian_.resize(k, d_);
-  reach_.resize(d_, k);
-  momentum_map_.resize(k, d_);
-  force_map_.resize(k, d_);
-  delassus_inverse_.resize(k, k);
-  bias_.setZero(k);
-  multiplier_.setZero(k);
-  active_residual_.setZero(k, 2 * d_ + k_);
-  active_force_jacobian_.resize(k, 2 * d_ + k_);
+  auto kept = std::find_if(modes_.begin(), modes_.end(),
+                           [mode](const ModeFactors& factors) { return factors.mode == mode; });
+  const bool is_new = kept == modes_.end();
+  if (is_new && modes_.size() < kMaxKeptModes) {
+    modes_.emplace_front();
+  } else {
+    if (is_new) --kept;  // what was not used for longest makes room
+    modes_.splice(modes_.begin(), modes_, kept);
+  }
+  at_ = &modes_.front();
+  if (!is_new) return;
+  at_->mode = mode;
+  at_->known = false;
+  at_->active.clear();
+  for (int i : mode - system_.compliant()) at_->active.push_back(i);
+  for (int i = 0; i < system_.num_bilateral(); ++i) {
+    at_->active.push_back(system_.num_constraints() + i);
+  }
+  at_->sliding.clear();
+  at_->turning = false;
+  if (system_.HasFriction()) AddFriction();
+  const int k = static_cast<int>(at_->active.size());
+  at_->jacobian.resize(k, d_);
+  at_->reach.resize(d_, k);
+  at_->momentum_map.resize(k, d_);
+  at_->force_map.resize(k, d_);
+  at_->delassus_inverse.resize(k, k);
+  at_->bias.setZero(k);
+  at_->multiplier.setZero(k);
+  at_->residual.setZero(k, 2 * d_ + k_);
+  at_->force_jacobian.resize(k, 2 * d_ + k_);
 }
 
 void ContactDynamics::Factorize(const VectorRef& x) {
-  mass_factor_.compute(mass_);
-  regular_ = mass_factor_.info() == Eigen::Success;
-  const int k = static_cast<int>(active_.size());
+  if (!has_mass_) mass_factor_.compute(mass_);
+  has_mass_ = constant_;
+  at_->regular = mass_factor_.info() == Eigen::Success;
+  const int k = static_cast<int>(at_->active.size());
   if (k == 0) return;
   system_.Constraints(x.head(nq_), x.tail(d_), &terms_);
   for (int i = 0; i < k; ++i) {
-    active_jacobian_.row(i) = terms_.jacobian.row(active_[i]);
-    bias_(i) = terms_.bias(active_[i]);
-    reach_.col(i) = active_jacobian_.row(i);
-    mass_factor_.matrixL().solveInPlace(reach_.col(i));
+    at_->jacobian.row(i) = terms_.jacobian.row(at_->active[i]);
+    at_->bias(i) = terms_.bias(at_->active[i]);
+    at_->reach.col(i) = at_->jacobian.row(i);
+    mass_factor_.matrixL().solveInPlace(at_->reach.col(i));
   }
-  delassus_inverse_.noalias() = reach_.transpose().lazyProduct(reach_);
-  delassus_factor_.compute(delassus_inverse_);
-  regular_ = regular_ && delassus_factor_.info() == Eigen::Success;
+  if (!at_->sliding.empty()) return FactorizeSliding(x);
+  at_->delassus_inverse.noalias() = at_->reach.transpose().lazyProduct(at_->reach);
+  at_->delassus_factor.compute(at_->delassus_inverse);
+  at_->regular = at_->regular && at_->delassus_factor.info() == Eigen::Success;
 }
 
 void ContactDynamics::Invert() {
-  inverse_.setIdentity(d_, d_);
-  mass_factor_.solveInPlace(inverse_);
-  if (!active_.empty()) {
-    delassus_inverse_.setIdentity();
-    delassus_factor_.solveInPlace(delassus_inverse_);
-    momentum_map_.noalias() = active_jacobian_.lazyProduct(inverse_);
-    force_map_.noalias() = delassus_inverse_.lazyProduct(momentum_map_);
-    inverse_.noalias() -= momentum_map_.transpose().lazyProduct(force_map_);
+  at_->inverse.setIdentity(d_, d_);
+  SolveColumns(mass_factor_, &at_->inverse);
+  if (!at_->active.empty()) {
+    at_->delassus_inverse.setIdentity();
+    at_->momentum_map.noalias() = at_->jacobian.lazyProduct(at_->inverse);
+    if (at_->sliding.empty()) {
+      SolveColumns(at_->delassus_factor, &at_->delassus_inverse);
+      at_->force_map.noalias() = at_->delassus_inverse.lazyProduct(at_->momentum_map);
+      at_->inverse.noalias() -= at_->momentum_map.transpose().lazyProduct(at_->force_map);
+    } else {
+      at_->delassus_inverse = at_->sliding_factor.solve(at_->delassus_inverse).eval();
+      at_->force_map.noalias() = at_->delassus_inverse.lazyProduct(at_->momentum_map);
+      at_->response = at_->push;
+      mass_factor_.matrixU().solveInPlace(at_->response);  // M⁻¹ W
+      at_->inverse.noalias() -= at_->response.lazyProduct(at_->force_map);
+      at_->response = (at_->response * at_->delassus_inverse).eval();
+    }
   }
-  if (regular_) return;
-  inverse_.setConstant(std::numeric_limits<double>::quiet_NaN());
-  force_map_.setConstant(std::numeric_limits<double>::quiet_NaN());
+  if (at_->regular) return;
+  at_->inverse.setConstant(std::numeric_limits<double>::quiet_NaN());
+  at_->force_map.setConstant(std::numeric_limits<double>::quiet_NaN());
 }
 
 void ContactDynamics::Evaluate(const VectorRef& x, ContactMode mode) {
   ++evaluations_;
-  const bool same_mode = factorized_ && mode == mode_;
-  system_.Dynamics(x.head(nq_), x.tail(d_), u_, mode, constant_ && factorized_ ? nullptr : &mass_,
-                   &applied_);
-  if (!same_mode) SetMode(mode);
-  if (!(constant_ && same_mode)) Factorize(x);
-  if (constant_ && !same_mode) Invert();
-  factorized_ = true;
+  system_.Dynamics(x.head(nq_), x.tail(d_), u_, mode, has_mass_ ? nullptr : &mass_, &applied_);
+  if (at_ == nullptr || at_->mode != mode) SetMode(mode);
+  if (!at_->known) Factorize(x);
+  if (constant_ && !at_->known) Invert();
+  at_->known = constant_ && !at_->turning;
   if (constant_) {
     Multiply();
   } else {
     Solve();
   }
   force_.setZero();
-  for (std::size_t i = 0; i < active_.size(); ++i) force_(active_[i]) = multiplier_(i);
+  for (std::size_t i = 0; i < at_->active.size(); ++i) force_(at_->active[i]) = at_->multiplier(i);
+  if (!at_->sliding.empty()) AddSlidingForce();
 }
 
 /// The bias of constant constraints is zero.
 void ContactDynamics::Multiply() {
   WithFixedSize(d_, [&](auto d) {
-    const double* __restrict column = inverse_.data();
-    double* __restrict a = acceleration_.data();
-    for (int r = 0; r < d; ++r) a[r] = 0;
-    for (int k = 0; k < d; ++k, column += d) {
-      const double factor = applied_(k);
-      for (int r = 0; r < d; ++r) a[r] += factor * column[r];
-    }
+    const double* column = at_->inverse.data();
+    ColumnSum sum(d, acceleration_.data());
+    for (int k = 0; k < d; ++k, column += d) sum.Add(applied_(k), column);
+    sum.WriteTo(acceleration_.data());
   });
-  for (Eigen::Index i = 0; i < multiplier_.size(); ++i) {
-    multiplier_(i) = -force_map_.row(i).dot(applied_);
+  for (Eigen::Index i = 0; i < at_->multiplier.size(); ++i) {
+    at_->multiplier(i) = -at_->force_map.row(i).dot(applied_);
   }
 }
 
 void ContactDynamics::Solve() {
   acceleration_ = applied_;
   mass_factor_.matrixL().solveInPlace(acceleration_);  // y
-  if (!active_.empty()) {
-    multiplier_ = -bias_;
-    multiplier_.noalias() -= reach_.transpose().lazyProduct(acceleration_);
-    delassus_factor_.solveInPlace(multiplier_);
-    acceleration_.noalias() += reach_.lazyProduct(multiplier_);
+  if (!at_->active.empty()) {
+    at_->multiplier = -at_->bias;
+    at_->multiplier.noalias() -= at_->reach.transpose().lazyProduct(acceleration_);
+    if (at_->sliding.empty()) {
+      at_->delassus_factor.solveInPlace(at_->multiplier);
+      acceleration_.noalias() += at_->reach.lazyProduct(at_->multiplier);
+    } else {
+      at_->multiplier = at_->sliding_factor.solve(at_->multiplier).eval();
+      acceleration_.noalias() += at_->push.lazyProduct(at_->multiplier);
+    }
   }
   mass_factor_.matrixU().solveInPlace(acceleration_);
-  if (regular_) return;
+  if (at_->regular) return;
   acceleration_.setConstant(std::numeric_limits<double>::quiet_NaN());
-  multiplier_.setConstant(std::numeric_limits<double>::quiet_NaN());
+  at_->multiplier.setConstant(std::numeric_limits<double>::quiet_NaN());
 }
 
 Vector ContactDynamics::Field(const VectorRef& x, ContactMode mode) {
@@ -166,26 +197,32 @@ void ContactDynamics::Differentiate(const VectorRef& x, ContactMode mode) {
   const auto q = x.head(nq_), v = x.tail(d_);
   system_.DifferentiateDynamics(q, v, u_, mode, acceleration_, force_, &residual_);
   if (k_ > 0) DifferentiateByVariables(x);
-  MultiplySmall(-1, inverse_, residual_.momentum_q, &acceleration_jacobian_(0, 0), d_);
-  MultiplySmall(-1, inverse_, residual_.momentum_v, &acceleration_jacobian_(0, d_), d_);
+  if (!at_->sliding.empty()) DifferentiateDirections(x);
+  MultiplySmall(-1, at_->inverse, residual_.momentum_q, &acceleration_jacobian_(0, 0), d_);
+  MultiplySmall(-1, at_->inverse, residual_.momentum_v, &acceleration_jacobian_(0, d_), d_);
   if (k_ > 0)
-    MultiplySmall(-1, inverse_, variable_momentum_, &acceleration_jacobian_(0, 2 * d_), d_);
+    MultiplySmall(-1, at_->inverse, variable_momentum_, &acceleration_jacobian_(0, 2 * d_), d_);
   force_jacobian_.setZero();
-  const int k = static_cast<int>(active_.size());
+  const int k = static_cast<int>(at_->active.size());
   if (k == 0) return;
-  MultiplySmall(1, force_map_, residual_.momentum_q, &active_force_jacobian_(0, 0), k);
-  MultiplySmall(1, force_map_, residual_.momentum_v, &active_force_jacobian_(0, d_), k);
+  MultiplySmall(1, at_->force_map, residual_.momentum_q, &at_->force_jacobian(0, 0), k);
+  MultiplySmall(1, at_->force_map, residual_.momentum_v, &at_->force_jacobian(0, d_), k);
   if (k_ > 0)
-    MultiplySmall(1, force_map_, variable_momentum_, &active_force_jacobian_(0, 2 * d_), k);
+    MultiplySmall(1, at_->force_map, variable_momentum_, &at_->force_jacobian(0, 2 * d_), k);
   if (!constant_ || !variables_.parameters.empty()) {
     for (int i = 0; i < k; ++i) {
-      active_residual_.row(i).head(d_) = residual_.constraint_q.row(active_[i]);
-      active_residual_.row(i).segment(d_, d_) = residual_.constraint_v.row(active_[i]);
+      at_->residual.row(i).head(d_) = residual_.constraint_q.row(at_->active[i]);
+      at_->residual.row(i).segment(d_, d_) = residual_.constraint_v.row(at_->active[i]);
     }
-    active_force_jacobian_.noalias() -= delassus_inverse_.lazyProduct(active_residual_);
-    acceleration_jacobian_.noalias() -= force_map_.transpose().lazyProduct(active_residual_);
+    at_->force_jacobian.noalias() -= at_->delassus_inverse.lazyProduct(at_->residual);
+    if (at_->sliding.empty()) {
+      acceleration_jacobian_.noalias() -= at_->force_map.transpose().lazyProduct(at_->residual);
+    } else {
+      acceleration_jacobian_.noalias() -= at_->response.lazyProduct(at_->residual);
+    }
   }
-  for (int i = 0; i < k; ++i) force_jacobian_.row(active_[i]) = active_force_jacobian_.row(i);
+  for (int i = 0; i < k; ++i) force_jacobian_.row(at_->active[i]) = at_->force_jacobian.row(i);
+  if (!at_->sliding.empty()) DifferentiateSlidingForce();
 }
 
 /// ∂r₁ and ∂r₂ by the variables, at the point last evaluated.
@@ -193,11 +230,11 @@ void ContactDynamics::DifferentiateByVariables(const VectorRef& x) {
   const int inputs = variables_.inputs ? system_.num_inputs() : 0;
   variable_momentum_.leftCols(inputs) = residual_.momentum_u.leftCols(inputs);
   if (variables_.parameters.empty()) return;
-  system_.DifferentiateDynamicsByParameters(x.head(nq_), x.tail(d_), u_, mode_, acceleration_,
+  system_.DifferentiateDynamicsByParameters(x.head(nq_), x.tail(d_), u_, at_->mode, acceleration_,
                                             force_, variables_.parameters, &parameter_residual_);
   variable_momentum_.rightCols(k_ - inputs) = parameter_residual_.momentum;
-  for (std::size_t i = 0; i < active_.size(); ++i) {
-    active_residual_.row(i).tail(k_ - inputs) = parameter_residual_.constraint.row(active_[i]);
+  for (std::size_t i = 0; i < at_->active.size(); ++i) {
+    at_->residual.row(i).tail(k_ - inputs) = parameter_residual_.constraint.row(at_->active[i]);
   }
 }
 

@@ -18,7 +18,7 @@ constexpr double kRounding = 1e-13;
 
 ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q,
                          const VectorRef& v_minus, ContactMode touching, ImpactLaw law) {
-  const int n = system.num_constraints(), k = touching.Size();
+  const int k = touching.Size();
   const InverseInertia inertia(system, q, v_minus);
   const Matrix A = inertia.Rows(touching);
   Vector b = A * v_minus;
@@ -49,7 +49,7 @@ ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q,
   if (!result.v_plus.allFinite()) {
     throw std::domain_error("the velocity after the impact is not finite");
   }
-  result.impulse = Vector::Zero(n + system.num_bilateral());
+  result.impulse = Vector::Zero(system.num_rows());
   const double zero = k > 0 ? kRounding * b.cwiseAbs().maxCoeff() : 0;
   row = 0;
   for (int i : touching) {
@@ -57,7 +57,7 @@ ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q,
     if (std::abs(p(row)) * G(row, row) > zero) result.hit.Insert(i);
     ++row;
   }
-  result.impulse.tail(system.num_bilateral()) =
+  result.impulse.segment(system.num_constraints(), system.num_bilateral()) =
       inertia.BilateralForce(Matrix(A.transpose() * p)).col(0);
   return result;
 }

@@ -3,6 +3,8 @@
 
 #include <limits>
 
+#include "solve_columns.h"
+
 namespace contact_flow {
 namespace {
 
@@ -20,7 +22,7 @@ InverseInertia::InverseInertia(const MechanicalSystem& system, const VectorRef& 
   mass_factor_.compute(mass_);
   regular_ = mass_factor_.info() == Eigen::Success;
   if (system.num_bilateral() == 0) return;
-  const auto B = terms_.jacobian.bottomRows(system.num_bilateral());
+  const auto B = terms_.jacobian.middleRows(n_, system.num_bilateral());
   reach_ = mass_factor_.solve(B.transpose());
   bilateral_factor_.compute(B * reach_);
   regular_ = regular_ && bilateral_factor_.info() == Eigen::Success;
@@ -39,7 +41,8 @@ Matrix InverseInertia::Rows(ContactMode members) const {
 
 Matrix InverseInertia::operator*(const MatrixRef& R) const {
   if (!regular_) return Undefined(R.rows(), R.cols());
-  Matrix result = mass_factor_.solve(R);
+  Matrix result = R;
+  SolveColumns(mass_factor_, &result);
   if (reach_.cols() > 0) result -= reach_ * bilateral_factor_.solve(reach_.transpose() * R);
   return result;
 }
@@ -54,7 +57,7 @@ Vector InverseInertia::FreeAcceleration() const {
   if (!regular_) return Undefined(applied_.size(), 1);
   Vector acceleration = *this * applied_;
   if (reach_.cols() > 0) {
-    acceleration -= reach_ * bilateral_factor_.solve(terms_.bias.tail(reach_.cols()));
+    acceleration -= reach_ * bilateral_factor_.solve(terms_.bias.segment(n_, reach_.cols()));
   }
   return acceleration;
 }

@@ -28,11 +28,11 @@ ImpactResult Stick(const MechanicalSystem& system, const VectorRef& q, const Vec
   if (!result.v_plus.allFinite()) {
     throw std::domain_error("the velocity after a plastic impact is not finite");
   }
-  result.impulse = Vector::Zero(system.num_constraints() + system.num_bilateral());
+  result.impulse = Vector::Zero(system.num_rows());
   result.hit = J;
   int row = 0;
   for (int i : J) result.impulse(i) = p(row++);
-  result.impulse.tail(system.num_bilateral()) =
+  result.impulse.segment(system.num_constraints(), system.num_bilateral()) =
       inertia.BilateralForce(Matrix(A.transpose() * p)).col(0);
   return result;
 }

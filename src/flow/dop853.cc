@@ -27,6 +27,23 @@ inline double WeightedSum(const double* __restrict stages, int n, int i) {
   }
 }
 
+/// Σ_k h kDense[R][k] stage_k[i], likewise.
+template <int R, int K>
+inline double DenseSum(double h, const double* __restrict stages, int n, int i) {
+  if constexpr (K < 0) {
+    return 0;
+  } else if constexpr (dop853::kDense[R][K] == 0) {
+    return DenseSum<R, K - 1>(h, stages, n, i);
+  } else {
+    return DenseSum<R, K - 1>(h, stages, n, i) + h * dop853::kDense[R][K] * stages[K * n + i];
+  }
+}
+
+template <int R>
+void WriteDenseRow(double h, const double* __restrict stages, int n, double* __restrict row) {
+  for (int i = 0; i < n; ++i) row[i] = DenseSum<R, dop853::kAllStages - 1>(h, stages, n, i);
+}
+
 }  // namespace
 
 Dop853::Dop853(int n, Field field)
@@ -130,16 +147,10 @@ void Dop853::Extend() {
     c[2 * n_ + i] = bend;
     c[3 * n_ + i] = change - h_ * stages_(12 * n_ + i) - bend;
   }
-  for (int r = 0; r < 4; ++r) {
-    double* __restrict row = c + (4 + r) * n_;
-    std::fill(row, row + n_, 0.0);
-    for (int k = 0; k < dop853::kAllStages; ++k) {
-      const double weight = h_ * dop853::kDense[r][k];
-      if (weight == 0) continue;
-      const double* __restrict derivative = stage(k);
-      for (int i = 0; i < n_; ++i) row[i] += weight * derivative[i];
-    }
-  }
+  WriteDenseRow<0>(h_, stages_.data(), n_, c + 4 * n_);
+  WriteDenseRow<1>(h_, stages_.data(), n_, c + 5 * n_);
+  WriteDenseRow<2>(h_, stages_.data(), n_, c + 6 * n_);
+  WriteDenseRow<3>(h_, stages_.data(), n_, c + 7 * n_);
   extended_ = true;
 }
 

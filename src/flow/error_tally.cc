@@ -10,28 +10,25 @@ namespace {
 
 constexpr double kRounding = std::numeric_limits<double>::epsilon();
 
-double StepError(const Dop853& stepper, int i) {
-  return stepper.LocalError(i) + kRounding * std::abs(stepper.end()(i));
-}
-
 }  // namespace
 
 void ErrorTally::AddStep(const Dop853& stepper) {
   const int d = space_->dof(), nq = space_->num_positions();
   const double h = stepper.step();
+  const auto own = stepper.LocalErrors() + kRounding * stepper.end().array().abs();  // [nq+d]
   error_.head(d) += h * error_.tail(d);
-  for (int i = 0; i < d; ++i) error_(d + i) += StepError(stepper, nq + i);
   if (space_->IsFlat()) {
-    for (int i = 0; i < d; ++i) error_(i) += StepError(stepper, i);
+    error_.array() += own;
     return;
   }
+  error_.tail(d).array() += own.tail(d);
   const std::vector<int>& velocity_of = space_->line_velocities();
   for (int k = 0; k < nq; ++k) {
-    if (velocity_of[k] >= 0) error_(velocity_of[k]) += StepError(stepper, k);
+    if (velocity_of[k] >= 0) error_(velocity_of[k]) += own(k);
   }
   for (const ConfigurationSpace::Rotation& rotation : space_->rotations()) {
     double largest = 0;  // |η| ≤ 2 |δa| for a quaternion a
-    for (int k = 0; k < 4; ++k) largest = std::max(largest, StepError(stepper, rotation.q + k));
+    for (int k = 0; k < 4; ++k) largest = std::max(largest, own(rotation.q + k));
     for (int k = 0; k < 3; ++k) error_(rotation.v + k) += 2 * largest;
   }
 }
@@ -40,11 +37,10 @@ void ErrorTally::AddImpact(const Matrix& rows, const Vector& rates, const Vector
   const int d = space_->dof();
   if (rates.size() == 1) {
     const Vector before = error_.head(d);
-    const Eigen::RowVectorXd row = rows.row(0) / rates(0);
+    const auto saltation = [&](int i, int j) { return (i == j) + jump(i) * rows(0, j) / rates(0); };
     for (int i = 0; i < d; ++i) {
-      Eigen::RowVectorXd saltation = jump(i) * row;
-      saltation(i) += 1;
-      error_(i) = saltation.cwiseAbs().dot(before);
+      error_(i) = 0;
+      for (int j = 0; j < d; ++j) error_(i) += std::abs(saltation(i, j)) * before(j);
     }
     return;
   }

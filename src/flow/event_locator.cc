@@ -44,21 +44,27 @@ void SampleGaps(const MechanicalSystem& system, const VectorRef& x, const Vector
 EventLocator::EventLocator(ContactDynamics* dynamics, double absolute_tolerance,
                            double relative_tolerance)
     : dynamics_(dynamics),
+      guards_(dynamics->system()),
       floor_(absolute_tolerance),
       relative_tolerance_(relative_tolerance),
       affine_(dynamics->system().HasAffineConstraints()),
-      search_(dynamics->system().num_constraints(),
+      search_(guards_.size(),
               [this](double theta, ContactMode set, double* value, double* rate) {
                 Sample(theta, set, value, rate);
               }),
-      forces_(dynamics->system().num_constraints(), kStepStages + kNumProbes),
+      forces_(guards_.size(), kStepStages + kNumProbes),
       x_(dynamics->system().state_size()),
-      floors_(Vector::Constant(dynamics->system().num_constraints(), floor_)),
-      gain_(dynamics->system().num_constraints() + dynamics->system().num_bilateral()) {}
+      floors_(Vector::Constant(guards_.size(), floor_)),
+      gain_(dynamics->system().num_rows()) {}
 
-void EventLocator::RecordForce(const Vector& force) {
+void EventLocator::RecordForce(const Vector& force, ContactMode mode) {
   if (calls_ == kStepStages) return;
-  std::copy(force.data(), force.data() + forces_.rows(), &forces_(0, calls_++));
+  const Eigen::Index n = dynamics_->system().num_constraints();
+  std::copy(force.data(), force.data() + n, &forces_(0, calls_));
+  if (forces_.rows() > n) {
+    for (int g : guards_.OfForces(mode)) forces_(g, calls_) = guards_.OfForce(g, force);
+  }
+  ++calls_;
 }
 
 void EventLocator::EndStep() {
@@ -72,10 +78,15 @@ void EventLocator::Sample(double theta, ContactMode set, double* value, double* 
   const MechanicalSystem& system = dynamics_->system();
   const int d = system.dof();
   const double h = stepper_->step();
-  const bool forces = !(set & rigid_).Empty();
+  const bool forces = !(set & pushes_).Empty(), slips = !(set & slips_).Empty();
   if (!forces && (theta == 0 || theta == 1)) {
     const GapSample& known = theta == 0 ? *begin_ : *end_;
-    for (int i : set) {
+    for (int g : set & slips_) {
+      const double sign = guards_.SlipSign(g, mode_);
+      value[g] = sign * known.rate(guards_.SlipRow(g));
+      rate[g] = sign * h * known.acceleration(guards_.SlipRow(g));
+    }
+    for (int i : set - slips_) {
       value[i] = GapSign(i) * known.gap(i);
       rate[i] = GapSign(i) * h * known.rate(i);
     }
@@ -85,10 +96,31 @@ void EventLocator::Sample(double theta, ContactMode set, double* value, double* 
   if (forces) {
     dynamics_->Differentiate(x_, mode_);
     const Matrix& jacobian = dynamics_->force_jacobian();
-    for (int i : set) {
-      value[i] = dynamics_->force()(i);
-      rate[i] = h * (jacobian.row(i).head(d).dot(x_.tail(d)) +
-                     jacobian.row(i).segment(d, d).dot(dynamics_->acceleration()));
+    if (guards_.size() == system.num_constraints()) {
+      for (int i : set) {
+        value[i] = dynamics_->force()(i);
+        rate[i] = h * (jacobian.row(i).head(d).dot(x_.tail(d)) +
+                       jacobian.row(i).segment(d, d).dot(dynamics_->acceleration()));
+      }
+      return;
+    }
+    const Vector rates = jacobian.leftCols(d) * x_.tail(d) +
+                         jacobian.middleCols(d, d) * dynamics_->acceleration();
+    for (int g : set) {
+      value[g] = guards_.OfForce(g, dynamics_->force());
+      rate[g] = h * guards_.GradientOfForce(g, dynamics_->force(), rates)(0);
+    }
+    return;
+  }
+  if (slips) {
+    dynamics_->Evaluate(x_, mode_);
+    system.Constraints(x_.head(system.num_positions()), x_.tail(d), &terms_);
+    for (int g : set) {
+      const int row = guards_.SlipRow(g);
+      const double sign = guards_.SlipSign(g, mode_);
+      value[g] = sign * terms_.jacobian.row(row).dot(x_.tail(d));
+      rate[g] = sign * h *
+                (terms_.jacobian.row(row).dot(dynamics_->acceleration()) + terms_.bias(row));
     }
     return;
   }
@@ -123,6 +155,13 @@ ContactMode EventLocator::OpenGaps(bool free) const {
   return open;
 }
 
+/// Of a cone: that of its forces, G_ii standing for both.
+double EventLocator::FloorOf(int guard) const {
+  const int i = guards_.ConstraintOf(guard);
+  if (guards_.IsNormal(guard)) return 1;
+  return 1 + dynamics_->system().friction()[i].coefficient;
+}
+
 /// What the integrator cannot resolve of each force.
 void EventLocator::FindForceFloors(int seen) {
   dynamics_->InverseMasses(&gain_);
@@ -132,9 +171,11 @@ void EventLocator::FindForceFloors(int seen) {
     largest = std::max(largest, values.cwiseAbs().maxCoeff() * std::sqrt(gain_(i)));
   }
   const double h = stepper_->step();
-  for (int i : rigid_) {
-    floors_(i) = relative_tolerance_ * largest / std::sqrt(gain_(i)) +
-                 kQuietPull * 2 * floor_ / (gain_(i) * h * h);
+  for (int g : pushes_) {
+    const double gain = gain_(guards_.ConstraintOf(g));
+    floors_(g) = relative_tolerance_ * largest / std::sqrt(gain) +
+                 kQuietPull * 2 * floor_ / (gain * h * h);
+    if (!guards_.IsNormal(g)) floors_(g) *= FloorOf(g);
   }
 }
 
@@ -145,7 +186,7 @@ bool EventLocator::ScreenForces(bool probed, ContactMode* open, LocatedEvent* pu
                                 LocatedEvent* event) {
   const int seen = kStepStages + (probed ? kNumProbes : 0);
   bool floors = false;
-  for (int i : rigid_) {
+  for (int i : pushes_) {
     const auto values = forces_.row(i).head(seen);
     const double lowest = values.minCoeff(), highest = values.maxCoeff();
     const double range = highest - lowest;
@@ -188,7 +229,10 @@ void EventLocator::ProbeForces() {
     x_ = (t * t * (1 + 2 * s)) * stepper_->begin() + (t * t * s * h) * stepper_->begin_field() +
          (s * s * (1 + 2 * t)) * stepper_->end() - (s * s * t * h) * stepper_->end_field();
     dynamics_->Evaluate(x_, mode_);
-    forces_.col(kStepStages + k) = dynamics_->force().head(forces_.rows());
+    const Eigen::Index n = dynamics_->system().num_constraints();
+    forces_.col(kStepStages + k).head(n) = dynamics_->force().head(n);
+    if (forces_.rows() == n) continue;
+    for (int g : pushes_) forces_(g, kStepStages + k) = guards_.OfForce(g, dynamics_->force());
   }
 }
 
@@ -215,13 +259,24 @@ void EventLocator::SearchForces(ContactMode members, LocatedEvent* event) {
               &margins_.force, event);
 }
 
+/// Slips are smooth functions of the motion, known with their rates at both ends.
+void EventLocator::SearchSlips(ContactMode slips, LocatedEvent* event) {
+  AskBudget();
+  if (!stepper_->extended()) stepper_->Extend();
+  for (int g : slips) floors_(g) = floor_;
+  double unused = std::numeric_limits<double>::infinity();
+  search_.Run({slips, floors_.data(), false, false, kAffinePieces, kMaxGapSamples}, &unused, event);
+}
+
 LocatedEvent EventLocator::Locate(Dop853* stepper, ContactMode mode, const GapSample& begin,
                                   const GapSample& end, bool free) {
   stepper_ = stepper;
   mode_ = mode;
   begin_ = &begin;
   end_ = &end;
-  rigid_ = mode - dynamics_->system().compliant();
+  rigid_ = (mode - dynamics_->system().compliant()).Members();
+  pushes_ = guards_.OfForces(mode);
+  slips_ = guards_.OfSlips(mode);
   LocatedEvent event;
   LocatedEvent pull;
   ContactMode forces;
@@ -232,6 +287,7 @@ LocatedEvent EventLocator::Locate(Dop853* stepper, ContactMode mode, const GapSa
   const ContactMode gaps = OpenGaps(free);
   if (!gaps.Empty()) SearchGaps(gaps, free, &event);
   if (!forces.Empty()) SearchForces(forces, &event);
+  if (!slips_.Empty()) SearchSlips(slips_, &event);
   // A force was seen to pull before the event: it must have let go.
   if (pull.theta < event.theta) event = {false, kShorter, pull.constraint};
   return event;

@@ -25,6 +25,9 @@ constexpr double kTaylorReach =
 constexpr double kFreeError = 1e-6;
 /// Part of a step that is repeated for a guard's sake.
 constexpr double kLeastPart = 0.1, kLargestPart = 0.9;
+/// Part of the time in which a slip in space would end that a step may take, and the slip that
+/// counts as ended, relative to the velocities.
+constexpr double kSlipPart = 0.5, kStopped = 1e-12;
 constexpr int kMaxNewton = 12;  // steps towards an event
 constexpr double kImpliedOvershoot = 2;         // steps are shorter than to move further
 constexpr int kStepsBetweenClockReadings = 64;  // a reading costs as much as a step
@@ -37,6 +40,7 @@ Flow::Flow(const MechanicalSystem& system, double t, const VectorRef& x, Contact
       options_(options),
       on_manifold_(HasStateManifold(system)),
       dynamics_(system, u),
+      guards_(system),
       locator_(&dynamics_, options.absolute_tolerance, options.relative_tolerance),
       zeno_(system.num_constraints(), options.zeno_interval),
       stepper_(system.state_size(), [this](const double* y, double* ydot) { Field(y, ydot); }),
@@ -54,7 +58,7 @@ Flow::Flow(const MechanicalSystem& system, double t, const VectorRef& x, Contact
 void Flow::Field(const double* x, double* xdot) {
   const int d = system_.dof(), nq = system_.num_positions();
   dynamics_.Evaluate(Eigen::Map<const Vector>(x, nq + d), mode_);
-  if (!mode_.Empty()) locator_.RecordForce(dynamics_.force());
+  if (!mode_.Empty()) locator_.RecordForce(dynamics_.force(), mode_);
   system_.space().Rate(x, x + nq, xdot);
   Eigen::Map<Vector>(xdot + nq, d) = dynamics_.acceleration();
 }
@@ -137,11 +141,12 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
       options_.max_step > 0 ? options_.max_step : std::numeric_limits<double>::infinity();
   if (t_ < quick_next_.end) limit = std::min(limit, quick_next_.step);
   const double rest = end - t_;
+  limit = std::min(limit, SlipInSpaceLimit());
   const double length = std::min({*h, limit, rest});
   if (!(length > kSmallestStep * std::max(1.0, t_)) && length < rest) {
     const auto& names = system_.description().constraints;
     Stop(Outcome::kNonFinite,
-         too_quick_ >= 0 ? "constraint '" + names[too_quick_] +
+         too_quick_ >= 0 ? "constraint '" + names[guards_.ConstraintOf(too_quick_)] +
                                "' changes too quickly: no step size resolves it"
                          : "the motion leaves the model's domain: no step size is small enough");
     return false;
@@ -178,11 +183,47 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
   } else {
     x_end_ = stepper_.end();
     end_ = length == rest ? end : t_ + length;
+    trigger_ = StoppedInSpace();
     const double growth = kSafety * std::pow(std::max(error, 1e-30), -1.0 / 8);
     const double largest = std::min(*rejected ? 1.0 : kLargestGrowth, event.growth);
     h_next_ = length * std::min(std::max(growth, kSmallestGrowth), largest);
   }
   return true;
+}
+
+/// The slip of a contact in space has no sign to change: steps grow shorter as it ends.
+double Flow::SlipInSpaceLimit() const {
+  double limit = std::numeric_limits<double>::infinity();
+  for (int i : SlidingInSpace()) {
+    const int row = system_.friction()[i].row;
+    limit = std::min(limit, kSlipPart * gaps_begin_.rate.segment<2>(row).norm() /
+                                gaps_begin_.acceleration.segment<2>(row).norm());
+  }
+  return limit;
+}
+
+/// The guard of a contact in space whose slip has ended at the end of the step, or −1.
+int Flow::StoppedInSpace() const {
+  for (int i : SlidingInSpace()) {
+    const int row = system_.friction()[i].row;
+    const double speed = 1 + x_end_.tail(system_.dof()).cwiseAbs().maxCoeff();
+    const bool slows = gaps_end_.rate.segment<2>(row).dot(gaps_end_.acceleration.segment<2>(row)) < 0;
+    if (slows && gaps_end_.rate.segment<2>(row).norm() <= kStopped * speed) {
+      return system_.num_constraints() + 2 * i;
+    }
+  }
+  return -1;
+}
+
+ContactMode Flow::SlidingInSpace() const {
+  ContactMode sliding;
+  if (!system_.HasFriction()) return sliding;
+  for (int i : mode_ - system_.compliant()) {
+    const Friction& friction = system_.friction()[i];
+    const bool slides = friction.dimension == 2 && friction.coefficient > 0;
+    if (slides && mode_.LetterOf(i) == Letter::kSlip) sliding.Insert(i);
+  }
+  return sliding;
 }
 
 /// Newton's method for the event on the true step: repeats the step with its length as the unknown.
@@ -196,9 +237,14 @@ double Flow::StepOntoEvent(const LocatedEvent& event, double length) {
     FinishStep();
     x_end_ = stepper_.end();
     double value, slope;
-    if ((mode_ - system_.compliant()).Contains(i)) {
-      slope = dynamics_.ForceRate(x_end_, mode_, i);
-      value = dynamics_.force()(i);
+    if (guards_.OfForces(mode_).Contains(i)) {
+      const Vector rates = dynamics_.ForceRate(x_end_, mode_);
+      slope = guards_.GradientOfForce(i, dynamics_.force(), rates)(0);
+      value = guards_.OfForce(i, dynamics_.force());
+    } else if (!guards_.IsNormal(i)) {
+      SampleEnd(&gaps_end_);
+      value = guards_.SlipSign(i, mode_) * gaps_end_.rate(guards_.SlipRow(i));
+      slope = guards_.SlipSign(i, mode_) * gaps_end_.acceleration(guards_.SlipRow(i));
     } else {
       SampleEnd(&gaps_end_);
       value = event.touch ? gaps_end_.rate(i) : gaps_end_.gap(i);
@@ -277,7 +323,9 @@ bool Flow::Cut(double t) {
 bool Flow::ChangeInput(const VectorRef& u) {
   dynamics_.SetInput(u);
   arc_begun_ = false;
-  ResolvedTransition resolved = ResolveInputChange(&dynamics_, t_, x_, mode_, Rules());
+  ResolvedTransition resolved =
+      system_.HasFriction() ? ResolveFrictionalInput(&dynamics_, t_, x_, mode_, Rules())
+                            : ResolveInputChange(&dynamics_, t_, x_, mode_, Rules());
   status_ = resolved.status;
   if (!status_.ok()) return false;
   transition_ = std::move(resolved.transition);

@@ -5,26 +5,52 @@
 #include <stdexcept>
 
 #include "contact_flow/dynamics/mode_selection.h"
+#include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/status.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/model/mechanical_system.h"
 
 namespace contact_flow {
 
+inline Outcome OutcomeOf(FrictionRefusal::Kind kind) {
+  using Kind = FrictionRefusal::Kind;
+  switch (kind) {
+    case Kind::kInconsistent:
+      return Outcome::kPainleveInconsistent;
+    case Kind::kIndeterminate:
+      return Outcome::kPainleveIndeterminate;
+    case Kind::kIndeterminateForces:
+      return Outcome::kIndeterminateForces;
+    case Kind::kNoImpact:
+      return Outcome::kNoConsistentImpact;
+    case Kind::kAmbiguousImpact:
+      return Outcome::kAmbiguousImpact;
+    case Kind::kEnergyGain:
+      return Outcome::kEnergyGain;
+    case Kind::kSlipFromRestInSpace:
+      return Outcome::kNotPiecewiseLinear;
+  }
+  return Outcome::kNonFinite;
+}
+
 /// Resolves a transition at t [s]; what keeps it from being resolved becomes a status.
 template <class Function>
 Status Guarded(double t, const Function& resolve) {
-  std::ostringstream message;
-  message.precision(12);
-  message << "at t = " << t << " s";
+  const auto sentence = [t](const char* separator, const std::exception& reason) {
+    std::ostringstream message;
+    message.precision(12);
+    message << "at t = " << t << " s" << separator << reason.what();
+    return message.str();
+  };
   try {
     resolve();
-  } catch (const UndecidedMode& reason) {
+  } catch (const FrictionRefusal& reason) {
     message << ": " << reason.what();
-    return {Outcome::kFilippov, message.str()};
+    return {OutcomeOf(reason.kind), message.str()};
+  } catch (const UndecidedMode& reason) {
+    return {Outcome::kFilippov, sentence(": ", reason)};
   } catch (const std::domain_error& reason) {
-    message << ' ' << reason.what();
-    return {Outcome::kNonFinite, message.str()};
+    return {Outcome::kNonFinite, sentence(" ", reason)};
   }
   return {};
 }

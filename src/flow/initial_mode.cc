@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "contact_flow/dynamics/mode_selection.h"
+#include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/simulate.h"
 
 namespace contact_flow {
@@ -57,6 +58,31 @@ void RequireOnManifold(const MechanicalSystem& system, const VectorRef& x,
              "0 (the initial velocity leaves it)");
     }
   }
+}
+
+/// The letters of a start whose candidates touch and rest in normal direction.
+ContactMode InitialWord(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
+                        const SimulateOptions& options) {
+  constexpr double kBorder = 1e-10;
+  const MechanicalSystem& system = dynamics->system();
+  const int d = system.dof(), nq = system.num_positions();
+  ConstraintTerms terms;
+  system.Constraints(x.head(nq), x.tail(d), &terms);
+  const Vector rate = terms.jacobian * x.tail(d);
+  TouchingContacts contacts;
+  for (int i : candidates) {
+    const Friction& friction = system.friction()[i];
+    const auto slip = rate.segment(friction.row, friction.dimension);
+    const bool still = std::isinf(friction.coefficient) || slip.norm() <= options.speed_tolerance;
+    if (still && friction.coefficient > 0) {
+      contacts.still.Insert(i);
+    } else if (friction.dimension == 1 && friction.coefficient > 0) {
+      contacts.slipping.Set(i, slip(0) > 0 ? Letter::kForward : Letter::kBackward);
+    } else {
+      contacts.slipping.Insert(i);
+    }
+  }
+  return SelectWord(dynamics, x, contacts, kBorder);
 }
 
 }  // namespace
@@ -120,7 +146,10 @@ ContactMode InitialMode(const MechanicalSystem& system, const VectorRef& x, cons
   }
   ContactDynamics dynamics(system, u);
   try {
+    if (system.HasFriction()) return InitialWord(&dynamics, x, candidates, options);
     return SelectContactMode(&dynamics, x, candidates, 0, pressed);
+  } catch (const FrictionRefusal& reason) {
+    throw std::invalid_argument(std::string("the initial state: ") + reason.what());
   } catch (const UndecidedMode& reason) {
     throw std::invalid_argument(std::string("the initial state: ") + reason.what());
   } catch (const std::domain_error& reason) {

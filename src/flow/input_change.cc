@@ -34,7 +34,7 @@ ResolvedTransition ResolveInputChange(ContactDynamics* dynamics, double t, const
   transition.t = t;
   transition.x_minus = transition.x_plus = x;
   transition.mode_before = transition.mode_after = mode;
-  transition.impulse = Vector::Zero(system.num_constraints() + system.num_bilateral());
+  transition.impulse = Vector::Zero(system.num_rows());
   transition.changes_input = true;
   const ContactMode pressed = mode & system.compliant();
   ConstraintTerms terms;

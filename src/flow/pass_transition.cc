@@ -53,7 +53,7 @@ bool Flow::GoesOn() {
   last_trigger_ = trigger_;
   if (stalls_ <= kStallsForEach * (system_.num_constraints() + 4)) return true;
   Stop(Outcome::kBudgetExceeded, "events of constraint '" +
-                                     system_.description().constraints[trigger_] +
+                                     system_.description().constraints[guards_.ConstraintOf(trigger_)] +
                                      "' follow each other without time between them");
   return false;
 }
@@ -62,7 +62,8 @@ bool Flow::GoesOn() {
 bool Flow::PassTransition() {
   if (!GoesOn()) return false;
   ResolvedTransition resolved =
-      ResolveTransition(&dynamics_, t_, x_, mode_, trigger_, Rules());
+      system_.HasFriction() ? ResolveFriction(&dynamics_, t_, x_, mode_, trigger_, Rules())
+                            : ResolveTransition(&dynamics_, t_, x_, mode_, trigger_, Rules());
   margins_.approach_speed = std::min(margins_.approach_speed, resolved.approach_speed);
   margins_.release_rate = std::min(margins_.release_rate, resolved.release_rate);
   if (!resolved.status.ok()) {
@@ -91,7 +92,7 @@ bool Flow::PassTransition() {
   if (CompleteZeno()) return true;
   std::ostringstream reason;
   reason.precision(12);
-  reason << "impacts of constraint '" << system_.description().constraints[trigger_]
+  reason << "impacts of constraint '" << system_.description().constraints[guards_.ConstraintOf(trigger_)]
          << "' accumulate at t = " << *accumulation << " s (Zeno)";
   Stop(Outcome::kZeno, reason.str());
   return true;
@@ -146,6 +147,7 @@ std::optional<double> Flow::PredictRest(int i) {
 /// Turns the last impact into sticking of all that touch: see SimulateOptions::complete_zeno.
 /// False where the run is to stop instead.
 bool Flow::CompleteZeno() {
+  if (system_.HasFriction()) return false;
   Transition last = transition_;
   const int d = system_.dof(), nq = system_.num_positions();
   const ContactMode sticking =
@@ -189,6 +191,7 @@ bool Flow::CompleteZeno() {
 /// mode lasts. No step may move them down.
 void Flow::FindImplied() {
   implied_ = ContactMode();
+  if (system_.HasFriction()) return;
   const ContactMode rigid = mode_ - system_.compliant();
   ContactMode near;
   for (int i = 0; i < system_.num_constraints() && !rigid.Empty(); ++i) {

@@ -38,7 +38,7 @@ class Resolution {
     transition().t = t;
     transition().x_minus = transition().x_plus = x;
     transition().mode_before = transition().mode_after = mode;
-    transition().impulse = Vector::Zero(system_.num_constraints() + system_.num_bilateral());
+    transition().impulse = Vector::Zero(system_.num_rows());
     transition().impact_law = rules.impact_law;
     transition().relative_tolerance = rules.relative_tolerance;
     transition().absolute_tolerance = rules.absolute_tolerance;

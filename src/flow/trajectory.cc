@@ -28,6 +28,24 @@ const char* OutcomeName(Outcome outcome) {
       return "too many pieces";
     case Outcome::kFilippov:
       return "sliding or not unique (Filippov)";
+    case Outcome::kPainleveInconsistent:
+      return "no contact forces (Painleve)";
+    case Outcome::kPainleveIndeterminate:
+      return "several motions (Painleve)";
+    case Outcome::kPainleveCrossing:
+      return "singular slip (Painleve)";
+    case Outcome::kIndeterminateForces:
+      return "indeterminate forces";
+    case Outcome::kNoConsistentImpact:
+      return "no consistent impact";
+    case Outcome::kAmbiguousImpact:
+      return "ambiguous impact";
+    case Outcome::kEnergyGain:
+      return "energy gain";
+    case Outcome::kNotPiecewiseLinear:
+      return "not piecewise linear";
+    case Outcome::kChatter:
+      return "chatter";
   }
   return "unknown";
 }

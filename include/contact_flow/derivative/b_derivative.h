@@ -41,6 +41,9 @@ class BDerivative {
   Status status;
   ContactMode initial_mode;      ///< that of the start
   StartCone start;               ///< directions into contacts that the start touches
+  /// (F7) of the contacts that stick at the start: directions that make them slip are stopped at
+  /// once [2d+k × 2d+k]; empty where none does.
+  Matrix start_stop;
   Vector time;                   ///< F(φ(T, x)) [2d]
   std::vector<Matrix> arcs;      ///< Φ_0 … Φ_N [2d+k × 2d+k]
   std::vector<EventMap> events;  ///< B_1 … B_N

@@ -52,6 +52,8 @@ struct NotPiecewiseLinear : std::domain_error {
   using std::domain_error::domain_error;
 };
 
+class FrictionalEvent;
+
 /// The first-order map of one transition (Theorem 1) in the tangent vector w at (ρ, v⁻): in general
 /// piecewise linear, one selection for each order σ of the m simultaneous activations.
 ///
@@ -74,6 +76,9 @@ struct NotPiecewiseLinear : std::domain_error {
 /// of first order, and is hit with a speed of first order. A direction follows all of that, and is
 /// exact. Where the outcome depends on whether a contact had returned when another impact came, the
 /// map is positively homogeneous but not piecewise linear: PiecewiseLinear() says so.
+///
+/// With friction all of it is answered by a FrictionalEvent, whose pieces are not orders: then
+/// activated() is empty, and Selection, Cone and Times are those of one piece.
 class EventMap {
  public:
   /// `dynamics` is scratch, shared between the maps of one trajectory; its system must outlive the
@@ -184,6 +189,7 @@ class EventMap {
 
   std::shared_ptr<ContactDynamics> dynamics_;
   const MechanicalSystem* system_;
+  std::shared_ptr<const FrictionalEvent> friction_;  // null without friction
   Transition transition_;
   ContactMode events_;  // I_a, switches, and a release with a jump of the field
   Vector q_;

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <list>
 #include <vector>
 
 #include "contact_flow/contact_mode.h"
@@ -15,13 +17,21 @@ namespace contact_flow {
 ///   [ M  −A_Jᵀ ] [ v̇  ]   [ f + c v ]
 ///   [ A_J   0  ] [ λ_J ] = [ −Ȧ_J v  ],       A = Da(q),
 /// where the rows of the bilateral constraints belong to every A_J, and those of compliant ones to
-/// none. Holds all scratch: calls do not allocate after the first in each mode. One object per
+/// none. With friction, (F3): the rows T_i of sticking contacts belong to A_J, too, and the column of
+/// a slipping one is W_i = N_iᵀ − μ T_iᵀ d_i in place of N_iᵀ, with the direction d_i of its letter,
+/// or of its slip in space:
+///   [ M   −W_J ] [ v̇  ]   [ f + c v ]
+///   [ A_J   0  ] [ λ_J ] = [ −Ȧ_J v  ],       λ_t,i = −μ λ_n,i d_i,
+/// whose Delassus matrix A_J M⁻¹ W_J is not symmetric. Holds all scratch, and the factors of the last few modes, which derivatives go to and fro
+/// between: calls do not allocate after the first in each of these. One object per
 /// thread; the results are valid until the next call. A singular M or A_J M⁻¹ A_Jᵀ gives NaN
 /// (Assumption 3 fails).
 class ContactDynamics {
  public:
   ContactDynamics(const MechanicalSystem& system, const VectorRef& u,
                   const Variables& variables = {});
+  ContactDynamics(const ContactDynamics&) = delete;
+  ContactDynamics& operator=(const ContactDynamics&) = delete;
 
   const MechanicalSystem& system() const { return system_; }
   const Vector& u() const { return u_; }
@@ -34,7 +44,7 @@ class ContactDynamics {
   /// Solves (1a) at x = (q, v) [nq+d] in mode J.
   void Evaluate(const VectorRef& x, ContactMode mode);
   const Vector& acceleration() const { return acceleration_; }  ///< v̇ [d]
-  const Vector& force() const { return force_; }                ///< λ [n+l], zero off J
+  const Vector& force() const { return force_; }                ///< λ [n+l+r], zero off J
 
   /// F_J(x) as a tangent, (v, v̇) and zeros for the variables [2d+k].
   Vector Field(const VectorRef& x, ContactMode mode);
@@ -45,7 +55,7 @@ class ContactDynamics {
   const Matrix& acceleration_jacobian() const {
     return acceleration_jacobian_;
   }                                                                 ///< D v̇ [d × 2d+k]
-  const Matrix& force_jacobian() const { return force_jacobian_; }  ///< D λ [n+l × 2d+k]
+  const Matrix& force_jacobian() const { return force_jacobian_; }  ///< D λ [n+l+r × 2d+k]
 
   /// dλ/dt [n] along F_J, for the members of J; differentiates.
   Vector ForceRate(const VectorRef& x, ContactMode mode);
@@ -55,8 +65,8 @@ class ContactDynamics {
   /// G_ii = Da_i M⁻¹ Da_iᵀ [1/kg] of the rigid members J and the bilateral constraints where they
   /// were last evaluated; `gain` [n+l] stays as it is elsewhere.
   void InverseMasses(Vector* gain) const {
-    for (std::size_t k = 0; k < active_.size(); ++k) {
-      (*gain)(active_[k]) = reach_.col(static_cast<Eigen::Index>(k)).squaredNorm();
+    for (std::size_t k = 0; k < at_->active.size(); ++k) {
+      (*gain)(at_->active[k]) = at_->reach.col(static_cast<Eigen::Index>(k)).squaredNorm();
     }
   }
 
@@ -64,7 +74,50 @@ class ContactDynamics {
   long evaluations() const { return evaluations_; }
 
  private:
+  /// A contact that slips with friction.
+  struct Sliding {
+    int constraint, column;  // its place in `active`
+    Friction friction;
+    Eigen::Vector2d direction = Eigen::Vector2d::Zero();
+    double speed = 0;           // |T v| in space, where the direction turns with it
+    Matrix direction_jacobian;  // ∂d by (q, v), in space [2 × 2d]
+  };
+  /// The factors of a mode, and scratch of its size k, the number of its rows.
+  struct ModeFactors {
+    ContactMode mode;
+    bool known = false;       // the factors, for good: where they depend on the mode alone
+    bool regular = true;      // they exist
+    /// Rows: the rigid members of the mode, the bilateral constraints, T of what sticks.
+    std::vector<int> active;
+    Matrix jacobian;          // A_J [k×d]
+    Matrix reach;             // W = L⁻¹A_Jᵀ [d×k]
+    Matrix inverse;           // P_J = M⁻¹ − M⁻¹A_JᵀΛ_J A_J M⁻¹ [d×d]
+    Matrix momentum_map;      // A_J M⁻¹ [k×d]
+    Matrix force_map;         // Λ_J A_J M⁻¹ [k×d]
+    Matrix delassus_inverse;  // Λ_J [k×k]
+    Eigen::LLT<Matrix> delassus_factor;
+    std::vector<Sliding> sliding;
+    bool turning = false;  // a direction of slip depends on the state
+    Matrix push;           // L⁻¹W_J [d×k], where something slips
+    Eigen::PartialPivLU<Matrix> sliding_factor;  // of A_J M⁻¹ W_J
+    Matrix response;        // M⁻¹ W_J (A_J M⁻¹ W_J)⁻¹ [d×k]; force_mapᵀ where nothing slips
+    Vector bias;            // Ȧ_J v [k]
+    Vector multiplier;      // λ_J [k]
+    Matrix residual;        // ∂r₂ of the members [k × 2d+·]
+    Matrix force_jacobian;  // [k × 2d+·]
+  };
+  /// Those of this mode become the present ones, at_: derivatives go to and fro between a few
+  /// modes.
   void SetMode(ContactMode mode);
+  /// The tangential rows and slips of the present mode.
+  void AddFriction();
+  /// Where contacts slip: d, W, and the factor of A M⁻¹ W.
+  void FactorizeSliding(const VectorRef& x);
+  /// λ_t of the contacts that slip, and its derivative.
+  void AddSlidingForce();
+  void DifferentiateSlidingForce();
+  /// ∂r₁ by what turns d, and by μ.
+  void DifferentiateDirections(const VectorRef& x);
   /// M = L Lᵀ, W = L⁻¹ A_Jᵀ and the factor of Λ_J⁻¹ = WᵀW.
   void Factorize(const VectorRef& x);
   /// P_J and Λ_J A_J M⁻¹, from the factors: all that derivatives need.
@@ -80,25 +133,17 @@ class ContactDynamics {
   const Variables variables_;
   const int d_;
   const int nq_;
-  const int n_;  // unilateral and bilateral
+  const int n_;  // all rows
   const int k_;
   const bool constant_;  // M and Da constant: the factorization depends on the mode alone
 
-  bool factorized_ = false;
-  bool regular_ = true;  // the last factorization
-  ContactMode mode_;
-  std::vector<int> active_;  // the rigid members of mode_, and the bilateral constraints
+  static constexpr std::size_t kMaxKeptModes = 8;
+
+  bool has_mass_ = false;         // mass_ and its factor, for good
+  std::list<ModeFactors> modes_;  // the latest first
+  ModeFactors* at_ = nullptr;     // the latest
   Matrix mass_;
   Eigen::LLT<Matrix> mass_factor_;
-  Eigen::LLT<Matrix> delassus_factor_;
-  Matrix active_jacobian_;   // A_J [k×d]
-  Matrix reach_;             // W = L⁻¹A_Jᵀ [d×k]
-  Matrix inverse_;           // P_J = M⁻¹ − M⁻¹A_JᵀΛ_J A_J M⁻¹ [d×d]
-  Matrix momentum_map_;      // A_J M⁻¹ [k×d]
-  Matrix force_map_;         // Λ_J A_J M⁻¹ [k×d]
-  Matrix delassus_inverse_;  // Λ_J [k×k]
-  Vector bias_;              // Ȧ_J v [k]
-  Vector multiplier_;        // λ_J [k]
   ConstraintTerms terms_;
   ResidualJacobian residual_;
   ParameterJacobian parameter_residual_;
@@ -108,9 +153,7 @@ class ContactDynamics {
   Vector force_;
   Matrix acceleration_jacobian_;
   Matrix force_jacobian_;
-  Matrix variable_momentum_;      // ∂r₁ by the variables [d×k]
-  Matrix active_residual_;        // ∂r₂ of the members [· × 2d+k]
-  Matrix active_force_jacobian_;  // [· × 2d+k]
+  Matrix variable_momentum_;  // ∂r₁ by the variables [d×k]
   long evaluations_ = 0;
 };
 

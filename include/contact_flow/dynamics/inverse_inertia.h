@@ -24,6 +24,7 @@ class InverseInertia {
   InverseInertia(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v);
 
   const Matrix& mass() const { return mass_; }
+  const Eigen::LLT<Matrix>& mass_factor() const { return mass_factor_; }  ///< M = L Lᵀ
   /// f + c v [d].
   const Vector& applied() const { return applied_; }
   const ConstraintTerms& terms() const { return terms_; }

@@ -30,8 +30,8 @@ class Dop853 {
   double GuessStep(double relative_tolerance, double absolute_tolerance);
   /// Computes the end of a step of length h; returns the scaled error, acceptable when ≤ 1.
   double TryStep(double h, double relative_tolerance, double absolute_tolerance);
-  /// The estimated error of component i at the end of the step tried last, absolute.
-  double LocalError(int i) const { return error_factor_ * std::abs(errors_[i]); }
+  /// The estimated errors at the end of the step tried last, absolute [n].
+  auto LocalErrors() const { return error_factor_ * errors_.array().abs(); }
   /// Evaluates the field at the end, which the caller may first move by an amount of the order of
   /// the error.
   void Finish();

@@ -5,13 +5,15 @@
 
 #include "contact_flow/contact_mode.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/dynamics/guards.h"
 #include "contact_flow/flow/dop853.h"
 #include "contact_flow/flow/guard_search.h"
 #include "contact_flow/types.h"
 
 namespace contact_flow {
 
-/// The gaps along a motion with acceleration q̈: a, ȧ = Da v and ä = Da q̈ + Ḋa v, all [n].
+/// The gaps along a motion with acceleration q̈: a, ȧ = Da v and ä = Da q̈ + Ḋa v, all [n+l+r]; of
+/// the tangential rows rate and acceleration are slip T v and its rate.
 struct GapSample {
   Vector gap;
   Vector rate;
@@ -30,8 +32,9 @@ struct GuardMargins {
   double piece = std::numeric_limits<double>::infinity();  ///< [s]
 };
 
-/// Finds the earliest zero of all guards in one step of the integrator: a_i for i ∉ J, λ_i for i ∈
-/// J, and −a_i for a compliant i ∈ J.
+/// Finds the earliest zero of all Guards in one step of the integrator: a_i for i ∉ J, λ_i for i ∈
+/// J, −a_i for a compliant i ∈ J, and with friction the cones of what sticks and the slips of what
+/// slips. Cones are searched like forces. Slips are as quick as the motion.
 ///
 /// The step is chosen for the motion. A guard may be far quicker: a ball that flies over a rough
 /// ground, a force that follows a clock on a body at rest. So each guard is resolved by itself.
@@ -72,8 +75,8 @@ class EventLocator {
   EventLocator(const EventLocator&) = delete;
   EventLocator& operator=(const EventLocator&) = delete;
 
-  /// The contact force of each field call, in the order of the calls of one step.
-  void RecordForce(const Vector& force);
+  /// The contact force of each field call in a mode, in the order of the calls of one step.
+  void RecordForce(const Vector& force, ContactMode mode);
   /// Constraints without a guard until this is called again.
   void Ignore(ContactMode constraints) { ignored_ = constraints; }
   /// Starts an arc: no force is known.
@@ -96,6 +99,7 @@ class EventLocator {
  private:
   /// −1 for a compliant member, whose guard is −a_i.
   double GapSign(int i) const { return mode_.Contains(i) ? -1 : 1; }
+  double FloorOf(int guard) const;
   void Sample(double theta, ContactMode set, double* value, double* rate);
   ContactMode OpenGaps(bool free) const;
   void FindForceFloors(int seen);
@@ -103,8 +107,10 @@ class EventLocator {
   void ProbeForces();
   void SearchGaps(ContactMode gaps, bool free, LocatedEvent* event);
   void SearchForces(ContactMode members, LocatedEvent* event);
+  void SearchSlips(ContactMode slips, LocatedEvent* event);
 
   ContactDynamics* dynamics_;
+  const Guards guards_;
   const double floor_;  // of gaps
   const double relative_tolerance_;
   const bool affine_;
@@ -112,14 +118,16 @@ class EventLocator {
   Dop853* stepper_ = nullptr;
   ContactMode mode_;
   ContactMode ignored_;
-  ContactMode rigid_;  // the members whose guard is λ_i
+  ContactMode rigid_;   // the members
+  ContactMode pushes_;  // the guards that are functions of forces
+  ContactMode slips_;   // those that are slips
   const GapSample* begin_ = nullptr;
   const GapSample* end_ = nullptr;
-  Matrix forces_;  // [n × 15] of the stages and two probes
+  Matrix forces_;  // [guards × 15] of the stages and two probes
   int calls_ = 0;
   ConstraintTerms terms_;
   Vector x_;
-  Vector floors_;  // [n]
+  Vector floors_;  // [guards]
   Vector gain_;    // G_ii of the members [n+l]
   GuardMargins margins_;
 };

@@ -103,6 +103,9 @@ class Flow {
   void FindImplied();
   int ImpliedThatMoved(double reaches) const;
   void ForgetRisen();
+  double SlipInSpaceLimit() const;
+  int StoppedInSpace() const;
+  ContactMode SlidingInSpace() const;
   void TallyStep();
   void TallyTransition();
 
@@ -116,6 +119,7 @@ class Flow {
   const SimulateOptions options_;
   const bool on_manifold_;
   ContactDynamics dynamics_;
+  const Guards guards_;
   EventLocator locator_;
   ZenoDetector zeno_;
   Dop853 stepper_;

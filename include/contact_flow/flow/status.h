@@ -22,8 +22,18 @@ enum class Outcome {
   kDiscontinuous = 6,   ///< simultaneous contacts whose order decides the outcome: no derivative
   kNotDifferentiable = 7,  ///< another hypothesis of Theorem 1 fails; the message says which
   kTooManyPieces = 8,      ///< all pieces were asked for and there are more than the stated limit
-  kFilippov =
-      9,  ///< the effort switches so that the motion would slide, or is not unique (Filippov)
+  /// The effort switches so that the motion would slide, or is not unique (Filippov).
+  kFilippov = 9,
+  // With friction:
+  kPainleveInconsistent = 10,   ///< no contact forces exist
+  kPainleveIndeterminate = 11,  ///< several contact modes fit, with different motions
+  kPainleveCrossing = 12,       ///< the Delassus matrix of a slipping mode becomes singular
+  kIndeterminateForces = 13,    ///< the rows of what sticks are dependent: no unique forces
+  kNoConsistentImpact = 14,     ///< no impulses end an impact
+  kAmbiguousImpact = 15,        ///< several do, with different velocities
+  kEnergyGain = 16,             ///< an impact would add energy
+  kNotPiecewiseLinear = 17,     ///< the outcome has directional derivatives, but no linear pieces
+  kChatter = 18,                ///< events follow each other without time between them
 };
 
 /// "ok", "grazing", "zeno", …

@@ -59,6 +59,18 @@ struct ResolvedTransition {
 ResolvedTransition ResolveTransition(ContactDynamics* dynamics, double t, const Vector& x,
                                      ContactMode mode, int trigger, const TransitionRules& rules);
 
+/// The same with friction, `trigger` being one of Guards:
+///   - what approaches shares a frictional impact (F6) with all that touches;
+///   - what rests in normal direction gets letters by (F4): contacts without slip, among them those
+///     whose slip has come to an end, as free to slip either way, the others in their direction;
+///   - what rests, and what sticks, is made rest by the shortest change of velocity.
+/// Words with equality are decided by what holds a moment later (SelectWord).
+ResolvedTransition ResolveFriction(ContactDynamics* dynamics, double t, const Vector& x,
+                                   ContactMode mode, int trigger, const TransitionRules& rules);
+/// Where the next input begins.
+ResolvedTransition ResolveFrictionalInput(ContactDynamics* dynamics, double t, const Vector& x,
+                                          ContactMode mode, const TransitionRules& rules);
+
 /// The next input begins at (t, x), `dynamics` having it already: what rests or touches without
 /// force stays in contact unless it would have to pull now.
 ResolvedTransition ResolveInputChange(ContactDynamics* dynamics, double t, const Vector& x,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -41,30 +42,40 @@ struct NominalRun {
   double duration = 1;  ///< [s]
 };
 
-/// The constraint functions and their time derivatives along a motion: n unilateral, then l
-/// bilateral.
+/// Coulomb friction of one contact, (F2): |λ_t| ≤ μ λ_n, and λ_t = −μ λ_n s/|s| where it slips, at
+/// s = T(q) v ≠ 0.
+struct Friction {
+  static constexpr double kNoSlip = std::numeric_limits<double>::infinity();
+  double coefficient = 0;  ///< μ ≥ 0; kNoSlip: the contact never slips
+  int row = -1;            ///< of T in ConstraintTerms, the first; −1: no friction
+  int dimension = 0;       ///< rows: 1 in the plane, 2 in space, 0 without friction
+};
+
+/// The constraint functions and their time derivatives along a motion: rows of n unilateral
+/// constraints, then l bilateral ones, then the r rows of the tangential maps T(q), which are data
+/// of the model and no gradients.
 struct ConstraintTerms {
-  Vector gap;       ///< a(q), then b(q) [n+l], [m] or [rad]
-  Matrix jacobian;  ///< Da(q), then Db(q) [n+l × d]
-  Vector bias;      ///< (d/dt Da) v, then (d/dt Db) v [n+l]
+  Vector gap;       ///< a(q), then b(q), then zeros [n+l+r], [m] or [rad]
+  Matrix jacobian;  ///< Da(q), then Db(q), then T(q) [n+l+r × d]
+  Vector bias;      ///< (d/dt Da) v, then of Db and of T [n+l+r]
 };
 
 /// First derivatives of a residual, unknowns held fixed. For the dynamics (1a) the residual is
-///   r₁ = M q̈ − f − c v − Daᵀ λ  [d],      r₂ = Da q̈ + (d/dt Da) v  [n+l].
-/// By q means by left-trivialized tangents (ConfigurationSpace).
+///   r₁ = M q̈ − f − c v − Daᵀ λ  [d],      r₂ = Da q̈ + (d/dt Da) v  [n+l+r],
+/// Da standing for all rows, and λ for the forces along all of them. By q means by left-trivialized tangents (ConfigurationSpace).
 struct ResidualJacobian {
   Matrix momentum_q;    ///< ∂r₁/∂q [d×d]
   Matrix momentum_v;    ///< ∂r₁/∂v [d×d]
   Matrix momentum_u;    ///< ∂r₁/∂u [d×m]
-  Matrix constraint_q;  ///< ∂r₂/∂q [n+l × d]
-  Matrix constraint_v;  ///< ∂r₂/∂v [n+l × d]
+  Matrix constraint_q;  ///< ∂r₂/∂q [n+l+r × d]
+  Matrix constraint_v;  ///< ∂r₂/∂v [n+l+r × d]
 };
 
 /// The same by k named parameters.
 struct ParameterJacobian {
   Matrix momentum;     ///< ∂r₁/∂p [d×k]
-  Matrix constraint;   ///< ∂r₂/∂p [n+l × k]
-  Matrix gap;          ///< ∂(a, b)/∂p [n+l × k]
+  Matrix constraint;   ///< ∂r₂/∂p [n+l+r × k]
+  Matrix gap;          ///< ∂(a, b, 0)/∂p [n+l+r × k]
   Matrix restitution;  ///< ∂γ/∂p [n×k]
 };
 
@@ -76,9 +87,9 @@ struct ParameterJacobian {
 ///   (1b)  v⁺ = Δ_J(q) v⁻,  restitution γ
 ///
 /// The Coriolis term follows from M: c(q, v) v = ½ ∂_q(vᵀ M(q) v) − Ṁ v (and − ω × ∂_ω(½ vᵀ M v)
-/// for the angular velocities of rotations). Arrays over constraints have the n unilateral ones
-/// first; a force λ or impulse p of length n+l holds those of the bilateral constraints behind. A
-/// system is constant and may be shared between threads. Outputs are resized on first use only, so
+/// for the angular velocities of rotations). With friction, Σ T_iᵀ λ_t,i joins the right-hand side
+/// (Friction). Arrays over constraints have the n unilateral ones first; a force λ or impulse p of
+/// length n+l+r holds those of the bilateral constraints and of the tangential rows behind. A system is constant and may be shared between threads. Outputs are resized on first use only, so
 /// that calls with the same output do not allocate.
 class MechanicalSystem {
  public:
@@ -102,6 +113,14 @@ class MechanicalSystem {
   int num_bilateral() const { return static_cast<int>(description_.bilateral.size()); }
   /// m, the number of inputs.
   int num_inputs() const { return static_cast<int>(description_.inputs.size()); }
+  /// r, the rows of all tangential maps.
+  int num_tangential() const { return num_tangential_; }
+  /// n + l + r, the length of forces and impulses.
+  int num_rows() const { return num_constraints() + num_bilateral() + num_tangential_; }
+  /// Of each contact [n]; empty where none has friction.
+  const std::vector<Friction>& friction() const { return friction_; }
+  /// Whether any contact has friction.
+  bool HasFriction() const { return num_tangential_ > 0; }
   /// γ [n], each in [0, 1] for passive contacts; 0 is plastic.
   const Vector& restitution() const { return restitution_; }
   /// The constraints that are not rigid but switches: a_i < 0 is allowed, i ∈ J means a_i < 0, and
@@ -123,16 +142,16 @@ class MechanicalSystem {
   /// M(q) [d×d] (skipped when `mass` is null) and h = f(q, v, u, J) + c(q, v) v [d].
   virtual void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
                         ContactMode mode, Matrix* mass, Vector* force) const = 0;
-  /// a, Da and (d/dt Da) v; the same of b behind them.
+  /// a, Da and (d/dt Da) v; the same of b and of T behind them.
   virtual void Constraints(const VectorRef& q, const VectorRef& v,
                            ConstraintTerms* terms) const = 0;
-  /// Derivatives of r₁, r₂ above at fixed acceleration v̇ [d] and force λ [n+l] (zero off the mode).
+  /// Derivatives of r₁, r₂ above at fixed acceleration v̇ [d] and force λ [n+l+r] (zero off the mode).
   virtual void DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
                                      ContactMode mode, const VectorRef& acceleration,
                                      const VectorRef& force, ResidualJacobian* jacobian) const = 0;
   /// Derivatives with respect to q of the impact residual of (1b),
   ///   r₁ = M(q) Δv − Da(q)ᵀ p [d],      r₂ = Da(q) s [n+l],
-  /// at fixed jump Δv = v⁺ − v⁻ [d], impulse p [n+l] and s [d]; fills momentum_q and constraint_q.
+  /// at fixed jump Δv = v⁺ − v⁻ [d], impulse p [n+l+r] and s [d]; fills momentum_q and constraint_q.
   virtual void DifferentiateImpact(const VectorRef& q, const VectorRef& jump,
                                    const VectorRef& impulse, const VectorRef& s,
                                    ResidualJacobian* jacobian) const = 0;
@@ -151,6 +170,11 @@ class MechanicalSystem {
                                                const std::vector<int>& parameters,
                                                ParameterJacobian* jacobian) const = 0;
 
+  /// ∂μ/∂p of the contacts with friction and finite μ [n×k].
+  virtual Matrix DifferentiateFriction(const std::vector<int>& parameters) const {
+    return Matrix::Zero(num_constraints(), static_cast<Eigen::Index>(parameters.size()));
+  }
+
  protected:
   SystemDescription description_;  ///< set by the derived class
   NominalRun nominal_;             ///< set by the derived class
@@ -158,6 +182,8 @@ class MechanicalSystem {
   Vector restitution_;             ///< γ [n], set by the derived class
   ContactMode compliant_;          ///< set by the derived class
   bool contact_effort_ = false;    ///< set by the derived class
+  std::vector<Friction> friction_;  ///< of each contact, set by the derived class; or empty
+  int num_tangential_ = 0;          ///< r, set by the derived class
 };
 
 /// What besides the initial state an outcome is differentiated by. Tangents are then

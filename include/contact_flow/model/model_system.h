@@ -27,11 +27,16 @@ namespace contact_flow {
 ///   Restitution(p, i)      γ_i
 ///   Nominal(p)             the run of a user who asks for nothing in particular
 /// and, where Sec. 6.1 is needed:
-///   kPositions, Space(), kVelocities      nq > d and the configuration space; names of the
-///   velocities kBilateral, kBilateralNames, Closures(p, q, b)   l and b(q) [l] (falling_box.h,
-///   jointed_biped.h) kContactEffort, Force(p, q, v, u, J, f)          an effort that depends on
-///   the contact mode J Compliant()                                      the constraints that only
-///   switch the effort (chair.h)
+///   kPositions, Space(), kVelocities   nq > d, the configuration space, and names of the velocities
+///                                      (falling_box.h)
+///   kBilateral, kBilateralNames, Closures(p, q, b)   l and b(q) [l] (jointed_biped.h)
+///   kContactEffort, Force(p, q, v, u, J, f)          an effort that depends on the contact mode J
+///   Compliant()                                      the constraints that only switch the effort
+///                                                    (chair.h)
+/// and, for contacts with friction:
+///   kSlipDimension         1 in the plane, 2 in space
+///   Slip(p, q, v, s)       T(q) v, linear in v, kSlipDimension rows a contact  [r]
+///   Friction(p, i)         μ_i, or Friction::kNoSlip
 /// Coriolis terms, constraint Jacobians and all derivatives follow by automatic differentiation.
 template <class Model>
 class ModelSystem final : public MechanicalSystem {
@@ -82,6 +87,13 @@ class ModelSystem final : public MechanicalSystem {
       restitution_(i) = Model::Restitution(parameters_, i);
     }
     nominal_ = Model::Nominal(parameters_);
+    if constexpr (Traits::kTangential > 0) {
+      num_tangential_ = Traits::kTangential;
+      for (int i = 0; i < Model::kConstraints; ++i) {
+        friction_.push_back({Model::Friction(parameters_, i),
+                             Terms::G + i * Model::kSlipDimension, Model::kSlipDimension});
+      }
+    }
     const Position<double> origin = nominal_.x.template head<Q>();
     if (Model::kConstantMass) terms_.template MassMatrix<double>(origin, &constant_mass_);
     if (Model::kAffineConstraints) {
@@ -268,6 +280,19 @@ class ModelSystem final : public MechanicalSystem {
         jacobian->restitution(i, c) = Varied(Model::Restitution(varied, i)).d[0];
       }
     }
+  }
+
+  Matrix DifferentiateFriction(const std::vector<int>& parameters) const override {
+    Matrix by = Matrix::Zero(Model::kConstraints, static_cast<Eigen::Index>(parameters.size()));
+    if constexpr (Traits::kTangential > 0) {
+      for (Eigen::Index c = 0; c < by.cols(); ++c) {
+        const auto varied = Vary(parameters[static_cast<std::size_t>(c)]);
+        for (int i = 0; i < Model::kConstraints; ++i) {
+          by(i, c) = Varied(Model::Friction(varied, i)).d[0];
+        }
+      }
+    }
+    return by;
   }
 
  private:

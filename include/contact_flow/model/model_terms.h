@@ -20,7 +20,9 @@ class ModelTerms {
   using Traits = ModelTraits<Model>;
   static constexpr int D = Model::kDof;
   static constexpr int Q = Traits::kPositions;
-  static constexpr int N = Model::kConstraints + Traits::kBilateral;
+  /// Gradients, and all rows: those of the tangential maps behind.
+  static constexpr int G = Model::kConstraints + Traits::kBilateral;
+  static constexpr int N = G + Traits::kTangential;
   static constexpr int U = Model::kInputs;
   static constexpr bool kFlat = Q == D;
   template <class S>
@@ -55,12 +57,17 @@ class ModelTerms {
     }
   }
 
-  /// a(q), then b(q).
+  /// a(q), then b(q), then zeros.
   template <class S>
   void Gaps(const Position<S>& q, Gap<S>* gap) const {
     const auto& p = Lift<S>();
-    if constexpr (Traits::kBilateral == 0) {
+    for (int i = G; i < N; ++i) (*gap)(i) = S(0.0);
+    if constexpr (N == Model::kConstraints) {
       Model::Gaps(p, q, gap);
+    } else if constexpr (Traits::kBilateral == 0) {
+      Eigen::Matrix<S, Model::kConstraints, 1> a;
+      Model::Gaps(p, q, &a);
+      for (int i = 0; i < Model::kConstraints; ++i) (*gap)(i) = a(i);
     } else {
       Eigen::Matrix<S, Model::kConstraints, 1> a;
       Eigen::Matrix<S, Traits::kBilateral, 1> b;
@@ -122,17 +129,37 @@ class ModelTerms {
     return result;
   }
 
-  /// Da(q), Db(q).
+  /// Da(q), Db(q), T(q).
   template <class S>
   Eigen::Matrix<S, N, D> GapJacobian(const Position<S>& q) const {
-    using G = Dual<S, D>;
-    Gap<G> a;
-    Gaps<G>(Seed<G>(q), &a);
+    using T = Dual<S, D>;
+    Gap<T> a;
+    Gaps<T>(Seed<T>(q), &a);
     Eigen::Matrix<S, N, D> A;
-    for (int i = 0; i < N; ++i) {
+    for (int i = 0; i < G; ++i) {
       for (int k = 0; k < D; ++k) A(i, k) = a(i).d[k];
     }
+    if constexpr (N > G) {
+      Velocity<S> zero, unit;
+      for (int k = 0; k < D; ++k) zero(k) = unit(k) = S(0.0);
+      for (int k = 0; k < D; ++k) {
+        unit(k) = S(1.0);
+        const Slips<S> s = Slip<S>(q, unit);
+        for (int i = G; i < N; ++i) A(i, k) = s(i - G);
+        unit(k) = S(0.0);
+      }
+    }
     return A;
+  }
+
+  /// T(q) v.
+  template <class S>
+  using Slips = Eigen::Matrix<S, N - G, 1>;
+  template <class S>
+  Slips<S> Slip(const Position<S>& q, const Velocity<S>& v) const {
+    Slips<S> s;
+    if constexpr (N > G) Model::Slip(Lift<S>(), q, v, &s);
+    return s;
   }
 
   /// Aᵀ λ.
@@ -147,20 +174,21 @@ class ModelTerms {
     return force;
   }
 
-  /// d²/ds² of the gaps along a motion with velocity v and acceleration v̇, that is A v̇ + Ȧ v.
+  /// A v̇ + Ȧ v: d²/ds² of the gaps along a motion with velocity v and acceleration v̇, and d/ds of
+  /// T v.
   template <class S>
   Gap<S> GapAcceleration(const Position<S>& q, const Velocity<S>& v,
                          const Velocity<S>& vdot) const {
-    using G = Dual<S, 1>;
-    using H = Dual<G, 1>;
+    using F = Dual<S, 1>;
+    using H = Dual<F, 1>;
     Position<S> first, second;  // q̇, q̈
     if constexpr (kFlat) {
       first = v;
       second = vdot;
     } else {
       first = Rate(q, v);
-      Position<G> ahead;
-      Velocity<G> faster;
+      Position<F> ahead;
+      Velocity<F> faster;
       for (int k = 0; k < Q; ++k) {
         ahead(k).value = q(k);
         ahead(k).d[0] = first(k);
@@ -169,7 +197,7 @@ class ModelTerms {
         faster(k).value = v(k);
         faster(k).d[0] = vdot(k);
       }
-      const Position<G> rate = Rate(ahead, faster);
+      const Position<F> rate = Rate(ahead, faster);
       for (int k = 0; k < Q; ++k) second(k) = rate(k).d[0];
     }
     Position<H> path;
@@ -182,7 +210,21 @@ class ModelTerms {
     Gap<H> a;
     Gaps<H>(path, &a);
     Gap<S> result;
-    for (int i = 0; i < N; ++i) result(i) = a(i).d[0].d[0];
+    for (int i = 0; i < G; ++i) result(i) = a(i).d[0].d[0];
+    if constexpr (N > G) {
+      Position<F> ahead;
+      Velocity<F> faster;
+      for (int k = 0; k < Q; ++k) {
+        ahead(k).value = q(k);
+        ahead(k).d[0] = first(k);
+      }
+      for (int k = 0; k < D; ++k) {
+        faster(k).value = v(k);
+        faster(k).d[0] = vdot(k);
+      }
+      const Slips<F> s = Slip<F>(ahead, faster);
+      for (int i = G; i < N; ++i) result(i) = s(i - G).d[0];
+    }
     return result;
   }
 

@@ -24,6 +24,12 @@ class ModelTraits {
       : std::integral_constant<int, M::kBilateral> {};
 
   template <class M, class = void>
+  struct Tangential : std::integral_constant<int, 0> {};
+  template <class M>
+  struct Tangential<M, std::void_t<decltype(M::kSlipDimension)>>
+      : std::integral_constant<int, M::kConstraints * M::kSlipDimension> {};
+
+  template <class M, class = void>
   struct ContactEffort : std::false_type {};
   template <class M>
   struct ContactEffort<M, std::void_t<decltype(M::kContactEffort)>>
@@ -52,6 +58,8 @@ class ModelTraits {
   static constexpr int kPositions = Positions<Model>::value;
   /// l; 0 unless the model has kBilateral, kBilateralNames and Closures.
   static constexpr int kBilateral = Bilateral<Model>::value;
+  /// r; 0 unless the model has kSlipDimension, Slip and Friction.
+  static constexpr int kTangential = Tangential<Model>::value;
   /// Whether Force takes the contact mode; not unless kContactEffort is true.
   static constexpr bool kContactEffort = ContactEffort<Model>::value;
   /// ℝᵈ unless the model has Space().

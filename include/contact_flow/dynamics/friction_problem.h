@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "contact_flow/contact_mode.h"
+#include "contact_flow/types.h"
+
+namespace contact_flow {
+
+/// One contact of a FrictionProblem.
+struct FrictionContact {
+  double coefficient = 0;  ///< μ, Friction::kNoSlip for none
+  int dimension = 0;       ///< tangential rows: 0 without friction, 1 in the plane, 2 in space
+  /// Whether it slips already, in this direction (a unit vector; its first entry ±1 in the plane).
+  bool slips = false;
+  Eigen::Vector2d direction = Eigen::Vector2d::Zero();
+};
+
+/// The contact problem with Coulomb friction, for accelerations and for impulses alike:
+///   (F4)  y = G λ + b,   0 ≤ λ_n ⟂ y_n ≥ 0,   |λ_t| ≤ μ λ_n,
+///         y_t ≠ 0 ⇒ λ_t = −μ λ_n y_t/|y_t|  (of a contact that slips: λ_t = −μ λ_n d).
+/// Rows are (normal, tangential) contact by contact.
+struct FrictionProblem {
+  Matrix G;
+  Vector b;
+  std::vector<FrictionContact> contacts;
+
+  int Row(std::size_t contact) const;  ///< of its normal
+};
+
+/// One solution: a letter for each contact, forces, and what they lead to.
+struct FrictionSolution {
+  std::vector<Letter> letters;
+  Vector force;                             ///< λ
+  Vector result;                            ///< y
+  std::vector<Eigen::Vector2d> directions;  ///< of slip
+  double margin = 0;  ///< of the inequality that holds most closely, relative; may be −1e-12
+};
+
+/// All solutions, by trying every word: the letters {o, s, +, −} of a contact in the plane, {o, s,
+/// l} in space, {o, l} of one that slips or has no friction, {o, s} without slip. Contacts that do
+/// not feel each other are decided apart. In the plane every solution is found. In space the
+/// directions of contacts that begin to slip are roots of an equation each: of one contact all are
+/// found, by sampling the circle; of several coupled ones those that Newton's method finds from a
+/// grid of directions. Words that hold with equality are all in the list: a solution on a border
+/// has several words, and `border` says how closely an inequality has to hold, in normalized rows and
+/// relative to the largest b. Throws std::domain_error beyond kMaxCoupledContacts that feel each other.
+std::vector<FrictionSolution> SolveFriction(const FrictionProblem& problem, double border = 1e-11);
+
+/// Contacts that are tried together.
+constexpr int kMaxCoupledContacts = 8;
+
+/// The solution of one word with given directions of slip, whether or not it is admissible; the
+/// letters' forces by (F3). False where the word's rows are dependent.
+bool SolveWord(const FrictionProblem& problem, FrictionSolution* solution);
+
+}  // namespace contact_flow

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "contact_flow/contact_mode.h"
+#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/model/mechanical_system.h"
+#include "contact_flow/types.h"
+
+namespace contact_flow {
+
+/// The functions of the state that stay positive along an arc, numbered. Guard i < n is the normal
+/// one of constraint i: a_i where it is open, λ_n,i where it is in contact (−a_i if compliant). With
+/// friction there are two more for each contact i, n + 2i and n + 2i + 1:
+///   sticks, in the plane   μ λ_n + λ_t and μ λ_n − λ_t: at zero it begins to slip forward, backward
+///   sticks, in space       μ λ_n − |λ_t|, and none
+///   slips, in the plane    the slip along its letter, ± T v, and none
+/// A contact that sticks by finite friction has no normal guard: its cone is reached first.
+class Guards {
+ public:
+  explicit Guards(const MechanicalSystem& system);
+
+  int size() const { return size_; }
+  int ConstraintOf(int guard) const { return guard < n_ ? guard : (guard - n_) / 2; }
+  /// The guards of a mode that are functions of the contact forces, and those that are slips.
+  ContactMode OfForces(ContactMode mode) const;
+  ContactMode OfSlips(ContactMode mode) const;
+  bool IsNormal(int guard) const { return guard < n_; }
+
+  /// The guard as a function of the forces λ [n+l+r].
+  double OfForce(int guard, const Vector& force) const;
+  /// Its gradient by λ, applied to the columns of `by` [n+l+r × ·].
+  Eigen::RowVectorXd GradientOfForce(int guard, const Vector& force, const MatrixRef& by) const;
+  /// Row of T and sign of a guard that is a slip.
+  int SlipRow(int guard) const { return system_.friction()[ConstraintOf(guard)].row; }
+  double SlipSign(int guard, ContactMode mode) const {
+    return mode.LetterOf(ConstraintOf(guard)) == Letter::kBackward ? -1 : 1;
+  }
+
+ private:
+  const MechanicalSystem& system_;
+  const int n_;
+  const int size_;
+};
+
+}  // namespace contact_flow

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+#include "contact_flow/contact_mode.h"
+#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/dynamics/friction_problem.h"
+#include "contact_flow/dynamics/impact.h"
+#include "contact_flow/dynamics/inverse_inertia.h"
+#include "contact_flow/types.h"
+
+namespace contact_flow {
+
+/// Contacts with friction leave the motion undecided.
+struct FrictionRefusal : std::runtime_error {
+  enum class Kind {
+    kInconsistent,         ///< no forces exist (Painlevé)
+    kIndeterminate,        ///< several motions fit (Painlevé)
+    kIndeterminateForces,  ///< rows of what sticks are dependent
+    kNoImpact,             ///< no impulses exist
+    kAmbiguousImpact,      ///< several velocities fit
+    kEnergyGain,           ///< an impact would add energy
+    kSlipFromRestInSpace,  ///< a contact in space begins to slip
+  };
+  FrictionRefusal(Kind kind, const std::string& what) : std::runtime_error(what), kind(kind) {}
+  Kind kind;
+};
+
+/// The rows (N_i, T_i) of some contacts at one state, contact by contact, and what they make of the
+/// inertia: the (F4) of accelerations and of impulses.
+class FrictionFrame {
+ public:
+  FrictionFrame(const MechanicalSystem& system, const InverseInertia& inertia,
+                ContactMode contacts);
+
+  const Matrix& rows() const { return rows_; }    ///< A [m×d]
+  const Matrix& reach() const { return reach_; }  ///< P Aᵀ [d×m]
+  const std::vector<int>& constraints() const { return constraints_; }
+  /// With G = A P Aᵀ, b left open, no contact slipping.
+  const FrictionProblem& problem() const { return problem_; }
+  FrictionProblem& problem() { return problem_; }
+  /// d/dt A v of each row [m].
+  const Vector& bias() const { return bias_; }
+  /// Values by row of this frame, as force or impulse of the system [n+l+r], zero elsewhere.
+  Vector Spread(const Vector& values) const;
+
+ private:
+  const MechanicalSystem& system_;
+  std::vector<int> constraints_;
+  std::vector<int> system_rows_;
+  Matrix rows_, reach_;
+  Vector bias_;
+  FrictionProblem problem_;
+};
+
+/// What the tangential state of a touching contact is taken for.
+struct TouchingContacts {
+  ContactMode still;     ///< T v = 0: it sticks, or begins to slip
+  ContactMode slipping;  ///< T v ≠ 0; letters give the direction in the plane
+};
+
+/// The contact mode of a state whose touching contacts rest in normal direction, (F4) for the
+/// accelerations. Where several words fit, because an inequality holds with equality within
+/// `border`, the one that goes on to hold: its inequalities of the contacts whose letters differ
+/// among the words grow along its own motion. Throws FrictionRefusal where none or several do.
+ContactMode SelectWord(ContactDynamics* dynamics, const VectorRef& x,
+                       const TouchingContacts& touching, double border);
+
+/// The impact (F6) of the touching contacts K:
+///   M (v⁺ − v⁻) = A_Kᵀ p + Bᵀ r,   0 ≤ p_n ⟂ N v⁺ + γ N v⁻ ≥ 0,   |p_t| ≤ μ p_n,
+///   s⁺ ≠ 0 ⇒ p_t = −μ p_n s⁺/|s⁺|,   s⁺ = T v⁺.
+/// Newton–Moreau in normal direction, Coulomb in the impulses, no tangential restitution.
+struct FrictionalImpact {
+  ImpactResult result;
+  ContactMode word;         ///< a letter for each contact with an impulse
+  double energy_change = 0; ///< ½ pᵀ (A v⁻ + A v⁺) [J]
+};
+/// Throws FrictionRefusal where no or several v⁺ fit, or energy would be gained by more than
+/// rounding.
+FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const VectorRef& q,
+                                       const VectorRef& v_minus, ContactMode touching);
+
+}  // namespace contact_flow

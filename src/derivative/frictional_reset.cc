@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "frictional_reset.h"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <stdexcept>
+
+namespace contact_flow {
+namespace {
+
+/// How closely the inequalities of the impact have to hold, relative.
+constexpr double kBorder = 1e-9;
+/// A direction lies on the wrong side of a border by more than this, relative.
+constexpr double kAcross = 1e-9;
+
+}  // namespace
+
+FrictionalReset::FrictionalReset(const ContactDynamics& dynamics, const Vector& x,
+                                 ContactMode touching, int hit, ContactMode mode)
+    : dynamics_(dynamics),
+      system_(dynamics.system()),
+      x_(x),
+      d_(system_.dof()),
+      nq_(system_.num_positions()),
+      size_(2 * d_ + dynamics.num_variables()),
+      persisting_(mode.Members() - ContactMode({hit})),
+      inertia_(system_, x.head(nq_), x.tail(d_)),
+      frame_(system_, inertia_, touching) {
+  FrictionProblem& problem = frame_.problem();
+  problem.b = frame_.rows() * x.tail(d_);
+  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+    const int i = frame_.constraints()[k];
+    problem.b(problem.Row(k)) *=
+        persisting_.Contains(i) ? 1 : 1 + system_.restitution()(i);
+  }
+  const double scale = problem.b.cwiseAbs().maxCoeff();
+  const std::vector<FrictionSolution> all = SolveFriction(problem, kBorder);
+  if (all.empty()) throw std::domain_error("an impact of the perturbed run has no solution");
+  v_plus_ = x.tail(d_) + frame_.reach() * all.front().force;
+  for (const FrictionSolution& solution : all) branches_.push_back(Differentiate(solution, scale));
+}
+
+FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& solution,
+                                                       double scale) const {
+  const FrictionProblem& problem = frame_.problem();
+  const Vector v_minus = x_.tail(d_), q = x_.head(nq_);
+  const Vector v_plus = v_minus + frame_.reach() * solution.force;
+  const Vector impulse = frame_.Spread(solution.force);
+  const Matrix& A = inertia_.terms().jacobian;
+  const int n = system_.num_constraints();
+  const std::vector<int>& parameters = dynamics_.variables().parameters;
+  const auto first_parameter = size_ - static_cast<Eigen::Index>(parameters.size());
+
+  Branch branch;
+  struct Unknown {
+    int row;              // of its equation
+    double restitution;   // of it
+    Vector push;          // column of W [d]
+    std::size_t contact;
+  };
+  std::vector<Unknown> unknowns;
+  Matrix turning = Matrix::Zero(d_, d_);  // what v⁺ adds to r₁ by the direction of slip
+  Matrix by_friction = Matrix::Zero(d_, static_cast<Eigen::Index>(parameters.size()));
+  const Matrix friction_by_parameter = system_.DifferentiateFriction(parameters);
+  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+    const int i = frame_.constraints()[k];
+    const FrictionContact& contact = problem.contacts[k];
+    const Letter letter = solution.letters[k];
+    if (letter == Letter::kOpen) continue;
+    branch.word.Set(i, contact.dimension == 0 ? Letter::kSlip : letter);
+    const double restitution = persisting_.Contains(i) ? 0 : system_.restitution()(i);
+    Unknown normal{i, restitution, A.row(i).transpose(), k};
+    const int row = contact.dimension > 0 ? system_.friction()[i].row : 0;
+    if (letter == Letter::kStick) {
+      unknowns.push_back(normal);
+      for (int j = 0; j < contact.dimension; ++j) {
+        unknowns.push_back({row + j, 0, A.row(row + j).transpose(), k});
+      }
+      continue;
+    }
+    if (contact.dimension > 0) {
+      const auto T = A.middleRows(row, contact.dimension);
+      const Vector direction = solution.directions[k].head(contact.dimension);
+      normal.push -= contact.coefficient * (T.transpose() * direction);
+      by_friction += impulse(i) * (T.transpose() * direction) * friction_by_parameter.row(i);
+      if (contact.dimension == 2) {
+        const double speed = (T * v_plus).norm();
+        turning += contact.coefficient * impulse(i) / speed * T.transpose() *
+                   (Matrix::Identity(2, 2) - direction * direction.transpose()) * T;
+      }
+    }
+    unknowns.push_back(normal);
+  }
+  for (int i = 0; i < system_.num_bilateral(); ++i) {
+    unknowns.push_back({n + i, 0, A.row(n + i).transpose(), 0});
+  }
+
+  const auto m = static_cast<Eigen::Index>(unknowns.size());
+  Matrix kkt = Matrix::Zero(d_ + m, d_ + m);
+  Matrix rhs = Matrix::Zero(d_ + m, size_);
+  kkt.topLeftCorner(d_, d_) = inertia_.mass() + turning;
+  rhs.block(0, d_, d_, d_) = inertia_.mass();
+  ResidualJacobian after, before;
+  const Vector jump = v_plus - v_minus;
+  system_.DifferentiateImpact(q, jump, impulse, v_plus, &after);
+  system_.DifferentiateImpact(q, jump, impulse, v_minus, &before);
+  rhs.topLeftCorner(d_, d_) = -after.momentum_q;
+  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+    const FrictionContact& contact = problem.contacts[k];
+    const bool turns = solution.letters[k] == Letter::kSlip && contact.dimension == 2;
+    if (!turns) continue;
+    const int i = frame_.constraints()[k], row = system_.friction()[i].row;
+    const auto T = A.middleRows<2>(row);
+    const Eigen::Vector2d& direction = solution.directions[k];
+    rhs.topLeftCorner(d_, d_) -=
+        contact.coefficient * impulse(i) / (T * v_plus).norm() * T.transpose() *
+        (Eigen::Matrix2d::Identity() - direction * direction.transpose()) *
+        after.constraint_q.middleRows<2>(row);
+  }
+  ParameterJacobian parameter_after, parameter_before;
+  if (!parameters.empty()) {
+    system_.DifferentiateImpactByParameters(q, jump, impulse, v_plus, parameters, &parameter_after);
+    system_.DifferentiateImpactByParameters(q, jump, impulse, v_minus, parameters,
+                                            &parameter_before);
+    rhs.topRightCorner(d_, size_ - first_parameter) = -parameter_after.momentum - by_friction;
+  }
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const Unknown& u = unknowns[static_cast<std::size_t>(k)];
+    kkt.col(d_ + k).head(d_) = -u.push;
+    kkt.row(d_ + k).head(d_) = A.row(u.row);
+    rhs.row(d_ + k).head(d_) =
+        -after.constraint_q.row(u.row) - u.restitution * before.constraint_q.row(u.row);
+    rhs.row(d_ + k).segment(d_, d_) = -u.restitution * A.row(u.row);
+    if (parameters.empty()) continue;
+    auto by_parameter = rhs.row(d_ + k).tail(size_ - first_parameter);
+    by_parameter = -parameter_after.constraint.row(u.row) -
+                   u.restitution * parameter_before.constraint.row(u.row);
+    if (u.row < n && !persisting_.Contains(u.row)) {
+      by_parameter -= parameter_after.restitution.row(u.row) * A.row(u.row).dot(v_minus);
+    }
+  }
+  const Matrix solved = kkt.partialPivLu().solve(rhs);
+  branch.jacobian = Matrix::Identity(size_, size_);
+  branch.jacobian.middleRows(d_, d_) = solved.topRows(d_);
+
+  // D(A v⁺) and D(A v⁻) of the contact rows; impulses of the unknowns.
+  Matrix rate(A.rows(), size_), old_rate = Matrix::Zero(A.rows(), size_);
+  rate = A * branch.jacobian.middleRows(d_, d_);
+  rate.leftCols(d_) += after.constraint_q;
+  old_rate.leftCols(d_) = before.constraint_q;
+  old_rate.middleCols(d_, d_) = A;
+  if (!parameters.empty()) {
+    rate.rightCols(size_ - first_parameter) += parameter_after.constraint;
+    old_rate.rightCols(size_ - first_parameter) += parameter_before.constraint;
+  }
+  std::vector<Eigen::RowVectorXd> borders;
+  const auto offer = [&](double value, const Eigen::RowVectorXd& gradient) {
+    if (std::abs(value) <= kBorder * scale) borders.push_back(gradient);
+  };
+  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+    const int i = frame_.constraints()[k], row = problem.Row(k);
+    const FrictionContact& contact = problem.contacts[k];
+    const Letter letter = solution.letters[k];
+    const double gain = problem.G(row, row);
+    if (letter == Letter::kOpen) {
+      const double restitution = persisting_.Contains(i) ? 0 : system_.restitution()(i);
+      offer(solution.result(row), rate.row(i) + restitution * old_rate.row(i));
+      continue;
+    }
+    Eigen::Index place = 0;
+    while (unknowns[static_cast<std::size_t>(place)].row != i) ++place;
+    const Eigen::RowVectorXd normal = solved.row(d_ + place);
+    if (letter == Letter::kStick && std::isfinite(contact.coefficient)) {
+      const auto tangential = solution.force.segment(row + 1, contact.dimension);
+      const double size = tangential.norm();
+      Eigen::RowVectorXd cone = contact.coefficient * normal;
+      if (size > 0) {
+        cone -= (tangential.transpose() / size) *
+                solved.middleRows(d_ + place + 1, contact.dimension);
+      }
+      if (!parameters.empty()) {
+        cone.tail(size_ - first_parameter) += solution.force(row) * friction_by_parameter.row(i);
+      }
+      offer(gain * (contact.coefficient * solution.force(row) - size), gain * cone);
+      continue;
+    }
+    offer(gain * solution.force(row), gain * normal);
+    if (contact.dimension == 1) {
+      const double sign = solution.directions[k](0);
+      offer(sign * solution.result(row + 1), sign * rate.row(system_.friction()[i].row));
+    }
+  }
+  branch.borders.resize(static_cast<Eigen::Index>(borders.size()), size_);
+  for (std::size_t k = 0; k < borders.size(); ++k) {
+    branch.borders.row(static_cast<Eigen::Index>(k)) = borders[k];
+  }
+  return branch;
+}
+
+const FrictionalReset::Branch& FrictionalReset::Choose(
+    const Vector& w, const Vector& sizes,
+    const std::function<void(const Eigen::RowVectorXd&)>& decide) const {
+  for (const Branch& branch : branches_) {
+    if (!branch.jacobian.allFinite()) continue;
+    bool fits = true;
+    for (Eigen::Index k = 0; k < branch.borders.rows(); ++k) {
+      const double size = branch.borders.row(k).cwiseAbs().dot(sizes);
+      fits = fits && branch.borders.row(k).dot(w) >= -kAcross * size;
+    }
+    if (!fits) continue;
+    if (branches_.size() > 1) {
+      for (Eigen::Index k = 0; k < branch.borders.rows(); ++k) decide(branch.borders.row(k));
+    }
+    return branch;
+  }
+  throw std::domain_error("an impact of the perturbed run is on a border that is not decided");
+}
+
+Matrix StopProjection(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
+                      ContactMode stopping, const Matrix& rate_jacobian) {
+  const MechanicalSystem& system = dynamics->system();
+  const int d = system.dof(), nq = system.num_positions();
+  const InverseInertia inertia(system, x.head(nq), x.tail(d));
+  const Matrix& A = inertia.terms().jacobian;
+  std::vector<int> rows, stopped;  // places in `rows`
+  std::vector<Vector> pushes;
+  for (int i : mode - system.compliant()) {
+    const Friction& friction = system.friction()[i];
+    const Letter letter = mode.LetterOf(i);
+    rows.push_back(i);
+    pushes.push_back(A.row(i).transpose());
+    if (letter == Letter::kStick) {
+      for (int k = 0; k < friction.dimension; ++k) {
+        if (stopping.Contains(i)) stopped.push_back(static_cast<int>(rows.size()));
+        rows.push_back(friction.row + k);
+        pushes.push_back(A.row(friction.row + k).transpose());
+      }
+    } else if (friction.dimension > 0 && friction.coefficient > 0) {
+      const auto T = A.middleRows(friction.row, friction.dimension);
+      Vector direction(1);
+      direction(0) = letter == Letter::kBackward ? -1 : 1;
+      if (friction.dimension == 2) direction = (T * x.tail(d)).normalized();
+      pushes.back() -= friction.coefficient * (T.transpose() * direction);
+    }
+  }
+  const auto m = static_cast<Eigen::Index>(rows.size());
+  Matrix active(m, d), push(d, m);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    active.row(k) = A.row(rows[static_cast<std::size_t>(k)]);
+    push.col(k) = pushes[static_cast<std::size_t>(k)];
+  }
+  const Matrix reach = inertia * push;
+  Matrix wanted = Matrix::Zero(m, rate_jacobian.cols());
+  for (int place : stopped) {
+    wanted.row(place) = rate_jacobian.row(rows[static_cast<std::size_t>(place)]);
+  }
+  Matrix projection = Matrix::Identity(rate_jacobian.cols(), rate_jacobian.cols());
+  projection.middleRows(d, d) -= reach * (active * reach).partialPivLu().solve(wanted);
+  return projection;
+}
+
+Matrix RateJacobian(const ContactDynamics& dynamics, const Vector& x) {
+  const MechanicalSystem& system = dynamics.system();
+  const int d = system.dof(), nq = system.num_positions(), rows = system.num_rows();
+  const Vector q = x.head(nq), v = x.tail(d);
+  ConstraintTerms terms;
+  system.Constraints(q, v, &terms);
+  ResidualJacobian by;
+  system.DifferentiateImpact(q, Vector::Zero(d), Vector::Zero(rows), v, &by);
+  Matrix jacobian = Matrix::Zero(rows, 2 * d + dynamics.num_variables());
+  jacobian.leftCols(d) = by.constraint_q;
+  jacobian.middleCols(d, d) = terms.jacobian;
+  const std::vector<int>& parameters = dynamics.variables().parameters;
+  if (!parameters.empty()) {
+    ParameterJacobian by_parameter;
+    system.DifferentiateImpactByParameters(q, Vector::Zero(d), Vector::Zero(rows), v, parameters,
+                                           &by_parameter);
+    jacobian.rightCols(by_parameter.constraint.cols()) = by_parameter.constraint;
+  }
+  return jacobian;
+}
+
+Matrix StartStop(ContactDynamics* dynamics, const Vector& x, ContactMode mode) {
+  if (mode.Sticking().Empty()) return Matrix();
+  return StopProjection(dynamics, x, mode, mode.Sticking(), RateJacobian(*dynamics, x));
+}
+
+}  // namespace contact_flow

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/dynamics/guards.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace contact_flow {
+
+Guards::Guards(const MechanicalSystem& system)
+    : system_(system),
+      n_(system.num_constraints()),
+      size_(system.HasFriction() ? 3 * system.num_constraints() : system.num_constraints()) {
+  if (size_ <= ContactMode::kMaxConstraints) return;
+  throw std::invalid_argument("a system with friction has " + std::to_string(n_) +
+                              " constraints: at most " +
+                              std::to_string(ContactMode::kMaxConstraints / 3) + " are possible");
+}
+
+ContactMode Guards::OfForces(ContactMode mode) const {
+  const ContactMode rigid = (mode - system_.compliant()).Members();
+  if (!system_.HasFriction()) return rigid;
+  ContactMode guards;
+  for (int i : rigid) {
+    const Friction& friction = system_.friction()[i];
+    if (mode.LetterOf(i) != Letter::kStick || std::isinf(friction.coefficient)) {
+      guards.Insert(i);
+      continue;
+    }
+    guards.Insert(n_ + 2 * i);
+    if (friction.dimension == 1) guards.Insert(n_ + 2 * i + 1);
+  }
+  return guards;
+}
+
+ContactMode Guards::OfSlips(ContactMode mode) const {
+  ContactMode guards;
+  for (int i : mode.SlippingInPlane()) guards.Insert(n_ + 2 * i);
+  return guards;
+}
+
+double Guards::OfForce(int guard, const Vector& force) const {
+  if (guard < n_) return force(guard);
+  const int i = ConstraintOf(guard);
+  const Friction& friction = system_.friction()[i];
+  const double cone = friction.coefficient * force(i);
+  if (friction.dimension == 2) return cone - force.segment<2>(friction.row).norm();
+  const bool forward = (guard - n_) % 2 == 0;
+  return forward ? cone + force(friction.row) : cone - force(friction.row);
+}
+
+Eigen::RowVectorXd Guards::GradientOfForce(int guard, const Vector& force,
+                                           const MatrixRef& by) const {
+  if (guard < n_) return by.row(guard);
+  const int i = ConstraintOf(guard);
+  const Friction& friction = system_.friction()[i];
+  const auto tangential = by.middleRows(friction.row, friction.dimension);
+  const Eigen::RowVectorXd cone = friction.coefficient * by.row(i);
+  if (friction.dimension == 1) {
+    return (guard - n_) % 2 == 0 ? Eigen::RowVectorXd(cone + tangential)
+                                 : Eigen::RowVectorXd(cone - tangential);
+  }
+  const Eigen::Vector2d slip = force.segment<2>(friction.row);
+  const double norm = slip.norm();
+  if (!(norm > 0)) return cone;
+  return cone - (slip.transpose() / norm) * tangential;
+}
+
+}  // namespace contact_flow

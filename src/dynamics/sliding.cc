@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What slipping contacts add to the dynamics in a contact mode, (F3).
+#include <cmath>
+#include <limits>
+
+#include "contact_flow/dynamics/contact_dynamics.h"
+
+namespace contact_flow {
+
+void ContactDynamics::AddFriction() {
+  int column = 0;
+  for (int i : at_->mode - system_.compliant()) {
+    const Friction& friction = system_.friction()[i];
+    const Letter letter = at_->mode.LetterOf(i);
+    if (letter == Letter::kStick) {
+      for (int k = 0; k < friction.dimension; ++k) at_->active.push_back(friction.row + k);
+    } else if (friction.dimension > 0 && friction.coefficient > 0) {
+      Sliding sliding{i, column, friction};
+      sliding.direction(0) = letter == Letter::kBackward ? -1 : 1;
+      at_->turning = at_->turning || friction.dimension == 2;
+      at_->sliding.push_back(sliding);
+    }
+    ++column;
+  }
+}
+
+void ContactDynamics::FactorizeSliding(const VectorRef& x) {
+  at_->push = at_->reach;
+  for (Sliding& s : at_->sliding) {
+    const auto rows = terms_.jacobian.middleRows(s.friction.row, s.friction.dimension);
+    if (s.friction.dimension == 2) {
+      const Eigen::Vector2d slip = rows * x.tail(d_);
+      s.speed = slip.norm();
+      s.direction = slip / s.speed;
+    }
+    Vector tangential = rows.transpose() * s.direction.head(s.friction.dimension);
+    mass_factor_.matrixL().solveInPlace(tangential);
+    at_->push.col(s.column) -= s.friction.coefficient * tangential;
+  }
+  at_->delassus_inverse.noalias() = at_->reach.transpose().lazyProduct(at_->push);
+  at_->sliding_factor.compute(at_->delassus_inverse);
+  const auto& factor = at_->sliding_factor.matrixLU();
+  at_->regular = at_->regular && factor.allFinite() && factor.diagonal().cwiseAbs().minCoeff() > 0;
+}
+
+void ContactDynamics::AddSlidingForce() {
+  for (const Sliding& s : at_->sliding) {
+    force_.segment(s.friction.row, s.friction.dimension) =
+        -s.friction.coefficient * at_->multiplier(s.column) * s.direction.head(s.friction.dimension);
+  }
+}
+
+/// In space the direction turns: ∂d = (I − d dᵀ)/|s| ∂(T v).
+void ContactDynamics::DifferentiateDirections(const VectorRef& x) {
+  const auto q = x.head(nq_), v = x.tail(d_);
+  if (at_->turning) {
+    ResidualJacobian slip;  // ∂(T v) by q
+    system_.DifferentiateImpact(q, Vector::Zero(d_), Vector::Zero(n_), v, &slip);
+    for (Sliding& s : at_->sliding) {
+      if (s.friction.dimension < 2) continue;
+      const auto rows = terms_.jacobian.middleRows<2>(s.friction.row);
+      Eigen::Matrix<double, 2, Eigen::Dynamic> by(2, 2 * d_);
+      by << slip.constraint_q.middleRows<2>(s.friction.row), rows;
+      const Eigen::Matrix2d across =
+          (Eigen::Matrix2d::Identity() - s.direction * s.direction.transpose()) / s.speed;
+      s.direction_jacobian = across * by;
+      // r₁ = … − Tᵀ λ_t, λ_t = −μ λ_n d.
+      const Matrix turned = s.friction.coefficient * at_->multiplier(s.column) *
+                            (rows.transpose() * s.direction_jacobian);
+      residual_.momentum_q += turned.leftCols(d_);
+      residual_.momentum_v += turned.rightCols(d_);
+    }
+  }
+  if (variables_.parameters.empty()) return;
+  const Matrix by_parameter = system_.DifferentiateFriction(variables_.parameters);
+  for (const Sliding& s : at_->sliding) {
+    const auto rows = terms_.jacobian.middleRows(s.friction.row, s.friction.dimension);
+    variable_momentum_.rightCols(by_parameter.cols()) +=
+        at_->multiplier(s.column) *
+        (rows.transpose() * s.direction.head(s.friction.dimension)) *
+        by_parameter.row(s.constraint);
+  }
+}
+
+/// D(−μ λ_n d).
+void ContactDynamics::DifferentiateSlidingForce() {
+  const Matrix by_parameter = variables_.parameters.empty()
+                                  ? Matrix()
+                                  : system_.DifferentiateFriction(variables_.parameters);
+  for (const Sliding& s : at_->sliding) {
+    const Vector d = s.direction.head(s.friction.dimension);
+    auto rows = force_jacobian_.middleRows(s.friction.row, s.friction.dimension);
+    rows = -s.friction.coefficient * d * force_jacobian_.row(s.constraint);
+    if (s.direction_jacobian.size() > 0) {
+      rows.leftCols(2 * d_) -= s.friction.coefficient * at_->multiplier(s.column) * s.direction_jacobian;
+    }
+    if (by_parameter.size() > 0) {
+      rows.rightCols(by_parameter.cols()) -=
+          at_->multiplier(s.column) * d * by_parameter.row(s.constraint);
+    }
+  }
+}
+
+}  // namespace contact_flow

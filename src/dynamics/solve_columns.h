@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Cholesky>
+
+#include "contact_flow/types.h"
+
+namespace contact_flow {
+
+/// B ← A⁻¹ B by the factor of A, one column at a time: Eigen's kernel for many right-hand sides
+/// packs them first, which at the sizes met here takes longer than to solve them.
+inline void SolveColumns(const Eigen::LLT<Matrix>& factor, Matrix* B) {
+  for (Eigen::Index c = 0; c < B->cols(); ++c) factor.solveInPlace(B->col(c));
+}
+
+}  // namespace contact_flow
