@@ -140,8 +140,8 @@ class FrictionalEvent::Walk {
       if ((rows * now).norm() > 1e-9 * size) moved.Insert(i);
     }
     if (moved.Empty()) return;
-    path_.matrix = StopProjection(&dynamics_, x_, mode_, mode_.Sticking(), rate_jacobian_) *
-                   path_.matrix;
+    path_.matrix =
+        StopProjection(&dynamics_, x_, mode_, mode_.Sticking(), rate_jacobian_) * path_.matrix;
   }
 
   std::vector<Candidate> Candidates(const Vector& field) {
@@ -215,9 +215,8 @@ class FrictionalEvent::Walk {
     const ContactMode touching = mode_.Members().With(i);
     const FrictionalReset reset(dynamics_, x_, touching, i, mode_);
     const FrictionalReset::Branch& branch =
-        reset.Choose(path_.matrix * w_, sizes_, [&](const Eigen::RowVectorXd& row) {
-          Decide(row * path_.matrix);
-        });
+        reset.Choose(path_.matrix * w_, sizes_,
+                     [&](const Eigen::RowVectorXd& row) { Decide(row * path_.matrix); });
     path_.matrix = branch.jacobian * path_.matrix;
     sizes_ = branch.jacobian.cwiseAbs() * sizes_;
     x_.tail(d_) = reset.v_plus();
@@ -281,8 +280,7 @@ class FrictionalEvent::Walk {
     if (stopped.Empty()) return;
     x_ = event_.transition_.x_plus;
     Measure();
-    path_.matrix =
-        StopProjection(&dynamics_, x_, after, stopped, rate_jacobian_) * path_.matrix;
+    path_.matrix = StopProjection(&dynamics_, x_, after, stopped, rate_jacobian_) * path_.matrix;
     mode_ = after;
     path_.modes.push_back(after);
   }
@@ -306,8 +304,8 @@ class FrictionalEvent::Walk {
   ContactMode releasing_;  // without slip, to come
   ContactMode released_;
   ContactMode landed_, lifted_;  // by the last touchdown: what took part, and what left
-  ContactMode still_;    // known to have no slip at the base point
-  Vector first_field_;   // before the cluster
+  ContactMode still_;            // known to have no slip at the base point
+  Vector first_field_;           // before the cluster
   int just_stopped_ = -1;
   ConstraintTerms terms_;
   Vector rate_;
@@ -336,8 +334,8 @@ FrictionalPath FrictionalEvent::Follow(const VectorRef& w) const {
   } catch (const FrictionRefusal& reason) {
     std::ostringstream message;
     message.precision(12);
-    message << "at t = " << transition_.t << " s the perturbed run is not decided: "
-            << reason.what();
+    message << "at t = " << transition_.t
+            << " s the perturbed run is not decided: " << reason.what();
     throw std::domain_error(message.str());
   }
 }
@@ -453,9 +451,9 @@ bool FrictionalEvent::Decoupled(ContactMode contacts) const {
     const FrictionProblem& problem = frame.problem();
     for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
       for (std::size_t j = 0; j < i; ++j) {
-        const auto block = problem.G.block(problem.Row(i), problem.Row(j),
-                                           1 + problem.contacts[i].dimension,
-                                           1 + problem.contacts[j].dimension);
+        const auto block =
+            problem.G.block(problem.Row(i), problem.Row(j), 1 + problem.contacts[i].dimension,
+                            1 + problem.contacts[j].dimension);
         const double own = std::sqrt(problem.G(problem.Row(i), problem.Row(i)) *
                                      problem.G(problem.Row(j), problem.Row(j)));
         if (block.cwiseAbs().maxCoeff() > 1e-12 * own) return false;

@@ -14,12 +14,12 @@ namespace contact_flow {
 
 /// One way through a cluster of events with friction: what happens to every w in its cone.
 struct FrictionalPath {
-  Matrix matrix;                  ///< Ξ [2d+k × 2d+k]
-  Matrix cone;                    ///< decisions: rows with cone·w ≥ 0 [· × 2d+k]
-  std::vector<int> guards;        ///< in the order in which they vanish
-  std::vector<ContactMode> modes; ///< after each of them
-  Matrix times;                   ///< first-order changes of their instants, a row each
-  double margin = 0;              ///< smallest cone·w of the w that led here, relative
+  Matrix matrix;                   ///< Ξ [2d+k × 2d+k]
+  Matrix cone;                     ///< decisions: rows with cone·w ≥ 0 [· × 2d+k]
+  std::vector<int> guards;         ///< in the order in which they vanish
+  std::vector<ContactMode> modes;  ///< after each of them
+  Matrix times;                    ///< first-order changes of their instants, a row each
+  double margin = 0;               ///< smallest cone·w of the w that led here, relative
 };
 
 /// The first-order map of a transition of a system with friction, in w at (ρ, v⁻): by following the
@@ -30,9 +30,9 @@ struct FrictionalPath {
 ///   next word by (F4), a contact whose slip is zero at the base point going the way of D(T v) w,
 ///   w ← w − F⁺ τ.
 ///
-/// Slip onset, release from slip and the cone's apex are identities. Guards with a jump of the field
-/// are touchdowns, stops and reversals, and releases without slip (μ = ∞). A contact that sticks and
-/// has D(T v) w ≠ 0 begins to slip and is stopped at once, by the projection (F7).
+/// Slip onset, release from slip and the cone's apex are identities. Guards with a jump of the
+/// field are touchdowns, stops and reversals, and releases without slip (μ = ∞). A contact that
+/// sticks and has D(T v) w ≠ 0 begins to slip and is stopped at once, by the projection (F7).
 class FrictionalEvent {
  public:
   FrictionalEvent(std::shared_ptr<ContactDynamics> dynamics, const Transition& transition);

@@ -30,8 +30,7 @@ FrictionalReset::FrictionalReset(const ContactDynamics& dynamics, const Vector& 
   problem.b = frame_.rows() * x.tail(d_);
   for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
     const int i = frame_.constraints()[k];
-    problem.b(problem.Row(k)) *=
-        persisting_.Contains(i) ? 1 : 1 + system_.restitution()(i);
+    problem.b(problem.Row(k)) *= persisting_.Contains(i) ? 1 : 1 + system_.restitution()(i);
   }
   const double scale = problem.b.cwiseAbs().maxCoeff();
   const std::vector<FrictionSolution> all = SolveFriction(problem, kBorder);
@@ -53,9 +52,9 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
 
   Branch branch;
   struct Unknown {
-    int row;              // of its equation
-    double restitution;   // of it
-    Vector push;          // column of W [d]
+    int row;             // of its equation
+    double restitution;  // of it
+    Vector push;         // column of W [d]
     std::size_t contact;
   };
   std::vector<Unknown> unknowns;
@@ -112,10 +111,10 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
     const int i = frame_.constraints()[k], row = system_.friction()[i].row;
     const auto T = A.middleRows<2>(row);
     const Eigen::Vector2d& direction = solution.directions[k];
-    rhs.topLeftCorner(d_, d_) -=
-        contact.coefficient * impulse(i) / (T * v_plus).norm() * T.transpose() *
-        (Eigen::Matrix2d::Identity() - direction * direction.transpose()) *
-        after.constraint_q.middleRows<2>(row);
+    rhs.topLeftCorner(d_, d_) -= contact.coefficient * impulse(i) / (T * v_plus).norm() *
+                                 T.transpose() *
+                                 (Eigen::Matrix2d::Identity() - direction * direction.transpose()) *
+                                 after.constraint_q.middleRows<2>(row);
   }
   ParameterJacobian parameter_after, parameter_before;
   if (!parameters.empty()) {
@@ -175,8 +174,8 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
       const double size = tangential.norm();
       Eigen::RowVectorXd cone = contact.coefficient * normal;
       if (size > 0) {
-        cone -= (tangential.transpose() / size) *
-                solved.middleRows(d_ + place + 1, contact.dimension);
+        cone -=
+            (tangential.transpose() / size) * solved.middleRows(d_ + place + 1, contact.dimension);
       }
       if (!parameters.empty()) {
         cone.tail(size_ - first_parameter) += solution.force(row) * friction_by_parameter.row(i);

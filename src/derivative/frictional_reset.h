@@ -9,8 +9,8 @@
 
 namespace contact_flow {
 
-/// The directional derivative R'(x; w) of the reset (q, v) ↦ (q, v⁺) of a frictional impact (F6), by
-/// the implicit function theorem on the equations of its word:
+/// The directional derivative R'(x; w) of the reset (q, v) ↦ (q, v⁺) of a frictional impact (F6),
+/// by the implicit function theorem on the equations of its word:
 ///   r₁ = M (v⁺ − v⁻) − W p = 0;   in contact N (v⁺ + γ v⁻) = 0,   sticking T v⁺ = 0,
 /// with W = Nᵀ − μ Tᵀ d of what slips, d = s⁺/|s⁺|. Where the impulse lies on the border of its
 /// cone, or vanishes, several words lead to the same v⁺, each a branch.
@@ -27,8 +27,8 @@ class FrictionalReset {
                   ContactMode mode);
 
   const Vector& v_plus() const { return v_plus_; }
-  /// The branch of w, whose entries are sums of terms of these `sizes`; `decide` is told each border that it lies on the positive side of. Throws
-  /// std::domain_error where no branch fits.
+  /// The branch of w, whose entries are sums of terms of these `sizes`; `decide` is told each
+  /// border that it lies on the positive side of. Throws std::domain_error where no branch fits.
   const Branch& Choose(const Vector& w, const Vector& sizes,
                        const std::function<void(const Eigen::RowVectorXd&)>& decide) const;
 

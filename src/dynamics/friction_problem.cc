@@ -50,8 +50,8 @@ double Margin(const FrictionProblem& problem, const FrictionSolution& s, double 
     }
     const bool cone = s.letters[i] == Letter::kStick && std::isfinite(contact.coefficient);
     // The apex of the cone: both vanish together.
-    margin = std::min(margin, gain * (cone ? contact.coefficient * s.force(row) - force.norm()
-                                           : s.force(row)));
+    margin = std::min(
+        margin, gain * (cone ? contact.coefficient * s.force(row) - force.norm() : s.force(row)));
     if (Slips(s.letters[i]) && contact.dimension > 0 && !contact.slips) {
       margin = std::min(margin, s.directions[i].head(contact.dimension).dot(slip));
     }
@@ -63,7 +63,8 @@ double Margin(const FrictionProblem& problem, const FrictionSolution& s, double 
 std::vector<FrictionSolution> SolveGroup(const FrictionProblem& problem, double border) {
   const std::size_t n = problem.contacts.size();
   if (n > kMaxCoupledContacts) {
-    throw std::domain_error(std::to_string(n) + " contacts with friction feel each other: at most " +
+    throw std::domain_error(std::to_string(n) +
+                            " contacts with friction feel each other: at most " +
                             std::to_string(kMaxCoupledContacts) + " are decided together");
   }
   double scale = problem.b.cwiseAbs().maxCoeff();
@@ -111,9 +112,9 @@ std::vector<std::vector<std::size_t>> Groups(const FrictionProblem& problem) {
   };
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j < i; ++j) {
-      const auto block = problem.G.block(problem.Row(i), problem.Row(j),
-                                         1 + problem.contacts[i].dimension,
-                                         1 + problem.contacts[j].dimension);
+      const auto block =
+          problem.G.block(problem.Row(i), problem.Row(j), 1 + problem.contacts[i].dimension,
+                          1 + problem.contacts[j].dimension);
       const double own = std::sqrt(problem.G(problem.Row(i), problem.Row(i)) *
                                    problem.G(problem.Row(j), problem.Row(j)));
       if (block.cwiseAbs().maxCoeff() > std::numeric_limits<double>::epsilon() * own) {
@@ -123,9 +124,9 @@ std::vector<std::vector<std::size_t>> Groups(const FrictionProblem& problem) {
   }
   std::vector<std::vector<std::size_t>> groups(n);
   for (std::size_t i = 0; i < n; ++i) groups[find(i)].push_back(i);
-  groups.erase(std::remove_if(groups.begin(), groups.end(),
-                              [](const auto& group) { return group.empty(); }),
-               groups.end());
+  groups.erase(
+      std::remove_if(groups.begin(), groups.end(), [](const auto& group) { return group.empty(); }),
+      groups.end());
   return groups;
 }
 
@@ -208,7 +209,8 @@ std::vector<FrictionSolution> SolveFriction(const FrictionProblem& problem, doub
     for (Eigen::Index r = 0; r < m; ++r) {
       part.b(r) = problem.b(rows[static_cast<std::size_t>(r)]);
       for (Eigen::Index c = 0; c < m; ++c) {
-        part.G(r, c) = problem.G(rows[static_cast<std::size_t>(r)], rows[static_cast<std::size_t>(c)]);
+        part.G(r, c) =
+            problem.G(rows[static_cast<std::size_t>(r)], rows[static_cast<std::size_t>(c)]);
       }
     }
     std::vector<FrictionSolution> all;

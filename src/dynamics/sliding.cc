@@ -45,8 +45,9 @@ void ContactDynamics::FactorizeSliding(const VectorRef& x) {
 
 void ContactDynamics::AddSlidingForce() {
   for (const Sliding& s : at_->sliding) {
-    force_.segment(s.friction.row, s.friction.dimension) =
-        -s.friction.coefficient * at_->multiplier(s.column) * s.direction.head(s.friction.dimension);
+    force_.segment(s.friction.row, s.friction.dimension) = -s.friction.coefficient *
+                                                           at_->multiplier(s.column) *
+                                                           s.direction.head(s.friction.dimension);
   }
 }
 
@@ -76,8 +77,7 @@ void ContactDynamics::DifferentiateDirections(const VectorRef& x) {
   for (const Sliding& s : at_->sliding) {
     const auto rows = terms_.jacobian.middleRows(s.friction.row, s.friction.dimension);
     variable_momentum_.rightCols(by_parameter.cols()) +=
-        at_->multiplier(s.column) *
-        (rows.transpose() * s.direction.head(s.friction.dimension)) *
+        at_->multiplier(s.column) * (rows.transpose() * s.direction.head(s.friction.dimension)) *
         by_parameter.row(s.constraint);
   }
 }
@@ -92,7 +92,8 @@ void ContactDynamics::DifferentiateSlidingForce() {
     auto rows = force_jacobian_.middleRows(s.friction.row, s.friction.dimension);
     rows = -s.friction.coefficient * d * force_jacobian_.row(s.constraint);
     if (s.direction_jacobian.size() > 0) {
-      rows.leftCols(2 * d_) -= s.friction.coefficient * at_->multiplier(s.column) * s.direction_jacobian;
+      rows.leftCols(2 * d_) -=
+          s.friction.coefficient * at_->multiplier(s.column) * s.direction_jacobian;
     }
     if (by_parameter.size() > 0) {
       rows.rightCols(by_parameter.cols()) -=

@@ -8,7 +8,7 @@ namespace contact_flow {
 namespace {
 
 constexpr double kTurn = 6.283185307179586;
-constexpr int kSamples = 180;      // of the circle; (F5) has at most four roots
+constexpr int kSamples = 180;       // of the circle; (F5) has at most four roots
 constexpr double kOffset = 0.0123;  // of the first: no root of a symmetric problem
 constexpr int kBisections = 60;
 constexpr int kStarts = 6;  // a contact, where several slip
@@ -118,8 +118,7 @@ std::vector<FrictionSolution> FindSlipDirections(const FrictionProblem& problem,
                                                  const std::vector<int>& unknown) {
   const Directions f(problem, word, unknown);
   if (unknown.size() == 1) return AllRoots(f);
-  return NewtonRoots(f, static_cast<Eigen::Index>(unknown.size()),
-                     problem.b.cwiseAbs().maxCoeff());
+  return NewtonRoots(f, static_cast<Eigen::Index>(unknown.size()), problem.b.cwiseAbs().maxCoeff());
 }
 
 }  // namespace contact_flow

@@ -176,8 +176,7 @@ class Words {
     const Vector field = dynamics_.Field(x_, mode).head(2 * d_);
     const double step =
         kAhead * (1 + x_.cwiseAbs().maxCoeff()) / (1e-300 + field.cwiseAbs().maxCoeff());
-    const std::vector<Slack> later =
-        Slacks(system_.Perturb(x_, step * field), mode, varying);
+    const std::vector<Slack> later = Slacks(system_.Perturb(x_, step * field), mode, varying);
     for (std::size_t k = 0; k < now.size(); ++k) {
       if (now[k].value < kStrict * scale_ && !(later[k].value > now[k].value)) return false;
     }

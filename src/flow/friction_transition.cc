@@ -98,9 +98,9 @@ class FrictionalResolution {
     std::vector<std::pair<double, int>> order;
     for (const Zero& zero : zeros) {
       const double within = asked > 0 ? asked : kInstantErrors * (own + zero.error);
-      const bool counts = zero.guard == trigger ||
-                          (zero.slope < 0 && zero.value <= -zero.slope * within &&
-                           zero.value >= zero.slope * within);
+      const bool counts =
+          zero.guard == trigger || (zero.slope < 0 && zero.value <= -zero.slope * within &&
+                                    zero.value >= zero.slope * within);
       if (!counts) continue;
       const double offset = zero.slope != 0 ? -zero.value / zero.slope : 0;
       order.emplace_back(offset, zero.guard);
@@ -127,8 +127,8 @@ class FrictionalResolution {
     ContactMode held;  // by the impact
     ContactMode still = cluster.mode_before.Sticking() | stopped_;
     if (!cluster.activated.Empty()) {
-      const FrictionalImpact impact = SolveFrictionalImpact(
-          system_, cluster.x_minus.head(nq_), v_minus, touching);
+      const FrictionalImpact impact =
+          SolveFrictionalImpact(system_, cluster.x_minus.head(nq_), v_minus, touching);
       v_plus = impact.result.v_plus;
       cluster.impulse = impact.result.impulse;
       cluster.impulse_word = impact.word;
@@ -160,8 +160,8 @@ class FrictionalResolution {
     const Vector v = result_.transition.x_minus.tail(d_);
     const ContactMode mode = result_.transition.mode_before;
     for (int i = 0; i < system_.num_constraints(); ++i) {
-      const bool touches = std::abs(terms_.gap(i)) <= rules_.gap_tolerance &&
-                           std::abs(rate_(i)) <= Rounding(i, v);
+      const bool touches =
+          std::abs(terms_.gap(i)) <= rules_.gap_tolerance && std::abs(rate_(i)) <= Rounding(i, v);
       if (mode.Contains(i) || touches) Sort(i, rate_, v, mode.Sticking(), &contacts);
     }
     SetLetters(contacts);
@@ -183,9 +183,9 @@ class FrictionalResolution {
     const int i = guards_.ConstraintOf(guard);
     const bool member = cluster.mode_before.Contains(i);
     if (guards_.IsNormal(guard) && !member) {
-      const double still = std::max(
-          Rounding(i, cluster.x_minus.tail(d_)),
-          std::min(rules_.speed_tolerance, 1e3 * rules_.absolute_tolerance));
+      const double still =
+          std::max(Rounding(i, cluster.x_minus.tail(d_)),
+                   std::min(rules_.speed_tolerance, 1e3 * rules_.absolute_tolerance));
       if (slope < -still) {
         cluster.activated.Insert(i);
         result_.approach_speed = std::min(result_.approach_speed, -slope);
@@ -250,8 +250,7 @@ class FrictionalResolution {
     const Letter letter = result_.transition.mode_before.LetterOf(i);
     const bool keeps = result_.transition.activated.Empty() &&
                        (letter == Letter::kForward || letter == Letter::kBackward);
-    contacts->slipping.Set(
-        i, keeps ? letter : slip(0) > 0 ? Letter::kForward : Letter::kBackward);
+    contacts->slipping.Set(i, keeps ? letter : slip(0) > 0 ? Letter::kForward : Letter::kBackward);
   }
 
   void SetLetters(const TouchingContacts& contacts) {
@@ -289,8 +288,7 @@ class FrictionalResolution {
     const Vector rate = A * cluster.x_plus.tail(d_);
     if (rate.isZero(0)) return;
     const Matrix reach = inertia * A.transpose();
-    cluster.x_plus.tail(d_) -=
-        reach * (A * reach).completeOrthogonalDecomposition().solve(rate);
+    cluster.x_plus.tail(d_) -= reach * (A * reach).completeOrthogonalDecomposition().solve(rate);
   }
 
   ContactDynamics& dynamics_;
@@ -299,9 +297,9 @@ class FrictionalResolution {
   const TransitionRules& rules_;
   const int nq_, d_;
   ConstraintTerms terms_;
-  Vector rate_;           // of all rows
-  ContactMode stopped_;   // whose slip ends here
-  ContactMode grazed_;    // touched without speed
+  Vector rate_;          // of all rows
+  ContactMode stopped_;  // whose slip ends here
+  ContactMode grazed_;   // touched without speed
   ResolvedTransition result_;
 };
 

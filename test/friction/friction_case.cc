@@ -1,7 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "test/friction/friction_case.h"
 
-#include "test/friction/systems.h"
+#include "test/friction/systems/ball.h"
+#include "test/friction/systems/block.h"
+#include "test/friction/systems/compass_walker.h"
+#include "test/friction/systems/pair.h"
+#include "test/friction/systems/puck.h"
+#include "test/friction/systems/rod.h"
+#include "test/friction/systems/soft_biped_with_friction.h"
+#include "test/friction/systems/tip.h"
+#include "test/friction/systems/two_pucks.h"
 
 namespace contact_flow {
 namespace test {
@@ -9,8 +17,10 @@ namespace test {
 std::unique_ptr<MechanicalSystem> MakeFrictionSystem(const nlohmann::json& json) {
   ParameterValues values;
   for (const auto& [name, value] : json["parameters"].items()) {
-    const std::string letter =
-        name == "mass_matrix" ? "m" : name == "force" ? "f" : name == "stiffness" ? "k" : name;
+    const std::string letter = name == "mass_matrix" ? "m"
+                               : name == "force"     ? "f"
+                               : name == "stiffness" ? "k"
+                                                     : name;
     if (value.is_array()) {
       for (std::size_t i = 0; i < value.size(); ++i) values[letter + std::to_string(i)] = value[i];
     } else {
@@ -18,17 +28,20 @@ std::unique_ptr<MechanicalSystem> MakeFrictionSystem(const nlohmann::json& json)
     }
   }
   const auto contact = [&](const char* key, const char* prefix) {
-    const nlohmann::json list = json[key].is_array() ? json[key] : nlohmann::json::array({json[key]});
+    const nlohmann::json list =
+        json[key].is_array() ? json[key] : nlohmann::json::array({json[key]});
     for (std::size_t i = 0; i < list.size(); ++i) {
       values[prefix + std::to_string(i)] = list[i].is_string() ? -1.0 : list[i].get<double>();
     }
     // Of a refusal: one number for all.
-    if (!json[key].is_array()) values[std::string(prefix) + "1"] = values[std::string(prefix) + "0"];
+    if (!json[key].is_array())
+      values[std::string(prefix) + "1"] = values[std::string(prefix) + "0"];
   };
   contact("friction", "mu");
   contact("restitution", "gamma");
   const std::string model = json["model"];
-  const bool plane = json["parameters"].contains("force") && json["parameters"]["force"].size() == 2;
+  const bool plane =
+      json["parameters"].contains("force") && json["parameters"]["force"].size() == 2;
   if (model == "block") return MakeSystem<Block>(values);
   if (model == "tip" && plane) return MakeSystem<Tip<2>>(values);
   if (model == "tip") return MakeSystem<Tip<3>>(values);
@@ -71,18 +84,37 @@ FrictionCase::FrictionCase(const std::string& name) {
     for (std::size_t i = 0; i < system->description().constraints.size(); ++i) {
       if (system->description().constraints[i] == entry["constraint"]) index = static_cast<int>(i);
     }
-    by_parameters.push_back({(entry["parameter"] == "friction" ? "mu" : "gamma") + std::to_string(index),
-                             entry["sign"].get<double>(), ToVector(entry["derivative"])});
+    by_parameters.push_back(
+        {(entry["parameter"] == "friction" ? "mu" : "gamma") + std::to_string(index),
+         entry["sign"].get<double>(), ToVector(entry["derivative"])});
   }
 }
 
 std::vector<std::string> FrictionCaseNames() {
-  return {"ball_slides_then_rolls", "border_bounce",   "border_plastic",      "border_plastic_slip",
-          "border_stop",            "bouncing_point",  "compass_walker",      "double_stop",
-          "falling_rod",            "forced_stick_slip", "incline_stop",      "land_while_stopping",
-          "noslip_biped",           "noslip_liftoff",  "noslip_two_feet",     "order_first",
-          "order_second",           "order_together",  "puck_curve",          "slip_reversal",
-          "soft_biped_friction",    "spinning_ball",   "tip_in_space",        "two_pucks"};
+  return {"ball_slides_then_rolls",
+          "border_bounce",
+          "border_plastic",
+          "border_plastic_slip",
+          "border_stop",
+          "bouncing_point",
+          "compass_walker",
+          "double_stop",
+          "falling_rod",
+          "forced_stick_slip",
+          "incline_stop",
+          "land_while_stopping",
+          "noslip_biped",
+          "noslip_liftoff",
+          "noslip_two_feet",
+          "order_first",
+          "order_second",
+          "order_together",
+          "puck_curve",
+          "slip_reversal",
+          "soft_biped_friction",
+          "spinning_ball",
+          "tip_in_space",
+          "two_pucks"};
 }
 
 }  // namespace test

@@ -22,10 +22,10 @@ namespace contact_flow {
 /// or of its slip in space:
 ///   [ M   −W_J ] [ v̇  ]   [ f + c v ]
 ///   [ A_J   0  ] [ λ_J ] = [ −Ȧ_J v  ],       λ_t,i = −μ λ_n,i d_i,
-/// whose Delassus matrix A_J M⁻¹ W_J is not symmetric. Holds all scratch, and the factors of the last few modes, which derivatives go to and fro
-/// between: calls do not allocate after the first in each of these. One object per
-/// thread; the results are valid until the next call. A singular M or A_J M⁻¹ A_Jᵀ gives NaN
-/// (Assumption 3 fails).
+/// whose Delassus matrix A_J M⁻¹ W_J is not symmetric. Holds all scratch, and the factors of the last
+/// few modes, which derivatives go to and fro between: calls do not allocate after the first in each
+/// of these. One object per thread; the results are valid until the next call. A singular M or
+/// A_J M⁻¹ A_Jᵀ gives NaN (Assumption 3 fails).
 class ContactDynamics {
  public:
   ContactDynamics(const MechanicalSystem& system, const VectorRef& u,

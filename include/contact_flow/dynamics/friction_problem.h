@@ -44,8 +44,9 @@ struct FrictionSolution {
 /// directions of contacts that begin to slip are roots of an equation each: of one contact all are
 /// found, by sampling the circle; of several coupled ones those that Newton's method finds from a
 /// grid of directions. Words that hold with equality are all in the list: a solution on a border
-/// has several words, and `border` says how closely an inequality has to hold, in normalized rows and
-/// relative to the largest b. Throws std::domain_error beyond kMaxCoupledContacts that feel each other.
+/// has several words, and `border` says how closely an inequality has to hold, in normalized rows
+/// and relative to the largest b. Throws std::domain_error beyond kMaxCoupledContacts that feel
+/// each other.
 std::vector<FrictionSolution> SolveFriction(const FrictionProblem& problem, double border = 1e-11);
 
 /// Contacts that are tried together.

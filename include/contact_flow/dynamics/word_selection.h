@@ -74,8 +74,8 @@ ContactMode SelectWord(ContactDynamics* dynamics, const VectorRef& x,
 /// Newton–Moreau in normal direction, Coulomb in the impulses, no tangential restitution.
 struct FrictionalImpact {
   ImpactResult result;
-  ContactMode word;         ///< a letter for each contact with an impulse
-  double energy_change = 0; ///< ½ pᵀ (A v⁻ + A v⁺) [J]
+  ContactMode word;          ///< a letter for each contact with an impulse
+  double energy_change = 0;  ///< ½ pᵀ (A v⁻ + A v⁺) [J]
 };
 /// Throws FrictionRefusal where no or several v⁺ fit, or energy would be gained by more than
 /// rounding.

@@ -89,8 +89,9 @@ struct ParameterJacobian {
 /// The Coriolis term follows from M: c(q, v) v = ½ ∂_q(vᵀ M(q) v) − Ṁ v (and − ω × ∂_ω(½ vᵀ M v)
 /// for the angular velocities of rotations). With friction, Σ T_iᵀ λ_t,i joins the right-hand side
 /// (Friction). Arrays over constraints have the n unilateral ones first; a force λ or impulse p of
-/// length n+l+r holds those of the bilateral constraints and of the tangential rows behind. A system is constant and may be shared between threads. Outputs are resized on first use only, so
-/// that calls with the same output do not allocate.
+/// length n+l+r holds those of the bilateral constraints and of the tangential rows behind. A system
+/// is constant and may be shared between threads. Outputs are resized on first use only, so that
+/// calls with the same output do not allocate.
 class MechanicalSystem {
  public:
   virtual ~MechanicalSystem() = default;
