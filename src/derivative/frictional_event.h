@@ -9,30 +9,12 @@
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/dynamics/guards.h"
 #include "contact_flow/flow/trajectory.h"
+#include "frictional_walk.h"
 
 namespace contact_flow {
 
-/// One way through a cluster of events with friction: what happens to every w in its cone.
-struct FrictionalPath {
-  Matrix matrix;                   ///< Ξ [2d+k × 2d+k]
-  Matrix cone;                     ///< decisions: rows with cone·w ≥ 0 [· × 2d+k]
-  std::vector<int> guards;         ///< in the order in which they vanish
-  std::vector<ContactMode> modes;  ///< after each of them
-  Matrix times;                    ///< first-order changes of their instants, a row each
-  double margin = 0;               ///< smallest cone·w of the w that led here, relative
-};
-
-/// The first-order map of a transition of a system with friction, in w at (ρ, v⁻): by following the
-/// perturbed run from guard to guard, in the order of their first-order instants.
-///
-///   w ← w + F τ,  τ = −Dh w / (Dh F)      of the guard h that vanishes first, in the present word,
-///   w ← R'(w)                             (F6) at a touchdown, on the branch that w chooses,
-///   next word by (F4), a contact whose slip is zero at the base point going the way of D(T v) w,
-///   w ← w − F⁺ τ.
-///
-/// Slip onset, release from slip and the cone's apex are identities. Guards with a jump of the
-/// field are touchdowns, stops and reversals, and releases without slip (μ = ∞). A contact that
-/// sticks and has D(T v) w ≠ 0 begins to slip and is stopped at once, by the projection (F7).
+/// The first-order map of a transition of a system with friction (FrictionalWalk), in w at (ρ, v⁻):
+/// whether it exists, one direction of it, and its pieces.
 class FrictionalEvent {
  public:
   FrictionalEvent(std::shared_ptr<ContactDynamics> dynamics, const Transition& transition);
@@ -52,7 +34,6 @@ class FrictionalEvent {
   int size() const { return size_; }
 
  private:
-  class Walk;
   void Classify();
   bool Decoupled(ContactMode contacts) const;
 

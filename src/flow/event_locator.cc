@@ -155,13 +155,6 @@ ContactMode EventLocator::OpenGaps(bool free) const {
   return open;
 }
 
-/// Of a cone: that of its forces, G_ii standing for both.
-double EventLocator::FloorOf(int guard) const {
-  const int i = guards_.ConstraintOf(guard);
-  if (guards_.IsNormal(guard)) return 1;
-  return 1 + dynamics_->system().friction()[i].coefficient;
-}
-
 /// What the integrator cannot resolve of each force.
 void EventLocator::FindForceFloors(int seen) {
   dynamics_->InverseMasses(&gain_);
@@ -175,7 +168,9 @@ void EventLocator::FindForceFloors(int seen) {
     const double gain = gain_(guards_.ConstraintOf(g));
     floors_(g) = relative_tolerance_ * largest / std::sqrt(gain) +
                  kQuietPull * 2 * floor_ / (gain * h * h);
-    if (!guards_.IsNormal(g)) floors_(g) *= FloorOf(g);
+    if (guards_.IsNormal(g)) continue;
+    // A cone is a sum of λ_n times μ and of λ_t.
+    floors_(g) *= 1 + dynamics_->system().friction()[guards_.ConstraintOf(g)].coefficient;
   }
 }
 

@@ -25,9 +25,6 @@ constexpr double kTaylorReach =
 constexpr double kFreeError = 1e-6;
 /// Part of a step that is repeated for a guard's sake.
 constexpr double kLeastPart = 0.1, kLargestPart = 0.9;
-/// Part of the time in which a slip in space would end that a step may take, and the slip that
-/// counts as ended, relative to the velocities.
-constexpr double kSlipPart = 0.5, kStopped = 1e-12;
 constexpr int kMaxNewton = 12;  // steps towards an event
 constexpr double kImpliedOvershoot = 2;         // steps are shorter than to move further
 constexpr int kStepsBetweenClockReadings = 64;  // a reading costs as much as a step
@@ -189,41 +186,6 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
     h_next_ = length * std::min(std::max(growth, kSmallestGrowth), largest);
   }
   return true;
-}
-
-/// The slip of a contact in space has no sign to change: steps grow shorter as it ends.
-double Flow::SlipInSpaceLimit() const {
-  double limit = std::numeric_limits<double>::infinity();
-  for (int i : SlidingInSpace()) {
-    const int row = system_.friction()[i].row;
-    limit = std::min(limit, kSlipPart * gaps_begin_.rate.segment<2>(row).norm() /
-                                gaps_begin_.acceleration.segment<2>(row).norm());
-  }
-  return limit;
-}
-
-/// The guard of a contact in space whose slip has ended at the end of the step, or −1.
-int Flow::StoppedInSpace() const {
-  for (int i : SlidingInSpace()) {
-    const int row = system_.friction()[i].row;
-    const double speed = 1 + x_end_.tail(system_.dof()).cwiseAbs().maxCoeff();
-    const bool slows = gaps_end_.rate.segment<2>(row).dot(gaps_end_.acceleration.segment<2>(row)) < 0;
-    if (slows && gaps_end_.rate.segment<2>(row).norm() <= kStopped * speed) {
-      return system_.num_constraints() + 2 * i;
-    }
-  }
-  return -1;
-}
-
-ContactMode Flow::SlidingInSpace() const {
-  ContactMode sliding;
-  if (!system_.HasFriction()) return sliding;
-  for (int i : mode_ - system_.compliant()) {
-    const Friction& friction = system_.friction()[i];
-    const bool slides = friction.dimension == 2 && friction.coefficient > 0;
-    if (slides && mode_.LetterOf(i) == Letter::kSlip) sliding.Insert(i);
-  }
-  return sliding;
 }
 
 /// Newton's method for the event on the true step: repeats the step with its length as the unknown.

@@ -99,7 +99,6 @@ class EventLocator {
  private:
   /// −1 for a compliant member, whose guard is −a_i.
   double GapSign(int i) const { return mode_.Contains(i) ? -1 : 1; }
-  double FloorOf(int guard) const;
   void Sample(double theta, ContactMode set, double* value, double* rate);
   ContactMode OpenGaps(bool free) const;
   void FindForceFloors(int seen);

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "contact_flow/contact_mode.h"
+#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/flow/trajectory.h"
+
+namespace contact_flow {
+
+/// One way through a cluster of events with friction: what happens to every w in its cone.
+struct FrictionalPath {
+  Matrix matrix;                   ///< Ξ [2d+k × 2d+k]
+  Matrix cone;                     ///< decisions: rows with cone·w ≥ 0 [· × 2d+k]
+  std::vector<int> guards;         ///< in the order in which they vanish
+  std::vector<ContactMode> modes;  ///< after each of them
+  Matrix times;                    ///< first-order changes of their instants, a row each
+  double margin = 0;               ///< smallest cone·w of the w that led here, relative
+};
+
+/// Follows the run perturbed along w through a cluster, from guard to guard, in the order of their
+/// first-order instants:
+///
+///   w ← w + F τ,  τ = −Dh w / (Dh F)      of the guard h that vanishes first, in the present word,
+///   w ← R'(w)                             (F6) at a touchdown, on the branch that w chooses,
+///   next word by (F4), a contact whose slip is zero at the base point going the way of D(T v) w,
+///   w ← w − F⁺ τ.
+///
+/// Slip onset, release from slip and the cone's apex are identities. Guards with a jump of the
+/// field are touchdowns, stops and reversals, and releases without slip (μ = ∞). A contact that
+/// sticks and has D(T v) w ≠ 0 begins to slip and is stopped at once, by the projection (F7).
+/// Throws std::domain_error, or FrictionRefusal, where the perturbed run is not decided. `dynamics`
+/// is scratch.
+FrictionalPath WalkThrough(ContactDynamics* dynamics, const Transition& transition,
+                           const VectorRef& w);
+
+}  // namespace contact_flow

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How a Flow meets the end of a slip in space.
+#include <algorithm>
+#include <limits>
+
+#include "contact_flow/flow/flow.h"
+
+namespace contact_flow {
+namespace {
+
+/// Part of the time in which a slip in space would end that a step may take, and the slip that
+/// counts as ended, relative to the velocities.
+constexpr double kSlipPart = 0.5, kStopped = 1e-12;
+
+}  // namespace
+
+/// The slip of a contact in space has no sign to change: steps grow shorter as it ends.
+double Flow::SlipInSpaceLimit() const {
+  double limit = std::numeric_limits<double>::infinity();
+  for (int i : SlidingInSpace()) {
+    const int row = system_.friction()[i].row;
+    limit = std::min(limit, kSlipPart * gaps_begin_.rate.segment<2>(row).norm() /
+                                gaps_begin_.acceleration.segment<2>(row).norm());
+  }
+  return limit;
+}
+
+/// The guard of a contact in space whose slip has ended at the end of the step, or −1.
+int Flow::StoppedInSpace() const {
+  for (int i : SlidingInSpace()) {
+    const int row = system_.friction()[i].row;
+    const double speed = 1 + x_end_.tail(system_.dof()).cwiseAbs().maxCoeff();
+    const bool slows = gaps_end_.rate.segment<2>(row).dot(gaps_end_.acceleration.segment<2>(row)) < 0;
+    if (slows && gaps_end_.rate.segment<2>(row).norm() <= kStopped * speed) {
+      return system_.num_constraints() + 2 * i;
+    }
+  }
+  return -1;
+}
+
+ContactMode Flow::SlidingInSpace() const {
+  ContactMode sliding;
+  if (!system_.HasFriction()) return sliding;
+  for (int i : mode_ - system_.compliant()) {
+    const Friction& friction = system_.friction()[i];
+    const bool slides = friction.dimension == 2 && friction.coefficient > 0;
+    if (slides && mode_.LetterOf(i) == Letter::kSlip) sliding.Insert(i);
+  }
+  return sliding;
+}
+
+}  // namespace contact_flow
