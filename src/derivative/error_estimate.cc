@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "contact_flow/budget.h"
 #include "contact_flow/fixed_size.h"
@@ -57,9 +58,13 @@ void Carry(const Matrix& A, Vector* x, Vector* buffer) {
 
 using Probes = std::array<Vector, kProbes>;
 
+/// What is no number, an infinite error times zero, is not known: infinite.
 Vector RootMeanSquare(const Probes& probes) {
   Vector sum = Vector::Zero(probes[0].size());
   for (const Vector& probe : probes) sum += probe.cwiseAbs2();
+  for (double& entry : sum) {
+    if (std::isnan(entry)) entry = std::numeric_limits<double>::infinity();
+  }
   return (sum / kProbes).cwiseSqrt();
 }
 
