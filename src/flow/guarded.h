@@ -45,8 +45,7 @@ Status Guarded(double t, const Function& resolve) {
   try {
     resolve();
   } catch (const FrictionRefusal& reason) {
-    message << ": " << reason.what();
-    return {OutcomeOf(reason.kind), message.str()};
+    return {OutcomeOf(reason.kind), sentence(": ", reason)};
   } catch (const UndecidedMode& reason) {
     return {Outcome::kFilippov, sentence(": ", reason)};
   } catch (const std::domain_error& reason) {
