@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// States without a unique answer, with the numbers that say so in the file.
+#include <gtest/gtest.h>
+
+#include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/dynamics/word_selection.h"
+#include "contact_flow/flow/simulate.h"
+#include "test/friction/friction_case.h"
+
+namespace contact_flow {
+namespace {
+
+nlohmann::json Refusal(const std::string& name) {
+  std::ifstream file(std::string(CONTACT_FLOW_TEST_DATA) + "/friction/refusals.json");
+  const nlohmann::json all = nlohmann::json::parse(file);
+  for (const nlohmann::json& one : all["cases"]) {
+    if (one["name"] == name) return one;
+  }
+  throw std::runtime_error("no refusal " + name);
+}
+
+/// Which refusal the contacts in `still` and `slipping` meet at the case's state.
+FrictionRefusal::Kind OfForces(const std::string& name, const TouchingContacts& contacts) {
+  const nlohmann::json json = Refusal(name);
+  const auto system = test::MakeFrictionSystem(json);
+  ContactDynamics dynamics(*system, Vector::Zero(0));
+  try {
+    SelectWord(&dynamics, test::ToState(json["state"]), contacts, 1e-10);
+  } catch (const FrictionRefusal& reason) {
+    return reason.kind;
+  }
+  throw std::runtime_error(name + " is not refused");
+}
+
+FrictionRefusal::Kind OfImpact(const std::string& name) {
+  const nlohmann::json json = Refusal(name);
+  const auto system = test::MakeFrictionSystem(json);
+  const Vector x = test::ToState(json["state"]);
+  try {
+    SolveFrictionalImpact(*system, x.head(system->dof()), x.tail(system->dof()), {0});
+  } catch (const FrictionRefusal& reason) {
+    return reason.kind;
+  }
+  throw std::runtime_error(name + " is not refused");
+}
+
+TEST(FrictionRefusals, PainleveOfASlidingRod) {
+  TouchingContacts sliding;
+  sliding.slipping.Set(0, Letter::kBackward);
+  EXPECT_EQ(FrictionRefusal::Kind::kInconsistent, OfForces("rod_inconsistent", sliding));
+  EXPECT_EQ(FrictionRefusal::Kind::kIndeterminate, OfForces("rod_indeterminate", sliding));
+}
+
+TEST(FrictionRefusals, ARodThatLies) {
+  TouchingContacts still;
+  still.still = {0, 1};
+  EXPECT_EQ(FrictionRefusal::Kind::kIndeterminateForces, OfForces("rod_lying", still));
+}
+
+TEST(FrictionRefusals, Impacts) {
+  EXPECT_EQ(FrictionRefusal::Kind::kNoImpact, OfImpact("noslip_jam"));
+  EXPECT_EQ(FrictionRefusal::Kind::kEnergyGain, OfImpact("newton_energy_gain"));
+}
+
+/// The start is refused before anything is computed, with the reason.
+TEST(FrictionRefusals, ASimulationSaysWhy) {
+  const nlohmann::json json = Refusal("rod_inconsistent");
+  const auto system = test::MakeFrictionSystem(json);
+  try {
+    Simulate(*system, test::ToState(json["state"]), Vector::Zero(0), 0.1);
+    FAIL();
+  } catch (const std::invalid_argument& reason) {
+    EXPECT_NE(std::string::npos, std::string(reason.what()).find("no contact forces exist"))
+        << reason.what();
+    EXPECT_NE(std::string::npos, std::string(reason.what()).find("foot")) << reason.what();
+  }
+}
+
+/// A puck that is pushed from rest, in space: its direction is not a smooth function of the state.
+TEST(FrictionRefusals, SlipThatBeginsInSpace) {
+  const nlohmann::json json = Refusal("puck_incipient");
+  const auto system = test::MakeFrictionSystem(json);
+  bool refused = false;
+  try {
+    const Trajectory run = Simulate(*system, test::ToState(json["state"]), Vector::Zero(0), 0.1);
+    refused = !run.status.ok();
+  } catch (const std::invalid_argument&) {
+    refused = true;
+  }
+  EXPECT_TRUE(refused);
+}
+
+}  // namespace
+}  // namespace contact_flow
