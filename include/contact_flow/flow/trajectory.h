@@ -53,10 +53,10 @@ struct Transition {
       impulse;  ///< p, then that of the bilateral constraints [n+l], [N·s] (zero where no impact)
   double spread = 0;  ///< time between the first and the last event of the cluster [s]
   std::vector<EventInstant> instants;  ///< of its events, by constraint
-  /// With friction: the Guards of mode_before that vanish here, in the order of their instants, and
-  /// the letters of the impulses.
+  /// With friction: the Guards of mode_before that vanish here, in the order of their instants,
+  /// beside the letters of the impulses.
   std::vector<int> guards;
-  ContactMode impulse_word;
+  ContactMode impulse_word;  ///< the letters of the impulses, with friction
   double energy_change = 0;  ///< of the frictional impact [J]
   double tolerance = 0;  ///< within which events counted as simultaneous with the first located [s]
   /// Touched with vanishing speed, or about to let go with dλ/dt = 0: no derivative across it.
