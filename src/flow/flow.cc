@@ -199,7 +199,10 @@ double Flow::StepOntoEvent(const LocatedEvent& event, double length) {
     FinishStep();
     x_end_ = stepper_.end();
     double value, slope;
-    if (guards_.OfForces(mode_).Contains(i)) {
+    if (guards_.IsNormal(i) && (mode_ - system_.compliant()).Contains(i)) {
+      slope = dynamics_.ForceRate(x_end_, mode_, i);
+      value = dynamics_.force()(i);
+    } else if (guards_.OfForces(mode_).Contains(i)) {
       const Vector rates = dynamics_.ForceRate(x_end_, mode_);
       slope = guards_.GradientOfForce(i, dynamics_.force(), rates)(0);
       value = guards_.OfForce(i, dynamics_.force());
