@@ -51,14 +51,18 @@ class ColumnSum {
 template <>
 class ColumnSum<int> {
  public:
-  ColumnSum(int n, double* out) : sum_(out, n) { sum_.setZero(); }
-  void Add(double factor, const double* column) {
-    sum_ += factor * Eigen::Map<const Vector>(column, sum_.size());
+  ColumnSum(int n, double* out) : n_(n), sum_(out) {
+    for (int r = 0; r < n_; ++r) sum_[r] = 0;
+  }
+  void Add(double factor, const double* __restrict column) {
+    double* __restrict sum = sum_;
+    for (int r = 0; r < n_; ++r) sum[r] += factor * column[r];
   }
   void WriteTo(double*) const {}
 
  private:
-  Eigen::Map<Vector> sum_;
+  const int n_;
+  double* const sum_;
 };
 
 /// out = sign · A B, where the number of A's rows is a compile-time constant: two columns of B at a

@@ -7,9 +7,11 @@
 
 namespace contact_flow {
 
-/// B ← A⁻¹ B by the factor of A, one column at a time: Eigen's kernel for many right-hand sides
-/// packs them first, which at the sizes met here takes longer than to solve them.
+/// B ← A⁻¹ B by the factor of A. Few columns are solved one at a time: Eigen's kernel for many
+/// packs them first, which takes longer than to solve them.
 inline void SolveColumns(const Eigen::LLT<Matrix>& factor, Matrix* B) {
+  constexpr Eigen::Index kFew = 8;
+  if (B->cols() > kFew) return factor.solveInPlace(*B);
   for (Eigen::Index c = 0; c < B->cols(); ++c) factor.solveInPlace(B->col(c));
 }
 

@@ -137,6 +137,7 @@ void Resolution::Collect(int trigger) {
 /// pushed is no bounce.
 ContactMode Resolution::Resting(const Vector& v_plus, ContactMode hit, ContactMode touching) {
   const Vector rate = terms_.jacobian * v_plus;
+  const Vector v_minus = transition().x_minus.tail(d_);
   ContactMode resting, doubtful;
   for (int i : touching) {
     const bool bounced =
@@ -145,7 +146,9 @@ ContactMode Resolution::Resting(const Vector& v_plus, ContactMode hit, ContactMo
     const double low_speed =
         rules_.stalled ? kAboveDrift * std::max(Low(i), rules_.speed_tolerance) : Low(i);
     const bool low = transition().grazed.Contains(i) && std::abs(rate(i)) <= low_speed;
-    if (low || std::abs(rate(i)) <= Rounding(i, v_plus)) {
+    // An impact leaves the rounding of what it has taken.
+    const double rounding = std::max(Rounding(i, v_minus), Rounding(i, v_plus));
+    if (low || std::abs(rate(i)) <= rounding) {
       resting.Insert(i);
     } else if (std::abs(rate(i)) <= rules_.speed_tolerance ||
                (rate(i) > 0 && !system_.HasContactEffort())) {
