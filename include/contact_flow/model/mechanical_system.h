@@ -45,7 +45,7 @@ struct NominalRun {
 /// Coulomb friction of one contact, (F2): |λ_t| ≤ μ λ_n, and λ_t = −μ λ_n s/|s| where it slips, at
 /// s = T(q) v ≠ 0.
 struct Friction {
-  static constexpr double kNoSlip = std::numeric_limits<double>::infinity();
+  static constexpr double kNoSlip = std::numeric_limits<double>::infinity();  ///< it never slips
   double coefficient = 0;  ///< μ ≥ 0; kNoSlip: the contact never slips
   int row = -1;            ///< of T in ConstraintTerms, the first; −1: no friction
   int dimension = 0;       ///< rows: 1 in the plane, 2 in space, 0 without friction
