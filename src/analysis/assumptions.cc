@@ -73,6 +73,10 @@ double AssumptionReport::LargestCoupling() const {
 
 AssumptionReport AssessAssumptions(const MechanicalSystem& system, const VectorRef& x,
                                    const VectorRef& u, ContactMode touching) {
+  if (system.HasFriction()) {
+    throw std::invalid_argument("Assumptions 2 to 4 are those of contacts without friction: system '" +
+                                system.description().name + "' has friction");
+  }
   const int d = system.dof(), k = touching.Size();
   AssumptionReport report;
   report.touching = touching;

@@ -164,7 +164,8 @@ bool ForceJumpReport::smooth() const {
 ForceJumpReport AssessForceJumps(const MechanicalSystem& system, const VectorRef& u,
                                  const Transition& transition, double tolerance) {
   ForceJumpReport report;
-  if (transition.completes_zeno || system.HasContactEffort() || !transition.switched.Empty() ||
+  const bool unknown = system.HasFriction() || system.HasContactEffort();
+  if (unknown || transition.completes_zeno || !transition.switched.Empty() ||
       transition.activated.Size() > kMaxStagedActivations ||
       !OrderIsIrrelevant(system, u, transition)) {
     return report;

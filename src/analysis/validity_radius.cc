@@ -58,6 +58,7 @@ const char* LimitName(Limit limit) {
 }
 
 std::string Describe(const SystemDescription& description, const ValidityRadius& radius) {
+  if (std::isnan(radius.radius)) return "not known where contacts have friction";
   const std::string name =
       radius.constraint < 0
           ? ""
@@ -96,6 +97,7 @@ std::string Describe(const SystemDescription& description, const ValidityRadius&
 ValidityEstimator::ValidityEstimator(const MechanicalSystem& system, const Trajectory& trajectory,
                                      const BDerivative& derivative)
     : system_(system), trajectory_(trajectory), derivative_(derivative) {
+  if (system.HasFriction()) return;  // cones and ends of slip are not watched: nothing is known
   const std::size_t arcs = trajectory.arcs.size();
   dips_.resize(arcs);
   ends_.resize(arcs);
@@ -250,6 +252,10 @@ void ValidityEstimator::CheckEvent(std::size_t k, const Vector& w, ValidityRadiu
 
 ValidityRadius ValidityEstimator::operator()(const VectorRef& direction) const {
   ValidityRadius smallest;
+  if (system_.HasFriction()) {
+    smallest.radius = std::numeric_limits<double>::quiet_NaN();
+    return smallest;
+  }
   Vector w = Vector::Zero(derivative_.arcs.front().cols());
   w.head(direction.size()) = direction;
   const StartCone::Bound bound = derivative_.start.Limit(w);

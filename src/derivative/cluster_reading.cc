@@ -34,7 +34,9 @@ ClusterReading ReadClusters(const Trajectory& trajectory, const BDerivative& der
   ClusterReading reading;
   Vector tangent = Vector::Zero(derivative.arcs.front().cols());
   tangent.head(w.size()) = w;
-  Vector in_order = tangent = derivative.arcs.front() * derivative.start(tangent);
+  tangent = derivative.start(tangent);
+  if (derivative.start_stop.size() > 0) tangent = derivative.start_stop * tangent;
+  Vector in_order = tangent = derivative.arcs.front() * tangent;
   for (std::size_t k = 0; k < derivative.events.size(); ++k) {
     const EventMap& map = derivative.events[k];
     const std::vector<EventInstant> instants = InOrder(trajectory.transitions[k], map);

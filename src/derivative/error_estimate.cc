@@ -239,7 +239,9 @@ void EstimateErrors(const Trajectory& trajectory, std::size_t first,
 }
 
 Vector BDerivative::Error(const VectorRef& w) const {
-  return ErrorFrom(*this, Resets(*this), start(Complete(w)));
+  Vector begun = start(Complete(w));
+  if (start_stop.size() > 0) begun = start_stop * begun;
+  return ErrorFrom(*this, Resets(*this), begun);
 }
 
 }  // namespace contact_flow

@@ -17,6 +17,22 @@ namespace {
 
 /// A normal velocity is zero below this, relative.
 constexpr double kZero = 1e-9;
+/// Directions that pieces are looked for along: at each facet of a cone, and anywhere.
+constexpr int kPlaces = 6, kBlindDirections = 200;
+
+/// Adds directions on both sides of every facet of a cone (a copy: its owner may move).
+template <class Draw, class Add>
+void AcrossFacets(Matrix cone, const Draw& draw, const Add& add) {
+  for (Eigen::Index row = 0; row < cone.rows(); ++row) {
+    for (int place = 0; place < kPlaces; ++place) {
+      AskBudget();
+      Vector w = draw();
+      w -= (cone.row(row).dot(w) + 0.1) * cone.row(row).transpose();
+      add(w);
+      add(w + 0.2 * cone.row(row).transpose());
+    }
+  }
+}
 
 }  // namespace
 
@@ -72,19 +88,10 @@ std::vector<FrictionalPath> FrictionalEvent::Paths(std::size_t max_pieces) const
     for (double& entry : w) entry = normal(random);
     return w;
   };
-  constexpr int kPlaces = 6;
-  for (int k = 0; k < kPlaces; ++k) add(draw());
-  for (std::size_t k = 0; k < paths.size(); ++k) {
-    const Matrix cone = paths[k].cone;
-    for (Eigen::Index row = 0; row < cone.rows(); ++row) {
-      for (int place = 0; place < kPlaces; ++place) {
-        AskBudget();
-        Vector w = draw();
-        w -= (cone.row(row).dot(w) + 0.1) * cone.row(row).transpose();
-        add(w);
-        add(w + 0.2 * cone.row(row).transpose());
-      }
-    }
+  std::size_t k = 0;
+  for (int blind = 0; blind < kBlindDirections; ++blind) {
+    for (; k < paths.size(); ++k) AcrossFacets(paths[k].cone, draw, add);
+    add(draw());  // what facets did not lead to
   }
   return paths;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "contact_flow/dynamics/inverse_inertia.h"
+#include "contact_flow/dynamics/word_selection.h"
 
 namespace contact_flow {
 namespace {
@@ -134,6 +135,9 @@ Vector PushedVelocity(const MechanicalSystem& system, const VectorRef& x, const 
     if (rigid && inertia.terms().gap(i) <= gap_tolerance) touching.Insert(i);
   }
   if (touching.Empty()) return pushed;
+  if (system.HasFriction()) {
+    return SolveFrictionalImpact(system, x.head(nq), pushed, touching).result.v_plus;
+  }
   return SolveImpact(system, x.head(nq), pushed, touching, law).v_plus;
 }
 

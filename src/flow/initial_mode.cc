@@ -60,6 +60,18 @@ void RequireOnManifold(const MechanicalSystem& system, const VectorRef& x,
   }
 }
 
+/// Refuses what contacts with friction would otherwise pass over.
+void RequireWhatFrictionKnows(const MechanicalSystem& system, const SimulateOptions& options) {
+  const std::string name = "system '" + system.description().name + "' has friction";
+  if (!system.compliant().Empty() || system.HasContactEffort()) {
+    throw std::invalid_argument(name + ": compliant constraints and efforts that depend on the "
+                                "contact mode are not offered with it");
+  }
+  if (options.impact_law != ImpactLaw::kComplementarity) {
+    throw std::invalid_argument(name + ": impact_law has to be complementarity");
+  }
+}
+
 /// The letters of a start whose candidates touch and rest in normal direction.
 ContactMode InitialWord(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
                         const SimulateOptions& options) {
@@ -114,6 +126,7 @@ void Validate(const SimulateOptions& options) {
 
 ContactMode InitialMode(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u,
                         const SimulateOptions& options) {
+  if (system.HasFriction()) RequireWhatFrictionKnows(system, options);
   const SystemDescription& names = system.description();
   const int d = system.dof(), nq = system.num_positions();
   RequireSize("the initial state (q, v)", x.size(), nq + d);

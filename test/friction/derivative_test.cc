@@ -67,6 +67,20 @@ TEST_P(FrictionDerivative, ByFrictionAndRestitution) {
   }
 }
 
+/// The whole map says what one direction says.
+TEST_P(FrictionDerivative, PiecesAgreeWithQuotients) {
+  const test::FrictionCase c(GetParam());
+  if (c.derivatives.empty()) return;
+  const BDerivative B = DifferentiateOutcome(*c.system, Run(c));
+  ASSERT_TRUE(B.status.ok()) << B.status.message;
+  const PiecewiseLinearMap map = B.Pieces();
+  for (const auto& d : c.derivatives) {
+    const double error = (map(d.direction) - d.derivative).cwiseAbs().maxCoeff();
+    EXPECT_LT(error, 1e-7 * Scale(c))
+        << map.pieces().size() << " pieces, along " << d.direction.transpose();
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Cases, FrictionDerivative, testing::ValuesIn(test::FrictionCaseNames()),
                          [](const auto& info) { return info.param; });
 

@@ -2,7 +2,7 @@
 // States without a unique answer, with the numbers that say so in the file.
 #include <gtest/gtest.h>
 
-#include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/dynamics/impact.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/simulate.h"
 #include "test/friction/friction_case.h"
@@ -74,6 +74,28 @@ TEST(FrictionRefusals, ASimulationSaysWhy) {
         << reason.what();
     EXPECT_NE(std::string::npos, std::string(reason.what()).find("foot")) << reason.what();
   }
+}
+
+/// An option that friction does not know is no option that is passed over.
+TEST(FrictionRefusals, ProjectionAsImpactLaw) {
+  const test::FrictionCase c("bouncing_point");
+  SimulateOptions options;
+  options.impact_law = ImpactLaw::kProjection;
+  EXPECT_THROW(Simulate(*c.system, c.x, c.u, c.duration, options), std::invalid_argument);
+}
+
+/// A push from outside into the floor: μ p_n is less than what would stop the point, then more.
+TEST(FrictionRefusals, APushIntoTheFloorDrags) {
+  const test::FrictionCase c("bouncing_point");  // unit mass, μ = 0.3, γ = 0.6
+  Vector x(4), push(2);
+  x << 0, 0, 2, 0;
+  push << 0, -1;  // p_n = (1 + γ) 1 = 1.6, so that s⁺ = 2 − 0.48
+  const Vector slips = PushedVelocity(*c.system, x, push, 1e-9);
+  EXPECT_NEAR(1.52, slips(0), 1e-12);
+  EXPECT_NEAR(0.6, slips(1), 1e-12);
+  x(2) = 0.4;
+  const Vector sticks = PushedVelocity(*c.system, x, push, 1e-9);
+  EXPECT_NEAR(0, sticks(0), 1e-12);
 }
 
 /// A puck that is pushed from rest, in space: its direction is not a smooth function of the state.
