@@ -74,8 +74,8 @@ double AssumptionReport::LargestCoupling() const {
 AssumptionReport AssessAssumptions(const MechanicalSystem& system, const VectorRef& x,
                                    const VectorRef& u, ContactMode touching) {
   if (system.HasFriction()) {
-    throw std::invalid_argument("Assumptions 2 to 4 are those of contacts without friction: system '" +
-                                system.description().name + "' has friction");
+    throw std::invalid_argument("system '" + system.description().name +
+                                "' has friction: Assumptions 2 to 4 are for contacts without");
   }
   const int d = system.dof(), k = touching.Size();
   AssumptionReport report;

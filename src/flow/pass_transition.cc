@@ -52,9 +52,9 @@ bool Flow::GoesOn() {
   stalls_ = again ? stalls_ + 1 : 0;
   last_trigger_ = trigger_;
   if (stalls_ <= kStallsForEach * (system_.num_constraints() + 4)) return true;
-  Stop(Outcome::kBudgetExceeded, "events of constraint '" +
-                                     system_.description().constraints[guards_.ConstraintOf(trigger_)] +
-                                     "' follow each other without time between them");
+  const std::string& name = system_.description().constraints[guards_.ConstraintOf(trigger_)];
+  Stop(system_.HasFriction() ? Outcome::kChatter : Outcome::kBudgetExceeded,
+       "events of constraint '" + name + "' follow each other without time between them");
   return false;
 }
 
@@ -92,8 +92,8 @@ bool Flow::PassTransition() {
   if (CompleteZeno()) return true;
   std::ostringstream reason;
   reason.precision(12);
-  reason << "impacts of constraint '" << system_.description().constraints[guards_.ConstraintOf(trigger_)]
-         << "' accumulate at t = " << *accumulation << " s (Zeno)";
+  const std::string& name = system_.description().constraints[guards_.ConstraintOf(trigger_)];
+  reason << "impacts of constraint '" << name << "' accumulate at t = " << *accumulation << " s (Zeno)";
   Stop(Outcome::kZeno, reason.str());
   return true;
 }

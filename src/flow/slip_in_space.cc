@@ -9,8 +9,9 @@ namespace contact_flow {
 namespace {
 
 /// Part of the time in which a slip in space would end that a step may take, and the slip that
-/// counts as ended, relative to the velocities.
-constexpr double kSlipPart = 0.5, kStopped = 1e-12;
+/// counts as ended: relative to the velocities, to the absolute tolerance, or by the time to its end,
+/// relative to max(1, t).
+constexpr double kSlipPart = 0.5, kStopped = 1e-12, kPartOfTolerance = 1e-3, kNoTime = 1e-12;
 
 }  // namespace
 
@@ -29,11 +30,14 @@ double Flow::SlipInSpaceLimit() const {
 int Flow::StoppedInSpace() const {
   for (int i : SlidingInSpace()) {
     const int row = system_.friction()[i].row;
-    const double speed = 1 + x_end_.tail(system_.dof()).cwiseAbs().maxCoeff();
-    const bool slows = gaps_end_.rate.segment<2>(row).dot(gaps_end_.acceleration.segment<2>(row)) < 0;
-    if (slows && gaps_end_.rate.segment<2>(row).norm() <= kStopped * speed) {
-      return system_.num_constraints() + 2 * i;
-    }
+    const Eigen::Vector2d slip = gaps_end_.rate.segment<2>(row);
+    const Eigen::Vector2d change = gaps_end_.acceleration.segment<2>(row);
+    if (!(slip.dot(change) < 0)) continue;
+    const double speed = x_end_.tail(system_.dof()).cwiseAbs().maxCoeff();
+    const double resolved =
+        std::max({kStopped * speed, kPartOfTolerance * options_.absolute_tolerance,
+                  kNoTime * std::max(1.0, t_) * change.norm()});
+    if (slip.norm() <= resolved) return system_.num_constraints() + 2 * i;
   }
   return -1;
 }

@@ -169,8 +169,9 @@ std::string Outlet::Deliver(DerivativeRecord* record) {
   job.publish = [&] { b_derivative_.publish(result); };
   std::unique_lock<std::mutex> lock(mutex_);
   Stamp(record, shared.get());
-  job.result = {{Entry<DerivativeRecord>("record/derivative", shared), Entry("b_derivative", result)},
-                record->header.stamp};
+  job.result = {
+      {Entry<DerivativeRecord>("record/derivative", shared), Entry("b_derivative", result)},
+      record->header.stamp};
   return Hand(result->outcome, &job, &lock);
 }
 

@@ -21,16 +21,15 @@ struct Coupling {
 /// The assumptions of the paper at one state, for the constraints that touch there.
 struct AssumptionReport {
   ContactMode touching;  ///< constraints that touch
-  /// Assumption 2 at the state: M, f, a and their first derivatives are finite and M is positive
-  /// definite.
+  /// Assumption 2 at the state: M is positive definite; M, f, a and their first derivatives are
+  /// finite there.
   bool smooth = false;
   double mass_condition = 0;  ///< condition number of M
   /// Assumption 3: rank of Da M⁻¹ Daᵀ over the touching constraints, and its condition number once
   /// its diagonal is scaled to 1 (+∞ when dependent, 1 when orthogonal or empty).
   int rank = 0;
   double condition = 1;  ///< of their gradients, in the kinetic metric
-  /// Constraint qualification (Mangasarian–Fromovitz): some velocity opens all touching gaps at
-  /// once.
+  /// Constraint qualification (Mangasarian–Fromovitz): some velocity opens all touching gaps.
   bool qualified = true;
   std::vector<Coupling> couplings;  ///< every pair, i < j
   ContactClass contact_class = ContactClass::kSingle;  ///< the worst of the pairs

@@ -75,8 +75,7 @@ struct PoincareOptions {
 /// The first return map P of a section, with its B-derivative
 ///   DP = (I − F ds / (ds F)) B        (for an event, followed by its first-order map).
 /// A crossing is looked for on the dense output, 16 samples a step, and then settled by Newton's
-/// method on runs that end there: s = 0 to rounding. A sign change by a jump at an impact is no
-/// crossing.
+/// method on runs that end there: s = 0 to rounding. A jump of the sign at an impact is none.
 class PoincareMap {
  public:
   /// `system` must outlive the map. Throws std::invalid_argument for a section the system has not.

@@ -8,8 +8,7 @@
 /// all of it from maps to maps.
 namespace contact_flow {
 
-/// Orthonormal basis [n×k] of {w : rows·w = 0}; singular values below 1e-9 of the largest count as
-/// zero.
+/// Orthonormal basis [n×k] of {w : rows·w = 0}; singular values below 1e-9 of the largest are zero.
 Matrix NullSpace(const MatrixRef& rows);
 
 /// The orthonormal basis of the span of `basis` that is nearest to `other`, of the same size: basis

@@ -63,8 +63,8 @@ struct StabilityReport {
   StabilityVerdict verdict = StabilityVerdict::kUndetermined;  ///< what was decided
   StabilityCertificate certificate;                            ///< its proof
   MapConsistency consistency;  ///< not usable: nothing is said of the pieces, they are not a map
-  /// ‖fᵏ(y)‖ ≤ c·growth_aboveᵏ‖y‖ for every y; some y grows by growth_below per step (0: none was
-  /// found).
+  /// ‖fᵏ(y)‖ ≤ c·growth_aboveᵏ‖y‖ for every y; some y grows by growth_below per step (0: not
+  /// found any).
   double growth_below = 0;
   double growth_above = 0;    ///< see growth_below
   double norm_one = 0;        ///< largest ‖A_i‖₁ over the pieces
@@ -81,14 +81,13 @@ struct StabilityReport {
 /// which is checked (CheckConsistency). In turn:
 ///   1. contraction: one norm with ‖A_i‖ < 1 for all i: 1-, 2-, ∞-norm, then a common quadratic
 ///   norm;
-///   2. words w = i₁ i₂ … with A_w = … A_{i₂} A_{i₁} on C_w = {y : fʲ(y) ∈ C_{i_{j+1}}}, by growing
-///   length:
+///   2. words w = i₁ i₂ … with A_w = … A_{i₂} A_{i₁} on C_w = {y : fʲ(y) ∈ C_{i_{j+1}}}, the
+///   shorter ones first:
 ///      a word with max{‖T A_w y‖_∞ : ‖T y‖_∞ ≤ 1, y ∈ C_w} < 1 (linear programs) is done with;
 ///      when none is left, f is exponentially stable, T = P^{1/2} of the best quadratic norm;
 ///   3. on the way, instability by a real eigenvalue > 1 of some A_w with its eigenvector in C_w.
-///   Dropping
-///      contracting words loses none: some rotation of a growing word grows at each of its
-///      prefixes.
+///      Dropping contracting words loses none: some rotation of a growing word grows at each of
+///      its prefixes.
 /// Without the linear-programming library words contract by ‖T A_w T⁻¹‖_∞ alone and none is
 /// infeasible. A stable f is proven stable given enough words; an f that grows without a growing
 /// word stays undetermined.
@@ -96,7 +95,8 @@ StabilityReport AssessStability(const PiecewiseLinearMap& map,
                                 const StabilityOptions& options = {});
 
 /// True when the certificate proves, from its data and the map's alone, what its test says, and the
-/// pieces are one continuous map. Both may come from anywhere; words are enumerated again, in at most `options`' budgets.
+/// pieces are one continuous map. Both may come from anywhere; words are enumerated again, in at
+/// most `options`' budgets.
 /// kWords needs the linear-programming library unless norms suffice.
 bool VerifyCertificate(const PiecewiseLinearMap& map, const StabilityCertificate& certificate,
                        const StabilityOptions& options = {});

@@ -69,11 +69,9 @@ class BDerivative {
   Vector Error(const VectorRef& w) const;
   /// Contact modes the perturbed run passes through, to first order, for the direction w.
   std::vector<ContactMode> PerturbedModes(const VectorRef& w) const;
-  /// kOk where B is piecewise linear on the directions that the start admits; the first reason why
-  /// not.
+  /// kOk where B is piecewise linear on the directions that the start admits, or why it is not.
   Status PiecewiseLinear() const;
-  /// True when all selections agree and every direction is admitted: B is linear, the outcome is C¹
-  /// here.
+  /// True when all selections agree and every direction is admitted: the outcome is C¹ here.
   bool IsDifferentiable() const;
   /// B as the whole piecewise-linear map ℝ^{2d+k} → ℝ^{2d}, its cones restricted to the directions
   /// that the start admits. Throws std::length_error, naming the limit, beyond it, and

@@ -69,8 +69,8 @@ class FrictionalEvent;
 ///
 /// Contacts that rest may open inside the cluster: where their force would have to pull, and where
 /// an impact whose impulse on them vanishes lifts them to first order (the derivative of its
-/// complementarity problem is one itself). The gap is then of second order in w and the rate of
-/// first,
+/// complementarity problem is one itself). In w the gap is then of second order, the rate of the
+/// first one,
 ///   r_j = D(Da_j v) w,   ṙ_j = ä_j in F_S,
 /// so that a contact that is pushed again returns at a root of a quadratic polynomial, after a time
 /// of first order, and is hit with a speed of first order. A direction follows all of that, and is
@@ -81,8 +81,7 @@ class FrictionalEvent;
 /// activated() is empty, and Selection, Cone and Times are those of one piece.
 class EventMap {
  public:
-  /// `dynamics` is scratch, shared between the maps of one trajectory; its system must outlive the
-  /// map.
+  /// `dynamics` is scratch that the maps of a trajectory share; its system must outlive the map.
   EventMap(std::shared_ptr<ContactDynamics> dynamics, const Transition& transition);
 
   /// kOk; kDiscontinuous when orders disagree (then `outcomes` lists them); kNotDifferentiable.

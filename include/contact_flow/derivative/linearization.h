@@ -25,8 +25,7 @@ struct IntervalLinearization {
   BDerivative derivative;  ///< of the interval
 };
 
-/// Linearizes a trajectory interval by interval of its input grid; `system` must outlive the
-/// result.
+/// Linearizes a trajectory by the intervals of its input grid; `system` must outlive the result.
 std::vector<IntervalLinearization> Linearize(const MechanicalSystem& system,
                                              const Trajectory& trajectory,
                                              BDerivativeOptions options = {});

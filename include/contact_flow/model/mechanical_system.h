@@ -62,7 +62,8 @@ struct ConstraintTerms {
 
 /// First derivatives of a residual, unknowns held fixed. For the dynamics (1a) the residual is
 ///   r₁ = M q̈ − f − c v − Daᵀ λ  [d],      r₂ = Da q̈ + (d/dt Da) v  [n+l+r],
-/// Da standing for all rows, and λ for the forces along all of them. By q means by left-trivialized tangents (ConfigurationSpace).
+/// Da standing for all rows, and λ for the forces along all of them. By q means by left-trivialized
+/// tangents (ConfigurationSpace).
 struct ResidualJacobian {
   Matrix momentum_q;    ///< ∂r₁/∂q [d×d]
   Matrix momentum_v;    ///< ∂r₁/∂v [d×d]
@@ -146,7 +147,7 @@ class MechanicalSystem {
   /// a, Da and (d/dt Da) v; the same of b and of T behind them.
   virtual void Constraints(const VectorRef& q, const VectorRef& v,
                            ConstraintTerms* terms) const = 0;
-  /// Derivatives of r₁, r₂ above at fixed acceleration v̇ [d] and force λ [n+l+r] (zero off the mode).
+  /// Derivatives of r₁, r₂ above at fixed acceleration v̇ [d] and force λ [n+l+r], zero off the mode.
   virtual void DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
                                      ContactMode mode, const VectorRef& acceleration,
                                      const VectorRef& force, ResidualJacobian* jacobian) const = 0;

@@ -107,7 +107,8 @@ void AnswerOrEnd(double max_megabytes, Result* result, const Body& answer) {
     if (size > max_megabytes) {
       throw BudgetExceeded(BudgetEnd::kMegabytes,
                            "the answer takes " + std::to_string(size) + " MB, max_megabytes = " +
-                               std::to_string(max_megabytes) + " at most; ask for less in one answer");
+                               std::to_string(max_megabytes) +
+                               " at most; ask for less in one answer");
     }
     std::string sentence;
     bool late = EndedByTime(*result);
