@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <string>
+#include <vector>
+
+#include "contact_flow/io/contact_points.h"
+
+namespace contact_flow {
+
+/// Contacts from collision geometry, as a robot's YAML asks for them:
+///
+///   contacts:
+///     ground: feet            # feet, all, none, or a list of links
+///     height: 0               # of the ground [m]
+///     restitution: 0
+///     vertices: 16            # most points of one body, where its shapes have more
+///     tolerance: 0.001        # fewer, where these leave less [m]
+///
+/// `feet` are the ends of chains that reach lowest in the nominal state: bodies that carry no other
+/// collision geometry, within a tenth of the robot's height of its lowest point; and of these what is
+/// as low.
+struct ContactOptions {
+  bool feet = false, all = false;
+  std::vector<std::string> links;
+  double height = 0;
+  double restitution = 0;
+  YAML::Node friction;  ///< handed on
+  long vertices = 16;
+  double tolerance = 1e-3;
+  std::string line;  ///< of the key, for messages
+};
+
+/// Reads the map of the key `contacts`. Throws std::invalid_argument with line and value.
+ContactOptions ReadContactOptions(const YAML::Node& map, const RobotModel& model);
+
+struct MadeContacts {
+  YAML::Node constraints;  ///< as under the key `constraints`, for a person to edit
+  int count = 0;
+  double lowest = 0;                  ///< height of the lowest point above the ground [m]
+  std::vector<std::string> warnings;  ///< what stands for what, and what was left out
+};
+
+/// Contacts of a robot with the ground; `q` is where feet are looked for. Meshes are sought by
+/// FindMesh: one that is missing is a warning, and an error where its link is asked for by name.
+/// More than 64 are an error.
+MadeContacts MakeContacts(const RobotModel& model, const Vector& q, const ContactOptions& options,
+                          const std::string& folder);
+
+}  // namespace contact_flow
