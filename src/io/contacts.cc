@@ -10,7 +10,6 @@
 
 #include "contact_flow/io/map_reader.h"
 #include "contact_flow/io/mesh_file.h"
-#include "contact_flow/model/parameter_values.h"
 #include "contact_flow/model/rigid_body/kinematics.h"
 
 namespace contact_flow {
@@ -135,18 +134,22 @@ void DropHidden(const RobotModel& model, ContactHull* hull) {
 void KeepFeet(const RobotModel& model, const TreeState<double>& state, Hulls* hulls) {
   const auto& bodies = model.tree.bodies();
   std::set<int> carriers;
-  double low = HUGE_VAL, high = -HUGE_VAL;
+  double low = HUGE_VAL, bottom = HUGE_VAL, high = -HUGE_VAL;
   std::map<int, double> lowest;
   for (const auto& entry : *hulls) {
     for (int i = bodies[entry.first].parent; i >= 0; i = bodies[i].parent) carriers.insert(i);
     const auto extent = Extent(model, state, entry.second);
     lowest[entry.first] = extent.first;
-    low = std::min(low, extent.first);
+    bottom = std::min(bottom, extent.first);
     high = std::max(high, extent.second);
   }
+  for (const auto& entry : lowest) {
+    if (carriers.count(entry.first) == 0) low = std::min(low, entry.second);
+  }
+  const double reach = low + kFeetWithin * (high - bottom);
   for (auto it = hulls->begin(); it != hulls->end();) {
     const bool end = carriers.count(it->first) == 0;
-    const bool foot = end && lowest[it->first] <= low + kFeetWithin * (high - low);
+    const bool foot = end && lowest[it->first] <= reach;
     if (!foot) {
       it = hulls->erase(it);
       continue;
@@ -155,9 +158,7 @@ void KeepFeet(const RobotModel& model, const TreeState<double>& state, Hulls* hu
     for (const ContactPoint& point : it->second.points) {
       ContactHull one;
       one.points = {point};
-      if (Extent(model, state, one).first <= low + kFeetWithin * (high - low)) {
-        soles.push_back(point);
-      }
+      if (Extent(model, state, one).first <= reach) soles.push_back(point);
     }
     it->second.points = soles;
     ++it;
@@ -235,10 +236,9 @@ ContactOptions ReadContactOptions(const YAML::Node& map, const RobotModel& model
   }
   reader.Read("height", &options.height);
   reader.Read("restitution", &options.restitution);
-  try {
-    CheckParameter("contacts", "restitution", options.restitution, Range::kUnitInterval);
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(error.what() + reader.Line("restitution"));
+  if (!(options.restitution >= 0 && options.restitution <= 1)) {
+    throw std::invalid_argument("contacts/restitution is " + Short(options.restitution) +
+                                ", expected 0 to 1" + reader.Line("restitution"));
   }
   options.friction = reader.Child("friction");
   reader.Read("vertices", &options.vertices, 1, 64);

@@ -19,8 +19,10 @@ bool CanFall(const RobotModel& model) {
 }
 
 /// The nominal positions as far as they can be read; wrong ones are told of where they are used.
-Vector NominalPositions(const YAML::Node& document, const RobotModel& model) {
+Vector NominalPositions(const YAML::Node& document, const RobotModel& model,
+                        const std::vector<std::string>& limited) {
   Vector q = model.tree.Neutral(), v = Vector::Zero(model.tree.dof());
+  CentreLimited(limited, model, &q);
   const YAML::Node nominal = document["nominal"];
   if (!nominal.IsDefined() || !nominal.IsMap() || !nominal["positions"].IsDefined()) {
     Follow(YAML::Node(), YAML::Node(), model, &q, &v);
@@ -88,9 +90,9 @@ MadeContacts UsualContacts(const RobotModel& model, const Vector& q, const std::
 }  // namespace
 
 MadeContacts PlanContacts(const YAML::Node& document, const std::string& folder,
-                          const RobotModel& model) {
+                          const RobotModel& model, const std::vector<std::string>& limited) {
   if (document["contacts_made"]) return ReadMade(document["contacts_made"]);
-  const Vector q = NominalPositions(document, model);
+  const Vector q = NominalPositions(document, model, limited);
   if (document["contacts"]) {
     return MakeContacts(model, q, ReadContactOptions(document["contacts"], model), folder);
   }

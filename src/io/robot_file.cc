@@ -29,7 +29,8 @@ void ReadConstraints(const YAML::Node& map, RobotDescription* robot) {
   ForEach(map, "constraints", [&](const std::string& name, MapReader* reader) {
     for (const auto& other : robot->constraints) {
       if (other->parts.name != name) continue;
-      throw std::invalid_argument("constraints/" + name + " is made by `contacts`, too: rename it");
+      throw std::invalid_argument("constraints/" + name +
+                                  " is made by `contacts` or `joints`, too: rename it");
     }
     const std::string kind = ReadKind(reader, ConstraintKinds());
     std::unique_ptr<ConstraintElement> element = MakeConstraint(kind);
@@ -113,11 +114,13 @@ void ReadNamed(const YAML::Node& map, const std::string& name,
   reader.Finish();
 }
 
-void ReadNominal(const YAML::Node& map, RobotDescription* robot) {
+void ReadNominal(const YAML::Node& map, const std::vector<std::string>& limited,
+                 RobotDescription* robot) {
   const RobotModel& model = robot->model;
   const int positions = model.tree.num_positions(), n = model.tree.dof();
   MapReader reader(map, "nominal");
   Vector q = model.tree.Neutral(), v = Vector::Zero(n);
+  CentreLimited(limited, model, &q);
   robot->nominal.u = Vector::Zero(robot->inputs.size());
   ReadNamed(reader.Child("positions"), "nominal/positions", model.coordinates, q.data());
   ReadNamed(reader.Child("velocities"), "nominal/velocities", model.velocities, v.data());
@@ -212,8 +215,12 @@ void KeepMeshContacts(RobotTexts* texts) {
   try {
     const YAML::Node document = ParseYaml(texts->yaml);
     if (document["contacts_made"]) return;
-    const RobotModel model = ReadRobotModel(texts->urdf, document);
-    const MadeContacts made = PlanContacts(document, texts->folder, model);
+    RobotDescription robot;
+    robot.model = ReadRobotModel(texts->urdf, document);
+    AddSoles(document["soles"], &robot.model);
+    const JointChoices joints = ReadJoints(document["joints"], &robot);
+    const MadeContacts made =
+        PlanContacts(document, texts->folder, robot.model, joints.limited);
     if (made.count == 0) return;
     YAML::Node kept;
     kept["contacts_made"]["constraints"] = made.constraints;
@@ -237,24 +244,29 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
   for (const char* key : {"base", "urdf_faults"}) reader.Child(key);  // known, and read next
   RobotDescription robot;
   robot.model = ReadRobotModel(urdf, document);
+  const YAML::Node springs = AddSoles(reader.Child("soles"), &robot.model);
+  const JointChoices joints = ReadJoints(reader.Child("joints"), &robot);
   reader.Read("gravity", &robot.gravity);
   reader.Read("inputs", &robot.inputs);
   const std::size_t declared = robot.inputs.size();
   ReadConstraints(reader.Child("constraints"), &robot);
   for (const char* key : {"contacts", "contacts_made"}) reader.Child(key);  // known, and planned
-  const MadeContacts made = PlanContacts(document, folder, robot.model);
+  const MadeContacts made = PlanContacts(document, folder, robot.model, joints.limited);
   ReadConstraints(made.constraints, &robot);
+  ReadConstraints(joints.constraints, &robot);
   std::vector<std::string>* warnings = &robot.model.warnings;
   warnings->insert(warnings->end(), made.warnings.begin(), made.warnings.end());
   AddMimics(&robot);
   ReadClosures(reader.Child("closures"), &robot);
   ReadEfforts(reader.Child("efforts"), &robot);
+  ReadEfforts(springs, &robot);
+  ReadEfforts(joints.efforts, &robot);
   if (reader.Has("inputs") && robot.inputs.size() > declared) {
     const std::vector<std::string> names(robot.inputs.begin(), robot.inputs.begin() + declared);
     throw std::invalid_argument(UnknownName("input", robot.inputs[declared], names));
   }
   ReadParameters(reader.Child("parameters"), &robot);
-  ReadNominal(reader.Child("nominal"), &robot);
+  ReadNominal(reader.Child("nominal"), joints.limited, &robot);
   if (made.count > 0) Lift(made, reader.Child("nominal"), &robot);
   reader.Finish();
   return robot;

@@ -85,12 +85,18 @@ std::string DescribeRobot(const RobotDescription& robot, const YAML::Node& docum
   if (!urdf_path.empty()) answer["urdf"] = urdf_path;
   for (const auto& entry : document) {
     const std::string key = entry.first.Scalar();
-    if (key == "urdf" || key == "contacts" || key == "contacts_made" || key == "constraints") {
+    if (key == "urdf" || key == "contacts" || key == "contacts_made" || key == "constraints") {  // written below
       continue;
     }
     answer[key] = entry.second;
   }
-  const MadeContacts made = PlanContacts(document, folder, model);
+  std::vector<std::string> limited;
+  for (const RobotModel::JointTraits& joint : model.traits) {
+    for (const auto& element : robot.constraints) {
+      if (element->parts.name == joint.name + "_lower") limited.push_back(joint.name);
+    }
+  }
+  const MadeContacts made = PlanContacts(document, folder, model, limited);
   YAML::Node constraints(YAML::NodeType::Map);
   for (const YAML::Node& map : {YAML::Node(document["constraints"]), made.constraints}) {
     if (!map.IsDefined() || !map.IsMap()) continue;

@@ -60,13 +60,23 @@ bool Drain(const Pipe (&pipes)[2], std::string (&texts)[2]) {
   return true;
 }
 
+/// Whether there is a tag of xacro outside of comments.
+bool UsesXacro(const std::string& text) {
+  for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos; ++at) {
+    if (text.compare(at, 7, "<xacro:") == 0) return true;
+    if (text.compare(at, 4, "<!--") == 0) at = text.find("-->", at);
+    if (at == std::string::npos) break;
+  }
+  return false;
+}
+
 }  // namespace
 
 bool IsXacro(const std::string& path, const std::string& text) {
   const std::string ending = ".xacro";
   return (path.size() > ending.size() &&
           path.compare(path.size() - ending.size(), ending.size(), ending) == 0) ||
-         text.find("<xacro:") != std::string::npos;
+         UsesXacro(text);
 }
 
 std::string RunXacro(const std::string& path) {

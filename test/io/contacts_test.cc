@@ -295,7 +295,7 @@ TEST(Contacts, AreFewerWhereThereAreTooMany) {
   }
   const RobotDescription robot = Parse(boxes, "base: floating");
   EXPECT_TRUE(Warns(robot, "of the feet (of all links there were too many)"));
-  EXPECT_EQ(8u, robot.constraints.size());
+  EXPECT_EQ(4u, robot.constraints.size());  // the lower face of the lowest end
   const std::string refusal = Refusal(boxes, "{base: floating, contacts: {ground: all}}");
   EXPECT_NE(std::string::npos, refusal.find("72 contacts, at most 64 are possible (line 1)"))
       << refusal;
@@ -308,8 +308,8 @@ TEST(Contacts, RefuseWithLineValueAndRemedy) {
   } cases[] = {
       {"{ground: foo}", "contacts/ground: unknown link 'foo'; did you mean 'foot'? (line 1)"},
       {"{ground: [foot, legs]}", "unknown link 'legs'"},
-      {"{grund: feet}", "contacts/ground is missing"},
-      {"{ground: feet, restitution: 2}", "contacts/restitution"},
+      {"{grund: feet}", "contacts: 'ground' is missing (line 1)"},
+      {"{ground: feet, restitution: 2}", "contacts/restitution is 2, expected 0 to 1 (line 1)"},
       {"{ground: feet, vertices: 0}", "contacts/vertices"},
       {"{ground: feet, vertices: 100}", "contacts/vertices"},
       {"{ground: feet, tolerance: -1}", "contacts/tolerance is negative (line 1)"},

@@ -20,7 +20,7 @@ namespace contact_flow {
 ///     tolerance: 0.001        # fewer, where these leave less [m]
 ///
 /// `feet` are the ends of chains that reach lowest in the nominal state: bodies that carry no other
-/// collision geometry, within a tenth of the robot's height of its lowest point; and of these what is
+/// collision geometry, within a tenth of the robot's height of the lowest of them; and of these what is
 /// as low.
 struct ContactOptions {
   bool feet = false, all = false;

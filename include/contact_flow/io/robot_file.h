@@ -17,6 +17,9 @@ namespace contact_flow {
 ///   given base: floating            # fixed (default), planar (in the x–z plane) or floating
 ///   gravity: 9.81             # [m/s²] downward
 ///   urdf_faults: lenient      # or strict, see ParseUrdf
+///   joints: {limits: all}     # limits, damping, armature: what of the URDF's joints is used
+///   soles:                    # a point of mass on springs below a link, called foot_sole
+///     foot: {stiffness: 6000, damping: 15, mass: 0.05}
 ///   contacts: {ground: feet}  # from collision geometry, see io/contacts.h
 ///   constraints:              # a ≥ 0, each: kind, its fields, restitution (default 0)
 ///     left_foot: {kind: plane, link: left_foot, point: [0, 0, 0]}
