@@ -19,12 +19,9 @@ BodyInertia BodyInertia::In(const Pose& pose) const {
 }
 
 BodyInertia BodyInertia::operator+(const BodyInertia& other) const {
+  if (mass == 0) return other;
+  if (other.mass == 0) return *this;
   BodyInertia sum;
-  if (mass == 0 || other.mass == 0) {  // at most a rotor, whose place does not matter
-    sum = mass == 0 ? other : *this;
-    sum.central = central + other.central;
-    return sum;
-  }
   sum.mass = mass + other.mass;
   sum.com = (mass * com + other.mass * other.com) / sum.mass;
   sum.central = central + mass * UnitMassAt(com - sum.com) + other.central +

@@ -71,9 +71,7 @@ void RobotModel::CheckMass() const {
   const int n = tree.dof();
   if (n == 0) throw std::invalid_argument("nothing moves: there is no joint but fixed ones");
   double total = 0;
-  for (const RigidBodyTree::Body& body : tree.bodies()) {
-    total += body.inertia.mass + body.inertia.central.norm();
-  }
+  for (const RigidBodyTree::Body& body : tree.bodies()) total += body.inertia.mass;
   if (!(total > 0)) {
     throw std::invalid_argument("what moves has no mass: the links have no <inertial>, or one of "
                                 "mass zero; give them one");

@@ -60,6 +60,13 @@ BodyInertia ReadInertia(const urdf::Link& link, UrdfFaults faults, Findings* fin
     findings->errors.push_back(owner + ": its inertia is not finite");
     return BodyInertia();
   }
+  if (inertia.mass == 0) {
+    if (!inertia.central.isZero(0)) {
+      findings->warnings.push_back(owner + ": its mass is 0, so that its inertia is not used (a "
+                                   "rotor is `joints: {armature: …}` of a robot's YAML)");
+    }
+    return BodyInertia();
+  }
   return inertia.In(ReadPose(given.origin, owner));
 }
 

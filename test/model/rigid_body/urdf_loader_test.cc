@@ -123,7 +123,7 @@ TEST(UrdfLoader, RefusesWithWordsThatNameThePlace) {
       // urdfdom takes these for formats of printf.
       {Robot(two + Joint("j", "%s%s%n", "a", "b", kAxis)), "_s_s_n"},
       {Robot(two + Joint("j", "continuous", "a", "b", R"(<axis xyz="%s%n 0 1"/>)")), "%s%n"},
-      {inertia("0", kUnit), ""},
+      {inertia("0", kUnit), "what they carry an <inertial>: 'j'"},
       {inertia("-1", kUnit), "link 'a': its mass is -1"},
       {inertia("nan", kUnit), "a"},
       {inertia("1e999", kUnit), "a"},
