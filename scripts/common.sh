@@ -43,6 +43,7 @@ COMMON_PACKAGES=(
   libeigen3-dev libboost-dev libyaml-cpp-dev nlohmann-json3-dev liburdfdom-dev
   libconsole-bridge-dev libssl-dev googletest libgtest-dev python3-numpy python3-matplotlib
   coinor-libclp-dev                  # optional: linear programs
+  libassimp-dev                      # optional: meshes but STL and OBJ
   libsundials-dev libopenmpi-dev)    # optional: CVODES, in the benchmark
 
 # Optional: what robots are compared with, in tests and benchmarks. Noetic's Ubuntu has KDL alone.

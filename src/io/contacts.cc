@@ -95,8 +95,7 @@ std::pair<double, double> Extent(const RobotModel& model, const TreeState<double
   std::pair<double, double> extent(HUGE_VAL, -HUGE_VAL);
   for (const ContactPoint& point : hull.points) {
     const RobotModel::Link& link = model.links[point.link];
-    const Vec3<double> at =
-        PointPosition(state, link.body, Vec3<double>(link.pose * point.point));
+    const Vec3<double> at = PointPosition(state, link.body, Vec3<double>(link.pose * point.point));
     double radius = point.radius;
     if (point.rim) {
       const Vec3<double> tip = PointPosition(
@@ -182,10 +181,10 @@ ContactHull Reduced(const RobotModel& model, const ContactHull& hull, const Cont
   }
   result.error += hull.error;
   if (!result.points.empty()) {
-    made->warnings.push_back(
-        "link '" + model.links[result.points[0].link].name + "': " +
-        std::to_string(result.points.size()) + " contacts stand for its collision geometry, which " +
-        "they lie inside of by up to " + Short(result.error) + " m");
+    made->warnings.push_back("link '" + model.links[result.points[0].link].name +
+                             "': " + std::to_string(result.points.size()) +
+                             " contacts stand for its collision geometry, which " +
+                             "they lie inside of by up to " + Short(result.error) + " m");
   }
   result.points.insert(result.points.end(), rims.points.begin(), rims.points.end());
   return result;

@@ -98,7 +98,8 @@ std::string RunXacro(const std::string& path) {
   if (failed != 0) {
     throw std::invalid_argument(
         path + " is xacro, and xacro cannot be run (" + std::strerror(failed) +
-        "): install it (apt: xacro), or run `xacro " + path + " > robot.urdf` elsewhere");
+        "): install it (ros-noetic-xacro, or pip install xacro), or run `xacro " + path +
+        " > robot.urdf` elsewhere");
   }
   for (Pipe& pipe : pipes) pipe.Close(1);
   std::string texts[2];

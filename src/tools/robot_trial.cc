@@ -60,8 +60,8 @@ std::string Derivative(const RobotSystem& system, const Trajectory& run, const V
   }
   w.normalize();
   const QuotientReport report =
-      CompareWithQuotients(system, x, system.nominal().u, duration, w, B(w),
-                           {1e-5, 1e-6, 1e-7}, options, B.Error(w).maxCoeff());
+      CompareWithQuotients(system, x, system.nominal().u, duration, w, B(w), {1e-5, 1e-6, 1e-7},
+                           options, B.Error(w).maxCoeff());
   if (report.samples.empty() || !report.samples.back().status.ok()) {
     return "a perturbed run ended: " +
            (report.samples.empty() ? "" : OneLine(report.samples.back().status.message));
@@ -92,16 +92,18 @@ int Run(int count, char** words) {
     const RobotSystem system(std::move(robot), {});
     const double load = Since(start);
     char text[200];
-    std::snprintf(text, sizeof text, "loaded\t%s\t%d bodies\t%d dof\t%d contacts\t%zu warnings\t%.3f s",
-                  base.c_str(), system.robot().model.tree.num_bodies(), system.dof(),
-                  system.num_constraints(), warnings, load);
+    std::snprintf(text, sizeof text,
+                  "loaded\t%s\t%d bodies\t%d dof\t%d contacts\t%zu warnings\t%.3f s", base.c_str(),
+                  system.robot().model.tree.num_bodies(), system.dof(), system.num_constraints(),
+                  warnings, load);
     SimulateOptions options;
     options.complete_zeno = true;
     options.max_seconds = 60;
     const Vector x = Disturbed(system, 0.01, seed);
     const auto begin = Clock::now();
     const Trajectory run = Simulate(system, x, system.nominal().u, duration, options);
-    std::string outcome = run.status.ok() ? "ran to its end" : "ended: " + OneLine(run.status.message);
+    std::string outcome =
+        run.status.ok() ? "ran to its end" : "ended: " + OneLine(run.status.message);
     outcome += "\t" + std::to_string(run.transitions.size()) + " events\t" +
                std::to_string(Since(begin)) + " s";
     row(std::string(text) + "\t" + outcome + "\t" +

@@ -27,7 +27,9 @@ std::string Collision(const std::string& geometry, const std::string& origin = k
 std::string Link(const std::string& name, const std::string& content) {
   return "<link name=\"" + name + "\">" + kInertial + content + "</link>";
 }
-std::string Robot(const std::string& content) { return "<robot name=\"r\">" + content + "</robot>"; }
+std::string Robot(const std::string& content) {
+  return "<robot name=\"r\">" + content + "</robot>";
+}
 
 RobotDescription Parse(const std::string& content, const std::string& yaml,
                        const std::string& folder = "") {
@@ -137,18 +139,17 @@ TEST(Contacts, OfOtherCylindersLieInside) {
   std::mt19937 generator(3);
   for (const double length : {0.1, 1.0}) {
     const double radius = 0.2;
-    const RobotSystem system(
-        Parse(Link("a", Collision("<cylinder radius=\"0.2\" length=\"" + std::to_string(length) +
-                                  "\"/>")),
-              "{base: floating, contacts: {ground: all}}"),
-        {});
+    const RobotSystem system(Parse(Link("a", Collision("<cylinder radius=\"0.2\" length=\"" +
+                                                       std::to_string(length) + "\"/>")),
+                                   "{base: floating, contacts: {ground: all}}"),
+                             {});
     const double error =
         length > 2 * radius ? (std::sqrt(2.) - 1) * radius : (1 - std::cos(M_PI / 6)) * radius;
     for (int k = 0; k < 200; ++k) {
       const Placed placed(&generator);
       const double along = placed.rotation(2, 2);
-      const double exact = placed.centre(2) - 0.5 * length * std::abs(along) -
-                           radius * std::sqrt(1 - along * along);
+      const double exact =
+          placed.centre(2) - 0.5 * length * std::abs(along) - radius * std::sqrt(1 - along * along);
       const double gap = LowestGap(system, placed.q);
       EXPECT_GE(gap, exact - 1e-8);
       EXPECT_LE(gap, exact + error + 1e-8);
@@ -222,8 +223,9 @@ TEST_F(ContactsOfMeshes, ThatAreMissingAreAWarningUnlessAskedFor) {
       Link("a", Mesh("package://nowhere/a.stl") + Collision("<sphere radius=\"0.1\"/>"));
   const RobotDescription read = Parse(robot, "{base: floating, contacts: {ground: all}}");
   EXPECT_EQ(1u, read.constraints.size());
-  EXPECT_TRUE(Warns(read, "link 'a' (line 1 of the URDF): its mesh 'package://nowhere/a.stl' is "
-                          "not found"));
+  EXPECT_TRUE(Warns(read,
+                    "link 'a' (line 1 of the URDF): its mesh 'package://nowhere/a.stl' is "
+                    "not found"));
   const std::string refusal = Refusal(robot, "{base: floating, contacts: {ground: [a]}}");
   EXPECT_NE(std::string::npos, refusal.find("link 'a'")) << refusal;
   EXPECT_NE(std::string::npos, refusal.find("ROS_PACKAGE_PATH")) << refusal;
@@ -247,7 +249,8 @@ const char kLegs[] = R"(
 
 std::string Walker() {
   const auto ball = [](double z) {
-    return Collision("<sphere radius=\"0.05\"/>", "<origin xyz=\"0 0 " + std::to_string(z) + "\"/>");
+    return Collision("<sphere radius=\"0.05\"/>",
+                     "<origin xyz=\"0 0 " + std::to_string(z) + "\"/>");
   };
   return Link("body", ball(0)) + Link("thigh", ball(-0.2)) + Link("foot", ball(-0.4)) +
          Link("arm", ball(0.3)) + kLegs;
@@ -258,8 +261,8 @@ TEST(Contacts, FeetAreTheLowestEnds) {
   ASSERT_EQ(1u, feet.constraints.size());
   EXPECT_EQ("foot", feet.constraints[0]->parts.name);
   EXPECT_EQ(4u, Parse(Walker(), "{base: floating, contacts: {ground: all}}").constraints.size());
-  EXPECT_EQ(2u,
-            Parse(Walker(), "{base: floating, contacts: {ground: [arm, foot]}}").constraints.size());
+  EXPECT_EQ(
+      2u, Parse(Walker(), "{base: floating, contacts: {ground: [arm, foot]}}").constraints.size());
   EXPECT_EQ(0u, Parse(Walker(), "{base: floating, contacts: {ground: none}}").constraints.size());
 }
 
@@ -278,11 +281,13 @@ TEST(Contacts, AreMadeWhereNothingIsSaid) {
 }
 
 TEST(Contacts, AreAddedToThoseOfTheFile) {
-  EXPECT_EQ(2u, Parse(Walker(), "{base: floating, contacts: {ground: feet}, "
-                                "constraints: {c: {kind: plane, link: arm}}}")
+  EXPECT_EQ(2u, Parse(Walker(),
+                      "{base: floating, contacts: {ground: feet}, "
+                      "constraints: {c: {kind: plane, link: arm}}}")
                     .constraints.size());
-  EXPECT_NE("", Refusal(Walker(), "{base: floating, contacts: {ground: feet}, "
-                                  "constraints: {foot: {kind: plane, link: arm}}}"));
+  EXPECT_NE("", Refusal(Walker(),
+                        "{base: floating, contacts: {ground: feet}, "
+                        "constraints: {foot: {kind: plane, link: arm}}}"));
 }
 
 TEST(Contacts, AreFewerWhereThereAreTooMany) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Keys of a robot's YAML beside constraints and efforts: mimic joints and gears, limits, damping and
-// rotors of joints, soles, each against a closed form.
+// Keys of a robot's YAML beside constraints and efforts: mimic joints and gears, limits, damping
+// and rotors of joints, soles, each against a closed form.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,8 +23,10 @@ std::string Link(const std::string& name, double mass, const std::string& more =
 std::string Slide(const std::string& name, const std::string& child, const std::string& more = "",
                   const std::string& type = "prismatic", const std::string& parent = "world") {
   return "<joint name=\"" + name + "\" type=\"" + type + "\"><parent link=\"" + parent +
-         "\"/><child link=\"" + child + "\"/><axis xyz=\"0 0 1\"/><limit lower=\"-0.5\" "
-         "upper=\"0.25\" effort=\"1\" velocity=\"1\"/>" + more + "</joint>\n";
+         "\"/><child link=\"" + child +
+         "\"/><axis xyz=\"0 0 1\"/><limit lower=\"-0.5\" "
+         "upper=\"0.25\" effort=\"1\" velocity=\"1\"/>" +
+         more + "</joint>\n";
 }
 std::string Robot(const std::string& content) {
   return "<robot name=\"r\"><link name=\"world\"/>\n" + content + "</robot>";
@@ -52,8 +54,8 @@ void ExpectSlopeOne(const RobotSystem& system, const Vector& x, double duration,
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   const BDerivative B = DifferentiateOutcome(system, run);
   ASSERT_TRUE(B.status.ok()) << B.status.message;
-  const QuotientReport report = CompareWithQuotients(system, x, system.nominal().u, duration, w,
-                                                     B(w), {1e-3, 1e-4, 1e-5});
+  const QuotientReport report =
+      CompareWithQuotients(system, x, system.nominal().u, duration, w, B(w), {1e-3, 1e-4, 1e-5});
   for (const QuotientSample& sample : report.samples) {
     ASSERT_TRUE(sample.status.ok()) << sample.status.message;
     EXPECT_LE(sample.error, 1e3 * sample.alpha * (1 + B(w).norm()) + 1e-6);
@@ -63,17 +65,18 @@ void ExpectSlopeOne(const RobotSystem& system, const Vector& x, double duration,
   }
 }
 
-const char kPush[] = "efforts: {push: {kind: actuator, joint: a, input: u}}, "
-                     "nominal: {inputs: {u: 3}}";
+const char kPush[] =
+    "efforts: {push: {kind: actuator, joint: a, input: u}}, "
+    "nominal: {inputs: {u: 3}}";
 
 /// Two masses coupled q_b = k q_a + c, pushed at a by F and along −z by gravity:
 ///   (m_a + k² m_b) q̈_a = F − (m_a + k m_b) g,    λ = m_b (k q̈_a + g).
 TEST(RobotKeys, AMimicJointIsABilateralConstraint) {
   const double ma = 1, mb = 2, k = -1.5, c = 0.1, g = 9.81, F = 3;
-  const RobotSystem system = Make(
-      Link("a", ma) + Link("b", mb) + Slide("a", "a") +
-          Slide("b", "b", "<mimic joint=\"a\" multiplier=\"-1.5\" offset=\"0.1\"/>"),
-      std::string("{") + kPush + "}");
+  const RobotSystem system =
+      Make(Link("a", ma) + Link("b", mb) + Slide("a", "a") +
+               Slide("b", "b", "<mimic joint=\"a\" multiplier=\"-1.5\" offset=\"0.1\"/>"),
+           std::string("{") + kPush + "}");
   ASSERT_EQ(std::vector<std::string>{"b_mimic"}, system.description().bilateral);
   EXPECT_NEAR(c, system.nominal().x(1), 1e-15);  // where its master sends it
   const double duration = 0.3;
@@ -89,10 +92,10 @@ TEST(RobotKeys, AMimicJointIsABilateralConstraint) {
 }
 
 TEST(RobotKeys, AMimicJointHasItsDerivativeThroughAStop) {
-  const RobotSystem system = Make(
-      Link("a", 1) + Link("b", 2) + Slide("a", "a") +
-          Slide("b", "b", "<mimic joint=\"a\" multiplier=\"-1.5\" offset=\"0.1\"/>"),
-      std::string("{joints: {limits: [a], restitution: 0.5}, ") + kPush + "}");
+  const RobotSystem system =
+      Make(Link("a", 1) + Link("b", 2) + Slide("a", "a") +
+               Slide("b", "b", "<mimic joint=\"a\" multiplier=\"-1.5\" offset=\"0.1\"/>"),
+           std::string("{joints: {limits: [a], restitution: 0.5}, ") + kPush + "}");
   // q̈_a = 22.62/5.5 = 4.1 m/s² upwards: a stop at 0.25 m is hit at 0.35 s, once in half a second.
   Vector w(4);
   w << 1, -1.5, 0.4, -0.6;  // along the coupling
@@ -100,21 +103,22 @@ TEST(RobotKeys, AMimicJointHasItsDerivativeThroughAStop) {
 }
 
 TEST(RobotKeys, AGearIsAClosureOfJoints) {
-  const RobotSystem system =
-      Make(Link("a", 1) + Link("b", 2) + Slide("a", "a") + Slide("b", "b"),
-           std::string("{gravity: 0, closures: {gear: {joint: b, other_joint: a, multiplier: 2}}, ") +
-               kPush + "}");
+  const RobotSystem system = Make(
+      Link("a", 1) + Link("b", 2) + Slide("a", "a") + Slide("b", "b"),
+      std::string("{gravity: 0, closures: {gear: {joint: b, other_joint: a, multiplier: 2}}, ") +
+          kPush + "}");
   const Trajectory run = Simulate(system, system.nominal().x, system.nominal().u, 1);
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   EXPECT_NEAR(0.5 * 3 / (1 + 4 * 2), run.FinalState()(0), 1e-12);
   EXPECT_NEAR(2 * run.FinalState()(0), run.FinalState()(1), 1e-12);
 }
 
-/// A stop with restitution e: from rest under a = F/m to the limit s, there at √(2 a s), back with e.
+/// A stop with restitution e: from rest under a = F/m to the limit s, there at √(2 a s), back with
+/// e.
 TEST(RobotKeys, LimitsOfTheUrdfAreStops) {
-  const RobotSystem system = Make(Link("a", 1) + Slide("a", "a"),
-                                  std::string("{gravity: 0, joints: {limits: all, restitution: 0.5}, ") +
-                                      kPush + "}");
+  const RobotSystem system =
+      Make(Link("a", 1) + Slide("a", "a"),
+           std::string("{gravity: 0, joints: {limits: all, restitution: 0.5}, ") + kPush + "}");
   ASSERT_EQ((std::vector<std::string>{"a_lower", "a_upper"}), system.description().constraints);
   const double s = 0.25, a = 3, hit = std::sqrt(2 * s / a), speed = a * hit, left = 0.1;
   const Trajectory run = Simulate(system, system.nominal().x, system.nominal().u, hit + left);
@@ -145,17 +149,15 @@ TEST(RobotKeys, DampingOfTheUrdfIsUsedWhereAsked) {
 
 /// A pendulum whose joint feels its rotor: (I + J) q̈ = τ; gravity does not feel the rotor.
 TEST(RobotKeys, ArmatureIsInertiaOfTheJointAlone) {
-  const RobotSystem system =
-      Make(Link("a", 2) + Slide("a", "a", "", "continuous"),
-           std::string("{joints: {armature: {a: 0.5}}, ") + kPush + "}");
+  const RobotSystem system = Make(Link("a", 2) + Slide("a", "a", "", "continuous"),
+                                  std::string("{joints: {armature: {a: 0.5}}, ") + kPush + "}");
   const Trajectory run = Simulate(system, system.nominal().x, system.nominal().u, 1);
   EXPECT_NEAR(0.5 * 3 / (2 + 0.5), run.FinalState()(0), 1e-12);
   Vector w(2);
   w << 0.6, 0.8;
   ExpectSlopeOne(system, system.nominal().x, 1, w);
   // Weight is not inertia: q̈ = −m g/(m + J).
-  const RobotSystem hoist =
-      Make(Link("a", 2) + Slide("a", "a"), "joints: {armature: {a: 3}}");
+  const RobotSystem hoist = Make(Link("a", 2) + Slide("a", "a"), "joints: {armature: {a: 3}}");
   const Trajectory fall = Simulate(hoist, hoist.nominal().x, Vector(0), 0.1);
   EXPECT_NEAR(-9.81 * 2 / 5 * 0.1, fall.FinalState()(1), 1e-12);
 }
@@ -176,9 +178,8 @@ TEST(RobotKeys, ASoleMakesFeetThatLandTogetherDifferentiable) {
   }
   urdf += "</robot>";
   const auto make = [&](const std::string& soles) {
-    return RobotSystem(ParseRobot(urdf, YAML::Load("{base: planar, contacts: {ground: all}" + soles +
-                                                   "}")),
-                       {});
+    return RobotSystem(
+        ParseRobot(urdf, YAML::Load("{base: planar, contacts: {ground: all}" + soles + "}")), {});
   };
   const RobotSystem bare = make("");
   ASSERT_EQ(2, bare.num_constraints());
@@ -204,8 +205,8 @@ TEST(RobotKeys, ASoleMakesFeetThatLandTogetherDifferentiable) {
 }
 
 TEST(RobotKeys, RefuseWithLineValueAndRemedy) {
-  const std::string urdf = Link("a", 1) + Slide("a", "a") + Link("b", 1) +
-                           Slide("turn", "b", "", "continuous");
+  const std::string urdf =
+      Link("a", 1) + Slide("a", "a") + Link("b", 1) + Slide("turn", "b", "", "continuous");
   const struct {
     const char* yaml;
     const char* words;
@@ -232,8 +233,9 @@ TEST(RobotKeys, RefuseWithLineValueAndRemedy) {
 /// What describe_robot prints makes the same robot again.
 TEST(RobotKeys, ADescriptionMakesTheSameRobot) {
   const std::string urdf = "<robot name=\"r\">" +
-                           Link("body", 2, "<collision><geometry><box size=\"0.2 0.3 0.1\"/>"
-                                           "</geometry></collision>") +
+                           Link("body", 2,
+                                "<collision><geometry><box size=\"0.2 0.3 0.1\"/>"
+                                "</geometry></collision>") +
                            Link("a", 1) + Slide("a", "a", "", "prismatic", "body") + "</robot>";
   const YAML::Node document = YAML::Load("{base: floating, joints: {limits: all}}");
   const RobotDescription first = ParseRobot(urdf, document);

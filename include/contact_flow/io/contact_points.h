@@ -9,10 +9,10 @@ namespace contact_flow {
 
 /// What stands for a part of a shape: a sphere, a point (radius 0), or the rim of a wheel.
 struct ContactPoint {
-  int link;             ///< index in RobotModel::links
-  Vec3<double> point;   ///< centre in the link's frame [m]
-  double radius = 0;    ///< [m]
-  bool rim = false;     ///< a circle of this radius about `axis`
+  int link;                                   ///< index in RobotModel::links
+  Vec3<double> point;                         ///< centre in the link's frame [m]
+  double radius = 0;                          ///< [m]
+  bool rim = false;                           ///< a circle of this radius about `axis`
   Vec3<double> axis = Vec3<double>::UnitZ();  ///< in the link's frame
 };
 
@@ -31,7 +31,8 @@ ContactHull ShapePoints(const RobotModel& model, const RobotModel::Shape& shape,
 
 /// The `most` points that stand for all of them best, fewer where these leave an error of at most
 /// `tolerance`: the one that sticks out furthest is added, again and again, judged along 2562
-/// directions that are spread evenly. The error is the furthest that is left, beside that of `hull`.
+/// directions that are spread evenly. The error is the furthest that is left, beside that of
+/// `hull`.
 ContactHull Thin(const RobotModel& model, const ContactHull& hull, int most, double tolerance);
 
 }  // namespace contact_flow

@@ -20,8 +20,8 @@ namespace contact_flow {
 ///     tolerance: 0.001        # fewer, where these leave less [m]
 ///
 /// `feet` are the ends of chains that reach lowest in the nominal state: bodies that carry no other
-/// collision geometry, within a tenth of the robot's height of the lowest of them; and of these what is
-/// as low.
+/// collision geometry, within a tenth of the robot's height of the lowest of them; and of these
+/// what is as low.
 struct ContactOptions {
   bool feet = false, all = false;
   std::vector<std::string> links;

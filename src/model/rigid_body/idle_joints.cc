@@ -13,7 +13,7 @@ std::vector<std::string> IdleJoints(const RobotModel& robot) {
   const RigidBodyTree& tree = robot.tree;
   const int bodies = tree.num_bodies();
   std::vector<double> mass(bodies), inertia(bodies);  // of a body and all that it carries
-  for (int i = bodies - 1; i >= 0; --i) {  // children come after their parents
+  for (int i = bodies - 1; i >= 0; --i) {             // children come after their parents
     const RigidBodyTree::Body& body = tree.bodies()[i];
     mass[i] += body.inertia.mass;
     inertia[i] += body.inertia.central.norm();

@@ -38,8 +38,8 @@ std::string Moments(const Mat3<double>& central) {
 
 double InertiaDefect(const Mat3<double>& central) {
   if (central.isZero(0)) return 0;
-  const double lowest = Eigen::SelfAdjointEigenSolver<Mat3<double>>(SecondMoments(central))
-                            .eigenvalues()(0);
+  const double lowest =
+      Eigen::SelfAdjointEigenSolver<Mat3<double>>(SecondMoments(central)).eigenvalues()(0);
   if (lowest >= 0) return 0;
   // Of S the lowest eigenvalue is half of what the others lack to the largest moment.
   return central.trace() > 0 ? std::min(1., -2 * lowest / central.trace()) : 1;
@@ -66,13 +66,17 @@ void JudgeInertias(UrdfFaults faults, RobotModel* robot, Findings* findings) {
     if (Indefinite(bodies[link.body].central) > kRounding && Indefinite(given) > kRounding) {
       const bool tiny = given.norm() < kSmallestArm * kSmallestArm * link.inertia.mass;
       if (strict || !(tiny || Indefinite(given) <= kMaxInertiaRepair)) {
-        findings->errors.push_back(owner + ": its inertia is not positive definite: its principal "
-                                   "moments are " + Moments(given) + " [kg m^2]; correct <inertia>");
+        findings->errors.push_back(owner +
+                                   ": its inertia is not positive definite: its principal "
+                                   "moments are " +
+                                   Moments(given) + " [kg m^2]; correct <inertia>");
         continue;
       }
       link.inertia.central = NearestInertia(given);
-      findings->warnings.push_back(owner + ": its inertia is not positive definite; its principal "
-                                   "moments " + Moments(given) +
+      findings->warnings.push_back(owner +
+                                   ": its inertia is not positive definite; its principal "
+                                   "moments " +
+                                   Moments(given) +
                                    " were replaced by the nearest ones that a body can have, " +
                                    Moments(link.inertia.central) + " [kg m^2]");
       continue;

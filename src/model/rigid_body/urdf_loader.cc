@@ -272,6 +272,11 @@ const std::vector<std::string>& UrdfFaultsNames() {
   return names;
 }
 
+std::string UrdfStructure(const std::string& text) {
+  Findings findings;
+  return SortUrdf(text.substr(0, text.find_last_not_of('\0') + 1), &findings).text;
+}
+
 RobotModel ParseUrdf(const std::string& given, RobotBase base, UrdfFaults faults) {
   // Some editors leave zeros at the end of a file, where urdfdom does not look.
   const std::string text = given.substr(0, given.find_last_not_of('\0') + 1);

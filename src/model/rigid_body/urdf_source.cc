@@ -137,8 +137,8 @@ void Findings::ThrowIfAny() const {
 
 UrdfSource SortUrdf(const std::string& text, Findings* findings) {
   static const char* const kOfLink[] = {"inertial"};
-  static const char* const kOfJoint[] = {"parent",  "child",    "origin", "axis",
-                                         "limit",   "dynamics", "mimic"};
+  static const char* const kOfJoint[] = {"parent", "child",    "origin", "axis",
+                                         "limit",  "dynamics", "mimic"};
   UrdfSource source;
   source.text = text;
   const XmlElement root = ReadXml(text);

@@ -63,8 +63,9 @@ double Mass(const RobotModel& robot) {
 const char kWorld[] = "<link name=\"world\"/>\n";
 
 TEST(UrdfPeculiarities, LinksWithoutMassJoinWhatTheyAreFixedTo) {
-  const std::string zero = "<inertial><mass value=\"0\"/><inertia ixx=\"0\" iyy=\"0\" izz=\"0\" "
-                           "ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>";
+  const std::string zero =
+      "<inertial><mass value=\"0\"/><inertia ixx=\"0\" iyy=\"0\" izz=\"0\" "
+      "ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>";
   const std::string arm =
       kWorld + Link("arm", "") + Link("frame", zero) + Link("tip", Inertial(2, 0, 0, 0)) +
       Joint("j", "continuous", "world", "arm") + Joint("f", "fixed", "arm", "frame") +
@@ -73,20 +74,21 @@ TEST(UrdfPeculiarities, LinksWithoutMassJoinWhatTheyAreFixedTo) {
   ExpectRefusal(Refusal(arm, UrdfFaults::kStrict), "link 'frame': its mass is 0");
 }
 
-/// Frames often have mass 0 and a placeholder for an inertia, which other programs take for nothing.
+/// Frames often have mass 0 and a placeholder for an inertia, which other programs take for
+/// nothing.
 TEST(UrdfPeculiarities, InertiaWithoutMassIsNotUsed) {
-  const RobotModel both = Parse(kWorld + Link("link", Inertial(3, 0, 0, 0.1)) +
-                                Link("grasp", Inertial(0, 0.1, 0.1, 0.1)) +
-                                Joint("j", "continuous", "world", "link") +
-                                Joint("f", "fixed", "link", "grasp"));
+  const RobotModel both = Parse(
+      kWorld + Link("link", Inertial(3, 0, 0, 0.1)) + Link("grasp", Inertial(0, 0.1, 0.1, 0.1)) +
+      Joint("j", "continuous", "world", "link") + Joint("f", "fixed", "link", "grasp"));
   EXPECT_NEAR(0.1, Mass(both), 1e-15);
   ExpectWarning(both, "link 'grasp': its mass is 0, so that its inertia is not used");
 }
 
-/// S = ½ tr(I) 1 − I has the eigenvalues 0.021, 0, −0.001; without the last one I is diag(0, 21, 21) g m².
+/// S = ½ tr(I) 1 − I has the eigenvalues 0.021, 0, −0.001; without the last one I is diag(0, 21,
+/// 21) g m².
 TEST(UrdfPeculiarities, ASlightlyIndefiniteInertiaIsReplacedByTheNearest) {
-  const std::string robot =
-      kWorld + Link("a", Inertial(1, -0.001, 0.020, 0.021)) + Joint("j", "continuous", "world", "a");
+  const std::string robot = kWorld + Link("a", Inertial(1, -0.001, 0.020, 0.021)) +
+                            Joint("j", "continuous", "world", "a");
   const RobotModel repaired = Parse(robot);
   const Mat3<double> inertia = repaired.FindLink("a").inertia.central;
   EXPECT_LE((inertia - Mat3<double>(Vec3<double>(0, 0.021, 0.021).asDiagonal())).norm(), 1e-12);
@@ -123,10 +125,10 @@ TEST(UrdfPeculiarities, InertiaIsJudgedOnTheJoinedBody) {
 TEST(UrdfPeculiarities, JointsThatMoveNoMassAreHeld) {
   const std::string plain =
       kWorld + Link("a", Inertial(1, 1, 1, 1, 0.3)) + Joint("j", "continuous", "world", "a");
-  const std::string more = Link("camera", "") + Link("lens", "") + Link("dot", Inertial(1, 0, 0, 0)) +
-                           Joint("pan", "continuous", "a", "camera") +
-                           Joint("zoom", "continuous", "camera", "lens") +
-                           Joint("spin", "continuous", "a", "dot");
+  const std::string more =
+      Link("camera", "") + Link("lens", "") + Link("dot", Inertial(1, 0, 0, 0)) +
+      Joint("pan", "continuous", "a", "camera") + Joint("zoom", "continuous", "camera", "lens") +
+      Joint("spin", "continuous", "a", "dot");
   const RobotModel robot = Parse(plain + more);
   EXPECT_EQ(std::vector<std::string>{"j"}, robot.coordinates);
   EXPECT_EQ(3u, robot.held.size());
@@ -143,8 +145,9 @@ TEST(UrdfPeculiarities, JointsThatMoveNoMassAreHeld) {
 
 TEST(UrdfPeculiarities, WhatIsNotReadMayBeWrong) {
   const RobotModel robot = Parse(
-      kWorld + Link("a", Inertial(1, 1, 1, 1) + "<visual><geometry><plane/></geometry><material/>"
-                                                "</visual>") +
+      kWorld +
+      Link("a", Inertial(1, 1, 1, 1) + "<visual><geometry><plane/></geometry><material/>"
+                                       "</visual>") +
       "<material/><transmission name=\"t\"><joint/></transmission><gazebo><link><link/></link>"
       "</gazebo><gazebo/>" +
       Joint("j", "revolute", "world", "a",
@@ -164,8 +167,8 @@ TEST(UrdfPeculiarities, WhatIsNotReadMayBeWrong) {
 
 TEST(UrdfPeculiarities, CollisionsOfAllKindsAreRead) {
   const auto collision = [](const std::string& geometry) {
-    return "<collision><origin xyz=\"1 2 3\" rpy=\"0 0 1.5707963267948966\"/><geometry>" + geometry +
-           "</geometry></collision>";
+    return "<collision><origin xyz=\"1 2 3\" rpy=\"0 0 1.5707963267948966\"/><geometry>" +
+           geometry + "</geometry></collision>";
   };
   const RobotModel robot = Parse(
       kWorld + Joint("j", "continuous", "world", "a") +
@@ -191,19 +194,19 @@ TEST(UrdfPeculiarities, CollisionsOfAllKindsAreRead) {
 }
 
 TEST(UrdfPeculiarities, AllFindingsOfAFileComeTogetherWithTheirLines) {
-  const std::string answer = Refusal(
-      kWorld + Link("a", "<inertial><mass value=\"heavy\"/></inertial>") +
-      Link("b", "<inertial><mass value=\"${mass}\"/></inertial>") +
-      Joint("j", "continuous", "world", "a", "<origin xyz=\"0, 0, 1\"/>"));
+  const std::string answer =
+      Refusal(kWorld + Link("a", "<inertial><mass value=\"heavy\"/></inertial>") +
+              Link("b", "<inertial><mass value=\"${mass}\"/></inertial>") +
+              Joint("j", "continuous", "world", "a", "<origin xyz=\"0, 0, 1\"/>"));
   ExpectRefusal(answer, "3 findings");
   ExpectRefusal(answer, "link 'a': mass value=\"heavy\" is not a finite number (line 3)");
   ExpectRefusal(answer, "link 'b'");
   ExpectRefusal(answer, "this is xacro text; run xacro on the file first (line 4)");
   ExpectRefusal(answer, "joint 'j': origin xyz=\"0, 0, 1\" is not 3 finite numbers (line 5)");
-  const std::string second = Refusal(
-      kWorld + Link("a", Inertial(-1, 1, 1, 1)) + Link("b", Inertial(1, -1, 1, 1)) +
-      Joint("j", "continuous", "world", "a", "<mimic joint=\"jj\"/>") +
-      Joint("k", "continuous", "world", "b", "<mimic joint=\"k\"/>"));
+  const std::string second =
+      Refusal(kWorld + Link("a", Inertial(-1, 1, 1, 1)) + Link("b", Inertial(1, -1, 1, 1)) +
+              Joint("j", "continuous", "world", "a", "<mimic joint=\"jj\"/>") +
+              Joint("k", "continuous", "world", "b", "<mimic joint=\"k\"/>"));
   ExpectRefusal(second, "link 'a': its mass is -1");
   ExpectRefusal(Refusal("<xacro:macro name=\"leg\"/>" + Link("a", "")), "run xacro on it first");
 }
@@ -220,15 +223,17 @@ TEST(UrdfPeculiarities, MimicJointsAreKeptWithTheirNumbers) {
   EXPECT_EQ("j", robot.mimics[0].master);
   EXPECT_EQ(-2, robot.mimics[0].multiplier);
   EXPECT_EQ(0.1, robot.mimics[0].offset);
-  ExpectRefusal(Refusal(k("<mimic joint=\"jj\"/>")), "joint 'k' mimics 'jj': unknown joint 'jj'; "
-                                                     "did you mean 'j'?");
+  ExpectRefusal(Refusal(k("<mimic joint=\"jj\"/>")),
+                "joint 'k' mimics 'jj': unknown joint 'jj'; "
+                "did you mean 'j'?");
   ExpectRefusal(Refusal(k("<mimic joint=\"k\"/>")), "joint 'k' mimics 'k'");
 }
 
 TEST(UrdfPeculiarities, ShapeWithoutMassIsRefusedInAWord) {
   ExpectRefusal(Refusal(kWorld + Link("a", "") + Joint("j", "continuous", "world", "a")),
                 "move no mass");
-  const std::string text = Robot(Link("a", "") + Link("b", "") + Joint("j", "continuous", "a", "b"));
+  const std::string text =
+      Robot(Link("a", "") + Link("b", "") + Joint("j", "continuous", "a", "b"));
   try {
     ParseUrdf(text, RobotBase::kFloating);
     ADD_FAILURE();
@@ -237,9 +242,9 @@ TEST(UrdfPeculiarities, ShapeWithoutMassIsRefusedInAWord) {
   }
   // A root without mass that floats moves as the joint on it does.
   try {
-    ParseUrdf(Robot(Link("a", "") + Link("b", Inertial(1, 1, 1, 1)) +
-                    Joint("j", "continuous", "a", "b")),
-              RobotBase::kFloating);
+    ParseUrdf(
+        Robot(Link("a", "") + Link("b", Inertial(1, 1, 1, 1)) + Joint("j", "continuous", "a", "b")),
+        RobotBase::kFloating);
     ADD_FAILURE();
   } catch (const std::invalid_argument& error) {
     ExpectRefusal(error.what(), "give the root link an <inertial>, or fix it (base: fixed)");

@@ -44,6 +44,10 @@ RobotModel ParseUrdf(const std::string& text, RobotBase base,
 /// Largest repair: a negative principal moment beside the largest one.
 constexpr double kMaxInertiaRepair = 0.1;
 
+/// The same URDF with links and joints alone, which urdfdom reads although it may refuse the whole
+/// for a visual or a transmission that it does not like. For texts that ParseUrdf has taken.
+std::string UrdfStructure(const std::string& text);
+
 /// Throws std::invalid_argument for a text that is too long, too deep, has too many links, or bytes
 /// that are not of any XML: what a parser should not be trusted with.
 void CheckUrdfText(const std::string& text);
