@@ -190,21 +190,43 @@ ContactHull Reduced(const RobotModel& model, const ContactHull& hull, const Cont
   return result;
 }
 
-YAML::Node ToYaml(const RobotModel& model, const ContactPoint& point,
-                  const ContactOptions& options) {
+/// The constraint of a point with a surface of the terrain; null: with the plane z = height.
+YAML::Node ToYaml(const RobotModel& model, const ContactPoint& point, const ContactOptions& options,
+                  const YAML::Node& surface) {
+  const std::string& link = model.links[point.link].name;
   YAML::Node map;
-  map["kind"] = point.rim ? "rim" : "plane";
-  map["link"] = model.links[point.link].name;
+  map["kind"] = "plane";
+  if (surface.IsMap()) {
+    for (const auto& entry : surface) map[entry.first.Scalar()] = entry.second;
+  } else if (options.height != 0) {
+    map["offset"] = options.height;
+  }
+  if (map["kind"].Scalar() != "plane" && point.radius != 0) {
+    throw std::invalid_argument("terrain: link '" + link + "' is round, and the distance of a " +
+                                "sphere or wheel to a height field has no formula: write "
+                                "constraints for points of it");
+  }
+  if (point.rim) map["kind"] = "rim";
+  map["link"] = link;
   if (!point.point.isZero(5e-10)) map["point"] = Vector3(point.point);
   if (point.rim) map["axis"] = Vector3(point.axis);
   if (point.radius != 0) map["radius"] = point.radius;
-  if (options.height != 0) map["offset"] = options.height;
   if (options.restitution != 0) map["restitution"] = options.restitution;
   if (options.friction.IsDefined() && !options.friction.IsNull()) {
     map["friction"] = YAML::Clone(options.friction);
   }
   map.SetStyle(YAML::EmitterStyle::Flow);
   return map;
+}
+
+/// Names of surfaces; one without a name for the plane z = height.
+std::vector<std::pair<std::string, YAML::Node>> Surfaces(const ContactOptions& options) {
+  if (!options.terrain.IsDefined() || !options.terrain.IsMap()) return {{"", YAML::Node()}};
+  std::vector<std::pair<std::string, YAML::Node>> surfaces;
+  for (const auto& entry : options.terrain) {
+    surfaces.emplace_back("_" + entry.first.Scalar(), entry.second);
+  }
+  return surfaces;
 }
 
 }  // namespace
@@ -274,6 +296,8 @@ MadeContacts MakeContacts(const RobotModel& model, const Vector& q, const Contac
       ++made.count;
     }
   }
+  const auto surfaces = Surfaces(options);
+  made.count *= static_cast<int>(surfaces.size());
   if (static_cast<std::size_t>(made.count) > kMostContacts) {
     throw std::invalid_argument("contacts: " + std::to_string(made.count) + " contacts, at most " +
                                 std::to_string(kMostContacts) + " are possible" + options.line +
@@ -283,7 +307,9 @@ MadeContacts MakeContacts(const RobotModel& model, const Vector& q, const Contac
     const std::vector<ContactPoint>& points = of_link[link];
     for (std::size_t k = 0; k < points.size(); ++k) {
       const std::string name = points.size() == 1 ? link : link + "_" + std::to_string(k + 1);
-      made.constraints[name] = ToYaml(model, points[k], options);
+      for (const auto& surface : surfaces) {
+        made.constraints[name + surface.first] = ToYaml(model, points[k], options, surface.second);
+      }
     }
   }
   return made;

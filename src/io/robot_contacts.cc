@@ -53,7 +53,8 @@ MadeContacts ReadMade(const YAML::Node& map) {
 }
 
 /// All contacts, with fewer points where there are too many, or else the feet.
-MadeContacts UsualContacts(const RobotModel& model, const Vector& q, const std::string& folder) {
+MadeContacts UsualContacts(const RobotModel& model, const Vector& q, const std::string& folder,
+                           const YAML::Node& terrain) {
   const struct {
     bool feet;
     long vertices;
@@ -64,18 +65,22 @@ MadeContacts UsualContacts(const RobotModel& model, const Vector& q, const std::
     options.feet = way.feet;
     options.all = !way.feet;
     options.vertices = way.vertices;
+    options.terrain = terrain;
     try {
       MadeContacts made = MakeContacts(model, q, options, folder);
       if (made.count == 0) break;
       made.warnings.push_back(
-          "neither `constraints` nor `contacts` is given: " + std::to_string(made.count) +
-          " contacts with the ground z = 0 were made from " +
+          std::string(terrain.IsMap() ? "`contacts` is not given: "
+                                      : "neither `constraints` nor `contacts` is given: ") +
+          std::to_string(made.count) + " contacts with the ground " +
+          (terrain.IsMap() ? "" : "z = 0 ") + "were made from " +
           (way.feet ? "the collision geometry of the feet (of all links there were too many): what "
                       "else touches the ground passes through it"
                     : "all collision geometry") +
           "; describe_robot prints them");
       return made;
     } catch (const std::invalid_argument& error) {
+      if (terrain.IsMap() && way.vertices == 4) throw;
       refusal = error.what();
     }
   }
@@ -93,11 +98,15 @@ MadeContacts PlanContacts(const YAML::Node& document, const std::string& folder,
                           const RobotModel& model, const std::vector<std::string>& limited) {
   if (document["contacts_made"]) return ReadMade(document["contacts_made"]);
   const Vector q = NominalPositions(document, model, limited);
+  const YAML::Node terrain = ReadTerrain(document["terrain"], folder);
   if (document["contacts"]) {
-    return MakeContacts(model, q, ReadContactOptions(document["contacts"], model), folder);
+    ContactOptions options = ReadContactOptions(document["contacts"], model);
+    options.terrain = terrain;
+    return MakeContacts(model, q, options, folder);
   }
-  if (document["constraints"] || !CanFall(model)) return MadeContacts();
-  return UsualContacts(model, q, folder);
+  const bool asked = terrain.IsMap();
+  if (!asked && (document["constraints"] || !CanFall(model))) return MadeContacts();
+  return UsualContacts(model, q, folder, terrain);
 }
 
 }  // namespace contact_flow

@@ -148,13 +148,26 @@ void ReadNominal(const YAML::Node& map, const std::vector<std::string>& limited,
 /// Height of the lowest contact above the ground where the YAML does not say base_z [m].
 constexpr double kDropHeight = 0.1;
 
+/// The position that is the height of the robot: of its base, or of the floating joint that holds it
+/// in the URDF; −1 where there is none.
+int HeightPosition(const RobotModel& model) {
+  const auto& names = model.coordinates;
+  const auto base = std::find(names.begin(), names.end(), "base_z");
+  if (base != names.end()) return static_cast<int>(base - names.begin());
+  for (const RigidBodyTree::Body& body : model.tree.bodies()) {
+    const bool upright = body.placement.rotation.isIdentity(1e-9);
+    if (body.joint == JointKind::kTranslation && body.parent < 0 && upright) return body.q + 2;
+  }
+  return -1;
+}
+
 /// Puts a robot above the ground that contacts were made with, unless the YAML says where it is.
 void Lift(const MadeContacts& made, const YAML::Node& nominal, RobotDescription* robot) {
-  const auto& names = robot->model.coordinates;
-  const auto base = std::find(names.begin(), names.end(), "base_z");
-  if (base == names.end() || !std::isfinite(made.lowest)) return;
-  if (nominal.IsMap() && nominal["positions"] && nominal["positions"]["base_z"]) return;
-  robot->nominal.x(base - names.begin()) += kDropHeight - made.lowest;
+  const int height = HeightPosition(robot->model);
+  if (height < 0 || !std::isfinite(made.lowest)) return;
+  const std::string& name = robot->model.coordinates[height];
+  if (nominal.IsMap() && nominal["positions"] && nominal["positions"][name]) return;
+  robot->nominal.x(height) += kDropHeight - made.lowest;
 }
 
 std::string ReadFile(const std::string& path) { return ReadTextFile(path, kMaxUrdfBytes); }
@@ -208,12 +221,13 @@ RobotModel ReadRobotModel(const std::string& urdf, const YAML::Node& document) {
   return ParseUrdf(urdf, static_cast<RobotBase>(base), static_cast<UrdfFaults>(faults));
 }
 
-/// Contacts that come from the files of meshes are written into the YAML, so that the two texts are
+/// Contacts that come from other files, meshes and terrains, are written into the YAML, so that the two texts are
 /// all there is to a robot.
 void KeepMeshContacts(RobotTexts* texts) {
-  if (texts->urdf.find("<mesh") == std::string::npos) return;
   try {
     const YAML::Node document = ParseYaml(texts->yaml);
+    const bool filed = document["terrain"] && document["terrain"].IsScalar();
+    if (!filed && texts->urdf.find("<mesh") == std::string::npos) return;
     if (document["contacts_made"]) return;
     RobotDescription robot;
     robot.model = ReadRobotModel(texts->urdf, document);
@@ -250,7 +264,7 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
   reader.Read("inputs", &robot.inputs);
   const std::size_t declared = robot.inputs.size();
   ReadConstraints(reader.Child("constraints"), &robot);
-  for (const char* key : {"contacts", "contacts_made"}) reader.Child(key);  // known, and planned
+  for (const char* key : {"contacts", "contacts_made", "terrain"}) reader.Child(key);  // known, and planned
   const MadeContacts made = PlanContacts(document, folder, robot.model, joints.limited);
   ReadConstraints(made.constraints, &robot);
   ReadConstraints(joints.constraints, &robot);

@@ -85,7 +85,7 @@ std::string DescribeRobot(const RobotDescription& robot, const YAML::Node& docum
   if (!urdf_path.empty()) answer["urdf"] = urdf_path;
   for (const auto& entry : document) {
     const std::string key = entry.first.Scalar();
-    if (key == "urdf" || key == "contacts" || key == "contacts_made" ||
+    if (key == "urdf" || key == "contacts" || key == "terrain" || key == "contacts_made" ||
         key == "constraints") {  // written below
       continue;
     }

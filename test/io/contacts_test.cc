@@ -4,77 +4,15 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <random>
 
-#include "contact_flow/io/mesh_file.h"
-#include "contact_flow/io/robot_file.h"
+#include "test/io/contact_robots.h"
 
 namespace contact_flow {
 namespace {
-
-const char kInertial[] =
-    "<inertial><mass value=\"1\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" "
-    "iyz=\"0\"/></inertial>";
-const char kOrigin[] = "<origin xyz=\"0.1 -0.2 0.3\" rpy=\"0.4 0.5 0.6\"/>";
-
-std::string Collision(const std::string& geometry, const std::string& origin = kOrigin) {
-  return "<collision>" + origin + "<geometry>" + geometry + "</geometry></collision>";
-}
-std::string Link(const std::string& name, const std::string& content) {
-  return "<link name=\"" + name + "\">" + kInertial + content + "</link>";
-}
-std::string Robot(const std::string& content) {
-  return "<robot name=\"r\">" + content + "</robot>";
-}
-
-RobotDescription Parse(const std::string& content, const std::string& yaml,
-                       const std::string& folder = "") {
-  return ParseRobot(Robot(content), YAML::Load(yaml), folder);
-}
-std::string Refusal(const std::string& content, const std::string& yaml) {
-  try {
-    Parse(content, yaml);
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "";
-}
-bool Warns(const RobotDescription& robot, const std::string& words) {
-  for (const std::string& warning : robot.model.warnings) {
-    if (warning.find(words) != std::string::npos) return true;
-  }
-  return false;
-}
-
-/// The pose of `kOrigin` in a link at a random place, as (rotation, position) in the world.
-struct Placed {
-  Vector q = Vector::Zero(7);
-  Mat3<double> rotation;
-  Vec3<double> centre;
-
-  explicit Placed(std::mt19937* generator) {
-    std::normal_distribution<double> normal;
-    for (int k = 0; k < 7; ++k) q(k) = normal(*generator);
-    q.tail<4>().normalize();
-    const Eigen::Quaterniond body(q(3), q(4), q(5), q(6));
-    const Mat3<double> origin = (Eigen::AngleAxisd(0.6, Vec3<double>::UnitZ()) *
-                                 Eigen::AngleAxisd(0.5, Vec3<double>::UnitY()) *
-                                 Eigen::AngleAxisd(0.4, Vec3<double>::UnitX()))
-                                    .toRotationMatrix();
-    rotation = body.toRotationMatrix() * origin;
-    centre = q.head<3>() + body.toRotationMatrix() * Vec3<double>(0.1, -0.2, 0.3);
-  }
-};
-
-double LowestGap(const RobotSystem& system, const Vector& q) {
-  ConstraintTerms terms;
-  system.Constraints(q, Vector::Zero(system.dof()), &terms);
-  return terms.gap.minCoeff();
-}
 
 TEST(Contacts, OfSmoothShapesAreExact) {
   std::mt19937 generator(1);
@@ -157,90 +95,6 @@ TEST(Contacts, OfOtherCylindersLieInside) {
   }
 }
 
-class ContactsOfMeshes : public testing::Test {
- protected:
-  /// A text STL of points on an ellipsoid, all sorts of which are inside others' hull.
-  void SetUp() override {
-    folder_ = testing::TempDir() + "contacts_test_";
-    std::ofstream file(folder_ + "egg.stl");
-    file << "solid egg\n";
-    std::mt19937 generator(4);
-    std::normal_distribution<double> normal;
-    for (int k = 0; k < 900; ++k) {
-      Vec3<double> p(normal(generator), normal(generator), normal(generator));
-      p.normalize();
-      p = p.cwiseProduct(Vec3<double>(0.1, 0.2, 0.3));
-      points_.push_back(p);
-      if (k % 3 == 0) file << "facet normal 0 0 1\nouter loop\n";
-      file << "vertex " << p(0) << " " << p(1) << " " << p(2) << "\n";
-      if (k % 3 == 2) file << "endloop\nendfacet\n";
-    }
-    file << "endsolid egg\n";
-  }
-  void TearDown() override { std::remove((folder_ + "egg.stl").c_str()); }
-  std::string Mesh(const std::string& name) const {
-    return Collision("<mesh filename=\"" + name + "\"/>");
-  }
-
-  std::string folder_;
-  std::vector<Vec3<double>> points_;
-};
-
-TEST_F(ContactsOfMeshes, AreThinnedByAStatedError) {
-  const RobotDescription robot =
-      Parse(Link("a", Mesh("file://" + folder_ + "egg.stl")),
-            "{base: floating, contacts: {ground: all, vertices: 16, tolerance: 0}}");
-  double stated = 0;
-  for (const std::string& warning : robot.model.warnings) {
-    const std::size_t at = warning.find("by up to ");
-    if (at != std::string::npos) stated = std::stod(warning.substr(at + 9));
-  }
-  EXPECT_GT(stated, 0);
-  EXPECT_LT(stated, 0.05);
-  const RobotSystem system(
-      Parse(Link("a", Mesh("file://" + folder_ + "egg.stl")),
-            "{base: floating, contacts: {ground: all, vertices: 16, tolerance: 0}}"),
-      {});
-  EXPECT_EQ(16, system.num_constraints());
-  std::mt19937 generator(5);
-  double largest = 0;
-  for (int k = 0; k < 300; ++k) {
-    const Placed placed(&generator);
-    double lowest = HUGE_VAL;
-    for (const Vec3<double>& point : points_) {
-      lowest = std::min(lowest, (placed.centre + placed.rotation * point)(2));
-    }
-    const double error = LowestGap(system, placed.q) - lowest;
-    EXPECT_GE(error, -1e-6);  // the file holds six digits
-    largest = std::max(largest, error);
-  }
-  // Between two of the 2562 directions, 0.07 rad apart, a point 0.3 m off reaches 0.1 % further.
-  EXPECT_LE(largest, 1.01 * stated + 1e-3);
-}
-
-TEST_F(ContactsOfMeshes, ThatAreMissingAreAWarningUnlessAskedFor) {
-  const std::string robot =
-      Link("a", Mesh("package://nowhere/a.stl") + Collision("<sphere radius=\"0.1\"/>"));
-  const RobotDescription read = Parse(robot, "{base: floating, contacts: {ground: all}}");
-  EXPECT_EQ(1u, read.constraints.size());
-  EXPECT_TRUE(Warns(read,
-                    "link 'a' (line 1 of the URDF): its mesh 'package://nowhere/a.stl' is "
-                    "not found"));
-  const std::string refusal = Refusal(robot, "{base: floating, contacts: {ground: [a]}}");
-  EXPECT_NE(std::string::npos, refusal.find("link 'a'")) << refusal;
-  EXPECT_NE(std::string::npos, refusal.find("ROS_PACKAGE_PATH")) << refusal;
-}
-
-TEST_F(ContactsOfMeshes, AreFoundInThePackagesAroundTheUrdf) {
-  const std::string folder = testing::TempDir();
-  const std::string package = folder.substr(folder.rfind('/', folder.size() - 2) + 1);
-  EXPECT_EQ(folder_ + "egg.stl",
-            FindMesh("package://" + package + "contacts_test_egg.stl", folder));
-  EXPECT_EQ(folder_ + "egg.stl", FindMesh("contacts_test_egg.stl", folder));
-  EXPECT_EQ("", FindMesh("package://" + package + "no.stl", folder));
-  EXPECT_EQ(900u, ReadMeshVertices(folder_ + "egg.stl").size());
-}
-
 const char kLegs[] = R"(
 <joint name="h" type="continuous"><parent link="body"/><child link="thigh"/></joint>
 <joint name="k" type="continuous"><parent link="thigh"/><child link="foot"/>
@@ -273,6 +127,14 @@ TEST(Contacts, AreMadeWhereNothingIsSaid) {
   // The foot is 0.5 + 0.4 + 0.05 below the base: 0.1 m above the ground.
   EXPECT_NEAR(1.05, robot.nominal.x(2), 1e-9);
   EXPECT_EQ(2, Parse(Walker(), "{base: floating, nominal: {positions: {base_z: 2}}}").nominal.x(2));
+  // The floating joint of a URDF is as good as `base: floating`.
+  const RobotDescription own =
+      Parse("<link name=\"world\"/>" + Walker() +
+                "<joint name=\"free\" type=\"floating\"><parent link=\"world\"/><child "
+                "link=\"body\"/></joint>",
+            "base: fixed");
+  EXPECT_EQ(4u, own.constraints.size());
+  EXPECT_NEAR(1.05, own.nominal.x(2), 1e-9);
   // One that hangs in the world, or has contacts of its own, gets none.
   EXPECT_EQ(0u, Parse(Walker(), "base: fixed").constraints.size());
   EXPECT_EQ(1u, Parse(Walker(), "{base: floating, constraints: {c: {kind: plane, link: foot}}}")
@@ -304,6 +166,54 @@ TEST(Contacts, AreFewerWhereThereAreTooMany) {
   const std::string refusal = Refusal(boxes, "{base: floating, contacts: {ground: all}}");
   EXPECT_NE(std::string::npos, refusal.find("72 contacts, at most 64 are possible (line 1)"))
       << refusal;
+}
+
+/// Distances from planes by their normal form, n = (−1, 0, 2)/√5 for a ramp of slope ½.
+TEST(Contacts, AreMadeWithEverySurfaceOfATerrain) {
+  const std::string terrain =
+      "{floor: {kind: plane}, ramp: {kind: plane, normal: [-1, 0, 2], offset: -0.3}}";
+  const RobotSystem system(
+      Parse(Walker(), "{base: floating, contacts: {ground: [foot]}, terrain: " + terrain + "}"),
+      {});
+  ASSERT_EQ((std::vector<std::string>{"foot_floor", "foot_ramp"}),
+            system.description().constraints);
+  Vector q = system.robot().model.tree.Neutral();
+  q(0) = 0.7;
+  q(2) = 2;
+  ConstraintTerms terms;
+  system.Constraints(q, Vector::Zero(system.dof()), &terms);
+  // The ball of radius 0.05 m is 0.9 m below the base.
+  EXPECT_NEAR(2 - 0.9 - 0.05, terms.gap(0), 1e-12);
+  EXPECT_NEAR((-0.7 + 2 * 1.1) / std::sqrt(5.) + 0.3 - 0.05, terms.gap(1), 1e-12);
+
+  const std::string folder = testing::TempDir();
+  std::ofstream(folder + "contacts_test_hall.yaml") << terrain << "\n";
+  EXPECT_EQ(2u, Parse(Walker(),
+                      "{base: floating, contacts: {ground: [foot]}, "
+                      "terrain: contacts_test_hall.yaml}",
+                      folder)
+                    .constraints.size());
+  EXPECT_EQ(8u, Parse(Walker(), "{base: floating, terrain: contacts_test_hall.yaml}", folder)
+                    .constraints.size());
+  std::remove((folder + "contacts_test_hall.yaml").c_str());
+  const struct {
+    const char* terrain;
+    const char* words;
+  } cases[] = {
+      {"{a: {kind: stairs}}", "terrain/a/kind 'stairs' has edges"},
+      {"{a: {kind: plain}}", "unknown terrain/a/kind 'plain'; did you mean 'plane'?"},
+      {"{a: {kind: plane, radius: 1}}", "terrain/a/radius is of a contact"},
+      {"{a: {normal: [0, 0, 1]}}", "terrain/a: 'kind' is missing"},
+      {"{a: {kind: height_field}}", "link 'foot' is round"},
+      {"nowhere.yaml", "nowhere.yaml"},
+      {"{a: {kind: plane, nromal: [0, 0, 1]}}", "'normal'"},
+  };
+  for (const auto& bad : cases) {
+    const std::string refusal = Refusal(
+        Walker(),
+        "{base: floating, contacts: {ground: [foot]}, terrain: " + std::string(bad.terrain) + "}");
+    EXPECT_NE(std::string::npos, refusal.find(bad.words)) << refusal << " of " << bad.terrain;
+  }
 }
 
 TEST(Contacts, RefuseWithLineValueAndRemedy) {

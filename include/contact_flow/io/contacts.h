@@ -18,6 +18,17 @@ namespace contact_flow {
 ///     restitution: 0
 ///     vertices: 16            # most points of one body, where its shapes have more
 ///     tolerance: 0.001        # fewer, where these leave less [m]
+///   terrain: hall.yaml        # beside the URDF, or the map itself; without it the plane z =
+///   height
+///
+/// A terrain is what a point has to be above, all of it: names to planes and height fields, as
+///   floor: {kind: plane}
+///   ramp: {kind: plane, normal: [-0.2, 0, 1], offset: -0.1}
+///   wall: {kind: plane, normal: [-1, 0, 0], offset: -3}
+///   dunes: {kind: height_field, amplitude: 0.05, wave_x: 3}
+/// so that its corners are hollow. Those that stick out (stairs, the upper end of a ramp) have
+/// edges, against which distances have no derivative: they are refused. Height fields are for
+/// points.
 ///
 /// `feet` are the ends of chains that reach lowest in the nominal state: bodies that carry no other
 /// collision geometry, within a tenth of the robot's height of the lowest of them; and of these
@@ -30,8 +41,13 @@ struct ContactOptions {
   YAML::Node friction;  ///< handed on
   long vertices = 16;
   double tolerance = 1e-3;
-  std::string line;  ///< of the key, for messages
+  std::string line;    ///< of the key, for messages
+  YAML::Node terrain;  ///< names to surfaces; null: the plane z = height
 };
+
+/// The terrain of the key `terrain`, a map or the path of one, from `folder`. Throws
+/// std::invalid_argument for surfaces that are none.
+YAML::Node ReadTerrain(const YAML::Node& value, const std::string& folder);
 
 /// Reads the map of the key `contacts`. Throws std::invalid_argument with line and value.
 ContactOptions ReadContactOptions(const YAML::Node& map, const RobotModel& model);
