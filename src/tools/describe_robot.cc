@@ -5,6 +5,7 @@
 #include <iostream>
 #include <stdexcept>
 
+#include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_summary.h"
 #include "contact_flow/io/text_file.h"
 #include "contact_flow/model/rigid_body/urdf_loader.h"
@@ -75,7 +76,8 @@ int Run(int count, char** words) {
   }
   const RobotDescription robot = ParseRobot(texts.urdf, document, texts.folder);
   std::cout << DescribeRobot(robot, document, urdf_path, texts.folder);
-  RobotSystem(ParseRobot(texts.urdf, document, texts.folder), {});  // that it can be run
+  const RobotSystem system(ParseRobot(texts.urdf, document, texts.folder), {});
+  InitialMode(system, system.nominal().x, system.nominal().u);  // that it can be run
   return 0;
 }
 

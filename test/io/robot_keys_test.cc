@@ -102,6 +102,54 @@ TEST(RobotKeys, AMimicJointHasItsDerivativeThroughAStop) {
   ExpectSlopeOne(system, system.nominal().x, 0.5, w);
 }
 
+/// A parallelogram: two rods of length l and a bar between their ends, which does not turn, swing
+/// as one pendulum, (2 I + 2 m (l/2)² + M l²) θ̈ = −(m + M) g l sin θ, θ from hanging.
+TEST(RobotKeys, AFourBarLinkageSwingsAsAPendulum) {
+  const double l = 0.5, g = 9.81;
+  const auto rod = [](const std::string& name) {
+    return "<link name=\"" + name +
+           "\"><inertial><origin xyz=\"0 0 -0.25\"/><mass value=\"1\"/><inertia ixx=\"0.02\" "
+           "iyy=\"0.02\" izz=\"0.01\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>";
+  };
+  const auto pin = [](const std::string& name, const std::string& parent, const std::string& child,
+                      const std::string& xyz) {
+    return "<joint name=\"" + name + "\" type=\"continuous\"><parent link=\"" + parent +
+           "\"/><child link=\"" + child + "\"/><origin xyz=\"" + xyz +
+           "\"/><axis xyz=\"0 -1 0\"/></joint>";
+  };
+  const RobotSystem system = Make(
+      rod("left") + rod("right") + Link("bar", 2) + pin("a", "world", "left", "0 0 0") +
+          pin("b", "world", "right", "0.8 0 0") + pin("c", "left", "bar", "0 0 -0.5"),
+      "{closures: {loop: {link: bar, point: [0.8, 0, 0], other_link: right, other_point: [0, 0, "
+      "-0.5], axes: xz}}, nominal: {positions: {a: 0.6, b: 0.6, c: -0.6}}}");
+  const double inertia = 2 * 0.02 + 2 * 0.25 * l * l + 2 * l * l, pull = (1 + 2) * g * l;
+  const double duration = 1.3;
+  double theta = 0.6, rate = 0;
+  constexpr int kSteps = 13000;  // Runge and Kutta's rule of order 4: h⁴ = 1e-16
+  const double h = duration / kSteps;
+  const auto f = [&](double angle) { return -pull / inertia * std::sin(angle); };
+  for (int k = 0; k < kSteps; ++k) {
+    const double k1 = f(theta), r2 = rate + 0.5 * h * k1, k2 = f(theta + 0.5 * h * rate),
+                 r3 = rate + 0.5 * h * k2, k3 = f(theta + 0.5 * h * r2), r4 = rate + h * k3,
+                 k4 = f(theta + h * r3);
+    theta += h / 6 * (rate + 2 * r2 + 2 * r3 + r4);
+    rate += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+  }
+  SimulateOptions options;
+  options.relative_tolerance = options.absolute_tolerance = 1e-11;
+  const Trajectory run = Simulate(system, system.nominal().x, Vector(0), duration, options);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  const auto& names = system.description().coordinates;
+  for (int k = 0; k < 3; ++k) {
+    const double sign = names[k] == "c" ? -1 : 1;
+    EXPECT_NEAR(sign * theta, run.FinalState()(k), 1e-8) << names[k];
+    EXPECT_NEAR(sign * rate, run.FinalState()(3 + k), 1e-7) << names[k];
+  }
+  Vector w(6);
+  for (int k = 0; k < 3; ++k) w(k) = w(3 + k) = names[k] == "c" ? -1 : 1;
+  ExpectSlopeOne(system, system.nominal().x, duration, w);
+}
+
 TEST(RobotKeys, AGearIsAClosureOfJoints) {
   const RobotSystem system = Make(
       Link("a", 1) + Link("b", 2) + Slide("a", "a") + Slide("b", "b"),
