@@ -20,7 +20,7 @@ namespace contact_flow {
 ///   joints: {limits: all}     # limits, damping, armature: what of the URDF's joints is used
 ///   soles:                    # a point of mass on springs below a link, called foot_sole
 ///     foot: {stiffness: 6000, damping: 15, mass: 0.05}
-///   contacts: {ground: feet}  # from collision geometry, see io/contacts.h
+///   contacts: {ground: feet}  # from collision geometry, with `terrain`, see io/contacts.h
 ///   constraints:              # a ≥ 0, each: kind, its fields, restitution (default 0)
 ///     left_foot: {kind: plane, link: left_foot, point: [0, 0, 0]}
 ///   closures:                 # loops: two points that coincide, along some world axes (default
