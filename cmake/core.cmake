@@ -20,6 +20,11 @@ if(CLP_FOUND)
   target_include_directories(contact_flow SYSTEM PRIVATE ${CLP_INCLUDE_DIRS})
   target_link_libraries(contact_flow PRIVATE ${CLP_LINK_LIBRARIES})
 endif()
+target_compile_definitions(contact_flow PRIVATE CONTACT_FLOW_HAVE_ASSIMP=${ASSIMP_FOUND})
+if(ASSIMP_FOUND)
+  target_include_directories(contact_flow SYSTEM PRIVATE ${ASSIMP_INCLUDE_DIRS})
+  target_link_libraries(contact_flow PRIVATE ${ASSIMP_LINK_LIBRARIES})
+endif()
 # 0.1.x understand one another; a library of models that wants another 0.y is not loaded.
 set_target_properties(contact_flow PROPERTIES
   VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}

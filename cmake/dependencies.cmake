@@ -17,6 +17,10 @@ else()
   message(STATUS "contact_flow: Clp not found (coinor-libclp-dev): built without linear programs")
   set(CLP_FOUND 0)
 endif()
+pkg_check_modules(ASSIMP QUIET IMPORTED_TARGET assimp)   # meshes other than STL and OBJ
+if(NOT ASSIMP_FOUND)
+  set(ASSIMP_FOUND 0)
+endif()
 
 # Other libraries of rigid bodies, which tests and benchmarks compare with.
 find_path(MUJOCO_INCLUDE_DIR mujoco/mujoco.h)   # its CMake file names folders that need not exist

@@ -52,10 +52,10 @@ COMMON_PACKAGES=(
   libconsole-bridge-dev libssl-dev googletest libgtest-dev python3-numpy python3-matplotlib
   python3)
 
-# Installed where the distribution has them: linear programs; CVODES, in the benchmark; what tests and
-# benchmarks compare with. Debian 13 has no Siconos, Ubuntu 20.04 KDL alone.
+# Installed where the distribution has them: linear programs; meshes other than STL and OBJ; CVODES, in
+# the benchmark; what tests and benchmarks compare with. Debian 13 has no Siconos, Ubuntu 20.04 KDL alone.
 OPTIONAL_PACKAGES=(
-  coinor-libclp-dev libsundials-dev libopenmpi-dev
+  coinor-libclp-dev libassimp-dev libsundials-dev libopenmpi-dev
   liborocos-kdl-dev libmujoco-dev libdart-dev libdart-external-ikfast-dev coinor-csdp
   libsiconos-numerics-dev libsiconos-kernel-dev)
 

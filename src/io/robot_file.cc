@@ -6,9 +6,11 @@
 #include <stdexcept>
 
 #include "contact_flow/io/text_file.h"
+#include "contact_flow/io/xacro.h"
 #include "contact_flow/model/rigid_body/urdf_loader.h"
 #include "contact_flow/nearest_name.h"
 #include "robot_fields.h"
+#include "robot_parts.h"
 
 namespace contact_flow {
 namespace {
@@ -23,19 +25,13 @@ std::string ReadKind(MapReader* reader, const std::vector<std::string>& kinds) {
   return kinds[kind];
 }
 
-/// Calls read(name, reader) for each entry of a map of maps.
-template <class Read>
-void ForEach(const YAML::Node& map, const std::string& name, Read&& read) {
-  MapReader outer(map, name);
-  for (const std::string& key : outer.Keys()) {
-    MapReader reader(outer.Child(key), name + "/" + key);
-    read(key, &reader);
-    reader.Finish();
-  }
-}
-
 void ReadConstraints(const YAML::Node& map, RobotDescription* robot) {
   ForEach(map, "constraints", [&](const std::string& name, MapReader* reader) {
+    for (const auto& other : robot->constraints) {
+      if (other->parts.name != name) continue;
+      throw std::invalid_argument("constraints/" + name +
+                                  " is made by `contacts` or `joints`, too: rename it");
+    }
     const std::string kind = ReadKind(reader, ConstraintKinds());
     std::unique_ptr<ConstraintElement> element = MakeConstraint(kind);
     element->parts.name = name;
@@ -53,30 +49,6 @@ void ReadConstraints(const YAML::Node& map, RobotDescription* robot) {
   if (robot->constraints.size() > kMaxConstraints) {
     throw std::invalid_argument("constraints: more than " + std::to_string(kMaxConstraints));
   }
-}
-
-void ReadClosures(const YAML::Node& map, RobotDescription* robot) {
-  ForEach(map, "closures", [&](const std::string& name, MapReader* reader) {
-    ElementParts parts;
-    parts.name = name;
-    YamlFields fields(robot->model, reader, &robot->inputs, &parts);
-    fields.Point("link", "point");
-    fields.Point("other_link", "other_point");
-    std::string axes = "xyz";
-    reader->Read("axes", &axes);
-    bool taken[3] = {};
-    for (const char letter : axes) {
-      const int axis = letter - 'x';
-      if (axis < 0 || axis > 2 || taken[axis]) {
-        throw std::invalid_argument("closures/" + name + "/axes is " + QuoteName(axes) +
-                                    ", expected some of xyz, each once" + reader->Line("axes"));
-      }
-      taken[axis] = true;
-      robot->closures.push_back(MakeClosureRow(parts.points[0], parts.points[1], axis));
-      robot->closures.back()->parts.name = name + "_" + letter;
-    }
-    if (axes.empty()) throw std::invalid_argument("closures/" + name + "/axes is empty");
-  });
 }
 
 void ReadEfforts(const YAML::Node& map, RobotDescription* robot) {
@@ -142,14 +114,17 @@ void ReadNamed(const YAML::Node& map, const std::string& name,
   reader.Finish();
 }
 
-void ReadNominal(const YAML::Node& map, RobotDescription* robot) {
+void ReadNominal(const YAML::Node& map, const std::vector<std::string>& limited,
+                 RobotDescription* robot) {
   const RobotModel& model = robot->model;
   const int positions = model.tree.num_positions(), n = model.tree.dof();
   MapReader reader(map, "nominal");
   Vector q = model.tree.Neutral(), v = Vector::Zero(n);
+  CentreLimited(limited, model, &q);
   robot->nominal.u = Vector::Zero(robot->inputs.size());
   ReadNamed(reader.Child("positions"), "nominal/positions", model.coordinates, q.data());
   ReadNamed(reader.Child("velocities"), "nominal/velocities", model.velocities, v.data());
+  Follow(reader.Child("positions"), reader.Child("velocities"), model, &q, &v);
   ReadNamed(reader.Child("inputs"), "nominal/inputs", robot->inputs, robot->nominal.u.data());
   reader.Read("duration", &robot->nominal.duration);
   if (!(robot->nominal.duration > 0)) {
@@ -170,7 +145,38 @@ void ReadNominal(const YAML::Node& map, RobotDescription* robot) {
   robot->nominal.x << q, v;
 }
 
+/// Height of the lowest contact above the ground where the YAML does not say base_z [m].
+constexpr double kDropHeight = 0.1;
+
+/// The position that is the height of the robot: of its base, or of the floating joint that holds it
+/// in the URDF; −1 where there is none.
+int HeightPosition(const RobotModel& model) {
+  const auto& names = model.coordinates;
+  const auto base = std::find(names.begin(), names.end(), "base_z");
+  if (base != names.end()) return static_cast<int>(base - names.begin());
+  for (const RigidBodyTree::Body& body : model.tree.bodies()) {
+    const bool upright = body.placement.rotation.isIdentity(1e-9);
+    if (body.joint == JointKind::kTranslation && body.parent < 0 && upright) return body.q + 2;
+  }
+  return -1;
+}
+
+/// Puts a robot above the ground that contacts were made with, unless the YAML says where it is.
+void Lift(const MadeContacts& made, const YAML::Node& nominal, RobotDescription* robot) {
+  const int height = HeightPosition(robot->model);
+  if (height < 0 || !std::isfinite(made.lowest)) return;
+  const std::string& name = robot->model.coordinates[height];
+  if (nominal.IsMap() && nominal["positions"] && nominal["positions"][name]) return;
+  robot->nominal.x(height) += kDropHeight - made.lowest;
+}
+
 std::string ReadFile(const std::string& path) { return ReadTextFile(path, kMaxUrdfBytes); }
+
+/// The text of a URDF, by way of xacro where the file is one.
+std::string ReadUrdfFile(const std::string& path) {
+  const std::string text = ReadFile(path);
+  return IsXacro(path, text) ? RunXacro(path) : text;
+}
 
 /// Folder of a path with its slash.
 std::string FolderOf(const std::string& path) {
@@ -207,28 +213,75 @@ YAML::Node ParseYaml(const std::string& text) {
   return document;
 }
 
+RobotModel ReadRobotModel(const std::string& urdf, const YAML::Node& document) {
+  MapReader reader(document, "");
+  int base = 0, faults = 0;
+  reader.Read("base", RobotBaseNames(), &base);
+  reader.Read("urdf_faults", UrdfFaultsNames(), &faults);
+  return ParseUrdf(urdf, static_cast<RobotBase>(base), static_cast<UrdfFaults>(faults));
+}
+
+/// Contacts that come from other files, meshes and terrains, are written into the YAML, so that the two texts are
+/// all there is to a robot.
+void KeepMeshContacts(RobotTexts* texts) {
+  try {
+    const YAML::Node document = ParseYaml(texts->yaml);
+    const bool filed = document["terrain"] && document["terrain"].IsScalar();
+    if (!filed && texts->urdf.find("<mesh") == std::string::npos) return;
+    if (document["contacts_made"]) return;
+    RobotDescription robot;
+    robot.model = ReadRobotModel(texts->urdf, document);
+    AddSoles(document["soles"], &robot.model);
+    const JointChoices joints = ReadJoints(document["joints"], &robot);
+    const MadeContacts made =
+        PlanContacts(document, texts->folder, robot.model, joints.limited);
+    if (made.count == 0) return;
+    YAML::Node kept;
+    kept["contacts_made"]["constraints"] = made.constraints;
+    kept["contacts_made"]["lowest"] = made.lowest;
+    for (const std::string& warning : made.warnings) {
+      kept["contacts_made"]["warnings"].push_back(warning);
+    }
+    texts->yaml += "\n" + YAML::Dump(kept) + "\n";
+  } catch (const std::invalid_argument&) {  // told where the robot is made
+  } catch (const YAML::Exception&) {
+  }
+}
+
 }  // namespace
 
-RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document) {
+RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
+                            const std::string& folder) {
   MapReader reader(document, "");
   std::string unused;
   reader.Read("urdf", &unused);
-  int base = 0;
-  reader.Read("base", RobotBaseNames(), &base);
+  for (const char* key : {"base", "urdf_faults"}) reader.Child(key);  // known, and read next
   RobotDescription robot;
-  robot.model = ParseUrdf(urdf, static_cast<RobotBase>(base));
+  robot.model = ReadRobotModel(urdf, document);
+  const YAML::Node springs = AddSoles(reader.Child("soles"), &robot.model);
+  const JointChoices joints = ReadJoints(reader.Child("joints"), &robot);
   reader.Read("gravity", &robot.gravity);
   reader.Read("inputs", &robot.inputs);
   const std::size_t declared = robot.inputs.size();
   ReadConstraints(reader.Child("constraints"), &robot);
+  for (const char* key : {"contacts", "contacts_made", "terrain"}) reader.Child(key);  // known, and planned
+  const MadeContacts made = PlanContacts(document, folder, robot.model, joints.limited);
+  ReadConstraints(made.constraints, &robot);
+  ReadConstraints(joints.constraints, &robot);
+  std::vector<std::string>* warnings = &robot.model.warnings;
+  warnings->insert(warnings->end(), made.warnings.begin(), made.warnings.end());
+  AddMimics(&robot);
   ReadClosures(reader.Child("closures"), &robot);
   ReadEfforts(reader.Child("efforts"), &robot);
+  ReadEfforts(springs, &robot);
+  ReadEfforts(joints.efforts, &robot);
   if (reader.Has("inputs") && robot.inputs.size() > declared) {
     const std::vector<std::string> names(robot.inputs.begin(), robot.inputs.begin() + declared);
     throw std::invalid_argument(UnknownName("input", robot.inputs[declared], names));
   }
   ReadParameters(reader.Child("parameters"), &robot);
-  ReadNominal(reader.Child("nominal"), &robot);
+  ReadNominal(reader.Child("nominal"), joints.limited, &robot);
+  if (made.count > 0) Lift(made, reader.Child("nominal"), &robot);
   reader.Finish();
   return robot;
 }
@@ -238,10 +291,15 @@ RobotTexts ReadRobotTexts(const std::string& path, const std::string& urdf,
   RobotTexts texts;
   texts.path = path;
   texts.yaml = ReadFile(path);
+  texts.folder = FolderOf(path);
+  const auto read_urdf = [&](const std::string& file) {
+    texts.folder = FolderOf(file);
+    return ReadUrdfFile(file);
+  };
   if (IsXml(urdf)) {
     texts.urdf = urdf;
   } else if (!urdf.empty()) {
-    texts.urdf = ReadFile(urdf);
+    texts.urdf = read_urdf(urdf);
   } else {
     texts.urdf = InFile(path, [&] {
       MapReader reader(ParseYaml(texts.yaml), "");
@@ -249,14 +307,23 @@ RobotTexts ReadRobotTexts(const std::string& path, const std::string& urdf,
       if (!reader.Has("urdf") && !usual.empty()) return usual;
       reader.Require("urdf");
       reader.Read("urdf", &file);
-      return ReadFile(file.substr(0, 1) == "/" ? file : FolderOf(path) + file);
+      return read_urdf(file.substr(0, 1) == "/" ? file : FolderOf(path) + file);
     });
   }
+  KeepMeshContacts(&texts);
+  return texts;
+}
+
+RobotTexts ReadUrdf(const std::string& path) {
+  RobotTexts texts;
+  texts.folder = FolderOf(path);
+  texts.urdf = ReadUrdfFile(path);
   return texts;
 }
 
 RobotDescription ParseRobot(const RobotTexts& texts) {
-  return InFile(texts.path, [&] { return ParseRobot(texts.urdf, ParseYaml(texts.yaml)); });
+  return InFile(texts.path,
+                [&] { return ParseRobot(texts.urdf, ParseYaml(texts.yaml), texts.folder); });
 }
 
 std::unique_ptr<RobotSystem> MakeRobot(const RobotTexts& texts, const ParameterValues& parameters) {

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "contact_flow/model/rigid_body/kinematics.h"
+#include "contact_flow/model/rigid_body/urdf_loader.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -99,6 +100,20 @@ Marker ToMarker(const urdf::Geometry& geometry) {
   return marker;
 }
 
+/// The same of a shape of the collision geometry; a capsule as its cylinder.
+Marker ToMarker(const RobotModel::Shape& shape) {
+  using Kind = RobotModel::Shape::Kind;
+  const bool ball = shape.kind == Kind::kSphere, mesh = shape.kind == Kind::kMesh;
+  const bool round = !mesh && shape.kind != Kind::kBox;
+  const double d = 2 * shape.size(0), length = ball ? d : shape.size(round ? 1 : 2);
+  Marker marker;
+  marker.type = mesh ? Marker::MESH_RESOURCE : Marker::CUBE;
+  if (round) marker.type = ball ? Marker::SPHERE : Marker::CYLINDER;
+  marker.mesh_resource = shape.mesh;
+  SetScale(round ? d : shape.size(0), round ? d : shape.size(1), length, &marker);
+  return marker;
+}
+
 int LinkIndex(const RobotModel& model, const std::string& name) {
   for (std::size_t i = 0; i < model.links.size(); ++i) {
     if (model.links[i].name == name) return static_cast<int>(i);
@@ -144,7 +159,9 @@ RobotDisplay::RobotDisplay(const RobotSystem& system, const std::string& urdf,
                            DisplayOptions options)
     : system_(system), options_(std::move(options)) {
   const RobotModel& model = system_.robot().model;
-  const urdf::ModelInterfaceSharedPtr description = urdf::parseURDF(urdf);
+  urdf::ModelInterfaceSharedPtr description = urdf::parseURDF(urdf);
+  // A robot may run although urdfdom does not like its looks: it is then shown by its collisions.
+  if (!description) description = urdf::parseURDF(UrdfStructure(urdf));
   if (!description) throw std::invalid_argument("the URDF cannot be parsed");
   root_ = description->getRoot()->name;
   base_alias_ = !options_.base_frame.empty() && description->links_.count(options_.base_frame) == 0;
@@ -169,6 +186,12 @@ RobotDisplay::RobotDisplay(const RobotSystem& system, const std::string& urdf,
           {link.pose * ToPose(visual->origin), link.body, ToMarker(*visual->geometry)});
     }
   }
+  if (shapes_.empty()) {
+    for (const RobotModel::Shape& shape : model.shapes) {
+      const RobotModel::Link& link = model.links[shape.link];
+      shapes_.push_back({link.pose * shape.pose, link.body, ToMarker(shape)});
+    }
+  }
   const double weight = mass * std::max(std::abs(system_.robot().gravity), 1e-3);
   metres_per_newton_ = options_.force_length / std::max(weight, 1e-9);
 }
@@ -185,6 +208,11 @@ sensor_msgs::JointState RobotDisplay::Joints(const VectorRef& x, const ros::Time
   message.name.resize(kept);
   message.position.resize(kept);
   message.velocity.resize(kept);
+  for (const std::string& held : system_.robot().model.held) {
+    message.name.push_back(held);
+    message.position.push_back(0);
+    message.velocity.push_back(0);
+  }
   return message;
 }
 

@@ -3,10 +3,12 @@
 #include <stdexcept>
 
 #include "contact_flow/model/rigid_body/constraint/coincidence.h"
+#include "contact_flow/model/rigid_body/constraint/follower.h"
 #include "contact_flow/model/rigid_body/constraint/height_field.h"
 #include "contact_flow/model/rigid_body/constraint/joint_limit.h"
 #include "contact_flow/model/rigid_body/constraint/link_plane.h"
 #include "contact_flow/model/rigid_body/constraint/plane.h"
+#include "contact_flow/model/rigid_body/constraint/rim.h"
 #include "contact_flow/model/rigid_body/constraint/spheres.h"
 #include "contact_flow/model/rigid_body/constraint_element.h"
 #include "contact_flow/nearest_name.h"
@@ -33,7 +35,8 @@ const std::map<std::string, Kind>& Registry() {
   static const std::map<std::string, Kind> registry = {
       Entry<constraint::HeightField>(), Entry<constraint::LinkPlane>(),
       Entry<constraint::LowerLimit>(),  Entry<constraint::Plane>(),
-      Entry<constraint::Spheres>(),     Entry<constraint::UpperLimit>(),
+      Entry<constraint::Rim>(),         Entry<constraint::Spheres>(),
+      Entry<constraint::UpperLimit>(),
   };
   return registry;
 }
@@ -69,6 +72,17 @@ std::unique_ptr<ConstraintElement> MakeClosureRow(const AttachedPoint& point,
         {"direction", "", "component of the direction", k == axis ? 1. : 0.});
     row->parts.ranges.push_back(Range::kAny);
   }
+  return row;
+}
+
+std::unique_ptr<ConstraintElement> MakeFollower(const RobotModel::Coordinate& joint,
+                                                const RobotModel::Coordinate& master,
+                                                double multiplier, double offset) {
+  std::unique_ptr<ConstraintElement> row = Make<constraint::Follower>();
+  row->parts.joints = {joint, master};
+  row->parts.numbers = {{"multiplier", "", "of the master's position", multiplier},
+                        {"offset", "m or rad", "where the master is at zero", offset}};
+  row->parts.ranges = {Range::kAny, Range::kAny};
   return row;
 }
 

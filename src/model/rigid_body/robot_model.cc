@@ -49,6 +49,11 @@ RobotModel::Coordinate RobotModel::FindCoordinate(const std::string& coordinate)
       names.push_back(name);
     }
   }
+  if (std::find(held.begin(), held.end(), coordinate) != held.end()) {
+    throw std::invalid_argument("joint '" + coordinate +
+                                "' moves no mass and is held at zero: give what it carries an "
+                                "<inertial> in the URDF");
+  }
   throw std::invalid_argument(UnknownName("joint", coordinate, names));
 }
 
@@ -65,6 +70,12 @@ void RobotModel::JoinInertias() {
 void RobotModel::CheckMass() const {
   const int n = tree.dof();
   if (n == 0) throw std::invalid_argument("nothing moves: there is no joint but fixed ones");
+  double total = 0;
+  for (const RigidBodyTree::Body& body : tree.bodies()) total += body.inertia.mass;
+  if (!(total > 0)) {
+    throw std::invalid_argument("what moves has no mass: the links have no <inertial>, or one of "
+                                "mass zero; give them one");
+  }
   TreeState<double> state(tree);
   Matrix mass(n, n);
   int massless = -1;
@@ -79,9 +90,15 @@ void RobotModel::CheckMass() const {
     massless = TreeFactor(tree).Compute(&mass);
     if (massless < 0) return;
   }
-  throw std::invalid_argument("'" + velocities[massless] +
-                              "' moves no mass: the mass matrix is singular; give what it carries "
-                              "an <inertial>");
+  const std::string name = "'" + velocities[massless] + "'";
+  const int body = tree.dof_body(massless);
+  if (tree.bodies()[body].inertia.mass > 0 || velocities[massless].compare(0, 5, "base_") != 0) {
+    throw std::invalid_argument(name + " moves no mass that other joints do not move alike: the "
+                                "mass matrix is singular; give what it carries an <inertial>");
+  }
+  throw std::invalid_argument(name + " moves no mass that other joints do not move alike: the mass "
+                              "matrix is singular; give the root link an <inertial>, or fix it "
+                              "(base: fixed)");
 }
 
 RobotModel::Mount RobotModel::AddRevolute(const Mount& parent, const std::string& joint,

@@ -146,6 +146,7 @@ void RobotSystem::Dynamics(const VectorRef& q, const VectorRef& v, const VectorR
   if (mass == nullptr) return;
   mass->resize(tree.dof(), tree.dof());
   MassMatrix(tree, &s->state, mass->data());
+  if (robot_.armature.size() > 0) mass->diagonal() += robot_.armature;
 }
 
 void RobotSystem::Constraints(const VectorRef& q, const VectorRef& v,

@@ -11,7 +11,7 @@ int TreeFactor::Compute(Matrix* mass) const {
   for (int k = 0; k < tree_->dof(); ++k) diagonal[k] = H(k, k);
   for (int k = tree_->dof() - 1; k >= 0; --k) {
     const double pivot = H(k, k);
-    if (!(pivot > 1e-13 * diagonal[k])) massless = k;
+    if (massless < 0 && !(pivot > 1e-13 * diagonal[k])) massless = k;
     const double inverse = 1 / pivot;
     for (int i = tree_->dof_parent(k); i >= 0; i = tree_->dof_parent(i)) {
       const double ratio = H(i, k) * inverse;

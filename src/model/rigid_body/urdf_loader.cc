@@ -1,76 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/model/rigid_body/urdf_loader.h"
 
-#include <console_bridge/console.h>
 #include <urdf_model/model.h>
-#include <urdf_parser/urdf_parser.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 #include <set>
 #include <stdexcept>
 
 #include "contact_flow/model/rigid_body/kinematics.h"
+#include "contact_flow/nearest_name.h"
+#include "idle_joints.h"
+#include "inertia_judge.h"
+#include "urdf_parse.h"
+#include "urdf_source.h"
 
 namespace contact_flow {
 namespace {
 
 [[noreturn]] void Fail(const std::string& what) { throw std::invalid_argument("URDF: " + what); }
-
-/// Keeps what urdfdom would print.
-class LogKeeper : public console_bridge::OutputHandler {
- public:
-  LogKeeper() { console_bridge::useOutputHandler(this); }
-  ~LogKeeper() override { console_bridge::restorePreviousOutputHandler(); }
-  void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
-    if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR && text_.size() < 1000) {
-      text_ += (text_.empty() ? "" : "; ") + text;
-    }
-  }
-  const std::string& text() const { return text_; }
-
- private:
-  std::string text_;
-};
-
-struct SilentLog {
-  SilentLog() { console_bridge::setLogLevel(console_bridge::CONSOLE_BRIDGE_LOG_NONE); }
-  ~SilentLog() { console_bridge::setLogLevel(level); }
-  const console_bridge::LogLevel level = console_bridge::getLogLevel();
-};
-
-/// Parses once, under the log's lock; what urdfdom complains of is an error.
-urdf::ModelInterfaceSharedPtr ParseLoudly(const std::string& text) {
-  LogKeeper log;
-  const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(text);
-  if (!model) Fail(log.text().empty() ? "it cannot be parsed" : log.text());
-  if (!log.text().empty()) Fail(log.text());
-  return model;
-}
-
-urdf::ModelInterfaceSharedPtr ReadModel(const std::string& text) {
-  CheckUrdfText(text);
-  static std::mutex mutex;  // urdfdom's log is one for all threads
-  const std::lock_guard<std::mutex> lock(mutex);
-  try {
-    if (text.find('%') == std::string::npos) return ParseLoudly(text);
-    // urdfdom takes some texts of the file for format strings of its log: it only gets to complain
-    // of a copy without them, and reads the file itself with its log shut.
-    std::string harmless = text;
-    std::replace(harmless.begin(), harmless.end(), '%', '_');
-    ParseLoudly(harmless);
-    const SilentLog silent;
-    const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(text);
-    if (!model) Fail("it cannot be parsed");
-    return model;
-  } catch (const std::invalid_argument&) {
-    throw;
-  } catch (const std::exception& error) {
-    Fail(error.what());
-  }
-}
 
 /// Links of a loop hold one another, and would never be freed.
 struct LoopBreaker {
@@ -93,31 +41,32 @@ Pose ReadPose(const urdf::Pose& pose, const std::string& owner) {
   return {rotation, ReadVector(pose.position, owner)};
 }
 
-BodyInertia ReadInertia(const urdf::Link& link) {
+BodyInertia ReadInertia(const urdf::Link& link, UrdfFaults faults, Findings* findings) {
   if (!link.inertial) return BodyInertia();
   const urdf::Inertial& given = *link.inertial;
   const std::string owner = "link '" + link.name + "'";
   BodyInertia inertia;
   inertia.mass = given.mass;
-  if (!(inertia.mass > 0) || !std::isfinite(inertia.mass)) {
-    Fail(owner + ": its mass is " + std::to_string(given.mass) +
-         ", expected more than 0 (leave out <inertial> for a link without mass)");
+  if (!(inertia.mass >= 0) || !std::isfinite(inertia.mass) ||
+      (inertia.mass == 0 && faults == UrdfFaults::kStrict)) {
+    findings->errors.push_back(owner + ": its mass is " + std::to_string(given.mass) +
+                               ", expected more than 0 (leave out <inertial> for a link without "
+                               "mass)");
+    return BodyInertia();
   }
-  Mat3<double> I;
-  I << given.ixx, given.ixy, given.ixz, given.ixy, given.iyy, given.iyz, given.ixz, given.iyz,
-      given.izz;
-  if (!I.allFinite()) Fail(owner + ": its inertia is not finite");
-  if (!I.isZero(0)) {
-    const Vec3<double> moments = Eigen::SelfAdjointEigenSolver<Mat3<double>>(I).eigenvalues();
-    if (!(moments(0) > 0)) Fail(owner + ": its inertia is not positive definite");
-    // A thin plate has equality: allow for the rounding of its decimal numbers.
-    if (moments(2) > (moments(0) + moments(1)) * (1 + 1e-6)) {
-      Fail(owner + ": no body has its inertia: the largest principal moment " +
-           std::to_string(moments(2)) + " is more than the sum of the others, " +
-           std::to_string(moments(0) + moments(1)));
+  inertia.central << given.ixx, given.ixy, given.ixz, given.ixy, given.iyy, given.iyz, given.ixz,
+      given.iyz, given.izz;
+  if (!inertia.central.allFinite()) {
+    findings->errors.push_back(owner + ": its inertia is not finite");
+    return BodyInertia();
+  }
+  if (inertia.mass == 0) {
+    if (!inertia.central.isZero(0)) {
+      findings->warnings.push_back(owner + ": its mass is 0, so that its inertia is not used (a "
+                                   "rotor is `joints: {armature: …}` of a robot's YAML)");
     }
+    return BodyInertia();
   }
-  inertia.central = I;
   return inertia.In(ReadPose(given.origin, owner));
 }
 
@@ -135,6 +84,9 @@ Vec3<double> ReadAxis(const urdf::Joint& joint, RobotModel* robot) {
 
 RobotModel::Mount AddJoint(const urdf::Joint& joint, const RobotModel::Mount& frame,
                            RobotModel* robot) {
+  if (std::find(robot->held.begin(), robot->held.end(), joint.name) != robot->held.end()) {
+    return frame;
+  }
   switch (joint.type) {
     case urdf::Joint::FIXED:
       return frame;
@@ -170,18 +122,67 @@ RobotModel::Mount AddBase(RobotBase base, RobotModel* robot) {
   }
 }
 
-/// Every link has at most one parent joint, which urdfdom does not ask for; no mimic.
-void CheckJoints(const urdf::ModelInterface& model) {
+/// Every link has at most one parent joint, which urdfdom does not ask for.
+void CheckJoints(const urdf::ModelInterface& model, Findings* findings) {
   std::set<std::string> children;
   for (const auto& entry : model.joints_) {
     const urdf::Joint& joint = *entry.second;
-    if (joint.mimic) {
-      Fail("joint '" + joint.name + "' mimics '" + joint.mimic->joint_name +
-           "': mimic joints are not supported");
-    }
     if (!children.insert(joint.child_link_name).second) {
-      Fail("link '" + joint.child_link_name + "' is the child of two joints, one is '" +
-           joint.name + "': close loops by closures instead");
+      findings->errors.push_back("link '" + joint.child_link_name +
+                                 "' is the child of two joints, one is '" + joint.name +
+                                 "': take that out and close the loop by closures instead");
+    }
+  }
+}
+
+bool IsSingle(const urdf::Joint& joint) {
+  return joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::CONTINUOUS ||
+         joint.type == urdf::Joint::PRISMATIC;
+}
+
+/// Keeps what is known of joints beyond their geometry.
+void ReadTraits(const urdf::ModelInterface& model, RobotModel* robot) {
+  for (const auto& entry : model.joints_) {
+    const urdf::Joint& joint = *entry.second;
+    if (!IsSingle(joint)) continue;
+    RobotModel::JointTraits traits;
+    traits.name = joint.name;
+    if (joint.limits) {
+      traits.limited = joint.type != urdf::Joint::CONTINUOUS;
+      traits.lower = joint.limits->lower;
+      traits.upper = joint.limits->upper;
+      traits.effort = std::max(0., joint.limits->effort);
+      traits.speed = std::max(0., joint.limits->velocity);
+    }
+    if (joint.dynamics) {
+      traits.damping = joint.dynamics->damping;
+      traits.friction = joint.dynamics->friction;
+    }
+    robot->traits.push_back(traits);
+  }
+}
+
+void ReadMimics(const urdf::ModelInterface& model, RobotModel* robot, Findings* findings) {
+  std::vector<std::string> names;
+  for (const auto& entry : model.joints_) names.push_back(entry.first);
+  for (const auto& entry : model.joints_) {
+    const urdf::Joint& joint = *entry.second;
+    if (!joint.mimic || joint.type == urdf::Joint::FIXED) continue;
+    const std::string owner = "joint '" + joint.name + "'";
+    const auto master = model.joints_.find(joint.mimic->joint_name);
+    if (master == model.joints_.end()) {
+      findings->errors.push_back(owner + " mimics '" + joint.mimic->joint_name + "': " +
+                                 UnknownName("joint", joint.mimic->joint_name, names));
+    } else if (!IsSingle(joint) || joint.name == master->first) {
+      findings->errors.push_back(owner + " mimics '" + master->first +
+                                 "': only revolute and prismatic joints can follow another joint");
+    } else if (!IsSingle(*master->second) && master->second->type != urdf::Joint::FIXED) {
+      findings->errors.push_back(owner + " mimics '" + master->first +
+                                 "', which has several freedoms: give <mimic> a revolute or "
+                                 "prismatic joint");
+    } else {
+      robot->mimics.push_back(
+          {joint.name, master->first, joint.mimic->multiplier, joint.mimic->offset});
     }
   }
 }
@@ -206,16 +207,18 @@ void WarnOfUnused(const urdf::ModelInterface& model, RobotModel* robot) {
   }
 }
 
-void CheckNames(const RobotModel& robot) {
+void CheckNames(const RobotModel& robot, Findings* findings) {
   std::set<std::string> names;
   for (const std::string& name : robot.coordinates) {
-    if (!names.insert(name).second) Fail("two coordinates are called '" + name + "'");
+    if (!names.insert(name).second) {
+      findings->errors.push_back("two coordinates are called '" + name + "': rename a joint");
+    }
   }
 }
 
 /// Adds the link and the joint it hangs on; returns where the link is.
 RobotModel::Mount AddLink(const urdf::Link& link, const RobotModel::Mount& parent,
-                          RobotModel* robot) {
+                          UrdfFaults faults, RobotModel* robot, Findings* findings) {
   RobotModel::Mount mount = parent;
   if (link.parent_joint) {
     const urdf::Joint& joint = *link.parent_joint;
@@ -223,46 +226,106 @@ RobotModel::Mount AddLink(const urdf::Link& link, const RobotModel::Mount& paren
         ReadPose(joint.parent_to_joint_origin_transform, "joint '" + joint.name + "'");
     mount = AddJoint(joint, {parent.body, parent.pose * origin}, robot);
   }
-  robot->links.push_back({link.name, mount.body, mount.pose, ReadInertia(link)});
+  robot->links.push_back({link.name, mount.body, mount.pose, ReadInertia(link, faults, findings)});
   return mount;
 }
 
-}  // namespace
-
-RobotModel ParseUrdf(const std::string& text, RobotBase base) {
-  const urdf::ModelInterfaceSharedPtr model = ReadModel(text);
-  const LoopBreaker breaker{model};
-  CheckJoints(*model);
-  RobotModel robot;
-  robot.name = model->getName();
-  WarnOfUnused(*model, &robot);
+/// Bodies and links, from the root.
+void AddTree(const urdf::ModelInterface& model, RobotBase base, UrdfFaults faults,
+             RobotModel* robot, Findings* findings) {
   struct Visit {
     urdf::LinkConstSharedPtr link;
     RobotModel::Mount parent;
   };
-  std::vector<Visit> open = {{model->getRoot(), AddBase(base, &robot)}};
+  std::vector<Visit> open = {{model.getRoot(), AddBase(base, robot)}};
   std::set<std::string> found;
   while (!open.empty()) {
     const Visit next = open.back();
     open.pop_back();
     const urdf::Link& link = *next.link;
-    if (!found.insert(link.name).second) Fail("link '" + link.name + "' is in a loop");
-    const RobotModel::Mount mount = AddLink(link, next.parent, &robot);
+    if (!found.insert(link.name).second) {
+      findings->errors.push_back("link '" + link.name + "' is in a loop");
+      return;
+    }
+    const RobotModel::Mount mount = AddLink(link, next.parent, faults, robot, findings);
     for (std::size_t k = link.child_links.size(); k-- > 0;) {  // taken from the back
       open.push_back({link.child_links[k], mount});
     }
   }
-  for (const auto& entry : model->links_) {
+  for (const auto& entry : model.links_) {
     if (found.count(entry.first) > 0) continue;
-    Fail("link '" + entry.first + "' is not connected to the root '" + model->getRoot()->name +
-         "'");
+    findings->errors.push_back("link '" + entry.first + "' is not connected to the root '" +
+                               model.getRoot()->name + "'");
   }
-  CheckNames(robot);
-  robot.JoinInertias();
+}
+
+std::string Listed(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += " '" + name + "'";
+  return list;
+}
+
+}  // namespace
+
+const std::vector<std::string>& UrdfFaultsNames() {
+  static const std::vector<std::string> names = {"lenient", "strict"};
+  return names;
+}
+
+std::string UrdfStructure(const std::string& text) {
+  Findings findings;
+  return SortUrdf(text.substr(0, text.find_last_not_of('\0') + 1), &findings).text;
+}
+
+RobotModel ParseUrdf(const std::string& given, RobotBase base, UrdfFaults faults) {
+  // Some editors leave zeros at the end of a file, where urdfdom does not look.
+  const std::string text = given.substr(0, given.find_last_not_of('\0') + 1);
+  CheckUrdfText(text);
+  Findings findings;
+  const UrdfSource source = SortUrdf(text, &findings);
+  findings.ThrowIfAny();
+  const urdf::ModelInterfaceSharedPtr model = ParseByUrdfdom(source.text);
+  const LoopBreaker breaker{model};
+  CheckJoints(*model, &findings);
+  RobotModel robot;
+  std::vector<std::string> held;
+  for (bool again = true; again;) {
+    Findings of_tree = findings;
+    robot = RobotModel();
+    robot.name = model->getName();
+    robot.held = held;
+    AddTree(*model, base, faults, &robot, &of_tree);
+    if (of_tree.errors.empty()) JudgeInertias(faults, &robot, &of_tree);
+    CheckNames(robot, &of_tree);
+    ReadMimics(*model, &robot, &of_tree);
+    of_tree.ThrowIfAny();
+    robot.warnings.insert(robot.warnings.end(), of_tree.warnings.begin(), of_tree.warnings.end());
+    ReadTraits(*model, &robot);
+    robot.JoinInertias();
+    const std::vector<std::string> idle = IdleJoints(robot);
+    again = !idle.empty() && faults == UrdfFaults::kLenient;
+    if (again) held.insert(held.end(), idle.begin(), idle.end());
+  }
+  if (!held.empty()) {
+    robot.warnings.push_back("these joints move no mass and are held at zero; give what they carry "
+                             "an <inertial> to let them move:" + Listed(held));
+  }
+  WarnOfUnused(*model, &robot);
+  for (std::size_t i = 0; i < robot.links.size(); ++i) {
+    const auto shapes = source.shapes.find(robot.links[i].name);
+    if (shapes == source.shapes.end()) continue;
+    for (RobotModel::Shape shape : shapes->second) {
+      shape.link = static_cast<int>(i);
+      robot.shapes.push_back(std::move(shape));
+    }
+  }
   try {
     robot.CheckMass();
   } catch (const std::invalid_argument& error) {
-    Fail(error.what());
+    Fail(error.what() +
+         (held.empty() ? std::string()
+                       : "; these joints move no mass, give what they carry an <inertial>:" +
+                             Listed(held)));
   }
   return robot;
 }

@@ -148,5 +148,9 @@ void ReadConstraint(const std::string& kind, ElementFields* fields);
 /// b = direction · (point − other point), the direction in world axes: a row of a loop closure.
 std::unique_ptr<ConstraintElement> MakeClosureRow(const AttachedPoint& point,
                                                   const AttachedPoint& other, int axis);
+/// b = q − multiplier q_master − offset: a joint that follows another.
+std::unique_ptr<ConstraintElement> MakeFollower(const RobotModel::Coordinate& joint,
+                                                const RobotModel::Coordinate& master,
+                                                double multiplier, double offset);
 
 }  // namespace contact_flow

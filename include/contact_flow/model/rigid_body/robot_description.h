@@ -34,6 +34,9 @@ struct RobotDescription {
   std::vector<std::unique_ptr<ConstraintElement>> constraints;  ///< unilateral
   std::vector<std::unique_ptr<ConstraintElement>> closures;     ///< rows of bilateral constraints
   std::vector<std::unique_ptr<EffortElement>> efforts;
+  /// Inertia of each velocity number's rotor, as its joint feels it [nv], or empty [kg·m²], [kg]:
+  /// M gets it on its diagonal.
+  Vector armature;
   std::vector<std::string> inputs;
   std::vector<ExposedNumber> parameters;
   NominalRun nominal;

@@ -29,6 +29,35 @@ struct RobotModel {
   struct Coordinate {
     int q, v;
   };
+  /// A shape of a link's collision geometry.
+  struct Shape {
+    enum class Kind {
+      kBox,       ///< size: its edges
+      kSphere,    ///< size: radius, –, –
+      kCylinder,  ///< about z; size: radius, length, –
+      kCapsule,   ///< a cylinder about z with half spheres at its ends; size as of a cylinder
+      kMesh,      ///< size: factors of the file's x, y, z
+    };
+    int link;  ///< index in `links`
+    Pose pose;  ///< in the link's frame
+    Kind kind;
+    Vec3<double> size;  ///< [m]
+    std::string mesh;   ///< file of a mesh, as the URDF writes it
+    int line;           ///< of the URDF
+  };
+  /// What the URDF says of a joint of one freedom, beyond its geometry.
+  struct JointTraits {
+    std::string name;
+    bool limited = false;
+    double lower = 0, upper = 0;            ///< [rad] or [m]
+    double effort = 0, speed = 0;           ///< largest, 0 where the URDF says nothing
+    double damping = 0, friction = 0;       ///< [N·s/m] or [N·m·s/rad], [N] or [N·m]
+  };
+  /// A joint that follows another: q = multiplier · q_master + offset.
+  struct Mimic {
+    std::string joint, master;
+    double multiplier, offset;
+  };
 
   std::string name;
   RigidBodyTree tree;
@@ -37,7 +66,12 @@ struct RobotModel {
   std::vector<std::string> units;        ///< [nq] "m", "rad" or "" in a quaternion
   std::vector<std::string> velocities;   ///< [nv]
   std::vector<bool> circle;              ///< [bodies] turns without end
-  std::vector<std::string> warnings;     ///< what of the description is not used
+  std::vector<std::string> warnings;     ///< what of the description is not used, or was repaired
+  std::vector<Shape> shapes;             ///< collision geometry, in the order of the file
+  std::vector<JointTraits> traits;       ///< of the joints with one freedom
+  std::vector<Mimic> mimics;
+  /// Joints that move no mass, and are held at zero.
+  std::vector<std::string> held;
 
   /// These throw std::invalid_argument with the nearest name for one that does not exist.
   const Link& FindLink(const std::string& link) const;

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <stdexcept>
+
+#include "contact_flow/nearest_name.h"
+#include "robot_parts.h"
+
+namespace contact_flow {
+namespace {
+
+using Traits = RobotModel::JointTraits;
+
+bool Moves(const RobotModel& model, const std::string& joint) {
+  const auto& names = model.coordinates;
+  return std::find(names.begin(), names.end(), joint) != names.end();
+}
+
+/// The joints that a key names: `all` that have what is asked for, or a list, which must have it.
+template <class Has>
+std::vector<Traits> Chosen(MapReader* reader, const std::string& key, const RobotModel& model,
+                           const char* what, Has has) {
+  std::vector<std::string> asked;
+  reader->Read(key, &asked);
+  const bool all = asked == std::vector<std::string>{"all"};
+  std::vector<Traits> chosen;
+  for (const Traits& joint : model.traits) {
+    if (all && Moves(model, joint.name) && has(joint)) chosen.push_back(joint);
+  }
+  if (all) return chosen;
+  for (const std::string& name : asked) {
+    try {
+      model.FindCoordinate(name);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument("joints/" + key + ": " + error.what() + reader->Line(key));
+    }
+    const auto joint = std::find_if(model.traits.begin(), model.traits.end(),
+                                    [&](const Traits& other) { return other.name == name; });
+    if (joint == model.traits.end() || !has(*joint)) {
+      throw std::invalid_argument("joints/" + key + ": the URDF gives joint '" + name + "' no " +
+                                  what + reader->Line(key));
+    }
+    chosen.push_back(*joint);
+  }
+  return chosen;
+}
+
+bool HasLimits(const Traits& joint) { return joint.limited && joint.lower < joint.upper; }
+bool HasDamping(const Traits& joint) { return joint.damping > 0; }
+
+}  // namespace
+
+JointChoices ReadJoints(const YAML::Node& map, RobotDescription* robot) {
+  MapReader reader(map, "joints");
+  const RobotModel& model = robot->model;
+  JointChoices choices;
+  double restitution = 0;
+  reader.Read("restitution", &restitution);
+  for (const Traits& joint : Chosen(&reader, "limits", model, "range", HasLimits)) {
+    for (const bool upper : {false, true}) {
+      YAML::Node stop;
+      stop["kind"] = upper ? "upper_limit" : "lower_limit";
+      stop["joint"] = joint.name;
+      stop[upper ? "upper" : "lower"] = upper ? joint.upper : joint.lower;
+      if (restitution != 0) stop["restitution"] = restitution;
+      stop.SetStyle(YAML::EmitterStyle::Flow);
+      choices.constraints[joint.name + (upper ? "_upper" : "_lower")] = stop;
+    }
+    choices.limited.push_back(joint.name);
+  }
+  for (const Traits& joint : Chosen(&reader, "damping", model, "damping", HasDamping)) {
+    YAML::Node damper;
+    damper["kind"] = "joint_spring";
+    damper["joint"] = joint.name;
+    damper["stiffness"] = 0;
+    damper["damping"] = joint.damping;
+    damper.SetStyle(YAML::EmitterStyle::Flow);
+    choices.efforts[joint.name + "_damping"] = damper;
+  }
+  MapReader armature(reader.Child("armature"), "joints/armature");
+  for (const std::string& name : armature.Keys()) {
+    double inertia = 0;
+    armature.Read(name, &inertia);
+    if (!(inertia >= 0)) {
+      throw std::invalid_argument("joints/armature/" + name + " is negative" + armature.Line(name));
+    }
+    try {
+      if (robot->armature.size() == 0) robot->armature = Vector::Zero(model.tree.dof());
+      robot->armature(model.FindCoordinate(name).v) = inertia;
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument("joints/armature: " + std::string(error.what()) +
+                                  armature.Line(name));
+    }
+  }
+  reader.Finish();
+  return choices;
+}
+
+void CentreLimited(const std::vector<std::string>& limited, const RobotModel& model, Vector* q) {
+  for (const Traits& joint : model.traits) {
+    if (std::find(limited.begin(), limited.end(), joint.name) == limited.end()) continue;
+    if (joint.lower < 0 && joint.upper > 0) continue;
+    (*q)(model.FindCoordinate(joint.name).q) = 0.5 * (joint.lower + joint.upper);
+  }
+}
+
+}  // namespace contact_flow

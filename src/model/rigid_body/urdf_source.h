@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "contact_flow/model/rigid_body/robot_model.h"
+
+namespace contact_flow {
+
+/// What is found in a file, to be told together.
+struct Findings {
+  std::vector<std::string> errors, warnings;
+  /// Throws std::invalid_argument with all errors, if there are any.
+  void ThrowIfAny() const;
+};
+
+/// A URDF before urdfdom.
+struct UrdfSource {
+  std::string text;  ///< with spaces in place of what is not read; lines are kept
+  std::map<std::string, std::vector<RobotModel::Shape>> shapes;  ///< by the name of the link
+};
+
+/// Sorts a URDF that CheckUrdfText has passed: numbers that are none are errors with their line;
+/// visual geometry, transmissions, simulators' tags and all else that is not read is taken out,
+/// collision geometry is read.
+UrdfSource SortUrdf(const std::string& text, Findings* findings);
+
+}  // namespace contact_flow
