@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/dynamics/mode_selection.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -22,6 +23,9 @@ constexpr double kForceRounding = 1e-13;
 constexpr double kNearZero = 1e-4;
 /// dλ/dt below this part of what it is the sum of vanishes.
 constexpr double kRateRounding = 1e-11;
+/// Rates of dependent rows: the part that no forces change is rounding up to this part of them; what
+/// is not above it by this factor vanishes.
+constexpr double kTornPart = 1e-6, kAboveNoise = 10;
 /// Half the distance of the difference quotient for d²λ/dt², as a part of |v|/|v̇|, and what counts
 /// as zero there.
 constexpr double kQuotientStep = 1e-4, kQuotientRounding = 1e-9;
@@ -260,7 +264,17 @@ class ForceModes {
       c(col) = still ? 0 : -G(col, col) * rates_[col];
     }
     G = 0.5 * (G + G.transpose()).eval();
-    const std::optional<ComplementaritySolution> found = SolveComplementarity(G, c);
+    const Vector torn = Torn(G, c);
+    const double noise = torn.cwiseAbs().maxCoeff();
+    if (noise > 0 && noise <= std::max(kTornPart * c.cwiseAbs().maxCoeff(), RateNoise(vanishing))) {
+      c -= torn;
+      for (double& value : c) {
+        if (std::abs(value) <= kAboveNoise * noise) value = 0;
+      }
+    }
+    std::optional<ComplementaritySolution> found = SolveComplementarity(G, c);
+    // Rates that jam are forces that jam at the next instant, which is where that is decided.
+    if (!found) found = SolveComplementarity(G, c -= Torn(G, c));
     if (!found) Refuse();
     const ComplementaritySolution& solution = *found;
     const Vector w = G * solution.z + c;
@@ -286,6 +300,29 @@ class ForceModes {
       if (Independence(G_, pressing_, row) <= kDependentRow) continue;
       if (dependent || RateGrows(row)) pressing_.push_back(row);
     }
+  }
+
+  /// The part of c that no forces of β change: of rows that depend on others, 0 where they depend
+  /// all along the motion (four corners of a plate), but for rounding.
+  static Vector Torn(const Matrix& G, const Vector& c) {
+    const Vector scale = G.diagonal().cwiseSqrt();
+    if (c.size() < 2 || !(scale.array() > 0).all()) return Vector::Zero(c.size());
+    const Eigen::SelfAdjointEigenSolver<Matrix> eigen(scale.cwiseInverse().asDiagonal() * G *
+                                                      scale.cwiseInverse().asDiagonal());
+    const Vector scaled = c.cwiseQuotient(scale);
+    Vector torn = Vector::Zero(c.size());
+    for (int k = 0; k < c.size() && eigen.eigenvalues()(k) <= kDependentRow; ++k) {
+      torn += eigen.eigenvectors().col(k) * eigen.eigenvectors().col(k).dot(scaled);
+    }
+    return torn.cwiseProduct(scale);
+  }
+
+  /// What rounding makes of the rates: forces that turn with the velocity.
+  double RateNoise(const std::vector<int>& vanishing) {
+    double gain = 0;
+    for (int row : vanishing) gain = std::max(gain, G_(row, row));
+    return kRateRounding * gain * dynamics_.force().cwiseAbs().maxCoeff() *
+           x_.tail(system_.dof()).cwiseAbs().maxCoeff();
   }
 
   /// Whether d²λ/dt² > 0 in mode α ∪ {row}: a central difference of dλ/dt along the motion.
