@@ -19,8 +19,8 @@ class ContactFlowJacobian : public JacobianPeer {
 
   Matrix Run(double tolerance) override {
     simulate_.relative_tolerance = simulate_.absolute_tolerance = tolerance;
-    // The tangents keep their default tolerance, which meets the error asked for, unless the run is
-    // tighter.
+    // The tangents keep their default tolerance, which meets the error asked for, unless
+    // the run is tighter.
     differentiate_.tolerance = std::min(BDerivativeOptions().tolerance, 10 * tolerance);
     const Trajectory trajectory =
         Simulate(*scenario_.system, scenario_.x, scenario_.u, scenario_.duration, simulate_);

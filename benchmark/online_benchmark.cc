@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How punctual an online simulation with its rolling derivative is: the quadruped of config/robots
-// (18 degrees of freedom), on its four feet, with servos that move, looked at a thousand times a
-// second.
+// (18 degrees of freedom), on its four feet, with servos that move, looked at a
+// thousand times a second.
 //
 //   online_benchmark [seconds, 60 unless given]
 #include <algorithm>

@@ -54,8 +54,8 @@ inline BudgetLimits Megabytes(double megabytes) {
   return limits;
 }
 
-/// `body` takes long: it ends, by exception, with its seconds, wherever it is then, and when it is
-/// cancelled.
+/// `body` takes long: it ends, by exception, with its seconds, wherever it is then, and when
+/// it is cancelled.
 template <class Body>
 void ExpectEndsInTime(const Body& body, std::initializer_list<double> budgets) {
   for (const double seconds : budgets) {

@@ -13,8 +13,8 @@
 namespace contact_flow {
 
 /// A number x = value + Σ_k ε_k d[k] with N directional derivatives over the scalar S, which may
-/// itself be a Dual. Comparisons look at the value alone. A default-constructed Dual is
-/// uninitialized.
+/// itself be a Dual. Comparisons look at the value alone. A default-constructed Dual
+/// is uninitialized.
 template <class S, int N>
 struct Dual {
   S value;

@@ -34,8 +34,8 @@ void WithFixedSize(int n, Function&& f) {
 }
 
 /// n numbers that are summed up: in registers where n is a compile-time constant of WithFixedSize,
-/// and in memory, at `out`, where it is not. Sums in memory are not vectorized and take twice the
-/// time.
+/// and in memory, at `out`, where it is not. Sums in memory are not vectorized and
+/// take twice the time.
 template <class Size>
 class ColumnSum {
  public:

@@ -19,8 +19,8 @@ constexpr double kCentred = 0.3;  // Newton decrement at which γ may be lowered
 constexpr double kTowards = 0.1;  // γ ← (1 − θ) rate² + θ γ
 constexpr double kSlow = 1e-4;    // relative gain per centre at which to stop
 
-/// What is larger is multiplied and factored by blocks of as many columns: a budget is asked
-/// between.
+/// What is larger is multiplied and factored by blocks of as many columns: a budget
+/// is asked between.
 constexpr Eigen::Index kBlock = 128;
 
 /// H += DᵀD; where that takes long the part below the diagonal alone.

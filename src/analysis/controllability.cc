@@ -74,8 +74,8 @@ bool IsAttained(const PiecewiseLinearMap& map, const Vector& y) {
   return false;
 }
 
-/// Looks for a y that f does not attain: opposite to the middle of each piece's image, then at
-/// random.
+/// Looks for a y that f does not attain: opposite to the middle of each piece's
+/// image, then at random.
 void SeekUnattained(const PiecewiseLinearMap& map, const ControllabilityOptions& options,
                     std::mt19937* generator, ControllabilityReport* report) {
   const PiecewiseLinearMap onto =

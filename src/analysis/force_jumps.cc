@@ -14,8 +14,8 @@
 namespace contact_flow {
 namespace {
 
-/// |Da_j v| below this part of the approach speeds counts as rest; the event map uses the same
-/// figure.
+/// |Da_j v| below this part of the approach speeds counts as rest; the event map uses
+/// the same figure.
 constexpr double kRest = 1e-6;
 
 /// The subsets of a set, in increasing size.

@@ -64,8 +64,8 @@ class WordSearch {
       if (!Extend(frontier, &longer, &stopped)) break;
       frontier = std::move(longer);
       ++report_->word_length;
-      // Every y contracts at the end of a word done with, or has grown no more than a word that is
-      // left.
+      // Every y contracts at the end of a word done with, or has grown no more than a
+      // word that is left.
       double rate = done_rate_;
       for (const Word& word : frontier) {
         rate = std::max(rate, std::pow(word.matrix.cwiseAbs().rowwise().sum().maxCoeff(),

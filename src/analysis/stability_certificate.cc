@@ -41,8 +41,8 @@ double LargestNorm(const PiecewiseLinearMap& map, StabilityTest test) {
   return largest;
 }
 
-/// Is every feasible word that is not a proper prefix of one of `words` among them, and
-/// contracting?
+/// Is every feasible word that is not a proper prefix of one of `words` among them,
+/// and contracting?
 class WordCheck {
  public:
   WordCheck(const PiecewiseLinearMap& map, const StabilityCertificate& certificate,

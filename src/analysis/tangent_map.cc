@@ -41,9 +41,9 @@ Eigen::RowVectorXd ReleaseRow(const MechanicalSystem& system, const Transition& 
   return -dynamics.force_jacobian().row(event.constraint) / rate;
 }
 
-/// The pieces of B_k on (w, s), s of `count` times so far, with rows for the events at transition
-/// k.
-PiecewiseLinearMap WithTimes(const EventMap& map, int k, const std::vector<LocatedEvent>& events,
+/// The pieces of B_k on (w, s), s of `count` times so far, with rows for the events
+/// at transition k.
+PiecewiseLinearMap WithTimes(const EventMap& map, int k, const std::vector<EventPlace>& events,
                              const std::vector<std::vector<int>>& orders, int count,
                              const MechanicalSystem& system, const Trajectory& run,
                              const BDerivativeOptions& options) {
@@ -84,11 +84,11 @@ std::string EventName(const MechanicalSystem& system, const WantedEvent& event) 
          system.description().constraints[event.constraint] + "'";
 }
 
-std::vector<LocatedEvent> LocateEvents(const Trajectory& run,
+std::vector<EventPlace> LocateEvents(const Trajectory& run,
                                        const std::vector<WantedEvent>& events) {
-  std::vector<LocatedEvent> located;
+  std::vector<EventPlace> located;
   for (const WantedEvent& event : events) {
-    LocatedEvent place{-1, event};
+    EventPlace place{-1, event};
     int left = event.occurrence;
     for (std::size_t k = 0; k < run.transitions.size() && left > 0; ++k) {
       if (Happens(run.transitions[k], event) && --left == 0) place.transition = static_cast<int>(k);
@@ -98,7 +98,7 @@ std::vector<LocatedEvent> LocateEvents(const Trajectory& run,
   return located;
 }
 
-Vector EventTimes(const Trajectory& run, const std::vector<LocatedEvent>& events) {
+Vector EventTimes(const Trajectory& run, const std::vector<EventPlace>& events) {
   Vector times = Vector::Constant(events.size(), std::numeric_limits<double>::quiet_NaN());
   for (std::size_t e = 0; e < events.size(); ++e) {
     if (events[e].transition >= 0) times(e) = run.transitions[events[e].transition].t;
@@ -106,11 +106,11 @@ Vector EventTimes(const Trajectory& run, const std::vector<LocatedEvent>& events
   return times;
 }
 
-PiecewiseLinearMap TangentMap(const BDerivative& B, const std::vector<LocatedEvent>& events,
+PiecewiseLinearMap TangentMap(const BDerivative& B, const std::vector<EventPlace>& events,
                               const MechanicalSystem& system, const Trajectory& run) {
   const std::size_t limit = B.options.max_pieces;
   const int n = static_cast<int>(B.arcs.front().cols()), count = static_cast<int>(events.size());
-  for (const LocatedEvent& event : events) {
+  for (const EventPlace& event : events) {
     if (event.transition < 0)
       throw std::domain_error(Sentence(system, event.event, "does not happen"));
     if (event.transition >= static_cast<int>(B.events.size())) {

@@ -10,7 +10,7 @@
 namespace contact_flow {
 
 /// Where a wanted event happens in a run.
-struct LocatedEvent {
+struct EventPlace {
   int transition = -1;  ///< −1: it does not
   WantedEvent event;
 };
@@ -19,17 +19,17 @@ struct LocatedEvent {
 std::string EventName(const MechanicalSystem& system, const WantedEvent& event);
 
 /// A compliant constraint touches down where its gap falls through zero.
-std::vector<LocatedEvent> LocateEvents(const Trajectory& run,
+std::vector<EventPlace> LocateEvents(const Trajectory& run,
                                        const std::vector<WantedEvent>& events);
 /// NaN for those that do not happen.
-Vector EventTimes(const Trajectory& run, const std::vector<LocatedEvent>& events);
+Vector EventTimes(const Trajectory& run, const std::vector<EventPlace>& events);
 
 /// B as a map of (δq, δv, δu, δp) to itself, the variables carried along, and below it a row for
 /// each event: the first-order change of its time [2d+k+e × 2d+k],
 ///   −Da_i w / (Da_i v) along the order of a cluster,  −Dλ_i w / (dλ_i/dt) for a release.
-/// Throws std::domain_error for an event that does not happen, or a release together with an
-/// impact.
-PiecewiseLinearMap TangentMap(const BDerivative& B, const std::vector<LocatedEvent>& events,
+/// Throws std::domain_error for an event that does not happen, or a release
+/// together with an impact.
+PiecewiseLinearMap TangentMap(const BDerivative& B, const std::vector<EventPlace>& events,
                               const MechanicalSystem& system, const Trajectory& run);
 
 /// (w, s) ↦ (f(w), s) for `more` numbers s.

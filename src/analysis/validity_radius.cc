@@ -175,8 +175,8 @@ void ValidityEstimator::WatchDips(std::size_t k) {
   }
 }
 
-/// Guards that fall up to the end of the arc: there they turn, at an impact of others, or the run
-/// ends.
+/// Guards that fall up to the end of the arc: there they turn, at an impact of others,
+/// or the run ends.
 void ValidityEstimator::WatchEnd(std::size_t k) {
   const Arc& arc = trajectory_.arcs[k];
   const bool last = k + 1 == trajectory_.arcs.size();

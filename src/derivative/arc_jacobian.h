@@ -49,8 +49,8 @@ class ArcJacobian {
   }
 
   /// Chooses the unit of time for tangents of this rate [1/s]: the length of the arc, unless it is
-  /// far from the time in which they change; then those of the variables, by a few looks. `begin` is
-  /// what At(0) gave before, and is what it gives now.
+  /// far from the time in which they change; then those of the variables, by a few looks. `begin`
+  /// is what At(0) gave before, and is what it gives now.
   void ChooseUnits(double rate, Matrix* begin) {
     constexpr double kLongest = 10;  // of 1/rate
     const double length = arc_.t_end - arc_.t_begin;
@@ -75,8 +75,8 @@ class ArcJacobian {
     FindScale();
     begin->rightCols(k_) *= units_.source.cwiseInverse().asDiagonal();
   }
-  /// What is rounding of the variables' sources [k]: small beside those without contacts, and beside
-  /// what a parameter of its value could do.
+  /// What is rounding of the variables' sources [k]: small beside those without contacts, and
+  /// beside what a parameter of its value could do.
   Vector LeastSources() {
     constexpr double kSmall = 1e-6;
     const auto scale = units_.time * units_.time * units_.length;

@@ -182,8 +182,8 @@ void BDerivative::CarryNeglected() {
 
 namespace {
 
-/// A force that is known all along an arc to less than this part of the absolute tolerance may be
-/// anything.
+/// A force that is known all along an arc to less than this part of the absolute tolerance
+/// may be anything.
 constexpr double kIdle = 1e-3;
 
 /// Not kOk where a contact holds without a force that would keep it: it may as well let go.

@@ -16,8 +16,8 @@
 namespace contact_flow {
 namespace {
 
-/// Entries of Δ that differ by less than this, relative, are the same, where no transition says
-/// better.
+/// Entries of Δ that differ by less than this, relative, are the same, where no
+/// transition says better.
 constexpr double kOrthogonal = 1e-6;
 /// Velocities are one outcome below this, relative, whatever the tolerances.
 constexpr double kRounding = 1e-12;

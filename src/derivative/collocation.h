@@ -52,12 +52,12 @@ class Collocation {
   ///   = [0 I],
   /// over the independent rows and columns: Y_i = R Z_i Cᵀ; variables have a source of their own.
   void Assemble(double h);
-  /// The block row of node i; `m` is the number of independent rows, a compile-time constant when
-  /// small.
+  /// The block row of node i; `m` is the number of independent rows, a compile-time
+  /// constant when small.
   template <class Rows>
   void AssembleNode(int i, double h, Rows m);
-  /// Replaces the right-hand side in accelerations_ by the solution; false when the system is
-  /// singular.
+  /// Replaces the right-hand side in accelerations_ by the solution; false when the
+  /// system is singular.
   bool SolveAccelerations();
 
   const int d_;

@@ -16,11 +16,12 @@ namespace contact_flow {
 ///
 /// The errors of the state at the end of arc k are carried on by the derivative itself,
 ///   e ← Φ_k (e + s ε_k) + s' ε_k,   e ← Ξ_k e,
-/// with ε_k from Arc::error, less by the order that the integrator goes on with beyond its estimate,
-/// and a selection Ξ_k of each event, for a few vectors of signs s, whose mean square counts: a sum
-/// of independent errors without a matrix product. They make the factors of the derivative wrong,
-/// too: a propagator by D²F e in the middle of the arc; a reset by the change of the speed of
-/// approach. Where they leave the order of two events unknown, the derivative's status says so
+/// with ε_k from Arc::error, less by the order that the integrator goes on with beyond its
+/// estimate, and a selection Ξ_k of each event, for a few vectors of signs s, whose mean square
+/// counts: a sum of independent errors without a matrix product. They make the factors of the
+/// derivative wrong, too: a propagator by D²F e in the middle of the arc; a reset by the change of
+/// the speed of approach. Where they leave the order of two events unknown, the
+/// derivative's status says so
 /// (CheckOrder). A matrix product and two Jacobians an arc.
 void EstimateErrors(const Trajectory& trajectory, std::size_t first,
                     const std::vector<std::shared_ptr<ContactDynamics>>& dynamics,

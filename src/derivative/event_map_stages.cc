@@ -11,8 +11,8 @@
 namespace contact_flow {
 namespace {
 
-/// A normal speed below this part of the largest approach speed counts as rest, both in the kinetic
-/// metric.
+/// A normal speed below this part of the largest approach speed counts as rest, both in
+/// the kinetic metric.
 constexpr double kRest = 1e-6;
 /// … and so does what contacts of J⁻ move with, times this, and what rounding leaves of a speed.
 constexpr double kDrift = 10, kRounding = 1e-12;

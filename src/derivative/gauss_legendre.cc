@@ -51,7 +51,8 @@ Polynomial Basis(const std::vector<long double>& nodes, std::size_t j) {
   return basis;
 }
 
-/// Where between two nodes the defect is looked at: away from the middle, which symmetry may favour.
+/// Where between two nodes the defect is looked at: away from the middle, which
+/// symmetry may favour.
 constexpr long double kBetween = 0.56L;
 
 GaussLegendre::Point MakePoint(const std::vector<long double>& nodes, long double at,

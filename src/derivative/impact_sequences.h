@@ -15,11 +15,11 @@
 
 namespace contact_flow {
 
-/// A contact at rest that an impact neither pushes nor lifts, 0 = p ⟂ w = 0, and that is not pressed
-/// after it. (One that is pressed may be lifted by O(|w|) and falls back within a time O(|w|): to
-/// first order the same as if it was held. With ℓ its lift, a the acceleration that closes the gap:
-/// in flight for 2ℓ/a it misses the impulse 2ℓ/G_ii, and its landing gives ℓ/G_ii; held, it gets
-/// −ℓ/G_ii at the impact.)
+/// A contact at rest that an impact neither pushes nor lifts, 0 = p ⟂ w = 0, and that is not
+/// pressed after it. (One that is pressed may be lifted by O(|w|) and falls back within a time
+/// O(|w|): to first order the same as if it was held. With ℓ its lift, a the acceleration that
+/// closes the gap: in flight for 2ℓ/a it misses the impulse 2ℓ/G_ii, and its landing gives ℓ/G_ii;
+/// held, it gets −ℓ/G_ii at the impact.)
 struct DegeneratePush {
   int constraint = 0;
   int hit = 0;       ///< whose impact it is

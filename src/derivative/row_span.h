@@ -43,8 +43,8 @@ class JacobianSpan {
   const RowSpan& columns() const { return columns_; }
 
   void SetAll(int d);
-  /// Of some [K D], d×2d each, side by side; the rows also of `sources` [d×·], more right-hand
-  /// sides.
+  /// Of some [K D], d×2d each, side by side; the rows also of `sources` [d×·], more
+  /// right-hand sides.
   void Find(const MatrixRef& sample, const MatrixRef& sources);
   /// Whether the same holds for others, side by side.
   bool Holds(const MatrixRef& nodes, const MatrixRef& sources) const;

@@ -86,8 +86,8 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
       contact.acceleration = contact.rate.dot(field);
       dynamics->Differentiate(x, mode);
       // What a change of the state by as much as touching is known to would make of it.
-      const double change = (terms.jacobian.row(i) * dynamics->acceleration_jacobian().leftCols(2 * d))
-                                .lpNorm<1>();
+      const double change =
+          (terms.jacobian.row(i) * dynamics->acceleration_jacobian().leftCols(2 * d)).lpNorm<1>();
       const double unknown = kNoise * Terms(contact.rate, field) + kIdle * gap_tolerance * change;
       if (!(contact.acceleration > unknown)) {
         status_ = {Outcome::kNotDifferentiable,

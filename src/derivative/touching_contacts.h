@@ -19,9 +19,9 @@ bool JudgeTouching(ContactDynamics* dynamics, const Transition& transition,
                    const TouchingFrame& frame, ContactMode open, SequenceRules rules,
                    ClusterReport* report);
 
-/// kOk where every perturbed run touches, too: Da_i w_q + ∂a_i/∂p δp = 0 and D(Da_i v) w = 0 for the
-/// columns w of `tangents` [2d+k × ·] at x⁻. Else whether a perturbed run touches when the impact or
-/// the force comes depends on the direction, and on orders that are not followed.
+/// kOk where every perturbed run touches, too: Da_i w_q + ∂a_i/∂p δp = 0 and D(Da_i v) w = 0 for
+/// the columns w of `tangents` [2d+k × ·] at x⁻. Else whether a perturbed run touches when the
+/// impact or the force comes depends on the direction, and on orders that are not followed.
 Status CheckTouching(ContactDynamics* dynamics, const Transition& transition,
                      const Matrix& tangents);
 

@@ -90,8 +90,8 @@ Solution SolveByPivoting(const Matrix& G, const Vector& b, double zero, double s
 }
 
 /// min ½ zᵀGz + bᵀz over z ≥ 0 by an active set of independent rows: the most negative w_i comes
-/// in, and what would become negative goes out (Lawson and Hanson, 1974). Each round lowers the
-/// objective.
+/// in, and what would become negative goes out (Lawson and Hanson, 1974). Each round
+/// lowers the objective.
 class ActiveSet {
  public:
   ActiveSet(const Matrix& G, const Vector& b) : G_(G), b_(b), z_(Vector::Zero(b.size())) {}

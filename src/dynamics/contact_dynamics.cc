@@ -13,8 +13,8 @@
 namespace contact_flow {
 namespace {
 
-/// out = sign · A B [rows×columns] for small matrices, where B has many zeros; `out` must not
-/// alias.
+/// out = sign · A B [rows×columns] for small matrices, where B has many zeros;
+/// `out` must not alias.
 void MultiplySmall(double sign, const Matrix& A, const Matrix& B, double* out, int stride) {
   WithFixedSize(static_cast<int>(A.rows()), [&](auto rows) {
     if constexpr (std::is_same_v<decltype(rows), int>) {

@@ -18,13 +18,13 @@ namespace contact_flow {
 namespace {
 
 constexpr double kForceRounding = 1e-13;
-/// A force or acceleration below this part of the largest one may vanish at the instant; others
-/// cannot.
+/// A force or acceleration below this part of the largest one may vanish at the
+/// instant; others cannot.
 constexpr double kNearZero = 1e-4;
 /// dλ/dt below this part of what it is the sum of vanishes.
 constexpr double kRateRounding = 1e-11;
-/// Rates of dependent rows: the part that no forces change is rounding up to this part of them; what
-/// is not above it by this factor vanishes.
+/// Rates of dependent rows: the part that no forces change is rounding up to this part of them;
+/// what is not above it by this factor vanishes.
 constexpr double kTornPart = 1e-6, kAboveNoise = 10;
 /// Half the distance of the difference quotient for d²λ/dt², as a part of |v|/|v̇|, and what counts
 /// as zero there.

@@ -86,8 +86,8 @@ class Words {
     return InverseInertia(system_, x_.head(nq_), x_.tail(d_), dynamics_.u(), ContactMode());
   }
 
-  /// Two contacts that stick and share a force that is not unique look like one that slips at no
-  /// acceleration.
+  /// Two contacts that stick and share a force that is not unique look like one that slips at
+  /// no acceleration.
   void RefuseSharedForces(const FrictionSolution& word) const {
     const FrictionProblem& problem = frame_.problem();
     for (std::size_t k = 0; k < problem.contacts.size(); ++k) {

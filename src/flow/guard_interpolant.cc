@@ -17,8 +17,8 @@ constexpr int kCheckStages[kChecks] = {2, 6, 7, 9};
 /// max |Π(θ − θ_node)| over the step, over its largest value at a check: 1.72.
 constexpr double kCheckReach = 2;
 
-/// Maps from the values at the nodes to the Bernstein coefficients, and to the values at the
-/// checks.
+/// Maps from the values at the nodes to the Bernstein coefficients, and to the
+/// values at the checks.
 struct StageMaps {
   Eigen::Matrix<double, kNodes, kNodes> bernstein;
   Eigen::Matrix<double, kChecks + kNumProbes, kNodes> check;

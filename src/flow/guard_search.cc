@@ -26,8 +26,8 @@ constexpr double kResolved = 0.02;
 /// From a deviation of the rate [1/piece] to the largest one of the value: for the quintic term,
 /// which vanishes in the middle with its rate 1/16, 0.0179 / (1/16).
 constexpr double kRateReach = 0.3;
-/// The smallest minimum that was passed is told to this part of it, where the guard is not
-/// resolved.
+/// The smallest minimum that was passed is told to this part of it, where the guard
+/// is not resolved.
 constexpr double kMarginPrecision = 0.5;
 /// Rounding of a guard, relative to its size: a state of several terms, and a formula of them.
 constexpr double kRounding = 1e-14;

@@ -77,8 +77,8 @@ bool OnlineFlow::AdvanceTo(double t) {
 
 bool OnlineFlow::Advance(double t) {
   while (flow_.status().ok()) {
-    // What is told for t itself may still be told anew: an input changes when now() goes beyond its
-    // time.
+    // What is told for t itself may still be told anew: an input changes when now() goes
+    // beyond its time.
     const bool changes = !inputs_.empty() && inputs_.front().t < t;
     const double stop = changes ? inputs_.front().t : t;
     bool passed = false;

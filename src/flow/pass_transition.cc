@@ -15,8 +15,8 @@
 namespace contact_flow {
 namespace {
 
-/// Events so close do not go on: relative to the time, or to what events count as simultaneous
-/// within.
+/// Events so close do not go on: relative to the time, or to what events count as
+/// simultaneous within.
 constexpr double kNoTime = 1e-14, kNoTimeApart = 1e-2, kLongestStall = 1e-9;  // [s] the last
 constexpr int kStallsToInsist = 2;
 constexpr int kStallsForEach = 4;     // constraint, before the run ends
@@ -93,7 +93,8 @@ bool Flow::PassTransition() {
   std::ostringstream reason;
   reason.precision(12);
   const std::string& name = system_.description().constraints[guards_.ConstraintOf(trigger_)];
-  reason << "impacts of constraint '" << name << "' accumulate at t = " << *accumulation << " s (Zeno)";
+  reason << "impacts of constraint '" << name << "' accumulate at t = " << *accumulation
+         << " s (Zeno)";
   Stop(Outcome::kZeno, reason.str());
   return true;
 }

@@ -9,8 +9,8 @@ namespace contact_flow {
 namespace {
 
 /// Part of the time in which a slip in space would end that a step may take, and the slip that
-/// counts as ended: relative to the velocities, to the absolute tolerance, or by the time to its end,
-/// relative to max(1, t).
+/// counts as ended: relative to the velocities, to the absolute tolerance, or by the time to its
+/// end, relative to max(1, t).
 constexpr double kSlipPart = 0.5, kStopped = 1e-12, kPartOfTolerance = 1e-3, kNoTime = 1e-12;
 
 }  // namespace

@@ -73,8 +73,8 @@ double MapReader::Number(const std::string& key, const YAML::Node& node) const {
   const std::string& text = node.Scalar();
   char* end = nullptr;
   const double number = std::strtod(text.c_str(), &end);
-  // strtod also takes "nan", "inf" and hexadecimal: of these only decimal, finite numbers are
-  // meant.
+  // strtod also takes "nan", "inf" and hexadecimal: of these only decimal, finite
+  // numbers are meant.
   const bool decimal = text.find_first_not_of("+-.0123456789eE") == std::string::npos;
   if (*end != '\0' || !decimal) Fail(key, node, "a number");
   if (!std::isfinite(number)) Fail(key, node, "a finite number");

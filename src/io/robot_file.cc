@@ -148,8 +148,8 @@ void ReadNominal(const YAML::Node& map, const std::vector<std::string>& limited,
 /// Height of the lowest contact above the ground where the YAML does not say base_z [m].
 constexpr double kDropHeight = 0.1;
 
-/// The position that is the height of the robot: of its base, or of the floating joint that holds it
-/// in the URDF; −1 where there is none.
+/// The position that is the height of the robot: of its base, or of the floating joint that holds
+/// it in the URDF; −1 where there is none.
 int HeightPosition(const RobotModel& model) {
   const auto& names = model.coordinates;
   const auto base = std::find(names.begin(), names.end(), "base_z");
@@ -221,8 +221,8 @@ RobotModel ReadRobotModel(const std::string& urdf, const YAML::Node& document) {
   return ParseUrdf(urdf, static_cast<RobotBase>(base), static_cast<UrdfFaults>(faults));
 }
 
-/// Contacts that come from other files, meshes and terrains, are written into the YAML, so that the two texts are
-/// all there is to a robot.
+/// Contacts that come from other files, meshes and terrains, are written into the YAML, so that the
+/// two texts are all there is to a robot.
 void KeepMeshContacts(RobotTexts* texts) {
   try {
     const YAML::Node document = ParseYaml(texts->yaml);
@@ -264,7 +264,7 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
   reader.Read("inputs", &robot.inputs);
   const std::size_t declared = robot.inputs.size();
   ReadConstraints(reader.Child("constraints"), &robot);
-  for (const char* key : {"contacts", "contacts_made", "terrain"}) reader.Child(key);  // known, and planned
+  for (const char* key : {"contacts", "contacts_made", "terrain"}) reader.Child(key);  // planned
   const MadeContacts made = PlanContacts(document, folder, robot.model, joints.limited);
   ReadConstraints(made.constraints, &robot);
   ReadConstraints(joints.constraints, &robot);

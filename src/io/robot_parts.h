@@ -50,8 +50,8 @@ void CentreLimited(const std::vector<std::string>& limited, const RobotModel& mo
 ///   soles:
 ///     left_foot: {stiffness: 6000, damping: 15, mass: 0.05}
 /// Each adds a link left_foot_sole, a point of that mass on springs along the axes of the link
-/// (joints left_foot_sole_x, _y, _z), and hands it the link's collision geometry. Returns the
-/// efforts.
+/// (joints left_foot_sole_x, _y, _z), and hands it the link's collision geometry.
+/// Returns the efforts.
 YAML::Node AddSoles(const YAML::Node& map, RobotModel* model);
 
 /// Contacts that the YAML asks for, and those of a robot that could fall and has neither

@@ -149,8 +149,8 @@ void AddContinuation(const Names& constraints, const ContinuedOutcome& end, Cont
   order->modes = ToLabels(constraints, end.modes);
 }
 
-/// Where each order of the cluster that stops the derivative leads to, with a note on what is not
-/// listed.
+/// Where each order of the cluster that stops the derivative leads to, with a note on
+/// what is not listed.
 void AddOrders(const Setup& setup, const Differentiated& d, bool continue_orders,
                OutcomeDerivative* result) {
   if (d.derivative.status.ok() || d.derivative.events.empty()) return;
@@ -194,7 +194,8 @@ ContactTrajectory Answer(const Setup& setup, const SimulationRequest& request) {
   run.options.dense = count > 1;
   Trajectory trajectory = Simulate(*setup.system, run.x, run.input, run.duration, run.options);
   std::vector<GrazingEvent> near;
-  // Of a run that a budget has ended none: where it was of time there is none left to look for them.
+  // Of a run that a budget has ended none: where it was of time there is none left
+  // to look for them.
   if (trajectory.status.outcome != Outcome::kBudgetExceeded) {
     try {
       near = FindNearGrazing(*setup.system, trajectory);

@@ -64,7 +64,8 @@ class Reader {
     const std::size_t at = cursor_.position();
     const Record head = Next(&cursor_);
     if (head.op != BagOp::kFileHeader) throw DamagedBag(at, "no bag header");
-    if (cursor_.position() - at != kBagHeaderSize + 8) throw DamagedBag(at, "a header of another size");
+    if (cursor_.position() - at != kBagHeaderSize + 8)
+      throw DamagedBag(at, "a header of another size");
     const std::string padding = Cursor(head.data).Rest();
     const std::size_t odd = padding.find_first_not_of(' ');
     if (odd != std::string::npos) throw DamagedBag(head.data.position() + odd, "not a space");
@@ -92,7 +93,8 @@ class Reader {
       if (found == to_index_.end()) throw DamagedBag(record.position, "an index of no message");
       Cursor data = record.data;
       const auto count = record.Get<std::uint32_t>("count");
-      if (data.size() != std::size_t{count} * 12) throw DamagedBag(record.position, "an index is cut");
+      if (data.size() != std::size_t{count} * 12)
+        throw DamagedBag(record.position, "an index is cut");
       std::vector<Entry> entries;
       while (!data.done()) {
         const ros::Time time = record.TimeOf(data.Take<std::uint64_t>("a time"));
@@ -167,7 +169,8 @@ class Reader {
     }
     fields.emplace("topic", record.header.at("topic"));  // rosbag does not say it twice
     for (const char* name : {"type", "md5sum", "message_definition"}) {
-      if (!fields.count(name)) throw DamagedBag(record.position, std::string("a connection without ") + name);
+      if (!fields.count(name))
+        throw DamagedBag(record.position, std::string("a connection without ") + name);
     }
     if (fields.at("topic") != record.header.at("topic")) {
       throw DamagedBag(record.position, "a connection of two topics");
@@ -187,7 +190,8 @@ class Reader {
       const Record record = Whole(&cursor);
       if (record.op == BagOp::kConnection && chunks == 0) {
         const auto id = record.Get<std::uint32_t>("conn");
-        if (!connections_.count(id)) throw DamagedBag(record.position, "a connection without messages");
+        if (!connections_.count(id))
+          throw DamagedBag(record.position, "a connection without messages");
         Connect(record);
         if (!listed.insert(id).second) throw DamagedBag(record.position, "a connection twice");
       } else if (record.op == BagOp::kChunkInfo) {

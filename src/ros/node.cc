@@ -280,8 +280,8 @@ void EndOnSignals() {
 
 int RunNode() {
   EndOnSignals();
-  // When the last handle goes ROS shuts down, and its log with it: this one outlives what may
-  // throw.
+  // When the last handle goes ROS shuts down, and its log with it: this one
+  // outlives what may throw.
   const ros::NodeHandle handle;
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is told as a full disk
   try {

@@ -211,9 +211,9 @@ bool SimulatorServices::PredictFrom(PredictOutcome::Request& in, PredictOutcome:
     request.size = in.size;
     const Snapshot snapshot = simulator_->Call(
         [&](Session& session) { return session.AskPrediction(&request); }, &out.condition);
-    AnswerWithin<SimulateTrajectory::Response>(pool_, "predict", LimitsOf(*snapshot.setup, {}),
-                                               &out.prediction,
-                                               [&] { return Predict(snapshot, request, &IsStopping); });
+    AnswerWithin<SimulateTrajectory::Response>(
+        pool_, "predict", LimitsOf(*snapshot.setup, {}), &out.prediction,
+        [&] { return Predict(snapshot, request, &IsStopping); });
     out.outcome = out.prediction.outcome;
     out.message = out.prediction.message;
     const bool ended = out.outcome == static_cast<int>(Outcome::kCancelled) ||

@@ -27,8 +27,8 @@ const char kHelp[] =
     "  --key            Ed25519 key (openssl pkey -pubout) that must have signed every link\n"
     "  --max-seconds    for repeating one result, 3600 by default\n"
     "  --max-megabytes  of memory, 8192 by default\n"
-    "  --plugin         class of pluginlib with models, as in the node's ~model_plugins; repeatable\n"
-    "Exit code: 0 when something was verified, and nothing differs or is missing; 1 when something\n"
+    "  --plugin         class of pluginlib with models, as the node's ~model_plugins; repeatable\n"
+    "Exit code: 0 when something was verified, nothing differs or is missing; 1 when something\n"
     "differs or is damaged, a bag cannot be read, or there is nothing to verify; 2 for wrong use;\n"
     "3 when nothing differs, but not everything could be verified: INCOMPLETE.\n";
 

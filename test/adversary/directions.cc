@@ -9,8 +9,8 @@ namespace contact_flow {
 namespace adversary {
 namespace {
 
-/// A gap that opens by less than this to first order may yet close in the perturbed run, by its
-/// speed.
+/// A gap that opens by less than this to first order may yet close in the perturbed
+/// run, by its speed.
 constexpr double kClear = 1e-2;
 
 /// Keeps contacts to first order, by the shortest change of (δq, δv).

@@ -25,8 +25,8 @@ const char* Name(Verdict::Kind kind);
 /// Simulates, differentiates and holds both against quotients of the reference simulator.
 Verdict Judge(const Case& c);
 
-/// How far the library's own quotient along w, at tight tolerances, is off a prediction; a
-/// sentence.
+/// How far the library's own quotient along w, at tight tolerances, is off a
+/// prediction; a sentence.
 std::string SecondOpinion(const Case& c, const Vector& w, const Vector& prediction, double alpha);
 
 }  // namespace adversary

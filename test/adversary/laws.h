@@ -17,8 +17,8 @@ namespace adversary {
 /// No impact adds energy: ½ v⁺ᵀMv⁺ ≤ ½ v⁻ᵀMv⁻. With different restitutions in one cluster it may.
 std::string BrokenEnergyLaw(const MechanicalSystem& system, const Trajectory& run);
 
-/// B is positively homogeneous: B(λw) = λ B(w) at a `w` of length 1 that the start admits. Sizes are
-/// judged after `units` are taken back.
+/// B is positively homogeneous: B(λw) = λ B(w) at a `w` of length 1 that the start admits. Sizes
+/// are judged after `units` are taken back.
 std::string BrokenHomogeneity(const BDerivative& B, const Vector& w, const Units& units);
 
 /// A start that is moved along its own flow moves the end along its: B(F(x₀)) = F(φ(T, x₀)), in a

@@ -139,8 +139,8 @@ TEST(ReachableBasisByBlocks, SpansWhatAllColumnsSpan) {
   ASSERT_EQ(basis.cols(), rank);
   const Eigen::HouseholderQR<Matrix> factor(span);
   const Matrix exact = Matrix(factor.householderQ()).leftCols(rank);
-  // Projectors on one space; rounding of sums of 4800 squares: √4800 · 1e-16, times cond(span) <
-  // 1e3.
+  // Projectors on one space; rounding of sums of 4800 squares: √4800 · 1e-16, times
+  // cond(span) < 1e3.
   EXPECT_LT((basis * basis.transpose() - exact * exact.transpose()).cwiseAbs().maxCoeff(), 1e-11);
 }
 

@@ -102,8 +102,8 @@ TEST(Covariance, OfManyConesByCubature) {
 }
 
 TEST(Covariance, CubatureOfTheKnown) {
-  // |w₁| + |w₂| of independent normals: twice the half-normals' moments. In the plane the rule is
-  // even.
+  // |w₁| + |w₂| of independent normals: twice the half-normals' moments. In the plane
+  // the rule is even.
   const PiecewiseLinearMap sum =
       test::SumOfFolds(Matrix::Zero(1, 2), Matrix::Ones(1, 2), Matrix::Identity(2, 2));
   const OutcomeCovariance result = PropagateCovariance(sum, Matrix::Identity(2, 2));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The outcome as a map of inputs on a grid, beside re-simulated runs; and whether it is
-// controllable.
+// The outcome as a map of inputs on a grid, beside re-simulated runs; and whether it
+// is controllable.
 #include "contact_flow/analysis/input_map.h"
 
 #include <gtest/gtest.h>

@@ -57,8 +57,8 @@ TEST_F(Ceiling, TouchedSlowlyIsNamedWithTimeAndSpeed) {
   EXPECT_EQ(Kind::kSlowTouchdown, found[0].kind);
   EXPECT_EQ(0, found[0].constraint);
   EXPECT_NEAR((std::sqrt(squared) - kSpeed) / kGravity, found[0].t, 1e-8);
-  // v² is a difference of numbers ~20 known to 1e-12 (the gap at the event, times 2g): v to
-  // 1e-12/v.
+  // v² is a difference of numbers ~20 known to 1e-12 (the gap at the event, times
+  // 2g): v to 1e-12/v.
   EXPECT_NEAR(kSpeed, found[0].value, 2e-11 / kSpeed);
   EXPECT_TRUE(FindNearGrazing(*system, Throw(2 * kGravity + 2.1e-8)).empty()) << "1.4e-4 m/s";
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pieces that are no map have neither stability nor controllability, whatever each would have alone.
+// Pieces that are no map have neither stability nor controllability, whatever each
+// would have alone.
 #include <gtest/gtest.h>
 
 #include <cmath>

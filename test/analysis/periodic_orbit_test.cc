@@ -97,8 +97,8 @@ TEST(PeriodicOrbit, FindsTheTrotFromTenPercentOff) {
     problem.conditions = TrotConditions();
     MoveOff(&generator, &problem);
     const OrbitSolution found = FindOrbit(problem, options);
-    // Some starts do not hop at all: no foot lifts off before the apex. Newton has no equation
-    // then.
+    // Some starts do not hop at all: no foot lifts off before the apex. Newton has
+    // no equation then.
     if (found.newton.iterations.empty()) continue;
     ++possible;
     if (!found.ok()) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Return maps: a ball whose map is known, one-sided quotients of simulated returns, the trot's
-// stability.
+// Return maps: a ball whose map is known, one-sided quotients of simulated returns, the
+// trot's stability.
 #include "contact_flow/analysis/poincare.h"
 
 #include <gtest/gtest.h>
@@ -74,8 +74,8 @@ TEST(Poincare, ImpactOfABallIsKnown) {
   EXPECT_LE(std::abs(impact.map(Vector::Unit(4, 3))(1)), 1e-9) << "the height stays zero";
 }
 
-/// Slope of log|(P(x+αw) − P(x))/α − DP w| over log α; NaN when the errors are at the level of
-/// rounding.
+/// Slope of log|(P(x+αw) − P(x))/α − DP w| over log α; NaN when the errors are at the
+/// level of rounding.
 double QuotientSlope(const MechanicalSystem& system, const Vector& u, const Section& section,
                      const Vector& x, const Vector& w) {
   PoincareOptions options;

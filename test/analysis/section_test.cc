@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The algebra of sections on random maps: nothing along ds, neutral directions, invariant
-// subspaces.
+// The algebra of sections on random maps: nothing along ds, neutral directions,
+// invariant subspaces.
 #include "contact_flow/analysis/section.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Verdicts on maps whose fate is known, or known from long simulation; certificates, true and
-// tampered.
+// Verdicts on maps whose fate is known, or known from long simulation; certificates,
+// true and tampered.
 #include "contact_flow/analysis/stability.h"
 
 #include <gtest/gtest.h>
@@ -104,8 +104,8 @@ TEST(Stability, OfLinearMapsIsTheSpectralRadius) {
 }
 
 TEST(Stability, QuadraticNormReachesTheLargerOfTwoCommutingRates) {
-  // Commuting normal matrices, seen in skew coordinates: the best rate is the largest spectral
-  // radius.
+  // Commuting normal matrices, seen in skew coordinates: the best rate is the largest
+  // spectral radius.
   std::mt19937 generator(4);
   Matrix rotation(3, 3), T = test::RandomMatrix(3, 3, &generator);
   rotation << 0.8 * std::cos(1), -0.8 * std::sin(1), 0, 0.8 * std::sin(1), 0.8 * std::cos(1), 0, 0,

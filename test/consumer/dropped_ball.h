@@ -13,7 +13,7 @@ struct DroppedBall {
   static constexpr const char* kName = "dropped_ball";
   static constexpr const char* kSummary = "a ball on a floor";
   static constexpr int kDof = 1, kConstraints = 1, kInputs = 0;
-  static constexpr bool kConstantMass = true, kAffineConstraints = true;  // M, Da do not depend on q
+  static constexpr bool kConstantMass = true, kAffineConstraints = true;  // M, Da: constant
   static constexpr std::array<const char*, 1> kCoordinates = {"z"};
   static constexpr std::array<const char*, 1> kUnits = {"m"};
   static constexpr std::array<const char*, 1> kConstraintNames = {"floor"};
@@ -27,7 +27,8 @@ struct DroppedBall {
     void Visit(Visitor&& visit) {
       visit(mass, "mass", "kg", "mass of the ball", contact_flow::Range::kPositive);
       visit(gravity, "gravity", "m/s^2", "downward acceleration", contact_flow::Range::kAny);
-      visit(restitution, "restitution", "", "restitution of the floor", contact_flow::Range::kUnitInterval);
+      visit(restitution, "restitution", "", "restitution of the floor",
+            contact_flow::Range::kUnitInterval);
     }
   };
 

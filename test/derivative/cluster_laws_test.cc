@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The laws of the B-derivative at every cluster met by the models, and one-sided difference
-// quotients.
+// The laws of the B-derivative at every cluster met by the models, and one-sided
+// difference quotients.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -36,8 +36,8 @@ std::vector<Scenario> Scenarios() {
   const auto add = [&](const std::string& name, std::shared_ptr<MechanicalSystem> system) {
     scenarios.push_back({name, system, system->nominal().x, system->nominal().duration});
   };
-  // Foot by foot, contacts that are not orthogonal: the first foot lets go at the impact of the
-  // second.
+  // Foot by foot, contacts that are not orthogonal: the first foot lets go at the
+  // impact of the second.
   std::shared_ptr<MechanicalSystem> rigid = MakeModel("rigid_biped");
   Vector tilted = rigid->nominal().x;
   tilted(2) = 0.1;
@@ -127,8 +127,8 @@ TEST_P(ClusterLaws, PiecesAgreeWithDirectionsAndOnFaces) {
     const double scale = 1 + value.cwiseAbs().maxCoeff();
     EXPECT_LE((map(w) - value).cwiseAbs().maxCoeff(), kRounding * scale);
     EXPECT_LE((B(2.5 * w) - 2.5 * value).cwiseAbs().maxCoeff(), kRounding * scale);
-    // Onto a face between two pieces: every piece whose closed cone holds the point has the same
-    // value.
+    // Onto a face between two pieces: every piece whose closed cone holds the point
+    // has the same value.
     const Matrix& cone = map.pieces()[map.PieceAt(w)].cone;
     if (cone.rows() == 0) continue;
     const Vector normal = cone.row(trial % cone.rows()).transpose();

@@ -32,8 +32,8 @@ struct Landing {
   std::vector<ContinuedOutcome> Continue(double t_end) const {
     return ContinueOutcomes(*system, kNoInput, cluster(), orders(), t_end, Tight());
   }
-  /// The nominal run with gaps that close later by so much [m]: the order of touchdowns is that of
-  /// `gaps`.
+  /// The nominal run with gaps that close later by so much [m]: the order of touchdowns
+  /// is that of `gaps`.
   Trajectory WithGaps(const Eigen::Vector2d& gaps, double t_end) const {
     const int d = system->dof();
     ConstraintTerms terms;
@@ -138,8 +138,8 @@ TEST(ContinuedOutcomes, BeginWithTheOutcomeItself) {
   }
 }
 
-/// A cluster with a spread of 1e-7 s is located with gaps of 1e-7 m, of either sign: contacts are
-/// kept.
+/// A cluster with a spread of 1e-7 s is located with gaps of 1e-7 m, of either sign:
+/// contacts are kept.
 TEST(ContinuedOutcomes, KeepContactsWhoseGapTheSpreadLeavesOpen) {
   const Landing landing("rigid_biped");
   for (double spread : {-8e-8, 8e-8}) {

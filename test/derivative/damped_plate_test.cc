@@ -16,8 +16,8 @@ namespace {
 
 const ContactMode kTable({0}), kCarts({1, 2}), kNone;
 
-/// Contact modes of runs in which the first, the second cart meets its stop first. The carts
-/// bounce.
+/// Contact modes of runs in which the first, the second cart meets its stop first.
+/// The carts bounce.
 struct Case {
   std::string name;
   ParameterValues parameters;

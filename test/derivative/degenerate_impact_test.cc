@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Two contacts rest, a third is hit, and the impulse on one of the two vanishes together with its
-// speed afterwards: what a perturbed impact does is decided by the derivative of the complementarity
-// problem.
+// speed afterwards: what a perturbed impact does is decided by the derivative of the
+// complementarity problem.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,8 +16,8 @@
 namespace contact_flow {
 namespace {
 
-/// Walls a_i = q_i for h, a, b and a free coordinate s. M_hb = slope·s vanishes at s = 0, and with it
-/// the coupling of h and b that a does not carry: g_hb = g_ha g_ab there. The force on b changes
+/// Walls a_i = q_i for h, a, b and a free coordinate s. M_hb = slope·s vanishes at s = 0, and with
+/// it the coupling of h and b that a does not carry: g_hb = g_ha g_ab there. The force on b changes
 /// sign as h stops: `pull` > 0 lets b go.
 struct Chain : test::UnitMasses<4, 3> {
   static constexpr const char* kName = "chain";

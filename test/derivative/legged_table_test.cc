@@ -67,8 +67,8 @@ TEST_F(Table, HasTwentyFourDifferentPieces) {
       closest = std::min(closest, difference.cwiseAbs().maxCoeff());
     }
   }
-  // Swapping two neighbours changes the pitch by 2·flywheel·(ż/I)·(time left) ≈ 0.1 a unit of foot
-  // height.
+  // Swapping two neighbours changes the pitch by 2·flywheel·(ż/I)·(time left) ≈ 0.1 a
+  // unit of foot height.
   EXPECT_GT(closest, 1e-2);
 }
 

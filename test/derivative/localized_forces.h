@@ -11,12 +11,12 @@
 namespace contact_flow {
 namespace test {
 
-/// Unit masses (and moments of inertia) on a configuration space of any kind, without constraints,
-/// under
+/// Unit masses (and moments of inertia) on a configuration space of any kind, without
+/// constraints, under
 ///   f = g + L x + Σ_b amplitude_b · shape_b(s) · push_b,   s = (along_b x − centre_b)/width_b,
 /// x = (q, v) in numbers, where a shape is exp(−sᵀs) (a gust) or exp(−s₀) (a ground). Parameters
-/// are amplitude and width of each. Written by hand in double, so that random ones cost no
-/// compilation.
+/// are amplitude and width of each. Written by hand in double, so that random ones
+/// cost no compilation.
 class LocalizedForces : public MechanicalSystem {
  public:
   struct Term {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Couplings that are neglected or not by what they change, and the derivative under the projection
-// law.
+// Couplings that are neglected or not by what they change, and the derivative under
+// the projection law.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -217,8 +217,8 @@ TEST(Openings, OfThreeHitsByHand) {
   const EventMap map(std::make_shared<ContactDynamics>(system, Vector(0)), hit);
   ASSERT_TRUE(map.status().ok()) << map.status().message;
   // Delays (0, 1, s): at s the rate is 1 − (s − 1), the gap ½ + (s−1) − (s−1)²/2, zero at 2 + √2;
-  // after that the wall is closed. δv_0 = rate − s; later ä = 1 keeps it open up to s = 3, where the
-  // gap ½ just suffices for the rate −1, and beyond that another fall ends at rate zero after
+  // after that the wall is closed. δv_0 = rate − s; later ä = 1 keeps it open up to s = 3, where
+  // the gap ½ just suffices for the rate −1, and beyond that another fall ends at rate zero after
   // t = −r − √(r² − 2g), so that δv_0 = −t − s.
   const auto by_hand = [](double s) {
     const double rate = 2 - s, gap = 0.5 + (s - 1) - (s - 1) * (s - 1) / 2;
@@ -264,7 +264,8 @@ TEST(Openings, FollowAnIntegrationOfTheGaps) {
       for (int i : cluster.transition.activated) w(i) = normal(generator);
       const Vector dv = ByGaps(cluster, w.head(kWalls));
       const Vector B = map(w);
-      // Rates are sums of products of forces up to 30 and times up to 30, bounces followed to 1e-12.
+      // Rates are sums of products of forces up to 30 and times up to 30, bounces
+      // followed to 1e-12.
       const double rounding = 1e-9 * (1 + dv.cwiseAbs().maxCoeff());
       ASSERT_LE((B.tail(kWalls) - dv).cwiseAbs().maxCoeff(), rounding)
           << "direction " << w.transpose() << "\nB  " << B.tail(kWalls).transpose() << "\ngaps "

@@ -25,8 +25,8 @@ struct Landing {
   Vector Velocity(const Vector& x) const { return x.tail(system->dof()); }
 
   /// The run that meets constraint `first` earlier than the other, by about `separation` [m] of
-  /// gap, to `settled` after the landing. Only first-order terms of the separation are left in its
-  /// velocity.
+  /// gap, to `settled` after the landing. Only first-order terms of the separation are left
+  /// in its velocity.
   Trajectory Perturbed(int first, double separation, double settled) const {
     SimulateOptions options;
     options.relative_tolerance = options.absolute_tolerance = 1e-11;
@@ -98,8 +98,8 @@ TEST(Corner, CouplesItsWallsByTheCosineOfTheirAngle) {
 
 TEST(Corner, AtSixtyDegreesTheOrderDecides) {
   for (double restitution : {0.0, 0.5}) {
-    // Gravity that pushes the ball into the corner: no order's outcome depends on when it is looked
-    // at.
+    // Gravity that pushes the ball into the corner: no order's outcome depends on when
+    // it is looked at.
     const Landing landing("corner",
                           {{"angle", kAcute}, {"restitution", restitution}, {"gravity_x", -2}});
     ExpectOutcomesAreLimits(landing);
@@ -136,8 +136,8 @@ TEST(Corner, AtOneHundredAndTwentyDegreesPlasticImpactsEndAtRest) {
   }
 }
 
-/// Both orders of the pieces of a continuous landing that is not orthogonal, against one-sided
-/// quotients.
+/// Both orders of the pieces of a continuous landing that is not orthogonal, against
+/// one-sided quotients.
 void ExpectBothPiecesAgreeWithQuotients(const Landing& landing) {
   ASSERT_TRUE(landing.B.status.ok()) << landing.B.status.message;
   const PiecewiseLinearMap map = landing.B.Pieces();
@@ -202,8 +202,8 @@ TEST_F(Quadruped, HasThreeOutcomesThatStayApart) {
   }
 }
 
-/// The same some time later: the outcomes are functions of the order, not of the size of the
-/// perturbation.
+/// The same some time later: the outcomes are functions of the order, not of the size of
+/// the perturbation.
 TEST_F(Quadruped, OutcomesOfEachOrderConverge) {
   constexpr double kLater = 0.03;
   Vector limit[2];

@@ -175,7 +175,8 @@ bool Check(unsigned seed, ImpactLaw law, Tally* tally) {
     const bool agree = found == ContactClass::kOrdersAgree && angle < M_PI / 2;
     // An elastic and a plastic contact may hit each other on and on: the sequence is cut.
     const bool cut = found == ContactClass::kUndecided && angle > M_PI / 2 && !plastic;
-    // Elastic contacts that are orthogonal by chance: B is not continuous where both are met at once.
+    // Elastic contacts that are orthogonal by chance: B is not continuous where both
+    // are met at once.
     const bool torn = crooked != 0 && angle == M_PI / 2 &&
                       B.status.message.find("common face") != std::string::npos;
     EXPECT_TRUE(agree || cut || torn ||

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every reference case, at the tight and at the default tolerance: events, states, modes,
-// derivatives.
+// Every reference case, at the tight and at the default tolerance: events, states,
+// modes, derivatives.
 #include <gtest/gtest.h>
 
 #include "contact_flow/derivative/b_derivative.h"
@@ -161,8 +161,8 @@ TEST(ReferenceStructure, RigidLegsHaveNoDerivativeButTwoOutcomes) {
   EXPECT_EQ((std::vector<int>{0, 1}), outcomes[0].order);
   EXPECT_EQ(ContactMode({1}), outcomes[0].mode_after) << "the foot that landed first lets go";
   EXPECT_EQ(ContactMode({0}), outcomes[1].mode_after);
-  // Each order's velocity is the limit of the runs on that side of θ(0) = 0: at 1e-6 rad, ~1e-6
-  // apart.
+  // Each order's velocity is the limit of the runs on that side of θ(0) = 0: at 1e-6
+  // rad, ~1e-6 apart.
   for (const auto& [name, index] :
        {std::pair("rigid_biped_left_first", 0), std::pair("rigid_biped_right_first", 1)}) {
     const ReferenceCase one_sided(name);

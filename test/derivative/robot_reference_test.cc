@@ -38,8 +38,8 @@ State<S> SoftBiped(const SystemDescription& model, const SystemDescription& robo
   return y;
 }
 
-/// As HoppingTrot sees its legs: in the axes of the body, which the robot's pitch turns the other
-/// way.
+/// As HoppingTrot sees its legs: in the axes of the body, which the robot's pitch
+/// turns the other way.
 template <class S>
 State<S> HoppingTrot(const SystemDescription&, const SystemDescription& robot, const State<S>& x) {
   using std::cos;

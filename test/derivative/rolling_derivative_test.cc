@@ -116,8 +116,8 @@ TEST(RollingDerivative, CarriesInputsAndParametersThroughChangesOfTheInput) {
               rolling.Read(&run), 1e-6, "falling_box");
 }
 
-/// Readings at common instants, of runs that are looked at now and then, often, and read at every
-/// look.
+/// Readings at common instants, of runs that are looked at now and then, often, and
+/// read at every look.
 TEST(RollingDerivative, IsTheSameToTheBitHoweverItIsLookedAt) {
   const double parts[] = {0.31, 0.314, 0.55, 0.8, 1.1};
   for (const char* model : {"soft_biped", "hopping_trot", "falling_box", "legged_table"}) {

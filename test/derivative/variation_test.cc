@@ -62,8 +62,8 @@ TEST(Variation, ModesThatHaveDecayedCostLittle) {
 }
 
 /// In free flight soft_biped's springs stay at rest: the state is a polynomial, integrated exactly
-/// with huge steps, while the tangents oscillate at 9 rad/s. The tangents' own error control must
-/// notice.
+/// with huge steps, while the tangents oscillate at 9 rad/s. The tangents' own error
+/// control must notice.
 TEST(Variation, TangentsAreResolvedWhereTheStateIsAPolynomial) {
   const test::ReferenceCase reference("soft_biped_tilted");
   VariationStatistics loose, tight;

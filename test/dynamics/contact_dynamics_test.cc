@@ -102,8 +102,9 @@ TEST_P(Dynamics, SatisfiesTheEquationsOfMotion) {
   }
 }
 
-/// The factors of some modes are kept: whatever was asked before, the answer is that of a new object,
-/// to the bit. Also where there are more modes than are kept, and dependent ones without an answer.
+/// The factors of some modes are kept: whatever was asked before, the answer is that of a new
+/// object, to the bit. Also where there are more modes than are kept, and dependent ones
+/// without an answer.
 TEST_P(Dynamics, DoesNotDependOnTheModesBefore) {
   std::uniform_int_distribution<std::uint64_t> any(0, (std::uint64_t{1} << std::min(n, 5)) - 1);
   const auto same = [](const Matrix& a, const Matrix& b) {
@@ -230,8 +231,8 @@ INSTANTIATE_TEST_SUITE_P(AllModels, Dynamics, testing::ValuesIn(ModelNames()),
                            return info.param;
                          });
 
-/// A mass on a floor that is there twice; its mass may be anything, and may count as constant or
-/// not.
+/// A mass on a floor that is there twice; its mass may be anything, and may count as
+/// constant or not.
 template <bool kConstant>
 struct TwoFloors : test::UnitMasses<2, 2> {
   static constexpr bool kConstantMass = kConstant;
@@ -263,8 +264,8 @@ struct TwoFloors : test::UnitMasses<2, 2> {
   }
 };
 
-/// Assumption 3 fails where contacts depend on one another, or where a mass is not
-/// positive.
+/// Assumption 3 fails where contacts depend on one another, or where a mass
+/// is not positive.
 template <class Model>
 void ExpectNoNumbersWhereSingular() {
   const Vector x = Vector::Zero(4);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What commands do to a state: contacts that have drifted are put back, impulses act through
-// contacts.
+// What commands do to a state: contacts that have drifted are put back, impulses act
+// through contacts.
 #include <gtest/gtest.h>
 
 #include "contact_flow/dynamics/contact_dynamics.h"
@@ -52,8 +52,8 @@ TEST(ProjectContacts, LeavesAloneWhatIsExact) {
   EXPECT_EQ(x, system->nominal().x);
 }
 
-/// A ball of mass m: in flight the impulse is the change of momentum; on the floor half of it comes
-/// back.
+/// A ball of mass m: in flight the impulse is the change of momentum; on the floor half
+/// of it comes back.
 TEST(PushedVelocity, IsTheChangeOfMomentumAndWhatContactsGiveBack) {
   const auto system = MakeModel("bouncing_ball", {{"mass", 2.0}, {"restitution", 0.5}});
   ASSERT_EQ(system->dof(), 2);

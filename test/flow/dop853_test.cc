@@ -8,8 +8,8 @@
 namespace contact_flow {
 namespace {
 
-/// The pendulum-like equation ẍ = −sin x has no special structure; its reference is made with tiny
-/// steps.
+/// The pendulum-like equation ẍ = −sin x has no special structure; its reference is made
+/// with tiny steps.
 void Pendulum(const double* x, double* xdot) {
   xdot[0] = x[1];
   xdot[1] = -std::sin(x[0]);

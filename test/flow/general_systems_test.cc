@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What Sec. 6.1 of the paper adds: bilateral constraints, SE(3), efforts that depend on the contact
-// mode.
+// What Sec. 6.1 of the paper adds: bilateral constraints, SE(3), efforts that depend on
+// the contact mode.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -67,8 +67,8 @@ TEST(BilateralConstraints, JointedBipedIsTheRigidBiped) {
     jointed->Constraints(two.FinalState().head(7), two.FinalState().tail(7), &terms);
     EXPECT_LE(terms.gap.tail(4).cwiseAbs().maxCoeff(), 1e-13);
     EXPECT_LE((terms.jacobian.bottomRows(4) * two.FinalState().tail(7)).norm(), 1e-13);
-    // Derivatives along the lifted directions are lifted derivatives (central differences of the
-    // lift).
+    // Derivatives along the lifted directions are lifted derivatives (central
+    // differences of the lift).
     const BDerivative D = DifferentiateOutcome(*rigid, one),
                       E = DifferentiateOutcome(*jointed, two);
     ASSERT_TRUE(D.status.ok() && E.status.ok());
@@ -144,8 +144,8 @@ TEST(ConfigurationSpaces, QuaternionsThatAreNotUnitAreRefused) {
 }
 
 /// A ball on a floor with a thruster whose thrust grows at one rate in contact and at another in
-/// flight: if it is off in the air, the ball can neither stay nor leave when the thrust exceeds its
-/// weight.
+/// flight: if it is off in the air, the ball can neither stay nor leave when the thrust
+/// exceeds its weight.
 struct Thruster : test::UnitMasses<2, 1> {
   static constexpr const char* kName = "thruster";
   static constexpr bool kContactEffort = true;

@@ -52,8 +52,8 @@ struct Waves : test::UnitMasses<2, 1> {
   }
 };
 
-/// A block on a floor, λ/unit = load − drift w + cos w, with w a clock: many periods pass before it lets
-/// go.
+/// A block on a floor, λ/unit = load − drift w + cos w, with w a clock: many periods pass
+/// before it lets go.
 struct Shaken : test::UnitMasses<2, 1> {
   static constexpr const char* kName = "shaken";
   static constexpr std::array<const char*, 2> kCoordinates = {"y", "clock"};

@@ -21,8 +21,8 @@ long ResidentBytes() {
   return resident * ::sysconf(_SC_PAGESIZE);
 }
 
-/// The trot's energy and the power of what is not conservative, written out by leg in polar
-/// coordinates.
+/// The trot's energy and the power of what is not conservative, written out by leg in
+/// polar coordinates.
 class TrotEnergy {
  public:
   explicit TrotEnergy(const MechanicalSystem& system) : system_(system) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An online run is one call of Simulate, to the bit, whatever the instants at which it is looked
-// at.
+// An online run is one call of Simulate, to the bit, whatever the instants at which
+// it is looked at.
 #include "contact_flow/flow/online_flow.h"
 
 #include <gtest/gtest.h>

@@ -127,8 +127,8 @@ TEST(Status, ZenoMayBeCompletedToSticking) {
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   EXPECT_EQ(ContactMode({0}), run.ModeSequence().back());
   EXPECT_TRUE(run.transitions.back().completes_zeno);
-  // The ball rolls on: x(8) = 5 − 0.5·8, and rests on the floor up to the last bounce that was
-  // flown.
+  // The ball rolls on: x(8) = 5 − 0.5·8, and rests on the floor up to the last
+  // bounce that was flown.
   EXPECT_NEAR(1, run.FinalState()(0), 1e-9);
   EXPECT_NEAR(0, run.FinalState()(1), 1e-9);
   EXPECT_NEAR(0, run.FinalState()(3), 1e-12);
@@ -136,8 +136,8 @@ TEST(Status, ZenoMayBeCompletedToSticking) {
   EXPECT_EQ(Outcome::kZeno, B.status.outcome) << "no derivative across it";
 }
 
-/// Plastic impacts accumulate too: a block rocks from corner to corner, each time for a shorter
-/// while.
+/// Plastic impacts accumulate too: a block rocks from corner to corner, each time for
+/// a shorter while.
 TEST(Status, ARockingBlockComesToRest) {
   const auto system = MakeModel("rocking_block");
   const Vector x = system->nominal().x;

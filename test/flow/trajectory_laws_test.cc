@@ -15,8 +15,8 @@ namespace contact_flow {
 namespace {
 
 constexpr double kTolerance = 1e-9;
-/// What the integrator may leave of a constraint after seconds of motion: global error ~1e3
-/// tolerances.
+/// What the integrator may leave of a constraint after seconds of motion: global error
+/// ~1e3 tolerances.
 constexpr double kPenetration = 1e-6;
 constexpr int kRuns = 60;
 

@@ -146,9 +146,10 @@ TEST(RequestFuzz, HostileRequestsAreAnsweredOrRefused) {
   }
   const double all =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  std::printf("%ld hostile requests in %.0f s: %ld answered, %ld refused; the slowest took %.2f s of "
-              "processor time\n%.600s\n",
-              tried, all, answered, tried - answered, slowest.seconds, slowest.text.c_str());
+  std::printf(
+      "%ld hostile requests in %.0f s: %ld answered, %ld refused; the slowest took %.2f s of "
+      "processor time\n%.600s\n",
+      tried, all, answered, tried - answered, slowest.seconds, slowest.text.c_str());
   RecordProperty("requests", static_cast<int>(tried));
   EXPECT_GT(tried, 0);
 }

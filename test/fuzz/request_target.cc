@@ -46,7 +46,8 @@ constexpr const char* kKinds[] = {
     "predict"};
 
 std::size_t CaseOf(const std::string& kind) {
-  const auto* found = std::find(std::begin(kKinds), std::end(kKinds), kind == "mark" ? "predict" : kind);
+  const auto* found =
+      std::find(std::begin(kKinds), std::end(kKinds), kind == "mark" ? "predict" : kind);
   if (found == std::end(kKinds)) throw std::invalid_argument("no service " + kind);
   return static_cast<std::size_t>(found - std::begin(kKinds));
 }

@@ -42,7 +42,8 @@ TEST(Configuration, ReadsEveryKindOfNumber) {
   const Configuration c = ParseConfiguration(YAML::Load(R"(
 model: rigid_biped
 parameters: {body_mass: 2, gravity: "9.81", leg_length: 5e-1}
-options: {relative_tolerance: 1e-10, absolute_tolerance: '1e-11', max_steps: 1e5, impact_law: projection}
+options: {relative_tolerance: 1e-10, absolute_tolerance: '1e-11', max_steps: 1e5,
+          impact_law: projection}
 derivative_options: {tolerance: 1e-8, max_activations_for_pieces: 5}
 )"));
   EXPECT_EQ(c.model, "rigid_biped");

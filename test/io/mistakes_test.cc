@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What goes wrong when a robot is set up, and what the answer says of it: where, what, and what to
-// do.
+// What goes wrong when a robot is set up, and what the answer says of it: where,
+// what, and what to do.
 #include <gtest/gtest.h>
 
 #include <cstdio>

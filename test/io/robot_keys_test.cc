@@ -161,8 +161,8 @@ TEST(RobotKeys, AGearIsAClosureOfJoints) {
   EXPECT_NEAR(2 * run.FinalState()(0), run.FinalState()(1), 1e-12);
 }
 
-/// A stop with restitution e: from rest under a = F/m to the limit s, there at √(2 a s), back with
-/// e.
+/// A stop with restitution e: from rest under a = F/m to the limit s, there at √(2 a
+/// s), back with e.
 TEST(RobotKeys, LimitsOfTheUrdfAreStops) {
   const RobotSystem system =
       Make(Link("a", 1) + Slide("a", "a"),

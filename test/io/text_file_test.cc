@@ -50,8 +50,9 @@ TEST(TextFile, AFifoIsRefusedAtOnce) {
 TEST(YamlDocument, ASecondOneIsNotIgnored) {
   EXPECT_TRUE(ParseYamlDocument("").IsNull());
   EXPECT_TRUE(ParseYamlDocument("---\na: 1\n...\n").IsMap());
-  EXPECT_NE(std::string::npos,
-            Refusal([] { ParseYamlDocument("a: 1\n---\nb: 2\n"); }).find("more than one YAML document"));
+  EXPECT_NE(std::string::npos, Refusal([] {
+                                 ParseYamlDocument("a: 1\n---\nb: 2\n");
+                               }).find("more than one YAML document"));
 }
 
 /// 50 000 attributes of one element took 19 s.

@@ -222,18 +222,19 @@ def write_junit(path, cases, result):
         out.write("</testsuite>\n")
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
+def main(classes, description):
+    """Runs the cases of `classes`; --junit FILE writes the results."""
+    parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--junit", help="write the results to this file")
     arguments = parser.parse_args()
     load = unittest.defaultTestLoader.loadTestsFromTestCase
-    suites = [load(ThisTree), load(PlantedViolations)]
+    suites = [load(one) for one in classes]
     cases = [case.id() for suite in suites for case in suite]
     result = unittest.TextTestRunner(stream=sys.stdout).run(unittest.TestSuite(suites))
     if arguments.junit:
         write_junit(arguments.junit, cases, result)
-    return 0 if result.wasSuccessful() else 1
+    sys.exit(0 if result.wasSuccessful() else 1)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main([ThisTree, PlantedViolations], __doc__)

@@ -171,8 +171,8 @@ TEST(SiconosEventDriven, RandomElasticSystemsWithLinearForces) {
     K << draw("k00", 6, 4), draw("k01", 0, 2), 0, draw("k11", 6, 4);
     D << draw("d00", 0.3, 0.2), draw("d01", 0, 0.1), 0, draw("d11", 0.3, 0.2);
     for (Matrix* A : {&M, &K, &D}) (*A)(1, 0) = (*A)(0, 1);
-    // A wall that the springs pull into: several impacts in each run, and accumulation far beyond
-    // it.
+    // A wall that the springs pull into: several impacts in each run, and
+    // accumulation far beyond it.
     const Eigen::Vector2d load(draw("load0", -2, 1), draw("load1", -2, 1));
     const Eigen::Vector2d restitution(draw("restitution0", 0.85, 0.1),
                                       draw("restitution1", 0.85, 0.1));

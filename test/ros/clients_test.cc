@@ -204,8 +204,8 @@ class Clients : public testing::Test {
     EXPECT_EQ(log.seconds.size(), 4u);
     EXPECT_TRUE(first.wrong.empty());
     // Only a build that is so slow that these are long work, as under sanitizers, may be busy.
-    std::printf("%-20s %d were refused as the node was busy; b_derivative alone takes %.1f ms\n", part,
-                log.busy, 1e3 * alone_);
+    std::printf("%-20s %d were refused as the node was busy; b_derivative alone takes %.1f ms\n",
+                part, log.busy, 1e3 * alone_);
     if (alone_ < kLongWork) {
       EXPECT_EQ(log.busy, 0);
     }

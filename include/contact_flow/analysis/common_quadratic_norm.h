@@ -22,8 +22,8 @@ struct CommonQuadraticNorm {
 /// Seeks the P > 0 of the smallest rate, a generalized eigenvalue problem: min γ, A_iᵀ P A_i ≤ γ P.
 /// By the method of centres (Boyd and El Ghaoui): P is moved to the analytic centre of
 ///   { P : γP − A_iᵀPA_i > 0,  0 < P < I },
-/// γ then to just above the rate of P; both converge. Ends early once the rate is below
-/// `good_enough`.
+/// γ then to just above the rate of P; both converge. Ends early once the rate is
+/// below `good_enough`.
 CommonQuadraticNorm FindCommonQuadraticNorm(const std::vector<Matrix>& matrices,
                                             double good_enough = 0,
                                             const std::function<bool()>& cancelled = nullptr);

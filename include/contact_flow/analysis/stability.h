@@ -79,8 +79,8 @@ struct StabilityReport {
 
 /// Stability of x⁺ = f(x), f square, continuous and piecewise linear with pieces A_i on cones C_i,
 /// which is checked (CheckConsistency). In turn:
-///   1. contraction: one norm with ‖A_i‖ < 1 for all i: 1-, 2-, ∞-norm, then a common quadratic
-///   norm;
+///   1. contraction: one norm with ‖A_i‖ < 1 for all i: 1-, 2-, ∞-norm, then a
+///   common quadratic norm;
 ///   2. words w = i₁ i₂ … with A_w = … A_{i₂} A_{i₁} on C_w = {y : fʲ(y) ∈ C_{i_{j+1}}}, the
 ///   shorter ones first:
 ///      a word with max{‖T A_w y‖_∞ : ‖T y‖_∞ ≤ 1, y ∈ C_w} < 1 (linear programs) is done with;

@@ -49,8 +49,8 @@ class ValidityEstimator {
   ValidityEstimator(const MechanicalSystem& system, const Trajectory& trajectory,
                     const BDerivative& derivative);
 
-  /// For w = (δq, δv, δu, δp) [2d+k] or (δq, δv) [2d]. O(N m² d) beside B(w). The radius is NaN, not
-  /// known, where contacts have friction.
+  /// For w = (δq, δv, δu, δp) [2d+k] or (δq, δv) [2d]. O(N m² d) beside B(w). The radius is NaN,
+  /// not known, where contacts have friction.
   ValidityRadius operator()(const VectorRef& w) const;
 
  private:

@@ -53,9 +53,10 @@ class BDerivative {
   /// The same for the entries of the derivative: couplings that were taken for orthogonal.
   double neglected_derivative = 0;
   Trust trust;                   ///< the laws that it was held to, the errors that are left
-  /// What Error is made of: estimated relative errors of Φ_0, B_1, Φ_1, …, Φ_N as they are computed,
+  /// What Error is made of: estimated relative errors of Φ_0, B_1, Φ_1, …, Φ_N as
+  /// they are computed;
   std::vector<double> part_errors;
-  /// and what the error of the state changes in Φ_k w, E_k w, by the change of the Jacobian
+  /// what the error of the state changes in Φ_k w, E_k w, by the change of the Jacobian
   /// [2d × 2d+k].
   std::vector<Matrix> part_bends;
 

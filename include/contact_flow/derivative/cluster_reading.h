@@ -16,8 +16,8 @@ struct ClusterReading {
   /// B(w) holds for α beyond it; 0 where both readings are the same. Where the instants differ by
   /// less than their estimated errors, their order is not known, and those errors stand for Δt.
   double inner_radius = 0;
-  /// The derivative along the order of the instants, for α below it; NaN where that has no selection
-  /// (EventMap::PiecewiseLinear) [2d].
+  /// The derivative along the order of the instants, for α below it; NaN where that
+  /// has no selection (EventMap::PiecewiseLinear) [2d].
   Vector in_order;
 };
 

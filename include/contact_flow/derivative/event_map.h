@@ -46,8 +46,8 @@ struct Modularity {
   double Relative() const { return defect / scale; }
 };
 
-/// Pieces were asked for where the first-order map is none of linear pieces, or where pieces of full
-/// dimension do not say all of it; the message names constraint, time and reason.
+/// Pieces were asked for where the first-order map is none of linear pieces, or where pieces of
+/// full dimension do not say all of it; the message names constraint, time and reason.
 struct NotPiecewiseLinear : std::domain_error {
   using std::domain_error::domain_error;
 };
@@ -86,8 +86,8 @@ class EventMap {
 
   /// kOk; kDiscontinuous when orders disagree (then `outcomes` lists them); kNotDifferentiable.
   const Status& status() const { return status_; }
-  /// The outcome of every order, filled when the status is kDiscontinuous; those that were cut, when
-  /// it is undecided for them.
+  /// The outcome of every order, filled when the status is kDiscontinuous; those that were cut,
+  /// when it is undecided for them.
   const std::vector<OrderOutcome>& outcomes() const { return cluster_.outcomes; }
   /// The class of the cluster, and what was neglected to give a derivative.
   const ClusterReport& cluster() const { return cluster_; }
@@ -106,8 +106,8 @@ class EventMap {
   /// last is J⁺. Activations and releases that coincide to first order make one transition.
   std::vector<ContactMode> PerturbedModes(const VectorRef& w) const;
 
-  /// kOk where B is linear on the cone of every order; kNotDifferentiable with the sentence why not;
-  /// kTooManyPieces beyond 12 activations, which are not examined.
+  /// kOk where B is linear on the cone of every order; kNotDifferentiable with the sentence why
+  /// not; kTooManyPieces beyond 12 activations, which are not examined.
   const Status& PiecewiseLinear() const;
   /// The same along one order.
   Status PiecewiseLinear(const std::vector<int>& order) const;

@@ -23,8 +23,8 @@ struct QuotientSample {
   std::vector<ContactMode> modes;  ///< mode sequence of the perturbed run
 };
 
-/// One-sided difference quotients beside a predicted derivative: the public check of any
-/// B-derivative.
+/// One-sided difference quotients beside a predicted derivative: the public check of
+/// any B-derivative.
 struct QuotientReport {
   std::vector<QuotientSample> samples;  ///< in the order of the α given
   /// Least-squares slope of log error over log α, from the samples whose error stands clear of

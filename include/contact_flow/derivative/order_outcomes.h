@@ -31,10 +31,11 @@ inline constexpr std::size_t kMaxListedOrders = 50000;
 /// The outcome of every order of impacts at the transition, under its law: from (ρ, v⁻), while a
 /// constraint that is not yet in contact approaches, any of them may be hit next, alone with the
 /// contacts that rest. A constraint that bounced or was lifted may be met again; one at rest whose
-/// force would pull opens, by O(|w|²) only, takes no part in the next impact, and is met right after
-/// it if that pushes it. Contacts that touch without force (Transition::touching) rest in the first
-/// outcomes, and do not touch yet in those behind them, where they are hit like any other. Empty for
-/// more than kMaxOrderedActivations activations. A list of kMaxListedOrders entries may lack others.
+/// force would pull opens, by O(|w|²) only, takes no part in the next impact, and is met right
+/// after it if that pushes it. Contacts that touch without force (Transition::touching) rest in the
+/// first outcomes, and do not touch yet in those behind them, where they are hit like any other.
+/// Empty for more than kMaxOrderedActivations activations. A list of kMaxListedOrders entries
+/// may lack others.
 std::vector<OrderOutcome> ListOrderOutcomes(ContactDynamics* dynamics,
                                             const Transition& transition);
 

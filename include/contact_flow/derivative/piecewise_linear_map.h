@@ -47,8 +47,8 @@ class PiecewiseLinearMap {
   int PieceAt(const VectorRef& w) const;
 
   /// this ∘ inner. A word of pieces is kept when its cone has interior (a linear program); without
-  /// the linear-programming library every word is kept. Throws std::length_error beyond
-  /// `max_pieces`.
+  /// the linear-programming library every word is kept. Throws std::length_error
+  /// beyond `max_pieces`.
   PiecewiseLinearMap After(const PiecewiseLinearMap& inner, std::size_t max_pieces = 100000) const;
 
   /// Largest entry of |A_i − A_1| over the pieces: 0 when the map is linear after all (C¹).

@@ -10,8 +10,8 @@
 
 namespace contact_flow {
 
-/// The B-derivative from a marked instant to now, along chosen directions, while an OnlineFlow goes
-/// on:
+/// The B-derivative from a marked instant to now, along chosen directions, while an
+/// OnlineFlow goes on:
 ///   B(w_j) = Φ_N ∘ B_N ∘ … ∘ B_1 ∘ Φ_0 w_j,   now · w_j = columns [2d+k × m],
 /// each factor applied as the motion passes it. What DifferentiateOutcome gives for the whole of
 /// the motion, up to the tolerance; the cost of a call does not grow with the time since the mark.

@@ -13,14 +13,14 @@ struct Trust {
   double event_law = 0;  ///< B_k(F⁻) = F⁺ at the transitions
   double face_law = 0;   ///< selections of neighbouring orders agree on the face that they share
   double momentum = 0;   ///< M (v⁺ − v⁻) = Daᵀ p + Dbᵀ r at the impacts
-  /// Kinetic energy won at an impact whose constraints have one common γ ≤ 1, relative to that
-  /// before.
+  /// Kinetic energy won at an impact whose constraints have one common γ ≤ 1,
+  /// relative to that before.
   double energy = 0;
   /// Largest estimated condition of what was inverted at the transitions: M and the Delassus matrix
   /// of the contacts, each scaled to a unit diagonal.
   double condition = 1;
-  /// Estimated error of x(T), as a tangent (δq, δv) [2d]: the local errors of the integrator, carried
-  /// to T by the derivative itself.
+  /// Estimated error of x(T), as a tangent (δq, δv) [2d]: the local errors of the integrator,
+  /// carried to T by the derivative itself.
   Vector state_error;
   /// Estimated error of an entry of B, absolute. BDerivative::Error gives that of one direction.
   double derivative_error = 0;

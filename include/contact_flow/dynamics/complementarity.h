@@ -29,7 +29,8 @@ struct ComplementaritySolution {
 
 /// How independent row i of G = A P Aᵀ is of the rows S, which are independent: 1 − cos² of the
 /// angle between A_i and their span in the kinetic metric, in [0, 1]. `combination` [|S|], if asked
-/// for, gets the y of A_i ≈ Σ_k y_k A_S(k). Where the block of S is not positive definite, 0 and NaN.
+/// for, gets the y of A_i ≈ Σ_k y_k A_S(k). Where the block of S is not positive
+/// definite, 0 and NaN.
 double Independence(const Matrix& G, const std::vector<int>& S, int i,
                     Vector* combination = nullptr);
 /// Below this, a row counts as dependent on others.

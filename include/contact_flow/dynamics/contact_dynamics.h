@@ -12,20 +12,20 @@
 
 namespace contact_flow {
 
-/// The dynamics in a contact mode, (1a) of the paper, with the contact force, and their
-/// derivatives:
+/// The dynamics in a contact mode, (1a) of the paper, with the contact force, and
+/// their derivatives:
 ///   [ M  −A_Jᵀ ] [ v̇  ]   [ f + c v ]
 ///   [ A_J   0  ] [ λ_J ] = [ −Ȧ_J v  ],       A = Da(q),
 /// where the rows of the bilateral constraints belong to every A_J, and those of compliant ones to
-/// none. With friction, (F3): the rows T_i of sticking contacts belong to A_J, too, and the column of
-/// a slipping one is W_i = N_iᵀ − μ T_iᵀ d_i in place of N_iᵀ, with the direction d_i of its letter,
-/// or of its slip in space:
+/// none. With friction, (F3): the rows T_i of sticking contacts belong to A_J, too, and the column
+/// of a slipping one is W_i = N_iᵀ − μ T_iᵀ d_i in place of N_iᵀ, with the direction d_i of its
+/// letter, or of its slip in space:
 ///   [ M   −W_J ] [ v̇  ]   [ f + c v ]
 ///   [ A_J   0  ] [ λ_J ] = [ −Ȧ_J v  ],       λ_t,i = −μ λ_n,i d_i,
-/// whose Delassus matrix A_J M⁻¹ W_J is not symmetric. Holds all scratch, and the factors of the last
-/// few modes, which derivatives go to and fro between: calls do not allocate after the first in each
-/// of these. One object per thread; the results are valid until the next call. A singular M or
-/// A_J M⁻¹ A_Jᵀ gives NaN (Assumption 3 fails).
+/// whose Delassus matrix A_J M⁻¹ W_J is not symmetric. Holds all scratch, and the factors of the
+/// last few modes, which derivatives go to and fro between: calls do not allocate after the first
+/// in each of these. One object per thread; the results are valid until the next call. A singular M
+/// or A_J M⁻¹ A_Jᵀ gives NaN (Assumption 3 fails).
 class ContactDynamics {
  public:
   ContactDynamics(const MechanicalSystem& system, const VectorRef& u,
@@ -106,8 +106,8 @@ class ContactDynamics {
     Matrix residual;        // ∂r₂ of the members [k × 2d+·]
     Matrix force_jacobian;  // [k × 2d+·]
   };
-  /// Those of this mode become the present ones, at_: derivatives go to and fro between a few
-  /// modes.
+  /// Those of this mode become the present ones, at_: derivatives go to and fro
+  /// between a few modes.
   void SetMode(ContactMode mode);
   /// The tangential rows and slips of the present mode.
   void AddFriction();

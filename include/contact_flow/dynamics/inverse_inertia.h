@@ -9,8 +9,8 @@
 
 namespace contact_flow {
 
-/// The inverse inertia at one configuration as the contacts see it, inside the bilateral
-/// constraints:
+/// The inverse inertia at one configuration as the contacts see it, inside the
+/// bilateral constraints:
 ///   P = M⁻¹ − M⁻¹ Bᵀ (B M⁻¹ Bᵀ)⁻¹ B M⁻¹ [d×d],       B = Db(q) [l×d];
 /// P = M⁻¹ where there are none. G = A P Aᵀ is the Delassus matrix of the contacts, so that
 /// orthogonality is judged inside the constraint manifold. Inertias that are not positive definite,

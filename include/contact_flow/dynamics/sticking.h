@@ -7,8 +7,8 @@
 
 namespace contact_flow {
 
-/// The bilateral plastic impact on the constraints in J, Δ_J of (1b) at γ = 0, whatever their
-/// restitution:
+/// The bilateral plastic impact on the constraints in J, Δ_J of (1b) at γ = 0, whatever
+/// their restitution:
 ///   v⁺ = v⁻ + M⁻¹ Da_Jᵀ p,   p = −(Da_J M⁻¹ Da_Jᵀ)⁻¹ Da_J v⁻,
 /// after which Da_J v⁺ = 0; p is the shortest where rows of Da_J are dependent. It stands for
 /// infinitely many bounces in a vanishing time. Throws std::domain_error where v⁺ is not finite.

@@ -77,8 +77,8 @@ struct FrictionalImpact {
   ContactMode word;          ///< a letter for each contact with an impulse
   double energy_change = 0;  ///< ½ pᵀ (A v⁻ + A v⁺) [J]
 };
-/// Throws FrictionRefusal where no or several v⁺ fit, or energy would be gained by more than
-/// rounding.
+/// Throws FrictionRefusal where no or several v⁺ fit, or energy would be gained by
+/// more than rounding.
 FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const VectorRef& q,
                                        const VectorRef& v_minus, ContactMode touching);
 

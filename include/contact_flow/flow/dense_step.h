@@ -11,10 +11,9 @@ namespace contact_flow {
 /// Number of coefficient vectors of DOP853's continuous extension (order 7).
 inline constexpr int kDenseOrder = 8;
 
-/// The value at θ ∈ [0, 1] of one step's continuous extension, `c` = kDenseOrder vectors of length
-/// n:
-///   c₀ + θ(c₁ + (1−θ)(c₂ + θ(c₃ + (1−θ)(c₄ + θ(c₅ + (1−θ)(c₆ + θ c₇))))))   (Hairer, Nørsett,
-///   Wanner).
+/// The value at θ ∈ [0, 1] of one step's continuous extension, `c` = kDenseOrder vectors [n]:
+///   c₀ + θ(c₁ + (1−θ)(c₂ + θ(c₃ + (1−θ)(c₄ + θ(c₅ + (1−θ)(c₆ + θ c₇))))))
+/// (Hairer, Nørsett & Wanner, Solving Ordinary Differential Equations I, Sec. II.6).
 void EvaluateDenseStep(const double* c, int n, double theta, double* x);
 
 /// The motion along one arc: consecutive steps with their continuous extensions, in one flat store.
@@ -25,8 +24,8 @@ class DenseArc {
   double StepBegin(std::size_t k) const { return begin_[k]; }
   double StepLength(std::size_t k) const { return length_[k]; }
 
-  /// The steps that hold [begin, end), and no others: what follows must not change how the end is
-  /// read.
+  /// The steps that hold [begin, end), and no others: what follows must not change how
+  /// the end is read.
   DenseArc Between(double begin, double end) const;
 
   /// Appends the step (t, t+h] with coefficients c [kDenseOrder×n].

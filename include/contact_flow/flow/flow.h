@@ -49,8 +49,8 @@ class Flow {
   /// Not kOk: the run is over, at t().
   const Status& status() const { return status_; }
 
-  /// Proposes a step that ends at `end` > t() [s] at the latest, a horizon; false when the run is
-  /// over.
+  /// Proposes a step that ends at `end` > t() [s] at the latest, a horizon; false when
+  /// the run is over.
   bool Propose(double end = std::numeric_limits<double>::infinity());
   double proposed_end() const { return end_; }             ///< [s]
   const Vector& proposed_state() const { return x_end_; }  ///< left limit there [nq+d]

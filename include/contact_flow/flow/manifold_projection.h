@@ -13,8 +13,8 @@ bool HasStateManifold(const MechanicalSystem& system);
 /// Moves x = (q, v) [nq+d] onto the state manifold: unit quaternions, then b(q) = 0 by Newton steps
 /// that are shortest in the kinetic metric, then Db v = 0 likewise. After a step of an integrator
 /// this changes x by the order of the step's error, which leaves the order of accuracy (Hairer,
-/// Lubich, Wanner, Geometric Numerical Integration, Sec. IV.4). False when the Newton steps do not
-/// converge.
+/// Lubich, Wanner, Geometric Numerical Integration, Sec. IV.4). False when the Newton steps
+/// do not converge.
 bool ProjectState(const MechanicalSystem& system, Vector* x);
 
 /// The same with the contacts of `held`: a_i = 0 and Da_i v = 0 besides. Undoes what resting

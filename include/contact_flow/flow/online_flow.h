@@ -9,8 +9,8 @@
 
 namespace contact_flow {
 
-/// A run that goes along with a clock: it is asked for ever later instants and told inputs on the
-/// way.
+/// A run that goes along with a clock: it is asked for ever later instants and told
+/// inputs on the way.
 ///
 /// The integrator takes the same steps as in Simulate, ahead of `now`; instants in between are read
 /// from the step's continuous extension and never cut a step. An input does, at its time. So the
@@ -24,8 +24,8 @@ namespace contact_flow {
 /// The budgets of SimulateOptions do not end it; memory does not grow.
 class OnlineFlow {
  public:
-  /// Begins at t [s]. Throws std::invalid_argument for options, sizes and states that Simulate
-  /// refuses.
+  /// Begins at t [s]. Throws std::invalid_argument for options, sizes and states that
+  /// Simulate refuses.
   OnlineFlow(std::shared_ptr<const MechanicalSystem> system, double t, const VectorRef& x,
              const VectorRef& u, const SimulateOptions& options);
 

@@ -21,8 +21,8 @@ struct Arc {
   Vector x_begin;      ///< right limit at t_begin [nq+d]
   Vector x_end;        ///< left limit at t_end [nq+d]
   DenseArc dense;      ///< the motion in between; empty unless SimulateOptions::dense
-  /// What the estimated local errors of the arc's steps add up to, as a tangent (δq, δv) [2d]; see
-  /// ErrorTally.
+  /// What the estimated local errors of the arc's steps add up to, as a tangent (δq, δv)
+  /// [2d]; see ErrorTally.
   Vector error;
 };
 
@@ -37,8 +37,8 @@ struct EventInstant {
 /// unless SimulateOptions::simultaneity_tolerance says otherwise.
 inline constexpr double kInstantErrors = 4;
 
-/// What happens at one instant between two arcs: a cluster of simultaneous activations and
-/// releases.
+/// What happens at one instant between two arcs: a cluster of simultaneous
+/// activations and releases.
 struct Transition {
   double t = 0;             ///< [s]
   Vector x_minus;           ///< (ρ, v⁻) [nq+d]
@@ -73,8 +73,8 @@ struct Transition {
   double energy_lost = 0;  ///< kinetic energy that making small speeds rest took here [J]
   /// Not kOk: why there is no derivative across this transition, whatever the rest of it is like.
   Status obstacle;
-  /// The input changes here, at an instant of its grid, and contacts that would have to pull let
-  /// go.
+  /// The input changes here, at an instant of its grid, and contacts that would
+  /// have to pull let go.
   bool changes_input = false;
   ImpactLaw impact_law = ImpactLaw::kComplementarity;  ///< by which it was resolved
   /// Of the integration that led here, as in SimulateOptions.
@@ -111,8 +111,8 @@ struct Trajectory {
   std::vector<Transition> transitions;  ///< between them
   Margins margins;                      ///< how near it came to something worse
   RunStatistics statistics;             ///< counts of the work
-  /// Where impacts (last) accumulate [s], predicted from the ratio of their intervals; NaN without
-  /// Zeno.
+  /// Where impacts (last) accumulate [s], predicted from the ratio of their intervals;
+  /// NaN without Zeno.
   double accumulation_time = std::numeric_limits<double>::quiet_NaN();
   /// The first kMaxWarnings, in the order of time, and how many there were.
   std::vector<Warning> warnings;

@@ -15,14 +15,14 @@ namespace contact_flow {
 /// shorter than the one before.
 class ZenoDetector {
  public:
-  /// Intervals longer than `shrinkage` times the first of their sequence are not yet worth stopping
-  /// for.
+  /// Intervals longer than `shrinkage` times the first of their sequence are not yet
+  /// worth stopping for.
   ZenoDetector(int num_constraints, double shrinkage)
       : shrinkage_(shrinkage), sequences_(num_constraints + 1) {}
 
   /// Records an impact on the constraints in `hit`; returns the accumulation time [s] once the last
-  /// three intervals of a sequence shrink by ratios that agree within 5 % and the last is short
-  /// enough.
+  /// three intervals of a sequence shrink by ratios that agree within 5 % and the last
+  /// is short enough.
   std::optional<double> Impact(ContactMode hit, double t);
   /// The accumulation time [s] if the next impact would come at `next`, and the last two intervals
   /// of all constraints and this one shrink by ratios that agree within 30 %. For sequences that

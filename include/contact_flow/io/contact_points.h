@@ -31,8 +31,8 @@ ContactHull ShapePoints(const RobotModel& model, const RobotModel::Shape& shape,
 
 /// The `most` points that stand for all of them best, fewer where these leave an error of at most
 /// `tolerance`: the one that sticks out furthest is added, again and again, judged along 2562
-/// directions that are spread evenly. The error is the furthest that is left, beside that of
-/// `hull`.
+/// directions that are spread evenly. The error is the furthest that is left,
+/// beside that of `hull`.
 ContactHull Thin(const RobotModel& model, const ContactHull& hull, int most, double tolerance);
 
 }  // namespace contact_flow

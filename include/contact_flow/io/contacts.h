@@ -18,8 +18,7 @@ namespace contact_flow {
 ///     restitution: 0
 ///     vertices: 16            # most points of one body, where its shapes have more
 ///     tolerance: 0.001        # fewer, where these leave less [m]
-///   terrain: hall.yaml        # beside the URDF, or the map itself; without it the plane z =
-///   height
+///   terrain: hall.yaml        # beside the URDF, or the map itself; without it z = height
 ///
 /// A terrain is what a point has to be above, all of it: names to planes and height fields, as
 ///   floor: {kind: plane}
@@ -27,8 +26,8 @@ namespace contact_flow {
 ///   wall: {kind: plane, normal: [-1, 0, 0], offset: -3}
 ///   dunes: {kind: height_field, amplitude: 0.05, wave_x: 3}
 /// so that its corners are hollow. Those that stick out (stairs, the upper end of a ramp) have
-/// edges, against which distances have no derivative: they are refused. Height fields are for
-/// points.
+/// edges, against which distances have no derivative: they are refused. Height fields are
+/// for points.
 ///
 /// `feet` are the ends of chains that reach lowest in the nominal state: bodies that carry no other
 /// collision geometry, within a tenth of the robot's height of the lowest of them; and of these

@@ -45,8 +45,8 @@ class MapReader {
   /// Every key there is, in the order of the file: for maps whose names are judged elsewhere.
   std::vector<std::string> Keys() const { return keys_; }
 
-  /// Throws for the first key that nobody asked for, with the nearest one that would have been
-  /// valid.
+  /// Throws for the first key that nobody asked for, with the nearest one that would
+  /// have been valid.
   void Finish() const;
 
  private:

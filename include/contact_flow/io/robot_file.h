@@ -13,8 +13,8 @@ namespace contact_flow {
 
 /// Robots from a URDF and the YAML beside it:
 ///
-///   urdf: quadruped.urdf      # path, relative to the YAML; may be left out where the URDF is
-///   given base: floating            # fixed (default), planar (in the x–z plane) or floating
+///   urdf: quadruped.urdf      # path, relative to the YAML; not needed where the URDF is given
+///   base: floating            # fixed (default), planar (in the x–z plane) or floating
 ///   gravity: 9.81             # [m/s²] downward
 ///   urdf_faults: lenient      # or strict, see ParseUrdf
 ///   joints: {limits: all}     # limits, damping, armature: what of the URDF's joints is used
@@ -23,15 +23,13 @@ namespace contact_flow {
 ///   contacts: {ground: feet}  # from collision geometry, with `terrain`, see io/contacts.h
 ///   constraints:              # a ≥ 0, each: kind, its fields, restitution (default 0)
 ///     left_foot: {kind: plane, link: left_foot, point: [0, 0, 0]}
-///   closures:                 # loops: two points that coincide, along some world axes (default
-///   xyz)
+///   closures:                 # loops: two points that coincide, along some world axes, xyz
 ///     bar: {link: crank, point: [0, 0, 1], other_link: rod, axes: xz}
 ///     gear: {joint: a, other_joint: b, multiplier: 2, offset: 0}  # q_a = 2 q_b; as <mimic>
-///   inputs: [hip, knee]       # names and order of u; without it, those that efforts name as they
-///   come efforts:                  # each: kind and its fields
+///   inputs: [hip, knee]       # names and order of u; without it, those that efforts name
+///   efforts:                  # each: kind and its fields
 ///     knee: {kind: joint_spring, joint: knee, stiffness: 20, damping: 1}
-///   parameters:               # what can be set and differentiated by; one number or several equal
-///   ones
+///   parameters:               # what can be set and differentiated by: a number, or equal ones
 ///     stiffness: [left_knee/stiffness, right_knee/stiffness]
 ///   nominal:                  # the run of a user who asks for nothing in particular
 ///     positions: {base_z: 0.6}
@@ -40,8 +38,8 @@ namespace contact_flow {
 ///     duration: 1             # [s]
 ///
 /// Without `constraints` and `contacts`, a robot that can fall gets contacts with the ground z = 0
-/// from all its collision geometry, or from its feet where that is more than 64; and where `nominal`
-/// does not say base_z, contacts that were made begin at 0.1 m.
+/// from all its collision geometry, or from its feet where that is more than 64; and where
+/// `nominal` does not say base_z, contacts that were made begin at 0.1 m.
 ///
 /// The kinds and their fields: model/rigid_body/constraint/ and effort/; the names of numbers:
 /// ListNumbers. Everything that is wrong throws std::invalid_argument with its line or name, and
@@ -64,8 +62,8 @@ struct RobotTexts {
 constexpr std::size_t kMaxRobotYamlBytes = 1u << 20;
 
 /// Reads the YAML of `path` and the URDF that goes with it: `urdf` if that is not empty, either the
-/// text itself or the path of a file (which xacro is run on where it is xacro); else the file that the YAML names under the key urdf; else
-/// the text `usual`.
+/// text itself or the path of a file (which xacro is run on where it is xacro); else the file that
+/// the YAML names under the key urdf; else the text `usual`.
 RobotTexts ReadRobotTexts(const std::string& path, const std::string& urdf = "",
                           const std::string& usual = "");
 /// A URDF or xacro of its own, without YAML.

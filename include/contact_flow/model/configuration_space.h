@@ -14,12 +14,11 @@ namespace contact_flow {
 ///   factor    position q                                        velocity v, tangent η
 ///   line      number                                            its rate
 ///   circle    angle [rad], winding allowed                      its rate [rad/s]
-///   rotation  unit quaternion (w, x, y, z), body to world       angular velocity in body axes
-///   [rad/s]
+///   rotation  unit quaternion (w, x, y, z), body to world       its own, body axes [rad/s]
 ///
-/// Positions have nq numbers and velocities d ≤ nq. A velocity moves the configuration by q̇ = N(q)
-/// v; tangent vectors are left-trivialized, δq = N(q) η, so that derivatives have d columns. SE(3)
-/// is three lines (the origin, in world axes) and a rotation.
+/// Positions have nq numbers and velocities d ≤ nq. A velocity moves the configuration by
+/// q̇ = N(q) v; tangent vectors are left-trivialized, δq = N(q) η, so that derivatives have d
+/// columns. SE(3) is three lines (the origin, in world axes) and a rotation.
 class ConfigurationSpace {
  public:
   /// What the space is a product of.

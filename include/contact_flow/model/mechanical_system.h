@@ -90,9 +90,9 @@ struct ParameterJacobian {
 /// The Coriolis term follows from M: c(q, v) v = ½ ∂_q(vᵀ M(q) v) − Ṁ v (and − ω × ∂_ω(½ vᵀ M v)
 /// for the angular velocities of rotations). With friction, Σ T_iᵀ λ_t,i joins the right-hand side
 /// (Friction). Arrays over constraints have the n unilateral ones first; a force λ or impulse p of
-/// length n+l+r holds those of the bilateral constraints and of the tangential rows behind. A system
-/// is constant and may be shared between threads. Outputs are resized on first use only, so that
-/// calls with the same output do not allocate.
+/// length n+l+r holds those of the bilateral constraints and of the tangential rows behind. A
+/// system is constant and may be shared between threads. Outputs are resized on first use only, so
+/// that calls with the same output do not allocate.
 class MechanicalSystem {
  public:
   virtual ~MechanicalSystem() = default;
@@ -147,13 +147,15 @@ class MechanicalSystem {
   /// a, Da and (d/dt Da) v; the same of b and of T behind them.
   virtual void Constraints(const VectorRef& q, const VectorRef& v,
                            ConstraintTerms* terms) const = 0;
-  /// Derivatives of r₁, r₂ above at fixed acceleration v̇ [d] and force λ [n+l+r], zero off the mode.
+  /// Derivatives of r₁, r₂ above at fixed acceleration v̇ [d] and force λ [n+l+r],
+  /// zero off the mode.
   virtual void DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
                                      ContactMode mode, const VectorRef& acceleration,
                                      const VectorRef& force, ResidualJacobian* jacobian) const = 0;
   /// Derivatives with respect to q of the impact residual of (1b),
   ///   r₁ = M(q) Δv − Da(q)ᵀ p [d],      r₂ = Da(q) s [n+l],
-  /// at fixed jump Δv = v⁺ − v⁻ [d], impulse p [n+l+r] and s [d]; fills momentum_q and constraint_q.
+  /// at fixed jump Δv = v⁺ − v⁻ [d], impulse p [n+l+r] and s [d]; fills momentum_q
+  /// and constraint_q.
   virtual void DifferentiateImpact(const VectorRef& q, const VectorRef& jump,
                                    const VectorRef& impulse, const VectorRef& s,
                                    ResidualJacobian* jacobian) const = 0;
@@ -165,8 +167,8 @@ class MechanicalSystem {
                                                  const VectorRef& force,
                                                  const std::vector<int>& parameters,
                                                  ParameterJacobian* jacobian) const = 0;
-  /// Derivatives of r₁, r₂ of the impact, of the gaps and of the restitution by parameters; fills
-  /// all.
+  /// Derivatives of r₁, r₂ of the impact, of the gaps and of the restitution by
+  /// parameters; fills all.
   virtual void DifferentiateImpactByParameters(const VectorRef& q, const VectorRef& jump,
                                                const VectorRef& impulse, const VectorRef& s,
                                                const std::vector<int>& parameters,
@@ -200,8 +202,8 @@ struct Variables {
   }
 };
 
-/// Indices of named parameters; throws std::invalid_argument, with the nearest name, for an unknown
-/// one.
+/// Indices of named parameters; throws std::invalid_argument, with the nearest name,
+/// for an unknown one.
 std::vector<int> ParameterIndices(const SystemDescription& description,
                                   const std::vector<std::string>& names);
 

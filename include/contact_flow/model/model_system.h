@@ -27,12 +27,10 @@ namespace contact_flow {
 ///   Restitution(p, i)      γ_i
 ///   Nominal(p)             the run of a user who asks for nothing in particular
 /// and, where Sec. 6.1 is needed:
-///   kPositions, Space(), kVelocities   nq > d, the configuration space, and names of the velocities
-///                                      (falling_box.h)
+///   kPositions, Space(), kVelocities   nq > d, Q, and names of velocities (falling_box.h)
 ///   kBilateral, kBilateralNames, Closures(p, q, b)   l and b(q) [l] (jointed_biped.h)
 ///   kContactEffort, Force(p, q, v, u, J, f)          an effort that depends on the contact mode J
-///   Compliant()                                      the constraints that only switch the effort
-///                                                    (chair.h)
+///   Compliant()                                      those that only switch the effort (chair.h)
 /// and, for contacts with friction:
 ///   kSlipDimension         1 in the plane, 2 in space
 ///   Slip(p, q, v, s)       T(q) v, linear in v, kSlipDimension rows a contact  [r]

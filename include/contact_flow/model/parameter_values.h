@@ -20,13 +20,13 @@ enum class Range {
   kUnitInterval,  ///< [0, 1]
 };
 
-/// Throws std::invalid_argument, naming model, parameter and value, unless `value` is finite and in
-/// range.
+/// Throws std::invalid_argument, naming model, parameter and value, unless `value` is
+/// finite and in range.
 void CheckParameter(const std::string& model, const std::string& parameter, double value,
                     Range range);
 
-/// Throws std::invalid_argument for the first key of `values` that is none of `known`, with the
-/// nearest.
+/// Throws std::invalid_argument for the first key of `values` that is none of `known`,
+/// with the nearest.
 void CheckParameterNames(const std::string& model, const ParameterValues& values,
                          const std::vector<Parameter>& known);
 

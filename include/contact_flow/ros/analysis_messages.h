@@ -49,8 +49,8 @@ double ResolveNumber(const std::string& field, double asked, double standard, do
 int StateIndex(const std::string& field, const std::string& name,
                const SystemDescription& description);
 
-/// The settings of analyses that difference returns: the node's, with tolerances no larger than
-/// these.
+/// The settings of analyses that difference returns: the node's, with tolerances no
+/// larger than these.
 SimulateOptions TightOptions(const Setup& setup);
 BDerivativeOptions TightDerivativeOptions(const Setup& setup);
 

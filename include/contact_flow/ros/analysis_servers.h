@@ -21,12 +21,12 @@ namespace ros_interface {
 
 /// The services and actions that analyse what derivatives decide: `poincare_map`,
 /// `assess_stability`, `assess_controllability`, `propagate_covariance`; `find_periodic_orbit`,
-/// `optimize`. Handlers may run at once; an action serves one goal at a time, a new one takes its
-/// place.
+/// `optimize`. Handlers may run at once; an action serves one goal at a time, a new one
+/// takes its place.
 class AnalysisServers {
  public:
-  /// All must outlive this. Actions have threads of their own; services are answered by those of
-  /// `work_node`.
+  /// All must outlive this. Actions have threads of their own; services are answered by
+  /// those of `work_node`.
   AnalysisServers(ros::NodeHandle* node, ros::NodeHandle* work_node, const Setup& setup,
                   Outlet* outlet, WorkPool* pool);
 

@@ -14,8 +14,8 @@ namespace ros_interface {
 
 /// The answers of the node, as functions of setup and request alone: no clock, no state, headers
 /// left empty. The same request gives the same bits, which is what verify_bag relies on. Throw
-/// std::invalid_argument, std::out_of_range or std::length_error for a request that is not in
-/// order.
+/// std::invalid_argument, std::out_of_range or std::length_error for a request that
+/// is not in order.
 ContactTrajectory Answer(const Setup& setup, const SimulationRequest& request);
 OutcomeDerivative Answer(const Setup& setup, const DerivativeRequest& request);
 DerivativeComparison Answer(const Setup& setup, const ComparisonRequest& request);

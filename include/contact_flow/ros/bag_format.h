@@ -14,7 +14,7 @@ namespace contact_flow {
 namespace ros_interface {
 
 inline constexpr char kBagVersion[] = "#ROSBAG V2.0\n";
-inline constexpr std::size_t kBagHeaderSize = 4096;  ///< of the first record, without lengths [bytes]
+inline constexpr std::size_t kBagHeaderSize = 4096;  ///< first record, without lengths [bytes]
 
 enum class BagOp : std::uint8_t {
   kMessage = 2,

@@ -122,7 +122,8 @@ inline Record Next(Cursor* cursor) {
   const Cursor data = cursor->Part("data");
   BagFields fields = Fields(header);
   const auto op = fields.find("op");
-  if (op == fields.end() || op->second.size() != 1) throw DamagedBag(position, "a header without op");
+  if (op == fields.end() || op->second.size() != 1)
+    throw DamagedBag(position, "a header without op");
   Record record{position, static_cast<BagOp>(op->second[0]), std::move(fields), data};
   const std::set<std::string>& expected = Expected(record.op, position);
   const bool same =

@@ -16,8 +16,8 @@ namespace contact_flow {
 namespace ros_interface {
 
 /// Follows the hash chain of recordings through their bags, part by part in order, and tells what
-/// is not as it was recorded (differences), and what cannot be said, since something is missing
-/// (gaps).
+/// is not as it was recorded (differences), and what cannot be said, since something
+/// is missing (gaps).
 class ChainCheck {
  public:
   /// `key`: whose signature every link must bear, or null.

@@ -54,8 +54,8 @@ class EpochRun {
   Vector Force();  ///< λ now [n]
   HybridState StateMsg();
   SimulatorEvent EventMsg() const;  ///< where AdvanceTo has stopped
-  /// What a prediction starts from; throws std::invalid_argument for a request that is not in
-  /// order.
+  /// What a prediction starts from; throws std::invalid_argument for a request that
+  /// is not in order.
   Snapshot Present(const PredictionRequest& request) {
     return TakeSnapshot(setup_, &flow_, request);
   }

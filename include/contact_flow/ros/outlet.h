@@ -29,8 +29,8 @@
 namespace contact_flow {
 namespace ros_interface {
 
-/// Where results go, in the order of their stamps: first to the bag, then to the latched topics. May
-/// be used by several threads at once: what they deliver while the disk is busy is written
+/// Where results go, in the order of their stamps: first to the bag, then to the latched topics.
+/// May be used by several threads at once: what they deliver while the disk is busy is written
 /// together next.
 class Outlet {
  public:

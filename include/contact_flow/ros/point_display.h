@@ -26,8 +26,8 @@ class PointDisplay {
 
   std::vector<geometry_msgs::TransformStamped> Transforms(const VectorRef& x,
                                                           const ros::Time& stamp) const;
-  /// A sphere at every frame (namespace "bodies"), and an arrow for every contact force on it
-  /// ("forces").
+  /// A sphere at every frame (namespace "bodies"), and an arrow for every contact force
+  /// on it ("forces").
   visualization_msgs::MarkerArray Contacts(const VectorRef& x, ContactMode mode,
                                            const VectorRef& force, const ros::Time& stamp) const;
   /// The wrench of each contact force λ [n], about the world's origin: the parts of Da_iᵀ λ_i along

@@ -41,8 +41,8 @@ class Recorder {
     ros::Time stamp;
   };
   /// Adds results, which one link covers. They are on the disk when this returns. Throws
-  /// std::runtime_error when they are not; recording goes on, and the bag holds what it held
-  /// before.
+  /// std::runtime_error when they are not; recording goes on, and the bag holds
+  /// what it held before.
   void Write(const std::vector<Result>& results);
   void Write(const std::vector<BagEntry>& entries, const ros::Time& stamp) {
     Write({{entries, stamp}});

@@ -52,8 +52,8 @@ class RobotDisplay {
   std::vector<geometry_msgs::TransformStamped> StaticTransforms(const ros::Time& stamp) const;
 
   /// A sphere at the point of each constraint, orange where it is in the contact mode, blue where
-  /// it is not (namespace "contacts"), and an arrow along each contact force λ [n] (namespace
-  /// "forces").
+  /// it is not (namespace "contacts"), and an arrow along each contact force λ [n]
+  /// (namespace "forces").
   visualization_msgs::MarkerArray Contacts(const VectorRef& x, ContactMode mode,
                                            const VectorRef& force, const ros::Time& stamp) const;
   /// The wrench of each contact force λ [n] on the robot, about the world's origin in world axes;

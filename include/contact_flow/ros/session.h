@@ -67,8 +67,8 @@ class Session {
 
   /// A new epoch from the present state: for a recording that begins here.
   void BeginEpoch(const std::string& cause);
-  /// The initial state again, at time 0 with the initial parameters and inputs, or at the present
-  /// time.
+  /// The initial state again, at time 0 with the initial parameters and inputs, or at
+  /// the present time.
   void ResetSimulation();
   void ResetWorld();
   void SetState(const InitialState& state);

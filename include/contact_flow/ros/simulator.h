@@ -55,8 +55,8 @@ struct SimulatorParameters {
 /// commands, which the thread carries out between two instants of the simulation, at most
 /// kLookAhead apart.
 ///
-/// What belongs to an instant is computed before and published when the instant is due, never
-/// earlier.
+/// What belongs to an instant is computed before and published when the instant is
+/// due, never earlier.
 class Simulator {
  public:
   static constexpr double kLookAhead = 2e-3;       ///< [s] by either clock

@@ -19,8 +19,8 @@ namespace contact_flow {
 namespace ros_interface {
 
 /// What the simulator tells the world: topics, and the bag that holds all of them. Messages are
-/// made when they are told of, and wait for SendOff: what is due later is ready by then. For one
-/// thread.
+/// made when they are told of, and wait for SendOff: what is due later is ready by
+/// then. For one thread.
 class SimulatorTopics {
  public:
   SimulatorTopics(ros::NodeHandle* node, const std::string& bag_directory,

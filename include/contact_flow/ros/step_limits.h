@@ -32,8 +32,8 @@ inline Budget ProcessorBudget(double seconds) {
 }
 
 struct StepLimits {
-  /// For kInstant of simulated time [s of processor time]: an epoch that takes more has come to its
-  /// end.
+  /// For kInstant of simulated time [s of processor time]: an epoch that takes more has
+  /// come to its end.
   double step_seconds = std::numeric_limits<double>::infinity();
   static constexpr double kInstant = 1e-2;
   /// After which an instant that is not done yet gives way to commands [s].

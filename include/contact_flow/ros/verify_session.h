@@ -33,8 +33,8 @@ class SessionVerifier {
   /// A recording begins, or its next part.
   std::string Take(const RecordingStart& start, bool goes_on);
   std::string Take(const ModelDescription& model);
-  /// Also compares where the epoch before has ended, and what can be computed of where this one
-  /// begins.
+  /// Also compares where the epoch before has ended, and what can be computed of where
+  /// this one begins.
   std::string Take(const SimulatorEpoch& epoch);
   std::string Take(const SimulatorInput& input);
   std::string Take(const SimulatorEvent& event);

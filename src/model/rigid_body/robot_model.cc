@@ -79,8 +79,8 @@ void RobotModel::CheckMass() const {
   TreeState<double> state(tree);
   Matrix mass(n, n);
   int massless = -1;
-  // At rest, and at a few postures without symmetry: singular at all of them is singular by
-  // structure.
+  // At rest, and at a few postures without symmetry: singular at all of them is
+  // singular by structure.
   for (int sample = 0; sample < 4; ++sample) {
     Vector q = tree.Neutral();
     for (int k = 0; k < q.size(); ++k) q(k) += sample * std::sin(1.0 + 2.3 * k + 0.7 * sample);

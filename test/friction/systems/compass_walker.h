@@ -10,8 +10,8 @@
 namespace contact_flow {
 namespace test {
 
-/// A compass walker, each foot with its own row of stepping stones; q = (hip_x, hip_z, left,
-/// right).
+/// A compass walker, each foot with its own row of stepping stones; q = (hip_x,
+/// hip_z, left, right).
 struct CompassWalker {
   static constexpr const char* kName = "compass_walker";
   static constexpr const char* kSummary = "compass walker on stones";

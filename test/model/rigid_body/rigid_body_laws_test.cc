@@ -113,8 +113,8 @@ class RigidBodyLaws : public testing::TestWithParam<int> {
   std::vector<PointForce> forces;
 };
 
-/// Column k of M is the effort of a unit acceleration: the two algorithms share nothing but
-/// inertias.
+/// Column k of M is the effort of a unit acceleration: the two algorithms share
+/// nothing but inertias.
 TEST_P(RigidBodyLaws, MassMatrixIsInverseDynamicsOfUnitAccelerations) {
   const Matrix M = Mass(q);
   const Vector bias = Outcome<double>(tree, q, v, Vector::Zero(n), {});
@@ -209,8 +209,8 @@ TEST_P(RigidBodyLaws, DerivativesOfInverseDynamicsAndOfPoints) {
 
 INSTANTIATE_TEST_SUITE_P(RandomTrees, RigidBodyLaws, testing::Range(0, 60));
 
-/// Far from the world's origin a robot moves as at the origin: to the rounding of its position,
-/// 1e-13.
+/// Far from the world's origin a robot moves as at the origin: to the rounding of its
+/// position, 1e-13.
 TEST(RigidBodyTree, LosesNoDigitsFarFromTheOrigin) {
   RandomTrees random(5);
   const RigidBodyTree tree = random.Tree(8, true);

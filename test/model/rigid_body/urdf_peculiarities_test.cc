@@ -74,8 +74,8 @@ TEST(UrdfPeculiarities, LinksWithoutMassJoinWhatTheyAreFixedTo) {
   ExpectRefusal(Refusal(arm, UrdfFaults::kStrict), "link 'frame': its mass is 0");
 }
 
-/// Frames often have mass 0 and a placeholder for an inertia, which other programs take for
-/// nothing.
+/// Frames often have mass 0 and a placeholder for an inertia, which other programs
+/// take for nothing.
 TEST(UrdfPeculiarities, InertiaWithoutMassIsNotUsed) {
   const RobotModel both = Parse(
       kWorld + Link("link", Inertial(3, 0, 0, 0.1)) + Link("grasp", Inertial(0, 0.1, 0.1, 0.1)) +

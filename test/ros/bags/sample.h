@@ -30,8 +30,8 @@ inline BagEntry SampleEntry(BagConnections* connections, int k) {
                             false);
 }
 
-/// The bytes of a bag of a recording that was ended, with `count` messages and a link after every
-/// fourth.
+/// The bytes of a bag of a recording that was ended, with `count` messages and a link
+/// after every fourth.
 inline std::string SampleBag(int count, std::shared_ptr<const SigningKey> key = nullptr,
                              bool ended = true) {
   BagConnections connections("/node");
@@ -40,7 +40,8 @@ inline std::string SampleBag(int count, std::shared_ptr<const SigningKey> key = 
   ChainedBag bag(plan);
   std::string bytes = bag.Begin(ros::Time(100, 0));
   for (int k = 0; k < count; ++k) {
-    bytes += bag.Add(SampleEntry(&connections, k), ros::Time(100, 1000u * static_cast<unsigned>(k)));
+    bytes +=
+        bag.Add(SampleEntry(&connections, k), ros::Time(100, 1000u * static_cast<unsigned>(k)));
     if (k % 4 == 3) bytes += bag.Link(RecordingLink::GOES_ON);
   }
   if (ended) bytes += bag.Link(RecordingLink::RECORDING_ENDS);

@@ -62,8 +62,8 @@ struct Ceiling {
     return p.restitution;
   }
 
-  /// Thrown from z = 0, so fast that it hits the ceiling at 2 m/s (at any gravity that is not
-  /// negative).
+  /// Thrown from z = 0, so fast that it hits the ceiling at 2 m/s (at any gravity that
+  /// is not negative).
   template <class P>
   static NominalRun Nominal(const Parameters<P>& p) {
     using std::sqrt;

@@ -17,8 +17,8 @@ namespace example {
 ///
 /// A foot at (x, y) has the gap a = y + x²; while a < 0 the ground pushes it along ∇a with −k a − c
 /// ȧ. The damper makes the field jump at touchdown and at lift-off, so that feet that land together
-/// give an outcome that is only piecewise differentiable: event-selected, for ȧ is the same on both
-/// sides.
+/// give an outcome that is only piecewise differentiable: event-selected, for ȧ is the
+/// same on both sides.
 struct Chair {
   static constexpr const char* kName = "chair";
   static constexpr const char* kSummary =

@@ -14,8 +14,8 @@ namespace example {
 /// inward normals make the angle α (the corner opens by π − α), so that G_ij = cos α. With α < π/2
 /// the wall's impact pushes the ball off the floor; with α > π/2 it pushes into it. At the default,
 /// α = 2π/3 and plastic, outcomes are continuous and piecewise differentiable although the
-/// constraints are not orthogonal; at α > π/2 with restitution, or at α < π/2, the order of impacts
-/// decides.
+/// constraints are not orthogonal; at α > π/2 with restitution, or at α < π/2, the order of
+/// impacts decides.
 struct Corner {
   static constexpr const char* kName = "corner";
   static constexpr const char* kSummary =

@@ -11,8 +11,8 @@ namespace contact_flow {
 namespace example {
 
 /// The rigid-leg trot of the paper's Fig. 1 (left): massless legs perpendicular to the body, point
-/// feet at (∓hip_offset, −leg_length) in the body frame; minimal coordinates (x, z, pitch) of the
-/// body.
+/// feet at (∓hip_offset, −leg_length) in the body frame; minimal coordinates (x, z,
+/// pitch) of the body.
 struct RigidBiped {
   static constexpr const char* kName = "rigid_biped";
   static constexpr const char* kSummary =

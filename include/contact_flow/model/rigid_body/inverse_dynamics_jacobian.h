@@ -15,8 +15,8 @@ namespace contact_flow {
 /// the velocity and acceleration that the joint's own parent p lends it. With ψ_j = v_p × J_j, for
 /// each body i that j carries (compare Carpentier & Mansard 2018; Singh, Russo & Wensing 2022):
 ///   ∂f_i/∂η_j = J_j ×* f_i + I_i (a_p × J_j + v_p × ψ_j) + B_i ψ_j + C_i J_j,
-///   ∂f_i/∂v_j = I_i (J̇_j + ψ_j) + B_i J_j,        B_i ψ = ψ ×* I_i v_i + v_i ×* I_i ψ − I_i (v_i ×
-///   ψ),
+///   ∂f_i/∂v_j = I_i (J̇_j + ψ_j) + B_i J_j,
+///   B_i ψ = ψ ×* I_i v_i + v_i ×* I_i ψ − I_i (v_i × ψ),
 /// C from the point forces. The first term turns with the axis that it is projected on and falls
 /// out of the rows that j carries. B and C see only the angular part: B = (B̄; −2 [p]×), p the
 /// linear momentum. Everything adds up along the tree, so each pair of numbers on one way to the
@@ -151,8 +151,8 @@ void InverseDynamicsJacobian<S>::Compute(const RigidBodyTree& tree, const Vec3<S
     const Dof& far = dof_[k];
     for (int j = k; j >= 0; j = tree.dof_parent(j)) {
       const Dof& near = dof_[j];
-      // Row k, which j carries; then row j, unless j and k are of one joint, where each carries
-      // both.
+      // Row k, which j carries; then row j, unless j and k are of one joint, where each
+      // carries both.
       const bool joint = tree.dof_body(j) == tree.dof_body(k);
       tau_q[k + j * n] = far.row.cwiseProduct(near.column_q).sum();
       if (j != k) {

@@ -5,8 +5,8 @@
 
 namespace contact_flow {
 
-/// How the motion of a point fixed in a body changes with tangent η_j and velocity v_j, in world
-/// axes.
+/// How the motion of a point fixed in a body changes with tangent η_j and velocity
+/// v_j, in world axes.
 template <class S>
 struct PointColumns {
   Vec3<S> jacobian;        ///< ∂p/∂η_j = ∂ṗ/∂v_j

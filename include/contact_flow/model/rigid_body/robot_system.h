@@ -58,8 +58,8 @@ class RobotSystem final : public MechanicalSystem {
 
   const ConstraintElement& constraint(int i) const { return *all_constraints_[i]; }
   void Describe();
-  /// Throws std::invalid_argument for a constraint without gradient and for numbers that are not
-  /// finite.
+  /// Throws std::invalid_argument for a constraint without gradient and for numbers
+  /// that are not finite.
   void CheckElements() const;
   void AddEfforts(const VectorRef& q, const VectorRef& v, const VectorRef& u, Scratch* s) const;
   void AddConstraintForces(const VectorRef& q, const VectorRef& force, Scratch* s) const;

@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 
 /// Spatial vector algebra after R. Featherstone, Rigid Body Dynamics Algorithms (Springer 2008),
-/// Ch. 2, for any scalar. All vectors of one formula are given in the same axes about the same
-/// point.
+/// Ch. 2, for any scalar. All vectors of one formula are given in the same axes
+/// about the same point.
 namespace contact_flow {
 
 template <class S>

@@ -6,8 +6,8 @@
 namespace contact_flow {
 namespace constraint {
 
-/// One world axis of two points that coincide: b = direction·(p − p_other). For bilateral
-/// constraints.
+/// One world axis of two points that coincide: b = direction·(p − p_other). For
+/// bilateral constraints.
 struct Coincidence {
   static constexpr int kPoints = 2, kJoints = 0, kNumbers = 3;
   static constexpr bool kAffine = true;

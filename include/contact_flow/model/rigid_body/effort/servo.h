@@ -6,8 +6,8 @@
 namespace contact_flow {
 namespace effort {
 
-/// A proportional-derivative controller whose setpoint is an input: e = stiffness (u − q) − damping
-/// q̇.
+/// A proportional-derivative controller whose setpoint is an input: e = stiffness (u −
+/// q) − damping q̇.
 struct Servo {
   static constexpr const char* kName = "servo";
   static constexpr int kPoints = 0, kJoints = 1, kInputs = 1, kNumbers = 2;
