@@ -4,15 +4,14 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
-#include "contact_flow/budget.h"
 #include "contact_flow/dynamics/complementarity.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
+#include "effort_modes.h"
 
 namespace contact_flow {
 namespace {
@@ -29,91 +28,6 @@ constexpr double kTornPart = 1e-6, kAboveNoise = 10;
 /// Half the distance of the difference quotient for d²λ/dt², as a part of |v|/|v̇|, and what counts
 /// as zero there.
 constexpr double kQuotientStep = 1e-4, kQuotientRounding = 1e-9;
-/// At most this many candidates are enumerated where the effort depends on the mode.
-constexpr int kMaxEnumerated = 12;
-
-/// The candidates as subsets: bit k of `subset` is the k-th member.
-ContactMode Subset(const std::vector<int>& members, std::uint32_t subset) {
-  ContactMode mode;
-  for (std::size_t k = 0; k < members.size(); ++k) {
-    if (subset >> k & 1u) mode.Insert(members[k]);
-  }
-  return mode;
-}
-
-/// Looks for the modes that are consistent with their own effort.
-class EffortModes {
- public:
-  EffortModes(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
-              double time_tolerance, ContactMode pressed)
-      : dynamics_(*dynamics),
-        x_(x),
-        candidates_(candidates),
-        pressed_(pressed),
-        time_tolerance_(time_tolerance) {
-    const MechanicalSystem& system = dynamics_.system();
-    const InverseInertia inertia(system, x.head(system.num_positions()), x.tail(system.dof()));
-    terms_ = inertia.terms();
-    gain_ = (terms_.jacobian * (inertia * terms_.jacobian.transpose())).diagonal();
-  }
-
-  ContactMode Find() {
-    if (candidates_.Size() > kMaxEnumerated) {
-      throw UndecidedMode("more than " + std::to_string(kMaxEnumerated) +
-                          " resting contacts with an effort that depends on the contact mode");
-    }
-    std::vector<int> members;
-    for (int i : candidates_) members.push_back(i);
-    const auto& names = dynamics_.system().description().constraints;
-    int found = 0;
-    ContactMode result;
-    std::string all;
-    for (std::uint32_t subset = 0; subset < (1u << members.size()); ++subset) {
-      AskBudget();
-      const ContactMode mode = Subset(members, subset);
-      if (!Fits(mode)) continue;
-      all += (found++ > 0 ? " and " : "") + (mode | pressed_).ToString(names);
-      result = mode;
-    }
-    if (found == 1) return result | pressed_;
-    throw UndecidedMode(
-        "the effort depends on the contact mode, and among the contacts " +
-        candidates_.ToString(names) +
-        (found == 0
-             ? " no mode agrees with its own effort: the motion would slide on the switching "
-               "surface (Filippov), which is not a mode of this system"
-             : " several modes agree with their own effort, " + all +
-                   ": the motion goes on in any of them and is not unique (Filippov)"));
-  }
-
- private:
-  bool Fits(ContactMode mode) {
-    dynamics_.Evaluate(x_, mode | pressed_);
-    const Vector force = dynamics_.force();
-    const Vector acceleration = terms_.jacobian * dynamics_.acceleration() + terms_.bias;
-    const double rounding = kForceRounding * (1 + force.cwiseAbs().maxCoeff());
-    const double still = kForceRounding * (1 + acceleration.cwiseAbs().maxCoeff());
-    for (int i : candidates_) {
-      const bool member = mode.Contains(i);
-      const double rate = dynamics_.ForceRate(x_, (mode | pressed_).With(i), i);
-      const double value = member ? force(i) : acceleration(i);
-      // What a force changes by within the tolerance, as an acceleration: times G_ii.
-      const double zero =
-          time_tolerance_ * std::abs(rate) * (member ? 1 : gain_(i)) + (member ? rounding : still);
-      const bool fits = std::abs(value) <= zero ? (rate > 0) == member : value > 0;
-      if (!fits) return false;
-    }
-    return true;
-  }
-
-  ContactDynamics& dynamics_;
-  const Vector x_;
-  const ContactMode candidates_;
-  const ContactMode pressed_;
-  const double time_tolerance_;
-  ConstraintTerms terms_;
-  Vector gain_;  // G_ii
-};
 
 /// Where the effort does not depend on the mode: forces first, then their rates. Rows are those of
 /// the candidates, in increasing order.
@@ -369,7 +283,7 @@ ModeSelection SelectMode(ContactDynamics* dynamics, const VectorRef& x, ContactM
   if (candidates.Empty()) {
     selection.mode = pressed;
   } else if (dynamics->system().HasContactEffort()) {
-    selection.mode = EffortModes(dynamics, x, candidates, time_tolerance, pressed).Find();
+    selection.mode = SelectByEffort(dynamics, x, candidates, time_tolerance, pressed);
   } else {
     selection = ForceModes(dynamics, x, candidates, time_tolerance, pressed).Find();
   }

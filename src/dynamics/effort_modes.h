@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "contact_flow/dynamics/contact_dynamics.h"
+
+namespace contact_flow {
+
+/// The one mode J ⊆ candidates, with `pressed`, whose effort f(q, v, u, J) gives forces and
+/// accelerations that J says: λ > 0 in it, ä > 0 out of it, what vanishes by its rate. Every subset
+/// is tried. Throws UndecidedMode where none fits, several do, or there are too many.
+ContactMode SelectByEffort(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
+                           double time_tolerance, ContactMode pressed);
+
+}  // namespace contact_flow
