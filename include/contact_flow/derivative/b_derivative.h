@@ -62,7 +62,7 @@ class BDerivative {
 
   /// B(w) [2d] on one direction w [2d+k], or [2d] with (δu, δp) = 0, in polynomial time. Throws
   /// std::invalid_argument for a direction that leaves the domain at the start, naming the
-  /// constraint, and std::domain_error like EventMap.
+  /// constraint, and std::domain_error like EventMap, or where the status is not kOk.
   Vector operator()(const VectorRef& w) const;
   /// The same with a change of the horizon.
   Vector operator()(double dt, const VectorRef& w) const;
