@@ -187,23 +187,25 @@ class ArcJacobian {
 /// The fastest rate [1/s] of ÿ = K y + D ẏ, jacobian = [K D]: the spectral radius of its companion
 /// matrix, by power iteration. An estimate, to begin with.
 inline double FastestRate(const Matrix& jacobian) {
-  constexpr int kIterations = 16, kDiscarded = 4;
+  constexpr int kIterations = 16, kDiscarded = 4, kBetweenNorms = 4;
   const Eigen::Index d = jacobian.rows();
   Vector y(2 * d), next(2 * d);
   for (Eigen::Index i = 0; i < 2 * d; ++i) y(i) = 1 + 0.37 * static_cast<double>(i % 5);
-  y.normalize();
   double growth = 0;
-  for (int k = 0; k < kIterations; ++k) {
-    next.head(d) = y.tail(d);
+  for (int k = kBetweenNorms; k <= kIterations; k += kBetweenNorms) {
     WithFixedSize(static_cast<int>(d), [&](auto rows) {
-      ColumnSum sum(rows, next.data() + d);
-      for (Eigen::Index c = 0; c < 2 * d; ++c) sum.Add(y(c), jacobian.data() + c * d);
-      sum.WriteTo(next.data() + d);
+      for (int l = 0; l < kBetweenNorms; ++l) {
+        next.head(d) = y.tail(d);
+        ColumnSum sum(rows, next.data() + d);
+        for (Eigen::Index c = 0; c < 2 * d; ++c) sum.Add(y(c), jacobian.data() + c * d);
+        sum.WriteTo(next.data() + d);
+        y.swap(next);
+      }
     });
-    const double factor = next.norm();
+    const double factor = y.norm();
     if (!(factor > 0) || !std::isfinite(factor)) return 0;
-    if (k >= kDiscarded) growth += std::log(factor);
-    y = next / factor;
+    if (k > kDiscarded) growth += std::log(factor);
+    y /= factor;
   }
   return std::exp(growth / (kIterations - kDiscarded));
 }

@@ -80,6 +80,7 @@ Status CheckTouchingContacts(const Trajectory& trajectory, std::size_t first,
 
 /// w with (δu, δp) = 0 where they are left out.
 Vector BDerivative::Complete(const VectorRef& w) const {
+  if (!status.ok()) throw std::domain_error("there is no derivative: " + status.message);
   const Eigen::Index size = arcs.front().cols(), tangents = time.size();
   if (w.size() != size && w.size() != tangents) {
     throw std::invalid_argument("the direction has " + std::to_string(w.size()) +

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <iostream>
 #include <random>
+#include <stdexcept>
 
 #include "contact_flow/analysis/assumptions.h"
 #include "contact_flow/derivative/b_derivative.h"
@@ -211,6 +212,11 @@ TEST(Plank, IsDiscontinuous) {
   const BDerivative B = DifferentiateOutcome(*system, run);
   EXPECT_EQ(Outcome::kDiscontinuous, B.status.outcome);
   EXPECT_NE(std::string::npos, B.status.message.find("_support'")) << B.status.message;
+  // What is refused cannot be asked.
+  const Vector w = Vector::Unit(2 * system->dof(), 0);
+  EXPECT_THROW(B(w), std::domain_error);
+  EXPECT_THROW(B.Error(w), std::domain_error);
+  EXPECT_THROW(B.PerturbedModes(w), std::domain_error);
   EXPECT_EQ(ContactClass::kOrderDependent, AssessTransitions(*system, run)[0].contact_class);
   const std::vector<OrderOutcome>& outcomes = B.events.back().outcomes();
   ASSERT_FALSE(outcomes.empty());
