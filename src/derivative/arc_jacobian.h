@@ -158,11 +158,15 @@ class ArcJacobian {
   /// What the entries of [K D S] are multiplied by for the units: √M τ² (√M)⁻¹, … τ … and … τ² S⁻¹.
   void FindScale() {
     const double tau = units_.time;
-    const Vector columns = units_.length.cwiseInverse();
     scale_.resize(d_, 2 * d_ + k_);
-    scale_.leftCols(d_) = units_.length * (tau * tau * columns.transpose());
-    scale_.middleCols(d_, d_) = units_.length * (tau * columns.transpose());
-    scale_.rightCols(k_) = units_.length * (tau * tau * units_.source.cwiseInverse().transpose());
+    for (int c = 0; c < d_; ++c) {
+      const double inverse = 1 / units_.length(c);
+      scale_.col(c) = units_.length * (tau * tau * inverse);
+      scale_.col(d_ + c) = units_.length * (tau * inverse);
+    }
+    for (int c = 0; c < k_; ++c) {
+      scale_.col(2 * d_ + c) = units_.length * (tau * tau * (1 / units_.source(c)));
+    }
   }
   void NotePushes() {
     for (int i : arc_.mode - dynamics_.system().compliant()) {
@@ -189,23 +193,25 @@ class ArcJacobian {
 inline double FastestRate(const Matrix& jacobian) {
   constexpr int kIterations = 16, kDiscarded = 4, kBetweenNorms = 4;
   const Eigen::Index d = jacobian.rows();
-  Vector y(2 * d), next(2 * d);
-  for (Eigen::Index i = 0; i < 2 * d; ++i) y(i) = 1 + 0.37 * static_cast<double>(i % 5);
+  Vector y(4 * d);  // and the one before, by turns
+  double *from = y.data(), *to = from + 2 * d;
+  for (Eigen::Index i = 0; i < 2 * d; ++i) from[i] = 1 + 0.37 * static_cast<double>(i % 5);
   double growth = 0;
   for (int k = kBetweenNorms; k <= kIterations; k += kBetweenNorms) {
     WithFixedSize(static_cast<int>(d), [&](auto rows) {
       for (int l = 0; l < kBetweenNorms; ++l) {
-        next.head(d) = y.tail(d);
-        ColumnSum sum(rows, next.data() + d);
-        for (Eigen::Index c = 0; c < 2 * d; ++c) sum.Add(y(c), jacobian.data() + c * d);
-        sum.WriteTo(next.data() + d);
-        y.swap(next);
+        std::copy(from + d, from + 2 * d, to);
+        ColumnSum sum(rows, to + d);
+        for (Eigen::Index c = 0; c < 2 * d; ++c) sum.Add(from[c], jacobian.data() + c * d);
+        sum.WriteTo(to + d);
+        std::swap(from, to);
       }
     });
-    const double factor = y.norm();
+    Eigen::Map<Vector> now(from, 2 * d);
+    const double factor = now.norm();
     if (!(factor > 0) || !std::isfinite(factor)) return 0;
     if (k > kDiscarded) growth += std::log(factor);
-    y /= factor;
+    now /= factor;
   }
   return std::exp(growth / (kIterations - kDiscarded));
 }
