@@ -286,13 +286,19 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
 Vector ProjectAdmissible(const MechanicalSystem& system, const VectorRef& x, ContactMode mode,
                          const VectorRef& w, const Variables& variables) {
   const int d = system.dof(), nq = system.num_positions(), n = system.num_constraints();
-  std::vector<int> active;
-  for (int i : mode - system.compliant()) active.push_back(i);
-  for (int i = 0; i < system.num_bilateral(); ++i) active.push_back(n + i);
-  if (active.empty()) return w;
-  const int k = static_cast<int>(active.size());
+  std::vector<int> gaps;
+  for (int i : mode - system.compliant()) gaps.push_back(i);
+  for (int i = 0; i < system.num_bilateral(); ++i) gaps.push_back(n + i);
+  std::vector<int> rates = gaps;
+  for (int i = 0; i < n && system.HasFriction(); ++i) {
+    const Friction& friction = system.friction()[i];
+    if (!mode.Contains(i) || !std::isinf(friction.coefficient)) continue;
+    for (int row = 0; row < friction.dimension; ++row) rates.push_back(friction.row + row);
+  }
+  if (gaps.empty()) return w;
+  const auto k = static_cast<Eigen::Index>(gaps.size());
   const int parameters = w.size() > 2 * d ? static_cast<int>(variables.parameters.size()) : 0;
-  // Rows of D(a_J, Da_J v): [A 0 0 ∂a/∂p; D_q(A v) A 0 ∂(A v)/∂p].
+  // Rows of D(a_J, Da_J v, T v of no slip): [A 0 0 ∂a/∂p; D_q(A v) A 0 ∂(A v)/∂p].
   ConstraintTerms terms;
   system.Constraints(x.head(nq), x.tail(d), &terms);
   const Vector no_impulse = Vector::Zero(terms.gap.size());
@@ -303,20 +309,18 @@ Vector ProjectAdmissible(const MechanicalSystem& system, const VectorRef& x, Con
     system.DifferentiateImpactByParameters(x.head(nq), Vector::Zero(d), no_impulse, x.tail(d),
                                            variables.parameters, &by_parameter);
   }
-  Matrix rows = Matrix::Zero(2 * k, 2 * d);
-  Vector violation(2 * k);
-  for (int row = 0; row < k; ++row) {
-    const int i = active[row];
-    rows.row(row).head(d) = terms.jacobian.row(i);
-    rows.row(k + row).head(d) = residual.constraint_q.row(i);
-    rows.row(k + row).tail(d) = terms.jacobian.row(i);
-    violation(row) = rows.row(row).dot(w.head(2 * d));
-    violation(k + row) = rows.row(k + row).dot(w.head(2 * d));
-    if (parameters > 0) {
-      violation(row) += by_parameter.gap.row(i).dot(w.tail(parameters));
-      violation(k + row) += by_parameter.constraint.row(i).dot(w.tail(parameters));
-    }
+  Matrix rows = Matrix::Zero(k + static_cast<Eigen::Index>(rates.size()), 2 * d);
+  Vector violation = Vector::Zero(rows.rows());
+  for (Eigen::Index row = 0; row < rows.rows(); ++row) {
+    const bool rate = row >= k;
+    const int i = rate ? rates[row - k] : gaps[row];
+    rows.row(row).segment(rate ? d : 0, d) = terms.jacobian.row(i);
+    if (rate) rows.row(row).head(d) = residual.constraint_q.row(i);
+    if (parameters == 0) continue;
+    const Matrix& by = rate ? by_parameter.constraint : by_parameter.gap;
+    violation(row) = by.row(i).dot(w.tail(parameters));
   }
+  violation += rows * w.head(2 * d);
   Vector projected = w;
   projected.head(2 * d) -= rows.completeOrthogonalDecomposition().solve(violation);
   return projected;

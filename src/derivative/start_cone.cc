@@ -32,7 +32,10 @@ std::string Sentence(double t, const std::string& name, const char* what) {
 
 StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode mode, double t,
                      double gap_tolerance, double speed_tolerance)
-    : names_(dynamics->system().description().constraints), t_(t), dof_(dynamics->system().dof()) {
+    : friction_(dynamics->system().HasFriction()),
+      names_(dynamics->system().description().constraints),
+      t_(t),
+      dof_(dynamics->system().dof()) {
   const MechanicalSystem& system = dynamics->system();
   const int d = dof_, n = system.num_constraints(), k = dynamics->num_variables();
   const Vector q = x.head(system.num_positions()), v = x.tail(d);
@@ -43,23 +46,25 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
     const bool touches = std::abs(terms.gap(i)) <= gap_tolerance;
     if (touches && (system.compliant().Contains(i) || !mode.Contains(i))) touching.Insert(i);
   }
-  if (touching.Empty()) return;
+  if (touching.Empty() && !friction_) return;
   const Vector field = dynamics->Field(x, mode);
-  // Gradients of gaps and of their rates.
-  Matrix gaps = Matrix::Zero(n, 2 * d + k), rates = gaps;
+  // Gradients of gaps and of their rates, and of slip.
+  const Eigen::Index rows = terms.gap.size();
+  Matrix gaps = Matrix::Zero(rows, 2 * d + k), rates = gaps;
   const Vector no_jump = Vector::Zero(d), no_impulse = Vector::Zero(terms.gap.size());
   ResidualJacobian residual;
   system.DifferentiateImpact(q, no_jump, no_impulse, v, &residual);
-  gaps.leftCols(d) = terms.jacobian.topRows(n);
-  rates.leftCols(d) = residual.constraint_q.topRows(n);
-  rates.middleCols(d, d) = terms.jacobian.topRows(n);
+  gaps.leftCols(d) = terms.jacobian;
+  rates.leftCols(d) = residual.constraint_q;
+  rates.middleCols(d, d) = terms.jacobian;
   const std::vector<int>& parameters = dynamics->variables().parameters;
   if (!parameters.empty()) {
     ParameterJacobian by_parameter;
     system.DifferentiateImpactByParameters(q, no_jump, no_impulse, v, parameters, &by_parameter);
-    gaps.rightCols(parameters.size()) = by_parameter.gap.topRows(n);
-    rates.rightCols(parameters.size()) = by_parameter.constraint.topRows(n);
+    gaps.rightCols(parameters.size()) = by_parameter.gap;
+    rates.rightCols(parameters.size()) = by_parameter.constraint;
   }
+  if (friction_) AddSlips(system, mode, rates, terms.jacobian * v, speed_tolerance);
   ContactMode members = mode - system.compliant();
   held_ = members.Size();
   for (int i : members) members_.push_back(i);
@@ -119,6 +124,23 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
   delassus_ = A * reach_;
 }
 
+void StartCone::AddSlips(const MechanicalSystem& system, ContactMode mode, const Matrix& rates,
+                         const VectorRef& speeds, double speed_tolerance) {
+  for (int i : mode) {
+    const Friction& friction = system.friction()[i];
+    if (friction.dimension != 1 || !(friction.coefficient > 0)) continue;
+    if (std::abs(speeds(friction.row)) > speed_tolerance) continue;
+    const Letter letter = mode.LetterOf(i);
+    if (letter != Letter::kForward && letter != Letter::kBackward) continue;
+    const double sign = letter == Letter::kForward ? 1 : -1;
+    slips_.push_back({i, sign * rates.row(friction.row).transpose()});
+    std::ostringstream message;
+    message << "at t = " << t_ << " s '" << names_[i]
+            << "' begins to slip: directions that make it slip the other way are not followed";
+    piecewise_linear_ = {Outcome::kNotDifferentiable, message.str()};
+  }
+}
+
 bool StartCone::Closes(const Contact& contact, const VectorRef& w) const {
   return contact.gap.dot(w) < -kNoise * Terms(contact.gap, w);
 }
@@ -132,6 +154,13 @@ int StartCone::Leaves(const VectorRef& w) const {
 
 Vector StartCone::operator()(const VectorRef& direction) const {
   Vector w = direction;
+  for (const Slip& slip : slips_) {
+    if (slip.rate.dot(w) >= -kNoise * Terms(slip.rate, w)) continue;
+    throw std::domain_error("at t = " + std::to_string(t_) + " s the contact '" +
+                            names_[slip.constraint] +
+                            "' begins to slip, and in this direction it slips the other way first: "
+                            "how it turns is not followed");
+  }
   if (contacts_.empty()) return w;
   const int out = Leaves(w);
   if (out >= 0) {
@@ -153,6 +182,11 @@ Vector StartCone::operator()(const VectorRef& direction) const {
     ++row;
   }
   if (!hit) return w;
+  if (friction_) {
+    throw std::domain_error("at t = " + std::to_string(t_) +
+                            " s a contact that leaves from rest is hit at once in this direction: "
+                            "with friction that is not followed");
+  }
   const int count = static_cast<int>(rows.size());
   Matrix G(count, count), reach(dof_, count);
   Vector b(count);
@@ -180,10 +214,11 @@ Vector StartCone::operator()(const VectorRef& direction) const {
 }
 
 Matrix StartCone::Cone() const {
-  Matrix cone(contacts_.size(), contacts_.empty() ? 0 : contacts_.front().gap.size());
-  for (std::size_t r = 0; r < contacts_.size(); ++r) {
-    cone.row(r) = contacts_[r].gap.normalized().transpose();
-  }
+  std::vector<const Vector*> normals;
+  for (const Contact& contact : contacts_) normals.push_back(&contact.gap);
+  for (const Slip& slip : slips_) normals.push_back(&slip.rate);
+  Matrix cone(normals.size(), normals.empty() ? 0 : normals.front()->size());
+  for (std::size_t r = 0; r < normals.size(); ++r) cone.row(r) = normals[r]->normalized();
   return cone;
 }
 

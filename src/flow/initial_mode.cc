@@ -85,7 +85,12 @@ ContactMode InitialWord(ContactDynamics* dynamics, const VectorRef& x, ContactMo
   for (int i : candidates) {
     const Friction& friction = system.friction()[i];
     const auto slip = rate.segment(friction.row, friction.dimension);
-    const bool still = std::isinf(friction.coefficient) || slip.norm() <= options.speed_tolerance;
+    if (std::isinf(friction.coefficient) && !(slip.norm() <= options.speed_tolerance)) {
+      Refuse("the slip of touching constraint '" + system.description().constraints[i] +
+                 "', which never slips,",
+             slip.norm(), "0");
+    }
+    const bool still = slip.norm() <= options.speed_tolerance;
     if (still && friction.coefficient > 0) {
       contacts.still.Insert(i);
     } else if (friction.dimension == 1 && friction.coefficient > 0) {
@@ -94,7 +99,14 @@ ContactMode InitialWord(ContactDynamics* dynamics, const VectorRef& x, ContactMo
       contacts.slipping.Insert(i);
     }
   }
-  return SelectWord(dynamics, x, contacts, kBorder);
+  const ContactMode word = SelectWord(dynamics, x, contacts, kBorder);
+  for (int i : contacts.still) {
+    if (system.friction()[i].dimension == 2 && word.LetterOf(i) == Letter::kSlip) {
+      throw UndecidedMode("contact '" + system.description().constraints[i] +
+                          "' begins to slip in space, which is not offered");
+    }
+  }
+  return word;
 }
 
 }  // namespace

@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Random systems with friction, one to four contacts, in the plane and in space: laws along their
+// runs, and every derivative beside one-sided quotients. Some start on contacts, some land on two
+// at once, some at scales of 1e-4 and 1e4. CONTACT_FLOW_FRICTION_SYSTEMS of each kind (40) from
+// CONTACT_FLOW_FRICTION_SEED (1) on; a campaign by hand takes 1000.
+#include <gtest/gtest.h>
+
+#include <Eigen/QR>
+#include <cstdlib>
+#include <iostream>
+#include <map>
+#include <random>
+#include <string>
+
+#include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/derivative/finite_difference.h"
+#include "contact_flow/flow/simulate.h"
+#include "test/friction/systems/random_contacts.h"
+
+namespace contact_flow {
+namespace {
+
+long FromEnvironment(const char* name, long otherwise) {
+  const char* text = std::getenv(name);
+  return text == nullptr ? otherwise : std::atol(text);
+}
+
+/// Draws numbers.
+class Dice {
+ public:
+  explicit Dice(unsigned seed) : random_(seed) {}
+  double Normal() { return normal_(random_); }
+  double Uniform(double low, double high) { return low + (high - low) * uniform_(random_); }
+  bool Chance(double part) { return uniform_(random_) < part; }
+  Matrix Normals(int rows, int columns, double size) {
+    Matrix A(rows, columns);
+    for (double& entry : A.reshaped()) entry = size * Normal();
+    return A;
+  }
+
+ private:
+  std::mt19937 random_;
+  std::normal_distribution<double> normal_;
+  std::uniform_real_distribution<double> uniform_{0, 1};
+};
+
+struct Drawn {
+  std::unique_ptr<test::RandomContacts> system;
+  Vector x;
+  double duration = 0.6;
+};
+
+/// Moves v so that contacts rest, and those stick that cannot slip, or all.
+void Rest(const test::RandomContacts& system, bool still, Vector* x) {
+  const int d = system.dof();
+  ConstraintTerms terms;
+  system.Constraints(x->head(d), x->tail(d), &terms);
+  for (const Friction& friction : system.friction()) {
+    if (!still && std::isfinite(friction.coefficient)) {
+      terms.jacobian.middleRows(friction.row, friction.dimension).setZero();
+    }
+  }
+  const Vector v = x->tail(d);
+  x->tail(d) -= terms.jacobian.completeOrthogonalDecomposition().solve(terms.jacobian * v);
+}
+
+/// Moves v so that the first two contacts approach alike.
+void Level(const test::RandomContacts& system, Vector* x) {
+  const int d = system.dof();
+  ConstraintTerms terms;
+  system.Constraints(x->head(d), x->tail(d), &terms);
+  const Vector a = terms.jacobian.row(0) - terms.jacobian.row(1);
+  x->tail(d) -= a * (a.dot(x->tail(d)) / a.squaredNorm());
+}
+
+/// Lengths in `unit` m: q = unit·q̃, and times as they are.
+Drawn Draw(unsigned seed, int rows) {
+  Dice dice(seed);
+  const int n = 1 + static_cast<int>(seed % 4), d = n * (rows + 1) + static_cast<int>(seed % 3);
+  const double unit = dice.Chance(0.2) ? (dice.Chance(0.5) ? 1e-4 : 1e4) : 1;
+  test::ContactCoefficients c;
+  c.rows = rows;
+  const Matrix S = dice.Normals(d, d, 0.5 / std::sqrt(d));
+  c.mass = Matrix::Identity(d, d) + S * S.transpose();
+  c.stiffness = 10 * S.transpose() * S;
+  c.damping = dice.Uniform(0, 1) * Matrix::Identity(d, d);
+  c.normals = Matrix::Zero(n, d);
+  c.tangents = Matrix::Zero(n * rows, d);
+  c.load = dice.Normals(d, 1, 1);
+  // Contact i has the coordinates (rows+1) i and those behind it for its own, and some of others.
+  for (int i = 0; i < n; ++i) {
+    const int first = (rows + 1) * i;
+    c.normals(i, first) = 1;
+    c.load(first) -= dice.Uniform(4, 12);
+    for (int k = 0; k < rows; ++k) {
+      c.tangents(rows * i + k, first + 1 + k) = 1;
+      c.load(first + 1 + k) += 3 * dice.Normal();
+    }
+    c.curvatures.push_back(Matrix::Zero(d, d));
+    if (dice.Chance(0.5)) {
+      const Matrix Q = dice.Normals(d, d, 0.15);
+      c.curvatures[i] = (Q + Q.transpose()) / unit;
+    }
+  }
+  c.normals += dice.Normals(n, d, 0.1);
+  c.tangents += dice.Normals(n * rows, d, 0.1);
+  for (int k = 0; k < d; ++k) {
+    c.turning.push_back(dice.Chance(0.5) ? Matrix(dice.Normals(n * rows, d, 0.1) / unit)
+                                         : Matrix(Matrix::Zero(n * rows, d)));
+  }
+  c.load *= unit;
+  c.offset = Vector::Zero(n);
+  c.friction.resize(n);
+  c.restitution.resize(n);
+  const bool rest = dice.Chance(0.25), together = n > 1 && !rest && dice.Chance(0.4);
+  const double height = dice.Uniform(0.02, 0.2);
+  for (int i = 0; i < n; ++i) {
+    c.friction(i) = dice.Chance(0.2) ? Friction::kNoSlip : dice.Uniform(0.05, 1);
+    c.restitution(i) = dice.Chance(0.85) ? 0 : dice.Uniform(0.05, 0.6);
+    if (!rest) c.offset(i) = unit * (together && i < 2 ? height : dice.Uniform(0.02, 0.3));
+  }
+  if (together) c.restitution(1) = c.restitution(0);
+  Drawn drawn;
+  drawn.system = std::make_unique<test::RandomContacts>(c);
+  drawn.x = Vector::Zero(2 * d);
+  drawn.x.tail(d) = unit * dice.Normals(d, 1, 1);
+  for (int i = 0; i < n; ++i) drawn.x(d + (rows + 1) * i) = -unit * dice.Uniform(0, 1);
+  if (rest) Rest(*drawn.system, dice.Chance(0.5), &drawn.x);
+  if (together) Level(*drawn.system, &drawn.x);
+  return drawn;
+}
+
+SimulateOptions Tight(double size) {
+  SimulateOptions options;
+  options.relative_tolerance = 1e-12;
+  options.absolute_tolerance = std::max(1e-15, 1e-12 * size);
+  options.gap_tolerance = 1e-9 * size;
+  options.speed_tolerance = 1e-9 * size;
+  return options;
+}
+
+class FrictionOfManyContacts : public testing::TestWithParam<int> {
+ protected:
+  /// Coulomb's law, no penetration, no pull, at nine instants of every arc.
+  void CheckLaws(const Drawn& drawn, const Trajectory& run) {
+    const MechanicalSystem& system = *drawn.system;
+    const int d = system.dof();
+    ContactDynamics dynamics(system, Vector::Zero(0));
+    const double size = drawn.x.cwiseAbs().maxCoeff();
+    for (const Arc& arc : run.arcs) {
+      for (int k = 0; k <= 8 && arc.t_end > arc.t_begin; ++k) {
+        Vector x = arc.x_begin;
+        arc.dense.Evaluate(arc.t_begin + (arc.t_end - arc.t_begin) * (k + 0.5) / 9, x.data());
+        dynamics.Evaluate(x, arc.mode);
+        const Vector force = dynamics.force();
+        ConstraintTerms terms;
+        system.Constraints(x.head(d), x.tail(d), &terms);
+        const double load = 1e-7 * (size + force.cwiseAbs().maxCoeff());
+        for (int i = 0; i < system.num_constraints(); ++i) {
+          const Friction& friction = system.friction()[i];
+          const Vector tangential = force.segment(friction.row, friction.dimension);
+          const Vector slip =
+              terms.jacobian.middleRows(friction.row, friction.dimension) * x.tail(d);
+          EXPECT_GE(terms.gap(i), -1e-8 * size);
+          EXPECT_GE(force(i), -load);
+          if (std::isfinite(friction.coefficient)) {
+            EXPECT_LE(tangential.norm(), friction.coefficient * force(i) + load);
+          }
+          if (arc.mode.LetterOf(i) == Letter::kStick) {
+            EXPECT_LT(slip.norm(), 1e-7 * size);
+          } else {
+            EXPECT_LE(tangential.dot(slip), load * size);
+          }
+        }
+      }
+    }
+    for (const Transition& transition : run.transitions) {
+      if (system.restitution().isZero()) {
+        EXPECT_LE(transition.energy_change, 1e-11 * size * size);
+      }
+    }
+  }
+
+  /// A sentence where quotients settle on something else than B(w); none where they do not settle.
+  std::string Contradiction(const Drawn& drawn, const Vector& w, const Vector& prediction,
+                            double error) {
+    const double size = drawn.x.cwiseAbs().maxCoeff();
+    const QuotientReport report = CompareWithQuotients(
+        *drawn.system, drawn.x, Vector::Zero(0), drawn.duration, w, prediction,
+        {1e-4 * size, 1e-5 * size, 1e-6 * size, 1e-7 * size}, Tight(size), error);
+    const double large = 1 + prediction.cwiseAbs().maxCoeff();
+    std::vector<const QuotientSample*> good;
+    for (const QuotientSample& sample : report.samples) {
+      if (sample.status.ok()) good.push_back(&sample);
+    }
+    if (good.size() < 2) return "";
+    const QuotientSample& last = *good.back();
+    const QuotientSample& before = *good[good.size() - 2];
+    const double settled = (last.quotient - before.quotient).cwiseAbs().maxCoeff();
+    // Quotients at α and 10 α differ by 0.9 of the error at 10 α; where they are near each other,
+    // and far from B(w), B(w) is wrong.
+    ++(last.error < 0.05 * large ? confirmed_ : undecided_);
+    if (last.error < 1e-3 * large || settled > 0.3 * last.error) return "";
+    return "error " + std::to_string(last.error) + " of " + std::to_string(large) +
+           ", quotients differ by " + std::to_string(settled);
+  }
+
+  long confirmed_ = 0, undecided_ = 0;
+};
+
+TEST_P(FrictionOfManyContacts, IsNotContradicted) {
+  const long count = FromEnvironment("CONTACT_FLOW_FRICTION_SYSTEMS", 40);
+  const long first = FromEnvironment("CONTACT_FLOW_FRICTION_SEED", 1);
+  std::map<std::string, int> tally;
+  for (long seed = first; seed < first + count; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const Drawn drawn = Draw(static_cast<unsigned>(seed), GetParam());
+    const double size = drawn.x.cwiseAbs().maxCoeff();
+    Trajectory run;
+    try {
+      run = Simulate(*drawn.system, drawn.x, Vector::Zero(0), drawn.duration, Tight(size));
+    } catch (const std::exception& refused) {
+      ++tally[std::string("start refused: ") + std::string(refused.what()).substr(0, 60)];
+      continue;
+    }
+    CheckLaws(drawn, run);
+    if (!run.status.ok()) {
+      ++tally[std::string("run ended: ") + OutcomeName(run.status.outcome)];
+      if (std::getenv("CONTACT_FLOW_FRICTION_TELL") != nullptr) std::cout << seed << " " << run.status.message << "\n";
+      continue;
+    }
+    const BDerivative B = DifferentiateOutcome(*drawn.system, run);
+    if (!B.status.ok()) {
+      ++tally[std::string("derivative refused: ") + OutcomeName(B.status.outcome)];
+      if (std::getenv("CONTACT_FLOW_FRICTION_TELL") != nullptr) std::cout << seed << " " << B.status.message << "\n";
+      continue;
+    }
+    ++tally["given"];
+    Dice dice(static_cast<unsigned>(seed) + 1000000);
+    for (int k = 0; k < 4; ++k) {
+      Vector w = dice.Normals(static_cast<int>(drawn.x.size()), 1, 1);
+      if (k % 2 == 1) w.head(w.size() / 2).setZero();
+      w = ProjectAdmissible(*drawn.system, drawn.x, B.initial_mode, w);
+      Vector prediction;
+      double error = 0;
+      try {
+        prediction = B(w);
+        error = B.Error(w).maxCoeff();
+      } catch (const std::exception& refused) {
+        ++tally["direction refused"];
+        continue;
+      }
+      const std::string contradiction = Contradiction(drawn, w, prediction, error);
+      EXPECT_EQ("", contradiction) << "direction " << k;
+    }
+  }
+  for (const auto& [what, times] : tally) std::cout << times << " " << what << "\n";
+  std::cout << confirmed_ << " directions confirmed, " << undecided_ << " not decided\n";
+  EXPECT_GT(tally["given"], count / 4);
+}
+
+INSTANTIATE_TEST_SUITE_P(Rows, FrictionOfManyContacts, testing::Values(1, 2),
+                         [](const testing::TestParamInfo<int>& info) {
+                           return info.param == 1 ? "InThePlane" : "InSpace";
+                         });
+
+}  // namespace
+}  // namespace contact_flow
