@@ -87,8 +87,6 @@ struct Block {
   }
 };
 
-/// A tip with constant apparent inertia, constant force and springs over a floor; D
-/// coordinates, the
 
 }  // namespace test
 }  // namespace contact_flow
