@@ -32,7 +32,10 @@ std::string Sentence(double t, const std::string& name, const char* what) {
 
 StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode mode, double t,
                      double gap_tolerance, double speed_tolerance)
-    : names_(dynamics->system().description().constraints), t_(t), dof_(dynamics->system().dof()) {
+    : names_(dynamics->system().description().constraints),
+      t_(t),
+      dof_(dynamics->system().dof()),
+      friction_(dynamics->system().HasFriction()) {
   const MechanicalSystem& system = dynamics->system();
   const int d = dof_, n = system.num_constraints(), k = dynamics->num_variables();
   const Vector q = x.head(system.num_positions()), v = x.tail(d);
@@ -153,6 +156,11 @@ Vector StartCone::operator()(const VectorRef& direction) const {
     ++row;
   }
   if (!hit) return w;
+  if (friction_) {
+    throw std::domain_error("at t = " + std::to_string(t_) +
+                            " s a contact that leaves from rest is hit at the start in this "
+                            "direction: with friction that is not followed");
+  }
   const int count = static_cast<int>(rows.size());
   Matrix G(count, count), reach(dof_, count);
   Vector b(count);

@@ -85,7 +85,11 @@ ContactMode InitialWord(ContactDynamics* dynamics, const VectorRef& x, ContactMo
   for (int i : candidates) {
     const Friction& friction = system.friction()[i];
     const auto slip = rate.segment(friction.row, friction.dimension);
-    const bool still = std::isinf(friction.coefficient) || slip.norm() <= options.speed_tolerance;
+    const bool still = slip.norm() <= options.speed_tolerance;
+    if (std::isinf(friction.coefficient) && !still) {
+      Refuse("the slip of contact '" + system.description().constraints[i] + "'", slip.norm(),
+             "0 (it touches, and never slips)");
+    }
     if (still && friction.coefficient > 0) {
       contacts.still.Insert(i);
     } else if (friction.dimension == 1 && friction.coefficient > 0) {

@@ -65,6 +65,7 @@ class StartCone {
   std::vector<std::string> names_;  // of all constraints
   double t_ = 0;
   int dof_ = 0;
+  bool friction_ = false;
   // The contacts of the mode, then those of contacts_ at rest.
   Matrix delassus_;  // G
   Matrix reach_;     // P Daᵀ [d × ·]
