@@ -198,6 +198,47 @@ TEST(Walkers, TwoStepsAreOneSquared) {
   ExpectStable(steps.orbit.reduced);
 }
 
+/// Parameters and times of events among the unknowns and conditions: Newton's quadratic convergence
+/// holds where their derivatives are right.
+TEST(Walkers, SlopeThatGivesAPeriodOrTheTimeOfAnEvent) {
+  const auto walker = MakeModel("compass_walker");
+  OrbitProblem problem;
+  problem.factory = [](const ParameterValues& values) {
+    return MakeModel("compass_walker", values);
+  };
+  problem.unknown_parameters = {"slope"};
+  problem.section = HeelStrike(*walker);
+  problem.x = walker->nominal().x;
+  problem.u = Vector::Zero(0);
+  problem.conditions = {{OrbitCondition::Kind::kPeriod, 0, 0.73}};
+  OrbitOptions options;
+  options.poincare.shortest = 0.01;
+  const OrbitSolution periodic = FindOrbit(problem, options);
+  ASSERT_TRUE(periodic.ok()) << periodic.newton.message;
+  EXPECT_LE(periodic.newton.iterations.size(), 8u);
+  EXPECT_NEAR(0.73, periodic.orbit.time, 1e-10);
+  EXPECT_GT(std::abs(periodic.parameters.at("slope") - 3 * M_PI / 180), 1e-4);
+  const OrbitSolution again = FindGait("compass_walker", periodic.parameters, problem.section,
+                                       walker->nominal().x, 3);
+  ASSERT_TRUE(again.ok()) << again.newton.message;
+  EXPECT_NEAR(0.73, again.orbit.time, 1e-9);
+
+  problem.section = Section::Coordinate(*walker, "right_leg", 0, -1);
+  problem.section.symmetry.Exchange(*walker, "left_leg", "right_leg").Travel(*walker, {"hip_x"});
+  const PoincareReturn upright =
+      PoincareMap(*walker, Vector::Zero(0), Section::Coordinate(*walker, "left_leg", 0, -1))
+          .Return(walker->nominal().x, false);
+  ASSERT_TRUE(upright.returned());
+  problem.x = upright.x;
+  const double time = 0.734346391 - upright.time;  // of the heel strike, from there
+  problem.conditions = {{OrbitCondition::Kind::kTouchdown, 1, 1.005 * time}};
+  const OrbitSolution timed = FindOrbit(problem, options);
+  ASSERT_TRUE(timed.ok()) << timed.newton.message;
+  EXPECT_LE(timed.newton.iterations.size(), 8u);
+  ASSERT_EQ(1u, timed.orbit.trajectory.transitions.size());
+  EXPECT_NEAR(1.005 * time, timed.orbit.trajectory.transitions[0].t, 1e-10);
+}
+
 TEST(Walkers, WhatIsNoSymmetryIsRefused) {
   const auto walker = MakeModel("compass_walker");
   PoincareOptions options;
