@@ -79,9 +79,13 @@ class OrbitEquation {
     value.has_map = orbit.status == ReturnStatus::kReturned;
     value.message = orbit.message;
     if (!value.has_map) return value;
-    basis_ = AdmissibleBasis(*system_, x, orbit.trajectory.arcs.front().mode,
-                             options_.derivative.variables);
     mode_ = orbit.trajectory.arcs.front().mode;
+    touching_ = {};
+    if (problem_.section.kind == Section::Kind::kEvent) {
+      touching_ = TouchingAt(*system_, x, options_.simulate.gap_tolerance);
+    }
+    basis_ = AdmissibleBasis(*system_, x, mode_, options_.derivative.variables, touching_,
+                             problem_.section.symmetry.Slice(*system_));
     value.map = InBases(Rows(x, orbit),
                         Matrix::Identity(value.residual.size(), value.residual.size()), basis_);
     return value;
@@ -100,7 +104,7 @@ class OrbitEquation {
       return moved;  // out of range, which its evaluation says
     }
     Vector x = moved.head(problem_.x.size());
-    Retract(*system_, mode_, &x);
+    Retract(*system_, mode_, &x, touching_);
     moved.head(problem_.x.size()) = x;
     return moved;
   }
@@ -207,7 +211,7 @@ class OrbitEquation {
   ParameterValues values_;
   std::unique_ptr<MechanicalSystem> system_;
   Matrix basis_;
-  ContactMode mode_;
+  ContactMode mode_, touching_;  // of the last start with a derivative
 };
 
 }  // namespace

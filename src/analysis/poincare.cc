@@ -19,6 +19,7 @@ constexpr int kSamples = 16;       // of a step of the integrator
 constexpr int kFirstHorizon = 16;  // the horizon is tried in parts: 1/16, 1/8, …
 constexpr int kMaxNewton = 8;
 constexpr double kSettled = 1e-15;  // relative change of the time of return
+constexpr double kSymmetric = 1e-9;  // how far a symmetry may be from one, relative
 
 template <class... Parts>
 std::string Text(const Parts&... parts) {
@@ -74,17 +75,41 @@ PoincareReturn PoincareMap::Return(const VectorRef& x, bool differentiate) const
     result.status = ReturnStatus::kRefused;
     result.message = refusal.what();
   }
-  if (result.status != ReturnStatus::kReturned) return result;
+  if (result.status != ReturnStatus::kReturned || !ApplySymmetry(x, &result)) return result;
   result.event_times =
       EventTimes(result.trajectory, LocateEvents(result.trajectory, options_.events));
   if (!differentiate) return result;
   result.start_basis = Basis(x, result.trajectory.arcs.front().mode);
-  result.end_basis = Basis(result.x, result.trajectory.arcs.back().mode);
+  ContactMode end = result.trajectory.arcs.back().mode;
+  if (!section_.symmetry.Empty()) {
+    end = ImageOf(system_, u_, section_.symmetry, result.trajectory.FinalState(), end, result.x)
+              .mode;
+  }
+  result.end_basis = Basis(result.x, end);
   if (result.end_basis.cols() == result.start_basis.cols()) {
     result.end_basis = NearestBasis(result.end_basis, result.start_basis);
   }
   Differentiate(x, &result);
   return result;
+}
+
+/// From the first return to g of it; false where g is no symmetry there.
+bool PoincareMap::ApplySymmetry(const VectorRef& x, PoincareReturn* result) const {
+  const ReturnSymmetry& symmetry = section_.symmetry;
+  if (symmetry.Empty()) return true;
+  const Vector end = result->x;
+  result->x = symmetry.Apply(system_, x, end);
+  const SymmetryImage image =
+      ImageOf(system_, u_, symmetry, end, result->trajectory.arcs.back().mode, result->x);
+  result->symmetry_residual = image.residual;
+  if (image.reason.empty() && image.residual <= kSymmetric) return true;
+  result->status = ReturnStatus::kRefused;
+  result->message =
+      Text("the section's symmetry is none of the system at t = ", result->time, " s: ",
+           image.reason.empty()
+               ? Text("mass matrix, forces or contacts differ by ", image.residual, ", relative")
+               : image.reason);
+  return false;
 }
 
 /// Looks for the return in a run of that duration; true when there is one.

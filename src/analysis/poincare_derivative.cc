@@ -8,6 +8,7 @@
 #include "contact_flow/analysis/poincare.h"
 #include "contact_flow/analysis/section.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "retraction.h"
 #include "tangent_map.h"
 
 namespace contact_flow {
@@ -21,17 +22,34 @@ constexpr double kAtOnce = 1e-7;
 /// Tangents of the section that the contact mode admits.
 Matrix PoincareMap::Basis(const VectorRef& x, ContactMode mode) const {
   const int n = 2 * system_.dof();
-  Matrix rows(n + 1, n);
+  // The section of what returns is the image of the one that is crossed; that of an event lies
+  // where contacts touch.
   Vector gradient;
-  Height(x, &gradient);
+  const ReturnSymmetry& symmetry = section_.symmetry;
+  Height(symmetry.Undo(system_, x), &gradient);
+  if (!symmetry.Empty()) {
+    gradient = (symmetry.Exchanged(system_) * gradient).eval();
+    if (section_.kind == Section::Kind::kEvent) gradient.setZero();
+  }
+  const Matrix slice = symmetry.Slice(system_);
+  const Matrix held = HeldRows(system_, x, mode, Touching(x));
+  Matrix rows(n + 1 + slice.rows() + held.rows(), n);
   rows.row(n) = gradient.transpose() / std::max(gradient.norm(), 1e-300);
   if (section_.kind == Section::Kind::kTime) rows.row(n).setZero();
+  rows.middleRows(n + 1, slice.rows()) = slice;
+  rows.bottomRows(held.rows()) = held;
   for (int k = 0; k < n; ++k) {
     const Vector unit = Vector::Unit(n, k);
     rows.col(k).head(n) = unit - ProjectAdmissible(system_, x, mode, unit);
   }
   if (rows.isZero(0)) return Matrix::Identity(n, n);
   return NullSpace(rows);
+}
+
+/// Contacts whose gaps are zero behind an event of the section.
+ContactMode PoincareMap::Touching(const VectorRef& x) const {
+  if (section_.kind != Section::Kind::kEvent) return {};
+  return TouchingAt(system_, x, options_.simulate.gap_tolerance);
 }
 
 /// Does an event lie within the simultaneity tolerance of the return, before or behind it?
@@ -54,17 +72,26 @@ void PoincareMap::Differentiate(const VectorRef& x, PoincareReturn* result) cons
   const Trajectory& run = result->trajectory;
   const bool event = section_.kind == Section::Kind::kEvent;
   const std::size_t last = run.arcs.size() - (event ? 2 : 1);
+  const int n = 2 * system_.dof();
   try {
     if (!event && AtAnEvent(x, *result)) return none("the return coincides with an event");
     const BDerivative B = DifferentiateArcs(system_, run, 0, last, options_.derivative);
     if (!B.status.ok()) return none(B.status.message);
     result->extended = Extended(B, *result);
+    if (!section_.symmetry.Empty()) {
+      const int size = result->extended.rows();
+      Matrix tangent = Matrix::Identity(size, size);
+      tangent.topLeftCorner(n, n) = section_.symmetry.Tangent(system_);
+      const int columns = result->extended.cols();
+      result->extended = InBases(result->extended, tangent.transpose(),
+                                 Matrix::Identity(columns, columns));
+    }
   } catch (const std::length_error& limit) {
     return none(limit.what());
   } catch (const std::domain_error& missing) {
     return none(missing.what());
   }
-  const int n = 2 * system_.dof(), rows = result->extended.rows(), cols = result->extended.cols();
+  const int rows = result->extended.rows(), cols = result->extended.cols();
   const Matrix all = Matrix::Identity(cols, cols), end = Matrix::Identity(rows, rows);
   result->map = InBases(result->extended, end.leftCols(n), all);
   result->return_time = InBases(result->extended, end.col(n), all);
@@ -92,7 +119,7 @@ PiecewiseLinearMap PoincareMap::Extended(const BDerivative& B, const PoincareRet
       ds = GapGradient(system_, arc.x_end, section_.index, options_.derivative.variables);
     } else {
       Vector gradient;
-      Height(result.x, &gradient);
+      Height(run.FinalState(), &gradient);
       ds.head(n) = gradient;
     }
     field.head(n) = B.time;
@@ -117,7 +144,7 @@ PiecewiseLinearMap PoincareMap::ThroughEvent(const PoincareReturn& result) const
   const EventMap through(
       std::make_shared<ContactDynamics>(system_, u_, options_.derivative.variables), event);
   if (!through.status().ok()) throw std::domain_error(through.status().message);
-  if (through.num_activations() != 1) {
+  if (event.activated.Size() != 1 || (!system_.HasFriction() && through.num_activations() != 1)) {
     throw std::domain_error("other constraints are activated at t = " + std::to_string(event.t) +
                             " s as well");
   }

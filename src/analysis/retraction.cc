@@ -2,6 +2,7 @@
 #include "retraction.h"
 
 #include <Eigen/QR>
+#include <cmath>
 #include <vector>
 
 #include "contact_flow/analysis/section.h"
@@ -13,40 +14,105 @@ namespace {
 constexpr int kMaxNewton = 20;
 constexpr double kClosed = 1e-15;  // [m]
 
+/// The tangential rows of what sticks.
+std::vector<int> StickingRows(const MechanicalSystem& system, ContactMode mode) {
+  std::vector<int> rows;
+  for (int i : mode.Sticking()) {
+    const Friction& friction = system.friction()[i];
+    for (int k = 0; k < friction.dimension; ++k) rows.push_back(friction.row + k);
+  }
+  return rows;
+}
+
+Matrix RowsOf(const Matrix& all, const std::vector<int>& rows) {
+  Matrix some(static_cast<Eigen::Index>(rows.size()), all.cols());
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    some.row(static_cast<Eigen::Index>(r)) = all.row(rows[r]);
+  }
+  return some;
+}
+
 }  // namespace
 
+ContactMode TouchingAt(const MechanicalSystem& system, const VectorRef& x, double gap_tolerance) {
+  ConstraintTerms terms;
+  system.Constraints(x.head(system.num_positions()), x.tail(system.dof()), &terms);
+  ContactMode touching;
+  for (int i = 0; i < system.num_constraints(); ++i) {
+    if (!system.compliant().Contains(i) && std::abs(terms.gap(i)) <= gap_tolerance) {
+      touching.Insert(i);
+    }
+  }
+  return touching;
+}
+
+Matrix HeldRows(const MechanicalSystem& system, const VectorRef& x, ContactMode mode,
+                ContactMode touching, const Variables& variables) {
+  const int d = system.dof(), nq = system.num_positions(), size = 2 * d + variables.Size(system);
+  const int parameters = static_cast<int>(variables.parameters.size());
+  const std::vector<int> slips = StickingRows(system, mode);
+  const ContactMode gaps = touching - mode;
+  Matrix rows = Matrix::Zero(static_cast<Eigen::Index>(slips.size()) + gaps.Size(), size);
+  if (rows.rows() == 0) return rows;
+  ConstraintTerms terms;
+  system.Constraints(x.head(nq), x.tail(d), &terms);
+  const Vector no_impulse = Vector::Zero(terms.gap.size());
+  ResidualJacobian residual;
+  system.DifferentiateImpact(x.head(nq), Vector::Zero(d), no_impulse, x.tail(d), &residual);
+  ParameterJacobian by_parameter;
+  if (parameters > 0) {
+    system.DifferentiateImpactByParameters(x.head(nq), Vector::Zero(d), no_impulse, x.tail(d),
+                                           variables.parameters, &by_parameter);
+  }
+  Eigen::Index row = 0;
+  for (int i : slips) {
+    rows.row(row).head(d) = residual.constraint_q.row(i);
+    rows.row(row).segment(d, d) = terms.jacobian.row(i);
+    if (parameters > 0) rows.row(row).tail(parameters) = by_parameter.constraint.row(i);
+    rows.row(row++).normalize();
+  }
+  for (int i : gaps) {
+    rows.row(row).head(d) = terms.jacobian.row(i);
+    if (parameters > 0) rows.row(row).tail(parameters) = by_parameter.gap.row(i);
+    rows.row(row++).normalize();
+  }
+  return rows;
+}
+
 Matrix AdmissibleBasis(const MechanicalSystem& system, const VectorRef& x, ContactMode mode,
-                       const Variables& variables) {
+                       const Variables& variables, ContactMode touching, const Matrix& rows) {
   const int n = 2 * system.dof() + variables.Size(system);
-  Matrix violation(n, n);
+  const Matrix held = HeldRows(system, x, mode, touching, variables);
+  Matrix violation = Matrix::Zero(n + held.rows() + rows.rows(), n);
   for (int k = 0; k < n; ++k) {
     const Vector unit = Vector::Unit(n, k);
-    violation.col(k) = unit - ProjectAdmissible(system, x, mode, unit, variables);
+    violation.col(k).head(n) = unit - ProjectAdmissible(system, x, mode, unit, variables);
   }
+  violation.middleRows(n, held.rows()) = held;
+  violation.bottomRows(rows.rows()).leftCols(rows.cols()) = rows;
   return violation.isZero(0) ? Matrix::Identity(n, n) : NullSpace(violation);
 }
 
-void Retract(const MechanicalSystem& system, ContactMode mode, Vector* x) {
+void Retract(const MechanicalSystem& system, ContactMode mode, Vector* x, ContactMode touching) {
   const int d = system.dof(), nq = system.num_positions();
-  std::vector<int> active;
-  for (int i : mode - system.compliant()) active.push_back(i);
-  for (int i = 0; i < system.num_bilateral(); ++i) active.push_back(system.num_constraints() + i);
-  if (active.empty()) return;
-  const auto k = static_cast<Eigen::Index>(active.size());
+  std::vector<int> closed;
+  for (int i : mode - system.compliant()) closed.push_back(i);
+  for (int i = 0; i < system.num_bilateral(); ++i) closed.push_back(system.num_constraints() + i);
+  std::vector<int> still = closed;
+  for (int i : StickingRows(system, mode)) still.push_back(i);
+  for (int i : touching - mode) closed.push_back(i);
+  if (closed.empty()) return;
   Vector moved = *x;
   ConstraintTerms terms;
   for (int step = 0; step < kMaxNewton; ++step) {
     system.Constraints(moved.head(nq), moved.tail(d), &terms);
-    Matrix A(k, d);
-    Vector gap(k);
-    for (Eigen::Index row = 0; row < k; ++row) {
-      A.row(row) = terms.jacobian.row(active[row]);
-      gap(row) = terms.gap(active[row]);
-    }
-    const Eigen::CompleteOrthogonalDecomposition<Matrix> factor(A);
+    const Matrix A = RowsOf(terms.jacobian, closed), rates = RowsOf(terms.jacobian, still);
+    const Vector gap = RowsOf(terms.gap, closed);
     Vector change = Vector::Zero(2 * d);
-    change.head(d) = -factor.solve(gap);
-    change.tail(d) = -factor.solve(A * moved.tail(d));
+    change.head(d) = -A.completeOrthogonalDecomposition().solve(gap);
+    if (rates.rows() > 0) {
+      change.tail(d) = -rates.completeOrthogonalDecomposition().solve(rates * moved.tail(d));
+    }
     if (!change.allFinite()) return;
     moved = system.Perturb(moved, change);
     if (gap.cwiseAbs().maxCoeff() <= kClosed) break;

@@ -2,6 +2,7 @@
 #include "tangent_map.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -44,36 +45,31 @@ Eigen::RowVectorXd ReleaseRow(const MechanicalSystem& system, const Transition& 
 /// The pieces of B_k on (w, s), s of `count` times so far, with rows for the events
 /// at transition k.
 PiecewiseLinearMap WithTimes(const EventMap& map, int k, const std::vector<EventPlace>& events,
-                             const std::vector<std::vector<int>>& orders, int count,
-                             const MechanicalSystem& system, const Trajectory& run,
+                             int count, const MechanicalSystem& system, const Trajectory& run,
                              const BDerivativeOptions& options) {
-  const PiecewiseLinearMap carried =
-      WithIdentity(map.Pieces(options.max_activations_for_pieces), count);
+  const int most = options.max_activations_for_pieces;
+  const PiecewiseLinearMap carried = WithIdentity(map.Pieces(most), count);
   std::vector<LinearPiece> pieces = carried.pieces();
   const int n = carried.rows() - count;
+  std::vector<PieceTimes> times;
   for (std::size_t e = 0; e < events.size(); ++e) {
     if (events[e].transition != k) continue;
+    if (times.empty()) times = map.TimesOfPieces(most);
     const int i = events[e].event.constraint;
+    // With friction a piece lists ends of slip, too, and releases of what never slips alone.
+    const bool listed = !events[e].event.release || !system.HasFriction() ||
+                        std::isinf(system.friction()[i].coefficient);
     for (std::size_t piece = 0; piece < pieces.size(); ++piece) {
-      const std::vector<int>& order = orders[piece];
+      const std::vector<int>& order = times.at(piece).constraints;
       const auto place = std::find(order.begin(), order.end(), i);
       pieces[piece].matrix.row(n + static_cast<int>(e)).head(n) =
-          place != order.end() ? Eigen::RowVectorXd(map.Times(order).row(place - order.begin()))
-                               : ReleaseRow(system, run.transitions[k], run.arcs[k].u,
-                                            events[e].event, options.variables);
+          listed && place != order.end()
+              ? Eigen::RowVectorXd(times[piece].times.row(place - order.begin()))
+              : ReleaseRow(system, run.transitions[k], run.arcs[k].u, events[e].event,
+                           options.variables);
     }
   }
   return PiecewiseLinearMap(std::move(pieces));
-}
-
-/// The orders of the pieces of an EventMap.
-std::vector<std::vector<int>> Orders(const EventMap& map) {
-  std::vector<std::vector<int>> orders;
-  std::vector<int> order = map.activated();
-  do {
-    orders.push_back(order);
-  } while (std::next_permutation(order.begin(), order.end()));
-  return orders;
 }
 
 }  // namespace
@@ -121,8 +117,7 @@ PiecewiseLinearMap TangentMap(const BDerivative& B, const std::vector<EventPlace
   start.topRows(n) = B.arcs.front();
   PiecewiseLinearMap map = PiecewiseLinearMap::Linear(start);
   for (std::size_t k = 0; k < B.events.size(); ++k) {
-    map = WithTimes(B.events[k], static_cast<int>(k), events, Orders(B.events[k]), count, system,
-                    run, B.options)
+    map = WithTimes(B.events[k], static_cast<int>(k), events, count, system, run, B.options)
               .After(map, limit);
     map = WithIdentity(PiecewiseLinearMap::Linear(B.arcs[k + 1]), count).After(map, limit);
   }

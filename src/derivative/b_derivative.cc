@@ -232,7 +232,6 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
         StartCone(dynamics[0].get(), arcs[0].x_begin, arcs[0].mode, arcs[0].t_begin,
                   trajectory.gap_tolerance, trajectory.speed_tolerance);
     // A run that is not even continuous in x says so first.
-    derivative.start_stop = StartStop(dynamics[0].get(), arcs[0].x_begin, arcs[0].mode);
     derivative.status = derivative.start.status();
     if (!derivative.status.ok()) {
       const Status jump = FirstJump(trajectory, dynamics, last, &derivative.events);
@@ -240,6 +239,7 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
       return derivative;
     }
   }
+  derivative.start_stop = StartStop(dynamics[first].get(), arcs[first].x_begin, arcs[first].mode);
   derivative.events.reserve(last - first);
   try {
     BudgetStage stage("the maps of the events", last - first);

@@ -27,6 +27,7 @@ constexpr double kOrder = 5, kRounding = 4e-16;
 constexpr double kStateSafety = 1.2;
 constexpr double kPropagatorSafety = 6;
 constexpr double kExact = 1e-13, kSharpest = 0.03;
+constexpr double kStopSafety = 2;
 
 /// Signs that repeat to the bit: of entry i in the place `site` for one probe.
 double Sign(int probe, std::size_t site, Eigen::Index i) {
@@ -102,6 +103,27 @@ double RelativeRateError(const MechanicalSystem& system, const Transition& trans
     largest = std::max(largest, std::sqrt(squared / kProbes) / std::abs(speed));
   }
   return largest;
+}
+
+/// A slip in space is ended when little of it is left, and the tangents with it: by |s|/|ṡ| [s] too
+/// early, by which they would still have moved.
+double TimeOfSlipLeft(ContactDynamics* dynamics, const Transition& transition) {
+  const MechanicalSystem& system = dynamics->system();
+  const int d = system.dof(), nq = system.num_positions();
+  double longest = 0;
+  for (int i : transition.mode_before & transition.mode_after.Sticking()) {
+    if (transition.mode_before.LetterOf(i) != Letter::kSlip) continue;
+    const Friction& friction = system.friction()[i];
+    ConstraintTerms terms;
+    system.Constraints(transition.x_minus.head(nq), transition.x_minus.tail(d), &terms);
+    dynamics->Evaluate(transition.x_minus, transition.mode_before);
+    const auto T = terms.jacobian.middleRows(friction.row, friction.dimension);
+    const double slowing =
+        (T * dynamics->acceleration() + terms.bias.segment(friction.row, friction.dimension))
+            .norm();
+    longest = std::max(longest, (T * transition.x_minus.tail(d)).norm() / slowing);
+  }
+  return kStopSafety * longest;
 }
 
 /// [d × 2d+k] the change of the accelerations' Jacobian between x and x ⊞ e, by a quotient.
@@ -220,7 +242,8 @@ void EstimateErrors(const Trajectory& trajectory, std::size_t first,
         PropagatorChange(dynamics[k].get(), arc, derivative->arcs[k], e));
     if (k + 1 == derivative->arcs.size()) break;
     derivative->part_errors.push_back(
-        RelativeRateError(system, trajectory.transitions[first + k], probes));
+        RelativeRateError(system, trajectory.transitions[first + k], probes) +
+        TimeOfSlipLeft(dynamics[k].get(), trajectory.transitions[first + k]));
     const Transition& transition = trajectory.transitions[first + k];
     if (!last_shifts.empty()) {
       const Status order = CheckOrder(system, trajectory.transitions[first + k - 1], transition,

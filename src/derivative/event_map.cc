@@ -120,6 +120,17 @@ Matrix EventMap::Times(const std::vector<int>& order) const {
   return times;
 }
 
+std::vector<PieceTimes> EventMap::TimesOfPieces(int max_activations) const {
+  if (friction_) return friction_->Times();
+  if (num_activations() > max_activations) return {};
+  std::vector<PieceTimes> times;
+  std::vector<int> order = activated_;
+  do {
+    times.push_back({order, Times(order)});
+  } while (std::next_permutation(order.begin(), order.end()));
+  return times;
+}
+
 std::vector<ContactMode> EventMap::Modes(const std::vector<int>& order) const {
   if (friction_) return friction_->Follow(Vector::Zero(size())).modes;
   std::vector<ContactMode> modes;

@@ -19,6 +19,7 @@ namespace {
 constexpr double kZero = 1e-9;
 /// Directions that pieces are looked for along: at each facet of a cone, and anywhere.
 constexpr int kPlaces = 6, kBlindDirections = 200;
+constexpr std::size_t kMaxPieces = 5000;
 
 /// Adds directions on both sides of every facet of a cone (a copy: its owner may move).
 template <class Draw, class Add>
@@ -115,8 +116,13 @@ std::vector<PerturbedEvent> FrictionalEvent::Events(const VectorRef& w) const {
   return events;
 }
 
+std::vector<PieceTimes> FrictionalEvent::Times() const {
+  std::vector<PieceTimes> times;
+  for (const FrictionalPath& path : Paths(kMaxPieces)) times.push_back({path.guards, path.times});
+  return times;
+}
+
 PiecewiseLinearMap FrictionalEvent::Map() const {
-  constexpr std::size_t kMaxPieces = 5000;
   const std::vector<std::string>& names = system_->description().constraints;
   const int n = system_->num_constraints();
   std::vector<LinearPiece> pieces;

@@ -29,6 +29,8 @@ class FrictionalEvent {
   /// What happens to the run perturbed along w, to first order.
   std::vector<PerturbedEvent> Events(const VectorRef& w) const;
   PiecewiseLinearMap Map() const;
+  /// Of the pieces of Map().
+  std::vector<PieceTimes> Times() const;
   /// Largest entry by which two pieces differ, NaN where they are not known.
   double Kink() const;
   int size() const { return size_; }

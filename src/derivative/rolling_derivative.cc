@@ -9,6 +9,7 @@
 #include "contact_flow/derivative/event_map.h"
 #include "contact_flow/derivative/start_cone.h"
 #include "contact_flow/derivative/variation.h"
+#include "frictional_reset.h"
 #include "touching_contacts.h"
 
 namespace contact_flow {
@@ -44,6 +45,8 @@ void RollingDerivative::Start(OnlineFlow* flow, const SimulateOptions& run) {
     for (int j = 0; j < tangents_.cols() && status_.ok(); ++j) {
       tangents_.col(j) = start(directions_.col(j));
     }
+    const Matrix stop = StartStop(DynamicsAt(flow->NextInput()), flow->State(), flow->mode());
+    if (stop.size() > 0) tangents_ = (stop * tangents_).eval();
   } catch (const std::logic_error& reason) {  // it leaves the domain, or lifts another contact
     status_ = {Outcome::kNotDifferentiable, reason.what()};
   }

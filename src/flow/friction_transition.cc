@@ -123,6 +123,7 @@ class FrictionalResolution {
       if (std::abs(terms_.gap(i)) > rules_.gap_tolerance) continue;
       if (std::abs(rate_(i)) <= Rounding(i, v_minus)) touching.Insert(i);
     }
+    const ContactMode beside = touching - before - cluster.activated;
     Vector v_plus = v_minus;
     ContactMode held;  // by the impact
     ContactMode still = cluster.mode_before.Sticking() | stopped_;
@@ -152,6 +153,7 @@ class FrictionalResolution {
     }
     cluster.x_plus.tail(d_) = v_plus;
     SetLetters(contacts);
+    cluster.touching = beside & (cluster.impulse_word | cluster.mode_after);
   }
 
   /// Where nothing but the input changes.
@@ -165,6 +167,7 @@ class FrictionalResolution {
       if (mode.Contains(i) || touches) Sort(i, rate_, v, mode.Sticking(), &contacts);
     }
     SetLetters(contacts);
+    result_.transition.touching = result_.transition.mode_after.Members() - mode;
   }
 
   ResolvedTransition Take() { return std::move(result_); }

@@ -84,6 +84,10 @@ ContactMode InitialWord(ContactDynamics* dynamics, const VectorRef& x, ContactMo
   TouchingContacts contacts;
   for (int i : candidates) {
     const Friction& friction = system.friction()[i];
+    if (friction.dimension == 0) {
+      contacts.slipping.Insert(i);
+      continue;
+    }
     const auto slip = rate.segment(friction.row, friction.dimension);
     if (std::isinf(friction.coefficient) && !(slip.norm() <= options.speed_tolerance)) {
       Refuse("the slip of touching constraint '" + system.description().constraints[i] +

@@ -7,9 +7,11 @@
 #include <stdexcept>
 
 #include "contact_flow/model/example/ball_in_corner.h"
+#include "contact_flow/model/example/block_on_incline.h"
 #include "contact_flow/model/example/bouncing_ball.h"
 #include "contact_flow/model/example/ceiling.h"
 #include "contact_flow/model/example/chair.h"
+#include "contact_flow/model/example/compass_walker.h"
 #include "contact_flow/model/example/corner.h"
 #include "contact_flow/model/example/damped_plate.h"
 #include "contact_flow/model/example/double_pendulum.h"
@@ -17,10 +19,15 @@
 #include "contact_flow/model/example/hopping_trot.h"
 #include "contact_flow/model/example/jointed_biped.h"
 #include "contact_flow/model/example/legged_table.h"
+#include "contact_flow/model/example/puck.h"
 #include "contact_flow/model/example/rigid_biped.h"
 #include "contact_flow/model/example/rigid_quadruped.h"
+#include "contact_flow/model/example/rimless_wheel.h"
 #include "contact_flow/model/example/rocking_block.h"
+#include "contact_flow/model/example/simplest_walker.h"
+#include "contact_flow/model/example/sliding_rod.h"
 #include "contact_flow/model/example/soft_biped.h"
+#include "contact_flow/model/example/spinning_ball.h"
 #include "contact_flow/model/example/wall_and_floor.h"
 #include "contact_flow/model/model_registry.h"
 #include "contact_flow/nearest_name.h"
@@ -92,9 +99,11 @@ class Registry {
   Registry() {
     Add({
             EntryOf<example::BallInCorner>(),
+            EntryOf<example::BlockOnIncline>(),
             EntryOf<example::BouncingBall>(),
             EntryOf<example::Ceiling>(),
             EntryOf<example::Chair>(),
+            EntryOf<example::CompassWalker>(),
             EntryOf<example::Corner>(),
             EntryOf<example::DampedPlate>(),
             EntryOf<example::DoublePendulum>(),
@@ -102,10 +111,15 @@ class Registry {
             EntryOf<example::HoppingTrot>(),
             EntryOf<example::JointedBiped>(),
             EntryOf<example::LeggedTable>(),
+            EntryOf<example::Puck>(),
             EntryOf<example::RigidBiped>(),
             EntryOf<example::RigidQuadruped>(),
+            EntryOf<example::RimlessWheel>(),
             EntryOf<example::RockingBlock>(),
+            EntryOf<example::SimplestWalker>(),
+            EntryOf<example::SlidingRod>(),
             EntryOf<example::SoftBiped>(),
+            EntryOf<example::SpinningBall>(),
             EntryOf<example::WallAndFloor>(),
         },
         "contact_flow");

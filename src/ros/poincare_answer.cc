@@ -45,10 +45,8 @@ Matrix ResolveNeutral(const MechanicalSystem& system, const PoincareRequest& req
   return neutral;
 }
 
-}  // namespace
-
-Section ResolveSection(const MechanicalSystem& system, const std::string& field,
-                       const ReturnSection& section) {
+Section ResolvePlace(const MechanicalSystem& system, const std::string& field,
+                     const ReturnSection& section) {
   const SystemDescription& names = system.description();
   const int kind =
       section.kind.empty() ? 0 : NameIndex(field + ".kind", "kind", section.kind, kKinds);
@@ -79,6 +77,47 @@ Section ResolveSection(const MechanicalSystem& system, const std::string& field,
       }
       return Section::After(section.value);
   }
+}
+
+ReturnSymmetry ResolveSymmetry(const MechanicalSystem& system, const std::string& field,
+                               const ReturnSection& section) {
+  if (section.exchange.size() % 2 != 0) {
+    throw std::invalid_argument(field + ".exchange has " + std::to_string(section.exchange.size()) +
+                                " entries, expected pairs of coordinates");
+  }
+  if (section.shifted.size() != section.shift.size()) {
+    throw std::invalid_argument(field + ".shift has " + std::to_string(section.shift.size()) +
+                                " entries, expected one for each of the " +
+                                std::to_string(section.shifted.size()) + " in shifted");
+  }
+  CheckFinite(field + ".shift", section.shift);
+  const std::vector<std::string>& names = system.description().coordinates;
+  const auto check = [&](const char* list, const std::vector<std::string>& given) {
+    for (std::size_t k = 0; k < given.size(); ++k) {
+      NameIndex(field + list + "[" + std::to_string(k) + "]", "coordinate", given[k], names);
+    }
+  };
+  check(".exchange", section.exchange);
+  check(".shifted", section.shifted);
+  check(".travel", section.travel);
+  ReturnSymmetry symmetry;
+  for (std::size_t k = 0; k < section.exchange.size(); k += 2) {
+    symmetry.Exchange(system, section.exchange[k], section.exchange[k + 1]);
+  }
+  for (std::size_t k = 0; k < section.shifted.size(); ++k) {
+    symmetry.Shift(system, section.shifted[k], section.shift[k]);
+  }
+  symmetry.Travel(system, section.travel);
+  return symmetry;
+}
+
+}  // namespace
+
+Section ResolveSection(const MechanicalSystem& system, const std::string& field,
+                       const ReturnSection& section) {
+  Section resolved = ResolvePlace(system, field, section);
+  resolved.symmetry = ResolveSymmetry(system, field, section);
+  return resolved;
 }
 
 Matrix ResolveTranslation(const MechanicalSystem& system, const std::vector<std::string>& names) {

@@ -14,6 +14,7 @@
 #include "contact_flow/dynamics/mode_selection.h"
 #include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/model/model_library.h"
+#include "test/model/model_names.h"
 #include "test/test_models.h"
 
 namespace contact_flow {
@@ -226,7 +227,7 @@ TEST_P(Dynamics, ImpactJacobianAgreesWithDifferences) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(AllModels, Dynamics, testing::ValuesIn(ModelNames()),
+INSTANTIATE_TEST_SUITE_P(AllModels, Dynamics, testing::ValuesIn(test::FrictionlessModels()),
                          [](const testing::TestParamInfo<std::string>& info) {
                            return info.param;
                          });

@@ -10,6 +10,7 @@
 #include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
+#include "test/model/model_names.h"
 
 namespace contact_flow {
 namespace {
@@ -123,7 +124,7 @@ TEST_P(TrajectoryLaws, RunsRepeatToTheBit) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(AllModels, TrajectoryLaws, testing::ValuesIn(ModelNames()),
+INSTANTIATE_TEST_SUITE_P(AllModels, TrajectoryLaws, testing::ValuesIn(test::FrictionlessModels()),
                          [](const testing::TestParamInfo<std::string>& info) {
                            return info.param;
                          });

@@ -31,6 +31,13 @@ NOMINAL_MODES = {
     "jointed_biped": ["{}", "{left_foot, right_foot}"],
     "damped_plate": ["{table}", "{table}"],
     "rigid_quadruped": ["{}", "{hind_foot, front_foot}"],
+    "block_on_incline": ["{floor}", "{floor}"],
+    "sliding_rod": ["{foot}", "{foot}"],
+    "puck": ["{floor}", "{floor}"],
+    "spinning_ball": ["{}", "{}", "{}", "{}"],
+    "rimless_wheel": ["{spoke_1}", "{spoke_2}"],
+    "compass_walker": ["{left_foot}", "{right_foot}"],
+    "simplest_walker": ["{left_foot}", "{right_foot}"],
 }
 
 

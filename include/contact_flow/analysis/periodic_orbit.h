@@ -66,7 +66,7 @@ struct OrbitSolution {
 };
 
 /// Looks for a periodic orbit by B-Newton: the unknowns are the tangents (δq, δv) that the contact
-/// mode of the start admits and δp, the equations
+/// mode of the start admits, slips of sticking contacts held, and δp, the equations
 ///   P(x, p) ⊟ x = 0 [2d],   condition_k(x, p) = 0.
 /// Works through simultaneous touchdowns, where P is piecewise differentiable: the residual tells
 /// events apart that are 1e-13 s apart, and is continuous; the derivative takes those within the

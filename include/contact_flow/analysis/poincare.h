@@ -37,10 +37,11 @@ struct PoincareReturn {
   ReturnStatus status = ReturnStatus::kNoReturn;  ///< how it came out
   std::string message;                            ///< why, as a sentence
   double time = 0;        ///< of the return [s]
-  Vector x;               ///< P(x) [nq+d]
+  Vector x;               ///< P(x) [nq+d], with the section's symmetry
   Trajectory trajectory;  ///< to the return; for Kind::kEvent it ends with an arc of no length
                           ///< behind the event
   double crossing_speed = Margins::kNone;  ///< ds F there, the margin of transversality
+  double symmetry_residual = 0;  ///< how far the section's symmetry is from being one, relative
   Vector event_times;  ///< of the wanted events [s]; NaN for one that did not happen
   /// With a derivative only:
   PiecewiseLinearMap map;          ///< DP on all tangents (δq, δv, δu, δp) [2d × 2d+k]
@@ -76,6 +77,10 @@ struct PoincareOptions {
 ///   DP = (I − F ds / (ds F)) B        (for an event, followed by its first-order map).
 /// A crossing is looked for on the dense output, 16 samples a step, and then settled by Newton's
 /// method on runs that end there: s = 0 to rounding. A jump of the sign at an impact is none.
+/// With a symmetry g in the section, P = g ∘ (first return) and DP = Dg (…); a return at which g is
+/// not one of M, f + c v and the contacts in force is refused. Tangents of the section keep what
+/// the contact mode holds, slips of sticking contacts among it, and behind an event the gaps of all
+/// contacts that touch: nothing returns across these.
 class PoincareMap {
  public:
   /// `system` must outlive the map. Throws std::invalid_argument for a section the system has not.
@@ -100,7 +105,9 @@ class PoincareMap {
   void Differentiate(const VectorRef& x, PoincareReturn* result) const;
   PiecewiseLinearMap Extended(const BDerivative& B, const PoincareReturn& result) const;
   PiecewiseLinearMap ThroughEvent(const PoincareReturn& result) const;
+  bool ApplySymmetry(const VectorRef& x, PoincareReturn* result) const;
   Matrix Basis(const VectorRef& x, ContactMode mode) const;
+  ContactMode Touching(const VectorRef& x) const;
 
   const MechanicalSystem& system_;
   const Vector u_;

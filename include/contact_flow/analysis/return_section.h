@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "contact_flow/analysis/return_symmetry.h"
 #include "contact_flow/model/mechanical_system.h"
 #include "contact_flow/types.h"
 
@@ -21,6 +22,7 @@ struct Section {
   int index = 0;     ///< of the position number, velocity or constraint
   double value = 0;  ///< [m], [rad], [m/s], [rad/s] or [s]
   int sign = 0;      ///< +1: s rises through zero, −1: it falls, 0: either
+  ReturnSymmetry symmetry = {};  ///< g, with which a return is the start over again
 
   /// By name; throw std::invalid_argument, with the nearest, for an unknown one.
   static Section Coordinate(const MechanicalSystem& system, const std::string& name, double value,

@@ -52,6 +52,12 @@ struct NotPiecewiseLinear : std::domain_error {
   using std::domain_error::domain_error;
 };
 
+/// First-order changes of the instants of the events of a piece.
+struct PieceTimes {
+  std::vector<int> constraints;  ///< of its events, in their order
+  Matrix times;                  ///< a row for each [· × 2d+k]
+};
+
 class FrictionalEvent;
 
 /// The first-order map of one transition (Theorem 1) in the tangent vector w at (ρ, v⁻): in general
@@ -120,6 +126,9 @@ class EventMap {
   Matrix Cone(const std::vector<int>& order) const;
   /// First-order change of the time of each activation along the order σ, a row each [m × 2d+k].
   Matrix Times(const std::vector<int>& order) const;
+  /// The same of each of Pieces(max_activations); with friction touchdowns, ends of slip, and
+  /// releases of what never slips.
+  std::vector<PieceTimes> TimesOfPieces(int max_activations) const;
   /// Contact modes after J⁻ in the order σ, releases at the end.
   std::vector<ContactMode> Modes(const std::vector<int>& order) const;
   /// The whole map: m! pieces. Throws std::length_error when m > max_activations, and

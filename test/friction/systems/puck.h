@@ -1,59 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
-
+#include "contact_flow/model/example/puck.h"
 #include "contact_flow/model/model_system.h"
 #include "test/friction/systems/contact_parameters.h"
-#include "test/friction/systems/tip.h"
 
 namespace contact_flow {
 namespace test {
 
-/// A point mass on a floor in space, with a gyroscopic force and drag.
-struct Puck : Tip<3> {
-  static constexpr const char* kName = "puck";
-  static constexpr const char* kSummary = "puck";
+/// With friction and restitution of a reference run.
+struct Puck : example::Puck {
   template <class P>
-  struct Parameters : ContactParameters<P> {
-    P mass = 1, gravity = 9.81, force_x = 0, force_y = 0, gyroscopic = 0, drag = 0;
+  struct Parameters : example::Puck::Parameters<P>, ContactParameters<P> {
     template <class Visitor>
     void Visit(Visitor&& visit) {
-      visit(mass, "mass", "kg", "", Range::kPositive);
-      visit(gravity, "gravity", "m/s^2", "", Range::kAny);
-      visit(force_x, "force_x", "N", "", Range::kAny);
-      visit(force_y, "force_y", "N", "", Range::kAny);
-      visit(gyroscopic, "gyroscopic", "N s/m", "", Range::kAny);
-      visit(drag, "drag", "N s/m", "", Range::kAny);
+      example::Puck::Parameters<P>::Visit(visit);
       ContactParameters<P>::Visit(visit);
     }
   };
-  template <class P, class S>
-  static void MassMatrix(const Parameters<P>& p, const Eigen::Matrix<S, 3, 1>&,
-                         Eigen::Matrix<S, 3, 3>* M) {
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) (*M)(i, j) = i == j ? S(p.mass) : S(0.0);
-    }
-  }
-  template <class P, class S>
-  static void Force(const Parameters<P>& p, const Eigen::Matrix<S, 3, 1>&,
-                    const Eigen::Matrix<S, 3, 1>& v, const Eigen::Matrix<S, 0, 1>&,
-                    Eigen::Matrix<S, 3, 1>* f) {
-    (*f)(0) = S(p.force_x) - p.gyroscopic * v(1) - p.drag * v(0);
-    (*f)(1) = S(p.force_y) + p.gyroscopic * v(0) - p.drag * v(1);
-    (*f)(2) = S(-p.mass * p.gravity);
-  }
-  template <class P, class S>
-  static void Gaps(const Parameters<P>&, const Eigen::Matrix<S, 3, 1>& q,
-                   Eigen::Matrix<S, 1, 1>* a) {
-    (*a)(0) = q(2);
-  }
-  template <class P, class S>
-  static void Slip(const Parameters<P>&, const Eigen::Matrix<S, 3, 1>&,
-                   const Eigen::Matrix<S, 3, 1>& v, Eigen::Matrix<S, 2, 1>* s) {
-    (*s)(0) = v(0);
-    (*s)(1) = v(1);
-  }
   template <class P>
   static P Friction(const Parameters<P>& p, int i) {
     return p.Mu(i);
@@ -61,13 +25,6 @@ struct Puck : Tip<3> {
   template <class P>
   static P Restitution(const Parameters<P>& p, int i) {
     return p.Gamma(i);
-  }
-  template <class P>
-  static NominalRun Nominal(const Parameters<P>&) {
-    NominalRun run;
-    run.x = Vector::Zero(6);
-    run.u = Vector::Zero(0);
-    return run;
   }
 };
 

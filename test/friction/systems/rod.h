@@ -1,67 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
-#include <cmath>
-
+#include "contact_flow/model/example/sliding_rod.h"
 #include "contact_flow/model/model_system.h"
 #include "test/friction/systems/contact_parameters.h"
 
 namespace contact_flow {
 namespace test {
 
-/// A uniform rod, theta from the vertical; foot and head may touch the floor.
-struct Rod {
-  static constexpr const char* kName = "rod";
-  static constexpr const char* kSummary = "falling rod";
-  static constexpr int kDof = 3, kConstraints = 2, kInputs = 0, kSlipDimension = 1;
-  static constexpr bool kConstantMass = true, kAffineConstraints = false;
-  static constexpr std::array<const char*, 3> kCoordinates = {"x", "z", "theta"};
-  static constexpr std::array<const char*, 3> kUnits = {"m", "m", "rad"};
-  static constexpr std::array<const char*, 2> kConstraintNames = {"foot", "head"};
-  static constexpr std::array<const char*, 0> kInputNames = {};
-
+/// With friction and restitution of a reference run.
+struct Rod : example::SlidingRod {
   template <class P>
-  struct Parameters : ContactParameters<P> {
-    P mass = 1, half_length = 0.5, gravity = 9.81;
+  struct Parameters : example::SlidingRod::Parameters<P>, ContactParameters<P> {
     template <class Visitor>
     void Visit(Visitor&& visit) {
-      visit(mass, "mass", "kg", "", Range::kPositive);
-      visit(half_length, "half_length", "m", "", Range::kPositive);
-      visit(gravity, "gravity", "m/s^2", "", Range::kAny);
+      example::SlidingRod::Parameters<P>::Visit(visit);
       ContactParameters<P>::Visit(visit);
     }
   };
-  template <class P, class S>
-  static void MassMatrix(const Parameters<P>& p, const Eigen::Matrix<S, 3, 1>&,
-                         Eigen::Matrix<S, 3, 3>* M) {
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) (*M)(i, j) = S(0.0);
-    }
-    (*M)(0, 0) = (*M)(1, 1) = S(p.mass);
-    (*M)(2, 2) = S(p.mass * p.half_length * p.half_length / 3.0);
-  }
-  template <class P, class S>
-  static void Force(const Parameters<P>& p, const Eigen::Matrix<S, 3, 1>&,
-                    const Eigen::Matrix<S, 3, 1>&, const Eigen::Matrix<S, 0, 1>&,
-                    Eigen::Matrix<S, 3, 1>* f) {
-    (*f)(0) = (*f)(2) = S(0.0);
-    (*f)(1) = S(-p.mass * p.gravity);
-  }
-  template <class P, class S>
-  static void Gaps(const Parameters<P>& p, const Eigen::Matrix<S, 3, 1>& q,
-                   Eigen::Matrix<S, 2, 1>* a) {
-    using std::cos;
-    (*a)(0) = q(1) - p.half_length * cos(q(2));
-    (*a)(1) = q(1) + p.half_length * cos(q(2));
-  }
-  template <class P, class S>
-  static void Slip(const Parameters<P>& p, const Eigen::Matrix<S, 3, 1>& q,
-                   const Eigen::Matrix<S, 3, 1>& v, Eigen::Matrix<S, 2, 1>* s) {
-    using std::cos;
-    (*s)(0) = v(0) - p.half_length * cos(q(2)) * v(2);
-    (*s)(1) = v(0) + p.half_length * cos(q(2)) * v(2);
-  }
   template <class P>
   static P Friction(const Parameters<P>& p, int i) {
     return p.Mu(i);
@@ -69,14 +25,6 @@ struct Rod {
   template <class P>
   static P Restitution(const Parameters<P>& p, int i) {
     return p.Gamma(i);
-  }
-  template <class P>
-  static NominalRun Nominal(const Parameters<P>& p) {
-    NominalRun run;
-    run.x = Vector::Zero(6);
-    run.x(1) = p.half_length;
-    run.u = Vector::Zero(0);
-    return run;
   }
 };
 
