@@ -37,12 +37,13 @@ if(NOT has_pybind11)
 endif()
 
 file(GLOB PYTHON_SOURCES CONFIGURE_DEPENDS python/src/*.cc)
-pybind11_add_module(contact_flow_core_python ${PYTHON_SOURCES})
+pybind11_add_module(contact_flow_core_python NO_EXTRAS ${PYTHON_SOURCES})   # no optimization at link time
 target_link_libraries(contact_flow_core_python PRIVATE contact_flow)
+target_compile_options(contact_flow_core_python PRIVATE -O2)
 target_compile_definitions(contact_flow_core_python PRIVATE CONTACT_FLOW_VERSION="${PROJECT_VERSION}")
 file(RELATIVE_PATH to_library /${CONTACT_FLOW_PYTHON_DESTINATION} /${python_library_destination})
 set_target_properties(contact_flow_core_python PROPERTIES
-  OUTPUT_NAME _core LIBRARY_OUTPUT_DIRECTORY ${python_folder} INSTALL_RPATH "$ORIGIN/${to_library}")
+  OUTPUT_NAME _core CXX_VISIBILITY_PRESET hidden LIBRARY_OUTPUT_DIRECTORY ${python_folder} INSTALL_RPATH "$ORIGIN/${to_library}")
 
 file(GLOB PYTHON_FILES RELATIVE ${PROJECT_SOURCE_DIR}/python/contact_flow CONFIGURE_DEPENDS
   python/contact_flow/*.py python/contact_flow/*.pyi python/contact_flow/py.typed)

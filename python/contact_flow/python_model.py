@@ -60,9 +60,9 @@ class Formulas:
         """b(q) [l]."""
         return []
 
-    def restitution(self) -> Any:
-        """γ of each contact [n]; plastic where this is left out."""
-        return np.zeros(len(self.constraints))
+    def restitutions(self) -> Any:
+        """γ of each contact [n]; where this is left out the parameter `restitution`, or plastic."""
+        return [getattr(self, "restitution", 0.0)] * len(self.constraints)
 
     def nominal(self) -> Tuple[Any, Any, float]:
         """(x, u, duration) of the run of who asks for nothing in particular."""
@@ -95,7 +95,7 @@ class Terms:
         for name in model.circles:
             if name not in self.coordinates:
                 raise ValueError("%s.circles: unknown coordinate '%s'" % (self.name, name))
-        self.restitution = np.asarray(model.restitution(), dtype=float)
+        self.restitution = np.asarray(model.restitutions(), dtype=float)
         self.nominal_x, self.nominal_u, self.nominal_duration = model.nominal()
         origin = np.asarray(self.nominal_x, dtype=float)[:self.d]
         self._mass = self._float_mass(origin) if self.constant_mass else None
@@ -232,7 +232,7 @@ class Terms:
         gaps = self._gaps(model, at, (1 + d, 1 + k))
         momentum = np.einsum("ijp,j->ip", M[:, :, 0, 1:], jump) - np.einsum(
             "r,rip->ip", impulse, gaps[:, 1:, 1:])
-        restitution = jet.coefficients(list(self._vary(parameters, 0).restitution()), (1, 1 + k))
+        restitution = jet.coefficients(list(self._vary(parameters, 0).restitutions()), (1, 1 + k))
         by_restitution = restitution.reshape((len(self.constraints), 1, 1 + k))[:, 0, 1:]
         return momentum, np.einsum("rip,i->rp", gaps[:, 1:, 1:], s), gaps[:, 0, 1:], by_restitution
 

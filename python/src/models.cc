@@ -30,6 +30,7 @@ class Model : public System {
 class Robot : public System {
  public:
   Robot(RobotTexts texts, const ParameterValues& values) : texts_(std::move(texts)) {
+    if (texts_.yaml.empty()) texts_.yaml = "{}";   // a URDF alone
     auto robot = MakeRobot(texts_, values);
     warnings_ = robot->robot().model.warnings;
     system = std::move(robot);

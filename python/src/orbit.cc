@@ -16,7 +16,7 @@ struct Orbit {
 
   Return Closing() const {
     // The return lives as long as the solution, whose own system its run refers to.
-    return {system, std::shared_ptr<const PoincareReturn>(solution, &solution->orbit)};
+    return {system, std::shared_ptr<const PoincareReturn>(solution, &solution->orbit), solution->x};
   }
 };
 
@@ -116,8 +116,12 @@ void BindOrbit(py::module_* module) {
           "(number, |residual|, length of the step) of each.")
       .def_property_readonly("closing", &Orbit::Closing,
                              "One period, as a PoincareReturn, with DP where it exists.")
-      .def("stability", [](const Orbit& o) { return py::cast(o.Closing()).attr("stability")(); },
-           "Of the orbit, with a certificate.")
+      .def(
+          "stability",
+          [](const Orbit& o, const std::vector<std::string>& translation,
+             const py::kwargs& options) { return StabilityOf(o.Closing(), translation, options); },
+          py::arg("translation") = std::vector<std::string>{},
+          "Of the orbit, with a certificate; see PoincareReturn.stability.")
       .def("__repr__", &Repr);
   py::class_<Poincare, std::shared_ptr<Poincare>>(module->attr("PoincareMap"))
       .def("fixed_point", &FixedPoint, py::arg("x0") = py::none(),

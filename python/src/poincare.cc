@@ -2,6 +2,7 @@
 // Return maps: sections by name, the first return and its derivative.
 #include "contact_flow/analysis/poincare.h"
 
+#include "contact_flow/analysis/section.h"
 #include "convert.h"
 #include "poincare.h"
 #include "unlocked.h"
@@ -36,7 +37,8 @@ Return Returns(const Shared& map, const py::object& x, bool differentiate) {
   return {map->system, std::make_shared<PoincareReturn>(WithoutLock([&] {
             return PoincareMap(map->system->get(), map->u, map->section, map->options)
                 .Return(start, differentiate);
-          }))};
+          })),
+          start};
 }
 
 /// The run to the return.
@@ -95,6 +97,40 @@ Section ToSection(const System& system, const py::handle& spec) {
   return section;
 }
 
+py::object StabilityOf(const Return& r, const std::vector<std::string>& translation,
+                       const py::kwargs& options) {
+  constexpr double kOrbit = 1e-6;     // a larger distance of P(x) from x is no orbit
+  constexpr double kSymmetry = 1e-6;  // a larger residual is no symmetry
+  const PiecewiseLinearMap reduced = MapOf<&PoincareReturn::reduced>(r);
+  if (reduced.rows() != reduced.cols() || reduced.rows() == 0) {
+    throw py::value_error("the contact mode at the return is another than at the start: the "
+                          "derivative is no map of one space into itself");
+  }
+  const MechanicalSystem& system = r.system->get();
+  const int d = system.dof();
+  Vector distance = system.Separation(r.value->x, r.start);
+  Matrix shift = Matrix::Zero(2 * d, 2);
+  for (const std::string& name : translation) {
+    const int i = IndexOf("coordinate", name, r.system->description().velocities);
+    shift(i, 0) = shift(d + i, 1) = 1;
+  }
+  if (!translation.empty()) {
+    const Vector along = shift.col(0).normalized();
+    distance -= along * along.dot(distance);
+  }
+  const double away = distance.cwiseAbs().maxCoeff();
+  if (!(away <= kOrbit)) {
+    throw py::value_error("P(x) is " + Number(away) + " away from x: this is no orbit");
+  }
+  if (translation.empty()) return py::cast(reduced).attr("stability")(**options);
+  const ReducedMap rest = SetAside(reduced, r.value->start_basis.transpose() * shift);
+  if (!(rest.residual <= kSymmetry)) {
+    throw py::value_error("translation is no symmetry of the return map: residual " +
+                          Number(rest.residual));
+  }
+  return py::cast(rest.map).attr("stability")(**options);
+}
+
 void BindPoincare(py::module_* module) {
   py::class_<Poincare, Shared>(*module, "PoincareMap",
                                "The first return map P of a section, with its B-derivative.")
@@ -134,9 +170,10 @@ void BindPoincare(py::module_* module) {
           "end_basis",
           [](const py::object& self) { return View(self.cast<Return&>().value->end_basis, self); },
           "[2d×·]")
-      .def("stability", [](const Return& r) {
-        return py::cast(MapOf<&PoincareReturn::reduced>(r)).attr("stability")();
-      }, "Of the reduced map: that of an orbit where P(x) = x.")
+      .def("stability", &StabilityOf, py::arg("translation") = std::vector<std::string>{},
+           "Of the orbit, where P(x) = x to 1e-6, as a Stability. `translation` names coordinates\n"
+           "that may be shifted together, which is checked, and set aside. ValueError where P(x) is\n"
+           "not x, or where the shift is no symmetry. Options: those of PiecewiseLinearMap.stability.")
       .def("__repr__", [](const Return& r) {
         return "<PoincareReturn after " + Number(r.value->time) + " s: " +
                ReturnStatusName(r.value->status) +

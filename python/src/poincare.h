@@ -2,6 +2,8 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "bindings.h"
 #include "contact_flow/analysis/poincare.h"
@@ -22,7 +24,13 @@ struct Poincare {
 struct Return {
   std::shared_ptr<const System> system;
   std::shared_ptr<const PoincareReturn> value;
+  Vector start;  // x
 };
+
+/// The stability of the orbit through the start of a return, but for translations along the
+/// coordinates of these names. Throws ValueError where there is no orbit, or no such symmetry.
+py::object StabilityOf(const Return& r, const std::vector<std::string>& translation,
+                       const py::kwargs& options);
 
 /// From an object with kind, name, value and sign; throws ValueError with the nearest name.
 Section ToSection(const System& system, const py::handle& spec);
