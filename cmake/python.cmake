@@ -46,15 +46,17 @@ set_target_properties(contact_flow_core_python PROPERTIES
   OUTPUT_NAME _core CXX_VISIBILITY_PRESET hidden LIBRARY_OUTPUT_DIRECTORY ${python_folder} INSTALL_RPATH "$ORIGIN/${to_library}")
 
 file(GLOB PYTHON_FILES RELATIVE ${PROJECT_SOURCE_DIR}/python/contact_flow CONFIGURE_DEPENDS
-  python/contact_flow/*.py python/contact_flow/*.pyi python/contact_flow/py.typed)
+  python/contact_flow/*.py python/contact_flow/*.pyi python/contact_flow/*.html python/contact_flow/py.typed)
 set(copies)
 foreach(file ${PYTHON_FILES})
-  add_custom_command(OUTPUT ${python_folder}/${file}
+  set(stamp ${PROJECT_BINARY_DIR}/python_stamps/${file})   # genpy's __init__.py may be newer than ours
+  add_custom_command(OUTPUT ${stamp}
     COMMAND ${CMAKE_COMMAND} -E copy ${PROJECT_SOURCE_DIR}/python/contact_flow/${file} ${python_folder}/${file}
+    COMMAND ${CMAKE_COMMAND} -E touch ${stamp}
     DEPENDS python/contact_flow/${file})
-  list(APPEND copies ${python_folder}/${file})
+  list(APPEND copies ${stamp})
 endforeach()
-# The copy of __init__.py is made with the extension, not before: messages need none.
+file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/python_stamps)
 add_custom_target(contact_flow_python ALL DEPENDS ${copies})
 add_dependencies(contact_flow_python contact_flow_core_python)
 message(STATUS "contact_flow: Python module in ${CONTACT_FLOW_PYTHON_PATH}, by pybind11 ${pybind11_VERSION}")

@@ -32,6 +32,7 @@ try:
         StabilityCertificate, Status, System, Trust, ValidityRadius, Warning, __version__,
         have_linear_programs, load_configuration, models)
     from .python_model import Formulas
+    from .report import write_report
     from .sections import After, Apex, Crossing, Grid, Section, Touchdown
 except ImportError as error:  # messages stay importable where the extension is not
     _reason = str(error)
@@ -48,4 +49,4 @@ __all__ = [
     "Parameter", "PiecewiseLinearMap", "PoincareMap", "PoincareReturn", "PythonModel", "QuotientReport",
     "QuotientSample", "Robot", "Run", "RunStatistics", "Section", "Stability", "StabilityCertificate",
     "Status", "System", "Touchdown", "Trust", "ValidityRadius", "Warning", "have_linear_programs",
-    "load_configuration", "models"]
+    "load_configuration", "models", "write_report"]

@@ -195,7 +195,8 @@ class Jet:
         return self.chain(math.asin(x), r, x * r**3, r**3 + 3 * x * x * r**5)
 
     def arccos(self) -> "Jet":
-        return math.pi / 2 - self.arcsin()
+        angle: Jet = math.pi / 2 - self.arcsin()
+        return angle
 
     def arctan(self) -> "Jet":
         x = self.value
@@ -210,7 +211,8 @@ class Jet:
             angle = (self / x).arctan()
         else:
             angle = -((x / self).arctan())
-        return angle + (turn - angle.value)
+        turned: Jet = angle + (turn - angle.value)
+        return turned
 
     def hypot(self, other: Any) -> "Jet":
         root: Jet = (self * self + other * other).sqrt()

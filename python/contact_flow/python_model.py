@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import copy
-from typing import Any, Dict, Iterable, List, Mapping, Sequence, Tuple, Type
+from typing import Any, Callable, Dict, Iterable, List, Mapping, Sequence, Tuple, Type
 
 import numpy as np
 
 from . import jet
 
-RANGES = {
+RANGES: Dict[str, Callable[[float], bool]] = {
     "any": lambda value: True,
     "positive": lambda value: value > 0,
     "non_negative": lambda value: value >= 0,
