@@ -93,6 +93,7 @@ class Documentation(unittest.TestCase):
             attempted += result.attempted
         page = case.ROOT / "docs" / "python.md"
         result = doctest.testfile(str(page), module_relative=False, encoding="utf-8",
+                                  globs={"ROBOTS": case.ROBOTS},
                                   optionflags=doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)
         self.assertEqual(0, result.failed)
         print("doctests: %d in docstrings, %d in docs/python.md" % (attempted, result.attempted))
