@@ -43,7 +43,7 @@ target_compile_options(contact_flow_core_python PRIVATE -O2)
 target_compile_definitions(contact_flow_core_python PRIVATE CONTACT_FLOW_VERSION="${PROJECT_VERSION}")
 file(RELATIVE_PATH to_library /${CONTACT_FLOW_PYTHON_DESTINATION} /${python_library_destination})
 set_target_properties(contact_flow_core_python PROPERTIES
-  OUTPUT_NAME _core CXX_VISIBILITY_PRESET hidden LIBRARY_OUTPUT_DIRECTORY ${python_folder} INSTALL_RPATH "$ORIGIN/${to_library}")
+  OUTPUT_NAME _core CXX_VISIBILITY_PRESET hidden LIBRARY_OUTPUT_DIRECTORY ${python_folder} INSTALL_RPATH "$ORIGIN/${to_library};$ORIGIN")
 
 file(GLOB PYTHON_FILES RELATIVE ${PROJECT_SOURCE_DIR}/python/contact_flow CONFIGURE_DEPENDS
   python/contact_flow/*.py python/contact_flow/*.pyi python/contact_flow/*.html python/contact_flow/py.typed)

@@ -11,7 +11,7 @@ namespace {
 std::vector<std::string> Kinds(const Transition& e) {
   std::vector<std::string> kinds;
   if (!e.activated.Empty()) kinds.push_back("touchdown");
-  if (!e.released.Empty()) kinds.push_back("release");
+  if (!(e.released - e.switched).Empty()) kinds.push_back("release");
   if (!e.switched.Empty()) kinds.push_back("switch");
   if (!e.guards.empty() && e.mode_before != e.mode_after && e.activated.Empty()) {
     kinds.push_back("slip");

@@ -128,6 +128,95 @@ class OthersGetWrong(unittest.TestCase):
         height = ball.coordinates[-1]
         self.assertAlmostEqual(slope, run.derivative()("+" + height)[ball.dof - 1], places=7)
 
+    def test_ball_on_elastic_ground(self):
+        """No gravity, a spring of stiffness k as ground: half a period in contact, so that
+        z(T) = v (T − π √(m/k)) − h for a ball thrown down with v from h."""
+        class Elastic(cf.Formulas):
+            coordinates = ("z",)
+            constraints = compliant = ("ground",)
+            parameters = {"mass": 0.7, "stiffness": 300.0}
+            constant_mass = affine_constraints = contact_effort = True
+
+            def mass_matrix(self, q):
+                return [[self.mass]]
+
+            def force(self, q, v, u, mode):
+                return [-self.stiffness * q[0] if "ground" in mode else 0.0]
+
+            def gaps(self, q):
+                return [q[0]]
+
+        ball, h, v, T = cf.PythonModel(Elastic), 1.0, 2.0, 1.0
+        m, k = 0.7, 300.0
+        run = ball.simulate([h, -v], T, relative_tolerance=1e-12, absolute_tolerance=1e-12)
+        self.assertEqual([("switch",), ("switch",)], [event.kinds for event in run.events])
+        self.assertAlmostEqual(v * (T - math.pi * math.sqrt(m / k)) - h, run.final_state[0], places=10)
+        B = run.derivative(by=["stiffness", "mass"], tolerance=1e-11)
+        pause = math.pi * math.sqrt(m / k)
+        wanted = [-1, -(T - pause), v * pause / (2 * k), -v * pause / (2 * m)]
+        np.testing.assert_allclose(B.jacobian()[0], wanted, atol=1e-8)
+        np.testing.assert_allclose(B.jacobian()[1], [0, -1, 0, 0], atol=1e-8)
+
+    def test_corner(self):
+        """An elastic ball without gravity in a corner, both walls at once: its path is mirrored twice,
+        x(T) = −(x₀ + T v₀), whatever the order."""
+        class Corner(cf.Formulas):
+            coordinates = ("x", "z")
+            constraints = ("wall", "floor")
+            parameters = {"restitution": 1.0}
+            constant_mass = affine_constraints = True
+
+            def mass_matrix(self, q):
+                return np.eye(2)
+
+            def force(self, q, v, u):
+                return [0.0, 0.0]
+
+            def gaps(self, q):
+                return [q[0], q[1]]
+
+        B = cf.PythonModel(Corner).simulate([1, 2, -1, -2], 1.5).derivative()
+        self.assertTrue(B.is_differentiable)
+        np.testing.assert_allclose(B.jacobian(), -np.block([[np.eye(2), 1.5 * np.eye(2)],
+                                                            [np.zeros((2, 2)), np.eye(2)]]), atol=1e-8)
+
+    def test_two_balls(self):
+        """A head-on collision: of equal elastic balls the one goes on where the other one was, so that
+        dx₁(T)/dx₁ = 0 and dx₁(T)/dx₂ = 1; time-stepping gives 1 and 0."""
+        class Balls(cf.Formulas):
+            coordinates = ("first", "second")
+            constraints = ("touch",)
+            parameters = {"m1": 1.0, "m2": 1.0, "radius": 0.1, "restitution": 1.0}
+            constant_mass = affine_constraints = True
+
+            def mass_matrix(self, q):
+                return [[self.m1, 0], [0, self.m2]]
+
+            def force(self, q, v, u):
+                return [0.0, 0.0]
+
+            def gaps(self, q):
+                return [q[1] - q[0] - 2 * self.radius]
+
+        x1, x2, v1, v2, T, r = 0.0, 1.0, 1.5, -0.5, 1.0, 0.1
+        for m1, m2, e in ((1.0, 1.0, 1.0), (1.0, 3.0, 0.6)):
+            balls = cf.PythonModel(Balls, m1=m1, m2=m2, restitution=e)
+            run = balls.simulate([x1, x2, v1, v2], T)
+            J = run.derivative(by=["radius", "restitution"]).jacobian()
+            closing = v1 - v2
+            t = (x2 - x1 - 2 * r) / closing
+            w1 = v1 - m2 * (1 + e) * closing / (m1 + m2)
+            self.assertAlmostEqual(x1 + v1 * t + w1 * (T - t), run.final_state[0], places=12)
+            jump = (v1 - w1) / closing   # −(v₁ − v₁⁺) dt/dx₁
+            slope = m2 * (1 + e) / (m1 + m2)
+            dt = t / closing             # dt/dv₂ = −dt/dv₁
+            wanted = [1 - jump, jump, t - (v1 - w1) * dt + (1 - slope) * (T - t),
+                      (v1 - w1) * dt + slope * (T - t), -2 * jump,
+                      -m2 * closing / (m1 + m2) * (T - t)]
+            np.testing.assert_allclose(J[0], wanted, atol=1e-8)
+            if m1 == m2:
+                np.testing.assert_allclose(J[0, :2], [0, 1], atol=1e-8)
+
 
 if __name__ == "__main__":
     case.main()

@@ -38,9 +38,9 @@ class Messages(unittest.TestCase):
             found = None
         if not found:
             self.skipTest("built without ROS: no contact_flow.msg")
-        from contact_flow.msg import ContactMode  # noqa: F401
-        from contact_flow.srv import Simulate
-        self.assertTrue(hasattr(Simulate, "_request_class"))
+        from contact_flow.msg import ContactTransition  # noqa: F401
+        from contact_flow.srv import SimulateTrajectory
+        self.assertTrue(hasattr(SimulateTrajectory, "_request_class"))
         self.assertEqual("soft_biped", cf.Model("soft_biped").name)
 
     def test_a_second_folder_of_this_name_joins(self):
