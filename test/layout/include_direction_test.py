@@ -97,7 +97,7 @@ def missing_headers(root):
             yield "%s includes %s, which does not exist" % (place, name)
 
 
-SOURCES = ["include", "src", "test", "benchmark", "examples", "scripts", "cmake", "docs/site", ".ci"]
+SOURCES = ["include", "src", "test", "benchmark", "examples", "scripts", "cmake", "docs/site", "python", ".ci"]
 
 
 def missing_licences(root):

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""contact_flow: what happens, to first order, to a robot that makes and breaks contact.
+
+>>> import contact_flow as cf
+>>> biped = cf.Model("soft_biped")
+>>> run = biped.simulate()
+>>> run.modes
+[(), ('left_foot', 'right_foot')]
+>>> B = run.derivative()
+>>> round(B("+body_pitch")[6], 4), round(-B("-body_pitch")[6], 4)   # one-sided slopes
+(0.9434, 0.8055)
+>>> len(B.pieces()), B.is_differentiable
+(2, False)
+
+Names are those of C++ in snake_case. Vectors and matrices are numpy arrays: states x = (q, v) [nq+d],
+tangents (δq, δv, δu, δp) [2d+k], SI units, angles in radians. How things came out is a value, `status`,
+that is true where all is well; exceptions are for misuse and say field and value. Where ROS is
+installed `contact_flow.msg` and `contact_flow.srv` are the node's messages.
+"""
+from pkgutil import extend_path as _extend_path
+from typing import Any as _Any
+
+# Messages that ROS generates may lie in a folder of this name elsewhere on the path.
+__path__ = _extend_path(__path__, __name__)
+
+try:
+    from ._core import (
+        Arc, Assumptions, BudgetExceeded, Controllability, Covariance, Derivative, Event, Interval,
+        LinearPiece, MapConsistency, Margins, Model, NoDerivative, NominalRun, NotPiecewiseLinear,
+        OnlineFlow, Optimum, Orbit, Parameter, PiecewiseLinearMap, PoincareMap, PoincareReturn,
+        PythonModel, QuotientReport, QuotientSample, Robot, Run, RunStatistics, Stability,
+        StabilityCertificate, Status, System, Trust, ValidityRadius, Warning, __version__,
+        have_linear_programs, load_configuration, models)
+    from .python_model import Formulas
+    from .report import write_report
+    from .sections import After, Apex, Crossing, Grid, Section, Touchdown
+except ImportError as error:  # messages stay importable where the extension is not
+    _reason = str(error)
+
+    def __getattr__(name: str) -> _Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        raise ImportError("contact_flow.%s: the extension module cannot be loaded: %s" % (name, _reason))
+
+__all__ = [
+    "After", "Apex", "Arc", "Assumptions", "BudgetExceeded", "Controllability", "Covariance", "Crossing",
+    "Derivative", "Event", "Formulas", "Grid", "Interval", "LinearPiece", "MapConsistency", "Margins",
+    "Model", "NoDerivative", "NominalRun", "NotPiecewiseLinear", "OnlineFlow", "Optimum", "Orbit",
+    "Parameter", "PiecewiseLinearMap", "PoincareMap", "PoincareReturn", "PythonModel", "QuotientReport",
+    "QuotientSample", "Robot", "Run", "RunStatistics", "Section", "Stability", "StabilityCertificate",
+    "Status", "System", "Touchdown", "Trust", "ValidityRadius", "Warning", "have_linear_programs",
+    "load_configuration", "models", "write_report"]

@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command contact_flow: simulate, derive, compare, orbit, report, models, robot.
+
+SYSTEM is the name of a model in C++, a YAML of config/ (with a key `model`), the YAML of a robot, or a
+URDF. Exit status: 0 where all is well, 1 where the answer is a reason why not, 2 for misuse.
+"""
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import sys
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from . import cli_commands
+from ._core import Model, NoDerivative, Robot, System, load_configuration
+
+Loaded = Tuple[System, Dict[str, Any], Dict[str, Any]]
+
+
+def load(name: str, parameters: Dict[str, float]) -> Loaded:
+    """(system, options of runs, options of derivatives)."""
+    if name.endswith((".yaml", ".yml")):
+        try:
+            with open(name, encoding="utf-8") as file:
+                is_model = any(line.startswith("model:") for line in file)
+        except OSError as error:
+            raise ValueError(str(error)) from None
+        if is_model:
+            system, options, derivative = load_configuration(name)
+            return system.with_parameters(**parameters), options, derivative
+    if name.endswith((".yaml", ".yml", ".urdf", ".xacro", ".xml")):
+        return Robot(name).with_parameters(**parameters), {}, {}
+    return Model(name, **parameters), {}, {}
+
+
+def pair(text: str) -> Tuple[str, float]:
+    """NAME=VALUE."""
+    name, equals, value = text.rpartition("=")
+    try:
+        return name, float(value) if equals and name else float("")
+    except ValueError:
+        raise argparse.ArgumentTypeError("'%s' is not NAME=NUMBER" % text) from None
+
+
+def option(text: str) -> Tuple[str, Any]:
+    """NAME=VALUE of an option: a number, true, false or a word."""
+    name, equals, value = text.partition("=")
+    if not equals:
+        raise argparse.ArgumentTypeError("'%s' is not NAME=VALUE" % text)
+    for kind in (int, float):
+        try:
+            return name, kind(value)
+        except ValueError:
+            pass
+    return name, {"true": True, "false": False}.get(value.lower(), value)
+
+
+def plain(value: Any) -> Any:
+    """What JSON has: arrays as lists, numbers that are not finite as null."""
+    if isinstance(value, dict):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(v) for v in value]
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else None
+    if isinstance(value, np.integer):
+        return int(value)
+    return value
+
+
+def parser() -> argparse.ArgumentParser:
+    top = argparse.ArgumentParser(prog="contact_flow", description=__doc__,
+                                  formatter_class=argparse.RawDescriptionHelpFormatter)
+    commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
+
+    def add(name: str, about: str, run: Callable[..., Tuple[Any, str, bool]],
+            system: bool = True) -> argparse.ArgumentParser:
+        command = commands.add_parser(name, help=about, description=about)
+        command.set_defaults(run=run)
+        command.add_argument("--json", action="store_true", help="print the answer as JSON")
+        if system:
+            command.add_argument("system", metavar="SYSTEM")
+            command.add_argument("-p", "--parameter", type=pair, action="append", default=[],
+                                 metavar="NAME=VALUE", help="a value of a parameter")
+        return command
+
+    def add_run(command: argparse.ArgumentParser) -> None:
+        command.add_argument("-x", "--state", type=pair, action="append", default=[],
+                             metavar="NAME=VALUE",
+                             help="a number of the initial state, over the nominal one; 'd/dt NAME' a rate")
+        command.add_argument("-u", "--input", type=pair, action="append", default=[],
+                             metavar="NAME=VALUE", help="a constant input, over the nominal one")
+        command.add_argument("-t", "--duration", type=float, metavar="SECONDS")
+        command.add_argument("-o", "--option", type=option, action="append", default=[],
+                             metavar="NAME=VALUE", help="an option of simulate, as relative_tolerance=1e-12")
+
+    def add_derivative(command: argparse.ArgumentParser) -> None:
+        command.add_argument("--by", nargs="+", default=["state"], metavar="NAME",
+                             help="state, inputs, parameters, or names of parameters")
+        command.add_argument("-w", "--direction", action="append", default=[], metavar="+NAME or NAME=VALUE",
+                             help="a unit direction each, or together one of these numbers")
+
+    add("models", "names of the models in C++", cli_commands.models, system=False)
+    add("robot", "what a system is made of: names, units, parameters", cli_commands.robot)
+    simulate = add("simulate", "a run: events, contact modes, final state", cli_commands.simulate)
+    add_run(simulate)
+    simulate.add_argument("--csv", metavar="FILE", help="write the motion there, '-' for the terminal")
+    simulate.add_argument("--samples", type=int, default=200, help="instants of the CSV")
+    derive = add("derive", "the B-derivative of the final state along directions", cli_commands.derive)
+    add_run(derive)
+    add_derivative(derive)
+    compare = add("compare", "the derivative beside difference quotients of perturbed runs",
+                  cli_commands.compare)
+    add_run(compare)
+    add_derivative(compare)
+    compare.add_argument("--alphas", type=float, nargs="+", default=[1e-2, 1e-3, 1e-4, 1e-5, 1e-6])
+    orbit = add("orbit", "a periodic orbit near the state, and its stability", cli_commands.orbit)
+    add_run(orbit)
+    section = orbit.add_mutually_exclusive_group(required=True)
+    section.add_argument("--apex", metavar="NAME", help="where the velocity of a coordinate falls through 0")
+    section.add_argument("--crossing", type=pair, metavar="NAME=VALUE", help="where it has this value")
+    section.add_argument("--touchdown", metavar="NAME", help="just behind the impact of a contact")
+    section.add_argument("--after", type=float, metavar="SECONDS")
+    orbit.add_argument("--free", nargs="+", default=[], metavar="PARAMETER")
+    orbit.add_argument("--condition", type=json.loads, action="append", default=[], metavar="JSON",
+                       help="""as {"kind": "period", "value": 0.8}""")
+    orbit.add_argument("--translation", nargs="+", default=[], metavar="NAME",
+                       help="coordinates whose common shift is set aside")
+    report = add("report", "one HTML file of a run: contacts, events, states, forces, derivative",
+                 cli_commands.report)
+    add_run(report)
+    report.add_argument("--by", nargs="+", default=["state"], metavar="NAME")
+    report.add_argument("file", metavar="FILE.html")
+    return top
+
+
+def joined(words: Sequence[str]) -> List[str]:
+    """`-w -name` as one word: argparse takes a word that begins with - for an option."""
+    found: List[str] = []
+    for word in words:
+        if found and found[-1] in ("-w", "--direction"):
+            found[-1] = "--direction=" + word
+        else:
+            found.append(word)
+    return found
+
+
+def main(words: Optional[Sequence[str]] = None) -> int:
+    arguments = parser().parse_args(joined(sys.argv[1:] if words is None else words))
+    try:
+        answer, text, ok = arguments.run(arguments, load)
+    except (ValueError, TypeError, NoDerivative, OSError) as error:
+        print("contact_flow: %s" % error, file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("contact_flow: interrupted", file=sys.stderr)
+        return 130
+    try:
+        print(json.dumps(plain(answer), indent=1) if arguments.json else text, flush=True)
+    except BrokenPipeError:   # `… | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 0 if ok else 1

@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The commands of cli.py: each takes the arguments, and answers (data, text, whether all is well)."""
+from __future__ import annotations
+
+import math
+from argparse import Namespace
+from typing import Any, Callable, Dict, List, Sequence, Tuple
+
+import numpy as np
+
+from . import _core
+from .sections import After, Apex, Crossing, Section, Touchdown
+
+Answer = Tuple[Any, str, bool]
+Load = Callable[[str, Dict[str, float]], Tuple[_core.System, Dict[str, Any], Dict[str, Any]]]
+
+
+def models(arguments: Namespace, load: Load) -> Answer:
+    found = {}
+    for name in _core.models():
+        system = _core.Model(name)
+        found[name] = {"summary": system.summary, "coordinates": system.coordinates,
+                       "constraints": system.constraints, "inputs": system.inputs,
+                       "parameters": system.parameters}
+    width = max(len(name) for name in found)
+    return found, "\n".join("%-*s  %s" % (width, name, entry["summary"]) for name, entry in found.items()), True
+
+
+def robot(arguments: Namespace, load: Load) -> Answer:
+    system, _, _ = load(arguments.system, dict(arguments.parameter))
+    warnings = system.warnings if isinstance(system, _core.Robot) else []
+    data = {"name": system.name, "summary": system.summary, "coordinates": system.coordinates,
+            "units": system.units, "velocities": system.velocities, "constraints": system.constraints,
+            "bilateral": system.bilateral, "inputs": system.inputs, "warnings": warnings,
+            "parameters": [{"name": p.name, "unit": p.unit, "meaning": p.meaning, "value": p.value}
+                           for p in system.parameter_list],
+            "nominal": {"x": system.nominal.x, "u": system.nominal.u, "duration": system.nominal.duration}}
+    return data, "\n".join([system.describe().rstrip()] + ["warning: " + w for w in warnings]), True
+
+
+def run_of(arguments: Namespace, load: Load) -> Tuple[_core.Run, Dict[str, Any]]:
+    """The run that is asked for, and the options of its derivative."""
+    system, options, derivative = load(arguments.system, dict(arguments.parameter))
+    options.update(arguments.option)
+    run = system.simulate(dict(arguments.state), arguments.duration, dict(arguments.input), **options)
+    return run, derivative
+
+
+def events_of(run: _core.Run) -> List[Dict[str, Any]]:
+    return [{"t": e.t, "kinds": e.kinds, "constraints": e.constraints, "mode_before": e.mode_before,
+             "mode_after": e.mode_after, "word_after": e.word_after, "impulse": e.impulse,
+             "x_minus": e.x_minus, "x_plus": e.x_plus} for e in run.events]
+
+
+def named(names: Sequence[str], values: Any, indent: str = "  ") -> List[str]:
+    width = max([len(name) for name in names] + [0])
+    return ["%s%-*s  %.10g" % (indent, width, name, value) for name, value in zip(names, values)]
+
+
+def simulate(arguments: Namespace, load: Load) -> Answer:
+    run, _ = run_of(arguments, load)
+    if arguments.csv and arguments.csv != "-":
+        with open(arguments.csv, "w", encoding="utf-8") as file:
+            file.write(run.csv(arguments.samples))
+    data = {"status": run.status.outcome, "message": run.status.message, "t_begin": run.t_begin,
+            "t_end": run.t_end, "modes": run.modes, "mode_words": run.mode_words,
+            "state_names": run.system.state_names, "final_state": run.final_state,
+            "events": events_of(run),
+            "warnings": [{"code": w.code, "t": w.t, "message": w.message} for w in run.warnings]}
+    if arguments.csv == "-":
+        return data, run.csv(arguments.samples).rstrip("\n"), bool(run.status)
+    text = ["%s, %g to %g s: %s" % (run.system.name, run.t_begin, run.t_end, run.status)]
+    text += ["%12.6f s  %s of %s: %s -> %s" % (e.t, ", ".join(e.kinds), ", ".join(e.constraints),
+                                              e.word_before, e.word_after) for e in run.events]
+    text += ["warning at %g s: %s: %s" % (w.t, w.code, w.message) for w in run.warnings]
+    text += ["final state"] + named(run.system.state_names, run.final_state)
+    return data, "\n".join(text), bool(run.status)
+
+
+def directions_of(arguments: Namespace, B: _core.Derivative) -> List[Tuple[str, Any]]:
+    """(label, w) of each: "+name" one by itself, the NAME=VALUE together another one."""
+    found: List[Tuple[str, Any]] = []
+    together: Dict[str, float] = {}
+    for text in arguments.direction:
+        name, equals, value = text.rpartition("=")
+        if equals:
+            together[name] = float(value)
+        else:
+            found.append((text, B.direction(text)))
+    if together:
+        found.append((", ".join("%s=%g" % item for item in together.items()), B.direction(together)))
+    if not found:
+        found = [(sign + name, B.direction(sign + name)) for name in B.tangents for sign in "+-"]
+    return found
+
+
+def derive(arguments: Namespace, load: Load) -> Answer:
+    run, options = run_of(arguments, load)
+    B = run.derivative(by=arguments.by, **options)
+    rows = list(run.system.velocities) + ["d/dt " + name for name in run.system.velocities]
+    data: Dict[str, Any] = {"status": B.status.outcome, "message": B.status.message,
+                            "tangents": B.tangents, "rows": rows}
+    text = ["%s at %g s: %s" % (run.system.name, run.t_end, B.status)]
+    if not B.status:
+        data["outcomes"] = [dict(o, status=str(o["status"])) for o in B.outcomes()]
+        text += ["  %s: v+ = %s, then %s" % (" before ".join(o["order"]), np.round(o["v_plus"], 6),
+                                             "{%s}" % ", ".join(o["mode_after"])) for o in B.outcomes()]
+        return data, "\n".join(text), False
+    data["is_differentiable"] = B.is_differentiable
+    piecewise = B.piecewise_linear
+    text.append("continuously differentiable: " + ("yes" if B.is_differentiable else "no"))
+    if piecewise:
+        pieces = B.pieces()
+        data["pieces"] = [{"matrix": p.matrix, "cone": p.cone, "omega": p.omega, "eta": p.eta} for p in pieces]
+        text.append("linear pieces: %d" % len(pieces))
+    else:
+        text.append("no linear pieces: %s" % piecewise.message)
+    data["directions"] = []
+    for label, w in directions_of(arguments, B):
+        try:
+            value, radius = B(w), B.radius(w)
+        except ValueError as reason:   # it leaves the domain at the start
+            data["directions"].append({"name": label, "w": w, "refused": str(reason)})
+            text.append("%s: %s" % (label, reason))
+            continue
+        data["directions"].append({"name": label, "w": w, "value": value, "error": B.error(w),
+                                   "radius": radius.radius, "limit": radius.limit,
+                                   "modes": B.perturbed_modes(w)})
+        text.append("%s   (holds to %.3g: %s)" % (label, radius.radius, radius.limit))
+        if arguments.direction:
+            text += named(rows, value)
+    return data, "\n".join(text), True
+
+
+def compare(arguments: Namespace, load: Load) -> Answer:
+    run, options = run_of(arguments, load)
+    B = run.derivative(by=arguments.by, **options)
+    if not B.status:
+        return {"status": B.status.outcome, "message": B.status.message}, str(B.status), False
+    if not arguments.direction:
+        raise ValueError("compare needs a --direction")
+    data, text, ok = [], [], True
+    for label, w in directions_of(arguments, B):
+        report = B.compare(w, arguments.alphas)
+        data.append({"name": label, "slope": report.slope, "resolution": report.resolution,
+                     "prediction_error": report.prediction_error,
+                     "samples": [{"alpha": s.alpha, "status": s.status.outcome, "error": s.error,
+                                  "quotient": s.quotient} for s in report.samples]})
+        text += [label, str(report)]
+        ok = ok and (math.isnan(report.slope) or report.slope > 0.8)
+    return data, "\n".join(text), ok
+
+
+def section_of(arguments: Namespace) -> Section:
+    if arguments.apex:
+        return Apex(arguments.apex)
+    if arguments.crossing:
+        return Crossing(*arguments.crossing)
+    if arguments.touchdown:
+        return Touchdown(arguments.touchdown)
+    return After(arguments.after)
+
+
+def orbit(arguments: Namespace, load: Load) -> Answer:
+    system, options, _ = load(arguments.system, dict(arguments.parameter))
+    chosen = dict(arguments.option)   # tolerances of a configuration are those of runs, not of orbits
+    found = system.poincare(section_of(arguments), dict(arguments.input), **chosen).fixed_point(
+        dict(arguments.state), free=arguments.free, conditions=arguments.condition)
+    data: Dict[str, Any] = {"status": found.status, "message": found.message, "x": found.x,
+                            "period": found.period, "parameters": found.parameters,
+                            "residual": found.residual}
+    text = [found.message] + named(system.state_names, found.x)
+    text += ["period %.10g s" % found.period] + named(list(found.parameters), found.parameters.values())
+    if not found:
+        return data, "\n".join(text), False
+    try:
+        stability = found.stability(arguments.translation)
+    except ValueError as reason:
+        data["stability"] = {"verdict": "undetermined", "message": str(reason)}
+        return data, "\n".join(text + ["stability: %s" % reason]), True
+    data["stability"] = {"verdict": stability.verdict, "message": stability.message,
+                         "verified": stability.verify(), "test": stability.certificate.test,
+                         "bound": stability.certificate.bound}
+    text.append(stability.message + (" (verified)" if stability.verify() else ""))
+    return data, "\n".join(text), True
+
+
+def report(arguments: Namespace, load: Load) -> Answer:
+    from .report import write_report
+    run, _ = run_of(arguments, load)
+    write_report(run, arguments.file, by=arguments.by)
+    return {"file": arguments.file, "status": run.status.outcome}, "written: %s" % arguments.file, True

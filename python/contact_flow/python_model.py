@@ -1,0 +1,289 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Models of one's own in Python, and their derivatives by forward jets (contact_flow.jet)."""
+from __future__ import annotations
+
+import copy
+from typing import Any, Callable, Dict, Iterable, List, Mapping, Sequence, Tuple, Type
+
+import numpy as np
+
+from . import jet
+
+RANGES: Dict[str, Callable[[float], bool]] = {
+    "any": lambda value: True,
+    "positive": lambda value: value > 0,
+    "non_negative": lambda value: value >= 0,
+    "unit_interval": lambda value: 0 <= value <= 1,
+}
+
+
+class Formulas:
+    """A mechanical system as formulas; make a system of it by PythonModel(TheClass, name=value, …).
+
+    The equations are M(q) v̇ = f(q, v, u) + c(q, v) v + Da(q)ᵀ λ with a(q) ≥ 0 (and b(q) = 0); the
+    Coriolis terms c, Da and all derivatives follow from the formulas by forward differentiation. Each
+    formula gets numpy arrays, of floats or of jets, and may use +, −, *, /, **, @, np.sin and the like;
+    `self.NAME` is the value of a parameter. Formulas must depend on their arguments alone.
+
+    Coordinates are numbers on lines, those named in `circles` angles; rotations in space by
+    quaternions, and friction, are left to models in C++.
+    """
+
+    name: str = ""  #: of the model; the class's where it is empty
+    summary: str = ""  #: one sentence
+    coordinates: Sequence[str] = ()  #: names [d]
+    units: Sequence[str] = ()  #: theirs, "m" or "rad"; "m" where it is empty
+    constraints: Sequence[str] = ()  #: names of the contacts [n]
+    bilateral: Sequence[str] = ()  #: names of the closures [l]
+    inputs: Sequence[str] = ()  #: names [m]
+    circles: Sequence[str] = ()  #: coordinates whose difference wraps at 2π
+    compliant: Sequence[str] = ()  #: contacts that only switch the effort
+    #: name: value, or (value, unit, meaning[, "positive", "non_negative" or "unit_interval"])
+    parameters: Mapping[str, Any] = {}
+    constant_mass: bool = False  #: M does not depend on q: a promise that saves work
+    affine_constraints: bool = False  #: Da does not depend on q: the same
+    contact_effort: bool = False  #: force() takes a fifth argument, the names of the contacts that hold
+
+    def mass_matrix(self, q: Any) -> Any:
+        """M(q) [d×d], symmetric."""
+        raise NotImplementedError("%s lacks mass_matrix(self, q)" % type(self).__name__)
+
+    def force(self, q: Any, v: Any, u: Any) -> Any:
+        """f(q, v, u) [d], without Coriolis terms."""
+        raise NotImplementedError("%s lacks force(self, q, v, u)" % type(self).__name__)
+
+    def gaps(self, q: Any) -> Any:
+        """a(q) [n]."""
+        return []
+
+    def closures(self, q: Any) -> Any:
+        """b(q) [l]."""
+        return []
+
+    def restitutions(self) -> Any:
+        """γ of each contact [n]; where this is left out the parameter `restitution`, or plastic."""
+        return [getattr(self, "restitution", 0.0)] * len(self.constraints)
+
+    def nominal(self) -> Tuple[Any, Any, float]:
+        """(x, u, duration) of the run of who asks for nothing in particular."""
+        return np.zeros(2 * len(self.coordinates)), np.zeros(len(self.inputs)), 1.0
+
+
+class Terms:
+    """What C++ asks of the formulas: values and derivatives of the residuals
+    r₁ = M v̇ − f − c v − Daᵀ λ and r₂ = Da v̇ + (d/dt Da) v."""
+
+    def __init__(self, formulas: Type[Formulas], values: Mapping[str, float]) -> None:
+        self.parameter_list = read_parameters(formulas, values)
+        self.model = with_values(formulas(), [(p[0], p[3]) for p in self.parameter_list])
+        model = self.model
+        self.name = model.name or formulas.__name__
+        self.summary = model.summary
+        self.coordinates = list(model.coordinates)
+        self.units = list(model.units) or ["m"] * len(self.coordinates)
+        self.constraints, self.bilateral = list(model.constraints), list(model.bilateral)
+        self.inputs, self.compliant = list(model.inputs), list(model.compliant)
+        self.circles = [name in model.circles for name in self.coordinates]
+        self.contact_effort = model.contact_effort
+        self.constant_mass, self.affine_constraints = model.constant_mass, model.affine_constraints
+        self.d = len(self.coordinates)
+        self.rows = len(self.constraints) + len(self.bilateral)
+        if not self.d:
+            raise ValueError("%s.coordinates is empty" % self.name)
+        if len(self.units) != self.d:
+            raise ValueError("%s.units has %d names, expected %d" % (self.name, len(self.units), self.d))
+        for name in model.circles:
+            if name not in self.coordinates:
+                raise ValueError("%s.circles: unknown coordinate '%s'" % (self.name, name))
+        self.restitution = np.asarray(model.restitutions(), dtype=float)
+        self.nominal_x, self.nominal_u, self.nominal_duration = model.nominal()
+        origin = np.asarray(self.nominal_x, dtype=float)[:self.d]
+        self._mass = self._float_mass(origin) if self.constant_mass else None
+        self._jacobian = self._gap_jacobian(origin)[1] if self.affine_constraints else None
+
+    # The formulas, with their sizes checked
+
+    def _all_gaps(self, model: Formulas, q: Any) -> Any:
+        gaps = list(_numbers(model.gaps(q), (len(self.constraints),), self.name + ".gaps(q)"))
+        return gaps + list(_numbers(model.closures(q), (len(self.bilateral),), self.name + ".closures(q)"))
+
+    def _mass_matrix(self, model: Formulas, q: Any) -> Any:
+        return _numbers(model.mass_matrix(q), (self.d, self.d), self.name + ".mass_matrix(q)")
+
+    def _force(self, model: Formulas, q: Any, v: Any, u: Any, mode: int) -> Any:
+        arguments: List[Any] = [q, v, u]
+        if self.contact_effort:
+            arguments.append(frozenset(n for k, n in enumerate(self.constraints) if mode >> k & 1))
+        return _numbers(model.force(*arguments), (self.d,), self.name + ".force(q, v, u)")
+
+    def _float_mass(self, q: Any) -> Any:
+        return _floats(self._mass_matrix(self.model, q), self.name + ".mass_matrix(q)")
+
+    def _gap_jacobian(self, q: Any) -> Tuple[Any, Any]:
+        c = self._gaps(self.model, jet.variables(q, 0, self.d), (1, 1 + self.d))
+        return c[:, 0, 0], c[:, 0, 1:]
+
+    def _gaps(self, model: Formulas, q: Any, shape: Tuple[int, int]) -> Any:
+        return jet.coefficients(self._all_gaps(model, q), shape).reshape((self.rows,) + shape)
+
+    # Values
+
+    def dynamics(self, q: Any, v: Any, u: Any, mode: int) -> Tuple[Any, Any]:
+        """M and f + c v."""
+        force = _floats(self._force(self.model, q, v, u, mode), self.name + ".force(q, v, u)")
+        if self._mass is not None:
+            return self._mass, force
+        c = jet.coefficients(self._mass_matrix(self.model, jet.variables(q, 0, self.d)), (1, 1 + self.d))
+        slope = c[:, :, 0, 1:]  # ∂M_ij/∂q_k
+        coriolis = 0.5 * np.einsum("ijk,i,j->k", slope, v, v) - np.einsum("kjl,l,j->k", slope, v, v)
+        return c[:, :, 0, 0], force + coriolis
+
+    def constraint_terms(self, q: Any, v: Any) -> Tuple[Any, Any, Any]:
+        """a, Da and (d/dt Da) v, of closures behind."""
+        if self._jacobian is not None:
+            gaps = _floats(self._all_gaps(self.model, q), self.name + ".gaps(q)")
+            return gaps, self._jacobian, np.zeros(self.rows)
+        gap, jacobian = self._gap_jacobian(q)
+        return gap, jacobian, self._gap_acceleration(self.model, q, v, np.zeros(self.d), 0, False)[:, 0]
+
+    def _gap_acceleration(self, model: Formulas, q: Any, v: Any, acceleration: Any, directions: int,
+                          by_state: bool) -> Any:
+        """r₂ and its derivatives [rows × 1+directions]."""
+        along = jet.motion(q, v, acceleration, directions, by_state)
+        return 2.0 * self._gaps(model, along, (3, 1 + directions))[:, 2, :]
+
+    # Derivatives by (q, v, u)
+
+    def differentiate_dynamics(self, q: Any, v: Any, u: Any, mode: int, acceleration: Any,
+                               force: Any) -> Tuple[Any, ...]:
+        d, n = self.d, 2 * self.d + len(self.inputs)
+        f = jet.coefficients(self._force(self.model, jet.variables(q, 0, n), jet.variables(v, d, n),
+                                         jet.variables(u, 2 * d, n), mode), (1, 1 + n))[:, 0, 1:]
+        by_q, by_v = -f[:, :d], -f[:, d:2 * d]
+        if not self.constant_mass:
+            slope, bend = self._mass_slopes(q)
+            by_q = by_q + slope.transpose(0, 2, 1) @ acceleration - (
+                0.5 * np.einsum("abik,a,b->ik", bend, v, v) - np.einsum("ijlk,l,j->ik", bend, v, v))
+            by_v = by_v - (np.einsum("kbi,b->ik", slope, v) - np.einsum("ijk,j->ik", slope, v)
+                           - np.einsum("ikl,l->ik", slope, v))
+        if self.affine_constraints:
+            return by_q, by_v, -f[:, 2 * d:], np.zeros((self.rows, d)), np.zeros((self.rows, d))
+        by_q = by_q - np.einsum("r,rik->ik", force, self._gap_bend(q))
+        r2 = self._gap_acceleration(self.model, q, v, acceleration, 2 * d, True)[:, 1:]
+        return by_q, by_v, -f[:, 2 * d:], r2[:, :d], r2[:, d:]
+
+    def _mass_slopes(self, q: Any) -> Tuple[Any, Any]:
+        """∂M_ij/∂q_k and ∂²M_ij/∂q_k∂q_l."""
+        d = self.d
+        M = self._mass_matrix(self.model, jet.variables(q, 0, d, d, True))
+        c = jet.coefficients(M, (1 + d, 1 + d))
+        return c[:, :, 0, 1:], c[:, :, 1:, 1:]
+
+    def _gap_bend(self, q: Any) -> Any:
+        """∂²a_r/∂q_i∂q_k."""
+        d = self.d
+        return self._gaps(self.model, jet.variables(q, 0, d, d, True), (1 + d, 1 + d))[:, 1:, 1:]
+
+    def differentiate_impact(self, q: Any, jump: Any, impulse: Any, s: Any) -> Tuple[Any, Any]:
+        momentum = np.zeros((self.d, self.d))
+        constraint = np.zeros((self.rows, self.d))
+        if not self.constant_mass:
+            M = self._mass_matrix(self.model, jet.variables(q, 0, self.d))
+            slope = jet.coefficients(M, (1, 1 + self.d))[:, :, 0, 1:]
+            momentum = np.einsum("ijk,j->ik", slope, jump)
+        if not self.affine_constraints:
+            bend = self._gap_bend(q)
+            momentum = momentum - np.einsum("r,rik->ik", impulse, bend)
+            constraint = np.einsum("rik,i->rk", bend, s)
+        return momentum, constraint
+
+    # Derivatives by parameters
+
+    def _vary(self, parameters: Sequence[int], left: int, series: bool = False) -> Formulas:
+        """The model with jets for all its parameters, of derivative 1 along those of these indices."""
+        shape = (3 if series else 1 + left, 1 + len(parameters))
+        values: List[Tuple[str, Any]] = []
+        for k, (name, _, _, value) in enumerate(self.parameter_list):
+            c = np.zeros(shape)
+            c[0, 0] = value
+            for column, index in enumerate(parameters):
+                c[0, 1 + column] = 1.0 if index == k else 0.0
+            values.append((name, jet.Jet(c, series)))
+        return with_values(copy.copy(self.model), values)
+
+    def differentiate_dynamics_by_parameters(self, q: Any, v: Any, u: Any, mode: int, acceleration: Any,
+                                             force: Any, parameters: Sequence[int]) -> Tuple[Any, Any]:
+        d, k = self.d, len(parameters)
+        f = jet.coefficients(self._force(self._vary(parameters, 0), q, v, u, mode), (1, 1 + k))[:, 0, 1:]
+        model, at = self._vary(parameters, d), jet.variables(q, -1, k, d, True)
+        M = jet.coefficients(self._mass_matrix(model, at), (1 + d, 1 + k))
+        slope, bend = M[:, :, 0, 1:], M[:, :, 1:, 1:]  # by p; by q and p
+        inertial = np.einsum("ijp,j->ip", slope, acceleration) - (
+            0.5 * np.einsum("abip,a,b->ip", bend, v, v) - np.einsum("ijlp,l,j->ip", bend, v, v))
+        push = np.einsum("r,rip->ip", force, self._gaps(model, at, (1 + d, 1 + k))[:, 1:, 1:])
+        r2 = self._gap_acceleration(self._vary(parameters, 0, True), q, v, acceleration, k, False)
+        return inertial - f - push, r2[:, 1:]
+
+    def differentiate_impact_by_parameters(self, q: Any, jump: Any, impulse: Any, s: Any,
+                                           parameters: Sequence[int]) -> Tuple[Any, ...]:
+        d, k = self.d, len(parameters)
+        model, at = self._vary(parameters, d), jet.variables(q, -1, k, d, True)
+        M = jet.coefficients(self._mass_matrix(model, at), (1 + d, 1 + k))
+        gaps = self._gaps(model, at, (1 + d, 1 + k))
+        momentum = np.einsum("ijp,j->ip", M[:, :, 0, 1:], jump) - np.einsum(
+            "r,rip->ip", impulse, gaps[:, 1:, 1:])
+        restitution = jet.coefficients(list(self._vary(parameters, 0).restitutions()), (1, 1 + k))
+        by_restitution = restitution.reshape((len(self.constraints), 1, 1 + k))[:, 0, 1:]
+        return momentum, np.einsum("rip,i->rp", gaps[:, 1:, 1:], s), gaps[:, 0, 1:], by_restitution
+
+
+def _numbers(values: Any, shape: Tuple[int, ...], what: str) -> Any:
+    array = np.asarray(values, dtype=object)
+    if array.shape != shape and array.size + sum(shape) > 0:
+        raise ValueError("%s has shape %s, expected %s" % (what, array.shape, shape))
+    return array
+
+
+def _floats(values: Any, what: str) -> Any:
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise TypeError("%s has something else than numbers" % what) from None
+
+
+def with_values(model: Formulas, values: Iterable[Tuple[str, Any]]) -> Formulas:
+    """The model, with these as its attributes."""
+    for name, value in values:
+        setattr(model, name, value)
+    return model
+
+
+def read_parameters(formulas: Type[Formulas], values: Mapping[str, float]) -> List[Tuple[str, str, str, float]]:
+    """(name, unit, meaning, value) of each parameter. ValueError for unknown names and values out of
+    range."""
+    label = formulas.name or formulas.__name__
+    for name in values:
+        if name not in formulas.parameters:
+            raise ValueError("%s: unknown parameter '%s'; it has %s"
+                             % (label, name, ", ".join(formulas.parameters) or "none"))
+    listed: List[Tuple[str, str, str, float]] = []
+    for name, given in formulas.parameters.items():
+        if hasattr(formulas, name):
+            raise ValueError("%s: a parameter cannot be called '%s'" % (label, name))
+        fields: Tuple[Any, ...] = given if isinstance(given, tuple) else (given,)
+        default, unit, meaning, allowed = fields + ("", "", "any")[len(fields) - 1:]
+        value = float(values.get(name, default))
+        if allowed not in RANGES:
+            raise ValueError("%s: the range of '%s' is '%s', expected one of %s"
+                             % (label, name, allowed, ", ".join(RANGES)))
+        if not np.isfinite(value) or not RANGES[allowed](value):
+            raise ValueError("%s: parameter '%s' is %r, expected %s" % (label, name, value, allowed))
+        listed.append((name, str(unit), str(meaning), value))
+    return listed
+
+
+def make_terms(formulas: Type[Formulas], values: Dict[str, float]) -> Terms:
+    """Called from C++, by PythonModel."""
+    if not (isinstance(formulas, type) and issubclass(formulas, Formulas)):
+        raise TypeError("PythonModel is given %r, expected a subclass of contact_flow.Formulas" % (formulas,))
+    return Terms(formulas, values)

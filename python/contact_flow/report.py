@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A run as one HTML file: contacts, events, states, forces, its derivative, what is near. It needs no
+network and no other file; zoom and cursor are common to all pictures."""
+from __future__ import annotations
+
+import json
+import math
+import os
+from typing import Any, Dict, List, Sequence, Union
+
+import numpy as np
+
+from . import _core
+
+MAX_BYTES = 8_000_000  #: a larger report is refused
+MAX_PIECES = 64  #: more are counted, not drawn
+TEMPLATE = os.path.join(os.path.dirname(__file__), "report_template.html")
+
+
+def numbers(values: Any) -> Any:
+    """With nine digits, as lists; null for what is not finite."""
+    if isinstance(values, np.ndarray):
+        return numbers(values.tolist())
+    if isinstance(values, (list, tuple)):
+        return [numbers(value) for value in values]
+    if isinstance(values, float):
+        return float("%.9g" % values) if math.isfinite(values) else None
+    return values
+
+
+def motion(run: _core.Run, count: int) -> Dict[str, Any]:
+    """States and forces arc by arc, so that jumps are jumps. `count` instants in all, two an arc at least."""
+    span = max(run.t_end - run.t_begin, 1e-300)
+    arcs: List[Dict[str, Any]] = []
+    for arc in run.arcs:
+        k = max(2, int(round(count * (arc.t_end - arc.t_begin) / span)))
+        t = np.linspace(arc.t_begin, arc.t_end, k)
+        x, force = run.x(t), run.force(t)
+        x[0], x[-1] = arc.x_begin, arc.x_end   # at an event run.x is the limit from before
+        force[0] = run.force(arc.t_begin + 1e-9 * (arc.t_end - arc.t_begin))
+        arcs.append({"t": t.tolist(), "x": numbers(x.T), "force": numbers(force.T),
+                     "mode": arc.mode, "word": arc.word, "u": numbers(arc.u)})
+    return {"arcs": arcs}
+
+
+def slopes(run: _core.Run, by: Sequence[str]) -> Dict[str, Any]:
+    """The derivative along every unit direction, to both sides, and its pieces."""
+    B = run.derivative(by=by)
+    data: Dict[str, Any] = {"status": B.status.outcome, "message": B.status.message, "tangents": B.tangents,
+                            "rows": run.system.velocities + tuple("d/dt " + n for n in run.system.velocities)}
+    if not B.status:
+        data["outcomes"] = [{"order": o["order"], "v_plus": numbers(o["v_plus"]),
+                             "mode_after": o["mode_after"]} for o in B.outcomes()]
+        return data
+    data["differentiable"] = B.is_differentiable
+    data["directions"] = []
+    for name in B.tangents:
+        entry: Dict[str, Any] = {"name": name}
+        for key, sign in (("up", "+"), ("down", "-")):
+            try:
+                entry[key] = {"value": numbers(B(sign + name)), "radius": numbers(float(B.radius(sign + name))),
+                              "limit": B.radius(sign + name).limit,
+                              "modes": B.perturbed_modes(sign + name)}
+            except ValueError as reason:   # it leaves the domain at the start
+                entry[key] = {"refused": str(reason)}
+        data["directions"].append(entry)
+    piecewise = B.piecewise_linear
+    data["piecewise"] = piecewise.message if not piecewise else ""
+    if piecewise:
+        pieces = B.pieces()
+        data["count"] = len(pieces)
+        if len(pieces) <= MAX_PIECES:
+            data["pieces"] = [{"matrix": numbers(p.matrix), "cone": numbers(p.cone), "omega": p.omega,
+                               "eta": p.eta} for p in pieces]
+    trust = B.trust
+    data["trust"] = {"derivative_error": numbers(trust.derivative_error), "flow_law": numbers(trust.flow_law),
+                     "event_law": numbers(trust.event_law), "condition": numbers(trust.condition)}
+    return data
+
+
+def request(run: _core.Run) -> str:
+    """Python that repeats the run."""
+    system, (t, u) = run.system, run.input_grid
+    if isinstance(system, _core.Model):
+        made = "cf.Model(%r, **%r)" % (system.name, system.parameters)
+    elif isinstance(system, _core.Robot):
+        made = "cf.Robot.from_strings(urdf, yaml, **%r)   # its texts are below" % system.parameters
+    else:
+        made = "cf.PythonModel(%s, **%r)" % (system.name, system.parameters)
+    inputs = "%r" % u[0].tolist() if len(t) == 1 else "cf.Grid(%r, %r)" % (t.tolist(), u.tolist())
+    usual = _core.Model("bouncing_ball").simulate(duration=0.0).options
+    options = "".join(", %s=%r" % item for item in run.options.items() if item[1] != usual[item[0]])
+    return "import contact_flow as cf\nsystem = %s\nrun = system.simulate(%r, %r, %s%s)" % (
+        made, run.x0.tolist(), run.duration, inputs, options)
+
+
+def collect(run: _core.Run, by: Sequence[str], count: int) -> Dict[str, Any]:
+    """All that the page shows."""
+    system, margins = run.system, run.margins
+    data = {
+        "version": _core.__version__, "name": system.name, "summary": system.summary,
+        "status": run.status.outcome, "message": run.status.message,
+        "begin": run.t_begin, "end": run.t_end, "states": system.state_names, "units": system.units,
+        "positions": system.num_positions, "constraints": system.constraints,
+        "forces": list(system.constraints + system.bilateral), "inputs": system.inputs,
+        "parameters": [[p.name, numbers(p.value), p.unit, p.meaning] for p in system.parameter_list],
+        "events": [{"t": e.t, "kinds": e.kinds, "constraints": e.constraints, "before": e.mode_before,
+                    "after": e.mode_after, "word": e.word_after, "impulse": numbers(e.impulse),
+                    "obstacle": "" if e.obstacle else str(e.obstacle)} for e in run.events],
+        "warnings": ["%g s: %s" % (w.t, w.message) for w in run.warnings],
+        "near": run.near_grazing(),
+        "margins": [[name, numbers(float(value)), unit] for name, value, unit in (
+            ("slowest touchdown", margins.approach_speed, "m/s"),
+            ("slowest release", margins.release_rate, "N/s"),
+            ("smallest gap that stayed open", margins.gap, "m"),
+            ("smallest force that kept pushing", margins.force, "N"),
+            ("shortest time between events", margins.event_interval, "s"))],
+        "request": request(run)}
+    if isinstance(system, _core.Robot):
+        data["texts"] = {"urdf": system.urdf, "yaml": system.yaml}
+    data.update(motion(run, count))
+    data["derivative"] = slopes(run, by)
+    return data
+
+
+def write_report(run: _core.Run, path: Union[str, "os.PathLike[str]"], by: Sequence[str] = ("state",),
+                 samples: int = 600) -> None:
+    """Writes the report of a run to `path`. `by` as in Run.derivative. ValueError where it would be
+    larger than 8 MB, or where the run was made with dense=False."""
+    if not run.options["dense"]:
+        raise ValueError("the run was made with dense=False")
+    with open(TEMPLATE, encoding="utf-8") as file:
+        template = file.read()
+    # "<" could end the script where a name has it.
+    text = json.dumps(collect(run, by, samples), separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    page = template.replace("/*DATA*/null", text, 1)
+    size = len(page.encode())
+    if size > MAX_BYTES:
+        raise ValueError("the report has %d bytes, more than %d: ask for fewer samples or directions"
+                         % (size, MAX_BYTES))
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(page)

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Inputs on a grid, and sections of return maps: plain values, by names."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+
+class Grid:
+    """An input that is constant on intervals: U[k] from t[k] on, up to t[k+1].
+
+    >>> Grid([0, 0.5], [[1.0], [2.0]])
+    Grid(2 instants from 0 to 0.5 s, 1 input)
+    """
+
+    def __init__(self, t: Any, u: Any) -> None:
+        self.t = np.array(t, dtype=float, ndmin=1)  #: [K], increasing [s]
+        self.u = np.array(u, dtype=float)  #: [K×m]
+        if self.u.ndim == 1:
+            self.u = self.u.reshape((len(self.t), -1)) if len(self.t) else self.u.reshape((0, 0))
+        if self.t.ndim != 1 or self.u.ndim != 2 or len(self.t) != len(self.u):
+            raise ValueError("t has shape %s and u %s, expected [K] and [K×m]"
+                             % (self.t.shape, self.u.shape))
+
+    def __repr__(self) -> str:
+        return "Grid(%d instants from %g to %g s, %d input%s)" % (
+            len(self.t), self.t[0] if len(self.t) else 0, self.t[-1] if len(self.t) else 0,
+            self.u.shape[1], "" if self.u.shape[1] == 1 else "s")
+
+
+@dataclass(frozen=True)
+class Section:
+    """Where a return map is taken; made by Crossing, Apex, Touchdown and After."""
+
+    kind: str
+    name: str = ""
+    value: float = 0.0
+    sign: int = 0
+
+
+def Crossing(name: str, value: float = 0.0, sign: int = 0) -> Section:
+    """Where a coordinate passes `value`, or, for a name that begins with 'd/dt ', a velocity does.
+    sign +1: it rises, −1: it falls, 0: either.
+
+    >>> Crossing('d/dt body_z', sign=-1)
+    Section(kind='velocity', name='body_z', value=0.0, sign=-1)
+    """
+    if name.startswith("d/dt "):
+        return Section("velocity", name[len("d/dt "):], float(value), sign)
+    return Section("coordinate", name, float(value), sign)
+
+
+def Apex(coordinate: str) -> Section:
+    """Where the velocity of a coordinate falls through zero."""
+    return Section("velocity", coordinate, 0.0, -1)
+
+
+def Touchdown(constraint: str) -> Section:
+    """Just behind the impact of a contact."""
+    return Section("event", constraint)
+
+
+def After(seconds: float) -> Section:
+    """After some seconds, whatever the state."""
+    return Section("time", "", float(seconds))

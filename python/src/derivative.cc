@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Run.derivative, and the derivative on directions: values, errors, modes, radii, quotients.
+#include "contact_flow/derivative/b_derivative.h"
+
+#include "contact_flow/analysis/validity_radius.h"
+#include "contact_flow/derivative/cluster_reading.h"
+#include "contact_flow/derivative/finite_difference.h"
+#include "convert.h"
+#include "unlocked.h"
+
+namespace contact_flow {
+namespace python {
+namespace {
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using Shared = std::shared_ptr<Derivative>;
+
+Shared Differentiate(const std::shared_ptr<Run>& run, const py::object& by,
+                     const py::kwargs& options) {
+  auto derivative = std::make_shared<Derivative>();
+  derivative->run = run;
+  BDerivativeOptions o = ToOptions(options, BDerivativeOptions());
+  o.variables = ToVariables(by, run->description());
+  if (!run->options.dense) throw py::value_error("the run was made with dense=False");
+  derivative->map = WithoutLock(
+      [&] { return DifferentiateOutcome(run->system->get(), run->trajectory, o); });
+  return derivative;
+}
+
+std::vector<std::string> Tangents(const Derivative& d) {
+  return TangentNames(d.run->description(), d.map.options.variables);
+}
+
+Eigen::Index Columns(const Derivative& d) {
+  return 2 * d.system().dof() + d.map.options.variables.Size(d.system());
+}
+
+void CheckExists(const Derivative& d) {
+  if (!d.map.status.ok()) {
+    throw NoDerivative(std::string(OutcomeName(d.map.status.outcome)) + ": " +
+                       d.map.status.message);
+  }
+}
+
+/// A direction: numbers (δq, δv, δu, δp) or (δq, δv) alone, a dict of some by name, "+name", "-name".
+Vector ToDirection(const Derivative& d, const py::handle& w) {
+  const Eigen::Index cols = Columns(d);
+  if (py::isinstance<py::str>(w)) {
+    std::string name = py::str(w);
+    double sign = 1;
+    if (!name.empty() && (name[0] == '+' || name[0] == '-')) {
+      sign = name[0] == '-' ? -1 : 1;
+      name.erase(0, 1);
+    }
+    return sign * Vector::Unit(cols, IndexOf("tangent", name, Tangents(d)));
+  }
+  if (py::isinstance<py::dict>(w)) {
+    return ToNamedVector(w, "w", Vector::Zero(cols), Tangents(d));
+  }
+  Vector direction = ToVector(w, "w", -1);
+  const Eigen::Index states = 2 * d.system().dof();
+  if (direction.size() == states && cols > states) direction.conservativeResizeLike(Vector::Zero(cols));
+  if (direction.size() != cols) {
+    const std::vector<std::string> names = Tangents(d);
+    throw py::value_error("w has " + std::to_string(direction.size()) + " numbers, expected " +
+                          std::to_string(cols) + ": " + Join(names));
+  }
+  if (!direction.allFinite()) throw py::value_error("w has a number that is not finite");
+  return direction;
+}
+
+/// work() with the caches of the derivative to itself.
+template <class Work>
+auto Alone(const Derivative& d, Work&& work) {
+  return WithoutLock([&] {
+    const std::lock_guard<std::mutex> lock(d.mutex);
+    return work();
+  });
+}
+
+/// The same for what takes microseconds: no budget.
+template <class Work>
+auto Quickly(const Derivative& d, Work&& work) {
+  const py::gil_scoped_release release;
+  const std::lock_guard<std::mutex> lock(d.mutex);
+  return work();
+}
+
+py::object Apply(const Derivative& d, const py::object& w, double dt) {
+  CheckExists(d);
+  if (py::isinstance<py::array>(w) && py::reinterpret_borrow<py::array>(w).ndim() == 2) {
+    const Matrix directions = ToMatrix(w, "w", Columns(d));
+    if (!directions.allFinite()) throw py::value_error("w has a number that is not finite");
+    return py::cast(Alone(d, [&] {
+      RowMajor values(directions.rows(), 2 * d.system().dof());
+      for (Eigen::Index k = 0; k < directions.rows(); ++k) {
+        values.row(k) = d.map(dt, directions.row(k).transpose()).transpose();
+      }
+      return values;
+    }));
+  }
+  const Vector direction = ToDirection(d, w);
+  return py::cast(Quickly(d, [&] { return dt == 0 ? d.map(direction) : d.map(dt, direction); }));
+}
+
+PiecewiseLinearMap Pieces(const Derivative& d) {
+  CheckExists(d);
+  return Alone(d, [&] { return d.map.Pieces(); });
+}
+
+bool IsDifferentiable(const Derivative& d) {
+  return d.map.status.ok() && Alone(d, [&] { return d.map.IsDifferentiable(); });
+}
+
+Matrix Jacobian(const Derivative& d) {
+  CheckExists(d);
+  if (!IsDifferentiable(d)) {
+    throw NoDerivative(
+        "the outcome is not differentiable here, in the sense of one matrix: it has one-sided "
+        "derivatives, B(w), and linear pieces where B.piecewise_linear is true");
+  }
+  return Alone(d, [&] { return Matrix(d.map.Pieces().pieces().front().matrix); });
+}
+
+py::tuple Clusters(const Derivative& d, const py::object& w) {
+  CheckExists(d);
+  const Vector direction = ToDirection(d, w);
+  const ClusterReading reading =
+      Alone(d, [&] { return ReadClusters(d.run->trajectory, d.map, direction); });
+  return py::make_tuple(reading.inner_radius, reading.in_order);
+}
+
+ValidityRadius Radius(const Derivative& d, const py::object& w) {
+  CheckExists(d);
+  const Vector direction = ToDirection(d, w);
+  return Alone(d, [&] {
+    return ValidityEstimator(d.system(), d.run->trajectory, d.map)(direction);
+  });
+}
+
+py::list Modes(const Derivative& d, const py::object& w) {
+  CheckExists(d);
+  const Vector direction = ToDirection(d, w);
+  return ToNames(Quickly(d, [&] { return d.map.PerturbedModes(direction); }),
+                 d.run->description());
+}
+
+QuotientReport Compare(const Derivative& d, const py::object& w, const std::vector<double>& alphas) {
+  CheckExists(d);
+  for (double alpha : alphas) {
+    if (!(alpha > 0)) throw py::value_error("alphas has " + Number(alpha) + ", expected > 0");
+  }
+  const Vector direction = ToDirection(d, w);
+  const Run& run = *d.run;
+  const SystemFactory factory = [&](const ParameterValues& values) {
+    return run.system->Make(values);
+  };
+  return Alone(d, [&] {
+    return CompareWithQuotients(d.system(), factory, d.map.options.variables, run.x0, run.inputs,
+                                run.duration, direction, d.map(direction), alphas, run.options,
+                                d.map.Error(direction).cwiseAbs().maxCoeff());
+  });
+}
+
+Vector Project(const Derivative& d, const py::object& w) {
+  const Vector direction = ToDirection(d, w);
+  return ProjectAdmissible(d.system(), d.run->trajectory.arcs.front().x_begin, d.map.initial_mode,
+                           direction, d.map.options.variables);
+}
+
+std::string Repr(const Derivative& d) {
+  std::string text = "<Derivative of " + d.run->description().name + " [" +
+                     std::to_string(2 * d.system().dof()) + "×" + std::to_string(Columns(d)) + "]";
+  if (!d.map.status.ok()) {
+    return text + ": " + OutcomeName(d.map.status.outcome) + ": " + d.map.status.message + ">";
+  }
+  return text + (IsDifferentiable(d) ? ": differentiable>" : ": one-sided>");
+}
+
+}  // namespace
+
+void BindDerivative(py::module_* module) {
+  py::class_<Run, std::shared_ptr<Run>>(module->attr("Run"))
+      .def("derivative", &Differentiate, py::arg("by") = py::make_tuple("state"),
+           "The B-derivative of the outcome, as a Derivative: by the initial state, and, where `by`\n"
+           "names them, by 'inputs' (a shift of all of them), by parameters by their names, or by\n"
+           "all 'parameters'. Tangents are (δq, δv, δu, δp) [2d+k]. Options: tolerance,\n"
+           "kink_tolerance, max_activations_for_pieces, max_pieces. Where there is no derivative the\n"
+           "status says why.");
+  py::class_<Derivative, Shared>(
+      *module, "Derivative",
+      "The B-derivative of a run's outcome x(T): B(w) is the one-sided derivative along w.\n"
+      "A direction w is an array (δq, δv, δu, δp) [2d+k] or (δq, δv) [2d], a dict of some numbers by\n"
+      "name, or '+name', '-name'. Where there is none NoDerivative is raised.")
+      .def_property_readonly("status", [](const Derivative& d) { return d.map.status; },
+                             "False: there is no derivative, and why.")
+      .def_property_readonly(
+          "run", [](const Derivative& d) { return std::const_pointer_cast<Run>(d.run); })
+      .def_property_readonly(
+          "tangents", [](const Derivative& d) { return py::tuple(py::cast(Tangents(d))); },
+          "Names of the numbers of w [2d+k]; rates begin with 'd/dt '.")
+      .def_property_readonly(
+          "shape",
+          [](const Derivative& d) { return py::make_tuple(2 * d.system().dof(), Columns(d)); })
+      .def("direction", &ToDirection, py::arg("w"), "w as an array [2d+k].")
+      .def("__call__", &Apply, py::arg("w"), py::arg("dt") = 0,
+           "B(w) [2d], with a change `dt` of the horizon [s]; of each row of an array [k × 2d+k] as\n"
+           "[k × 2d]. ValueError for a direction that leaves the domain at the start.")
+      .def("jacobian", &Jacobian, "The matrix [2d × 2d+k] where the outcome is C¹.")
+      .def_property_readonly("is_differentiable", &IsDifferentiable, "Whether it is C¹.")
+      .def_property_readonly(
+          "piecewise_linear",
+          [](const Derivative& d) {
+            return d.map.status.ok() ? Alone(d, [&] { return d.map.PiecewiseLinear(); })
+                                     : d.map.status;
+          },
+          "A Status: whether it has linear pieces, or why not.")
+      .def("pieces", &Pieces, "All of it as a PiecewiseLinearMap. NotPiecewiseLinear where it is none,\n"
+                              "ValueError beyond max_pieces.")
+      .def(
+          "error",
+          [](const Derivative& d, const py::object& w) {
+            CheckExists(d);
+            const Vector direction = ToDirection(d, w);
+            return Quickly(d, [&] { return d.map.Error(direction); });
+          },
+          py::arg("w"), "Estimated error of B(w) [2d], absolute.")
+      .def("perturbed_modes", &Modes, py::arg("w"),
+           "Names of the contacts that hold on each arc of the run perturbed along w.")
+      .def("radius", &Radius, py::arg("w"), "How far along w it holds, as a ValidityRadius.")
+      .def("clusters", &Clusters, py::arg("w"),
+           "(α, B'(w)): below α the order of the merged events is that of their instants, with B'.")
+      .def("compare", &Compare, py::arg("w"),
+           py::arg("alphas") = std::vector<double>{1e-2, 1e-3, 1e-4, 1e-5, 1e-6},
+           "One-sided difference quotients of perturbed runs beside B(w), as a QuotientReport.")
+      .def("project", &Project, py::arg("w"),
+           "w projected on the tangents that keep what touches at the start in contact.")
+      .def_property_readonly(
+          "time", [](const py::object& self) { return View(self.cast<Derivative&>().map.time, self); },
+          "By the horizon: F(x(T)) [2d].")
+      .def_property_readonly("trust", [](const Derivative& d) { return d.map.trust; },
+                             "The laws it was held to, and the errors that are left.")
+      .def_property_readonly(
+          "neglected_jump",
+          [](const py::object& self) {
+            return View(self.cast<Derivative&>().map.neglected_jump, self);
+          },
+          "Jumps between orders of impacts that were neglected, at T [2d].")
+      .def_property_readonly("neglected_derivative",
+                             [](const Derivative& d) { return d.map.neglected_derivative; })
+      .def("__repr__", &Repr);
+}
+
+}  // namespace python
+}  // namespace contact_flow

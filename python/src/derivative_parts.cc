@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What derivatives answer with: trust, radii, quotients, event maps, linearized intervals.
+#include <cmath>
+#include <sstream>
+
+#include "contact_flow/analysis/input_map.h"
+#include "contact_flow/analysis/validity_radius.h"
+#include "contact_flow/derivative/continued_outcomes.h"
+#include "contact_flow/derivative/finite_difference.h"
+#include "contact_flow/derivative/linearization.h"
+#include "convert.h"
+#include "unlocked.h"
+
+namespace contact_flow {
+namespace python {
+namespace {
+
+struct Interval {
+  std::shared_ptr<const Run> run;
+  std::shared_ptr<IntervalLinearization> value;
+};
+
+py::list LinearizeRun(const std::shared_ptr<Run>& run, const py::kwargs& options) {
+  const BDerivativeOptions o = ToOptions(options, BDerivativeOptions());
+  if (!run->options.dense) throw py::value_error("the run was made with dense=False");
+  std::vector<IntervalLinearization> all =
+      WithoutLock([&] { return Linearize(run->system->get(), run->trajectory, o); });
+  py::list intervals;
+  for (IntervalLinearization& one : all) {
+    intervals.append(Interval{run, std::make_shared<IntervalLinearization>(std::move(one))});
+  }
+  return intervals;
+}
+
+PiecewiseLinearMap MapOfInputs(const std::shared_ptr<Run>& run, const py::kwargs& options) {
+  const BDerivativeOptions o = ToOptions(options, BDerivativeOptions());
+  if (!run->options.dense) throw py::value_error("the run was made with dense=False");
+  return WithoutLock([&] {
+    return InputMap(Linearize(run->system->get(), run->trajectory, o), o.max_pieces);
+  });
+}
+
+/// Where each order of the impacts leads, of the clusters whose order decides.
+py::list Outcomes(const Derivative& d, bool continued) {
+  const SystemDescription& names = d.run->description();
+  py::list events;
+  for (std::size_t k = 0; k < d.map.events.size(); ++k) {
+    const EventMap& event = d.map.events[k];
+    const std::vector<OrderOutcome>& outcomes = event.outcomes();
+    if (outcomes.empty()) continue;
+    std::vector<ContinuedOutcome> ends;
+    if (continued) {
+      ends = WithoutLock([&] {
+        return ContinueOutcomes(d.system(), d.run->inputs, d.run->trajectory.transitions[k],
+                                outcomes, d.run->inputs.grid.front() + d.run->duration,
+                                d.run->options);
+      });
+    }
+    for (std::size_t i = 0; i < outcomes.size(); ++i) {
+      const OrderOutcome& outcome = outcomes[i];
+      std::vector<std::string> order;
+      for (int c : outcome.order) order.push_back(names.constraints[static_cast<std::size_t>(c)]);
+      py::dict entry;
+      entry["t"] = event.time();
+      entry["order"] = py::tuple(py::cast(order));
+      entry["v_plus"] = outcome.v_plus;
+      entry["mode_after"] = ToNames(outcome.mode_after, names);
+      entry["impulse"] = outcome.impulse;
+      entry["status"] = outcome.status;
+      if (continued) {
+        entry["final_state"] = ends[i].final_state;
+        entry["modes"] = ToNames(ends[i].modes, names);
+        entry["final_status"] = ends[i].status;
+      }
+      events.append(entry);
+    }
+  }
+  return events;
+}
+
+/// (time, class, activated) of each event map.
+py::list EventClasses(const Derivative& d) {
+  py::list events;
+  for (const EventMap& event : d.map.events) {
+    ContactMode activated;
+    for (int i : event.activated()) activated.Insert(i);
+    events.append(py::make_tuple(event.time(), ContactClassName(event.cluster().contact_class),
+                                 ToNames(activated, d.run->description()), event.status()));
+  }
+  return events;
+}
+
+std::string Table(const QuotientReport& report) {
+  std::ostringstream text;
+  text << "alpha      error\n";
+  for (const QuotientSample& sample : report.samples) {
+    text << sample.alpha << "  ";
+    if (sample.status.ok()) {
+      text << sample.error << "\n";
+    } else {
+      text << OutcomeName(sample.status.outcome) << "\n";
+    }
+  }
+  text << "slope " << report.slope;
+  return text.str();
+}
+
+void BindTrust(py::module_* module) {
+  py::class_<Trust>(*module, "Trust",
+                    "How far the numbers of a derivative can be trusted. A law is a residual relative\n"
+                    "to its own terms; one that fails withholds the derivative.")
+      .def_readonly("flow_law", &Trust::flow_law, "Φ F(x(t₀)) = F(x(t₁)) along the arcs.")
+      .def_readonly("event_law", &Trust::event_law, "B_k(F⁻) = F⁺ at the transitions.")
+      .def_readonly("face_law", &Trust::face_law, "Pieces agree on the face that they share.")
+      .def_readonly("momentum", &Trust::momentum, "M (v⁺ − v⁻) = Daᵀ p + Dbᵀ r at impacts.")
+      .def_readonly("energy", &Trust::energy, "Kinetic energy won at an impact, relative.")
+      .def_readonly("condition", &Trust::condition, "Largest of what was inverted at events.")
+      .def_property_readonly(
+          "state_error",
+          [](const py::object& self) { return View(self.cast<Trust&>().state_error, self); },
+          "Estimated error of x(T) as a tangent [2d].")
+      .def_readonly("derivative_error", &Trust::derivative_error,
+                    "Estimated error of an entry, absolute.")
+      .def_readonly("weakest_arc", &Trust::weakest_arc, "Whose errors weigh most; −1: none.")
+      .def("__repr__", [](const Trust& t) {
+        return "<Trust derivative_error " + Number(t.derivative_error) + ", flow_law " +
+               Number(t.flow_law) + ", event_law " + Number(t.event_law) + ">";
+      });
+}
+
+void BindRadius(py::module_* module) {
+  py::class_<ValidityRadius>(*module, "ValidityRadius",
+                             "How far along a direction a derivative holds; float() is the radius.")
+      .def_readonly("radius", &ValidityRadius::radius,
+                    "α > 0, a factor on w; infinite: nothing that first order shows; NaN: not known.")
+      .def_property_readonly("limit", [](const ValidityRadius& r) { return LimitName(r.limit); },
+                             "What changes there: 'event order', 'gap', …")
+      .def_readonly("constraint", &ValidityRadius::constraint, "Index; −1: a whole event.")
+      .def_readonly("t", &ValidityRadius::t, "Of the unperturbed run [s].")
+      .def("__float__", [](const ValidityRadius& r) { return r.radius; })
+      .def("__repr__", [](const ValidityRadius& r) {
+        return "<ValidityRadius " + Number(r.radius) + ": " + LimitName(r.limit) + ">";
+      });
+}
+
+void BindQuotients(py::module_* module) {
+  py::class_<QuotientSample>(*module, "QuotientSample", "One re-simulated, perturbed run.")
+      .def_readonly("alpha", &QuotientSample::alpha, "Size of the perturbation.")
+      .def_readonly("status", &QuotientSample::status, "False: no quotient.")
+      .def_readonly("final_state", &QuotientSample::final_state, "x(T) of the perturbed run [nq+d].")
+      .def_readonly("quotient", &QuotientSample::quotient, "(x_α(T) − x_0(T)) / α [2d].")
+      .def_readonly("error", &QuotientSample::error, "max |quotient − B(w)|.")
+      .def("__repr__", [](const QuotientSample& s) {
+        return "<QuotientSample alpha " + Number(s.alpha) + ", error " + Number(s.error) + ">";
+      });
+  py::class_<QuotientReport>(*module, "QuotientReport",
+                             "One-sided difference quotients beside a derivative.")
+      .def_readonly("samples", &QuotientReport::samples, "In the order of the α given.")
+      .def_readonly("slope", &QuotientReport::slope,
+                    "Of log error over log α: 1 where the derivative is right; NaN where fewer than\n"
+                    "two errors stand clear of rounding.")
+      .def_readonly("resolution", &QuotientReport::resolution, "Of one final state, absolute.")
+      .def_readonly("prediction_error", &QuotientReport::prediction_error, "Estimated, of B(w).")
+      .def("__str__", &Table)
+      .def("__repr__", [](const QuotientReport& r) {
+        return "<QuotientReport of " + std::to_string(r.samples.size()) + " runs, slope " +
+               Number(r.slope) + ">";
+      });
+}
+
+void BindIntervals(py::module_* module) {
+  py::class_<Interval>(*module, "Interval",
+                       "One interval of an input grid to first order: δx⁺ = A δx + B δu.")
+      .def_property_readonly("t_begin", [](const Interval& i) { return i.value->t_begin; }, "[s]")
+      .def_property_readonly("t_end", [](const Interval& i) { return i.value->t_end; }, "[s]")
+      .def_property_readonly("status", [](const Interval& i) { return i.value->status; },
+                             "False: no derivative, A and B are empty.")
+      .def_property_readonly(
+          "A", [](const py::object& self) { return View(self.cast<Interval&>().value->A, self); },
+          "[2d×2d]")
+      .def_property_readonly(
+          "B", [](const py::object& self) { return View(self.cast<Interval&>().value->B, self); },
+          "[2d×m]")
+      .def_property_readonly(
+          "x_begin",
+          [](const py::object& self) { return View(self.cast<Interval&>().value->x_begin, self); })
+      .def_property_readonly(
+          "x_end",
+          [](const py::object& self) { return View(self.cast<Interval&>().value->x_end, self); })
+      .def_property_readonly("is_linear", [](const Interval& i) { return i.value->is_linear; },
+                             "False: [A B] is the selection of one order of events.")
+      .def("__repr__", [](const Interval& i) {
+        return "<Interval " + Number(i.value->t_begin) + " to " + Number(i.value->t_end) + " s: " +
+               (i.value->status.ok() ? (i.value->is_linear ? "linear" : "one of several pieces")
+                                     : OutcomeName(i.value->status.outcome)) +
+               ">";
+      });
+}
+
+}  // namespace
+
+void BindDerivativeParts(py::module_* module) {
+  BindTrust(module);
+  BindRadius(module);
+  BindQuotients(module);
+  BindIntervals(module);
+  py::class_<Run, std::shared_ptr<Run>>(module->attr("Run"))
+      .def("linearize", &LinearizeRun, "(A_k, B_k) of each interval of the input grid, as Intervals.")
+      .def("input_map", &MapOfInputs,
+           "(δu_1, …, δu_K) ↦ δx(T) [2d × K m] of the inputs of the grid, a PiecewiseLinearMap.");
+  py::class_<Derivative, std::shared_ptr<Derivative>>(module->attr("Derivative"))
+      .def("outcomes", &Outcomes, py::arg("continued") = false,
+           "Where the order of simultaneous impacts decides: what each order leads to, as dicts with\n"
+           "t, order, v_plus, mode_after, impulse, status; `continued`: and where the run then ends.")
+      .def_property_readonly("events", &EventClasses,
+                             "(t, class of the cluster, constraints that meet, status) of each event.");
+}
+
+}  // namespace python
+}  // namespace contact_flow

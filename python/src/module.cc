@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The extension module contact_flow._core, part by part.
+#include <pybind11/pybind11.h>
+
+#include "bindings.h"
+#include "contact_flow/derivative/linear_program.h"
+
+PYBIND11_MODULE(_core, module) {
+  using namespace contact_flow::python;  // NOLINT(build/namespaces)
+  module.doc() = "contact_flow in C++; use it through the package contact_flow.";
+  module.attr("__version__") = CONTACT_FLOW_VERSION;
+  module.def("have_linear_programs", &contact_flow::HaveLinearPrograms,
+             "Whether the linear-programming library (Clp) is compiled in.");
+  BindStatus(&module);
+  BindSystem(&module);
+  BindTerms(&module);
+  BindModels(&module);
+  BindPythonModel(&module);
+  BindRun(&module);
+  BindEvents(&module);
+  BindSimulate(&module);
+  BindPieces(&module);
+  BindDerivative(&module);
+  BindDerivativeParts(&module);
+  BindAssumptions(&module);
+  BindMapAnalyses(&module);
+  BindPoincare(&module);
+  BindOrbit(&module);
+  BindOptimize(&module);
+  BindOnline(&module);
+}

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Optimisation through contact: the least cost of an outcome.
+#include "contact_flow/analysis/outcome_cost.h"
+
+#include "convert.h"
+#include "unlocked.h"
+
+namespace contact_flow {
+namespace python {
+namespace {
+
+struct Optimum {
+  std::shared_ptr<const System> system;
+  OutcomeProblem problem;  // with the unknowns at the best iterate
+  std::vector<std::string> unknowns;
+  DescentResult result;
+};
+
+OutcomeUnknown ToUnknown(const std::string& name, const SystemDescription& d) {
+  std::vector<std::string> known = StateNames(d);
+  known.insert(known.end(), d.inputs.begin(), d.inputs.end());
+  int index = IndexOf("unknown", name, known);
+  const int nq = static_cast<int>(d.coordinates.size()), nv = static_cast<int>(d.velocities.size());
+  using Kind = OutcomeUnknown::Kind;
+  if (index < nq) return {Kind::kPosition, index};
+  if (index < nq + nv) return {Kind::kVelocity, index - nq};
+  return {Kind::kInput, index - nq - nv};
+}
+
+Optimum Optimize(const std::shared_ptr<System>& system, const std::vector<std::string>& unknowns,
+                 const py::dict& target, const py::object& weight, const py::object& effort,
+                 const py::object& x0, const py::object& duration, const py::object& u,
+                 double tolerance, int max_iterations, double radius, py::kwargs keywords) {
+  const SystemDescription& d = system->description();
+  const std::vector<std::string> states = StateNames(d);
+  Optimum optimum;
+  optimum.system = system;
+  optimum.unknowns = unknowns;
+  OutcomeProblem& problem = optimum.problem;
+  problem.x = ToState(*system, x0);
+  problem.u = ToInput(*system, u);
+  problem.duration = duration.is_none() ? system->get().nominal().duration : duration.cast<double>();
+  for (const std::string& name : unknowns) problem.unknowns.push_back(ToUnknown(name, d));
+  const Vector zero = Vector::Zero(system->get().state_size());
+  problem.target = ToNamedVector(target, "target", zero, states);
+  if (weight.is_none()) {  // 1 for what has a target
+    problem.weight = zero;
+    for (const auto& entry : target) {
+      problem.weight(IndexOf("name", py::str(entry.first), states)) = 1;
+    }
+  } else {
+    problem.weight = ToNamedVector(weight, "weight", zero, states);
+  }
+  const Vector none = Vector::Zero(system->get().num_inputs());
+  problem.effort = effort.is_none() ? none : ToNamedVector(effort, "effort", none, d.inputs);
+  const py::kwargs derivative = Take(DerivativeOptionNames(), &keywords);
+  problem.derivative = ToOptions(derivative, problem.derivative);
+  problem.simulate = ToOptions(keywords, problem.simulate);
+  DescentOptions options;
+  options.tolerance = tolerance;
+  options.max_iterations = max_iterations;
+  options.radius = radius;
+  const Vector start = UnknownValues(system->get(), problem);
+  optimum.result = WithoutLock(
+      [&] { return Minimize(MakeOutcomeCost(system->get(), problem), start, options); });
+  problem = WithUnknowns(system->get(), problem, optimum.result.y);
+  return optimum;
+}
+
+}  // namespace
+
+void BindOptimize(py::module_* module) {
+  py::class_<Optimum>(*module, "Optimum", "Where a descent ended.")
+      .def_property_readonly("status",
+                             [](const Optimum& o) { return DescentStatusName(o.result.status); },
+                             "'minimum', 'stalled', 'undefined', …")
+      .def_property_readonly("message", [](const Optimum& o) { return o.result.message; })
+      .def("__bool__", [](const Optimum& o) { return o.result.status == DescentStatus::kMinimum; })
+      .def_property_readonly("cost", [](const Optimum& o) { return o.result.cost; })
+      .def_property_readonly("y", [](const Optimum& o) { return o.result.y; },
+                             "Values of the unknowns, in their order.")
+      .def_property_readonly(
+          "values",
+          [](const Optimum& o) {
+            py::dict values;
+            for (std::size_t k = 0; k < o.unknowns.size(); ++k) {
+              values[py::str(o.unknowns[k])] = o.result.y(static_cast<Eigen::Index>(k));
+            }
+            return values;
+          },
+          "The same by name.")
+      .def_property_readonly("x0", [](const Optimum& o) { return o.problem.x; }, "[nq+d]")
+      .def_property_readonly("u", [](const Optimum& o) { return o.problem.u; }, "[m]")
+      .def_property_readonly("slope", [](const Optimum& o) { return o.result.steepest.slope; },
+                             "Of the steepest descent there: 0 at a minimum.")
+      .def_property_readonly(
+          "on_kink",
+          [](const Optimum& o) {
+            for (const Kink& kink : o.result.kinks) {
+              if (kink.IsValley()) return true;
+            }
+            return false;
+          },
+          "Whether the cost is kinked there.")
+      .def_property_readonly(
+          "iterations",
+          [](const Optimum& o) {
+            py::list all;
+            for (const DescentIteration& i : o.result.iterations) {
+              all.append(py::make_tuple(i.iteration, i.cost, i.step));
+            }
+            return all;
+          },
+          "(number, cost, length of the step) of each.")
+      .def("__repr__", [](const Optimum& o) {
+        return "<Optimum " + std::string(DescentStatusName(o.result.status)) + ", cost " +
+               Number(o.result.cost) + ">";
+      });
+  const DescentOptions usual;
+  py::class_<System, std::shared_ptr<System>>(module->attr("System"))
+      .def("optimize", &Optimize, py::arg("unknowns"), py::arg("target"),
+           py::arg("weight") = py::none(), py::arg("effort") = py::none(),
+           py::arg("x0") = py::none(), py::arg("duration") = py::none(), py::arg("u") = py::none(),
+           py::arg("tolerance") = usual.tolerance, py::arg("max_iterations") = usual.max_iterations,
+           py::arg("radius") = usual.radius,
+           "Minimises ½ Σ w_i (x_i(T) − target_i)² + ½ Σ r_j u_j² over `unknowns`, names of numbers\n"
+           "of the initial state or of inputs, as an Optimum. target: by name; weight w: by name, 1\n"
+           "for each target where it is left out; effort r: by input.");
+}
+
+}  // namespace python
+}  // namespace contact_flow

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Return maps: sections by name, the first return and its derivative.
+#include "contact_flow/analysis/poincare.h"
+
+#include "contact_flow/analysis/section.h"
+#include "convert.h"
+#include "poincare.h"
+#include "unlocked.h"
+
+namespace contact_flow {
+namespace python {
+namespace {
+
+using Shared = std::shared_ptr<Poincare>;
+
+Shared MakePoincare(const std::shared_ptr<System>& system, const py::object& section,
+                    const py::object& u, const py::object& by, double horizon, double shortest,
+                    py::kwargs keywords) {
+  auto map = std::make_shared<Poincare>();
+  map->system = system;
+  map->u = ToInput(*system, u);
+  map->section = ToSection(*system, section);
+  map->spec = section;
+  const py::kwargs derivative = Take(DerivativeOptionNames(), &keywords);
+  map->options.derivative = ToOptions(derivative, map->options.derivative);
+  map->options.simulate = ToOptions(keywords, map->options.simulate);
+  map->options.derivative.variables = ToVariables(by, system->description());
+  if (!(horizon > 0)) throw py::value_error("horizon is " + Number(horizon) + ", expected > 0");
+  map->options.horizon = horizon;
+  map->options.shortest = shortest;
+  Validate(system->get(), map->section);
+  return map;
+}
+
+Return Returns(const Shared& map, const py::object& x, bool differentiate) {
+  const Vector start = ToState(*map->system, x);
+  return {map->system, std::make_shared<PoincareReturn>(WithoutLock([&] {
+            return PoincareMap(map->system->get(), map->u, map->section, map->options)
+                .Return(start, differentiate);
+          })),
+          start};
+}
+
+/// The run to the return.
+std::shared_ptr<Run> RunOf(const Return& r) {
+  auto run = std::make_shared<Run>();
+  run->system = r.system;
+  run->trajectory = r.value->trajectory;
+  if (run->trajectory.arcs.empty()) throw py::value_error("there is no run: " + r.value->message);
+  run->x0 = run->trajectory.arcs.front().x_begin;
+  run->inputs = InputSchedule::Constant(run->trajectory.arcs.front().u);
+  run->duration = run->trajectory.t_end();
+  run->options.relative_tolerance = run->options.absolute_tolerance =
+      run->trajectory.absolute_tolerance;
+  return run;
+}
+
+template <PiecewiseLinearMap PoincareReturn::*member>
+PiecewiseLinearMap MapOf(const Return& r) {
+  if (r.value->status != ReturnStatus::kReturned || ((*r.value).*member).pieces().empty()) {
+    throw NoDerivative(std::string(ReturnStatusName(r.value->status)) + ": " +
+                       (r.value->message.empty() ? "no derivative was asked for"
+                                                 : r.value->message));
+  }
+  return (*r.value).*member;
+}
+
+}  // namespace
+
+Section ToSection(const System& system, const py::handle& spec) {
+  for (const char* field : {"kind", "name", "value", "sign"}) {
+    if (!py::hasattr(spec, field)) {
+      throw py::type_error("section is " + py::repr(spec).cast<std::string>() +
+                           ", expected Crossing, Apex, Touchdown or After");
+    }
+  }
+  const SystemDescription& d = system.description();
+  const auto kind = spec.attr("kind").cast<std::string>();
+  const auto name = spec.attr("name").cast<std::string>();
+  Section section;
+  section.value = spec.attr("value").cast<double>();
+  section.sign = spec.attr("sign").cast<int>();
+  if (kind == "coordinate") {
+    section.kind = Section::Kind::kCoordinate;
+    section.index = IndexOf("coordinate", name, d.coordinates);
+  } else if (kind == "velocity") {
+    section.kind = Section::Kind::kVelocity;
+    section.index = IndexOf("velocity", name, d.velocities);
+  } else if (kind == "event") {
+    section.kind = Section::Kind::kEvent;
+    section.index = IndexOf("constraint", name, d.constraints);
+  } else if (kind == "time") {
+    section.kind = Section::Kind::kTime;
+  } else {
+    throw py::value_error("section.kind is '" + kind + "'");
+  }
+  return section;
+}
+
+py::object StabilityOf(const Return& r, const std::vector<std::string>& translation,
+                       const py::kwargs& options) {
+  constexpr double kOrbit = 1e-6;     // a larger distance of P(x) from x is no orbit
+  constexpr double kSymmetry = 1e-6;  // a larger residual is no symmetry
+  const PiecewiseLinearMap reduced = MapOf<&PoincareReturn::reduced>(r);
+  if (reduced.rows() != reduced.cols() || reduced.rows() == 0) {
+    throw py::value_error("the contact mode at the return is another than at the start: the "
+                          "derivative is no map of one space into itself");
+  }
+  const MechanicalSystem& system = r.system->get();
+  const int d = system.dof();
+  Vector distance = system.Separation(r.value->x, r.start);
+  Matrix shift = Matrix::Zero(2 * d, 2);
+  for (const std::string& name : translation) {
+    const int i = IndexOf("coordinate", name, r.system->description().velocities);
+    shift(i, 0) = shift(d + i, 1) = 1;
+  }
+  if (!translation.empty()) {
+    const Vector along = shift.col(0).normalized();
+    distance -= along * along.dot(distance);
+  }
+  const double away = distance.cwiseAbs().maxCoeff();
+  if (!(away <= kOrbit)) {
+    throw py::value_error("P(x) is " + Number(away) + " away from x: this is no orbit");
+  }
+  if (translation.empty()) return py::cast(reduced).attr("stability")(**options);
+  const ReducedMap rest = SetAside(reduced, r.value->start_basis.transpose() * shift);
+  if (!(rest.residual <= kSymmetry)) {
+    throw py::value_error("translation is no symmetry of the return map: residual " +
+                          Number(rest.residual));
+  }
+  return py::cast(rest.map).attr("stability")(**options);
+}
+
+void BindPoincare(py::module_* module) {
+  py::class_<Poincare, Shared>(*module, "PoincareMap",
+                               "The first return map P of a section, with its B-derivative.")
+      .def_readonly("section", &Poincare::spec)
+      .def_property_readonly(
+          "system", [](const Poincare& m) { return std::const_pointer_cast<System>(m.system); })
+      .def("__call__", &Returns, py::arg("x") = py::none(), py::arg("derivative") = true,
+           "One return from x (which need not lie on the section), as a PoincareReturn.")
+      .def("__repr__", [](const Poincare& m) {
+        return "<PoincareMap of " + m.system->description().name + " at " +
+               py::repr(m.spec).cast<std::string>() + ">";
+      });
+  py::class_<Return>(*module, "PoincareReturn", "One return: true where the section was reached.")
+      .def_property_readonly("status",
+                             [](const Return& r) { return ReturnStatusName(r.value->status); },
+                             "'returned', 'no return', 'stopped', 'tangent', 'no derivative', …")
+      .def_property_readonly("message", [](const Return& r) { return r.value->message; })
+      .def("__bool__", [](const Return& r) { return r.value->returned(); })
+      .def_property_readonly("time", [](const Return& r) { return r.value->time; }, "[s]")
+      .def_property_readonly(
+          "x", [](const py::object& self) { return View(self.cast<Return&>().value->x, self); },
+          "P(x) [nq+d]")
+      .def_property_readonly("crossing_speed", [](const Return& r) { return r.value->crossing_speed; },
+                             "ds F there: the margin of transversality.")
+      .def_property_readonly("run", &RunOf, "The motion to the return, as a Run.")
+      .def_property_readonly("map", &MapOf<&PoincareReturn::map>,
+                             "DP on all tangents [2d × 2d+k], a PiecewiseLinearMap.")
+      .def_property_readonly("reduced", &MapOf<&PoincareReturn::reduced>,
+                             "DP in orthonormal bases of the admissible tangents of the section.")
+      .def_property_readonly("return_time", &MapOf<&PoincareReturn::return_time>,
+                             "Derivative of the time of return [1 × 2d+k].")
+      .def_property_readonly(
+          "start_basis",
+          [](const py::object& self) { return View(self.cast<Return&>().value->start_basis, self); },
+          "[2d×·]")
+      .def_property_readonly(
+          "end_basis",
+          [](const py::object& self) { return View(self.cast<Return&>().value->end_basis, self); },
+          "[2d×·]")
+      .def("stability", &StabilityOf, py::arg("translation") = std::vector<std::string>{},
+           "Of the orbit, where P(x) = x to 1e-6, as a Stability. `translation` names coordinates\n"
+           "that may be shifted together, which is checked, and set aside. ValueError where P(x) is\n"
+           "not x, or where the shift is no symmetry. Options: those of PiecewiseLinearMap.stability.")
+      .def("__repr__", [](const Return& r) {
+        return "<PoincareReturn after " + Number(r.value->time) + " s: " +
+               ReturnStatusName(r.value->status) +
+               (r.value->message.empty() ? ">" : ": " + r.value->message + ">");
+      });
+  const PoincareOptions usual;
+  py::class_<System, std::shared_ptr<System>>(module->attr("System"))
+      .def("poincare", &MakePoincare, py::arg("section"), py::arg("u") = py::none(),
+           py::arg("by") = py::make_tuple("state"), py::arg("horizon") = usual.horizon,
+           py::arg("shortest") = usual.shortest,
+           "The first return map of a section: Crossing, Apex, Touchdown or After. `by` as in\n"
+           "Run.derivative, `horizon` the longest return [s], crossings before `shortest` [s] are\n"
+           "the start itself. Options of runs (tolerances of 1e-12 here) and of derivatives.");
+}
+
+}  // namespace python
+}  // namespace contact_flow

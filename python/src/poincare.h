@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bindings.h"
+#include "contact_flow/analysis/poincare.h"
+
+namespace contact_flow {
+namespace python {
+
+/// A return map with its system.
+struct Poincare {
+  std::shared_ptr<const System> system;
+  Vector u;
+  Section section;
+  py::object spec;  // as it was given
+  PoincareOptions options;
+};
+
+/// One return with its system.
+struct Return {
+  std::shared_ptr<const System> system;
+  std::shared_ptr<const PoincareReturn> value;
+  Vector start;  // x
+};
+
+/// The stability of the orbit through the start of a return, but for translations along the
+/// coordinates of these names. Throws ValueError where there is no orbit, or no such symmetry.
+py::object StabilityOf(const Return& r, const std::vector<std::string>& translation,
+                       const py::kwargs& options);
+
+/// From an object with kind, name, value and sign; throws ValueError with the nearest name.
+Section ToSection(const System& system, const py::handle& spec);
+
+}  // namespace python
+}  // namespace contact_flow

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a system is made of, at one state: M, f, a, the dynamics in a contact mode, impacts.
+#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/dynamics/impact.h"
+#include "convert.h"
+#include "unlocked.h"
+
+namespace contact_flow {
+namespace python {
+namespace {
+
+Vector Positions(const System& s, const py::handle& q) {
+  return ToVector(q, "q", s.get().num_positions(), &s.description().coordinates);
+}
+
+Vector Velocities(const System& s, const py::handle& v) {
+  return ToVector(v, "v", s.get().dof(), &s.description().velocities);
+}
+
+ConstraintTerms Constraints(const System& s, const Vector& q, const Vector& v) {
+  ConstraintTerms terms;
+  s.get().Constraints(q, v, &terms);
+  return terms;
+}
+
+py::tuple Accelerations(const System& s, const py::handle& x, const py::handle& u,
+                        const py::handle& mode, bool jacobians) {
+  const Vector state = ToState(s, x), input = ToInput(s, u);
+  const ContactMode contacts =
+      mode.is_none() ? InitialMode(s.get(), state, input) : ToMode(mode, s.description());
+  Variables variables;
+  variables.inputs = true;
+  ContactDynamics dynamics(s.get(), input, variables);
+  if (!jacobians) {
+    dynamics.Evaluate(state, contacts);
+    return py::make_tuple(dynamics.acceleration(), dynamics.force());
+  }
+  dynamics.Differentiate(state, contacts);
+  return py::make_tuple(dynamics.acceleration(), dynamics.force(),
+                        dynamics.acceleration_jacobian(), dynamics.force_jacobian());
+}
+
+}  // namespace
+
+void BindTerms(py::module_* module) {
+  auto system = py::class_<System, std::shared_ptr<System>>(module->attr("System"));
+  system
+      .def(
+          "mass_matrix",
+          [](const System& s, const py::object& q) {
+            Matrix mass;
+            Vector force;
+            const Vector zero = Vector::Zero(s.get().dof());
+            s.get().Dynamics(Positions(s, q), zero, s.get().nominal().u, {}, &mass, &force);
+            return mass;
+          },
+          py::arg("q"), "M(q) [d×d].")
+      .def(
+          "force",
+          [](const System& s, const py::object& q, const py::object& v, const py::object& u,
+             const py::object& mode) {
+            Vector force;
+            s.get().Dynamics(Positions(s, q), Velocities(s, v), ToInput(s, u),
+                             ToMode(mode, s.description()), nullptr, &force);
+            return force;
+          },
+          py::arg("q"), py::arg("v"), py::arg("u") = py::none(), py::arg("mode") = py::tuple(),
+          "f(q, v, u, J) + c(q, v) v [d]; `mode` are the names of J.")
+      .def(
+          "gaps",
+          [](const System& s, const py::object& q) {
+            const Vector zero = Vector::Zero(s.get().dof());
+            return Vector(Constraints(s, Positions(s, q), zero).gap.head(s.get().num_constraints()));
+          },
+          py::arg("q"), "a(q) [n], [m] or [rad].")
+      .def(
+          "constraint_terms",
+          [](const System& s, const py::object& q, const py::object& v) {
+            ConstraintTerms terms = Constraints(s, Positions(s, q), Velocities(s, v));
+            return py::make_tuple(terms.gap, terms.jacobian, terms.bias);
+          },
+          py::arg("q"), py::arg("v"),
+          "(a, Da, (d/dt Da) v): [n+l+r], [n+l+r × d], [n+l+r]; unilateral constraints first, then\n"
+          "bilateral ones, then the rows of the tangential maps.")
+      .def(
+          "accelerations",
+          [](const System& s, const py::object& x, const py::object& u, const py::object& mode) {
+            return Accelerations(s, x, u, mode, false);
+          },
+          py::arg("x") = py::none(), py::arg("u") = py::none(), py::arg("mode") = py::none(),
+          "(v̇ [d], λ [n+l+r]) of (1a) in a contact mode, that of the state where none is given.")
+      .def(
+          "acceleration_jacobians",
+          [](const System& s, const py::object& x, const py::object& u, const py::object& mode) {
+            return Accelerations(s, x, u, mode, true);
+          },
+          py::arg("x") = py::none(), py::arg("u") = py::none(), py::arg("mode") = py::none(),
+          "(v̇, λ, Dv̇ [d × 2d+m], Dλ [n+l+r × 2d+m]), by (δq, δv, δu).")
+      .def(
+          "initial_mode",
+          [](const System& s, const py::object& x, const py::object& u, const py::kwargs& options) {
+            const SimulateOptions o = ToOptions(options, SimulateOptions());
+            return ToNames(InitialMode(s.get(), ToState(s, x), ToInput(s, u), o), s.description());
+          },
+          py::arg("x") = py::none(), py::arg("u") = py::none(),
+          "Names of the contacts that hold at a state. ValueError for a state that penetrates.")
+      .def(
+          "impact",
+          [](const System& s, const py::object& q, const py::object& v, const py::object& touching) {
+            ContactMode contacts = ToMode(touching, s.description());
+            ImpactResult impact =
+                SolveImpact(s.get(), Positions(s, q), Velocities(s, v), contacts);
+            return py::make_tuple(impact.v_plus, impact.impulse,
+                                  ToNames(impact.hit, s.description()));
+          },
+          py::arg("q"), py::arg("v"), py::arg("touching"),
+          "(v⁺ [d], p [n+l] [N·s], names that were hit) of the impact (1b).")
+      .def(
+          "perturb",
+          [](const System& s, const py::object& x, const py::object& w) {
+            return s.get().Perturb(ToState(s, x), ToVector(w, "w", 2 * s.get().dof()));
+          },
+          py::arg("x"), py::arg("w"), "x ⊞ w for a tangent w = (δq, δv) [2d].")
+      .def(
+          "separation",
+          [](const System& s, const py::object& to, const py::object& from) {
+            return s.get().Separation(ToState(s, to), ToState(s, from));
+          },
+          py::arg("to"), py::arg("from_"), "The tangent w [2d] with perturb(from_, w) = to.");
+}
+
+}  // namespace python
+}  // namespace contact_flow

@@ -1,0 +1,171 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Return maps, orbits, stability with certificates, controllability, covariance, optimisation."""
+import math
+import pickle
+import unittest
+
+import numpy as np
+
+import contact_flow as cf
+import case
+from case import largest
+
+SHIFT = ["body_x", "left_foot_x", "right_foot_x"]
+TROT = [{"kind": "period", "value": 0.8}, {"kind": "coordinate", "name": "body_z", "value": 0.8},
+        {"kind": "touchdown", "name": "left_foot", "value": 0.1},
+        {"kind": "touchdown", "name": "left_foot", "other": "right_foot"},
+        {"kind": "lift_off", "name": "left_foot", "value": 0.7},
+        {"kind": "lift_off", "name": "left_foot", "other": "right_foot"}]
+
+
+def trot(name):
+    data = case.reference(name)
+    return cf.Model(data["model"], **data["parameters"]), case.state(data["initial_state"])
+
+
+class Orbits(unittest.TestCase):
+    def test_stable_and_unstable_trot(self):
+        for name, verdict in (("hopping_trot_stable", "stable"), ("hopping_trot_unstable", "unstable")):
+            with self.subTest(name):
+                system, x = trot(name)
+                back = system.poincare(cf.Apex("body_z"))(x)
+                self.assertTrue(back)
+                self.assertEqual("returned", back.status)
+                self.assertAlmostEqual(0.8, back.time, places=9)
+                self.assertLess(largest(back.x - x), 1e-9)
+                stability = back.stability(SHIFT)
+                self.assertEqual(verdict, stability.verdict)
+                self.assertEqual(verdict == "stable", stability.stable)
+                self.assertTrue(stability.verify())
+                self.assertIn(stability.certificate.test, repr(stability.certificate))
+                self.assertEqual(2, len(back.run.events))
+
+    def test_finds_the_trot(self):
+        system, x = trot("hopping_trot_stable")
+        wanted = system.parameters
+        off = system.with_parameters(push=wanted["push"] * 1.1, leg_length=wanted["leg_length"] * 0.9)
+        orbit = off.poincare(cf.Apex("body_z")).fixed_point(
+            x, free=["axial_stiffness", "axial_damping", "push", "leg_length"], conditions=TROT)
+        self.assertTrue(orbit, orbit.message)
+        # As in test/analysis/periodic_orbit_test.cc, against an independent program.
+        for name, value in wanted.items():
+            self.assertAlmostEqual(value, orbit.parameters[name], delta=1e-8 * (1 + value))
+            self.assertAlmostEqual(value, orbit.system.parameters[name], delta=1e-8 * (1 + value))
+        self.assertAlmostEqual(0.8, orbit.period, delta=1e-10)
+        self.assertEqual("stable", orbit.stability(SHIFT).verdict)
+
+    def test_elastic_ball(self):
+        ball = cf.Model("bouncing_ball", restitution=1)
+        height = ball.coordinates[-1]
+        z0 = 1.0
+        period = 2 * math.sqrt(2 * z0 / ball.parameters["gravity"])
+        x = np.zeros(2 * ball.dof)
+        x[ball.dof - 1] = z0
+        back = ball.poincare(cf.Apex(height))(x)
+        self.assertAlmostEqual(period, back.time, places=9)
+        self.assertLess(largest(back.x - x), 1e-9)
+
+    def test_misuse(self):
+        biped = cf.Model("soft_biped")
+        with self.assertRaisesRegex(ValueError, "body_w"):
+            biped.poincare(cf.Apex("body_w"))
+        with self.assertRaisesRegex(TypeError, "section is 3"):
+            biped.poincare(3)
+        after = biped.poincare(cf.After(0.5))()
+        self.assertAlmostEqual(0.5, after.time)
+        with self.assertRaisesRegex(ValueError, "away from x: this is no orbit"):
+            after.stability()
+        with self.assertRaisesRegex(cf.NoDerivative, "no derivative was asked for"):
+            biped.poincare(cf.After(0.5))(derivative=False).map
+        never = biped.poincare(cf.Crossing("body_z", 5), horizon=0.5)()
+        self.assertFalse(never)
+        self.assertIn("no return", never.status.replace("_", " "))
+        system, x = trot("hopping_trot_stable")
+        with self.assertRaisesRegex(ValueError, "no symmetry"):
+            system.poincare(cf.Apex("body_z"))(x).stability(["body_pitch"])
+        with self.assertRaisesRegex(ValueError, "lacks 'kind'"):
+            system.poincare(cf.Apex("body_z")).fixed_point(x, conditions=[{}])
+
+
+class Maps(unittest.TestCase):
+    """Of maps of one's own, against what is known of them."""
+
+    def test_of_two_half_planes(self):
+        # x ↦ a x for x ≥ 0, b x for x ≤ 0
+        for a, b, verdict in ((0.5, 0.9, "stable"), (0.5, 1.2, "unstable"), (-0.5, -1.5, "stable")):
+            f = cf.PiecewiseLinearMap([([[a]], [[1.0]]), ([[b]], [[-1.0]])])
+            self.assertTrue(f.consistency())
+            stability = f.stability()
+            self.assertEqual(verdict, stability.verdict, (a, b))   # (-0.5)(-1.5) < 1
+            self.assertTrue(stability.verify())
+            self.assertEqual([a], f([1.0]).tolist())
+            self.assertEqual([[a], [-b]], f([[1.0], [-1.0]]).tolist())
+
+    def test_not_a_map(self):
+        gap = cf.PiecewiseLinearMap([([[0.5]], [[1.0]])])
+        self.assertFalse(gap.consistency())
+        self.assertEqual("gap", gap.consistency().defect)
+        self.assertEqual("undetermined", gap.stability().verdict)
+        self.assertIsNone(gap.stability().stable)
+
+    def test_controllability(self):
+        absolute = cf.PiecewiseLinearMap([([[1.0]], [[1.0]]), ([[-1.0]], [[-1.0]])])   # |x|
+        report = absolute.controllability()
+        self.assertEqual("not controllable", report.verdict)
+        self.assertLess(report.unattained[0], 0)
+        pendulum = cf.Model("double_pendulum")
+        inputs = pendulum.simulate(
+            inputs=cf.Grid([0, 0.2], np.tile(pendulum.nominal.u, (2, 1)))).input_map()
+        self.assertEqual((4, 4), inputs.shape)
+        report = inputs.controllability()
+        self.assertEqual("controllable", report.verdict)
+        self.assertTrue(report.homeomorphism)
+
+    def test_covariance(self):
+        """max(w, 0) of a standard normal w: mean 1/√(2π), variance ½ − 1/(2π)."""
+        ramp = cf.PiecewiseLinearMap([([[1.0]], [[1.0]]), ([[0.0]], [[-1.0]])])
+        moments = ramp.covariance([[1.0]])
+        self.assertEqual("truncation", moments.method)
+        self.assertAlmostEqual(1 / math.sqrt(2 * math.pi), moments.mean[0], places=14)
+        self.assertAlmostEqual(0.5 - 1 / (2 * math.pi), moments.covariance[0, 0], places=14)
+        with self.assertRaisesRegex(ValueError, "P has shape 2"):
+            ramp.covariance([1.0, 2.0])
+
+    def test_composition_pickle_and_misuse(self):
+        f = cf.PiecewiseLinearMap([([[1.0, 0], [0, 2]], [[1.0, 0]]), ([[3.0, 0], [0, 2]], [[-1.0, 0]])])
+        g = cf.PiecewiseLinearMap([([[0.0, 1], [1, 0]], None)])
+        h = f.after(g)
+        for w in np.random.default_rng(1).normal(size=(20, 2)):
+            np.testing.assert_allclose(h(w), f(g(w)), atol=1e-14)
+        again = pickle.loads(pickle.dumps(f))
+        np.testing.assert_array_equal(again[1].matrix, f[1].matrix)
+        with self.assertRaisesRegex(ValueError, "one size"):
+            cf.PiecewiseLinearMap([([[1.0]], None), ([[1.0, 2.0]], None)])
+        with self.assertRaisesRegex(ValueError, "zero"):
+            cf.PiecewiseLinearMap([([[1.0]], [[0.0]])])
+        with self.assertRaisesRegex(ValueError, "one piece at least"):
+            cf.PiecewiseLinearMap([])
+        with self.assertRaisesRegex(ValueError, "square"):
+            cf.PiecewiseLinearMap([([[1.0, 2.0]], None)]).stability()
+
+
+class Optimisation(unittest.TestCase):
+    def test_torque_law(self):
+        """Slopes of the law of examples/torque_law.cc, which is linear to first order on both sides."""
+        pendulum = cf.Model("double_pendulum")
+        name, elbow = pendulum.inputs[0], pendulum.coordinates[1]
+        target = pendulum.simulate(relative_tolerance=1e-12, absolute_tolerance=1e-12).final_state[1]
+        for offset, slope in ((-1e-5, -0.4402), (1e-5, -1.5875)):
+            x = pendulum.nominal.x.copy()
+            x[0] += offset
+            found = pendulum.optimize([name], {elbow: target}, x0=x, u=[0, 0], tolerance=1e-10)
+            self.assertLess(found.cost, 1e-12, found.message)
+            self.assertAlmostEqual(slope, found.y[0] / offset, delta=2e-4)
+            self.assertEqual({name: found.y[0]}, found.values)
+        with self.assertRaisesRegex(ValueError, "elbw"):
+            pendulum.optimize(["elbw"], {elbow: 1})
+
+
+if __name__ == "__main__":
+    case.main()

@@ -1,0 +1,143 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Models in Python against the same in C++: runs to 1e-10, derivatives to 1e-8; and what is refused."""
+import pickle
+import unittest
+
+import numpy as np
+
+import contact_flow as cf
+import case
+from case import largest
+from python_models import DoublePendulum, SoftBiped, Wheel
+
+
+class SameAsInCpp(unittest.TestCase):
+    def check(self, formulas, name, x=None, u=None, duration=None):
+        python = cf.PythonModel(formulas)
+        cpp = cf.Model(name, **python.parameters)
+        x = cpp.nominal.x if x is None else x
+        u = cpp.nominal.u if u is None else u
+        duration = cpp.nominal.duration if duration is None else duration
+        runs = [s.simulate(x, duration, u, relative_tolerance=1e-12, absolute_tolerance=1e-12)
+                for s in (python, cpp)]
+        self.assertTrue(runs[0].status, runs[0].status)
+        self.assertGreater(len(runs[0].events), 0)
+        self.assertEqual(runs[0].modes, runs[1].modes)
+        for event, other in zip(runs[0].events, runs[1].events):
+            self.assertAlmostEqual(event.t, other.t, delta=1e-10)
+        t = np.linspace(0, duration, 50)
+        self.assertLessEqual(largest(runs[0].x(t) - runs[1].x(t)), 1e-10)
+        B, C = (run.derivative(by=["inputs", "parameters"], tolerance=1e-12) for run in runs)
+        self.assertTrue(B.status, B.status)
+        scale = max(1.0, max(largest(C(w)) for w in np.eye(C.shape[1])))
+        for w in np.concatenate([np.eye(B.shape[1]), -np.eye(B.shape[1])]):
+            self.assertLessEqual(largest(B(w) - C(w)), 1e-8 * scale, w)
+        return B, C
+
+    def test_soft_biped(self):
+        B, C = self.check(SoftBiped, "soft_biped")
+        self.assertEqual(2, len(B.pieces()))
+        for piece, other in zip(B.pieces(), C.pieces()):
+            self.assertLessEqual(largest(piece.matrix - other.matrix), 1e-8)
+        biped = cf.Model("soft_biped")
+        self.check(SoftBiped, "soft_biped", biped.state(body_pitch=0.1))
+
+    def test_double_pendulum(self):
+        """M depends on q; elastic stops; inputs."""
+        self.check(DoublePendulum, "double_pendulum")
+        pendulum = cf.Model("double_pendulum")
+        self.check(DoublePendulum, "double_pendulum", pendulum.nominal.x + [0.02, -0.01, 0, 0.01],
+                   [0.01, -0.02])
+
+    def test_every_term(self):
+        """Where M and gaps bend: residuals of (1a) and their derivatives by differences."""
+        wheel = cf.PythonModel(Wheel)
+        rng = np.random.default_rng(2)
+        x = 0.4 + 0.3 * rng.normal(size=6)
+        u = np.array([0.3])
+        vdot, force, by, force_by = wheel.acceleration_jacobians(x, u, ["rim"])
+        self.assertTrue(np.all(np.isfinite(vdot)))
+        step = 1e-5   # central: step²·D³ ~ 1e-9, rounding 1e-16·1e2/1e-5 = 1e-9
+        for k in range(7):
+            z = np.concatenate([x, u])
+            e = step * np.eye(7)[k]
+            values = [wheel.accelerations((z + s * e)[:6], (z + s * e)[6:], ["rim"]) for s in (1, -1)]
+            np.testing.assert_allclose(by[:, k], (values[0][0] - values[1][0]) / (2 * step), atol=1e-6)
+            np.testing.assert_allclose(force_by[:, k], (values[0][1] - values[1][1]) / (2 * step),
+                                       atol=1e-6)
+
+    def test_bends_and_parameters_by_quotients(self):
+        """A run with impacts on curved gaps: the derivative by state, input and all parameters against
+        one-sided quotients."""
+        wheel = cf.PythonModel(Wheel)
+        run = wheel.simulate(relative_tolerance=1e-11, absolute_tolerance=1e-11)
+        self.assertGreater(len(run.events), 0)
+        B = run.derivative(by=["inputs", "parameters"])
+        self.assertTrue(B.status, B.status)
+        w = np.random.default_rng(3).normal(size=B.shape[1])
+        report = B.compare(w, [1e-3, 1e-4])
+        self.assertAlmostEqual(1, report.slope, delta=0.05)
+        # Error of a quotient ≈ α·curvature: from the one at 1e-3, ten times less at 1e-4.
+        self.assertLess(report.samples[1].error, 0.15 * report.samples[0].error)
+
+    def test_energy_is_kept(self):
+        """Coriolis terms: of the free wheel in its potential, T + V is constant."""
+        wheel = cf.PythonModel(Wheel, gravity=0, damping=0)
+        run = wheel.simulate(wheel.state(**{"z": 5, "d/dt angle": 2, "d/dt x": 1, "d/dt z": 0.5}), 2, [0],
+                             relative_tolerance=1e-11, absolute_tolerance=1e-11)
+        self.assertEqual((), run.events)
+        energy = [0.5 * x[3:] @ wheel.mass_matrix(x[:3]) @ x[3:] for x in run.x(np.linspace(0, 2, 20))]
+        self.assertLess(np.ptp(energy), 1e-8)
+
+
+class AsSystems(unittest.TestCase):
+    def test_parameters_and_pickle(self):
+        biped = cf.PythonModel(SoftBiped, stiffness=30)
+        self.assertEqual(30, biped.parameters["stiffness"])
+        self.assertEqual(35, biped.with_parameters(stiffness=35).parameters["stiffness"])
+        again = pickle.loads(pickle.dumps(biped))
+        self.assertEqual(biped.parameters, again.parameters)
+        run = biped.simulate(duration=1.2)
+        np.testing.assert_array_equal(run.final_state, pickle.loads(pickle.dumps(run)).final_state)
+        self.assertIs(SoftBiped, biped.formulas)
+
+    def test_refusals(self):
+        class Bad(SoftBiped):
+            """One formula at a time is broken."""
+
+        def check(kind, pattern, **changes):
+            broken = type("Broken", (Bad,), changes)
+            with self.assertRaisesRegex(kind, pattern):
+                cf.PythonModel(broken).simulate(duration=1.2).derivative()
+
+        check(ValueError, "force.*shape.*expected", force=lambda self, q, v, u: [1.0, 2.0])
+        check(ValueError, "gaps.*shape", gaps=lambda self, q: [q[4]])
+        check(TypeError, "something else than numbers", force=lambda self, q, v, u: ["a"] * 7)
+        check(ZeroDivisionError, "", force=lambda self, q, v, u: [1 / 0] * 7)
+        check(ValueError, "units has 2", units=("m", "m"))
+        check(ValueError, "cannot be called 'force'", parameters={"force": 1})
+        check(ValueError, "'mass' is -1.0, expected positive",
+              parameters=dict(SoftBiped.parameters, mass=(-1, "kg", "", "positive")))
+        with self.assertRaisesRegex(ValueError, "unknown parameter 'stifness'"):
+            cf.PythonModel(SoftBiped, stifness=1)
+        with self.assertRaisesRegex(TypeError, "expected a subclass"):
+            cf.PythonModel(3)
+
+    def test_what_would_drop_derivatives_is_an_error(self):
+        import math
+
+        class Silent(SoftBiped):
+            def force(self, q, v, u):
+                f = np.zeros(7)   # of floats
+                f[3] = -self.gravity - 0.1 * math.sin(q[3])
+                return f
+
+        model = cf.PythonModel(Silent)
+        run = model.simulate(duration=0.5)   # floats: fine
+        with self.assertRaises(TypeError):
+            run.derivative()("+body_z")
+
+
+if __name__ == "__main__":
+    case.main()
