@@ -84,8 +84,17 @@ ContactMode InitialWord(ContactDynamics* dynamics, const VectorRef& x, ContactMo
   TouchingContacts contacts;
   for (int i : candidates) {
     const Friction& friction = system.friction()[i];
+    if (friction.dimension == 0) {
+      contacts.slipping.Insert(i);
+      continue;
+    }
     const auto slip = rate.segment(friction.row, friction.dimension);
-    const bool still = std::isinf(friction.coefficient) || slip.norm() <= options.speed_tolerance;
+    if (std::isinf(friction.coefficient) && !(slip.norm() <= options.speed_tolerance)) {
+      Refuse("the slip of touching constraint '" + system.description().constraints[i] +
+                 "', which never slips,",
+             slip.norm(), "0");
+    }
+    const bool still = slip.norm() <= options.speed_tolerance;
     if (still && friction.coefficient > 0) {
       contacts.still.Insert(i);
     } else if (friction.dimension == 1 && friction.coefficient > 0) {
