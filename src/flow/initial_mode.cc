@@ -109,7 +109,15 @@ ContactMode InitialWord(ContactDynamics* dynamics, const VectorRef& x, ContactMo
       contacts.slipping.Insert(i);
     }
   }
-  return SelectWord(dynamics, x, contacts, kBorder);
+  const ContactMode word = SelectWord(dynamics, x, contacts, kBorder);
+  for (int i : word & contacts.still) {
+    if (system.friction()[i].dimension < 2 || word.LetterOf(i) != Letter::kSlip) continue;
+    throw FrictionRefusal(FrictionRefusal::Kind::kSlipFromRestInSpace,
+                          "contact '" + system.description().constraints[i] +
+                              "' begins to slip in space: its direction is not that of a smooth "
+                              "motion, which is not offered");
+  }
+  return word;
 }
 
 }  // namespace

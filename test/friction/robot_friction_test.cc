@@ -319,6 +319,17 @@ TEST(RobotFriction, FootOfAQuadrupedSlides) {
   }
 }
 
+/// Slip that begins in space has no smooth direction: it is not offered, at the start either.
+TEST(RobotFriction, PuckThatIsPushedFromRestIsRefused) {
+  const auto robot = test::PuckRobot(0.3, 0, 0, 5, 0);
+  try {
+    Runs(*robot, Vector::Zero(6), 1);
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string::npos, std::string(error.what()).find("'floor' begins to slip in space"));
+  }
+}
+
 /// What no one direction of motion can do.
 TEST(RobotFriction, TooFewFreedomsAreRefused) {
   const std::string rail = "<robot name=\"rail\">" + test::Link("ground", 0, 0, 0, 0) +
