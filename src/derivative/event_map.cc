@@ -174,7 +174,11 @@ PiecewiseLinearMap EventMap::Pieces(int max_activations) const {
     for (int i : order) word.push_back(names[i]);
     if (m > 0) piece.omega.push_back(word);
     piece.eta.push_back(transition_.mode_before.ToString(names));
-    for (ContactMode mode : Modes(order)) piece.eta.push_back(mode.ToString(names));
+    piece.words.push_back(transition_.mode_before.Word(static_cast<int>(names.size())));
+    for (ContactMode mode : Modes(order)) {
+      piece.eta.push_back(mode.ToString(names));
+      piece.words.push_back(mode.Word(static_cast<int>(names.size())));
+    }
     pieces.push_back(std::move(piece));
   } while (std::next_permutation(order.begin(), order.end()));
   return PiecewiseLinearMap(std::move(pieces));

@@ -133,8 +133,12 @@ PiecewiseLinearMap FrictionalEvent::Map() const {
     std::vector<std::string> word;
     for (int i : path.guards) word.push_back(names[i]);
     if (!word.empty()) piece.omega.push_back(word);
-    piece.eta.push_back(transition_.mode_before.Word(n));
-    for (ContactMode mode : path.modes) piece.eta.push_back(mode.Word(n));
+    piece.eta.push_back(transition_.mode_before.ToString(names));
+    piece.words.push_back(transition_.mode_before.Word(n));
+    for (ContactMode mode : path.modes) {
+      piece.eta.push_back(mode.ToString(names));
+      piece.words.push_back(mode.Word(n));
+    }
     pieces.push_back(std::move(piece));
   }
   return PiecewiseLinearMap(std::move(pieces));

@@ -122,6 +122,17 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
     system_.DifferentiateImpactByParameters(q, jump, impulse, v_minus, parameters,
                                             &parameter_before);
     rhs.topRightCorner(d_, size_ - first_parameter) = -parameter_after.momentum - by_friction;
+    for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+      const FrictionContact& contact = problem.contacts[k];
+      if (solution.letters[k] != Letter::kSlip || contact.dimension != 2) continue;
+      const int i = frame_.constraints()[k], row = system_.friction()[i].row;
+      const auto T = A.middleRows<2>(row);
+      const Eigen::Vector2d& direction = solution.directions[k];
+      rhs.topRightCorner(d_, size_ - first_parameter) -=
+          contact.coefficient * impulse(i) / (T * v_plus).norm() * T.transpose() *
+          (Eigen::Matrix2d::Identity() - direction * direction.transpose()) *
+          parameter_after.constraint.middleRows<2>(row);
+    }
   }
   for (Eigen::Index k = 0; k < m; ++k) {
     const Unknown& u = unknowns[static_cast<std::size_t>(k)];

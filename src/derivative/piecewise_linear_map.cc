@@ -89,6 +89,10 @@ PiecewiseLinearMap PiecewiseLinearMap::After(const PiecewiseLinearMap& inner,
       word.eta = first.eta;
       const bool joined = !word.eta.empty() && !second.eta.empty();
       word.eta.insert(word.eta.end(), second.eta.begin() + (joined ? 1 : 0), second.eta.end());
+      word.words = first.words;
+      const bool joins = !word.words.empty() && !second.words.empty();
+      word.words.insert(word.words.end(), second.words.begin() + (joins ? 1 : 0),
+                        second.words.end());
       bytes +=
           sizeof(LinearPiece) + 8.0 * static_cast<double>(word.matrix.size() + word.cone.size());
       words.push_back(std::move(word));

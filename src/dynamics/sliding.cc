@@ -51,17 +51,26 @@ void ContactDynamics::AddSlidingForce() {
   }
 }
 
-/// In space the direction turns: ∂d = (I − d dᵀ)/|s| ∂(T v).
+/// In space the direction turns: ∂d = (I − d dᵀ)/|s| ∂(T v), by parameters of T, too.
 void ContactDynamics::DifferentiateDirections(const VectorRef& x) {
   const auto q = x.head(nq_), v = x.tail(d_);
   if (at_->turning) {
     ResidualJacobian slip;  // ∂(T v) by q
     system_.DifferentiateImpact(q, Vector::Zero(d_), Vector::Zero(n_), v, &slip);
+    ParameterJacobian slip_by_parameter;
+    const auto parameters = static_cast<Eigen::Index>(variables_.parameters.size());
+    if (parameters > 0) {
+      system_.DifferentiateImpactByParameters(q, Vector::Zero(d_), Vector::Zero(n_), v,
+                                              variables_.parameters, &slip_by_parameter);
+    }
     for (Sliding& s : at_->sliding) {
       if (s.friction.dimension < 2) continue;
       const auto rows = terms_.jacobian.middleRows<2>(s.friction.row);
-      Eigen::Matrix<double, 2, Eigen::Dynamic> by(2, 2 * d_);
-      by << slip.constraint_q.middleRows<2>(s.friction.row), rows;
+      Matrix by = Matrix::Zero(2, 2 * d_ + k_);
+      by.leftCols(2 * d_) << slip.constraint_q.middleRows<2>(s.friction.row), rows;
+      if (parameters > 0) {
+        by.rightCols(parameters) = slip_by_parameter.constraint.middleRows<2>(s.friction.row);
+      }
       const Eigen::Matrix2d across =
           (Eigen::Matrix2d::Identity() - s.direction * s.direction.transpose()) / s.speed;
       s.direction_jacobian = across * by;
@@ -69,7 +78,8 @@ void ContactDynamics::DifferentiateDirections(const VectorRef& x) {
       const Matrix turned = s.friction.coefficient * at_->multiplier(s.column) *
                             (rows.transpose() * s.direction_jacobian);
       residual_.momentum_q += turned.leftCols(d_);
-      residual_.momentum_v += turned.rightCols(d_);
+      residual_.momentum_v += turned.middleCols(d_, d_);
+      if (parameters > 0) variable_momentum_.rightCols(parameters) += turned.rightCols(parameters);
     }
   }
   if (variables_.parameters.empty()) return;
@@ -92,8 +102,7 @@ void ContactDynamics::DifferentiateSlidingForce() {
     auto rows = force_jacobian_.middleRows(s.friction.row, s.friction.dimension);
     rows = -s.friction.coefficient * d * force_jacobian_.row(s.constraint);
     if (s.direction_jacobian.size() > 0) {
-      rows.leftCols(2 * d_) -=
-          s.friction.coefficient * at_->multiplier(s.column) * s.direction_jacobian;
+      rows -= s.friction.coefficient * at_->multiplier(s.column) * s.direction_jacobian;
     }
     if (by_parameter.size() > 0) {
       rows.rightCols(by_parameter.cols()) -=

@@ -11,6 +11,7 @@
 #include "contact_flow/io/map_reader.h"
 #include "contact_flow/io/mesh_file.h"
 #include "contact_flow/model/rigid_body/kinematics.h"
+#include "robot_parts.h"
 
 namespace contact_flow {
 namespace {
@@ -212,7 +213,7 @@ YAML::Node ToYaml(const RobotModel& model, const ContactPoint& point, const Cont
   if (point.rim) map["axis"] = Vector3(point.axis);
   if (point.radius != 0) map["radius"] = point.radius;
   if (options.restitution != 0) map["restitution"] = options.restitution;
-  if (options.friction.IsDefined() && !options.friction.IsNull()) {
+  if (options.friction.IsDefined() && !options.friction.IsNull() && !map["friction"]) {
     map["friction"] = YAML::Clone(options.friction);
   }
   map.SetStyle(YAML::EmitterStyle::Flow);
@@ -262,6 +263,7 @@ ContactOptions ReadContactOptions(const YAML::Node& map, const RobotModel& model
                                 ", expected 0 to 1" + reader.Line("restitution"));
   }
   options.friction = reader.Child("friction");
+  if (reader.Has("friction")) ReadFriction("contacts", &reader);
   reader.Read("vertices", &options.vertices, 1, 64);
   reader.Read("tolerance", &options.tolerance);
   if (!(options.tolerance >= 0)) {

@@ -94,6 +94,25 @@ MadeContacts UsualContacts(const RobotModel& model, const Vector& q, const std::
 
 }  // namespace
 
+double ReadFriction(const std::string& map, MapReader* reader) {
+  std::string text;
+  reader->Read("friction", &text);
+  if (text == "no_slip") return Friction::kNoSlip;
+  double coefficient = 0;
+  try {
+    reader->Read("friction", &coefficient);
+  } catch (const std::invalid_argument& error) {
+    std::string answer = error.what();
+    const std::size_t line = answer.rfind(" (line");
+    answer.insert(line == std::string::npos ? answer.size() : line, " or no_slip");
+    throw std::invalid_argument(answer);
+  }
+  if (coefficient >= 0) return coefficient;
+  throw std::invalid_argument(map + "/friction is " + text +
+                              ", expected a number that is not negative, or no_slip" +
+                              reader->Line("friction"));
+}
+
 MadeContacts PlanContacts(const YAML::Node& document, const std::string& folder,
                           const RobotModel& model, const std::vector<std::string>& limited) {
   if (document["contacts_made"]) return ReadMade(document["contacts_made"]);

@@ -7,6 +7,7 @@
 
 #include "contact_flow/io/text_file.h"
 #include "contact_flow/io/xacro.h"
+#include "contact_flow/model/rigid_body/contact_friction.h"
 #include "contact_flow/model/rigid_body/urdf_loader.h"
 #include "contact_flow/nearest_name.h"
 #include "robot_fields.h"
@@ -43,6 +44,15 @@ void ReadConstraints(const YAML::Node& map, RobotDescription* robot) {
       CheckParameter(name, "restitution", restitution.value, Range::kUnitInterval);
     } catch (const std::invalid_argument& error) {
       throw std::invalid_argument(error.what() + reader->Line("restitution"));
+    }
+    if (reader->Has("friction")) {
+      const double friction = ReadFriction("constraints/" + name, reader);
+      try {
+        GiveFriction(robot->model, friction, element.get());
+      } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument("constraints/" + name + "/friction: " + error.what() +
+                                    reader->Line("friction"));
+      }
     }
     robot->constraints.push_back(std::move(element));
   });

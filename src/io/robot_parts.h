@@ -21,6 +21,10 @@ void ForEach(const YAML::Node& map, const std::string& name, Read&& read) {
   }
 }
 
+/// The value of a key `friction` of a map that is called `map`: a coefficient that is not negative,
+/// or no_slip, which is infinite.
+double ReadFriction(const std::string& map, MapReader* reader);
+
 /// The bilateral constraints of the mimic joints, called J_mimic.
 void AddMimics(RobotDescription* robot);
 

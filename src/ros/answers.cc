@@ -109,6 +109,9 @@ void AddDerivatives(const Setup& setup, const Differentiated& d, OutcomeDerivati
     result->direction_modes.emplace_back();
     result->direction_modes.back().names =
         ToLabels(result->constraints, d.derivative.PerturbedModes(w));
+    result->mode_words.emplace_back();
+    result->mode_words.back().names =
+        ToWords(result->constraints, d.derivative.PerturbedModes(w));
     const ClusterReading reading = ReadClusters(d.trajectory, d.derivative, w);
     result->inner_radii.push_back(reading.inner_radius);
     in_order.row(i) = reading.in_order;
@@ -147,6 +150,7 @@ void AddContinuation(const Names& constraints, const ContinuedOutcome& end, Cont
     order->final_v = ToMsg(VectorRef(end.final_state.tail(dof)));
   }
   order->modes = ToLabels(constraints, end.modes);
+  order->mode_words = ToWords(constraints, end.modes);
 }
 
 /// Where each order of the cluster that stops the derivative leads to, with a note on
@@ -159,7 +163,7 @@ void AddOrders(const Setup& setup, const Differentiated& d, bool continue_orders
   const std::vector<OrderOutcome>& outcomes = event.outcomes();
   if (outcomes.empty() && event.status().outcome != Outcome::kDiscontinuous) return;
   for (const OrderOutcome& outcome : outcomes) {
-    result->orders.push_back(ToMsg(result->constraints, outcome));
+    result->orders.push_back(ToMsg(setup.system->description(), outcome));
     result->orders.back().transition = static_cast<std::uint32_t>(k);
     result->orders.back().t = event.time();
   }
@@ -211,6 +215,7 @@ ContactTrajectory Answer(const Setup& setup, const SimulationRequest& request) {
     }
   }
   ContactTrajectory result = ToMsg(setup.system->description(), trajectory, run.duration, count);
+  AddForces(*setup.system, trajectory, &result);
   AddNearGrazing(setup, near, &result);
   return result;
 }

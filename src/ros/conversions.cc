@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/ros/conversions.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "contact_flow/budget.h"
+#include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/io/configuration.h"
 #include "contact_flow/io/samples.h"
 #include "contact_flow/ros/warnings.h"
@@ -41,12 +44,18 @@ ContactTransition ToMsg(const SystemDescription& description, const Transition& 
   m.t = transition.t;
   m.mode_before = transition.mode_before.Names(constraints);
   m.mode_after = transition.mode_after.Names(constraints);
+  m.mode_words = ToWords(constraints, {transition.mode_before, transition.mode_after});
   m.activated = transition.activated.Names(constraints);
   m.released = transition.released.Names(constraints);
   m.q = ToMsg(VectorRef(transition.x_minus.head(nq)));
   m.v_before = ToMsg(VectorRef(transition.x_minus.tail(d)));
   m.v_after = ToMsg(VectorRef(transition.x_plus.tail(d)));
   m.impulse = ToMsg(VectorRef(transition.impulse.head(constraints.size())));
+  m.tangential_impulse = Tangential(description, transition.impulse);
+  if (!m.tangential_impulse.empty()) {
+    m.impulse_word = ToWord(constraints, transition.impulse_word);
+    m.energy_change = transition.energy_change;
+  }
   m.spread = transition.spread;
   m.completes_zeno = transition.completes_zeno;
   m.switched = transition.switched.Names(constraints);
@@ -104,6 +113,7 @@ DerivativePiece ToMsg(const LinearPiece& piece) {
     m.omega.back().names = order;
   }
   m.eta = piece.eta;
+  m.mode_words = piece.words;
   return m;
 }
 
@@ -135,6 +145,8 @@ ContactTrajectory ToMsg(const SystemDescription& description, const Trajectory& 
     const Arc& arc = trajectory.arcs[k];
     TrajectoryArc a;
     a.mode = arc.mode.Names(description.constraints);
+    a.mode_word = ToWord(description.constraints, arc.mode);
+    m.mode_words.push_back(a.mode_word);
     a.t_begin = arc.t_begin;
     a.t_end = arc.t_end;
     a.input = ToMsg(VectorRef(arc.u));
@@ -149,6 +161,53 @@ ContactTrajectory ToMsg(const SystemDescription& description, const Trajectory& 
   return m;
 }
 
+Names TangentialNames(const MechanicalSystem& system) {
+  Names names;
+  if (!system.HasFriction()) return names;
+  for (int i = 0; i < system.num_constraints(); ++i) {
+    for (int r = 0; r < system.friction()[i].dimension; ++r) {
+      names.push_back(system.description().constraints[static_cast<std::size_t>(i)]);
+    }
+  }
+  return names;
+}
+
+std::vector<double> Tangential(const SystemDescription& description, const Vector& force) {
+  const auto before =
+      static_cast<Eigen::Index>(description.constraints.size() + description.bilateral.size());
+  if (force.size() <= before) return {};
+  return ToMsg(VectorRef(force.tail(force.size() - before)));
+}
+
+void AddForces(const MechanicalSystem& system, const Trajectory& trajectory,
+               ContactTrajectory* message) {
+  if (!system.HasFriction()) return;
+  message->tangential = TangentialNames(system);
+  const int n = system.num_constraints(), r = system.num_tangential();
+  const auto nq = static_cast<std::size_t>(system.num_positions());
+  const auto d = static_cast<std::size_t>(system.dof());
+  Vector x(system.state_size());
+  for (RowMajorMatrix* matrix : {&message->force, &message->tangential_force}) {
+    matrix->rows = static_cast<std::uint32_t>(message->t.size());
+    matrix->cols = static_cast<std::uint32_t>(matrix == &message->force ? n : r);
+  }
+  for (std::size_t k = 0; k < trajectory.arcs.size(); ++k) {
+    const TrajectoryArc& arc = message->arcs[k];
+    ContactDynamics dynamics(system, trajectory.arcs[k].u);
+    for (std::size_t i = arc.first_sample; i < arc.first_sample + arc.num_samples; ++i) {
+      AskBudget();
+      std::copy_n(message->q.data.begin() + static_cast<std::ptrdiff_t>(i * nq), nq, x.data());
+      std::copy_n(message->v.data.begin() + static_cast<std::ptrdiff_t>(i * d), d, x.data() + nq);
+      dynamics.Evaluate(x, trajectory.arcs[k].mode);
+      const Vector& force = dynamics.force();
+      for (int c = 0; c < n; ++c) message->force.data.push_back(force(c));
+      for (int c = 0; c < r; ++c) {
+        message->tangential_force.data.push_back(force(force.size() - r + c));
+      }
+    }
+  }
+}
+
 ModeSequence ToModeSequence(const ContactTrajectory& trajectory) {
   ModeSequence m;
   m.header = trajectory.header;
@@ -156,6 +215,7 @@ ModeSequence ToModeSequence(const ContactTrajectory& trajectory) {
   for (const TrajectoryArc& arc : trajectory.arcs) {
     m.modes.emplace_back();
     m.modes.back().active = arc.mode;
+    m.modes.back().mode_word = arc.mode_word;
     m.modes.back().t_begin = arc.t_begin;
     m.modes.back().t_end = arc.t_end;
   }
@@ -167,6 +227,7 @@ std::vector<ModeInterval> ToModeIntervals(const Names& constraints, const Trajec
   for (const Arc& arc : trajectory.arcs) {
     intervals.emplace_back();
     intervals.back().active = arc.mode.Names(constraints);
+    intervals.back().mode_word = ToWord(constraints, arc.mode);
     intervals.back().t_begin = arc.t_begin;
     intervals.back().t_end = arc.t_end;
   }
@@ -179,12 +240,25 @@ Names ToLabels(const Names& constraints, const std::vector<ContactMode>& modes) 
   return labels;
 }
 
-ContactOrder ToMsg(const Names& constraints, const OrderOutcome& outcome) {
+std::string ToWord(const Names& constraints, ContactMode mode) {
+  return mode.Word(static_cast<int>(constraints.size()));
+}
+
+Names ToWords(const Names& constraints, const std::vector<ContactMode>& modes) {
+  Names words;
+  for (ContactMode mode : modes) words.push_back(ToWord(constraints, mode));
+  return words;
+}
+
+ContactOrder ToMsg(const SystemDescription& description, const OrderOutcome& outcome) {
+  const Names& constraints = description.constraints;
   ContactOrder m;
   for (int i : outcome.order) m.order.push_back(constraints[static_cast<std::size_t>(i)]);
   m.v_after = ToMsg(VectorRef(outcome.v_plus));
   m.mode_after = outcome.mode_after.Names(constraints);
+  m.mode_word = ToWord(constraints, outcome.mode_after);
   m.impulse = ToMsg(VectorRef(outcome.impulse.head(constraints.size())));
+  m.tangential_impulse = Tangential(description, outcome.impulse);
   m.outcome = static_cast<std::uint8_t>(outcome.status.outcome);
   m.message = outcome.status.message;
   return m;
@@ -204,6 +278,8 @@ DirectionComparison ToMsg(const Names& constraints, const QuotientReport& report
     m.outcomes.push_back(static_cast<std::uint8_t>(sample.status.outcome));
     m.modes.emplace_back();
     m.modes.back().names = ToLabels(constraints, sample.modes);
+    m.mode_words.emplace_back();
+    m.mode_words.back().names = ToWords(constraints, sample.modes);
     m.quotients.cols = static_cast<std::uint32_t>(size);
     for (Eigen::Index j = 0; j < size; ++j) {
       m.quotients.data.push_back(ok ? sample.quotient(j) : kNaN);

@@ -76,7 +76,7 @@ void EpochRun::Mark(const SimulatorMark& asked) {
 Vector EpochRun::Force() {
   dynamics_.SetInput(flow_.NextInput());
   dynamics_.Evaluate(flow_.State(), flow_.mode());
-  return dynamics_.force().head(system().num_constraints());
+  return dynamics_.force();
 }
 
 HybridState EpochRun::StateMsg() {
@@ -88,10 +88,14 @@ HybridState EpochRun::StateMsg() {
   message.velocities = description.velocities;
   message.constraints = description.constraints;
   message.inputs = description.inputs;
+  message.tangential = TangentialNames(system());
   message.mode = flow_.mode().Names(description.constraints);
+  message.mode_word = ToWord(description.constraints, flow_.mode());
   message.q = ToMsg(VectorRef(x.head(system().num_positions())));
   message.v = ToMsg(VectorRef(x.tail(system().dof())));
-  message.force = ToMsg(VectorRef(Force()));
+  const Vector force = Force();
+  message.force = ToMsg(VectorRef(force.head(system().num_constraints())));
+  message.tangential_force = Tangential(description, force);
   message.input = ToMsg(VectorRef(flow_.NextInput()));
   return message;
 }
@@ -101,6 +105,7 @@ SimulatorEvent EpochRun::EventMsg() const {
   SimulatorEvent message;
   message.changes_input = flow_.transition().changes_input;
   message.constraints = description.constraints;
+  message.tangential = TangentialNames(system());
   message.transition = ToMsg(description, flow_.transition());
   return message;
 }

@@ -146,6 +146,7 @@ bool Node::Simulate(SimulateTrajectory::Request& in, SimulateTrajectory::Respons
       std::string label;
       for (const std::string& name : arc.mode) label += (label.empty() ? "" : ", ") + name;
       out.mode_sequence.push_back("{" + label + "}");
+      out.mode_words.push_back(arc.mode_word);
     }
     for (const ContactTransition& transition : record.result.transitions) {
       out.event_times.push_back(transition.t);

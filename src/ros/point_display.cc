@@ -94,6 +94,22 @@ void PointDisplay::UnitForce(const Frame& frame, const ConstraintTerms& terms, i
   (*torque)(upright ? 1 : 2) = (upright ? -1 : 1) * terms.jacobian(i, frame.pitch_v);
 }
 
+void PointDisplay::Force(const Frame& frame, const ConstraintTerms& terms, int i,
+                         const VectorRef& lambda, Eigen::Vector3d* force,
+                         Eigen::Vector3d* torque) const {
+  UnitForce(frame, terms, i, force, torque);
+  *force *= lambda(i);
+  *torque *= lambda(i);
+  if (!system_.HasFriction()) return;
+  const Friction& friction = system_.friction()[static_cast<std::size_t>(i)];
+  for (int r = 0; r < friction.dimension; ++r) {
+    Eigen::Vector3d unit, turn;
+    UnitForce(frame, terms, friction.row + r, &unit, &turn);
+    *force += lambda(friction.row + r) * unit;
+    *torque += lambda(friction.row + r) * turn;
+  }
+}
+
 std::vector<geometry_msgs::TransformStamped> PointDisplay::Transforms(
     const VectorRef& x, const ros::Time& stamp) const {
   std::vector<geometry_msgs::TransformStamped> transforms;
@@ -138,12 +154,13 @@ visualization_msgs::MarkerArray PointDisplay::Contacts(const VectorRef& x, Conta
     const Eigen::Vector3d p = Position(frame, x);
     bool touched = false;
     for (int i = 0; i < n; ++i) {
-      Eigen::Vector3d unit, torque;
+      Eigen::Vector3d unit, torque, whole;
       UnitForce(frame, terms, i, &unit, &torque);
+      Force(frame, terms, i, force, &whole, &torque);
       const bool acts = mode.Contains(i) && unit.norm() > 0;
       touched = touched || acts;
       Marker arrow = begin("forces", k * n + i);
-      const Eigen::Vector3d length = kMetresPerNewton * force(i) * unit;
+      const Eigen::Vector3d length = kMetresPerNewton * whole;
       if (acts && length.norm() > 1e-6) {
         arrow.type = Marker::ARROW;
         arrow.points = {ToPoint(p), ToPoint(p + length)};
@@ -169,14 +186,15 @@ std::vector<geometry_msgs::Wrench> PointDisplay::ContactWrenches(const VectorRef
                                                                  const VectorRef& force) const {
   ConstraintTerms terms;
   system_.Constraints(x.head(system_.num_positions()), x.tail(system_.dof()), &terms);
-  std::vector<geometry_msgs::Wrench> wrenches(static_cast<std::size_t>(force.size()));
-  for (int i = 0; i < force.size(); ++i) {
+  std::vector<geometry_msgs::Wrench> wrenches(
+      static_cast<std::size_t>(system_.num_constraints()));
+  for (int i = 0; i < system_.num_constraints(); ++i) {
     Eigen::Vector3d f = Eigen::Vector3d::Zero(), torque = Eigen::Vector3d::Zero();
     for (const Frame& frame : frames_) {
-      Eigen::Vector3d unit, turn;
-      UnitForce(frame, terms, i, &unit, &turn);
-      f += force(i) * unit;
-      torque += force(i) * (turn + Position(frame, x).cross(unit));
+      Eigen::Vector3d whole, turn;
+      Force(frame, terms, i, force, &whole, &turn);
+      f += whole;
+      torque += turn + Position(frame, x).cross(whole);
     }
     wrenches[static_cast<std::size_t>(i)] = ToMsg(f, torque);
   }

@@ -22,6 +22,7 @@ void AddEvents(const SystemDescription& names, const Trajectory& run,
                OutcomePrediction* prediction) {
   for (const Arc& arc : run.arcs) {
     prediction->mode_sequence.push_back(arc.mode.ToString(names.constraints));
+    prediction->mode_words.push_back(ToWord(names.constraints, arc.mode));
   }
   for (const Transition& transition : run.transitions) {
     const ContactMode involved = transition.activated | transition.released | transition.switched;

@@ -258,41 +258,15 @@ Marker RobotDisplay::Begin(const std::string& name, int id, const ros::Time& sta
   return marker;
 }
 
-void RobotDisplay::ContactPoint(int i, const TreeState<double>& state, const VectorRef& q,
-                                Vec3<double>* point, Vec3<double>* force) const {
-  const ConstraintElement& constraint = *system_.robot().constraints[static_cast<std::size_t>(i)];
-  const ElementParts& parts = constraint.parts;
-  force->setZero();
-  if (parts.points.empty()) {
-    const RigidBodyTree& tree = system_.robot().model.tree;
-    *point = state.body[static_cast<std::size_t>(tree.dof_body(parts.joints[0].v))].position;
-    return;
-  }
-  double z[ElementMotion::kMaxSize], gradient[ElementMotion::kMaxSize];
-  double* next = z;
-  for (const AttachedPoint& place : parts.points) {
-    const Vec3<double> p = PointPosition(state, place.body, place.local);
-    next = std::copy(p.data(), p.data() + 3, next);
-  }
-  for (const RobotModel::Coordinate& joint : parts.joints) *next++ = q(joint.q);
-  constraint.Gap(z, gradient);
-  *force = Vec3<double>(gradient[0], gradient[1], gradient[2]);
-  *point = Vec3<double>(z[0], z[1], z[2]);
-  for (const Parameter& number : parts.numbers) {  // of a sphere, where it touches
-    if (number.name == "radius") *point -= number.value * force->normalized();
-  }
-}
-
 MarkerArray RobotDisplay::Contacts(const VectorRef& x, ContactMode mode, const VectorRef& force,
                                    const ros::Time& stamp) const {
   const RigidBodyTree& tree = system_.robot().model.tree;
-  const VectorRef q = x.head(system_.num_positions());
   TreeState<double> state(tree);
-  UpdatePositions(tree, q.data(), &state);
+  UpdatePositions(tree, x.data(), &state);
   MarkerArray array;
   for (int i = 0; i < system_.num_constraints(); ++i) {
-    Vec3<double> point, per_force;
-    ContactPoint(i, state, q, &point, &per_force);
+    Vec3<double> point, whole;
+    ContactPoint(i, state, force, &point, &whole);
     const bool active = mode.Contains(i);
     Marker sphere = Begin("contacts", i, stamp);
     sphere.type = Marker::SPHERE;
@@ -303,7 +277,7 @@ MarkerArray RobotDisplay::Contacts(const VectorRef& x, ContactMode mode, const V
     array.markers.push_back(sphere);
     Marker arrow = Begin("forces", i, stamp);
     arrow.type = Marker::ARROW;
-    const Vec3<double> length = metres_per_newton_ * force(i) * per_force;
+    const Vec3<double> length = metres_per_newton_ * whole;
     if (active && length.norm() > 1e-6) {
       arrow.points = {ToPoint(point), ToPoint(point + length)};
       SetScale(0.4 * options_.point_size, 0.9 * options_.point_size, 0, &arrow);

@@ -38,12 +38,14 @@ Vector Join(const std::vector<double>& q, const std::vector<double>& v) {
   return x;
 }
 
-ContactMode ModeOf(const std::vector<std::string>& active,
-                   const std::vector<std::string>& constraints) {
+/// The mode of a word, which comes from outside: of letters that are none nothing follows.
+ContactMode ModeOf(const std::string& word, int n) {
   ContactMode mode;
-  for (const std::string& name : active) {
-    const auto it = std::find(constraints.begin(), constraints.end(), name);
-    if (it != constraints.end()) mode.Insert(static_cast<int>(it - constraints.begin()));
+  for (int i = 0; i < n && i < static_cast<int>(word.size()); ++i) {
+    const char letter = word[static_cast<std::size_t>(i)];
+    if (std::string("ls+-").find(letter) != std::string::npos) {
+      mode.Set(i, static_cast<Letter>(letter));
+    }
   }
   return mode;
 }
@@ -168,7 +170,7 @@ void RobotPlayer::Sample(double t, Vector* x, ContactMode* mode, Vector* u) cons
   const double span = run.t[after] - run.t[before];
   const double share = span > 0 ? std::clamp((t - run.t[before]) / span, 0., 1.) : 0;
   *x = setup_.system->Perturb(from, share * setup_.system->Separation(to, from));
-  *mode = ModeOf(arc.mode, setup_.system->description().constraints);
+  *mode = ModeOf(arc.mode_word, setup_.system->num_constraints());
   *u = Eigen::Map<const Vector>(arc.input.data(), static_cast<Eigen::Index>(arc.input.size()));
 }
 

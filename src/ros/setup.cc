@@ -30,6 +30,11 @@ ModelDescription ToMsg(const Setup& setup) {
   m.bilateral = d.bilateral;
   m.constraints = d.constraints;
   m.restitution = ToMsg(VectorRef(setup.system->restitution()));
+  for (int i = 0; i < setup.system->num_constraints(); ++i) {
+    const bool given = setup.system->HasFriction();
+    m.friction.push_back(given ? setup.system->friction()[i].coefficient : 0);
+  }
+  m.tangential = TangentialNames(*setup.system);
   m.inputs = d.inputs;
   for (const Parameter& parameter : d.parameters) {
     m.parameters.emplace_back();

@@ -176,8 +176,11 @@ void Simulator::Note(bool published) {
   status_.t = session_.now();
   status_.real_time_factor = pace_.factor();
   status_.mode = session_.mode().Names(description.constraints);
+  status_.mode_word = ToWord(description.constraints, session_.mode());
   status_.constraints = description.constraints;
-  status_.force = ToMsg(VectorRef(force));
+  const auto n = static_cast<Eigen::Index>(description.constraints.size());
+  status_.force = ToMsg(VectorRef(force.head(std::min(n, force.size()))));
+  status_.tangential_force = Tangential(description, force);
   status_.margins = ToMsg(margins);
 }
 

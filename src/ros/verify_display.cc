@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What follows from the state of a recorded session at each instant.
+#include <algorithm>
+
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/serialize.h"
 #include "contact_flow/ros/verify_session.h"
@@ -106,7 +108,11 @@ std::string SessionVerifier::Take(const SimulatorStatus& status) {
   if (settings_) computed.real_time_factor = settings_->real_time_factor;
   computed.mode = run_->flow()->mode().Names(constraints);
   computed.constraints = constraints;
-  computed.force = run.ok() ? ToMsg(VectorRef(run_->Force())) : std::vector<double>();
+  computed.mode_word = ToWord(constraints, run_->flow()->mode());
+  const Vector force = run.ok() ? run_->Force() : Vector();
+  const auto n = static_cast<Eigen::Index>(constraints.size());
+  computed.force = ToMsg(VectorRef(force.head(std::min(n, force.size()))));
+  computed.tangential_force = Tangential(run_->system().description(), force);
   computed.margins = ToMsg(run_->flow()->margins());
   if (run.ok() && !status.paused) computed.why.clear();
   const std::string difference = Difference(status, computed);

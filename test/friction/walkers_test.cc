@@ -278,8 +278,8 @@ Simplest SimplestGait(double leg_mass, double angle, double rate, StabilityVerdi
 }
 
 /// Garcia et al. 1998, slope 0.009, at leg_mass = 1e-4 to 4e-4 and by the cubic through them at 0.
-/// It leaves 24 coefficients of the fourth order times 1e-16, which a step of 1e-3 shows to be 4e-10
-/// for the eigenvalues; the weights carry 15 times the 1e-11 (1e-12 of a gait) of each.
+/// It leaves 24 coefficients of the fourth order times 1e-16, which a step of 1e-3 shows to be
+/// 4e-10 for the eigenvalues; the weights carry 15 times the 1e-11 (1e-12 of a gait) of each.
 TEST(Walkers, SimplestWalker) {
   std::vector<double> angle, rate;
   std::vector<Complex> first, second;

@@ -38,7 +38,8 @@ std::string Answer(const std::string& yaml) {
 TEST(RobotFile, ShippedRobotsLoad) {
   for (const std::string& robot : ShippedRobots()) {
     const std::unique_ptr<RobotSystem> system = LoadRobot(RobotFile(robot));
-    EXPECT_EQ(robot, system->description().name);
+    const std::string name = system->description().name;  // of the URDF
+    EXPECT_EQ(name, robot.substr(0, name.size()));
     EXPECT_GT(system->num_constraints(), 0);
     EXPECT_FALSE(system->description().parameters.empty());
     ConstraintTerms terms;
@@ -86,6 +87,23 @@ TEST(RobotFile, RefusesWithWordsThatNameThePlace) {
        {"restitution", "line 2"}},
       {"constraints:\n  foot: {kind: plane, link: left_foot, normal: [0, 0, 0]}",
        {"'foot' is degenerate"}},
+      {"base: planar\nconstraints:\n  foot: {kind: plane, link: left_foot, friction: -0.1}",
+       {"constraints/foot/friction is -0.1", "not negative", "no_slip", "line 3"}},
+      {"base: planar\nconstraints:\n  foot: {kind: plane, link: left_foot, friction: .nan}",
+       {"constraints/foot/friction", ".nan", "or no_slip", "line 3"}},
+      {"base: planar\nconstraints:\n  foot: {kind: plane, link: left_foot, friction: rough}",
+       {"constraints/foot/friction is 'rough'", "a number or no_slip", "line 3"}},
+      {"base: planar\nconstraints:\n  foot: {kind: plane, link: left_foot, friction: [0.5]}",
+       {"constraints/foot/friction", "line 3"}},
+      {"base: planar\nconstraints:\n  stop: {kind: lower_limit, joint: left_knee, lower: 0, "
+       "friction: 0.5}",
+       {"constraints/stop/friction", "no contact of two surfaces", "line 3"}},
+      {"base: planar\njoints: {limits: all, friction: 0.5}", {"unknown key 'friction'", "line 2"}},
+      {"base: planar\ncontacts: {ground: none, friction: -1}",
+       {"contacts/friction is -1", "line 2"}},
+      {"base: planar\nconstraints:\n  foot: {kind: plane, link: left_foot, friction: "
+       "no_slip}\nparameters:\n  mu: foot/friction",
+       {"unknown number 'foot/friction'", "line 5"}},
       {"constraints:\n  foot: {kind: plane, link: torso}", {"do not move"}},
       {"base: planar\nconstraints:\n  foot: {kind: plane, link: torso, normal: [0, 1, 0]}",
        {"'foot' is degenerate"}},
@@ -121,6 +139,28 @@ TEST(RobotFile, RefusesWithWordsThatNameThePlace) {
       EXPECT_NE(std::string::npos, answer.find(words)) << answer << "\nof " << bad.yaml;
     }
   }
+}
+
+/// Contacts that are made have the friction of `contacts`, or of their surface.
+TEST(RobotFile, MadeContactsHaveFriction) {
+  const std::string urdf =
+      "<robot name=\"ball\"><link name=\"ball\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" "
+      "iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial><collision><geometry><sphere "
+      "radius=\"0.1\"/></geometry></collision></link></robot>";
+  const std::string base = "base: floating\nterrain: {floor: {kind: plane}, ice: {kind: plane, "
+                           "normal: [0.1, 0, 1], friction: 0.1}, wall: {kind: plane, normal: [1, 0, 0], "
+                           "offset: -2, friction: no_slip}}\ncontacts: {ground: all";
+  const auto robot = MakeRobot({urdf, base + ", friction: 0.5}", ""});
+  ASSERT_EQ(3u, robot->friction().size());
+  EXPECT_EQ(0.5, robot->friction()[0].coefficient);
+  EXPECT_EQ(0.1, robot->friction()[1].coefficient);
+  EXPECT_EQ(Friction::kNoSlip, robot->friction()[2].coefficient);
+  EXPECT_EQ(6, robot->num_tangential());
+  const auto mixed = MakeRobot({urdf, base + "}", ""});  // the floor has none
+  EXPECT_EQ(0, mixed->friction()[0].dimension);
+  EXPECT_EQ(4, mixed->num_tangential());
+  const auto planar = MakeRobot({urdf, "base: planar\ncontacts: {ground: all, friction: 0}", ""});
+  EXPECT_EQ(1, planar->num_tangential()) << "given, and can be set";
 }
 
 TEST(RobotFile, TakesUrdfAsTextAsPathOrAsNamed) {

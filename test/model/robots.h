@@ -8,20 +8,21 @@ namespace contact_flow {
 
 /// The robots of config/robots.
 inline std::vector<std::string> ShippedRobots() {
-  return {"compliant_quadruped", "gripper",   "hopping_trot", "monoped",
-          "planar_biped",        "quadruped", "soft_biped"};
+  return {"compliant_quadruped", "gripper",               "hopping_trot", "monoped",
+          "planar_biped",        "planar_biped_friction", "quadruped",    "soft_biped"};
 }
-/// Those, and one of test/data that has every kind of joint, constraint, effort and parameter.
+/// Those, and two of test/data that have every kind of joint, constraint, effort and parameter.
 inline std::vector<std::string> AllRobots() {
   std::vector<std::string> robots = ShippedRobots();
   robots.push_back("everything");
+  robots.push_back("everything_with_friction");
   return robots;
 }
 /// Path of a robot's YAML.
 inline std::string RobotFile(const std::string& robot) {
   const std::string data = CONTACT_FLOW_TEST_DATA;
-  return robot == "everything" ? data + "/everything.yaml"
-                               : data + "/../../config/robots/" + robot + ".yaml";
+  return robot.compare(0, 10, "everything") == 0 ? data + "/" + robot + ".yaml"
+                                                 : data + "/../../config/robots/" + robot + ".yaml";
 }
 
 }  // namespace contact_flow

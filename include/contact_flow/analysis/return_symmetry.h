@@ -16,8 +16,8 @@ namespace contact_flow {
 /// exchanged and further on:
 ///   g(q, v) = T (E q + c, E v),    E coordinates that change places, c numbers that are added,
 /// T the translation of some coordinates by one number, after which the first of them is what it
-/// was at the start. Tangents follow Dg = T′ E, T′ = I − t e₁ᵀ with t the translation and e₁ its first
-/// coordinate: directions along t are set aside. Coordinates of quaternions cannot take part.
+/// was at the start. Tangents follow Dg = T′ E, T′ = I − t e₁ᵀ with t the translation and e₁ its
+/// first coordinate: directions along t are set aside. Coordinates of quaternions cannot take part.
 class ReturnSymmetry {
  public:
   ReturnSymmetry() = default;

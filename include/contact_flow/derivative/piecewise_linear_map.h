@@ -17,6 +17,8 @@ struct LinearPiece {
   std::vector<std::vector<std::string>> omega;
   /// η: the contact modes passed through, from the first arc to the last, "{}"-style strings.
   std::vector<std::string> eta;
+  /// Their words, one letter a constraint (ContactMode::Word).
+  std::vector<std::string> words;
 
   /// Smallest cone·w; ≥ 0 inside (+∞ for the whole space).
   double Margin(const VectorRef& w) const;

@@ -80,7 +80,7 @@ class ContactDynamics {
     Friction friction;
     Eigen::Vector2d direction = Eigen::Vector2d::Zero();
     double speed = 0;           // |T v| in space, where the direction turns with it
-    Matrix direction_jacobian;  // ∂d by (q, v), in space [2 × 2d]
+    Matrix direction_jacobian;  // ∂d in space [2 × 2d+k]
   };
   /// The factors of a mode, and scratch of its size k, the number of its rows.
   struct ModeFactors {

@@ -16,6 +16,7 @@ namespace contact_flow {
 ///     ground: feet            # feet, all, none, or a list of links
 ///     height: 0               # of the ground [m]
 ///     restitution: 0
+///     friction: 0.8           # or no_slip; without it, none. A surface of the terrain may say its own
 ///     vertices: 16            # most points of one body, where its shapes have more
 ///     tolerance: 0.001        # fewer, where these leave less [m]
 ///   terrain: hall.yaml        # beside the URDF, or the map itself; without it z = height
@@ -37,7 +38,7 @@ struct ContactOptions {
   std::vector<std::string> links;
   double height = 0;
   double restitution = 0;
-  YAML::Node friction;  ///< handed on
+  YAML::Node friction;  ///< of the contacts, unless their surface says it; null: none
   long vertices = 16;
   double tolerance = 1e-3;
   std::string line;    ///< of the key, for messages

@@ -42,11 +42,22 @@ ContactTransition ToMsg(const SystemDescription& description, const Transition& 
 /// The run with both ends of every arc and about `count` samples in between.
 ContactTrajectory ToMsg(const SystemDescription& description, const Trajectory& trajectory,
                         double duration, int count);
+/// What friction adds: the rows' constraints, and forces at the samples.
+void AddForces(const MechanicalSystem& system, const Trajectory& trajectory,
+               ContactTrajectory* message);
+/// The constraint of each tangential row [r].
+Names TangentialNames(const MechanicalSystem& system);
+/// The entries of the tangential rows of a force or impulse, or none.
+std::vector<double> Tangential(const SystemDescription& description, const Vector& force);
 ModeSequence ToModeSequence(const ContactTrajectory& trajectory);
 std::vector<ModeInterval> ToModeIntervals(const Names& constraints, const Trajectory& trajectory);
 /// "{left_foot, right_foot}" for every mode.
 Names ToLabels(const Names& constraints, const std::vector<ContactMode>& modes);
-ContactOrder ToMsg(const Names& constraints, const OrderOutcome& outcome);
+/// The word of every mode, as "s-o".
+Names ToWords(const Names& constraints, const std::vector<ContactMode>& modes);
+/// One letter a constraint.
+std::string ToWord(const Names& constraints, ContactMode mode);
+ContactOrder ToMsg(const SystemDescription& description, const OrderOutcome& outcome);
 /// Without name, direction and prediction; tangents have `size` entries.
 DirectionComparison ToMsg(const Names& constraints, const QuotientReport& report,
                           Eigen::Index size);

@@ -31,6 +31,7 @@ class Display {
     visualization_msgs::MarkerArray contacts;
     std::vector<geometry_msgs::WrenchStamped> wrenches;  ///< one a constraint [n]
   };
+  /// `force`: λ [n+l+r].
   OfState Show(const VectorRef& x, ContactMode mode, const VectorRef& force,
                const ros::Time& stamp) const;
 

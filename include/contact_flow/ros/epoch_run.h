@@ -51,7 +51,7 @@ class EpochRun {
   /// Nothing where the mark is lost.
   std::optional<RollingTangents> TangentsMsg();
 
-  Vector Force();  ///< λ now [n]
+  Vector Force();  ///< λ now [n+l+r]
   HybridState StateMsg();
   SimulatorEvent EventMsg() const;  ///< where AdvanceTo has stopped
   /// What a prediction starts from; throws std::invalid_argument for a request that

@@ -26,12 +26,12 @@ class PointDisplay {
 
   std::vector<geometry_msgs::TransformStamped> Transforms(const VectorRef& x,
                                                           const ros::Time& stamp) const;
-  /// A sphere at every frame (namespace "bodies"), and an arrow for every contact force
-  /// on it ("forces").
+  /// A sphere at every frame (namespace "bodies"), and an arrow for every contact's force on it,
+  /// that of friction with it ("forces"), for λ [n+l+r].
   visualization_msgs::MarkerArray Contacts(const VectorRef& x, ContactMode mode,
                                            const VectorRef& force, const ros::Time& stamp) const;
-  /// The wrench of each contact force λ [n], about the world's origin: the parts of Da_iᵀ λ_i along
-  /// the frames' coordinates.
+  /// The wrench of each contact's force for λ [n+l+r], about the world's origin: the parts of
+  /// Da_iᵀ λ_n,i + T_iᵀ λ_t,i along the frames' coordinates. [n]
   std::vector<geometry_msgs::Wrench> ContactWrenches(const VectorRef& x,
                                                      const VectorRef& force) const;
 
@@ -48,9 +48,13 @@ class PointDisplay {
   Frame* FrameNamed(const std::string& name);
   Eigen::Vector3d Position(const Frame& frame, const VectorRef& x) const;
   Eigen::Quaterniond Rotation(const Frame& frame, const VectorRef& x) const;
-  /// Force of λ_i = 1 on the frame, and the torque of its pitch about the axis that it turns about.
+  /// Force of row i on the frame at λ_i = 1, and the torque of its pitch about the axis
+  /// that it turns about.
   void UnitForce(const Frame& frame, const ConstraintTerms& terms, int i, Eigen::Vector3d* force,
                  Eigen::Vector3d* torque) const;
+  /// The same of contact i and its friction, at λ [n+l+r].
+  void Force(const Frame& frame, const ConstraintTerms& terms, int i, const VectorRef& lambda,
+             Eigen::Vector3d* force, Eigen::Vector3d* torque) const;
 
   const MechanicalSystem& system_;
   const DisplayOptions options_;

@@ -52,12 +52,12 @@ class RobotDisplay {
   std::vector<geometry_msgs::TransformStamped> StaticTransforms(const ros::Time& stamp) const;
 
   /// A sphere at the point of each constraint, orange where it is in the contact mode, blue where
-  /// it is not (namespace "contacts"), and an arrow along each contact force λ [n]
-  /// (namespace "forces").
+  /// it is not (namespace "contacts"), and an arrow along each contact's whole force, that of
+  /// friction with it (namespace "forces"), for λ [n+l+r].
   visualization_msgs::MarkerArray Contacts(const VectorRef& x, ContactMode mode,
                                            const VectorRef& force, const ros::Time& stamp) const;
-  /// The wrench of each contact force λ [n] on the robot, about the world's origin in world axes;
-  /// zero for limits.
+  /// The wrench of each contact's force, that of friction with it, on the robot, for λ [n+l+r];
+  /// about the world's origin in world axes; zero for limits. [n]
   std::vector<geometry_msgs::Wrench> ContactWrenches(const VectorRef& x,
                                                      const VectorRef& force) const;
   /// The planes and height fields that are fixed in the world, each once (namespace "terrain").
@@ -83,10 +83,10 @@ class RobotDisplay {
 
   visualization_msgs::Marker Begin(const std::string& name, int id, const ros::Time& stamp) const;
   Pose LinkPose(const TreeState<double>& state, int link) const;
-  /// The point of a constraint and the force that λ = 1 puts on it, in the world. Of a limit: its
-  /// joint, no force.
-  void ContactPoint(int i, const TreeState<double>& state, const VectorRef& q, Vec3<double>* point,
-                    Vec3<double>* force) const;
+  /// The point of a constraint and the force that λ [n+l+r] puts on it, in the world. Of a limit:
+  /// its joint, no force.
+  void ContactPoint(int i, const TreeState<double>& state, const VectorRef& lambda,
+                    Vec3<double>* point, Vec3<double>* force) const;
 
   const RobotSystem& system_;
   const DisplayOptions options_;

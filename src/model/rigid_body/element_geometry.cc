@@ -28,19 +28,22 @@ ElementGeometry::ElementGeometry(const RigidBodyTree& tree, const ElementParts& 
     : size_(parts.size()) {
   if (size_ > ElementMotion::kMaxSize) throw std::logic_error("an element has too many parts");
   std::set<int> dofs;
-  for (const AttachedPoint& point : parts.points) {
-    points_.push_back({point, {}});
-    for (int j = tree.last_dof(point.body); j >= 0; j = tree.dof_parent(j)) {
+  const auto movers = [&](int body) {
+    std::vector<Mover> found;
+    for (int j = tree.last_dof(body); j >= 0; j = tree.dof_parent(j)) {
       dofs.insert(j);
-      points_.back().movers.push_back({j, 0});
+      found.push_back({j, 0});
       const JointKind joint = tree.bodies()[tree.dof_body(j)].joint;
       if (joint == JointKind::kRevolute || joint == JointKind::kBall) affine_ = false;
     }
-  }
+    return found;
+  };
+  for (const AttachedPoint& point : parts.points) points_.push_back({point, movers(point.body)});
   for (const RobotModel::Coordinate& joint : parts.joints) {
     joints_.push_back({joint, 0});
     dofs.insert(joint.v);
   }
+  for (int body : parts.turns) turns_.push_back({body, movers(body)});
   columns_.assign(dofs.begin(), dofs.end());
   const auto column = [&](int dof) {
     return static_cast<int>(std::lower_bound(columns_.begin(), columns_.end(), dof) -
@@ -48,6 +51,9 @@ ElementGeometry::ElementGeometry(const RigidBodyTree& tree, const ElementParts& 
   };
   for (Point& point : points_) {
     for (Mover& mover : point.movers) mover.column = column(mover.dof);
+  }
+  for (Turn& turn : turns_) {
+    for (Mover& mover : turn.movers) mover.column = column(mover.dof);
   }
   for (Joint& joint : joints_) joint.column = column(joint.place.v);
 }
@@ -60,6 +66,7 @@ void ElementGeometry::Place(const TreeState<double>& state, const double* q,
     z += 3;
   }
   for (const Joint& joint : joints_) *z++ = q[joint.place.q];
+  std::fill(z, motion->z + size_, 0.0);
 }
 
 void ElementGeometry::Move(const TreeState<double>& state, const double* v,
@@ -70,6 +77,11 @@ void ElementGeometry::Move(const TreeState<double>& state, const double* v,
     row += 3;
   }
   for (const Joint& joint : joints_) motion->rate[row++] = v[joint.place.v];
+  for (const Turn& turn : turns_) {
+    const auto& body = state.body;
+    Put(turn.body < 0 ? Vec3<double>::Zero() : body[turn.body].velocity.ang, motion->rate + row);
+    row += 3;
+  }
 }
 
 void ElementGeometry::Accelerate(const TreeState<double>& state, const Vec3<double>& gravity,
@@ -89,6 +101,12 @@ void ElementGeometry::Accelerate(const TreeState<double>& state, const Vec3<doub
   for (const Joint& joint : joints_) {
     motion->acceleration[row++] = vdot == nullptr ? 0 : vdot[joint.place.v];
   }
+  for (const Turn& turn : turns_) {
+    const auto& body = state.body;
+    Put(turn.body < 0 ? Vec3<double>::Zero() : body[turn.body].acceleration.ang,
+        motion->acceleration + row);
+    row += 3;
+  }
 }
 
 void ElementGeometry::Columns(const TreeState<double>& state, const ElementMotion& motion,
@@ -104,6 +122,12 @@ void ElementGeometry::Columns(const TreeState<double>& state, const ElementMotio
     row += 3;
   }
   for (const Joint& joint : joints_) z_q(row++, joint.column) = 1;
+  for (const Turn& turn : turns_) {
+    for (const Mover& mover : turn.movers) {
+      z_q.block<3, 1>(row, mover.column) = state.dof[mover.dof].axis.ang;
+    }
+    row += 3;
+  }
 }
 
 void ElementGeometry::Differentiate(const RigidBodyTree& tree, const TreeState<double>& state,
@@ -129,6 +153,17 @@ void ElementGeometry::Differentiate(const RigidBodyTree& tree, const TreeState<d
     row += 3;
   }
   for (const Joint& joint : joints_) rows->z_q(row++, joint.column) = 1;
+  for (const Turn& turn : turns_) {
+    for (const Mover& mover : turn.movers) {
+      const PointColumns<double> c =
+          DifferentiateTurn(tree, gravity, state, turn.body, mover.dof);
+      rows->z_q.block<3, 1>(row, mover.column) = c.jacobian;
+      rows->rate_q.block<3, 1>(row, mover.column) = c.velocity_q;
+      rows->acceleration_q.block<3, 1>(row, mover.column) = c.acceleration_q;
+      rows->acceleration_v.block<3, 1>(row, mover.column) = c.acceleration_v;
+    }
+    row += 3;
+  }
 }
 
 void ElementGeometry::Push(const TreeState<double>& state, const ElementMotion& motion,
@@ -142,6 +177,10 @@ void ElementGeometry::Push(const TreeState<double>& state, const ElementMotion& 
     row += 3;
   }
   for (const Joint& joint : joints_) effort[joint.place.v] += e[row++];
+  for (const Turn& turn : turns_) {
+    if (turn.body >= 0) external[turn.body].AddTorque(At(e + row));
+    row += 3;
+  }
 }
 
 }  // namespace contact_flow

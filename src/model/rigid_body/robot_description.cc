@@ -68,6 +68,12 @@ std::vector<ExposedNumber> ListNumbers(const RobotDescription& robot) {
     all.push_back(
         {parameter, Range::kUnitInterval, {{Owner::kRestitution, static_cast<int>(i), 0}}});
   }
+  for (std::size_t i = 0; i < robot.constraints.size(); ++i) {
+    if (robot.constraints[i]->slip.rows == 0 || robot.constraints[i]->no_slip) continue;
+    Parameter parameter = robot.constraints[i]->friction;
+    parameter.name = robot.constraints[i]->parts.name + "/" + parameter.name;
+    all.push_back({parameter, Range::kNonNegative, {{Owner::kFriction, static_cast<int>(i), 0}}});
+  }
   return all;
 }
 
@@ -79,6 +85,8 @@ double GetNumber(const RobotDescription& robot, const NumberPlace& place) {
       return robot.constraints[place.index]->parts.numbers[place.number].value;
     case Owner::kRestitution:
       return robot.constraints[place.index]->restitution.value;
+    case Owner::kFriction:
+      return robot.constraints[place.index]->friction.value;
     case Owner::kGravity:
       return robot.gravity;
     case Owner::kLink:
@@ -100,6 +108,9 @@ void SetNumber(const NumberPlace& place, double value, RobotDescription* robot) 
       return;
     case Owner::kRestitution:
       robot->constraints[place.index]->restitution.value = value;
+      return;
+    case Owner::kFriction:
+      robot->constraints[place.index]->friction.value = value;
       return;
     case Owner::kGravity:
       robot->gravity = value;

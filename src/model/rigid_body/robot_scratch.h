@@ -37,6 +37,7 @@ struct RobotSystem::Scratch {
   ElementRows rows;
   Matrix product;
   double number[kMax], e[kMax], by_z[kMax * kMax], by_rate[kMax * kMax];
+  double slip_map[2 * kMax], slip_rate_z[2 * kMax], slip_rate_rate[2 * kMax], slip_z[2 * kMax];
   std::vector<double> by_u;
   double u[kMax];
 };

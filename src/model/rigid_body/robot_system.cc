@@ -32,7 +32,8 @@ RobotSystem::RobotSystem(RobotDescription robot, const ParameterValues& values)
     for (const auto& element : *list) {
       all_constraints_.push_back(element.get());
       constraint_geometry_.emplace_back(robot_.model.tree, element->parts);
-      affine_constraints_ &= element->IsAffine() && constraint_geometry_.back().IsAffine();
+      affine_constraints_ &= element->IsAffine() && constraint_geometry_.back().IsAffine() &&
+                             (element->slip.rows == 0 || element->IsSlipAffine());
     }
   }
   for (const auto& element : robot_.efforts) {
@@ -43,6 +44,7 @@ RobotSystem::RobotSystem(RobotDescription robot, const ParameterValues& values)
   for (int i = 0; i < num_constraints(); ++i) {
     restitution_(i) = robot_.constraints[i]->restitution.value;
   }
+  DescribeFriction();
   nominal_ = robot_.nominal;
   CheckElements();
 }
@@ -65,8 +67,12 @@ void RobotSystem::CheckElements() const {
   ConstraintTerms terms;
   Constraints(q, v, &terms);
   for (std::size_t i = 0; i < all_constraints_.size(); ++i) {
-    const bool finite = std::isfinite(terms.gap(i)) && std::isfinite(terms.bias(i)) &&
-                        terms.jacobian.row(i).allFinite();
+    bool finite = std::isfinite(terms.gap(i)) && std::isfinite(terms.bias(i)) &&
+                  terms.jacobian.row(i).allFinite();
+    const int row = slip_row(static_cast<int>(i)), rows = constraint(static_cast<int>(i)).slip.rows;
+    for (int r = row; rows > 0 && r < row + rows; ++r) {
+      finite = finite && std::isfinite(terms.bias(r)) && terms.jacobian.row(r).allFinite();
+    }
     if (finite && !terms.jacobian.row(i).isZero(0)) continue;
     throw std::invalid_argument("constraint '" + constraint(i).parts.name +
                                 "' is degenerate in the nominal state");
@@ -155,9 +161,9 @@ void RobotSystem::Constraints(const VectorRef& q, const VectorRef& v,
   Scratch* s = loan.get();
   const RigidBodyTree& tree = robot_.model.tree;
   const auto count = static_cast<Eigen::Index>(all_constraints_.size());
-  terms->gap.resize(count);
-  terms->bias.resize(count);
-  terms->jacobian.setZero(count, tree.dof());
+  terms->gap.setZero(count + num_tangential_);
+  terms->bias.resize(count + num_tangential_);
+  terms->jacobian.setZero(count + num_tangential_, tree.dof());
   if (count == 0) return;
   const Vec3<double> weightless = Vec3<double>::Zero();
   UpdatePositions(tree, q.data(), &s->state);
@@ -172,12 +178,13 @@ void RobotSystem::Constraints(const VectorRef& q, const VectorRef& v,
     double* gradient = s->e;
     terms->gap(i) = constraint(i).Gap(s->motion.z, gradient);
     terms->bias(i) = constraint(i).Curvature(s->motion.z, s->motion.rate);
-    for (int k = 0; k < geometry.size(); ++k) {
+    for (int k = 0; k < constraint(i).size(); ++k) {
       terms->bias(i) += gradient[k] * s->motion.acceleration[k];
       for (std::size_t c = 0; c < geometry.columns().size(); ++c) {
         terms->jacobian(i, geometry.columns()[c]) += gradient[k] * s->rows.z_q(k, c);
       }
     }
+    if (slip_row(static_cast<int>(i)) >= 0) AddSlipTerms(static_cast<int>(i), s, terms);
   }
 }
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+
 #include "robot_scratch.h"
 
 namespace contact_flow {
@@ -10,12 +12,21 @@ using Block = Eigen::Map<const Matrix>;
 
 void RobotSystem::AddConstraintForces(const VectorRef& q, const VectorRef& force,
                                       Scratch* s) const {
-  for (Eigen::Index i = 0; i < force.size(); ++i) {
-    if (force(i) == 0) continue;
+  for (int i = 0; i < static_cast<int>(all_constraints_.size()); ++i) {
+    const int row = slip_row(i), rows = constraint(i).slip.rows;
+    if (force(i) == 0 && (rows == 0 || force.segment(row, rows).isZero(0))) continue;
     const ElementGeometry& geometry = constraint_geometry_[i];
     geometry.Place(s->state, q.data(), &s->motion);
     constraint(i).Gap(s->motion.z, s->e);
-    for (int k = 0; k < geometry.size(); ++k) s->e[k] *= force(i);
+    for (int k = 0; k < constraint(i).size(); ++k) s->e[k] *= force(i);
+    if (rows > 0) {
+      const int size = geometry.size();
+      std::fill(s->e + constraint(i).size(), s->e + size, 0.0);
+      constraint(i).SlipMap(s->motion.z, s->slip_map);
+      for (int r = 0; r < rows; ++r) {
+        for (int k = 0; k < size; ++k) s->e[k] += force(row + r) * s->slip_map[r * size + k];
+      }
+    }
     geometry.Push(s->state, s->motion, s->e, s->external.data(), s->effort.data());
   }
 }
@@ -76,18 +87,20 @@ void RobotSystem::DifferentiateEffort(int i, const VectorRef& q, const VectorRef
 }
 
 void RobotSystem::DifferentiateConstraint(int i, const VectorRef& q, const VectorRef& v,
-                                          const VectorRef& acceleration, double lambda, Scratch* s,
-                                          ResidualJacobian* jacobian) const {
+                                          const VectorRef& acceleration, const VectorRef& force,
+                                          Scratch* s, ResidualJacobian* jacobian) const {
   const ConstraintElement& element = constraint(i);
   const ElementGeometry& geometry = constraint_geometry_[i];
   const std::vector<int>& columns = geometry.columns();
   const auto count = static_cast<Eigen::Index>(columns.size());
-  const int size = geometry.size();
+  const int size = element.size();
+  const double lambda = force(i);
   const RigidBodyTree& tree = robot_.model.tree;
   geometry.Place(s->state, q.data(), &s->motion);
   geometry.Move(s->state, v.data(), &s->motion);
   geometry.Accelerate(s->state, tree.gravity(), acceleration.data(), &s->motion);
   geometry.Differentiate(tree, s->state, tree.gravity(), s->motion, &s->rows);
+  if (element.slip.rows > 0) DifferentiateSlip(i, force, s, jacobian);
   double *gradient = s->e, *hessian = s->by_z, *by_z = s->number, *by_rate = s->by_rate;
   element.Gap(s->motion.z, gradient);
   const ElementRows& rows = s->rows;
@@ -140,15 +153,15 @@ void RobotSystem::DifferentiateDynamics(const VectorRef& q, const VectorRef& v, 
   jacobian->momentum_q.resize(n, n);
   jacobian->momentum_v.resize(n, n);
   jacobian->momentum_u.setZero(n, num_inputs());
-  jacobian->constraint_q.setZero(count, n);
-  jacobian->constraint_v.setZero(count, n);
+  jacobian->constraint_q.setZero(num_rows(), n);
+  jacobian->constraint_v.setZero(num_rows(), n);
   s->jacobian.Compute(tree, tree.gravity(), s->external.data(), s->state,
                       jacobian->momentum_q.data(), jacobian->momentum_v.data());
   for (std::size_t i = 0; i < robot_.efforts.size(); ++i) {
     DifferentiateEffort(static_cast<int>(i), q, v, u, s, jacobian);
   }
   for (int i = 0; i < count; ++i) {
-    DifferentiateConstraint(i, q, v, acceleration, force(i), s, jacobian);
+    DifferentiateConstraint(i, q, v, acceleration, force, s, jacobian);
   }
 }
 
@@ -170,7 +183,7 @@ void RobotSystem::DifferentiateImpact(const VectorRef& q, const VectorRef& jump,
   jacobian->momentum_q.resize(n, n);
   s->jacobian.Compute(tree, weightless, s->external.data(), s->state, jacobian->momentum_q.data(),
                       nullptr);
-  jacobian->constraint_q.setZero(count, n);
+  jacobian->constraint_q.setZero(num_rows(), n);
   UpdateVelocities(tree, speed.data(), &s->state);
   UpdateAccelerations<double>(tree, weightless, nullptr, &s->state);
   for (int i = 0; i < count; ++i) {
@@ -178,11 +191,12 @@ void RobotSystem::DifferentiateImpact(const VectorRef& q, const VectorRef& jump,
     const ElementGeometry& geometry = constraint_geometry_[i];
     const std::vector<int>& columns = geometry.columns();
     const auto width = static_cast<Eigen::Index>(columns.size());
-    const int size = geometry.size();
+    const int size = element.size();
     geometry.Place(s->state, q.data(), &s->motion);
     geometry.Move(s->state, speed.data(), &s->motion);
     geometry.Accelerate(s->state, weightless, nullptr, &s->motion);
     geometry.Differentiate(tree, s->state, weightless, s->motion, &s->rows);
+    if (element.slip.rows > 0) DifferentiateSlipAtImpact(i, impulse, s, jacobian);
     double *gradient = s->e, *hessian = s->by_z;
     element.Gap(s->motion.z, gradient);
     // Both λ H and 2 H ż, the derivative of curvature by ż.

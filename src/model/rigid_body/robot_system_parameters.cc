@@ -57,7 +57,7 @@ void RobotSystem::DifferentiateInertia(const NumberPlace& place, bool weight,
 
 void RobotSystem::DifferentiateConstraintByNumber(int i, int number, const VectorRef& q,
                                                   const VectorRef& v, const VectorRef& acceleration,
-                                                  double lambda, Scratch* s, int column,
+                                                  const VectorRef& force, Scratch* s, int column,
                                                   ParameterJacobian* jacobian) const {
   const ElementGeometry& geometry = constraint_geometry_[i];
   geometry.Place(s->state, q.data(), &s->motion);
@@ -68,9 +68,12 @@ void RobotSystem::DifferentiateConstraintByNumber(int i, int number, const Vecto
       s->motion.z, s->motion.rate, s->motion.acceleration, number, s->e);
   jacobian->constraint(i, column) += change.acceleration;
   for (std::size_t c = 0; c < geometry.columns().size(); ++c) {
-    for (int k = 0; k < geometry.size(); ++k) {
-      jacobian->momentum(geometry.columns()[c], column) -= lambda * s->e[k] * s->rows.z_q(k, c);
+    for (int k = 0; k < constraint(i).size(); ++k) {
+      jacobian->momentum(geometry.columns()[c], column) -= force(i) * s->e[k] * s->rows.z_q(k, c);
     }
+  }
+  if (constraint(i).slip.rows > 0) {
+    DifferentiateSlipByNumber(i, number, force, nullptr, s, column, jacobian);
   }
 }
 
@@ -85,7 +88,7 @@ void RobotSystem::DifferentiateDynamicsByParameters(const VectorRef& q, const Ve
   const RigidBodyTree& tree = robot_.model.tree;
   const auto count = static_cast<Eigen::Index>(parameters.size());
   jacobian->momentum.setZero(tree.dof(), count);
-  jacobian->constraint.setZero(all_constraints_.size(), count);
+  jacobian->constraint.setZero(num_rows(), count);
   UpdatePositions(tree, q.data(), &s->state);
   UpdateVelocities(tree, v.data(), &s->state);
   UpdateInertias(tree, &s->state);
@@ -100,7 +103,7 @@ void RobotSystem::DifferentiateDynamicsByParameters(const VectorRef& q, const Ve
           break;
         case Owner::kConstraint:
           DifferentiateConstraintByNumber(place.index, place.number, q, v, acceleration,
-                                          force(place.index), s, p, jacobian);
+                                          force, s, p, jacobian);
           break;
         case Owner::kEffort: {
           const EffortElement& element = *robot_.efforts[place.index];
@@ -120,6 +123,7 @@ void RobotSystem::DifferentiateDynamicsByParameters(const VectorRef& q, const Ve
           break;
         }
         case Owner::kRestitution:
+        case Owner::kFriction:  // of the law of contact, not of a residual
           break;
       }
     }
@@ -135,8 +139,8 @@ void RobotSystem::DifferentiateImpactByParameters(const VectorRef& q, const Vect
   const RigidBodyTree& tree = robot_.model.tree;
   const auto count = static_cast<Eigen::Index>(parameters.size());
   jacobian->momentum.setZero(tree.dof(), count);
-  jacobian->constraint.setZero(all_constraints_.size(), count);
-  jacobian->gap.setZero(all_constraints_.size(), count);
+  jacobian->constraint.setZero(num_rows(), count);
+  jacobian->gap.setZero(num_rows(), count);
   jacobian->restitution.setZero(num_constraints(), count);
   UpdatePositions(tree, q.data(), &s->state);
   UpdateVelocities(tree, s->zero.data(), &s->state);
@@ -145,7 +149,7 @@ void RobotSystem::DifferentiateImpactByParameters(const VectorRef& q, const Vect
   UpdateAccelerations<double>(tree, Vec3<double>::Zero(), jump.data(), &s->state);
   for (int p = 0; p < count; ++p) {
     for (const NumberPlace& place : robot_.parameters.at(parameters[p]).places) {
-      if (place.owner == Owner::kEffort) continue;
+      if (place.owner == Owner::kEffort || place.owner == Owner::kFriction) continue;
       if (place.owner == Owner::kRestitution) {
         jacobian->restitution(place.index, p) = 1;
         continue;
@@ -163,11 +167,14 @@ void RobotSystem::DifferentiateImpactByParameters(const VectorRef& q, const Vect
           constraint(i).DifferentiateByNumber(s->motion.z, still, still, place.number, s->e).gap;
       for (std::size_t c = 0; c < geometry.columns().size(); ++c) {
         const int j = geometry.columns()[c];
-        for (int k = 0; k < geometry.size(); ++k) {
+        for (int k = 0; k < constraint(i).size(); ++k) {
           const double change = s->e[k] * s->rows.z_q(k, c);
           jacobian->momentum(j, p) -= impulse(i) * change;
           jacobian->constraint(i, p) += change * speed(j);
         }
+      }
+      if (constraint(i).slip.rows > 0) {
+        DifferentiateSlipByNumber(i, place.number, impulse, speed.data(), s, p, jacobian);
       }
     }
   }

@@ -11,8 +11,8 @@ namespace contact_flow {
 namespace example {
 
 /// A passive walker of two rigid legs on a slope: a mass at the hip, one in each leg, point feet
-/// that never slip, plastic heel strikes, at which the other foot lets go. In the frame of the slope, x
-/// downhill and z away from it, with the angles of the legs from z:
+/// that never slip, plastic heel strikes, at which the other foot lets go. In the frame of the
+/// slope, x downhill and z away from it, with the angles of the legs from z:
 ///   foot = hip + l (sin θ, −cos θ).
 /// Legs of equal length scuff where they pass each other. Each foot has a row of stones of its own,
 /// at `stone` + 2 k `pitch`, as a walker with feet side by side has on two rails; between them the

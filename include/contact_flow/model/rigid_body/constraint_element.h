@@ -8,16 +8,29 @@
 
 #include "contact_flow/autodiff.h"
 #include "contact_flow/model/rigid_body/element_parts.h"
+#include "contact_flow/model/rigid_body/slip_kernel.h"
 
 namespace contact_flow {
 
 /// A constraint of a robot: a(z) ≥ 0 (or b(z) = 0), with z as in ElementParts. With g = ∂a/∂z and
-/// the acceleration z̈, ä = g z̈ + żᵀ (∂²a/∂z²) ż.
+/// the acceleration z̈, ä = g z̈ + żᵀ (∂²a/∂z²) ż. With friction it slips with s = W(z) ż, one row
+/// for each tangential direction (SlipFrame), and z is longer: a depends on its
+/// first `size` numbers.
 class ConstraintElement {
  public:
   virtual ~ConstraintElement() = default;
   ElementParts parts;
   Parameter restitution = {"restitution", "", "share of the approach speed that returns", 0};
+  Parameter friction = {"friction", "", "Coulomb's coefficient of friction", 0};
+  bool no_slip = false;  ///< its friction is infinite
+  SlipFrame slip;        ///< without friction it has no rows
+
+  /// Whether two surfaces touch, which may have friction.
+  virtual bool Touches() const = 0;
+  /// Takes the frame, and into `parts` what its slip depends on. Touches() only, and once.
+  virtual void AddFriction(const SlipFrame& frame) = 0;
+  /// Numbers that a depends on.
+  virtual int size() const = 0;
 
   /// a is affine in z.
   virtual bool IsAffine() const = 0;
@@ -36,6 +49,21 @@ class ConstraintElement {
   virtual ByNumber DifferentiateByNumber(const double* z, const double* rate,
                                          const double* acceleration, int k,
                                          double* gradient) const = 0;
+
+  /// W does not depend on z. The rest is of slip, too, as in SlipKernel.
+  virtual bool IsSlipAffine() const = 0;
+  virtual void SlipMap(const double* z, double* map) const = 0;
+  virtual void SlipRate(const double* z, const double* rate, const double* acceleration,
+                        double* slip_rate) const = 0;
+  virtual void SlipHessian(const double* z, const double* lambda, double* hessian) const = 0;
+  virtual void DifferentiateSlip(const double* z, const double* rate, const double* acceleration,
+                                 double* rate_z, double* rate_rate, double* slip_z) const = 0;
+  virtual void DifferentiateSlipByNumber(const double* z, const double* rate,
+                                         const double* acceleration, int k, double* map,
+                                         double* slip_rate) const = 0;
+  /// From the first point to where it touches, in world axes, and the force there of λ = 1 along
+  /// the normal. Touches() only.
+  virtual void Place(const double* z, Vec3<double>* arm, Vec3<double>* push) const = 0;
 };
 
 /// A constraint from a kind written once as a template. `Kind` provides (see constraint/plane.h):
@@ -44,12 +72,15 @@ class ConstraintElement {
 ///   kAffine                          a promise that saves work
 ///   Read(fields)                     asks for its fields, in the order of the numbers
 ///   Gap(number, z)                   for any scalar, smooth where it vanishes
+///   kTouches                         whether surfaces touch: then what SlipKernel asks for
 template <class Kind>
 class ConstraintOf final : public ConstraintElement {
   static constexpr int N = 3 * Kind::kPoints + Kind::kJoints;
 
  public:
   bool IsAffine() const override { return Kind::kAffine; }
+  bool Touches() const override { return Kind::kTouches; }
+  int size() const override { return N; }
 
   double Gap(const double* z, double* gradient) const override {
     using S = Dual<double, N>;
@@ -111,6 +142,51 @@ class ConstraintOf final : public ConstraintElement {
     const S a = Kind::Gap(numbers.data(), Z.data());
     for (int k = 0; k < N; ++k) gradient[k] = a.d[k].d[0];
     return {a.value.d[0], Second(second_numbers, at.data(), along.data(), bend.data()).d[0]};
+  }
+
+  void AddFriction(const SlipFrame& frame) override {
+    slip = frame;
+    if constexpr (Kind::kTouches) {
+      if constexpr (Kind::kTips > 0) parts.points.push_back(Kind::Tip(parts));
+      if constexpr (Kind::kTurns > 0) parts.turns.push_back(parts.points[0].body);
+      if constexpr (Kind::kTurns > 1) parts.turns.push_back(parts.points[Kind::kOther].body);
+    }
+  }
+  bool IsSlipAffine() const override {
+    if constexpr (Kind::kTouches) return Kind::kSlipAffine;
+    return true;
+  }
+  void SlipMap(const double* z, double* map) const override {
+    if constexpr (Kind::kTouches) SlipKernel<Kind>::Map(slip, parts, z, map);
+  }
+  void SlipRate(const double* z, const double* rate, const double* acceleration,
+                double* slip_rate) const override {
+    if constexpr (Kind::kTouches) {
+      SlipKernel<Kind>::Rate(slip, parts, z, rate, acceleration, slip_rate);
+    }
+  }
+  void SlipHessian(const double* z, const double* lambda, double* hessian) const override {
+    if constexpr (Kind::kTouches) SlipKernel<Kind>::Hessian(slip, parts, z, lambda, hessian);
+  }
+  void DifferentiateSlip(const double* z, const double* rate, const double* acceleration,
+                         double* rate_z, double* rate_rate, double* slip_z) const override {
+    if constexpr (Kind::kTouches) {
+      SlipKernel<Kind>::Differentiate(slip, parts, z, rate, acceleration, rate_z, rate_rate,
+                                      slip_z);
+    }
+  }
+  void DifferentiateSlipByNumber(const double* z, const double* rate, const double* acceleration,
+                                 int k, double* map, double* slip_rate) const override {
+    if constexpr (Kind::kTouches) {
+      SlipKernel<Kind>::ByNumber(slip, parts, z, rate, acceleration, k, map, slip_rate);
+    }
+  }
+  void Place(const double* z, Vec3<double>* arm, Vec3<double>* push) const override {
+    if constexpr (Kind::kTouches) {
+      const constraint::Touch<double> touch = Kind::At(Numbers<double>().data(), z);
+      *arm = touch.arm;
+      *push = touch.stretch * touch.normal;
+    }
   }
 
  private:

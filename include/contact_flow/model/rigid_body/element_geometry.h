@@ -10,7 +10,7 @@ namespace contact_flow {
 
 /// z, ż and z̈ of an element.
 struct ElementMotion {
-  static constexpr int kMaxSize = 12;
+  static constexpr int kMaxSize = 18;
   double z[kMaxSize];
   double rate[kMaxSize];
   double acceleration[kMaxSize];
@@ -28,7 +28,7 @@ struct ElementRows {
   explicit ElementRows(const RigidBodyTree& tree);
 };
 
-/// Where the points and joints of an element are and how they move.
+/// Where the points and joints of an element are, how they move, and how its bodies turn.
 class ElementGeometry {
  public:
   ElementGeometry(const RigidBodyTree& tree, const ElementParts& parts);
@@ -71,10 +71,16 @@ class ElementGeometry {
     int column;
   };
 
+  struct Turn {
+    int body;
+    std::vector<Mover> movers;
+  };
+
   int size_;
   bool affine_ = true;
   std::vector<Point> points_;
   std::vector<Joint> joints_;
+  std::vector<Turn> turns_;
   std::vector<int> columns_;
 };
 

@@ -17,16 +17,18 @@ struct AttachedPoint {
 };
 
 /// What a constraint or an effort element of a robot is attached to, and its numbers. Elements see
-/// the robot as z = (positions of the points in world axes, values of the joints) [3P+J].
+/// the robot as z = (positions of the points in world axes, values of the joints, turns) [3P+J+3T]:
+/// of turns, only the rates, angular velocities of bodies in world axes, mean anything.
 struct ElementParts {
   std::string name;
   std::vector<AttachedPoint> points;           ///< [P]
   std::vector<RobotModel::Coordinate> joints;  ///< [J]
+  std::vector<int> turns;                      ///< [T] bodies, −1 the world
   std::vector<int> inputs;                     ///< indices into u
   std::vector<Parameter> numbers;
   std::vector<Range> ranges;  ///< of the numbers
 
-  int size() const { return static_cast<int>(3 * points.size() + joints.size()); }
+  int size() const { return static_cast<int>(3 * (points.size() + turns.size()) + joints.size()); }
 };
 
 /// Where an element finds its fields, by key. Each call appends to the parts that are being filled;

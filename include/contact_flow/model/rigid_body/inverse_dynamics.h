@@ -21,12 +21,13 @@ void UpdateInertias(const RigidBodyTree& tree, TreeState<S>* state) {
   }
 }
 
-/// The sum of forces on points of one body, each fixed in world axes while the body moves.
+/// The sum of forces on points of one body, and of torques on it, each fixed in world axes while
+/// the body moves.
 template <class S>
 struct PointForces {
   Spatial<S> force;  ///< their spatial force about the reference point
-  /// w ↦ Σ r × (w × F): by how much their moment changes less than a force fixed in the body would,
-  /// when the body turns by w.
+  /// w ↦ Σ r × (w × F) + Σ w × τ: by how much their moment changes less than a force fixed in the
+  /// body would, when the body turns by w.
   Mat3<S> turning;
 
   void SetZero() {
@@ -41,6 +42,15 @@ struct PointForces {
     for (int i = 0; i < 3; ++i) {
       for (int k = 0; k < 3; ++k) turning(i, k) -= F(i) * r(k);
       turning(i, i) += along;
+    }
+  }
+  /// A torque τ [N·m].
+  void AddTorque(const Vec3<S>& torque) {
+    force.ang += torque;
+    for (int k = 0; k < 3; ++k) {
+      const int next = (k + 1) % 3, last = (k + 2) % 3;
+      turning(k, next) += torque(last);
+      turning(next, k) -= torque(last);
     }
   }
 };

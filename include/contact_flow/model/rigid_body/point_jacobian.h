@@ -15,16 +15,21 @@ struct PointColumns {
   Vec3<S> acceleration_v;  ///< ∂p̈/∂v_j, at fixed v̇
 };
 
-/// The columns of a j that moves `body`, for its point that moves as `motion`; after
-/// UpdateAccelerations. With w the angular part of J_j, ψ_j = v_p × J_j, p the parent of j's joint:
-///   ∂v/∂η_j = J_j × (v − v_p),    ∂a/∂η_j = J_j × (a − a_p) + ψ_j × (v − v_p),
-///   ∂v/∂v_j = J_j,                ∂a/∂v_j = J̇_j + J_j × (v − v_p)
-/// for the body's spatial velocity v and acceleration a, of which ṗ = v_lin + ω × r,
-/// p̈ = a_lin + α × r + ω × ṗ at r from the reference point.
+/// How the spatial velocity and acceleration of a body change with η_j and v_j.
 template <class S>
-PointColumns<S> DifferentiatePoint(const RigidBodyTree& tree, const Vec3<S>& gravity,
-                                   const TreeState<S>& state, int body,
-                                   const PointMotion<S>& motion, int j) {
+struct BodyColumns {
+  Spatial<S> velocity_q;
+  Spatial<S> acceleration_q;
+  Spatial<S> acceleration_v;
+};
+
+/// The columns of a j that moves `body`, after UpdateAccelerations. With ψ_j = v_p × J_j, p the
+/// parent of j's joint:
+///   ∂v/∂η_j = J_j × (v − v_p),    ∂a/∂η_j = J_j × (a − a_p) + ψ_j × (v − v_p),
+///   ∂v/∂v_j = J_j,                ∂a/∂v_j = J̇_j + J_j × (v − v_p).
+template <class S>
+BodyColumns<S> DifferentiateBody(const RigidBodyTree& tree, const Vec3<S>& gravity,
+                                 const TreeState<S>& state, int body, int j) {
   const int b = tree.dof_body(j), parent = tree.bodies()[b].parent;
   const Spatial<S>& J = state.dof[j].axis;
   const typename TreeState<S>::Body& moved = state.body[body];
@@ -38,8 +43,21 @@ PointColumns<S> DifferentiatePoint(const RigidBodyTree& tree, const Vec3<S>& gra
     psi = CrossMotion(state.body[parent].velocity, J);
   }
   const Spatial<S> v_q = CrossMotion(J, v);
-  const Spatial<S> a_q = CrossMotion(J, a) + CrossMotion(psi, v);
-  const Spatial<S> a_v = Jdot + v_q;
+  return {v_q, CrossMotion(J, a) + CrossMotion(psi, v), Jdot + v_q};
+}
+
+/// The columns of a j that moves `body`, for its point that moves as `motion`; after
+/// UpdateAccelerations. From those of the body's spatial velocity v and acceleration a, of which
+/// ṗ = v_lin + ω × r, p̈ = a_lin + α × r + ω × ṗ at r from the reference point.
+template <class S>
+PointColumns<S> DifferentiatePoint(const RigidBodyTree& tree, const Vec3<S>& gravity,
+                                   const TreeState<S>& state, int body,
+                                   const PointMotion<S>& motion, int j) {
+  const Spatial<S>& J = state.dof[j].axis;
+  const typename TreeState<S>::Body& moved = state.body[body];
+  const BodyColumns<S> of_body = DifferentiateBody(tree, gravity, state, body, j);
+  const Spatial<S>&v_q = of_body.velocity_q, &a_q = of_body.acceleration_q,
+        &a_v = of_body.acceleration_v;
   const Vec3<S> r = motion.position - state.reference;
   const Vec3<S>& omega = moved.velocity.ang;
   PointColumns<S> columns;
@@ -51,6 +69,16 @@ PointColumns<S> DifferentiatePoint(const RigidBodyTree& tree, const Vec3<S>& gra
   columns.acceleration_v =
       a_v.lin + Cross(a_v.ang, r) + Cross(J.ang, motion.velocity) + Cross(omega, columns.jacobian);
   return columns;
+}
+
+/// The columns of a j that moves `body`, for its angular velocity and acceleration, in world axes;
+/// as above.
+template <class S>
+PointColumns<S> DifferentiateTurn(const RigidBodyTree& tree, const Vec3<S>& gravity,
+                                  const TreeState<S>& state, int body, int j) {
+  const BodyColumns<S> of_body = DifferentiateBody(tree, gravity, state, body, j);
+  return {state.dof[j].axis.ang, of_body.velocity_q.ang, of_body.acceleration_q.ang,
+          of_body.acceleration_v.ang};
 }
 
 /// Position, velocity and acceleration of the point of a body that is at `local` in the body's

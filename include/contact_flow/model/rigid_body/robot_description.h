@@ -14,7 +14,7 @@ namespace contact_flow {
 
 /// A number of a robot that can be a parameter, by where it is kept.
 struct NumberPlace {
-  enum class Owner { kEffort, kConstraint, kRestitution, kLink, kGravity };
+  enum class Owner { kEffort, kConstraint, kRestitution, kFriction, kLink, kGravity };
   Owner owner;
   int index = 0;   ///< of the effort, the constraint or the link
   int number = 0;  ///< of the element; of a link: mass, x, y, z, ixx, ixy, ixz, iyy, iyz, izz
@@ -44,7 +44,7 @@ struct RobotDescription {
 
 /// Every number there is with the name it is found by: "gravity", "links/L/mass" (in the frame of
 /// link L: centre of mass x, y, z and inertia about it ixx … izz), "E/stiffness" of effort E,
-/// "C/offset" and "C/restitution" of constraint C.
+/// "C/offset", "C/restitution" and, with friction that is finite, "C/friction" of constraint C.
 std::vector<ExposedNumber> ListNumbers(const RobotDescription& robot);
 double GetNumber(const RobotDescription& robot, const NumberPlace& place);
 void SetNumber(const NumberPlace& place, double value, RobotDescription* robot);

@@ -17,7 +17,8 @@ namespace contact_flow {
 /// of an element, Z = ∂z/∂η, e its forces and g the gradient of a constraint,
 ///   h = −RNEA(q, v, 0) + Σ Zᵀ e(z, ż, u),       Da = gᵀ Z,       r₁ = RNEA(q, v, v̇) − Σ Zᵀ e − Σ
 ///   Zᵀ g λ,
-/// and all derivatives are analytic along the tree, by duals within an element.
+/// and all derivatives are analytic along the tree, by duals within an element. With friction the
+/// rows of a contact's map T = W Z, which it slips with (SlipKernel), follow those of closures.
 class RobotSystem final : public MechanicalSystem {
  public:
   /// Values replace those of the description's parameters. Throws std::invalid_argument for unknown
@@ -45,6 +46,7 @@ class RobotSystem final : public MechanicalSystem {
                                        const VectorRef& impulse, const VectorRef& s,
                                        const std::vector<int>& parameters,
                                        ParameterJacobian* jacobian) const override;
+  Matrix DifferentiateFriction(const std::vector<int>& parameters) const override;
 
  private:
   struct Scratch;
@@ -58,27 +60,42 @@ class RobotSystem final : public MechanicalSystem {
 
   const ConstraintElement& constraint(int i) const { return *all_constraints_[i]; }
   void Describe();
+  void DescribeFriction();
   /// Throws std::invalid_argument for a constraint without gradient and for numbers
   /// that are not finite.
   void CheckElements() const;
   void AddEfforts(const VectorRef& q, const VectorRef& v, const VectorRef& u, Scratch* s) const;
   void AddConstraintForces(const VectorRef& q, const VectorRef& force, Scratch* s) const;
+  /// Row of T of constraint i, −1 without friction.
+  int slip_row(int i) const { return slip_rows_.empty() ? -1 : slip_rows_[i]; }
+  // Of slip, each where the motion of the element is in `s`: T and Ṫ v; what of ∂r₁ and ∂r₂ is its;
+  // the same of the impact; the same by a number.
+  void AddSlipTerms(int i, Scratch* s, ConstraintTerms* terms) const;
+  void DifferentiateSlip(int i, const VectorRef& force, Scratch* s,
+                         ResidualJacobian* jacobian) const;
+  void DifferentiateSlipAtImpact(int i, const VectorRef& impulse, Scratch* s,
+                                 ResidualJacobian* jacobian) const;
+  void SubtractSlipHessian(int i, const VectorRef& force, Scratch* s, Matrix* momentum_q) const;
+  /// `speed`: of the impact, else null.
+  void DifferentiateSlipByNumber(int i, int number, const VectorRef& force, const double* speed,
+                                 Scratch* s, int column, ParameterJacobian* jacobian) const;
   void DifferentiateEffort(int i, const VectorRef& q, const VectorRef& v, const VectorRef& u,
                            Scratch* s, ResidualJacobian* jacobian) const;
   void DifferentiateConstraint(int i, const VectorRef& q, const VectorRef& v,
-                               const VectorRef& acceleration, double lambda, Scratch* s,
+                               const VectorRef& acceleration, const VectorRef& force, Scratch* s,
                                ResidualJacobian* jacobian) const;
   /// ∂RNEA/∂(number of a link, or gravity), after UpdateAccelerations and UpdateMomenta.
   void DifferentiateInertia(const NumberPlace& place, bool weight, const TreeState<double>& state,
                             double* column) const;
   void DifferentiateConstraintByNumber(int i, int number, const VectorRef& q, const VectorRef& v,
-                                       const VectorRef& acceleration, double lambda, Scratch* s,
-                                       int column, ParameterJacobian* jacobian) const;
+                                       const VectorRef& acceleration, const VectorRef& force,
+                                       Scratch* s, int column, ParameterJacobian* jacobian) const;
 
   RobotDescription robot_;
   std::vector<const ConstraintElement*> all_constraints_;  // n unilateral, l bilateral
   std::vector<ElementGeometry> constraint_geometry_;
   std::vector<ElementGeometry> effort_geometry_;
+  std::vector<int> slip_rows_;  // of every constraint; empty without friction
   bool constant_mass_ = false;
   bool affine_constraints_ = false;
   bool forces_on_points_ = false;

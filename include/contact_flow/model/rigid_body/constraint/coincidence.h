@@ -10,7 +10,7 @@ namespace constraint {
 /// bilateral constraints.
 struct Coincidence {
   static constexpr int kPoints = 2, kJoints = 0, kNumbers = 3;
-  static constexpr bool kAffine = true;
+  static constexpr bool kAffine = true, kTouches = false;
 
   template <class S>
   static S Gap(const S* number, const S* z) {

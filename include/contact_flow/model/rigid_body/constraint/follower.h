@@ -9,7 +9,7 @@ namespace constraint {
 /// A joint that follows another: b = q − multiplier q_master − offset. For bilateral constraints.
 struct Follower {
   static constexpr int kPoints = 0, kJoints = 2, kNumbers = 2;
-  static constexpr bool kAffine = true;
+  static constexpr bool kAffine = true, kTouches = false;
 
   template <class S>
   static S Gap(const S* number, const S* z) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "contact_flow/model/rigid_body/constraint/touch.h"
 #include "contact_flow/model/rigid_body/element_parts.h"
 
 namespace contact_flow {
@@ -10,10 +11,14 @@ namespace constraint {
 
 /// A point of a link above smooth rolling terrain: a = z − h(x, y), a vertical distance, with
 ///   h = height + slope·(x, y) + amplitude sin(wave·(x, y) + phase).
+/// With g = (−∂h/∂x, −∂h/∂y, 1) the force along the unit normal is |g| λ, and T is |g| times the
+/// velocity along the tangents.
 struct HeightField {
   static constexpr const char* kName = "height_field";
   static constexpr int kPoints = 1, kJoints = 0, kNumbers = 7;
   static constexpr bool kAffine = false;
+  static constexpr bool kTouches = true, kSlipAffine = false;
+  static constexpr int kOther = -1, kTips = 0, kTurns = 0;
 
   static void Read(ElementFields* fields) {
     fields->Point("link", "point");
@@ -31,6 +36,20 @@ struct HeightField {
     using std::sin;
     const S wave = number[4] * z[0] + number[5] * z[1] + number[6];
     return z[2] - number[0] - number[1] * z[0] - number[2] * z[1] - number[3] * sin(wave);
+  }
+
+  template <class S>
+  static Touch<S> At(const S* number, const S* z) {
+    using std::cos;
+    using std::sqrt;
+    const S rise = number[3] * cos(number[4] * z[0] + number[5] * z[1] + number[6]);
+    const S x = -number[1] - number[4] * rise, y = -number[2] - number[5] * rise;
+    const S length = sqrt(x * x + y * y + 1.0);
+    return {Vec3<S>(x / length, y / length, 1.0 / length), Zero3<S>(), length};
+  }
+  template <class S>
+  static void Tangents(const S*, const Touch<S>& touch, Vec3<S>* first, Vec3<S>* second) {
+    LevelTangents(touch.normal, first, second);
   }
 };
 

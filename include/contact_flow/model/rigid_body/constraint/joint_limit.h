@@ -10,7 +10,7 @@ namespace constraint {
 struct LowerLimit {
   static constexpr const char* kName = "lower_limit";
   static constexpr int kPoints = 0, kJoints = 1, kNumbers = 1;
-  static constexpr bool kAffine = true;
+  static constexpr bool kAffine = true, kTouches = false;
 
   static void Read(ElementFields* fields) {
     fields->Joint("joint");
@@ -27,7 +27,7 @@ struct LowerLimit {
 struct UpperLimit {
   static constexpr const char* kName = "upper_limit";
   static constexpr int kPoints = 0, kJoints = 1, kNumbers = 1;
-  static constexpr bool kAffine = true;
+  static constexpr bool kAffine = true, kTouches = false;
 
   static void Read(ElementFields* fields) {
     fields->Joint("joint");

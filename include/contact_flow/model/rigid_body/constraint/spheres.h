@@ -3,16 +3,21 @@
 
 #include <cmath>
 
+#include "contact_flow/model/rigid_body/constraint/touch.h"
 #include "contact_flow/model/rigid_body/element_parts.h"
 
 namespace contact_flow {
 namespace constraint {
 
 /// Two spheres about points of links: a = |p − p_other| − radius − other_radius.
+/// The tangents are two directions across `pole` after the shortest turn that takes the pole into
+/// the normal: smooth but where the normal is its opposite, a direction that nothing prefers.
 struct Spheres {
   static constexpr const char* kName = "spheres";
   static constexpr int kPoints = 2, kJoints = 0, kNumbers = 2;
   static constexpr bool kAffine = false;
+  static constexpr bool kTouches = true, kSlipAffine = false;
+  static constexpr int kOther = 1, kTips = 0, kTurns = 2;
 
   static void Read(ElementFields* fields) {
     fields->Point("link", "point");
@@ -32,6 +37,19 @@ struct Spheres {
       square += d * d;
     }
     return sqrt(square) - number[0] - number[1];
+  }
+
+  template <class S>
+  static Touch<S> At(const S* number, const S* z) {
+    const S apart[] = {z[0] - z[3], z[1] - z[4], z[2] - z[5]};
+    const Vec3<S> n = UnitAlong(apart);
+    return {n, Vec3<S>(-number[0] * n(0), -number[0] * n(1), -number[0] * n(2)), S(1.0)};
+  }
+  template <class S>
+  static void Tangents(const S*, const Touch<S>& touch, Vec3<S>* first, Vec3<S>* second) {
+    const Vec3<double> pole(2. / 7, 3. / 7, 6. / 7);
+    *first = TurnedAlong<S>({6. / 7, 2. / 7, -3. / 7}, pole, touch.normal);
+    *second = TurnedAlong<S>({-3. / 7, 6. / 7, -2. / 7}, pole, touch.normal);
   }
 };
 
