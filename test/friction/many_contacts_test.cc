@@ -25,6 +25,11 @@ long FromEnvironment(const char* name, long otherwise) {
   return text == nullptr ? otherwise : std::atol(text);
 }
 
+void Tell(long seed, const Status& status) {
+  if (std::getenv("CONTACT_FLOW_FRICTION_TELL") == nullptr) return;
+  std::cout << seed << " " << status.message << "\n";
+}
+
 /// Draws numbers.
 class Dice {
  public:
@@ -226,13 +231,13 @@ TEST_P(FrictionOfManyContacts, IsNotContradicted) {
     CheckLaws(drawn, run);
     if (!run.status.ok()) {
       ++tally[std::string("run ended: ") + OutcomeName(run.status.outcome)];
-      if (std::getenv("CONTACT_FLOW_FRICTION_TELL") != nullptr) std::cout << seed << " " << run.status.message << "\n";
+      Tell(seed, run.status);
       continue;
     }
     const BDerivative B = DifferentiateOutcome(*drawn.system, run);
     if (!B.status.ok()) {
       ++tally[std::string("derivative refused: ") + OutcomeName(B.status.outcome)];
-      if (std::getenv("CONTACT_FLOW_FRICTION_TELL") != nullptr) std::cout << seed << " " << B.status.message << "\n";
+      Tell(seed, B.status);
       continue;
     }
     ++tally["given"];

@@ -330,7 +330,6 @@ TEST(RobotFriction, PuckThatIsPushedFromRestIsRefused) {
   }
 }
 
-/// What no one direction of motion can do.
 TEST(RobotFriction, TooFewFreedomsAreRefused) {
   const std::string rail = "<robot name=\"rail\">" + test::Link("ground", 0, 0, 0, 0) +
                            test::Link("foot", 1, 0.1, 0.1, 0.1) +

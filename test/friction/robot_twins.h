@@ -62,8 +62,8 @@ inline std::unique_ptr<RobotSystem> InclineRobot(double incline, double friction
   yaml << "gravity: 9.81\nconstraints:\n  floor: {kind: plane, link: block, normal: ["
        << std::sin(incline) << ", 0, " << std::cos(incline) << "], friction: " << friction
        << "}\nparameters: {mu0: floor/friction, mass: links/block/mass}";
-  return Robot("<robot name=\"block\">" + Link("ground", 0, 0, 0, 0) + Link("carriage", 0, 0, 0, 0) +
-                   Link("block", 1, 0.1, 0.1, 0.1) +
+  return Robot("<robot name=\"block\">" + Link("ground", 0, 0, 0, 0) +
+                   Link("carriage", 0, 0, 0, 0) + Link("block", 1, 0.1, 0.1, 0.1) +
                    Slide("x", "ground", "carriage", along.str()) +
                    Slide("z", "carriage", "block", across.str()) + "</robot>",
                yaml.str());

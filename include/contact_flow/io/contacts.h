@@ -16,7 +16,7 @@ namespace contact_flow {
 ///     ground: feet            # feet, all, none, or a list of links
 ///     height: 0               # of the ground [m]
 ///     restitution: 0
-///     friction: 0.8           # or no_slip; without it, none. A surface of the terrain may say its own
+///     friction: 0.8           # or no_slip; without it, none, but where the terrain says so
 ///     vertices: 16            # most points of one body, where its shapes have more
 ///     tolerance: 0.001        # fewer, where these leave less [m]
 ///   terrain: hall.yaml        # beside the URDF, or the map itself; without it z = height

@@ -4,5 +4,6 @@
 #include "contact_flow/model/model_system.h"
 
 namespace contact_flow {
-template std::unique_ptr<MechanicalSystem> MakeSystem<example::BlockOnIncline>(const ParameterValues&);
+template std::unique_ptr<MechanicalSystem> MakeSystem<example::BlockOnIncline>(
+    const ParameterValues&);
 }  // namespace contact_flow
