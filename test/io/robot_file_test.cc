@@ -38,8 +38,7 @@ std::string Answer(const std::string& yaml) {
 TEST(RobotFile, ShippedRobotsLoad) {
   for (const std::string& robot : ShippedRobots()) {
     const std::unique_ptr<RobotSystem> system = LoadRobot(RobotFile(robot));
-    const std::string name = system->description().name;  // of the URDF
-    EXPECT_EQ(name, robot.substr(0, name.size()));
+    EXPECT_EQ(robot, system->description().name);
     EXPECT_GT(system->num_constraints(), 0);
     EXPECT_FALSE(system->description().parameters.empty());
     ConstraintTerms terms;
@@ -48,6 +47,11 @@ TEST(RobotFile, ShippedRobotsLoad) {
     for (int i = 0; i < system->num_constraints(); ++i) {
       EXPECT_GE(terms.gap(i), 0) << robot << ' ' << system->description().constraints[i];
     }
+  }
+  for (const std::string& robot : RobotsWithFriction()) {
+    const std::unique_ptr<RobotSystem> system = LoadRobot(RobotFile(robot));
+    EXPECT_TRUE(system->HasFriction());
+    EXPECT_EQ(0u, robot.find(system->description().name)) << "of the URDF";
   }
   EXPECT_EQ(18, LoadRobot(RobotFile("quadruped"))->dof());
   EXPECT_EQ(30, LoadRobot(RobotFile("compliant_quadruped"))->dof());

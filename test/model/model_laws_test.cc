@@ -26,6 +26,7 @@ std::unique_ptr<MechanicalSystem> Make(const std::string& name,
 std::vector<std::string> AllSystems() {
   std::vector<std::string> names = ModelNames();
   for (const std::string& robot : AllRobots()) names.push_back("robot " + robot);
+  for (const std::string& robot : RobotsWithFriction()) names.push_back("robot " + robot);
   return names;
 }
 

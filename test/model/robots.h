@@ -6,17 +6,21 @@
 
 namespace contact_flow {
 
-/// The robots of config/robots.
+/// The robots of config/robots without friction.
 inline std::vector<std::string> ShippedRobots() {
-  return {"compliant_quadruped", "gripper",               "hopping_trot", "monoped",
-          "planar_biped",        "planar_biped_friction", "quadruped",    "soft_biped"};
+  return {"compliant_quadruped", "gripper",   "hopping_trot", "monoped",
+          "planar_biped",        "quadruped", "soft_biped"};
 }
-/// Those, and two of test/data that have every kind of joint, constraint, effort and parameter.
+/// Those, and one of test/data that has every kind of joint, constraint, effort and parameter.
 inline std::vector<std::string> AllRobots() {
   std::vector<std::string> robots = ShippedRobots();
   robots.push_back("everything");
-  robots.push_back("everything_with_friction");
   return robots;
+}
+/// The robots with friction, of config/robots and of test/data. Their URDFs are those of others.
+inline std::vector<std::string> RobotsWithFriction() {
+  return {"everything_with_friction", "gripper_friction", "planar_biped_friction",
+          "quadruped_friction"};
 }
 /// Path of a robot's YAML.
 inline std::string RobotFile(const std::string& robot) {
