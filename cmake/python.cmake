@@ -2,7 +2,7 @@
 # The Python module, package contact_flow: an extension over the core, and Python files beside it.
 # With ROS it lies in the devel space in one folder with the generated contact_flow.msg and
 # contact_flow.srv, whose __init__.py (empty, made by genpy where there is none) it replaces.
-find_package(pybind11 CONFIG QUIET)
+find_package(pybind11 2.6 CONFIG QUIET)
 find_package(Python3 COMPONENTS Interpreter Development QUIET)
 if(pybind11_FOUND AND Python3_Development_FOUND)
   set(has_pybind11 ON)
@@ -24,7 +24,7 @@ set(CONTACT_FLOW_PYTHON_DESTINATION ${python_destination} CACHE STRING
   "Where the package is installed, below the prefix")
 get_filename_component(CONTACT_FLOW_PYTHON_PATH ${python_folder} DIRECTORY)
 if(NOT CONTACT_FLOW_PYTHON)
-  message(STATUS "contact_flow: no Python module, for want of pybind11-dev or python3-dev, or by choice")
+  message(STATUS "contact_flow: no Python module, for want of pybind11-dev (2.6) or python3-dev, or by choice")
   if(CONTACT_FLOW_ROS)   # messages join a package of this name that lies elsewhere on the path
     file(WRITE ${python_folder}/__init__.py
       "from pkgutil import extend_path\n__path__ = extend_path(__path__, __name__)\n")
