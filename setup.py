@@ -36,4 +36,5 @@ class CMakeBuild(build_ext):
 
 setup(version=re.search("<version>(.*?)</version>", (ROOT / "package.xml").read_text()).group(1),
       ext_modules=[Extension("contact_flow._core", sources=[])],
-      cmdclass={"build_ext": CMakeBuild})
+      cmdclass={"build_ext": CMakeBuild},
+      options={"build": {"build_base": "build/wheel"}})   # build/ is CMake's

@@ -7,8 +7,8 @@
 >>> run.modes
 [(), ('left_foot', 'right_foot')]
 >>> B = run.derivative()
->>> round(B("+body_pitch")[6], 4), round(-B("-body_pitch")[6], 4)   # one-sided slopes
-(0.9434, 0.8055)
+>>> [round(float(slope), 4) for slope in (B("+body_pitch")[6], -B("-body_pitch")[6])]   # to each side
+[0.9434, 0.8055]
 >>> len(B.pieces()), B.is_differentiable
 (2, False)
 

@@ -16,6 +16,8 @@ RANGES: Dict[str, Callable[[float], bool]] = {
     "unit_interval": lambda value: 0 <= value <= 1,
 }
 
+MAX_CONSTRAINTS = 64  #: as in C++
+
 
 class Formulas:
     """A mechanical system as formulas; make a system of it by PythonModel(TheClass, name=value, …).
@@ -88,18 +90,36 @@ class Terms:
         self.constant_mass, self.affine_constraints = model.constant_mass, model.affine_constraints
         self.d = len(self.coordinates)
         self.rows = len(self.constraints) + len(self.bilateral)
-        if not self.d:
-            raise ValueError("%s.coordinates is empty" % self.name)
-        if len(self.units) != self.d:
-            raise ValueError("%s.units has %d names, expected %d" % (self.name, len(self.units), self.d))
-        for name in model.circles:
-            if name not in self.coordinates:
-                raise ValueError("%s.circles: unknown coordinate '%s'" % (self.name, name))
-        self.restitution = np.asarray(model.restitutions(), dtype=float)
-        self.nominal_x, self.nominal_u, self.nominal_duration = model.nominal()
-        origin = np.asarray(self.nominal_x, dtype=float)[:self.d]
+        check_names(self)
+        self.restitution = _floats(model.restitutions(), self.name + ".restitutions()")
+        if not np.all((self.restitution >= 0) & (self.restitution <= 1)):
+            raise ValueError("%s.restitutions() is %s, expected numbers in [0, 1]"
+                             % (self.name, self.restitution.tolist()))
+        x, u, self.nominal_duration = model.nominal()
+        self.nominal_x, self.nominal_u = np.asarray(x, dtype=float), np.asarray(u, dtype=float)
+        if self.nominal_x.shape != (2 * self.d,):
+            raise ValueError("%s.nominal(): x has shape %s, expected %d numbers (q, v)"
+                             % (self.name, self.nominal_x.shape, 2 * self.d))
+        origin = self.nominal_x[:self.d]
         self._mass = self._float_mass(origin) if self.constant_mass else None
         self._jacobian = self._gap_jacobian(origin)[1] if self.affine_constraints else None
+        self._check_promises(origin)
+
+    def _check_promises(self, origin: Any) -> None:
+        """M is symmetric; what is said to be constant is the same at another place."""
+        M = self._float_mass(origin)
+        if not np.allclose(M, M.T, rtol=1e-12, atol=1e-12 * np.max(np.abs(M))):
+            raise ValueError("%s.mass_matrix(q) is not symmetric" % self.name)
+        elsewhere = origin + 0.01 * np.cos(np.arange(1, self.d + 1))
+        try:
+            mass, jacobian = self._float_mass(elsewhere), self._gap_jacobian(elsewhere)[1]
+        except (ArithmeticError, ValueError):   # outside the domain of the formulas
+            return
+        if self._mass is not None and not np.allclose(mass, self._mass, rtol=1e-9, atol=0):
+            raise ValueError("%s.constant_mass is True, but mass_matrix(q) depends on q" % self.name)
+        if self._jacobian is not None and not np.allclose(jacobian, self._jacobian, rtol=1e-9, atol=1e-12):
+            raise ValueError("%s.affine_constraints is True, but the gradient of gaps(q) depends on q"
+                             % self.name)
 
     # The formulas, with their sizes checked
 
@@ -235,6 +255,24 @@ class Terms:
         restitution = jet.coefficients(list(self._vary(parameters, 0).restitutions()), (1, 1 + k))
         by_restitution = restitution.reshape((len(self.constraints), 1, 1 + k))[:, 0, 1:]
         return momentum, np.einsum("rip,i->rp", gaps[:, 1:, 1:], s), gaps[:, 0, 1:], by_restitution
+
+
+def check_names(terms: Terms) -> None:
+    """ValueError for names that are too few, too many or not distinct."""
+    if not terms.coordinates:
+        raise ValueError("%s.coordinates is empty" % terms.name)
+    if len(terms.units) != terms.d:
+        raise ValueError("%s.units has %d names, expected %d" % (terms.name, len(terms.units), terms.d))
+    if terms.rows > MAX_CONSTRAINTS:
+        raise ValueError("%s has %d constraints, at most %d" % (terms.name, terms.rows, MAX_CONSTRAINTS))
+    for name in terms.model.circles:
+        if name not in terms.coordinates:
+            raise ValueError("%s.circles: unknown coordinate '%s'" % (terms.name, name))
+    for field in ("coordinates", "constraints", "bilateral", "inputs"):
+        names = list(getattr(terms, field))
+        for name in names:
+            if names.count(name) > 1:
+                raise ValueError("%s.%s has '%s' twice" % (terms.name, field, name))
 
 
 def _numbers(values: Any, shape: Tuple[int, ...], what: str) -> Any:

@@ -37,7 +37,9 @@ std::vector<Assumptions> AtEvents(const Run& run) {
 
 py::dict OverRegion(const System& s, const py::object& half_width, const py::object& x,
                     const py::object& u, int samples, unsigned seed) {
-  if (samples < 1) throw py::value_error("samples is " + std::to_string(samples) + ", expected ≥ 1");
+  if (samples < 1) {
+    throw py::value_error("samples is " + std::to_string(samples) + ", expected ≥ 1");
+  }
   const Vector state = ToState(s, x), input = ToInput(s, u);
   const Vector width = ToVector(half_width, "half_width", 2 * s.get().dof());
   const RegionReport report =

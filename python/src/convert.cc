@@ -32,7 +32,9 @@ Array ToArray(const py::handle& value, const char* field) {
   }
   const char kind = any.dtype().kind();
   if (kind != 'f' && kind != 'i' && kind != 'u' && kind != 'b') {
-    if (any.size() == 0) return Array(std::vector<py::ssize_t>(any.shape(), any.shape() + any.ndim()));
+    if (any.size() == 0) {
+      return Array(std::vector<py::ssize_t>(any.shape(), any.shape() + any.ndim()));
+    }
     throw py::type_error(std::string(field) + " is an array of dtype '" +
                          py::str(any.dtype()).cast<std::string>() + "', expected real numbers");
   }

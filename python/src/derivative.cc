@@ -2,6 +2,8 @@
 // Run.derivative, and the derivative on directions: values, errors, modes, radii, quotients.
 #include "contact_flow/derivative/b_derivative.h"
 
+#include <limits>
+
 #include "contact_flow/analysis/validity_radius.h"
 #include "contact_flow/derivative/cluster_reading.h"
 #include "contact_flow/derivative/finite_difference.h"
@@ -14,8 +16,9 @@ namespace {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using Shared = std::shared_ptr<Derivative>;
+constexpr double kForever = std::numeric_limits<double>::infinity();  // [s]
 
-Shared Differentiate(const std::shared_ptr<Run>& run, const py::object& by,
+Shared Differentiate(const std::shared_ptr<Run>& run, const py::object& by, double max_seconds,
                      const py::kwargs& options) {
   auto derivative = std::make_shared<Derivative>();
   derivative->run = run;
@@ -23,7 +26,7 @@ Shared Differentiate(const std::shared_ptr<Run>& run, const py::object& by,
   o.variables = ToVariables(by, run->description());
   if (!run->options.dense) throw py::value_error("the run was made with dense=False");
   derivative->map = WithoutLock(
-      [&] { return DifferentiateOutcome(run->system->get(), run->trajectory, o); });
+      [&] { return DifferentiateOutcome(run->system->get(), run->trajectory, o); }, max_seconds);
   return derivative;
 }
 
@@ -42,7 +45,8 @@ void CheckExists(const Derivative& d) {
   }
 }
 
-/// A direction: numbers (δq, δv, δu, δp) or (δq, δv) alone, a dict of some by name, "+name", "-name".
+/// A direction: numbers (δq, δv, δu, δp) or (δq, δv) alone, a dict of some by name, "+name" or
+/// "-name".
 Vector ToDirection(const Derivative& d, const py::handle& w) {
   const Eigen::Index cols = Columns(d);
   if (py::isinstance<py::str>(w)) {
@@ -59,7 +63,9 @@ Vector ToDirection(const Derivative& d, const py::handle& w) {
   }
   Vector direction = ToVector(w, "w", -1);
   const Eigen::Index states = 2 * d.system().dof();
-  if (direction.size() == states && cols > states) direction.conservativeResizeLike(Vector::Zero(cols));
+  if (direction.size() == states && cols > states) {
+    direction.conservativeResizeLike(Vector::Zero(cols));
+  }
   if (direction.size() != cols) {
     const std::vector<std::string> names = Tangents(d);
     throw py::value_error("w has " + std::to_string(direction.size()) + " numbers, expected " +
@@ -71,11 +77,13 @@ Vector ToDirection(const Derivative& d, const py::handle& w) {
 
 /// work() with the caches of the derivative to itself.
 template <class Work>
-auto Alone(const Derivative& d, Work&& work) {
-  return WithoutLock([&] {
-    const std::lock_guard<std::mutex> lock(d.mutex);
-    return work();
-  });
+auto Alone(const Derivative& d, Work&& work, double max_seconds = kForever) {
+  return WithoutLock(
+      [&] {
+        const std::lock_guard<std::mutex> lock(d.mutex);
+        return work();
+      },
+      max_seconds);
 }
 
 /// The same for what takes microseconds: no budget.
@@ -103,9 +111,9 @@ py::object Apply(const Derivative& d, const py::object& w, double dt) {
   return py::cast(Quickly(d, [&] { return dt == 0 ? d.map(direction) : d.map(dt, direction); }));
 }
 
-PiecewiseLinearMap Pieces(const Derivative& d) {
+PiecewiseLinearMap Pieces(const Derivative& d, double max_seconds) {
   CheckExists(d);
-  return Alone(d, [&] { return d.map.Pieces(); });
+  return Alone(d, [&] { return d.map.Pieces(); }, max_seconds);
 }
 
 bool IsDifferentiable(const Derivative& d) {
@@ -145,7 +153,8 @@ py::list Modes(const Derivative& d, const py::object& w) {
                  d.run->description());
 }
 
-QuotientReport Compare(const Derivative& d, const py::object& w, const std::vector<double>& alphas) {
+QuotientReport Compare(const Derivative& d, const py::object& w,
+                       const std::vector<double>& alphas) {
   CheckExists(d);
   for (double alpha : alphas) {
     if (!(alpha > 0)) throw py::value_error("alphas has " + Number(alpha) + ", expected > 0");
@@ -182,16 +191,17 @@ std::string Repr(const Derivative& d) {
 void BindDerivative(py::module_* module) {
   py::class_<Run, std::shared_ptr<Run>>(module->attr("Run"))
       .def("derivative", &Differentiate, py::arg("by") = py::make_tuple("state"),
-           "The B-derivative of the outcome, as a Derivative: by the initial state, and, where `by`\n"
-           "names them, by 'inputs' (a shift of all of them), by parameters by their names, or by\n"
-           "all 'parameters'. Tangents are (δq, δv, δu, δp) [2d+k]. Options: tolerance,\n"
-           "kink_tolerance, max_activations_for_pieces, max_pieces. Where there is no derivative the\n"
-           "status says why.");
+           py::arg("max_seconds") = kForever,
+           "The B-derivative of the outcome, as a Derivative: by the initial state, and, where\n"
+           "`by` names them, by 'inputs' (a shift of all of them), by parameters by their names,\n"
+           "or by all 'parameters'. Tangents are (δq, δv, δu, δp) [2d+k]. Options: tolerance,\n"
+           "kink_tolerance, max_activations_for_pieces, max_pieces. Where there is no derivative,\n"
+           "or it takes longer than `max_seconds`, the status says why.");
   py::class_<Derivative, Shared>(
       *module, "Derivative",
       "The B-derivative of a run's outcome x(T): B(w) is the one-sided derivative along w.\n"
-      "A direction w is an array (δq, δv, δu, δp) [2d+k] or (δq, δv) [2d], a dict of some numbers by\n"
-      "name, or '+name', '-name'. Where there is none NoDerivative is raised.")
+      "A direction w is an array (δq, δv, δu, δp) [2d+k] or (δq, δv) [2d], a dict of some numbers\n"
+      "by name, or '+name', '-name'. Where there is none NoDerivative is raised.")
       .def_property_readonly("status", [](const Derivative& d) { return d.map.status; },
                              "False: there is no derivative, and why.")
       .def_property_readonly(
@@ -204,8 +214,8 @@ void BindDerivative(py::module_* module) {
           [](const Derivative& d) { return py::make_tuple(2 * d.system().dof(), Columns(d)); })
       .def("direction", &ToDirection, py::arg("w"), "w as an array [2d+k].")
       .def("__call__", &Apply, py::arg("w"), py::arg("dt") = 0,
-           "B(w) [2d], with a change `dt` of the horizon [s]; of each row of an array [k × 2d+k] as\n"
-           "[k × 2d]. ValueError for a direction that leaves the domain at the start.")
+           "B(w) [2d], with a change `dt` of the horizon [s]; of each row of an array [k × 2d+k]\n"
+           "as [k × 2d]. ValueError for a direction that leaves the domain at the start.")
       .def("jacobian", &Jacobian, "The matrix [2d × 2d+k] where the outcome is C¹.")
       .def_property_readonly("is_differentiable", &IsDifferentiable, "Whether it is C¹.")
       .def_property_readonly(
@@ -215,8 +225,9 @@ void BindDerivative(py::module_* module) {
                                      : d.map.status;
           },
           "A Status: whether it has linear pieces, or why not.")
-      .def("pieces", &Pieces, "All of it as a PiecewiseLinearMap. NotPiecewiseLinear where it is none,\n"
-                              "ValueError beyond max_pieces.")
+      .def("pieces", &Pieces, py::arg("max_seconds") = kForever,
+           "All of it as a PiecewiseLinearMap. NotPiecewiseLinear where it is none, ValueError\n"
+           "beyond max_pieces, BudgetExceeded where it takes longer than `max_seconds`.")
       .def(
           "error",
           [](const Derivative& d, const py::object& w) {
@@ -236,7 +247,8 @@ void BindDerivative(py::module_* module) {
       .def("project", &Project, py::arg("w"),
            "w projected on the tangents that keep what touches at the start in contact.")
       .def_property_readonly(
-          "time", [](const py::object& self) { return View(self.cast<Derivative&>().map.time, self); },
+          "time",
+          [](const py::object& self) { return View(self.cast<Derivative&>().map.time, self); },
           "By the horizon: F(x(T)) [2d].")
       .def_property_readonly("trust", [](const Derivative& d) { return d.map.trust; },
                              "The laws it was held to, and the errors that are left.")

@@ -107,8 +107,8 @@ std::string Table(const QuotientReport& report) {
 
 void BindTrust(py::module_* module) {
   py::class_<Trust>(*module, "Trust",
-                    "How far the numbers of a derivative can be trusted. A law is a residual relative\n"
-                    "to its own terms; one that fails withholds the derivative.")
+                    "How far the numbers of a derivative can be trusted. A law is a residual\n"
+                    "relative to its own terms; one that fails withholds the derivative.")
       .def_readonly("flow_law", &Trust::flow_law, "Φ F(x(t₀)) = F(x(t₁)) along the arcs.")
       .def_readonly("event_law", &Trust::event_law, "B_k(F⁻) = F⁺ at the transitions.")
       .def_readonly("face_law", &Trust::face_law, "Pieces agree on the face that they share.")
@@ -132,7 +132,8 @@ void BindRadius(py::module_* module) {
   py::class_<ValidityRadius>(*module, "ValidityRadius",
                              "How far along a direction a derivative holds; float() is the radius.")
       .def_readonly("radius", &ValidityRadius::radius,
-                    "α > 0, a factor on w; infinite: nothing that first order shows; NaN: not known.")
+                    "α > 0, a factor on w; infinite: nothing that first order shows; NaN: not\n"
+                    "known.")
       .def_property_readonly("limit", [](const ValidityRadius& r) { return LimitName(r.limit); },
                              "What changes there: 'event order', 'gap', …")
       .def_readonly("constraint", &ValidityRadius::constraint, "Index; −1: a whole event.")
@@ -147,7 +148,8 @@ void BindQuotients(py::module_* module) {
   py::class_<QuotientSample>(*module, "QuotientSample", "One re-simulated, perturbed run.")
       .def_readonly("alpha", &QuotientSample::alpha, "Size of the perturbation.")
       .def_readonly("status", &QuotientSample::status, "False: no quotient.")
-      .def_readonly("final_state", &QuotientSample::final_state, "x(T) of the perturbed run [nq+d].")
+      .def_readonly("final_state", &QuotientSample::final_state,
+                    "x(T) of the perturbed run [nq+d].")
       .def_readonly("quotient", &QuotientSample::quotient, "(x_α(T) − x_0(T)) / α [2d].")
       .def_readonly("error", &QuotientSample::error, "max |quotient − B(w)|.")
       .def("__repr__", [](const QuotientSample& s) {
@@ -157,8 +159,8 @@ void BindQuotients(py::module_* module) {
                              "One-sided difference quotients beside a derivative.")
       .def_readonly("samples", &QuotientReport::samples, "In the order of the α given.")
       .def_readonly("slope", &QuotientReport::slope,
-                    "Of log error over log α: 1 where the derivative is right; NaN where fewer than\n"
-                    "two errors stand clear of rounding.")
+                    "Of log error over log α: 1 where the derivative is right; NaN where fewer\n"
+                    "than two errors stand clear of rounding.")
       .def_readonly("resolution", &QuotientReport::resolution, "Of one final state, absolute.")
       .def_readonly("prediction_error", &QuotientReport::prediction_error, "Estimated, of B(w).")
       .def("__str__", &Table)
@@ -205,15 +207,18 @@ void BindDerivativeParts(py::module_* module) {
   BindQuotients(module);
   BindIntervals(module);
   py::class_<Run, std::shared_ptr<Run>>(module->attr("Run"))
-      .def("linearize", &LinearizeRun, "(A_k, B_k) of each interval of the input grid, as Intervals.")
+      .def("linearize", &LinearizeRun,
+           "(A_k, B_k) of each interval of the input grid, as Intervals.")
       .def("input_map", &MapOfInputs,
            "(δu_1, …, δu_K) ↦ δx(T) [2d × K m] of the inputs of the grid, a PiecewiseLinearMap.");
   py::class_<Derivative, std::shared_ptr<Derivative>>(module->attr("Derivative"))
       .def("outcomes", &Outcomes, py::arg("continued") = false,
-           "Where the order of simultaneous impacts decides: what each order leads to, as dicts with\n"
-           "t, order, v_plus, mode_after, impulse, status; `continued`: and where the run then ends.")
+           "Where the order of simultaneous impacts decides: what each order leads to, as dicts\n"
+           "with t, order, v_plus, mode_after, impulse, status; `continued`: and where the run\n"
+           "then ends.")
       .def_property_readonly("events", &EventClasses,
-                             "(t, class of the cluster, constraints that meet, status) of each event.");
+                             "(t, class of the cluster, constraints that meet, status) of each\n"
+                             "event.");
 }
 
 }  // namespace python

@@ -32,6 +32,11 @@ py::tuple NamesOf(const EventOf& e) {
   return ToNames(e.get().*member, e.description());
 }
 
+template <ContactMode Transition::*member>
+std::string WordOf(const EventOf& e) {
+  return (e.get().*member).Word(e.run->system->get().num_constraints());
+}
+
 template <Vector Transition::*member>
 py::array VectorOf(const py::object& self) {
   return View(self.cast<const EventOf&>().get().*member, self);
@@ -107,15 +112,9 @@ void BindEvents(py::module_* module) {
                              "Touched without force, and hit or pressed from here on.")
       .def_property_readonly("mode_before", &NamesOf<&Transition::mode_before>, "J⁻")
       .def_property_readonly("mode_after", &NamesOf<&Transition::mode_after>, "J⁺")
-      .def_property_readonly("word_before",
-                             [](const EventOf& e) {
-                               return e.get().mode_before.Word(e.run->system->get().num_constraints());
-                             },
+      .def_property_readonly("word_before", &WordOf<&Transition::mode_before>,
                              "J⁻, a letter a contact.")
-      .def_property_readonly("word_after",
-                             [](const EventOf& e) {
-                               return e.get().mode_after.Word(e.run->system->get().num_constraints());
-                             },
+      .def_property_readonly("word_after", &WordOf<&Transition::mode_after>,
                              "J⁺, a letter a contact.")
       .def_property_readonly("x_minus", &VectorOf<&Transition::x_minus>, "(ρ, v⁻) [nq+d]")
       .def_property_readonly("x_plus", &VectorOf<&Transition::x_plus>, "(ρ, v⁺) [nq+d]")

@@ -105,8 +105,7 @@ void BindStability(py::module_* module) {
           },
           "Whether the certificate proves the verdict, from its data and the map's alone.")
       .def("__repr__", [](const Stability& s) {
-        return "<Stability " + std::string(VerdictName(s.report.verdict)) + ": " +
-               s.report.message + ">";
+        return "<Stability " + s.report.message + ">";
       });
 }
 

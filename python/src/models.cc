@@ -108,8 +108,8 @@ void BindModels(py::module_* module) {
 
   py::class_<Robot, System, std::shared_ptr<Robot>>(
       *module, "Robot",
-      "A robot from a YAML that names a URDF, or from a URDF (or xacro) alone. ValueError, with line\n"
-      "or name, for what is wrong in them.")
+      "A robot from a YAML that names a URDF, or from a URDF (or xacro) alone. ValueError, with\n"
+      "line or name, for what is wrong in them.")
       .def(py::init(&FromFile), py::arg("path"), py::arg("urdf") = "",
            "`urdf`: text or path, instead of the one that the YAML names.")
       .def_static("from_strings", &FromStrings, py::arg("urdf"), py::arg("yaml") = "",

@@ -83,8 +83,8 @@ void BindOnline(py::module_* module) {
                              "False: the run has ended at now.")
       .def_property_readonly("mode",
                              [](Online& o) {
-                               return ToNames(Alone(o, [](OnlineFlow& flow) { return flow.mode(); }),
-                                              o.description());
+                               const auto mode = [](OnlineFlow& flow) { return flow.mode(); };
+                               return ToNames(Alone(o, mode), o.description());
                              },
                              "Names of the contacts that hold now.")
       .def_property_readonly(
@@ -101,8 +101,9 @@ void BindOnline(py::module_* module) {
         return Alone(o, [](OnlineFlow& flow) { return flow.margins(); });
       })
       .def("advance_to", &AdvanceTo, py::arg("t"),
-           "Goes on to t [s], or to the first event before or at t, which it returns as a dict with\n"
-           "t, x_minus, x_plus, mode_before, mode_after, activated, released, impulse; else None.")
+           "Goes on to t [s], or to the first event before or at t, which it returns as a dict\n"
+           "with t, x_minus, x_plus, mode_before, mode_after, activated, released, impulse; else\n"
+           "None.")
       .def(
           "set_input",
           [](Online& o, const py::object& u, const py::object& t) {

@@ -39,9 +39,11 @@ Optimum Optimize(const std::shared_ptr<System>& system, const std::vector<std::s
   OutcomeProblem& problem = optimum.problem;
   problem.x = ToState(*system, x0);
   problem.u = ToInput(*system, u);
-  problem.duration = duration.is_none() ? system->get().nominal().duration : duration.cast<double>();
+  problem.duration =
+      duration.is_none() ? system->get().nominal().duration : duration.cast<double>();
   for (const std::string& name : unknowns) problem.unknowns.push_back(ToUnknown(name, d));
   const Vector zero = Vector::Zero(system->get().state_size());
+  if (target.empty()) throw py::value_error("target is empty");
   problem.target = ToNamedVector(target, "target", zero, states);
   if (weight.is_none()) {  // 1 for what has a target
     problem.weight = zero;
@@ -50,6 +52,11 @@ Optimum Optimize(const std::shared_ptr<System>& system, const std::vector<std::s
     }
   } else {
     problem.weight = ToNamedVector(weight, "weight", zero, states);
+    for (std::size_t k = 0; k < states.size(); ++k) {
+      if (problem.weight(static_cast<Eigen::Index>(k)) != 0 && !target.contains(states[k])) {
+        throw py::value_error("weight has '" + states[k] + "', which has no target");
+      }
+    }
   }
   const Vector none = Vector::Zero(system->get().num_inputs());
   problem.effort = effort.is_none() ? none : ToNamedVector(effort, "effort", none, d.inputs);
@@ -123,9 +130,9 @@ void BindOptimize(py::module_* module) {
            py::arg("x0") = py::none(), py::arg("duration") = py::none(), py::arg("u") = py::none(),
            py::arg("tolerance") = usual.tolerance, py::arg("max_iterations") = usual.max_iterations,
            py::arg("radius") = usual.radius,
-           "Minimises ½ Σ w_i (x_i(T) − target_i)² + ½ Σ r_j u_j² over `unknowns`, names of numbers\n"
-           "of the initial state or of inputs, as an Optimum. target: by name; weight w: by name, 1\n"
-           "for each target where it is left out; effort r: by input.");
+           "Minimises ½ Σ w_i (x_i(T) − target_i)² + ½ Σ r_j u_j² over `unknowns`, names of\n"
+           "numbers of the initial state or of inputs, as an Optimum. target: by name; weight w:\n"
+           "by name, 1 for each target where it is left out; effort r: by input.");
 }
 
 }  // namespace python

@@ -89,7 +89,9 @@ std::string Repr(const Orbit& o) {
 void BindOrbit(py::module_* module) {
   py::class_<Orbit>(*module, "Orbit", "A periodic orbit, or how far the search came.")
       .def_property_readonly("status",
-                             [](const Orbit& o) { return NewtonStatusName(o.solution->newton.status); },
+                             [](const Orbit& o) {
+                               return NewtonStatusName(o.solution->newton.status);
+                             },
                              "'converged', 'stationary', 'stalled', 'undefined', …")
       .def_property_readonly("message", [](const Orbit& o) { return o.solution->newton.message; })
       .def("__bool__", [](const Orbit& o) { return o.solution->ok(); })

@@ -113,8 +113,8 @@ void BindPieces(py::module_* module) {
   BindPiece(module);
   using Map = PiecewiseLinearMap;
   py::class_<Map>(*module, "PiecewiseLinearMap",
-                  "A continuous, positively homogeneous map that is linear on each of finitely many\n"
-                  "cones. Made of pairs (matrix, cone), cone None for the whole space.")
+                  "A continuous, positively homogeneous map that is linear on each of finitely\n"
+                  "many cones. Made of pairs (matrix, cone), cone None for the whole space.")
       .def(py::init(&FromPairs), py::arg("pieces"))
       .def_property_readonly(
           "shape", [](const Map& m) { return py::make_tuple(m.rows(), m.cols()); },

@@ -153,7 +153,8 @@ void BindPoincare(py::module_* module) {
       .def_property_readonly(
           "x", [](const py::object& self) { return View(self.cast<Return&>().value->x, self); },
           "P(x) [nq+d]")
-      .def_property_readonly("crossing_speed", [](const Return& r) { return r.value->crossing_speed; },
+      .def_property_readonly("crossing_speed",
+                             [](const Return& r) { return r.value->crossing_speed; },
                              "ds F there: the margin of transversality.")
       .def_property_readonly("run", &RunOf, "The motion to the return, as a Run.")
       .def_property_readonly("map", &MapOf<&PoincareReturn::map>,
@@ -164,7 +165,9 @@ void BindPoincare(py::module_* module) {
                              "Derivative of the time of return [1 × 2d+k].")
       .def_property_readonly(
           "start_basis",
-          [](const py::object& self) { return View(self.cast<Return&>().value->start_basis, self); },
+          [](const py::object& self) {
+            return View(self.cast<Return&>().value->start_basis, self);
+          },
           "[2d×·]")
       .def_property_readonly(
           "end_basis",
@@ -172,8 +175,9 @@ void BindPoincare(py::module_* module) {
           "[2d×·]")
       .def("stability", &StabilityOf, py::arg("translation") = std::vector<std::string>{},
            "Of the orbit, where P(x) = x to 1e-6, as a Stability. `translation` names coordinates\n"
-           "that may be shifted together, which is checked, and set aside. ValueError where P(x) is\n"
-           "not x, or where the shift is no symmetry. Options: those of PiecewiseLinearMap.stability.")
+           "that may be shifted together, which is checked, and set aside. ValueError where P(x)\n"
+           "is not x, or where the shift is no symmetry. Options: those of\n"
+           "PiecewiseLinearMap.stability.")
       .def("__repr__", [](const Return& r) {
         return "<PoincareReturn after " + Number(r.value->time) + " s: " +
                ReturnStatusName(r.value->status) +

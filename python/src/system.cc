@@ -12,7 +12,9 @@ namespace {
 /// A description lives as long as its system, which whoever holds it keeps.
 template <class Member>
 auto Of(Member SystemDescription::*member) {
-  return [member](const System& system) { return py::tuple(py::cast(system.description().*member)); };
+  return [member](const System& system) {
+    return py::tuple(py::cast(system.description().*member));
+  };
 }
 
 std::string Repr(const System& system) {
@@ -85,8 +87,8 @@ void BindSystem(py::module_* module) {
   BindDescription(module);
   py::class_<System, std::shared_ptr<System>>(
       *module, "System",
-      "A mechanical system subject to unilateral constraints, (M, f, a, γ). It is constant, and may\n"
-      "be shared between threads. Made by Model, Robot or PythonModel.")
+      "A mechanical system subject to unilateral constraints, (M, f, a, γ). It is constant, and\n"
+      "may be shared between threads. Made by Model, Robot or PythonModel.")
       .def_property_readonly(
           "name", [](const System& s) { return s.description().name; }, "Of the model.")
       .def_property_readonly(
@@ -123,14 +125,16 @@ void BindSystem(py::module_* module) {
           "The run of who asks for nothing in particular: x, u, duration.")
       .def_property_readonly("dof", [](const System& s) { return s.get().dof(); },
                              "d, the number of velocities.")
-      .def_property_readonly("num_positions", [](const System& s) { return s.get().num_positions(); },
+      .def_property_readonly("num_positions",
+                             [](const System& s) { return s.get().num_positions(); },
                              "nq ≥ d, the numbers of a configuration.")
       .def_property_readonly("state_size", [](const System& s) { return s.get().state_size(); },
                              "nq + d.")
       .def_property_readonly("has_friction", [](const System& s) { return s.get().HasFriction(); },
                              "Whether any contact has friction.")
       .def_property_readonly(
-          "compliant", [](const System& s) { return ToNames(s.get().compliant(), s.description()); },
+          "compliant",
+          [](const System& s) { return ToNames(s.get().compliant(), s.description()); },
           "Names of the constraints that only switch the effort.")
       .def_property_readonly(
           "restitution",
@@ -140,8 +144,8 @@ void BindSystem(py::module_* module) {
           [](const System& s, const py::kwargs& values) {
             return s.With(s.Values(ToParameters(values)));
           },
-          "A copy with other values of some parameters. ValueError for an unknown name, or a value\n"
-          "out of its range.")
+          "A copy with other values of some parameters. ValueError for an unknown name, or a\n"
+          "value out of its range.")
       .def(
           "state",
           [](const System& s, const py::kwargs& values) {

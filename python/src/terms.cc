@@ -70,7 +70,8 @@ void BindTerms(py::module_* module) {
           "gaps",
           [](const System& s, const py::object& q) {
             const Vector zero = Vector::Zero(s.get().dof());
-            return Vector(Constraints(s, Positions(s, q), zero).gap.head(s.get().num_constraints()));
+            const ConstraintTerms terms = Constraints(s, Positions(s, q), zero);
+            return Vector(terms.gap.head(s.get().num_constraints()));
           },
           py::arg("q"), "a(q) [n], [m] or [rad].")
       .def(
@@ -80,8 +81,8 @@ void BindTerms(py::module_* module) {
             return py::make_tuple(terms.gap, terms.jacobian, terms.bias);
           },
           py::arg("q"), py::arg("v"),
-          "(a, Da, (d/dt Da) v): [n+l+r], [n+l+r × d], [n+l+r]; unilateral constraints first, then\n"
-          "bilateral ones, then the rows of the tangential maps.")
+          "(a, Da, (d/dt Da) v): [n+l+r], [n+l+r × d], [n+l+r]; unilateral constraints first,\n"
+          "then bilateral ones, then the rows of the tangential maps.")
       .def(
           "accelerations",
           [](const System& s, const py::object& x, const py::object& u, const py::object& mode) {
@@ -106,7 +107,8 @@ void BindTerms(py::module_* module) {
           "Names of the contacts that hold at a state. ValueError for a state that penetrates.")
       .def(
           "impact",
-          [](const System& s, const py::object& q, const py::object& v, const py::object& touching) {
+          [](const System& s, const py::object& q, const py::object& v,
+             const py::object& touching) {
             ContactMode contacts = ToMode(touching, s.description());
             ImpactResult impact =
                 SolveImpact(s.get(), Positions(s, q), Velocities(s, v), contacts);

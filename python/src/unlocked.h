@@ -55,8 +55,8 @@ auto WithoutLock(Work&& work, double max_seconds = std::numeric_limits<double>::
     auto result = work();
     unlocked.Rethrow();
     return result;
-  } catch (const BudgetExceeded&) {
-    unlocked.Rethrow();
+  } catch (...) {
+    unlocked.Rethrow();   // instead of what it led to
     throw;
   }
 }

@@ -165,6 +165,10 @@ class Optimisation(unittest.TestCase):
             self.assertEqual({name: found.y[0]}, found.values)
         with self.assertRaisesRegex(ValueError, "elbw"):
             pendulum.optimize(["elbw"], {elbow: 1})
+        with self.assertRaisesRegex(ValueError, "target is empty"):
+            pendulum.optimize([name], {})
+        with self.assertRaisesRegex(ValueError, "weight has 'shoulder', which has no target"):
+            pendulum.optimize([name], {elbow: 1}, weight={"shoulder": 1})
 
 
 if __name__ == "__main__":

@@ -89,6 +89,14 @@ class Derivatives(unittest.TestCase):
             np.testing.assert_allclose(A, B.jacobian(), atol=1e-6 * largest(A))
         self.assertEqual((2 * robot.dof, 4 * len(robot.inputs)), run.input_map().shape)
 
+    def test_budgets(self):
+        run = cf.Robot(case.ROBOTS / "quadruped.yaml").simulate()
+        late = run.derivative(max_seconds=1e-9)
+        self.assertFalse(late.status)
+        self.assertEqual("budget_exceeded", late.status.outcome.replace(" ", "_"))
+        with self.assertRaisesRegex(cf.NoDerivative, "budget"):
+            late.pieces()
+
     def test_misuse(self):
         with self.assertRaisesRegex(ValueError, "w has 3 numbers, expected 15"):
             self.B([1, 2, 3])

@@ -10,6 +10,7 @@ import json
 import os
 import pathlib
 import re
+import site
 import subprocess
 import sys
 import tempfile
@@ -22,7 +23,7 @@ from contact_flow import _core
 FOLDER = pathlib.Path(cf.__file__).parent
 EXAMPLES = sorted((case.ROOT / "examples" / "python").glob("*.py"))
 MODULES = ["contact_flow", "contact_flow.jet", "contact_flow.python_model", "contact_flow.sections",
-           "contact_flow.cli", "contact_flow.cli_commands", "contact_flow.report"]
+           "contact_flow.cli", "contact_flow.cli_commands", "contact_flow.report", "contact_flow.ros"]
 
 
 def classes():
@@ -67,7 +68,8 @@ class Messages(unittest.TestCase):
             program = ("import contact_flow.msg\nassert contact_flow.msg.value == 3\n"
                        "try:\n    contact_flow.Model\nexcept ImportError as e:\n"
                        "    assert 'extension' in str(e), e\nelse:\n    raise SystemExit(1)")
-            subprocess.run([sys.executable, "-c", program], check=True,
+            # -S: without the folders where this package may be installed
+            subprocess.run([sys.executable, "-S", "-c", program], check=True,
                            env=dict(os.environ, PYTHONPATH=folder))
 
 
@@ -118,13 +120,14 @@ class Types(unittest.TestCase):
                           stderr=subprocess.DEVNULL).returncode:
             self.skipTest("mypy is not installed")
         with tempfile.TemporaryDirectory() as cache:
+            path = "" if str(FOLDER.parent) in site.getsitepackages() else str(FOLDER.parent)
             sources = [str(FOLDER / name) for name in sorted(os.listdir(FOLDER))
                        if name.endswith((".py", ".pyi"))]
             for files in (sources, *[[str(example)] for example in EXAMPLES]):
                 checked = subprocess.run(
                     mypy + ["--strict", "--cache-dir", cache, "--ignore-missing-imports"] + files,
                     stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                    env=dict(os.environ, MYPYPATH=str(FOLDER.parent)))
+                    env=dict(os.environ, MYPYPATH=path))
                 self.assertEqual(0, checked.returncode, checked.stdout)
 
 

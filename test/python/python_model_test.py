@@ -9,7 +9,7 @@ import numpy as np
 import contact_flow as cf
 import case
 from case import largest
-from python_models import DoublePendulum, SoftBiped, Wheel
+from python_models import DoublePendulum, Pendulum, Rod, SoftBiped, Wheel
 
 
 class SameAsInCpp(unittest.TestCase):
@@ -81,6 +81,32 @@ class SameAsInCpp(unittest.TestCase):
         # Error of a quotient ≈ α·curvature: from the one at 1e-3, ten times less at 1e-4.
         self.assertLess(report.samples[1].error, 0.15 * report.samples[0].error)
 
+    def test_closures(self):
+        """A pendulum by its angle, and in the plane with a rod: the same motion and derivative."""
+        L, angle, T = Pendulum.parameters["length"], 0.9, 1.5
+        tight = dict(relative_tolerance=1e-12, absolute_tolerance=1e-12)
+        one = cf.PythonModel(Pendulum).simulate([angle, 0], T, **tight)
+        two = cf.PythonModel(Rod).simulate(**tight)
+        self.assertTrue(two.status, two.status)
+        self.assertEqual(1, len(one.events))
+        self.assertAlmostEqual(one.events[0].t, two.events[0].t, delta=1e-9)
+        end, rate = one.final_state
+        self.assertLess(largest(two.final_state[:2] - L * np.array([np.sin(end), -np.cos(end)])), 1e-8)
+        # δx = L cos θ δθ, δz = L sin θ δθ, at the start and at the end
+        slope = one.derivative(tolerance=1e-11)([1, 0])[0]
+        w = np.array([L * np.cos(angle), L * np.sin(angle), 0, 0])
+        value = two.derivative(tolerance=1e-11)(w)
+        self.assertLess(largest(value[:2] - slope * L * np.array([np.cos(end), np.sin(end)])), 1e-7)
+        # by parameters that leave the start where it is
+        by = ["mass", "gravity", "restitution"]
+        first, second = (run.derivative(by=by, tolerance=1e-11).jacobian() for run in (one, two))
+        np.testing.assert_allclose(second[0, 4:], L * np.cos(end) * first[0, 2:], atol=1e-7)
+
+    def test_circles(self):
+        pendulum = cf.PythonModel(Pendulum)
+        apart = pendulum.separation([0.1 + 2 * np.pi, 0], [0.2, 0])
+        np.testing.assert_allclose(apart, [-0.1, 0], atol=1e-14)
+
     def test_energy_is_kept(self):
         """Coriolis terms: of the free wheel in its potential, T + V is constant."""
         wheel = cf.PythonModel(Wheel, gravity=0, damping=0)
@@ -115,6 +141,15 @@ class AsSystems(unittest.TestCase):
         check(ValueError, "gaps.*shape", gaps=lambda self, q: [q[4]])
         check(TypeError, "something else than numbers", force=lambda self, q, v, u: ["a"] * 7)
         check(ZeroDivisionError, "", force=lambda self, q, v, u: [1 / 0] * 7)
+        check(ValueError, r"restitutions\(\) is \[1.5, 0", restitutions=lambda self: [1.5, 0])
+        check(ValueError, "not symmetric", mass_matrix=lambda self, q: np.eye(7) + np.eye(7, k=1))
+        check(ValueError, "constant_mass is True", constant_mass=True,
+              mass_matrix=lambda self, q: np.eye(7) * (1 + q[0] ** 2))
+        check(ValueError, "affine_constraints is True", affine_constraints=True,
+              gaps=lambda self, q: [q[4] * q[5], q[5]])
+        check(ValueError, "x has shape .13", nominal=lambda self: (np.zeros(13), [], 1.0))
+        check(ValueError, "constraints has 'left_foot' twice", constraints=("left_foot", "left_foot"))
+        check(ValueError, "65 constraints, at most 64", constraints=tuple("c%d" % k for k in range(65)))
         check(ValueError, "units has 2", units=("m", "m"))
         check(ValueError, "cannot be called 'force'", parameters={"force": 1})
         check(ValueError, "'mass' is -1.0, expected positive",

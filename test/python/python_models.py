@@ -106,3 +106,50 @@ class DoublePendulum(cf.Formulas):
     def gaps(self, q):
         _, b, d = self.inertias()
         return [q[0], np.arccos(-d / b) - q[1]]
+
+
+class Pendulum(cf.Formulas):
+    """A point mass on a rod, by its angle, with an elastic wall below the hinge."""
+
+    coordinates = ("angle",)
+    units = ("rad",)
+    circles = ("angle",)
+    constraints = ("wall",)
+    parameters = {"mass": 0.8, "length": 1.3, "gravity": 5.0, "restitution": 0.6}
+    constant_mass = True
+
+    def mass_matrix(self, q):
+        return [[self.mass * self.length**2]]
+
+    def force(self, q, v, u):
+        return [-self.mass * self.gravity * self.length * np.sin(q[0])]
+
+    def gaps(self, q):
+        return [self.length * np.sin(q[0])]
+
+
+class Rod(cf.Formulas):
+    """The same in the plane, the rod as a closure."""
+
+    coordinates = ("x", "z")
+    constraints = ("wall",)
+    bilateral = ("rod",)
+    parameters = Pendulum.parameters
+    constant_mass = True
+
+    def mass_matrix(self, q):
+        return [[self.mass, 0], [0, self.mass]]
+
+    def force(self, q, v, u):
+        return [0.0, -self.mass * self.gravity]
+
+    def gaps(self, q):
+        return [q[0]]
+
+    def closures(self, q):
+        return [np.hypot(q[0], q[1]) - self.length]
+
+    def nominal(self):
+        angle = 0.9
+        x = self.length * np.array([np.sin(angle), -np.cos(angle)])
+        return np.concatenate([x, [0.0, 0.0]]), [], 1.5

@@ -138,6 +138,13 @@ class PagesAsPrinted(unittest.TestCase):
     def test_cpp(self):
         self.assertGreaterEqual(self.follow("cpp")[0], 1)
 
+    def test_python(self):
+        try:
+            import contact_flow.cli  # noqa: F401
+        except ImportError:
+            self.skipTest("built without the Python module")
+        self.assertGreaterEqual(self.follow("python")[0], 5)
+
     def test_every_page_with_commands_is_here(self):
         here = {name[5:] for name in dir(self) if name.startswith("test_")}
         for path in page.pages()[1:]:

@@ -1,0 +1,60 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""contact_flow.ros.Client: services by name, numpy in and out; the node's numbers are those of the module."""
+import unittest
+
+import numpy as np
+import rospy
+import rostest
+
+import contact_flow
+from contact_flow.msg import InitialState
+
+try:
+    import contact_flow.ros
+except ImportError:   # CONTACT_FLOW_PYTHON is OFF
+    Client = None
+else:
+    Client = contact_flow.ros.Client
+
+
+@unittest.skipIf(Client is None, "built without the Python module")
+class PythonClient(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node("python_client_test")
+        cls.client = Client("/pythonic")
+
+    def local(self):
+        return contact_flow.Model("soft_biped")
+
+    def test_simulate_as_the_module_does(self):
+        answer = self.client.simulate(state={"names": ["body_pitch"], "positions": np.array([0.1])})
+        run = self.local().simulate({"body_pitch": 0.1})
+        self.assertEqual([event.t for event in run.events], answer.event_times.tolist())
+        self.assertIsInstance(answer.event_times, np.ndarray)
+        whole = InitialState(q=run.x0[:7].tolist(), v=run.x0[7:].tolist())
+        again = self.client.simulate(state=whole)
+        np.testing.assert_array_equal(answer.event_times, again.event_times)
+
+    def test_matrices_are_arrays(self):
+        answer = self.client.linearize(input_grid={"times": [0, 0.5], "values": np.zeros((2, 0))})
+        A = answer.linearization.intervals[0].A
+        np.testing.assert_array_equal(self.local().simulate(
+            inputs=contact_flow.Grid([0, 0.5], np.zeros((2, 0)))).linearize()[0].A, A)
+
+    def test_refusals(self):
+        with self.assertRaisesRegex(contact_flow.ros.Refused, "body_pitch"):
+            self.client.simulate(state={"names": ["body_ptch"], "positions": [0.1]})
+        with self.assertRaisesRegex(ValueError, "no field 'durations'"):
+            self.client.simulate(durations=1)
+        with self.assertRaisesRegex(ValueError, "state has no field 'name'"):
+            self.client.simulate(state={"name": []})
+        with self.assertRaisesRegex(AttributeError, "no service 'simulat'"):
+            self.client.simulat()
+        self.assertIn("simulate", dir(self.client))
+        self.assertIn("b_derivative", repr(self.client))
+
+
+if __name__ == "__main__":
+    rostest.rosrun("contact_flow", "python_client", PythonClient)
