@@ -3,11 +3,13 @@
 // precision of these.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/finite_difference.h"
+#include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/simulate.h"
 #include "test/friction/friction_case.h"
 #include "test/friction/robot_twins.h"
@@ -277,6 +279,7 @@ TEST(RobotFriction, WheelsRoll) {
 TEST(RobotFriction, FootOfAQuadrupedSlides) {
   const auto robot = LoadRobot(RobotFile("quadruped_friction"));
   Vector w = Vector::Zero(36);
+  w(2) = 0.07;
   w(3) = 0.06;
   w(4) = 0.1;
   w(18) = 0.5;
@@ -317,6 +320,31 @@ TEST(RobotFriction, FootOfAQuadrupedSlides) {
         << j << ": slope " << report.slope << ", errors " << report.samples[0].error << ' '
         << report.samples[1].error << ' ' << report.samples[2].error;
   }
+}
+
+/// Two fingertips hold a box in the air: its weight is their friction, and it stays. Where they press
+/// less than the cone allows, it cannot begin to slip yet, and the run says so.
+TEST(RobotFriction, GripperHoldsABox) {
+  const auto robot = LoadRobot(RobotFile("gripper_friction"));
+  const NominalRun& nominal = robot->nominal();
+  const Trajectory run = Runs(*robot, nominal.x, 1);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  ASSERT_EQ(1u, run.arcs.size());
+  EXPECT_EQ("ssooo", run.arcs[0].mode.Word(5));
+  EXPECT_LT(robot->Separation(run.FinalState(), nominal.x).cwiseAbs().maxCoeff(), 1e-10);
+  ContactDynamics dynamics(*robot, nominal.u);
+  dynamics.Evaluate(run.FinalState(), run.arcs[0].mode);
+  ConstraintTerms terms;
+  robot->Constraints(run.FinalState().head(robot->num_positions()),
+                     run.FinalState().tail(robot->dof()), &terms);
+  const auto& names = robot->description().velocities;
+  const auto box_z = std::find(names.begin(), names.end(), "box_z") - names.begin();
+  EXPECT_NEAR(0.5 * 9.81, terms.jacobian.col(box_z).dot(dynamics.force()), 1e-9);
+  EXPECT_NEAR(10, dynamics.force()(0), 1e-9);
+  const Vector by = Along(*robot, run, Vector::Unit(2 * robot->dof(), 2), {{"friction", 1}});
+  EXPECT_TRUE(by.allFinite());
+  const Vector loose = Vector::Map(std::vector<double>{3, -3}.data(), 2);  // μ 2 · 3 N < m g
+  EXPECT_THROW(Simulate(*robot, nominal.x, loose, 0.1, Tight()), std::invalid_argument);
 }
 
 /// Slip that begins in space has no smooth direction: it is not offered, at the start either.
