@@ -8,15 +8,12 @@
 #include <sstream>
 
 #include "contact_flow/derivative/b_derivative.h"
-#include "contact_flow/derivative/finite_difference.h"
-#include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/simulate.h"
 #include "test/friction/friction_case.h"
 #include "test/friction/robot_twins.h"
 #include "test/friction/systems/ball.h"
 #include "test/friction/systems/puck.h"
 #include "test/friction/systems/rod.h"
-#include "test/model/robots.h"
 
 namespace contact_flow {
 namespace {
@@ -272,79 +269,6 @@ TEST(RobotFriction, WheelsRoll) {
     x(5) = 0;
     EXPECT_THROW(Runs(*robot, x, 1), std::invalid_argument) << "it slips, and never does";
   }
-}
-
-/// The quadruped, tilted and moving sideways, lands on one foot, which slides in space: derivatives by
-/// state, friction and mass beside one-sided quotients, whose errors are of first order in α.
-TEST(RobotFriction, FootOfAQuadrupedSlides) {
-  const auto robot = LoadRobot(RobotFile("quadruped_friction"));
-  Vector w = Vector::Zero(36);
-  w(2) = 0.07;
-  w(3) = 0.06;
-  w(4) = 0.1;
-  w(18) = 0.5;
-  w(19) = -0.8;
-  const Vector x = robot->Perturb(robot->nominal().x, w);
-  SimulateOptions options = Tight();
-  options.max_events = 1;
-  const Trajectory first = Simulate(*robot, x, robot->nominal().u, 0.5, options);
-  ASSERT_EQ(1u, first.transitions.size()) << first.status.message;
-  const double duration = first.transitions[0].t + 0.006;
-  const Trajectory run = Runs(*robot, x, duration);
-  ASSERT_TRUE(run.status.ok()) << run.status.message;
-  ASSERT_EQ(2u, run.arcs.size());
-  ASSERT_EQ(1, run.arcs[1].mode.Size());
-  const int foot = *run.arcs[1].mode.begin();
-  ASSERT_EQ(Letter::kSlip, run.arcs[1].mode.LetterOf(foot));
-  const Friction& friction = robot->friction()[static_cast<std::size_t>(foot)];
-  ConstraintTerms terms;
-  robot->Constraints(run.FinalState().head(19), run.FinalState().tail(18), &terms);
-  EXPECT_GT((terms.jacobian.middleRows(friction.row, 2) * run.FinalState().tail(18)).norm(), 0.01);
-  BDerivativeOptions derivative_options;
-  derivative_options.tolerance = 1e-10;
-  derivative_options.variables.parameters =
-      ParameterIndices(robot->description(), {"friction", "trunk_mass"});
-  const BDerivative B = DifferentiateOutcome(*robot, run, derivative_options);
-  ASSERT_TRUE(B.status.ok()) << B.status.message;
-  const SystemFactory again = [](const ParameterValues& values) {
-    return LoadRobot(RobotFile("quadruped_friction"), values);
-  };
-  for (int j : {1, 2, 3, 5, 8, 19, 21, 25, 36, 37}) {
-    const Vector direction = Vector::Unit(38, j);
-    const QuotientReport report = CompareWithQuotients(
-        *robot, again, derivative_options.variables, x, {{0}, {robot->nominal().u}}, duration,
-        direction, B(direction), {1e-3, 1e-4, 1e-5}, Tight());
-    const double size = 1 + B(direction).cwiseAbs().maxCoeff();
-    EXPECT_LT(report.samples[2].error, 2e-3 * size) << j;
-    EXPECT_TRUE(std::abs(report.slope - 1) < 0.1 || report.samples[0].error < 1e-5 * size)
-        << j << ": slope " << report.slope << ", errors " << report.samples[0].error << ' '
-        << report.samples[1].error << ' ' << report.samples[2].error;
-  }
-}
-
-/// Two fingertips hold a box in the air: its weight is their friction, and it stays. Where they press
-/// less than the cone allows, it cannot begin to slip yet, and the run says so.
-TEST(RobotFriction, GripperHoldsABox) {
-  const auto robot = LoadRobot(RobotFile("gripper_friction"));
-  const NominalRun& nominal = robot->nominal();
-  const Trajectory run = Runs(*robot, nominal.x, 1);
-  ASSERT_TRUE(run.status.ok()) << run.status.message;
-  ASSERT_EQ(1u, run.arcs.size());
-  EXPECT_EQ("ssooo", run.arcs[0].mode.Word(5));
-  EXPECT_LT(robot->Separation(run.FinalState(), nominal.x).cwiseAbs().maxCoeff(), 1e-10);
-  ContactDynamics dynamics(*robot, nominal.u);
-  dynamics.Evaluate(run.FinalState(), run.arcs[0].mode);
-  ConstraintTerms terms;
-  robot->Constraints(run.FinalState().head(robot->num_positions()),
-                     run.FinalState().tail(robot->dof()), &terms);
-  const auto& names = robot->description().velocities;
-  const auto box_z = std::find(names.begin(), names.end(), "box_z") - names.begin();
-  EXPECT_NEAR(0.5 * 9.81, terms.jacobian.col(box_z).dot(dynamics.force()), 1e-9);
-  EXPECT_NEAR(10, dynamics.force()(0), 1e-9);
-  const Vector by = Along(*robot, run, Vector::Unit(2 * robot->dof(), 2), {{"friction", 1}});
-  EXPECT_TRUE(by.allFinite());
-  const Vector loose = Vector::Map(std::vector<double>{3, -3}.data(), 2);  // μ 2 · 3 N < m g
-  EXPECT_THROW(Simulate(*robot, nominal.x, loose, 0.1, Tight()), std::invalid_argument);
 }
 
 /// Slip that begins in space has no smooth direction: it is not offered, at the start either.
