@@ -18,6 +18,8 @@ namespace {
 constexpr double kNoise = 1e-9;
 /// Accelerations that vanish within this part of the gap's tolerance are not known.
 constexpr double kIdle = 1e-3;
+/// The speed and acceleration of a contact that begins to slip, whose gap is its slip.
+constexpr double kSlips = 1;
 
 double Terms(const Vector& row, const VectorRef& w) { return row.cwiseAbs().dot(w.cwiseAbs()); }
 
@@ -46,7 +48,14 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
     const bool touches = std::abs(terms.gap(i)) <= gap_tolerance;
     if (touches && (system.compliant().Contains(i) || !mode.Contains(i))) touching.Insert(i);
   }
-  if (touching.Empty()) return;
+  // Contacts that begin to slip from rest: to the one side they slip on, to the other they slip
+  // against their friction and are reversed.
+  ContactMode begins;
+  for (int i : mode.SlippingInPlane()) {
+    const double slip = terms.jacobian.row(system.friction()[i].row).dot(v);
+    if (std::abs(slip) <= speed_tolerance) begins.Insert(i);
+  }
+  if (touching.Empty() && begins.Empty()) return;
   const Vector field = dynamics->Field(x, mode);
   // Gradients of gaps and of their rates.
   Matrix gaps = Matrix::Zero(n, 2 * d + k), rates = gaps;
@@ -57,11 +66,29 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
   rates.leftCols(d) = residual.constraint_q.topRows(n);
   rates.middleCols(d, d) = terms.jacobian.topRows(n);
   const std::vector<int>& parameters = dynamics->variables().parameters;
+  Matrix by_slip;
   if (!parameters.empty()) {
     ParameterJacobian by_parameter;
     system.DifferentiateImpactByParameters(q, no_jump, no_impulse, v, parameters, &by_parameter);
     gaps.rightCols(parameters.size()) = by_parameter.gap.topRows(n);
     rates.rightCols(parameters.size()) = by_parameter.constraint.topRows(n);
+    by_slip = by_parameter.constraint;
+  }
+  for (int i : begins) {
+    const int row = system.friction()[i].row;
+    const double sign = mode.LetterOf(i) == Letter::kBackward ? -1 : 1;
+    Contact contact;
+    contact.constraint = i;
+    contact.speed = contact.acceleration = kSlips;
+    contact.gap = contact.rate = Vector::Zero(2 * d + k);
+    contact.gap.head(d) = sign * residual.constraint_q.row(row);
+    contact.gap.segment(d, d) = sign * terms.jacobian.row(row);
+    if (!parameters.empty()) contact.gap.tail(by_slip.cols()) = sign * by_slip.row(row);
+    contacts_.push_back(contact);
+    piecewise_linear_ = {Outcome::kNotDifferentiable,
+                         "at t = " + std::to_string(t) + " s contact '" + names_[i] +
+                             "' begins to slip from rest: directions to the other side are "
+                             "reversed, which is not followed"};
   }
   ContactMode members = mode - system.compliant();
   held_ = members.Size();
@@ -138,6 +165,12 @@ Vector StartCone::operator()(const VectorRef& direction) const {
   if (contacts_.empty()) return w;
   const int out = Leaves(w);
   if (out >= 0) {
+    for (const Contact& contact : contacts_) {
+      if (contact.constraint != out || contact.acceleration != kSlips) continue;
+      throw std::invalid_argument("the direction moves the contact '" + names_[out] +
+                                  "', which begins to slip at t = " + std::to_string(t_) +
+                                  " s, against that slip: how it is reversed is not followed");
+    }
     throw std::invalid_argument("the direction leads through the constraint '" + names_[out] +
                                 "', which the start at t = " + std::to_string(t_) +
                                 " s touches: it leaves the domain");

@@ -227,6 +227,35 @@ TEST(FrictionAnalyses, StickSlipOscillationIsFoundAndStable) {
   EXPECT_LE((x - orbit.x).cwiseAbs().maxCoeff(), 1e-8) << words;
 }
 
+/// A block let go on a slope beyond its friction: along its slip as runs say, against it κ times as
+/// much, (sin φ − μ cos φ) / (sin φ + μ cos φ), which is refused.
+TEST(FrictionAnalyses, SlipThatBeginsIsNotTurnedBack) {
+  const SystemPointer block = MakeModel("block_on_incline", {{"incline", 0.5}, {"friction", 0.3}});
+  const Vector x = AtRest(0), u = Vector::Zero(1);
+  const Trajectory run = Simulate(*block, x, u, 0.5, Tight());
+  EXPECT_EQ("+", Words(run));
+  const BDerivative B = DifferentiateOutcome(*block, run);
+  ASSERT_TRUE(B.status.ok()) << B.status.message;
+  const Vector w = Vector::Unit(6, 3);
+  EXPECT_NEAR(1, B(w)(3), 1e-9);
+  const double h = 1e-3;
+  const Vector against = Simulate(*block, x - h * w, u, 0.5, Tight()).FinalState();
+  const double kappa = (std::sin(0.5) - 0.3 * std::cos(0.5)) / (std::sin(0.5) + 0.3 * std::cos(0.5));
+  EXPECT_NEAR(-kappa, ((against - run.FinalState()) / h)(3), 1e-9);
+  EXPECT_THROW(B(-w), std::invalid_argument);
+  EXPECT_THROW(B.Pieces(), NotPiecewiseLinear);
+  EXPECT_NO_THROW(B(-Vector::Unit(6, 0)));
+  // Begun by an input: of two maps one is given, and said to be one.
+  const InputSchedule inputs{{0, 0.1}, {Vector::Constant(1, -3), u}};
+  const Trajectory pushed = Simulate(*block, x, inputs, 0.5, Tight());
+  EXPECT_EQ("s+", Words(pushed));
+  const std::vector<IntervalLinearization> intervals = Linearize(*block, pushed);
+  ASSERT_EQ(2u, intervals.size());
+  EXPECT_TRUE(intervals[0].is_linear);
+  EXPECT_TRUE(intervals[1].status.ok()) << intervals[1].status.message;
+  EXPECT_FALSE(intervals[1].is_linear);
+}
+
 /// Two feet that land at once and feel each other: each order leads where the runs lead in which one
 /// foot lands 1e-9 m earlier, which moves them by some 1e-9.
 TEST(FrictionAnalyses, OrdersAreContinuedToWhereRunsBesideLead) {
