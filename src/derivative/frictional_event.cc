@@ -11,6 +11,7 @@
 #include "contact_flow/budget.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
+#include "contact_flow/flow/simulate.h"
 
 namespace contact_flow {
 namespace {
@@ -186,6 +187,24 @@ bool FrictionalEvent::Decoupled(ContactMode contacts) const {
   return true;
 }
 
+/// The contact mode in which an order's outcome goes on.
+void FrictionalEvent::FindModeAfter(OrderOutcome* outcome) const {
+  const int nq = system_->num_positions(), d = system_->dof();
+  Vector x = transition_.x_minus;
+  x.tail(d) = outcome->v_plus;
+  ConstraintTerms terms;
+  system_->Constraints(x.head(nq), x.tail(d), &terms);
+  SimulateOptions options;
+  for (int i : transition_.mode_before | transition_.activated) {
+    options.gap_tolerance = std::max(options.gap_tolerance, 2 * std::abs(terms.gap(i)));
+  }
+  try {
+    outcome->mode_after = InitialMode(*system_, x, dynamics_->u(), options);
+  } catch (const std::invalid_argument& reason) {
+    outcome->status = {Outcome::kNotDifferentiable, reason.what()};
+  }
+}
+
 /// Every order of the touchdowns at the base point.
 void FrictionalEvent::Classify() {
   const ContactMode all = transition_.mode_before.Members() | transition_.activated;
@@ -207,6 +226,7 @@ void FrictionalEvent::Classify() {
     ContactMode closed = transition_.mode_before.Members();
     OrderOutcome outcome;
     outcome.order = order;
+    outcome.impulse = Vector::Zero(system_->num_rows());
     try {
       FrictionalImpact impact;
       for (int i : order) {
@@ -219,6 +239,7 @@ void FrictionalEvent::Classify() {
         closed.Insert(i);
         impact = SolveFrictionalImpact(*system_, transition_.x_minus.head(nq), v, closed);
         v = impact.result.v_plus;
+        outcome.impulse += impact.result.impulse;
         for (int j : closed) {
           if (terms.jacobian.row(j).dot(v) > kZero * (1 + v.cwiseAbs().maxCoeff())) closed.Erase(j);
         }
@@ -233,6 +254,7 @@ void FrictionalEvent::Classify() {
       same_class = false;
     }
     outcome.v_plus = v;
+    if (outcome.status.ok()) FindModeAfter(&outcome);
     apart = std::max(apart, (v - v_together).cwiseAbs().maxCoeff());
     outcomes.push_back(outcome);
   } while (std::next_permutation(order.begin(), order.end()));

@@ -37,6 +37,7 @@ class FrictionalEvent {
 
  private:
   void Classify();
+  void FindModeAfter(OrderOutcome* outcome) const;
   bool Decoupled(ContactMode contacts) const;
 
   std::shared_ptr<ContactDynamics> dynamics_;

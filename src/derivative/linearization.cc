@@ -2,6 +2,7 @@
 #include "contact_flow/derivative/linearization.h"
 
 #include "contact_flow/budget.h"
+#include "contact_flow/derivative/start_cone.h"
 
 namespace contact_flow {
 namespace {
@@ -26,6 +27,15 @@ Matrix FirstSelection(const BDerivative& derivative) {
     product = derivative.arcs[k + 1] * (event.Selection(event.activated()) * product);
   }
   return product.topRows(derivative.time.size());
+}
+
+/// Where a contact begins to slip from rest, tangents to the other side have another map.
+bool BeginsToSlip(const MechanicalSystem& system, const Arc& arc, const Trajectory& trajectory) {
+  if (arc.mode.SlippingInPlane().Empty()) return false;
+  ContactDynamics dynamics(system, arc.u);
+  return !StartCone(&dynamics, arc.x_begin, arc.mode, arc.t_begin, trajectory.gap_tolerance,
+                    trajectory.speed_tolerance)
+              .Empty();
 }
 
 }  // namespace
@@ -54,7 +64,8 @@ std::vector<IntervalLinearization> Linearize(const MechanicalSystem& system,
       const Matrix selection = FirstSelection(interval.derivative);
       interval.A = selection.leftCols(tangents);
       interval.B = selection.rightCols(selection.cols() - tangents);
-      interval.is_linear = interval.derivative.IsDifferentiable();
+      interval.is_linear = interval.derivative.IsDifferentiable() &&
+                           !BeginsToSlip(system, trajectory.arcs[first], trajectory);
     }
     intervals.push_back(std::move(interval));
     AskBudget();

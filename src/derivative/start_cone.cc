@@ -18,6 +18,8 @@ namespace {
 constexpr double kNoise = 1e-9;
 /// Accelerations that vanish within this part of the gap's tolerance are not known.
 constexpr double kIdle = 1e-3;
+/// The speed and acceleration of a contact that begins to slip, whose gap is its slip.
+constexpr double kSlips = 1;
 
 double Terms(const Vector& row, const VectorRef& w) { return row.cwiseAbs().dot(w.cwiseAbs()); }
 
@@ -32,10 +34,10 @@ std::string Sentence(double t, const std::string& name, const char* what) {
 
 StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode mode, double t,
                      double gap_tolerance, double speed_tolerance)
-    : friction_(dynamics->system().HasFriction()),
-      names_(dynamics->system().description().constraints),
+    : names_(dynamics->system().description().constraints),
       t_(t),
-      dof_(dynamics->system().dof()) {
+      dof_(dynamics->system().dof()),
+      friction_(dynamics->system().HasFriction()) {
   const MechanicalSystem& system = dynamics->system();
   const int d = dof_, n = system.num_constraints(), k = dynamics->num_variables();
   const Vector q = x.head(system.num_positions()), v = x.tail(d);
@@ -46,25 +48,48 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
     const bool touches = std::abs(terms.gap(i)) <= gap_tolerance;
     if (touches && (system.compliant().Contains(i) || !mode.Contains(i))) touching.Insert(i);
   }
-  if (touching.Empty() && !friction_) return;
+  // Contacts that begin to slip from rest: to the one side they slip on, to the other they slip
+  // against their friction and are reversed.
+  ContactMode begins;
+  for (int i : mode.SlippingInPlane()) {
+    const double slip = terms.jacobian.row(system.friction()[i].row).dot(v);
+    if (std::abs(slip) <= speed_tolerance) begins.Insert(i);
+  }
+  if (touching.Empty() && begins.Empty()) return;
   const Vector field = dynamics->Field(x, mode);
-  // Gradients of gaps and of their rates, and of slip.
-  const Eigen::Index rows = terms.gap.size();
-  Matrix gaps = Matrix::Zero(rows, 2 * d + k), rates = gaps;
+  // Gradients of gaps and of their rates.
+  Matrix gaps = Matrix::Zero(n, 2 * d + k), rates = gaps;
   const Vector no_jump = Vector::Zero(d), no_impulse = Vector::Zero(terms.gap.size());
   ResidualJacobian residual;
   system.DifferentiateImpact(q, no_jump, no_impulse, v, &residual);
-  gaps.leftCols(d) = terms.jacobian;
-  rates.leftCols(d) = residual.constraint_q;
-  rates.middleCols(d, d) = terms.jacobian;
+  gaps.leftCols(d) = terms.jacobian.topRows(n);
+  rates.leftCols(d) = residual.constraint_q.topRows(n);
+  rates.middleCols(d, d) = terms.jacobian.topRows(n);
   const std::vector<int>& parameters = dynamics->variables().parameters;
+  Matrix by_slip;
   if (!parameters.empty()) {
     ParameterJacobian by_parameter;
     system.DifferentiateImpactByParameters(q, no_jump, no_impulse, v, parameters, &by_parameter);
-    gaps.rightCols(parameters.size()) = by_parameter.gap;
-    rates.rightCols(parameters.size()) = by_parameter.constraint;
+    gaps.rightCols(parameters.size()) = by_parameter.gap.topRows(n);
+    rates.rightCols(parameters.size()) = by_parameter.constraint.topRows(n);
+    by_slip = by_parameter.constraint;
   }
-  if (friction_) AddSlips(system, mode, rates, terms.jacobian * v, speed_tolerance);
+  for (int i : begins) {
+    const int row = system.friction()[i].row;
+    const double sign = mode.LetterOf(i) == Letter::kBackward ? -1 : 1;
+    Contact contact;
+    contact.constraint = i;
+    contact.speed = contact.acceleration = kSlips;
+    contact.gap = contact.rate = Vector::Zero(2 * d + k);
+    contact.gap.head(d) = sign * residual.constraint_q.row(row);
+    contact.gap.segment(d, d) = sign * terms.jacobian.row(row);
+    if (!parameters.empty()) contact.gap.tail(by_slip.cols()) = sign * by_slip.row(row);
+    contacts_.push_back(contact);
+    piecewise_linear_ = {Outcome::kNotDifferentiable,
+                         "at t = " + std::to_string(t) + " s contact '" + names_[i] +
+                             "' begins to slip from rest: directions to the other side are "
+                             "reversed, which is not followed"};
+  }
   ContactMode members = mode - system.compliant();
   held_ = members.Size();
   for (int i : members) members_.push_back(i);
@@ -91,8 +116,8 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
       contact.acceleration = contact.rate.dot(field);
       dynamics->Differentiate(x, mode);
       // What a change of the state by as much as touching is known to would make of it.
-      const double change =
-          (terms.jacobian.row(i) * dynamics->acceleration_jacobian().leftCols(2 * d)).lpNorm<1>();
+      const double change = (terms.jacobian.row(i) * dynamics->acceleration_jacobian().leftCols(2 * d))
+                                .lpNorm<1>();
       const double unknown = kNoise * Terms(contact.rate, field) + kIdle * gap_tolerance * change;
       if (!(contact.acceleration > unknown)) {
         status_ = {Outcome::kNotDifferentiable,
@@ -124,23 +149,6 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
   delassus_ = A * reach_;
 }
 
-void StartCone::AddSlips(const MechanicalSystem& system, ContactMode mode, const Matrix& rates,
-                         const VectorRef& speeds, double speed_tolerance) {
-  for (int i : mode) {
-    const Friction& friction = system.friction()[i];
-    if (friction.dimension != 1 || !(friction.coefficient > 0)) continue;
-    if (std::abs(speeds(friction.row)) > speed_tolerance) continue;
-    const Letter letter = mode.LetterOf(i);
-    if (letter != Letter::kForward && letter != Letter::kBackward) continue;
-    const double sign = letter == Letter::kForward ? 1 : -1;
-    slips_.push_back({i, sign * rates.row(friction.row).transpose()});
-    std::ostringstream message;
-    message << "at t = " << t_ << " s '" << names_[i]
-            << "' begins to slip: directions that make it slip the other way are not followed";
-    piecewise_linear_ = {Outcome::kNotDifferentiable, message.str()};
-  }
-}
-
 bool StartCone::Closes(const Contact& contact, const VectorRef& w) const {
   return contact.gap.dot(w) < -kNoise * Terms(contact.gap, w);
 }
@@ -154,16 +162,15 @@ int StartCone::Leaves(const VectorRef& w) const {
 
 Vector StartCone::operator()(const VectorRef& direction) const {
   Vector w = direction;
-  for (const Slip& slip : slips_) {
-    if (slip.rate.dot(w) >= -kNoise * Terms(slip.rate, w)) continue;
-    throw std::domain_error("at t = " + std::to_string(t_) + " s the contact '" +
-                            names_[slip.constraint] +
-                            "' begins to slip, and in this direction it slips the other way first: "
-                            "how it turns is not followed");
-  }
   if (contacts_.empty()) return w;
   const int out = Leaves(w);
   if (out >= 0) {
+    for (const Contact& contact : contacts_) {
+      if (contact.constraint != out || contact.acceleration != kSlips) continue;
+      throw std::invalid_argument("the direction moves the contact '" + names_[out] +
+                                  "', which begins to slip at t = " + std::to_string(t_) +
+                                  " s, against that slip: how it is reversed is not followed");
+    }
     throw std::invalid_argument("the direction leads through the constraint '" + names_[out] +
                                 "', which the start at t = " + std::to_string(t_) +
                                 " s touches: it leaves the domain");
@@ -184,8 +191,8 @@ Vector StartCone::operator()(const VectorRef& direction) const {
   if (!hit) return w;
   if (friction_) {
     throw std::domain_error("at t = " + std::to_string(t_) +
-                            " s a contact that leaves from rest is hit at once in this direction: "
-                            "with friction that is not followed");
+                            " s a contact that leaves from rest is hit at the start in this "
+                            "direction: with friction that is not followed");
   }
   const int count = static_cast<int>(rows.size());
   Matrix G(count, count), reach(dof_, count);
@@ -214,11 +221,10 @@ Vector StartCone::operator()(const VectorRef& direction) const {
 }
 
 Matrix StartCone::Cone() const {
-  std::vector<const Vector*> normals;
-  for (const Contact& contact : contacts_) normals.push_back(&contact.gap);
-  for (const Slip& slip : slips_) normals.push_back(&slip.rate);
-  Matrix cone(normals.size(), normals.empty() ? 0 : normals.front()->size());
-  for (std::size_t r = 0; r < normals.size(); ++r) cone.row(r) = normals[r]->normalized();
+  Matrix cone(contacts_.size(), contacts_.empty() ? 0 : contacts_.front().gap.size());
+  for (std::size_t r = 0; r < contacts_.size(); ++r) {
+    cone.row(r) = contacts_[r].gap.normalized().transpose();
+  }
   return cone;
 }
 

@@ -16,6 +16,7 @@
 #include "contact_flow/analysis/section.h"
 #include "contact_flow/analysis/stability.h"
 #include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/derivative/continued_outcomes.h"
 #include "contact_flow/derivative/linearization.h"
 #include "contact_flow/derivative/rolling_derivative.h"
 #include "contact_flow/flow/online_flow.h"
@@ -224,6 +225,65 @@ TEST(FrictionAnalyses, StickSlipOscillationIsFoundAndStable) {
     x(2) = 0.5;
   }
   EXPECT_LE((x - orbit.x).cwiseAbs().maxCoeff(), 1e-8) << words;
+}
+
+/// A block let go on a slope beyond its friction: along its slip as runs say, against it κ times as
+/// much, (sin φ − μ cos φ) / (sin φ + μ cos φ), which is refused.
+TEST(FrictionAnalyses, SlipThatBeginsIsNotTurnedBack) {
+  const SystemPointer block = MakeModel("block_on_incline", {{"incline", 0.5}, {"friction", 0.3}});
+  const Vector x = AtRest(0), u = Vector::Zero(1);
+  const Trajectory run = Simulate(*block, x, u, 0.5, Tight());
+  EXPECT_EQ("+", Words(run));
+  const BDerivative B = DifferentiateOutcome(*block, run);
+  ASSERT_TRUE(B.status.ok()) << B.status.message;
+  const Vector w = Vector::Unit(6, 3);
+  EXPECT_NEAR(1, B(w)(3), 1e-9);
+  const double h = 1e-3;
+  const Vector against = Simulate(*block, x - h * w, u, 0.5, Tight()).FinalState();
+  const double kappa = (std::sin(0.5) - 0.3 * std::cos(0.5)) / (std::sin(0.5) + 0.3 * std::cos(0.5));
+  EXPECT_NEAR(-kappa, ((against - run.FinalState()) / h)(3), 1e-9);
+  EXPECT_THROW(B(-w), std::invalid_argument);
+  EXPECT_THROW(B.Pieces(), NotPiecewiseLinear);
+  EXPECT_NO_THROW(B(-Vector::Unit(6, 0)));
+  // Begun by an input: of two maps one is given, and said to be one.
+  const InputSchedule inputs{{0, 0.1}, {Vector::Constant(1, -3), u}};
+  const Trajectory pushed = Simulate(*block, x, inputs, 0.5, Tight());
+  EXPECT_EQ("s+", Words(pushed));
+  const std::vector<IntervalLinearization> intervals = Linearize(*block, pushed);
+  ASSERT_EQ(2u, intervals.size());
+  EXPECT_TRUE(intervals[0].is_linear);
+  EXPECT_TRUE(intervals[1].status.ok()) << intervals[1].status.message;
+  EXPECT_FALSE(intervals[1].is_linear);
+}
+
+/// Two feet that land at once and feel each other: each order leads where the runs lead in which
+/// one foot lands 1e-9 m earlier, which moves them by some 1e-9.
+TEST(FrictionAnalyses, OrdersAreContinuedToWhereRunsBesideLead) {
+  const test::FrictionCase c("order_together");
+  const Trajectory run = Simulate(*c.system, c.x, c.u, c.duration, Tight());
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  const BDerivative B = DifferentiateOutcome(*c.system, run);
+  ASSERT_EQ(Outcome::kDiscontinuous, B.status.outcome) << B.status.message;
+  const EventMap& event = B.events.back();
+  ASSERT_EQ(2u, event.outcomes().size());
+  const std::vector<ContinuedOutcome> ends =
+      ContinueOutcomes(*c.system, InputSchedule::Constant(c.u), run.transitions[B.events.size() - 1],
+                       event.outcomes(), c.duration, Tight());
+  for (std::size_t k = 0; k < 2; ++k) {
+    ASSERT_TRUE(ends[k].status.ok()) << ends[k].status.message;
+    Vector x = c.x;
+    x(1 + 2 * event.outcomes()[k].order.front()) -= 1e-9;  // z of that foot
+    SimulateOptions options = Tight();
+    options.simultaneity_tolerance = 1e-13;
+    const Trajectory beside = Simulate(*c.system, x, c.u, c.duration, options);
+    ASSERT_TRUE(beside.status.ok()) << beside.status.message;
+    EXPECT_LE((beside.FinalState() - ends[k].final_state).cwiseAbs().maxCoeff(), 1e-7);
+    EXPECT_EQ(ends[k].modes.back(), beside.arcs.back().mode);
+    EXPECT_EQ(ends[k].modes.front(), event.outcomes()[k].mode_after);
+    EXPECT_EQ(c.system->num_rows(), event.outcomes()[k].impulse.size());
+    EXPECT_GT(event.outcomes()[k].impulse.norm(), 0);
+  }
+  EXPECT_GT((ends[0].final_state - ends[1].final_state).norm(), 1e-3);
 }
 
 /// Runs from samples of a normal start beside the moments of B(w): where a bounce is on the border

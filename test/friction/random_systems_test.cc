@@ -134,5 +134,61 @@ TEST(RandomFriction, DerivativesAreTheLimitsOfQuotients) {
   EXPECT_LT(refused, 20);  // cascades of plastic impacts, and jams
 }
 
+/// The same from both feet on the floor, at rest and sliding, along directions that keep them there
+/// and make them slip, faster than what counts as rest (1e-6 m/s at α = 1e-4 and above).
+TEST(RandomFriction, DerivativesOfStartsInContact) {
+  int confirmed = 0, refused = 0;
+  for (unsigned seed = 301; seed <= 400; ++seed) {
+    Drawn drawn = Draw(seed);
+    const MechanicalSystem& system = *drawn.system;
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal;
+    Vector w(8);
+    for (double& entry : w) entry = normal(random);
+    w(1) = w(3) = w(5) = w(7) = 0;
+    for (int i : {0, 1}) {
+      drawn.x(1 + 2 * i) = drawn.x(5 + 2 * i) = 0;
+      const bool still = std::isinf(system.friction()[i].coefficient) || seed % (i + 2) == 0;
+      if (still) drawn.x(4 + 2 * i) = 0;
+      if (std::isinf(system.friction()[i].coefficient)) w(4 + 2 * i) = 0;
+    }
+    Trajectory run;
+    try {
+      run = Simulate(system, drawn.x, Vector::Zero(0), kDuration, Tight());
+    } catch (const std::invalid_argument&) {
+      ++refused;
+      continue;
+    }
+    const BDerivative B = DifferentiateOutcome(system, run);
+    if (!run.status.ok() || !B.status.ok()) {
+      ++refused;
+      continue;
+    }
+    for (const double sign : {1.0, -1.0}) {
+      Vector prediction;
+      try {
+        prediction = B(sign * w);
+      } catch (const std::logic_error&) {
+        ++refused;
+        continue;
+      }
+      double best = 1e300;
+      for (const double alpha : {1e-4, 1e-5, 5e-6}) {
+        const Trajectory moved =
+            Simulate(system, drawn.x + alpha * sign * w, Vector::Zero(0), kDuration, Tight());
+        if (!moved.status.ok()) continue;
+        const Vector quotient = (moved.FinalState() - run.FinalState()) / alpha;
+        best = std::min(best, (quotient - prediction).cwiseAbs().maxCoeff());
+      }
+      // Second order is α times curvatures of a few hundred.
+      EXPECT_LT(best, 5e-3 * (1 + prediction.cwiseAbs().maxCoeff()))
+          << "seed " << seed << ", sign " << sign << ", " << run.arcs.front().mode.Word(2);
+      ++confirmed;
+    }
+  }
+  std::printf("%d directions confirmed, %d refused\n", confirmed, refused);
+  EXPECT_GT(confirmed, 120);
+}
+
 }  // namespace
 }  // namespace contact_flow

@@ -202,8 +202,8 @@ TEST(RobotFriction, BallBouncesAndRolls) {
   }
 }
 
-/// T of a ball depends on its radius, and the direction of its slip with it: through a bounce, a slide
-/// and its end, beside central quotients. With step h = 1e-5 they are off by h² times a third
+/// T of a ball depends on its radius, and the direction of its slip with it: through a bounce, a
+/// slide and its end, beside central quotients. With step h = 1e-5 they are off by h² times a third
 /// derivative (the radius is 0.1: h²/0.1² of the value) and by the runs' 1e-12/h.
 TEST(RobotFriction, ByTheRadius) {
   const double step = 1e-5, radius = 0.1;

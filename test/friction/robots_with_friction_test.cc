@@ -48,8 +48,8 @@ TEST(RobotsWithFriction, PlanarBipedIsPushed) {
   EXPECT_GT(run.FinalState()(0), x(0) + 1e-3) << "its base has moved on";
 }
 
-/// Two fingertips hold a box in the air: its weight is their friction, and it stays. Where they press
-/// less than the cone allows, it cannot begin to slip yet, and the run says so.
+/// Two fingertips hold a box in the air: its weight is their friction, and it stays. Where they
+/// press less than the cone allows, it cannot begin to slip yet, and the run says so.
 TEST(RobotsWithFriction, GripperHoldsABox) {
   const auto robot = LoadRobot(RobotFile("gripper_friction"));
   const NominalRun& nominal = robot->nominal();
@@ -77,8 +77,8 @@ TEST(RobotsWithFriction, GripperHoldsABox) {
   EXPECT_THROW(Simulate(*robot, nominal.x, loose, 0.1, Tight()), std::invalid_argument);
 }
 
-/// The quadruped, tilted and moving sideways, lands on one foot, which slides in space: derivatives by
-/// state, friction and mass beside one-sided quotients, whose errors are of first order in α.
+/// The quadruped, tilted and moving sideways, lands on one foot, which slides in space: derivatives
+/// by state, friction and mass beside one-sided quotients, whose errors are of first order in α.
 TEST(RobotsWithFriction, FootOfAQuadrupedSlides) {
   const auto robot = LoadRobot(RobotFile("quadruped_friction"));
   Vector w = Vector::Zero(36);

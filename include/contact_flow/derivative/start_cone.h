@@ -15,11 +15,9 @@ namespace contact_flow {
 /// mode, a_i = 0 and i ∉ J: a cluster at the start, which the run leaves.
 ///   Da_i w_q < 0                       leads out of the domain,
 ///   Da_i w_q = 0, r_i = D(Da_i v) w < 0,
-///     Da_i v = 0 and ä_i > 0           is an impact at the start with a speed of first order,
-///                                      shared by the contacts of J:  0 ≤ p ⟂ r⁺ + γ r⁻ ≥ 0,
+///     Da_i v = 0 and ä_i > 0           is an impact at the start with a speed of first order, shared
+///                                      by the contacts of J:  0 ≤ p ⟂ r⁺ + γ r⁻ ≥ 0,
 ///   otherwise                          nothing happens.
-/// With friction that impact is not followed, nor a slip that a direction turns against the one in
-/// which a contact of J begins to slip, s = 0 at the start: both are refused.
 class StartCone {
  public:
   /// Of a state that touches nothing else.
@@ -32,15 +30,15 @@ class StartCone {
   const Status& status() const { return status_; }
   /// kOk where the map on the admitted directions is continuous.
   const Status& PiecewiseLinear() const { return piecewise_linear_; }
-  bool Empty() const { return contacts_.empty() && slips_.empty(); }
+  bool Empty() const { return contacts_.empty(); }
 
   /// The constraint through which w [2d+k] leaves the domain; −1: none.
   int Leaves(const VectorRef& w) const;
   /// w after what happens at the start. Throws std::invalid_argument, naming the constraint, for a
   /// direction that leaves the domain, and std::domain_error where the impact would lift a contact
-  /// of the mode, and for what friction leaves open.
+  /// of the mode.
   Vector operator()(const VectorRef& w) const;
-  /// Half-spaces {w : Da_i w_q ≥ 0}, {w : σ D(T v) w ≥ 0} [· × 2d+k], unit rows.
+  /// Half-spaces {w : Da_i w_q ≥ 0} [· × 2d+k], unit rows.
   Matrix Cone() const;
 
   /// A bound on the run from x + α w, α > 0.
@@ -62,21 +60,12 @@ class StartCone {
     bool at_rest() const { return speed == 0; }
   };
   bool Closes(const Contact& contact, const VectorRef& w) const;
-  void AddSlips(const MechanicalSystem& system, ContactMode mode, const Matrix& rates,
-                const VectorRef& speeds, double speed_tolerance);
-
-  /// A contact of the mode that begins to slip.
-  struct Slip {
-    int constraint = 0;
-    Vector rate;  // σ D(T v) [2d+k]
-  };
 
   std::vector<Contact> contacts_;
-  std::vector<Slip> slips_;
-  bool friction_ = false;
   std::vector<std::string> names_;  // of all constraints
   double t_ = 0;
   int dof_ = 0;
+  bool friction_ = false;
   // The contacts of the mode, then those of contacts_ at rest.
   Matrix delassus_;  // G
   Matrix reach_;     // P Daᵀ [d × ·]
