@@ -18,8 +18,6 @@ namespace {
 constexpr double kNoise = 1e-9;
 /// Accelerations that vanish within this part of the gap's tolerance are not known.
 constexpr double kIdle = 1e-3;
-/// The speed and acceleration of a contact that begins to slip, whose gap is its slip.
-constexpr double kSlips = 1;
 
 double Terms(const Vector& row, const VectorRef& w) { return row.cwiseAbs().dot(w.cwiseAbs()); }
 
@@ -79,7 +77,8 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
     const double sign = mode.LetterOf(i) == Letter::kBackward ? -1 : 1;
     Contact contact;
     contact.constraint = i;
-    contact.speed = contact.acceleration = kSlips;
+    contact.slips = true;
+    contact.speed = 1;  // not at rest: what matters is its slip
     contact.gap = contact.rate = Vector::Zero(2 * d + k);
     contact.gap.head(d) = sign * residual.constraint_q.row(row);
     contact.gap.segment(d, d) = sign * terms.jacobian.row(row);
@@ -116,8 +115,8 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
       contact.acceleration = contact.rate.dot(field);
       dynamics->Differentiate(x, mode);
       // What a change of the state by as much as touching is known to would make of it.
-      const double change = (terms.jacobian.row(i) * dynamics->acceleration_jacobian().leftCols(2 * d))
-                                .lpNorm<1>();
+      const double change =
+          (terms.jacobian.row(i) * dynamics->acceleration_jacobian().leftCols(2 * d)).lpNorm<1>();
       const double unknown = kNoise * Terms(contact.rate, field) + kIdle * gap_tolerance * change;
       if (!(contact.acceleration > unknown)) {
         status_ = {Outcome::kNotDifferentiable,
@@ -166,7 +165,7 @@ Vector StartCone::operator()(const VectorRef& direction) const {
   const int out = Leaves(w);
   if (out >= 0) {
     for (const Contact& contact : contacts_) {
-      if (contact.constraint != out || contact.acceleration != kSlips) continue;
+      if (contact.constraint != out || !contact.slips) continue;
       throw std::invalid_argument("the direction moves the contact '" + names_[out] +
                                   "', which begins to slip at t = " + std::to_string(t_) +
                                   " s, against that slip: how it is reversed is not followed");

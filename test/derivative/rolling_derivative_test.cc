@@ -65,10 +65,12 @@ TEST(RollingDerivative, IsTheDerivativeOfTheWholeRun) {
   const struct {
     const char* model;
     double mark, end;  // parts of the nominal duration
-  } cases[] = {{"soft_biped", 0.2, 1},       {"hopping_trot", 0.1, 1.3}, {"double_pendulum", 0, 1},
-               {"ball_in_corner", 0.3, 1.2}, {"falling_box", 0.5, 1},    {"legged_table", 0.1, 1},
-               {"wall_and_floor", 0, 1},     {"jointed_biped", 0.2, 0.6}, {"block_on_incline", 0.2, 1},
-               {"puck", 0.1, 1},             {"spinning_ball", 0, 1},     {"compass_walker", 0.3, 1},
+  } cases[] = {{"soft_biped", 0.2, 1},       {"hopping_trot", 0.1, 1.3},
+               {"double_pendulum", 0, 1},    {"ball_in_corner", 0.3, 1.2},
+               {"falling_box", 0.5, 1},      {"legged_table", 0.1, 1},
+               {"wall_and_floor", 0, 1},     {"jointed_biped", 0.2, 0.6},
+               {"block_on_incline", 0.2, 1}, {"puck", 0.1, 1},
+               {"spinning_ball", 0, 1},      {"compass_walker", 0.3, 1},
                {"rimless_wheel", 0.1, 1},    {"sliding_rod", 0.1, 1}};
   std::mt19937 random(5);
   for (const auto& test : cases) {

@@ -240,7 +240,8 @@ TEST(FrictionAnalyses, SlipThatBeginsIsNotTurnedBack) {
   EXPECT_NEAR(1, B(w)(3), 1e-9);
   const double h = 1e-3;
   const Vector against = Simulate(*block, x - h * w, u, 0.5, Tight()).FinalState();
-  const double kappa = (std::sin(0.5) - 0.3 * std::cos(0.5)) / (std::sin(0.5) + 0.3 * std::cos(0.5));
+  const double kappa =
+      (std::sin(0.5) - 0.3 * std::cos(0.5)) / (std::sin(0.5) + 0.3 * std::cos(0.5));
   EXPECT_NEAR(-kappa, ((against - run.FinalState()) / h)(3), 1e-9);
   EXPECT_THROW(B(-w), std::invalid_argument);
   EXPECT_THROW(B.Pieces(), NotPiecewiseLinear);
@@ -267,8 +268,8 @@ TEST(FrictionAnalyses, OrdersAreContinuedToWhereRunsBesideLead) {
   const EventMap& event = B.events.back();
   ASSERT_EQ(2u, event.outcomes().size());
   const std::vector<ContinuedOutcome> ends =
-      ContinueOutcomes(*c.system, InputSchedule::Constant(c.u), run.transitions[B.events.size() - 1],
-                       event.outcomes(), c.duration, Tight());
+      ContinueOutcomes(*c.system, InputSchedule::Constant(c.u),
+                       run.transitions[B.events.size() - 1], event.outcomes(), c.duration, Tight());
   for (std::size_t k = 0; k < 2; ++k) {
     ASSERT_TRUE(ends[k].status.ok()) << ends[k].status.message;
     Vector x = c.x;

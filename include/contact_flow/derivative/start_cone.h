@@ -15,8 +15,8 @@ namespace contact_flow {
 /// mode, a_i = 0 and i ∉ J: a cluster at the start, which the run leaves.
 ///   Da_i w_q < 0                       leads out of the domain,
 ///   Da_i w_q = 0, r_i = D(Da_i v) w < 0,
-///     Da_i v = 0 and ä_i > 0           is an impact at the start with a speed of first order, shared
-///                                      by the contacts of J:  0 ≤ p ⟂ r⁺ + γ r⁻ ≥ 0,
+///     Da_i v = 0 and ä_i > 0           is an impact at the start with a speed of first order,
+///                                      shared by the contacts of J:  0 ≤ p ⟂ r⁺ + γ r⁻ ≥ 0,
 ///   otherwise                          nothing happens.
 class StartCone {
  public:
@@ -53,6 +53,7 @@ class StartCone {
  private:
   struct Contact {
     int constraint = 0;
+    bool slips = false;       // it is in the mode and begins to slip; its gap stands for σ T v
     double speed = 0;         // Da_i v, 0 at rest [m/s]
     double acceleration = 0;  // ä_i, of those at rest [m/s²]
     Vector gap;               // Da_i and ∂a_i/∂p [2d+k]
