@@ -9,8 +9,12 @@ if(pybind11_FOUND AND Python3_Development_FOUND)
 else()
   set(has_pybind11 OFF)
 endif()
-option(CONTACT_FLOW_PYTHON "Build the Python module (needs pybind11 and Python's headers)"
-  ${has_pybind11})
+set(CONTACT_FLOW_PYTHON AUTO CACHE STRING
+  "Build the Python module: ON, OFF, or AUTO: where pybind11 and Python's headers are found")
+set(CONTACT_FLOW_WITH_PYTHON ${CONTACT_FLOW_PYTHON})
+if(CONTACT_FLOW_PYTHON STREQUAL AUTO)
+  set(CONTACT_FLOW_WITH_PYTHON ${has_pybind11})
+endif()
 if(CONTACT_FLOW_ROS)
   set(python_folder ${CATKIN_DEVEL_PREFIX}/${CATKIN_GLOBAL_PYTHON_DESTINATION}/contact_flow)
   set(python_destination ${CATKIN_GLOBAL_PYTHON_DESTINATION}/contact_flow)
@@ -24,7 +28,7 @@ endif()
 set(CONTACT_FLOW_PYTHON_DESTINATION ${python_destination} CACHE STRING
   "Where the package is installed, below the prefix")
 get_filename_component(CONTACT_FLOW_PYTHON_PATH ${python_folder} DIRECTORY)
-if(NOT CONTACT_FLOW_PYTHON)
+if(NOT CONTACT_FLOW_WITH_PYTHON)
   message(STATUS
     "contact_flow: no Python module, for want of pybind11-dev (2.6) or python3-dev, or by choice")
   if(CONTACT_FLOW_ROS)   # messages join a package of this name that lies elsewhere on the path

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Tests of the Python module: every file of test/python, with the built package on the path.
-if(NOT CONTACT_FLOW_PYTHON)
+if(NOT CONTACT_FLOW_WITH_PYTHON)
   return()
 endif()
 file(GLOB tests CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/test/python/*_test.py)
