@@ -2,12 +2,11 @@
 # The Python module, package contact_flow: an extension over the core, and Python files beside it.
 # With ROS it lies in the devel space in one folder with the generated contact_flow.msg and
 # contact_flow.srv, whose __init__.py (empty, made by genpy where there is none) it replaces.
-find_package(pybind11 2.6 CONFIG QUIET)
 find_package(Python3 COMPONENTS Interpreter Development QUIET)
-if(pybind11_FOUND AND Python3_Development_FOUND)
-  set(has_pybind11 ON)
-else()
-  set(has_pybind11 OFF)
+set(has_pybind11 OFF)
+if(Python3_Development_FOUND AND NOT CONTACT_FLOW_PYTHON STREQUAL OFF)
+  find_package(pybind11 2.6 CONFIG QUIET)   # an error of its own where there are no headers
+  set(has_pybind11 ${pybind11_FOUND})
 endif()
 set(CONTACT_FLOW_PYTHON AUTO CACHE STRING
   "Build the Python module: ON, OFF, or AUTO: where pybind11 and Python's headers are found")
@@ -78,6 +77,8 @@ install(TARGETS contact_flow_core_python LIBRARY DESTINATION ${CONTACT_FLOW_PYTH
 list(TRANSFORM PYTHON_FILES PREPEND python/contact_flow/)
 install(FILES ${PYTHON_FILES} DESTINATION ${CONTACT_FLOW_PYTHON_DESTINATION})
 install(PROGRAMS python/bin/contact_flow DESTINATION bin)
+install(FILES python/bin/contact_flow.completion RENAME contact_flow
+  DESTINATION share/bash-completion/completions)
 if(CONTACT_FLOW_ROS)
   file(COPY python/bin/contact_flow DESTINATION ${CATKIN_DEVEL_PREFIX}/bin)
 endif()

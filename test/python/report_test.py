@@ -39,7 +39,7 @@ class Report(unittest.TestCase):
 
     def write(self, run, **arguments):
         path = pathlib.Path(self.folder.name) / "run.html"
-        cf.write_report(run, path, **arguments)
+        run.report(path, **arguments)
         return path, path.read_text(encoding="utf-8")
 
     def test_it_is_the_run(self):
