@@ -2,15 +2,18 @@
 # The Python module, package contact_flow: an extension over the core, and Python files beside it.
 # With ROS it lies in the devel space in one folder with the generated contact_flow.msg and
 # contact_flow.srv, whose __init__.py (empty, made by genpy where there is none) it replaces.
-find_package(pybind11 2.6 CONFIG QUIET)
 find_package(Python3 COMPONENTS Interpreter Development QUIET)
-if(pybind11_FOUND AND Python3_Development_FOUND)
-  set(has_pybind11 ON)
-else()
-  set(has_pybind11 OFF)
+set(has_pybind11 OFF)
+if(Python3_Development_FOUND AND NOT CONTACT_FLOW_PYTHON STREQUAL OFF)
+  find_package(pybind11 2.6 CONFIG QUIET)   # an error of its own where there are no headers
+  set(has_pybind11 ${pybind11_FOUND})
 endif()
-option(CONTACT_FLOW_PYTHON "Build the Python module (needs pybind11 and Python's headers)"
-  ${has_pybind11})
+set(CONTACT_FLOW_PYTHON AUTO CACHE STRING
+  "Build the Python module: ON, OFF, or AUTO: where pybind11 and Python's headers are found")
+set(CONTACT_FLOW_WITH_PYTHON ${CONTACT_FLOW_PYTHON})
+if(CONTACT_FLOW_PYTHON STREQUAL AUTO)
+  set(CONTACT_FLOW_WITH_PYTHON ${has_pybind11})
+endif()
 if(CONTACT_FLOW_ROS)
   set(python_folder ${CATKIN_DEVEL_PREFIX}/${CATKIN_GLOBAL_PYTHON_DESTINATION}/contact_flow)
   set(python_destination ${CATKIN_GLOBAL_PYTHON_DESTINATION}/contact_flow)
@@ -24,7 +27,7 @@ endif()
 set(CONTACT_FLOW_PYTHON_DESTINATION ${python_destination} CACHE STRING
   "Where the package is installed, below the prefix")
 get_filename_component(CONTACT_FLOW_PYTHON_PATH ${python_folder} DIRECTORY)
-if(NOT CONTACT_FLOW_PYTHON)
+if(NOT CONTACT_FLOW_WITH_PYTHON)
   message(STATUS
     "contact_flow: no Python module, for want of pybind11-dev (2.6) or python3-dev, or by choice")
   if(CONTACT_FLOW_ROS)   # messages join a package of this name that lies elsewhere on the path
@@ -74,6 +77,8 @@ install(TARGETS contact_flow_core_python LIBRARY DESTINATION ${CONTACT_FLOW_PYTH
 list(TRANSFORM PYTHON_FILES PREPEND python/contact_flow/)
 install(FILES ${PYTHON_FILES} DESTINATION ${CONTACT_FLOW_PYTHON_DESTINATION})
 install(PROGRAMS python/bin/contact_flow DESTINATION bin)
+install(FILES python/bin/contact_flow.completion RENAME contact_flow
+  DESTINATION share/bash-completion/completions)
 if(CONTACT_FLOW_ROS)
   file(COPY python/bin/contact_flow DESTINATION ${CATKIN_DEVEL_PREFIX}/bin)
 endif()

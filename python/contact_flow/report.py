@@ -28,6 +28,12 @@ def numbers(values: Any) -> Any:
     return values
 
 
+def rate_units(system: _core.System) -> List[str]:
+    """Units of the velocities: of angular ones where a quaternion turns."""
+    units = dict(zip(system.coordinates, system.units))
+    return [units[name] + "/s" if name in units else "rad/s" for name in system.velocities]
+
+
 def motion(run: _core.Run, count: int) -> Dict[str, Any]:
     """States and forces arc by arc, so that jumps are jumps. `count` instants in all, two an arc at least."""
     span = max(run.t_end - run.t_begin, 1e-300)
@@ -41,6 +47,18 @@ def motion(run: _core.Run, count: int) -> Dict[str, Any]:
         arcs.append({"t": t.tolist(), "x": numbers(x.T), "force": numbers(force.T),
                      "mode": arc.mode, "word": arc.word, "u": numbers(arc.u)})
     return {"arcs": arcs}
+
+
+def figure(run: _core.Run, frames: int = 200) -> Dict[str, Any]:
+    """Where links and contact points of a robot are, at evenly spaced instants."""
+    robot = run.system
+    if not isinstance(robot, _core.Robot):
+        return {}
+    t = np.linspace(run.t_begin, run.t_end, frames)
+    q = run.x(t)[:, :robot.num_positions]
+    return {"t": t.tolist(), "links": robot.links, "parents": robot.link_parents,
+            "at": numbers(robot.link_positions(q).round(6)),
+            "contacts": numbers(robot.contact_points(q).round(6))}
 
 
 def slopes(run: _core.Run, by: Sequence[str]) -> Dict[str, Any]:
@@ -101,6 +119,7 @@ def collect(run: _core.Run, by: Sequence[str], count: int) -> Dict[str, Any]:
         "version": _core.__version__, "name": system.name, "summary": system.summary,
         "status": run.status.outcome, "message": run.status.message,
         "begin": run.t_begin, "end": run.t_end, "states": system.state_names, "units": system.units,
+        "rates": rate_units(system),
         "positions": system.num_positions, "constraints": system.constraints,
         "forces": list(system.constraints + system.bilateral), "inputs": system.inputs,
         "parameters": [[p.name, numbers(p.value), p.unit, p.meaning] for p in system.parameter_list],
@@ -119,6 +138,7 @@ def collect(run: _core.Run, by: Sequence[str], count: int) -> Dict[str, Any]:
     if isinstance(system, _core.Robot):
         data["texts"] = {"urdf": system.urdf, "yaml": system.yaml}
     data.update(motion(run, count))
+    data["figure"] = figure(run)
     data["derivative"] = slopes(run, by)
     return data
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Systems that are made in C++: Model by its name, Robot from URDF and YAML.
 #include "contact_flow/io/configuration.h"
-#include "contact_flow/io/robot_file.h"
 #include "contact_flow/model/model_library.h"
 #include "convert.h"
+#include "robot.h"
 #include "unlocked.h"
 
 namespace contact_flow {
@@ -25,29 +25,6 @@ class Model : public System {
 
  private:
   std::string name_;
-};
-
-class Robot : public System {
- public:
-  Robot(RobotTexts texts, const ParameterValues& values) : texts_(std::move(texts)) {
-    if (texts_.yaml.empty()) texts_.yaml = "{}";   // a URDF alone
-    auto robot = MakeRobot(texts_, values);
-    warnings_ = robot->robot().model.warnings;
-    system = std::move(robot);
-  }
-  std::unique_ptr<MechanicalSystem> Make(const ParameterValues& values) const override {
-    return MakeRobot(texts_, values);
-  }
-  std::shared_ptr<System> With(const ParameterValues& values) const override {
-    return std::make_shared<Robot>(texts_, values);
-  }
-  std::string Origin() const override { return "Robot '" + description().name + "'"; }
-  const RobotTexts& texts() const { return texts_; }
-  const std::vector<std::string>& warnings() const { return warnings_; }
-
- private:
-  RobotTexts texts_;
-  std::vector<std::string> warnings_;
 };
 
 /// "x.urdf" and "x.xacro" alone, everything else is a YAML.
@@ -117,7 +94,9 @@ void BindModels(py::module_* module) {
                   "From texts; `folder` is where meshes are sought.")
       .def_property_readonly("urdf", [](const Robot& r) { return r.texts().urdf; }, "Its text.")
       .def_property_readonly("yaml", [](const Robot& r) { return r.texts().yaml; }, "Its text.")
-      .def_property_readonly("warnings", &Robot::warnings, "What of the URDF is not used.")
+      .def_property_readonly(
+          "warnings", [](const Robot& r) { return r.robot().model.warnings; },
+          "What of the URDF is not used.")
       .def(py::pickle(
           [](const Robot& r) {
             const RobotTexts& t = r.texts();
@@ -129,6 +108,7 @@ void BindModels(py::module_* module) {
                            state[2].cast<std::string>(), state[3].cast<std::string>()},
                 state[4].cast<ParameterValues>());
           }));
+  BindRobotPose(module);
 }
 
 }  // namespace python

@@ -80,6 +80,14 @@ void BindSimulate(py::module_* module) {
            "ValueError for sizes, numbers that are not finite and states that penetrate; how the\n"
            "run came out is its status.");
   py::class_<Run, std::shared_ptr<Run>>(module->attr("Run"))
+      .def(
+          "report",
+          [](const py::object& run, const py::object& path, const py::object& by, int samples) {
+            py::module_::import("contact_flow.report").attr("write_report")(run, path, by, samples);
+          },
+          py::arg("path"), py::arg("by") = py::make_tuple("state"), py::arg("samples") = 600,
+          "Writes the run as one HTML file that needs no network: contacts, events, states, forces,\n"
+          "derivative, margins; see contact_flow.write_report.")
       .def(py::pickle(&GetState, &SetState))
       .def("__copy__", [](const py::object& self) { return self; })
       .def("__deepcopy__", [](const py::object& self, const py::object&) { return self; });

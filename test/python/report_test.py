@@ -39,7 +39,7 @@ class Report(unittest.TestCase):
 
     def write(self, run, **arguments):
         path = pathlib.Path(self.folder.name) / "run.html"
-        cf.write_report(run, path, **arguments)
+        run.report(path, **arguments)
         return path, path.read_text(encoding="utf-8")
 
     def test_it_is_the_run(self):
@@ -103,7 +103,7 @@ class Report(unittest.TestCase):
         for run, words in ((cf.Model("soft_biped").simulate(), ["One-sided", "left_foot, then right_foot"]),
                            (cf.Model("rigid_biped").simulate(), ["order of impacts"]),
                            (cf.Model("bouncing_ball").simulate(duration=3, complete_zeno=True), ["zeno"]),
-                           (cf.Robot(case.ROBOTS / "gripper.yaml").simulate(), ["events"])):
+                           (cf.Robot(case.ROBOTS / "gripper.yaml").simulate(), ["Motion", "play"])):
             with self.subTest(run.system.name):
                 path, _ = self.write(run)
                 done = subprocess.run(

@@ -50,6 +50,22 @@ class Systems(unittest.TestCase):
         run = planar.simulate(duration=model.duration, relative_tolerance=1e-12, absolute_tolerance=1e-12)
         self.assertAlmostEqual(model.events[0].t, run.events[0].t, delta=1e-9)
 
+    def test_places_of_a_robot(self):
+        quadruped = cf.Robot(case.ROBOTS / "quadruped.yaml")
+        q = quadruped.nominal.x[:quadruped.num_positions]
+        at, points = quadruped.link_positions(q), quadruped.contact_points(q)
+        self.assertEqual((len(quadruped.links), 3), at.shape)
+        self.assertEqual((len(quadruped.constraints), 3), points.shape)
+        self.assertEqual(len(quadruped.links), len(quadruped.link_parents))
+        self.assertEqual(-1, quadruped.link_parents[0])
+        self.assertTrue(all(parent < k for k, parent in enumerate(quadruped.link_parents)))
+        # Feet are spheres of 0.02 m over the plane z = 0.
+        np.testing.assert_allclose(points[:, 2] - 0.02, quadruped.gaps(q), atol=1e-12)
+        many = quadruped.link_positions(np.array([q, q]))
+        np.testing.assert_array_equal(many, [at, at])
+        with self.assertRaisesRegex(ValueError, "q has not"):
+            quadruped.link_positions(q[:-1])
+
     def test_terms(self):
         pendulum = cf.Model("double_pendulum")
         q, v = np.array([0.3, -0.2]), np.array([0.5, 1.0])
