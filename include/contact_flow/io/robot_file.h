@@ -26,7 +26,7 @@ namespace contact_flow {
 ///   closures:                 # loops: two points that coincide, along some world axes (default
 ///   xyz)
 ///     bar: {link: crank, point: [0, 0, 1], other_link: rod, axes: xz}
-///     gear: {joint: a, other_joint: b, multiplier: 2, offset: 0}  # q_a = 2 q_b; as <mimic>
+///     gear: {joint: a, other_joint: b, multiplier: 2, offset: 0}  # q_a = 2 q_b; a mimic
 ///   inputs: [hip, knee]       # names and order of u; without it, those that efforts name as they
 ///   come efforts:                  # each: kind and its fields
 ///     knee: {kind: joint_spring, joint: knee, stiffness: 20, damping: 1}
