@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
@@ -76,7 +75,7 @@ void RequireWhatFrictionKnows(const MechanicalSystem& system, const SimulateOpti
 /// The letters of a start whose candidates touch and rest in normal direction.
 ContactMode InitialWord(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
                         const SimulateOptions& options) {
-  constexpr double kBorder = 1e-10, kSlipOfRest = 1e-3;
+  constexpr double kBorder = 1e-10;
   const MechanicalSystem& system = dynamics->system();
   const int d = system.dof(), nq = system.num_positions();
   ConstraintTerms terms;
@@ -90,17 +89,12 @@ ContactMode InitialWord(ContactDynamics* dynamics, const VectorRef& x, ContactMo
       continue;
     }
     const auto slip = rate.segment(friction.row, friction.dimension);
-    // Iterates of a Newton method slip by second order of their steps.
-    const double second_order =
-        kSlipOfRest * (terms.jacobian.row(friction.row).cwiseAbs() * x.tail(d).cwiseAbs())(0);
-    if (std::isinf(friction.coefficient) &&
-        !(slip.norm() <= std::max(options.speed_tolerance, second_order))) {
+    if (std::isinf(friction.coefficient) && !(slip.norm() <= options.speed_tolerance)) {
       Refuse("the slip of touching constraint '" + system.description().constraints[i] +
                  "', which never slips,",
              slip.norm(), "0");
     }
-    const bool still =
-        std::isinf(friction.coefficient) || slip.norm() <= options.speed_tolerance;
+    const bool still = slip.norm() <= options.speed_tolerance;
     if (still && friction.coefficient > 0) {
       contacts.still.Insert(i);
     } else if (friction.dimension == 1 && friction.coefficient > 0) {
