@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
@@ -89,12 +90,12 @@ ContactMode InitialWord(ContactDynamics* dynamics, const VectorRef& x, ContactMo
       continue;
     }
     const auto slip = rate.segment(friction.row, friction.dimension);
-    if (std::isinf(friction.coefficient) && !(slip.norm() <= options.speed_tolerance)) {
+    const bool still = slip.norm() <= options.speed_tolerance;
+    if (std::isinf(friction.coefficient) && !still) {
       Refuse("the slip of touching constraint '" + system.description().constraints[i] +
                  "', which never slips,",
              slip.norm(), "0");
     }
-    const bool still = slip.norm() <= options.speed_tolerance;
     if (still && friction.coefficient > 0) {
       contacts.still.Insert(i);
     } else if (friction.dimension == 1 && friction.coefficient > 0) {
