@@ -2,6 +2,7 @@
 #include "contact_flow/dynamics/word_selection.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -11,6 +12,8 @@ namespace {
 
 /// A look ahead moves the state by this part of its size.
 constexpr double kAhead = 1e-6;
+/// A slip that begins in space, for its direction [m/s].
+constexpr double kBegun = 1e-9;
 /// Inequalities with more than this slack, relative, hold for a while.
 constexpr double kStrict = 1e-7;
 /// Motions that differ by less than this, relative, are one.
@@ -70,7 +73,7 @@ class Words {
     }
     std::vector<ContactMode> fitting;
     for (const FrictionSolution& word : all) {
-      if (GoesOn(ModeOf(word), varying)) fitting.push_back(ModeOf(word));
+      if (GoesOn(word, varying)) fitting.push_back(ModeOf(word));
     }
     if (fitting.size() == 1) return fitting.front();
     std::string words;
@@ -164,19 +167,49 @@ class Words {
     return slacks;
   }
 
-  /// Whether no slack that is nearly used up shrinks along the motion of the word.
-  bool GoesOn(ContactMode mode, ContactMode varying) {
-    for (int i : mode) {
-      const bool in_space = system_.friction()[i].dimension == 2;
-      if (!in_space || !touching_.still.Contains(i) || mode.LetterOf(i) != Letter::kSlip) continue;
-      if (!varying.Contains(i)) continue;
-      return true;  // decided by the others
+  /// x, with a slip too small to matter where one begins in space: it has the word's direction then.
+  Vector Begun(const FrictionSolution& word) const {
+    const FrictionProblem& problem = frame_.problem();
+    std::vector<int> rows;
+    std::vector<double> rates;
+    bool begun = false;
+    for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+      if (word.letters[k] == Letter::kOpen) continue;
+      const int row = problem.Row(k), dimension = problem.contacts[k].dimension;
+      rows.push_back(row);
+      rates.push_back(0);
+      const bool begins = word.letters[k] == Letter::kSlip && dimension == 2 &&
+                          touching_.still.Contains(frame_.constraints()[k]);
+      begun = begun || begins;
+      if (word.letters[k] != Letter::kStick && !begins) continue;
+      for (int j = 0; j < dimension; ++j) {
+        rows.push_back(row + 1 + j);
+        rates.push_back(begins ? kBegun * word.directions[k](j) : 0);
+      }
     }
-    const std::vector<Slack> now = Slacks(x_, mode, varying);
-    const Vector field = dynamics_.Field(x_, mode).head(2 * d_);
+    if (!begun) return x_;
+    const auto m = static_cast<Eigen::Index>(rows.size());
+    Matrix G(m, m), reach(d_, m);
+    for (Eigen::Index r = 0; r < m; ++r) {
+      reach.col(r) = frame_.reach().col(rows[static_cast<std::size_t>(r)]);
+      for (Eigen::Index c = 0; c < m; ++c) {
+        G(r, c) = problem.G(rows[static_cast<std::size_t>(r)], rows[static_cast<std::size_t>(c)]);
+      }
+    }
+    Vector x = x_;
+    x.tail(d_) += reach * G.completeOrthogonalDecomposition().solve(Vector::Map(rates.data(), m));
+    return x;
+  }
+
+  /// Whether no slack that is nearly used up shrinks along the motion of the word.
+  bool GoesOn(const FrictionSolution& word, ContactMode varying) {
+    const ContactMode mode = ModeOf(word);
+    const Vector x = Begun(word);
+    const std::vector<Slack> now = Slacks(x, mode, varying);
+    const Vector field = dynamics_.Field(x, mode).head(2 * d_);
     const double step =
         kAhead * (1 + x_.cwiseAbs().maxCoeff()) / (1e-300 + field.cwiseAbs().maxCoeff());
-    const std::vector<Slack> later = Slacks(system_.Perturb(x_, step * field), mode, varying);
+    const std::vector<Slack> later = Slacks(system_.Perturb(x, step * field), mode, varying);
     for (std::size_t k = 0; k < now.size(); ++k) {
       if (now[k].value < kStrict * scale_ && !(later[k].value > now[k].value)) return false;
     }

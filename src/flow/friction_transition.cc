@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "contact_flow/dynamics/guards.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/transition.h"
 #include "guarded.h"
+#include "slip_onset.h"
 
 namespace contact_flow {
 namespace {
@@ -20,6 +22,8 @@ constexpr double kRounding = 1e-12;
 constexpr double kBorder = 1e-10;
 /// What a gap is known to, relative to the coordinates.
 constexpr double kUnits = 1e-14;
+/// A slip in space that begins has this many absolute tolerances.
+constexpr double kOnset = 10;
 
 class FrictionalResolution {
  public:
@@ -259,28 +263,38 @@ class FrictionalResolution {
   void SetLetters(const TouchingContacts& contacts) {
     Transition& cluster = result_.transition;
     cluster.mode_after = SelectWord(&dynamics_, cluster.x_plus, contacts, kBorder);
-    for (int i : cluster.mode_after) {
-      const bool begins = contacts.still.Contains(i) && system_.friction()[i].dimension == 2 &&
-                          system_.friction()[i].coefficient > 0 &&
-                          cluster.mode_after.LetterOf(i) == Letter::kSlip;
-      if (!begins) continue;
-      throw FrictionRefusal(FrictionRefusal::Kind::kSlipFromRestInSpace,
-                            "contact '" + system_.description().constraints[i] +
-                                "' begins to slip in space: its direction is not that of a "
-                                "smooth motion, which is not offered");
+    ContactMode begins;
+    for (int i : cluster.mode_after & contacts.still) {
+      const bool in_space =
+          system_.friction()[i].dimension == 2 && system_.friction()[i].coefficient > 0;
+      if (in_space && cluster.mode_after.LetterOf(i) == Letter::kSlip) begins.Insert(i);
     }
-    Rest();
+    if (begins.Empty()) return Rest({});
+    cluster.obstacle = {Outcome::kNotPiecewiseLinear,
+                        "contacts " + begins.ToString(system_.description().constraints) +
+                            " begin to slip in space: derivatives across that are not offered"};
+    Rest(OnsetDirections(&dynamics_, cluster.x_plus, contacts, cluster.mode_after, begins,
+                         kBorder));
   }
 
-  /// What rests is made rest: normal velocities of the mode, slips of what sticks.
-  void Rest() {
+  /// What rests is made rest: normal velocities of the mode, slips of what sticks. A slip in space
+  /// that begins gets a direction by a speed that counts as none.
+  void Rest(const std::map<int, Eigen::Vector2d>& onsets) {
     Transition& cluster = result_.transition;
     std::vector<int> rows;
+    std::vector<double> rates;
+    const double onset = kOnset * std::max(rules_.absolute_tolerance,
+                                           kRounding * cluster.x_plus.tail(d_).cwiseAbs().maxCoeff());
     for (int i : cluster.mode_after) {
       rows.push_back(i);
-      if (cluster.mode_after.LetterOf(i) != Letter::kStick) continue;
+      rates.push_back(0);
+      const bool begins = onsets.count(i) > 0;
+      if (cluster.mode_after.LetterOf(i) != Letter::kStick && !begins) continue;
       const Friction& friction = system_.friction()[i];
-      for (int k = 0; k < friction.dimension; ++k) rows.push_back(friction.row + k);
+      for (int k = 0; k < friction.dimension; ++k) {
+        rows.push_back(friction.row + k);
+        rates.push_back(begins ? onset * onsets.at(i)(k) : 0);
+      }
     }
     if (rows.empty()) return;
     const InverseInertia inertia(system_, cluster.x_plus.head(nq_), cluster.x_plus.tail(d_));
@@ -288,7 +302,8 @@ class FrictionalResolution {
     for (std::size_t r = 0; r < rows.size(); ++r) {
       A.row(static_cast<Eigen::Index>(r)) = terms_.jacobian.row(rows[r]);
     }
-    const Vector rate = A * cluster.x_plus.tail(d_);
+    const Vector rate = A * cluster.x_plus.tail(d_) -
+                        Vector::Map(rates.data(), static_cast<Eigen::Index>(rates.size()));
     if (rate.isZero(0)) return;
     const Matrix reach = inertia * A.transpose();
     cluster.x_plus.tail(d_) -= reach * (A * reach).completeOrthogonalDecomposition().solve(rate);

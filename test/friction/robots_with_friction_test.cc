@@ -31,6 +31,30 @@ TEST(RobotsWithFriction, QuadrupedStands) {
   EXPECT_LT(run.FinalState().tail(18).cwiseAbs().maxCoeff(), 1e-6);
 }
 
+/// Dropped from higher on a narrow stance, its front feet begin to slip at one instant: both do, and
+/// the motion stays as symmetric as the robot is.
+TEST(RobotsWithFriction, QuadrupedBeginsToSlipOnTwoFeet) {
+  RobotTexts texts = ReadRobotTexts(RobotFile("quadruped"));
+  for (std::size_t at = 0; (at = texts.yaml.find("radius: 0.02}", at)) != std::string::npos;) {
+    texts.yaml.insert(at + 12, ", friction: 0.7");
+  }
+  const auto robot = MakeRobot(texts);
+  const Trajectory run = Simulate(*robot, robot->nominal().x, robot->nominal().u, 0.2142);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  ASSERT_EQ(3u, run.arcs.size());
+  EXPECT_EQ("ssss", run.arcs[1].mode.Word(4));
+  EXPECT_EQ("llss", run.arcs[2].mode.Word(4));
+  const Vector q = run.FinalState().head(19), v = run.FinalState().tail(18);
+  ConstraintTerms terms;
+  robot->Constraints(q, v, &terms);
+  const Vector rate = terms.jacobian * v;
+  const int left = robot->friction()[0].row, right = robot->friction()[1].row;
+  EXPECT_GT(rate.segment(left, 2).norm(), 1e-8);
+  EXPECT_NEAR(rate(left), rate(right), 1e-6 * rate.segment(left, 2).norm() + 1e-9);
+  EXPECT_NEAR(rate(left + 1), -rate(right + 1), 1e-6 * rate.segment(left, 2).norm() + 1e-9);
+  EXPECT_LT(rate.segment(robot->friction()[2].row, 4).norm(), 1e-8) << "the hind feet stick";
+}
+
 /// Stands, is pushed, slides, stops and stands again.
 TEST(RobotsWithFriction, PlanarBipedIsPushed) {
   const auto robot = LoadRobot(RobotFile("planar_biped_friction"));

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "slip_onset.h"
+
+namespace contact_flow {
+namespace {
+
+/// Directions that differ by less are one.
+constexpr double kSameDirection = 1e-6;
+
+}  // namespace
+
+std::map<int, Eigen::Vector2d> OnsetDirections(ContactDynamics* dynamics, const Vector& x,
+                                               const TouchingContacts& touching, ContactMode word,
+                                               ContactMode begins, double border) {
+  const MechanicalSystem& system = dynamics->system();
+  const int nq = system.num_positions(), d = system.dof();
+  const InverseInertia inertia(system, x.head(nq), x.tail(d), dynamics->u(), ContactMode());
+  FrictionFrame frame(system, inertia, touching.still | touching.slipping);
+  FrictionProblem& problem = frame.problem();
+  problem.b = frame.rows() * inertia.FreeAcceleration() + frame.bias();
+  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+    FrictionContact& contact = problem.contacts[k];
+    const int i = frame.constraints()[k], row = problem.Row(k) + 1;
+    contact.slips = touching.slipping.Contains(i) && contact.dimension > 0;
+    if (!contact.slips) continue;
+    if (contact.dimension == 2) {
+      contact.direction = (frame.rows().middleRows<2>(row) * x.tail(d)).normalized();
+    } else {
+      contact.direction(0) = touching.slipping.LetterOf(i) == Letter::kBackward ? -1 : 1;
+    }
+  }
+  std::map<int, Eigen::Vector2d> directions;
+  bool unique = true;
+  for (const FrictionSolution& found : SolveFriction(problem, border)) {
+    bool same = true;
+    for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+      const bool free = found.letters[k] != Letter::kOpen && problem.contacts[k].dimension == 0;
+      const Letter letter = free ? Letter::kSlip : found.letters[k];
+      same = same && letter == word.LetterOf(frame.constraints()[k]);
+    }
+    if (!same) continue;
+    for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+      const int i = frame.constraints()[k];
+      if (!begins.Contains(i)) continue;
+      const auto [at, fresh] = directions.emplace(i, found.directions[k]);
+      unique = unique && (fresh || (at->second - found.directions[k]).norm() < kSameDirection);
+    }
+  }
+  if (directions.empty() || !unique) {
+    throw FrictionRefusal(FrictionRefusal::Kind::kSlipFromRestInSpace,
+                          "contacts " + begins.ToString(system.description().constraints) +
+                              " begin to slip in space: their direction is not unique");
+  }
+  return directions;
+}
+
+}  // namespace contact_flow

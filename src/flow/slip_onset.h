@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+
+#include "contact_flow/dynamics/word_selection.h"
+
+namespace contact_flow {
+
+/// The directions in which the contacts `begins` in space begin to slip, where `word` was selected
+/// for these touching contacts: y_t/|y_t| of (F4), which is simple at the border of the cone, too.
+/// Throws FrictionRefusal where it is not unique.
+std::map<int, Eigen::Vector2d> OnsetDirections(ContactDynamics* dynamics, const Vector& x,
+                                               const TouchingContacts& touching, ContactMode word,
+                                               ContactMode begins, double border);
+
+}  // namespace contact_flow

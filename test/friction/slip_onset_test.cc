@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Slip that begins in space. A mass on a floor is pulled by a force that grows and turns:
+//   s' = k (ρ u − s/|s|),  ρ = 1 + 0.8 t,  u at the angle 0.9 t + 0.3,  k = 1.3 = μ g,
+// sticks up to t = 0 and slips from there on.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+#include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/flow/simulate.h"
+#include "contact_flow/model/model_system.h"
+#include "test/friction/systems/contact_parameters.h"
+
+namespace contact_flow {
+namespace {
+
+constexpr double kForce = 1.3, kGrowth = 0.8, kTurn = 0.9, kGravity = 9.81;
+
+struct Tug {
+  static constexpr const char* kName = "tug";
+  static constexpr const char* kSummary = "a mass on a floor, pulled";
+  static constexpr int kDof = 4, kConstraints = 1, kInputs = 0, kSlipDimension = 2;
+  static constexpr bool kConstantMass = true, kAffineConstraints = true;
+  static constexpr std::array<const char*, 4> kCoordinates = {"x", "y", "z", "clock"};
+  static constexpr std::array<const char*, 4> kUnits = {"m", "m", "m", "s"};
+  static constexpr std::array<const char*, 1> kConstraintNames = {"floor"};
+  static constexpr std::array<const char*, 0> kInputNames = {};
+  template <class P>
+  using Parameters = test::ContactParameters<P>;
+  template <class S>
+  using V = Eigen::Matrix<S, 4, 1>;
+
+  template <class P, class S>
+  static void MassMatrix(const Parameters<P>&, const V<S>&, Eigen::Matrix<S, 4, 4>* M) {
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < 4; ++j) (*M)(i, j) = S(i == j ? 1.0 : 0.0);
+    }
+  }
+  template <class P, class S>
+  static void Force(const Parameters<P>&, const V<S>& q, const V<S>&, const Eigen::Matrix<S, 0, 1>&,
+                    V<S>* f) {
+    using std::cos;
+    using std::sin;
+    const S size = kForce * (kGrowth * q(3) + 1.0), angle = kTurn * q(3) + 0.3;
+    (*f)(0) = size * cos(angle);
+    (*f)(1) = size * sin(angle);
+    (*f)(2) = S(-kGravity);
+    (*f)(3) = S(0.0);
+  }
+  template <class P, class S>
+  static void Gaps(const Parameters<P>&, const V<S>& q, Eigen::Matrix<S, 1, 1>* a) {
+    (*a)(0) = q(2);
+  }
+  template <class P, class S>
+  static void Slip(const Parameters<P>&, const V<S>&, const V<S>& v, Eigen::Matrix<S, 2, 1>* s) {
+    (*s)(0) = v(0);
+    (*s)(1) = v(1);
+  }
+  template <class P>
+  static P Friction(const Parameters<P>&, int) {
+    return P(kForce / kGravity);
+  }
+  template <class P>
+  static P Restitution(const Parameters<P>&, int) {
+    return P(0.0);
+  }
+  template <class P>
+  static NominalRun Nominal(const Parameters<P>&) {
+    NominalRun run;
+    run.x = Vector::Zero(8);
+    run.x(3) = -0.1;
+    run.x(7) = 1;
+    run.u = Vector::Zero(0);
+    return run;
+  }
+};
+
+/// The slip at t = 0.7 is that of an independent integration from the slow manifold on: classical
+/// Runge–Kutta from 1e-3 and from 2.5e-4 s after the onset, steps of a quarter of |s|/k, agree to its
+/// twelve digits. Thousands of short steps add their errors up: some hundred tolerances, and ten of
+/// the speed that the onset adds.
+TEST(SlipOnset, OfAForceThatGrowsAndTurns) {
+  const auto system = MakeSystem<Tug>({});
+  for (const double tolerance : {1e-9, 1e-10, 1e-11}) {
+    SimulateOptions options;
+    options.relative_tolerance = options.absolute_tolerance = tolerance;
+    const Trajectory run = Simulate(*system, system->nominal().x, Vector::Zero(0), 0.8, options);
+    ASSERT_TRUE(run.status.ok()) << run.status.message;
+    ASSERT_EQ(2u, run.arcs.size());
+    EXPECT_EQ("s", run.arcs[0].mode.Word(1));
+    EXPECT_EQ("l", run.arcs[1].mode.Word(1));
+    EXPECT_NEAR(0.1, run.transitions[0].t, 10 * tolerance);
+    EXPECT_NEAR(0.168952261326, run.FinalState()(4), 300 * tolerance);
+    EXPECT_NEAR(0.189065895195, run.FinalState()(5), 300 * tolerance);
+  }
+}
+
+/// Derivatives across it are not offered, and say so.
+TEST(SlipOnset, HasNoDerivative) {
+  const auto system = MakeSystem<Tug>({});
+  const Trajectory run = Simulate(*system, system->nominal().x, Vector::Zero(0), 0.8);
+  const BDerivative B = DifferentiateOutcome(*system, run);
+  EXPECT_EQ(Outcome::kNotPiecewiseLinear, B.status.outcome);
+  EXPECT_NE(std::string::npos, B.status.message.find("{floor} begin to slip")) << B.status.message;
+}
+
+}  // namespace
+}  // namespace contact_flow
