@@ -108,9 +108,24 @@ void Flow::BeginArc() {
   arc_begun_ = true;
 }
 
+bool Flow::Penetrates() {
+  constexpr double kDeep = 100;  // of the gap's tolerance
+  for (int i = 0; i < system_.num_constraints(); ++i) {
+    if (!(gaps_begin_.gap(i) < -kDeep * options_.gap_tolerance) || mode_.Contains(i)) continue;
+    if (system_.compliant().Contains(i) || implied_.Contains(i)) continue;
+    std::ostringstream reason;
+    reason << "constraint '" << system_.description().constraints[i] << "' is penetrated by "
+           << -gaps_begin_.gap(i) << ": its touchdowns follow each other too quickly to be located";
+    Stop(Outcome::kChatter, reason.str());
+    return true;
+  }
+  return false;
+}
+
 bool Flow::Propose(double end) {
   if (!status_.ok()) return false;
   if (!arc_begun_) BeginArc();
+  if (Penetrates()) return false;
   trigger_ = -1;
   quick_next_ = quick_;
   double h = h_;
@@ -224,7 +239,7 @@ double Flow::StepOntoEvent(const LocatedEvent& event, double length) {
       break;
     }
     const double next = std::clamp(s + correction, 0.0, length);
-    if (next == s) break;
+    if (next == s || iteration + 1 == kMaxNewton) break;  // x_end_ is the state at s
     s = next;
   }
   return std::max(s, 0.0);

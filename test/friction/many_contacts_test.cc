@@ -52,6 +52,7 @@ class Dice {
 struct Drawn {
   std::unique_ptr<test::RandomContacts> system;
   Vector x;
+  double size = 1;  ///< of its lengths [m]
   double duration = 0.6;
 };
 
@@ -127,6 +128,7 @@ Drawn Draw(unsigned seed, int rows) {
   if (together) c.restitution(1) = c.restitution(0);
   Drawn drawn;
   drawn.system = std::make_unique<test::RandomContacts>(c);
+  drawn.size = unit;
   drawn.x = Vector::Zero(2 * d);
   drawn.x.tail(d) = unit * dice.Normals(d, 1, 1);
   for (int i = 0; i < n; ++i) drawn.x(d + (rows + 1) * i) = -unit * dice.Uniform(0, 1);
@@ -151,7 +153,7 @@ class FrictionOfManyContacts : public testing::TestWithParam<int> {
     const MechanicalSystem& system = *drawn.system;
     const int d = system.dof();
     ContactDynamics dynamics(system, Vector::Zero(0));
-    const double size = drawn.x.cwiseAbs().maxCoeff();
+    const double size = drawn.size;
     for (const Arc& arc : run.arcs) {
       for (int k = 0; k <= 8 && arc.t_end > arc.t_begin; ++k) {
         Vector x = arc.x_begin;
@@ -189,7 +191,7 @@ class FrictionOfManyContacts : public testing::TestWithParam<int> {
   /// A sentence where quotients settle on something else than B(w); none where they do not settle.
   std::string Contradiction(const Drawn& drawn, const Vector& w, const Vector& prediction,
                             double error) {
-    const double size = drawn.x.cwiseAbs().maxCoeff();
+    const double size = drawn.size;
     const QuotientReport report = CompareWithQuotients(
         *drawn.system, drawn.x, Vector::Zero(0), drawn.duration, w, prediction,
         {1e-4 * size, 1e-5 * size, 1e-6 * size, 1e-7 * size}, Tight(size), error);
@@ -220,7 +222,7 @@ TEST_P(FrictionOfManyContacts, IsNotContradicted) {
   for (long seed = first; seed < first + count; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const Drawn drawn = Draw(static_cast<unsigned>(seed), GetParam());
-    const double size = drawn.x.cwiseAbs().maxCoeff();
+    const double size = drawn.size;
     Trajectory run;
     try {
       run = Simulate(*drawn.system, drawn.x, Vector::Zero(0), drawn.duration, Tight(size));

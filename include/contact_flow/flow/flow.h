@@ -91,6 +91,8 @@ class Flow {
   void FinishStep();
   bool WithinBudget();
   void BeginArc();
+  /// Stops where a gap has become negative: an event was missed, whatever the reason.
+  bool Penetrates();
   bool Attempt(double end, double* h, bool* rejected);
   double StepOntoEvent(const LocatedEvent& event, double length);
   bool PassTransition();
