@@ -105,7 +105,7 @@ def draw_block(axes, block):
         axes.axvline(arc.t_end, color="0.8", lw=0.6, zorder=0)
     axes.set(xlabel="t [s]", ylabel=r"$\lambda_t$ [N]", title="a block that sticks and slips",
              ylim=(-1.05 * numpy.max(cone), 1.25 * numpy.max(cone)))
-    axes.legend(fontsize=7, frameon=False, loc="lower right")
+    axes.legend(fontsize=7, frameon=False, loc="center right")
 
 
 def draw_walker(axes, walker):

@@ -56,7 +56,7 @@ class Walkers(unittest.TestCase):
             self.assertIn(part, answer.message)
         moved = client.poincare_map(section=ReturnSection(**{**STEP, "travel": ["hip_z"]}),
                                     state=InitialState(v=[0.9 * v for v in (
-                                        1.0525070188, 0.2924566391, -1.0923835899, -0.3773739489)]))
+                                        1.0525072249, 0.2924558925, -1.0923835899, -0.3773739489)]))
         self.assertNotEqual(moved.outcome, 0)
         self.assertIn("symmetry", moved.message)
 
