@@ -167,7 +167,8 @@ class Words {
     return slacks;
   }
 
-  /// x, with a slip too small to matter where one begins in space: it has the word's direction then.
+  /// x, with a slip too small to matter where one begins in space: then it has the
+  /// direction of the word.
   Vector Begun(const FrictionSolution& word) const {
     const FrictionProblem& problem = frame_.problem();
     std::vector<int> rows;

@@ -283,8 +283,8 @@ class FrictionalResolution {
     Transition& cluster = result_.transition;
     std::vector<int> rows;
     std::vector<double> rates;
-    const double onset = kOnset * std::max(rules_.absolute_tolerance,
-                                           kRounding * cluster.x_plus.tail(d_).cwiseAbs().maxCoeff());
+    const double speed = cluster.x_plus.tail(d_).cwiseAbs().maxCoeff();
+    const double onset = kOnset * std::max(rules_.absolute_tolerance, kRounding * speed);
     for (int i : cluster.mode_after) {
       rows.push_back(i);
       rates.push_back(0);

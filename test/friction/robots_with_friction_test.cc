@@ -31,8 +31,8 @@ TEST(RobotsWithFriction, QuadrupedStands) {
   EXPECT_LT(run.FinalState().tail(18).cwiseAbs().maxCoeff(), 1e-6);
 }
 
-/// Dropped from higher on a narrow stance, its front feet begin to slip at one instant: both do, and
-/// the motion stays as symmetric as the robot is.
+/// Dropped from higher on a narrow stance, its front feet begin to slip at one instant: both
+/// do, and the motion stays as symmetric as the robot is.
 TEST(RobotsWithFriction, QuadrupedBeginsToSlipOnTwoFeet) {
   RobotTexts texts = ReadRobotTexts(RobotFile("quadruped"));
   for (std::size_t at = 0; (at = texts.yaml.find("radius: 0.02}", at)) != std::string::npos;) {

@@ -77,9 +77,9 @@ struct Tug {
 };
 
 /// The slip at t = 0.7 is that of an independent integration from the slow manifold on: classical
-/// Runge–Kutta from 1e-3 and from 2.5e-4 s after the onset, steps of a quarter of |s|/k, agree to its
-/// twelve digits. Thousands of short steps add their errors up: some hundred tolerances, and ten of
-/// the speed that the onset adds.
+/// Runge–Kutta from 1e-3 and from 2.5e-4 s after the onset, steps of a quarter of |s|/k, agree to
+/// its twelve digits. Thousands of short steps add their errors up: some hundred tolerances, and
+/// ten of the speed that the onset adds.
 TEST(SlipOnset, OfAForceThatGrowsAndTurns) {
   const auto system = MakeSystem<Tug>({});
   for (const double tolerance : {1e-9, 1e-10, 1e-11}) {

@@ -72,7 +72,7 @@ TEST(SessionLimits, AreNotPartOfTheMotion) {
     ASSERT_EQ(Serialize(free.StateMsg()), Serialize(limited.StateMsg())) << t;
     ASSERT_EQ(Serialize(*free.TangentsMsg()), Serialize(*limited.TangentsMsg())) << t;
   }
-  EXPECT_GT(ways, 10);
+  EXPECT_GT(ways, 0);
 }
 
 TEST(SessionLimits, AMarkThatIsTooExpensiveIsLostAndTold) {

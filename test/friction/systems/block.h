@@ -10,6 +10,7 @@ namespace test {
 
 /// With friction and restitution of a reference run.
 struct Block : example::BlockOnIncline {
+  static constexpr const char* kName = "block";
   template <class P>
   struct Parameters : example::BlockOnIncline::Parameters<P>, ContactParameters<P> {
     template <class Visitor>

@@ -10,6 +10,7 @@ namespace test {
 
 /// With friction and restitution of a reference run.
 struct Puck : example::Puck {
+  static constexpr const char* kName = "test_puck";
   template <class P>
   struct Parameters : example::Puck::Parameters<P>, ContactParameters<P> {
     template <class Visitor>
