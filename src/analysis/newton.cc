@@ -37,6 +37,14 @@ Vector AnyInCone(const LinearPiece& piece, const Vector& residual) {
   return best.point.head(n) * (residual.norm() / (size * best.value));
 }
 
+/// Asks the clock itself, where AskBudget looks now and then: a run that time has ended is not a
+/// residual that is undefined.
+void AskAfterRun() {
+  std::string sentence;
+  const BudgetEnd end = LookAtBudget(&sentence);
+  if (end != BudgetEnd::kNone) throw BudgetExceeded(end, sentence);
+}
+
 class Solver {
  public:
   Solver(const NonsmoothEquation& equation, const VectorRef& start, const NewtonOptions& options)
@@ -56,7 +64,7 @@ class Solver {
   NewtonResult Iterate() {
     BudgetStage stage("Newton's method, iteration by iteration");
     EquationValue value = equation_(result_.x, true);
-    AskBudget();  // and never between a step and its report
+    AskAfterRun();  // and never between a step and its report
     NewtonIteration iteration;
     while (true) {
       if (!value.defined || !value.residual.allFinite()) {
@@ -105,7 +113,7 @@ class Solver {
     for (int halving = 0; halving <= options_.max_halvings; ++halving, t /= 2) {
       const Vector x = options_.add ? options_.add(result_.x, t * d) : Vector(result_.x + t * d);
       EquationValue trial = equation_(x, false);
-      AskBudget();
+      AskAfterRun();
       if (!trial.defined) {
         stall_ = "beside the last iterate: " + trial.message;
         continue;
@@ -114,7 +122,7 @@ class Solver {
       if (!(reached <= square + 2 * options_.armijo * t * slope)) continue;
       const bool done = trial.residual.cwiseAbs().maxCoeff() <= options_.tolerance;
       *value = done ? std::move(trial) : equation_(x, true);
-      AskBudget();
+      AskAfterRun();
       result_.x = x;
       iteration->step = t;
       return true;
