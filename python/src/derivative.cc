@@ -45,8 +45,8 @@ void CheckExists(const Derivative& d) {
   }
 }
 
-/// A direction: numbers (δq, δv, δu, δp) or (δq, δv) alone, a dict of some by name, "+name" or
-/// "-name".
+/// A direction: numbers (δq, δv, δu, δp) or (δq, δv) alone, a dict of some by name,
+/// "+name" or "-name".
 Vector ToDirection(const Derivative& d, const py::handle& w) {
   const Eigen::Index cols = Columns(d);
   if (py::isinstance<py::str>(w)) {

@@ -21,7 +21,8 @@ std::vector<int> Parents(const RobotModel& model) {
       first[static_cast<std::size_t>(body)] = static_cast<int>(k);
       body = model.tree.bodies()[static_cast<std::size_t>(body)].parent;
     }
-    for (; body >= 0 && parent < 0; body = model.tree.bodies()[static_cast<std::size_t>(body)].parent) {
+    for (; body >= 0 && parent < 0;
+         body = model.tree.bodies()[static_cast<std::size_t>(body)].parent) {
       parent = first[static_cast<std::size_t>(body)];
     }
     parents.push_back(parent == static_cast<int>(k) ? -1 : parent);
@@ -94,10 +95,12 @@ void BindRobotPose(py::module_* module) {
       .def_property_readonly(
           "link_parents", [](const Robot& robot) { return Parents(robot.robot().model); },
           "Index of the link that each one hangs on; −1: the world [L].")
-      .def("link_positions", &LinkPositions, py::arg("q"),
-           "Origins of the links in the world [L×3]; of each row of an array [k×nq] as [k×L×3] [m].")
+      .def(
+          "link_positions", &LinkPositions, py::arg("q"),
+          "Origins of the links in the world [L×3]; of each row of an array [k×nq] as [k×L×3] [m].")
       .def("contact_points", &ContactPoints, py::arg("q"),
-           "The point of each contact in the world (of a sphere its centre) [n×3]; NaN for those that\n"
+           "The point of each contact in the world (of a sphere its centre) [n×3]; NaN for those "
+           "that\n"
            "have none, as joint limits [m].");
 }
 

@@ -86,7 +86,8 @@ void BindSimulate(py::module_* module) {
             py::module_::import("contact_flow.report").attr("write_report")(run, path, by, samples);
           },
           py::arg("path"), py::arg("by") = py::make_tuple("state"), py::arg("samples") = 600,
-          "Writes the run as one HTML file that needs no network: contacts, events, states, forces,\n"
+          "Writes the run as one HTML file that needs no network: contacts, events, states, "
+          "forces,\n"
           "derivative, margins; see contact_flow.write_report.")
       .def(py::pickle(&GetState, &SetState))
       .def("__copy__", [](const py::object& self) { return self; })

@@ -12,7 +12,7 @@ import unittest
 
 import include_direction_test as layout
 
-FOLDERS = ["include", "src", "test", "benchmark", "examples"]
+FOLDERS = ["include", "src", "python", "test", "benchmark", "examples"]
 MAX_COLUMNS = 100
 LONG = 78  # a line that was filled: the one below it was pushed out of it
 COMMENT = re.compile(r"(\s*)(///?<?)\s?(\s*)(\S.*)$")
@@ -63,7 +63,7 @@ def types(lines):
 def two_definitions(root):
     """Two types of one name in include/ and src/, whatever they hold."""
     first = {}
-    for path in layout.files(root, ["include", "src"], [".h", ".cc"]):
+    for path in layout.files(root, ["include", "src", "python"], [".h", ".cc"]):
         lines = path.read_text(encoding="utf-8").splitlines()
         for number, name in types(lines):
             place = "%s:%d" % (path.relative_to(root), number)
