@@ -4,12 +4,21 @@
 #include <cmath>
 #include <sstream>
 
+#include "contact_flow/dynamics/guard_gradients.h"
+
 namespace contact_flow {
 
 double TimeShift(ContactDynamics* dynamics, const Transition& transition, const VectorRef& e) {
   if (transition.instants.empty()) return 0;
   const MechanicalSystem& system = dynamics->system();
   const int d = system.dof(), nq = system.num_positions();
+  if (system.HasFriction() && !transition.guards.empty()) {
+    const int trigger = transition.guards.front();
+    const GuardGradients gradients(dynamics, transition.x_minus, transition.mode_before, trigger);
+    const Eigen::RowVectorXd gradient = gradients.At(trigger).gradient;
+    const double rate = gradient.dot(gradients.field());
+    return rate != 0 ? -gradient.dot(e.head(2 * d)) / rate : 0;
+  }
   const int i = transition.instants.front().constraint;
   const Vector& x = transition.x_minus;
   double change, rate;

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 
+#include "contact_flow/dynamics/guard_gradients.h"
 #include "contact_flow/dynamics/guards.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
@@ -52,13 +53,7 @@ class FrictionalResolution {
     Transition& cluster = result_.transition;
     const Vector& x = cluster.x_minus;
     const ContactMode mode = cluster.mode_before;
-    dynamics_.Differentiate(x, mode);
-    const Vector force = dynamics_.force();
-    const Matrix force_jacobian = dynamics_.force_jacobian();
-    const Vector field = dynamics_.Field(x, mode).head(2 * d_);
-    ResidualJacobian slip;
-    system_.DifferentiateImpact(x.head(nq_), Vector::Zero(d_), Vector::Zero(system_.num_rows()),
-                                x.tail(d_), &slip);
+    const GuardGradients gradients(&dynamics_, x, mode, trigger);
     Vector error = Vector::Zero(2 * d_);
     if (rules_.state_error.size() > 0) {
       error = rules_.state_error;
@@ -68,39 +63,25 @@ class FrictionalResolution {
       int guard;
       double value, slope, error;
     };
-    std::vector<Zero> zeros;
-    const ContactMode forces = guards_.OfForces(mode), slips = guards_.OfSlips(mode);
-    const ContactMode open = ContactMode::All(system_.num_constraints()) - mode;
-    double own = 0;
-    for (int g : forces | slips | open) {
-      Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Zero(2 * d_);
-      double value;
-      if (forces.Contains(g)) {
-        value = guards_.OfForce(g, force);
-        gradient = guards_.GradientOfForce(g, force, force_jacobian).leftCols(2 * d_);
-      } else if (guards_.IsNormal(g)) {
-        value = terms_.gap(g);
-        gradient.head(d_) = terms_.jacobian.row(g);
-      } else {
-        const double sign = guards_.SlipSign(g, mode);
-        const int row = guards_.SlipRow(g);
-        value = sign * rate_(row);
-        gradient << sign * slip.constraint_q.row(row), sign * terms_.jacobian.row(row);
-      }
-      const double slope = gradient.dot(field);
-      const double unsure = gradient.cwiseAbs().dot(error) / std::abs(slope);
-      if (g == trigger) own = std::isfinite(unsure) ? unsure : 0;
-      zeros.push_back({g, value, slope, unsure});
-    }
-    if (!(forces | slips | open).Contains(trigger)) {  // a slip in space has come to its end
-      stopped_.Insert(guards_.ConstraintOf(trigger));
+    const auto zero_of = [&](int guard) {
+      const GuardGradients::Value at = gradients.At(guard);
+      const double slope = at.gradient.dot(gradients.field());
+      return Zero{guard, at.value, slope, at.gradient.cwiseAbs().dot(error) / std::abs(slope)};
+    };
+    const double unsure = zero_of(trigger).error, own = std::isfinite(unsure) ? unsure : 0;
+    if (gradients.SlipInSpaceEnds()) {
+      const int i = guards_.ConstraintOf(trigger);
+      stopped_.Insert(i);
       cluster.guards.push_back(trigger);
+      cluster.instants.push_back({i, 0, own});
     }
     const double asked = rules_.simultaneity_tolerance;
     cluster.tolerance = asked > 0 ? asked : kInstantErrors * own;
     double first = std::numeric_limits<double>::infinity(), last = -first;
     std::vector<std::pair<double, int>> order;
-    for (const Zero& zero : zeros) {
+    const ContactMode open = ContactMode::All(system_.num_constraints()) - mode;
+    for (int g : guards_.OfForces(mode) | guards_.OfSlips(mode) | open) {
+      const Zero zero = zero_of(g);
       const double within = asked > 0 ? asked : kInstantErrors * (own + zero.error);
       const bool counts =
           zero.guard == trigger || (zero.slope < 0 && zero.value <= -zero.slope * within &&
@@ -111,7 +92,7 @@ class FrictionalResolution {
       first = std::min(first, offset);
       last = std::max(last, offset);
       cluster.instants.push_back({guards_.ConstraintOf(zero.guard), offset, zero.error});
-      Note(zero.guard, zero.value, zero.slope);
+      Note(zero.guard, zero.slope);
     }
     std::sort(order.begin(), order.end());
     for (const auto& [offset, guard] : order) cluster.guards.push_back(guard);
@@ -185,7 +166,7 @@ class FrictionalResolution {
     return result_.transition.mode_before.Contains(i) ? 10 * std::abs(rate_(i)) : 0;
   }
 
-  void Note(int guard, double value, double slope) {
+  void Note(int guard, double slope) {
     Transition& cluster = result_.transition;
     const int i = guards_.ConstraintOf(guard);
     const bool member = cluster.mode_before.Contains(i);
@@ -212,7 +193,6 @@ class FrictionalResolution {
     } else if (!(slope < 0)) {
       Obstruct(i, "reaches its friction cone at a rate of", slope, "N/s");
     }
-    (void)value;
   }
 
   void Obstruct(int i, const char* what, double slope, const char* unit) {

@@ -212,37 +212,28 @@ class FrictionOfManyContacts : public testing::TestWithParam<int> {
            ", quotients differ by " + std::to_string(settled);
   }
 
-  long confirmed_ = 0, undecided_ = 0;
-};
-
-TEST_P(FrictionOfManyContacts, IsNotContradicted) {
-  const long count = FromEnvironment("CONTACT_FLOW_FRICTION_SYSTEMS", 20);
-  const long first = FromEnvironment("CONTACT_FLOW_FRICTION_SEED", 1);
-  std::map<std::string, int> tally;
-  for (long seed = first; seed < first + count; ++seed) {
+  /// Runs the system of a seed and compares all that is said of it.
+  void Judge(long seed, int rows) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    const Drawn drawn = Draw(static_cast<unsigned>(seed), GetParam());
-    const double size = drawn.size;
+    const Drawn drawn = Draw(static_cast<unsigned>(seed), rows);
     Trajectory run;
     try {
-      run = Simulate(*drawn.system, drawn.x, Vector::Zero(0), drawn.duration, Tight(size));
+      run = Simulate(*drawn.system, drawn.x, Vector::Zero(0), drawn.duration, Tight(drawn.size));
     } catch (const std::exception& refused) {
-      ++tally[std::string("start refused: ") + std::string(refused.what()).substr(0, 60)];
-      continue;
+      ++tally_[std::string("start refused: ") + std::string(refused.what()).substr(0, 60)];
+      return;
     }
     CheckLaws(drawn, run);
     if (!run.status.ok()) {
-      ++tally[std::string("run ended: ") + OutcomeName(run.status.outcome)];
-      Tell(seed, run.status);
-      continue;
+      ++tally_[std::string("run ended: ") + OutcomeName(run.status.outcome)];
+      return Tell(seed, run.status);
     }
     const BDerivative B = DifferentiateOutcome(*drawn.system, run);
     if (!B.status.ok()) {
-      ++tally[std::string("derivative refused: ") + OutcomeName(B.status.outcome)];
-      Tell(seed, B.status);
-      continue;
+      ++tally_[std::string("derivative refused: ") + OutcomeName(B.status.outcome)];
+      return Tell(seed, B.status);
     }
-    ++tally["given"];
+    ++tally_["given"];
     Dice dice(static_cast<unsigned>(seed) + 1000000);
     for (int k = 0; k < 4; ++k) {
       Vector w = dice.Normals(static_cast<int>(drawn.x.size()), 1, 1);
@@ -254,16 +245,33 @@ TEST_P(FrictionOfManyContacts, IsNotContradicted) {
         prediction = B(w);
         error = B.Error(w).maxCoeff();
       } catch (const std::exception& refused) {
-        ++tally["direction refused"];
+        ++tally_["direction refused"];
         continue;
       }
       const std::string contradiction = Contradiction(drawn, w, prediction, error);
       EXPECT_EQ("", contradiction) << "direction " << k;
     }
   }
-  for (const auto& [what, times] : tally) std::cout << times << " " << what << "\n";
+
+  std::map<std::string, int> tally_;
+  long confirmed_ = 0, undecided_ = 0;
+};
+
+TEST_P(FrictionOfManyContacts, IsNotContradicted) {
+  const long count = FromEnvironment("CONTACT_FLOW_FRICTION_SYSTEMS", 20);
+  const long first = FromEnvironment("CONTACT_FLOW_FRICTION_SEED", 1);
+  for (long seed = first; seed < first + count; ++seed) Judge(seed, GetParam());
+  for (const auto& [what, times] : tally_) std::cout << times << " " << what << "\n";
   std::cout << confirmed_ << " directions confirmed, " << undecided_ << " not decided\n";
-  EXPECT_GT(tally["given"], count / 4);
+  EXPECT_GT(tally_["given"], count / 4);
+}
+
+/// Where a slip in space ends, forces turn without bound: they were taken to vanish there, and the
+/// derivative was withheld by its self-check.
+TEST_F(FrictionOfManyContacts, EndsOfSlipInSpaceAreNoReleases) {
+  const std::vector<long> seeds = {21, 117, 123, 131};
+  for (long seed : seeds) Judge(seed, 2);
+  EXPECT_EQ(static_cast<int>(seeds.size()), tally_["given"]);
 }
 
 INSTANTIATE_TEST_SUITE_P(Rows, FrictionOfManyContacts, testing::Values(1, 2),
