@@ -154,6 +154,8 @@ class FrictionOfManyContacts : public testing::TestWithParam<int> {
     const int d = system.dof();
     ContactDynamics dynamics(system, Vector::Zero(0));
     const double size = drawn.size;
+    // Touchdowns that were too quick to be located end the run at 100 gap tolerances.
+    const double depth = (run.status.outcome == Outcome::kChatter ? 2e-7 : 1e-8) * size;
     for (const Arc& arc : run.arcs) {
       for (int k = 0; k <= 8 && arc.t_end > arc.t_begin; ++k) {
         Vector x = arc.x_begin;
@@ -168,7 +170,7 @@ class FrictionOfManyContacts : public testing::TestWithParam<int> {
           const Vector tangential = force.segment(friction.row, friction.dimension);
           const Vector slip =
               terms.jacobian.middleRows(friction.row, friction.dimension) * x.tail(d);
-          EXPECT_GE(terms.gap(i), -1e-8 * size);
+          EXPECT_GE(terms.gap(i), -depth);
           EXPECT_GE(force(i), -load);
           if (std::isfinite(friction.coefficient)) {
             EXPECT_LE(tangential.norm(), friction.coefficient * force(i) + load);
@@ -248,8 +250,11 @@ class FrictionOfManyContacts : public testing::TestWithParam<int> {
         ++tally_["direction refused"];
         continue;
       }
-      const std::string contradiction = Contradiction(drawn, w, prediction, error);
-      EXPECT_EQ("", contradiction) << "direction " << k;
+      try {
+        EXPECT_EQ("", Contradiction(drawn, w, prediction, error)) << "direction " << k;
+      } catch (const std::exception& refused) {
+        ADD_FAILURE() << "direction " << k << ": " << refused.what();
+      }
     }
   }
 
