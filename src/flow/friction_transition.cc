@@ -6,23 +6,20 @@
 #include <limits>
 #include <map>
 
-#include "contact_flow/dynamics/guard_gradients.h"
 #include "contact_flow/dynamics/guards.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/transition.h"
+#include "guard_zeros.h"
 #include "guarded.h"
+#include "resolution.h"
 #include "slip_onset.h"
 
 namespace contact_flow {
 namespace {
 
-/// Of rates, relative to the sum of the sizes of their terms.
-constexpr double kRounding = 1e-12;
 /// How closely the inequalities of a word have to hold, at least.
 constexpr double kBorder = 1e-10;
-/// What a gap is known to, relative to the coordinates.
-constexpr double kUnits = 1e-14;
 /// A slip in space that begins has this many absolute tolerances.
 constexpr double kOnset = 10;
 
@@ -51,25 +48,11 @@ class FrictionalResolution {
   /// The guards that vanish together with the trigger.
   void Collect(int trigger) {
     Transition& cluster = result_.transition;
-    const Vector& x = cluster.x_minus;
     const ContactMode mode = cluster.mode_before;
-    const GuardGradients gradients(&dynamics_, x, mode, trigger);
-    Vector error = Vector::Zero(2 * d_);
-    if (rules_.state_error.size() > 0) {
-      error = rules_.state_error;
-      error.head(d_).array() += kUnits * x.head(nq_).cwiseAbs().maxCoeff();
-    }
-    struct Zero {
-      int guard;
-      double value, slope, error;
-    };
-    const auto zero_of = [&](int guard) {
-      const GuardGradients::Value at = gradients.At(guard);
-      const double slope = at.gradient.dot(gradients.field());
-      return Zero{guard, at.value, slope, at.gradient.cwiseAbs().dot(error) / std::abs(slope)};
-    };
-    const double unsure = zero_of(trigger).error, own = std::isfinite(unsure) ? unsure : 0;
-    if (gradients.SlipInSpaceEnds()) {
+    const GuardZeros zeros(&dynamics_, cluster.x_minus, mode, trigger, rules_);
+    acceleration_ = zeros.acceleration();
+    const double own = zeros.At(trigger).error;
+    if (zeros.SlipInSpaceEnds()) {
       const int i = guards_.ConstraintOf(trigger);
       stopped_.Insert(i);
       cluster.guards.push_back(trigger);
@@ -81,18 +64,17 @@ class FrictionalResolution {
     std::vector<std::pair<double, int>> order;
     const ContactMode open = ContactMode::All(system_.num_constraints()) - mode;
     for (int g : guards_.OfForces(mode) | guards_.OfSlips(mode) | open) {
-      const Zero zero = zero_of(g);
-      const double within = asked > 0 ? asked : kInstantErrors * (own + zero.error);
-      const bool counts =
-          zero.guard == trigger || (zero.slope < 0 && zero.value <= -zero.slope * within &&
-                                    zero.value >= zero.slope * within);
-      if (!counts) continue;
+      const GuardZero zero = zeros.At(g);
+      const double within =
+          asked > 0 ? -zero.slope * asked
+                    : std::min(zero.reach, -zero.slope * kInstantErrors * (own + zero.error));
+      if (g != trigger && !(zero.slope < 0 && std::abs(zero.value) <= within)) continue;
       const double offset = zero.slope != 0 ? -zero.value / zero.slope : 0;
-      order.emplace_back(offset, zero.guard);
+      order.emplace_back(offset, g);
       first = std::min(first, offset);
       last = std::max(last, offset);
-      cluster.instants.push_back({guards_.ConstraintOf(zero.guard), offset, zero.error});
-      Note(zero.guard, zero.slope);
+      cluster.instants.push_back({guards_.ConstraintOf(g), offset, zero.error});
+      Note(g, zero.slope);
     }
     std::sort(order.begin(), order.end());
     for (const auto& [offset, guard] : order) cluster.guards.push_back(guard);
@@ -132,7 +114,8 @@ class FrictionalResolution {
     TouchingContacts contacts;
     for (int i : touching) {
       const bool bounced = cluster.activated.Contains(i) && system_.restitution()(i) > 0;
-      const double rest = std::max(Rounding(i, v_plus), bounced ? 0 : Drift(i));
+      const double low = grazed_.Contains(i) ? Low(i) : 0;
+      const double rest = std::max({Rounding(i, v_plus), bounced ? 0 : Drift(i), low});
       if (!held.Contains(i) && rate(i) > rest) continue;  // it leaves
       Sort(i, rate, v_plus, still, &contacts);
     }
@@ -164,6 +147,12 @@ class FrictionalResolution {
   /// A contact that rested before may have drifted by the integrator's error.
   double Drift(int i) const {
     return result_.transition.mode_before.Contains(i) ? 10 * std::abs(rate_(i)) : 0;
+  }
+
+  /// A contact that rises so slowly that it is back before it has left.
+  double Low(int i) const {
+    const double height = kLowReaches * std::max(rules_.reach_tolerance, std::abs(terms_.gap(i)));
+    return acceleration_(i) < 0 ? std::sqrt(-2 * acceleration_(i) * height) : 0;
   }
 
   void Note(int guard, double slope) {
@@ -295,6 +284,7 @@ class FrictionalResolution {
   const TransitionRules& rules_;
   const int nq_, d_;
   ConstraintTerms terms_;
+  Vector acceleration_;  // of the gaps, in the mode before [n]
   Vector rate_;          // of all rows
   ContactMode stopped_;  // whose slip ends here
   ContactMode grazed_;   // touched without speed

@@ -22,6 +22,11 @@ inline constexpr double kNoReach = 1e-3;
 /// Speeds that were made rest are worth a warning above this part of the speed tolerance.
 inline constexpr double kNotable = 1e-2;
 inline constexpr double kAboveDrift = 10;
+/// Errors of single steps, each within the tolerances, grow to this many tolerances: a guard that
+/// is further from zero does not vanish now, however little is known of instants.
+inline constexpr double kAccumulated = 1e3;
+/// A gap that closes by less than this part of the tolerances, and opens, is not known to close.
+inline constexpr double kUnknownDip = 1e-2;
 
 /// Resolves one cluster, in the order of its methods.
 class Resolution {
@@ -89,9 +94,21 @@ class Resolution {
     const double asked = rules_.simultaneity_tolerance;
     return asked > 0 ? asked : kInstantErrors * (trigger_error + InstantError(i, slope));
   }
-  /// Estimated error of the instant at which guard i, of this slope, vanishes [s].
+  /// Whether guard i, which falls with this slope, vanishes together with the trigger.
+  bool FallsWith(int i, double value, double slope, double trigger_error) const {
+    const double far = rules_.simultaneity_tolerance > 0
+                           ? std::numeric_limits<double>::infinity()
+                           : kInstantErrors * guard_error_(i) + guard_reach_(i);
+    return value <= std::min(far, Within(i, slope, trigger_error) * -slope);
+  }
+  /// Estimated error of the instant at which guard i, of this slope, vanishes [s]; a gap that
+  /// grazes is turned by its acceleration ä: δt ≤ min(δa/|ȧ|, √(2 δa/|ä|)).
   double InstantError(int i, double slope) const {
-    return slope != 0 ? guard_error_(i) / std::abs(slope) : 0;
+    const double error = guard_error_(i);
+    const double steep = slope != 0 ? error / std::abs(slope) : 0;
+    if (IsMember(i) || acceleration_(i) == 0) return steep;
+    const double turned = std::sqrt(2 * error / std::abs(acceleration_(i)));
+    return slope != 0 ? std::min(steep, turned) : turned;
   }
   void Touch(int i, double slope);
   void NoteUnresolvedDip(int i, double slope);
@@ -113,6 +130,7 @@ class Resolution {
   ConstraintTerms terms_;
   Vector rate_, acceleration_, force_, force_rate_;
   Vector guard_error_;  // of gaps [m] and of members' forces [N], as far as it is estimated [n]
+  Vector guard_reach_;  // what tolerances may grow to in them [n]
   ContactMode touching_;  // a_i = ȧ_i = 0 beyond J⁻ and the cluster
   ContactMode pressed_;
   ResolvedTransition result_;

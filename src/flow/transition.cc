@@ -42,15 +42,25 @@ std::string Resolution::Sentence(const std::string& what) const {
 /// |Dg_i| e for every guard, and its rounding; to be called when the forces were differentiated.
 void Resolution::FindGuardErrors(const VectorRef& q) {
   const int n = system_.num_constraints();
-  guard_error_ = Vector::Zero(n);
-  if (rules_.state_error.size() == 0) return;
-  Vector error = rules_.state_error;
-  error.head(d_).array() += kUnits * q.cwiseAbs().maxCoeff();
-  error.tail(d_) += kUnits * transition().x_minus.tail(d_).cwiseAbs();
+  guard_error_ = guard_reach_ = Vector::Zero(n);
+  const double far = q.cwiseAbs().maxCoeff();
+  const Vector speeds = transition().x_minus.tail(d_).cwiseAbs();
+  Vector error = Vector::Zero(2 * d_), reach(2 * d_);
+  if (rules_.state_error.size() > 0) {
+    error = rules_.state_error;
+    error.head(d_).array() += kUnits * far;
+    error.tail(d_) += kUnits * speeds;
+  }
+  reach << Vector::Constant(d_, rules_.relative_tolerance * far),
+      rules_.relative_tolerance * speeds;
+  reach.array() += rules_.absolute_tolerance;
+  const auto along = [&](int i, const Vector& change) {
+    return IsMember(i) ? dynamics_.force_jacobian().row(i).head(2 * d_).cwiseAbs().dot(change)
+                       : terms_.jacobian.row(i).cwiseAbs().dot(change.head(d_));
+  };
   for (int i = 0; i < n; ++i) {
-    guard_error_(i) =
-        IsMember(i) ? dynamics_.force_jacobian().row(i).head(2 * d_).cwiseAbs().dot(error)
-                    : terms_.jacobian.row(i).cwiseAbs().dot(error.head(d_));
+    guard_error_(i) = along(i, error);
+    guard_reach_(i) = kAccumulated * along(i, reach);
   }
 }
 
@@ -89,10 +99,12 @@ void Resolution::Touch(int i, double slope) {
 void Resolution::NoteUnresolvedDip(int i, double slope) {
   const double sign = transition().mode_before.Contains(i) ? -1 : 1;
   const double opening = sign * acceleration_(i);
-  if (!(opening > 0 && slope * slope <= 2 * opening * kInstantErrors * guard_error_(i))) return;
+  const double known =
+      std::max(kInstantErrors * guard_error_(i), kUnknownDip * guard_reach_(i) / kAccumulated);
+  if (!(opening > 0 && slope * slope <= 2 * opening * known)) return;
   std::ostringstream what;
   what << "constraint '" << Name(i) << "' is touched with normal velocity " << slope
-       << " m/s, where its gap opens again within its error of " << guard_error_(i)
+       << " m/s, where its gap opens again within its error of " << known
        << " m: grazing, as far as it is known";
   transition().obstacle = {Outcome::kGrazing, Sentence(what.str())};
 }
@@ -112,7 +124,7 @@ void Resolution::Collect(int trigger) {
     const double slow = member ? 0 : Still(i);
     if (i == trigger && slope >= -slow) {
       Touch(i, slope);
-    } else if (slope < -slow && (i == trigger || value <= Within(i, slope, own) * -slope)) {
+    } else if (slope < -slow && (i == trigger || FallsWith(i, value, slope, own))) {
       spread.Add(-value / slope);
       transition().instants.push_back({i, -value / slope, InstantError(i, slope)});
       (compliant_.Contains(i) ? transition().switched

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "guard_zeros.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "resolution.h"
+
+namespace contact_flow {
+namespace {
+
+/// A slope below this part of its terms is none.
+constexpr double kNoSlope = 1e-6;
+
+}  // namespace
+
+GuardZeros::GuardZeros(ContactDynamics* dynamics, const Vector& x, ContactMode mode, int trigger,
+                       const TransitionRules& rules)
+    : n_(dynamics->system().num_constraints()),
+      mode_(mode),
+      gradients_(dynamics, x, mode, trigger) {
+  const MechanicalSystem& system = dynamics->system();
+  const int d = system.dof(), nq = system.num_positions();
+  const double far = x.head(nq).cwiseAbs().maxCoeff();
+  error_ = Vector::Zero(2 * d);
+  if (rules.state_error.size() > 0) {
+    error_ = rules.state_error;
+    error_.head(d).array() += kUnits * far;
+  }
+  reach_.resize(2 * d);
+  reach_ << Vector::Constant(d, rules.relative_tolerance * far),
+      rules.relative_tolerance * x.tail(d).cwiseAbs();
+  reach_.array() += rules.absolute_tolerance;
+  ConstraintTerms terms;
+  system.Constraints(x.head(nq), x.tail(d), &terms);
+  acceleration_ = (terms.jacobian * gradients_.field().tail(d) + terms.bias).head(n_);
+}
+
+bool GuardZeros::IsOpenGap(int guard) const { return guard < n_ && !mode_.Contains(guard); }
+
+GuardZero GuardZeros::At(int guard) const {
+  const GuardGradients::Value at = gradients_.At(guard);
+  const Eigen::RowVectorXd terms = at.gradient.cwiseAbs();
+  const double known = terms.dot(error_), slope = at.gradient.dot(gradients_.field());
+  double error = known / std::abs(slope);
+  if (IsOpenGap(guard)) {
+    error = std::min(error, std::sqrt(2 * known / std::abs(acceleration_(guard))));
+  } else if (!(std::abs(slope) > kNoSlope * terms.dot(gradients_.field().cwiseAbs()))) {
+    error = 0;
+  }
+  if (!std::isfinite(error)) error = 0;
+  return {at.value, slope, error, kInstantErrors * known + kAccumulated * terms.dot(reach_)};
+}
+
+}  // namespace contact_flow
