@@ -14,6 +14,7 @@
 #include "error_estimate.h"
 #include "event_laws.h"
 #include "frictional_reset.h"
+#include "run_law.h"
 #include "touching_contacts.h"
 
 namespace contact_flow {
@@ -241,6 +242,7 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
   }
   derivative.start_stop = StartStop(dynamics[first].get(), arcs[first].x_begin, arcs[first].mode);
   derivative.events.reserve(last - first);
+  std::vector<Vector> residuals(last - first);
   try {
     BudgetStage stage("the maps of the events", last - first);
     for (std::size_t k = first; k < last; ++k, stage.Next()) {
@@ -253,7 +255,8 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
       derivative.status = derivative.events.back().status();
       if (!derivative.status.ok()) return derivative;
       derivative.status = CheckEventLaws(dynamics[k].get(), dynamics[k + 1].get(), transition,
-                                         derivative.events.back(), &derivative.trust);
+                                         derivative.events.back(), &derivative.trust,
+                                         &residuals[k - first]);
       if (!derivative.status.ok()) return derivative;
     }
     std::vector<double> errors;
@@ -272,6 +275,8 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
     if (!derivative.status.ok()) return derivative;
     derivative.time =
         dynamics[last]->Field(arcs[last].x_end, arcs[last].mode).head(2 * system.dof());
+    derivative.status = CheckRunLaw(trajectory, first, residuals, &derivative);
+    if (!derivative.status.ok()) return derivative;
     derivative.CarryNeglected();
     dynamics.erase(dynamics.begin(), dynamics.begin() + static_cast<std::ptrdiff_t>(first));
     EstimateErrors(trajectory, first, dynamics, errors, &derivative);

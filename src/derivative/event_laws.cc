@@ -38,13 +38,13 @@ double ScaledCondition(const Matrix& symmetric, const Eigen::LLT<Matrix>& factor
 
 /// B(F⁻) = F⁺: a run that is late by δt meets the transition late by δt, and is late after it.
 double EventLaw(ContactDynamics* before, ContactDynamics* after, const Transition& transition,
-                const EventMap& map) {
+                const EventMap& map, Vector* residual) {
   const Vector field = before->Field(transition.x_minus, transition.mode_before);
   const Vector field_after = after->Field(transition.x_plus, transition.mode_after);
-  const Vector difference = map(field) - field_after;
+  *residual = map(field) - field_after;
   const double size =
       std::max(field.cwiseAbs().maxCoeff(), field_after.cwiseAbs().maxCoeff());
-  return RelativeResidual(difference, Vector::Constant(difference.size(), size));
+  return RelativeResidual(*residual, Vector::Constant(residual->size(), size));
 }
 
 /// Selections of orders that differ by one exchange agree where the two events come at once.
@@ -107,9 +107,12 @@ void AssessImpact(const MechanicalSystem& system, const Transition& transition, 
 }  // namespace
 
 Status CheckEventLaws(ContactDynamics* before, ContactDynamics* after, const Transition& transition,
-                      const EventMap& map, Trust* trust) {
+                      const EventMap& map, Trust* trust, Vector* residual) {
   Trust own;
-  if (!transition.changes_input) own.event_law = EventLaw(before, after, transition, map);
+  *residual = Vector::Zero(2 * before->system().dof() + before->num_variables());
+  if (!transition.changes_input) {
+    own.event_law = EventLaw(before, after, transition, map, residual);
+  }
   own.face_law = FaceLaw(map);
   AssessImpact(before->system(), transition, &own);
   trust->event_law = std::max(trust->event_law, own.event_law);

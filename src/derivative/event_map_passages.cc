@@ -2,7 +2,11 @@
 // What EventMap knows of the instants, stages and passages of a cluster: (ρ, v_S), K_S, F_S and
 // the resets between them, each made once.
 #include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
+#include <sstream>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "contact_flow/budget.h"
@@ -108,6 +112,9 @@ const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, 
   passage.reset = ImpactJacobian(*system_, q_, before.v, impact, persisting.With(i), persisting,
                                  dynamics_->variables());
   FindDisturbed(S, closed, i, impact, &passage);
+  for (int j : Brushed(before, i, impact)) {
+    if (passage.disturbed.Contains(j) || !closed.Contains(j)) RefuseBrushed(i, j);
+  }
   if (passage.held.Contains(i) && !dynamics_->variables().parameters.empty()) {
     // By its restitution, which is a parameter, it may rise.
     const Eigen::RowVectorXd& rate = InstantAt(S.With(i)).rates.row(i);
@@ -115,6 +122,29 @@ const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, 
     if ((rate * passage.reset).norm() > kStructural * terms) passage.disturbed.Insert(i);
   }
   return passages_[{S, closed, i}] = passage;
+}
+
+/// Where such a push is real, contacts around here are all pushed, or all lifted; where it is taken
+/// for none, direction decides. Both hold on one side of perturbations of its own size.
+ContactMode EventMap::Brushed(const Instant& before, int i, const ImpactResult& impact) const {
+  ContactMode brushed;
+  if (transition_.impact_law == ImpactLaw::kProjection) return brushed;
+  for (int j : before.resting.Without(i)) {
+    const double push = std::abs(impact.impulse(j)) * mobility_(j);
+    const double rate = jacobian_.row(j).dot(impact.v_plus) / mobility_(j);
+    const double size = std::max(push, rate);
+    if (size > known_ && size <= rest_) brushed.Insert(j);
+  }
+  return brushed;
+}
+
+void EventMap::RefuseBrushed(int i, int j) const {
+  const std::vector<std::string>& names = system_->description().constraints;
+  std::ostringstream message;
+  message << "at t = " << transition_.t << " s the impact of '" << names[i] << "' moves '"
+          << names[j] << "', which rests, so little that perturbations of that size decide "
+          << "whether it does: there are two derivatives, and neither holds for both";
+  throw std::domain_error(message.str());
 }
 
 /// The derivative of the solution of a complementarity problem solves one itself: an impulse that

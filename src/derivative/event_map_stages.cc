@@ -16,6 +16,8 @@ namespace {
 constexpr double kRest = 1e-6;
 /// … and so does what contacts of J⁻ move with, times this, and what rounding leaves of a speed.
 constexpr double kDrift = 10, kRounding = 1e-12;
+/// Speeds are known to this many tolerances.
+constexpr double kKnown = 10;
 
 std::vector<int> Members(ContactMode mode) {
   std::vector<int> members;
@@ -77,7 +79,9 @@ void EventMap::MeasureRest(const Vector& v) {
   for (int j : transition_.mode_before - system_->compliant()) {
     drift = std::max(drift, std::abs(jacobian_.row(j).dot(v)) / mobility_(j));
   }
-  rest_ = kRest * approach + kDrift * drift + kRounding * std::sqrt(v.dot(inertia.mass() * v));
+  const double lost = kDrift * drift + kRounding * std::sqrt(v.dot(inertia.mass() * v));
+  rest_ = kRest * approach + lost;
+  known_ = kKnown * transition_.relative_tolerance * approach + lost;
 }
 
 Vector EventMap::State(const Vector& v) const {

@@ -66,7 +66,8 @@ void Flow::SampleEnd(GapSample* sample) {
 
 /// Puts the end of the step back on the state manifold and evaluates the field there.
 void Flow::FinishStep() {
-  if (on_manifold_ && !ProjectState(system_, stepper_.mutable_end())) {
+  const bool held = drifts_ && ProjectContacts(system_, mode_, stepper_.mutable_end());
+  if (!held && on_manifold_ && !ProjectState(system_, stepper_.mutable_end())) {
     stepper_.mutable_end()->setConstant(std::nan(""));
   }
   stepper_.Finish();
@@ -104,14 +105,17 @@ void Flow::BeginArc() {
   stepper_.Begin(x_);
   SampleGaps(system_, x_, dynamics_.acceleration(), &terms_, &gaps_begin_);
   FindImplied();
+  drifts_ = Drifts();
   h_ = kFirstStep * stepper_.GuessStep(options_.relative_tolerance, options_.absolute_tolerance);
   arc_begun_ = true;
 }
 
 bool Flow::Penetrates() {
-  constexpr double kDeep = 100;  // of the gap's tolerance
+  constexpr double kDeep = 100, kUnresolved = 10;  // of the gap's and the absolute tolerance
+  const double depth =
+      std::max(kDeep * options_.gap_tolerance, kUnresolved * options_.absolute_tolerance);
   for (int i = 0; i < system_.num_constraints(); ++i) {
-    if (!(gaps_begin_.gap(i) < -kDeep * options_.gap_tolerance) || mode_.Contains(i)) continue;
+    if (!(gaps_begin_.gap(i) < -depth) || mode_.Contains(i)) continue;
     if (system_.compliant().Contains(i) || implied_.Contains(i)) continue;
     std::ostringstream reason;
     reason << "constraint '" << system_.description().constraints[i] << "' is penetrated by "
@@ -280,6 +284,7 @@ bool Flow::Accept() {
   stepper_.Advance();
   locator_.EndStep();
   std::swap(gaps_begin_, gaps_end_);
+  drifts_ = Drifts();
   return false;
 }
 

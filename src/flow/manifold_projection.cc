@@ -49,31 +49,38 @@ bool ProjectContacts(const MechanicalSystem& system, ContactMode held, Vector* x
   for (int i = 0; i < system.num_bilateral(); ++i) rows.push_back(n + i);
   if (rows.empty()) return true;
   const auto k = static_cast<Eigen::Index>(rows.size());
+  if (system.HasFriction()) {
+    for (int i : held.Sticking() - system.compliant()) {
+      const Friction& friction = system.friction()[i];
+      for (int row = 0; row < friction.dimension; ++row) rows.push_back(friction.row + row);
+    }
+  }
+  const auto all = static_cast<Eigen::Index>(rows.size());
   Vector y = *x;
-  Matrix A(k, d), mass;
+  Matrix A(all, d), mass;
   Vector gap(k), applied;
   ConstraintTerms terms;
   const Vector u = Vector::Zero(system.num_inputs());
   for (int step = 0; step < kMaxNewton; ++step) {
     system.space().Normalize(y.data());
     system.Constraints(y.head(nq), y.tail(d), &terms);
-    for (Eigen::Index r = 0; r < k; ++r) {
+    for (Eigen::Index r = 0; r < all; ++r) {
       A.row(r) = terms.jacobian.row(rows[static_cast<std::size_t>(r)]);
-      gap(r) = terms.gap(rows[static_cast<std::size_t>(r)]);
+      if (r < k) gap(r) = terms.gap(rows[static_cast<std::size_t>(r)]);
     }
     system.Dynamics(y.head(nq), y.tail(d), u, held, &mass, &applied);
     const Matrix reach = mass.llt().solve(A.transpose());  // shortest in the kinetic metric
     const Matrix G = A * reach;
-    const auto factor = G.completeOrthogonalDecomposition();
     if (gap.cwiseAbs().maxCoeff() <= kContact) {
-      const Vector impulse = factor.solve(Vector(A * y.tail(d)));
+      const Vector impulse =
+          G.completeOrthogonalDecomposition().solve(Vector(A * y.tail(d)));
       y.tail(d) -= reach * impulse;
       if (!y.allFinite()) return false;
       *x = y;
       return true;
     }
-    const Vector change = factor.solve(gap);
-    y.head(nq) = system.space().Retract(y.head(nq), -(reach * change));
+    const Vector change = G.topLeftCorner(k, k).completeOrthogonalDecomposition().solve(gap);
+    y.head(nq) = system.space().Retract(y.head(nq), -(reach.leftCols(k) * change));
   }
   return false;
 }

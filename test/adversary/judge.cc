@@ -9,8 +9,10 @@
 #include <vector>
 
 #include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/derivative/cluster_reading.h"
 #include "test/adversary/directions.h"
 #include "test/adversary/laws.h"
+#include "test/adversary/quotients.h"
 #include "test/adversary/trial.h"
 
 namespace contact_flow {
@@ -25,14 +27,14 @@ constexpr double kWrong = 2e-4;
 constexpr double kSameState = 1e-6;
 /// Error of a reference state, relative.
 constexpr double kReference = 3e-13;
-/// Quotients that were off by this part of what they are off by now had been right.
-constexpr double kSmall = 0.05;
+/// A reading of merged events holds beyond this many times the radius where it begins to.
+constexpr double kBeyondInner = 10;
 constexpr int kDirections = 4;
 
 class Court {
  public:
   explicit Court(const Case& c)
-      : c_(c), d_(c.system->dof()), directions_(c), trial_(c), given_(trial_.given()) {}
+      : c_(c), d_(c.system->dof()), directions_(c), trial_(c), quotients_(trial_), given_(trial_.given()) {}
 
   Verdict Judge() {
     StartReference();
@@ -42,6 +44,7 @@ class Court {
     for (int i = 0; i < c_.system->num_constraints(); ++i) {
       if (B_.initial_mode.Contains(c_.units.constraint[i])) kept_.Insert(i);
     }
+    quotients_.Keep(kept_);
     if (!CompareStates()) return verdict_;
     if (!Lawful(BrokenEnergyLaw(given_, run_)) ||
         !Lawful(BrokenFlowLaw(given_, run_, B_, c_.units))) {
@@ -125,6 +128,11 @@ class Court {
     const double gain = 1 + B_.arcs.size();
     const double off = (x - base_.x).cwiseAbs().maxCoeff() / (1 + base_.x.cwiseAbs().maxCoeff());
     if (off <= kSameState * gain * std::max(1.0, c_.tolerance / 1e-9)) return true;
+    const double stated = c_.units.Back(B_.trust.state_error).cwiseAbs().maxCoeff();
+    if (off <= stated / (1 + base_.x.cwiseAbs().maxCoeff())) {
+      Skip("a motion that multiplies errors, as its estimate says");
+      return false;
+    }
     // A motion that multiplies errors: a perturbation of the tolerance tells by how much.
     const ReferenceRun again = trial_.Reference(Vector::Zero(Size()), held_, Trial::kFine);
     const double own = (again.x - base_.x).cwiseAbs().maxCoeff();
@@ -183,12 +191,16 @@ class Court {
     if (!Lawful(BrokenHomogeneity(B_, trial_.Given(w), c_.units))) return false;
     const Vector prediction = c_.units.Back(B_(trial_.Given(w)));
     const double size = std::max(1.0, prediction.cwiseAbs().maxCoeff());
+    // What the answer says of itself: its error, and where merged events have another reading.
+    const double stated = c_.units.Back(B_.Error(trial_.Given(w))).cwiseAbs().maxCoeff();
+    const double inner = ReadClusters(run_, B_, trial_.Given(w)).inner_radius;
     const double noise = (base_.settled ? 1e-9 : kReference) * (1 + base_.x.cwiseAbs().maxCoeff());
     std::vector<double> errors, alphas;
     Vector before;
     std::string doubt;
     double settled = 1e300, last = 1e300;
     for (double alpha : {1e-5, 1e-6, 1e-7, 1e-8}) {
+      if (alpha < kBeyondInner * inner) break;
       const ReferenceRun run = Run(alpha * w);
       if (!run.doubt.empty()) {
         doubt = run.doubt;
@@ -226,10 +238,10 @@ class Court {
     // Events that are apart have an order, and a derivative, which holds for less than their delay.
     const bool near = alphas.back() < 0.1 * ShortestInterval();
     const double least = *std::min_element(errors.begin(), errors.end());
-    const bool clear = near && errors.size() >= 2 && errors.back() > kWrong * size &&
-                       settled < 0.1 * errors.back() && least > kSmall * errors.back();
-    if (!clear || ToldOtherwise(w, prediction, errors.back()) ||
-        !Sure(w, alphas.back(), errors.back())) {
+    const bool clear = near && errors.size() >= 2 && errors.back() > kWrong * size + stated &&
+                       settled < 0.1 * errors.back() && least > Quotients::kSmall * errors.back();
+    if (!clear || quotients_.SayOtherwise(base_, w, prediction, errors.back()) ||
+        !quotients_.AreSure(base_, alphas.back() * w, alphas.back(), errors.back())) {
       std::ostringstream text;
       text << "errors";
       for (double error : errors) text << " " << error / size;
@@ -288,35 +300,11 @@ class Court {
     return true;
   }
 
-  /// Events whose distance vanishes to second order are one to the reference once α is small: then
-  /// it is a larger α that tells. A bounce too low to matter to first order wants a smaller one.
-  bool ToldOtherwise(const Vector& w, const Vector& prediction, double error) {
-    for (const double alpha : {1e-4, 1e-8}) {
-      const ReferenceRun run = Run(alpha * w);
-      if (!run.doubt.empty()) continue;
-      const double off = ((run.x - base_.x) / alpha - prediction).cwiseAbs().maxCoeff();
-      if (off < kSmall * error) return true;
-    }
-    return false;
-  }
-
-  /// The reference with other steps says the same.
-  bool Sure(const Vector& w, double alpha, double error) {
-    const auto fine = [&](const Vector& by) { return trial_.Reference(by, kept_, Trial::kFine); };
-    const ReferenceRun base = fine(Vector::Zero(Size())), moved = fine(alpha * w);
-    const ReferenceRun other = fine(0.5 * alpha * w);
-    const ReferenceRun coarse = Run(alpha * w);
-    if (!base.doubt.empty() || !moved.doubt.empty() || !other.doubt.empty()) return false;
-    const Vector here = (coarse.x - base_.x) / alpha, there = (moved.x - base.x) / alpha;
-    const Vector half = (other.x - base.x) / (0.5 * alpha);
-    return (here - there).cwiseAbs().maxCoeff() < 0.1 * error &&
-           (half - there).cwiseAbs().maxCoeff() < 0.2 * error;
-  }
-
   const Case& c_;
   const int d_;
   Directions directions_;
   const Trial trial_;
+  Quotients quotients_;
   const RescaledSystem& given_;
   ContactMode held_;  // at the start, by the reference
   ContactMode kept_;  // by directions: also what the library holds

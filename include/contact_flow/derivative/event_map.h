@@ -168,6 +168,9 @@ class EventMap {
                             // or open before, with a rate that changes to first order
     Matrix free;            // DR_i with the closed ones of these free (empty: there are none)
   };
+  /// Contacts at rest that the impact of i pushes or lifts, but less than counts as an impulse.
+  ContactMode Brushed(const Instant& before, int i, const ImpactResult& impact) const;
+  [[noreturn]] void RefuseBrushed(int i, int j) const;
   const Instant& InstantAt(ContactMode S) const { return instants_.at(S); }
   /// The stage after S while `closed`, a part of the resting contacts, are closed.
   const Stage& StageAt(ContactMode S, ContactMode closed) const;
@@ -210,6 +213,7 @@ class EventMap {
   ClusterReport cluster_;
   Vector mobility_;             // √G_ii [n]
   double rest_ = 0;             // |Da_j v| / √G_jj up to which a contact rests
+  double known_ = 0;            // … and up to which it is not known to move
   mutable std::map<ContactMode, Instant> instants_;
   mutable std::map<std::pair<ContactMode, ContactMode>, Stage> stages_;
   mutable std::map<std::tuple<ContactMode, ContactMode, int>, Passage> passages_;

@@ -89,6 +89,9 @@ class Flow {
   void Field(const double* x, double* xdot);
   void SampleEnd(GapSample* sample);
   void FinishStep();
+  bool Drifts() const;
+  bool Drifts(double part) const;
+  void PutBackAtEvent();
   bool WithinBudget();
   void BeginArc();
   /// Stops where a gap has become negative: an event was missed, whatever the reason.
@@ -133,6 +136,7 @@ class Flow {
   bool arc_begun_ = false;
   double h_ = 0;  // the step that the error control suggests
   GapSample gaps_begin_;
+  bool drifts_ = false;  // contacts have left their surfaces by more than they may
   GuardMargins guard_margins_;
   QuickGuard quick_;
   Status status_;

@@ -17,7 +17,8 @@ bool HasStateManifold(const MechanicalSystem& system);
 /// do not converge.
 bool ProjectState(const MechanicalSystem& system, Vector* x);
 
-/// The same with the contacts of `held`: a_i = 0 and Da_i v = 0 besides. Undoes what resting
+/// The same with the contacts of `held`: a_i = 0 and Da_i v = 0 besides, and T v = 0 of those that
+/// stick. Undoes what resting
 /// contacts have drifted, of the order of the integrator's error, so that the state is an initial
 /// one. False when it does not converge: x is then as it was.
 bool ProjectContacts(const MechanicalSystem& system, ContactMode held, Vector* x);
