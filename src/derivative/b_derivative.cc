@@ -242,7 +242,7 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
   }
   derivative.start_stop = StartStop(dynamics[first].get(), arcs[first].x_begin, arcs[first].mode);
   derivative.events.reserve(last - first);
-  std::vector<Vector> residuals(last - first);
+  std::vector<EventResidual> residuals(last - first);
   try {
     BudgetStage stage("the maps of the events", last - first);
     for (std::size_t k = first; k < last; ++k, stage.Next()) {

@@ -38,13 +38,12 @@ double ScaledCondition(const Matrix& symmetric, const Eigen::LLT<Matrix>& factor
 
 /// B(F⁻) = F⁺: a run that is late by δt meets the transition late by δt, and is late after it.
 double EventLaw(ContactDynamics* before, ContactDynamics* after, const Transition& transition,
-                const EventMap& map, Vector* residual) {
+                const EventMap& map, EventResidual* residual) {
   const Vector field = before->Field(transition.x_minus, transition.mode_before);
   const Vector field_after = after->Field(transition.x_plus, transition.mode_after);
-  *residual = map(field) - field_after;
-  const double size =
-      std::max(field.cwiseAbs().maxCoeff(), field_after.cwiseAbs().maxCoeff());
-  return RelativeResidual(*residual, Vector::Constant(residual->size(), size));
+  residual->value = map(field) - field_after;
+  residual->size = std::max(field.cwiseAbs().maxCoeff(), field_after.cwiseAbs().maxCoeff());
+  return RelativeResidual(residual->value, Vector::Constant(field.size(), residual->size));
 }
 
 /// Selections of orders that differ by one exchange agree where the two events come at once.
@@ -107,9 +106,9 @@ void AssessImpact(const MechanicalSystem& system, const Transition& transition, 
 }  // namespace
 
 Status CheckEventLaws(ContactDynamics* before, ContactDynamics* after, const Transition& transition,
-                      const EventMap& map, Trust* trust, Vector* residual) {
+                      const EventMap& map, Trust* trust, EventResidual* residual) {
   Trust own;
-  *residual = Vector::Zero(2 * before->system().dof() + before->num_variables());
+  residual->value = Vector::Zero(2 * before->system().dof() + before->num_variables());
   if (!transition.changes_input) {
     own.event_law = EventLaw(before, after, transition, map, residual);
   }

@@ -10,30 +10,27 @@ namespace contact_flow {
 namespace {
 
 /// Residuals below this need not be carried, and those above it fail at the end: relative to
-/// F(x(T)) and to the velocities of the run.
+/// the largest field at the events and at T.
 constexpr double kNone = 1e-12, kRunLimit = 2e-5;
 
 }  // namespace
 
 Status CheckRunLaw(const Trajectory& trajectory, std::size_t first,
-                   const std::vector<Vector>& residuals, BDerivative* derivative) {
+                   const std::vector<EventResidual>& residuals, BDerivative* derivative) {
   const Eigen::Index d2 = derivative->time.size();
   double size = derivative->time.lpNorm<Eigen::Infinity>();  // a run may end at rest
-  for (std::size_t k = 0; k < residuals.size(); ++k) {
-    const Vector& x_plus = trajectory.transitions[first + k].x_plus;
-    size = std::max(size, x_plus.tail(d2 / 2).lpNorm<Eigen::Infinity>());
-  }
+  for (const EventResidual& residual : residuals) size = std::max(size, residual.size);
   if (!(size > 0)) return {};
   Vector carried = Vector::Zero(derivative->arcs.front().rows());
   double largest = 0;
   std::size_t worst = 0;
   bool any = false;
   for (std::size_t k = 0; k < residuals.size(); ++k) {
-    const double own = residuals[k].lpNorm<Eigen::Infinity>();
+    const double own = residuals[k].value.lpNorm<Eigen::Infinity>();
     any = any || own > kNone * size;
     if (!any) continue;
     if (!carried.isZero(0)) carried = derivative->events[k].AnySelection() * carried;
-    carried += residuals[k];
+    carried += residuals[k].value;
     carried = derivative->arcs[k + 1] * carried;
     if (own > largest) worst = k;
     largest = std::max(largest, own);

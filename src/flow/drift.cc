@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "contact_flow/flow/flow.h"
-#include "contact_flow/flow/manifold_projection.h"
 #include "resolution.h"
 
 namespace contact_flow {
@@ -14,15 +13,13 @@ namespace {
 /// Gaps are put back beyond this part of the absolute tolerance, rates also beyond the second part
 /// of what counts as rest at a start. In runs of some seconds nothing comes so far.
 constexpr double kDrift = 0.1, kSlowDrift = 1e-2;
-/// What lets go does so from its surface, not from this part of the tolerance below it.
-constexpr double kDriftAtEvents = 1e-3;
 
 }  // namespace
 
-bool Flow::Drifts(double part) const {
+bool Flow::Drifts() const {
   if (mode_.Empty()) return false;
   const double far = x_.head(system_.num_positions()).cwiseAbs().maxCoeff();
-  const double gap = std::max(part * options_.absolute_tolerance, kUnits * far);
+  const double gap = std::max(kDrift * options_.absolute_tolerance, kUnits * far);
   const double rate =
       std::max(kDrift * options_.absolute_tolerance, kSlowDrift * options_.speed_tolerance);
   for (int i : mode_ - system_.compliant()) {
@@ -33,12 +30,6 @@ bool Flow::Drifts(double part) const {
     if (slip.lpNorm<Eigen::Infinity>() > rate) return true;
   }
   return false;
-}
-
-bool Flow::Drifts() const { return Drifts(kDrift); }
-
-void Flow::PutBackAtEvent() {
-  if (Drifts(kDriftAtEvents)) ProjectContacts(system_, mode_, &x_);
 }
 
 }  // namespace contact_flow

@@ -61,7 +61,6 @@ bool Flow::GoesOn() {
 /// Applies the transition at (t_, x_); false when it cannot be, and the run ends before it.
 bool Flow::PassTransition() {
   if (!GoesOn()) return false;
-  PutBackAtEvent();
   ResolvedTransition resolved =
       system_.HasFriction() ? ResolveFriction(&dynamics_, t_, x_, mode_, trigger_, Rules())
                             : ResolveTransition(&dynamics_, t_, x_, mode_, trigger_, Rules());

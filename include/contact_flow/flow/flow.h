@@ -90,8 +90,6 @@ class Flow {
   void SampleEnd(GapSample* sample);
   void FinishStep();
   bool Drifts() const;
-  bool Drifts(double part) const;
-  void PutBackAtEvent();
   bool WithinBudget();
   void BeginArc();
   /// Stops where a gap has become negative: an event was missed, whatever the reason.
