@@ -109,8 +109,10 @@ def request(run: _core.Run) -> str:
         made = "cf.Model(%r, **%r)" % (system.name, system.parameters)
     elif isinstance(system, _core.Robot):
         made = "cf.Robot.from_strings(urdf, yaml, **%r)   # its texts are below" % system.parameters
-    else:
+    elif isinstance(system, _core.PythonModel):
         made = "cf.PythonModel(%s, **%r)" % (system.formulas.__name__, system.parameters)
+    else:
+        made = repr(system)
     inputs = "%r" % u[0].tolist() if len(t) == 1 and t[0] == 0 else "cf.Grid(%r, %r)" % (t.tolist(), u.tolist())
     usual = _core.Model("bouncing_ball").simulate(duration=0.0).options
     options = "".join(", %s=%r" % item for item in run.options.items() if item[1] != usual[item[0]])
