@@ -278,8 +278,8 @@ void BindDerivative(py::module_* module) {
       .def("direction", &ToDirection, py::arg("w"), "w as an array [2d+k].")
       .def("__call__", &Apply, py::arg("w"), py::arg("dt") = 0,
            "B(w) [2d], with a change `dt` of the horizon [s]; of each row of an array [k × 2d+k]\n"
-           "as [k × 2d]. ValueError for a direction in which no run may start: one that leaves the\n"
-           "contacts of the start, project(w) keeps them, or leads through what it touches.")
+           "as [k × 2d]. ValueError for a direction in which no run may start: one that leaves\n"
+           "the contacts of the start, project(w) keeps them, or leads through what it touches.")
       .def("jacobian", &Jacobian,
            "The matrix [2d × 2d+k] where the outcome is C¹: of w ↦ B(project(w)).")
       .def_property_readonly("is_differentiable", &IsDifferentiable,

@@ -170,11 +170,12 @@ void BindPoincare(py::module_* module) {
       .def_property_readonly("crossing_speed",
                              [](const Return& r) { return r.value->crossing_speed; },
                              "ds F there: the margin of transversality.")
-      .def_property_readonly("run", &RunOf, "The motion to the return, as a Run. Where the section is an event it\n"
-                             "ends behind that: no request repeats it, and it has no derivative.")
+      .def_property_readonly("run", &RunOf,
+                             "The motion to the return, as a Run. Where the section is an event\n"
+                             "it ends behind that: no request repeats it; no derivative.")
       .def_property_readonly("map", &MapOf<&PoincareReturn::map>,
-                             "DP on all tangents [2d × 2d+k], a PiecewiseLinearMap; of those that keep\n"
-                             "the contacts of the start it is the derivative, as `reduced` is.")
+                             "DP on all tangents [2d × 2d+k], a PiecewiseLinearMap; of those\n"
+                             "that keep the contacts of the start the derivative, as `reduced`.")
       .def_property_readonly("reduced", &MapOf<&PoincareReturn::reduced>,
                              "DP in orthonormal bases of the admissible tangents of the section.")
       .def_property_readonly("return_time", &MapOf<&PoincareReturn::return_time>,

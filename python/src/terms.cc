@@ -25,8 +25,8 @@ ConstraintTerms Constraints(const System& s, const Vector& q, const Vector& v) {
   return terms;
 }
 
-/// The contact mode of a word, one letter a contact. Throws ValueError for a letter that the contact
-/// has not, or that the velocity at x contradicts.
+/// The contact mode of a word, one letter a contact. Throws ValueError for a letter that the
+/// contact has not, or that the velocity at x contradicts.
 ContactMode ToWord(const MechanicalSystem& system, const Vector& x, const std::string& word) {
   const int n = system.num_constraints();
   if (word.size() != static_cast<std::size_t>(n)) {
@@ -43,7 +43,7 @@ ContactMode ToWord(const MechanicalSystem& system, const Vector& x, const std::s
     const Friction none;
     const Friction& friction = system.HasFriction() ? system.friction()[i] : none;
     const bool rough = friction.dimension > 0, plane = friction.dimension == 1;
-    const std::string own = std::string("o") + (rough ? "s" : "l") + (plane ? "+-" : rough ? "l" : "");
+    const std::string own = plane ? "os+-" : rough ? "osl" : "ol";
     const auto refuse = [&](const std::string& why) {
       throw py::value_error("mode is '" + word + "': '" +
                             system.description().constraints[static_cast<std::size_t>(i)] + "' " +
@@ -62,7 +62,7 @@ ContactMode ToWord(const MechanicalSystem& system, const Vector& x, const std::s
   return mode;
 }
 
-/// The contact mode of an argument: None, that of the state; names; or a word, one letter a contact.
+/// The contact mode of an argument: None, that of the state; names; or a word of letters.
 /// Whether a contact with friction sticks or slips, and where to, names do not say: they are those
 /// of the state then, which a word may differ from.
 ContactMode ModeOf(const System& s, const Vector& x, const Vector& u, const py::handle& mode) {

@@ -261,7 +261,8 @@ ValidityRadius ValidityEstimator::operator()(const VectorRef& direction) const {
     order = Limit::kEventOrder;
     const Vector after = derivative_.events[k](w);
     // Of several that are hit one after the other it is not known who bears what.
-    if (trajectory_.transitions[k].activated.Size() == 1) CheckImpact(k, w, after, first, &smallest);
+    const bool alone = trajectory_.transitions[k].activated.Size() == 1;
+    if (alone) CheckImpact(k, w, after, first, &smallest);
     w = after;
   }
   if (order == Limit::kEventOrder) {

@@ -51,7 +51,7 @@ class RadiusByBisection : public testing::TestWithParam<Start> {};
 
 /// At the distance m from the first change the radius is m, to first order in m: exactly where a
 /// guard passes zero. Where two vanish together (a release and the return after it, whose speed is
-/// a power of the margin) the estimate from one of them is off by a factor of that power, at most 4.
+/// a power of the margin) the estimate from one of them is off by that power, at most 4.
 TEST_P(RadiusByBisection, IsTheDistanceToTheFirstChange) {
   const auto system = MakeModel(GetParam().model);
   const NominalRun& nominal = system->nominal();

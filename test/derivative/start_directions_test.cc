@@ -20,7 +20,8 @@ namespace {
 
 using Kind = StartDirections::Judgement::Kind;
 
-/// What of J no longer holds, divided by α: gaps, their rates and slips of what never slips, from x ⊞ α w and p + α δp.
+/// What of J no longer holds, divided by α: gaps, their rates and slips of what never slips, at
+/// x ⊞ α w and p + α δp.
 double Violation(const std::string& model, const MechanicalSystem& system, const Vector& x,
                  ContactMode mode, const Vector& w, double alpha) {
   ParameterValues values;

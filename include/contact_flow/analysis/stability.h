@@ -77,8 +77,8 @@ struct StabilityReport {
   std::string message;  ///< what decided, or why nothing did
 };
 
-/// Throws std::invalid_argument, naming field and value, for a margin outside [0, 1) and for budgets
-/// that allow nothing.
+/// Throws std::invalid_argument, naming field and value, for a margin outside [0, 1) and for
+/// budgets that allow nothing.
 void CheckOptions(const StabilityOptions& options);
 
 /// Stability of x⁺ = f(x), f square, continuous and piecewise linear with pieces A_i on cones C_i,

@@ -40,12 +40,13 @@ std::string Describe(const SystemDescription& description, const ValidityRadius&
 
 /// Estimates from the margins of a run, each divided by its first-order change along w, the
 /// smallest α > 0 at which the run from x + α w has another sequence of events than those that the
-/// B-derivative unites: beyond it the derivative is that of another run. Every gap, and every force
-/// that holds a contact, is looked at where it is least and at both ends of every arc: behind an
-/// impact or a change of the input forces begin anew. At the impact of one contact it is the impulses
-/// of those that rest, too, and the speeds of those that it lifts. Events of one cluster are united
-/// in any order and set no limit. Not looked at are curvature, the error O(α²) inside, forces and
-/// impulses between the events of one cluster, and changes of release rates by (δu, δp).
+/// B-derivative unites: beyond it the derivative is that of another run. Every gap, and every
+/// force that holds a contact, is looked at where it is least and at both ends of every arc:
+/// behind an impact or a change of the input forces begin anew. At the impact of one contact it is
+/// the impulses of those that rest, too, and the speeds of those that it lifts. Events of one
+/// cluster are united in any order and set no limit. Not looked at are curvature, the error O(α²)
+/// inside, forces and impulses between the events of one cluster, and changes of release rates by
+/// (δu, δp).
 class ValidityEstimator {
  public:
   /// For a derivative that exists. `system`, `trajectory` and `derivative` must outlive this. Costs

@@ -40,13 +40,13 @@ class StartDirections {
     int constraint = -1;          ///< whose; −1 for kLeavesMode
     bool ok() const { return kind == Kind::kAdmitted; }
   };
-  /// Of w [2d+k], or [2d] with (δu, δp) = 0. Throws std::invalid_argument for numbers that are not
-  /// finite.
+  /// Of w [2d+k], or [2d] with (δu, δp) = 0. Throws std::invalid_argument for a number that is
+  /// not finite.
   Judgement Judge(const VectorRef& w) const;
   /// "leaves the contact mode {floor} of the start", to stand behind the name of the direction.
   std::string Sentence(const Judgement& judgement) const;
-  /// w with the shortest change of (w_q, w_v) that keeps J, as ProjectAdmissible; zero where nothing
-  /// but rounding is left.
+  /// w with the shortest change of (w_q, w_v) that keeps J, as ProjectAdmissible; zero where
+  /// nothing but rounding is left.
   Vector Project(const VectorRef& w) const;
   /// The matrix of Project [2d+k × 2d+k].
   Matrix Projector() const;
