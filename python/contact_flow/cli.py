@@ -158,6 +158,9 @@ def main(words: Optional[Sequence[str]] = None) -> int:
     except (ValueError, TypeError, NoDerivative, OSError) as error:
         print("contact_flow: %s" % error, file=sys.stderr)
         return 2
+    except RuntimeError as error:   # a budget is exceeded, …
+        print("contact_flow: %s" % error, file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         print("contact_flow: interrupted", file=sys.stderr)
         return 130

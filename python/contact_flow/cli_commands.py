@@ -125,11 +125,23 @@ def derive(arguments: Namespace, load: Load) -> Answer:
             continue
         data["directions"].append({"name": label, "w": w, "value": value, "error": B.error(w),
                                    "radius": radius.radius, "limit": radius.limit,
+                                   "constraint": radius.constraint,
                                    "modes": B.perturbed_modes(w)})
         text.append("%s   (holds to %.3g: %s)" % (label, radius.radius, radius.limit))
         if arguments.direction:
             text += named(rows, value)
     return data, "\n".join(text), True
+
+
+def agrees(report: _core.QuotientReport) -> bool:
+    """Whether quotients say what the derivative says: their errors fall like α, or, where too few of
+    them stand clear of rounding to tell, none of them does."""
+    compared = [s for s in report.samples if s.status]
+    if not compared:
+        return False
+    if not math.isnan(report.slope):
+        return report.slope > 0.8
+    return all(s.error <= max(report.prediction_error, 20 * report.resolution / s.alpha) for s in compared)
 
 
 def compare(arguments: Namespace, load: Load) -> Answer:
@@ -147,7 +159,9 @@ def compare(arguments: Namespace, load: Load) -> Answer:
                      "samples": [{"alpha": s.alpha, "status": s.status.outcome, "error": s.error,
                                   "quotient": s.quotient} for s in report.samples]})
         text += [label, str(report)]
-        ok = ok and (math.isnan(report.slope) or report.slope > 0.8)
+        if not agrees(report):
+            text.append("the quotients do not confirm it")
+        ok = ok and agrees(report)
     return data, "\n".join(text), ok
 
 
@@ -162,6 +176,8 @@ def section_of(arguments: Namespace) -> Section:
 
 
 def orbit(arguments: Namespace, load: Load) -> Answer:
+    if arguments.duration is not None:
+        raise ValueError("-t %g: an orbit lasts until its section, as --after SECONDS" % arguments.duration)
     system, options, _ = load(arguments.system, dict(arguments.parameter))
     chosen = dict(arguments.option)   # tolerances of a configuration are those of runs, not of orbits
     found = system.poincare(section_of(arguments), dict(arguments.input), **chosen).fixed_point(
@@ -189,4 +205,5 @@ def report(arguments: Namespace, load: Load) -> Answer:
     from .report import write_report
     run, _ = run_of(arguments, load)
     write_report(run, arguments.file, by=arguments.by)
-    return {"file": arguments.file, "status": run.status.outcome}, "written: %s" % arguments.file, True
+    return {"file": arguments.file, "status": run.status.outcome}, \
+        "written: %s, %s" % (arguments.file, run.status), bool(run.status)

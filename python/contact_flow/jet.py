@@ -97,10 +97,12 @@ class Jet:
         if not _is_real(exponent):
             return NotImplemented
         x, n = self.value, exponent
+        if x < 0 and n != int(n):   # not the complex number that Python has
+            return self.chain(*[math.nan] * 4)
         slopes = []
         factor = 1.0
         for k in range(4):  # a factor of zero first: 0⁻¹ would come of x² at 0
-            slopes.append(factor * x ** (n - k) if factor != 0 else 0.0)
+            slopes.append(factor * _power(x, n - k) if factor != 0 else 0.0)
             factor *= n - k
         return self.chain(*slopes)
 
@@ -142,6 +144,10 @@ class Jet:
             order = 1 if self.c.shape[0] == 1 else 2
         delta = self.c.copy()
         delta[0, 0] = 0.0
+        if not delta.any():
+            return self.constant(slopes[0])
+        if not all(math.isfinite(slope) for slope in slopes[1:order + 1]):
+            return Jet(self._singular_chain(delta, slopes, order), self.series)
         c = slopes[1] * delta
         c[0, 0] = slopes[0]
         power, factorial = delta, 1
@@ -151,8 +157,27 @@ class Jet:
             c = c + (slopes[k] / factorial) * power
         return Jet(c, self.series)
 
+    def _singular_chain(self, delta: Any, slopes: Sequence[float], order: int) -> Any:
+        """The same where a slope is not finite: an infinite one along nothing is nan, but for
+        coefficients that δᵏ never has."""
+        some = np.ones_like(delta)
+        some[0, 0] = 0.0
+        c, power, pattern, factorial = np.zeros_like(delta), delta, some, 1
+        with np.errstate(invalid="ignore"):
+            for k in range(1, order + 1):
+                if k > 1:
+                    power = _product(power, delta, self.series)
+                    pattern = _product(pattern, some, self.series)
+                factorial *= k
+                c = c + np.where(pattern > 0, (slopes[k] / factorial) * power, 0.0)
+        c[0, 0] = slopes[0]
+        return c
+
     def sqrt(self) -> "Jet":
-        x, y = self.value, math.sqrt(self.value)
+        x = self.value
+        if x == 0:
+            return self.chain(0.0, math.inf, -math.inf, math.inf)
+        y = math.sqrt(x)
         return self.chain(y, 0.5 / y, -0.25 / (x * y), 0.375 / (x * x * y))
 
     def sin(self) -> "Jet":
@@ -217,6 +242,11 @@ class Jet:
     def hypot(self, other: Any) -> "Jet":
         root: Jet = (self * self + other * other).sqrt()
         return root
+
+
+def _power(x: float, n: float) -> float:
+    """xⁿ, infinite at 0 for n < 0."""
+    return math.inf if x == 0 and n < 0 else float(x ** n)
 
 
 def _is_real(value: Any) -> bool:

@@ -110,10 +110,19 @@ class Terms:
         M = self._float_mass(origin)
         if not np.allclose(M, M.T, rtol=1e-12, atol=1e-12 * np.max(np.abs(M))):
             raise ValueError("%s.mass_matrix(q) is not symmetric" % self.name)
+        try:
+            self._gap_jacobian(origin)
+            self._force(self.model, origin, self.nominal_x[self.d:], self.nominal_u, 0)
+        except WrongShape:
+            raise
+        except (ArithmeticError, ValueError):   # outside the domain of the formulas: runs will say so
+            pass
         elsewhere = origin + 0.01 * np.cos(np.arange(1, self.d + 1))
         try:
             mass, jacobian = self._float_mass(elsewhere), self._gap_jacobian(elsewhere)[1]
-        except (ArithmeticError, ValueError):   # outside the domain of the formulas
+        except WrongShape:
+            raise
+        except (ArithmeticError, ValueError):
             return
         if self._mass is not None and not np.allclose(mass, self._mass, rtol=1e-9, atol=0):
             raise ValueError("%s.constant_mass is True, but mass_matrix(q) depends on q" % self.name)
@@ -257,6 +266,10 @@ class Terms:
         return momentum, np.einsum("rip,i->rp", gaps[:, 1:, 1:], s), gaps[:, 0, 1:], by_restitution
 
 
+class WrongShape(ValueError):
+    """A formula has too few numbers, or too many."""
+
+
 def check_names(terms: Terms) -> None:
     """ValueError for names that are too few, too many or not distinct."""
     if not terms.coordinates:
@@ -273,12 +286,21 @@ def check_names(terms: Terms) -> None:
         for name in names:
             if names.count(name) > 1:
                 raise ValueError("%s.%s has '%s' twice" % (terms.name, field, name))
+    # A direction by name would be one of two.
+    tangents = [("coordinates", name) for name in terms.coordinates]
+    tangents += [("inputs", name) for name in terms.inputs]
+    tangents += [("parameters", p[0]) for p in terms.parameter_list]
+    seen: Dict[str, str] = {}
+    for field, name in tangents:
+        if name in seen:
+            raise ValueError("%s: '%s' is in %s and in %s" % (terms.name, name, seen[name], field))
+        seen[name] = field
 
 
 def _numbers(values: Any, shape: Tuple[int, ...], what: str) -> Any:
     array = np.asarray(values, dtype=object)
     if array.shape != shape and array.size + sum(shape) > 0:
-        raise ValueError("%s has shape %s, expected %s" % (what, array.shape, shape))
+        raise WrongShape("%s has shape %s, expected %s" % (what, array.shape, shape))
     return array
 
 

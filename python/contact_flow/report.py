@@ -63,6 +63,9 @@ def figure(run: _core.Run, frames: int = 200) -> Dict[str, Any]:
 
 def slopes(run: _core.Run, by: Sequence[str]) -> Dict[str, Any]:
     """The derivative along every unit direction, to both sides, and its pieces."""
+    if not run.repeats:
+        return {"status": "not differentiable", "message": "the run ends behind its event", "tangents": (),
+                "rows": (), "outcomes": []}
     B = run.derivative(by=by)
     data: Dict[str, Any] = {"status": B.status.outcome, "message": B.status.message, "tangents": B.tangents,
                             "rows": run.system.velocities + tuple("d/dt " + n for n in run.system.velocities)}
@@ -76,8 +79,9 @@ def slopes(run: _core.Run, by: Sequence[str]) -> Dict[str, Any]:
         entry: Dict[str, Any] = {"name": name}
         for key, sign in (("up", "+"), ("down", "-")):
             try:
-                entry[key] = {"value": numbers(B(sign + name)), "radius": numbers(float(B.radius(sign + name))),
-                              "limit": B.radius(sign + name).limit,
+                radius = B.radius(sign + name)
+                entry[key] = {"value": numbers(B(sign + name)), "radius": numbers(radius.radius),
+                              "limit": radius.limit, "constraint": radius.constraint or "",
                               "modes": B.perturbed_modes(sign + name)}
             except ValueError as reason:   # it leaves the domain at the start
                 entry[key] = {"refused": str(reason)}
@@ -98,14 +102,18 @@ def slopes(run: _core.Run, by: Sequence[str]) -> Dict[str, Any]:
 
 def request(run: _core.Run) -> str:
     """Python that repeats the run."""
+    if not run.repeats:
+        return "# a return to an event, which ends behind it: ask a PoincareMap"
     system, (t, u) = run.system, run.input_grid
     if isinstance(system, _core.Model):
         made = "cf.Model(%r, **%r)" % (system.name, system.parameters)
     elif isinstance(system, _core.Robot):
         made = "cf.Robot.from_strings(urdf, yaml, **%r)   # its texts are below" % system.parameters
+    elif isinstance(system, _core.PythonModel):
+        made = "cf.PythonModel(%s, **%r)" % (system.formulas.__name__, system.parameters)
     else:
-        made = "cf.PythonModel(%s, **%r)" % (system.name, system.parameters)
-    inputs = "%r" % u[0].tolist() if len(t) == 1 else "cf.Grid(%r, %r)" % (t.tolist(), u.tolist())
+        made = repr(system)
+    inputs = "%r" % u[0].tolist() if len(t) == 1 and t[0] == 0 else "cf.Grid(%r, %r)" % (t.tolist(), u.tolist())
     usual = _core.Model("bouncing_ball").simulate(duration=0.0).options
     options = "".join(", %s=%r" % item for item in run.options.items() if item[1] != usual[item[0]])
     return "import contact_flow as cf\nsystem = %s\nrun = system.simulate(%r, %r, %s%s)" % (

@@ -2,6 +2,7 @@
 """Inputs on a grid, and sections of return maps: plain values, by names."""
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -47,6 +48,10 @@ def Crossing(name: str, value: float = 0.0, sign: int = 0) -> Section:
     >>> Crossing('d/dt body_z', sign=-1)
     Section(kind='velocity', name='body_z', value=0.0, sign=-1)
     """
+    if not math.isfinite(value):
+        raise ValueError("value is %r, expected a number that is finite" % (value,))
+    if sign not in (-1, 0, 1):
+        raise ValueError("sign is %r, expected -1, 0 or 1" % (sign,))
     if name.startswith("d/dt "):
         return Section("velocity", name[len("d/dt "):], float(value), sign)
     return Section("coordinate", name, float(value), sign)
@@ -64,4 +69,6 @@ def Touchdown(constraint: str) -> Section:
 
 def After(seconds: float) -> Section:
     """After some seconds, whatever the state."""
+    if not (math.isfinite(seconds) and seconds > 0):
+        raise ValueError("seconds is %r, expected a number > 0" % (seconds,))
     return Section("time", "", float(seconds))

@@ -8,7 +8,9 @@
 #include <mutex>
 #include <string>
 
+#include "contact_flow/analysis/validity_radius.h"
 #include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/derivative/start_directions.h"
 #include "contact_flow/flow/input_schedule.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/mechanical_system.h"
@@ -48,7 +50,14 @@ struct Run {
   double duration = 0;
   SimulateOptions options;
   Trajectory trajectory;
+  bool repeats = true;  // false: it ends behind its event, where no request ends
 
+  /// Throws ValueError where no request repeats the run.
+  void CheckRepeats(const std::string& what) const {
+    if (repeats) return;
+    throw py::value_error(what + ": the run ends behind its event, and no request repeats it; the "
+                                 "PoincareReturn has its derivative");
+  }
   const SystemDescription& description() const { return system->description(); }
 };
 
@@ -56,9 +65,16 @@ struct Run {
 struct Derivative {
   std::shared_ptr<const Run> run;
   BDerivative map;
+  StartDirections directions;  // that the start of the run admits
   mutable std::mutex mutex;
 
   const MechanicalSystem& system() const { return run->system->get(); }
+};
+
+/// A radius with the name of the constraint whose event sets it.
+struct NamedRadius {
+  ValidityRadius value;
+  std::string constraint;  // empty: a whole event
 };
 
 /// B(w) was asked for where there is no derivative.

@@ -2,6 +2,8 @@
 #include "convert.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "contact_flow/nearest_name.h"
@@ -78,6 +80,38 @@ Vector ToNamedVector(const py::handle& value, const char* field, const Vector& b
     }
   }
   return vector;
+}
+
+double ToNumber(const py::handle& value, const char* field) {
+  try {
+    return value.cast<double>();
+  } catch (const py::cast_error&) {
+    throw py::type_error(std::string(field) + " is " + py::repr(value).cast<std::string>() +
+                         ", expected a number");
+  }
+}
+
+int ToCount(const py::handle& value, const char* field) {
+  const double count = ToNumber(value, field);
+  if (!(count >= 1) || count > std::numeric_limits<int>::max() || count != std::floor(count)) {
+    throw py::value_error(std::string(field) + " is " + Number(count) +
+                          ", expected a whole number ≥ 1");
+  }
+  return static_cast<int>(count);
+}
+
+double ToDuration(const System& system, const py::handle& duration) {
+  if (duration.is_none()) return system.get().nominal().duration;
+  const double seconds = ToNumber(duration, "duration");
+  if (!(seconds >= 0) || !std::isfinite(seconds)) {
+    throw py::value_error("duration is " + Number(seconds) + " s, expected a number ≥ 0");
+  }
+  return seconds;
+}
+
+void CheckMaxSeconds(double seconds) {
+  if (seconds > 0) return;
+  throw py::value_error("max_seconds is " + Number(seconds) + ", expected a number > 0");
 }
 
 Vector ToState(const System& system, const py::handle& x) {

@@ -30,6 +30,14 @@ Matrix ToMatrix(const py::handle& value, const char* field, Eigen::Index cols = 
 Vector ToNamedVector(const py::handle& value, const char* field, const Vector& base,
                      const std::vector<std::string>& names);
 
+/// A number, or a count ≥ 1. Throws TypeError and ValueError, naming `field`, for what is none.
+double ToNumber(const py::handle& value, const char* field);
+int ToCount(const py::handle& value, const char* field);
+/// A duration [s] ≥ 0; None: the nominal one.
+double ToDuration(const System& system, const py::handle& duration);
+/// Throws ValueError unless `seconds` > 0, infinite where there is no limit.
+void CheckMaxSeconds(double seconds);
+
 /// The state (q, v) of the argument: None: the nominal one; names: over the nominal one.
 Vector ToState(const System& system, const py::handle& x);
 /// A constant input: None: the nominal one; names: over the nominal one.

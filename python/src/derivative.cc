@@ -2,9 +2,9 @@
 // Run.derivative, and the derivative on directions: values, errors, modes, radii, quotients.
 #include "contact_flow/derivative/b_derivative.h"
 
+#include <cmath>
 #include <limits>
 
-#include "contact_flow/analysis/validity_radius.h"
 #include "contact_flow/derivative/cluster_reading.h"
 #include "contact_flow/derivative/finite_difference.h"
 #include "convert.h"
@@ -18,16 +18,40 @@ using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 using Shared = std::shared_ptr<Derivative>;
 constexpr double kForever = std::numeric_limits<double>::infinity();  // [s]
 
-Shared Differentiate(const std::shared_ptr<Run>& run, const py::object& by, double max_seconds,
-                     const py::kwargs& options) {
+Shared DifferentiateRun(const std::shared_ptr<const Run>& run, const BDerivativeOptions& o,
+                        double max_seconds) {
+  run->CheckRepeats("it has no derivative");
   auto derivative = std::make_shared<Derivative>();
   derivative->run = run;
-  BDerivativeOptions o = ToOptions(options, BDerivativeOptions());
-  o.variables = ToVariables(by, run->description());
   if (!run->options.dense) throw py::value_error("the run was made with dense=False");
   derivative->map = WithoutLock(
       [&] { return DifferentiateOutcome(run->system->get(), run->trajectory, o); }, max_seconds);
+  derivative->directions =
+      StartDirections(run->system->get(), run->trajectory.arcs.front().x_begin,
+                      derivative->map.initial_mode, derivative->map.start, o.variables);
   return derivative;
+}
+
+Shared Differentiate(const std::shared_ptr<Run>& run, const py::object& by, double max_seconds,
+                     const py::kwargs& options) {
+  CheckMaxSeconds(max_seconds);
+  BDerivativeOptions o = ToOptions(options, BDerivativeOptions());
+  o.variables = ToVariables(by, run->description());
+  return DifferentiateRun(run, o, max_seconds);
+}
+
+/// The run and the request.
+py::tuple GetState(const Derivative& d) {
+  const BDerivativeOptions& o = d.map.options;
+  return py::make_tuple(std::const_pointer_cast<Run>(d.run), ToDict(o), o.variables.inputs,
+                        o.variables.parameters);
+}
+
+Shared SetState(const py::tuple& state) {
+  BDerivativeOptions o = ToOptions(py::kwargs(state[1]), BDerivativeOptions());
+  o.variables.inputs = state[2].cast<bool>();
+  o.variables.parameters = state[3].cast<std::vector<int>>();
+  return DifferentiateRun(state[0].cast<std::shared_ptr<Run>>(), o, kForever);
 }
 
 std::vector<std::string> Tangents(const Derivative& d) {
@@ -59,7 +83,9 @@ Vector ToDirection(const Derivative& d, const py::handle& w) {
     return sign * Vector::Unit(cols, IndexOf("tangent", name, Tangents(d)));
   }
   if (py::isinstance<py::dict>(w)) {
-    return ToNamedVector(w, "w", Vector::Zero(cols), Tangents(d));
+    const Vector named = ToNamedVector(w, "w", Vector::Zero(cols), Tangents(d));
+    if (!named.allFinite()) throw py::value_error("w has a number that is not finite");
+    return named;
   }
   Vector direction = ToVector(w, "w", -1);
   const Eigen::Index states = 2 * d.system().dof();
@@ -72,6 +98,22 @@ Vector ToDirection(const Derivative& d, const py::handle& w) {
                           std::to_string(cols) + ": " + Join(names));
   }
   if (!direction.allFinite()) throw py::value_error("w has a number that is not finite");
+  return direction;
+}
+
+/// Throws ValueError for a direction in which no run may start.
+void CheckAdmitted(const Derivative& d, const Vector& w, const std::string& name = "w") {
+  using Kind = StartDirections::Judgement::Kind;
+  const StartDirections::Judgement judgement = d.directions.Judge(w);
+  if (judgement.ok()) return;
+  throw py::value_error(name + " " + d.directions.Sentence(judgement) +
+                        (judgement.kind == Kind::kLeavesMode ? "; project(w) keeps it" : ""));
+}
+
+/// A direction in which a run may start.
+Vector ToAdmitted(const Derivative& d, const py::handle& w) {
+  const Vector direction = ToDirection(d, w);
+  CheckAdmitted(d, direction);
   return direction;
 }
 
@@ -96,9 +138,13 @@ auto Quickly(const Derivative& d, Work&& work) {
 
 py::object Apply(const Derivative& d, const py::object& w, double dt) {
   CheckExists(d);
+  if (!std::isfinite(dt)) throw py::value_error("dt is " + Number(dt) + ", expected a number [s]");
   if (py::isinstance<py::array>(w) && py::reinterpret_borrow<py::array>(w).ndim() == 2) {
     const Matrix directions = ToMatrix(w, "w", Columns(d));
     if (!directions.allFinite()) throw py::value_error("w has a number that is not finite");
+    for (Eigen::Index k = 0; k < directions.rows(); ++k) {
+      CheckAdmitted(d, directions.row(k).transpose(), "w[" + std::to_string(k) + "]");
+    }
     return py::cast(Alone(d, [&] {
       RowMajor values(directions.rows(), 2 * d.system().dof());
       for (Eigen::Index k = 0; k < directions.rows(); ++k) {
@@ -107,13 +153,23 @@ py::object Apply(const Derivative& d, const py::object& w, double dt) {
       return values;
     }));
   }
-  const Vector direction = ToDirection(d, w);
+  const Vector direction = ToAdmitted(d, w);
   return py::cast(Quickly(d, [&] { return dt == 0 ? d.map(direction) : d.map(dt, direction); }));
 }
 
+/// The pieces of w ↦ B(project(w)).
 PiecewiseLinearMap Pieces(const Derivative& d, double max_seconds) {
   CheckExists(d);
-  return Alone(d, [&] { return d.map.Pieces(); }, max_seconds);
+  CheckMaxSeconds(max_seconds);
+  return Alone(
+      d,
+      [&] {
+        const PiecewiseLinearMap pieces = d.map.Pieces();
+        if (d.directions.KeepsAll()) return pieces;
+        const PiecewiseLinearMap kept = PiecewiseLinearMap::Linear(d.directions.Projector());
+        return pieces.After(kept, d.map.options.max_pieces);
+      },
+      max_seconds);
 }
 
 bool IsDifferentiable(const Derivative& d) {
@@ -127,28 +183,35 @@ Matrix Jacobian(const Derivative& d) {
         "the outcome is not differentiable here, in the sense of one matrix: it has one-sided "
         "derivatives, B(w), and linear pieces where B.piecewise_linear is true");
   }
-  return Alone(d, [&] { return Matrix(d.map.Pieces().pieces().front().matrix); });
+  return Alone(d, [&] {
+    return Matrix(d.map.Pieces().pieces().front().matrix * d.directions.Projector());
+  });
 }
 
 py::tuple Clusters(const Derivative& d, const py::object& w) {
   CheckExists(d);
-  const Vector direction = ToDirection(d, w);
+  const Vector direction = ToAdmitted(d, w);
   const ClusterReading reading =
       Alone(d, [&] { return ReadClusters(d.run->trajectory, d.map, direction); });
   return py::make_tuple(reading.inner_radius, reading.in_order);
 }
 
-ValidityRadius Radius(const Derivative& d, const py::object& w) {
+NamedRadius Radius(const Derivative& d, const py::object& w) {
   CheckExists(d);
-  const Vector direction = ToDirection(d, w);
-  return Alone(d, [&] {
-    return ValidityEstimator(d.system(), d.run->trajectory, d.map)(direction);
-  });
+  const Vector direction = ToAdmitted(d, w);
+  NamedRadius radius;
+  radius.value =
+      Alone(d, [&] { return ValidityEstimator(d.system(), d.run->trajectory, d.map)(direction); });
+  if (radius.value.constraint >= 0) {
+    radius.constraint =
+        d.run->description().constraints[static_cast<std::size_t>(radius.value.constraint)];
+  }
+  return radius;
 }
 
 py::list Modes(const Derivative& d, const py::object& w) {
   CheckExists(d);
-  const Vector direction = ToDirection(d, w);
+  const Vector direction = ToAdmitted(d, w);
   return ToNames(Quickly(d, [&] { return d.map.PerturbedModes(direction); }),
                  d.run->description());
 }
@@ -157,9 +220,10 @@ QuotientReport Compare(const Derivative& d, const py::object& w,
                        const std::vector<double>& alphas) {
   CheckExists(d);
   for (double alpha : alphas) {
-    if (!(alpha > 0)) throw py::value_error("alphas has " + Number(alpha) + ", expected > 0");
+    if (alpha > 0 && std::isfinite(alpha)) continue;
+    throw py::value_error("alphas has " + Number(alpha) + ", expected > 0");
   }
-  const Vector direction = ToDirection(d, w);
+  const Vector direction = ToAdmitted(d, w);
   const Run& run = *d.run;
   const SystemFactory factory = [&](const ParameterValues& values) {
     return run.system->Make(values);
@@ -173,8 +237,7 @@ QuotientReport Compare(const Derivative& d, const py::object& w,
 
 Vector Project(const Derivative& d, const py::object& w) {
   const Vector direction = ToDirection(d, w);
-  return ProjectAdmissible(d.system(), d.run->trajectory.arcs.front().x_begin, d.map.initial_mode,
-                           direction, d.map.options.variables);
+  return d.directions.Project(direction);
 }
 
 std::string Repr(const Derivative& d) {
@@ -215,9 +278,12 @@ void BindDerivative(py::module_* module) {
       .def("direction", &ToDirection, py::arg("w"), "w as an array [2d+k].")
       .def("__call__", &Apply, py::arg("w"), py::arg("dt") = 0,
            "B(w) [2d], with a change `dt` of the horizon [s]; of each row of an array [k × 2d+k]\n"
-           "as [k × 2d]. ValueError for a direction that leaves the domain at the start.")
-      .def("jacobian", &Jacobian, "The matrix [2d × 2d+k] where the outcome is C¹.")
-      .def_property_readonly("is_differentiable", &IsDifferentiable, "Whether it is C¹.")
+           "as [k × 2d]. ValueError for a direction in which no run may start: one that leaves\n"
+           "the contacts of the start, project(w) keeps them, or leads through what it touches.")
+      .def("jacobian", &Jacobian,
+           "The matrix [2d × 2d+k] where the outcome is C¹: of w ↦ B(project(w)).")
+      .def_property_readonly("is_differentiable", &IsDifferentiable,
+                             "Whether it is C¹ on the directions that the start admits.")
       .def_property_readonly(
           "piecewise_linear",
           [](const Derivative& d) {
@@ -226,13 +292,14 @@ void BindDerivative(py::module_* module) {
           },
           "A Status: whether it has linear pieces, or why not.")
       .def("pieces", &Pieces, py::arg("max_seconds") = kForever,
-           "All of it as a PiecewiseLinearMap. NotPiecewiseLinear where it is none, ValueError\n"
-           "beyond max_pieces, BudgetExceeded where it takes longer than `max_seconds`.")
+           "All of it, w ↦ B(project(w)), as a PiecewiseLinearMap. NotPiecewiseLinear where it is\n"
+           "none, ValueError beyond max_pieces, BudgetExceeded where it takes longer than\n"
+           "`max_seconds`.")
       .def(
           "error",
           [](const Derivative& d, const py::object& w) {
             CheckExists(d);
-            const Vector direction = ToDirection(d, w);
+            const Vector direction = ToAdmitted(d, w);
             return Quickly(d, [&] { return d.map.Error(direction); });
           },
           py::arg("w"), "Estimated error of B(w) [2d], absolute.")
@@ -245,7 +312,8 @@ void BindDerivative(py::module_* module) {
            py::arg("alphas") = std::vector<double>{1e-2, 1e-3, 1e-4, 1e-5, 1e-6},
            "One-sided difference quotients of perturbed runs beside B(w), as a QuotientReport.")
       .def("project", &Project, py::arg("w"),
-           "w projected on the tangents that keep what touches at the start in contact.")
+           "w with the shortest change of (δq, δv) that keeps the contacts of the start; w itself\n"
+           "for a start without contact.")
       .def_property_readonly(
           "time",
           [](const py::object& self) { return View(self.cast<Derivative&>().map.time, self); },
@@ -260,6 +328,9 @@ void BindDerivative(py::module_* module) {
           "Jumps between orders of impacts that were neglected, at T [2d].")
       .def_property_readonly("neglected_derivative",
                              [](const Derivative& d) { return d.map.neglected_derivative; })
+      .def(py::pickle(&GetState, &SetState))
+      .def("__copy__", [](const py::object& self) { return self; })
+      .def("__deepcopy__", [](const py::object& self, const py::object&) { return self; })
       .def("__repr__", &Repr);
 }
 

@@ -21,6 +21,7 @@ struct Interval {
 };
 
 py::list LinearizeRun(const std::shared_ptr<Run>& run, const py::kwargs& options) {
+  run->CheckRepeats("it has no derivative");
   const BDerivativeOptions o = ToOptions(options, BDerivativeOptions());
   if (!run->options.dense) throw py::value_error("the run was made with dense=False");
   std::vector<IntervalLinearization> all =
@@ -33,6 +34,7 @@ py::list LinearizeRun(const std::shared_ptr<Run>& run, const py::kwargs& options
 }
 
 PiecewiseLinearMap MapOfInputs(const std::shared_ptr<Run>& run, const py::kwargs& options) {
+  run->CheckRepeats("it has no derivative");
   const BDerivativeOptions o = ToOptions(options, BDerivativeOptions());
   if (!run->options.dense) throw py::value_error("the run was made with dense=False");
   return WithoutLock([&] {
@@ -129,18 +131,30 @@ void BindTrust(py::module_* module) {
 }
 
 void BindRadius(py::module_* module) {
-  py::class_<ValidityRadius>(*module, "ValidityRadius",
-                             "How far along a direction a derivative holds; float() is the radius.")
-      .def_readonly("radius", &ValidityRadius::radius,
-                    "α > 0, a factor on w; infinite: nothing that first order shows; NaN: not\n"
-                    "known.")
-      .def_property_readonly("limit", [](const ValidityRadius& r) { return LimitName(r.limit); },
-                             "What changes there: 'event order', 'gap', …")
-      .def_readonly("constraint", &ValidityRadius::constraint, "Index; −1: a whole event.")
-      .def_readonly("t", &ValidityRadius::t, "Of the unperturbed run [s].")
-      .def("__float__", [](const ValidityRadius& r) { return r.radius; })
-      .def("__repr__", [](const ValidityRadius& r) {
-        return "<ValidityRadius " + Number(r.radius) + ": " + LimitName(r.limit) + ">";
+  const auto limit = [](const NamedRadius& r) {
+    return std::string(std::isnan(r.value.radius) ? "unknown" : LimitName(r.value.limit));
+  };
+  py::class_<NamedRadius>(*module, "ValidityRadius",
+                          "How far along a direction a derivative holds; float() is the radius.")
+      .def_property_readonly("radius", [](const NamedRadius& r) { return r.value.radius; },
+                             "α > 0, a factor on w; infinite: nothing that first order shows;\n"
+                             "NaN: not known.")
+      .def_property_readonly("limit", limit,
+                             "What changes there: 'event order', 'gap', …; 'none', or 'unknown'\n"
+                             "where contacts have friction.")
+      .def_property_readonly(
+          "constraint",
+          [](const NamedRadius& r) -> py::object {
+            if (r.constraint.empty()) return py::none();
+            return py::str(r.constraint);
+          },
+          "The name of that whose event it is; None: a whole event.")
+      .def_property_readonly("t", [](const NamedRadius& r) { return r.value.t; },
+                             "Of the unperturbed run [s].")
+      .def("__float__", [](const NamedRadius& r) { return r.value.radius; })
+      .def("__repr__", [limit](const NamedRadius& r) {
+        return "<ValidityRadius " + Number(r.value.radius) + ": " + limit(r) +
+               (r.constraint.empty() ? ">" : " of " + r.constraint + ">");
       });
 }
 
@@ -151,7 +165,8 @@ void BindQuotients(py::module_* module) {
       .def_readonly("final_state", &QuotientSample::final_state,
                     "x(T) of the perturbed run [nq+d].")
       .def_readonly("quotient", &QuotientSample::quotient, "(x_α(T) − x_0(T)) / α [2d].")
-      .def_readonly("error", &QuotientSample::error, "max |quotient − B(w)|.")
+      .def_readonly("error", &QuotientSample::error,
+                    "max |quotient − B(w)|; NaN where there is no quotient.")
       .def("__repr__", [](const QuotientSample& s) {
         return "<QuotientSample alpha " + Number(s.alpha) + ", error " + Number(s.error) + ">";
       });
@@ -172,7 +187,8 @@ void BindQuotients(py::module_* module) {
 
 void BindIntervals(py::module_* module) {
   py::class_<Interval>(*module, "Interval",
-                       "One interval of an input grid to first order: δx⁺ = A δx + B δu.")
+                       "One interval of an input grid to first order: δx⁺ = A δx + B δu, for δx\n"
+                       "that keeps the contacts of its begin.")
       .def_property_readonly("t_begin", [](const Interval& i) { return i.value->t_begin; }, "[s]")
       .def_property_readonly("t_end", [](const Interval& i) { return i.value->t_end; }, "[s]")
       .def_property_readonly("status", [](const Interval& i) { return i.value->status; },

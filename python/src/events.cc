@@ -51,9 +51,25 @@ std::string Repr(const EventOf& e) {
   return text + ", " + t.mode_before.ToString(names) + " -> " + t.mode_after.ToString(names) + ">";
 }
 
+/// A part of a run pickles as the run and its number, and is a value.
+template <class Part, class Class>
+void MakeValue(Class* bound) {
+  bound
+      ->def(py::pickle(
+          [](const Part& part) {
+            return py::make_tuple(std::const_pointer_cast<Run>(part.run), part.index);
+          },
+          [](const py::tuple& state) {
+            return Part{state[0].cast<std::shared_ptr<Run>>(), state[1].cast<std::size_t>()};
+          }))
+      .def("__copy__", [](const py::object& self) { return self; })
+      .def("__deepcopy__", [](const py::object& self, const py::object&) { return self; });
+}
+
 void BindArc(py::module_* module) {
-  py::class_<ArcOf>(*module, "Arc", "A maximal interval of motion in one contact mode.")
-      .def_property_readonly(
+  py::class_<ArcOf> arc(*module, "Arc", "A maximal interval of motion in one contact mode.");
+  MakeValue<ArcOf>(&arc);
+  arc.def_property_readonly(
           "mode", [](const ArcOf& a) { return ToNames(a.get().mode, a.run->description()); },
           "Names of the contacts that hold.")
       .def_property_readonly(
@@ -87,10 +103,12 @@ void BindArc(py::module_* module) {
 
 void BindEvents(py::module_* module) {
   BindArc(module);
-  py::class_<EventOf>(*module, "Event",
-                      "What happens at one instant between two arcs: simultaneous events are one.\n"
-                      "Vectors are read-only views.")
-      .def_property_readonly("t", [](const EventOf& e) { return e.get().t; }, "[s]")
+  py::class_<EventOf> event(
+      *module, "Event",
+      "What happens at one instant between two arcs: simultaneous events are one.\n"
+      "Vectors are read-only views.");
+  MakeValue<EventOf>(&event);
+  event.def_property_readonly("t", [](const EventOf& e) { return e.get().t; }, "[s]")
       .def_property_readonly(
           "kinds", [](const EventOf& e) { return py::tuple(py::cast(Kinds(e.get()))); },
           "Some of 'touchdown', 'release', 'switch', 'slip', 'graze', 'zeno', 'input'.")

@@ -4,6 +4,7 @@
 
 #include "bindings.h"
 #include "contact_flow/derivative/linear_program.h"
+#include "unlocked.h"
 
 PYBIND11_MODULE(_core, module) {
   using namespace contact_flow::python;  // NOLINT(build/namespaces)
@@ -28,4 +29,6 @@ PYBIND11_MODULE(_core, module) {
   BindOrbit(&module);
   BindOptimize(&module);
   BindOnline(&module);
+  pybind11::module_::import("atexit").attr("register")(
+      pybind11::cpp_function(&contact_flow::python::Unlocking::End));
 }

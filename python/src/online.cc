@@ -2,6 +2,7 @@
 // OnlineFlow: a run that goes along with a clock.
 #include "contact_flow/flow/online_flow.h"
 
+#include <cmath>
 #include <mutex>
 #include <optional>
 
@@ -36,6 +37,7 @@ std::shared_ptr<Online> Begin(const std::shared_ptr<System>& system, const py::o
                               const py::object& u, double t, const py::kwargs& keywords) {
   auto online = std::make_shared<Online>();
   const SimulateOptions options = ToOptions(keywords, SimulateOptions());
+  if (!std::isfinite(t)) throw py::value_error("t is " + Number(t) + ", expected a number [s]");
   online->system = system;
   online->flow = std::make_unique<OnlineFlow>(system->system, t, ToState(*system, x0),
                                               ToInput(*system, u), options);
@@ -59,7 +61,8 @@ py::object Passed(const Online& online, const Transition& t) {
 
 py::object AdvanceTo(Online& online, double t) {
   const double now = Now(online);
-  if (!(t >= now)) {
+  if (!std::isfinite(t)) throw py::value_error("t is " + Number(t) + ", expected a number [s]");
+  if (t < now) {
     throw py::value_error("t is " + Number(t) + " s, before now, " + Number(now) + " s");
   }
   const auto passed = Alone(online, [&](OnlineFlow& flow) -> std::optional<Transition> {

@@ -39,8 +39,7 @@ Optimum Optimize(const std::shared_ptr<System>& system, const std::vector<std::s
   OutcomeProblem& problem = optimum.problem;
   problem.x = ToState(*system, x0);
   problem.u = ToInput(*system, u);
-  problem.duration =
-      duration.is_none() ? system->get().nominal().duration : duration.cast<double>();
+  problem.duration = ToDuration(*system, duration);
   for (const std::string& name : unknowns) problem.unknowns.push_back(ToUnknown(name, d));
   const Vector zero = Vector::Zero(system->get().state_size());
   if (target.empty()) throw py::value_error("target is empty");

@@ -13,10 +13,13 @@ namespace {
 struct Orbit {
   std::shared_ptr<System> system;  // with the parameters found
   std::shared_ptr<OrbitSolution> solution;
+  SimulateOptions options;
+  bool at_event = false;  // its section is one
 
   Return Closing() const {
     // The return lives as long as the solution, whose own system its run refers to.
-    return {system, std::shared_ptr<const PoincareReturn>(solution, &solution->orbit), solution->x};
+    return {system, std::shared_ptr<const PoincareReturn>(solution, &solution->orbit), solution->x,
+            options, at_event};
   }
 };
 
@@ -36,8 +39,10 @@ OrbitCondition ToCondition(const py::handle& given, const SystemDescription& d) 
   };
   OrbitCondition condition;
   condition.kind = static_cast<OrbitCondition::Kind>(IndexOf("condition", text("kind"), kinds));
-  if (entry.contains("value")) condition.value = entry["value"].cast<double>();
-  if (entry.contains("occurrence")) condition.occurrence = entry["occurrence"].cast<int>();
+  if (entry.contains("value")) condition.value = ToNumber(entry["value"], "value of a condition");
+  if (entry.contains("occurrence")) {
+    condition.occurrence = ToCount(entry["occurrence"], "occurrence of a condition");
+  }
   switch (condition.kind) {
     case OrbitCondition::Kind::kPeriod:
       break;
@@ -69,13 +74,20 @@ Orbit FixedPoint(const Poincare& map, const py::object& x0, const std::vector<st
   for (const auto& condition : conditions) {
     problem.conditions.push_back(ToCondition(condition, system.description()));
   }
+  if (!(tolerance > 0)) {
+    throw py::value_error("tolerance is " + Number(tolerance) + ", expected a number > 0");
+  }
+  if (max_iterations < 0) {
+    throw py::value_error("max_iterations is " + std::to_string(max_iterations) + ", expected ≥ 0");
+  }
   OrbitOptions options;
   options.poincare = map.options;
   options.newton.tolerance = tolerance;
   options.newton.max_iterations = max_iterations;
   auto solution = std::make_shared<OrbitSolution>(
       WithoutLock([&] { return FindOrbit(problem, options); }));
-  return {system.With(solution->parameters), std::move(solution)};
+  return {system.With(solution->parameters), std::move(solution), map.options.simulate,
+          map.section.kind == Section::Kind::kEvent};
 }
 
 std::string Repr(const Orbit& o) {

@@ -2,6 +2,8 @@
 // Return maps: sections by name, the first return and its derivative.
 #include "contact_flow/analysis/poincare.h"
 
+#include <cmath>
+
 #include "contact_flow/analysis/section.h"
 #include "convert.h"
 #include "poincare.h"
@@ -38,7 +40,7 @@ Return Returns(const Shared& map, const py::object& x, bool differentiate) {
             return PoincareMap(map->system->get(), map->u, map->section, map->options)
                 .Return(start, differentiate);
           })),
-          start};
+          start, map->options.simulate, map->section.kind == Section::Kind::kEvent};
 }
 
 /// The run to the return.
@@ -47,11 +49,15 @@ std::shared_ptr<Run> RunOf(const Return& r) {
   run->system = r.system;
   run->trajectory = r.value->trajectory;
   if (run->trajectory.arcs.empty()) throw py::value_error("there is no run: " + r.value->message);
-  run->x0 = run->trajectory.arcs.front().x_begin;
+  run->x0 = r.start;
   run->inputs = InputSchedule::Constant(run->trajectory.arcs.front().u);
   run->duration = run->trajectory.t_end();
-  run->options.relative_tolerance = run->options.absolute_tolerance =
-      run->trajectory.absolute_tolerance;
+  run->options = r.options;
+  run->options.dense = false;
+  for (const Arc& arc : run->trajectory.arcs) {
+    run->options.dense = run->options.dense || !arc.dense.Empty();
+  }
+  run->repeats = !(r.at_event && r.value->returned());
   return run;
 }
 
@@ -75,11 +81,19 @@ Section ToSection(const System& system, const py::handle& spec) {
     }
   }
   const SystemDescription& d = system.description();
-  const auto kind = spec.attr("kind").cast<std::string>();
-  const auto name = spec.attr("name").cast<std::string>();
+  const auto kind = py::str(spec.attr("kind")).cast<std::string>();
+  const auto name = py::str(spec.attr("name")).cast<std::string>();
   Section section;
-  section.value = spec.attr("value").cast<double>();
-  section.sign = spec.attr("sign").cast<int>();
+  section.value = ToNumber(spec.attr("value"), "value of a section");
+  const double sign = ToNumber(spec.attr("sign"), "sign of a section");
+  if (!std::isfinite(section.value)) {
+    throw py::value_error("value of a section is " + Number(section.value) +
+                          ", expected a number that is finite");
+  }
+  if (sign != 0 && sign != 1 && sign != -1) {
+    throw py::value_error("sign of a section is " + Number(sign) + ", expected -1, 0 or 1");
+  }
+  section.sign = static_cast<int>(sign);
   if (kind == "coordinate") {
     section.kind = Section::Kind::kCoordinate;
     section.index = IndexOf("coordinate", name, d.coordinates);
@@ -156,9 +170,12 @@ void BindPoincare(py::module_* module) {
       .def_property_readonly("crossing_speed",
                              [](const Return& r) { return r.value->crossing_speed; },
                              "ds F there: the margin of transversality.")
-      .def_property_readonly("run", &RunOf, "The motion to the return, as a Run.")
+      .def_property_readonly("run", &RunOf,
+                             "The motion to the return, as a Run. Where the section is an event\n"
+                             "it ends behind that: no request repeats it; no derivative.")
       .def_property_readonly("map", &MapOf<&PoincareReturn::map>,
-                             "DP on all tangents [2d × 2d+k], a PiecewiseLinearMap.")
+                             "DP on all tangents [2d × 2d+k], a PiecewiseLinearMap; of those\n"
+                             "that keep the contacts of the start the derivative, as `reduced`.")
       .def_property_readonly("reduced", &MapOf<&PoincareReturn::reduced>,
                              "DP in orthonormal bases of the admissible tangents of the section.")
       .def_property_readonly("return_time", &MapOf<&PoincareReturn::return_time>,

@@ -25,6 +25,8 @@ struct Return {
   std::shared_ptr<const System> system;
   std::shared_ptr<const PoincareReturn> value;
   Vector start;  // x
+  SimulateOptions options;  // of its run
+  bool at_event = false;    // the section is one: the run ends behind it
 };
 
 /// The stability of the orbit through the start of a return, but for translations along the

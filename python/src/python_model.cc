@@ -2,6 +2,7 @@
 // Models of one's own in Python: a MechanicalSystem that asks an object for its terms, which
 // contact_flow/python_model.py makes of the user's formulas.
 #include <functional>
+#include <stdexcept>
 
 #include "convert.h"
 
@@ -152,7 +153,14 @@ class PythonModel : public System {
   }
   std::unique_ptr<MechanicalSystem> Make(const ParameterValues& values) const override {
     const py::gil_scoped_acquire acquire;
-    return std::make_unique<PythonSystem>((*make_)(*formulas_, values));
+    try {
+      return std::make_unique<PythonSystem>((*make_)(*formulas_, values));
+    } catch (py::error_already_set& error) {
+      if (!error.matches(PyExc_ValueError)) throw;
+      throw std::invalid_argument(py::str(error.value()).cast<std::string>());  // as models in C++
+    } catch (const py::value_error& error) {
+      throw std::invalid_argument(error.what());
+    }
   }
   std::shared_ptr<System> With(const ParameterValues& values) const override {
     return std::make_shared<PythonModel>(*formulas_, *make_, values);

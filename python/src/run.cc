@@ -5,6 +5,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/io/samples.h"
 #include "convert.h"
@@ -15,6 +16,9 @@ namespace python {
 namespace {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Rows between two looks for Ctrl-C.
+constexpr Eigen::Index kAskEvery = 1024;
 
 void CheckInside(const Run& run, double t) {
   const Trajectory& trajectory = run.trajectory;
@@ -39,7 +43,10 @@ py::object AtTimes(const Run& run, const py::object& t, Eigen::Index size, F&& f
   py::array_t<double> x({count, size});
   Eigen::Map<RowMajor> rows(x.mutable_data(), count, size);
   WithoutLock([&] {
-    for (Eigen::Index k = 0; k < count; ++k) rows.row(k) = f(at[k]).transpose();
+    for (Eigen::Index k = 0; k < count; ++k) {
+      if (k % kAskEvery == 0) AskBudget();
+      rows.row(k) = f(at[k]).transpose();
+    }
     return 0;
   });
   return std::move(x);
@@ -84,19 +91,26 @@ std::vector<std::string> Words(const Run& run) {
   return words;
 }
 
-py::tuple Sampled(const Run& run, int count) {
+void CheckCount(int count) {
   if (count < 1) throw py::value_error("count is " + std::to_string(count) + ", expected ≥ 1");
+}
+
+py::tuple Sampled(const Run& run, int count) {
+  CheckCount(count);
   if (count > 1 && !run.options.dense) throw py::value_error("the run was made with dense=False");
-  const Samples samples = SampleTrajectory(run.trajectory, count);
+  const Samples samples = WithoutLock([&] { return SampleTrajectory(run.trajectory, count); });
   return py::make_tuple(Vector(Eigen::Map<const Vector>(
                             samples.t.data(), static_cast<Eigen::Index>(samples.t.size()))),
                         RowMajor(samples.x));
 }
 
 std::string Csv(const Run& run, int count) {
-  std::ostringstream text;
-  WriteCsv(run.description(), run.trajectory, count, &text);
-  return text.str();
+  CheckCount(count);
+  return WithoutLock([&] {
+    std::ostringstream text;
+    WriteCsv(run.description(), run.trajectory, count, &text);
+    return text.str();
+  });
 }
 
 std::string Repr(const Run& run) {
@@ -116,6 +130,15 @@ void BindParts(py::module_* module) {
       .def_readonly("force", &Margins::force, "Smallest force that kept pushing [N].")
       .def_readonly("event_interval", &Margins::event_interval, "Between two transitions [s].")
       .def_readonly("cluster_spread", &Margins::cluster_spread, "Largest of a cluster [s].")
+      .def(py::pickle(
+          [](const Margins& m) {
+            return py::make_tuple(m.approach_speed, m.release_rate, m.gap, m.force,
+                                  m.event_interval, m.cluster_spread);
+          },
+          [](const py::tuple& t) {
+            return Margins{t[0].cast<double>(), t[1].cast<double>(), t[2].cast<double>(),
+                           t[3].cast<double>(), t[4].cast<double>(), t[5].cast<double>()};
+          }))
       .def("__repr__", [](const Margins& m) {
         return "<Margins approach_speed " + Number(m.approach_speed) + ", release_rate " +
                Number(m.release_rate) + ", gap " + Number(m.gap) + ", force " + Number(m.force) +
@@ -160,6 +183,9 @@ void BindRun(py::module_* module) {
             return py::make_tuple(py::array(py::cast(r.inputs.grid)), values);
           },
           "(t [K], U [K×m]) as it was asked for.")
+      .def_readonly("repeats", &Run::repeats,
+                    "False: it is a return to an event and ends behind it, where no request ends;\n"
+                    "it has no derivative, cannot be pickled or compared.")
       .def_property_readonly("options", [](const Run& r) { return ToDict(r.options); },
                              "Those it was made with, by name.")
       .def_property_readonly(

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // System.simulate, and Runs as values: pickled as the request that repeats them.
-#include <cmath>
-
 #include "convert.h"
 #include "run.h"
 #include "unlocked.h"
@@ -28,22 +26,12 @@ std::shared_ptr<Run> SimulateSystem(const std::shared_ptr<System>& system, const
                                     const py::object& duration, const py::object& inputs,
                                     const py::kwargs& options) {
   const SimulateOptions o = ToOptions(options, SimulateOptions());
-  double seconds = system->get().nominal().duration;
-  if (!duration.is_none()) {
-    try {
-      seconds = duration.cast<double>();
-    } catch (const py::cast_error&) {
-      throw py::type_error("duration is " + py::repr(duration).cast<std::string>() +
-                           ", expected a number [s]");
-    }
-  }
-  if (!(seconds >= 0) || !std::isfinite(seconds)) {
-    throw py::value_error("duration is " + Number(seconds) + " s, expected a number ≥ 0");
-  }
+  const double seconds = ToDuration(*system, duration);
   return Repeat(system, ToState(*system, x0), ToSchedule(*system, inputs), seconds, o);
 }
 
 py::tuple GetState(const Run& run) {
+  run.CheckRepeats("it cannot be pickled");
   Matrix values(run.inputs.values.size(), run.system->get().num_inputs());
   for (std::size_t k = 0; k < run.inputs.values.size(); ++k) {
     values.row(static_cast<Eigen::Index>(k)) = run.inputs.values[k].transpose();

@@ -2,6 +2,8 @@
 // What a system is made of, at one state: M, f, a, the dynamics in a contact mode, impacts.
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/dynamics/impact.h"
+#include "contact_flow/dynamics/word_selection.h"
+#include "contact_flow/flow/simulate.h"
 #include "convert.h"
 #include "unlocked.h"
 
@@ -23,11 +25,64 @@ ConstraintTerms Constraints(const System& s, const Vector& q, const Vector& v) {
   return terms;
 }
 
+/// The contact mode of a word, one letter a contact. Throws ValueError for a letter that the
+/// contact has not, or that the velocity at x contradicts.
+ContactMode ToWord(const MechanicalSystem& system, const Vector& x, const std::string& word) {
+  const int n = system.num_constraints();
+  if (word.size() != static_cast<std::size_t>(n)) {
+    throw py::value_error("mode is '" + word + "', expected names, or a word of " +
+                          std::to_string(n) + " letters");
+  }
+  const Vector v = x.tail(system.dof());
+  ConstraintTerms terms;
+  system.Constraints(x.head(system.num_positions()), v, &terms);
+  const double rest = SimulateOptions().speed_tolerance;
+  ContactMode mode;
+  for (int i = 0; i < n; ++i) {
+    const char letter = word[static_cast<std::size_t>(i)];
+    const Friction none;
+    const Friction& friction = system.HasFriction() ? system.friction()[i] : none;
+    const bool rough = friction.dimension > 0, plane = friction.dimension == 1;
+    const std::string own = plane ? "os+-" : rough ? "osl" : "ol";
+    const auto refuse = [&](const std::string& why) {
+      throw py::value_error("mode is '" + word + "': '" +
+                            system.description().constraints[static_cast<std::size_t>(i)] + "' " +
+                            why);
+    };
+    if (own.find(letter) == std::string::npos) refuse("has the letters " + own);
+    mode.Set(i, static_cast<Letter>(letter));
+    if (!rough || letter == 'o') continue;
+    const Vector slip = terms.jacobian.middleRows(friction.row, friction.dimension) * v;
+    if (letter == 's' && slip.norm() > rest) refuse("slips at " + Number(slip.norm()) + " m/s");
+    if (letter == 'l' && slip.norm() <= rest) refuse("does not slip: it has no direction to");
+    if ((letter == '+' && slip(0) < -rest) || (letter == '-' && slip(0) > rest)) {
+      refuse("slips at " + Number(slip(0)) + " m/s");
+    }
+  }
+  return mode;
+}
+
+/// The contact mode of an argument: None, that of the state; names; or a word of letters.
+/// Whether a contact with friction sticks or slips, and where to, names do not say: they are those
+/// of the state then, which a word may differ from.
+ContactMode ModeOf(const System& s, const Vector& x, const Vector& u, const py::handle& mode) {
+  if (mode.is_none()) return InitialMode(s.get(), x, u);
+  const SystemDescription& names = s.description();
+  if (py::isinstance<py::str>(mode)) return ToWord(s.get(), x, py::str(mode));
+  const ContactMode asked = ToMode(mode, names);
+  if (!s.get().HasFriction() || asked.Empty()) return asked;
+  const ContactMode own = InitialMode(s.get(), x, u);
+  if (own.Members() == asked) return own;
+  throw py::value_error("mode is " + asked.ToString(names.constraints) + ", that of x is " +
+                        own.ToString(names.constraints) +
+                        ": whether contacts with friction stick or slip there a word says, as "
+                        "'" + own.Word(s.get().num_constraints()) + "'");
+}
+
 py::tuple Accelerations(const System& s, const py::handle& x, const py::handle& u,
                         const py::handle& mode, bool jacobians) {
   const Vector state = ToState(s, x), input = ToInput(s, u);
-  const ContactMode contacts =
-      mode.is_none() ? InitialMode(s.get(), state, input) : ToMode(mode, s.description());
+  const ContactMode contacts = ModeOf(s, state, input, mode);
   Variables variables;
   variables.inputs = true;
   ContactDynamics dynamics(s.get(), input, variables);
@@ -38,6 +93,16 @@ py::tuple Accelerations(const System& s, const py::handle& x, const py::handle& 
   dynamics.Differentiate(state, contacts);
   return py::make_tuple(dynamics.acceleration(), dynamics.force(),
                         dynamics.acceleration_jacobian(), dynamics.force_jacobian());
+}
+
+/// (1b), of contacts with friction (F6).
+ImpactResult Impact(const System& s, const Vector& q, const Vector& v, ContactMode touching) {
+  if (!s.get().HasFriction()) return SolveImpact(s.get(), q, v, touching);
+  try {
+    return SolveFrictionalImpact(s.get(), q, v, touching).result;
+  } catch (const FrictionRefusal& reason) {
+    throw py::value_error(reason.what());
+  }
 }
 
 }  // namespace
@@ -89,7 +154,9 @@ void BindTerms(py::module_* module) {
             return Accelerations(s, x, u, mode, false);
           },
           py::arg("x") = py::none(), py::arg("u") = py::none(), py::arg("mode") = py::none(),
-          "(v̇ [d], λ [n+l+r]) of (1a) in a contact mode, that of the state where none is given.")
+          "(v̇ [d], λ [n+l+r]) of (1a) in a contact mode, that of the state where none is given:\n"
+          "names, or a word as in Run.mode_words. Names do not say what friction does: with it\n"
+          "ValueError where the state's own mode has other names, or the velocity another letter.")
       .def(
           "acceleration_jacobians",
           [](const System& s, const py::object& x, const py::object& u, const py::object& mode) {
@@ -109,14 +176,14 @@ void BindTerms(py::module_* module) {
           "impact",
           [](const System& s, const py::object& q, const py::object& v,
              const py::object& touching) {
-            ContactMode contacts = ToMode(touching, s.description());
-            ImpactResult impact =
-                SolveImpact(s.get(), Positions(s, q), Velocities(s, v), contacts);
+            const ImpactResult impact = Impact(s, Positions(s, q), Velocities(s, v),
+                                               ToMode(touching, s.description()));
             return py::make_tuple(impact.v_plus, impact.impulse,
                                   ToNames(impact.hit, s.description()));
           },
           py::arg("q"), py::arg("v"), py::arg("touching"),
-          "(v⁺ [d], p [n+l] [N·s], names that were hit) of the impact (1b).")
+          "(v⁺ [d], p [n+l+r] [N·s], names that were hit) of the impact (1b), with friction by\n"
+          "Coulomb's law in the impulses. ValueError where no or several v⁺ fit.")
       .def(
           "perturb",
           [](const System& s, const py::object& x, const py::object& w) {

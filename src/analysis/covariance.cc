@@ -129,6 +129,10 @@ const char* CovarianceMethodName(CovarianceMethod method) {
 
 OutcomeCovariance PropagateCovariance(const PiecewiseLinearMap& map, const MatrixRef& P,
                                       const CovarianceOptions& options) {
+  if (options.rotations < 1) {
+    throw std::invalid_argument("rotations is " + std::to_string(options.rotations) +
+                                ", expected ≥ 1");
+  }
   const Matrix root = Root(P, map.cols());
   OutcomeCovariance result;
   const Matrix& A = map.pieces().front().matrix;

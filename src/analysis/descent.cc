@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -234,6 +235,17 @@ const char* DescentStatusName(DescentStatus status) {
 
 DescentResult Minimize(const NonsmoothCost& cost, const VectorRef& start,
                        const DescentOptions& options) {
+  const auto check = [](const char* name, bool is_right, double value, const char* expected) {
+    if (is_right) return;
+    std::ostringstream message;
+    message << name << " is " << value << ", expected " << expected;
+    throw std::invalid_argument(message.str());
+  };
+  check("radius", options.radius > 0 && std::isfinite(options.radius), options.radius,
+        "a number > 0");
+  check("tolerance", options.tolerance >= 0 && std::isfinite(options.tolerance), options.tolerance,
+        "a number ≥ 0");
+  check("max_iterations", options.max_iterations >= 0, options.max_iterations, "≥ 0");
   return Descent(cost, start, options).Go();
 }
 

@@ -189,8 +189,23 @@ class WordSearch {
 
 }  // namespace
 
+void CheckOptions(const StabilityOptions& options) {
+  const auto check = [](const char* name, bool is_right, double value, const char* expected) {
+    if (is_right) return;
+    std::ostringstream message;
+    message << name << " is " << value << ", expected " << expected;
+    throw std::invalid_argument(message.str());
+  };
+  check("margin", options.margin >= 0 && options.margin < 1, options.margin, "a number in [0, 1)");
+  check("max_word_length", options.max_word_length >= 1, options.max_word_length, "≥ 1");
+  check("max_words", options.max_words >= 1, static_cast<double>(options.max_words), "≥ 1");
+  check("max_linear_programs", options.max_linear_programs >= 0,
+        static_cast<double>(options.max_linear_programs), "≥ 0");
+}
+
 StabilityReport AssessStability(const PiecewiseLinearMap& map, const StabilityOptions& options) {
   RequireSquare(map);
+  CheckOptions(options);
   const BudgetStage stage("the stability of a map");
   StabilityReport report;
   for (const Matrix& A : MatricesOf(map)) {
@@ -239,6 +254,7 @@ StabilityReport AssessStability(const PiecewiseLinearMap& map, const StabilityOp
 
 double WorstGain(const PiecewiseLinearMap& map, int steps, const StabilityOptions& options) {
   RequireSquare(map);
+  CheckOptions(options);
   const double unknown = std::numeric_limits<double>::quiet_NaN();
   if (steps < 1) throw std::invalid_argument("WorstGain needs at least one step");
   if (!HaveLinearPrograms()) return unknown;

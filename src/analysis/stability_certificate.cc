@@ -131,6 +131,7 @@ bool MapsIntoItself(const PiecewiseLinearMap& map, const StabilityCertificate& c
 
 bool VerifyCertificate(const PiecewiseLinearMap& map, const StabilityCertificate& certificate,
                        const StabilityOptions& options) {
+  CheckOptions(options);
   if (map.pieces().empty() || map.rows() != map.cols()) return false;
   const double bound = certificate.bound;
   if (!std::isfinite(bound) || bound < 0) return false;

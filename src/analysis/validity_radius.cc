@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/analysis/validity_radius.h"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 
 #include "contact_flow/budget.h"
-#include "contact_flow/derivative/variation.h"
-#include "contact_flow/flow/simulate.h"
-#include "guard_dips.h"
 
 namespace contact_flow {
 namespace {
@@ -17,6 +15,9 @@ using Limit = ValidityRadius::Limit;
 
 /// Step of the difference quotient of dλ/dt, along a tangent of unit length.
 constexpr double kStep = 1e-6;
+
+/// Changes below this part of their terms are rounding.
+constexpr double kNoise = 1e-9;
 
 /// A margin that shrinks at `rate` for every unit of α reaches zero at margin/−rate.
 void Consider(double margin, double rate, Limit limit, int constraint, double t,
@@ -53,6 +54,8 @@ const char* LimitName(Limit limit) {
       return "gap";
     case Limit::kForce:
       return "force";
+    case Limit::kImpulse:
+      return "impulse";
   }
   return "unknown";
 }
@@ -88,6 +91,9 @@ std::string Describe(const SystemDescription& description, const ValidityRadius&
     case Limit::kForce:
       text << "the force of " << name << " vanishes,";
       break;
+    case Limit::kImpulse:
+      text << "an impact lifts " << name << ", or no longer does,";
+      break;
   }
   text << " t = " << radius.t << " s";
   if (radius.limit == Limit::kEventOrder) text << " change places";
@@ -100,122 +106,28 @@ ValidityEstimator::ValidityEstimator(const MechanicalSystem& system, const Traje
   if (system.HasFriction()) return;  // cones and ends of slip are not watched: nothing is known
   const std::size_t arcs = trajectory.arcs.size();
   dips_.resize(arcs);
+  begins_.resize(arcs);
   ends_.resize(arcs);
   for (std::size_t k = 0; k < arcs; ++k) {
     dynamics_.push_back(std::make_unique<ContactDynamics>(system, trajectory.arcs[k].u,
                                                           derivative.options.variables));
     AskBudget();
+    WatchBegin(k);
     WatchDips(k);
     WatchEnd(k);
   }
   WatchStart();
 }
 
-/// Gaps that open from the start on are smallest there.
-void ValidityEstimator::WatchStart() {
-  const Arc& arc = trajectory_.arcs.front();
-  const int d = system_.dof(), nq = system_.num_positions();
-  ConstraintTerms terms;
-  system_.Constraints(arc.x_begin.head(nq), arc.x_begin.tail(d), &terms);
-  for (int i = 0; i < system_.num_constraints(); ++i) {
-    if (arc.mode.Contains(i) || system_.compliant().Contains(i)) continue;
-    const bool touches = terms.gap(i) <= SimulateOptions().gap_tolerance;  // StartCone looks at it
-    if (touches || terms.jacobian.row(i).dot(arc.x_begin.tail(d)) < 0) continue;
-    Watch watch;
-    watch.constraint = i;
-    watch.t = arc.t_begin;
-    watch.value = terms.gap(i);
-    watch.gradient = GuardGradient(0, arc.x_begin, i, false);
-    starts_.push_back(std::move(watch));
-  }
-}
-
-/// D a_i (of the depth where it is pressed) or D λ_i at x on arc k, by (δq, δv, δu, δp).
-Eigen::RowVectorXd ValidityEstimator::GuardGradient(std::size_t k, const VectorRef& x, int i,
-                                                    bool is_force) const {
-  ContactDynamics& dynamics = *dynamics_[k];
-  const ContactMode mode = trajectory_.arcs[k].mode;
-  if (is_force) {
-    dynamics.Differentiate(x, mode);
-    return dynamics.force_jacobian().row(i);
-  }
-  const double sign = (mode & system_.compliant()).Contains(i) ? -1 : 1;
-  const int d = system_.dof();
-  const Vector q = x.head(system_.num_positions()), v = x.tail(d);
-  ConstraintTerms terms;
-  system_.Constraints(q, v, &terms);
-  Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(2 * d + dynamics.num_variables());
-  row.head(d) = terms.jacobian.row(i);
-  const std::vector<int>& parameters = dynamics.variables().parameters;
-  if (!parameters.empty()) {
-    ParameterJacobian by_parameter;
-    system_.DifferentiateImpactByParameters(q, Vector::Zero(d), Vector::Zero(terms.gap.size()), v,
-                                            parameters, &by_parameter);
-    row.tail(static_cast<Eigen::Index>(parameters.size())) = by_parameter.gap.row(i);
-  }
-  return sign * row;
-}
-
-void ValidityEstimator::WatchDips(std::size_t k) {
-  const Arc& arc = trajectory_.arcs[k];
-  for (const GuardDip& dip : FindGuardDips(system_, arc)) {
-    Arc begin = arc;
-    begin.t_end = dip.t;
-    begin.x_end.resize(arc.x_begin.size());
-    arc.dense.Evaluate(dip.t, begin.x_end.data());
-    const Matrix propagator =
-        PropagateArc(dynamics_[k].get(), begin, derivative_.options.tolerance);
-    Watch watch;
-    watch.limit = dip.is_force ? Limit::kForce : Limit::kGap;
-    watch.constraint = dip.constraint;
-    watch.t = dip.t;
-    watch.value = dip.value;
-    watch.gradient = GuardGradient(k, begin.x_end, dip.constraint, dip.is_force) * propagator;
-    dips_[k].push_back(std::move(watch));
-  }
-}
-
-/// Guards that fall up to the end of the arc: there they turn, at an impact of others,
-/// or the run ends.
-void ValidityEstimator::WatchEnd(std::size_t k) {
-  const Arc& arc = trajectory_.arcs[k];
-  const bool last = k + 1 == trajectory_.arcs.size();
-  ContactMode busy;
-  if (!last) {
-    const Transition& transition = trajectory_.transitions[k];
-    busy = transition.activated | transition.switched | transition.released | transition.vanishing;
-  }
-  const ContactMode rigid = arc.mode - system_.compliant();
-  const int d = system_.dof(), nq = system_.num_positions();
-  for (int i = 0; i < system_.num_constraints(); ++i) {
-    if (busy.Contains(i)) continue;
-    const bool is_force = rigid.Contains(i);
-    // The guard's value, and its rates to the left and to the right.
-    double value = 0, before = 0, after = 0;
-    if (is_force) {
-      before = dynamics_[k]->ForceRate(arc.x_end, arc.mode, i);
-      value = dynamics_[k]->force()(i);
-      if (!last) continue;  // a force jumps at an impact: what it is afterwards counts there
-    } else {
-      const double sign = (arc.mode & system_.compliant()).Contains(i) ? -1 : 1;
-      ConstraintTerms terms;
-      system_.Constraints(arc.x_end.head(nq), arc.x_end.tail(d), &terms);
-      value = sign * terms.gap(i);
-      before = sign * terms.jacobian.row(i).dot(arc.x_end.tail(d));
-      if (!last) {
-        after = sign * terms.jacobian.row(i).dot(trajectory_.transitions[k].x_plus.tail(d));
-      }
-    }
-    if (!(before < 0) || after < 0) continue;
-    Watch watch;
-    watch.limit = last ? Limit::kHorizon : Limit::kGap;
-    watch.constraint = i;
-    watch.t = arc.t_end;
-    watch.value = value;
-    watch.gradient = GuardGradient(k, arc.x_end, i, is_force);
-    watch.rate = before;
-    ends_[k].push_back(std::move(watch));
-  }
+/// α at which the guard of a watch is zero, for the tangent w at its place, whose instant moves by
+/// `shift` for every unit of α.
+void ValidityEstimator::ConsiderWatch(const Watch& watch, const Vector& w, double shift,
+                                      ValidityRadius* smallest) const {
+  const double change = watch.gradient.dot(w) + watch.rate * shift;
+  const double terms = watch.gradient.cwiseAbs().dot(w.cwiseAbs()) +
+                       std::abs(watch.rate * shift);
+  if (!(change < -kNoise * terms)) return;
+  Consider(watch.value, change, watch.limit, watch.constraint, watch.t, smallest);
 }
 
 /// The approach speeds and release rates of transition k, for the tangent w before it.
@@ -250,6 +162,65 @@ void ValidityEstimator::CheckEvent(std::size_t k, const Vector& w, ValidityRadiu
   }
 }
 
+/// Contacts that rest while another one is hit: they are held by an impulse, which has to push, or
+/// leave, p_j ≥ 0 ⟂ Da_j v⁺ ≥ 0. `w` and `after` are the tangents before and after transition k.
+void ValidityEstimator::CheckImpact(std::size_t k, const Vector& w, const Vector& after,
+                                    double time, ValidityRadius* smallest) const {
+  const Transition& transition = trajectory_.transitions[k];
+  if (transition.impact_law != ImpactLaw::kComplementarity) return;
+  const ContactMode resting = transition.mode_before - system_.compliant() - transition.vanishing;
+  const int d = system_.dof(), nq = system_.num_positions(), n = system_.num_constraints();
+  const Vector q = transition.x_minus.head(nq), v_minus = transition.x_minus.tail(d),
+               v_plus = transition.x_plus.tail(d);
+  Vector impulse = Vector::Zero(system_.num_rows());
+  impulse.head(transition.impulse.size()) = transition.impulse;
+  ConstraintTerms terms;
+  system_.Constraints(q, v_plus, &terms);
+  Matrix mass;
+  Vector force;
+  system_.Dynamics(q, v_plus, trajectory_.arcs[k].u, {}, &mass, &force);
+  ResidualJacobian residual;
+  system_.DifferentiateImpact(q, v_plus - v_minus, impulse, v_plus, &residual);
+  // The states just before and after the impact of the perturbed run.
+  const Vector at = w + time * dynamics_[k]->Field(transition.x_minus, transition.mode_before);
+  const Vector behind =
+      after + time * dynamics_[k + 1]->Field(transition.x_plus, transition.mode_after);
+  Vector momentum = residual.momentum_q * at.head(d) +
+                    mass * (behind.segment(d, d) - at.segment(d, d));
+  Vector rates = residual.constraint_q * at.head(d) + terms.jacobian * behind.segment(d, d);
+  const std::vector<int>& parameters = dynamics_[k]->variables().parameters;
+  if (!parameters.empty()) {
+    ParameterJacobian by_parameter;
+    system_.DifferentiateImpactByParameters(q, v_plus - v_minus, impulse, v_plus, parameters,
+                                            &by_parameter);
+    const Vector change = w.tail(static_cast<Eigen::Index>(parameters.size()));
+    momentum += by_parameter.momentum * change;
+    rates += by_parameter.constraint * change;
+  }
+  // M (v⁺ − v⁻) = Daᵀ p of those that are hit and the bilateral ones, to first order.
+  std::vector<int> hit;
+  for (int i = 0; i < n + system_.num_bilateral(); ++i) {
+    if (i >= n || impulse(i) > 0) hit.push_back(i);
+  }
+  Matrix reach(d, hit.size());
+  for (std::size_t c = 0; c < hit.size(); ++c) {
+    reach.col(static_cast<Eigen::Index>(c)) = terms.jacobian.row(hit[c]).transpose();
+  }
+  const Vector changes = reach.completeOrthogonalDecomposition().solve(momentum);
+  for (std::size_t c = 0; c < hit.size(); ++c) {
+    const int j = hit[c];
+    if (j >= n || !resting.Contains(j)) continue;
+    Consider(impulse(j), changes(static_cast<Eigen::Index>(c)), Limit::kImpulse, j, transition.t,
+             smallest);
+  }
+  for (int j : resting - transition.mode_after) {
+    const double speed = terms.jacobian.row(j).dot(v_plus);
+    if (speed > trajectory_.speed_tolerance) {
+      Consider(speed, rates(j), Limit::kImpulse, j, transition.t, smallest);
+    }
+  }
+}
+
 ValidityRadius ValidityEstimator::operator()(const VectorRef& direction) const {
   ValidityRadius smallest;
   if (system_.HasFriction()) {
@@ -264,26 +235,23 @@ ValidityRadius ValidityEstimator::operator()(const VectorRef& direction) const {
     if (bound.alpha == 0) return smallest;
   }
   w = derivative_.start(w);
-  for (const Watch& gap : starts_) {
-    Consider(gap.value, gap.gradient.dot(w), gap.limit, gap.constraint, gap.t, &smallest);
-  }
+  for (const Watch& gap : starts_) ConsiderWatch(gap, w, 0, &smallest);
   // The last event so far: its time, and how that moves.
   double t = trajectory_.t_begin(), latest = 0;
   Limit order = Limit::kStart;
   for (std::size_t k = 0; k < trajectory_.arcs.size(); ++k) {
     AskBudget();
-    for (const Watch& dip : dips_[k]) {
-      Consider(dip.value, dip.gradient.dot(w), dip.limit, dip.constraint, dip.t, &smallest);
-    }
+    for (const Watch& begin : begins_[k]) ConsiderWatch(begin, w, latest, &smallest);
+    for (const Watch& dip : dips_[k]) ConsiderWatch(dip, w, 0, &smallest);
     w = derivative_.arcs[k] * w;
     const bool last = k + 1 == trajectory_.arcs.size();
+    // The grid of the input stays where it is.
     std::vector<PerturbedEvent> events;
-    if (!last) events = derivative_.events[k].PerturbedEvents(w);
-    const double first = events.empty() ? 0 : events.front().time;
-    for (const Watch& end : ends_[k]) {
-      Consider(end.value, end.gradient.dot(w) + end.rate * first, end.limit, end.constraint, end.t,
-               &smallest);
+    if (!last && !trajectory_.transitions[k].changes_input) {
+      events = derivative_.events[k].PerturbedEvents(w);
     }
+    const double first = events.empty() ? 0 : events.front().time;
+    for (const Watch& end : ends_[k]) ConsiderWatch(end, w, first, &smallest);
     if (last) break;
     CheckEvent(k, w, &smallest);
     const double now = trajectory_.transitions[k].t;
@@ -291,7 +259,11 @@ ValidityRadius ValidityEstimator::operator()(const VectorRef& direction) const {
     t = now;
     latest = events.empty() ? 0 : events.back().time;
     order = Limit::kEventOrder;
-    w = derivative_.events[k](w);
+    const Vector after = derivative_.events[k](w);
+    // Of several that are hit one after the other it is not known who bears what.
+    const bool alone = trajectory_.transitions[k].activated.Size() == 1;
+    if (alone) CheckImpact(k, w, after, first, &smallest);
+    w = after;
   }
   if (order == Limit::kEventOrder) {
     Consider(trajectory_.t_end() - t, -latest, Limit::kHorizon, -1, t, &smallest);

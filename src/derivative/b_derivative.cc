@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/derivative/b_derivative.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <memory>
 #include <sstream>
@@ -9,6 +8,7 @@
 #include <string>
 
 #include "contact_flow/budget.h"
+#include "contact_flow/derivative/start_directions.h"
 #include "contact_flow/derivative/variation.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "error_estimate.h"
@@ -290,45 +290,9 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
 
 Vector ProjectAdmissible(const MechanicalSystem& system, const VectorRef& x, ContactMode mode,
                          const VectorRef& w, const Variables& variables) {
-  const int d = system.dof(), nq = system.num_positions(), n = system.num_constraints();
-  std::vector<int> gaps;
-  for (int i : mode - system.compliant()) gaps.push_back(i);
-  for (int i = 0; i < system.num_bilateral(); ++i) gaps.push_back(n + i);
-  std::vector<int> rates = gaps;
-  for (int i = 0; i < n && system.HasFriction(); ++i) {
-    const Friction& friction = system.friction()[i];
-    if (!mode.Contains(i) || !std::isinf(friction.coefficient)) continue;
-    for (int row = 0; row < friction.dimension; ++row) rates.push_back(friction.row + row);
-  }
-  if (gaps.empty()) return w;
-  const auto k = static_cast<Eigen::Index>(gaps.size());
-  const int parameters = w.size() > 2 * d ? static_cast<int>(variables.parameters.size()) : 0;
-  // Rows of D(a_J, Da_J v, T v of no slip): [A 0 0 ∂a/∂p; D_q(A v) A 0 ∂(A v)/∂p].
-  ConstraintTerms terms;
-  system.Constraints(x.head(nq), x.tail(d), &terms);
-  const Vector no_impulse = Vector::Zero(terms.gap.size());
-  ResidualJacobian residual;
-  system.DifferentiateImpact(x.head(nq), Vector::Zero(d), no_impulse, x.tail(d), &residual);
-  ParameterJacobian by_parameter;
-  if (parameters > 0) {
-    system.DifferentiateImpactByParameters(x.head(nq), Vector::Zero(d), no_impulse, x.tail(d),
-                                           variables.parameters, &by_parameter);
-  }
-  Matrix rows = Matrix::Zero(k + static_cast<Eigen::Index>(rates.size()), 2 * d);
-  Vector violation = Vector::Zero(rows.rows());
-  for (Eigen::Index row = 0; row < rows.rows(); ++row) {
-    const bool rate = row >= k;
-    const int i = rate ? rates[row - k] : gaps[row];
-    rows.row(row).segment(rate ? d : 0, d) = terms.jacobian.row(i);
-    if (rate) rows.row(row).head(d) = residual.constraint_q.row(i);
-    if (parameters == 0) continue;
-    const Matrix& by = rate ? by_parameter.constraint : by_parameter.gap;
-    violation(row) = by.row(i).dot(w.tail(parameters));
-  }
-  violation += rows * w.head(2 * d);
-  Vector projected = w;
-  projected.head(2 * d) -= rows.completeOrthogonalDecomposition().solve(violation);
-  return projected;
+  // Entries (δu, δp) that are left out are zero.
+  const bool whole = w.size() > 2 * system.dof();
+  return StartDirections(system, x, mode, StartCone(), whole ? variables : Variables()).Project(w);
 }
 
 }  // namespace contact_flow

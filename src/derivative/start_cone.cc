@@ -159,13 +159,19 @@ int StartCone::Leaves(const VectorRef& w) const {
   return -1;
 }
 
+bool StartCone::Reverses(int constraint) const {
+  for (const Contact& contact : contacts_) {
+    if (contact.constraint == constraint && contact.slips) return true;
+  }
+  return false;
+}
+
 Vector StartCone::operator()(const VectorRef& direction) const {
   Vector w = direction;
   if (contacts_.empty()) return w;
   const int out = Leaves(w);
   if (out >= 0) {
-    for (const Contact& contact : contacts_) {
-      if (contact.constraint != out || !contact.slips) continue;
+    if (Reverses(out)) {
       throw std::invalid_argument("the direction moves the contact '" + names_[out] +
                                   "', which begins to slip at t = " + std::to_string(t_) +
                                   " s, against that slip: how it is reversed is not followed");

@@ -4,13 +4,19 @@
 #include <limits>
 #include <ostream>
 
+#include "contact_flow/budget.h"
+
 namespace contact_flow {
 namespace {
+
+/// Rows between two questions to the budget.
+constexpr int kAskEvery = 1024;
 
 /// The times of `count` that are spread evenly over [begin, end] and lie inside the arc, in order.
 std::vector<double> TimesInside(const Arc& arc, double begin, double end, int count) {
   std::vector<double> times;
   for (int i = 0; i < count; ++i) {
+    if (i % kAskEvery == 0) AskBudget();
     const double t = begin + (end - begin) * i / (count - 1.0);
     if (t > arc.t_begin && t < arc.t_end) times.push_back(t);
   }
@@ -25,6 +31,7 @@ Samples SampleTrajectory(const Trajectory& trajectory, int count) {
   const double begin = trajectory.t_begin();
   const double end = trajectory.t_end();
   const auto add = [&](double t, const Vector& x) {
+    if (rows.size() % kAskEvery == 0) AskBudget();
     samples.t.push_back(t);
     rows.push_back(x);
   };
@@ -63,6 +70,7 @@ void WriteCsv(const SystemDescription& description, const Trajectory& trajectory
   for (std::size_t k = 0; k < trajectory.arcs.size(); ++k) {
     const std::string mode = trajectory.arcs[k].mode.ToString(description.constraints);
     for (int row = samples.first_of_arc[k]; row < samples.first_of_arc[k + 1]; ++row) {
+      if (row % kAskEvery == 0) AskBudget();
       *out << samples.t[static_cast<std::size_t>(row)] << ",\"" << mode << "\"";
       for (Eigen::Index j = 0; j < samples.x.cols(); ++j) *out << "," << samples.x(row, j);
       *out << "\n";

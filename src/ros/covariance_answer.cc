@@ -73,9 +73,12 @@ void CheckInside(const SystemDescription& names, const StartCone& start, const M
     for (const double sign : {1.0, -1.0}) {
       const int i = start.Leaves(sign * P.col(k));
       if (i < 0) continue;
-      throw std::invalid_argument("the covariance leads through the constraint '" +
-                                  names.constraints[static_cast<std::size_t>(i)] +
-                                  "', which the initial state touches");
+      const std::string name = "'" + names.constraints[static_cast<std::size_t>(i)] + "'";
+      throw std::invalid_argument(
+          start.Reverses(i) ? "the covariance moves the contact " + name +
+                                  ", which begins to slip at the start, against that slip"
+                            : "the covariance leads through the constraint " + name +
+                                  ", which the initial state touches");
     }
   }
 }

@@ -2,9 +2,11 @@
 #include "contact_flow/ros/directions.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <stdexcept>
 
-#include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/derivative/start_cone.h"
+#include "contact_flow/derivative/start_directions.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/nearest_name.h"
 #include "contact_flow/ros/warnings.h"
@@ -95,59 +97,53 @@ Directions Admit(const Setup& setup, const Run& run, const Directions& asked, bo
   const StartCone start(&dynamics, run.x, mode, 0, run.options.gap_tolerance,
                         run.options.speed_tolerance);
   if (mode.Empty() && setup.system->num_bilateral() == 0 && start.Empty()) return asked;
+  const StartDirections admitted(*setup.system, run.x, mode, start, variables);
   const std::string label = mode.ToString(setup.system->description().constraints);
+  using Kind = StartDirections::Judgement::Kind;
   Directions kept;
-  std::vector<std::string> left_out;
-  std::vector<std::string> projected;
-  std::vector<std::string> out_of_domain;
+  std::vector<std::string> left_out, projected, out_of_domain, against_slip;
   for (std::size_t i = 0; i < asked.vectors.size(); ++i) {
-    const Vector& w = asked.vectors[i];
-    const Vector p = ProjectAdmissible(*setup.system, run.x, mode, w, variables);
-    const double scale = w.lpNorm<Eigen::Infinity>();
-    const bool admissible = (p - w).lpNorm<Eigen::Infinity>() <= 1e-9 * scale;
-    const bool vanishes = p.lpNorm<Eigen::Infinity>() <= 1e-9 * scale && scale > 0;
-    if (!admissible && !project && !by_default) {
-      throw std::invalid_argument("direction " + asked.names[i] + " leaves the contact mode " +
-                                  label + " of the initial state; set project_directions to use " +
-                                  "its projection");
+    Vector w = asked.vectors[i];
+    StartDirections::Judgement judgement = admitted.Judge(w);
+    const bool leaves = judgement.kind == Kind::kLeavesMode;
+    if (leaves && project) {
+      w = admitted.Project(w);
+      judgement = admitted.Judge(w);
     }
-    if (!admissible && (!project || (by_default && vanishes))) {
+    if (!by_default && !judgement.ok()) {
+      throw std::invalid_argument("direction " + asked.names[i] + " " +
+                                  admitted.Sentence(judgement) +
+                                  (leaves && !project
+                                       ? "; set project_directions to use its projection"
+                                       : ""));
+    }
+    if (leaves && (!project || (by_default && w.isZero(0)))) {
       left_out.push_back(asked.names[i]);
       continue;
     }
-    const int out = start.Leaves(admissible ? w : p);
-    if (out >= 0) {
-      const std::string& name =
-          setup.system->description().constraints[static_cast<std::size_t>(out)];
-      if (!by_default) {
-        throw std::invalid_argument("direction " + asked.names[i] +
-                                    " leads through the constraint '" + name +
-                                    "', which the initial state touches");
-      }
-      out_of_domain.push_back(asked.names[i] + " ('" + name + "')");
+    if (!judgement.ok()) {
+      const auto out = static_cast<std::size_t>(judgement.constraint);
+      (judgement.kind == Kind::kAgainstSlip ? against_slip : out_of_domain)
+          .push_back(asked.names[i] + " ('" + setup.system->description().constraints[out] + "')");
       continue;
     }
-    if (!admissible) projected.push_back(asked.names[i]);
+    if (leaves) projected.push_back(asked.names[i]);
     kept.names.push_back(asked.names[i]);
-    kept.vectors.push_back(admissible ? w : p);
+    kept.vectors.push_back(w);
   }
-  if (!left_out.empty()) {
-    kept.warnings.push_back(MakeWarning(
-        ResultWarning::LEFT_OUT,
-        "left out, because they leave the initial contact mode " + label + ": " + Join(left_out)));
-  }
-  if (!projected.empty()) {
-    kept.warnings.push_back(
-        MakeWarning(ResultWarning::PROJECTED,
-                    "projected on the directions that keep the initial contact mode " + label +
-                        ": " + Join(projected)));
-  }
-  if (!out_of_domain.empty()) {
-    kept.warnings.push_back(MakeWarning(
-        ResultWarning::LEFT_OUT,
-        "left out, because they lead through constraints that the initial state touches: " +
-            Join(out_of_domain)));
-  }
+  const auto note = [&](std::uint8_t code, const std::string& text,
+                        const std::vector<std::string>& names) {
+    if (!names.empty()) kept.warnings.push_back(MakeWarning(code, text + ": " + Join(names)));
+  };
+  note(ResultWarning::LEFT_OUT, "left out, because they leave the initial contact mode " + label,
+       left_out);
+  note(ResultWarning::PROJECTED,
+       "projected on the directions that keep the initial contact mode " + label, projected);
+  note(ResultWarning::LEFT_OUT,
+       "left out, because they lead through constraints that the initial state touches",
+       out_of_domain);
+  note(ResultWarning::LEFT_OUT,
+       "left out, because they reverse contacts that begin to slip at the start", against_slip);
   return kept;
 }
 

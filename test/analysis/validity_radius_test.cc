@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "contact_flow/flow/simulate.h"
@@ -105,6 +106,63 @@ TEST_F(CeilingRadius, EndsWhereTheTouchdownLeavesTheRun) {
     EXPECT_EQ(Limit::kHorizon, enters.limit);
     EXPECT_NEAR(speed - (1 / after + kGravity * after / 2), leaves.radius, 2e2 * margin * margin);
     EXPECT_NEAR(1 / before + kGravity * before / 2 - speed, enters.radius, 2e2 * margin * margin);
+  }
+}
+
+/// Two heights over floors, M = [[1, m], [m, 1]]: one rests while the other one falls on its floor.
+struct Coupled : test::UnitMasses<2, 2> {
+  static constexpr const char* kName = "coupled";
+  static constexpr std::array<const char*, 2> kCoordinates = {"held", "y"};
+  static constexpr std::array<const char*, 2> kUnits = {"m", "m"};
+  static constexpr std::array<const char*, 2> kConstraintNames = {"held_floor", "floor"};
+  template <class P>
+  struct Parameters {
+    P coupling = 0;
+    template <class V>
+    void Visit(V&& visit) {
+      visit(coupling, "coupling", "kg", "m", Range::kAny);
+    }
+  };
+  template <class P, class S>
+  static void MassMatrix(const Parameters<P>& p, const Eigen::Matrix<S, 2, 1>& q,
+                         Eigen::Matrix<S, 2, 2>* M) {
+    UnitMasses::MassMatrix(p, q, M);
+    (*M)(0, 1) = (*M)(1, 0) = S(p.coupling);
+  }
+  template <class P, class S>
+  static void Force(const Parameters<P>&, const Eigen::Matrix<S, 2, 1>&,
+                    const Eigen::Matrix<S, 2, 1>&, const Eigen::Matrix<S, 0, 1>&,
+                    Eigen::Matrix<S, 2, 1>* f) {
+    (*f)(0) = S(-3.0);
+    (*f)(1) = S(-kGravity);
+  }
+  template <class P, class S>
+  static void Gaps(const P&, const Eigen::Matrix<S, 2, 1>& q, Eigen::Matrix<S, 2, 1>* a) {
+    (*a)(0) = q(0);
+    (*a)(1) = q(1);
+  }
+};
+
+/// p = −M v⁻ = s (m, 1) for the speed s of the fall: the impulse on the contact that rests pushes
+/// for m > 0, at 0 it vanishes, and below the impact lifts it, by −m s.
+TEST(ValidityRadius, EndsWhereAnImpactLiftsAContactThatRests) {
+  Vector x(4);
+  x << 0, 0.1, 0, 0;
+  Variables variables;
+  variables.parameters = {0};
+  const Vector more = Vector::Unit(5, 4);
+  for (double m : {0.1, 0.01}) {
+    const auto pressed = test::Make<Coupled>({{"coupling", m}});
+    const ValidityRadius lifted = Estimate(pressed, x, 0.3, -more, variables);
+    EXPECT_EQ(Limit::kImpulse, lifted.limit) << Describe(pressed.description(), lifted);
+    EXPECT_EQ(0, lifted.constraint);
+    EXPECT_NEAR(m, lifted.radius, 1e-9);
+    // The other way round; the run ends on its way up, before it has bounced to rest.
+    const auto flying = test::Make<Coupled>({{"coupling", -m}});
+    const double impact = std::sqrt(0.2 / kGravity);
+    const ValidityRadius stays = Estimate(flying, x, impact + 0.3 * m, more, variables);
+    EXPECT_EQ(Limit::kImpulse, stays.limit) << Describe(flying.description(), stays);
+    EXPECT_NEAR(m, stays.radius, 4 * m * m);
   }
 }
 

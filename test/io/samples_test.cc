@@ -7,6 +7,7 @@
 #include <sstream>
 #include <string>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
 
@@ -22,6 +23,16 @@ class SamplesTest : public testing::Test {
   std::unique_ptr<MechanicalSystem> system;
   Trajectory trajectory;
 };
+
+TEST_F(SamplesTest, AskTheirBudget) {
+  BudgetLimits limits;
+  limits.look_every = 0;
+  limits.cancelled = [] { return true; };
+  const BudgetScope scope{Budget(limits)};
+  EXPECT_THROW(SampleTrajectory(trajectory, 1000000), BudgetExceeded);
+  std::ostringstream text;
+  EXPECT_THROW(WriteCsv(system->description(), trajectory, 1000000, &text), BudgetExceeded);
+}
 
 TEST_F(SamplesTest, BothEndsOfEveryArcAreThere) {
   const Samples s = SampleTrajectory(trajectory, 11);

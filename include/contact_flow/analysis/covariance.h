@@ -42,7 +42,8 @@ struct OutcomeCovariance {
 ///   Otherwise w = P^{1/2} ρ s with s on the unit sphere: f(w) = ρ f(P^{1/2} s), so that the radius
 ///   ρ is integrated exactly and s by the rule {±Q e_i}, averaged over rotations Q. The rule is
 ///   exact for linear f.
-/// Throws std::invalid_argument unless P is symmetric and positive semidefinite.
+/// Throws std::invalid_argument unless P is symmetric and positive semidefinite, and for rotations
+/// below 1.
 OutcomeCovariance PropagateCovariance(const PiecewiseLinearMap& map, const MatrixRef& P,
                                       const CovarianceOptions& options = {});
 

@@ -86,7 +86,8 @@ struct DescentResult {
 ///   min J + DJ(y; d),  |d|_∞ ≤ Δ   (linear programs),
 /// which follows kinks where the model has them; where its steps are refused, BFGS with a line
 /// search to the weak conditions of Wolfe (Lewis and Overton), which needs no kink in the model; in
-/// turns, until neither moves.
+/// turns, until neither moves. Throws std::invalid_argument, naming field and value, for a radius
+/// that is not positive and for a tolerance or a number of iterations below 0.
 DescentResult Minimize(const NonsmoothCost& cost, const VectorRef& start,
                        const DescentOptions& options = {});
 

@@ -77,6 +77,10 @@ struct StabilityReport {
   std::string message;  ///< what decided, or why nothing did
 };
 
+/// Throws std::invalid_argument, naming field and value, for a margin outside [0, 1) and for
+/// budgets that allow nothing.
+void CheckOptions(const StabilityOptions& options);
+
 /// Stability of x⁺ = f(x), f square, continuous and piecewise linear with pieces A_i on cones C_i,
 /// which is checked (CheckConsistency). In turn:
 ///   1. contraction: one norm with ‖A_i‖ < 1 for all i: 1-, 2-, ∞-norm, then a
@@ -90,7 +94,7 @@ struct StabilityReport {
 ///      its prefixes.
 /// Without the linear-programming library words contract by ‖T A_w T⁻¹‖_∞ alone and none is
 /// infeasible. A stable f is proven stable given enough words; an f that grows without a growing
-/// word stays undetermined.
+/// word stays undetermined. Throws std::invalid_argument for options that CheckOptions refuses.
 StabilityReport AssessStability(const PiecewiseLinearMap& map,
                                 const StabilityOptions& options = {});
 

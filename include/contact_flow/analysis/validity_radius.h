@@ -25,6 +25,7 @@ struct ValidityRadius {
     kReleaseRate,    ///< a release no longer happens, its force only touches zero
     kGap,            ///< a contact that stays open is made
     kForce,          ///< a contact that holds lets go
+    kImpulse,        ///< a contact that rests is lifted by the impact of another, or no longer is
   };
   double radius = std::numeric_limits<double>::infinity();  ///< α > 0, a factor on w
   Limit limit = Limit::kNone;                               ///< what changes there
@@ -39,9 +40,13 @@ std::string Describe(const SystemDescription& description, const ValidityRadius&
 
 /// Estimates from the margins of a run, each divided by its first-order change along w, the
 /// smallest α > 0 at which the run from x + α w has another sequence of events than those that the
-/// B-derivative unites: beyond it the derivative is that of another run. Events of one cluster are
-/// united in any order and set no limit. Curvature, the error O(α²) inside, is not looked at;
-/// changes of release rates by (δu, δp) are not, either.
+/// B-derivative unites: beyond it the derivative is that of another run. Every gap, and every
+/// force that holds a contact, is looked at where it is least and at both ends of every arc:
+/// behind an impact or a change of the input forces begin anew. At the impact of one contact it is
+/// the impulses of those that rest, too, and the speeds of those that it lifts. Events of one
+/// cluster are united in any order and set no limit. Not looked at are curvature, the error O(α²)
+/// inside, forces and impulses between the events of one cluster, and changes of release rates by
+/// (δu, δp).
 class ValidityEstimator {
  public:
   /// For a derivative that exists. `system`, `trajectory` and `derivative` must outlive this. Costs
@@ -55,7 +60,7 @@ class ValidityEstimator {
 
  private:
   /// A gap or force that comes near zero, and how it moves with a tangent: for a dip that at the
-  /// begin of its arc, for the end of an arc that there, and with the instant of the end.
+  /// begin of its arc, for an end of an arc that there, and with the instant of that end.
   struct Watch {
     ValidityRadius::Limit limit = ValidityRadius::Limit::kGap;
     int constraint = 0;
@@ -66,15 +71,21 @@ class ValidityEstimator {
   };
   Eigen::RowVectorXd GuardGradient(std::size_t arc, const VectorRef& x, int i, bool is_force) const;
   void WatchStart();
+  void WatchBegin(std::size_t arc);
   void WatchDips(std::size_t arc);
   void WatchEnd(std::size_t arc);
+  void ConsiderWatch(const Watch& watch, const Vector& w, double shift,
+                     ValidityRadius* smallest) const;
   void CheckEvent(std::size_t k, const Vector& w, ValidityRadius* smallest) const;
+  void CheckImpact(std::size_t k, const Vector& w, const Vector& after, double time,
+                   ValidityRadius* smallest) const;
 
   const MechanicalSystem& system_;
   const Trajectory& trajectory_;
   const BDerivative& derivative_;
   std::vector<std::unique_ptr<ContactDynamics>> dynamics_;  // of each arc
   std::vector<Watch> starts_;                               // by tangents at the start
+  std::vector<std::vector<Watch>> begins_;                  // by tangents at the begin of each arc
   std::vector<std::vector<Watch>> dips_;                    // by tangents at the begin of each arc
   std::vector<std::vector<Watch>> ends_;                    // by tangents at the end of each arc
 };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -19,7 +20,8 @@ struct QuotientSample {
   Status status;                   ///< of the perturbed run; not kOk: no quotient
   Vector final_state;              ///< x(T) from x ⊞ α w [nq+d]
   Vector quotient;                 ///< (x_α(T) − x_0(T)) / α, as a tangent [2d]
-  double error = 0;                ///< max |quotient − prediction|
+  /// max |quotient − prediction|; NaN where there is no quotient.
+  double error = std::numeric_limits<double>::quiet_NaN();
   std::vector<ContactMode> modes;  ///< mode sequence of the perturbed run
 };
 

@@ -34,6 +34,9 @@ class StartCone {
 
   /// The constraint through which w [2d+k] leaves the domain; −1: none.
   int Leaves(const VectorRef& w) const;
+  /// Whether it is a contact of the mode that begins to slip: what Leaves then says is that w would
+  /// reverse that slip.
+  bool Reverses(int constraint) const;
   /// w after what happens at the start. Throws std::invalid_argument, naming the constraint, for a
   /// direction that leaves the domain, and std::domain_error where the impact would lift a contact
   /// of the mode.
