@@ -53,9 +53,8 @@ Matrix ResolveCovariance(const CovarianceRequest& request, int n) {
 }
 
 /// Throws unless all that varies keeps the constraints that are active at the start.
-void CheckAdmissible(const Setup& setup, const Run& run, const Matrix& P,
+void CheckAdmissible(const Setup& setup, const Run& run, ContactMode mode, const Matrix& P,
                      const Variables& variables) {
-  const ContactMode mode = InitialMode(*setup.system, run.x, run.input.values.front(), run.options);
   for (Eigen::Index k = 0; k < P.cols(); ++k) {
     const Vector w = P.col(k);
     const Vector kept = ProjectAdmissible(*setup.system, run.x, mode, w, variables);
@@ -68,14 +67,14 @@ void CheckAdmissible(const Setup& setup, const Run& run, const Matrix& P,
 }
 
 /// Throws unless both w and −w are admitted for all that varies.
-void CheckInside(const SystemDescription& names, const StartCone& start, const Matrix& P) {
+void CheckInside(const SystemDescription& names, const StartCone& start, ContactMode mode,
+                 const Matrix& P) {
   for (Eigen::Index k = 0; k < P.cols(); ++k) {
     for (const double sign : {1.0, -1.0}) {
       const int i = start.Leaves(sign * P.col(k));
       if (i < 0) continue;
-      throw std::invalid_argument("the covariance leads through the constraint '" +
-                                  names.constraints[static_cast<std::size_t>(i)] +
-                                  "', which the initial state touches");
+      const std::string& constraint = names.constraints[static_cast<std::size_t>(i)];
+      throw std::invalid_argument("the covariance" + WhyNotAdmitted(constraint, mode.Contains(i)));
     }
   }
 }
@@ -94,7 +93,8 @@ CovarianceResult Answer(const Setup& setup, const CovarianceRequest& request) {
       ResolveCount("rotations", request.rotations, cubature.rotations, kMaxRotations);
   cubature.seed = static_cast<unsigned>(ResolveCount("seed", request.seed, 1, kMaxSeed));
   const Matrix P = ResolveCovariance(request, 2 * system.dof() + options.variables.Size(system));
-  CheckAdmissible(setup, run, P, options.variables);
+  const ContactMode mode = InitialMode(system, run.x, run.input.values.front(), run.options);
+  CheckAdmissible(setup, run, mode, P, options.variables);
 
   CovarianceResult result;
   result.model = names.name;
@@ -109,7 +109,7 @@ CovarianceResult Answer(const Setup& setup, const CovarianceRequest& request) {
   result.final_q = ToMsg(VectorRef(trajectory.FinalState().head(system.num_positions())));
   result.final_v = ToMsg(VectorRef(trajectory.FinalState().tail(system.dof())));
   if (!B.status.ok()) return result;
-  CheckInside(names, B.start, P);
+  CheckInside(names, B.start, mode, P);
   try {
     const PiecewiseLinearMap map = B.Pieces();
     const OutcomeCovariance moments = PropagateCovariance(map, P, cubature);

@@ -100,6 +100,7 @@ Directions Admit(const Setup& setup, const Run& run, const Directions& asked, bo
   std::vector<std::string> left_out;
   std::vector<std::string> projected;
   std::vector<std::string> out_of_domain;
+  std::vector<std::string> against_slip;
   for (std::size_t i = 0; i < asked.vectors.size(); ++i) {
     const Vector& w = asked.vectors[i];
     const Vector p = ProjectAdmissible(*setup.system, run.x, mode, w, variables);
@@ -119,12 +120,12 @@ Directions Admit(const Setup& setup, const Run& run, const Directions& asked, bo
     if (out >= 0) {
       const std::string& name =
           setup.system->description().constraints[static_cast<std::size_t>(out)];
+      // What the start touches is outside of its mode; what begins to slip is in it.
+      const bool slips = mode.Contains(out);
       if (!by_default) {
-        throw std::invalid_argument("direction " + asked.names[i] +
-                                    " leads through the constraint '" + name +
-                                    "', which the initial state touches");
+        throw std::invalid_argument("direction " + asked.names[i] + WhyNotAdmitted(name, slips));
       }
-      out_of_domain.push_back(asked.names[i] + " ('" + name + "')");
+      (slips ? against_slip : out_of_domain).push_back(asked.names[i] + " ('" + name + "')");
       continue;
     }
     if (!admissible) projected.push_back(asked.names[i]);
@@ -148,10 +149,25 @@ Directions Admit(const Setup& setup, const Run& run, const Directions& asked, bo
         "left out, because they lead through constraints that the initial state touches: " +
             Join(out_of_domain)));
   }
+  if (!against_slip.empty()) {
+    kept.warnings.push_back(MakeWarning(
+        ResultWarning::LEFT_OUT,
+        "left out, because they move contacts that begin to slip against that slip, and how it is "
+        "reversed is not followed: " +
+            Join(against_slip)));
+  }
   return kept;
 }
 
 }  // namespace
+
+std::string WhyNotAdmitted(const std::string& constraint, bool slips) {
+  if (!slips) {
+    return " leads through the constraint '" + constraint + "', which the initial state touches";
+  }
+  return " moves the contact '" + constraint + "', which begins to slip at the start, against " +
+         "that slip: how it is reversed is not followed";
+}
 
 Variables ResolveVariables(const Setup& setup, bool by_inputs,
                            const std::vector<std::string>& by_parameters) {

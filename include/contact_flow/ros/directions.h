@@ -29,6 +29,11 @@ Variables ResolveVariables(const Setup& setup, bool by_inputs,
 std::vector<std::string> VariableNames(const SystemDescription& description,
                                        const Variables& variables);
 
+/// " leads through the constraint 'foot', …": what a direction does that StartCone::Leaves found to
+/// leave the domain through that constraint. `slips`: the constraint is in the contact mode, whose
+/// contacts only a beginning slip closes to one side.
+std::string WhyNotAdmitted(const std::string& constraint, bool slips);
+
 /// The directions asked for by name and by matrix; with neither, both signs of every coordinate,
 /// every velocity and every variable. Of these defaults the ones that the initial contact mode does
 /// not admit are left out and noted; such a direction that was asked for throws
