@@ -39,6 +39,8 @@ REQUESTS = {
     "soft_biped.set_input.far_ahead": SetInputRequest(at=4e9, values=[0.0]),
     "block_on_incline.linearize.tiny_duration": LinearizationRequest(
         duration=1e-310, state=InitialState(names=["x"], positions=[0.5])),
+    "compass_walker.optimize.huge_weight": OptimizationRequest(
+        duration=0.05, unknowns=["right_leg"], outcomes=["right_leg"], targets=[0.5], weights=[1e100]),
     "soft_biped.optimize.nothing": OptimizationRequest(duration=1e-300),
 }
 
