@@ -135,7 +135,8 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
     asked->model = s.setup.system->description().name;
     asked->wire = {name, ros_if::Serialize(*request)};
     std::ostringstream text;
-    text << asked->model << '/' << name << '\n' << *request;
+    text << asked->model << '/' << name << '\n';
+    if (asked->at_length) text << *request;
     asked->text = text.str();
   };
   // With friction radii are not known; an order may have no map by itself.
