@@ -2,8 +2,8 @@
 // Hostile requests of every service, action and command, answered in this process, for
 // CONTACT_FLOW_FUZZ_SECONDS (60) or, if given, CONTACT_FLOW_FUZZ_COUNT requests, from
 // CONTACT_FLOW_FUZZ_SEED (1) on. Each request has a seed of its own, which a finding names:
-// CONTACT_FLOW_FUZZ_SEED=… CONTACT_FLOW_FUZZ_COUNT=1 tries that one alone on a new target, and shows
-// all of it.
+// CONTACT_FLOW_FUZZ_SEED=… CONTACT_FLOW_FUZZ_COUNT=1 tries that one alone on a new target, and
+// shows all of it.
 #include <gtest/gtest.h>
 #include <ros/console.h>
 #include <signal.h>

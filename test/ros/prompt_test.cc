@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What only hands something on is answered at once, also where long requests run and wait, a mark is
-// rolled and recordings begin and end. How soon is printed, and judged where ~limit says so.
+// What only hands something on is answered at once, also where long requests run and wait, a mark
+// is rolled and recordings begin and end. How soon is printed, and judged where ~limit says so.
 #include <gtest/gtest.h>
 #include <ros/ros.h>
 #include <std_srvs/Empty.h>
