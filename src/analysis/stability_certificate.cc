@@ -6,7 +6,9 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <deque>
+#include <map>
+#include <utility>
 
 #include "contact_flow/analysis/common_quadratic_norm.h"
 #include "contact_flow/budget.h"
@@ -18,14 +20,50 @@ namespace {
 
 constexpr double kRounding = 1e-9;         // a claimed bound may be this much too good
 constexpr double kLargestCondition = 1e8;  // of T
+/// Longer words are rejected: each piece of one is a call inside the call for the piece before.
+constexpr std::size_t kLongestWord = 1000;
 
 bool AreWordsOf(const PiecewiseLinearMap& map, const std::vector<std::vector<int>>& words) {
   const int count = static_cast<int>(map.pieces().size());
   return std::all_of(words.begin(), words.end(), [count](const std::vector<int>& word) {
-    return !word.empty() &&
+    return !word.empty() && word.size() <= kLongestWord &&
            std::all_of(word.begin(), word.end(), [count](int i) { return i >= 0 && i < count; });
   });
 }
+
+/// Words by their beginnings, which takes room for each letter once.
+class WordTree {
+ public:
+  explicit WordTree(const std::vector<std::vector<int>>& words) {
+    double letters = 0;
+    for (const std::vector<int>& word : words) letters += static_cast<double>(word.size());
+    AskMemory(kLetterBytes * letters, "the words of a certificate");
+    for (const std::vector<int>& word : words) {
+      AskBudget();
+      std::size_t at = 0;
+      for (int piece : word) {
+        const auto [place, is_new] = nodes_[at].next.emplace(piece, nodes_.size());
+        at = place->second;
+        if (is_new) nodes_.emplace_back();
+      }
+      nodes_[at].ends = true;
+    }
+  }
+  struct Node {
+    std::map<int, std::size_t> next;
+    bool ends = false;  // a word does
+  };
+  const Node& root() const { return nodes_.front(); }
+  /// The node that a piece leads to; null: no word goes on like that.
+  const Node* Follow(const Node& node, int piece) const {
+    const auto place = node.next.find(piece);
+    return place == node.next.end() ? nullptr : &nodes_[place->second];
+  }
+
+ private:
+  static constexpr double kLetterBytes = 120;
+  std::deque<Node> nodes_{1};
+};
 
 double LargestNorm(const PiecewiseLinearMap& map, StabilityTest test) {
   double largest = 0;
@@ -50,29 +88,24 @@ class WordCheck {
       : moved_(ChangeCoordinates(map, certificate.norm)),
         bound_(certificate.bound + kRounding),
         options_(options),
-        budget_{options.max_linear_programs, 0} {
-    for (const std::vector<int>& word : certificate.words) {
-      done_.insert(word);
-      for (std::size_t k = 0; k < word.size(); ++k) {
-        prefixes_.insert(std::vector<int>(word.begin(), word.begin() + k));
-      }
-    }
-  }
+        budget_{options.max_linear_programs, 0},
+        words_(certificate.words) {}
 
-  bool Holds() { return Holds(EmptyWord(moved_.cols())); }
+  bool Holds() { return Holds(EmptyWord(moved_.cols()), words_.root()); }
 
  private:
-  bool Holds(const Word& word) {
-    if (prefixes_.count(word.pieces) == 0) return false;  // neither done with nor to be continued
+  bool Holds(const Word& word, const WordTree::Node& node) {
     for (std::size_t i = 0; i < moved_.pieces().size(); ++i) {
       if (++examined_ > options_.max_words || !budget_.Take(1)) return false;
       if (options_.cancelled && options_.cancelled()) return false;
       AskBudget();
       const Word next = Append(moved_, word, static_cast<int>(i));
       if (!HasInterior(next.cone)) continue;
-      if (done_.count(next.pieces) > 0) {
+      const WordTree::Node* const there = words_.Follow(node, static_cast<int>(i));
+      if (there == nullptr) return false;  // neither done with nor to be continued
+      if (there->ends) {
         if (!(GainBound(next, bound_, false, &budget_) <= bound_)) return false;
-      } else if (!Holds(next)) {
+      } else if (!Holds(next, *there)) {
         return false;
       }
     }
@@ -83,7 +116,7 @@ class WordCheck {
   const double bound_;
   const StabilityOptions& options_;
   ProgramBudget budget_;
-  std::set<std::vector<int>> done_, prefixes_;
+  const WordTree words_;
   long examined_ = 0;
 };
 

@@ -24,6 +24,14 @@ constexpr double kTolerance = 1e-9;
 /// Smaller coefficients, relative to the largest of their row, are rounding errors. Clp takes them
 /// as pivots and returns points that are not optimal.
 constexpr double kNegligible = 1e-14;
+/// Clp ends the process where a coefficient is 1e25 or more.
+constexpr double kLargest = 1e20;
+
+/// What brings numbers of such a size to 1; a power of two, so that no bit of them is lost. 1 for
+/// those that may stay.
+double ScaleOf(double largest) {
+  return largest > kLargest ? std::ldexp(1.0, -std::ilogb(largest)) : 1;
+}
 
 /// Stops a program whose budget is used up, from one pivot to the next.
 class BudgetGuard : public ClpEventHandler {
@@ -45,6 +53,7 @@ struct LinearProgram::Solver {
   ClpSimplex problem;
   Matrix rows;
   Vector lower, upper;
+  bool finite = false;  // what is no number cannot be solved
 
   /// Feasible, and no better point exists: for any λ ≥ 0, objective·y ≤ (objective + rowsᵀλ)·y ≤
   /// its largest value between the bounds.
@@ -71,22 +80,28 @@ LinearProgram::LinearProgram(const MatrixRef& rows, const VectorRef& lower, cons
     throw std::invalid_argument("a linear program in " + std::to_string(n) +
                                 " unknowns needs as many bounds");
   }
+  solver_->finite = rows.allFinite() && lower.allFinite() && upper.allFinite();
+  if (!solver_->finite) return;
   solver_->rows = rows;
+  for (int r = 0; r < h; ++r) {
+    solver_->rows.row(r) *= ScaleOf(n > 0 ? rows.row(r).cwiseAbs().maxCoeff() : 0);
+  }
   solver_->lower = lower;
   solver_->upper = upper;
   AskMemory(
       20.0 * static_cast<double>(rows.size()),
       "a linear program of " + std::to_string(h) + " rows and " + std::to_string(n) + " columns");
-  const Vector largest = rows.cwiseAbs().rowwise().maxCoeff();
+  const Matrix& scaled = solver_->rows;
+  const Vector largest = scaled.cwiseAbs().rowwise().maxCoeff();
   std::vector<CoinBigIndex> start;
   std::vector<int> index;
   std::vector<double> value;
   for (int c = 0; c < n; ++c) {
     start.push_back(static_cast<CoinBigIndex>(index.size()));
     for (int r = 0; r < h; ++r) {
-      if (std::abs(rows(r, c)) <= kNegligible * largest(r)) continue;
+      if (std::abs(scaled(r, c)) <= kNegligible * largest(r)) continue;
       index.push_back(r);
-      value.push_back(rows(r, c));
+      value.push_back(scaled(r, c));
     }
   }
   start.push_back(static_cast<CoinBigIndex>(index.size()));
@@ -105,9 +120,11 @@ LinearProgram::LinearProgram(const MatrixRef& rows, const VectorRef& lower, cons
   }
 }
 
-LinearOptimum LinearProgram::Maximize(const VectorRef& objective) {
+LinearOptimum LinearProgram::Maximize(const VectorRef& asked) {
+  if (!solver_->finite || !asked.allFinite()) return {};
   ClpSimplex& problem = solver_->problem;
   const int n = problem.numberColumns();
+  const Vector objective = asked * ScaleOf(asked.size() > 0 ? asked.cwiseAbs().maxCoeff() : 0);
   if (objective.size() != n) {
     throw std::invalid_argument("an objective of " + std::to_string(objective.size()) +
                                 " entries for a linear program in " + std::to_string(n));
@@ -124,8 +141,9 @@ LinearOptimum LinearProgram::Maximize(const VectorRef& objective) {
     AskBudget();  // not solved, but stopped
     if (!problem.isProvenOptimal()) continue;
     optimum.point = Eigen::Map<const Vector>(problem.primalColumnSolution(), n);
-    optimum.value = objective.dot(optimum.point);
-    optimum.solved = solver_->Verifies(objective, optimum.point, optimum.value);
+    optimum.value = asked.dot(optimum.point);
+    optimum.solved = std::isfinite(optimum.value) &&
+                     solver_->Verifies(objective, optimum.point, objective.dot(optimum.point));
   }
   return optimum;
 }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <sstream>
 #include <stdexcept>
+#include <string>
 
 #include "arc_jacobian.h"
 #include "collocation.h"
@@ -102,6 +103,9 @@ class Propagation {
     statistics->push_reach = jacobian_.push_reach();
     Judge(statistics);
     jacobian_.ToVelocities(&phi_);
+    if (!phi_.allFinite()) {
+      throw std::domain_error("the tangents " + Span() + " are beyond the numbers there are");
+    }
     return phi_;
   }
 
@@ -255,6 +259,13 @@ class Propagation {
     source_ = carried_;
   }
 
+  std::string Span() const {
+    std::ostringstream text;
+    text.precision(12);
+    text << "from t = " << arc_.t_begin << " s to " << arc_.t_end << " s";
+    return text.str();
+  }
+
   /// The residual of the flow law and the error of the whole.
   void Judge(VariationStatistics* statistics) {
     statistics->flow_law_residual = std::max(statistics->flow_law_residual, law_.total());
@@ -262,8 +273,8 @@ class Propagation {
     if (law_.total() <= kLargestResidual || law_.noise() <= kLargestNoise) return;
     std::ostringstream message;
     message.precision(12);
-    message << "the tangents from t = " << arc_.t_begin << " s to " << arc_.t_end
-            << " s do not carry the field along as they must (relative residual " << law_.total()
+    message << "the tangents " << Span()
+            << " do not carry the field along as they must (relative residual " << law_.total()
             << " of Φ F = F, which would take errors of the state of " << law_.noise()
             << "): a force acts where the steps of the run did not see it";
     throw std::domain_error(message.str());

@@ -76,7 +76,8 @@ void CheckInside(const SystemDescription& names, const StartCone& start, const M
       const std::string name = "'" + names.constraints[static_cast<std::size_t>(i)] + "'";
       throw std::invalid_argument(
           start.Reverses(i) ? "the covariance moves the contact " + name +
-                                  ", which begins to slip at the start, against that slip"
+                                  ", which begins to slip at the start, against that slip: how "
+                                  "it is reversed is not followed"
                             : "the covariance leads through the constraint " + name +
                                   ", which the initial state touches");
     }

@@ -143,7 +143,9 @@ Directions Admit(const Setup& setup, const Run& run, const Directions& asked, bo
        "left out, because they lead through constraints that the initial state touches",
        out_of_domain);
   note(ResultWarning::LEFT_OUT,
-       "left out, because they reverse contacts that begin to slip at the start", against_slip);
+       "left out, because they move contacts that begin to slip against that slip, and how it is "
+       "reversed is not followed",
+       against_slip);
   return kept;
 }
 

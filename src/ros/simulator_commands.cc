@@ -154,7 +154,8 @@ std::string Simulator::StartRecording(const std::string& name) {
 }
 
 std::vector<std::string> Simulator::StopRecording() {
-  return Call([this](Session&) { return topics_.StopRecording(); });
+  Call([this](Session&) { topics_.CloseRecording(); });
+  return topics_.FinishRecording();  // the simulation does not wait for the disk
 }
 
 /// Keeps the figures of `status`.

@@ -109,6 +109,12 @@ StabilityResult Answer(const Setup& setup, const StabilityRequest& request) {
   result.model = setup.system->description().name;
   StabilityOptions options = Resolve(setup, request);
   const StabilityCertificate given = ToCertificate("certificate", request.certificate);
+  for (std::size_t k = 0; k < given.words.size(); ++k) {
+    if (given.words[k].size() <= static_cast<std::size_t>(kMaxWordLength)) continue;
+    throw std::invalid_argument("certificate.words[" + std::to_string(k) + "] has " +
+                                std::to_string(given.words[k].size()) + " pieces, at most " +
+                                std::to_string(kMaxWordLength) + " are accepted");
+  }
   PiecewiseLinearMap map;
   result.outcome = Response::NO_MAP;
   if (!FindMap(setup, request, &map, &result)) return result;

@@ -11,7 +11,7 @@
 namespace contact_flow {
 namespace ros_interface {
 
-StreamRecorder::~StreamRecorder() { Finish(); }
+StreamRecorder::~StreamRecorder() { End(); }
 
 bool StreamRecorder::Recording() const {
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -30,8 +30,11 @@ std::string StreamRecorder::Start(const std::string& asked, const RecordingPlan&
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (recording_) throw std::invalid_argument("already recording to " + paths_.back());
+    if (closing_) {
+      throw std::invalid_argument(paths_.back() + " is still being written: ask again later");
+    }
   }
-  Finish();  // what has ended by itself
+  End();  // what has ended by itself
   const std::string path = NewBagPath(directory_, asked);
   bag_.emplace(plan);
   BeginPart(path, stamp);
@@ -142,7 +145,8 @@ void StreamRecorder::Run() {
   }
 }
 
-void StreamRecorder::Finish() {
+/// The writing thread comes to its end, and the file.
+void StreamRecorder::End() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     stopping_ = true;
@@ -157,18 +161,23 @@ void StreamRecorder::Finish() {
   }
 }
 
-std::vector<std::string> StreamRecorder::Stop() {
+void StreamRecorder::Close() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (!recording_ && error_.empty()) throw std::invalid_argument("not recording");
+    if (closing_ || (!recording_ && error_.empty())) throw std::invalid_argument("not recording");
+    closing_ = stopping_ = true;
+    recording_ = false;
   }
-  Finish();
+  changed_.notify_one();
+}
+
+std::vector<std::string> StreamRecorder::Finish() {
+  End();
   const std::string error = Error();
-  if (!error.empty()) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    error_.clear();
-    throw std::runtime_error(error);
-  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  closing_ = false;
+  error_.clear();
+  if (!error.empty()) throw std::runtime_error(error);
   return paths_;
 }
 

@@ -114,7 +114,7 @@ int VerifyInChild(const Command& command) {
     return kDiffers;
   }
   if (child == 0) {
-#ifndef __SANITIZE_ADDRESS__
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // whose shadows are larger
     const auto bytes = static_cast<rlim_t>(command.max_megabytes * (1 << 20));
     const rlimit limit{bytes, bytes};
     ::setrlimit(RLIMIT_AS, &limit);

@@ -5,12 +5,15 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <cmath>
 #include <random>
 
 #include "contact_flow/analysis/common_quadratic_norm.h"
+#include "contact_flow/budget.h"
 #include "contact_flow/derivative/linear_program.h"
 #include "test/analysis/random_conewise.h"
 
@@ -138,6 +141,30 @@ TEST(Stability, BudgetsAndCancellingEndTheSearch) {
   const StabilityReport report = AssessStability(map, shallow);
   EXPECT_EQ(StabilityVerdict::kUndetermined, report.verdict);
   EXPECT_GE(report.growth_above, 1) << "a bound that was not proven";
+}
+
+/// Words of a hundred thousand pieces, each of whose beginnings is a word too: they are rejected
+/// before they take time or room, and with it the process.
+TEST(StabilityCertificates, OfEndlessWordsAreRejectedAtOnce) {
+  if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
+  const PiecewiseLinearMap stable = Trap(-0.7, 1.1, -1.7, 0.3);
+  StabilityCertificate certificate = AssessStability(stable).certificate;
+  ASSERT_EQ(StabilityTest::kWords, certificate.test);
+  certificate.words.front().assign(100000, 0);
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_FALSE(VerifyCertificate(stable, certificate));
+  // Many of the longest that may be: 2e6 pieces, of 120 bytes each.
+  certificate.words.assign(2000, std::vector<int>(1000, 0));
+  for (std::size_t k = 0; k < certificate.words.size(); ++k) {
+    for (std::size_t i = 0; i < 11; ++i) certificate.words[k][i] = static_cast<int>(k >> i) & 1;
+  }
+  EXPECT_FALSE(VerifyCertificate(stable, certificate));
+  {
+    const BudgetScope scope{Budget({100, 100, {}})};
+    EXPECT_THROW(VerifyCertificate(stable, certificate), BudgetExceeded);
+  }
+  // The lists of all beginnings would take 4 GB and minutes.
+  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), 30);
 }
 
 TEST(StabilityCertificates, TamperedOnesAreRejected) {

@@ -43,6 +43,25 @@ TEST_F(LinearPrograms, AreAnsweredForOneObjectiveAfterAnother) {
   EXPECT_THROW(LinearProgram(rows, Vector::Ones(3), Vector::Ones(2)), std::invalid_argument);
 }
 
+/// Clp ends the process at coefficients of 1e25: programs are as before but for their scale.
+TEST_F(LinearPrograms, OfAnySizeAreAnswered) {
+  Matrix rows(2, 2);
+  rows << -1, 1, 1, 0;
+  const Vector bound = Vector::Ones(2);
+  for (const double size : {1e24, 1e25, 1e30, 1e100, 1e300}) {
+    LinearProgram program(size * rows, -bound, bound);
+    const LinearOptimum optimum = program.Maximize(size * Eigen::Vector2d(2, -1));
+    ASSERT_TRUE(optimum.solved) << size;
+    EXPECT_NEAR(optimum.value / size, 1, 1e-9);
+    EXPECT_NEAR(optimum.point(0), 1, 1e-9);
+  }
+  for (const double none : {HUGE_VAL, -HUGE_VAL, std::nan("")}) {
+    EXPECT_FALSE(LinearProgram(rows, -bound, bound).Maximize(none * bound).solved);
+    EXPECT_FALSE(LinearProgram(none * rows, -bound, bound).Maximize(bound).solved);
+    EXPECT_FALSE(LinearProgram(rows, -bound, none * bound).Maximize(bound).solved);
+  }
+}
+
 TEST_F(LinearPrograms, WithoutAFeasiblePointAreNotSolved) {
   const Matrix rows = Eigen::RowVector2d(-1, 0);
   const Vector one = Vector::Ones(2);

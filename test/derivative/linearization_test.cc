@@ -91,6 +91,31 @@ TEST(Linearization, EventAtAnInstantOfTheGridIsRefused) {
 }
 
 /// Simultaneous touchdown inside an interval: said so, and all selections are there.
+/// Runs so short that squares and quotients of their lengths are 0 or infinite: what is answered is
+/// finite, what is not is refused.
+TEST(Linearization, OfTheShortestRunsIsFiniteOrRefused) {
+  int refused = 0;
+  for (const char* name : {"block_on_incline", "soft_biped", "puck"}) {
+    const auto system = MakeModel(name);
+    Vector x = system->nominal().x;
+    x(0) += 0.5;
+    for (const double duration : {5e-324, 1e-310, 1e-300, 1e-160, 1e-100}) {
+      const Trajectory run = Simulate(*system, x, system->nominal().u, duration, {});
+      ASSERT_TRUE(run.status.ok()) << run.status.message;
+      for (const IntervalLinearization& interval : Linearize(*system, run, {})) {
+        if (interval.status.ok()) {
+          EXPECT_TRUE(interval.A.allFinite() && interval.B.allFinite()) << name << duration;
+        } else {
+          EXPECT_NE(interval.status.message.find("beyond the numbers"), std::string::npos)
+              << interval.status.message;
+          ++refused;
+        }
+      }
+    }
+  }
+  EXPECT_GT(refused, 0);
+}
+
 TEST(Linearization, PiecewiseLinearEventsAreMarked) {
   const auto biped = MakeModel("soft_biped");
   Vector x = biped->nominal().x;

@@ -4,12 +4,14 @@
 #include <ros/message_traits.h>
 #include <ros/serialization.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <random>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "contact_flow/ros/gate.h"
@@ -194,9 +196,10 @@ class MessageMutator {
   std::size_t count_ = 0, target_ = 0;
 };
 
-/// Looks for a NaN in an answer.
+/// Looks for a NaN in an answer, but in those fields where it has a meaning, as ".radii".
 class NanFinder {
  public:
+  explicit NanFinder(std::vector<std::string> meant = {}) : meant_(std::move(meant)) {}
   /// The path of the first, or "".
   template <class Message>
   std::string In(const Message& message) {
@@ -235,12 +238,14 @@ class NanFinder {
   template <class Field>
   void Visit(const Field& field) {
     if constexpr (std::is_floating_point_v<Field>) {
-      if (std::isnan(field) && found_.empty()) found_ = path_;
+      const bool meant = std::find(meant_.begin(), meant_.end(), path_) != meant_.end();
+      if (std::isnan(field) && found_.empty() && !meant) found_ = path_;
     } else if constexpr (!std::is_arithmetic_v<Field>) {
       Walk(field);
     }
   }
 
+  const std::vector<std::string> meant_;
   const std::vector<std::string>* names_ = nullptr;
   std::size_t index_ = 0;
   std::string path_, found_;

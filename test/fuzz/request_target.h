@@ -18,6 +18,7 @@ struct WireRequest {
 
 /// What is being asked, for the report of a finding.
 struct Asked {
+  bool at_length = false;  ///< with all fields: writing them takes as long as answering
   std::string text, model;
   WireRequest wire;
 };

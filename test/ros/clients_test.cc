@@ -43,7 +43,12 @@ std::string Bytes(const Message& message) {
 
 std::string Path(const char* service) { return std::string("/crowded/") + service; }
 
-const std::string kBusy = "busy";
+/// So slow that these are long work, which may be refused: "busy".
+#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+constexpr bool kMayBeBusy = true;
+#else
+constexpr bool kMayBeBusy = false;
+#endif
 
 /// Seconds of the calls of each service, and what was wrong with them.
 struct Log {
@@ -54,13 +59,8 @@ struct Log {
   void Add(const char* service, double took, const std::string& mistake) {
     const std::lock_guard<std::mutex> lock(mutex);
     seconds[service].push_back(took);
-    if (mistake == kBusy) {
-      ++busy;
-    } else if (!mistake.empty()) {
-      wrong.push_back(std::string(service) + ": " + mistake);
-    }
+    if (!mistake.empty()) wrong.push_back(std::string(service) + ": " + mistake);
   }
-  int busy = 0;
   /// Returns the largest p99 [s].
   double Print(const char* part) {
     double largest = 0;
@@ -184,7 +184,7 @@ class Clients : public testing::Test {
   }
 
   static std::string Mistake(bool told, bool same, const std::string& message) {
-    if (!told && message.compare(0, 5, "busy:") == 0) return kBusy;
+    if (kMayBeBusy && !told && message.compare(0, 5, "busy:") == 0) return "";
     return !told ? "not answered: " + message : same ? "" : "other bits";
   }
 
@@ -203,17 +203,11 @@ class Clients : public testing::Test {
     }
     EXPECT_EQ(log.seconds.size(), 4u);
     EXPECT_TRUE(first.wrong.empty());
-    // Only a build that is so slow that these are long work, as under sanitizers, may be busy.
-    std::printf("%-20s %d were refused as the node was busy; b_derivative alone takes %.1f ms\n",
-                part, log.busy, 1e3 * alone_);
-    if (alone_ < kLongWork) {
-      EXPECT_EQ(log.busy, 0);
-    }
+    std::printf("%-20s b_derivative alone takes %.1f ms\n", part, 1e3 * alone_);
     EXPECT_TRUE(log.wrong.empty())
         << log.wrong.size() << " wrong, the first: " << log.wrong.front();
   }
 
-  static constexpr double kLongWork = 0.1;  // [s], as WorkPool::kShortWork
   double seconds_ = 3, rate_ = 2, limit_ = 0, alone_ = 1e9;
   std::mutex gate_;
   std::condition_variable open_;

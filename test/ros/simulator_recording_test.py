@@ -229,18 +229,20 @@ class SimulatorRecording(unittest.TestCase):
 
     def test_ends_while_a_client_waits(self):
         with tempfile.TemporaryDirectory() as directory:
-            node = RecordingNode(directory, "waited_for", model="hopping_trot", paused="true", record="false")
-            trot = Simulator("waited_for")
+            # A block that comes to rest on its plane stays there: this run does not end by itself.
+            node = RecordingNode(directory, "waited_for", model="block_on_incline", paused="true", record="false")
+            block = Simulator("waited_for")
             failed = []
 
             def wait():
                 try:
-                    failed.append(not trot.step(seconds=1e6).success)
+                    failed.append(not block.step(seconds=1e6).success)
                 except rospy.ServiceException:
                     failed.append(True)
             thread = threading.Thread(target=wait, daemon=True)
             thread.start()
-            self.assertTrue(wait_until(lambda: trot.get_state().state.t > 1))
+            self.assertTrue(wait_until(lambda: block.get_state().state.t > 1))
+            self.assertEqual(failed, [], "it still waits")
             node.stop()
             thread.join(timeout=20)
             self.assertEqual(failed, [True])

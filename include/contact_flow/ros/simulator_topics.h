@@ -51,7 +51,9 @@ class SimulatorTopics {
   /// the bag can be verified by itself.
   std::string StartRecording(const std::string& name, const ros::Time& stamp,
                              const RecordingStart& start);
-  std::vector<std::string> StopRecording() { return recorder_.Stop(); }
+  /// The end of a recording, then what waits for the disk, which may be another thread's.
+  void CloseRecording() { recorder_.Close(); }
+  std::vector<std::string> FinishRecording() { return recorder_.Finish(); }
 
  private:
   template <class Message>

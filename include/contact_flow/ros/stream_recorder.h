@@ -44,9 +44,16 @@ class StreamRecorder {
   std::string Start(const std::string& name, const RecordingPlan& plan, const ros::Time& stamp);
   /// The entry is on its way to the file; does nothing when not recording.
   void Write(const ros::Time& stamp, BagEntry entry);
-  /// Writes what waits, closes, and returns the paths. Throws std::invalid_argument when not
-  /// recording, std::runtime_error when not everything was written.
-  std::vector<std::string> Stop();
+  /// Takes no more messages; the first half of Stop, which waits for nobody. Throws
+  /// std::invalid_argument when not recording.
+  void Close();
+  /// Writes what waits, and returns the paths; after Close, by any thread. Until it is done no
+  /// other recording begins. Throws std::runtime_error when not everything was written.
+  std::vector<std::string> Finish();
+  std::vector<std::string> Stop() {
+    Close();
+    return Finish();
+  }
   /// Why the recording has ended by itself, and what is not recorded, or "".
   std::string Error() const;
 
@@ -57,7 +64,7 @@ class StreamRecorder {
   void NextPart();
   void ClosePart(std::uint8_t state);
   void Fail(const std::string& why);
-  void Finish();
+  void End();
 
   const std::string directory_;
   const std::size_t split_size_;
@@ -66,6 +73,7 @@ class StreamRecorder {
   std::thread thread_;
   bool recording_ = false;
   bool stopping_ = false;
+  bool closing_ = false;  // between Close and the end of Finish
   std::string error_;
   ros::Time lost_since_;
   std::uint64_t lost_ = 0;  // messages that came after the error

@@ -37,6 +37,10 @@ REQUESTS = {
     "soft_biped.predict.huge_direction": PredictionRequest(
         horizon=0.05, direction_matrix=RowMajorMatrix(rows=1, cols=14, data=[1e308] * 14)),
     "soft_biped.set_input.far_ahead": SetInputRequest(at=4e9, values=[0.0]),
+    "block_on_incline.linearize.tiny_duration": LinearizationRequest(
+        duration=1e-310, state=InitialState(names=["x"], positions=[0.5])),
+    "compass_walker.optimize.huge_weight": OptimizationRequest(
+        duration=0.05, unknowns=["right_leg"], outcomes=["right_leg"], targets=[0.5], weights=[1e100]),
     "soft_biped.optimize.nothing": OptimizationRequest(duration=1e-300),
 }
 

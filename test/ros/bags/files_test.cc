@@ -204,6 +204,29 @@ TEST_F(Files, AFullDiskEndsAStreamAndSaysWhatIsMissing) {
   EXPECT_EQ(Complaint(ReadRegularFile(inside_ + "/b.bag")), "");
 }
 
+TEST_F(Files, AStreamIsEndedByOneThreadAndWrittenByAnother) {
+  StreamRecorder stream(inside_);
+  EXPECT_EQ(What([&] { stream.Close(); }), "not recording");
+  stream.Start("a", Plan(), ros::Time(1, 0));
+  for (unsigned k = 0; k < 100; ++k) stream.Write(ros::Time(2, k), SampleEntry(&connections_, 1));
+  stream.Close();
+  stream.Write(ros::Time(3, 0), SampleEntry(&connections_, 1));  // too late: no part of it
+  EXPECT_FALSE(stream.Recording());
+  EXPECT_EQ(What([&] { stream.Close(); }), "not recording");
+  EXPECT_NE(What([&] { stream.Start("b", Plan(), ros::Time(4, 0)); }).find("still being written"),
+            std::string::npos);
+  std::vector<std::string> paths;
+  std::thread([&] { paths = stream.Finish(); }).join();
+  ASSERT_EQ(paths.size(), 1u);
+  const std::string bytes = ReadRegularFile(paths.front());
+  std::size_t found = 0;
+  for (const BagMessage& message : ReadBag(bytes).messages) found += Is<SimulatorInput>(message);
+  EXPECT_EQ(found, 100u);
+  EXPECT_EQ(Complaint(bytes), "");
+  stream.Start("b", Plan(), ros::Time(4, 0));
+  EXPECT_EQ(stream.Stop().size(), 1u);
+}
+
 TEST_F(Files, PartsOfAStreamAreOneChain) {
   StreamRecorder stream(inside_, 20000);
   stream.Start("a", Plan(), ros::Time(1, 0));
