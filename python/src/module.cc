@@ -28,4 +28,5 @@ PYBIND11_MODULE(_core, module) {
   BindOrbit(&module);
   BindOptimize(&module);
   BindOnline(&module);
+  BindSweep(&module);
 }

@@ -36,7 +36,7 @@ Vector GetVector(Eigen::Index size, ByteReader* in) {
 std::string RunOutcomeName(int outcome) {
   if (outcome == kInadmissible) return "inadmissible";
   if (outcome == kThrew) return "threw";
-  if (outcome == kNotRun) return "not_run";
+  if (outcome == kNotRun) return "not run";
   return OutcomeName(static_cast<Outcome>(outcome));
 }
 

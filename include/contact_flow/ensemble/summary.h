@@ -19,7 +19,7 @@ enum RunOutcome : int {
   kThrew = -2,         ///< the model threw; the message says what
   kNotRun = -3,        ///< the sweep ended before; the row means nothing
 };
-/// OutcomeName, or "inadmissible", "threw", "not_run".
+/// OutcomeName, or "inadmissible", "threw", "not run".
 std::string RunOutcomeName(int outcome);
 
 /// A histogram of one observable with bins of equal width.
