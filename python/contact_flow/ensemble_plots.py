@@ -121,10 +121,11 @@ def outcome_histogram(ensemble: Ensemble, name: str, derivative: Any = None, bin
     return axes
 
 
-def word_tree(ensemble: Ensemble, axes: Any = None, least: float = 0.002) -> Any:
+def word_tree(ensemble: Ensemble, axes: Any = None, least: float = 0.002, arcs: int = 6) -> Any:
     """The modes that runs pass through, from left to right; widths are shares of the runs.
 
-    Branches with less than the share `least` are not drawn; what was cut off a long word is '~'."""
+    The first `arcs` of them; branches with less than the share `least` are not drawn; what was cut off a
+    long word is '~'."""
     axes = new_axes(axes)
     total = max(ensemble.summary.runs, 1)
     words: List[Tuple[Tuple[str, ...], float]] = [
@@ -135,9 +136,9 @@ def word_tree(ensemble: Ensemble, axes: Any = None, least: float = 0.002) -> Any
              parent: Optional[Tuple[float, float]]) -> None:
         children: Dict[str, List[Tuple[Tuple[str, ...], float]]] = {}
         for word, share in entries:
-            if len(word) > depth:
+            if len(word) > depth and depth < arcs:
                 children.setdefault(word[depth], []).append((word, share))
-        ends = sum(share for word, share in entries if len(word) == depth)
+        ends = sum(share for word, share in entries if len(word) == depth or depth == arcs)
         bottom += ends   # runs that end here are below those that go on
         for letters, inside in sorted(children.items(), key=lambda item: -sum(s for _, s in item[1])):
             share = sum(s for _, s in inside)
@@ -145,8 +146,9 @@ def word_tree(ensemble: Ensemble, axes: Any = None, least: float = 0.002) -> Any
             if share >= least:
                 axes.fill_between([depth - 0.12, depth + 0.12], bottom, bottom + share,
                                   color="C%d" % (depth % 10), alpha=0.35, linewidth=0)
-                axes.text(depth, middle, "%s\n%.3g %%" % (letters, 100 * share) if share > 0.03 else letters,
-                          ha="center", va="center", fontsize=8)
+                if share > 0.03:
+                    axes.text(depth, middle, "%s %.2g %%" % (letters, 100 * share), ha="center", va="center",
+                              fontsize=8)
                 if parent is not None:
                     axes.plot([parent[0] + 0.12, depth - 0.12], [parent[1], middle], color="0.5",
                               linewidth=0.5 + 6 * share)
@@ -154,6 +156,7 @@ def word_tree(ensemble: Ensemble, axes: Any = None, least: float = 0.002) -> Any
             bottom += share
     draw(words, 0, 0.0, None)
     axes.set_xlabel("arc")
+    axes.xaxis.get_major_locator().set_params(integer=True)
     axes.set_ylabel("share of the runs")
     axes.set_ylim(0, 1)
     return axes
