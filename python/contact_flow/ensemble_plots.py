@@ -147,7 +147,7 @@ def word_tree(ensemble: Ensemble, axes: Any = None, least: float = 0.002, arcs: 
                 axes.fill_between([depth - 0.12, depth + 0.12], bottom, bottom + share,
                                   color="C%d" % (depth % 10), alpha=0.35, linewidth=0)
                 if share > 0.03:
-                    axes.text(depth, middle, "%s %.2g %%" % (letters, 100 * share), ha="center", va="center",
+                    axes.text(depth, middle, "%s %.0f %%" % (letters, 100 * share), ha="center", va="center",
                               fontsize=8)
                 if parent is not None:
                     axes.plot([parent[0] + 0.12, depth - 0.12], [parent[1], middle], color="0.5",
