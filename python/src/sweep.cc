@@ -188,8 +188,8 @@ py::dict RunSweep(const std::shared_ptr<System>& system, const py::dict& dict, s
 void BindSummary(py::module_* module) {
   py::class_<Summary>(
       *module, "Summary",
-      "Counts and statistics of runs. Observables are the final state as a tangent (velocities,\n"
-      "then their rates) at the reference, then costs; they are measured of runs with outcome 'ok'.")
+      "Counts and statistics of runs. Observables are the final state as a tangent at the\n"
+      "reference (velocities, then their rates), then costs, of the runs with outcome 'ok'.")
       .def_readonly("runs", &Summary::runs, "All of them.")
       .def_readonly("measured", &Summary::measured, "Those with outcome 'ok'.")
       .def_property_readonly(
