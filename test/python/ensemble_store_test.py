@@ -184,14 +184,14 @@ class Workers(Folder):
         workers = [self.worker(address) for _ in range(2)]
         import dask
         dask.config.set({"distributed.comm.timeouts.connect": "8s"})   # until the scheduler is given up
-        client = distributed.Client(address, timeout=60)
+        client = distributed.Client(address, timeout=120)
         self.addCleanup(client.close)
-        client.wait_for_workers(2, timeout=60)
+        client.wait_for_workers(2, timeout=120)
         return address, scheduler, workers, client
 
     def worker(self, address):
         return self.start("dask_worker", address, "--nthreads", "1", "--no-nanny", "--no-dashboard",
-                          "--death-timeout", "20")
+                          "--death-timeout", "60")
 
     def test_workers_are_killed(self):
         address, _, workers, client = self.cluster()
