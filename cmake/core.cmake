@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # The core library, contact_flow::contact_flow: no ROS.
-set(CORE_FOLDERS model dynamics flow derivative analysis io)
+set(CORE_FOLDERS model dynamics flow derivative analysis ensemble io)
 file(GLOB CORE_SOURCES CONFIGURE_DEPENDS src/*.cc)
 foreach(folder ${CORE_FOLDERS})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS src/${folder}/*.cc)
@@ -15,6 +15,10 @@ target_link_libraries(contact_flow PUBLIC Eigen3::Eigen Boost::headers ${YAML_CP
 # By paths, not targets: no header of ours includes theirs, so users need not find them.
 target_include_directories(contact_flow SYSTEM PRIVATE ${URDFDOM_INCLUDE_DIRS})
 target_link_libraries(contact_flow PRIVATE ${URDFDOM_LINK_LIBRARIES})
+target_link_libraries(contact_flow PRIVATE ${CMAKE_THREAD_LIBS_INIT})
+# Random numbers have the same bits on machines that could contract a * b + c.
+set_source_files_properties(src/ensemble/normal_quantile.cc src/ensemble/draws.cc
+  PROPERTIES COMPILE_OPTIONS -ffp-contract=off)
 target_compile_definitions(contact_flow PUBLIC CONTACT_FLOW_HAVE_CLP=${CLP_FOUND})
 if(CLP_FOUND)
   target_include_directories(contact_flow SYSTEM PRIVATE ${CLP_INCLUDE_DIRS})

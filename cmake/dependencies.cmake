@@ -2,6 +2,8 @@
 # What the core needs, and what it uses where it is there.
 find_package(Eigen3 REQUIRED NO_MODULE)
 find_package(Boost REQUIRED CONFIG)
+set(THREADS_PREFER_PTHREAD_FLAG ON)
+find_package(Threads REQUIRED)
 find_package(yaml-cpp REQUIRED)
 if(TARGET yaml-cpp::yaml-cpp)   # since 0.8
   set(YAML_CPP_TARGET yaml-cpp::yaml-cpp)

@@ -50,13 +50,14 @@ COMMON_PACKAGES=(
   build-essential cmake ninja-build pkg-config
   libeigen3-dev libboost-dev libyaml-cpp-dev nlohmann-json3-dev liburdfdom-dev
   libconsole-bridge-dev libssl-dev googletest libgtest-dev python3-numpy python3-matplotlib
-  python3 python3-dev pybind11-dev)
+  python3 python3-dev python3-yaml pybind11-dev)
 
 # Installed where the distribution has them: linear programs; meshes other than STL and OBJ; mypy, for
-# the types of the Python module; CVODES, in the benchmark; what tests and benchmarks compare with.
+# the types of the Python module; sweeps on disks and clusters (python3-zarr, python3-distributed);
+# CVODES, in the benchmark; what tests and benchmarks compare with.
 # Debian 13 has no Siconos, Ubuntu 20.04 KDL alone.
 OPTIONAL_PACKAGES=(
-  coinor-libclp-dev libassimp-dev mypy libsundials-dev libopenmpi-dev
+  coinor-libclp-dev libassimp-dev mypy python3-zarr python3-distributed libsundials-dev libopenmpi-dev
   liborocos-kdl-dev libmujoco-dev libdart-dev libdart-external-ikfast-dev coinor-csdp
   libsiconos-numerics-dev libsiconos-kernel-dev)
 

@@ -29,8 +29,11 @@ try:
         LinearPiece, MapConsistency, Margins, Model, NoDerivative, NominalRun, NotPiecewiseLinear,
         OnlineFlow, Optimum, Orbit, Parameter, PiecewiseLinearMap, PoincareMap, PoincareReturn,
         PythonModel, QuotientReport, QuotientSample, Robot, Run, RunStatistics, Stability,
-        StabilityCertificate, Status, System, Trust, ValidityRadius, Warning, __version__,
+        StabilityCertificate, Status, Summary, System, Tally, Trust, ValidityRadius, Warning, __version__,
         have_linear_programs, load_configuration, models)
+    from .draws import JointNormal, Normal, Table, Uniform
+    from .ensemble import Ensemble, sweep
+    from .ensemble_store import open_sweep
     from .python_model import Formulas
     from .report import write_report
     from .sections import After, Apex, Crossing, Grid, Section, Touchdown
@@ -44,9 +47,10 @@ except ImportError as error:  # messages stay importable where the extension is 
 
 __all__ = [
     "After", "Apex", "Arc", "Assumptions", "BudgetExceeded", "Controllability", "Covariance", "Crossing",
-    "Derivative", "Event", "Formulas", "Grid", "Interval", "LinearPiece", "MapConsistency", "Margins",
-    "Model", "NoDerivative", "NominalRun", "NotPiecewiseLinear", "OnlineFlow", "Optimum", "Orbit",
-    "Parameter", "PiecewiseLinearMap", "PoincareMap", "PoincareReturn", "PythonModel", "QuotientReport",
-    "QuotientSample", "Robot", "Run", "RunStatistics", "Section", "Stability", "StabilityCertificate",
-    "Status", "System", "Touchdown", "Trust", "ValidityRadius", "Warning", "have_linear_programs",
-    "load_configuration", "models", "write_report"]
+    "Derivative", "Ensemble", "Event", "Formulas", "Grid", "Interval", "JointNormal", "LinearPiece",
+    "MapConsistency", "Margins", "Model", "NoDerivative", "NominalRun", "Normal", "NotPiecewiseLinear",
+    "OnlineFlow", "Optimum", "Orbit", "Parameter", "PiecewiseLinearMap", "PoincareMap", "PoincareReturn",
+    "PythonModel", "QuotientReport", "QuotientSample", "Robot", "Run", "RunStatistics", "Section",
+    "Stability", "StabilityCertificate", "Status", "Summary", "System", "Table", "Tally", "Touchdown",
+    "Trust", "Uniform", "ValidityRadius", "Warning", "have_linear_programs", "load_configuration",
+    "models", "open_sweep", "sweep", "write_report"]

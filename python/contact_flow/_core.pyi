@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Types of the extension module; what things mean is in its docstrings."""
 from os import PathLike
-from typing import (Any, Dict, Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple, Type, TypeVar,
+from typing import (Any, Callable, Dict, Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple, Type, TypeVar,
                     Union)
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .ensemble import Ensemble
 from .python_model import Formulas
 from .sections import Grid, Section
 
@@ -19,6 +20,14 @@ Direction = Union[ArrayLike, Mapping[str, float], str]
 S = TypeVar("S", bound="System")
 
 __version__: str
+# For contact_flow.ensemble alone.
+_sweep: Callable[..., Dict[str, Any]]
+_check_sweep: Callable[..., Tuple[List[str], List[str], int, bool]]
+_draw_sweep: Callable[..., Any]
+_start_of: Callable[..., Tuple[Any, List[float], Any]]
+_options_of: Callable[..., Dict[str, Any]]
+_outcome_name: Callable[[int], str]
+_ok_status: Callable[[], Status]
 
 class Arc:
     @property
@@ -561,6 +570,32 @@ class Status:
     def __eq__(self, other: object) -> bool: ...
 
 
+class Summary:
+    @property
+    def runs(self) -> int: ...
+    @property
+    def measured(self) -> int: ...
+    @property
+    def outcomes(self) -> Dict[str, int]: ...
+    @property
+    def examples(self) -> Dict[str, Tuple[int, str]]: ...
+    @property
+    def words(self) -> Dict[str, int]: ...
+    @property
+    def other_words(self) -> int: ...
+    @property
+    def mean(self) -> Array: ...
+    @property
+    def covariance(self) -> Array: ...
+    @property
+    def smallest(self) -> Array: ...
+    @property
+    def largest(self) -> Array: ...
+    def quantile(self, observable: int, p: float) -> float: ...
+    def rank_error(self, observable: int) -> float: ...
+    def histogram(self, index: int) -> Tuple[int, float, float, List[int]]: ...
+
+
 class System:
     @property
     def name(self) -> str: ...
@@ -616,6 +651,7 @@ class System:
     def separation(self, to: State, from_: State) -> Array: ...
     def simulate(self, x0: Optional[State] = None, duration: Optional[float] = None,
         inputs: Union[Input, Grid, None] = None, **options: Any) -> Run: ...
+    def sweep(self, draws: Any, runs: Optional[int] = None, **keywords: Any) -> Ensemble: ...
     def assumptions(self, x: Optional[State] = None, u: Optional[Input] = None,
         touching: Optional[Sequence[str]] = None) -> Assumptions: ...
     def assumptions_over(self, half_width: ArrayLike, x: Optional[State] = None,
@@ -628,6 +664,15 @@ class System:
         max_iterations: int = 200, radius: float = 0.1, **options: Any) -> Optimum: ...
     def online(self, x0: Optional[State] = None, u: Optional[Input] = None, t: float = 0.0,
         **options: Any) -> OnlineFlow: ...
+
+
+class Tally:
+    def __init__(self) -> None: ...
+    def merge(self, other: Tally) -> None: ...
+    def total(self) -> Summary: ...
+    def to_bytes(self) -> bytes: ...
+    @staticmethod
+    def from_bytes(data: bytes) -> Tally: ...
 
 
 class Trust:

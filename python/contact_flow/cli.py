@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command contact_flow: simulate, derive, compare, orbit, report, models, robot.
+"""The command contact_flow: simulate, derive, compare, orbit, report, sweep, models, robot.
 
 SYSTEM is the name of a model in C++, a YAML of config/ (with a key `model`), the YAML of a robot, or a
 URDF. Exit status: 0 where all is well, 1 where the answer is a reason why not, 2 for misuse.
@@ -15,7 +15,7 @@ from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from . import cli_commands
+from . import cli_commands, cli_sweep
 from ._core import Model, NoDerivative, Robot, System, load_configuration
 
 Loaded = Tuple[System, Dict[str, Any], Dict[str, Any]]
@@ -137,6 +137,16 @@ def parser() -> argparse.ArgumentParser:
     add_run(report)
     report.add_argument("--by", nargs="+", default=["state"], metavar="NAME")
     report.add_argument("file", metavar="FILE.html")
+    sweep = add("sweep", "many runs from drawn starts and parameters, as a YAML file says",
+                cli_sweep.sweep_command, system=False)
+    sweep.add_argument("file", metavar="FILE.yaml", nargs="?")
+    sweep.add_argument("--runs", type=int, metavar="N", help="instead of the file's")
+    sweep.add_argument("--threads", type=int, default=0, metavar="N", help="0: all cores")
+    sweep.add_argument("--directory", metavar="DIR", help="a Zarr store that is written chunk by chunk")
+    sweep.add_argument("--chunk", type=int, default=0, metavar="RUNS", help="runs of a chunk; 0: some seconds")
+    sweep.add_argument("--resume", metavar="DIR", help="run what is missing in a store")
+    sweep.add_argument("--scheduler", metavar="ADDRESS", help="of Dask, whose workers run the chunks")
+    sweep.add_argument("--quiet", action="store_true", help="no progress")
     return top
 
 
@@ -155,7 +165,7 @@ def main(words: Optional[Sequence[str]] = None) -> int:
     arguments = parser().parse_args(joined(sys.argv[1:] if words is None else words))
     try:
         answer, text, ok = arguments.run(arguments, load)
-    except (ValueError, TypeError, NoDerivative, OSError) as error:
+    except (ValueError, TypeError, NoDerivative, OSError, ImportError, RuntimeError) as error:
         print("contact_flow: %s" % error, file=sys.stderr)
         return 2
     except RuntimeError as error:   # a budget is exceeded, …

@@ -99,6 +99,7 @@ void BindPoincare(py::module_* module);
 void BindOrbit(py::module_* module);
 void BindOptimize(py::module_* module);
 void BindOnline(py::module_* module);
+void BindSweep(py::module_* module);
 
 }  // namespace python
 }  // namespace contact_flow

@@ -29,6 +29,7 @@ PYBIND11_MODULE(_core, module) {
   BindOrbit(&module);
   BindOptimize(&module);
   BindOnline(&module);
+  BindSweep(&module);
   pybind11::module_::import("atexit").attr("register")(
       pybind11::cpp_function(&contact_flow::python::Unlocking::End));
 }

@@ -67,6 +67,15 @@ void BindSimulate(py::module_* module) {
            "max_steps, max_events, max_seconds, max_megabytes, impact_law, dense.\n"
            "ValueError for sizes, numbers that are not finite and states that penetrate; how the\n"
            "run came out is its status.");
+  py::class_<System, std::shared_ptr<System>>(module->attr("System"))
+      .def(
+          "sweep",
+          [](const py::object& system, const py::args& arguments, const py::kwargs& keywords) {
+            return py::module_::import("contact_flow.ensemble").attr("sweep")(
+                system, *arguments, **keywords);
+          },
+          "Many runs, from starts, inputs and parameters that are drawn, as an Ensemble;\n"
+          "the arguments are those of contact_flow.sweep behind the system.");
   py::class_<Run, std::shared_ptr<Run>>(module->attr("Run"))
       .def(
           "report",

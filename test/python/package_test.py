@@ -23,7 +23,9 @@ from contact_flow import _core
 FOLDER = pathlib.Path(cf.__file__).parent
 EXAMPLES = sorted((case.ROOT / "examples" / "python").glob("*.py"))
 MODULES = ["contact_flow", "contact_flow.jet", "contact_flow.python_model", "contact_flow.sections",
-           "contact_flow.cli", "contact_flow.cli_commands", "contact_flow.report", "contact_flow.ros"]
+           "contact_flow.cli", "contact_flow.cli_commands", "contact_flow.report", "contact_flow.ros",
+           "contact_flow.draws", "contact_flow.ensemble", "contact_flow.ensemble_store",
+           "contact_flow.ensemble_chunks", "contact_flow.ensemble_plots", "contact_flow.cli_sweep"]
 
 
 def classes():
@@ -180,7 +182,8 @@ class Command(unittest.TestCase):
     def test_names(self):
         self.assertEqual(cf.models(), list(json.loads(self.call("models", "--json"))))
         self.assertIn("hip [rad]", self.call("robot", "config/robots/monoped.yaml"))
-        for command in ("simulate", "derive", "compare", "orbit", "report", "models", "robot"):
+        for command in ("simulate", "derive", "compare", "orbit", "report", "sweep", "models",
+                        "robot"):
             self.assertIn("usage: contact_flow " + command, self.call(command, "--help"))
 
     def test_misuse(self):

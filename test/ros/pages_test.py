@@ -145,6 +145,14 @@ class PagesAsPrinted(unittest.TestCase):
             self.skipTest("built without the Python module")
         self.assertGreaterEqual(self.follow("python")[0], 5)
 
+    def test_ensembles(self):
+        try:
+            import contact_flow.cli  # noqa: F401
+            import zarr  # noqa: F401
+        except ImportError:
+            self.skipTest("built without the Python module, or python3-zarr is not installed")
+        self.assertGreaterEqual(self.follow("ensembles")[0], 4)
+
     def test_every_page_with_commands_is_here(self):
         here = {name[5:] for name in dir(self) if name.startswith("test_")}
         for path in page.pages()[1:]:
