@@ -32,6 +32,7 @@ FrictionalReset::FrictionalReset(const ContactDynamics& dynamics, const Vector& 
     const int i = frame_.constraints()[k];
     problem.b(problem.Row(k)) *= persisting_.Contains(i) ? 1 : 1 + system_.restitution()(i);
   }
+  problem.rounding = frame_.RateRounding(inertia_, x.tail(d_), mode & persisting_);
   const double scale = problem.b.cwiseAbs().maxCoeff();
   const std::vector<FrictionSolution> all = SolveFriction(problem, kBorder);
   if (all.empty()) throw std::domain_error("an impact of the perturbed run has no solution");
@@ -173,6 +174,11 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
     const Letter letter = solution.letters[k];
     const double gain = problem.G(row, row);
     if (letter == Letter::kOpen) {
+      // At rest, whoever moves w: N w is zero.
+      if (persisting_.Contains(i) &&
+          solution.result.segment(row, 1 + contact.dimension).isZero(0)) {
+        continue;
+      }
       const double restitution = persisting_.Contains(i) ? 0 : system_.restitution()(i);
       offer(solution.result(row), rate.row(i) + restitution * old_rate.row(i));
       continue;

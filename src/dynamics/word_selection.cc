@@ -20,6 +20,8 @@ constexpr double kStrict = 1e-7;
 constexpr double kSameMotion = 1e-8;
 /// Rows are dependent below this eigenvalue of their normalized Gram matrix.
 constexpr double kDependent = 1e-11;
+/// What accelerations of rows are known to, relative to those of the whole.
+constexpr double kRounding = 1e-13;
 /// Energy that an impact may gain by rounding, relative.
 constexpr double kEnergyRounding = 1e-10;
 
@@ -42,12 +44,19 @@ class Words {
     const Matrix& A = frame_.rows();
     const InverseInertia inertia = Inertia();
     FrictionProblem& problem = frame_.problem();
-    problem.b = A * inertia.FreeAcceleration() + frame_.bias();
+    const Vector free = inertia.FreeAcceleration();
+    problem.b = A * free + frame_.bias();
     scale_ = problem.b.size() > 0 ? problem.b.cwiseAbs().maxCoeff() : 0;
+    const double size = std::sqrt(free.dot(inertia.mass() * free));
+    problem.slack.resize(static_cast<Eigen::Index>(problem.contacts.size()));
     int row = 0;
     for (std::size_t k = 0; k < frame_.constraints().size(); ++k) {
       const int i = frame_.constraints()[k];
       FrictionContact& contact = problem.contacts[k];
+      // |A P h| ≤ |√P Aᵀ| |√P h|
+      problem.slack(static_cast<Eigen::Index>(k)) =
+          kRounding * std::sqrt(problem.G(row, row)) * size +
+          (touching.slack.size() > 0 ? touching.slack(i) : 0);
       if (touching.slipping.Contains(i) && contact.dimension > 0) {
         contact.slips = true;
         if (contact.dimension == 1) {
@@ -134,6 +143,13 @@ class Words {
     return mode;
   }
 
+  /// What a slack that is nearly used up is below, of a contact.
+  double Nearly(int constraint) const {
+    const std::vector<int>& all = frame_.constraints();
+    const auto k = std::find(all.begin(), all.end(), constraint) - all.begin();
+    return kStrict * scale_ + 2 * frame_.problem().slack(k);
+  }
+
   /// What has to stay positive at the contacts of `varying`, where the motion of `mode` is at x.
   std::vector<Slack> Slacks(const Vector& x, ContactMode mode, ContactMode varying) {
     dynamics_.Evaluate(x, mode);
@@ -212,7 +228,8 @@ class Words {
         kAhead * (1 + x_.cwiseAbs().maxCoeff()) / (1e-300 + field.cwiseAbs().maxCoeff());
     const std::vector<Slack> later = Slacks(system_.Perturb(x, step * field), mode, varying);
     for (std::size_t k = 0; k < now.size(); ++k) {
-      if (now[k].value < kStrict * scale_ && !(later[k].value > now[k].value)) return false;
+      const bool nearly = now[k].value < Nearly(now[k].constraint);
+      if (nearly && !(later[k].value > now[k].value)) return false;
     }
     return true;
   }
@@ -229,38 +246,6 @@ class Words {
 
 }  // namespace
 
-FrictionFrame::FrictionFrame(const MechanicalSystem& system, const InverseInertia& inertia,
-                             ContactMode contacts)
-    : system_(system) {
-  for (int i : contacts) {
-    const Friction friction = system.HasFriction() ? system.friction()[i] : Friction();
-    FrictionContact contact;
-    contact.coefficient = friction.coefficient;
-    contact.dimension = friction.coefficient > 0 ? friction.dimension : 0;
-    constraints_.push_back(i);
-    system_rows_.push_back(i);
-    for (int k = 0; k < contact.dimension; ++k) system_rows_.push_back(friction.row + k);
-    problem_.contacts.push_back(contact);
-  }
-  const auto m = static_cast<Eigen::Index>(system_rows_.size());
-  rows_.resize(m, system.dof());
-  bias_.resize(m);
-  for (Eigen::Index r = 0; r < m; ++r) {
-    rows_.row(r) = inertia.terms().jacobian.row(system_rows_[static_cast<std::size_t>(r)]);
-    bias_(r) = inertia.terms().bias(system_rows_[static_cast<std::size_t>(r)]);
-  }
-  reach_ = inertia * rows_.transpose();
-  problem_.G = rows_ * reach_;
-}
-
-Vector FrictionFrame::Spread(const Vector& values) const {
-  Vector all = Vector::Zero(system_.num_rows());
-  for (std::size_t r = 0; r < system_rows_.size(); ++r) {
-    all(system_rows_[r]) = values(static_cast<Eigen::Index>(r));
-  }
-  return all;
-}
-
 ContactMode SelectWord(ContactDynamics* dynamics, const VectorRef& x,
                        const TouchingContacts& touching, double border) {
   if ((touching.still | touching.slipping).Empty()) return ContactMode();
@@ -268,12 +253,14 @@ ContactMode SelectWord(ContactDynamics* dynamics, const VectorRef& x,
 }
 
 FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const VectorRef& q,
-                                       const VectorRef& v_minus, ContactMode touching) {
+                                       const VectorRef& v_minus, ContactMode touching,
+                                       ContactMode before_impact) {
   const InverseInertia inertia(system, q, v_minus);
   FrictionFrame frame(system, inertia, touching);
   FrictionProblem& problem = frame.problem();
   const Vector before = frame.rows() * v_minus;
   problem.b = before;
+  problem.rounding = frame.RateRounding(inertia, v_minus, before_impact);
   for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
     problem.b(problem.Row(k)) *= 1 + system.restitution()(frame.constraints()[k]);
   }

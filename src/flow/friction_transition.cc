@@ -10,6 +10,7 @@
 #include "contact_flow/dynamics/guards.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
+#include "contact_flow/flow/force_slack.h"
 #include "contact_flow/flow/transition.h"
 #include "guarded.h"
 #include "slip_onset.h"
@@ -114,7 +115,8 @@ class FrictionalResolution {
     ContactMode still = cluster.mode_before.Sticking() | stopped_;
     if (!cluster.activated.Empty()) {
       const FrictionalImpact impact =
-          SolveFrictionalImpact(system_, cluster.x_minus.head(nq_), v_minus, touching);
+          SolveFrictionalImpact(system_, cluster.x_minus.head(nq_), v_minus, touching,
+                                cluster.mode_before);
       v_plus = impact.result.v_plus;
       cluster.impulse = impact.result.impulse;
       cluster.impulse_word = impact.word;
@@ -130,6 +132,7 @@ class FrictionalResolution {
     }
     const Vector rate = terms_.jacobian * v_plus;
     TouchingContacts contacts;
+    contacts.slack = ForceSlack(&dynamics_, cluster);
     for (int i : touching) {
       const bool bounced = cluster.activated.Contains(i) && system_.restitution()(i) > 0;
       const double rest = std::max(Rounding(i, v_plus), bounced ? 0 : Drift(i));
