@@ -210,7 +210,7 @@ class FrictionalWalk {
   void Land(int i) {
     pending_.Erase(i);
     const ContactMode touching = mode_.Members().With(i);
-    const FrictionalReset reset(dynamics_, x_, touching, i, mode_);
+    const FrictionalReset reset(dynamics_, x_, touching, i, mode_, transition_.mode_after);
     const FrictionalReset::Branch& branch =
         reset.Choose(path_.matrix * w_, sizes_,
                      [&](const Eigen::RowVectorXd& row) { Decide(row * path_.matrix); });
