@@ -24,8 +24,9 @@ constexpr double kRounding = 1e-12;
 constexpr double kBorder = 1e-10;
 /// What a gap is known to, relative to the coordinates.
 constexpr double kUnits = 1e-14;
-/// A slip in space that begins has this many absolute tolerances.
-constexpr double kOnset = 10;
+/// A slip in space that begins has this many absolute tolerances, or what it gains in this time,
+/// relative to max(1, t): its direction is followed by steps that take less than it has lasted.
+constexpr double kOnset = 10, kOnsetTime = 1e-12;
 
 class FrictionalResolution {
  public:
@@ -256,18 +257,27 @@ class FrictionalResolution {
     cluster.obstacle = {Outcome::kNotPiecewiseLinear,
                         "contacts " + begins.ToString(system_.description().constraints) +
                             " begin to slip in space: derivatives across that are not offered"};
-    Rest(OnsetDirections(&dynamics_, cluster.x_plus, contacts, cluster.mode_after, begins,
-                         kBorder));
+    const std::map<int, Eigen::Vector2d> directions = OnsetDirections(
+        &dynamics_, cluster.x_plus, contacts, cluster.mode_after, begins, kBorder);
+    Rest(directions);
+    dynamics_.Evaluate(cluster.x_plus, cluster.mode_after);
+    const Vector gained = terms_.jacobian * dynamics_.acceleration();
+    double fastest = 0;
+    for (int i : begins) {
+      fastest = std::max(fastest, gained.segment<2>(system_.friction()[i].row).norm());
+    }
+    Rest(directions, kOnsetTime * std::max(1.0, cluster.t) * fastest);
   }
 
   /// What rests is made rest: normal velocities of the mode, slips of what sticks. A slip in space
   /// that begins gets a direction by a speed that counts as none.
-  void Rest(const std::map<int, Eigen::Vector2d>& onsets) {
+  void Rest(const std::map<int, Eigen::Vector2d>& onsets, double least = 0) {
     Transition& cluster = result_.transition;
     std::vector<int> rows;
     std::vector<double> rates;
     const double speed = cluster.x_plus.tail(d_).cwiseAbs().maxCoeff();
-    const double onset = kOnset * std::max(rules_.absolute_tolerance, kRounding * speed);
+    const double onset =
+        std::max(least, kOnset * std::max(rules_.absolute_tolerance, kRounding * speed));
     for (int i : cluster.mode_after) {
       rows.push_back(i);
       rates.push_back(0);
