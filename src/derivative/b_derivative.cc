@@ -13,6 +13,7 @@
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "error_estimate.h"
 #include "event_laws.h"
+#include "free_slips.h"
 #include "frictional_reset.h"
 #include "run_law.h"
 #include "touching_contacts.h"
@@ -262,6 +263,8 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
     std::vector<double> errors;
     BudgetStage propagation("the tangents of the arcs", last - first + 1);
     for (std::size_t k = first; k <= last; ++k, propagation.Next()) {
+      derivative.status = CheckFreeSlips(*dynamics[k], arcs[k]);
+      if (!derivative.status.ok()) return derivative;
       VariationStatistics statistics;
       derivative.arcs.push_back(
           PropagateArc(dynamics[k].get(), arcs[k], options.tolerance, &statistics));

@@ -16,7 +16,8 @@ constexpr double kAcross = 1e-9;
 }  // namespace
 
 FrictionalReset::FrictionalReset(const ContactDynamics& dynamics, const Vector& x,
-                                 ContactMode touching, int hit, ContactMode mode)
+                                 ContactMode touching, int hit, ContactMode mode,
+                                 ContactMode after)
     : dynamics_(dynamics),
       system_(dynamics.system()),
       x_(x),
@@ -24,6 +25,7 @@ FrictionalReset::FrictionalReset(const ContactDynamics& dynamics, const Vector& 
       nq_(system_.num_positions()),
       size_(2 * d_ + dynamics.num_variables()),
       persisting_(mode.Members() - ContactMode({hit})),
+      after_(after.Members()),
       inertia_(system_, x.head(nq_), x.tail(d_)),
       frame_(system_, inertia_, touching) {
   FrictionProblem& problem = frame_.problem();
@@ -32,6 +34,7 @@ FrictionalReset::FrictionalReset(const ContactDynamics& dynamics, const Vector& 
     const int i = frame_.constraints()[k];
     problem.b(problem.Row(k)) *= persisting_.Contains(i) ? 1 : 1 + system_.restitution()(i);
   }
+  problem.rounding = frame_.RateRounding(inertia_, x.tail(d_), mode & persisting_);
   const double scale = problem.b.cwiseAbs().maxCoeff();
   const std::vector<FrictionSolution> all = SolveFriction(problem, kBorder);
   if (all.empty()) throw std::domain_error("an impact of the perturbed run has no solution");
@@ -87,6 +90,9 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
         turning += contact.coefficient * impulse(i) / speed * T.transpose() *
                    (Matrix::Identity(2, 2) - direction * direction.transpose()) * T;
       }
+    }
+    if (contact.dimension == 0 && !parameters.empty() && !friction_by_parameter.row(i).isZero(0)) {
+      by_friction += impulse(i) * FreeSlip(i, v_plus) * friction_by_parameter.row(i);
     }
     unknowns.push_back(normal);
   }
@@ -145,7 +151,10 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
     auto by_parameter = rhs.row(d_ + k).tail(size_ - first_parameter);
     by_parameter = -parameter_after.constraint.row(u.row) -
                    u.restitution * parameter_before.constraint.row(u.row);
-    if (u.row < n && !persisting_.Contains(u.row)) {
+    // A plastic contact that is held comes to rest all the same: its bounces, of a speed of first
+    // order, are over after a time of first order, with the same impulse in all.
+    const bool comes_to_rest = u.row < n && after_.Contains(u.row) && u.restitution == 0;
+    if (u.row < n && !persisting_.Contains(u.row) && !comes_to_rest) {
       by_parameter -= parameter_after.restitution.row(u.row) * A.row(u.row).dot(v_minus);
     }
   }
@@ -173,6 +182,11 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
     const Letter letter = solution.letters[k];
     const double gain = problem.G(row, row);
     if (letter == Letter::kOpen) {
+      // At rest, whoever moves w: N w is zero.
+      if (persisting_.Contains(i) &&
+          solution.result.segment(row, 1 + contact.dimension).isZero(0)) {
+        continue;
+      }
       const double restitution = persisting_.Contains(i) ? 0 : system_.restitution()(i);
       offer(solution.result(row), rate.row(i) + restitution * old_rate.row(i));
       continue;
@@ -205,6 +219,19 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
     branch.borders.row(static_cast<Eigen::Index>(k)) = borders[k];
   }
   return branch;
+}
+
+/// Tᵀ d of a contact whose coefficient is 0, and would be a little more.
+Vector FrictionalReset::FreeSlip(int i, const Vector& v_plus) const {
+  const Friction& friction = system_.friction()[i];
+  const Matrix T = inertia_.terms().jacobian.middleRows(friction.row, friction.dimension);
+  const Vector slip = T * v_plus;
+  if (!(slip.norm() > kAcross * (T.cwiseAbs() * v_plus.cwiseAbs()).norm())) {
+    throw std::domain_error("contact '" + system_.description().constraints[i] +
+                            "', whose friction is 0, lands without slip: which way friction would "
+                            "act is not decided");
+  }
+  return T.transpose() * slip.normalized();
 }
 
 const FrictionalReset::Branch& FrictionalReset::Choose(

@@ -22,9 +22,10 @@ class FrictionalReset {
     Matrix borders;   ///< gradients of what has to stay positive and is zero here [· × 2d+k]
   };
 
-  /// `hit` approaches, the others of `touching` rest; `mode` is the contact mode before.
+  /// `hit` approaches, the others of `touching` rest; `mode` is the contact mode before, `after`
+  /// the one that the cluster ends with.
   FrictionalReset(const ContactDynamics& dynamics, const Vector& x, ContactMode touching, int hit,
-                  ContactMode mode);
+                  ContactMode mode, ContactMode after);
 
   const Vector& v_plus() const { return v_plus_; }
   /// The branch of w, whose entries are sums of terms of these `sizes`; `decide` is told each
@@ -34,12 +35,13 @@ class FrictionalReset {
 
  private:
   Branch Differentiate(const FrictionSolution& solution, double scale) const;
+  Vector FreeSlip(int i, const Vector& v_plus) const;
 
   const ContactDynamics& dynamics_;
   const MechanicalSystem& system_;
   const Vector x_;
   const int d_, nq_, size_;
-  const ContactMode persisting_;
+  const ContactMode persisting_, after_;
   const InverseInertia inertia_;
   FrictionFrame frame_;
   Vector v_plus_;

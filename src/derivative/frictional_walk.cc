@@ -8,6 +8,7 @@
 #include "contact_flow/budget.h"
 #include "contact_flow/dynamics/guards.h"
 #include "contact_flow/dynamics/word_selection.h"
+#include "contact_flow/flow/force_slack.h"
 #include "frictional_reset.h"
 
 namespace contact_flow {
@@ -48,6 +49,7 @@ class FrictionalWalk {
     for (int i : transition.vanishing) {
       if (std::isinf(system_.friction()[i].coefficient)) releasing_.Insert(i);
     }
+    slack_ = ForceSlack(&dynamics_, transition);
     Measure();
     SettleSticking();
   }
@@ -208,7 +210,7 @@ class FrictionalWalk {
   void Land(int i) {
     pending_.Erase(i);
     const ContactMode touching = mode_.Members().With(i);
-    const FrictionalReset reset(dynamics_, x_, touching, i, mode_);
+    const FrictionalReset reset(dynamics_, x_, touching, i, mode_, transition_.mode_after);
     const FrictionalReset::Branch& branch =
         reset.Choose(path_.matrix * w_, sizes_,
                      [&](const Eigen::RowVectorXd& row) { Decide(row * path_.matrix); });
@@ -229,6 +231,7 @@ class FrictionalWalk {
   /// The word at the base point for runs perturbed along w.
   void SelectNext() {
     TouchingContacts contacts;
+    contacts.slack = slack_;
     const ContactMode closed = (landed_.Empty() ? mode_ : landed_).Members() - released_;
     for (int i : closed) {
       if (lifted_.Contains(i)) continue;
@@ -295,6 +298,7 @@ class FrictionalWalk {
   const Vector w_;
   Vector sizes_;  // of the terms that the entries of the tangent are sums of [2d+k]
   Vector x_;
+  Vector slack_;  // of forces that vanish, by constraint
   ContactMode mode_;
   ContactMode pending_;    // touchdowns to come
   ContactMode releasing_;  // without slip, to come

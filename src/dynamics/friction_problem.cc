@@ -35,7 +35,7 @@ std::vector<Letter> Alphabet(const FrictionContact& contact) {
 
 bool Slips(Letter letter) { return letter != Letter::kOpen && letter != Letter::kStick; }
 
-/// The slack of the tightest inequality, relative to `scale`.
+/// The slack of the tightest inequality, with what it may miss, relative to `scale`.
 double Margin(const FrictionProblem& problem, const FrictionSolution& s, double scale) {
   double margin = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
@@ -44,19 +44,31 @@ double Margin(const FrictionProblem& problem, const FrictionSolution& s, double 
     const double gain = problem.G(row, row);
     const auto force = s.force.segment(row + 1, contact.dimension);
     const auto slip = s.result.segment(row + 1, contact.dimension);
+    const double may_miss = problem.slack.size() > 0 ? problem.slack(static_cast<int>(i)) : 0;
     if (s.letters[i] == Letter::kOpen) {
-      margin = std::min(margin, s.result(row));
+      margin = std::min(margin, s.result(row) + may_miss);
       continue;
     }
     const bool cone = s.letters[i] == Letter::kStick && std::isfinite(contact.coefficient);
     // The apex of the cone: both vanish together.
-    margin = std::min(
-        margin, gain * (cone ? contact.coefficient * s.force(row) - force.norm() : s.force(row)));
+    const double pushes = cone ? contact.coefficient * s.force(row) - force.norm() : s.force(row);
+    margin = std::min(margin, gain * pushes + may_miss);
     if (Slips(s.letters[i]) && contact.dimension > 0 && !contact.slips) {
-      margin = std::min(margin, s.directions[i].head(contact.dimension).dot(slip));
+      margin = std::min(margin, s.directions[i].head(contact.dimension).dot(slip) + may_miss);
     }
   }
   return margin / scale;
+}
+
+/// Without forces.
+FrictionSolution Nothing(const FrictionProblem& problem, const Vector& result) {
+  FrictionSolution none;
+  none.letters.assign(problem.contacts.size(), Letter::kOpen);
+  none.directions.assign(problem.contacts.size(), Eigen::Vector2d::Zero());
+  none.force = Vector::Zero(problem.b.size());
+  none.result = result;
+  none.margin = std::numeric_limits<double>::infinity();
+  return none;
 }
 
 /// Of one group of contacts that feel each other.
@@ -66,6 +78,10 @@ std::vector<FrictionSolution> SolveGroup(const FrictionProblem& problem, double 
     throw std::domain_error(std::to_string(n) +
                             " contacts with friction feel each other: at most " +
                             std::to_string(kMaxCoupledContacts) + " are decided together");
+  }
+  if (problem.rounding.size() > 0 &&
+      (problem.b.cwiseAbs().array() <= problem.rounding.array()).all()) {
+    return {Nothing(problem, Vector::Zero(problem.b.size()))};
   }
   double scale = problem.b.cwiseAbs().maxCoeff();
   if (!(scale > 0)) scale = 1;
@@ -188,14 +204,7 @@ bool SolveWord(const FrictionProblem& problem, FrictionSolution* solution) {
 }
 
 std::vector<FrictionSolution> SolveFriction(const FrictionProblem& problem, double border) {
-  const std::size_t n = problem.contacts.size();
-  FrictionSolution none;
-  none.letters.assign(n, Letter::kOpen);
-  none.directions.assign(n, Eigen::Vector2d::Zero());
-  none.force = Vector::Zero(problem.b.size());
-  none.result = problem.b;
-  none.margin = std::numeric_limits<double>::infinity();
-  std::vector<FrictionSolution> solutions = {none};
+  std::vector<FrictionSolution> solutions = {Nothing(problem, problem.b)};
   for (const std::vector<std::size_t>& group : Groups(problem)) {
     FrictionProblem part;
     std::vector<int> rows;
@@ -206,8 +215,16 @@ std::vector<FrictionSolution> SolveFriction(const FrictionProblem& problem, doub
     const auto m = static_cast<Eigen::Index>(rows.size());
     part.G.resize(m, m);
     part.b.resize(m);
+    if (problem.slack.size() > 0) part.slack.resize(static_cast<Eigen::Index>(group.size()));
+    for (Eigen::Index k = 0; k < part.slack.size(); ++k) {
+      part.slack(k) = problem.slack(static_cast<Eigen::Index>(group[static_cast<std::size_t>(k)]));
+    }
+    if (problem.rounding.size() > 0) part.rounding.resize(m);
     for (Eigen::Index r = 0; r < m; ++r) {
       part.b(r) = problem.b(rows[static_cast<std::size_t>(r)]);
+      if (part.rounding.size() > 0) {
+        part.rounding(r) = problem.rounding(rows[static_cast<std::size_t>(r)]);
+      }
       for (Eigen::Index c = 0; c < m; ++c) {
         part.G(r, c) =
             problem.G(rows[static_cast<std::size_t>(r)], rows[static_cast<std::size_t>(c)]);

@@ -7,17 +7,23 @@
 
 namespace contact_flow {
 
+/// A contact whose coefficient is 0 slips, too, where that is a variable: by it there is a force of
+/// first order, against the slip.
 void ContactDynamics::AddFriction() {
   int column = 0;
+  const Matrix by_parameter = variables_.parameters.empty()
+                                  ? Matrix::Zero(system_.num_constraints(), 0)
+                                  : system_.DifferentiateFriction(variables_.parameters);
   for (int i : at_->mode - system_.compliant()) {
     const Friction& friction = system_.friction()[i];
     const Letter letter = at_->mode.LetterOf(i);
     if (letter == Letter::kStick) {
       for (int k = 0; k < friction.dimension; ++k) at_->active.push_back(friction.row + k);
-    } else if (friction.dimension > 0 && friction.coefficient > 0) {
+    } else if (friction.dimension > 0 &&
+               (friction.coefficient > 0 || !by_parameter.row(i).isZero(0))) {
       Sliding sliding{i, column, friction};
       sliding.direction(0) = letter == Letter::kBackward ? -1 : 1;
-      at_->turning = at_->turning || friction.dimension == 2;
+      at_->turning = at_->turning || friction.dimension == 2 || !(friction.coefficient > 0);
       at_->sliding.push_back(sliding);
     }
     ++column;
@@ -26,12 +32,16 @@ void ContactDynamics::AddFriction() {
 
 void ContactDynamics::FactorizeSliding(const VectorRef& x) {
   at_->push = at_->reach;
+  const auto friction_acts = [](const Sliding& s) { return s.friction.coefficient > 0; };
   for (Sliding& s : at_->sliding) {
     const auto rows = terms_.jacobian.middleRows(s.friction.row, s.friction.dimension);
     if (s.friction.dimension == 2) {
       const Eigen::Vector2d slip = rows * x.tail(d_);
       s.speed = slip.norm();
       s.direction = slip / s.speed;
+      if (!(friction_acts(s) || s.speed > 0)) s.direction.setZero();
+    } else if (!friction_acts(s)) {
+      s.direction(0) = rows.row(0).dot(x.tail(d_)) < 0 ? -1 : 1;
     }
     Vector tangential = rows.transpose() * s.direction.head(s.friction.dimension);
     mass_factor_.matrixL().solveInPlace(tangential);
@@ -64,7 +74,7 @@ void ContactDynamics::DifferentiateDirections(const VectorRef& x) {
                                               variables_.parameters, &slip_by_parameter);
     }
     for (Sliding& s : at_->sliding) {
-      if (s.friction.dimension < 2) continue;
+      if (s.friction.dimension < 2 || s.friction.coefficient == 0) continue;
       const auto rows = terms_.jacobian.middleRows<2>(s.friction.row);
       Matrix by = Matrix::Zero(2, 2 * d_ + k_);
       by.leftCols(2 * d_) << slip.constraint_q.middleRows<2>(s.friction.row), rows;

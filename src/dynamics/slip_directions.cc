@@ -4,6 +4,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "contact_flow/budget.h"
+
 namespace contact_flow {
 namespace {
 
@@ -75,6 +77,7 @@ std::vector<FrictionSolution> NewtonRoots(Directions f, Eigen::Index size, doubl
   long starts = 1;
   for (Eigen::Index k = 0; k < size; ++k) starts *= kStarts;
   for (long start = 0; start < starts; ++start) {
+    AskBudget();
     Vector psi(size);
     long digits = start;
     for (Eigen::Index k = 0; k < size; ++k, digits /= kStarts) {

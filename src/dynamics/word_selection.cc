@@ -5,6 +5,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 namespace contact_flow {
@@ -20,13 +21,25 @@ constexpr double kStrict = 1e-7;
 constexpr double kSameMotion = 1e-8;
 /// Rows are dependent below this eigenvalue of their normalized Gram matrix.
 constexpr double kDependent = 1e-11;
-/// Energy that an impact may gain by rounding, relative.
-constexpr double kEnergyRounding = 1e-10;
+/// What accelerations of rows are known to, relative to those of the whole.
+constexpr double kRounding = 1e-13;
+
+/// Accelerations that differ by less than this a look ahead, relative, are one motion.
+constexpr double kSameAhead = 1e-11;
+/// What shrinks by so many roundings is no rounding of forces that are larger than their sum.
+constexpr double kNoticed = 1e3;
 
 /// The guards of one word that hold at a touching contact: what has to stay positive.
 struct Slack {
   int constraint;
   double value;
+  bool cone = false;  // of a contact that sticks
+};
+
+/// What becomes of the slacks of a word that are nearly used up.
+struct Trend {
+  double growth = std::numeric_limits<double>::infinity();  // the smallest, in roundings
+  Matrix accelerations;  // now, and a little later
 };
 
 class Words {
@@ -42,12 +55,20 @@ class Words {
     const Matrix& A = frame_.rows();
     const InverseInertia inertia = Inertia();
     FrictionProblem& problem = frame_.problem();
-    problem.b = A * inertia.FreeAcceleration() + frame_.bias();
+    const Vector free = inertia.FreeAcceleration();
+    problem.b = A * free + frame_.bias();
     scale_ = problem.b.size() > 0 ? problem.b.cwiseAbs().maxCoeff() : 0;
+    const double size = std::sqrt(free.dot(inertia.mass() * free));
+    problem.slack.resize(static_cast<Eigen::Index>(problem.contacts.size()));
+    rounding_ = Vector::Zero(system_.num_constraints());
     int row = 0;
     for (std::size_t k = 0; k < frame_.constraints().size(); ++k) {
       const int i = frame_.constraints()[k];
       FrictionContact& contact = problem.contacts[k];
+      // |A P h| ≤ |√P Aᵀ| |√P h|
+      rounding_(i) = kRounding * std::sqrt(problem.G(row, row)) * size;
+      problem.slack(static_cast<Eigen::Index>(k)) =
+          rounding_(i) + (touching.slack.size() > 0 ? touching.slack(i) : 0);
       if (touching.slipping.Contains(i) && contact.dimension > 0) {
         contact.slips = true;
         if (contact.dimension == 1) {
@@ -61,21 +82,34 @@ class Words {
   }
 
   ContactMode Find(double border) {
-    const std::vector<FrictionSolution> all = SolveFriction(frame_.problem(), border);
+    std::vector<FrictionSolution> all = SolveFriction(frame_.problem(), border);
     if (all.empty()) Refuse(FrictionRefusal::Kind::kInconsistent, "no contact forces exist");
+    ForgetSharedForces(&all);
     for (const FrictionSolution& word : all) RefuseSharedForces(word);
-    if (all.size() == 1) return ModeOf(all.front());
+    if (all.size() == 1) {
+      RefuseEnd(all.front(), border);
+      return ModeOf(all.front());
+    }
     ContactMode varying;
     for (std::size_t k = 0; k < frame_.constraints().size(); ++k) {
       for (const FrictionSolution& word : all) {
         if (word.letters[k] != all.front().letters[k]) varying.Insert(frame_.constraints()[k]);
       }
     }
-    std::vector<ContactMode> fitting;
+    std::vector<ContactMode> fitting, lasting;
+    std::vector<Trend> trends;
     for (const FrictionSolution& word : all) {
-      if (GoesOn(word, varying)) fitting.push_back(ModeOf(word));
+      Trend trend = TrendOf(word, varying, [&](const Slack& slack) {
+        return slack.value < Nearly(slack.constraint);
+      });
+      if (trend.growth > 0) fitting.push_back(ModeOf(word));
+      if (trend.growth < -1) continue;
+      lasting.push_back(ModeOf(word));
+      trends.push_back(std::move(trend));
     }
     if (fitting.size() == 1) return fitting.front();
+    // Forces that vanish and stay: which of the words is told does not matter.
+    if (SameMotion(trends)) return Simplest(lasting);
     std::string words;
     const int n = system_.num_constraints();
     for (const FrictionSolution& word : all) words += " '" + ModeOf(word).Word(n) + "'";
@@ -89,9 +123,38 @@ class Words {
     return InverseInertia(system_, x_.head(nq_), x_.tail(d_), dynamics_.u(), ContactMode());
   }
 
-  /// Two contacts that stick and share a force that is not unique look like one that slips at
-  /// no acceleration.
-  void RefuseSharedForces(const FrictionSolution& word) const {
+  static bool SameMotion(const std::vector<Trend>& trends) {
+    for (const Trend& trend : trends) {
+      const Matrix& first = trends.front().accelerations;
+      const double size = first.cwiseAbs().maxCoeff();
+      const Matrix apart = (trend.accelerations - first).cwiseAbs();
+      if (!(apart.col(0).maxCoeff() <= kSameMotion * size)) return false;
+      if (!(apart.col(1).maxCoeff() <= kSameAhead * size)) return false;
+    }
+    return !trends.empty();
+  }
+
+  /// With the fewest in contact, and of these with the most that stick.
+  static ContactMode Simplest(const std::vector<ContactMode>& words) {
+    return *std::min_element(words.begin(), words.end(), [](ContactMode a, ContactMode b) {
+      return a.Size() != b.Size() ? a.Size() < b.Size() : a.Sticking().Size() > b.Sticking().Size();
+    });
+  }
+
+  /// A single word whose force, or gap, is used up and goes on to shrink: no word follows it.
+  void RefuseEnd(const FrictionSolution& word, double border) {
+    const ContactMode all = touching_.still | touching_.slipping;
+    const Trend trend = TrendOf(word, all, [&](const Slack& slack) {
+      return !slack.cone && slack.value < border * scale_ + 2 * SlackOf(slack.constraint);
+    });
+    if (trend.growth >= -kNoticed) return;
+    Refuse(FrictionRefusal::Kind::kInconsistent,
+           "the word '" + ModeOf(word).Word(system_.num_constraints()) +
+               "' is the only one that fits, and does not go on to hold: what would have to pull "
+               "presses as soon as it lets go");
+  }
+
+  bool SharesForces(const FrictionSolution& word) const {
     const FrictionProblem& problem = frame_.problem();
     for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
       const FrictionContact& contact = problem.contacts[k];
@@ -99,9 +162,30 @@ class Words {
       if (contact.dimension == 0 || contact.slips) continue;
       if (letter == Letter::kOpen || letter == Letter::kStick) continue;
       const auto slip = word.result.segment(problem.Row(k) + 1, contact.dimension);
-      if (slip.norm() > kStrict * scale_ || !Dependent()) continue;
-      Refuse(FrictionRefusal::Kind::kIndeterminateForces, "");
+      if (slip.norm() <= kStrict * scale_ && Dependent()) return true;
     }
+    return false;
+  }
+
+  /// Words with forces that are not unique, where one with unique forces leads to the same motion.
+  void ForgetSharedForces(std::vector<FrictionSolution>* all) const {
+    std::vector<FrictionSolution> unique;
+    for (const FrictionSolution& word : *all) {
+      if (!SharesForces(word)) unique.push_back(word);
+    }
+    if (unique.empty() || unique.size() == all->size()) return;
+    const Vector motion = frame_.reach() * unique.front().force;
+    for (const FrictionSolution& word : *all) {
+      const Vector apart = frame_.reach() * word.force - motion;
+      if (!(apart.cwiseAbs().maxCoeff() <= kSameMotion * motion.cwiseAbs().maxCoeff())) return;
+    }
+    *all = std::move(unique);
+  }
+
+  /// Two contacts that stick and share a force that is not unique look like one that slips at
+  /// no acceleration.
+  void RefuseSharedForces(const FrictionSolution& word) const {
+    if (SharesForces(word)) Refuse(FrictionRefusal::Kind::kIndeterminateForces, "");
   }
 
   bool Dependent() const {
@@ -134,6 +218,13 @@ class Words {
     return mode;
   }
 
+  double SlackOf(int constraint) const {
+    const std::vector<int>& all = frame_.constraints();
+    return frame_.problem().slack(std::find(all.begin(), all.end(), constraint) - all.begin());
+  }
+  /// What a slack that is nearly used up is below, of a contact.
+  double Nearly(int constraint) const { return kStrict * scale_ + 2 * SlackOf(constraint); }
+
   /// What has to stay positive at the contacts of `varying`, where the motion of `mode` is at x.
   std::vector<Slack> Slacks(const Vector& x, ContactMode mode, ContactMode varying) {
     dynamics_.Evaluate(x, mode);
@@ -149,19 +240,20 @@ class Words {
       const double gain = frame_.problem().G(row, row);
       const Letter letter = mode.LetterOf(i);
       if (letter == Letter::kOpen) {
-        slacks.push_back({i, rate(i)});
+        slacks.push_back({i, rate(i), false});
         continue;
       }
       const int tangential = contact.dimension > 0 ? system_.friction()[i].row : 0;
       if (letter == Letter::kStick && std::isfinite(contact.coefficient)) {
         slacks.push_back({i, gain * (contact.coefficient * force(i) -
-                                     force.segment(tangential, contact.dimension).norm())});
+                                     force.segment(tangential, contact.dimension).norm()),
+                          true});
         continue;
       }
-      slacks.push_back({i, gain * force(i)});
+      slacks.push_back({i, gain * force(i), false});
       const bool begins = !contact.slips && contact.dimension == 1 && letter != Letter::kStick;
       if (begins) {
-        slacks.push_back({i, (letter == Letter::kBackward ? -1 : 1) * rate(tangential)});
+        slacks.push_back({i, (letter == Letter::kBackward ? -1 : 1) * rate(tangential), false});
       }
     }
     return slacks;
@@ -202,19 +294,26 @@ class Words {
     return x;
   }
 
-  /// Whether no slack that is nearly used up shrinks along the motion of the word.
-  bool GoesOn(const FrictionSolution& word, ContactMode varying) {
+  /// How the slacks of `varying` that `nearly` tells of grow along the motion of the word.
+  template <class Nearly>
+  Trend TrendOf(const FrictionSolution& word, ContactMode varying, const Nearly& nearly) {
     const ContactMode mode = ModeOf(word);
     const Vector x = Begun(word);
+    Trend trend;
+    trend.accelerations.resize(d_, 2);
     const std::vector<Slack> now = Slacks(x, mode, varying);
+    trend.accelerations.col(0) = dynamics_.acceleration();
     const Vector field = dynamics_.Field(x, mode).head(2 * d_);
     const double step =
         kAhead * (1 + x_.cwiseAbs().maxCoeff()) / (1e-300 + field.cwiseAbs().maxCoeff());
     const std::vector<Slack> later = Slacks(system_.Perturb(x, step * field), mode, varying);
+    trend.accelerations.col(1) = dynamics_.acceleration();
     for (std::size_t k = 0; k < now.size(); ++k) {
-      if (now[k].value < kStrict * scale_ && !(later[k].value > now[k].value)) return false;
+      if (!nearly(now[k])) continue;
+      const double rounding = 1e-300 + rounding_(now[k].constraint);
+      trend.growth = std::min(trend.growth, (later[k].value - now[k].value) / rounding);
     }
-    return true;
+    return trend;
   }
 
   ContactDynamics& dynamics_;
@@ -224,95 +323,16 @@ class Words {
   const int nq_, d_;
   FrictionFrame frame_;
   double scale_ = 0;  // largest acceleration of a row
+  Vector rounding_;   // of accelerations, by constraint
   ConstraintTerms terms_;
 };
 
 }  // namespace
 
-FrictionFrame::FrictionFrame(const MechanicalSystem& system, const InverseInertia& inertia,
-                             ContactMode contacts)
-    : system_(system) {
-  for (int i : contacts) {
-    const Friction friction = system.HasFriction() ? system.friction()[i] : Friction();
-    FrictionContact contact;
-    contact.coefficient = friction.coefficient;
-    contact.dimension = friction.coefficient > 0 ? friction.dimension : 0;
-    constraints_.push_back(i);
-    system_rows_.push_back(i);
-    for (int k = 0; k < contact.dimension; ++k) system_rows_.push_back(friction.row + k);
-    problem_.contacts.push_back(contact);
-  }
-  const auto m = static_cast<Eigen::Index>(system_rows_.size());
-  rows_.resize(m, system.dof());
-  bias_.resize(m);
-  for (Eigen::Index r = 0; r < m; ++r) {
-    rows_.row(r) = inertia.terms().jacobian.row(system_rows_[static_cast<std::size_t>(r)]);
-    bias_(r) = inertia.terms().bias(system_rows_[static_cast<std::size_t>(r)]);
-  }
-  reach_ = inertia * rows_.transpose();
-  problem_.G = rows_ * reach_;
-}
-
-Vector FrictionFrame::Spread(const Vector& values) const {
-  Vector all = Vector::Zero(system_.num_rows());
-  for (std::size_t r = 0; r < system_rows_.size(); ++r) {
-    all(system_rows_[r]) = values(static_cast<Eigen::Index>(r));
-  }
-  return all;
-}
-
 ContactMode SelectWord(ContactDynamics* dynamics, const VectorRef& x,
                        const TouchingContacts& touching, double border) {
   if ((touching.still | touching.slipping).Empty()) return ContactMode();
   return Words(dynamics, x, touching).Find(border);
-}
-
-FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const VectorRef& q,
-                                       const VectorRef& v_minus, ContactMode touching) {
-  const InverseInertia inertia(system, q, v_minus);
-  FrictionFrame frame(system, inertia, touching);
-  FrictionProblem& problem = frame.problem();
-  const Vector before = frame.rows() * v_minus;
-  problem.b = before;
-  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
-    problem.b(problem.Row(k)) *= 1 + system.restitution()(frame.constraints()[k]);
-  }
-  const std::string names = touching.ToString(system.description().constraints);
-  const std::vector<FrictionSolution> all = SolveFriction(problem);
-  if (all.empty()) {
-    throw FrictionRefusal(FrictionRefusal::Kind::kNoImpact,
-                          "no impulses of the contacts " + names + " end the impact: they jam");
-  }
-  const FrictionSolution& found = all.front();
-  const double scale = problem.b.cwiseAbs().maxCoeff();
-  for (const FrictionSolution& other : all) {
-    if ((other.result - found.result).cwiseAbs().maxCoeff() <= kSameMotion * scale) continue;
-    throw FrictionRefusal(FrictionRefusal::Kind::kAmbiguousImpact,
-                          "several impulses of the contacts " + names + " end the impact");
-  }
-  FrictionalImpact impact;
-  impact.result.v_plus = v_minus + frame.reach() * found.force;
-  impact.result.impulse = frame.Spread(found.force);
-  impact.result.impulse.segment(system.num_constraints(), system.num_bilateral()) =
-      inertia.BilateralForce(Matrix(frame.rows().transpose() * found.force)).col(0);
-  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
-    if (found.letters[k] == Letter::kOpen) continue;
-    const bool free = problem.contacts[k].dimension == 0;
-    impact.word.Set(frame.constraints()[k], free ? Letter::kSlip : found.letters[k]);
-    impact.result.hit.Insert(frame.constraints()[k]);
-  }
-  impact.energy_change = 0.5 * found.force.dot(before + frame.rows() * impact.result.v_plus);
-  const double energy = 0.5 * v_minus.dot(inertia.mass() * v_minus);
-  if (impact.energy_change > kEnergyRounding * energy) {
-    std::ostringstream message;
-    message << "the impact of the contacts " << names << " would add " << impact.energy_change
-            << " J (Newton's restitution with friction)";
-    throw FrictionRefusal(FrictionRefusal::Kind::kEnergyGain, message.str());
-  }
-  if (!impact.result.v_plus.allFinite()) {
-    throw std::domain_error("the velocity after the impact is not finite");
-  }
-  return impact;
 }
 
 }  // namespace contact_flow

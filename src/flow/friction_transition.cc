@@ -9,6 +9,7 @@
 #include "contact_flow/dynamics/guards.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
+#include "contact_flow/flow/force_slack.h"
 #include "contact_flow/flow/transition.h"
 #include "guard_zeros.h"
 #include "guarded.h"
@@ -20,8 +21,9 @@ namespace {
 
 /// How closely the inequalities of a word have to hold, at least.
 constexpr double kBorder = 1e-10;
-/// A slip in space that begins has this many absolute tolerances.
-constexpr double kOnset = 10;
+/// A slip in space that begins has this many absolute tolerances, or what it gains in this time,
+/// relative to max(1, t): its direction is followed by steps that take less than it has lasted.
+constexpr double kOnset = 10, kOnsetTime = 1e-12;
 
 class FrictionalResolution {
  public:
@@ -96,7 +98,8 @@ class FrictionalResolution {
     ContactMode still = cluster.mode_before.Sticking() | stopped_;
     if (!cluster.activated.Empty()) {
       const FrictionalImpact impact =
-          SolveFrictionalImpact(system_, cluster.x_minus.head(nq_), v_minus, touching);
+          SolveFrictionalImpact(system_, cluster.x_minus.head(nq_), v_minus, touching,
+                                cluster.mode_before);
       v_plus = impact.result.v_plus;
       cluster.impulse = impact.result.impulse;
       cluster.impulse_word = impact.word;
@@ -112,6 +115,7 @@ class FrictionalResolution {
     }
     const Vector rate = terms_.jacobian * v_plus;
     TouchingContacts contacts;
+    contacts.slack = ForceSlack(&dynamics_, cluster);
     for (int i : touching) {
       const bool bounced = cluster.activated.Contains(i) && system_.restitution()(i) > 0;
       const double low = grazed_.Contains(i) ? Low(i) : 0;
@@ -242,18 +246,27 @@ class FrictionalResolution {
     cluster.obstacle = {Outcome::kNotPiecewiseLinear,
                         "contacts " + begins.ToString(system_.description().constraints) +
                             " begin to slip in space: derivatives across that are not offered"};
-    Rest(OnsetDirections(&dynamics_, cluster.x_plus, contacts, cluster.mode_after, begins,
-                         kBorder));
+    const std::map<int, Eigen::Vector2d> directions = OnsetDirections(
+        &dynamics_, cluster.x_plus, contacts, cluster.mode_after, begins, kBorder);
+    Rest(directions);
+    dynamics_.Evaluate(cluster.x_plus, cluster.mode_after);
+    const Vector gained = terms_.jacobian * dynamics_.acceleration();
+    double fastest = 0;
+    for (int i : begins) {
+      fastest = std::max(fastest, gained.segment<2>(system_.friction()[i].row).norm());
+    }
+    Rest(directions, kOnsetTime * std::max(1.0, cluster.t) * fastest);
   }
 
   /// What rests is made rest: normal velocities of the mode, slips of what sticks. A slip in space
   /// that begins gets a direction by a speed that counts as none.
-  void Rest(const std::map<int, Eigen::Vector2d>& onsets) {
+  void Rest(const std::map<int, Eigen::Vector2d>& onsets, double least = 0) {
     Transition& cluster = result_.transition;
     std::vector<int> rows;
     std::vector<double> rates;
     const double speed = cluster.x_plus.tail(d_).cwiseAbs().maxCoeff();
-    const double onset = kOnset * std::max(rules_.absolute_tolerance, kRounding * speed);
+    const double onset =
+        std::max(least, kOnset * std::max(rules_.absolute_tolerance, kRounding * speed));
     for (int i : cluster.mode_after) {
       rows.push_back(i);
       rates.push_back(0);

@@ -61,6 +61,8 @@ bool Flow::GoesOn() {
 /// Applies the transition at (t_, x_); false when it cannot be, and the run ends before it.
 bool Flow::PassTransition() {
   if (!GoesOn()) return false;
+  // Words of many contacts take longer than steps do.
+  if (system_.HasFriction()) next_clock_reading_ = attempts_;
   ResolvedTransition resolved =
       system_.HasFriction() ? ResolveFriction(&dynamics_, t_, x_, mode_, trigger_, Rules())
                             : ResolveTransition(&dynamics_, t_, x_, mode_, trigger_, Rules());

@@ -18,9 +18,11 @@ std::map<int, Eigen::Vector2d> OnsetDirections(ContactDynamics* dynamics, const 
   FrictionFrame frame(system, inertia, touching.still | touching.slipping);
   FrictionProblem& problem = frame.problem();
   problem.b = frame.rows() * inertia.FreeAcceleration() + frame.bias();
+  problem.slack = Vector::Zero(static_cast<Eigen::Index>(problem.contacts.size()));
   for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
     FrictionContact& contact = problem.contacts[k];
     const int i = frame.constraints()[k], row = problem.Row(k) + 1;
+    if (touching.slack.size() > 0) problem.slack(static_cast<Eigen::Index>(k)) = touching.slack(i);
     contact.slips = touching.slipping.Contains(i) && contact.dimension > 0;
     if (!contact.slips) continue;
     if (contact.dimension == 2) {

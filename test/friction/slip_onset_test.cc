@@ -11,6 +11,7 @@
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_system.h"
 #include "test/friction/systems/contact_parameters.h"
+#include "test/friction/systems/tip.h"
 
 namespace contact_flow {
 namespace {
@@ -103,6 +104,32 @@ TEST(SlipOnset, HasNoDerivative) {
   const BDerivative B = DifferentiateOutcome(*system, run);
   EXPECT_EQ(Outcome::kNotPiecewiseLinear, B.status.outcome);
   EXPECT_NE(std::string::npos, B.status.message.find("{floor} begin to slip")) << B.status.message;
+}
+
+/// One motion in other units of time, T seconds. A point falls, lands vertically at T √0.02, and
+/// slips from there on along (9, 3), by |(9, 3)| − 2 = |s'| T².
+TEST(SlipOnset, IsTheSameInOtherUnits) {
+  const double landing = std::sqrt(0.02), duration = 0.5, after = duration - landing;
+  const double pull = std::hypot(9.0, 3.0), way = 0.5 * (pull - 2) * after * after / pull;
+  for (const double T : {1e2, 1.0, 1e-2, 1e-3, 1e-4}) {
+    const auto system = MakeSystem<test::Tip<3>>(
+        {{"mu0", 0.2}, {"f0", 9 / T / T}, {"f1", 3 / T / T}, {"f2", -10 / T / T}});
+    Vector x(6);
+    x << 0, 0, 0.1, -9 * landing / T, -3 * landing / T, 0;
+    const double back = 0.5 * landing * landing;
+    for (const double tolerance : {1e-9, 1e-12}) {
+      SimulateOptions options;
+      options.relative_tolerance = options.absolute_tolerance = tolerance;
+      const Trajectory run = Simulate(*system, x, Vector::Zero(0), duration * T, options);
+      ASSERT_TRUE(run.status.ok()) << T << " " << tolerance << ": " << run.status.message;
+      EXPECT_EQ("l", run.arcs.back().mode.Word(1));
+      // An onset of ten tolerances, or of what 1e-12 units of time gain, 1e-11/T², for 0.36 T; the
+      // rest is that of many short steps.
+      const double error = 300 * (tolerance * std::max(1.0, T) + 1e-11 / T);
+      EXPECT_NEAR(9 * (way - back), run.FinalState()(0), error) << T << " " << tolerance;
+      EXPECT_NEAR(3 * (way - back), run.FinalState()(1), error) << T << " " << tolerance;
+    }
+  }
 }
 
 }  // namespace

@@ -25,6 +25,12 @@ struct FrictionProblem {
   Matrix G;
   Vector b;
   std::vector<FrictionContact> contacts;
+  /// By contact, what its inequalities may miss beside `border`, in units of b: where b itself
+  /// vanishes (forces that reach zero) it is no scale. Empty for none.
+  Vector slack;
+  /// By row, what b is known to. Contacts that feel only each other, and whose b is not known from
+  /// zero, take no forces. Empty where b is exact.
+  Vector rounding;
 
   int Row(std::size_t contact) const;  ///< of its normal
 };

@@ -43,6 +43,9 @@ class FrictionFrame {
   FrictionProblem& problem() { return problem_; }
   /// d/dt A v of each row [m].
   const Vector& bias() const { return bias_; }
+  /// What A v is known to by row [m]: where contacts of `before` rest, and stick, any value is
+  /// zero.
+  Vector RateRounding(const InverseInertia& inertia, const VectorRef& v, ContactMode before) const;
   /// Values by row of this frame, as force or impulse of the system [n+l+r], zero elsewhere.
   Vector Spread(const Vector& values) const;
 
@@ -59,6 +62,9 @@ class FrictionFrame {
 struct TouchingContacts {
   ContactMode still;     ///< T v = 0: it sticks, or begins to slip
   ContactMode slipping;  ///< T v ≠ 0; letters give the direction in the plane
+  /// By constraint, what inequalities of accelerations may miss [m/s²]: of guards of forces that
+  /// vanish here (ForceSlack). Words that miss by no more are decided by the rates. Empty for none.
+  Vector slack;
 };
 
 /// The contact mode of a state whose touching contacts rest in normal direction, (F4) for the
@@ -77,9 +83,11 @@ struct FrictionalImpact {
   ContactMode word;          ///< a letter for each contact with an impulse
   double energy_change = 0;  ///< ½ pᵀ (A v⁻ + A v⁺) [J]
 };
-/// Throws FrictionRefusal where no or several v⁺ fit, or energy would be gained by
-/// more than rounding.
+/// `before` are those that rested, and stuck, by letter. Contacts that rest to rounding and feel
+/// nobody who does not take no part. Throws FrictionRefusal where no or several v⁺ fit, or energy
+/// would be gained by more than rounding.
 FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const VectorRef& q,
-                                       const VectorRef& v_minus, ContactMode touching);
+                                       const VectorRef& v_minus, ContactMode touching,
+                                       ContactMode before = ContactMode());
 
 }  // namespace contact_flow

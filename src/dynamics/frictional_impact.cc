@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+#include <sstream>
+
+#include "contact_flow/dynamics/word_selection.h"
+
+namespace contact_flow {
+namespace {
+
+/// Motions that differ by less than this, relative, are one.
+constexpr double kSameMotion = 1e-8;
+/// Energy that an impact may gain by rounding, relative.
+constexpr double kEnergyRounding = 1e-10;
+
+}  // namespace
+
+FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const VectorRef& q,
+                                       const VectorRef& v_minus, ContactMode touching,
+                                       ContactMode before_impact) {
+  const InverseInertia inertia(system, q, v_minus);
+  FrictionFrame frame(system, inertia, touching);
+  FrictionProblem& problem = frame.problem();
+  const Vector before = frame.rows() * v_minus;
+  problem.b = before;
+  problem.rounding = frame.RateRounding(inertia, v_minus, before_impact);
+  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+    problem.b(problem.Row(k)) *= 1 + system.restitution()(frame.constraints()[k]);
+  }
+  const std::string names = touching.ToString(system.description().constraints);
+  const std::vector<FrictionSolution> all = SolveFriction(problem);
+  if (all.empty()) {
+    throw FrictionRefusal(FrictionRefusal::Kind::kNoImpact,
+                          "no impulses of the contacts " + names + " end the impact: they jam");
+  }
+  const FrictionSolution& found = all.front();
+  const double scale = problem.b.cwiseAbs().maxCoeff();
+  for (const FrictionSolution& other : all) {
+    if ((other.result - found.result).cwiseAbs().maxCoeff() <= kSameMotion * scale) continue;
+    throw FrictionRefusal(FrictionRefusal::Kind::kAmbiguousImpact,
+                          "several impulses of the contacts " + names + " end the impact");
+  }
+  FrictionalImpact impact;
+  impact.result.v_plus = v_minus + frame.reach() * found.force;
+  impact.result.impulse = frame.Spread(found.force);
+  impact.result.impulse.segment(system.num_constraints(), system.num_bilateral()) =
+      inertia.BilateralForce(Matrix(frame.rows().transpose() * found.force)).col(0);
+  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+    if (found.letters[k] == Letter::kOpen) continue;
+    const bool free = problem.contacts[k].dimension == 0;
+    impact.word.Set(frame.constraints()[k], free ? Letter::kSlip : found.letters[k]);
+    impact.result.hit.Insert(frame.constraints()[k]);
+  }
+  impact.energy_change = 0.5 * found.force.dot(before + frame.rows() * impact.result.v_plus);
+  const double energy = 0.5 * v_minus.dot(inertia.mass() * v_minus);
+  if (impact.energy_change > kEnergyRounding * energy) {
+    std::ostringstream message;
+    message << "the impact of the contacts " << names << " would add " << impact.energy_change
+            << " J (Newton's restitution with friction)";
+    throw FrictionRefusal(FrictionRefusal::Kind::kEnergyGain, message.str());
+  }
+  if (!impact.result.v_plus.allFinite()) {
+    throw std::domain_error("the velocity after the impact is not finite");
+  }
+  return impact;
+}
+
+}  // namespace contact_flow
