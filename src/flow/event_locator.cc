@@ -27,6 +27,8 @@ constexpr int kAffinePieces = 2, kPieces = 4, kFreePieces = 8, kForcePieces = 2;
 constexpr int kMaxGapSamples = 4000, kMaxForceSamples = 400;
 /// After a step that needed more than this part of it the next grows by this factor at most.
 constexpr double kBusy = 0.2, kBusyGrowth = 1.5;
+/// Rounding of a slip, relative to the velocities.
+constexpr double kSlipRounding = 1e-13;
 
 }  // namespace
 
@@ -258,7 +260,9 @@ void EventLocator::SearchForces(ContactMode members, LocatedEvent* event) {
 void EventLocator::SearchSlips(ContactMode slips, LocatedEvent* event) {
   AskBudget();
   if (!stepper_->extended()) stepper_->Extend();
-  for (int g : slips) floors_(g) = floor_;
+  // A slip that has just begun is zero to the rounding of velocities.
+  const double speed = stepper_->end().tail(dynamics_->system().dof()).lpNorm<Eigen::Infinity>();
+  for (int g : slips) floors_(g) = std::max(floor_, kSlipRounding * speed);
   double unused = std::numeric_limits<double>::infinity();
   search_.Run({slips, floors_.data(), false, false, kAffinePieces, kMaxGapSamples}, &unused, event);
 }
