@@ -17,8 +17,9 @@ struct EventResidual {
 
 /// Holds one transition and its map to the laws of events in Trust, whose entries grow to the
 /// largest residuals so far. `before` and `after` are scratch with the inputs of the arcs on either
-/// side. `residual` is zero where the input changes. Not kOk, with the law's name, time and size, where one fails. Costs one direction of the
-/// map, a factorization, and m saltation matrices for each face that is compared.
+/// side. `residual` is zero where the input changes. Not kOk, with the law's name, time and size,
+/// where one fails. Costs one direction of the map, a factorization, and m saltation matrices for
+/// each face that is compared.
 Status CheckEventLaws(ContactDynamics* before, ContactDynamics* after, const Transition& transition,
                       const EventMap& map, Trust* trust, EventResidual* residual);
 

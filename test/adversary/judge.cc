@@ -34,7 +34,12 @@ constexpr int kDirections = 4;
 class Court {
  public:
   explicit Court(const Case& c)
-      : c_(c), d_(c.system->dof()), directions_(c), trial_(c), quotients_(trial_), given_(trial_.given()) {}
+      : c_(c),
+        d_(c.system->dof()),
+        directions_(c),
+        trial_(c),
+        quotients_(trial_),
+        given_(trial_.given()) {}
 
   Verdict Judge() {
     StartReference();

@@ -9,8 +9,8 @@
 namespace contact_flow {
 namespace adversary {
 
-/// What quotients of the reference at other perturbations, and by other steps, say of one that
-/// contradicts.
+/// What quotients of the reference at other perturbations, and by other steps, say of one
+/// that contradicts.
 class Quotients {
  public:
   /// A quotient that is off by this part of what another is off by is right beside it.

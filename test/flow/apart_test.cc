@@ -54,7 +54,8 @@ struct TwoBallsWithFriction : TwoBalls {
 };
 
 /// One is at its apex after √(1/5) s, as it touches the lid with no speed; the other is then at
-/// 2 − 1 = 1 m, and falls on. The instant of the graze is uncertain by the root of what heights are.
+/// 2 − 1 = 1 m, and falls on. The instant of the graze is uncertain by the root of what heights
+/// are uncertain by.
 template <class System>
 void FallsPastTheGraze(const System& system) {
   for (const double tolerance : {1e-6, 1e-9, 1e-11}) {

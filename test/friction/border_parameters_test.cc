@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Derivatives by restitution where it is 0, and by friction where it is 0: the ends of their ranges.
+// Derivatives by restitution where it is 0, and by friction where it is 0: ends of their ranges.
 // A tip of unit mass in the plane (D = 2) or in space, with a constant force.
 #include <gtest/gtest.h>
 

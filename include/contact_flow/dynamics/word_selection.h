@@ -43,8 +43,8 @@ class FrictionFrame {
   FrictionProblem& problem() { return problem_; }
   /// d/dt A v of each row [m].
   const Vector& bias() const { return bias_; }
-  /// What A v is known to by row [m]: where contacts of `before` rest, and stick, any value is
-  /// zero.
+  /// What A v is known to by row [m]: where contacts of `before` rest, and stick, any value
+  /// is zero.
   Vector RateRounding(const InverseInertia& inertia, const VectorRef& v, ContactMode before) const;
   /// Values by row of this frame, as force or impulse of the system [n+l+r], zero elsewhere.
   Vector Spread(const Vector& values) const;
