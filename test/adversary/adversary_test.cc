@@ -119,7 +119,7 @@ TEST(Adversary, WhatWasWrongOnce) {
       {447, kRight, "tangents in units of which one hides the other"},
       {3364, kRight, "a small impulse by projection that counted as none"},
       {11, kRight, "a field at rest that is nothing but rounding"},
-      {3458, kRight, "an estimated error that was no number"},
+      {3458, kRefused, "an estimated error that was no number", "moves"},
       {426, kRefused, "a contact that holds without a force",
        "holds without a force"},
       {2428, kRefused, "a start that leaves by less than is known",

@@ -92,8 +92,8 @@ TEST(Directions, ThroughWhatTheStartTouchesSaySo) {
   request.state.velocities = {1};
   request.directions = {"-y"};
   const std::string refusal = Refusal(setup, request);
-  EXPECT_NE(refusal.find("direction -y leads through the constraint 'floor', which the initial "
-                         "state touches"),
+  EXPECT_NE(refusal.find("direction -y leads through the constraint 'floor', which the "
+                         "start touches"),
             std::string::npos)
       << refusal;
 }
