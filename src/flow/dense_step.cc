@@ -52,6 +52,7 @@ void DenseArc::DropBefore(double t) {
 }
 
 void DenseArc::Evaluate(double t, double* x) const {
+  if (Empty()) return;  // an event at the begin of the arc: x is left as it is
   const std::size_t k = StepAt(t);
   const double theta = std::clamp((t - begin_[k]) / length_[k], 0.0, 1.0);
   EvaluateDenseStep(coefficients_.data() + k * kDenseOrder * n_, n_, theta, x);
