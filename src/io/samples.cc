@@ -10,13 +10,23 @@ namespace contact_flow {
 namespace {
 
 /// Rows between two questions to the budget.
-constexpr int kAskEvery = 1024;
+constexpr int kAskEvery = 8192;
+
+/// The time that a run has used up leaves its samples to be taken; a caller who cancels does not
+/// wait for them.
+void AskCaller() {
+  try {
+    AskBudget();
+  } catch (const BudgetExceeded& reason) {
+    if (reason.end() != BudgetEnd::kSeconds) throw;
+  }
+}
 
 /// The times of `count` that are spread evenly over [begin, end] and lie inside the arc, in order.
 std::vector<double> TimesInside(const Arc& arc, double begin, double end, int count) {
   std::vector<double> times;
   for (int i = 0; i < count; ++i) {
-    if (i % kAskEvery == 0) AskBudget();
+    if (i % kAskEvery == kAskEvery - 1) AskCaller();
     const double t = begin + (end - begin) * i / (count - 1.0);
     if (t > arc.t_begin && t < arc.t_end) times.push_back(t);
   }
@@ -31,7 +41,7 @@ Samples SampleTrajectory(const Trajectory& trajectory, int count) {
   const double begin = trajectory.t_begin();
   const double end = trajectory.t_end();
   const auto add = [&](double t, const Vector& x) {
-    if (rows.size() % kAskEvery == 0) AskBudget();
+    if (rows.size() % kAskEvery == kAskEvery - 1) AskCaller();
     samples.t.push_back(t);
     rows.push_back(x);
   };
@@ -70,7 +80,7 @@ void WriteCsv(const SystemDescription& description, const Trajectory& trajectory
   for (std::size_t k = 0; k < trajectory.arcs.size(); ++k) {
     const std::string mode = trajectory.arcs[k].mode.ToString(description.constraints);
     for (int row = samples.first_of_arc[k]; row < samples.first_of_arc[k + 1]; ++row) {
-      if (row % kAskEvery == 0) AskBudget();
+      if (row % kAskEvery == kAskEvery - 1) AskCaller();
       *out << samples.t[static_cast<std::size_t>(row)] << ",\"" << mode << "\"";
       for (Eigen::Index j = 0; j < samples.x.cols(); ++j) *out << "," << samples.x(row, j);
       *out << "\n";
