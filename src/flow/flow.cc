@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <utility>
 
@@ -212,11 +213,15 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
 double Flow::StepOntoEvent(const LocatedEvent& event, double length) {
   const int i = event.constraint;
   double s = event.theta * length;
-  for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
+  double nearest = s, least = std::numeric_limits<double>::infinity();
+  const auto step_to = [&](double end) {
     locator_.BeginStep();
-    stepper_.TryStep(s, options_.relative_tolerance, options_.absolute_tolerance);
+    stepper_.TryStep(end, options_.relative_tolerance, options_.absolute_tolerance);
     FinishStep();
     x_end_ = stepper_.end();
+  };
+  for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
+    step_to(s);
     double value, slope;
     if (guards_.IsNormal(i) && (mode_ - system_.compliant()).Contains(i)) {
       slope = dynamics_.ForceRate(x_end_, mode_, i);
@@ -234,6 +239,12 @@ double Flow::StepOntoEvent(const LocatedEvent& event, double length) {
       value = event.touch ? gaps_end_.rate(i) : gaps_end_.gap(i);
       slope = event.touch ? gaps_end_.acceleration(i) : gaps_end_.rate(i);
     }
+    if (std::abs(value) > least) {  // where the guard grazes, rounding sends Newton anywhere
+      step_to(s = nearest);
+      break;
+    }
+    nearest = s;
+    least = std::abs(value);
     const double correction = slope != 0 ? -value / slope : 0;
     if (std::abs(correction) <= kTaylorReach || !std::isfinite(correction)) {
       if (std::isfinite(correction)) {
