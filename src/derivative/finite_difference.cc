@@ -12,10 +12,8 @@ namespace contact_flow {
 namespace {
 
 constexpr double kTolerance = 1e-12;
-constexpr double kSeparation = 1e-4;  // events are told apart down to this part of α [s]
 constexpr double kSlow = 1e-3;        // speeds are told from rest down to this part of α [m/s]
 constexpr double kClear = 20;         // an error this far above the resolution counts for the slope
-constexpr double kSmallestSeparation = 1e-14;
 
 /// Least-squares slope of log(error) over log(α).
 double Slope(const std::vector<QuotientSample>& samples, double resolution,
@@ -86,7 +84,9 @@ QuotientReport CompareWithQuotients(const MechanicalSystem& system, const System
   }
   const Vector by_variables = direction.tail(size - n);
   SimulateOptions exact = options;
-  exact.relative_tolerance = exact.absolute_tolerance = kTolerance;
+  exact.relative_tolerance = kTolerance;
+  exact.absolute_tolerance = std::min(options.absolute_tolerance, kTolerance);
+  exact.simultaneity_tolerance = 0;  // events of perturbed runs are told apart wherever they can be
   exact.dense = false;
   const BudgetStage stage("the perturbed runs");
   QuotientReport report;
@@ -97,7 +97,8 @@ QuotientReport CompareWithQuotients(const MechanicalSystem& system, const System
   }
   // What the tolerance leaves in a final state: the change when it is three times looser.
   SimulateOptions looser = exact;
-  looser.relative_tolerance = looser.absolute_tolerance = 3 * kTolerance;
+  looser.relative_tolerance = 3 * kTolerance;
+  looser.absolute_tolerance = 3 * exact.absolute_tolerance;
   const Trajectory loose = Simulate(system, x, input, duration, looser);
   report.resolution =
       system.Separation(loose.FinalState(), base.FinalState()).cwiseAbs().maxCoeff() +
@@ -111,7 +112,6 @@ QuotientReport CompareWithQuotients(const MechanicalSystem& system, const System
     QuotientSample sample;
     sample.alpha = alpha;
     try {
-      exact.simultaneity_tolerance = std::max(kSeparation * alpha, kSmallestSeparation);
       exact.speed_tolerance = std::min(options.speed_tolerance, kSlow * alpha);
       const Perturbed perturbed = Perturb(system, factory, variables, input, alpha * by_variables);
       const Trajectory run =

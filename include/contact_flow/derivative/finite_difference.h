@@ -42,7 +42,7 @@ struct QuotientReport {
 
 /// Re-simulates from x + α w for every α > 0 and compares (φ(T, x+αw) − φ(T, x))/α with
 /// `prediction` [2d], whose error is estimated as `prediction_error` (BDerivative::Error). Runs are
-/// made at tolerance 1e-12 with events told apart down to α·1e-4.
+/// made at tolerance 1e-12 with events told apart wherever errors of their instants allow it.
 QuotientReport CompareWithQuotients(const MechanicalSystem& system, const VectorRef& x,
                                     const VectorRef& u, double duration, const VectorRef& direction,
                                     const VectorRef& prediction, const std::vector<double>& alphas,
