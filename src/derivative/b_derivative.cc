@@ -14,7 +14,6 @@
 #include "error_estimate.h"
 #include "event_laws.h"
 #include "free_slips.h"
-#include "frictional_reset.h"
 #include "run_law.h"
 #include "touching_contacts.h"
 
@@ -95,9 +94,7 @@ Vector BDerivative::Complete(const VectorRef& w) const {
 }
 
 Vector BDerivative::First(const VectorRef& w) const {
-  const Vector begun = start(Complete(w));
-  return start_stop.size() > 0 ? Vector(arcs.front() * (start_stop * begun))
-                               : Vector(arcs.front() * begun);
+  return arcs.front() * start_stop(start(Complete(w)));
 }
 
 Vector BDerivative::operator()(const VectorRef& w) const {
@@ -123,7 +120,7 @@ std::vector<ContactMode> BDerivative::PerturbedModes(const VectorRef& w) const {
 }
 
 bool BDerivative::IsDifferentiable() const {
-  if (!status.ok() || !start.Empty()) return false;
+  if (!status.ok() || !start.Empty() || !start_stop.PiecewiseLinear().ok()) return false;
   for (const EventMap& event : events) {
     if (!event.IsDifferentiable(options.kink_tolerance)) return false;
   }
@@ -133,6 +130,7 @@ bool BDerivative::IsDifferentiable() const {
 Status BDerivative::PiecewiseLinear() const {
   if (!status.ok()) return status;
   if (!start.PiecewiseLinear().ok()) return start.PiecewiseLinear();
+  if (const Status stops = start_stop.PiecewiseLinear(); !stops.ok()) return stops;
   for (const EventMap& event : events) {
     if (!event.PiecewiseLinear().ok()) return event.PiecewiseLinear();
   }
@@ -141,9 +139,12 @@ Status BDerivative::PiecewiseLinear() const {
 
 PiecewiseLinearMap BDerivative::Pieces() const {
   if (!start.PiecewiseLinear().ok()) throw NotPiecewiseLinear(start.PiecewiseLinear().message);
+  if (const Status stops = start_stop.PiecewiseLinear(); !stops.ok()) {
+    throw NotPiecewiseLinear(stops.message);
+  }
   BudgetStage stage("the pieces, event by event", events.size());
   PiecewiseLinearMap map = PiecewiseLinearMap::Linear(
-      start_stop.size() > 0 ? Matrix(arcs.front() * start_stop) : arcs.front());
+      start_stop.Empty() ? arcs.front() : Matrix(arcs.front() * start_stop.matrix()));
   if (!start.Empty()) {
     LinearPiece piece = map.pieces().front();
     piece.cone = start.Cone();
@@ -241,7 +242,7 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
       return derivative;
     }
   }
-  derivative.start_stop = StartStop(dynamics[first].get(), arcs[first].x_begin, arcs[first].mode);
+  derivative.start_stop = StartStop(dynamics[first], arcs[first].x_begin, arcs[first].mode);
   derivative.events.reserve(last - first);
   std::vector<EventResidual> residuals(last - first);
   try {

@@ -34,8 +34,7 @@ ClusterReading ReadClusters(const Trajectory& trajectory, const BDerivative& der
   ClusterReading reading;
   Vector tangent = Vector::Zero(derivative.arcs.front().cols());
   tangent.head(w.size()) = w;
-  tangent = derivative.start(tangent);
-  if (derivative.start_stop.size() > 0) tangent = derivative.start_stop * tangent;
+  tangent = derivative.start_stop(derivative.start(tangent));
   Vector in_order = tangent = derivative.arcs.front() * tangent;
   for (std::size_t k = 0; k < derivative.events.size(); ++k) {
     const EventMap& map = derivative.events[k];

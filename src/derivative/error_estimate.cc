@@ -262,9 +262,7 @@ void EstimateErrors(const Trajectory& trajectory, std::size_t first,
 }
 
 Vector BDerivative::Error(const VectorRef& w) const {
-  Vector begun = start(Complete(w));
-  if (start_stop.size() > 0) begun = start_stop * begun;
-  return ErrorFrom(*this, Resets(*this), begun);
+  return ErrorFrom(*this, Resets(*this), start_stop(start(Complete(w))));
 }
 
 }  // namespace contact_flow

@@ -317,9 +317,4 @@ Matrix RateJacobian(const ContactDynamics& dynamics, const Vector& x) {
   return jacobian;
 }
 
-Matrix StartStop(ContactDynamics* dynamics, const Vector& x, ContactMode mode) {
-  if (mode.Sticking().Empty()) return Matrix();
-  return StopProjection(dynamics, x, mode, mode.Sticking(), RateJacobian(*dynamics, x));
-}
-
 }  // namespace contact_flow

@@ -55,9 +55,6 @@ class FrictionalReset {
 Matrix StopProjection(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
                       ContactMode stopping, const Matrix& rate_jacobian);
 
-/// The same of all that sticks at x in `mode`; empty where nothing does.
-Matrix StartStop(ContactDynamics* dynamics, const Vector& x, ContactMode mode);
-
 /// D(A v) of all rows at x [n+l+r × 2d+k].
 Matrix RateJacobian(const ContactDynamics& dynamics, const Vector& x);
 

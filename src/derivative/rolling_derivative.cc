@@ -42,11 +42,10 @@ void RollingDerivative::Start(OnlineFlow* flow, const SimulateOptions& run) {
                         run.gap_tolerance, run.speed_tolerance);
   status_ = start.status();
   try {
+    const StartStop stop(dynamics_, flow->State(), flow->mode());
     for (int j = 0; j < tangents_.cols() && status_.ok(); ++j) {
-      tangents_.col(j) = start(directions_.col(j));
+      tangents_.col(j) = stop(start(directions_.col(j)));
     }
-    const Matrix stop = StartStop(DynamicsAt(flow->NextInput()), flow->State(), flow->mode());
-    if (stop.size() > 0) tangents_ = (stop * tangents_).eval();
   } catch (const std::logic_error& reason) {  // it leaves the domain, or lifts another contact
     status_ = {Outcome::kNotDifferentiable, reason.what()};
   }

@@ -29,6 +29,9 @@ constexpr int kMaxGapSamples = 4000, kMaxForceSamples = 400;
 constexpr double kBusy = 0.2, kBusyGrowth = 1.5;
 /// Rounding of a slip, relative to the velocities.
 constexpr double kSlipRounding = 1e-13;
+/// Rounding of a gap, relative to |Da||q|. It is looked at where rows as long as kLongRow would
+/// make it matter.
+constexpr double kGapRounding = 1e-15, kLongRow = 100;
 
 }  // namespace
 
@@ -242,6 +245,15 @@ void EventLocator::SearchGaps(ContactMode gaps, bool free, LocatedEvent* event) 
   AskBudget();
   if (!stepper_->extended()) stepper_->Extend();
   for (int i : gaps) floors_(i) = floor_;
+  const MechanicalSystem& system = dynamics_->system();
+  const auto q = stepper_->end().head(system.num_positions());
+  const double size = q.lpNorm<Eigen::Infinity>();
+  if (floor_ < kGapRounding * kLongRow * (1 + size)) {
+    system.Constraints(q, stepper_->end().tail(system.dof()), &terms_);
+    for (int i : gaps) {
+      floors_(i) = std::max(floor_, kGapRounding * size * terms_.jacobian.row(i).lpNorm<1>());
+    }
+  }
   search_.Run({gaps, floors_.data(), true, !affine_, pieces, kMaxGapSamples}, &margins_.gap, event);
   margins_.piece = std::min(h * search_.finest(), 2 * margins_.piece);
   if (search_.samples() > kBusy * kMaxGapSamples) {

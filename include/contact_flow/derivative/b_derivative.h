@@ -6,6 +6,7 @@
 #include "contact_flow/derivative/event_map.h"
 #include "contact_flow/derivative/piecewise_linear_map.h"
 #include "contact_flow/derivative/start_cone.h"
+#include "contact_flow/derivative/start_stop.h"
 #include "contact_flow/derivative/trust.h"
 #include "contact_flow/flow/status.h"
 #include "contact_flow/flow/trajectory.h"
@@ -41,9 +42,7 @@ class BDerivative {
   Status status;
   ContactMode initial_mode;      ///< that of the start
   StartCone start;               ///< directions into contacts that the start touches
-  /// (F7) of the contacts that stick at the start: directions that make them slip are stopped at
-  /// once [2d+k × 2d+k]; empty where none does.
-  Matrix start_stop;
+  StartStop start_stop;          ///< what sticks at the start and is made to slip is stopped
   Vector time;                   ///< F(φ(T, x)) [2d]
   std::vector<Matrix> arcs;      ///< Φ_0 … Φ_N [2d+k × 2d+k]
   std::vector<EventMap> events;  ///< B_1 … B_N
