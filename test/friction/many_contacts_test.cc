@@ -279,8 +279,8 @@ TEST_F(FrictionOfManyContacts, EndsOfSlipInSpaceAreNoReleases) {
   EXPECT_EQ(static_cast<int>(seeds.size()), tally_["given"]);
 }
 
-/// Slips that a direction gives to contacts that stick at the start lift another contact before they
-/// stop (seed 179, which was contradicted). At 1e4 m quotients merged stops that follow each
+/// Slips that a direction gives to contacts that stick at the start lift another contact before
+/// they stop (seed 179, which was contradicted). At 1e4 m quotients merged stops that follow each
 /// other (303), and a contact that lets go touched again without end at 1e-12 (257).
 TEST_F(FrictionOfManyContacts, StopsAtTheStartAreFollowed) {
   Judge(179, 1);
