@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Changes of the input as events of a cluster: h_k = t − t_k is counted in a place of its own behind
-// the tangent, in which every field has the rate 1 and every reset is the identity.
+// Changes of the input as events of a cluster: h_k = t − t_k is counted in a place of its own
+// behind the tangent, in which every field has the rate 1 and every reset is the identity.
 #include <algorithm>
 
 #include "contact_flow/derivative/event_map.h"
