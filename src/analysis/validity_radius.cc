@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "contact_flow/budget.h"
+#include "contact_flow/dynamics/mode_selection.h"
 
 namespace contact_flow {
 namespace {
@@ -32,6 +33,29 @@ void Consider(double margin, double rate, Limit limit, int constraint, double t,
 void ConsiderFold(double speed, double change, Limit limit, int constraint, double t,
                   ValidityRadius* smallest) {
   Consider(speed * speed, 2 * speed * change, limit, constraint, t, smallest);
+}
+
+/// F at x before or behind the impact of a cluster, for the input of `dynamics`: in the mode of those
+/// of `candidates` that rest and press there.
+Vector FieldAt(ContactDynamics* dynamics, const Vector& x, ContactMode candidates,
+               double speed_tolerance) {
+  const MechanicalSystem& system = dynamics->system();
+  const int d = system.dof(), nq = system.num_positions();
+  ConstraintTerms terms;
+  system.Constraints(x.head(nq), x.tail(d), &terms);
+  ContactMode resting;
+  for (int i : candidates - system.compliant()) {
+    if (std::abs(terms.jacobian.row(i).dot(x.tail(d))) <= speed_tolerance) resting.Insert(i);
+  }
+  const ContactMode pressed = candidates & system.compliant();
+  return dynamics->Field(x, SelectContactMode(dynamics, x, resting, 0, pressed));
+}
+
+/// The arc that follows transition k, or the cluster that it begins.
+std::size_t ArcBehind(const BDerivative& derivative, std::size_t k) {
+  std::size_t arc = k + 1;
+  while (arc < derivative.events.size() && derivative.events[arc].absorbed()) ++arc;
+  return arc;
 }
 
 }  // namespace
@@ -112,6 +136,8 @@ ValidityEstimator::ValidityEstimator(const MechanicalSystem& system, const Traje
     dynamics_.push_back(std::make_unique<ContactDynamics>(system, trajectory.arcs[k].u,
                                                           derivative.options.variables));
     AskBudget();
+    // An arc inside a cluster has no length.
+    if (k < derivative.events.size() && derivative.events[k].absorbed()) continue;
     WatchBegin(k);
     WatchDips(k);
     WatchEnd(k);
@@ -132,11 +158,16 @@ void ValidityEstimator::ConsiderWatch(const Watch& watch, const Vector& w, doubl
 
 /// The approach speeds and release rates of transition k, for the tangent w before it.
 void ValidityEstimator::CheckEvent(std::size_t k, const Vector& w, ValidityRadius* smallest) const {
-  const Transition& transition = trajectory_.transitions[k];
+  const Transition& transition = derivative_.events[k].transition();
   const int d = system_.dof(), nq = system_.num_positions();
   ContactDynamics& dynamics = *dynamics_[k];
   const Vector q = transition.x_minus.head(nq), v = transition.x_minus.tail(d);
   const Vector field = dynamics.Field(transition.x_minus, transition.mode_before);
+  const bool changes = derivative_.events[k].num_input_changes() > 0;
+  const Vector later =
+      changes ? FieldAt(dynamics_[ArcBehind(derivative_, k)].get(), transition.x_minus,
+                        transition.mode_before, trajectory_.speed_tolerance)
+              : field;
   ConstraintTerms terms;
   system_.Constraints(q, v, &terms);
   ResidualJacobian residual;
@@ -144,7 +175,8 @@ void ValidityEstimator::CheckEvent(std::size_t k, const Vector& w, ValidityRadiu
   for (int i : transition.activated) {
     const double speed = terms.jacobian.row(i).dot(v);
     const double time = -GuardGradient(k, transition.x_minus, i, false).dot(w) / speed;
-    const Vector there = w + time * field;
+    // The input changes at 0.
+    const Vector there = w + time * (time > 0 ? later : field);
     const double change = residual.constraint_q.row(i).dot(there.head(d)) +
                           terms.jacobian.row(i).dot(there.segment(d, d));
     ConsiderFold(speed, change, Limit::kApproachSpeed, i, transition.t, smallest);
@@ -166,7 +198,7 @@ void ValidityEstimator::CheckEvent(std::size_t k, const Vector& w, ValidityRadiu
 /// leave, p_j ≥ 0 ⟂ Da_j v⁺ ≥ 0. `w` and `after` are the tangents before and after transition k.
 void ValidityEstimator::CheckImpact(std::size_t k, const Vector& w, const Vector& after,
                                     double time, ValidityRadius* smallest) const {
-  const Transition& transition = trajectory_.transitions[k];
+  const Transition& transition = derivative_.events[k].transition();
   if (transition.impact_law != ImpactLaw::kComplementarity) return;
   const ContactMode resting = transition.mode_before - system_.compliant() - transition.vanishing;
   const int d = system_.dof(), nq = system_.num_positions(), n = system_.num_constraints();
@@ -182,9 +214,20 @@ void ValidityEstimator::CheckImpact(std::size_t k, const Vector& w, const Vector
   ResidualJacobian residual;
   system_.DifferentiateImpact(q, v_plus - v_minus, impulse, v_plus, &residual);
   // The states just before and after the impact of the perturbed run.
-  const Vector at = w + time * dynamics_[k]->Field(transition.x_minus, transition.mode_before);
-  const Vector behind =
-      after + time * dynamics_[k + 1]->Field(transition.x_plus, transition.mode_after);
+  const std::size_t next = ArcBehind(derivative_, k);
+  Vector field = dynamics_[k]->Field(transition.x_minus, transition.mode_before);
+  Vector field_after = dynamics_[next]->Field(transition.x_plus, transition.mode_after);
+  if (derivative_.events[k].num_input_changes() > 0) {  // at 0: before, or after the impact
+    const double still = trajectory_.speed_tolerance;
+    if (time > 0) {
+      field = FieldAt(dynamics_[next].get(), transition.x_minus, transition.mode_before, still);
+    } else {
+      const ContactMode all = transition.mode_before | transition.activated;
+      field_after = FieldAt(dynamics_[k].get(), transition.x_plus, all, still);
+    }
+  }
+  const Vector at = w + time * field;
+  const Vector behind = after + time * field_after;
   Vector momentum = residual.momentum_q * at.head(d) +
                     mass * (behind.segment(d, d) - at.segment(d, d));
   Vector rates = residual.constraint_q * at.head(d) + terms.jacobian * behind.segment(d, d);
@@ -247,22 +290,30 @@ ValidityRadius ValidityEstimator::operator()(const VectorRef& direction) const {
     const bool last = k + 1 == trajectory_.arcs.size();
     // The grid of the input stays where it is.
     std::vector<PerturbedEvent> events;
-    if (!last && !trajectory_.transitions[k].changes_input) {
+    if (!last && derivative_.events[k].absorbed()) continue;  // with that before
+    const bool changes = !last && derivative_.events[k].num_input_changes() > 0;
+    if (!last && (changes || !trajectory_.transitions[k].changes_input)) {
       events = derivative_.events[k].PerturbedEvents(w);
     }
     const double first = events.empty() ? 0 : events.front().time;
     for (const Watch& end : ends_[k]) ConsiderWatch(end, w, first, &smallest);
     if (last) break;
     CheckEvent(k, w, &smallest);
-    const double now = trajectory_.transitions[k].t;
+    const double now = derivative_.events[k].transition().t;
     Consider(now - t, first - latest, order, -1, now, &smallest);
     t = now;
     latest = events.empty() ? 0 : events.back().time;
     order = Limit::kEventOrder;
     const Vector after = derivative_.events[k](w);
     // Of several that are hit one after the other it is not known who bears what.
-    const bool alone = trajectory_.transitions[k].activated.Size() == 1;
-    if (alone) CheckImpact(k, w, after, first, &smallest);
+    const ContactMode& hit = derivative_.events[k].transition().activated;
+    double time = first;
+    for (const PerturbedEvent& event : events) {
+      if (event.kind == PerturbedEvent::Kind::kActivation && hit.Contains(event.constraint)) {
+        time = event.time;
+      }
+    }
+    if (hit.Size() == 1) CheckImpact(k, w, after, changes ? time : first, &smallest);
     w = after;
   }
   if (order == Limit::kEventOrder) {

@@ -83,8 +83,8 @@ void ValidityEstimator::WatchBegin(std::size_t k) {
   const Arc& arc = trajectory_.arcs[k];
   for (int i : arc.mode - system_.compliant()) {
     const double rate = dynamics_[k]->ForceRate(arc.x_begin, arc.mode, i);
-    if (rate < 0 && k < trajectory_.transitions.size() &&
-        trajectory_.transitions[k].vanishing.Contains(i)) {
+    if (rate < 0 && k < derivative_.events.size() &&
+        derivative_.events[k].transition().vanishing.Contains(i)) {
       continue;  // the order of its release and the event before counts
     }
     Watch watch;
@@ -102,21 +102,26 @@ void ValidityEstimator::WatchBegin(std::size_t k) {
 /// that is constant has its least value there, too, for what grows along the arc.
 void ValidityEstimator::WatchEnd(std::size_t k) {
   const Arc& arc = trajectory_.arcs[k];
-  const std::vector<Transition>& transitions = trajectory_.transitions;
-  const bool last = k == transitions.size();
+  const std::vector<EventMap>& events = derivative_.events;
+  const bool last = k == events.size();
   // Gaps that are zero at the end of this arc, at its begin, at the end of the next one: there the
   // order of events counts.
   const auto meets = [&](std::size_t event) {
-    return event < transitions.size() ? transitions[event].activated | transitions[event].switched
-                                      : ContactMode();
+    return event < events.size()
+               ? events[event].transition().activated | events[event].transition().switched
+               : ContactMode();
   };
   ContactMode now = meets(k), vanishing;
   if (!last) {
-    now = now | transitions[k].touching | transitions[k].implied;
-    vanishing = transitions[k].vanishing;
+    const Transition& transition = events[k].transition();
+    now = now | transition.touching | transition.implied;
+    vanishing = transition.vanishing;
   }
-  const ContactMode before = k > 0 ? meets(k - 1) | transitions[k - 1].released : ContactMode();
-  const ContactMode next = meets(k + 1);
+  const ContactMode before =
+      k > 0 ? meets(k - 1) | events[k - 1].transition().released : ContactMode();
+  std::size_t later = k + 1;
+  while (later < events.size() && events[later].absorbed()) ++later;
+  const ContactMode next = meets(later);
   const ContactMode rigid = arc.mode - system_.compliant();
   const int d = system_.dof(), nq = system_.num_positions();
   ConstraintTerms terms;

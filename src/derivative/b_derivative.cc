@@ -14,30 +14,20 @@
 #include "error_estimate.h"
 #include "event_laws.h"
 #include "free_slips.h"
+#include "input_cluster.h"
 #include "run_law.h"
 #include "touching_contacts.h"
 
 namespace contact_flow {
 
-Status CheckTransition(const Transition* before, const Transition& transition,
-                       double simultaneity_tolerance) {
+Status CheckTransition(const Transition& transition) {
   if (transition.completes_zeno) {
     std::ostringstream message;
     message << "infinitely many bounces were completed to sticking at t = " << transition.t
             << " s: the outcome has no derivative by Theorem 1 (Def. 2 fails)";
     return {Outcome::kZeno, message.str()};
   }
-  if (!transition.obstacle.ok()) return transition.obstacle;
-  // An event at an instant of the input grid happens under the one input or the other.
-  if (before == nullptr) return {};
-  const bool close =
-      transition.t - before->t <=
-      std::max({simultaneity_tolerance, transition.tolerance, before->tolerance});
-  if (!close || transition.changes_input == before->changes_input) return {};
-  std::ostringstream message;
-  message << "at t = " << transition.t
-          << " s an event coincides with a change of the input: which comes first decides";
-  return {Outcome::kNotDifferentiable, message.str()};
+  return transition.obstacle;
 }
 
 namespace {
@@ -65,8 +55,8 @@ Status CheckTouchingContacts(const Trajectory& trajectory, std::size_t first,
                              const std::vector<std::shared_ptr<ContactDynamics>>& dynamics,
                              const BDerivative& derivative) {
   for (std::size_t k = 0; k < derivative.events.size(); ++k) {
-    const Transition& transition = trajectory.transitions[first + k];
-    if (transition.touching.Empty()) continue;
+    const Transition& transition = derivative.events[k].transition();
+    if (transition.touching.Empty() || derivative.events[k].absorbed()) continue;
     Matrix tangents = derivative.arcs[0];
     for (std::size_t j = 0; j < k; ++j) {
       tangents = derivative.arcs[j + 1] * derivative.events[j].AnySelection() * tangents;
@@ -244,26 +234,51 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
   }
   derivative.start_stop = StartStop(dynamics[first], arcs[first].x_begin, arcs[first].mode);
   derivative.events.reserve(last - first);
+  const InputClusters clusters(system, trajectory);
   std::vector<EventResidual> residuals(last - first);
   try {
     BudgetStage stage("the maps of the events", last - first);
     for (std::size_t k = first; k < last; ++k, stage.Next()) {
-      const Transition& transition = trajectory.transitions[k];
-      derivative.status = CheckTransition(k > 0 ? &trajectory.transitions[k - 1] : nullptr,
-                                          transition, trajectory.simultaneity_tolerance);
+      const InputCluster* cluster = clusters.At(k);
+      const Transition& transition =
+          cluster != nullptr ? cluster->transition : trajectory.transitions[k];
+      derivative.status = CheckTransition(transition);
+      if (cluster != nullptr && derivative.status.ok()) derivative.status = cluster->status;
       if (!derivative.status.ok()) return derivative;
       AskBudget();
-      derivative.events.emplace_back(dynamics[k], transition);
+      residuals[k - first].value = Vector::Zero(2 * system.dof() + dynamics[k]->num_variables());
+      if (cluster != nullptr) {
+        derivative.events.push_back(clusters.Map(*cluster, options.variables));
+        if (k > cluster->first) {
+          derivative.events.back() = derivative.events.back().AbsorbedRest();
+          continue;
+        }
+      } else {
+        derivative.events.emplace_back(dynamics[k], transition);
+      }
       derivative.status = derivative.events.back().status();
       if (!derivative.status.ok()) return derivative;
-      derivative.status = CheckEventLaws(dynamics[k].get(), dynamics[k + 1].get(), transition,
-                                         derivative.events.back(), &derivative.trust,
-                                         &residuals[k - first]);
+      ContactDynamics* after = dynamics[std::min(k + 1, last)].get();
+      std::unique_ptr<ContactDynamics> behind;  // the cluster
+      if (cluster != nullptr) {
+        behind = std::make_unique<ContactDynamics>(system, arcs[cluster->last + 1].u,
+                                                   options.variables);
+        after = behind.get();
+      }
+      derivative.status =
+          CheckEventLaws(dynamics[k].get(), after, transition, derivative.events.back(),
+                         &derivative.trust, &residuals[k - first]);
       if (!derivative.status.ok()) return derivative;
     }
     std::vector<double> errors;
     BudgetStage propagation("the tangents of the arcs", last - first + 1);
     for (std::size_t k = first; k <= last; ++k, propagation.Next()) {
+      if (clusters.Around(k) != nullptr) {
+        const Eigen::Index size = 2 * system.dof() + dynamics[k]->num_variables();
+        derivative.arcs.push_back(Matrix::Identity(size, size));
+        errors.push_back(0);
+        continue;
+      }
       derivative.status = CheckFreeSlips(*dynamics[k], arcs[k]);
       if (!derivative.status.ok()) return derivative;
       VariationStatistics statistics;
@@ -277,8 +292,7 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
     }
     derivative.status = CheckTouchingContacts(trajectory, first, dynamics, derivative);
     if (!derivative.status.ok()) return derivative;
-    derivative.time =
-        dynamics[last]->Field(arcs[last].x_end, arcs[last].mode).head(2 * system.dof());
+    derivative.time = clusters.EndField(dynamics[last].get(), last).head(2 * system.dof());
     derivative.status = CheckRunLaw(trajectory, first, residuals, &derivative);
     if (!derivative.status.ok()) return derivative;
     derivative.CarryNeglected();

@@ -38,7 +38,7 @@ ClusterReading ReadClusters(const Trajectory& trajectory, const BDerivative& der
   Vector in_order = tangent = derivative.arcs.front() * tangent;
   for (std::size_t k = 0; k < derivative.events.size(); ++k) {
     const EventMap& map = derivative.events[k];
-    const std::vector<EventInstant> instants = InOrder(trajectory.transitions[k], map);
+    const std::vector<EventInstant> instants = InOrder(map.transition(), map);
     const bool merged = instants.size() > 1 && instants.size() == map.activated().size();
     if (merged) {
       std::vector<int> order;

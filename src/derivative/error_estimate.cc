@@ -222,11 +222,12 @@ void EstimateErrors(const Trajectory& trajectory, std::size_t first,
   const auto shifts = [&](std::size_t k) {
     std::vector<double> all;
     for (const Vector& e : probes) {
-      all.push_back(TimeShift(dynamics[k].get(), trajectory.transitions[first + k], e));
+      all.push_back(TimeShift(dynamics[k].get(), derivative->events[k].transition(), e));
     }
     return all;
   };
   std::vector<double> last_shifts;  // of the transition before, where the next one is close
+  std::size_t before = 0;           // that one
   for (std::size_t k = 0; k < derivative->arcs.size(); ++k) {
     AskBudget();
     const Arc& arc = trajectory.arcs[first + k];
@@ -241,15 +242,19 @@ void EstimateErrors(const Trajectory& trajectory, std::size_t first,
     derivative->part_bends.push_back(
         PropagatorChange(dynamics[k].get(), arc, derivative->arcs[k], e));
     if (k + 1 == derivative->arcs.size()) break;
-    derivative->part_errors.push_back(
-        RelativeRateError(system, trajectory.transitions[first + k], probes) +
-        TimeOfSlipLeft(dynamics[k].get(), trajectory.transitions[first + k]));
-    const Transition& transition = trajectory.transitions[first + k];
+    if (derivative->events[k].absorbed()) {  // one with that before
+      derivative->part_errors.push_back(0);
+      continue;
+    }
+    const Transition& transition = derivative->events[k].transition();
+    derivative->part_errors.push_back(RelativeRateError(system, transition, probes) +
+                                      TimeOfSlipLeft(dynamics[k].get(), transition));
     if (!last_shifts.empty()) {
-      const Status order = CheckOrder(system, trajectory.transitions[first + k - 1], transition,
+      const Status order = CheckOrder(system, derivative->events[before].transition(), transition,
                                       last_shifts, shifts(k));
       if (!order.ok()) derivative->status = order;
     }
+    before = k;
     const bool close = k + 2 < derivative->arcs.size() &&
                        trajectory.transitions[first + k + 1].t - transition.t < kClose * span;
     last_shifts = close ? shifts(k) : std::vector<double>();

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 
 namespace contact_flow {
@@ -41,25 +42,41 @@ double EventLaw(ContactDynamics* before, ContactDynamics* after, const Transitio
                 const EventMap& map, EventResidual* residual) {
   const Vector field = before->Field(transition.x_minus, transition.mode_before);
   const Vector field_after = after->Field(transition.x_plus, transition.mode_after);
-  residual->value = map(field) - field_after;
+  // Its changes of the input are early as well.
+  residual->value = map(field, -Vector::Ones(map.num_input_changes())) - field_after;
   residual->size = std::max(field.cwiseAbs().maxCoeff(), field_after.cwiseAbs().maxCoeff());
   return RelativeResidual(residual->value, Vector::Constant(field.size(), residual->size));
 }
 
 /// Selections of orders that differ by one exchange agree where the two events come at once.
-double FaceLaw(const EventMap& map) {
+double FaceLaw(const MechanicalSystem& system, const Variables& variables, const EventMap& map) {
   const int m = map.num_activations();
   const std::vector<int> order = map.activated();
   if (m < 2 || m > kMaxComparedActivations || !map.PiecewiseLinear(order).ok()) return 0;
-  const Matrix times = map.Times(order), selection = map.Selection(order);
+  Matrix times = map.Times(order);
+  const Matrix selection = map.Selection(order);
+  // Where a change of the input may let a contact go before it is held by an impact, or after, that
+  // is so for tangents that keep it closed.
+  Matrix admitted;
+  if (map.num_input_changes() > 0) {
+    const Transition& cluster = map.transition();
+    admitted = Matrix::Identity(selection.cols(), selection.cols());
+    for (Eigen::Index j = 0; j < admitted.cols(); ++j) {
+      admitted.col(j) = ProjectAdmissible(system, cluster.x_minus, cluster.mode_before,
+                                          Vector(admitted.col(j)), variables);
+    }
+    times = (times * admitted).eval();
+  }
   double largest = 0;
   for (int k = 0; k + 1 < m; ++k) {
     std::vector<int> exchanged = order;
     std::swap(exchanged[k], exchanged[k + 1]);
+    if (map.IsInputChange(order[k]) && map.IsInputChange(order[k + 1])) continue;
     if (!map.PiecewiseLinear(exchanged).ok()) continue;
     // The difference has rank one, along the normal of {τ_k = τ_{k+1}}: nothing is left beside it.
     const Eigen::RowVectorXd normal = times.row(k + 1) - times.row(k);
     Matrix difference = map.Selection(exchanged) - selection;
+    if (admitted.size() > 0) difference = (difference * admitted).eval();
     if (normal.squaredNorm() > 0) {
       difference -= difference * normal.transpose() * normal / normal.squaredNorm();
     }
@@ -109,10 +126,10 @@ Status CheckEventLaws(ContactDynamics* before, ContactDynamics* after, const Tra
                       const EventMap& map, Trust* trust, EventResidual* residual) {
   Trust own;
   residual->value = Vector::Zero(2 * before->system().dof() + before->num_variables());
-  if (!transition.changes_input) {
+  if (!transition.changes_input || map.num_input_changes() > 0) {
     own.event_law = EventLaw(before, after, transition, map, residual);
   }
-  own.face_law = FaceLaw(map);
+  own.face_law = FaceLaw(before->system(), before->variables(), map);
   AssessImpact(before->system(), transition, &own);
   trust->event_law = std::max(trust->event_law, own.event_law);
   trust->face_law = std::max(trust->face_law, own.face_law);

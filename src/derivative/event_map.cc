@@ -16,6 +16,8 @@ namespace {
 
 /// First-order times that differ by less than this, relative, coincide.
 constexpr double kTie = 1e-8;
+/// What a change of the input is called in an order.
+constexpr const char* kInputChange = "input change";
 
 }  // namespace
 
@@ -28,13 +30,31 @@ Eigen::RowVectorXd EventMap::TimeRow(int i, const Stage& stage) const {
 }
 
 Vector EventMap::operator()(const VectorRef& w) const {
-  return friction_ ? Vector(friction_->Follow(w).matrix * w) : Germ(*this, w).Run(nullptr);
+  if (friction_) return Vector(friction_->Follow(w).matrix * w);
+  if (absorbed_) return w;
+  const Vector none = Vector::Zero(num_input_changes());
+  return Germ(*this, Widen(w, none)).Run(nullptr).head(width());
+}
+
+Vector EventMap::operator()(const VectorRef& w, const VectorRef& dt) const {
+  const auto c = static_cast<Eigen::Index>(absorbed_ ? 0 : num_input_changes());
+  bool in_order = dt.size() == c && dt.allFinite();
+  for (Eigen::Index k = 1; in_order && k < c; ++k) in_order = dt(k - 1) <= dt(k);
+  if (!in_order) {
+    std::ostringstream message;
+    message << "at t = " << transition_.t << " s the input changes " << c
+            << " times: as many changes of its instants are needed, none before the other";
+    throw std::invalid_argument(message.str());
+  }
+  if (c == 0) return (*this)(w);
+  return Germ(*this, Widen(w, dt)).Run(nullptr).head(width());
 }
 
 std::vector<PerturbedEvent> EventMap::PerturbedEvents(const VectorRef& w) const {
   if (friction_) return friction_->Events(w);
   std::vector<PerturbedEvent> events;
-  Germ(*this, w).Run(&events);
+  if (absorbed_) return events;
+  Germ(*this, Widen(w, Vector::Zero(num_input_changes()))).Run(&events);
   return events;
 }
 
@@ -71,7 +91,7 @@ Matrix EventMap::Selection(const std::vector<int>& order) const {
     product = S.Empty() ? saltation : saltation * product;
     S.Insert(i);
   }
-  return product;
+  return product.topLeftCorner(width(), width());
 }
 
 Matrix EventMap::Cone(const std::vector<int>& order) const {
@@ -85,7 +105,8 @@ Matrix EventMap::Cone(const std::vector<int>& order) const {
     const Eigen::RowVectorXd first = TimeRow(order[k], *stage);
     const int last = decoupled_ ? k + 1 : m - 1;
     for (int l = k + 1; l <= last; ++l) {
-      const Eigen::RowVectorXd row = (TimeRow(order[l], *stage) - first) * carried;
+      const Eigen::RowVectorXd row =
+          ((TimeRow(order[l], *stage) - first) * carried).head(width());
       if (row.norm() > 0) rows.push_back(row / row.norm());
     }
     const Vector field = stage->field;
@@ -94,7 +115,7 @@ Matrix EventMap::Cone(const std::vector<int>& order) const {
     carried = *reset * (carried + field * (first * carried));
     S.Insert(order[k]);
   }
-  Matrix cone(rows.size(), n);
+  Matrix cone(rows.size(), width());
   for (std::size_t r = 0; r < rows.size(); ++r) cone.row(r) = rows[r];
   return cone;
 }
@@ -117,7 +138,7 @@ Matrix EventMap::Times(const std::vector<int>& order) const {
     carried = *reset * (carried + field * step);
     S.Insert(order[k]);
   }
-  return times;
+  return times.leftCols(width());
 }
 
 std::vector<PieceTimes> EventMap::TimesOfPieces(int max_activations) const {
@@ -126,7 +147,7 @@ std::vector<PieceTimes> EventMap::TimesOfPieces(int max_activations) const {
   std::vector<PieceTimes> times;
   std::vector<int> order = activated_;
   do {
-    times.push_back({order, Times(order)});
+    if (IsOrder(order)) times.push_back({order, Times(order)});
   } while (std::next_permutation(order.begin(), order.end()));
   return times;
 }
@@ -146,6 +167,7 @@ std::vector<ContactMode> EventMap::Modes(const std::vector<int>& order) const {
 
 PiecewiseLinearMap EventMap::Pieces(int max_activations) const {
   if (friction_) return friction_->Map();
+  if (absorbed_) return PiecewiseLinearMap::Linear(Matrix::Identity(width(), width()));
   const int m = num_activations();
   if (m > max_activations) {
     std::ostringstream message;
@@ -156,7 +178,7 @@ PiecewiseLinearMap EventMap::Pieces(int max_activations) const {
   }
   const std::vector<std::string>& names = system_->description().constraints;
   double count = 1;
-  for (int i = 2; i <= m; ++i) count *= i;
+  for (int i = num_input_changes() + 1; i <= m; ++i) count *= i;
   const double n = size();
   AskMemory(count * 8 * n * (n + (decoupled_ ? m : m * m / 2)),
             std::to_string(static_cast<long>(count)) + " pieces of a cluster of " +
@@ -166,12 +188,13 @@ PiecewiseLinearMap EventMap::Pieces(int max_activations) const {
   std::vector<int> order = activated_;
   do {
     AskBudget();
+    if (!IsOrder(order)) continue;
     stage.Next();
     LinearPiece piece;
     piece.matrix = Selection(order);
     piece.cone = Cone(order);
     std::vector<std::string> word;
-    for (int i : order) word.push_back(names[i]);
+    for (int i : order) word.push_back(IsInputChange(i) ? kInputChange : names[i]);
     if (m > 0) piece.omega.push_back(word);
     piece.eta.push_back(transition_.mode_before.ToString(names));
     piece.words.push_back(transition_.mode_before.Word(static_cast<int>(names.size())));

@@ -31,13 +31,23 @@ Modularity EventMap::AssessModularity() const {
     }
     return S;
   };
+  // A change of the input comes after the one before it.
+  const auto happens = [&](std::uint64_t subset) {
+    const ContactMode S = set_of(subset);
+    for (int i : S) {
+      if (IsInputChange(i) && i > system_->num_constraints() && !S.Contains(i - 1)) return false;
+    }
+    return true;
+  };
   const Matrix* reset = nullptr;
   for (std::uint64_t subset = 1; subset <= all; ++subset) {  // make every stage
+    if (!happens(subset)) continue;
     const int top = 63 - __builtin_clzll(subset);
     Activate(set_of(subset & ~(std::uint64_t{1} << top)), activated_[top], &reset);
   }
   std::vector<Vector> carried(all + 1);
   for (std::uint64_t subset = 0; subset <= all; ++subset) {
+    if (!happens(subset)) continue;
     ContactMode S = set_of(subset);
     carried[subset] = StageAt(S).field;
     for (int i : events_ - S) {
@@ -52,6 +62,7 @@ Modularity EventMap::AssessModularity() const {
       for (int j = 0; j < i; ++j) {
         const std::uint64_t bi = std::uint64_t{1} << i, bj = std::uint64_t{1} << j;
         if (subset & (bi | bj)) continue;
+        if (!happens(subset | bi) || !happens(subset | bj)) continue;
         const Vector defect = carried[subset | bi | bj] - carried[subset | bi] -
                               carried[subset | bj] + carried[subset];
         modularity.defect = std::max(modularity.defect, defect.cwiseAbs().maxCoeff());

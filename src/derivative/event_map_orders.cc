@@ -98,7 +98,7 @@ class OrderWalk {
       const State state = *todo.begin();
       todo.erase(todo.begin());
       if (!done.insert(state).second) continue;
-      for (int i : map_.events_ - state.S) {
+      for (int i : map_.Remaining(state.S)) {
         State next = state;
         if (!Step(i, &next)) return false;
         if (done.count(next) == 0) todo.insert(next);
@@ -153,7 +153,7 @@ Status EventMap::PiecewiseLinear(const std::vector<int>& order) const {
 Matrix EventMap::AnySelection() const {
   if (friction_) return friction_->Follow(Vector::Zero(size())).matrix;
   if (activated_.empty() || !PiecewiseLinear(activated_).ok()) {
-    return Matrix::Identity(size(), size());
+    return Matrix::Identity(width(), width());
   }
   return Selection(activated_);
 }

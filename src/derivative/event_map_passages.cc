@@ -49,20 +49,21 @@ void EventMap::AddInstant(ContactMode S, const Vector& v) const {
     if (S == events_) instant.resting = instant.resting | (transition_.mode_after - compliant);
   }
   // r_j = D(Da_j v) w: by q, by v and by parameters.
-  const int d = system_->dof(), k = dynamics_->num_variables();
+  const int d = system_->dof();
   ConstraintTerms terms;
   system_->Constraints(q_, v, &terms);
   const Vector no_jump = Vector::Zero(d), no_impulse = Vector::Zero(terms.jacobian.rows());
   ResidualJacobian residual;
   system_->DifferentiateImpact(q_, no_jump, no_impulse, v, &residual);
-  instant.rates.setZero(terms.jacobian.rows(), 2 * d + k);
+  instant.rates.setZero(terms.jacobian.rows(), size());
   instant.rates.leftCols(d) = residual.constraint_q;
   instant.rates.middleCols(d, d) = terms.jacobian;
   const std::vector<int>& parameters = dynamics_->variables().parameters;
   if (parameters.empty()) return;
   ParameterJacobian by_parameter;
   system_->DifferentiateImpactByParameters(q_, no_jump, no_impulse, v, parameters, &by_parameter);
-  instant.rates.rightCols(parameters.size()) = by_parameter.constraint;
+  const auto p = static_cast<Eigen::Index>(parameters.size());
+  instant.rates.middleCols(width() - p, p) = by_parameter.constraint;
 }
 
 const EventMap::Stage& EventMap::StageAt(ContactMode S, ContactMode closed) const {
@@ -77,9 +78,10 @@ const EventMap::Stage& EventMap::StageAt(ContactMode S, ContactMode closed) cons
   } else if (S == events_ && (after - system_->compliant() - closed).Empty()) {
     stage.mode = after;
   } else {
-    stage.mode = SelectContactMode(dynamics_.get(), State(stage.v), closed, 0, Pressed(S));
+    stage.mode = SelectContactMode(&DynamicsAfter(S), State(stage.v), closed, 0, Pressed(S));
   }
-  stage.field = dynamics_->Field(State(stage.v), stage.mode);
+  stage.field.setOnes(size());
+  stage.field.head(width()) = DynamicsAfter(S).Field(State(stage.v), stage.mode);
   return stages_[{S, closed}] = stage;
 }
 
@@ -109,8 +111,8 @@ const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, 
   }
   passage.held = (closed | passage.struck) & resting;
   const ContactMode persisting = passage.held.Without(i);
-  passage.reset = ImpactJacobian(*system_, q_, before.v, impact, persisting.With(i), persisting,
-                                 dynamics_->variables());
+  passage.reset = Widen(ImpactJacobian(*system_, q_, before.v, impact, persisting.With(i),
+                                       persisting, dynamics_->variables()));
   FindDisturbed(S, closed, i, impact, &passage);
   for (int j : Brushed(before, i, impact)) {
     if (passage.disturbed.Contains(j) || !closed.Contains(j)) RefuseBrushed(i, j);
@@ -160,8 +162,8 @@ void EventMap::FindDisturbed(ContactMode S, ContactMode closed, int i, const Imp
   if (quiet.Empty() || constant) return;
   const auto reset_without = [&](ContactMode free) {
     const ContactMode persisting = (passage->held - free).Without(i);
-    return ImpactJacobian(*system_, q_, before.v, impact, persisting.With(i), persisting,
-                          dynamics_->variables());
+    return Widen(ImpactJacobian(*system_, q_, before.v, impact, persisting.With(i), persisting,
+                                dynamics_->variables()));
   };
   const Matrix free = reset_without(quiet);
   // Tangents at the instant of the impact: gaps and rates of what is closed vanish.
@@ -206,8 +208,8 @@ const EventMap::Stage& EventMap::Activate(ContactMode S, int i, const Matrix** r
   ImpactResult closing;
   closing.v_plus = stage.v;
   closing.impulse = Vector::Zero(system_->num_rows());
-  *reset = &(regained_[{S, i}] = ImpactJacobian(*system_, q_, stage.v, closing, held, held,
-                                                dynamics_->variables()) *
+  *reset = &(regained_[{S, i}] = Widen(ImpactJacobian(*system_, q_, stage.v, closing, held, held,
+                                                      dynamics_->variables())) *
                                  passage.reset);
   return stage;
 }

@@ -28,20 +28,33 @@ std::vector<int> Members(ContactMode mode) {
 }  // namespace
 
 EventMap::EventMap(std::shared_ptr<ContactDynamics> dynamics, const Transition& transition)
+    : EventMap(std::move(dynamics), transition, {}) {}
+
+EventMap::EventMap(std::shared_ptr<ContactDynamics> dynamics, const Transition& transition,
+                   std::vector<std::shared_ptr<ContactDynamics>> later)
     : dynamics_(std::move(dynamics)),
+      later_(std::move(later)),
       system_(&dynamics_->system()),
       transition_(transition),
       events_(transition.activated | transition.switched),
       q_(transition.x_minus.head(system_->num_positions())) {
-  const int d = system_->dof(), k = dynamics_->num_variables();
+  for (int c = 0; c < num_input_changes(); ++c) events_.Insert(system_->num_constraints() + c);
+  Begin();
+}
+
+void EventMap::Begin() {
+  const Transition& transition = transition_;
+  const int d = system_->dof(), c = num_input_changes();
+  const int k = dynamics_->num_variables() + c;
   const Vector v_minus = transition.x_minus.tail(d);
   ConstraintTerms terms;
   system_->Constraints(q_, v_minus, &terms);
   const int n = system_->num_constraints();
   jacobian_ = terms.jacobian.topRows(n);
   const int l = system_->num_bilateral();
-  guards_.setZero(n, 2 * d + k);
-  guards_.leftCols(d) = jacobian_;
+  guards_.setZero(n + c, 2 * d + k);
+  guards_.topLeftCorner(n, d) = jacobian_;
+  guards_.bottomRightCorner(c, c).setIdentity();
   bilateral_.setZero(l, 2 * d + k);
   bilateral_.leftCols(d) = terms.jacobian.middleRows(n, l);
   const std::vector<int>& parameters = dynamics_->variables().parameters;
@@ -50,8 +63,9 @@ EventMap::EventMap(std::shared_ptr<ContactDynamics> dynamics, const Transition& 
     system_->DifferentiateImpactByParameters(q_, Vector::Zero(d),
                                              Vector::Zero(terms.jacobian.rows()), v_minus,
                                              parameters, &by_parameter);
-    guards_.rightCols(parameters.size()) = by_parameter.gap.topRows(n);
-    bilateral_.rightCols(parameters.size()) = by_parameter.gap.middleRows(n, l);
+    const auto p = static_cast<Eigen::Index>(parameters.size());
+    guards_.block(0, width() - p, n, p) = by_parameter.gap.topRows(n);
+    bilateral_.middleCols(width() - p, p) = by_parameter.gap.middleRows(n, l);
   }
   if (system_->HasFriction()) {
     auto event = std::make_shared<FrictionalEvent>(dynamics_, transition);

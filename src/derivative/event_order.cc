@@ -10,6 +10,8 @@ namespace contact_flow {
 
 double TimeShift(ContactDynamics* dynamics, const Transition& transition, const VectorRef& e) {
   if (transition.instants.empty()) return 0;
+  // The grid of the input stays where it is.
+  if (transition.instants.front().constraint >= dynamics->system().num_constraints()) return 0;
   const MechanicalSystem& system = dynamics->system();
   const int d = system.dof(), nq = system.num_positions();
   if (system.HasFriction() && !transition.guards.empty()) {
@@ -39,7 +41,8 @@ Status CheckOrder(const MechanicalSystem& system, const Transition& before,
                   const std::vector<double>& second) {
   if (before.instants.empty() || after.instants.empty()) return {};
   const int i = before.instants.front().constraint, j = after.instants.front().constraint;
-  if (i == j) return {};  // its own events follow each other
+  const int n = system.num_constraints();
+  if (i == j || i >= n || j >= n) return {};  // its own events follow each other
   double squared = 0;
   for (std::size_t k = 0; k < first.size(); ++k) {
     const double apart = second[k] - first[k];

@@ -96,7 +96,7 @@ Germ::Next Germ::FindNext() const {
     if (kind != Kind::kActivation && in == kNever) return;
     next = {kind, i, in};
   };
-  for (int i : map_.events_ - S_) {
+  for (int i : map_.Remaining(S_)) {
     offer(Kind::kActivation, i, map_.TimeTo(i, *stage_, w_));
   }
   OfferReleases(&next);
@@ -106,7 +106,7 @@ Germ::Next Germ::FindNext() const {
   const int j = next.constraint;
   const double rest = gaps_.at(j) > 0 || !(Rate(j) > 0) ? kNever : RestTime(j);
   if (rest == kNever) return next;
-  for (int i : map_.events_ - S_) {
+  for (int i : map_.Remaining(S_)) {
     if (map_.TimeTo(i, *stage_, w_) <= rest) return next;
   }
   for (const auto& [other, gap] : gaps_) {
@@ -118,11 +118,12 @@ Germ::Next Germ::FindNext() const {
 void Germ::OfferReleases(Next* next) const {
   if (!lists_events_ || pending_.Empty()) return;
   const ContactMode mode = stage_->mode | pending_;
-  map_.dynamics_->Differentiate(map_.State(stage_->v), mode);
-  const Matrix gradient = map_.dynamics_->force_jacobian();
-  const Vector field = map_.dynamics_->Field(map_.State(stage_->v), mode);
+  ContactDynamics& dynamics = map_.DynamicsAfter(S_);
+  dynamics.Differentiate(map_.State(stage_->v), mode);
+  const Matrix gradient = dynamics.force_jacobian();
+  const Vector field = dynamics.Field(map_.State(stage_->v), mode);
   for (int i : pending_) {
-    double in = -gradient.row(i).dot(w_) / gradient.row(i).dot(field);
+    double in = -gradient.row(i).dot(w_.head(map_.width())) / gradient.row(i).dot(field);
     if (!S_.Empty()) in = std::max(in, 0.0);
     if (std::isfinite(in) && in < next->in) *next = {Kind::kRelease, i, in};
   }
@@ -188,8 +189,9 @@ void Germ::KeepPending() {
   released_ = ContactMode();
   if (!lists_events_) return;
   for (int j : pending_) {
-    map_.dynamics_->Evaluate(map_.State(stage_->v), stage_->mode.With(j));
-    const Vector& force = map_.dynamics_->force();
+    ContactDynamics& dynamics = map_.DynamicsAfter(S_);
+    dynamics.Evaluate(map_.State(stage_->v), stage_->mode.With(j));
+    const Vector& force = dynamics.force();
     const bool finite = std::abs(force(j)) > kNearZero * force.cwiseAbs().maxCoeff();
     if (finite || !map_.InstantAt(S_).resting.Contains(j)) pending_.Erase(j);
   }
@@ -292,7 +294,8 @@ Vector Germ::Run(std::vector<PerturbedEvent>* events) {
     bool told = true;
     switch (next.kind) {
       case Kind::kActivation:
-        event.kind = PerturbedEvent::Kind::kActivation;
+        event.kind = map_.IsInputChange(next.constraint) ? PerturbedEvent::Kind::kInput
+                                                         : PerturbedEvent::Kind::kActivation;
         PassActivation(next.constraint);
         break;
       case Kind::kRelease:

@@ -16,6 +16,7 @@ namespace contact_flow {
 ///   ẇ = F,   r_j = D(Da_j v) w,   ṙ_j = ä_j,   ġap_j = r_j.
 class Germ {
  public:
+  /// `w` [2d+k+c] as EventMap::Widen makes it.
   Germ(const EventMap& map, const VectorRef& w);
   /// Passes all events, and lists them where `events` is given; B(w) at the end.
   Vector Run(std::vector<PerturbedEvent>* events);

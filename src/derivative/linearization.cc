@@ -3,6 +3,7 @@
 
 #include "contact_flow/budget.h"
 #include "contact_flow/derivative/start_cone.h"
+#include "input_cluster.h"
 
 namespace contact_flow {
 namespace {
@@ -47,6 +48,7 @@ std::vector<IntervalLinearization> Linearize(const MechanicalSystem& system,
   const int tangents = 2 * system.dof();
   BudgetStage stage("the intervals of the input");
   std::vector<IntervalLinearization> intervals;
+  const InputClusters clusters(system, trajectory);
   std::size_t first = 0;
   for (std::size_t last = 0; last < trajectory.arcs.size(); ++last) {
     const bool ends =
@@ -57,7 +59,16 @@ std::vector<IntervalLinearization> Linearize(const MechanicalSystem& system,
     interval.t_end = trajectory.arcs[last].t_end;
     interval.x_begin = trajectory.arcs[first].x_begin;
     interval.x_end = trajectory.arcs[last].x_end;
-    interval.derivative = DifferentiateArcs(system, trajectory, first, last, options);
+    std::size_t until = last;
+    if (last < trajectory.transitions.size()) {
+      // Events at its end are all in this interval: the arcs among them have no length.
+      const InputCluster* at = clusters.At(last);
+      if (at != nullptr && at->first == last) until = last + 1;
+      if (at != nullptr) interval.x_end = trajectory.arcs[at->last + 1].x_begin;
+    }
+    const InputCluster* around = clusters.Around(first);
+    if (around != nullptr) interval.x_begin = trajectory.arcs[around->last + 1].x_begin;
+    interval.derivative = DifferentiateArcs(system, trajectory, first, until, options);
     interval.status = interval.derivative.status;
     if (interval.status.ok()) interval.status = FirstSelectionExists(interval.derivative);
     if (interval.status.ok()) {

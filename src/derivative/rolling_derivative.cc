@@ -10,6 +10,7 @@
 #include "contact_flow/derivative/start_cone.h"
 #include "contact_flow/derivative/variation.h"
 #include "frictional_reset.h"
+#include "input_cluster.h"
 #include "touching_contacts.h"
 
 namespace contact_flow {
@@ -91,7 +92,7 @@ void RollingDerivative::Follow(OnlineFlow* flow, bool passed) {
         node_ = end;
       }
       if (passed) {
-        Pass(flow->transition());
+        Pass(*flow);
         if (status_.ok()) node_ = flow->now();
       }
     } catch (const std::domain_error& error) {
@@ -117,15 +118,38 @@ RollingDerivative::Reading RollingDerivative::Read(OnlineFlow* flow) {
   return reading;
 }
 
-void RollingDerivative::Pass(const Transition& transition) {
-  status_ = CheckTransition(last_ ? &*last_ : nullptr, transition, simultaneity_tolerance_);
+void RollingDerivative::Pass(const OnlineFlow& flow) {
+  const Transition& transition = flow.transition();
+  status_ = CheckTransition(transition);
   if (!status_.ok()) return;
-  const EventMap event(dynamics_, transition);
+  if (cluster_.empty() || !AreClose(cluster_.back(), transition, simultaneity_tolerance_)) {
+    cluster_.clear();
+    cluster_inputs_.clear();
+    before_cluster_ = tangents_;
+    cluster_dynamics_ = dynamics_;
+  }
+  cluster_.push_back(transition);
+  if (transition.changes_input) {
+    cluster_inputs_.push_back(
+        std::make_shared<ContactDynamics>(system_, flow.NextInput(), options_.variables));
+  }
+  if (!cluster_inputs_.empty() && cluster_inputs_.size() < cluster_.size()) {
+    std::vector<const Transition*> parts;
+    for (const Transition& part : cluster_) parts.push_back(&part);
+    const InputCluster whole = UniteWithInput(system_, parts);
+    status_ = whole.status;
+    if (!status_.ok()) return;
+    tangents_ = before_cluster_;
+    return Pass(EventMap(cluster_dynamics_, whole.transition, cluster_inputs_));
+  }
+  Pass(EventMap(dynamics_, transition));
+}
+
+void RollingDerivative::Pass(const EventMap& event) {
   status_ = event.status();
-  if (status_.ok()) status_ = CheckTouching(dynamics_.get(), transition, tangents_);
+  if (status_.ok()) status_ = CheckTouching(dynamics_.get(), event.transition(), tangents_);
   if (!status_.ok()) return;
   for (int j = 0; j < tangents_.cols(); ++j) tangents_.col(j) = event(tangents_.col(j));
-  last_ = transition;
 }
 
 }  // namespace contact_flow

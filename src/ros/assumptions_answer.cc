@@ -151,8 +151,7 @@ TrajectoryAssumptions Answer(const Setup& setup, const AssumptionRequest& reques
     AddForceJumps(constraints, forces, &result.transitions.back());
     dynamics->SetInput(trajectory.arcs[k].u);
     // What b_derivative asks, too.
-    Status status = CheckTransition(k > 0 ? &trajectory.transitions[k - 1] : nullptr, transition,
-                                    trajectory.simultaneity_tolerance);
+    Status status = CheckTransition(transition);
     double& defect = result.transitions.back().modularity_defect;
     defect = std::numeric_limits<double>::quiet_NaN();
     if (status.ok()) {

@@ -31,9 +31,7 @@ LinearizedInterval IntervalMsg(const SystemDescription& names,
   m.final_error = ToMsg(VectorRef(interval.derivative.trust.state_error));
   m.derivative_error = interval.derivative.trust.derivative_error;
   for (const EventMap& event : interval.derivative.events) {
-    ContactMode activated;
-    for (int i : event.activated()) activated.Insert(i);
-    m.events.push_back(activated.ToString(names.constraints));
+    m.events.push_back(event.ActivatedConstraints().ToString(names.constraints));
   }
   if (interval.is_linear) return m;
   try {

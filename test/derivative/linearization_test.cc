@@ -78,8 +78,9 @@ TEST_F(LinearizationTest, ProductIsTheWholeDerivative) {
   }
 }
 
-/// A change of input at the very instant of a landing: which comes first decides.
-TEST(Linearization, EventAtAnInstantOfTheGridIsRefused) {
+/// A change of input at the very instant of a landing is an event with it: two orders, and the
+/// landing belongs to the interval that ends there.
+TEST(Linearization, EventAtAnInstantOfTheGridHasTwoPieces) {
   const auto box = MakeModel("falling_box");
   const Trajectory free = Simulate(*box, box->nominal().x, Vector::Zero(6), 0.41);
   InputSchedule schedule;
@@ -87,7 +88,15 @@ TEST(Linearization, EventAtAnInstantOfTheGridIsRefused) {
   schedule.values = {Vector::Zero(6), Vector::Ones(6)};
   const Trajectory run = Simulate(*box, box->nominal().x, schedule, 0.41);
   ASSERT_EQ(2u, run.transitions.size());
-  EXPECT_EQ(Outcome::kNotDifferentiable, DifferentiateOutcome(*box, run).status.outcome);
+  const BDerivative derivative = DifferentiateOutcome(*box, run);
+  ASSERT_TRUE(derivative.status.ok()) << derivative.status.message;
+  EXPECT_FALSE(derivative.IsDifferentiable());
+  EXPECT_EQ(2u, derivative.Pieces().pieces().size());
+  const std::vector<IntervalLinearization> intervals = Linearize(*box, run);
+  ASSERT_EQ(2u, intervals.size());
+  EXPECT_FALSE(intervals[0].is_linear);
+  EXPECT_TRUE(intervals[1].is_linear);
+  EXPECT_EQ(1u, intervals[0].derivative.events.size());
 }
 
 /// Simultaneous touchdown inside an interval: said so, and all selections are there.

@@ -14,7 +14,8 @@ import unittest
 from xml.sax.saxutils import quoteattr
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PIPELINE = ["", "model", "dynamics", "flow", "derivative", "analysis", "ensemble", "io", "ros", "nodes"]
+PIPELINE = ["", "model", "dynamics", "flow", "derivative", "analysis", "trajectory_optimization",
+            "ensemble", "io", "ros", "nodes"]
 RANK = {folder: rank for rank, folder in enumerate(PIPELINE)}
 RANK["tools"] = RANK["nodes"]
 MAX_LINES = 350

@@ -45,7 +45,9 @@ class BDerivative {
   StartStop start_stop;          ///< what sticks at the start and is made to slip is stopped
   Vector time;                   ///< F(φ(T, x)) [2d]
   std::vector<Matrix> arcs;      ///< Φ_0 … Φ_N [2d+k × 2d+k]
-  std::vector<EventMap> events;  ///< B_1 … B_N
+  /// B_1 … B_N. Where changes of the input coincide with events of contacts, the first of these
+  /// transitions has the map of all, and the others have the identity (EventMap::absorbed).
+  std::vector<EventMap> events;
   /// An error bar: jumps between the orders of impacts that were neglected at the clusters
   /// (ClusterReport), carried to T [2d], [m] and [m/s]. 0 where none was.
   Vector neglected_jump;
@@ -89,11 +91,9 @@ class BDerivative {
   Vector First(const VectorRef& w) const;
 };
 
-/// Not kOk where a transition has no first-order map because of what it is or of the one before (or
-/// null): bounces that were completed to sticking, an event within `simultaneity_tolerance` [s] of
-/// a change of the input.
-Status CheckTransition(const Transition* before, const Transition& transition,
-                       double simultaneity_tolerance);
+/// Not kOk where a transition has no first-order map because of what it is: bounces that were
+/// completed to sticking, and what Transition::obstacle says.
+Status CheckTransition(const Transition& transition);
 
 /// Differentiates a trajectory made with SimulateOptions::dense, whose arcs know their inputs;
 /// `system` must outlive the result. A trajectory whose status is not kOk has no derivative: its

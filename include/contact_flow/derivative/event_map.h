@@ -26,6 +26,7 @@ struct PerturbedEvent {
     kActivation,  ///< a touchdown, or a compliant constraint that changes sides
     kRelease,     ///< a force passes zero
     kClosing,     ///< a contact that let go at an impact of the cluster falls back and holds again
+    kInput,       ///< the input changes; `constraint` is n + its number in the cluster
   };
   Kind kind = Kind::kActivation;
   int constraint = 0;
@@ -83,12 +84,22 @@ class FrictionalEvent;
 /// exact. Where the outcome depends on whether a contact had returned when another impact came, the
 /// map is positively homogeneous but not piecewise linear: PiecewiseLinear() says so.
 ///
+/// Changes of the input that coincide with the events are events, too: with guard h = t − t_k, no
+/// reset, and the field of the next input from there on. Change number c of the cluster is event n +
+/// c of an order, n being the number of constraints; the c happen in this order. Their instants do
+/// not move with w, but by δt_k where that is given.
+///
 /// With friction all of it is answered by a FrictionalEvent, whose pieces are not orders: then
 /// activated() is empty, and Selection, Cone and Times are those of one piece.
 class EventMap {
  public:
   /// `dynamics` is scratch that the maps of a trajectory share; its system must outlive the map.
   EventMap(std::shared_ptr<ContactDynamics> dynamics, const Transition& transition);
+  /// The same of a cluster in which the input changes, `later` having the inputs after each change.
+  EventMap(std::shared_ptr<ContactDynamics> dynamics, const Transition& transition,
+           std::vector<std::shared_ptr<ContactDynamics>> later);
+  /// The identity, for a transition of the trajectory that belongs to the cluster before it.
+  EventMap AbsorbedRest() const;
 
   /// kOk; kDiscontinuous when orders disagree (then `outcomes` lists them); kNotDifferentiable.
   const Status& status() const { return status_; }
@@ -98,13 +109,27 @@ class EventMap {
   /// The class of the cluster, and what was neglected to give a derivative.
   const ClusterReport& cluster() const { return cluster_; }
   double time() const { return transition_.t; }
-  /// I_a and the compliant constraints that change sides, all at once; m of them.
+  /// The cluster that it is the map of; one of its own where changes of the input belong to it.
+  const Transition& transition() const { return transition_; }
+  /// Whether this is AbsorbedRest.
+  bool absorbed() const { return absorbed_; }
+  /// How many changes of the input are events of the cluster.
+  int num_input_changes() const { return static_cast<int>(later_.size()); }
+  /// Whether event i of an order is one.
+  bool IsInputChange(int i) const { return i >= system_->num_constraints(); }
+  /// I_a, the compliant constraints that change sides and the changes of the input, all at once; m
+  /// of them.
   const std::vector<int>& activated() const { return activated_; }
+  /// The constraints among them.
+  ContactMode ActivatedConstraints() const;
   int num_activations() const { return static_cast<int>(activated_.size()); }
 
   /// B(w) [2d+k]. Throws std::domain_error, naming constraint and time, where a contact that opened
   /// never comes to rest again (γ = 1).
   Vector operator()(const VectorRef& w) const;
+  /// The same where the changes of the input come later by `dt` [num_input_changes()], which must
+  /// keep their order. Throws std::invalid_argument where it does not.
+  Vector operator()(const VectorRef& w, const VectorRef& dt) const;
   /// What happens to the run perturbed along w, to first order and in this order. Bounces of first
   /// order speed are left out: an elastic contact closes where they have died away.
   std::vector<PerturbedEvent> PerturbedEvents(const VectorRef& w) const;
@@ -147,17 +172,28 @@ class EventMap {
  private:
   friend class Germ;
   friend class OrderWalk;
+  void Begin();
+  /// The events that may come after those in S: changes of the input in their order.
+  ContactMode Remaining(ContactMode S) const;
+  /// Whether the changes of the input are in their order.
+  bool IsOrder(const std::vector<int>& order) const;
+  /// The dynamics under the input after the events in S.
+  ContactDynamics& DynamicsAfter(ContactMode S) const;
+  /// A tangent with the places −δt_k of the changes of the input behind it, in which h_k = t − t_k
+  /// is counted; a matrix that leaves these alone.
+  Vector Widen(const VectorRef& w, const VectorRef& dt) const;
+  Matrix Widen(const Matrix& map) const;
   /// What order zero knows of the cluster after the activations in S.
   struct Instant {
     Vector v;             // v_S [d]
     ContactMode resting;  // rigid contacts without normal velocity that have not bounced
-    Matrix rates;         // D(Da v) at v_S: r_j = rates.row(j)·w [n+l × 2d+k]
+    Matrix rates;         // D(Da v) at v_S: r_j = rates.row(j)·w [n+l × 2d+k+c]
   };
   /// The cluster after the activations in S while certain resting contacts are closed.
   struct Stage {
     Vector v;          // v_S [d]
     ContactMode mode;  // those of them that push, and the compliant ones that are pressed
-    Vector field;      // in this mode [2d+k]
+    Vector field;      // in this mode [2d+k+c]
   };
   /// The activation of one constraint while certain resting contacts are closed.
   struct Passage {
@@ -191,6 +227,8 @@ class EventMap {
   /// The same as a row [1 × 2d+k].
   Eigen::RowVectorXd TimeRow(int i, const Stage& stage) const;
   int size() const { return static_cast<int>(guards_.cols()); }
+  /// Of the tangents that are given, 2d+k.
+  int width() const { return size() - num_input_changes(); }
   /// The compliant constraints that are pressed after the events in S.
   ContactMode Pressed(ContactMode events) const;
   Vector State(const Vector& v) const;
@@ -199,6 +237,7 @@ class EventMap {
   void AddReleases();
 
   std::shared_ptr<ContactDynamics> dynamics_;
+  std::vector<std::shared_ptr<ContactDynamics>> later_;  // after each change of the input
   const MechanicalSystem* system_;
   std::shared_ptr<const FrictionalEvent> friction_;  // null without friction
   Transition transition_;
@@ -206,8 +245,11 @@ class EventMap {
   Vector q_;
   std::vector<int> activated_;  // the members of events_
   Matrix jacobian_;             // Da(ρ) [n×d]
-  Matrix guards_;               // the guards' gradients [n × 2d+k]: Da_i and ∂a_i/∂p, or Dλ_i
-  Matrix bilateral_;            // gradients of b [l × 2d+k]
+  // The guards' gradients [n+c × 2d+k+c]: Da_i and ∂a_i/∂p, or Dλ_i, and those of the c changes of
+  // the input.
+  Matrix guards_;
+  Matrix bilateral_;            // gradients of b [l × 2d+k+c]
+  bool absorbed_ = false;
   bool decoupled_ = true;       // class A: every cone is m−1 half-spaces
   Status status_;
   ClusterReport cluster_;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <memory>
-#include <optional>
+#include <vector>
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
@@ -62,7 +62,8 @@ class RollingDerivative {
   /// The tangents at `end` ≥ node_, in the arc of the motion.
   Matrix Propagated(const Arc& motion, double end);
   void Start(OnlineFlow* flow, const SimulateOptions& run);
-  void Pass(const Transition& transition);
+  void Pass(const OnlineFlow& flow);
+  void Pass(const EventMap& event);
   ContactDynamics* DynamicsAt(const Vector& u);
 
   const MechanicalSystem& system_;
@@ -73,7 +74,12 @@ class RollingDerivative {
   double node_;      // where the last slice has ended
   Matrix tangents_;  // there [2d+k × m]
   Status status_;
-  std::optional<Transition> last_;
+  /// The last transitions, each close to the one before, and the tangents before them: where the
+  /// input changes among them they are one cluster, which takes the place of their own maps.
+  std::vector<Transition> cluster_;
+  Matrix before_cluster_;
+  std::shared_ptr<ContactDynamics> cluster_dynamics_;             // before
+  std::vector<std::shared_ptr<ContactDynamics>> cluster_inputs_;  // after each change of the input
   std::shared_ptr<ContactDynamics> dynamics_;
 };
 

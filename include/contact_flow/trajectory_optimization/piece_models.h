@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "contact_flow/flow/status.h"
+#include "contact_flow/trajectory_optimization/problem.h"
+#include "contact_flow/types.h"
+
+namespace contact_flow {
+
+/// An event of a run by what stays the same when the run changes a little.
+struct EventName {
+  int constraint = -1;  ///< that is met, or −1: the input changes
+  int number = 0;       ///< its times so far; for an input the instant of the grid, from 1
+  /// Same event.
+  bool operator==(const EventName& o) const {
+    return constraint == o.constraint && number == o.number;
+  }
+};
+
+/// `second` comes after `first` in a piece: slack + row·d ≥ 0, both times [s].
+struct OrderRow {
+  EventName first, second;
+  double slack = 0;        ///< t_second − t_first
+  Eigen::RowVectorXd row;  ///< its change with the unknowns [1 × n]
+};
+
+/// When an event happens, to first order.
+struct EventTime {
+  EventName name;
+  double t = 0;            ///< [s]
+  Eigen::RowVectorXd row;  ///< its change with the unknowns [1 × n]
+  int smooth = -1;         ///< index of the cluster that it belongs to, if that is C¹
+};
+
+/// The cost and the order of events on one piece of the outcome, to first order; the second order
+/// is that of Gauss and Newton,
+///   J(y + d) ≈ J + gᵀd + ½ dᵀ H d,    H = 2 KᵀK,  K the derivative of the residuals.
+struct PieceModel {
+  Vector gradient;               ///< g [n]
+  Matrix hessian;                ///< H [n × n]
+  std::vector<OrderRow> orders;  ///< where it holds
+  std::vector<EventTime> times;  ///< of all its events, in their order
+  std::string label;             ///< the orders of its clusters, "input change, floor"
+};
+
+/// A cost at a point with the models of all its pieces there.
+struct PieceModels {
+  Status status;  ///< not kOk: there is no derivative, and why; the cost may be there
+  double cost = 0;
+  std::vector<PieceModel> pieces;
+  std::vector<std::string> clusters;  ///< "floor and input change at t = 0.7 s", those with pieces
+};
+
+/// The models at y, events within the problem's kink_interval taken as one. More than `max_pieces`
+/// are refused by status, and so is a start from which not every direction is admitted.
+PieceModels MakePieceModels(const Unknowns& unknowns, const Vector& y,
+                            std::size_t max_pieces = 720);
+
+/// t_second − t_first of events in a run [s]; NaN where one of them does not happen.
+double TimeBetween(const Unknowns& unknowns, const Trajectory& run, const EventName& first,
+                   const EventName& second);
+
+/// "touchdown 1 of 'floor'" or "the input change at t = 0.7 s".
+std::string Describe(const Unknowns& unknowns, const EventName& event);
+
+}  // namespace contact_flow

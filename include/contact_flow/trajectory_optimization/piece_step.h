@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "contact_flow/trajectory_optimization/piece_models.h"
+#include "contact_flow/types.h"
+
+namespace contact_flow {
+
+/// The step that one piece asks for, with the multipliers that certify it.
+struct PieceStep {
+  bool solved = false;   ///< false: the rows contradict each other, or H is not positive definite
+  Vector d;              ///< [n]
+  double decrease = 0;   ///< −(gᵀd + ½ dᵀHd), what is promised
+  Vector multipliers;    ///< z ≥ 0 of the order rows, of any sign for equalities [h]; J rises by z
+                         ///< for each second into the piece where its row is active [1/s]
+  double residual = 0;   ///< |g + Hd − Aᵀz| on unknowns off their bounds, largest entry
+  std::vector<bool> bounded;  ///< unknowns that stay at a bound [n]
+};
+
+/// What of a piece counts in its step.
+enum class OrderRule {
+  kKeep,    ///< slack + row·d ≥ 0
+  kIgnore,  ///< the step may leave the piece
+};
+
+/// min gᵀd + ½ dᵀ(H + damping I)d with lower ≤ y + d ≤ upper, by an active set of bounds and the dual
+/// problem of the order rows; those numbered in `equal` are met with equality whatever the rule.
+PieceStep SolvePiece(const PieceModel& piece, const Vector& y, const Vector& lower,
+                     const Vector& upper, OrderRule rule, const std::vector<int>& equal = {},
+                     double damping = 0);
+
+}  // namespace contact_flow

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "input_cluster.h"
+
+#include <algorithm>
+#include <sstream>
+#include <utility>
+
+namespace contact_flow {
+namespace {
+
+/// Collects the parts of one cluster.
+class Union {
+ public:
+  Union(const MechanicalSystem& system, const std::vector<const Transition*>& parts)
+      : system_(system), parts_(parts) {}
+
+  InputCluster Make() {
+    const auto is_contact = [](const Transition* part) { return !part->changes_input; };
+    lead_ = *std::find_if(parts_.begin(), parts_.end(), is_contact);
+    whole_ = *lead_;
+    whole_.changes_input = true;
+    whole_.mode_before = parts_.front()->mode_before;
+    whole_.mode_after = parts_.back()->mode_after;
+    whole_.instants.clear();
+    whole_.guards.clear();
+    for (const Transition* part : parts_) Add(*part);
+    whole_.released = whole_.mode_before - whole_.mode_after;
+    whole_.vanishing = whole_.vanishing & whole_.mode_before;
+    whole_.touching = whole_.touching - whole_.mode_before - whole_.activated;
+    // By constraint, changes of the input last.
+    std::stable_sort(whole_.instants.begin(), whole_.instants.end(),
+                     [](const EventInstant& a, const EventInstant& b) {
+                       return a.constraint < b.constraint;
+                     });
+    whole_.spread = parts_.back()->t - parts_.front()->t;
+    Check();
+    cluster_.transition = whole_;
+    return cluster_;
+  }
+
+ private:
+  void Add(const Transition& part) {
+    const int n = system_.num_constraints();
+    whole_.tolerance = std::max(whole_.tolerance, part.tolerance);
+    whole_.touching = whole_.touching | part.touching;
+    whole_.implied = whole_.implied | part.implied;
+    whole_.grazed = whole_.grazed | part.grazed;
+    whole_.completes_zeno = whole_.completes_zeno || part.completes_zeno;
+    if (whole_.obstacle.ok()) whole_.obstacle = part.obstacle;
+    if (part.changes_input) {
+      whole_.instants.push_back({n + changes_++, part.t - whole_.t, 0});
+      return;
+    }
+    const ContactMode met = part.activated | part.switched;
+    if (!(met_ & met).Empty()) Refuse(*(met_ & met).begin(), "is met twice");
+    met_ = met_ | met;
+    for (EventInstant instant : part.instants) {
+      instant.offset += part.t - whole_.t;
+      whole_.instants.push_back(instant);
+    }
+    if (&part == lead_) return;
+    whole_.activated = whole_.activated | part.activated;
+    whole_.switched = whole_.switched | part.switched;
+    whole_.vanishing = whole_.vanishing | part.vanishing;
+    whole_.impulse += part.impulse;
+    const int d = system_.dof();
+    whole_.x_plus.tail(d) += part.x_plus.tail(d) - part.x_minus.tail(d);
+  }
+
+  void Check() {
+    if (!cluster_.status.ok()) return;
+    if (system_.HasFriction()) return Refuse("contacts have friction");
+    if (system_.HasContactEffort()) return Refuse("the effort depends on the contact mode");
+    if (system_.num_constraints() + changes_ > ContactMode::kMaxConstraints) {
+      return Refuse("there are too many constraints");
+    }
+    if (!whole_.touching.Empty()) {
+      return Refuse(*whole_.touching.begin(), "touches without force");
+    }
+    const int d = system_.dof(), nq = system_.num_positions();
+    const Vector v = whole_.x_minus.tail(d);
+    ConstraintTerms terms;
+    system_.Constraints(whole_.x_minus.head(nq), v, &terms);
+    for (int i : whole_.activated) {
+      if (!(terms.jacobian.row(i).dot(v) < 0)) {
+        return Refuse(i, "is met only because of the impact of another");
+      }
+    }
+  }
+
+  void Refuse(int i, const std::string& what) {
+    const std::string& name = system_.description().constraints[static_cast<std::size_t>(i)];
+    Refuse("'" + name + "' " + what);
+  }
+  void Refuse(const std::string& why) {
+    std::ostringstream message;
+    message.precision(12);
+    message << "at t = " << whole_.t << " s an event coincides with a change of the input, and "
+            << why << ": such clusters are not differentiated";
+    cluster_.status = {Outcome::kNotDifferentiable, message.str()};
+  }
+
+  const MechanicalSystem& system_;
+  const std::vector<const Transition*>& parts_;
+  const Transition* lead_ = nullptr;
+  Transition whole_;
+  ContactMode met_;
+  int changes_ = 0;
+  InputCluster cluster_;
+};
+
+}  // namespace
+
+bool AreClose(const Transition& before, const Transition& next, double simultaneity_tolerance) {
+  return next.t - before.t <=
+         std::max({simultaneity_tolerance, next.tolerance, before.tolerance});
+}
+
+InputCluster UniteWithInput(const MechanicalSystem& system,
+                            const std::vector<const Transition*>& transitions) {
+  return Union(system, transitions).Make();
+}
+
+std::vector<InputCluster> FindInputClusters(const MechanicalSystem& system,
+                                            const Trajectory& trajectory) {
+  std::vector<InputCluster> clusters;
+  const std::vector<Transition>& all = trajectory.transitions;
+  for (std::size_t first = 0; first < all.size();) {
+    std::size_t last = first;
+    bool changes = all[first].changes_input, contacts = !changes;
+    while (last + 1 < all.size() &&
+           AreClose(all[last], all[last + 1], trajectory.simultaneity_tolerance)) {
+      ++last;
+      (all[last].changes_input ? changes : contacts) = true;
+    }
+    if (changes && contacts) {
+      std::vector<const Transition*> parts;
+      for (std::size_t k = first; k <= last; ++k) parts.push_back(&all[k]);
+      clusters.push_back(UniteWithInput(system, parts));
+      clusters.back().first = first;
+      clusters.back().last = last;
+    }
+    first = last + 1;
+  }
+  return clusters;
+}
+
+const InputCluster* InputClusters::At(std::size_t k) const {
+  for (const InputCluster& cluster : all_) {
+    if (cluster.first <= k && k <= cluster.last) return &cluster;
+  }
+  return nullptr;
+}
+
+const InputCluster* InputClusters::Around(std::size_t k) const {
+  const InputCluster* cluster = At(k);
+  return cluster != nullptr && cluster->first < k ? cluster : nullptr;
+}
+
+EventMap InputClusters::Map(const InputCluster& cluster, const Variables& variables) const {
+  const auto dynamics = [&](std::size_t arc) {
+    return std::make_shared<ContactDynamics>(system_, run_.arcs[arc].u, variables);
+  };
+  std::vector<std::shared_ptr<ContactDynamics>> later;
+  for (std::size_t k = cluster.first; k <= cluster.last; ++k) {
+    if (run_.transitions[k].changes_input) later.push_back(dynamics(k + 1));
+  }
+  return EventMap(dynamics(cluster.first), cluster.transition, std::move(later));
+}
+
+Vector InputClusters::EndField(ContactDynamics* dynamics, std::size_t k) const {
+  const InputCluster* cluster = Around(k);
+  if (cluster == nullptr) return dynamics->Field(run_.arcs[k].x_end, run_.arcs[k].mode);
+  const Arc& next = run_.arcs[cluster->last + 1];
+  return ContactDynamics(system_, next.u, dynamics->variables()).Field(next.x_begin, next.mode);
+}
+
+}  // namespace contact_flow

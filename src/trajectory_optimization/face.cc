@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "face.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "contact_flow/budget.h"
+
+namespace contact_flow {
+namespace {
+
+constexpr int kMaxNewton = 12;
+/// Times apart that count as none, relative to 1 s: those of events are known to about 1e-14.
+constexpr double kTogether = 2e-14;
+/// … and that are good enough where Newton's method does not come closer.
+constexpr double kClose = 1e-11;
+
+}  // namespace
+
+FacePoint Evaluate(const Unknowns& unknowns, const Vector& y, const std::vector<OrderRow>& pairs,
+                   long* simulations, Vector* apart) {
+  AskBudget();
+  ++*simulations;
+  FacePoint point;
+  point.y = y;
+  try {
+    const Trajectory run =
+        unknowns.Run(y, unknowns.problem().simulate.simultaneity_tolerance, false);
+    if (!run.status.ok()) return point;
+    point.cost = unknowns.Cost(y, unknowns.Positions(run), run.FinalState());
+    if (!std::isfinite(point.cost)) point.cost = std::numeric_limits<double>::infinity();
+    if (apart != nullptr) {
+      apart->resize(static_cast<Eigen::Index>(pairs.size()));
+      for (std::size_t i = 0; i < pairs.size(); ++i) {
+        (*apart)(static_cast<Eigen::Index>(i)) =
+            TimeBetween(unknowns, run, pairs[i].first, pairs[i].second);
+      }
+    }
+  } catch (const std::invalid_argument&) {  // a start that is none
+  }
+  return point;
+}
+
+FacePoint PutOntoFace(const Unknowns& unknowns, const PieceModel& piece,
+                      const std::vector<int>& rows, const std::vector<bool>& bounded, Vector y,
+                      long* simulations) {
+  std::vector<OrderRow> pairs;
+  Matrix A(static_cast<Eigen::Index>(rows.size()), y.size());
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    pairs.push_back(piece.orders[static_cast<std::size_t>(rows[r])]);
+    A.row(static_cast<Eigen::Index>(r)) = pairs.back().row;
+  }
+  for (Eigen::Index i = 0; i < y.size(); ++i) {
+    if (bounded[static_cast<std::size_t>(i)]) A.col(i).setZero();
+  }
+  Matrix reach = piece.hessian.llt().solve(A.transpose());
+  for (Eigen::Index i = 0; i < y.size(); ++i) {
+    if (bounded[static_cast<std::size_t>(i)]) reach.row(i).setZero();
+  }
+  const Eigen::CompleteOrthogonalDecomposition<Matrix> solver(A * reach);
+  FacePoint best;
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kMaxNewton; ++i) {
+    Vector apart;
+    FacePoint point = Evaluate(unknowns, y, pairs, simulations, &apart);
+    if (!std::isfinite(point.cost) || !apart.allFinite()) break;
+    const double largest = apart.cwiseAbs().maxCoeff();
+    if (!(largest < least)) break;
+    least = largest;
+    best = point;
+    best.on_face = largest <= kClose;
+    if (largest <= kTogether) break;
+    y = (y - reach * solver.solve(apart)).cwiseMax(unknowns.lower()).cwiseMin(unknowns.upper());
+  }
+  return best;
+}
+
+std::vector<Coincidence> CoincidencesAt(const PieceModels& models, double interval) {
+  std::vector<Coincidence> found;
+  for (const PieceModel& piece : models.pieces) {
+    for (const OrderRow& row : piece.orders) {
+      if (std::abs(row.slack) > 2 * interval) continue;
+      if ((row.first.constraint < 0) == (row.second.constraint < 0)) continue;
+      const bool input_first = row.first.constraint < 0;
+      const Coincidence pair{input_first ? row.second : row.first,
+                             input_first ? row.first.number : row.second.number};
+      const bool known = std::any_of(found.begin(), found.end(), [&](const Coincidence& other) {
+        return other.contact == pair.contact && other.instant == pair.instant;
+      });
+      if (!known) found.push_back(pair);
+    }
+  }
+  return found;
+}
+
+bool AddFace(const Unknowns& unknowns, const EventName& contact, int to, PieceModel* piece) {
+  for (const EventTime& event : piece->times) {
+    if (!(event.name == contact)) continue;
+    OrderRow row;
+    row.first = {-1, to};
+    row.second = contact;
+    row.slack = event.t - unknowns.problem().inputs.grid[static_cast<std::size_t>(to)];
+    row.row = event.row;
+    piece->orders.push_back(row);
+    return true;
+  }
+  return false;
+}
+
+}  // namespace contact_flow
