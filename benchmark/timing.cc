@@ -25,6 +25,8 @@ double Batch(const std::function<void()>& task, int calls) {
 
 }  // namespace
 
+double TimeOnce(const std::function<void()>& task) { return Batch(task, 1); }
+
 std::vector<double> TimeInterleaved(const std::vector<std::function<void()>>& tasks,
                                     double batch_seconds, int batches) {
   std::vector<int> calls;

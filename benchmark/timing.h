@@ -12,5 +12,8 @@ namespace benchmark {
 std::vector<double> TimeInterleaved(const std::vector<std::function<void()>>& tasks,
                                     double batch_seconds = 2e-3, int batches = 9);
 
+/// Processor time of one call [s].
+double TimeOnce(const std::function<void()>& task);
+
 }  // namespace benchmark
 }  // namespace contact_flow

@@ -29,10 +29,10 @@ double RelativeResidual(const Vector& difference, const Vector& sizes) {
 
 /// A lower estimate of the condition of a symmetric matrix S scaled to a unit diagonal: by the
 /// pivots of its Cholesky factor, which are L_ii / √S_ii where S = L Lᵀ.
-double ScaledCondition(const Matrix& symmetric, const Eigen::LLT<Matrix>& factor) {
+double ScaledCondition(const Matrix& symmetric, bool regular, const Vector& diagonal) {
   if (symmetric.size() == 0) return 1;
-  if (factor.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
-  const auto pivots = factor.matrixLLT().diagonal().array() / symmetric.diagonal().array().sqrt();
+  if (!regular) return std::numeric_limits<double>::infinity();
+  const auto pivots = diagonal.array() / symmetric.diagonal().array().sqrt();
   const double ratio = pivots.maxCoeff() / pivots.minCoeff();
   return ratio * ratio;
 }
@@ -95,16 +95,18 @@ void AssessImpact(const MechanicalSystem& system, const Transition& transition, 
       (transition.mode_before | transition.activated | transition.touching) - system.compliant();
   const Matrix rows = inertia.Rows(touching);
   const Matrix delassus = rows * (inertia * rows.transpose());
-  const Eigen::LLT<Matrix>& mass = inertia.mass_factor();
-  trust->condition = std::max(ScaledCondition(inertia.mass(), mass),
-                              ScaledCondition(delassus, Eigen::LLT<Matrix>(delassus)));
+  const MassFactor& mass = inertia.mass_factor();
+  const Eigen::LLT<Matrix> factor(delassus);
+  trust->condition = std::max(
+      ScaledCondition(inertia.mass(), mass.regular(), mass.Pivots()),
+      ScaledCondition(delassus, factor.info() == Eigen::Success, factor.matrixLLT().diagonal()));
   if (transition.activated.Empty()) return;
   const Matrix& A = inertia.terms().jacobian;
   const Vector v_plus = transition.x_plus.tail(d);
   // In the kinetic metric, where momenta of all units compare: |M Δv − Aᵀp| beside |M v|.
   const Vector momentum = inertia.mass() * v, later_momentum = inertia.mass() * v_plus;
   const auto size = [&](Vector momentum) {
-    mass.matrixL().solveInPlace(momentum);
+    mass.SolveL(momentum);
     return momentum.norm();
   };
   const double speed = size(momentum) + size(later_momentum);

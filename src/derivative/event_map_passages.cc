@@ -7,8 +7,10 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "cluster_geometry.h"
 #include "contact_flow/budget.h"
 #include "contact_flow/derivative/event_map.h"
 #include "contact_flow/dynamics/impact.h"
@@ -32,7 +34,7 @@ ContactMode EventMap::Resting(const Vector& v, ContactMode candidates, ContactMo
   return resting;
 }
 
-void EventMap::AddInstant(ContactMode S, const Vector& v) const {
+void EventMap::AddInstant(ContactMode S, const Vector& v, const Matrix* rates_q) const {
   if (instants_.count(S) > 0) return;
   Instant& instant = instants_[S];
   instant.v = v;
@@ -50,6 +52,12 @@ void EventMap::AddInstant(ContactMode S, const Vector& v) const {
   }
   // r_j = D(Da_j v) w: by q, by v and by parameters.
   const int d = system_->dof();
+  if (rates_q != nullptr) {
+    instant.rates.setZero(rates_q->rows(), size());
+    instant.rates.leftCols(d) = *rates_q;
+    instant.rates.middleCols(d, d) = Geometry().inertia()->terms().jacobian;
+    return;
+  }
   ConstraintTerms terms;
   system_->Constraints(q_, v, &terms);
   const Vector no_jump = Vector::Zero(d), no_impulse = Vector::Zero(terms.jacobian.rows());
@@ -66,22 +74,46 @@ void EventMap::AddInstant(ContactMode S, const Vector& v) const {
   instant.rates.middleCols(width() - p, p) = by_parameter.constraint;
 }
 
+/// Where all that is closed pushes clearly there is no choice, and ρ is known.
+bool EventMap::PushAll(ContactMode S, ContactMode closed, Stage* stage) const {
+  const bool last = S == events_ && (transition_.mode_after - system_->compliant() - closed).Empty();
+  if (S.Empty() || last || closed.Empty() || system_->HasContactEffort()) return false;
+  const InverseInertia& inertia = *Geometry().inertia();
+  if (!ImpactReset::Terms::Allowed(*system_, inertia, dynamics_->variables())) return false;
+  const int d = system_->dof();
+  Vector acceleration;
+  const ContactMode mode = closed | Pressed(S);
+  const bool clear = Geometry().Accelerate(DynamicsAfter(S).u(), stage->v, mode,
+                                           InstantAt(S).rates.leftCols(d), &acceleration);
+  if (!clear) return false;
+  stage->mode = mode;
+  stage->field.setZero(size());
+  stage->field.head(2 * d) << stage->v, acceleration;
+  stage->field.tail(num_input_changes()).setOnes();
+  return true;
+}
+
 const EventMap::Stage& EventMap::StageAt(ContactMode S, ContactMode closed) const {
   const auto known = stages_.find({S, closed});
   if (known != stages_.end()) return known->second;
   AskBudget();
   Stage stage;
   stage.v = InstantAt(S).v;
+  const Vector x = State(stage.v);
   const ContactMode after = transition_.mode_after;
+  if (PushAll(S, closed, &stage)) {
+    // Mode and field are known.
+    return stages_[{S, closed}] = stage;
+  }
   if (S.Empty()) {
     stage.mode = transition_.mode_before;
   } else if (S == events_ && (after - system_->compliant() - closed).Empty()) {
     stage.mode = after;
   } else {
-    stage.mode = SelectContactMode(&DynamicsAfter(S), State(stage.v), closed, 0, Pressed(S));
+    stage.mode = SelectContactMode(&DynamicsAfter(S), x, closed, 0, Pressed(S));
   }
   stage.field.setOnes(size());
-  stage.field.head(width()) = DynamicsAfter(S).Field(State(stage.v), stage.mode);
+  stage.field.head(width()) = DynamicsAfter(S).Field(x, stage.mode);
   return stages_[{S, closed}] = stage;
 }
 
@@ -93,15 +125,28 @@ const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, 
   const Instant& before = InstantAt(S);
   if (!transition_.activated.Contains(i)) {  // no impact: the field changes, the state does not
     AddInstant(S.With(i), before.v);
-    passage.reset = Matrix::Identity(size(), size());
+    passage.reset = ImpactReset(size());
     passage.held = closed & InstantAt(S.With(i)).resting;
     return passages_[{S, closed, i}] = passage;
   }
   // Every contact that rests takes part, also one that has opened: its gap is of second order, and
   // it is closed again if this impact pushes it.
+  const std::shared_ptr<const InverseInertia>& inertia = Geometry().inertia();
   const ImpactResult impact =
-      SolveImpact(*system_, q_, before.v, before.resting.With(i), transition_.impact_law);
-  AddInstant(S.With(i), impact.v_plus);
+      SolveImpact(*system_, *inertia, before.v, before.resting.With(i), transition_.impact_law);
+  std::shared_ptr<const ImpactReset::Terms> terms;
+  if (ImpactReset::Terms::Allowed(*system_, *inertia, dynamics_->variables())) {
+    const Matrix before_q = before.rates.leftCols(system_->dof());
+    Matrix momentum_q, after_q;
+    Geometry().DifferentiateImpact(impact, before_q, &momentum_q, &after_q);
+    terms = std::make_shared<const ImpactReset::Terms>(
+        *system_, inertia, q_, before.v, impact, dynamics_->variables(), std::move(momentum_q),
+        std::move(after_q), before_q);
+  } else {
+    terms = std::make_shared<const ImpactReset::Terms>(*system_, inertia, q_, before.v, impact,
+                                                       dynamics_->variables());
+  }
+  AddInstant(S.With(i), impact.v_plus, terms->by_factors ? &terms->after_q : nullptr);
   const ContactMode resting = InstantAt(S.With(i)).resting;
   // By projection all of them are equalities, however small their impulse.
   const bool all = transition_.impact_law == ImpactLaw::kProjection;
@@ -111,19 +156,54 @@ const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, 
   }
   passage.held = (closed | passage.struck) & resting;
   const ContactMode persisting = passage.held.Without(i);
-  passage.reset = Widen(ImpactJacobian(*system_, q_, before.v, impact, persisting.With(i),
-                                       persisting, dynamics_->variables()));
-  FindDisturbed(S, closed, i, impact, &passage);
+  passage.reset = ImpactReset(terms, persisting.With(i), persisting, num_input_changes());
+  FindDisturbed(S, closed, i, terms, &passage);
   for (int j : Brushed(before, i, impact)) {
     if (passage.disturbed.Contains(j) || !closed.Contains(j)) RefuseBrushed(i, j);
   }
   if (passage.held.Contains(i) && !dynamics_->variables().parameters.empty()) {
     // By its restitution, which is a parameter, it may rise.
     const Eigen::RowVectorXd& rate = InstantAt(S.With(i)).rates.row(i);
-    const double terms = (rate.cwiseAbs() * passage.reset.cwiseAbs()).norm();
-    if ((rate * passage.reset).norm() > kStructural * terms) passage.disturbed.Insert(i);
+    const Matrix& reset = passage.reset.matrix();
+    const double size = (rate.cwiseAbs() * reset.cwiseAbs()).norm();
+    if ((rate * reset).norm() > kStructural * size) passage.disturbed.Insert(i);
   }
-  return passages_[{S, closed, i}] = passage;
+  return passages_[{S, closed, i}] = std::move(passage);
+}
+
+ClusterGeometry& EventMap::Geometry() const {
+  if (!geometry_) {
+    geometry_ = std::make_shared<ClusterGeometry>(*system_, q_, InstantAt(ContactMode()).v);
+  }
+  return *geometry_;
+}
+
+/// The change of a rate is a row c, that of its terms a row t; |c w| beside |t w| for two mixtures
+/// w tells c = 0 from |c| > kStructural |t| but by chance, which kChance makes rare: what is not
+/// told apart is computed.
+bool EventMap::NoneDisturbed(ContactMode S, ContactMode quiet, int i,
+                             const ImpactReset& free) const {
+  constexpr double kChance = 1e-2;
+  constexpr double kSteps[] = {0.6180339887498949, 0.4142135623730950};
+  const Instant &before = InstantAt(S), &after = InstantAt(S.With(i));
+  Vector w(size()), change, terms;
+  for (const double step : kSteps) {
+    double part = 0;
+    for (int c = 0; c < w.size(); ++c) {
+      part += step;
+      part -= std::floor(part);
+      w(c) = (c % 3 == 1 ? -1 : 1) * (0.6 + 0.8 * part);
+    }
+    const Vector passed = free * w;
+    // Of what is closed the rate before is zero along the tangents in question.
+    change.noalias() = after.rates * passed;
+    change.noalias() -= before.rates * w;
+    terms.noalias() = after.rates.cwiseAbs() * passed.cwiseAbs();
+    for (int j : quiet) {
+      if (std::abs(change(j)) > kChance * kStructural * terms(j)) return false;
+    }
+  }
+  return true;
 }
 
 /// Where such a push is real, contacts around here are all pushed, or all lifted; where it is taken
@@ -153,7 +233,8 @@ void EventMap::RefuseBrushed(int i, int j) const {
 /// is positive stays (equality), one that vanishes with its complement, the normal velocity
 /// afterwards, is 0 ≤ δp ⟂ δr ≥ 0. Where δr at δp = 0 vanishes along all tangents that keep the
 /// contacts closed there is nothing to decide.
-void EventMap::FindDisturbed(ContactMode S, ContactMode closed, int i, const ImpactResult& impact,
+void EventMap::FindDisturbed(ContactMode S, ContactMode closed, int i,
+                             const std::shared_ptr<const ImpactReset::Terms>& terms,
                              Passage* passage) const {
   const Instant &before = InstantAt(S), &after = InstantAt(S.With(i));
   const ContactMode quiet = (before.resting - passage->struck) & after.resting;
@@ -162,10 +243,11 @@ void EventMap::FindDisturbed(ContactMode S, ContactMode closed, int i, const Imp
   if (quiet.Empty() || constant) return;
   const auto reset_without = [&](ContactMode free) {
     const ContactMode persisting = (passage->held - free).Without(i);
-    return Widen(ImpactJacobian(*system_, q_, before.v, impact, persisting.With(i), persisting,
-                                dynamics_->variables()));
+    return ImpactReset(terms, persisting.With(i), persisting, num_input_changes());
   };
-  const Matrix free = reset_without(quiet);
+  const ImpactReset reset_free = reset_without(quiet);
+  if (terms->by_factors && NoneDisturbed(S, quiet, i, reset_free)) return;
+  const Matrix& free = reset_free.matrix();
   // Tangents at the instant of the impact: gaps and rates of what is closed vanish.
   const ContactMode touching = before.resting.With(i);
   const int l = system_->num_bilateral();
@@ -179,19 +261,19 @@ void EventMap::FindDisturbed(ContactMode S, ContactMode closed, int i, const Imp
   for (int j : quiet) {
     Vector change = (after.rates.row(j) * free).transpose();
     if (!closed.Contains(j)) change -= before.rates.row(j).transpose();
-    const double terms = (after.rates.row(j).cwiseAbs() * free.cwiseAbs()).norm();
+    const double size = (after.rates.row(j).cwiseAbs() * free.cwiseAbs()).norm();
     change -= kept.transpose() * normals.solve(change);
-    if (change.norm() > kStructural * terms) passage->disturbed.Insert(j);
+    if (change.norm() > kStructural * size) passage->disturbed.Insert(j);
   }
   const ContactMode lifted = passage->disturbed & closed;
-  if (!lifted.Empty()) passage->free = lifted == quiet ? free : reset_without(lifted);
+  if (!lifted.Empty()) passage->free = lifted == quiet ? reset_free : reset_without(lifted);
 }
 
 const EventMap::Stage& EventMap::Activate(ContactMode S, int i, const Matrix** reset) const {
   const ContactMode compliant = system_->compliant();
   const Passage& passage = PassageAt(S, StageAt(S).mode - compliant, i);
   const Stage& stage = StageAt(S.With(i));
-  *reset = &passage.reset;
+  *reset = &passage.reset.matrix();
   // A contact that let go at an earlier stage and holds again at this one has opened by O(|w|²) and
   // falls back with a speed O(|w|): its plastic impact is one more reset, and where the map is
   // linear its time does not matter.
@@ -210,7 +292,7 @@ const EventMap::Stage& EventMap::Activate(ContactMode S, int i, const Matrix** r
   closing.impulse = Vector::Zero(system_->num_rows());
   *reset = &(regained_[{S, i}] = Widen(ImpactJacobian(*system_, q_, stage.v, closing, held, held,
                                                       dynamics_->variables())) *
-                                 passage.reset);
+                                 passage.reset.matrix());
   return stage;
 }
 

@@ -92,9 +92,9 @@ void ContactDynamics::SetMode(ContactMode mode) {
 }
 
 void ContactDynamics::Factorize(const VectorRef& x) {
-  if (!has_mass_) mass_factor_.compute(mass_);
+  if (!has_mass_) mass_factor_.Compute(mass_);
   has_mass_ = constant_;
-  at_->regular = mass_factor_.info() == Eigen::Success;
+  at_->regular = mass_factor_.regular();
   const int k = static_cast<int>(at_->active.size());
   if (k == 0) return;
   system_.Constraints(x.head(nq_), x.tail(d_), &terms_);
@@ -102,29 +102,36 @@ void ContactDynamics::Factorize(const VectorRef& x) {
     at_->jacobian.row(i) = terms_.jacobian.row(at_->active[i]);
     at_->bias(i) = terms_.bias(at_->active[i]);
     at_->reach.col(i) = at_->jacobian.row(i);
-    mass_factor_.matrixL().solveInPlace(at_->reach.col(i));
+    mass_factor_.SolveL(at_->reach.col(i));
   }
   if (!at_->sliding.empty()) return FactorizeSliding(x);
-  at_->delassus_inverse.noalias() = at_->reach.transpose().lazyProduct(at_->reach);
+  if (mass_factor_.sparse()) {
+    MultiplySparseColumns(at_->reach, &at_->delassus_inverse);
+  } else {
+    at_->delassus_inverse.noalias() = at_->reach.transpose().lazyProduct(at_->reach);
+  }
   at_->delassus_factor.compute(at_->delassus_inverse);
   at_->regular = at_->regular && at_->delassus_factor.info() == Eigen::Success;
 }
 
 void ContactDynamics::Invert() {
   at_->inverse.setIdentity(d_, d_);
-  SolveColumns(mass_factor_, &at_->inverse);
+  mass_factor_.Solve(&at_->inverse);
   if (!at_->active.empty()) {
     at_->delassus_inverse.setIdentity();
-    at_->momentum_map.noalias() = at_->jacobian.lazyProduct(at_->inverse);
-    if (at_->sliding.empty()) {
+    if (mass_factor_.sparse() && at_->sliding.empty()) {
+      InvertSparse();
+    } else if (at_->sliding.empty()) {
+      at_->momentum_map.noalias() = at_->jacobian.lazyProduct(at_->inverse);
       SolveColumns(at_->delassus_factor, &at_->delassus_inverse);
       at_->force_map.noalias() = at_->delassus_inverse.lazyProduct(at_->momentum_map);
       at_->inverse.noalias() -= at_->momentum_map.transpose().lazyProduct(at_->force_map);
     } else {
+      at_->momentum_map.noalias() = at_->jacobian.lazyProduct(at_->inverse);
       at_->delassus_inverse = at_->sliding_factor.solve(at_->delassus_inverse).eval();
       at_->force_map.noalias() = at_->delassus_inverse.lazyProduct(at_->momentum_map);
       at_->response = at_->push;
-      mass_factor_.matrixU().solveInPlace(at_->response);  // M⁻¹ W
+      mass_factor_.SolveLTransposed(&at_->response);  // M⁻¹ W
       at_->inverse.noalias() -= at_->response.lazyProduct(at_->force_map);
       at_->response = (at_->response * at_->delassus_inverse).eval();
     }
@@ -166,7 +173,7 @@ void ContactDynamics::Multiply() {
 
 void ContactDynamics::Solve() {
   acceleration_ = applied_;
-  mass_factor_.matrixL().solveInPlace(acceleration_);  // y
+  mass_factor_.SolveL(acceleration_);  // y
   if (!at_->active.empty()) {
     at_->multiplier = -at_->bias;
     at_->multiplier.noalias() -= at_->reach.transpose().lazyProduct(acceleration_);
@@ -178,7 +185,7 @@ void ContactDynamics::Solve() {
       acceleration_.noalias() += at_->push.lazyProduct(at_->multiplier);
     }
   }
-  mass_factor_.matrixU().solveInPlace(acceleration_);
+  mass_factor_.SolveLTransposed(acceleration_);
   if (at_->regular) return;
   acceleration_.setConstant(std::numeric_limits<double>::quiet_NaN());
   at_->multiplier.setConstant(std::numeric_limits<double>::quiet_NaN());
@@ -193,7 +200,12 @@ Vector ContactDynamics::Field(const VectorRef& x, ContactMode mode) {
 
 void ContactDynamics::Differentiate(const VectorRef& x, ContactMode mode) {
   Evaluate(x, mode);
+  DifferentiateEvaluated(x);
+}
+
+void ContactDynamics::DifferentiateEvaluated(const VectorRef& x) {
   if (!constant_) Invert();
+  const ContactMode mode = at_->mode;
   const auto q = x.head(nq_), v = x.tail(d_);
   system_.DifferentiateDynamics(q, v, u_, mode, acceleration_, force_, &residual_);
   if (k_ > 0) DifferentiateByVariables(x);
@@ -214,8 +226,14 @@ void ContactDynamics::Differentiate(const VectorRef& x, ContactMode mode) {
       at_->residual.row(i).head(d_) = residual_.constraint_q.row(at_->active[i]);
       at_->residual.row(i).segment(d_, d_) = residual_.constraint_v.row(at_->active[i]);
     }
-    at_->force_jacobian.noalias() -= at_->delassus_inverse.lazyProduct(at_->residual);
-    if (at_->sliding.empty()) {
+    if (mass_factor_.sparse()) {  // many coordinates
+      at_->force_jacobian.noalias() -= at_->delassus_inverse * at_->residual;
+    } else {
+      at_->force_jacobian.noalias() -= at_->delassus_inverse.lazyProduct(at_->residual);
+    }
+    if (at_->sliding.empty() && mass_factor_.sparse()) {
+      acceleration_jacobian_.noalias() -= at_->force_map.transpose() * at_->residual;
+    } else if (at_->sliding.empty()) {
       acceleration_jacobian_.noalias() -= at_->force_map.transpose().lazyProduct(at_->residual);
     } else {
       acceleration_jacobian_.noalias() -= at_->response.lazyProduct(at_->residual);

@@ -19,14 +19,19 @@ constexpr double kRounding = 1e-13;
 
 ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q,
                          const VectorRef& v_minus, ContactMode touching, ImpactLaw law) {
+  return SolveImpact(system, InverseInertia(system, q, v_minus), v_minus, touching, law);
+}
+
+ImpactResult SolveImpact(const MechanicalSystem& system, const InverseInertia& inertia,
+                         const VectorRef& v_minus, ContactMode touching, ImpactLaw law) {
   const int k = touching.Size();
-  const InverseInertia inertia(system, q, v_minus);
   const Matrix A = inertia.Rows(touching);
   Vector b = A * v_minus;
   int row = 0;
   for (int i : touching) b(row++) *= 1 + system.restitution()(i);
-  const Matrix Y = inertia * A.transpose();  // P Aᵀ [d×k]
-  const Matrix G = A * Y;
+  const bool many = inertia.mass_factor().sparse() && system.num_bilateral() == 0;
+  const Matrix Y = many ? Matrix() : inertia * A.transpose();  // P Aᵀ [d×k]
+  const Matrix G = many ? inertia.Delassus(touching) : Matrix(A * Y);
   Vector p;
   if (law == ImpactLaw::kProjection) {
     const Eigen::LLT<Matrix> factor(G);
@@ -46,7 +51,7 @@ ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q,
     p = solution->z;
   }
   ImpactResult result;
-  result.v_plus = v_minus + Y * p;
+  result.v_plus = v_minus + (many ? Vector(inertia * (A.transpose() * p)) : Vector(Y * p));
   if (!result.v_plus.allFinite()) {
     throw std::domain_error("the velocity after the impact is not finite");
   }

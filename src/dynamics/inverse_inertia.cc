@@ -2,6 +2,7 @@
 #include "contact_flow/dynamics/inverse_inertia.h"
 
 #include <limits>
+#include <vector>
 
 #include "solve_columns.h"
 
@@ -19,11 +20,11 @@ InverseInertia::InverseInertia(const MechanicalSystem& system, const VectorRef& 
     : n_(system.num_constraints()) {
   system.Dynamics(q, v, u, mode, &mass_, &applied_);
   system.Constraints(q, v, &terms_);
-  mass_factor_.compute(mass_);
-  regular_ = mass_factor_.info() == Eigen::Success;
+  mass_factor_.Compute(mass_);
+  regular_ = mass_factor_.regular();
   if (system.num_bilateral() == 0) return;
   const auto B = terms_.jacobian.middleRows(n_, system.num_bilateral());
-  reach_ = mass_factor_.solve(B.transpose());
+  reach_ = mass_factor_.Solved(B.transpose());
   bilateral_factor_.compute(B * reach_);
   regular_ = regular_ && bilateral_factor_.info() == Eigen::Success;
 }
@@ -42,9 +43,30 @@ Matrix InverseInertia::Rows(ContactMode members) const {
 Matrix InverseInertia::operator*(const MatrixRef& R) const {
   if (!regular_) return Undefined(R.rows(), R.cols());
   Matrix result = R;
-  SolveColumns(mass_factor_, &result);
+  mass_factor_.Solve(&result);
   if (reach_.cols() > 0) result -= reach_ * bilateral_factor_.solve(reach_.transpose() * R);
   return result;
+}
+
+Matrix InverseInertia::Delassus(ContactMode members) const {
+  if (!regular_ || !mass_factor_.sparse() || reach_.cols() > 0) {
+    const Matrix A = Rows(members);
+    return A * (*this * A.transpose());
+  }
+  if (sparse_delassus_.size() == 0) {
+    Matrix reach = terms_.jacobian.topRows(n_).transpose();
+    for (Eigen::Index i = 0; i < n_; ++i) mass_factor_.SolveL(reach.col(i));
+    sparse_delassus_.resize(n_, n_);
+    MultiplySparseColumns(reach, &sparse_delassus_);
+  }
+  std::vector<int> rows;
+  for (int i : members) rows.push_back(i);
+  const auto k = static_cast<Eigen::Index>(rows.size());
+  Matrix G(k, k);
+  for (Eigen::Index j = 0; j < k; ++j) {
+    for (Eigen::Index i = 0; i < k; ++i) G(i, j) = sparse_delassus_(rows[i], rows[j]);
+  }
+  return G;
 }
 
 Matrix InverseInertia::BilateralForce(const MatrixRef& R) const {

@@ -282,6 +282,8 @@ ModeSelection SelectMode(ContactDynamics* dynamics, const VectorRef& x, ContactM
   ModeSelection selection;
   if (candidates.Empty()) {
     selection.mode = pressed;
+  } else if (dynamics->PushClearly(x, candidates, pressed)) {
+    selection.mode = candidates | pressed;
   } else if (dynamics->system().HasContactEffort()) {
     selection.mode = SelectByEffort(dynamics, x, candidates, time_tolerance, pressed);
   } else {

@@ -44,7 +44,7 @@ void ContactDynamics::FactorizeSliding(const VectorRef& x) {
       s.direction(0) = rows.row(0).dot(x.tail(d_)) < 0 ? -1 : 1;
     }
     Vector tangential = rows.transpose() * s.direction.head(s.friction.dimension);
-    mass_factor_.matrixL().solveInPlace(tangential);
+    mass_factor_.SolveL(tangential);
     at_->push.col(s.column) -= s.friction.coefficient * tangential;
   }
   at_->delassus_inverse.noalias() = at_->reach.transpose().lazyProduct(at_->push);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Cholesky>
+#include <vector>
 
 #include "contact_flow/types.h"
 
@@ -13,6 +14,22 @@ inline void SolveColumns(const Eigen::LLT<Matrix>& factor, Matrix* B) {
   constexpr Eigen::Index kFew = 8;
   if (B->cols() > kFew) return factor.solveInPlace(*B);
   for (Eigen::Index c = 0; c < B->cols(); ++c) factor.solveInPlace(B->col(c));
+}
+
+/// G = WᵀW [k×k], where most of W [d×k] is zero.
+inline void MultiplySparseColumns(const Matrix& W, Matrix* G) {
+  std::vector<int> support;
+  for (Eigen::Index j = 0; j < W.cols(); ++j) {
+    support.clear();
+    for (int r = 0; r < W.rows(); ++r) {
+      if (W(r, j) != 0) support.push_back(r);
+    }
+    for (Eigen::Index i = j; i < W.cols(); ++i) {
+      double sum = 0;
+      for (int r : support) sum += W(r, i) * W(r, j);
+      (*G)(i, j) = (*G)(j, i) = sum;
+    }
+  }
 }
 
 }  // namespace contact_flow

@@ -56,6 +56,9 @@ EventLocator::EventLocator(ContactDynamics* dynamics, double absolute_tolerance,
       search_(guards_.size(),
               [this](double theta, ContactMode set, double* value, double* rate) {
                 Sample(theta, set, value, rate);
+              },
+              [this](double theta, ContactMode set, double* value) {
+                SampleForces(theta, set, value);
               }),
       forces_(guards_.size(), kStepStages + kNumProbes),
       x_(dynamics->system().state_size()),
@@ -99,18 +102,14 @@ void EventLocator::Sample(double theta, ContactMode set, double* value, double* 
   }
   stepper_->Interpolate(theta, x_.data());
   if (forces) {
-    dynamics_->Differentiate(x_, mode_);
-    const Matrix& jacobian = dynamics_->force_jacobian();
+    const Vector& rates = dynamics_->ForceRates(x_, mode_);
     if (guards_.size() == system.num_constraints()) {
       for (int i : set) {
         value[i] = dynamics_->force()(i);
-        rate[i] = h * (jacobian.row(i).head(d).dot(x_.tail(d)) +
-                       jacobian.row(i).segment(d, d).dot(dynamics_->acceleration()));
+        rate[i] = h * rates(i);
       }
       return;
     }
-    const Vector rates = jacobian.leftCols(d) * x_.tail(d) +
-                         jacobian.middleCols(d, d) * dynamics_->acceleration();
     for (int g : set) {
       value[g] = guards_.OfForce(g, dynamics_->force());
       rate[g] = h * guards_.GradientOfForce(g, dynamics_->force(), rates)(0);
@@ -135,6 +134,13 @@ void EventLocator::Sample(double theta, ContactMode set, double* value, double* 
     value[i] = sign * terms_.gap(i);
     rate[i] = sign * h * terms_.jacobian.row(i).dot(x_.tail(d));
   }
+}
+
+/// The guards of a set of forces, without their rates: an evaluation.
+void EventLocator::SampleForces(double theta, ContactMode set, double* value) {
+  stepper_->Interpolate(theta, x_.data());
+  dynamics_->Evaluate(x_, mode_);
+  for (int g : set) value[g] = guards_.OfForce(g, dynamics_->force());
 }
 
 /// The gaps that may vanish in the step, or set a margin.
@@ -254,7 +260,8 @@ void EventLocator::SearchGaps(ContactMode gaps, bool free, LocatedEvent* event) 
       floors_(i) = std::max(floor_, kGapRounding * size * terms_.jacobian.row(i).lpNorm<1>());
     }
   }
-  search_.Run({gaps, floors_.data(), true, !affine_, pieces, kMaxGapSamples}, &margins_.gap, event);
+  search_.Run({gaps, floors_.data(), true, !affine_, pieces, kMaxGapSamples, false}, &margins_.gap,
+              event);
   margins_.piece = std::min(h * search_.finest(), 2 * margins_.piece);
   if (search_.samples() > kBusy * kMaxGapSamples) {
     event->growth = std::min(event->growth, kBusyGrowth);
@@ -264,7 +271,7 @@ void EventLocator::SearchGaps(ContactMode gaps, bool free, LocatedEvent* event) 
 void EventLocator::SearchForces(ContactMode members, LocatedEvent* event) {
   AskBudget();
   if (!stepper_->extended()) stepper_->Extend();
-  search_.Run({members, floors_.data(), false, false, kForcePieces, kMaxForceSamples},
+  search_.Run({members, floors_.data(), false, false, kForcePieces, kMaxForceSamples, true},
               &margins_.force, event);
 }
 
@@ -276,7 +283,8 @@ void EventLocator::SearchSlips(ContactMode slips, LocatedEvent* event) {
   const double speed = stepper_->end().tail(dynamics_->system().dof()).lpNorm<Eigen::Infinity>();
   for (int g : slips) floors_(g) = std::max(floor_, kSlipRounding * speed);
   double unused = std::numeric_limits<double>::infinity();
-  search_.Run({slips, floors_.data(), false, false, kAffinePieces, kMaxGapSamples}, &unused, event);
+  search_.Run({slips, floors_.data(), false, false, kAffinePieces, kMaxGapSamples, false}, &unused,
+              event);
 }
 
 LocatedEvent EventLocator::Locate(Dop853* stepper, ContactMode mode, const GapSample& begin,

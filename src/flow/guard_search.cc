@@ -50,10 +50,11 @@ double Root(const Function& f, double a, double b, double fa, double fb) {
 
 }  // namespace
 
-GuardSearch::GuardSearch(int n, Sampler sampler)
+GuardSearch::GuardSearch(int n, Sampler sampler, Values values)
     : sampler_(std::move(sampler)),
-      values_(n, kSlots + 1),
-      rates_(n, kSlots + 1),
+      values_alone_(std::move(values)),
+      values_(n, kSlots + 2),
+      rates_(n, kSlots + 2),
       bend_(n),
       turn_(n) {}
 
@@ -62,11 +63,39 @@ void GuardSearch::Sample(int slot) {
   sampler_(theta_[slot], open_[slot], values_.col(slot).data(), rates_.col(slot).data());
 }
 
-double GuardSearch::ValueAt(int i, double theta, double* rate) {
+double GuardSearch::RateAt(int i, double theta) {
   ++samples_;
   sampler_(theta, ContactMode({i}), values_.col(kSlots).data(), rates_.col(kSlots).data());
-  *rate = rates_(i, kSlots);
-  return values_(i, kSlots);
+  return rates_(i, kSlots);
+}
+
+double GuardSearch::ValueAt(int i, double theta) {
+  ++samples_;
+  double* value = values_.col(kSlots).data();
+  if (query_->quick_values) {
+    values_alone_(theta, ContactMode({i}), value);
+  } else {
+    sampler_(theta, ContactMode({i}), value, rates_.col(kSlots).data());
+  }
+  return value[i];
+}
+
+/// Whether the zero of a guard that falls all the way from `left` to `right` is behind the event
+/// that was found: one sample there tells it of all guards.
+bool GuardSearch::VanishesLater(int i, double left, double right) {
+  const double theta = event_->theta;
+  if (!event_->found || !(theta > left && theta < right)) return false;
+  if (theta != sampled_event_) {
+    ++samples_;
+    double* value = values_.col(kSlots + 1).data();
+    if (query_->quick_values) {
+      values_alone_(theta, query_->guards, value);
+    } else {
+      sampler_(theta, query_->guards, value, rates_.col(kSlots + 1).data());
+    }
+    sampled_event_ = theta;
+  }
+  return values_(i, kSlots + 1) > 0;
 }
 
 void GuardSearch::Report(int i, double theta, bool touch) {
@@ -114,6 +143,7 @@ void GuardSearch::Run(const GuardQuery& query, double* margin, LocatedEvent* eve
   margin_ = margin;
   event_ = event;
   samples_ = 0;
+  sampled_event_ = -1;
   finest_ = 1;
   int top = std::min(query.pieces, kMaxPieces);
   shortest_ = std::ldexp(1.0 / top, -kQuickHalvings);
@@ -190,13 +220,8 @@ void GuardSearch::SearchHalf(int i, const Node& begin, const Node& end, double l
   if (end.value >= -floor && (!dips || lower_bound > std::max(kTouchReach * floor, *margin_))) {
     return;
   }
-  double unused;
-  const auto value_at = [&](double theta) { return ValueAt(i, theta, &unused); };
-  const auto rate_at = [&](double theta) {
-    double rate;
-    ValueAt(i, theta, &rate);
-    return rate;
-  };
+  const auto value_at = [&](double theta) { return ValueAt(i, theta); };
+  const auto rate_at = [&](double theta) { return RateAt(i, theta); };
   double turn = end.theta, value_turn = end.value;
   if (begin.rate * end.rate < 0) {
     turn = Root(rate_at, begin.theta, end.theta, begin.rate, end.rate);
@@ -208,6 +233,7 @@ void GuardSearch::SearchHalf(int i, const Node& begin, const Node& end, double l
   const double values[2] = {value_turn, end.value};
   for (int part = 0; part < 2; ++part) {
     if (values[part] < -floor) {
+      if (value_left > 0 && VanishesLater(i, left, stops[part])) return;
       const double root =
           value_left <= 0 ? left : Root(value_at, left, stops[part], value_left, values[part]);
       return Report(i, root, false);

@@ -14,6 +14,7 @@
 #include "contact_flow/derivative/piecewise_linear_map.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/dynamics/impact.h"
+#include "contact_flow/dynamics/impact_reset.h"
 #include "contact_flow/flow/status.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/model/mechanical_system.h"
@@ -59,6 +60,7 @@ struct PieceTimes {
   Matrix times;                  ///< a row for each [· × 2d+k]
 };
 
+class ClusterGeometry;
 class FrictionalEvent;
 
 /// The first-order map of one transition (Theorem 1) in the tangent vector w at (ρ, v⁻): in general
@@ -197,12 +199,12 @@ class EventMap {
   };
   /// The activation of one constraint while certain resting contacts are closed.
   struct Passage {
-    Matrix reset;           // DR_i, with all closed contacts held that have no impulse
+    ImpactReset reset;      // DR_i, with all closed contacts held that have no impulse
     ContactMode struck;     // those with an impulse, i among them
     ContactMode held;       // closed afterwards
     ContactMode disturbed;  // closed before, without impulse, and lifted or pressed to first order;
                             // or open before, with a rate that changes to first order
-    Matrix free;            // DR_i with the closed ones of these free (empty: there are none)
+    ImpactReset free;       // DR_i with the closed ones of these free, where there are any
   };
   /// Contacts at rest that the impact of i pushes or lifts, but less than counts as an impulse.
   ContactMode Brushed(const Instant& before, int i, const ImpactResult& impact) const;
@@ -210,6 +212,7 @@ class EventMap {
   const Instant& InstantAt(ContactMode S) const { return instants_.at(S); }
   /// The stage after S while `closed`, a part of the resting contacts, are closed.
   const Stage& StageAt(ContactMode S, ContactMode closed) const;
+  bool PushAll(ContactMode S, ContactMode closed, Stage* stage) const;
   /// The stage where all resting contacts are closed: every contact that opened has returned.
   const Stage& StageAt(ContactMode S) const { return StageAt(S, InstantAt(S).resting); }
   /// The activation of i after S while `closed` are closed. Makes the instant after it.
@@ -217,9 +220,15 @@ class EventMap {
   /// The stage reached from S by the activation of i, and the reset DR_i(ρ, v_S) on the way, where
   /// every contact that opened returns at once.
   const Stage& Activate(ContactMode S, int i, const Matrix** reset) const;
-  void AddInstant(ContactMode S, const Vector& v) const;
-  void FindDisturbed(ContactMode S, ContactMode closed, int i, const ImpactResult& impact,
+  /// `rates_q`: ∂(Da v)/∂q, where it is known.
+  void AddInstant(ContactMode S, const Vector& v, const Matrix* rates_q = nullptr) const;
+  void FindDisturbed(ContactMode S, ContactMode closed, int i,
+                     const std::shared_ptr<const ImpactReset::Terms>& terms,
                      Passage* passage) const;
+  /// Whether no contact of `quiet` has another rate along two mixtures of all tangents.
+  bool NoneDisturbed(ContactMode S, ContactMode quiet, int i, const ImpactReset& free) const;
+  /// What is the same after all impacts of the cluster.
+  ClusterGeometry& Geometry() const;
   /// Members of `candidates` without normal velocity at v, but for those in `elastic`.
   ContactMode Resting(const Vector& v, ContactMode candidates, ContactMode elastic) const;
   /// First-order time to the activation of i, in stage v_S.
@@ -256,6 +265,7 @@ class EventMap {
   Vector mobility_;             // √G_ii [n]
   double rest_ = 0;             // |Da_j v| / √G_jj up to which a contact rests
   double known_ = 0;            // … and up to which it is not known to move
+  mutable std::shared_ptr<ClusterGeometry> geometry_;
   mutable std::map<ContactMode, Instant> instants_;
   mutable std::map<std::pair<ContactMode, ContactMode>, Stage> stages_;
   mutable std::map<std::tuple<ContactMode, ContactMode, int>, Passage> passages_;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "contact_flow/contact_mode.h"
+#include "contact_flow/dynamics/mass_factor.h"
 #include "contact_flow/model/mechanical_system.h"
 #include "contact_flow/types.h"
 
@@ -61,6 +62,15 @@ class ContactDynamics {
   Vector ForceRate(const VectorRef& x, ContactMode mode);
   /// dλ_i/dt alone.
   double ForceRate(const VectorRef& x, ContactMode mode, int i);
+
+  /// The same of all rows, dλ/dt [n+l+r], without the Jacobians where these cost more: valid until
+  /// the next call.
+  const Vector& ForceRates(const VectorRef& x, ContactMode mode);
+
+  /// Where M has many zeros, and there are contacts without friction alone: evaluates the mode of
+  /// `contacts` and `pressed`, and says whether all contacts are independent and push by far more
+  /// than what could vanish at the instant. Then SelectMode chooses them all. Else false.
+  bool PushClearly(const VectorRef& x, ContactMode contacts, ContactMode pressed);
 
   /// G_ii = Da_i M⁻¹ Da_iᵀ [1/kg] of the rigid members J and the bilateral constraints where they
   /// were last evaluated; `gain` [n+l] stays as it is elsewhere.
@@ -122,10 +132,13 @@ class ContactDynamics {
   void Factorize(const VectorRef& x);
   /// P_J and Λ_J A_J M⁻¹, from the factors: all that derivatives need.
   void Invert();
+  /// Their contacts' part, where M has many zeros.
+  void InvertSparse();
   /// v̇ = P_J (f + c v) and λ_J, where these do not change.
   void Multiply();
   /// λ_J = −Λ_J (Wᵀ y + Ȧ_J v) and v̇ = L⁻ᵀ (y + W λ_J), y = L⁻¹ (f + c v).
   void Solve();
+  void DifferentiateEvaluated(const VectorRef& x);
   void DifferentiateByVariables(const VectorRef& x);
 
   const MechanicalSystem& system_;
@@ -143,7 +156,7 @@ class ContactDynamics {
   std::list<ModeFactors> modes_;  // the latest first
   ModeFactors* at_ = nullptr;     // the latest
   Matrix mass_;
-  Eigen::LLT<Matrix> mass_factor_;
+  MassFactor mass_factor_;
   ConstraintTerms terms_;
   ResidualJacobian residual_;
   ParameterJacobian parameter_residual_;
@@ -154,6 +167,9 @@ class ContactDynamics {
   Matrix acceleration_jacobian_;
   Matrix force_jacobian_;
   Matrix variable_momentum_;  // ∂r₁ by the variables [d×k]
+  Vector force_rate_;         // dλ/dt [n+l+r], and scratch for it
+  Vector momentum_rate_, multiplier_rate_;
+  Vector column_;
   long evaluations_ = 0;
 };
 

@@ -32,6 +32,11 @@ ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q,
                          const VectorRef& v_minus, ContactMode touching,
                          ImpactLaw law = ImpactLaw::kComplementarity);
 
+class InverseInertia;
+/// The same where P at ρ is known.
+ImpactResult SolveImpact(const MechanicalSystem& system, const InverseInertia& inertia,
+                         const VectorRef& v_minus, ContactMode touching, ImpactLaw law);
+
 /// The velocity [d] after a generalized impulse p [d] from outside: v + P p (InverseInertia), then
 /// the impact of all rigid constraints that touch, a_i ≤ gap_tolerance [m].
 Vector PushedVelocity(const MechanicalSystem& system, const VectorRef& x, const VectorRef& impulse,

@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 
 #include "contact_flow/contact_mode.h"
+#include "contact_flow/dynamics/mass_factor.h"
 #include "contact_flow/model/mechanical_system.h"
 #include "contact_flow/types.h"
 
@@ -24,7 +25,7 @@ class InverseInertia {
   InverseInertia(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v);
 
   const Matrix& mass() const { return mass_; }
-  const Eigen::LLT<Matrix>& mass_factor() const { return mass_factor_; }  ///< M = L Lᵀ
+  const MassFactor& mass_factor() const { return mass_factor_; }  ///< M = L Lᵀ
   /// f + c v [d].
   const Vector& applied() const { return applied_; }
   const ConstraintTerms& terms() const { return terms_; }
@@ -32,6 +33,8 @@ class InverseInertia {
   Matrix Rows(ContactMode members) const;
   /// P R, for R [d×·].
   Matrix operator*(const MatrixRef& R) const;
+  /// Of a set, A P Aᵀ [k×k].
+  Matrix Delassus(ContactMode members) const;
   /// −(B M⁻¹ Bᵀ)⁻¹ B M⁻¹ R [l×·]: what the bilateral constraints answer to R.
   Matrix BilateralForce(const MatrixRef& R) const;
   /// The acceleration without contact [d]: P (f + c v) − M⁻¹ Bᵀ (B M⁻¹ Bᵀ)⁻¹ Ḃ v.
@@ -46,9 +49,10 @@ class InverseInertia {
   Matrix mass_;
   Vector applied_;
   ConstraintTerms terms_;
-  Eigen::LLT<Matrix> mass_factor_;
+  MassFactor mass_factor_;
   Matrix reach_;  // M⁻¹ Bᵀ [d×l]
   Eigen::LLT<Matrix> bilateral_factor_;
+  mutable Matrix sparse_delassus_;  // of all contacts, where M has many zeros: when asked for
 };
 
 }  // namespace contact_flow

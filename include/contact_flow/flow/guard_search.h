@@ -31,6 +31,7 @@ struct GuardQuery {
   bool quick;           ///< whether the guards may be quicker than the pieces are short
   int pieces;           ///< that the step is divided into, to begin with
   int max_samples;
+  bool quick_values = false;  ///< whether values alone cost less, by the sampler of values
 };
 
 /// Finds the earliest zero of some guards along a step, θ ∈ [0, 1], with guards that may be far
@@ -58,7 +59,10 @@ class GuardSearch {
   /// Writes value [n] and d/dθ [n] of the guards in `set` at θ.
   using Sampler = std::function<void(double theta, ContactMode set, double* value, double* rate)>;
 
-  GuardSearch(int n, Sampler sampler);
+  /// The values alone.
+  using Values = std::function<void(double theta, ContactMode set, double* value)>;
+
+  GuardSearch(int n, Sampler sampler, Values values = {});
 
   /// Makes `event` the earliest of what it was and what is found. `margin` becomes the smallest
   /// minimum that was passed and is no event, if it is less.
@@ -78,7 +82,9 @@ class GuardSearch {
   void Learn(int i, const Node& a, const Node& m, const Node& b);
   bool Settle(int i, int middle, int end, bool last);
   void SearchHalf(int i, const Node& begin, const Node& end, double lower_bound);
-  double ValueAt(int i, double theta, double* rate);
+  double RateAt(int i, double theta);
+  double ValueAt(int i, double theta);
+  bool VanishesLater(int i, double left, double right);
   void Report(int i, double theta, bool touch);
 
   static constexpr int kMaxPieces = 64;    // to begin with
@@ -86,13 +92,16 @@ class GuardSearch {
   static constexpr int kSlots = kMaxPieces + kMaxHalvings + 2;
 
   const Sampler sampler_;
+  const Values values_alone_;
   // Slot 0 is the point up to which all is settled; the ends of the pieces that follow are in the
-  // slots from the top down to 1. A last column is scratch.
-  Matrix values_, rates_;  // [n × slots + 1]
+  // slots from the top down to 1. Two last columns are scratch, and
+  // the values at the event that was found.
+  Matrix values_, rates_;  // [n × slots + 2]
   std::array<double, kSlots> theta_;
   std::array<ContactMode, kSlots> open_;  // the guards that are not settled on the piece before
   Vector bend_, turn_;                    // [n] see Learn
   double shortest_ = 0;
+  double sampled_event_ = -1;  // the θ of the last column
   long samples_ = 0;
   double finest_ = 1;
   const GuardQuery* query_ = nullptr;

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <memory>
+#include <vector>
+
+#include "contact_flow/dynamics/impact.h"
+#include "contact_flow/dynamics/inverse_inertia.h"
+
+namespace contact_flow {
+
+/// DR of ImpactJacobian as a product: where M has many zeros (MassFactor) and nothing else than the
+/// state is varied, one direction is the solution of
+///   M x − Aᵀ π = M w_v − ∂r₁/∂q w_q,   A x = −∂r₂/∂q w_q − γ A w_v,
+/// by the factors of M and of A M⁻¹ Aᵀ; the matrix is made when it is asked for. Else it is made at
+/// once.
+class ImpactReset {
+ public:
+  /// What resets of one impact have in common.
+  struct Terms {
+    Terms(const MechanicalSystem& system, std::shared_ptr<const InverseInertia> inertia,
+          const VectorRef& q, const VectorRef& v_minus, const ImpactResult& result,
+          const Variables& variables);
+    /// … where the derivatives are known.
+    Terms(const MechanicalSystem& system, std::shared_ptr<const InverseInertia> inertia,
+          const VectorRef& q, const VectorRef& v_minus, const ImpactResult& result,
+          const Variables& variables, Matrix momentum_q, Matrix after_q, Matrix before_q);
+    /// Whether products are computed by the factors.
+    static bool Allowed(const MechanicalSystem& system, const InverseInertia& inertia,
+                        const Variables& variables);
+
+    const MechanicalSystem& system;
+    const std::shared_ptr<const InverseInertia> inertia;
+    const Vector q, v_minus;
+    const ImpactResult result;
+    const Variables variables;
+    bool by_factors;  ///< of the two ways
+    Matrix momentum_q, after_q;  ///< ∂r₁/∂q [d×d], ∂(Da v⁺)/∂q [n+l+r × d]
+    mutable Matrix before_q;     ///< ∂(Da v⁻)/∂q, where it is needed
+  };
+
+  ImpactReset() = default;
+  /// The identity.
+  explicit ImpactReset(int tangents) : matrix_(Matrix::Identity(tangents, tangents)) {}
+  /// `hit` and `persisting` as in ImpactJacobian; `carried` entries behind a tangent are kept.
+  ImpactReset(std::shared_ptr<const Terms> terms, ContactMode hit, ContactMode persisting,
+              int carried = 0);
+
+  Vector operator*(const Vector& w) const;
+  const Matrix& matrix() const;
+
+ private:
+  /// ∂v⁺ for the columns of (w_q, w_v) [2d×·].
+  Matrix Velocities(const MatrixRef& w) const;
+
+  std::shared_ptr<const Terms> terms_;  // null where it is a matrix from the beginning
+  int carried_ = 0;
+  std::vector<int> rows_;
+  Vector restitution_;  // γ of the rows
+  Matrix reach_;        // L⁻¹Aᵀ
+  Eigen::LLT<Matrix> factor_;
+  mutable Matrix matrix_;
+};
+
+}  // namespace contact_flow
