@@ -39,6 +39,7 @@ struct TrajectoryProblem {
   /// pieces of the cost are asked for [s].
   double kink_interval = 1e-6;
 
+  /// Tight tolerances.
   TrajectoryProblem() {
     simulate.relative_tolerance = simulate.absolute_tolerance = 1e-12;
     simulate.simultaneity_tolerance = 1e-12;
