@@ -48,9 +48,10 @@ struct TrajectoryIteration {
 
 /// One of the events that coincide at the end.
 struct KinkSlope {
-  std::string first, second;  ///< in the order of the piece
-  double apart = 0;           ///< time between them [s]
-  double slope = 0;           ///< by which the cost rises for each second between them [1/s]
+  std::string first;   ///< in the order of the piece
+  std::string second;  ///< the later one
+  double apart = 0;    ///< time between them [s]
+  double slope = 0;    ///< by which the cost rises for each second between them [1/s]
 };
 
 /// A piece at the end: what shows that the cost does not fall on it.

@@ -26,7 +26,8 @@ struct Policy {
   std::vector<int> gain_phases;   ///< the phase in which each begins
   /// Intervals at which the outcome is only piecewise linear: their gains are of one piece.
   std::vector<int> kinked;
-  Vector lower, upper;            ///< of the inputs [m]; empty: none
+  Vector lower;                   ///< of the inputs [m]; empty: none
+  Vector upper;                   ///< as lower
 
   /// K in a phase at t: of the interval at t if it begins in this phase, else of the nearest one
   /// that does.
@@ -50,7 +51,7 @@ struct TrackerOptions {
 struct TrackedEvent {
   /// How it came.
   enum class Kind { kOnTime, kEarly, kLate, kMissed, kExtra };
-  Kind kind = Kind::kOnTime;
+  Kind kind = Kind::kOnTime;  ///< this one
   double t = 0;             ///< when it came; for a missed one when it was given up [s]
   double expected = 0;      ///< by the reference; NaN for an extra one [s]
   ContactMode constraints;  ///< of it
