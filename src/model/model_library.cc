@@ -15,6 +15,7 @@
 #include "contact_flow/model/example/corner.h"
 #include "contact_flow/model/example/damped_plate.h"
 #include "contact_flow/model/example/double_pendulum.h"
+#include "contact_flow/model/example/driven_ball.h"
 #include "contact_flow/model/example/falling_box.h"
 #include "contact_flow/model/example/hopping_trot.h"
 #include "contact_flow/model/example/jointed_biped.h"
@@ -107,6 +108,7 @@ class Registry {
             EntryOf<example::Corner>(),
             EntryOf<example::DampedPlate>(),
             EntryOf<example::DoublePendulum>(),
+            EntryOf<example::DrivenBall>(),
             EntryOf<example::FallingBox>(),
             EntryOf<example::HoppingTrot>(),
             EntryOf<example::JointedBiped>(),

@@ -34,7 +34,7 @@ void Certify(const Unknowns& unknowns, const PieceModels& models, const Vector& 
     const PieceModel& piece = models.pieces[i];
     const PieceStep step =
         SolvePiece(piece, y, unknowns.lower(), unknowns.upper(), OrderRule::kKeep);
-    PieceCertificate certificate;
+    PieceProof certificate;
     certificate.label = piece.label;
     certificate.decrease = step.decrease;
     G.col(static_cast<Eigen::Index>(i)) = piece.gradient;

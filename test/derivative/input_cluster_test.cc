@@ -14,6 +14,7 @@
 #include "contact_flow/analysis/input_map.h"
 #include "contact_flow/analysis/validity_radius.h"
 #include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/derivative/cluster_reading.h"
 #include "contact_flow/derivative/grid_derivative.h"
 #include "contact_flow/derivative/linearization.h"
 #include "contact_flow/derivative/rolling_derivative.h"
@@ -177,7 +178,6 @@ TEST(InputCluster, BallHasTheClosedForm) {
     const double dv = dt > 0 ? (a0 - a1) * dt : -0.7 * (a0 - a1) * dt;
     EXPECT_NEAR(dv, result(3), 1e-7) << dt;
   }
-  // Modes and radius: none but the order of the events limits it.
   EXPECT_EQ(B.PerturbedModes(Vector(Vector::Unit(6, 0))).size(), 3u);
   const ValidityEstimator radius(system, run, B);
   EXPECT_GT(radius(Vector(Vector::Unit(6, 0))).radius, 0.05);
@@ -265,6 +265,67 @@ TEST(InputCluster, InstantsThatWouldChangePlacesAreRefused) {
                std::invalid_argument);
   EXPECT_THROW(B(Vector::Zero(5), Matrix::Zero(2, 4)), std::invalid_argument);
   EXPECT_GE(B.PerturbedModes(Vector::Zero(6), Matrix::Ones(2, 4)).size(), 3u);
+}
+
+/// Models of the library whose input changes as they first touch: one-sided quotients of plain runs.
+TEST(InputCluster, QuotientsOfLibraryModels) {
+  for (const char* name : {"double_pendulum", "falling_box", "driven_ball"}) {
+    Case c;
+    c.system = MakeModel(name);
+    c.x = c.system->nominal().x;
+    const Eigen::Index m = c.system->num_inputs(), d2 = 2 * c.system->dof();
+    const Vector first = c.system->nominal().u, next = first + Vector::LinSpaced(m, 0.3, -0.2);
+    const double nominal = c.system->nominal().duration;
+    const Trajectory free = Simulate(*c.system, c.x, first, nominal, Tight(1e-12));
+    ASSERT_FALSE(free.transitions.empty()) << name;
+    const double hit = free.transitions.front().t;
+    c.schedule = {{0, hit / 2, hit}, {first, first, next}};
+    c.duration = std::min(nominal, hit + 0.02);
+    const Trajectory run = Simulate(*c.system, c.x, c.schedule, c.duration, Tight(1e-9));
+    ASSERT_TRUE(run.status.ok()) << name << run.status.message;
+    const GridDerivative B(*c.system, run);
+    ASSERT_TRUE(B.status().ok()) << name << B.status().message;
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    for (int j = 0; j < 6; ++j) {
+      const Vector dx = Vector::NullaryExpr(d2, [&] { return 0.1 * uniform(random); });
+      const Matrix du = Matrix::NullaryExpr(m, 3, [&] { return uniform(random); });
+      const Vector dt = Vector::NullaryExpr(2, [&] { return 0.01 * uniform(random); });
+      const Vector exact = B(dx, du, dt);
+      const auto end = [&](double alpha) {
+        InputSchedule schedule = c.schedule;
+        for (Eigen::Index k = 0; k < 3; ++k) {
+          schedule.values[static_cast<std::size_t>(k)] += alpha * du.col(k);
+          if (k > 0) schedule.grid[static_cast<std::size_t>(k)] += alpha * dt(k - 1);
+        }
+        return Simulate(*c.system, c.system->Perturb(c.x, alpha * dx), schedule, c.duration,
+                        Tight(1e-13))
+            .FinalState();
+      };
+      const Vector base = end(0);
+      const auto error = [&](double alpha) {
+        const Vector quotient = c.system->Separation(end(alpha), base) / alpha;
+        return (quotient - exact).cwiseAbs().maxCoeff();
+      };
+      // As above: C α, and 1e-12/α that the integrator leaves.
+      EXPECT_LT(error(1e-5), 0.3 * error(1e-4) + 1e-5 * (1 + exact.cwiseAbs().maxCoeff()))
+          << name << j;
+    }
+  }
+}
+
+/// Events that were told apart by 1e-7 s but count as one: how far the order that the run has holds.
+TEST(InputCluster, InnerRadiusCountsTheChangeOfTheInput) {
+  const auto ball = MakeModel("driven_ball");
+  const double t = std::sqrt(8 / 9.8), apart = 1e-7;
+  const InputSchedule schedule{{0, t + apart}, {Vector::Zero(1), Vector::Ones(1)}};
+  const Trajectory run = Simulate(*ball, Eigen::Vector2d(4, 0), schedule, 1, Tight(1e-6));
+  const BDerivative B = DifferentiateOutcome(*ball, run);
+  ASSERT_TRUE(B.status.ok()) << B.status.message;
+  // δy = 1 delays the touchdown by 1/(g t): it comes after the change where α is larger than that.
+  const ClusterReading up = ReadClusters(run, B, Eigen::Vector2d(1, 0));
+  EXPECT_NEAR(apart * 9.8 * t, up.inner_radius, 1e-3 * up.inner_radius);
+  EXPECT_EQ(0, ReadClusters(run, B, Eigen::Vector2d(-1, 0)).inner_radius);
 }
 
 /// The map of all inputs: pieces by the order, the values those of directions.

@@ -38,6 +38,7 @@ NOMINAL_MODES = {
     "rimless_wheel": ["{spoke_1}", "{spoke_2}"],
     "compass_walker": ["{left_foot}", "{right_foot}"],
     "simplest_walker": ["{left_foot}", "{right_foot}"],
+    "driven_ball": ["{}", "{}"],
 }
 
 

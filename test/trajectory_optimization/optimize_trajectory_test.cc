@@ -123,7 +123,7 @@ TEST_F(BallProblem, ValleysAreThoseOfTheClosedForm) {
     EXPECT_LE(optimum.iterations.size(), 3u) << k;
     ASSERT_EQ(2u, optimum.certificate.size());
     EXPECT_LT(optimum.hull_distance, 1e-9) << k;
-    for (const PieceCertificate& piece : optimum.certificate) {
+    for (const PieceProof& piece : optimum.certificate) {
       ASSERT_EQ(1u, piece.slopes.size()) << k;
       const double sign = piece.label == "floor, input change" ? -1 : 1;
       // One-sided and extrapolated: an error of order e² and 1e-12/e of rounding, below 1e-5.
@@ -151,7 +151,7 @@ TEST_F(BallProblem, ClosedFormHasTheKnownCosts) {
     for (int i = 0; i < kCount; ++i) problem.inputs.values[i](0) = best.u(i);
     const TrajectoryOptimum optimum = OptimizeTrajectory(system, problem);
     ASSERT_EQ(2u, optimum.certificate.size());
-    for (const PieceCertificate& piece : optimum.certificate) {
+    for (const PieceProof& piece : optimum.certificate) {
       const double slope = piece.label == "floor, input change" ? valley.before : valley.after;
       EXPECT_NEAR(slope, piece.slopes.front().slope, 1e-3) << valley.k;
     }

@@ -87,9 +87,9 @@ class FrictionalEvent;
 /// map is positively homogeneous but not piecewise linear: PiecewiseLinear() says so.
 ///
 /// Changes of the input that coincide with the events are events, too: with guard h = t − t_k, no
-/// reset, and the field of the next input from there on. Change number c of the cluster is event n +
-/// c of an order, n being the number of constraints; the c happen in this order. Their instants do
-/// not move with w, but by δt_k where that is given.
+/// reset, and the field of the next input from there on. Change number k of the cluster is event
+/// n + k of an order, n being the number of constraints; they happen in this order. Their instants
+/// do not move with w, but by δt_k where that is given.
 ///
 /// With friction all of it is answered by a FrictionalEvent, whose pieces are not orders: then
 /// activated() is empty, and Selection, Cone and Times are those of one piece.

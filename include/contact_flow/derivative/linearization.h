@@ -10,8 +10,8 @@
 namespace contact_flow {
 
 /// The outcome of one interval of an input grid, to first order: δx_{k+1} = A_k δx_k + B_k δu_k,
-/// saltations and resets inside; what iLQR and Kalman filters consume. Events that coincide with the
-/// instant at which it ends are inside, and x_end is behind them.
+/// saltations and resets inside; what iLQR and Kalman filters consume. Events that coincide with
+/// the instant at which it ends are inside, and x_end is behind them.
 struct IntervalLinearization {
   double t_begin = 0;  ///< [s]
   double t_end = 0;    ///< [s]

@@ -17,7 +17,7 @@ enum class TrajectoryVerdict {
   kValley = 1,         ///< none on any of the pieces that meet here: a minimum on a kink
   kStalled = 2,        ///< some step should make it smaller, but none did
   kUndefined = 3,      ///< cost or derivative are not to be had at the start
-  kMaxIterations = 4,
+  kMaxIterations = 4,  ///< were made
   kCancelled = 5,      ///< by the caller, or a budget has ended
 };
 
@@ -43,18 +43,19 @@ struct TrajectoryIteration {
   double best = 0;    ///< least so far
   double step = 0;    ///< |δy|_∞ of the step that led here
   int pieces = 0;     ///< that met where it began
-  KinkStatus kink = KinkStatus::kNone;
+  KinkStatus kink = KinkStatus::kNone;  ///< what it met
 };
 
 /// One of the events that coincide at the end.
 struct KinkSlope {
-  std::string first, second;  ///< in the order of the piece
-  double apart = 0;           ///< time between them [s]
-  double slope = 0;           ///< by which the cost rises for each second between them [1/s]
+  std::string first;   ///< in the order of the piece
+  std::string second;  ///< the later one
+  double apart = 0;    ///< time between them [s]
+  double slope = 0;    ///< by which the cost rises for each second between them [1/s]
 };
 
 /// A piece at the end: what shows that the cost does not fall on it.
-struct PieceCertificate {
+struct PieceProof {
   std::string label;              ///< the order of its events
   std::vector<KinkSlope> slopes;  ///< z ≥ 0 with g = Aᵀz
   double residual = 0;            ///< |g − Aᵀz|, largest entry off the bounds
@@ -74,13 +75,13 @@ struct TrajectoryOptions {
 
 /// Where a search ended.
 struct TrajectoryOptimum {
-  TrajectoryVerdict verdict = TrajectoryVerdict::kUndefined;
+  TrajectoryVerdict verdict = TrajectoryVerdict::kUndefined;  ///< how it ended
   std::string message;   ///< as a sentence
   Vector y;              ///< the best iterate, as Unknowns orders it
   Vector x;              ///< its initial state [nq+d]
   InputSchedule inputs;  ///< its inputs
   double cost = 0;       ///< of a plain run
-  std::vector<PieceCertificate> certificate;    ///< where the verdict is a minimum
+  std::vector<PieceProof> certificate;    ///< where the verdict is a minimum
   double hull_distance = 0;  ///< |Σ w_i g_i|: 0 where 0 is in the hull of the pieces' gradients
   std::vector<TrajectoryIteration> iterations;  ///< in their order
   int valleys = 0;           ///< that were met

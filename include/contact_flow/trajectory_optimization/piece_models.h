@@ -23,14 +23,15 @@ struct EventName {
 
 /// `second` comes after `first` in a piece: slack + row·d ≥ 0, both times [s].
 struct OrderRow {
-  EventName first, second;
+  EventName first;   ///< the earlier one
+  EventName second;  ///< the later one
   double slack = 0;        ///< t_second − t_first
   Eigen::RowVectorXd row;  ///< its change with the unknowns [1 × n]
 };
 
 /// When an event happens, to first order.
 struct EventTime {
-  EventName name;
+  EventName name;          ///< which
   double t = 0;            ///< [s]
   Eigen::RowVectorXd row;  ///< its change with the unknowns [1 × n]
   int smooth = -1;         ///< index of the cluster that it belongs to, if that is C¹
@@ -50,8 +51,8 @@ struct PieceModel {
 /// A cost at a point with the models of all its pieces there.
 struct PieceModels {
   Status status;  ///< not kOk: there is no derivative, and why; the cost may be there
-  double cost = 0;
-  std::vector<PieceModel> pieces;
+  double cost = 0;                    ///< J
+  std::vector<PieceModel> pieces;     ///< that meet here
   std::vector<std::string> clusters;  ///< "floor and input change at t = 0.7 s", those with pieces
 };
 

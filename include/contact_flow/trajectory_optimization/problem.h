@@ -30,8 +30,10 @@ struct TrajectoryProblem {
   Vector weight;           ///< w ≥ 0 [nq+d]
   Vector target;           ///< g [nq+d]
 
-  Vector lower, upper;                  ///< of the inputs [m]; empty: none
-  Vector initial_lower, initial_upper;  ///< of changes of the initial state; empty: none
+  Vector lower;          ///< of the inputs [m]; empty: none
+  Vector upper;          ///< as lower
+  Vector initial_lower;  ///< of changes of the initial state; empty: none
+  Vector initial_upper;  ///< as initial_lower
 
   SimulateOptions simulate;       ///< options of runs
   BDerivativeOptions derivative;  ///< options of derivatives; its variables are set by the search
@@ -39,6 +41,7 @@ struct TrajectoryProblem {
   /// pieces of the cost are asked for [s].
   double kink_interval = 1e-6;
 
+  /// Tight tolerances.
   TrajectoryProblem() {
     simulate.relative_tolerance = simulate.absolute_tolerance = 1e-12;
     simulate.simultaneity_tolerance = 1e-12;

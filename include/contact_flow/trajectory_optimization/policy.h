@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/flow/status.h"
+#include "contact_flow/trajectory_optimization/extended_reference.h"
+#include "contact_flow/types.h"
+
+namespace contact_flow {
+
+/// Weights of the regulator that follows a reference,
+///   Σ_k h_k (δx_kᵀ Q δx_k + δu_kᵀ R δu_k) + δx(T)ᵀ Q_T δx(T),  all diagonal.
+struct TrackingWeights {
+  Vector state;     ///< Q ≥ 0 [2d]
+  Vector input;     ///< R > 0 [m]
+  Vector terminal;  ///< Q_T ≥ 0 [2d]
+};
+
+/// How a reference is followed: u = ū(t) − K (x ⊟ x̄(t)), with the gain of an instant of the input's
+/// grid and the phase of the motion.
+struct Policy {
+  ExtendedReference reference;    ///< x̄, with both one-sided states at events, and ū
+  std::vector<Matrix> gains;      ///< K of each interval of the grid [m × 2d]
+  std::vector<int> gain_phases;   ///< the phase in which each begins
+  /// Intervals at which the outcome is only piecewise linear: their gains are of one piece.
+  std::vector<int> kinked;
+  Vector lower;                   ///< of the inputs [m]; empty: none
+  Vector upper;                   ///< as lower
+
+  /// K in a phase at t: of the interval at t if it begins in this phase, else of the nearest one
+  /// that does.
+  const Matrix& Gain(int phase, double t) const;
+};
+
+/// Gains by the linear regulator along the exact derivatives of the intervals, saltations inside.
+/// Throws std::invalid_argument for sizes and signs, and std::domain_error, with the reason, where an
+/// interval has no derivative.
+Policy MakePolicy(ExtendedReference reference, const TrackingWeights& weights,
+                  const BDerivativeOptions& options = {});
+
+/// Settings of a tracker.
+struct TrackerOptions {
+  bool extend = true;       ///< false: errors are those to the reference of the time, which jumps
+  double on_time = 1e-3;    ///< touchdowns closer than this to the reference's are on time [s]
+  double patience = 0.1;    ///< an event that is later than this is missed [s]
+};
+
+/// An event beside that of the reference.
+struct TrackedEvent {
+  /// How it came.
+  enum class Kind { kOnTime, kEarly, kLate, kMissed, kExtra };
+  Kind kind = Kind::kOnTime;  ///< this one
+  double t = 0;             ///< when it came; for a missed one when it was given up [s]
+  double expected = 0;      ///< by the reference; NaN for an extra one [s]
+  ContactMode constraints;  ///< of it
+};
+
+/// "on time", …
+const char* KindName(TrackedEvent::Kind kind);
+
+/// Follows a policy by what is told of the motion: contacts that touch down and let go move it on
+/// to the next phase of the reference, whenever they come.
+class PolicyTracker {
+ public:
+  /// `policy` must outlive it.
+  explicit PolicyTracker(const Policy& policy, const TrackerOptions& options = {});
+
+  /// Contacts touch down, or let go, at t. Those that the reference does not expect next are extra;
+  /// where it expects several at once, the phase ends with the last.
+  void Observe(double t, ContactMode activated, ContactMode released);
+  /// The input at t for the state x [nq+d].
+  Vector Input(double t, const VectorRef& x);
+  int phase() const { return phase_; }  ///< of the reference
+  /// So far.
+  const std::vector<TrackedEvent>& events() const { return events_; }
+
+ private:
+  void GiveUpLate(double t);
+
+  const Policy& policy_;
+  const TrackerOptions options_;
+  int phase_ = 0;
+  ContactMode touched_, left_;  // of what is expected at the end of the phase
+  std::vector<TrackedEvent> events_;
+};
+
+}  // namespace contact_flow

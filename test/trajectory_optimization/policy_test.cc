@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Policies: references beyond their events in closed form, gains against the quadratic program that
+// they solve, touchdowns that come early, late, not at all, or that nobody expects.
+#include "contact_flow/trajectory_optimization/policy.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/QR>
+#include <cmath>
+#include <memory>
+
+#include "contact_flow/derivative/grid_derivative.h"
+#include "contact_flow/flow/online_flow.h"
+#include "contact_flow/flow/simulate.h"
+#include "contact_flow/model/model_library.h"
+
+namespace contact_flow {
+namespace {
+
+constexpr double kGravity = 9.8, kRestitution = 0.7;
+
+/// A ball falls from 1 m and bounces once or twice while its input alternates.
+class BallPolicy : public testing::Test {
+ protected:
+  BallPolicy() : ball(MakeModel("driven_ball")) {
+    for (int k = 0; k < 40; ++k) {
+      inputs.grid.push_back(0.02 * k);
+      inputs.values.push_back(Vector::Constant(1, k % 2 == 0 ? 1 : -1));
+    }
+    exact.relative_tolerance = exact.absolute_tolerance = 1e-12;
+    weights.state = Eigen::Vector2d(100, 1);
+    weights.input = Vector::Constant(1, 0.01);
+    weights.terminal = Eigen::Vector2d(100, 1);
+  }
+
+  ExtendedReference Reference(double reach) const {
+    return {*ball, Simulate(*ball, Eigen::Vector2d(1, 0), inputs, 0.8, exact), inputs, reach};
+  }
+
+  /// The closed loop at 1 kHz from `height` with another restitution; the largest error of the
+  /// height against the reference away from its events, and the largest input.
+  struct Loop {
+    double end_error = 0, largest_input = 0;
+    std::vector<TrackedEvent> events;
+  };
+  Loop Close(const Policy& policy, double height, double restitution, bool extend) const {
+    ParameterValues values;
+    values["restitution"] = restitution;
+    const std::shared_ptr<const MechanicalSystem> other = MakeModel("driven_ball", values);
+    TrackerOptions options;
+    options.extend = extend;
+    PolicyTracker tracker(policy, options);
+    OnlineFlow flow(other, 0, Eigen::Vector2d(height, 0), Vector::Zero(1), exact);
+    Loop loop;
+    for (int i = 0; i < 800; ++i) {
+      const double t = 1e-3 * i;
+      while (flow.AdvanceTo(t)) {
+        const Transition& event = flow.transition();
+        if (event.changes_input) continue;
+        tracker.Observe(event.t, event.activated, event.released);
+      }
+      const Vector u = tracker.Input(t, flow.State());
+      loop.largest_input = std::max(loop.largest_input, std::abs(u(0)));
+      flow.SetInput(t, u);
+    }
+    while (flow.AdvanceTo(0.8)) {
+    }
+    loop.end_error = std::abs(flow.State()(0) - policy.reference.run().FinalState()(0));
+    loop.events = tracker.events();
+    return loop;
+  }
+
+  const std::unique_ptr<MechanicalSystem> ball;
+  InputSchedule inputs;
+  SimulateOptions exact;
+  TrackingWeights weights;
+};
+
+TEST_F(BallPolicy, ReferenceGoesOnBeyondItsEvents) {
+  for (Vector& value : inputs.values) value.setZero();
+  const ExtendedReference reference = Reference(0.1);
+  const double t = std::sqrt(2 / kGravity), v = kGravity * t;
+  ASSERT_EQ(2u, reference.phases().size());
+  EXPECT_NEAR(t, reference.phases()[0].t_end, 1e-10);
+  EXPECT_EQ(0, reference.PhaseAt(t - 0.01));
+  EXPECT_EQ(1, reference.PhaseAt(t + 0.01));
+  for (double s : {0.0, 0.003, 0.05, 0.0999}) {
+    const Vector late = reference.State(0, t + s);  // through the floor
+    EXPECT_NEAR(-v * s - kGravity * s * s / 2, late(0), 1e-9) << s;
+    EXPECT_NEAR(-v - kGravity * s, late(1), 1e-9) << s;
+    const Vector early = reference.State(1, t - s);
+    EXPECT_NEAR(-kRestitution * v * s - kGravity * s * s / 2, early(0), 1e-9) << s;
+    EXPECT_NEAR(kRestitution * v + kGravity * s, early(1), 1e-9) << s;
+  }
+  // Not further than its reach.
+  EXPECT_EQ(reference.State(0, t + 0.2), reference.State(0, t + 0.3));
+}
+
+/// With inputs that change: the motion of a ball without floor.
+TEST_F(BallPolicy, ReferenceGoesOnUnderItsInputs) {
+  const ExtendedReference reference = Reference(0.15);
+  const double end = reference.phases()[0].t_end;
+  ParameterValues far;
+  const Trajectory free = Simulate(*ball, Eigen::Vector2d(101, 0), inputs, 0.8, exact);
+  for (double s : {0.01, 0.07, 0.14}) {
+    const Vector expected = free.State(end + s) - Eigen::Vector2d(100, 0);
+    EXPECT_LT((reference.State(0, end + s) - expected).norm(), 1e-9) << s;
+  }
+  // Forward again from where it has gone back to.
+  const double begin = reference.phases()[1].t_begin;
+  const Vector back = reference.State(1, begin - 0.1);
+  InputSchedule rest;
+  for (std::size_t k = 0; k < inputs.grid.size(); ++k) {
+    const double t = inputs.grid[k] - (begin - 0.1);
+    if (k + 1 < inputs.grid.size() && inputs.grid[k + 1] <= begin - 0.1) continue;
+    rest.grid.push_back(std::max(t, 0.0));
+    rest.values.push_back(inputs.values[k]);
+  }
+  const Trajectory again = Simulate(*ball, back + Eigen::Vector2d(100, 0), rest, 0.1, exact);
+  EXPECT_LT((again.FinalState() - Eigen::Vector2d(100, 0) - reference.phases()[1].x_begin).norm(),
+            1e-9);
+}
+
+/// δu_0 = −K_0 δx_0 is the first step of min Σ h (δxᵀQδx + δuᵀRδu) + δx_TᵀQ_Tδx_T, as one
+/// least-squares problem in all δu.
+TEST_F(BallPolicy, GainsAreThoseOfTheQuadraticProgram) {
+  const ExtendedReference reference = Reference(0.1);
+  const Policy policy = MakePolicy(reference, weights);
+  const std::vector<IntervalLinearization> intervals = Linearize(*ball, reference.run());
+  const auto count = static_cast<Eigen::Index>(intervals.size());
+  ASSERT_EQ(count, static_cast<Eigen::Index>(policy.gains.size()));
+  const Eigen::Vector2d start(0.3, -0.2);
+  Matrix rows = Matrix::Zero(3 * count + 2, count);
+  Vector right = Vector::Zero(3 * count + 2);
+  Matrix S = Matrix::Zero(2, count);  // δx_k by δu
+  Vector free = start;                // δx_k by δx_0
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const IntervalLinearization& interval = intervals[static_cast<std::size_t>(k)];
+    const double h = interval.t_end - interval.t_begin;
+    const Vector q = (h * weights.state).cwiseSqrt();
+    rows.middleRows(3 * k, 2) = q.asDiagonal() * S;
+    right.segment(3 * k, 2) = -q.cwiseProduct(free);
+    rows(3 * k + 2, k) = std::sqrt(h * weights.input(0));
+    S = (interval.A * S).eval();
+    S.col(k) += interval.B;
+    free = (interval.A * free).eval();
+  }
+  const Vector q = weights.terminal.cwiseSqrt();
+  rows.bottomRows(2) = q.asDiagonal() * S;
+  right.tail(2) = -q.cwiseProduct(free);
+  const Vector best = rows.colPivHouseholderQr().solve(right);
+  EXPECT_NEAR(best(0), -(policy.gains[0] * start)(0), 1e-8 * best.cwiseAbs().maxCoeff());
+  EXPECT_EQ(0, policy.gain_phases.front());
+  EXPECT_EQ(static_cast<int>(reference.phases().size()) - 1, policy.gain_phases.back());
+}
+
+/// From higher and lower the touchdown comes late and early, as a weak feedback does not get there
+/// before. With extended references the input stays what it was; without, it jumps meanwhile by the
+/// gain of the velocity times (1+γ) of the speed of the impact.
+TEST_F(BallPolicy, EarlyAndLateTouchdownsDoNotJumpTheFeedback) {
+  weights.state = Eigen::Vector2d(10, 1);
+  weights.terminal = Eigen::Vector2d(1, 1);
+  weights.input(0) = 1;
+  const Policy policy = MakePolicy(Reference(0.1), weights);
+  for (double height : {0.85, 0.95, 1.05, 1.15}) {
+    const Loop with = Close(policy, height, kRestitution, true);
+    const Loop without = Close(policy, height, kRestitution, false);
+    ASSERT_FALSE(with.events.empty());
+    EXPECT_EQ(height < 1 ? TrackedEvent::Kind::kEarly : TrackedEvent::Kind::kLate,
+              with.events.front().kind)
+        << height << KindName(with.events.front().kind);
+    std::printf("from %.2f m: largest input %.1f N with extension, %.1f N without; error at the end "
+                "%.2g and %.2g m\n",
+                height, with.largest_input, without.largest_input, with.end_error,
+                without.end_error);
+    EXPECT_LE(with.largest_input, without.largest_input + 1e-9) << height;
+    EXPECT_LT(with.largest_input, 2) << height;  // 1 N is fed forward
+    // At 0.95 m the touchdown falls into the interval of the reference's, whose gain is small.
+    if (height != 0.95) {
+      EXPECT_LT(with.largest_input, 0.5 * without.largest_input) << height;
+    }
+  }
+  const Loop same = Close(policy, 1, kRestitution, true);
+  EXPECT_EQ(TrackedEvent::Kind::kOnTime, same.events.front().kind);
+  EXPECT_LT(same.end_error, 1e-2);
+}
+
+TEST_F(BallPolicy, MissedAndExtraTouchdownsAreReported) {
+  const Policy policy = MakePolicy(Reference(0.1), weights);
+  const double hit = policy.reference.phases()[0].t_end;
+  PolicyTracker tracker(policy);
+  EXPECT_EQ(0, tracker.phase());
+  tracker.Observe(0.1, ContactMode(), ContactMode{0});  // nothing lets go in the reference
+  ASSERT_EQ(1u, tracker.events().size());
+  EXPECT_EQ(TrackedEvent::Kind::kExtra, tracker.events()[0].kind);
+  EXPECT_EQ(0, tracker.phase());
+  tracker.Input(hit + 0.09, Eigen::Vector2d(0.1, -1));
+  EXPECT_EQ(0, tracker.phase());
+  tracker.Input(hit + 0.11, Eigen::Vector2d(0.1, -1));
+  EXPECT_EQ(1, tracker.phase());
+  ASSERT_EQ(2u, tracker.events().size());
+  EXPECT_EQ(TrackedEvent::Kind::kMissed, tracker.events()[1].kind);
+  EXPECT_NEAR(hit, tracker.events()[1].expected, 1e-12);
+}
+
+TEST_F(BallPolicy, MisuseIsRefused) {
+  EXPECT_THROW(Reference(-1), std::invalid_argument);
+  weights.input(0) = 0;
+  EXPECT_THROW(MakePolicy(Reference(0.1), weights), std::invalid_argument);
+  weights.input(0) = 1;
+  weights.state = Vector::Ones(3);
+  EXPECT_THROW(MakePolicy(Reference(0.1), weights), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace contact_flow
