@@ -35,8 +35,8 @@ void ConsiderFold(double speed, double change, Limit limit, int constraint, doub
   Consider(speed * speed, 2 * speed * change, limit, constraint, t, smallest);
 }
 
-/// F at x before or behind the impact of a cluster, for the input of `dynamics`: in the mode of those
-/// of `candidates` that rest and press there.
+/// F at x before or behind the impact of a cluster, for the input of `dynamics`: in the mode of
+/// those of `candidates` that rest and press there.
 Vector FieldAt(ContactDynamics* dynamics, const Vector& x, ContactMode candidates,
                double speed_tolerance) {
   const MechanicalSystem& system = dynamics->system();

@@ -213,8 +213,8 @@ class Search {
     return y.cwiseMax(unknowns_.lower()).cwiseMin(unknowns_.upper());
   }
 
-  /// From the valley that was found, valleys at adjacent instants of the grid, as long as one is
-  /// lower.
+  /// From the valley that was found, valleys at adjacent instants of the grid,
+  /// as long as one is lower.
   void TryNeighbours() {
     bool found = true;
     while (found && result_.verdict == TrajectoryVerdict::kValley) {
@@ -242,8 +242,8 @@ class Search {
     }
   }
 
-  /// The least cost with touchdown `contact` at instant `to` of the grid; infinite where it is not
-  /// reached.
+  /// The least cost with touchdown `contact` at instant `to` of the grid; infinite where
+  /// it is not reached.
   FacePoint MinimumOnFace(FacePoint point, const EventName& contact, int to) {
     FacePoint none;
     bool reached = false;

@@ -164,7 +164,8 @@ class RandomCase {
   int kind_;
 };
 
-inline Vector Outcome(const Case& c, const Vector& dx, const Matrix& du, const Vector& dt, double alpha) {
+inline Vector Outcome(const Case& c, const Vector& dx, const Matrix& du, const Vector& dt,
+                      double alpha) {
   InputSchedule schedule = c.schedule;
   for (std::size_t k = 0; k < schedule.values.size(); ++k) {
     schedule.values[k] += alpha * du.col(static_cast<Eigen::Index>(k));

@@ -183,8 +183,8 @@ TEST(InputCluster, BallHasTheClosedForm) {
   EXPECT_GT(radius(Vector(Vector::Unit(6, 0))).radius, 0.05);
 }
 
-/// Where the sequence of events is no longer one of those that the pieces unite: in closed form, the
-/// touchdown leaves the run.
+/// Where the sequence of events is no longer one of those that the pieces unite: in closed form,
+/// the touchdown leaves the run.
 TEST(InputCluster, RadiusIsWhereEventsLeaveTheRun) {
   PushedBodies::Parameters<double> p;
   p.bend = p.coupling = 0;
@@ -267,7 +267,7 @@ TEST(InputCluster, InstantsThatWouldChangePlacesAreRefused) {
   EXPECT_GE(B.PerturbedModes(Vector::Zero(6), Matrix::Ones(2, 4)).size(), 3u);
 }
 
-/// Models of the library whose input changes as they first touch: one-sided quotients of plain runs.
+/// Models of the library whose input changes as they first touch: quotients of plain runs.
 TEST(InputCluster, QuotientsOfLibraryModels) {
   for (const char* name : {"double_pendulum", "falling_box", "driven_ball"}) {
     Case c;
@@ -314,7 +314,7 @@ TEST(InputCluster, QuotientsOfLibraryModels) {
   }
 }
 
-/// Events that were told apart by 1e-7 s but count as one: how far the order that the run has holds.
+/// Events told apart by 1e-7 s that count as one: how far the order that the run has holds.
 TEST(InputCluster, InnerRadiusCountsTheChangeOfTheInput) {
   const auto ball = MakeModel("driven_ball");
   const double t = std::sqrt(8 / 9.8), apart = 1e-7;

@@ -109,8 +109,8 @@ class BallProblem : public testing::Test {
   TrajectoryProblem problem;
 };
 
-/// With the impact on change k of the input, for k = 167 … 177, the least cost is a valley: a search
-/// from there stays, and its certificate has the slopes of the closed form.
+/// With the impact on change k of the input, for k = 167 … 177, the least cost is a valley: a
+/// search from there stays, and its certificate has the slopes of the closed form.
 TEST_F(BallProblem, ValleysAreThoseOfTheClosedForm) {
   for (int k = 167; k <= 177; ++k) {
     const double tau = k * kStep;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Random trajectory problems, nonlinear and with several touchdowns: what is called a minimum is one
-// along random directions, by plain runs.
+// Random trajectory problems, nonlinear and with several touchdowns: what is called a minimum is
+// one along random directions, by plain runs.
 #include <gtest/gtest.h>
 
 #include <cstdio>

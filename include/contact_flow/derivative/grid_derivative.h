@@ -10,7 +10,7 @@
 namespace contact_flow {
 
 /// The B-derivative of the outcome x(T) of a run under inputs on a grid, along changes of the
-/// initial state, of the input of each of its K intervals, and of the instants at which they change:
+/// initial state, of the input of each of its K intervals, and of the instants when they change:
 ///   δx_{k+1} = B_k(δx_k, δu_k) + (F⁻ − F⁺) δt_{k+1},
 /// where B_k(δx_k, δu_k, δt_{k+1}) takes the place of the sum if events of contacts coincide with
 /// the instant.

@@ -13,8 +13,8 @@ namespace contact_flow {
 /// DR of ImpactJacobian as a product: where M has many zeros (MassFactor) and nothing else than the
 /// state is varied, one direction is the solution of
 ///   M x − Aᵀ π = M w_v − ∂r₁/∂q w_q,   A x = −∂r₂/∂q w_q − γ A w_v,
-/// by the factors of M and of A M⁻¹ Aᵀ; the matrix is made when it is asked for. Else it is made at
-/// once.
+/// by the factors of M and of A M⁻¹ Aᵀ; the matrix is made when it is asked for. Otherwise
+/// it is made at once.
 class ImpactReset {
  public:
   /// What resets of one impact have in common.

@@ -35,8 +35,8 @@ struct Policy {
 };
 
 /// Gains by the linear regulator along the exact derivatives of the intervals, saltations inside.
-/// Throws std::invalid_argument for sizes and signs, and std::domain_error, with the reason, where an
-/// interval has no derivative.
+/// Throws std::invalid_argument for sizes and signs, and std::domain_error, with the reason, where
+/// an interval has no derivative.
 Policy MakePolicy(ExtendedReference reference, const TrackingWeights& weights,
                   const BDerivativeOptions& options = {});
 

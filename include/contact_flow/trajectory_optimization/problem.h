@@ -79,7 +79,7 @@ class Unknowns {
   Trajectory Run(const Vector& y, double simultaneity_tolerance, bool dense) const;
   /// h_k [s].
   double Length(std::size_t k) const;
-  /// J of a run, by its end and its states at the grid's instants. `positions` [nq × K]: q(t_{k+1}).
+  /// J of a run, by its end and its states at the grid's instants. `positions` [nq × K]: q(t_k+1).
   double Cost(const Vector& y, const Matrix& positions, const Vector& end) const;
   /// q at the ends of the intervals [nq × K], and x(T) in the last of them.
   Matrix Positions(const Trajectory& run) const;
