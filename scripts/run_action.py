@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """run_action.py ACTION [REQUEST]: pursues a goal of a contact_flow action from the command line, with a progress bar.
 
-  ACTION   …/find_periodic_orbit or …/optimize
+  ACTION   …/find_periodic_orbit, …/optimize or …/optimize_trajectory
   REQUEST  its request in YAML, as for rosservice call; every field may be left out
 
     rosrun contact_flow run_action.py /trot/find_periodic_orbit "{section: {kind: apex, name: body_z}}"
@@ -17,10 +17,14 @@ import genpy
 import rospy
 import yaml
 from contact_flow.msg import (
-    FindPeriodicOrbitAction, FindPeriodicOrbitGoal, OptimizeOutcomeAction, OptimizeOutcomeGoal)
+    FindPeriodicOrbitAction, FindPeriodicOrbitGoal, OptimizeOutcomeAction, OptimizeOutcomeGoal,
+    OptimizeTrajectoryAction, OptimizeTrajectoryGoal, OptimizeTrajectoryResult)
 
 KINDS = {"find_periodic_orbit": (FindPeriodicOrbitAction, FindPeriodicOrbitGoal),
-         "optimize": (OptimizeOutcomeAction, OptimizeOutcomeGoal)}
+         "optimize": (OptimizeOutcomeAction, OptimizeOutcomeGoal),
+         "optimize_trajectory": (OptimizeTrajectoryAction, OptimizeTrajectoryGoal)}
+# Outcomes besides 0 for which it was found: a valley is a minimum, too.
+FOUND = {"optimize_trajectory": (0, OptimizeTrajectoryResult.VALLEY)}
 WIDTH = 30  # of the bar
 
 
@@ -36,13 +40,13 @@ class Bar:
             self.last = time.time()
             self.write(feedback.iteration, feedback.value)
 
-    def close(self, result):
+    def close(self, result, found):
         """The last state, which feedback may be too late to tell."""
-        if result.success and result.outcome == 0:
+        if result.success and result.outcome in found:
             self.fraction = 1
         if result.result.iterations:
             last = result.result.iterations[-1]
-            self.write(last.iteration, last.value)
+            self.write(last.iteration, last.value if hasattr(last, "value") else last.cost)
             sys.stderr.write("\n")
 
     def write(self, iteration, value):
@@ -95,9 +99,10 @@ def main(arguments):
     if result is None:
         print("no result", file=sys.stderr)
         return 1
-    bar.close(result)
+    found = FOUND.get(name.split("/")[-1], (0,))
+    bar.close(result, found)
     print(result)
-    return 0 if result.success and result.outcome == 0 else 1
+    return 0 if result.success and result.outcome in found else 1
 
 
 if __name__ == "__main__":

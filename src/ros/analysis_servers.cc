@@ -2,6 +2,7 @@
 #include "contact_flow/ros/analysis_servers.h"
 
 #include <chrono>
+#include <type_traits>
 #include <utility>
 
 #include "contact_flow/ros/analysis_messages.h"
@@ -14,6 +15,7 @@
 #include "contact_flow/ros/poincare_answer.h"
 #include "contact_flow/ros/stability_answer.h"
 #include "contact_flow/ros/step_limits.h"
+#include "contact_flow/ros/trajectory_answer.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -127,8 +129,18 @@ void Pursue(const char* name, const Setup& setup, WorkPool* pool, Outlet* outlet
   watch.cancelled = [server, &audience] {
     return server->isPreemptRequested() || audience.Left() || IsStopping();
   };
-  watch.report = [server](int iteration, double fraction, double value, const Vector& best) {
-    Feedback feedback;
+  Feedback shown;
+  if constexpr (std::is_same_v<Feedback, OptimizeTrajectoryFeedback>) {
+    watch.report_step = [&shown](const TrajectoryIteration& at) {
+      shown.step = at.step;
+      shown.pieces = static_cast<std::uint32_t>(at.pieces);
+      shown.kink = KinkStatusName(at.kink);
+      shown.least = at.best;
+    };
+  }
+  watch.report = [server, &shown](int iteration, double fraction, double value,
+                                  const Vector& best) {
+    Feedback feedback = shown;
     feedback.iteration = static_cast<std::uint32_t>(iteration);
     feedback.fraction = fraction;
     feedback.value = value;
@@ -169,7 +181,10 @@ AnalysisServers::AnalysisServers(ros::NodeHandle* node, ros::NodeHandle* work_no
           [this](const FindPeriodicOrbitGoalConstPtr& goal) { FindOrbit(goal); }, false),
       optimize_(
           *node, "optimize", [this](const OptimizeOutcomeGoalConstPtr& goal) { Optimize(goal); },
-          false) {
+          false),
+      choose_trajectory_(
+          *node, "optimize_trajectory",
+          [this](const OptimizeTrajectoryGoalConstPtr& goal) { ChooseTrajectory(goal); }, false) {
   servers_ = {
       work_node->advertiseService("poincare_map", &AnalysisServers::ReturnMap, this),
       work_node->advertiseService("assess_stability", &AnalysisServers::Stability, this),
@@ -178,8 +193,11 @@ AnalysisServers::AnalysisServers(ros::NodeHandle* node, ros::NodeHandle* work_no
       work_node->advertiseService("propagate_covariance", &AnalysisServers::Covariance, this)};
   orbit_results_ = node->advertise<FindPeriodicOrbitActionResult>("find_periodic_orbit/result", 50);
   optimize_results_ = node->advertise<OptimizeOutcomeActionResult>("optimize/result", 50);
+  trajectory_results_ =
+      node->advertise<OptimizeTrajectoryActionResult>("optimize_trajectory/result", 50);
   find_orbit_.start();
   optimize_.start();
+  choose_trajectory_.start();
 }
 
 bool AnalysisServers::ReturnMap(ComputePoincareMap::Request& in,
@@ -208,6 +226,12 @@ void AnalysisServers::FindOrbit(const FindPeriodicOrbitGoalConstPtr& goal) {
 void AnalysisServers::Optimize(const OptimizeOutcomeGoalConstPtr& goal) {
   Pursue<OptimizationRecord, OptimizeOutcomeFeedback, OptimizeOutcomeResult>(
       "optimize", setup_, pool_, outlet_, optimize_results_, *goal, &optimize_);
+}
+
+void AnalysisServers::ChooseTrajectory(const OptimizeTrajectoryGoalConstPtr& goal) {
+  Pursue<TrajectoryRecord, OptimizeTrajectoryFeedback, OptimizeTrajectoryResult>(
+      "optimize_trajectory", setup_, pool_, outlet_, trajectory_results_, *goal,
+      &choose_trajectory_);
 }
 
 }  // namespace ros_interface

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/ros/assumptions_answer.h"
 
+#include <algorithm>
 #include <limits>
 #include <memory>
 #include <sstream>
@@ -122,6 +123,14 @@ void AddRegion(const Setup& setup, const Run& run, const AssumptionRequest& requ
   }
 }
 
+/// Whether of transitions k−1 and k one changes the input, and both happen at once.
+bool CoincidesWithInput(const Trajectory& trajectory, std::size_t k) {
+  const Transition &before = trajectory.transitions[k - 1], &next = trajectory.transitions[k];
+  return before.changes_input != next.changes_input &&
+         next.t - before.t <=
+             std::max({trajectory.simultaneity_tolerance, before.tolerance, next.tolerance});
+}
+
 }  // namespace
 
 TrajectoryAssumptions Answer(const Setup& setup, const AssumptionRequest& request) {
@@ -161,6 +170,14 @@ TrajectoryAssumptions Answer(const Setup& setup, const AssumptionRequest& reques
     }
     if (!status.ok()) {
       Warn(MakeWarning(static_cast<std::uint8_t>(status.outcome), status.message, transition.t),
+           &result);
+    }
+    if (status.ok() && k > 0 && CoincidesWithInput(trajectory, k)) {
+      defect = std::numeric_limits<double>::quiet_NaN();
+      Warn(MakeWarning(ResultWarning::FIRST_ORDER_ONLY,
+                       "an event coincides with a change of the input: the outcome has a piece for "
+                       "each of their orders, which b_derivative gives",
+                       transition.t),
            &result);
     }
     const std::string caveat = Caveat(constraints, transition.t, forces);

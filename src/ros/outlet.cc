@@ -219,6 +219,10 @@ std::string Outlet::Deliver(OptimizationRecord* record) {
   return DeliverRecord("optimization", record);
 }
 
+std::string Outlet::Deliver(TrajectoryRecord* record) {
+  return DeliverRecord("trajectory", record);
+}
+
 std::string Outlet::StartRecording(const std::string& asked) {
   std::unique_lock<std::mutex> lock(mutex_);
   const ros::Time stamp = NextStamp();
@@ -238,7 +242,7 @@ std::string Outlet::StartRecording(const std::string& asked) {
        {"model_description", "trajectory", "mode_sequence", "b_derivative", "record/simulation",
         "record/derivative", "record/comparison", "record/assumptions", "record/linearization",
         "record/poincare_map", "record/stability", "record/controllability", "record/covariance",
-        "record/periodic_orbit", "record/optimization"}) {
+        "record/periodic_orbit", "record/optimization", "record/trajectory"}) {
     plan.start.roles.push_back(role);
     plan.start.topics.push_back(ros::names::resolve(std::string("~") + role));
   }

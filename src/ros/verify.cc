@@ -218,6 +218,7 @@ bool BagVerifier::TakeResult(const BagMessage& message) {
          Record<CovarianceRecord>(message, "record/covariance") ||
          Record<PeriodicOrbitRecord>(message, "record/periodic_orbit") ||
          Record<OptimizationRecord>(message, "record/optimization") ||
+         Record<TrajectoryRecord>(message, "record/trajectory") ||
          Copy<ContactTrajectory>(message, "trajectory") ||
          Copy<ModeSequence>(message, "mode_sequence") ||
          Copy<OutcomeDerivative>(message, "b_derivative");

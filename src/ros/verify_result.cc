@@ -17,6 +17,7 @@
 #include "contact_flow/ros/handler.h"
 #include "contact_flow/ros/linearize_answer.h"
 #include "contact_flow/ros/optimization_answer.h"
+#include "contact_flow/ros/trajectory_answer.h"
 #include "contact_flow/ros/periodic_orbit_answer.h"
 #include "contact_flow/ros/poincare_answer.h"
 #include "contact_flow/ros/stability_answer.h"
@@ -202,6 +203,7 @@ CONTACT_FLOW_REPEAT(ControllabilityRecord)
 CONTACT_FLOW_REPEAT(CovarianceRecord)
 CONTACT_FLOW_REPEAT(PeriodicOrbitRecord)
 CONTACT_FLOW_REPEAT(OptimizationRecord)
+CONTACT_FLOW_REPEAT(TrajectoryRecord)
 #undef CONTACT_FLOW_REPEAT
 
 std::map<std::string, Bytes> BagVerifier::Repeater::Copies(const SimulationRecord& record) {

@@ -12,6 +12,7 @@
 #include "contact_flow/DecideStability.h"
 #include "contact_flow/FindPeriodicOrbitAction.h"
 #include "contact_flow/OptimizeOutcomeAction.h"
+#include "contact_flow/OptimizeTrajectoryAction.h"
 #include "contact_flow/ros/outlet.h"
 #include "contact_flow/ros/setup.h"
 #include "contact_flow/ros/work_pool.h"
@@ -21,7 +22,7 @@ namespace ros_interface {
 
 /// The services and actions that analyse what derivatives decide: `poincare_map`,
 /// `assess_stability`, `assess_controllability`, `propagate_covariance`; `find_periodic_orbit`,
-/// `optimize`. Handlers may run at once; an action serves one goal at a time, a new one
+/// `optimize`, `optimize_trajectory`. Handlers may run at once; an action serves one goal at a time, a new one
 /// takes its place.
 class AnalysisServers {
  public:
@@ -37,14 +38,17 @@ class AnalysisServers {
   bool Covariance(ComputeCovariance::Request& in, ComputeCovariance::Response& out);
   void FindOrbit(const FindPeriodicOrbitGoalConstPtr& goal);
   void Optimize(const OptimizeOutcomeGoalConstPtr& goal);
+  void ChooseTrajectory(const OptimizeTrajectoryGoalConstPtr& goal);
 
   const Setup& setup_;
   Outlet* outlet_;
   WorkPool* pool_;
   std::vector<ros::ServiceServer> servers_;
-  ros::Publisher orbit_results_, optimize_results_;  // as the actions', to see who listens
+  // As the actions', to see who listens.
+  ros::Publisher orbit_results_, optimize_results_, trajectory_results_;
   actionlib::SimpleActionServer<FindPeriodicOrbitAction> find_orbit_;
   actionlib::SimpleActionServer<OptimizeOutcomeAction> optimize_;
+  actionlib::SimpleActionServer<OptimizeTrajectoryAction> choose_trajectory_;
 };
 
 }  // namespace ros_interface

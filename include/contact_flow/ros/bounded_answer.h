@@ -14,6 +14,7 @@
 #include "contact_flow/PoincareResult.h"
 #include "contact_flow/StabilityRequest.h"
 #include "contact_flow/StabilityResult.h"
+#include "contact_flow/TrajectoryResult.h"
 #include "contact_flow/budget.h"
 #include "contact_flow/flow/status.h"
 
@@ -27,7 +28,8 @@ inline constexpr double kLargestAnswer = 1000;
 
 template <class Result>
 inline constexpr bool kIsSearch =
-    std::is_same_v<Result, OptimizationResult> || std::is_same_v<Result, PeriodicOrbitResult>;
+    std::is_same_v<Result, OptimizationResult> || std::is_same_v<Result, PeriodicOrbitResult> ||
+    std::is_same_v<Result, TrajectoryResult>;
 /// Those whose outcomes are their own.
 template <class Result>
 inline constexpr bool kIsAnalysis =
@@ -60,6 +62,17 @@ inline OptimizationResult WhatTimeLeaves(const OptimizationResult& all) {
   kept.unknowns = all.unknowns;
   kept.values = all.values;
   kept.cost = all.cost;
+  kept.iterations = all.iterations;
+  return kept;
+}
+inline TrajectoryResult WhatTimeLeaves(const TrajectoryResult& all) {
+  TrajectoryResult kept;
+  if (all.iterations.empty()) return kept;
+  kept.model = all.model;
+  kept.cost = all.cost;
+  kept.initial_q = all.initial_q;
+  kept.initial_v = all.initial_v;
+  kept.inputs = all.inputs;
   kept.iterations = all.iterations;
   return kept;
 }

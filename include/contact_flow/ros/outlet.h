@@ -24,6 +24,7 @@
 #include "contact_flow/PoincareRecord.h"
 #include "contact_flow/SimulationRecord.h"
 #include "contact_flow/StabilityRecord.h"
+#include "contact_flow/TrajectoryRecord.h"
 #include "contact_flow/ros/recorder.h"
 
 namespace contact_flow {
@@ -53,6 +54,7 @@ class Outlet {
   std::string Deliver(CovarianceRecord* record);
   std::string Deliver(PeriodicOrbitRecord* record);
   std::string Deliver(OptimizationRecord* record);
+  std::string Deliver(TrajectoryRecord* record);
 
   /// As Recorder; an empty name is made of the model and the time. Returns the path.
   std::string StartRecording(const std::string& name);

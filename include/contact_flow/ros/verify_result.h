@@ -18,6 +18,7 @@
 #include "contact_flow/PoincareRecord.h"
 #include "contact_flow/SimulationRecord.h"
 #include "contact_flow/StabilityRecord.h"
+#include "contact_flow/TrajectoryRecord.h"
 #include "contact_flow/ros/serialize.h"
 #include "contact_flow/ros/setup.h"
 #include "contact_flow/ros/verify.h"
@@ -50,6 +51,7 @@ class BagVerifier::Repeater {
   Verdict Repeat(const CovarianceRecord& record);
   Verdict Repeat(const PeriodicOrbitRecord& record);
   Verdict Repeat(const OptimizationRecord& record);
+  Verdict Repeat(const TrajectoryRecord& record);
 
   /// What follows a record on ordinary topics, by type.
   static std::map<std::string, Bytes> Copies(const SimulationRecord& record);

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/ros/trajectory_answer.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "contact_flow/OptimizeTrajectoryResult.h"
+#include "contact_flow/ros/analysis_messages.h"
+#include "contact_flow/ros/conversions.h"
+#include "contact_flow/ros/gate.h"
+#include "contact_flow/ros/request.h"
+#include "contact_flow/ros/warnings.h"
+#include "contact_flow/trajectory_optimization/optimize_trajectory.h"
+
+namespace contact_flow {
+namespace ros_interface {
+namespace {
+
+using ActionResult = OptimizeTrajectoryResult;
+
+static_assert(
+    ActionResult::SMOOTH_MINIMUM == static_cast<int>(TrajectoryVerdict::kSmoothMinimum) &&
+        ActionResult::VALLEY == static_cast<int>(TrajectoryVerdict::kValley) &&
+        ActionResult::STALLED == static_cast<int>(TrajectoryVerdict::kStalled) &&
+        ActionResult::UNDEFINED == static_cast<int>(TrajectoryVerdict::kUndefined) &&
+        ActionResult::MAX_ITERATIONS == static_cast<int>(TrajectoryVerdict::kMaxIterations) &&
+        ActionResult::CANCELLED == static_cast<int>(TrajectoryVerdict::kCancelled),
+    "the constants of the action are the verdicts");
+
+constexpr double kLargestTolerance = 1e3, kLargestInterval = 1;
+constexpr int kMaxIterations = 100000;
+/// Unknowns beyond this many are refused: their second order is a full matrix.
+constexpr int kMaxUnknowns = 4000;
+
+void CheckWeights(const std::string& field, const std::vector<double>& weights) {
+  CheckFinite(field, weights);
+  for (std::size_t k = 0; k < weights.size(); ++k) {
+    if (weights[k] >= 0) continue;
+    throw std::invalid_argument(field + "[" + std::to_string(k) + "] is " +
+                                std::to_string(weights[k]) + ", expected ≥ 0");
+  }
+}
+
+/// [m] numbers by inputs, or none.
+Vector OfInputs(const SystemDescription& names, const std::string& field,
+                const std::vector<double>& values) {
+  if (values.empty()) return Vector();
+  CheckSize(field, values.size(), names.inputs.size(), names.inputs);
+  CheckFinite(field, values);
+  return Eigen::Map<const Vector>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+/// Goals by names, with weights that are 1 where they are left out.
+struct Goals {
+  Vector target, weight;
+};
+
+Goals ResolveGoals(const SystemDescription& names, const std::string& field,
+                   const std::vector<std::string>& asked, const std::string& targets_field,
+                   const std::vector<double>& targets, const std::string& weights_field,
+                   const std::vector<double>& weights, Eigen::Index size) {
+  Goals goals{Vector::Zero(size), Vector::Zero(size)};
+  CheckSize(targets_field, targets.size(), asked.size(), asked);
+  CheckFinite(targets_field, targets);
+  if (!weights.empty()) CheckSize(weights_field, weights.size(), asked.size(), asked);
+  CheckWeights(weights_field, weights);
+  for (std::size_t k = 0; k < asked.size(); ++k) {
+    const std::string place = field + "[" + std::to_string(k) + "]";
+    const int i = StateIndex(place, asked[k], names);
+    if (i >= size) throw std::invalid_argument(place + " is '" + asked[k] + "': a position is needed");
+    goals.target(i) = targets[k];
+    goals.weight(i) = weights.empty() ? 1 : weights[k];
+  }
+  return goals;
+}
+
+TrajectoryProblem ResolveProblem(const Setup& setup, const TrajectoryRequest& request) {
+  const MechanicalSystem& system = *setup.system;
+  const SystemDescription& names = system.description();
+  const Run run =
+      ResolveRun(setup, request.duration, request.state, request.input, request.input_grid, {});
+  TrajectoryProblem problem;
+  const double apart = problem.simulate.simultaneity_tolerance;
+  problem.simulate = ResolveOptions(TightOptions(setup), request.options);
+  if (request.options.simultaneity_tolerance == 0) problem.simulate.simultaneity_tolerance = apart;
+  problem.derivative = ResolveOptions(TightDerivativeOptions(setup), request.derivative_options);
+  problem.x = run.x;
+  problem.inputs = run.input;
+  problem.duration = run.duration;
+  problem.choose_inputs = !request.keep_inputs;
+  const int nq = system.num_positions();
+  for (std::size_t k = 0; k < request.initial.size(); ++k) {
+    const int i = StateIndex("initial[" + std::to_string(k) + "]", request.initial[k], names);
+    problem.choose_initial.push_back(i < nq ? i : i - nq + system.dof());
+  }
+  problem.effort = Vector::Zero(system.num_inputs());
+  CheckWeights("effort", request.effort);
+  const Vector effort = OfInputs(names, "effort", request.effort);
+  if (effort.size() > 0) problem.effort = effort;
+  problem.input_reference = OfInputs(names, "reference", request.reference);
+  problem.lower = OfInputs(names, "lower", request.lower);
+  problem.upper = OfInputs(names, "upper", request.upper);
+  const Goals end = ResolveGoals(names, "outcomes", request.outcomes, "targets", request.targets,
+                                 "weights", request.weights, system.state_size());
+  problem.target = end.target;
+  problem.weight = end.weight;
+  const Goals path = ResolveGoals(names, "path", request.path, "path_targets",
+                                  request.path_targets, "path_weights", request.path_weights, nq);
+  problem.path_target = path.target;
+  problem.path_weight = path.weight;
+  problem.kink_interval = ResolveNumber("kink_interval", request.kink_interval,
+                                        problem.kink_interval, kLargestInterval);
+  const int unknowns = Unknowns(system, problem).size();
+  if (unknowns > kMaxUnknowns) {
+    throw std::invalid_argument(std::to_string(unknowns) + " numbers may be chosen: at most " +
+                                std::to_string(kMaxUnknowns) + " can be");
+  }
+  return problem;
+}
+
+PieceCertificate ToCertificate(const contact_flow::PieceProof& piece) {
+  PieceCertificate m;
+  m.label = piece.label;
+  for (const KinkSlope& slope : piece.slopes) {
+    m.first.push_back(slope.first);
+    m.second.push_back(slope.second);
+    m.apart.push_back(slope.apart);
+    m.slopes.push_back(slope.slope);
+  }
+  m.residual = piece.residual;
+  m.decrease = piece.decrease;
+  m.hull_weight = piece.hull_weight;
+  return m;
+}
+
+InputGrid ToGrid(const InputSchedule& schedule, Eigen::Index inputs) {
+  InputGrid m;
+  m.times = schedule.grid;
+  Matrix values(static_cast<Eigen::Index>(schedule.values.size()), inputs);
+  for (std::size_t k = 0; k < schedule.values.size(); ++k) {
+    values.row(static_cast<Eigen::Index>(k)) = schedule.values[k].transpose();
+  }
+  m.values = ToMsg(MatrixRef(values));
+  return m;
+}
+
+}  // namespace
+
+TrajectoryResult Answer(const Setup& setup, const TrajectoryRequest& request, const Watch& watch) {
+  CheckMessage(request);
+  const MechanicalSystem& system = *setup.system;
+  TrajectoryProblem problem = ResolveProblem(setup, request);
+  TrajectoryOptions options;
+  options.tolerance =
+      ResolveNumber("tolerance", request.tolerance, options.tolerance, kLargestTolerance);
+  options.max_iterations = ResolveCount("max_iterations", request.max_iterations,
+                                        options.max_iterations, kMaxIterations);
+  options.neighbours = request.neighbours;
+  const auto cancelled = [&] {
+    return watch.Cancelled() || (setup.options.cancelled && setup.options.cancelled());
+  };
+  problem.simulate.cancelled = cancelled;
+  options.progress = [&](const TrajectoryIteration& at, const Vector& y) {
+    if (watch.report_step) watch.report_step(at);
+    if (watch.report) {
+      watch.report(at.iteration, static_cast<double>(at.iteration) / options.max_iterations,
+                   at.cost, y);
+    }
+    return !cancelled();
+  };
+  const TrajectoryOptimum found = OptimizeTrajectory(system, problem, options);
+  TrajectoryResult result;
+  result.model = system.description().name;
+  result.outcome = cancelled() ? kAnalysisCancelled
+                   : found.verdict == TrajectoryVerdict::kCancelled
+                       ? EndOfSearch()
+                       : static_cast<std::uint8_t>(found.verdict);
+  result.message = found.message;
+  result.cost = found.cost;
+  const int nq = system.num_positions(), d = system.dof();
+  result.initial_q = ToMsg(VectorRef(found.x.head(nq)));
+  result.initial_v = ToMsg(VectorRef(found.x.tail(d)));
+  result.inputs = ToGrid(found.inputs, system.num_inputs());
+  for (const contact_flow::PieceProof& piece : found.certificate) {
+    result.pieces.push_back(ToCertificate(piece));
+  }
+  result.hull_distance = found.hull_distance;
+  result.valleys = static_cast<std::uint32_t>(found.valleys);
+  result.simulations = static_cast<std::uint64_t>(found.simulations);
+  result.derivatives = static_cast<std::uint64_t>(found.derivatives);
+  for (const TrajectoryIteration& at : found.iterations) {
+    TrajectoryIterate m;
+    m.iteration = static_cast<std::uint32_t>(at.iteration);
+    m.cost = at.cost;
+    m.best = at.best;
+    m.step = at.step;
+    m.pieces = static_cast<std::uint32_t>(at.pieces);
+    m.kink = KinkStatusName(at.kink);
+    result.iterations.push_back(m);
+  }
+  if (found.verdict == TrajectoryVerdict::kUndefined) return result;
+  const Trajectory run =
+      Simulate(system, found.x, found.inputs, problem.duration, problem.simulate);
+  WarnOfRun(run, &result);
+  result.final_q = ToMsg(VectorRef(run.FinalState().head(nq)));
+  result.final_v = ToMsg(VectorRef(run.FinalState().tail(d)));
+  return result;
+}
+
+}  // namespace ros_interface
+}  // namespace contact_flow

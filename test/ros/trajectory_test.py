@@ -1,0 +1,131 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""optimize_trajectory: the ball of the hybrid-iLQR literature, watched, cancelled, refused, recorded; and from the command line."""
+import os
+import subprocess
+import time
+import unittest
+
+import actionlib
+import rospy
+import rostest
+import yaml
+from actionlib_msgs.msg import GoalStatus
+from client import Client, executable
+from contact_flow.msg import (
+    InputGrid, OptimizeTrajectoryAction, OptimizeTrajectoryGoal, OptimizeTrajectoryResult,
+    TrajectoryRequest)
+
+COUNT, STEP = 251, 0.004
+
+
+def ball(start=-20.0, **fields):
+    """From 4 m at rest to rest in 1 m, with one bounce: R Σ u² + 100 |error|², R = 5e-7/0.004."""
+    request = TrajectoryRequest(
+        duration=COUNT * STEP, input=[start], input_grid=InputGrid(times=[k * STEP for k in range(COUNT)]),
+        effort=[5e-7 / STEP ** 2], outcomes=["z", "d/dt z"], targets=[1, 0], weights=[100, 100])
+    for name, value in fields.items():
+        setattr(request, name, value)
+    return request
+
+
+class Trajectory(unittest.TestCase):
+    def setUp(self):
+        self.feedback = []
+        self.action = actionlib.SimpleActionClient("ball/optimize_trajectory", OptimizeTrajectoryAction)
+        self.assertTrue(self.action.wait_for_server(rospy.Duration(20)))
+
+    def send(self, request):
+        self.action.send_goal(OptimizeTrajectoryGoal(request=request), feedback_cb=self.feedback.append)
+
+    def wait(self):
+        self.assertTrue(self.action.wait_for_result(rospy.Duration(120)))
+        return self.action.get_result()
+
+    def ask(self, request):
+        self.send(request)
+        return self.wait()
+
+    def test_a_valley_with_its_certificate(self):
+        result = self.ask(ball())
+        self.assertTrue(result.success, result.message)
+        self.assertEqual(result.outcome, OptimizeTrajectoryResult.VALLEY, result.message)
+        found = result.result
+        # The impact is on change 177, the cost that of the closed form.
+        self.assertAlmostEqual(found.cost, 2.1560831956, places=8)
+        self.assertEqual(sorted(piece.label for piece in found.pieces),
+                         ["floor, input change", "input change, floor"])
+        slopes = {piece.label: piece.slopes[0] for piece in found.pieces}
+        self.assertAlmostEqual(slopes["floor, input change"], 2.7817, places=3)
+        self.assertAlmostEqual(slopes["input change, floor"], 10.7122, places=3)
+        self.assertLess(found.hull_distance, 1e-9)
+        self.assertGreater(len(self.feedback), 1)
+        self.assertEqual(len(self.feedback[-1].best), COUNT)
+        self.assertAlmostEqual(self.feedback[-1].least, found.cost, places=9)
+        # The run of what was found has the outcome that is told.
+        run = Client("ball").simulate(duration=COUNT * STEP, input_grid=found.inputs)
+        self.assertAlmostEqual(run.trajectory.final_q[0], found.final_q[0], places=7)
+
+    def test_neighbours_find_the_lowest_valley(self):
+        result = self.ask(ball(neighbours=True))
+        self.assertEqual(result.outcome, OptimizeTrajectoryResult.VALLEY, result.message)
+        self.assertAlmostEqual(result.result.cost, 2.142216895, places=8)
+        self.assertIn("neighbour", [iterate.kink for iterate in result.result.iterations])
+
+    def test_cancelled(self):
+        request = ball(start=-100.0, neighbours=True)
+        request.options.max_step = 1e-5
+        request.options.max_steps = 100000000
+        self.send(request)
+        time.sleep(1)
+        start = time.time()
+        self.action.cancel_goal()
+        result = self.wait()
+        self.assertLess(time.time() - start, 20)
+        self.assertEqual(self.action.get_state(), GoalStatus.PREEMPTED)
+        self.assertEqual((result.outcome, result.recorded), (OptimizeTrajectoryResult.CANCELLED, ""))
+
+    def test_wrong_goals_are_refused(self):
+        for fields, part in (({"outcomes": ["zz", "d/dt z"]}, "outcomes[0]"),
+                             ({"targets": [1.0]}, "targets has 1 entries, expected 2"),
+                             ({"weights": [-1.0, 1.0]}, "weights[0] is -1"),
+                             ({"effort": [1.0, 2.0]}, "effort has 2 entries, expected 1"),
+                             ({"initial": ["y"]}, "initial[0]"),
+                             ({"path": ["d/dt z"], "path_targets": [0.0]}, "a position is needed"),
+                             ({"keep_inputs": True}, "nothing may be chosen"),
+                             ({"lower": [1.0], "upper": [0.0]}, "lower bound"),
+                             ({"kink_interval": -1.0}, "kink_interval"),
+                             ({"duration": 0.5}, "horizon")):
+            result = self.ask(ball(**fields))
+            self.assertFalse(result.success, fields)
+            self.assertEqual(result.outcome, OptimizeTrajectoryResult.REFUSED)
+            self.assertIn(part, result.message)
+        self.assertEqual(self.action.get_state(), GoalStatus.ABORTED)
+
+    def test_recorded_and_verified(self):
+        client = Client("ball")
+        client.start_recording(name="trajectory_%d" % os.getpid())
+        recorded = self.ask(ball()).recorded
+        path, = client.stop_recording().paths
+        self.addCleanup(os.remove, path)
+        self.assertEqual(recorded, path)
+        done = subprocess.run([executable("verify_bag"), path], stdout=subprocess.PIPE, timeout=120)
+        self.assertEqual(done.returncode, 0, done.stdout)
+        self.assertIn("1 verified, 0 differ, 0 skipped", done.stdout.decode())
+
+    def test_from_the_command_line(self):
+        done = subprocess.run(
+            [executable("run_action.py"), "/ball/optimize_trajectory",
+             "{input_grid: {times: [0, 0.25, 0.5, 0.75]}, effort: [0.01], outcomes: [z, d/dt z],"
+             " targets: [1, 0], weights: [100, 100]}"],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=120)
+        self.assertEqual(done.returncode, 0, done.stderr.decode() + done.stdout.decode())
+        self.assertRegex(done.stderr.decode(), r"\[[#.]{30}\] +\d+ %  iteration \d+")
+        result = yaml.safe_load(done.stdout.decode())
+        self.assertTrue(result["success"])
+        self.assertEqual(len(result["result"]["inputs"]["times"]), 4)
+
+
+if __name__ == "__main__":
+    rospy.init_node("trajectory_test")
+    rostest.rosrun("contact_flow", "trajectory", "__main__")
