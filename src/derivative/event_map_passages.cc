@@ -51,21 +51,19 @@ void EventMap::AddInstant(ContactMode S, const Vector& v, const Matrix* rates_q)
     if (S == events_) instant.resting = instant.resting | (transition_.mode_after - compliant);
   }
   // r_j = D(Da_j v) w: by q, by v and by parameters.
-  const int d = system_->dof();
+  const int d = system_->dof(), rows = system_->num_rows();
+  const auto n = jacobian_.rows(), l = bilateral_.rows();  // there are no others without friction
+  instant.rates.setZero(rows, size());
+  instant.rates.block(0, d, n, d) = jacobian_;
+  instant.rates.block(n, d, l, d) = bilateral_.leftCols(d);
   if (rates_q != nullptr) {
-    instant.rates.setZero(rates_q->rows(), size());
     instant.rates.leftCols(d) = *rates_q;
-    instant.rates.middleCols(d, d) = Geometry().inertia()->terms().jacobian;
     return;
   }
-  ConstraintTerms terms;
-  system_->Constraints(q_, v, &terms);
-  const Vector no_jump = Vector::Zero(d), no_impulse = Vector::Zero(terms.jacobian.rows());
+  const Vector no_jump = Vector::Zero(d), no_impulse = Vector::Zero(rows);
   ResidualJacobian residual;
   system_->DifferentiateImpact(q_, no_jump, no_impulse, v, &residual);
-  instant.rates.setZero(terms.jacobian.rows(), size());
   instant.rates.leftCols(d) = residual.constraint_q;
-  instant.rates.middleCols(d, d) = terms.jacobian;
   const std::vector<int>& parameters = dynamics_->variables().parameters;
   if (parameters.empty()) return;
   ParameterJacobian by_parameter;

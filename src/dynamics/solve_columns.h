@@ -18,7 +18,7 @@ inline void SolveColumns(const Eigen::LLT<Matrix>& factor, Matrix* B) {
 
 /// G = WᵀW [k×k], where most of W [d×k] is zero.
 inline void MultiplySparseColumns(const Matrix& W, Matrix* G) {
-  std::vector<int> support;
+  thread_local std::vector<int> support;  // makes room once
   for (Eigen::Index j = 0; j < W.cols(); ++j) {
     support.clear();
     for (int r = 0; r < W.rows(); ++r) {
