@@ -2,6 +2,7 @@
 #include "frictional_reset.h"
 
 #include <Eigen/LU>
+#include <Eigen/QR>
 #include <cmath>
 #include <stdexcept>
 
@@ -12,6 +13,17 @@ namespace {
 constexpr double kBorder = 1e-9;
 /// A direction lies on the wrong side of a border by more than this, relative.
 constexpr double kAcross = 1e-9;
+/// Pivots below this part of the largest are those of rows that depend on others.
+constexpr double kDependent = 1e-10;
+
+/// A⁻¹ B; where rows of A depend on others, one of the solutions. Rows and columns are scaled by
+/// `unit`.
+Matrix SolveConsistent(const Matrix& A, const Vector& unit, const Matrix& B) {
+  Eigen::CompleteOrthogonalDecomposition<Matrix> factor;
+  factor.setThreshold(kDependent);
+  factor.compute(unit.asDiagonal() * A * unit.asDiagonal());
+  return unit.asDiagonal() * factor.solve(unit.asDiagonal() * B);
+}
 
 }  // namespace
 
@@ -149,7 +161,17 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
       by_parameter -= parameter_after.restitution.row(u.row) * A.row(u.row).dot(v_minus);
     }
   }
-  const Matrix solved = kkt.partialPivLu().solve(rhs);
+  const bool shared = solution.interior.size() > 0;
+  Matrix solved;
+  if (shared) {
+    Vector unit = kkt.diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
+    for (Eigen::Index k = 0; k < m; ++k) {
+      unit(d_ + k) = 1 / kkt.row(d_ + k).head(d_).cwiseProduct(unit.head(d_).transpose()).norm();
+    }
+    solved = SolveConsistent(kkt, unit, rhs);
+  } else {
+    solved = kkt.partialPivLu().solve(rhs);
+  }
   branch.jacobian = Matrix::Identity(size_, size_);
   branch.jacobian.middleRows(d_, d_) = solved.topRows(d_);
 
@@ -167,7 +189,10 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
   const auto offer = [&](double value, const Eigen::RowVectorXd& gradient) {
     if (std::abs(value) <= kBorder * scale) borders.push_back(gradient);
   };
-  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+  if (shared && !(solution.margin > kBorder)) {
+    throw std::domain_error("an impact of contacts that share impulses is on a border of theirs");
+  }
+  for (std::size_t k = 0; k < problem.contacts.size() && !shared; ++k) {
     const int i = frame_.constraints()[k], row = problem.Row(k);
     const FrictionContact& contact = problem.contacts[k];
     const Letter letter = solution.letters[k];
@@ -265,7 +290,13 @@ Matrix StopProjection(ContactDynamics* dynamics, const Vector& x, ContactMode mo
     wanted.row(place) = rate_jacobian.row(rows[static_cast<std::size_t>(place)]);
   }
   Matrix projection = Matrix::Identity(rate_jacobian.cols(), rate_jacobian.cols());
-  projection.middleRows(d, d) -= reach * (active * reach).partialPivLu().solve(wanted);
+  const Matrix H = active * reach;
+  const Vector unit = (active * (inertia * active.transpose())).diagonal().cwiseSqrt().cwiseInverse();
+  Eigen::FullPivLU<Matrix> ranks(unit.asDiagonal() * H * unit.asDiagonal());
+  ranks.setThreshold(kDependent);
+  projection.middleRows(d, d) -=
+      reach * (ranks.rank() < m ? SolveConsistent(H, unit, wanted)
+                                : Matrix(H.partialPivLu().solve(wanted)));
   return projection;
 }
 

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "contact_flow/budget.h"
+#include "dependent_words.h"
 #include "slip_directions.h"
 
 namespace contact_flow {
@@ -42,7 +43,8 @@ double Margin(const FrictionProblem& problem, const FrictionSolution& s, double 
     const FrictionContact& contact = problem.contacts[i];
     const int row = problem.Row(i);
     const double gain = problem.G(row, row);
-    const auto force = s.force.segment(row + 1, contact.dimension);
+    const Vector& share = s.interior.size() > 0 ? s.interior : s.force;
+    const auto force = share.segment(row + 1, contact.dimension);
     const auto slip = s.result.segment(row + 1, contact.dimension);
     if (s.letters[i] == Letter::kOpen) {
       margin = std::min(margin, s.result(row));
@@ -51,7 +53,7 @@ double Margin(const FrictionProblem& problem, const FrictionSolution& s, double 
     const bool cone = s.letters[i] == Letter::kStick && std::isfinite(contact.coefficient);
     // The apex of the cone: both vanish together.
     margin = std::min(
-        margin, gain * (cone ? contact.coefficient * s.force(row) - force.norm() : s.force(row)));
+        margin, gain * (cone ? contact.coefficient * share(row) - force.norm() : share(row)));
     if (Slips(s.letters[i]) && contact.dimension > 0 && !contact.slips) {
       margin = std::min(margin, s.directions[i].head(contact.dimension).dot(slip));
     }
@@ -71,6 +73,7 @@ std::vector<FrictionSolution> SolveGroup(const FrictionProblem& problem, double 
   if (!(scale > 0)) scale = 1;
   std::vector<std::vector<Letter>> alphabet;
   for (const FrictionContact& contact : problem.contacts) alphabet.push_back(Alphabet(contact));
+  const ImpliedLetters implied(problem);
   std::vector<FrictionSolution> solutions;
   std::vector<std::size_t> place(n, 0);
   while (true) {
@@ -90,7 +93,11 @@ std::vector<FrictionSolution> SolveGroup(const FrictionProblem& problem, double 
       found.margin = Margin(problem, found, scale);
       if (found.margin >= -border) solutions.push_back(std::move(found));
     };
-    if (!unknown.empty()) {
+    if (implied.Any() && implied.Change(word.letters)) {
+      // The word of what is implied is another one.
+    } else if (!unknown.empty() && implied.Any() && implied.Dependent(word.letters)) {
+      for (FrictionSolution& found : FindCommonSlip(problem, word, unknown)) offer(found);
+    } else if (!unknown.empty()) {
       for (FrictionSolution& found : FindSlipDirections(problem, word, unknown)) offer(found);
     } else if (SolveWord(problem, &word)) {
       offer(word);
@@ -138,7 +145,7 @@ int FrictionProblem::Row(std::size_t contact) const {
   return row;
 }
 
-bool SolveWord(const FrictionProblem& problem, FrictionSolution* solution) {
+bool SolveWord(const FrictionProblem& problem, FrictionSolution* solution, bool share) {
   const Eigen::Index size = problem.b.size();
   Matrix columns = Matrix::Zero(size, size);
   std::vector<int> rows;
@@ -179,10 +186,15 @@ bool SolveWord(const FrictionProblem& problem, FrictionSolution* solution) {
     H = unit.asDiagonal() * H * unit.asDiagonal();
     Eigen::FullPivLU<Matrix> factor(H);
     factor.setThreshold(kDependent);
-    if (!H.allFinite() || factor.rank() < m) return false;
+    if (!H.allFinite()) return false;
+    if (factor.rank() < m) {
+      return SolveDependentWord(problem, columns.leftCols(m), rows, share, solution);
+    }
     solution->force =
         columns.leftCols(m) * (unit.asDiagonal() * factor.solve(unit.asDiagonal() * rhs));
   }
+  solution->interior.resize(0);
+  solution->many = false;
   solution->result = problem.G * solution->force + problem.b;
   return solution->force.allFinite();
 }
@@ -216,12 +228,18 @@ std::vector<FrictionSolution> SolveFriction(const FrictionProblem& problem, doub
     std::vector<FrictionSolution> all;
     for (const FrictionSolution& found : SolveGroup(part, border)) {
       for (FrictionSolution whole : solutions) {
+        whole.many = whole.many || found.many;
+        if (found.interior.size() > 0 && whole.interior.size() == 0) whole.interior = whole.force;
         for (std::size_t k = 0; k < group.size(); ++k) {
           whole.letters[group[k]] = found.letters[k];
           whole.directions[group[k]] = found.directions[k];
         }
         for (Eigen::Index r = 0; r < m; ++r) {
           whole.force(rows[static_cast<std::size_t>(r)]) = found.force(r);
+          if (whole.interior.size() > 0) {
+            whole.interior(rows[static_cast<std::size_t>(r)]) =
+                found.interior.size() > 0 ? found.interior(r) : found.force(r);
+          }
           whole.result(rows[static_cast<std::size_t>(r)]) = found.result(r);
         }
         whole.margin = std::min(whole.margin, found.margin);

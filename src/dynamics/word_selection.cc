@@ -63,7 +63,12 @@ class Words {
   ContactMode Find(double border) {
     const std::vector<FrictionSolution> all = SolveFriction(frame_.problem(), border);
     if (all.empty()) Refuse(FrictionRefusal::Kind::kInconsistent, "no contact forces exist");
-    for (const FrictionSolution& word : all) RefuseSharedForces(word);
+    for (const FrictionSolution& word : all) {
+      if (!word.many) continue;
+      Refuse(FrictionRefusal::Kind::kIndeterminateForces,
+             "in the word '" + ModeOf(word).Word(system_.num_constraints()) +
+                 "' the motion depends on how forces are shared");
+    }
     if (all.size() == 1) return ModeOf(all.front());
     ContactMode varying;
     for (std::size_t k = 0; k < frame_.constraints().size(); ++k) {
@@ -87,21 +92,6 @@ class Words {
  private:
   InverseInertia Inertia() const {
     return InverseInertia(system_, x_.head(nq_), x_.tail(d_), dynamics_.u(), ContactMode());
-  }
-
-  /// Two contacts that stick and share a force that is not unique look like one that slips at
-  /// no acceleration.
-  void RefuseSharedForces(const FrictionSolution& word) const {
-    const FrictionProblem& problem = frame_.problem();
-    for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
-      const FrictionContact& contact = problem.contacts[k];
-      const Letter letter = word.letters[k];
-      if (contact.dimension == 0 || contact.slips) continue;
-      if (letter == Letter::kOpen || letter == Letter::kStick) continue;
-      const auto slip = word.result.segment(problem.Row(k) + 1, contact.dimension);
-      if (slip.norm() > kStrict * scale_ || !Dependent()) continue;
-      Refuse(FrictionRefusal::Kind::kIndeterminateForces, "");
-    }
   }
 
   bool Dependent() const {
@@ -153,12 +143,15 @@ class Words {
         continue;
       }
       const int tangential = contact.dimension > 0 ? system_.friction()[i].row : 0;
-      if (letter == Letter::kStick && std::isfinite(contact.coefficient)) {
+      if (dynamics_.shared().Contains(i)) {
+        slacks.push_back({i, gain * dynamics_.shared_margin()});
+      } else if (letter == Letter::kStick && std::isfinite(contact.coefficient)) {
         slacks.push_back({i, gain * (contact.coefficient * force(i) -
                                      force.segment(tangential, contact.dimension).norm())});
         continue;
+      } else {
+        slacks.push_back({i, gain * force(i)});
       }
-      slacks.push_back({i, gain * force(i)});
       const bool begins = !contact.slips && contact.dimension == 1 && letter != Letter::kStick;
       if (begins) {
         slacks.push_back({i, (letter == Letter::kBackward ? -1 : 1) * rate(tangential)});
@@ -286,7 +279,7 @@ FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const Vec
   const FrictionSolution& found = all.front();
   const double scale = problem.b.cwiseAbs().maxCoeff();
   for (const FrictionSolution& other : all) {
-    if ((other.result - found.result).cwiseAbs().maxCoeff() <= kSameMotion * scale) continue;
+    if (!other.many && (other.result - found.result).cwiseAbs().maxCoeff() <= kSameMotion * scale) continue;
     throw FrictionRefusal(FrictionRefusal::Kind::kAmbiguousImpact,
                           "several impulses of the contacts " + names + " end the impact");
   }

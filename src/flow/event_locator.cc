@@ -62,7 +62,9 @@ void EventLocator::RecordForce(const Vector& force, ContactMode mode) {
   const Eigen::Index n = dynamics_->system().num_constraints();
   std::copy(force.data(), force.data() + n, &forces_(0, calls_));
   if (forces_.rows() > n) {
-    for (int g : guards_.OfForces(mode)) forces_(g, calls_) = guards_.OfForce(g, force);
+    for (int g : guards_.OfForces(mode, dynamics_->shared())) {
+      forces_(g, calls_) = guards_.OfForce(g, *dynamics_);
+    }
   }
   ++calls_;
 }
@@ -107,8 +109,8 @@ void EventLocator::Sample(double theta, ContactMode set, double* value, double* 
     const Vector rates = jacobian.leftCols(d) * x_.tail(d) +
                          jacobian.middleCols(d, d) * dynamics_->acceleration();
     for (int g : set) {
-      value[g] = guards_.OfForce(g, dynamics_->force());
-      rate[g] = h * guards_.GradientOfForce(g, dynamics_->force(), rates)(0);
+      value[g] = guards_.OfForce(g, *dynamics_);
+      rate[g] = h * guards_.GradientOfForce(g, *dynamics_, rates)(0);
     }
     return;
   }
@@ -227,7 +229,7 @@ void EventLocator::ProbeForces() {
     const Eigen::Index n = dynamics_->system().num_constraints();
     forces_.col(kStepStages + k).head(n) = dynamics_->force().head(n);
     if (forces_.rows() == n) continue;
-    for (int g : pushes_) forces_(g, kStepStages + k) = guards_.OfForce(g, dynamics_->force());
+    for (int g : pushes_) forces_(g, kStepStages + k) = guards_.OfForce(g, *dynamics_);
   }
 }
 
@@ -270,7 +272,7 @@ LocatedEvent EventLocator::Locate(Dop853* stepper, ContactMode mode, const GapSa
   begin_ = &begin;
   end_ = &end;
   rigid_ = (mode - dynamics_->system().compliant()).Members();
-  pushes_ = guards_.OfForces(mode);
+  pushes_ = guards_.OfForces(mode, dynamics_->shared());
   slips_ = guards_.OfSlips(mode);
   LocatedEvent event;
   LocatedEvent pull;

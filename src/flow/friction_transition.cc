@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Transitions of systems with friction.
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 
 #include "contact_flow/dynamics/guards.h"
+#include "contact_flow/dynamics/implied_contacts.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/transition.h"
@@ -53,7 +53,6 @@ class FrictionalResolution {
     const Vector& x = cluster.x_minus;
     const ContactMode mode = cluster.mode_before;
     dynamics_.Differentiate(x, mode);
-    const Vector force = dynamics_.force();
     const Matrix force_jacobian = dynamics_.force_jacobian();
     const Vector field = dynamics_.Field(x, mode).head(2 * d_);
     ResidualJacobian slip;
@@ -69,15 +68,16 @@ class FrictionalResolution {
       double value, slope, error;
     };
     std::vector<Zero> zeros;
-    const ContactMode forces = guards_.OfForces(mode), slips = guards_.OfSlips(mode);
+    const ContactMode forces = guards_.OfForces(mode, dynamics_.shared()),
+                      slips = guards_.OfSlips(mode);
     const ContactMode open = ContactMode::All(system_.num_constraints()) - mode;
     double own = 0;
     for (int g : forces | slips | open) {
       Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Zero(2 * d_);
       double value;
       if (forces.Contains(g)) {
-        value = guards_.OfForce(g, force);
-        gradient = guards_.GradientOfForce(g, force, force_jacobian).leftCols(2 * d_);
+        value = guards_.OfForce(g, dynamics_);
+        gradient = guards_.GradientOfForce(g, dynamics_, force_jacobian).leftCols(2 * d_);
       } else if (guards_.IsNormal(g)) {
         value = terms_.gap(g);
         gradient.head(d_) = terms_.jacobian.row(g);
@@ -127,6 +127,7 @@ class FrictionalResolution {
       if (std::abs(terms_.gap(i)) > rules_.gap_tolerance) continue;
       if (std::abs(rate_(i)) <= Rounding(i, v_minus)) touching.Insert(i);
     }
+    touching = touching | AddImplied(touching);
     const ContactMode beside = touching - before - cluster.activated;
     Vector v_plus = v_minus;
     ContactMode held;  // by the impact
@@ -147,6 +148,7 @@ class FrictionalResolution {
         if (cluster.mode_before.LetterOf(i) == Letter::kStick) still.Insert(i);
       }
     }
+    still = still | ImpliedStill(system_, cluster.x_minus, touching, still & touching);
     const Vector rate = terms_.jacobian * v_plus;
     TouchingContacts contacts;
     for (int i : touching) {
@@ -183,6 +185,22 @@ class FrictionalResolution {
   /// A contact that rested before may have drifted by the integrator's error.
   double Drift(int i) const {
     return result_.transition.mode_before.Contains(i) ? 10 * std::abs(rate_(i)) : 0;
+  }
+
+  /// Contacts that the others of one body bring along, a gap that is a sum of theirs: they land
+  /// with them, or touch.
+  ContactMode AddImplied(ContactMode touching) {
+    ContactMode near;
+    for (int i : ContactMode::All(system_.num_constraints()) - touching) {
+      if (std::abs(terms_.gap(i)) <= rules_.gap_tolerance) near.Insert(i);
+    }
+    if (near.Empty()) return near;
+    Transition& cluster = result_.transition;
+    const ContactMode implied = ImpliedClosed(system_, cluster.x_minus, touching, near);
+    for (int i : implied) {
+      if (rate_(i) < -Rounding(i, cluster.x_minus.tail(d_))) cluster.activated.Insert(i);
+    }
+    return implied;
   }
 
   void Note(int guard, double value, double slope) {
@@ -277,36 +295,11 @@ class FrictionalResolution {
                          kBorder));
   }
 
-  /// What rests is made rest: normal velocities of the mode, slips of what sticks. A slip in space
-  /// that begins gets a direction by a speed that counts as none.
   void Rest(const std::map<int, Eigen::Vector2d>& onsets) {
     Transition& cluster = result_.transition;
-    std::vector<int> rows;
-    std::vector<double> rates;
     const double speed = cluster.x_plus.tail(d_).cwiseAbs().maxCoeff();
     const double onset = kOnset * std::max(rules_.absolute_tolerance, kRounding * speed);
-    for (int i : cluster.mode_after) {
-      rows.push_back(i);
-      rates.push_back(0);
-      const bool begins = onsets.count(i) > 0;
-      if (cluster.mode_after.LetterOf(i) != Letter::kStick && !begins) continue;
-      const Friction& friction = system_.friction()[i];
-      for (int k = 0; k < friction.dimension; ++k) {
-        rows.push_back(friction.row + k);
-        rates.push_back(begins ? onset * onsets.at(i)(k) : 0);
-      }
-    }
-    if (rows.empty()) return;
-    const InverseInertia inertia(system_, cluster.x_plus.head(nq_), cluster.x_plus.tail(d_));
-    Matrix A(static_cast<Eigen::Index>(rows.size()), d_);
-    for (std::size_t r = 0; r < rows.size(); ++r) {
-      A.row(static_cast<Eigen::Index>(r)) = terms_.jacobian.row(rows[r]);
-    }
-    const Vector rate = A * cluster.x_plus.tail(d_) -
-                        Vector::Map(rates.data(), static_cast<Eigen::Index>(rates.size()));
-    if (rate.isZero(0)) return;
-    const Matrix reach = inertia * A.transpose();
-    cluster.x_plus.tail(d_) -= reach * (A * reach).completeOrthogonalDecomposition().solve(rate);
+    MakeRest(system_, cluster.mode_after, onsets, onset, &cluster.x_plus);
   }
 
   ContactDynamics& dynamics_;

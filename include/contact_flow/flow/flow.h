@@ -102,6 +102,8 @@ class Flow {
   std::optional<double> PredictRest(int i);
   bool CompleteZeno();
   void Warn(Outcome code, const std::string& message);
+  /// Where an arc begins whose forces are not unique, once for the contacts that share them.
+  void WarnOfSharedForces();
   void FindImplied();
   int ImpliedThatMoved(double reaches) const;
   void ForgetRisen();
@@ -157,6 +159,7 @@ class Flow {
   double accumulation_time_ = std::numeric_limits<double>::quiet_NaN();
   std::vector<Warning> warnings_;
   long num_warnings_ = 0;
+  ContactMode shared_;   // warned of
   ContactMode implied_;  // touching constraints that mode_ implies: no guards on this arc
   Vector implied_gap_;   // where they were at its beginning
   int stalls_ = 0;       // transitions in a row without time between them
