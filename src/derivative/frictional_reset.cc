@@ -291,7 +291,8 @@ Matrix StopProjection(ContactDynamics* dynamics, const Vector& x, ContactMode mo
   }
   Matrix projection = Matrix::Identity(rate_jacobian.cols(), rate_jacobian.cols());
   const Matrix H = active * reach;
-  const Vector unit = (active * (inertia * active.transpose())).diagonal().cwiseSqrt().cwiseInverse();
+  const Matrix gram = active * (inertia * active.transpose());
+  const Vector unit = gram.diagonal().cwiseSqrt().cwiseInverse();
   Eigen::FullPivLU<Matrix> ranks(unit.asDiagonal() * H * unit.asDiagonal());
   ranks.setThreshold(kDependent);
   projection.middleRows(d, d) -=

@@ -210,6 +210,7 @@ void ContactDynamics::Differentiate(const VectorRef& x, ContactMode mode) {
   const auto q = x.head(nq_), v = x.tail(d_);
   // All forces that are possible lead to the same derivatives, but those of the margin, which are
   // those at its own.
+  if (at_->dependent) FindShare();
   const Vector& force = at_->dependent ? interior_ : force_;
   system_.DifferentiateDynamics(q, v, u_, mode, acceleration_, force, &residual_);
   if (k_ > 0) DifferentiateByVariables(x);

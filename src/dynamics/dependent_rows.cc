@@ -120,6 +120,12 @@ RowBasis FindRowBasis(const Matrix& G) {
   return basis;
 }
 
+double LeastSlack(const std::vector<ForceCone>& cones, const Vector& force) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const ForceCone& cone : cones) least = std::min(least, Slack(cone, force));
+  return least;
+}
+
 ForceShare MostInterior(const std::vector<ForceCone>& cones, const Vector& force,
                         const Matrix& freedom) {
   ForceShare share;
@@ -168,9 +174,7 @@ ForceShare MostInterior(const std::vector<ForceCone>& cones, const Vector& force
 Vector SmallestShare(const std::vector<ForceCone>& cones, const Vector& force,
                      const Matrix& freedom, const ForceShare& interior) {
   const double size = force.cwiseAbs().maxCoeff();
-  bool admissible = true;
-  for (const ForceCone& cone : cones) admissible = admissible && Slack(cone, force) >= 0;
-  if (admissible) return force;
+  if (LeastSlack(cones, force) >= 0) return force;
   if (!(interior.margin > kNoRoom * size)) return interior.force;
   // min r, (r, λ) in a cone of its own; λ = force + Z ν, in units of `size`.
   const Rows rows = RowsOf(cones, force / size, freedom);

@@ -27,6 +27,9 @@ struct ForceCone {
   double weight = 1;  ///< of the margin
 };
 
+/// The least of μ λ_n − |λ_t|, or λ_n, of all cones.
+double LeastSlack(const std::vector<ForceCone>& cones, const Vector& force);
+
 /// How forces that are not unique may be shared: λ = force + Z ν.
 struct ForceShare {
   double margin = 0;  ///< max over ν of min over cones (μ λ_n − |λ_t|, or λ_n) / weight

@@ -18,6 +18,8 @@ namespace {
 
 /// Rows of a word are dependent where a pivot is below this part of the largest.
 constexpr double kDependent = 1e-12;
+/// Motions that differ by less than this are one, and a slack above this is room, relative.
+constexpr double kSameMotion = 1e-8, kRoom = 1e-7;
 
 /// The letters that a contact may have.
 std::vector<Letter> Alphabet(const FrictionContact& contact) {
@@ -61,6 +63,44 @@ double Margin(const FrictionProblem& problem, const FrictionSolution& s, double 
   return margin / scale;
 }
 
+/// The slack of contact i alone, relative.
+double SlackOf(const FrictionProblem& problem, const FrictionSolution& s, std::size_t i) {
+  const FrictionContact& contact = problem.contacts[i];
+  const int row = problem.Row(i);
+  const Vector& share = s.interior.size() > 0 ? s.interior : s.force;
+  const bool cone = s.letters[i] == Letter::kStick && std::isfinite(contact.coefficient);
+  const double slack =
+      cone ? contact.coefficient * share(row) - share.segment(row + 1, contact.dimension).norm()
+           : share(row);
+  return problem.G(row, row) * slack;
+}
+
+/// Whether `other` is the motion of `word` with less contact, or less that sticks, where `word` has
+/// room for it: a box on a diagonal of its face.
+bool Covers(const FrictionProblem& problem, const FrictionSolution& word,
+            const FrictionSolution& other, double scale) {
+  if (word.many || word.letters == other.letters) return false;
+  if ((word.result - other.result).cwiseAbs().maxCoeff() > kSameMotion * scale) return false;
+  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
+    if (word.letters[i] == other.letters[i]) continue;
+    const bool less = word.letters[i] == Letter::kStick || other.letters[i] == Letter::kOpen;
+    if (!less || word.letters[i] == Letter::kOpen) return false;
+    if (!(SlackOf(problem, word, i) > kRoom * scale)) return false;
+  }
+  return true;
+}
+
+/// Whether all that may stick does, with room.
+bool SticksWithRoom(const FrictionProblem& problem, double scale) {
+  FrictionSolution word;
+  for (const FrictionContact& contact : problem.contacts) {
+    const std::vector<Letter> letters = Alphabet(contact);
+    word.letters.push_back(letters[1]);
+    word.directions.push_back(contact.direction);
+  }
+  return SolveWord(problem, &word) && !word.many && Margin(problem, word, scale) > kRoom;
+}
+
 /// Of one group of contacts that feel each other.
 std::vector<FrictionSolution> SolveGroup(const FrictionProblem& problem, double border) {
   const std::size_t n = problem.contacts.size();
@@ -74,6 +114,7 @@ std::vector<FrictionSolution> SolveGroup(const FrictionProblem& problem, double 
   std::vector<std::vector<Letter>> alphabet;
   for (const FrictionContact& contact : problem.contacts) alphabet.push_back(Alphabet(contact));
   const ImpliedLetters implied(problem);
+  const bool stuck = implied.Any() && SticksWithRoom(problem, scale);
   std::vector<FrictionSolution> solutions;
   std::vector<std::size_t> place(n, 0);
   while (true) {
@@ -93,7 +134,7 @@ std::vector<FrictionSolution> SolveGroup(const FrictionProblem& problem, double 
       found.margin = Margin(problem, found, scale);
       if (found.margin >= -border) solutions.push_back(std::move(found));
     };
-    if (implied.Any() && implied.Change(word.letters)) {
+    if (implied.Any() && ((stuck && !unknown.empty()) || implied.Change(word.letters))) {
       // The word of what is implied is another one.
     } else if (!unknown.empty() && implied.Any() && implied.Dependent(word.letters)) {
       for (FrictionSolution& found : FindCommonSlip(problem, word, unknown)) offer(found);
@@ -104,7 +145,17 @@ std::vector<FrictionSolution> SolveGroup(const FrictionProblem& problem, double 
     }
     std::size_t i = 0;
     while (i < n && ++place[i] == alphabet[i].size()) place[i++] = 0;
-    if (i == n) return solutions;
+    if (i < n) continue;
+    if (!implied.Any()) return solutions;
+    std::vector<FrictionSolution> apart;
+    for (const FrictionSolution& one : solutions) {
+      const bool covered =
+          std::any_of(solutions.begin(), solutions.end(), [&](const FrictionSolution& word) {
+            return Covers(problem, word, one, scale);
+          });
+      if (!covered) apart.push_back(one);
+    }
+    return apart;
   }
 }
 

@@ -39,7 +39,8 @@ ContactMode ImpliedClosed(const MechanicalSystem& system, const Vector& x, Conta
   ContactMode implied;
   for (std::size_t k = 0; k < constraints.size(); ++k) {
     if (closed.Contains(constraints[k])) continue;
-    if (Independence(G, basis, static_cast<int>(k)) <= kDependentRow) implied.Insert(constraints[k]);
+    const bool depends = Independence(G, basis, static_cast<int>(k)) <= kDependentRow;
+    if (depends) implied.Insert(constraints[k]);
   }
   return implied;
 }

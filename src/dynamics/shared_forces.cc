@@ -18,6 +18,22 @@ constexpr double kSmallPivot = 1e-9;
 /// Entries of Z that are rounding, and a push of it that is none, relative.
 constexpr double kNoPart = 1e-7, kNoPush = 1e-6;
 
+/// Of the shared contacts, in the multipliers of the `active` rows.
+std::vector<ForceCone> SharedCones(const MechanicalSystem& system, ContactMode mode,
+                                   ContactMode shared, const std::vector<int>& active) {
+  std::vector<ForceCone> cones;
+  const auto place = [&](int row) {
+    return static_cast<int>(std::find(active.begin(), active.end(), row) - active.begin());
+  };
+  for (int i : shared) {
+    const Friction& friction = system.friction()[i];
+    const int dimension = mode.LetterOf(i) == Letter::kStick ? friction.dimension : 0;
+    cones.push_back({place(i), dimension > 0 ? place(friction.row) : 0, dimension,
+                     friction.coefficient});
+  }
+  return cones;
+}
+
 }  // namespace
 
 bool ContactDynamics::FindDependence() {
@@ -87,36 +103,44 @@ void ContactDynamics::NoteShared() {
   }
 }
 
-void ContactDynamics::Spread(const Vector& multiplier, Vector* force) const {
+void ContactDynamics::SpreadForces(const Vector& multiplier, Vector* force) const {
   force->setZero(n_);
   for (std::size_t k = 0; k < at_->active.size(); ++k) {
     (*force)(at_->active[k]) = multiplier(static_cast<Eigen::Index>(k));
   }
 }
 
+/// What is at hand: the smallest forces, and where they are not admissible a search for others.
 void ContactDynamics::ShareForces() {
-  std::vector<ForceCone> cones;
-  const auto place = [&](int row) {
-    const auto at = std::find(at_->active.begin(), at_->active.end(), row);
-    return static_cast<int>(at - at_->active.begin());
-  };
-  for (int i : at_->shared) {
-    const Friction& friction = system_.friction()[i];
-    const bool sticks = at_->mode.LetterOf(i) == Letter::kStick;
-    const int dimension = sticks ? friction.dimension : 0;
-    cones.push_back({place(i), dimension > 0 ? place(friction.row) : 0, dimension,
-                     friction.coefficient});
+  share_known_ = false;
+  const std::vector<ForceCone> cones =
+      SharedCones(system_, at_->mode, at_->shared, at_->active);
+  shared_slack_ = LeastSlack(cones, at_->multiplier);
+  if (shared_slack_ >= 0) return;
+  FindShare();
+  ForceShare interior;
+  interior.margin = shared_margin_;
+  interior.force.resize(at_->multiplier.size());
+  for (std::size_t k = 0; k < at_->active.size(); ++k) {
+    interior.force(static_cast<Eigen::Index>(k)) = interior_(at_->active[k]);
   }
-  const ForceShare interior = MostInterior(cones, at_->multiplier, at_->freedom);
+  at_->multiplier = SmallestShare(cones, at_->multiplier, at_->freedom, interior);
+}
+
+void ContactDynamics::FindShare() const {
+  if (share_known_) return;
+  share_known_ = true;
+  const ForceShare interior =
+      MostInterior(SharedCones(system_, at_->mode, at_->shared, at_->active), at_->multiplier,
+                   at_->freedom);
   shared_margin_ = interior.margin;
-  Spread(interior.gradient, &shared_gradient_);
-  Spread(interior.force, &interior_);
+  SpreadForces(interior.gradient, &shared_gradient_);
+  SpreadForces(interior.force, &interior_);
   for (const Sliding& s : at_->sliding) {
     interior_.segment(s.friction.row, s.friction.dimension) =
         -s.friction.coefficient * interior_(s.constraint) *
         s.direction.head(s.friction.dimension);
   }
-  at_->multiplier = SmallestShare(cones, at_->multiplier, at_->freedom, interior);
 }
 
 }  // namespace contact_flow

@@ -57,13 +57,23 @@ EventLocator::EventLocator(ContactDynamics* dynamics, double absolute_tolerance,
       floors_(Vector::Constant(guards_.size(), floor_)),
       gain_(dynamics->system().num_rows()) {}
 
+/// A guard that is a function of forces, where the dynamics were evaluated last; of shared ones a
+/// lower bound that needs no search.
+double EventLocator::AtHand(int guard) const {
+  return IsShared(guard) ? dynamics_->shared_slack() : guards_.OfForce(guard, *dynamics_);
+}
+
+bool EventLocator::IsShared(int guard) const {
+  return !guards_.IsNormal(guard) && dynamics_->shared().Contains(guards_.ConstraintOf(guard));
+}
+
 void EventLocator::RecordForce(const Vector& force, ContactMode mode) {
   if (calls_ == kStepStages) return;
   const Eigen::Index n = dynamics_->system().num_constraints();
   std::copy(force.data(), force.data() + n, &forces_(0, calls_));
   if (forces_.rows() > n) {
     for (int g : guards_.OfForces(mode, dynamics_->shared())) {
-      forces_(g, calls_) = guards_.OfForce(g, *dynamics_);
+      forces_(g, calls_) = AtHand(g);
     }
   }
   ++calls_;
@@ -194,6 +204,10 @@ bool EventLocator::ScreenForces(bool probed, ContactMode* open, LocatedEvent* pu
     }
     if (!floors) FindForceFloors(seen);
     floors = true;
+    if (IsShared(i)) {
+      open->Insert(i);
+      continue;
+    }
     const GuardBound bound = StageBound(&forces_(i, 0), static_cast<int>(forces_.rows()), probed);
     const double allowed = std::max(kResolved * range, floors_(i));
     if (!(bound.error <= allowed)) {
@@ -229,7 +243,7 @@ void EventLocator::ProbeForces() {
     const Eigen::Index n = dynamics_->system().num_constraints();
     forces_.col(kStepStages + k).head(n) = dynamics_->force().head(n);
     if (forces_.rows() == n) continue;
-    for (int g : pushes_) forces_(g, kStepStages + k) = guards_.OfForce(g, *dynamics_);
+    for (int g : pushes_) forces_(g, kStepStages + k) = AtHand(g);
   }
 }
 

@@ -161,7 +161,7 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
     if (!dynamics_.shared().Empty() && !dynamics_.acceleration().allFinite()) {
       Stop(Outcome::kIndeterminateForces,
            "contacts " + dynamics_.shared().ToString(names) +
-               " slide and turn: how they share their forces is not unique, and decides the motion");
+               " slide and turn: how they share their forces is not unique, and decides");
       return false;
     }
     Stop(Outcome::kNonFinite,

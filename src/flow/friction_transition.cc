@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 
 #include "contact_flow/dynamics/guards.h"
 #include "contact_flow/dynamics/implied_contacts.h"
@@ -12,6 +11,7 @@
 #include "contact_flow/flow/transition.h"
 #include "guarded.h"
 #include "slip_onset.h"
+#include "stop_in_space.h"
 
 namespace contact_flow {
 namespace {
@@ -93,7 +93,8 @@ class FrictionalResolution {
       zeros.push_back({g, value, slope, unsure});
     }
     if (!(forces | slips | open).Contains(trigger)) {  // a slip in space has come to its end
-      stopped_.Insert(guards_.ConstraintOf(trigger));
+      const int i = guards_.ConstraintOf(trigger);
+      stopped_ = StoppedTogether(system_, terms_, dynamics_.acceleration(), i, &cluster);
       cluster.guards.push_back(trigger);
     }
     const double asked = rules_.simultaneity_tolerance;
@@ -111,10 +112,10 @@ class FrictionalResolution {
       first = std::min(first, offset);
       last = std::max(last, offset);
       cluster.instants.push_back({guards_.ConstraintOf(zero.guard), offset, zero.error});
-      Note(zero.guard, zero.value, zero.slope);
+      Note(zero.guard, zero.slope);
     }
     std::sort(order.begin(), order.end());
-    for (const auto& [offset, guard] : order) cluster.guards.push_back(guard);
+    for (const auto& one : order) cluster.guards.push_back(one.second);
     cluster.spread = std::max(0.0, last - first);
   }
 
@@ -194,7 +195,6 @@ class FrictionalResolution {
     for (int i : ContactMode::All(system_.num_constraints()) - touching) {
       if (std::abs(terms_.gap(i)) <= rules_.gap_tolerance) near.Insert(i);
     }
-    if (near.Empty()) return near;
     Transition& cluster = result_.transition;
     const ContactMode implied = ImpliedClosed(system_, cluster.x_minus, touching, near);
     for (int i : implied) {
@@ -203,7 +203,7 @@ class FrictionalResolution {
     return implied;
   }
 
-  void Note(int guard, double value, double slope) {
+  void Note(int guard, double slope) {
     Transition& cluster = result_.transition;
     const int i = guards_.ConstraintOf(guard);
     const bool member = cluster.mode_before.Contains(i);
@@ -230,7 +230,6 @@ class FrictionalResolution {
     } else if (!(slope < 0)) {
       Obstruct(i, "reaches its friction cone at a rate of", slope, "N/s");
     }
-    (void)value;
   }
 
   void Obstruct(int i, const char* what, double slope, const char* unit) {
@@ -296,10 +295,10 @@ class FrictionalResolution {
   }
 
   void Rest(const std::map<int, Eigen::Vector2d>& onsets) {
-    Transition& cluster = result_.transition;
-    const double speed = cluster.x_plus.tail(d_).cwiseAbs().maxCoeff();
-    const double onset = kOnset * std::max(rules_.absolute_tolerance, kRounding * speed);
-    MakeRest(system_, cluster.mode_after, onsets, onset, &cluster.x_plus);
+    Vector& x = result_.transition.x_plus;
+    const double size = kOnset * std::max(rules_.absolute_tolerance,
+                                          kRounding * x.tail(d_).cwiseAbs().maxCoeff());
+    MakeRest(system_, result_.transition.mode_after, onsets, size, &x);
   }
 
   ContactDynamics& dynamics_;

@@ -25,10 +25,10 @@ namespace contact_flow {
 /// whose Delassus matrix A_J M⁻¹ W_J is not symmetric. Where rows of A_J depend on others (two
 /// corners of one body that stick) v̇ is unique, and forces are not: λ is then the admissible one,
 /// inside its cones, with the smallest sum of squares [N²], or the smallest of all where none is
-/// admissible; and shared_margin() tells how far from that. Holds all scratch, and the factors of the
-/// last few modes, which derivatives go to and fro between: calls do not allocate after the first
-/// in each of these. One object per thread; the results are valid until the next call. A singular M,
-/// or A_J M⁻¹ A_Jᵀ without friction, gives NaN (Assumption 3 fails).
+/// admissible; and shared_margin() tells how far from that. Holds all scratch, and the factors of
+/// the last few modes, which derivatives go to and fro between: calls do not allocate after the
+/// first in each of these. One object per thread; the results are valid until the next call. A
+/// singular M, or A_J M⁻¹ A_Jᵀ without friction, gives NaN (Assumption 3 fails).
 class ContactDynamics {
  public:
   ContactDynamics(const MechanicalSystem& system, const VectorRef& u,
@@ -53,9 +53,17 @@ class ContactDynamics {
   ContactMode shared() const { return at_ == nullptr ? ContactMode() : at_->shared; }
   /// max over all λ with these accelerations of min over the shared contacts of μ λ_n − |λ_t|, or
   /// of λ_n where nothing limits it or it slips [N]: positive as long as an admissible λ exists.
-  double shared_margin() const { return shared_margin_; }
+  double shared_margin() const {
+    FindShare();
+    return shared_margin_;
+  }
   /// Its gradient by λ [n+l+r], the same for all these λ.
-  const Vector& shared_gradient() const { return shared_gradient_; }
+  const Vector& shared_gradient() const {
+    FindShare();
+    return shared_gradient_;
+  }
+  /// The least of these of the smallest λ, which is at hand; no more than shared_margin().
+  double shared_slack() const { return shared_slack_; }
 
   /// F_J(x) as a tangent, (v, v̇) and zeros for the variables [2d+k].
   Vector Field(const VectorRef& x, ContactMode mode);
@@ -136,8 +144,10 @@ class ContactDynamics {
   void NoteShared();
   /// Chooses λ_J among those that are not unique.
   void ShareForces();
+  /// The share with the margin, once for each evaluation.
+  void FindShare() const;
   /// λ_J by row of the system.
-  void Spread(const Vector& multiplier, Vector* force) const;
+  void SpreadForces(const Vector& multiplier, Vector* force) const;
   /// λ_t of the contacts that slip, and its derivative.
   void AddSlidingForce();
   void DifferentiateSlidingForce();
@@ -176,9 +186,11 @@ class ContactDynamics {
   Vector applied_;  // f + c v
   Vector acceleration_;
   Vector force_;
-  double shared_margin_ = 0;
-  Vector shared_gradient_;
-  Vector interior_;  // the share where the margin is
+  double shared_slack_ = 0;
+  mutable bool share_known_ = false;
+  mutable double shared_margin_ = 0;
+  mutable Vector shared_gradient_;
+  mutable Vector interior_;  // the share where the margin is
   Matrix acceleration_jacobian_;
   Matrix force_jacobian_;
   Matrix variable_momentum_;  // ∂r₁ by the variables [d×k]

@@ -52,9 +52,10 @@ struct FrictionSolution {
 /// has several words, and `border` says how closely an inequality has to hold, in normalized rows
 /// and relative to the largest b. Where rows are dependent a word is a solution if some λ is
 /// admissible, and of words that differ in what others imply (a corner of a body of which two stick
-/// cannot begin to slip) only the one that sticks, and is closed, is listed; slips that begin there
-/// in space are found if they have one direction. Throws std::domain_error beyond kMaxCoupledContacts that feel
-/// each other.
+/// cannot begin to slip) or in contacts without which the motion is the same (a box on a diagonal
+/// of its face) only the one that sticks, and is closed, is listed; slips that begin there in space
+/// are found if they have one direction, and are not looked for where all sticks with room. Throws
+/// std::domain_error beyond kMaxCoupledContacts that feel each other.
 std::vector<FrictionSolution> SolveFriction(const FrictionProblem& problem, double border = 1e-11);
 
 /// Contacts that are tried together.

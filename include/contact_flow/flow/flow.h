@@ -108,7 +108,8 @@ class Flow {
   int ImpliedThatMoved(double reaches) const;
   void ForgetRisen();
   double SlipInSpaceLimit() const;
-  int StoppedInSpace() const;
+  int StoppedInSpace();
+  bool WouldStick(int i);
   ContactMode SlidingInSpace() const;
   void TallyStep();
   void TallyTransition();
