@@ -58,6 +58,10 @@ Matrix StopProjection(ContactDynamics* dynamics, const Vector& x, ContactMode mo
 /// The same of all that sticks at x in `mode`; empty where nothing does.
 Matrix StartStop(ContactDynamics* dynamics, const Vector& x, ContactMode mode);
 
+/// A⁻¹ B; where rows of A depend on others, one of the solutions. Rows and columns are scaled by
+/// `unit`.
+Matrix SolveConsistent(const Matrix& A, const Vector& unit, const Matrix& B);
+
 /// D(A v) of all rows at x [n+l+r × 2d+k].
 Matrix RateJacobian(const ContactDynamics& dynamics, const Vector& x);
 

@@ -82,10 +82,14 @@ class Words {
   }
 
   ContactMode Find(double border) {
-    std::vector<FrictionSolution> all = SolveFriction(frame_.problem(), border);
+    const std::vector<FrictionSolution> all = SolveFriction(frame_.problem(), border);
     if (all.empty()) Refuse(FrictionRefusal::Kind::kInconsistent, "no contact forces exist");
-    ForgetSharedForces(&all);
-    for (const FrictionSolution& word : all) RefuseSharedForces(word);
+    for (const FrictionSolution& word : all) {
+      if (!word.many) continue;
+      Refuse(FrictionRefusal::Kind::kIndeterminateForces,
+             "in the word '" + ModeOf(word).Word(system_.num_constraints()) +
+                 "' the motion depends on how forces are shared");
+    }
     if (all.size() == 1) {
       RefuseEnd(all.front(), border);
       return ModeOf(all.front());
@@ -154,40 +158,6 @@ class Words {
                "presses as soon as it lets go");
   }
 
-  bool SharesForces(const FrictionSolution& word) const {
-    const FrictionProblem& problem = frame_.problem();
-    for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
-      const FrictionContact& contact = problem.contacts[k];
-      const Letter letter = word.letters[k];
-      if (contact.dimension == 0 || contact.slips) continue;
-      if (letter == Letter::kOpen || letter == Letter::kStick) continue;
-      const auto slip = word.result.segment(problem.Row(k) + 1, contact.dimension);
-      if (slip.norm() <= kStrict * scale_ && Dependent()) return true;
-    }
-    return false;
-  }
-
-  /// Words with forces that are not unique, where one with unique forces leads to the same motion.
-  void ForgetSharedForces(std::vector<FrictionSolution>* all) const {
-    std::vector<FrictionSolution> unique;
-    for (const FrictionSolution& word : *all) {
-      if (!SharesForces(word)) unique.push_back(word);
-    }
-    if (unique.empty() || unique.size() == all->size()) return;
-    const Vector motion = frame_.reach() * unique.front().force;
-    for (const FrictionSolution& word : *all) {
-      const Vector apart = frame_.reach() * word.force - motion;
-      if (!(apart.cwiseAbs().maxCoeff() <= kSameMotion * motion.cwiseAbs().maxCoeff())) return;
-    }
-    *all = std::move(unique);
-  }
-
-  /// Two contacts that stick and share a force that is not unique look like one that slips at
-  /// no acceleration.
-  void RefuseSharedForces(const FrictionSolution& word) const {
-    if (SharesForces(word)) Refuse(FrictionRefusal::Kind::kIndeterminateForces, "");
-  }
-
   bool Dependent() const {
     const Matrix& G = frame_.problem().G;
     if (G.size() == 0) return false;
@@ -244,13 +214,16 @@ class Words {
         continue;
       }
       const int tangential = contact.dimension > 0 ? system_.friction()[i].row : 0;
-      if (letter == Letter::kStick && std::isfinite(contact.coefficient)) {
+      if (dynamics_.shared().Contains(i)) {
+        slacks.push_back({i, gain * dynamics_.shared_margin(), letter == Letter::kStick});
+      } else if (letter == Letter::kStick && std::isfinite(contact.coefficient)) {
         slacks.push_back({i, gain * (contact.coefficient * force(i) -
                                      force.segment(tangential, contact.dimension).norm()),
                           true});
         continue;
+      } else {
+        slacks.push_back({i, gain * force(i), false});
       }
-      slacks.push_back({i, gain * force(i), false});
       const bool begins = !contact.slips && contact.dimension == 1 && letter != Letter::kStick;
       if (begins) {
         slacks.push_back({i, (letter == Letter::kBackward ? -1 : 1) * rate(tangential), false});

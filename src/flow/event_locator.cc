@@ -59,12 +59,24 @@ EventLocator::EventLocator(ContactDynamics* dynamics, double absolute_tolerance,
       floors_(Vector::Constant(guards_.size(), floor_)),
       gain_(dynamics->system().num_rows()) {}
 
+/// A guard that is a function of forces, where the dynamics were evaluated last; of shared ones a
+/// lower bound that needs no search.
+double EventLocator::AtHand(int guard) const {
+  return IsShared(guard) ? dynamics_->shared_slack() : guards_.OfForce(guard, *dynamics_);
+}
+
+bool EventLocator::IsShared(int guard) const {
+  return !guards_.IsNormal(guard) && dynamics_->shared().Contains(guards_.ConstraintOf(guard));
+}
+
 void EventLocator::RecordForce(const Vector& force, ContactMode mode) {
   if (calls_ == kStepStages) return;
   const Eigen::Index n = dynamics_->system().num_constraints();
   std::copy(force.data(), force.data() + n, &forces_(0, calls_));
   if (forces_.rows() > n) {
-    for (int g : guards_.OfForces(mode)) forces_(g, calls_) = guards_.OfForce(g, force);
+    for (int g : guards_.OfForces(mode, dynamics_->shared())) {
+      forces_(g, calls_) = AtHand(g);
+    }
   }
   ++calls_;
 }
@@ -109,8 +121,8 @@ void EventLocator::Sample(double theta, ContactMode set, double* value, double* 
     const Vector rates = jacobian.leftCols(d) * x_.tail(d) +
                          jacobian.middleCols(d, d) * dynamics_->acceleration();
     for (int g : set) {
-      value[g] = guards_.OfForce(g, dynamics_->force());
-      rate[g] = h * guards_.GradientOfForce(g, dynamics_->force(), rates)(0);
+      value[g] = guards_.OfForce(g, *dynamics_);
+      rate[g] = h * guards_.GradientOfForce(g, *dynamics_, rates)(0);
     }
     return;
   }
@@ -194,6 +206,10 @@ bool EventLocator::ScreenForces(bool probed, ContactMode* open, LocatedEvent* pu
     }
     if (!floors) FindForceFloors(seen);
     floors = true;
+    if (IsShared(i)) {
+      open->Insert(i);
+      continue;
+    }
     const GuardBound bound = StageBound(&forces_(i, 0), static_cast<int>(forces_.rows()), probed);
     const double allowed = std::max(kResolved * range, floors_(i));
     if (!(bound.error <= allowed)) {
@@ -229,7 +245,7 @@ void EventLocator::ProbeForces() {
     const Eigen::Index n = dynamics_->system().num_constraints();
     forces_.col(kStepStages + k).head(n) = dynamics_->force().head(n);
     if (forces_.rows() == n) continue;
-    for (int g : pushes_) forces_(g, kStepStages + k) = guards_.OfForce(g, dynamics_->force());
+    for (int g : pushes_) forces_(g, kStepStages + k) = AtHand(g);
   }
 }
 
@@ -274,7 +290,7 @@ LocatedEvent EventLocator::Locate(Dop853* stepper, ContactMode mode, const GapSa
   begin_ = &begin;
   end_ = &end;
   rigid_ = (mode - dynamics_->system().compliant()).Members();
-  pushes_ = guards_.OfForces(mode);
+  pushes_ = guards_.OfForces(mode, dynamics_->shared());
   slips_ = guards_.OfSlips(mode);
   LocatedEvent event;
   LocatedEvent pull;

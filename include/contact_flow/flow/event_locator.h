@@ -100,6 +100,8 @@ class EventLocator {
   /// −1 for a compliant member, whose guard is −a_i.
   double GapSign(int i) const { return mode_.Contains(i) ? -1 : 1; }
   void Sample(double theta, ContactMode set, double* value, double* rate);
+  double AtHand(int guard) const;
+  bool IsShared(int guard) const;
   ContactMode OpenGaps(bool free) const;
   void FindForceFloors(int seen);
   bool ScreenForces(bool probed, ContactMode* open, LocatedEvent* pull, LocatedEvent* event);
