@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cone_program.h"
 
+#include "cone_polish.h"
+
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
@@ -12,8 +14,8 @@ namespace {
 constexpr int kRounds = 60;
 /// A step goes this part of the way to the border.
 constexpr double kPart = 0.99;
-/// The gap of rounding, and the one that has to be reached, relative.
-constexpr double kGap = 1e-15, kEnough = 1e-11;
+/// The gap of rounding, the one that has to be reached, and one to polish from, relative.
+constexpr double kGap = 1e-15, kEnough = 1e-11, kClose = 1e-6;
 constexpr double kUnbounded = 1e9;
 
 /// Of one cone: W = η (… ), symmetric, with W y = W⁻¹ s = λ.
@@ -111,6 +113,9 @@ class Method {
       if (error <= kGap * size || at_.z.cwiseAbs().maxCoeff() > kUnbounded * size) break;
       if (!Step(gap, primal, dual)) break;
     }
+    if (!(best <= kClose * size)) return std::nullopt;
+    ConeSolution polished = found;
+    if (PolishConeSolution(f_, c_, B_, cones_, &polished)) return polished;
     if (!(best <= kEnough * size)) return std::nullopt;
     return found;
   }
@@ -181,7 +186,7 @@ class Method {
     const double length = std::min(1.0, kPart * reach());
     if (!(length > 1e-8) || !change.allFinite()) return false;
     at_.z += length * change;
-    at_.slack += length * scaled(change_s, 1);
+    at_.slack = c_ + B_ * at_.z;
     at_.dual += length * scaled(change_y, -1);
     return true;
   }

@@ -15,7 +15,9 @@ namespace contact_flow {
 namespace {
 
 /// The margin is looked for up to this many times the force.
-constexpr double kFar = 1e3;
+constexpr double kFar = 10;
+/// Entries of forces that do not push which are rounding, relative.
+constexpr double kNoPart = 1e-8;
 /// A margin below this part of the force leaves no room.
 constexpr double kNoRoom = 1e-9;
 
@@ -105,7 +107,12 @@ RowBasis FindRowBasis(const Matrix& G) {
   }
   const Eigen::LLT<Matrix> factor(block);
   const Matrix inverse = factor.solve(Matrix::Identity(r, r));
-  const Matrix combination = factor.solve(across);
+  Matrix combination = factor.solve(across);
+  for (Eigen::Index j = 0; j < f; ++j) {
+    const double own = 1 / unit(others[static_cast<std::size_t>(j)]);
+    const double rounding = kNoPart * std::max(own, combination.col(j).cwiseAbs().maxCoeff());
+    combination.col(j) = (combination.col(j).array().abs() > rounding).select(combination.col(j), 0);
+  }
   basis.inverse = Matrix::Zero(k, k);
   basis.freedom = Matrix::Zero(k, f);
   for (Eigen::Index i = 0; i < r; ++i) {
@@ -118,6 +125,15 @@ RowBasis FindRowBasis(const Matrix& G) {
   }
   for (Eigen::Index j = 0; j < f; ++j) basis.freedom(others[static_cast<std::size_t>(j)], j) = 1;
   return basis;
+}
+
+Matrix WithoutRounding(const Matrix& freedom) {
+  Matrix clean = freedom;
+  for (Eigen::Index j = 0; j < clean.cols(); ++j) {
+    const double rounding = kNoPart * clean.col(j).cwiseAbs().maxCoeff();
+    clean.col(j) = (clean.col(j).array().abs() > rounding).select(clean.col(j), 0);
+  }
+  return clean;
 }
 
 double LeastSlack(const std::vector<ForceCone>& cones, const Vector& force) {
@@ -158,7 +174,7 @@ ForceShare MostInterior(const std::vector<ForceCone>& cones, const Vector& force
     return share;
   }
   share.force = force + size * (freedom * found->z.head(f));
-  share.margin = size * found->z(f) / heaviest;
+  share.margin = size * c.dot(found->dual) / heaviest;
   row = 0;
   for (std::size_t k = 0; k < cones.size(); row += rows.sizes[k++]) {
     const ForceCone& cone = cones[k];

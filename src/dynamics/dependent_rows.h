@@ -19,6 +19,10 @@ struct RowBasis {
 };
 RowBasis FindRowBasis(const Matrix& G);
 
+/// A basis of forces that do not push, in units of the rows, with entries that are rounding, or the
+/// errors of gaps, made zero: two points without slip, one a little higher, do not jam.
+Matrix WithoutRounding(const Matrix& freedom);
+
 /// What a force has to keep: λ(normal) ≥ 0, and with a finite coefficient μ
 /// |λ(tangential, …)| ≤ μ λ(normal).
 struct ForceCone {
@@ -37,7 +41,7 @@ struct ForceShare {
   Vector gradient;    ///< of the margin by λ, with Zᵀ gradient = 0
 };
 /// The share that is farthest inside the cones. The margin is negative where no admissible one
-/// exists; no larger than 1000 times the force, beyond which it does not matter.
+/// exists; no larger than 10 times the force, beyond which it does not matter.
 ForceShare MostInterior(const std::vector<ForceCone>& cones, const Vector& force,
                         const Matrix& freedom);
 

@@ -101,7 +101,7 @@ bool SolveDependentWord(const FrictionProblem& problem, const Matrix& columns,
   Eigen::FullPivLU<Matrix> factor(H);
   factor.setThreshold(kDependentRow);
   if (factor.rank() < r) return false;
-  const Matrix Z = unit.asDiagonal() * factor.kernel();
+  const Matrix Z = unit.asDiagonal() * WithoutRounding(factor.kernel());
   Vector multiplier = unit.asDiagonal() * H.completeOrthogonalDecomposition().solve(rhs);
   multiplier -= Z * (Z.transpose() * Z).ldlt().solve(Z.transpose() * multiplier);
   if (!multiplier.allFinite()) return false;
