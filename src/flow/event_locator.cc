@@ -6,6 +6,7 @@
 
 #include "contact_flow/budget.h"
 #include "contact_flow/flow/guard_interpolant.h"
+#include "shared_guard.h"
 
 namespace contact_flow {
 namespace {
@@ -29,6 +30,20 @@ constexpr int kMaxGapSamples = 4000, kMaxForceSamples = 400;
 constexpr double kBusy = 0.2, kBusyGrowth = 1.5;
 /// Rounding of a slip, relative to the velocities.
 constexpr double kSlipRounding = 1e-13;
+
+/// μ λ_n, or λ_n, and λ_t of the contacts that share forces.
+Vector SharedForces(const ContactDynamics& at) {
+  Vector values = Vector::Zero(at.force().size());
+  for (int i : at.shared()) {
+    const Friction& friction = at.system().friction()[i];
+    const bool cone = std::isfinite(friction.coefficient) && friction.coefficient > 0;
+    values(i) = (cone ? friction.coefficient : 1) * at.force()(i);
+    if (!cone) continue;
+    values.segment(friction.row, friction.dimension) =
+        at.force().segment(friction.row, friction.dimension);
+  }
+  return values;
+}
 
 }  // namespace
 
@@ -184,7 +199,8 @@ void EventLocator::FindForceFloors(int seen) {
                  kQuietPull * 2 * floor_ / (gain * h * h);
     if (guards_.IsNormal(g)) continue;
     // A cone is a sum of λ_n times μ and of λ_t.
-    floors_(g) *= 1 + dynamics_->system().friction()[guards_.ConstraintOf(g)].coefficient;
+    const double mu = dynamics_->system().friction()[guards_.ConstraintOf(g)].coefficient;
+    if (std::isfinite(mu)) floors_(g) *= 1 + mu;
   }
 }
 
@@ -268,6 +284,20 @@ void EventLocator::SearchGaps(ContactMode gaps, bool free, LocatedEvent* event) 
 void EventLocator::SearchForces(ContactMode members, LocatedEvent* event) {
   AskBudget();
   if (!stepper_->extended()) stepper_->Extend();
+  for (int g : members) {
+    if (!IsShared(g)) continue;
+    members.Erase(g);
+    SearchSharedMargin(
+        g, floors_(g),
+        [&](double theta) {
+          stepper_->Interpolate(theta, x_.data());
+          dynamics_->Evaluate(x_, mode_);
+          return SharedMargin{theta, dynamics_->shared_margin(), SharedForces(*dynamics_)};
+        },
+        event);
+    break;
+  }
+  if (members.Empty()) return;
   search_.Run({members, floors_.data(), false, false, kForcePieces, kMaxForceSamples},
               &margins_.force, event);
 }
