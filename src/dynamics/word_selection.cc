@@ -8,6 +8,8 @@
 #include <limits>
 #include <sstream>
 
+#include "contact_flow/dynamics/word_ahead.h"
+
 namespace contact_flow {
 namespace {
 
@@ -94,6 +96,7 @@ class Words {
       RefuseEnd(all.front(), border);
       return ModeOf(all.front());
     }
+    if (const std::optional<ContactMode> ahead = Ahead(all, border)) return *ahead;
     ContactMode varying;
     for (std::size_t k = 0; k < frame_.constraints().size(); ++k) {
       for (const FrictionSolution& word : all) {
@@ -125,6 +128,37 @@ class Words {
  private:
   InverseInertia Inertia() const {
     return InverseInertia(system_, x_.head(nq_), x_.tail(d_), dynamics_.u(), ContactMode());
+  }
+
+  /// Where rows are dependent and all words lead to one motion: the one of them that a look ahead
+  /// tells.
+  std::optional<ContactMode> Ahead(const std::vector<FrictionSolution>& all, double border) {
+    if (!Dependent()) return std::nullopt;
+    std::optional<ContactMode> along;
+    for (const FrictionSolution& word : all) {
+      const double apart = (word.result - all.front().result).cwiseAbs().maxCoeff();
+      if (!(apart <= kSameMotion * scale_)) return std::nullopt;
+      const ContactMode mode = ModeOf(word);
+      if (BeginsInSpace(mode)) continue;
+      if (!along || mode.Sticking().Size() > along->Sticking().Size()) along = mode;
+    }
+    if (!along) return std::nullopt;
+    const std::optional<WordAhead> ahead =
+        FindWordAhead(&dynamics_, x_, touching_, *along, border);
+    if (!ahead) return std::nullopt;
+    for (const FrictionSolution& word : all) {
+      if (ModeOf(word) == ahead->mode) return ahead->mode;
+    }
+    return std::nullopt;
+  }
+
+  bool BeginsInSpace(ContactMode mode) const {
+    for (int i : mode & touching_.still) {
+      const Friction& friction = system_.friction()[i];
+      const bool turns = friction.dimension == 2 && friction.coefficient > 0;
+      if (turns && mode.LetterOf(i) == Letter::kSlip) return true;
+    }
+    return false;
   }
 
   static bool SameMotion(const std::vector<Trend>& trends) {
