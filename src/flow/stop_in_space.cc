@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "stop_in_space.h"
 
+#include <algorithm>
+
 namespace contact_flow {
 namespace {
 
 /// A slip that would end within this time ends at once, for tangents, too [s].
 constexpr double kSudden = 1e-8;
+/// Of a slip, relative to the velocities.
+constexpr double kRateRounding = 1e-12;
 
 }  // namespace
 
@@ -21,11 +25,14 @@ ContactMode StoppedTogether(const MechanicalSystem& system, const ConstraintTerm
                                 "' comes to stick in space too slowly: no derivative"};
   }
   ContactMode stopped{trigger};
+  const Vector v = transition->x_minus.tail(system.dof()).cwiseAbs();
   for (int i : transition->mode_before) {
     const Friction& friction = system.friction()[i];
-    const bool slow =
-        friction.dimension == 2 && rate.segment<2>(friction.row).norm() <= 2 * speed;
-    if (slow) stopped.Insert(i);
+    if (friction.dimension != 2) continue;
+    const double rounding =
+        kRateRounding * (terms.jacobian.middleRows<2>(friction.row).cwiseAbs() * v).maxCoeff();
+    const double slow = std::max({2 * speed, rounding, transition->absolute_tolerance});
+    if (rate.segment<2>(friction.row).norm() <= slow) stopped.Insert(i);
   }
   return stopped;
 }
