@@ -197,6 +197,23 @@ Status CheckPushes(const MechanicalSystem& system, const Arc& arc,
   return {};
 }
 
+/// Not kOk where a face slides in space: how its forces are shared is not unique, and it decides as
+/// soon as the face turns.
+Status CheckSlidingFace(ContactDynamics* dynamics, const Arc& arc) {
+  dynamics->Evaluate(arc.x_begin, arc.mode);
+  const MechanicalSystem& system = dynamics->system();
+  for (int i : dynamics->shared()) {
+    const Friction& friction = system.friction()[i];
+    const bool turns = friction.dimension == 2 && friction.coefficient > 0;
+    if (!turns || arc.mode.LetterOf(i) != Letter::kSlip) continue;
+    return {Outcome::kNotDifferentiable,
+            "from t = " + std::to_string(arc.t_begin) + " s on the contacts " +
+                dynamics->shared().ToString(system.description().constraints) +
+                " slide without turning and share their forces: a run that turns is not unique"};
+  }
+  return {};
+}
+
 }  // namespace
 
 BDerivative DifferentiateOutcome(const MechanicalSystem& system, const Trajectory& trajectory,
@@ -284,6 +301,8 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
       VariationStatistics statistics;
       derivative.arcs.push_back(
           PropagateArc(dynamics[k].get(), arcs[k], options.tolerance, &statistics));
+      derivative.status = CheckSlidingFace(dynamics[k].get(), arcs[k]);
+      if (!derivative.status.ok()) return derivative;
       derivative.status = CheckPushes(system, arcs[k], statistics, trajectory.absolute_tolerance);
       if (!derivative.status.ok()) return derivative;
       errors.push_back(statistics.error_estimate);

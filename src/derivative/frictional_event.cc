@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "contact_flow/budget.h"
+#include "contact_flow/dynamics/implied_contacts.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/simulate.h"
@@ -230,6 +231,7 @@ void FrictionalEvent::Classify() {
     try {
       FrictionalImpact impact;
       for (int i : order) {
+        if (closed.Contains(i)) continue;  // with another, of the same body
         ConstraintTerms terms;
         system_->Constraints(transition_.x_minus.head(nq), v, &terms);
         if (!(terms.jacobian.row(i).dot(v) < 0)) {
@@ -237,6 +239,8 @@ void FrictionalEvent::Classify() {
           continue;
         }
         closed.Insert(i);
+        closed = closed | ImpliedClosed(*system_, transition_.x_minus, closed,
+                                        transition_.activated - closed);
         impact = SolveFrictionalImpact(*system_, transition_.x_minus.head(nq), v, closed);
         v = impact.result.v_plus;
         outcome.impulse += impact.result.impulse;

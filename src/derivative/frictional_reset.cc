@@ -158,7 +158,17 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
       by_parameter -= parameter_after.restitution.row(u.row) * A.row(u.row).dot(v_minus);
     }
   }
-  const Matrix solved = kkt.partialPivLu().solve(rhs);
+  const bool shared = solution.interior.size() > 0;
+  Matrix solved;
+  if (shared) {
+    Vector unit = kkt.diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
+    for (Eigen::Index k = 0; k < m; ++k) {
+      unit(d_ + k) = 1 / kkt.row(d_ + k).head(d_).cwiseProduct(unit.head(d_).transpose()).norm();
+    }
+    solved = SolveConsistent(kkt, unit, rhs);
+  } else {
+    solved = kkt.partialPivLu().solve(rhs);
+  }
   branch.jacobian = Matrix::Identity(size_, size_);
   branch.jacobian.middleRows(d_, d_) = solved.topRows(d_);
 
@@ -176,7 +186,10 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
   const auto offer = [&](double value, const Eigen::RowVectorXd& gradient) {
     if (std::abs(value) <= kBorder * scale) borders.push_back(gradient);
   };
-  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+  if (shared && !(solution.margin > kBorder)) {
+    throw std::domain_error("an impact of contacts that share impulses is on a border of theirs");
+  }
+  for (std::size_t k = 0; k < problem.contacts.size() && !shared; ++k) {
     const int i = frame_.constraints()[k], row = problem.Row(k);
     const FrictionContact& contact = problem.contacts[k];
     const Letter letter = solution.letters[k];
@@ -251,70 +264,6 @@ const FrictionalReset::Branch& FrictionalReset::Choose(
     return branch;
   }
   throw std::domain_error("an impact of the perturbed run is on a border that is not decided");
-}
-
-Matrix StopProjection(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
-                      ContactMode stopping, const Matrix& rate_jacobian) {
-  const MechanicalSystem& system = dynamics->system();
-  const int d = system.dof(), nq = system.num_positions();
-  const InverseInertia inertia(system, x.head(nq), x.tail(d));
-  const Matrix& A = inertia.terms().jacobian;
-  std::vector<int> rows, stopped;  // places in `rows`
-  std::vector<Vector> pushes;
-  for (int i : mode - system.compliant()) {
-    const Friction& friction = system.friction()[i];
-    const Letter letter = mode.LetterOf(i);
-    rows.push_back(i);
-    pushes.push_back(A.row(i).transpose());
-    if (letter == Letter::kStick) {
-      for (int k = 0; k < friction.dimension; ++k) {
-        if (stopping.Contains(i)) stopped.push_back(static_cast<int>(rows.size()));
-        rows.push_back(friction.row + k);
-        pushes.push_back(A.row(friction.row + k).transpose());
-      }
-    } else if (friction.dimension > 0 && friction.coefficient > 0) {
-      const auto T = A.middleRows(friction.row, friction.dimension);
-      Vector direction(1);
-      direction(0) = letter == Letter::kBackward ? -1 : 1;
-      if (friction.dimension == 2) direction = (T * x.tail(d)).normalized();
-      pushes.back() -= friction.coefficient * (T.transpose() * direction);
-    }
-  }
-  const auto m = static_cast<Eigen::Index>(rows.size());
-  Matrix active(m, d), push(d, m);
-  for (Eigen::Index k = 0; k < m; ++k) {
-    active.row(k) = A.row(rows[static_cast<std::size_t>(k)]);
-    push.col(k) = pushes[static_cast<std::size_t>(k)];
-  }
-  const Matrix reach = inertia * push;
-  Matrix wanted = Matrix::Zero(m, rate_jacobian.cols());
-  for (int place : stopped) {
-    wanted.row(place) = rate_jacobian.row(rows[static_cast<std::size_t>(place)]);
-  }
-  Matrix projection = Matrix::Identity(rate_jacobian.cols(), rate_jacobian.cols());
-  projection.middleRows(d, d) -= reach * (active * reach).partialPivLu().solve(wanted);
-  return projection;
-}
-
-Matrix RateJacobian(const ContactDynamics& dynamics, const Vector& x) {
-  const MechanicalSystem& system = dynamics.system();
-  const int d = system.dof(), nq = system.num_positions(), rows = system.num_rows();
-  const Vector q = x.head(nq), v = x.tail(d);
-  ConstraintTerms terms;
-  system.Constraints(q, v, &terms);
-  ResidualJacobian by;
-  system.DifferentiateImpact(q, Vector::Zero(d), Vector::Zero(rows), v, &by);
-  Matrix jacobian = Matrix::Zero(rows, 2 * d + dynamics.num_variables());
-  jacobian.leftCols(d) = by.constraint_q;
-  jacobian.middleCols(d, d) = terms.jacobian;
-  const std::vector<int>& parameters = dynamics.variables().parameters;
-  if (!parameters.empty()) {
-    ParameterJacobian by_parameter;
-    system.DifferentiateImpactByParameters(q, Vector::Zero(d), Vector::Zero(rows), v, parameters,
-                                           &by_parameter);
-    jacobian.rightCols(by_parameter.constraint.cols()) = by_parameter.constraint;
-  }
-  return jacobian;
 }
 
 }  // namespace contact_flow

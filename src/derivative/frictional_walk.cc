@@ -7,6 +7,7 @@
 
 #include "contact_flow/budget.h"
 #include "contact_flow/dynamics/guards.h"
+#include "contact_flow/dynamics/implied_contacts.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/force_slack.h"
 #include "frictional_reset.h"
@@ -175,21 +176,23 @@ class FrictionalWalk {
       times.push_back(-(c.gradient * path_.matrix) / c.rate);
       if (times.back().dot(w_) < times[first].dot(w_)) first = times.size() - 1;
     }
-    for (std::size_t k = 0; k < times.size(); ++k) {
-      if (k != first) Decide(times[k] - times[first]);
-    }
     const Candidate& c = candidates[first];
+    const ContactMode along = Along(c);
+    for (std::size_t k = 0; k < times.size(); ++k) {
+      const bool same = candidates[k].kind == c.kind && along.Contains(candidates[k].constraint);
+      if (k != first && !same) Decide(times[k] - times[first]);
+    }
     const Eigen::RowVectorXd tau = times[first];
     const double moved = std::abs(tau.dot(w_));
     path_.matrix += field * tau;
     sizes_ += moved * field.cwiseAbs();
-    just_stopped_ = -1;
+    just_stopped_ = ContactMode();
     switch (c.kind) {
       case Candidate::Kind::kTouchdown:
-        Land(c.constraint);
+        Land(c.constraint, along);
         break;
       case Candidate::Kind::kStop:
-        just_stopped_ = c.constraint;
+        just_stopped_ = along.With(c.constraint);
         break;
       case Candidate::Kind::kRelease:
         releasing_.Erase(c.constraint);
@@ -207,9 +210,19 @@ class FrictionalWalk {
     return true;
   }
 
-  void Land(int i) {
-    pending_.Erase(i);
-    const ContactMode touching = mode_.Members().With(i);
+  /// Contacts of the same body that an event brings along: what lands, or stops, with it.
+  ContactMode Along(const Candidate& c) const {
+    if (c.kind == Candidate::Kind::kTouchdown) {
+      return ImpliedClosed(system_, x_, mode_.Members().With(c.constraint),
+                           pending_.Without(c.constraint));
+    }
+    if (c.kind != Candidate::Kind::kStop) return {};
+    return ImpliedStill(system_, x_, mode_.Members(), mode_.Sticking().With(c.constraint));
+  }
+
+  void Land(int i, ContactMode along) {
+    pending_ = pending_ - along.With(i);
+    const ContactMode touching = mode_.Members().With(i) | along;
     const FrictionalReset reset(dynamics_, x_, touching, i, mode_, transition_.mode_after);
     const FrictionalReset::Branch& branch =
         reset.Choose(path_.matrix * w_, sizes_,
@@ -222,7 +235,7 @@ class FrictionalWalk {
     Measure();
     lifted_ = ContactMode();
     for (int j : touching) {
-      const bool bounces = j == i && system_.restitution()(j) > 0;
+      const bool bounces = along.With(i).Contains(j) && system_.restitution()(j) > 0;
       const bool free = bounces || !branch.word.Contains(j);
       if (free && rate_(j) > kZero * SizeOf(j)) lifted_.Insert(j);
     }
@@ -244,7 +257,7 @@ class FrictionalWalk {
         SortInSpace(i, &contacts);
       } else if (!Still(i)) {
         contacts.slipping.Set(i, rate_(friction.row) > 0 ? Letter::kForward : Letter::kBackward);
-      } else if (const double moved = i == just_stopped_ ? 0 : Moves(i); moved != 0) {
+      } else if (const double moved = just_stopped_.Contains(i) ? 0 : Moves(i); moved != 0) {
         const double sign = moved > 0 ? 1 : -1;
         Decide(sign * rate_jacobian_.row(friction.row) * path_.matrix);
         contacts.slipping.Set(i, moved > 0 ? Letter::kForward : Letter::kBackward);
@@ -306,7 +319,7 @@ class FrictionalWalk {
   ContactMode landed_, lifted_;  // by the last touchdown: what took part, and what left
   ContactMode still_;            // known to have no slip at the base point
   Vector first_field_;           // before the cluster
-  int just_stopped_ = -1;
+  ContactMode just_stopped_;
   ConstraintTerms terms_;
   Vector rate_;
   Matrix rate_jacobian_, gap_jacobian_;  // D(A v) and D(a, b) [rows × 2d+k]

@@ -78,6 +78,8 @@ void ContactDynamics::SetMode(ContactMode mode) {
   }
   at_->sliding.clear();
   at_->turning = false;
+  at_->dependent = false;
+  at_->shared = ContactMode();
   if (system_.HasFriction()) AddFriction();
   const int k = static_cast<int>(at_->active.size());
   at_->jacobian.resize(k, d_);
@@ -111,6 +113,8 @@ void ContactDynamics::Factorize(const VectorRef& x) {
     at_->delassus_inverse.noalias() = at_->reach.transpose().lazyProduct(at_->reach);
   }
   at_->delassus_factor.compute(at_->delassus_inverse);
+  at_->dependent = system_.HasFriction() && FindDependence();
+  if (at_->dependent) return;
   at_->regular = at_->regular && at_->delassus_factor.info() == Eigen::Success;
 }
 
@@ -119,16 +123,19 @@ void ContactDynamics::Invert() {
   mass_factor_.Solve(&at_->inverse);
   if (!at_->active.empty()) {
     at_->delassus_inverse.setIdentity();
-    if (mass_factor_.sparse() && at_->sliding.empty()) {
+    if (at_->dependent) at_->delassus_inverse = at_->generalized;
+    if (mass_factor_.sparse() && at_->sliding.empty() && !at_->dependent) {
       InvertSparse();
     } else if (at_->sliding.empty()) {
       at_->momentum_map.noalias() = at_->jacobian.lazyProduct(at_->inverse);
-      SolveColumns(at_->delassus_factor, &at_->delassus_inverse);
+      if (!at_->dependent) SolveColumns(at_->delassus_factor, &at_->delassus_inverse);
       at_->force_map.noalias() = at_->delassus_inverse.lazyProduct(at_->momentum_map);
       at_->inverse.noalias() -= at_->momentum_map.transpose().lazyProduct(at_->force_map);
     } else {
       at_->momentum_map.noalias() = at_->jacobian.lazyProduct(at_->inverse);
-      at_->delassus_inverse = at_->sliding_factor.solve(at_->delassus_inverse).eval();
+      if (!at_->dependent) {
+        at_->delassus_inverse = at_->sliding_factor.solve(at_->delassus_inverse).eval();
+      }
       at_->force_map.noalias() = at_->delassus_inverse.lazyProduct(at_->momentum_map);
       at_->response = at_->push;
       mass_factor_.SolveLTransposed(&at_->response);  // M⁻¹ W
@@ -153,6 +160,7 @@ void ContactDynamics::Evaluate(const VectorRef& x, ContactMode mode) {
   } else {
     Solve();
   }
+  if (at_->dependent) ShareForces();
   force_.setZero();
   for (std::size_t i = 0; i < at_->active.size(); ++i) force_(at_->active[i]) = at_->multiplier(i);
   if (!at_->sliding.empty()) AddSlidingForce();
@@ -177,11 +185,16 @@ void ContactDynamics::Solve() {
   if (!at_->active.empty()) {
     at_->multiplier = -at_->bias;
     at_->multiplier.noalias() -= at_->reach.transpose().lazyProduct(acceleration_);
-    if (at_->sliding.empty()) {
+    if (at_->dependent) {
+      at_->multiplier = (at_->generalized * at_->multiplier).eval();
+    } else if (at_->sliding.empty()) {
       at_->delassus_factor.solveInPlace(at_->multiplier);
-      acceleration_.noalias() += at_->reach.lazyProduct(at_->multiplier);
     } else {
       at_->multiplier = at_->sliding_factor.solve(at_->multiplier).eval();
+    }
+    if (at_->sliding.empty()) {
+      acceleration_.noalias() += at_->reach.lazyProduct(at_->multiplier);
+    } else {
       acceleration_.noalias() += at_->push.lazyProduct(at_->multiplier);
     }
   }
@@ -207,7 +220,11 @@ void ContactDynamics::DifferentiateEvaluated(const VectorRef& x) {
   if (!constant_) Invert();
   const ContactMode mode = at_->mode;
   const auto q = x.head(nq_), v = x.tail(d_);
-  system_.DifferentiateDynamics(q, v, u_, mode, acceleration_, force_, &residual_);
+  // All forces that are possible lead to the same derivatives, but those of the margin, which are
+  // those at its own.
+  if (at_->dependent) FindShare();
+  const Vector& force = at_->dependent ? interior_ : force_;
+  system_.DifferentiateDynamics(q, v, u_, mode, acceleration_, force, &residual_);
   if (k_ > 0) DifferentiateByVariables(x);
   if (!at_->sliding.empty()) DifferentiateDirections(x);
   MultiplySmall(-1, at_->inverse, residual_.momentum_q, &acceleration_jacobian_(0, 0), d_);
@@ -249,7 +266,8 @@ void ContactDynamics::DifferentiateByVariables(const VectorRef& x) {
   variable_momentum_.leftCols(inputs) = residual_.momentum_u.leftCols(inputs);
   if (variables_.parameters.empty()) return;
   system_.DifferentiateDynamicsByParameters(x.head(nq_), x.tail(d_), u_, at_->mode, acceleration_,
-                                            force_, variables_.parameters, &parameter_residual_);
+                                            at_->dependent ? interior_ : force_,
+                                            variables_.parameters, &parameter_residual_);
   variable_momentum_.rightCols(k_ - inputs) = parameter_residual_.momentum;
   for (std::size_t i = 0; i < at_->active.size(); ++i) {
     at_->residual.row(i).tail(k_ - inputs) = parameter_residual_.constraint.row(at_->active[i]);

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "contact_flow/budget.h"
+#include "dependent_words.h"
 #include "slip_directions.h"
 
 namespace contact_flow {
@@ -17,6 +18,8 @@ namespace {
 
 /// Rows of a word are dependent where a pivot is below this part of the largest.
 constexpr double kDependent = 1e-12;
+/// Motions that differ by less than this are one, and a slack above this is room, relative.
+constexpr double kSameMotion = 1e-8, kRoom = 1e-7;
 
 /// The letters that a contact may have.
 std::vector<Letter> Alphabet(const FrictionContact& contact) {
@@ -42,7 +45,8 @@ double Margin(const FrictionProblem& problem, const FrictionSolution& s, double 
     const FrictionContact& contact = problem.contacts[i];
     const int row = problem.Row(i);
     const double gain = problem.G(row, row);
-    const auto force = s.force.segment(row + 1, contact.dimension);
+    const Vector& share = s.interior.size() > 0 ? s.interior : s.force;
+    const auto force = share.segment(row + 1, contact.dimension);
     const auto slip = s.result.segment(row + 1, contact.dimension);
     const double may_miss = problem.slack.size() > 0 ? problem.slack(static_cast<int>(i)) : 0;
     if (s.letters[i] == Letter::kOpen) {
@@ -51,7 +55,7 @@ double Margin(const FrictionProblem& problem, const FrictionSolution& s, double 
     }
     const bool cone = s.letters[i] == Letter::kStick && std::isfinite(contact.coefficient);
     // The apex of the cone: both vanish together.
-    const double pushes = cone ? contact.coefficient * s.force(row) - force.norm() : s.force(row);
+    const double pushes = cone ? contact.coefficient * share(row) - force.norm() : share(row);
     margin = std::min(margin, gain * pushes + may_miss);
     if (Slips(s.letters[i]) && contact.dimension > 0 && !contact.slips) {
       margin = std::min(margin, s.directions[i].head(contact.dimension).dot(slip) + may_miss);
@@ -71,6 +75,44 @@ FrictionSolution Nothing(const FrictionProblem& problem, const Vector& result) {
   return none;
 }
 
+/// The slack of contact i alone, relative.
+double SlackOf(const FrictionProblem& problem, const FrictionSolution& s, std::size_t i) {
+  const FrictionContact& contact = problem.contacts[i];
+  const int row = problem.Row(i);
+  const Vector& share = s.interior.size() > 0 ? s.interior : s.force;
+  const bool cone = s.letters[i] == Letter::kStick && std::isfinite(contact.coefficient);
+  const double slack =
+      cone ? contact.coefficient * share(row) - share.segment(row + 1, contact.dimension).norm()
+           : share(row);
+  return problem.G(row, row) * slack;
+}
+
+/// Whether `other` is the motion of `word` with less contact, or less that sticks, where `word` has
+/// room for it: a box on a diagonal of its face.
+bool Covers(const FrictionProblem& problem, const FrictionSolution& word,
+            const FrictionSolution& other, double scale) {
+  if (word.many || word.letters == other.letters) return false;
+  if ((word.result - other.result).cwiseAbs().maxCoeff() > kSameMotion * scale) return false;
+  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
+    if (word.letters[i] == other.letters[i]) continue;
+    const bool less = word.letters[i] == Letter::kStick || other.letters[i] == Letter::kOpen;
+    if (!less || word.letters[i] == Letter::kOpen) return false;
+    if (!(SlackOf(problem, word, i) > kRoom * scale)) return false;
+  }
+  return true;
+}
+
+/// Whether all that may stick does, with room.
+bool SticksWithRoom(const FrictionProblem& problem, double scale) {
+  FrictionSolution word;
+  for (const FrictionContact& contact : problem.contacts) {
+    const std::vector<Letter> letters = Alphabet(contact);
+    word.letters.push_back(letters[1]);
+    word.directions.push_back(contact.direction);
+  }
+  return SolveWord(problem, &word) && !word.many && Margin(problem, word, scale) > kRoom;
+}
+
 /// Of one group of contacts that feel each other.
 std::vector<FrictionSolution> SolveGroup(const FrictionProblem& problem, double border) {
   const std::size_t n = problem.contacts.size();
@@ -87,6 +129,8 @@ std::vector<FrictionSolution> SolveGroup(const FrictionProblem& problem, double 
   if (!(scale > 0)) scale = 1;
   std::vector<std::vector<Letter>> alphabet;
   for (const FrictionContact& contact : problem.contacts) alphabet.push_back(Alphabet(contact));
+  const ImpliedLetters implied(problem);
+  const bool stuck = implied.Any() && SticksWithRoom(problem, scale);
   std::vector<FrictionSolution> solutions;
   std::vector<std::size_t> place(n, 0);
   while (true) {
@@ -106,14 +150,28 @@ std::vector<FrictionSolution> SolveGroup(const FrictionProblem& problem, double 
       found.margin = Margin(problem, found, scale);
       if (found.margin >= -border) solutions.push_back(std::move(found));
     };
-    if (!unknown.empty()) {
+    if (implied.Any() && ((stuck && !unknown.empty()) || implied.Change(word.letters))) {
+      // The word of what is implied is another one.
+    } else if (!unknown.empty() && implied.Any() && implied.Dependent(word.letters)) {
+      for (FrictionSolution& found : FindCommonSlip(problem, word, unknown)) offer(found);
+    } else if (!unknown.empty()) {
       for (FrictionSolution& found : FindSlipDirections(problem, word, unknown)) offer(found);
     } else if (SolveWord(problem, &word)) {
       offer(word);
     }
     std::size_t i = 0;
     while (i < n && ++place[i] == alphabet[i].size()) place[i++] = 0;
-    if (i == n) return solutions;
+    if (i < n) continue;
+    if (!implied.Any()) return solutions;
+    std::vector<FrictionSolution> apart;
+    for (const FrictionSolution& one : solutions) {
+      const bool covered =
+          std::any_of(solutions.begin(), solutions.end(), [&](const FrictionSolution& word) {
+            return Covers(problem, word, one, scale);
+          });
+      if (!covered) apart.push_back(one);
+    }
+    return apart;
   }
 }
 
@@ -154,7 +212,7 @@ int FrictionProblem::Row(std::size_t contact) const {
   return row;
 }
 
-bool SolveWord(const FrictionProblem& problem, FrictionSolution* solution) {
+bool SolveWord(const FrictionProblem& problem, FrictionSolution* solution, bool share) {
   const Eigen::Index size = problem.b.size();
   Matrix columns = Matrix::Zero(size, size);
   std::vector<int> rows;
@@ -195,10 +253,15 @@ bool SolveWord(const FrictionProblem& problem, FrictionSolution* solution) {
     H = unit.asDiagonal() * H * unit.asDiagonal();
     Eigen::FullPivLU<Matrix> factor(H);
     factor.setThreshold(kDependent);
-    if (!H.allFinite() || factor.rank() < m) return false;
+    if (!H.allFinite()) return false;
+    if (factor.rank() < m) {
+      return SolveDependentWord(problem, columns.leftCols(m), rows, share, solution);
+    }
     solution->force =
         columns.leftCols(m) * (unit.asDiagonal() * factor.solve(unit.asDiagonal() * rhs));
   }
+  solution->interior.resize(0);
+  solution->many = false;
   solution->result = problem.G * solution->force + problem.b;
   return solution->force.allFinite();
 }
@@ -233,12 +296,18 @@ std::vector<FrictionSolution> SolveFriction(const FrictionProblem& problem, doub
     std::vector<FrictionSolution> all;
     for (const FrictionSolution& found : SolveGroup(part, border)) {
       for (FrictionSolution whole : solutions) {
+        whole.many = whole.many || found.many;
+        if (found.interior.size() > 0 && whole.interior.size() == 0) whole.interior = whole.force;
         for (std::size_t k = 0; k < group.size(); ++k) {
           whole.letters[group[k]] = found.letters[k];
           whole.directions[group[k]] = found.directions[k];
         }
         for (Eigen::Index r = 0; r < m; ++r) {
           whole.force(rows[static_cast<std::size_t>(r)]) = found.force(r);
+          if (whole.interior.size() > 0) {
+            whole.interior(rows[static_cast<std::size_t>(r)]) =
+                found.interior.size() > 0 ? found.interior(r) : found.force(r);
+          }
           whole.result(rows[static_cast<std::size_t>(r)]) = found.result(r);
         }
         whole.margin = std::min(whole.margin, found.margin);

@@ -35,7 +35,8 @@ FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const Vec
   const FrictionSolution& found = all.front();
   const double scale = problem.b.cwiseAbs().maxCoeff();
   for (const FrictionSolution& other : all) {
-    if ((other.result - found.result).cwiseAbs().maxCoeff() <= kSameMotion * scale) continue;
+    const double apart = (other.result - found.result).cwiseAbs().maxCoeff();
+    if (!other.many && apart <= kSameMotion * scale) continue;
     throw FrictionRefusal(FrictionRefusal::Kind::kAmbiguousImpact,
                           "several impulses of the contacts " + names + " end the impact");
   }

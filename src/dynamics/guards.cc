@@ -17,11 +17,12 @@ Guards::Guards(const MechanicalSystem& system)
                               std::to_string(ContactMode::kMaxConstraints / 3) + " are possible");
 }
 
-ContactMode Guards::OfForces(ContactMode mode) const {
+ContactMode Guards::OfForces(ContactMode mode, ContactMode shared) const {
   const ContactMode rigid = (mode - system_.compliant()).Members();
   if (!system_.HasFriction()) return rigid;
   ContactMode guards;
-  for (int i : rigid) {
+  if (!shared.Empty()) guards.Insert(SharedGuard(shared));
+  for (int i : rigid - shared) {
     const Friction& friction = system_.friction()[i];
     if (mode.LetterOf(i) != Letter::kStick || std::isinf(friction.coefficient)) {
       guards.Insert(i);
@@ -39,9 +40,11 @@ ContactMode Guards::OfSlips(ContactMode mode) const {
   return guards;
 }
 
-double Guards::OfForce(int guard, const Vector& force) const {
+double Guards::OfForce(int guard, const ContactDynamics& at) const {
+  const Vector& force = at.force();
   if (guard < n_) return force(guard);
   const int i = ConstraintOf(guard);
+  if (at.shared().Contains(i)) return at.shared_margin();
   const Friction& friction = system_.friction()[i];
   const double cone = friction.coefficient * force(i);
   if (friction.dimension == 2) return cone - force.segment<2>(friction.row).norm();
@@ -49,10 +52,11 @@ double Guards::OfForce(int guard, const Vector& force) const {
   return forward ? cone + force(friction.row) : cone - force(friction.row);
 }
 
-Eigen::RowVectorXd Guards::GradientOfForce(int guard, const Vector& force,
+Eigen::RowVectorXd Guards::GradientOfForce(int guard, const ContactDynamics& at,
                                            const MatrixRef& by) const {
   if (guard < n_) return by.row(guard);
   const int i = ConstraintOf(guard);
+  if (at.shared().Contains(i)) return at.shared_gradient().transpose() * by;
   const Friction& friction = system_.friction()[i];
   const auto tangential = by.middleRows(friction.row, friction.dimension);
   const Eigen::RowVectorXd cone = friction.coefficient * by.row(i);
@@ -60,7 +64,7 @@ Eigen::RowVectorXd Guards::GradientOfForce(int guard, const Vector& force,
     return (guard - n_) % 2 == 0 ? Eigen::RowVectorXd(cone + tangential)
                                  : Eigen::RowVectorXd(cone - tangential);
   }
-  const Eigen::Vector2d slip = force.segment<2>(friction.row);
+  const Eigen::Vector2d slip = at.force().segment<2>(friction.row);
   const double norm = slip.norm();
   if (!(norm > 0)) return cone;
   return cone - (slip.transpose() / norm) * tangential;

@@ -49,6 +49,8 @@ void ContactDynamics::FactorizeSliding(const VectorRef& x) {
   }
   at_->delassus_inverse.noalias() = at_->reach.transpose().lazyProduct(at_->push);
   at_->sliding_factor.compute(at_->delassus_inverse);
+  at_->dependent = FindSlidingDependence();
+  if (at_->dependent) return;
   const auto& factor = at_->sliding_factor.matrixLU();
   at_->regular = at_->regular && factor.allFinite() && factor.diagonal().cwiseAbs().minCoeff() > 0;
 }

@@ -15,6 +15,8 @@ constexpr double kOffset = 0.0123;  // of the first: no root of a symmetric prob
 constexpr int kBisections = 60;
 constexpr int kStarts = 6;  // a contact, where several slip
 constexpr int kNewtonSteps = 40;
+/// Directions of one slide are so much alike, relative.
+constexpr double kAlike = 1e-9;
 constexpr double kQuotient = 1e-7, kConverged = 1e-13, kSame = 1e-6;
 
 /// d⊥ · y_t of the unknown contacts at angles ψ.
@@ -30,16 +32,31 @@ class Directions {
       solution_.directions[Contact(k)] = {std::cos(psi(k)), std::sin(psi(k))};
     }
     if (!SolveWord(problem_, &solution_)) return across.setConstant(std::nan(""));
-    for (Eigen::Index k = 0; k < psi.size(); ++k) {
+    return Across();
+  }
+  const FrictionSolution& solution() const { return solution_; }
+
+  /// All at one angle: the sum of d⊥ · y_t, without forces in their cones.
+  double Common(double psi) {
+    const Eigen::Vector2d d(std::cos(psi), std::sin(psi));
+    for (int k : unknown_) solution_.directions[static_cast<std::size_t>(k)] = d;
+    if (!SolveWord(problem_, &solution_, false)) return std::nan("");
+    return Across().sum();
+  }
+  /// Whether each slips along its direction.
+  bool Fits(double scale) const { return Across().cwiseAbs().maxCoeff() <= kAlike * scale; }
+
+ private:
+  Vector Across() const {
+    Vector across(static_cast<Eigen::Index>(unknown_.size()));
+    for (Eigen::Index k = 0; k < across.size(); ++k) {
       const auto slip = solution_.result.segment<2>(problem_.Row(Contact(k)) + 1);
       const Eigen::Vector2d& d = solution_.directions[Contact(k)];
       across(k) = d(0) * slip(1) - d(1) * slip(0);
     }
     return across;
   }
-  const FrictionSolution& solution() const { return solution_; }
 
- private:
   std::size_t Contact(Eigen::Index k) const {
     return static_cast<std::size_t>(unknown_[static_cast<std::size_t>(k)]);
   }
@@ -49,9 +66,9 @@ class Directions {
   const std::vector<int>& unknown_;
 };
 
-std::vector<FrictionSolution> AllRoots(Directions f) {
-  std::vector<FrictionSolution> found;
-  const auto at = [&](double psi) { return f(Vector::Constant(1, psi))(0); };
+/// Calls `add` where f, evaluated by `at`, has a root.
+template <class At, class Add>
+void ForAllRoots(const At& at, const Add& add) {
   double low = kOffset, before = at(low);
   for (int k = 1; k <= kSamples; ++k) {
     double high = kOffset + kTurn * k / kSamples;
@@ -63,11 +80,17 @@ std::vector<FrictionSolution> AllRoots(Directions f) {
         ((at(middle) < 0) == (before < 0) ? left : high) = middle;
       }
       // A pole changes its sign, too.
-      if (std::abs(at(high)) <= std::abs(before) + std::abs(after)) found.push_back(f.solution());
+      if (std::abs(at(high)) <= std::abs(before) + std::abs(after)) add();
     }
     low = end;
     before = after;
   }
+}
+
+std::vector<FrictionSolution> AllRoots(Directions f) {
+  std::vector<FrictionSolution> found;
+  ForAllRoots([&](double psi) { return f(Vector::Constant(1, psi))(0); },
+              [&] { found.push_back(f.solution()); });
   return found;
 }
 
@@ -122,6 +145,21 @@ std::vector<FrictionSolution> FindSlipDirections(const FrictionProblem& problem,
   const Directions f(problem, word, unknown);
   if (unknown.size() == 1) return AllRoots(f);
   return NewtonRoots(f, static_cast<Eigen::Index>(unknown.size()), problem.b.cwiseAbs().maxCoeff());
+}
+
+std::vector<FrictionSolution> FindCommonSlip(const FrictionProblem& problem,
+                                             const FrictionSolution& word,
+                                             const std::vector<int>& unknown) {
+  std::vector<FrictionSolution> found;
+  Directions f(problem, word, unknown);
+  ForAllRoots([&](double psi) { return f.Common(psi); },
+              [&] {
+                FrictionSolution solution = f.solution();
+                if (f.Fits(problem.b.cwiseAbs().maxCoeff()) && SolveWord(problem, &solution)) {
+                  found.push_back(std::move(solution));
+                }
+              });
+  return found;
 }
 
 }  // namespace contact_flow

@@ -16,4 +16,9 @@ std::vector<FrictionSolution> FindSlipDirections(const FrictionProblem& problem,
                                                  const FrictionSolution& word,
                                                  const std::vector<int>& unknown);
 
+/// Those in which all of `unknown` have one direction: a face that slides without turning.
+std::vector<FrictionSolution> FindCommonSlip(const FrictionProblem& problem,
+                                             const FrictionSolution& word,
+                                             const std::vector<int>& unknown);
+
 }  // namespace contact_flow

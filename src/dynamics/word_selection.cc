@@ -8,6 +8,8 @@
 #include <limits>
 #include <sstream>
 
+#include "contact_flow/dynamics/word_ahead.h"
+
 namespace contact_flow {
 namespace {
 
@@ -82,14 +84,19 @@ class Words {
   }
 
   ContactMode Find(double border) {
-    std::vector<FrictionSolution> all = SolveFriction(frame_.problem(), border);
+    const std::vector<FrictionSolution> all = SolveFriction(frame_.problem(), border);
     if (all.empty()) Refuse(FrictionRefusal::Kind::kInconsistent, "no contact forces exist");
-    ForgetSharedForces(&all);
-    for (const FrictionSolution& word : all) RefuseSharedForces(word);
+    for (const FrictionSolution& word : all) {
+      if (!word.many) continue;
+      Refuse(FrictionRefusal::Kind::kIndeterminateForces,
+             "in the word '" + ModeOf(word).Word(system_.num_constraints()) +
+                 "' the motion depends on how forces are shared");
+    }
     if (all.size() == 1) {
       RefuseEnd(all.front(), border);
       return ModeOf(all.front());
     }
+    if (const std::optional<ContactMode> ahead = Ahead(all, border)) return *ahead;
     ContactMode varying;
     for (std::size_t k = 0; k < frame_.constraints().size(); ++k) {
       for (const FrictionSolution& word : all) {
@@ -123,6 +130,37 @@ class Words {
     return InverseInertia(system_, x_.head(nq_), x_.tail(d_), dynamics_.u(), ContactMode());
   }
 
+  /// Where rows are dependent and all words lead to one motion: the one of them that a look ahead
+  /// tells.
+  std::optional<ContactMode> Ahead(const std::vector<FrictionSolution>& all, double border) {
+    if (!Dependent()) return std::nullopt;
+    std::optional<ContactMode> along;
+    for (const FrictionSolution& word : all) {
+      const double apart = (word.result - all.front().result).cwiseAbs().maxCoeff();
+      if (!(apart <= kSameMotion * scale_)) return std::nullopt;
+      const ContactMode mode = ModeOf(word);
+      if (BeginsInSpace(mode)) continue;
+      if (!along || mode.Sticking().Size() > along->Sticking().Size()) along = mode;
+    }
+    if (!along) return std::nullopt;
+    const std::optional<WordAhead> ahead =
+        FindWordAhead(&dynamics_, x_, touching_, *along, border);
+    if (!ahead) return std::nullopt;
+    for (const FrictionSolution& word : all) {
+      if (ModeOf(word) == ahead->mode) return ahead->mode;
+    }
+    return std::nullopt;
+  }
+
+  bool BeginsInSpace(ContactMode mode) const {
+    for (int i : mode & touching_.still) {
+      const Friction& friction = system_.friction()[i];
+      const bool turns = friction.dimension == 2 && friction.coefficient > 0;
+      if (turns && mode.LetterOf(i) == Letter::kSlip) return true;
+    }
+    return false;
+  }
+
   static bool SameMotion(const std::vector<Trend>& trends) {
     for (const Trend& trend : trends) {
       const Matrix& first = trends.front().accelerations;
@@ -152,40 +190,6 @@ class Words {
            "the word '" + ModeOf(word).Word(system_.num_constraints()) +
                "' is the only one that fits, and does not go on to hold: what would have to pull "
                "presses as soon as it lets go");
-  }
-
-  bool SharesForces(const FrictionSolution& word) const {
-    const FrictionProblem& problem = frame_.problem();
-    for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
-      const FrictionContact& contact = problem.contacts[k];
-      const Letter letter = word.letters[k];
-      if (contact.dimension == 0 || contact.slips) continue;
-      if (letter == Letter::kOpen || letter == Letter::kStick) continue;
-      const auto slip = word.result.segment(problem.Row(k) + 1, contact.dimension);
-      if (slip.norm() <= kStrict * scale_ && Dependent()) return true;
-    }
-    return false;
-  }
-
-  /// Words with forces that are not unique, where one with unique forces leads to the same motion.
-  void ForgetSharedForces(std::vector<FrictionSolution>* all) const {
-    std::vector<FrictionSolution> unique;
-    for (const FrictionSolution& word : *all) {
-      if (!SharesForces(word)) unique.push_back(word);
-    }
-    if (unique.empty() || unique.size() == all->size()) return;
-    const Vector motion = frame_.reach() * unique.front().force;
-    for (const FrictionSolution& word : *all) {
-      const Vector apart = frame_.reach() * word.force - motion;
-      if (!(apart.cwiseAbs().maxCoeff() <= kSameMotion * motion.cwiseAbs().maxCoeff())) return;
-    }
-    *all = std::move(unique);
-  }
-
-  /// Two contacts that stick and share a force that is not unique look like one that slips at
-  /// no acceleration.
-  void RefuseSharedForces(const FrictionSolution& word) const {
-    if (SharesForces(word)) Refuse(FrictionRefusal::Kind::kIndeterminateForces, "");
   }
 
   bool Dependent() const {
@@ -244,13 +248,16 @@ class Words {
         continue;
       }
       const int tangential = contact.dimension > 0 ? system_.friction()[i].row : 0;
-      if (letter == Letter::kStick && std::isfinite(contact.coefficient)) {
+      if (dynamics_.shared().Contains(i)) {
+        slacks.push_back({i, gain * dynamics_.shared_margin(), letter == Letter::kStick});
+      } else if (letter == Letter::kStick && std::isfinite(contact.coefficient)) {
         slacks.push_back({i, gain * (contact.coefficient * force(i) -
                                      force.segment(tangential, contact.dimension).norm()),
                           true});
         continue;
+      } else {
+        slacks.push_back({i, gain * force(i), false});
       }
-      slacks.push_back({i, gain * force(i), false});
       const bool begins = !contact.slips && contact.dimension == 1 && letter != Letter::kStick;
       if (begins) {
         slacks.push_back({i, (letter == Letter::kBackward ? -1 : 1) * rate(tangential), false});

@@ -6,6 +6,7 @@
 
 #include "contact_flow/budget.h"
 #include "contact_flow/flow/guard_interpolant.h"
+#include "shared_guard.h"
 
 namespace contact_flow {
 namespace {
@@ -32,6 +33,20 @@ constexpr double kSlipRounding = 1e-13;
 /// Rounding of a gap, relative to |Da||q|. It is looked at where rows as long as kLongRow would
 /// make it matter.
 constexpr double kGapRounding = 1e-15, kLongRow = 100;
+
+/// μ λ_n, or λ_n, and λ_t of the contacts that share forces.
+Vector SharedForces(const ContactDynamics& at) {
+  Vector values = Vector::Zero(at.force().size());
+  for (int i : at.shared()) {
+    const Friction& friction = at.system().friction()[i];
+    const bool cone = std::isfinite(friction.coefficient) && friction.coefficient > 0;
+    values(i) = (cone ? friction.coefficient : 1) * at.force()(i);
+    if (!cone) continue;
+    values.segment(friction.row, friction.dimension) =
+        at.force().segment(friction.row, friction.dimension);
+  }
+  return values;
+}
 
 }  // namespace
 
@@ -65,12 +80,24 @@ EventLocator::EventLocator(ContactDynamics* dynamics, double absolute_tolerance,
       floors_(Vector::Constant(guards_.size(), floor_)),
       gain_(dynamics->system().num_rows()) {}
 
+/// A guard that is a function of forces, where the dynamics were evaluated last; of shared ones a
+/// lower bound that needs no search.
+double EventLocator::AtHand(int guard) const {
+  return IsShared(guard) ? dynamics_->shared_slack() : guards_.OfForce(guard, *dynamics_);
+}
+
+bool EventLocator::IsShared(int guard) const {
+  return !guards_.IsNormal(guard) && dynamics_->shared().Contains(guards_.ConstraintOf(guard));
+}
+
 void EventLocator::RecordForce(const Vector& force, ContactMode mode) {
   if (calls_ == kStepStages) return;
   const Eigen::Index n = dynamics_->system().num_constraints();
   std::copy(force.data(), force.data() + n, &forces_(0, calls_));
   if (forces_.rows() > n) {
-    for (int g : guards_.OfForces(mode)) forces_(g, calls_) = guards_.OfForce(g, force);
+    for (int g : guards_.OfForces(mode, dynamics_->shared())) {
+      forces_(g, calls_) = AtHand(g);
+    }
   }
   ++calls_;
 }
@@ -111,8 +138,8 @@ void EventLocator::Sample(double theta, ContactMode set, double* value, double* 
       return;
     }
     for (int g : set) {
-      value[g] = guards_.OfForce(g, dynamics_->force());
-      rate[g] = h * guards_.GradientOfForce(g, dynamics_->force(), rates)(0);
+      value[g] = guards_.OfForce(g, *dynamics_);
+      rate[g] = h * guards_.GradientOfForce(g, *dynamics_, rates)(0);
     }
     return;
   }
@@ -140,7 +167,7 @@ void EventLocator::Sample(double theta, ContactMode set, double* value, double* 
 void EventLocator::SampleForces(double theta, ContactMode set, double* value) {
   stepper_->Interpolate(theta, x_.data());
   dynamics_->Evaluate(x_, mode_);
-  for (int g : set) value[g] = guards_.OfForce(g, dynamics_->force());
+  for (int g : set) value[g] = guards_.OfForce(g, *dynamics_);
 }
 
 /// The gaps that may vanish in the step, or set a margin.
@@ -181,7 +208,8 @@ void EventLocator::FindForceFloors(int seen) {
                  kQuietPull * 2 * floor_ / (gain * h * h);
     if (guards_.IsNormal(g)) continue;
     // A cone is a sum of λ_n times μ and of λ_t.
-    floors_(g) *= 1 + dynamics_->system().friction()[guards_.ConstraintOf(g)].coefficient;
+    const double mu = dynamics_->system().friction()[guards_.ConstraintOf(g)].coefficient;
+    if (std::isfinite(mu)) floors_(g) *= 1 + mu;
   }
 }
 
@@ -203,6 +231,10 @@ bool EventLocator::ScreenForces(bool probed, ContactMode* open, LocatedEvent* pu
     }
     if (!floors) FindForceFloors(seen);
     floors = true;
+    if (IsShared(i)) {
+      open->Insert(i);
+      continue;
+    }
     const GuardBound bound = StageBound(&forces_(i, 0), static_cast<int>(forces_.rows()), probed);
     const double allowed = std::max(kResolved * range, floors_(i));
     if (!(bound.error <= allowed)) {
@@ -238,7 +270,7 @@ void EventLocator::ProbeForces() {
     const Eigen::Index n = dynamics_->system().num_constraints();
     forces_.col(kStepStages + k).head(n) = dynamics_->force().head(n);
     if (forces_.rows() == n) continue;
-    for (int g : pushes_) forces_(g, kStepStages + k) = guards_.OfForce(g, dynamics_->force());
+    for (int g : pushes_) forces_(g, kStepStages + k) = AtHand(g);
   }
 }
 
@@ -271,6 +303,20 @@ void EventLocator::SearchGaps(ContactMode gaps, bool free, LocatedEvent* event) 
 void EventLocator::SearchForces(ContactMode members, LocatedEvent* event) {
   AskBudget();
   if (!stepper_->extended()) stepper_->Extend();
+  for (int g : members) {
+    if (!IsShared(g)) continue;
+    members.Erase(g);
+    SearchSharedMargin(
+        g, floors_(g),
+        [&](double theta) {
+          stepper_->Interpolate(theta, x_.data());
+          dynamics_->Evaluate(x_, mode_);
+          return SharedMargin{theta, dynamics_->shared_margin(), SharedForces(*dynamics_)};
+        },
+        event);
+    break;
+  }
+  if (members.Empty()) return;
   search_.Run({members, floors_.data(), false, false, kForcePieces, kMaxForceSamples, true},
               &margins_.force, event);
 }
@@ -294,7 +340,7 @@ LocatedEvent EventLocator::Locate(Dop853* stepper, ContactMode mode, const GapSa
   begin_ = &begin;
   end_ = &end;
   rigid_ = (mode - dynamics_->system().compliant()).Members();
-  pushes_ = guards_.OfForces(mode);
+  pushes_ = guards_.OfForces(mode, dynamics_->shared());
   slips_ = guards_.OfSlips(mode);
   LocatedEvent event;
   LocatedEvent pull;

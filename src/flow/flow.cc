@@ -107,6 +107,7 @@ void Flow::BeginArc() {
   SampleGaps(system_, x_, dynamics_.acceleration(), &terms_, &gaps_begin_);
   FindImplied();
   drifts_ = Drifts();
+  WarnOfSharedForces();
   h_ = kFirstStep * stepper_.GuessStep(options_.relative_tolerance, options_.absolute_tolerance);
   arc_begun_ = true;
 }
@@ -161,11 +162,7 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
   limit = std::min(limit, SlipInSpaceLimit());
   const double length = std::min({*h, limit, rest});
   if (!(length > kSmallestStep * std::max(1.0, t_)) && length < rest) {
-    const auto& names = system_.description().constraints;
-    Stop(Outcome::kNonFinite,
-         too_quick_ >= 0 ? "constraint '" + names[guards_.ConstraintOf(too_quick_)] +
-                               "' changes too quickly: no step size resolves it"
-                         : "the motion leaves the model's domain: no step size is small enough");
+    StopWithoutSteps();
     return false;
   }
   ++attempts_;
@@ -226,10 +223,10 @@ double Flow::StepOntoEvent(const LocatedEvent& event, double length) {
     if (guards_.IsNormal(i) && (mode_ - system_.compliant()).Contains(i)) {
       slope = dynamics_.ForceRate(x_end_, mode_, i);
       value = dynamics_.force()(i);
-    } else if (guards_.OfForces(mode_).Contains(i)) {
+    } else if (guards_.OfForces(mode_, dynamics_.shared()).Contains(i)) {
       const Vector rates = dynamics_.ForceRate(x_end_, mode_);
-      slope = guards_.GradientOfForce(i, dynamics_.force(), rates)(0);
-      value = guards_.OfForce(i, dynamics_.force());
+      slope = guards_.GradientOfForce(i, dynamics_, rates)(0);
+      value = guards_.OfForce(i, dynamics_);
     } else if (!guards_.IsNormal(i)) {
       SampleEnd(&gaps_end_);
       value = guards_.SlipSign(i, mode_) * gaps_end_.rate(guards_.SlipRow(i));

@@ -22,13 +22,15 @@ Vector ForceSlack(ContactDynamics* dynamics, const Transition& transition) {
   const MechanicalSystem& system = dynamics->system();
   Vector slack = Vector::Zero(system.num_constraints());
   const Guards guards(system);
-  const ContactMode mode = transition.mode_before, forces = guards.OfForces(mode);
+  const ContactMode mode = transition.mode_before;
+  const Vector& x = transition.x_minus;
+  dynamics->Evaluate(x, mode);
+  const ContactMode shared = dynamics->shared(), forces = guards.OfForces(mode, shared);
   if (std::none_of(transition.guards.begin(), transition.guards.end(),
                    [&](int guard) { return forces.Contains(guard); })) {
     return slack;
   }
   const double known = kInstant * std::max(1.0, std::abs(transition.t));
-  const Vector& x = transition.x_minus;
   const GuardGradients gradients(dynamics, x, mode, transition.guards.front());
   const InverseInertia inertia(system, x.head(system.num_positions()), x.tail(system.dof()));
   for (int guard : transition.guards) {
@@ -39,9 +41,14 @@ Vector ForceSlack(ContactDynamics* dynamics, const Transition& transition) {
     // One that vanishes a little later is not there yet.
     const double value = std::abs(at.value);
     const double missed = unsure + (value <= kReach * unsure ? 2 * value : 0);
-    const Matrix row = inertia.terms().jacobian.row(i).transpose();
-    const double coefficient = guards.IsNormal(guard) ? 1 : system.friction()[i].coefficient;
-    slack(i) += (row.transpose() * (inertia * row))(0) * missed * std::max(1.0, 1 / coefficient);
+    // The margin of shared forces is one of all who share them.
+    const bool all = !guards.IsNormal(guard) && shared.Contains(i);
+    for (int j : all ? shared : ContactMode({i})) {
+      const Matrix row = inertia.terms().jacobian.row(j).transpose();
+      const double mu = system.friction()[j].coefficient;
+      const double cone = guards.IsNormal(guard) || mu == 0 ? 1 : std::max(1.0, 1 / mu);
+      slack(j) += (row.transpose() * (inertia * row))(0) * missed * cone;
+    }
   }
   return slack;
 }

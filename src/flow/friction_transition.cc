@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Transitions of systems with friction.
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 
 #include "contact_flow/dynamics/guards.h"
+#include "contact_flow/dynamics/implied_contacts.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/force_slack.h"
@@ -15,6 +14,7 @@
 #include "guarded.h"
 #include "resolution.h"
 #include "slip_onset.h"
+#include "stop_in_space.h"
 
 namespace contact_flow {
 namespace {
@@ -56,7 +56,7 @@ class FrictionalResolution {
     const double own = zeros.At(trigger).error;
     if (zeros.SlipInSpaceEnds()) {
       const int i = guards_.ConstraintOf(trigger);
-      stopped_.Insert(i);
+      stopped_ = StoppedTogether(system_, terms_, dynamics_.acceleration(), i, &cluster);
       cluster.guards.push_back(trigger);
       cluster.instants.push_back({i, 0, own});
     }
@@ -65,7 +65,7 @@ class FrictionalResolution {
     double first = std::numeric_limits<double>::infinity(), last = -first;
     std::vector<std::pair<double, int>> order;
     const ContactMode open = ContactMode::All(system_.num_constraints()) - mode;
-    for (int g : guards_.OfForces(mode) | guards_.OfSlips(mode) | open) {
+    for (int g : zeros.forces() | guards_.OfSlips(mode) | open) {
       const GuardZero zero = zeros.At(g);
       const double within =
           asked > 0 ? -zero.slope * asked
@@ -92,6 +92,7 @@ class FrictionalResolution {
       if (std::abs(terms_.gap(i)) > rules_.gap_tolerance) continue;
       if (std::abs(rate_(i)) <= Rounding(i, v_minus)) touching.Insert(i);
     }
+    touching = touching | AddImplied(touching);
     const ContactMode beside = touching - before - cluster.activated;
     Vector v_plus = v_minus;
     ContactMode held;  // by the impact
@@ -113,6 +114,7 @@ class FrictionalResolution {
         if (cluster.mode_before.LetterOf(i) == Letter::kStick) still.Insert(i);
       }
     }
+    still = still | ImpliedStill(system_, cluster.x_minus, touching, still & touching);
     const Vector rate = terms_.jacobian * v_plus;
     TouchingContacts contacts;
     contacts.slack = ForceSlack(&dynamics_, cluster);
@@ -157,6 +159,21 @@ class FrictionalResolution {
   double Low(int i) const {
     const double height = kLowReaches * std::max(rules_.reach_tolerance, std::abs(terms_.gap(i)));
     return acceleration_(i) < 0 ? std::sqrt(-2 * acceleration_(i) * height) : 0;
+  }
+
+  /// Contacts that the others of one body bring along, a gap that is a sum of theirs: they land
+  /// with them, or touch.
+  ContactMode AddImplied(ContactMode touching) {
+    ContactMode near;
+    for (int i : ContactMode::All(system_.num_constraints()) - touching) {
+      if (std::abs(terms_.gap(i)) <= rules_.gap_tolerance) near.Insert(i);
+    }
+    Transition& cluster = result_.transition;
+    const ContactMode implied = ImpliedClosed(system_, cluster.x_minus, touching, near);
+    for (int i : implied) {
+      if (rate_(i) < -Rounding(i, cluster.x_minus.tail(d_))) cluster.activated.Insert(i);
+    }
+    return implied;
   }
 
   void Note(int guard, double slope) {
@@ -258,37 +275,11 @@ class FrictionalResolution {
     Rest(directions, kOnsetTime * std::max(1.0, cluster.t) * fastest);
   }
 
-  /// What rests is made rest: normal velocities of the mode, slips of what sticks. A slip in space
-  /// that begins gets a direction by a speed that counts as none.
   void Rest(const std::map<int, Eigen::Vector2d>& onsets, double least = 0) {
-    Transition& cluster = result_.transition;
-    std::vector<int> rows;
-    std::vector<double> rates;
-    const double speed = cluster.x_plus.tail(d_).cwiseAbs().maxCoeff();
-    const double onset =
-        std::max(least, kOnset * std::max(rules_.absolute_tolerance, kRounding * speed));
-    for (int i : cluster.mode_after) {
-      rows.push_back(i);
-      rates.push_back(0);
-      const bool begins = onsets.count(i) > 0;
-      if (cluster.mode_after.LetterOf(i) != Letter::kStick && !begins) continue;
-      const Friction& friction = system_.friction()[i];
-      for (int k = 0; k < friction.dimension; ++k) {
-        rows.push_back(friction.row + k);
-        rates.push_back(begins ? onset * onsets.at(i)(k) : 0);
-      }
-    }
-    if (rows.empty()) return;
-    const InverseInertia inertia(system_, cluster.x_plus.head(nq_), cluster.x_plus.tail(d_));
-    Matrix A(static_cast<Eigen::Index>(rows.size()), d_);
-    for (std::size_t r = 0; r < rows.size(); ++r) {
-      A.row(static_cast<Eigen::Index>(r)) = terms_.jacobian.row(rows[r]);
-    }
-    const Vector rate = A * cluster.x_plus.tail(d_) -
-                        Vector::Map(rates.data(), static_cast<Eigen::Index>(rates.size()));
-    if (rate.isZero(0)) return;
-    const Matrix reach = inertia * A.transpose();
-    cluster.x_plus.tail(d_) -= reach * (A * reach).completeOrthogonalDecomposition().solve(rate);
+    Vector& x = result_.transition.x_plus;
+    const double size = kOnset * std::max(rules_.absolute_tolerance,
+                                          kRounding * x.tail(d_).cwiseAbs().maxCoeff());
+    MakeRest(system_, result_.transition.mode_after, onsets, std::max(least, size), &x);
   }
 
   ContactDynamics& dynamics_;

@@ -42,6 +42,32 @@ void Flow::Warn(Outcome code, const std::string& message) {
   if (num_warnings_++ < Trajectory::kMaxWarnings) warnings_.push_back({code, t_, message});
 }
 
+void Flow::StopWithoutSteps() {
+  const auto& names = system_.description().constraints;
+  if (!dynamics_.shared().Empty() && !dynamics_.acceleration().allFinite()) {
+    Stop(Outcome::kIndeterminateForces,
+         "contacts " + dynamics_.shared().ToString(names) +
+             " slide and turn: how they share their forces is not unique, and decides");
+    return;
+  }
+  Stop(Outcome::kNonFinite,
+       too_quick_ >= 0 ? "constraint '" + names[guards_.ConstraintOf(too_quick_)] +
+                             "' changes too quickly: no step size resolves it"
+                       : "the motion leaves the model's domain: no step size is small enough");
+}
+
+void Flow::WarnOfSharedForces() {
+  const ContactMode shared = dynamics_.shared();
+  if ((shared - shared_).Empty()) return;
+  shared_ = shared_ | shared;
+  std::ostringstream message;
+  message.precision(12);
+  message << "at t = " << t_ << " s contacts " << shared.ToString(system_.description().constraints)
+          << " share forces that are not unique, their rows being dependent; the motion is. Those "
+             "told of are the admissible ones with the smallest sum of squares";
+  Warn(Outcome::kIndeterminateForces, message.str());
+}
+
 /// Counts events that come again without time between them; false when there are too many.
 bool Flow::GoesOn() {
   const bool again = last_transition_ && trigger_ == last_trigger_ &&

@@ -12,6 +12,9 @@ namespace {
 /// counts as ended: relative to the velocities, to the absolute tolerance, or by the time to its
 /// end, relative to max(1, t).
 constexpr double kSlipPart = 0.5, kStopped = 1e-12, kPartOfTolerance = 1e-3, kNoTime = 1e-12;
+/// A slip below the tolerance counts as ended where the contact sticks with this part of its cone
+/// to spare: near the border it would end ever more slowly, and the steps are as short as before.
+constexpr double kSpare = 1e-9;
 
 }  // namespace
 
@@ -27,7 +30,7 @@ double Flow::SlipInSpaceLimit() const {
 }
 
 /// The guard of a contact in space whose slip has ended at the end of the step, or −1.
-int Flow::StoppedInSpace() const {
+int Flow::StoppedInSpace() {
   for (int i : SlidingInSpace()) {
     const int row = system_.friction()[i].row;
     const Eigen::Vector2d slip = gaps_end_.rate.segment<2>(row);
@@ -37,9 +40,21 @@ int Flow::StoppedInSpace() const {
     const double resolved =
         std::max({kStopped * speed, kPartOfTolerance * options_.absolute_tolerance,
                   kNoTime * std::max(1.0, t_) * change.norm()});
-    if (slip.norm() <= resolved) return system_.num_constraints() + 2 * i;
+    const bool ended = slip.norm() <= resolved ||
+                       (slip.norm() <= options_.absolute_tolerance && WouldStick(i));
+    if (ended) return system_.num_constraints() + 2 * i;
   }
   return -1;
+}
+
+/// Whether contact i sticks at the end of the step, where its slip has all but ended.
+bool Flow::WouldStick(int i) {
+  ContactMode word = mode_;
+  word.Set(i, Letter::kStick);
+  dynamics_.Evaluate(x_end_, word);
+  const Vector& force = dynamics_.force();
+  const Friction& friction = system_.friction()[i];
+  return (1 - kSpare) * friction.coefficient * force(i) >= force.segment<2>(friction.row).norm();
 }
 
 ContactMode Flow::SlidingInSpace() const {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "slip_onset.h"
 
+#include "contact_flow/dynamics/word_ahead.h"
+
 namespace contact_flow {
 namespace {
 
@@ -46,6 +48,18 @@ std::map<int, Eigen::Vector2d> OnsetDirections(ContactDynamics* dynamics, const 
       if (!begins.Contains(i)) continue;
       const auto [at, fresh] = directions.emplace(i, found.directions[k]);
       unique = unique && (fresh || (at->second - found.directions[k]).norm() < kSameDirection);
+    }
+  }
+  if (!unique) {  // the motion is on a border: directions are those a little later
+    directions.clear();
+    ContactMode along = word;
+    for (int i : begins) along.Set(i, Letter::kStick);
+    if (const auto ahead = FindWordAhead(dynamics, x, touching, along, border)) {
+      unique = ahead->mode == word;
+      for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+        const int i = frame.constraints()[k];
+        if (begins.Contains(i)) directions[i] = ahead->solution.directions[k];
+      }
     }
   }
   if (directions.empty() || !unique) {

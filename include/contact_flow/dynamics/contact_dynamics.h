@@ -23,10 +23,13 @@ namespace contact_flow {
 /// letter, or of its slip in space:
 ///   [ M   −W_J ] [ v̇  ]   [ f + c v ]
 ///   [ A_J   0  ] [ λ_J ] = [ −Ȧ_J v  ],       λ_t,i = −μ λ_n,i d_i,
-/// whose Delassus matrix A_J M⁻¹ W_J is not symmetric. Holds all scratch, and the factors of the
-/// last few modes, which derivatives go to and fro between: calls do not allocate after the first
-/// in each of these. One object per thread; the results are valid until the next call. A singular M
-/// or A_J M⁻¹ A_Jᵀ gives NaN (Assumption 3 fails).
+/// whose Delassus matrix A_J M⁻¹ W_J is not symmetric. Where rows of A_J depend on others (two
+/// corners of one body that stick) v̇ is unique, and forces are not: λ is then the admissible one,
+/// inside its cones, with the smallest sum of squares [N²], or the smallest of all where none is
+/// admissible; and shared_margin() tells how far from that. Holds all scratch, and the factors of
+/// the last few modes, which derivatives go to and fro between: calls do not allocate after the
+/// first in each of these. One object per thread; the results are valid until the next call. A
+/// singular M, or A_J M⁻¹ A_Jᵀ without friction, gives NaN (Assumption 3 fails).
 class ContactDynamics {
  public:
   ContactDynamics(const MechanicalSystem& system, const VectorRef& u,
@@ -46,6 +49,22 @@ class ContactDynamics {
   void Evaluate(const VectorRef& x, ContactMode mode);
   const Vector& acceleration() const { return acceleration_; }  ///< v̇ [d]
   const Vector& force() const { return force_; }                ///< λ [n+l+r], zero off J
+
+  /// Contacts whose forces are not unique, with friction.
+  ContactMode shared() const { return at_ == nullptr ? ContactMode() : at_->shared; }
+  /// max over all λ with these accelerations of min over the shared contacts of μ λ_n − |λ_t|, or
+  /// of λ_n where nothing limits it or it slips [N]: positive as long as an admissible λ exists.
+  double shared_margin() const {
+    FindShare();
+    return shared_margin_;
+  }
+  /// Its gradient by λ [n+l+r], the same for all these λ.
+  const Vector& shared_gradient() const {
+    FindShare();
+    return shared_gradient_;
+  }
+  /// The least of these of the smallest λ, which is at hand; no more than shared_margin().
+  double shared_slack() const { return shared_slack_; }
 
   /// F_J(x) as a tangent, (v, v̇) and zeros for the variables [2d+k].
   Vector Field(const VectorRef& x, ContactMode mode);
@@ -113,6 +132,11 @@ class ContactDynamics {
     Matrix response;        // M⁻¹ W_J (A_J M⁻¹ W_J)⁻¹ [d×k]; force_mapᵀ where nothing slips
     Vector bias;            // Ȧ_J v [k]
     Vector multiplier;      // λ_J [k]
+    // Where rows are dependent:
+    bool dependent = false;
+    ContactMode shared;
+    Matrix freedom;      // Z [k×f]: λ_J + Z ν are the forces with the same accelerations
+    Matrix generalized;  // an inverse of A_J M⁻¹ W_J [k×k], by which λ_J is the smallest
     Matrix residual;        // ∂r₂ of the members [k × 2d+·]
     Matrix force_jacobian;  // [k × 2d+·]
   };
@@ -123,6 +147,17 @@ class ContactDynamics {
   void AddFriction();
   /// Where contacts slip: d, W, and the factor of A M⁻¹ W.
   void FactorizeSliding(const VectorRef& x);
+  /// Finds rows of A_J that depend on others, where pivots say that there are any; false where
+  /// there are none.
+  bool FindDependence();
+  bool FindSlidingDependence();
+  void NoteShared();
+  /// Chooses λ_J among those that are not unique.
+  void ShareForces();
+  /// The share with the margin, once for each evaluation.
+  void FindShare() const;
+  /// λ_J by row of the system.
+  void SpreadForces(const Vector& multiplier, Vector* force) const;
   /// λ_t of the contacts that slip, and its derivative.
   void AddSlidingForce();
   void DifferentiateSlidingForce();
@@ -164,6 +199,11 @@ class ContactDynamics {
   Vector applied_;  // f + c v
   Vector acceleration_;
   Vector force_;
+  double shared_slack_ = 0;
+  mutable bool share_known_ = false;
+  mutable double shared_margin_ = 0;
+  mutable Vector shared_gradient_;
+  mutable Vector interior_;  // the share where the margin is
   Matrix acceleration_jacobian_;
   Matrix force_jacobian_;
   Matrix variable_momentum_;  // ∂r₁ by the variables [d×k]

@@ -42,6 +42,11 @@ struct FrictionSolution {
   Vector result;                            ///< y
   std::vector<Eigen::Vector2d> directions;  ///< of slip
   double margin = 0;  ///< of the inequality that holds most closely, relative; may be −1e-12
+  /// Where the word's rows are dependent, many λ lead to this y. `force` is the admissible one with
+  /// the smallest sum of squares, and this the one farthest from the borders; else empty.
+  Vector interior;
+  /// … or to many y: this is one of them.
+  bool many = false;
 };
 
 /// All solutions, by trying every word: the letters {o, s, +, −} of a contact in the plane, {o, s,
@@ -51,15 +56,20 @@ struct FrictionSolution {
 /// found, by sampling the circle; of several coupled ones those that Newton's method finds from a
 /// grid of directions. Words that hold with equality are all in the list: a solution on a border
 /// has several words, and `border` says how closely an inequality has to hold, in normalized rows
-/// and relative to the largest b. Throws std::domain_error beyond kMaxCoupledContacts that feel
-/// each other.
+/// and relative to the largest b. Where rows are dependent a word is a solution if some λ is
+/// admissible, and of words that differ in what others imply (a corner of a body of which two stick
+/// cannot begin to slip) or in contacts without which the motion is the same (a box on a diagonal
+/// of its face) only the one that sticks, and is closed, is listed; slips that begin there in space
+/// are found if they have one direction, and are not looked for where all sticks with room. Throws
+/// std::domain_error beyond kMaxCoupledContacts that feel each other.
 std::vector<FrictionSolution> SolveFriction(const FrictionProblem& problem, double border = 1e-11);
 
 /// Contacts that are tried together.
 constexpr int kMaxCoupledContacts = 8;
 
 /// The solution of one word with given directions of slip, whether or not it is admissible; the
-/// letters' forces by (F3). False where the word's rows are dependent.
-bool SolveWord(const FrictionProblem& problem, FrictionSolution* solution);
+/// letters' forces by (F3). Where its rows are dependent the forces farthest from the borders, see
+/// FrictionSolution; with `share` false any forces that lead to its y. False where none exist.
+bool SolveWord(const FrictionProblem& problem, FrictionSolution* solution, bool share = true);
 
 }  // namespace contact_flow

@@ -24,6 +24,8 @@ class GuardGradients {
   GuardGradients(ContactDynamics* dynamics, const Vector& x, ContactMode mode, int trigger);
 
   Value At(int guard) const;
+  /// The guards that are functions of forces.
+  ContactMode forces() const { return forces_; }
   /// Whether the trigger is the end of a slip in space.
   bool SlipInSpaceEnds() const { return across_.size() > 0; }
   /// ẋ [2d].
@@ -31,10 +33,13 @@ class GuardGradients {
 
  private:
   const Guards guards_;
-  const ContactMode mode_, forces_;
-  const int ended_;  // the trigger, if it is the end of a slip in space
-  Vector field_, force_, rate_;
-  Matrix force_jacobian_, rate_jacobian_;  // D λ and D(A v) [n+l+r × 2d]
+  const ContactMode mode_;
+  ContactMode forces_;
+  int ended_ = -1;  // the trigger, if it is the end of a slip in space
+  Vector field_, rate_;
+  Vector force_;           // of guards that are functions of forces
+  Matrix force_gradient_;  // … by the state [· × 2d]
+  Matrix rate_jacobian_;   // D(A v) [n+l+r × 2d]
   ConstraintTerms terms_;
   double speed_ = 0;                   // |s| of it
   Eigen::RowVectorXd along_, across_;  // D(ŝ·s), and D(e⊥·s) beside it [2d]

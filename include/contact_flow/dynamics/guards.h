@@ -12,9 +12,12 @@ namespace contact_flow {
 /// one of constraint i: a_i where it is open, λ_n,i where it is in contact (−a_i if compliant).
 /// With friction there are two more for each contact i, n + 2i and n + 2i + 1:
 ///   sticks, in the plane   μ λ_n + λ_t and μ λ_n − λ_t: at zero it begins to slip forward,
-///   backward sticks, in space       μ λ_n − |λ_t|, and none slips, in the plane    the slip along
-///   its letter, ± T v, and none
+///                          backward
+///   sticks, in space       μ λ_n − |λ_t|, and none
+///   slips, in the plane    the slip along its letter, ± T v, and none
 /// A contact that sticks by finite friction has no normal guard: its cone is reached first.
+/// Contacts that share forces (ContactDynamics::shared) have but one guard of forces among them,
+/// their margin: n + 2i + 1 of the first one.
 class Guards {
  public:
   explicit Guards(const MechanicalSystem& system);
@@ -22,14 +25,15 @@ class Guards {
   int size() const { return size_; }
   int ConstraintOf(int guard) const { return guard < n_ ? guard : (guard - n_) / 2; }
   /// The guards of a mode that are functions of the contact forces, and those that are slips.
-  ContactMode OfForces(ContactMode mode) const;
+  ContactMode OfForces(ContactMode mode, ContactMode shared) const;
   ContactMode OfSlips(ContactMode mode) const;
   bool IsNormal(int guard) const { return guard < n_; }
 
-  /// The guard as a function of the forces λ [n+l+r].
-  double OfForce(int guard, const Vector& force) const;
+  /// The guard as a function of the forces λ [n+l+r] where the dynamics were evaluated last.
+  double OfForce(int guard, const ContactDynamics& at) const;
   /// Its gradient by λ, applied to the columns of `by` [n+l+r × ·].
-  Eigen::RowVectorXd GradientOfForce(int guard, const Vector& force, const MatrixRef& by) const;
+  Eigen::RowVectorXd GradientOfForce(int guard, const ContactDynamics& at,
+                                     const MatrixRef& by) const;
   /// Row of T and sign of a guard that is a slip.
   int SlipRow(int guard) const { return system_.friction()[ConstraintOf(guard)].row; }
   double SlipSign(int guard, ContactMode mode) const {
@@ -37,6 +41,8 @@ class Guards {
   }
 
  private:
+  int SharedGuard(ContactMode shared) const { return n_ + 2 * *shared.begin() + 1; }
+
   const MechanicalSystem& system_;
   const int n_;
   const int size_;

@@ -101,6 +101,8 @@ class EventLocator {
   double GapSign(int i) const { return mode_.Contains(i) ? -1 : 1; }
   void Sample(double theta, ContactMode set, double* value, double* rate);
   void SampleForces(double theta, ContactMode set, double* value);
+  double AtHand(int guard) const;
+  bool IsShared(int guard) const;
   ContactMode OpenGaps(bool free) const;
   void FindForceFloors(int seen);
   bool ScreenForces(bool probed, ContactMode* open, LocatedEvent* pull, LocatedEvent* event);

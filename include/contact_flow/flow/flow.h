@@ -103,11 +103,16 @@ class Flow {
   std::optional<double> PredictRest(int i);
   bool CompleteZeno();
   void Warn(Outcome code, const std::string& message);
+  /// Where an arc begins whose forces are not unique, once for the contacts that share them.
+  void WarnOfSharedForces();
+  /// No step size is small enough: why.
+  void StopWithoutSteps();
   void FindImplied();
   int ImpliedThatMoved(double reaches) const;
   void ForgetRisen();
   double SlipInSpaceLimit() const;
-  int StoppedInSpace() const;
+  int StoppedInSpace();
+  bool WouldStick(int i);
   ContactMode SlidingInSpace() const;
   void TallyStep();
   void TallyTransition();
@@ -159,6 +164,7 @@ class Flow {
   double accumulation_time_ = std::numeric_limits<double>::quiet_NaN();
   std::vector<Warning> warnings_;
   long num_warnings_ = 0;
+  ContactMode shared_;   // warned of
   ContactMode implied_;  // touching constraints that mode_ implies: no guards on this arc
   Vector implied_gap_;   // where they were at its beginning
   int stalls_ = 0;       // transitions in a row without time between them

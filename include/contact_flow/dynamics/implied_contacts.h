@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <map>
+
+#include "contact_flow/contact_mode.h"
+#include "contact_flow/model/mechanical_system.h"
+#include "contact_flow/types.h"
+
+namespace contact_flow {
+
+/// Those of `near` whose rows N depend on those of `closed` at x: what closes these closes them.
+ContactMode ImpliedClosed(const MechanicalSystem& system, const Vector& x, ContactMode closed,
+                          ContactMode near);
+
+/// Those of `closed` that cannot slip as long as `still` do not: their rows T depend on N of all
+/// that is closed and on T of what is still.
+ContactMode ImpliedStill(const MechanicalSystem& system, const Vector& x, ContactMode closed,
+                         ContactMode still);
+
+/// What rests is made rest, by the shortest change of velocity: normal velocities of the mode,
+/// slips of what sticks. A slip in space that begins, along `onsets`, gets its direction by the speed
+/// `onset`, which counts as none.
+void MakeRest(const MechanicalSystem& system, ContactMode mode,
+              const std::map<int, Eigen::Vector2d>& onsets, double onset, Vector* x);
+
+}  // namespace contact_flow

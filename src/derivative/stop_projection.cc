@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <Eigen/LU>
+#include <Eigen/QR>
+
+#include "frictional_reset.h"
+
+namespace contact_flow {
+namespace {
+
+/// Pivots below this part of the largest are those of rows that depend on others.
+constexpr double kDependent = 1e-10;
+
+}  // namespace
+
+Matrix SolveConsistent(const Matrix& A, const Vector& unit, const Matrix& B) {
+  Eigen::CompleteOrthogonalDecomposition<Matrix> factor;
+  factor.setThreshold(kDependent);
+  factor.compute(unit.asDiagonal() * A * unit.asDiagonal());
+  return unit.asDiagonal() * factor.solve(unit.asDiagonal() * B);
+}
+
+Matrix StopProjection(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
+                      ContactMode stopping, const Matrix& rate_jacobian) {
+  const MechanicalSystem& system = dynamics->system();
+  const int d = system.dof(), nq = system.num_positions();
+  const InverseInertia inertia(system, x.head(nq), x.tail(d));
+  const Matrix& A = inertia.terms().jacobian;
+  std::vector<int> rows, stopped;  // places in `rows`
+  std::vector<Vector> pushes;
+  for (int i : mode - system.compliant()) {
+    const Friction& friction = system.friction()[i];
+    const Letter letter = mode.LetterOf(i);
+    rows.push_back(i);
+    pushes.push_back(A.row(i).transpose());
+    if (letter == Letter::kStick) {
+      for (int k = 0; k < friction.dimension; ++k) {
+        if (stopping.Contains(i)) stopped.push_back(static_cast<int>(rows.size()));
+        rows.push_back(friction.row + k);
+        pushes.push_back(A.row(friction.row + k).transpose());
+      }
+    } else if (friction.dimension > 0 && friction.coefficient > 0) {
+      const auto T = A.middleRows(friction.row, friction.dimension);
+      Vector direction(1);
+      direction(0) = letter == Letter::kBackward ? -1 : 1;
+      if (friction.dimension == 2) direction = (T * x.tail(d)).normalized();
+      pushes.back() -= friction.coefficient * (T.transpose() * direction);
+    }
+  }
+  const auto m = static_cast<Eigen::Index>(rows.size());
+  Matrix active(m, d), push(d, m);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    active.row(k) = A.row(rows[static_cast<std::size_t>(k)]);
+    push.col(k) = pushes[static_cast<std::size_t>(k)];
+  }
+  const Matrix reach = inertia * push;
+  Matrix wanted = Matrix::Zero(m, rate_jacobian.cols());
+  for (int place : stopped) {
+    wanted.row(place) = rate_jacobian.row(rows[static_cast<std::size_t>(place)]);
+  }
+  Matrix projection = Matrix::Identity(rate_jacobian.cols(), rate_jacobian.cols());
+  const Matrix H = active * reach;
+  const Matrix gram = active * (inertia * active.transpose());
+  const Vector unit = gram.diagonal().cwiseSqrt().cwiseInverse();
+  Eigen::FullPivLU<Matrix> ranks(unit.asDiagonal() * H * unit.asDiagonal());
+  ranks.setThreshold(kDependent);
+  projection.middleRows(d, d) -=
+      reach * (ranks.rank() < m ? SolveConsistent(H, unit, wanted)
+                                : Matrix(H.partialPivLu().solve(wanted)));
+  return projection;
+}
+
+Matrix RateJacobian(const ContactDynamics& dynamics, const Vector& x) {
+  const MechanicalSystem& system = dynamics.system();
+  const int d = system.dof(), nq = system.num_positions(), rows = system.num_rows();
+  const Vector q = x.head(nq), v = x.tail(d);
+  ConstraintTerms terms;
+  system.Constraints(q, v, &terms);
+  ResidualJacobian by;
+  system.DifferentiateImpact(q, Vector::Zero(d), Vector::Zero(rows), v, &by);
+  Matrix jacobian = Matrix::Zero(rows, 2 * d + dynamics.num_variables());
+  jacobian.leftCols(d) = by.constraint_q;
+  jacobian.middleCols(d, d) = terms.jacobian;
+  const std::vector<int>& parameters = dynamics.variables().parameters;
+  if (!parameters.empty()) {
+    ParameterJacobian by_parameter;
+    system.DifferentiateImpactByParameters(q, Vector::Zero(d), Vector::Zero(rows), v, parameters,
+                                           &by_parameter);
+    jacobian.rightCols(by_parameter.constraint.cols()) = by_parameter.constraint;
+  }
+  return jacobian;
+}
+
+}  // namespace contact_flow

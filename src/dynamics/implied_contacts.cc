@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/dynamics/implied_contacts.h"
+
+#include <Eigen/QR>
+#include <vector>
+
+#include "contact_flow/dynamics/complementarity.h"
+#include "contact_flow/dynamics/inverse_inertia.h"
+#include "contact_flow/dynamics/word_selection.h"
+
+namespace contact_flow {
+namespace {
+
+/// Places of independent ones among `rows`, G being the Gram matrix of all.
+std::vector<int> Independent(const Matrix& G, const std::vector<int>& rows) {
+  std::vector<int> basis;
+  for (int row : rows) {
+    if (Independence(G, basis, row) > kDependentRow) basis.push_back(row);
+  }
+  return basis;
+}
+
+}  // namespace
+
+ContactMode ImpliedClosed(const MechanicalSystem& system, const Vector& x, ContactMode closed,
+                          ContactMode near) {
+  if (closed.Empty() || near.Empty()) return {};
+  const int nq = system.num_positions();
+  const InverseInertia inertia(system, x.head(nq), x.tail(system.dof()));
+  const ContactMode all = closed.Members() | near;
+  const Matrix A = inertia.Rows(all);
+  const Matrix G = A * (inertia * A.transpose());
+  std::vector<int> members, constraints;
+  for (int i : all) {
+    if (closed.Contains(i)) members.push_back(static_cast<int>(constraints.size()));
+    constraints.push_back(i);
+  }
+  const std::vector<int> basis = Independent(G, members);
+  ContactMode implied;
+  for (std::size_t k = 0; k < constraints.size(); ++k) {
+    if (closed.Contains(constraints[k])) continue;
+    const bool depends = Independence(G, basis, static_cast<int>(k)) <= kDependentRow;
+    if (depends) implied.Insert(constraints[k]);
+  }
+  return implied;
+}
+
+ContactMode ImpliedStill(const MechanicalSystem& system, const Vector& x, ContactMode closed,
+                         ContactMode still) {
+  if (still.Empty() || (closed - still).Empty()) return {};
+  const int nq = system.num_positions();
+  const InverseInertia inertia(system, x.head(nq), x.tail(system.dof()));
+  const FrictionFrame frame(system, inertia, closed.Members());
+  const FrictionProblem& problem = frame.problem();
+  std::vector<int> held;
+  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+    held.push_back(problem.Row(k));
+    for (int j = 1; j <= problem.contacts[k].dimension; ++j) {
+      if (still.Contains(frame.constraints()[k])) held.push_back(problem.Row(k) + j);
+    }
+  }
+  const std::vector<int> basis = Independent(problem.G, held);
+  ContactMode implied;
+  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+    const int i = frame.constraints()[k], dimension = problem.contacts[k].dimension;
+    if (still.Contains(i) || dimension == 0) continue;
+    bool all = true;
+    for (int j = 1; all && j <= dimension; ++j) {
+      all = Independence(problem.G, basis, problem.Row(k) + j) <= kDependentRow;
+    }
+    if (all) implied.Insert(i);
+  }
+  return implied;
+}
+
+void MakeRest(const MechanicalSystem& system, ContactMode mode,
+              const std::map<int, Eigen::Vector2d>& onsets, double onset, Vector* x) {
+  const int nq = system.num_positions(), d = system.dof();
+  std::vector<int> rows;
+  std::vector<double> rates;
+  for (int i : mode) {
+    rows.push_back(i);
+    rates.push_back(0);
+    const bool begins = onsets.count(i) > 0;
+    if (mode.LetterOf(i) != Letter::kStick && !begins) continue;
+    const Friction& friction = system.friction()[i];
+    for (int k = 0; k < friction.dimension; ++k) {
+      rows.push_back(friction.row + k);
+      rates.push_back(begins ? onset * onsets.at(i)(k) : 0);
+    }
+  }
+  if (rows.empty()) return;
+  const InverseInertia inertia(system, x->head(nq), x->tail(d));
+  Matrix A(static_cast<Eigen::Index>(rows.size()), d);
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    A.row(static_cast<Eigen::Index>(r)) = inertia.terms().jacobian.row(rows[r]);
+  }
+  const Vector rate =
+      A * x->tail(d) - Vector::Map(rates.data(), static_cast<Eigen::Index>(rates.size()));
+  if (rate.isZero(0)) return;
+  const Matrix reach = inertia * A.transpose();
+  x->tail(d) -= reach * (A * reach).completeOrthogonalDecomposition().solve(rate);
+}
+
+}  // namespace contact_flow

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Forces of contacts whose rows depend on each other, in the dynamics of a contact mode.
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "contact_flow/dynamics/complementarity.h"
+#include "contact_flow/dynamics/contact_dynamics.h"
+#include "dependent_rows.h"
+
+namespace contact_flow {
+namespace {
+
+/// A pivot of a sliding mode below this part of the largest makes it worth to look.
+constexpr double kSmallPivot = 1e-9;
+/// Entries of Z that are rounding, and a push of it that is none, relative.
+constexpr double kNoPart = 1e-7, kNoPush = 1e-6;
+
+/// Of the shared contacts, in the multipliers of the `active` rows.
+std::vector<ForceCone> SharedCones(const MechanicalSystem& system, ContactMode mode,
+                                   ContactMode shared, const std::vector<int>& active) {
+  std::vector<ForceCone> cones;
+  const auto place = [&](int row) {
+    return static_cast<int>(std::find(active.begin(), active.end(), row) - active.begin());
+  };
+  for (int i : shared) {
+    const Friction& friction = system.friction()[i];
+    const int dimension = mode.LetterOf(i) == Letter::kStick ? friction.dimension : 0;
+    cones.push_back({place(i), dimension > 0 ? place(friction.row) : 0, dimension,
+                     friction.coefficient});
+  }
+  return cones;
+}
+
+}  // namespace
+
+bool ContactDynamics::FindDependence() {
+  at_->shared = ContactMode();
+  const Matrix& G = at_->delassus_inverse;
+  bool small = at_->delassus_factor.info() != Eigen::Success;
+  for (Eigen::Index i = 0; i < G.rows() && !small; ++i) {
+    const double pivot = at_->delassus_factor.matrixLLT()(i, i);
+    small = pivot * pivot <= kDependentRow * G(i, i);
+  }
+  if (!small || !G.allFinite() || !(G.diagonal().array() > 0).all()) return false;
+  const RowBasis basis = FindRowBasis(G);
+  if (basis.freedom.cols() == 0) return false;
+  at_->freedom = basis.freedom;
+  NoteShared();
+  if (at_->shared.Empty()) return false;  // bilateral constraints among themselves
+  at_->generalized = basis.PseudoInverse();
+  return true;
+}
+
+/// Here A_J and W_J differ: independent rows of A, and all multipliers that meet them.
+bool ContactDynamics::FindSlidingDependence() {
+  at_->shared = ContactMode();
+  const auto pivots = at_->sliding_factor.matrixLU().diagonal().cwiseAbs();
+  if (!(pivots.minCoeff() <= kSmallPivot * pivots.maxCoeff())) return false;
+  const Matrix G = at_->reach.transpose() * at_->reach;
+  if (!G.allFinite() || !(G.diagonal().array() > 0).all()) return false;
+  const RowBasis basis = FindRowBasis(G);
+  const Eigen::Index k = G.rows(), r = k - basis.freedom.cols();
+  if (r == k) return false;
+  const Vector unit = G.diagonal().cwiseSqrt().cwiseInverse();
+  Matrix H(r, k), rows = Matrix::Zero(r, k);
+  for (Eigen::Index i = 0; i < r; ++i) {
+    const int row = basis.rows[static_cast<std::size_t>(i)];
+    H.row(i) = unit(row) * at_->delassus_inverse.row(row) * unit.asDiagonal();
+    rows(i, row) = unit(row);
+  }
+  Eigen::FullPivLU<Matrix> factor(H);
+  factor.setThreshold(kDependentRow);
+  if (factor.rank() < r) return false;
+  at_->freedom = unit.asDiagonal() * factor.kernel();
+  NoteShared();
+  if (at_->shared.Empty()) return false;
+  const Matrix any = unit.asDiagonal() * H.completeOrthogonalDecomposition().solve(rows);
+  const Matrix& Z = at_->freedom;
+  at_->generalized = any - Z * (Z.transpose() * Z).ldlt().solve(Z.transpose() * any);
+  // Forces that are not unique must not push.
+  const double size = (at_->push.cwiseAbs() * Z.cwiseAbs()).maxCoeff();
+  at_->regular = at_->regular && (at_->push * Z).cwiseAbs().maxCoeff() <= kNoPush * size;
+  return true;
+}
+
+void ContactDynamics::NoteShared() {
+  at_->shared = ContactMode();
+  for (Eigen::Index j = 0; j < at_->freedom.cols(); ++j) {
+    const auto column = at_->freedom.col(j).cwiseAbs();
+    const double part = kNoPart * column.maxCoeff();
+    for (int i : at_->mode - system_.compliant()) {
+      const Friction& friction = system_.friction()[i];
+      for (Eigen::Index k = 0; k < column.size(); ++k) {
+        const int row = at_->active[static_cast<std::size_t>(k)];
+        const bool own =
+            row == i || (row >= friction.row && row < friction.row + friction.dimension);
+        if (own && column(k) > part) at_->shared.Insert(i);
+      }
+    }
+  }
+}
+
+void ContactDynamics::SpreadForces(const Vector& multiplier, Vector* force) const {
+  force->setZero(n_);
+  for (std::size_t k = 0; k < at_->active.size(); ++k) {
+    (*force)(at_->active[k]) = multiplier(static_cast<Eigen::Index>(k));
+  }
+}
+
+/// What is at hand: the smallest forces, and where they are not admissible a search for others.
+void ContactDynamics::ShareForces() {
+  share_known_ = false;
+  const std::vector<ForceCone> cones =
+      SharedCones(system_, at_->mode, at_->shared, at_->active);
+  shared_slack_ = LeastSlack(cones, at_->multiplier);
+  if (shared_slack_ >= 0) return;
+  FindShare();
+  ForceShare interior;
+  interior.margin = shared_margin_;
+  interior.force.resize(at_->multiplier.size());
+  for (std::size_t k = 0; k < at_->active.size(); ++k) {
+    interior.force(static_cast<Eigen::Index>(k)) = interior_(at_->active[k]);
+  }
+  at_->multiplier = SmallestShare(cones, at_->multiplier, at_->freedom, interior);
+}
+
+void ContactDynamics::FindShare() const {
+  if (share_known_) return;
+  share_known_ = true;
+  const ForceShare interior =
+      MostInterior(SharedCones(system_, at_->mode, at_->shared, at_->active), at_->multiplier,
+                   at_->freedom);
+  shared_margin_ = interior.margin;
+  SpreadForces(interior.gradient, &shared_gradient_);
+  SpreadForces(interior.force, &interior_);
+  for (const Sliding& s : at_->sliding) {
+    interior_.segment(s.friction.row, s.friction.dimension) =
+        -s.friction.coefficient * interior_(s.constraint) *
+        s.direction.head(s.friction.dimension);
+  }
+}
+
+}  // namespace contact_flow
