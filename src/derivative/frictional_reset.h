@@ -55,8 +55,8 @@ class FrictionalReset {
 Matrix StopProjection(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
                       ContactMode stopping, const Matrix& rate_jacobian);
 
-/// A⁻¹ B; where rows of A depend on others, one of the solutions. Rows and columns are scaled by
-/// `unit`.
+/// A⁻¹ B; where rows of A depend on others, one of the solutions. Rows and columns
+/// are scaled by `unit`.
 Matrix SolveConsistent(const Matrix& A, const Vector& unit, const Matrix& B);
 
 /// D(A v) of all rows at x [n+l+r × 2d+k].

@@ -18,8 +18,8 @@ struct ConeSolution {
 /// Todd's scaling and Mehrotra's steps (L. Vandenberghe, The CVXOPT linear and quadratic cone
 /// program solvers, 2010), from `start`, which has to give an s in the interior; to a duality gap
 /// of rounding: Newton's method on the equations of the cones that are active ends what scaling can
-/// no longer resolve. Where solutions are not unique, one inside their set. The columns of B have to be
-/// independent. Nothing where it does not converge: f·z is not bounded below.
+/// no longer resolve. Where solutions are not unique, one inside their set. The columns of B must
+/// be independent. Nothing where it does not converge: f·z is not bounded below.
 [[nodiscard]] std::optional<ConeSolution> SolveConeProgram(const Vector& f, const Vector& c,
                                                            const Matrix& B,
                                                            const std::vector<int>& cones,

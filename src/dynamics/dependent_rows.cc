@@ -111,7 +111,8 @@ RowBasis FindRowBasis(const Matrix& G) {
   for (Eigen::Index j = 0; j < f; ++j) {
     const double own = 1 / unit(others[static_cast<std::size_t>(j)]);
     const double rounding = kNoPart * std::max(own, combination.col(j).cwiseAbs().maxCoeff());
-    combination.col(j) = (combination.col(j).array().abs() > rounding).select(combination.col(j), 0);
+    const auto part = combination.col(j);
+    combination.col(j) = (part.array().abs() > rounding).select(part, 0).eval();
   }
   basis.inverse = Matrix::Zero(k, k);
   basis.freedom = Matrix::Zero(k, f);

@@ -130,8 +130,8 @@ class Words {
     return InverseInertia(system_, x_.head(nq_), x_.tail(d_), dynamics_.u(), ContactMode());
   }
 
-  /// Where rows are dependent and all words lead to one motion: the one of them that a look ahead
-  /// tells.
+  /// Where rows are dependent and all words lead to one motion: the one of them that
+  /// a look ahead tells.
   std::optional<ContactMode> Ahead(const std::vector<FrictionSolution>& all, double border) {
     if (!Dependent()) return std::nullopt;
     std::optional<ContactMode> along;

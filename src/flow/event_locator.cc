@@ -34,20 +34,6 @@ constexpr double kSlipRounding = 1e-13;
 /// make it matter.
 constexpr double kGapRounding = 1e-15, kLongRow = 100;
 
-/// μ λ_n, or λ_n, and λ_t of the contacts that share forces.
-Vector SharedForces(const ContactDynamics& at) {
-  Vector values = Vector::Zero(at.force().size());
-  for (int i : at.shared()) {
-    const Friction& friction = at.system().friction()[i];
-    const bool cone = std::isfinite(friction.coefficient) && friction.coefficient > 0;
-    values(i) = (cone ? friction.coefficient : 1) * at.force()(i);
-    if (!cone) continue;
-    values.segment(friction.row, friction.dimension) =
-        at.force().segment(friction.row, friction.dimension);
-  }
-  return values;
-}
-
 }  // namespace
 
 void SampleGaps(const MechanicalSystem& system, const VectorRef& x, const VectorRef& acceleration,

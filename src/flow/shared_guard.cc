@@ -25,6 +25,19 @@ double Bend(const SharedMargin& a, const SharedMargin& m, const SharedMargin& b)
 
 }  // namespace
 
+Vector SharedForces(const ContactDynamics& at) {
+  Vector values = Vector::Zero(at.force().size());
+  for (int i : at.shared()) {
+    const Friction& friction = at.system().friction()[i];
+    const bool cone = std::isfinite(friction.coefficient) && friction.coefficient > 0;
+    values(i) = (cone ? friction.coefficient : 1) * at.force()(i);
+    if (!cone) continue;
+    values.segment(friction.row, friction.dimension) =
+        at.force().segment(friction.row, friction.dimension);
+  }
+  return values;
+}
+
 void SearchSharedMargin(int guard, double floor,
                         const std::function<SharedMargin(double theta)>& sample,
                         LocatedEvent* event) {

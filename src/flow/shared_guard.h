@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/guard_search.h"
 #include "contact_flow/types.h"
 
@@ -14,6 +15,9 @@ struct SharedMargin {
   double theta, value;
   Vector force;
 };
+
+/// μ λ_n, or λ_n, and λ_t of the contacts that share forces, as they were evaluated last.
+Vector SharedForces(const ContactDynamics& at);
 
 /// Looks for the first zero of the margin, below −floor behind it. The margin is a concave function
 /// of the forces, with kinks: on a piece it is no less than its values at the ends, but for what

@@ -69,7 +69,9 @@ Goals ResolveGoals(const SystemDescription& names, const std::string& field,
   for (std::size_t k = 0; k < asked.size(); ++k) {
     const std::string place = field + "[" + std::to_string(k) + "]";
     const int i = StateIndex(place, asked[k], names);
-    if (i >= size) throw std::invalid_argument(place + " is '" + asked[k] + "': a position is needed");
+    if (i >= size) {
+      throw std::invalid_argument(place + " is '" + asked[k] + "': a position is needed");
+    }
     goals.target(i) = targets[k];
     goals.weight(i) = weights.empty() ? 1 : weights[k];
   }

@@ -11,8 +11,7 @@ namespace contact_flow {
 /// The functions of the state that stay positive along an arc, numbered. Guard i < n is the normal
 /// one of constraint i: a_i where it is open, λ_n,i where it is in contact (−a_i if compliant).
 /// With friction there are two more for each contact i, n + 2i and n + 2i + 1:
-///   sticks, in the plane   μ λ_n + λ_t and μ λ_n − λ_t: at zero it begins to slip forward,
-///                          backward
+///   sticks, in the plane   μ λ_n + λ_t and μ λ_n − λ_t: it begins to slip forward, backward
 ///   sticks, in space       μ λ_n − |λ_t|, and none
 ///   slips, in the plane    the slip along its letter, ± T v, and none
 /// A contact that sticks by finite friction has no normal guard: its cone is reached first.

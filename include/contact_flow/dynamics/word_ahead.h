@@ -18,9 +18,9 @@ struct WordAhead {
 };
 
 /// The word at a border, where the motion of `along` is that of several words and slips that begin
-/// have no direction yet: the only one that fits a little later along it. There what `along` uses up
-/// is missing, and the others have accelerations of their own; the time is the shortest of a few at
-/// which a single word is left. Nothing where none, or several, fit at all of them.
+/// have no direction yet: the only one that fits a little later along it. There what `along` takes
+/// is missing, and the others have accelerations of their own; the time is the shortest of a few
+/// at which a single word is left. Nothing where none, or several, fit at all of them.
 std::optional<WordAhead> FindWordAhead(ContactDynamics* dynamics, const Vector& x,
                                        const TouchingContacts& touching, ContactMode along,
                                        double border);
