@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "face.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
 #include "contact_flow/budget.h"
+#include "contact_flow/trajectory_optimization/piece_step.h"
 
 namespace contact_flow {
 namespace {
@@ -56,7 +56,7 @@ FacePoint PutOntoFace(const Unknowns& unknowns, const PieceModel& piece,
   for (Eigen::Index i = 0; i < y.size(); ++i) {
     if (bounded[static_cast<std::size_t>(i)]) A.col(i).setZero();
   }
-  Matrix reach = piece.hessian.llt().solve(A.transpose());
+  Matrix reach = FactorOf(piece.hessian).solve(A.transpose());
   for (Eigen::Index i = 0; i < y.size(); ++i) {
     if (bounded[static_cast<std::size_t>(i)]) reach.row(i).setZero();
   }

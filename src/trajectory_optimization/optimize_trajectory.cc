@@ -107,7 +107,10 @@ class Search {
       }
       const double none = options_.tolerance * (1 + std::abs(point.cost));
       if (promised <= none && damping == 0) {
-        return End(Verdict(models, steps), "");
+        const TrajectoryVerdict verdict = Verdict(models, steps);
+        return End(verdict, verdict == TrajectoryVerdict::kStalled
+                                ? "the steps of a piece contradict its order of events"
+                                : "");
       }
       FacePoint next = point;
       KinkStatus kink = KinkStatus::kNone;

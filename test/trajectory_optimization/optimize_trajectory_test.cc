@@ -200,6 +200,16 @@ TEST_F(BallProblem, WithoutContactItIsALinearSystem) {
   EXPECT_LT(optimum.certificate.front().residual, 1e-8);
 }
 
+/// Without effort most directions are free: the second order is singular.
+TEST_F(BallProblem, WithoutEffortTheTargetIsMet) {
+  problem.effort.setZero();
+  Begin(-20);
+  const TrajectoryOptimum optimum = OptimizeTrajectory(system, problem);
+  EXPECT_LT(optimum.cost, 1e-12) << optimum.message;
+  EXPECT_LE(static_cast<int>(optimum.verdict), static_cast<int>(TrajectoryVerdict::kValley))
+      << optimum.message;
+}
+
 /// Bounds, some of which hold.
 TEST_F(BallProblem, InputsStayInTheirBox) {
   problem.x(0) = 40;
