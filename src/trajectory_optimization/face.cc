@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 
 #include "contact_flow/budget.h"
 #include "contact_flow/trajectory_optimization/piece_step.h"
@@ -20,6 +21,16 @@ constexpr double kClose = 1e-11;
 
 }  // namespace
 
+void CheckBudget(const Status& status) {
+  if (status.ok()) return;
+  std::string sentence;
+  const BudgetEnd end = LookAtBudget(&sentence);
+  if (end != BudgetEnd::kNone) throw BudgetExceeded(end, sentence);
+  if (status.outcome == Outcome::kCancelled) {
+    throw BudgetExceeded(BudgetEnd::kCancelled, status.message);
+  }
+}
+
 FacePoint Evaluate(const Unknowns& unknowns, const Vector& y, const std::vector<OrderRow>& pairs,
                    long* simulations, Vector* apart) {
   AskBudget();
@@ -29,6 +40,7 @@ FacePoint Evaluate(const Unknowns& unknowns, const Vector& y, const std::vector<
   try {
     const Trajectory run =
         unknowns.Run(y, unknowns.problem().simulate.simultaneity_tolerance, false);
+    CheckBudget(run.status);
     if (!run.status.ok()) return point;
     point.cost = unknowns.Cost(y, unknowns.Positions(run), run.FinalState());
     if (!std::isfinite(point.cost)) point.cost = std::numeric_limits<double>::infinity();

@@ -62,6 +62,7 @@ class Search {
     } catch (const std::domain_error& refusal) {
       models.status = {Outcome::kNotDifferentiable, refusal.what()};
     }
+    CheckBudget(models.status);
     return models;
   }
 
