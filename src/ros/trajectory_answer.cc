@@ -32,7 +32,7 @@ static_assert(
 constexpr double kLargestTolerance = 1e3, kLargestInterval = 1;
 constexpr int kMaxIterations = 100000;
 /// Unknowns beyond this many are refused: their second order is a full matrix.
-constexpr int kMaxUnknowns = 4000;
+constexpr int kMaxUnknowns = 1000;
 
 void CheckWeights(const std::string& field, const std::vector<double>& weights) {
   CheckFinite(field, weights);

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "face.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 
 #include "contact_flow/budget.h"
+#include "contact_flow/trajectory_optimization/piece_step.h"
 
 namespace contact_flow {
 namespace {
@@ -20,6 +21,16 @@ constexpr double kClose = 1e-11;
 
 }  // namespace
 
+void CheckBudget(const Status& status) {
+  if (status.ok()) return;
+  std::string sentence;
+  const BudgetEnd end = LookAtBudget(&sentence);
+  if (end != BudgetEnd::kNone) throw BudgetExceeded(end, sentence);
+  if (status.outcome == Outcome::kCancelled) {
+    throw BudgetExceeded(BudgetEnd::kCancelled, status.message);
+  }
+}
+
 FacePoint Evaluate(const Unknowns& unknowns, const Vector& y, const std::vector<OrderRow>& pairs,
                    long* simulations, Vector* apart) {
   AskBudget();
@@ -29,6 +40,7 @@ FacePoint Evaluate(const Unknowns& unknowns, const Vector& y, const std::vector<
   try {
     const Trajectory run =
         unknowns.Run(y, unknowns.problem().simulate.simultaneity_tolerance, false);
+    CheckBudget(run.status);
     if (!run.status.ok()) return point;
     point.cost = unknowns.Cost(y, unknowns.Positions(run), run.FinalState());
     if (!std::isfinite(point.cost)) point.cost = std::numeric_limits<double>::infinity();
@@ -56,7 +68,7 @@ FacePoint PutOntoFace(const Unknowns& unknowns, const PieceModel& piece,
   for (Eigen::Index i = 0; i < y.size(); ++i) {
     if (bounded[static_cast<std::size_t>(i)]) A.col(i).setZero();
   }
-  Matrix reach = piece.hessian.llt().solve(A.transpose());
+  Matrix reach = FactorOf(piece.hessian).solve(A.transpose());
   for (Eigen::Index i = 0; i < y.size(); ++i) {
     if (bounded[static_cast<std::size_t>(i)]) reach.row(i).setZero();
   }

@@ -15,6 +15,10 @@ struct FacePoint {
   bool on_face = false;  ///< the events that were asked for coincide
 };
 
+/// Throws BudgetExceeded where the budget of this thread has ended a run, or its caller: such a
+/// status says nothing of the point.
+void CheckBudget(const Status& status);
+
 /// The cost at y. Where `pairs` are given, their times apart are appended.
 FacePoint Evaluate(const Unknowns& unknowns, const Vector& y, const std::vector<OrderRow>& pairs,
                    long* simulations, Vector* apart = nullptr);

@@ -62,6 +62,7 @@ class Search {
     } catch (const std::domain_error& refusal) {
       models.status = {Outcome::kNotDifferentiable, refusal.what()};
     }
+    CheckBudget(models.status);
     return models;
   }
 
@@ -107,7 +108,10 @@ class Search {
       }
       const double none = options_.tolerance * (1 + std::abs(point.cost));
       if (promised <= none && damping == 0) {
-        return End(Verdict(models, steps), "");
+        const TrajectoryVerdict verdict = Verdict(models, steps);
+        return End(verdict, verdict == TrajectoryVerdict::kStalled
+                                ? "the steps of a piece contradict its order of events"
+                                : "");
       }
       FacePoint next = point;
       KinkStatus kink = KinkStatus::kNone;

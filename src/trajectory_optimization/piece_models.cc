@@ -71,6 +71,7 @@ class ModelBuilder {
     std::size_t interval = 0, passed = 0;
     AddInput(0);
     for (std::size_t k = 0; k < derivative_.arcs.size(); ++k) {
+      AskBudget();
       const Matrix& Phi = derivative_.arcs[k];
       S = (Phi.topLeftCorner(d2, d2) * S).eval();
       for (Eigen::Index j = 0; j < m; ++j) {
@@ -295,6 +296,14 @@ PieceModels MakePieceModels(const Unknowns& unknowns, const Vector& y, std::size
                      "contacts have friction: their pieces are not orders of events"};
     return models;
   }
+  for (const EventMap& event : derivative.events) {
+    if (event.num_activations() <= options.max_activations_for_pieces) continue;
+    models.status = {Outcome::kTooManyPieces,
+                     std::to_string(event.num_activations()) + " events coincide at t = " +
+                         std::to_string(event.time()) + " s: pieces are made of at most " +
+                         std::to_string(options.max_activations_for_pieces)};
+    return models;
+  }
   ModelBuilder builder(unknowns, y, run, derivative);
   models.cost = builder.Cost();
   if (builder.Count() > max_pieces) {
@@ -303,6 +312,9 @@ PieceModels MakePieceModels(const Unknowns& unknowns, const Vector& y, std::size
                                                   std::to_string(max_pieces) + " are taken"};
     return models;
   }
+  const double n = unknowns.size();
+  AskMemory(static_cast<double>(builder.Count()) * 8 * n * n,
+            "the second order of " + std::to_string(builder.Count()) + " pieces");
   models.clusters = builder.Clusters();
   for (std::size_t i = 0; i < builder.Count(); ++i) {
     AskBudget();

@@ -15,6 +15,8 @@ namespace {
 constexpr int kMaxBoundChanges = 100;
 /// A gradient at a bound below this part of the largest does not leave it.
 constexpr double kNoise = 1e-12;
+/// Pivots of H below this part of the largest are rounding; H is then lifted by this part.
+constexpr double kSingular = 1e-13, kLift = 1e-9;
 
 /// The problem in the unknowns that are off their bounds.
 class Reduced {
@@ -43,7 +45,7 @@ class Reduced {
       g(i) = moved(free_[i]);
       for (Eigen::Index j = 0; j < n; ++j) H(i, j) = H_(free_[i], free_[j]);
     }
-    const Eigen::LLT<Matrix> factor(H);
+    const Eigen::LLT<Matrix> factor = FactorOf(H);
     if (factor.info() != Eigen::Success) return false;
     Vector step = -factor.solve(g);
     if (h > 0) {
@@ -97,6 +99,20 @@ class Reduced {
 };
 
 }  // namespace
+
+Eigen::LLT<Matrix> FactorOf(const Matrix& H) {
+  AskBudget();
+  Eigen::LLT<Matrix> factor(H);
+  const double largest = H.diagonal().cwiseAbs().maxCoeff();
+  const auto pivots = factor.matrixLLT().diagonal().array().square();
+  const bool regular =
+      factor.info() == Eigen::Success && pivots.minCoeff() > kSingular * pivots.maxCoeff();
+  if (regular || !std::isfinite(largest)) return factor;
+  Matrix lifted = H;
+  lifted.diagonal().array() += largest > 0 ? kLift * largest : 1;
+  factor.compute(lifted);
+  return factor;
+}
 
 PieceStep SolvePiece(const PieceModel& piece, const Vector& y, const Vector& lower,
                      const Vector& upper, OrderRule rule, const std::vector<int>& equal,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <vector>
 
 #include "contact_flow/trajectory_optimization/piece_models.h"
@@ -18,6 +19,11 @@ struct PieceStep {
   double residual = 0;   ///< |g + Hd − Aᵀz| on unknowns off their bounds, largest entry
   std::vector<bool> bounded;  ///< unknowns that stay at a bound [n]
 };
+
+/// The factor of H, or of H with a small multiple of the identity where H is singular to rounding: a
+/// cost that leaves directions free, as one without effort. Its info() is Eigen::Success unless H is
+/// not finite.
+Eigen::LLT<Matrix> FactorOf(const Matrix& H);
 
 /// What of a piece counts in its step.
 enum class OrderRule {
