@@ -73,7 +73,8 @@ void EventMap::AddInstant(ContactMode S, const Vector& v, const Matrix* rates_q)
 
 /// Where all that is closed pushes clearly there is no choice, and ρ is known.
 bool EventMap::PushAll(ContactMode S, ContactMode closed, Stage* stage) const {
-  const bool last = S == events_ && (transition_.mode_after - system_->compliant() - closed).Empty();
+  const ContactMode after = transition_.mode_after - system_->compliant();
+  const bool last = S == events_ && (after - closed).Empty();
   if (S.Empty() || last || closed.Empty() || system_->HasContactEffort()) return false;
   const InverseInertia& inertia = *Geometry().inertia();
   if (!ImpactReset::Terms::Allowed(*system_, inertia, dynamics_->variables())) return false;

@@ -20,8 +20,9 @@ inline std::string Link(const std::string& name, double mass, double inertia) {
   return "<link name=\"" + name + "\">" + Inertial(mass, inertia) + "</link>\n";
 }
 
-inline std::string Joint(const std::string& name, const std::string& type, const std::string& parent,
-                  const std::string& child, const std::string& origin, const std::string& axis) {
+inline std::string Joint(const std::string& name, const std::string& type,
+                         const std::string& parent, const std::string& child,
+                         const std::string& origin, const std::string& axis) {
   return "<joint name=\"" + name + "\" type=\"" + type + "\"><parent link=\"" + parent +
          "\"/><child link=\"" + child + "\"/><origin xyz=\"" + origin + "\"/><axis xyz=\"" + axis +
          "\"/><limit lower=\"-9\" upper=\"9\" effort=\"1\" velocity=\"1\"/></joint>\n";
