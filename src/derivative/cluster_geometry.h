@@ -10,8 +10,7 @@
 
 namespace contact_flow {
 
-/// What is the same after all impacts of a cluster, at its configuration ρ: M and its factor, Da
-/// and G.
+/// What is the same after all impacts of a cluster, at its configuration ρ: M, its factor, Da, G.
 ///
 /// The derivatives of an impact by q are linear in what it does,
 ///   ∂(M Δv − Daᵀ p)/∂q in (Δv, p),      ∂(Da v)/∂q in v,

@@ -19,17 +19,18 @@ namespace {
 constexpr int kMaxComparedActivations = 5;
 
 /// Largest |difference_i| over the size of the terms that it is made of.
-double RelativeResidual(const Vector& difference, const Vector& sizes) {
+double RelativeResidual(const Vector& difference, double size) {
   double largest = 0;
   for (Eigen::Index i = 0; i < difference.size(); ++i) {
-    if (difference(i) != 0) largest = std::max(largest, std::abs(difference(i)) / sizes(i));
+    if (difference(i) != 0) largest = std::max(largest, std::abs(difference(i)) / size);
   }
   return largest;
 }
 
 /// A lower estimate of the condition of a symmetric matrix S scaled to a unit diagonal: by the
 /// pivots of its Cholesky factor, which are L_ii / √S_ii where S = L Lᵀ.
-double ScaledCondition(const Matrix& symmetric, bool regular, const Vector& diagonal) {
+double ScaledCondition(const Matrix& symmetric, bool regular,
+                       const Eigen::Ref<const Vector, 0, Eigen::InnerStride<>>& diagonal) {
   if (symmetric.size() == 0) return 1;
   if (!regular) return std::numeric_limits<double>::infinity();
   const auto pivots = diagonal.array() / symmetric.diagonal().array().sqrt();
@@ -45,7 +46,7 @@ double EventLaw(ContactDynamics* before, ContactDynamics* after, const Transitio
   // Its changes of the input are early as well.
   residual->value = map(field, -Vector::Ones(map.num_input_changes())) - field_after;
   residual->size = std::max(field.cwiseAbs().maxCoeff(), field_after.cwiseAbs().maxCoeff());
-  return RelativeResidual(residual->value, Vector::Constant(field.size(), residual->size));
+  return RelativeResidual(residual->value, residual->size);
 }
 
 /// Selections of orders that differ by one exchange agree where the two events come at once.

@@ -141,11 +141,8 @@ const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, 
     terms = std::make_shared<const ImpactReset::Terms>(
         *system_, inertia, q_, before.v, impact, dynamics_->variables(), std::move(momentum_q),
         std::move(after_q), before_q);
-  } else {
-    terms = std::make_shared<const ImpactReset::Terms>(*system_, inertia, q_, before.v, impact,
-                                                       dynamics_->variables());
   }
-  AddInstant(S.With(i), impact.v_plus, terms->by_factors ? &terms->after_q : nullptr);
+  AddInstant(S.With(i), impact.v_plus, terms ? &terms->after_q : nullptr);
   const ContactMode resting = InstantAt(S.With(i)).resting;
   // By projection all of them are equalities, however small their impulse.
   const bool all = transition_.impact_law == ImpactLaw::kProjection;
@@ -155,8 +152,8 @@ const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, 
   }
   passage.held = (closed | passage.struck) & resting;
   const ContactMode persisting = passage.held.Without(i);
-  passage.reset = ImpactReset(terms, persisting.With(i), persisting, num_input_changes());
-  FindDisturbed(S, closed, i, terms, &passage);
+  passage.reset = Reset(S, i, impact, terms, persisting);
+  FindDisturbed(S, closed, i, impact, terms, &passage);
   for (int j : Brushed(before, i, impact)) {
     if (passage.disturbed.Contains(j) || !closed.Contains(j)) RefuseBrushed(i, j);
   }
@@ -228,11 +225,20 @@ void EventMap::RefuseBrushed(int i, int j) const {
   throw std::domain_error(message.str());
 }
 
+ImpactReset EventMap::Reset(ContactMode S, int i, const ImpactResult& impact,
+                            const std::shared_ptr<const ImpactReset::Terms>& terms,
+                            ContactMode persisting) const {
+  const ContactMode hit = persisting.With(i);
+  if (terms) return ImpactReset(terms, hit, persisting, num_input_changes());
+  return ImpactReset(Widen(ImpactJacobian(*system_, q_, InstantAt(S).v, impact, hit, persisting,
+                                          dynamics_->variables())));
+}
+
 /// The derivative of the solution of a complementarity problem solves one itself: an impulse that
 /// is positive stays (equality), one that vanishes with its complement, the normal velocity
 /// afterwards, is 0 ≤ δp ⟂ δr ≥ 0. Where δr at δp = 0 vanishes along all tangents that keep the
 /// contacts closed there is nothing to decide.
-void EventMap::FindDisturbed(ContactMode S, ContactMode closed, int i,
+void EventMap::FindDisturbed(ContactMode S, ContactMode closed, int i, const ImpactResult& impact,
                              const std::shared_ptr<const ImpactReset::Terms>& terms,
                              Passage* passage) const {
   const Instant &before = InstantAt(S), &after = InstantAt(S.With(i));
@@ -241,11 +247,10 @@ void EventMap::FindDisturbed(ContactMode S, ContactMode closed, int i,
                         dynamics_->variables().parameters.empty();
   if (quiet.Empty() || constant) return;
   const auto reset_without = [&](ContactMode free) {
-    const ContactMode persisting = (passage->held - free).Without(i);
-    return ImpactReset(terms, persisting.With(i), persisting, num_input_changes());
+    return Reset(S, i, impact, terms, (passage->held - free).Without(i));
   };
   const ImpactReset reset_free = reset_without(quiet);
-  if (terms->by_factors && NoneDisturbed(S, quiet, i, reset_free)) return;
+  if (terms && NoneDisturbed(S, quiet, i, reset_free)) return;
   const Matrix& free = reset_free.matrix();
   // Tangents at the instant of the impact: gaps and rates of what is closed vanish.
   const ContactMode touching = before.resting.With(i);

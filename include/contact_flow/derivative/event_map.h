@@ -222,9 +222,13 @@ class EventMap {
   const Stage& Activate(ContactMode S, int i, const Matrix** reset) const;
   /// `rates_q`: ∂(Da v)/∂q, where it is known.
   void AddInstant(ContactMode S, const Vector& v, const Matrix* rates_q = nullptr) const;
-  void FindDisturbed(ContactMode S, ContactMode closed, int i,
+  /// `terms` where resets are products, else null.
+  void FindDisturbed(ContactMode S, ContactMode closed, int i, const ImpactResult& impact,
                      const std::shared_ptr<const ImpactReset::Terms>& terms,
                      Passage* passage) const;
+  ImpactReset Reset(ContactMode S, int i, const ImpactResult& impact,
+                    const std::shared_ptr<const ImpactReset::Terms>& terms,
+                    ContactMode persisting) const;
   /// Whether no contact of `quiet` has another rate along two mixtures of all tangents.
   bool NoneDisturbed(ContactMode S, ContactMode quiet, int i, const ImpactReset& free) const;
   /// What is the same after all impacts of the cluster.

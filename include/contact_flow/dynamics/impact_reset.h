@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "contact_flow/dynamics/impact.h"
@@ -43,6 +44,8 @@ class ImpactReset {
   ImpactReset() = default;
   /// The identity.
   explicit ImpactReset(int tangents) : matrix_(Matrix::Identity(tangents, tangents)) {}
+  /// DR as it is.
+  explicit ImpactReset(Matrix DR) : matrix_(std::move(DR)) {}
   /// `hit` and `persisting` as in ImpactJacobian; `carried` entries behind a tangent are kept.
   ImpactReset(std::shared_ptr<const Terms> terms, ContactMode hit, ContactMode persisting,
               int carried = 0);
