@@ -31,20 +31,6 @@ constexpr double kBusy = 0.2, kBusyGrowth = 1.5;
 /// Rounding of a slip, relative to the velocities.
 constexpr double kSlipRounding = 1e-13;
 
-/// μ λ_n, or λ_n, and λ_t of the contacts that share forces.
-Vector SharedForces(const ContactDynamics& at) {
-  Vector values = Vector::Zero(at.force().size());
-  for (int i : at.shared()) {
-    const Friction& friction = at.system().friction()[i];
-    const bool cone = std::isfinite(friction.coefficient) && friction.coefficient > 0;
-    values(i) = (cone ? friction.coefficient : 1) * at.force()(i);
-    if (!cone) continue;
-    values.segment(friction.row, friction.dimension) =
-        at.force().segment(friction.row, friction.dimension);
-  }
-  return values;
-}
-
 }  // namespace
 
 void SampleGaps(const MechanicalSystem& system, const VectorRef& x, const VectorRef& acceleration,
@@ -292,7 +278,8 @@ void EventLocator::SearchForces(ContactMode members, LocatedEvent* event) {
         [&](double theta) {
           stepper_->Interpolate(theta, x_.data());
           dynamics_->Evaluate(x_, mode_);
-          return SharedMargin{theta, dynamics_->shared_margin(), SharedForces(*dynamics_)};
+          return SharedMargin{theta, dynamics_->shared_margin(), dynamics_->force(),
+                              dynamics_->shared_gradient()};
         },
         event);
     break;

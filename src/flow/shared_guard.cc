@@ -18,9 +18,12 @@ constexpr double kStraight = 0.1;
 /// Of the margin, relative to forces: a cone program is solved to this.
 constexpr double kRounding = 1e-13;
 
+/// What the bend of the forces makes of the margin.
 double Bend(const SharedMargin& a, const SharedMargin& m, const SharedMargin& b) {
   const double s = (m.theta - a.theta) / (b.theta - a.theta);
-  return (m.force - (1 - s) * a.force - s * b.force).cwiseAbs().maxCoeff();
+  const Vector bend = m.force - (1 - s) * a.force - s * b.force;
+  return std::max({std::abs(a.gradient.dot(bend)), std::abs(m.gradient.dot(bend)),
+                   std::abs(b.gradient.dot(bend))});
 }
 
 }  // namespace

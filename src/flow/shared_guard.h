@@ -8,11 +8,11 @@
 
 namespace contact_flow {
 
-/// The margin of shared forces on a step, θ from 0 to 1, and forces that lead to the motion there,
-/// in units of the margin.
+/// The margin of shared forces on a step, θ from 0 to 1, with forces that lead to the motion there
+/// and its gradient by them, which sees no difference between those that do.
 struct SharedMargin {
   double theta, value;
-  Vector force;
+  Vector force, gradient;
 };
 
 /// Looks for the first zero of the margin, below −floor behind it. The margin is a concave function
