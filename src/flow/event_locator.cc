@@ -297,7 +297,8 @@ void EventLocator::SearchForces(ContactMode members, LocatedEvent* event) {
         [&](double theta) {
           stepper_->Interpolate(theta, x_.data());
           dynamics_->Evaluate(x_, mode_);
-          return SharedMargin{theta, dynamics_->shared_margin(), SharedForces(*dynamics_)};
+          return SharedMargin{theta, dynamics_->shared_margin(), dynamics_->force(),
+                              dynamics_->shared_gradient()};
         },
         event);
     break;

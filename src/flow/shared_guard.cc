@@ -18,25 +18,15 @@ constexpr double kStraight = 0.1;
 /// Of the margin, relative to forces: a cone program is solved to this.
 constexpr double kRounding = 1e-13;
 
+/// What the bend of the forces makes of the margin.
 double Bend(const SharedMargin& a, const SharedMargin& m, const SharedMargin& b) {
   const double s = (m.theta - a.theta) / (b.theta - a.theta);
-  return (m.force - (1 - s) * a.force - s * b.force).cwiseAbs().maxCoeff();
+  const Vector bend = m.force - (1 - s) * a.force - s * b.force;
+  return std::max({std::abs(a.gradient.dot(bend)), std::abs(m.gradient.dot(bend)),
+                   std::abs(b.gradient.dot(bend))});
 }
 
 }  // namespace
-
-Vector SharedForces(const ContactDynamics& at) {
-  Vector values = Vector::Zero(at.force().size());
-  for (int i : at.shared()) {
-    const Friction& friction = at.system().friction()[i];
-    const bool cone = std::isfinite(friction.coefficient) && friction.coefficient > 0;
-    values(i) = (cone ? friction.coefficient : 1) * at.force()(i);
-    if (!cone) continue;
-    values.segment(friction.row, friction.dimension) =
-        at.force().segment(friction.row, friction.dimension);
-  }
-  return values;
-}
 
 void SearchSharedMargin(int guard, double floor,
                         const std::function<SharedMargin(double theta)>& sample,

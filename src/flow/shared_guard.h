@@ -3,21 +3,17 @@
 
 #include <functional>
 
-#include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/guard_search.h"
 #include "contact_flow/types.h"
 
 namespace contact_flow {
 
-/// The margin of shared forces on a step, θ from 0 to 1, and forces that lead to the motion there,
-/// in units of the margin.
+/// The margin of shared forces on a step, θ from 0 to 1, with forces that lead to the motion there
+/// and its gradient by them, which sees no difference between those that do.
 struct SharedMargin {
   double theta, value;
-  Vector force;
+  Vector force, gradient;
 };
-
-/// μ λ_n, or λ_n, and λ_t of the contacts that share forces, as they were evaluated last.
-Vector SharedForces(const ContactDynamics& at);
 
 /// Looks for the first zero of the margin, below −floor behind it. The margin is a concave function
 /// of the forces, with kinks: on a piece it is no less than its values at the ends, but for what

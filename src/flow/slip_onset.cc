@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "slip_onset.h"
 
+#include <algorithm>
+
 #include "contact_flow/dynamics/word_ahead.h"
 
 namespace contact_flow {
@@ -8,6 +10,9 @@ namespace {
 
 /// Directions that differ by less are one.
 constexpr double kSameDirection = 1e-6;
+/// Slips that begin with less than this part of what would move without contacts have directions
+/// of rounding.
+constexpr double kSlow = 1e-7;
 
 }  // namespace
 
@@ -35,6 +40,7 @@ std::map<int, Eigen::Vector2d> OnsetDirections(ContactDynamics* dynamics, const 
   }
   std::map<int, Eigen::Vector2d> directions;
   bool unique = true;
+  double fastest = 0;  // acceleration of a slip that begins
   for (const FrictionSolution& found : SolveFriction(problem, border)) {
     bool same = true;
     for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
@@ -48,15 +54,17 @@ std::map<int, Eigen::Vector2d> OnsetDirections(ContactDynamics* dynamics, const 
       if (!begins.Contains(i)) continue;
       const auto [at, fresh] = directions.emplace(i, found.directions[k]);
       unique = unique && (fresh || (at->second - found.directions[k]).norm() < kSameDirection);
+      fastest = std::max(fastest, found.result.segment<2>(problem.Row(k) + 1).norm());
     }
   }
-  if (!unique) {  // the motion is on a border: directions are those a little later
-    directions.clear();
+  const bool slow = !(fastest > kSlow * problem.b.cwiseAbs().maxCoeff());
+  if (!unique || slow) {  // the motion is on a border: directions are those a little later
+    if (!unique) directions.clear();
     ContactMode along = word;
     for (int i : begins) along.Set(i, Letter::kStick);
     if (const auto ahead = FindWordAhead(dynamics, x, touching, along, border)) {
-      unique = ahead->mode == word;
-      for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+      unique = unique || ahead->mode == word;
+      for (std::size_t k = 0; ahead->mode == word && k < problem.contacts.size(); ++k) {
         const int i = frame.constraints()[k];
         if (begins.Contains(i)) directions[i] = ahead->solution.directions[k];
       }
