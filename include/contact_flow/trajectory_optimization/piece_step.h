@@ -20,9 +20,9 @@ struct PieceStep {
   std::vector<bool> bounded;  ///< unknowns that stay at a bound [n]
 };
 
-/// The factor of H, or of H with a small multiple of the identity where H is singular to rounding: a
-/// cost that leaves directions free, as one without effort. Its info() is Eigen::Success unless H is
-/// not finite.
+/// The factor of H, or of H with a small multiple of the identity where H is singular to rounding:
+/// a cost that leaves directions free, as one without effort. Its info() is Eigen::Success unless H
+/// is not finite.
 Eigen::LLT<Matrix> FactorOf(const Matrix& H);
 
 /// What of a piece counts in its step.
