@@ -118,9 +118,23 @@ TEST(FlatBox, TipsWhenThePushReachesItsEdge) {
   EXPECT_LT(run.FinalState()(2), -1e-3);
   const BDerivative B = DifferentiateOutcome(*system, run);
   ASSERT_TRUE(B.status.ok()) << B.status.message;
-  EXPECT_TRUE(B.IsDifferentiable());
   for (const int j : {3, 7}) {
     ExpectConfirmed(*system, Standing(1), 0, tips + 0.2, B, Vector::Unit(8, j));
+  }
+  // A slip would tip it before it stops, as μ height > width: that is not followed.
+  EXPECT_FALSE(B.IsDifferentiable());
+  EXPECT_THROW(B(Vector::Unit(8, 4)), std::domain_error);
+}
+
+/// With μ height < width a slip stops while both corners stay down.
+TEST(FlatBox, IsDifferentiableWhereNoSlipTipsIt) {
+  const auto system = MakeSystem<test::FlatBox>({{"friction", 0.3}});
+  const Trajectory run = Simulate(*system, Standing(1), Vector::Zero(1), 0.2, Tight());
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  const BDerivative B = DifferentiateOutcome(*system, run);
+  EXPECT_TRUE(B.IsDifferentiable());
+  for (const double sign : {1.0, -1.0}) {
+    ExpectConfirmed(*system, Standing(1), 0, 0.2, B, sign * Vector::Unit(8, 4));
   }
 }
 
