@@ -153,6 +153,9 @@ class PagesAsPrinted(unittest.TestCase):
             self.skipTest("built without the Python module, or python3-zarr is not installed")
         self.assertGreaterEqual(self.follow("ensembles")[0], 4)
 
+    def test_trajectories(self):
+        self.assertGreaterEqual(self.follow("trajectories")[0], 2)
+
     def test_every_page_with_commands_is_here(self):
         here = {name[5:] for name in dir(self) if name.startswith("test_")}
         for path in page.pages()[1:]:
