@@ -32,6 +32,7 @@ void Visit(SimulateOptions* o, Field&& field) {
   field("max_seconds", &o->max_seconds);
   field("max_megabytes", &o->max_megabytes);
   field("impact_law", &o->impact_law);
+  field("method", &o->method);
   field("dense", &o->dense);
 }
 
@@ -57,6 +58,11 @@ void Assign(const char*, const py::handle& value, ImpactLaw* field) {
   *field = static_cast<ImpactLaw>(IndexOf("impact_law", py::str(value), ImpactLawNames()));
 }
 
+void Assign(const char*, const py::handle& value, IntegrationMethod* field) {
+  *field = static_cast<IntegrationMethod>(
+      IndexOf("method", py::str(value), IntegrationMethodNames()));
+}
+
 template <class T>
 py::object ToObject(const T& field) {
   return py::cast(field);
@@ -64,6 +70,10 @@ py::object ToObject(const T& field) {
 
 py::object ToObject(const ImpactLaw& law) {
   return py::cast(ImpactLawNames()[static_cast<std::size_t>(law)]);
+}
+
+py::object ToObject(const IntegrationMethod& method) {
+  return py::cast(IntegrationMethodNames()[static_cast<std::size_t>(method)]);
 }
 
 template <class Options>

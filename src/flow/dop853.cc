@@ -5,7 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "contact_flow/flow/dense_step.h"
 #include "dop853_tableau.h"
 
 namespace contact_flow {
@@ -47,14 +46,13 @@ void WriteDenseRow(double h, const double* __restrict stages, int n, double* __r
 }  // namespace
 
 Dop853::Dop853(int n, Field field)
-    : n_(n),
+    : Stepper(n, -1.0 / 8, StagePlaces::OfDop853()),
       field_(std::move(field)),
-      x_(n),
-      x_end_(n),
       scratch_(n),
-      stages_(dop853::kAllStages * n),
-      dense_(kDenseOrder * n),
-      errors_(n) {}
+      stages_(dop853::kAllStages * n) {
+  begin_field_ = stage(0);
+  end_field_ = stage(kStages);
+}
 
 template <int J>
 void Dop853::Combine(double* __restrict out) const {
@@ -132,7 +130,14 @@ double Dop853::TryStep(double h, double relative_tolerance, double absolute_tole
   return std::abs(h) * error5 / std::sqrt(n_ * (error5 + 0.01 * error3));
 }
 
-void Dop853::Finish() { field_(x_end_.data(), stage(12)); }
+void Dop853::Finish() {
+  field_(x_end_.data(), stage(12));
+  if (!watches_) return;
+  // Stage 11 lies at the end of the step, too; scratch_ still is its argument.
+  const double change = (end_field() - Eigen::Map<const Vector>(stage(11), n_)).norm();
+  const double distance = (x_end_ - scratch_).norm();
+  stiffness_ = distance > 0 ? std::abs(h_) * change / distance : 0;
+}
 
 void Dop853::Extend() {
   EvaluateStage<13>();
@@ -152,10 +157,6 @@ void Dop853::Extend() {
   WriteDenseRow<2>(h_, stages_.data(), n_, c + 6 * n_);
   WriteDenseRow<3>(h_, stages_.data(), n_, c + 7 * n_);
   extended_ = true;
-}
-
-void Dop853::Interpolate(double theta, double* x) const {
-  EvaluateDenseStep(dense_.data(), n_, theta, x);
 }
 
 void Dop853::Advance() {

@@ -12,7 +12,7 @@ constexpr double kRounding = std::numeric_limits<double>::epsilon();
 
 }  // namespace
 
-void ErrorTally::AddStep(const Dop853& stepper) {
+void ErrorTally::AddStep(const Stepper& stepper) {
   const int d = space_->dof(), nq = space_->num_positions();
   const double h = stepper.step();
   const auto own = stepper.LocalErrors() + kRounding * stepper.end().array().abs();  // [nq+d]

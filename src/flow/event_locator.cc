@@ -11,18 +11,6 @@
 namespace contact_flow {
 namespace {
 
-constexpr int kEndStage = kStepStages - 1;  // the one at its end
-/// A force is excluded when its smallest stage value exceeds this many times its range over the
-/// stages: a sinusoid of any frequency up to 2000 periods a step falls at most 2.1 ranges below.
-constexpr double kForceReserve = 4;
-/// A margin is told by the smallest stage value where that exceeds this part of the range.
-constexpr double kMarginReserve = 0.5;
-/// The error of a force's interpolant that resolves it, as a part of its range over the stages.
-constexpr double kResolved = 0.05;
-/// A force is zero where it pulls by this part of what moves its gap by the tolerance in one step.
-constexpr double kQuietPull = 1e-6;
-/// A step that does not resolve a force is repeated with this part of its length.
-constexpr double kShorter = 0.3;
 constexpr int kAffinePieces = 2, kPieces = 4, kFreePieces = 8, kForcePieces = 2;
 /// A step that needs more is shortened. A force costs a Jacobian.
 constexpr int kMaxGapSamples = 4000, kMaxForceSamples = 400;
@@ -61,38 +49,11 @@ EventLocator::EventLocator(ContactDynamics* dynamics, double absolute_tolerance,
               [this](double theta, ContactMode set, double* value) {
                 SampleForces(theta, set, value);
               }),
-      forces_(guards_.size(), kStepStages + kNumProbes),
+      places_(&StagePlaces::OfDop853()),
+      forces_(guards_.size(), StagePlaces::kMost),
       x_(dynamics->system().state_size()),
       floors_(Vector::Constant(guards_.size(), floor_)),
       gain_(dynamics->system().num_rows()) {}
-
-/// A guard that is a function of forces, where the dynamics were evaluated last; of shared ones a
-/// lower bound that needs no search.
-double EventLocator::AtHand(int guard) const {
-  return IsShared(guard) ? dynamics_->shared_slack() : guards_.OfForce(guard, *dynamics_);
-}
-
-bool EventLocator::IsShared(int guard) const {
-  return !guards_.IsNormal(guard) && dynamics_->shared().Contains(guards_.ConstraintOf(guard));
-}
-
-void EventLocator::RecordForce(const Vector& force, ContactMode mode) {
-  if (calls_ == kStepStages) return;
-  const Eigen::Index n = dynamics_->system().num_constraints();
-  std::copy(force.data(), force.data() + n, &forces_(0, calls_));
-  if (forces_.rows() > n) {
-    for (int g : guards_.OfForces(mode, dynamics_->shared())) {
-      forces_(g, calls_) = AtHand(g);
-    }
-  }
-  ++calls_;
-}
-
-void EventLocator::EndStep() {
-  if (calls_ == 0) return;
-  forces_.col(0) = forces_.col(std::min(calls_ - 1, kEndStage));
-  calls_ = 1;
-}
 
 /// The guards of a set, gaps or forces, on the continuous extension, and their rates by θ.
 void EventLocator::Sample(double theta, ContactMode set, double* value, double* rate) {
@@ -179,87 +140,6 @@ ContactMode EventLocator::OpenGaps(bool free) const {
   return open;
 }
 
-/// What the integrator cannot resolve of each force.
-void EventLocator::FindForceFloors(int seen) {
-  dynamics_->InverseMasses(&gain_);
-  double largest = 0;
-  for (int i : rigid_) {
-    const auto values = forces_.row(i).head(seen);
-    largest = std::max(largest, values.cwiseAbs().maxCoeff() * std::sqrt(gain_(i)));
-  }
-  const double h = stepper_->step();
-  for (int g : pushes_) {
-    const double gain = gain_(guards_.ConstraintOf(g));
-    floors_(g) = relative_tolerance_ * largest / std::sqrt(gain) +
-                 kQuietPull * 2 * floor_ / (gain * h * h);
-    if (guards_.IsNormal(g)) continue;
-    // A cone is a sum of λ_n times μ and of λ_t.
-    const double mu = dynamics_->system().friction()[guards_.ConstraintOf(g)].coefficient;
-    if (std::isfinite(mu)) floors_(g) *= 1 + mu;
-  }
-}
-
-/// Adds the forces to `open` that may vanish in the step, or set a margin; `pull` becomes the first
-/// place where one was seen to pull. False, with the guard in `event`, when the step does not
-/// resolve one of them.
-bool EventLocator::ScreenForces(bool probed, ContactMode* open, LocatedEvent* pull,
-                                LocatedEvent* event) {
-  const int seen = kStepStages + (probed ? kNumProbes : 0);
-  bool floors = false;
-  for (int i : pushes_) {
-    const auto values = forces_.row(i).head(seen);
-    const double lowest = values.minCoeff(), highest = values.maxCoeff();
-    const double range = highest - lowest;
-    const bool dips = lowest < values(0) && lowest < values(kEndStage);
-    if (lowest > kForceReserve * range) {
-      if (dips) margins_.force = std::min(margins_.force, lowest);
-      continue;
-    }
-    if (!floors) FindForceFloors(seen);
-    floors = true;
-    if (IsShared(i)) {
-      open->Insert(i);
-      continue;
-    }
-    const GuardBound bound = StageBound(&forces_(i, 0), static_cast<int>(forces_.rows()), probed);
-    const double allowed = std::max(kResolved * range, floors_(i));
-    if (!(bound.error <= allowed)) {
-      *event = {false, kShorter, i};
-      return false;
-    }
-    // The error of a quintic grows with the sixth power of the step.
-    const double growth = std::pow(bound.error / allowed, -1.0 / 6);
-    event->growth = std::min(event->growth, growth);
-    const double reach = std::min(bound.lowest, lowest) - bound.error;
-    const bool deeper = dips && reach < margins_.force;
-    for (int k = 0; lowest < -allowed && k < seen; ++k) {
-      if (values(k) < -allowed && StagePlace(k) < pull->theta) *pull = {false, StagePlace(k), i};
-    }
-    if (reach <= floors_(i) || (deeper && lowest <= kMarginReserve * range)) {
-      open->Insert(i);
-    } else if (dips) {
-      margins_.force = std::min(margins_.force, lowest);
-    }
-  }
-  return true;
-}
-
-/// The forces at the places of a free step that are far from its stages. There the motion is its
-/// own cubic Hermite interpolant, to far more than it takes to see a force pull.
-void EventLocator::ProbeForces() {
-  const double h = stepper_->step();
-  for (int k = 0; k < kNumProbes; ++k) {
-    const double s = kProbePlaces[k], t = 1 - s;
-    x_ = (t * t * (1 + 2 * s)) * stepper_->begin() + (t * t * s * h) * stepper_->begin_field() +
-         (s * s * (1 + 2 * t)) * stepper_->end() - (s * s * t * h) * stepper_->end_field();
-    dynamics_->Evaluate(x_, mode_);
-    const Eigen::Index n = dynamics_->system().num_constraints();
-    forces_.col(kStepStages + k).head(n) = dynamics_->force().head(n);
-    if (forces_.rows() == n) continue;
-    for (int g : pushes_) forces_(g, kStepStages + k) = AtHand(g);
-  }
-}
-
 void EventLocator::SearchGaps(ContactMode gaps, bool free, LocatedEvent* event) {
   const double h = stepper_->step();
   int pieces = affine_ ? kAffinePieces : free ? kFreePieces : kPieces;
@@ -320,7 +200,7 @@ void EventLocator::SearchSlips(ContactMode slips, LocatedEvent* event) {
               event);
 }
 
-LocatedEvent EventLocator::Locate(Dop853* stepper, ContactMode mode, const GapSample& begin,
+LocatedEvent EventLocator::Locate(Stepper* stepper, ContactMode mode, const GapSample& begin,
                                   const GapSample& end, bool free) {
   stepper_ = stepper;
   mode_ = mode;
@@ -333,7 +213,8 @@ LocatedEvent EventLocator::Locate(Dop853* stepper, ContactMode mode, const GapSa
   LocatedEvent pull;
   ContactMode forces;
   if (!rigid_.Empty()) {
-    if (free) ProbeForces();
+    seen_ = places_->stages;
+    if (free) ProbeForces(places_->stages, places_->later + StagePlaces::kProbes);
     if (!ScreenForces(free, &forces, &pull, &event)) return event;
   }
   const ContactMode gaps = OpenGaps(free);

@@ -20,13 +20,10 @@ constexpr double kFirstStep = 1.5;  // measured: the first guess is about half t
 constexpr double kLargestGrowth = 6,
                  kSmallestGrowth = 1.0 / 3;  // of the step size (Hairer's values)
 constexpr double kSmallestStep = 1e-14;      // relative to max(1, t): nothing is resolved below
-constexpr double kTaylorReach =
-    1e-9;                       // [s] an event is moved this far by one Euler step: error ~1e-18
 /// A step whose error is below this could be more than four times as long.
 constexpr double kFreeError = 1e-6;
 /// Part of a step that is repeated for a guard's sake.
 constexpr double kLeastPart = 0.1, kLargestPart = 0.9;
-constexpr int kMaxNewton = 12;  // steps towards an event
 constexpr double kImpliedOvershoot = 2;         // steps are shorter than to move further
 constexpr int kStepsBetweenClockReadings = 64;  // a reading costs as much as a step
 
@@ -41,7 +38,8 @@ Flow::Flow(const MechanicalSystem& system, double t, const VectorRef& x, Contact
       guards_(system),
       locator_(&dynamics_, options.absolute_tolerance, options.relative_tolerance),
       zeno_(system.num_constraints(), options.zeno_interval),
-      stepper_(system.state_size(), [this](const double* y, double* ydot) { Field(y, ydot); }),
+      explicit_(system.state_size(), [this](const double* y, double* ydot) { Field(y, ydot); }),
+      stepper_(&explicit_),
       t_(t),
       x_(x),
       mode_(mode),
@@ -51,6 +49,9 @@ Flow::Flow(const MechanicalSystem& system, double t, const VectorRef& x, Contact
       start_error_(system.space()),
       next_clock_reading_(kStepsBetweenClockReadings) {
   if (on_manifold_) ProjectState(system_, &x_);
+  if (system.HasFriction()) BeginSlips();
+  if (options.method == IntegrationMethod::kImplicit) MakeImplicit();
+  if (options.method == IntegrationMethod::kAutomatic) explicit_.WatchStiffness();
 }
 
 void Flow::Field(const double* x, double* xdot) {
@@ -62,16 +63,16 @@ void Flow::Field(const double* x, double* xdot) {
 }
 
 void Flow::SampleEnd(GapSample* sample) {
-  SampleGaps(system_, stepper_.end(), stepper_.end_field().tail(system_.dof()), &terms_, sample);
+  SampleGaps(system_, stepper_->end(), stepper_->end_field().tail(system_.dof()), &terms_, sample);
 }
 
 /// Puts the end of the step back on the state manifold and evaluates the field there.
 void Flow::FinishStep() {
-  const bool held = drifts_ && ProjectContacts(system_, mode_, stepper_.mutable_end());
-  if (!held && on_manifold_ && !ProjectState(system_, stepper_.mutable_end())) {
-    stepper_.mutable_end()->setConstant(std::nan(""));
+  const bool held = drifts_ && ProjectContacts(system_, mode_, stepper_->mutable_end());
+  if (!held && on_manifold_ && !ProjectState(system_, stepper_->mutable_end())) {
+    stepper_->mutable_end()->setConstant(std::nan(""));
   }
-  stepper_.Finish();
+  stepper_->Finish();
 }
 
 void Flow::Stop(Outcome outcome, const std::string& reason) {
@@ -103,12 +104,12 @@ bool Flow::WithinBudget() {
 
 void Flow::BeginArc() {
   locator_.BeginArc();
-  stepper_.Begin(x_);
+  stepper_->Begin(x_);
   SampleGaps(system_, x_, dynamics_.acceleration(), &terms_, &gaps_begin_);
   FindImplied();
   drifts_ = Drifts();
   WarnOfSharedForces();
-  h_ = kFirstStep * stepper_.GuessStep(options_.relative_tolerance, options_.absolute_tolerance);
+  h_ = kFirstStep * stepper_->GuessStep(options_.relative_tolerance, options_.absolute_tolerance);
   arc_begun_ = true;
 }
 
@@ -134,6 +135,7 @@ bool Flow::Propose(double end) {
   if (Penetrates()) return false;
   trigger_ = -1;
   quick_next_ = quick_;
+  stepper_->Restart();
   double h = h_;
   bool rejected = false;
   bool accepted = false;
@@ -168,22 +170,22 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
   ++attempts_;
   locator_.BeginStep();
   const double error =
-      stepper_.TryStep(length, options_.relative_tolerance, options_.absolute_tolerance);
+      stepper_->TryStep(length, options_.relative_tolerance, options_.absolute_tolerance);
   too_quick_ = -1;
-  if (!(error <= 1) || !stepper_.end().allFinite()) {
+  if (!(error <= 1) || !stepper_->end().allFinite()) {
     *rejected = true;
-    const double shrink = kSafety * std::pow(error, -1.0 / 8);
+    const double shrink = kSafety * std::pow(error, stepper_->exponent());
     *h = length * (std::isfinite(error) ? std::max(kSmallestGrowth, shrink) : 0.1);
     return false;
   }
   FinishStep();
-  if (!stepper_.end().allFinite()) {
+  if (!stepper_->end().allFinite()) {
     Stop(Outcome::kNonFinite, "the bilateral constraints cannot be met");
     return false;
   }
   SampleEnd(&gaps_end_);
   const LocatedEvent event =
-      locator_.Locate(&stepper_, mode_, gaps_begin_, gaps_end_, error < kFreeError);
+      locator_.Locate(stepper_, mode_, gaps_begin_, gaps_end_, error < kFreeError);
   if (!event.found && event.theta < 1) {  // the step is too long for a guard
     too_quick_ = event.constraint;
     *rejected = true;
@@ -195,71 +197,19 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
     trigger_ = event.constraint;
     end_ = t_ + StepOntoEvent(event, length);
   } else {
-    x_end_ = stepper_.end();
+    x_end_ = stepper_->end();
     end_ = length == rest ? end : t_ + length;
     trigger_ = StoppedInSpace();
-    const double growth = kSafety * std::pow(std::max(error, 1e-30), -1.0 / 8);
+    const double growth = kSafety * stepper_->Growth(error);
     const double largest = std::min(*rejected ? 1.0 : kLargestGrowth, event.growth);
     h_next_ = length * std::min(std::max(growth, kSmallestGrowth), largest);
   }
   return true;
 }
 
-/// Newton's method for the event on the true step: repeats the step with its length as the unknown.
-/// Sets x_end_ to the state at the event; returns its time after the beginning of the step.
-double Flow::StepOntoEvent(const LocatedEvent& event, double length) {
-  const int i = event.constraint;
-  double s = event.theta * length;
-  double nearest = s, least = std::numeric_limits<double>::infinity();
-  const auto step_to = [&](double end) {
-    locator_.BeginStep();
-    stepper_.TryStep(end, options_.relative_tolerance, options_.absolute_tolerance);
-    FinishStep();
-    x_end_ = stepper_.end();
-  };
-  for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
-    step_to(s);
-    double value, slope;
-    if (guards_.IsNormal(i) && (mode_ - system_.compliant()).Contains(i)) {
-      slope = dynamics_.ForceRate(x_end_, mode_, i);
-      value = dynamics_.force()(i);
-    } else if (guards_.OfForces(mode_, dynamics_.shared()).Contains(i)) {
-      const Vector rates = dynamics_.ForceRate(x_end_, mode_);
-      slope = guards_.GradientOfForce(i, dynamics_, rates)(0);
-      value = guards_.OfForce(i, dynamics_);
-    } else if (!guards_.IsNormal(i)) {
-      SampleEnd(&gaps_end_);
-      value = guards_.SlipSign(i, mode_) * gaps_end_.rate(guards_.SlipRow(i));
-      slope = guards_.SlipSign(i, mode_) * gaps_end_.acceleration(guards_.SlipRow(i));
-    } else {
-      SampleEnd(&gaps_end_);
-      value = event.touch ? gaps_end_.rate(i) : gaps_end_.gap(i);
-      slope = event.touch ? gaps_end_.acceleration(i) : gaps_end_.rate(i);
-    }
-    if (std::abs(value) > least) {  // where the guard grazes, rounding sends Newton anywhere
-      step_to(s = nearest);
-      break;
-    }
-    nearest = s;
-    least = std::abs(value);
-    const double correction = slope != 0 ? -value / slope : 0;
-    if (std::abs(correction) <= kTaylorReach || !std::isfinite(correction)) {
-      if (std::isfinite(correction)) {
-        x_end_ += correction * stepper_.end_field();
-        s += correction;
-      }
-      break;
-    }
-    const double next = std::clamp(s + correction, 0.0, length);
-    if (next == s || iteration + 1 == kMaxNewton) break;  // x_end_ is the state at s
-    s = next;
-  }
-  return std::max(s, 0.0);
-}
-
 const double* Flow::ProposedDense() {
-  if (!stepper_.extended()) stepper_.Extend();
-  return stepper_.dense();
+  if (!stepper_->extended()) stepper_->Extend();
+  return stepper_->dense();
 }
 
 void Flow::TallyStep() {
@@ -268,7 +218,8 @@ void Flow::TallyStep() {
     arc_begin_ = t_;
   }
   new_arc_ = false;
-  arc_error_.AddStep(stepper_);
+  implicit_steps_ += ProposesImplicit();
+  arc_error_.AddStep(*stepper_);
 }
 
 bool Flow::Accept() {
@@ -289,10 +240,11 @@ bool Flow::Accept() {
     return passed;
   }
   h_ = h_next_;
-  stepper_.Advance();
+  stepper_->Advance();
   locator_.EndStep();
   std::swap(gaps_begin_, gaps_end_);
   drifts_ = Drifts();
+  if (options_.method == IntegrationMethod::kAutomatic) ConsiderMethod();
   return false;
 }
 
@@ -300,15 +252,15 @@ bool Flow::Cut(double t) {
   ++steps_;
   ++attempts_;
   locator_.RestoreMargins(guard_margins_);
-  stepper_.TryStep(t - t_, options_.relative_tolerance, options_.absolute_tolerance);
+  stepper_->TryStep(t - t_, options_.relative_tolerance, options_.absolute_tolerance);
   FinishStep();
-  if (!stepper_.end().allFinite()) {
+  if (!stepper_->end().allFinite()) {
     Stop(Outcome::kNonFinite, "the motion leaves the model's domain");
     return false;
   }
   TallyStep();
   t_ = t;
-  x_ = stepper_.end();
+  x_ = stepper_->end();
   arc_begun_ = false;
   return true;
 }
@@ -338,7 +290,8 @@ Margins Flow::margins() const {
 }
 
 RunStatistics Flow::statistics() const {
-  return {dynamics_.evaluations(), steps_, attempts_ - steps_};
+  return {dynamics_.evaluations(), steps_, attempts_ - steps_, implicit_steps_,
+          implicit_ ? implicit_->jacobians() : 0};
 }
 
 }  // namespace contact_flow

@@ -123,6 +123,10 @@ class FrictionalResolution {
       const double low = grazed_.Contains(i) ? Low(i) : 0;
       const double rest = std::max({Rounding(i, v_plus), bounced ? 0 : Drift(i), low});
       if (!held.Contains(i) && rate(i) > rest) continue;  // it leaves
+      // A bounce too low to be seen ends with an impact, which stops slips that are no faster.
+      const Friction& friction = system_.friction()[i];
+      const auto slip = rate.segment(friction.row, friction.dimension);
+      if (rate(i) > 0 && rate(i) <= low && slip.norm() <= rate(i)) still.Insert(i);
       Sort(i, rate, v_plus, still, &contacts);
     }
     cluster.x_plus.tail(d_) = v_plus;
@@ -253,12 +257,7 @@ class FrictionalResolution {
   void SetLetters(const TouchingContacts& contacts) {
     Transition& cluster = result_.transition;
     cluster.mode_after = SelectWord(&dynamics_, cluster.x_plus, contacts, kBorder);
-    ContactMode begins;
-    for (int i : cluster.mode_after & contacts.still) {
-      const bool in_space =
-          system_.friction()[i].dimension == 2 && system_.friction()[i].coefficient > 0;
-      if (in_space && cluster.mode_after.LetterOf(i) == Letter::kSlip) begins.Insert(i);
-    }
+    const ContactMode begins = BeginInSpace(system_, contacts.still, cluster.mode_after);
     if (begins.Empty()) return Rest({});
     cluster.obstacle = {Outcome::kNotPiecewiseLinear,
                         "contacts " + begins.ToString(system_.description().constraints) +

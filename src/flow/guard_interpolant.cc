@@ -1,57 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/flow/guard_interpolant.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
-#include "dop853_tableau.h"
-
 namespace contact_flow {
-namespace {
-
-constexpr int kNodes = 6, kChecks = 4;
-/// Stages of high order, spread over the step.
-constexpr int kNodeStages[kNodes] = {0, 3, 5, 8, 10, 12};
-constexpr int kCheckStages[kChecks] = {2, 6, 7, 9};
-/// max |Π(θ − θ_node)| over the step, over its largest value at a check: 1.72.
-constexpr double kCheckReach = 2;
-
-/// Maps from the values at the nodes to the Bernstein coefficients, and to the
-/// values at the checks.
-struct StageMaps {
-  Eigen::Matrix<double, kNodes, kNodes> bernstein;
-  Eigen::Matrix<double, kChecks + kNumProbes, kNodes> check;
-
-  static Eigen::Matrix<double, 1, kNodes> Basis(double s) {
-    static constexpr double kBinomial[kNodes] = {1, 5, 10, 10, 5, 1};
-    Eigen::Matrix<double, 1, kNodes> row;
-    for (int k = 0; k < kNodes; ++k) {
-      row(k) = kBinomial[k] * std::pow(s, k) * std::pow(1 - s, kNodes - 1 - k);
-    }
-    return row;
-  }
-  StageMaps() {
-    Eigen::Matrix<double, kNodes, kNodes> values;
-    for (int k = 0; k < kNodes; ++k) values.row(k) = Basis(StagePlace(kNodeStages[k]));
-    bernstein = values.inverse();
-    for (int k = 0; k < kChecks; ++k) check.row(k) = Basis(StagePlace(kCheckStages[k])) * bernstein;
-    for (int k = 0; k < kNumProbes; ++k) {
-      check.row(kChecks + k) = Basis(kProbePlaces[k]) * bernstein;
-    }
-  }
-};
-
-}  // namespace
-
-double StagePlace(int stage) {
-  if (stage >= kStepStages) return kProbePlaces[stage - kStepStages];
-  if (stage == dop853::kStages) return 1;
-  double place = 0;
-  for (int k = 0; k < stage; ++k) place += dop853::kA[stage][k];
-  return place;
-}
-
 GuardBound QuinticBound(double h, const GuardJet& begin, const GuardJet& end) {
   const double g0 = begin.value, g1 = end.value, d0 = h * begin.rate, d1 = h * end.rate;
   const double c0 = h * h * begin.acceleration, c1 = h * h * end.acceleration;
@@ -88,17 +41,19 @@ bool CubicPiece::TurnsAsEndsTell() const {
   return (middle * first >= 0 && middle * last >= 0) || middle * middle < first * last;
 }
 
-GuardBound StageBound(const double* values, int stride, bool probed) {
-  static const StageMaps maps;
+GuardBound StageBound(const StagePlaces& places, const double* values, int stride, bool probed) {
+  constexpr int kNodes = StagePlaces::kNodes, kChecks = StagePlaces::kChecks;
   Eigen::Matrix<double, kNodes, 1> nodes;
-  for (int k = 0; k < kNodes; ++k) nodes(k) = values[kNodeStages[k] * stride];
+  for (int k = 0; k < kNodes; ++k) nodes(k) = values[places.nodes[k] * stride];
   double miss = 0;
   const auto check = [&](int row, int column) {
-    miss = std::max(miss, std::abs(maps.check.row(row).dot(nodes) - values[column * stride]));
+    miss = std::max(miss, std::abs(places.check.row(row).dot(nodes) - values[column * stride]));
   };
-  for (int k = 0; k < kChecks; ++k) check(k, kCheckStages[k]);
-  for (int k = 0; probed && k < kNumProbes; ++k) check(kChecks + k, kStepStages + k);
-  return {(maps.bernstein * nodes).minCoeff(), kCheckReach * miss};
+  for (int k = 0; k < kChecks; ++k) check(k, places.checks[k]);
+  for (int k = 0; probed && k < StagePlaces::kProbes; ++k) {
+    check(kChecks + k, places.first_probe() + k);
+  }
+  return {(places.bernstein * nodes).minCoeff(), places.reach * miss};
 }
 
 }  // namespace contact_flow

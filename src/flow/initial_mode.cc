@@ -7,6 +7,7 @@
 #include "contact_flow/dynamics/mode_selection.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/simulate.h"
+#include "slip_onset.h"
 
 namespace contact_flow {
 namespace {
@@ -105,13 +106,8 @@ ContactMode InitialWord(ContactDynamics* dynamics, const VectorRef& x, ContactMo
     }
   }
   const ContactMode word = SelectWord(dynamics, x, contacts, kBorder);
-  for (int i : word & contacts.still) {
-    if (system.friction()[i].dimension < 2 || word.LetterOf(i) != Letter::kSlip) continue;
-    throw FrictionRefusal(FrictionRefusal::Kind::kSlipFromRestInSpace,
-                          "contact '" + system.description().constraints[i] +
-                              "' begins to slip in space: its direction is not that of a smooth "
-                              "motion, which is not offered");
-  }
+  const ContactMode begins = BeginInSpace(system, contacts.still, word);
+  if (!begins.Empty()) OnsetDirections(dynamics, x, contacts, word, begins, kBorder);  // or throws
   return word;
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "contact_flow/dynamics/complementarity.h"
+#include "contact_flow/dynamics/implied_contacts.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/mode_selection.h"
 #include "contact_flow/dynamics/sticking.h"
@@ -218,6 +219,34 @@ bool Flow::CompleteZeno() {
 
 /// Touching contacts that the mode implies have no guards: their gaps are rounding as long as the
 /// mode lasts. No step may move them down.
+/// Slips in space that begin with the run get their directions, as at a change of the input, and
+/// what sticks is made to.
+void Flow::BeginSlips() {
+  SampleGaps(system_, x_, Vector::Zero(system_.dof()), &terms_, &gaps_begin_);
+  ContactMode resting = mode_;
+  double fastest = 0;  // slip of what sticks
+  for (int i : mode_) {
+    const Friction& friction = system_.friction()[i];
+    const auto rows = terms_.jacobian.middleRows(friction.row, friction.dimension);
+    const double slip = (rows * x_.tail(system_.dof())).norm();
+    const bool in_space = friction.dimension == 2 && friction.coefficient > 0;
+    if (mode_.LetterOf(i) == Letter::kStick) {
+      fastest = std::max(fastest, slip);
+    } else if (in_space && slip <= options_.speed_tolerance) {
+      resting.Set(i, Letter::kStick);
+    }
+  }
+  if (resting == mode_) {
+    if (fastest > options_.absolute_tolerance) MakeRest(system_, mode_, {}, 0, &x_);
+    return;
+  }
+  const ResolvedTransition begun = ResolveFrictionalInput(&dynamics_, t_, x_, resting, Rules());
+  status_ = begun.status;
+  if (!status_.ok()) return;
+  x_ = begun.transition.x_plus;
+  mode_ = begun.transition.mode_after;
+}
+
 void Flow::FindImplied() {
   implied_ = ContactMode();
   if (system_.HasFriction()) return;

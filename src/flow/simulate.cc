@@ -66,6 +66,7 @@ bool FlowArc(Flow* flow, double segment_end, double horizon, bool dense, Traject
       arc->dense.Append(flow->t(), flow->proposed_length(), flow->ProposedDense(),
                         static_cast<int>(arc->x_begin.size()));
     }
+    arc->implicit_steps += flow->ProposesImplicit() && flow->proposed_length() > 0;
     if (flow->proposed_end() > segment_end) {
       if (!flow->Cut(segment_end)) return false;
       arc->t_end = flow->t();
@@ -107,6 +108,7 @@ Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x,
   Trajectory trajectory;
   trajectory.simultaneity_tolerance = options.simultaneity_tolerance;
   trajectory.impact_law = options.impact_law;
+  trajectory.method = options.method;
   trajectory.absolute_tolerance = options.absolute_tolerance;
   trajectory.gap_tolerance = options.gap_tolerance;
   trajectory.speed_tolerance = options.speed_tolerance;

@@ -16,6 +16,16 @@ constexpr double kSlow = 1e-7;
 
 }  // namespace
 
+ContactMode BeginInSpace(const MechanicalSystem& system, ContactMode still, ContactMode word) {
+  ContactMode begins;
+  for (int i : word & still) {
+    const Friction& friction = system.friction()[i];
+    const bool in_space = friction.dimension == 2 && friction.coefficient > 0;
+    if (in_space && word.LetterOf(i) == Letter::kSlip) begins.Insert(i);
+  }
+  return begins;
+}
+
 std::map<int, Eigen::Vector2d> OnsetDirections(ContactDynamics* dynamics, const Vector& x,
                                                const TouchingContacts& touching, ContactMode word,
                                                ContactMode begins, double border) {

@@ -8,6 +8,9 @@
 
 namespace contact_flow {
 
+/// Those of `still` that begin to slip in space by `word`.
+ContactMode BeginInSpace(const MechanicalSystem& system, ContactMode still, ContactMode word);
+
 /// The directions in which the contacts `begins` in space begin to slip, where `word` was selected
 /// for these touching contacts: y_t/|y_t| of (F4), which is simple at the border of the cone, too.
 /// Throws FrictionRefusal where it is not unique.

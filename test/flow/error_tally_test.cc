@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "contact_flow/flow/dop853.h"
 #include "contact_flow/model/model_library.h"
 
 namespace contact_flow {

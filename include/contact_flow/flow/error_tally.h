@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "contact_flow/flow/dop853.h"
+#include "contact_flow/flow/stepper.h"
 #include "contact_flow/model/configuration_space.h"
 #include "contact_flow/types.h"
 
@@ -17,7 +17,7 @@ class ErrorTally {
       : space_(&space), error_(Vector::Zero(2 * space.dof())) {}
 
   /// The step that was tried last is accepted.
-  void AddStep(const Dop853& stepper);
+  void AddStep(const Stepper& stepper);
   /// Impacts of constraints with gradients `rows` [k×d] and rates Da v⁻ [k] at which the velocity
   /// jumps by v⁺ − v⁻ [d]. One that comes early or late leaves an error in the positions, with its
   /// sign: e_q ← |I + (v⁺ − v⁻) Da / (Da v⁻)| e_q, so that a bounce turns an error and does not add

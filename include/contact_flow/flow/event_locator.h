@@ -6,8 +6,8 @@
 #include "contact_flow/contact_mode.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/dynamics/guards.h"
-#include "contact_flow/flow/dop853.h"
 #include "contact_flow/flow/guard_search.h"
+#include "contact_flow/flow/stepper.h"
 #include "contact_flow/types.h"
 
 namespace contact_flow {
@@ -75,8 +75,12 @@ class EventLocator {
   EventLocator(const EventLocator&) = delete;
   EventLocator& operator=(const EventLocator&) = delete;
 
+  /// From now on with a stepper that knows forces at these places; no force is known.
+  void SetPlaces(const StagePlaces& places);
   /// The contact force of each field call in a mode, in the order of the calls of one step.
   void RecordForce(const Vector& force, ContactMode mode);
+  /// The same of a stepper that calls the field in another order, and again: by StagePlaces.
+  void RecordForceAt(int place, const Vector& force, ContactMode mode);
   /// Constraints without a guard until this is called again.
   void Ignore(ContactMode constraints) { ignored_ = constraints; }
   /// Starts an arc: no force is known.
@@ -89,7 +93,7 @@ class EventLocator {
   /// `begin` and `end` are the gap samples at the ends of the finished step, `free` says that the
   /// error of the motion would allow a much longer one. See LocatedEvent for a step that is too
   /// long for a guard.
-  LocatedEvent Locate(Dop853* stepper, ContactMode mode, const GapSample& begin,
+  LocatedEvent Locate(Stepper* stepper, ContactMode mode, const GapSample& begin,
                       const GapSample& end, bool free);
 
   const GuardMargins& margins() const { return margins_; }
@@ -104,12 +108,16 @@ class EventLocator {
   double AtHand(int guard) const;
   bool IsShared(int guard) const;
   ContactMode OpenGaps(bool free) const;
-  void FindForceFloors(int seen);
+  void FindForceFloors();
   bool ScreenForces(bool probed, ContactMode* open, LocatedEvent* pull, LocatedEvent* event);
-  void ProbeForces();
+  void StoreForce(int column, const Vector& force, ContactMode mode);
+  void ProbeForces(int first, int count);
   void SearchGaps(ContactMode gaps, bool free, LocatedEvent* event);
   void SearchForces(ContactMode members, LocatedEvent* event);
   void SearchSlips(ContactMode slips, LocatedEvent* event);
+
+  /// A step that does not resolve a force is repeated with this part of its length.
+  static constexpr double kShorter = 0.3;
 
   ContactDynamics* dynamics_;
   const Guards guards_;
@@ -117,7 +125,7 @@ class EventLocator {
   const double relative_tolerance_;
   const bool affine_;
   GuardSearch search_;
-  Dop853* stepper_ = nullptr;
+  Stepper* stepper_ = nullptr;
   ContactMode mode_;
   ContactMode ignored_;
   ContactMode rigid_;   // the members
@@ -125,8 +133,10 @@ class EventLocator {
   ContactMode slips_;   // those that are slips
   const GapSample* begin_ = nullptr;
   const GapSample* end_ = nullptr;
-  Matrix forces_;  // [guards × 15] of the stages and two probes
+  const StagePlaces* places_;
+  Matrix forces_;  // [guards × places]
   int calls_ = 0;
+  int seen_ = 0;  // the places at which forces are known, in this step
   ConstraintTerms terms_;
   Vector x_;
   Vector floors_;  // [guards]

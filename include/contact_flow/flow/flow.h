@@ -2,6 +2,7 @@
 #pragma once
 
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "contact_flow/flow/dop853.h"
 #include "contact_flow/flow/error_tally.h"
 #include "contact_flow/flow/event_locator.h"
+#include "contact_flow/flow/radau.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/flow/transition.h"
@@ -56,7 +58,9 @@ class Flow {
   const Vector& proposed_state() const { return x_end_; }  ///< left limit there [nq+d]
   bool proposes_event() const { return trigger_ >= 0; }
   /// Length of the proposal's continuous extension [s]; may be 0.
-  double proposed_length() const { return stepper_.step(); }
+  double proposed_length() const { return stepper_->step(); }
+  /// Whether the implicit method made it.
+  bool ProposesImplicit() const { return stepper_ == implicit_.get(); }
   /// Its coefficients [kDenseOrder × nq+d], see EvaluateDenseStep.
   const double* ProposedDense();
 
@@ -87,6 +91,7 @@ class Flow {
 
  private:
   void Field(const double* x, double* xdot);
+  void FieldAt(int place, const double* x, double* xdot);
   void SampleEnd(GapSample* sample);
   void FinishStep();
   bool Drifts() const;
@@ -108,6 +113,7 @@ class Flow {
   /// No step size is small enough: why.
   void StopWithoutSteps();
   void FindImplied();
+  void BeginSlips();
   int ImpliedThatMoved(double reaches) const;
   void ForgetRisen();
   double SlipInSpaceLimit() const;
@@ -116,6 +122,9 @@ class Flow {
   ContactMode SlidingInSpace() const;
   void TallyStep();
   void TallyTransition();
+  void MakeImplicit();
+  void ConsiderMethod();
+  void ChangeMethod(Stepper* stepper);
 
   /// Up to `end` [s] no step is longer than `step` [s]: a guard was seen there that is quicker.
   struct QuickGuard {
@@ -130,7 +139,9 @@ class Flow {
   const Guards guards_;
   EventLocator locator_;
   ZenoDetector zeno_;
-  Dop853 stepper_;
+  Dop853 explicit_;
+  std::unique_ptr<Radau> implicit_;
+  Stepper* stepper_;
 
   // The node.
   double t_;
@@ -170,6 +181,8 @@ class Flow {
   int stalls_ = 0;       // transitions in a row without time between them
   int last_trigger_ = -1;
   long attempts_ = 0, steps_ = 0, transitions_ = 0;
+  long implicit_steps_ = 0;
+  int for_change_ = 0, against_change_ = 0;  // steps that speak for the other method, and not
   long next_clock_reading_;
   double deadline_ = 0;  // set at the first reading
   ConstraintTerms terms_;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "contact_flow/flow/dop853.h"
+#include "contact_flow/flow/stage_places.h"
 
 namespace contact_flow {
 
@@ -40,19 +40,9 @@ struct CubicPiece {
   double b[4];
 };
 
-/// Stages of DOP853, in the order in which the field is called: 12 of the step, and its end.
-inline constexpr int kStepStages = 13;
-
-/// Places between the stages where a guard may be probed, too: no hole is larger than 1/7 then.
-inline constexpr double kProbePlaces[] = {0.4667, 0.7542};
-inline constexpr int kNumProbes = 2;
-/// The place in the step, [0, 1], of a stage, or of the probes behind them.
-double StagePlace(int stage);
-
-/// The quintic through the values of a guard at six stages of a step; its error is estimated at
-/// four stages that are no nodes. Stages lie at irregular places: a guard of many periods in the
-/// step does not look smooth at all of them. `values` are those of the stages, `stride` apart, and
-/// behind them those at the probes if it was `probed`.
-GuardBound StageBound(const double* values, int stride, bool probed);
+/// The quintic through the values of a guard at six places of a step; its error is estimated at
+/// four others. `values` are those at the places, `stride` apart, and behind them those at the
+/// probes if it was `probed`.
+GuardBound StageBound(const StagePlaces& places, const double* values, int stride, bool probed);
 
 }  // namespace contact_flow

@@ -6,6 +6,7 @@
 
 #include "contact_flow/dynamics/impact.h"
 #include "contact_flow/flow/input_schedule.h"
+#include "contact_flow/flow/integration_method.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/model/mechanical_system.h"
 
@@ -40,6 +41,7 @@ struct SimulateOptions {
   double max_seconds = 60;      ///< processor time of the thread [s]; see also Budget
   double max_megabytes = 1000;  ///< of the trajectory, and of any one thing made of it [10⁶ byte]
   ImpactLaw impact_law = ImpactLaw::kComplementarity;  ///< which impulses
+  IntegrationMethod method = IntegrationMethod::kExplicit;  ///< of the motion between events
   bool dense = true;  ///< keep the motion between events, so that Trajectory::State(t) works
   /// Asked now and then; returning true stops the run with Outcome::kCancelled.
   std::function<bool()> cancelled;

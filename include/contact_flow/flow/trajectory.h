@@ -7,6 +7,7 @@
 #include "contact_flow/contact_mode.h"
 #include "contact_flow/dynamics/impact.h"
 #include "contact_flow/flow/dense_step.h"
+#include "contact_flow/flow/integration_method.h"
 #include "contact_flow/flow/status.h"
 #include "contact_flow/types.h"
 
@@ -24,6 +25,7 @@ struct Arc {
   /// What the estimated local errors of the arc's steps add up to, as a tangent (δq, δv)
   /// [2d]; see ErrorTally.
   Vector error;
+  long implicit_steps = 0;  ///< of its steps, those made by the implicit method
 };
 
 /// When one event of a cluster happens on the motion before it.
@@ -100,6 +102,8 @@ struct RunStatistics {
   long field_evaluations = 0;  ///< right-hand sides of (1a)
   long steps = 0;              ///< accepted
   long rejected_steps = 0;     ///< those that were repeated
+  long implicit_steps = 0;     ///< of those accepted, by the implicit method
+  long jacobians = 0;          ///< that the implicit method took
 };
 
 /// The hybrid execution of Def. 1: arcs separated by transitions, arcs.size() ==
@@ -120,7 +124,8 @@ struct Trajectory {
   static constexpr long kMaxWarnings = 100;  ///< that are kept
   /// The one it was made with, or the largest that the errors of the instants asked for [s].
   double simultaneity_tolerance = 0;
-  ImpactLaw impact_law = ImpactLaw::kComplementarity;  ///< the one it was made with
+  ImpactLaw impact_law = ImpactLaw::kComplementarity;       ///< the one it was made with
+  IntegrationMethod method = IntegrationMethod::kExplicit;  ///< the one it was made with
   /// Those it was made with, as in SimulateOptions.
   double absolute_tolerance = 1e-9;
   double gap_tolerance = 1e-9;    ///< as absolute_tolerance

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How an EventLocator looks at forces: at the places of a step where they are known.
+#include <algorithm>
+#include <cmath>
+
+#include "contact_flow/flow/event_locator.h"
+#include "contact_flow/flow/guard_interpolant.h"
+
+namespace contact_flow {
+namespace {
+
+/// A force is excluded when its smallest stage value exceeds this many times its range over the
+/// stages: a sinusoid of any frequency up to 2000 periods a step falls at most 2.1 ranges below.
+constexpr double kForceReserve = 4;
+/// A margin is told by the smallest stage value where that exceeds this part of the range.
+constexpr double kMarginReserve = 0.5;
+/// The error of a force's interpolant that resolves it, as a part of its range over the stages.
+constexpr double kResolved = 0.05;
+/// A force is zero where it pulls by this part of what moves its gap by the tolerance in one step.
+constexpr double kQuietPull = 1e-6;
+
+}  // namespace
+
+/// A guard that is a function of forces, where the dynamics were evaluated last; of shared ones a
+/// lower bound that needs no search.
+double EventLocator::AtHand(int guard) const {
+  return IsShared(guard) ? dynamics_->shared_slack() : guards_.OfForce(guard, *dynamics_);
+}
+
+bool EventLocator::IsShared(int guard) const {
+  return !guards_.IsNormal(guard) && dynamics_->shared().Contains(guards_.ConstraintOf(guard));
+}
+
+void EventLocator::SetPlaces(const StagePlaces& places) {
+  places_ = &places;
+  calls_ = 0;
+}
+
+void EventLocator::RecordForce(const Vector& force, ContactMode mode) {
+  if (calls_ == places_->stages) return;
+  StoreForce(calls_, force, mode);
+  ++calls_;
+}
+
+void EventLocator::RecordForceAt(int place, const Vector& force, ContactMode mode) {
+  StoreForce(place, force, mode);
+  calls_ = place == places_->end ? places_->stages : std::max(calls_, 1);
+}
+
+void EventLocator::StoreForce(int column, const Vector& force, ContactMode mode) {
+  const Eigen::Index n = dynamics_->system().num_constraints();
+  std::copy(force.data(), force.data() + n, &forces_(0, column));
+  if (forces_.rows() == n) return;
+  for (int g : guards_.OfForces(mode, dynamics_->shared())) forces_(g, column) = AtHand(g);
+}
+
+void EventLocator::EndStep() {
+  if (calls_ == 0) return;
+  forces_.col(0) = forces_.col(std::min(calls_ - 1, places_->end));
+  calls_ = 1;
+}
+
+/// What the integrator cannot resolve of each force.
+void EventLocator::FindForceFloors() {
+  dynamics_->InverseMasses(&gain_);
+  double largest = 0;
+  for (int i : rigid_) {
+    const auto values = forces_.row(i).head(seen_);
+    largest = std::max(largest, values.cwiseAbs().maxCoeff() * std::sqrt(gain_(i)));
+  }
+  const double h = stepper_->step();
+  for (int g : pushes_) {
+    const double gain = gain_(guards_.ConstraintOf(g));
+    floors_(g) = relative_tolerance_ * largest / std::sqrt(gain) +
+                 kQuietPull * 2 * floor_ / (gain * h * h);
+    if (guards_.IsNormal(g)) continue;
+    // A cone is a sum of λ_n times μ and of λ_t.
+    const double mu = dynamics_->system().friction()[guards_.ConstraintOf(g)].coefficient;
+    if (std::isfinite(mu)) floors_(g) *= 1 + mu;
+  }
+}
+
+/// Adds the forces to `open` that may vanish in the step, or set a margin; `pull` becomes the first
+/// place where one was seen to pull. False, with the guard in `event`, when the step does not
+/// resolve one of them.
+bool EventLocator::ScreenForces(bool probed, ContactMode* open, LocatedEvent* pull,
+                                LocatedEvent* event) {
+  const int all = places_->first_probe();
+  bool floors = false;
+  for (int i : pushes_) {
+    double lowest = forces_.row(i).head(seen_).minCoeff();
+    double range = forces_.row(i).head(seen_).maxCoeff() - lowest;
+    if (seen_ < all && !(lowest > kForceReserve * range)) {
+      ProbeForces(places_->stages, places_->later);
+      lowest = forces_.row(i).head(seen_).minCoeff();
+      range = forces_.row(i).head(seen_).maxCoeff() - lowest;
+    }
+    const auto values = forces_.row(i).head(seen_);
+    const bool dips = lowest < values(0) && lowest < values(places_->end);
+    if (lowest > kForceReserve * range) {
+      if (dips) margins_.force = std::min(margins_.force, lowest);
+      continue;
+    }
+    if (!floors) FindForceFloors();
+    floors = true;
+    if (IsShared(i)) {
+      open->Insert(i);
+      continue;
+    }
+    const GuardBound bound =
+        StageBound(*places_, &forces_(i, 0), static_cast<int>(forces_.rows()), probed);
+    const double allowed = std::max(kResolved * range, floors_(i));
+    if (!(bound.error <= allowed)) {
+      *event = {false, kShorter, i};
+      return false;
+    }
+    // The error of a quintic grows with the sixth power of the step.
+    const double growth = std::pow(bound.error / allowed, -1.0 / 6);
+    event->growth = std::min(event->growth, growth);
+    const double reach = std::min(bound.lowest, lowest) - bound.error;
+    const bool deeper = dips && reach < margins_.force;
+    for (int k = 0; lowest < -allowed && k < seen_; ++k) {
+      const double place = places_->at[static_cast<std::size_t>(k)];
+      if (values(k) < -allowed && place < pull->theta) *pull = {false, place, i};
+    }
+    if (reach <= floors_(i) || (deeper && lowest <= kMarginReserve * range)) {
+      open->Insert(i);
+    } else if (dips) {
+      margins_.force = std::min(margins_.force, lowest);
+    }
+  }
+  return true;
+}
+
+/// The forces at some more places: those of a free step that are far from its stages. There the
+/// motion is its own cubic Hermite interpolant, to far more than it takes to see a force pull.
+void EventLocator::ProbeForces(int first, int count) {
+  const double h = stepper_->step();
+  if (places_->extended && !stepper_->extended()) stepper_->Extend();
+  for (int k = first; k < first + count; ++k) {
+    const double s = places_->at[static_cast<std::size_t>(k)], t = 1 - s;
+    if (places_->extended) {
+      stepper_->Interpolate(s, x_.data());
+    } else {
+      x_ = (t * t * (1 + 2 * s)) * stepper_->begin() +
+           (t * t * s * h) * stepper_->begin_field() + (s * s * (1 + 2 * t)) * stepper_->end() -
+           (s * s * t * h) * stepper_->end_field();
+    }
+    dynamics_->Evaluate(x_, mode_);
+    const Eigen::Index n = dynamics_->system().num_constraints();
+    forces_.col(k).head(n) = dynamics_->force().head(n);
+    if (forces_.rows() == n) continue;
+    for (int g : pushes_) forces_(g, k) = AtHand(g);
+  }
+  seen_ = first + count;
+}
+
+}  // namespace contact_flow

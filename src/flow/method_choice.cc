@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How a Flow chooses its integrator: the explicit one, or the implicit one where forces are stiff.
+#include <utility>
+
+#include "contact_flow/flow/flow.h"
+
+namespace contact_flow {
+namespace {
+
+constexpr int kStages = 5;
+/// Steps that stability limits until the implicit method takes over, and those in a row that
+/// accuracy limits after which none counts (Hairer & Wanner II, Sec. IV.2: 15 and 6).
+constexpr int kStiffSteps = 10, kOthers = 4;
+/// An implicit step of this many times 1/ρ, or less, is one that the explicit method would make as
+/// well; after so many in a row it does.
+constexpr double kSoft = 2;
+constexpr int kSoftSteps = 3;
+
+}  // namespace
+
+void Flow::FieldAt(int place, const double* x, double* xdot) {
+  const int d = system_.dof(), nq = system_.num_positions();
+  dynamics_.Evaluate(Eigen::Map<const Vector>(x, nq + d), mode_);
+  if (!mode_.Empty()) locator_.RecordForceAt(place, dynamics_.force(), mode_);
+  system_.space().Rate(x, x + nq, xdot);
+  Eigen::Map<Vector>(xdot + nq, d) = dynamics_.acceleration();
+}
+
+void Flow::MakeImplicit() {
+  implicit_ = std::make_unique<Radau>(
+      system_.space(), kStages,
+      [this](int place, const double* x, double* xdot) { FieldAt(place, x, xdot); },
+      [this](const Vector& x, Matrix* jacobian) {
+        dynamics_.Differentiate(x, mode_);
+        *jacobian = dynamics_.acceleration_jacobian().leftCols(2 * system_.dof());
+      });
+  stepper_ = implicit_.get();
+  locator_.SetPlaces(stepper_->places());
+}
+
+/// After a step that ends at no event, where the method is automatic.
+void Flow::ConsiderMethod() {
+  const bool implicit = ProposesImplicit();
+  const bool speaks = implicit ? implicit_->Stiffness() < kSoft
+                               : explicit_.stiffness() > Dop853::kStable;
+  if (speaks) {
+    ++for_change_;
+    against_change_ = 0;
+  } else if (++against_change_ >= (implicit ? 1 : kOthers)) {
+    for_change_ = 0;
+  }
+  if (for_change_ < (implicit ? kSoftSteps : kStiffSteps)) return;
+  for_change_ = against_change_ = 0;
+  if (implicit) {
+    ChangeMethod(&explicit_);
+  } else {
+    if (!implicit_) MakeImplicit();
+    ChangeMethod(implicit_.get());
+  }
+}
+
+/// Goes on from the node with the other integrator, and a step as long as the last one.
+void Flow::ChangeMethod(Stepper* stepper) {
+  stepper_ = stepper;
+  locator_.SetPlaces(stepper_->places());
+  stepper_->Begin(x_);
+}
+
+}  // namespace contact_flow

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How a Flow ends a step exactly at an event.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "contact_flow/flow/flow.h"
+
+namespace contact_flow {
+namespace {
+
+constexpr double kTaylorReach =
+    1e-9;                       // [s] an event is moved this far by one Euler step: error ~1e-18
+constexpr int kMaxNewton = 12;  // steps towards an event
+
+}  // namespace
+
+/// Newton's method for the event on the true step: repeats the step with its length as the unknown.
+/// Sets x_end_ to the state at the event; returns its time after the beginning of the step.
+double Flow::StepOntoEvent(const LocatedEvent& event, double length) {
+  const int i = event.constraint;
+  double s = event.theta * length;
+  double nearest = s, least = std::numeric_limits<double>::infinity();
+  const auto step_to = [&](double end) {
+    locator_.BeginStep();
+    stepper_->TryStep(end, options_.relative_tolerance, options_.absolute_tolerance);
+    FinishStep();
+    x_end_ = stepper_->end();
+  };
+  for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
+    step_to(s);
+    double value, slope;
+    if (guards_.IsNormal(i) && (mode_ - system_.compliant()).Contains(i)) {
+      slope = dynamics_.ForceRate(x_end_, mode_, i);
+      value = dynamics_.force()(i);
+    } else if (guards_.OfForces(mode_, dynamics_.shared()).Contains(i)) {
+      const Vector rates = dynamics_.ForceRate(x_end_, mode_);
+      slope = guards_.GradientOfForce(i, dynamics_, rates)(0);
+      value = guards_.OfForce(i, dynamics_);
+    } else if (!guards_.IsNormal(i)) {
+      SampleEnd(&gaps_end_);
+      value = guards_.SlipSign(i, mode_) * gaps_end_.rate(guards_.SlipRow(i));
+      slope = guards_.SlipSign(i, mode_) * gaps_end_.acceleration(guards_.SlipRow(i));
+    } else {
+      SampleEnd(&gaps_end_);
+      value = event.touch ? gaps_end_.rate(i) : gaps_end_.gap(i);
+      slope = event.touch ? gaps_end_.acceleration(i) : gaps_end_.rate(i);
+    }
+    if (std::abs(value) > least) {  // where the guard grazes, rounding sends Newton anywhere
+      step_to(s = nearest);
+      break;
+    }
+    nearest = s;
+    least = std::abs(value);
+    const double correction = slope != 0 ? -value / slope : 0;
+    if (std::abs(correction) <= kTaylorReach || !std::isfinite(correction)) {
+      if (std::isfinite(correction)) {
+        x_end_ += correction * stepper_->end_field();
+        s += correction;
+      }
+      break;
+    }
+    const double next = std::clamp(s + correction, 0.0, length);
+    if (next == s || iteration + 1 == kMaxNewton) break;  // x_end_ is the state at s
+    s = next;
+  }
+  return std::max(s, 0.0);
+}
+
+}  // namespace contact_flow
