@@ -52,15 +52,8 @@ class ArcJacobian {
   /// far from the time in which they change; then those of the variables, by a few looks. `begin`
   /// is what At(0) gave before, and is what it gives now.
   void ChooseUnits(double rate, Matrix* begin) {
-    constexpr double kLongest = 10;  // of 1/rate
-    const double length = arc_.t_end - arc_.t_begin;
-    units_.time = rate > 0 ? std::clamp(length, 1 / rate, kLongest / rate) : length;
-    FindScale();
-    if (k_ == 0) {
-      begin->leftCols(d_) *= units_.time * units_.time;
-      begin->rightCols(d_) *= units_.time;
-      return;
-    }
+    if (k_ == 0) return ChooseTime(rate, begin);
+    ChooseTime(rate);
     Vector largest = Vector::Zero(k_);
     const auto look = [&](double part) {
       At(part * duration(), begin->data(), begin->data() + 2 * d_ * d_);
@@ -74,6 +67,13 @@ class ArcJacobian {
     }
     FindScale();
     begin->rightCols(k_) *= units_.source.cwiseInverse().asDiagonal();
+  }
+  /// The unit of time alone.
+  void ChooseTime(double rate, Matrix* begin) {
+    ChooseTime(rate);
+    begin->leftCols(d_) *= units_.time * units_.time;
+    begin->middleCols(d_, d_) *= units_.time;
+    begin->rightCols(k_) *= units_.time * units_.time;
   }
   /// What is rounding of the variables' sources [k]: small beside those without contacts, and
   /// beside what a parameter of its value could do.
@@ -151,10 +151,24 @@ class ArcJacobian {
     phi->leftCols(d_) -= phi->middleCols(d_, d_) * space_.Bracket(arc_.x_begin.tail(d_));
   }
 
+  /// The state and F there as a tangent in the units of the system.
+  const Vector& state() const { return x_; }
+  Vector SystemField() const {
+    Vector field(2 * d_);
+    field << x_.tail(d_), dynamics_.acceleration();
+    return field;
+  }
+  const ArcUnits& units() const { return units_; }
   long count() const { return count_; }
   const Vector& push_reach() const { return push_reach_; }  ///< see VariationStatistics [n]
 
  private:
+  void ChooseTime(double rate) {
+    constexpr double kLongest = 10;  // of 1/rate
+    const double length = arc_.t_end - arc_.t_begin;
+    units_.time = rate > 0 ? std::clamp(length, 1 / rate, kLongest / rate) : length;
+    FindScale();
+  }
   /// What the entries of [K D S] are multiplied by for the units: √M τ² (√M)⁻¹, … τ … and … τ² S⁻¹.
   void FindScale() {
     const double tau = units_.time;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -192,19 +193,24 @@ class Classifier {
   }
 
   void JudgeSlopes(const std::vector<DegeneratePush>& pushes) {
-    double worst = neglected_.derivative_limit();
+    double worst = 1;
+    std::optional<ImpactLift> lift;
     for (const DegeneratePush& push : pushes) {
       if (!push.held.Empty() && transition_.activated.Size() == 1) continue;  // Germ follows it
-      const double change = neglected_.LiftDerivative(push.constraint, push.hit, push.held, push.v);
-      if (change <= neglected_.derivative_limit()) {
-        report_.neglected_derivative += change;
-      } else if (change > worst) {
-        worst = change;
+      if (!lift || lift->impact().hit != push.hit || lift->impact().held != push.held ||
+          lift->impact().v != push.v) {
+        lift.emplace(neglected_.LiftBy(push.hit, push.held, push.v));
+      }
+      const ImpactLift::Change change = lift->At(push.constraint);
+      if (change.share <= 1) {
+        report_.neglected_derivative += change.entry;
+      } else if (change.share > worst) {
+        worst = change.share;
         std::ostringstream reason;
         reason << "are orthogonal here but not where both touch around here: Assumption 4 fails, "
                   "the impact of one may or may not lift the other, which changes the derivative "
                   "by up to "
-               << change;
+               << change.entry;
         report_.status = {Outcome::kNotDifferentiable,
                           Sentence(push.constraint, push.hit) + reason.str()};
       }

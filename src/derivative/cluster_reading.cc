@@ -32,10 +32,7 @@ std::vector<EventInstant> InOrder(const Transition& transition, const EventMap& 
 ClusterReading ReadClusters(const Trajectory& trajectory, const BDerivative& derivative,
                             const VectorRef& w) {
   ClusterReading reading;
-  Vector tangent = Vector::Zero(derivative.arcs.front().cols());
-  tangent.head(w.size()) = w;
-  tangent = derivative.start_stop(derivative.start(tangent));
-  Vector in_order = tangent = derivative.arcs.front() * tangent;
+  Vector tangent = derivative.arcs.front() * derivative.Begin(w), in_order = tangent;
   for (std::size_t k = 0; k < derivative.events.size(); ++k) {
     const EventMap& map = derivative.events[k];
     const std::vector<EventInstant> instants = InOrder(map.transition(), map);

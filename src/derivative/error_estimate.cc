@@ -17,8 +17,9 @@ namespace {
 constexpr int kProbes = 4;
 /// Transitions closer than this part of the run are asked for their order.
 constexpr double kClose = 1e-3;
-/// Distance of the quotients of Jacobians, relative to 1 + |x|.
-constexpr double kStep = 1e-5;
+/// Distance of the quotients of Jacobians: so many times the error, no further than this part of
+/// 1 + |x|.
+constexpr double kMagnified = 1e4, kStep = 1e-5;
 /// An error that is estimated as ε, relative, is about kOrder ε^{9/8}; of one step at least this.
 constexpr double kOrder = 5, kRounding = 4e-16;
 /// Calibrated in test/derivative/error_calibration_test.cc: true errors stay below the estimates in
@@ -131,7 +132,7 @@ Matrix JacobianChange(ContactDynamics* dynamics, const Vector& x, ContactMode mo
                       const Vector& e) {
   const double size = e.cwiseAbs().maxCoeff();
   if (!(size > 0) || !std::isfinite(size)) return Matrix();
-  const double step = kStep * (1 + x.cwiseAbs().maxCoeff()) / size;
+  const double step = std::min(kMagnified, kStep * (1 + x.cwiseAbs().maxCoeff()) / size);
   dynamics->Differentiate(x, mode);
   Matrix change = -dynamics->acceleration_jacobian();
   dynamics->Differentiate(dynamics->system().Perturb(x, step * e), mode);
@@ -178,17 +179,17 @@ Vector ErrorFrom(const BDerivative& derivative, const std::vector<Matrix>& reset
   const std::vector<double>& parts = derivative.part_errors;
   Probes errors;
   errors.fill(Vector::Zero(size));
-  Vector buffer(size), after(size);
+  Vector buffer(size), after(size), own(d2);
   for (std::size_t k = 0; k < derivative.arcs.size(); ++k) {
     const Matrix& Phi = derivative.arcs[k];
     const Vector bend = derivative.part_bends[k] * tangent;
-    const double before = tangent.lpNorm<Eigen::Infinity>();
+    // Entry by entry, which holds in any unit.
+    own.noalias() = Phi.topRows(d2).cwiseAbs() * tangent.cwiseAbs();
+    own *= PropagatorError(parts[2 * k], derivative.options.tolerance);
     Carry(Phi, &tangent, &buffer);
-    const double largest = std::max(tangent.cwiseAbs().maxCoeff(), before);
-    const double own = PropagatorError(parts[2 * k], derivative.options.tolerance) * largest;
     for (int j = 0; j < kProbes; ++j) {
       Carry(Phi, &errors[j], &buffer);
-      Disturb(j, 4 * k + 2, Vector::Constant(d2, own), &errors[j]);
+      Disturb(j, 4 * k + 2, own, &errors[j]);
       errors[j].head(d2) += Sign(j, 4 * k + 1, -1) * bend;
     }
     if (k + 1 == derivative.arcs.size()) break;
@@ -204,6 +205,62 @@ Vector ErrorFrom(const BDerivative& derivative, const std::vector<Matrix>& reset
   return RootMeanSquare(errors).head(d2);
 }
 
+/// Errors of the state on their way to T, as samples, and whether they leave the order of
+/// events unknown.
+class StateErrors {
+ public:
+  StateErrors(const Trajectory& trajectory, std::size_t first,
+              const std::vector<std::shared_ptr<ContactDynamics>>& dynamics,
+              const std::vector<EventMap>& events, Eigen::Index size)
+      : trajectory_(trajectory), first_(first), dynamics_(dynamics), events_(events) {
+    probes_.fill(Vector::Zero(size));
+  }
+
+  const Probes& probes() const { return probes_; }
+  /// `carry` applies the propagator of arc k.
+  template <class CarryArc>
+  void PassArc(std::size_t k, const CarryArc& carry) {
+    const Vector local = ArcError(trajectory_.arcs[first_ + k]);
+    for (int j = 0; j < kProbes; ++j) Disturb(j, 4 * k, local, &probes_[j]);
+    carry(&probes_);
+    for (int j = 0; j < kProbes; ++j) Disturb(j, 4 * k + 1, local, &probes_[j]);
+  }
+  /// Not kOk where the order of this event and the one before is not known.
+  Status PassEvent(std::size_t k, const Matrix& reset) {
+    const Transition& transition = events_[k].transition();
+    const double span = trajectory_.t_end() - trajectory_.t_begin();
+    Status status;
+    if (!last_shifts_.empty()) {
+      status = CheckOrder(dynamics_[k]->system(), events_[before_].transition(), transition,
+                          last_shifts_, Shifts(k));
+    }
+    before_ = k;
+    const bool close = k + 1 < events_.size() &&
+                       trajectory_.transitions[first_ + k + 1].t - transition.t < kClose * span;
+    last_shifts_ = close ? Shifts(k) : std::vector<double>();
+    Vector buffer(reset.rows());
+    for (Vector& probe : probes_) Carry(reset, &probe, &buffer);
+    return status;
+  }
+
+ private:
+  std::vector<double> Shifts(std::size_t k) const {
+    std::vector<double> all;
+    for (const Vector& e : probes_) {
+      all.push_back(TimeShift(dynamics_[k].get(), events_[k].transition(), e));
+    }
+    return all;
+  }
+
+  const Trajectory& trajectory_;
+  const std::size_t first_;
+  const std::vector<std::shared_ptr<ContactDynamics>>& dynamics_;
+  const std::vector<EventMap>& events_;
+  Probes probes_;
+  std::vector<double> last_shifts_;  // of the transition before, where the next one is close
+  std::size_t before_ = 0;           // that one
+};
+
 }  // namespace
 
 void EstimateErrors(const Trajectory& trajectory, std::size_t first,
@@ -212,62 +269,63 @@ void EstimateErrors(const Trajectory& trajectory, std::size_t first,
   const MechanicalSystem& system = dynamics.front()->system();
   const int tangents = 2 * system.dof();
   const Eigen::Index size = derivative->arcs.front().rows();
-  Probes probes;
-  probes.fill(Vector::Zero(size));
+  StateErrors errors(trajectory, first, dynamics, derivative->events, size);
   Vector buffer(size);
   const std::vector<Matrix> resets = Resets(*derivative);
   derivative->part_errors.clear();
   derivative->part_bends.clear();
-  const double span = trajectory.t_end() - trajectory.t_begin();
-  const auto shifts = [&](std::size_t k) {
-    std::vector<double> all;
-    for (const Vector& e : probes) {
-      all.push_back(TimeShift(dynamics[k].get(), derivative->events[k].transition(), e));
-    }
-    return all;
-  };
-  std::vector<double> last_shifts;  // of the transition before, where the next one is close
-  std::size_t before = 0;           // that one
   for (std::size_t k = 0; k < derivative->arcs.size(); ++k) {
     AskBudget();
-    const Arc& arc = trajectory.arcs[first + k];
-    const Vector local = ArcError(arc);
-    for (int j = 0; j < kProbes; ++j) {
-      Disturb(j, 4 * k, local, &probes[j]);
-      Carry(derivative->arcs[k], &probes[j], &buffer);
-      Disturb(j, 4 * k + 1, local, &probes[j]);
-    }
-    const Vector e = Signed(0, 4 * k, RootMeanSquare(probes).head(tangents));
+    errors.PassArc(k, [&](Probes* probes) {
+      for (Vector& probe : *probes) Carry(derivative->arcs[k], &probe, &buffer);
+    });
+    const Vector e = Signed(0, 4 * k, RootMeanSquare(errors.probes()).head(tangents));
     derivative->part_errors.push_back(propagator_errors[k]);
-    derivative->part_bends.push_back(
-        PropagatorChange(dynamics[k].get(), arc, derivative->arcs[k], e));
+    derivative->part_bends.push_back(PropagatorChange(
+        dynamics[k].get(), trajectory.arcs[first + k], derivative->arcs[k], e));
     if (k + 1 == derivative->arcs.size()) break;
     if (derivative->events[k].absorbed()) {  // one with that before
       derivative->part_errors.push_back(0);
       continue;
     }
     const Transition& transition = derivative->events[k].transition();
-    derivative->part_errors.push_back(RelativeRateError(system, transition, probes) +
+    derivative->part_errors.push_back(RelativeRateError(system, transition, errors.probes()) +
                                       TimeOfSlipLeft(dynamics[k].get(), transition));
-    if (!last_shifts.empty()) {
-      const Status order = CheckOrder(system, derivative->events[before].transition(), transition,
-                                      last_shifts, shifts(k));
-      if (!order.ok()) derivative->status = order;
-    }
-    before = k;
-    const bool close = k + 2 < derivative->arcs.size() &&
-                       trajectory.transitions[first + k + 1].t - transition.t < kClose * span;
-    last_shifts = close ? shifts(k) : std::vector<double>();
-    for (Vector& probe : probes) Carry(resets[k], &probe, &buffer);
+    const Status order = errors.PassEvent(k, resets[k]);
+    if (!order.ok()) derivative->status = order;
   }
-  derivative->trust.state_error = kStateSafety * RootMeanSquare(probes).head(tangents);
+  derivative->trust.state_error =
+      kStateSafety * RootMeanSquare(errors.probes()).head(tangents);
   // Along one direction with a part in all, |w| = 1.
   const Vector w = Signed(0, 2, Vector::Constant(size, 1 / std::sqrt(static_cast<double>(size))));
   derivative->trust.derivative_error = ErrorFrom(*derivative, resets, w).cwiseAbs().maxCoeff();
 }
 
+Status CheckOrders(const Trajectory& trajectory,
+                   const std::vector<std::shared_ptr<ContactDynamics>>& dynamics,
+                   const BDerivative& derivative, const ArcProduct& carry, Vector* state_error) {
+  const int tangents = 2 * dynamics.front()->system().dof();
+  const Eigen::Index size = tangents + dynamics.front()->num_variables();
+  StateErrors errors(trajectory, 0, dynamics, derivative.events, size);
+  Status status;
+  Matrix columns(size, kProbes);
+  for (std::size_t k = 0; k <= derivative.events.size(); ++k) {
+    AskBudget();
+    errors.PassArc(k, [&](Probes* probes) {
+      for (int j = 0; j < kProbes; ++j) columns.col(j) = (*probes)[j];
+      carry(k, &columns);
+      for (int j = 0; j < kProbes; ++j) (*probes)[j] = columns.col(j);
+    });
+    if (k == derivative.events.size() || derivative.events[k].absorbed()) continue;
+    const Status order = errors.PassEvent(k, derivative.events[k].AnySelection());
+    if (!order.ok()) status = order;
+  }
+  *state_error = kStateSafety * RootMeanSquare(errors.probes()).head(tangents);
+  return status;
+}
+
 Vector BDerivative::Error(const VectorRef& w) const {
-  return ErrorFrom(*this, Resets(*this), start_stop(start(Complete(w))));
+  return ErrorFrom(*this, Resets(*this), Begin(w));
 }
 
 }  // namespace contact_flow

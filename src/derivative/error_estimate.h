@@ -7,6 +7,7 @@
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/trajectory.h"
+#include "run_preparation.h"
 
 namespace contact_flow {
 
@@ -26,5 +27,11 @@ namespace contact_flow {
 void EstimateErrors(const Trajectory& trajectory, std::size_t first,
                     const std::vector<std::shared_ptr<ContactDynamics>>& dynamics,
                     const std::vector<double>& propagator_errors, BDerivative* derivative);
+
+/// The same of a whole run whose arcs are products: the estimated error of x(T) alone [2d],
+/// and CheckOrder.
+Status CheckOrders(const Trajectory& trajectory,
+                   const std::vector<std::shared_ptr<ContactDynamics>>& dynamics,
+                   const BDerivative& derivative, const ArcProduct& carry, Vector* state_error);
 
 }  // namespace contact_flow

@@ -160,17 +160,37 @@ double FrictionalEvent::Kink() const {
   }
 }
 
+/// x⁻ and states around it.
+std::vector<Vector> FrictionalEvent::Around() const {
+  const int d = system_->dof();
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  std::vector<Vector> states = {transition_.x_minus};
+  for (int sample = 0; sample < 3; ++sample) {
+    Vector w = Vector::Zero(2 * d);
+    for (double& entry : w.head(d)) entry = 1e-3 * normal(random);
+    states.push_back(system_->Perturb(transition_.x_minus, w));
+  }
+  return states;
+}
+
+/// What closes one of those that land closes all, here and around: corners of one body on a plane,
+/// with those on which it stands. They have no order.
+bool FrictionalEvent::LandAsOne() const {
+  for (const Vector& x : Around()) {
+    for (int i : transition_.activated) {
+      const ContactMode others = transition_.activated.Without(i);
+      const ContactMode closed = transition_.mode_before.Members().With(i);
+      if (ImpliedClosed(*system_, x, closed, others) != others) return false;
+    }
+  }
+  return true;
+}
+
 /// Class A_f: the full blocks A_i P A_jᵀ of all pairs of touching contacts vanish, here and around.
 bool FrictionalEvent::Decoupled(ContactMode contacts) const {
   const int nq = system_->num_positions(), d = system_->dof();
-  std::mt19937 random(7);
-  std::normal_distribution<double> normal;
-  for (int sample = 0; sample < 4; ++sample) {
-    Vector w = Vector::Zero(2 * d);
-    if (sample > 0) {
-      for (double& entry : w.head(d)) entry = 1e-3 * normal(random);
-    }
-    const Vector x = system_->Perturb(transition_.x_minus, w);
+  for (const Vector& x : Around()) {
     const InverseInertia inertia(*system_, x.head(nq), x.tail(d));
     const FrictionFrame frame(*system_, inertia, contacts);
     const FrictionProblem& problem = frame.problem();
@@ -209,7 +229,7 @@ void FrictionalEvent::FindModeAfter(OrderOutcome* outcome) const {
 /// Every order of the touchdowns at the base point.
 void FrictionalEvent::Classify() {
   const ContactMode all = transition_.mode_before.Members() | transition_.activated;
-  if (Decoupled(all)) return;
+  if (Decoupled(all) || LandAsOne()) return;
   std::vector<int> order;
   for (int i : transition_.activated) order.push_back(i);
   if (order.size() > 5) {

@@ -38,6 +38,8 @@ class FrictionalEvent {
  private:
   void Classify();
   void FindModeAfter(OrderOutcome* outcome) const;
+  std::vector<Vector> Around() const;
+  bool LandAsOne() const;
   bool Decoupled(ContactMode contacts) const;
 
   std::shared_ptr<ContactDynamics> dynamics_;

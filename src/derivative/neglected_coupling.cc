@@ -48,7 +48,7 @@ NeglectedCoupling::NeglectedCoupling(ContactDynamics* dynamics, const Transition
       ImpactJacobian(system_, q_, v, impact, impact.hit, impact.hit & rigid).middleRows(d, d);
   // δx. Coordinates that are not numbers of their own (quaternions) share the largest.
   const double absolute = kAccumulated * transition.absolute_tolerance;
-  const double relative = kAccumulated * transition.relative_tolerance;
+  const double relative = relative_ = kAccumulated * transition.relative_tolerance;
   Vector error(2 * d);
   const double far = q_.size() > 0 ? q_.cwiseAbs().maxCoeff() : 0;
   for (int k = 0; k < d; ++k) {
@@ -65,7 +65,7 @@ NeglectedCoupling::NeglectedCoupling(ContactDynamics* dynamics, const Transition
         ((1 + frame.Restitution(i)) * change / frame.G(row, row) + 10 * kRounding * impulse_(row));
   }
   outcome_limit_ += 10 * kRounding * v.cwiseAbs();
-  derivative_limit_ = relative * std::max(1.0, reset.leftCols(2 * d).cwiseAbs().maxCoeff());
+  ScaleDerivatives(reset);
   // Speeds that count as rest: those that the error of the state leaves open.
   double fastest = 0;
   for (int i : frame.touching) fastest = std::max(fastest, std::abs(frame.Rate(i, v)));
@@ -80,6 +80,23 @@ NeglectedCoupling::NeglectedCoupling(ContactDynamics* dynamics, const Transition
   }
 }
 
+void NeglectedCoupling::ScaleDerivatives(const MatrixRef& reset) {
+  const int d = system_.dof();
+  Matrix mass;
+  Vector force;
+  system_.Dynamics(q_, transition_.x_minus.tail(d), Vector::Zero(system_.num_inputs()),
+                   ContactMode(), &mass, &force);
+  scale_ = mass.diagonal().cwiseSqrt().cwiseInverse();
+  const Vector acceleration = dynamics_.Field(transition_.x_minus, transition_.mode_before).tail(d);
+  hurry_ = std::sqrt(std::max(0.0, acceleration.dot(mass * acceleration)));
+  derivative_limit_ =
+      relative_ * std::max(1.0, Scaled(reset.middleCols(d, d)).cwiseAbs().maxCoeff());
+}
+
+Matrix NeglectedCoupling::Scaled(const MatrixRef& D) const {
+  return scale_.cwiseInverse().asDiagonal() * D * scale_.asDiagonal();
+}
+
 /// What the impact of `hit` changes at `other`, given back by an impulse there.
 Vector NeglectedCoupling::Response(int hit, int other) const {
   const int a = frame_.Row(hit), b = frame_.Row(other);
@@ -90,11 +107,12 @@ Vector NeglectedCoupling::Response(int hit, int other) const {
 
 Vector NeglectedCoupling::Jump(int i, int j) const { return Response(i, j) + Response(j, i); }
 
-double NeglectedCoupling::ResponseOfDerivative(int hit, int other) const {
+double NeglectedCoupling::ResponseOfDerivative(int hit, int other, const Vector& scale) const {
   const int a = frame_.Row(hit), b = frame_.Row(other);
   const auto push = [&](int i) {  // of the impulse at i, by v⁻
     const int row = frame_.Row(i);
-    return (1 + frame_.Restitution(i)) * frame_.A.row(row).cwiseAbs().maxCoeff() /
+    return (1 + frame_.Restitution(i)) *
+           frame_.A.row(row).cwiseAbs().cwiseProduct(scale.transpose()).maxCoeff() /
            frame_.G(row, row);
   };
   double impulse = 0;  // at `hit`, by v⁻
@@ -106,12 +124,13 @@ double NeglectedCoupling::ResponseOfDerivative(int hit, int other) const {
     }
   }
   const double back = transition_.activated.Contains(other) ? 1 + frame_.Restitution(other) : 1;
-  return frame_.Y.col(b).cwiseAbs().maxCoeff() * back * std::abs(frame_.G(a, b)) / frame_.G(b, b) *
-         impulse;
+  const double response = frame_.Y.col(b).cwiseAbs().cwiseQuotient(scale).maxCoeff();
+  return response * back * std::abs(frame_.G(a, b)) / frame_.G(b, b) * impulse;
 }
 
 double NeglectedCoupling::JumpOfDerivative(int i, int j) const {
-  return ResponseOfDerivative(i, j) + ResponseOfDerivative(j, i);
+  const Vector one = Vector::Ones(system_.dof());
+  return ResponseOfDerivative(i, j, one) + ResponseOfDerivative(j, i, one);
 }
 
 bool NeglectedCoupling::Orthogonal(int i, int j) const {
@@ -120,48 +139,12 @@ bool NeglectedCoupling::Orthogonal(int i, int j) const {
     return true;
   }
   return (Jump(i, j).array() <= outcome_limit_.array()).all() &&
-         JumpOfDerivative(i, j) <= derivative_limit_;
+         ResponseOfDerivative(i, j, scale_) + ResponseOfDerivative(j, i, scale_) <=
+             derivative_limit_;
 }
 
-double NeglectedCoupling::LiftDerivative(int i, int j, ContactMode held, const Vector& v) const {
-  const int d = system_.dof();
-  const Variables& variables = dynamics_.variables();
-  const int p = static_cast<int>(variables.parameters.size());
-  const ImpactResult impact = frame_.Impact(v, held.With(j));
-  const Matrix reset =
-      ImpactJacobian(system_, q_, v, impact, held.With(j), held, variables).middleRows(d, d);
-  // ∇ℓ_i by q, and by p: Da_i ∂v⁺/∂(q, p) + ∂(Da_i s)/∂(q, p) at s = v⁺ − v.
-  const Vector s = impact.v_plus - v, none = Vector::Zero(impact.impulse.size());
-  ResidualJacobian residual;
-  system_.DifferentiateImpact(q_, Vector::Zero(d), none, s, &residual);
-  const Eigen::RowVectorXd normal = frame_.A.row(frame_.Row(i));
-  Eigen::RowVectorXd by_q = normal * reset.leftCols(d) + residual.constraint_q.row(i);
-  // Onto {a_K = 0}: δq = −Y G⁻¹ ∂a/∂p δp + (I − Y G⁻¹ A) δq.
-  const ContactMode fixed =
-      (transition_.mode_before - system_.compliant()) | held | ContactMode({i, j});
-  const std::vector<int> rows = frame_.Rows(fixed);
-  const int k = static_cast<int>(rows.size());
-  Matrix A(k, d), Y(d, k);
-  for (int row = 0; row < k; ++row) {
-    A.row(row) = frame_.A.row(rows[row]);
-    Y.col(row) = frame_.Y.col(rows[row]);
-  }
-  const Matrix G = A * Y;
-  const Eigen::RowVectorXd along = G.ldlt().solve((by_q * Y).transpose()).transpose();
-  double largest = (by_q - along * A).cwiseAbs().maxCoeff();
-  if (p > 0) {
-    ParameterJacobian by_parameter;
-    system_.DifferentiateImpactByParameters(q_, Vector::Zero(d), none, s, variables.parameters,
-                                            &by_parameter);
-    Matrix gap(k, p);
-    int row = 0;
-    for (int c : fixed) gap.row(row++) = by_parameter.gap.row(c);
-    const Eigen::RowVectorXd by_p =
-        normal * reset.rightCols(p) + by_parameter.constraint.row(i) - along * gap;
-    largest = std::max(largest, by_p.cwiseAbs().maxCoeff());
-  }
-  const Vector response = frame_.HeldResponse(i, held);
-  return response.cwiseAbs().maxCoeff() * largest / normal.dot(response);
+ImpactLift NeglectedCoupling::LiftBy(int j, ContactMode held, const Vector& v) const {
+  return ImpactLift(dynamics_, frame_, transition_, scale_, {j, held, v, hurry_, relative_});
 }
 
 }  // namespace contact_flow

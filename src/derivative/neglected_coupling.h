@@ -5,6 +5,7 @@
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/types.h"
+#include "impact_lift.h"
 #include "touching_frame.h"
 
 namespace contact_flow {
@@ -18,6 +19,7 @@ class NeglectedCoupling {
 
   /// What δx changes in v⁺ [d].
   const Vector& outcome_limit() const { return outcome_limit_; }
+  /// κ rtol max(1, max|S⁻¹ ∂v⁺/∂v⁻ S|) with S = diag(1/√M_kk), which has no unit.
   double derivative_limit() const { return derivative_limit_; }
   /// Speeds of constraint i below this count as rest [m/s].
   double Rest(int i) const { return rest_(frame_.Row(i)); }
@@ -28,14 +30,16 @@ class NeglectedCoupling {
   double JumpOfDerivative(int i, int j) const;
   /// Both are below their limits.
   bool Orthogonal(int i, int j) const;
-  /// What i, at rest, adds to an entry of the derivative of v⁺ by (q, p), or not, where the impact
-  /// of j does not push it at q but may around q: |Y_i/G_ii| |∇ℓ_i|, with ℓ_i = Da_i (v⁺ − v) its
-  /// lift, by (q, p) along {a = 0} of J⁻, i, j and of the contacts in `held`, which hold i as well.
-  double LiftDerivative(int i, int j, ContactMode held, const Vector& v) const;
+  /// What the impact of j, while `held` hold still, may or may not add to a derivative.
+  ImpactLift LiftBy(int j, ContactMode held, const Vector& v) const;
 
  private:
+  void ScaleDerivatives(const MatrixRef& reset);
+  /// S⁻¹ D S, D = ∂v⁺/∂v⁻ or ∂v⁺/∂q.
+  Matrix Scaled(const MatrixRef& D) const;
   Vector Response(int hit, int other) const;
-  double ResponseOfDerivative(int hit, int other) const;
+  /// … of diag(scale)⁻¹ ∂v⁺/∂v⁻ diag(scale).
+  double ResponseOfDerivative(int hit, int other, const Vector& scale) const;
 
   ContactDynamics& dynamics_;
   const MechanicalSystem& system_;
@@ -46,6 +50,9 @@ class NeglectedCoupling {
   Vector outcome_limit_;
   Vector rest_;  // [k]
   double derivative_limit_ = 0;
+  double relative_ = 0;  // κ rtol
+  Vector scale_;         // of S [d]
+  double hurry_ = 0;     // |q̈| before the impacts, in the kinetic metric
 };
 
 }  // namespace contact_flow

@@ -53,6 +53,15 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
     const double slip = terms.jacobian.row(system.friction()[i].row).dot(v);
     if (std::abs(slip) <= speed_tolerance) begins.Insert(i);
   }
+  for (int i : mode - mode.Sticking()) {
+    const Friction* friction = system.HasFriction() ? &system.friction()[i] : nullptr;
+    if (friction == nullptr || friction->dimension < 2 || !(friction->coefficient > 0)) continue;
+    if ((terms.jacobian.middleRows<2>(friction->row) * v).norm() > speed_tolerance) continue;
+    status_ = {Outcome::kNotPiecewiseLinear,
+               "at t = " + std::to_string(t) + " s contact '" + names_[i] +
+                   "' begins to slip in space: derivatives across that are not offered"};
+    return;
+  }
   if (touching.Empty() && begins.Empty()) return;
   const Vector field = dynamics->Field(x, mode);
   // Gradients of gaps and of their rates.
@@ -152,6 +161,18 @@ bool StartCone::Closes(const Contact& contact, const VectorRef& w) const {
   return contact.gap.dot(w) < -kNoise * Terms(contact.gap, w);
 }
 
+bool StartCone::Stays(const Contact& contact, const VectorRef& w) const {
+  return contact.gap.dot(w) <= kNoise * Terms(contact.gap, w);
+}
+
+ContactMode StartCone::Brushed(const VectorRef& w) const {
+  ContactMode brushed;
+  for (const Contact& contact : contacts_) {
+    if (contact.at_rest() && Stays(contact, w)) brushed.Insert(contact.constraint);
+  }
+  return brushed;
+}
+
 int StartCone::Leaves(const VectorRef& w) const {
   for (const Contact& contact : contacts_) {
     if (Closes(contact, w)) return contact.constraint;
@@ -187,7 +208,7 @@ Vector StartCone::operator()(const VectorRef& direction) const {
   int row = held_;
   for (const Contact& contact : contacts_) {
     if (!contact.at_rest()) continue;
-    if (contact.gap.dot(w) <= kNoise * Terms(contact.gap, w)) {
+    if (Stays(contact, w)) {
       rows.push_back(row);
       hit = hit || contact.rate.dot(w) < -kNoise * Terms(contact.rate, w);
     }

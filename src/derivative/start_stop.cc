@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/derivative/start_stop.h"
 
+#include "contact_flow/derivative/linear_program.h"
 #include "friction_lift.h"
 #include "frictional_reset.h"
 #include "stopping_slips.h"
@@ -15,14 +16,19 @@ StartStop::StartStop(std::shared_ptr<ContactDynamics> dynamics, const VectorRef&
   matrix_ = StopProjection(dynamics_.get(), x_, mode, mode.Sticking(), rate_jacobian_);
 }
 
-Vector StartStop::operator()(const VectorRef& w) const {
+Vector StartStop::operator()(const VectorRef& w, ContactMode brushed) const {
   if (Empty()) return w;
-  CheckStops(dynamics_.get(), x_, mode_, rate_jacobian_, w);
+  CheckStops(dynamics_.get(), x_, mode_, brushed, rate_jacobian_, w);
   return matrix_ * w;
 }
 
 Status StartStop::PiecewiseLinear() const {
   if (Empty() || NoFrictionLifts(dynamics_.get(), x_, mode_)) return {};
+  if (!HaveLinearPrograms()) {
+    return {Outcome::kNotPiecewiseLinear,
+            "whether contacts stay closed while slips stop is told by linear programs: built "
+            "without Clp"};
+  }
   return {Outcome::kNotPiecewiseLinear,
           "while slips stop that a direction gives to contacts " +
               mode_.Sticking().ToString(dynamics_->system().description().constraints) +

@@ -27,7 +27,7 @@ constexpr int kRoundsForEach = 200;  // contact, at most
 /// The slips of first order of one direction, from stop to stop.
 class StoppingSlips {
  public:
-  StoppingSlips(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
+  StoppingSlips(ContactDynamics* dynamics, const Vector& x, ContactMode mode, ContactMode brushed,
                 const Matrix& rate_jacobian, const Vector& w)
       : dynamics_(*dynamics),
         system_(dynamics->system()),
@@ -48,6 +48,7 @@ class StoppingSlips {
       if (slip.norm() <= kUnmoved * (rows.cwiseAbs() * w.cwiseAbs()).norm()) slip.setZero();
       slips_.push_back({i, sticks, slip, slip.norm()});
     }
+    for (int i : brushed) brushed_.push_back({i, rate_jacobian_.row(i).dot(w), 0});
   }
 
   bool Moving() const {
@@ -81,6 +82,12 @@ class StoppingSlips {
     bool sticks;   // at the base point; else it begins to slip there
     Vector value;  // of first order
     double begun;  // its size when it began
+  };
+  /// An open contact that leaves: what its gap becomes, of second order.
+  struct Rising {
+    int constraint;
+    double rate;
+    double gap;
   };
 
   /// Whether a contact that slips in the plane does so from rest.
@@ -159,6 +166,7 @@ class StoppingSlips {
       }
     }
     if (!std::isfinite(step)) Refuse(mode_.Sticking(), "do not come to rest");
+    Rise(field, step);
     for (std::size_t k = 0; k < slips_.size(); ++k) {
       Slip& slip = slips_[k];
       const double size = slip.value.norm();
@@ -169,6 +177,21 @@ class StoppingSlips {
       if (!stops || slip.value.norm() > rest) continue;
       if (!slip.sticks) Refuse(slip.constraint, "reverses the slip that begins there");
       slip.value.setZero();
+    }
+  }
+
+  /// gap + r t + ä t²/2 stays positive on 0 < t ≤ step.
+  void Rise(const Vector& field, double step) {
+    for (Rising& contact : brushed_) {
+      const double rate = contact.rate, turn = rate_jacobian_.row(contact.constraint).dot(field);
+      double least = std::min(contact.gap, contact.gap + step * (rate + step * turn / 2));
+      if (rate < 0 && turn > 0 && -rate < step * turn) {
+        least = std::min(least, contact.gap - rate * rate / (2 * turn));
+      }
+      const double terms = contact.gap + step * (std::abs(rate) + step * std::abs(turn));
+      if (least < -kUnmoved * terms) Refuse(contact.constraint, "touches again");
+      contact.gap += step * (rate + step * turn / 2);
+      contact.rate += step * turn;
     }
   }
 
@@ -193,13 +216,14 @@ class StoppingSlips {
   const int d_, nq_;
   ConstraintTerms terms_;
   std::vector<Slip> slips_;
+  std::vector<Rising> brushed_;
 };
 
 }  // namespace
 
-void CheckStops(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
+void CheckStops(ContactDynamics* dynamics, const Vector& x, ContactMode mode, ContactMode brushed,
                 const Matrix& rate_jacobian, const Vector& w) {
-  StoppingSlips slips(dynamics, x, mode, rate_jacobian, w);
+  StoppingSlips slips(dynamics, x, mode, brushed, rate_jacobian, w);
   if (slips.Moving()) slips.Follow();
 }
 

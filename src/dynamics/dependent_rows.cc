@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -143,8 +144,45 @@ double LeastSlack(const std::vector<ForceCone>& cones, const Vector& force) {
   return least;
 }
 
+namespace {
+
+/// Where no share changes a cone: the tightest one.
+ForceShare OnlyShare(const std::vector<ForceCone>& cones, const Vector& force) {
+  ForceShare share;
+  share.margin = std::numeric_limits<double>::infinity();
+  share.force = force;
+  const ForceCone* tightest = nullptr;
+  for (const ForceCone& cone : cones) {
+    const double margin = Slack(cone, force) / cone.weight;
+    if (!(margin < share.margin)) continue;
+    share.margin = margin;
+    tightest = &cone;
+  }
+  share.gradient = Vector::Zero(force.size());
+  if (tightest == nullptr) return share;
+  share.gradient(tightest->normal) = (IsRound(*tightest) ? tightest->coefficient : 1);
+  if (IsRound(*tightest)) {
+    const auto tangential = force.segment(tightest->tangential, tightest->dimension);
+    if (tangential.norm() > 0) {
+      share.gradient.segment(tightest->tangential, tightest->dimension) = -tangential.normalized();
+    }
+  }
+  share.gradient /= tightest->weight;
+  return share;
+}
+
+/// A basis of the shares that change a cone: contacts without slip leave others free.
+Matrix Effective(const Matrix& freedom, const Rows& rows) {
+  Eigen::ColPivHouseholderQR<Matrix> factor(rows.B.transpose());
+  factor.setThreshold(kNoPart);
+  const Matrix Q = factor.householderQ() * Matrix::Identity(freedom.cols(), factor.rank());
+  return freedom * Q;
+}
+
+}  // namespace
+
 ForceShare MostInterior(const std::vector<ForceCone>& cones, const Vector& force,
-                        const Matrix& freedom) {
+                        const Matrix& all_freedom) {
   ForceShare share;
   share.force = force;
   share.gradient = Vector::Zero(force.size());
@@ -152,6 +190,8 @@ ForceShare MostInterior(const std::vector<ForceCone>& cones, const Vector& force
   if (!(size > 0) || !std::isfinite(size) || cones.empty()) return share;
   double heaviest = 0;
   for (const ForceCone& cone : cones) heaviest = std::max(heaviest, cone.weight);
+  const Matrix freedom = Effective(all_freedom, RowsOf(cones, force / size, all_freedom));
+  if (freedom.cols() == 0) return OnlyShare(cones, force);
   const Rows rows = RowsOf(cones, force / size, freedom);
   const Eigen::Index m = rows.c.size(), f = freedom.cols();
   // The margin is the last unknown, with a row that bounds it.

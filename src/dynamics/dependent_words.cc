@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dependent_words.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
@@ -49,8 +50,20 @@ std::vector<int> ImpliedLetters::Rows(const std::vector<Letter>& letters) const 
   return rows;
 }
 
+/// The row vanishes where those of the basis do: it depends on them, and what is asked of it is
+/// what is asked of them. A wall that is a point's second contact slips where the floor, along
+/// whose normal it slips, throws it back.
 bool ImpliedLetters::Depends(int row, const std::vector<int>& basis) const {
-  return Independence(problem_.G, basis, row) <= kDependentRow;
+  if (Independence(problem_.G, basis, row) > kDependentRow) return false;
+  const auto size = static_cast<Eigen::Index>(basis.size());
+  Vector coupling(size), asked(size);
+  for (Eigen::Index k = 0; k < size; ++k) {
+    coupling(k) = problem_.G(row, basis[static_cast<std::size_t>(k)]);
+    asked(k) = problem_.b(basis[static_cast<std::size_t>(k)]);
+  }
+  const Vector parts = Block(problem_.G, basis).ldlt().solve(coupling);
+  const double scale = problem_.b.size() > 0 ? problem_.b.cwiseAbs().maxCoeff() : 0;
+  return std::abs(problem_.b(row) - parts.dot(asked)) <= kBroken * scale;
 }
 
 bool ImpliedLetters::Dependent(const std::vector<Letter>& letters) const {

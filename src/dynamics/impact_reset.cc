@@ -12,46 +12,9 @@ bool ImpactReset::Terms::Allowed(const MechanicalSystem& system, const InverseIn
          variables.parameters.empty() && system.num_bilateral() == 0;
 }
 
-ImpactReset::Terms::Terms(const MechanicalSystem& system_in,
-                          std::shared_ptr<const InverseInertia> inertia_in, const VectorRef& q_in,
-                          const VectorRef& v_minus_in, const ImpactResult& result_in,
-                          const Variables& variables_in)
-    : Terms(system_in, std::move(inertia_in), q_in, v_minus_in, result_in, variables_in, {}, {},
-            {}) {
-  if (!by_factors) return;
-  ResidualJacobian residual;
-  system.DifferentiateImpact(q, result.v_plus - v_minus, result.impulse, result.v_plus, &residual);
-  momentum_q = std::move(residual.momentum_q);
-  after_q = std::move(residual.constraint_q);
-}
-
-ImpactReset::Terms::Terms(const MechanicalSystem& system_in,
-                          std::shared_ptr<const InverseInertia> inertia_in, const VectorRef& q_in,
-                          const VectorRef& v_minus_in, const ImpactResult& result_in,
-                          const Variables& variables_in, Matrix momentum_q_in, Matrix after_q_in,
-                          Matrix before_q_in)
-    : system(system_in),
-      inertia(std::move(inertia_in)),
-      q(q_in),
-      v_minus(v_minus_in),
-      result(result_in),
-      variables(variables_in),
-      by_factors(Allowed(system, *inertia, variables)),
-      momentum_q(std::move(momentum_q_in)),
-      after_q(std::move(after_q_in)),
-      before_q(std::move(before_q_in)) {}
-
 ImpactReset::ImpactReset(std::shared_ptr<const Terms> terms, ContactMode hit,
-                         ContactMode persisting, int carried)
-    : carried_(carried) {
-  if (!terms->by_factors) {
-    const Matrix reset = ImpactJacobian(terms->system, terms->q, terms->v_minus, terms->result, hit,
-                                        persisting, terms->variables);
-    matrix_.setIdentity(reset.rows() + carried, reset.cols() + carried);
-    matrix_.topLeftCorner(reset.rows(), reset.cols()) = reset;
-    return;
-  }
-  terms_ = std::move(terms);
+                         ContactMode persisting)
+    : terms_(std::move(terms)) {
   const InverseInertia& inertia = *terms_->inertia;
   const int d = terms_->system.dof();
   for (int i : hit) rows_.push_back(i);
@@ -63,13 +26,6 @@ ImpactReset::ImpactReset(std::shared_ptr<const Terms> terms, ContactMode hit,
     if (!persisting.Contains(i)) restitution_(row) = terms_->system.restitution()(i);
     reach_.col(row) = inertia.terms().jacobian.row(i);
     inertia.mass_factor().SolveL(reach_.col(row));
-  }
-  if (!restitution_.isZero(0) && terms_->before_q.size() == 0) {
-    ResidualJacobian residual;
-    terms_->system.DifferentiateImpact(terms_->q, Vector::Zero(d),
-                                       Vector::Zero(terms_->system.num_rows()), terms_->v_minus,
-                                       &residual);
-    terms_->before_q = std::move(residual.constraint_q);
   }
   factor_.compute(inertia.Delassus(hit));
   if (factor_.info() != Eigen::Success) {
@@ -112,8 +68,7 @@ Vector ImpactReset::operator*(const Vector& w) const {
 const Matrix& ImpactReset::matrix() const {
   if (matrix_.size() > 0) return matrix_;
   const int d = terms_->system.dof();
-  const int tangents = 2 * d + terms_->variables.Size(terms_->system) + carried_;
-  matrix_.setIdentity(tangents, tangents);
+  matrix_.setIdentity(terms_->tangents, terms_->tangents);
   matrix_.block(d, 0, d, 2 * d) = Velocities(Matrix::Identity(2 * d, 2 * d));
   return matrix_;
 }

@@ -85,7 +85,10 @@ class Words {
 
   ContactMode Find(double border) {
     const std::vector<FrictionSolution> all = SolveFriction(frame_.problem(), border);
-    if (all.empty()) Refuse(FrictionRefusal::Kind::kInconsistent, "no contact forces exist");
+    if (all.empty()) {
+      Refuse(FrictionRefusal::Kind::kInconsistent,
+             Dependent() ? "no word was found whose forces fit" : "no contact forces exist");
+    }
     for (const FrictionSolution& word : all) {
       if (!word.many) continue;
       Refuse(FrictionRefusal::Kind::kIndeterminateForces,

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "contact_flow/analysis/validity_radius.h"
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/cluster_reading.h"
 #include "test/adversary/directions.h"
@@ -252,6 +253,7 @@ class Court {
       for (double error : errors) text << " " << error / size;
       return Undecided(doubt + " " + text.str());
     }
+    if (alphas.back() > StatedRadius(w)) return Undecided("beyond the stated radius");
     verdict_.kind = Verdict::Kind::kContradicted;
     const ReferenceRun perturbed = Run(alphas.back() * w);
     const bool at_once = perturbed.events.size() > 0 && !perturbed.events[0].activated.Empty() &&
@@ -280,6 +282,14 @@ class Court {
     }
     verdict_.detail = detail.str();
     return false;
+  }
+
+  /// What the answer says of how far along w it holds. Where −w makes a contact graze, the root of
+  /// its speed bends the outcome along w at once, too.
+  double StatedRadius(const Vector& w) const {
+    const ValidityEstimator radius(given_, run_, B_);
+    const Vector given = trial_.Given(w);
+    return std::min(radius(given).radius, radius(-given).radius);
   }
 
   /// Between two events of the run.

@@ -11,8 +11,11 @@
 namespace contact_flow {
 namespace {
 
-TEST(ManyLegs, LandAsPerturbedRunsDo) {
-  const auto system = MakeRobot(Legs(8));
+/// At restitution 0 and 0.4.
+class ManyLegs : public testing::TestWithParam<double> {};
+
+TEST_P(ManyLegs, LandAsPerturbedRunsDo) {
+  const auto system = MakeRobot(Legs(8, GetParam()));
   const NominalRun& nominal = system->nominal();
   SimulateOptions options;
   options.relative_tolerance = options.absolute_tolerance = 1e-12;
@@ -39,6 +42,8 @@ TEST(ManyLegs, LandAsPerturbedRunsDo) {
     EXPECT_LT(fine, 1e-4);
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Restitutions, ManyLegs, testing::Values(0, 0.4));
 
 }  // namespace
 }  // namespace contact_flow

@@ -220,11 +220,12 @@ struct ThreeWalls : test::UnitMasses<4, 3> {
   static constexpr std::array<const char*, 3> kConstraintNames = {"first", "second", "third"};
   template <class P>
   struct Parameters {
-    P crooked = 0, pull = 0;
+    P crooked = 0, pull = 0, pace = 1;
     template <class V>
     void Visit(V&& visit) {
       visit(crooked, "crooked", "1/m", "slope of the coupling", Range::kAny);
       visit(pull, "pull", "N", "away from the walls", Range::kAny);
+      visit(pace, "pace", "1", "units of time in a second", Range::kPositive);
     }
   };
   template <class P, class S>
@@ -237,7 +238,7 @@ struct ThreeWalls : test::UnitMasses<4, 3> {
   static void Force(const Parameters<P>& p, const Eigen::Matrix<S, 4, 1>&,
                     const Eigen::Matrix<S, 4, 1>&, const Eigen::Matrix<S, 0, 1>&,
                     Eigen::Matrix<S, 4, 1>* f) {
-    for (int i = 0; i < 4; ++i) (*f)(i) = S(p.pull - 1.0);
+    for (int i = 0; i < 4; ++i) (*f)(i) = S(p.pace * p.pace * (p.pull - 1.0));
   }
   template <class P, class S>
   static void Gaps(const P&, const Eigen::Matrix<S, 4, 1>& q, Eigen::Matrix<S, 3, 1>* a) {
@@ -249,24 +250,27 @@ struct ThreeWalls : test::UnitMasses<4, 3> {
 
 TEST(ChanceOrthogonality, IsNotHiddenByAnAttractingPair) {
   // A wall that is pressed takes back at once what the slope lifts. Slopes count by what they
-  // change: 1 m/s times the slope, against 1e3 times the tolerance, 1e-9.
-  for (double crooked : {0.0, 1e-8, 1e-5, 9e-4, 0.3})
-    for (double pull : {0.0, 2.0}) {
-      const auto walls = test::Make<ThreeWalls>({{"crooked", crooked}, {"pull", pull}});
-      Transition together;
-      together.x_minus = Vector::Zero(8);
-      together.x_minus.tail(4) << -1, -1, -1, 0;  // all three gaps close
-      together.x_plus = Vector::Zero(8);
-      together.activated = ContactMode({0, 1, 2});
-      together.mode_after = together.activated;
-      const EventMap map(std::make_shared<ContactDynamics>(walls, Vector(0)), together);
-      const bool fits = crooked < 1e-6 || pull == 0;
-      EXPECT_EQ(fits ? Outcome::kOk : Outcome::kNotDifferentiable, map.status().outcome)
-          << map.status().message;
-      if (!fits || pull == 0) continue;
-      EXPECT_GE(map.cluster().neglected_derivative, crooked);
-      EXPECT_LE(map.cluster().neglected_derivative, 10 * crooked);
-    }
+  // change: the speed times the slope, against 1e3 times the tolerance, 1e-9, of what a delay
+  // changes, in any unit of time.
+  for (double pace : {1.0, 1e-7, 1e7})
+    for (double crooked : {0.0, 1e-8, 1e-5, 9e-4, 0.3})
+      for (double pull : {0.0, 2.0}) {
+        const auto walls =
+            test::Make<ThreeWalls>({{"crooked", crooked}, {"pull", pull}, {"pace", pace}});
+        Transition together;
+        together.x_minus = Vector::Zero(8);
+        together.x_minus.tail(4) << -pace, -pace, -pace, 0;  // all three gaps close
+        together.x_plus = Vector::Zero(8);
+        together.activated = ContactMode({0, 1, 2});
+        together.mode_after = together.activated;
+        const EventMap map(std::make_shared<ContactDynamics>(walls, Vector(0)), together);
+        const bool fits = crooked < 1e-6 || pull == 0;
+        EXPECT_EQ(fits ? Outcome::kOk : Outcome::kNotDifferentiable, map.status().outcome)
+            << "pace " << pace << ", crooked " << crooked << ": " << map.status().message;
+        if (!fits || pull == 0) continue;
+        EXPECT_GE(map.cluster().neglected_derivative, crooked * pace);
+        EXPECT_LE(map.cluster().neglected_derivative, 10 * crooked * pace);
+      }
 }
 
 /// Contacts that are orthogonal by chance are refused only where one is not pressed after the

@@ -121,14 +121,19 @@ TEST_F(ManyLimbs, RatesOfForcesAreThoseOfDifferences) {
   EXPECT_LT((rate - whole).cwiseAbs().maxCoeff(), 1e-10 * size);
 }
 
-/// The product with a direction against the matrix of the dense way, made of its own parts.
+/// The product with a direction against the matrix of the dense way, of feet that bounce or stay.
 TEST_F(ManyLimbs, ResetsAreTheirJacobians) {
+  system = MakeRobot(Legs(kLegs, 0.3));
   const ContactMode touching({1, 4, 5, 9});
   const ImpactResult impact = SolveImpact(*system, q, v, touching, ImpactLaw::kProjection);
   const auto inertia = std::make_shared<const InverseInertia>(*system, q, v);
-  const auto terms = std::make_shared<const ImpactReset::Terms>(*system, inertia, q, v, impact,
-                                                                Variables());
-  ASSERT_TRUE(terms->by_factors);
+  ASSERT_TRUE(ImpactReset::Terms::Allowed(*system, *inertia, Variables()));
+  ResidualJacobian before, after;
+  system->DifferentiateImpact(q, impact.v_plus - v, impact.impulse, impact.v_plus, &after);
+  system->DifferentiateImpact(q, impact.v_plus - v, impact.impulse, v, &before);
+  const auto terms = std::make_shared<const ImpactReset::Terms>(
+      ImpactReset::Terms{*system, inertia, after.momentum_q, after.constraint_q,
+                         before.constraint_q, 2 * system->dof()});
   for (const ContactMode persisting : {ContactMode(), ContactMode({4, 5})}) {
     const Matrix dense = ImpactJacobian(*system, q, v, impact, touching, persisting);
     const ImpactReset reset(terms, touching, persisting);

@@ -148,6 +148,24 @@ TEST(SpaceBox, SlidesAndStops) {
   EXPECT_THROW(Simulate(*system, x, Vector::Zero(3), 0.1, Tight()), std::invalid_argument);
 }
 
+/// Set down under a push that its friction does not hold: it slides along it at once.
+TEST(SpaceBox, SlidesFromRest) {
+  const auto system = MakeSystem<test::SpaceBox>({{"friction", 0.2}});
+  Vector push = Vector::Zero(3);
+  push.head(2) << 3, 3;
+  const Trajectory run = Simulate(*system, Standing(), push, 0.3, Tight());
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  ASSERT_EQ(1u, run.arcs.size());
+  EXPECT_EQ("llll", run.arcs[0].mode.Word(4));
+  const double speed = 0.3 * (push.norm() / 2 - 0.2 * kGravity);
+  const Vector v = run.FinalState().segment(8, 6), x = run.FinalState() - Standing();
+  for (const int axis : {0, 1}) {
+    EXPECT_NEAR(speed * std::sqrt(0.5), v(axis), 1e-9);
+    EXPECT_NEAR(speed * std::sqrt(0.5) * 0.15, x(axis), 1e-9);
+  }
+  EXPECT_LT(v.tail(4).norm(), 1e-9);
+}
+
 /// Pushed along x until it leaves its cone, it slides without turning: F = μ m g. The direction of
 /// such a small slip is stiff, so that a short part is enough.
 TEST(SpaceBox, BeginsToSlide) {

@@ -44,7 +44,9 @@ inline constexpr int kMaxClassifiedEvents = 5;
 /// the located state changes, κ = 1e3 times the tolerances (absolute + relative |x|), both in the
 /// outcome and in the derivative:
 ///   |Δv⁺| ≤ δv + |∂v⁺/∂q| δq + Σ_i |P Da_iᵀ| (1+γ_i) |Da_i| δv / G_ii,  coordinate by coordinate,
-///   |ΔDR| ≤ κ rtol max(1, max|DR|).
+///   |Δ∂v⁺/∂v⁻| ≤ κ rtol max(1, max|∂v⁺/∂v⁻|),
+/// entries in units of coordinates in which M has a diagonal of ones. By q and by parameters the
+/// limit is κ rtol times what the impact itself gives to such entries.
 /// What is neglected so is reported.
 struct ClusterReport {
   ContactClass contact_class = ContactClass::kSingle;

@@ -26,7 +26,8 @@ class StartCone {
   StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode mode, double t,
             double gap_tolerance, double speed_tolerance);
 
-  /// kNotDifferentiable where a constraint that is touched neither leaves nor belongs to the mode.
+  /// kNotDifferentiable where a constraint that is touched neither leaves nor belongs to the mode;
+  /// kNotPiecewiseLinear where a contact begins to slip in space.
   const Status& status() const { return status_; }
   /// kOk where the map on the admitted directions is continuous.
   const Status& PiecewiseLinear() const { return piecewise_linear_; }
@@ -41,6 +42,8 @@ class StartCone {
   /// direction that leaves the domain, and std::domain_error where the impact would lift a contact
   /// of the mode.
   Vector operator()(const VectorRef& w) const;
+  /// The contacts outside the mode, which leave from rest, whose gaps stay 0 along w.
+  ContactMode Brushed(const VectorRef& w) const;
   /// Half-spaces {w : Da_i w_q ≥ 0} [· × 2d+k], unit rows.
   Matrix Cone() const;
 
@@ -64,6 +67,7 @@ class StartCone {
     bool at_rest() const { return speed == 0; }
   };
   bool Closes(const Contact& contact, const VectorRef& w) const;
+  bool Stays(const Contact& contact, const VectorRef& w) const;
 
   std::vector<Contact> contacts_;
   std::vector<std::string> names_;  // of all constraints

@@ -13,7 +13,7 @@ namespace contact_flow {
 /// What a start with contacts that stick does to a direction w that makes them slip: they are
 /// stopped after a time of first order, (F7) of all of them at once,
 ///   Ξ = I − [0; M⁻¹ W (A M⁻¹ W)⁻¹ E] D(T v).
-/// That holds where every contact stays closed meanwhile.
+/// That holds where every contact stays closed meanwhile, and none that is open is hit.
 class StartStop {
  public:
   /// Of a start where nothing sticks: Ξ = I.
@@ -25,8 +25,8 @@ class StartStop {
   /// Ξ [2d+k × 2d+k]; empty for I.
   const Matrix& matrix() const { return matrix_; }
   /// Ξ w. Throws std::domain_error where the slips of w do not end so, as a contact lets go or
-  /// goes on slipping.
-  Vector operator()(const VectorRef& w) const;
+  /// goes on slipping, or one of `brushed` is hit (StartCone::Brushed).
+  Vector operator()(const VectorRef& w, ContactMode brushed) const;
   /// kOk where (F7) is known to hold for every w: no friction within the cones lifts a contact.
   Status PiecewiseLinear() const;
 

@@ -11,34 +11,24 @@
 
 namespace contact_flow {
 
-/// DR of ImpactJacobian as a product: where M has many zeros (MassFactor) and nothing else than the
-/// state is varied, one direction is the solution of
+/// DR of ImpactJacobian, as a product where M has many zeros (MassFactor) and no parameter is
+/// varied: one direction is the solution of
 ///   M x − Aᵀ π = M w_v − ∂r₁/∂q w_q,   A x = −∂r₂/∂q w_q − γ A w_v,
-/// by the factors of M and of A M⁻¹ Aᵀ; the matrix is made when it is asked for. Otherwise
-/// it is made at once.
+/// by the factors of M and of A M⁻¹ Aᵀ; the matrix is made when it is asked for.
 class ImpactReset {
  public:
   /// What resets of one impact have in common.
   struct Terms {
-    Terms(const MechanicalSystem& system, std::shared_ptr<const InverseInertia> inertia,
-          const VectorRef& q, const VectorRef& v_minus, const ImpactResult& result,
-          const Variables& variables);
-    /// … where the derivatives are known.
-    Terms(const MechanicalSystem& system, std::shared_ptr<const InverseInertia> inertia,
-          const VectorRef& q, const VectorRef& v_minus, const ImpactResult& result,
-          const Variables& variables, Matrix momentum_q, Matrix after_q, Matrix before_q);
     /// Whether products are computed by the factors.
     static bool Allowed(const MechanicalSystem& system, const InverseInertia& inertia,
                         const Variables& variables);
 
     const MechanicalSystem& system;
-    const std::shared_ptr<const InverseInertia> inertia;
-    const Vector q, v_minus;
-    const ImpactResult result;
-    const Variables variables;
-    bool by_factors;  ///< of the two ways
-    Matrix momentum_q, after_q;  ///< ∂r₁/∂q [d×d], ∂(Da v⁺)/∂q [n+l+r × d]
-    mutable Matrix before_q;     ///< ∂(Da v⁻)/∂q, where it is needed
+    std::shared_ptr<const InverseInertia> inertia;
+    Matrix momentum_q;  ///< ∂r₁/∂q [d×d]
+    Matrix after_q;     ///< ∂(Da v⁺)/∂q [n+l+r × d]
+    Matrix before_q;    ///< ∂(Da v⁻)/∂q, as after_q
+    int tangents;       ///< 2d and the variables, which are kept
   };
 
   ImpactReset() = default;
@@ -46,9 +36,8 @@ class ImpactReset {
   explicit ImpactReset(int tangents) : matrix_(Matrix::Identity(tangents, tangents)) {}
   /// DR as it is.
   explicit ImpactReset(Matrix DR) : matrix_(std::move(DR)) {}
-  /// `hit` and `persisting` as in ImpactJacobian; `carried` entries behind a tangent are kept.
-  ImpactReset(std::shared_ptr<const Terms> terms, ContactMode hit, ContactMode persisting,
-              int carried = 0);
+  /// `hit` and `persisting` as in ImpactJacobian.
+  ImpactReset(std::shared_ptr<const Terms> terms, ContactMode hit, ContactMode persisting);
 
   Vector operator*(const Vector& w) const;
   const Matrix& matrix() const;
@@ -58,7 +47,6 @@ class ImpactReset {
   Matrix Velocities(const MatrixRef& w) const;
 
   std::shared_ptr<const Terms> terms_;  // null where it is a matrix from the beginning
-  int carried_ = 0;
   std::vector<int> rows_;
   Vector restitution_;  // γ of the rows
   Matrix reach_;        // L⁻¹Aᵀ

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "contact_flow/flow/trajectory.h"
+#include "flow_law.h"
+
+namespace contact_flow {
+
+/// Why the tangents of an arc are not handed out: all throw std::domain_error, with times.
+
+/// The steps have become too short, or too many, at t [s].
+[[noreturn]] void RefuseUnresolved(double t);
+/// Numbers overflowed.
+[[noreturn]] void RefuseOverflow(const Arc& arc);
+/// Where the tangents of the whole arc miss the flow law by more than errors of the state explain.
+void JudgeFlowLaw(const Arc& arc, const FlowLaw& law);
+
+}  // namespace contact_flow
