@@ -2,72 +2,16 @@
 #include "contact_flow/derivative/b_derivative.h"
 
 #include <algorithm>
-#include <memory>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 
 #include "contact_flow/budget.h"
 #include "contact_flow/derivative/start_directions.h"
 #include "contact_flow/derivative/variation.h"
-#include "contact_flow/dynamics/contact_dynamics.h"
 #include "error_estimate.h"
-#include "event_laws.h"
-#include "free_slips.h"
-#include "input_cluster.h"
-#include "run_law.h"
-#include "touching_contacts.h"
+#include "run_preparation.h"
 
 namespace contact_flow {
-
-Status CheckTransition(const Transition& transition) {
-  if (transition.completes_zeno) {
-    std::ostringstream message;
-    message << "infinitely many bounces were completed to sticking at t = " << transition.t
-            << " s: the outcome has no derivative by Theorem 1 (Def. 2 fails)";
-    return {Outcome::kZeno, message.str()};
-  }
-  return transition.obstacle;
-}
-
-namespace {
-
-/// The first transition before arc `last` at which the outcome is discontinuous; the maps up to it.
-Status FirstJump(const Trajectory& trajectory,
-                 const std::vector<std::shared_ptr<ContactDynamics>>& dynamics, std::size_t last,
-                 std::vector<EventMap>* events) {
-  try {
-    for (std::size_t k = 0; k < last; ++k) {
-      const Transition& transition = trajectory.transitions[k];
-      if (transition.completes_zeno || !transition.obstacle.ok()) break;
-      events->emplace_back(dynamics[k], transition);
-      const Status& status = events->back().status();
-      if (status.outcome == Outcome::kDiscontinuous) return status;
-      if (!status.ok()) break;
-    }
-  } catch (const std::domain_error&) {  // then there is no such map
-  }
-  return {};
-}
-
-/// Contacts that touch without force are to touch in every perturbed run.
-Status CheckTouchingContacts(const Trajectory& trajectory, std::size_t first,
-                             const std::vector<std::shared_ptr<ContactDynamics>>& dynamics,
-                             const BDerivative& derivative) {
-  for (std::size_t k = 0; k < derivative.events.size(); ++k) {
-    const Transition& transition = derivative.events[k].transition();
-    if (transition.touching.Empty() || derivative.events[k].absorbed()) continue;
-    Matrix tangents = derivative.arcs[0];
-    for (std::size_t j = 0; j < k; ++j) {
-      tangents = derivative.arcs[j + 1] * derivative.events[j].AnySelection() * tangents;
-    }
-    const Status status = CheckTouching(dynamics[first + k].get(), transition, tangents);
-    if (!status.ok()) return status;
-  }
-  return {};
-}
-
-}  // namespace
 
 /// w with (δu, δp) = 0 where they are left out.
 Vector BDerivative::Complete(const VectorRef& w) const {
@@ -83,9 +27,12 @@ Vector BDerivative::Complete(const VectorRef& w) const {
   return complete;
 }
 
-Vector BDerivative::First(const VectorRef& w) const {
-  return arcs.front() * start_stop(start(Complete(w)));
+Vector BDerivative::Begin(const VectorRef& w) const {
+  const Vector begun = start(Complete(w));
+  return start_stop(begun, start.Brushed(begun));
 }
+
+Vector BDerivative::First(const VectorRef& w) const { return arcs.front() * Begin(w); }
 
 Vector BDerivative::operator()(const VectorRef& w) const {
   const BudgetStage stage("the derivative along a direction");
@@ -174,48 +121,6 @@ void BDerivative::CarryNeglected() {
   }
 }
 
-namespace {
-
-/// A force that is known all along an arc to less than this part of the absolute tolerance
-/// may be anything.
-constexpr double kIdle = 1e-3;
-
-/// Not kOk where a contact holds without a force that would keep it: it may as well let go.
-Status CheckPushes(const MechanicalSystem& system, const Arc& arc,
-                   const VariationStatistics& statistics, double absolute_tolerance) {
-  if (arc.t_end == arc.t_begin) return {};
-  for (int i : arc.mode - system.compliant()) {
-    if (statistics.push_reach(i) > kIdle * absolute_tolerance) continue;
-    std::ostringstream message;
-    message.precision(12);
-    message << "from t = " << arc.t_begin << " s to " << arc.t_end << " s the contact '"
-            << system.description().constraints[i]
-            << "' holds without a force: whether it does in a perturbed run is decided by nothing "
-               "that is known here";
-    return {Outcome::kNotDifferentiable, message.str()};
-  }
-  return {};
-}
-
-/// Not kOk where a face slides in space: how its forces are shared is not unique, and it decides as
-/// soon as the face turns.
-Status CheckSlidingFace(ContactDynamics* dynamics, const Arc& arc) {
-  dynamics->Evaluate(arc.x_begin, arc.mode);
-  const MechanicalSystem& system = dynamics->system();
-  for (int i : dynamics->shared()) {
-    const Friction& friction = system.friction()[i];
-    const bool turns = friction.dimension == 2 && friction.coefficient > 0;
-    if (!turns || arc.mode.LetterOf(i) != Letter::kSlip) continue;
-    return {Outcome::kNotDifferentiable,
-            "from t = " + std::to_string(arc.t_begin) + " s on the contacts " +
-                dynamics->shared().ToString(system.description().constraints) +
-                " slide without turning and share their forces: a run that turns is not unique"};
-  }
-  return {};
-}
-
-}  // namespace
-
 BDerivative DifferentiateOutcome(const MechanicalSystem& system, const Trajectory& trajectory,
                                  const BDerivativeOptions& options) {
   return DifferentiateArcs(system, trajectory, 0, trajectory.arcs.size() - 1, options);
@@ -226,97 +131,40 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
                               const BDerivativeOptions& options) {
   BDerivative derivative;
   derivative.options = options;
-  derivative.status = trajectory.status;
-  derivative.initial_mode = trajectory.arcs[first].mode;
-  if (!derivative.status.ok()) return derivative;
-  const std::vector<Arc>& arcs = trajectory.arcs;
-  // One for each input: the event maps keep theirs.
-  std::vector<std::shared_ptr<ContactDynamics>> dynamics(last + 1);
-  for (std::size_t k = first; k <= last; ++k) {
-    const bool same = k > first && arcs[k].u == arcs[k - 1].u;
-    dynamics[k] = same ? dynamics[k - 1]
-                       : std::make_shared<ContactDynamics>(system, arcs[k].u, options.variables);
-  }
-  if (first == 0) {  // a later beginning is reached by what came before it
-    derivative.start =
-        StartCone(dynamics[0].get(), arcs[0].x_begin, arcs[0].mode, arcs[0].t_begin,
-                  trajectory.gap_tolerance, trajectory.speed_tolerance);
-    // A run that is not even continuous in x says so first.
-    derivative.status = derivative.start.status();
-    if (!derivative.status.ok()) {
-      const Status jump = FirstJump(trajectory, dynamics, last, &derivative.events);
-      if (!jump.ok()) derivative.status = jump;
-      return derivative;
-    }
-  }
-  derivative.start_stop = StartStop(dynamics[first], arcs[first].x_begin, arcs[first].mode);
-  derivative.events.reserve(last - first);
-  const InputClusters clusters(system, trajectory);
-  std::vector<EventResidual> residuals(last - first);
+  RunPreparation run(system, trajectory, first, last, options.variables);
+  if (!run.Begin(&derivative)) return derivative;
+  const ArcProduct carry = [&derivative](std::size_t k, Matrix* columns) {
+    *columns = derivative.arcs[k] * *columns;
+  };
   try {
-    BudgetStage stage("the maps of the events", last - first);
-    for (std::size_t k = first; k < last; ++k, stage.Next()) {
-      const InputCluster* cluster = clusters.At(k);
-      const Transition& transition =
-          cluster != nullptr ? cluster->transition : trajectory.transitions[k];
-      derivative.status = CheckTransition(transition);
-      if (cluster != nullptr && derivative.status.ok()) derivative.status = cluster->status;
-      if (!derivative.status.ok()) return derivative;
-      AskBudget();
-      residuals[k - first].value = Vector::Zero(2 * system.dof() + dynamics[k]->num_variables());
-      if (cluster != nullptr) {
-        derivative.events.push_back(clusters.Map(*cluster, options.variables));
-        if (k > cluster->first) {
-          derivative.events.back() = derivative.events.back().AbsorbedRest();
-          continue;
-        }
-      } else {
-        derivative.events.emplace_back(dynamics[k], transition);
-      }
-      derivative.status = derivative.events.back().status();
-      if (!derivative.status.ok()) return derivative;
-      ContactDynamics* after = dynamics[std::min(k + 1, last)].get();
-      std::unique_ptr<ContactDynamics> behind;  // the cluster
-      if (cluster != nullptr) {
-        behind = std::make_unique<ContactDynamics>(system, arcs[cluster->last + 1].u,
-                                                   options.variables);
-        after = behind.get();
-      }
-      derivative.status =
-          CheckEventLaws(dynamics[k].get(), after, transition, derivative.events.back(),
-                         &derivative.trust, &residuals[k - first]);
-      if (!derivative.status.ok()) return derivative;
-    }
+    if (!run.MakeEvents(&derivative)) return derivative;
     std::vector<double> errors;
     BudgetStage propagation("the tangents of the arcs", last - first + 1);
     for (std::size_t k = first; k <= last; ++k, propagation.Next()) {
-      if (clusters.Around(k) != nullptr) {
-        const Eigen::Index size = 2 * system.dof() + dynamics[k]->num_variables();
+      if (run.clusters().Around(k) != nullptr) {
+        const int size = run.size();
         derivative.arcs.push_back(Matrix::Identity(size, size));
         errors.push_back(0);
         continue;
       }
-      derivative.status = CheckFreeSlips(*dynamics[k], arcs[k]);
+      derivative.status = run.CheckBefore(k);
       if (!derivative.status.ok()) return derivative;
       VariationStatistics statistics;
       derivative.arcs.push_back(
-          PropagateArc(dynamics[k].get(), arcs[k], options.tolerance, &statistics));
-      derivative.status = CheckSlidingFace(dynamics[k].get(), arcs[k]);
-      if (!derivative.status.ok()) return derivative;
-      derivative.status = CheckPushes(system, arcs[k], statistics, trajectory.absolute_tolerance);
+          PropagateArc(run.dynamics(k), trajectory.arcs[k], options.tolerance, &statistics));
+      derivative.status = run.CheckAfter(k, statistics);
       if (!derivative.status.ok()) return derivative;
       errors.push_back(statistics.error_estimate);
       derivative.trust.flow_law =
           std::max(derivative.trust.flow_law, statistics.flow_law_residual);
     }
-    derivative.status = CheckTouchingContacts(trajectory, first, dynamics, derivative);
+    derivative.status = run.CheckTouchingContacts(derivative, carry);
     if (!derivative.status.ok()) return derivative;
-    derivative.time = clusters.EndField(dynamics[last].get(), last).head(2 * system.dof());
-    derivative.status = CheckRunLaw(trajectory, first, residuals, &derivative);
+    derivative.time = run.EndField();
+    derivative.status = run.CheckLaw(carry, &derivative);
     if (!derivative.status.ok()) return derivative;
     derivative.CarryNeglected();
-    dynamics.erase(dynamics.begin(), dynamics.begin() + static_cast<std::ptrdiff_t>(first));
-    EstimateErrors(trajectory, first, dynamics, errors, &derivative);
+    EstimateErrors(trajectory, first, run.DynamicsOfArcs(), errors, &derivative);
   } catch (const std::domain_error& reason) {
     derivative.status = {Outcome::kNotDifferentiable, reason.what()};
   } catch (const BudgetExceeded& reason) {

@@ -77,6 +77,10 @@ Matrix EventMap::Selection(const std::vector<int>& order) const {
   const Status linear = PiecewiseLinear(order);
   if (!linear.ok()) throw NotPiecewiseLinear(linear.message);
   if (friction_) return friction_->Follow(Vector::Zero(size())).matrix;
+  return WideSelection(order).topLeftCorner(width(), width());
+}
+
+Matrix EventMap::WideSelection(const std::vector<int>& order) const {
   const int n = size();
   Matrix product = Matrix::Identity(n, n);
   ContactMode S;
@@ -91,7 +95,7 @@ Matrix EventMap::Selection(const std::vector<int>& order) const {
     product = S.Empty() ? saltation : saltation * product;
     S.Insert(i);
   }
-  return product.topLeftCorner(width(), width());
+  return product;
 }
 
 Matrix EventMap::Cone(const std::vector<int>& order) const {
@@ -122,6 +126,10 @@ Matrix EventMap::Cone(const std::vector<int>& order) const {
 
 Matrix EventMap::Times(const std::vector<int>& order) const {
   if (friction_) return friction_->Follow(Vector::Zero(size())).times;
+  return WideTimes(order).leftCols(width());
+}
+
+Matrix EventMap::WideTimes(const std::vector<int>& order) const {
   const int n = size(), m = static_cast<int>(order.size());
   Matrix times(m, n);
   Matrix carried = Matrix::Identity(n, n);  // as in Cone
@@ -138,7 +146,7 @@ Matrix EventMap::Times(const std::vector<int>& order) const {
     carried = *reset * (carried + field * step);
     S.Insert(order[k]);
   }
-  return times.leftCols(width());
+  return times;
 }
 
 std::vector<PieceTimes> EventMap::TimesOfPieces(int max_activations) const {

@@ -138,9 +138,8 @@ const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, 
     const Matrix before_q = before.rates.leftCols(system_->dof());
     Matrix momentum_q, after_q;
     Geometry().DifferentiateImpact(impact, before_q, &momentum_q, &after_q);
-    terms = std::make_shared<const ImpactReset::Terms>(
-        *system_, inertia, q_, before.v, impact, dynamics_->variables(), std::move(momentum_q),
-        std::move(after_q), before_q);
+    terms = std::make_shared<const ImpactReset::Terms>(ImpactReset::Terms{
+        *system_, inertia, std::move(momentum_q), std::move(after_q), before_q, size()});
   }
   AddInstant(S.With(i), impact.v_plus, terms ? &terms->after_q : nullptr);
   const ContactMode resting = InstantAt(S.With(i)).resting;
@@ -229,7 +228,7 @@ ImpactReset EventMap::Reset(ContactMode S, int i, const ImpactResult& impact,
                             const std::shared_ptr<const ImpactReset::Terms>& terms,
                             ContactMode persisting) const {
   const ContactMode hit = persisting.With(i);
-  if (terms) return ImpactReset(terms, hit, persisting, num_input_changes());
+  if (terms) return ImpactReset(terms, hit, persisting);
   return ImpactReset(Widen(ImpactJacobian(*system_, q_, InstantAt(S).v, impact, hit, persisting,
                                           dynamics_->variables())));
 }

@@ -25,6 +25,15 @@ double FlowLaw::Residual(const Matrix& step, const VectorRef& before, const Vect
   const Eigen::Index n = after.size();
   difference_ = -after;
   difference_.noalias() += step.topLeftCorner(n, n).lazyProduct(before);
+  return Note(size);
+}
+
+double FlowLaw::Residual(const VectorRef& carried, const VectorRef& after, double size) {
+  difference_ = carried - after;
+  return Note(size);
+}
+
+double FlowLaw::Note(double size) {
   last_ = difference_.cwiseAbs().maxCoeff() / (size * size_);
   per_noise_ = 1 / (size * size_);
   return last_;

@@ -21,6 +21,8 @@ class FlowLaw {
   /// Residual of a step: |step F₀ − F₁|, relative to `size`, the largest entry of the propagator so
   /// far, and to the size of F at the beginning of the arc.
   double Residual(const Matrix& step, const VectorRef& before, const VectorRef& after, double size);
+  /// The same of the vector step F₀.
+  double Residual(const VectorRef& carried, const VectorRef& after, double size);
   /// Whether the last residual is within the tolerance, or what errors of the state make of it
   /// where [K D] is `jacobian`: stiffness turns them into accelerations. `state` is its size.
   bool Holds(const MatrixRef& jacobian, double state);
@@ -35,6 +37,8 @@ class FlowLaw {
   double noise() const { return noise_; }
 
  private:
+  double Note(double size);
+
   const double tolerance_;
   double noise_;
   double size_ = 0;

@@ -50,9 +50,8 @@ Vector GridDerivative::Follow(const VectorRef& dx, const MatrixRef& du, const Ve
   for (Eigen::Index k = 0; k < count; ++k) {
     const BDerivative& interval = intervals_[static_cast<std::size_t>(k)].derivative;
     w.tail(inputs) = du.col(k);
-    w = interval.start(w);
     if (k == 0) {
-      w = interval.start_stop(w);
+      w = interval.Begin(w);
     } else if (!interval.start_stop.Empty()) {
       w = interval.start_stop.matrix() * w;  // what sticks does so already, to rounding
     }

@@ -45,7 +45,8 @@ void RollingDerivative::Start(OnlineFlow* flow, const SimulateOptions& run) {
   try {
     const StartStop stop(dynamics_, flow->State(), flow->mode());
     for (int j = 0; j < tangents_.cols() && status_.ok(); ++j) {
-      tangents_.col(j) = stop(start(directions_.col(j)));
+      const Vector begun = start(directions_.col(j));
+      tangents_.col(j) = stop(begun, start.Brushed(begun));
     }
   } catch (const std::logic_error& reason) {  // it leaves the domain, or lifts another contact
     status_ = {Outcome::kNotDifferentiable, reason.what()};

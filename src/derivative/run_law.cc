@@ -16,12 +16,13 @@ constexpr double kNone = 1e-12, kRunLimit = 2e-5;
 }  // namespace
 
 Status CheckRunLaw(const Trajectory& trajectory, std::size_t first,
-                   const std::vector<EventResidual>& residuals, BDerivative* derivative) {
+                   const std::vector<EventResidual>& residuals, const ArcProduct& carry,
+                   BDerivative* derivative) {
   const Eigen::Index d2 = derivative->time.size();
   double size = derivative->time.lpNorm<Eigen::Infinity>();  // a run may end at rest
   for (const EventResidual& residual : residuals) size = std::max(size, residual.size);
   if (!(size > 0)) return {};
-  Vector carried = Vector::Zero(derivative->arcs.front().rows());
+  Matrix carried = Matrix::Zero(residuals.empty() ? d2 : residuals.front().value.size(), 1);
   double largest = 0;
   std::size_t worst = 0;
   bool any = false;
@@ -31,11 +32,11 @@ Status CheckRunLaw(const Trajectory& trajectory, std::size_t first,
     if (!any) continue;
     if (!carried.isZero(0)) carried = derivative->events[k].AnySelection() * carried;
     carried += residuals[k].value;
-    carried = derivative->arcs[k + 1] * carried;
+    carry(k + 1, &carried);
     if (own > largest) worst = k;
     largest = std::max(largest, own);
   }
-  const double residual = carried.head(d2).lpNorm<Eigen::Infinity>() / size;
+  const double residual = carried.col(0).head(d2).lpNorm<Eigen::Infinity>() / size;
   derivative->trust.event_law = std::max(derivative->trust.event_law, residual);
   if (!(residual > kRunLimit)) return {};
   std::ostringstream message;

@@ -8,6 +8,7 @@
 #include "contact_flow/flow/status.h"
 #include "contact_flow/flow/trajectory.h"
 #include "event_laws.h"
+#include "run_preparation.h"
 
 namespace contact_flow {
 
@@ -17,6 +18,7 @@ namespace contact_flow {
 /// events of the derivative, whose Trust::event_law grows. Not kOk, with the transition that counts
 /// most, where the law fails. Costs nothing where all residuals are rounding.
 Status CheckRunLaw(const Trajectory& trajectory, std::size_t first,
-                   const std::vector<EventResidual>& residuals, BDerivative* derivative);
+                   const std::vector<EventResidual>& residuals, const ArcProduct& carry,
+                   BDerivative* derivative);
 
 }  // namespace contact_flow

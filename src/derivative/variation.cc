@@ -4,9 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 #include <stdexcept>
-#include <string>
 
 #include "arc_jacobian.h"
 #include "collocation.h"
@@ -15,6 +13,7 @@
 #include "flow_law.h"
 #include "gauss_legendre.h"
 #include "motion_pace.h"
+#include "propagation_verdict.h"
 
 namespace contact_flow {
 namespace {
@@ -36,10 +35,6 @@ constexpr double kJacobianCost = 50;
 /// that it has where all is smooth, and collocation not its order.
 constexpr double kShape = 30;
 constexpr double kGolden = 0.6180339887498949;
-/// Largest residual of the flow law in a propagator that is handed out, where it takes an error of
-/// the state of more than kLargestNoise to explain it.
-constexpr double kLargestResidual = 1e-4;
-constexpr double kLargestNoise = 1e-5;
 
 /// A tangent without symmetries: ±(0.6 … 1.4) in `count` entries from `first` on.
 Vector Mixture(int size, int first, int count) {
@@ -103,9 +98,7 @@ class Propagation {
     statistics->push_reach = jacobian_.push_reach();
     Judge(statistics);
     jacobian_.ToVelocities(&phi_);
-    if (!phi_.allFinite()) {
-      throw std::domain_error("the tangents " + Span() + " are beyond the numbers there are");
-    }
+    if (!phi_.allFinite()) RefuseOverflow(arc_);
     return phi_;
   }
 
@@ -119,11 +112,7 @@ class Propagation {
     fastest_ = FastestRate(begin_.leftCols(2 * d_));  // in the units chosen
   }
 
-  [[noreturn]] void Fail(double t) const {
-    std::ostringstream message;
-    message << "the variational equation cannot be resolved at t = " << jacobian_.Time(t) << " s";
-    throw std::domain_error(message.str());
-  }
+  [[noreturn]] void Fail(double t) const { RefuseUnresolved(jacobian_.Time(t)); }
 
   /// The fastest rate at the beginning, or what the steps of the run itself tell of the change of K
   /// and D.
@@ -259,25 +248,11 @@ class Propagation {
     source_ = carried_;
   }
 
-  std::string Span() const {
-    std::ostringstream text;
-    text.precision(12);
-    text << "from t = " << arc_.t_begin << " s to " << arc_.t_end << " s";
-    return text.str();
-  }
-
   /// The residual of the flow law and the error of the whole.
   void Judge(VariationStatistics* statistics) {
     statistics->flow_law_residual = std::max(statistics->flow_law_residual, law_.total());
     statistics->error_estimate = std::max(statistics->error_estimate, error_ + law_.total());
-    if (law_.total() <= kLargestResidual || law_.noise() <= kLargestNoise) return;
-    std::ostringstream message;
-    message.precision(12);
-    message << "the tangents " << Span()
-            << " do not carry the field along as they must (relative residual " << law_.total()
-            << " of Φ F = F, which would take errors of the state of " << law_.noise()
-            << "): a force acts where the steps of the run did not see it";
-    throw std::domain_error(message.str());
+    JudgeFlowLaw(arc_, law_);
   }
 
   const int d_;

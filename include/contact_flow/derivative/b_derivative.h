@@ -67,6 +67,9 @@ class BDerivative {
   Vector operator()(const VectorRef& w) const;
   /// The same with a change of the horizon.
   Vector operator()(double dt, const VectorRef& w) const;
+  /// w behind what happens at the start, [2d+k]: impacts with a speed of first order, slips that
+  /// stop. Throws as above.
+  Vector Begin(const VectorRef& w) const;
   /// Estimated error of B(w) [2d], absolute.
   Vector Error(const VectorRef& w) const;
   /// Contact modes the perturbed run passes through, to first order, for the direction w.

@@ -60,6 +60,22 @@ struct PieceTimes {
   Matrix times;                  ///< a row for each [· × 2d+k]
 };
 
+/// The linear map that holds around the run perturbed along one direction: where orders of events
+/// have different maps, that of its order. c changes of the input are among its events, which may
+/// come later by δt.
+struct EventPiece {
+  Matrix matrix;            ///< Ξ [2d+k × 2d+k]
+  Matrix by_instants;       ///< ∂B/∂δt [2d+k × c]
+  std::vector<int> order;   ///< its events, as in EventMap; with friction those of TimesOfPieces
+  Matrix times;             ///< first-order changes of their instants [· × 2d+k]
+  Matrix times_by_instants; ///< … by δt [· × c]
+  /// v after each of them [d] and the input from there on [m]; empty with friction, but for a
+  /// single touchdown.
+  std::vector<Vector> velocities;
+  std::vector<Vector> inputs;       ///< as velocities
+  std::vector<ContactMode> modes;   ///< after them
+};
+
 class ClusterGeometry;
 class FrictionalEvent;
 
@@ -139,6 +155,12 @@ class EventMap {
   /// last is J⁺. Activations and releases that coincide to first order make one transition.
   std::vector<ContactMode> PerturbedModes(const VectorRef& w) const;
 
+  /// The piece that holds w, m + 1 fields and m resets as matrices. w = 0: any. Throws
+  /// NotPiecewiseLinear where B is not linear on the cone of w's order, and like B(w).
+  EventPiece PieceAlong(const VectorRef& w) const;
+  /// Whether it is the only one whatever w, at once: false where that takes IsDifferentiable.
+  bool HasOnePiece() const;
+
   /// kOk where B is linear on the cone of every order; kNotDifferentiable with the sentence why
   /// not; kTooManyPieces beyond 12 activations, which are not examined.
   const Status& PiecewiseLinear() const;
@@ -185,6 +207,9 @@ class EventMap {
   /// is counted; a matrix that leaves these alone.
   Vector Widen(const VectorRef& w, const VectorRef& dt) const;
   Matrix Widen(const Matrix& map) const;
+  /// Selection and Times with the places of δt.
+  Matrix WideSelection(const std::vector<int>& order) const;
+  Matrix WideTimes(const std::vector<int>& order) const;
   /// What order zero knows of the cluster after the activations in S.
   struct Instant {
     Vector v;             // v_S [d]

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/derivative/cost_gradient.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include "contact_flow/budget.h"
+#include "linear_run.h"
+
+namespace contact_flow {
+namespace {
+
+/// The passage of the covector λ through a run, backward.
+class Passage {
+ public:
+  Passage(const MechanicalSystem& system, const Trajectory& trajectory, const RunCost& cost,
+          const BDerivativeOptions& options, const RunDirection* direction)
+      : system_(system),
+        run_(trajectory),
+        cost_(cost),
+        d2_(2 * system.dof()),
+        linear_(system, trajectory, cost, options, direction) {}
+
+  CostGradient Differentiate() {
+    try {
+      if (linear_.Make(&gradient_)) Retreat();
+    } catch (const NotPiecewiseLinear& reason) {
+      gradient_.status = {Outcome::kNotPiecewiseLinear, reason.what()};
+    } catch (const std::domain_error& reason) {
+      gradient_.status = {Outcome::kNotDifferentiable, reason.what()};
+    } catch (const BudgetExceeded& reason) {
+      gradient_.status = {OutcomeOf(reason), reason.what()};
+    }
+    return gradient_;
+  }
+
+ private:
+  double Rate(const Vector& x, const Vector& u) const {
+    CostRate rate;
+    rate.by_state = Vector::Zero(x.size());
+    rate.by_input = Vector::Zero(u.size());
+    cost_.running(time_, x, u, &rate);
+    return rate.value;
+  }
+
+  /// l_{i−1} − l_i at the events of a piece: what each costs by coming later.
+  Vector Delays(std::size_t k, const EventPiece& piece) {
+    const Transition& transition = linear_.derivative().events[k].transition();
+    Vector delays = Vector::Zero(piece.times.rows());
+    if (!cost_.running) return delays;
+    time_ = transition.t;
+    Vector x = transition.x_minus;
+    double last = Rate(x, run_.arcs[k].u);
+    if (piece.velocities.size() != piece.order.size()) {
+      const double after = Rate(transition.x_plus, run_.arcs[k].u);
+      if (transition.activated.Size() < 2 || piece.order.empty()) return delays;
+      std::ostringstream message;
+      message << "at t = " << time_ << " s several contacts with friction land at once, and the "
+              << "running cost jumps by " << after - last
+              << ": what it is between them is not known";
+      throw std::domain_error(message.str());
+    }
+    for (std::size_t i = 0; i < piece.velocities.size(); ++i) {
+      x.tail(system_.dof()) = piece.velocities[i];
+      const double next = Rate(x, piece.inputs[i]);
+      delays(static_cast<Eigen::Index>(i)) = last - next;
+      last = next;
+    }
+    return delays;
+  }
+
+  void Retreat() {
+    const Vector& x = run_.FinalState();
+    Vector lambda = Vector::Zero(linear_.size());
+    if (cost_.terminal) {
+      Vector by_state = Vector::Zero(x.size());
+      gradient_.cost += cost_.terminal(x, &by_state);
+      lambda.head(d2_) = ByTangents(system_, x, by_state);
+      for (Eigen::Index i = 0; i < d2_; ++i) {
+        if (lambda(i) != 0) gradient_.cost_error += std::abs(lambda(i)) * linear_.state_error()(i);
+      }
+    }
+    gradient_.horizon = lambda.head(d2_).dot(linear_.derivative().time) +
+                        linear_.arc(run_.arcs.size() - 1).end().rate;
+    const Eigen::Index count = linear_.intervals();
+    gradient_.inputs = Matrix::Zero(linear_.inputs(), linear_.inputs() > 0 ? count : 0);
+    gradient_.instants = Vector::Zero(count - 1);
+    Eigen::Index interval = count - 1;
+    BudgetStage stage("the gradient, arc by arc", run_.arcs.size());
+    for (std::size_t k = run_.arcs.size(); k-- > 0; stage.Next()) {
+      AskBudget();
+      PassArc(k, &lambda);
+      if (k == 0) break;
+      PassEvent(k - 1, interval, &lambda);
+      if (run_.transitions[k - 1].changes_input) TakeInput(interval--, &lambda);
+    }
+    TakeInput(0, &lambda);
+    if (!linear_.derivative().start_stop.Empty()) {
+      lambda = linear_.derivative().start_stop.matrix().transpose() * lambda;
+    }
+    gradient_.initial = lambda.head(d2_);
+    gradient_.parameters = lambda.tail(linear_.parameters());
+    const bool finite = lambda.allFinite() && gradient_.inputs.allFinite() &&
+                        gradient_.instants.allFinite() && std::isfinite(gradient_.cost) &&
+                        std::isfinite(gradient_.horizon);
+    if (!finite) {
+      throw std::domain_error("the gradient is beyond the numbers there are");
+    }
+    CheckTransposed();
+  }
+
+  void TakeInput(Eigen::Index interval, Vector* lambda) {
+    if (linear_.inputs() == 0) return;
+    gradient_.inputs.col(interval) = lambda->segment(d2_, linear_.inputs());
+    lambda->segment(d2_, linear_.inputs()).setZero();
+  }
+
+  /// λᵀF + l changes by ∫ ∂l/∂t along an arc; F at its end as the tangents carry it there, so that
+  /// errors of the state do not count.
+  void PassArc(std::size_t k, Vector* lambda) {
+    const ArcTangents& arc = linear_.arc(k);
+    Matrix carried = Matrix::Zero(lambda->size(), 1);
+    carried.col(0).head(d2_) = arc.begin().field;
+    arc.Forward(&carried);
+    const Vector later = lambda->head(d2_).cwiseProduct(carried.col(0).head(d2_));
+    // Sources of variables are no part of F.
+    arc.Backward(lambda);
+    const Vector earlier = lambda->head(d2_).cwiseProduct(arc.begin().field);
+    NoteLaw(later.sum() + arc.end().rate - arc.drift() - earlier.sum() - arc.begin().rate,
+            later.lpNorm<1>() + earlier.lpNorm<1>() + std::abs(arc.end().rate) +
+                std::abs(arc.begin().rate));
+  }
+
+  void PassEvent(std::size_t k, Eigen::Index interval, Vector* lambda) {
+    const EventMap& event = linear_.derivative().events[k];
+    const EventPiece& piece = linear_.piece(k);
+    const Vector& before = linear_.arc(k).end().field;
+    const ClusterReport& cluster = event.cluster();
+    const Eigen::Index d = d2_ / 2;
+    if (cluster.neglected_jump.size() == d) {
+      gradient_.neglected_jump += lambda->segment(d, d).cwiseAbs().dot(cluster.neglected_jump);
+    }
+    if (event.absorbed()) return;
+    const bool alone = run_.transitions[k].changes_input && event.num_input_changes() == 0;
+    if (piece.matrix.size() == 0) {
+      const ArcTangents::End &first = linear_.arc(k).end(), &second = linear_.arc(k + 1).begin();
+      gradient_.instants(interval - 1) =
+          lambda->head(d2_).dot(first.field - second.field) + first.rate - second.rate;
+      return;
+    }
+    const Vector delays = Delays(k, piece);
+    Vector field = Vector::Zero(lambda->size());
+    field.head(d2_) = before;
+    const double later = lambda->dot(piece.matrix * field);
+    for (Eigen::Index j = 0; j < piece.by_instants.cols(); ++j) {
+      // Its changes of the input, of which the last may be that of a later transition.
+      gradient_.instants(FirstInstant(k) + j) =
+          lambda->dot(piece.by_instants.col(j)) + delays.dot(piece.times_by_instants.col(j));
+    }
+    if (alone) {
+      const ArcTangents::End &first = linear_.arc(k).end(), &second = linear_.arc(k + 1).begin();
+      gradient_.instants(interval - 1) =
+          later - lambda->head(d2_).dot(second.field) + first.rate - second.rate;
+    }
+    *lambda = piece.matrix.transpose() * *lambda;
+    if (delays.size() > 0) *lambda += piece.times.transpose() * delays;
+    if (alone || event.num_input_changes() > 0) return;
+    // A run that is late is late at each of the events: ∂τ_i F⁻ = −1.
+    NoteLaw(later - delays.sum() - lambda->dot(field),
+            std::abs(later) + delays.lpNorm<1>() +
+                lambda->head(d2_).cwiseProduct(before).lpNorm<1>());
+  }
+
+  /// The number of the first instant of the grid from transition k on, from 0.
+  Eigen::Index FirstInstant(std::size_t k) const {
+    Eigen::Index number = 0;
+    for (std::size_t i = 0; i < k; ++i) number += run_.transitions[i].changes_input;
+    return number;
+  }
+
+  void NoteLaw(double residual, double size) {
+    law_size_ = std::max(law_size_, size);
+    if (law_size_ > 0) gradient_.law = std::max(gradient_.law, std::abs(residual) / law_size_);
+  }
+  void CheckTransposed() const {
+    if (gradient_.law <= kLawLimit) return;
+    std::ostringstream message;
+    message << "the self-check that λᵀF + l is constant fails by " << gradient_.law << " (limit "
+            << kLawLimit << ")"
+            << (cost_.running ? ": are the derivatives of the running cost right?" : "")
+            << " The gradient is withheld";
+    throw std::domain_error(message.str());
+  }
+
+  const MechanicalSystem& system_;
+  const Trajectory& run_;
+  const RunCost& cost_;
+  const Eigen::Index d2_;
+  LinearRun linear_;
+  CostGradient gradient_;
+  double time_ = 0, law_size_ = 0;
+};
+
+}  // namespace
+
+double CostGradient::Along(const RunDirection& w) const {
+  RequireDirectionSize(w.initial.size(), initial.size(), "initial");
+  RequireDirectionSize(w.inputs.size(), inputs.size(), "inputs");
+  RequireDirectionSize(w.parameters.size(), parameters.size(), "parameters");
+  double sum = 0;
+  if (w.initial.size() > 0) sum += initial.dot(w.initial);
+  if (w.inputs.size() > 0) {
+    sum += Eigen::Map<const Vector>(inputs.data(), inputs.size())
+               .dot(Eigen::Map<const Vector>(w.inputs.data(), w.inputs.size()));
+  }
+  if (w.parameters.size() > 0) sum += parameters.dot(w.parameters);
+  return sum;
+}
+
+CostGradient DifferentiateCost(const MechanicalSystem& system, const Trajectory& trajectory,
+                               const RunCost& cost, const BDerivativeOptions& options,
+                               const RunDirection* direction) {
+  if (!cost.terminal && !cost.running) {
+    throw std::invalid_argument("cost: nothing costs anything");
+  }
+  return Passage(system, trajectory, cost, options, direction).Differentiate();
+}
+
+}  // namespace contact_flow

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The piece of an event map around one direction.
+#include "contact_flow/derivative/event_map.h"
+#include "frictional_event.h"
+
+namespace contact_flow {
+
+bool EventMap::HasOnePiece() const {
+  if (absorbed_) return true;
+  if (!friction_) return num_activations() < 2 && PiecewiseLinear(activated_).ok();
+  // A path without decisions may still not be every direction's: some may not be decided.
+  return transition_.changes_input && transition_.guards.empty() &&
+         transition_.activated.Empty() && transition_.mode_before == transition_.mode_after;
+}
+
+EventPiece EventMap::PieceAlong(const VectorRef& w) const {
+  EventPiece piece;
+  const Eigen::Index c = absorbed_ ? 0 : num_input_changes();
+  if (absorbed_) {
+    piece.matrix = Matrix::Identity(width(), width());
+    piece.by_instants.resize(width(), 0);
+    piece.times.resize(0, width());
+    piece.times_by_instants.resize(0, 0);
+    return piece;
+  }
+  if (friction_) {
+    FrictionalPath path = friction_->Follow(w);
+    piece.matrix = std::move(path.matrix);
+    piece.by_instants.resize(width(), 0);
+    piece.order = std::move(path.guards);
+    piece.times = std::move(path.times);
+    piece.times_by_instants.resize(piece.times.rows(), 0);
+    piece.modes = std::move(path.modes);
+    if (transition_.activated.Size() != 1) return piece;
+    // v changes at the touchdown alone.
+    bool met = false;
+    for (int i : piece.order) {
+      met = met || transition_.activated.Contains(i);
+      piece.velocities.push_back((met ? transition_.x_plus : transition_.x_minus)
+                                     .tail(system_->dof()));
+      piece.inputs.push_back(dynamics_->u());
+    }
+    return piece;
+  }
+  piece.order = activated_;
+  if (num_activations() > 1 && !w.isZero(0)) {
+    piece.order.clear();
+    for (const PerturbedEvent& event : PerturbedEvents(w)) {
+      const bool counts = event.kind == PerturbedEvent::Kind::kActivation ||
+                          event.kind == PerturbedEvent::Kind::kInput;
+      if (counts) piece.order.push_back(event.constraint);
+    }
+  }
+  const Status linear = PiecewiseLinear(piece.order);
+  if (!linear.ok()) throw NotPiecewiseLinear(linear.message);
+  const Matrix product = WideSelection(piece.order), times = WideTimes(piece.order);
+  piece.matrix = product.topLeftCorner(width(), width());
+  piece.by_instants = -product.topRightCorner(width(), c);
+  piece.times = times.leftCols(width());
+  piece.times_by_instants = -times.rightCols(c);
+  piece.modes = Modes(piece.order);
+  ContactMode S;
+  for (int i : piece.order) {
+    S.Insert(i);
+    piece.velocities.push_back(InstantAt(S).v);
+    piece.inputs.push_back(DynamicsAfter(S).u());
+  }
+  return piece;
+}
+
+}  // namespace contact_flow
