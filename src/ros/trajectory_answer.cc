@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "contact_flow/OptimizeTrajectoryResult.h"
+#include "contact_flow/RunCondition.h"
 #include "contact_flow/ros/analysis_messages.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/gate.h"
@@ -26,22 +27,15 @@ static_assert(
         ActionResult::STALLED == static_cast<int>(TrajectoryVerdict::kStalled) &&
         ActionResult::UNDEFINED == static_cast<int>(TrajectoryVerdict::kUndefined) &&
         ActionResult::MAX_ITERATIONS == static_cast<int>(TrajectoryVerdict::kMaxIterations) &&
-        ActionResult::CANCELLED == static_cast<int>(TrajectoryVerdict::kCancelled),
+        ActionResult::CANCELLED == static_cast<int>(TrajectoryVerdict::kCancelled) &&
+        ActionResult::INFEASIBLE == static_cast<int>(TrajectoryVerdict::kInfeasible),
     "the constants of the action are the verdicts");
 
 constexpr double kLargestTolerance = 1e3, kLargestInterval = 1;
 constexpr int kMaxIterations = 100000;
 /// Unknowns beyond this many are refused: their second order is a full matrix.
 constexpr int kMaxUnknowns = 1000;
-
-void CheckWeights(const std::string& field, const std::vector<double>& weights) {
-  CheckFinite(field, weights);
-  for (std::size_t k = 0; k < weights.size(); ++k) {
-    if (weights[k] >= 0) continue;
-    throw std::invalid_argument(field + "[" + std::to_string(k) + "] is " +
-                                std::to_string(weights[k]) + ", expected ≥ 0");
-  }
-}
+constexpr std::size_t kMaxConditions = 1000;
 
 /// [m] numbers by inputs, or none.
 Vector OfInputs(const SystemDescription& names, const std::string& field,
@@ -78,6 +72,122 @@ Goals ResolveGoals(const SystemDescription& names, const std::string& field,
   return goals;
 }
 
+/// Numbers that are all finite, `count` of them or none.
+Vector OfChosen(const std::string& field, const std::vector<double>& values,
+                const std::vector<std::string>& chosen) {
+  if (values.empty()) return Vector();
+  CheckSize(field, values.size(), chosen.size(), chosen);
+  CheckFinite(field, values);
+  return Eigen::Map<const Vector>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+void ResolveChosen(const Setup& setup, const TrajectoryRequest& request,
+                   TrajectoryProblem* problem) {
+  const MechanicalSystem& system = *setup.system;
+  const SystemDescription& names = system.description();
+  const int nq = system.num_positions();
+  problem->choose_inputs = !request.keep_inputs;
+  for (std::size_t k = 0; k < request.initial.size(); ++k) {
+    const int i = StateIndex("initial[" + std::to_string(k) + "]", request.initial[k], names);
+    problem->choose_initial.push_back(i < nq ? i : i - nq + system.dof());
+  }
+  problem->choose_parameters = ParameterIndices(names, request.parameters);
+  problem->parameter_lower =
+      OfChosen("parameter_lower", request.parameter_lower, request.parameters);
+  problem->parameter_upper =
+      OfChosen("parameter_upper", request.parameter_upper, request.parameters);
+  problem->factory = [&setup, &names](const ParameterValues& values) {
+    ParameterValues all;
+    for (const Parameter& parameter : names.parameters) all[parameter.name] = parameter.value;
+    for (const auto& value : values) all[value.first] = value.second;
+    return setup.WithParameters(all);
+  };
+  std::vector<std::string> intervals;
+  for (std::uint32_t interval : request.durations) {
+    if (interval >= problem->inputs.grid.size()) {
+      throw std::invalid_argument("durations has " + std::to_string(interval) + ": the grid has " +
+                                  std::to_string(problem->inputs.grid.size()) + " intervals");
+    }
+    problem->choose_durations.push_back(static_cast<int>(interval));
+    intervals.push_back(std::to_string(interval));
+  }
+  problem->keep_horizon = request.keep_horizon;
+  problem->duration_lower = OfChosen("duration_lower", request.duration_lower, intervals);
+  problem->duration_upper = OfChosen("duration_upper", request.duration_upper, intervals);
+}
+
+void ResolveConditions(const MechanicalSystem& system, const TrajectoryRequest& request,
+                       TrajectoryProblem* problem) {
+  const SystemDescription& names = system.description();
+  const int count = static_cast<int>(problem->inputs.grid.size());
+  for (std::size_t k = 0; k < request.conditions.size(); ++k) {
+    const RunCondition& asked = request.conditions[k];
+    const std::string field = "conditions[" + std::to_string(k) + "]";
+    TrajectoryCondition condition;
+    condition.lower = asked.lower;
+    condition.upper = asked.upper;
+    if (!(asked.lower <= asked.upper)) {
+      throw std::invalid_argument(field + ": the lower bound is above the upper");
+    }
+    if (asked.touchdown) {
+      if (asked.every_instant) {
+        throw std::invalid_argument(field + ": every_instant is none of a touchdown");
+      }
+      condition.kind = TrajectoryCondition::Kind::kTouchdown;
+      condition.index = NameIndex(field + ".name", "constraint", asked.name, names.constraints);
+      condition.number = ResolveCount(field + ".number", asked.number, 1, kMaxIterations) - 1;
+      problem->conditions.push_back(condition);
+      continue;
+    }
+    condition.index = StateIndex(field + ".name", asked.name, names);
+    const int number = ResolveCount(field + ".number", asked.number, count, count);
+    for (int i = asked.every_instant ? 1 : number; i <= (asked.every_instant ? count : number);
+         ++i) {
+      condition.number = i;
+      problem->conditions.push_back(condition);
+    }
+  }
+  if (problem->conditions.size() > kMaxConditions) {
+    throw std::invalid_argument(std::to_string(problem->conditions.size()) +
+                                " conditions, each instant counted: at most " +
+                                std::to_string(kMaxConditions) + " can be");
+  }
+  problem->condition_tolerance =
+      ResolveNumber("condition_tolerance", request.condition_tolerance,
+                    problem->condition_tolerance, kLargestTolerance);
+}
+
+void ResolvePath(const MechanicalSystem& system, const TrajectoryRequest& request,
+                 TrajectoryProblem* problem) {
+  const int nq = system.num_positions();
+  const RowMajorMatrix& reference = request.path_reference;
+  const bool along = reference.rows > 0 || reference.cols > 0 || !reference.data.empty();
+  const std::vector<double> none(along ? request.path.size() : 0, 0.0);
+  if (along && !request.path_targets.empty()) {
+    throw std::invalid_argument("path_targets and path_reference are both given");
+  }
+  const Goals path =
+      ResolveGoals(system.description(), "path", request.path, "path_targets",
+                   along ? none : request.path_targets, "path_weights", request.path_weights, nq);
+  problem->path_target = path.target;
+  problem->path_weight = path.weight;
+  if (!along) return;
+  const std::size_t count = problem->inputs.grid.size(), cols = request.path.size();
+  if (reference.rows != count || reference.cols != cols || reference.data.size() != count * cols) {
+    throw std::invalid_argument("path_reference is " + std::to_string(reference.rows) + " × " +
+                                std::to_string(reference.cols) + ": " + std::to_string(count) +
+                                " × " + std::to_string(cols) + " is needed");
+  }
+  CheckFinite("path_reference.data", reference.data);
+  problem->path_reference = Matrix::Zero(nq, static_cast<Eigen::Index>(count));
+  for (std::size_t i = 0; i < cols; ++i) {
+    const int place = StateIndex("path", request.path[i], system.description());
+    for (std::size_t k = 0; k < count; ++k) {
+      problem->path_reference(place, static_cast<Eigen::Index>(k)) = reference.data[k * cols + i];
+    }
+  }
+}
+
 TrajectoryProblem ResolveProblem(const Setup& setup, const TrajectoryRequest& request) {
   const MechanicalSystem& system = *setup.system;
   const SystemDescription& names = system.description();
@@ -91,12 +201,7 @@ TrajectoryProblem ResolveProblem(const Setup& setup, const TrajectoryRequest& re
   problem.x = run.x;
   problem.inputs = run.input;
   problem.duration = run.duration;
-  problem.choose_inputs = !request.keep_inputs;
-  const int nq = system.num_positions();
-  for (std::size_t k = 0; k < request.initial.size(); ++k) {
-    const int i = StateIndex("initial[" + std::to_string(k) + "]", request.initial[k], names);
-    problem.choose_initial.push_back(i < nq ? i : i - nq + system.dof());
-  }
+  ResolveChosen(setup, request, &problem);
   problem.effort = Vector::Zero(system.num_inputs());
   CheckWeights("effort", request.effort);
   const Vector effort = OfInputs(names, "effort", request.effort);
@@ -108,10 +213,10 @@ TrajectoryProblem ResolveProblem(const Setup& setup, const TrajectoryRequest& re
                                  "weights", request.weights, system.state_size());
   problem.target = end.target;
   problem.weight = end.weight;
-  const Goals path = ResolveGoals(names, "path", request.path, "path_targets",
-                                  request.path_targets, "path_weights", request.path_weights, nq);
-  problem.path_target = path.target;
-  problem.path_weight = path.weight;
+  ResolvePath(system, request, &problem);
+  CheckWeights("duration_weight", std::vector<double>{request.duration_weight});
+  problem.duration_weight = request.duration_weight;
+  ResolveConditions(system, request, &problem);
   problem.kink_interval = ResolveNumber("kink_interval", request.kink_interval,
                                         problem.kink_interval, kLargestInterval);
   const int unknowns = Unknowns(system, problem).size();
@@ -185,6 +290,10 @@ TrajectoryResult Answer(const Setup& setup, const TrajectoryRequest& request, co
   result.initial_q = ToMsg(VectorRef(found.x.head(nq)));
   result.initial_v = ToMsg(VectorRef(found.x.tail(d)));
   result.inputs = ToGrid(found.inputs, system.num_inputs());
+  result.duration = found.duration;
+  result.parameters = ToMsg(VectorRef(found.parameters));
+  result.condition_values = ToMsg(VectorRef(found.condition_values));
+  result.multipliers = ToMsg(VectorRef(found.multipliers));
   for (const contact_flow::PieceProof& piece : found.certificate) {
     result.pieces.push_back(ToCertificate(piece));
   }
@@ -197,14 +306,16 @@ TrajectoryResult Answer(const Setup& setup, const TrajectoryRequest& request, co
     m.iteration = static_cast<std::uint32_t>(at.iteration);
     m.cost = at.cost;
     m.best = at.best;
+    m.violation = at.violation;
     m.step = at.step;
     m.pieces = static_cast<std::uint32_t>(at.pieces);
     m.kink = KinkStatusName(at.kink);
     result.iterations.push_back(m);
   }
   if (found.verdict == TrajectoryVerdict::kUndefined) return result;
+  const Unknowns unknowns(system, problem);
   const Trajectory run =
-      Simulate(system, found.x, found.inputs, problem.duration, problem.simulate);
+      unknowns.Run(found.y, problem.simulate.simultaneity_tolerance, problem.simulate.dense);
   WarnOfRun(run, &result);
   result.final_q = ToMsg(VectorRef(run.FinalState().head(nq)));
   result.final_v = ToMsg(VectorRef(run.FinalState().tail(d)));

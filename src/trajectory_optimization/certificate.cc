@@ -28,6 +28,7 @@ Vector HullWeights(const Matrix& G) {
 void Certify(const Unknowns& unknowns, const PieceModels& models, const Vector& y,
              TrajectoryOptimum* result) {
   if (!models.status.ok()) return;
+  const std::vector<double> grid = unknowns.Inputs(y).grid;
   Matrix G(y.size(), static_cast<Eigen::Index>(models.pieces.size()));
   std::vector<bool> bounded(static_cast<std::size_t>(y.size()), false);
   for (std::size_t i = 0; i < models.pieces.size(); ++i) {
@@ -45,8 +46,8 @@ void Certify(const Unknowns& unknowns, const PieceModels& models, const Vector& 
         const double slope = step.multipliers(static_cast<Eigen::Index>(r));
         if (!(slope > 0)) continue;
         rest -= slope * row.row.transpose();
-        certificate.slopes.push_back({Describe(unknowns, row.first),
-                                      Describe(unknowns, row.second), row.slack, slope});
+        certificate.slopes.push_back({Describe(unknowns, grid, row.first),
+                                      Describe(unknowns, grid, row.second), row.slack, slope});
       }
       for (Eigen::Index k = 0; k < y.size(); ++k) {
         if (!step.bounded[static_cast<std::size_t>(k)]) continue;

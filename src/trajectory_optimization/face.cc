@@ -31,8 +31,8 @@ void CheckBudget(const Status& status) {
   }
 }
 
-FacePoint Evaluate(const Unknowns& unknowns, const Vector& y, const std::vector<OrderRow>& pairs,
-                   long* simulations, Vector* apart) {
+FacePoint Evaluate(const Unknowns& unknowns, const Multipliers& multipliers, const Vector& y,
+                   const std::vector<OrderRow>& pairs, long* simulations, Vector* apart) {
   AskBudget();
   ++*simulations;
   FacePoint point;
@@ -42,13 +42,24 @@ FacePoint Evaluate(const Unknowns& unknowns, const Vector& y, const std::vector<
         unknowns.Run(y, unknowns.problem().simulate.simultaneity_tolerance, false);
     CheckBudget(run.status);
     if (!run.status.ok()) return point;
-    point.cost = unknowns.Cost(y, unknowns.Positions(run), run.FinalState());
-    if (!std::isfinite(point.cost)) point.cost = std::numeric_limits<double>::infinity();
+    point.met.resize(static_cast<std::size_t>(unknowns.system().num_constraints()), 0);
+    for (const Transition& event : run.transitions) {
+      for (int i : event.activated | event.switched) ++point.met[static_cast<std::size_t>(i)];
+    }
+    const std::vector<TrajectoryCondition>& conditions = unknowns.problem().conditions;
+    const Matrix states = unknowns.States(run);
+    point.plain = unknowns.Cost(y, states);
+    point.values = ConditionValues(unknowns, run, states);
+    if (!conditions.empty()) point.violation = Violations(conditions, point.values).maxCoeff();
+    const double cost = point.plain + multipliers.Penalty(conditions, point.values);
+    // A touchdown that is asked for and does not happen has no value.
+    if (std::isfinite(cost) && point.values.allFinite()) point.cost = cost;
     if (apart != nullptr) {
+      const std::vector<double> grid = unknowns.Inputs(y).grid;
       apart->resize(static_cast<Eigen::Index>(pairs.size()));
       for (std::size_t i = 0; i < pairs.size(); ++i) {
         (*apart)(static_cast<Eigen::Index>(i)) =
-            TimeBetween(unknowns, run, pairs[i].first, pairs[i].second);
+            TimeBetween(run, grid, pairs[i].first, pairs[i].second);
       }
     }
   } catch (const std::invalid_argument&) {  // a start that is none
@@ -56,9 +67,9 @@ FacePoint Evaluate(const Unknowns& unknowns, const Vector& y, const std::vector<
   return point;
 }
 
-FacePoint PutOntoFace(const Unknowns& unknowns, const PieceModel& piece,
-                      const std::vector<int>& rows, const std::vector<bool>& bounded, Vector y,
-                      long* simulations) {
+FacePoint PutOntoFace(const Unknowns& unknowns, const Multipliers& multipliers,
+                      const PieceModel& piece, const std::vector<int>& rows,
+                      const std::vector<bool>& bounded, Vector y, long* simulations) {
   std::vector<OrderRow> pairs;
   Matrix A(static_cast<Eigen::Index>(rows.size()), y.size());
   for (std::size_t r = 0; r < rows.size(); ++r) {
@@ -77,7 +88,7 @@ FacePoint PutOntoFace(const Unknowns& unknowns, const PieceModel& piece,
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kMaxNewton; ++i) {
     Vector apart;
-    FacePoint point = Evaluate(unknowns, y, pairs, simulations, &apart);
+    FacePoint point = Evaluate(unknowns, multipliers, y, pairs, simulations, &apart);
     if (!std::isfinite(point.cost) || !apart.allFinite()) break;
     const double largest = apart.cwiseAbs().maxCoeff();
     if (!(largest < least)) break;
@@ -108,14 +119,16 @@ std::vector<Coincidence> CoincidencesAt(const PieceModels& models, double interv
   return found;
 }
 
-bool AddFace(const Unknowns& unknowns, const EventName& contact, int to, PieceModel* piece) {
+bool AddFace(const Unknowns& unknowns, const Vector& y, const EventName& contact, int to,
+             PieceModel* piece) {
   for (const EventTime& event : piece->times) {
     if (!(event.name == contact)) continue;
     OrderRow row;
     row.first = {-1, to};
     row.second = contact;
-    row.slack = event.t - unknowns.problem().inputs.grid[static_cast<std::size_t>(to)];
-    row.row = event.row;
+    const auto instant = static_cast<std::size_t>(to);
+    row.slack = event.t - unknowns.Inputs(y).grid[instant];
+    row.row = event.row - unknowns.InstantRow(instant);
     piece->orders.push_back(row);
     return true;
   }

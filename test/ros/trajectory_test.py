@@ -14,7 +14,7 @@ from actionlib_msgs.msg import GoalStatus
 from client import Client, executable
 from contact_flow.msg import (
     InputGrid, OptimizeTrajectoryAction, OptimizeTrajectoryGoal, OptimizeTrajectoryResult,
-    TrajectoryRequest)
+    RowMajorMatrix, RunCondition, TrajectoryRequest)
 
 COUNT, STEP = 251, 0.004
 
@@ -46,6 +46,12 @@ class Trajectory(unittest.TestCase):
         self.send(request)
         return self.wait()
 
+    def await_feedback(self, holds):
+        """Feedback comes on a topic of its own, maybe behind the result."""
+        deadline = time.monotonic() + 5
+        while not holds(self.feedback[-1]) and time.monotonic() < deadline:
+            time.sleep(0.02)
+
     def test_a_valley_with_its_certificate(self):
         result = self.ask(ball())
         self.assertTrue(result.success, result.message)
@@ -61,6 +67,7 @@ class Trajectory(unittest.TestCase):
         self.assertLess(found.hull_distance, 1e-9)
         self.assertGreater(len(self.feedback), 1)
         self.assertEqual(len(self.feedback[-1].best), COUNT)
+        self.await_feedback(lambda last: last.least <= found.cost + 1e-9)
         self.assertAlmostEqual(self.feedback[-1].least, found.cost, places=9)
         # The run of what was found has the outcome that is told.
         run = Client("ball").simulate(duration=COUNT * STEP, input_grid=found.inputs)
@@ -71,6 +78,49 @@ class Trajectory(unittest.TestCase):
         self.assertEqual(result.outcome, OptimizeTrajectoryResult.VALLEY, result.message)
         self.assertAlmostEqual(result.result.cost, 2.142216895, places=8)
         self.assertIn("neighbour", [iterate.kink for iterate in result.result.iterations])
+
+    def test_conditions(self):
+        """At rest in 1 m exactly, the floor met at 0.65 s; the costs are in test/trajectory_optimization/conditions_test.cc."""
+        request = ball(duration=1, input_grid=InputGrid(times=[k / 50 for k in range(50)]), outcomes=[], targets=[], weights=[],
+                       conditions=[RunCondition(name="z", lower=1, upper=1), RunCondition(name="d/dt z", lower=0, upper=0),
+                                   RunCondition(name="floor", touchdown=True, lower=0.65, upper=0.65)])
+        result = self.ask(request)
+        self.assertTrue(result.success, result.message)
+        self.assertIn(result.outcome, (OptimizeTrajectoryResult.SMOOTH_MINIMUM, OptimizeTrajectoryResult.VALLEY), result.message)
+        found = result.result
+        for value, goal in zip(found.condition_values, (1, 0, 0.65)):
+            self.assertAlmostEqual(value, goal, places=7)
+        self.assertEqual(len(found.multipliers), 3)
+        self.assertLess(found.iterations[-1].violation, 1e-7)
+
+    def test_parameters_and_durations(self):
+        """The restitution by which a falling ball is at 0.5 m at 1.004 s, and at 0.6 m by a longer way."""
+        request = TrajectoryRequest(
+            duration=COUNT * STEP, keep_inputs=True, parameters=["restitution"], parameter_lower=[0], parameter_upper=[1],
+            conditions=[RunCondition(name="z", lower=0.5, upper=0.5)])
+        fall = (8 / 9.8) ** 0.5
+        rest = COUNT * STEP - fall
+        found = self.ask(request).result
+        self.assertAlmostEqual(found.parameters[0], (0.5 + 4.9 * rest ** 2) / (9.8 * fall * rest), places=6)
+        request.parameters, request.parameter_lower, request.parameter_upper = [], [], []
+        request.durations = [0]
+        request.conditions[0].lower = request.conditions[0].upper = 0.6
+        found = self.ask(request).result
+        rest = found.duration - fall
+        self.assertAlmostEqual(0.7 * 9.8 * fall * rest - 4.9 * rest ** 2, 0.6, places=6)
+
+    def test_elastic_collision(self):
+        """A disc pushes another to the origin: the closed form of test/trajectory_optimization/elastic_test.cc."""
+        discs = actionlib.SimpleActionClient("discs/optimize_trajectory", OptimizeTrajectoryAction)
+        self.assertTrue(discs.wait_for_server(rospy.Duration(20)))
+        request = TrajectoryRequest(
+            input_grid=InputGrid(times=[k / 24 for k in range(24)]), effort=[0.01, 0.01], outcomes=["x2", "y2"],
+            targets=[0, 0], neighbours=True)
+        discs.send_goal(OptimizeTrajectoryGoal(request=request))
+        self.assertTrue(discs.wait_for_result(rospy.Duration(120)))
+        result = discs.get_result()
+        self.assertTrue(result.success, result.message)
+        self.assertAlmostEqual(result.result.cost, 0.311849942, places=7)
 
     def test_cancelled(self):
         request = ball(start=-100.0, neighbours=True)
@@ -95,6 +145,16 @@ class Trajectory(unittest.TestCase):
                              ({"keep_inputs": True}, "nothing may be chosen"),
                              ({"lower": [1.0], "upper": [0.0]}, "lower bound"),
                              ({"kink_interval": -1.0}, "kink_interval"),
+                             ({"parameters": ["restitutio"]}, "restitution"),
+                             ({"durations": [251]}, "durations has 251"),
+                             ({"durations": [3], "duration_lower": [1.0, 2.0]}, "duration_lower has 2 entries"),
+                             ({"durations": [250], "keep_horizon": True}, "the last interval"),
+                             ({"duration_weight": -1.0}, "duration_weight"),
+                             ({"path": ["z"], "path_reference": RowMajorMatrix(rows=2, cols=1, data=[0, 1])}, "path_reference"),
+                             ({"conditions": [RunCondition(name="y")]}, "conditions[0].name"),
+                             ({"conditions": [RunCondition(name="z", lower=1)]}, "conditions[0]: the lower"),
+                             ({"conditions": [RunCondition(name="z", number=252)]}, "conditions[0].number"),
+                             ({"conditions": [RunCondition(name="z", touchdown=True)]}, "constraint"),
                              ({"duration": 0.5}, "horizon")):
             result = self.ask(ball(**fields))
             self.assertFalse(result.success, fields)

@@ -274,7 +274,7 @@ TEST_F(BallProblem, GradientsWithCostsOnTheWayAreThoseOfRuns) {
       const auto cost = [&](double alpha) {
         const Vector at = y + alpha * d;
         const Trajectory run = unknowns.Run(at, 1e-12, false);
-        return unknowns.Cost(at, unknowns.Positions(run), run.FinalState());
+        return unknowns.Cost(at, unknowns.States(run));
       };
       // The one-sided quotient, extrapolated: O(α²), and 1e-11/α of rounding.
       constexpr double a = 1e-4;

@@ -82,7 +82,7 @@ TEST(RandomTrajectories, MinimaHaveNoDirectionOfDescent) {
       const Vector y = found.y + kAlpha * d;
       const Trajectory run = unknowns.Run(y, 1e-12, false);
       ASSERT_TRUE(run.status.ok()) << seed << run.status.message;
-      const double cost = unknowns.Cost(y, unknowns.Positions(run), run.FinalState());
+      const double cost = unknowns.Cost(y, unknowns.States(run));
       EXPECT_GT((cost - found.cost) / kAlpha, -kNoSlope) << seed << ", direction " << j;
     }
   }

@@ -19,6 +19,7 @@ enum class TrajectoryVerdict {
   kUndefined = 3,      ///< cost or derivative are not to be had at the start
   kMaxIterations = 4,  ///< were made
   kCancelled = 5,      ///< by the caller, or a budget has ended
+  kInfeasible = 7,     ///< the conditions are not met, and no further multipliers help
 };
 
 /// "smooth minimum", …
@@ -38,11 +39,12 @@ const char* KinkStatusName(KinkStatus status);
 
 /// One iterate.
 struct TrajectoryIteration {
-  int iteration = 0;  ///< from 0 on
-  double cost = 0;    ///< there
-  double best = 0;    ///< least so far
-  double step = 0;    ///< |δy|_∞ of the step that led here
-  int pieces = 0;     ///< that met where it began
+  int iteration = 0;     ///< from 0 on
+  double cost = 0;       ///< J there
+  double best = 0;       ///< least so far; with conditions that of the best by L (Multipliers)
+  double violation = 0;  ///< largest of the conditions, in their own units
+  double step = 0;       ///< |δy|_∞ of the step that led here
+  int pieces = 0;        ///< that met where it began
   KinkStatus kink = KinkStatus::kNone;  ///< what it met
 };
 
@@ -80,7 +82,11 @@ struct TrajectoryOptimum {
   Vector y;              ///< the best iterate, as Unknowns orders it
   Vector x;              ///< its initial state [nq+d]
   InputSchedule inputs;  ///< its inputs
+  Vector parameters;     ///< those that were chosen, as choose_parameters
+  double duration = 0;   ///< its horizon [s]
   double cost = 0;       ///< of a plain run
+  Vector condition_values;  ///< c of the conditions
+  Vector multipliers;    ///< λ: J falls by λ_i for each unit by which bound i is relaxed upward
   std::vector<PieceProof> certificate;    ///< where the verdict is a minimum
   double hull_distance = 0;  ///< |Σ w_i g_i|: 0 where 0 is in the hull of the pieces' gradients
   std::vector<TrajectoryIteration> iterations;  ///< in their order
@@ -95,6 +101,8 @@ struct TrajectoryOptimum {
 /// A step that would leave its piece ends on the face, and is put onto it exactly; there all pieces
 /// that meet are asked. Where none promises a decrease, g_i = A_iᵀz_i with z_i ≥ 0 for each: the
 /// certificate. Far from kinks a step may cross some where the cost keeps what was promised.
+/// Conditions are met by multipliers: descents of L, each with better λ, until none is missed by
+/// more than the tolerance; the certificate is then that of L, whose λ is the same on all pieces.
 /// Throws std::invalid_argument like Unknowns.
 TrajectoryOptimum OptimizeTrajectory(const MechanicalSystem& system,
                                      const TrajectoryProblem& problem,

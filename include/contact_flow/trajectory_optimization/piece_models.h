@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contact_flow/flow/status.h"
+#include "contact_flow/trajectory_optimization/merit.h"
 #include "contact_flow/trajectory_optimization/problem.h"
 #include "contact_flow/types.h"
 
@@ -43,6 +44,7 @@ struct EventTime {
 struct PieceModel {
   Vector gradient;               ///< g [n]
   Matrix hessian;                ///< H [n × n]
+  Matrix conditions;             ///< derivative of the conditions' c [· × n]
   std::vector<OrderRow> orders;  ///< where it holds
   std::vector<EventTime> times;  ///< of all its events, in their order
   std::string label;             ///< the orders of its clusters, "input change, floor"
@@ -57,15 +59,20 @@ struct PieceModels {
 };
 
 /// The models at y, events within the problem's kink_interval taken as one. More than `max_pieces`
-/// are refused by status, and so is a start from which not every direction is admitted.
+/// are refused by status, and so is a start from which not every direction is admitted. Where
+/// `multipliers` are given J is L (Multipliers).
 PieceModels MakePieceModels(const Unknowns& unknowns, const Vector& y,
-                            std::size_t max_pieces = 720);
+                            std::size_t max_pieces = 720, const Multipliers& multipliers = {});
 
-/// t_second − t_first of events in a run [s]; NaN where one of them does not happen.
-double TimeBetween(const Unknowns& unknowns, const Trajectory& run, const EventName& first,
+/// When a constraint is met in a run [s]; NaN where it is not.
+double TimeOf(const Trajectory& run, const EventName& event);
+
+/// t_second − t_first of events in a run with this grid [s]; NaN where one does not happen.
+double TimeBetween(const Trajectory& run, const std::vector<double>& grid, const EventName& first,
                    const EventName& second);
 
-/// "touchdown 1 of 'floor'" or "the input change at t = 0.7 s".
-std::string Describe(const Unknowns& unknowns, const EventName& event);
+/// "touchdown 1 of 'floor'" or "the input change at t = 0.7 s", `grid` being that of the run.
+std::string Describe(const Unknowns& unknowns, const std::vector<double>& grid,
+                     const EventName& event);
 
 }  // namespace contact_flow

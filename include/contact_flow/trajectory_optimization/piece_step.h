@@ -31,8 +31,8 @@ enum class OrderRule {
   kIgnore,  ///< the step may leave the piece
 };
 
-/// min gᵀd + ½ dᵀ(H + damping I)d with lower ≤ y + d ≤ upper, by an active set of bounds and the
-/// dual problem of the order rows; those in `equal` are met with equality whatever the rule.
+/// min gᵀd + ½ dᵀ(H + damping I)d with lower ≤ y + d ≤ upper and the order rows; those in `equal`
+/// are met with equality whatever the rule.
 PieceStep SolvePiece(const PieceModel& piece, const Vector& y, const Vector& lower,
                      const Vector& upper, OrderRule rule, const std::vector<int>& equal = {},
                      double damping = 0);

@@ -1,18 +1,38 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/derivative/finite_difference.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/mechanical_system.h"
 #include "contact_flow/types.h"
 
 namespace contact_flow {
 
+/// A number c of a run that is to lie in [lower, upper].
+struct TrajectoryCondition {
+  /// What c is.
+  enum class Kind {
+    kState,      ///< x_i at an instant of the grid, before an event there
+    kTouchdown,  ///< when a constraint is met [s]
+  };
+  Kind kind = Kind::kState;  ///< what c is
+  int index = 0;             ///< i into x [nq+d], or the constraint
+  int number = 0;    ///< of the instant, 1 … K, which is the horizon; or of the touchdown, from 0
+  double lower = 0;  ///< may be −∞
+  double upper = 0;  ///< may be ∞; equal to lower: an equality
+
+  /// "z at instant 3 of the grid", "d/dt z at the end" or "touchdown 1 of 'floor'".
+  std::string Describe(const SystemDescription& names, std::size_t instants) const;
+};
+
 /// A run that is to be chosen. With inputs u_k held on the K intervals of a grid, of lengths h_k,
 ///   J = Σ_k h_k Σ_j r_j (u_kj − ū_j)² + Σ_k h_k Σ_i s_i (q_i(t_{k+1}) − p_i)²
-///       + Σ_i w_i (x_i(T) − g_i)²,
+///       + Σ_i w_i (x_i(T) − g_i)² + w_T Σ_k h_k,
 /// x = (q, v) [nq+d]; no factor ½. Positions alone have a cost on the way: velocities jump, and a
 /// cost at an instant of the grid would jump with the order of events.
 struct TrajectoryProblem {
@@ -22,18 +42,34 @@ struct TrajectoryProblem {
 
   bool choose_inputs = true;        ///< the unknowns u_k
   std::vector<int> choose_initial;  ///< and tangents (q, v) of the initial state, by index < 2d
+  std::vector<int> choose_parameters;  ///< and parameters, by index into the description
+  SystemFactory factory;  ///< makes the system of given parameters; needed where some are chosen
+  std::vector<int> choose_durations;  ///< and h_k of these intervals: all later instants move, too
+  /// The horizon stays: the last interval, which is then not among these, takes up their changes.
+  bool keep_horizon = false;
 
   Vector effort;           ///< r ≥ 0 [m]
   Vector input_reference;  ///< ū [m]; empty: 0
   Vector path_weight;      ///< s ≥ 0 [nq]; empty: none
   Vector path_target;      ///< p [nq]; empty: 0
+  Matrix path_reference;   ///< in its place a p for each instant t_1 … t_K [nq × K]; or empty
   Vector weight;           ///< w ≥ 0 [nq+d]
   Vector target;           ///< g [nq+d]
+  double duration_weight = 0;     ///< w_T ≥ 0 [1/s]
+
+  std::vector<TrajectoryCondition> conditions;  ///< that are to hold
+  double condition_tolerance = 1e-8;  ///< by which they may be missed, in their own units
 
   Vector lower;          ///< of the inputs [m]; empty: none
   Vector upper;          ///< as lower
   Vector initial_lower;  ///< of changes of the initial state; empty: none
   Vector initial_upper;  ///< as initial_lower
+  Vector parameter_lower;  ///< of the chosen parameters; empty: none
+  Vector parameter_upper;  ///< as parameter_lower
+  Vector duration_lower;   ///< of the chosen h_k, > 0 [s]; empty: a tenth of what they are
+  /// As duration_lower [s]; empty: ten times, and not more than leaves a tenth of the last interval
+  /// where the horizon is kept.
+  Vector duration_upper;
 
   SimulateOptions simulate;       ///< options of runs
   BDerivativeOptions derivative;  ///< options of derivatives; its variables are set by the search
@@ -49,8 +85,8 @@ struct TrajectoryProblem {
   }
 };
 
-/// The unknowns y = (u_1, …, u_K, δx) of a problem as one vector [n], and what they stand for.
-/// `system` and `problem` must outlive it.
+/// The unknowns y = (u_1, …, u_K, δx, p, h) of a problem as one vector [n], and what they stand
+/// for. `system` and `problem` must outlive it.
 class Unknowns {
  public:
   /// Throws std::invalid_argument, naming the field, for sizes, signs and indices that are not
@@ -65,6 +101,14 @@ class Unknowns {
   }
   /// The place of the i-th of choose_initial.
   int Initial(std::size_t i) const { return first_initial_ + static_cast<int>(i); }
+  /// The place of the i-th of choose_parameters.
+  int Parameter(std::size_t i) const { return first_parameter_ + static_cast<int>(i); }
+  /// The place of the i-th of choose_durations.
+  int Duration(std::size_t i) const { return first_duration_ + static_cast<int>(i); }
+  /// ∂h_k/∂y [1 × n], …
+  const Eigen::RowVectorXd& LengthRow(std::size_t k) const { return length_rows_[k]; }
+  /// … and ∂t_k/∂y, t_K being the horizon.
+  const Eigen::RowVectorXd& InstantRow(std::size_t k) const { return instant_rows_[k]; }
   /// Values in the problem.
   Vector Start() const;
   /// Bounds of y, ±∞ where there are none [n].
@@ -72,17 +116,29 @@ class Unknowns {
   const Vector& upper() const { return upper_; }  ///< as lower
   /// The initial state at y [nq+d].
   Vector InitialState(const Vector& y) const;
-  /// The inputs at y.
+  /// The inputs at y, with their grid.
   InputSchedule Inputs(const Vector& y) const;
-  /// The run at y; `simultaneity_tolerance` in place of the problem's, `dense` if it is to be
-  /// differentiated.
+  /// T at y [s].
+  double Horizon(const Vector& y) const;
+  /// h_k at y [s].
+  double Length(const Vector& y, std::size_t k) const;
+  /// t_1, …, t_K at y [s].
+  std::vector<double> Instants(const Vector& y) const;
+  /// The system with the parameters at y; throws what the factory throws.
+  std::shared_ptr<const MechanicalSystem> SystemAt(const Vector& y) const;
+  /// The run at y; `simultaneity_tolerance` in place of the problem's, `dense` for a run
+  /// that is to be differentiated. `system` is SystemAt(y). Throws std::invalid_argument for starts
+  /// and durations that are none.
+  Trajectory Run(const MechanicalSystem& system, const Vector& y, double simultaneity_tolerance,
+                 bool dense) const;
+  /// The same of its own SystemAt(y).
   Trajectory Run(const Vector& y, double simultaneity_tolerance, bool dense) const;
-  /// h_k [s].
-  double Length(std::size_t k) const;
-  /// J of a run, by its end and its states at the grid's instants. `positions` [nq × K]: q(t_k+1).
-  double Cost(const Vector& y, const Matrix& positions, const Vector& end) const;
-  /// q at the ends of the intervals [nq × K], and x(T) in the last of them.
-  Matrix Positions(const Trajectory& run) const;
+  /// J of a run, by its States.
+  double Cost(const Vector& y, const Matrix& states) const;
+  /// x at t_1, …, t_K, left limits [nq+d × K].
+  Matrix States(const Trajectory& run) const;
+  /// p at t_{k+1} [nq].
+  Vector PathTarget(std::size_t k) const;
   /// Whether positions on the way cost anything.
   bool HasPathCost() const {
     return problem_.path_weight.size() > 0 && !problem_.path_weight.isZero(0);
@@ -92,10 +148,16 @@ class Unknowns {
   const TrajectoryProblem& problem() const { return problem_; }  ///< that they are of
 
  private:
+  void CheckSizes() const;
+  void CheckConditions() const;
+  void PlaceDurations();
+  void SetBounds();
+
   const MechanicalSystem& system_;
   const TrajectoryProblem& problem_;
-  int inputs_ = 0, first_initial_ = 0, size_ = 0;
+  int inputs_ = 0, first_initial_ = 0, first_parameter_ = 0, first_duration_ = 0, size_ = 0;
   Vector lower_, upper_;
+  std::vector<Eigen::RowVectorXd> length_rows_, instant_rows_;
 };
 
 }  // namespace contact_flow

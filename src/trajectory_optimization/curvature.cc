@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "curvature.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "contact_flow/budget.h"
+
+namespace contact_flow {
+namespace {
+
+/// Changes of the gradient below this part of it are not compared: tangents are right to 1e-11.
+constexpr double kNoise = 1e-7;
+/// Secants need a curvature of more than this, relative to the lengths of both changes.
+constexpr double kLeastSecant = 1e-6;
+/// Pivots below this part of the largest are none.
+constexpr double kSingular = 1e-12;
+
+/// H + C that is not positive definite is lifted by this part of the mean of H, and by ten times
+/// more in turn.
+constexpr double kFirstLift = 1e-3;
+constexpr int kMaxLifts = 7;
+
+bool IsPositive(const Matrix& H) {
+  const Eigen::LLT<Matrix> factor(H);
+  if (factor.info() != Eigen::Success) return false;
+  const auto pivots = factor.matrixLLT().diagonal().array().square();
+  return pivots.minCoeff() > kSingular * pivots.maxCoeff();
+}
+
+std::vector<EventName> OrderOf(const PieceModel& piece) {
+  std::vector<EventName> order;
+  for (const EventTime& event : piece.times) order.push_back(event.name);
+  return order;
+}
+
+}  // namespace
+
+void Curvature::Learn(const Vector& y, const PieceModels& models) {
+  std::vector<Seen> seen;
+  bool learnt = false;
+  for (const PieceModel& piece : models.pieces) {
+    seen.push_back({OrderOf(piece), piece.gradient});
+    if (learnt) continue;
+    const auto before = std::find_if(seen_.begin(), seen_.end(), [&](const Seen& other) {
+      return other.order == seen.back().order;
+    });
+    if (before == seen_.end()) continue;
+    Update(y - y_, piece.gradient - before->gradient, piece.hessian);
+    learnt = true;
+  }
+  seen_ = std::move(seen);
+  y_ = y;
+}
+
+void Curvature::Update(const Vector& s, const Vector& change, const Matrix& hessian) {
+  const double secant = change.dot(s);
+  const double scale = (hessian * s).cwiseAbs().maxCoeff() + change.cwiseAbs().maxCoeff();
+  if (!(secant > kLeastSecant * change.norm() * s.norm())) return;
+  const Vector left = change - hessian * s;  // what C s should be
+  if (!(left.cwiseAbs().maxCoeff() > kNoise * scale)) return;
+  if (rest_.size() == 0) rest_ = Matrix::Zero(s.size(), s.size());
+  const double now = s.dot(rest_ * s);
+  if (now != 0) rest_ *= std::min(1.0, std::abs(s.dot(left) / now));
+  const Vector off = left - rest_ * s;
+  rest_ += (off * change.transpose() + change * off.transpose()) / secant -
+           off.dot(s) / (secant * secant) * change * change.transpose();
+}
+
+bool Curvature::Add(PieceModels* models) const {
+  if (rest_.size() == 0) return false;
+  double lift = 0;  // the same for all pieces
+  for (PieceModel& piece : models->pieces) {
+    const double mean = std::max(piece.hessian.diagonal().mean(), 1e-300);
+    piece.hessian += rest_;
+    piece.hessian.diagonal().array() += lift;
+    for (int tries = 0; !IsPositive(piece.hessian); ++tries) {
+      AskBudget();
+      if (tries == kMaxLifts) return false;
+      const double more = lift > 0 ? 9 * lift : kFirstLift * mean;
+      piece.hessian.diagonal().array() += more;
+      lift += more;
+    }
+  }
+  return true;
+}
+
+}  // namespace contact_flow

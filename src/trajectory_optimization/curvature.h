@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "contact_flow/trajectory_optimization/piece_models.h"
+
+namespace contact_flow {
+
+/// What the second order of Gauss and Newton leaves out, C ≈ ∇²L − H, learnt from the gradients of
+/// successive iterates on pieces with the same order of events (the secant update of Dennis, Gay
+/// and Welsch's NL2SOL, sized).
+class Curvature {
+ public:
+  /// An iterate with its models.
+  void Learn(const Vector& y, const PieceModels& models);
+  /// L changes: the next iterate is not compared with the last one.
+  void Forget() { seen_.clear(); }
+  /// H + C in place of H, lifted where it is not positive definite; false where there is no C.
+  bool Add(PieceModels* models) const;
+
+ private:
+  struct Seen {
+    std::vector<EventName> order;
+    Vector gradient;
+  };
+  void Update(const Vector& s, const Vector& change, const Matrix& hessian);
+
+  Matrix rest_;  // C, or empty
+  Vector y_;
+  std::vector<Seen> seen_;
+};
+
+}  // namespace contact_flow

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Sums of squares at the instants of the grid and of the conditions, to first order; what has the
+// length of an interval as a factor, and that is an unknown, is the square of √h times a residual.
+#include <algorithm>
+#include <vector>
+
+#include "model_builder.h"
+
+namespace contact_flow {
+namespace {
+
+/// Adds w r² with the derivative of r, of which few entries may differ from 0.
+void AddSquare(double weight, double r, const Eigen::RowVectorXd& row, PieceModel* model) {
+  std::vector<Eigen::Index> places;
+  for (Eigen::Index i = 0; i < row.size(); ++i) {
+    if (row(i) != 0) places.push_back(i);
+  }
+  for (Eigen::Index j : places) {
+    model->gradient(j) += 2 * weight * r * row(j);
+    for (Eigen::Index i : places) model->hessian(i, j) += 2 * weight * row(i) * row(j);
+  }
+}
+
+/// Adds Σ w_i r_i² with the derivative D of r.
+void AddSquares(const Vector& weight, const Vector& error, const Matrix& D, PieceModel* model) {
+  const Matrix weighted = weight.asDiagonal() * D;
+  model->gradient += 2 * weighted.transpose() * error;
+  model->hessian.noalias() += 2 * weighted.transpose() * D;
+}
+
+}  // namespace
+
+void ModelBuilder::AddEffort(PieceModel* model) const {
+  for (std::size_t k = 0; k < problem_.inputs.grid.size(); ++k) {
+    const double length = unknowns_.Length(y_, k);
+    const Eigen::RowVectorXd& by_length = unknowns_.LengthRow(k);
+    const bool moves = moves_ && !by_length.isZero(0);
+    if (moves) AddSquare(problem_.duration_weight * length, 1, 0.5 / length * by_length, model);
+    for (Eigen::Index j = 0; j < problem_.effort.size(); ++j) {
+      const int place = unknowns_.Input(k, static_cast<int>(j));
+      const double reference =
+          problem_.input_reference.size() > 0 ? problem_.input_reference(j) : 0;
+      const double r = inputs_.values[k](j) - reference;
+      if (moves) {
+        Eigen::RowVectorXd row = (0.5 * r / length) * by_length;
+        if (place >= 0) row(place) += 1;
+        AddSquare(length * problem_.effort(j), r, row, model);
+        // √h r has no curvature along δr/r = −δh/(2h): as much as along δh is added.
+        model->hessian +=
+            (0.5 * problem_.effort(j) * r * r / length) * by_length.transpose() * by_length;
+      } else if (place >= 0) {
+        const double weight = 2 * length * problem_.effort(j);
+        model->gradient(place) += weight * r;
+        model->hessian(place, place) += weight;
+      }
+    }
+  }
+}
+
+/// The derivative of x = (q, v) by the unknowns.
+Matrix ModelBuilder::StateRates(const Vector& x, const Matrix& W) const {
+  const int d = system_.dof(), nq = system_.num_positions();
+  Matrix rates(nq, d);
+  Vector rate(nq);
+  for (int j = 0; j < d; ++j) {
+    const Vector unit = Vector::Unit(d, j);
+    system_.space().Rate(x.data(), unit.data(), rate.data());
+    rates.col(j) = rate;
+  }
+  Matrix D(nq + d, W.cols());
+  D << rates * W.topRows(d), W.middleRows(d, d);
+  return D;
+}
+
+/// The state at t_{k+1}, with the tangents of its left limit there.
+void ModelBuilder::AddState(std::size_t k, const Matrix& W, PieceModel* model) const {
+  const bool end = k + 1 == problem_.inputs.grid.size();
+  const int number = static_cast<int>(k) + 1;
+  const bool is_asked =
+      end || unknowns_.HasPathCost() ||
+      std::any_of(problem_.conditions.begin(), problem_.conditions.end(),
+                  [&](const TrajectoryCondition& condition) {
+                    return condition.kind == TrajectoryCondition::Kind::kState &&
+                           condition.number == number;
+                  });
+  if (!is_asked) return;
+  const Vector x = states_.col(static_cast<Eigen::Index>(k));
+  const Matrix D = StateRates(x, W);
+  const Eigen::Index nq = system_.num_positions();
+  if (end) AddSquares(problem_.weight, x - problem_.target, D, model);
+  if (unknowns_.HasPathCost()) {
+    const double length = unknowns_.Length(y_, k);
+    const Vector error = x.head(nq) - unknowns_.PathTarget(k);
+    Matrix rows = D.topRows(nq);
+    if (moves_) rows += (0.5 / length) * error * unknowns_.LengthRow(k);
+    AddSquares(length * problem_.path_weight, error, rows, model);
+  }
+  for (std::size_t i = 0; i < problem_.conditions.size(); ++i) {
+    const TrajectoryCondition& condition = problem_.conditions[i];
+    if (condition.kind != TrajectoryCondition::Kind::kState || condition.number != number) continue;
+    AddCondition(i, D.row(condition.index), model);
+  }
+}
+
+void ModelBuilder::AddCondition(std::size_t i, const Eigen::RowVectorXd& row,
+                                PieceModel* model) const {
+  const auto place = static_cast<Eigen::Index>(i);
+  model->conditions.row(place) = row;
+  if (multipliers_.rho.size() == 0) return;
+  const double r = multipliers_.Residual(problem_.conditions[i], place, values_(place));
+  if (r != 0) AddSquare(0.5 * multipliers_.rho(place), r, row, model);
+}
+
+void ModelBuilder::AddTouchdowns(PieceModel* model) const {
+  for (std::size_t i = 0; i < problem_.conditions.size(); ++i) {
+    const TrajectoryCondition& condition = problem_.conditions[i];
+    if (condition.kind != TrajectoryCondition::Kind::kTouchdown) continue;
+    for (const EventTime& event : events_) {
+      if (event.name == EventName{condition.index, condition.number}) {
+        AddCondition(i, event.row, model);
+      }
+    }
+  }
+}
+
+/// Whether a condition asks for a velocity at t_{k+1}.
+bool ModelBuilder::NeedsVelocityAt(std::size_t k) const {
+  for (const TrajectoryCondition& condition : problem_.conditions) {
+    if (condition.kind == TrajectoryCondition::Kind::kState &&
+        condition.number == static_cast<int>(k) + 1 && condition.index >= system_.num_positions()) {
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace contact_flow
