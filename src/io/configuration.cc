@@ -32,6 +32,9 @@ SimulateOptions ReadSimulateOptions(const YAML::Node& map, SimulateOptions o) {
   int law = static_cast<int>(o.impact_law);
   reader.Read("impact_law", ImpactLawNames(), &law);
   o.impact_law = static_cast<ImpactLaw>(law);
+  int method = static_cast<int>(o.method);
+  reader.Read("method", IntegrationMethodNames(), &method);
+  o.method = static_cast<IntegrationMethod>(method);
   reader.Finish();
   CheckOptions(o);
   return o;
@@ -69,6 +72,11 @@ std::unique_ptr<MechanicalSystem> MakeConfigured(const Configuration& configurat
 
 const std::vector<std::string>& ImpactLawNames() {
   static const std::vector<std::string> names = {"complementarity", "projection"};
+  return names;
+}
+
+const std::vector<std::string>& IntegrationMethodNames() {
+  static const std::vector<std::string> names = {"explicit", "implicit", "automatic"};
   return names;
 }
 

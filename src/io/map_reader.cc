@@ -97,6 +97,16 @@ void MapReader::Read(const std::string& key, double* values, int count) {
   }
 }
 
+void MapReader::Read(const std::string& key, std::vector<double>* values) {
+  const YAML::Node* node = Find(key);
+  if (!node) return;
+  if (!node->IsSequence()) Fail(key, *node, "a list of numbers");
+  values->clear();
+  for (const YAML::Node& entry : *node) {
+    values->push_back(Number(key + "[" + std::to_string(values->size()) + "]", entry));
+  }
+}
+
 void MapReader::Read(const std::string& key, std::vector<std::string>* values) {
   const YAML::Node* node = Find(key);
   if (!node) return;

@@ -13,10 +13,19 @@ void YamlFields::Point(const std::string& link_key, const std::string& point_key
   reader_->Read(link_key, &name);
   Vec3<double> local = Vec3<double>::Zero();
   reader_->Read(point_key, local.data(), 3);
+  const auto& links = model_.links;
+  if (name == "world" && std::none_of(links.begin(), links.end(),
+                                      [](const auto& link) { return link.name == "world"; })) {
+    parts_->points.push_back({-1, local});
+    last_ = Pose();
+    at_ = local;
+    return;
+  }
   try {
     const RobotModel::Link& link = model_.FindLink(name);
     parts_->points.push_back({link.body, link.pose * local});
     last_ = link.pose;
+    at_ = parts_->points.back().local;
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument(parts_->name + "/" + link_key + ": " + error.what() +
                                 reader_->Line(link_key));
@@ -30,9 +39,35 @@ void YamlFields::TipOf(const std::string& direction_key, const Vec3<double>& oth
     throw std::invalid_argument(parts_->name + "/" + direction_key + " has no direction" +
                                 reader_->Line(direction_key));
   }
-  AttachedPoint tip = parts_->points.back();
-  tip.local += last_.rotation * direction.normalized();
+  Tip(direction.normalized());
+}
+
+void YamlFields::Tip(const Vec3<double>& direction) {
+  // From the point that was read, not from a tip of it.
+  AttachedPoint tip = {parts_->points.back().body, at_ + last_.rotation * direction};
   parts_->points.push_back(tip);
+}
+
+void YamlFields::Reference(const std::string& key) {
+  reader_->Require(key);
+  const std::string name = parts_->name + "/" + key;
+  MapReader reader(reader_->Child(key), name);
+  int kind = 1;
+  bool periodic = false;
+  std::vector<double> times, values;
+  for (const char* required : {"times", "values"}) reader.Require(required);
+  reader.Read("times", &times);
+  reader.Read("values", &values);
+  reader.Read("kind", TimeFunction::KindNames(), &kind);
+  reader.Read("periodic", &periodic);
+  reader.Finish();
+  try {
+    parts_->reference = std::make_shared<const TimeFunction>(static_cast<TimeFunction::Kind>(kind),
+                                                             times, values, periodic);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(name + ": " + error.what() + reader_->Line(key));
+  }
+  parts_->joints.push_back(model_.ClockCoordinate());
 }
 
 void YamlFields::Joint(const std::string& key) {
@@ -44,6 +79,39 @@ void YamlFields::Joint(const std::string& key) {
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument(parts_->name + "/" + key + ": " + error.what() +
                                 reader_->Line(key));
+  }
+}
+
+void YamlFields::Heights() {
+  double origin[2] = {0, 0}, step[2] = {1, 1};
+  reader_->Require("heights");
+  reader_->Require("step");
+  reader_->Read("origin", origin, 2);
+  reader_->Read("step", step, 2);
+  const YAML::Node rows = reader_->Child("heights");
+  const std::string name = parts_->name + "/heights";
+  const auto refuse = [&](const std::string& why) {
+    throw std::invalid_argument(name + " " + why + reader_->Line("heights"));
+  };
+  if (!rows.IsSequence() || rows.size() == 0) refuse("is no list of rows of numbers");
+  Matrix heights;
+  for (std::size_t j = 0; j < rows.size(); ++j) {  // rows along y, their numbers along x
+    const std::string key = "row " + std::to_string(j + 1);
+    YAML::Node map;
+    map[key] = rows[j];
+    std::vector<double> row;
+    MapReader(map, name).Read(key, &row);
+    const auto length = static_cast<Eigen::Index>(row.size());
+    if (j == 0) heights.resize(length, static_cast<Eigen::Index>(rows.size()));
+    if (length != heights.rows()) refuse("has rows of different lengths");
+    heights.col(static_cast<Eigen::Index>(j)) =
+        Eigen::Map<const Eigen::VectorXd>(row.data(), length);
+  }
+  try {
+    const HeightGrid::Frame frame = {origin[0], origin[1], step[0], step[1]};
+    parts_->heights = std::make_shared<const HeightGrid>(frame, heights);
+  } catch (const std::invalid_argument& error) {
+    refuse("are no terrain: " + std::string(error.what()));
   }
 }
 

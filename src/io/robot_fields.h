@@ -18,7 +18,10 @@ class YamlFields final : public ElementFields {
 
   void Point(const std::string& link_key, const std::string& point_key) override;
   void TipOf(const std::string& direction_key, const Vec3<double>& otherwise) override;
+  void Tip(const Vec3<double>& direction) override;
   void Joint(const std::string& key) override;
+  void Reference(const std::string& key) override;
+  void Heights() override;
   void Input(const std::string& key) override;
   void Number(const std::string& key, double otherwise, const char* unit, const char* meaning,
               Range range) override;
@@ -34,6 +37,7 @@ class YamlFields final : public ElementFields {
   std::vector<std::string>* inputs_;
   ElementParts* parts_;
   Pose last_;  // of the last point's link in its body
+  Vec3<double> at_ = Vec3<double>::Zero();  // the last point that was read, in its body
 };
 
 }  // namespace contact_flow

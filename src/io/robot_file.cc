@@ -16,16 +16,6 @@
 namespace contact_flow {
 namespace {
 
-constexpr int kMaxConstraints = 64;  // that a ContactMode holds
-
-/// Reads the kind of an element, which must be one of `kinds`.
-std::string ReadKind(MapReader* reader, const std::vector<std::string>& kinds) {
-  reader->Require("kind");
-  int kind = 0;
-  reader->Read("kind", kinds, &kind);
-  return kinds[kind];
-}
-
 void ReadConstraints(const YAML::Node& map, RobotDescription* robot) {
   ForEach(map, "constraints", [&](const std::string& name, MapReader* reader) {
     for (const auto& other : robot->constraints) {
@@ -56,20 +46,10 @@ void ReadConstraints(const YAML::Node& map, RobotDescription* robot) {
     }
     robot->constraints.push_back(std::move(element));
   });
-  if (robot->constraints.size() > kMaxConstraints) {
-    throw std::invalid_argument("constraints: more than " + std::to_string(kMaxConstraints));
+  if (robot->constraints.size() > ContactMode::kMaxConstraints) {
+    throw std::invalid_argument("constraints: more than " +
+                                std::to_string(ContactMode::kMaxConstraints));
   }
-}
-
-void ReadEfforts(const YAML::Node& map, RobotDescription* robot) {
-  ForEach(map, "efforts", [&](const std::string& name, MapReader* reader) {
-    const std::string kind = ReadKind(reader, EffortKinds());
-    std::unique_ptr<EffortElement> element = MakeEffort(kind);
-    element->parts.name = name;
-    YamlFields fields(robot->model, reader, &robot->inputs, &element->parts);
-    ReadEffort(kind, &fields);
-    robot->efforts.push_back(std::move(element));
-  });
 }
 
 /// The range of a number that must be in both. (Zero, in the unit interval but not positive, is
@@ -116,14 +96,6 @@ void ReadParameters(const YAML::Node& map, RobotDescription* robot) {
   }
 }
 
-/// Numbers by name into `values`, in the order of `names`.
-void ReadNamed(const YAML::Node& map, const std::string& name,
-               const std::vector<std::string>& names, double* values) {
-  MapReader reader(map, name);
-  for (std::size_t k = 0; k < names.size(); ++k) reader.Read(names[k], &values[k]);
-  reader.Finish();
-}
-
 void ReadNominal(const YAML::Node& map, const std::vector<std::string>& limited,
                  RobotDescription* robot) {
   const RobotModel& model = robot->model;
@@ -131,6 +103,7 @@ void ReadNominal(const YAML::Node& map, const std::vector<std::string>& limited,
   MapReader reader(map, "nominal");
   Vector q = model.tree.Neutral(), v = Vector::Zero(n);
   CentreLimited(limited, model, &q);
+  if (model.clock >= 0) v(model.ClockCoordinate().v) = 1;
   robot->nominal.u = Vector::Zero(robot->inputs.size());
   ReadNamed(reader.Child("positions"), "nominal/positions", model.coordinates, q.data());
   ReadNamed(reader.Child("velocities"), "nominal/velocities", model.velocities, v.data());
@@ -141,16 +114,7 @@ void ReadNominal(const YAML::Node& map, const std::vector<std::string>& limited,
     throw std::invalid_argument("nominal/duration is not positive" + reader.Line("duration"));
   }
   reader.Finish();
-  for (const RigidBodyTree::Body& body : model.tree.bodies()) {
-    if (body.joint != JointKind::kBall) continue;
-    const double length = q.segment<4>(body.q).norm();
-    if (!(std::abs(length - 1) < 1e-3)) {
-      throw std::invalid_argument("nominal/positions: the quaternion from " +
-                                  model.coordinates[body.q] + " has length " +
-                                  std::to_string(length) + ", expected 1");
-    }
-    q.segment<4>(body.q) /= length;
-  }
+  NormalizeQuaternions(model, "nominal/positions", &q);
   robot->nominal.x.resize(positions + n);
   robot->nominal.x << q, v;
 }
@@ -269,6 +233,7 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
   RobotDescription robot;
   robot.model = ReadRobotModel(urdf, document);
   const YAML::Node springs = AddSoles(reader.Child("soles"), &robot.model);
+  if (FollowsTime(reader.Child("efforts"))) robot.model.AddClock();
   const JointChoices joints = ReadJoints(reader.Child("joints"), &robot);
   reader.Read("gravity", &robot.gravity);
   reader.Read("inputs", &robot.inputs);
@@ -285,6 +250,8 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
   ReadEfforts(reader.Child("efforts"), &robot);
   ReadEfforts(springs, &robot);
   ReadEfforts(joints.efforts, &robot);
+  AddSwitches(&robot);
+  ReadWeightShare(reader.Child("gravity_compensation"), &robot);
   if (reader.Has("inputs") && robot.inputs.size() > declared) {
     const std::vector<std::string> names(robot.inputs.begin(), robot.inputs.begin() + declared);
     throw std::invalid_argument(UnknownName("input", robot.inputs[declared], names));
@@ -292,6 +259,7 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
   ReadParameters(reader.Child("parameters"), &robot);
   ReadNominal(reader.Child("nominal"), joints.limited, &robot);
   if (made.count > 0) Lift(made, reader.Child("nominal"), &robot);
+  ReadFeedback(reader.Child("feedback"), &robot);
   reader.Finish();
   return robot;
 }

@@ -21,6 +21,30 @@ void ForEach(const YAML::Node& map, const std::string& name, Read&& read) {
   }
 }
 
+/// Reads the kind of an element, which must be one of `kinds`.
+std::string ReadKind(MapReader* reader, const std::vector<std::string>& kinds);
+/// Numbers by name into `values`, in the order of `names`.
+void ReadNamed(const YAML::Node& map, const std::string& name,
+               const std::vector<std::string>& names, double* values);
+/// Makes quaternions of a map of positions unit ones; throws where one is far from it.
+void NormalizeQuaternions(const RobotModel& model, const std::string& name, Vector* q);
+
+/// Whether an effort of this map follows a function of time: then the robot needs a clock.
+bool FollowsTime(const YAML::Node& efforts);
+/// The map of the key `efforts`.
+void ReadEfforts(const YAML::Node& map, RobotDescription* robot);
+/// Constraints knot_1, knot_2, … at all instants at which references of efforts have switches.
+void AddSwitches(RobotDescription* robot);
+///   gravity_compensation: {joints: [shoulder, elbow], share: 1}    # or joints: all
+void ReadWeightShare(const YAML::Node& map, RobotDescription* robot);
+///   feedback:
+///     reference: {positions: {hip: 0.3}, velocities: {}}   # otherwise the nominal state
+///     gains:                                              # u = u0 − K (x − x_ref)
+///       hip_torque: {positions: {hip: 40, base_pitch: 9}, velocities: {hip: 2}}
+///       knee_torque: [0, 0, …]                        # or the row, in the order of velocities,
+///                                                     # positions first
+void ReadFeedback(const YAML::Node& map, RobotDescription* robot);
+
 /// The value of a key `friction` of a map that is called `map`: a coefficient that is not negative,
 /// or no_slip, which is infinite.
 double ReadFriction(const std::string& map, MapReader* reader);

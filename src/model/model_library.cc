@@ -29,6 +29,7 @@
 #include "contact_flow/model/example/sliding_rod.h"
 #include "contact_flow/model/example/soft_biped.h"
 #include "contact_flow/model/example/spinning_ball.h"
+#include "contact_flow/model/example/two_discs.h"
 #include "contact_flow/model/example/wall_and_floor.h"
 #include "contact_flow/model/model_registry.h"
 #include "contact_flow/nearest_name.h"
@@ -122,6 +123,7 @@ class Registry {
             EntryOf<example::SlidingRod>(),
             EntryOf<example::SoftBiped>(),
             EntryOf<example::SpinningBall>(),
+            EntryOf<example::TwoDiscs>(),
             EntryOf<example::WallAndFloor>(),
         },
         "contact_flow");

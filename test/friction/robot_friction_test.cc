@@ -271,14 +271,23 @@ TEST(RobotFriction, WheelsRoll) {
   }
 }
 
-/// Slip that begins in space has no smooth direction: it is not offered, at the start either.
-TEST(RobotFriction, PuckThatIsPushedFromRestIsRefused) {
-  const auto robot = test::PuckRobot(0.3, 0, 0, 5, 0);
-  try {
-    Runs(*robot, Vector::Zero(6), 1);
-    FAIL();
-  } catch (const std::invalid_argument& error) {
-    EXPECT_NE(std::string::npos, std::string(error.what()).find("'floor' begins to slip in space"));
+/// A slip that begins in space with the run goes the way it is pushed, also where the start has a
+/// slip of its own that counts as none.
+TEST(RobotFriction, PuckIsPushedFromRest) {
+  const auto robot = test::PuckRobot(0.3, 0, 0, 3, 4);
+  for (const double slip : {0.0, 5e-7}) {
+    Vector x = Vector::Zero(6);
+    x(4) = -slip;
+    const Trajectory run = Runs(*robot, x, 1);
+    ASSERT_TRUE(run.status.ok()) << run.status.message;
+    ASSERT_EQ(1u, run.arcs.size());
+    EXPECT_EQ("l", run.arcs[0].mode.Word(1));
+    const double distance = (5 - 0.3 * 9.81) / 2;
+    EXPECT_NEAR(0.6 * distance, run.FinalState()(0), 1e-7);
+    EXPECT_NEAR(0.8 * distance, run.FinalState()(1), 1e-7);
+    const Status status = DifferentiateOutcome(*robot, run).status;
+    EXPECT_EQ(Outcome::kNotPiecewiseLinear, status.outcome);
+    EXPECT_NE(std::string::npos, status.message.find("'floor' begins to slip in space"));
   }
 }
 

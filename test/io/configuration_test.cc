@@ -43,7 +43,7 @@ TEST(Configuration, ReadsEveryKindOfNumber) {
 model: rigid_biped
 parameters: {body_mass: 2, gravity: "9.81", leg_length: 5e-1}
 options: {relative_tolerance: 1e-10, absolute_tolerance: '1e-11', max_steps: 1e5,
-          impact_law: projection}
+          impact_law: projection, method: implicit}
 derivative_options: {tolerance: 1e-8, max_activations_for_pieces: 5}
 )"));
   EXPECT_EQ(c.model, "rigid_biped");
@@ -53,6 +53,7 @@ derivative_options: {tolerance: 1e-8, max_activations_for_pieces: 5}
   EXPECT_EQ(c.options.absolute_tolerance, 1e-11);
   EXPECT_EQ(c.options.max_steps, 100000);
   EXPECT_EQ(c.options.impact_law, ImpactLaw::kProjection);
+  EXPECT_EQ(c.options.method, IntegrationMethod::kImplicit);
   EXPECT_EQ(c.derivative_options.tolerance, 1e-8);
   EXPECT_EQ(c.derivative_options.max_activations_for_pieces, 5);
 }
@@ -63,6 +64,7 @@ TEST(Configuration, NamesTheUnknownKeyTheNearestAndTheLine) {
                    {"options", "relative_tolerence", "'relative_tolerance'", "line 3"}));
   EXPECT_TRUE(
       Says("options: {impact_law: projektion}", {"impact_law", "projektion", "projection"}));
+  EXPECT_TRUE(Says("options: {method: implizit}", {"method", "implizit", "implicit"}));
 }
 
 TEST(Configuration, NamesTheKeyOfAWrongValue) {
@@ -141,6 +143,7 @@ TEST(Configuration, ShippedOptionsAreTheDefaults) {
   EXPECT_EQ(c.options.max_events, o.max_events);
   EXPECT_EQ(c.options.max_seconds, o.max_seconds);
   EXPECT_EQ(c.options.impact_law, o.impact_law);
+  EXPECT_EQ(c.options.method, o.method);
   const BDerivativeOptions b;
   EXPECT_EQ(c.derivative_options.tolerance, b.tolerance);
   EXPECT_EQ(c.derivative_options.kink_tolerance, b.kink_tolerance);

@@ -145,6 +145,19 @@ TEST(RobotFile, RefusesWithWordsThatNameThePlace) {
   }
 }
 
+/// An arm that hangs straight moves its tip along the floor at first.
+TEST(RobotFile, ContactsMayStandStillInTheNominalState) {
+  const std::string urdf =
+      "<robot name=\"arm\"><link name=\"ground\"/><link name=\"arm\"><inertial><origin xyz=\"0 0 "
+      "-0.5\"/><mass value=\"1\"/><inertia ixx=\"0.1\" ixy=\"0\" ixz=\"0\" iyy=\"0.1\" "
+      "iyz=\"0\" izz=\"0.1\"/></inertial></link><joint name=\"hinge\" type=\"continuous\"><parent "
+      "link=\"ground\"/><child link=\"arm\"/><origin xyz=\"0 0 2\"/><axis xyz=\"0 1 "
+      "0\"/></joint></robot>";
+  const std::string tip = "constraints:\n  tip: {kind: plane, link: arm, point: [0, 0, -1]";
+  EXPECT_EQ(1, MakeRobot({urdf, tip + "}", ""})->num_constraints());
+  EXPECT_THROW(MakeRobot({urdf, tip + ", offset: 1}", ""}), std::invalid_argument) << "it touches";
+}
+
 /// Contacts that are made have the friction of `contacts`, or of their surface.
 TEST(RobotFile, MadeContactsHaveFriction) {
   const std::string urdf =

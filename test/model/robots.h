@@ -11,10 +11,11 @@ inline std::vector<std::string> ShippedRobots() {
   return {"compliant_quadruped", "gripper",   "hopping_trot", "monoped",
           "planar_biped",        "quadruped", "soft_biped"};
 }
-/// Those, and one of test/data that has every kind of joint, constraint, effort and parameter.
+/// Those, and two of test/data that have every kind of joint, constraint, effort and parameter.
 inline std::vector<std::string> AllRobots() {
   std::vector<std::string> robots = ShippedRobots();
   robots.push_back("everything");
+  robots.push_back("everything_controlled");
   return robots;
 }
 /// The robots with friction, of config/robots and of test/data. Their URDFs are those of others.

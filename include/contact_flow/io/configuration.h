@@ -43,6 +43,8 @@ inline constexpr double kMaxMegabytes = 100000;  ///< of `options/max_megabytes`
 
 /// Names of the impact laws, in the order of ImpactLaw.
 const std::vector<std::string>& ImpactLawNames();
+/// … and of the methods of integration, in the order of IntegrationMethod.
+const std::vector<std::string>& IntegrationMethodNames();
 
 /// Throws std::invalid_argument, naming option and value, unless every number is in its range.
 /// Beyond Validate of the options of a run, the budgets are held to the largest ones above.

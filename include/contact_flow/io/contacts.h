@@ -21,14 +21,17 @@ namespace contact_flow {
 ///     tolerance: 0.001        # fewer, where these leave less [m]
 ///   terrain: hall.yaml        # beside the URDF, or the map itself; without it z = height
 ///
-/// A terrain is what a point has to be above, all of it: names to planes and height fields, as
+/// A terrain is what a point has to be above, all of it: names to surfaces, as
 ///   floor: {kind: plane}
 ///   ramp: {kind: plane, normal: [-0.2, 0, 1], offset: -0.1}
 ///   wall: {kind: plane, normal: [-1, 0, 0], offset: -3}
 ///   dunes: {kind: height_field, amplitude: 0.05, wave_x: 3}
-/// so that its corners are hollow. Those that stick out (stairs, the upper end of a ramp) have
-/// edges, against which distances have no derivative: they are refused. Height fields are
-/// for points.
+///   steps: {kind: stairs, rise: 0.1, run: 0.3, riser: 0.02, first: 1, last: 3}
+///   field: {kind: height_map, origin: [-1, -1], step: [0.5, 0.5], heights: [[0, 0.1], [0, 0.2]]}
+///   hall: {kind: height_map, image: hall.pgm, step: [0.02, 0.02], low: 0, high: 0.5}
+/// so that its corners are hollow. Sharp edges that stick out have no derivative of the distance:
+/// boxes and meshes are refused. All but planes are for points. Rows of heights go along x, the
+/// first one at the smallest y; of images the last.
 ///
 /// `feet` are the ends of chains that reach lowest in the nominal state: bodies that carry no other
 /// collision geometry, within a tenth of the robot's height of the lowest of them; and of these

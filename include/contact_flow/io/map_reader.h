@@ -27,6 +27,8 @@ class MapReader {
   void Read(const std::string& key, long* value, long smallest, long largest);
   /// A list of `count` numbers.
   void Read(const std::string& key, double* values, int count);
+  /// A list of numbers.
+  void Read(const std::string& key, std::vector<double>* values);
   /// A list of texts, or one text alone.
   void Read(const std::string& key, std::vector<std::string>* values);
   /// A text.

@@ -29,6 +29,9 @@ namespace contact_flow {
 ///   inputs: [hip, knee]       # names and order of u; without it, those that efforts name
 ///   efforts:                  # each: kind and its fields
 ///     knee: {kind: joint_spring, joint: knee, stiffness: 20, damping: 1}
+///   gravity_compensation: {joints: all, share: 1}
+///   feedback:                 # u = u0 − K (x − x_ref), which efforts see as their inputs
+///     gains: {knee: {positions: {knee: 40}, velocities: {knee: 2}}}
 ///   parameters:               # what can be set and differentiated by: a number, or equal ones
 ///     stiffness: [left_knee/stiffness, right_knee/stiffness]
 ///   nominal:                  # the run of a user who asks for nothing in particular

@@ -5,11 +5,13 @@
 #include "contact_flow/model/rigid_body/constraint/coincidence.h"
 #include "contact_flow/model/rigid_body/constraint/follower.h"
 #include "contact_flow/model/rigid_body/constraint/height_field.h"
+#include "contact_flow/model/rigid_body/constraint/height_map.h"
 #include "contact_flow/model/rigid_body/constraint/joint_limit.h"
 #include "contact_flow/model/rigid_body/constraint/link_plane.h"
 #include "contact_flow/model/rigid_body/constraint/plane.h"
 #include "contact_flow/model/rigid_body/constraint/rim.h"
 #include "contact_flow/model/rigid_body/constraint/spheres.h"
+#include "contact_flow/model/rigid_body/constraint/stairs.h"
 #include "contact_flow/model/rigid_body/constraint_element.h"
 #include "contact_flow/nearest_name.h"
 
@@ -33,9 +35,10 @@ std::pair<const std::string, Kind> Entry() {
 
 const std::map<std::string, Kind>& Registry() {
   static const std::map<std::string, Kind> registry = {
-      Entry<constraint::HeightField>(), Entry<constraint::LinkPlane>(),
-      Entry<constraint::LowerLimit>(),  Entry<constraint::Plane>(),
-      Entry<constraint::Rim>(),         Entry<constraint::Spheres>(),
+      Entry<constraint::HeightField>(), Entry<constraint::HeightMap>(),
+      Entry<constraint::LinkPlane>(),   Entry<constraint::LowerLimit>(),
+      Entry<constraint::Plane>(),       Entry<constraint::Rim>(),
+      Entry<constraint::Spheres>(),     Entry<constraint::Stairs>(),
       Entry<constraint::UpperLimit>(),
   };
   return registry;

@@ -6,11 +6,14 @@
 #include "contact_flow/model/rigid_body/effort/constant_force.h"
 #include "contact_flow/model/rigid_body/effort/drag.h"
 #include "contact_flow/model/rigid_body/effort/flywheel.h"
+#include "contact_flow/model/rigid_body/effort/frame_spring.h"
 #include "contact_flow/model/rigid_body/effort/joint_spring.h"
 #include "contact_flow/model/rigid_body/effort/leg_push.h"
 #include "contact_flow/model/rigid_body/effort/pd.h"
 #include "contact_flow/model/rigid_body/effort/point_spring.h"
 #include "contact_flow/model/rigid_body/effort/servo.h"
+#include "contact_flow/model/rigid_body/effort/timed_force.h"
+#include "contact_flow/model/rigid_body/effort/track.h"
 #include "contact_flow/model/rigid_body/effort_element.h"
 #include "contact_flow/nearest_name.h"
 
@@ -35,8 +38,9 @@ std::pair<const std::string, Kind> Entry() {
 const std::map<std::string, Kind>& Registry() {
   static const std::map<std::string, Kind> registry = {
       Entry<effort::Actuator>(), Entry<effort::ConstantForce>(), Entry<effort::Drag>(),
-      Entry<effort::Flywheel>(), Entry<effort::JointSpring>(),   Entry<effort::LegPush>(),
-      Entry<effort::Pd>(),       Entry<effort::PointSpring>(),   Entry<effort::Servo>(),
+      Entry<effort::Flywheel>(), Entry<effort::FrameSpring>(),   Entry<effort::JointSpring>(),
+      Entry<effort::LegPush>(),  Entry<effort::Pd>(),            Entry<effort::PointSpring>(),
+      Entry<effort::Servo>(),    Entry<effort::TimedForce>(),    Entry<effort::Track>(),
   };
   return registry;
 }

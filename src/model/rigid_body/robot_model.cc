@@ -42,7 +42,8 @@ const RobotModel::Link& RobotModel::FindLink(const std::string& link) const {
 RobotModel::Coordinate RobotModel::FindCoordinate(const std::string& coordinate) const {
   std::vector<std::string> names;
   for (const RigidBodyTree::Body& body : tree.bodies()) {
-    if (body.joint == JointKind::kBall) continue;
+    const bool clocked = clock >= 0 && &body == &tree.bodies()[clock];
+    if (body.joint == JointKind::kBall || clocked) continue;
     for (int k = 0; k < body.num_dofs; ++k) {
       const std::string& name = coordinates[body.q + k];
       if (name == coordinate) return {body.q + k, body.v + k};
@@ -57,9 +58,26 @@ RobotModel::Coordinate RobotModel::FindCoordinate(const std::string& coordinate)
   throw std::invalid_argument(UnknownName("joint", coordinate, names));
 }
 
+RobotModel::Coordinate RobotModel::ClockCoordinate() const {
+  if (clock < 0) throw std::invalid_argument("the robot has no clock");
+  return {tree.bodies()[clock].q, tree.bodies()[clock].v};
+}
+
+void RobotModel::AddClock() {
+  if (clock >= 0) return;
+  if (std::find(coordinates.begin(), coordinates.end(), "clock") != coordinates.end()) {
+    throw std::invalid_argument("a joint is called 'clock', as the time that references need: "
+                                "rename it in the URDF");
+  }
+  clock = AddPrismatic({-1, Pose()}, "clock", Vec3<double>::UnitX()).body;  // level: weightless
+  units.back() = "s";
+  JoinInertias();
+}
+
 void RobotModel::JoinInertias() {
   for (int i = 0; i < tree.num_bodies(); ++i) {
     BodyInertia sum;
+    if (i == clock) sum.mass = 1;
     for (const Link& link : links) {
       if (link.body == i) sum = sum + link.inertia.In(link.pose);
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "contact_flow/model/rigid_body/robot_system.h"
@@ -20,7 +21,8 @@ struct RobotSystem::Scratch {
         zero(Vector::Zero(tree.dof())),
         rows(tree),
         product(kMax, tree.dof()),
-        by_u(kMax * (inputs + 1)) {}
+        by_u(kMax * (inputs + 1)),
+        input(Vector::Zero(inputs)) {}
 
   void ClearForces() {
     for (PointForces<double>& forces : external) forces.SetZero();
@@ -39,6 +41,12 @@ struct RobotSystem::Scratch {
   double number[kMax], e[kMax], by_z[kMax * kMax], by_rate[kMax * kMax];
   double slip_map[2 * kMax], slip_rate_z[2 * kMax], slip_rate_rate[2 * kMax], slip_z[2 * kMax];
   std::vector<double> by_u;
+  Vector input;                                 // after feedback [m]
+  Vector error;                                 // q ⊟ q_ref [nv]
+  Matrix chain;                                 // ∂r₁/∂u K_q
+  std::unique_ptr<TreeState<double>> resting;   // at v = 0, where weight is borne
+  Vector weight;                                // G [nv]
+  Matrix weight_q;                              // ∂G/∂η
   double u[kMax];
 };
 

@@ -40,6 +40,8 @@ RobotSystem::RobotSystem(RobotDescription robot, const ParameterValues& values)
     effort_geometry_.emplace_back(robot_.model.tree, element->parts);
     forces_on_points_ |= !element->parts.points.empty();
   }
+  for (int i : robot_.switches) compliant_.Insert(i);
+  contact_effort_ = !robot_.switches.empty();
   restitution_.resize(num_constraints());
   for (int i = 0; i < num_constraints(); ++i) {
     restitution_(i) = robot_.constraints[i]->restitution.value;
@@ -64,8 +66,10 @@ void RobotSystem::CheckElements() const {
                                 "' is between parts that do not move");
   }
   const Vector q = nominal_.x.head(num_positions()), v = nominal_.x.tail(dof());
-  ConstraintTerms terms;
+  ConstraintTerms terms, around;
   Constraints(q, v, &terms);
+  const Vector moved = Perturb(nominal_.x, Vector::LinSpaced(2 * dof(), 0.01, 0.02));
+  Constraints(moved.head(num_positions()), v, &around);
   for (std::size_t i = 0; i < all_constraints_.size(); ++i) {
     bool finite = std::isfinite(terms.gap(i)) && std::isfinite(terms.bias(i)) &&
                   terms.jacobian.row(i).allFinite();
@@ -73,7 +77,9 @@ void RobotSystem::CheckElements() const {
     for (int r = row; rows > 0 && r < row + rows; ++r) {
       finite = finite && std::isfinite(terms.bias(r)) && terms.jacobian.row(r).allFinite();
     }
-    if (finite && !terms.jacobian.row(i).isZero(0)) continue;
+    // An arm that hangs straight above the floor moves its tip along it, but only there.
+    const bool still = terms.jacobian.row(i).isZero(0);
+    if (finite && (!still || (terms.gap(i) > 0 && !around.jacobian.row(i).isZero(0)))) continue;
     throw std::invalid_argument("constraint '" + constraint(i).parts.name +
                                 "' is degenerate in the nominal state");
   }
@@ -120,23 +126,24 @@ void RobotSystem::Describe() {
   }
 }
 
-void RobotSystem::AddEfforts(const VectorRef& q, const VectorRef& v, const VectorRef& u,
+void RobotSystem::AddEfforts(const VectorRef& q, const VectorRef& v, ContactMode mode,
                              Scratch* s) const {
   for (std::size_t i = 0; i < robot_.efforts.size(); ++i) {
     const EffortElement& element = *robot_.efforts[i];
     const ElementGeometry& geometry = effort_geometry_[i];
     geometry.Place(s->state, q.data(), &s->motion);
     geometry.Move(s->state, v.data(), &s->motion);
-    for (std::size_t k = 0; k < element.parts.inputs.size(); ++k) {
-      s->u[k] = u(element.parts.inputs[k]);
-    }
+    TakeInputs(static_cast<int>(i), mode, s);
     element.Evaluate(s->motion.z, s->motion.rate, s->u, s->e);
     geometry.Push(s->state, s->motion, s->e, s->external.data(), s->effort.data());
   }
+  if (robot_.weight_share.size() == 0) return;
+  Weigh(q, s);
+  s->effort += robot_.weight_share.cwiseProduct(s->weight);
 }
 
-void RobotSystem::Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode,
-                           Matrix* mass, Vector* force) const {
+void RobotSystem::Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
+                           ContactMode mode, Matrix* mass, Vector* force) const {
   const Loan loan(this);
   Scratch* s = loan.get();
   const RigidBodyTree& tree = robot_.model.tree;
@@ -144,7 +151,8 @@ void RobotSystem::Dynamics(const VectorRef& q, const VectorRef& v, const VectorR
   UpdateVelocities(tree, v.data(), &s->state);
   UpdateInertias(tree, &s->state);
   s->ClearForces();
-  AddEfforts(q, v, u, s);
+  CloseLoop(q, v, u, s);
+  AddEfforts(q, v, mode, s);
   InverseDynamics<double>(tree, tree.gravity(), nullptr,
                           forces_on_points_ ? s->external.data() : nullptr, &s->state,
                           s->tau.data());

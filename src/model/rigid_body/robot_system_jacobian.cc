@@ -33,7 +33,7 @@ void RobotSystem::AddConstraintForces(const VectorRef& q, const VectorRef& force
 
 /// − ∂(Zᵀ e)/∂(η, v, u) at fixed Z: Z itself is differentiated along the tree.
 void RobotSystem::DifferentiateEffort(int i, const VectorRef& q, const VectorRef& v,
-                                      const VectorRef& u, Scratch* s,
+                                      ContactMode mode, Scratch* s,
                                       ResidualJacobian* jacobian) const {
   const EffortElement& element = *robot_.efforts[i];
   const ElementGeometry& geometry = effort_geometry_[i];
@@ -43,7 +43,7 @@ void RobotSystem::DifferentiateEffort(int i, const VectorRef& q, const VectorRef
   geometry.Place(s->state, q.data(), &s->motion);
   geometry.Move(s->state, v.data(), &s->motion);
   const int inputs = static_cast<int>(element.parts.inputs.size());
-  for (int k = 0; k < inputs; ++k) s->u[k] = u(element.parts.inputs[k]);
+  TakeInputs(i, mode, s);
   element.Differentiate(s->motion.z, s->motion.rate, s->u, s->e, s->by_z, s->by_rate,
                         s->by_u.data());
   if (element.parts.points.empty()) {  // each joint is its own column
@@ -135,7 +135,7 @@ void RobotSystem::DifferentiateConstraint(int i, const VectorRef& q, const Vecto
 }
 
 void RobotSystem::DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                                        ContactMode, const VectorRef& acceleration,
+                                        ContactMode mode, const VectorRef& acceleration,
                                         const VectorRef& force, ResidualJacobian* jacobian) const {
   const Loan loan(this);
   Scratch* s = loan.get();
@@ -146,7 +146,8 @@ void RobotSystem::DifferentiateDynamics(const VectorRef& q, const VectorRef& v, 
   UpdateInertias(tree, &s->state);
   UpdateMomenta(tree, &s->state);
   s->ClearForces();
-  AddEfforts(q, v, u, s);
+  CloseLoop(q, v, u, s);
+  AddEfforts(q, v, mode, s);
   AddConstraintForces(q, force, s);
   InverseDynamics(tree, tree.gravity(), acceleration.data(), s->external.data(), &s->state,
                   s->tau.data());
@@ -158,8 +159,9 @@ void RobotSystem::DifferentiateDynamics(const VectorRef& q, const VectorRef& v, 
   s->jacobian.Compute(tree, tree.gravity(), s->external.data(), s->state,
                       jacobian->momentum_q.data(), jacobian->momentum_v.data());
   for (std::size_t i = 0; i < robot_.efforts.size(); ++i) {
-    DifferentiateEffort(static_cast<int>(i), q, v, u, s, jacobian);
+    DifferentiateEffort(static_cast<int>(i), q, v, mode, s, jacobian);
   }
+  DifferentiateControl(q, s, jacobian);
   for (int i = 0; i < count; ++i) {
     DifferentiateConstraint(i, q, v, acceleration, force, s, jacobian);
   }

@@ -78,7 +78,7 @@ void RobotSystem::DifferentiateConstraintByNumber(int i, int number, const Vecto
 }
 
 void RobotSystem::DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v,
-                                                    const VectorRef& u, ContactMode,
+                                                    const VectorRef& u, ContactMode mode,
                                                     const VectorRef& acceleration,
                                                     const VectorRef& force,
                                                     const std::vector<int>& parameters,
@@ -94,12 +94,18 @@ void RobotSystem::DifferentiateDynamicsByParameters(const VectorRef& q, const Ve
   UpdateInertias(tree, &s->state);
   UpdateMomenta(tree, &s->state);
   UpdateAccelerations(tree, tree.gravity(), acceleration.data(), &s->state);
+  CloseLoop(q, v, u, s);
+  if (robot_.weight_share.size() > 0) Weigh(q, s);
   for (int p = 0; p < count; ++p) {
     for (const NumberPlace& place : robot_.parameters.at(parameters[p]).places) {
       switch (place.owner) {
         case Owner::kLink:
         case Owner::kGravity:
           DifferentiateInertia(place, true, s->state, jacobian->momentum.col(p).data());
+          if (robot_.weight_share.size() == 0) break;
+          s->weight.setZero();
+          DifferentiateInertia(place, true, *s->resting, s->weight.data());
+          jacobian->momentum.col(p) -= robot_.weight_share.cwiseProduct(s->weight);
           break;
         case Owner::kConstraint:
           DifferentiateConstraintByNumber(place.index, place.number, q, v, acceleration,
@@ -111,9 +117,7 @@ void RobotSystem::DifferentiateDynamicsByParameters(const VectorRef& q, const Ve
           geometry.Place(s->state, q.data(), &s->motion);
           geometry.Move(s->state, v.data(), &s->motion);
           geometry.Columns(s->state, s->motion, &s->rows);
-          for (std::size_t k = 0; k < element.parts.inputs.size(); ++k) {
-            s->u[k] = u(element.parts.inputs[k]);
-          }
+          TakeInputs(place.index, mode, s);
           element.DifferentiateByNumber(s->motion.z, s->motion.rate, s->u, place.number, s->e);
           for (std::size_t c = 0; c < geometry.columns().size(); ++c) {
             for (int k = 0; k < geometry.size(); ++k) {

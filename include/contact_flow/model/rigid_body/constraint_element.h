@@ -73,6 +73,7 @@ class ConstraintElement {
 ///   Read(fields)                     asks for its fields, in the order of the numbers
 ///   Gap(number, z)                   for any scalar, smooth where it vanishes
 ///   kTouches                         whether surfaces touch: then what SlipKernel asks for
+///   kTable, if it needs parts.heights: Gap and At then have them as an argument before all others
 template <class Kind>
 class ConstraintOf final : public ConstraintElement {
   static constexpr int N = 3 * Kind::kPoints + Kind::kJoints;
@@ -86,7 +87,7 @@ class ConstraintOf final : public ConstraintElement {
     using S = Dual<double, N>;
     std::array<S, N> Z;
     for (int k = 0; k < N; ++k) Z[k] = S::Variable(z[k], k);
-    const S a = Kind::Gap(Numbers<S>().data(), Z.data());
+    const S a = GapOf(Numbers<S>().data(), Z.data());
     for (int k = 0; k < N; ++k) gradient[k] = a.d[k];
     return a.value;
   }
@@ -106,7 +107,7 @@ class ConstraintOf final : public ConstraintElement {
       using S = Dual<B, N>;
       std::array<S, N> Z;
       for (int k = 0; k < N; ++k) Z[k] = S::Variable(B::Variable(z[k], k), k);
-      const S a = Kind::Gap(Numbers<S>().data(), Z.data());
+      const S a = GapOf(Numbers<S>().data(), Z.data());
       for (int i = 0; i < N; ++i) {
         for (int k = 0; k < N; ++k) hessian[i + k * N] = lambda * a.d[i].d[k];
       }
@@ -139,7 +140,7 @@ class ConstraintOf final : public ConstraintElement {
     numbers[number].value.d[0] = 1;
     auto second_numbers = Numbers<Along<B>>();
     second_numbers[number].value.value.d[0] = 1;
-    const S a = Kind::Gap(numbers.data(), Z.data());
+    const S a = GapOf(numbers.data(), Z.data());
     for (int k = 0; k < N; ++k) gradient[k] = a.d[k].d[0];
     return {a.value.d[0], Second(second_numbers, at.data(), along.data(), bend.data()).d[0]};
   }
@@ -183,13 +184,22 @@ class ConstraintOf final : public ConstraintElement {
   }
   void Place(const double* z, Vec3<double>* arm, Vec3<double>* push) const override {
     if constexpr (Kind::kTouches) {
-      const constraint::Touch<double> touch = Kind::At(Numbers<double>().data(), z);
+      const constraint::Touch<double> touch =
+          TouchOf<Kind>(parts, Numbers<double>().data(), z);
       *arm = touch.arm;
       *push = touch.stretch * touch.normal;
     }
   }
 
  private:
+  template <class S>
+  S GapOf(const S* number, const S* z) const {
+    if constexpr (HasTable<Kind>::value) {
+      return Kind::Gap(*parts.heights, number, z);
+    } else {
+      return Kind::Gap(number, z);
+    }
+  }
   /// Two directions nested, for d²/ds².
   template <class S>
   using Along = Dual<Dual<S, 1>, 1>;
@@ -203,8 +213,8 @@ class ConstraintOf final : public ConstraintElement {
 
   /// d²/ds² a(z + s ż + ½ s² z̈) at s = 0.
   template <class S>
-  static S Second(const std::array<Along<S>, Kind::kNumbers + 1>& numbers, const S* z,
-                  const S* rate, const S* acceleration) {
+  S Second(const std::array<Along<S>, Kind::kNumbers + 1>& numbers, const S* z,
+           const S* rate, const S* acceleration) const {
     std::array<Along<S>, N> Z;
     for (int k = 0; k < N; ++k) {
       Z[k].value.value = z[k];
@@ -212,7 +222,7 @@ class ConstraintOf final : public ConstraintElement {
       Z[k].d[0].value = rate[k];
       Z[k].d[0].d[0] = acceleration[k];
     }
-    return Kind::Gap(numbers.data(), Z.data()).d[0].d[0];
+    return GapOf(numbers.data(), Z.data()).d[0].d[0];
   }
 };
 

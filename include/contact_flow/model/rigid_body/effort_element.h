@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
+#include <limits>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "contact_flow/autodiff.h"
@@ -12,7 +15,8 @@ namespace contact_flow {
 
 /// A force element of a robot: e(z, ż, u) [N], with z as in ElementParts and e conjugate to it,
 /// that is the force on each point in world axes [N] and the effort on each joint [N or N·m]. The
-/// generalized force is (∂z/∂η)ᵀ e.
+/// generalized force is (∂z/∂η)ᵀ e. Where it follows a reference u has one number more: how many
+/// of its switches lie behind.
 class EffortElement {
  public:
   virtual ~EffortElement() = default;
@@ -27,51 +31,106 @@ class EffortElement {
                                      double* by_number) const = 0;
 };
 
+/// Which of the optional members below a kind has.
+template <class Kind, class = void>
+struct FollowsReference : std::false_type {};
+template <class Kind>
+struct FollowsReference<Kind, std::void_t<decltype(Kind::kFollows)>> : std::true_type {};
+template <class Kind, class = void>
+struct LimitOf : std::integral_constant<int, -1> {};
+template <class Kind>
+struct LimitOf<Kind, std::void_t<decltype(Kind::kLimit)>>
+    : std::integral_constant<int, Kind::kLimit> {};
+
 /// An element from a kind written once as a template. `Kind` provides (see effort/joint_spring.h):
 ///   kName                                     what YAML calls it
 ///   kPoints, kJoints, kInputs, kNumbers       how many of each
 ///   Read(fields)                              asks for its fields, in the order of the numbers
 ///   Effort(number, z, ż, u, e)                for any scalar
+///   kFollows, if it follows a reference r: the last joint is the clock, on which e is zero; and u
+///                                             goes on with r and ∂r/∂clock
+///   kLimit, if it saturates: the number that |e₀| stays within. e is continuous there, so that a
+///                                             motion through it has its derivative; for an effort
+///                                             that rests on its limit, ∂e/∂u is not a number
 template <class Kind>
 class EffortOf final : public EffortElement {
   static constexpr int N = 3 * Kind::kPoints + Kind::kJoints;
   static constexpr int U = Kind::kInputs;
+  static constexpr bool kFollows = FollowsReference<Kind>::value;
+  static constexpr int kLimit = LimitOf<Kind>::value;
 
  public:
   void Evaluate(const double* z, const double* rate, const double* u, double* e) const override {
     double number[Kind::kNumbers];
     for (int k = 0; k < Kind::kNumbers; ++k) number[k] = parts.numbers[k].value;
-    Kind::Effort(number, z, rate, u, e);
+    if constexpr (kFollows) {
+      double w[U + 2];
+      std::copy_n(u, U, w);
+      Refer(z[N - 1], u, w);
+      Kind::Effort(number, z, rate, w, e);
+      e[N - 1] = 0;
+    } else {
+      Kind::Effort(number, z, rate, u, e);
+    }
+    Saturate(number, e);
   }
 
   void Differentiate(const double* z, const double* rate, const double* u, double* e, double* by_z,
                      double* by_rate, double* by_u) const override {
     using S = Dual<double, 2 * N + U>;
-    S number[Kind::kNumbers], Z[N], R[N], W[U + 1] = {}, E[N];
+    S number[Kind::kNumbers], Z[N], R[N], W[U + 2] = {}, E[N];
     for (int k = 0; k < Kind::kNumbers; ++k) number[k] = S(parts.numbers[k].value);
     for (int k = 0; k < N; ++k) Z[k] = S::Variable(z[k], k);
     for (int k = 0; k < N; ++k) R[k] = S::Variable(rate[k], N + k);
     for (int k = 0; k < U; ++k) W[k] = S::Variable(u[k], 2 * N + k);
+    Refer(Z[N - 1], u, W);
     Kind::Effort(number, Z, R, W, E);
+    if (kFollows) E[N - 1] = S(0.0);
+    const bool at_limit = Saturate(number, E);
     for (int i = 0; i < N; ++i) {
       e[i] = E[i].value;
       for (int k = 0; k < N; ++k) by_z[i + k * N] = E[i].d[k];
       for (int k = 0; k < N; ++k) by_rate[i + k * N] = E[i].d[N + k];
       for (int k = 0; k < U; ++k) by_u[i + k * N] = E[i].d[2 * N + k];
     }
+    for (int k = 0; k < U && at_limit; ++k) by_u[k * N] = std::numeric_limits<double>::quiet_NaN();
   }
 
   void DifferentiateByNumber(const double* z, const double* rate, const double* u, int k,
                              double* by_number) const override {
     using S = Dual<double, 1>;
-    S number[Kind::kNumbers], Z[N], R[N], W[U + 1] = {}, E[N];
+    S number[Kind::kNumbers], Z[N], R[N], W[U + 2] = {}, E[N];
     for (int i = 0; i < Kind::kNumbers; ++i) number[i] = S(parts.numbers[i].value);
     number[k].d[0] = 1;
     for (int i = 0; i < N; ++i) Z[i] = S(z[i]);
     for (int i = 0; i < N; ++i) R[i] = S(rate[i]);
     for (int i = 0; i < U; ++i) W[i] = S(u[i]);
+    Refer(Z[N - 1], u, W);
     Kind::Effort(number, Z, R, W, E);
+    if (kFollows) E[N - 1] = S(0.0);
+    Saturate(number, E);
     for (int i = 0; i < N; ++i) by_number[i] = E[i].d[0];
+  }
+
+ private:
+  /// Keeps e₀ within its limit; whether it is right there.
+  template <class S>
+  static bool Saturate(const S* number, S* e) {
+    if constexpr (kLimit >= 0) {
+      const S &limit = number[kLimit], low = -limit;
+      if (e[0] < limit && low < e[0]) return false;
+      const bool inside = !(limit < e[0]) && !(e[0] < low);
+      e[0] = e[0] < S(0.0) ? low : limit;
+      return inside;
+    }
+    return false;
+  }
+  /// r and ∂r/∂clock behind the inputs.
+  template <class S>
+  void Refer(const S& clock, const double* u, S* w) const {
+    if constexpr (kFollows) {
+      parts.reference->At(clock, static_cast<int>(u[U]), &w[U], &w[U + 1]);
+    }
   }
 };
 

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "contact_flow/model/height_grid.h"
 #include "contact_flow/model/parameter_values.h"
 #include "contact_flow/model/rigid_body/robot_model.h"
+#include "contact_flow/model/time_function.h"
 
 namespace contact_flow {
 
@@ -27,6 +30,12 @@ struct ElementParts {
   std::vector<int> inputs;                     ///< indices into u
   std::vector<Parameter> numbers;
   std::vector<Range> ranges;  ///< of the numbers
+  /// Of an effort that follows a function of time, whose last joint is the robot's clock; or null.
+  std::shared_ptr<const TimeFunction> reference;
+  /// Heights of the terrain that a constraint touches, or null.
+  std::shared_ptr<const HeightGrid> heights;
+  /// The robot's constraints that are the reference's switches, in the order of time.
+  std::vector<int> switches;
 
   int size() const { return static_cast<int>(3 * (points.size() + turns.size()) + joints.size()); }
 };
@@ -44,10 +53,21 @@ class ElementFields {
   /// One more point, at the tip of a unit vector from the last one and fixed in the same link: the
   /// direction of the field (default `otherwise`), in the link's frame.
   virtual void TipOf(const std::string& direction_key, const Vec3<double>& otherwise) = 0;
+  /// One more point, at this unit vector from the last one and fixed in the same link.
+  virtual void Tip(const Vec3<double>& direction) = 0;
   virtual void Joint(const std::string& key) = 0;
+  /// A function of time, and the robot's clock as one more joint.
+  virtual void Reference(const std::string& key) = 0;
+  /// Heights on a grid, by several keys.
+  virtual void Heights() = 0;
   virtual void Input(const std::string& key) = 0;
   virtual void Number(const std::string& key, double otherwise, const char* unit,
                       const char* meaning, Range range) = 0;
+  /// The number `limit` of an effort that saturates, by default beyond everything.
+  void Limit() {
+    Number("limit", kUnlimited, "N or N m", "largest effort, either way", Range::kPositive);
+  }
+  static constexpr double kUnlimited = 1e100;
   /// Three numbers, key_x, key_y, key_z.
   virtual void Vector(const std::string& key, const Vec3<double>& otherwise, const char* unit,
                       const char* meaning) = 0;

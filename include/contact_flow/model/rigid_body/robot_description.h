@@ -27,6 +27,23 @@ struct ExposedNumber {
   std::vector<NumberPlace> places;
 };
 
+/// Linear feedback of the whole state, which every effort sees in place of the inputs:
+///   u = u₀ − K_q (q ⊟ q_ref) − K_v (v − v_ref),      u₀ what is given as input.
+/// q ⊟ q_ref is the difference on lines and on circles, whose turns count; of rotations sin θ n, θ
+/// and n the angle and axis of q relative to q_ref in its own axes: ConfigurationSpace::Difference
+/// to first order, and smooth where that is not.
+struct StateFeedback {
+  Matrix gain_q, gain_v;  ///< K_q, K_v [m×nv]; empty: no feedback
+  Vector q, v;            ///< the reference [nq], [nv]
+
+  bool empty() const { return gain_q.size() == 0; }
+  /// q ⊟ q_ref [nv].
+  void Error(const ConfigurationSpace& space, const VectorRef& position, Vector* error) const;
+  /// Multiplies [·×nv] by ∂(q ⊟ q_ref)/∂η.
+  void ByTangents(const ConfigurationSpace& space, const VectorRef& position,
+                  Matrix* product) const;
+};
+
 /// Everything that makes a robot a mechanical system with contact.
 struct RobotDescription {
   RobotModel model;
@@ -37,6 +54,12 @@ struct RobotDescription {
   /// Inertia of each velocity number's rotor, as its joint feels it [nv], or empty [kg·m²], [kg]:
   /// M gets it on its diagonal.
   Vector armature;
+  /// Share of the weight of what each joint carries, by the robot's own masses, that its actuator
+  /// bears [nv], or empty: its joint gets that share of G(q).
+  Vector weight_share;
+  StateFeedback feedback;
+  /// Constraints that are no contacts, but instants at which references have switches.
+  std::vector<int> switches;
   std::vector<std::string> inputs;
   std::vector<ExposedNumber> parameters;
   NominalRun nominal;

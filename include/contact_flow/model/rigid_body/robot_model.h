@@ -70,12 +70,21 @@ struct RobotModel {
   std::vector<Shape> shapes;             ///< collision geometry, in the order of the file
   std::vector<JointTraits> traits;       ///< of the joints with one freedom
   std::vector<Mimic> mimics;
+  /// Body of the clock: a coordinate `clock` [s] whose rate is 1 [s/s] and which nothing pushes;
+  /// −1 where there is none.
+  int clock = -1;
   /// Joints that move no mass, and are held at zero.
   std::vector<std::string> held;
 
   /// These throw std::invalid_argument with the nearest name for one that does not exist.
   const Link& FindLink(const std::string& link) const;
   Coordinate FindCoordinate(const std::string& coordinate) const;
+
+  /// The clock's; throws std::invalid_argument where there is none.
+  Coordinate ClockCoordinate() const;
+  /// Adds a clock, behind all that there is. Throws std::invalid_argument where a coordinate is
+  /// called so.
+  void AddClock();
 
   /// Sets the inertia of every body from those of its links.
   void JoinInertias();

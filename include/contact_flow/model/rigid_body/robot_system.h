@@ -15,8 +15,9 @@ namespace contact_flow {
 /// A robot as a mechanical system: M and the Coriolis terms from its RigidBodyTree, f from gravity
 /// and its efforts, a and γ from its constraints, b from its closures. With z the points and joints
 /// of an element, Z = ∂z/∂η, e its forces and g the gradient of a constraint,
-///   h = −RNEA(q, v, 0) + Σ Zᵀ e(z, ż, u),       Da = gᵀ Z,       r₁ = RNEA(q, v, v̇) − Σ Zᵀ e − Σ
-///   Zᵀ g λ,
+///   h = −RNEA(q, v, 0) + Σ Zᵀ e(z, ż, u) + S G(q),       Da = gᵀ Z,
+///   r₁ = RNEA(q, v, v̇) − Σ Zᵀ e − Σ Zᵀ g λ,
+/// S the share of the weight G that actuators bear, u after StateFeedback;
 /// and all derivatives are analytic along the tree, by duals within an element. With friction the
 /// rows of a contact's map T = W Z, which it slips with (SlipKernel), follow those of closures.
 class RobotSystem final : public MechanicalSystem {
@@ -27,6 +28,11 @@ class RobotSystem final : public MechanicalSystem {
   ~RobotSystem() override;
 
   const RobotDescription& robot() const { return robot_; }
+
+  /// What springs, dampers, controllers and actuators put on each joint, forces on points of links
+  /// left out [nv].
+  Vector JointEfforts(const VectorRef& q, const VectorRef& v, const VectorRef& u,
+                      ContactMode mode) const;
 
   bool HasConstantMass() const override { return constant_mass_; }
   bool HasAffineConstraints() const override { return affine_constraints_; }
@@ -64,7 +70,15 @@ class RobotSystem final : public MechanicalSystem {
   /// Throws std::invalid_argument for a constraint without gradient and for numbers
   /// that are not finite.
   void CheckElements() const;
-  void AddEfforts(const VectorRef& q, const VectorRef& v, const VectorRef& u, Scratch* s) const;
+  /// The inputs after feedback, into s->input.
+  void CloseLoop(const VectorRef& q, const VectorRef& v, const VectorRef& u, Scratch* s) const;
+  /// The inputs of effort i into s->u, and how many switches of its reference lie behind.
+  void TakeInputs(int i, ContactMode mode, Scratch* s) const;
+  void AddEfforts(const VectorRef& q, const VectorRef& v, ContactMode mode, Scratch* s) const;
+  /// G(q) into s->weight, and what its derivatives need into s->resting.
+  void Weigh(const VectorRef& q, Scratch* s) const;
+  /// − ∂(S G)/∂η and what feedback makes of ∂r₁/∂u, once that is there.
+  void DifferentiateControl(const VectorRef& q, Scratch* s, ResidualJacobian* jacobian) const;
   void AddConstraintForces(const VectorRef& q, const VectorRef& force, Scratch* s) const;
   /// Row of T of constraint i, −1 without friction.
   int slip_row(int i) const { return slip_rows_.empty() ? -1 : slip_rows_[i]; }
@@ -79,7 +93,7 @@ class RobotSystem final : public MechanicalSystem {
   /// `speed`: of the impact, else null.
   void DifferentiateSlipByNumber(int i, int number, const VectorRef& force, const double* speed,
                                  Scratch* s, int column, ParameterJacobian* jacobian) const;
-  void DifferentiateEffort(int i, const VectorRef& q, const VectorRef& v, const VectorRef& u,
+  void DifferentiateEffort(int i, const VectorRef& q, const VectorRef& v, ContactMode mode,
                            Scratch* s, ResidualJacobian* jacobian) const;
   void DifferentiateConstraint(int i, const VectorRef& q, const VectorRef& v,
                                const VectorRef& acceleration, const VectorRef& force, Scratch* s,

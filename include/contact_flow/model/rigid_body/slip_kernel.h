@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <type_traits>
 
 #include "contact_flow/autodiff.h"
 #include "contact_flow/model/rigid_body/constraint/touch.h"
@@ -15,6 +16,22 @@ struct SlipFrame {
   /// One row: the normal m of that plane. The tangent is along m × n.
   Vec3<double> plane = Vec3<double>::Zero();
 };
+
+/// Whether a kind needs the table of its parts.
+template <class Kind, class = void>
+struct HasTable : std::false_type {};
+template <class Kind>
+struct HasTable<Kind, std::void_t<decltype(Kind::kTable)>> : std::true_type {};
+
+/// Where a kind touches.
+template <class Kind, class S>
+constraint::Touch<S> TouchOf(const ElementParts& parts, const S* number, const S* z) {
+  if constexpr (HasTable<Kind>::value) {
+    return Kind::At(*parts.heights, number, z);
+  } else {
+    return Kind::At(number, z);
+  }
+}
 
 /// The slip velocity of a kind of constraint that touches, s = W(z) ż, and its derivatives, at z
 /// and ż as in ElementParts with the tips and turns that friction adds [M]. `Kind` provides (see
@@ -37,9 +54,10 @@ struct SlipKernel {
 
   /// s [rows], at numbers of any scalar.
   template <class S>
-  static void Slip(const SlipFrame& frame, const S* number, const S* z, const S* rate, S* slip) {
+  static void Slip(const SlipFrame& frame, const ElementParts& parts, const S* number, const S* z,
+                   const S* rate, S* slip) {
     using std::sqrt;
-    const constraint::Touch<S> touch = Kind::At(number, z);
+    const constraint::Touch<S> touch = TouchOf<Kind>(parts, number, z);
     Vec3<S> w = At(rate);
     if constexpr (Kind::kTurns > 0) w += Cross(At(rate + Z), touch.arm);
     if constexpr (Kind::kOther >= 0) {
@@ -70,7 +88,7 @@ struct SlipKernel {
       rate[k] = S::Variable(0, k);
     }
     S slip[kRows];
-    Slip(frame, Numbers<S>(parts).data(), at.data(), rate.data(), slip);
+    Slip(frame, parts, Numbers<S>(parts).data(), at.data(), rate.data(), slip);
     for (int r = 0; r < frame.rows; ++r) {
       for (int k = 0; k < M; ++k) map[r * M + k] = slip[r].d[k];
     }
@@ -88,7 +106,7 @@ struct SlipKernel {
       along[k].d[0] = acceleration[k];
     }
     S slip[kRows];
-    Slip(frame, Numbers<S>(parts).data(), at.data(), along.data(), slip);
+    Slip(frame, parts, Numbers<S>(parts).data(), at.data(), along.data(), slip);
     for (int r = 0; r < frame.rows; ++r) slip_rate[r] = slip[r].d[0];
   }
 
@@ -105,7 +123,7 @@ struct SlipKernel {
         rate[k] = S::Variable(B(0.0), k);
       }
       S slip[kRows];
-      Slip(frame, Numbers<S>(parts).data(), at.data(), rate.data(), slip);
+      Slip(frame, parts, Numbers<S>(parts).data(), at.data(), rate.data(), slip);
       for (int r = 0; r < frame.rows; ++r) {
         for (int j = 0; j < M; ++j) {
           for (int k = 0; k < Z; ++k) hessian[j + k * M] += lambda[r] * slip[r].d[j].d[k];
@@ -131,7 +149,7 @@ struct SlipKernel {
         along[k].d[0] = C(acceleration[k]);
       }
       S slip[kRows];
-      Slip(frame, Numbers<S>(parts).data(), at.data(), along.data(), slip);
+      Slip(frame, parts, Numbers<S>(parts).data(), at.data(), along.data(), slip);
       for (int r = 0; r < frame.rows; ++r) {
         for (int k = 0; k < M; ++k) {
           rate_rate[r * M + k] = slip[r].d[0].d[Z + k];
@@ -166,8 +184,8 @@ struct SlipKernel {
     path_numbers[number].value.d[0] = 1;
     S slip[kRows];
     A moving[kRows];
-    Slip(frame, numbers.data(), at.data(), unit.data(), slip);
-    Slip(frame, path_numbers.data(), path.data(), along.data(), moving);
+    Slip(frame, parts, numbers.data(), at.data(), unit.data(), slip);
+    Slip(frame, parts, path_numbers.data(), path.data(), along.data(), moving);
     for (int r = 0; r < frame.rows; ++r) {
       for (int k = 0; k < M; ++k) map[r * M + k] = slip[r].d[k].d[0];
       slip_rate[r] = moving[r].d[0].d[0];

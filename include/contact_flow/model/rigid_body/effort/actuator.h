@@ -6,15 +6,17 @@
 namespace contact_flow {
 namespace effort {
 
-/// An input that drives a joint through a gear: e = gear u.
+/// An input that drives a joint through a gear: e = gear u, within ± limit.
 struct Actuator {
   static constexpr const char* kName = "actuator";
-  static constexpr int kPoints = 0, kJoints = 1, kInputs = 1, kNumbers = 1;
+  static constexpr int kPoints = 0, kJoints = 1, kInputs = 1, kNumbers = 2;
+  static constexpr int kLimit = 1;
 
   static void Read(ElementFields* fields) {
     fields->Joint("joint");
     fields->Input("input");
     fields->Number("gear", 1, "", "joint effort per input", Range::kAny);
+    fields->Limit();
   }
 
   template <class S>

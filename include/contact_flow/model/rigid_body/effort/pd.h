@@ -7,10 +7,12 @@ namespace contact_flow {
 namespace effort {
 
 /// A proportional-derivative controller with references and feed-forward, all inputs:
-///   e = stiffness (u_position − q) + damping (u_velocity − q̇) + u_feed_forward.
+///   e = stiffness (u_position − q) + damping (u_velocity − q̇) + u_feed_forward,
+/// within ± limit.
 struct Pd {
   static constexpr const char* kName = "pd";
-  static constexpr int kPoints = 0, kJoints = 1, kInputs = 3, kNumbers = 2;
+  static constexpr int kPoints = 0, kJoints = 1, kInputs = 3, kNumbers = 3;
+  static constexpr int kLimit = 2;
 
   static void Read(ElementFields* fields) {
     fields->Joint("joint");
@@ -20,6 +22,7 @@ struct Pd {
     fields->Number("stiffness", ElementFields::kRequired, "N/m or N m/rad", "proportional gain",
                    Range::kNonNegative);
     fields->Number("damping", 0, "N s/m or N m s/rad", "derivative gain", Range::kNonNegative);
+    fields->Limit();
   }
 
   template <class S>

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "contact_flow/model/rigid_body/element_parts.h"
+
+namespace contact_flow {
+namespace effort {
+
+/// A proportional-derivative controller that follows a function of time r(t), t the robot's clock,
+/// with a feed-forward that is an input:
+///   e = stiffness (r − q) + damping (ṙ − q̇) + u,      within ± limit.
+struct Track {
+  static constexpr const char* kName = "track";
+  static constexpr int kPoints = 0, kJoints = 2, kInputs = 1, kNumbers = 3;
+  static constexpr int kLimit = 2;
+  static constexpr bool kFollows = true;
+
+  static void Read(ElementFields* fields) {
+    fields->Joint("joint");
+    fields->Reference("reference");
+    fields->Input("feed_forward");
+    fields->Number("stiffness", ElementFields::kRequired, "N/m or N m/rad", "proportional gain",
+                   Range::kNonNegative);
+    fields->Number("damping", 0, "N s/m or N m s/rad", "derivative gain", Range::kNonNegative);
+    fields->Limit();
+  }
+
+  template <class S>
+  static void Effort(const S* number, const S* z, const S* rate, const S* u, S* e) {
+    e[0] = number[0] * (u[1] - z[0]) + number[1] * (u[2] * rate[1] - rate[0]) + u[0];
+  }
+};
+
+}  // namespace effort
+}  // namespace contact_flow

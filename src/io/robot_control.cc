@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Efforts of a robot, what they follow, and what closes its loop.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+#include "contact_flow/nearest_name.h"
+#include "robot_fields.h"
+#include "robot_parts.h"
+
+namespace contact_flow {
+
+std::string ReadKind(MapReader* reader, const std::vector<std::string>& kinds) {
+  reader->Require("kind");
+  int kind = 0;
+  reader->Read("kind", kinds, &kind);
+  return kinds[kind];
+}
+
+void ReadNamed(const YAML::Node& map, const std::string& name,
+               const std::vector<std::string>& names, double* values) {
+  MapReader reader(map, name);
+  for (std::size_t k = 0; k < names.size(); ++k) reader.Read(names[k], &values[k]);
+  reader.Finish();
+}
+
+void NormalizeQuaternions(const RobotModel& model, const std::string& name, Vector* q) {
+  for (const RigidBodyTree::Body& body : model.tree.bodies()) {
+    if (body.joint != JointKind::kBall) continue;
+    const double length = q->segment<4>(body.q).norm();
+    if (!(std::abs(length - 1) < 1e-3)) {
+      throw std::invalid_argument(name + ": the quaternion from " + model.coordinates[body.q] +
+                                  " has length " + std::to_string(length) + ", expected 1");
+    }
+    q->segment<4>(body.q) /= length;
+  }
+}
+
+bool FollowsTime(const YAML::Node& efforts) {
+  if (!efforts.IsDefined() || !efforts.IsMap()) return false;
+  for (const auto& effort : efforts) {
+    if (effort.second.IsMap() && effort.second["reference"]) return true;
+  }
+  return false;
+}
+
+void ReadEfforts(const YAML::Node& map, RobotDescription* robot) {
+  ForEach(map, "efforts", [&](const std::string& name, MapReader* reader) {
+    const std::string kind = ReadKind(reader, EffortKinds());
+    std::unique_ptr<EffortElement> element = MakeEffort(kind);
+    element->parts.name = name;
+    YamlFields fields(robot->model, reader, &robot->inputs, &element->parts);
+    ReadEffort(kind, &fields);
+    robot->efforts.push_back(std::move(element));
+  });
+}
+
+void AddSwitches(RobotDescription* robot) {
+  std::map<double, int> instants;  // to the constraint
+  for (const auto& effort : robot->efforts) {
+    if (!effort->parts.reference) continue;
+    for (double t : effort->parts.reference->Switches()) instants[t] = 0;
+  }
+  if (instants.empty()) return;
+  const std::size_t most = ContactMode::kMaxConstraints;
+  if (robot->constraints.size() + instants.size() > most) {
+    throw std::invalid_argument("efforts: linear references switch at " +
+                                std::to_string(instants.size()) + " instants, which with " +
+                                std::to_string(robot->constraints.size()) +
+                                " constraints are more than " + std::to_string(most) +
+                                ": take kind: cubic, which has no switches");
+  }
+  int count = 0;
+  for (auto& [t, index] : instants) {
+    std::unique_ptr<ConstraintElement> knot = MakeConstraint("upper_limit");
+    knot->parts.name = "knot_" + std::to_string(++count);
+    for (const auto& other : robot->constraints) {
+      if (other->parts.name != knot->parts.name) continue;
+      throw std::invalid_argument("constraints/" + knot->parts.name +
+                                  " is what a reference's instants are called: rename it");
+    }
+    knot->parts.joints = {robot->model.ClockCoordinate()};
+    knot->parts.numbers = {{"upper", "s", "instant of a reference", t}};
+    knot->parts.ranges = {Range::kAny};
+    index = static_cast<int>(robot->constraints.size());
+    robot->switches.push_back(index);
+    robot->constraints.push_back(std::move(knot));
+  }
+  for (const auto& effort : robot->efforts) {
+    if (!effort->parts.reference) continue;
+    for (double t : effort->parts.reference->Switches()) {
+      effort->parts.switches.push_back(instants.at(t));
+    }
+  }
+}
+
+void ReadWeightShare(const YAML::Node& map, RobotDescription* robot) {
+  if (!map.IsDefined() || map.IsNull()) return;
+  MapReader reader(map, "gravity_compensation");
+  const RobotModel& model = robot->model;
+  std::vector<std::string> joints = {"all"};
+  double share = 1;
+  reader.Read("joints", &joints);
+  reader.Read("share", &share);
+  reader.Finish();
+  robot->weight_share = Vector::Zero(model.tree.dof());
+  if (joints == std::vector<std::string>{"all"}) {
+    joints.clear();
+    for (const RobotModel::JointTraits& joint : model.traits) {
+      const auto& names = model.coordinates;
+      if (std::find(names.begin(), names.end(), joint.name) != names.end()) {
+        joints.push_back(joint.name);
+      }
+    }
+  }
+  for (const std::string& joint : joints) {
+    try {
+      robot->weight_share(model.FindCoordinate(joint).v) = share;
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument("gravity_compensation/joints: " + std::string(error.what()) +
+                                  reader.Line("joints"));
+    }
+  }
+}
+
+void ReadFeedback(const YAML::Node& map, RobotDescription* robot) {
+  if (!map.IsDefined() || map.IsNull()) return;
+  const RobotModel& model = robot->model;
+  const int nq = model.tree.num_positions(), nv = model.tree.dof();
+  const auto m = static_cast<Eigen::Index>(robot->inputs.size());
+  MapReader reader(map, "feedback");
+  StateFeedback& feedback = robot->feedback;
+  feedback.q = robot->nominal.x.head(nq);
+  feedback.v = robot->nominal.x.tail(nv);
+  MapReader reference(reader.Child("reference"), "feedback/reference");
+  ReadNamed(reference.Child("positions"), "feedback/reference/positions", model.coordinates,
+            feedback.q.data());
+  ReadNamed(reference.Child("velocities"), "feedback/reference/velocities", model.velocities,
+            feedback.v.data());
+  reference.Finish();
+  NormalizeQuaternions(model, "feedback/reference/positions", &feedback.q);
+  feedback.gain_q = feedback.gain_v = Matrix::Zero(m, nv);
+  reader.Require("gains");
+  const YAML::Node gains = reader.Child("gains");
+  MapReader rows(gains, "feedback/gains");
+  for (const std::string& input : rows.Keys()) {
+    const auto it = std::find(robot->inputs.begin(), robot->inputs.end(), input);
+    if (it == robot->inputs.end()) {
+      throw std::invalid_argument("feedback/gains: " + UnknownName("input", input, robot->inputs) +
+                                  rows.Line(input));
+    }
+    Vector row = Vector::Zero(2 * nv);
+    if (rows.Child(input).IsSequence()) {
+      rows.Read(input, row.data(), 2 * nv);
+    } else {
+      const std::string name = "feedback/gains/" + input;
+      MapReader parts(rows.Child(input), name);
+      ReadNamed(parts.Child("positions"), name + "/positions", model.velocities, row.data());
+      ReadNamed(parts.Child("velocities"), name + "/velocities", model.velocities,
+                row.data() + nv);
+      parts.Finish();
+    }
+    feedback.gain_q.row(it - robot->inputs.begin()) = row.head(nv).transpose();
+    feedback.gain_v.row(it - robot->inputs.begin()) = row.tail(nv).transpose();
+  }
+  reader.Finish();
+}
+
+}  // namespace contact_flow
