@@ -9,6 +9,7 @@
 #include "contact_flow/ros/controllability_answer.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/covariance_answer.h"
+#include "contact_flow/ros/gradient_answer.h"
 #include "contact_flow/ros/handler.h"
 #include "contact_flow/ros/optimization_answer.h"
 #include "contact_flow/ros/periodic_orbit_answer.h"
@@ -81,6 +82,29 @@ CovarianceRequest ToRequest(const ComputeCovariance::Request& in) {
   return request;
 }
 
+GradientRequest ToRequest(const ComputeGradient::Request& in) {
+  GradientRequest request;
+  request.duration = in.duration;
+  request.state = in.state;
+  request.input = in.input;
+  request.input_grid = in.input_grid;
+  request.by_parameters = in.by_parameters;
+  request.outcomes = in.outcomes;
+  request.targets = in.targets;
+  request.weights = in.weights;
+  request.path_outcomes = in.path_outcomes;
+  request.path_targets = in.path_targets;
+  request.path_weights = in.path_weights;
+  request.effort = in.effort;
+  request.effort_reference = in.effort_reference;
+  request.direction = in.direction;
+  request.direction_inputs = in.direction_inputs;
+  request.direction_parameters = in.direction_parameters;
+  request.options = in.options;
+  request.derivative_options = in.derivative_options;
+  return request;
+}
+
 /// Answers a service whose result is a message of its own.
 template <class Record, class Request, class Response>
 bool Analyse(const char* name, const Setup& setup, WorkPool* pool, Outlet* outlet,
@@ -132,6 +156,7 @@ void Pursue(const char* name, const Setup& setup, WorkPool* pool, Outlet* outlet
   Feedback shown;
   if constexpr (std::is_same_v<Feedback, OptimizeTrajectoryFeedback>) {
     watch.report_step = [&shown](const TrajectoryIteration& at) {
+      shown.violation = at.violation;
       shown.step = at.step;
       shown.pieces = static_cast<std::uint32_t>(at.pieces);
       shown.kink = KinkStatusName(at.kink);
@@ -190,7 +215,8 @@ AnalysisServers::AnalysisServers(ros::NodeHandle* node, ros::NodeHandle* work_no
       work_node->advertiseService("assess_stability", &AnalysisServers::Stability, this),
       work_node->advertiseService("assess_controllability", &AnalysisServers::Controllability,
                                   this),
-      work_node->advertiseService("propagate_covariance", &AnalysisServers::Covariance, this)};
+      work_node->advertiseService("propagate_covariance", &AnalysisServers::Covariance, this),
+      work_node->advertiseService("gradient", &AnalysisServers::Gradient, this)};
   orbit_results_ = node->advertise<FindPeriodicOrbitActionResult>("find_periodic_orbit/result", 50);
   optimize_results_ = node->advertise<OptimizeOutcomeActionResult>("optimize/result", 50);
   trajectory_results_ =
@@ -216,6 +242,10 @@ bool AnalysisServers::Controllability(DecideControllability::Request& in,
 
 bool AnalysisServers::Covariance(ComputeCovariance::Request& in, ComputeCovariance::Response& out) {
   return Analyse<CovarianceRecord>("propagate_covariance", setup_, pool_, outlet_, in, &out);
+}
+
+bool AnalysisServers::Gradient(ComputeGradient::Request& in, ComputeGradient::Response& out) {
+  return Analyse<GradientRecord>("gradient", setup_, pool_, outlet_, in, &out);
 }
 
 void AnalysisServers::FindOrbit(const FindPeriodicOrbitGoalConstPtr& goal) {

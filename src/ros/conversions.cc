@@ -92,6 +92,7 @@ SimulationOptions ToMsg(const SimulateOptions& options) {
   m.max_megabytes = options.max_megabytes;
   m.complete_zeno = options.complete_zeno;
   m.impact_law = ImpactLawNames()[static_cast<std::size_t>(options.impact_law)];
+  m.method = IntegrationMethodNames()[static_cast<std::size_t>(options.method)];
   return m;
 }
 
@@ -137,6 +138,8 @@ ContactTrajectory ToMsg(const SystemDescription& description, const Trajectory& 
   m.field_evaluations = static_cast<std::uint64_t>(trajectory.statistics.field_evaluations);
   m.steps = static_cast<std::uint64_t>(trajectory.statistics.steps);
   m.rejected_steps = static_cast<std::uint64_t>(trajectory.statistics.rejected_steps);
+  m.method = IntegrationMethodNames()[static_cast<std::size_t>(trajectory.method)];
+  m.implicit_steps = static_cast<std::uint64_t>(trajectory.statistics.implicit_steps);
   for (const Transition& transition : trajectory.transitions) {
     m.transitions.push_back(ToMsg(description, transition));
   }

@@ -25,10 +25,12 @@ tf2_msgs::TFMessage Display::Static(const ros::Time& stamp) const {
   return message;
 }
 
-Display::OfState Display::Show(const VectorRef& x, ContactMode mode, const VectorRef& force,
-                               const ros::Time& stamp) const {
+Display::OfState Display::Show(const Instant& now, const ros::Time& stamp) const {
+  const Vector &x = now.x, &force = now.force;
+  const ContactMode mode = now.mode;
   OfState shown;
-  shown.joints = robot_ ? robot_->Joints(x, stamp) : ToJointState(*setup_->system, x, stamp);
+  shown.joints =
+      robot_ ? robot_->Joints(x, now.u, mode, stamp) : ToJointState(*setup_->system, x, stamp);
   shown.transforms.transforms =
       robot_ ? robot_->Transforms(x, stamp) : points_->Transforms(x, stamp);
   shown.contacts =
@@ -42,15 +44,25 @@ Display::OfState Display::Show(const VectorRef& x, ContactMode mode, const Vecto
     message.wrench = wrench;
     shown.wrenches.push_back(message);
   }
+  if (!robot_) return shown;
+  shown.link_wrenches = robot_->LinkWrenches(x, force, stamp);
+  if (!robot_->base_moves()) return shown;
+  shown.odometry.push_back(robot_->Odometry(x, stamp));
+  shown.imu.push_back(robot_->Imu(x, now.acceleration, stamp));
   return shown;
 }
 
+std::vector<std::string> Display::touching_links() const {
+  return robot_ ? robot_->touching_links() : std::vector<std::string>();
+}
+
 diagnostic_msgs::DiagnosticArray ToDiagnostics(const SimulatorStatus& message,
-                                               const std::string& node, const std::string& error) {
+                                               const std::string& node, const std::string& hardware,
+                                               const std::string& error) {
   diagnostic_updater::DiagnosticStatusWrapper status;
   using Level = diagnostic_msgs::DiagnosticStatus;
   status.name = node + ": simulator";
-  status.hardware_id = "none";
+  status.hardware_id = hardware;
   if (message.outcome != 0) {
     status.summary(Level::ERROR, message.message);
   } else if (!error.empty()) {

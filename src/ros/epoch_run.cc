@@ -79,6 +79,11 @@ Vector EpochRun::Force() {
   return dynamics_.force();
 }
 
+Display::Instant EpochRun::Now() {
+  const Vector force = Force();
+  return {flow_.State(), flow_.NextInput(), force, dynamics_.acceleration(), flow_.mode()};
+}
+
 HybridState EpochRun::StateMsg() {
   const SystemDescription& description = system().description();
   const Vector x = flow_.State();

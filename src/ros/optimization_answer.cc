@@ -43,15 +43,6 @@ OutcomeUnknown ResolveUnknown(const MechanicalSystem& system, const std::string&
                 : OutcomeUnknown{OutcomeUnknown::Kind::kVelocity, i - nq};
 }
 
-void CheckWeights(const std::string& field, const std::vector<double>& weights) {
-  CheckFinite(field, weights);
-  for (std::size_t k = 0; k < weights.size(); ++k) {
-    if (weights[k] >= 0) continue;
-    throw std::invalid_argument(field + "[" + std::to_string(k) + "] is " +
-                                std::to_string(weights[k]) + ", expected ≥ 0");
-  }
-}
-
 OutcomeProblem ResolveProblem(const Setup& setup, const OptimizationRequest& request) {
   const MechanicalSystem& system = *setup.system;
   const SystemDescription& names = system.description();

@@ -211,6 +211,8 @@ std::string Outlet::Deliver(CovarianceRecord* record) {
   return DeliverRecord("covariance", record);
 }
 
+std::string Outlet::Deliver(GradientRecord* record) { return DeliverRecord("gradient", record); }
+
 std::string Outlet::Deliver(PeriodicOrbitRecord* record) {
   return DeliverRecord("periodic_orbit", record);
 }
@@ -242,7 +244,7 @@ std::string Outlet::StartRecording(const std::string& asked) {
        {"model_description", "trajectory", "mode_sequence", "b_derivative", "record/simulation",
         "record/derivative", "record/comparison", "record/assumptions", "record/linearization",
         "record/poincare_map", "record/stability", "record/controllability", "record/covariance",
-        "record/periodic_orbit", "record/optimization", "record/trajectory"}) {
+        "record/gradient", "record/periodic_orbit", "record/optimization", "record/trajectory"}) {
     plan.start.roles.push_back(role);
     plan.start.topics.push_back(ros::names::resolve(std::string("~") + role));
   }

@@ -94,6 +94,7 @@ void ReadSimulatorParameters(MapReader* reader, const std::string& name, Simulat
   reader->Read("real_time_factor", &p->real_time_factor);
   reader->Read("rate", &p->rate);
   reader->Read("display_rate", &p->display_rate);
+  reader->Read("control_rate", &p->control_rate);
   const auto check = [&](const char* key, double value, double smallest, double largest) {
     if (value >= smallest && value <= largest) return;
     std::ostringstream text;
@@ -105,6 +106,7 @@ void ReadSimulatorParameters(MapReader* reader, const std::string& name, Simulat
   }
   check("rate", p->rate, 0.1, 10000);
   check("display_rate", p->display_rate, 0.1, 10000);
+  check("control_rate", p->control_rate, 0.1, 10000);
   reader->Read("publish_clock", &p->publish_clock);
   if (p->publish_clock && !p->use_sim_time) {
     throw std::invalid_argument(name +

@@ -36,6 +36,18 @@ void Override(const std::string& field, std::int64_t asked, std::int64_t largest
   if (asked > 0) *value = static_cast<Integer>(asked);
 }
 
+/// One of an enumeration's names, in its order; empty for the default.
+template <class Enumeration>
+void Choose(const std::string& option, const std::string& kind, const std::string& asked,
+            const std::vector<std::string>& names, Enumeration* value) {
+  if (asked.empty()) return;
+  const auto it = std::find(names.begin(), names.end(), asked);
+  if (it == names.end()) {
+    throw std::invalid_argument("options." + option + ": " + UnknownName(kind, asked, names));
+  }
+  *value = static_cast<Enumeration>(it - names.begin());
+}
+
 int IndexOf(const std::string& field, const std::string& name,
             const std::vector<std::string>& valid) {
   const auto it = std::find(valid.begin(), valid.end(), name);
@@ -115,6 +127,15 @@ void CheckFinite(const std::string& field, const std::vector<double>& numbers) {
   }
 }
 
+void CheckWeights(const std::string& field, const std::vector<double>& weights) {
+  CheckFinite(field, weights);
+  for (std::size_t k = 0; k < weights.size(); ++k) {
+    if (weights[k] >= 0) continue;
+    throw std::invalid_argument(field + "[" + std::to_string(k) + "] is " +
+                                std::to_string(weights[k]) + ", expected ≥ 0");
+  }
+}
+
 void CheckSize(const std::string& field, std::size_t actual, std::size_t size,
                const std::vector<std::string>& names) {
   if (actual == size) return;
@@ -138,15 +159,8 @@ SimulateOptions ResolveOptions(SimulateOptions o, const SimulationOptions& asked
   Override("options.max_events", asked.max_events, kMaxEvents, &o.max_events);
   Override("options.max_seconds", asked.max_seconds, &o.max_seconds);
   Override("options.max_megabytes", asked.max_megabytes, &o.max_megabytes);
-  if (!asked.impact_law.empty()) {
-    const std::vector<std::string>& names = ImpactLawNames();
-    const auto it = std::find(names.begin(), names.end(), asked.impact_law);
-    if (it == names.end()) {
-      throw std::invalid_argument("options.impact_law: " +
-                                  UnknownName("impact law", asked.impact_law, names));
-    }
-    o.impact_law = static_cast<ImpactLaw>(it - names.begin());
-  }
+  Choose("impact_law", "impact law", asked.impact_law, ImpactLawNames(), &o.impact_law);
+  Choose("method", "method", asked.method, IntegrationMethodNames(), &o.method);
   CheckOptions(o);
   return o;
 }

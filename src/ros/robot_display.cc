@@ -192,6 +192,7 @@ RobotDisplay::RobotDisplay(const RobotSystem& system, const std::string& urdf,
       shapes_.push_back({link.pose * shape.pose, link.body, ToMarker(shape)});
     }
   }
+  FindTouchingLinks();
   const double weight = mass * std::max(std::abs(system_.robot().gravity), 1e-3);
   metres_per_newton_ = options_.force_length / std::max(weight, 1e-9);
 }
@@ -265,6 +266,7 @@ MarkerArray RobotDisplay::Contacts(const VectorRef& x, ContactMode mode, const V
   UpdatePositions(tree, x.data(), &state);
   MarkerArray array;
   for (int i = 0; i < system_.num_constraints(); ++i) {
+    if (system_.compliant().Contains(i)) continue;  // an instant of time
     Vec3<double> point, whole;
     ContactPoint(i, state, force, &point, &whole);
     const bool active = mode.Contains(i);

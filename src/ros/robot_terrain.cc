@@ -4,7 +4,9 @@
 #include <set>
 
 #include "contact_flow/model/rigid_body/constraint/height_field.h"
+#include "contact_flow/model/rigid_body/constraint/height_map.h"
 #include "contact_flow/model/rigid_body/constraint/plane.h"
+#include "contact_flow/model/rigid_body/constraint/stairs.h"
 #include "contact_flow/ros/robot_display.h"
 
 namespace contact_flow {
@@ -12,7 +14,9 @@ namespace ros_interface {
 namespace {
 
 using constraint::HeightField;
+using constraint::HeightMap;
 using constraint::Plane;
+using constraint::Stairs;
 using visualization_msgs::Marker;
 
 /// Tiles along each side of a surface.
@@ -44,6 +48,19 @@ Surface SurfaceOf(const ConstraintElement& element, const Vec3<double>& near) {
     return [=](double s, double t) {
       double z[] = {near(0) + s, near(1) + t, 0};
       return Vec3<double>(z[0], z[1], -HeightField::Gap(numbers.data(), z) - kSink);
+    };
+  }
+  if (dynamic_cast<const ConstraintOf<Stairs>*>(&element) != nullptr) {
+    return [=](double s, double t) {
+      double z[] = {near(0) + s, near(1) + t, 0};
+      return Vec3<double>(z[0], z[1], -Stairs::Gap(numbers.data(), z) - kSink);
+    };
+  }
+  if (dynamic_cast<const ConstraintOf<HeightMap>*>(&element) != nullptr) {
+    const std::shared_ptr<const HeightGrid> heights = element.parts.heights;
+    return [=](double s, double t) {
+      double z[] = {near(0) + s, near(1) + t, 0};
+      return Vec3<double>(z[0], z[1], -HeightMap::Gap(*heights, numbers.data(), z) - kSink);
     };
   }
   return {};

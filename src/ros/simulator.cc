@@ -159,6 +159,9 @@ double Simulator::NextInstant() const {
     const double ahead = kLookAhead * std::min(1.0, pace_.factor());  // by either clock
     next = std::min(next, static_cast<double>(Tick(now, 1 / ahead) + 1) * ahead);
   }
+  if (trajectory_) {
+    next = std::min(next, static_cast<double>(control_tick_ + 1) / parameters_.control_rate);
+  }
   if (stepping_) next = std::min(next, stepping_->end);
   return std::clamp(next, now, now + kLongestInstant);
 }
@@ -168,6 +171,7 @@ void Simulator::Go() {
   const bool event = session_.AdvanceTo(next);
   const double now = session_.now();
   const bool ended = !session_.status().ok();
+  if (!event && !ended) FollowTrajectory();
   const long tick = Tick(now, parameters_.rate);
   const long display_tick = Tick(now, parameters_.display_rate);
   // At full speed not everything that could be published is.
@@ -236,6 +240,7 @@ void Simulator::AfterCommands() {
   if (session_.epoch() != seen_epoch_) {
     seen_epoch_ = session_.epoch();
     touched_ = true;
+    trajectory_.reset();
     CountTicks();
     if (stamps_.TimeOf(stamps_.last()) > session_.now()) {  // time has begun anew
       stamps_.Anchor(session_.now(), stamps_.last());

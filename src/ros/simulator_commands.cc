@@ -86,18 +86,20 @@ void Simulator::TakeInput(const InputCommand& input) {
   Post([this, input] {
     try {
       CheckMessage(input);
-      const double now = session_.now();
-      double t = input.header.stamp.isZero() ? now : stamps_.TimeOf(input.header.stamp);
-      if (t < now) {
-        t = now;
-        const std::lock_guard<std::mutex> lock(mutex_);
-        ++status_.late_inputs;
-      }
-      session_.SetInput(t, input.names, input.values);
+      session_.SetInput(TimeOf(input.header.stamp), input.names, input.values);
     } catch (const std::exception& error) {
       ROS_WARN_THROTTLE(1, "input: %s", error.what());
     }
   });
+}
+
+double Simulator::TimeOf(const ros::Time& stamp) {
+  const double now = session_.now();
+  const double t = stamp.isZero() ? now : stamps_.TimeOf(stamp);
+  if (t >= now) return t;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++status_.late_inputs;
+  return now;
 }
 
 void Simulator::SetPace(double real_time_factor, double rate, double display_rate) {

@@ -64,6 +64,25 @@ SimulatorServices::SimulatorServices(Simulator* simulator, const SimulatorParame
       "input", 1000,
       [this](const InputCommand::ConstPtr& message) { simulator_->TakeInput(*message); },
       ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
+  const ros::TransportHints quick = ros::TransportHints().tcpNoDelay();
+  commands_ = {node->subscribe<sensor_msgs::JointState>(
+                   "joint_commands", 1000,
+                   [this](const sensor_msgs::JointState::ConstPtr& message) {
+                     simulator_->TakeJoints(*message);
+                   },
+                   ros::VoidConstPtr(), quick),
+               node->subscribe<std_msgs::Float64MultiArray>(
+                   "commands", 1000,
+                   [this](const std_msgs::Float64MultiArray::ConstPtr& message) {
+                     simulator_->TakeNumbers(*message);
+                   },
+                   ros::VoidConstPtr(), quick),
+               node->subscribe<trajectory_msgs::JointTrajectory>(
+                   "joint_trajectory", 10,
+                   [this](const trajectory_msgs::JointTrajectory::ConstPtr& message) {
+                     simulator_->TakeTrajectory(*message);
+                   },
+                   ros::VoidConstPtr(), quick)};
   status_timer_ =
       node->createWallTimer(ros::WallDuration(kStatusPeriod),
                             [this](const ros::WallTimerEvent&) { simulator_->PublishStatus(); });

@@ -41,6 +41,8 @@ SimulatorTopics::SimulatorTopics(ros::NodeHandle* node, const std::string& bag_d
   joints_ = outside.advertise<sensor_msgs::JointState>("joint_states", 100, kLatch);
   transforms_ = outside.advertise<tf2_msgs::TFMessage>("/tf", 100);
   static_transforms_ = outside.advertise<tf2_msgs::TFMessage>("/tf_static", 100, kLatch);
+  odometry_ = outside.advertise<nav_msgs::Odometry>("odom", 100);
+  imu_ = outside.advertise<sensor_msgs::Imu>("imu", 100);
   contacts_ = node_.advertise<visualization_msgs::MarkerArray>("contacts", 10, kLatch);
   terrain_ = node_.advertise<visualization_msgs::MarkerArray>("terrain", 1, kLatch);
   status_ = node_.advertise<SimulatorStatus>("status", 10, kLatch);
@@ -89,6 +91,14 @@ void SimulatorTopics::Model(const std::shared_ptr<const Setup>& setup, const ros
     if (publisher) continue;
     publisher = node_.advertise<geometry_msgs::WrenchStamped>("wrench/" + TopicName(name), 100);
   }
+  links_ = display_->touching_links();
+  model_name_ = setup->system->description().name;
+  for (const std::string& name : links_) {
+    ros::Publisher& publisher = link_wrenches_[name];
+    if (publisher) continue;
+    publisher =
+        node_.advertise<geometry_msgs::WrenchStamped>("link_wrench/" + TopicName(name), 100);
+  }
   ModelDescription message = ToMsg(*setup);
   message.header.stamp = stamp;
   last_model_ = boost::make_shared<const ModelDescription>(message);
@@ -134,19 +144,24 @@ void SimulatorTopics::State(Session* session, const ros::Time& stamp) {
 }
 
 void SimulatorTopics::Show(Session* session, const ros::Time& stamp) {
-  Display::OfState shown =
-      display_->Show(session->State(), session->mode(), session->Force(), stamp);
+  Display::OfState shown = display_->Show(session->Now(), stamp);
   Send(joints_, stamp, std::move(shown.joints), kLatch);
   if (!shown.transforms.transforms.empty()) Send(transforms_, stamp, std::move(shown.transforms));
   Send(contacts_, stamp, std::move(shown.contacts), kLatch);
   for (std::size_t i = 0; i < constraints_.size(); ++i) {
     Send(wrenches_[constraints_[i]], stamp, std::move(shown.wrenches[i]));
   }
+  for (std::size_t i = 0; i < links_.size(); ++i) {
+    Send(link_wrenches_[links_[i]], stamp, std::move(shown.link_wrenches[i]));
+  }
+  for (nav_msgs::Odometry& odometry : shown.odometry) Send(odometry_, stamp, std::move(odometry));
+  for (sensor_msgs::Imu& imu : shown.imu) Send(imu_, stamp, std::move(imu));
 }
 
 void SimulatorTopics::Status(SimulatorStatus message, const ros::Time& stamp) {
   message.header.stamp = stamp;
-  Send(diagnostics_, stamp, ToDiagnostics(message, ros::this_node::getName(), recorder_.Error()));
+  Send(diagnostics_, stamp,
+       ToDiagnostics(message, ros::this_node::getName(), model_name_, recorder_.Error()));
   Send(status_, stamp, std::move(message), kLatch);
 }
 
@@ -179,7 +194,10 @@ std::string SimulatorTopics::StartRecording(const std::string& name, const ros::
   add("terrain", terrain_);
   add("status", status_);
   add("diagnostics", diagnostics_);
+  add("odom", odometry_);
+  add("imu", imu_);
   for (const auto& [constraint, publisher] : wrenches_) add("wrench/" + constraint, publisher);
+  for (const auto& [link, publisher] : link_wrenches_) add("link_wrench/" + link, publisher);
   plan.key = key_;
   plan.preamble = {connections_.Entry(model_.getTopic(), last_model_)};
   const std::string path = recorder_.Start(name, plan, stamp);

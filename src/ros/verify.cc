@@ -216,6 +216,7 @@ bool BagVerifier::TakeResult(const BagMessage& message) {
          Record<StabilityRecord>(message, "record/stability") ||
          Record<ControllabilityRecord>(message, "record/controllability") ||
          Record<CovarianceRecord>(message, "record/covariance") ||
+         Record<GradientRecord>(message, "record/gradient") ||
          Record<PeriodicOrbitRecord>(message, "record/periodic_orbit") ||
          Record<OptimizationRecord>(message, "record/optimization") ||
          Record<TrajectoryRecord>(message, "record/trajectory") ||
@@ -251,7 +252,8 @@ bool BagVerifier::TakeOnline(const BagMessage& message) {
          Online<SimulatorSettings>(message, "settings") ||
          Online<SimulatorStatus>(message, "status") ||
          Online<diagnostic_msgs::DiagnosticArray>(message, "diagnostics") ||
-         Online<sensor_msgs::JointState>(message, "joint_states");
+         Online<sensor_msgs::JointState>(message, "joint_states") ||
+         Online<nav_msgs::Odometry>(message, "odom") || Online<sensor_msgs::Imu>(message, "imu");
 }
 
 /// What the simulator shows, by topics whose kind does not say what they are.
@@ -261,6 +263,10 @@ bool BagVerifier::Shown(const BagMessage& message) {
   if (Is<geometry_msgs::WrenchStamped>(message) && role.compare(0, 7, "wrench/") == 0) {
     difference = session_.Take(Get<geometry_msgs::WrenchStamped>(message, role.c_str()),
                                role.substr(7));
+  } else if (Is<geometry_msgs::WrenchStamped>(message) &&
+             role.compare(0, 12, "link_wrench/") == 0) {
+    difference = session_.TakeLinkWrench(
+        Get<geometry_msgs::WrenchStamped>(message, role.c_str()), role.substr(12));
   } else if (Is<tf2_msgs::TFMessage>(message) && (role == "tf" || role == "tf_static")) {
     const auto transforms = Deserialize<tf2_msgs::TFMessage>(message);
     for (const auto& transform : transforms.transforms) {

@@ -27,7 +27,7 @@ const Display::OfState& SessionVerifier::Shown(const ros::Time& stamp) {
     shown_.reset();
   }
   if (!shown_ || shown_stamp_ != stamp || shown_t_ != run_->flow()->now()) {
-    shown_ = display_->Show(run_->flow()->State(), run_->flow()->mode(), run_->Force(), stamp);
+    shown_ = display_->Show(run_->Now(), stamp);
     shown_stamp_ = stamp;
     shown_t_ = run_->flow()->now();
   }
@@ -48,6 +48,30 @@ std::string SessionVerifier::Take(const geometry_msgs::WrenchStamped& wrench,
     if (names[i] == constraint) return Difference(wrench, wrenches[i]);
   }
   return "of no constraint of the model";
+}
+
+std::string SessionVerifier::TakeLinkWrench(const geometry_msgs::WrenchStamped& wrench,
+                                            const std::string& link) {
+  if (!run_) return kNoState;
+  const std::vector<geometry_msgs::WrenchStamped>& wrenches =
+      Shown(wrench.header.stamp).link_wrenches;
+  const std::vector<std::string> links = display_->touching_links();
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    if (links[i] == link) return Difference(wrench, wrenches[i]);
+  }
+  return "of no link that touches";
+}
+
+std::string SessionVerifier::Take(const nav_msgs::Odometry& odometry) {
+  if (!run_) return kNoState;
+  const std::vector<nav_msgs::Odometry>& shown = Shown(odometry.header.stamp).odometry;
+  return shown.empty() ? "of a base that does not move" : Difference(odometry, shown[0]);
+}
+
+std::string SessionVerifier::Take(const sensor_msgs::Imu& imu) {
+  if (!run_) return kNoState;
+  const std::vector<sensor_msgs::Imu>& shown = Shown(imu.header.stamp).imu;
+  return shown.empty() ? "of a base that does not move" : Difference(imu, shown[0]);
 }
 
 std::string SessionVerifier::TakeTransforms(const tf2_msgs::TFMessage& message) {
@@ -109,16 +133,25 @@ std::string SessionVerifier::Take(const SimulatorStatus& status) {
   computed.mode = run_->flow()->mode().Names(constraints);
   computed.constraints = constraints;
   computed.mode_word = ToWord(constraints, run_->flow()->mode());
-  const Vector force = run.ok() ? run_->Force() : Vector();
-  const auto n = static_cast<Eigen::Index>(constraints.size());
-  computed.force = ToMsg(VectorRef(force.head(std::min(n, force.size()))));
-  computed.tangential_force = Tangential(run_->system().description(), force);
+  const auto feel = [&] {
+    const Vector force = run.ok() ? run_->Force() : Vector();
+    const auto n = static_cast<Eigen::Index>(constraints.size());
+    computed.force = ToMsg(VectorRef(force.head(std::min(n, force.size()))));
+    computed.tangential_force = Tangential(run_->system().description(), force);
+  };
+  feel();
   computed.margins = ToMsg(run_->flow()->margins());
   if (run.ok() && !status.paused) computed.why.clear();
-  const std::string difference = Difference(status, computed);
+  std::string difference = Difference(status, computed);
+  if (!difference.empty() && ChangesNow()) {  // told when the step had been cut there
+    run_->flow()->Settle();
+    feel();
+    difference = Difference(status, computed);
+  }
   if (!difference.empty() || !diagnostics_) return difference;
   const diagnostic_msgs::DiagnosticArray told = *std::exchange(diagnostics_, std::nullopt);
-  return start_ && Serialize(told) != Serialize(ToDiagnostics(status, start_->node, ""))
+  return start_ && Serialize(told) != Serialize(ToDiagnostics(status, start_->node,
+                                                        run_->system().description().name, ""))
              ? "the diagnostics before it are others"
              : "";
 }

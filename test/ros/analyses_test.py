@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""poincare_map, assess_stability, assess_controllability, propagate_covariance; recorded, and verified."""
+"""poincare_map, assess_stability, assess_controllability, propagate_covariance, gradient; recorded, and verified."""
 import math
 import os
 import subprocess
@@ -317,14 +317,15 @@ class Records(unittest.TestCase):
         recorded = [client.poincare_map(section=section).recorded,
                     client.assess_stability(map=trap(-0.7, 1.1, -1.7, 0.3)).recorded,
                     client.assess_controllability(input_grid=InputGrid(times=[0, 0.3])).recorded,
-                    client.propagate_covariance(deviations=[0.1] * 4).recorded]
+                    client.propagate_covariance(deviations=[0.1] * 4).recorded,
+                    client.gradient(outcomes=["elbow"], direction=[1, 0, 0, 0]).recorded]
         path, = client.stop_recording().paths
         self.addCleanup(os.remove, path)
-        self.assertEqual(recorded, [path] * 4)
+        self.assertEqual(recorded, [path] * 5)
         done = subprocess.run([executable("verify_bag"), path], stdout=subprocess.PIPE, timeout=60)
         output = done.stdout.decode()
         self.assertEqual(done.returncode, 0, output)
-        self.assertIn("4 verified, 0 differ, 0 skipped", output)
+        self.assertIn("5 verified, 0 differ, 0 skipped", output)
         # One number that was changed is noticed.
         with tempfile.TemporaryDirectory() as directory:
             forged = os.path.join(directory, "forged.bag")
@@ -336,7 +337,7 @@ class Records(unittest.TestCase):
             done = subprocess.run([executable("verify_bag"), forged], stdout=subprocess.PIPE,
                                   timeout=60)
             self.assertEqual(done.returncode, 1)
-            self.assertIn("3 verified, 1 differ", done.stdout.decode())
+            self.assertIn("4 verified, 1 differ", done.stdout.decode())
 
 
 if __name__ == "__main__":

@@ -9,8 +9,8 @@ import numpy
 import rospkg
 import rospy
 from contact_flow.srv import (
-    CheckAssumptions, CompareBDerivative, ComputeBDerivative, ComputeCovariance, ComputePoincareMap,
-    DecideControllability, DecideStability, DescribeModel, LinearizeTrajectory, SimulateTrajectory,
+    CheckAssumptions, CompareBDerivative, ComputeBDerivative, ComputeCovariance, ComputeGradient,
+    ComputePoincareMap, DecideControllability, DecideStability, DescribeModel, LinearizeTrajectory, SimulateTrajectory,
     StartRecording, StopRecording)
 
 SERVICES = {
@@ -23,6 +23,7 @@ SERVICES = {
     "assess_stability": DecideStability,
     "assess_controllability": DecideControllability,
     "propagate_covariance": ComputeCovariance,
+    "gradient": ComputeGradient,
     "describe_model": DescribeModel,
     "start_recording": StartRecording,
     "stop_recording": StopRecording,

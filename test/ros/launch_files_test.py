@@ -39,6 +39,7 @@ NOMINAL_MODES = {
     "compass_walker": ["{left_foot}", "{right_foot}"],
     "simplest_walker": ["{left_foot}", "{right_foot}"],
     "driven_ball": ["{}", "{}"],
+    "two_discs": ["{}", "{}"],
 }
 
 

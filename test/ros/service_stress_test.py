@@ -29,6 +29,7 @@ CALLS = {
     "assess_stability": dict(return_map=PoincareRequest(section=APEX, horizon=0.2)),
     "assess_controllability": dict(duration=0.1),
     "propagate_covariance": dict(duration=0.1, deviations=[0.01] * 12),
+    "gradient": dict(duration=0.1, outcomes=["z"]),
     "describe_model": {},
     "set_state": dict(state=InitialState(names=["z"], positions=[2])),
     "get_state": {},

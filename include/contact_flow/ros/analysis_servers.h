@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "contact_flow/ComputeCovariance.h"
+#include "contact_flow/ComputeGradient.h"
 #include "contact_flow/ComputePoincareMap.h"
 #include "contact_flow/DecideControllability.h"
 #include "contact_flow/DecideStability.h"
@@ -21,9 +22,9 @@ namespace contact_flow {
 namespace ros_interface {
 
 /// The services and actions that analyse what derivatives decide: `poincare_map`,
-/// `assess_stability`, `assess_controllability`, `propagate_covariance`; `find_periodic_orbit`,
-/// `optimize`, `optimize_trajectory`. Handlers may run at once; an action serves one goal at a
-/// time, a new one takes its place.
+/// `assess_stability`, `assess_controllability`, `propagate_covariance`, `gradient`;
+/// `find_periodic_orbit`, `optimize`, `optimize_trajectory`. Handlers may run at once; an action
+/// serves one goal at a time, a new one takes its place.
 class AnalysisServers {
  public:
   /// All must outlive this. Actions have threads of their own; services are answered by
@@ -36,6 +37,7 @@ class AnalysisServers {
   bool Stability(DecideStability::Request& in, DecideStability::Response& out);
   bool Controllability(DecideControllability::Request& in, DecideControllability::Response& out);
   bool Covariance(ComputeCovariance::Request& in, ComputeCovariance::Response& out);
+  bool Gradient(ComputeGradient::Request& in, ComputeGradient::Response& out);
   void FindOrbit(const FindPeriodicOrbitGoalConstPtr& goal);
   void Optimize(const OptimizeOutcomeGoalConstPtr& goal);
   void ChooseTrajectory(const OptimizeTrajectoryGoalConstPtr& goal);

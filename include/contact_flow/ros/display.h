@@ -3,6 +3,8 @@
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <geometry_msgs/WrenchStamped.h>
+#include <nav_msgs/Odometry.h>
+#include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 #include <tf2_msgs/TFMessage.h>
 #include <visualization_msgs/MarkerArray.h>
@@ -30,10 +32,21 @@ class Display {
     tf2_msgs::TFMessage transforms;
     visualization_msgs::MarkerArray contacts;
     std::vector<geometry_msgs::WrenchStamped> wrenches;  ///< one a constraint [n]
+    std::vector<geometry_msgs::WrenchStamped> link_wrenches;  ///< one a link of touching_links
+    std::vector<nav_msgs::Odometry> odometry;  ///< of a base that moves, one
+    std::vector<sensor_msgs::Imu> imu;         ///< likewise
   };
-  /// `force`: λ [n+l+r].
-  OfState Show(const VectorRef& x, ContactMode mode, const VectorRef& force,
-               const ros::Time& stamp) const;
+  /// What a state is shown with.
+  struct Instant {
+    Vector x;             ///< (q, v)
+    Vector u;             ///< in force
+    Vector force;         ///< λ [n+l+r]
+    Vector acceleration;  ///< v̇ [d]
+    ContactMode mode;
+  };
+  OfState Show(const Instant& now, const ros::Time& stamp) const;
+  /// Links that constraints touch with, of a robot.
+  std::vector<std::string> touching_links() const;
 
   bool has_terrain() const { return robot_ != nullptr; }
   visualization_msgs::MarkerArray Terrain() const { return robot_->Terrain(); }
@@ -46,9 +59,11 @@ class Display {
   std::unique_ptr<PointDisplay> points_;
 };
 
-/// The status as `node` tells it on /diagnostics; `error`: of the recording.
+/// The status as `node` tells it on /diagnostics; `hardware`: the simulated model or robot;
+/// `error`: of the recording.
 diagnostic_msgs::DiagnosticArray ToDiagnostics(const SimulatorStatus& status,
-                                               const std::string& node, const std::string& error);
+                                               const std::string& node, const std::string& hardware,
+                                               const std::string& error);
 
 /// A name of a constraint as part of a topic: letters, digits and '_'.
 std::string TopicName(std::string name);

@@ -13,6 +13,7 @@
 #include "contact_flow/SimulatorMark.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/online_flow.h"
+#include "contact_flow/ros/display.h"
 #include "contact_flow/ros/mark.h"
 #include "contact_flow/ros/prediction.h"
 #include "contact_flow/ros/setup.h"
@@ -52,6 +53,7 @@ class EpochRun {
   std::optional<RollingTangents> TangentsMsg();
 
   Vector Force();  ///< λ now [n+l+r]
+  Display::Instant Now();  ///< what is shown of now
   HybridState StateMsg();
   SimulatorEvent EventMsg() const;  ///< where AdvanceTo has stopped
   /// What a prediction starts from; throws std::invalid_argument for a request that

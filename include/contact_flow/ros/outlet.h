@@ -17,6 +17,7 @@
 #include "contact_flow/ControllabilityRecord.h"
 #include "contact_flow/CovarianceRecord.h"
 #include "contact_flow/DerivativeRecord.h"
+#include "contact_flow/GradientRecord.h"
 #include "contact_flow/LinearizationRecord.h"
 #include "contact_flow/ModelDescription.h"
 #include "contact_flow/OptimizationRecord.h"
@@ -52,6 +53,7 @@ class Outlet {
   std::string Deliver(StabilityRecord* record);
   std::string Deliver(ControllabilityRecord* record);
   std::string Deliver(CovarianceRecord* record);
+  std::string Deliver(GradientRecord* record);
   std::string Deliver(PeriodicOrbitRecord* record);
   std::string Deliver(OptimizationRecord* record);
   std::string Deliver(TrajectoryRecord* record);

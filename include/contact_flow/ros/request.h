@@ -54,6 +54,8 @@ std::vector<double> ResolveAlphas(const std::vector<double>& asked);
 
 /// Throws unless all numbers are finite, as "state.q[3] is nan, expected a finite number".
 void CheckFinite(const std::string& field, const std::vector<double>& numbers);
+/// Finite and not negative.
+void CheckWeights(const std::string& field, const std::vector<double>& weights);
 /// Throws unless there are `size` numbers, as "state.q has 3 entries, expected 7: body_x, …".
 void CheckSize(const std::string& field, std::size_t actual, std::size_t size,
                const std::vector<std::string>& names);

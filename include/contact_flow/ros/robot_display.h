@@ -3,7 +3,10 @@
 
 #include <geometry_msgs/TransformStamped.h>
 #include <geometry_msgs/Wrench.h>
+#include <geometry_msgs/WrenchStamped.h>
+#include <nav_msgs/Odometry.h>
 #include <ros/time.h>
+#include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 #include <std_msgs/ColorRGBA.h>
 #include <visualization_msgs/MarkerArray.h>
@@ -45,6 +48,24 @@ class RobotDisplay {
 
   /// The joints of the URDF that have one number, which is what robot_state_publisher understands.
   sensor_msgs::JointState Joints(const VectorRef& x, const ros::Time& stamp) const;
+  /// The same with what springs, controllers and actuators put on them under the inputs u.
+  sensor_msgs::JointState Joints(const VectorRef& x, const VectorRef& u, ContactMode mode,
+                                 const ros::Time& stamp) const;
+  /// Whether the root link can move.
+  bool base_moves() const;
+  /// Pose of the root link in the world, and its velocities in its own axes.
+  nav_msgs::Odometry Odometry(const VectorRef& x, const ros::Time& stamp) const;
+  /// What an inertial measurement unit at the origin of the root link measures, in its axes:
+  /// orientation, angular velocity, and v̇ less gravity, at accelerations v̇ [d].
+  sensor_msgs::Imu Imu(const VectorRef& x, const VectorRef& acceleration,
+                       const ros::Time& stamp) const;
+  /// Links that constraints touch with: of those that are rigidly joined, the one whose origin is
+  /// nearest to the contact.
+  const std::vector<std::string>& touching_links() const { return touching_; }
+  /// On each of them the wrench of all its contacts, friction with it, about its origin and in its
+  /// axes, for λ [n+l+r].
+  std::vector<geometry_msgs::WrenchStamped> LinkWrenches(const VectorRef& x, const VectorRef& force,
+                                                         const ros::Time& stamp) const;
   /// The base in the world, and the links that hang on floating and planar joints.
   std::vector<geometry_msgs::TransformStamped> Transforms(const VectorRef& x,
                                                           const ros::Time& stamp) const;
@@ -92,7 +113,12 @@ class RobotDisplay {
   const DisplayOptions options_;
   std::string root_;
   bool base_alias_ = false;       // base_frame is another name of the root
+  void FindTouchingLinks();
+
   std::set<std::string> joints_;  // with one number
+  std::vector<std::string> touching_;
+  std::vector<int> touching_link_;  // of each, in the model
+  std::vector<int> place_;          // of each constraint, in touching_; −1: it does not touch
   std::vector<Shape> shapes_;
   std::vector<Placement> placements_;
   double metres_per_newton_ = 0;

@@ -85,6 +85,7 @@ class Session {
   Vector State() { return run_->flow()->State(); }
   /// λ now [n].
   Vector Force() { return run_->Force(); }
+  Display::Instant Now() { return run_->Now(); }
   HybridState StateMsg();
   /// Nothing where nothing is marked.
   std::optional<RollingTangents> TangentsMsg();

@@ -21,6 +21,7 @@
 #include "contact_flow/SimulatorCondition.h"
 #include "contact_flow/SimulatorSettings.h"
 #include "contact_flow/SimulatorStatus.h"
+#include "contact_flow/ros/joint_commands.h"
 #include "contact_flow/ros/pace.h"
 #include "contact_flow/ros/session.h"
 #include "contact_flow/ros/simulator_topics.h"
@@ -36,6 +37,7 @@ struct SimulatorParameters {
   double real_time_factor = 1;  ///< ~real_time_factor; 0: as fast as possible
   double rate = 100;            ///< ~rate of states [1/s of simulated time]
   double display_rate = 50;     ///< ~display_rate of joint_states, tf, markers, wrenches, likewise
+  double control_rate = 500;    ///< ~control_rate at which JointTrajectory is sampled, likewise
   bool publish_clock = false;   ///< ~publish_clock; by default, whether /use_sim_time is set
   bool use_sim_time = false;    ///< /use_sim_time
   std::vector<std::string> tangent_directions;  ///< ~tangent_directions of the rolling derivative
@@ -108,6 +110,11 @@ class Simulator {
   /// is told also when this throws, because it must not be.
   Steps Step(double seconds, std::uint32_t events, SimulatorCondition* condition);
   void TakeInput(const InputCommand& input);
+  /// Commands to joints, as inputs (JointCommands): of a robot, but the second; stamps likewise.
+  void TakeJoints(const sensor_msgs::JointState& command);
+  void TakeNumbers(const std_msgs::Float64MultiArray& command);
+  /// Takes the place of the trajectory before; one without points ends it.
+  void TakeTrajectory(const trajectory_msgs::JointTrajectory& trajectory);
   void SetPace(double real_time_factor, double rate, double display_rate);
   /// Before Start, from the very beginning.
   std::string StartRecording(const std::string& name);
@@ -158,6 +165,11 @@ class Simulator {
   void KeepInTouch();
   void Note(bool published);
   double NextInstant() const;
+  /// Simulated time of a stamp; now, and counted, where it has passed.
+  double TimeOf(const ros::Time& stamp);
+  JointCommands Joints() const;
+  /// The inputs of the trajectory, at instants of the control rate.
+  void FollowTrajectory();
 
   SimulatorParameters parameters_;
   SimulatorTopics topics_;
@@ -171,6 +183,8 @@ class Simulator {
   bool status_asked_ = false;
   std::uint32_t seen_epoch_ = 0;
   std::optional<Stepping> stepping_;
+  std::optional<TrajectoryFollower> trajectory_;
+  long control_tick_ = 0;
   Pace::Clock::time_point last_state_{}, last_touch_{};
   long tick_ = 0, display_tick_ = 0;
 

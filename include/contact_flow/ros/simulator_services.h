@@ -54,6 +54,7 @@ class SimulatorServices {
   WorkPool* pool_;  // of predictions
   std::vector<ros::ServiceServer> servers_;
   ros::Subscriber input_;
+  std::vector<ros::Subscriber> commands_;
   ros::WallTimer status_timer_;
   std::unique_ptr<dynamic_reconfigure::Server<SimulatorConfig>> settings_;
 };

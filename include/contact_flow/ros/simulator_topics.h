@@ -39,7 +39,7 @@ class SimulatorTopics {
   void Event(SimulatorEvent message, const ros::Time& stamp);
   /// Hybrid state and, of the same instant, rolling derivative.
   void State(Session* session, const ros::Time& stamp);
-  /// joint_states, tf, markers and wrenches.
+  /// joint_states, tf, markers, wrenches, and what sensors tell.
   void Show(Session* session, const ros::Time& stamp);
   /// On `status` and /diagnostics.
   void Status(SimulatorStatus message, const ros::Time& stamp);
@@ -74,9 +74,11 @@ class SimulatorTopics {
   ros::Publisher mark_, tangents_, asked_, predicted_;
   ros::Publisher joints_, transforms_, static_transforms_, contacts_, terrain_;
   ros::Publisher status_, diagnostics_;
-  std::map<std::string, ros::Publisher> wrenches_;
+  ros::Publisher odometry_, imu_;
+  std::map<std::string, ros::Publisher> wrenches_, link_wrenches_;
   std::unique_ptr<Display> display_;
-  std::vector<std::string> constraints_;
+  std::vector<std::string> constraints_, links_;
+  std::string model_name_;
   boost::shared_ptr<const ModelDescription> last_model_;
 };
 

@@ -11,6 +11,7 @@
 #include "contact_flow/ControllabilityRecord.h"
 #include "contact_flow/CovarianceRecord.h"
 #include "contact_flow/DerivativeRecord.h"
+#include "contact_flow/GradientRecord.h"
 #include "contact_flow/LinearizationRecord.h"
 #include "contact_flow/ModeSequence.h"
 #include "contact_flow/OptimizationRecord.h"
@@ -49,6 +50,7 @@ class BagVerifier::Repeater {
   Verdict Repeat(const StabilityRecord& record);
   Verdict Repeat(const ControllabilityRecord& record);
   Verdict Repeat(const CovarianceRecord& record);
+  Verdict Repeat(const GradientRecord& record);
   Verdict Repeat(const PeriodicOrbitRecord& record);
   Verdict Repeat(const OptimizationRecord& record);
   Verdict Repeat(const TrajectoryRecord& record);

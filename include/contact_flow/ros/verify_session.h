@@ -50,6 +50,9 @@ class SessionVerifier {
   // What is shown of the present state.
   std::string Take(const sensor_msgs::JointState& joints);
   std::string Take(const geometry_msgs::WrenchStamped& wrench, const std::string& constraint);
+  std::string TakeLinkWrench(const geometry_msgs::WrenchStamped& wrench, const std::string& link);
+  std::string Take(const nav_msgs::Odometry& odometry);
+  std::string Take(const sensor_msgs::Imu& imu);
   std::string TakeTransforms(const tf2_msgs::TFMessage& transforms);
   std::string TakeContacts(const visualization_msgs::MarkerArray& markers);
   // These are told before what they follow from.
@@ -64,6 +67,8 @@ class SessionVerifier {
   bool AdvanceTo(double t);
   /// The same where no event may be: the difference when there is one, or "".
   std::string AdvanceQuietlyTo(double t);
+  /// Whether an input begins right now, which may have been begun or not.
+  bool ChangesNow() const;
   /// What must be there before anything happens in an epoch, or "".
   std::string Owed() const;
   /// The epoch a message must belong to; "" when it does.

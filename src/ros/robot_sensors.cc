@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What sensors of a robot would tell of a state.
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <limits>
+
+#include "contact_flow/model/rigid_body/inverse_dynamics.h"
+#include "contact_flow/model/rigid_body/kinematics.h"
+#include "contact_flow/ros/robot_display.h"
+
+namespace contact_flow {
+namespace ros_interface {
+namespace {
+
+void Put(const Vec3<double>& vector, geometry_msgs::Vector3* message) {
+  message->x = vector(0);
+  message->y = vector(1);
+  message->z = vector(2);
+}
+
+geometry_msgs::Quaternion ToQuaternion(const Mat3<double>& rotation) {
+  const Eigen::Quaterniond q = Eigen::Quaterniond(rotation).normalized();
+  geometry_msgs::Quaternion message;
+  message.x = q.x();
+  message.y = q.y();
+  message.z = q.z();
+  message.w = q.w();
+  return message;
+}
+
+}  // namespace
+
+sensor_msgs::JointState RobotDisplay::Joints(const VectorRef& x, const VectorRef& u,
+                                             ContactMode mode, const ros::Time& stamp) const {
+  sensor_msgs::JointState message = Joints(x, stamp);
+  const int nq = system_.num_positions();
+  const Vector efforts = system_.JointEfforts(x.head(nq), x.tail(system_.dof()), u, mode);
+  const std::vector<std::string>& held = system_.robot().model.held;
+  for (const std::string& joint : message.name) {
+    const bool moves = std::find(held.begin(), held.end(), joint) == held.end();
+    message.effort.push_back(moves ? efforts(system_.robot().model.FindCoordinate(joint).v) : 0);
+  }
+  return message;
+}
+
+bool RobotDisplay::base_moves() const {
+  const auto root = static_cast<std::size_t>(placements_.front().child_link);
+  return system_.robot().model.links[root].body >= 0;
+}
+
+nav_msgs::Odometry RobotDisplay::Odometry(const VectorRef& x, const ros::Time& stamp) const {
+  const RigidBodyTree& tree = system_.robot().model.tree;
+  TreeState<double> state(tree);
+  UpdatePositions(tree, x.data(), &state);
+  UpdateVelocities(tree, x.data() + system_.num_positions(), &state);
+  const Placement& base = placements_.front();
+  const Pose pose = LinkPose(state, base.child_link);
+  const int body = system_.robot().model.links[static_cast<std::size_t>(base.child_link)].body;
+  const Mat3<double> back = pose.rotation.transpose();
+  nav_msgs::Odometry message;
+  message.header.stamp = stamp;
+  message.header.frame_id = base.parent;
+  message.child_frame_id = options_.prefix + base.child;
+  message.pose.pose.position.x = pose.position(0);
+  message.pose.pose.position.y = pose.position(1);
+  message.pose.pose.position.z = pose.position(2);
+  message.pose.pose.orientation = ToQuaternion(pose.rotation);
+  Put(back * PointVelocity(state, body, pose.position), &message.twist.twist.linear);
+  Put(back * state.body[static_cast<std::size_t>(body)].velocity.ang,
+      &message.twist.twist.angular);
+  return message;
+}
+
+sensor_msgs::Imu RobotDisplay::Imu(const VectorRef& x, const VectorRef& acceleration,
+                                   const ros::Time& stamp) const {
+  const RigidBodyTree& tree = system_.robot().model.tree;
+  TreeState<double> state(tree);
+  UpdatePositions(tree, x.data(), &state);
+  UpdateVelocities(tree, x.data() + system_.num_positions(), &state);
+  UpdateAccelerations(tree, tree.gravity(), acceleration.data(), &state);
+  const Placement& base = placements_.front();
+  const Pose pose = LinkPose(state, base.child_link);
+  const int body = system_.robot().model.links[static_cast<std::size_t>(base.child_link)].body;
+  const TreeState<double>::Body& motion = state.body[static_cast<std::size_t>(body)];
+  const Mat3<double> back = pose.rotation.transpose();
+  sensor_msgs::Imu message;
+  message.header.stamp = stamp;
+  message.header.frame_id = options_.prefix + base.child;
+  message.orientation = ToQuaternion(pose.rotation);
+  Put(back * motion.velocity.ang, &message.angular_velocity);
+  // A body's acceleration is that less gravity.
+  Put(back * PointAcceleration(state, body, motion.acceleration, pose.position),
+      &message.linear_acceleration);
+  return message;
+}
+
+void RobotDisplay::FindTouchingLinks() {
+  const RobotModel& model = system_.robot().model;
+  for (const auto& constraint : system_.robot().constraints) {
+    place_.push_back(-1);
+    if (!constraint->Touches() || constraint->parts.points[0].body < 0) continue;
+    const AttachedPoint& point = constraint->parts.points[0];
+    int nearest = -1;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < model.links.size(); ++k) {
+      const double distance = (model.links[k].pose.position - point.local).norm();
+      if (model.links[k].body != point.body || !(distance < least)) continue;
+      least = distance;
+      nearest = static_cast<int>(k);
+    }
+    const auto known = std::find(touching_link_.begin(), touching_link_.end(), nearest);
+    place_.back() = static_cast<int>(known - touching_link_.begin());
+    if (known != touching_link_.end()) continue;
+    touching_link_.push_back(nearest);
+    touching_.push_back(model.links[static_cast<std::size_t>(nearest)].name);
+  }
+}
+
+std::vector<geometry_msgs::WrenchStamped> RobotDisplay::LinkWrenches(const VectorRef& x,
+                                                                     const VectorRef& force,
+                                                                     const ros::Time& stamp) const {
+  const RigidBodyTree& tree = system_.robot().model.tree;
+  TreeState<double> state(tree);
+  UpdatePositions(tree, x.data(), &state);
+  std::vector<Vec3<double>> push(touching_.size(), Vec3<double>::Zero()), turn = push;
+  for (int i = 0; i < system_.num_constraints(); ++i) {
+    const int k = place_[static_cast<std::size_t>(i)];
+    if (k < 0) continue;
+    const auto at = static_cast<std::size_t>(k);
+    Vec3<double> point, f;
+    ContactPoint(i, state, force, &point, &f);
+    const Vec3<double> arm = point - LinkPose(state, touching_link_[at]).position;
+    push[at] += f;
+    turn[at] += arm.cross(f);
+  }
+  std::vector<geometry_msgs::WrenchStamped> messages(touching_.size());
+  for (std::size_t k = 0; k < messages.size(); ++k) {
+    const Mat3<double> back = LinkPose(state, touching_link_[k]).rotation.transpose();
+    messages[k].header.stamp = stamp;
+    messages[k].header.frame_id = options_.prefix + touching_[k];
+    Put(back * push[k], &messages[k].wrench.force);
+    Put(back * turn[k], &messages[k].wrench.torque);
+  }
+  return messages;
+}
+
+}  // namespace ros_interface
+}  // namespace contact_flow
