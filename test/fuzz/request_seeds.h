@@ -4,7 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "contact_flow/RunCondition.h"
 #include "contact_flow/StabilityRequest.h"
+#include "contact_flow/TrajectoryRequest.h"
 #include "contact_flow/ros/answers.h"
 #include "contact_flow/ros/serialize.h"
 #include "contact_flow/ros/session.h"
@@ -18,6 +20,20 @@ namespace fuzz {
 namespace ros_if = ros_interface;
 
 constexpr double kDuration = 0.05;
+
+/// The node's limits are for minutes; here thousands of requests are to be answered in one.
+inline void Shorten(SimulationOptions* options) {
+  if (options->max_steps == 0 || (options->max_steps > 2000 && options->max_steps <= kMaxSteps)) {
+    options->max_steps = 2000;
+  }
+  if (options->max_events == 0 || (options->max_events > 200 && options->max_events <= kMaxEvents))
+    options->max_events = 200;
+}
+
+template <class Count>
+void Limit(Count* count, Count largest) {
+  if (*count == 0 || (*count > largest && *count < 100000000)) *count = largest;
+}
 
 inline Configuration Configured(const std::string& model) {
   Configuration configuration;
@@ -107,6 +123,32 @@ struct RequestTarget::State {
     request->section.name = setup.system->description().velocities.back();
     request->horizon = 0.3;
     if (dice->Below(3) == 0) request->neutral = Square(2 * setup.system->dof());
+  }
+
+  void Fill(MessageMutator* dice, TrajectoryRequest* request) const {
+    Begin(dice, request);
+    request->duration = kDuration;
+    request->input_grid.times = {0, 0.01, 0.03};
+    if (dice->Below(3) == 0) request->initial = {"d/dt " + Coordinate(dice)};
+    const auto& parameters = setup.system->description().parameters;
+    if (dice->Below(2) == 0) {
+      request->parameters = {parameters[dice->Below(parameters.size())].name};
+    }
+    if (dice->Below(2) == 0) request->durations = {1};
+    request->keep_horizon = dice->Below(2) == 0;
+    request->outcomes = request->path = {Coordinate(dice)};
+    request->targets = request->path_targets = {0.5};
+    request->duration_weight = 1;
+    RunCondition condition;
+    condition.name = Coordinate(dice);
+    condition.lower = -1;
+    condition.upper = 10;
+    condition.every_instant = dice->Below(2) == 0;
+    if (dice->Below(2) == 0) request->conditions = {condition};
+    if (dice->Below(4) > 0) return;
+    condition.touchdown = true;
+    condition.name = setup.system->description().constraints.front();
+    request->conditions.push_back(condition);
   }
 
   const ros_if::Setup setup;

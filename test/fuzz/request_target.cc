@@ -23,6 +23,7 @@
 #include "contact_flow/ros/bag_reader.h"
 #include "contact_flow/ros/controllability_answer.h"
 #include "contact_flow/ros/covariance_answer.h"
+#include "contact_flow/ros/gradient_answer.h"
 #include "contact_flow/ros/linearize_answer.h"
 #include "contact_flow/ros/optimization_answer.h"
 #include "contact_flow/ros/periodic_orbit_answer.h"
@@ -31,6 +32,7 @@
 #include "contact_flow/ros/session.h"
 #include "contact_flow/ros/stability_answer.h"
 #include "contact_flow/ros/step_limits.h"
+#include "contact_flow/ros/trajectory_answer.h"
 #include "test/fuzz/request_seeds.h"
 
 namespace contact_flow {
@@ -39,11 +41,13 @@ namespace {
 
 /// The cases of Try, in their order.
 constexpr const char* kKinds[] = {
-    "simulate",          "b_derivative",        "compare",         "check_assumptions",
-    "linearize",         "poincare_map",        "assess_stability", "assess_stability",
-    "assess_controllability", "propagate_covariance", "find_periodic_orbit", "optimize",
-    "set_state",         "apply_impulse",       "set_parameters",  "set_input",
-    "predict"};
+    "simulate", "b_derivative", "compare", "check_assumptions", "linearize", "poincare_map",
+    "assess_stability", "assess_stability", "assess_controllability", "propagate_covariance",
+    "find_periodic_orbit", "optimize", "gradient", "set_state", "apply_impulse", "set_parameters",
+    "set_input", "optimize_trajectory", "predict"};
+
+/// What to do where a message has changed since.
+constexpr const char* kWriteAgain = ": test/data/fuzz/make_requests.py writes it again";
 
 std::size_t CaseOf(const std::string& kind) {
   const auto* found =
@@ -55,20 +59,6 @@ std::size_t CaseOf(const std::string& kind) {
 [[noreturn]] void Abort(const std::string& finding) {
   std::fprintf(stderr, "FINDING: %s\n", finding.c_str());
   std::abort();
-}
-
-/// The node's limits are for minutes; here thousands of requests are to be answered in one.
-void Shorten(SimulationOptions* options) {
-  if (options->max_steps == 0 || (options->max_steps > 2000 && options->max_steps <= kMaxSteps)) {
-    options->max_steps = 2000;
-  }
-  if (options->max_events == 0 || (options->max_events > 200 && options->max_events <= kMaxEvents))
-    options->max_events = 200;
-}
-
-template <class Count>
-void Limit(Count* count, Count largest) {
-  if (*count == 0 || (*count > largest && *count < 100000000)) *count = largest;
 }
 
 }  // namespace
@@ -127,9 +117,11 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
       try {
         ros::serialization::deserialize(stream, *request);
       } catch (const ros::Exception&) {
-        Abort("a request of the corpus is too short for " + seed->kind);
+        Abort("a request of the corpus is too short for " + seed->kind + kWriteAgain);
       }
-      if (stream.getLength() > 0) Abort("a request of the corpus is too long for " + seed->kind);
+      if (stream.getLength() > 0) {
+        Abort("a request of the corpus is too long for " + seed->kind + kWriteAgain);
+      }
     }
     if (mutate) dice.Mutate(request);
     asked->model = s.setup.system->description().name;
@@ -143,9 +135,13 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
   const bool friction = s.setup.system->HasFriction();
   const auto judge = [friction](const auto& result) {
     if (result.outcome != 0) return;
-    const std::string place =
-        NanFinder({".in_order.data", friction ? ".radii" : ""}).In(result);
+    const std::string place = NanFinder({".in_order.data", friction ? ".radii" : ""}).In(result);
     if (!place.empty()) Abort("an answer that is in order holds " + place);
+  };
+  const auto answer = [&](const char* name, auto* request) {
+    hostile(name, request);
+    Shorten(&request->options);
+    judge(ros_if::Answer(s.setup, *request));
   };
   try {
     const BudgetScope scope(ros_if::ProcessorBudget(kSeconds));
@@ -164,9 +160,7 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
         s.BeginRun(&dice, &request);
         s.AddDirections(&dice, &request);
         request.all_pieces = dice.Below(2) == 0;
-        hostile("b_derivative", &request);
-        Shorten(&request.options);
-        judge(ros_if::Answer(s.setup, request));
+        answer("b_derivative", &request);
         break;
       }
       case 2: {
@@ -191,17 +185,13 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
       case 4: {
         LinearizationRequest request;
         s.BeginRun(&dice, &request);
-        hostile("linearize", &request);
-        Shorten(&request.options);
-        judge(ros_if::Answer(s.setup, request));
+        answer("linearize", &request);
         break;
       }
       case 5: {
         PoincareRequest request;
         s.Fill(&dice, &request);
-        hostile("poincare_map", &request);
-        Shorten(&request.options);
-        judge(ros_if::Answer(s.setup, request));
+        answer("poincare_map", &request);
         break;
       }
       case 6:
@@ -238,9 +228,7 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
         CovarianceRequest request;
         s.BeginRun(&dice, &request);
         request.deviations.assign(static_cast<std::size_t>(2 * s.setup.system->dof()), 0.01);
-        hostile("propagate_covariance", &request);
-        Shorten(&request.options);
-        judge(ros_if::Answer(s.setup, request));
+        answer("propagate_covariance", &request);
         break;
       }
       case 10: {
@@ -270,6 +258,13 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
         break;
       }
       case 12: {
+        GradientRequest request;
+        s.BeginRun(&dice, &request);
+        request.outcomes = request.path_outcomes = {s.Coordinate(&dice)};
+        answer("gradient", &request);
+        break;
+      }
+      case 13: {
         SetSimulatorState::Request request;
         request.state.q = s.Q();
         request.state.v = s.V();
@@ -278,7 +273,7 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
         s.session.SetState(request.state);
         break;
       }
-      case 13: {
+      case 14: {
         ApplyImpulse::Request request;
         request.names = {s.setup.system->description().velocities.front()};
         request.impulse = {0.1};
@@ -287,7 +282,7 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
         s.session.ApplyImpulse(request.names, request.impulse);
         break;
       }
-      case 14: {
+      case 15: {
         SetSimulatorParameters::Request request;
         const auto& parameters = s.setup.system->description().parameters;
         const Parameter& parameter = parameters[dice.Below(parameters.size())];
@@ -298,7 +293,7 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
         s.session.SetParameters(request.names, request.values);
         break;
       }
-      case 15: {
+      case 16: {
         SetInput::Request request;
         const Vector& u = s.setup.system->nominal().u;
         request.values.assign(u.data(), u.data() + u.size());
@@ -306,6 +301,15 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
         ros_if::CheckMessage(request);
         const double t = request.at != 0 ? request.at : s.session.now();
         s.session.SetInput(t, request.names, request.values);
+        break;
+      }
+      case 17: {
+        TrajectoryRequest request;
+        s.Fill(&dice, &request);
+        hostile("optimize_trajectory", &request);
+        Shorten(&request.options);
+        Limit(&request.max_iterations, std::uint32_t{3});
+        judge(ros_if::Answer(s.setup, request, {}));
         break;
       }
       default: {

@@ -4,8 +4,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 
 #include "contact_flow/io/robot_file.h"
@@ -57,14 +55,6 @@ void Evaluate(const RobotSystem& system) {
   system.DifferentiateImpactByParameters(q, still, none, v, parameters, &by_parameters);
 }
 
-std::string Read(const std::string& path) {
-  std::ifstream file(path);
-  std::stringstream text;
-  text << file.rdbuf();
-  if (text.str().empty()) throw std::runtime_error(path + " cannot be read");
-  return text.str();
-}
-
 std::string Replaced(std::string text, const std::string& what, const std::string& by) {
   for (std::size_t at = text.find(what); at != std::string::npos;
        at = text.find(what, at + by.size())) {
@@ -96,8 +86,8 @@ bool Load(const std::string& input) {
 std::vector<std::string> Seeds() {
   std::vector<std::string> seeds;
   for (const std::string& robot : AllRobots()) {
-    const std::string yaml = RobotFile(robot);
-    seeds.push_back(Read(yaml.substr(0, yaml.size() - 4) + "urdf") + kYamlFollows + Read(yaml));
+    const RobotTexts texts = ReadRobotTexts(RobotFile(robot));
+    seeds.push_back(texts.urdf + kYamlFollows + texts.yaml);
   }
   const std::string whole = seeds.front();
   seeds.push_back(whole.substr(0, whole.size() / 3));

@@ -5,10 +5,10 @@ MODEL.KIND.WHAT.bin. A new finding of the driver is kept under such a name, to b
 import math
 import os
 
-from contact_flow.msg import (AssumptionRequest, ComparisonRequest, CovarianceRequest, DerivativeRequest, InitialState,
-                              LinearizationRequest, OptimizationRequest, PeriodicOrbitRequest, PoincareRequest,
-                              PredictionRequest, ReturnSection, RowMajorMatrix, SimulationOptions, SimulationRequest,
-                              StabilityRequest)
+from contact_flow.msg import (AssumptionRequest, ComparisonRequest, CovarianceRequest, DerivativeRequest,
+                              GradientRequest, InitialState, LinearizationRequest, OptimizationRequest,
+                              PeriodicOrbitRequest, PoincareRequest, PredictionRequest, ReturnSection, RowMajorMatrix,
+                              SimulationOptions, SimulationRequest, StabilityRequest)
 from contact_flow.srv import ApplyImpulseRequest, SetInputRequest, SetSimulatorParametersRequest, SetSimulatorStateRequest
 
 STANDING = InitialState(names=["body_z", "left_foot_z", "right_foot_z"], positions=[0, 0, 0])
@@ -41,6 +41,7 @@ REQUESTS = {
         duration=1e-310, state=InitialState(names=["x"], positions=[0.5])),
     "compass_walker.optimize.huge_weight": OptimizationRequest(
         duration=0.05, unknowns=["right_leg"], outcomes=["right_leg"], targets=[0.5], weights=[1e100]),
+    "driven_ball.gradient.huge_weight": GradientRequest(duration=0.5, outcomes=["z"], weights=[1e100]),
     "soft_biped.optimize.nothing": OptimizationRequest(duration=1e-300),
 }
 
