@@ -25,8 +25,8 @@ __path__ = _extend_path(__path__, __name__)
 
 try:
     from ._core import (
-        Arc, Assumptions, BudgetExceeded, Controllability, Covariance, Derivative, Event, Interval,
-        LinearPiece, MapConsistency, Margins, Model, NoDerivative, NominalRun, NotPiecewiseLinear,
+        Arc, Assumptions, BudgetExceeded, Controllability, CostGradient, Covariance, Derivative, Event,
+        Interval, LinearPiece, MapConsistency, Margins, Model, NoDerivative, NominalRun, NotPiecewiseLinear,
         OnlineFlow, Optimum, Orbit, Parameter, PiecewiseLinearMap, PoincareMap, PoincareReturn,
         PythonModel, QuotientReport, QuotientSample, Robot, Run, RunStatistics, Stability,
         StabilityCertificate, Status, Summary, System, Tally, Trust, ValidityRadius, Warning, __version__,
@@ -46,8 +46,8 @@ except ImportError as error:  # messages stay importable where the extension is 
         raise ImportError("contact_flow.%s: the extension module cannot be loaded: %s" % (name, _reason))
 
 __all__ = [
-    "After", "Apex", "Arc", "Assumptions", "BudgetExceeded", "Controllability", "Covariance", "Crossing",
-    "Derivative", "Ensemble", "Event", "Formulas", "Grid", "Interval", "JointNormal", "LinearPiece",
+    "After", "Apex", "Arc", "Assumptions", "BudgetExceeded", "Controllability", "CostGradient", "Covariance",
+    "Crossing", "Derivative", "Ensemble", "Event", "Formulas", "Grid", "Interval", "JointNormal", "LinearPiece",
     "MapConsistency", "Margins", "Model", "NoDerivative", "NominalRun", "Normal", "NotPiecewiseLinear",
     "OnlineFlow", "Optimum", "Orbit", "Parameter", "PiecewiseLinearMap", "PoincareMap", "PoincareReturn",
     "PythonModel", "QuotientReport", "QuotientSample", "Robot", "Run", "RunStatistics", "Section",

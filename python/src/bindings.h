@@ -93,6 +93,7 @@ void BindSimulate(py::module_* module);
 void BindPieces(py::module_* module);
 void BindDerivative(py::module_* module);
 void BindDerivativeParts(py::module_* module);
+void BindGradient(py::module_* module);
 void BindAssumptions(py::module_* module);
 void BindMapAnalyses(py::module_* module);
 void BindPoincare(py::module_* module);

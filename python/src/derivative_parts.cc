@@ -225,7 +225,8 @@ void BindDerivativeParts(py::module_* module) {
       .def("linearize", &LinearizeRun,
            "(A_k, B_k) of each interval of the input grid, as Intervals.")
       .def("input_map", &MapOfInputs,
-           "(δu_1, …, δu_K) ↦ δx(T) [2d × K m] of the inputs of the grid, a PiecewiseLinearMap.");
+           "(δu_1, …, δu_K) ↦ δx(T) [2d × K m] of the inputs of the K intervals of the grid that "
+           "the run meets, a PiecewiseLinearMap.");
   py::class_<Derivative, std::shared_ptr<Derivative>>(module->attr("Derivative"))
       .def("outcomes", &Outcomes, py::arg("continued") = false,
            "Where the order of simultaneous impacts decides: what each order leads to, as dicts\n"

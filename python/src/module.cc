@@ -23,6 +23,7 @@ PYBIND11_MODULE(_core, module) {
   BindPieces(&module);
   BindDerivative(&module);
   BindDerivativeParts(&module);
+  BindGradient(&module);
   BindAssumptions(&module);
   BindMapAnalyses(&module);
   BindPoincare(&module);

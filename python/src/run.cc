@@ -148,6 +148,8 @@ void BindParts(py::module_* module) {
       .def_readonly("field_evaluations", &RunStatistics::field_evaluations)
       .def_readonly("steps", &RunStatistics::steps)
       .def_readonly("rejected_steps", &RunStatistics::rejected_steps)
+      .def_readonly("implicit_steps", &RunStatistics::implicit_steps)
+      .def_readonly("jacobians", &RunStatistics::jacobians)
       .def("__repr__", [](const RunStatistics& s) {
         return "<RunStatistics " + std::to_string(s.field_evaluations) + " right-hand sides, " +
                std::to_string(s.steps) + " steps>";

@@ -64,7 +64,7 @@ void BindSimulate(py::module_* module) {
            "What is left out is that of the nominal run. Options are those of C++'s\n"
            "SimulateOptions, by name: relative_tolerance, absolute_tolerance, max_step,\n"
            "simultaneity_tolerance, gap_tolerance, speed_tolerance, zeno_interval, complete_zeno,\n"
-           "max_steps, max_events, max_seconds, max_megabytes, impact_law, dense.\n"
+           "max_steps, max_events, max_seconds, max_megabytes, impact_law, method, dense.\n"
            "ValueError for sizes, numbers that are not finite and states that penetrate; how the\n"
            "run came out is its status.");
   py::class_<System, std::shared_ptr<System>>(module->attr("System"))

@@ -188,6 +188,34 @@ class OthersGetWrong(unittest.TestCase):
         np.testing.assert_allclose(B.jacobian(), -np.block([[np.eye(2), 1.5 * np.eye(2)],
                                                             [np.zeros((2, 2)), np.eye(2)]]), atol=1e-8)
 
+    def test_gradient_of_a_cost(self):
+        run = cf.Model("soft_biped").simulate()
+        B = run.derivative()
+        none = run.gradient({"body_z": 0.4})
+        self.assertFalse(none)
+        self.assertIn("left_foot", none.status.message)
+        for sign in (1, -1):
+            w = np.zeros(14)
+            w[6] = sign
+            gradient = run.gradient({"body_z": 0.4}, by=["state", "stiffness"], direction=w)
+            self.assertTrue(gradient, gradient.status)
+            self.assertFalse(gradient.whole)
+            k = list(B.tangents).index("body_z")
+            slope = (run.final_state[k] - 0.4) * B(w)[k]
+            self.assertAlmostEqual(slope, gradient.initial @ w, delta=1e-8)
+            self.assertEqual((1,), gradient.parameters.shape)
+        ball = cf.Model("driven_ball").simulate([4, 0], 0.5, cf.Grid([0, 0.25], [[0.0], [0.0]]))
+        gradient = ball.gradient({"z": 0}, effort=[2.0], effort_reference=[1.0])
+        end = 4 - 9.8 / 8
+        # ∂z(T)/∂u: ∫ (T − t) dt over the interval; the effort costs (u − 1)² dt.
+        np.testing.assert_allclose(
+            gradient.inputs, [[end * 0.09375 - 0.5], [end * 0.03125 - 0.5]], rtol=1e-10)
+        self.assertAlmostEqual(end ** 2 / 2 + 0.5, gradient.cost, places=10)
+        with self.assertRaisesRegex(ValueError, "nothing costs"):
+            ball.gradient()
+        with self.assertRaisesRegex(ValueError, "direction"):
+            ball.gradient({"z": 0}, direction=[1, 2, 3])
+
     def test_two_balls(self):
         """A head-on collision: of equal elastic balls the one goes on where the other one was, so that
         dx₁(T)/dx₁ = 0 and dx₁(T)/dx₂ = 1; time-stepping gives 1 and 0."""

@@ -236,6 +236,7 @@ class Misuse(unittest.TestCase):
         self.check(TypeError, "max_steps is 1.5", lambda: biped.simulate(max_steps=1.5))
         self.check(TypeError, "complete_zeno is 'no'", lambda: biped.simulate(complete_zeno="no"))
         self.check(ValueError, "impact_law.*projection", lambda: biped.simulate(impact_law="projectio"))
+        self.check(ValueError, "method.*implicit", lambda: biped.simulate(method="implizit"))
         run = biped.simulate()
         self.check(ValueError, "t is 2.0 s, outside the run, 0.0 to 1.4", lambda: run.x(2))
         self.check(ValueError, "t is nan", lambda: run.x([0, math.nan]))
