@@ -2,8 +2,8 @@
 # catkin, the messages, and what catkin tells packages that use this one.
 set(ROS_DEPENDS
   actionlib actionlib_msgs diagnostic_msgs diagnostic_updater dynamic_reconfigure geometry_msgs
-  pluginlib rosbag roscpp rosgraph_msgs sensor_msgs std_msgs std_srvs tf2_msgs tf2_ros
-  visualization_msgs)
+  nav_msgs pluginlib rosbag roscpp rosgraph_msgs sensor_msgs std_msgs std_srvs tf2_msgs tf2_ros
+  trajectory_msgs visualization_msgs)
 
 # catkin installs its setup files to the prefix of configure time, whatever `cmake --install --prefix`
 # says. Of a build of its own (not in a workspace) install_setup.cmake does that instead.

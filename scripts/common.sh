@@ -54,10 +54,10 @@ COMMON_PACKAGES=(
 
 # Installed where the distribution has them: linear programs; meshes other than STL and OBJ; mypy, for
 # the types of the Python module; sweeps on disks and clusters (python3-zarr, python3-distributed);
-# CVODES, in the benchmark; what tests and benchmarks compare with.
+# CVODES and NLopt, in benchmarks; what tests and benchmarks compare with.
 # Debian 13 has no Siconos, Ubuntu 20.04 KDL alone.
 OPTIONAL_PACKAGES=(
-  coinor-libclp-dev libassimp-dev mypy python3-zarr python3-distributed libsundials-dev libopenmpi-dev
+  coinor-libclp-dev libassimp-dev mypy python3-zarr python3-distributed libsundials-dev libopenmpi-dev libnlopt-dev
   liborocos-kdl-dev libmujoco-dev libdart-dev libdart-external-ikfast-dev coinor-csdp
   libsiconos-numerics-dev libsiconos-kernel-dev)
 
@@ -71,11 +71,13 @@ DEBIAN_PACKAGES=(
   libactionlib-msgs-dev ros-actionlib-msgs python3-actionlib-msgs
   libdiagnostic-msgs-dev ros-diagnostic-msgs python3-diagnostic-msgs
   libgeometry-msgs-dev ros-geometry-msgs python3-geometry-msgs
+  libnav-msgs-dev ros-nav-msgs python3-nav-msgs
   libros-rosgraph-msgs-dev python3-rosgraph-msgs
   libsensor-msgs-dev ros-sensor-msgs python3-sensor-msgs
   libstd-msgs-dev ros-std-msgs python3-std-msgs
   libstd-srvs-dev ros-std-srvs python3-std-srvs
   libtf2-msgs-dev ros-tf2-msgs python3-tf2-msgs
+  libtrajectory-msgs-dev ros-trajectory-msgs python3-trajectory-msgs
   libvisualization-msgs-dev ros-visualization-msgs python3-visualization-msgs
   ros-robot-state-publisher rosout rosbash
   python3-rospy python3-roslaunch python3-rostest python3-rosunit python3-rosbag python3-rostopic
@@ -83,8 +85,8 @@ DEBIAN_PACKAGES=(
 
 NOETIC_PACKAGES=(
   ros-noetic-ros-base ros-noetic-actionlib ros-noetic-diagnostic-updater
-  ros-noetic-dynamic-reconfigure ros-noetic-pluginlib ros-noetic-tf2-eigen ros-noetic-tf2-ros ros-noetic-urdf
-  ros-noetic-visualization-msgs ros-noetic-robot-state-publisher
+  ros-noetic-dynamic-reconfigure ros-noetic-nav-msgs ros-noetic-pluginlib ros-noetic-tf2-eigen ros-noetic-tf2-ros ros-noetic-urdf
+  ros-noetic-trajectory-msgs ros-noetic-visualization-msgs ros-noetic-robot-state-publisher
   ros-noetic-rostest ros-noetic-roslaunch)
 
 missing_packages() {
