@@ -230,12 +230,4 @@ inline double FastestRate(const Matrix& jacobian) {
   return std::exp(growth / (kIterations - kDiscarded));
 }
 
-/// Largest of `count` columns of a defect, relative to those of the propagator, or to 1 where these
-/// are less.
-inline double RelativeSize(const Matrix& defect, const Matrix& propagator, int first, int count) {
-  if (count == 0) return 0;
-  return defect.middleCols(first, count).cwiseAbs().maxCoeff() /
-         std::max(1.0, propagator.middleCols(first, count).cwiseAbs().maxCoeff());
-}
-
 }  // namespace contact_flow

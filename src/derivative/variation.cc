@@ -2,7 +2,6 @@
 #include "contact_flow/derivative/variation.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <stdexcept>
 
@@ -10,38 +9,16 @@
 #include "collocation.h"
 #include "contact_flow/budget.h"
 #include "contact_flow/fixed_size.h"
-#include "flow_law.h"
-#include "gauss_legendre.h"
-#include "motion_pace.h"
 #include "propagation_verdict.h"
+#include "step_control.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Beyond this many times the step that would resolve the fastest mode, collocation loses its order
-/// in it, and the error estimate its truth (measured: config/robots against tolerance 1e-13).
-constexpr double kStiffReach = 3;
-constexpr double kSlackening = 0.6;  // most by which the rate falls from one step to the next
-constexpr double kReach = 0.9;       // part of the longest acceptable step that is taken
-/// DOP853 at tolerance ε takes steps of about ε^{1/8}·kBaseReach over the fastest rate it sees.
-constexpr double kBaseReach = 8;
-constexpr long kMaxSteps = 1000000;
-constexpr double kSmallestStep = 1e-13;  // relative to the arc
-/// One Jacobian, with its part of the linear system, costs about as much as this many
-/// multiplications for each of its entries (measured).
-constexpr double kJacobianCost = 50;
-/// Where the defect inside a step is this many times what it is at its ends, it has not the shape
-/// that it has where all is smooth, and collocation not its order.
-constexpr double kShape = 30;
-constexpr double kGolden = 0.6180339887498949;
-
-/// A tangent without symmetries: ±(0.6 … 1.4) in `count` entries from `first` on.
+/// A tangent without symmetries in `count` entries from `first` on, else 0.
 Vector Mixture(int size, int first, int count) {
   Vector mixture = Vector::Zero(size);
-  for (int i = 0; i < count; ++i) {
-    mixture(first + i) = (i % 3 == 1 ? -1 : 1) * (0.6 + std::fmod(kGolden * (i + 1), 0.8));
-  }
+  for (int i = 0; i < count; ++i) mixture(first + i) = MixedEntry(i);
   return mixture;
 }
 
@@ -52,11 +29,9 @@ class Propagation {
       : d_(dynamics->system().dof()),
         k_(dynamics->num_variables()),
         arc_(arc),
-        tolerance_(tolerance),
         jacobian_(dynamics, arc),
-        pace_(arc.dense),
+        control_(&jacobian_, arc, tolerance),
         collocation_(d_, k_),
-        law_(tolerance),
         begin_(d_, 2 * d_ + k_),
         end_(d_, 2 * d_ + k_),
         between_(d_, 2 * d_ + k_),
@@ -65,96 +40,31 @@ class Propagation {
         source_(Mixture(2 * d_ + k_, 2 * d_, k_)) {}
 
   Matrix Run(VariationStatistics* statistics) {
-    double t = 0;  // from the beginning of the arc on, in its units
     phi_.setIdentity(step_.rows(), step_.cols());
     if (arc_.t_begin == arc_.t_end) return phi_;
     Begin();
-    const double end = jacobian_.duration();
-    // The rate r of the tangents [1/s]: a step's error is error_s·(r h)^{2s+1}.
-    double rate = GuessRate();
-    while (t < end) {
-      AskBudget();
-      const double rest = end - t;
-      const double length = ChooseStep(t, rest, rate);
-      const double error = Step(t, length);
-      if (std::isfinite(error)) {
-        const GaussLegendre& rule = collocation_.rule();
-        const double seen = std::pow(error / rule.error, 1.0 / (2 * rule.stages + 1)) / length;
-        rate = std::max(seen, kSlackening * rate);
-      }
-      const bool small = error <= tolerance_;
-      if (!small) rate *= std::isfinite(error) ? 1.1 : 10;
-      if (!small || !ObeysLaw(t, length)) {
-        ++statistics->rejected_steps;
-        if (length < kSmallestStep * end) Fail(t);
-        continue;
-      }
-      if (++statistics->steps > kMaxSteps) Fail(t);
-      Accept(error);
-      t = length == rest ? end : t + length;
-      if (t < end) fastest_ = FastestRate(begin_.leftCols(2 * d_));
-    }
-    statistics->jacobians += jacobian_.count();
-    statistics->push_reach = jacobian_.push_reach();
-    Judge(statistics);
+    control_.Walk(begin_, field_begin_, this, statistics);
     jacobian_.ToVelocities(&phi_);
     if (!phi_.allFinite()) RefuseOverflow(arc_);
     return phi_;
   }
 
- private:
-  void Begin() {
-    jacobian_.At(0, begin_.data(), begin_.data() + 2 * d_ * d_);
-    jacobian_.ChooseUnits(FastestRate(begin_.leftCols(2 * d_)), &begin_);
-    jacobian_.Field(&field_begin_);
-    law_.Begin(field_begin_, jacobian_.FreeSize());
-    collocation_.FindSpan(begin_.leftCols(2 * d_), begin_.rightCols(k_));
-    fastest_ = FastestRate(begin_.leftCols(2 * d_));  // in the units chosen
+  // As StepControl asks for:
+
+  /// A factorization for s times the independent rows, its solution for the independent columns.
+  double Cost(const GaussLegendre& rule, double /*length*/, double /*fastest*/) const {
+    const double n = rule.stages * collocation_.num_rows();
+    return n * n * (n / 3 + 2 * collocation_.num_columns() + k_);
   }
 
-  [[noreturn]] void Fail(double t) const { RefuseUnresolved(jacobian_.Time(t)); }
-
-  /// The fastest rate at the beginning, or what the steps of the run itself tell of the change of K
-  /// and D.
-  double GuessRate() const {
-    const double base_step = jacobian_.duration() / static_cast<double>(arc_.dense.NumSteps());
-    const double base_rate = kBaseReach * std::pow(tolerance_, 1.0 / 8) / base_step;
-    return std::max(fastest_, std::min(base_rate, 2 * fastest_));
-  }
-
-  /// Chooses stages and length of the next step so that what is left of the arc costs least: n
-  /// equal steps of a factorization for s times the independent rows, its solution for the
-  /// independent columns, and s+2 Jacobians each.
-  double ChooseStep(double t, double rest, double rate) {
-    double least = kInfinity, length = rest;
-    for (int s = GaussLegendre::kMinStages; s <= GaussLegendre::kMaxStages; ++s) {
-      const GaussLegendre& rule = GaussLegendre::WithStages(s);
-      const double angle = kReach * std::pow(tolerance_ / rule.error, 1.0 / (2 * s + 1));
-      double reach = std::min(longest_, jacobian_.Units(pace_.Reach(jacobian_.Time(t), s)));
-      if (rate > 0) reach = std::min(reach, angle / rate);
-      if (fastest_ > 0) reach = std::min(reach, kStiffReach * angle / fastest_);
-      const double steps = std::ceil(std::max(1.0, rest / reach));
-      const double n = s * collocation_.num_rows();
-      const double cost = steps * (n * n * (n / 3 + 2 * collocation_.num_columns() + k_) +
-                                   (s + 2) * kJacobianCost * 2 * d_ * d_);
-      if (cost < least) {
-        least = cost;
-        length = rest / steps;
-        collocation_.SetRule(rule);
-      }
-    }
-    return length;
-  }
-
-  /// The propagator of [t, t+h] into step_; returns its error estimate.
-  double Step(double t, double h) {
-    const GaussLegendre& rule = collocation_.rule();
-    const int s = rule.stages;
-    for (int i = 0; i < s; ++i) {
+  /// The propagator of [t, t+h] into step_, and up to its end into next_.
+  double Try(double t, double h, const GaussLegendre& rule) {
+    collocation_.SetRule(rule);
+    for (int i = 0; i < rule.stages; ++i) {
       AskBudget();
       jacobian_.At(t + rule.c(i) * h, collocation_.Node(i).data(), collocation_.Source(i).data());
     }
-    if (!collocation_.Solve(h)) return kInfinity;
+    if (!collocation_.Solve(h)) return std::numeric_limits<double>::infinity();
     collocation_.Propagator(h, &step_);
     jacobian_.At(t + h, end_.data(), end_.data() + 2 * d_ * d_);
     jacobian_.Field(&field_end_);
@@ -167,17 +77,34 @@ class Propagation {
     // has decayed before, as the fast modes of a stiff damper, nothing is left to be wrong by.
     MultiplyFewRows(-1, end_, step_, &defect_);
     collocation_.AddAccelerations(1, rule.at_end, defect_);
-    // And inside, where the nodes do not look: at another of the gaps between them in every step.
-    golden_ += kGolden;
-    golden_ -= std::floor(golden_);
-    const GaussLegendre::Point& point = rule.between[static_cast<std::size_t>(golden_ * (s - 1))];
+    // And inside, where the nodes do not look.
+    const GaussLegendre::Point& point = control_.NextGap(rule);
     jacobian_.At(t + point.at * h, between_.data(), between_.data() + 2 * d_ * d_);
     const Defects mixed = MixedDefects(h, point);
-    const double ends = h * std::max(Relative(moved), mixed.begin);
-    const double inside = h * mixed.inside;
-    const double relative = std::max(ends, inside / point.weight);
-    const double error = rule.error * std::pow(relative / rule.defect, (2.0 * s + 1) / (s + 1));
-    return inside / point.weight > kShape * ends ? std::max(error, inside) : error;
+    return StepControl::Error(rule, h * std::max(Relative(moved), mixed.begin), h * mixed.inside,
+                              point);
+  }
+
+  void NoteLaw(FlowLaw* law) const { law->Residual(step_, field_begin_, field_end_, size_); }
+  const Matrix& End() const { return end_; }
+
+  void Accept() {
+    phi_.swap(next_);
+    begin_.swap(end_);
+    field_begin_.swap(field_end_);
+    carried_.noalias() = step_ * tangent_;
+    tangent_ = carried_;
+    if (k_ == 0) return;
+    carried_.noalias() = step_ * source_;
+    source_ = carried_;
+  }
+
+ private:
+  void Begin() {
+    jacobian_.At(0, begin_.data(), begin_.data() + 2 * d_ * d_);
+    jacobian_.ChooseUnits(FastestRate(begin_.leftCols(2 * d_)), &begin_);
+    jacobian_.Field(&field_begin_);
+    collocation_.FindSpan(begin_.leftCols(2 * d_), begin_.rightCols(k_));
   }
 
   /// Largest entry of the defect relative to those of the propagator; tangents and variables each
@@ -220,53 +147,12 @@ class Propagation {
     return bend_.cwiseAbs().maxCoeff();
   }
 
-  /// Whether the step obeys the flow law, as well as the state allows it. If not, the next one is
-  /// to be shorter; steps that are short beside those of the state resolve all that it knows.
-  bool ObeysLaw(double t, double h) {
-    law_.Residual(step_, field_begin_, field_end_, size_);
-    const double state = std::max(1.0, arc_.x_end.lpNorm<Eigen::Infinity>());
-    if (law_.Holds(end_.leftCols(2 * d_), state * jacobian_.StateUnit())) return true;
-    if (h <= jacobian_.Units(pace_.StateStep(jacobian_.Time(t))) / 2) {
-      law_.Excuse();
-      return true;
-    }
-    longest_ = h / 2;
-    return false;
-  }
-
-  void Accept(double error) {
-    error_ += error;
-    law_.Accept();
-    longest_ *= 2;
-    phi_.swap(next_);
-    begin_.swap(end_);
-    field_begin_.swap(field_end_);
-    carried_.noalias() = step_ * tangent_;
-    tangent_ = carried_;
-    if (k_ == 0) return;
-    carried_.noalias() = step_ * source_;
-    source_ = carried_;
-  }
-
-  /// The residual of the flow law and the error of the whole.
-  void Judge(VariationStatistics* statistics) {
-    statistics->flow_law_residual = std::max(statistics->flow_law_residual, law_.total());
-    statistics->error_estimate = std::max(statistics->error_estimate, error_ + law_.total());
-    JudgeFlowLaw(arc_, law_);
-  }
-
   const int d_;
   const int k_;
   const Arc& arc_;
-  const double tolerance_;
-  double fastest_ = 0;          // rate of a mode at the beginning of the step [1/s]
-  double longest_ = kInfinity;  // step that the flow law allows [s]
-  double error_ = 0;            // Σ of the estimates of the steps
-  double golden_ = 0;           // goes round the gaps between nodes
   ArcJacobian jacobian_;
-  MotionPace pace_;
+  StepControl control_;
   Collocation collocation_;
-  FlowLaw law_;
   Matrix begin_;    // [K D] and the variables' part at the beginning of the step
   Matrix end_;      // … and at its end
   Matrix between_;  // … and inside

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "step_control.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "propagation_verdict.h"
+
+namespace contact_flow {
+namespace {
+
+/// Beyond this many times the step that would resolve the fastest mode, collocation loses its order
+/// in it, and the error estimate its truth (measured: config/robots against tolerance 1e-13).
+constexpr double kStiffReach = 3;
+constexpr double kSlackening = 0.6;  // most by which the rate falls from one step to the next
+constexpr double kReach = 0.9;       // part of the longest acceptable step that is taken
+/// DOP853 at tolerance ε takes steps of about ε^{1/8}·kBaseReach over the fastest rate it sees.
+constexpr double kBaseReach = 8;
+constexpr long kMaxSteps = 1000000;
+constexpr double kSmallestStep = 1e-13;  // relative to the arc
+/// The defect inside a step beside what it is at its ends, where collocation keeps its order.
+constexpr double kShape = 30;
+constexpr double kGolden = 0.6180339887498949;
+
+}  // namespace
+
+double MixedEntry(int i) {
+  return (i % 3 == 1 ? -1 : 1) * (0.6 + std::fmod(kGolden * (i + 1), 0.8));
+}
+
+StepControl::StepControl(ArcJacobian* jacobian, const Arc& arc, double tolerance)
+    : arc_(arc),
+      jacobian_(*jacobian),
+      tolerance_(tolerance),
+      d_(static_cast<int>(jacobian->units().length.size())),
+      pace_(arc.dense),
+      law_(tolerance) {}
+
+void StepControl::Begin(const Matrix& begin, const Vector& field) {
+  law_.Begin(field, jacobian_.FreeSize());
+  fastest_ = FastestRate(begin.leftCols(2 * d_));
+  // The fastest rate at the beginning, or what the steps of the run itself tell of the change of K
+  // and D.
+  const double base_step = jacobian_.duration() / static_cast<double>(arc_.dense.NumSteps());
+  const double base_rate = kBaseReach * std::pow(tolerance_, 1.0 / 8) / base_step;
+  rate_ = std::max(fastest_, std::min(base_rate, 2 * fastest_));
+}
+
+double StepControl::Reach(double t, const GaussLegendre& rule) const {
+  const int s = rule.stages;
+  const double angle = kReach * std::pow(tolerance_ / rule.error, 1.0 / (2 * s + 1));
+  double reach = std::min(longest_, jacobian_.Units(pace_.Reach(jacobian_.Time(t), s)));
+  if (rate_ > 0) reach = std::min(reach, angle / rate_);
+  if (fastest_ > 0) reach = std::min(reach, kStiffReach * angle / fastest_);
+  return reach;
+}
+
+bool StepControl::Learn(double error, double length) {
+  const bool finite = std::isfinite(error), small = error <= tolerance_;
+  if (finite) {
+    const double seen = std::pow(error / rule_->error, 1.0 / (2 * rule_->stages + 1)) / length;
+    rate_ = std::max(seen, kSlackening * rate_);
+  }
+  if (!small) rate_ *= finite ? 1.1 : 10;
+  return small;
+}
+
+bool StepControl::ObeysLaw(double t, double length, const Matrix& end) {
+  const double state = std::max(1.0, arc_.x_end.lpNorm<Eigen::Infinity>());
+  if (law_.Holds(end.leftCols(2 * d_), state * jacobian_.StateUnit())) return true;
+  if (length <= jacobian_.Units(pace_.StateStep(jacobian_.Time(t))) / 2) {
+    law_.Excuse();
+    return true;
+  }
+  longest_ = length / 2;
+  return false;
+}
+
+void StepControl::CountAccepted(double t, double error, VariationStatistics* statistics) {
+  if (++statistics->steps > kMaxSteps) RefuseUnresolved(jacobian_.Time(t));
+  error_ += error;
+  law_.Accept();
+  longest_ *= 2;
+}
+
+void StepControl::CountRejected(double t, double length, VariationStatistics* statistics) const {
+  ++statistics->rejected_steps;
+  if (length < kSmallestStep * jacobian_.duration()) RefuseUnresolved(jacobian_.Time(t));
+}
+
+void StepControl::Finish(VariationStatistics* statistics) const {
+  statistics->jacobians += jacobian_.count();
+  statistics->push_reach = jacobian_.push_reach();
+  statistics->flow_law_residual = std::max(statistics->flow_law_residual, law_.total());
+  statistics->error_estimate = std::max(statistics->error_estimate, error_ + law_.total());
+  JudgeFlowLaw(arc_, law_);
+}
+
+const GaussLegendre::Point& StepControl::NextGap(const GaussLegendre& rule) {
+  golden_ += kGolden;
+  golden_ -= std::floor(golden_);
+  return rule.between[static_cast<std::size_t>(golden_ * (rule.stages - 1))];
+}
+
+double StepControl::Error(const GaussLegendre& rule, double ends, double inside,
+                          const GaussLegendre::Point& point) {
+  const int s = rule.stages;
+  const double relative = std::max(ends, inside / point.weight);
+  const double error = rule.error * std::pow(relative / rule.defect, (2.0 * s + 1) / (s + 1));
+  return Shapeless(ends, inside, point) ? std::max(error, inside) : error;
+}
+
+bool StepControl::Shapeless(double ends, double inside, const GaussLegendre::Point& point) {
+  return inside / point.weight > kShape * ends;
+}
+
+}  // namespace contact_flow

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "arc_jacobian.h"
+#include "contact_flow/budget.h"
+#include "contact_flow/derivative/variation.h"
+#include "flow_law.h"
+#include "gauss_legendre.h"
+#include "motion_pace.h"
+
+namespace contact_flow {
+
+/// Entry i of a tangent without symmetries: ±(0.6 … 1.4).
+double MixedEntry(int i);
+
+/// The steps of the tangents along an arc: stages and length of each, whether it is good enough, and
+/// when the arc is refused. PropagateArc and ArcTangents walk by it. Their walker W has
+///   double Cost(const GaussLegendre& rule, double length, double fastest): multiplications for one
+///     such step without its Jacobians, where the fastest mode has that rate;
+///   double Try(double t, double length, const GaussLegendre& rule): makes the step, not yet to be
+///     relied on; its error, infinite where it is not determined;
+///   void NoteLaw(FlowLaw* law): the residual of that step;
+///   const Matrix& End(): [K D S] where it ends;
+///   void Accept(): takes it over.
+class StepControl {
+ public:
+  /// `tolerance` is for the error of a step, relative to the largest entry of the tangents.
+  StepControl(ArcJacobian* jacobian, const Arc& arc, double tolerance);
+
+  /// Walks from the beginning of the arc, where [K D S] is `begin` and F is `field`, to its end.
+  /// Refuses as propagation_verdict.h says.
+  template <class W>
+  void Walk(const Matrix& begin, const Vector& field, W* walker, VariationStatistics* statistics);
+
+  /// One of the gaps between the nodes, another one each time.
+  const GaussLegendre::Point& NextGap(const GaussLegendre& rule);
+  /// Error of a step that leaves the defect h·δ `ends` at its ends and `inside` at `point`, both
+  /// relative to the tangents.
+  static double Error(const GaussLegendre& rule, double ends, double inside,
+                      const GaussLegendre::Point& point);
+  /// Whether a defect inside has not the shape that it has where all is smooth, so that collocation
+  /// has not its order.
+  static bool Shapeless(double ends, double inside, const GaussLegendre::Point& point);
+
+ private:
+  /// One Jacobian, with its part of the linear system, costs about as much as this many
+  /// multiplications for each of its entries (measured).
+  static constexpr double kJacobianCost = 50;
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+  void Begin(const Matrix& begin, const Vector& field);
+  /// The longest step with this rule at t.
+  double Reach(double t, const GaussLegendre& rule) const;
+  /// Chooses stages and length of the next step so that what is left of the arc costs least.
+  template <class W>
+  double ChooseStep(double t, double rest, const W& walker);
+  /// Learns the rate of the tangents from a step; whether its error is small enough.
+  bool Learn(double error, double length);
+  /// Whether the step obeys the flow law, as well as the state allows it. If not, the next one is
+  /// to be shorter; steps that are short beside those of the state resolve all that it knows.
+  bool ObeysLaw(double t, double length, const Matrix& end);
+  /// Counts a step that is taken or not; refuses where they are too short or too many.
+  void CountAccepted(double t, double error, VariationStatistics* statistics);
+  void CountRejected(double t, double length, VariationStatistics* statistics) const;
+  void Finish(VariationStatistics* statistics) const;
+
+  const Arc& arc_;
+  ArcJacobian& jacobian_;
+  const double tolerance_;
+  const int d_;
+  MotionPace pace_;
+  FlowLaw law_;
+  const GaussLegendre* rule_ = nullptr;
+  double rate_ = 0;             // r of the tangents: a step's error is error_s·(r h)^{2s+1}
+  double fastest_ = 0;          // rate of a mode at the beginning of the step
+  double longest_ = kInfinity;  // step that the flow law allows
+  double error_ = 0;            // Σ of the estimates of the steps
+  double golden_ = 0;           // goes round the gaps between nodes
+};
+
+template <class W>
+void StepControl::Walk(const Matrix& begin, const Vector& field, W* walker,
+                       VariationStatistics* statistics) {
+  Begin(begin, field);
+  const double end = jacobian_.duration();
+  double t = 0;  // from the beginning of the arc on, in its units
+  while (t < end) {
+    AskBudget();
+    const double rest = end - t;
+    const double length = ChooseStep(t, rest, *walker);
+    const double error = walker->Try(t, length, *rule_);
+    bool good = Learn(error, length);
+    if (good) {
+      walker->NoteLaw(&law_);
+      good = ObeysLaw(t, length, walker->End());
+    }
+    if (!good) {
+      CountRejected(t, length, statistics);
+      continue;
+    }
+    CountAccepted(t, error, statistics);
+    t = length == rest ? end : t + length;
+    if (t < end) fastest_ = FastestRate(walker->End().leftCols(2 * d_));
+    walker->Accept();
+  }
+  Finish(statistics);
+}
+
+template <class W>
+double StepControl::ChooseStep(double t, double rest, const W& walker) {
+  double least = kInfinity, length = rest;
+  for (int s = GaussLegendre::kMinStages; s <= GaussLegendre::kMaxStages; ++s) {
+    const GaussLegendre& rule = GaussLegendre::WithStages(s);
+    const double steps = std::ceil(std::max(1.0, rest / Reach(t, rule)));
+    const double cost =
+        steps * (walker.Cost(rule, rest / steps, fastest_) + (s + 2) * kJacobianCost * 2 * d_ * d_);
+    if (cost < least) {
+      least = cost;
+      length = rest / steps;
+      rule_ = &rule;
+    }
+  }
+  return length;
+}
+
+}  // namespace contact_flow
