@@ -68,6 +68,12 @@ class ElementFields {
     Number("limit", kUnlimited, "N or N m", "largest effort, either way", Range::kPositive);
   }
   static constexpr double kUnlimited = 1e100;
+  /// The three numbers of a proportional-derivative controller.
+  void Gains() {
+    Number("stiffness", kRequired, "N/m or N m/rad", "proportional gain", Range::kNonNegative);
+    Number("damping", 0, "N s/m or N m s/rad", "derivative gain", Range::kNonNegative);
+    Limit();
+  }
   /// Three numbers, key_x, key_y, key_z.
   virtual void Vector(const std::string& key, const Vec3<double>& otherwise, const char* unit,
                       const char* meaning) = 0;

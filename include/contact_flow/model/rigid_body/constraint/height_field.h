@@ -41,11 +41,8 @@ struct HeightField {
   template <class S>
   static Touch<S> At(const S* number, const S* z) {
     using std::cos;
-    using std::sqrt;
     const S rise = number[3] * cos(number[4] * z[0] + number[5] * z[1] + number[6]);
-    const S x = -number[1] - number[4] * rise, y = -number[2] - number[5] * rise;
-    const S length = sqrt(x * x + y * y + 1.0);
-    return {Vec3<S>(x / length, y / length, 1.0 / length), Zero3<S>(), length};
+    return OnSlope<S>(number[1] + number[4] * rise, number[2] + number[5] * rise);
   }
   template <class S>
   static void Tangents(const S*, const Touch<S>& touch, Vec3<S>* first, Vec3<S>* second) {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cmath>
-
 #include "contact_flow/model/rigid_body/constraint/touch.h"
 #include "contact_flow/model/rigid_body/element_parts.h"
 
@@ -34,13 +32,9 @@ struct HeightMap {
 
   template <class S>
   static Touch<S> At(const HeightGrid& heights, const S* number, const S* z) {
-    using std::sqrt;
     S height, x, y;
     heights.At(z[0], z[1], &height, &x, &y);
-    x = -(number[1] * x);
-    y = -(number[1] * y);
-    const S length = sqrt(x * x + y * y + 1.0);
-    return {Vec3<S>(x / length, y / length, 1.0 / length), Zero3<S>(), length};
+    return OnSlope<S>(number[1] * x, number[1] * y);
   }
   template <class S>
   static void Tangents(const S*, const Touch<S>& touch, Vec3<S>* first, Vec3<S>* second) {

@@ -49,9 +49,7 @@ struct Stairs {
     S slope;
     Height(number, z, &slope);
     const S across = sqrt(number[6] * number[6] + number[7] * number[7]);
-    const S x = -(slope * number[6] / across), y = -(slope * number[7] / across);
-    const S length = sqrt(x * x + y * y + 1.0);
-    return {Vec3<S>(x / length, y / length, 1.0 / length), Zero3<S>(), length};
+    return OnSlope<S>(slope * number[6] / across, slope * number[7] / across);
   }
   template <class S>
   static void Tangents(const S*, const Touch<S>& touch, Vec3<S>* first, Vec3<S>* second) {

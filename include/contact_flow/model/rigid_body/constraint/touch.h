@@ -18,6 +18,14 @@ struct Touch {
   S stretch;
 };
 
+/// A point above a surface z = h(x, y) that rises by `x` and `y`, ∂h: ∇a = (−∂h, 1).
+template <class S>
+Touch<S> OnSlope(const S& x, const S& y) {
+  using std::sqrt;
+  const S length = sqrt(x * x + y * y + 1.0);
+  return {Vec3<S>(-x / length, -y / length, 1.0 / length), Zero3<S>(), length};
+}
+
 /// The direction `axis`, which is across the unit vector `pole`, after the shortest turn that takes
 /// `pole` into the unit vector `normal` ≠ −pole: axis − (axis·n) (pole + n)/(1 + pole·n).
 template <class S>

@@ -19,10 +19,7 @@ struct Pd {
     fields->Input("position");
     fields->Input("velocity");
     fields->Input("feed_forward");
-    fields->Number("stiffness", ElementFields::kRequired, "N/m or N m/rad", "proportional gain",
-                   Range::kNonNegative);
-    fields->Number("damping", 0, "N s/m or N m s/rad", "derivative gain", Range::kNonNegative);
-    fields->Limit();
+    fields->Gains();
   }
 
   template <class S>

@@ -6,8 +6,8 @@
 namespace contact_flow {
 namespace effort {
 
-/// A proportional-derivative controller whose setpoint is an input: e = stiffness (u −
-/// q) − damping q̇, within ± limit.
+/// A proportional-derivative controller whose setpoint is an input:
+///   e = stiffness (u − q) − damping q̇,      within ± limit.
 struct Servo {
   static constexpr const char* kName = "servo";
   static constexpr int kPoints = 0, kJoints = 1, kInputs = 1, kNumbers = 3;
@@ -16,10 +16,7 @@ struct Servo {
   static void Read(ElementFields* fields) {
     fields->Joint("joint");
     fields->Input("input");
-    fields->Number("stiffness", ElementFields::kRequired, "N/m or N m/rad", "proportional gain",
-                   Range::kNonNegative);
-    fields->Number("damping", 0, "N s/m or N m s/rad", "derivative gain", Range::kNonNegative);
-    fields->Limit();
+    fields->Gains();
   }
 
   template <class S>
