@@ -10,6 +10,7 @@
 #include "contact_flow/io/configuration.h"
 #include "contact_flow/io/samples.h"
 #include "contact_flow/ros/warnings.h"
+#include "geometry.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -27,12 +28,8 @@ RunMargins ToMsg(const Margins& margins) {
 
 geometry_msgs::Wrench ToMsg(const Eigen::Vector3d& force, const Eigen::Vector3d& torque) {
   geometry_msgs::Wrench m;
-  m.force.x = force(0);
-  m.force.y = force(1);
-  m.force.z = force(2);
-  m.torque.x = torque(0);
-  m.torque.y = torque(1);
-  m.torque.z = torque(2);
+  m.force = ToVector(force);
+  m.torque = ToVector(torque);
   return m;
 }
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "geometry.h"
+
 namespace contact_flow {
 namespace ros_interface {
 namespace {
@@ -17,14 +19,6 @@ std::pair<std::string, std::string> Split(const std::string& name) {
   const std::size_t bar = name.find_last_of('_');
   if (bar == std::string::npos) return {"", name};
   return {name.substr(0, bar), name.substr(bar + 1)};
-}
-
-geometry_msgs::Point ToPoint(const Eigen::Vector3d& p) {
-  geometry_msgs::Point point;
-  point.x = p(0);
-  point.y = p(1);
-  point.z = p(2);
-  return point;
 }
 
 }  // namespace
@@ -114,20 +108,13 @@ std::vector<geometry_msgs::TransformStamped> PointDisplay::Transforms(
     const VectorRef& x, const ros::Time& stamp) const {
   std::vector<geometry_msgs::TransformStamped> transforms;
   for (const Frame& frame : frames_) {
-    const Eigen::Vector3d p = Position(frame, x);
-    const Eigen::Quaterniond rotation = Rotation(frame, x);
     geometry_msgs::TransformStamped message;
     message.header.stamp = stamp;
     message.header.frame_id = options_.world_frame;
     message.child_frame_id =
         options_.prefix.empty() ? frame.name : options_.prefix + "/" + frame.name;
-    message.transform.translation.x = p(0);
-    message.transform.translation.y = p(1);
-    message.transform.translation.z = p(2);
-    message.transform.rotation.w = rotation.w();
-    message.transform.rotation.x = rotation.x();
-    message.transform.rotation.y = rotation.y();
-    message.transform.rotation.z = rotation.z();
+    message.transform.translation = ToVector(Position(frame, x));
+    message.transform.rotation = ToQuaternion(Rotation(frame, x));
     transforms.push_back(message);
   }
   return transforms;
@@ -186,8 +173,7 @@ std::vector<geometry_msgs::Wrench> PointDisplay::ContactWrenches(const VectorRef
                                                                  const VectorRef& force) const {
   ConstraintTerms terms;
   system_.Constraints(x.head(system_.num_positions()), x.tail(system_.dof()), &terms);
-  std::vector<geometry_msgs::Wrench> wrenches(
-      static_cast<std::size_t>(system_.num_constraints()));
+  std::vector<geometry_msgs::Wrench> wrenches(static_cast<std::size_t>(system_.num_constraints()));
   for (int i = 0; i < system_.num_constraints(); ++i) {
     Eigen::Vector3d f = Eigen::Vector3d::Zero(), torque = Eigen::Vector3d::Zero();
     for (const Frame& frame : frames_) {

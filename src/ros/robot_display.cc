@@ -4,7 +4,6 @@
 #include <urdf_model/model.h>
 #include <urdf_parser/urdf_parser.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -12,6 +11,7 @@
 
 #include "contact_flow/model/rigid_body/kinematics.h"
 #include "contact_flow/model/rigid_body/urdf_loader.h"
+#include "geometry.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -20,33 +20,13 @@ namespace {
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
-geometry_msgs::Point ToPoint(const Vec3<double>& p) {
-  geometry_msgs::Point point;
-  point.x = p(0);
-  point.y = p(1);
-  point.z = p(2);
-  return point;
-}
-
-geometry_msgs::Quaternion ToQuaternion(const Mat3<double>& rotation) {
-  const Eigen::Quaterniond q = Eigen::Quaterniond(rotation).normalized();
-  geometry_msgs::Quaternion message;
-  message.x = q.x();
-  message.y = q.y();
-  message.z = q.z();
-  message.w = q.w();
-  return message;
-}
-
 geometry_msgs::TransformStamped ToTransform(const Pose& pose, const std::string& parent,
                                             const std::string& child, const ros::Time& stamp) {
   geometry_msgs::TransformStamped message;
   message.header.stamp = stamp;
   message.header.frame_id = parent;
   message.child_frame_id = child;
-  message.transform.translation.x = pose.position(0);
-  message.transform.translation.y = pose.position(1);
-  message.transform.translation.z = pose.position(2);
+  message.transform.translation = ToVector(pose.position);
   message.transform.rotation = ToQuaternion(pose.rotation);
   return message;
 }

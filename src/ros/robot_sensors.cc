@@ -1,34 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What sensors of a robot would tell of a state.
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
 
 #include "contact_flow/model/rigid_body/inverse_dynamics.h"
 #include "contact_flow/model/rigid_body/kinematics.h"
 #include "contact_flow/ros/robot_display.h"
+#include "geometry.h"
 
 namespace contact_flow {
 namespace ros_interface {
-namespace {
-
-void Put(const Vec3<double>& vector, geometry_msgs::Vector3* message) {
-  message->x = vector(0);
-  message->y = vector(1);
-  message->z = vector(2);
-}
-
-geometry_msgs::Quaternion ToQuaternion(const Mat3<double>& rotation) {
-  const Eigen::Quaterniond q = Eigen::Quaterniond(rotation).normalized();
-  geometry_msgs::Quaternion message;
-  message.x = q.x();
-  message.y = q.y();
-  message.z = q.z();
-  message.w = q.w();
-  return message;
-}
-
-}  // namespace
 
 sensor_msgs::JointState RobotDisplay::Joints(const VectorRef& x, const VectorRef& u,
                                              ContactMode mode, const ros::Time& stamp) const {
@@ -61,13 +42,11 @@ nav_msgs::Odometry RobotDisplay::Odometry(const VectorRef& x, const ros::Time& s
   message.header.stamp = stamp;
   message.header.frame_id = base.parent;
   message.child_frame_id = options_.prefix + base.child;
-  message.pose.pose.position.x = pose.position(0);
-  message.pose.pose.position.y = pose.position(1);
-  message.pose.pose.position.z = pose.position(2);
+  message.pose.pose.position = ToPoint(pose.position);
   message.pose.pose.orientation = ToQuaternion(pose.rotation);
-  Put(back * PointVelocity(state, body, pose.position), &message.twist.twist.linear);
-  Put(back * state.body[static_cast<std::size_t>(body)].velocity.ang,
-      &message.twist.twist.angular);
+  message.twist.twist.linear = ToVector(back * PointVelocity(state, body, pose.position));
+  message.twist.twist.angular =
+      ToVector(back * state.body[static_cast<std::size_t>(body)].velocity.ang);
   return message;
 }
 
@@ -87,10 +66,10 @@ sensor_msgs::Imu RobotDisplay::Imu(const VectorRef& x, const VectorRef& accelera
   message.header.stamp = stamp;
   message.header.frame_id = options_.prefix + base.child;
   message.orientation = ToQuaternion(pose.rotation);
-  Put(back * motion.velocity.ang, &message.angular_velocity);
+  message.angular_velocity = ToVector(back * motion.velocity.ang);
   // A body's acceleration is that less gravity.
-  Put(back * PointAcceleration(state, body, motion.acceleration, pose.position),
-      &message.linear_acceleration);
+  message.linear_acceleration =
+      ToVector(back * PointAcceleration(state, body, motion.acceleration, pose.position));
   return message;
 }
 
@@ -138,8 +117,8 @@ std::vector<geometry_msgs::WrenchStamped> RobotDisplay::LinkWrenches(const Vecto
     const Mat3<double> back = LinkPose(state, touching_link_[k]).rotation.transpose();
     messages[k].header.stamp = stamp;
     messages[k].header.frame_id = options_.prefix + touching_[k];
-    Put(back * push[k], &messages[k].wrench.force);
-    Put(back * turn[k], &messages[k].wrench.torque);
+    messages[k].wrench.force = ToVector(back * push[k]);
+    messages[k].wrench.torque = ToVector(back * turn[k]);
   }
   return messages;
 }

@@ -8,6 +8,7 @@
 #include "contact_flow/model/rigid_body/constraint/plane.h"
 #include "contact_flow/model/rigid_body/constraint/stairs.h"
 #include "contact_flow/ros/robot_display.h"
+#include "geometry.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -71,14 +72,6 @@ std::vector<double> Identity(const ConstraintElement& element) {
   std::vector<double> numbers = Numbers(element);
   if (dynamic_cast<const ConstraintOf<Plane>*>(&element) != nullptr) numbers.pop_back();
   return numbers;
-}
-
-geometry_msgs::Point ToPoint(const Vec3<double>& p) {
-  geometry_msgs::Point point;
-  point.x = p(0);
-  point.y = p(1);
-  point.z = p(2);
-  return point;
 }
 
 /// Triangles in two alternating shades.
