@@ -10,35 +10,16 @@
 #include "contact_flow/derivative/finite_difference.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
-#include "test/model/robots.h"
+#include "test/model/hard_quadruped.h"
 
 namespace contact_flow {
 namespace {
-
-SimulateOptions With(IntegrationMethod method, double tolerance) {
-  SimulateOptions options;
-  options.method = method;
-  options.relative_tolerance = options.absolute_tolerance = tolerance;
-  return options;
-}
-
-std::unique_ptr<RobotSystem> Hard(double gain) {
-  return LoadRobot(RobotFile("quadruped"), {{"stiffness", 80 * gain}, {"damping", 3 * gain}});
-}
-
-Vector Tilted(const RobotSystem& robot) {
-  Vector w = Vector::Zero(36);
-  w(3) = 0.06;
-  w(4) = 0.1;
-  w(19) = 0.2;
-  return robot.Perturb(robot.nominal().x, w);
-}
 
 /// A touchdown and what follows it: columns of the derivative by state and parameters beside those
 /// of an explicit run at 1e-12.
 TEST(StiffMotion, DerivativesAreThoseOfTheExplicitMethod) {
   for (double gain : {10, 100}) {
-    const auto robot = Hard(gain);
+    const auto robot = HardQuadruped(gain);
     const Vector x = Tilted(*robot), u = robot->nominal().u;
     BDerivativeOptions options;
     options.tolerance = 1e-10;
@@ -69,7 +50,7 @@ TEST(StiffMotion, DerivativesAreThoseOfTheExplicitMethod) {
 /// And beside one-sided quotients of implicit runs, whose errors are of first order in α, and some
 /// thousands times α where the touchdown comes earlier.
 TEST(StiffMotion, DerivativesAreThoseOfQuotients) {
-  const auto robot = Hard(10);
+  const auto robot = HardQuadruped(10);
   const Vector x = Tilted(*robot), u = robot->nominal().u;
   const double duration = 0.1;
   const SimulateOptions tight = With(IntegrationMethod::kImplicit, 1e-12);

@@ -10,36 +10,14 @@
 #include "contact_flow/flow/flow.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
-#include "test/model/robots.h"
+#include "test/model/hard_quadruped.h"
 
 namespace contact_flow {
 namespace {
 
-SimulateOptions With(IntegrationMethod method, double tolerance) {
-  SimulateOptions options;
-  options.method = method;
-  options.relative_tolerance = options.absolute_tolerance = tolerance;
-  options.max_steps = 1000000;
-  return options;
-}
-
 constexpr IntegrationMethod kExplicit = IntegrationMethod::kExplicit,
                             kImplicit = IntegrationMethod::kImplicit,
                             kAutomatic = IntegrationMethod::kAutomatic;
-
-/// The quadruped with servos so many times as hard.
-std::unique_ptr<RobotSystem> Hard(double gain) {
-  return LoadRobot(RobotFile("quadruped"), {{"stiffness", 80 * gain}, {"damping", 3 * gain}});
-}
-
-/// Tilted, it lands foot by foot, and feet come off again.
-Vector Tilted(const RobotSystem& robot) {
-  Vector w = Vector::Zero(36);
-  w(3) = 0.06;
-  w(4) = 0.1;
-  w(19) = 0.2;
-  return robot.Perturb(robot.nominal().x, w);
-}
 
 /// Right-hand sides, a Jacobian counted as five (measured 4.5), and its factors as three more.
 double Work(const Trajectory& run) {
@@ -59,7 +37,7 @@ void ExpectSameEvents(const Trajectory& expected, const Trajectory& run, double 
 /// At tolerance 1e-8 the instants of 14 events are those of the explicit method at 1e-12 to 1e-10
 /// s, gaps being closed at some cm/s; and what is left at the end agrees to the tolerance.
 TEST(StiffMotion, EventsAreThoseOfTheExplicitMethod) {
-  const auto robot = Hard(10);
+  const auto robot = HardQuadruped(10);
   const Vector x = Tilted(*robot), u = robot->nominal().u;
   const Trajectory exact = Simulate(*robot, x, u, 0.3, With(kExplicit, 1e-12));
   const Trajectory run = Simulate(*robot, x, u, 0.3, With(kImplicit, 1e-8));
@@ -77,7 +55,7 @@ TEST(StiffMotion, EventsAreThoseOfTheExplicitMethod) {
 
 /// The motion between the nodes is as good as at them.
 TEST(StiffMotion, TheDenseOutputHasTheTolerance) {
-  const auto robot = Hard(10);
+  const auto robot = HardQuadruped(10);
   const Vector u = robot->nominal().u;
   const Trajectory exact = Simulate(*robot, robot->nominal().x, u, 0.2, With(kExplicit, 1e-12));
   const Trajectory run = Simulate(*robot, robot->nominal().x, u, 0.2, With(kImplicit, 1e-8));
@@ -92,7 +70,7 @@ TEST(StiffMotion, TheDenseOutputHasTheTolerance) {
 /// Servos 10 and 100 times as hard take at least 5 and 20 times the work by the explicit method.
 TEST(StiffMotion, TakesASmallPartOfTheWork) {
   for (const auto& [gain, ratio] : {std::pair{10, 5}, std::pair{100, 20}}) {
-    const auto robot = Hard(gain);
+    const auto robot = HardQuadruped(gain);
     const NominalRun& nominal = robot->nominal();
     const auto run = [&](IntegrationMethod method) {
       return Simulate(*robot, nominal.x, nominal.u, 1, With(method, 1e-8));
@@ -149,7 +127,7 @@ TEST(StiffMotion, APushedQuadrupedComesToRest) {
 /// The motion up to an instant does not depend, to the bit, on what is decided for later; and a
 /// proposal may be made again.
 TEST(StiffMotion, IsCausal) {
-  const auto robot = Hard(10);
+  const auto robot = HardQuadruped(10);
   const Vector x = Tilted(*robot), u = robot->nominal().u;
   for (IntegrationMethod method : {kImplicit, kAutomatic}) {
     const SimulateOptions options = With(method, 1e-8);
