@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 
-
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <cmath>
