@@ -6,174 +6,15 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <stdexcept>
-#include <string>
 
-#include "contact_flow/budget.h"
 #include "dependent_words.h"
-#include "slip_directions.h"
+#include "friction_group.h"
 
 namespace contact_flow {
 namespace {
 
 /// Rows of a word are dependent where a pivot is below this part of the largest.
 constexpr double kDependent = 1e-12;
-/// Motions that differ by less than this are one, and a slack above this is room, relative.
-constexpr double kSameMotion = 1e-8, kRoom = 1e-7;
-
-/// The letters that a contact may have.
-std::vector<Letter> Alphabet(const FrictionContact& contact) {
-  if (contact.dimension == 0 || (contact.slips && contact.dimension == 2)) {
-    return {Letter::kOpen, Letter::kSlip};
-  }
-  if (contact.slips) {
-    return {Letter::kOpen, contact.direction(0) > 0 ? Letter::kForward : Letter::kBackward};
-  }
-  if (std::isinf(contact.coefficient)) return {Letter::kOpen, Letter::kStick};
-  if (contact.dimension == 1) {
-    return {Letter::kOpen, Letter::kStick, Letter::kForward, Letter::kBackward};
-  }
-  return {Letter::kOpen, Letter::kStick, Letter::kSlip};
-}
-
-bool Slips(Letter letter) { return letter != Letter::kOpen && letter != Letter::kStick; }
-
-/// The slack of the tightest inequality, with what it may miss, relative to `scale`.
-double Margin(const FrictionProblem& problem, const FrictionSolution& s, double scale) {
-  double margin = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
-    const FrictionContact& contact = problem.contacts[i];
-    const int row = problem.Row(i);
-    const double gain = problem.G(row, row);
-    const Vector& share = s.interior.size() > 0 ? s.interior : s.force;
-    const auto force = share.segment(row + 1, contact.dimension);
-    const auto slip = s.result.segment(row + 1, contact.dimension);
-    const double may_miss = problem.slack.size() > 0 ? problem.slack(static_cast<int>(i)) : 0;
-    if (s.letters[i] == Letter::kOpen) {
-      margin = std::min(margin, s.result(row) + may_miss);
-      continue;
-    }
-    const bool cone = s.letters[i] == Letter::kStick && std::isfinite(contact.coefficient);
-    // The apex of the cone: both vanish together.
-    const double pushes = cone ? contact.coefficient * share(row) - force.norm() : share(row);
-    margin = std::min(margin, gain * pushes + may_miss);
-    if (Slips(s.letters[i]) && contact.dimension > 0 && !contact.slips) {
-      margin = std::min(margin, s.directions[i].head(contact.dimension).dot(slip) + may_miss);
-    }
-  }
-  return margin / scale;
-}
-
-/// Without forces.
-FrictionSolution Nothing(const FrictionProblem& problem, const Vector& result) {
-  FrictionSolution none;
-  none.letters.assign(problem.contacts.size(), Letter::kOpen);
-  none.directions.assign(problem.contacts.size(), Eigen::Vector2d::Zero());
-  none.force = Vector::Zero(problem.b.size());
-  none.result = result;
-  none.margin = std::numeric_limits<double>::infinity();
-  return none;
-}
-
-/// The slack of contact i alone, relative.
-double SlackOf(const FrictionProblem& problem, const FrictionSolution& s, std::size_t i) {
-  const FrictionContact& contact = problem.contacts[i];
-  const int row = problem.Row(i);
-  const Vector& share = s.interior.size() > 0 ? s.interior : s.force;
-  const bool cone = s.letters[i] == Letter::kStick && std::isfinite(contact.coefficient);
-  const double slack =
-      cone ? contact.coefficient * share(row) - share.segment(row + 1, contact.dimension).norm()
-           : share(row);
-  return problem.G(row, row) * slack;
-}
-
-/// Whether `other` is the motion of `word` with less contact, or less that sticks, where `word` has
-/// room for it: a box on a diagonal of its face.
-bool Covers(const FrictionProblem& problem, const FrictionSolution& word,
-            const FrictionSolution& other, double scale) {
-  if (word.many || word.letters == other.letters) return false;
-  if ((word.result - other.result).cwiseAbs().maxCoeff() > kSameMotion * scale) return false;
-  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
-    if (word.letters[i] == other.letters[i]) continue;
-    const bool less = word.letters[i] == Letter::kStick || other.letters[i] == Letter::kOpen;
-    if (!less || word.letters[i] == Letter::kOpen) return false;
-    if (!(SlackOf(problem, word, i) > kRoom * scale)) return false;
-  }
-  return true;
-}
-
-/// Whether all that may stick does, with room.
-bool SticksWithRoom(const FrictionProblem& problem, double scale) {
-  FrictionSolution word;
-  for (const FrictionContact& contact : problem.contacts) {
-    const std::vector<Letter> letters = Alphabet(contact);
-    word.letters.push_back(letters[1]);
-    word.directions.push_back(contact.direction);
-  }
-  return SolveWord(problem, &word) && !word.many && Margin(problem, word, scale) > kRoom;
-}
-
-/// Of one group of contacts that feel each other.
-std::vector<FrictionSolution> SolveGroup(const FrictionProblem& problem, double border) {
-  const std::size_t n = problem.contacts.size();
-  if (n > kMaxCoupledContacts) {
-    throw std::domain_error(std::to_string(n) +
-                            " contacts with friction feel each other: at most " +
-                            std::to_string(kMaxCoupledContacts) + " are decided together");
-  }
-  if (problem.rounding.size() > 0 &&
-      (problem.b.cwiseAbs().array() <= problem.rounding.array()).all()) {
-    return {Nothing(problem, Vector::Zero(problem.b.size()))};
-  }
-  double scale = problem.b.cwiseAbs().maxCoeff();
-  if (!(scale > 0)) scale = 1;
-  std::vector<std::vector<Letter>> alphabet;
-  for (const FrictionContact& contact : problem.contacts) alphabet.push_back(Alphabet(contact));
-  const ImpliedLetters implied(problem);
-  const bool stuck = implied.Any() && SticksWithRoom(problem, scale);
-  std::vector<FrictionSolution> solutions;
-  std::vector<std::size_t> place(n, 0);
-  while (true) {
-    AskBudget();
-    FrictionSolution word;
-    std::vector<int> unknown;  // contacts in space that begin to slip
-    for (std::size_t i = 0; i < n; ++i) {
-      const FrictionContact& contact = problem.contacts[i];
-      word.letters.push_back(alphabet[i][place[i]]);
-      word.directions.push_back(contact.direction);
-      if (word.letters[i] == Letter::kForward) word.directions[i] = {1, 0};
-      if (word.letters[i] == Letter::kBackward) word.directions[i] = {-1, 0};
-      const bool turns = word.letters[i] == Letter::kSlip && contact.dimension == 2;
-      if (turns && !contact.slips) unknown.push_back(static_cast<int>(i));
-    }
-    const auto offer = [&](FrictionSolution found) {
-      found.margin = Margin(problem, found, scale);
-      if (found.margin >= -border) solutions.push_back(std::move(found));
-    };
-    if (implied.Any() && ((stuck && !unknown.empty()) || implied.Change(word.letters))) {
-      // The word of what is implied is another one.
-    } else if (!unknown.empty() && implied.Any() && implied.Dependent(word.letters)) {
-      for (FrictionSolution& found : FindCommonSlip(problem, word, unknown)) offer(found);
-    } else if (!unknown.empty()) {
-      for (FrictionSolution& found : FindSlipDirections(problem, word, unknown)) offer(found);
-    } else if (SolveWord(problem, &word)) {
-      offer(word);
-    }
-    std::size_t i = 0;
-    while (i < n && ++place[i] == alphabet[i].size()) place[i++] = 0;
-    if (i < n) continue;
-    if (!implied.Any()) return solutions;
-    std::vector<FrictionSolution> apart;
-    for (const FrictionSolution& one : solutions) {
-      const bool covered =
-          std::any_of(solutions.begin(), solutions.end(), [&](const FrictionSolution& word) {
-            return Covers(problem, word, one, scale);
-          });
-      if (!covered) apart.push_back(one);
-    }
-    return apart;
-  }
-}
 
 /// Contacts in groups that do not feel each other.
 std::vector<std::vector<std::size_t>> Groups(const FrictionProblem& problem) {
@@ -267,7 +108,7 @@ bool SolveWord(const FrictionProblem& problem, FrictionSolution* solution, bool 
 }
 
 std::vector<FrictionSolution> SolveFriction(const FrictionProblem& problem, double border) {
-  std::vector<FrictionSolution> solutions = {Nothing(problem, problem.b)};
+  std::vector<FrictionSolution> solutions = {WithoutForces(problem, problem.b)};
   for (const std::vector<std::size_t>& group : Groups(problem)) {
     FrictionProblem part;
     std::vector<int> rows;

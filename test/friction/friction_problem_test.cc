@@ -137,5 +137,80 @@ TEST(FrictionProblem, NoTangentBasisIsSpecial) {
   }
 }
 
+/// Distinct forces among solutions.
+std::vector<Vector> Forces(const std::vector<FrictionSolution>& solutions) {
+  std::vector<Vector> forces;
+  for (const FrictionSolution& s : solutions) {
+    bool known = false;
+    for (const Vector& force : forces) known = known || (force - s.force).norm() < 1e-7;
+    if (!known) forces.push_back(s.force);
+  }
+  return forces;
+}
+
+/// All words in the plane, one by one, judged by the definition alone: a search that ends with a
+/// solution shown to be the only one has left none out.
+TEST(FrictionProblem, NoSolutionIsLeftOut) {
+  RandomProblems random(4);
+  const Letter letters[] = {Letter::kOpen, Letter::kStick, Letter::kForward, Letter::kBackward};
+  int several = 0;
+  for (int trial = 0; trial < 600; ++trial) {
+    const int n = 1 + trial % 4;
+    FrictionProblem problem = random.Draw(n, 1);
+    const bool tame = trial % 2 == 1;  // hardly coupled, little friction, or much that is not used
+    if (tame) problem.G += 2 * Matrix(problem.G.diagonal().asDiagonal());
+    for (FrictionContact& contact : problem.contacts) contact.coefficient *= tame ? 0.4 : 3;
+    std::vector<FrictionSolution> all;
+    for (int word = 0; word < (1 << (2 * n)); ++word) {
+      FrictionSolution s;
+      for (int i = 0; i < n; ++i) {
+        s.letters.push_back(letters[word >> (2 * i) & 3]);
+        s.directions.emplace_back(s.letters.back() == Letter::kBackward ? -1 : 1, 0);
+      }
+      if (SolveWord(problem, &s) && Violation(problem, s) < 1e-9) all.push_back(s);
+    }
+    several += Forces(all).size() > 1;
+    EXPECT_EQ(Forces(all).size(), Forces(SolveFriction(problem)).size()) << "trial " << trial;
+  }
+  EXPECT_GT(several, 5);
+}
+
+/// The same in space, where solutions are what an iteration comes to from many forces: normal ones
+/// projected onto λ_n ≥ 0, tangential ones onto the disc of radius μ λ_n.
+TEST(FrictionProblem, NoSolutionIsLeftOutInSpace) {
+  RandomProblems random(5);
+  std::mt19937 generator(6);
+  std::normal_distribution<double> normal;
+  int reached = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    const int n = 1 + trial % 3;
+    FrictionProblem problem = random.Draw(n, 2);
+    problem.G += 1.0 * Matrix(problem.G.diagonal().asDiagonal());
+    for (FrictionContact& contact : problem.contacts) contact.coefficient *= 0.5;
+    const std::vector<Vector> found = Forces(SolveFriction(problem));
+    const double step = 0.7 / problem.G.norm();
+    for (int start = 0; start < 8; ++start) {
+      FrictionSolution s;
+      s.force.resize(problem.b.size());
+      for (double& entry : s.force) entry = 3 * normal(generator);
+      for (int k = 0; k < 4000; ++k) {
+        s.force -= step * (problem.G * s.force + problem.b);
+        for (int i = 0; i < n; ++i) {
+          s.force(3 * i) = std::max(s.force(3 * i), 0.0);
+          auto tangential = s.force.segment<2>(3 * i + 1);
+          const double most = problem.contacts[i].coefficient * s.force(3 * i);
+          if (tangential.norm() > most) tangential *= most / tangential.norm();
+        }
+      }
+      if (!(Violation(problem, s) < 1e-8)) continue;
+      ++reached;
+      double nearest = 1;
+      for (const Vector& force : found) nearest = std::min(nearest, (force - s.force).norm());
+      EXPECT_LT(nearest, 1e-6) << "trial " << trial;
+    }
+  }
+  EXPECT_GT(reached, 300);
+}
+
 }  // namespace
 }  // namespace contact_flow
