@@ -2,10 +2,12 @@
 #include "run_preparation.h"
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 #include <utility>
 
 #include "contact_flow/budget.h"
+#include "contact_flow/dynamics/implied_contacts.h"
 #include "free_slips.h"
 #include "run_law.h"
 #include "touching_contacts.h"
@@ -63,18 +65,45 @@ Status CheckPushes(const MechanicalSystem& system, const Arc& arc,
   return {};
 }
 
+/// Contacts of a face beside those that carry it while it slides in space: they could as well.
+ContactMode IdleCorners(const MechanicalSystem& system, const Arc& arc, double gap_tolerance) {
+  const auto turns = [&](int i) {
+    return system.friction()[i].dimension == 2 && system.friction()[i].coefficient > 0;
+  };
+  bool slides = false;
+  for (int i : arc.mode) slides = slides || (turns(i) && arc.mode.LetterOf(i) == Letter::kSlip);
+  if (!slides) return {};
+  ConstraintTerms terms;
+  system.Constraints(arc.x_begin.head(system.num_positions()), arc.x_begin.tail(system.dof()),
+                     &terms);
+  ContactMode near;
+  for (int i = 0; i < system.num_constraints(); ++i) {
+    const bool beside = !arc.mode.Contains(i) && !system.compliant().Contains(i) && turns(i);
+    if (beside && std::abs(terms.gap(i)) <= gap_tolerance) near.Insert(i);
+  }
+  return near.Empty() ? near : ImpliedClosed(system, arc.x_begin, arc.mode, near);
+}
+
 /// Not kOk where a face slides in space: how its forces are shared is not unique, and it decides as
 /// soon as the face turns.
-Status CheckSlidingFace(ContactDynamics* dynamics, const Arc& arc) {
-  dynamics->Evaluate(arc.x_begin, arc.mode);
+Status CheckSlidingFace(ContactDynamics* dynamics, const Arc& arc, double gap_tolerance) {
   const MechanicalSystem& system = dynamics->system();
+  if (!system.HasFriction()) return {};
+  dynamics->Evaluate(arc.x_begin, arc.mode);
+  const std::string from = "from t = " + std::to_string(arc.t_begin) + " s on the contacts ";
+  const ContactMode idle = IdleCorners(system, arc, gap_tolerance);
+  if (!dynamics->springs().Empty() || !idle.Empty()) {
+    const ContactMode face = idle.Empty() ? dynamics->springs() : arc.mode | idle;
+    return {Outcome::kIndeterminateForces,
+            from + face.ToString(system.description().constraints) +
+                " share forces that decide the motion: another share is as possible"};
+  }
   for (int i : dynamics->shared()) {
     const Friction& friction = system.friction()[i];
     const bool turns = friction.dimension == 2 && friction.coefficient > 0;
     if (!turns || arc.mode.LetterOf(i) != Letter::kSlip) continue;
     return {Outcome::kNotDifferentiable,
-            "from t = " + std::to_string(arc.t_begin) + " s on the contacts " +
-                dynamics->shared().ToString(system.description().constraints) +
+            from + dynamics->shared().ToString(system.description().constraints) +
                 " slide without turning and share their forces: a run that turns is not unique"};
   }
   return {};
@@ -163,7 +192,7 @@ Status RunPreparation::CheckBefore(std::size_t k) const {
 }
 
 Status RunPreparation::CheckAfter(std::size_t k, const VariationStatistics& statistics) {
-  const Status status = CheckSlidingFace(dynamics_[k].get(), run_.arcs[k]);
+  const Status status = CheckSlidingFace(dynamics_[k].get(), run_.arcs[k], run_.gap_tolerance);
   if (!status.ok()) return status;
   return CheckPushes(system_, run_.arcs[k], statistics, run_.absolute_tolerance);
 }

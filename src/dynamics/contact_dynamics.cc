@@ -79,7 +79,7 @@ void ContactDynamics::SetMode(ContactMode mode) {
   at_->sliding.clear();
   at_->turning = false;
   at_->dependent = false;
-  at_->shared = ContactMode();
+  at_->shared = at_->springs = ContactMode();
   if (system_.HasFriction()) AddFriction();
   const int k = static_cast<int>(at_->active.size());
   at_->jacobian.resize(k, d_);
@@ -160,7 +160,7 @@ void ContactDynamics::Evaluate(const VectorRef& x, ContactMode mode) {
   } else {
     Solve();
   }
-  if (at_->dependent) ShareForces();
+  if (!at_->shared.Empty()) ShareForces();
   force_.setZero();
   for (std::size_t i = 0; i < at_->active.size(); ++i) force_(at_->active[i]) = at_->multiplier(i);
   if (!at_->sliding.empty()) AddSlidingForce();
@@ -222,8 +222,8 @@ void ContactDynamics::DifferentiateEvaluated(const VectorRef& x) {
   const auto q = x.head(nq_), v = x.tail(d_);
   // All forces that are possible lead to the same derivatives, but those of the margin, which are
   // those at its own.
-  if (at_->dependent) FindShare();
-  const Vector& force = at_->dependent ? interior_ : force_;
+  if (!at_->shared.Empty()) FindShare();
+  const Vector& force = at_->shared.Empty() ? force_ : interior_;
   system_.DifferentiateDynamics(q, v, u_, mode, acceleration_, force, &residual_);
   if (k_ > 0) DifferentiateByVariables(x);
   if (!at_->sliding.empty()) DifferentiateDirections(x);
@@ -266,7 +266,7 @@ void ContactDynamics::DifferentiateByVariables(const VectorRef& x) {
   variable_momentum_.leftCols(inputs) = residual_.momentum_u.leftCols(inputs);
   if (variables_.parameters.empty()) return;
   system_.DifferentiateDynamicsByParameters(x.head(nq_), x.tail(d_), u_, at_->mode, acceleration_,
-                                            at_->dependent ? interior_ : force_,
+                                            at_->shared.Empty() ? force_ : interior_,
                                             variables_.parameters, &parameter_residual_);
   variable_momentum_.rightCols(k_ - inputs) = parameter_residual_.momentum;
   for (std::size_t i = 0; i < at_->active.size(); ++i) {

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
 #include "contact_flow/budget.h"
 #include "dependent_words.h"
+#include "equal_springs.h"
 #include "only_solution.h"
 #include "slip_directions.h"
 
@@ -19,6 +21,8 @@ namespace {
 constexpr double kSameMotion = 1e-8, kRoom = 1e-7;
 /// A solution with that much room beside `border` is not near another word's.
 constexpr double kManyBorders = 1e4;
+/// With dependent rows, contacts of which all words are tried.
+constexpr std::size_t kMaxDependentContacts = 4;
 
 /// The letters that a contact may have.
 std::vector<Letter> Alphabet(const FrictionContact& contact) {
@@ -114,21 +118,23 @@ class Group {
   }
 
   std::vector<FrictionSolution> Solve() {
-    const bool dependent = implied_.Any();
     // Most often one of those without directions to find is shown to be the only one.
-    if (!dependent && Search(false)) return {solutions_.back()};
-    solutions_.clear();
-    stuck_ = dependent && SticksWithRoom(problem_, scale_);
-    if (Search(true)) return {solutions_.back()};
-    if (!dependent) return solutions_;
-    std::vector<FrictionSolution> apart;
-    for (const FrictionSolution& one : solutions_) {
-      const bool covered = std::any_of(
-          solutions_.begin(), solutions_.end(),
-          [&](const FrictionSolution& word) { return Covers(problem_, word, one, scale_); });
-      if (!covered) apart.push_back(one);
+    if (!implied_.Any()) {
+      if (Search(false)) return {solutions_.back()};
+      solutions_.clear();
+      if (Search(true)) return {solutions_.back()};
+      return solutions_;
     }
-    return apart;
+    std::vector<FrictionSolution> apart;
+    if (problem_.contacts.size() <= kMaxDependentContacts) {
+      stuck_ = SticksWithRoom(problem_, scale_);
+      Search(true);
+      apart = Uncovered();
+      if (Decided(apart)) return apart;
+    }
+    std::optional<FrictionSolution> springs = SolveEqualSprings(problem_);
+    if (!springs) return apart;
+    return {WithoutSprings(std::move(*springs))};
   }
 
  private:
@@ -170,6 +176,37 @@ class Group {
       if (Offer(std::move(found))) return true;
     }
     return false;
+  }
+
+  /// Solutions that are not another one's motion with less contact.
+  std::vector<FrictionSolution> Uncovered() const {
+    std::vector<FrictionSolution> apart;
+    for (const FrictionSolution& one : solutions_) {
+      const bool covered = std::any_of(
+          solutions_.begin(), solutions_.end(),
+          [&](const FrictionSolution& word) { return Covers(problem_, word, one, scale_); });
+      if (!covered) apart.push_back(one);
+    }
+    return apart;
+  }
+
+  /// Whether all are one motion, and shares of forces do not decide it.
+  bool Decided(const std::vector<FrictionSolution>& all) const {
+    for (const FrictionSolution& one : all) {
+      const double apart = (one.result - all.front().result).cwiseAbs().maxCoeff();
+      if (one.many || !(apart <= kSameMotion * scale_)) return false;
+    }
+    return !all.empty();
+  }
+
+  /// The same motion by its word alone, where that decides it.
+  FrictionSolution WithoutSprings(FrictionSolution springs) const {
+    FrictionSolution word = springs;
+    word.springs = false;
+    const bool decides = SolveWord(problem_, &word) && !word.many;
+    FrictionSolution& found = decides && Decided({springs, word}) ? word : springs;
+    found.margin = Margin(problem_, found, scale_);
+    return std::move(found);
   }
 
   /// Takes what fits. Whether it is the only one.

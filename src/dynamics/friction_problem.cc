@@ -138,6 +138,7 @@ std::vector<FrictionSolution> SolveFriction(const FrictionProblem& problem, doub
     for (const FrictionSolution& found : SolveGroup(part, border)) {
       for (FrictionSolution whole : solutions) {
         whole.many = whole.many || found.many;
+        whole.springs = whole.springs || found.springs;
         if (found.interior.size() > 0 && whole.interior.size() == 0) whole.interior = whole.force;
         for (std::size_t k = 0; k < group.size(); ++k) {
           whole.letters[group[k]] = found.letters[k];

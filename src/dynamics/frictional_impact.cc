@@ -41,6 +41,7 @@ FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const Vec
                           "several impulses of the contacts " + names + " end the impact");
   }
   FrictionalImpact impact;
+  impact.springs = found.springs;
   impact.result.v_plus = v_minus + frame.reach() * found.force;
   impact.result.impulse = frame.Spread(found.force);
   impact.result.impulse.segment(system.num_constraints(), system.num_bilateral()) =

@@ -56,7 +56,7 @@ bool ContactDynamics::FindDependence() {
 
 /// Here A_J and W_J differ: independent rows of A, and all multipliers that meet them.
 bool ContactDynamics::FindSlidingDependence() {
-  at_->shared = ContactMode();
+  at_->shared = at_->springs = ContactMode();
   const auto pivots = at_->sliding_factor.matrixLU().diagonal().cwiseAbs();
   if (!(pivots.minCoeff() <= kSmallPivot * pivots.maxCoeff())) return false;
   const Matrix G = at_->reach.transpose() * at_->reach;
@@ -80,9 +80,19 @@ bool ContactDynamics::FindSlidingDependence() {
   const Matrix any = unit.asDiagonal() * H.completeOrthogonalDecomposition().solve(rows);
   const Matrix& Z = at_->freedom;
   at_->generalized = any - Z * (Z.transpose() * Z).ldlt().solve(Z.transpose() * any);
-  // Forces that are not unique must not push.
   const double size = (at_->push.cwiseAbs() * Z.cwiseAbs()).maxCoeff();
-  at_->regular = at_->regular && (at_->push * Z).cwiseAbs().maxCoeff() <= kNoPush * size;
+  if ((at_->push * Z).cwiseAbs().maxCoeff() <= kNoPush * size) return true;
+  // Forces that are not unique push: those of equal springs are A_J ξ, so that Zᵀ λ = 0 for all Z
+  // with A_Jᵀ Z = 0.
+  at_->freedom = basis.freedom;
+  NoteShared();
+  std::swap(at_->springs, at_->shared);
+  Matrix springs(k, k), right = Matrix::Zero(k, k);
+  springs << H, basis.freedom.transpose() * unit.asDiagonal();
+  right.topRows(r) = rows;
+  const Eigen::PartialPivLU<Matrix> inverse(springs);
+  at_->generalized = unit.asDiagonal() * inverse.solve(right);
+  at_->regular = at_->regular && at_->generalized.allFinite();
   return true;
 }
 

@@ -13,7 +13,8 @@ constexpr double kTurn = 6.283185307179586;
 constexpr int kSamples = 180;       // of the circle; (F5) has at most four roots
 constexpr double kOffset = 0.0123;  // of the first: no root of a symmetric problem
 constexpr int kBisections = 60;
-constexpr int kStarts = 6;  // a contact, where several slip
+/// Starts a contact, where several slip: a grid of them for all.
+constexpr int kStarts = 6, kStartsOfMany = 3, kMany = 3, kStartsOfMost = 2, kMost = 5;
 constexpr int kNewtonSteps = 40;
 /// Directions of one slide are so much alike, relative.
 constexpr double kAlike = 1e-9;
@@ -97,14 +98,15 @@ std::vector<FrictionSolution> AllRoots(Directions f) {
 std::vector<FrictionSolution> NewtonRoots(Directions f, Eigen::Index size, double scale) {
   std::vector<FrictionSolution> found;
   std::vector<Vector> roots;
+  const int each = size >= kMost ? kStartsOfMost : size >= kMany ? kStartsOfMany : kStarts;
   long starts = 1;
-  for (Eigen::Index k = 0; k < size; ++k) starts *= kStarts;
+  for (Eigen::Index k = 0; k < size; ++k) starts *= each;
   for (long start = 0; start < starts; ++start) {
     AskBudget();
     Vector psi(size);
     long digits = start;
-    for (Eigen::Index k = 0; k < size; ++k, digits /= kStarts) {
-      psi(k) = kOffset + kTurn * static_cast<double>(digits % kStarts) / kStarts;
+    for (Eigen::Index k = 0; k < size; ++k, digits /= each) {
+      psi(k) = kOffset + kTurn * static_cast<double>(digits % each) / each;
     }
     Vector value = f(psi);
     for (int step = 0; step < kNewtonSteps && value.allFinite(); ++step) {

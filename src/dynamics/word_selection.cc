@@ -83,20 +83,21 @@ class Words {
     }
   }
 
-  ContactMode Find(double border) {
+  ContactMode Find(double border, bool* springs) {
     const std::vector<FrictionSolution> all = SolveFriction(frame_.problem(), border);
     if (all.empty()) {
       Refuse(FrictionRefusal::Kind::kInconsistent,
              Dependent() ? "no word was found whose forces fit" : "no contact forces exist");
     }
     for (const FrictionSolution& word : all) {
-      if (!word.many) continue;
+      if (!word.many && !(word.springs && springs == nullptr)) continue;
       Refuse(FrictionRefusal::Kind::kIndeterminateForces,
              "in the word '" + ModeOf(word).Word(system_.num_constraints()) +
                  "' the motion depends on how forces are shared");
     }
     if (all.size() == 1) {
-      RefuseEnd(all.front(), border);
+      if (!all.front().springs) RefuseEnd(all.front(), border);
+      if (springs != nullptr) *springs = all.front().springs;
       return ModeOf(all.front());
     }
     if (const std::optional<ContactMode> ahead = Ahead(all, border)) return *ahead;
@@ -340,9 +341,9 @@ class Words {
 }  // namespace
 
 ContactMode SelectWord(ContactDynamics* dynamics, const VectorRef& x,
-                       const TouchingContacts& touching, double border) {
+                       const TouchingContacts& touching, double border, bool* springs) {
   if ((touching.still | touching.slipping).Empty()) return ContactMode();
-  return Words(dynamics, x, touching).Find(border);
+  return Words(dynamics, x, touching).Find(border, springs);
 }
 
 }  // namespace contact_flow

@@ -105,6 +105,7 @@ class FrictionalResolution {
       cluster.impulse = impact.result.impulse;
       cluster.impulse_word = impact.word;
       cluster.energy_change = impact.energy_change;
+      if (impact.springs) NoteSprings(touching, "impulses");
       still = impact.word.Sticking();
       for (int i : impact.word.Members()) {
         const bool bounces = cluster.activated.Contains(i) && system_.restitution()(i) > 0;
@@ -254,12 +255,26 @@ class FrictionalResolution {
     contacts->slipping.Set(i, keeps ? letter : slip(0) > 0 ? Letter::kForward : Letter::kBackward);
   }
 
+  /// The motion goes on, and has no derivative.
+  void NoteSprings(ContactMode contacts, const char* forces) {
+    std::ostringstream message;
+    message.precision(12);
+    message << "at t = " << result_.transition.t << " s how contacts "
+            << contacts.ToString(system_.description().constraints) << " share their " << forces
+            << " decides the motion: as equal springs under them would";
+    result_.transition.obstacle = {Outcome::kIndeterminateForces, message.str()};
+    result_.warnings.push_back(
+        {Outcome::kIndeterminateForces, result_.transition.t, message.str()});
+  }
+
   void SetLetters(const TouchingContacts& contacts) {
     Transition& cluster = result_.transition;
-    cluster.mode_after = SelectWord(&dynamics_, cluster.x_plus, contacts, kBorder);
+    bool springs = false;
+    cluster.mode_after = SelectWord(&dynamics_, cluster.x_plus, contacts, kBorder, &springs);
+    if (springs) NoteSprings(contacts.still | contacts.slipping, "forces");
     const ContactMode begins = BeginInSpace(system_, contacts.still, cluster.mode_after);
     if (begins.Empty()) return Rest({});
-    cluster.obstacle = {Outcome::kNotPiecewiseLinear,
+    if (cluster.obstacle.ok()) cluster.obstacle = {Outcome::kNotPiecewiseLinear,
                         "contacts " + begins.ToString(system_.description().constraints) +
                             " begin to slip in space: derivatives across that are not offered"};
     const std::map<int, Eigen::Vector2d> directions = OnsetDirections(

@@ -105,7 +105,8 @@ ContactMode InitialWord(ContactDynamics* dynamics, const VectorRef& x, ContactMo
       contacts.slipping.Insert(i);
     }
   }
-  const ContactMode word = SelectWord(dynamics, x, contacts, kBorder);
+  bool springs = false;
+  const ContactMode word = SelectWord(dynamics, x, contacts, kBorder, &springs);
   const ContactMode begins = BeginInSpace(system, contacts.still, word);
   if (!begins.Empty()) OnsetDirections(dynamics, x, contacts, word, begins, kBorder);  // or throws
   return word;

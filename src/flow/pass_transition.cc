@@ -45,12 +45,6 @@ void Flow::Warn(Outcome code, const std::string& message) {
 
 void Flow::StopWithoutSteps() {
   const auto& names = system_.description().constraints;
-  if (!dynamics_.shared().Empty() && !dynamics_.acceleration().allFinite()) {
-    Stop(Outcome::kIndeterminateForces,
-         "contacts " + dynamics_.shared().ToString(names) +
-             " slide and turn: how they share their forces is not unique, and decides");
-    return;
-  }
   Stop(Outcome::kNonFinite,
        too_quick_ >= 0 ? "constraint '" + names[guards_.ConstraintOf(too_quick_)] +
                              "' changes too quickly: no step size resolves it"
@@ -58,15 +52,23 @@ void Flow::StopWithoutSteps() {
 }
 
 void Flow::WarnOfSharedForces() {
-  const ContactMode shared = dynamics_.shared();
-  if ((shared - shared_).Empty()) return;
-  shared_ = shared_ | shared;
-  std::ostringstream message;
-  message.precision(12);
-  message << "at t = " << t_ << " s contacts " << shared.ToString(system_.description().constraints)
-          << " share forces that are not unique, their rows being dependent; the motion is. Those "
-             "told of are the admissible ones with the smallest sum of squares";
-  Warn(Outcome::kIndeterminateForces, message.str());
+  const auto tell = [this](ContactMode contacts, const char* what) {
+    std::ostringstream message;
+    message.precision(12);
+    message << "at t = " << t_ << " s contacts "
+            << contacts.ToString(system_.description().constraints)
+            << " share forces that are not unique, their rows being dependent; " << what;
+    Warn(Outcome::kIndeterminateForces, message.str());
+  };
+  if (!(dynamics_.shared() - shared_).Empty()) {
+    shared_ = shared_ | dynamics_.shared();
+    tell(dynamics_.shared(),
+         "the motion is. Those told of are the admissible ones with the smallest sum of squares");
+  }
+  if (!(dynamics_.springs() - springs_).Empty()) {
+    springs_ = springs_ | dynamics_.springs();
+    tell(dynamics_.springs(), "they decide the motion, and are those of equal springs");
+  }
 }
 
 /// Counts events that come again without time between them; false when there are too many.

@@ -26,9 +26,11 @@ namespace contact_flow {
 /// whose Delassus matrix A_J M⁻¹ W_J is not symmetric. Where rows of A_J depend on others (two
 /// corners of one body that stick) v̇ is unique, and forces are not: λ is then the admissible one,
 /// inside its cones, with the smallest sum of squares [N²], or the smallest of all where none is
-/// admissible; and shared_margin() tells how far from that. Holds all scratch, and the factors of
-/// the last few modes, which derivatives go to and fro between: calls do not allocate after the
-/// first in each of these. One object per thread; the results are valid until the next call. A
+/// admissible; and shared_margin() tells how far from that. Where v̇ depends on how forces are
+/// shared (such a face slides and turns) they are those of equal springs, infinitely stiff, under
+/// its contacts: Zᵀ λ = 0 for all Z with A_Jᵀ Z = 0; no derivative is offered there. Holds all
+/// scratch, and the factors of the last few modes, which derivatives go to and fro between: calls
+/// do not allocate after the first in each of these. One object per thread; the results are valid until the next call. A
 /// singular M, or A_J M⁻¹ A_Jᵀ without friction, gives NaN (Assumption 3 fails).
 class ContactDynamics {
  public:
@@ -52,6 +54,8 @@ class ContactDynamics {
 
   /// Contacts whose forces are not unique, with friction.
   ContactMode shared() const { return at_ == nullptr ? ContactMode() : at_->shared; }
+  /// … and whose shares decide the motion, those of equal springs.
+  ContactMode springs() const { return at_ == nullptr ? ContactMode() : at_->springs; }
   /// max over all λ with these accelerations of min over the shared contacts of μ λ_n − |λ_t|, or
   /// of λ_n where nothing limits it or it slips [N]: positive as long as an admissible λ exists.
   double shared_margin() const {
@@ -139,6 +143,7 @@ class ContactDynamics {
     Matrix generalized;  // an inverse of A_J M⁻¹ W_J [k×k], by which λ_J is the smallest
     Matrix residual;        // ∂r₂ of the members [k × 2d+·]
     Matrix force_jacobian;  // [k × 2d+·]
+    ContactMode springs;    // of those where rows are dependent
   };
   /// Those of this mode become the present ones, at_: derivatives go to and fro
   /// between a few modes.

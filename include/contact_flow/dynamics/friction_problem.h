@@ -45,8 +45,10 @@ struct FrictionSolution {
   /// Where the word's rows are dependent, many λ lead to this y. `force` is the admissible one with
   /// the smallest sum of squares, and this the one farthest from the borders; else empty.
   Vector interior;
-  /// … or to many y: this is one of them.
+  /// … or to many y: this is one of them,
   bool many = false;
+  /// or the one of equal springs, infinitely stiff, under all contacts: y = (G + ε I) λ + b, ε → 0.
+  bool springs = false;
 };
 
 /// All solutions, by trying every word: the letters {o, s, +, −} of a contact in the plane, {o, s,
@@ -60,8 +62,10 @@ struct FrictionSolution {
 /// admissible, and of words that differ in what others imply (a corner of a body of which two stick
 /// cannot begin to slip) or in contacts without which the motion is the same (a box on a diagonal
 /// of its face) only the one that sticks, and is closed, is listed; slips that begin there in space
-/// are found if they have one direction, and are not looked for where all sticks with room. Throws
-/// std::domain_error beyond kMaxCoupledContacts that feel each other.
+/// are found if they have one direction, and are not looked for where all sticks with room. Where
+/// no word decides the motion, as that of a face that slides and turns, or more than four contacts
+/// depend on each other, the solution is that of equal springs, if it is found; others are not
+/// looked for. Throws std::domain_error beyond kMaxCoupledContacts that feel each other.
 std::vector<FrictionSolution> SolveFriction(const FrictionProblem& problem, double border = 1e-11);
 
 /// Contacts that are tried together.

@@ -71,8 +71,10 @@ struct TouchingContacts {
 /// accelerations. Where several words fit, because an inequality holds with equality within
 /// `border`, the one that goes on to hold: its inequalities of the contacts whose letters differ
 /// among the words grow along its own motion. Throws FrictionRefusal where none or several do.
+/// `springs` tells whether how forces are shared decided, as by equal springs would; where nobody
+/// asks, that is refused, too.
 ContactMode SelectWord(ContactDynamics* dynamics, const VectorRef& x,
-                       const TouchingContacts& touching, double border);
+                       const TouchingContacts& touching, double border, bool* springs = nullptr);
 
 /// The impact (F6) of the touching contacts K:
 ///   M (v⁺ − v⁻) = A_Kᵀ p + Bᵀ r,   0 ≤ p_n ⟂ N v⁺ + γ N v⁻ ≥ 0,   |p_t| ≤ μ p_n,
@@ -82,6 +84,7 @@ struct FrictionalImpact {
   ImpactResult result;
   ContactMode word;          ///< a letter for each contact with an impulse
   double energy_change = 0;  ///< ½ pᵀ (A v⁻ + A v⁺) [J]
+  bool springs = false;      ///< how impulses are shared decides v⁺: as by equal springs
 };
 /// `before` are those that rested, and stuck, by letter. Contacts that rest to rounding and feel
 /// nobody who does not take no part. Throws FrictionRefusal where no or several v⁺ fit, or energy

@@ -175,7 +175,7 @@ class Flow {
   double accumulation_time_ = std::numeric_limits<double>::quiet_NaN();
   std::vector<Warning> warnings_;
   long num_warnings_ = 0;
-  ContactMode shared_;   // warned of
+  ContactMode shared_, springs_;  // warned of
   ContactMode implied_;  // touching constraints that mode_ implies: no guards on this arc
   Vector implied_gap_;   // where they were at its beginning
   int stalls_ = 0;       // transitions in a row without time between them
