@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How cost grows with contacts and degrees of freedom.
 //
-//   scaling_benchmark [largest n, 32 unless given]     prints the tables
+//   scaling_benchmark [largest n, 64 unless given]     prints the tables
 //   scaling_benchmark --loop rhs|run|direction n N     does one thing N times, for a profiler
 #include <algorithm>
 #include <cmath>
@@ -194,7 +194,7 @@ int main(int argc, char** argv) {
   if (argc == 5 && std::strcmp(argv[1], "--loop") == 0) {
     return benchmark::Loop(argv[2], std::atoi(argv[3]), std::atoi(argv[4]));
   }
-  benchmark::ReportLegs(argc > 1 ? std::atoi(argv[1]) : 32);
+  benchmark::ReportLegs(argc > 1 ? std::atoi(argv[1]) : 64);
   benchmark::ReportLinks("chains", 1);
   benchmark::ReportLinks("trees", 2);
   return 0;

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "cluster_geometry.h"
 #include "contact_groups.h"
 #include "impact_sequences.h"
 #include "neglected_coupling.h"
@@ -27,13 +28,14 @@ constexpr std::size_t kTried = 500;
 
 class Classifier {
  public:
-  Classifier(ContactDynamics* dynamics, const Transition& transition, ContactMode touching)
+  Classifier(ContactDynamics* dynamics, const Transition& transition, ContactMode touching,
+             ClusterGeometry* geometry)
       : dynamics_(*dynamics),
         system_(dynamics->system()),
         transition_(transition),
-        frame_(system_, transition.x_minus.head(system_.num_positions()), touching,
-               transition.impact_law),
-        neglected_(dynamics, transition, frame_) {
+        geometry_(*geometry),
+        frame_(system_, *geometry->inertia(), touching, transition.impact_law),
+        neglected_(dynamics, transition, frame_, geometry) {
     report_.neglected_jump = Vector::Zero(system_.dof());
   }
 
@@ -107,11 +109,7 @@ class Classifier {
   }
 
   double KineticNorm(const Vector& v) const {
-    Matrix mass;
-    Vector force;
-    const Vector q = transition_.x_minus.head(system_.num_positions());
-    system_.Dynamics(q, v, Vector::Zero(system_.num_inputs()), ContactMode(), &mass, &force);
-    return std::sqrt(std::max(0.0, v.dot(mass * v)));
+    return std::sqrt(std::max(0.0, v.dot(geometry_.inertia()->mass() * v)));
   }
 
   void JudgeOrders(const ImpactSequences& sequences) {
@@ -250,6 +248,7 @@ class Classifier {
   ContactDynamics& dynamics_;
   const MechanicalSystem& system_;
   const Transition& transition_;
+  const ClusterGeometry& geometry_;
   const TouchingFrame frame_;
   const NeglectedCoupling neglected_;
   ClusterReport report_;
@@ -278,7 +277,8 @@ const char* ContactClassName(ContactClass contact_class) {
   return "unknown";
 }
 
-ClusterReport ClassifyCluster(ContactDynamics* dynamics, const Transition& transition) {
+ClusterReport ClassifyCluster(ContactDynamics* dynamics, const Transition& transition,
+                              ClusterGeometry* geometry) {
   const ContactMode touching =
       (transition.mode_before - dynamics->system().compliant()) | transition.activated |
       transition.touching;
@@ -286,7 +286,9 @@ ClusterReport ClassifyCluster(ContactDynamics* dynamics, const Transition& trans
   report.neglected_jump = Vector::Zero(dynamics->system().dof());
   if (transition.activated.Empty() || touching.Size() < 2) return report;
   try {
-    return Classifier(dynamics, transition, touching).Report();
+    std::optional<ClusterGeometry> own;
+    if (geometry == nullptr) geometry = &own.emplace(*dynamics, transition);
+    return Classifier(dynamics, transition, touching, geometry).Report();
   } catch (const std::domain_error& reason) {
     report.contact_class = ContactClass::kDependent;
     report.decoupled = false;
@@ -300,7 +302,8 @@ ClusterReport ClassifyCluster(ContactDynamics* dynamics, const Transition& trans
 ContactClass ClassifyCouplings(const MechanicalSystem& system, const VectorRef& q,
                                ContactMode touching) {
   if (touching.Size() < 2) return ContactClass::kSingle;
-  const TouchingFrame frame(system, q, touching, ImpactLaw::kComplementarity);
+  const InverseInertia inertia(system, q, Vector::Zero(system.dof()));
+  const TouchingFrame frame(system, inertia, touching, ImpactLaw::kComplementarity);
   // Δ_i = I − (1+γ) Y_i A_i / G_ii; Δ_j Δ_i differs from Δ_i Δ_j by terms Y_j G_ij A_i.
   double largest = 1;
   const auto entry = [&](int j, int i) {

@@ -6,7 +6,10 @@
 
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/dynamics/impact.h"
+#include "contact_flow/dynamics/impact_reset.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
+#include "contact_flow/dynamics/sparse_rows.h"
+#include "contact_flow/flow/trajectory.h"
 
 namespace contact_flow {
 
@@ -17,26 +20,51 @@ namespace contact_flow {
 /// so that those of a unit impulse of each contact, with the jump M⁻¹Da_iᵀ that it makes, tell all.
 class ClusterGeometry {
  public:
-  ClusterGeometry(const MechanicalSystem& system, const Vector& q, const Vector& v);
+  ClusterGeometry(const ContactDynamics& dynamics, const Transition& transition);
 
+  const MechanicalSystem& system() const { return system_; }
   const std::shared_ptr<const InverseInertia>& inertia() const { return inertia_; }
-  /// Of an impact that begins with ∂(Da v)/∂q = before_q: ∂r₁/∂q, and ∂(Da v⁺)/∂q.
-  void DifferentiateImpact(const ImpactResult& impact, const Matrix& before_q, Matrix* momentum_q,
-                           Matrix* after_q);
+  /// Da, Db [n+l × d].
+  const std::shared_ptr<const SparseRows>& jacobian() const { return jacobian_; }
+  double Rate(int i, const Vector& v) const { return jacobian_->Dot(i, v); }
+  /// √G_ii [n].
+  const Vector& mobility() const { return mobility_; }
+  /// ∂(Da v)/∂q [n+l × d].
+  SparseRows RatesBy(const Vector& v);
+  /// The same of what an impact adds to v.
+  SparseRows TurnedBy(const ImpactResult& impact, const Vector& v);
+
+  /// Whether resets are products (ImpactReset::Terms).
+  bool HasProducts() const { return products_; }
+  /// Of an impact from v where ∂(Da v)/∂q = before_q; only where there are products.
+  std::shared_ptr<const ImpactReset::Terms> Terms(const ImpactResult& impact,
+                                                  const SparseRows& before_q, int tangents);
+  /// DR of ImpactJacobian.
+  ImpactReset Reset(const Vector& v, const ImpactResult& impact, ContactMode hit,
+                    ContactMode persisting);
   /// v̇ [d] at (ρ, v) while `contacts` are closed, ∂(Da v)/∂q being rates_q, where all of them
-  /// push clearly (ContactDynamics::PushClearly); else false.
-  bool Accelerate(const Vector& u, const Vector& v, ContactMode mode, const MatrixRef& rates_q,
+  /// push clearly (ContactDynamics::PushClearly); else false. Only where there are products.
+  bool Accelerate(const Vector& u, const Vector& v, ContactMode mode, const SparseRows& rates_q,
                   Vector* acceleration) const;
 
  private:
   struct Unit {
-    Matrix momentum_q, rates_q;
+    SparseRows momentum_q, rates_q;
   };
   const Unit& UnitOf(int i);
+  void MakeUnits();
+  const SparseRows& RatesAtFirst();
+  SparseRows Differentiate(const Vector& v) const;
 
   const MechanicalSystem& system_;
-  const Vector q_;
+  const Variables variables_;
+  const Vector q_, v_minus_;
+  const ContactMode contacts_;  // that may get an impulse
   std::shared_ptr<const InverseInertia> inertia_;
+  std::shared_ptr<const SparseRows> jacobian_;
+  Vector mobility_;
+  bool products_ = false;
+  SparseRows rates_minus_;  // at v⁻
   std::map<int, Unit> units_;
 };
 

@@ -22,11 +22,13 @@ constexpr const char* kInputChange = "input change";
 }  // namespace
 
 double EventMap::TimeTo(int i, const Stage& stage, const Vector& w) const {
-  return -guards_.row(i).dot(w) / guards_.row(i).dot(stage.field);
+  return -sparse_guards_.Dot(i, w) / sparse_guards_.Dot(i, stage.field);
 }
 
-Eigen::RowVectorXd EventMap::TimeRow(int i, const Stage& stage) const {
-  return -guards_.row(i) / guards_.row(i).dot(stage.field);
+Eigen::RowVectorXd EventMap::TimesTo(int i, const Stage& stage, const Matrix& W) const {
+  Eigen::RowVectorXd times(W.cols());
+  for (Eigen::Index c = 0; c < W.cols(); ++c) times(c) = -sparse_guards_.Dot(i, W.col(c));
+  return times / sparse_guards_.Dot(i, stage.field);
 }
 
 Vector EventMap::operator()(const VectorRef& w) const {
@@ -87,12 +89,13 @@ Matrix EventMap::WideSelection(const std::vector<int>& order) const {
   const Stage* stage = &StageAt(S);
   for (int i : order) {
     // Ξ_i = DR + (F⁺ − DR F⁻) Dh / (Dh F⁻), and the row of τ is −Dh / (Dh F⁻).
-    const Eigen::RowVectorXd time = TimeRow(i, *stage);
-    const Vector before = stage->field;
-    const Matrix* reset = nullptr;
+    const Eigen::RowVectorXd time = TimesTo(i, *stage, product);
+    const Stage& before = *stage;
+    const ImpactReset* reset = nullptr;
     stage = &Activate(S, i, &reset);
-    const Matrix saltation = *reset + (*reset * before - stage->field) * time;
-    product = S.Empty() ? saltation : saltation * product;
+    const Vector jump = *reset * before.field - stage->field;
+    product = S.Empty() ? reset->matrix() : *reset * product;
+    product += jump * time;
     S.Insert(i);
   }
   return product;
@@ -106,17 +109,16 @@ Matrix EventMap::Cone(const std::vector<int>& order) const {
   ContactMode S;
   const Stage* stage = &StageAt(S);
   for (int k = 0; k + 1 < m; ++k) {
-    const Eigen::RowVectorXd first = TimeRow(order[k], *stage);
+    const Eigen::RowVectorXd first = TimesTo(order[k], *stage, carried);
     const int last = decoupled_ ? k + 1 : m - 1;
     for (int l = k + 1; l <= last; ++l) {
-      const Eigen::RowVectorXd row =
-          ((TimeRow(order[l], *stage) - first) * carried).head(width());
+      const Eigen::RowVectorXd row = (TimesTo(order[l], *stage, carried) - first).head(width());
       if (row.norm() > 0) rows.push_back(row / row.norm());
     }
-    const Vector field = stage->field;
-    const Matrix* reset = nullptr;
+    carried += stage->field * first;
+    const ImpactReset* reset = nullptr;
     stage = &Activate(S, order[k], &reset);
-    carried = *reset * (carried + field * (first * carried));
+    carried = *reset * carried;
     S.Insert(order[k]);
   }
   Matrix cone(rows.size(), width());
@@ -137,13 +139,14 @@ Matrix EventMap::WideTimes(const std::vector<int>& order) const {
   ContactMode S;
   const Stage* stage = &StageAt(S);
   for (int k = 0; k < m; ++k) {
-    const Eigen::RowVectorXd step = TimeRow(order[k], *stage) * carried;
+    const Eigen::RowVectorXd step = TimesTo(order[k], *stage, carried);
     elapsed += step;
     times.row(k) = elapsed;
-    const Vector field = stage->field;
-    const Matrix* reset = nullptr;
+    if (k + 1 == m) break;
+    carried += stage->field * step;
+    const ImpactReset* reset = nullptr;
     stage = &Activate(S, order[k], &reset);
-    carried = *reset * (carried + field * step);
+    carried = *reset * carried;
     S.Insert(order[k]);
   }
   return times;
@@ -165,7 +168,7 @@ std::vector<ContactMode> EventMap::Modes(const std::vector<int>& order) const {
   std::vector<ContactMode> modes;
   ContactMode S;
   for (int i : order) {
-    const Matrix* reset = nullptr;
+    const ImpactReset* reset = nullptr;
     modes.push_back(Activate(S, i, &reset).mode);
     S.Insert(i);
   }

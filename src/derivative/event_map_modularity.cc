@@ -39,7 +39,7 @@ Modularity EventMap::AssessModularity() const {
     }
     return true;
   };
-  const Matrix* reset = nullptr;
+  const ImpactReset* reset = nullptr;
   for (std::uint64_t subset = 1; subset <= all; ++subset) {  // make every stage
     if (!happens(subset)) continue;
     const int top = 63 - __builtin_clzll(subset);

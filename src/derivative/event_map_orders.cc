@@ -40,7 +40,7 @@ class OrderWalk {
 
   /// Passes the activation of i; false with a status where that depends on what is not known.
   bool Step(int i, State* state) {
-    const Matrix* reset = nullptr;
+    const ImpactReset* reset = nullptr;
     const ContactMode closed = map_.StageAt(state->S).mode - map_.system_->compliant();
     map_.Activate(state->S, i, &reset);
     const EventMap::Passage& passage = map_.PassageAt(state->S, closed, i);
@@ -111,8 +111,7 @@ class OrderWalk {
 
  private:
   bool LetsGo(int j, const EventMap::Instant& instant, const EventMap::Stage& stage) const {
-    const Vector row = instant.rates.row(j).transpose();
-    return row.dot(stage.field) > kNearZero * row.cwiseAbs().dot(stage.field.cwiseAbs());
+    return instant.rates.Along(j, stage.field) > kNearZero * instant.rates.Terms(j, stage.field);
   }
 
   bool AreCoupled(ContactMode contacts) const {

@@ -29,12 +29,12 @@ constexpr double kStructural = 1e-8;
 ContactMode EventMap::Resting(const Vector& v, ContactMode candidates, ContactMode elastic) const {
   ContactMode resting;
   for (int j : candidates - elastic) {
-    if (std::abs(jacobian_.row(j).dot(v)) <= rest_ * mobility_(j)) resting.Insert(j);
+    if (std::abs(geometry_->Rate(j, v)) <= rest_ * geometry_->mobility()(j)) resting.Insert(j);
   }
   return resting;
 }
 
-void EventMap::AddInstant(ContactMode S, const Vector& v, const Matrix* rates_q) const {
+void EventMap::AddInstant(ContactMode S, const Vector& v, const SparseRows* rates_q) const {
   if (instants_.count(S) > 0) return;
   Instant& instant = instants_[S];
   instant.v = v;
@@ -50,26 +50,18 @@ void EventMap::AddInstant(ContactMode S, const Vector& v, const Matrix* rates_q)
     instant.resting = Resting(v, rested | (S & transition_.activated), elastic);
     if (S == events_) instant.resting = instant.resting | (transition_.mode_after - compliant);
   }
-  // r_j = D(Da_j v) w: by q, by v and by parameters.
-  const int d = system_->dof(), rows = system_->num_rows();
-  const auto n = jacobian_.rows(), l = bilateral_.rows();  // there are no others without friction
-  instant.rates.setZero(rows, size());
-  instant.rates.block(0, d, n, d) = jacobian_;
-  instant.rates.block(n, d, l, d) = bilateral_.leftCols(d);
-  if (rates_q != nullptr) {
-    instant.rates.leftCols(d) = *rates_q;
-    return;
-  }
-  const Vector no_jump = Vector::Zero(d), no_impulse = Vector::Zero(rows);
-  ResidualJacobian residual;
-  system_->DifferentiateImpact(q_, no_jump, no_impulse, v, &residual);
-  instant.rates.leftCols(d) = residual.constraint_q;
+  if (geometry_ == nullptr) return;  // nothing happens in it
+  instant.rates.by_q = rates_q != nullptr ? *rates_q : geometry_->RatesBy(v);
+  instant.rates.jacobian = geometry_->jacobian();
+  instant.rates.size = size();
   const std::vector<int>& parameters = dynamics_->variables().parameters;
   if (parameters.empty()) return;
   ParameterJacobian by_parameter;
-  system_->DifferentiateImpactByParameters(q_, no_jump, no_impulse, v, parameters, &by_parameter);
-  const auto p = static_cast<Eigen::Index>(parameters.size());
-  instant.rates.middleCols(width() - p, p) = by_parameter.constraint;
+  system_->DifferentiateImpactByParameters(q_, Vector::Zero(system_->dof()),
+                                           Vector::Zero(system_->num_rows()), v, parameters,
+                                           &by_parameter);
+  instant.rates.by_parameter = std::move(by_parameter.constraint);
+  instant.rates.first_parameter = width() - static_cast<Eigen::Index>(parameters.size());
 }
 
 /// Where all that is closed pushes clearly there is no choice, and ρ is known.
@@ -77,13 +69,12 @@ bool EventMap::PushAll(ContactMode S, ContactMode closed, Stage* stage) const {
   const ContactMode after = transition_.mode_after - system_->compliant();
   const bool last = S == events_ && (after - closed).Empty();
   if (S.Empty() || last || closed.Empty() || system_->HasContactEffort()) return false;
-  const InverseInertia& inertia = *Geometry().inertia();
-  if (!ImpactReset::Terms::Allowed(*system_, inertia, dynamics_->variables())) return false;
+  if (!geometry_->HasProducts()) return false;
   const int d = system_->dof();
   Vector acceleration;
   const ContactMode mode = closed | Pressed(S);
-  const bool clear = Geometry().Accelerate(DynamicsAfter(S).u(), stage->v, mode,
-                                           InstantAt(S).rates.leftCols(d), &acceleration);
+  const bool clear = geometry_->Accelerate(DynamicsAfter(S).u(), stage->v, mode,
+                                           InstantAt(S).rates.by_q, &acceleration);
   if (!clear) return false;
   stage->mode = mode;
   stage->field.setZero(size());
@@ -98,12 +89,9 @@ const EventMap::Stage& EventMap::StageAt(ContactMode S, ContactMode closed) cons
   AskBudget();
   Stage stage;
   stage.v = InstantAt(S).v;
+  if (PushAll(S, closed, &stage)) return stages_[{S, closed}] = std::move(stage);
   const Vector x = State(stage.v);
   const ContactMode after = transition_.mode_after;
-  if (PushAll(S, closed, &stage)) {
-    // Mode and field are known.
-    return stages_[{S, closed}] = stage;
-  }
   if (S.Empty()) {
     stage.mode = transition_.mode_before;
   } else if (S == events_ && (after - system_->compliant() - closed).Empty()) {
@@ -113,7 +101,7 @@ const EventMap::Stage& EventMap::StageAt(ContactMode S, ContactMode closed) cons
   }
   stage.field.setOnes(size());
   stage.field.head(width()) = DynamicsAfter(S).Field(x, stage.mode);
-  return stages_[{S, closed}] = stage;
+  return stages_[{S, closed}] = std::move(stage);
 }
 
 const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, int i) const {
@@ -126,27 +114,20 @@ const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, 
     AddInstant(S.With(i), before.v);
     passage.reset = ImpactReset(size());
     passage.held = closed & InstantAt(S.With(i)).resting;
-    return passages_[{S, closed, i}] = passage;
+    return passages_[{S, closed, i}] = std::move(passage);
   }
   // Every contact that rests takes part, also one that has opened: its gap is of second order, and
   // it is closed again if this impact pushes it.
-  const std::shared_ptr<const InverseInertia>& inertia = Geometry().inertia();
-  const ImpactResult impact =
-      SolveImpact(*system_, *inertia, before.v, before.resting.With(i), transition_.impact_law);
+  const ImpactResult impact = SolveImpact(*system_, *geometry_->inertia(), before.v,
+                                          before.resting.With(i), transition_.impact_law);
   std::shared_ptr<const ImpactReset::Terms> terms;
-  if (ImpactReset::Terms::Allowed(*system_, *inertia, dynamics_->variables())) {
-    const Matrix before_q = before.rates.leftCols(system_->dof());
-    Matrix momentum_q, after_q;
-    Geometry().DifferentiateImpact(impact, before_q, &momentum_q, &after_q);
-    terms = std::make_shared<const ImpactReset::Terms>(ImpactReset::Terms{
-        *system_, inertia, std::move(momentum_q), std::move(after_q), before_q, size()});
-  }
+  if (geometry_->HasProducts()) terms = geometry_->Terms(impact, before.rates.by_q, size());
   AddInstant(S.With(i), impact.v_plus, terms ? &terms->after_q : nullptr);
   const ContactMode resting = InstantAt(S.With(i)).resting;
   // By projection all of them are equalities, however small their impulse.
   const bool all = transition_.impact_law == ImpactLaw::kProjection;
   for (int j : impact.hit) {
-    const bool pushed = std::abs(impact.impulse(j)) * mobility_(j) > rest_;
+    const bool pushed = std::abs(impact.impulse(j)) * geometry_->mobility()(j) > rest_;
     if (j == i || all || pushed) passage.struck.Insert(j);
   }
   passage.held = (closed | passage.struck) & resting;
@@ -158,19 +139,12 @@ const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, 
   }
   if (passage.held.Contains(i) && !dynamics_->variables().parameters.empty()) {
     // By its restitution, which is a parameter, it may rise.
-    const Eigen::RowVectorXd& rate = InstantAt(S.With(i)).rates.row(i);
+    const Eigen::RowVectorXd rate = InstantAt(S.With(i)).rates.Row(i);
     const Matrix& reset = passage.reset.matrix();
     const double size = (rate.cwiseAbs() * reset.cwiseAbs()).norm();
     if ((rate * reset).norm() > kStructural * size) passage.disturbed.Insert(i);
   }
   return passages_[{S, closed, i}] = std::move(passage);
-}
-
-ClusterGeometry& EventMap::Geometry() const {
-  if (!geometry_) {
-    geometry_ = std::make_shared<ClusterGeometry>(*system_, q_, InstantAt(ContactMode()).v);
-  }
-  return *geometry_;
 }
 
 /// The change of a rate is a row c, that of its terms a row t; |c w| beside |t w| for two mixtures
@@ -181,7 +155,7 @@ bool EventMap::NoneDisturbed(ContactMode S, ContactMode quiet, int i,
   constexpr double kChance = 1e-2;
   constexpr double kSteps[] = {0.6180339887498949, 0.4142135623730950};
   const Instant &before = InstantAt(S), &after = InstantAt(S.With(i));
-  Vector w(size()), change, terms;
+  Vector w(size());
   for (const double step : kSteps) {
     double part = 0;
     for (int c = 0; c < w.size(); ++c) {
@@ -190,12 +164,10 @@ bool EventMap::NoneDisturbed(ContactMode S, ContactMode quiet, int i,
       w(c) = (c % 3 == 1 ? -1 : 1) * (0.6 + 0.8 * part);
     }
     const Vector passed = free * w;
-    // Of what is closed the rate before is zero along the tangents in question.
-    change.noalias() = after.rates * passed;
-    change.noalias() -= before.rates * w;
-    terms.noalias() = after.rates.cwiseAbs() * passed.cwiseAbs();
     for (int j : quiet) {
-      if (std::abs(change(j)) > kChance * kStructural * terms(j)) return false;
+      // Of what is closed the rate before is zero along the tangents in question.
+      const double change = after.rates.Along(j, passed) - before.rates.Along(j, w);
+      if (std::abs(change) > kChance * kStructural * after.rates.Terms(j, passed)) return false;
     }
   }
   return true;
@@ -207,8 +179,9 @@ ContactMode EventMap::Brushed(const Instant& before, int i, const ImpactResult& 
   ContactMode brushed;
   if (transition_.impact_law == ImpactLaw::kProjection) return brushed;
   for (int j : before.resting.Without(i)) {
-    const double push = std::abs(impact.impulse(j)) * mobility_(j);
-    const double rate = jacobian_.row(j).dot(impact.v_plus) / mobility_(j);
+    const double mobility = geometry_->mobility()(j);
+    const double push = std::abs(impact.impulse(j)) * mobility;
+    const double rate = geometry_->Rate(j, impact.v_plus) / mobility;
     const double size = std::max(push, rate);
     if (size > known_ && size <= rest_) brushed.Insert(j);
   }
@@ -229,8 +202,8 @@ ImpactReset EventMap::Reset(ContactMode S, int i, const ImpactResult& impact,
                             ContactMode persisting) const {
   const ContactMode hit = persisting.With(i);
   if (terms) return ImpactReset(terms, hit, persisting);
-  return ImpactReset(Widen(ImpactJacobian(*system_, q_, InstantAt(S).v, impact, hit, persisting,
-                                          dynamics_->variables())));
+  return ImpactReset(Widen(ImpactJacobian(*system_, *geometry_->inertia(), q_, InstantAt(S).v, impact,
+                                          hit, persisting, dynamics_->variables())));
 }
 
 /// The derivative of the solution of a complementarity problem solves one itself: an impulse that
@@ -257,14 +230,17 @@ void EventMap::FindDisturbed(ContactMode S, ContactMode closed, int i, const Imp
   Matrix kept(touching.Size() + closed.Size() + 2 * l, size());
   int row = 0;
   for (int j : touching) kept.row(row++) = guards_.row(j);
-  for (int j : closed) kept.row(row++) = before.rates.row(j);
+  for (int j : closed) kept.row(row++) = before.rates.Row(j);
   kept.middleRows(row, l) = bilateral_;
-  kept.bottomRows(l) = before.rates.bottomRows(l);
+  for (int j = 0; j < l; ++j) {
+    kept.row(row + l + j) = before.rates.Row(system_->num_constraints() + j);
+  }
   const Eigen::CompleteOrthogonalDecomposition<Matrix> normals(kept.transpose());
   for (int j : quiet) {
-    Vector change = (after.rates.row(j) * free).transpose();
-    if (!closed.Contains(j)) change -= before.rates.row(j).transpose();
-    const double size = (after.rates.row(j).cwiseAbs() * free.cwiseAbs()).norm();
+    const Eigen::RowVectorXd rate = after.rates.Row(j);
+    Vector change = (rate * free).transpose();
+    if (!closed.Contains(j)) change -= before.rates.Row(j).transpose();
+    const double size = (rate.cwiseAbs() * free.cwiseAbs()).norm();
     change -= kept.transpose() * normals.solve(change);
     if (change.norm() > kStructural * size) passage->disturbed.Insert(j);
   }
@@ -272,11 +248,12 @@ void EventMap::FindDisturbed(ContactMode S, ContactMode closed, int i, const Imp
   if (!lifted.Empty()) passage->free = lifted == quiet ? reset_free : reset_without(lifted);
 }
 
-const EventMap::Stage& EventMap::Activate(ContactMode S, int i, const Matrix** reset) const {
+const EventMap::Stage& EventMap::Activate(ContactMode S, int i,
+                                          const ImpactReset** reset) const {
   const ContactMode compliant = system_->compliant();
   const Passage& passage = PassageAt(S, StageAt(S).mode - compliant, i);
   const Stage& stage = StageAt(S.With(i));
-  *reset = &passage.reset.matrix();
+  *reset = &passage.reset;
   // A contact that let go at an earlier stage and holds again at this one has opened by O(|w|²) and
   // falls back with a speed O(|w|): its plastic impact is one more reset, and where the map is
   // linear its time does not matter.
@@ -293,9 +270,10 @@ const EventMap::Stage& EventMap::Activate(ContactMode S, int i, const Matrix** r
   ImpactResult closing;
   closing.v_plus = stage.v;
   closing.impulse = Vector::Zero(system_->num_rows());
-  *reset = &(regained_[{S, i}] = Widen(ImpactJacobian(*system_, q_, stage.v, closing, held, held,
-                                                      dynamics_->variables())) *
-                                 passage.reset.matrix());
+  const Matrix landing = Widen(ImpactJacobian(*system_, *geometry_->inertia(), q_, stage.v, closing,
+                                              held, held, dynamics_->variables()));
+  Matrix both = landing * passage.reset.matrix();
+  *reset = &regained_.emplace(std::pair(S, i), ImpactReset(std::move(both))).first->second;
   return stage;
 }
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "cluster_geometry.h"
 #include "contact_flow/derivative/event_map.h"
-#include "contact_flow/dynamics/inverse_inertia.h"
 #include "frictional_event.h"
 
 namespace contact_flow {
@@ -43,57 +43,59 @@ EventMap::EventMap(std::shared_ptr<ContactDynamics> dynamics, const Transition& 
 }
 
 void EventMap::Begin() {
-  const Transition& transition = transition_;
-  const int d = system_->dof(), c = num_input_changes();
-  const int k = dynamics_->num_variables() + c;
-  const Vector v_minus = transition.x_minus.tail(d);
-  ConstraintTerms terms;
-  system_->Constraints(q_, v_minus, &terms);
-  const int n = system_->num_constraints();
-  jacobian_ = terms.jacobian.topRows(n);
-  const int l = system_->num_bilateral();
-  guards_.setZero(n + c, 2 * d + k);
-  guards_.topLeftCorner(n, d) = jacobian_;
-  guards_.bottomRightCorner(c, c).setIdentity();
-  bilateral_.setZero(l, 2 * d + k);
-  bilateral_.leftCols(d) = terms.jacobian.middleRows(n, l);
-  const std::vector<int>& parameters = dynamics_->variables().parameters;
-  if (!parameters.empty()) {
-    ParameterJacobian by_parameter;
-    system_->DifferentiateImpactByParameters(q_, Vector::Zero(d),
-                                             Vector::Zero(terms.jacobian.rows()), v_minus,
-                                             parameters, &by_parameter);
-    const auto p = static_cast<Eigen::Index>(parameters.size());
-    guards_.block(0, width() - p, n, p) = by_parameter.gap.topRows(n);
-    bilateral_.middleCols(width() - p, p) = by_parameter.gap.middleRows(n, l);
-  }
+  const Vector v_minus = transition_.x_minus.tail(system_->dof());
+  AddGuards(v_minus);
   if (system_->HasFriction()) {
-    auto event = std::make_shared<FrictionalEvent>(dynamics_, transition);
+    auto event = std::make_shared<FrictionalEvent>(dynamics_, transition_);
     status_ = event->status();
     cluster_.outcomes = event->outcomes();
     friction_ = std::move(event);
     return;
   }
-  if (system_->HasContactEffort() && !transition.vanishing.Empty()) AddReleases();
+  if (system_->HasContactEffort() && !transition_.vanishing.Empty()) AddReleases();
   activated_ = Members(events_);
-  MeasureRest(v_minus);
+  if (!events_.Empty()) {
+    sparse_guards_ = SparseRows(guards_);
+    geometry_ = std::make_shared<ClusterGeometry>(*dynamics_, transition_);
+    MeasureRest(v_minus);
+  }
   AddInstant(ContactMode(), v_minus);
   StageAt(ContactMode());
   Classify();
 }
 
+void EventMap::AddGuards(const Vector& v_minus) {
+  const int d = system_->dof(), c = num_input_changes();
+  const int k = dynamics_->num_variables() + c;
+  ConstraintTerms terms;
+  system_->Constraints(q_, v_minus, &terms);
+  const int n = system_->num_constraints();
+  const int l = system_->num_bilateral();
+  guards_.setZero(n + c, 2 * d + k);
+  guards_.topLeftCorner(n, d) = terms.jacobian.topRows(n);
+  guards_.bottomRightCorner(c, c).setIdentity();
+  bilateral_.setZero(l, 2 * d + k);
+  bilateral_.leftCols(d) = terms.jacobian.middleRows(n, l);
+  const std::vector<int>& parameters = dynamics_->variables().parameters;
+  if (parameters.empty()) return;
+  ParameterJacobian by_parameter;
+  system_->DifferentiateImpactByParameters(q_, Vector::Zero(d), Vector::Zero(terms.jacobian.rows()),
+                                           v_minus, parameters, &by_parameter);
+  const auto p = static_cast<Eigen::Index>(parameters.size());
+  guards_.block(0, width() - p, n, p) = by_parameter.gap.topRows(n);
+  bilateral_.middleCols(width() - p, p) = by_parameter.gap.middleRows(n, l);
+}
+
 void EventMap::MeasureRest(const Vector& v) {
-  const InverseInertia inertia(*system_, q_, v);
-  const Matrix reach = inertia * jacobian_.transpose();
-  mobility_ = (jacobian_ * reach).diagonal().cwiseSqrt();
+  const Vector& mobility = geometry_->mobility();
   double approach = 0, drift = 0;
   for (int i : transition_.activated) {
-    approach = std::max(approach, std::abs(jacobian_.row(i).dot(v)) / mobility_(i));
+    approach = std::max(approach, std::abs(geometry_->Rate(i, v)) / mobility(i));
   }
   for (int j : transition_.mode_before - system_->compliant()) {
-    drift = std::max(drift, std::abs(jacobian_.row(j).dot(v)) / mobility_(j));
+    drift = std::max(drift, std::abs(geometry_->Rate(j, v)) / mobility(j));
   }
-  const double lost = kDrift * drift + kRounding * std::sqrt(v.dot(inertia.mass() * v));
+  const double lost = kDrift * drift + kRounding * std::sqrt(v.dot(geometry_->inertia()->mass() * v));
   rest_ = kRest * approach + lost;
   known_ = kKnown * transition_.relative_tolerance * approach + lost;
 }
@@ -127,7 +129,7 @@ ContactMode EventMap::Pressed(ContactMode events) const {
 
 void EventMap::Classify() {
   if (!status_.ok()) return;
-  cluster_ = ClassifyCluster(dynamics_.get(), transition_);
+  cluster_ = ClassifyCluster(dynamics_.get(), transition_, geometry_.get());
   status_ = cluster_.status;
   decoupled_ = cluster_.decoupled;
 }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <sstream>
 
+#include "cluster_geometry.h"
 #include "contact_flow/budget.h"
 #include "contact_flow/dynamics/complementarity.h"
 
@@ -41,24 +42,21 @@ Germ::Germ(const EventMap& map, const VectorRef& w)
   closed_ = stage_->mode - map.system_->compliant();
 }
 
-double Germ::Rate(int j) const { return map_.InstantAt(S_).rates.row(j).dot(w_); }
+double Germ::Rate(int j) const { return map_.InstantAt(S_).rates.Along(j, w_); }
 
 double Germ::GapAcceleration(int j) const {
-  return map_.InstantAt(S_).rates.row(j).dot(stage_->field);
+  return map_.InstantAt(S_).rates.Along(j, stage_->field);
 }
 
 double Germ::RateNoise(int j) const {
-  return kNoise * map_.InstantAt(S_).rates.row(j).cwiseAbs().dot(w_.cwiseAbs());
+  return kNoise * map_.InstantAt(S_).rates.Terms(j, w_);
 }
 
 double Germ::AccelerationNoise(int j) const {
-  return kNoise * map_.InstantAt(S_).rates.row(j).cwiseAbs().dot(stage_->field.cwiseAbs());
+  return kNoise * map_.InstantAt(S_).rates.Terms(j, stage_->field);
 }
 
-const InverseInertia& Germ::inertia() {
-  if (!inertia_) inertia_ = std::make_unique<InverseInertia>(*map_.system_, map_.q_, stage_->v);
-  return *inertia_;
-}
+const InverseInertia& Germ::inertia() const { return *map_.geometry_->inertia(); }
 
 void Germ::Refuse(int j, const char* why) const {
   std::ostringstream message;

@@ -48,7 +48,7 @@ class Germ {
   double ClosingTime(int j, double gap) const;
   /// Time to the end of all bounces of j, which has just bounced; +∞ where it leaves.
   double RestTime(int j) const;
-  const InverseInertia& inertia();
+  const InverseInertia& inertia() const;
   [[noreturn]] void Refuse(int j, const char* why) const;
 
   const EventMap& map_;
@@ -63,7 +63,6 @@ class Germ {
   bool lists_events_ = false;      // then also forces that pass zero are looked at:
   ContactMode pending_;            // members of J⁻ whose force has still to vanish
   ContactMode released_;           // those whose force vanished in this stage
-  std::unique_ptr<InverseInertia> inertia_;
   int strikes_ = 0;
 };
 

@@ -16,7 +16,8 @@ constexpr double kRounding = 1e-13;
 }  // namespace
 
 ImpactLift::ImpactLift(const ContactDynamics& dynamics, const TouchingFrame& frame,
-                       const Transition& transition, const Vector& scale, Impact impact)
+                       const Transition& transition, const Vector& scale,
+                       ClusterGeometry* geometry, Impact impact)
     : system_(dynamics.system()), frame_(frame), scale_(scale), impact_(std::move(impact)) {
   const int d = system_.dof();
   const Variables& variables = dynamics.variables();
@@ -25,26 +26,33 @@ ImpactLift::ImpactLift(const ContactDynamics& dynamics, const TouchingFrame& fra
   fixed_ = (transition.mode_before - system_.compliant()) | hit;
   delay_ = impact_.hurry / std::abs(frame.Rate(impact_.hit, impact_.v));
   const ImpactResult result = frame.Impact(impact_.v, hit);
-  reset_ = ImpactJacobian(system_, q, impact_.v, result, hit, impact_.held, variables)
-               .middleRows(d, d);
-  const Vector s = result.v_plus - impact_.v, none = Vector::Zero(result.impulse.size());
-  ResidualJacobian residual;
-  system_.DifferentiateImpact(q, Vector::Zero(d), none, s, &residual);
-  turned_ = std::move(residual.constraint_q);
-  const Matrix by_q = scale.cwiseInverse().asDiagonal() * reset_.leftCols(d) * scale.asDiagonal();
+  const ImpactReset reset = geometry->Reset(impact_.v, result, hit, impact_.held);
+  by_q_ = reset.ByConfiguration(d).transpose();
+  turned_ = geometry->TurnedBy(result, impact_.v);
+  const Matrix scaled = scale.asDiagonal() * by_q_ * scale.cwiseInverse().asDiagonal();
   const Eigen::RowVectorXd gradient = frame.A.row(frame.Row(impact_.hit));
-  given_ = std::max(by_q.cwiseAbs().maxCoeff(),
+  given_ = std::max(scaled.cwiseAbs().maxCoeff(),
                     delay_ * gradient.cwiseAbs().cwiseProduct(scale.transpose()).maxCoeff());
   num_parameters_ = static_cast<int>(variables.parameters.size());
   if (num_parameters_ == 0) return;
-  system_.DifferentiateImpactByParameters(q, Vector::Zero(d), none, s, variables.parameters,
-                                          &by_parameter_);
+  by_p_ = reset.matrix().middleRows(d, d).rightCols(num_parameters_);
+  const Vector none = Vector::Zero(result.impulse.size());
+  system_.DifferentiateImpactByParameters(q, Vector::Zero(d), none, result.v_plus - impact_.v,
+                                          variables.parameters, &by_parameter_);
 }
 
 ImpactLift::Change ImpactLift::At(int i) const {
   const int d = system_.dof();
   const Eigen::RowVectorXd normal = frame_.A.row(frame_.Row(i));
-  const Eigen::RowVectorXd by_q = normal * reset_.leftCols(d) + turned_.row(i);
+  Vector column = Vector::Zero(d), column_terms = Vector::Zero(d);
+  for (int r = 0; r < d; ++r) {
+    if (normal(r) == 0) continue;
+    column += normal(r) * by_q_.col(r);
+    column_terms += std::abs(normal(r)) * by_q_.col(r).cwiseAbs();
+  }
+  turned_.AddRow(i, 1, column);
+  turned_.AddAbsRow(i, column_terms);
+  const Eigen::RowVectorXd by_q = column.transpose();
   // Onto {a_K = 0}: δq = −Y G⁻¹ ∂a/∂p δp + (I − Y G⁻¹ A) δq.
   const ContactMode fixed = fixed_.With(i);
   const std::vector<int> rows = frame_.Rows(fixed);
@@ -70,11 +78,10 @@ ImpactLift::Change ImpactLift::At(int i) const {
     change.share = std::max(change.share, scaled_height * beyond * scale / limit);
   };
   const Eigen::RowVectorXd slope = by_q - along * A;
-  const Eigen::RowVectorXd terms = normal.cwiseAbs() * reset_.leftCols(d).cwiseAbs() +
-                                   turned_.row(i).cwiseAbs() + along.cwiseAbs() * A.cwiseAbs();
+  const Eigen::RowVectorXd terms = column_terms.transpose() + along.cwiseAbs() * A.cwiseAbs();
   for (int l = 0; l < d; ++l) add(slope(l), terms(l), given_, scale_(l));
   for (int l = 0; l < num_parameters_; ++l) {
-    const Vector by_p = reset_.rightCols(num_parameters_).col(l);
+    const Vector by_p = by_p_.col(l);
     const double turned = by_parameter_.constraint(i, l);
     double carried = 0, carried_terms = 0;
     int row = 0;

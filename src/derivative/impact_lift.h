@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cluster_geometry.h"
 #include "contact_flow/contact_mode.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/trajectory.h"
@@ -28,7 +29,8 @@ class ImpactLift {
 
   /// `scale` is the diagonal of S (NeglectedCoupling).
   ImpactLift(const ContactDynamics& dynamics, const TouchingFrame& frame,
-             const Transition& transition, const Vector& scale, Impact impact);
+             const Transition& transition, const Vector& scale, ClusterGeometry* geometry,
+             Impact impact);
 
   /// |Y_i/G_ii| |∇ℓ_i| of contact i, which is at rest, with ℓ_i = Da_i (v⁺ − v) its lift, by (q, p)
   /// along {a = 0} of J⁻, i, j and of the contacts in `held`, which hold i as well. The limit is
@@ -44,8 +46,9 @@ class ImpactLift {
   const Impact impact_;
   ContactMode fixed_;   // J⁻ and those of the impact
   double delay_ = 0;    // |q̈|/|Da_j v|
-  Matrix reset_;        // ∂v⁺/∂(q, …, p) [d × 2d+k]
-  Matrix turned_;       // ∂(Da s)/∂q at s = v⁺ − v [n×d]
+  Matrix by_q_;         // (∂v⁺/∂q)ᵀ [d×d]
+  Matrix by_p_;         // ∂v⁺/∂p [d×k]
+  SparseRows turned_;   // ∂(Da s)/∂q at s = v⁺ − v [n×d]
   double given_ = 0;    // by q
   int num_parameters_ = 0;
   ParameterJacobian by_parameter_;

@@ -16,11 +16,12 @@ constexpr double kRounding = 1e-13;
 }  // namespace
 
 NeglectedCoupling::NeglectedCoupling(ContactDynamics* dynamics, const Transition& transition,
-                                     const TouchingFrame& frame)
+                                     const TouchingFrame& frame, ClusterGeometry* geometry)
     : dynamics_(*dynamics),
       system_(dynamics->system()),
       transition_(transition),
       frame_(frame),
+      geometry_(*geometry),
       q_(transition.x_minus.head(system_.num_positions())) {
   const int d = system_.dof();
   const Vector v = transition.x_minus.tail(d);
@@ -45,7 +46,7 @@ NeglectedCoupling::NeglectedCoupling(ContactDynamics* dynamics, const Transition
     impulse_(row) = std::max(impulse_(row), pushed);
   }
   const Matrix reset =
-      ImpactJacobian(system_, q_, v, impact, impact.hit, impact.hit & rigid).middleRows(d, d);
+      geometry_.Reset(v, impact, impact.hit, impact.hit & rigid).matrix().middleRows(d, d);
   // δx. Coordinates that are not numbers of their own (quaternions) share the largest.
   const double absolute = kAccumulated * transition.absolute_tolerance;
   const double relative = relative_ = kAccumulated * transition.relative_tolerance;
@@ -82,10 +83,7 @@ NeglectedCoupling::NeglectedCoupling(ContactDynamics* dynamics, const Transition
 
 void NeglectedCoupling::ScaleDerivatives(const MatrixRef& reset) {
   const int d = system_.dof();
-  Matrix mass;
-  Vector force;
-  system_.Dynamics(q_, transition_.x_minus.tail(d), Vector::Zero(system_.num_inputs()),
-                   ContactMode(), &mass, &force);
+  const Matrix& mass = geometry_.inertia()->mass();
   scale_ = mass.diagonal().cwiseSqrt().cwiseInverse();
   const Vector acceleration = dynamics_.Field(transition_.x_minus, transition_.mode_before).tail(d);
   hurry_ = std::sqrt(std::max(0.0, acceleration.dot(mass * acceleration)));
@@ -144,7 +142,7 @@ bool NeglectedCoupling::Orthogonal(int i, int j) const {
 }
 
 ImpactLift NeglectedCoupling::LiftBy(int j, ContactMode held, const Vector& v) const {
-  return ImpactLift(dynamics_, frame_, transition_, scale_, {j, held, v, hurry_, relative_});
+  return ImpactLift(dynamics_, frame_, transition_, scale_, &geometry_, {j, held, v, hurry_, relative_});
 }
 
 }  // namespace contact_flow

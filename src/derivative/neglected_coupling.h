@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cluster_geometry.h"
 #include "contact_flow/contact_mode.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/trajectory.h"
@@ -15,7 +16,7 @@ namespace contact_flow {
 class NeglectedCoupling {
  public:
   NeglectedCoupling(ContactDynamics* dynamics, const Transition& transition,
-                    const TouchingFrame& frame);
+                    const TouchingFrame& frame, ClusterGeometry* geometry);
 
   /// What δx changes in v⁺ [d].
   const Vector& outcome_limit() const { return outcome_limit_; }
@@ -45,6 +46,7 @@ class NeglectedCoupling {
   const MechanicalSystem& system_;
   const Transition& transition_;
   const TouchingFrame& frame_;
+  ClusterGeometry& geometry_;
   const Vector q_;
   Vector impulse_;  // the largest that a contact may get [k]
   Vector outcome_limit_;

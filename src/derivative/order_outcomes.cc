@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/derivative/order_outcomes.h"
 
+#include "cluster_geometry.h"
 #include "impact_sequences.h"
 #include "neglected_coupling.h"
 
@@ -16,11 +17,12 @@ std::vector<OrderOutcome> ListOrderOutcomes(ContactDynamics* dynamics,
                                             const Transition& transition) {
   if (transition.activated.Size() > kMaxOrderedActivations) return {};
   const MechanicalSystem& system = dynamics->system();
-  const TouchingFrame frame(system, transition.x_minus.head(system.num_positions()),
+  ClusterGeometry geometry(*dynamics, transition);
+  const TouchingFrame frame(system, *geometry.inertia(),
                             (transition.mode_before - system.compliant()) | transition.activated |
                                 transition.touching,
                             transition.impact_law);
-  const NeglectedCoupling neglected(dynamics, transition, frame);
+  const NeglectedCoupling neglected(dynamics, transition, frame, &geometry);
   SequenceRules rules;
   rules.rest.resize(static_cast<std::size_t>(system.num_constraints()));
   for (int i : frame.touching) rules.rest[static_cast<std::size_t>(i)] = neglected.Rest(i);

@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "contact_flow/dynamics/complementarity.h"
-#include "contact_flow/dynamics/inverse_inertia.h"
 
 namespace contact_flow {
 namespace {
@@ -24,14 +23,13 @@ Matrix Block(const Matrix& G, const std::vector<int>& rows, const std::vector<in
 
 }  // namespace
 
-TouchingFrame::TouchingFrame(const MechanicalSystem& system, const VectorRef& q,
+TouchingFrame::TouchingFrame(const MechanicalSystem& system, const InverseInertia& inertia,
                              ContactMode touching_set, ImpactLaw impact_law)
     : touching(touching_set),
       law(impact_law),
       restitution_(system.restitution()),
       row_(static_cast<std::size_t>(system.num_constraints()), -1),
       num_constraints_(system.num_constraints()) {
-  const InverseInertia inertia(system, q, Vector::Zero(system.dof()));
   A = inertia.Rows(touching);
   Y = inertia * A.transpose();
   G = A * Y;

@@ -5,6 +5,7 @@
 
 #include "contact_flow/contact_mode.h"
 #include "contact_flow/dynamics/impact.h"
+#include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/model/mechanical_system.h"
 #include "contact_flow/types.h"
 
@@ -14,8 +15,8 @@ namespace contact_flow {
 /// share: A = Da [k×d], Y = P Aᵀ [d×k], G = A Y [k×k], P as in InverseInertia.
 class TouchingFrame {
  public:
-  TouchingFrame(const MechanicalSystem& system, const VectorRef& q, ContactMode touching,
-                ImpactLaw law);
+  TouchingFrame(const MechanicalSystem& system, const InverseInertia& inertia,
+                ContactMode touching, ImpactLaw law);
 
   /// The same as SolveImpact. Throws std::domain_error for dependent constraints.
   ImpactResult Impact(const Vector& v, ContactMode subset) const;

@@ -5,8 +5,10 @@
 #include <Eigen/LU>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
+#include "contact_flow/dynamics/complementarity.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
 
@@ -14,6 +16,49 @@ namespace contact_flow {
 namespace {
 
 constexpr double kRounding = 1e-13;
+
+/// M⁻¹ Aᵀ p.
+Vector SparseJump(const InverseInertia& inertia, ContactMode touching, const Vector& p) {
+  Vector jump = Vector::Zero(inertia.applied().size());
+  Eigen::Index row = 0;
+  for (int i : touching) {
+    const double impulse = p(row++);
+    if (impulse != 0) inertia.sparse_reach().AddRow(i, impulse, jump);
+  }
+  inertia.mass_factor().SolveLTransposed(jump);
+  return jump;
+}
+
+/// x with M x − Aᵀ p = R, A x = S: by the factors of M and of A M⁻¹ Aᵀ, or, where rows depend on one
+/// another (p is not unique, x may be), by pivoting.
+Matrix SolveSaddle(const InverseInertia& inertia, const Matrix& A, Matrix R, Matrix S) {
+  const MassFactor& mass = inertia.mass_factor();
+  Matrix Y = A.transpose();
+  mass.Solve(&Y);
+  const Matrix G = A.lazyProduct(Y);
+  const Eigen::LLT<Matrix> factor(G);
+  bool definite = mass.regular() && (G.rows() == 0 || factor.info() == Eigen::Success);
+  for (Eigen::Index i = 0; definite && i < G.rows(); ++i) {
+    const double pivot = factor.matrixLLT()(i, i);
+    definite = pivot * pivot > kDependentRow * G(i, i);
+  }
+  if (definite) {
+    if (!R.isZero(0)) {
+      mass.Solve(&R);
+      S.noalias() -= A.lazyProduct(R);
+    }
+    for (Eigen::Index c = 0; c < S.cols() && S.rows() > 0; ++c) factor.solveInPlace(S.col(c));
+    R.noalias() += Y.lazyProduct(S);
+    return R;
+  }
+  const Eigen::Index d = A.cols(), k = A.rows();
+  Matrix kkt = Matrix::Zero(d + k, d + k), rhs(d + k, R.cols());
+  kkt.topLeftCorner(d, d) = inertia.mass();
+  kkt.topRightCorner(d, k) = -A.transpose();
+  kkt.bottomLeftCorner(k, d) = A;
+  rhs << R, S;
+  return kkt.partialPivLu().solve(rhs).topRows(d);
+}
 
 }  // namespace
 
@@ -25,13 +70,17 @@ ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q,
 ImpactResult SolveImpact(const MechanicalSystem& system, const InverseInertia& inertia,
                          const VectorRef& v_minus, ContactMode touching, ImpactLaw law) {
   const int k = touching.Size();
-  const Matrix A = inertia.Rows(touching);
-  Vector b = A * v_minus;
-  int row = 0;
-  for (int i : touching) b(row++) *= 1 + system.restitution()(i);
-  const bool many = inertia.mass_factor().sparse() && system.num_bilateral() == 0;
+  const bool many = inertia.mass_factor().sparse() && inertia.mass_factor().regular() &&
+                    system.num_bilateral() == 0;
+  const Matrix A = many ? Matrix() : inertia.Rows(touching);
   const Matrix Y = many ? Matrix() : inertia * A.transpose();  // P Aᵀ [d×k]
   const Matrix G = many ? inertia.Delassus(touching) : Matrix(A * Y);
+  Vector b = many ? Vector(k) : Vector(A * v_minus);
+  int row = 0;
+  for (int i : touching) {
+    if (many) b(row) = inertia.sparse_jacobian().Dot(i, v_minus);
+    b(row++) *= 1 + system.restitution()(i);
+  }
   Vector p;
   if (law == ImpactLaw::kProjection) {
     const Eigen::LLT<Matrix> factor(G);
@@ -51,7 +100,7 @@ ImpactResult SolveImpact(const MechanicalSystem& system, const InverseInertia& i
     p = solution->z;
   }
   ImpactResult result;
-  result.v_plus = v_minus + (many ? Vector(inertia * (A.transpose() * p)) : Vector(Y * p));
+  result.v_plus = v_minus + (many ? SparseJump(inertia, touching, p) : Vector(Y * p));
   if (!result.v_plus.allFinite()) {
     throw std::domain_error("the velocity after the impact is not finite");
   }
@@ -63,66 +112,61 @@ ImpactResult SolveImpact(const MechanicalSystem& system, const InverseInertia& i
     if (std::abs(p(row)) * G(row, row) > zero) result.hit.Insert(i);
     ++row;
   }
+  if (many) return result;
   result.impulse.segment(system.num_constraints(), system.num_bilateral()) =
       inertia.BilateralForce(Matrix(A.transpose() * p)).col(0);
   return result;
 }
 
-Matrix ImpactJacobian(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v_minus,
-                      const ImpactResult& result, ContactMode hit, ContactMode persisting,
-                      const Variables& variables) {
-  const int d = system.dof(), n = system.num_constraints(), k = variables.Size(system);
-  const int tangents = 2 * d + k;
-  const int first_parameter = tangents - static_cast<int>(variables.parameters.size());
-  Matrix mass;
-  Vector applied;
-  ConstraintTerms terms;
-  system.Dynamics(q, v_minus, Vector::Zero(system.num_inputs()), ContactMode(), &mass, &applied);
-  system.Constraints(q, v_minus, &terms);
+Matrix ImpactJacobian(const MechanicalSystem& system, const InverseInertia& inertia,
+                      const VectorRef& q, const VectorRef& v_minus, const ImpactResult& result,
+                      ContactMode hit, ContactMode persisting, const Variables& variables) {
+  const int d = system.dof(), n = system.num_constraints();
+  const int tangents = 2 * d + variables.Size(system);
+  const auto parameters = static_cast<Eigen::Index>(variables.parameters.size());
   std::vector<int> rows;
   for (int i : hit) rows.push_back(i);
   for (int i = 0; i < system.num_bilateral(); ++i) rows.push_back(n + i);
-  const int count = static_cast<int>(rows.size());
+  const auto count = static_cast<Eigen::Index>(rows.size());
   const auto restitution = [&](int i) {
     return i >= n || persisting.Contains(i) ? 0 : system.restitution()(i);
   };
 
-  // Unknowns (v⁺, p):  r₁ = M (v⁺ − v⁻) − Aᵀ p = 0,   r₂ = A (v⁺ + γ v⁻) = 0.
-  Matrix kkt = Matrix::Zero(d + count, d + count);
-  Matrix rhs = Matrix::Zero(d + count, tangents);
-  const Vector jump = result.v_plus - v_minus;
-  kkt.topLeftCorner(d, d) = mass;
-  rhs.block(0, d, d, d) = mass;
-  for (int row = 0; row < count; ++row) {
-    kkt.row(d + row).head(d) = terms.jacobian.row(rows[row]);
-    kkt.col(d + row).head(d) = -terms.jacobian.row(rows[row]).transpose();
-    rhs.row(d + row).segment(d, d) = -restitution(rows[row]) * terms.jacobian.row(rows[row]);
+  // Unknowns (v⁺ − δv⁻, p):  r₁ = M (v⁺ − v⁻) − Aᵀ p = 0,   r₂ = A (v⁺ + γ v⁻) = 0.
+  Matrix A(count, d), momentum = Matrix::Zero(d, tangents), rates = Matrix::Zero(count, tangents);
+  bool bounces = parameters > 0;
+  for (Eigen::Index row = 0; row < count; ++row) {
+    A.row(row) = inertia.terms().jacobian.row(rows[row]);
+    rates.row(row).segment(d, d) = -(1 + restitution(rows[row])) * A.row(row);
+    bounces = bounces || restitution(rows[row]) != 0;
   }
   // r₂ is linear in the vector it acts on: its derivatives at v⁺ and, times γ, at v⁻.
+  const Vector jump = result.v_plus - v_minus;
   ResidualJacobian residual;
   ParameterJacobian by_parameter;
   for (const bool after : {true, false}) {
+    if (!after && !bounces) break;
     const Vector s = after ? result.v_plus : Vector(v_minus);
     system.DifferentiateImpact(q, jump, result.impulse, s, &residual);
-    if (after) rhs.topLeftCorner(d, d) = -residual.momentum_q;
-    for (int row = 0; row < count; ++row) {
+    if (after) momentum.leftCols(d) = -residual.momentum_q;
+    for (Eigen::Index row = 0; row < count; ++row) {
       const double factor = after ? 1 : restitution(rows[row]);
-      rhs.row(d + row).head(d) -= factor * residual.constraint_q.row(rows[row]);
+      rates.row(row).head(d) -= factor * residual.constraint_q.row(rows[row]);
     }
-    if (variables.parameters.empty()) continue;
+    if (parameters == 0) continue;
     system.DifferentiateImpactByParameters(q, jump, result.impulse, s, variables.parameters,
                                            &by_parameter);
-    auto columns = rhs.rightCols(tangents - first_parameter);
-    if (after) columns.topRows(d) = -by_parameter.momentum;
-    for (int row = 0; row < count; ++row) {
+    if (after) momentum.rightCols(parameters) = -by_parameter.momentum;
+    auto columns = rates.rightCols(parameters);
+    for (Eigen::Index row = 0; row < count; ++row) {
       const int i = rows[row];
-      columns.row(d + row) -= (after ? 1 : restitution(i)) * by_parameter.constraint.row(i);
+      columns.row(row) -= (after ? 1 : restitution(i)) * by_parameter.constraint.row(i);
       if (after || i >= n || persisting.Contains(i)) continue;
-      columns.row(d + row) -= by_parameter.restitution.row(i) * terms.jacobian.row(i).dot(v_minus);
+      columns.row(row) -= by_parameter.restitution.row(i) * A.row(row).dot(v_minus);
     }
   }
   Matrix reset = Matrix::Identity(tangents, tangents);
-  reset.middleRows(d, d) = kkt.partialPivLu().solve(rhs).topRows(d);
+  reset.middleRows(d, d) += SolveSaddle(inertia, A, std::move(momentum), std::move(rates));
   if (!reset.allFinite()) {
     throw std::domain_error("an impact has no derivative: its constraints are dependent");
   }

@@ -2,6 +2,7 @@
 #include "contact_flow/dynamics/inverse_inertia.h"
 
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "solve_columns.h"
@@ -53,20 +54,28 @@ Matrix InverseInertia::Delassus(ContactMode members) const {
     const Matrix A = Rows(members);
     return A * (*this * A.transpose());
   }
-  if (sparse_delassus_.size() == 0) {
-    Matrix reach = terms_.jacobian.topRows(n_).transpose();
-    for (Eigen::Index i = 0; i < n_; ++i) mass_factor_.SolveL(reach.col(i));
-    sparse_delassus_.resize(n_, n_);
-    MultiplySparseColumns(reach, &sparse_delassus_);
-  }
+  const Matrix& all = Sparse().delassus;
   std::vector<int> rows;
   for (int i : members) rows.push_back(i);
   const auto k = static_cast<Eigen::Index>(rows.size());
   Matrix G(k, k);
   for (Eigen::Index j = 0; j < k; ++j) {
-    for (Eigen::Index i = 0; i < k; ++i) G(i, j) = sparse_delassus_(rows[i], rows[j]);
+    for (Eigen::Index i = 0; i < k; ++i) G(i, j) = all(rows[i], rows[j]);
   }
   return G;
+}
+
+const InverseInertia::SparseTerms& InverseInertia::Sparse() const {
+  if (sparse_) return *sparse_;
+  Matrix reach = terms_.jacobian.topRows(n_).transpose();
+  for (Eigen::Index i = 0; i < n_; ++i) mass_factor_.SolveL(reach.col(i));
+  auto terms = std::make_shared<SparseTerms>();
+  terms->delassus.resize(n_, n_);
+  MultiplySparseColumns(reach, &terms->delassus);
+  terms->reach = SparseRows(reach.transpose());
+  terms->jacobian = SparseRows(terms_.jacobian);
+  sparse_ = std::move(terms);
+  return *sparse_;
 }
 
 Matrix InverseInertia::BilateralForce(const MatrixRef& R) const {

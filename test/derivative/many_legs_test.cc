@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
+#include <vector>
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/flow/simulate.h"
@@ -40,6 +42,28 @@ TEST_P(ManyLegs, LandAsPerturbedRunsDo) {
     const double coarse = error(1e-5), fine = error(1e-6);
     EXPECT_LT(fine, 0.12 * coarse + 1e-5);
     EXPECT_LT(fine, 1e-4);
+  }
+}
+
+/// The piece and its instants, as matrices, against one direction that is followed without them.
+TEST_P(ManyLegs, PiecesAreTheDirectionsThatTheyHold) {
+  const auto system = MakeRobot(Legs(8, GetParam()));
+  const NominalRun& nominal = system->nominal();
+  const Trajectory run = Simulate(*system, nominal.x, nominal.u, 0.26);
+  ASSERT_EQ(8, run.transitions.at(0).activated.Size());
+  const EventMap event(std::make_shared<ContactDynamics>(*system, nominal.u), run.transitions[0]);
+  ASSERT_TRUE(event.status().ok()) << event.status().message;
+  for (int k = 0; k < 4; ++k) {
+    Vector w(2 * system->dof());
+    for (int i = 0; i < w.size(); ++i) w(i) = std::sin(k + 1.0 + i * i);
+    const Vector along = event(w);
+    const EventPiece piece = event.PieceAlong(w);
+    EXPECT_LT((piece.matrix * w - along).cwiseAbs().maxCoeff(),
+              1e-11 * along.cwiseAbs().maxCoeff());
+    const std::vector<PerturbedEvent> events = event.PerturbedEvents(w);
+    ASSERT_EQ(8u, events.size());
+    const Vector times = piece.times * w;
+    for (int e = 0; e < 8; ++e) EXPECT_NEAR(events[e].time, times(e), 1e-11);
   }
 }
 

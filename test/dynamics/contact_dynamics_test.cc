@@ -11,6 +11,7 @@
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/dynamics/impact.h"
+#include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/mode_selection.h"
 #include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/model/model_library.h"
@@ -211,7 +212,9 @@ TEST_P(Dynamics, ImpactJacobianAgreesWithDifferences) {
       const ContactMode touching({i});
       const ImpactResult impact = SolveImpact(*system, x.head(nq), x.tail(d), touching);
       if (impact.hit.Empty()) continue;  // separating: nothing to differentiate
-      const Matrix DR = ImpactJacobian(*system, x.head(nq), x.tail(d), impact, touching, {});
+      const InverseInertia inertia(*system, x.head(nq), x.tail(d));
+      const Matrix DR =
+          ImpactJacobian(*system, inertia, x.head(nq), x.tail(d), impact, touching, {});
       for (int j = 0; j < 2 * d; ++j) {
         // Along what the bilateral constraints admit.
         const Vector w = ProjectAdmissible(*system, x, ContactMode(), Vector::Unit(2 * d, j));

@@ -132,15 +132,19 @@ TEST_F(ManyLimbs, ResetsAreTheirJacobians) {
   system->DifferentiateImpact(q, impact.v_plus - v, impact.impulse, impact.v_plus, &after);
   system->DifferentiateImpact(q, impact.v_plus - v, impact.impulse, v, &before);
   const auto terms = std::make_shared<const ImpactReset::Terms>(
-      ImpactReset::Terms{*system, inertia, after.momentum_q, after.constraint_q,
-                         before.constraint_q, 2 * system->dof()});
+      ImpactReset::Terms{*system, inertia, SparseRows(after.momentum_q),
+                         SparseRows(after.constraint_q), SparseRows(before.constraint_q),
+                         2 * system->dof()});
   for (const ContactMode persisting : {ContactMode(), ContactMode({4, 5})}) {
-    const Matrix dense = ImpactJacobian(*system, q, v, impact, touching, persisting);
+    const Matrix dense = ImpactJacobian(*system, *inertia, q, v, impact, touching, persisting);
     const ImpactReset reset(terms, touching, persisting);
     const double size = dense.cwiseAbs().maxCoeff();
     EXPECT_LT((reset.matrix() - dense).cwiseAbs().maxCoeff(), 1e-9 * size);
     const Vector w = Mixture(2 * system->dof(), 3);
     EXPECT_LT((reset * w - dense * w).cwiseAbs().maxCoeff(), 1e-9 * size);
+    const int d = system->dof();
+    EXPECT_LT((reset.ByConfiguration(d) - dense.block(d, 0, d, d)).cwiseAbs().maxCoeff(),
+              1e-9 * size);
   }
 }
 

@@ -65,9 +65,12 @@ struct ClusterReport {
   double neglected_derivative = 0;
 };
 
-/// `dynamics` has the input and the variables. Throws nothing for impacts that cannot be solved:
-/// these are kDependent.
-ClusterReport ClassifyCluster(ContactDynamics* dynamics, const Transition& transition);
+class ClusterGeometry;
+
+/// `dynamics` has the input and the variables, `geometry` may be known. Throws nothing for impacts
+/// that cannot be solved: these are kDependent.
+ClusterReport ClassifyCluster(ContactDynamics* dynamics, const Transition& transition,
+                              ClusterGeometry* geometry = nullptr);
 
 /// The class that the couplings at q alone give to contacts that would all be hit at once:
 /// kSingle, kOrthogonal, kAttracting or kOrderDependent. A coupling counts as zero when it changes

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "contact_flow/derivative/cluster_class.h"
+#include "contact_flow/derivative/contact_rates.h"
 #include "contact_flow/derivative/order_outcomes.h"
 #include "contact_flow/derivative/piecewise_linear_map.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
@@ -214,7 +215,7 @@ class EventMap {
   struct Instant {
     Vector v;             // v_S [d]
     ContactMode resting;  // rigid contacts without normal velocity that have not bounced
-    Matrix rates;         // D(Da v) at v_S: r_j = rates.row(j)·w [n+l × 2d+k+c]
+    ContactRates rates;   // r_j along w at v_S
   };
   /// The cluster after the activations in S while certain resting contacts are closed.
   struct Stage {
@@ -244,9 +245,9 @@ class EventMap {
   const Passage& PassageAt(ContactMode S, ContactMode closed, int i) const;
   /// The stage reached from S by the activation of i, and the reset DR_i(ρ, v_S) on the way, where
   /// every contact that opened returns at once.
-  const Stage& Activate(ContactMode S, int i, const Matrix** reset) const;
+  const Stage& Activate(ContactMode S, int i, const ImpactReset** reset) const;
   /// `rates_q`: ∂(Da v)/∂q, where it is known.
-  void AddInstant(ContactMode S, const Vector& v, const Matrix* rates_q = nullptr) const;
+  void AddInstant(ContactMode S, const Vector& v, const SparseRows* rates_q = nullptr) const;
   /// `terms` where resets are products, else null.
   void FindDisturbed(ContactMode S, ContactMode closed, int i, const ImpactResult& impact,
                      const std::shared_ptr<const ImpactReset::Terms>& terms,
@@ -256,14 +257,12 @@ class EventMap {
                     ContactMode persisting) const;
   /// Whether no contact of `quiet` has another rate along two mixtures of all tangents.
   bool NoneDisturbed(ContactMode S, ContactMode quiet, int i, const ImpactReset& free) const;
-  /// What is the same after all impacts of the cluster.
-  ClusterGeometry& Geometry() const;
   /// Members of `candidates` without normal velocity at v, but for those in `elastic`.
   ContactMode Resting(const Vector& v, ContactMode candidates, ContactMode elastic) const;
   /// First-order time to the activation of i, in stage v_S.
   double TimeTo(int i, const Stage& stage, const Vector& w) const;
-  /// The same as a row [1 × 2d+k].
-  Eigen::RowVectorXd TimeRow(int i, const Stage& stage) const;
+  /// The same for the columns of W.
+  Eigen::RowVectorXd TimesTo(int i, const Stage& stage, const Matrix& W) const;
   int size() const { return static_cast<int>(guards_.cols()); }
   /// Of the tangents that are given, 2d+k.
   int width() const { return size() - num_input_changes(); }
@@ -271,6 +270,7 @@ class EventMap {
   ContactMode Pressed(ContactMode events) const;
   Vector State(const Vector& v) const;
   void MeasureRest(const Vector& v);
+  void AddGuards(const Vector& v_minus);
   void Classify();
   void AddReleases();
 
@@ -282,23 +282,22 @@ class EventMap {
   ContactMode events_;  // I_a, switches, and a release with a jump of the field
   Vector q_;
   std::vector<int> activated_;  // the members of events_
-  Matrix jacobian_;             // Da(ρ) [n×d]
   // The guards' gradients [n+c × 2d+k+c]: Da_i and ∂a_i/∂p, or Dλ_i, and those of the c changes of
   // the input.
   Matrix guards_;
+  SparseRows sparse_guards_;
   Matrix bilateral_;            // gradients of b [l × 2d+k+c]
   bool absorbed_ = false;
   bool decoupled_ = true;       // class A: every cone is m−1 half-spaces
   Status status_;
   ClusterReport cluster_;
-  Vector mobility_;             // √G_ii [n]
   double rest_ = 0;             // |Da_j v| / √G_jj up to which a contact rests
   double known_ = 0;            // … and up to which it is not known to move
-  mutable std::shared_ptr<ClusterGeometry> geometry_;
+  std::shared_ptr<ClusterGeometry> geometry_;  // null with friction, or without events
   mutable std::map<ContactMode, Instant> instants_;
   mutable std::map<std::pair<ContactMode, ContactMode>, Stage> stages_;
   mutable std::map<std::tuple<ContactMode, ContactMode, int>, Passage> passages_;
-  mutable std::map<std::pair<ContactMode, int>, Matrix> regained_;
+  mutable std::map<std::pair<ContactMode, int>, ImpactReset> regained_;
   mutable bool examined_ = false;
   mutable Status piecewise_linear_;
 };

@@ -46,9 +46,9 @@ Vector PushedVelocity(const MechanicalSystem& system, const VectorRef& x, const 
 /// receive the impulse (for those in `persisting` ⊂ hit the restitution is void: they rest before
 /// and after), by the implicit function theorem on the residual of (1b):
 ///   DR = [[I, 0, 0], [∂v⁺/∂q, ∂v⁺/∂v⁻, ∂v⁺/∂(u, p)], [0, 0, I]].
-/// Throws std::domain_error where that is not finite.
-Matrix ImpactJacobian(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v_minus,
-                      const ImpactResult& result, ContactMode hit, ContactMode persisting,
-                      const Variables& variables = {});
+/// `inertia` is that at q. Throws std::domain_error where DR is not finite.
+Matrix ImpactJacobian(const MechanicalSystem& system, const InverseInertia& inertia,
+                      const VectorRef& q, const VectorRef& v_minus, const ImpactResult& result,
+                      ContactMode hit, ContactMode persisting, const Variables& variables = {});
 
 }  // namespace contact_flow

@@ -8,12 +8,13 @@
 
 #include "contact_flow/dynamics/impact.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
+#include "contact_flow/dynamics/sparse_rows.h"
 
 namespace contact_flow {
 
 /// DR of ImpactJacobian, as a product where M has many zeros (MassFactor) and no parameter is
 /// varied: one direction is the solution of
-///   M x − Aᵀ π = M w_v − ∂r₁/∂q w_q,   A x = −∂r₂/∂q w_q − γ A w_v,
+///   M (x − w_v) − Aᵀ π = −∂r₁/∂q w_q,   A x = −∂r₂/∂q w_q − γ A w_v,
 /// by the factors of M and of A M⁻¹ Aᵀ; the matrix is made when it is asked for.
 class ImpactReset {
  public:
@@ -25,10 +26,10 @@ class ImpactReset {
 
     const MechanicalSystem& system;
     std::shared_ptr<const InverseInertia> inertia;
-    Matrix momentum_q;  ///< ∂r₁/∂q [d×d]
-    Matrix after_q;     ///< ∂(Da v⁺)/∂q [n+l+r × d]
-    Matrix before_q;    ///< ∂(Da v⁻)/∂q, as after_q
-    int tangents;       ///< 2d and the variables, which are kept
+    SparseRows momentum_q;  ///< ∂r₁/∂q [d×d]
+    SparseRows after_q;     ///< ∂(Da v⁺)/∂q [n+l+r × d]
+    SparseRows before_q;    ///< ∂(Da v⁻)/∂q, as after_q
+    int tangents;           ///< 2d and the variables, which are kept
   };
 
   ImpactReset() = default;
@@ -40,17 +41,19 @@ class ImpactReset {
   ImpactReset(std::shared_ptr<const Terms> terms, ContactMode hit, ContactMode persisting);
 
   Vector operator*(const Vector& w) const;
+  Matrix operator*(const Matrix& W) const;
   const Matrix& matrix() const;
+  /// ∂v⁺/∂q [d×d].
+  Matrix ByConfiguration(int d) const;
 
  private:
-  /// ∂v⁺ for the columns of (w_q, w_v) [2d×·].
-  Matrix Velocities(const MatrixRef& w) const;
+  /// δv⁺ [d] for (w_q, w_v).
+  Vector Velocity(const VectorRef& w_q, const VectorRef& w_v) const;
 
   std::shared_ptr<const Terms> terms_;  // null where it is a matrix from the beginning
   std::vector<int> rows_;
   Vector restitution_;  // γ of the rows
-  Matrix reach_;        // L⁻¹Aᵀ
-  Eigen::LLT<Matrix> factor_;
+  std::shared_ptr<const Eigen::LLT<Matrix>> factor_;  // of A M⁻¹ Aᵀ over the rows
   mutable Matrix matrix_;
 };
 

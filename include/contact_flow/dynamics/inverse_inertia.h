@@ -2,9 +2,11 @@
 #pragma once
 
 #include <Eigen/Cholesky>
+#include <memory>
 
 #include "contact_flow/contact_mode.h"
 #include "contact_flow/dynamics/mass_factor.h"
+#include "contact_flow/dynamics/sparse_rows.h"
 #include "contact_flow/model/mechanical_system.h"
 #include "contact_flow/types.h"
 
@@ -35,6 +37,9 @@ class InverseInertia {
   Matrix operator*(const MatrixRef& R) const;
   /// Of a set, A P Aᵀ [k×k].
   Matrix Delassus(ContactMode members) const;
+  /// Where M has many zeros: Da, and a row (L⁻¹Da_iᵀ)ᵀ for each contact [n×d].
+  const SparseRows& sparse_jacobian() const { return Sparse().jacobian; }
+  const SparseRows& sparse_reach() const { return Sparse().reach; }
   /// −(B M⁻¹ Bᵀ)⁻¹ B M⁻¹ R [l×·]: what the bilateral constraints answer to R.
   Matrix BilateralForce(const MatrixRef& R) const;
   /// The acceleration without contact [d]: P (f + c v) − M⁻¹ Bᵀ (B M⁻¹ Bᵀ)⁻¹ Ḃ v.
@@ -52,7 +57,13 @@ class InverseInertia {
   MassFactor mass_factor_;
   Matrix reach_;  // M⁻¹ Bᵀ [d×l]
   Eigen::LLT<Matrix> bilateral_factor_;
-  mutable Matrix sparse_delassus_;  // of all contacts, where M has many zeros: when asked for
+  /// Of all contacts, where M has many zeros: when asked for.
+  struct SparseTerms {
+    SparseRows jacobian, reach;
+    Matrix delassus;
+  };
+  const SparseTerms& Sparse() const;
+  mutable std::shared_ptr<const SparseTerms> sparse_;
 };
 
 }  // namespace contact_flow

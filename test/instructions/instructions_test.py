@@ -1,0 +1,52 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""instructions_test.py BUILD COMPILER: instructions of a run of the trot and of its Jacobian, by callgrind.
+
+Unlike times they repeat, so that they are held to limits. These are of GCC 12 on x86-64, in a Release build; ends with 77,
+and says so, elsewhere and where valgrind is not installed.
+"""
+import os
+import platform
+import re
+import shutil
+import subprocess
+import sys
+
+SKIPPED = 77
+COMPILER, MACHINE = "GNU 12", "x86_64"
+FEW, MANY = 2, 12     # runs: what is done once falls out of the difference
+LIMITS = {("plain", "A"): 405e3, ("plain", "B"): 693e3, ("jacobian", "A"): 2180e3, ("jacobian", "B"): 3357e3}
+
+
+def skip(reason):
+    print("SKIPPED: " + reason)
+    sys.exit(SKIPPED)
+
+
+def instructions(command):
+    environment = dict(os.environ, OPENBLAS_NUM_THREADS="1", LC_ALL="C")
+    done = subprocess.run(["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null"] + command,
+                          env=environment, stderr=subprocess.PIPE, universal_newlines=True, check=True)
+    return int(re.search(r"Collected : (\d+)", done.stderr).group(1))
+
+
+def main(build, compiler):
+    if not shutil.which("valgrind"):
+        skip("valgrind is not installed")
+    if compiler != COMPILER + " Release" or platform.machine() != MACHINE:
+        skip("limits are of %s Release on %s, not %s on %s" % (COMPILER, MACHINE, compiler, platform.machine()))
+    subprocess.run(["cmake", "--build", build, "--target", "trot_benchmark"], check=True, stdout=subprocess.DEVNULL)
+    found = subprocess.run(["find", build, "-name", "trot_benchmark", "-type", "f"], check=True,
+                           stdout=subprocess.PIPE, universal_newlines=True).stdout.split()
+    failed = False
+    for (what, scenario), limit in LIMITS.items():
+        few, many = (instructions([found[0], "--loop", what, scenario, str(runs)]) for runs in (FEW, MANY))
+        one = (many - few) / (MANY - FEW)
+        failed |= not 0 < one <= limit
+        print("%-8s %s %9.0f instructions  (at most %.0f)%s" % (what, scenario, one, limit,
+                                                              "" if 0 < one <= limit else "  FAILS"))
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:3]))
