@@ -135,6 +135,9 @@ class PagesAsPrinted(unittest.TestCase):
     def test_simulator(self):
         self.assertGreaterEqual(self.follow("simulator")[0], 9)
 
+    def test_layouts(self):
+        self.assertGreaterEqual(self.follow("layouts")[0], 4)
+
     def test_cpp(self):
         self.assertGreaterEqual(self.follow("cpp")[0], 1)
 
