@@ -146,7 +146,7 @@ class PagesAsPrinted(unittest.TestCase):
             import contact_flow.cli  # noqa: F401
         except ImportError:
             self.skipTest("built without the Python module")
-        self.assertGreaterEqual(self.follow("python")[0], 5)
+        self.assertGreaterEqual(self.follow("python")[0], 9)
 
     def test_ensembles(self):
         try:
