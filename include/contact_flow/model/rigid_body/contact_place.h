@@ -6,8 +6,7 @@
 namespace contact_flow {
 
 /// Where constraint i of a robot touches [m], and the force of λ [n+l+r] on the robot there, that
-/// of friction with it [N]; both in the world. Of a limit: the origin of its joint's body, no
-/// force.
+/// of friction with it [N]; both in the world. Of a limit: where its joint's body is, no force.
 void PlaceContact(const RobotSystem& system, int i, const TreeState<double>& state,
                   const VectorRef& lambda, Vec3<double>* point, Vec3<double>* force);
 
