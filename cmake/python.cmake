@@ -55,6 +55,7 @@ set_target_properties(contact_flow_core_python PROPERTIES
 
 file(GLOB PYTHON_FILES RELATIVE ${PROJECT_SOURCE_DIR}/python/contact_flow CONFIGURE_DEPENDS
   python/contact_flow/*.py python/contact_flow/*.pyi python/contact_flow/*.html
+  python/contact_flow/*.js
   python/contact_flow/py.typed)
 set(copies)
 foreach(file ${PYTHON_FILES})

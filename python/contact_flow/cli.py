@@ -132,11 +132,14 @@ def parser() -> argparse.ArgumentParser:
                        help="""as {"kind": "period", "value": 0.8}""")
     orbit.add_argument("--translation", nargs="+", default=[], metavar="NAME",
                        help="coordinates whose common shift is set aside")
-    report = add("report", "one HTML file of a run: contacts, events, states, forces, derivative",
-                 cli_commands.report)
+    report = add("report", "one HTML file of a run, of a SYSTEM or of a recorded bag: contacts, events, states, "
+                 "forces, motion, derivative", cli_commands.report)
     add_run(report)
-    report.add_argument("--by", nargs="+", default=["state"], metavar="NAME")
-    report.add_argument("file", metavar="FILE.html")
+    report.add_argument("--by", nargs="+", metavar="NAME",
+                        help="state, inputs, parameters, or names of parameters")
+    report.add_argument("--number", type=int, default=-1, metavar="K",
+                        help="of a bag, its run number K, from 0 on; the last one otherwise")
+    report.add_argument("file", metavar="FILE.html", nargs="?", help="the SYSTEM's name with .html otherwise")
     sweep = add("sweep", "many runs from drawn starts and parameters, as a YAML file says",
                 cli_sweep.sweep_command, system=False)
     sweep.add_argument("file", metavar="FILE.yaml", nargs="?")

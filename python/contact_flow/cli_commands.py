@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from argparse import Namespace
 from typing import Any, Callable, Dict, List, Sequence, Tuple
 
@@ -201,9 +202,32 @@ def orbit(arguments: Namespace, load: Load) -> Answer:
     return data, "\n".join(text), True
 
 
+def recorded_run(arguments: Namespace) -> Tuple[_core.Run, Sequence[str], str]:
+    """(run, what it was differentiated by, where it is from) of a bag."""
+    from .bags import runs
+    for name in ("parameter", "state", "input", "option", "duration"):
+        if getattr(arguments, name):
+            raise ValueError("--%s: a run of a bag is as it was recorded" % name)
+    found = runs(arguments.system)
+    try:
+        one = found[arguments.number]
+    except IndexError:
+        raise ValueError("--number %d: the bag has %d runs" % (arguments.number, len(found))) from None
+    number = arguments.number % len(found)
+    how = "the same, bit for bit" if one.same else "its end differs by %.3g" % one.difference
+    return one.run, one.by, "Run %d of %d of %s, from %s; computed again: %s." % (
+        number, len(found), os.path.basename(arguments.system), one.topic, how)
+
+
 def report(arguments: Namespace, load: Load) -> Answer:
     from .report import write_report
-    run, _ = run_of(arguments, load)
-    write_report(run, arguments.file, by=arguments.by)
-    return {"file": arguments.file, "status": run.status.outcome}, \
-        "written: %s, %s" % (arguments.file, run.status), bool(run.status)
+    if arguments.system.endswith(".bag"):
+        run, by, source = recorded_run(arguments)
+    else:
+        run, by, source = run_of(arguments, load)[0], ["state"], ""
+    stem = os.path.splitext(os.path.basename(arguments.system))[0]
+    path = arguments.file or stem + ".html"
+    write_report(run, path, by=arguments.by or by, source=source)
+    text = "written: %s, %s" % (path, run.status)
+    return {"file": path, "status": run.status.outcome, "source": source}, \
+        "\n".join([text] + ([source] if source else [])), bool(run.status)

@@ -10,11 +10,12 @@ from typing import Any, Dict, List, Sequence, Union
 
 import numpy as np
 
-from . import _core
+from . import _core, report_words
+from .report_scene import scene
 
 MAX_BYTES = 8_000_000  #: a larger report is refused
 MAX_PIECES = 64  #: more are counted, not drawn
-TEMPLATE = os.path.join(os.path.dirname(__file__), "report_template.html")
+FOLDER = os.path.dirname(__file__)
 
 
 def numbers(values: Any) -> Any:
@@ -47,18 +48,6 @@ def motion(run: _core.Run, count: int) -> Dict[str, Any]:
         arcs.append({"t": t.tolist(), "x": numbers(x.T), "force": numbers(force.T),
                      "mode": arc.mode, "word": arc.word, "u": numbers(arc.u)})
     return {"arcs": arcs}
-
-
-def figure(run: _core.Run, frames: int = 200) -> Dict[str, Any]:
-    """Where links and contact points of a robot are, at evenly spaced instants."""
-    robot = run.system
-    if not isinstance(robot, _core.Robot):
-        return {}
-    t = np.linspace(run.t_begin, run.t_end, frames)
-    q = run.x(t)[:, :robot.num_positions]
-    return {"t": t.tolist(), "links": robot.links, "parents": robot.link_parents,
-            "at": numbers(robot.link_positions(q).round(6)),
-            "contacts": numbers(robot.contact_points(q).round(6))}
 
 
 def slopes(run: _core.Run, by: Sequence[str]) -> Dict[str, Any]:
@@ -122,8 +111,8 @@ def request(run: _core.Run) -> str:
 
 def collect(run: _core.Run, by: Sequence[str], count: int) -> Dict[str, Any]:
     """All that the page shows."""
-    system, margins = run.system, run.margins
-    data = {
+    system = run.system
+    data: Dict[str, Any] = {
         "version": _core.__version__, "name": system.name, "summary": system.summary,
         "status": run.status.outcome, "message": run.status.message,
         "begin": run.t_begin, "end": run.t_end, "states": system.state_names, "units": system.units,
@@ -136,31 +125,31 @@ def collect(run: _core.Run, by: Sequence[str], count: int) -> Dict[str, Any]:
                     "obstacle": "" if e.obstacle else str(e.obstacle)} for e in run.events],
         "warnings": ["%g s: %s" % (w.t, w.message) for w in run.warnings],
         "near": run.near_grazing(),
-        "margins": [[name, numbers(float(value)), unit] for name, value, unit in (
-            ("slowest touchdown", margins.approach_speed, "m/s"),
-            ("slowest release", margins.release_rate, "N/s"),
-            ("smallest gap that stayed open", margins.gap, "m"),
-            ("smallest force that kept pushing", margins.force, "N"),
-            ("shortest time between events", margins.event_interval, "s"))],
         "request": request(run)}
     if isinstance(system, _core.Robot):
         data["texts"] = {"urdf": system.urdf, "yaml": system.yaml}
     data.update(motion(run, count))
-    data["figure"] = figure(run)
     data["derivative"] = slopes(run, by)
+    data["words"] = report_words.margins(run) + report_words.trust(data["derivative"])
+    data["figure"] = scene(run, data["derivative"])
     return data
 
 
+def part(name: str) -> str:
+    with open(os.path.join(FOLDER, name), encoding="utf-8") as file:
+        return file.read()
+
+
 def write_report(run: _core.Run, path: Union[str, "os.PathLike[str]"], by: Sequence[str] = ("state",),
-                 samples: int = 600) -> None:
-    """Writes the report of a run to `path`. `by` as in Run.derivative. ValueError where it would be
-    larger than 8 MB, or where the run was made with dense=False."""
+                 samples: int = 600, source: str = "") -> None:
+    """Writes the report of a run to `path`. `by` as in Run.derivative; `source` says where it is from. ValueError
+    where it would be larger than 8 MB, or where the run was made with dense=False."""
     if not run.options["dense"]:
         raise ValueError("the run was made with dense=False")
-    with open(TEMPLATE, encoding="utf-8") as file:
-        template = file.read()
+    template = part("report_template.html").replace("/*SCENE*/", part("report_scene.js"), 1)
     # "<" could end the script where a name has it.
-    text = json.dumps(collect(run, by, samples), separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    data = dict(collect(run, by, samples), source=source)
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     page = template.replace("/*DATA*/null", text, 1)
     size = len(page.encode())
     if size > MAX_BYTES:

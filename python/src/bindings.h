@@ -67,6 +67,7 @@ struct Derivative {
   BDerivative map;
   StartDirections directions;  // that the start of the run admits
   mutable std::mutex mutex;
+  mutable std::unique_ptr<const ValidityEstimator> estimator;  // made when it is first asked
 
   const MechanicalSystem& system() const { return run->system->get(); }
 };

@@ -200,8 +200,12 @@ NamedRadius Radius(const Derivative& d, const py::object& w) {
   CheckExists(d);
   const Vector direction = ToAdmitted(d, w);
   NamedRadius radius;
-  radius.value =
-      Alone(d, [&] { return ValidityEstimator(d.system(), d.run->trajectory, d.map)(direction); });
+  radius.value = Alone(d, [&] {
+    if (!d.estimator) {
+      d.estimator = std::make_unique<ValidityEstimator>(d.system(), d.run->trajectory, d.map);
+    }
+    return (*d.estimator)(direction);
+  });
   if (radius.value.constraint >= 0) {
     radius.constraint =
         d.run->description().constraints[static_cast<std::size_t>(radius.value.constraint)];

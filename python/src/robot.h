@@ -29,6 +29,7 @@ class Robot : public System {
   }
   std::string Origin() const override { return "Robot '" + description().name + "'"; }
   const RobotTexts& texts() const { return texts_; }
+  const RobotSystem& robot_system() const { return *robot_; }
   const RobotDescription& robot() const { return robot_->robot(); }
 
  private:

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "contact_flow/model/rigid_body/contact_place.h"
 #include "contact_flow/model/rigid_body/kinematics.h"
 #include "contact_flow/model/rigid_body/urdf_loader.h"
 #include "geometry.h"
@@ -248,7 +249,7 @@ MarkerArray RobotDisplay::Contacts(const VectorRef& x, ContactMode mode, const V
   for (int i = 0; i < system_.num_constraints(); ++i) {
     if (system_.compliant().Contains(i)) continue;  // an instant of time
     Vec3<double> point, whole;
-    ContactPoint(i, state, force, &point, &whole);
+    PlaceContact(system_, i, state, force, &point, &whole);
     const bool active = mode.Contains(i);
     Marker sphere = Begin("contacts", i, stamp);
     sphere.type = Marker::SPHERE;

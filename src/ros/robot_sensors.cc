@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "contact_flow/model/rigid_body/inverse_dynamics.h"
+#include "contact_flow/model/rigid_body/contact_place.h"
 #include "contact_flow/model/rigid_body/kinematics.h"
 #include "contact_flow/ros/robot_display.h"
 #include "geometry.h"
@@ -107,7 +108,7 @@ std::vector<geometry_msgs::WrenchStamped> RobotDisplay::LinkWrenches(const Vecto
     if (k < 0) continue;
     const auto at = static_cast<std::size_t>(k);
     Vec3<double> point, f;
-    ContactPoint(i, state, force, &point, &f);
+    PlaceContact(system_, i, state, force, &point, &f);
     const Vec3<double> arm = point - LinkPose(state, touching_link_[at]).position;
     push[at] += f;
     turn[at] += arm.cross(f);

@@ -17,7 +17,7 @@ class Notebooks(unittest.TestCase):
             import matplotlib  # noqa: F401
         except ImportError:
             self.skipTest("matplotlib is not installed")
-        self.assertGreaterEqual(len(NOTEBOOKS), 3)
+        self.assertGreaterEqual(len(NOTEBOOKS), 5)
         cells = 0
         for path in NOTEBOOKS:
             with self.subTest(path.name):

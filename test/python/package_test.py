@@ -23,7 +23,8 @@ from contact_flow import _core
 FOLDER = pathlib.Path(cf.__file__).parent
 EXAMPLES = sorted((case.ROOT / "examples" / "python").glob("*.py"))
 MODULES = ["contact_flow", "contact_flow.jet", "contact_flow.python_model", "contact_flow.sections",
-           "contact_flow.cli", "contact_flow.cli_commands", "contact_flow.report", "contact_flow.ros",
+           "contact_flow.cli", "contact_flow.cli_commands", "contact_flow.report", "contact_flow.report_scene",
+           "contact_flow.report_shapes", "contact_flow.report_words", "contact_flow.bags", "contact_flow.ros",
            "contact_flow.draws", "contact_flow.ensemble", "contact_flow.ensemble_store",
            "contact_flow.ensemble_chunks", "contact_flow.ensemble_plots", "contact_flow.cli_sweep"]
 

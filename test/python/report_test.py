@@ -70,6 +70,10 @@ class Report(unittest.TestCase):
         self.assertNotRegex(text.split("const D=")[0] + text.split("};\n")[-1], r"https?://")
         self.assertIn("default-src 'none'", text)
         self.assertLess(path.stat().st_size, 8_000_000)
+        self.assertNotIn("/*SCENE*/", text)
+        data = data_of(text)
+        self.assertEqual(len(robot.links), len(data["figure"]["poses"][0]))
+        self.assertIn("Every touchdown comes with", data["words"][0])
 
     def test_names_do_not_end_the_script(self):
         class Odd(cf.Formulas):
@@ -89,6 +93,7 @@ class Report(unittest.TestCase):
         run = cf.Model("rigid_biped").simulate()
         data = data_of(self.write(run)[1])
         self.assertEqual("discontinuous", data["derivative"]["status"])
+        self.assertEqual([], data["figure"]["ghosts"])
         self.assertEqual(2, len(data["derivative"]["outcomes"]))
         with self.assertRaisesRegex(ValueError, "dense"):
             self.write(cf.Model("soft_biped").simulate(dense=False))

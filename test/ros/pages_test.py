@@ -135,6 +135,9 @@ class PagesAsPrinted(unittest.TestCase):
     def test_simulator(self):
         self.assertGreaterEqual(self.follow("simulator")[0], 9)
 
+    def test_layouts(self):
+        self.assertGreaterEqual(self.follow("layouts")[0], 4)
+
     def test_cpp(self):
         self.assertGreaterEqual(self.follow("cpp")[0], 1)
 
@@ -143,7 +146,7 @@ class PagesAsPrinted(unittest.TestCase):
             import contact_flow.cli  # noqa: F401
         except ImportError:
             self.skipTest("built without the Python module")
-        self.assertGreaterEqual(self.follow("python")[0], 5)
+        self.assertGreaterEqual(self.follow("python")[0], 9)
 
     def test_ensembles(self):
         try:

@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """contact_flow.ros.Client: services by name, numpy in and out; the node's numbers are those of the module."""
+import os
+import tempfile
 import unittest
 
 import numpy as np
@@ -11,6 +13,8 @@ import contact_flow
 from contact_flow.msg import InitialState
 
 try:
+    import contact_flow.bags
+    import contact_flow.cli
     import contact_flow.ros
 except ImportError:   # CONTACT_FLOW_PYTHON is OFF
     Client = None
@@ -42,6 +46,25 @@ class PythonClient(unittest.TestCase):
         A = answer.linearization.intervals[0].A
         np.testing.assert_array_equal(self.local().simulate(
             inputs=contact_flow.Grid([0, 0.5], np.zeros((2, 0)))).linearize()[0].A, A)
+
+    def test_a_bag_of_the_node_as_a_report(self):
+        """What the node records, computed again by the module to the bit, as a page."""
+        self.client.start_recording(name="reported")
+        self.client.simulate(state={"names": ["body_pitch"], "positions": [0.1]}, duration=1.2)
+        self.client.b_derivative(directions=["+body_pitch"], by_parameters=["stiffness"],
+                                 options={"relative_tolerance": 1e-7})
+        path, = self.client.stop_recording().paths
+        self.addCleanup(os.remove, path)
+        found = contact_flow.bags.runs(path)
+        self.assertEqual([True, True], [one.same for one in found])
+        self.assertEqual([("state",), ("state", "stiffness")], [one.by for one in found])
+        self.assertEqual([1.2, 1.4], [one.run.duration for one in found])
+        self.assertEqual(1e-7, found[1].run.options["relative_tolerance"])
+        with tempfile.TemporaryDirectory() as folder:
+            page = os.path.join(folder, "page.html")
+            self.assertEqual(0, contact_flow.cli.main(["report", path, page, "--number", "0"]))
+            with open(page, encoding="utf-8") as file:
+                self.assertIn("Run 0 of 2 of reported.bag", file.read())
 
     def test_refusals(self):
         with self.assertRaisesRegex(contact_flow.ros.Refused, "body_pitch"):

@@ -104,10 +104,6 @@ class RobotDisplay {
 
   visualization_msgs::Marker Begin(const std::string& name, int id, const ros::Time& stamp) const;
   Pose LinkPose(const TreeState<double>& state, int link) const;
-  /// The point of a constraint and the force that λ [n+l+r] puts on it, in the world. Of a limit:
-  /// its joint, no force.
-  void ContactPoint(int i, const TreeState<double>& state, const VectorRef& lambda,
-                    Vec3<double>* point, Vec3<double>* force) const;
 
   const RobotSystem& system_;
   const DisplayOptions options_;
