@@ -29,15 +29,17 @@ void Require(const Vector& weights, Eigen::Index size, bool positive, const std:
 
 }  // namespace
 
-Policy MakePolicy(ExtendedReference reference, const TrackingWeights& weights,
-                  const BDerivativeOptions& options) {
-  const MechanicalSystem& system = reference.system();
+TrackingPolicy MakePolicy(const MechanicalSystem& system, const Trajectory& run,
+                          const InputSchedule& inputs, double reach,
+                          const TrackingWeights& weights, const BDerivativeOptions& options) {
   Require(weights.state, 2 * system.dof(), false, "state");
   Require(weights.input, system.num_inputs(), true, "input");
   Require(weights.terminal, 2 * system.dof(), false, "terminal");
-  const std::vector<IntervalLinearization> intervals =
-      Linearize(system, reference.run(), options);
-  Policy policy{std::move(reference), {}, {}, {}, {}, {}};
+  const SystemDescription& names = system.description();
+  TrackingPolicy policy{{names.name, names.coordinates, names.units, names.velocities,
+                         names.constraints, names.inputs},
+                        ExtendedReference(system, run, inputs, reach), {}, {}, {}, {}, {}};
+  const std::vector<IntervalLinearization> intervals = Linearize(system, run, options);
   policy.gains.resize(intervals.size());
   Matrix P = weights.terminal.asDiagonal();
   for (std::size_t k = intervals.size(); k-- > 0;) {
@@ -68,7 +70,7 @@ Policy MakePolicy(ExtendedReference reference, const TrackingWeights& weights,
   return policy;
 }
 
-const Matrix& Policy::Gain(int phase, double t) const {
+const Matrix& TrackingPolicy::Gain(int phase, double t) const {
   const std::vector<double>& grid = reference.inputs().grid;
   const auto next = std::upper_bound(grid.begin(), grid.end(), t);
   const std::size_t at =
@@ -86,7 +88,7 @@ const char* KindName(TrackedEvent::Kind kind) {
   return kNames[static_cast<int>(kind)];
 }
 
-PolicyTracker::PolicyTracker(const Policy& policy, const TrackerOptions& options)
+PolicyTracker::PolicyTracker(const TrackingPolicy& policy, const TrackerOptions& options)
     : policy_(policy), options_(options) {}
 
 void PolicyTracker::Observe(double t, ContactMode activated, ContactMode released) {
@@ -133,8 +135,7 @@ Vector PolicyTracker::Input(double t, const VectorRef& x) {
   GiveUpLate(t);
   const ExtendedReference& reference = policy_.reference;
   const int phase = options_.extend ? phase_ : reference.PhaseAt(t);
-  const Vector error = reference.system().Separation(x, reference.State(phase, t));
-  Vector u = reference.Input(t) - policy_.Gain(phase, t) * error;
+  Vector u = reference.Input(t) - policy_.Gain(phase, t) * reference.Error(phase, t, x);
   if (policy_.lower.size() > 0) u = u.cwiseMax(policy_.lower);
   if (policy_.upper.size() > 0) u = u.cwiseMin(policy_.upper);
   return u;

@@ -33,9 +33,9 @@ class BallPolicy : public testing::Test {
     weights.terminal = Eigen::Vector2d(100, 1);
   }
 
-  ExtendedReference Reference(double reach) const {
-    return {*ball, Simulate(*ball, Eigen::Vector2d(1, 0), inputs, 0.8, exact), inputs, reach};
-  }
+  Trajectory Run() const { return Simulate(*ball, Eigen::Vector2d(1, 0), inputs, 0.8, exact); }
+  ExtendedReference Reference(double reach) const { return {*ball, Run(), inputs, reach}; }
+  TrackingPolicy Made() const { return MakePolicy(*ball, Run(), inputs, 0.1, weights); }
 
   /// The closed loop at 1 kHz from `height` with another restitution; the largest error of the
   /// height against the reference away from its events, and the largest input.
@@ -43,7 +43,7 @@ class BallPolicy : public testing::Test {
     double end_error = 0, largest_input = 0;
     std::vector<TrackedEvent> events;
   };
-  Loop Close(const Policy& policy, double height, double restitution, bool extend) const {
+  Loop Close(const TrackingPolicy& policy, double height, double restitution, bool extend) const {
     ParameterValues values;
     values["restitution"] = restitution;
     const std::shared_ptr<const MechanicalSystem> other = MakeModel("driven_ball", values);
@@ -65,7 +65,7 @@ class BallPolicy : public testing::Test {
     }
     while (flow.AdvanceTo(0.8)) {
     }
-    loop.end_error = std::abs(flow.State()(0) - policy.reference.run().FinalState()(0));
+    loop.end_error = std::abs(flow.State()(0) - policy.reference.phases().back().x_end(0));
     loop.events = tracker.events();
     return loop;
   }
@@ -124,9 +124,9 @@ TEST_F(BallPolicy, ReferenceGoesOnUnderItsInputs) {
 /// δu_0 = −K_0 δx_0 is the first step of min Σ h (δxᵀQδx + δuᵀRδu) + δx_TᵀQ_Tδx_T, as one
 /// least-squares problem in all δu.
 TEST_F(BallPolicy, GainsAreThoseOfTheQuadraticProgram) {
-  const ExtendedReference reference = Reference(0.1);
-  const Policy policy = MakePolicy(reference, weights);
-  const std::vector<IntervalLinearization> intervals = Linearize(*ball, reference.run());
+  const TrackingPolicy policy = Made();
+  const ExtendedReference& reference = policy.reference;
+  const std::vector<IntervalLinearization> intervals = Linearize(*ball, Run());
   const auto count = static_cast<Eigen::Index>(intervals.size());
   ASSERT_EQ(count, static_cast<Eigen::Index>(policy.gains.size()));
   const Eigen::Vector2d start(0.3, -0.2);
@@ -161,7 +161,7 @@ TEST_F(BallPolicy, EarlyAndLateTouchdownsDoNotJumpTheFeedback) {
   weights.state = Eigen::Vector2d(10, 1);
   weights.terminal = Eigen::Vector2d(1, 1);
   weights.input(0) = 1;
-  const Policy policy = MakePolicy(Reference(0.1), weights);
+  const TrackingPolicy policy = Made();
   for (double height : {0.85, 0.95, 1.05, 1.15}) {
     const Loop with = Close(policy, height, kRestitution, true);
     const Loop without = Close(policy, height, kRestitution, false);
@@ -186,7 +186,7 @@ TEST_F(BallPolicy, EarlyAndLateTouchdownsDoNotJumpTheFeedback) {
 }
 
 TEST_F(BallPolicy, MissedAndExtraTouchdownsAreReported) {
-  const Policy policy = MakePolicy(Reference(0.1), weights);
+  const TrackingPolicy policy = Made();
   const double hit = policy.reference.phases()[0].t_end;
   PolicyTracker tracker(policy);
   EXPECT_EQ(0, tracker.phase());
@@ -206,10 +206,10 @@ TEST_F(BallPolicy, MissedAndExtraTouchdownsAreReported) {
 TEST_F(BallPolicy, MisuseIsRefused) {
   EXPECT_THROW(Reference(-1), std::invalid_argument);
   weights.input(0) = 0;
-  EXPECT_THROW(MakePolicy(Reference(0.1), weights), std::invalid_argument);
+  EXPECT_THROW(Made(), std::invalid_argument);
   weights.input(0) = 1;
   weights.state = Vector::Ones(3);
-  EXPECT_THROW(MakePolicy(Reference(0.1), weights), std::invalid_argument);
+  EXPECT_THROW(Made(), std::invalid_argument);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "contact_flow/derivative/b_derivative.h"
@@ -18,9 +19,20 @@ struct TrackingWeights {
   Vector terminal;  ///< Q_T ≥ 0 [2d]
 };
 
+/// What the numbers of a policy are called, as in SystemDescription.
+struct PolicyNames {
+  std::string model;                     ///< whose it is
+  std::vector<std::string> coordinates;  ///< [nq]
+  std::vector<std::string> units;        ///< [nq] of them
+  std::vector<std::string> velocities;   ///< [d]
+  std::vector<std::string> constraints;  ///< [n]
+  std::vector<std::string> inputs;       ///< [m]
+};
+
 /// How a reference is followed: u = ū(t) − K (x ⊟ x̄(t)), with the gain of an instant of the input's
 /// grid and the phase of the motion.
-struct Policy {
+struct TrackingPolicy {
+  PolicyNames names;              ///< of its numbers
   ExtendedReference reference;    ///< x̄, with both one-sided states at events, and ū
   std::vector<Matrix> gains;      ///< K of each interval of the grid [m × 2d]
   std::vector<int> gain_phases;   ///< the phase in which each begins
@@ -34,11 +46,18 @@ struct Policy {
   const Matrix& Gain(int phase, double t) const;
 };
 
-/// Gains by the linear regulator along the exact derivatives of the intervals, saltations inside.
-/// Throws std::invalid_argument for sizes and signs, and std::domain_error, with the reason, where
-/// an interval has no derivative.
-Policy MakePolicy(ExtendedReference reference, const TrackingWeights& weights,
-                  const BDerivativeOptions& options = {});
+/// The policy of a trajectory made with SimulateOptions::dense under these inputs. Gains by the
+/// linear regulator along the exact derivatives of the intervals, saltations inside; the reference
+/// goes on by `reach` [s] beyond its events. Throws std::invalid_argument for sizes and signs and as
+/// ExtendedReference does, and std::domain_error, with the reason, where an interval has no
+/// derivative.
+TrackingPolicy MakePolicy(const MechanicalSystem& system, const Trajectory& run,
+                          const InputSchedule& inputs, double reach,
+                          const TrackingWeights& weights, const BDerivativeOptions& options = {});
+
+/// Throws std::invalid_argument, naming field and value, for a policy that is not in order: sizes,
+/// times that do not rise, phases that do not follow each other, gains without an interval.
+void CheckPolicy(const TrackingPolicy& policy);
 
 /// Settings of a tracker.
 struct TrackerOptions {
@@ -65,7 +84,7 @@ const char* KindName(TrackedEvent::Kind kind);
 class PolicyTracker {
  public:
   /// `policy` must outlive it.
-  explicit PolicyTracker(const Policy& policy, const TrackerOptions& options = {});
+  explicit PolicyTracker(const TrackingPolicy& policy, const TrackerOptions& options = {});
 
   /// Contacts touch down, or let go, at t. Those that the reference does not expect next are extra;
   /// where it expects several at once, the phase ends with the last.
@@ -79,7 +98,7 @@ class PolicyTracker {
  private:
   void GiveUpLate(double t);
 
-  const Policy& policy_;
+  const TrackingPolicy& policy_;
   const TrackerOptions options_;
   int phase_ = 0;
   ContactMode touched_, left_;  // of what is expected at the end of the phase
