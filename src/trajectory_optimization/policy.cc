@@ -32,6 +32,9 @@ void Require(const Vector& weights, Eigen::Index size, bool positive, const std:
 TrackingPolicy MakePolicy(const MechanicalSystem& system, const Trajectory& run,
                           const InputSchedule& inputs, double reach,
                           const TrackingWeights& weights, const BDerivativeOptions& options) {
+  if (system.num_inputs() == 0) {
+    throw std::invalid_argument("the model has no inputs: there is nothing to steer with");
+  }
   Require(weights.state, 2 * system.dof(), false, "state");
   Require(weights.input, system.num_inputs(), true, "input");
   Require(weights.terminal, 2 * system.dof(), false, "terminal");
@@ -44,7 +47,7 @@ TrackingPolicy MakePolicy(const MechanicalSystem& system, const Trajectory& run,
   Matrix P = weights.terminal.asDiagonal();
   for (std::size_t k = intervals.size(); k-- > 0;) {
     const IntervalLinearization& interval = intervals[k];
-    if (!interval.status.ok()) throw std::domain_error(interval.status.message);
+    if (!interval.status.ok()) throw NoPolicy(interval.status);
     if (!interval.is_linear) policy.kinked.insert(policy.kinked.begin(), static_cast<int>(k));
     const double h = interval.t_end - interval.t_begin;
     const Matrix &A = interval.A, &B = interval.B;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "contact_flow/derivative/b_derivative.h"
@@ -46,11 +48,20 @@ struct TrackingPolicy {
   const Matrix& Gain(int phase, double t) const;
 };
 
+/// Why a run has no policy: an interval of its grid has no derivative.
+class NoPolicy : public std::domain_error {
+ public:
+  explicit NoPolicy(Status status) : std::domain_error(status.message), status_(std::move(status)) {}
+  const Status& status() const { return status_; }  ///< of that interval
+
+ private:
+  Status status_;
+};
+
 /// The policy of a trajectory made with SimulateOptions::dense under these inputs. Gains by the
 /// linear regulator along the exact derivatives of the intervals, saltations inside; the reference
 /// goes on by `reach` [s] beyond its events. Throws std::invalid_argument for sizes and signs and as
-/// ExtendedReference does, and std::domain_error, with the reason, where an interval has no
-/// derivative.
+/// ExtendedReference does, and NoPolicy where an interval has no derivative.
 TrackingPolicy MakePolicy(const MechanicalSystem& system, const Trajectory& run,
                           const InputSchedule& inputs, double reach,
                           const TrackingWeights& weights, const BDerivativeOptions& options = {});
