@@ -14,6 +14,7 @@
 #include "contact_flow/StepSimulation.h"
 #include "contact_flow/io/map_reader.h"
 #include "contact_flow/io/policy_file.h"
+#include "contact_flow/ros/display.h"
 #include "contact_flow/ros/gate.h"
 #include "contact_flow/ros/parameters.h"
 #include "contact_flow/ros/policy_messages.h"
@@ -23,6 +24,7 @@ namespace ros_interface {
 namespace {
 
 enum Commands { kInput, kNumbers, kJoints };
+enum States { kSimulator, kRobot };
 
 void ReadTime(MapReader* reader, const std::string& key, double smallest, double largest,
               double* value) {
@@ -60,18 +62,25 @@ FollowerParameters ReadFollowerParameters() {
   reader.Read("extend", &p.tracker.extend);
   ReadTime(&reader, "on_time", 0, 1e6, &p.tracker.on_time);
   ReadTime(&reader, "patience", 0, 1e6, &p.tracker.patience);
+  reader.Read("states", {"simulator", "robot"}, &p.states);
+  ReadTime(&reader, "touch_force", 0, 1e9, &p.touch_force);
   reader.Read("commands", {"input", "commands", "joint_commands"}, &p.commands);
   reader.Read("joints", &p.joints);
   reader.Read("joint_quantity", {"effort", "position", "velocity"}, &p.quantity);
   reader.Read("lockstep", &p.lockstep);
   ReadTime(&reader, "period", 1e-6, 10, &p.period);
   reader.Finish();
+  if (p.lockstep && p.states == kRobot) {
+    throw std::invalid_argument(name + "/lockstep is true, expected false where states is robot");
+  }
   return p;
 }
 
 PolicyFollower::PolicyFollower(const FollowerParameters& parameters, TrackingPolicy policy)
     : parameters_(parameters),
-      loop_(std::move(policy), parameters.tracker, parameters.begin),
+      loop_(std::move(policy), parameters.tracker,
+            parameters.states == kRobot ? std::numeric_limits<double>::quiet_NaN()
+                                        : parameters.begin),
       private_("~") {
   const std::size_t inputs = loop_.policy().names.inputs.size();
   if (parameters.commands == kJoints && parameters.joints.size() != inputs) {
@@ -90,29 +99,89 @@ PolicyFollower::PolicyFollower(const FollowerParameters& parameters, TrackingPol
     if (parameters.commands == kJoints) {
       command_ = node_.advertise<sensor_msgs::JointState>(of + "joint_commands", 10);
     }
-    subscribers_.push_back(node_.subscribe<HybridState>(
-        of + "state", 1000,
-        [this](const HybridState::ConstPtr& state) { Take(*state); },
-        ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
   }
+  if (parameters.states == kRobot) {
+    ListenToRobot();
+  } else {
+    ListenToSimulator();
+  }
+}
+
+void PolicyFollower::ListenToSimulator() {
+  const std::string of = parameters_.simulator + "/";
+  const ros::TransportHints quick = ros::TransportHints().tcpNoDelay();
   subscribers_.push_back(node_.subscribe<SimulatorEvent>(
-      of + "events", 1000,
-      [this](const SimulatorEvent::ConstPtr& event) { Take(*event); },
-      ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
+      of + "events", 1000, [this](const SimulatorEvent::ConstPtr& event) { Take(*event); },
+      ros::VoidConstPtr(), quick));
+  if (parameters_.lockstep) return;
+  subscribers_.push_back(node_.subscribe<HybridState>(
+      of + "state", 1000, [this](const HybridState::ConstPtr& state) { Take(*state); },
+      ros::VoidConstPtr(), quick));
+}
+
+void PolicyFollower::ListenToRobot() {
+  const PolicyNames& names = loop_.policy().names;
+  const ros::TransportHints quick = ros::TransportHints().tcpNoDelay();
+  robot_.emplace(names, parameters_.touch_force);
+  start_ = private_.advertiseService("start", &PolicyFollower::Start, this);
+  const auto guarded = [](const auto& body) {
+    try {
+      body();
+    } catch (const std::invalid_argument& error) {
+      ROS_ERROR_THROTTLE(1, "policy_tracker: %s", error.what());
+    }
+  };
+  subscribers_.push_back(node_.subscribe<sensor_msgs::JointState>(
+      "joint_states", 1000,
+      [=](const sensor_msgs::JointState::ConstPtr& m) {
+        guarded([&] { Follow(robot_->Take(*m)); });
+      },
+      ros::VoidConstPtr(), quick));
+  if (robot_->has_base()) {
+    subscribers_.push_back(node_.subscribe<nav_msgs::Odometry>(
+        "odom", 1000,
+        [=](const nav_msgs::Odometry::ConstPtr& m) { guarded([&] { Follow(robot_->Take(*m)); }); },
+        ros::VoidConstPtr(), quick));
+  }
+  for (std::size_t i = 0; i < names.constraints.size(); ++i) {
+    subscribers_.push_back(node_.subscribe<geometry_msgs::WrenchStamped>(
+        parameters_.simulator + "/wrench/" + TopicName(names.constraints[i]), 1000,
+        [=](const geometry_msgs::WrenchStamped::ConstPtr& m) {
+          guarded([&] { robot_->Take(static_cast<int>(i), *m); });
+        },
+        ros::VoidConstPtr(), quick));
+  }
+}
+
+bool PolicyFollower::Start(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& out) {
+  loop_.Restart();
+  started_ = true;
+  out.success = true;
+  out.message = "the policy begins with the next state";
+  return true;
+}
+
+void PolicyFollower::Follow(const std::optional<RobotTopics::State>& state) {
+  if (!state || !started_) return;
+  Give(loop_.Take(state->header, state->header.stamp.toSec(), state->x, state->activated,
+                  state->released));
 }
 
 template <class Message>
 void PolicyFollower::Take(const Message& message) {
   try {
-    const PolicyAnswer answer = loop_.Take(message);
-    for (const PolicyEvent& event : answer.events) tracked_events_.publish(event);
-    if (answer.step) steps_.publish(*answer.step);
-    if (answer.step && !parameters_.lockstep) Command(*answer.step);
-    step_ = answer.step;
+    Give(loop_.Take(message));
   } catch (const std::invalid_argument& error) {
     if (parameters_.lockstep) throw;
     ROS_ERROR_THROTTLE(1, "policy_tracker: %s", error.what());
   }
+}
+
+void PolicyFollower::Give(const PolicyAnswer& answer) {
+  for (const PolicyEvent& event : answer.events) tracked_events_.publish(event);
+  if (answer.step) steps_.publish(*answer.step);
+  if (answer.step && !parameters_.lockstep) Command(*answer.step);
+  step_ = answer.step;
   if (loop_.over() && !said_over_) ROS_INFO("policy_tracker: the reference has come to its end");
   said_over_ = loop_.over();
 }

@@ -44,7 +44,7 @@ PolicyAnswer PolicyLoop::Take(const HybridState& state) {
                                 std::to_string(state.coordinates.size()) + " and " +
                                 std::to_string(state.velocities.size()));
   }
-  if (!tracker_ || state.t < last_) Restart(state);
+  if (!tracker_ || state.t < last_) BeginWith(state);
   waits_ = waiting_ ? waits_ + 1 : 0;
   waiting_ = state;
   return Answer();
@@ -61,7 +61,8 @@ PolicyAnswer PolicyLoop::Take(const std_msgs::Header& header, double t, const Ve
                               ContactMode activated, ContactMode released) {
   if (!tracker_ || t < last_) Begin(t);
   PolicyAnswer answer;
-  if (!(activated | released).Empty()) tracker_->Observe(t - begin_, activated, released);
+  mode_ = (mode_ | activated) - released;
+  if (!(activated | released).Empty()) tracker_->Observe(t - begin_, activated, released, mode_);
   Step(header, t, x, &answer);
   return answer;
 }
@@ -74,9 +75,11 @@ void PolicyLoop::Begin(double t) {
   tracker_.emplace(policy_, options_);
 }
 
-void PolicyLoop::Restart(const HybridState& state) {
+void PolicyLoop::BeginWith(const HybridState& state) {
   Begin(state.t);
   passed_ = state.events;
+  epoch_ = state.epoch;
+  mode_ = ModeOfNames("mode", state.mode, policy_.names.constraints);
   waiting_.reset();
   // What came before it is over; of what has begun anew there may be events already.
   while (!events_.empty() && (events_.front().index <= passed_ ||
@@ -101,7 +104,8 @@ PolicyAnswer PolicyLoop::Answer() {
     const ContactMode down = mode("activated", m.activated) | mode("switched", m.switched);
     const ContactMode up = mode("released", m.released);
     if ((down | up).Empty() || m.t < begin_) continue;
-    tracker_->Observe(m.t - begin_, down, up);
+    mode_ = mode("mode_after", m.mode_after);
+    tracker_->Observe(m.t - begin_, down, up, mode_);
     TellEvents(event.header, &answer);
   }
   if (passed_ < state.events) {
@@ -109,6 +113,12 @@ PolicyAnswer PolicyLoop::Answer() {
     ROS_WARN_THROTTLE(1, "policy_tracker: %llu events have not come: going on without",
                       static_cast<unsigned long long>(state.events - passed_));
     passed_ = state.events;
+  }
+  if (state.epoch != epoch_) {  // it was pushed or moved: no events tell what touches now
+    const ContactMode mode = ModeOfNames("mode", state.mode, policy_.names.constraints);
+    if (mode != mode_) tracker_->Observe(state.t - begin_, mode - mode_, mode_ - mode, mode);
+    mode_ = mode;
+    epoch_ = state.epoch;
   }
   Vector x(static_cast<Eigen::Index>(state.q.size() + state.v.size()));
   x << Eigen::Map<const Vector>(state.q.data(), static_cast<Eigen::Index>(state.q.size())),

@@ -19,6 +19,10 @@ constexpr int kSteps = 2;
 /// Larger numbers are not written: no file and no message may hold them.
 constexpr double kLargest = 1e100;
 
+/// The continuation ends where it is this many times as fast as the run ever is: what is damped
+/// grows when time goes back.
+constexpr double kGrowth = 3;
+
 /// One row of a table.
 struct Row {
   double t;
@@ -59,8 +63,9 @@ class Motion {
   ContactDynamics dynamics_;
 };
 
-/// Whether a row may be written and read again.
-bool Sound(const Row& row) {
+/// Whether a row may be written and read again, and is of a motion that is worth following.
+bool Sound(const Row& row, double fastest) {
+  if (row.x.tail(row.a.size()).norm() > kGrowth * fastest) return false;
   const auto sound = [](const Vector& numbers) {
     return numbers.allFinite() &&
            (numbers.size() == 0 || numbers.cwiseAbs().maxCoeff() <= kLargest);
@@ -83,7 +88,8 @@ std::vector<double> Breaks(const std::vector<double>& grid, double from, double 
 /// makes the state at t from that of the row before. Ends early where the motion does.
 template <class Next>
 std::vector<Row> Rows(Motion* motion, const std::vector<double>& grid, double from, double to,
-                      Vector x, const Next& next) {
+                      Vector x,
+                      double fastest, const Next& next) {
   std::vector<Row> rows;
   const std::vector<double> breaks = Breaks(grid, from, to);
   for (std::size_t i = 0; i + 1 < breaks.size() && from != to; ++i) {
@@ -98,7 +104,7 @@ std::vector<Row> Rows(Motion* motion, const std::vector<double>& grid, double fr
       } catch (const std::exception&) {  // a mode has no motion everywhere
         return rows;
       }
-      if (Sound(rows.back())) continue;
+      if (Sound(rows.back(), fastest)) continue;
       rows.pop_back();
       return rows;
     }
@@ -125,17 +131,22 @@ void TabulatePhase(const MechanicalSystem& system, const Trajectory& run,
     return x;
   };
   const auto of_run = [&](double t, const Row&) { return t == end ? phase->x_end : run.State(t); };
+  double fastest = 0;
+  for (const Arc& arc : run.arcs) {
+    fastest = std::max({fastest, arc.x_begin.tail(system.dof()).norm(),
+                        arc.x_end.tail(system.dof()).norm()});
+  }
   std::vector<Row> rows =
-      Rows(&motion, inputs.grid, begin, begin - before, phase->x_begin, continued);
+      Rows(&motion, inputs.grid, begin, begin - before, phase->x_begin, fastest, continued);
   std::reverse(rows.begin(), rows.end());
   const std::vector<Row> inside =
-      Rows(&motion, inputs.grid, begin, end, phase->x_begin, of_run);
+      Rows(&motion, inputs.grid, begin, end, phase->x_begin, kLargest, of_run);
   if (inside.empty() || inside.back().t != end) {
     throw std::invalid_argument("the reference has no acceleration at " +
                                 std::to_string(inside.empty() ? begin : inside.back().t) + " s");
   }
   const std::vector<Row> behind =
-      Rows(&motion, inputs.grid, end, end + after, phase->x_end, continued);
+      Rows(&motion, inputs.grid, end, end + after, phase->x_end, fastest, continued);
   rows.insert(rows.end(), inside.begin(), inside.end());
   rows.insert(rows.end(), behind.begin(), behind.end());
   const auto count = static_cast<Eigen::Index>(rows.size());

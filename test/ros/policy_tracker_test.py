@@ -14,6 +14,7 @@ from client import Client, executable, matrix, wait_until
 from contact_flow.msg import InitialState, InputGrid, Policy, PolicyEvent, PolicyStep, SimulatorInput
 from contact_flow.srv import MakePolicy
 from simulator_client import Listener, Simulator
+from std_srvs.srv import Trigger
 
 GRAVITY, RESTITUTION, OTHER = 9.8, 0.7, 0.65   # of the policy's ball, and of the one that is steered
 HEIGHT, HIGHER = 1.0, 1.1                      # where they begin [m]
@@ -218,7 +219,32 @@ class PolicyTracker(unittest.TestCase):
         self.assertGreater(len(answered), 20)
         self.assertGreater(len(answered & {tuple(m.input) for m in taken.all()}), 20)
 
-    def test_7_what_does_not_fit_is_refused(self):
+    def test_7_a_robot_by_its_standard_topics(self):
+        """Joints, odometry and forces of the same robot: its touchdowns are recognized, its servos are commanded."""
+        biped = Simulator("/biped")
+        biped.reset_simulation()
+        make = rospy.ServiceProxy("/biped/make_policy", MakePolicy)
+        self.assertEqual(0, make(duration=0.3, input_grid=InputGrid(times=[0, 0.1, 0.2]), input_weights=[100] * 4).outcome)
+        rospy.set_param("/as_robot/joints", ["left_hip", "left_knee", "right_hip", "right_knee"])
+        tracker = Tracker("as_robot", source="/biped", simulator="/biped", states="robot", commands="joint_commands",
+                          joint_quantity="position")
+        self.addCleanup(tracker.end)
+        taken = Listener("/biped/input_taken", SimulatorInput)
+        rospy.wait_for_service("/as_robot/start", timeout=30)
+        self.assertTrue(wait_until(lambda: all(listener.subscriber.get_num_connections() == 1
+                                               for listener in (tracker.steps, tracker.events, taken))))
+        biped.unpause_physics()
+        self.assertTrue(rospy.ServiceProxy("/as_robot/start", Trigger)().success)
+        self.assertTrue(wait_until(lambda: biped.get_state().state.t > 0.3, seconds=60))
+        biped.pause_physics()
+        self.assertTrue(wait_until(lambda: {tuple(step.input) for step in tracker.steps.all()}
+                                   & {tuple(m.input) for m in taken.all()}))
+        for step in tracker.steps.all():
+            self.assertEqual(14, len(step.error))
+        self.assertTrue(wait_until(lambda: any(set(event.constraints) & {"left_foot", "right_foot"}
+                                               and event.kind != "missed" for event in tracker.events.all())))
+
+    def test_8_what_does_not_fit_is_refused(self):
         self.save()
         with open(self.file) as file:
             text = file.read()

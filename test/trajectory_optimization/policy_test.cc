@@ -203,6 +203,70 @@ TEST_F(BallPolicy, MissedAndExtraTouchdownsAreReported) {
   EXPECT_NEAR(hit, tracker.events()[1].expected, 1e-12);
 }
 
+/// A reference of four phases in the modes {}, {0}, {1}, {0, 1}, which is as a ball's but for those.
+TEST_F(BallPolicy, FeetInAnotherOrderAreNotWaitedFor) {
+  TrackingPolicy policy = Made();
+  std::vector<ReferencePhase> phases(4, policy.reference.phases()[0]);
+  const ContactMode modes[] = {{}, {0}, {1}, {0, 1}};
+  for (std::size_t k = 0; k < 4; ++k) {
+    phases[k].mode = modes[k];
+    phases[k].t_begin = k == 0 ? 0 : 0.2 + 0.001 * static_cast<double>(k);
+    phases[k].t_end = k == 3 ? 0.8 : 0.2 + 0.001 * static_cast<double>(k + 1);
+  }
+  phases[0].activated = {0};
+  phases[1].activated = {1};
+  phases[1].released = {0};
+  phases[2].activated = {0};
+  policy.reference = ExtendedReference(policy.reference.space(), inputs, phases);
+  using Kind = TrackedEvent::Kind;
+  const auto kinds = [](const PolicyTracker& tracker) {
+    std::vector<Kind> all;
+    for (const TrackedEvent& event : tracker.events()) all.push_back(event.kind);
+    return all;
+  };
+  // Both feet at once, late; the one after the other; the other foot alone: of the first one's
+  // touchdown there is nothing to see.
+  PolicyTracker together(policy);
+  together.Observe(0.21, {0, 1}, {}, ContactMode{0, 1});
+  EXPECT_EQ(3, together.phase());
+  EXPECT_EQ((std::vector<Kind>{Kind::kLate, Kind::kLate, Kind::kLate}), kinds(together));
+  PolicyTracker in_turn(policy);
+  in_turn.Observe(0.19, {0}, {}, ContactMode{0});
+  EXPECT_EQ(1, in_turn.phase());
+  in_turn.Observe(0.195, {1}, {}, ContactMode{0, 1});
+  EXPECT_EQ(3, in_turn.phase());
+  EXPECT_EQ((std::vector<Kind>{Kind::kEarly, Kind::kEarly, Kind::kMissed, Kind::kMissed}),
+            kinds(in_turn));
+  PolicyTracker other(policy);
+  other.Observe(0.2, {1}, {}, ContactMode{1});
+  EXPECT_EQ(2, other.phase());
+  // Not without being told the mode, not when that phase is far away, and not by other contacts.
+  PolicyTracker blind(policy);
+  blind.Observe(0.21, {1}, {});
+  EXPECT_EQ(0, blind.phase());
+  PolicyTracker far(policy);
+  far.Observe(0.05, {0, 1}, {}, ContactMode{0, 1});
+  EXPECT_EQ(1, far.phase());
+  EXPECT_EQ((std::vector<Kind>{Kind::kExtra, Kind::kEarly}), kinds(far));
+  PolicyTracker strange(policy);
+  strange.Observe(0.2, {1, 2}, {}, ContactMode{1});
+  EXPECT_EQ(0, strange.phase());
+}
+
+/// Where a foot that slides comes to rest, nobody tells: the phase ends by its time.
+TEST_F(BallPolicy, PhasesThatEndWithoutAnEventOfContactsEndByTime) {
+  TrackingPolicy policy = Made();
+  std::vector<ReferencePhase> phases = policy.reference.phases();
+  phases[0].activated = ContactMode();
+  policy.reference = ExtendedReference(policy.reference.space(), inputs, phases);
+  PolicyTracker tracker(policy);
+  tracker.Input(phases[0].t_end - 1e-6, Eigen::Vector2d(1, 0));
+  EXPECT_EQ(0, tracker.phase());
+  tracker.Input(phases[0].t_end + 1e-6, Eigen::Vector2d(1, 0));
+  EXPECT_EQ(1, tracker.phase());
+  EXPECT_TRUE(tracker.events().empty());
+}
+
 TEST_F(BallPolicy, MisuseIsRefused) {
   EXPECT_THROW(Reference(-1), std::invalid_argument);
   weights.input(0) = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ros/ros.h>
+#include <std_srvs/Trigger.h>
 
 #include <limits>
 #include <optional>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "contact_flow/ros/policy_loop.h"
+#include "contact_flow/ros/robot_topics.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -21,6 +23,9 @@ struct FollowerParameters {
   /// ~begin of the policy, of the simulated time [s]; NaN: with the first state
   double begin = std::numeric_limits<double>::quiet_NaN();
   TrackerOptions tracker;  ///< ~extend, ~on_time, ~patience
+  /// ~states: "simulator" by HybridState and SimulatorEvent, or "robot" by RobotTopics
+  int states = 0;
+  double touch_force = 5;  ///< ~touch_force above which a contact of a robot touches [N]
   /// ~commands: "input" InputCommand, "commands" Float64MultiArray, "joint_commands" JointState
   int commands = 0;
   std::vector<std::string> joints;  ///< ~joints of joint_commands, one an input
@@ -33,7 +38,7 @@ struct FollowerParameters {
 FollowerParameters ReadFollowerParameters();
 
 /// Follows a policy: answers each state of the simulator by an input, and tells ~steps and the
-/// recognized ~tracked_events.
+/// recognized ~tracked_events. A robot's policy begins with the first state behind a call of ~start.
 class PolicyFollower {
  public:
   /// Throws std::invalid_argument where the policy and the parameters do not fit.
@@ -47,14 +52,22 @@ class PolicyFollower {
   /// Tells, and outside lockstep commands, what a message is answered by.
   template <class Message>
   void Take(const Message& message);
+  void Give(const PolicyAnswer& answer);
   void Command(const PolicyStep& step);
+  void ListenToSimulator();
+  void ListenToRobot();
+  bool Start(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& out);
+  void Follow(const std::optional<RobotTopics::State>& state);
   void RunInLockstep();
 
   const FollowerParameters parameters_;
   PolicyLoop loop_;
   ros::NodeHandle node_, private_;
   ros::Publisher steps_, tracked_events_, command_;
+  ros::ServiceServer start_;
   std::vector<ros::Subscriber> subscribers_;
+  std::optional<RobotTopics> robot_;
+  bool started_ = false;
   std::optional<PolicyStep> step_;  // that answers the last message
   bool said_over_ = false;
 };

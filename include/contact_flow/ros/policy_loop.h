@@ -36,13 +36,15 @@ class PolicyLoop {
   PolicyAnswer Take(const std_msgs::Header& header, double t, const Vector& x,
                     ContactMode activated, ContactMode released);
 
+  /// Begins anew with the next state.
+  void Restart() { tracker_.reset(); }
   /// Whether the reference has come to its end; there are no steps any more.
   bool over() const { return over_; }
   const TrackingPolicy& policy() const { return policy_; }  ///< that is followed
 
  private:
   PolicyAnswer Answer();
-  void Restart(const HybridState& state);
+  void BeginWith(const HybridState& state);
   void Begin(double t);
   void Step(const std_msgs::Header& header, double t, const Vector& x, PolicyAnswer* answer);
   void TellEvents(const std_msgs::Header& header, PolicyAnswer* answer);
@@ -54,6 +56,8 @@ class PolicyLoop {
   double begin_ = 0, last_ = 0;     // of the simulated time [s]
   std::size_t told_ = 0;            // events of the tracker
   std::uint64_t passed_ = 0;        // events of the simulator
+  std::uint32_t epoch_ = 0;         // of the state before
+  ContactMode mode_;                // that the robot is in
   std::deque<SimulatorEvent> events_;
   std::optional<HybridState> waiting_;
   int waits_ = 0;  // states that have come while one waits

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -74,7 +75,7 @@ void CheckPolicy(const TrackingPolicy& policy);
 struct TrackerOptions {
   bool extend = true;       ///< false: errors are those to the reference of the time, which jumps
   double on_time = 1e-3;    ///< touchdowns closer than this to the reference's are on time [s]
-  double patience = 0.1;    ///< an event that is later than this is missed [s]
+  double patience = 0.1;    ///< an event later than this is missed, one earlier is extra [s]
 };
 
 /// An event beside that of the reference.
@@ -97,9 +98,14 @@ class PolicyTracker {
   /// `policy` must outlive it.
   explicit PolicyTracker(const TrackingPolicy& policy, const TrackerOptions& options = {});
 
-  /// Contacts touch down, or let go, at t. Those that the reference does not expect next are extra;
-  /// where it expects several at once, the phase ends with the last.
-  void Observe(double t, ContactMode activated, ContactMode released);
+  /// Contacts touch down, or let go, at t; `mode` is what touches from then on, where it is known.
+  /// Where the reference expects several at once, the phase ends with the last. What comes earlier
+  /// than by `patience` is not what is expected. Others are passed
+  /// over where the robot is then in the mode of a later phase, whose begin is not further from t
+  /// than `patience`, and which such events lead to: feet may come in another order. Else they are
+  /// extra.
+  void Observe(double t, ContactMode activated, ContactMode released,
+               std::optional<ContactMode> mode = {});
   /// The input at t for the state x [nq+d].
   Vector Input(double t, const VectorRef& x);
   int phase() const { return phase_; }  ///< of the reference
@@ -107,12 +113,19 @@ class PolicyTracker {
   const std::vector<TrackedEvent>& events() const { return events_; }
 
  private:
+  const ReferencePhase& At(int phase) const;
+  ContactMode Expected(int phase) const;
   void GiveUpLate(double t);
+  bool Follow(double t, ContactMode changed);
+  int Match(double t, ContactMode changed, ContactMode mode) const;
+  void Pass(double t);
 
   const TrackingPolicy& policy_;
   const TrackerOptions options_;
   int phase_ = 0;
   ContactMode touched_, left_;  // of what is expected at the end of the phase
+  std::optional<ContactMode> mode_;  // that the robot is in, if it is told
+  ContactMode seen_;            // what has touched down or let go since then
   std::vector<TrackedEvent> events_;
 };
 
