@@ -14,6 +14,7 @@
 #include "contact_flow/ros/optimization_answer.h"
 #include "contact_flow/ros/periodic_orbit_answer.h"
 #include "contact_flow/ros/poincare_answer.h"
+#include "contact_flow/ros/policy_answer.h"
 #include "contact_flow/ros/stability_answer.h"
 #include "contact_flow/ros/step_limits.h"
 #include "contact_flow/ros/trajectory_answer.h"
@@ -100,6 +101,23 @@ GradientRequest ToRequest(const ComputeGradient::Request& in) {
   request.direction = in.direction;
   request.direction_inputs = in.direction_inputs;
   request.direction_parameters = in.direction_parameters;
+  request.options = in.options;
+  request.derivative_options = in.derivative_options;
+  return request;
+}
+
+PolicyRequest ToRequest(const MakePolicy::Request& in) {
+  PolicyRequest request;
+  request.duration = in.duration;
+  request.state = in.state;
+  request.input = in.input;
+  request.input_grid = in.input_grid;
+  request.state_weights = in.state_weights;
+  request.input_weights = in.input_weights;
+  request.terminal_weights = in.terminal_weights;
+  request.reach = in.reach;
+  request.lower = in.lower;
+  request.upper = in.upper;
   request.options = in.options;
   request.derivative_options = in.derivative_options;
   return request;
@@ -216,7 +234,8 @@ AnalysisServers::AnalysisServers(ros::NodeHandle* node, ros::NodeHandle* work_no
       work_node->advertiseService("assess_controllability", &AnalysisServers::Controllability,
                                   this),
       work_node->advertiseService("propagate_covariance", &AnalysisServers::Covariance, this),
-      work_node->advertiseService("gradient", &AnalysisServers::Gradient, this)};
+      work_node->advertiseService("gradient", &AnalysisServers::Gradient, this),
+      work_node->advertiseService("make_policy", &AnalysisServers::FollowRun, this)};
   orbit_results_ = node->advertise<FindPeriodicOrbitActionResult>("find_periodic_orbit/result", 50);
   optimize_results_ = node->advertise<OptimizeOutcomeActionResult>("optimize/result", 50);
   trajectory_results_ =
@@ -246,6 +265,10 @@ bool AnalysisServers::Covariance(ComputeCovariance::Request& in, ComputeCovarian
 
 bool AnalysisServers::Gradient(ComputeGradient::Request& in, ComputeGradient::Response& out) {
   return Analyse<GradientRecord>("gradient", setup_, pool_, outlet_, in, &out);
+}
+
+bool AnalysisServers::FollowRun(MakePolicy::Request& in, MakePolicy::Response& out) {
+  return Analyse<PolicyRecord>("make_policy", setup_, pool_, outlet_, in, &out);
 }
 
 void AnalysisServers::FindOrbit(const FindPeriodicOrbitGoalConstPtr& goal) {

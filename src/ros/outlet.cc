@@ -23,6 +23,7 @@ Outlet::Outlet(ros::NodeHandle* node, const std::string& bag_directory,
   trajectory_ = node->advertise<ContactTrajectory>("trajectory", 10, kLatch);
   mode_sequence_ = node->advertise<ModeSequence>("mode_sequence", 10, kLatch);
   b_derivative_ = node->advertise<OutcomeDerivative>("b_derivative", 10, kLatch);
+  policy_ = node->advertise<Policy>("policy", 10, kLatch);
   description_.header.stamp = NextStamp();
   model_description_.publish(description_);
   writer_ = std::thread([this] { Run(); });
@@ -213,6 +214,15 @@ std::string Outlet::Deliver(CovarianceRecord* record) {
 
 std::string Outlet::Deliver(GradientRecord* record) { return DeliverRecord("gradient", record); }
 
+std::string Outlet::Deliver(PolicyRecord* record) {
+  const std::string path = DeliverRecord("policy", record);
+  if (record->result.outcome != 0) return path;  // there is none
+  Policy policy = record->result.policy;
+  policy.header = record->header;
+  policy_.publish(policy);
+  return path;
+}
+
 std::string Outlet::Deliver(PeriodicOrbitRecord* record) {
   return DeliverRecord("periodic_orbit", record);
 }
@@ -244,7 +254,8 @@ std::string Outlet::StartRecording(const std::string& asked) {
        {"model_description", "trajectory", "mode_sequence", "b_derivative", "record/simulation",
         "record/derivative", "record/comparison", "record/assumptions", "record/linearization",
         "record/poincare_map", "record/stability", "record/controllability", "record/covariance",
-        "record/gradient", "record/periodic_orbit", "record/optimization", "record/trajectory"}) {
+        "record/gradient", "record/policy", "record/periodic_orbit", "record/optimization",
+        "record/trajectory"}) {
     plan.start.roles.push_back(role);
     plan.start.topics.push_back(ros::names::resolve(std::string("~") + role));
   }

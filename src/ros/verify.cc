@@ -217,6 +217,7 @@ bool BagVerifier::TakeResult(const BagMessage& message) {
          Record<ControllabilityRecord>(message, "record/controllability") ||
          Record<CovarianceRecord>(message, "record/covariance") ||
          Record<GradientRecord>(message, "record/gradient") ||
+         Record<PolicyRecord>(message, "record/policy") ||
          Record<PeriodicOrbitRecord>(message, "record/periodic_orbit") ||
          Record<OptimizationRecord>(message, "record/optimization") ||
          Record<TrajectoryRecord>(message, "record/trajectory") ||

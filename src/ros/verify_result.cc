@@ -21,6 +21,7 @@
 #include "contact_flow/ros/trajectory_answer.h"
 #include "contact_flow/ros/periodic_orbit_answer.h"
 #include "contact_flow/ros/poincare_answer.h"
+#include "contact_flow/ros/policy_answer.h"
 #include "contact_flow/ros/stability_answer.h"
 
 namespace contact_flow {
@@ -203,6 +204,7 @@ CONTACT_FLOW_REPEAT(StabilityRecord)
 CONTACT_FLOW_REPEAT(ControllabilityRecord)
 CONTACT_FLOW_REPEAT(CovarianceRecord)
 CONTACT_FLOW_REPEAT(GradientRecord)
+CONTACT_FLOW_REPEAT(PolicyRecord)
 CONTACT_FLOW_REPEAT(PeriodicOrbitRecord)
 CONTACT_FLOW_REPEAT(OptimizationRecord)
 CONTACT_FLOW_REPEAT(TrajectoryRecord)

@@ -6,32 +6,14 @@
 #include <stdexcept>
 #include <utility>
 
-#include "contact_flow/dynamics/contact_dynamics.h"
+#include "reference_table.h"
 
 namespace contact_flow {
 namespace {
 
-/// Length of a step of the continuation [s]: the method's error is 1e-13 for motions of 10 rad/s.
-constexpr double kStep = 5e-4;
-
-/// The interval of the grid that begins at or before t.
-std::size_t IntervalAt(const std::vector<double>& grid, double t) {
-  const auto next = std::upper_bound(grid.begin(), grid.end(), t);
-  return next == grid.begin() ? 0 : static_cast<std::size_t>(next - grid.begin()) - 1;
-}
-
-}  // namespace
-
-ExtendedReference::ExtendedReference(const MechanicalSystem& system, Trajectory run,
-                                     InputSchedule inputs, double reach)
-    : system_(system), run_(std::move(run)), inputs_(std::move(inputs)), reach_(reach) {
-  if (!run_.status.ok()) {
-    throw std::invalid_argument("the reference ended early: " + run_.status.message);
-  }
-  if (!(reach >= 0) || !std::isfinite(reach)) {
-    throw std::invalid_argument("the reach of a reference must be finite and ≥ 0");
-  }
-  Validate(system, inputs_);
+/// The phases of a run, without tables.
+std::vector<ReferencePhase> PhasesOf(const Trajectory& run) {
+  std::vector<ReferencePhase> phases;
   ReferencePhase phase;
   const auto begin = [&phase](const Arc& arc) {
     phase = ReferencePhase();
@@ -39,20 +21,49 @@ ExtendedReference::ExtendedReference(const MechanicalSystem& system, Trajectory 
     phase.t_begin = arc.t_begin;
     phase.x_begin = arc.x_begin;
   };
-  begin(run_.arcs.front());
-  for (std::size_t k = 0; k < run_.arcs.size(); ++k) {
-    phase.t_end = run_.arcs[k].t_end;
-    phase.x_end = run_.arcs[k].x_end;
-    if (k == run_.transitions.size()) break;
-    const Transition& event = run_.transitions[k];
+  begin(run.arcs.front());
+  for (std::size_t k = 0; k < run.arcs.size(); ++k) {
+    phase.t_end = run.arcs[k].t_end;
+    phase.x_end = run.arcs[k].x_end;
+    if (k == run.transitions.size()) break;
+    const Transition& event = run.transitions[k];
     if (event.changes_input && event.mode_after == event.mode_before) continue;
-    phase.activated = event.activated | event.switched;
-    phase.released = event.released;
-    phases_.push_back(phase);
-    begin(run_.arcs[k + 1]);
+    phase.activated = (event.activated | event.switched).Members();
+    phase.released = event.released.Members();
+    phases.push_back(phase);
+    begin(run.arcs[k + 1]);
   }
-  phases_.push_back(phase);
+  phases.push_back(phase);
+  return phases;
 }
+
+/// The cubic with these values and slopes at the ends of an interval of length h, at the share s.
+double Cubic(double a, double da, double b, double db, double h, double s) {
+  const double rise = b - a, first = h * da, last = h * db;
+  return a + s * (first + s * (3 * rise - 2 * first - last + s * (first + last - 2 * rise)));
+}
+
+}  // namespace
+
+ExtendedReference::ExtendedReference(const MechanicalSystem& system, const Trajectory& run,
+                                     InputSchedule inputs, double reach)
+    : space_(system.space()), inputs_(std::move(inputs)) {
+  if (!run.status.ok()) {
+    throw std::invalid_argument("the reference ended early: " + run.status.message);
+  }
+  if (!(reach >= 0) || !std::isfinite(reach)) {
+    throw std::invalid_argument("the reach of a reference must be finite and ≥ 0");
+  }
+  Validate(system, inputs_);
+  phases_ = PhasesOf(run);
+  for (std::size_t k = 0; k < phases_.size(); ++k) {
+    TabulatePhase(system, run, inputs_, k > 0 ? reach : 0, reach, &phases_[k]);
+  }
+}
+
+ExtendedReference::ExtendedReference(ConfigurationSpace space, InputSchedule inputs,
+                                     std::vector<ReferencePhase> phases)
+    : space_(std::move(space)), inputs_(std::move(inputs)), phases_(std::move(phases)) {}
 
 int ExtendedReference::PhaseAt(double t) const {
   int phase = 0;
@@ -69,48 +80,31 @@ const Vector& ExtendedReference::Input(double t) const {
 
 Vector ExtendedReference::State(int number, double t) const {
   const ReferencePhase& phase = phases_.at(static_cast<std::size_t>(number));
-  if (t <= phase.t_begin) {
-    return Continued(phase, phase.x_begin, phase.t_begin, std::max(t, phase.t_begin - reach_));
-  }
-  if (t > phase.t_end) {
-    return Continued(phase, phase.x_end, phase.t_end, std::min(t, phase.t_end + reach_));
-  }
-  return t == phase.t_end ? phase.x_end : run_.State(t);
+  const auto behind = std::upper_bound(phase.t.begin(), phase.t.end(), t);
+  if (behind == phase.t.begin()) return phase.x.col(0);
+  const auto k = static_cast<Eigen::Index>(behind - phase.t.begin()) - 1;
+  const double begin = phase.t[static_cast<std::size_t>(k)];
+  if (t == begin || behind == phase.t.end()) return phase.x.col(k);
+  const double h = *behind - begin, s = (t - begin) / h;
+  const int nq = space_.num_positions(), d = space_.dof();
+  const Vector from = phase.x.col(k), to = phase.x.col(k + 1);
+  Vector from_rate(nq + d), to_rate(nq + d), x(nq + d);
+  space_.Rate(from.data(), from.data() + nq, from_rate.data());
+  space_.Rate(to.data(), to.data() + nq, to_rate.data());
+  from_rate.tail(d) = phase.a.col(k);
+  to_rate.tail(d) = phase.a.col(k + 1);
+  for (int i = 0; i < nq + d; ++i) x(i) = Cubic(from(i), from_rate(i), to(i), to_rate(i), h, s);
+  space_.Normalize(x.data());
+  return x;
 }
 
-/// By the method of Runge and Kutta, from one instant of the grid to the next.
-Vector ExtendedReference::Continued(const ReferencePhase& phase, Vector x, double from,
-                                    double to) const {
-  const int d = system_.dof(), nq = system_.num_positions();
-  double t = from;
-  while (t != to) {
-    // The grid's interval that is gone through from t on.
-    std::size_t k = IntervalAt(inputs_.grid, t);
-    double end = to;
-    if (to > t) {
-      if (k + 1 < inputs_.grid.size()) end = std::min(end, inputs_.grid[k + 1]);
-    } else {
-      if (k > 0 && t == inputs_.grid[k]) --k;
-      if (k > 0) end = std::max(end, inputs_.grid[k]);
-    }
-    ContactDynamics dynamics(system_, inputs_.values[k]);
-    const auto rate = [&](const Vector& at) {
-      Vector xdot(nq + d);
-      dynamics.Evaluate(at, phase.mode);
-      system_.space().Rate(at.data(), at.data() + nq, xdot.data());
-      xdot.tail(d) = dynamics.acceleration();
-      return xdot;
-    };
-    const int steps = std::max(1, static_cast<int>(std::ceil(std::abs(end - t) / kStep)));
-    const double h = (end - t) / steps;
-    for (int i = 0; i < steps; ++i) {
-      const Vector k1 = rate(x), k2 = rate(x + 0.5 * h * k1), k3 = rate(x + 0.5 * h * k2);
-      const Vector k4 = rate(x + h * k3);
-      x += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
-    }
-    t = end;
-  }
-  return x;
+Vector ExtendedReference::Error(int phase, double t, const VectorRef& x) const {
+  const int nq = space_.num_positions(), d = space_.dof();
+  const Vector reference = State(phase, t);
+  Vector error(2 * d);
+  error.head(d) = space_.Difference(x.head(nq), reference.head(nq));
+  error.tail(d) = x.tail(d) - reference.tail(d);
+  return error;
 }
 
 }  // namespace contact_flow

@@ -29,20 +29,25 @@ void Require(const Vector& weights, Eigen::Index size, bool positive, const std:
 
 }  // namespace
 
-Policy MakePolicy(ExtendedReference reference, const TrackingWeights& weights,
-                  const BDerivativeOptions& options) {
-  const MechanicalSystem& system = reference.system();
+TrackingPolicy MakePolicy(const MechanicalSystem& system, const Trajectory& run,
+                          const InputSchedule& inputs, double reach,
+                          const TrackingWeights& weights, const BDerivativeOptions& options) {
+  if (system.num_inputs() == 0) {
+    throw std::invalid_argument("the model has no inputs: there is nothing to steer with");
+  }
   Require(weights.state, 2 * system.dof(), false, "state");
   Require(weights.input, system.num_inputs(), true, "input");
   Require(weights.terminal, 2 * system.dof(), false, "terminal");
-  const std::vector<IntervalLinearization> intervals =
-      Linearize(system, reference.run(), options);
-  Policy policy{std::move(reference), {}, {}, {}, {}, {}};
+  const SystemDescription& names = system.description();
+  TrackingPolicy policy{{names.name, names.coordinates, names.units, names.velocities,
+                         names.constraints, names.inputs},
+                        ExtendedReference(system, run, inputs, reach), {}, {}, {}, {}, {}};
+  const std::vector<IntervalLinearization> intervals = Linearize(system, run, options);
   policy.gains.resize(intervals.size());
   Matrix P = weights.terminal.asDiagonal();
   for (std::size_t k = intervals.size(); k-- > 0;) {
     const IntervalLinearization& interval = intervals[k];
-    if (!interval.status.ok()) throw std::domain_error(interval.status.message);
+    if (!interval.status.ok()) throw NoPolicy(interval.status);
     if (!interval.is_linear) policy.kinked.insert(policy.kinked.begin(), static_cast<int>(k));
     const double h = interval.t_end - interval.t_begin;
     const Matrix &A = interval.A, &B = interval.B;
@@ -68,7 +73,7 @@ Policy MakePolicy(ExtendedReference reference, const TrackingWeights& weights,
   return policy;
 }
 
-const Matrix& Policy::Gain(int phase, double t) const {
+const Matrix& TrackingPolicy::Gain(int phase, double t) const {
   const std::vector<double>& grid = reference.inputs().grid;
   const auto next = std::upper_bound(grid.begin(), grid.end(), t);
   const std::size_t at =
@@ -86,55 +91,113 @@ const char* KindName(TrackedEvent::Kind kind) {
   return kNames[static_cast<int>(kind)];
 }
 
-PolicyTracker::PolicyTracker(const Policy& policy, const TrackerOptions& options)
+PolicyTracker::PolicyTracker(const TrackingPolicy& policy, const TrackerOptions& options)
     : policy_(policy), options_(options) {}
 
-void PolicyTracker::Observe(double t, ContactMode activated, ContactMode released) {
+const ReferencePhase& PolicyTracker::At(int phase) const {
+  return policy_.reference.phases()[static_cast<std::size_t>(phase)];
+}
+
+/// What touches down or lets go at the end of a phase; nothing at the last one's.
+ContactMode PolicyTracker::Expected(int phase) const {
+  if (phase + 1 == static_cast<int>(policy_.reference.phases().size())) return {};
+  return At(phase).activated.Members() | At(phase).released.Members();
+}
+
+void PolicyTracker::Observe(double t, ContactMode activated, ContactMode released,
+                            std::optional<ContactMode> mode) {
   GiveUpLate(t);
-  const auto& phases = policy_.reference.phases();
-  const ReferencePhase& phase = phases[static_cast<std::size_t>(phase_)];
-  const bool last = phase_ + 1 == static_cast<int>(phases.size());
-  const ContactMode expected_down = last ? ContactMode() : phase.activated.Members();
-  const ContactMode expected_up = last ? ContactMode() : phase.released.Members();
-  const ContactMode extra = (activated.Members() - expected_down) |
-                            (released.Members() - expected_up);
+  mode_ = mode;
+  if (mode_) mode_ = mode_->Members();
+  activated = activated.Members();
+  released = released.Members();
+  seen_ = seen_ | activated | released;
+  // What comes far too early is not what is expected.
+  const bool near = !Expected(phase_).Empty() && t >= At(phase_).t_end - options_.patience;
+  const ContactMode down = near ? At(phase_).activated.Members() : ContactMode();
+  const ContactMode up = near ? At(phase_).released.Members() : ContactMode();
+  touched_ = touched_ | (activated & down);
+  left_ = left_ | (released & up);
+  const ContactMode extra = (activated - down) | (released - up);
+  const bool complete = near && touched_ == down && left_ == up;
+  if (!(complete && extra.Empty()) && Follow(t, activated | released)) return;
   if (!extra.Empty()) {
     events_.push_back({TrackedEvent::Kind::kExtra, t, std::numeric_limits<double>::quiet_NaN(),
                        extra});
   }
-  touched_ = touched_ | (activated.Members() & expected_down);
-  left_ = left_ | (released.Members() & expected_up);
-  const bool complete = touched_ == expected_down && left_ == expected_up;
-  if (last || !complete || (touched_ | left_).Empty()) return;
-  const double late = t - phase.t_end;
+  if (!complete) return;
+  Pass(t);
+  seen_ = ContactMode();
+}
+
+/// Goes over to the later phase that the robot is in, by events of its own; false: there is none.
+bool PolicyTracker::Follow(double t, ContactMode changed) {
+  if (!mode_) return false;
+  const int next = Match(t, changed, *mode_);
+  if (next == phase_) return false;
+  while (phase_ < next) Pass(t);
+  seen_ = ContactMode();
+  return true;
+}
+
+/// The later phase that the robot is in, or this one.
+int PolicyTracker::Match(double t, ContactMode changed, ContactMode mode) const {
+  int best = phase_;
+  double least = options_.patience;
+  ContactMode on_the_way;
+  for (int k = phase_ + 1; k < static_cast<int>(policy_.reference.phases().size()); ++k) {
+    on_the_way = on_the_way | Expected(k - 1);
+    const double distance = std::abs(At(k).t_begin - t);
+    if (At(k).t_begin > t + options_.patience) break;
+    if (At(k).mode.Members() != mode || !(changed - on_the_way).Empty()) continue;
+    if (distance > least) continue;
+    least = distance;
+    best = k;
+  }
+  return best;
+}
+
+/// On to the next phase by what has been seen at t or before; the rest is missed.
+void PolicyTracker::Pass(double t) {
+  const ContactMode expected = Expected(phase_), missing = expected - seen_;
+  const double due = At(phase_).t_end, late = t - due;
   const TrackedEvent::Kind kind = std::abs(late) <= options_.on_time ? TrackedEvent::Kind::kOnTime
                                   : late < 0 ? TrackedEvent::Kind::kEarly
                                              : TrackedEvent::Kind::kLate;
-  events_.push_back({kind, t, phase.t_end, touched_ | left_});
+  const ContactMode came = expected - missing;
+  if (!came.Empty()) events_.push_back({kind, t, due, came});
+  if (!missing.Empty()) events_.push_back({TrackedEvent::Kind::kMissed, t, due, missing});
   touched_ = left_ = ContactMode();
   ++phase_;
 }
 
-/// What has not come within the patience will not: the reference goes on without.
+/// What has not come within the patience will not: the reference goes on without, up to the time or
+/// to a phase in which the robot is. A phase that ends without a touchdown or release, as where slip
+/// ends, does so by its time.
 void PolicyTracker::GiveUpLate(double t) {
-  const auto& phases = policy_.reference.phases();
-  while (phase_ + 1 < static_cast<int>(phases.size())) {
-    const ReferencePhase& phase = phases[static_cast<std::size_t>(phase_)];
-    if (!(t > phase.t_end + options_.patience)) return;
-    const ContactMode missing =
-        (phase.activated.Members() - touched_) | (phase.released.Members() - left_);
-    events_.push_back({TrackedEvent::Kind::kMissed, t, phase.t_end, missing});
-    touched_ = left_ = ContactMode();
-    ++phase_;
+  const int last = static_cast<int>(policy_.reference.phases().size()) - 1;
+  const auto over = [&](double patience) { return t > At(phase_).t_end + patience; };
+  while (phase_ < last) {
+    const bool by_time = Expected(phase_).Empty();
+    if (!over(by_time ? 0 : options_.patience)) return;
+    do {
+      const ContactMode missing = Expected(phase_) - (touched_ | left_);
+      if (!missing.Empty()) {
+        events_.push_back({TrackedEvent::Kind::kMissed, t, At(phase_).t_end, missing});
+      }
+      touched_ = left_ = seen_ = ContactMode();
+      ++phase_;
+    } while (!by_time && phase_ < last && over(0) && mode_ && *mode_ != At(phase_).mode.Members());
   }
 }
 
 Vector PolicyTracker::Input(double t, const VectorRef& x) {
   GiveUpLate(t);
+  // Contacts that came far too early wait here for their phase.
+  if (mode_ && *mode_ != At(phase_).mode.Members()) Follow(t, {});
   const ExtendedReference& reference = policy_.reference;
   const int phase = options_.extend ? phase_ : reference.PhaseAt(t);
-  const Vector error = reference.system().Separation(x, reference.State(phase, t));
-  Vector u = reference.Input(t) - policy_.Gain(phase, t) * error;
+  Vector u = reference.Input(t) - policy_.Gain(phase, t) * reference.Error(phase, t, x);
   if (policy_.lower.size() > 0) u = u.cwiseMax(policy_.lower);
   if (policy_.upper.size() > 0) u = u.cwiseMin(policy_.upper);
   return u;

@@ -33,9 +33,9 @@ class BallPolicy : public testing::Test {
     weights.terminal = Eigen::Vector2d(100, 1);
   }
 
-  ExtendedReference Reference(double reach) const {
-    return {*ball, Simulate(*ball, Eigen::Vector2d(1, 0), inputs, 0.8, exact), inputs, reach};
-  }
+  Trajectory Run() const { return Simulate(*ball, Eigen::Vector2d(1, 0), inputs, 0.8, exact); }
+  ExtendedReference Reference(double reach) const { return {*ball, Run(), inputs, reach}; }
+  TrackingPolicy Made() const { return MakePolicy(*ball, Run(), inputs, 0.1, weights); }
 
   /// The closed loop at 1 kHz from `height` with another restitution; the largest error of the
   /// height against the reference away from its events, and the largest input.
@@ -43,7 +43,7 @@ class BallPolicy : public testing::Test {
     double end_error = 0, largest_input = 0;
     std::vector<TrackedEvent> events;
   };
-  Loop Close(const Policy& policy, double height, double restitution, bool extend) const {
+  Loop Close(const TrackingPolicy& policy, double height, double restitution, bool extend) const {
     ParameterValues values;
     values["restitution"] = restitution;
     const std::shared_ptr<const MechanicalSystem> other = MakeModel("driven_ball", values);
@@ -65,7 +65,7 @@ class BallPolicy : public testing::Test {
     }
     while (flow.AdvanceTo(0.8)) {
     }
-    loop.end_error = std::abs(flow.State()(0) - policy.reference.run().FinalState()(0));
+    loop.end_error = std::abs(flow.State()(0) - policy.reference.phases().back().x_end(0));
     loop.events = tracker.events();
     return loop;
   }
@@ -124,9 +124,9 @@ TEST_F(BallPolicy, ReferenceGoesOnUnderItsInputs) {
 /// δu_0 = −K_0 δx_0 is the first step of min Σ h (δxᵀQδx + δuᵀRδu) + δx_TᵀQ_Tδx_T, as one
 /// least-squares problem in all δu.
 TEST_F(BallPolicy, GainsAreThoseOfTheQuadraticProgram) {
-  const ExtendedReference reference = Reference(0.1);
-  const Policy policy = MakePolicy(reference, weights);
-  const std::vector<IntervalLinearization> intervals = Linearize(*ball, reference.run());
+  const TrackingPolicy policy = Made();
+  const ExtendedReference& reference = policy.reference;
+  const std::vector<IntervalLinearization> intervals = Linearize(*ball, Run());
   const auto count = static_cast<Eigen::Index>(intervals.size());
   ASSERT_EQ(count, static_cast<Eigen::Index>(policy.gains.size()));
   const Eigen::Vector2d start(0.3, -0.2);
@@ -161,7 +161,7 @@ TEST_F(BallPolicy, EarlyAndLateTouchdownsDoNotJumpTheFeedback) {
   weights.state = Eigen::Vector2d(10, 1);
   weights.terminal = Eigen::Vector2d(1, 1);
   weights.input(0) = 1;
-  const Policy policy = MakePolicy(Reference(0.1), weights);
+  const TrackingPolicy policy = Made();
   for (double height : {0.85, 0.95, 1.05, 1.15}) {
     const Loop with = Close(policy, height, kRestitution, true);
     const Loop without = Close(policy, height, kRestitution, false);
@@ -186,7 +186,7 @@ TEST_F(BallPolicy, EarlyAndLateTouchdownsDoNotJumpTheFeedback) {
 }
 
 TEST_F(BallPolicy, MissedAndExtraTouchdownsAreReported) {
-  const Policy policy = MakePolicy(Reference(0.1), weights);
+  const TrackingPolicy policy = Made();
   const double hit = policy.reference.phases()[0].t_end;
   PolicyTracker tracker(policy);
   EXPECT_EQ(0, tracker.phase());
@@ -203,13 +203,77 @@ TEST_F(BallPolicy, MissedAndExtraTouchdownsAreReported) {
   EXPECT_NEAR(hit, tracker.events()[1].expected, 1e-12);
 }
 
+/// A reference of four phases in the modes {}, {0}, {1}, {0, 1}, which is as a ball's but for those.
+TEST_F(BallPolicy, FeetInAnotherOrderAreNotWaitedFor) {
+  TrackingPolicy policy = Made();
+  std::vector<ReferencePhase> phases(4, policy.reference.phases()[0]);
+  const ContactMode modes[] = {{}, {0}, {1}, {0, 1}};
+  for (std::size_t k = 0; k < 4; ++k) {
+    phases[k].mode = modes[k];
+    phases[k].t_begin = k == 0 ? 0 : 0.2 + 0.001 * static_cast<double>(k);
+    phases[k].t_end = k == 3 ? 0.8 : 0.2 + 0.001 * static_cast<double>(k + 1);
+  }
+  phases[0].activated = {0};
+  phases[1].activated = {1};
+  phases[1].released = {0};
+  phases[2].activated = {0};
+  policy.reference = ExtendedReference(policy.reference.space(), inputs, phases);
+  using Kind = TrackedEvent::Kind;
+  const auto kinds = [](const PolicyTracker& tracker) {
+    std::vector<Kind> all;
+    for (const TrackedEvent& event : tracker.events()) all.push_back(event.kind);
+    return all;
+  };
+  // Both feet at once, late; the one after the other; the other foot alone: of the first one's
+  // touchdown there is nothing to see.
+  PolicyTracker together(policy);
+  together.Observe(0.21, {0, 1}, {}, ContactMode{0, 1});
+  EXPECT_EQ(3, together.phase());
+  EXPECT_EQ((std::vector<Kind>{Kind::kLate, Kind::kLate, Kind::kLate}), kinds(together));
+  PolicyTracker in_turn(policy);
+  in_turn.Observe(0.19, {0}, {}, ContactMode{0});
+  EXPECT_EQ(1, in_turn.phase());
+  in_turn.Observe(0.195, {1}, {}, ContactMode{0, 1});
+  EXPECT_EQ(3, in_turn.phase());
+  EXPECT_EQ((std::vector<Kind>{Kind::kEarly, Kind::kEarly, Kind::kMissed, Kind::kMissed}),
+            kinds(in_turn));
+  PolicyTracker other(policy);
+  other.Observe(0.2, {1}, {}, ContactMode{1});
+  EXPECT_EQ(2, other.phase());
+  // Not without being told the mode, not when that phase is far away, and not by other contacts.
+  PolicyTracker blind(policy);
+  blind.Observe(0.21, {1}, {});
+  EXPECT_EQ(0, blind.phase());
+  PolicyTracker far(policy);
+  far.Observe(0.05, {0, 1}, {}, ContactMode{0, 1});
+  EXPECT_EQ(1, far.phase());
+  EXPECT_EQ((std::vector<Kind>{Kind::kExtra, Kind::kEarly}), kinds(far));
+  PolicyTracker strange(policy);
+  strange.Observe(0.2, {1, 2}, {}, ContactMode{1});
+  EXPECT_EQ(0, strange.phase());
+}
+
+/// Where a foot that slides comes to rest, nobody tells: the phase ends by its time.
+TEST_F(BallPolicy, PhasesThatEndWithoutAnEventOfContactsEndByTime) {
+  TrackingPolicy policy = Made();
+  std::vector<ReferencePhase> phases = policy.reference.phases();
+  phases[0].activated = ContactMode();
+  policy.reference = ExtendedReference(policy.reference.space(), inputs, phases);
+  PolicyTracker tracker(policy);
+  tracker.Input(phases[0].t_end - 1e-6, Eigen::Vector2d(1, 0));
+  EXPECT_EQ(0, tracker.phase());
+  tracker.Input(phases[0].t_end + 1e-6, Eigen::Vector2d(1, 0));
+  EXPECT_EQ(1, tracker.phase());
+  EXPECT_TRUE(tracker.events().empty());
+}
+
 TEST_F(BallPolicy, MisuseIsRefused) {
   EXPECT_THROW(Reference(-1), std::invalid_argument);
   weights.input(0) = 0;
-  EXPECT_THROW(MakePolicy(Reference(0.1), weights), std::invalid_argument);
+  EXPECT_THROW(Made(), std::invalid_argument);
   weights.input(0) = 1;
   weights.state = Vector::Ones(3);
-  EXPECT_THROW(MakePolicy(Reference(0.1), weights), std::invalid_argument);
+  EXPECT_THROW(Made(), std::invalid_argument);
 }
 
 }  // namespace

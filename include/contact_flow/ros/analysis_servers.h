@@ -12,6 +12,7 @@
 #include "contact_flow/DecideControllability.h"
 #include "contact_flow/DecideStability.h"
 #include "contact_flow/FindPeriodicOrbitAction.h"
+#include "contact_flow/MakePolicy.h"
 #include "contact_flow/OptimizeOutcomeAction.h"
 #include "contact_flow/OptimizeTrajectoryAction.h"
 #include "contact_flow/ros/outlet.h"
@@ -22,8 +23,8 @@ namespace contact_flow {
 namespace ros_interface {
 
 /// The services and actions that analyse what derivatives decide: `poincare_map`,
-/// `assess_stability`, `assess_controllability`, `propagate_covariance`, `gradient`;
-/// `find_periodic_orbit`, `optimize`, `optimize_trajectory`. Handlers may run at once; an action
+/// `assess_stability`, `assess_controllability`, `propagate_covariance`, `gradient`,
+/// `make_policy`; `find_periodic_orbit`, `optimize`, `optimize_trajectory`. Handlers may run at once; an action
 /// serves one goal at a time, a new one takes its place.
 class AnalysisServers {
  public:
@@ -38,6 +39,7 @@ class AnalysisServers {
   bool Controllability(DecideControllability::Request& in, DecideControllability::Response& out);
   bool Covariance(ComputeCovariance::Request& in, ComputeCovariance::Response& out);
   bool Gradient(ComputeGradient::Request& in, ComputeGradient::Response& out);
+  bool FollowRun(MakePolicy::Request& in, MakePolicy::Response& out);
   void FindOrbit(const FindPeriodicOrbitGoalConstPtr& goal);
   void Optimize(const OptimizeOutcomeGoalConstPtr& goal);
   void ChooseTrajectory(const OptimizeTrajectoryGoalConstPtr& goal);

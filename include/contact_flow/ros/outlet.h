@@ -23,6 +23,7 @@
 #include "contact_flow/OptimizationRecord.h"
 #include "contact_flow/PeriodicOrbitRecord.h"
 #include "contact_flow/PoincareRecord.h"
+#include "contact_flow/PolicyRecord.h"
 #include "contact_flow/SimulationRecord.h"
 #include "contact_flow/StabilityRecord.h"
 #include "contact_flow/TrajectoryRecord.h"
@@ -54,6 +55,7 @@ class Outlet {
   std::string Deliver(ControllabilityRecord* record);
   std::string Deliver(CovarianceRecord* record);
   std::string Deliver(GradientRecord* record);
+  std::string Deliver(PolicyRecord* record);
   std::string Deliver(PeriodicOrbitRecord* record);
   std::string Deliver(OptimizationRecord* record);
   std::string Deliver(TrajectoryRecord* record);
@@ -103,6 +105,7 @@ class Outlet {
   ros::Publisher trajectory_;
   ros::Publisher mode_sequence_;
   ros::Publisher b_derivative_;
+  ros::Publisher policy_;
   std::thread writer_;
 };
 

@@ -17,6 +17,7 @@
 #include "contact_flow/OptimizationRecord.h"
 #include "contact_flow/PeriodicOrbitRecord.h"
 #include "contact_flow/PoincareRecord.h"
+#include "contact_flow/PolicyRecord.h"
 #include "contact_flow/SimulationRecord.h"
 #include "contact_flow/StabilityRecord.h"
 #include "contact_flow/TrajectoryRecord.h"
@@ -51,6 +52,7 @@ class BagVerifier::Repeater {
   Verdict Repeat(const ControllabilityRecord& record);
   Verdict Repeat(const CovarianceRecord& record);
   Verdict Repeat(const GradientRecord& record);
+  Verdict Repeat(const PolicyRecord& record);
   Verdict Repeat(const PeriodicOrbitRecord& record);
   Verdict Repeat(const OptimizationRecord& record);
   Verdict Repeat(const TrajectoryRecord& record);

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "contact_flow/derivative/b_derivative.h"
@@ -18,9 +22,20 @@ struct TrackingWeights {
   Vector terminal;  ///< Q_T ≥ 0 [2d]
 };
 
+/// What the numbers of a policy are called, as in SystemDescription.
+struct PolicyNames {
+  std::string model;                     ///< whose it is
+  std::vector<std::string> coordinates;  ///< [nq]
+  std::vector<std::string> units;        ///< [nq] of them
+  std::vector<std::string> velocities;   ///< [d]
+  std::vector<std::string> constraints;  ///< [n]
+  std::vector<std::string> inputs;       ///< [m]
+};
+
 /// How a reference is followed: u = ū(t) − K (x ⊟ x̄(t)), with the gain of an instant of the input's
 /// grid and the phase of the motion.
-struct Policy {
+struct TrackingPolicy {
+  PolicyNames names;              ///< of its numbers
   ExtendedReference reference;    ///< x̄, with both one-sided states at events, and ū
   std::vector<Matrix> gains;      ///< K of each interval of the grid [m × 2d]
   std::vector<int> gain_phases;   ///< the phase in which each begins
@@ -34,17 +49,33 @@ struct Policy {
   const Matrix& Gain(int phase, double t) const;
 };
 
-/// Gains by the linear regulator along the exact derivatives of the intervals, saltations inside.
-/// Throws std::invalid_argument for sizes and signs, and std::domain_error, with the reason, where
-/// an interval has no derivative.
-Policy MakePolicy(ExtendedReference reference, const TrackingWeights& weights,
-                  const BDerivativeOptions& options = {});
+/// Why a run has no policy: an interval of its grid has no derivative.
+class NoPolicy : public std::domain_error {
+ public:
+  explicit NoPolicy(Status status) : std::domain_error(status.message), status_(std::move(status)) {}
+  const Status& status() const { return status_; }  ///< of that interval
+
+ private:
+  Status status_;
+};
+
+/// The policy of a trajectory made with SimulateOptions::dense under these inputs. Gains by the
+/// linear regulator along the exact derivatives of the intervals, saltations inside; the reference
+/// goes on by `reach` [s] beyond its events. Throws std::invalid_argument for sizes and signs and as
+/// ExtendedReference does, and NoPolicy where an interval has no derivative.
+TrackingPolicy MakePolicy(const MechanicalSystem& system, const Trajectory& run,
+                          const InputSchedule& inputs, double reach,
+                          const TrackingWeights& weights, const BDerivativeOptions& options = {});
+
+/// Throws std::invalid_argument, naming field and value, for a policy that is not in order: sizes,
+/// times that do not rise, phases that do not follow each other, gains without an interval.
+void CheckPolicy(const TrackingPolicy& policy);
 
 /// Settings of a tracker.
 struct TrackerOptions {
   bool extend = true;       ///< false: errors are those to the reference of the time, which jumps
   double on_time = 1e-3;    ///< touchdowns closer than this to the reference's are on time [s]
-  double patience = 0.1;    ///< an event that is later than this is missed [s]
+  double patience = 0.1;    ///< an event later than this is missed, one earlier is extra [s]
 };
 
 /// An event beside that of the reference.
@@ -65,11 +96,16 @@ const char* KindName(TrackedEvent::Kind kind);
 class PolicyTracker {
  public:
   /// `policy` must outlive it.
-  explicit PolicyTracker(const Policy& policy, const TrackerOptions& options = {});
+  explicit PolicyTracker(const TrackingPolicy& policy, const TrackerOptions& options = {});
 
-  /// Contacts touch down, or let go, at t. Those that the reference does not expect next are extra;
-  /// where it expects several at once, the phase ends with the last.
-  void Observe(double t, ContactMode activated, ContactMode released);
+  /// Contacts touch down, or let go, at t; `mode` is what touches from then on, where it is known.
+  /// Where the reference expects several at once, the phase ends with the last. What comes earlier
+  /// than by `patience` is not what is expected. Others are passed
+  /// over where the robot is then in the mode of a later phase, whose begin is not further from t
+  /// than `patience`, and which such events lead to: feet may come in another order. Else they are
+  /// extra.
+  void Observe(double t, ContactMode activated, ContactMode released,
+               std::optional<ContactMode> mode = {});
   /// The input at t for the state x [nq+d].
   Vector Input(double t, const VectorRef& x);
   int phase() const { return phase_; }  ///< of the reference
@@ -77,12 +113,19 @@ class PolicyTracker {
   const std::vector<TrackedEvent>& events() const { return events_; }
 
  private:
+  const ReferencePhase& At(int phase) const;
+  ContactMode Expected(int phase) const;
   void GiveUpLate(double t);
+  bool Follow(double t, ContactMode changed);
+  int Match(double t, ContactMode changed, ContactMode mode) const;
+  void Pass(double t);
 
-  const Policy& policy_;
+  const TrackingPolicy& policy_;
   const TrackerOptions options_;
   int phase_ = 0;
   ContactMode touched_, left_;  // of what is expected at the end of the phase
+  std::optional<ContactMode> mode_;  // that the robot is in, if it is told
+  ContactMode seen_;            // what has touched down or let go since then
   std::vector<TrackedEvent> events_;
 };
 
