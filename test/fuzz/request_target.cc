@@ -119,9 +119,8 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
       } catch (const ros::Exception&) {
         Abort("a request of the corpus is too short for " + seed->kind + kWriteAgain);
       }
-      if (stream.getLength() > 0) {
-        Abort("a request of the corpus is too long for " + seed->kind + kWriteAgain);
-      }
+      const bool rest = stream.getLength() > 0;
+      if (rest) Abort("a request of the corpus is too long for " + seed->kind + kWriteAgain);
     }
     if (mutate) dice.Mutate(request);
     asked->model = s.setup.system->description().name;
