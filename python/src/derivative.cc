@@ -192,7 +192,7 @@ py::tuple Clusters(const Derivative& d, const py::object& w) {
   CheckExists(d);
   const Vector direction = ToAdmitted(d, w);
   const ClusterReading reading =
-      Alone(d, [&] { return ReadClusters(d.run->trajectory, d.map, direction); });
+      Alone(d, [&] { return ReadClusters(d.map, direction); });
   return py::make_tuple(reading.inner_radius, reading.in_order);
 }
 

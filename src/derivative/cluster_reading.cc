@@ -29,8 +29,7 @@ std::vector<EventInstant> InOrder(const Transition& transition, const EventMap& 
 
 }  // namespace
 
-ClusterReading ReadClusters(const Trajectory& trajectory, const BDerivative& derivative,
-                            const VectorRef& w) {
+ClusterReading ReadClusters(const BDerivative& derivative, const VectorRef& w) {
   ClusterReading reading;
   Vector tangent = derivative.arcs.front() * derivative.Begin(w), in_order = tangent;
   for (std::size_t k = 0; k < derivative.events.size(); ++k) {

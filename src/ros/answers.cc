@@ -112,7 +112,7 @@ void AddDerivatives(const Setup& setup, const Differentiated& d, OutcomeDerivati
     result->mode_words.emplace_back();
     result->mode_words.back().names =
         ToWords(result->constraints, d.derivative.PerturbedModes(w));
-    const ClusterReading reading = ReadClusters(d.trajectory, d.derivative, w);
+    const ClusterReading reading = ReadClusters(d.derivative, w);
     result->inner_radii.push_back(reading.inner_radius);
     in_order.row(i) = reading.in_order;
     result->derivative_errors.push_back(d.derivative.Error(w).cwiseAbs().maxCoeff());

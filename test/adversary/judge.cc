@@ -199,7 +199,7 @@ class Court {
     const double size = std::max(1.0, prediction.cwiseAbs().maxCoeff());
     // What the answer says of itself: its error, and where merged events have another reading.
     const double stated = c_.units.Back(B_.Error(trial_.Given(w))).cwiseAbs().maxCoeff();
-    const double inner = ReadClusters(run_, B_, trial_.Given(w)).inner_radius;
+    const double inner = ReadClusters(B_, trial_.Given(w)).inner_radius;
     const double noise = (base_.settled ? 1e-9 : kReference) * (1 + base_.x.cwiseAbs().maxCoeff());
     std::vector<double> errors, alphas;
     Vector before;

@@ -57,7 +57,7 @@ struct Differentiated {
     run = Simulate(system, Start(), Vector(0), kDuration, options);
     B = DifferentiateOutcome(system, run);
   }
-  ClusterReading Read(const Vector& w) const { return ReadClusters(run, B, w); }
+  ClusterReading Read(const Vector& w) const { return ReadClusters(B, w); }
   ModelSystem<Flying> system;
   Trajectory run;
   BDerivative B;

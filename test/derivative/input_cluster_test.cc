@@ -323,9 +323,9 @@ TEST(InputCluster, InnerRadiusCountsTheChangeOfTheInput) {
   const BDerivative B = DifferentiateOutcome(*ball, run);
   ASSERT_TRUE(B.status.ok()) << B.status.message;
   // δy = 1 delays the touchdown by 1/(g t): it comes after the change where α is larger than that.
-  const ClusterReading up = ReadClusters(run, B, Eigen::Vector2d(1, 0));
+  const ClusterReading up = ReadClusters(B, Eigen::Vector2d(1, 0));
   EXPECT_NEAR(apart * 9.8 * t, up.inner_radius, 1e-3 * up.inner_radius);
-  EXPECT_EQ(0, ReadClusters(run, B, Eigen::Vector2d(-1, 0)).inner_radius);
+  EXPECT_EQ(0, ReadClusters(B, Eigen::Vector2d(-1, 0)).inner_radius);
 }
 
 /// The map of all inputs: pieces by the order, the values those of directions.

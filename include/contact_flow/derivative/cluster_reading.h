@@ -2,7 +2,6 @@
 #pragma once
 
 #include "contact_flow/derivative/b_derivative.h"
-#include "contact_flow/flow/trajectory.h"
 #include "contact_flow/types.h"
 
 namespace contact_flow {
@@ -23,7 +22,6 @@ struct ClusterReading {
 
 /// For a direction w = (δq, δv, δu, δp) [2d+k] of the derivative of a trajectory from its first arc
 /// on. O(N m (2d+k)²).
-ClusterReading ReadClusters(const Trajectory& trajectory, const BDerivative& derivative,
-                            const VectorRef& w);
+ClusterReading ReadClusters(const BDerivative& derivative, const VectorRef& w);
 
 }  // namespace contact_flow
