@@ -242,7 +242,8 @@ class PolicyTracker(unittest.TestCase):
         for step in tracker.steps.all():
             self.assertEqual(14, len(step.error))
         self.assertTrue(wait_until(lambda: any(set(event.constraints) & {"left_foot", "right_foot"}
-                                               and event.kind != "missed" for event in tracker.events.all())))
+                                               and event.kind != "missed" for event in tracker.events.all())),
+                        tracker.events.all())
 
     def test_8_what_does_not_fit_is_refused(self):
         self.save()
