@@ -202,8 +202,8 @@ ImpactReset EventMap::Reset(ContactMode S, int i, const ImpactResult& impact,
                             ContactMode persisting) const {
   const ContactMode hit = persisting.With(i);
   if (terms) return ImpactReset(terms, hit, persisting);
-  return ImpactReset(Widen(ImpactJacobian(*system_, *geometry_->inertia(), q_, InstantAt(S).v, impact,
-                                          hit, persisting, dynamics_->variables())));
+  return ImpactReset(Widen(ImpactJacobian(*system_, *geometry_->inertia(), q_, InstantAt(S).v,
+                                          impact, hit, persisting, dynamics_->variables())));
 }
 
 /// The derivative of the solution of a complementarity problem solves one itself: an impulse that

@@ -95,7 +95,8 @@ void EventMap::MeasureRest(const Vector& v) {
   for (int j : transition_.mode_before - system_->compliant()) {
     drift = std::max(drift, std::abs(geometry_->Rate(j, v)) / mobility(j));
   }
-  const double lost = kDrift * drift + kRounding * std::sqrt(v.dot(geometry_->inertia()->mass() * v));
+  const double speed = std::sqrt(v.dot(geometry_->inertia()->mass() * v));  // in the kinetic metric
+  const double lost = kDrift * drift + kRounding * speed;
   rest_ = kRest * approach + lost;
   known_ = kKnown * transition_.relative_tolerance * approach + lost;
 }

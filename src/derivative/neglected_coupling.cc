@@ -142,7 +142,8 @@ bool NeglectedCoupling::Orthogonal(int i, int j) const {
 }
 
 ImpactLift NeglectedCoupling::LiftBy(int j, ContactMode held, const Vector& v) const {
-  return ImpactLift(dynamics_, frame_, transition_, scale_, &geometry_, {j, held, v, hurry_, relative_});
+  return ImpactLift(dynamics_, frame_, transition_, scale_, &geometry_,
+                    {j, held, v, hurry_, relative_});
 }
 
 }  // namespace contact_flow

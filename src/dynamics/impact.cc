@@ -29,8 +29,8 @@ Vector SparseJump(const InverseInertia& inertia, ContactMode touching, const Vec
   return jump;
 }
 
-/// x with M x − Aᵀ p = R, A x = S: by the factors of M and of A M⁻¹ Aᵀ, or, where rows depend on one
-/// another (p is not unique, x may be), by pivoting.
+/// x with M x − Aᵀ p = R, A x = S: by the factors of M and of A M⁻¹ Aᵀ, or, where rows depend on
+/// one another (p is not unique, x may be), by pivoting.
 Matrix SolveSaddle(const InverseInertia& inertia, const Matrix& A, Matrix R, Matrix S) {
   const MassFactor& mass = inertia.mass_factor();
   Matrix Y = A.transpose();
