@@ -246,8 +246,11 @@ TEST_F(BallPolicy, FeetInAnotherOrderAreNotWaitedFor) {
   EXPECT_EQ(0, blind.phase());
   PolicyTracker far(policy);
   far.Observe(0.05, {0, 1}, {}, ContactMode{0, 1});
-  EXPECT_EQ(1, far.phase());
-  EXPECT_EQ((std::vector<Kind>{Kind::kExtra, Kind::kEarly}), kinds(far));
+  EXPECT_EQ(0, far.phase());
+  EXPECT_EQ(std::vector<Kind>{Kind::kExtra}, kinds(far));
+  // What came far too early waits for its phase.
+  far.Input(0.15, Eigen::Vector2d(0.1, -1));
+  EXPECT_EQ(3, far.phase());
   PolicyTracker strange(policy);
   strange.Observe(0.2, {1, 2}, {}, ContactMode{1});
   EXPECT_EQ(0, strange.phase());
