@@ -5,6 +5,8 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "contact_flow/dynamics/complementarity.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
@@ -17,6 +19,8 @@ namespace {
 constexpr double kSmallPivot = 1e-9;
 /// Entries of Z that are rounding, and a push of it that is none, relative.
 constexpr double kNoPart = 1e-7, kNoPush = 1e-6;
+/// A pull of springs that is rounding, relative.
+constexpr double kNoPull = 1e-12;
 
 /// Of the shared contacts, in the multipliers of the `active` rows.
 std::vector<ForceCone> SharedCones(const MechanicalSystem& system, ContactMode mode,
@@ -28,10 +32,69 @@ std::vector<ForceCone> SharedCones(const MechanicalSystem& system, ContactMode m
   for (int i : shared) {
     const Friction& friction = system.friction()[i];
     const int dimension = mode.LetterOf(i) == Letter::kStick ? friction.dimension : 0;
-    cones.push_back({place(i), dimension > 0 ? place(friction.row) : 0, dimension,
-                     friction.coefficient});
+    cones.push_back(
+        {place(i), dimension > 0 ? place(friction.row) : 0, dimension, friction.coefficient});
   }
   return cones;
+}
+
+/// By the right sides of all rows the forces of the `loaded` ones with H λ = rows · right and
+/// Zᵀ λ = 0 for all Z with A_Fᵀ Z = 0, F the loaded ones: λ_F = A_F ξ. G = A P Aᵀ; empty where they
+/// are not determined.
+Matrix SpringInverse(const Matrix& G, const Matrix& H, const Matrix& rows,
+                     const std::vector<bool>& loaded) {
+  std::vector<int> places;
+  for (std::size_t k = 0; k < loaded.size(); ++k) {
+    if (loaded[k]) places.push_back(static_cast<int>(k));
+  }
+  const auto f = static_cast<Eigen::Index>(places.size());
+  Matrix block(f, f), part(H.rows(), f);
+  for (Eigen::Index i = 0; i < f; ++i) {
+    part.col(i) = H.col(places[static_cast<std::size_t>(i)]);
+    for (Eigen::Index j = 0; j < f; ++j) {
+      block(i, j) = G(places[static_cast<std::size_t>(i)], places[static_cast<std::size_t>(j)]);
+    }
+  }
+  const RowBasis basis = FindRowBasis(block);
+  if (f - basis.freedom.cols() != H.rows()) return {};
+  const Vector unit = block.diagonal().cwiseSqrt().cwiseInverse();
+  Matrix springs(f, f), right = Matrix::Zero(f, G.rows());
+  springs << part, basis.freedom.transpose() * unit.asDiagonal();
+  right.topRows(H.rows()) = rows;
+  const Matrix solved = unit.asDiagonal() * springs.partialPivLu().solve(right);
+  if (!solved.allFinite()) return {};
+  Matrix inverse = Matrix::Zero(G.rows(), G.rows());
+  for (Eigen::Index i = 0; i < f; ++i)
+    inverse.row(places[static_cast<std::size_t>(i)]) = solved.row(i);
+  return inverse;
+}
+
+/// Where forces that are not unique push: those of equal springs, without contacts that would pull
+/// where the rows have the right sides `right`. `slack` is the least of all.
+Matrix ShareAsSprings(const Matrix& G, const Matrix& H, const Matrix& rows, const Vector& right,
+                      const std::vector<ForceCone>& cones, double* slack) {
+  std::vector<bool> loaded(static_cast<std::size_t>(G.rows()), true);
+  Matrix inverse = SpringInverse(G, H, rows, loaded);
+  if (inverse.size() == 0) return inverse;
+  *slack = LeastSlack(cones, inverse * right);
+  for (std::size_t k = 0; k < cones.size(); ++k) {
+    const Vector force = inverse * right;
+    const ForceCone* pulls = nullptr;
+    for (const ForceCone& cone : cones) {
+      const double least =
+          pulls == nullptr ? -kNoPull * force.cwiseAbs().maxCoeff() : force(pulls->normal);
+      if (force(cone.normal) < least) pulls = &cone;
+    }
+    if (pulls == nullptr) break;
+    loaded[static_cast<std::size_t>(pulls->normal)] = false;
+    for (int j = 0; j < pulls->dimension; ++j) {
+      loaded[static_cast<std::size_t>(pulls->tangential + j)] = false;
+    }
+    Matrix others = SpringInverse(G, H, rows, loaded);
+    if (others.size() == 0) break;  // no share pushes alone
+    inverse = std::move(others);
+  }
+  return inverse;
 }
 
 }  // namespace
@@ -82,17 +145,17 @@ bool ContactDynamics::FindSlidingDependence() {
   at_->generalized = any - Z * (Z.transpose() * Z).ldlt().solve(Z.transpose() * any);
   const double size = (at_->push.cwiseAbs() * Z.cwiseAbs()).maxCoeff();
   if ((at_->push * Z).cwiseAbs().maxCoeff() <= kNoPush * size) return true;
-  // Forces that are not unique push: those of equal springs are A_J ξ, so that Zᵀ λ = 0 for all Z
-  // with A_Jᵀ Z = 0.
   at_->freedom = basis.freedom;
   NoteShared();
-  std::swap(at_->springs, at_->shared);
-  Matrix springs(k, k), right = Matrix::Zero(k, k);
-  springs << H, basis.freedom.transpose() * unit.asDiagonal();
-  right.topRows(r) = rows;
-  const Eigen::PartialPivLU<Matrix> inverse(springs);
-  at_->generalized = unit.asDiagonal() * inverse.solve(right);
-  at_->regular = at_->regular && at_->generalized.allFinite();
+  at_->springs = at_->shared;
+  Vector motion = applied_;
+  mass_factor_.SolveL(motion);
+  const Vector right = -at_->bias - at_->reach.transpose() * motion;
+  at_->generalized = ShareAsSprings(
+      G, H, rows, right, SharedCones(system_, at_->mode, at_->shared, at_->active), &shared_slack_);
+  if (at_->generalized.size() > 0) return true;
+  at_->generalized.setZero(k, k);
+  at_->regular = false;
   return true;
 }
 
@@ -123,8 +186,8 @@ void ContactDynamics::SpreadForces(const Vector& multiplier, Vector* force) cons
 /// What is at hand: the smallest forces, and where they are not admissible a search for others.
 void ContactDynamics::ShareForces() {
   share_known_ = false;
-  const std::vector<ForceCone> cones =
-      SharedCones(system_, at_->mode, at_->shared, at_->active);
+  const std::vector<ForceCone> cones = SharedCones(system_, at_->mode, at_->shared, at_->active);
+  if (!at_->springs.Empty()) return;  // known from ShareAsSprings
   shared_slack_ = LeastSlack(cones, at_->multiplier);
   if (shared_slack_ >= 0) return;
   FindShare();
@@ -140,16 +203,14 @@ void ContactDynamics::ShareForces() {
 void ContactDynamics::FindShare() const {
   if (share_known_) return;
   share_known_ = true;
-  const ForceShare interior =
-      MostInterior(SharedCones(system_, at_->mode, at_->shared, at_->active), at_->multiplier,
-                   at_->freedom);
+  const ForceShare interior = MostInterior(
+      SharedCones(system_, at_->mode, at_->shared, at_->active), at_->multiplier, at_->freedom);
   shared_margin_ = interior.margin;
   SpreadForces(interior.gradient, &shared_gradient_);
   SpreadForces(interior.force, &interior_);
   for (const Sliding& s : at_->sliding) {
     interior_.segment(s.friction.row, s.friction.dimension) =
-        -s.friction.coefficient * interior_(s.constraint) *
-        s.direction.head(s.friction.dimension);
+        -s.friction.coefficient * interior_(s.constraint) * s.direction.head(s.friction.dimension);
   }
 }
 

@@ -60,9 +60,10 @@ void Flow::WarnOfSharedForces() {
             << " share forces that are not unique, their rows being dependent; " << what;
     Warn(Outcome::kIndeterminateForces, message.str());
   };
-  if (!(dynamics_.shared() - shared_).Empty()) {
-    shared_ = shared_ | dynamics_.shared();
-    tell(dynamics_.shared(),
+  const ContactMode shared = dynamics_.shared() - dynamics_.springs();
+  if (!(shared - shared_).Empty()) {
+    shared_ = shared_ | shared;
+    tell(shared,
          "the motion is. Those told of are the admissible ones with the smallest sum of squares");
   }
   if (!(dynamics_.springs() - springs_).Empty()) {
