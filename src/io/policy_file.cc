@@ -66,7 +66,8 @@ void WriteColumns(const std::string& key, const MatrixRef& columns, const std::s
 void WritePhase(const ReferencePhase& phase, const std::vector<std::string>& constraints,
                 std::ostream* out) {
   *out << "- mode: " << Quoted(phase.mode.Word(static_cast<int>(constraints.size()))) << "\n  "
-       << "t_begin: " << Digits(phase.t_begin) << "\n  x_begin: " << ListOf(VectorRef(phase.x_begin))
+       << "t_begin: " << Digits(phase.t_begin)
+       << "\n  x_begin: " << ListOf(VectorRef(phase.x_begin))
        << "\n  t_end: " << Digits(phase.t_end) << "\n  x_end: " << ListOf(VectorRef(phase.x_end))
        << "\n  activated: " << ListOf(phase.activated.Names(constraints))
        << "\n  released: " << ListOf(phase.released.Names(constraints))
@@ -207,8 +208,8 @@ void WritePolicy(const TrackingPolicy& policy, std::ostream* out) {
   CheckPolicy(policy);
   const PolicyNames& names = policy.names;
   const InputSchedule& inputs = policy.reference.inputs();
-  *out << "# How a trajectory through contact is followed: u = feed_forward - K (x - reference), by\n"
-          "# phase and instant; docs/trajectories.md. Units: those named, their rates, SI.\n"
+  *out << "# How a trajectory through contact is followed: u = feed_forward - K (x - reference),\n"
+          "# by phase and instant; docs/trajectories.md. Units: those named, their rates, SI.\n"
        << "contact_flow_policy: " << kFormat << "\nmodel: " << Quoted(names.model)
        << "\ncoordinates: " << ListOf(names.coordinates) << "\nunits: " << ListOf(names.units)
        << "\nvelocities: " << ListOf(names.velocities)

@@ -138,7 +138,8 @@ TrackingPolicy FromMsg(const Policy& m) {
   }
   TrackingPolicy policy{
       {m.model, m.coordinates, m.units, m.velocities, m.constraints, m.inputs},
-      ExtendedReference(std::move(space), std::move(inputs), std::move(phases)), {}, {}, {}, {}, {}};
+      ExtendedReference(std::move(space), std::move(inputs), std::move(phases)),
+      {}, {}, {}, {}, {}};
   for (std::size_t k = 0; k < m.gains.size(); ++k) {
     policy.gains.push_back(ToMatrix(At("gains", k) + ".K", m.gains[k].K));
     policy.gain_phases.push_back(static_cast<int>(m.gains[k].phase));

@@ -171,9 +171,9 @@ void PolicyTracker::Pass(double t) {
   ++phase_;
 }
 
-/// What has not come within the patience will not: the reference goes on without, up to the time or
-/// to a phase in which the robot is. A phase that ends without a touchdown or release, as where slip
-/// ends, does so by its time.
+/// What has not come within the patience will not: the reference goes on without, up to the time
+/// or to a phase in which the robot is. A phase that ends without a touchdown or release, as where
+/// slip ends, does so by its time.
 void PolicyTracker::GiveUpLate(double t) {
   const int last = static_cast<int>(policy_.reference.phases().size()) - 1;
   const auto over = [&](double patience) { return t > At(phase_).t_end + patience; };

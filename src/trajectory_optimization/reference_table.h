@@ -11,8 +11,8 @@ namespace contact_flow {
 /// The interval of the grid that begins at or before t, the first one before the grid.
 std::size_t IntervalAt(const std::vector<double>& grid, double t);
 
-/// Fills the table of a phase of the run: from `before` [s] ahead of its begin to `after` [s] behind
-/// its end.
+/// Fills the table of a phase of the run: from `before` [s] ahead of its begin to `after` [s]
+/// behind its end.
 void TabulatePhase(const MechanicalSystem& system, const Trajectory& run,
                    const InputSchedule& inputs, double before, double after,
                    ReferencePhase* phase);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Policies as YAML: read again they are the same to the bit, and what is damaged is refused by its
-// name.
+// Policies as YAML: read again they are the same to the bit, what is damaged is refused by name.
 #include "contact_flow/io/policy_file.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A policy in the loop: messages that come in another order than they were sent, times that go back,
-// messages of another model; policies as messages, to the bit; a robot's state by standard topics.
+// A policy in the loop: messages that come in another order than they were sent, times that go
+// back, messages of another model; policies as messages, to the bit; a robot's state by standard
+// topics, as one.
 #include "contact_flow/ros/policy_loop.h"
 
 #include <gtest/gtest.h>

@@ -203,7 +203,7 @@ TEST_F(BallPolicy, MissedAndExtraTouchdownsAreReported) {
   EXPECT_NEAR(hit, tracker.events()[1].expected, 1e-12);
 }
 
-/// A reference of four phases in the modes {}, {0}, {1}, {0, 1}, which is as a ball's but for those.
+/// A reference of four phases in the modes {}, {0}, {1}, {0, 1}, as a ball's but for those.
 TEST_F(BallPolicy, FeetInAnotherOrderAreNotWaitedFor) {
   TrackingPolicy policy = Made();
   std::vector<ReferencePhase> phases(4, policy.reference.phases()[0]);

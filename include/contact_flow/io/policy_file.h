@@ -12,8 +12,8 @@ namespace contact_flow {
 inline constexpr std::size_t kMaxPolicyBytes = std::size_t{1} << 27;
 
 /// Writes a policy as YAML, which needs no model to be read: names, grid and feed-forward, phases
-/// with both one-sided states of their events, gains with the phase that each is of. Numbers have 17
-/// digits, so that reading them gives the same bits back. Throws as CheckPolicy does, before
+/// with both one-sided states of their events, gains with the phase that each is of. Numbers have
+/// 17 digits, so that reading them gives the same bits back. Throws as CheckPolicy does, before
 /// anything is written.
 void WritePolicy(const TrackingPolicy& policy, std::ostream* out);
 

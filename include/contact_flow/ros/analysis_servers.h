@@ -24,8 +24,8 @@ namespace ros_interface {
 
 /// The services and actions that analyse what derivatives decide: `poincare_map`,
 /// `assess_stability`, `assess_controllability`, `propagate_covariance`, `gradient`,
-/// `make_policy`; `find_periodic_orbit`, `optimize`, `optimize_trajectory`. Handlers may run at once; an action
-/// serves one goal at a time, a new one takes its place.
+/// `make_policy`; `find_periodic_orbit`, `optimize`, `optimize_trajectory`. Handlers may run at
+/// once; an action serves one goal at a time, a new one takes its place.
 class AnalysisServers {
  public:
   /// All must outlive this. Actions have threads of their own; services are answered by

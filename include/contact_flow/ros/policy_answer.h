@@ -8,8 +8,8 @@
 namespace contact_flow {
 namespace ros_interface {
 
-/// The answer of `make_policy`, a function of setup and request alone. Throws std::invalid_argument,
-/// naming the field, for a request that is not in order.
+/// The answer of `make_policy`, a function of setup and request alone. Throws
+/// std::invalid_argument, naming the field, for a request that is not in order.
 PolicyResult Answer(const Setup& setup, const PolicyRequest& request);
 
 }  // namespace ros_interface

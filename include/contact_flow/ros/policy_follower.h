@@ -38,7 +38,7 @@ struct FollowerParameters {
 FollowerParameters ReadFollowerParameters();
 
 /// Follows a policy: answers each state of the simulator by an input, and tells ~steps and the
-/// recognized ~tracked_events. A robot's policy begins with the first state behind a call of ~start.
+/// recognized ~tracked_events. A robot's policy begins with the state behind a call of ~start.
 class PolicyFollower {
  public:
   /// Throws std::invalid_argument where the policy and the parameters do not fit.
@@ -72,8 +72,8 @@ class PolicyFollower {
   bool said_over_ = false;
 };
 
-/// Reads the parameters and the policy, and follows it. Returns the exit code of the process: 1 with
-/// a message when something is not in order.
+/// Reads the parameters and the policy, and follows it. Returns the exit code of the process: 1
+/// with a message when something is not in order.
 int RunPolicyFollower();
 
 }  // namespace ros_interface

@@ -20,9 +20,9 @@ struct PolicyAnswer {
   std::optional<PolicyStep> step;   ///< the input from now on, if there is one
 };
 
-/// A policy in the loop with a simulator, as messages in and messages out. States and events come on
-/// topics of their own, so in any order: a state is answered when the events before it have come. A
-/// time that goes back begins the policy anew.
+/// A policy in the loop with a simulator, as messages in and messages out. States and events come
+/// on topics of their own, so in any order: a state is answered when the events before it have
+/// come. A time that goes back begins the policy anew.
 class PolicyLoop {
  public:
   /// The policy begins at `begin` [s] of the simulated time; NaN: with the first state.

@@ -52,7 +52,8 @@ struct TrackingPolicy {
 /// Why a run has no policy: an interval of its grid has no derivative.
 class NoPolicy : public std::domain_error {
  public:
-  explicit NoPolicy(Status status) : std::domain_error(status.message), status_(std::move(status)) {}
+  explicit NoPolicy(Status status)
+      : std::domain_error(status.message), status_(std::move(status)) {}
   const Status& status() const { return status_; }  ///< of that interval
 
  private:
@@ -61,8 +62,8 @@ class NoPolicy : public std::domain_error {
 
 /// The policy of a trajectory made with SimulateOptions::dense under these inputs. Gains by the
 /// linear regulator along the exact derivatives of the intervals, saltations inside; the reference
-/// goes on by `reach` [s] beyond its events. Throws std::invalid_argument for sizes and signs and as
-/// ExtendedReference does, and NoPolicy where an interval has no derivative.
+/// goes on by `reach` [s] beyond its events. Throws std::invalid_argument for sizes and signs and
+/// as ExtendedReference does, and NoPolicy where an interval has no derivative.
 TrackingPolicy MakePolicy(const MechanicalSystem& system, const Trajectory& run,
                           const InputSchedule& inputs, double reach,
                           const TrackingWeights& weights, const BDerivativeOptions& options = {});
@@ -100,10 +101,9 @@ class PolicyTracker {
 
   /// Contacts touch down, or let go, at t; `mode` is what touches from then on, where it is known.
   /// Where the reference expects several at once, the phase ends with the last. What comes earlier
-  /// than by `patience` is not what is expected. Others are passed
-  /// over where the robot is then in the mode of a later phase, whose begin is not further from t
-  /// than `patience`, and which such events lead to: feet may come in another order. Else they are
-  /// extra.
+  /// than by `patience` is not what is expected. Others are passed over where the robot is then in
+  /// the mode of a later phase, whose begin is not further from t than `patience`, and which such
+  /// events lead to: feet may come in another order. Else they are extra events.
   void Observe(double t, ContactMode activated, ContactMode released,
                std::optional<ContactMode> mode = {});
   /// The input at t for the state x [nq+d].
