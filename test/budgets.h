@@ -15,8 +15,8 @@
 namespace contact_flow {
 namespace test {
 
-/// Longest from the end of a budget to the answer [s of the processor]: what is promised. It takes
-/// milliseconds.
+/// Longest from the end of a budget to the answer [s of the processor]: what is promised, though it
+/// takes milliseconds alone.
 constexpr double kPromise = 1;
 
 /// Time of the processor [s] that one thread has used: what other programs use does not count.

@@ -17,8 +17,8 @@ namespace contact_flow {
 /// Entry i of a tangent without symmetries: ±(0.6 … 1.4).
 double MixedEntry(int i);
 
-/// The steps of the tangents along an arc: stages and length of each, whether it is good enough, and
-/// when the arc is refused. PropagateArc and ArcTangents walk by it. Their walker W has
+/// The steps of the tangents along an arc: stages and length of each, whether it is good enough,
+/// and when the arc is refused. PropagateArc and ArcTangents walk by it. Their walker W has
 ///   double Cost(const GaussLegendre& rule, double length, double fastest): multiplications for one
 ///     such step without its Jacobians, where the fastest mode has that rate;
 ///   double Try(double t, double length, const GaussLegendre& rule): makes the step, not yet to be

@@ -10,10 +10,9 @@ namespace contact_flow {
 /// A solution of (F4) where shares of forces decide the motion, as where a face with dependent rows
 /// slides and turns: the one of equal springs, infinitely stiff, under all contacts,
 ///   y = (G + ε I) λ + b,      ε → 0.
-/// Found for a falling ε by Newton's method on λ = proj(λ − r y) (Alart and Curnier 1991), each from
-/// the one before; of the last two ε, 2e-6 and 1e-6, the limit is extrapolated, with relative errors
-/// of about 1e-11 in y and 1e-9 in λ. `springs` is set. None where the
-/// method does not converge.
+/// Found for a falling ε by Newton's method on λ = proj(λ − r y) (Alart and Curnier 1991), each
+/// from the one before; the limit is extrapolated from ε of 2e-6 and 1e-6, with relative errors of
+/// about 1e-11 in y and 1e-9 in λ. `springs` is set. None where the method does not converge.
 std::optional<FrictionSolution> SolveEqualSprings(const FrictionProblem& problem);
 
 }  // namespace contact_flow

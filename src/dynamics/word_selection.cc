@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "contact_flow/dynamics/word_ahead.h"
+#include "word_trend.h"
 
 namespace contact_flow {
 namespace {
@@ -19,30 +20,13 @@ constexpr double kAhead = 1e-6;
 constexpr double kBegun = 1e-9;
 /// Inequalities with more than this slack, relative, hold for a while.
 constexpr double kStrict = 1e-7;
-/// Motions that differ by less than this, relative, are one.
-constexpr double kSameMotion = 1e-8;
 /// Rows are dependent below this eigenvalue of their normalized Gram matrix.
 constexpr double kDependent = 1e-11;
 /// What accelerations of rows are known to, relative to those of the whole.
 constexpr double kRounding = 1e-13;
 
-/// Accelerations that differ by less than this a look ahead, relative, are one motion.
-constexpr double kSameAhead = 1e-11;
 /// What shrinks by so many roundings is no rounding of forces that are larger than their sum.
 constexpr double kNoticed = 1e3;
-
-/// The guards of one word that hold at a touching contact: what has to stay positive.
-struct Slack {
-  int constraint;
-  double value;
-  bool cone = false;  // of a contact that sticks
-};
-
-/// What becomes of the slacks of a word that are nearly used up.
-struct Trend {
-  double growth = std::numeric_limits<double>::infinity();  // the smallest, in roundings
-  Matrix accelerations;  // now, and a little later
-};
 
 class Words {
  public:
@@ -96,11 +80,13 @@ class Words {
                  "' the motion depends on how forces are shared");
     }
     if (all.size() == 1) {
-      if (!all.front().springs) RefuseEnd(all.front(), border);
       if (springs != nullptr) *springs = all.front().springs;
-      return ModeOf(all.front());
+      if (all.front().springs || !Ends(all.front(), border)) return ModeOf(all.front());
+      return Beyond(all.front(), border, springs);
     }
-    if (const std::optional<ContactMode> ahead = Ahead(all, border)) return *ahead;
+    if (Dependent()) {
+      if (const std::optional<ContactMode> ahead = Ahead(all, border)) return *ahead;
+    }
     ContactMode varying;
     for (std::size_t k = 0; k < frame_.constraints().size(); ++k) {
       for (const FrictionSolution& word : all) {
@@ -121,6 +107,8 @@ class Words {
     if (fitting.size() == 1) return fitting.front();
     // Forces that vanish and stay: which of the words is told does not matter.
     if (SameMotion(trends)) return Simplest(lasting);
+    // Feet that begin to slip in space together.
+    if (const std::optional<ContactMode> ahead = Ahead(all, border)) return *ahead;
     std::string words;
     const int n = system_.num_constraints();
     for (const FrictionSolution& word : all) words += " '" + ModeOf(word).Word(n) + "'";
@@ -134,10 +122,8 @@ class Words {
     return InverseInertia(system_, x_.head(nq_), x_.tail(d_), dynamics_.u(), ContactMode());
   }
 
-  /// Where rows are dependent and all words lead to one motion: the one of them that
-  /// a look ahead tells.
+  /// Where all words lead to one motion: the one of them that a look ahead tells.
   std::optional<ContactMode> Ahead(const std::vector<FrictionSolution>& all, double border) {
-    if (!Dependent()) return std::nullopt;
     std::optional<ContactMode> along;
     for (const FrictionSolution& word : all) {
       const double apart = (word.result - all.front().result).cwiseAbs().maxCoeff();
@@ -165,31 +151,25 @@ class Words {
     return false;
   }
 
-  static bool SameMotion(const std::vector<Trend>& trends) {
-    for (const Trend& trend : trends) {
-      const Matrix& first = trends.front().accelerations;
-      const double size = first.cwiseAbs().maxCoeff();
-      const Matrix apart = (trend.accelerations - first).cwiseAbs();
-      if (!(apart.col(0).maxCoeff() <= kSameMotion * size)) return false;
-      if (!(apart.col(1).maxCoeff() <= kSameAhead * size)) return false;
-    }
-    return !trends.empty();
-  }
-
-  /// With the fewest in contact, and of these with the most that stick.
-  static ContactMode Simplest(const std::vector<ContactMode>& words) {
-    return *std::min_element(words.begin(), words.end(), [](ContactMode a, ContactMode b) {
-      return a.Size() != b.Size() ? a.Size() < b.Size() : a.Sticking().Size() > b.Sticking().Size();
-    });
-  }
-
-  /// A single word whose force, or gap, is used up and goes on to shrink: no word follows it.
-  void RefuseEnd(const FrictionSolution& word, double border) {
+  /// Of a single word: whether its force, or gap, is used up and goes on to shrink.
+  bool Ends(const FrictionSolution& word, double border) {
     const ContactMode all = touching_.still | touching_.slipping;
     const Trend trend = TrendOf(word, all, [&](const Slack& slack) {
       return !slack.cone && slack.value < border * scale_ + 2 * SlackOf(slack.constraint);
     });
-    if (trend.growth >= -kNoticed) return;
+    return trend.growth < -kNoticed;
+  }
+
+  /// What follows a single word that ends: no word, or, where more contacts depend on each other
+  /// than words are tried of, one that a look ahead tells.
+  ContactMode Beyond(const FrictionSolution& word, double border, bool* springs) {
+    const auto ahead = Dependent() && springs != nullptr
+                           ? FindWordAhead(&dynamics_, x_, touching_, ModeOf(word), border)
+                           : std::nullopt;
+    if (ahead) {
+      *springs = true;
+      return ahead->mode;
+    }
     Refuse(FrictionRefusal::Kind::kInconsistent,
            "the word '" + ModeOf(word).Word(system_.num_constraints()) +
                "' is the only one that fits, and does not go on to hold: what would have to pull "
