@@ -21,6 +21,8 @@ namespace {
 constexpr double kSameMotion = 1e-8, kRoom = 1e-7;
 /// A solution with that much room beside `border` is not near another word's.
 constexpr double kManyBorders = 1e4;
+/// What inequalities of a solution that springs found may miss, relative.
+constexpr double kMissed = 1e-9;
 /// With dependent rows, contacts of which all words are tried.
 constexpr std::size_t kMaxDependentContacts = 4;
 
@@ -123,7 +125,7 @@ class Group {
       if (Search(false)) return {solutions_.back()};
       solutions_.clear();
       if (Search(true)) return {solutions_.back()};
-      return solutions_;
+      return solutions_.empty() ? Missed() : solutions_;
     }
     std::vector<FrictionSolution> apart;
     if (problem_.contacts.size() <= kMaxDependentContacts) {
@@ -176,6 +178,15 @@ class Group {
       if (Offer(std::move(found))) return true;
     }
     return false;
+  }
+
+  /// Where no start of the search came to a solution, springs may.
+  std::vector<FrictionSolution> Missed() const {
+    std::optional<FrictionSolution> springs = SolveEqualSprings(problem_);
+    if (!springs) return {};
+    FrictionSolution found = WithoutSprings(std::move(*springs));
+    if (found.springs || !(found.margin >= -kMissed)) return {};
+    return {std::move(found)};
   }
 
   /// Solutions that are not another one's motion with less contact.
