@@ -109,6 +109,12 @@ class Words {
     if (SameMotion(trends)) return Simplest(lasting);
     // Feet that begin to slip in space together.
     if (const std::optional<ContactMode> ahead = Ahead(all, border)) return *ahead;
+    // Shares decide: guards tell at once where another word goes on.
+    if (springs != nullptr && Dependent() && OneMotion(all)) {
+      *springs = true;
+      for (const FrictionSolution& word : all) lasting.push_back(ModeOf(word));
+      return MostSticking(lasting);
+    }
     std::string words;
     const int n = system_.num_constraints();
     for (const FrictionSolution& word : all) words += " '" + ModeOf(word).Word(n) + "'";
@@ -122,12 +128,17 @@ class Words {
     return InverseInertia(system_, x_.head(nq_), x_.tail(d_), dynamics_.u(), ContactMode());
   }
 
+  bool OneMotion(const std::vector<FrictionSolution>& all) const {
+    return std::all_of(all.begin(), all.end(), [&](const FrictionSolution& word) {
+      return (word.result - all.front().result).cwiseAbs().maxCoeff() <= kSameMotion * scale_;
+    });
+  }
+
   /// Where all words lead to one motion: the one of them that a look ahead tells.
   std::optional<ContactMode> Ahead(const std::vector<FrictionSolution>& all, double border) {
+    if (!OneMotion(all)) return std::nullopt;
     std::optional<ContactMode> along;
     for (const FrictionSolution& word : all) {
-      const double apart = (word.result - all.front().result).cwiseAbs().maxCoeff();
-      if (!(apart <= kSameMotion * scale_)) return std::nullopt;
       const ContactMode mode = ModeOf(word);
       if (BeginsInSpace(mode)) continue;
       if (!along || mode.Sticking().Size() > along->Sticking().Size()) along = mode;

@@ -48,4 +48,12 @@ inline ContactMode Simplest(const std::vector<ContactMode>& words) {
   });
 }
 
+/// With the most that stick, and of these with the most in contact.
+inline ContactMode MostSticking(const std::vector<ContactMode>& words) {
+  return *std::max_element(words.begin(), words.end(), [](ContactMode a, ContactMode b) {
+    const int stick = a.Sticking().Size() - b.Sticking().Size();
+    return stick != 0 ? stick < 0 : a.Size() < b.Size();
+  });
+}
+
 }  // namespace contact_flow

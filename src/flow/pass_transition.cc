@@ -11,6 +11,7 @@
 #include "contact_flow/dynamics/mode_selection.h"
 #include "contact_flow/dynamics/sticking.h"
 #include "contact_flow/flow/flow.h"
+#include "frictional_rest.h"
 #include "guarded.h"
 
 namespace contact_flow {
@@ -28,15 +29,9 @@ constexpr double kImpliedReach = 10;  // [absolute tolerances] an implied contac
 TransitionRules Flow::Rules() const {
   ErrorTally error = start_error_;  // of the present arc and the one before
   if (!new_arc_) error.Continue(t_ - arc_begin_, arc_error_);
-  return {options_.simultaneity_tolerance,
-          options_.speed_tolerance,
-          options_.impact_law,
-          options_.gap_tolerance,
-          options_.absolute_tolerance,
-          stalls_ >= kStallsToInsist,
-          options_.relative_tolerance,
-          options_.absolute_tolerance,
-          error.error()};
+  return {options_.simultaneity_tolerance, options_.speed_tolerance,    options_.impact_law,
+          options_.gap_tolerance,          options_.absolute_tolerance, stalls_ >= kStallsToInsist,
+          options_.relative_tolerance,     options_.absolute_tolerance, error.error()};
 }
 
 void Flow::Warn(Outcome code, const std::string& message) {
@@ -76,9 +71,8 @@ void Flow::WarnOfSharedForces() {
 bool Flow::GoesOn() {
   const bool again = last_transition_ && trigger_ == last_trigger_ &&
                      t_ - *last_transition_ <=
-                         std::min(kLongestStall,
-                                  std::max(kNoTime * std::abs(t_),
-                                           kNoTimeApart * transition_.tolerance));
+                         std::min(kLongestStall, std::max(kNoTime * std::abs(t_),
+                                                          kNoTimeApart * transition_.tolerance));
   stalls_ = again ? stalls_ + 1 : 0;
   last_trigger_ = trigger_;
   if (stalls_ <= kStallsForEach * (system_.num_constraints() + 4)) return true;
@@ -180,32 +174,43 @@ std::optional<double> Flow::PredictRest(int i) {
 /// Turns the last impact into sticking of all that touch: see SimulateOptions::complete_zeno.
 /// False where the run is to stop instead.
 bool Flow::CompleteZeno() {
-  if (system_.HasFriction()) return false;
   Transition last = transition_;
   const int d = system_.dof(), nq = system_.num_positions();
-  const ContactMode sticking =
+  ContactMode sticking =
       (last.mode_before | last.mode_after | last.activated | last.grazed) - system_.compliant();
-  ImpactResult impact;
-  const Status stuck = Guarded(
-      t_, [&] { impact = Stick(system_, x_.head(nq), last.x_minus.tail(d), sticking); });
-  if (!stuck.ok()) return false;
   const InverseInertia inertia(system_, x_.head(nq), x_.tail(d));
   const auto energy = [&](const Vector& v) { return 0.5 * v.dot(inertia.mass() * v); };
-  const double rest = energy(impact.v_plus);
-  last.energy_lost += energy(last.x_plus.tail(d)) - rest;
   bool plastic = true;
   for (int i : last.activated | last.grazed) plastic = plastic && system_.restitution()(i) == 0;
-  if (!options_.complete_zeno && !(plastic && last.energy_lost < rest)) return false;
-  last.x_plus.tail(d) = impact.v_plus;
-  if (options_.complete_zeno) last.impulse = impact.impulse;
+  if (system_.HasFriction()) {
+    const auto rest = RestOfBounces(&dynamics_, last, options_.gap_tolerance);
+    if (!rest) return false;
+    last.energy_lost += rest->energy_lost;
+    if (!options_.complete_zeno && !(plastic && last.energy_lost < energy(rest->v_plus))) {
+      return false;
+    }
+    sticking = rest->closed;
+    last.x_plus.tail(d) = rest->v_plus;
+    last.mode_after = rest->mode;
+  } else {
+    ImpactResult impact;
+    const Status stuck =
+        Guarded(t_, [&] { impact = Stick(system_, x_.head(nq), last.x_minus.tail(d), sticking); });
+    if (!stuck.ok()) return false;
+    const double rest = energy(impact.v_plus);
+    last.energy_lost += energy(last.x_plus.tail(d)) - rest;
+    if (!options_.complete_zeno && !(plastic && last.energy_lost < rest)) return false;
+    last.x_plus.tail(d) = impact.v_plus;
+    if (options_.complete_zeno) last.impulse = impact.impulse;
+    const ContactMode pressed = last.mode_after & system_.compliant();
+    status_ = Guarded(t_, [&] {
+      const ModeSelection selection =
+          SelectMode(&dynamics_, last.x_plus, sticking, last.tolerance, pressed);
+      last.mode_after = selection.mode;
+      last.implied = selection.implied;
+    });
+  }
   last.completes_zeno = true;
-  const ContactMode pressed = last.mode_after & system_.compliant();
-  status_ = Guarded(t_, [&] {
-    const ModeSelection selection = SelectMode(&dynamics_, last.x_plus, sticking,
-                                               last.tolerance, pressed);
-    last.mode_after = selection.mode;
-    last.implied = selection.implied;
-  });
   last.released = last.mode_before - last.mode_after;
   transition_ = std::move(last);
   mode_ = transition_.mode_after;

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "frictional_rest.h"
+
+#include <Eigen/QR>
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+#include "contact_flow/dynamics/implied_contacts.h"
+#include "contact_flow/dynamics/inverse_inertia.h"
+#include "contact_flow/dynamics/word_selection.h"
+#include "slip_onset.h"
+
+namespace contact_flow {
+namespace {
+
+/// How closely an inequality of a word has to hold, relative.
+constexpr double kBorder = 1e-10;
+/// Slip that is rounding, relative.
+constexpr double kNoSlip = 1e-12;
+
+Letter LetterOf(const Friction& friction, double slip) {
+  if (friction.dimension != 1 || !(friction.coefficient > 0)) return Letter::kSlip;
+  return slip > 0 ? Letter::kForward : Letter::kBackward;
+}
+
+}  // namespace
+
+std::optional<FrictionalRest> RestOfBounces(ContactDynamics* dynamics, const Transition& last,
+                                            double gap_tolerance) {
+  const MechanicalSystem& system = dynamics->system();
+  const int nq = system.num_positions(), d = system.dof(), n = system.num_constraints();
+  Vector x = last.x_plus;
+  const Vector v = x.tail(d);
+  ConstraintTerms terms;
+  system.Constraints(x.head(nq), v, &terms);
+  FrictionalRest rest;
+  rest.closed =
+      (last.mode_before.Members() | last.mode_after.Members() | last.activated | last.grazed) -
+      system.compliant();
+  ContactMode near;
+  for (int i = 0; i < n; ++i) {
+    const bool beside = !rest.closed.Contains(i) && !system.compliant().Contains(i);
+    if (beside && std::abs(terms.gap(i)) <= gap_tolerance) near.Insert(i);
+  }
+  if (!near.Empty()) rest.closed = rest.closed | ImpliedClosed(system, x, rest.closed, near);
+
+  const ContactMode sticking = last.mode_before.Sticking() | last.mode_after.Sticking();
+  std::vector<int> rows;
+  for (int i : rest.closed) {
+    rows.push_back(i);
+    const Friction& friction = system.friction()[i];
+    for (int k = 0; sticking.Contains(i) && k < friction.dimension; ++k) {
+      rows.push_back(friction.row + k);
+    }
+  }
+  Matrix A(static_cast<Eigen::Index>(rows.size()), d);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    A.row(static_cast<Eigen::Index>(k)) = terms.jacobian.row(rows[k]);
+  }
+  const InverseInertia inertia(system, x.head(nq), v);
+  const Matrix reach = inertia * A.transpose();
+  const Vector p = (A * reach).completeOrthogonalDecomposition().solve(-A * v);
+  rest.v_plus = v + reach * p;
+  if (!rest.v_plus.allFinite()) return std::nullopt;
+  const auto energy = [&](const Vector& speed) { return 0.5 * speed.dot(inertia.mass() * speed); };
+  rest.energy_lost = energy(v) - energy(rest.v_plus);
+
+  x.tail(d) = rest.v_plus;
+  TouchingContacts contacts;
+  for (int i : rest.closed) {
+    const Friction& friction = system.friction()[i];
+    const Vector slip = terms.jacobian.middleRows(friction.row, friction.dimension) * rest.v_plus;
+    const bool none = slip.norm() <= kNoSlip * rest.v_plus.norm();
+    if (friction.dimension > 0 && friction.coefficient > 0 && (sticking.Contains(i) || none)) {
+      contacts.still.Insert(i);
+    } else {
+      contacts.slipping.Set(i, LetterOf(friction, slip.size() > 0 ? slip(0) : 0));
+    }
+  }
+  try {
+    bool springs = false;
+    rest.mode = SelectWord(dynamics, x, contacts, kBorder, &springs);
+  } catch (const FrictionRefusal&) {
+    return std::nullopt;
+  }
+  if (!BeginInSpace(system, contacts.still, rest.mode).Empty()) return std::nullopt;
+  return rest;
+}
+
+}  // namespace contact_flow
