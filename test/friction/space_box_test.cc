@@ -189,14 +189,14 @@ TEST(SpaceBox, BeginsToSlide) {
 /// Let go on one corner while it slides it clatters, and slides on: bounces without end are
 /// completed to sticking, which costs next to nothing.
 TEST(SpaceBox, ClattersAndSlides) {
-  const auto system = MakeSystem<test::SpaceBox>({{"height", 0.3}, {"friction", 0.2}});
+  const auto system = MakeSystem<test::SpaceBox>({{"height", 0.3}});
   int completed = 0;
-  for (int k = 0; k < 8; ++k) {
+  for (int k = 0; k < 16; ++k) {
     const double axis = 0.2 + 0.7 * k;
     Vector x = Vector::Zero(15);
-    x.segment(3, 4) << std::cos(0.05), std::cos(axis) * std::sin(0.05),
-        std::sin(axis) * std::sin(0.05), 0;
-    x(8) = 1.5;
+    x.segment(3, 4) << std::cos(0.1), std::cos(axis) * std::sin(0.1),
+        std::sin(axis) * std::sin(0.1), 0;
+    x(8) = 0.3;
     x(14) = 1;
     ConstraintTerms terms;
     system->Constraints(x.head(8), x.tail(7), &terms);
@@ -211,12 +211,12 @@ TEST(SpaceBox, ClattersAndSlides) {
       lost += transition.energy_lost;
       completes = completes || transition.completes_zeno;
     }
-    EXPECT_LT(std::abs(lost), 1e-6) << axis;  // of 2.25 J
+    EXPECT_LT(std::abs(lost), 1e-6) << axis;  // of 0.5 J
     if (!completes) continue;
     ++completed;
     EXPECT_EQ(Outcome::kZeno, DifferentiateOutcome(*system, run).status.outcome) << axis;
   }
-  EXPECT_GT(completed, 2);
+  EXPECT_GE(completed, 1);
 }
 
 }  // namespace
