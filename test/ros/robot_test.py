@@ -171,20 +171,26 @@ class Display(unittest.TestCase):
         self.assertGreater(complete, 40)
 
     def test_contacts_are_coloured_by_mode_and_push_upwards(self):
-        seen = set()
+        seen, touching, open_ = set(), 0, 0
         for markers in self.contacts.values():
             for sphere, arrow in zip(markers[0::2], markers[1::2]):
                 self.assertEqual((sphere.ns, arrow.ns, sphere.id), ("contacts", "forces", arrow.id))
                 active = sphere.color.r > sphere.color.b
                 seen.add(active)
                 height = sphere.pose.position.z
-                self.assertLess(abs(height), 1e-6) if active else self.assertGreater(height, 1e-4)
+                self.assertGreater(height, -1e-6)
+                if active:
+                    self.assertLess(height, 1e-6)
+                else:  # a frame may fall on the instant of a touchdown
+                    open_ += 1
+                    touching += height < 1e-4
                 if arrow.action == Marker.ADD:
                     self.assertTrue(active)
                     tail, head = (vector(p) for p in arrow.points)
                     self.assertLess(numpy.abs((head - tail)[:2]).max(), 1e-12)
                     self.assertGreater((head - tail)[2], 0)
         self.assertEqual(seen, {False, True})
+        self.assertLess(touching, 0.1 * open_ + 3)
 
     def test_terrain_is_a_plane_under_the_feet(self):
         terrain, = rospy.wait_for_message("robot_player/terrain", MarkerArray, 10).markers
