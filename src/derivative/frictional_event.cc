@@ -262,6 +262,10 @@ void FrictionalEvent::Classify() {
         closed = closed | ImpliedClosed(*system_, transition_.x_minus, closed,
                                         transition_.activated - closed);
         impact = SolveFrictionalImpact(*system_, transition_.x_minus.head(nq), v, closed);
+        if (impact.springs) {
+          throw FrictionRefusal(FrictionRefusal::Kind::kIndeterminateForces,
+                                "how an impact shares its impulses decides");
+        }
         v = impact.result.v_plus;
         outcome.impulse += impact.result.impulse;
         for (int j : closed) {

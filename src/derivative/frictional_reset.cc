@@ -38,6 +38,9 @@ FrictionalReset::FrictionalReset(const ContactDynamics& dynamics, const Vector& 
   const double scale = problem.b.cwiseAbs().maxCoeff();
   const std::vector<FrictionSolution> all = SolveFriction(problem, kBorder);
   if (all.empty()) throw std::domain_error("an impact of the perturbed run has no solution");
+  if (all.front().springs) {
+    throw std::domain_error("an impact of the perturbed run depends on how impulses are shared");
+  }
   v_plus_ = x.tail(d_) + frame_.reach() * all.front().force;
   for (const FrictionSolution& solution : all) branches_.push_back(Differentiate(solution, scale));
 }

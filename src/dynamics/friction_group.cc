@@ -185,7 +185,7 @@ class Group {
     std::optional<FrictionSolution> springs = SolveEqualSprings(problem_);
     if (!springs) return {};
     FrictionSolution found = WithoutSprings(std::move(*springs));
-    if (found.springs || !(found.margin >= -kMissed)) return {};
+    if (!(found.margin >= -kMissed)) return {};
     return {std::move(found)};
   }
 
@@ -210,13 +210,14 @@ class Group {
     return !all.empty();
   }
 
-  /// The same motion by its word alone, where that decides it.
+  /// The same motion by its word alone, where that decides it. Without room other words may meet
+  /// there, which are not looked for: then it counts as one of springs.
   FrictionSolution WithoutSprings(FrictionSolution springs) const {
     FrictionSolution word = springs;
-    word.springs = false;
     const bool decides = SolveWord(problem_, &word) && !word.many;
     FrictionSolution& found = decides && Decided({springs, word}) ? word : springs;
     found.margin = Margin(problem_, found, scale_);
+    found.springs = &found == &springs || !(found.margin > room_);
     return std::move(found);
   }
 

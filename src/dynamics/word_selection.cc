@@ -81,7 +81,7 @@ class Words {
     }
     if (all.size() == 1) {
       if (springs != nullptr) *springs = all.front().springs;
-      if (all.front().springs || !Ends(all.front(), border)) return ModeOf(all.front());
+      if (!Ends(all.front(), border)) return ModeOf(all.front());
       return Beyond(all.front(), border, springs);
     }
     if (Dependent()) {
@@ -181,6 +181,7 @@ class Words {
       *springs = true;
       return ahead->mode;
     }
+    if (word.springs) return ModeOf(word);
     Refuse(FrictionRefusal::Kind::kInconsistent,
            "the word '" + ModeOf(word).Word(system_.num_constraints()) +
                "' is the only one that fits, and does not go on to hold: what would have to pull "
