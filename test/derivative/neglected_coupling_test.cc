@@ -98,6 +98,46 @@ TEST(Coupling, IsJudgedByTheJumpOfTheOutcome) {
   }
 }
 
+/// The floor holds q_0 under f_0 = 1 + 2 v_1 until q_1, falling under f_1 = −1, is stopped by the
+/// slope, which feels the floor by the coupling alone.
+struct HeldByAFall : HeavyAndLight {
+  template <class P, class S>
+  static void Force(const Parameters<P>&, const Eigen::Matrix<S, 2, 1>&,
+                    const Eigen::Matrix<S, 2, 1>& v, const Eigen::Matrix<S, 0, 1>&,
+                    Eigen::Matrix<S, 2, 1>* f) {
+    (*f)(0) = S(1.0) + 2.0 * v(1);
+    (*f)(1) = S(-1.0);
+  }
+};
+
+/// From (0, h, 0, −1) the slope is hit with s² = 1 + 2h at t₁ = s − 1, and the floor lets go. With
+/// τ = T − t₁ and by c at c = 0:  δq_0 = τ²/2 − τ³/3 and δq_1 = −τ²/2, as q_1 = −c q_0. Where the
+/// impact lifted the floor's contact, with c s, δq_0 would have s τ besides: not by projection,
+/// which holds it however small its impulse.
+TEST(Projection, HoldsAContactThatTheImpactDoesNotFeel) {
+  const auto system = test::Make<HeldByAFall>({});
+  Vector x(4);
+  x << 0, 0.1, 0, -1;
+  const double duration = 0.6, tau = duration - (std::sqrt(1.2) - 1);
+  SimulateOptions options;
+  options.relative_tolerance = options.absolute_tolerance = 1e-12;
+  options.impact_law = ImpactLaw::kProjection;
+  const Trajectory run = Simulate(system, x, Vector(0), duration, options);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  ASSERT_EQ(1u, run.transitions.size());
+  EXPECT_EQ(2u, run.transitions[0].mode_after.bits());
+  BDerivativeOptions derivative;
+  derivative.variables.parameters = {1};  // the coupling
+  const BDerivative B = DifferentiateOutcome(system, run, derivative);
+  ASSERT_TRUE(B.status.ok()) << B.status.message;
+  for (double sign : {1.0, -1.0}) {
+    const Vector change = B(sign * Vector::Unit(5, 4));
+    Vector truth(4);
+    truth << tau * tau / 2 - tau * tau * tau / 3, -tau * tau / 2, tau - tau * tau, -tau;
+    EXPECT_LT((change - sign * truth).cwiseAbs().maxCoeff(), 1e-9) << change.transpose();
+  }
+}
+
 /// The run of a shipped biped on its rigid feet, with the bilateral law: the foot that landed first
 /// is held where the other lands.
 TEST(Projection, DerivativeOfThePlanarBiped) {
