@@ -274,6 +274,7 @@ bool Flow::ChangeInput(const VectorRef& u) {
   status_ = resolved.status;
   if (!status_.ok()) return false;
   transition_ = std::move(resolved.transition);
+  x_ = transition_.x_plus;
   last_transition_ = t_;
   if (!new_arc_) start_error_.Continue(t_ - arc_begin_, arc_error_);
   new_arc_ = true;

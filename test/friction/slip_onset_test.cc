@@ -6,8 +6,10 @@
 
 #include <array>
 #include <cmath>
+#include <memory>
 
 #include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/flow/online_flow.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_system.h"
 #include "test/friction/systems/contact_parameters.h"
@@ -21,12 +23,12 @@ constexpr double kForce = 1.3, kGrowth = 0.8, kTurn = 0.9, kGravity = 9.81;
 struct Tug {
   static constexpr const char* kName = "tug";
   static constexpr const char* kSummary = "a mass on a floor, pulled";
-  static constexpr int kDof = 4, kConstraints = 1, kInputs = 0, kSlipDimension = 2;
+  static constexpr int kDof = 4, kConstraints = 1, kInputs = 2, kSlipDimension = 2;
   static constexpr bool kConstantMass = true, kAffineConstraints = true;
   static constexpr std::array<const char*, 4> kCoordinates = {"x", "y", "z", "clock"};
   static constexpr std::array<const char*, 4> kUnits = {"m", "m", "m", "s"};
   static constexpr std::array<const char*, 1> kConstraintNames = {"floor"};
-  static constexpr std::array<const char*, 0> kInputNames = {};
+  static constexpr std::array<const char*, 2> kInputNames = {"pull_x", "pull_y"};
   template <class P>
   using Parameters = test::ContactParameters<P>;
   template <class S>
@@ -39,13 +41,13 @@ struct Tug {
     }
   }
   template <class P, class S>
-  static void Force(const Parameters<P>&, const V<S>& q, const V<S>&, const Eigen::Matrix<S, 0, 1>&,
-                    V<S>* f) {
+  static void Force(const Parameters<P>&, const V<S>& q, const V<S>&,
+                    const Eigen::Matrix<S, 2, 1>& u, V<S>* f) {
     using std::cos;
     using std::sin;
     const S size = kForce * (kGrowth * q(3) + 1.0), angle = kTurn * q(3) + 0.3;
-    (*f)(0) = size * cos(angle);
-    (*f)(1) = size * sin(angle);
+    (*f)(0) = size * cos(angle) + u(0);
+    (*f)(1) = size * sin(angle) + u(1);
     (*f)(2) = S(-kGravity);
     (*f)(3) = S(0.0);
   }
@@ -72,7 +74,7 @@ struct Tug {
     run.x = Vector::Zero(8);
     run.x(3) = -0.1;
     run.x(7) = 1;
-    run.u = Vector::Zero(0);
+    run.u = Vector::Zero(2);
     return run;
   }
 };
@@ -86,7 +88,7 @@ TEST(SlipOnset, OfAForceThatGrowsAndTurns) {
   for (const double tolerance : {1e-9, 1e-10, 1e-11}) {
     SimulateOptions options;
     options.relative_tolerance = options.absolute_tolerance = tolerance;
-    const Trajectory run = Simulate(*system, system->nominal().x, Vector::Zero(0), 0.8, options);
+    const Trajectory run = Simulate(*system, system->nominal().x, Vector::Zero(2), 0.8, options);
     ASSERT_TRUE(run.status.ok()) << run.status.message;
     ASSERT_EQ(2u, run.arcs.size());
     EXPECT_EQ("s", run.arcs[0].mode.Word(1));
@@ -97,10 +99,34 @@ TEST(SlipOnset, OfAForceThatGrowsAndTurns) {
   }
 }
 
+/// The clock stands still, and the pull jumps from within the cone to F, beyond it: the mass goes
+/// along F by (|F| − k) τ²/2 in the time τ from there on.
+TEST(SlipOnset, OfAnInputThatJumps) {
+  const std::shared_ptr<const MechanicalSystem> system = MakeSystem<Tug>({});
+  Vector x = system->nominal().x;
+  x(7) = 0;
+  const double base = kForce * (1 - 0.1 * kGrowth), angle = 0.3 - 0.1 * kTurn, tau = 0.4;
+  const Eigen::Vector2d pull(-2.5, 0.7);
+  const Eigen::Vector2d F = base * Eigen::Vector2d(std::cos(angle), std::sin(angle)) + pull;
+  const Eigen::Vector2d way = (F.norm() - kForce) * tau * tau / 2 * F.normalized();
+  const InputSchedule both{{0, 0.3}, {Vector::Zero(2), Vector(pull)}};
+  const Trajectory run = Simulate(*system, x, both, 0.3 + tau);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  ASSERT_EQ(2u, run.arcs.size());
+  EXPECT_EQ("s", run.arcs[0].mode.Word(1));
+  EXPECT_EQ("l", run.arcs[1].mode.Word(1));
+  EXPECT_LT((run.FinalState().head<2>() - way).norm(), 1e-7);
+  OnlineFlow online(system, 0, x, Vector::Zero(2), {});
+  online.SetInput(0.3, pull);
+  while (online.now() < 0.3 + tau && online.status().ok()) online.AdvanceTo(0.3 + tau);
+  ASSERT_TRUE(online.status().ok()) << online.status().message;
+  EXPECT_LT((run.FinalState() - online.State()).norm(), 1e-9);
+}
+
 /// Derivatives across it are not offered, and say so.
 TEST(SlipOnset, HasNoDerivative) {
   const auto system = MakeSystem<Tug>({});
-  const Trajectory run = Simulate(*system, system->nominal().x, Vector::Zero(0), 0.8);
+  const Trajectory run = Simulate(*system, system->nominal().x, Vector::Zero(2), 0.8);
   const BDerivative B = DifferentiateOutcome(*system, run);
   EXPECT_EQ(Outcome::kNotPiecewiseLinear, B.status.outcome);
   EXPECT_NE(std::string::npos, B.status.message.find("{floor} begin to slip")) << B.status.message;
