@@ -35,7 +35,7 @@ bool BeginsToSlip(const MechanicalSystem& system, const Arc& arc, const Trajecto
   if (arc.mode.SlippingInPlane().Empty()) return false;
   ContactDynamics dynamics(system, arc.u);
   return !StartCone(&dynamics, arc.x_begin, arc.mode, arc.t_begin, trajectory.gap_tolerance,
-                    trajectory.speed_tolerance)
+                    trajectory.speed_tolerance, trajectory.impact_law)
               .Empty();
 }
 

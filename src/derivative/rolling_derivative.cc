@@ -40,7 +40,7 @@ RollingDerivative::RollingDerivative(OnlineFlow* flow, const Matrix& directions,
 /// A mark where a contact touches but is not in the mode is a cluster of its own.
 void RollingDerivative::Start(OnlineFlow* flow, const SimulateOptions& run) {
   const StartCone start(DynamicsAt(flow->NextInput()), flow->State(), flow->mode(), mark_,
-                        run.gap_tolerance, run.speed_tolerance);
+                        run.gap_tolerance, run.speed_tolerance, run.impact_law);
   status_ = start.status();
   try {
     const StartStop stop(dynamics_, flow->State(), flow->mode());

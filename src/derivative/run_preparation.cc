@@ -137,7 +137,7 @@ bool RunPreparation::Begin(BDerivative* derivative) {
   if (!run_.status.ok()) return false;
   if (first_ == 0) {  // a later beginning is reached by what came before it
     derivative->start = StartCone(dynamics_[0].get(), arc.x_begin, arc.mode, arc.t_begin,
-                                  run_.gap_tolerance, run_.speed_tolerance);
+                                  run_.gap_tolerance, run_.speed_tolerance, run_.impact_law);
     // A run that is not even continuous in x says so first.
     derivative->status = derivative->start.status();
     if (!derivative->status.ok()) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/derivative/start_cone.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <sstream>
 #include <stdexcept>
 
@@ -18,6 +18,8 @@ namespace {
 constexpr double kNoise = 1e-9;
 /// Accelerations that vanish within this part of the gap's tolerance are not known.
 constexpr double kIdle = 1e-3;
+/// More impacts one behind another at the start are not followed.
+constexpr int kMaxImpacts = 1000;
 
 double Terms(const Vector& row, const VectorRef& w) { return row.cwiseAbs().dot(w.cwiseAbs()); }
 
@@ -31,11 +33,12 @@ std::string Sentence(double t, const std::string& name, const char* what) {
 }  // namespace
 
 StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode mode, double t,
-                     double gap_tolerance, double speed_tolerance)
+                     double gap_tolerance, double speed_tolerance, ImpactLaw impact_law)
     : names_(dynamics->system().description().constraints),
       t_(t),
       dof_(dynamics->system().dof()),
-      friction_(dynamics->system().HasFriction()) {
+      friction_(dynamics->system().HasFriction()),
+      law_(impact_law) {
   const MechanicalSystem& system = dynamics->system();
   const int d = dof_, n = system.num_constraints(), k = dynamics->num_variables();
   const Vector q = x.head(system.num_positions()), v = x.tail(d);
@@ -201,25 +204,46 @@ Vector StartCone::operator()(const VectorRef& direction) const {
                                 "', which the start at t = " + std::to_string(t_) +
                                 " s touches: it leaves the domain");
   }
-  // Who is hit: those that stay at zero, and the contacts of the mode.
+  for (int impacts = 0;; ++impacts) {
+    const std::vector<int> rows = Hit(w);
+    if (rows.empty()) return w;
+    if (friction_) {
+      Refuse("a contact that leaves from rest is hit at the start in this direction: with friction "
+             "that is not followed");
+    }
+    if (impacts == kMaxImpacts) {
+      Refuse("the impacts at the start in this direction do not come to an end");
+    }
+    w.segment(dof_, dof_) += Impact(rows, w);
+    for (int r = 0; r < held_ && law_ == ImpactLaw::kComplementarity; ++r) {
+      const Vector rate = rates_.row(r).transpose();
+      if (!(rate.dot(w) > kNoise * Terms(rate, w))) continue;
+      Refuse("the contact '" + names_[members_[r]] +
+             "' is lifted by an impact at the start in this direction: how it returns is not "
+             "followed");
+    }
+  }
+}
+
+std::vector<int> StartCone::Hit(const VectorRef& w) const {
   std::vector<int> rows;
   for (int r = 0; r < held_; ++r) rows.push_back(r);
   bool hit = false;
   int row = held_;
   for (const Contact& contact : contacts_) {
     if (!contact.at_rest()) continue;
-    if (Stays(contact, w)) {
+    const double rate = contact.rate.dot(w), noise = kNoise * Terms(contact.rate, w);
+    if (Stays(contact, w) && rate <= noise) {
       rows.push_back(row);
-      hit = hit || contact.rate.dot(w) < -kNoise * Terms(contact.rate, w);
+      hit = hit || rate < -noise;
     }
     ++row;
   }
-  if (!hit) return w;
-  if (friction_) {
-    throw std::domain_error("at t = " + std::to_string(t_) +
-                            " s a contact that leaves from rest is hit at the start in this "
-                            "direction: with friction that is not followed");
-  }
+  if (!hit) rows.clear();
+  return rows;
+}
+
+Vector StartCone::Impact(const std::vector<int>& rows, const VectorRef& w) const {
   const int count = static_cast<int>(rows.size());
   Matrix G(count, count), reach(dof_, count);
   Vector b(count);
@@ -228,22 +252,18 @@ Vector StartCone::operator()(const VectorRef& direction) const {
     reach.col(r) = reach_.col(rows[r]);
     b(r) = rows[r] < held_ ? 0 : (1 + restitution_(rows[r])) * rates_.row(rows[r]).dot(w);
   }
-  const std::optional<ComplementaritySolution> impact = SolveComplementarity(G, b);
-  if (!impact) {
-    throw std::domain_error("at t = " + std::to_string(t_) +
-                            " s no impulses end the impact at the start in this direction: its "
-                            "contacts are dependent and jam (Assumption 3)");
+  if (law_ == ImpactLaw::kProjection) {
+    const Eigen::LLT<Matrix> factor(G);
+    if (factor.info() == Eigen::Success) return reach * -factor.solve(b);
+  } else if (const auto impact = SolveComplementarity(G, b)) {
+    return reach * impact->z;
   }
-  w.segment(dof_, dof_) += reach * impact->z;
-  for (int r = 0; r < held_; ++r) {
-    const Vector rate = rates_.row(r).transpose();
-    if (!(rate.dot(w) > kNoise * Terms(rate, w))) continue;
-    throw std::domain_error("at t = " + std::to_string(t_) + " s the contact '" +
-                            names_[members_[r]] +
-                            "' is lifted by an impact at the start in this direction: how it "
-                            "returns is not followed");
-  }
-  return w;
+  Refuse("no impulses end the impact at the start in this direction: its contacts are dependent "
+         "and jam (Assumption 3)");
+}
+
+void StartCone::Refuse(const std::string& what) const {
+  throw std::domain_error("at t = " + std::to_string(t_) + " s " + what);
 }
 
 Matrix StartCone::Cone() const {

@@ -133,6 +133,27 @@ TEST(StartCone, HitsAtTheStartWithASpeedOfFirstOrder) {
   }
 }
 
+/// M⁻¹ lifts the held contact where y is hit, m being −0.4. Complementarity lets it go, and how it
+/// returns is not followed; by projection both are held, and nothing is left of δẏ = −1. The other
+/// way round, y is not hit for δẏ = 1 by either law.
+TEST(StartCone, HitsByTheLawOfTheRun) {
+  const auto system = test::Make<Pair>({{"coupling", -0.4}});
+  const Vector x = Vector::Zero(4), into = Direction(0, -1), off = Direction(0, 1);
+  for (ImpactLaw law : {ImpactLaw::kComplementarity, ImpactLaw::kProjection}) {
+    SimulateOptions options;
+    options.impact_law = law;
+    const Trajectory run = Simulate(system, x, Vector(0), kDuration, options);
+    const BDerivative B = DifferentiateOutcome(system, run);
+    ASSERT_TRUE(B.status.ok()) << B.status.message;
+    EXPECT_NEAR(1, B(off)(3), 1e-9);
+    if (law == ImpactLaw::kComplementarity) {
+      EXPECT_THROW(B(into), std::domain_error);
+    } else {
+      EXPECT_LT(B(into).norm(), 1e-9);
+    }
+  }
+}
+
 /// y = αg − αr t + t²/2 touches zero at α = 2g/r².
 TEST(StartCone, RadiusOfADirectionThatFallsFirst) {
   const Started run({}, 0);

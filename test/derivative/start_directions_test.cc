@@ -88,7 +88,7 @@ TEST(StartDirections, SaySlipWhereASlipWouldBeReversed) {
   x.tail(3) << 0, 0, 1;  // at rest; the clock runs
   const ContactMode mode = InitialMode(*system, x, system->nominal().u);
   ContactDynamics dynamics(*system, system->nominal().u);
-  const StartCone cone(&dynamics, x, mode, 0, 1e-9, 1e-6);
+  const StartCone cone(&dynamics, x, mode, 0, 1e-9, 1e-6, ImpactLaw::kComplementarity);
   const StartDirections directions(*system, x, mode, cone);
   const double along = dynamics.Field(x, mode)(3) > 0 ? 1 : -1;
   const Vector w = along * Vector::Unit(6, 3);

@@ -6,6 +6,7 @@
 
 #include "contact_flow/contact_mode.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/dynamics/impact.h"
 #include "contact_flow/flow/status.h"
 #include "contact_flow/types.h"
 
@@ -16,15 +17,17 @@ namespace contact_flow {
 ///   Da_i w_q < 0                       leads out of the domain,
 ///   Da_i w_q = 0, r_i = D(Da_i v) w < 0,
 ///     Da_i v = 0 and ä_i > 0           is an impact at the start with a speed of first order,
-///                                      shared by the contacts of J:  0 ≤ p ⟂ r⁺ + γ r⁻ ≥ 0,
 ///   otherwise                          nothing happens.
+/// An impact is shared by the contacts of J and by those that stay at zero with r ≤ 0, by the law
+/// of the run: 0 ≤ p ⟂ r⁺ + γ r⁻ ≥ 0, or r⁺ = −γ r⁻. Another follows where it turns others back.
 class StartCone {
  public:
   /// Of a state that touches nothing else.
   StartCone() = default;
-  /// `gap_tolerance` [m] and `speed_tolerance` [m/s] are those of the run, as in SimulateOptions.
+  /// `gap_tolerance` [m], `speed_tolerance` [m/s] and `impact_law` are those of the run, as in
+  /// SimulateOptions.
   StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode mode, double t,
-            double gap_tolerance, double speed_tolerance);
+            double gap_tolerance, double speed_tolerance, ImpactLaw impact_law);
 
   /// kNotDifferentiable where a constraint that is touched neither leaves nor belongs to the mode;
   /// kNotPiecewiseLinear where a contact begins to slip in space.
@@ -68,12 +71,18 @@ class StartCone {
   };
   bool Closes(const Contact& contact, const VectorRef& w) const;
   bool Stays(const Contact& contact, const VectorRef& w) const;
+  /// The rows of what an impact along w is shared by; empty where nothing is hit.
+  std::vector<int> Hit(const VectorRef& w) const;
+  /// The change of w_v by their impulses [d].
+  Vector Impact(const std::vector<int>& rows, const VectorRef& w) const;
+  [[noreturn]] void Refuse(const std::string& what) const;
 
   std::vector<Contact> contacts_;
   std::vector<std::string> names_;  // of all constraints
   double t_ = 0;
   int dof_ = 0;
   bool friction_ = false;
+  ImpactLaw law_ = ImpactLaw::kComplementarity;
   // The contacts of the mode, then those of contacts_ at rest.
   Matrix delassus_;  // G
   Matrix reach_;     // P Daᵀ [d × ·]
