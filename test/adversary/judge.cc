@@ -154,7 +154,7 @@ class Court {
     }
     // A gust shorter than the steps of the run is found with `max_step` alone, as documented.
     const Trajectory fine = trial_.Simulated(c_.duration / 1000);
-    const double fine_off = (c_.units.Back(fine.FinalState()) - base_.x).cwiseAbs().maxCoeff();
+    const double fine_off = (c_.units.Back(fine.FinalState()) - again.x).cwiseAbs().maxCoeff();
     const bool found = !fine.status.ok() ||
                        fine_off < 1e-3 * (x - base_.x).cwiseAbs().maxCoeff();
     if (!c_.system->coefficients().ridges.empty() && found) {
