@@ -95,7 +95,7 @@ Directions Admit(const Setup& setup, const Run& run, const Directions& asked, bo
   const ContactMode mode = InitialMode(*setup.system, run.x, run.input.values.front(), run.options);
   ContactDynamics dynamics(*setup.system, run.input.values.front(), variables);
   const StartCone start(&dynamics, run.x, mode, 0, run.options.gap_tolerance,
-                        run.options.speed_tolerance);
+                        run.options.speed_tolerance, run.options.impact_law);
   if (mode.Empty() && setup.system->num_bilateral() == 0 && start.Empty()) return asked;
   const StartDirections admitted(*setup.system, run.x, mode, start, variables);
   const std::string label = mode.ToString(setup.system->description().constraints);
