@@ -90,7 +90,9 @@ def main(arguments):
     bar = Bar()
     client.send_goal(goal, feedback_cb=bar.show)
     try:
-        while not client.wait_for_result(rospy.Duration(0.2)):
+        # A result that comes before send_goal has returned is known to its handle alone.
+        while not client.wait_for_result(rospy.Duration(0.2)) and \
+                client.gh.get_comm_state() != actionlib.CommState.DONE:
             pass
     except KeyboardInterrupt:
         client.cancel_goal()

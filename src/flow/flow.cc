@@ -82,11 +82,18 @@ void Flow::Stop(Outcome outcome, const std::string& reason) {
   status_ = {outcome, message.str()};
 }
 
+/// What a run that has used up its steps might do about it.
+const char* Flow::StiffHint() const {
+  const bool may_switch = options_.method == IntegrationMethod::kExplicit;
+  return may_switch ? "; stiff forces, and feet that creep, take fewer with method: automatic" : "";
+}
+
 bool Flow::WithinBudget() {
   AskBudget();
   if (attempts_ >= options_.max_steps) {
     Stop(Outcome::kBudgetExceeded,
-         "max_steps = " + std::to_string(options_.max_steps) + " integration steps were made");
+         "max_steps = " + std::to_string(options_.max_steps) + " integration steps were made" +
+             StiffHint());
   } else if (options_.cancelled && options_.cancelled()) {
     Stop(Outcome::kCancelled, "the caller cancelled the run");
   } else if (attempts_ >= next_clock_reading_) {
@@ -95,7 +102,8 @@ bool Flow::WithinBudget() {
     if (deadline_ == 0) deadline_ = now + options_.max_seconds;
     if (now > deadline_) {
       std::ostringstream reason;
-      reason << "max_seconds = " << options_.max_seconds << " of processor time were used";
+      reason << "max_seconds = " << options_.max_seconds << " of processor time were used"
+             << StiffHint();
       Stop(Outcome::kBudgetExceeded, reason.str());
     }
   }

@@ -96,6 +96,7 @@ class Flow {
   void FinishStep();
   bool Drifts() const;
   bool WithinBudget();
+  const char* StiffHint() const;
   void BeginArc();
   /// Stops where a gap has become negative: an event was missed, whatever the reason.
   bool Penetrates();
