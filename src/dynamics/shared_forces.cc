@@ -17,8 +17,8 @@ namespace {
 
 /// A pivot of a sliding mode below this part of the largest makes it worth to look.
 constexpr double kSmallPivot = 1e-9;
-/// Where all stick, rounding of a pivot relative to its row, over the smallest part that others left
-/// of theirs before.
+/// Where all stick, rounding of a pivot relative to its row, over the smallest part that others
+/// left of theirs before.
 constexpr double kPivotRounding = 1e-14;
 /// Entries of Z that are rounding, and a push of it that is none, relative.
 constexpr double kNoPart = 1e-7, kNoPush = 1e-6;
