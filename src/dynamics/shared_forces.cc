@@ -17,6 +17,9 @@ namespace {
 
 /// A pivot of a sliding mode below this part of the largest makes it worth to look.
 constexpr double kSmallPivot = 1e-9;
+/// Where all stick, rounding of a pivot relative to its row, over the smallest part that others
+/// left of theirs before.
+constexpr double kPivotRounding = 1e-14;
 /// Entries of Z that are rounding, and a push of it that is none, relative.
 constexpr double kNoPart = 1e-7, kNoPush = 1e-6;
 /// A pull of springs that is rounding, relative.
@@ -103,9 +106,11 @@ bool ContactDynamics::FindDependence() {
   at_->shared = ContactMode();
   const Matrix& G = at_->delassus_inverse;
   bool small = at_->delassus_factor.info() != Eigen::Success;
+  double least = 1;
   for (Eigen::Index i = 0; i < G.rows() && !small; ++i) {
-    const double pivot = at_->delassus_factor.matrixLLT()(i, i);
-    small = pivot * pivot <= kDependentRow * G(i, i);
+    const double pivot = at_->delassus_factor.matrixLLT()(i, i), part = pivot * pivot / G(i, i);
+    small = part <= std::max(kDependentRow, kPivotRounding / least);
+    least = std::min(least, part);
   }
   if (!small || !G.allFinite() || !(G.diagonal().array() > 0).all()) return false;
   const RowBasis basis = FindRowBasis(G);

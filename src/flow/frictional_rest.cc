@@ -44,6 +44,12 @@ std::optional<FrictionalRest> RestOfBounces(ContactDynamics* dynamics, const Tra
     if (beside && std::abs(terms.gap(i)) <= gap_tolerance) near.Insert(i);
   }
   if (!near.Empty()) rest.closed = rest.closed | ImpliedClosed(system, x, rest.closed, near);
+  if ((rest.closed - last.mode_after).Empty()) {  // they do already
+    rest.v_plus = v;
+    rest.mode = last.mode_after;
+    rest.energy_lost = 0;
+    return rest;
+  }
 
   const ContactMode sticking = last.mode_before.Sticking() | last.mode_after.Sticking();
   std::vector<int> rows;

@@ -186,9 +186,7 @@ bool Flow::CompleteZeno() {
     const auto rest = RestOfBounces(&dynamics_, last, options_.gap_tolerance);
     if (!rest) return false;
     last.energy_lost += rest->energy_lost;
-    if (!options_.complete_zeno && !(plastic && last.energy_lost < energy(rest->v_plus))) {
-      return false;
-    }
+    if (!options_.complete_zeno && !plastic) return false;
     sticking = rest->closed;
     last.x_plus.tail(d) = rest->v_plus;
     last.mode_after = rest->mode;

@@ -206,6 +206,7 @@ void KeepMeshContacts(RobotTexts* texts) {
     RobotDescription robot;
     robot.model = ReadRobotModel(texts->urdf, document);
     AddSoles(document["soles"], &robot.model);
+    AddBrakePads(document["joints"], &robot.model);
     const JointChoices joints = ReadJoints(document["joints"], &robot);
     const MadeContacts made =
         PlanContacts(document, texts->folder, robot.model, joints.limited);
@@ -233,8 +234,9 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
   RobotDescription robot;
   robot.model = ReadRobotModel(urdf, document);
   const YAML::Node springs = AddSoles(reader.Child("soles"), &robot.model);
+  AddBrakePads(reader.Child("joints"), &robot.model);
   if (FollowsTime(reader.Child("efforts"))) robot.model.AddClock();
-  const JointChoices joints = ReadJoints(reader.Child("joints"), &robot);
+  JointChoices joints = ReadJoints(reader.Child("joints"), &robot);
   reader.Read("gravity", &robot.gravity);
   reader.Read("inputs", &robot.inputs);
   const std::size_t declared = robot.inputs.size();
@@ -243,6 +245,7 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
   const MadeContacts made = PlanContacts(document, folder, robot.model, joints.limited);
   ReadConstraints(made.constraints, &robot);
   ReadConstraints(joints.constraints, &robot);
+  for (auto& brake : joints.brakes) robot.constraints.push_back(std::move(brake));
   std::vector<std::string>* warnings = &robot.model.warnings;
   warnings->insert(warnings->end(), made.warnings.begin(), made.warnings.end());
   AddMimics(&robot);

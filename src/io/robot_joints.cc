@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "contact_flow/model/rigid_body/contact_friction.h"
 #include "contact_flow/nearest_name.h"
 #include "robot_parts.h"
 
@@ -46,8 +47,23 @@ std::vector<Traits> Chosen(MapReader* reader, const std::string& key, const Robo
 
 bool HasLimits(const Traits& joint) { return joint.limited && joint.lower < joint.upper; }
 bool HasDamping(const Traits& joint) { return joint.damping > 0; }
+bool HasFriction(const Traits& joint) { return joint.friction > 0; }
+
+std::string PadOf(const std::string& joint) { return joint + "_pad"; }
 
 }  // namespace
+
+void AddBrakePads(const YAML::Node& map, RobotModel* model) {
+  MapReader reader(map, "joints");
+  for (const Traits& joint : Chosen(&reader, "friction", *model, "friction", HasFriction)) {
+    const RobotModel::Mount pad =
+        model->AddPrismatic({-1, Pose()}, PadOf(joint.name), Vec3<double>::UnitX());  // weightless
+    BodyInertia inertia;
+    inertia.mass = 1;
+    model->links.push_back({PadOf(joint.name), pad.body, pad.pose, inertia});
+    model->JoinInertias();
+  }
+}
 
 JointChoices ReadJoints(const YAML::Node& map, RobotDescription* robot) {
   MapReader reader(map, "joints");
@@ -75,6 +91,20 @@ JointChoices ReadJoints(const YAML::Node& map, RobotDescription* robot) {
     damper["damping"] = joint.damping;
     damper.SetStyle(YAML::EmitterStyle::Flow);
     choices.efforts[joint.name + "_damping"] = damper;
+  }
+  for (const Traits& joint : Chosen(&reader, "friction", model, "friction", HasFriction)) {
+    std::unique_ptr<ConstraintElement> brake = MakeBrake(
+        model.FindCoordinate(joint.name), model.FindCoordinate(PadOf(joint.name)));
+    brake->parts.name = joint.name + "_friction";
+    GiveFriction(model, joint.friction, brake.get());
+    choices.brakes.push_back(std::move(brake));
+    YAML::Node press;  // at zero, where the pad rests, the force is −1
+    press["kind"] = "joint_spring";
+    press["joint"] = PadOf(joint.name);
+    press["stiffness"] = 1;
+    press["rest"] = -1;
+    press.SetStyle(YAML::EmitterStyle::Flow);
+    choices.efforts[PadOf(joint.name)] = press;
   }
   MapReader armature(reader.Child("armature"), "joints/armature");
   for (const std::string& name : armature.Keys()) {

@@ -59,17 +59,23 @@ void ReadClosures(const YAML::Node& map, RobotDescription* robot);
 void Follow(const YAML::Node& positions, const YAML::Node& velocities, const RobotModel& model,
             Vector* q, Vector* v);
 
-/// What the key `joints` asks for: stops, dampers and rotors of joints by the URDF.
+/// Adds a pad for each joint whose friction the key `joints` asks for: a coordinate J_pad [m] that
+/// rests at zero (constraint::Brake).
+void AddBrakePads(const YAML::Node& map, RobotModel* model);
+
+/// What the key `joints` asks for: stops, dampers, friction and rotors of joints by the URDF.
 struct JointChoices {
   YAML::Node constraints{YAML::NodeType::Map};
   YAML::Node efforts{YAML::NodeType::Map};
-  std::vector<std::string> limited;  ///< joints with stops
+  std::vector<std::unique_ptr<ConstraintElement>> brakes;  ///< joints with friction
+  std::vector<std::string> limited;                        ///< joints with stops
 };
 
 ///   joints:
 ///     limits: all             # or a list: stops at the limits of the URDF, J_lower and J_upper
 ///     restitution: 0          # of the stops
 ///     damping: [knee]         # or all: by the URDF, J_damping
+///     friction: [knee]        # or all: Coulomb's by the URDF, J_friction
 ///     armature: {knee: 0.01}  # inertia of the rotor times the gear ratio squared [kg m² or kg]
 JointChoices ReadJoints(const YAML::Node& map, RobotDescription* robot);
 /// Puts joints with stops that exclude zero into the middle of their range.

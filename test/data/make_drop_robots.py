@@ -2,25 +2,30 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Writes drop_quadruped and drop_humanoid (URDF and YAML) beside itself: robots of the proportions
 of public ones, a quadruped with 12 joints and point feet (12 kg) and a humanoid with 30 joints and
-four points under each foot (35 kg)."""
+four points under each foot (35 kg). And config/robots/humanoid, the same one with shapes, friction
+and stiffer servos, which is pushed."""
 import os
 
 HERE = os.path.dirname(os.path.abspath(__file__))
+CONFIG = os.path.join(HERE, "..", "..", "config", "robots")
 
 
 class Robot:
-    def __init__(self, name, about):
-        self.name, self.about = name, about
+    def __init__(self, name, about, folder=HERE, shapes=False):
+        self.name, self.about, self.folder, self.shapes = name, about, folder, shapes
         self.links, self.joints, self.servos, self.contacts = [], [], [], []
 
     def link(self, name, mass, size, origin=(0, 0, 0)):
         """A box of this size [m] with its centre at origin."""
-        x, y, z = (s * s for s in size)
-        inertia = [mass * s / 12 for s in (y + z, x + z, x + y)]
+        x, y, z = size
+        inertia = [mass * s / 12 for s in (y * y + z * z, x * x + z * z, x * x + y * y)]
         self.links.append(
             f'  <link name="{name}"><inertial><origin xyz="{origin[0]:g} {origin[1]:g} {origin[2]:g}"/>'
             f'<mass value="{mass:g}"/>\n    <inertia ixx="{inertia[0]:.4g}" ixy="0" ixz="0" '
-            f'iyy="{inertia[1]:.4g}" iyz="0" izz="{inertia[2]:.4g}"/></inertial></link>')
+            f'iyy="{inertia[1]:.4g}" iyz="0" izz="{inertia[2]:.4g}"/></inertial>'
+            + (f'\n    <visual><origin xyz="{origin[0]:g} {origin[1]:g} {origin[2]:g}"/><geometry>'
+               f'<box size="{x:g} {y:g} {z:g}"/></geometry></visual>' if self.shapes else "") +
+            "</link>")
 
     def joint(self, name, parent, child, origin, axis, stiffness, damping, angle=0.0):
         self.joints.append(
@@ -29,28 +34,32 @@ class Robot:
             f'<limit lower="-3.1" upper="3.1" effort="500" velocity="50"/></joint>')
         self.servos.append((name, stiffness, damping, angle))
 
-    def write(self, height, points):
-        with open(os.path.join(HERE, self.name + ".urdf"), "w") as out:
+    def write(self, height, points, friction="", more="", setpoints=None, duration=1):
+        """`more`: lines behind the efforts; `setpoints`: of servos that hold other angles than the
+        nominal ones."""
+        with open(os.path.join(self.folder, self.name + ".urdf"), "w") as out:
             out.write('<?xml version="1.0"?>\n<!-- SPDX-License-Identifier: BSD-3-Clause -->\n'
                       f'<!-- {self.about} Written by make_drop_robots.py. -->\n'
                       f'<robot name="{self.name}">\n' + "\n".join(self.links + self.joints) +
                       "\n</robot>\n")
-        with open(os.path.join(HERE, self.name + ".yaml"), "w") as out:
+        with open(os.path.join(self.folder, self.name + ".yaml"), "w") as out:
             out.write(f"# {self.about} Written by make_drop_robots.py.\n"
                       f"urdf: {self.name}.urdf\nbase: floating\ngravity: 9.81\n\nconstraints:\n")
             for name, link, (x, y, z), radius in points:
                 out.write(f"  {name}: {{kind: plane, link: {link}, point: [{x:g}, {y:g}, {z:g}], "
-                          f"radius: {radius:g}}}\n")
+                          f"radius: {radius:g}{friction}}}\n")
             out.write("\ninputs:\n" + "".join(f"  - {s[0]}_setpoint\n" for s in self.servos))
             out.write("\nefforts:\n")
             for name, stiffness, damping, _ in self.servos:
                 out.write(f"  {name}_servo: {{kind: servo, joint: {name}, input: {name}_setpoint, "
                           f"stiffness: {stiffness:g}, damping: {damping:g}}}\n")
+            out.write(more)
             out.write(f"\nnominal:\n  positions:\n    base_z: {height:g}\n")
             bent = [s for s in self.servos if s[3] != 0]
             out.write("".join(f"    {s[0]}: {s[3]:g}\n" for s in bent) + "  inputs:\n")
-            out.write("".join(f"    {s[0]}_setpoint: {s[3]:g}\n" for s in bent))
-            out.write("  duration: 1\n")
+            held = dict({s[0]: s[3] for s in bent}, **(setpoints or {}))
+            out.write("".join(f"    {name}_setpoint: {angle:g}\n" for name, angle in held.items()))
+            out.write(f"  duration: {duration:g}\n")
 
 
 def quadruped():
@@ -75,9 +84,22 @@ def quadruped():
     robot.write(0.32, points)
 
 
-def humanoid():
-    robot = Robot("drop_humanoid",
-                  "A humanoid of 35 kg with thirty joints and four points under each foot.")
+PUSH = """  push:              # [N], [s]
+    kind: timed_force
+    link: pelvis
+    force: [1, 0, 0]
+    reference: {times: [0.3, 0.35, 0.4], values: [0, 200, 0]}
+
+parameters:
+  torso_mass: links/torso/mass
+"""
+
+
+def humanoid(name, pushed=False):
+    about = "A humanoid of 35 kg with thirty joints and four points under each foot."
+    robot = Robot(name, about + (" It stands and is pushed." if pushed else ""),
+                  CONFIG if pushed else HERE, pushed)
+    ankle = (300, 15) if pushed else (60, 2)
     robot.link("pelvis", 3.8, (0.12, 0.2, 0.12))
     points = []
     for side, left in (("left", 1), ("right", -1)):
@@ -94,9 +116,9 @@ def humanoid():
                     "1 0 0", 200, 5)
         robot.joint(leg("hip_yaw"), leg("hip_fork"), leg("thigh"), (0, 0, -0.12), "0 0 1", 150, 4)
         robot.joint(leg("knee"), leg("thigh"), leg("shank"), (0, 0, -0.2), "0 1 0", 250, 6, 0.6)
-        robot.joint(leg("ankle_pitch"), leg("shank"), leg("ankle"), (0, 0, -0.3), "0 1 0", 60, 2,
+        robot.joint(leg("ankle_pitch"), leg("shank"), leg("ankle"), (0, 0, -0.3), "0 1 0", *ankle,
                     -0.3)
-        robot.joint(leg("ankle_roll"), leg("ankle"), leg("foot"), (0, 0, -0.018), "1 0 0", 60, 2)
+        robot.joint(leg("ankle_roll"), leg("ankle"), leg("foot"), (0, 0, -0.018), "1 0 0", *ankle)
         for corner, x, y in (("heel_in", -0.05, -0.025), ("heel_out", -0.05, 0.025),
                              ("toe_in", 0.12, -0.03), ("toe_out", 0.12, 0.03)):
             points.append((leg(corner), leg("foot"), (x, y * left, -0.035), 0))
@@ -131,8 +153,15 @@ def humanoid():
                     "0 1 0", 20, 0.5)
         robot.joint(arm("wrist_yaw"), arm("wrist_fork"), arm("hand"), (0, 0, -0.04), "1 0 0", 20,
                     0.5)
-    robot.write(0.75, points)
+    if not pushed:
+        robot.write(0.75, points)
+        return
+    ankles = tuple(side + "_ankle_pitch" for side in ("left", "right"))
+    robot.servos = [(joint, 1.5 * stiffness, 1.5 * damping, angle)
+                    for joint, stiffness, damping, angle in robot.servos]
+    robot.write(0.7745, points, ", friction: 0.8", PUSH, dict.fromkeys(ankles, -0.33), 2)
 
 
 quadruped()
-humanoid()
+humanoid("drop_humanoid")
+humanoid("humanoid", pushed=True)

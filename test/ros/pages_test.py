@@ -159,6 +159,9 @@ class PagesAsPrinted(unittest.TestCase):
     def test_trajectories(self):
         self.assertGreaterEqual(self.follow("trajectories")[0], 2)
 
+    def test_examples(self):
+        self.assertGreaterEqual(self.follow("examples")[0], 6)
+
     def test_every_page_with_commands_is_here(self):
         here = {name[5:] for name in dir(self) if name.startswith("test_")}
         for path in page.pages()[1:]:

@@ -33,8 +33,8 @@ struct SimulateOptions {
   /// Go on from there with the contact sticking, instead of stopping with Outcome::kZeno. The rest
   /// of the bounces is taken as one plastic impact. No derivative then. Plastic contacts that hit
   /// in turns (a foot that rocks from heel to toe) are completed without being asked, with a
-  /// warning, where that takes less kinetic energy than is left: where they are not
-  /// all of the motion.
+  /// warning: with friction always, without where that takes less kinetic energy than is left, as
+  /// they are not all of the motion.
   bool complete_zeno = false;
   long max_steps = 100000;      ///< budget
   long max_events = 10000;      ///< budget

@@ -2,6 +2,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "contact_flow/model/rigid_body/constraint/brake.h"
 #include "contact_flow/model/rigid_body/constraint/coincidence.h"
 #include "contact_flow/model/rigid_body/constraint/follower.h"
 #include "contact_flow/model/rigid_body/constraint/height_field.h"
@@ -87,6 +88,15 @@ std::unique_ptr<ConstraintElement> MakeFollower(const RobotModel::Coordinate& jo
                         {"offset", "m or rad", "where the master is at zero", offset}};
   row->parts.ranges = {Range::kAny, Range::kAny};
   return row;
+}
+
+std::unique_ptr<ConstraintElement> MakeBrake(const RobotModel::Coordinate& joint,
+                                             const RobotModel::Coordinate& pad) {
+  std::unique_ptr<ConstraintElement> brake = Make<constraint::Brake>();
+  brake->parts.joints = {joint, pad};
+  brake->friction.unit = "N or N m";
+  brake->friction.meaning = "largest friction of the joint";
+  return brake;
 }
 
 }  // namespace contact_flow

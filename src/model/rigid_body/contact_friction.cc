@@ -50,6 +50,7 @@ Vec3<double> PlaneOf(const RigidBodyTree& tree, const std::set<int>& freedoms) {
 }  // namespace
 
 SlipFrame FindSlipFrame(const RobotModel& model, const ElementParts& parts) {
+  if (parts.points.empty()) return {1, Vec3<double>::Zero()};  // of joints alone
   std::set<int> freedoms;
   for (const AttachedPoint& point : parts.points) {
     for (int j = model.tree.last_dof(point.body); j >= 0; j = model.tree.dof_parent(j)) {
@@ -71,7 +72,7 @@ SlipFrame FindSlipFrame(const RobotModel& model, const ElementParts& parts) {
 }
 
 void GiveFriction(const RobotModel& model, double coefficient, ConstraintElement* element) {
-  if (!element->Touches()) {
+  if (!element->MaySlip()) {
     throw std::invalid_argument("'" + element->parts.name +
                                 "' cannot have friction: it is no contact of two surfaces");
   }

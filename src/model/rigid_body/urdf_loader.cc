@@ -198,12 +198,12 @@ void WarnOfUnused(const urdf::ModelInterface& model, RobotModel* robot) {
     }
   }
   if (!limits.empty()) {
-    robot->warnings.push_back("the limits of these joints are not used; declare constraints:" +
+    robot->warnings.push_back("the limits of these joints are used where 'joints' asks for them:" +
                               limits);
   }
   if (!losses.empty()) {
     robot->warnings.push_back(
-        "the damping and friction of these joints are not used; declare efforts:" + losses);
+        "the damping and friction of these joints are used where 'joints' asks for them:" + losses);
   }
 }
 

@@ -25,9 +25,11 @@ class ConstraintElement {
   bool no_slip = false;  ///< its friction is infinite
   SlipFrame slip;        ///< without friction it has no rows
 
-  /// Whether two surfaces touch, which may have friction.
+  /// Whether two surfaces touch, at a place and with a normal.
   virtual bool Touches() const = 0;
-  /// Takes the frame, and into `parts` what its slip depends on. Touches() only, and once.
+  /// Whether it may have friction: surfaces that touch, and brakes.
+  virtual bool MaySlip() const = 0;
+  /// Takes the frame, and into `parts` what its slip depends on. MaySlip() only, and once.
   virtual void AddFriction(const SlipFrame& frame) = 0;
   /// Numbers that a depends on.
   virtual int size() const = 0;
@@ -77,10 +79,12 @@ class ConstraintElement {
 template <class Kind>
 class ConstraintOf final : public ConstraintElement {
   static constexpr int N = 3 * Kind::kPoints + Kind::kJoints;
+  static constexpr bool kSlips = Kind::kTouches || std::is_same_v<Kind, constraint::Brake>;
 
  public:
   bool IsAffine() const override { return Kind::kAffine; }
   bool Touches() const override { return Kind::kTouches; }
+  bool MaySlip() const override { return kSlips; }
   int size() const override { return N; }
 
   double Gap(const double* z, double* gradient) const override {
@@ -158,27 +162,27 @@ class ConstraintOf final : public ConstraintElement {
     return true;
   }
   void SlipMap(const double* z, double* map) const override {
-    if constexpr (Kind::kTouches) SlipKernel<Kind>::Map(slip, parts, z, map);
+    if constexpr (kSlips) SlipKernel<Kind>::Map(slip, parts, z, map);
   }
   void SlipRate(const double* z, const double* rate, const double* acceleration,
                 double* slip_rate) const override {
-    if constexpr (Kind::kTouches) {
+    if constexpr (kSlips) {
       SlipKernel<Kind>::Rate(slip, parts, z, rate, acceleration, slip_rate);
     }
   }
   void SlipHessian(const double* z, const double* lambda, double* hessian) const override {
-    if constexpr (Kind::kTouches) SlipKernel<Kind>::Hessian(slip, parts, z, lambda, hessian);
+    if constexpr (kSlips) SlipKernel<Kind>::Hessian(slip, parts, z, lambda, hessian);
   }
   void DifferentiateSlip(const double* z, const double* rate, const double* acceleration,
                          double* rate_z, double* rate_rate, double* slip_z) const override {
-    if constexpr (Kind::kTouches) {
+    if constexpr (kSlips) {
       SlipKernel<Kind>::Differentiate(slip, parts, z, rate, acceleration, rate_z, rate_rate,
                                       slip_z);
     }
   }
   void DifferentiateSlipByNumber(const double* z, const double* rate, const double* acceleration,
                                  int k, double* map, double* slip_rate) const override {
-    if constexpr (Kind::kTouches) {
+    if constexpr (kSlips) {
       SlipKernel<Kind>::ByNumber(slip, parts, z, rate, acceleration, k, map, slip_rate);
     }
   }
@@ -238,5 +242,8 @@ std::unique_ptr<ConstraintElement> MakeClosureRow(const AttachedPoint& point,
 std::unique_ptr<ConstraintElement> MakeFollower(const RobotModel::Coordinate& joint,
                                                 const RobotModel::Coordinate& master,
                                                 double multiplier, double offset);
+/// Coulomb friction of a joint, by a pad whose only force presses it down with 1 (Brake).
+std::unique_ptr<ConstraintElement> MakeBrake(const RobotModel::Coordinate& joint,
+                                             const RobotModel::Coordinate& pad);
 
 }  // namespace contact_flow

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <type_traits>
 
 #include "contact_flow/autodiff.h"
+#include "contact_flow/model/rigid_body/constraint/brake.h"
 #include "contact_flow/model/rigid_body/constraint/touch.h"
 #include "contact_flow/model/rigid_body/element_parts.h"
 
@@ -202,6 +204,34 @@ struct SlipKernel {
     std::array<S, Kind::kNumbers + 1> numbers;
     for (int k = 0; k < Kind::kNumbers; ++k) numbers[k] = S(parts.numbers[k].value);
     return numbers;
+  }
+};
+
+/// The first joint of a brake slips: s = q̇, W = (1, 0).
+template <>
+struct SlipKernel<constraint::Brake> {
+  static constexpr int M = 2;
+
+  static void Map(const SlipFrame&, const ElementParts&, const double*, double* map) {
+    map[0] = 1;
+    map[1] = 0;
+  }
+  static void Rate(const SlipFrame&, const ElementParts&, const double*, const double*,
+                   const double* acceleration, double* slip_rate) {
+    slip_rate[0] = acceleration[0];
+  }
+  static void Hessian(const SlipFrame&, const ElementParts&, const double*, const double*,
+                      double* hessian) {
+    std::fill_n(hessian, M * M, 0.);
+  }
+  static void Differentiate(const SlipFrame&, const ElementParts&, const double*, const double*,
+                            const double*, double* rate_z, double* rate_rate, double* slip_z) {
+    for (double* rows : {rate_z, rate_rate, slip_z}) std::fill_n(rows, M, 0.);
+  }
+  static void ByNumber(const SlipFrame&, const ElementParts&, const double*, const double*,
+                       const double*, int, double* map, double* slip_rate) {
+    std::fill_n(map, M, 0.);
+    slip_rate[0] = 0;
   }
 };
 

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a cluster with friction leaves of its contacts: letters, and what rests.
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "contact_flow/dynamics/implied_contacts.h"
+#include "frictional_resolution.h"
+#include "slip_onset.h"
+
+namespace contact_flow {
+namespace {
+
+/// How closely the inequalities of a word have to hold, at least.
+constexpr double kBorder = 1e-10;
+/// A slip in space that begins has this many absolute tolerances, or what it gains in this time,
+/// relative to max(1, t): its direction is followed by steps that take less than it has lasted.
+constexpr double kOnset = 10, kOnsetTime = 1e-12;
+
+}  // namespace
+
+/// Whether contact i is still, or slips, and which way.
+void FrictionalResolution::Sort(int i, const Vector& rate, const Vector& v, ContactMode still,
+          TouchingContacts* contacts) const {
+  const Friction& friction = system_.friction()[i];
+  if (friction.dimension == 0 || friction.coefficient == 0) {
+    contacts->slipping.Insert(i);
+    return;
+  }
+  const auto slip = rate.segment(friction.row, friction.dimension);
+  double rounding = 0;
+  for (int k = 0; k < friction.dimension; ++k) {
+    rounding = std::max(rounding, Rounding(friction.row + k, v));
+  }
+  if (std::isinf(friction.coefficient) || still.Contains(i) || slip.norm() <= rounding) {
+    const Letter letter = result_.transition.mode_before.LetterOf(i);
+    const bool begun = (letter == Letter::kForward || letter == Letter::kBackward) &&
+                       !still.Contains(i) && result_.transition.activated.Empty();
+    if (begun) {  // it has only just begun to slip
+      contacts->slipping.Set(i, letter);
+    } else {
+      contacts->still.Insert(i);
+    }
+    return;
+  }
+  if (friction.dimension == 2) {
+    contacts->slipping.Insert(i);
+    return;
+  }
+  const Letter letter = result_.transition.mode_before.LetterOf(i);
+  const bool keeps = result_.transition.activated.Empty() &&
+                     (letter == Letter::kForward || letter == Letter::kBackward);
+  contacts->slipping.Set(i, keeps ? letter : slip(0) > 0 ? Letter::kForward : Letter::kBackward);
+}
+
+/// A bounce too low to be seen ends with an impact, which stops slips that are no faster.
+void FrictionalResolution::SortRising(int i, const Vector& rate, const Vector& v, double low,
+                                      ContactMode* still, TouchingContacts* contacts) const {
+  const Friction& friction = system_.friction()[i];
+  const auto slip = rate.segment(friction.row, friction.dimension);
+  if (rate(i) > 0 && rate(i) <= low && slip.norm() <= rate(i)) still->Insert(i);
+  Sort(i, rate, v, *still, contacts);
+}
+
+/// Those of `leaving` that the motion of the others presses back before they have risen to what
+/// the integration resolves: a touchdown that follows is where they are, and each throws another
+/// one up. They rest. The state is that after the impact.
+ContactMode FrictionalResolution::PressedBack(const Vector& rate, ContactMode leaving,
+                                              const TouchingContacts& resting) {
+  ContactMode back;
+  if (leaving.Empty()) return back;
+  const Vector& x = result_.transition.x_plus;
+  try {
+    bool springs = false;
+    dynamics_.Evaluate(x, SelectWord(&dynamics_, x, resting, kBorder, &springs));
+  } catch (const FrictionRefusal&) {
+    return back;
+  }
+  const Vector acceleration = terms_.jacobian * dynamics_.acceleration() + terms_.bias;
+  for (int i : leaving) {
+    if (!(rate(i) * rate(i) <= -2 * acceleration(i) * rules_.reach_tolerance)) continue;
+    back.Insert(i);
+    fastest_rise_ = std::max(fastest_rise_, rate(i));
+  }
+  return back;
+}
+
+void FrictionalResolution::TellOfRest(ContactMode pressed_back) {
+  if (pressed_back.Empty() || !Notable()) return;
+  std::ostringstream message;
+  message.precision(12);
+  message << "at t = " << result_.transition.t << " s contacts "
+          << pressed_back.ToString(system_.description().constraints)
+          << ", which would rise at up to " << fastest_rise_
+          << " m/s and be pressed back at once, are taken to rest: "
+          << result_.transition.energy_lost << " J are lost";
+  result_.transition.obstacle = {Outcome::kZeno, message.str()};
+  result_.warnings.push_back({Outcome::kZeno, result_.transition.t, message.str()});
+}
+
+/// The motion goes on, and has no derivative.
+void FrictionalResolution::NoteSprings(ContactMode contacts, const char* forces) {
+  std::ostringstream message;
+  message.precision(12);
+  message << "at t = " << result_.transition.t << " s how contacts "
+          << contacts.ToString(system_.description().constraints) << " share their " << forces
+          << " decides the motion: as equal springs under them would";
+  result_.transition.obstacle = {Outcome::kIndeterminateForces, message.str()};
+  result_.warnings.push_back(
+      {Outcome::kIndeterminateForces, result_.transition.t, message.str()});
+}
+
+void FrictionalResolution::SetLetters(const TouchingContacts& contacts) {
+  Transition& cluster = result_.transition;
+  bool springs = false;
+  cluster.mode_after = SelectWord(&dynamics_, cluster.x_plus, contacts, kBorder, &springs);
+  if (springs) NoteSprings(contacts.still | contacts.slipping, "forces");
+  const ContactMode begins = BeginInSpace(system_, contacts.still, cluster.mode_after);
+  if (begins.Empty()) return Rest({});
+  if (cluster.obstacle.ok()) cluster.obstacle = {Outcome::kNotPiecewiseLinear,
+                      "contacts " + begins.ToString(system_.description().constraints) +
+                          " begin to slip in space: derivatives across that are not offered"};
+  const std::map<int, Eigen::Vector2d> directions = OnsetDirections(
+      &dynamics_, cluster.x_plus, contacts, cluster.mode_after, begins, kBorder);
+  Rest(directions);
+  dynamics_.Evaluate(cluster.x_plus, cluster.mode_after);
+  const Vector gained = terms_.jacobian * dynamics_.acceleration();
+  double fastest = 0;
+  for (int i : begins) {
+    fastest = std::max(fastest, gained.segment<2>(system_.friction()[i].row).norm());
+  }
+  Rest(directions, kOnsetTime * std::max(1.0, cluster.t) * fastest);
+}
+
+void FrictionalResolution::Rest(const std::map<int, Eigen::Vector2d>& onsets, double least) {
+  Vector& x = result_.transition.x_plus;
+  const double size = kOnset * std::max(rules_.absolute_tolerance,
+                                        kRounding * x.tail(d_).cwiseAbs().maxCoeff());
+  const auto energy = [&] {
+    const InverseInertia inertia(system_, x.head(nq_), x.tail(d_));
+    return 0.5 * x.tail(d_).dot(inertia.mass() * x.tail(d_));
+  };
+  const double before = Notable() ? energy() : 0;
+  MakeRest(system_, result_.transition.mode_after, onsets, std::max(least, size), &x);
+  if (Notable()) result_.transition.energy_lost += before - energy();
+}
+
+}  // namespace contact_flow

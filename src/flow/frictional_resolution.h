@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "contact_flow/dynamics/guards.h"
+#include "contact_flow/dynamics/word_selection.h"
+#include "contact_flow/flow/transition.h"
+#include "resolution.h"
+
+namespace contact_flow {
+
+/// Resolves one cluster of a system with friction, in the order of its methods.
+class FrictionalResolution {
+ public:
+  FrictionalResolution(ContactDynamics* dynamics, double t, const Vector& x, ContactMode mode,
+                       const TransitionRules& rules)
+      : dynamics_(*dynamics),
+        system_(dynamics->system()),
+        guards_(system_),
+        rules_(rules),
+        nq_(system_.num_positions()),
+        d_(system_.dof()) {
+    result_.approach_speed = result_.release_rate = std::numeric_limits<double>::infinity();
+    Transition& cluster = result_.transition;
+    cluster.t = t;
+    cluster.x_minus = cluster.x_plus = x;
+    cluster.mode_before = cluster.mode_after = mode;
+    cluster.impulse = Vector::Zero(system_.num_rows());
+    cluster.relative_tolerance = rules.relative_tolerance;
+    cluster.absolute_tolerance = rules.absolute_tolerance;
+    system_.Constraints(x.head(nq_), x.tail(d_), &terms_);
+    rate_ = terms_.jacobian * x.tail(d_);
+  }
+
+  /// The guards that vanish together with the trigger.
+  void Collect(int trigger);
+  void Decide();
+  /// Where nothing but the input changes.
+  void DecideInput();
+  ResolvedTransition Take() { return std::move(result_); }
+
+ private:
+  double Rounding(int row, const Vector& v) const {
+    return kRounding * terms_.jacobian.row(row).cwiseAbs().dot(v.cwiseAbs());
+  }
+  /// A contact that rested before may have drifted by the integrator's error.
+  double Drift(int i) const {
+    return result_.transition.mode_before.Contains(i) ? 10 * std::abs(rate_(i)) : 0;
+  }
+
+  /// A contact that rises so slowly that it is back before it has left.
+  double Low(int i) const {
+    const double height = kLowReaches * std::max(rules_.reach_tolerance, std::abs(terms_.gap(i)));
+    return acceleration_(i) < 0 ? std::sqrt(-2 * acceleration_(i) * height) : 0;
+  }
+
+  /// Whether what is made rest is worth a word.
+  bool Notable() const { return fastest_rise_ > kNotable * rules_.speed_tolerance; }
+  ContactMode AddImplied(ContactMode touching);
+  void Note(int guard, double slope);
+  void Obstruct(int i, const char* what, double slope, const char* unit);
+  void Sort(int i, const Vector& rate, const Vector& v, ContactMode still,
+            TouchingContacts* contacts) const;
+  void SortRising(int i, const Vector& rate, const Vector& v, double low, ContactMode* still,
+                  TouchingContacts* contacts) const;
+  ContactMode PressedBack(const Vector& rate, ContactMode leaving,
+                          const TouchingContacts& resting);
+  void TellOfRest(ContactMode pressed_back);
+  void NoteSprings(ContactMode contacts, const char* forces);
+  void SetLetters(const TouchingContacts& contacts);
+  void Rest(const std::map<int, Eigen::Vector2d>& onsets, double least = 0);
+
+  ContactDynamics& dynamics_;
+  const MechanicalSystem& system_;
+  const Guards guards_;
+  const TransitionRules& rules_;
+  const int nq_, d_;
+  ConstraintTerms terms_;
+  Vector acceleration_;  // of the gaps, in the mode before [n]
+  Vector rate_;          // of all rows
+  ContactMode stopped_;  // whose slip ends here
+  ContactMode grazed_;   // touched without speed
+  double fastest_rise_ = 0;  // that is made rest after an impact [m/s]
+  ResolvedTransition result_;
+};
+
+}  // namespace contact_flow
