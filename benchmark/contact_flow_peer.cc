@@ -17,6 +17,7 @@ class ContactFlow : public Peer {
 
   RunResult Run(double tolerance) override {
     options_.relative_tolerance = options_.absolute_tolerance = tolerance;
+    options_.method = IntegrationMethod::kExplicit;  // as its peers
     const Trajectory trajectory =
         Simulate(*scenario_.system, scenario_.x, scenario_.u, scenario_.duration, options_);
     if (!trajectory.status.ok()) throw std::logic_error(trajectory.status.message);

@@ -85,7 +85,7 @@ void Flow::Stop(Outcome outcome, const std::string& reason) {
 /// What a run that has used up its steps might do about it.
 const char* Flow::StiffHint() const {
   const bool may_switch = options_.method == IntegrationMethod::kExplicit;
-  return may_switch ? "; stiff forces, and feet that creep, take fewer with method: automatic" : "";
+  return may_switch ? "; stiff forces, and feet that creep, take less with method: automatic" : "";
 }
 
 bool Flow::WithinBudget() {
