@@ -281,6 +281,7 @@ bool Flow::ChangeInput(const VectorRef& u) {
                             : ResolveInputChange(&dynamics_, t_, x_, mode_, Rules());
   status_ = resolved.status;
   if (!status_.ok()) return false;
+  for (const Warning& warning : resolved.warnings) Warn(warning.code, warning.message);
   transition_ = std::move(resolved.transition);
   x_ = transition_.x_plus;
   last_transition_ = t_;

@@ -137,6 +137,22 @@ TEST(TurningFace, LandsAsOnEqualSprings) {
   EXPECT_LT((PlaneOf(run.transitions[0].x_plus) - after).tail<3>().cwiseAbs().maxCoeff(), 1e-10);
 }
 
+/// A push and a twist that begin at t = 0.1 make it slide and turn: told as at a landing.
+TEST(TurningFace, IsToldOfAtAnInputChange) {
+  const auto system = Box();
+  Vector push(3);
+  push << 30, 5, 20;
+  const Trajectory run = Simulate(*system, StateOf(Plane::Zero(), 0.5 * kHeight, 0),
+                                  {{0, 0.1}, {Vector::Zero(3), push}}, 0.12, {});
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  ASSERT_LE(1u, run.transitions.size());
+  EXPECT_EQ("llll", run.transitions[0].mode_after.Word(4));
+  const Status& obstacle = run.transitions[0].obstacle;
+  ASSERT_EQ(Outcome::kIndeterminateForces, obstacle.outcome) << obstacle.message;
+  ASSERT_FALSE(run.warnings.empty());
+  EXPECT_EQ(obstacle.message, run.warnings[0].message);
+}
+
 /// Random rigid faces of four corners, one or two of them, under random inertia: (F4) holds, and
 /// forces on faces that are closed are those of springs, affine in the corners' places.
 TEST(TurningFace, EqualSpringsSolveTheProblem) {
