@@ -12,6 +12,8 @@ namespace contact_flow {
 namespace {
 
 constexpr int kRounds = 60;
+/// Of a step, for its equality constraints.
+constexpr int kRefinements = 2;
 /// A step goes this part of the way to the border.
 constexpr double kPart = 0.99;
 /// The gap of rounding, the one that has to be reached, and one to polish from, relative.
@@ -159,6 +161,14 @@ class Method {
       change -= R.solve(down);
       change_s = columns * change + part * scaled(primal, -1);
       change_y = rho - change_s;
+      // Near a solution whose columns are almost dependent Bᵀ y = f would be lost.
+      for (int k = 0; k < kRefinements; ++k) {
+        const Vector missing = part * dual - columns.transpose() * change_y;
+        const Vector lower = R.transpose().solve(missing), more = R.solve(lower);
+        change -= more;
+        change_s -= columns * more;
+        change_y = rho - change_s;
+      }
     };
     const auto reach = [&] {
       double length = 1 / kPart;

@@ -96,15 +96,18 @@ bool Covers(const FrictionProblem& problem, const FrictionSolution& word,
   return true;
 }
 
-/// Whether all that may stick does, with room.
-bool SticksWithRoom(const FrictionProblem& problem, double scale) {
+/// The word in which all that may stick does, where it does so with room.
+std::optional<FrictionSolution> SticksWithRoom(const FrictionProblem& problem, double scale) {
   FrictionSolution word;
   for (const FrictionContact& contact : problem.contacts) {
     const std::vector<Letter> letters = Alphabet(contact);
     word.letters.push_back(letters[1]);
     word.directions.push_back(contact.direction);
   }
-  return SolveWord(problem, &word) && !word.many && Margin(problem, word, scale) > kRoom;
+  if (!SolveWord(problem, &word) || word.many) return std::nullopt;
+  word.margin = Margin(problem, word, scale);
+  if (!(word.margin > kRoom)) return std::nullopt;
+  return word;
 }
 
 /// The words of a group of contacts that feel each other, one after the other.
@@ -128,11 +131,14 @@ class Group {
       return solutions_.empty() ? Missed() : solutions_;
     }
     std::vector<FrictionSolution> apart;
+    std::optional<FrictionSolution> stuck = SticksWithRoom(problem_, scale_);
+    stuck_ = stuck.has_value();
     if (problem_.contacts.size() <= kMaxDependentContacts) {
-      stuck_ = SticksWithRoom(problem_, scale_);
       Search(true);
       apart = Uncovered();
       if (Decided(apart)) return apart;
+    } else if (stuck_ && stuck->margin > room_) {
+      return {std::move(*stuck)};
     }
     std::optional<FrictionSolution> springs = SolveEqualSprings(problem_);
     if (!springs) return apart;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contact_flow/dynamics/inverse_inertia.h"
+#include "frame_words.h"
 
 namespace contact_flow {
 namespace {
@@ -14,16 +15,6 @@ namespace {
 constexpr double kAhead[] = {1e-6, 1e-5, 1e-4, 1e-3};
 /// Motions that differ by less than this, relative, are one.
 constexpr double kSameMotion = 1e-8;
-
-ContactMode ModeOf(const FrictionFrame& frame, const FrictionSolution& word) {
-  ContactMode mode;
-  for (std::size_t k = 0; k < frame.constraints().size(); ++k) {
-    const Letter letter = word.letters[k];
-    const bool free = letter != Letter::kOpen && frame.problem().contacts[k].dimension == 0;
-    mode.Set(frame.constraints()[k], free ? Letter::kSlip : letter);
-  }
-  return mode;
-}
 
 /// The only word at x.
 std::optional<WordAhead> OnlyWord(ContactDynamics* dynamics, const Vector& x,
@@ -48,7 +39,7 @@ std::optional<WordAhead> OnlyWord(ContactDynamics* dynamics, const Vector& x,
   std::optional<WordAhead> found;
   const double scale = problem.b.cwiseAbs().maxCoeff();
   for (FrictionSolution& word : SolveFriction(problem, border)) {
-    const ContactMode mode = ModeOf(frame, word);
+    const ContactMode mode = ModeOfWord(frame, word);
     const auto apart = [&] {
       return (word.result - found->solution.result).cwiseAbs().maxCoeff() / scale;
     };

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "contact_flow/dynamics/word_ahead.h"
+#include "frame_words.h"
 #include "word_trend.h"
 
 namespace contact_flow {
@@ -115,12 +116,18 @@ class Words {
       for (const FrictionSolution& word : all) lasting.push_back(ModeOf(word));
       return MostSticking(lasting);
     }
+    // Where one motion ends and another one is left, this one follows.
+    if (fitting.size() < all.size()) {
+      if (const std::optional<ContactMode> ahead = AheadOfAll(all, border)) return *ahead;
+    }
     std::string words;
-    const int n = system_.num_constraints();
-    for (const FrictionSolution& word : all) words += " '" + ModeOf(word).Word(n) + "'";
+    for (const FrictionSolution& word : all) {
+      words += (words.empty() ? "" : ", ") + TellWord(system_, frame_, word, varying);
+    }
     Refuse(FrictionRefusal::Kind::kIndeterminate,
-           (fitting.empty() ? "no one of the words" : "several of the words") + words +
-               " goes on to hold");
+           (fitting.empty() ? "none of the words goes on to hold: "
+                            : "several motions fit, each of which goes on: ") +
+               words);
   }
 
  private:
@@ -136,7 +143,10 @@ class Words {
 
   /// Where all words lead to one motion: the one of them that a look ahead tells.
   std::optional<ContactMode> Ahead(const std::vector<FrictionSolution>& all, double border) {
-    if (!OneMotion(all)) return std::nullopt;
+    return OneMotion(all) ? AheadOfAll(all, border) : std::nullopt;
+  }
+  /// The one that a look ahead along the word that sticks most tells.
+  std::optional<ContactMode> AheadOfAll(const std::vector<FrictionSolution>& all, double border) {
     std::optional<ContactMode> along;
     for (const FrictionSolution& word : all) {
       const ContactMode mode = ModeOf(word);
@@ -166,7 +176,8 @@ class Words {
   bool Ends(const FrictionSolution& word, double border) {
     const ContactMode all = touching_.still | touching_.slipping;
     const Trend trend = TrendOf(word, all, [&](const Slack& slack) {
-      return !slack.cone && slack.value < border * scale_ + 2 * SlackOf(slack.constraint);
+      const bool alone = !slack.cone || word.springs;  // no other word was looked for
+      return alone && slack.value < border * scale_ + 2 * SlackOf(slack.constraint);
     });
     return trend.growth < -kNoticed;
   }
@@ -208,15 +219,7 @@ class Words {
     throw FrictionRefusal(kind, message.str());
   }
 
-  ContactMode ModeOf(const FrictionSolution& word) const {
-    ContactMode mode;
-    for (std::size_t k = 0; k < frame_.constraints().size(); ++k) {
-      const Letter letter = word.letters[k];
-      const bool free = letter != Letter::kOpen && frame_.problem().contacts[k].dimension == 0;
-      mode.Set(frame_.constraints()[k], free ? Letter::kSlip : letter);
-    }
-    return mode;
-  }
+  ContactMode ModeOf(const FrictionSolution& word) const { return ModeOfWord(frame_, word); }
 
   double SlackOf(int constraint) const {
     const std::vector<int>& all = frame_.constraints();

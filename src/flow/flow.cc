@@ -24,6 +24,8 @@ constexpr double kSmallestStep = 1e-14;      // relative to max(1, t): nothing i
 constexpr double kFreeError = 1e-6;
 /// Part of a step that is repeated for a guard's sake.
 constexpr double kLeastPart = 0.1, kLargestPart = 0.9;
+/// The same where its zero was none.
+constexpr double kPhantomPart = 0.3;
 constexpr double kImpliedOvershoot = 2;         // steps are shorter than to move further
 constexpr int kStepsBetweenClockReadings = 64;  // a reading costs as much as a step
 
@@ -202,8 +204,15 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
     return false;
   }
   if (event.found) {
+    const std::optional<double> reached = StepOntoEvent(event, length);
+    if (!reached) {  // the extension told of a zero that the motion does not have
+      too_quick_ = event.constraint;
+      *rejected = true;
+      *h = kPhantomPart * length;
+      return false;
+    }
     trigger_ = event.constraint;
-    end_ = t_ + StepOntoEvent(event, length);
+    end_ = t_ + *reached;
   } else {
     x_end_ = stepper_->end();
     end_ = length == rest ? end : t_ + length;

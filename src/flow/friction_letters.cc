@@ -16,6 +16,8 @@ constexpr double kBorder = 1e-10;
 /// A slip in space that begins has this many absolute tolerances, or what it gains in this time,
 /// relative to max(1, t): its direction is followed by steps that take less than it has lasted.
 constexpr double kOnset = 10, kOnsetTime = 1e-12;
+/// A direction of slip that turns by more than this turns forces notably.
+constexpr double kTurned = 1e-6;
 
 }  // namespace
 
@@ -110,7 +112,23 @@ void FrictionalResolution::NoteSprings(ContactMode contacts, const char* forces)
       {Outcome::kIndeterminateForces, result_.transition.t, message.str()});
 }
 
+/// Where a rise is made rest, that turns slips which are no faster: their letters, and those of
+/// others, are chosen once more, as the state is told with them.
 void FrictionalResolution::SetLetters(const TouchingContacts& contacts) {
+  const Vector v = result_.transition.x_plus.tail(d_);
+  ChooseLetters(contacts);
+  if (!Notable()) return;
+  const Vector rested = result_.transition.x_plus.tail(d_);
+  for (int i : contacts.slipping & result_.transition.mode_after) {
+    const Friction& friction = system_.friction()[i];
+    if (friction.dimension != 2) continue;
+    const auto rows = terms_.jacobian.middleRows<2>(friction.row);
+    const Eigen::Vector2d before = (rows * v).normalized(), now = (rows * rested).normalized();
+    if ((now - before).norm() > kTurned) return ChooseLetters(contacts);
+  }
+}
+
+void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
   Transition& cluster = result_.transition;
   bool springs = false;
   cluster.mode_after = SelectWord(&dynamics_, cluster.x_plus, contacts, kBorder, &springs);

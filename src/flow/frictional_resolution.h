@@ -72,6 +72,7 @@ class FrictionalResolution {
   void TellOfRest(ContactMode pressed_back);
   void NoteSprings(ContactMode contacts, const char* forces);
   void SetLetters(const TouchingContacts& contacts);
+  void ChooseLetters(const TouchingContacts& contacts);
   void Rest(const std::map<int, Eigen::Vector2d>& onsets, double least = 0);
 
   ContactDynamics& dynamics_;

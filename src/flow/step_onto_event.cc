@@ -12,12 +12,15 @@ namespace {
 constexpr double kTaylorReach =
     1e-9;                       // [s] an event is moved this far by one Euler step: error ~1e-18
 constexpr int kMaxNewton = 12;  // steps towards an event
+/// A force at an event is below this part of what it was where the step began.
+constexpr double kPhantom = 0.1;
 
 }  // namespace
 
 /// Newton's method for the event on the true step: repeats the step with its length as the unknown.
-/// Sets x_end_ to the state at the event; returns its time after the beginning of the step.
-double Flow::StepOntoEvent(const LocatedEvent& event, double length) {
+/// Sets x_end_ to the state at the event; returns its time after the beginning of the step, or
+/// nothing where the guard of a force has hardly fallen there.
+std::optional<double> Flow::StepOntoEvent(const LocatedEvent& event, double length) {
   const int i = event.constraint;
   double s = event.theta * length;
   double nearest = s, least = std::numeric_limits<double>::infinity();
@@ -63,6 +66,12 @@ double Flow::StepOntoEvent(const LocatedEvent& event, double length) {
     const double next = std::clamp(s + correction, 0.0, length);
     if (next == s || iteration + 1 == kMaxNewton) break;  // x_end_ is the state at s
     s = next;
+  }
+  if (guards_.OfForces(mode_, dynamics_.shared()).Contains(i)) {
+    const double before = locator_.ForceAtBegin(i);
+    const double none = options_.relative_tolerance * dynamics_.force().cwiseAbs().maxCoeff();
+    const bool falls = least <= std::max(kPhantom * before, none);
+    if (before > 0 && !falls) return std::nullopt;
   }
   return std::max(s, 0.0);
 }

@@ -21,13 +21,15 @@ nlohmann::json Refusal(const std::string& name) {
 }
 
 /// Which refusal the contacts in `still` and `slipping` meet at the case's state.
-FrictionRefusal::Kind OfForces(const std::string& name, const TouchingContacts& contacts) {
+FrictionRefusal::Kind OfForces(const std::string& name, const TouchingContacts& contacts,
+                               std::string* sentence = nullptr) {
   const nlohmann::json json = Refusal(name);
   const auto system = test::MakeFrictionSystem(json);
   ContactDynamics dynamics(*system, Vector::Zero(0));
   try {
     SelectWord(&dynamics, test::ToState(json["state"]), contacts, 1e-10);
   } catch (const FrictionRefusal& reason) {
+    if (sentence != nullptr) *sentence = reason.what();
     return reason.kind;
   }
   throw std::runtime_error(name + " is not refused");
@@ -49,7 +51,10 @@ TEST(FrictionRefusals, PainleveOfASlidingRod) {
   TouchingContacts sliding;
   sliding.slipping.Set(0, Letter::kBackward);
   EXPECT_EQ(FrictionRefusal::Kind::kInconsistent, OfForces("rod_inconsistent", sliding));
-  EXPECT_EQ(FrictionRefusal::Kind::kIndeterminate, OfForces("rod_indeterminate", sliding));
+  std::string both;
+  EXPECT_EQ(FrictionRefusal::Kind::kIndeterminate, OfForces("rod_indeterminate", sliding, &both));
+  EXPECT_NE(std::string::npos, both.find(" rises at ")) << both;
+  EXPECT_NE(std::string::npos, both.find(" presses with ")) << both;
 }
 
 /// Its forces are not unique; it stays where it is all the same.

@@ -47,8 +47,8 @@ struct FrictionSolution {
   Vector interior;
   /// … or to many y: this is one of them,
   bool many = false;
-  /// or the one of equal springs, infinitely stiff, under all contacts: y = (G + ε I) λ + b, ε → 0.
-  bool springs = false;
+  /// or the one of equal springs, infinitely stiff, under all contacts: y = (G + ε I) λ + b, ε → 0;
+  bool springs = false;  ///< or theirs on a border, where other words were not looked for.
 };
 
 /// All solutions, by trying every word: the letters {o, s, +, −} of a contact in the plane, {o, s,

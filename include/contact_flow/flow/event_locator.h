@@ -96,6 +96,9 @@ class EventLocator {
   LocatedEvent Locate(Stepper* stepper, ContactMode mode, const GapSample& begin,
                       const GapSample& end, bool free);
 
+  /// A guard of forces at the beginning of the step, or a lower bound of it.
+  double ForceAtBegin(int guard) const { return forces_(guard, 0); }
+
   const GuardMargins& margins() const { return margins_; }
   /// As they were before a step that was not accepted.
   void RestoreMargins(const GuardMargins& margins) { margins_ = margins; }

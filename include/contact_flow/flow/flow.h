@@ -101,7 +101,7 @@ class Flow {
   /// Stops where a gap has become negative: an event was missed, whatever the reason.
   bool Penetrates();
   bool Attempt(double end, double* h, bool* rejected);
-  double StepOntoEvent(const LocatedEvent& event, double length);
+  std::optional<double> StepOntoEvent(const LocatedEvent& event, double length);
   bool PassTransition();
   TransitionRules Rules() const;
   bool GoesOn();
