@@ -238,6 +238,10 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
   if (FollowsTime(reader.Child("efforts"))) robot.model.AddClock();
   JointChoices joints = ReadJoints(reader.Child("joints"), &robot);
   reader.Read("gravity", &robot.gravity);
+  if (robot.gravity < 0) {
+    robot.model.warnings.push_back("gravity is negative and pulls upward: downward is positive" +
+                                   reader.Line("gravity"));
+  }
   reader.Read("inputs", &robot.inputs);
   const std::size_t declared = robot.inputs.size();
   ReadConstraints(reader.Child("constraints"), &robot);
