@@ -110,8 +110,8 @@ std::pair<double, double> Extent(const RobotModel& model, const TreeState<double
   return extent;
 }
 
-/// Takes out what lies inside a sphere of the same body: it never touches first; and of corners that
-/// are the same, as triangles of a mesh share them, all but one.
+/// Takes out what lies inside a sphere of the same body: it never touches first; and of corners
+/// that are the same, as triangles of a mesh share them, all but one.
 void DropHidden(const RobotModel& model, ContactHull* hull) {
   std::vector<Vec3<double>> places;
   std::vector<std::size_t> round;

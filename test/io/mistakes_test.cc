@@ -118,6 +118,10 @@ TEST(Mistakes, OfTheYaml) {
       {u, "base: floating\nsoles: {foot: {stiffness: 1e3}}", {"'mass' is missing", "line 2"}},
       {u, "base: floating\nclosures: {c: {joint: leg, other_joint: arm}}", {"unknown joint 'arm'"}},
       {u, "base: floating\nparameters: {m: links/foot/weight}", {"'links/foot/", "line 2"}},
+      {u,
+       "base: floating\nefforts: {t: {kind: track, joint: leg, feed_forward: f, stiffness: 1, "
+       "reference: {times: [0, 1], values: [0, 1]}}}\nnominal: {velocities: {clock: 2}}",
+       {"nominal/velocities/clock is not 1", "line 3"}},
       {u, "base: floating: true", {"line 1"}},
       {u, "- base", {"not a map"}},
       {u, "base: floating\n---\nbase: fixed", {"more than one YAML document"}},
