@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact_flow/model/rigid_body/kinematics.h"
+
 namespace contact_flow {
 namespace {
 
@@ -12,14 +14,21 @@ using Kind = RobotModel::Shape::Kind;
 constexpr int kDirections = 2562;
 constexpr int kCorners = 6;  // of a polygon in a circle
 
-/// Whether a cylinder turns about its own axis.
+/// Cosine of the tilt below which what turns about an upright axis is a rotor and no wheel.
+constexpr double kUpright = 0.98;
+
+/// Whether a cylinder turns about its own axis, and does not lie on its face where all joints are
+/// zero, as rotors and turntables do: the circle of a rim that lies has no lowest point.
 bool IsWheel(const RobotModel& model, const RobotModel::Shape& shape) {
   const RobotModel::Link& link = model.links[shape.link];
   if (link.body < 0) return false;
   if (model.tree.bodies()[link.body].joint != JointKind::kRevolute) return false;
   const Pose pose = link.pose * shape.pose;  // in the body, which turns about its z
   const double off = pose.position.head<2>().norm();
-  return std::abs(pose.rotation(2, 2)) > 1 - 1e-6 && off < 1e-3 * shape.size(0);
+  if (std::abs(pose.rotation(2, 2)) <= 1 - 1e-6 || off >= 1e-3 * shape.size(0)) return false;
+  TreeState<double> state(model.tree);
+  UpdatePositions(model.tree, model.tree.Neutral().data(), &state);
+  return std::abs(state.body[link.body].rotation(2, 2)) < kUpright;
 }
 
 /// n directions along a spiral from pole to pole, each for the same share of the sphere.

@@ -2,6 +2,7 @@
 #include "contact_flow/io/contacts.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <set>
@@ -18,7 +19,6 @@ namespace {
 
 constexpr std::size_t kMostContacts = 64;  // that a ContactMode holds
 constexpr double kFeetWithin = 0.1;        // of the robot's height
-constexpr std::size_t kMostToCompare = 500;
 
 /// The hulls of a robot's bodies that move.
 using Hulls = std::map<int, ContactHull>;
@@ -110,20 +110,29 @@ std::pair<double, double> Extent(const RobotModel& model, const TreeState<double
   return extent;
 }
 
-/// Takes out what lies inside a sphere of the same body: it never touches first.
+/// Takes out what lies inside a sphere of the same body: it never touches first; and of corners
+/// that are the same, as triangles of a mesh share them, all but one.
 void DropHidden(const RobotModel& model, ContactHull* hull) {
-  const auto at = [&](const ContactPoint& point) {
-    return Vec3<double>(model.links[point.link].pose * point.point);
-  };
+  std::vector<Vec3<double>> places;
+  std::vector<std::size_t> round;
+  for (std::size_t i = 0; i < hull->points.size(); ++i) {
+    const ContactPoint& point = hull->points[i];
+    places.push_back(model.links[point.link].pose * point.point);
+    if (point.radius > 0 && !point.rim) round.push_back(i);
+  }
+  std::set<std::array<double, 3>> corners;
   std::vector<ContactPoint> seen;
   for (std::size_t i = 0; i < hull->points.size(); ++i) {
     const ContactPoint& point = hull->points[i];
     bool hidden = false;
-    for (std::size_t k = 0; k < hull->points.size() && !hidden; ++k) {
-      const ContactPoint& other = hull->points[k];
-      if (k == i || other.rim) continue;
-      const double inside = other.radius - (at(point) - at(other)).norm() - point.radius;
+    for (const std::size_t k : round) {
+      if (k == i || hidden) continue;
+      const double inside =
+          hull->points[k].radius - (places[i] - places[k]).norm() - point.radius;
       hidden = inside > 0 || (inside == 0 && k < i);  // of two that are the same one stays
+    }
+    if (!hidden && point.radius == 0) {
+      hidden = !corners.insert({places[i](0), places[i](1), places[i](2)}).second;
     }
     if (!hidden) seen.push_back(point);
   }
@@ -280,9 +289,7 @@ MadeContacts MakeContacts(const RobotModel& model, const Vector& q, const Contac
   TreeState<double> state(model.tree);
   UpdatePositions(model.tree, q.data(), &state);
   Hulls hulls = AllHulls(model, options, folder, &made);
-  for (auto& entry : hulls) {
-    if (entry.second.points.size() <= kMostToCompare) DropHidden(model, &entry.second);
-  }
+  for (auto& entry : hulls) DropHidden(model, &entry.second);
   if (options.feet) KeepFeet(model, state, &hulls);
   made.lowest = HUGE_VAL;
   std::map<std::string, std::vector<ContactPoint>> of_link;

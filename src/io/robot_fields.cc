@@ -23,7 +23,8 @@ void YamlFields::Point(const std::string& link_key, const std::string& point_key
   }
   try {
     const RobotModel::Link& link = model_.FindLink(name);
-    parts_->points.push_back({link.body, link.pose * local});
+    const int index = static_cast<int>(&link - model_.links.data());
+    parts_->points.push_back({link.body, link.pose * local, index});
     last_ = link.pose;
     at_ = parts_->points.back().local;
   } catch (const std::invalid_argument& error) {
@@ -44,8 +45,8 @@ void YamlFields::TipOf(const std::string& direction_key, const Vec3<double>& oth
 
 void YamlFields::Tip(const Vec3<double>& direction) {
   // From the point that was read, not from a tip of it.
-  AttachedPoint tip = {parts_->points.back().body, at_ + last_.rotation * direction};
-  parts_->points.push_back(tip);
+  parts_->points.push_back(
+      {parts_->points.back().body, at_ + last_.rotation * direction, -1});
 }
 
 void YamlFields::Reference(const std::string& key) {

@@ -107,6 +107,10 @@ void ReadNominal(const YAML::Node& map, const std::vector<std::string>& limited,
   robot->nominal.u = Vector::Zero(robot->inputs.size());
   ReadNamed(reader.Child("positions"), "nominal/positions", model.coordinates, q.data());
   ReadNamed(reader.Child("velocities"), "nominal/velocities", model.velocities, v.data());
+  if (model.clock >= 0 && v(model.ClockCoordinate().v) != 1) {
+    throw std::invalid_argument("nominal/velocities/clock is not 1, the rate at which time passes" +
+                                reader.Line("velocities"));
+  }
   Follow(reader.Child("positions"), reader.Child("velocities"), model, &q, &v);
   ReadNamed(reader.Child("inputs"), "nominal/inputs", robot->inputs, robot->nominal.u.data());
   reader.Read("duration", &robot->nominal.duration);
@@ -238,6 +242,10 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
   if (FollowsTime(reader.Child("efforts"))) robot.model.AddClock();
   JointChoices joints = ReadJoints(reader.Child("joints"), &robot);
   reader.Read("gravity", &robot.gravity);
+  if (robot.gravity < 0) {
+    robot.model.warnings.push_back("gravity is negative and pulls upward: downward is positive" +
+                                   reader.Line("gravity"));
+  }
   reader.Read("inputs", &robot.inputs);
   const std::size_t declared = robot.inputs.size();
   ReadConstraints(reader.Child("constraints"), &robot);

@@ -83,6 +83,15 @@ JointChoices ReadJoints(const YAML::Node& map, RobotDescription* robot) {
     }
     choices.limited.push_back(joint.name);
   }
+  std::string without;
+  for (const Traits& joint : model.traits) {
+    if (joint.limited && !HasLimits(joint)) without += " '" + joint.name + "'";
+  }
+  if (!without.empty() && reader.Has("limits")) {
+    robot->model.warnings.push_back(
+        "joints/limits: no stops for these joints, whose lower limit is not below the upper one:" +
+        without);
+  }
   for (const Traits& joint : Chosen(&reader, "damping", model, "damping", HasDamping)) {
     YAML::Node damper;
     damper["kind"] = "joint_spring";

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What sensors of a robot would tell of a state.
 #include <algorithm>
-#include <limits>
 
 #include "contact_flow/model/rigid_body/inverse_dynamics.h"
 #include "contact_flow/model/rigid_body/contact_place.h"
@@ -76,23 +75,21 @@ sensor_msgs::Imu RobotDisplay::Imu(const VectorRef& x, const VectorRef& accelera
 
 void RobotDisplay::FindTouchingLinks() {
   const RobotModel& model = system_.robot().model;
-  for (const auto& constraint : system_.robot().constraints) {
-    place_.push_back(-1);
-    if (!constraint->Touches() || constraint->parts.points[0].body < 0) continue;
-    const AttachedPoint& point = constraint->parts.points[0];
-    int nearest = -1;
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < model.links.size(); ++k) {
-      const double distance = (model.links[k].pose.position - point.local).norm();
-      if (model.links[k].body != point.body || !(distance < least)) continue;
-      least = distance;
-      nearest = static_cast<int>(k);
+  const auto place = [&](const ElementParts& parts, std::size_t k) {
+    if (k >= parts.points.size() || parts.points[k].body < 0 || parts.points[k].link < 0) return -1;
+    const int link = parts.points[k].link;
+    const auto known = std::find(touching_link_.begin(), touching_link_.end(), link);
+    const int found = static_cast<int>(known - touching_link_.begin());
+    if (known == touching_link_.end()) {
+      touching_link_.push_back(link);
+      touching_.push_back(model.links[static_cast<std::size_t>(link)].name);
     }
-    const auto known = std::find(touching_link_.begin(), touching_link_.end(), nearest);
-    place_.back() = static_cast<int>(known - touching_link_.begin());
-    if (known != touching_link_.end()) continue;
-    touching_link_.push_back(nearest);
-    touching_.push_back(model.links[static_cast<std::size_t>(nearest)].name);
+    return found;
+  };
+  for (const auto& constraint : system_.robot().constraints) {
+    const bool touches = constraint->Touches();
+    place_.push_back(touches ? place(constraint->parts, 0) : -1);
+    other_place_.push_back(touches ? place(constraint->parts, 1) : -1);
   }
 }
 
@@ -103,15 +100,20 @@ std::vector<geometry_msgs::WrenchStamped> RobotDisplay::LinkWrenches(const Vecto
   TreeState<double> state(tree);
   UpdatePositions(tree, x.data(), &state);
   std::vector<Vec3<double>> push(touching_.size(), Vec3<double>::Zero()), turn = push;
-  for (int i = 0; i < system_.num_constraints(); ++i) {
-    const int k = place_[static_cast<std::size_t>(i)];
-    if (k < 0) continue;
+  const auto add = [&](int k, const Vec3<double>& point, const Vec3<double>& f) {
+    if (k < 0) return;
     const auto at = static_cast<std::size_t>(k);
-    Vec3<double> point, f;
-    PlaceContact(system_, i, state, force, &point, &f);
     const Vec3<double> arm = point - LinkPose(state, touching_link_[at]).position;
     push[at] += f;
     turn[at] += arm.cross(f);
+  };
+  for (int i = 0; i < system_.num_constraints(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (place_[at] < 0 && other_place_[at] < 0) continue;
+    Vec3<double> point, f;
+    PlaceContact(system_, i, state, force, &point, &f);
+    add(place_[at], point, f);
+    add(other_place_[at], point, -f);
   }
   std::vector<geometry_msgs::WrenchStamped> messages(touching_.size());
   for (std::size_t k = 0; k < messages.size(); ++k) {

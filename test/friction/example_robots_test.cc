@@ -12,12 +12,6 @@
 namespace contact_flow {
 namespace {
 
-SimulateOptions Automatic() {
-  SimulateOptions options;
-  options.method = IntegrationMethod::kAutomatic;
-  return options;
-}
-
 /// z of the robot's own upright axis, from its quaternion.
 double Upright(const Vector& x) { return 1 - 2 * (x(4) * x(4) + x(5) * x(5)); }
 
@@ -92,7 +86,7 @@ TEST(ExampleRobots, WiperSlipsSticksAndHasItsDerivative) {
 TEST(ExampleRobots, FeedbackKeepsTheTrotOnItsFeet) {
   const auto run = [](const char* name) {
     const auto robot = LoadRobot(RobotFile(name));
-    return Simulate(*robot, robot->nominal().x, robot->nominal().u, 1.25, Automatic());
+    return Simulate(*robot, robot->nominal().x, robot->nominal().u, 1.25);
   };
   const Trajectory open = run("quadruped_trot"), closed = run("quadruped_trot_feedback");
   ASSERT_TRUE(open.status.ok()) << open.status.message;
@@ -105,8 +99,7 @@ TEST(ExampleRobots, FeedbackKeepsTheTrotOnItsFeet) {
 /// It lands, is pushed, lifts its toes when it swings back, and stands at last.
 TEST(ExampleRobots, HumanoidStands) {
   const auto robot = LoadRobot(RobotFile("humanoid"));
-  const Trajectory run =
-      Simulate(*robot, robot->nominal().x, robot->nominal().u, 2, Automatic());
+  const Trajectory run = Simulate(*robot, robot->nominal().x, robot->nominal().u, 2);
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   ASSERT_EQ(5u, run.arcs.size());
   const char* words[] = {"oooooooo", "ssoossoo", "ssssssss", "ssoossoo", "ssssssss"};

@@ -72,6 +72,19 @@ TEST(Contacts, OfAWheelAreItsRims) {
   }
 }
 
+/// A rotor lies on its face: corners of its circles, which have a lowest point.
+TEST(Contacts, OfARotorAreCorners) {
+  const RobotSystem system(
+      Parse(Link("a", "") +
+                Link("rotor", Collision("<cylinder radius=\"0.128\" length=\"0.005\"/>")) +
+                "<joint name=\"j\" type=\"continuous\"><parent link=\"a\"/><child "
+                "link=\"rotor\"/><axis xyz=\"0 0 1\"/></joint>",
+            "{base: floating, contacts: {ground: [rotor]}}"),
+      {});
+  EXPECT_EQ(12, system.num_constraints());
+  EXPECT_NEAR(0.1, LowestGap(system, system.nominal().x.head(8)), 1e-8) << "the usual drop height";
+}
+
 /// Cylinders that are no wheels lie inside the true shape, by at most what is said.
 TEST(Contacts, OfOtherCylindersLieInside) {
   std::mt19937 generator(3);

@@ -102,7 +102,8 @@ TEST(RobotFile, RefusesWithWordsThatNameThePlace) {
       {"base: planar\nconstraints:\n  stop: {kind: lower_limit, joint: left_knee, lower: 0, "
        "friction: 0.5}",
        {"constraints/stop/friction", "no contact of two surfaces", "line 3"}},
-      {"base: planar\njoints: {limits: all, friction: 0.5}", {"unknown key 'friction'", "line 2"}},
+      {"base: planar\njoints: {limits: all, friction: 0.5}",
+       {"joints/friction: unknown joint '0.5'", "line 2"}},
       {"base: planar\ncontacts: {ground: none, friction: -1}",
        {"contacts/friction is -1", "line 2"}},
       {"base: planar\nconstraints:\n  foot: {kind: plane, link: left_foot, friction: "

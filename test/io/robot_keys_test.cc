@@ -3,6 +3,7 @@
 // and rotors of joints, soles, each against a closed form.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "contact_flow/derivative/b_derivative.h"
@@ -265,7 +266,7 @@ TEST(RobotKeys, RefuseWithLineValueAndRemedy) {
       {"joints: {damping: [a]}", "the URDF gives joint 'a' no damping (line 1)"},
       {"joints: {armature: {a: -1}}", "joints/armature/a is negative (line 1)"},
       {"joints: {armature: {b: 1}}", "unknown joint 'b'"},
-      {"joints: {friction: all}", "joints"},
+      {"joints: {friction: [a]}", "the URDF gives joint 'a' no friction (line 1)"},
       {"soles: {a: {stiffness: 0, mass: 1}}", "soles/a/stiffness is not positive (line 1)"},
       {"soles: {a: {stiffness: 1}}", "'mass' is missing"},
       {"soles: {foot: {stiffness: 1, mass: 1}}", "soles: unknown link 'foot'"},
@@ -297,6 +298,23 @@ TEST(RobotKeys, ADescriptionMakesTheSameRobot) {
   system.Constraints(q, Vector::Zero(system.dof()), &one);
   again.Constraints(again.nominal().x.head(again.num_positions()), Vector::Zero(again.dof()), &two);
   EXPECT_LE((one.gap.head(8) - two.gap.head(8)).norm(), 1e-8) << text;
+}
+
+/// What would do nothing, or the opposite, is told.
+TEST(RobotKeys, WhatIsLikelyAMistakeIsTold) {
+  const auto told = [](const RobotSystem& system, const std::string& words) {
+    const auto& warnings = system.robot().model.warnings;
+    return std::any_of(warnings.begin(), warnings.end(), [&](const std::string& warning) {
+      return warning.find(words) != std::string::npos;
+    });
+  };
+  std::string slides = Link("a", 1) + Slide("s", "a") + Link("b", 1) + Slide("t", "b");
+  const std::string yaml = "{base: fixed, gravity: -9.81, joints: {limits: all}}";
+  EXPECT_FALSE(told(Make(slides, yaml), "no stops"));
+  EXPECT_TRUE(told(Make(slides, yaml), "gravity is negative and pulls upward"));
+  slides.replace(slides.rfind("\"-0.5\""), 6, "\"0.5\"");
+  EXPECT_TRUE(told(Make(slides, yaml), "no stops for these joints, whose lower limit is not below "
+                                       "the upper one: 't'"));
 }
 
 }  // namespace

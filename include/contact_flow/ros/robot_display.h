@@ -59,8 +59,7 @@ class RobotDisplay {
   /// orientation, angular velocity, and v̇ less gravity, at accelerations v̇ [d].
   sensor_msgs::Imu Imu(const VectorRef& x, const VectorRef& acceleration,
                        const ros::Time& stamp) const;
-  /// Links that constraints touch with: of those that are rigidly joined, the one whose origin is
-  /// nearest to the contact.
+  /// Links that constraints name, those that are touched among them.
   const std::vector<std::string>& touching_links() const { return touching_; }
   /// On each of them the wrench of all its contacts, friction with it, about its origin and in its
   /// axes, for λ [n+l+r].
@@ -114,7 +113,9 @@ class RobotDisplay {
   std::set<std::string> joints_;  // with one number
   std::vector<std::string> touching_;
   std::vector<int> touching_link_;  // of each, in the model
-  std::vector<int> place_;          // of each constraint, in touching_; −1: it does not touch
+  // Of each constraint, in touching_: the link that it is on, and the one that it is against; −1:
+  // none, or the world.
+  std::vector<int> place_, other_place_;
   std::vector<Shape> shapes_;
   std::vector<Placement> placements_;
   double metres_per_newton_ = 0;

@@ -162,6 +162,22 @@ void ReadTraits(const urdf::ModelInterface& model, RobotModel* robot) {
   }
 }
 
+/// Complains of mimic joints that follow themselves by way of others.
+void CheckMimicRings(const std::vector<RobotModel::Mimic>& mimics, Findings* findings) {
+  for (const RobotModel::Mimic& first : mimics) {
+    std::string at = first.master;
+    for (std::size_t steps = 0; steps <= mimics.size() && at != first.joint; ++steps) {
+      for (const auto& other : mimics) {
+        if (other.joint == at && at != first.joint) at = other.master;
+      }
+    }
+    if (at != first.joint) continue;
+    findings->errors.push_back("joint '" + first.joint + "' mimics itself by way of '" +
+                               first.master + "': leave out the <mimic> of the joint that leads");
+    return;
+  }
+}
+
 void ReadMimics(const urdf::ModelInterface& model, RobotModel* robot, Findings* findings) {
   std::vector<std::string> names;
   for (const auto& entry : model.joints_) names.push_back(entry.first);
@@ -185,6 +201,7 @@ void ReadMimics(const urdf::ModelInterface& model, RobotModel* robot, Findings* 
           {joint.name, master->first, joint.mimic->multiplier, joint.mimic->offset});
     }
   }
+  CheckMimicRings(robot->mimics, findings);
 }
 
 void WarnOfUnused(const urdf::ModelInterface& model, RobotModel* robot) {

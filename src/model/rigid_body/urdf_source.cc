@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <set>
 #include <stdexcept>
@@ -22,6 +23,29 @@ std::string AtLine(const XmlElement& element) {
 void Blank(const XmlElement& element, std::string* text) {
   for (std::size_t k = element.begin; k < element.end; ++k) {
     if ((*text)[k] != '\n') (*text)[k] = ' ';
+  }
+}
+
+/// Puts spaces within the quotes of values, at their ends, outside: urdfdom reads no number with
+/// them. Lines stay where they are.
+void TrimValues(std::string* text) {
+  const auto is_space = [&](std::size_t k) {
+    return std::isspace(static_cast<unsigned char>((*text)[k])) != 0;
+  };
+  char before = 0;  // the last that is no space
+  for (std::size_t at = 0; at < text->size(); ++at) {
+    const char letter = (*text)[at];
+    if (text->compare(at, 4, "<!--") == 0) {
+      at = text->find("-->", at);
+      if (at == std::string::npos) return;
+    } else if ((letter == '"' || letter == '\'') && before == '=') {
+      std::size_t end = text->find(letter, at + 1);
+      if (end == std::string::npos) return;
+      for (; end > at + 1 && is_space(end - 1); --end) std::swap((*text)[end], (*text)[end - 1]);
+      for (; at + 1 < end && is_space(at + 1); ++at) std::swap((*text)[at], (*text)[at + 1]);
+      at = end;
+    }
+    if (!is_space(at)) before = (*text)[at];
   }
 }
 
@@ -184,6 +208,7 @@ UrdfSource SortUrdf(const std::string& text, Findings* findings) {
     }
     findings->warnings.push_back("passed over: " + list);
   }
+  TrimValues(&source.text);
   return source;
 }
 

@@ -229,6 +229,55 @@ TEST(UrdfPeculiarities, MimicJointsAreKeptWithTheirNumbers) {
   ExpectRefusal(Refusal(k("<mimic joint=\"k\"/>")), "joint 'k' mimics 'k'");
 }
 
+/// Spaces and line ends within the quotes of a value; an apostrophe in a comment is none.
+TEST(UrdfPeculiarities, SpacesAroundValues) {
+  std::string link = Link("b", Inertial(2, 0.1, 0.2, 0.25));
+  link.replace(link.find("izz=\"0.25"), 5, "izz=\" \r\n ");
+  link.replace(link.find("2.000000\""), 9, "2.000000\r\n\"");
+  const RobotModel robot = Parse(Link("a", "") + "<!-- it's a link -->" + link +
+                                 Joint("j", "continuous", "a", "b"));
+  EXPECT_DOUBLE_EQ(0.25, Mass(robot));
+  EXPECT_DOUBLE_EQ(2, robot.FindLink("b").inertia.mass);
+}
+
+/// Where J_x and J_y of a planar joint go, as docs/conventions.md says.
+TEST(UrdfPeculiarities, PlanarJointsHaveTheirDirections) {
+  const struct {
+    const char* axis;
+    Vec3<double> x, y;
+  } cases[] = {{"0 0 1", {1, 0, 0}, {0, 1, 0}},
+               {"0 2 0", {1, 0, 0}, {0, 0, -1}},
+               {"1 0 0", {0, 1, 0}, {0, 0, 1}}};
+  for (const auto& c : cases) {
+    const RobotModel robot =
+        Parse(Link("a", "") + Link("b", Inertial(2, 0.1, 0.2, 0.25)) +
+              "<joint name=\"j\" type=\"planar\"><parent link=\"a\"/><child link=\"b\"/><axis "
+              "xyz=\"" + c.axis + "\"/></joint>");
+    ASSERT_EQ((std::vector<std::string>{"j_x", "j_y", "j_angle"}), robot.coordinates);
+    TreeState<double> state(robot.tree);
+    const RobotModel::Link& link = robot.FindLink("b");
+    for (int k = 0; k < 2; ++k) {
+      UpdatePositions(robot.tree, Vector::Unit(3, k).eval().data(), &state);
+      const Vec3<double> at = PointPosition(state, link.body, link.pose.position);
+      EXPECT_TRUE(at.isApprox(k == 0 ? c.x : c.y, 1e-12)) << c.axis;
+    }
+  }
+}
+
+/// Joints that mimic one another have nobody to follow.
+TEST(UrdfPeculiarities, MimicsInARingAreRefused) {
+  const auto follows = [](const char* master) {
+    return std::string("<mimic joint=\"") + master + "\"/>";
+  };
+  const std::string answer =
+      Refusal(Link("a", "") + Link("b", Inertial(2, 0.1, 0.2, 0.25)) +
+              Link("c", Inertial(2, 0.1, 0.2, 0.25)) +
+              Joint("j", "continuous", "a", "b", follows("k")) +
+              Joint("k", "continuous", "b", "c", follows("j")));
+  ExpectRefusal(answer, "joint 'j' mimics itself by way of 'k'");
+  ExpectRefusal(answer, "leave out the <mimic>");
+}
+
 TEST(UrdfPeculiarities, ShapeWithoutMassIsRefusedInAWord) {
   ExpectRefusal(Refusal(kWorld + Link("a", "") + Joint("j", "continuous", "world", "a")),
                 "move no mass");

@@ -17,6 +17,7 @@ namespace contact_flow {
 struct AttachedPoint {
   int body = -1;
   Vec3<double> local = Vec3<double>::Zero();  ///< in the frame of the body [m]
+  int link = -1;  ///< that it was given by, in RobotModel::links; −1: none
 };
 
 /// What a constraint or an effort element of a robot is attached to, and its numbers. Elements see
