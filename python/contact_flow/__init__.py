@@ -26,8 +26,8 @@ __path__ = _extend_path(__path__, __name__)
 try:
     from ._core import (
         Arc, Assumptions, BudgetExceeded, Controllability, CostGradient, Covariance, Derivative, Event,
-        Interval, LinearPiece, MapConsistency, Margins, Model, NoDerivative, NominalRun, NotPiecewiseLinear,
-        OnlineFlow, Optimum, Orbit, Parameter, PiecewiseLinearMap, PoincareMap, PoincareReturn,
+        Feedback, FollowedOrbit, Interval, LinearPiece, MapConsistency, Margins, Model, NoDerivative,
+        NominalRun, NotPiecewiseLinear, OnlineFlow, Optimum, Orbit, Parameter, PiecewiseLinearMap, PoincareMap, PoincareReturn,
         PythonModel, QuotientReport, QuotientSample, Robot, Run, RunStatistics, Stability,
         StabilityCertificate, Status, Summary, System, Tally, Trust, ValidityRadius, Warning, __version__,
         have_linear_programs, load_configuration, models)
@@ -47,7 +47,8 @@ except ImportError as error:  # messages stay importable where the extension is 
 
 __all__ = [
     "After", "Apex", "Arc", "Assumptions", "BudgetExceeded", "Controllability", "CostGradient", "Covariance",
-    "Crossing", "Derivative", "Ensemble", "Event", "Formulas", "Grid", "Interval", "JointNormal", "LinearPiece",
+    "Crossing", "Derivative", "Ensemble", "Event", "Feedback", "FollowedOrbit", "Formulas", "Grid",
+    "Interval", "JointNormal", "LinearPiece",
     "MapConsistency", "Margins", "Model", "NoDerivative", "NominalRun", "Normal", "NotPiecewiseLinear",
     "OnlineFlow", "Optimum", "Orbit", "Parameter", "PiecewiseLinearMap", "PoincareMap", "PoincareReturn",
     "PythonModel", "QuotientReport", "QuotientSample", "Robot", "Run", "RunStatistics", "Section",

@@ -106,6 +106,15 @@ def parser() -> argparse.ArgumentParser:
         command.add_argument("-w", "--direction", action="append", default=[], metavar="+NAME or NAME=VALUE",
                              help="a unit direction each, or together one of these numbers")
 
+    def add_orbit(command: argparse.ArgumentParser) -> None:
+        section = command.add_mutually_exclusive_group(required=True)
+        section.add_argument("--apex", metavar="NAME", help="where the velocity of a coordinate falls through 0")
+        section.add_argument("--crossing", type=pair, metavar="NAME=VALUE", help="where it has this value")
+        section.add_argument("--touchdown", metavar="NAME", help="just behind the impact of a contact")
+        section.add_argument("--after", type=float, metavar="SECONDS")
+        command.add_argument("--translation", nargs="+", default=[], metavar="NAME",
+                             help="coordinates whose common shift is set aside")
+
     add("models", "names of the models in C++", cli_commands.models, system=False)
     add("robot", "what a system is made of: names, units, parameters", cli_commands.robot)
     simulate = add("simulate", "a run: events, contact modes, final state", cli_commands.simulate)
@@ -122,16 +131,19 @@ def parser() -> argparse.ArgumentParser:
     compare.add_argument("--alphas", type=float, nargs="+", default=[1e-2, 1e-3, 1e-4, 1e-5, 1e-6])
     orbit = add("orbit", "a periodic orbit near the state, and its stability", cli_commands.orbit)
     add_run(orbit)
-    section = orbit.add_mutually_exclusive_group(required=True)
-    section.add_argument("--apex", metavar="NAME", help="where the velocity of a coordinate falls through 0")
-    section.add_argument("--crossing", type=pair, metavar="NAME=VALUE", help="where it has this value")
-    section.add_argument("--touchdown", metavar="NAME", help="just behind the impact of a contact")
-    section.add_argument("--after", type=float, metavar="SECONDS")
+    add_orbit(orbit)
     orbit.add_argument("--free", nargs="+", default=[], metavar="PARAMETER")
     orbit.add_argument("--condition", type=json.loads, action="append", default=[], metavar="JSON",
                        help="""as {"kind": "period", "value": 0.8}""")
-    orbit.add_argument("--translation", nargs="+", default=[], metavar="NAME",
-                       help="coordinates whose common shift is set aside")
+    stabilize = add("stabilize", "inputs that are set once a step and make the orbit through the state stable",
+                    cli_commands.stabilize)
+    add_run(stabilize)
+    add_orbit(stabilize)
+    stabilize.add_argument("--inputs", nargs="+", metavar="NAME", help="that are set; all otherwise")
+    stabilize.add_argument("--piecewise", action="store_true", help="a gain for each piece of the return map")
+    stabilize.add_argument("--starts", type=int, default=20, help="perturbed ones that are simulated")
+    stabilize.add_argument("--away", type=float, default=0.01, help="of these from the orbit, in SI units together")
+    stabilize.add_argument("--returns", type=int, default=50)
     report = add("report", "one HTML file of a run, of a SYSTEM or of a recorded bag: contacts, events, states, "
                  "forces, motion, derivative", cli_commands.report)
     add_run(report)

@@ -13,6 +13,7 @@ from . import _core
 from .sections import After, Apex, Crossing, Section, Touchdown
 
 Answer = Tuple[Any, str, bool]
+BACK = 0.01   # of where a run began: it has come back
 Load = Callable[[str, Dict[str, float]], Tuple[_core.System, Dict[str, Any], Dict[str, Any]]]
 
 
@@ -176,13 +177,18 @@ def section_of(arguments: Namespace) -> Section:
     return After(arguments.after)
 
 
-def orbit(arguments: Namespace, load: Load) -> Answer:
+def return_map(arguments: Namespace, load: Load) -> _core.PoincareMap:
     if arguments.duration is not None:
         raise ValueError("-t %g: an orbit lasts until its section, as --after SECONDS" % arguments.duration)
-    system, options, _ = load(arguments.system, dict(arguments.parameter))
+    system, _, _ = load(arguments.system, dict(arguments.parameter))
     chosen = dict(arguments.option)   # tolerances of a configuration are those of runs, not of orbits
-    found = system.poincare(section_of(arguments), dict(arguments.input), **chosen).fixed_point(
-        dict(arguments.state), free=arguments.free, conditions=arguments.condition)
+    return system.poincare(section_of(arguments), dict(arguments.input), **chosen)
+
+
+def orbit(arguments: Namespace, load: Load) -> Answer:
+    returns = return_map(arguments, load)
+    system = returns.system
+    found = returns.fixed_point(dict(arguments.state), free=arguments.free, conditions=arguments.condition)
     data: Dict[str, Any] = {"status": found.status, "message": found.message, "x": found.x,
                             "period": found.period, "parameters": found.parameters,
                             "residual": found.residual}
@@ -199,6 +205,37 @@ def orbit(arguments: Namespace, load: Load) -> Answer:
                          "verified": stability.verify(), "test": stability.certificate.test,
                          "bound": stability.certificate.bound}
     text.append(stability.message + (" (verified)" if stability.verify() else ""))
+    return data, "\n".join(text), True
+
+
+def stabilize(arguments: Namespace, load: Load) -> Answer:
+    if arguments.starts < 0 or arguments.returns < 0 or not arguments.away >= 0:
+        raise ValueError("--starts, --returns and --away are numbers >= 0")
+    returns = return_map(arguments, load)
+    state = dict(arguments.state)
+    without = returns(state).stability(arguments.translation)
+    found = returns.feedback(state, arguments.translation, arguments.inputs, arguments.piecewise)
+    verified = found.verify()
+    text = ["without: " + without.message, found.message + (" (verified)" if verified else "")]
+    data: Dict[str, Any] = {
+        "without": without.message, "message": found.message, "certified": found.certified,
+        "verified": verified, "rate": found.rate, "inputs": found.inputs, "basis": found.basis,
+        "law": [{"gain": piece.matrix, "cone": piece.cone} for piece in found.law]}
+    if not found:
+        return data, "\n".join(text), False
+    text.append("%d gains of %s" % (len(found.law), ", ".join(found.inputs)))
+    draw = np.random.default_rng(1)
+    ends = []
+    for _ in range(arguments.starts):
+        z = draw.normal(size=found.basis.shape[1])
+        run = found.follow(found.state(arguments.away * z / np.linalg.norm(z)), arguments.returns)
+        ends.append(run.away[-1] if len(run.u) == arguments.returns else math.inf)
+    back = [end for end in ends if end <= BACK * arguments.away]
+    data["ends"] = ends
+    if ends:
+        text.append("%d of %d starts %g away come back within %d returns%s" % (
+            len(back), len(ends), arguments.away, arguments.returns,
+            ", the furthest to %.3g" % max(back) if back else ""))
     return data, "\n".join(text), True
 
 

@@ -98,6 +98,7 @@ void BindGradient(py::module_* module);
 void BindAssumptions(py::module_* module);
 void BindMapAnalyses(py::module_* module);
 void BindPoincare(py::module_* module);
+void BindFeedback(py::module_* module);
 void BindOrbit(py::module_* module);
 void BindOptimize(py::module_* module);
 void BindOnline(py::module_* module);

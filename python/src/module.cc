@@ -27,6 +27,7 @@ PYBIND11_MODULE(_core, module) {
   BindAssumptions(&module);
   BindMapAnalyses(&module);
   BindPoincare(&module);
+  BindFeedback(&module);
   BindOrbit(&module);
   BindOptimize(&module);
   BindOnline(&module);

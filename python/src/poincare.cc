@@ -111,19 +111,12 @@ Section ToSection(const System& system, const py::handle& spec) {
   return section;
 }
 
-py::object StabilityOf(const Return& r, const std::vector<std::string>& translation,
-                       const py::kwargs& options) {
-  constexpr double kOrbit = 1e-6;     // a larger distance of P(x) from x is no orbit
-  constexpr double kSymmetry = 1e-6;  // a larger residual is no symmetry
-  const PiecewiseLinearMap reduced = MapOf<&PoincareReturn::reduced>(r);
-  if (reduced.rows() != reduced.cols() || reduced.rows() == 0) {
-    throw py::value_error("the contact mode at the return is another than at the start: the "
-                          "derivative is no map of one space into itself");
-  }
+Matrix OrbitShift(const Return& r, const std::vector<std::string>& translation) {
+  constexpr double kOrbit = 1e-6;  // a larger distance of P(x) from x is no orbit
   const MechanicalSystem& system = r.system->get();
   const int d = system.dof();
   Vector distance = system.Separation(r.value->x, r.start);
-  Matrix shift = Matrix::Zero(2 * d, 2);
+  Matrix shift = Matrix::Zero(2 * d, translation.empty() ? 0 : 2);
   for (const std::string& name : translation) {
     const int i = IndexOf("coordinate", name, r.system->description().velocities);
     shift(i, 0) = shift(d + i, 1) = 1;
@@ -136,12 +129,27 @@ py::object StabilityOf(const Return& r, const std::vector<std::string>& translat
   if (!(away <= kOrbit)) {
     throw py::value_error("P(x) is " + Number(away) + " away from x: this is no orbit");
   }
+  return shift;
+}
+
+void RequireSymmetry(const ReducedMap& rest) {
+  constexpr double kSymmetry = 1e-6;  // a larger residual is no symmetry
+  if (rest.residual <= kSymmetry) return;
+  throw py::value_error("translation is no symmetry of the return map: residual " +
+                        Number(rest.residual));
+}
+
+py::object StabilityOf(const Return& r, const std::vector<std::string>& translation,
+                       const py::kwargs& options) {
+  const PiecewiseLinearMap reduced = MapOf<&PoincareReturn::reduced>(r);
+  if (reduced.rows() != reduced.cols() || reduced.rows() == 0) {
+    throw py::value_error("the contact mode at the return is another than at the start: the "
+                          "derivative is no map of one space into itself");
+  }
+  const Matrix shift = OrbitShift(r, translation);
   if (translation.empty()) return py::cast(reduced).attr("stability")(**options);
   const ReducedMap rest = SetAside(reduced, r.value->start_basis.transpose() * shift);
-  if (!(rest.residual <= kSymmetry)) {
-    throw py::value_error("translation is no symmetry of the return map: residual " +
-                          Number(rest.residual));
-  }
+  RequireSymmetry(rest);
   return py::cast(rest.map).attr("stability")(**options);
 }
 

@@ -7,6 +7,7 @@
 
 #include "bindings.h"
 #include "contact_flow/analysis/poincare.h"
+#include "contact_flow/analysis/section.h"
 
 namespace contact_flow {
 namespace python {
@@ -33,6 +34,12 @@ struct Return {
 /// coordinates of these names. Throws ValueError where there is no orbit, or no such symmetry.
 py::object StabilityOf(const Return& r, const std::vector<std::string>& translation,
                        const py::kwargs& options);
+
+/// The tangents of a common shift of the coordinates of these names, and of its rate [2d×2], or
+/// none [2d×0]. Throws ValueError where P(x) is not x but for such a shift.
+Matrix OrbitShift(const Return& r, const std::vector<std::string>& translation);
+/// Throws ValueError where what was set aside is no symmetry.
+void RequireSymmetry(const ReducedMap& rest);
 
 /// From an object with kind, name, value and sign; throws ValueError with the nearest name.
 Section ToSection(const System& system, const py::handle& spec);

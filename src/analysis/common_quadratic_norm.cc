@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
 
 #include "contact_flow/budget.h"
+#include "log_barrier.h"
 
 namespace contact_flow {
 namespace {
@@ -19,49 +21,6 @@ constexpr double kCentred = 0.3;  // Newton decrement at which γ may be lowered
 constexpr double kTowards = 0.1;  // γ ← (1 − θ) rate² + θ γ
 constexpr double kSlow = 1e-4;    // relative gain per centre at which to stop
 
-/// What is larger is multiplied and factored by blocks of as many columns: a budget
-/// is asked between.
-constexpr Eigen::Index kBlock = 128;
-
-/// H += DᵀD; where that takes long the part below the diagonal alone.
-void AddSquare(const Matrix& D, Matrix* H) {
-  const Eigen::Index n = H->cols();
-  if (n <= kBlock) {
-    H->noalias() += D.transpose() * D;
-    return;
-  }
-  for (Eigen::Index c = 0; c < n; c += kBlock) {
-    AskBudget();
-    const Eigen::Index width = std::min(kBlock, n - c);
-    H->block(c, c, n - c, width).noalias() +=
-        D.rightCols(n - c).transpose() * D.middleCols(c, width);
-  }
-}
-
-/// H⁻¹b by Cholesky's method, H positive definite, its part below the diagonal given and replaced
-/// by the factor; not finite where H is not positive definite.
-Vector SolveByBlocks(Matrix* H, const Vector& b) {
-  Matrix& L = *H;
-  const Eigen::Index n = L.cols();
-  for (Eigen::Index c = 0; c < n; c += kBlock) {
-    const Eigen::Index width = std::min(kBlock, n - c), rest = n - c - width;
-    const Eigen::LLT<Matrix> corner(Matrix(L.block(c, c, width, width)));
-    if (corner.info() != Eigen::Success) return Vector::Constant(n, std::nan(""));
-    L.block(c, c, width, width) = corner.matrixL();
-    if (rest == 0) break;
-    auto below = L.block(c + width, c, rest, width);
-    corner.matrixU().solveInPlace<Eigen::OnTheRight>(below);
-    for (Eigen::Index k = 0; k < rest; k += kBlock) {
-      AskBudget();
-      const Eigen::Index part = std::min(kBlock, rest - k);
-      L.block(c + width + k, c + width + k, rest - k, part).noalias() -=
-          below.bottomRows(rest - k) * below.middleRows(k, part).transpose();
-    }
-  }
-  const Vector half = L.triangularView<Eigen::Lower>().solve(b);
-  return L.transpose().triangularView<Eigen::Upper>().solve(half);
-}
-
 /// The barrier −Σ log det(γP − A_iᵀPA_i) − log det P − log det(I − P) in the entries of P on and
 /// above the diagonal, N = n(n+1)/2 of them.
 class Barrier {
@@ -71,32 +30,24 @@ class Barrier {
 
   /// One damped Newton step; returns the decrement before it, NaN when P was not inside.
   double Step(Matrix* P) const {
-    const int count = n_ * (n_ + 1) / 2;
-    const double square_size = n_;
-    AskMemory(8.0 * count * (square_size * square_size + 2.0 * count),
-              "a common quadratic norm of " + std::to_string(n_) + " dimensions");
-    Vector gradient = Vector::Zero(count);
-    Matrix hessian = Matrix::Zero(count, count);
-    bool inside = Add(*P, -1, nullptr, &gradient, &hessian) &&
-                  Add(Matrix::Identity(n_, n_) - *P, 1, nullptr, &gradient, &hessian);
+    const std::string purpose = "a common quadratic norm of " + std::to_string(n_) + " dimensions";
+    LogBarrier barrier(n_ * (n_ + 1) / 2, n_, purpose);
+    const double outside = std::numeric_limits<double>::quiet_NaN();
+    bool inside = Add(*P, -1, nullptr, &barrier) &&
+                  Add(Matrix::Identity(n_, n_) - *P, 1, nullptr, &barrier);
     for (std::size_t i = 0; inside && i < matrices_.size(); ++i) {
       AskBudget();
       const Matrix& A = matrices_[i];
-      inside = Add(gamma_ * *P - A.transpose() * *P * A, -1, &A, &gradient, &hessian);
+      inside = Add(gamma_ * *P - A.transpose() * *P * A, -1, &A, &barrier);
     }
-    const double outside = std::numeric_limits<double>::quiet_NaN();
     if (!inside) return outside;
-    const Vector step = count <= kBlock ? Vector(-hessian.ldlt().solve(gradient))
-                                        : Vector(-SolveByBlocks(&hessian, gradient));
-    const double square = -gradient.dot(step);
-    if (!(square >= 0) || !step.allFinite()) return outside;
-    const double decrement = std::sqrt(square);
-    // A damped step stays inside: the barrier is self-concordant.
-    const double length = decrement < 0.25 ? 1 : 1 / (1 + decrement);
+    Vector step;
+    const double decrement = barrier.Step(&step);
+    if (!(decrement >= 0)) return outside;
     int k = 0;
     for (int c = 0; c < n_; ++c) {
       for (int r = 0; r <= c; ++r, ++k) {
-        (*P)(r, c) += length * step(k);
+        (*P)(r, c) += step(k);
         (*P)(c, r) = (*P)(r, c);
       }
     }
@@ -105,22 +56,21 @@ class Barrier {
 
  private:
   /// Adds −log det S, dS = −sign·E for a basis matrix E, or γE − AᵀEA if A is given.
-  bool Add(const Matrix& S, double sign, const Matrix* A, Vector* gradient, Matrix* hessian) const {
+  bool Add(const Matrix& S, double sign, const Matrix* A, LogBarrier* barrier) const {
     const Eigen::LLT<Matrix> factor(S);
     if (factor.info() != Eigen::Success) return false;
     const Matrix root = factor.matrixL().solve(Matrix::Identity(n_, n_));  // R, R S Rᵀ = I
     const Matrix moved = A != nullptr ? Matrix(root * A->transpose()) : Matrix();
-    Matrix directions(n_ * n_, gradient->size());
+    Matrix directions(n_ * n_, n_ * (n_ + 1) / 2);
     int k = 0;
     for (int c = 0; c < n_; ++c) {
       for (int r = 0; r <= c; ++r, ++k) {
         Eigen::Map<Matrix> direction(directions.col(k).data(), n_, n_);
         direction = (A != nullptr ? gamma_ : -sign) * Product(root, r, c);
         if (A != nullptr) direction -= Product(moved, r, c);
-        (*gradient)(k) -= direction.trace();
       }
     }
-    AddSquare(directions, hessian);
+    barrier->Add(directions);
     return true;
   }
   /// R E Rᵀ for the basis matrix with ones at (r, c) and (c, r).

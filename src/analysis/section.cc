@@ -132,15 +132,19 @@ ReducedMap RestrictToInvariant(const PiecewiseLinearMap& map, const MatrixRef& s
 }
 
 ReducedMap SetAside(const PiecewiseLinearMap& map, const MatrixRef& neutral) {
-  RequireSquare(map);
-  const Matrix N = Orthonormal(neutral, map.rows());
+  const Eigen::Index n = map.rows(), inputs = map.cols() - n;
+  if (inputs < 0) throw std::invalid_argument("only a map of a space into itself can be reduced");
+  const Matrix N = Orthonormal(neutral, n);
   const Matrix Q = NullSpace(N.transpose());
-  ReducedMap reduced{InBases(map, Q, Q), Q, 0};
+  Matrix start = Matrix::Zero(n + inputs, Q.cols() + inputs);
+  start.topLeftCorner(n, Q.cols()) = Q;
+  start.bottomRightCorner(inputs, inputs).setIdentity();
+  ReducedMap reduced{InBases(map, Q, start), Q, 0};
   const double scale = LargestEntry(map);
   for (const LinearPiece& piece : map.pieces()) {
     reduced.residual =
-        std::max({reduced.residual, Largest(Q.transpose() * piece.matrix * N) / scale,
-                  Largest(piece.cone * N)});
+        std::max({reduced.residual, Largest(Q.transpose() * piece.matrix.leftCols(n) * N) / scale,
+                  Largest(piece.cone.leftCols(n) * N)});
   }
   return reduced;
 }

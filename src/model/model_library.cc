@@ -29,6 +29,7 @@
 #include "contact_flow/model/example/sliding_rod.h"
 #include "contact_flow/model/example/soft_biped.h"
 #include "contact_flow/model/example/spinning_ball.h"
+#include "contact_flow/model/example/steered_trot.h"
 #include "contact_flow/model/example/two_discs.h"
 #include "contact_flow/model/example/wall_and_floor.h"
 #include "contact_flow/model/model_registry.h"
@@ -123,6 +124,7 @@ class Registry {
             EntryOf<example::SlidingRod>(),
             EntryOf<example::SoftBiped>(),
             EntryOf<example::SpinningBall>(),
+            EntryOf<example::SteeredTrot>(),
             EntryOf<example::TwoDiscs>(),
             EntryOf<example::WallAndFloor>(),
         },

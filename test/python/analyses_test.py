@@ -55,6 +55,35 @@ class Orbits(unittest.TestCase):
         self.assertAlmostEqual(0.8, orbit.period, delta=1e-10)
         self.assertEqual("stable", orbit.stability(SHIFT).verdict)
 
+    def test_feedback(self):
+        trot = cf.Model("steered_trot", hip_offset=0.25)
+        apexes = trot.poincare(cf.Apex("body_z"))
+        self.assertEqual("unstable", apexes().stability(SHIFT).verdict)
+        for piecewise, test in ((False, "words"), (True, "quadratic norm")):
+            with self.subTest(piecewise=piecewise):
+                feedback = apexes.feedback(translation=SHIFT, piecewise=piecewise)
+                self.assertTrue(feedback, feedback.message)
+                self.assertTrue(feedback.verify())
+                self.assertEqual(test, feedback.certificate.test)
+                self.assertEqual((("pitch_torque",), (11, 12), (1, 11)),
+                                 (feedback.inputs, feedback.step.shape, feedback.law.shape))
+                z = 1e-7 * np.arange(1, 12)
+                x = feedback.state(z)
+                self.assertLess(largest(feedback.input(x) - feedback.law(z)), 1e-12)
+                run = feedback.follow(x, 1)
+                self.assertTrue(run)
+                after = feedback.basis.T @ (run.x[1] - trot.nominal.x)
+                self.assertLess(largest(after - feedback.closed(z)), 1e-3 * largest(feedback.closed(z)))
+                self.assertLess(feedback.follow(x, 50).away[-1], 1e-2 * np.linalg.norm(z))
+        lost = feedback.follow(feedback.state(np.ones(11)), 20, lost=0.1)
+        self.assertEqual(1, len(lost.x))
+        with self.assertRaisesRegex(ValueError, "did you mean 'pitch_torque'"):
+            apexes.feedback(translation=SHIFT, inputs=["pitch_torqe"])
+        with self.assertRaisesRegex(ValueError, "needs an input"):
+            trot.poincare(cf.Apex("body_z")).feedback(translation=SHIFT, inputs=[])
+        with self.assertRaisesRegex(ValueError, "away from x"):
+            apexes.feedback({"body_z": 0.9}, translation=SHIFT)
+
     def test_elastic_ball(self):
         ball = cf.Model("bouncing_ball", restitution=1)
         height = ball.coordinates[-1]

@@ -180,10 +180,20 @@ class Command(unittest.TestCase):
         self.assertIn("stable: every piece contracts", text)
         self.assertIn("(verified)", text)
 
+    def test_stabilize(self):
+        words = ["stabilize", "steered_trot", "-p", "hip_offset=0.25", "--apex", "body_z", "--translation",
+                 "body_x", "left_foot_x", "right_foot_x", "--piecewise", "--starts", "2"]
+        answer = json.loads(self.call(*words, "--json"))
+        self.assertIn("35.3356", answer["without"])
+        self.assertTrue(answer["certified"] and answer["verified"])
+        self.assertEqual(2, len(answer["law"]))
+        self.assertLess(max(answer["ends"]), 1e-4)
+        self.assertIn("needs an input", self.call("stabilize", "hopping_trot", "--apex", "body_z", code=2))
+
     def test_names(self):
         self.assertEqual(cf.models(), list(json.loads(self.call("models", "--json"))))
         self.assertIn("hip [rad]", self.call("robot", "config/robots/monoped.yaml"))
-        for command in ("simulate", "derive", "compare", "orbit", "report", "sweep", "models",
+        for command in ("simulate", "derive", "compare", "orbit", "stabilize", "report", "sweep", "models",
                         "robot"):
             self.assertIn("usage: contact_flow " + command, self.call(command, "--help"))
 

@@ -40,6 +40,7 @@ NOMINAL_MODES = {
     "simplest_walker": ["{left_foot}", "{right_foot}"],
     "driven_ball": ["{}", "{}"],
     "two_discs": ["{}", "{}"],
+    "steered_trot": ["{}", "{left_foot, right_foot}", "{}"],
 }
 
 

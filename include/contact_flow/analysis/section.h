@@ -44,7 +44,8 @@ ReducedMap RestrictToInvariant(const PiecewiseLinearMap& map, const MatrixRef& s
 /// f modulo the span of `neutral` [n×k], of the form f(w + N c) = f(w) + N J c: symmetries such as
 /// a horizontal translation, and the velocity along it. The quotient is represented on the
 /// orthogonal complement. residual is the largest entry of (I − N Nᵀ) A_i N and of C_i N: neutral
-/// directions must stay neutral, and must not decide between cones.
+/// directions must stay neutral, and must not decide between cones. Of a map f(w, u) with more
+/// columns than rows these are inputs u, and stay.
 ReducedMap SetAside(const PiecewiseLinearMap& map, const MatrixRef& neutral);
 
 }  // namespace contact_flow

@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/model/example/steered_trot.h"
+
+#include "contact_flow/model/model_system.h"
+
+namespace contact_flow {
+template std::unique_ptr<MechanicalSystem> MakeSystem<example::SteeredTrot>(const ParameterValues&);
+}  // namespace contact_flow
