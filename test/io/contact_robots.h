@@ -10,6 +10,7 @@
 #include "contact_flow/io/robot_file.h"
 
 namespace contact_flow {
+namespace {  // other tests have others of these names
 
 inline constexpr char kInertial[] =
     "<inertial><mass value=\"1\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" "
@@ -71,4 +72,5 @@ inline double LowestGap(const RobotSystem& system, const Vector& q) {
   return terms.gap.minCoeff();
 }
 
+}  // namespace
 }  // namespace contact_flow

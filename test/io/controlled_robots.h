@@ -12,6 +12,7 @@
 #include "contact_flow/io/robot_file.h"
 
 namespace contact_flow {
+namespace {  // other tests have others of these names
 
 inline SimulateOptions Tight() {
   SimulateOptions options;
@@ -100,4 +101,5 @@ inline void ExpectSlopeOne(const std::string& urdf, const std::string& yaml, dou
   }
 }
 
+}  // namespace
 }  // namespace contact_flow
