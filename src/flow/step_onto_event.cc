@@ -12,8 +12,9 @@ namespace {
 constexpr double kTaylorReach =
     1e-9;                       // [s] an event is moved this far by one Euler step: error ~1e-18
 constexpr int kMaxNewton = 12;  // steps towards an event
-/// A force at an event is below this part of what it was where the step began.
-constexpr double kPhantom = 0.1;
+/// A force at an event is below this part of what it was where the step began; unless the step is
+/// as short as this, relative to max(1, t): where forces jump, they do so here.
+constexpr double kPhantom = 0.1, kShortest = 1e-12;
 
 }  // namespace
 
@@ -71,7 +72,8 @@ std::optional<double> Flow::StepOntoEvent(const LocatedEvent& event, double leng
     const double before = locator_.ForceAtBegin(i);
     const double none = options_.relative_tolerance * dynamics_.force().cwiseAbs().maxCoeff();
     const bool falls = least <= std::max(kPhantom * before, none);
-    if (before > 0 && !falls) return std::nullopt;
+    const bool tells = length > kShortest * std::max(1.0, t_);
+    if (before > 0 && !falls && tells) return std::nullopt;
   }
   return std::max(s, 0.0);
 }
