@@ -23,7 +23,7 @@ function figure(){const R=D.figure;if(!R.t){$("figure").remove();return}
  const bodies=R.shapes.map(s=>{const b=s.mesh||rounded(s.kind,s.size);return {link:s.link,colour:s.colour,two:!!s.mesh,f:b.f,v:b.v.map(p=>{const q=turned(s.turn,p);return [q[0]+s.at[0],q[1]+s.at[1],q[2]+s.at[2]]})}});
  bodies.forEach(b=>{const p=R.poses[0][b.link],m=matrix(p.slice(3,7));b.v.forEach(v=>points.push(turned(m,v).map((x,k)=>x+p[k])))});   // where it begins, as a whole
  const lo=[0,1,2].map(i=>points.reduce((m,p)=>Math.min(m,p[i]),Infinity)),hi=[0,1,2].map(i=>points.reduce((m,p)=>Math.max(m,p[i]),-Infinity));
- const mid=lo.map((v,i)=>(v+hi[i])/2),span=Math.max(...hi.map((v,i)=>v-lo[i]),.05);
+ const mid=lo.map((v,i)=>(v+hi[i])/2),span=Math.max(...hi.map((v,i)=>v-lo[i]),.05);canvas.dataset.span=span;
  let most=1e-12;for(const f of R.contacts)for(const p of f)if(p[3]!==null)most=Math.max(most,Math.hypot(p[3],p[4],p[5]));
  const ghost=make("select",undefined,$("ghosts"));[{name:"none"}].concat(R.ghosts).forEach((g,k)=>{const o=make("option",k?"± "+g.name:"no ghosts",ghost);o.value=k});
  if(R.ghosts.length){const name=D.derivative.directions[kinkiest(D.derivative.directions)].name;ghost.value=1+Math.max(0,R.ghosts.findIndex(g=>g.name===name))}else $("ghosts").hidden=true;

@@ -119,13 +119,21 @@ void FrictionalResolution::SetLetters(const TouchingContacts& contacts) {
   ChooseLetters(contacts);
   if (!Notable()) return;
   const Vector rested = result_.transition.x_plus.tail(d_);
+  TouchingContacts now = contacts;
+  bool turned = false;
   for (int i : contacts.slipping & result_.transition.mode_after) {
     const Friction& friction = system_.friction()[i];
-    if (friction.dimension != 2) continue;
-    const auto rows = terms_.jacobian.middleRows<2>(friction.row);
-    const Eigen::Vector2d before = (rows * v).normalized(), now = (rows * rested).normalized();
-    if ((now - before).norm() > kTurned) return ChooseLetters(contacts);
+    const auto rows = terms_.jacobian.middleRows(friction.row, friction.dimension);
+    const Vector before = rows * v, slip = rows * rested;
+    if (friction.dimension == 2) {
+      turned = turned || (slip.normalized() - before.normalized()).norm() > kTurned;
+    } else if (friction.dimension == 1 && before(0) * slip(0) < 0 &&
+               std::abs(slip(0)) > Rounding(friction.row, rested)) {
+      now.slipping.Set(i, slip(0) > 0 ? Letter::kForward : Letter::kBackward);
+      turned = true;
+    }
   }
+  if (turned) ChooseLetters(now);
 }
 
 void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
@@ -133,6 +141,14 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
   bool springs = false;
   cluster.mode_after = SelectWord(&dynamics_, cluster.x_plus, contacts, kBorder, &springs);
   if (springs) NoteSprings(contacts.still | contacts.slipping, "forces");
+  // A rise that is made rest may have had a slip, which ends with it, whatever begins then.
+  resting_ = cluster.mode_after;
+  for (int i : contacts.still & cluster.mode_after.SlippingInPlane()) {
+    const double slip = terms_.jacobian.row(system_.friction()[i].row).dot(cluster.x_plus.tail(d_));
+    if (std::abs(slip) > Rounding(system_.friction()[i].row, cluster.x_plus.tail(d_))) {
+      resting_.Set(i, Letter::kStick);
+    }
+  }
   const ContactMode begins = BeginInSpace(system_, contacts.still, cluster.mode_after);
   if (begins.Empty()) return Rest({});
   if (cluster.obstacle.ok()) cluster.obstacle = {Outcome::kNotPiecewiseLinear,
@@ -159,7 +175,7 @@ void FrictionalResolution::Rest(const std::map<int, Eigen::Vector2d>& onsets, do
     return 0.5 * x.tail(d_).dot(inertia.mass() * x.tail(d_));
   };
   const double before = Notable() ? energy() : 0;
-  MakeRest(system_, result_.transition.mode_after, onsets, std::max(least, size), &x);
+  MakeRest(system_, resting_, onsets, std::max(least, size), &x);
   if (Notable()) result_.transition.energy_lost += before - energy();
 }
 

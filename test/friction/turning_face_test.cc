@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -137,20 +138,21 @@ TEST(TurningFace, LandsAsOnEqualSprings) {
   EXPECT_LT((PlaneOf(run.transitions[0].x_plus) - after).tail<3>().cwiseAbs().maxCoeff(), 1e-10);
 }
 
-/// A push and a twist that begin at t = 0.1 make it slide and turn: told as at a landing.
+/// A push at the floor and a twist that begin at t = 0.1 make it slide and turn: told as at a
+/// landing.
 TEST(TurningFace, IsToldOfAtAnInputChange) {
-  const auto system = Box();
+  const auto system = MakeSystem<test::SpaceBox>(
+      {{"height", kHeight}, {"friction", kFriction}, {"arm", 0}});
   Vector push(3);
   push << 30, 5, 20;
   const Trajectory run = Simulate(*system, StateOf(Plane::Zero(), 0.5 * kHeight, 0),
                                   {{0, 0.1}, {Vector::Zero(3), push}}, 0.12, {});
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   ASSERT_LE(1u, run.transitions.size());
-  EXPECT_EQ("llll", run.transitions[0].mode_after.Word(4));
   const Status& obstacle = run.transitions[0].obstacle;
   ASSERT_EQ(Outcome::kIndeterminateForces, obstacle.outcome) << obstacle.message;
-  ASSERT_FALSE(run.warnings.empty());
-  EXPECT_EQ(obstacle.message, run.warnings[0].message);
+  const auto told = [&](const Warning& warning) { return warning.message == obstacle.message; };
+  EXPECT_TRUE(std::any_of(run.warnings.begin(), run.warnings.end(), told));
 }
 
 /// Random rigid faces of four corners, one or two of them, under random inertia: (F4) holds, and

@@ -151,11 +151,16 @@ class Browser(unittest.TestCase):
         return dark[:, 0].mean()
 
     def test_the_body_is_where_the_run_has_it(self):
-        """A shift along z by Δz moves it by 0.8 · 380 / span · cos(0.25) · Δz pixels on the screen."""
+        """A shift along z by Δz moves it by 0.8 · 380 / span · cos(0.25) · Δz pixels on the screen, the span being that
+        of the motion and of the bodies' surfaces where it begins."""
         figure = self.data["figure"]
         places = np.array([[p[:3] for p in frame] for frame in figure["poses"]], dtype=float).reshape(-1, 3)
         contacts = np.array([p[:3] for frame in figure["contacts"] for p in frame], dtype=float)
-        span = np.ptp(np.concatenate([places, contacts]), axis=0).max()
+        least = np.ptp(np.concatenate([places, contacts]), axis=0).max()
+        self.open()
+        span = float(self.canvas("robot").get_attribute("data-span"))
+        self.assertGreater(span, least)
+        self.assertLess(span, least + 2 * max(max(shape["size"]) for shape in figure["shapes"] if shape["size"]))
         z = [self.run_.x(t)[self.robot.state_names.index("base_z")] for t in (0.0, 0.4)]
         wanted = 0.8 * 380 / span * np.cos(0.25) * (z[0] - z[1])
         self.assertGreater(wanted, 50)

@@ -82,7 +82,7 @@ class Poses(unittest.TestCase):
         """Along every velocity forces do on the material of the feet what rows of the core do: Σ F · ∂p/∂v = Σ λ ∂a/∂v."""
         robot = cf.Robot(case.ROBOTS / "planar_biped_friction.yaml")
         run = robot.simulate()
-        arc = [arc for arc in run.arcs if arc.word == "++oo"][0]
+        arc = [arc for arc in run.arcs if arc.word == "s+oo"][0]
         t, nq = 0.5 * (arc.t_begin + arc.t_end), robot.num_positions
         x, force = run.x(t), run.force(t)
         places = robot.contact_forces(x[:nq], force)[:2]
