@@ -138,8 +138,7 @@ TEST(TurningFace, LandsAsOnEqualSprings) {
   EXPECT_LT((PlaneOf(run.transitions[0].x_plus) - after).tail<3>().cwiseAbs().maxCoeff(), 1e-10);
 }
 
-/// A push at the floor and a twist that begin at t = 0.1 make it slide and turn: told as at a
-/// landing.
+/// A push at the floor and a twist that begin at t = 0.1 make it slide and turn: a landing's words.
 TEST(TurningFace, IsToldOfAtAnInputChange) {
   const auto system = MakeSystem<test::SpaceBox>(
       {{"height", kHeight}, {"friction", kFriction}, {"arm", 0}});
