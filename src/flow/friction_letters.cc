@@ -141,14 +141,9 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
   bool springs = false;
   cluster.mode_after = SelectWord(&dynamics_, cluster.x_plus, contacts, kBorder, &springs);
   if (springs) NoteSprings(contacts.still | contacts.slipping, "forces");
-  // A rise that is made rest may have had a slip, which ends with it, whatever begins then.
+  // The slip of a rise that is made rest ends with it, whatever begins then.
   resting_ = cluster.mode_after;
-  for (int i : contacts.still & cluster.mode_after.SlippingInPlane()) {
-    const double slip = terms_.jacobian.row(system_.friction()[i].row).dot(cluster.x_plus.tail(d_));
-    if (std::abs(slip) > Rounding(system_.friction()[i].row, cluster.x_plus.tail(d_))) {
-      resting_.Set(i, Letter::kStick);
-    }
-  }
+  for (int i : ended_ & cluster.mode_after.SlippingInPlane()) resting_.Set(i, Letter::kStick);
   const ContactMode begins = BeginInSpace(system_, contacts.still, cluster.mode_after);
   if (begins.Empty()) return Rest({});
   if (cluster.obstacle.ok()) cluster.obstacle = {Outcome::kNotPiecewiseLinear,

@@ -99,6 +99,7 @@ void FrictionalResolution::Decide() {
   cluster.x_plus.tail(d_) = v_plus;
   const ContactMode back = PressedBack(rate, leaving, contacts);
   for (int i : back) SortRising(i, rate, v_plus, rate(i), &still, &contacts);
+  ended_ = back & contacts.still;
   // The same event at the same time: what would let go does.
   for (int i : rules_.stalled ? cluster.vanishing : ContactMode()) {
     contacts.still.Erase(i);

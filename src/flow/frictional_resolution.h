@@ -85,7 +85,8 @@ class FrictionalResolution {
   Vector rate_;          // of all rows
   ContactMode stopped_;  // whose slip ends here
   ContactMode grazed_;   // touched without speed
-  ContactMode resting_;  // what is made rest: the mode after, but that slips may end and begin
+  ContactMode ended_;    // whose slip ends with a rise that is made rest
+  ContactMode resting_;  // what is made rest: the mode after, with these sticking
   double fastest_rise_ = 0;  // that is made rest after an impact [m/s]
   ResolvedTransition result_;
 };
