@@ -291,6 +291,9 @@ TEST_F(FrictionOfManyContacts, StopsAtTheStartAreFollowed) {
   EXPECT_GE(confirmed_, 5);
 }
 
+/// Contacts clatter to rest; friction drove one whose slip had not ended with its rise.
+TEST_F(FrictionOfManyContacts, SlipsEndWithRises) { Judge(943, 1); }
+
 INSTANTIATE_TEST_SUITE_P(Rows, FrictionOfManyContacts, testing::Values(1, 2),
                          [](const testing::TestParamInfo<int>& info) {
                            return info.param == 1 ? "InThePlane" : "InSpace";
