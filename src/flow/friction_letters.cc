@@ -23,7 +23,7 @@ constexpr double kTurned = 1e-6;
 
 /// Whether contact i is still, or slips, and which way.
 void FrictionalResolution::Sort(int i, const Vector& rate, const Vector& v, ContactMode still,
-          TouchingContacts* contacts) const {
+                                TouchingContacts* contacts) const {
   const Friction& friction = system_.friction()[i];
   if (friction.dimension == 0 || friction.coefficient == 0) {
     contacts->slipping.Insert(i);
@@ -108,8 +108,7 @@ void FrictionalResolution::NoteSprings(ContactMode contacts, const char* forces)
           << contacts.ToString(system_.description().constraints) << " share their " << forces
           << " decides the motion: as equal springs under them would";
   result_.transition.obstacle = {Outcome::kIndeterminateForces, message.str()};
-  result_.warnings.push_back(
-      {Outcome::kIndeterminateForces, result_.transition.t, message.str()});
+  result_.warnings.push_back({Outcome::kIndeterminateForces, result_.transition.t, message.str()});
 }
 
 /// Where a rise is made rest, that turns slips which are no faster: their letters, and those of
@@ -146,11 +145,13 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
   for (int i : ended_ & cluster.mode_after.SlippingInPlane()) resting_.Set(i, Letter::kStick);
   const ContactMode begins = BeginInSpace(system_, contacts.still, cluster.mode_after);
   if (begins.Empty()) return Rest({});
-  if (cluster.obstacle.ok()) cluster.obstacle = {Outcome::kNotPiecewiseLinear,
-                      "contacts " + begins.ToString(system_.description().constraints) +
-                          " begin to slip in space: derivatives across that are not offered"};
-  const std::map<int, Eigen::Vector2d> directions = OnsetDirections(
-      &dynamics_, cluster.x_plus, contacts, cluster.mode_after, begins, kBorder);
+  if (cluster.obstacle.ok()) {
+    cluster.obstacle = {Outcome::kNotPiecewiseLinear,
+                        "contacts " + begins.ToString(system_.description().constraints) +
+                            " begin to slip in space: derivatives across that are not offered"};
+  }
+  const std::map<int, Eigen::Vector2d> directions =
+      OnsetDirections(&dynamics_, cluster.x_plus, contacts, cluster.mode_after, begins, kBorder);
   Rest(directions);
   dynamics_.Evaluate(cluster.x_plus, cluster.mode_after);
   const Vector gained = terms_.jacobian * dynamics_.acceleration();
@@ -163,8 +164,8 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
 
 void FrictionalResolution::Rest(const std::map<int, Eigen::Vector2d>& onsets, double least) {
   Vector& x = result_.transition.x_plus;
-  const double size = kOnset * std::max(rules_.absolute_tolerance,
-                                        kRounding * x.tail(d_).cwiseAbs().maxCoeff());
+  const double size =
+      kOnset * std::max(rules_.absolute_tolerance, kRounding * x.tail(d_).cwiseAbs().maxCoeff());
   const auto energy = [&] {
     const InverseInertia inertia(system_, x.head(nq_), x.tail(d_));
     return 0.5 * x.tail(d_).dot(inertia.mass() * x.tail(d_));
