@@ -44,10 +44,9 @@ void ErrorTally::AddImpact(const Matrix& rows, const Vector& rates, const Vector
     }
     return;
   }
-  double late = 0;
-  for (Eigen::Index k = 0; k < rates.size(); ++k) {
-    late = std::max(late, rows.row(k).cwiseAbs().dot(error_.head(d)) / std::abs(rates(k)));
-  }
+  // What a contact adds to the jump goes with its rate, and so does what its delay takes from it:
+  // the largest gap error over the largest rate.
+  const double late = (rows.cwiseAbs() * error_.head(d)).maxCoeff() / rates.cwiseAbs().maxCoeff();
   error_.head(d) += late * jump.cwiseAbs();
 }
 

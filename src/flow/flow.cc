@@ -129,7 +129,7 @@ bool Flow::Penetrates() {
       std::max(kDeep * options_.gap_tolerance, kUnresolved * options_.absolute_tolerance);
   for (int i = 0; i < system_.num_constraints(); ++i) {
     if (!(gaps_begin_.gap(i) < -depth) || mode_.Contains(i)) continue;
-    if (system_.compliant().Contains(i) || implied_.Contains(i)) continue;
+    if (system_.compliant().Contains(i) || implied_.constraints().Contains(i)) continue;
     std::ostringstream reason;
     reason << "constraint '" << system_.description().constraints[i] << "' is penetrated by "
            << -gaps_begin_.gap(i) << ": its touchdowns follow each other too quickly to be located";

@@ -49,7 +49,8 @@ GuardZero GuardZeros::At(int guard) const {
     error = 0;
   }
   if (!std::isfinite(error)) error = 0;
-  return {at.value, slope, error, kInstantErrors * known + kAccumulated * terms.dot(reach_)};
+  const double reach = kAccumulated * terms.dot(reach_);
+  return {at.value, slope, error, kInstantErrors * std::min(known, reach) + reach};
 }
 
 }  // namespace contact_flow

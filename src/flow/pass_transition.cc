@@ -5,7 +5,6 @@
 #include <sstream>
 #include <utility>
 
-#include "contact_flow/dynamics/complementarity.h"
 #include "contact_flow/dynamics/implied_contacts.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/mode_selection.h"
@@ -21,7 +20,9 @@ namespace {
 /// simultaneous within.
 constexpr double kNoTime = 1e-14, kNoTimeApart = 1e-2, kLongestStall = 1e-9;  // [s] the last
 constexpr int kStallsToInsist = 2;
-constexpr int kStallsForEach = 4;     // constraint, before the run ends
+constexpr int kStallsForEach = 4;  // constraint, before the run ends
+/// Rounding of a rate Da_i v, relative to its terms.
+constexpr double kNoSpeed = 1e-12;
 constexpr double kImpliedReach = 10;  // [absolute tolerances] an implied contact may drift
 
 }  // namespace
@@ -31,7 +32,8 @@ TransitionRules Flow::Rules() const {
   if (!new_arc_) error.Continue(t_ - arc_begin_, arc_error_);
   return {options_.simultaneity_tolerance, options_.speed_tolerance,    options_.impact_law,
           options_.gap_tolerance,          options_.absolute_tolerance, stalls_ >= kStallsToInsist,
-          options_.relative_tolerance,     options_.absolute_tolerance, error.error()};
+          options_.relative_tolerance,     options_.absolute_tolerance, error.error(),
+          implied_.constraints()};
 }
 
 void Flow::Warn(Outcome code, const std::string& message) {
@@ -137,6 +139,31 @@ void Flow::TallyTransition() {
   Eigen::Index row = 0;
   for (int i : transition_.activated) rows.row(row++) = terms_.jacobian.row(i);
   start_error_.AddImpact(rows, rows * v_minus, transition_.x_plus.tail(d) - v_minus);
+  const ContactMode open = ContactMode::All(system_.num_constraints()) - mode_;
+  for (int i : open - system_.compliant() - implied_.constraints()) {
+    const double gap = terms_.gap(i);
+    if (gap > options_.absolute_tolerance) continue;
+    if (transition_.activated.Contains(i) || transition_.mode_before.Contains(i)) continue;
+    NoteUnresolvedReturn(i, gap, terms_.jacobian.row(i).dot(x_.tail(d)));
+  }
+}
+
+/// A contact so near to touching that no guard tells, which an impact elsewhere turns back, and
+/// which opens again by itself: a derivative would depend on whether it touches.
+void Flow::NoteUnresolvedReturn(int i, double gap, double rate) {
+  const int d = system_.dof(), nq = system_.num_positions();
+  dynamics_.Evaluate(x_, mode_);
+  system_.Constraints(x_.head(nq), x_.tail(d), &terms_);
+  const auto row = terms_.jacobian.row(i);
+  const double opening = row.dot(dynamics_.acceleration()) + terms_.bias(i);
+  const bool turned = rate < -kNoSpeed * row.cwiseAbs().dot(x_.tail(d).cwiseAbs());
+  const bool returns = gap - rate * rate / (2 * opening) < -options_.absolute_tolerance;
+  if (!turned || !(opening > 0) || returns) return;
+  std::ostringstream reason;
+  reason << "at t = " << t_ << " s constraint '" << system_.description().constraints[i] << "', "
+         << gap << " m from touching, is turned towards it at " << -rate
+         << " m/s by an impact elsewhere and opens again: grazing, as far as it is known";
+  transition_.obstacle = {Outcome::kGrazing, reason.str()};
 }
 
 /// When the impacts up to this transition accumulate [s], if they do: intervals that shrink
@@ -223,8 +250,6 @@ bool Flow::CompleteZeno() {
   return true;
 }
 
-/// Touching contacts that the mode implies have no guards: their gaps are rounding as long as the
-/// mode lasts. No step may move them down.
 /// Slips in space that begin with the run get their directions, as at a change of the input, and
 /// what sticks is made to.
 void Flow::BeginSlips() {
@@ -253,8 +278,9 @@ void Flow::BeginSlips() {
   mode_ = begun.transition.mode_after;
 }
 
+/// Touching contacts that the mode implies have no guards as long as it lasts. No step may move
+/// them down.
 void Flow::FindImplied() {
-  implied_ = ContactMode();
   if (system_.HasFriction()) return;
   const ContactMode rigid = mode_ - system_.compliant();
   ContactMode near;
@@ -264,33 +290,19 @@ void Flow::FindImplied() {
         std::abs(gaps_begin_.gap(i)) <= kImpliedReach * options_.absolute_tolerance;
     if (touches && std::abs(gaps_begin_.rate(i)) <= options_.speed_tolerance) near.Insert(i);
   }
-  if (!near.Empty()) {
-    Matrix G;
-    Vector unused;
-    Delassus(system_, x_, dynamics_.u(), rigid | near, &G, &unused);
-    std::vector<int> members, others, constraints;
-    int row = 0;
-    for (int i : rigid | near) {
-      (rigid.Contains(i) ? members : others).push_back(row++);
-      if (!rigid.Contains(i)) constraints.push_back(i);
-    }
-    for (std::size_t k = 0; k < others.size(); ++k) {
-      if (Independence(G, members, others[k]) <= kDependentRow) implied_.Insert(constraints[k]);
-    }
-  }
+  implied_.Find(system_, x_, dynamics_.u(), rigid, near, gaps_begin_.gap);
   // Nor has one that was just let off: it is on its way.
   if (last_transition_ && *last_transition_ == t_) {
-    implied_ = implied_ | (transition_.grazed - mode_ - system_.compliant());
+    implied_.Add(transition_.grazed - mode_ - system_.compliant(), gaps_begin_.gap);
   }
-  locator_.Ignore(implied_);
-  if (!implied_.Empty()) implied_gap_ = gaps_begin_.gap;
+  locator_.Ignore(implied_.constraints());
 }
 
 /// An implied contact that is this many reaches below where it was at the beginning of the arc, at
 /// the end of the step, or −1.
 int Flow::ImpliedThatMoved(double reaches) const {
-  for (int i : implied_) {
-    const double moved = gaps_end_.gap(i) - implied_gap_(i);
+  for (int i : implied_.constraints()) {
+    const double moved = implied_.Moved(i, gaps_end_.gap);
     if (moved < -reaches * kImpliedReach * options_.absolute_tolerance) return i;
   }
   return -1;
@@ -298,11 +310,12 @@ int Flow::ImpliedThatMoved(double reaches) const {
 
 /// One that has risen gets its guard back.
 void Flow::ForgetRisen() {
-  for (int i : implied_) {
-    const double moved = gaps_end_.gap(i) - implied_gap_(i);
+  if (implied_.Empty()) return;
+  for (int i : implied_.constraints()) {
+    const double moved = implied_.Moved(i, gaps_end_.gap);
     if (moved > kImpliedReach * options_.absolute_tolerance) implied_.Erase(i);
   }
-  locator_.Ignore(implied_);
+  locator_.Ignore(implied_.constraints());
 }
 
 }  // namespace contact_flow

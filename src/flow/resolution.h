@@ -22,8 +22,9 @@ inline constexpr double kNoReach = 1e-3;
 /// Speeds that were made rest are worth a warning above this part of the speed tolerance.
 inline constexpr double kNotable = 1e-2;
 inline constexpr double kAboveDrift = 10;
-/// Errors of single steps, each within the tolerances, grow to this many tolerances: a guard that
-/// is further from zero does not vanish now, however little is known of instants.
+/// Errors of single steps, each within the tolerances, grow to this many tolerances. A guard that
+/// is some of those further from zero does not vanish now, however little is known of instants:
+/// events that only might coincide keep their order, and its doubt is the derivative's.
 inline constexpr double kAccumulated = 1e3;
 /// A gap that closes by less than this part of the tolerances, and opens, is not known to close.
 inline constexpr double kUnknownDip = 1e-2;
@@ -96,9 +97,10 @@ class Resolution {
   }
   /// Whether guard i, which falls with this slope, vanishes together with the trigger.
   bool FallsWith(int i, double value, double slope, double trigger_error) const {
-    const double far = rules_.simultaneity_tolerance > 0
-                           ? std::numeric_limits<double>::infinity()
-                           : kInstantErrors * guard_error_(i) + guard_reach_(i);
+    const double far =
+        rules_.simultaneity_tolerance > 0
+            ? std::numeric_limits<double>::infinity()
+            : kInstantErrors * std::min(guard_error_(i), guard_reach_(i)) + guard_reach_(i);
     return value <= std::min(far, Within(i, slope, trigger_error) * -slope);
   }
   /// Estimated error of the instant at which guard i, of this slope, vanishes [s]; a gap that

@@ -124,6 +124,8 @@ void Resolution::Collect(int trigger) {
     const double slow = member ? 0 : Still(i);
     if (i == trigger && slope >= -slow) {
       Touch(i, slope);
+    } else if (rules_.implied.Contains(i) && i != trigger) {
+      touching_.Insert(i);
     } else if (slope < -slow && (i == trigger || FallsWith(i, value, slope, own))) {
       spread.Add(-value / slope);
       transition().instants.push_back({i, -value / slope, InstantError(i, slope)});
@@ -222,7 +224,7 @@ void Resolution::Hold(const Vector& v_plus, ContactMode hit, ContactMode held) {
 }
 
 void Resolution::WarnOfTouching(ContactMode hit) {
-  const ContactMode took_part = touching_ & hit;
+  const ContactMode took_part = (touching_ & hit) - rules_.implied;
   if (took_part.Empty()) return;
   const auto& names = system_.description().constraints;
   Warn(Outcome::kDiscontinuous,

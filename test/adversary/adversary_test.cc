@@ -126,6 +126,8 @@ TEST(Adversary, WhatWasWrongOnce) {
        "neither leaves nor is pressed"},
       {706, kRefused, "a dip that closes by no more than its error",
        "opens again within its error"},
+      {173888, kRefused, "a touchdown of less than the tolerance, behind an impact elsewhere",
+       "by an impact elsewhere and opens again"},
       {2457, kRefused, "events whose order errors of the state do not tell",
        "their order is not known"},
   };

@@ -53,6 +53,31 @@ TEST_F(Tallies, AnImpactTurnsAnErrorByItsRestitution) {
   }
 }
 
+/// Two bodies hit their floors, one of them at next to no speed: what its delay leaves is the error
+/// of its gap, and no more.
+TEST(Tally, AContactThatHardlyMovesMakesNoError) {
+  const auto biped = MakeModel("rigid_biped");
+  const int d = biped->dof();
+  ErrorTally tally(biped->space());
+  Dop853 stepper(2 * d, [d](const double* x, double* xdot) {
+    for (int k = 0; k < d; ++k) {
+      xdot[k] = x[d + k];
+      xdot[d + k] = -9.81;
+    }
+  });
+  stepper.Begin(Vector::Ones(2 * d));
+  stepper.TryStep(0.1, 1e-9, 1e-9);
+  stepper.Finish();
+  tally.AddStep(stepper);
+  const Vector before = tally.error();
+  Matrix rows = Matrix::Identity(2, d);
+  Vector rates(2), jump = Vector::Zero(d);
+  rates << -2, -1e-12;
+  jump.head(2) = -rates;
+  tally.AddImpact(rows, rates, jump);
+  EXPECT_LT(tally.error().maxCoeff(), 3 * before.maxCoeff());
+}
+
 /// Two arcs one after the other are one: an error of speed goes on meanwhile.
 TEST_F(Tallies, GoOnFromWhereTheyWere) {
   ErrorTally whole(ball_->space()), first(ball_->space()), second(ball_->space());

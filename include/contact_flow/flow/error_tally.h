@@ -21,7 +21,8 @@ class ErrorTally {
   /// Impacts of constraints with gradients `rows` [k×d] and rates Da v⁻ [k] at which the velocity
   /// jumps by v⁺ − v⁻ [d]. One that comes early or late leaves an error in the positions, with its
   /// sign: e_q ← |I + (v⁺ − v⁻) Da / (Da v⁻)| e_q, so that a bounce turns an error and does not add
-  /// to it. Of several e_q ← e_q + |v⁺ − v⁻| max_i (|Da_i| e_q / |Da_i v⁻|).
+  /// to it. Of several e_q ← e_q + |v⁺ − v⁻| max_i(|Da_i| e_q) / max_i |Da_i v⁻|: what one adds to
+  /// the jump goes with its rate.
   void AddImpact(const Matrix& rows, const Vector& rates, const VectorRef& jump);
   /// What this has become after so many seconds in which `later` was added.
   void Continue(double seconds, const ErrorTally& later) {

@@ -11,6 +11,7 @@
 #include "contact_flow/flow/dop853.h"
 #include "contact_flow/flow/error_tally.h"
 #include "contact_flow/flow/event_locator.h"
+#include "contact_flow/flow/implied_gaps.h"
 #include "contact_flow/flow/radau.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/flow/trajectory.h"
@@ -123,6 +124,7 @@ class Flow {
   ContactMode SlidingInSpace() const;
   void TallyStep();
   void TallyTransition();
+  void NoteUnresolvedReturn(int i, double gap, double rate);
   void MakeImplicit();
   void ConsiderMethod();
   void ChangeMethod(Stepper* stepper);
@@ -177,8 +179,7 @@ class Flow {
   std::vector<Warning> warnings_;
   long num_warnings_ = 0;
   ContactMode shared_, springs_;  // warned of
-  ContactMode implied_;  // touching constraints that mode_ implies: no guards on this arc
-  Vector implied_gap_;   // where they were at its beginning
+  ImpliedGaps implied_;  // touching constraints that mode_ implies: no guards on this arc
   int stalls_ = 0;       // transitions in a row without time between them
   int last_trigger_ = -1;
   long attempts_ = 0, steps_ = 0, transitions_ = 0;

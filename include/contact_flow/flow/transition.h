@@ -23,6 +23,9 @@ struct TransitionRules {
   /// Estimated errors of the state, (e_q, e_v) [2d], of which an event has the error
   /// |Dg| e / |dg/dt| in its instant, g being its guard; empty: none.
   Vector state_error;
+  /// Constraints that the mode holds, their rows being combinations of its own: they touch all
+  /// along, and what rate they have is rounding. Without friction.
+  ContactMode implied;
 };
 
 /// A transition with what it adds to the margins, and a status that is not kOk where it
