@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <Eigen/QR>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -16,6 +17,8 @@ namespace contact_flow {
 namespace {
 
 constexpr double kRounding = 1e-13;
+/// What is left of velocities that dependent rows are to have, relative to them.
+constexpr double kConsistent = 1e-8;
 
 /// M⁻¹ Aᵀ p.
 Vector SparseJump(const InverseInertia& inertia, ContactMode touching, const Vector& p) {
@@ -29,6 +32,16 @@ Vector SparseJump(const InverseInertia& inertia, ContactMode touching, const Vec
   return jump;
 }
 
+/// Whether G = L Lᵀ has no row that depends on those before it.
+bool IsDefinite(const Eigen::LLT<Matrix>& factor, const Matrix& G) {
+  if (G.rows() > 0 && factor.info() != Eigen::Success) return false;
+  for (Eigen::Index i = 0; i < G.rows(); ++i) {
+    const double pivot = factor.matrixLLT()(i, i);
+    if (!(pivot * pivot > kDependentRow * G(i, i))) return false;
+  }
+  return true;
+}
+
 /// x with M x − Aᵀ p = R, A x = S: by the factors of M and of A M⁻¹ Aᵀ, or, where rows depend on
 /// one another (p is not unique, x may be), by pivoting.
 Matrix SolveSaddle(const InverseInertia& inertia, const Matrix& A, Matrix R, Matrix S) {
@@ -37,12 +50,7 @@ Matrix SolveSaddle(const InverseInertia& inertia, const Matrix& A, Matrix R, Mat
   mass.Solve(&Y);
   const Matrix G = A.lazyProduct(Y);
   const Eigen::LLT<Matrix> factor(G);
-  bool definite = mass.regular() && (G.rows() == 0 || factor.info() == Eigen::Success);
-  for (Eigen::Index i = 0; definite && i < G.rows(); ++i) {
-    const double pivot = factor.matrixLLT()(i, i);
-    definite = pivot * pivot > kDependentRow * G(i, i);
-  }
-  if (definite) {
+  if (mass.regular() && IsDefinite(factor, G)) {
     if (!R.isZero(0)) {
       mass.Solve(&R);
       S.noalias() -= A.lazyProduct(R);
@@ -58,6 +66,26 @@ Matrix SolveSaddle(const InverseInertia& inertia, const Matrix& A, Matrix R, Mat
   kkt.bottomLeftCorner(k, d) = A;
   rhs << R, S;
   return kkt.partialPivLu().solve(rhs).topRows(d);
+}
+
+/// p with G p + b = 0; where rows depend on one another the least such one, as v⁺ is the same.
+Vector ProjectingImpulses(const Matrix& G, const Vector& b) {
+  if (b.size() == 0) return Vector();
+  const Eigen::LLT<Matrix> factor(G);
+  if (IsDefinite(factor, G)) return -factor.solve(b);
+  const Vector scale = G.diagonal().cwiseSqrt().cwiseInverse();
+  Eigen::CompleteOrthogonalDecomposition<Matrix> shared;
+  shared.setThreshold(kDependentRow);
+  shared.compute(scale.asDiagonal() * G * scale.asDiagonal());
+  const Vector p = -scale.cwiseProduct(shared.solve(scale.cwiseProduct(b)));
+  const double left = scale.cwiseProduct(G * p + b).cwiseAbs().maxCoeff();
+  if (!(left <= kConsistent * scale.cwiseProduct(b).cwiseAbs().maxCoeff())) {
+    throw std::domain_error(
+        "no impulses give the touching constraints their velocities after the impact, which depend "
+        "on one another (Assumption 3): their restitutions contradict each other, or the mass is "
+        "indefinite");
+  }
+  return p;
 }
 
 }  // namespace
@@ -83,13 +111,7 @@ ImpactResult SolveImpact(const MechanicalSystem& system, const InverseInertia& i
   }
   Vector p;
   if (law == ImpactLaw::kProjection) {
-    const Eigen::LLT<Matrix> factor(G);
-    if (k > 0 && factor.info() != Eigen::Success) {
-      throw std::domain_error(
-          "the impulses of the touching constraints are not unique: they are dependent (Assumption "
-          "3), or the mass is indefinite");
-    }
-    p = k > 0 ? Vector(-factor.solve(b)) : Vector();
+    p = ProjectingImpulses(G, b);
   } else {
     const std::optional<ComplementaritySolution> solution = SolveComplementarity(G, b);
     if (!solution) {
