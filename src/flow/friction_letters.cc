@@ -145,13 +145,22 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
   for (int i : ended_ & cluster.mode_after.SlippingInPlane()) resting_.Set(i, Letter::kStick);
   const ContactMode begins = BeginInSpace(system_, contacts.still, cluster.mode_after);
   if (begins.Empty()) return Rest({});
-  if (cluster.obstacle.ok()) {
+  if (cluster.obstacle.ok() && !OnlyBegins(begins)) {
     cluster.obstacle = {Outcome::kNotPiecewiseLinear,
                         "contacts " + begins.ToString(system_.description().constraints) +
-                            " begin to slip in space: derivatives across that are not offered"};
+                            " begin to slip in space by an impact, or where others let go, land or "
+                            "stop: derivatives across that are not offered"};
   }
-  const std::map<int, Eigen::Vector2d> directions =
-      OnsetDirections(&dynamics_, cluster.x_plus, contacts, cluster.mode_after, begins, kBorder);
+  ContactMode reached;  // whose forces are on their cones
+  for (int g : cluster.guards) reached.Insert(guards_.ConstraintOf(g));
+  std::map<int, Eigen::Vector2d> directions;
+  if (OnlyBegins(begins) && (begins - reached).Empty()) {
+    directions = HeldDirections(&dynamics_, cluster.x_minus, cluster.mode_before, begins);
+  }
+  if (directions.empty()) {
+    directions =
+        OnsetDirections(&dynamics_, cluster.x_plus, contacts, cluster.mode_after, begins, kBorder);
+  }
   Rest(directions);
   dynamics_.Evaluate(cluster.x_plus, cluster.mode_after);
   const Vector gained = terms_.jacobian * dynamics_.acceleration();
@@ -160,6 +169,18 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
     fastest = std::max(fastest, gained.segment<2>(system_.friction()[i].row).norm());
   }
   Rest(directions, kOnsetTime * std::max(1.0, cluster.t) * fastest);
+}
+
+/// Whether nothing happens but that contacts that stick begin to slip, by forces that reach their
+/// cones or by the input: no velocity and no force jumps that a perturbation would move, DR = I.
+bool FrictionalResolution::OnlyBegins(ContactMode begins) const {
+  const Transition& cluster = result_.transition;
+  bool sticking = cluster.mode_before.Members() == cluster.mode_after.Members();
+  for (int g : cluster.guards) {
+    sticking = sticking && cluster.mode_before.Sticking().Contains(guards_.ConstraintOf(g));
+  }
+  return sticking && cluster.activated.Empty() && grazed_.Empty() && stopped_.Empty() &&
+         (begins - cluster.mode_before.Sticking()).Empty();
 }
 
 void FrictionalResolution::Rest(const std::map<int, Eigen::Vector2d>& onsets, double least) {

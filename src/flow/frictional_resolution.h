@@ -73,6 +73,7 @@ class FrictionalResolution {
   void NoteSprings(ContactMode contacts, const char* forces);
   void SetLetters(const TouchingContacts& contacts);
   void ChooseLetters(const TouchingContacts& contacts);
+  bool OnlyBegins(ContactMode begins) const;
   void Rest(const std::map<int, Eigen::Vector2d>& onsets, double least = 0);
 
   ContactDynamics& dynamics_;

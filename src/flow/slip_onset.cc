@@ -26,6 +26,18 @@ ContactMode BeginInSpace(const MechanicalSystem& system, ContactMode still, Cont
   return begins;
 }
 
+std::map<int, Eigen::Vector2d> HeldDirections(ContactDynamics* dynamics, const Vector& x,
+                                              ContactMode mode, ContactMode begins) {
+  dynamics->Evaluate(x, mode);
+  std::map<int, Eigen::Vector2d> directions;
+  if (!dynamics->shared().Empty()) return directions;
+  for (int i : begins) {
+    const auto held = dynamics->force().segment<2>(dynamics->system().friction()[i].row);
+    directions[i] = -held.normalized();
+  }
+  return directions;
+}
+
 std::map<int, Eigen::Vector2d> OnsetDirections(ContactDynamics* dynamics, const Vector& x,
                                                const TouchingContacts& touching, ContactMode word,
                                                ContactMode begins, double border) {
