@@ -52,13 +52,15 @@ SimulateOptions Units::Scale(const SimulateOptions& options) const {
 
 RescaledSystem::RescaledSystem(const MechanicalSystem& system, Units units)
     : system_(system), units_(std::move(units)) {
-  const int d = system.dof(), n = system.num_constraints();
+  const int d = system.dof(), n = system.num_constraints(), rows = system.num_rows();
   description_ = system.description();
   nominal_ = system.nominal();
   space_ = ConfigurationSpace(d);
   restitution_ = system.restitution();
   to_old_ = force_ = Matrix::Zero(d, d);
-  gaps_ = multiplier_ = Matrix::Zero(n, n);
+  gaps_ = multiplier_ = Matrix::Zero(rows, rows);
+  num_tangential_ = system.num_tangential();
+  friction_ = system.friction();
   const double energy = units_.mass / (units_.time * units_.time);
   for (int i = 0; i < d; ++i) {
     const int place = units_.coordinate[i];
@@ -69,11 +71,26 @@ RescaledSystem::RescaledSystem(const MechanicalSystem& system, Units units)
   description_.velocities = description_.coordinates;
   for (int i = 0; i < n; ++i) {
     const int place = units_.constraint[i];
-    gaps_(place, i) = units_.gap(i);
-    multiplier_(i, place) = units_.gap(i) / energy;
+    PlaceRow(i, place, units_.gap(i));
     description_.constraints[place] = system.description().constraints[i];
     restitution_(place) = system.restitution()(i);
+    if (system.HasFriction()) friction_[place] = system.friction()[i];
   }
+  // The rows of the tangents in the order of the contacts' new places.
+  int row = n;
+  for (int place = 0; system.HasFriction() && place < n; ++place) {
+    Friction& friction = friction_[place];
+    const auto contact = std::find(units_.constraint.begin(), units_.constraint.end(), place);
+    const double unit = units_.gap(contact - units_.constraint.begin());
+    for (int k = 0; k < friction.dimension; ++k) PlaceRow(friction.row + k, row + k, unit);
+    friction.row = row;
+    row += friction.dimension;
+  }
+}
+
+void RescaledSystem::PlaceRow(int row, int place, double unit) {
+  gaps_(place, row) = unit;
+  multiplier_(row, place) = unit * units_.time * units_.time / units_.mass;
 }
 
 void RescaledSystem::Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
@@ -145,11 +162,17 @@ void RescaledSystem::DifferentiateImpactByParameters(const VectorRef& q, const V
   jacobian->momentum = time * (force_ * old.momentum);
   jacobian->constraint = gaps_ * old.constraint / time;
   jacobian->gap = gaps_ * old.gap;
-  // Rows move, without units.
-  jacobian->restitution.setZero(old.restitution.rows(), old.restitution.cols());
-  for (int i = 0; i < old.restitution.rows(); ++i) {
-    jacobian->restitution.row(units_.constraint[i]) = old.restitution.row(i);
-  }
+  jacobian->restitution = Placed(old.restitution);
+}
+
+Matrix RescaledSystem::DifferentiateFriction(const std::vector<int>& parameters) const {
+  return Placed(system_.DifferentiateFriction(parameters));
+}
+
+Matrix RescaledSystem::Placed(const Matrix& rows) const {
+  Matrix placed = rows;
+  for (int i = 0; i < rows.rows(); ++i) placed.row(units_.constraint[i]) = rows.row(i);
+  return placed;
 }
 
 }  // namespace adversary

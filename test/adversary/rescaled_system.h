@@ -14,7 +14,7 @@ namespace adversary {
 /// q'_{place(i)}(t') = length_i q_i(t'/time).
 struct Units {
   Vector length;    ///< of each coordinate [d]
-  Vector gap;       ///< of each constraint [n]
+  Vector gap;       ///< of each constraint, and of the slip there [n]
   double mass = 1;  ///< of the coordinates with length 1
   double time = 1;
   std::vector<int> coordinate;  ///< place of each coordinate [d]
@@ -29,7 +29,7 @@ struct Units {
 };
 
 /// A system in other units: the same motions. M' = mass M / (length length), f' = mass f / (length
-/// time²), a' = gap a.
+/// time²), a' = gap a, and T' = gap T, so that forces keep their cones.
 class RescaledSystem : public MechanicalSystem {
  public:
   RescaledSystem(const MechanicalSystem& system, Units units);
@@ -52,9 +52,14 @@ class RescaledSystem : public MechanicalSystem {
                                        const VectorRef& impulse, const VectorRef& s,
                                        const std::vector<int>& parameters,
                                        ParameterJacobian* jacobian) const override;
+  Matrix DifferentiateFriction(const std::vector<int>& parameters) const override;
 
  private:
-  // S = ∂q'/∂q [d×d] and P = ∂a'/∂a [n×n], permutations with factors.
+  /// A row of the old constraint functions, its new place and its unit.
+  void PlaceRow(int row, int place, double unit);
+  /// Rows [n×k] at the contacts' new places; pure numbers.
+  Matrix Placed(const Matrix& rows) const;
+  // S = ∂q'/∂q [d×d] and P = ∂(a', s')/∂(a, s) [n+r × n+r], permutations with factors.
   Vector Q(const VectorRef& q) const { return to_old_ * q; }
   Vector V(const VectorRef& v) const { return units_.time * (to_old_ * v); }
   Vector A(const VectorRef& a) const { return units_.time * units_.time * (to_old_ * a); }

@@ -5,17 +5,15 @@
 // CONTACT_FLOW_FRICTION_SEED (1) on; a campaign by hand takes 1000.
 #include <gtest/gtest.h>
 
-#include <Eigen/QR>
 #include <cstdlib>
 #include <iostream>
 #include <map>
-#include <random>
 #include <string>
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/finite_difference.h"
 #include "contact_flow/flow/simulate.h"
-#include "test/friction/systems/random_contacts.h"
+#include "test/friction/systems/drawn_contacts.h"
 
 namespace contact_flow {
 namespace {
@@ -30,126 +28,10 @@ void Tell(long seed, const Status& status) {
   std::cout << seed << " " << status.message << "\n";
 }
 
-/// Draws numbers.
-class Dice {
- public:
-  explicit Dice(unsigned seed) : random_(seed) {}
-  double Normal() { return normal_(random_); }
-  double Uniform(double low, double high) { return low + (high - low) * uniform_(random_); }
-  bool Chance(double part) { return uniform_(random_) < part; }
-  Matrix Normals(int rows, int columns, double size) {
-    Matrix A(rows, columns);
-    for (double& entry : A.reshaped()) entry = size * Normal();
-    return A;
-  }
-
- private:
-  std::mt19937 random_;
-  std::normal_distribution<double> normal_;
-  std::uniform_real_distribution<double> uniform_{0, 1};
-};
-
-struct Drawn {
-  std::unique_ptr<test::RandomContacts> system;
-  Vector x;
-  double size = 1;  ///< of its lengths [m]
-  double duration = 0.6;
-};
-
-/// Moves v so that contacts rest, and those stick that cannot slip, or all.
-void Rest(const test::RandomContacts& system, bool still, Vector* x) {
-  const int d = system.dof();
-  ConstraintTerms terms;
-  system.Constraints(x->head(d), x->tail(d), &terms);
-  for (const Friction& friction : system.friction()) {
-    if (!still && std::isfinite(friction.coefficient)) {
-      terms.jacobian.middleRows(friction.row, friction.dimension).setZero();
-    }
-  }
-  const Vector v = x->tail(d);
-  x->tail(d) -= terms.jacobian.completeOrthogonalDecomposition().solve(terms.jacobian * v);
-}
-
-/// Moves v so that the first two contacts approach alike.
-void Level(const test::RandomContacts& system, Vector* x) {
-  const int d = system.dof();
-  ConstraintTerms terms;
-  system.Constraints(x->head(d), x->tail(d), &terms);
-  const Vector a = terms.jacobian.row(0) - terms.jacobian.row(1);
-  x->tail(d) -= a * (a.dot(x->tail(d)) / a.squaredNorm());
-}
-
-/// Lengths in `unit` m: q = unit·q̃, and times as they are.
-Drawn Draw(unsigned seed, int rows) {
-  Dice dice(seed);
-  const int n = 1 + static_cast<int>(seed % 4), d = n * (rows + 1) + static_cast<int>(seed % 3);
-  const double unit = dice.Chance(0.2) ? (dice.Chance(0.5) ? 1e-4 : 1e4) : 1;
-  test::ContactCoefficients c;
-  c.rows = rows;
-  const Matrix S = dice.Normals(d, d, 0.5 / std::sqrt(d));
-  c.mass = Matrix::Identity(d, d) + S * S.transpose();
-  c.stiffness = 10 * S.transpose() * S;
-  c.damping = dice.Uniform(0, 1) * Matrix::Identity(d, d);
-  c.normals = Matrix::Zero(n, d);
-  c.tangents = Matrix::Zero(n * rows, d);
-  c.load = dice.Normals(d, 1, 1);
-  // Contact i has the coordinates (rows+1) i and those behind it for its own, and some of others.
-  for (int i = 0; i < n; ++i) {
-    const int first = (rows + 1) * i;
-    c.normals(i, first) = 1;
-    c.load(first) -= dice.Uniform(4, 12);
-    for (int k = 0; k < rows; ++k) {
-      c.tangents(rows * i + k, first + 1 + k) = 1;
-      c.load(first + 1 + k) += 3 * dice.Normal();
-    }
-    c.curvatures.push_back(Matrix::Zero(d, d));
-    if (dice.Chance(0.5)) {
-      const Matrix Q = dice.Normals(d, d, 0.15);
-      c.curvatures[i] = (Q + Q.transpose()) / unit;
-    }
-  }
-  c.normals += dice.Normals(n, d, 0.1);
-  c.tangents += dice.Normals(n * rows, d, 0.1);
-  for (int k = 0; k < d; ++k) {
-    c.turning.push_back(dice.Chance(0.5) ? Matrix(dice.Normals(n * rows, d, 0.1) / unit)
-                                         : Matrix(Matrix::Zero(n * rows, d)));
-  }
-  c.load *= unit;
-  c.offset = Vector::Zero(n);
-  c.friction.resize(n);
-  c.restitution.resize(n);
-  const bool rest = dice.Chance(0.25), together = n > 1 && !rest && dice.Chance(0.4);
-  const double height = dice.Uniform(0.02, 0.2);
-  for (int i = 0; i < n; ++i) {
-    c.friction(i) = dice.Chance(0.2) ? Friction::kNoSlip : dice.Uniform(0.05, 1);
-    c.restitution(i) = dice.Chance(0.85) ? 0 : dice.Uniform(0.05, 0.6);
-    if (!rest) c.offset(i) = unit * (together && i < 2 ? height : dice.Uniform(0.02, 0.3));
-  }
-  if (together) c.restitution(1) = c.restitution(0);
-  Drawn drawn;
-  drawn.system = std::make_unique<test::RandomContacts>(c);
-  drawn.size = unit;
-  drawn.x = Vector::Zero(2 * d);
-  drawn.x.tail(d) = unit * dice.Normals(d, 1, 1);
-  for (int i = 0; i < n; ++i) drawn.x(d + (rows + 1) * i) = -unit * dice.Uniform(0, 1);
-  if (rest) Rest(*drawn.system, dice.Chance(0.5), &drawn.x);
-  if (together) Level(*drawn.system, &drawn.x);
-  return drawn;
-}
-
-SimulateOptions Tight(double size) {
-  SimulateOptions options;
-  options.relative_tolerance = 1e-12;
-  options.absolute_tolerance = std::max(1e-15, 1e-12 * size);
-  options.gap_tolerance = 1e-9 * size;
-  options.speed_tolerance = 1e-9 * size;
-  return options;
-}
-
 class FrictionOfManyContacts : public testing::TestWithParam<int> {
  protected:
   /// Coulomb's law, no penetration, no pull, at nine instants of every arc.
-  void CheckLaws(const Drawn& drawn, const Trajectory& run) {
+  void CheckLaws(const test::DrawnContacts& drawn, const Trajectory& run) {
     const MechanicalSystem& system = *drawn.system;
     const int d = system.dof();
     ContactDynamics dynamics(system, Vector::Zero(0));
@@ -191,12 +73,12 @@ class FrictionOfManyContacts : public testing::TestWithParam<int> {
   }
 
   /// A sentence where quotients settle on something else than B(w); none where they do not settle.
-  std::string Contradiction(const Drawn& drawn, const Vector& w, const Vector& prediction,
-                            double error) {
+  std::string Contradiction(const test::DrawnContacts& drawn, const Vector& w,
+                            const Vector& prediction, double error) {
     const double size = drawn.size;
     const QuotientReport report = CompareWithQuotients(
         *drawn.system, drawn.x, Vector::Zero(0), drawn.duration, w, prediction,
-        {1e-4 * size, 1e-5 * size, 1e-6 * size, 1e-7 * size}, Tight(size), error);
+        {1e-4 * size, 1e-5 * size, 1e-6 * size, 1e-7 * size}, test::TightOptions(size), error);
     const double large = 1 + prediction.cwiseAbs().maxCoeff();
     std::vector<const QuotientSample*> good;
     for (const QuotientSample& sample : report.samples) {
@@ -217,10 +99,11 @@ class FrictionOfManyContacts : public testing::TestWithParam<int> {
   /// Runs the system of a seed and compares all that is said of it.
   void Judge(long seed, int rows) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    const Drawn drawn = Draw(static_cast<unsigned>(seed), rows);
+    const test::DrawnContacts drawn = test::DrawContacts(static_cast<unsigned>(seed), rows);
     Trajectory run;
     try {
-      run = Simulate(*drawn.system, drawn.x, Vector::Zero(0), drawn.duration, Tight(drawn.size));
+      run = Simulate(*drawn.system, drawn.x, Vector::Zero(0), drawn.duration,
+                     test::TightOptions(drawn.size));
     } catch (const std::exception& refused) {
       ++tally_[std::string("start refused: ") + std::string(refused.what()).substr(0, 60)];
       return;
@@ -236,7 +119,7 @@ class FrictionOfManyContacts : public testing::TestWithParam<int> {
       return Tell(seed, B.status);
     }
     ++tally_["given"];
-    Dice dice(static_cast<unsigned>(seed) + 1000000);
+    test::Dice dice(static_cast<unsigned>(seed) + 1000000);
     for (int k = 0; k < 4; ++k) {
       Vector w = dice.Normals(static_cast<int>(drawn.x.size()), 1, 1);
       if (k % 2 == 1) w.head(w.size() / 2).setZero();
