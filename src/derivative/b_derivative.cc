@@ -12,6 +12,20 @@
 #include "run_preparation.h"
 
 namespace contact_flow {
+namespace {
+
+/// A piece of the start, or two where the other side of a face reverses a slip.
+std::vector<LinearPiece> WithReversal(const StartCone::Reversal& reversal, LinearPiece piece) {
+  if (reversal.side.size() == 0) return {piece};
+  piece.cone.conservativeResize(piece.cone.rows() + 1, reversal.side.size());
+  LinearPiece reversed = piece;
+  piece.cone.bottomRows(1) = reversal.side.normalized().transpose();
+  reversed.cone.bottomRows(1) = -piece.cone.bottomRows(1);
+  reversed.matrix *= reversal.matrix;
+  return {piece, reversed};
+}
+
+}  // namespace
 
 /// w with (δu, δp) = 0 where they are left out.
 Vector BDerivative::Complete(const VectorRef& w) const {
@@ -85,7 +99,7 @@ PiecewiseLinearMap BDerivative::Pieces() const {
   if (!start.Empty()) {
     LinearPiece piece = map.pieces().front();
     piece.cone = start.Cone();
-    map = PiecewiseLinearMap({piece});
+    map = PiecewiseLinearMap(WithReversal(start.reversal(), piece));
   }
   for (std::size_t k = 0; k < events.size(); ++k) {
     map = events[k].Pieces(options.max_activations_for_pieces).After(map, options.max_pieces);

@@ -146,8 +146,8 @@ Vector LinearRun::Start() const {
   const Vector started = derivative_.start(given);
   if (!(started - given).isZero(0)) {
     throw NotPiecewiseLinear(
-        "in this direction a contact is hit at the start: what follows has a derivative along the "
-        "direction, and its gradient is not given");
+        "in this direction a contact is hit at the start, or its slip reversed: what follows has a "
+        "derivative along the direction, and its gradient is not given");
   }
   return derivative_.start_stop(started, derivative_.start.Brushed(started));
 }

@@ -10,6 +10,7 @@
 
 #include "contact_flow/dynamics/complementarity.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
+#include "contact_flow/dynamics/word_selection.h"
 
 namespace contact_flow {
 namespace {
@@ -95,7 +96,10 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
     contact.gap.head(d) = sign * residual.constraint_q.row(row);
     contact.gap.segment(d, d) = sign * terms.jacobian.row(row);
     if (!parameters.empty()) contact.gap.tail(by_slip.cols()) = sign * by_slip.row(row);
+    const bool alone = begins.Size() == 1 && touching.Empty() && mode.Sticking().Empty();
+    if (alone) FollowReversal(dynamics, x, mode, &contact);
     contacts_.push_back(contact);
+    if (contact.turn.size() > 0) continue;
     piecewise_linear_ = {Outcome::kNotDifferentiable,
                          "at t = " + std::to_string(t) + " s contact '" + names_[i] +
                              "' begins to slip from rest: directions to the other side are "
@@ -160,6 +164,24 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
   delassus_ = A * reach_;
 }
 
+/// The slip to the other side, against friction, if all others go on as they are.
+void StartCone::FollowReversal(ContactDynamics* dynamics, const VectorRef& x, ContactMode mode,
+                               Contact* contact) const {
+  const bool forward = mode.LetterOf(contact->constraint) == Letter::kForward;
+  ContactMode other = mode;
+  other.Set(contact->constraint, forward ? Letter::kBackward : Letter::kForward);
+  TouchingContacts touching;
+  touching.slipping = other - dynamics->system().compliant();
+  try {
+    if (SelectWord(dynamics, x, touching, kNoise) != touching.slipping) return;
+  } catch (const FrictionRefusal&) {
+    return;
+  }
+  const Vector before = dynamics->Field(x, other), after = dynamics->Field(x, mode);
+  const double back = contact->gap.dot(before);
+  if (back > kNoise * Terms(contact->gap, before)) contact->turn = (after - before) / back;
+}
+
 bool StartCone::Closes(const Contact& contact, const VectorRef& w) const {
   return contact.gap.dot(w) < -kNoise * Terms(contact.gap, w);
 }
@@ -178,7 +200,7 @@ ContactMode StartCone::Brushed(const VectorRef& w) const {
 
 int StartCone::Leaves(const VectorRef& w) const {
   for (const Contact& contact : contacts_) {
-    if (Closes(contact, w)) return contact.constraint;
+    if (contact.turn.size() == 0 && Closes(contact, w)) return contact.constraint;
   }
   return -1;
 }
@@ -203,6 +225,9 @@ Vector StartCone::operator()(const VectorRef& direction) const {
     throw std::invalid_argument("the direction leads through the constraint '" + names_[out] +
                                 "', which the start at t = " + std::to_string(t_) +
                                 " s touches: it leaves the domain");
+  }
+  for (const Contact& contact : contacts_) {
+    if (contact.turn.size() > 0 && Closes(contact, w)) w += contact.turn * contact.gap.dot(w);
   }
   for (int impacts = 0;; ++impacts) {
     const std::vector<int> rows = Hit(w);
@@ -268,10 +293,20 @@ void StartCone::Refuse(const std::string& what) const {
 
 Matrix StartCone::Cone() const {
   Matrix cone(contacts_.size(), contacts_.empty() ? 0 : contacts_.front().gap.size());
-  for (std::size_t r = 0; r < contacts_.size(); ++r) {
-    cone.row(r) = contacts_[r].gap.normalized().transpose();
+  Eigen::Index rows = 0;
+  for (const Contact& contact : contacts_) {
+    if (contact.turn.size() == 0) cone.row(rows++) = contact.gap.normalized().transpose();
   }
-  return cone;
+  return cone.topRows(rows);
+}
+
+StartCone::Reversal StartCone::reversal() const {
+  for (const Contact& contact : contacts_) {
+    if (contact.turn.size() == 0) continue;
+    const Eigen::Index size = contact.gap.size();
+    return {Matrix::Identity(size, size) + contact.turn * contact.gap.transpose(), contact.gap};
+  }
+  return {};
 }
 
 StartCone::Bound StartCone::Limit(const VectorRef& w) const {
@@ -281,6 +316,7 @@ StartCone::Bound StartCone::Limit(const VectorRef& w) const {
     if (alpha < smallest) bound = {i, smallest = alpha};
   };
   for (const Contact& contact : contacts_) {
+    if (contact.turn.size() > 0) continue;
     if (Closes(contact, w)) consider(contact.constraint, 0);
     const double gap = contact.gap.dot(w), rate = contact.rate.dot(w);
     if (!(rate < -kNoise * Terms(contact.rate, w))) continue;

@@ -14,6 +14,7 @@
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
+#include "test/friction/systems/pair.h"
 
 namespace contact_flow {
 namespace {
@@ -81,25 +82,53 @@ INSTANTIATE_TEST_SUITE_P(Models, StartInContact,
                          testing::Values("puck", "sliding_rod", "wall_and_floor", "rocking_block",
                                          "damped_plate", "block_on_incline", "compass_walker"));
 
-/// A block at rest on a slope that is too steep for it begins to slip.
+/// Two blocks at rest that are pulled beyond their friction begin to slip.
 TEST(StartDirections, SaySlipWhereASlipWouldBeReversed) {
-  const auto system = MakeModel("block_on_incline", {{"friction", 0.1}});
-  Vector x = system->nominal().x;
-  x.tail(3) << 0, 0, 1;  // at rest; the clock runs
-  const ContactMode mode = InitialMode(*system, x, system->nominal().u);
-  ContactDynamics dynamics(*system, system->nominal().u);
+  const auto system = MakeSystem<test::Pair>(
+      {{"f0", 5}, {"f1", -10}, {"f2", 6}, {"f3", -10}, {"mu0", 0.1}, {"mu1", 0.1}});
+  const Vector x = Vector::Zero(8), u;
+  const ContactMode mode = InitialMode(*system, x, u);
+  ContactDynamics dynamics(*system, u);
   const StartCone cone(&dynamics, x, mode, 0, 1e-9, 1e-6, ImpactLaw::kComplementarity);
   const StartDirections directions(*system, x, mode, cone);
-  const double along = dynamics.Field(x, mode)(3) > 0 ? 1 : -1;
-  const Vector w = along * Vector::Unit(6, 3);
-  EXPECT_TRUE(directions.Judge(w).ok());
-  const StartDirections::Judgement against = directions.Judge(-w);
+  EXPECT_TRUE(directions.Judge(Vector::Unit(8, 4)).ok());
+  const StartDirections::Judgement against = directions.Judge(-Vector::Unit(8, 4));
   EXPECT_EQ(Kind::kAgainstSlip, against.kind);
   EXPECT_EQ(0, against.constraint);
-  EXPECT_NE(std::string::npos, directions.Sentence(against).find("'floor', which begins to slip"));
-  EXPECT_EQ(Kind::kLeavesMode, directions.Judge(-Vector::Unit(6, 1)).kind);
-  EXPECT_EQ("leaves the contact mode {floor} of the start",
-            directions.Sentence(directions.Judge(Vector::Unit(6, 4))));
+  EXPECT_NE(std::string::npos, directions.Sentence(against).find("'first', which begins to slip"));
+  EXPECT_EQ(Kind::kLeavesMode, directions.Judge(-Vector::Unit(8, 1)).kind);
+  EXPECT_EQ("leaves the contact mode {first, second} of the start",
+            directions.Sentence(directions.Judge(Vector::Unit(8, 5))));
+}
+
+/// A block at rest on a slope too steep for it slips down, by a = g (sin − μ cos). Pushed up at −ε
+/// it stops after τ = ε/a₋, a₋ = g (sin + μ cos), and then does the same: x(T) = a (T − τ)²/2.
+TEST(StartDirections, FollowTheReversalOfABeginningSlip) {
+  const double angle = 0.6, friction = 0.5, g = 9.81, T = 0.4;
+  const auto system =
+      MakeModel("block_on_incline", {{"friction", friction}, {"incline", angle}, {"gravity", g}});
+  Vector x = system->nominal().x;
+  x.head(2).setZero();
+  x.tail(3) << 0, 0, 1;  // at rest; the clock runs
+  const Trajectory run = Simulate(*system, x, system->nominal().u, T);
+  const BDerivative B = DifferentiateOutcome(*system, run);
+  ASSERT_TRUE(B.PiecewiseLinear().ok()) << B.PiecewiseLinear().message;
+  EXPECT_FALSE(B.IsDifferentiable());
+  const double down = g * (std::sin(angle) - friction * std::cos(angle));
+  const double up = g * (std::sin(angle) + friction * std::cos(angle));
+  const Vector w = Vector::Unit(6, 3);
+  EXPECT_NEAR(T, B(w)(0), 1e-9);
+  EXPECT_NEAR(1, B(w)(3), 1e-9);
+  EXPECT_NEAR(-down * T / up, B(-w)(0), 1e-9);
+  EXPECT_NEAR(-down / up, B(-w)(3), 1e-9);
+  const PiecewiseLinearMap map = B.Pieces();
+  EXPECT_EQ(2u, map.pieces().size());
+  for (const double sign : {1.0, -1.0}) {
+    EXPECT_LT((map(sign * w) - B(sign * w)).norm(), 1e-12) << sign;
+    const Trajectory moved = Simulate(*system, x + 1e-4 * sign * w, system->nominal().u, T);
+    const Vector quotient = (moved.FinalState() - run.FinalState()) / 1e-4;
+    EXPECT_LT((quotient - B(sign * w)).norm(), 1e-3) << sign;
+  }
 }
 
 TEST(StartDirections, AdmitAllOfAFlightAndNothingThatIsNotFinite) {

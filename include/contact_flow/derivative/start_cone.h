@@ -20,6 +20,12 @@ namespace contact_flow {
 ///   otherwise                          nothing happens.
 /// An impact is shared by the contacts of J and by those that stay at zero with r ≤ 0, by the law
 /// of the run: 0 ≤ p ⟂ r⁺ + γ r⁻ ≥ 0, or r⁺ = −γ r⁻. Another follows where it turns others back.
+///
+/// A contact of J in the plane that begins to slip there, to the side σ from s = T v = 0, slips to
+/// the other side first where σ Ds w < 0, and is reversed after the time −Ds w / (Ds F₋) of first
+/// order, F₋ being the field of that slip (friction, Sec. 4.3):
+///   w ← w + (F₊ − F₋) Ds w / (Ds F₋).
+/// That is followed for one such contact, where others neither stick nor change meanwhile.
 class StartCone {
  public:
   /// Of a state that touches nothing else.
@@ -49,6 +55,13 @@ class StartCone {
   ContactMode Brushed(const VectorRef& w) const;
   /// Half-spaces {w : Da_i w_q ≥ 0} [· × 2d+k], unit rows.
   Matrix Cone() const;
+  /// Where a slip begins: the matrix of the directions that reverse it, else empty [2d+k × 2d+k],
+  /// and σ Ds, which is negative on these.
+  struct Reversal {
+    Matrix matrix;
+    Vector side;
+  };
+  Reversal reversal() const;
 
   /// A bound on the run from x + α w, α > 0.
   struct Bound {
@@ -67,9 +80,12 @@ class StartCone {
     double acceleration = 0;  // ä_i, of those at rest [m/s²]
     Vector gap;               // Da_i and ∂a_i/∂p [2d+k]
     Vector rate;              // D(Da_i v) [2d+k]
+    Vector turn;              // (F₊ − F₋)/(σ Ds F₋), or empty where it is not followed [2d+k]
     bool at_rest() const { return speed == 0; }
   };
   bool Closes(const Contact& contact, const VectorRef& w) const;
+  void FollowReversal(ContactDynamics* dynamics, const VectorRef& x, ContactMode mode,
+                      Contact* contact) const;
   bool Stays(const Contact& contact, const VectorRef& w) const;
   /// The rows of what an impact along w is shared by; empty where nothing is hit.
   std::vector<int> Hit(const VectorRef& w) const;
