@@ -17,6 +17,8 @@ namespace {
 
 /// Faces are compared for at most this many simultaneous activations.
 constexpr int kMaxComparedActivations = 5;
+/// Of velocities that sums of several terms have made, relative.
+constexpr double kRounding = 1e-15;
 
 /// Largest |difference_i| over the size of the terms that it is made of.
 double RelativeResidual(const Vector& difference, double size) {
@@ -38,6 +40,23 @@ double ScaledCondition(const Matrix& symmetric, bool regular,
   return ratio * ratio;
 }
 
+/// What rounding leaves of the directions of slips in space: one that begins is hardly faster.
+double DirectionNoise(const MechanicalSystem& system, const Transition& transition) {
+  double noise = 0;
+  const Vector v = transition.x_plus.tail(system.dof());
+  ConstraintTerms terms;
+  for (int i : transition.mode_after - system.compliant()) {
+    if (transition.mode_after.LetterOf(i) != Letter::kSlip || !system.HasFriction()) continue;
+    const Friction& friction = system.friction()[i];
+    if (friction.dimension < 2 || !(friction.coefficient > 0)) continue;
+    system.Constraints(transition.x_plus.head(system.num_positions()), v, &terms);
+    const auto T = terms.jacobian.middleRows<2>(friction.row);
+    const double rounding = kRounding * (T.cwiseAbs() * v.cwiseAbs()).norm();
+    noise = std::max(noise, rounding / (T * v).norm());
+  }
+  return noise;
+}
+
 /// B(F⁻) = F⁺: a run that is late by δt meets the transition late by δt, and is late after it.
 double EventLaw(ContactDynamics* before, ContactDynamics* after, const Transition& transition,
                 const EventMap& map, EventResidual* residual) {
@@ -46,7 +65,8 @@ double EventLaw(ContactDynamics* before, ContactDynamics* after, const Transitio
   // Its changes of the input are early as well.
   residual->value = map(field, -Vector::Ones(map.num_input_changes())) - field_after;
   residual->size = std::max(field.cwiseAbs().maxCoeff(), field_after.cwiseAbs().maxCoeff());
-  return RelativeResidual(residual->value, residual->size);
+  const double left = RelativeResidual(residual->value, residual->size);
+  return std::max(0.0, left - DirectionNoise(before->system(), transition));
 }
 
 /// Selections of orders that differ by one exchange agree where the two events come at once.
