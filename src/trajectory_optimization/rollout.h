@@ -20,7 +20,8 @@ struct Rollout {
 };
 
 /// From x at times[0] to `end` with the inputs that the tracker gives at `times`, at which it is
-/// told of all events since. Where a contact is met at `end` it is behind that. Throws std::invalid_argument for states that are none.
+/// told of all events since. Where a contact is met at `end` it is behind that. Throws
+/// std::invalid_argument for states that are none.
 Rollout RollOut(const std::shared_ptr<const MechanicalSystem>& system, PolicyTracker* tracker,
                 const std::vector<double>& times, double end, const Vector& x,
                 const SimulateOptions& options);

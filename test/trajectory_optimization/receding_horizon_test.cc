@@ -1,117 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A ball that is to rest at a height at the end is kicked on its way. Solved again it gets there at
 // the least cost that is left, by Bellman's principle and by a search of the rest alone; under the
-// first policy it does not. Solves that are late, that fail, and that nobody should follow.
-#include <gtest/gtest.h>
-
-#include <cmath>
+// first policy it does not. Solves that are late, and that fail.
 #include <cstdio>
-#include <limits>
-#include <memory>
-#include <string>
 
-#include "contact_flow/flow/online_flow.h"
-#include "contact_flow/flow/simulate.h"
-#include "contact_flow/model/model_library.h"
-#include "contact_flow/trajectory_optimization/optimize_trajectory.h"
-#include "contact_flow/trajectory_optimization/receding_tracker.h"
+#include "test/trajectory_optimization/receding_ball.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kIntervals = 24, kSteps = 64;  // of the loop in an interval
-// Powers of two, so that instants of the grid are met by the loop.
-constexpr double kLength = 1.0 / 16, kHorizon = kIntervals * kLength, kPeriod = kLength / kSteps;
-constexpr int kKick = 5 * kSteps;       // when it is kicked, …
-constexpr double kKnown = 6 * kLength;  // … and the begin of the first solution that knows it
-constexpr double kForce = 3;            // [N] at most
-
-/// A ball falls from 1 m and is to be at rest at 0.5 m after 1.5 s. The feedback is the best linear
-/// one for the same cost.
-class RecedingBall : public testing::Test {
- protected:
-  RecedingBall() : ball(MakeModel("driven_ball")) {
-    TrajectoryProblem& whole = problem.whole;
-    whole.x = Eigen::Vector2d(1, 0);
-    for (int k = 0; k < kIntervals; ++k) {
-      whole.inputs.grid.push_back(k * kLength);
-      whole.inputs.values.push_back(Vector::Zero(1));
-    }
-    whole.duration = kHorizon;
-    whole.effort = Vector::Constant(1, 0.01);
-    whole.weight = Eigen::Vector2d(100, 100);
-    whole.target = Eigen::Vector2d(0.5, 0);
-    whole.lower = Vector::Constant(1, -kForce);
-    whole.upper = Vector::Constant(1, kForce);
-    options.weights = {Vector::Zero(2), whole.effort, whole.weight};
-    options.period = kPeriod;
-    options.budget = kInfinity;
-    options.max_iterations = 200;
-    options.tolerance = 1e-10;
-    whole.inputs = OptimizeTrajectory(*ball, whole).inputs;
-    first = std::make_shared<const TrackingPolicy>(FirstPolicy(*ball, problem, options));
-  }
-
-  struct Loop {
-    Vector x;         ///< at the end
-    double cost = 0;  ///< J from `from` on, of the inputs as they were
-    std::vector<RecedingTracker::Report> reports;
-    std::vector<Vector> inputs;
-  };
-  /// The loop; the ball gets `kick` [m/s] on its way. Solved in the middle of every interval
-  /// of the grid for its end, unless `solve` is false.
-  Loop Close(double kick, bool solve, double from = 0) const {
-    RecedingTracker tracker(first);
-    auto flow = std::make_unique<OnlineFlow>(ball, 0, problem.whole.x, Vector::Zero(1), Exact());
-    Loop loop;
-    constexpr int kAll = kIntervals * kSteps, kHalf = kSteps / 2;
-    for (int i = 0; i < kAll; ++i) {
-      const double t = kPeriod * i;
-      Advance(flow.get(), t, &tracker);
-      if (i == kKick && kick != 0) {
-        Vector x = flow->State();
-        x(1) += kick;
-        flow = std::make_unique<OnlineFlow>(ball, t, x, flow->u(), Exact());
-      }
-      if (solve && i % kSteps == kHalf && i + kHalf < kAll) {
-        const double begin = kPeriod * (i + kHalf);
-        tracker.Offer(SolveHorizon(ball, problem, options, tracker.Task(t, flow->State(), begin)));
-      }
-      loop.inputs.push_back(tracker.Input(t, flow->State()));
-      if (t >= from) loop.cost += kPeriod * 0.01 * loop.inputs.back().squaredNorm();
-      flow->SetInput(t, loop.inputs.back());
-    }
-    Advance(flow.get(), kHorizon, &tracker);
-    loop.x = flow->State();
-    loop.cost += 100 * (loop.x - problem.whole.target).squaredNorm();
-    loop.reports = tracker.reports();
-    return loop;
-  }
-
-  static SimulateOptions Exact() {
-    SimulateOptions exact;
-    exact.relative_tolerance = exact.absolute_tolerance = 1e-12;
-    return exact;
-  }
-
-  static void Advance(OnlineFlow* flow, double t, RecedingTracker* tracker) {
-    while (flow->AdvanceTo(t)) {
-      const Transition& event = flow->transition();
-      if ((event.activated | event.released).Empty()) continue;
-      tracker->Observe(event.t, event.activated, event.released, event.mode_after);
-    }
-  }
-
-  HorizonTask TaskAt(const RecedingTracker& tracker, double t, double z, double v) const {
-    return tracker.Task(t, Eigen::Vector2d(z, v), t + 0.05);
-  }
-
-  const std::shared_ptr<const MechanicalSystem> ball;
-  HorizonProblem problem;
-  HorizonOptions options;
-  std::shared_ptr<const TrackingPolicy> first;
-};
+using namespace test;  // NOLINT(build/namespaces)
 
 /// Nothing disturbs: by Bellman's principle what was chosen for the rest is chosen again.
 TEST_F(RecedingBall, ChoosesTheSameAgain) {
@@ -240,59 +138,6 @@ TEST_F(RecedingBall, AFailedSolveKeepsTheLastPolicy) {
   EXPECT_EQ(nullptr, lies.policy);
 }
 
-/// A solution that comes after its begin, or for a motion that was another one, is not followed.
-TEST_F(RecedingBall, WhatComesTooLateOrForAnotherMotionIsNotFollowed) {
-  const double hit = first->reference.phases()[0].t_end;
-  RecedingTracker tracker(first);
-  const HorizonSolution found =
-      SolveHorizon(ball, problem, options, TaskAt(tracker, 0.3, 0.6, -1.9));
-  ASSERT_NE(nullptr, found.policy) << found.message;
-  tracker.Input(0.4, Eigen::Vector2d(0.4, -2));
-  tracker.Offer(found);
-  ASSERT_EQ(1u, tracker.reports().size());
-  EXPECT_EQ("it has come after its begin", tracker.reports()[0].message);
-  RecedingTracker other(first);
-  other.Offer(found);
-  other.Observe(0.32, {0}, {}, ContactMode());  // nobody has expected that
-  other.Input(0.36, Eigen::Vector2d(0.4, 2));
-  ASSERT_EQ(1u, other.reports().size());
-  EXPECT_FALSE(other.reports()[0].followed);
-  EXPECT_EQ(first.get(), &other.policy());
-  RecedingTracker in_time(first);
-  in_time.Offer(found);
-  in_time.Input(0.349, Eigen::Vector2d(0.5, -2));
-  EXPECT_EQ(first.get(), &in_time.policy());
-  in_time.Input(0.35, Eigen::Vector2d(0.5, -2));
-  EXPECT_EQ(found.policy.get(), &in_time.policy());
-  ASSERT_EQ(1u, in_time.reports().size());
-  EXPECT_TRUE(in_time.reports()[0].followed);
-  EXPECT_GT(hit, 0.36);
-}
-
-/// What is expected by the begin of a solution may come a little later: it is followed from then on.
-TEST_F(RecedingBall, AnEventThatComesLateIsWaitedFor) {
-  const double hit = first->reference.phases()[0].t_end;
-  RecedingTracker tracker(first), plain(first);
-  const Trajectory run = Simulate(*ball, problem.whole.x, problem.whole.inputs, kHorizon);
-  const HorizonSolution found = SolveHorizon(
-      ball, problem, options, tracker.Task(hit - 0.02, run.State(hit - 0.02), hit + 0.01));
-  ASSERT_NE(nullptr, found.policy) << found.message;
-  EXPECT_EQ(std::vector<int>{1}, found.changes);
-  for (const bool ever : {true, false}) {
-    RecedingTracker each(first);
-    each.Offer(found);
-    each.Input(hit + 0.015, Eigen::Vector2d(0.01, -3));
-    EXPECT_TRUE(each.Waits());
-    EXPECT_EQ(first.get(), &each.policy());
-    if (ever) each.Observe(hit + 0.016, {0}, {}, ContactMode());
-    each.Input(hit + (ever ? 0.017 : 0.12), Eigen::Vector2d(0.01, 3));
-    EXPECT_FALSE(each.Waits());
-    EXPECT_EQ(ever ? found.policy.get() : first.get(), &each.policy());
-    ASSERT_EQ(1u, each.reports().size());
-    EXPECT_EQ(ever, each.reports()[0].followed);
-  }
-}
-
 /// Optima like touchdowns at instants of the grid, at which solutions begin: behind the impact.
 TEST_F(RecedingBall, BeginsAtATouchdown) {
   const double hit = std::sqrt(2 / 9.8), v = 9.8 * hit;
@@ -307,32 +152,6 @@ TEST_F(RecedingBall, BeginsAtATouchdown) {
     ASSERT_EQ(2, found.x.size());
     EXPECT_NEAR(0.7 * v, found.x(1), 1e-6) << off;
   }
-}
-
-/// Beyond the end of a short window the first policy goes on, which has seen the touchdown.
-TEST_F(RecedingBall, BeyondAWindowTheFirstPolicyGoesOn) {
-  problem.intervals = 2;
-  problem.goals = Matrix::Zero(2, kIntervals);
-  RecedingTracker tracker(first), plain(first);
-  const double hit = first->reference.phases()[0].t_end;
-  const Trajectory run = Simulate(*ball, problem.whole.x, problem.whole.inputs, kHorizon);
-  const double t = std::floor(hit / kLength) * kLength - kLength;
-  HorizonSolution found =
-      SolveHorizon(ball, problem, options, tracker.Task(t, run.State(t), t + kLength));
-  ASSERT_NE(nullptr, found.policy) << found.message;
-  tracker.Offer(found);
-  const double end = found.policy->reference.phases().back().t_end;
-  ASSERT_GT(end, hit);
-  for (RecedingTracker* each : {&tracker, &plain}) {
-    each->Input(t + kLength, run.State(t + kLength));
-    each->Observe(hit, {0}, {}, ContactMode());
-    each->Input(end - 0.01, run.State(end - 0.01));
-  }
-  EXPECT_EQ(found.policy.get(), &tracker.policy());
-  EXPECT_EQ(plain.Input(end + 0.01, Eigen::Vector2d(0.3, 1)),
-            tracker.Input(end + 0.01, Eigen::Vector2d(0.3, 1)));
-  EXPECT_EQ(first.get(), &tracker.policy());
-  EXPECT_EQ(1, tracker.phase());
 }
 
 TEST_F(RecedingBall, FollowsAReference) {

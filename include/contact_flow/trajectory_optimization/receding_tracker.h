@@ -13,8 +13,8 @@ namespace contact_flow {
 
 /// Follows a policy, and then those that are offered to it while it does: each from its begin on,
 /// where it has come by then and the robot has met what was expected until then, which may come as
-/// late as TrackerOptions::patience. Beyond the end of the last one it goes back to the first policy,
-/// which it follows on the side. It does not solve.
+/// late as TrackerOptions::patience. Beyond the end of the last one it goes back to the first
+/// policy, which it follows on the side. It does not solve.
 class RecedingTracker {
  public:
   /// With the policy that it begins with.
