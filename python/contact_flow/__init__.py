@@ -26,9 +26,9 @@ __path__ = _extend_path(__path__, __name__)
 try:
     from ._core import (
         Arc, Assumptions, BudgetExceeded, Controllability, CostGradient, Covariance, Derivative, Event,
-        Feedback, FollowedOrbit, Interval, LinearPiece, MapConsistency, Margins, Model, NoDerivative,
+        Feedback, FollowedOrbit, HorizonSolution, Interval, LinearPiece, MapConsistency, Margins, Model, NoDerivative,
         NominalRun, NotPiecewiseLinear, OnlineFlow, Optimum, Orbit, Parameter, PiecewiseLinearMap, PoincareMap, PoincareReturn,
-        PythonModel, QuotientReport, QuotientSample, Robot, Run, RunStatistics, Stability,
+        PythonModel, QuotientReport, QuotientSample, RecedingLoop, Robot, Run, RunStatistics, Stability,
         StabilityCertificate, Status, Summary, System, Tally, Trust, ValidityRadius, Warning, __version__,
         have_linear_programs, load_configuration, models)
     from .draws import JointNormal, Normal, Table, Uniform
@@ -47,11 +47,11 @@ except ImportError as error:  # messages stay importable where the extension is 
 
 __all__ = [
     "After", "Apex", "Arc", "Assumptions", "BudgetExceeded", "Controllability", "CostGradient", "Covariance",
-    "Crossing", "Derivative", "Ensemble", "Event", "Feedback", "FollowedOrbit", "Formulas", "Grid",
+    "Crossing", "Derivative", "Ensemble", "Event", "Feedback", "FollowedOrbit", "Formulas", "Grid", "HorizonSolution",
     "Interval", "JointNormal", "LinearPiece",
     "MapConsistency", "Margins", "Model", "NoDerivative", "NominalRun", "Normal", "NotPiecewiseLinear",
     "OnlineFlow", "Optimum", "Orbit", "Parameter", "PiecewiseLinearMap", "PoincareMap", "PoincareReturn",
-    "PythonModel", "QuotientReport", "QuotientSample", "Robot", "Run", "RunStatistics", "Section",
+    "PythonModel", "QuotientReport", "QuotientSample", "RecedingLoop", "Robot", "Run", "RunStatistics", "Section",
     "Stability", "StabilityCertificate", "Status", "Summary", "System", "Table", "Tally", "Touchdown",
     "Trust", "Uniform", "ValidityRadius", "Warning", "have_linear_programs", "load_configuration",
     "models", "open_sweep", "sweep", "write_report"]

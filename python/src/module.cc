@@ -4,6 +4,7 @@
 
 #include "bindings.h"
 #include "contact_flow/derivative/linear_program.h"
+#include "receding.h"
 #include "unlocked.h"
 
 PYBIND11_MODULE(_core, module) {
@@ -31,6 +32,7 @@ PYBIND11_MODULE(_core, module) {
   BindOrbit(&module);
   BindOptimize(&module);
   BindOnline(&module);
+  BindReceding(&module);
   BindSweep(&module);
   pybind11::module_::import("atexit").attr("register")(
       pybind11::cpp_function(&contact_flow::python::Unlocking::End));

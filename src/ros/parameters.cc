@@ -135,17 +135,21 @@ void ReadSimulatorParameters(MapReader* reader, const std::string& name, Simulat
 
 }  // namespace
 
+Configuration ReadModelParameters(MapReader* reader, const std::string& name) {
+  std::string model_file;
+  reader->Read("model_file", &model_file);
+  Configuration base;
+  if (!model_file.empty()) base = LoadConfiguration(ExpandHome(model_file));
+  base.robot = ReadRobot(reader, name);
+  return ReadConfiguration(reader, base);
+}
+
 NodeParameters ReadNodeParameters() {
   NodeParameters parameters;
   parameters.bag_directory = DefaultBagDirectory();
   const std::string name = ros::this_node::getName();
   MapReader reader(PrivateParameters(), name);
-  std::string model_file;
-  reader.Read("model_file", &model_file);
-  Configuration base;
-  if (!model_file.empty()) base = LoadConfiguration(ExpandHome(model_file));
-  base.robot = ReadRobot(&reader, name);
-  parameters.configuration = ReadConfiguration(&reader, base);
+  parameters.configuration = ReadModelParameters(&reader, name);
   reader.Read("model_plugins", &parameters.model_plugins);
   reader.Read("record", &parameters.record);
   reader.Read("bag_name", &parameters.bag_name);

@@ -26,6 +26,8 @@ namespace {
 enum Commands { kInput, kNumbers, kJoints };
 enum States { kSimulator, kRobot };
 
+constexpr double kRounding = 1e-9;  // of simulated times [s]
+
 void ReadTime(MapReader* reader, const std::string& key, double smallest, double largest,
               double* value) {
   reader->Read(key, value);
@@ -69,6 +71,7 @@ FollowerParameters ReadFollowerParameters() {
   reader.Read("joint_quantity", {"effort", "position", "velocity"}, &p.quantity);
   reader.Read("lockstep", &p.lockstep);
   ReadTime(&reader, "period", 1e-6, 10, &p.period);
+  if (reader.Has("horizon")) p.horizon = ReadHorizonParameters(reader.Child("horizon"), name);
   reader.Finish();
   if (p.lockstep && p.states == kRobot) {
     throw std::invalid_argument(name + "/lockstep is true, expected false where states is robot");
@@ -87,6 +90,10 @@ PolicyFollower::PolicyFollower(const FollowerParameters& parameters, TrackingPol
     throw std::invalid_argument("joints has " + std::to_string(parameters.joints.size()) +
                                 " entries, expected " + std::to_string(inputs) +
                                 ", one for each input of the policy");
+  }
+  if (parameters.horizon) {
+    solver_ = MakeSolver(*parameters.horizon, loop_.policy(), parameters.lockstep);
+    solves_ = private_.advertise<PolicySolve>("solves", 1000);
   }
   steps_ = private_.advertise<PolicyStep>("steps", 1000);
   tracked_events_ = private_.advertise<PolicyEvent>("tracked_events", 1000, true);
@@ -161,8 +168,34 @@ bool PolicyFollower::Start(std_srvs::Trigger::Request&, std_srvs::Trigger::Respo
   return true;
 }
 
+/// In lockstep a solution is taken, and waited for, before the state at which it begins, so that
+/// nothing depends on its speed.
+void PolicyFollower::TakeSolved() {
+  if (!solver_) return;
+  std::optional<HorizonSolver::Solved> solved;
+  if (!parameters_.lockstep) {
+    solved = solver_->Take();
+  } else if (now_ + 1.5 * parameters_.period >= begin_) {
+    solved = solver_->Wait();
+  }
+  if (solved) loop_.Offer(std::move(solved->solution), solved->number);
+}
+
+void PolicyFollower::Solve(double t) {
+  now_ = t;
+  if (!solver_ || !solver_->idle()) return;
+  if (t < last_solve_) last_solve_ = -std::numeric_limits<double>::infinity();  // it began anew
+  if (t < last_solve_ + parameters_.horizon->every - kRounding) return;
+  const std::optional<PolicyLoop::Ahead> ahead = loop_.Task(parameters_.horizon->lead);
+  if (!ahead) return;
+  last_solve_ = t;
+  begin_ = ahead->task.begin;
+  solver_->Post(*ahead);
+}
+
 void PolicyFollower::Follow(const std::optional<RobotTopics::State>& state) {
   if (!state || !started_) return;
+  TakeSolved();
   Give(loop_.Take(state->header, state->header.stamp.toSec(), state->x, state->activated,
                   state->released));
 }
@@ -170,6 +203,7 @@ void PolicyFollower::Follow(const std::optional<RobotTopics::State>& state) {
 template <class Message>
 void PolicyFollower::Take(const Message& message) {
   try {
+    TakeSolved();
     Give(loop_.Take(message));
   } catch (const std::invalid_argument& error) {
     if (parameters_.lockstep) throw;
@@ -179,8 +213,10 @@ void PolicyFollower::Take(const Message& message) {
 
 void PolicyFollower::Give(const PolicyAnswer& answer) {
   for (const PolicyEvent& event : answer.events) tracked_events_.publish(event);
+  for (const PolicySolve& solve : answer.solves) solves_.publish(solve);
   if (answer.step) steps_.publish(*answer.step);
   if (answer.step && !parameters_.lockstep) Command(*answer.step);
+  if (answer.step) Solve(answer.step->t);
   step_ = answer.step;
   if (loop_.over() && !said_over_) ROS_INFO("policy_tracker: the reference has come to its end");
   said_over_ = loop_.over();

@@ -30,14 +30,16 @@ void RequireSame(const char* field, const std::vector<std::string>& names,
 }  // namespace
 
 PolicyLoop::PolicyLoop(TrackingPolicy policy, const TrackerOptions& options, double begin)
-    : policy_(std::move(policy)), options_(options), asked_begin_(begin) {}
+    : policy_(std::make_shared<const TrackingPolicy>(std::move(policy))),
+      options_(options),
+      asked_begin_(begin) {}
 
 PolicyAnswer PolicyLoop::Take(const HybridState& state) {
   CheckMessage(state);
-  RequireSame("coordinates", state.coordinates, policy_.names.coordinates);
-  RequireSame("velocities", state.velocities, policy_.names.velocities);
-  RequireSame("constraints", state.constraints, policy_.names.constraints);
-  RequireSame("inputs", state.inputs, policy_.names.inputs);
+  RequireSame("coordinates", state.coordinates, policy_->names.coordinates);
+  RequireSame("velocities", state.velocities, policy_->names.velocities);
+  RequireSame("constraints", state.constraints, policy_->names.constraints);
+  RequireSame("inputs", state.inputs, policy_->names.inputs);
   if (state.q.size() != state.coordinates.size() || state.v.size() != state.velocities.size()) {
     throw std::invalid_argument("q and v have " + std::to_string(state.q.size()) + " and " +
                                 std::to_string(state.v.size()) + " entries, expected " +
@@ -52,7 +54,7 @@ PolicyAnswer PolicyLoop::Take(const HybridState& state) {
 
 PolicyAnswer PolicyLoop::Take(const SimulatorEvent& event) {
   CheckMessage(event);
-  RequireSame("constraints", event.constraints, policy_.names.constraints);
+  RequireSame("constraints", event.constraints, policy_->names.constraints);
   events_.push_back(event);
   return Answer();
 }
@@ -70,8 +72,10 @@ PolicyAnswer PolicyLoop::Take(const std_msgs::Header& header, double t, const Ve
 void PolicyLoop::Begin(double t) {
   begin_ = std::isnan(asked_begin_) ? t : asked_begin_;
   last_ = t;
-  told_ = 0;
+  told_ = told_solves_ = 0;
   over_ = false;
+  ++beginnings_;
+  x_.resize(0);
   tracker_.emplace(policy_, options_);
 }
 
@@ -79,7 +83,7 @@ void PolicyLoop::BeginWith(const HybridState& state) {
   Begin(state.t);
   passed_ = state.events;
   epoch_ = state.epoch;
-  mode_ = ModeOfNames("mode", state.mode, policy_.names.constraints);
+  mode_ = ModeOfNames("mode", state.mode, policy_->names.constraints);
   waiting_.reset();
   // What came before it is over; of what has begun anew there may be events already.
   while (!events_.empty() && (events_.front().index <= passed_ ||
@@ -98,7 +102,7 @@ PolicyAnswer PolicyLoop::Answer() {
     if (event.index <= passed_) continue;
     passed_ = event.index;
     const auto mode = [this](const char* field, const std::vector<std::string>& names) {
-      return ModeOfNames(field, names, policy_.names.constraints);
+      return ModeOfNames(field, names, policy_->names.constraints);
     };
     const ContactTransition& m = event.transition;
     const ContactMode down = mode("activated", m.activated) | mode("switched", m.switched);
@@ -115,7 +119,7 @@ PolicyAnswer PolicyLoop::Answer() {
     passed_ = state.events;
   }
   if (state.epoch != epoch_) {  // it was pushed or moved: no events tell what touches now
-    const ContactMode mode = ModeOfNames("mode", state.mode, policy_.names.constraints);
+    const ContactMode mode = ModeOfNames("mode", state.mode, policy_->names.constraints);
     if (mode != mode_) tracker_->Observe(state.t - begin_, mode - mode_, mode_ - mode, mode);
     mode_ = mode;
     epoch_ = state.epoch;
@@ -132,19 +136,33 @@ void PolicyLoop::Step(const std_msgs::Header& header, double t, const Vector& x,
                       PolicyAnswer* answer) {
   last_ = t;
   const double since = t - begin_;
-  const ReferencePhase& last = policy_.reference.phases().back();
+  const ReferencePhase& last = policy_->reference.phases().back();
   over_ = since > last.t_end;
+  x_.resize(0);
   if (since < 0 || over_) return;
+  x_ = x;
   PolicyStep step;
   step.header = header;
   step.t = since;
   step.input = ToMsg(VectorRef(tracker_->Input(since, x)));
   TellEvents(header, answer);
-  const int phase =
-      options_.extend ? tracker_->phase() : policy_.reference.PhaseAt(since);
+  TellSolves(header, answer);
+  const ExtendedReference& reference = tracker_->policy().reference;
+  const int phase = options_.extend ? tracker_->phase() : reference.PhaseAt(since);
   step.phase = static_cast<std::uint32_t>(phase);
-  step.error = ToMsg(VectorRef(policy_.reference.Error(phase, since, x)));
+  step.error = ToMsg(VectorRef(reference.Error(phase, since, x)));
   answer->step = step;
+}
+
+std::optional<PolicyLoop::Ahead> PolicyLoop::Task(double lead) const {
+  if (!tracker_ || tracker_->Waits() || x_.size() == 0) return {};
+  const double since = last_ - begin_, begin = since + lead;
+  if (begin >= policy_->reference.inputs().grid.back()) return {};
+  return Ahead{tracker_->Task(since, x_, begin), beginnings_};
+}
+
+void PolicyLoop::Offer(HorizonSolution solution, std::uint64_t number) {
+  if (tracker_ && number == beginnings_) tracker_->Offer(std::move(solution));
 }
 
 void PolicyLoop::TellEvents(const std_msgs::Header& header, PolicyAnswer* answer) {
@@ -155,9 +173,31 @@ void PolicyLoop::TellEvents(const std_msgs::Header& header, PolicyAnswer* answer
     m.kind = KindName(event.kind);
     m.t = event.t;
     m.expected = event.expected;
-    m.constraints = event.constraints.Names(policy_.names.constraints);
+    m.constraints = event.constraints.Names(policy_->names.constraints);
     m.phase = static_cast<std::uint32_t>(tracker_->phase());
     answer->events.push_back(m);
+  }
+}
+
+void PolicyLoop::TellSolves(const std_msgs::Header& header, PolicyAnswer* answer) {
+  for (; told_solves_ < tracker_->reports().size(); ++told_solves_) {
+    const RecedingTracker::Report& report = tracker_->reports()[told_solves_];
+    const HorizonSolution& solution = report.solution;
+    PolicySolve m;
+    m.header = header;
+    m.verdict = VerdictName(solution.verdict);
+    m.followed = report.followed;
+    m.message = solution.message;
+    if (!report.followed && report.message != solution.message) {
+      m.message += "; the last policy is kept: " + report.message;
+    }
+    m.t = solution.t;
+    m.begin = solution.begin;
+    m.seconds = solution.seconds;
+    m.iterations = static_cast<std::uint32_t>(solution.iterations);
+    m.first_cost = solution.first_cost;
+    m.cost = solution.cost;
+    answer->solves.push_back(m);
   }
 }
 

@@ -35,12 +35,11 @@ void ModelBuilder::AddEffort(PieceModel* model) const {
     const double length = unknowns_.Length(y_, k);
     const Eigen::RowVectorXd& by_length = unknowns_.LengthRow(k);
     const bool moves = moves_ && !by_length.isZero(0);
+    const Vector off = inputs_.values[k] - unknowns_.InputReference(k);
     if (moves) AddSquare(problem_.duration_weight * length, 1, 0.5 / length * by_length, model);
     for (Eigen::Index j = 0; j < problem_.effort.size(); ++j) {
       const int place = unknowns_.Input(k, static_cast<int>(j));
-      const double reference =
-          problem_.input_reference.size() > 0 ? problem_.input_reference(j) : 0;
-      const double r = inputs_.values[k](j) - reference;
+      const double r = off(j);
       if (moves) {
         Eigen::RowVectorXd row = (0.5 * r / length) * by_length;
         if (place >= 0) row(place) += 1;

@@ -57,7 +57,7 @@ void Search::Conclude() {
   }
   const bool minimum = result_.verdict == TrajectoryVerdict::kValley ||
                        result_.verdict == TrajectoryVerdict::kSmoothMinimum;
-  if (minimum) {
+  if (minimum && options_.certify) {
     try {
       Certify(unknowns_, ModelsAt(best_.y), best_.y, &result_);
     } catch (const BudgetExceeded& reason) {

@@ -26,7 +26,9 @@ PieceModels MakePieceModels(const Unknowns& unknowns, const Vector& y, std::size
   const BDerivative derivative = DifferentiateOutcome(*system, run, options);
   models.status = derivative.PiecewiseLinear();
   if (!models.status.ok()) return models;
-  if (!derivative.start.Empty() || !derivative.start_stop.Empty()) {
+  // Where neither start nor surfaces move, what touches and leaves does so all the same.
+  const bool moves = !problem.choose_initial.empty() || !problem.choose_parameters.empty();
+  if ((moves && !derivative.start.Empty()) || !derivative.start_stop.Empty()) {
     models.status = {Outcome::kNotDifferentiable,
                      "the run starts where contacts touch: not all directions are admitted"};
     return models;

@@ -89,6 +89,10 @@ void Unknowns::CheckSizes() const {
           "the horizon must lie behind the last instant of the grid");
   CheckSize(problem.effort, m, false, "effort");
   CheckSize(problem.input_reference, m, true, "input_reference");
+  const Matrix& inputs = problem.input_path;
+  Require(inputs.size() == 0 || (inputs.rows() == m && inputs.allFinite() &&
+                                 inputs.cols() == static_cast<Eigen::Index>(count)),
+          "input_path must be finite, with a column for each interval");
   CheckSize(problem.path_weight, nq, true, "path_weight");
   CheckSize(problem.path_target, nq, true, "path_target");
   const Matrix& reference = problem.path_reference;
@@ -303,6 +307,14 @@ Matrix Unknowns::States(const Trajectory& run) const {
   return states;
 }
 
+Vector Unknowns::InputReference(std::size_t k) const {
+  if (problem_.input_path.size() > 0) {
+    return problem_.input_path.col(static_cast<Eigen::Index>(k));
+  }
+  if (problem_.input_reference.size() > 0) return problem_.input_reference;
+  return Vector::Zero(inputs_);
+}
+
 Vector Unknowns::PathTarget(std::size_t k) const {
   if (problem_.path_reference.size() > 0) {
     return problem_.path_reference.col(static_cast<Eigen::Index>(k));
@@ -316,8 +328,7 @@ double Unknowns::Cost(const Vector& y, const Matrix& states) const {
   double cost = problem_.weight.dot((states.rightCols<1>() - problem_.target).cwiseAbs2());
   const InputSchedule schedule = Inputs(y);
   for (std::size_t k = 0; k < schedule.grid.size(); ++k) {
-    Vector u = schedule.values[k];
-    if (problem_.input_reference.size() > 0) u -= problem_.input_reference;
+    const Vector u = schedule.values[k] - InputReference(k);
     const double length = Length(y, k);
     cost += length * problem_.effort.dot(u.cwiseAbs2()) + length * problem_.duration_weight;
     if (!HasPathCost()) continue;

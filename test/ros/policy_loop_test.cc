@@ -114,6 +114,45 @@ TEST(PolicyLoop, BeginsAnewWhenTimeGoesBackAndEndsWithTheReference) {
   EXPECT_EQ(0, loop.Take(StateAt(0.4, 0.95, -1, 0)).step->t);
 }
 
+/// What is solved on the side is followed from its begin on, unless the policy has begun anew.
+TEST(PolicyLoop, GoesOverToWhatIsSolved) {
+  const std::shared_ptr<const MechanicalSystem> ball = MakeModel("driven_ball");
+  HorizonProblem problem =
+      FollowReference(BallPolicy(), Vector::Ones(1), Vector::Ones(1), Vector::Ones(2), 0);
+  HorizonOptions options;
+  options.weights = {Vector::Ones(2), Vector::Ones(1), Vector::Ones(2)};
+  options.budget = 1000;
+  PolicyLoop loop = Loop();
+  EXPECT_FALSE(loop.Task(0.05));
+  loop.Take(StateAt(3, 1.1, 0, 0));
+  const auto first = loop.Task(0.05);
+  ASSERT_TRUE(first);
+  EXPECT_EQ(0, first->task.t);
+  EXPECT_EQ(0.05, first->task.begin);
+  EXPECT_FALSE(loop.Task(2));  // behind its end
+  loop.Restart();
+  loop.Take(StateAt(4, 1.1, 0, 0));
+  const HorizonSolution solution = SolveHorizon(ball, problem, options, first->task);
+  ASSERT_NE(nullptr, solution.policy) << solution.message;
+  loop.Offer(solution, first->number);  // of before
+  const PolicyAnswer own = loop.Take(StateAt(4.06, 1.1, -0.6, 0));
+  EXPECT_TRUE(own.solves.empty());
+  const auto second = loop.Task(0.05);
+  ASSERT_TRUE(second);
+  loop.Offer(SolveHorizon(ball, problem, options, second->task), second->number);
+  EXPECT_TRUE(loop.Take(StateAt(4.1, 1.05, -1, 0)).solves.empty());
+  EXPECT_FALSE(loop.Task(0.05));  // one waits
+  const PolicyAnswer answer = loop.Take(StateAt(4.12, 1.03, -1.2, 0));
+  ASSERT_EQ(1u, answer.solves.size());
+  EXPECT_TRUE(loop.Task(0.05));
+  EXPECT_EQ("solved", answer.solves[0].verdict) << answer.solves[0].message;
+  EXPECT_TRUE(answer.solves[0].followed);
+  EXPECT_NEAR(0.11, answer.solves[0].begin, 1e-12);
+  // Beside the reference of its own, which begins where the ball was to be.
+  EXPECT_LT(std::abs(answer.step->error[0]), 0.03);
+  EXPECT_GT(std::abs(own.step->error[0]), 0.09);
+}
+
 TEST(PolicyLoop, MessagesOfAnotherModelAreRefused) {
   PolicyLoop loop = Loop();
   HybridState state = StateAt(0, 1, 0, 0);

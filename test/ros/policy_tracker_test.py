@@ -11,7 +11,7 @@ import unittest
 import rospy
 import rostest
 from client import Client, executable, matrix, wait_until
-from contact_flow.msg import InitialState, InputGrid, Policy, PolicyEvent, PolicyStep, SimulatorInput
+from contact_flow.msg import InitialState, InputGrid, Policy, PolicyEvent, PolicySolve, PolicyStep, SimulatorInput
 from contact_flow.srv import MakePolicy
 from simulator_client import Listener, Simulator
 from std_srvs.srv import Trigger
@@ -69,6 +69,9 @@ class Tracker:
 
     def __init__(self, name, **parameters):
         self.steps, self.events = Listener("/%s/steps" % name, PolicyStep), Listener("/%s/tracked_events" % name, PolicyEvent)
+        self.solves = Listener("/%s/solves" % name, PolicySolve)
+        for item in parameters.pop("horizon", {}).items():
+            rospy.set_param("/%s/horizon/%s" % (name, item[0]), item[1])
         self.process = subprocess.Popen(
             [executable("policy_tracker"), "__name:=" + name] + ["_%s:=%s" % item for item in parameters.items()],
             stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
@@ -245,7 +248,59 @@ class PolicyTracker(unittest.TestCase):
                                                and event.kind != "missed" for event in tracker.events.all())),
                         tracker.events.all())
 
-    def test_8_what_does_not_fit_is_refused(self):
+    HORIZON = {"model": "driven_ball", "parameters": {"restitution": OTHER}, "intervals": COUNT, "effort": [0.01],
+               "weights": [100, 10], "lead": 0.04, "max_iterations": 50}
+
+    def end_of(self, ball):
+        """Height and velocity of a simulator's ball beside those of the reference, at the end."""
+        state = ball.get_state().state
+        self.assertAlmostEqual(DURATION, state.t, delta=0.0015)
+        z, v = reference(1, state.t)
+        return abs(state.q[0] - z), abs(state.v[0] - v)
+
+    def test_8_solves_again_in_lockstep(self):
+        """From higher, with another restitution, the feedback alone ends elsewhere; the solves tell what they did."""
+        self.save()
+        ball, ends = Simulator("/stepped"), []
+        for name, horizon in (("fixed", {}), ("receding", self.HORIZON), ("again", self.HORIZON)):
+            ball.reset_simulation()
+            self.assertTrue(ball.set_state(state=InitialState(q=[HIGHER], v=[0])).success)
+            tracker = Tracker(name, file=self.file, simulator="/stepped", lockstep="true", horizon=horizon)
+            self.addCleanup(tracker.end)
+            self.assertTrue(wait_until(lambda: ball.get_state().state.t > DURATION, seconds=60), tracker.process.poll())
+            ends.append(self.end_of(ball))
+            self.assertEqual(bool(horizon), bool(wait_until(tracker.solves.all, seconds=2)))
+        self.assertEqual(ends[1], ends[2])   # whatever the clock
+        self.assertLess(max(ends[1]), 0.02)
+        self.assertGreater(max(ends[0]), 10 * max(ends[1]))
+        for solve in tracker.solves.all():
+            self.assertEqual(("solved", True), (solve.verdict, solve.followed), solve.message)
+            self.assertAlmostEqual(0.04, solve.begin - solve.t, places=9)
+            self.assertGreater(solve.seconds, 0)
+            self.assertLessEqual(solve.cost, solve.first_cost)
+
+    def test_9_late_solves_change_nothing(self):
+        """A budget that nothing can meet: each solve says so, and the policy's own feedback goes on, a state a millisecond."""
+        policy, ball = self.save(), Simulator("/slow")
+        ball.reset_simulation()
+        self.assertTrue(ball.set_state(state=InitialState(q=[HIGHER], v=[0])).success)
+        tracker = Tracker("hasty", file=self.file, simulator="/slow", commands="commands", begin=0,
+                          horizon=dict(self.HORIZON, budget=1e-6))
+        self.addCleanup(tracker.end)
+        self.assertTrue(wait_until(lambda: tracker.steps.subscriber.get_num_connections() == 1
+                                   and tracker.solves.subscriber.get_num_connections() == 1))
+        ball.unpause_physics()
+        self.assertTrue(wait_until(lambda: ball.get_state().state.t > DURATION, seconds=60))
+        ball.pause_physics()
+        self.assertGreater(len(tracker.steps.all()), 100)
+        for step in tracker.steps.all():
+            self.assertAlmostEqual(-gain(policy, step.phase, step.t).dot(step.error), step.input[0], places=12)
+        self.assertGreater(len(tracker.solves.all()), 10)
+        for solve in tracker.solves.all():
+            self.assertEqual(("late", False), (solve.verdict, solve.followed))
+            self.assertIn("the last policy is kept", solve.message)
+
+    def test_a_what_does_not_fit_is_refused(self):
         self.save()
         with open(self.file) as file:
             text = file.read()
@@ -259,6 +314,10 @@ class PolicyTracker(unittest.TestCase):
                 ("patient", {"file": self.file, "patience": -1}, "/patient/patience is -1"),
                 ("misspelt", {"file": self.file, "extent": "true"}, "did you mean 'extend'"),
                 ("jointless", {"file": self.file, "commands": "joint_commands"}, "joints has 0 entries, expected 1"),
+                ("strange", {"file": self.file, "horizon": {"model": "soft_biped"}}, "it is of another model"),
+                ("unweighted", {"file": self.file, "horizon": {"model": "driven_ball", "weights": [1]}},
+                 "horizon/weights has 1 entries, expected 2"),
+                ("hurried", {"file": self.file, "horizon": {"model": "driven_ball", "budget": 0}}, "horizon/budget is 0"),
                 ("foreign", {"file": self.file, "simulator": "/biped", "lockstep": "true"}, "of another model")):
             tracker = Tracker(name, **parameters)
             tracker.process.wait(timeout=60)

@@ -28,6 +28,10 @@ struct NodeParameters {
 /// Everything under the node's private name, for a MapReader called after the node.
 YAML::Node PrivateParameters();
 
+/// The model of a map of parameters: model, parameters, options, derivative_options, on top of
+/// model_file; robot and robot_description instead of a model. `name` is that of the map.
+Configuration ReadModelParameters(MapReader* reader, const std::string& name);
+
 /// Reads everything under the node's private name. Throws std::invalid_argument, naming the
 /// parameter, for one that is unknown (with the nearest that is not), or has the wrong type or a
 /// value out of range.

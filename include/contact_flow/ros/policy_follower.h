@@ -5,10 +5,13 @@
 #include <std_srvs/Trigger.h>
 
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "contact_flow/ros/horizon_parameters.h"
+#include "contact_flow/ros/horizon_solver.h"
 #include "contact_flow/ros/policy_loop.h"
 #include "contact_flow/ros/robot_topics.h"
 
@@ -32,6 +35,7 @@ struct FollowerParameters {
   int quantity = 0;                 ///< ~joint_quantity: "effort", "position" or "velocity"
   bool lockstep = false;            ///< ~lockstep: steps a paused simulator by its services
   double period = 1e-3;             ///< ~period of these steps [s]
+  std::optional<HorizonParameters> horizon;  ///< ~horizon: solves again as it goes
 };
 
 /// Throws std::invalid_argument, naming the parameter, for one that is not in order.
@@ -58,17 +62,22 @@ class PolicyFollower {
   void ListenToRobot();
   bool Start(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& out);
   void Follow(const std::optional<RobotTopics::State>& state);
+  void TakeSolved();
+  void Solve(double t);
   void RunInLockstep();
 
   const FollowerParameters parameters_;
   PolicyLoop loop_;
   ros::NodeHandle node_, private_;
-  ros::Publisher steps_, tracked_events_, command_;
+  ros::Publisher steps_, tracked_events_, solves_, command_;
   ros::ServiceServer start_;
   std::vector<ros::Subscriber> subscribers_;
   std::optional<RobotTopics> robot_;
   bool started_ = false;
   std::optional<PolicyStep> step_;  // that answers the last message
+  // Since the policy began [s]: of the last state that was answered, and of the last task.
+  double now_ = 0, last_solve_ = -std::numeric_limits<double>::infinity(), begin_ = 0;
+  std::unique_ptr<HorizonSolver> solver_;  // ends first
   bool said_over_ = false;
 };
 

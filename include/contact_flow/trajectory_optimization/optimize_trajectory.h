@@ -71,6 +71,7 @@ struct TrajectoryOptions {
   double tolerance = 1e-10;   ///< promised decrease that counts as none, relative to 1 + J
   bool neighbours = false;    ///< from a valley, adjacent orders of event and input change in turn
   std::size_t max_pieces = 720;  ///< that meet at one point
+  bool certify = true;           ///< false: minima come without certificate, and a derivative less
   /// Asked after every iteration, with the unknowns; false ends the search.
   std::function<bool(const TrajectoryIteration&, const Vector& y)> progress;
 };

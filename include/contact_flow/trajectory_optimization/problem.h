@@ -50,6 +50,7 @@ struct TrajectoryProblem {
 
   Vector effort;           ///< r ≥ 0 [m]
   Vector input_reference;  ///< ū [m]; empty: 0
+  Matrix input_path;       ///< in its place a ū for each interval [m × K]; or empty
   Vector path_weight;      ///< s ≥ 0 [nq]; empty: none
   Vector path_target;      ///< p [nq]; empty: 0
   Matrix path_reference;   ///< in its place a p for each instant t_1 … t_K [nq × K]; or empty
@@ -137,6 +138,8 @@ class Unknowns {
   double Cost(const Vector& y, const Matrix& states) const;
   /// x at t_1, …, t_K, left limits [nq+d × K].
   Matrix States(const Trajectory& run) const;
+  /// ū of interval k [m].
+  Vector InputReference(std::size_t k) const;
   /// p at t_{k+1} [nq].
   Vector PathTarget(std::size_t k) const;
   /// Whether positions on the way cost anything.
