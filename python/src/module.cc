@@ -32,6 +32,8 @@ PYBIND11_MODULE(_core, module) {
   BindOptimize(&module);
   BindOnline(&module);
   BindSweep(&module);
+  BindTrajectory(&module);
+  BindPolicy(&module);
   pybind11::module_::import("atexit").attr("register")(
       pybind11::cpp_function(&contact_flow::python::Unlocking::End));
 }
