@@ -14,7 +14,7 @@ from . import _core, report_words
 from .report_scene import scene
 
 MAX_BYTES = 8_000_000  #: a larger report is refused
-MAX_SAMPLES = 50_000  #: which would be larger
+MAX_SAMPLES = 1_000_000  #: of which even a ball would be larger
 MAX_PIECES = 64  #: more are counted, not drawn
 FOLDER = os.path.dirname(__file__)
 
