@@ -28,7 +28,7 @@ try:
         Arc, Assumptions, BudgetExceeded, Controllability, CostGradient, Covariance, Derivative, Event,
         Feedback, FollowedOrbit, HorizonSolution, Interval, LinearPiece, MapConsistency, Margins, Model, NoDerivative,
         NominalRun, NotPiecewiseLinear, OnlineFlow, Optimum, Orbit, Parameter, PiecewiseLinearMap, PoincareMap, PoincareReturn,
-        PythonModel, QuotientReport, QuotientSample, RecedingLoop, Robot, Run, RunStatistics, Stability,
+        Policy, PolicyTracker, PythonModel, QuotientReport, QuotientSample, RecedingLoop, Robot, Run, RunStatistics, Stability,
         StabilityCertificate, Status, Summary, System, Tally, Trust, ValidityRadius, Warning, __version__,
         have_linear_programs, load_configuration, models)
     from .draws import JointNormal, Normal, Table, Uniform
@@ -37,6 +37,7 @@ try:
     from .python_model import Formulas
     from .report import write_report
     from .sections import After, Apex, Crossing, Grid, Section, Touchdown
+    from .trajectories import OptimalTrajectory, optimize_trajectory, read_policy, write_policy
 except ImportError as error:  # messages stay importable where the extension is not
     _reason = str(error)
 
@@ -50,8 +51,9 @@ __all__ = [
     "Crossing", "Derivative", "Ensemble", "Event", "Feedback", "FollowedOrbit", "Formulas", "Grid", "HorizonSolution",
     "Interval", "JointNormal", "LinearPiece",
     "MapConsistency", "Margins", "Model", "NoDerivative", "NominalRun", "Normal", "NotPiecewiseLinear",
-    "OnlineFlow", "Optimum", "Orbit", "Parameter", "PiecewiseLinearMap", "PoincareMap", "PoincareReturn",
+    "OnlineFlow", "OptimalTrajectory", "Optimum", "Orbit", "Parameter", "PiecewiseLinearMap", "PoincareMap",
+    "PoincareReturn", "Policy", "PolicyTracker",
     "PythonModel", "QuotientReport", "QuotientSample", "RecedingLoop", "Robot", "Run", "RunStatistics", "Section",
     "Stability", "StabilityCertificate", "Status", "Summary", "System", "Table", "Tally", "Touchdown",
     "Trust", "Uniform", "ValidityRadius", "Warning", "have_linear_programs", "load_configuration",
-    "models", "open_sweep", "sweep", "write_report"]
+    "models", "open_sweep", "optimize_trajectory", "read_policy", "sweep", "write_policy", "write_report"]

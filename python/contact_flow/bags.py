@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs out of recorded bags, computed again: of `simulate` and `b_derivative`, and the epochs of a simulator.
-Needs ROS's rosbag.
+"""Runs out of recorded bags, computed again: of `simulate` and `b_derivative`, and the epochs of a simulator;
+and runs into bags. Needs ROS's rosbag.
 
     recorded = contact_flow.bags.runs("landing.bag")       # in the order of the bag
     recorded[-1].run.report("landing.html", by=recorded[-1].by)
     recorded[-1].same                                      # bit for bit what was recorded
+    contact_flow.bags.write("mine.bag", [run])
 """
 from __future__ import annotations
 
@@ -15,7 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
+from .bag_writer import write
 from .sections import Grid
+
+__all__ = ["Recorded", "runs", "write"]
 
 Array = NDArray[np.float64]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command contact_flow: simulate, derive, compare, orbit, report, sweep, models, robot.
+"""The command contact_flow: simulate, derive, compare, orbit, stabilize, report, sweep, models, robot.
 
 SYSTEM is the name of a model in C++, a YAML of config/ (with a key `model`), the YAML of a robot, or a
 URDF. Exit status: 0 where all is well, 1 where the answer is a reason why not, 2 for misuse.
@@ -16,7 +16,8 @@ from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 import numpy as np
 
 from . import cli_commands, cli_sweep
-from ._core import Model, NoDerivative, Robot, System, load_configuration
+from ._core import BudgetExceeded, Model, NoDerivative, NotPiecewiseLinear, Robot, System, load_configuration
+from .progress import Progress
 
 Loaded = Tuple[System, Dict[str, Any], Dict[str, Any]]
 
@@ -179,13 +180,15 @@ def joined(words: Sequence[str]) -> List[str]:
 def main(words: Optional[Sequence[str]] = None) -> int:
     arguments = parser().parse_args(joined(sys.argv[1:] if words is None else words))
     try:
-        answer, text, ok = arguments.run(arguments, load)
-    except (ValueError, TypeError, NoDerivative, OSError, ImportError, RuntimeError) as error:
-        print("contact_flow: %s" % error, file=sys.stderr)
-        return 2
-    except RuntimeError as error:   # a budget is exceeded, …
+        with Progress(sys.stderr) as progress:
+            arguments.tell = progress.tell
+            answer, text, ok = arguments.run(arguments, load)
+    except (NoDerivative, NotPiecewiseLinear, BudgetExceeded) as error:   # reasons why not
         print("contact_flow: %s" % error, file=sys.stderr)
         return 1
+    except (ValueError, TypeError, OSError, ImportError, RuntimeError, ArithmeticError) as error:
+        print("contact_flow: %s" % error, file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
         print("contact_flow: interrupted", file=sys.stderr)
         return 130

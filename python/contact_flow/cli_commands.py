@@ -44,6 +44,7 @@ def run_of(arguments: Namespace, load: Load) -> Tuple[_core.Run, Dict[str, Any]]
     """The run that is asked for, and the options of its derivative."""
     system, options, derivative = load(arguments.system, dict(arguments.parameter))
     options.update(arguments.option)
+    arguments.tell("the run")
     run = system.simulate(dict(arguments.state), arguments.duration, dict(arguments.input), **options)
     return run, derivative
 
@@ -98,6 +99,7 @@ def directions_of(arguments: Namespace, B: _core.Derivative) -> List[Tuple[str, 
 
 def derive(arguments: Namespace, load: Load) -> Answer:
     run, options = run_of(arguments, load)
+    arguments.tell("its derivative")
     B = run.derivative(by=arguments.by, **options)
     rows = list(run.system.velocities) + ["d/dt " + name for name in run.system.velocities]
     data: Dict[str, Any] = {"status": B.status.outcome, "message": B.status.message,
@@ -118,7 +120,9 @@ def derive(arguments: Namespace, load: Load) -> Answer:
     else:
         text.append("no linear pieces: %s" % piecewise.message)
     data["directions"] = []
-    for label, w in directions_of(arguments, B):
+    directions = directions_of(arguments, B)
+    for number, (label, w) in enumerate(directions):
+        arguments.tell("directions", number, len(directions))
         try:
             value, radius = B(w), B.radius(w)
         except ValueError as reason:   # it leaves the domain at the start
@@ -148,13 +152,16 @@ def agrees(report: _core.QuotientReport) -> bool:
 
 def compare(arguments: Namespace, load: Load) -> Answer:
     run, options = run_of(arguments, load)
+    arguments.tell("its derivative")
     B = run.derivative(by=arguments.by, **options)
     if not B.status:
         return {"status": B.status.outcome, "message": B.status.message}, str(B.status), False
     if not arguments.direction:
         raise ValueError("compare needs a --direction")
     data, text, ok = [], [], True
-    for label, w in directions_of(arguments, B):
+    directions = directions_of(arguments, B)
+    for number, (label, w) in enumerate(directions):
+        arguments.tell("quotients", number, len(directions))
         report = B.compare(w, arguments.alphas)
         data.append({"name": label, "slope": report.slope, "resolution": report.resolution,
                      "prediction_error": report.prediction_error,
@@ -188,6 +195,7 @@ def return_map(arguments: Namespace, load: Load) -> _core.PoincareMap:
 def orbit(arguments: Namespace, load: Load) -> Answer:
     returns = return_map(arguments, load)
     system = returns.system
+    arguments.tell("the orbit")
     found = returns.fixed_point(dict(arguments.state), free=arguments.free, conditions=arguments.condition)
     data: Dict[str, Any] = {"status": found.status, "message": found.message, "x": found.x,
                             "period": found.period, "parameters": found.parameters,
@@ -196,6 +204,7 @@ def orbit(arguments: Namespace, load: Load) -> Answer:
     text += ["period %.10g s" % found.period] + named(list(found.parameters), found.parameters.values())
     if not found:
         return data, "\n".join(text), False
+    arguments.tell("its stability")
     try:
         stability = found.stability(arguments.translation)
     except ValueError as reason:
@@ -213,6 +222,7 @@ def stabilize(arguments: Namespace, load: Load) -> Answer:
         raise ValueError("--starts, --returns and --away are numbers >= 0")
     returns = return_map(arguments, load)
     state = dict(arguments.state)
+    arguments.tell("the feedback")
     without = returns(state).stability(arguments.translation)
     found = returns.feedback(state, arguments.translation, arguments.inputs, arguments.piecewise)
     verified = found.verify()
@@ -226,7 +236,8 @@ def stabilize(arguments: Namespace, load: Load) -> Answer:
     text.append("%d gains of %s" % (len(found.law), ", ".join(found.inputs)))
     draw = np.random.default_rng(1)
     ends = []
-    for _ in range(arguments.starts):
+    for number in range(arguments.starts):
+        arguments.tell("starts", number, arguments.starts)
         z = draw.normal(size=found.basis.shape[1])
         run = found.follow(found.state(arguments.away * z / np.linalg.norm(z)), arguments.returns)
         ends.append(run.away[-1] if len(run.u) == arguments.returns else math.inf)
@@ -259,11 +270,13 @@ def recorded_run(arguments: Namespace) -> Tuple[_core.Run, Sequence[str], str]:
 def report(arguments: Namespace, load: Load) -> Answer:
     from .report import write_report
     if arguments.system.endswith(".bag"):
+        arguments.tell("the bag")
         run, by, source = recorded_run(arguments)
     else:
         run, by, source = run_of(arguments, load)[0], ["state"], ""
     stem = os.path.splitext(os.path.basename(arguments.system))[0]
     path = arguments.file or stem + ".html"
+    arguments.tell("the page")
     write_report(run, path, by=arguments.by or by, source=source)
     text = "written: %s, %s" % (path, run.status)
     return {"file": path, "status": run.status.outcome, "source": source}, \

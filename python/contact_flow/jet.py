@@ -126,6 +126,9 @@ class Jet:
     def __ge__(self, other: Any) -> bool:
         return bool(self.value >= _value(other))
 
+    def __bool__(self) -> bool:
+        return self.value != 0
+
     def __eq__(self, other: Any) -> bool:
         return bool(self.value == _value(other))
 
@@ -292,6 +295,7 @@ def variables(values: Sequence[float], first: int, directions: int, left: int = 
         if second:
             c[1 + k, 0] = 1.0
         jets[k] = Jet(c)
+    jets.flags.writeable = False   # formulas do not change their arguments
     return jets
 
 
@@ -307,6 +311,7 @@ def motion(q: Sequence[float], v: Sequence[float], acceleration: Sequence[float]
             c[0, 1 + k] = 1.0
             c[1, 1 + len(q) + k] = 1.0
         jets[k] = Jet(c, True)
+    jets.flags.writeable = False
     return jets
 
 
@@ -323,3 +328,6 @@ def coefficients(numbers: Any, shape: Tuple[int, int]) -> Any:
     return c
 
 
+def values(numbers: Any) -> Any:
+    """The values of an array of jets and constants."""
+    return np.array([_value(number) for number in numbers], dtype=float)

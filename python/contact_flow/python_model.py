@@ -1,22 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Models of one's own in Python, and their derivatives by forward jets (contact_flow.jet)."""
+"""Models of one's own in Python, and their derivatives by forward jets (contact_flow.jet) or by differences."""
 from __future__ import annotations
 
 import copy
-from typing import Any, Callable, Dict, Iterable, List, Mapping, Sequence, Tuple, Type
+from typing import Any, Callable, Dict, List, Mapping, Sequence, Tuple, Type
 
 import numpy as np
 
-from . import jet
-
-RANGES: Dict[str, Callable[[float], bool]] = {
-    "any": lambda value: True,
-    "positive": lambda value: value > 0,
-    "non_negative": lambda value: value >= 0,
-    "unit_interval": lambda value: 0 <= value <= 1,
-}
-
-MAX_CONSTRAINTS = 64  #: as in C++
+from . import differences, jet
+from .model_checks import WrongShape, check_names, floats, numbers, read_parameters, with_values
 
 
 class Formulas:
@@ -25,7 +17,9 @@ class Formulas:
     The equations are M(q) v̇ = f(q, v, u) + c(q, v) v + Da(q)ᵀ λ with a(q) ≥ 0 (and b(q) = 0); the
     Coriolis terms c, Da and all derivatives follow from the formulas by forward differentiation. Each
     formula gets numpy arrays, of floats or of jets, and may use +, −, *, /, **, @, np.sin and the like;
-    `self.NAME` is the value of a parameter. Formulas must depend on their arguments alone.
+    `self.NAME` is the value of a parameter. Formulas must depend on their arguments alone. What jets do not
+    pass through, as np.interp or a compiled function, is an error, but for `differentiation = "differences"`:
+    then formulas see floats alone, and derivatives have nine digits or so (contact_flow.differences).
 
     Coordinates are numbers on lines, those named in `circles` angles; rotations in space by
     quaternions, and friction, are left to models in C++.
@@ -45,6 +39,8 @@ class Formulas:
     constant_mass: bool = False  #: M does not depend on q: a promise that saves work
     affine_constraints: bool = False  #: Da does not depend on q: the same
     contact_effort: bool = False  #: force() takes a fifth argument, the names of the contacts that hold
+    differentiation: str = "duals"  #: or "differences"
+    difference_step: float = 6e-3  #: of differences, in m, rad, …, and as a part of each parameter
 
     def mass_matrix(self, q: Any) -> Any:
         """M(q) [d×d], symmetric."""
@@ -91,15 +87,17 @@ class Terms:
         self.d = len(self.coordinates)
         self.rows = len(self.constraints) + len(self.bilateral)
         check_names(self)
-        self.restitution = _floats(model.restitutions(), self.name + ".restitutions()")
+        self.restitution = floats(model.restitutions(), self.name + ".restitutions()")
         if not np.all((self.restitution >= 0) & (self.restitution <= 1)):
             raise ValueError("%s.restitutions() is %s, expected numbers in [0, 1]"
                              % (self.name, self.restitution.tolist()))
         x, u, self.nominal_duration = model.nominal()
-        self.nominal_x, self.nominal_u = np.asarray(x, dtype=float), np.asarray(u, dtype=float)
+        self.nominal_x, self.nominal_u = np.array(x, dtype=float), np.array(u, dtype=float)
+        self.nominal_x.flags.writeable = self.nominal_u.flags.writeable = False
         if self.nominal_x.shape != (2 * self.d,):
             raise ValueError("%s.nominal(): x has shape %s, expected %d numbers (q, v)"
                              % (self.name, self.nominal_x.shape, 2 * self.d))
+        self._values = np.array([p[3] for p in self.parameter_list])
         origin = self.nominal_x[:self.d]
         self._mass = self._float_mass(origin) if self.constant_mass else None
         self._jacobian = self._gap_jacobian(origin)[1] if self.affine_constraints else None
@@ -133,36 +131,73 @@ class Terms:
     # The formulas, with their sizes checked
 
     def _all_gaps(self, model: Formulas, q: Any) -> Any:
-        gaps = list(_numbers(model.gaps(q), (len(self.constraints),), self.name + ".gaps(q)"))
-        return gaps + list(_numbers(model.closures(q), (len(self.bilateral),), self.name + ".closures(q)"))
+        gaps = list(numbers(model.gaps(q), (len(self.constraints),), self.name + ".gaps(q)"))
+        return gaps + list(numbers(model.closures(q), (len(self.bilateral),), self.name + ".closures(q)"))
 
     def _mass_matrix(self, model: Formulas, q: Any) -> Any:
-        return _numbers(model.mass_matrix(q), (self.d, self.d), self.name + ".mass_matrix(q)")
+        return numbers(model.mass_matrix(q), (self.d, self.d), self.name + ".mass_matrix(q)")
 
     def _force(self, model: Formulas, q: Any, v: Any, u: Any, mode: int) -> Any:
         arguments: List[Any] = [q, v, u]
         if self.contact_effort:
             arguments.append(frozenset(n for k, n in enumerate(self.constraints) if mode >> k & 1))
-        return _numbers(model.force(*arguments), (self.d,), self.name + ".force(q, v, u)")
+        return numbers(model.force(*arguments), (self.d,), self.name + ".force(q, v, u)")
 
     def _float_mass(self, q: Any) -> Any:
-        return _floats(self._mass_matrix(self.model, q), self.name + ".mass_matrix(q)")
+        return floats(self._mass_matrix(self.model, q), self.name + ".mass_matrix(q)")
+
+    # Their derivatives: coefficients along directions of q, v, u and of the parameters p, where these vary
+
+    def _coefficients(self, what: str, formula: Callable[..., Any], p: Any, arguments: Sequence[Any],
+                      shape: Tuple[int, int], series: bool = False) -> Any:
+        """Of formula(model, *arguments) [… × shape]; p: None, or jets of all parameters."""
+        if self.model.differentiation == "differences":
+            return self._by_differences(what, formula, p, arguments, shape, series)
+        try:
+            return jet.coefficients(formula(self._with(p), *arguments), shape)
+        except TypeError as error:
+            raise TypeError("%s.%s: %s; forward duals do not pass through it, differentiation = 'differences' does"
+                            % (self.name, what, error)) from error
+
+    def _with(self, p: Any) -> Formulas:
+        if p is None:
+            return self.model
+        return with_values(copy.copy(self.model), zip([entry[0] for entry in self.parameter_list], p))
+
+    def _by_differences(self, what: str, formula: Callable[..., Any], p: Any, arguments: Sequence[Any],
+                        shape: Tuple[int, int], series: bool) -> Any:
+        scales = [np.maximum(1.0, np.abs(jet.values(a))) for a in arguments]
+        name = "%s.%s" % (self.name, what)
+        if p is None:
+            return differences.coefficients(lambda *a: formula(self.model, *a), arguments, scales, shape, series,
+                                            self.model.difference_step, name)
+        scale = np.where(self._values == 0, 1.0, np.abs(self._values))
+        return differences.coefficients(lambda p, *a: formula(self._with(p.tolist()), *a), [p, *arguments],
+                                        [scale, *scales], shape, series, self.model.difference_step, name)
 
     def _gap_jacobian(self, q: Any) -> Tuple[Any, Any]:
-        c = self._gaps(self.model, jet.variables(q, 0, self.d), (1, 1 + self.d))
+        c = self._gaps(None, jet.variables(q, 0, self.d), (1, 1 + self.d))
         return c[:, 0, 0], c[:, 0, 1:]
 
-    def _gaps(self, model: Formulas, q: Any, shape: Tuple[int, int]) -> Any:
-        return jet.coefficients(self._all_gaps(model, q), shape).reshape((self.rows,) + shape)
+    def _gaps(self, p: Any, q: Any, shape: Tuple[int, int], series: bool = False) -> Any:
+        return self._coefficients("gaps(q)", self._all_gaps, p, [q], shape, series).reshape((self.rows,) + shape)
+
+    def _masses(self, p: Any, q: Any, shape: Tuple[int, int]) -> Any:
+        return self._coefficients("mass_matrix(q)", self._mass_matrix, p, [q], shape)
+
+    def _forces(self, p: Any, arguments: Sequence[Any], mode: int, directions: int) -> Any:
+        """Derivatives of f along directions [d × directions]."""
+        return self._coefficients("force(q, v, u)", lambda model, q, v, u: self._force(model, q, v, u, mode), p,
+                                  arguments, (1, 1 + directions))[:, 0, 1:]
 
     # Values
 
     def dynamics(self, q: Any, v: Any, u: Any, mode: int) -> Tuple[Any, Any]:
         """M and f + c v."""
-        force = _floats(self._force(self.model, q, v, u, mode), self.name + ".force(q, v, u)")
+        force = floats(self._force(self.model, q, v, u, mode), self.name + ".force(q, v, u)")
         if self._mass is not None:
             return self._mass, force
-        c = jet.coefficients(self._mass_matrix(self.model, jet.variables(q, 0, self.d)), (1, 1 + self.d))
+        c = self._masses(None, jet.variables(q, 0, self.d), (1, 1 + self.d))
         slope = c[:, :, 0, 1:]  # ∂M_ij/∂q_k
         coriolis = 0.5 * np.einsum("ijk,i,j->k", slope, v, v) - np.einsum("kjl,l,j->k", slope, v, v)
         return c[:, :, 0, 0], force + coriolis
@@ -170,24 +205,23 @@ class Terms:
     def constraint_terms(self, q: Any, v: Any) -> Tuple[Any, Any, Any]:
         """a, Da and (d/dt Da) v, of closures behind."""
         if self._jacobian is not None:
-            gaps = _floats(self._all_gaps(self.model, q), self.name + ".gaps(q)")
+            gaps = floats(self._all_gaps(self.model, q), self.name + ".gaps(q)")
             return gaps, self._jacobian, np.zeros(self.rows)
         gap, jacobian = self._gap_jacobian(q)
-        return gap, jacobian, self._gap_acceleration(self.model, q, v, np.zeros(self.d), 0, False)[:, 0]
+        return gap, jacobian, self._gap_acceleration(None, q, v, np.zeros(self.d), 0, False)[:, 0]
 
-    def _gap_acceleration(self, model: Formulas, q: Any, v: Any, acceleration: Any, directions: int,
+    def _gap_acceleration(self, p: Any, q: Any, v: Any, acceleration: Any, directions: int,
                           by_state: bool) -> Any:
         """r₂ and its derivatives [rows × 1+directions]."""
         along = jet.motion(q, v, acceleration, directions, by_state)
-        return 2.0 * self._gaps(model, along, (3, 1 + directions))[:, 2, :]
+        return 2.0 * self._gaps(p, along, (3, 1 + directions), True)[:, 2, :]
 
     # Derivatives by (q, v, u)
 
     def differentiate_dynamics(self, q: Any, v: Any, u: Any, mode: int, acceleration: Any,
                                force: Any) -> Tuple[Any, ...]:
         d, n = self.d, 2 * self.d + len(self.inputs)
-        f = jet.coefficients(self._force(self.model, jet.variables(q, 0, n), jet.variables(v, d, n),
-                                         jet.variables(u, 2 * d, n), mode), (1, 1 + n))[:, 0, 1:]
+        f = self._forces(None, [jet.variables(q, 0, n), jet.variables(v, d, n), jet.variables(u, 2 * d, n)], mode, n)
         by_q, by_v = -f[:, :d], -f[:, d:2 * d]
         if not self.constant_mass:
             slope, bend = self._mass_slopes(q)
@@ -198,27 +232,25 @@ class Terms:
         if self.affine_constraints:
             return by_q, by_v, -f[:, 2 * d:], np.zeros((self.rows, d)), np.zeros((self.rows, d))
         by_q = by_q - np.einsum("r,rik->ik", force, self._gap_bend(q))
-        r2 = self._gap_acceleration(self.model, q, v, acceleration, 2 * d, True)[:, 1:]
+        r2 = self._gap_acceleration(None, q, v, acceleration, 2 * d, True)[:, 1:]
         return by_q, by_v, -f[:, 2 * d:], r2[:, :d], r2[:, d:]
 
     def _mass_slopes(self, q: Any) -> Tuple[Any, Any]:
         """∂M_ij/∂q_k and ∂²M_ij/∂q_k∂q_l."""
         d = self.d
-        M = self._mass_matrix(self.model, jet.variables(q, 0, d, d, True))
-        c = jet.coefficients(M, (1 + d, 1 + d))
+        c = self._masses(None, jet.variables(q, 0, d, d, True), (1 + d, 1 + d))
         return c[:, :, 0, 1:], c[:, :, 1:, 1:]
 
     def _gap_bend(self, q: Any) -> Any:
         """∂²a_r/∂q_i∂q_k."""
         d = self.d
-        return self._gaps(self.model, jet.variables(q, 0, d, d, True), (1 + d, 1 + d))[:, 1:, 1:]
+        return self._gaps(None, jet.variables(q, 0, d, d, True), (1 + d, 1 + d))[:, 1:, 1:]
 
     def differentiate_impact(self, q: Any, jump: Any, impulse: Any, s: Any) -> Tuple[Any, Any]:
         momentum = np.zeros((self.d, self.d))
         constraint = np.zeros((self.rows, self.d))
         if not self.constant_mass:
-            M = self._mass_matrix(self.model, jet.variables(q, 0, self.d))
-            slope = jet.coefficients(M, (1, 1 + self.d))[:, :, 0, 1:]
+            slope = self._masses(None, jet.variables(q, 0, self.d), (1, 1 + self.d))[:, :, 0, 1:]
             momentum = np.einsum("ijk,j->ik", slope, jump)
         if not self.affine_constraints:
             bend = self._gap_bend(q)
@@ -228,118 +260,42 @@ class Terms:
 
     # Derivatives by parameters
 
-    def _vary(self, parameters: Sequence[int], left: int, series: bool = False) -> Formulas:
-        """The model with jets for all its parameters, of derivative 1 along those of these indices."""
-        shape = (3 if series else 1 + left, 1 + len(parameters))
-        values: List[Tuple[str, Any]] = []
-        for k, (name, _, _, value) in enumerate(self.parameter_list):
-            c = np.zeros(shape)
+    def _vary(self, parameters: Sequence[int], left: int, series: bool = False) -> Any:
+        """Jets of all parameters, of derivative 1 along those of these indices."""
+        jets = np.empty(len(self.parameter_list), dtype=object)
+        for k, value in enumerate(self._values):
+            c = np.zeros((3 if series else 1 + left, 1 + len(parameters)))
             c[0, 0] = value
             for column, index in enumerate(parameters):
                 c[0, 1 + column] = 1.0 if index == k else 0.0
-            values.append((name, jet.Jet(c, series)))
-        return with_values(copy.copy(self.model), values)
+            jets[k] = jet.Jet(c, series)
+        return jets
 
     def differentiate_dynamics_by_parameters(self, q: Any, v: Any, u: Any, mode: int, acceleration: Any,
                                              force: Any, parameters: Sequence[int]) -> Tuple[Any, Any]:
         d, k = self.d, len(parameters)
-        f = jet.coefficients(self._force(self._vary(parameters, 0), q, v, u, mode), (1, 1 + k))[:, 0, 1:]
-        model, at = self._vary(parameters, d), jet.variables(q, -1, k, d, True)
-        M = jet.coefficients(self._mass_matrix(model, at), (1 + d, 1 + k))
+        f = self._forces(self._vary(parameters, 0), [q, v, u], mode, k)
+        p, at = self._vary(parameters, d), jet.variables(q, -1, k, d, True)
+        M = self._masses(p, at, (1 + d, 1 + k))
         slope, bend = M[:, :, 0, 1:], M[:, :, 1:, 1:]  # by p; by q and p
         inertial = np.einsum("ijp,j->ip", slope, acceleration) - (
             0.5 * np.einsum("abip,a,b->ip", bend, v, v) - np.einsum("ijlp,l,j->ip", bend, v, v))
-        push = np.einsum("r,rip->ip", force, self._gaps(model, at, (1 + d, 1 + k))[:, 1:, 1:])
+        push = np.einsum("r,rip->ip", force, self._gaps(p, at, (1 + d, 1 + k))[:, 1:, 1:])
         r2 = self._gap_acceleration(self._vary(parameters, 0, True), q, v, acceleration, k, False)
         return inertial - f - push, r2[:, 1:]
 
     def differentiate_impact_by_parameters(self, q: Any, jump: Any, impulse: Any, s: Any,
                                            parameters: Sequence[int]) -> Tuple[Any, ...]:
         d, k = self.d, len(parameters)
-        model, at = self._vary(parameters, d), jet.variables(q, -1, k, d, True)
-        M = jet.coefficients(self._mass_matrix(model, at), (1 + d, 1 + k))
-        gaps = self._gaps(model, at, (1 + d, 1 + k))
+        p, at = self._vary(parameters, d), jet.variables(q, -1, k, d, True)
+        M = self._masses(p, at, (1 + d, 1 + k))
+        gaps = self._gaps(p, at, (1 + d, 1 + k))
         momentum = np.einsum("ijp,j->ip", M[:, :, 0, 1:], jump) - np.einsum(
             "r,rip->ip", impulse, gaps[:, 1:, 1:])
-        restitution = jet.coefficients(list(self._vary(parameters, 0).restitutions()), (1, 1 + k))
+        restitution = self._coefficients("restitutions()", lambda model: list(model.restitutions()),
+                                         self._vary(parameters, 0), [], (1, 1 + k))
         by_restitution = restitution.reshape((len(self.constraints), 1, 1 + k))[:, 0, 1:]
         return momentum, np.einsum("rip,i->rp", gaps[:, 1:, 1:], s), gaps[:, 0, 1:], by_restitution
-
-
-class WrongShape(ValueError):
-    """A formula has too few numbers, or too many."""
-
-
-def check_names(terms: Terms) -> None:
-    """ValueError for names that are too few, too many or not distinct."""
-    if not terms.coordinates:
-        raise ValueError("%s.coordinates is empty" % terms.name)
-    if len(terms.units) != terms.d:
-        raise ValueError("%s.units has %d names, expected %d" % (terms.name, len(terms.units), terms.d))
-    if terms.rows > MAX_CONSTRAINTS:
-        raise ValueError("%s has %d constraints, at most %d" % (terms.name, terms.rows, MAX_CONSTRAINTS))
-    for name in terms.model.circles:
-        if name not in terms.coordinates:
-            raise ValueError("%s.circles: unknown coordinate '%s'" % (terms.name, name))
-    for field in ("coordinates", "constraints", "bilateral", "inputs"):
-        names = list(getattr(terms, field))
-        for name in names:
-            if names.count(name) > 1:
-                raise ValueError("%s.%s has '%s' twice" % (terms.name, field, name))
-    # A direction by name would be one of two.
-    tangents = [("coordinates", name) for name in terms.coordinates]
-    tangents += [("inputs", name) for name in terms.inputs]
-    tangents += [("parameters", p[0]) for p in terms.parameter_list]
-    seen: Dict[str, str] = {}
-    for field, name in tangents:
-        if name in seen:
-            raise ValueError("%s: '%s' is in %s and in %s" % (terms.name, name, seen[name], field))
-        seen[name] = field
-
-
-def _numbers(values: Any, shape: Tuple[int, ...], what: str) -> Any:
-    array = np.asarray(values, dtype=object)
-    if array.shape != shape and array.size + sum(shape) > 0:
-        raise WrongShape("%s has shape %s, expected %s" % (what, array.shape, shape))
-    return array
-
-
-def _floats(values: Any, what: str) -> Any:
-    try:
-        return np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise TypeError("%s has something else than numbers" % what) from None
-
-
-def with_values(model: Formulas, values: Iterable[Tuple[str, Any]]) -> Formulas:
-    """The model, with these as its attributes."""
-    for name, value in values:
-        setattr(model, name, value)
-    return model
-
-
-def read_parameters(formulas: Type[Formulas], values: Mapping[str, float]) -> List[Tuple[str, str, str, float]]:
-    """(name, unit, meaning, value) of each parameter. ValueError for unknown names and values out of
-    range."""
-    label = formulas.name or formulas.__name__
-    for name in values:
-        if name not in formulas.parameters:
-            raise ValueError("%s: unknown parameter '%s'; it has %s"
-                             % (label, name, ", ".join(formulas.parameters) or "none"))
-    listed: List[Tuple[str, str, str, float]] = []
-    for name, given in formulas.parameters.items():
-        if hasattr(formulas, name):
-            raise ValueError("%s: a parameter cannot be called '%s'" % (label, name))
-        fields: Tuple[Any, ...] = given if isinstance(given, tuple) else (given,)
-        default, unit, meaning, allowed = fields + ("", "", "any")[len(fields) - 1:]
-        value = float(values.get(name, default))
-        if allowed not in RANGES:
-            raise ValueError("%s: the range of '%s' is '%s', expected one of %s"
-                             % (label, name, allowed, ", ".join(RANGES)))
-        if not np.isfinite(value) or not RANGES[allowed](value):
-            raise ValueError("%s: parameter '%s' is %r, expected %s" % (label, name, value, allowed))
-        listed.append((name, str(unit), str(meaning), value))
-    return listed
 
 
 def make_terms(formulas: Type[Formulas], values: Dict[str, float]) -> Terms:

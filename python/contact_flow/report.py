@@ -14,6 +14,7 @@ from . import _core, report_words
 from .report_scene import scene
 
 MAX_BYTES = 8_000_000  #: a larger report is refused
+MAX_SAMPLES = 1_000_000  #: of which even a ball would be larger
 MAX_PIECES = 64  #: more are counted, not drawn
 FOLDER = os.path.dirname(__file__)
 
@@ -146,6 +147,8 @@ def write_report(run: _core.Run, path: Union[str, "os.PathLike[str]"], by: Seque
     where it would be larger than 8 MB, or where the run was made with dense=False."""
     if not run.options["dense"]:
         raise ValueError("the run was made with dense=False")
+    if not 2 <= samples <= MAX_SAMPLES:
+        raise ValueError("samples is %d, expected 2 to %d" % (samples, MAX_SAMPLES))
     template = part("report_template.html").replace("/*SCENE*/", part("report_scene.js"), 1)
     # "<" could end the script where a name has it.
     data = dict(collect(run, by, samples), source=source)

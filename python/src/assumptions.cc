@@ -17,6 +17,38 @@ struct Assumptions {
   py::tuple Named(ContactMode mode) const { return py::tuple(py::cast(mode.Names(names))); }
 };
 
+py::tuple GetState(const Assumptions& a) {
+  const AssumptionReport& r = a.report;
+  py::list couplings;
+  for (const Coupling& c : r.couplings) {
+    couplings.append(py::make_tuple(c.first, c.second, c.value));
+  }
+  return py::make_tuple(a.names, r.touching.bits(), r.smooth, r.mass_condition, r.rank, r.condition,
+                        r.qualified, couplings, static_cast<int>(r.contact_class));
+}
+
+Assumptions SetState(const py::tuple& t) {
+  Assumptions a;
+  a.names = t[0].cast<std::vector<std::string>>();
+  AssumptionReport& r = a.report;
+  r.touching = ContactMode::FromBits(t[1].cast<std::uint64_t>());
+  r.smooth = t[2].cast<bool>();
+  r.mass_condition = t[3].cast<double>();
+  r.rank = t[4].cast<int>();
+  r.condition = t[5].cast<double>();
+  r.qualified = t[6].cast<bool>();
+  for (const auto& entry : t[7]) {
+    const auto c = entry.cast<py::tuple>();
+    Coupling coupling;
+    coupling.first = c[0].cast<int>();
+    coupling.second = c[1].cast<int>();
+    coupling.value = c[2].cast<double>();
+    r.couplings.push_back(coupling);
+  }
+  r.contact_class = static_cast<ContactClass>(t[8].cast<int>());
+  return a;
+}
+
 Assumptions AtState(const System& s, const py::object& x, const py::object& u,
                     const py::object& touching) {
   const Vector state = ToState(s, x), input = ToInput(s, u);
@@ -80,23 +112,27 @@ std::vector<std::string> NearGrazing(const Run& run, double approach_speed, doub
 void BindAssumptions(py::module_* module) {
   py::class_<Assumptions>(*module, "Assumptions",
                           "The assumptions of the paper at one state, for what touches there.")
-      .def_property_readonly("touching",
-                             [](const Assumptions& a) { return a.Named(a.report.touching); },
-                             "Names of the contacts that are taken to touch.")
-      .def_property_readonly("smooth", [](const Assumptions& a) { return a.report.smooth; },
-                             "Assumption 2 at the state.")
-      .def_property_readonly("mass_condition",
-                             [](const Assumptions& a) { return a.report.mass_condition; },
-                             "Condition number of M.")
-      .def_property_readonly("rank", [](const Assumptions& a) { return a.report.rank; },
-                             "Assumption 3: of Da M⁻¹ Daᵀ over what touches.")
-      .def_property_readonly("condition", [](const Assumptions& a) { return a.report.condition; },
-                             "Of the gradients, in the kinetic metric.")
-      .def_property_readonly("independent",
-                             [](const Assumptions& a) { return a.report.independent(); },
-                             "Whether the gradients of all that touches are independent.")
-      .def_property_readonly("qualified", [](const Assumptions& a) { return a.report.qualified; },
-                             "Whether some velocity opens all gaps.")
+      .def_property_readonly(
+          "touching", [](const Assumptions& a) { return a.Named(a.report.touching); },
+          "Names of the contacts that are taken to touch.")
+      .def_property_readonly(
+          "smooth", [](const Assumptions& a) { return a.report.smooth; },
+          "Assumption 2 at the state.")
+      .def_property_readonly(
+          "mass_condition", [](const Assumptions& a) { return a.report.mass_condition; },
+          "Condition number of M.")
+      .def_property_readonly(
+          "rank", [](const Assumptions& a) { return a.report.rank; },
+          "Assumption 3: of Da M⁻¹ Daᵀ over what touches.")
+      .def_property_readonly(
+          "condition", [](const Assumptions& a) { return a.report.condition; },
+          "Of the gradients, in the kinetic metric.")
+      .def_property_readonly(
+          "independent", [](const Assumptions& a) { return a.report.independent(); },
+          "Whether the gradients of all that touches are independent.")
+      .def_property_readonly(
+          "qualified", [](const Assumptions& a) { return a.report.qualified; },
+          "Whether some velocity opens all gaps.")
       .def_property_readonly(
           "contact_class",
           [](const Assumptions& a) { return ContactClassName(a.report.contact_class); },
@@ -112,6 +148,7 @@ void BindAssumptions(py::module_* module) {
             return couplings;
           },
           "G_ij/√(G_ii G_jj) of each pair of names.")
+      .def(py::pickle(&GetState, &SetState))
       .def("__repr__", [](const Assumptions& a) {
         return "<Assumptions at " + a.report.touching.ToString(a.names) + ": " +
                ContactClassName(a.report.contact_class) + ", rank " +

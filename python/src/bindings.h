@@ -55,8 +55,9 @@ struct Run {
   /// Throws ValueError where no request repeats the run.
   void CheckRepeats(const std::string& what) const {
     if (repeats) return;
-    throw py::value_error(what + ": the run ends behind its event, and no request repeats it; the "
-                                 "PoincareReturn has its derivative");
+    throw py::value_error(what +
+                          ": the run ends behind its event, and no request repeats it; the "
+                          "PoincareReturn has its derivative");
   }
   const SystemDescription& description() const { return system->description(); }
 };
@@ -103,6 +104,8 @@ void BindOrbit(py::module_* module);
 void BindOptimize(py::module_* module);
 void BindOnline(py::module_* module);
 void BindSweep(py::module_* module);
+void BindTrajectory(py::module_* module);
+void BindPolicy(py::module_* module);
 
 }  // namespace python
 }  // namespace contact_flow

@@ -22,11 +22,28 @@ std::string Shape(const py::array& array) {
   return text.empty() ? "one number" : text;
 }
 
-bool IsMapping(const py::handle& value) { return py::isinstance<py::dict>(value); }
+/// A dict, or what is as one: numbers by name. Arrays have no keys.
+bool IsMapping(const py::handle& value) {
+  return py::isinstance<py::dict>(value) ||
+         (!py::isinstance<py::array>(value) && py::hasattr(value, "keys"));
+}
+
+/// Hidden numbers of a masked array are no numbers.
+void RefuseMasked(const py::handle& value, const char* field) {
+  static const PyObject* const usual = py::module_::import("numpy").attr("ndarray").ptr();
+  if (reinterpret_cast<const PyObject*>(Py_TYPE(value.ptr())) == usual ||
+      !py::isinstance<py::array>(value) || !py::hasattr(value, "mask")) {
+    return;
+  }
+  if (py::module_::import("numpy").attr("ma").attr("is_masked")(value).cast<bool>()) {
+    throw py::value_error(std::string(field) + " is a masked array, with numbers left out");
+  }
+}
 
 }  // namespace
 
 Array ToArray(const py::handle& value, const char* field) {
+  RefuseMasked(value, field);
   const py::array any = py::array::ensure(value);
   if (!any) {
     PyErr_Clear();
@@ -43,8 +60,7 @@ Array ToArray(const py::handle& value, const char* field) {
   return Array::ensure(any);
 }
 
-Vector ToVector(const py::handle& value, const char* field, Eigen::Index size,
-                const Names* names) {
+Vector ToVector(const py::handle& value, const char* field, Eigen::Index size, const Names* names) {
   const Array array = ToArray(value, field);
   if (array.ndim() != 1 || (size >= 0 && array.size() != size)) {
     const std::string expected = size < 0 ? "a vector" : std::to_string(size) + " numbers";
@@ -69,7 +85,7 @@ Vector ToNamedVector(const py::handle& value, const char* field, const Vector& b
                      const Names& names) {
   if (!IsMapping(value)) return ToVector(value, field, base.size(), &names);
   Vector vector = base;
-  for (const auto& entry : py::reinterpret_borrow<py::dict>(value)) {
+  for (const auto& entry : py::dict(py::reinterpret_borrow<py::object>(value))) {
     const std::string name = py::str(entry.first);
     try {
       vector(IndexOf("name", name, names)) = entry.second.cast<double>();
@@ -116,8 +132,7 @@ void CheckMaxSeconds(double seconds) {
 
 Vector ToState(const System& system, const py::handle& x) {
   const Vector& nominal = system.get().nominal().x;
-  return x.is_none() ? nominal
-                     : ToNamedVector(x, "x0", nominal, StateNames(system.description()));
+  return x.is_none() ? nominal : ToNamedVector(x, "x0", nominal, StateNames(system.description()));
 }
 
 Vector ToInput(const System& system, const py::handle& u) {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Run.derivative, and the derivative on directions: values, errors, modes, radii, quotients.
-#include "contact_flow/derivative/b_derivative.h"
-
 #include <cmath>
 #include <limits>
 
+#include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/cluster_reading.h"
 #include "contact_flow/derivative/finite_difference.h"
 #include "convert.h"
@@ -183,16 +182,14 @@ Matrix Jacobian(const Derivative& d) {
         "the outcome is not differentiable here, in the sense of one matrix: it has one-sided "
         "derivatives, B(w), and linear pieces where B.piecewise_linear is true");
   }
-  return Alone(d, [&] {
-    return Matrix(d.map.Pieces().pieces().front().matrix * d.directions.Projector());
-  });
+  return Alone(
+      d, [&] { return Matrix(d.map.Pieces().pieces().front().matrix * d.directions.Projector()); });
 }
 
 py::tuple Clusters(const Derivative& d, const py::object& w) {
   CheckExists(d);
   const Vector direction = ToAdmitted(d, w);
-  const ClusterReading reading =
-      Alone(d, [&] { return ReadClusters(d.map, direction); });
+  const ClusterReading reading = Alone(d, [&] { return ReadClusters(d.map, direction); });
   return py::make_tuple(reading.inner_radius, reading.in_order);
 }
 
@@ -216,8 +213,7 @@ NamedRadius Radius(const Derivative& d, const py::object& w) {
 py::list Modes(const Derivative& d, const py::object& w) {
   CheckExists(d);
   const Vector direction = ToAdmitted(d, w);
-  return ToNames(Quickly(d, [&] { return d.map.PerturbedModes(direction); }),
-                 d.run->description());
+  return ToNames(Quickly(d, [&] { return d.map.PerturbedModes(direction); }), d.run->description());
 }
 
 QuotientReport Compare(const Derivative& d, const py::object& w,
@@ -269,16 +265,19 @@ void BindDerivative(py::module_* module) {
       "The B-derivative of a run's outcome x(T): B(w) is the one-sided derivative along w.\n"
       "A direction w is an array (δq, δv, δu, δp) [2d+k] or (δq, δv) [2d], a dict of some numbers\n"
       "by name, or '+name', '-name'. Where there is none NoDerivative is raised.")
-      .def_property_readonly("status", [](const Derivative& d) { return d.map.status; },
-                             "False: there is no derivative, and why.")
       .def_property_readonly(
-          "run", [](const Derivative& d) { return std::const_pointer_cast<Run>(d.run); })
+          "status", [](const Derivative& d) { return d.map.status; },
+          "False: there is no derivative, and why.")
+      .def_property_readonly(
+          "run", [](const Derivative& d) { return std::const_pointer_cast<Run>(d.run); },
+          "The run whose outcome it is of.")
       .def_property_readonly(
           "tangents", [](const Derivative& d) { return py::tuple(py::cast(Tangents(d))); },
           "Names of the numbers of w [2d+k]; rates begin with 'd/dt '.")
       .def_property_readonly(
           "shape",
-          [](const Derivative& d) { return py::make_tuple(2 * d.system().dof(), Columns(d)); })
+          [](const Derivative& d) { return py::make_tuple(2 * d.system().dof(), Columns(d)); },
+          "(2d, 2d+k).")
       .def("direction", &ToDirection, py::arg("w"), "w as an array [2d+k].")
       .def("__call__", &Apply, py::arg("w"), py::arg("dt") = 0,
            "B(w) [2d], with a change `dt` of the horizon [s]; of each row of an array [k × 2d+k]\n"
@@ -322,16 +321,18 @@ void BindDerivative(py::module_* module) {
           "time",
           [](const py::object& self) { return View(self.cast<Derivative&>().map.time, self); },
           "By the horizon: F(x(T)) [2d].")
-      .def_property_readonly("trust", [](const Derivative& d) { return d.map.trust; },
-                             "The laws it was held to, and the errors that are left.")
+      .def_property_readonly(
+          "trust", [](const Derivative& d) { return d.map.trust; },
+          "The laws it was held to, and the errors that are left.")
       .def_property_readonly(
           "neglected_jump",
           [](const py::object& self) {
             return View(self.cast<Derivative&>().map.neglected_jump, self);
           },
           "Jumps between orders of impacts that were neglected, at T [2d].")
-      .def_property_readonly("neglected_derivative",
-                             [](const Derivative& d) { return d.map.neglected_derivative; })
+      .def_property_readonly(
+          "neglected_derivative", [](const Derivative& d) { return d.map.neglected_derivative; },
+          "The same of an entry of the derivative: couplings taken for orthogonal.")
       .def(py::pickle(&GetState, &SetState))
       .def("__copy__", [](const py::object& self) { return self; })
       .def("__deepcopy__", [](const py::object& self, const py::object&) { return self; })

@@ -9,6 +9,7 @@
 #include "contact_flow/derivative/finite_difference.h"
 #include "contact_flow/derivative/linearization.h"
 #include "convert.h"
+#include "pickles.h"
 #include "unlocked.h"
 
 namespace contact_flow {
@@ -19,6 +20,25 @@ struct Interval {
   std::shared_ptr<const Run> run;
   std::shared_ptr<IntervalLinearization> value;
 };
+
+/// What it shows, without the run and the derivative behind it.
+py::tuple ShownOf(const Interval& i) {
+  const IntervalLinearization& v = *i.value;
+  return py::make_tuple(v.t_begin, v.t_end, v.x_begin, v.x_end, v.status, v.A, v.B, v.is_linear);
+}
+
+Interval FromShown(const py::tuple& t) {
+  auto v = std::make_shared<IntervalLinearization>();
+  v->t_begin = t[0].cast<double>();
+  v->t_end = t[1].cast<double>();
+  v->x_begin = t[2].cast<Vector>();
+  v->x_end = t[3].cast<Vector>();
+  v->status = t[4].cast<Status>();
+  v->A = t[5].cast<Matrix>();
+  v->B = t[6].cast<Matrix>();
+  v->is_linear = t[7].cast<bool>();
+  return {nullptr, std::move(v)};
+}
 
 py::list LinearizeRun(const std::shared_ptr<Run>& run, const py::kwargs& options) {
   run->CheckRepeats("it has no derivative");
@@ -37,9 +57,8 @@ PiecewiseLinearMap MapOfInputs(const std::shared_ptr<Run>& run, const py::kwargs
   run->CheckRepeats("it has no derivative");
   const BDerivativeOptions o = ToOptions(options, BDerivativeOptions());
   if (!run->options.dense) throw py::value_error("the run was made with dense=False");
-  return WithoutLock([&] {
-    return InputMap(Linearize(run->system->get(), run->trajectory, o), o.max_pieces);
-  });
+  return WithoutLock(
+      [&] { return InputMap(Linearize(run->system->get(), run->trajectory, o), o.max_pieces); });
 }
 
 /// Where each order of the impacts leads, of the clusters whose order decides.
@@ -123,6 +142,9 @@ void BindTrust(py::module_* module) {
       .def_readonly("derivative_error", &Trust::derivative_error,
                     "Estimated error of an entry, absolute.")
       .def_readonly("weakest_arc", &Trust::weakest_arc, "Whose errors weigh most; −1: none.")
+      .def(PickledFields(&Trust::flow_law, &Trust::event_law, &Trust::face_law, &Trust::momentum,
+                         &Trust::energy, &Trust::condition, &Trust::state_error,
+                         &Trust::derivative_error, &Trust::weakest_arc))
       .def("__repr__", [](const Trust& t) {
         return "<Trust derivative_error " + Number(t.derivative_error) + ", flow_law " +
                Number(t.flow_law) + ", event_law " + Number(t.event_law) + ">";
@@ -135,9 +157,10 @@ void BindRadius(py::module_* module) {
   };
   py::class_<NamedRadius>(*module, "ValidityRadius",
                           "How far along a direction a derivative holds; float() is the radius.")
-      .def_property_readonly("radius", [](const NamedRadius& r) { return r.value.radius; },
-                             "α > 0, a factor on w; infinite: nothing that first order shows;\n"
-                             "NaN: not known.")
+      .def_property_readonly(
+          "radius", [](const NamedRadius& r) { return r.value.radius; },
+          "α > 0, a factor on w; infinite: nothing that first order shows;\n"
+          "NaN: not known.")
       .def_property_readonly("limit", limit,
                              "What changes there: 'event order', 'gap', …; 'none', or 'unknown'\n"
                              "where contacts have friction.")
@@ -148,9 +171,23 @@ void BindRadius(py::module_* module) {
             return py::str(r.constraint);
           },
           "The name of that whose event it is; None: a whole event.")
-      .def_property_readonly("t", [](const NamedRadius& r) { return r.value.t; },
-                             "Of the unperturbed run [s].")
+      .def_property_readonly(
+          "t", [](const NamedRadius& r) { return r.value.t; }, "Of the unperturbed run [s].")
       .def("__float__", [](const NamedRadius& r) { return r.value.radius; })
+      .def(py::pickle(
+          [](const NamedRadius& r) {
+            return py::make_tuple(r.value.radius, static_cast<int>(r.value.limit),
+                                  r.value.constraint, r.value.t, r.constraint);
+          },
+          [](const py::tuple& t) {
+            NamedRadius r;
+            r.value.radius = t[0].cast<double>();
+            r.value.limit = static_cast<ValidityRadius::Limit>(t[1].cast<int>());
+            r.value.constraint = t[2].cast<int>();
+            r.value.t = t[3].cast<double>();
+            r.constraint = t[4].cast<std::string>();
+            return r;
+          }))
       .def("__repr__", [limit](const NamedRadius& r) {
         return "<ValidityRadius " + Number(r.value.radius) + ": " + limit(r) +
                (r.constraint.empty() ? ">" : " of " + r.constraint + ">");
@@ -166,6 +203,9 @@ void BindQuotients(py::module_* module) {
       .def_readonly("quotient", &QuotientSample::quotient, "(x_α(T) − x_0(T)) / α [2d].")
       .def_readonly("error", &QuotientSample::error,
                     "max |quotient − B(w)|; NaN where there is no quotient.")
+      .def(PickledFields(&QuotientSample::alpha, &QuotientSample::status,
+                         &QuotientSample::final_state, &QuotientSample::quotient,
+                         &QuotientSample::error))
       .def("__repr__", [](const QuotientSample& s) {
         return "<QuotientSample alpha " + Number(s.alpha) + ", error " + Number(s.error) + ">";
       });
@@ -177,6 +217,8 @@ void BindQuotients(py::module_* module) {
                     "than two errors stand clear of rounding.")
       .def_readonly("resolution", &QuotientReport::resolution, "Of one final state, absolute.")
       .def_readonly("prediction_error", &QuotientReport::prediction_error, "Estimated, of B(w).")
+      .def(PickledFields(&QuotientReport::samples, &QuotientReport::slope,
+                         &QuotientReport::resolution, &QuotientReport::prediction_error))
       .def("__str__", &Table)
       .def("__repr__", [](const QuotientReport& r) {
         return "<QuotientReport of " + std::to_string(r.samples.size()) + " runs, slope " +
@@ -188,10 +230,13 @@ void BindIntervals(py::module_* module) {
   py::class_<Interval>(*module, "Interval",
                        "One interval of an input grid to first order: δx⁺ = A δx + B δu, for δx\n"
                        "that keeps the contacts of its begin.")
-      .def_property_readonly("t_begin", [](const Interval& i) { return i.value->t_begin; }, "[s]")
-      .def_property_readonly("t_end", [](const Interval& i) { return i.value->t_end; }, "[s]")
-      .def_property_readonly("status", [](const Interval& i) { return i.value->status; },
-                             "False: no derivative, A and B are empty.")
+      .def_property_readonly(
+          "t_begin", [](const Interval& i) { return i.value->t_begin; }, "[s]")
+      .def_property_readonly(
+          "t_end", [](const Interval& i) { return i.value->t_end; }, "[s]")
+      .def_property_readonly(
+          "status", [](const Interval& i) { return i.value->status; },
+          "False: no derivative, A and B are empty.")
       .def_property_readonly(
           "A", [](const py::object& self) { return View(self.cast<Interval&>().value->A, self); },
           "[2d×2d]")
@@ -200,12 +245,16 @@ void BindIntervals(py::module_* module) {
           "[2d×m]")
       .def_property_readonly(
           "x_begin",
-          [](const py::object& self) { return View(self.cast<Interval&>().value->x_begin, self); })
+          [](const py::object& self) { return View(self.cast<Interval&>().value->x_begin, self); },
+          "The state at its begin [nq+d].")
       .def_property_readonly(
           "x_end",
-          [](const py::object& self) { return View(self.cast<Interval&>().value->x_end, self); })
-      .def_property_readonly("is_linear", [](const Interval& i) { return i.value->is_linear; },
-                             "False: [A B] is the selection of one order of events.")
+          [](const py::object& self) { return View(self.cast<Interval&>().value->x_end, self); },
+          "The state at its end [nq+d].")
+      .def_property_readonly(
+          "is_linear", [](const Interval& i) { return i.value->is_linear; },
+          "False: [A B] is the selection of one order of events.")
+      .def(py::pickle(&ShownOf, &FromShown))
       .def("__repr__", [](const Interval& i) {
         return "<Interval " + Number(i.value->t_begin) + " to " + Number(i.value->t_end) + " s: " +
                (i.value->status.ok() ? (i.value->is_linear ? "linear" : "one of several pieces")

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Feedbacks once a step that stabilise an orbit, and the runs under them.
 #include "contact_flow/analysis/stabilizing_feedback.h"
-
 #include "contact_flow/analysis/step_feedback.h"
 #include "convert.h"
 #include "poincare.h"
@@ -17,6 +16,7 @@ struct Feedback {
   StepFeedback step;
   PiecewiseLinearMap controlled;
   StabilizingFeedback found;
+  Question question;
 
   const System& system() const { return *map->system; }
 };
@@ -39,9 +39,8 @@ Feedback FindFeedback(const std::shared_ptr<Poincare>& map, const py::object& x,
   PoincareOptions options = map->options;
   options.derivative.variables = {};
   options.derivative.variables.inputs = true;
-  const auto one = std::make_shared<PoincareReturn>(WithoutLock([&] {
-    return PoincareMap(system.get(), map->u, map->section, options).Return(step.x);
-  }));
+  const auto one = std::make_shared<PoincareReturn>(WithoutLock(
+      [&] { return PoincareMap(system.get(), map->u, map->section, options).Return(step.x); }));
   if (one->status != ReturnStatus::kReturned) {
     throw NoDerivative(std::string(ReturnStatusName(one->status)) + ": " + one->message);
   }
@@ -57,6 +56,10 @@ Feedback FindFeedback(const std::shared_ptr<Poincare>& map, const py::object& x,
   settings.good_enough = good_enough;
   feedback.found = WithoutLock([&] { return FindStabilizingFeedback(controlled.map, settings); });
   step.law = feedback.found.law;
+  py::list set;
+  for (int k : step.inputs) set.append(names[static_cast<std::size_t>(k)]);
+  feedback.question =
+      Question::Call(py::cast(map), "feedback", step.x, translation, set, piecewise, good_enough);
   return feedback;
 }
 
@@ -98,10 +101,12 @@ void BindFollowed(py::module_* module) {
           "u", [](const FollowedOrbit& f) { return Table(f.u, f.u.empty() ? 0 : f.u[0].size()); },
           "From one to the next [k × m].")
       .def_readonly("away", &FollowedOrbit::away, "|z| of each x.")
-      .def_property_readonly("status",
-                             [](const FollowedOrbit& f) { return ReturnStatusName(f.status); },
-                             "Of the last return.")
+      .def_property_readonly(
+          "status", [](const FollowedOrbit& f) { return ReturnStatusName(f.status); },
+          "Of the last return.")
       .def_readonly("message", &FollowedOrbit::message, "Why there is no further one.")
+      .def(PickledFields(&FollowedOrbit::x, &FollowedOrbit::u, &FollowedOrbit::away,
+                         &FollowedOrbit::status, &FollowedOrbit::message))
       .def("__repr__", [](const FollowedOrbit& f) {
         return "<FollowedOrbit of " + std::to_string(f.u.size()) + " returns, " +
                Number(f.away.back()) + " away>";
@@ -112,23 +117,32 @@ void BindFollowed(py::module_* module) {
 
 void BindFeedback(py::module_* module) {
   BindFollowed(module);
-  py::class_<Feedback>(*module, "Feedback",
-                       "Inputs that are set once a step and held: true where a certificate proves\n"
-                       "that they make the orbit exponentially stable.")
-      .def("__bool__", [](const Feedback& f) { return f.found.certified; })
-      .def_property_readonly("certified", [](const Feedback& f) { return f.found.certified; })
-      .def_property_readonly("message", [](const Feedback& f) { return f.found.message; },
-                             "What proves it, or why nothing does.")
-      .def_property_readonly("rate", [](const Feedback& f) { return f.found.rate; },
-                             "Of the closed loop in the best common quadratic norm found.")
-      .def_property_readonly("law", [](const Feedback& f) { return f.found.law; },
-                             "z ↦ δu [m×n], z = basisᵀ (x ⊟ orbit).")
-      .def_property_readonly("step", [](const Feedback& f) { return f.controlled; },
-                             "(z, δu) ↦ z of the next return [n × n+m].")
-      .def_property_readonly("closed", [](const Feedback& f) { return f.found.closed; },
-                             "z ↦ z of the next return under the law [n×n].")
-      .def_property_readonly("certificate", [](const Feedback& f) { return f.found.certificate; },
-                             "Of `closed`.")
+  py::class_<Feedback> feedback(
+      *module, "Feedback",
+      "Inputs that are set once a step and held: true where a certificate proves\n"
+      "that they make the orbit exponentially stable.");
+  PickleQuestion(&feedback);
+  feedback.def("__bool__", [](const Feedback& f) { return f.found.certified; })
+      .def_property_readonly(
+          "certified", [](const Feedback& f) { return f.found.certified; },
+          "Whether a certificate was found.")
+      .def_property_readonly(
+          "message", [](const Feedback& f) { return f.found.message; },
+          "What proves it, or why nothing does.")
+      .def_property_readonly(
+          "rate", [](const Feedback& f) { return f.found.rate; },
+          "Of the closed loop in the best common quadratic norm found.")
+      .def_property_readonly(
+          "law", [](const Feedback& f) { return f.found.law; },
+          "z ↦ δu [m×n], z = basisᵀ (x ⊟ orbit).")
+      .def_property_readonly(
+          "step", [](const Feedback& f) { return f.controlled; },
+          "(z, δu) ↦ z of the next return [n × n+m].")
+      .def_property_readonly(
+          "closed", [](const Feedback& f) { return f.found.closed; },
+          "z ↦ z of the next return under the law [n×n].")
+      .def_property_readonly(
+          "certificate", [](const Feedback& f) { return f.found.certificate; }, "Of `closed`.")
       .def(
           "verify",
           [](const Feedback& f) {
@@ -166,8 +180,7 @@ void BindFeedback(py::module_* module) {
       .def("follow", &FollowFrom, py::arg("x"), py::arg("returns") = 50, py::arg("lost") = 1e3,
            "Simulates returns under the law from a state at the section, as a FollowedOrbit; ends\n"
            "where one fails or |z| exceeds `lost`.")
-      .def("__repr__",
-           [](const Feedback& f) { return "<Feedback " + f.found.message + ">"; });
+      .def("__repr__", [](const Feedback& f) { return "<Feedback " + f.found.message + ">"; });
   py::class_<Poincare, std::shared_ptr<Poincare>>(module->attr("PoincareMap"))
       .def("feedback", &FindFeedback, py::arg("x") = py::none(),
            py::arg("translation") = std::vector<std::string>{}, py::arg("inputs") = py::none(),

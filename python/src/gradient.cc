@@ -4,6 +4,7 @@
 
 #include "contact_flow/derivative/cost_gradient.h"
 #include "convert.h"
+#include "pickles.h"
 #include "unlocked.h"
 
 namespace contact_flow {
@@ -15,6 +16,7 @@ struct Gradient {
   Variables variables;
   CostGradient value;
   Matrix inputs;  // [K×m]
+  Question question;
 };
 
 /// Targets by name, and their weights: 1 for what has a target where they are left out.
@@ -35,7 +37,7 @@ void ToWeights(const py::dict& target, const py::object& weight, const char* fie
 Gradient DifferentiateRunCost(const std::shared_ptr<Run>& run, const py::dict& target,
                               const py::object& weight, const py::dict& path_target,
                               const py::object& path_weight, const py::object& effort,
-                              const py::object& effort_reference, const py::object& by,
+                              const py::object& effort_reference, const py::object& given_by,
                               const py::object& direction, const py::object& direction_inputs,
                               const py::object& direction_parameters, double max_seconds,
                               const py::kwargs& options) {
@@ -45,6 +47,8 @@ Gradient DifferentiateRunCost(const std::shared_ptr<Run>& run, const py::dict& t
   const MechanicalSystem& system = run->system->get();
   const SystemDescription& names = run->description();
   BDerivativeOptions o = ToOptions(options, BDerivativeOptions());
+  const py::object by =
+      py::isinstance<py::str>(given_by) ? given_by : py::object(py::tuple(given_by));
   o.variables = ToVariables(by, names);
   QuadraticCost cost;
   const std::vector<std::string> states = StateNames(names);
@@ -54,8 +58,7 @@ Gradient DifferentiateRunCost(const std::shared_ptr<Run>& run, const py::dict& t
   const Vector none = Vector::Zero(system.num_inputs());
   if (!effort.is_none()) cost.input_weight = ToNamedVector(effort, "effort", none, names.inputs);
   if (!effort_reference.is_none()) {
-    cost.input_reference =
-        ToNamedVector(effort_reference, "effort_reference", none, names.inputs);
+    cost.input_reference = ToNamedVector(effort_reference, "effort_reference", none, names.inputs);
   }
   RunDirection w;
   if (!direction.is_none()) w.initial = ToVector(direction, "direction", 2 * system.dof());
@@ -63,9 +66,8 @@ Gradient DifferentiateRunCost(const std::shared_ptr<Run>& run, const py::dict& t
     w.inputs = ToMatrix(direction_inputs, "direction_inputs", system.num_inputs()).transpose();
   }
   if (!direction_parameters.is_none()) {
-    w.parameters =
-        ToVector(direction_parameters, "direction_parameters",
-                 static_cast<Eigen::Index>(o.variables.parameters.size()));
+    w.parameters = ToVector(direction_parameters, "direction_parameters",
+                            static_cast<Eigen::Index>(o.variables.parameters.size()));
   }
   const bool along = w.initial.size() + w.inputs.size() + w.parameters.size() > 0;
   const RunCost made = cost.Make(system);
@@ -73,11 +75,13 @@ Gradient DifferentiateRunCost(const std::shared_ptr<Run>& run, const py::dict& t
   gradient.run = run;
   gradient.variables = o.variables;
   gradient.value = WithoutLock(
-      [&] {
-        return DifferentiateCost(system, run->trajectory, made, o, along ? &w : nullptr);
-      },
+      [&] { return DifferentiateCost(system, run->trajectory, made, o, along ? &w : nullptr); },
       max_seconds);
   gradient.inputs = gradient.value.inputs.transpose();
+  gradient.question = Question::Call(
+      py::cast(run), "gradient", OwnCopy(target), OwnCopy(weight), OwnCopy(path_target),
+      OwnCopy(path_weight), OwnCopy(effort), OwnCopy(effort_reference), by, OwnCopy(direction),
+      OwnCopy(direction_inputs), OwnCopy(direction_parameters), max_seconds, **options);
   return gradient;
 }
 
@@ -89,11 +93,16 @@ void BindGradient(py::module_* module) {
       return View(self.cast<Gradient&>().value.*member, self);
     };
   };
-  py::class_<Gradient>(*module, "CostGradient",
-                       "The gradient of what a run costs; false where there is none.")
-      .def_property_readonly("status", [](const Gradient& g) { return g.value.status; })
+  py::class_<Gradient> gradient(*module, "CostGradient",
+                                "The gradient of what a run costs; false where there is none.");
+  PickleQuestion(&gradient);
+  gradient
+      .def_property_readonly(
+          "status", [](const Gradient& g) { return g.value.status; },
+          "False: there is no gradient, and why.")
       .def("__bool__", [](const Gradient& g) { return g.value.status.ok(); })
-      .def_property_readonly("cost", [](const Gradient& g) { return g.value.cost; }, "J")
+      .def_property_readonly(
+          "cost", [](const Gradient& g) { return g.value.cost; }, "J")
       .def_property_readonly("initial", view(&CostGradient::initial),
                              "By (δq, δv) of the initial state [2d].")
       .def_property_readonly(
@@ -104,16 +113,17 @@ void BindGradient(py::module_* module) {
                              "By the parameters asked for.")
       .def_property_readonly("instants", view(&CostGradient::instants),
                              "By the instants when the input changes [K−1].")
-      .def_property_readonly("duration", [](const Gradient& g) { return g.value.horizon; },
-                             "By the duration.")
-      .def_property_readonly("whole", [](const Gradient& g) { return g.value.whole; },
-                             "False: the gradient of the direction's piece alone.")
       .def_property_readonly(
-          "modes",
-          [](const Gradient& g) { return ToNames(g.value.modes, g.run->description()); },
+          "duration", [](const Gradient& g) { return g.value.horizon; }, "By the duration.")
+      .def_property_readonly(
+          "whole", [](const Gradient& g) { return g.value.whole; },
+          "False: the gradient of the direction's piece alone.")
+      .def_property_readonly(
+          "modes", [](const Gradient& g) { return ToNames(g.value.modes, g.run->description()); },
           "Contact modes that the run of this piece passes through, to first order.")
-      .def_property_readonly("law", [](const Gradient& g) { return g.value.law; },
-                             "Largest relative residual of λᵀF + l = constant.")
+      .def_property_readonly(
+          "law", [](const Gradient& g) { return g.value.law; },
+          "Largest relative residual of λᵀF + l = constant.")
       .def("__repr__", [](const Gradient& g) {
         if (!g.value.status.ok()) {
           return "<CostGradient: " + std::string(OutcomeName(g.value.status.outcome)) + ">";
@@ -127,8 +137,7 @@ void BindGradient(py::module_* module) {
            py::arg("path_weight") = py::none(), py::arg("effort") = py::none(),
            py::arg("effort_reference") = py::none(),
            py::arg("by") = py::make_tuple("state", "inputs"), py::arg("direction") = py::none(),
-           py::arg("direction_inputs") = py::none(),
-           py::arg("direction_parameters") = py::none(),
+           py::arg("direction_inputs") = py::none(), py::arg("direction_parameters") = py::none(),
            py::arg("max_seconds") = std::numeric_limits<double>::infinity(),
            "The gradient of ½ Σ w_i (x_i(T) − target_i)² + ½ ∫ Σ s_i (x_i − path_target_i)² +\n"
            "Σ r_j (u_j − effort_reference_j)² dt, as a CostGradient, by initial state, inputs of\n"

@@ -4,6 +4,7 @@
 #include "contact_flow/analysis/covariance.h"
 #include "contact_flow/analysis/stability.h"
 #include "convert.h"
+#include "pickles.h"
 #include "unlocked.h"
 
 namespace contact_flow {
@@ -17,6 +18,7 @@ struct Stability {
   Map map;
   StabilityReport report;
   StabilityOptions options;
+  Question question;
 };
 
 const char* VerdictName(StabilityVerdict verdict) {
@@ -57,6 +59,8 @@ Stability Assess(const Map& map, double margin, int max_word_length, long max_wo
   stability.options.max_words = max_words;
   stability.options.max_linear_programs = max_linear_programs;
   stability.report = WithoutLock([&] { return AssessStability(map, stability.options); });
+  stability.question = Question::Call(py::cast(map), "stability", margin, max_word_length,
+                                      max_words, max_linear_programs);
   return stability;
 }
 
@@ -71,14 +75,20 @@ void BindStability(py::module_* module) {
       .def_readonly("words", &StabilityCertificate::words,
                     "Indices of pieces in the order in which they are applied.")
       .def_readonly("directions", &StabilityCertificate::directions, "What grows [n×1 or n×2].")
+      .def(PickledFields(&StabilityCertificate::test, &StabilityCertificate::bound,
+                         &StabilityCertificate::norm, &StabilityCertificate::words,
+                         &StabilityCertificate::directions))
       .def("__repr__", [](const StabilityCertificate& c) {
         return "<StabilityCertificate " + std::string(StabilityTestName(c.test)) + ", bound " +
                Number(c.bound) + ">";
       });
-  py::class_<Stability>(*module, "Stability", "Whether x⁺ = f(x) is stable, with its proof.")
-      .def_property_readonly("verdict",
-                             [](const Stability& s) { return VerdictName(s.report.verdict); },
-                             "'stable', 'unstable' or 'undetermined'.")
+  py::class_<Stability> stability(*module, "Stability",
+                                  "Whether x⁺ = f(x) is stable, with its proof.");
+  PickleQuestion(&stability);
+  stability
+      .def_property_readonly(
+          "verdict", [](const Stability& s) { return VerdictName(s.report.verdict); },
+          "'stable', 'unstable' or 'undetermined'.")
       .def_property_readonly(
           "stable",
           [](const Stability& s) -> py::object {
@@ -86,17 +96,21 @@ void BindStability(py::module_* module) {
             return py::bool_(s.report.verdict == StabilityVerdict::kStable);
           },
           "True, False or None: nothing was proven.")
-      .def_property_readonly("message", [](const Stability& s) { return s.report.message; },
-                             "What decided, or why nothing did.")
-      .def_property_readonly("certificate", [](const Stability& s) { return s.report.certificate; })
-      .def_property_readonly("growth_below",
-                             [](const Stability& s) { return s.report.growth_below; },
-                             "Some y grows by this per step; 0: none was found.")
-      .def_property_readonly("growth_above",
-                             [](const Stability& s) { return s.report.growth_above; },
-                             "‖fᵏ(y)‖ ≤ c·growth_aboveᵏ‖y‖ for every y.")
-      .def_property_readonly("words", [](const Stability& s) { return s.report.words; })
-      .def_property_readonly("map", [](const Stability& s) { return s.map; })
+      .def_property_readonly(
+          "message", [](const Stability& s) { return s.report.message; },
+          "What decided, or why nothing did.")
+      .def_property_readonly(
+          "certificate", [](const Stability& s) { return s.report.certificate; }, "What proves it.")
+      .def_property_readonly(
+          "growth_below", [](const Stability& s) { return s.report.growth_below; },
+          "Some y grows by this per step; 0: none was found.")
+      .def_property_readonly(
+          "growth_above", [](const Stability& s) { return s.report.growth_above; },
+          "‖fᵏ(y)‖ ≤ c·growth_aboveᵏ‖y‖ for every y.")
+      .def_property_readonly(
+          "words", [](const Stability& s) { return s.report.words; }, "That were looked at.")
+      .def_property_readonly(
+          "map", [](const Stability& s) { return s.map; }, "The f that it is about.")
       .def(
           "verify",
           [](const Stability& s) {
@@ -104,30 +118,37 @@ void BindStability(py::module_* module) {
                 [&] { return VerifyCertificate(s.map, s.report.certificate, s.options); });
           },
           "Whether the certificate proves the verdict, from its data and the map's alone.")
-      .def("__repr__", [](const Stability& s) {
-        return "<Stability " + s.report.message + ">";
-      });
+      .def("__repr__", [](const Stability& s) { return "<Stability " + s.report.message + ">"; });
 }
 
 void BindControllability(py::module_* module) {
   using Report = ControllabilityReport;
   py::class_<Report>(*module, "Controllability",
                      "Whether a map from inputs to states is onto its reachable space.")
-      .def_property_readonly("verdict", [](const Report& r) { return VerdictName(r.verdict); },
-                             "'controllable', 'not controllable' or 'undetermined'.")
+      .def_property_readonly(
+          "verdict", [](const Report& r) { return VerdictName(r.verdict); },
+          "'controllable', 'not controllable' or 'undetermined'.")
       .def_readonly("message", &Report::message, "Why, as a sentence.")
       .def_readonly("reachable", &Report::reachable,
                     "Orthonormal basis of what the pieces span together [r×k].")
       .def_readonly("restriction", &Report::restriction, "Basis of the inputs that suffice [m×k].")
-      .def_readonly("pieces", &Report::pieces)
+      .def_readonly("pieces", &Report::pieces, "Of full dimension.")
       .def_readonly("coherently_oriented", &Report::coherently_oriented,
                     "All determinants have one sign.")
-      .def_readonly("smallest_singular_ratio", &Report::smallest_singular_ratio)
-      .def_readonly("degree", &Report::degree)
-      .def_readonly("preimages", &Report::preimages)
-      .def_readonly("homeomorphism", &Report::homeomorphism)
+      .def_readonly("smallest_singular_ratio", &Report::smallest_singular_ratio,
+                    "Of a piece: near 0 the sign of its determinant is hardly known.")
+      .def_readonly("degree", &Report::degree,
+                    "Sum of the signs of det over the preimages of a generic value.")
+      .def_readonly("preimages", &Report::preimages, "Of a generic value.")
+      .def_readonly("homeomorphism", &Report::homeomorphism,
+                    "Coherently oriented, with one preimage.")
       .def_readonly("unattained", &Report::unattained, "A y [r] that no input attains, if found.")
       .def_readonly("twins", &Report::twins, "Two inputs with one value, if found.")
+      .def(PickledFields(&Report::verdict, &Report::consistency, &Report::reachable,
+                         &Report::restriction, &Report::pieces, &Report::coherently_oriented,
+                         &Report::smallest_singular_ratio, &Report::degree, &Report::preimages,
+                         &Report::homeomorphism, &Report::unattained, &Report::twins,
+                         &Report::message))
       .def("__repr__", [](const Report& r) {
         return "<Controllability " + std::string(VerdictName(r.verdict)) + ": " + r.message + ">";
       });
@@ -141,8 +162,12 @@ void BindCovariance(py::module_* module) {
       .def_readonly("mean", &OutcomeCovariance::mean, "E f(w) [r]; not 0 where f is kinked.")
       .def_readonly("covariance", &OutcomeCovariance::covariance, "[r×r]")
       .def_readonly("mean_error", &OutcomeCovariance::mean_error, "Standard error; 0 where exact.")
-      .def_readonly("covariance_error", &OutcomeCovariance::covariance_error)
-      .def_readonly("points", &OutcomeCovariance::points)
+      .def_readonly("covariance_error", &OutcomeCovariance::covariance_error,
+                    "The same of the covariance.")
+      .def_readonly("points", &OutcomeCovariance::points, "At which f was evaluated.")
+      .def(PickledFields(&OutcomeCovariance::method, &OutcomeCovariance::mean,
+                         &OutcomeCovariance::covariance, &OutcomeCovariance::mean_error,
+                         &OutcomeCovariance::covariance_error, &OutcomeCovariance::points))
       .def("__repr__", [](const OutcomeCovariance& c) {
         return "<Covariance by " + std::string(CovarianceMethodName(c.method)) + ">";
       });

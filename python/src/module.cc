@@ -34,6 +34,8 @@ PYBIND11_MODULE(_core, module) {
   BindOnline(&module);
   BindReceding(&module);
   BindSweep(&module);
+  BindTrajectory(&module);
+  BindPolicy(&module);
   pybind11::module_::import("atexit").attr("register")(
       pybind11::cpp_function(&contact_flow::python::Unlocking::End));
 }

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // OnlineFlow: a run that goes along with a clock.
-#include "contact_flow/flow/online_flow.h"
-
 #include <cmath>
 #include <mutex>
 #include <optional>
 
+#include "contact_flow/flow/online_flow.h"
 #include "convert.h"
 #include "unlocked.h"
 
@@ -79,30 +78,34 @@ void BindOnline(py::module_* module) {
       *module, "OnlineFlow",
       "A run that goes along with a clock: asked for ever later instants, told inputs on the way.\n"
       "Its states are, to the bit, those of one simulate with the same inputs.")
-      .def_property_readonly("now", [](Online& o) { return Now(o); }, "[s]")
-      .def_property_readonly("status", [](Online& o) {
-                               return Alone(o, [](OnlineFlow& flow) { return flow.status(); });
-                             },
-                             "False: the run has ended at now.")
-      .def_property_readonly("mode",
-                             [](Online& o) {
-                               const auto mode = [](OnlineFlow& flow) { return flow.mode(); };
-                               return ToNames(Alone(o, mode), o.description());
-                             },
-                             "Names of the contacts that hold now.")
+      .def_property_readonly(
+          "now", [](Online& o) { return Now(o); }, "[s]")
+      .def_property_readonly(
+          "status",
+          [](Online& o) { return Alone(o, [](OnlineFlow& flow) { return flow.status(); }); },
+          "False: the run has ended at now.")
+      .def_property_readonly(
+          "mode",
+          [](Online& o) {
+            const auto mode = [](OnlineFlow& flow) { return flow.mode(); };
+            return ToNames(Alone(o, mode), o.description());
+          },
+          "Names of the contacts that hold now.")
       .def_property_readonly(
           "x", [](Online& o) { return Alone(o, [](OnlineFlow& flow) { return flow.State(); }); },
           "The state now [nq+d].")
-      .def_property_readonly("u", [](Online& o) {
-                               return Alone(o, [](OnlineFlow& flow) { return Vector(flow.u()); });
-                             },
-                             "The input that holds now [m].")
-      .def_property_readonly("warnings", [](Online& o) {
-        return Alone(o, [](OnlineFlow& flow) { return flow.warnings(); });
-      })
-      .def_property_readonly("margins", [](Online& o) {
-        return Alone(o, [](OnlineFlow& flow) { return flow.margins(); });
-      })
+      .def_property_readonly(
+          "u",
+          [](Online& o) { return Alone(o, [](OnlineFlow& flow) { return Vector(flow.u()); }); },
+          "The input that holds now [m].")
+      .def_property_readonly(
+          "warnings",
+          [](Online& o) { return Alone(o, [](OnlineFlow& flow) { return flow.warnings(); }); },
+          "What the run went on from, in the order of time.")
+      .def_property_readonly(
+          "margins",
+          [](Online& o) { return Alone(o, [](OnlineFlow& flow) { return flow.margins(); }); },
+          "How close it came so far to an event that did not happen.")
       .def("advance_to", &AdvanceTo, py::arg("t"),
            "Goes on to t [s], or to the first event before or at t, which it returns as a dict\n"
            "with t, x_minus, x_plus, mode_before, mode_after, activated, released, impulse; else\n"
@@ -111,7 +114,7 @@ void BindOnline(py::module_* module) {
           "set_input",
           [](Online& o, const py::object& u, const py::object& t) {
             const Vector input = ToInput(*o.system, u);
-            const double from = t.is_none() ? Now(o) : t.cast<double>();
+            const double from = t.is_none() ? Now(o) : ToNumber(t, "t");
             Alone(o, [&](OnlineFlow& flow) {
               flow.SetInput(from, input);
               return 0;

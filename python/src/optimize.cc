@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Optimisation through contact: the least cost of an outcome.
 #include "contact_flow/analysis/outcome_cost.h"
-
 #include "convert.h"
 #include "unlocked.h"
 
@@ -14,12 +13,47 @@ struct Optimum {
   OutcomeProblem problem;  // with the unknowns at the best iterate
   std::vector<std::string> unknowns;
   DescentResult result;
+  bool on_kink = false;
 };
+
+/// What it shows, and the system.
+py::tuple ShownOf(const Optimum& o) {
+  py::list iterations;
+  for (const DescentIteration& i : o.result.iterations) {
+    iterations.append(py::make_tuple(i.iteration, i.cost, i.step));
+  }
+  return py::make_tuple(std::const_pointer_cast<System>(o.system), o.unknowns, o.problem.x,
+                        o.problem.u, static_cast<int>(o.result.status), o.result.message,
+                        o.result.y, o.result.cost, o.result.steepest.slope, o.on_kink, iterations);
+}
+
+Optimum FromShown(const py::tuple& t) {
+  Optimum o;
+  o.system = t[0].cast<std::shared_ptr<System>>();
+  o.unknowns = t[1].cast<std::vector<std::string>>();
+  o.problem.x = t[2].cast<Vector>();
+  o.problem.u = t[3].cast<Vector>();
+  o.result.status = static_cast<DescentStatus>(t[4].cast<int>());
+  o.result.message = t[5].cast<std::string>();
+  o.result.y = t[6].cast<Vector>();
+  o.result.cost = t[7].cast<double>();
+  o.result.steepest.slope = t[8].cast<double>();
+  o.on_kink = t[9].cast<bool>();
+  for (const auto& entry : t[10]) {
+    const auto i = entry.cast<py::tuple>();
+    DescentIteration iteration;
+    iteration.iteration = i[0].cast<int>();
+    iteration.cost = i[1].cast<double>();
+    iteration.step = i[2].cast<double>();
+    o.result.iterations.push_back(iteration);
+  }
+  return o;
+}
 
 OutcomeUnknown ToUnknown(const std::string& name, const SystemDescription& d) {
   std::vector<std::string> known = StateNames(d);
   known.insert(known.end(), d.inputs.begin(), d.inputs.end());
-  int index = IndexOf("unknown", name, known);
+  int index = IndexOf("number to be chosen", name, known);
   const int nq = static_cast<int>(d.coordinates.size()), nv = static_cast<int>(d.velocities.size());
   using Kind = OutcomeUnknown::Kind;
   if (index < nq) return {Kind::kPosition, index};
@@ -58,6 +92,11 @@ Optimum Optimize(const std::shared_ptr<System>& system, const std::vector<std::s
     }
   }
   const Vector none = Vector::Zero(system->get().num_inputs());
+  for (const auto& [field, numbers] :
+       {std::make_pair("target", &problem.target), std::make_pair("weight", &problem.weight)}) {
+    if (numbers->allFinite()) continue;
+    throw py::value_error(std::string(field) + " has a number that is not finite");
+  }
   problem.effort = effort.is_none() ? none : ToNamedVector(effort, "effort", none, d.inputs);
   const py::kwargs derivative = Take(DerivativeOptionNames(), &keywords);
   problem.derivative = ToOptions(derivative, problem.derivative);
@@ -70,6 +109,9 @@ Optimum Optimize(const std::shared_ptr<System>& system, const std::vector<std::s
   optimum.result = WithoutLock(
       [&] { return Minimize(MakeOutcomeCost(system->get(), problem), start, options); });
   problem = WithUnknowns(system->get(), problem, optimum.result.y);
+  for (const Kink& kink : optimum.result.kinks) {
+    optimum.on_kink = optimum.on_kink || kink.IsValley();
+  }
   return optimum;
 }
 
@@ -77,14 +119,18 @@ Optimum Optimize(const std::shared_ptr<System>& system, const std::vector<std::s
 
 void BindOptimize(py::module_* module) {
   py::class_<Optimum>(*module, "Optimum", "Where a descent ended.")
-      .def_property_readonly("status",
-                             [](const Optimum& o) { return DescentStatusName(o.result.status); },
-                             "'minimum', 'stalled', 'undefined', …")
-      .def_property_readonly("message", [](const Optimum& o) { return o.result.message; })
+      .def_property_readonly(
+          "status", [](const Optimum& o) { return DescentStatusName(o.result.status); },
+          "'minimum', 'stalled', 'undefined', …")
+      .def_property_readonly(
+          "message", [](const Optimum& o) { return o.result.message; },
+          "Why it ended, as a sentence.")
       .def("__bool__", [](const Optimum& o) { return o.result.status == DescentStatus::kMinimum; })
-      .def_property_readonly("cost", [](const Optimum& o) { return o.result.cost; })
-      .def_property_readonly("y", [](const Optimum& o) { return o.result.y; },
-                             "Values of the unknowns, in their order.")
+      .def_property_readonly(
+          "cost", [](const Optimum& o) { return o.result.cost; }, "The least that was found.")
+      .def_property_readonly(
+          "y", [](const Optimum& o) { return o.result.y; },
+          "Values of the unknowns, in their order.")
       .def_property_readonly(
           "values",
           [](const Optimum& o) {
@@ -95,19 +141,15 @@ void BindOptimize(py::module_* module) {
             return values;
           },
           "The same by name.")
-      .def_property_readonly("x0", [](const Optimum& o) { return o.problem.x; }, "[nq+d]")
-      .def_property_readonly("u", [](const Optimum& o) { return o.problem.u; }, "[m]")
-      .def_property_readonly("slope", [](const Optimum& o) { return o.result.steepest.slope; },
-                             "Of the steepest descent there: 0 at a minimum.")
       .def_property_readonly(
-          "on_kink",
-          [](const Optimum& o) {
-            for (const Kink& kink : o.result.kinks) {
-              if (kink.IsValley()) return true;
-            }
-            return false;
-          },
-          "Whether the cost is kinked there.")
+          "x0", [](const Optimum& o) { return o.problem.x; }, "[nq+d]")
+      .def_property_readonly(
+          "u", [](const Optimum& o) { return o.problem.u; }, "[m]")
+      .def_property_readonly(
+          "slope", [](const Optimum& o) { return o.result.steepest.slope; },
+          "Of the steepest descent there: 0 at a minimum.")
+      .def_readonly("on_kink", &Optimum::on_kink, "Whether the cost is kinked there.")
+      .def(py::pickle(&ShownOf, &FromShown))
       .def_property_readonly(
           "iterations",
           [](const Optimum& o) {

@@ -45,7 +45,8 @@ void Visit(BDerivativeOptions* o, Field&& field) {
 }
 
 template <class T>
-void Assign(const char*, const py::handle& value, T* field) {
+void Assign(const char* name, const py::handle& value, T* field) {
+  if (py::isinstance<py::bool_>(value)) throw py::cast_error(name);  // True is no number here
   *field = value.cast<T>();
 }
 
@@ -59,8 +60,8 @@ void Assign(const char*, const py::handle& value, ImpactLaw* field) {
 }
 
 void Assign(const char*, const py::handle& value, IntegrationMethod* field) {
-  *field = static_cast<IntegrationMethod>(
-      IndexOf("method", py::str(value), IntegrationMethodNames()));
+  *field =
+      static_cast<IntegrationMethod>(IndexOf("method", py::str(value), IntegrationMethodNames()));
 }
 
 template <class T>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Periodic orbits: fixed points of return maps, with free parameters and conditions.
 #include "contact_flow/analysis/periodic_orbit.h"
-
 #include "convert.h"
 #include "poincare.h"
 #include "unlocked.h"
@@ -15,11 +14,13 @@ struct Orbit {
   std::shared_ptr<OrbitSolution> solution;
   SimulateOptions options;
   bool at_event = false;  // its section is one
+  Question question;
 
-  Return Closing() const {
+  Return Closing(const py::object& self) const {
     // The return lives as long as the solution, whose own system its run refers to.
-    return {system, std::shared_ptr<const PoincareReturn>(solution, &solution->orbit), solution->x,
-            options, at_event};
+    return {system,      std::shared_ptr<const PoincareReturn>(solution, &solution->orbit),
+            solution->x, options,
+            at_event,    Question::Get(self, "closing")};
   }
 };
 
@@ -61,8 +62,11 @@ OrbitCondition ToCondition(const py::handle& given, const SystemDescription& d) 
   return condition;
 }
 
-Orbit FixedPoint(const Poincare& map, const py::object& x0, const std::vector<std::string>& free,
-                 const py::iterable& conditions, double tolerance, int max_iterations) {
+Orbit FixedPoint(const std::shared_ptr<Poincare>& shared, const py::object& x0,
+                 const std::vector<std::string>& free, const py::iterable& asked, double tolerance,
+                 int max_iterations) {
+  const Poincare& map = *shared;
+  const py::tuple conditions(OwnCopy(py::tuple(asked)));
   OrbitProblem problem;
   const System& system = *map.system;
   problem.factory = [&](const ParameterValues& values) { return system.Make(values); };
@@ -84,10 +88,12 @@ Orbit FixedPoint(const Poincare& map, const py::object& x0, const std::vector<st
   options.poincare = map.options;
   options.newton.tolerance = tolerance;
   options.newton.max_iterations = max_iterations;
-  auto solution = std::make_shared<OrbitSolution>(
-      WithoutLock([&] { return FindOrbit(problem, options); }));
+  auto solution =
+      std::make_shared<OrbitSolution>(WithoutLock([&] { return FindOrbit(problem, options); }));
   return {system.With(solution->parameters), std::move(solution), map.options.simulate,
-          map.section.kind == Section::Kind::kEvent};
+          map.section.kind == Section::Kind::kEvent,
+          Question::Call(py::cast(shared), "fixed_point", problem.x, free, conditions, tolerance,
+                         max_iterations)};
 }
 
 std::string Repr(const Orbit& o) {
@@ -99,25 +105,29 @@ std::string Repr(const Orbit& o) {
 }  // namespace
 
 void BindOrbit(py::module_* module) {
-  py::class_<Orbit>(*module, "Orbit", "A periodic orbit, or how far the search came.")
-      .def_property_readonly("status",
-                             [](const Orbit& o) {
-                               return NewtonStatusName(o.solution->newton.status);
-                             },
-                             "'converged', 'stationary', 'stalled', 'undefined', …")
-      .def_property_readonly("message", [](const Orbit& o) { return o.solution->newton.message; })
+  py::class_<Orbit> orbit(*module, "Orbit", "A periodic orbit, or how far the search came.");
+  PickleQuestion(&orbit);
+  orbit
+      .def_property_readonly(
+          "status", [](const Orbit& o) { return NewtonStatusName(o.solution->newton.status); },
+          "'converged', 'stationary', 'stalled', 'undefined', …")
+      .def_property_readonly(
+          "message", [](const Orbit& o) { return o.solution->newton.message; },
+          "Why the search ended, as a sentence.")
       .def("__bool__", [](const Orbit& o) { return o.solution->ok(); })
       .def_property_readonly(
           "x", [](const py::object& self) { return View(self.cast<Orbit&>().solution->x, self); },
           "Its state at the section [nq+d].")
-      .def_property_readonly("parameters", [](const Orbit& o) { return o.solution->parameters; },
-                             "All of them, by name.")
-      .def_property_readonly("system", [](const Orbit& o) { return o.system; },
-                             "With these parameters.")
-      .def_property_readonly("period", [](const Orbit& o) { return o.solution->orbit.time; }, "[s]")
-      .def_property_readonly("residual",
-                             [](const Orbit& o) { return o.solution->newton.residual; },
-                             "(P(x) − x, conditions).")
+      .def_property_readonly(
+          "parameters", [](const Orbit& o) { return o.solution->parameters; },
+          "All of them, by name.")
+      .def_property_readonly(
+          "system", [](const Orbit& o) { return o.system; }, "With these parameters.")
+      .def_property_readonly(
+          "period", [](const Orbit& o) { return o.solution->orbit.time; }, "[s]")
+      .def_property_readonly(
+          "residual", [](const Orbit& o) { return o.solution->newton.residual; },
+          "(P(x) − x, conditions).")
       .def_property_readonly(
           "iterations",
           [](const Orbit& o) {
@@ -128,12 +138,15 @@ void BindOrbit(py::module_* module) {
             return all;
           },
           "(number, |residual|, length of the step) of each.")
-      .def_property_readonly("closing", &Orbit::Closing,
-                             "One period, as a PoincareReturn, with DP where it exists.")
+      .def_property_readonly(
+          "closing", [](const py::object& self) { return self.cast<const Orbit&>().Closing(self); },
+          "One period, as a PoincareReturn, with DP where it exists.")
       .def(
           "stability",
-          [](const Orbit& o, const std::vector<std::string>& translation,
-             const py::kwargs& options) { return StabilityOf(o.Closing(), translation, options); },
+          [](const py::object& self, const std::vector<std::string>& translation,
+             const py::kwargs& options) {
+            return StabilityOf(self.cast<const Orbit&>().Closing(self), translation, options);
+          },
           py::arg("translation") = std::vector<std::string>{},
           "Of the orbit, with a certificate; see PoincareReturn.stability.")
       .def("__repr__", &Repr);

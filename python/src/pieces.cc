@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Piecewise-linear maps: matrices on cones, the form of every B-derivative.
-#include "contact_flow/derivative/map_consistency.h"
-#include "contact_flow/derivative/piecewise_linear_map.h"
-
 #include "contact_flow/analysis/kink.h"
 #include "contact_flow/analysis/section.h"
+#include "contact_flow/derivative/map_consistency.h"
+#include "contact_flow/derivative/piecewise_linear_map.h"
 #include "convert.h"
+#include "pickles.h"
 #include "unlocked.h"
 
 namespace contact_flow {
@@ -171,23 +171,26 @@ void BindPieces(py::module_* module) {
           },
           "(d [cols], slope) of a map of one row: min f(d) over |d|_∞ ≤ 1.")
       .def(py::pickle([](const Map& m) { return py::tuple(py::cast(m.pieces())); },
-                      [](const py::tuple& t) {
-                        return Map(t.cast<std::vector<LinearPiece>>());
-                      }))
+                      [](const py::tuple& t) { return Map(t.cast<std::vector<LinearPiece>>()); }))
       .def("__repr__", [](const Map& m) {
         return "<PiecewiseLinearMap " + std::to_string(m.rows()) + "×" + std::to_string(m.cols()) +
                " of " + std::to_string(m.pieces().size()) + " piece" +
                (m.pieces().size() == 1 ? "" : "s") + ">";
       });
   py::class_<MapConsistency>(*module, "MapConsistency", "Whether pieces are one continuous map.")
-      .def_property_readonly("ok", &MapConsistency::ok)
+      .def_property_readonly("ok", &MapConsistency::ok, "Whether no defect was found.")
       .def("__bool__", &MapConsistency::ok)
-      .def_property_readonly("defect",
-                             [](const MapConsistency& c) { return MapDefectName(c.defect); },
-                             "'none', 'gap', 'overlap', 'jump', 'undecided'.")
-      .def_readonly("message", &MapConsistency::message)
+      .def_property_readonly(
+          "defect", [](const MapConsistency& c) { return MapDefectName(c.defect); },
+          "'none', 'gap', 'overlap', 'jump', 'undecided'.")
+      .def_readonly("message", &MapConsistency::message,
+                    "Which pieces, where and by how much; empty when all is well.")
       .def_readonly("w", &MapConsistency::w, "Where it is seen.")
-      .def_readonly("size", &MapConsistency::size)
+      .def_readonly("size", &MapConsistency::size, "Of a gap, or the relative jump.")
+      .def(PickledFields(&MapConsistency::defect, &MapConsistency::first, &MapConsistency::second,
+                         &MapConsistency::w, &MapConsistency::size,
+                         &MapConsistency::linear_programs, &MapConsistency::message,
+                         &MapConsistency::usable))
       .def("__repr__", [](const MapConsistency& c) {
         return "<MapConsistency " + std::string(MapDefectName(c.defect)) +
                (c.message.empty() ? ">" : ": " + c.message + ">");

@@ -19,6 +19,8 @@ Shared MakePoincare(const std::shared_ptr<System>& system, const py::object& sec
                     const py::object& u, const py::object& by, double horizon, double shortest,
                     py::kwargs keywords) {
   auto map = std::make_shared<Poincare>();
+  const py::kwargs given = py::dict(**keywords);
+  const py::object variables = py::isinstance<py::str>(by) ? by : py::object(py::tuple(by));
   map->system = system;
   map->u = ToInput(*system, u);
   map->section = ToSection(*system, section);
@@ -26,21 +28,30 @@ Shared MakePoincare(const std::shared_ptr<System>& system, const py::object& sec
   const py::kwargs derivative = Take(DerivativeOptionNames(), &keywords);
   map->options.derivative = ToOptions(derivative, map->options.derivative);
   map->options.simulate = ToOptions(keywords, map->options.simulate);
-  map->options.derivative.variables = ToVariables(by, system->description());
+  map->options.derivative.variables = ToVariables(variables, system->description());
   if (!(horizon > 0)) throw py::value_error("horizon is " + Number(horizon) + ", expected > 0");
+  if (!(shortest >= 0) || !std::isfinite(shortest)) {
+    throw py::value_error("shortest is " + Number(shortest) + " s, expected a number ≥ 0");
+  }
   map->options.horizon = horizon;
   map->options.shortest = shortest;
   Validate(system->get(), map->section);
+  map->question = Question::Call(py::cast(system), "poincare", section, map->u, variables, horizon,
+                                 shortest, **given);
   return map;
 }
 
 Return Returns(const Shared& map, const py::object& x, bool differentiate) {
   const Vector start = ToState(*map->system, x);
-  return {map->system, std::make_shared<PoincareReturn>(WithoutLock([&] {
+  return {map->system,
+          std::make_shared<PoincareReturn>(WithoutLock([&] {
             return PoincareMap(map->system->get(), map->u, map->section, map->options)
                 .Return(start, differentiate);
           })),
-          start, map->options.simulate, map->section.kind == Section::Kind::kEvent};
+          start,
+          map->options.simulate,
+          map->section.kind == Section::Kind::kEvent,
+          Question::Call(py::cast(map), "__call__", start, differentiate)};
 }
 
 /// The run to the return.
@@ -64,9 +75,9 @@ std::shared_ptr<Run> RunOf(const Return& r) {
 template <PiecewiseLinearMap PoincareReturn::*member>
 PiecewiseLinearMap MapOf(const Return& r) {
   if (r.value->status != ReturnStatus::kReturned || ((*r.value).*member).pieces().empty()) {
-    throw NoDerivative(std::string(ReturnStatusName(r.value->status)) + ": " +
-                       (r.value->message.empty() ? "no derivative was asked for"
-                                                 : r.value->message));
+    throw NoDerivative(
+        std::string(ReturnStatusName(r.value->status)) + ": " +
+        (r.value->message.empty() ? "no derivative was asked for" : r.value->message));
   }
   return (*r.value).*member;
 }
@@ -143,8 +154,9 @@ py::object StabilityOf(const Return& r, const std::vector<std::string>& translat
                        const py::kwargs& options) {
   const PiecewiseLinearMap reduced = MapOf<&PoincareReturn::reduced>(r);
   if (reduced.rows() != reduced.cols() || reduced.rows() == 0) {
-    throw py::value_error("the contact mode at the return is another than at the start: the "
-                          "derivative is no map of one space into itself");
+    throw py::value_error(
+        "the contact mode at the return is another than at the start: the "
+        "derivative is no map of one space into itself");
   }
   const Matrix shift = OrbitShift(r, translation);
   if (translation.empty()) return py::cast(reduced).attr("stability")(**options);
@@ -154,30 +166,36 @@ py::object StabilityOf(const Return& r, const std::vector<std::string>& translat
 }
 
 void BindPoincare(py::module_* module) {
-  py::class_<Poincare, Shared>(*module, "PoincareMap",
-                               "The first return map P of a section, with its B-derivative.")
-      .def_readonly("section", &Poincare::spec)
+  py::class_<Poincare, Shared> map(*module, "PoincareMap",
+                                   "The first return map P of a section, with its B-derivative.");
+  PickleQuestion(&map);
+  map.def_readonly("section", &Poincare::spec, "As it was given.")
       .def_property_readonly(
-          "system", [](const Poincare& m) { return std::const_pointer_cast<System>(m.system); })
+          "system", [](const Poincare& m) { return std::const_pointer_cast<System>(m.system); },
+          "Whose returns they are.")
       .def("__call__", &Returns, py::arg("x") = py::none(), py::arg("derivative") = true,
            "One return from x (which need not lie on the section), as a PoincareReturn.")
       .def("__repr__", [](const Poincare& m) {
         return "<PoincareMap of " + m.system->description().name + " at " +
                py::repr(m.spec).cast<std::string>() + ">";
       });
-  py::class_<Return>(*module, "PoincareReturn", "One return: true where the section was reached.")
-      .def_property_readonly("status",
-                             [](const Return& r) { return ReturnStatusName(r.value->status); },
-                             "'returned', 'no return', 'stopped', 'tangent', 'no derivative', …")
-      .def_property_readonly("message", [](const Return& r) { return r.value->message; })
+  py::class_<Return> one(*module, "PoincareReturn",
+                         "One return: true where the section was reached.");
+  PickleQuestion(&one);
+  one.def_property_readonly(
+         "status", [](const Return& r) { return ReturnStatusName(r.value->status); },
+         "'returned', 'no return', 'stopped', 'tangent', 'no derivative', …")
+      .def_property_readonly(
+          "message", [](const Return& r) { return r.value->message; }, "Why, as a sentence.")
       .def("__bool__", [](const Return& r) { return r.value->returned(); })
-      .def_property_readonly("time", [](const Return& r) { return r.value->time; }, "[s]")
+      .def_property_readonly(
+          "time", [](const Return& r) { return r.value->time; }, "[s]")
       .def_property_readonly(
           "x", [](const py::object& self) { return View(self.cast<Return&>().value->x, self); },
           "P(x) [nq+d]")
-      .def_property_readonly("crossing_speed",
-                             [](const Return& r) { return r.value->crossing_speed; },
-                             "ds F there: the margin of transversality.")
+      .def_property_readonly(
+          "crossing_speed", [](const Return& r) { return r.value->crossing_speed; },
+          "ds F there: the margin of transversality.")
       .def_property_readonly("run", &RunOf,
                              "The motion to the return, as a Run. Where the section is an event\n"
                              "it ends behind that: no request repeats it; no derivative.")
@@ -204,8 +222,8 @@ void BindPoincare(py::module_* module) {
            "is not x, or where the shift is no symmetry. Options: those of\n"
            "PiecewiseLinearMap.stability.")
       .def("__repr__", [](const Return& r) {
-        return "<PoincareReturn after " + Number(r.value->time) + " s: " +
-               ReturnStatusName(r.value->status) +
+        return "<PoincareReturn after " + Number(r.value->time) +
+               " s: " + ReturnStatusName(r.value->status) +
                (r.value->message.empty() ? ">" : ": " + r.value->message + ">");
       });
   const PoincareOptions usual;

@@ -8,6 +8,7 @@
 #include "bindings.h"
 #include "contact_flow/analysis/poincare.h"
 #include "contact_flow/analysis/section.h"
+#include "pickles.h"
 
 namespace contact_flow {
 namespace python {
@@ -19,15 +20,17 @@ struct Poincare {
   Section section;
   py::object spec;  // as it was given
   PoincareOptions options;
+  Question question;
 };
 
 /// One return with its system.
 struct Return {
   std::shared_ptr<const System> system;
   std::shared_ptr<const PoincareReturn> value;
-  Vector start;  // x
+  Vector start;             // x
   SimulateOptions options;  // of its run
   bool at_event = false;    // the section is one: the run ends behind it
+  Question question = {};
 };
 
 /// The stability of the orbit through the start of a return, but for translations along the

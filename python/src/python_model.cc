@@ -18,8 +18,11 @@ std::shared_ptr<py::object> Hold(py::object object) {
           }};
 }
 
+/// Read-only: a formula that changed its arguments would change those of the next one.
 py::array_t<double> Copy(const VectorRef& vector) {
-  return py::array_t<double>(vector.size(), vector.data());
+  py::array_t<double> copy(vector.size(), vector.data());
+  py::detail::array_proxy(copy.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
+  return copy;
 }
 
 class PythonSystem final : public MechanicalSystem {
@@ -100,9 +103,8 @@ class PythonSystem final : public MechanicalSystem {
                                          ParameterJacobian* j) const override {
     const py::gil_scoped_acquire acquire;
     const auto k = static_cast<Eigen::Index>(parameters.size());
-    const py::tuple answer =
-        Ask("differentiate_dynamics_by_parameters", Copy(q), Copy(v), Copy(u), mode.bits(),
-            Copy(acceleration), Copy(force), parameters);
+    const py::tuple answer = Ask("differentiate_dynamics_by_parameters", Copy(q), Copy(v), Copy(u),
+                                 mode.bits(), Copy(acceleration), Copy(force), parameters);
     Take(answer[0], "∂r₁/∂p", dof(), k, &j->momentum);
     Take(answer[1], "∂r₂/∂p", num_rows(), k, &j->constraint);
   }
@@ -165,8 +167,14 @@ class PythonModel : public System {
   std::shared_ptr<System> With(const ParameterValues& values) const override {
     return std::make_shared<PythonModel>(*formulas_, *make_, values);
   }
-  std::string Origin() const override { return "PythonModel '" + description().name + "'"; }
+  std::string Origin() const override {
+    return "PythonModel '" + description().name + "' by " + differentiation();
+  }
   py::object formulas() const { return *formulas_; }
+  /// How its formulas are differentiated.
+  std::string differentiation() const {
+    return formulas_->attr("differentiation").cast<std::string>();
+  }
 
  private:
   std::shared_ptr<py::object> formulas_;
@@ -183,18 +191,20 @@ void BindPythonModel(py::module_* module) {
   py::class_<PythonModel, System, std::shared_ptr<PythonModel>>(
       *module, "PythonModel",
       "A model of one's own in Python: a subclass of contact_flow.Formulas, with values of its\n"
-      "parameters. Its derivatives are forward duals through its formulas.")
+      "parameters. Its derivatives are forward duals through its formulas, or differences.")
       .def(py::init([](const py::object& formulas, const py::kwargs& parameters) {
              return std::make_shared<PythonModel>(formulas, MakeTerms(), ToParameters(parameters));
            }),
            py::arg("formulas"), py::pos_only())
       .def_property_readonly("formulas", &PythonModel::formulas, "The class.")
-      .def(py::pickle(
-          [](const PythonModel& m) { return py::make_tuple(m.formulas(), m.Values()); },
-          [](const py::tuple& state) {
-            return std::make_shared<PythonModel>(state[0].cast<py::object>(), MakeTerms(),
-                                                 state[1].cast<ParameterValues>());
-          }));
+      .def_property_readonly("differentiation", &PythonModel::differentiation,
+                             "'duals' or 'differences': how its formulas are differentiated.")
+      .def(py::pickle([](const PythonModel& m) { return py::make_tuple(m.formulas(), m.Values()); },
+                      [](const py::tuple& state) {
+                        return std::make_shared<PythonModel>(state[0].cast<py::object>(),
+                                                             MakeTerms(),
+                                                             state[1].cast<ParameterValues>());
+                      }));
 }
 
 }  // namespace python

@@ -9,6 +9,7 @@
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/io/samples.h"
 #include "convert.h"
+#include "pickles.h"
 #include "unlocked.h"
 
 namespace contact_flow {
@@ -130,26 +131,25 @@ void BindParts(py::module_* module) {
       .def_readonly("force", &Margins::force, "Smallest force that kept pushing [N].")
       .def_readonly("event_interval", &Margins::event_interval, "Between two transitions [s].")
       .def_readonly("cluster_spread", &Margins::cluster_spread, "Largest of a cluster [s].")
-      .def(py::pickle(
-          [](const Margins& m) {
-            return py::make_tuple(m.approach_speed, m.release_rate, m.gap, m.force,
-                                  m.event_interval, m.cluster_spread);
-          },
-          [](const py::tuple& t) {
-            return Margins{t[0].cast<double>(), t[1].cast<double>(), t[2].cast<double>(),
-                           t[3].cast<double>(), t[4].cast<double>(), t[5].cast<double>()};
-          }))
+      .def(PickledFields(&Margins::approach_speed, &Margins::release_rate, &Margins::gap,
+                         &Margins::force, &Margins::event_interval, &Margins::cluster_spread))
       .def("__repr__", [](const Margins& m) {
         return "<Margins approach_speed " + Number(m.approach_speed) + ", release_rate " +
                Number(m.release_rate) + ", gap " + Number(m.gap) + ", force " + Number(m.force) +
                ", event_interval " + Number(m.event_interval) + ">";
       });
   py::class_<RunStatistics>(*module, "RunStatistics", "How much work a run took.")
-      .def_readonly("field_evaluations", &RunStatistics::field_evaluations)
-      .def_readonly("steps", &RunStatistics::steps)
-      .def_readonly("rejected_steps", &RunStatistics::rejected_steps)
-      .def_readonly("implicit_steps", &RunStatistics::implicit_steps)
-      .def_readonly("jacobians", &RunStatistics::jacobians)
+      .def_readonly("field_evaluations", &RunStatistics::field_evaluations, "Right-hand sides.")
+      .def_readonly("steps", &RunStatistics::steps, "Accepted steps of the integrator.")
+      .def_readonly("rejected_steps", &RunStatistics::rejected_steps,
+                    "Steps that were made again, shorter.")
+      .def_readonly("implicit_steps", &RunStatistics::implicit_steps,
+                    "Accepted ones of the implicit method.")
+      .def_readonly("jacobians", &RunStatistics::jacobians,
+                    "Of the right-hand side, for that method.")
+      .def(PickledFields(&RunStatistics::field_evaluations, &RunStatistics::steps,
+                         &RunStatistics::rejected_steps, &RunStatistics::implicit_steps,
+                         &RunStatistics::jacobians))
       .def("__repr__", [](const RunStatistics& s) {
         return "<RunStatistics " + std::to_string(s.field_evaluations) + " right-hand sides, " +
                std::to_string(s.steps) + " steps>";
@@ -165,15 +165,19 @@ void BindRun(py::module_* module) {
       "A simulated run: arcs of motion separated by events. As a function of time it is\n"
       "left-continuous: at an event it has the value before the impact. It pickles as the request\n"
       "that repeats it, to the bit.")
-      .def_property_readonly("status", [](const Run& r) { return r.trajectory.status; },
-                             "How it ended: true where all is well.")
       .def_property_readonly(
-          "system", [](const Run& r) { return std::const_pointer_cast<System>(r.system); })
+          "status", [](const Run& r) { return r.trajectory.status; },
+          "How it ended: true where all is well.")
+      .def_property_readonly(
+          "system", [](const Run& r) { return std::const_pointer_cast<System>(r.system); },
+          "Whose run it is.")
       .def_property_readonly(
           "x0", [](const py::object& self) { return View(self.cast<Run&>().x0, self); },
           "As it was asked for [nq+d], a read-only view.")
-      .def_property_readonly("t_begin", [](const Run& r) { return r.trajectory.t_begin(); }, "[s]")
-      .def_property_readonly("t_end", [](const Run& r) { return r.trajectory.t_end(); }, "[s]")
+      .def_property_readonly(
+          "t_begin", [](const Run& r) { return r.trajectory.t_begin(); }, "[s]")
+      .def_property_readonly(
+          "t_end", [](const Run& r) { return r.trajectory.t_end(); }, "[s]")
       .def_readonly("duration", &Run::duration, "As it was asked for [s].")
       .def_property_readonly(
           "input_grid",
@@ -188,8 +192,9 @@ void BindRun(py::module_* module) {
       .def_readonly("repeats", &Run::repeats,
                     "False: it is a return to an event and ends behind it, where no request ends;\n"
                     "it has no derivative, cannot be pickled or compared.")
-      .def_property_readonly("options", [](const Run& r) { return ToDict(r.options); },
-                             "Those it was made with, by name.")
+      .def_property_readonly(
+          "options", [](const Run& r) { return ToDict(r.options); },
+          "Those it was made with, by name.")
       .def_property_readonly(
           "final_state",
           [](const py::object& self) {
@@ -227,14 +232,21 @@ void BindRun(py::module_* module) {
             return Parts<EventOf>(r, r->trajectory.transitions.size());
           },
           "What happens between them; simultaneous events are one.")
-      .def_property_readonly("warnings", [](const Run& r) { return r.trajectory.warnings; },
-                             "The first of them, in the order of time.")
-      .def_property_readonly("num_warnings", [](const Run& r) { return r.trajectory.num_warnings; })
-      .def_property_readonly("margins", [](const Run& r) { return r.trajectory.margins; })
-      .def_property_readonly("statistics", [](const Run& r) { return r.trajectory.statistics; })
-      .def_property_readonly("accumulation_time",
-                             [](const Run& r) { return r.trajectory.accumulation_time; },
-                             "Where impacts accumulate [s]; NaN without Zeno.")
+      .def_property_readonly(
+          "warnings", [](const Run& r) { return r.trajectory.warnings; },
+          "The first of them, in the order of time.")
+      .def_property_readonly(
+          "num_warnings", [](const Run& r) { return r.trajectory.num_warnings; },
+          "Of all, also of those that `warnings` leaves out.")
+      .def_property_readonly(
+          "margins", [](const Run& r) { return r.trajectory.margins; },
+          "How close it came to an event that did not happen.")
+      .def_property_readonly(
+          "statistics", [](const Run& r) { return r.trajectory.statistics; },
+          "How much work it took.")
+      .def_property_readonly(
+          "accumulation_time", [](const Run& r) { return r.trajectory.accumulation_time; },
+          "Where impacts accumulate [s]; NaN without Zeno.")
       .def("samples", &Sampled, py::arg("count") = 200,
            "(t [k], x [k × nq+d]): both ends of every arc, and `count` times over the whole run.\n"
            "At an event there are two rows, before and after.")

@@ -7,6 +7,7 @@
 #include "bindings.h"
 #include "contact_flow/budget.h"
 #include "contact_flow/derivative/event_map.h"
+#include "pickles.h"
 
 namespace contact_flow {
 namespace python {
@@ -49,6 +50,7 @@ void BindStatus(py::module_* module) {
           "As Status.outcome: of what it passed.")
       .def_readonly("t", &Warning::t, "When [s].")
       .def_readonly("message", &Warning::message, "What happened, as a sentence.")
+      .def(PickledFields(&Warning::code, &Warning::t, &Warning::message))
       .def("__repr__", [](const Warning& w) {
         return "<Warning " + std::string(OutcomeName(w.code)) + " at " + std::to_string(w.t) +
                " s: " + w.message + ">";

@@ -32,8 +32,8 @@ Vector GetVector(const py::dict& dict, const char* key, Eigen::Index size = -1) 
 DrawPart ToPart(const py::dict& dict) {
   static const Names kinds = {"grid", "uniform", "normal", "table"};
   DrawPart part;
-  part.kind = static_cast<DrawPart::Kind>(IndexOf("kind of draw", Get<std::string>(dict, "kind"),
-                                                  kinds));
+  part.kind =
+      static_cast<DrawPart::Kind>(IndexOf("kind of draw", Get<std::string>(dict, "kind"), kinds));
   part.names = Get<Names>(dict, "names");
   const auto n = static_cast<Eigen::Index>(part.names.size());
   if (part.kind == DrawPart::Kind::kGrid) {
@@ -56,7 +56,7 @@ Keep ToKeep(const System& system, const py::dict& dict) {
   const MechanicalSystem& s = system.get();
   Keep keep;
   const auto names = Get<Names>(dict, "columns");
-  static const Names known = {"outcome", "start", "final_state", "end_time",
+  static const Names known = {"outcome", "start",   "final_state", "end_time",
                               "words",   "margins", "jacobian"};
   for (const std::string& name : names) IndexOf("column", name, known);
   const auto has = [&](const char* name) {
@@ -95,8 +95,8 @@ SweepRequest ToRequest(const std::shared_ptr<System>& system, const py::dict& di
   request.x = GetVector(dict, "x0", system->get().state_size());
   const auto inputs = Get<py::dict>(dict, "inputs");
   const Vector grid = GetVector(inputs, "t");
-  const Matrix values = ToMatrix(Get<py::object>(inputs, "u"), "inputs.u",
-                                 system->get().num_inputs());
+  const Matrix values =
+      ToMatrix(Get<py::object>(inputs, "u"), "inputs.u", system->get().num_inputs());
   if (values.rows() != grid.size()) throw py::value_error("inputs: t and u differ in length");
   for (Eigen::Index k = 0; k < grid.size(); ++k) {
     request.inputs.grid.push_back(grid(k));
@@ -185,6 +185,14 @@ py::dict RunSweep(const std::shared_ptr<System>& system, const py::dict& dict, s
   return ToAnswer(std::move(result));
 }
 
+/// The one of this index, or IndexError.
+template <class T>
+const T& At(const std::vector<T>& all, std::size_t index, const char* field) {
+  if (index < all.size()) return all[index];
+  throw py::index_error(std::string(field) + " is " + std::to_string(index) + ", there are " +
+                        std::to_string(all.size()));
+}
+
 void BindSummary(py::module_* module) {
   py::class_<Summary>(
       *module, "Summary",
@@ -215,7 +223,11 @@ void BindSummary(py::module_* module) {
       .def(
           "quantile",
           [](const Summary& s, std::size_t observable, double p) {
-            return s.sketches.at(observable).Quantile(p);
+            if (!(p >= 0 && p <= 1)) {
+              throw py::value_error("p is " + std::string(py::str(py::float_(p))) +
+                                    ", expected a number in [0, 1]");
+            }
+            return At(s.sketches, observable, "observable").Quantile(p);
           },
           py::arg("observable"), py::arg("p"),
           "The value below which the share p of the measured runs lies, by a sketch;\n"
@@ -223,7 +235,7 @@ void BindSummary(py::module_* module) {
       .def(
           "rank_error",
           [](const Summary& s, std::size_t observable) {
-            const QuantileSketch& sketch = s.sketches.at(observable);
+            const QuantileSketch& sketch = At(s.sketches, observable, "observable");
             return sketch.count() == 0 ? 0.0
                                        : static_cast<double>(sketch.RankError()) /
                                              static_cast<double>(sketch.count());
@@ -234,12 +246,20 @@ void BindSummary(py::module_* module) {
       .def(
           "histogram",
           [](const Summary& s, std::size_t index) {
-            const HistogramAxis& axis = s.axes.at(index);
-            return py::make_tuple(axis.observable, axis.low, axis.high, s.histograms.at(index));
+            const HistogramAxis& axis = At(s.axes, index, "index");
+            return py::make_tuple(axis.observable, axis.low, axis.high,
+                                  At(s.histograms, index, "index"));
           },
           py::arg("index"),
           "(observable, low, high, counts) of the histogram with this index;\n"
           "the first count is of what is below `low`, the last of what is not below `high`.")
+      .def(py::pickle(
+          [](const Summary& s) {
+            Tally alone;
+            alone.Add(0, s);
+            return py::bytes(alone.ToBytes());
+          },
+          [](const py::bytes& bytes) { return Tally::FromBytes(std::string(bytes)).Total(); }))
       .def("__repr__", [](const Summary& s) {
         return "<Summary of " + std::to_string(s.runs) + " runs, " + std::to_string(s.measured) +
                " measured>";
@@ -262,11 +282,13 @@ void BindSweep(py::module_* module) {
           "to_bytes", [](const Tally& tally) { return py::bytes(tally.ToBytes()); },
           "As bytes, with a checksum.\n\nThe same runs give the same bytes.")
       .def_static(
-          "from_bytes",
-          [](const py::bytes& bytes) { return Tally::FromBytes(std::string(bytes)); },
+          "from_bytes", [](const py::bytes& bytes) { return Tally::FromBytes(std::string(bytes)); },
           py::arg("data"), "From to_bytes().\n\nValueError for bytes that are damaged.")
       .def(py::pickle([](const Tally& tally) { return py::bytes(tally.ToBytes()); },
-                      [](const py::bytes& bytes) { return Tally::FromBytes(std::string(bytes)); }));
+                      [](const py::bytes& bytes) { return Tally::FromBytes(std::string(bytes)); }))
+      .def("__repr__", [](const Tally& tally) {
+        return "<Tally of " + std::to_string(tally.Total().runs) + " runs>";
+      });
   module->def("_sweep", &RunSweep, py::arg("system"), py::arg("request"), py::arg("first"),
               py::arg("count"), py::arg("threads"), py::arg("max_megabytes"),
               py::arg("max_seconds"), py::arg("progress"), py::arg("every"));

@@ -3,6 +3,7 @@
 #include <sstream>
 
 #include "convert.h"
+#include "pickles.h"
 #include "unlocked.h"
 
 namespace contact_flow {
@@ -12,9 +13,8 @@ namespace {
 /// A description lives as long as its system, which whoever holds it keeps.
 template <class Member>
 auto Of(Member SystemDescription::*member) {
-  return [member](const System& system) {
-    return py::tuple(py::cast(system.description().*member));
-  };
+  return
+      [member](const System& system) { return py::tuple(py::cast(system.description().*member)); };
 }
 
 std::string Repr(const System& system) {
@@ -49,17 +49,18 @@ std::string Describe(const System& system) {
 
 void BindDescription(py::module_* module) {
   py::class_<Parameter>(*module, "Parameter", "A named number of a system.")
-      .def_readonly("name", &Parameter::name)
+      .def_readonly("name", &Parameter::name, "By which directions, states and requests call it.")
       .def_readonly("unit", &Parameter::unit, "SI unit, '' for a pure number.")
       .def_readonly("meaning", &Parameter::meaning, "One phrase.")
       .def_readonly("value", &Parameter::value, "In force.")
+      .def(
+          PickledFields(&Parameter::name, &Parameter::unit, &Parameter::meaning, &Parameter::value))
       .def("__repr__", [](const Parameter& p) {
         return "<Parameter " + p.name + " = " + Number(p.value) +
                (p.unit.empty() ? "" : " " + p.unit) + ": " + p.meaning + ">";
       });
 
-  py::class_<NominalRun>(*module, "NominalRun",
-                         "The run of who asks for nothing in particular.")
+  py::class_<NominalRun>(*module, "NominalRun", "The run of who asks for nothing in particular.")
       .def_property_readonly(
           "x", [](const py::object& self) { return View(self.cast<NominalRun&>().x, self); },
           "Initial state (q, v) [nq+d], a read-only view.")
@@ -67,9 +68,9 @@ void BindDescription(py::module_* module) {
           "u", [](const py::object& self) { return View(self.cast<NominalRun&>().u, self); },
           "Constant input [m], a read-only view.")
       .def_readonly("duration", &NominalRun::duration, "[s]")
-      .def("__repr__", [](const NominalRun& run) {
-        return "<NominalRun of " + Number(run.duration) + " s>";
-      });
+      .def(PickledFields(&NominalRun::x, &NominalRun::u, &NominalRun::duration))
+      .def("__repr__",
+           [](const NominalRun& run) { return "<NominalRun of " + Number(run.duration) + " s>"; });
 }
 
 }  // namespace
@@ -119,26 +120,26 @@ void BindSystem(py::module_* module) {
           "parameter_list", [](const System& s) { return s.description().parameters; },
           "Parameters with units and meanings.")
       .def_property_readonly(
-          "nominal",
-          [](const System& s) -> const NominalRun& { return s.get().nominal(); },
+          "nominal", [](const System& s) -> const NominalRun& { return s.get().nominal(); },
           py::return_value_policy::reference_internal,
           "The run of who asks for nothing in particular: x, u, duration.")
-      .def_property_readonly("dof", [](const System& s) { return s.get().dof(); },
-                             "d, the number of velocities.")
-      .def_property_readonly("num_positions",
-                             [](const System& s) { return s.get().num_positions(); },
-                             "nq ≥ d, the numbers of a configuration.")
-      .def_property_readonly("state_size", [](const System& s) { return s.get().state_size(); },
-                             "nq + d.")
-      .def_property_readonly("has_friction", [](const System& s) { return s.get().HasFriction(); },
-                             "Whether any contact has friction.")
+      .def_property_readonly(
+          "dof", [](const System& s) { return s.get().dof(); }, "d, the number of velocities.")
+      .def_property_readonly(
+          "num_positions", [](const System& s) { return s.get().num_positions(); },
+          "nq ≥ d, the numbers of a configuration.")
+      .def_property_readonly(
+          "state_size", [](const System& s) { return s.get().state_size(); }, "nq + d.")
+      .def_property_readonly(
+          "has_friction", [](const System& s) { return s.get().HasFriction(); },
+          "Whether any contact has friction.")
       .def_property_readonly(
           "compliant",
           [](const System& s) { return ToNames(s.get().compliant(), s.description()); },
           "Names of the constraints that only switch the effort.")
       .def_property_readonly(
-          "restitution",
-          [](const System& s) { return Vector(s.get().restitution()); }, "γ of each contact [n].")
+          "restitution", [](const System& s) { return Vector(s.get().restitution()); },
+          "γ of each contact [n].")
       .def(
           "with_parameters",
           [](const System& s, const py::kwargs& values) {
@@ -154,7 +155,8 @@ void BindSystem(py::module_* module) {
           "The nominal state x [nq+d] with other values of some numbers, by name. Rates, whose\n"
           "names have a space: state(**{'d/dt body_z': -1}).")
       .def("describe", &Describe, "Names, units and parameters as text.")
-      .def("__copy__", [](const py::object& self) { return self; }, "Itself: it is constant.")
+      .def(
+          "__copy__", [](const py::object& self) { return self; }, "Itself: it is constant.")
       .def("__deepcopy__", [](const py::object& self, const py::object&) { return self; })
       .def("__repr__", &Repr);
 }

@@ -11,12 +11,18 @@ namespace contact_flow {
 namespace python {
 namespace {
 
+/// The vector, whose numbers must be finite: an impact at NaN would be none.
+Vector Finite(Vector vector, const char* field) {
+  if (vector.allFinite()) return vector;
+  throw py::value_error(std::string(field) + " has a number that is not finite");
+}
+
 Vector Positions(const System& s, const py::handle& q) {
-  return ToVector(q, "q", s.get().num_positions(), &s.description().coordinates);
+  return Finite(ToVector(q, "q", s.get().num_positions(), &s.description().coordinates), "q");
 }
 
 Vector Velocities(const System& s, const py::handle& v) {
-  return ToVector(v, "v", s.get().dof(), &s.description().velocities);
+  return Finite(ToVector(v, "v", s.get().dof(), &s.description().velocities), "v");
 }
 
 ConstraintTerms Constraints(const System& s, const Vector& q, const Vector& v) {
@@ -76,12 +82,13 @@ ContactMode ModeOf(const System& s, const Vector& x, const Vector& u, const py::
   throw py::value_error("mode is " + asked.ToString(names.constraints) + ", that of x is " +
                         own.ToString(names.constraints) +
                         ": whether contacts with friction stick or slip there a word says, as "
-                        "'" + own.Word(s.get().num_constraints()) + "'");
+                        "'" +
+                        own.Word(s.get().num_constraints()) + "'");
 }
 
 py::tuple Accelerations(const System& s, const py::handle& x, const py::handle& u,
                         const py::handle& mode, bool jacobians) {
-  const Vector state = ToState(s, x), input = ToInput(s, u);
+  const Vector state = Finite(ToState(s, x), "x"), input = Finite(ToInput(s, u), "u");
   const ContactMode contacts = ModeOf(s, state, input, mode);
   Variables variables;
   variables.inputs = true;
@@ -91,8 +98,8 @@ py::tuple Accelerations(const System& s, const py::handle& x, const py::handle& 
     return py::make_tuple(dynamics.acceleration(), dynamics.force());
   }
   dynamics.Differentiate(state, contacts);
-  return py::make_tuple(dynamics.acceleration(), dynamics.force(),
-                        dynamics.acceleration_jacobian(), dynamics.force_jacobian());
+  return py::make_tuple(dynamics.acceleration(), dynamics.force(), dynamics.acceleration_jacobian(),
+                        dynamics.force_jacobian());
 }
 
 /// (1b), of contacts with friction (F6).
@@ -125,7 +132,7 @@ void BindTerms(py::module_* module) {
           [](const System& s, const py::object& q, const py::object& v, const py::object& u,
              const py::object& mode) {
             Vector force;
-            s.get().Dynamics(Positions(s, q), Velocities(s, v), ToInput(s, u),
+            s.get().Dynamics(Positions(s, q), Velocities(s, v), Finite(ToInput(s, u), "u"),
                              ToMode(mode, s.description()), nullptr, &force);
             return force;
           },
@@ -176,8 +183,8 @@ void BindTerms(py::module_* module) {
           "impact",
           [](const System& s, const py::object& q, const py::object& v,
              const py::object& touching) {
-            const ImpactResult impact = Impact(s, Positions(s, q), Velocities(s, v),
-                                               ToMode(touching, s.description()));
+            const ImpactResult impact =
+                Impact(s, Positions(s, q), Velocities(s, v), ToMode(touching, s.description()));
             return py::make_tuple(impact.v_plus, impact.impulse,
                                   ToNames(impact.hit, s.description()));
           },
@@ -187,13 +194,15 @@ void BindTerms(py::module_* module) {
       .def(
           "perturb",
           [](const System& s, const py::object& x, const py::object& w) {
-            return s.get().Perturb(ToState(s, x), ToVector(w, "w", 2 * s.get().dof()));
+            return s.get().Perturb(Finite(ToState(s, x), "x"),
+                                   Finite(ToVector(w, "w", 2 * s.get().dof()), "w"));
           },
           py::arg("x"), py::arg("w"), "x ⊞ w for a tangent w = (δq, δv) [2d].")
       .def(
           "separation",
           [](const System& s, const py::object& to, const py::object& from) {
-            return s.get().Separation(ToState(s, to), ToState(s, from));
+            return s.get().Separation(Finite(ToState(s, to), "to"),
+                                      Finite(ToState(s, from), "from_"));
           },
           py::arg("to"), py::arg("from_"), "The tangent w [2d] with perturb(from_, w) = to.");
 }

@@ -13,6 +13,8 @@ import numpy as np
 import contact_flow as cf
 import case
 from contact_flow import bags
+from contact_flow.bag_writer import outcome_number
+from python_models import Pendulum
 
 try:
     import rosbag
@@ -118,6 +120,52 @@ class Bags(unittest.TestCase):
         self.assertTrue(found[0].same)
         self.assertLess(found[1].difference, 1e-12)       # 1.8 − 1.2 is not 0.6, to the bit
         self.assertEqual(2.0, found[1].run.system.parameters["mass"])
+
+    def test_written_and_read(self):
+        """Of models, robots, with a grid, friction, options: each run is the same again, to the bit."""
+        ball, robot = cf.Model("driven_ball", restitution=0.5), cf.Robot(case.ROBOTS / "monoped.yaml", body_mass=3.5)
+        runs = [ball.simulate([2.0, 0.0], 1.5, cf.Grid([0, 0.25], [[1.0], [-2.0]]), relative_tolerance=1e-6),
+                ball.simulate({"z": 3.0}, 1.0, [0.7]), robot.simulate(), cf.Model("spinning_ball").simulate(),
+                cf.Model("soft_biped").simulate(max_steps=3), cf.Model("bouncing_ball").simulate(duration=5.0)]
+        bags.write(self.path, runs, node="/mine")
+        found = bags.runs(self.path)
+        self.assertEqual(len(runs), len(found))
+        for run, one in zip(runs, found):
+            self.assertTrue(one.same, one)
+            self.assertEqual("/mine/record/simulation", one.topic)
+            np.testing.assert_array_equal(run.final_state, one.run.final_state)
+            self.assertEqual(run.status, one.run.status)
+            self.assertEqual(run.system.parameters, one.run.system.parameters)
+            self.assertEqual(run.options, one.run.options)
+        with rosbag.Bag(str(self.path)) as bag:
+            self.assertEqual(6, bag.get_message_count("/mine/model_description"))   # with other options, too
+            result = next(m.result for _, m, _ in bag.read_messages("/mine/record/simulation"))
+        self.assertEqual([e.t for e in runs[0].events], [m.t for m in result.transitions])
+        self.assertEqual([e.impulse[0] for e in runs[0].events], [m.impulse[0] for m in result.transitions])
+        self.assertEqual(len(result.t), sum(arc.num_samples for arc in result.arcs))
+        for arc in result.arcs:   # its samples are the motion
+            rows = slice(arc.first_sample, arc.first_sample + arc.num_samples)
+            self.assertEqual((arc.t_begin, arc.t_end), (result.t[rows][0], result.t[rows][-1]))
+            np.testing.assert_allclose(np.array(result.q.data)[rows][1:],
+                                       runs[0].x(np.array(result.t[rows][1:]))[:, 0], atol=1e-9)
+
+    def test_outcomes_have_numbers(self):
+        for name in ("ok", "grazing", "zeno", "budget exceeded", "non-finite", "discontinuous", "painleve_crossing"):
+            self.assertIsInstance(outcome_number(name), int)
+        self.assertEqual((0, 2), (outcome_number("ok"), outcome_number("zeno")))
+
+    def test_what_cannot_be_written(self):
+        """Before anything is."""
+        ball = cf.Model("bouncing_ball")
+        for run, what in ((cf.PythonModel(Pendulum).simulate(), "a model in Python"),
+                          (ball.poincare(cf.Touchdown("floor"))().run, "ends behind its event"),
+                          (ball.simulate(duration=0.0), "duration 0"), (ball.simulate(dense=False), "dense=False"),
+                          (cf.Model("driven_ball").simulate(inputs=cf.Grid([1.0], [[0.0]])), "begins at 1 s")):
+            with self.assertRaisesRegex(ValueError, what):
+                bags.write(self.path, [ball.simulate(), run])
+            self.assertFalse(self.path.exists())
+        with self.assertRaisesRegex(ValueError, "no runs"):
+            bags.write(self.path, [])
 
     def test_refusals(self):
         with self.assertRaisesRegex(ValueError, "has no runs"):

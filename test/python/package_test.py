@@ -25,7 +25,8 @@ EXAMPLES = sorted((case.ROOT / "examples" / "python").glob("*.py"))
 MODULES = ["contact_flow", "contact_flow.jet", "contact_flow.python_model", "contact_flow.sections",
            "contact_flow.cli", "contact_flow.cli_commands", "contact_flow.report", "contact_flow.report_scene",
            "contact_flow.report_shapes", "contact_flow.report_words", "contact_flow.bags", "contact_flow.ros",
-           "contact_flow.draws", "contact_flow.ensemble", "contact_flow.ensemble_store",
+           "contact_flow.bag_writer", "contact_flow.differences", "contact_flow.model_checks", "contact_flow.progress",
+           "contact_flow.trajectories", "contact_flow.draws", "contact_flow.ensemble", "contact_flow.ensemble_store",
            "contact_flow.ensemble_chunks", "contact_flow.ensemble_plots", "contact_flow.cli_sweep"]
 
 
@@ -84,7 +85,10 @@ class Documentation(unittest.TestCase):
         for name, value in classes().items():
             self.assertIn(name, cf.__all__)
             for method, function in vars(value).items():
-                if method.startswith("_") or isinstance(function, property):
+                if method.startswith("_"):
+                    continue
+                if isinstance(function, property):
+                    self.assertTrue((function.__doc__ or "").strip(), name + "." + method)
                     continue
                 text = inspect.getdoc(getattr(value, method)) or ""
                 self.assertGreater(len(text.strip().split("\n")), 1, name + "." + method)
@@ -96,14 +100,17 @@ class Documentation(unittest.TestCase):
             result = doctest.testmod(module, optionflags=doctest.ELLIPSIS)
             self.assertEqual(0, result.failed, name)
             attempted += result.attempted
-        page = case.ROOT / "docs" / "python.md"
-        result = doctest.testfile(str(page), module_relative=False, encoding="utf-8",
-                                  globs={"ROBOTS": case.ROBOTS},
-                                  optionflags=doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)
-        self.assertEqual(0, result.failed)
-        print("doctests: %d in docstrings, %d in docs/python.md" % (attempted, result.attempted))
-        self.assertGreater(attempted, 5)
-        self.assertGreater(result.attempted, 25)
+        counts = {"docstrings": (attempted, 8)}
+        for name, least in (("python", 30), ("gradients", 20)):
+            page = case.ROOT / "docs" / (name + ".md")
+            result = doctest.testfile(str(page), module_relative=False, encoding="utf-8",
+                                      globs={"ROBOTS": case.ROBOTS},
+                                      optionflags=doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)
+            self.assertEqual(0, result.failed, name)
+            counts["docs/%s.md" % name] = (result.attempted, least)
+        print("doctests: " + ", ".join("%d in %s" % (count, name) for name, (count, _) in counts.items()))
+        for name, (count, least) in counts.items():
+            self.assertGreaterEqual(count, least, name)
 
 
 class Types(unittest.TestCase):

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import types
 import unittest
 
 import numpy as np
@@ -112,6 +113,38 @@ class Options(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, "max_seconds"):
                 B.run.derivative(max_seconds=bad)
         self.assertEqual(2, command("derive", "soft_biped", "-w", "body_pitch=nan")[0])
+
+    def test_numbers_that_are_none(self):
+        """NaN, hidden numbers of masked arrays, True where a number is meant."""
+        biped, ball = cf.Model("soft_biped"), cf.Model("driven_ball")
+        bad, q = np.full(7, math.nan), biped.nominal.x[:7]
+        summary = biped.sweep({"body_pitch": cf.Uniform(-0.1, 0.1)}, runs=4, threads=1).summary
+        for kind, call, what in (
+                (ValueError, lambda: biped.impact(bad, q, ["left_foot"]), "q has a number that is not finite"),
+                (ValueError, lambda: biped.impact(q, bad, ["left_foot"]), "v has a number that is not finite"),
+                (ValueError, lambda: biped.mass_matrix(bad), "q has a number that is not finite"),
+                (ValueError, lambda: biped.accelerations(np.full(14, math.nan), mode=[]), "x has a number that is not"),
+                (ValueError, lambda: ball.force([1.0], [0.0], [math.inf]), "u has a number that is not finite"),
+                (ValueError, lambda: biped.separation(np.full(14, math.nan), biped.nominal.x), "to has a number"),
+                (ValueError, lambda: ball.optimize(["force"], {"z": math.nan}), "target has a number that is not"),
+                (ValueError, lambda: biped.simulate(np.ma.array(biped.nominal.x, mask=[1] + [0] * 13)), "x0 is a masked"),
+                (ValueError, lambda: biped.poincare(cf.Apex("body_z"), shortest=math.nan), "shortest is nan"),
+                (ValueError, lambda: biped.poincare(cf.Apex("body_z"), shortest=-1), "shortest is -1"),
+                (TypeError, lambda: biped.simulate(max_steps=True), "max_steps is True"),
+                (TypeError, lambda: ball.online().set_input([1.0], "now"), "t is 'now', expected a number"),
+                (ValueError, lambda: ball.optimize(["forc"], {"z": 1}), "number to be chosen 'forc'; did you mean 'force'"),
+                (IndexError, lambda: summary.quantile(99, 0.5), "observable is 99, there are 14"),
+                (IndexError, lambda: summary.histogram(5), "index is 5, there are 0"),
+                (ValueError, lambda: summary.quantile(0, 1.5), r"p is 1.5, expected a number in \[0, 1\]"),
+                (ValueError, lambda: biped.simulate().report("x.html", samples=10**7), "samples is 10000000, expected 2 to 1000000")):
+            with self.subTest(what), self.assertRaisesRegex(kind, what):
+                call()
+        self.assertTrue(biped.simulate(np.ma.array(biped.nominal.x)).status)
+
+    def test_numbers_by_name_of_any_mapping(self):
+        biped = cf.Model("soft_biped")
+        named = types.MappingProxyType({"body_pitch": 0.1})
+        np.testing.assert_array_equal(biped.simulate({"body_pitch": 0.1}).x0, biped.simulate(named).x0)
 
     def test_of_other_kinds(self):
         """Messages are of this package's fields."""
@@ -229,6 +262,32 @@ class Formulas(unittest.TestCase):
                              ("inputs and in parameters", {"inputs": ("push",), "parameters": {"push": 1.0}})):
             with self.assertRaisesRegex(ValueError, what):
                 self.make(**fields)
+
+    def test_arguments_are_not_changed(self):
+        """Of floats, of jets, by differences: one formula would change what the next one sees."""
+        def force(self, q, v, u):
+            v[0] -= 1.0
+            return [-v[0]]
+        for fields in ({}, {"differentiation": "differences"}):
+            with self.assertRaisesRegex(ValueError, "read-only"):
+                self.make(force=force, **fields).simulate()
+        jets = jet.variables([1.0], 0, 1)
+        with self.assertRaisesRegex(ValueError, "read-only"):
+            jets[0] = 2.0
+
+    def test_what_formulas_throw(self):
+        """As it is, whatever it is, from within a run and from within a derivative."""
+        for error in (KeyError("mine"), SystemExit(3), RecursionError("deep")):
+            def force(self, q, v, u, error=error):
+                if v[0] < -1:
+                    raise error
+                return [-9.81]
+            ball = self.make(force=force)
+            with self.assertRaises(type(error)) as caught:
+                ball.simulate(duration=1.0)
+            self.assertEqual(error.args, caught.exception.args)
+        gone = self.make(force=lambda self, q, v, u: [math.nan if v[0] < -1 else -9.81]).simulate(duration=1.0)
+        self.assertEqual("non-finite", gone.status.outcome)
 
     def test_quotients_out_of_the_range_of_a_parameter(self):
         ball = self.make(constraints=("floor",), gaps=lambda self, q: [q[0]],
