@@ -39,6 +39,9 @@ RobotSystem::RobotSystem(RobotDescription robot, const ParameterValues& values)
   for (const auto& element : robot_.efforts) {
     effort_geometry_.emplace_back(robot_.model.tree, element->parts);
     forces_on_points_ |= !element->parts.points.empty();
+    if (!std::isfinite(element->Limit())) continue;
+    limited_.push_back(static_cast<int>(effort_geometry_.size()) - 1);
+    limited_names_.push_back(element->parts.name);
   }
   for (int i : robot_.switches) compliant_.Insert(i);
   contact_effort_ = !robot_.switches.empty();
