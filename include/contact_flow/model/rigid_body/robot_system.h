@@ -74,6 +74,8 @@ class RobotSystem final : public MechanicalSystem, public EffortLimits {
   /// Throws std::invalid_argument for a constraint without gradient and for numbers
   /// that are not finite.
   void CheckElements() const;
+  /// Throws std::invalid_argument for a closure that those before it imply, at both states.
+  void CheckClosures(const ConstraintTerms& nominal, const ConstraintTerms& around) const;
   /// The inputs after feedback, into s->input.
   void CloseLoop(const VectorRef& q, const VectorRef& v, const VectorRef& u, Scratch* s) const;
   /// The inputs of effort i into s->u, and how many switches of its reference lie behind.
