@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Arcs and events of a run.
+#include "contact_flow/flow/limit_locator.h"
 #include "convert.h"
 #include "run.h"
 
@@ -93,6 +94,21 @@ void BindArc(py::module_* module) {
           "error",
           [](const py::object& self) { return View(self.cast<ArcOf&>().get().error, self); },
           "Estimated local errors of its steps, added up, as a tangent [2d].")
+      .def_property_readonly(
+          "limits",
+          [](const ArcOf& a) {
+            py::list passings;
+            const MechanicalSystem& system = a.run->system->get();
+            const auto* limits = dynamic_cast<const EffortLimits*>(&system);
+            for (const LimitPassing& p : LimitPassings(system, a.get())) {
+              const auto effort = static_cast<std::size_t>(p.effort);
+              passings.append(py::make_tuple(p.t, limits->limited_efforts()[effort],
+                                             EffortPieceName(p.before), EffortPieceName(p.after)));
+            }
+            return py::tuple(passings);
+          },
+          "Where efforts pass their limits inside it: (t [s], name, before, after), the last two\n"
+          "'lower', 'free' or 'upper'. Of runs with dense=True.")
       .def("__repr__", [](const ArcOf& a) {
         return "<Arc " + Number(a.get().t_begin) + " to " + Number(a.get().t_end) + " s in " +
                a.get().mode.ToString(a.run->description().constraints) + ">";

@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <vector>
 
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/fixed_size.h"
+#include "contact_flow/flow/limit_locator.h"
 #include "contact_flow/flow/trajectory.h"
 
 namespace contact_flow {
@@ -46,6 +49,7 @@ class ArcJacobian {
         units_(*dynamics, arc),
         push_reach_(Vector::Zero(dynamics->system().num_constraints())) {
     FindScale();
+    FindBreaks();
   }
 
   /// Chooses the unit of time for tangents of this rate [1/s]: the length of the arc, unless it is
@@ -99,12 +103,21 @@ class ArcJacobian {
   double duration() const { return (arc_.t_end - arc_.t_begin) / units_.time; }
   double Units(double seconds) const { return seconds / units_.time; }
   double Time(double t) const { return std::min(arc_.t_begin + units_.time * t, arc_.t_end); }
+  /// Where the coefficients jump next behind t, as an effort passes its limit; else duration().
+  double NextBreak(double t) const {
+    const double now = Time(t) + beside_;
+    for (const double at : breaks_) {
+      if (at > now) return Units(at - arc_.t_begin);
+    }
+    return duration();
+  }
   /// What a state of size 1, in those of the system, is at most.
   double StateUnit() const { return units_.length.maxCoeff() * std::max(1.0, units_.time); }
 
-  /// [K D] [d×2d] and S [d×k] at time t, column-major into `out` and `source`.
-  void At(double t, double* out, double* source) {
-    arc_.dense.Evaluate(Time(t), x_.data());
+  /// [K D] [d×2d] and S [d×k] at time t, column-major into `out` and `source`; where they jump
+  /// those before it, or behind.
+  void At(double t, double* out, double* source, bool behind = false) {
+    arc_.dense.Evaluate(BesideBreak(Time(t), behind), x_.data());
     dynamics_.Differentiate(x_, arc_.mode);
     const Matrix& jacobian = dynamics_.acceleration_jacobian();
     Eigen::Map<Matrix> KD(out, d_, 2 * d_);
@@ -163,6 +176,29 @@ class ArcJacobian {
   const Vector& push_reach() const { return push_reach_; }  ///< see VariationStatistics [n]
 
  private:
+  void FindBreaks() {
+    constexpr double kBeside = 1e-12, kRounding = 8 * std::numeric_limits<double>::epsilon();
+    // Shorter pieces than this many times kBeside are part of the one before.
+    constexpr double kApart = 100;
+    const double length = arc_.t_end - arc_.t_begin;
+    beside_ = std::max(kBeside * length, kRounding * std::abs(arc_.t_end));
+    const auto* limits = dynamic_cast<const EffortLimits*>(&dynamics_.system());
+    may_jump_ = limits != nullptr && !limits->limited_efforts().empty();
+    double last = arc_.t_begin;
+    for (const LimitPassing& passing : LimitPassings(dynamics_.system(), arc_)) {
+      const double room = std::min(passing.t - last, arc_.t_end - passing.t);
+      if (room > kApart * beside_) breaks_.push_back(last = passing.t);
+    }
+  }
+  double BesideBreak(double time, bool behind) const {
+    if (!may_jump_) return time;
+    for (const double at : breaks_) {
+      if (std::abs(time - at) <= beside_) return behind ? at + beside_ : at - beside_;
+    }
+    // An effort may be at its limit where an event begins or ends the arc.
+    const double last = std::max(arc_.t_begin, arc_.t_end - beside_);
+    return std::clamp(time, std::min(arc_.t_begin + beside_, last), last);
+  }
   void ChooseTime(double rate) {
     constexpr double kLongest = 10;  // of 1/rate
     const double length = arc_.t_end - arc_.t_begin;
@@ -199,6 +235,9 @@ class ArcJacobian {
   ArcUnits units_;
   Matrix scale_;  // [d × 2d+k]
   Vector push_reach_;
+  std::vector<double> breaks_;  // [s]
+  bool may_jump_ = false;       // the system has EffortLimits
+  double beside_ = 0;           // this far from them the state is on one side [s]
   long count_ = 0;
 };
 

@@ -105,6 +105,11 @@ class ArcTangentsMaker {
     made_.steps_.push_back(std::move(*step_));
   }
 
+  const Matrix& PassBreak(double t) {
+    Look(t, &begin_, true);
+    return begin_.jacobian;
+  }
+
  private:
   /// What is known where the Jacobian was looked at.
   struct Place {
@@ -116,8 +121,8 @@ class ArcTangentsMaker {
   };
 
   void Look(double t, double* KD, double* S) { jacobian_.At(t, KD, S); }
-  void Look(double t, Place* place) {
-    Look(t, place->jacobian.data(), place->jacobian.data() + 2 * d_ * d_);
+  void Look(double t, Place* place, bool behind = false) {
+    jacobian_.At(t, place->jacobian.data(), place->jacobian.data() + 2 * d_ * d_, behind);
     jacobian_.Field(&place->field);
     place->system_field = jacobian_.SystemField();
     LookAtCost(t, place);

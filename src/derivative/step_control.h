@@ -25,7 +25,8 @@ double MixedEntry(int i);
 ///     relied on; its error, infinite where it is not determined;
 ///   void NoteLaw(FlowLaw* law): the residual of that step;
 ///   const Matrix& End(): [K D S] where it ends;
-///   void Accept(): takes it over.
+///   void Accept(): takes it over;
+///   const Matrix& PassBreak(double t): the next step begins where [K D S] jumps; the one behind.
 class StepControl {
  public:
   /// `tolerance` is for the error of a step, relative to the largest entry of the tangents.
@@ -90,7 +91,8 @@ void StepControl::Walk(const Matrix& begin, const Vector& field, W* walker,
   double t = 0;  // from the beginning of the arc on, in its units
   while (t < end) {
     AskBudget();
-    const double rest = end - t;
+    const double stop = jacobian_.NextBreak(t);
+    const double rest = stop - t;
     const double length = ChooseStep(t, rest, *walker);
     const double error = walker->Try(t, length, *rule_);
     bool good = Learn(error, length);
@@ -103,9 +105,10 @@ void StepControl::Walk(const Matrix& begin, const Vector& field, W* walker,
       continue;
     }
     CountAccepted(t, error, statistics);
-    t = length == rest ? end : t + length;
-    if (t < end) fastest_ = FastestRate(walker->End().leftCols(2 * d_));
+    t = length == rest ? stop : t + length;
+    if (t < stop) fastest_ = FastestRate(walker->End().leftCols(2 * d_));
     walker->Accept();
+    if (t == stop && t < end) fastest_ = FastestRate(walker->PassBreak(t).leftCols(2 * d_));
   }
   Finish(statistics);
 }

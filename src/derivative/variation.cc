@@ -99,6 +99,12 @@ class Propagation {
     source_ = carried_;
   }
 
+  const Matrix& PassBreak(double t) {
+    jacobian_.At(t, begin_.data(), begin_.data() + 2 * d_ * d_, true);
+    jacobian_.Field(&field_begin_);
+    return begin_;
+  }
+
  private:
   void Begin() {
     jacobian_.At(0, begin_.data(), begin_.data() + 2 * d_ * d_);

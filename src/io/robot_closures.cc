@@ -52,6 +52,7 @@ void ReadFollower(const std::string& name, MapReader* reader, RobotDescription* 
     }
   }
   AddFollower(name, joint, other, multiplier, offset, robot);
+  robot->closures.back()->parts.where = reader->Line("");
 }
 
 }  // namespace
@@ -76,6 +77,7 @@ void ReadClosures(const YAML::Node& map, RobotDescription* robot) {
       taken[axis] = true;
       robot->closures.push_back(MakeClosureRow(parts.points[0], parts.points[1], axis));
       robot->closures.back()->parts.name = name + "_" + letter;
+      robot->closures.back()->parts.where = reader->Line("");
     }
     if (axes.empty()) throw std::invalid_argument("closures/" + name + "/axes is empty");
   });

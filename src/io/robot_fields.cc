@@ -36,11 +36,14 @@ void YamlFields::Point(const std::string& link_key, const std::string& point_key
 void YamlFields::TipOf(const std::string& direction_key, const Vec3<double>& otherwise) {
   Vec3<double> direction = otherwise;
   reader_->Read(direction_key, direction.data(), 3);
-  if (!(direction.norm() > 1e-6)) {
-    throw std::invalid_argument(parts_->name + "/" + direction_key + " has no direction" +
-                                reader_->Line(direction_key));
-  }
+  CheckDirection(direction_key, direction);
   Tip(direction.normalized());
+}
+
+void YamlFields::CheckDirection(const std::string& key, const Vec3<double>& direction) const {
+  if (direction.norm() > 1e-6) return;
+  throw std::invalid_argument(parts_->name + "/" + key +
+                              " has no direction: give one, as [0, 0, 1]" + reader_->Line(key));
 }
 
 void YamlFields::Tip(const Vec3<double>& direction) {
@@ -149,6 +152,7 @@ void YamlFields::Vector(const std::string& key, const Vec3<double>& otherwise, c
   if (std::isnan(otherwise(0))) reader_->Require(key);
   Vec3<double> value = otherwise;
   reader_->Read(key, value.data(), 3);
+  if (*unit == '\0') CheckDirection(key, value);
   const char* const suffixes[] = {"_x", "_y", "_z"};
   for (int k = 0; k < 3; ++k) Append(key + suffixes[k], value(k), unit, meaning, Range::kAny);
 }

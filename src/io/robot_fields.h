@@ -29,6 +29,8 @@ class YamlFields final : public ElementFields {
               const char* meaning) override;
 
  private:
+  /// Throws for one of no length.
+  void CheckDirection(const std::string& key, const Vec3<double>& direction) const;
   void Append(const std::string& key, double value, const char* unit, const char* meaning,
               Range range);
 

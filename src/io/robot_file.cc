@@ -26,6 +26,7 @@ void ReadConstraints(const YAML::Node& map, RobotDescription* robot) {
     const std::string kind = ReadKind(reader, ConstraintKinds());
     std::unique_ptr<ConstraintElement> element = MakeConstraint(kind);
     element->parts.name = name;
+    element->parts.where = reader->Line("");
     YamlFields fields(robot->model, reader, &robot->inputs, &element->parts);
     ReadConstraint(kind, &fields);
     Parameter& restitution = element->restitution;

@@ -216,6 +216,7 @@ ContactTrajectory Answer(const Setup& setup, const SimulationRequest& request) {
   }
   ContactTrajectory result = ToMsg(setup.system->description(), trajectory, run.duration, count);
   AddForces(*setup.system, trajectory, &result);
+  AddLimits(*setup.system, trajectory, &result);
   AddNearGrazing(setup, near, &result);
   return result;
 }

@@ -7,6 +7,7 @@
 
 #include "contact_flow/budget.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/flow/limit_locator.h"
 #include "contact_flow/io/configuration.h"
 #include "contact_flow/io/samples.h"
 #include "contact_flow/ros/warnings.h"
@@ -204,6 +205,22 @@ void AddForces(const MechanicalSystem& system, const Trajectory& trajectory,
       for (int c = 0; c < r; ++c) {
         message->tangential_force.data.push_back(force(force.size() - r + c));
       }
+    }
+  }
+}
+
+void AddLimits(const MechanicalSystem& system, const Trajectory& trajectory,
+               ContactTrajectory* message) {
+  const auto* limits = dynamic_cast<const EffortLimits*>(&system);
+  if (limits == nullptr) return;
+  for (std::size_t k = 0; k < trajectory.arcs.size(); ++k) {
+    for (const LimitPassing& passing : LimitPassings(system, trajectory.arcs[k])) {
+      LimitInstant m;
+      m.t = passing.t;
+      m.effort = limits->limited_efforts()[static_cast<std::size_t>(passing.effort)];
+      m.before = EffortPieceName(passing.before);
+      m.after = EffortPieceName(passing.after);
+      message->arcs[k].limits.push_back(m);
     }
   }
 }

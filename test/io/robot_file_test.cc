@@ -90,7 +90,7 @@ TEST(RobotFile, RefusesWithWordsThatNameThePlace) {
       {"constraints:\n  foot: {kind: plane, link: left_foot, restitution: 1.5}",
        {"restitution", "line 2"}},
       {"constraints:\n  foot: {kind: plane, link: left_foot, normal: [0, 0, 0]}",
-       {"'foot' is degenerate"}},
+       {"foot/normal has no direction", "line 2"}},
       {"base: planar\nconstraints:\n  foot: {kind: plane, link: left_foot, friction: -0.1}",
        {"constraints/foot/friction is -0.1", "not negative", "no_slip", "line 3"}},
       {"base: planar\nconstraints:\n  foot: {kind: plane, link: left_foot, friction: .nan}",

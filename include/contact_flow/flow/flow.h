@@ -12,6 +12,7 @@
 #include "contact_flow/flow/error_tally.h"
 #include "contact_flow/flow/event_locator.h"
 #include "contact_flow/flow/implied_gaps.h"
+#include "contact_flow/flow/limit_locator.h"
 #include "contact_flow/flow/radau.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/flow/trajectory.h"
@@ -103,6 +104,10 @@ class Flow {
   bool Penetrates();
   bool Attempt(double end, double* h, bool* rejected);
   std::optional<double> StepOntoEvent(const LocatedEvent& event, double length);
+  double StepOntoLimit(double error, double* length);
+  double Retry(double length);
+  double NewtonOntoLimit(const LimitLocator::Zero& zero, double s, double* length);
+  double StepBehindLimit(double h);
   bool PassTransition();
   TransitionRules Rules() const;
   bool GoesOn();
@@ -135,12 +140,21 @@ class Flow {
     double step = std::numeric_limits<double>::infinity();
   };
 
+  /// Where steps lead to the passing of a limit of efforts.
+  struct LimitApproach {
+    double end = std::numeric_limits<double>::quiet_NaN();  ///< of the step before the last [s]
+    double rest = 0;    ///< from the end of the proposal to the passing [s]; 0: none is ahead
+    double whole = 0;   ///< length of the steps before they were cut [s]
+    bool onto = false;  ///< the proposal ends at it
+  };
+
   const MechanicalSystem& system_;
   const SimulateOptions options_;
   const bool on_manifold_;
   ContactDynamics dynamics_;
   const Guards guards_;
   EventLocator locator_;
+  LimitLocator limits_;
   ZenoDetector zeno_;
   Dop853 explicit_;
   std::unique_ptr<Radau> implicit_;
@@ -161,6 +175,7 @@ class Flow {
   // The proposal.
   double end_ = 0;
   double h_next_ = 0;
+  LimitApproach approach_;
   QuickGuard quick_next_;
   int too_quick_ = -1;  // the guard that the last attempt did not resolve
   int trigger_ = -1;

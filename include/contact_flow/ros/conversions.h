@@ -45,6 +45,9 @@ ContactTrajectory ToMsg(const SystemDescription& description, const Trajectory& 
 /// What friction adds: the rows' constraints, and forces at the samples.
 void AddForces(const MechanicalSystem& system, const Trajectory& trajectory,
                ContactTrajectory* message);
+/// Where efforts pass their limits, of a run with dense output.
+void AddLimits(const MechanicalSystem& system, const Trajectory& trajectory,
+               ContactTrajectory* message);
 /// The constraint of each tangential row [r].
 Names TangentialNames(const MechanicalSystem& system);
 /// The entries of the tangential rows of a force or impulse, or none.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/model/rigid_body/robot_system.h"
 
+#include <Eigen/QR>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -39,6 +40,9 @@ RobotSystem::RobotSystem(RobotDescription robot, const ParameterValues& values)
   for (const auto& element : robot_.efforts) {
     effort_geometry_.emplace_back(robot_.model.tree, element->parts);
     forces_on_points_ |= !element->parts.points.empty();
+    if (!std::isfinite(element->Limit())) continue;
+    limited_.push_back(static_cast<int>(effort_geometry_.size()) - 1);
+    limited_names_.push_back(element->parts.name);
   }
   for (int i : robot_.switches) compliant_.Insert(i);
   contact_effort_ = !robot_.switches.empty();
@@ -80,15 +84,39 @@ void RobotSystem::CheckElements() const {
     // An arm that hangs straight above the floor moves its tip along it, but only there.
     const bool still = terms.jacobian.row(i).isZero(0);
     if (finite && (!still || (terms.gap(i) > 0 && !around.jacobian.row(i).isZero(0)))) continue;
-    throw std::invalid_argument("constraint '" + constraint(i).parts.name +
-                                "' is degenerate in the nominal state");
+    const bool closes = static_cast<int>(i) >= num_constraints();
+    throw std::invalid_argument(
+        (closes ? "closure '" : "constraint '") + constraint(i).parts.name +
+        "' is degenerate in the nominal state" + constraint(i).parts.where + ": " +
+        (closes ? "nothing moves it there; leave it out, or its letter of `axes`"
+                : "its function has no gradient there; give its direction or point another value, "
+                  "or `nominal` other positions"));
   }
+  CheckClosures(terms, around);
   Vector force;
   Dynamics(q, v, nominal_.u, ContactMode(), nullptr, &force);
   for (int j = 0; j < dof(); ++j) {
     if (std::isfinite(force(j))) continue;
     throw std::invalid_argument("the efforts on '" + description_.velocities[j] +
                                 "' are not finite in the nominal state");
+  }
+}
+
+void RobotSystem::CheckClosures(const ConstraintTerms& nominal,
+                                const ConstraintTerms& around) const {
+  constexpr double kRank = 1e-9;
+  const auto independent = [&](const ConstraintTerms& terms, int count) {
+    const Matrix rows = terms.jacobian.middleRows(num_constraints(), count).rowwise().normalized();
+    Eigen::ColPivHouseholderQR<Matrix> qr(rows.transpose());
+    qr.setThreshold(kRank);
+    return qr.rank() == count;
+  };
+  for (int count = 1; count <= num_bilateral(); ++count) {
+    if (independent(nominal, count) || independent(around, count)) continue;
+    const ElementParts& parts = constraint(num_constraints() + count - 1).parts;
+    throw std::invalid_argument("closure '" + parts.name + "' is redundant" + parts.where +
+                                ": the closures before it hold what it holds; leave it out, or its "
+                                "letter of `axes`");
   }
 }
 

@@ -80,6 +80,26 @@ Vector RobotSystem::JointEfforts(const VectorRef& q, const VectorRef& v, const V
   return s->effort;
 }
 
+void RobotSystem::EffortShares(const VectorRef& q, const VectorRef& v, const VectorRef& u,
+                               ContactMode mode, Vector* share) const {
+  const Loan loan(this);
+  Scratch* s = loan.get();
+  if (forces_on_points_) {
+    UpdatePositions(robot_.model.tree, q.data(), &s->state);
+    UpdateVelocities(robot_.model.tree, v.data(), &s->state);
+  }
+  CloseLoop(q, v, u, s);
+  share->resize(static_cast<Eigen::Index>(limited_.size()));
+  for (std::size_t k = 0; k < limited_.size(); ++k) {
+    const ElementGeometry& geometry = effort_geometry_[limited_[k]];
+    geometry.Place(s->state, q.data(), &s->motion);
+    geometry.Move(s->state, v.data(), &s->motion);
+    TakeInputs(limited_[k], mode, s);
+    (*share)(static_cast<Eigen::Index>(k)) =
+        robot_.efforts[limited_[k]]->Share(s->motion.z, s->motion.rate, s->u);
+  }
+}
+
 void RobotSystem::Weigh(const VectorRef& q, Scratch* s) const {
   const RigidBodyTree& tree = robot_.model.tree;
   if (!s->resting) {

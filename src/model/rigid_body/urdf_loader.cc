@@ -300,6 +300,8 @@ RobotModel ParseUrdf(const std::string& given, RobotBase base, UrdfFaults faults
   CheckUrdfText(text);
   Findings findings;
   const UrdfSource source = SortUrdf(text, &findings);
+  auto& told = faults == UrdfFaults::kStrict ? findings.errors : findings.warnings;
+  told.insert(told.end(), source.repairs.begin(), source.repairs.end());
   findings.ThrowIfAny();
   const urdf::ModelInterfaceSharedPtr model = ParseByUrdfdom(source.text);
   const LoopBreaker breaker{model};

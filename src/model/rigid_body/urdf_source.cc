@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "contact_flow/model/rigid_body/kinematics.h"
+#include "urdf_repair.h"
 #include "urdf_xml.h"
 
 namespace contact_flow {
@@ -208,6 +209,7 @@ UrdfSource SortUrdf(const std::string& text, Findings* findings) {
     }
     findings->warnings.push_back("passed over: " + list);
   }
+  source.repairs = RepairUrdf(root, &source.text);
   TrimValues(&source.text);
   return source;
 }

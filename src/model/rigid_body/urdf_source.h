@@ -19,6 +19,7 @@ struct Findings {
 /// A URDF before urdfdom.
 struct UrdfSource {
   std::string text;  ///< with spaces in place of what is not read; lines are kept
+  std::vector<std::string> repairs;  ///< what of it is RepairUrdf's
   std::map<std::string, std::vector<RobotModel::Shape>> shapes;  ///< by the name of the link
 };
 

@@ -241,6 +241,27 @@ TEST(UrdfPeculiarities, SpacesAroundValues) {
 }
 
 /// Where J_x and J_y of a planar joint go, as docs/conventions.md says.
+/// A robot without a name, a slide without <limit>, and limits without effort or velocity.
+TEST(UrdfPeculiarities, LimitsAndNamesMayLack) {
+  const std::string slide = Link("base", "") + Link("cart", Inertial(2, 1, 1, 1)) +
+                            Joint("x", "prismatic", "base", "cart");
+  const RobotModel unnamed =
+      ParseUrdf("<robot>\n" + slide + "</robot>", RobotBase::kFixed, UrdfFaults::kLenient);
+  EXPECT_EQ("robot", unnamed.name);
+  EXPECT_EQ(2, Mass(unnamed));
+  ExpectWarning(unnamed, "the robot has no name: 'robot' is used (line 1)");
+  ExpectWarning(unnamed, "joint 'x' has no <limit>: it moves without stops (line 4)");
+  const RobotModel half = Parse(
+      Link("base", "") + Link("arm", Inertial(2, 1, 1, 3)) +
+      Joint("turn", "revolute", "base", "arm", "\n<limit lower='-1' upper='1' velocity='2'/>"));
+  EXPECT_EQ(3, Mass(half));
+  ExpectWarning(half, "joint 'turn': its <limit> has no effort, which nothing uses (line 5)");
+  const std::string none = Link("base", "") + Link("arm", Inertial(2, 1, 1, 3)) +
+                           Joint("turn", "revolute", "base", "arm", "<limit lower='-1'/>");
+  ExpectWarning(Parse(none), "its <limit> has no effort and no velocity");
+  ExpectRefusal(Refusal(none, UrdfFaults::kStrict), "has no effort and no velocity");
+}
+
 TEST(UrdfPeculiarities, PlanarJointsHaveTheirDirections) {
   const struct {
     const char* axis;

@@ -29,6 +29,12 @@ class EffortElement {
   /// ∂e/∂(number k) [N].
   virtual void DifferentiateByNumber(const double* z, const double* rate, const double* u, int k,
                                      double* by_number) const = 0;
+  /// What |e₀| stays within [N or N·m]; infinite where it does not saturate.
+  virtual double Limit() const { return std::numeric_limits<double>::infinity(); }
+  /// e₀ over its limit, before it is kept within it.
+  virtual double Share(const double* /*z*/, const double* /*rate*/, const double* /*u*/) const {
+    return 0;
+  }
 };
 
 /// Which of the optional members below a kind has.
@@ -49,9 +55,9 @@ struct LimitOf<Kind, std::void_t<decltype(Kind::kLimit)>>
 ///   Effort(number, z, ż, u, e)                for any scalar
 ///   kFollows, if it follows a reference r: the last joint is the clock, on which e is zero; and u
 ///                                             goes on with r and ∂r/∂clock
-///   kLimit, if it saturates: the number that |e₀| stays within. e is continuous there, so that a
-///                                             motion through it has its derivative; for an effort
-///                                             that rests on its limit, ∂e/∂u is not a number
+///   kLimit, if it saturates: the number that |e₀| stays within. e is continuous there, and where
+///                                             it passes the integrator ends a step (EffortLimits);
+///                                             for an effort that rests on it ∂e/∂u is no number
 template <class Kind>
 class EffortOf final : public EffortElement {
   static constexpr int N = 3 * Kind::kPoints + Kind::kJoints;
@@ -62,17 +68,25 @@ class EffortOf final : public EffortElement {
  public:
   void Evaluate(const double* z, const double* rate, const double* u, double* e) const override {
     double number[Kind::kNumbers];
-    for (int k = 0; k < Kind::kNumbers; ++k) number[k] = parts.numbers[k].value;
-    if constexpr (kFollows) {
-      double w[U + 2];
-      std::copy_n(u, U, w);
-      Refer(z[N - 1], u, w);
-      Kind::Effort(number, z, rate, w, e);
-      e[N - 1] = 0;
-    } else {
-      Kind::Effort(number, z, rate, u, e);
-    }
+    Free(z, rate, u, number, e);
     Saturate(number, e);
+  }
+
+  double Limit() const override {
+    if constexpr (kLimit >= 0) {
+      const double limit = parts.numbers[kLimit].value;
+      if (limit < ElementFields::kUnlimited) return limit;
+    }
+    return EffortElement::Limit();
+  }
+
+  double Share(const double* z, const double* rate, const double* u) const override {
+    if constexpr (kLimit >= 0) {
+      double number[Kind::kNumbers], e[N];
+      Free(z, rate, u, number, e);
+      return e[0] / number[kLimit];
+    }
+    return EffortElement::Share(z, rate, u);
   }
 
   void Differentiate(const double* z, const double* rate, const double* u, double* e, double* by_z,
@@ -113,6 +127,19 @@ class EffortOf final : public EffortElement {
   }
 
  private:
+  /// The numbers, and e as if it had no limit.
+  void Free(const double* z, const double* rate, const double* u, double* number, double* e) const {
+    for (int k = 0; k < Kind::kNumbers; ++k) number[k] = parts.numbers[k].value;
+    if constexpr (kFollows) {
+      double w[U + 2];
+      std::copy_n(u, U, w);
+      Refer(z[N - 1], u, w);
+      Kind::Effort(number, z, rate, w, e);
+      e[N - 1] = 0;
+    } else {
+      Kind::Effort(number, z, rate, u, e);
+    }
+  }
   /// Keeps e₀ within its limit; whether it is right there.
   template <class S>
   static bool Saturate(const S* number, S* e) {

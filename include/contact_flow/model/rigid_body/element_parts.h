@@ -25,6 +25,7 @@ struct AttachedPoint {
 /// of turns, only the rates, angular velocities of bodies in world axes, mean anything.
 struct ElementParts {
   std::string name;
+  std::string where;                           ///< " (line 7)" of the YAML that it is from, or ""
   std::vector<AttachedPoint> points;           ///< [P]
   std::vector<RobotModel::Coordinate> joints;  ///< [J]
   std::vector<int> turns;                      ///< [T] bodies, −1 the world

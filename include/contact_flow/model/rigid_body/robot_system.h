@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "contact_flow/model/effort_limits.h"
 #include "contact_flow/model/mechanical_system.h"
 #include "contact_flow/model/rigid_body/element_geometry.h"
 #include "contact_flow/model/rigid_body/inverse_dynamics_jacobian.h"
@@ -20,7 +21,7 @@ namespace contact_flow {
 /// S the share of the weight G that actuators bear, u after StateFeedback;
 /// and all derivatives are analytic along the tree, by duals within an element. With friction the
 /// rows of a contact's map T = W Z, which it slips with (SlipKernel), follow those of closures.
-class RobotSystem final : public MechanicalSystem {
+class RobotSystem final : public MechanicalSystem, public EffortLimits {
  public:
   /// Values replace those of the description's parameters. Throws std::invalid_argument for unknown
   /// parameters and for values out of range.
@@ -34,6 +35,9 @@ class RobotSystem final : public MechanicalSystem {
   Vector JointEfforts(const VectorRef& q, const VectorRef& v, const VectorRef& u,
                       ContactMode mode) const;
 
+  const std::vector<std::string>& limited_efforts() const override { return limited_names_; }
+  void EffortShares(const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode mode,
+                    Vector* share) const override;
   bool HasConstantMass() const override { return constant_mass_; }
   bool HasAffineConstraints() const override { return affine_constraints_; }
   void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode mode,
@@ -70,6 +74,8 @@ class RobotSystem final : public MechanicalSystem {
   /// Throws std::invalid_argument for a constraint without gradient and for numbers
   /// that are not finite.
   void CheckElements() const;
+  /// Throws std::invalid_argument for a closure that those before it imply, at both states.
+  void CheckClosures(const ConstraintTerms& nominal, const ConstraintTerms& around) const;
   /// The inputs after feedback, into s->input.
   void CloseLoop(const VectorRef& q, const VectorRef& v, const VectorRef& u, Scratch* s) const;
   /// The inputs of effort i into s->u, and how many switches of its reference lie behind.
@@ -109,6 +115,8 @@ class RobotSystem final : public MechanicalSystem {
   std::vector<const ConstraintElement*> all_constraints_;  // n unilateral, l bilateral
   std::vector<ElementGeometry> constraint_geometry_;
   std::vector<ElementGeometry> effort_geometry_;
+  std::vector<int> limited_;  // efforts that saturate
+  std::vector<std::string> limited_names_;
   std::vector<int> slip_rows_;  // of every constraint; empty without friction
   bool constant_mass_ = false;
   bool affine_constraints_ = false;
