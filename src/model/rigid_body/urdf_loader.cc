@@ -289,19 +289,12 @@ const std::vector<std::string>& UrdfFaultsNames() {
   return names;
 }
 
-std::string UrdfStructure(const std::string& text) {
-  Findings findings;
-  return SortUrdf(text.substr(0, text.find_last_not_of('\0') + 1), &findings).text;
-}
-
 RobotModel ParseUrdf(const std::string& given, RobotBase base, UrdfFaults faults) {
   // Some editors leave zeros at the end of a file, where urdfdom does not look.
   const std::string text = given.substr(0, given.find_last_not_of('\0') + 1);
   CheckUrdfText(text);
   Findings findings;
-  const UrdfSource source = SortUrdf(text, &findings);
-  auto& told = faults == UrdfFaults::kStrict ? findings.errors : findings.warnings;
-  told.insert(told.end(), source.repairs.begin(), source.repairs.end());
+  const UrdfSource source = SortUrdf(text, faults, &findings);
   findings.ThrowIfAny();
   const urdf::ModelInterfaceSharedPtr model = ParseByUrdfdom(source.text);
   const LoopBreaker breaker{model};

@@ -160,7 +160,7 @@ void Findings::ThrowIfAny() const {
   throw std::invalid_argument(text);
 }
 
-UrdfSource SortUrdf(const std::string& text, Findings* findings) {
+UrdfSource SortUrdf(const std::string& text, UrdfFaults faults, Findings* findings) {
   static const char* const kOfLink[] = {"inertial"};
   static const char* const kOfJoint[] = {"parent", "child",    "origin", "axis",
                                          "limit",  "dynamics", "mimic"};
@@ -209,9 +209,16 @@ UrdfSource SortUrdf(const std::string& text, Findings* findings) {
     }
     findings->warnings.push_back("passed over: " + list);
   }
-  source.repairs = RepairUrdf(root, &source.text);
+  auto& told = faults == UrdfFaults::kStrict ? findings->errors : findings->warnings;
+  for (const std::string& repair : RepairUrdf(root, &source.text)) told.push_back(repair);
   TrimValues(&source.text);
   return source;
+}
+
+std::string UrdfStructure(const std::string& text) {
+  Findings findings;
+  const std::string trimmed = text.substr(0, text.find_last_not_of('\0') + 1);
+  return SortUrdf(trimmed, UrdfFaults::kLenient, &findings).text;
 }
 
 }  // namespace contact_flow

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contact_flow/model/rigid_body/robot_model.h"
+#include "contact_flow/model/rigid_body/urdf_loader.h"
 
 namespace contact_flow {
 
@@ -19,13 +20,12 @@ struct Findings {
 /// A URDF before urdfdom.
 struct UrdfSource {
   std::string text;  ///< with spaces in place of what is not read; lines are kept
-  std::vector<std::string> repairs;  ///< what of it is RepairUrdf's
   std::map<std::string, std::vector<RobotModel::Shape>> shapes;  ///< by the name of the link
 };
 
 /// Sorts a URDF that CheckUrdfText has passed: numbers that are none are errors with their line;
 /// visual geometry, transmissions, simulators' tags and all else that is not read is taken out,
-/// collision geometry is read.
-UrdfSource SortUrdf(const std::string& text, Findings* findings);
+/// collision geometry is read. What RepairUrdf does is an error where faults are strict.
+UrdfSource SortUrdf(const std::string& text, UrdfFaults faults, Findings* findings);
 
 }  // namespace contact_flow
