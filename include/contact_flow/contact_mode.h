@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <initializer_list>
 #include <string>
@@ -23,38 +24,44 @@ enum class Letter : char {
 /// wherever a person reads. At most kMaxConstraints. Without friction all letters of J are kSlip.
 /// Operations on sets keep the letters of the left operand's members, a union those of both.
 class ContactMode {
+  __extension__ using Bits = unsigned __int128;
+
  public:
-  static constexpr int kMaxConstraints = 64;  ///< largest number of constraints
+  static constexpr int kMaxConstraints = 128;  ///< largest number of constraints
 
   ContactMode() = default;
   /// The set of these indices.
   ContactMode(std::initializer_list<int> indices) {
     for (int i : indices) Insert(i);
   }
-  /// The set of the bits that are 1.
-  static ContactMode FromBits(std::uint64_t bits) {
-    ContactMode mode;
-    mode.bits_ = bits;
-    return mode;
+  /// The set of the bits that are 1, of the first 64 indices.
+  static ContactMode FromBits(std::uint64_t bits) { return Of(bits); }
+  /// The set of the bits that are 1, 64 a word.
+  static ContactMode FromWords(const std::array<std::uint64_t, 2>& words) {
+    return Of(Bits{words[1]} << 64 | words[0]);
   }
   /// {0, …, n−1}.
-  static ContactMode All(int n) {
-    return FromBits(n >= kMaxConstraints ? ~std::uint64_t{0} : (std::uint64_t{1} << n) - 1);
-  }
+  static ContactMode All(int n) { return Of(n >= kMaxConstraints ? ~Bits{0} : Bit(n) - 1); }
 
   /// Whether i is in the set.
-  bool Contains(int i) const { return (bits_ >> i) & 1u; }
+  bool Contains(int i) const { return (bits_ & Bit(i)) != 0; }
   /// Whether nothing is.
   bool Empty() const { return bits_ == 0; }
   /// Number of members.
-  int Size() const { return __builtin_popcountll(bits_); }
-  /// Bit i is 1 for each member i.
-  std::uint64_t bits() const { return bits_; }
+  int Size() const {
+    return __builtin_popcountll(words()[0]) + __builtin_popcountll(words()[1]);
+  }
+  /// Bit i is 1 for each member i, of the first 64.
+  std::uint64_t bits() const { return words()[0]; }
+  /// The same of all, 64 a word.
+  std::array<std::uint64_t, 2> words() const {
+    return {static_cast<std::uint64_t>(bits_), static_cast<std::uint64_t>(bits_ >> 64)};
+  }
 
   /// Adds i.
-  void Insert(int i) { bits_ |= std::uint64_t{1} << i; }
+  void Insert(int i) { bits_ |= Bit(i); }
   /// Takes i away.
-  void Erase(int i) { *this = *this & FromBits(~(std::uint64_t{1} << i)); }
+  void Erase(int i) { *this = Without(i); }
   /// The set with i, which slips if it is new.
   ContactMode With(int i) const {
     ContactMode mode = *this;
@@ -62,12 +69,12 @@ class ContactMode {
     return mode;
   }
   /// The set without i.
-  ContactMode Without(int i) const { return *this & FromBits(~(std::uint64_t{1} << i)); }
+  ContactMode Without(int i) const { return *this & Of(~Bit(i)); }
 
   /// What constraint i does.
   Letter LetterOf(int i) const {
     if (!Contains(i)) return Letter::kOpen;
-    const bool low = low_ >> i & 1u, high = high_ >> i & 1u;
+    const bool low = (low_ & Bit(i)) != 0, high = (high_ & Bit(i)) != 0;
     if (high) return low ? Letter::kBackward : Letter::kForward;
     return low ? Letter::kStick : Letter::kSlip;
   }
@@ -75,17 +82,17 @@ class ContactMode {
   void Set(int i, Letter letter) {
     Erase(i);
     if (letter == Letter::kOpen) return;
-    const std::uint64_t bit = std::uint64_t{1} << i;
+    const Bits bit = Bit(i);
     bits_ |= bit;
     if (letter == Letter::kStick || letter == Letter::kBackward) low_ |= bit;
     if (letter == Letter::kForward || letter == Letter::kBackward) high_ |= bit;
   }
   /// The members that stick.
-  ContactMode Sticking() const { return FromBits(low_ & ~high_); }
+  ContactMode Sticking() const { return Of(low_ & ~high_); }
   /// The members that slip in the plane, forward or backward.
-  ContactMode SlippingInPlane() const { return FromBits(high_); }
+  ContactMode SlippingInPlane() const { return Of(high_); }
   /// The members alone, without letters.
-  ContactMode Members() const { return FromBits(bits_); }
+  ContactMode Members() const { return Of(bits_); }
   /// One letter a constraint, "s-o"; of the first n.
   std::string Word(int n) const;
 
@@ -98,7 +105,7 @@ class ContactMode {
     return ContactMode(bits_ & o.bits_, low_ & o.bits_, high_ & o.bits_);
   }
   /// Set difference.
-  ContactMode operator-(ContactMode o) const { return *this & FromBits(~o.bits_); }
+  ContactMode operator-(ContactMode o) const { return *this & Of(~o.bits_); }
   /// The same members with the same letters.
   bool operator==(ContactMode o) const {
     return bits_ == o.bits_ && low_ == o.low_ && high_ == o.high_;
@@ -113,10 +120,12 @@ class ContactMode {
   /// Iterates over the members in increasing order: `for (int i : mode)`.
   class Iterator {
    public:
-    /// Of what is left to visit.
-    explicit Iterator(std::uint64_t bits) : bits_(bits) {}
     /// The index.
-    int operator*() const { return __builtin_ctzll(bits_); }
+    int operator*() const {
+      const auto low = static_cast<std::uint64_t>(bits_);
+      return low != 0 ? __builtin_ctzll(low)
+                      : 64 + __builtin_ctzll(static_cast<std::uint64_t>(bits_ >> 64));
+    }
     /// To the next one.
     Iterator& operator++() {
       bits_ &= bits_ - 1;
@@ -126,7 +135,9 @@ class ContactMode {
     bool operator!=(Iterator o) const { return bits_ != o.bits_; }
 
    private:
-    std::uint64_t bits_;
+    friend class ContactMode;
+    explicit Iterator(Bits bits) : bits_(bits) {}
+    Bits bits_;
   };
   /// The least member.
   Iterator begin() const { return Iterator(bits_); }
@@ -139,11 +150,12 @@ class ContactMode {
   std::string ToString(const std::vector<std::string>& constraints) const;
 
  private:
-  ContactMode(std::uint64_t bits, std::uint64_t low, std::uint64_t high)
-      : bits_(bits), low_(low), high_(high) {}
+  ContactMode(Bits bits, Bits low, Bits high) : bits_(bits), low_(low), high_(high) {}
+  static ContactMode Of(Bits bits) { return ContactMode(bits, 0, 0); }
+  static constexpr Bits Bit(int i) { return Bits{1} << i; }
 
-  std::uint64_t bits_ = 0;
-  std::uint64_t low_ = 0, high_ = 0;  // two bits a letter, zero off bits_
+  Bits bits_ = 0;
+  Bits low_ = 0, high_ = 0;  // two bits a letter, zero off bits_
 };
 
 }  // namespace contact_flow

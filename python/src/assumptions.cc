@@ -23,7 +23,7 @@ py::tuple GetState(const Assumptions& a) {
   for (const Coupling& c : r.couplings) {
     couplings.append(py::make_tuple(c.first, c.second, c.value));
   }
-  return py::make_tuple(a.names, r.touching.bits(), r.smooth, r.mass_condition, r.rank, r.condition,
+  return py::make_tuple(a.names, r.touching.words(), r.smooth, r.mass_condition, r.rank, r.condition,
                         r.qualified, couplings, static_cast<int>(r.contact_class));
 }
 
@@ -31,7 +31,7 @@ Assumptions SetState(const py::tuple& t) {
   Assumptions a;
   a.names = t[0].cast<std::vector<std::string>>();
   AssumptionReport& r = a.report;
-  r.touching = ContactMode::FromBits(t[1].cast<std::uint64_t>());
+  r.touching = ContactMode::FromWords(t[1].cast<std::array<std::uint64_t, 2>>());
   r.smooth = t[2].cast<bool>();
   r.mass_condition = t[3].cast<double>();
   r.rank = t[4].cast<int>();

@@ -7,14 +7,30 @@
 
 namespace contact_flow {
 
-Guards::Guards(const MechanicalSystem& system)
-    : system_(system),
-      n_(system.num_constraints()),
-      size_(system.HasFriction() ? 3 * system.num_constraints() : system.num_constraints()) {
+Guards::Guards(const MechanicalSystem& system) : system_(system), n_(system.num_constraints()) {
+  const bool room = 3 * n_ <= ContactMode::kMaxConstraints;
+  for (int i = 0; i < n_; ++i) {
+    const bool slips = system.HasFriction() && (room || system.friction()[i].dimension > 0);
+    const auto k = static_cast<int>(contacts_.size());
+    first_.push_back(slips ? n_ + 2 * k : -1);
+    if (slips) contacts_.push_back(i);
+  }
+  const auto with_friction = static_cast<int>(contacts_.size());
+  size_ = n_ + 2 * with_friction;
   if (size_ <= ContactMode::kMaxConstraints) return;
-  throw std::invalid_argument("a system with friction has " + std::to_string(n_) +
-                              " constraints: at most " +
-                              std::to_string(ContactMode::kMaxConstraints / 3) + " are possible");
+  throw std::invalid_argument("of " + std::to_string(n_) + " constraints " +
+                              std::to_string(with_friction) +
+                              " have friction: constraints and twice those with friction may be " +
+                              std::to_string(ContactMode::kMaxConstraints) + " at most");
+}
+
+int Guards::SharedGuard(ContactMode shared) const {
+  for (int i : shared) {
+    if (OfFriction(i) >= 0) return OfFriction(i) + 1;
+  }
+  throw std::domain_error("contacts " + shared.ToString(system_.description().constraints) +
+                          " without friction share forces, which takes a system of at most " +
+                          std::to_string(ContactMode::kMaxConstraints / 3) + " constraints");
 }
 
 ContactMode Guards::OfForces(ContactMode mode, ContactMode shared) const {
@@ -28,15 +44,15 @@ ContactMode Guards::OfForces(ContactMode mode, ContactMode shared) const {
       guards.Insert(i);
       continue;
     }
-    guards.Insert(n_ + 2 * i);
-    if (friction.dimension == 1) guards.Insert(n_ + 2 * i + 1);
+    guards.Insert(OfFriction(i));
+    if (friction.dimension == 1) guards.Insert(OfFriction(i) + 1);
   }
   return guards;
 }
 
 ContactMode Guards::OfSlips(ContactMode mode) const {
   ContactMode guards;
-  for (int i : mode.SlippingInPlane()) guards.Insert(n_ + 2 * i);
+  for (int i : mode.SlippingInPlane()) guards.Insert(OfFriction(i));
   return guards;
 }
 

@@ -42,7 +42,7 @@ int Flow::StoppedInSpace() {
                   kNoTime * std::max(1.0, t_) * change.norm()});
     const bool ended = slip.norm() <= resolved ||
                        (slip.norm() <= options_.absolute_tolerance && WouldStick(i));
-    if (ended) return system_.num_constraints() + 2 * i;
+    if (ended) return guards_.OfFriction(i);
   }
   return -1;
 }
