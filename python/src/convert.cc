@@ -132,6 +132,10 @@ void CheckMaxSeconds(double seconds) {
 
 Vector ToState(const System& system, const py::handle& x) {
   const Vector& nominal = system.get().nominal().x;
+  if (py::isinstance<py::array>(x) &&  // the names take longer than the numbers
+      py::reinterpret_borrow<py::array>(x).size() == nominal.size()) {
+    return ToVector(x, "x0", nominal.size());
+  }
   return x.is_none() ? nominal : ToNamedVector(x, "x0", nominal, StateNames(system.description()));
 }
 
@@ -141,7 +145,8 @@ Vector ToInput(const System& system, const py::handle& u) {
 }
 
 InputSchedule ToSchedule(const System& system, const py::handle& inputs) {
-  if (!py::hasattr(inputs, "t") || !py::hasattr(inputs, "u")) {
+  if (inputs.is_none() || py::isinstance<py::array>(inputs) || !py::hasattr(inputs, "t") ||
+      !py::hasattr(inputs, "u")) {
     return InputSchedule::Constant(ToInput(system, inputs));
   }
   const Vector grid = ToVector(inputs.attr("t"), "inputs.t", -1);

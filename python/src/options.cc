@@ -87,6 +87,7 @@ Names NamesOf() {
 
 template <class Options>
 Options Read(const py::kwargs& keywords, Options base, const Names& known) {
+  if (keywords.size() == 0) return base;
   for (const auto& entry : keywords) {
     const std::string name = py::str(entry.first);
     if (std::find(known.begin(), known.end(), name) == known.end()) {

@@ -151,7 +151,7 @@ void BindSolution(py::module_* module) {
       .def_property_readonly(
           "verdict", [](const HorizonSolution& s) { return VerdictName(s.verdict); },
           "'solved', 'unfinished' (its best is followed), 'late' or 'failed'.")
-      .def_readonly("message", &HorizonSolution::message)
+      .def_readonly("message", &HorizonSolution::message, "How it ended, as a sentence.")
       .def_readonly("t", &HorizonSolution::t, "Of the state that it knows [s].")
       .def_readonly("begin", &HorizonSolution::begin, "From when on it is to be followed [s].")
       .def_readonly("seconds", &HorizonSolution::seconds, "That it took, by the clock [s].")
@@ -159,6 +159,25 @@ void BindSolution(py::module_* module) {
       .def_readonly("first_cost", &HorizonSolution::first_cost,
                     "Of the last solution, from where this one begins.")
       .def_readonly("cost", &HorizonSolution::cost, "Of this one.")
+      .def(py::pickle(
+          [](const HorizonSolution& s) {
+            return py::make_tuple(static_cast<int>(s.verdict), s.message, s.t, s.begin, s.seconds,
+                                  s.iterations, s.first_cost, s.cost,
+                                  std::const_pointer_cast<TrackingPolicy>(s.policy));
+          },
+          [](const py::tuple& t) {
+            HorizonSolution s;
+            s.verdict = static_cast<decltype(s.verdict)>(t[0].cast<int>());
+            s.message = t[1].cast<std::string>();
+            s.t = t[2].cast<double>();
+            s.begin = t[3].cast<double>();
+            s.seconds = t[4].cast<double>();
+            s.iterations = t[5].cast<int>();
+            s.first_cost = t[6].cast<double>();
+            s.cost = t[7].cast<double>();
+            s.policy = t[8].cast<std::shared_ptr<TrackingPolicy>>();
+            return s;
+          }))
       .def("__repr__",
            [](const HorizonSolution& s) { return "<HorizonSolution " + s.message + ">"; });
 }
