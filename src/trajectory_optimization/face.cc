@@ -38,8 +38,9 @@ FacePoint Evaluate(const Unknowns& unknowns, const Multipliers& multipliers, con
   FacePoint point;
   point.y = y;
   try {
+    const TrajectoryProblem& problem = unknowns.problem();
     const Trajectory run =
-        unknowns.Run(y, unknowns.problem().simulate.simultaneity_tolerance, false);
+        unknowns.Run(y, problem.simulate.simultaneity_tolerance, !problem.power.empty());
     CheckBudget(run.status);
     if (!run.status.ok()) return point;
     point.met.resize(static_cast<std::size_t>(unknowns.system().num_constraints()), 0);
@@ -48,7 +49,7 @@ FacePoint Evaluate(const Unknowns& unknowns, const Multipliers& multipliers, con
     }
     const std::vector<TrajectoryCondition>& conditions = unknowns.problem().conditions;
     const Matrix states = unknowns.States(run);
-    point.plain = unknowns.Cost(y, states);
+    point.plain = unknowns.Cost(y, run);
     point.values = ConditionValues(unknowns, run, states);
     if (!conditions.empty()) point.violation = Violations(conditions, point.values).maxCoeff();
     const double cost = point.plain + multipliers.Penalty(conditions, point.values);

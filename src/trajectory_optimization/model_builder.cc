@@ -91,11 +91,11 @@ bool ModelBuilder::Build(std::size_t number, PieceModel* model, Status* status) 
   AddOrders(model);
   AddTouchdowns(model);
   model->times = events_;
-  return true;
+  return AddPower(model, status);
 }
 
 double ModelBuilder::Cost() const {
-  return unknowns_.Cost(y_, states_) + multipliers_.Penalty(problem_.conditions, values_);
+  return unknowns_.Cost(y_, run_) + multipliers_.Penalty(problem_.conditions, values_);
 }
 
 std::vector<std::string> ModelBuilder::Clusters() const {
@@ -160,6 +160,7 @@ bool ModelBuilder::PassEvent(std::size_t k, const std::vector<int>& order, std::
   const int d2 = 2 * system_.dof();
   const Matrix selection = event.Selection(order).topRows(d2);
   if (event.num_input_changes() == 0) {
+    if (!AddImpulses(k, order, *passed, *W, model, status)) return false;
     AddEvents(k, order, 0, *W, Eigen::RowVectorXd::Zero(W->cols()));
     W->topRows(d2) = (selection * *W).eval();
     if (event.transition().changes_input) PassChange(k, passed, W, model);
@@ -175,6 +176,7 @@ bool ModelBuilder::PassEvent(std::size_t k, const std::vector<int>& order, std::
     shift = unknowns_.InstantRow(*passed + 1);
     W->topRows(d2) += FieldAt(k, true) * shift;
   }
+  if (!AddImpulses(k, order, *passed, *W, model, status)) return false;
   AddEvents(k, order, *passed + 1, *W, shift);
   const Matrix before = *W;
   W->topRows(d2) = (selection * *W).eval();

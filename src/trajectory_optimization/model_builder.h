@@ -6,9 +6,13 @@
 #include <vector>
 
 #include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/derivative/cost_gradient.h"
 #include "contact_flow/trajectory_optimization/piece_models.h"
 
 namespace contact_flow {
+
+/// Adds w r² with the derivative of r, of which few entries may differ from 0.
+void AddSquare(double weight, double r, const Eigen::RowVectorXd& row, PieceModel* model);
 
 /// A run with its derivative, from which the model of each choice of orders is built. The tangents
 /// W [2d+m+p × n] of state, input and parameters by the unknowns are carried along the arcs, at
@@ -53,6 +57,12 @@ class ModelBuilder {
   void AddTouchdowns(PieceModel* model) const;
   Matrix StateRates(const Vector& x, const Matrix& W) const;
   bool NeedsVelocityAt(std::size_t k) const;
+
+  // model_events.cc: costs by name.
+  bool AddImpulses(std::size_t k, const std::vector<int>& order, std::size_t passed,
+                   const Matrix& W, PieceModel* model, Status* status) const;
+  bool AddPower(PieceModel* model, Status* status) const;
+  RunDirection Inside(const PieceModel& model) const;
 
   const Unknowns& unknowns_;
   const TrajectoryProblem& problem_;

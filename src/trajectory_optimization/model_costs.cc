@@ -9,7 +9,15 @@
 namespace contact_flow {
 namespace {
 
-/// Adds w r² with the derivative of r, of which few entries may differ from 0.
+/// Adds Σ w_i r_i² with the derivative D of r.
+void AddSquares(const Vector& weight, const Vector& error, const Matrix& D, PieceModel* model) {
+  const Matrix weighted = weight.asDiagonal() * D;
+  model->gradient += 2 * weighted.transpose() * error;
+  model->hessian.noalias() += 2 * weighted.transpose() * D;
+}
+
+}  // namespace
+
 void AddSquare(double weight, double r, const Eigen::RowVectorXd& row, PieceModel* model) {
   std::vector<Eigen::Index> places;
   for (Eigen::Index i = 0; i < row.size(); ++i) {
@@ -20,15 +28,6 @@ void AddSquare(double weight, double r, const Eigen::RowVectorXd& row, PieceMode
     for (Eigen::Index i : places) model->hessian(i, j) += 2 * weight * row(i) * row(j);
   }
 }
-
-/// Adds Σ w_i r_i² with the derivative D of r.
-void AddSquares(const Vector& weight, const Vector& error, const Matrix& D, PieceModel* model) {
-  const Matrix weighted = weight.asDiagonal() * D;
-  model->gradient += 2 * weighted.transpose() * error;
-  model->hessian.noalias() += 2 * weighted.transpose() * D;
-}
-
-}  // namespace
 
 void ModelBuilder::AddEffort(PieceModel* model) const {
   for (std::size_t k = 0; k < problem_.inputs.grid.size(); ++k) {

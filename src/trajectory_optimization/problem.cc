@@ -68,6 +68,7 @@ Unknowns::Unknowns(const MechanicalSystem& system, const TrajectoryProblem& prob
     : system_(system), problem_(problem), inputs_(system.num_inputs()) {
   CheckSizes();
   CheckConditions();
+  CheckNamedCosts();
   const int all = static_cast<int>(problem.inputs.grid.size()) * inputs_;
   first_initial_ = problem.choose_inputs ? all : 0;
   first_parameter_ = first_initial_ + static_cast<int>(problem.choose_initial.size());
@@ -294,48 +295,6 @@ Trajectory Unknowns::Run(const MechanicalSystem& system, const Vector& y,
 
 Trajectory Unknowns::Run(const Vector& y, double simultaneity_tolerance, bool dense) const {
   return Run(*SystemAt(y), y, simultaneity_tolerance, dense);
-}
-
-Matrix Unknowns::States(const Trajectory& run) const {
-  const std::size_t count = problem_.inputs.grid.size();
-  Matrix states(system_.state_size(), static_cast<Eigen::Index>(count));
-  Eigen::Index k = 0;
-  for (std::size_t i = 0; i < run.transitions.size(); ++i) {
-    if (run.transitions[i].changes_input) states.col(k++) = run.arcs[i].x_end;
-  }
-  states.col(static_cast<Eigen::Index>(count) - 1) = run.FinalState();
-  return states;
-}
-
-Vector Unknowns::InputReference(std::size_t k) const {
-  if (problem_.input_path.size() > 0) {
-    return problem_.input_path.col(static_cast<Eigen::Index>(k));
-  }
-  if (problem_.input_reference.size() > 0) return problem_.input_reference;
-  return Vector::Zero(inputs_);
-}
-
-Vector Unknowns::PathTarget(std::size_t k) const {
-  if (problem_.path_reference.size() > 0) {
-    return problem_.path_reference.col(static_cast<Eigen::Index>(k));
-  }
-  if (problem_.path_target.size() > 0) return problem_.path_target;
-  return Vector::Zero(system_.num_positions());
-}
-
-double Unknowns::Cost(const Vector& y, const Matrix& states) const {
-  const Eigen::Index nq = system_.num_positions();
-  double cost = problem_.weight.dot((states.rightCols<1>() - problem_.target).cwiseAbs2());
-  const InputSchedule schedule = Inputs(y);
-  for (std::size_t k = 0; k < schedule.grid.size(); ++k) {
-    const Vector u = schedule.values[k] - InputReference(k);
-    const double length = Length(y, k);
-    cost += length * problem_.effort.dot(u.cwiseAbs2()) + length * problem_.duration_weight;
-    if (!HasPathCost()) continue;
-    const Vector off = states.col(static_cast<Eigen::Index>(k)).head(nq) - PathTarget(k);
-    cost += length * problem_.path_weight.dot(off.cwiseAbs2());
-  }
-  return cost;
 }
 
 }  // namespace contact_flow

@@ -150,9 +150,9 @@ class Solve {
   double CostOf(const TrajectoryProblem& problem) const {
     const Unknowns unknowns(*system_, problem);
     const Vector y = unknowns.Start();
-    const Trajectory run = unknowns.Run(y, problem.simulate.simultaneity_tolerance, false);
+    const Trajectory run = unknowns.Run(y, problem.simulate.simultaneity_tolerance, true);
     if (run.status.outcome == Outcome::kBudgetExceeded) AskBudget();
-    return run.status.ok() ? unknowns.Cost(y, unknowns.States(run)) : kNaN;
+    return run.status.ok() ? unknowns.Cost(y, run) : kNaN;
   }
 
   TrajectoryOptimum Search(const Window& window, HorizonSolution* result) const {

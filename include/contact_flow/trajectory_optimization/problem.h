@@ -30,11 +30,18 @@ struct TrajectoryCondition {
   std::string Describe(const SystemDescription& names, std::size_t instants) const;
 };
 
+/// ∫ w (u_j v_i)² dt: what input j does to velocity i, its power where it is the force along it.
+struct PowerTerm {
+  int input = 0;      ///< j
+  int velocity = 0;   ///< i, of d
+  double weight = 0;  ///< w ≥ 0
+};
+
 /// A run that is to be chosen. With inputs u_k held on the K intervals of a grid, of lengths h_k,
 ///   J = Σ_k h_k Σ_j r_j (u_kj − ū_j)² + Σ_k h_k Σ_i s_i (q_i(t_{k+1}) − p_i)²
-///       + Σ_i w_i (x_i(T) − g_i)² + w_T Σ_k h_k,
-/// x = (q, v) [nq+d]; no factor ½. Positions alone have a cost on the way: velocities jump, and a
-/// cost at an instant of the grid would jump with the order of events.
+///       + Σ_i w_i (x_i(T) − g_i)² + w_T Σ_k h_k + Σ ∫ w (u_j v_i)² dt + Σ_events Σ_c w_c p_c²,
+/// x = (q, v) [nq+d]; no factor ½. Of the state positions alone cost at instants of the grid:
+/// velocities jump, and their cost there would jump with the order of events.
 struct TrajectoryProblem {
   Vector x;              ///< initial state [nq+d]
   InputSchedule inputs;  ///< grid [K], beginning at the start, and where to begin the search
@@ -57,6 +64,8 @@ struct TrajectoryProblem {
   Vector weight;           ///< w ≥ 0 [nq+d]
   Vector target;           ///< g [nq+d]
   double duration_weight = 0;     ///< w_T ≥ 0 [1/s]
+  std::vector<PowerTerm> power;   ///< on the way
+  Vector impulse_weight;          ///< w_c ≥ 0 of impulses of each contact at events [n]; or empty
 
   std::vector<TrajectoryCondition> conditions;  ///< that are to hold
   double condition_tolerance = 1e-8;  ///< by which they may be missed, in their own units
@@ -134,8 +143,10 @@ class Unknowns {
                  bool dense) const;
   /// The same of its own SystemAt(y).
   Trajectory Run(const Vector& y, double simultaneity_tolerance, bool dense) const;
-  /// J of a run, by its States.
+  /// J of a run without power and impulses, by its States.
   double Cost(const Vector& y, const Matrix& states) const;
+  /// J of a run with its motion, if there is a cost of power, else of any run.
+  double Cost(const Vector& y, const Trajectory& run) const;
   /// x at t_1, …, t_K, left limits [nq+d × K].
   Matrix States(const Trajectory& run) const;
   /// ū of interval k [m].
@@ -153,6 +164,7 @@ class Unknowns {
  private:
   void CheckSizes() const;
   void CheckConditions() const;
+  void CheckNamedCosts() const;
   void PlaceDurations();
   void SetBounds();
 
