@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a Flow does at its events.
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -25,6 +26,30 @@ constexpr int kStallsForEach = 4;  // constraint, before the run ends
 constexpr double kNoSpeed = 1e-12;
 constexpr double kImpliedReach = 10;  // [absolute tolerances] an implied contact may drift
 
+/// What moves no mass at x, as a text that follows; "" where M is regular.
+std::string SingularMass(const MechanicalSystem& system, const Vector& x, const Vector& u,
+                         ContactMode mode) {
+  constexpr double kSingular = 1e-14;  // beside the diagonal
+  constexpr double kPart = 0.1;        // of the largest entry of what moves together
+  const int nq = system.num_positions(), d = system.dof();
+  Matrix mass;
+  Vector force;
+  system.Dynamics(x.head(nq), x.tail(d), u, mode, &mass, &force);
+  const Vector size = mass.diagonal().cwiseAbs().cwiseSqrt();
+  if (!mass.allFinite() || !(size.minCoeff() > 0)) return "";
+  mass = size.cwiseInverse().asDiagonal() * mass * size.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(mass);
+  if (eigen.eigenvalues()(0) > d * kSingular) return "";
+  const Vector moved = eigen.eigenvectors().col(0).cwiseAbs();
+  std::string names;
+  for (int i = 0; i < d; ++i) {
+    if (moved(i) < kPart * moved.maxCoeff()) continue;
+    names += (names.empty() ? "'" : ", '") + system.description().velocities[i] + "'";
+  }
+  return "; the mass matrix is singular there: " + names +
+         " can move together and move no mass. Give what they carry an inertia, or begin elsewhere";
+}
+
 }  // namespace
 
 TransitionRules Flow::Rules() const {
@@ -45,7 +70,8 @@ void Flow::StopWithoutSteps() {
   Stop(Outcome::kNonFinite,
        too_quick_ >= 0 ? "constraint '" + names[guards_.ConstraintOf(too_quick_)] +
                              "' changes too quickly: no step size resolves it"
-                       : "the motion leaves the model's domain: no step size is small enough");
+                       : "the motion leaves the model's domain: no step size is small enough" +
+                             SingularMass(system_, x_, u(), mode_));
 }
 
 void Flow::WarnOfSharedForces() {

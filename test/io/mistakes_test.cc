@@ -179,6 +179,31 @@ TEST(Mistakes, OfTheUrdf) {
   });
 }
 
+/// A finger of three hinges and two point masses: straight, they have no velocity along it.
+TEST(Mistakes, OfMassesInAStraightPosture) {
+  std::string urdf = "<robot name=\"finger\"><link name=\"palm\"/>", parent = "palm";
+  for (const char* name : {"a", "b", "c"}) {
+    const std::string x = *name == 'a' ? "0" : "0.03";
+    urdf += "<link name=\"" + std::string(name) + "\"><inertial><origin xyz=\"" + x +
+            " 0 0\"/><mass value=\"0.1\"/><inertia ixx=\"0\" iyy=\"0\" izz=\"0\" ixy=\"0\" "
+            "ixz=\"0\" iyz=\"0\"/></inertial></link><joint name=\"turn_" +
+            name + "\" type=\"continuous\"><parent link=\"" + parent + "\"/><child link=\"" + name +
+            "\"/><origin xyz=\"0.04 0 0\"/><axis xyz=\"0 0 1\"/></joint>";
+    parent = name;
+  }
+  urdf += "</robot>";
+  const auto run = [&](const std::string& yaml) {
+    const RobotSystem system(ParseRobot({urdf, yaml, "robot.yaml"}), {});
+    return Simulate(system, system.nominal().x, system.nominal().u, 0.01).status;
+  };
+  const Status straight = run("base: fixed");
+  for (const char* words : {"the mass matrix is singular", "'turn_a', 'turn_b', 'turn_c'"}) {
+    EXPECT_NE(std::string::npos, straight.message.find(words)) << straight.message;
+  }
+  const Status bent = run("base: fixed\nnominal: {positions: {turn_b: 0.5, turn_c: 0.7}}");
+  EXPECT_TRUE(bent.ok()) << bent.message;
+}
+
 /// A program called xacro, for RunXacro.
 class Xacro : public testing::Test {
  protected:

@@ -50,6 +50,17 @@ class Systems(unittest.TestCase):
         run = planar.simulate(duration=model.duration, relative_tolerance=1e-12, absolute_tolerance=1e-12)
         self.assertAlmostEqual(model.events[0].t, run.events[0].t, delta=1e-9)
 
+    def test_limits_of_efforts(self):
+        urdf = """<robot name="cart"><link name="world"/><link name="cart"><inertial><mass value="2"/>
+          <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+          <joint name="x" type="prismatic"><parent link="world"/><child link="cart"/><axis xyz="1 0 0"/></joint></robot>"""
+        servo = "{efforts: {drive: {kind: servo, joint: x, input: u, stiffness: 20, limit: 8}}, nominal: {inputs: {u: 1}}}"
+        run = cf.Robot.from_strings(urdf, servo).simulate(duration=0.8)
+        (t, effort, before, after), = run.arcs[0].limits
+        self.assertEqual(("drive", "upper", "free"), (effort, before, after))
+        self.assertAlmostEqual(math.sqrt(0.3), t, delta=1e-9)  # 4 m/s² up to 0.6 m
+        self.assertEqual((), cf.Model("soft_biped").simulate().arcs[0].limits)
+
     def test_places_of_a_robot(self):
         quadruped = cf.Robot(case.ROBOTS / "quadruped.yaml")
         q = quadruped.nominal.x[:quadruped.num_positions]

@@ -20,6 +20,16 @@ std::vector<std::string> RepairUrdf(const XmlElement& root, std::string* text) {
     missing[root.begin + 1 + root.name.size()] = " name=\"robot\"";
     done.push_back("the robot has no name: 'robot' is used" + AtLine(root));
   }
+  bool has_world = false, needs_world = false;
+  for (const XmlElement& part : root.children) {
+    has_world |= part.name == "link" && part.Attribute("name") == "world";
+    const XmlElement* parent = part.name == "joint" ? part.Child("parent") : nullptr;
+    needs_world |= parent != nullptr && parent->Attribute("link") == "world";
+  }
+  if (needs_world && !has_world) {
+    missing[text->rfind("</", root.end - 1)] = "<link name=\"world\"/>";
+    done.push_back("joints hang on a link 'world' that is not there: it is added");
+  }
   for (const XmlElement& joint : root.children) {
     const std::string type = joint.Attribute("type");
     if (joint.name != "joint" || (type != "revolute" && type != "prismatic")) continue;
@@ -27,7 +37,7 @@ std::vector<std::string> RepairUrdf(const XmlElement& root, std::string* text) {
     const XmlElement* limit = joint.Child("limit");
     if (limit == nullptr) {
       if (joint.children.empty()) continue;
-      missing[text->rfind("</", joint.end)] = "<limit effort=\"0\" velocity=\"0\"/>";
+      missing[text->rfind("</", joint.end - 1)] = "<limit effort=\"0\" velocity=\"0\"/>";
       done.push_back(owner + " has no <limit>: it moves without stops" + AtLine(joint));
       continue;
     }

@@ -243,8 +243,9 @@ TEST(UrdfPeculiarities, SpacesAroundValues) {
 /// Where J_x and J_y of a planar joint go, as docs/conventions.md says.
 /// A robot without a name, a slide without <limit>, and limits without effort or velocity.
 TEST(UrdfPeculiarities, LimitsAndNamesMayLack) {
-  const std::string slide = Link("base", "") + Link("cart", Inertial(2, 1, 1, 1)) +
-                            Joint("x", "prismatic", "base", "cart");
+  std::string slide = Link("base", "") + Link("cart", Inertial(2, 1, 1, 1)) +
+                      Joint("x", "prismatic", "base", "cart");
+  slide.pop_back();  // </joint></robot>
   const RobotModel unnamed =
       ParseUrdf("<robot>\n" + slide + "</robot>", RobotBase::kFixed, UrdfFaults::kLenient);
   EXPECT_EQ("robot", unnamed.name);
@@ -260,6 +261,17 @@ TEST(UrdfPeculiarities, LimitsAndNamesMayLack) {
                            Joint("turn", "revolute", "base", "arm", "<limit lower='-1'/>");
   ExpectWarning(Parse(none), "its <limit> has no effort and no velocity");
   ExpectRefusal(Refusal(none, UrdfFaults::kStrict), "has no effort and no velocity");
+}
+
+/// Some simulators know a link 'world' that no file defines.
+TEST(UrdfPeculiarities, TheWorldMayLack) {
+  const std::string hung =
+      Link("cart", Inertial(2, 1, 1, 1)) +
+      Joint("x", "prismatic", "world", "cart", "<limit effort='1' velocity='1'/>");
+  const RobotModel robot = Parse(hung);
+  EXPECT_EQ(2, Mass(robot));
+  ExpectWarning(robot, "joints hang on a link 'world' that is not there: it is added");
+  ExpectRefusal(Refusal(hung, UrdfFaults::kStrict), "'world'");
 }
 
 TEST(UrdfPeculiarities, PlanarJointsHaveTheirDirections) {
