@@ -23,8 +23,8 @@ py::tuple GetState(const Assumptions& a) {
   for (const Coupling& c : r.couplings) {
     couplings.append(py::make_tuple(c.first, c.second, c.value));
   }
-  return py::make_tuple(a.names, r.touching.words(), r.smooth, r.mass_condition, r.rank, r.condition,
-                        r.qualified, couplings, static_cast<int>(r.contact_class));
+  return py::make_tuple(a.names, r.touching.words(), r.smooth, r.mass_condition, r.rank,
+                        r.condition, r.qualified, couplings, static_cast<int>(r.contact_class));
 }
 
 Assumptions SetState(const py::tuple& t) {
