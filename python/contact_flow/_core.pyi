@@ -833,6 +833,7 @@ class System:
         weight: Optional[Union[float, ArrayLike]] = None, effort: Optional[Union[float, ArrayLike]] = None,
         path_weight: Optional[Union[float, ArrayLike]] = None,
         path_target: Optional[Union[float, ArrayLike]] = None,
+        power: Sequence[Tuple[str, str, float]] = (), impulse: Mapping[str, float] = {},
         lower: Optional[Union[float, ArrayLike]] = None, upper: Optional[Union[float, ArrayLike]] = None,
         intervals: int = 0, budget: float = 0.05, max_iterations: int = 20, search: bool = True,
         state_weights: Optional[Union[float, ArrayLike]] = None,

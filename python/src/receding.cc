@@ -2,9 +2,13 @@
 // RecedingLoop: inputs that are chosen again and again as the motion goes on.
 #include "receding.h"
 
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
+#include <tuple>
+#include <vector>
 
 #include "contact_flow/trajectory_optimization/optimize_trajectory.h"
 #include "contact_flow/trajectory_optimization/receding_tracker.h"
@@ -51,7 +55,9 @@ std::shared_ptr<Loop> Begin(const std::shared_ptr<System>& system, const py::obj
                             const py::object& inputs, const py::object& duration,
                             const py::object& target, const py::object& weight,
                             const py::object& effort, const py::object& path_weight,
-                            const py::object& path_target, const py::object& lower,
+                            const py::object& path_target,
+                            const std::vector<std::tuple<std::string, std::string, double>>& power,
+                            const std::map<std::string, double>& impulse, const py::object& lower,
                             const py::object& upper, int intervals, double budget,
                             int max_iterations, bool search, const py::object& state_weights,
                             const py::object& input_weights, const py::object& terminal_weights,
@@ -72,6 +78,16 @@ std::shared_ptr<Loop> Begin(const std::shared_ptr<System>& system, const py::obj
   whole.path_target = Bound(path_target, "path_target", nq);
   whole.lower = Bound(lower, "lower", m);
   whole.upper = Bound(upper, "upper", m);
+  const SystemDescription& names = mechanics.description();
+  for (const auto& term : power) {
+    whole.power.push_back({IndexOf("input", std::get<0>(term), names.inputs),
+                           IndexOf("velocity", std::get<1>(term), names.velocities),
+                           std::get<2>(term)});
+  }
+  if (!impulse.empty()) whole.impulse_weight = Vector::Zero(mechanics.num_constraints());
+  for (const auto& [name, cost] : impulse) {
+    whole.impulse_weight(IndexOf("constraint", name, names.constraints)) = cost;
+  }
   loop->problem.intervals = intervals;
   HorizonOptions& options = loop->options;
   options.budget = budget;
@@ -229,13 +245,17 @@ void BindReceding(py::module_* module) {
            py::arg("duration") = py::none(), py::kw_only(), py::arg("target") = py::none(),
            py::arg("weight") = py::none(), py::arg("effort") = py::none(),
            py::arg("path_weight") = py::none(), py::arg("path_target") = py::none(),
+           py::arg("power") = std::vector<std::tuple<std::string, std::string, double>>{},
+           py::arg("impulse") = std::map<std::string, double>{},
            py::arg("lower") = py::none(), py::arg("upper") = py::none(), py::arg("intervals") = 0,
            py::arg("budget") = 0.05, py::arg("max_iterations") = 20, py::arg("search") = true,
            py::arg("state_weights") = py::none(), py::arg("input_weights") = py::none(),
            py::arg("terminal_weights") = py::none(), py::arg("reach") = 0.1,
            py::arg("period") = 1e-3,
            "A RecedingLoop that chooses the inputs of a Grid, to be least in\n"
-           "  Σ h effort u² + Σ h path_weight (q − path_target)² + weight (x(T) − target)²,\n"
+           "  Σ h effort u² + Σ h path_weight (q − path_target)² + weight (x(T) − target)²\n"
+           "  + ∫ w (u v)² dt for each (input u, velocity v, w) of `power`\n"
+           "  + Σ w p² over touchdowns, for contacts and weights w of `impulse`,\n"
            "over `intervals` of the grid at a time (0: all that are left). Each solve takes\n"
            "`budget` seconds by the clock at most; between two of them a feedback with these\n"
            "weights follows. The first inputs are searched for, unless `search` is false.");

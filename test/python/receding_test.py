@@ -91,6 +91,27 @@ class Receding(unittest.TestCase):
         self.assertEqual("failed", failed.verdict)
         self.assertIn("floor", failed.message)
 
+    def test_power_and_impulses_cost(self):
+        """The ball falls without inputs; what is promised is the closed form of its impact, and of power none."""
+        a = -9.8
+        hit = np.sqrt(-2 / a)
+        grid = cf.Grid([0.0], np.zeros((1, 1)))
+        asked = dict(x0=[1, 0], inputs=grid, duration=0.6, weight=0.0, search=False, budget=10.0, max_iterations=0)
+        plain = self.ball.receding_horizon(**asked).solve(0.1, [1 + a * 0.005, a * 0.1], 0.11)
+        impulse = self.ball.receding_horizon(impulse={"floor": 0.5}, **asked).solve(0.1, [1 + a * 0.005, a * 0.1], 0.11)
+        self.assertAlmostEqual(0, plain.first_cost)
+        self.assertAlmostEqual(0.5 * (1.7 * a * hit) ** 2, impulse.first_cost, places=6)
+        pushed = dict(asked, inputs=cf.Grid([0.0], np.full((1, 1), 2.0)), effort=0.0)
+        power = self.ball.receding_horizon(power=[("force", "z", 0.25)], **pushed).solve(0.0, [1, 0], 0.1)
+        b, v = a + 2, 0.7 * -(a + 2) * np.sqrt(-2 / (a + 2))
+        down, up = np.sqrt(-2 / b), 0.6 - np.sqrt(-2 / b)
+        squares = b ** 2 * (down ** 3 - 0.1 ** 3) / 3 + v ** 2 * up + b * v * up ** 2 + b ** 2 * up ** 3 / 3
+        self.assertAlmostEqual(0.25 * 4 * squares, power.first_cost, places=6)
+        with self.assertRaisesRegex(ValueError, "unknown input 'forse'"):
+            self.ball.receding_horizon(power=[("forse", "z", 1.0)], **asked)
+        with self.assertRaisesRegex(ValueError, "unknown constraint 'flor'"):
+            self.ball.receding_horizon(impulse={"flor": 1.0}, **asked)
+
     def test_mistakes_are_refused(self):
         for wrong in (dict(weight=[1]), dict(effort=-1.0), dict(lower=1.0, upper=-1.0), dict(intervals=-1)):
             with self.assertRaises(ValueError):

@@ -8,6 +8,7 @@
 #include <memory>
 #include <random>
 
+#include "contact_flow/dynamics/impulse_jacobian.h"
 #include "contact_flow/model/model_library.h"
 #include "contact_flow/trajectory_optimization/optimize_trajectory.h"
 #include "test/derivative/input_cases.h"
@@ -153,6 +154,42 @@ TEST(NamedCosts, HaveTheSlopesOfBodiesAndPendulums) {
     CheckSlopes(Unknowns(*system, problem), seed, 1);
   }
   EXPECT_GE(checked, 5);
+}
+
+/// Several contacts are hit at once, where M and Da depend on q: by differences of the impulses.
+/// Systems without bilateral constraints, which random velocities would leave.
+TEST(NamedCosts, ImpulsesHaveTheDerivativeOfTheirDifferences) {
+  int checked = 0;
+  for (const char* name : {"rigid_biped", "rigid_quadruped", "double_pendulum"}) {
+    const auto system = MakeModel(name);
+    const int d = system->dof(), nq = system->num_positions();
+    ASSERT_EQ(nq, d) << name;
+    std::mt19937 random(5);
+    std::normal_distribution<double> normal;
+    const ContactMode all = ContactMode::All(system->num_constraints()) - system->compliant();
+    const auto solve = [&](const Vector& x) {
+      return SolveImpact(*system, x.head(nq), x.tail(d), all);
+    };
+    for (int trial = 0; trial < 20; ++trial) {
+      Vector x = system->nominal().x + Vector::NullaryExpr(2 * d, [&] { return normal(random); });
+      const ImpactResult result = solve(x);
+      if (result.hit.Empty()) continue;
+      const InverseInertia inertia(*system, x.head(nq), x.tail(d));
+      const Matrix exact =
+          ImpulseJacobian(*system, inertia, x.head(nq), x.tail(d), result, result.hit, {});
+      constexpr double kStep = 1e-6;
+      for (int i = 0; i < 2 * d; ++i) {
+        const Vector step = kStep * Vector::Unit(2 * d, i);
+        const ImpactResult above = solve(x + step), below = solve(x - step);
+        if (above.hit != result.hit || below.hit != result.hit) continue;
+        const Vector quotient = (above.impulse - below.impulse).head(exact.rows()) / (2 * kStep);
+        const double scale = 1 + exact.cwiseAbs().maxCoeff();
+        EXPECT_LT((exact.col(i) - quotient).cwiseAbs().maxCoeff(), 1e-6 * scale) << name << i;
+        checked += result.hit.Size() > 1;
+      }
+    }
+  }
+  EXPECT_GT(checked, 100);
 }
 
 TEST(NamedCosts, OptimaAreMinima) {
