@@ -91,6 +91,25 @@ bool ImpliedLetters::Change(const std::vector<Letter>& letters) const {
   return false;
 }
 
+std::vector<Letter> ImpliedLetters::Stuck(const std::vector<Letter>& letters) const {
+  std::vector<Letter> stuck = letters;
+  const std::vector<int> rows = Rows(letters);
+  if (rows.empty()) return stuck;
+  std::vector<int> basis;
+  for (int place : FindRowBasis(Block(problem_.G, rows)).rows) {
+    basis.push_back(rows[static_cast<std::size_t>(place)]);
+  }
+  for (std::size_t i = 0; i < letters.size(); ++i) {
+    const FrictionContact& contact = problem_.contacts[i];
+    if (contact.dimension == 0 || contact.slips || !(contact.coefficient > 0)) continue;
+    const int row = problem_.Row(i);
+    bool held = letters[i] != Letter::kOpen || Depends(row, basis);
+    for (int k = 1; held && k <= contact.dimension; ++k) held = Depends(row + k, basis);
+    if (held) stuck[i] = Letter::kStick;
+  }
+  return stuck;
+}
+
 bool SolveDependentWord(const FrictionProblem& problem, const Matrix& columns,
                         const std::vector<int>& rows, bool share, FrictionSolution* solution) {
   const Matrix& G = problem.G;

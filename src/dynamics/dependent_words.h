@@ -19,6 +19,8 @@ class ImpliedLetters {
   /// Whether a contact is open in a word which keeps its gap closed, or begins to slip in one that
   /// keeps it from slipping.
   bool Change(const std::vector<Letter>& letters) const;
+  /// The word with those sticking instead.
+  std::vector<Letter> Stuck(const std::vector<Letter>& letters) const;
 
  private:
   std::vector<int> Rows(const std::vector<Letter>& letters) const;

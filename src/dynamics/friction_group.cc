@@ -135,6 +135,7 @@ class Group {
     stuck_ = stuck.has_value();
     if (problem_.contacts.size() <= kMaxDependentContacts) {
       Search(true);
+      Join();
       apart = Uncovered();
       if (Decided(apart)) return apart;
     } else if (stuck_ && stuck->margin > room_) {
@@ -195,6 +196,31 @@ class Group {
     return {std::move(found)};
   }
 
+  /// Adds what two words of one motion have in common: shares of an edge that sticks, which meet
+  /// the cone of one or of the other end, beside an edge whose ends begin to slip two ways.
+  void Join() {
+    const std::size_t count = solutions_.size();
+    for (std::size_t a = 0; a < count; ++a) {
+      for (std::size_t b = 0; b < a; ++b) {
+        if (solutions_[a].many || !Decided({solutions_[a], solutions_[b]})) continue;
+        FrictionSolution word = solutions_[a];
+        for (std::size_t i = 0; i < word.letters.size(); ++i) {
+          const Letter other = solutions_[b].letters[i];
+          if (other != Letter::kStick && word.letters[i] != Letter::kOpen) continue;
+          word.letters[i] = other;
+          word.directions[i] = solutions_[b].directions[i];
+        }
+        const bool known = std::any_of(
+            solutions_.begin(), solutions_.end(),
+            [&](const FrictionSolution& one) { return one.letters == word.letters; });
+        if (known || !SolveWord(problem_, &word)) continue;
+        word.margin = Margin(problem_, word, scale_);
+        if (!(word.margin >= -border_) || !Decided({solutions_[a], word})) continue;
+        solutions_.push_back(std::move(word));
+      }
+    }
+  }
+
   /// Solutions that are not another one's motion with less contact.
   std::vector<FrictionSolution> Uncovered() const {
     std::vector<FrictionSolution> apart;
@@ -219,6 +245,7 @@ class Group {
   /// The same motion by its word alone, where that decides it. Without room other words may meet
   /// there, which are not looked for: then it counts as one of springs.
   FrictionSolution WithoutSprings(FrictionSolution springs) const {
+    if (implied_.Any()) springs.letters = implied_.Stuck(springs.letters);
     FrictionSolution word = springs;
     const bool decides = SolveWord(problem_, &word) && !word.many;
     FrictionSolution& found = decides && Decided({springs, word}) ? word : springs;

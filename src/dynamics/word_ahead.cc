@@ -15,6 +15,9 @@ namespace {
 constexpr double kAhead[] = {1e-6, 1e-5, 1e-4, 1e-3};
 /// Motions that differ by less than this, relative, are one.
 constexpr double kSameMotion = 1e-8;
+/// What inequalities of a word may miss, relative: springs that are not infinitely stiff begin to
+/// slip too late.
+constexpr double kMissed = 1e-9;
 
 /// The only word at x.
 std::optional<WordAhead> OnlyWord(ContactDynamics* dynamics, const Vector& x,
@@ -43,7 +46,8 @@ std::optional<WordAhead> OnlyWord(ContactDynamics* dynamics, const Vector& x,
     const auto apart = [&] {
       return (word.result - found->solution.result).cwiseAbs().maxCoeff() / scale;
     };
-    if (word.many || (found && (mode != found->mode || apart() > kSameMotion))) {
+    const bool fits = !word.many && word.margin >= -kMissed;
+    if (!fits || (found && (mode != found->mode || apart() > kSameMotion))) {
       return std::nullopt;
     }
     if (!found) found = WordAhead{mode, std::move(word)};

@@ -68,22 +68,22 @@ class Words {
     }
   }
 
-  ContactMode Find(double border, bool* springs) {
+  ContactMode Find(double border, WordConventions* by) {
     const std::vector<FrictionSolution> all = SolveFriction(frame_.problem(), border);
     if (all.empty()) {
       Refuse(FrictionRefusal::Kind::kInconsistent,
              Dependent() ? "no word was found whose forces fit" : "no contact forces exist");
     }
     for (const FrictionSolution& word : all) {
-      if (!word.many && !(word.springs && springs == nullptr)) continue;
+      if (!word.many && !(word.springs && by == nullptr)) continue;
       Refuse(FrictionRefusal::Kind::kIndeterminateForces,
              "in the word '" + ModeOf(word).Word(system_.num_constraints()) +
                  "' the motion depends on how forces are shared");
     }
     if (all.size() == 1) {
-      if (springs != nullptr) *springs = all.front().springs;
+      if (by != nullptr) by->springs = all.front().springs;
       if (!Ends(all.front(), border)) return ModeOf(all.front());
-      return Beyond(all.front(), border, springs);
+      return Beyond(all.front(), border, by);
     }
     if (Dependent()) {
       if (const std::optional<ContactMode> ahead = Ahead(all, border)) return *ahead;
@@ -110,15 +110,21 @@ class Words {
     if (SameMotion(trends)) return Simplest(lasting);
     // Feet that begin to slip in space together.
     if (const std::optional<ContactMode> ahead = Ahead(all, border)) return *ahead;
-    // Shares decide: guards tell at once where another word goes on.
-    if (springs != nullptr && Dependent() && OneMotion(all)) {
-      *springs = true;
+    // Shares decide: the word of a look ahead, or guards tell at once where another one goes on.
+    if (by != nullptr && Dependent() && OneMotion(all)) {
+      by->springs = true;
       for (const FrictionSolution& word : all) lasting.push_back(ModeOf(word));
-      return MostSticking(lasting);
+      const ContactMode most = MostSticking(lasting);
+      if (BeginsInSpace(most)) return most;
+      const auto ahead = FindWordAhead(&dynamics_, x_, touching_, most, border);
+      return ahead ? ahead->mode : most;
     }
     // Where one motion ends and another one is left, this one follows.
     if (fitting.size() < all.size()) {
-      if (const std::optional<ContactMode> ahead = AheadOfAll(all, border)) return *ahead;
+      if (const std::optional<ContactMode> ahead = AheadOfAll(all, border)) {
+        if (by != nullptr) by->ahead = true;
+        return *ahead;
+      }
     }
     std::string words;
     for (const FrictionSolution& word : all) {
@@ -184,12 +190,12 @@ class Words {
 
   /// What follows a single word that ends: no word, or, where more contacts depend on each other
   /// than words are tried of, one that a look ahead tells.
-  ContactMode Beyond(const FrictionSolution& word, double border, bool* springs) {
-    const auto ahead = Dependent() && springs != nullptr
+  ContactMode Beyond(const FrictionSolution& word, double border, WordConventions* by) {
+    const auto ahead = Dependent() && by != nullptr
                            ? FindWordAhead(&dynamics_, x_, touching_, ModeOf(word), border)
                            : std::nullopt;
     if (ahead) {
-      *springs = true;
+      by->springs = true;
       return ahead->mode;
     }
     if (word.springs) return ModeOf(word);
@@ -336,9 +342,9 @@ class Words {
 }  // namespace
 
 ContactMode SelectWord(ContactDynamics* dynamics, const VectorRef& x,
-                       const TouchingContacts& touching, double border, bool* springs) {
+                       const TouchingContacts& touching, double border, WordConventions* by) {
   if ((touching.still | touching.slipping).Empty()) return ContactMode();
-  return Words(dynamics, x, touching).Find(border, springs);
+  return Words(dynamics, x, touching).Find(border, by);
 }
 
 }  // namespace contact_flow

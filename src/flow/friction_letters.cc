@@ -73,8 +73,8 @@ ContactMode FrictionalResolution::PressedBack(const Vector& rate, ContactMode le
   if (leaving.Empty()) return back;
   const Vector& x = result_.transition.x_plus;
   try {
-    bool springs = false;
-    dynamics_.Evaluate(x, SelectWord(&dynamics_, x, resting, kBorder, &springs));
+    WordConventions by;
+    dynamics_.Evaluate(x, SelectWord(&dynamics_, x, resting, kBorder, &by));
   } catch (const FrictionRefusal&) {
     return back;
   }
@@ -111,6 +111,17 @@ void FrictionalResolution::NoteSprings(ContactMode contacts, const char* forces)
   result_.warnings.push_back({Outcome::kIndeterminateForces, result_.transition.t, message.str()});
 }
 
+void FrictionalResolution::NoteLookAhead(ContactMode contacts) {
+  std::ostringstream message;
+  message.precision(12);
+  message << "at t = " << result_.transition.t << " s several motions of contacts "
+          << contacts.ToString(system_.description().constraints)
+          << " fit; the run follows the only one that fits a little later";
+  result_.transition.obstacle = {Outcome::kPainleveIndeterminate, message.str()};
+  result_.warnings.push_back(
+      {Outcome::kPainleveIndeterminate, result_.transition.t, message.str()});
+}
+
 /// Where a rise is made rest, that turns slips which are no faster: their letters, and those of
 /// others, are chosen once more, as the state is told with them.
 void FrictionalResolution::SetLetters(const TouchingContacts& contacts) {
@@ -137,9 +148,10 @@ void FrictionalResolution::SetLetters(const TouchingContacts& contacts) {
 
 void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
   Transition& cluster = result_.transition;
-  bool springs = false;
-  cluster.mode_after = SelectWord(&dynamics_, cluster.x_plus, contacts, kBorder, &springs);
-  if (springs) NoteSprings(contacts.still | contacts.slipping, "forces");
+  WordConventions by;
+  cluster.mode_after = SelectWord(&dynamics_, cluster.x_plus, contacts, kBorder, &by);
+  if (by.springs) NoteSprings(contacts.still | contacts.slipping, "forces");
+  if (by.ahead) NoteLookAhead(contacts.still | contacts.slipping);
   // The slip of a rise that is made rest ends with it, whatever begins then.
   resting_ = cluster.mode_after;
   for (int i : ended_ & cluster.mode_after.SlippingInPlane()) resting_.Set(i, Letter::kStick);

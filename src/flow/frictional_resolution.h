@@ -71,6 +71,7 @@ class FrictionalResolution {
                           const TouchingContacts& resting);
   void TellOfRest(ContactMode pressed_back);
   void NoteSprings(ContactMode contacts, const char* forces);
+  void NoteLookAhead(ContactMode contacts);
   void SetLetters(const TouchingContacts& contacts);
   void ChooseLetters(const TouchingContacts& contacts);
   bool OnlyBegins(ContactMode begins) const;

@@ -85,8 +85,8 @@ std::optional<FrictionalRest> RestOfBounces(ContactDynamics* dynamics, const Tra
     }
   }
   try {
-    bool springs = false;
-    rest.mode = SelectWord(dynamics, x, contacts, kBorder, &springs);
+    WordConventions by;
+    rest.mode = SelectWord(dynamics, x, contacts, kBorder, &by);
   } catch (const FrictionRefusal&) {
     return std::nullopt;
   }

@@ -105,8 +105,8 @@ ContactMode InitialWord(ContactDynamics* dynamics, const VectorRef& x, ContactMo
       contacts.slipping.Insert(i);
     }
   }
-  bool springs = false;
-  const ContactMode word = SelectWord(dynamics, x, contacts, kBorder, &springs);
+  WordConventions by;
+  const ContactMode word = SelectWord(dynamics, x, contacts, kBorder, &by);
   const ContactMode begins = BeginInSpace(system, contacts.still, word);
   if (!begins.Empty()) OnsetDirections(dynamics, x, contacts, word, begins, kBorder);  // or throws
   return word;

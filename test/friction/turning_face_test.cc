@@ -154,37 +154,44 @@ TEST(TurningFace, IsToldOfAtAnInputChange) {
   EXPECT_TRUE(std::any_of(run.warnings.begin(), run.warnings.end(), told));
 }
 
+/// Random rigid faces of four corners under random inertia that are about to land.
+FrictionProblem RandomFaces(int faces, std::mt19937* generator) {
+  std::normal_distribution<double> normal;
+  const int d = 6 * faces + 6;
+  Matrix R(d, d), A = Matrix::Zero(12 * faces, d);
+  for (double& entry : R.reshaped()) entry = normal(*generator);
+  FrictionProblem problem;
+  for (int corner = 0; corner < 4 * faces; ++corner) {
+    const Eigen::Vector3d r((corner & 1) != 0 ? 1.2 : -0.5, (corner & 2) != 0 ? 0.3 : -0.3,
+                            -0.35);
+    Eigen::Matrix<double, 3, 6> velocity;
+    velocity << Eigen::Matrix3d::Identity(),
+        (Eigen::Matrix3d() << 0, r(2), -r(1), -r(2), 0, r(0), r(1), -r(0), 0).finished();
+    const int place = 6 * (corner / 4);
+    A.block<1, 6>(3 * corner, place) = velocity.row(2);
+    A.block<2, 6>(3 * corner + 1, place) = velocity.topRows<2>();
+    FrictionContact contact;
+    contact.coefficient = 0.8;
+    contact.dimension = 2;
+    problem.contacts.push_back(contact);
+  }
+  problem.G = A * (R * R.transpose() / d + 0.1 * Matrix::Identity(d, d)) * A.transpose();
+  Vector v(d);
+  for (double& entry : v) entry = normal(*generator);
+  for (int face = 0; face < faces; ++face) v(6 * face + 2) -= 2;
+  problem.b = A * v;
+  return problem;
+}
+
 /// Random rigid faces of four corners, one or two of them, under random inertia: (F4) holds, and
 /// forces on faces that are closed are those of springs, affine in the corners' places.
 TEST(TurningFace, EqualSpringsSolveTheProblem) {
   std::mt19937 generator(7);
-  std::normal_distribution<double> normal;
   int solved = 0, turning = 0;
   constexpr int kProblems = 100;
   for (int trial = 0; trial < kProblems; ++trial) {
-    const int faces = 1 + trial % 2, d = 6 * faces + 6;
-    Matrix R(d, d), A = Matrix::Zero(12 * faces, d);
-    for (double& entry : R.reshaped()) entry = normal(generator);
-    FrictionProblem problem;
-    for (int corner = 0; corner < 4 * faces; ++corner) {
-      const Eigen::Vector3d r((corner & 1) != 0 ? 1.2 : -0.5, (corner & 2) != 0 ? 0.3 : -0.3,
-                              -0.35);
-      Eigen::Matrix<double, 3, 6> velocity;
-      velocity << Eigen::Matrix3d::Identity(),
-          (Eigen::Matrix3d() << 0, r(2), -r(1), -r(2), 0, r(0), r(1), -r(0), 0).finished();
-      const int place = 6 * (corner / 4);
-      A.block<1, 6>(3 * corner, place) = velocity.row(2);
-      A.block<2, 6>(3 * corner + 1, place) = velocity.topRows<2>();
-      FrictionContact contact;
-      contact.coefficient = 0.8;
-      contact.dimension = 2;
-      problem.contacts.push_back(contact);
-    }
-    problem.G = A * (R * R.transpose() / d + 0.1 * Matrix::Identity(d, d)) * A.transpose();
-    Vector v(d);
-    for (double& entry : v) entry = normal(generator);
-    for (int face = 0; face < faces; ++face) v(6 * face + 2) -= 2;
-    problem.b = A * v;
+    const int faces = 1 + trial % 2;
+    const FrictionProblem problem = RandomFaces(faces, &generator);
     const std::optional<FrictionSolution> s = SolveEqualSprings(problem);
     if (!s) continue;
     ++solved;
@@ -214,6 +221,29 @@ TEST(TurningFace, EqualSpringsSolveTheProblem) {
   }
   EXPECT_GE(solved, kProblems - 2);
   EXPECT_GT(turning, 5);
+}
+
+/// A face that is closed at three corners, two of which stick, sticks at all four: equal springs
+/// let go of one, or reach the cone of another, without any motion.
+TEST(TurningFace, ACornerOfAFaceThatSticksDoesNotSlip) {
+  std::mt19937 generator(11);
+  int stuck = 0;
+  for (int trial = 0; trial < 100; ++trial) {
+    for (const FrictionSolution& s : SolveFriction(RandomFaces(2, &generator))) {
+      for (int face = 0; face < 2; ++face) {
+        int closed = 0, sticking = 0;
+        for (int k = 0; k < 4; ++k) {
+          closed += s.letters[4 * face + k] != Letter::kOpen;
+          sticking += s.letters[4 * face + k] == Letter::kStick;
+        }
+        if (closed < 3 || sticking < 2) continue;
+        ++stuck;
+        EXPECT_EQ(4, sticking) << trial << ' ' << face;
+        EXPECT_LT(s.result.segment<12>(12 * face).norm(), 1e-7) << trial << ' ' << face;
+      }
+    }
+  }
+  EXPECT_GT(stuck, 8);
 }
 
 }  // namespace

@@ -67,14 +67,21 @@ struct TouchingContacts {
   Vector slack;
 };
 
+/// What decided a word beside the laws: a convention, that is to be told.
+struct WordConventions {
+  bool springs = false;  ///< how forces are shared decides: as equal springs would
+  /// Several motions fit, none of which is known to go on: the only one that fits a little later.
+  bool ahead = false;
+};
+
 /// The contact mode of a state whose touching contacts rest in normal direction, (F4) for the
 /// accelerations. Where several words fit, because an inequality holds with equality within
 /// `border`, the one that goes on to hold: its inequalities of the contacts whose letters differ
 /// among the words grow along its own motion. Throws FrictionRefusal where none or several do.
-/// `springs` tells whether how forces are shared decided, as by equal springs would; where nobody
-/// asks, that is refused, too.
+/// `by` tells what conventions decided; where nobody asks, that of springs is refused, too.
 ContactMode SelectWord(ContactDynamics* dynamics, const VectorRef& x,
-                       const TouchingContacts& touching, double border, bool* springs = nullptr);
+                       const TouchingContacts& touching, double border,
+                       WordConventions* by = nullptr);
 
 /// The impact (F6) of the touching contacts K:
 ///   M (v⁺ − v⁻) = A_Kᵀ p + Bᵀ r,   0 ≤ p_n ⟂ N v⁺ + γ N v⁻ ≥ 0,   |p_t| ≤ μ p_n,
