@@ -17,8 +17,9 @@
 namespace contact_flow {
 namespace {
 
-constexpr std::size_t kMostContacts = 64;  // that a ContactMode holds
-constexpr double kFeetWithin = 0.1;        // of the robot's height
+/// That a ContactMode holds the guards of: with friction a contact has three.
+constexpr int kMostContacts = ContactMode::kMaxConstraints, kMostWithFriction = kMostContacts / 3;
+constexpr double kFeetWithin = 0.1;  // of the robot's height
 
 /// The hulls of a robot's bodies that move.
 using Hulls = std::map<int, ContactHull>;
@@ -127,8 +128,7 @@ void DropHidden(const RobotModel& model, ContactHull* hull) {
     bool hidden = false;
     for (const std::size_t k : round) {
       if (k == i || hidden) continue;
-      const double inside =
-          hull->points[k].radius - (places[i] - places[k]).norm() - point.radius;
+      const double inside = hull->points[k].radius - (places[i] - places[k]).norm() - point.radius;
       hidden = inside > 0 || (inside == 0 && k < i);  // of two that are the same one stays
     }
     if (!hidden && point.radius == 0) {
@@ -307,9 +307,13 @@ MadeContacts MakeContacts(const RobotModel& model, const Vector& q, const Contac
   }
   const auto surfaces = Surfaces(options);
   made.count *= static_cast<int>(surfaces.size());
-  if (static_cast<std::size_t>(made.count) > kMostContacts) {
-    throw std::invalid_argument("contacts: " + std::to_string(made.count) + " contacts, at most " +
-                                std::to_string(kMostContacts) + " are possible" + options.line +
+  bool friction = options.friction.IsDefined() && !options.friction.IsNull();
+  for (const auto& surface : surfaces) friction = friction || surface.second["friction"];
+  const int most = friction ? kMostWithFriction : kMostContacts;
+  if (made.count > most) {
+    throw std::invalid_argument("contacts: " + std::to_string(made.count) + " contacts" +
+                                (friction ? " with friction" : "") + ", at most " +
+                                std::to_string(most) + " are possible" + options.line +
                                 ": name fewer links, or fewer vertices");
   }
   for (const std::string& link : order) {

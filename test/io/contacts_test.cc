@@ -171,7 +171,7 @@ TEST(Contacts, AreFewerWhereThereAreTooMany) {
     const std::string name = "l" + std::to_string(k);
     boxes += Link(name, Collision("<box size=\"1 1 1\"/>", "")) + "<joint name=\"j" +
              std::to_string(k) + "\" type=\"continuous\"><parent link=\"l0\"/><child link=\"" +
-             name + "\"/><origin xyz=\"0 0 " + std::to_string(k) + "\"/></joint>";
+             name + "\"/><origin xyz=\"0 0 " + std::to_string(k == 1 ? 1 : 3) + "\"/></joint>";
   }
   const RobotDescription robot = Parse(boxes, "base: floating");
   EXPECT_TRUE(Warns(robot, "of the feet (of all links there were too many)"));
@@ -179,6 +179,11 @@ TEST(Contacts, AreFewerWhereThereAreTooMany) {
   const std::string refusal = Refusal(boxes, "{base: floating, contacts: {ground: all}}");
   EXPECT_NE(std::string::npos, refusal.find("136 contacts, at most 128 are possible (line 1)"))
       << refusal;
+  const std::string rough =
+      Refusal(boxes, "{base: floating, contacts: {ground: all, friction: 1}}");
+  EXPECT_NE(std::string::npos,
+            rough.find("136 contacts with friction, at most 42 are possible (line 1)"))
+      << rough;
 }
 
 /// Distances from planes by their normal form, n = (−1, 0, 2)/√5 for a ramp of slope ½.

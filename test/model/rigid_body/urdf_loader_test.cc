@@ -96,7 +96,7 @@ TEST(UrdfLoader, RefusesWithWordsThatNameThePlace) {
       {"<robot name=\"r\"/><robot name=\"s\"/>", "more than one root"},
       {"<!DOCTYPE robot [<!ENTITY a \"b\">]><robot/>", "document types"},
       {std::string("<robot\0name=\"r\"/>", 17), "byte 0"},
-      {"<robot><link name=\"a\"/></robot>", "name"},
+      {"<robot><link name=\"a\"/></robot>", "nothing moves"},
       {"<body/>", "URDF: "},
       {Robot(""), "URDF: "},
       {Robot(Link("a")), "nothing moves"},
