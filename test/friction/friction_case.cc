@@ -104,6 +104,7 @@ std::vector<std::string> FrictionCaseNames() {
           "incline_stop",
           "land_while_stopping",
           "noslip_biped",
+          "noslip_double_release",
           "noslip_liftoff",
           "noslip_two_feet",
           "order_first",
