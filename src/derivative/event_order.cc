@@ -7,6 +7,21 @@
 #include "contact_flow/dynamics/guard_gradients.h"
 
 namespace contact_flow {
+namespace {
+
+/// Whether slips end and nothing else happens. Such events commute: the impulse that ends all slips
+/// is the same in any order (friction, Sec. 4.2).
+bool OnlyStops(const Transition& transition) {
+  const ContactMode before = transition.mode_before, after = transition.mode_after;
+  if (before.Members() != after.Members() || !transition.activated.Empty()) return false;
+  for (int i : before) {
+    const bool same = before.LetterOf(i) == after.LetterOf(i);
+    if (!same && after.LetterOf(i) != Letter::kStick) return false;
+  }
+  return before != after;
+}
+
+}  // namespace
 
 double TimeShift(ContactDynamics* dynamics, const Transition& transition, const VectorRef& e) {
   if (transition.instants.empty()) return 0;
@@ -43,6 +58,7 @@ Status CheckOrder(const MechanicalSystem& system, const Transition& before,
   const int i = before.instants.front().constraint, j = after.instants.front().constraint;
   const int n = system.num_constraints();
   if (i == j || i >= n || j >= n) return {};  // its own events follow each other
+  if (OnlyStops(before) && OnlyStops(after)) return {};
   double squared = 0;
   for (std::size_t k = 0; k < first.size(); ++k) {
     const double apart = second[k] - first[k];

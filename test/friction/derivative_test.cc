@@ -81,6 +81,18 @@ TEST_P(FrictionDerivative, PiecesAgreeWithQuotients) {
   }
 }
 
+/// Two slips end at once, and rounding puts 5e-15 s between them: their order does not matter.
+TEST_F(FrictionDerivative, StopsThatAreNotToldApartCommute) {
+  const test::FrictionCase c("double_stop_by_rounding");
+  const Trajectory run = Run(c);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  const BDerivative B = DifferentiateOutcome(*c.system, run);
+  ASSERT_TRUE(B.status.ok()) << B.status.message;
+  for (const auto& d : c.derivatives) {
+    EXPECT_LT((B(d.direction) - d.derivative).cwiseAbs().maxCoeff(), 1e-8 * Scale(c));
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Cases, FrictionDerivative, testing::ValuesIn(test::FrictionCaseNames()),
                          [](const auto& info) { return info.param; });
 
