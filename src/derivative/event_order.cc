@@ -51,9 +51,8 @@ double TimeShift(ContactDynamics* dynamics, const Transition& transition, const 
   return rate != 0 ? -change / rate : 0;
 }
 
-Status CheckOrder(const MechanicalSystem& system, const Transition& before,
-                  const Transition& after, const std::vector<double>& first,
-                  const std::vector<double>& second) {
+Status CheckOrder(const MechanicalSystem& system, const Transition& before, const Transition& after,
+                  const std::vector<double>& first, const std::vector<double>& second) {
   if (before.instants.empty() || after.instants.empty()) return {};
   const int i = before.instants.front().constraint, j = after.instants.front().constraint;
   const int n = system.num_constraints();

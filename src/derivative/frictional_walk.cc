@@ -267,8 +267,7 @@ class FrictionalWalk {
     }
     landed_ = lifted_ = ContactMode();
     mode_ = SelectWord(&dynamics_, x_, contacts, kBorder);
-    // What never slips holds until its own release, with a force along the ground that does not
-    // vanish.
+    // What never slips holds until its own release: its force along the ground does not vanish.
     for (int i : releasing_ & closed) mode_.Set(i, Letter::kStick);
   }
 
