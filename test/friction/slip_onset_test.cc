@@ -116,6 +116,19 @@ TEST(SlipOnset, OfAnInputThatJumps) {
   EXPECT_EQ("s", run.arcs[0].mode.Word(1));
   EXPECT_EQ("l", run.arcs[1].mode.Word(1));
   EXPECT_LT((run.FinalState().head<2>() - way).norm(), 1e-7);
+  // s = (|F| − k) τ F/|F| changes by τ (F̂F̂ᵀ + (1 − k/|F|)(I − F̂F̂ᵀ)) for each unit of pull.
+  BDerivativeOptions by_pull;
+  by_pull.variables.inputs = true;
+  const BDerivative B = DifferentiateOutcome(*system, run, by_pull);
+  ASSERT_TRUE(B.status.ok()) << B.status.message;
+  const Eigen::Matrix2d along = F * F.transpose() / F.squaredNorm();
+  const Eigen::Matrix2d exact =
+      tau * (along + (1 - kForce / F.norm()) * (Eigen::Matrix2d::Identity() - along));
+  for (int k = 0; k < 2; ++k) {
+    const Vector derivative = B(Vector::Unit(10, 8 + k));
+    EXPECT_LT((derivative.segment<2>(4) - exact.col(k)).norm(), 1e-6) << k;
+    EXPECT_LT((derivative.head<2>() - tau / 2 * exact.col(k)).norm(), 1e-6) << k;
+  }
   OnlineFlow online(system, 0, x, Vector::Zero(2), {});
   online.SetInput(0.3, pull);
   while (online.now() < 0.3 + tau && online.status().ok()) online.AdvanceTo(0.3 + tau);
