@@ -24,7 +24,23 @@ enum class Letter : char {
 /// wherever a person reads. At most kMaxConstraints. Without friction all letters of J are kSlip.
 /// Operations on sets keep the letters of the left operand's members, a union those of both.
 class ContactMode {
-  __extension__ using Bits = unsigned __int128;
+  /// 128 bits. Two words that are indexed take fewer instructions than one number that is shifted.
+  struct Bits {
+    std::uint64_t low = 0, high = 0;
+
+    static constexpr Bits One(int i) {
+      const std::uint64_t bit = std::uint64_t{1} << (i & 63);
+      return i < 64 ? Bits{bit, 0} : Bits{0, bit};
+    }
+    bool Has(int i) const { return ((i < 64 ? low : high) >> (i & 63) & 1) != 0; }
+    void Add(int i) { (i < 64 ? low : high) |= std::uint64_t{1} << (i & 63); }
+    bool Empty() const { return (low | high) == 0; }
+    Bits operator&(Bits o) const { return {low & o.low, high & o.high}; }
+    Bits operator|(Bits o) const { return {low | o.low, high | o.high}; }
+    Bits operator~() const { return {~low, ~high}; }
+    bool operator==(Bits o) const { return ((low ^ o.low) | (high ^ o.high)) == 0; }
+    bool operator<(Bits o) const { return std::tie(high, low) < std::tie(o.high, o.low); }
+  };
 
  public:
   static constexpr int kMaxConstraints = 128;  ///< largest number of constraints
@@ -35,31 +51,29 @@ class ContactMode {
     for (int i : indices) Insert(i);
   }
   /// The set of the bits that are 1, of the first 64 indices.
-  static ContactMode FromBits(std::uint64_t bits) { return Of(bits); }
+  static ContactMode FromBits(std::uint64_t bits) { return Of({bits, 0}); }
   /// The set of the bits that are 1, 64 a word.
   static ContactMode FromWords(const std::array<std::uint64_t, 2>& words) {
-    return Of(Bits{words[1]} << 64 | words[0]);
+    return Of({words[0], words[1]});
   }
   /// {0, …, n−1}.
-  static ContactMode All(int n) { return Of(n >= kMaxConstraints ? ~Bits{0} : Bit(n) - 1); }
+  static ContactMode All(int n) { return Of({LeastBits(n), LeastBits(n - 64)}); }
 
   /// Whether i is in the set.
-  bool Contains(int i) const { return (bits_ & Bit(i)) != 0; }
+  bool Contains(int i) const { return bits_.Has(i); }
   /// Whether nothing is.
-  bool Empty() const { return bits_ == 0; }
+  bool Empty() const { return bits_.Empty(); }
   /// Number of members.
   int Size() const {
-    return __builtin_popcountll(words()[0]) + __builtin_popcountll(words()[1]);
+    return __builtin_popcountll(bits_.low) + __builtin_popcountll(bits_.high);
   }
   /// Bit i is 1 for each member i, of the first 64.
-  std::uint64_t bits() const { return words()[0]; }
+  std::uint64_t bits() const { return bits_.low; }
   /// The same of all, 64 a word.
-  std::array<std::uint64_t, 2> words() const {
-    return {static_cast<std::uint64_t>(bits_), static_cast<std::uint64_t>(bits_ >> 64)};
-  }
+  std::array<std::uint64_t, 2> words() const { return {bits_.low, bits_.high}; }
 
   /// Adds i.
-  void Insert(int i) { bits_ |= Bit(i); }
+  void Insert(int i) { bits_.Add(i); }
   /// Takes i away.
   void Erase(int i) { *this = Without(i); }
   /// The set with i, which slips if it is new.
@@ -69,23 +83,22 @@ class ContactMode {
     return mode;
   }
   /// The set without i.
-  ContactMode Without(int i) const { return *this & Of(~Bit(i)); }
+  ContactMode Without(int i) const { return *this & Of(~Bits::One(i)); }
 
   /// What constraint i does.
   Letter LetterOf(int i) const {
     if (!Contains(i)) return Letter::kOpen;
-    const bool low = (low_ & Bit(i)) != 0, high = (high_ & Bit(i)) != 0;
-    if (high) return low ? Letter::kBackward : Letter::kForward;
+    const bool low = low_.Has(i);
+    if (high_.Has(i)) return low ? Letter::kBackward : Letter::kForward;
     return low ? Letter::kStick : Letter::kSlip;
   }
   /// Makes constraint i do this.
   void Set(int i, Letter letter) {
     Erase(i);
     if (letter == Letter::kOpen) return;
-    const Bits bit = Bit(i);
-    bits_ |= bit;
-    if (letter == Letter::kStick || letter == Letter::kBackward) low_ |= bit;
-    if (letter == Letter::kForward || letter == Letter::kBackward) high_ |= bit;
+    bits_.Add(i);
+    if (letter == Letter::kStick || letter == Letter::kBackward) low_.Add(i);
+    if (letter == Letter::kForward || letter == Letter::kBackward) high_.Add(i);
   }
   /// The members that stick.
   ContactMode Sticking() const { return Of(low_ & ~high_); }
@@ -122,17 +135,16 @@ class ContactMode {
    public:
     /// The index.
     int operator*() const {
-      const auto low = static_cast<std::uint64_t>(bits_);
-      return low != 0 ? __builtin_ctzll(low)
-                      : 64 + __builtin_ctzll(static_cast<std::uint64_t>(bits_ >> 64));
+      return bits_.low != 0 ? __builtin_ctzll(bits_.low) : 64 + __builtin_ctzll(bits_.high);
     }
     /// To the next one.
     Iterator& operator++() {
-      bits_ &= bits_ - 1;
+      std::uint64_t& word = bits_.low != 0 ? bits_.low : bits_.high;
+      word &= word - 1;
       return *this;
     }
     /// Whether there is more.
-    bool operator!=(Iterator o) const { return bits_ != o.bits_; }
+    bool operator!=(Iterator o) const { return !(bits_ == o.bits_); }
 
    private:
     friend class ContactMode;
@@ -142,7 +154,7 @@ class ContactMode {
   /// The least member.
   Iterator begin() const { return Iterator(bits_); }
   /// Behind the last one.
-  Iterator end() const { return Iterator(0); }
+  Iterator end() const { return Iterator({}); }
 
   /// The members' names, in increasing order of index.
   std::vector<std::string> Names(const std::vector<std::string>& constraints) const;
@@ -151,11 +163,15 @@ class ContactMode {
 
  private:
   ContactMode(Bits bits, Bits low, Bits high) : bits_(bits), low_(low), high_(high) {}
-  static ContactMode Of(Bits bits) { return ContactMode(bits, 0, 0); }
-  static constexpr Bits Bit(int i) { return Bits{1} << i; }
+  static ContactMode Of(Bits bits) { return ContactMode(bits, {}, {}); }
+  // The n least bits of a word, all or none beyond its ends.
+  static std::uint64_t LeastBits(int n) {
+    if (n >= 64) return ~std::uint64_t{0};
+    return n <= 0 ? 0 : (std::uint64_t{1} << n) - 1;
+  }
 
-  Bits bits_ = 0;
-  Bits low_ = 0, high_ = 0;  // two bits a letter, zero off bits_
+  Bits bits_;
+  Bits low_, high_;  // two bits a letter, zero off bits_
 };
 
 }  // namespace contact_flow

@@ -17,6 +17,8 @@ namespace {
 constexpr int kProbes = 4;
 /// Transitions closer than this part of the run are asked for their order.
 constexpr double kClose = 1e-3;
+/// Second derivatives of the field are taken once in so many steps of an arc, not more often than.
+constexpr std::size_t kStepsOfPart = 8, kMostParts = 8;
 /// Distance of the quotients of Jacobians: so many times the error, no further than this part of
 /// 1 + |x|.
 constexpr double kMagnified = 1e4, kStep = 1e-5;
@@ -140,23 +142,32 @@ Matrix JacobianChange(ContactDynamics* dynamics, const Vector& x, ContactMode mo
   return change / step;
 }
 
-/// What an error e [2d] in the middle of an arc changes in Φ [2d × 2d+k]: velocities by
-///   ∫ D²F[e, Φ w] dt ≈ T D²F e (I + Φ) / 2,
-/// and positions by T/2 of that.
+/// What an error e [2d] along an arc changes in Φ [2d × 2d+k]: velocities by
+///   ∫ D²F[e, Φ w] dt ≈ Σ_j T_j D²F_j e (I + Φ) / 2,
+/// and positions by what is left of T times that. D²F is taken in the middle of parts T_j of equally
+/// many steps each: where a force is felt over a part of the way alone, the steps tell.
 Matrix PropagatorChange(ContactDynamics* dynamics, const Arc& arc, const Matrix& Phi,
                         const Vector& e) {
   const int d = dynamics->system().dof();
   Matrix change = Matrix::Zero(2 * d, Phi.cols());
-  const double half = (arc.t_end - arc.t_begin) / 2;
-  if (!(half > 0)) return change;
+  if (!(arc.t_end > arc.t_begin)) return change;
+  const std::size_t steps = arc.dense.NumSteps();
+  const std::size_t parts = std::clamp<std::size_t>(steps / kStepsOfPart, 1, kMostParts);
+  Matrix carried;
   Vector x = arc.x_begin;
-  arc.dense.Evaluate(arc.t_begin + half, x.data());
-  const Matrix bend = JacobianChange(dynamics, x, arc.mode, e);
-  if (bend.size() == 0) return change;
-  Matrix bend_carried;
-  MultiplyFewRows(1, bend, Phi, &bend_carried);
-  change.bottomRows(d) = half * (bend + bend_carried);
-  change.topRows(d) = half * change.bottomRows(d);
+  for (std::size_t j = 0; j < parts; ++j) {
+    const std::size_t first = j * steps / parts, behind = (j + 1) * steps / parts;
+    const double begin = j == 0 ? arc.t_begin : arc.dense.StepBegin(first);
+    const double end = j + 1 == parts ? arc.t_end : arc.dense.StepBegin(behind);
+    const double middle = begin + (end - begin) / 2;
+    arc.dense.Evaluate(middle, x.data());
+    const Matrix bend = JacobianChange(dynamics, x, arc.mode, e);
+    if (bend.size() == 0) return change;
+    MultiplyFewRows(1, bend, Phi, &carried);
+    carried = (end - begin) / 2 * (bend + carried);
+    change.bottomRows(d) += carried;
+    change.topRows(d) += (arc.t_end - middle) * carried;
+  }
   return change;
 }
 

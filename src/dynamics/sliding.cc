@@ -55,6 +55,16 @@ void ContactDynamics::FactorizeSliding(const VectorRef& x) {
   at_->regular = at_->regular && factor.allFinite() && factor.diagonal().cwiseAbs().minCoeff() > 0;
 }
 
+/// By signs, as the product of many pivots may overflow.
+bool ContactDynamics::slips_regularly() const {
+  if (at_ == nullptr || at_->sliding.empty() || at_->dependent) return true;
+  bool positive = at_->sliding_factor.permutationP().determinant() > 0;
+  for (const double pivot : at_->sliding_factor.matrixLU().diagonal()) {
+    if (pivot < 0) positive = !positive;
+  }
+  return positive;
+}
+
 void ContactDynamics::AddSlidingForce() {
   for (const Sliding& s : at_->sliding) {
     force_.segment(s.friction.row, s.friction.dimension) = -s.friction.coefficient *

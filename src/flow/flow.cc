@@ -120,6 +120,10 @@ void Flow::BeginArc() {
   FindImplied();
   drifts_ = Drifts();
   WarnOfSharedForces();
+  if (system_.HasFriction()) {
+    dynamics_.Evaluate(x_, mode_);
+    regular_slip_ = dynamics_.slips_regularly();
+  }
   h_ = kFirstStep * stepper_->GuessStep(options_.relative_tolerance, options_.absolute_tolerance);
   arc_begun_ = true;
 }
@@ -145,6 +149,8 @@ bool Flow::Propose(double end) {
   if (!arc_begun_) BeginArc();
   if (Penetrates()) return false;
   trigger_ = -1;
+  jam_.reset();
+  singular_slip_ = false;
   quick_next_ = quick_;
   stepper_->Restart();
   double h = h_;
@@ -175,6 +181,7 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
   limit = std::min(limit, SlipInSpaceLimit());
   double length = std::min({*h, limit, rest});
   if (!(length > kSmallestStep * std::max(1.0, t_)) && length < rest) {
+    if (EndSlipByImpact()) return true;
     StopWithoutSteps();
     return false;
   }
@@ -194,6 +201,12 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
   if (!limited) FinishStep();
   if (!stepper_->end().allFinite()) {
     Stop(Outcome::kNonFinite, "the bilateral constraints cannot be met");
+    return false;
+  }
+  regular_end_ = dynamics_.slips_regularly();
+  if (CrossesSingularSlip(length)) {
+    *rejected = true;
+    *h = 0.5 * length;
     return false;
   }
   SampleEnd(&gaps_end_);
@@ -220,6 +233,8 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
     x_end_ = stepper_->end();
     end_ = length == rest ? end : t_ + length;
     trigger_ = StoppedInSpace();
+    singular_slip_ = trigger_ < 0 && regular_slip_ && !regular_end_;
+    if (singular_slip_) trigger_ = *(mode_ - mode_.Sticking()).begin();
     const double growth = kSafety * stepper_->Growth(error);
     const double largest = std::min(*rejected ? 1.0 : kLargestGrowth, event.growth);
     h_next_ = length * std::min(std::max(growth, kSmallestGrowth), largest);
@@ -244,8 +259,10 @@ void Flow::TallyStep() {
 }
 
 bool Flow::Accept() {
-  ++steps_;
-  TallyStep();
+  if (!jam_) {
+    ++steps_;
+    TallyStep();
+  }
   t_ = end_;
   x_ = x_end_;
   guard_margins_ = locator_.margins();
@@ -263,6 +280,7 @@ bool Flow::Accept() {
   h_ = h_next_;
   stepper_->Advance();
   locator_.EndStep();
+  regular_slip_ = regular_end_;
   std::swap(gaps_begin_, gaps_end_);
   drifts_ = Drifts();
   if (options_.method == IntegrationMethod::kAutomatic) ConsiderMethod();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <string>
 #include <utility>
 
 #include "contact_flow/dynamics/guards.h"
@@ -41,6 +42,11 @@ class FrictionalResolution {
   void Decide();
   /// Where nothing but the input changes.
   void DecideInput();
+  /// Where a slip becomes singular: it ends by an impact without collision, or the contact lets go.
+  /// False where that cannot be.
+  bool EndSlip(int jammed);
+  bool LetGo(int i);
+  void TellOfSingularSlip(int i, const std::string& what);
   ResolvedTransition Take() { return std::move(result_); }
 
  private:

@@ -16,6 +16,8 @@ namespace {
 
 /// How closely an inequality of a word has to hold, relative.
 constexpr double kBorder = 1e-10;
+/// A slip in space that begins with the rest has this many absolute tolerances.
+constexpr double kOnset = 10;
 /// Slip that is rounding, relative.
 constexpr double kNoSlip = 1e-12;
 
@@ -90,7 +92,15 @@ std::optional<FrictionalRest> RestOfBounces(ContactDynamics* dynamics, const Tra
   } catch (const FrictionRefusal&) {
     return std::nullopt;
   }
-  if (!BeginInSpace(system, contacts.still, rest.mode).Empty()) return std::nullopt;
+  const ContactMode begins = BeginInSpace(system, contacts.still, rest.mode);
+  if (begins.Empty()) return rest;
+  try {
+    const auto directions = OnsetDirections(dynamics, x, contacts, rest.mode, begins, kBorder);
+    MakeRest(system, rest.mode, directions, kOnset * last.absolute_tolerance, &x);
+  } catch (const FrictionRefusal&) {
+    return std::nullopt;
+  }
+  rest.v_plus = x.tail(d);
   return rest;
 }
 

@@ -115,9 +115,7 @@ bool Flow::PassTransition() {
   if (!GoesOn()) return false;
   // Words of many contacts take longer than steps do.
   if (system_.HasFriction()) next_clock_reading_ = attempts_;
-  ResolvedTransition resolved =
-      system_.HasFriction() ? ResolveFriction(&dynamics_, t_, x_, mode_, trigger_, Rules())
-                            : ResolveTransition(&dynamics_, t_, x_, mode_, trigger_, Rules());
+  ResolvedTransition resolved = ResolveAtEvent();
   margins_.approach_speed = std::min(margins_.approach_speed, resolved.approach_speed);
   margins_.release_rate = std::min(margins_.release_rate, resolved.release_rate);
   if (!resolved.status.ok()) {

@@ -103,6 +103,10 @@ class ContactDynamics {
     }
   }
 
+  /// Whether det(A_J M⁻¹ W_J) > 0 where it was last evaluated, as it is without slip. Where it passes
+  /// zero along a motion that slips, the motion ceases to be the only one, or to exist (Painlevé).
+  bool slips_regularly() const;
+
   /// Calls of Evaluate so far.
   long evaluations() const { return evaluations_; }
 

@@ -60,7 +60,7 @@ class Flow {
   const Vector& proposed_state() const { return x_end_; }  ///< left limit there [nq+d]
   bool proposes_event() const { return trigger_ >= 0; }
   /// Length of the proposal's continuous extension [s]; may be 0.
-  double proposed_length() const { return stepper_->step(); }
+  double proposed_length() const { return jam_ ? 0 : stepper_->step(); }
   /// Whether the implicit method made it.
   bool ProposesImplicit() const { return stepper_ == implicit_.get(); }
   /// Its coefficients [kDenseOrder × nq+d], see EvaluateDenseStep.
@@ -125,6 +125,9 @@ class Flow {
   void ForgetRisen();
   double SlipInSpaceLimit() const;
   int StoppedInSpace();
+  bool EndSlipByImpact();
+  bool CrossesSingularSlip(double length) const;
+  ResolvedTransition ResolveAtEvent();
   bool WouldStick(int i);
   ContactMode SlidingInSpace() const;
   void TallyStep();
@@ -168,6 +171,7 @@ class Flow {
   double h_ = 0;  // the step that the error control suggests
   GapSample gaps_begin_;
   bool drifts_ = false;  // contacts have left their surfaces by more than they may
+  bool regular_slip_ = true;  // where the step begins, see ContactDynamics::slips_regularly
   GuardMargins guard_margins_;
   QuickGuard quick_;
   Status status_;
@@ -179,6 +183,9 @@ class Flow {
   QuickGuard quick_next_;
   int too_quick_ = -1;  // the guard that the last attempt did not resolve
   int trigger_ = -1;
+  std::optional<ResolvedTransition> jam_;  // where a slip ends by an impact at the node itself
+  bool regular_end_ = true;                // as regular_slip_, where the proposal ends
+  bool singular_slip_ = false;             // it ends where a slip becomes singular
   Vector x_end_;
   GapSample gaps_end_;
 

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How a Flow meets slips that become singular.
+#include <algorithm>
+#include <utility>
+
+#include "contact_flow/flow/flow.h"
+#include "singular_slip.h"
+
+namespace contact_flow {
+namespace {
+
+/// Steps over a singular slip are repeated until they are as short as this, relative to max(1, t).
+constexpr double kCrossing = 1e-10;
+
+}  // namespace
+
+/// Whether the slip becomes singular in the step that has just been made, to be approached.
+bool Flow::CrossesSingularSlip(double length) const {
+  return regular_slip_ && !regular_end_ && length > kCrossing * std::max(1.0, t_);
+}
+
+/// Where no step is small enough: the proposal is an impact at the node that ends a slip whose
+/// force grows without bound. False where there is none.
+bool Flow::EndSlipByImpact() {
+  if (!system_.HasFriction()) return false;
+  jam_ = ResolveJam(&dynamics_, t_, x_, mode_, Rules());
+  if (!jam_) return false;
+  x_end_ = x_;
+  end_ = t_;
+  trigger_ = *(mode_ - mode_.Sticking()).begin();
+  return true;
+}
+
+/// The transition at the event of the proposal. What finds no forces beside a slip, or an end of
+/// its force that is a pole, has jammed.
+ResolvedTransition Flow::ResolveAtEvent() {
+  if (!system_.HasFriction()) {
+    return ResolveTransition(&dynamics_, t_, x_, mode_, trigger_, Rules());
+  }
+  if (jam_) return *std::exchange(jam_, std::nullopt);
+  if (std::exchange(singular_slip_, false)) {
+    return ResolveSingularSlip(&dynamics_, t_, x_, mode_, Rules());
+  }
+  ResolvedTransition resolved = ResolveFriction(&dynamics_, t_, x_, mode_, trigger_, Rules());
+  const int i = guards_.ConstraintOf(trigger_);
+  const bool none = resolved.status.outcome == Outcome::kPainleveInconsistent;
+  const bool pole = guards_.IsNormal(trigger_) && (mode_ - mode_.Sticking()).Contains(i) &&
+                    resolved.transition.grazed.Contains(i);
+  if ((none || pole) && resolved.transition.activated.Empty()) {
+    if (auto jam = ResolveJam(&dynamics_, t_, x_, mode_, Rules())) return *jam;
+  }
+  return resolved;
+}
+
+}  // namespace contact_flow

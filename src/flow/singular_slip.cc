@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "singular_slip.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <vector>
+
+#include "contact_flow/dynamics/tangential_impact.h"
+#include "frictional_resolution.h"
+#include "guarded.h"
+
+namespace contact_flow {
+namespace {
+
+/// What slips with friction, the largest force first.
+std::vector<int> Slips(ContactDynamics* dynamics, const Vector& x, ContactMode mode) {
+  dynamics->Evaluate(x, mode);
+  const MechanicalSystem& system = dynamics->system();
+  std::vector<int> slips;
+  for (int i : mode - mode.Sticking()) {
+    if (system.friction()[i].dimension > 0 && system.friction()[i].coefficient > 0) {
+      slips.push_back(i);
+    }
+  }
+  const Vector force = dynamics->force().cwiseAbs();
+  std::stable_sort(slips.begin(), slips.end(), [&](int a, int b) { return force(a) > force(b); });
+  return slips;
+}
+
+/// The transition that `decide` makes of it; nothing where that fails.
+template <class Decide>
+std::optional<ResolvedTransition> Try(ContactDynamics* dynamics, double t, const Vector& x,
+                                      ContactMode mode, const TransitionRules& rules,
+                                      const Decide& decide) {
+  FrictionalResolution resolution(dynamics, t, x, mode, rules);
+  bool possible = false;
+  const Status status = Guarded(t, [&] { possible = decide(&resolution); });
+  if (!possible || !status.ok()) return std::nullopt;
+  ResolvedTransition result = resolution.Take();
+  result.status = status;
+  result.transition.released = mode.Members() - result.transition.mode_after;
+  return result;
+}
+
+}  // namespace
+
+void FrictionalResolution::TellOfSingularSlip(int i, const std::string& what) {
+  std::ostringstream message;
+  message.precision(12);
+  message << "at t = " << result_.transition.t << " s the slip of contact '"
+          << system_.description().constraints[i] << "' becomes singular (Painleve): " << what;
+  result_.transition.obstacle = {Outcome::kPainleveCrossing, message.str()};
+  result_.warnings.push_back({Outcome::kPainleveCrossing, result_.transition.t, message.str()});
+}
+
+bool FrictionalResolution::EndSlip(int jammed) {
+  Transition& cluster = result_.transition;
+  const std::optional<FrictionalImpact> impact = SolveTangentialImpact(
+      system_, cluster.x_minus.head(nq_), cluster.x_minus.tail(d_), cluster.mode_before, jammed);
+  if (!impact) return false;
+  const Vector v_plus = impact->result.v_plus;
+  cluster.x_plus.tail(d_) = v_plus;
+  cluster.impulse = impact->result.impulse;
+  cluster.impulse_word = impact->word;
+  cluster.energy_change = impact->energy_change;
+  const Vector rate = terms_.jacobian * v_plus;
+  stopped_.Insert(jammed);
+  TouchingContacts contacts;
+  for (int i : impact->word) Sort(i, rate, v_plus, impact->word.Sticking(), &contacts);
+  SetLetters(contacts);
+  std::ostringstream what;
+  what << "an impact without collision ends it, " << -cluster.energy_change << " J are lost";
+  TellOfSingularSlip(jammed, what.str());
+  return true;
+}
+
+bool FrictionalResolution::LetGo(int i) {
+  Transition& cluster = result_.transition;
+  const Vector v = cluster.x_minus.tail(d_);
+  TouchingContacts contacts;
+  for (int j : cluster.mode_before.Without(i)) {
+    Sort(j, rate_, v, cluster.mode_before.Sticking(), &contacts);
+  }
+  SetLetters(contacts);
+  dynamics_.Evaluate(cluster.x_plus, cluster.mode_after);
+  const double rise = terms_.jacobian.row(i).dot(dynamics_.acceleration()) + terms_.bias(i);
+  if (!(rise > 0)) return false;
+  TellOfSingularSlip(i, "from here on it may go on, jam, or let go, as it does");
+  return true;
+}
+
+std::optional<ResolvedTransition> ResolveJam(ContactDynamics* dynamics, double t, const Vector& x,
+                                             ContactMode mode, const TransitionRules& rules) {
+  for (int i : Slips(dynamics, x, mode)) {
+    auto jam = Try(dynamics, t, x, mode, rules, [i](auto* r) { return r->EndSlip(i); });
+    if (jam) return jam;
+  }
+  return std::nullopt;
+}
+
+ResolvedTransition ResolveSingularSlip(ContactDynamics* dynamics, double t, const Vector& x,
+                                       ContactMode mode, const TransitionRules& rules) {
+  const std::vector<int> slips = Slips(dynamics, x, mode);
+  for (int i : slips) {
+    auto open = Try(dynamics, t, x, mode, rules, [i](auto* r) { return r->LetGo(i); });
+    if (open) return *open;
+  }
+  if (auto jam = ResolveJam(dynamics, t, x, mode, rules)) return *jam;
+  FrictionalResolution resolution(dynamics, t, x, mode, rules);
+  if (!slips.empty()) {
+    resolution.TellOfSingularSlip(slips.front(), "it neither lets go nor ends by an impact");
+  }
+  ResolvedTransition result = resolution.Take();
+  result.status = result.transition.obstacle;
+  return result;
+}
+
+}  // namespace contact_flow
