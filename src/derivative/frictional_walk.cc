@@ -233,6 +233,11 @@ class FrictionalWalk {
     still_ = (still_ - branch.word) | branch.word.Sticking();
     landed_ = touching;
     Measure();
+    for (int j : still_ - branch.word) {  // an impact elsewhere may throw it along
+      const Friction& friction = system_.friction()[j];
+      const double slip = rate_.segment(friction.row, friction.dimension).norm();
+      if (friction.dimension > 0 && slip > kZero * SizeOf(friction.row)) still_.Erase(j);
+    }
     lifted_ = ContactMode();
     for (int j : touching) {
       const bool bounces = along.With(i).Contains(j) && system_.restitution()(j) > 0;

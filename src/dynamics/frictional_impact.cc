@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -16,7 +17,7 @@ constexpr double kEnergyRounding = 1e-10;
 
 FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const VectorRef& q,
                                        const VectorRef& v_minus, ContactMode touching,
-                                       ContactMode before_impact) {
+                                       ContactMode before_impact, WordConventions* by) {
   const InverseInertia inertia(system, q, v_minus);
   FrictionFrame frame(system, inertia, touching);
   FrictionProblem& problem = frame.problem();
@@ -27,19 +28,27 @@ FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const Vec
     problem.b(problem.Row(k)) *= 1 + system.restitution()(frame.constraints()[k]);
   }
   const std::string names = touching.ToString(system.description().constraints);
-  const std::vector<FrictionSolution> all = SolveFriction(problem);
+  std::vector<FrictionSolution> all = SolveFriction(problem);
   if (all.empty()) {
     throw FrictionRefusal(FrictionRefusal::Kind::kNoImpact,
                           "no impulses of the contacts " + names + " end the impact: they jam");
   }
-  const FrictionSolution& found = all.front();
-  const double scale = problem.b.cwiseAbs().maxCoeff();
-  for (const FrictionSolution& other : all) {
-    const double apart = (other.result - found.result).cwiseAbs().maxCoeff();
-    if (!other.many && apart <= kSameMotion * scale) continue;
-    throw FrictionRefusal(FrictionRefusal::Kind::kAmbiguousImpact,
-                          "several impulses of the contacts " + names + " end the impact");
+  const auto several = [&](const FrictionSolution& other) {
+    const double apart = (other.result - all.front().result).cwiseAbs().maxCoeff();
+    return other.many || !(apart <= kSameMotion * problem.b.cwiseAbs().maxCoeff());
+  };
+  if (std::any_of(all.begin(), all.end(), several)) {
+    const bool many = std::any_of(all.begin(), all.end(), [](const auto& s) { return s.many; });
+    if (by == nullptr || many) {
+      throw FrictionRefusal(FrictionRefusal::Kind::kAmbiguousImpact,
+                            "several impulses of the contacts " + names + " end the impact");
+    }
+    by->smallest = true;
+    const auto size = [&](const FrictionSolution& s) { return s.force.dot(problem.G * s.force); };
+    std::stable_sort(all.begin(), all.end(),
+                     [&](const auto& a, const auto& b) { return size(a) < size(b); });
   }
+  const FrictionSolution& found = all.front();
   FrictionalImpact impact;
   impact.springs = found.springs;
   impact.result.v_plus = v_minus + frame.reach() * found.force;

@@ -31,8 +31,7 @@ bool Flow::EndSlipByImpact() {
   return true;
 }
 
-/// The transition at the event of the proposal. What finds no forces beside a slip, or an end of
-/// its force that is a pole, has jammed.
+/// The transition at the event of the proposal. A slip whose force ends in a pole has jammed.
 ResolvedTransition Flow::ResolveAtEvent() {
   if (!system_.HasFriction()) {
     return ResolveTransition(&dynamics_, t_, x_, mode_, trigger_, Rules());
@@ -43,10 +42,9 @@ ResolvedTransition Flow::ResolveAtEvent() {
   }
   ResolvedTransition resolved = ResolveFriction(&dynamics_, t_, x_, mode_, trigger_, Rules());
   const int i = guards_.ConstraintOf(trigger_);
-  const bool none = resolved.status.outcome == Outcome::kPainleveInconsistent;
   const bool pole = guards_.IsNormal(trigger_) && (mode_ - mode_.Sticking()).Contains(i) &&
                     resolved.transition.grazed.Contains(i);
-  if ((none || pole) && resolved.transition.activated.Empty()) {
+  if (pole && resolved.transition.activated.Empty()) {
     if (auto jam = ResolveJam(&dynamics_, t_, x_, mode_, Rules())) return *jam;
   }
   return resolved;

@@ -122,6 +122,16 @@ void FrictionalResolution::NoteLookAhead(ContactMode contacts) {
       {Outcome::kPainleveIndeterminate, result_.transition.t, message.str()});
 }
 
+void FrictionalResolution::NoteSmallest(ContactMode contacts) {
+  std::ostringstream message;
+  message.precision(12);
+  message << "at t = " << result_.transition.t << " s several impulses of contacts "
+          << contacts.ToString(system_.description().constraints)
+          << " end the impact; the run follows the smallest";
+  result_.transition.obstacle = {Outcome::kAmbiguousImpact, message.str()};
+  result_.warnings.push_back({Outcome::kAmbiguousImpact, result_.transition.t, message.str()});
+}
+
 /// Where a rise is made rest, that turns slips which are no faster: their letters, and those of
 /// others, are chosen once more, as the state is told with them.
 void FrictionalResolution::SetLetters(const TouchingContacts& contacts) {

@@ -64,9 +64,11 @@ void FrictionalResolution::Decide() {
   ContactMode held;  // by the impact
   ContactMode still = cluster.mode_before.Sticking() | stopped_;
   if (!cluster.activated.Empty()) {
+    WordConventions by;
     const FrictionalImpact impact =
         SolveFrictionalImpact(system_, cluster.x_minus.head(nq_), v_minus, touching,
-                              cluster.mode_before);
+                              cluster.mode_before, &by);
+    if (by.smallest) NoteSmallest(touching);
     v_plus = impact.result.v_plus;
     cluster.impulse = impact.result.impulse;
     cluster.impulse_word = impact.word;
@@ -77,8 +79,9 @@ void FrictionalResolution::Decide() {
       const bool bounces = cluster.activated.Contains(i) && system_.restitution()(i) > 0;
       if (!bounces) held.Insert(i);
     }
-    for (int i : before - impact.word) {
-      if (cluster.mode_before.LetterOf(i) == Letter::kStick) still.Insert(i);
+    const Vector jump = terms_.jacobian * (v_plus - v_minus);
+    for (int i : (cluster.mode_before.Sticking() | stopped_) - impact.word) {
+      if (!Slips(i, jump, v_plus)) still.Insert(i);  // the impact elsewhere does not reach it
     }
   }
   still = still | ImpliedStill(system_, cluster.x_minus, touching, still & touching);
@@ -105,7 +108,7 @@ void FrictionalResolution::Decide() {
     contacts.still.Erase(i);
     contacts.slipping.Erase(i);
   }
-  SetLetters(contacts);
+  SetLettersOrEndSlip(contacts);
   TellOfRest(back & cluster.mode_after);
   cluster.touching = beside & (cluster.impulse_word | cluster.mode_after);
 }
@@ -119,7 +122,7 @@ void FrictionalResolution::DecideInput() {
         std::abs(terms_.gap(i)) <= rules_.gap_tolerance && std::abs(rate_(i)) <= Rounding(i, v);
     if (mode.Contains(i) || touches) Sort(i, rate_, v, mode.Sticking(), &contacts);
   }
-  SetLetters(contacts);
+  SetLettersOrEndSlip(contacts);
   result_.transition.touching = result_.transition.mode_after.Members() - mode;
 }
 

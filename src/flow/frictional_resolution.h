@@ -44,14 +44,22 @@ class FrictionalResolution {
   void DecideInput();
   /// Where a slip becomes singular: it ends by an impact without collision, or the contact lets go.
   /// False where that cannot be.
-  bool EndSlip(int jammed);
+  bool EndSlip(int jammed) { return EndSlip(jammed, result_.transition.mode_before); }
   bool LetGo(int i);
-  void TellOfSingularSlip(int i, const std::string& what);
+  void TellOfSingularSlip(int i, Outcome outcome, const std::string& what);
   ResolvedTransition Take() { return std::move(result_); }
 
  private:
   double Rounding(int row, const Vector& v) const {
     return kRounding * terms_.jacobian.row(row).cwiseAbs().dot(v.cwiseAbs());
+  }
+  /// Whether the slip of contact i is more than rounding, `rate` being that of all rows.
+  bool Slips(int i, const Vector& rate, const Vector& v) const {
+    const Friction& friction = system_.friction()[i];
+    for (int k = friction.row; k < friction.row + friction.dimension; ++k) {
+      if (std::abs(rate(k)) > Rounding(k, v)) return true;
+    }
+    return false;
   }
   /// A contact that rested before may have drifted by the integrator's error.
   double Drift(int i) const {
@@ -78,7 +86,10 @@ class FrictionalResolution {
   void TellOfRest(ContactMode pressed_back);
   void NoteSprings(ContactMode contacts, const char* forces);
   void NoteLookAhead(ContactMode contacts);
+  void NoteSmallest(ContactMode contacts);
+  bool EndSlip(int jammed, ContactMode word);
   void SetLetters(const TouchingContacts& contacts);
+  void SetLettersOrEndSlip(const TouchingContacts& contacts);
   void ChooseLetters(const TouchingContacts& contacts);
   bool OnlyBegins(ContactMode begins) const;
   void Rest(const std::map<int, Eigen::Vector2d>& onsets, double least = 0);

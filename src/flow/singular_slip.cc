@@ -45,34 +45,66 @@ std::optional<ResolvedTransition> Try(ContactDynamics* dynamics, double t, const
 
 }  // namespace
 
-void FrictionalResolution::TellOfSingularSlip(int i, const std::string& what) {
+void FrictionalResolution::TellOfSingularSlip(int i, Outcome outcome, const std::string& what) {
   std::ostringstream message;
   message.precision(12);
-  message << "at t = " << result_.transition.t << " s the slip of contact '"
-          << system_.description().constraints[i] << "' becomes singular (Painleve): " << what;
-  result_.transition.obstacle = {Outcome::kPainleveCrossing, message.str()};
-  result_.warnings.push_back({Outcome::kPainleveCrossing, result_.transition.t, message.str()});
+  message << "at t = " << result_.transition.t << " s "
+          << (outcome == Outcome::kPainleveCrossing ? "the slip of contact '"
+                                                    : "no forces exist beside the slip of contact '")
+          << system_.description().constraints[i]
+          << (outcome == Outcome::kPainleveCrossing ? "' becomes singular (Painleve): "
+                                                    : "' (Painleve): ")
+          << what;
+  result_.transition.obstacle = {outcome, message.str()};
+  result_.warnings.push_back({outcome, result_.transition.t, message.str()});
 }
 
-bool FrictionalResolution::EndSlip(int jammed) {
+/// From the state that the transition has reached so far, in which contacts have these letters.
+bool FrictionalResolution::EndSlip(int jammed, ContactMode word) {
   Transition& cluster = result_.transition;
   const std::optional<FrictionalImpact> impact = SolveTangentialImpact(
-      system_, cluster.x_minus.head(nq_), cluster.x_minus.tail(d_), cluster.mode_before, jammed);
+      system_, cluster.x_plus.head(nq_), cluster.x_plus.tail(d_), word, jammed);
   if (!impact) return false;
   const Vector v_plus = impact->result.v_plus;
   cluster.x_plus.tail(d_) = v_plus;
-  cluster.impulse = impact->result.impulse;
-  cluster.impulse_word = impact->word;
-  cluster.energy_change = impact->energy_change;
+  cluster.impulse += impact->result.impulse;
+  cluster.impulse_word = cluster.impulse_word | impact->word;
+  cluster.energy_change += impact->energy_change;
   const Vector rate = terms_.jacobian * v_plus;
-  stopped_.Insert(jammed);
   TouchingContacts contacts;
   for (int i : impact->word) Sort(i, rate, v_plus, impact->word.Sticking(), &contacts);
   SetLetters(contacts);
-  std::ostringstream what;
-  what << "an impact without collision ends it, " << -cluster.energy_change << " J are lost";
-  TellOfSingularSlip(jammed, what.str());
   return true;
+}
+
+/// Letters; where no forces exist, after an impact without collision that ends a slip.
+void FrictionalResolution::SetLettersOrEndSlip(const TouchingContacts& contacts) {
+  const Transition before = result_.transition;
+  try {
+    return SetLetters(contacts);
+  } catch (const FrictionRefusal& reason) {
+    const bool none = reason.kind == FrictionRefusal::Kind::kInconsistent ||
+                      reason.kind == FrictionRefusal::Kind::kIndeterminateForces;
+    if (!none) throw;
+    ContactMode word = contacts.slipping;
+    for (int i : contacts.still) word.Set(i, Letter::kStick);
+    for (int i : contacts.slipping) {
+      const Friction& friction = system_.friction()[i];
+      if (friction.dimension == 0 || !(friction.coefficient > 0)) continue;
+      result_.transition = before;
+      bool ended = false;
+      try {
+        ended = EndSlip(i, word);
+      } catch (const FrictionRefusal&) {
+      }
+      if (!ended) continue;
+      std::ostringstream what;
+      what << "an impact without collision ends it, energy changes by "
+           << result_.transition.energy_change << " J";
+      return TellOfSingularSlip(i, Outcome::kPainleveInconsistent, what.str());
+    }
+    throw;
+  }
 }
 
 bool FrictionalResolution::LetGo(int i) {
@@ -86,14 +118,19 @@ bool FrictionalResolution::LetGo(int i) {
   dynamics_.Evaluate(cluster.x_plus, cluster.mode_after);
   const double rise = terms_.jacobian.row(i).dot(dynamics_.acceleration()) + terms_.bias(i);
   if (!(rise > 0)) return false;
-  TellOfSingularSlip(i, "from here on it may go on, jam, or let go, as it does");
+  TellOfSingularSlip(i, Outcome::kPainleveCrossing,
+                     "from here on it may go on, jam, or let go, as it does");
   return true;
 }
 
 std::optional<ResolvedTransition> ResolveJam(ContactDynamics* dynamics, double t, const Vector& x,
                                              ContactMode mode, const TransitionRules& rules) {
   for (int i : Slips(dynamics, x, mode)) {
-    auto jam = Try(dynamics, t, x, mode, rules, [i](auto* r) { return r->EndSlip(i); });
+    auto jam = Try(dynamics, t, x, mode, rules, [i](FrictionalResolution* r) {
+      if (!r->EndSlip(i)) return false;
+      r->TellOfSingularSlip(i, Outcome::kPainleveCrossing, "an impact without collision ends it");
+      return true;
+    });
     if (jam) return jam;
   }
   return std::nullopt;
@@ -103,13 +140,16 @@ ResolvedTransition ResolveSingularSlip(ContactDynamics* dynamics, double t, cons
                                        ContactMode mode, const TransitionRules& rules) {
   const std::vector<int> slips = Slips(dynamics, x, mode);
   for (int i : slips) {
-    auto open = Try(dynamics, t, x, mode, rules, [i](auto* r) { return r->LetGo(i); });
+    auto open = Try(dynamics, t, x, mode, rules, [i](FrictionalResolution* r) {
+      return r->LetGo(i);
+    });
     if (open) return *open;
   }
   if (auto jam = ResolveJam(dynamics, t, x, mode, rules)) return *jam;
   FrictionalResolution resolution(dynamics, t, x, mode, rules);
   if (!slips.empty()) {
-    resolution.TellOfSingularSlip(slips.front(), "it neither lets go nor ends by an impact");
+    resolution.TellOfSingularSlip(slips.front(), Outcome::kPainleveCrossing,
+                                  "it neither lets go nor ends by an impact");
   }
   ResolvedTransition result = resolution.Take();
   result.status = result.transition.obstacle;

@@ -11,11 +11,11 @@ namespace contact_flow {
 /// shortest answer of rigid bodies where the force of a slip grows without bound (dynamic jam,
 /// Painlevé). With the rows of the members of J that it finds pressed,
 ///   M (v⁺ − v⁻) = A_Kᵀ p + Bᵀ r,   N v⁺ = 0,   T v⁺ = 0 for `jammed` and for what sticks in J,
-///   p_n ≥ 0,   |p_t| ≤ μ p_n,   p_t = −μ p_n d of what slips on;
-/// members whose p_n would be negative leave, N v⁺ ≥ 0. The bounds of cones hold to 1e-3: the
-/// instant at which forces are no longer finite is not known better. Nothing where no such p ≠ 0
-/// exists, or it would add energy. An independent account: the limit of contacts that give way,
-/// ever stiffer (test/friction/jam_test.cc).
+///   p_n ≥ 0,   |p_t| ≤ μ p_n,   p_t = −μ p_n d of what slips on.
+/// Where that does not fit, the p ≠ 0 of the impact law (F6), N v⁻ = 0, in which `jammed` presses.
+/// The bounds of cones hold to 1e-3: the instant at which forces are no longer finite is not known
+/// better. Nothing where no such p exists, or it would add energy. An independent account: the
+/// limit of contacts that give way, ever stiffer (test/friction/jam_test.cc).
 std::optional<FrictionalImpact> SolveTangentialImpact(const MechanicalSystem& system,
                                                       const VectorRef& q, const VectorRef& v_minus,
                                                       ContactMode J, int jammed);

@@ -72,6 +72,7 @@ struct WordConventions {
   bool springs = false;  ///< how forces are shared decides: as equal springs would
   /// Several motions fit, none of which is known to go on: the only one that fits a little later.
   bool ahead = false;
+  bool smallest = false;  ///< several impulses end an impact: the smallest, pᵀ A M⁻¹ Aᵀ p
 };
 
 /// The contact mode of a state whose touching contacts rest in normal direction, (F4) for the
@@ -94,10 +95,11 @@ struct FrictionalImpact {
   bool springs = false;      ///< how impulses are shared decides v⁺: as by equal springs
 };
 /// `before` are those that rested, and stuck, by letter. Contacts that rest to rounding and feel
-/// nobody who does not take no part. Throws FrictionRefusal where no or several v⁺ fit, or energy
-/// would be gained by more than rounding.
+/// nobody who does not take no part. Throws FrictionRefusal where no v⁺ fits, or several do and
+/// nobody asks by which convention, or energy would be gained by more than rounding.
 FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const VectorRef& q,
                                        const VectorRef& v_minus, ContactMode touching,
-                                       ContactMode before = ContactMode());
+                                       ContactMode before = ContactMode(),
+                                       WordConventions* by = nullptr);
 
 }  // namespace contact_flow
