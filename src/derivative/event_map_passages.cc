@@ -124,12 +124,11 @@ const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, 
   if (geometry_->HasProducts()) terms = geometry_->Terms(impact, before.rates.by_q, size());
   AddInstant(S.With(i), impact.v_plus, terms ? &terms->after_q : nullptr);
   const ContactMode resting = InstantAt(S.With(i)).resting;
-  // By projection all of them are equalities, however small their impulse, or none.
-  const bool all = transition_.impact_law == ImpactLaw::kProjection;
-  if (all) passage.struck = closed;
+  // By projection all that are closed are equalities, however small their impulse, or none.
+  if (transition_.impact_law == ImpactLaw::kProjection) passage.struck = closed;
   for (int j : impact.hit) {
     const bool pushed = std::abs(impact.impulse(j)) * geometry_->mobility()(j) > rest_;
-    if (j == i || all || pushed) passage.struck.Insert(j);
+    if (j == i || pushed) passage.struck.Insert(j);
   }
   passage.held = (closed | passage.struck) & resting;
   const ContactMode persisting = passage.held.Without(i);

@@ -13,6 +13,7 @@
 #include "contact_flow/derivative/cluster_reading.h"
 #include "test/adversary/directions.h"
 #include "test/adversary/laws.h"
+#include "test/adversary/narrow.h"
 #include "test/adversary/quotients.h"
 #include "test/adversary/trial.h"
 
@@ -152,12 +153,7 @@ class Court {
       Skip("states differ, the reference is not sure");
       return false;
     }
-    // A gust shorter than the steps of the run is found with `max_step` alone, as documented.
-    const Trajectory fine = trial_.Simulated(c_.duration / 1000);
-    const double fine_off = (c_.units.Back(fine.FinalState()) - again.x).cwiseAbs().maxCoeff();
-    const bool found = !fine.status.ok() ||
-                       fine_off < 1e-3 * (x - base_.x).cwiseAbs().maxCoeff();
-    if (!c_.system->coefficients().ridges.empty() && found) {
+    if (FoundWithMaxStep(c_, trial_, again.x, (x - base_.x).cwiseAbs().maxCoeff())) {
       Skip("a gust is shorter than the steps, and found with max_step");
       return false;
     }
@@ -254,6 +250,9 @@ class Court {
       return Undecided(doubt + " " + text.str());
     }
     if (alphas.back() > StatedRadius(w)) return Undecided("beyond the stated radius");
+    if (FoundWithMaxStep(c_, trial_, w, before, errors.back())) {
+      return Undecided("a gust is shorter than the steps, and found with max_step");
+    }
     verdict_.kind = Verdict::Kind::kContradicted;
     const ReferenceRun perturbed = Run(alphas.back() * w);
     const bool at_once = perturbed.events.size() > 0 && !perturbed.events[0].activated.Empty() &&
