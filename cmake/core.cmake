@@ -24,6 +24,14 @@ if(CLP_FOUND)
   target_include_directories(contact_flow SYSTEM PRIVATE ${CLP_INCLUDE_DIRS})
   target_link_libraries(contact_flow PRIVATE ${CLP_LINK_LIBRARIES})
 endif()
+# Known to one file alone.
+set_source_files_properties(src/trajectory_optimization/ipopt_adapter.cc
+  PROPERTIES COMPILE_DEFINITIONS CONTACT_FLOW_HAVE_IPOPT=${IPOPT_FOUND})
+if(IPOPT_FOUND)
+  set_source_files_properties(src/trajectory_optimization/ipopt_adapter.cc
+    PROPERTIES INCLUDE_DIRECTORIES ${IPOPT_INCLUDE_DIR})
+  target_link_libraries(contact_flow PRIVATE ${IPOPT_LIBRARY})
+endif()
 target_compile_definitions(contact_flow PRIVATE CONTACT_FLOW_HAVE_ASSIMP=${ASSIMP_FOUND})
 if(ASSIMP_FOUND)
   target_include_directories(contact_flow SYSTEM PRIVATE ${ASSIMP_INCLUDE_DIRS})

@@ -52,13 +52,13 @@ COMMON_PACKAGES=(
   libconsole-bridge-dev libssl-dev googletest libgtest-dev python3-numpy python3-matplotlib
   python3 python3-dev python3-yaml pybind11-dev)
 
-# Installed where the distribution has them: linear programs; meshes other than STL and OBJ; mypy, for
+# Installed where the distribution has them: linear programs; Ipopt, for multiple shooting; meshes other than STL and OBJ; mypy, for
 # the types of the Python module; chromium with its driver, which opens reports; sweeps on disks and clusters
 # (python3-zarr, python3-distributed);
 # CVODES and NLopt, in benchmarks; valgrind, which counts instructions; what tests and benchmarks compare with.
 # Debian 13 has no Siconos, Ubuntu 20.04 KDL alone.
 OPTIONAL_PACKAGES=(
-  coinor-libclp-dev libassimp-dev mypy chromium chromium-driver python3-selenium python3-zarr python3-distributed libsundials-dev libopenmpi-dev libnlopt-dev valgrind
+  coinor-libclp-dev coinor-libipopt-dev libassimp-dev mypy chromium chromium-driver python3-selenium python3-zarr python3-distributed libsundials-dev libopenmpi-dev libnlopt-dev valgrind
   liborocos-kdl-dev libmujoco-dev libdart-dev libdart-external-ikfast-dev coinor-csdp
   libsiconos-numerics-dev libsiconos-kernel-dev)
 

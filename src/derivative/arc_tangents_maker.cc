@@ -30,7 +30,7 @@ class ArcTangentsMaker {
         arc_(arc),
         d_(system_.dof()),
         k_(dynamics->num_variables()),
-        cost_(cost != nullptr && cost->running ? cost : nullptr),
+        cost_(cost != nullptr && cost->HasRate() ? cost : nullptr),
         made_(*made),
         jacobian_(dynamics, arc),
         control_(&jacobian_, arc, tolerance),
@@ -134,7 +134,7 @@ class ArcTangentsMaker {
     CostRate& rate = place->rate;
     rate.by_state = Vector::Zero(x.size());
     rate.by_input = Vector::Zero(arc_.u.size());
-    cost_->running(jacobian_.Time(t), x, arc_.u, &rate);
+    cost_->Rate(jacobian_.Time(t), x, arc_.u, arc_.mode, &rate);
     Vector& by_tangent = place->by_tangent;
     by_tangent = ByTangents(system_, x, rate.by_state);
     if (!system_.space().IsFlat()) {  // δv = ẏ + ad_v y

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "contact_flow/budget.h"
+#include "contact_flow/dynamics/contact_dynamics.h"
 #include "linear_run.h"
 
 namespace contact_flow {
@@ -38,11 +39,11 @@ class Passage {
   }
 
  private:
-  double Rate(const Vector& x, const Vector& u) const {
+  double Rate(const Vector& x, const Vector& u, ContactMode mode) const {
     CostRate rate;
     rate.by_state = Vector::Zero(x.size());
     rate.by_input = Vector::Zero(u.size());
-    cost_.running(time_, x, u, &rate);
+    cost_.Rate(time_, x, u, mode, &rate);
     return rate.value;
   }
 
@@ -50,12 +51,12 @@ class Passage {
   Vector Delays(std::size_t k, const EventPiece& piece) {
     const Transition& transition = linear_.derivative().events[k].transition();
     Vector delays = Vector::Zero(piece.times.rows());
-    if (!cost_.running) return delays;
+    if (!cost_.HasRate()) return delays;
     time_ = transition.t;
     Vector x = transition.x_minus;
-    double last = Rate(x, run_.arcs[k].u);
+    double last = Rate(x, run_.arcs[k].u, transition.mode_before);
     if (piece.velocities.size() != piece.order.size()) {
-      const double after = Rate(transition.x_plus, run_.arcs[k].u);
+      const double after = Rate(transition.x_plus, run_.arcs[k].u, transition.mode_after);
       if (transition.activated.Size() < 2 || piece.order.empty()) return delays;
       std::ostringstream message;
       message << "at t = " << time_ << " s several contacts with friction land at once, and the "
@@ -65,11 +66,37 @@ class Passage {
     }
     for (std::size_t i = 0; i < piece.velocities.size(); ++i) {
       x.tail(system_.dof()) = piece.velocities[i];
-      const double next = Rate(x, piece.inputs[i]);
+      const bool is_last = i + 1 == piece.velocities.size();
+      const double next =
+          Rate(x, piece.inputs[i], is_last ? transition.mode_after : piece.modes[i]);
       delays(static_cast<Eigen::Index>(i)) = last - next;
       last = next;
     }
     return delays;
+  }
+
+  /// A contact lets go, and what it costs while it touches ends with it: later by −Dλ w / (Dλ F).
+  /// Returns what that costs for each second.
+  double PassRelease(std::size_t k, Vector* lambda) {
+    const Transition& event = linear_.derivative().events[k].transition();
+    if (!cost_.running_in_mode || event.changes_input || event.released.Empty()) return 0;
+    if (!event.activated.Empty()) return 0;  // it lets go at the touchdown
+    const Vector &x = event.x_minus, &u = run_.arcs[k].u;
+    time_ = event.t;
+    const double jump = Rate(x, u, event.mode_before) - Rate(x, u, event.mode_after);
+    if (jump == 0) return 0;
+    if (event.released.Size() > 1) {
+      std::ostringstream message;
+      message << "at t = " << time_ << " s several contacts let go at once, and the running cost "
+              << "jumps by " << -jump << ": what it is between them is not known";
+      throw std::domain_error(message.str());
+    }
+    ContactDynamics dynamics(system_, u, linear_.derivative().options.variables);
+    const Vector field = dynamics.Field(x, event.mode_before);
+    dynamics.Differentiate(x, event.mode_before);
+    const Vector gradient = dynamics.force_jacobian().row(*event.released.begin()).transpose();
+    *lambda -= jump / gradient.dot(field) * gradient;
+    return jump;
   }
 
   void Retreat() {
@@ -167,10 +194,11 @@ class Passage {
     }
     *lambda = piece.matrix.transpose() * *lambda;
     if (delays.size() > 0) *lambda += piece.times.transpose() * delays;
+    const double released = PassRelease(k, lambda);
     if (alone || event.num_input_changes() > 0) return;
     // A run that is late is late at each of the events: ∂τ_i F⁻ = −1.
-    NoteLaw(later - delays.sum() - lambda->dot(field),
-            std::abs(later) + delays.lpNorm<1>() +
+    NoteLaw(later - delays.sum() - released - lambda->dot(field),
+            std::abs(later) + delays.lpNorm<1>() + std::abs(released) +
                 lambda->head(d2_).cwiseProduct(before).lpNorm<1>());
   }
 
@@ -190,7 +218,7 @@ class Passage {
     std::ostringstream message;
     message << "the self-check that λᵀF + l is constant fails by " << gradient_.law << " (limit "
             << kLawLimit << ")"
-            << (cost_.running ? ": are the derivatives of the running cost right?" : "")
+            << (cost_.HasRate() ? ": are the derivatives of the running cost right?" : "")
             << " The gradient is withheld";
     throw std::domain_error(message.str());
   }
@@ -223,7 +251,7 @@ double CostGradient::Along(const RunDirection& w) const {
 CostGradient DifferentiateCost(const MechanicalSystem& system, const Trajectory& trajectory,
                                const RunCost& cost, const BDerivativeOptions& options,
                                const RunDirection* direction) {
-  if (!cost.terminal && !cost.running) {
+  if (!cost.terminal && !cost.HasRate()) {
     throw std::invalid_argument("cost: nothing costs anything");
   }
   return Passage(system, trajectory, cost, options, direction).Differentiate();

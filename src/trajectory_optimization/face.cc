@@ -40,7 +40,7 @@ FacePoint Evaluate(const Unknowns& unknowns, const Multipliers& multipliers, con
   try {
     const TrajectoryProblem& problem = unknowns.problem();
     const Trajectory run =
-        unknowns.Run(y, problem.simulate.simultaneity_tolerance, !problem.power.empty());
+        unknowns.Run(y, problem.simulate.simultaneity_tolerance, unknowns.HasRunningCost());
     CheckBudget(run.status);
     if (!run.status.ok()) return point;
     point.met.resize(static_cast<std::size_t>(unknowns.system().num_constraints()), 0);

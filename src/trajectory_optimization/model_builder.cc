@@ -10,10 +10,12 @@
 namespace contact_flow {
 namespace {
 
-/// The orders of one event map that are pieces of their own; one where it is C¹.
-std::vector<std::vector<int>> Orders(const EventMap& event, double kink_tolerance) {
+/// The orders of one event map that are pieces of their own; one where it is C¹, unless positions
+/// are `asked` for at an instant among its events, before or behind an impact.
+std::vector<std::vector<int>> Orders(const EventMap& event, double kink_tolerance, bool asked) {
   std::vector<int> order = event.activated();
-  if (event.num_activations() < 2 || event.IsDifferentiable(kink_tolerance)) return {order};
+  if (event.num_activations() < 2) return {order};
+  if (!asked && event.IsDifferentiable(kink_tolerance)) return {order};
   std::vector<std::vector<int>> orders;
   do {
     bool right = true;  // changes of the input in their order
@@ -44,10 +46,16 @@ ModelBuilder::ModelBuilder(const Unknowns& unknowns, const MechanicalSystem& sys
       inputs_(unknowns.Inputs(y)),
       values_(ConditionValues(unknowns, run, states_)),
       moves_(!problem_.choose_durations.empty()) {
+  std::size_t passed = 0;
   for (const EventMap& event : derivative.events) {
-    const bool plain = event.absorbed();
-    orders_.push_back(plain ? std::vector<std::vector<int>>{{}}
-                            : Orders(event, derivative.options.kink_tolerance));
+    if (event.absorbed()) {
+      orders_.push_back(std::vector<std::vector<int>>{{}});
+      continue;
+    }
+    bool asked = false;
+    for (int i = 0; i < event.num_input_changes(); ++i) asked = Asks(passed++) || asked;
+    if (event.num_input_changes() == 0 && event.transition().changes_input) ++passed;
+    orders_.push_back(Orders(event, derivative.options.kink_tolerance, asked));
   }
 }
 
@@ -71,7 +79,9 @@ bool ModelBuilder::Build(std::size_t number, PieceModel* model, Status* status) 
   std::size_t interval = 0, passed = 0;
   for (std::size_t k = 0; k < derivative_.arcs.size(); ++k) {
     AskBudget();
+    AddSlipCurvature(k, false, W, model);
     W = (derivative_.arcs[k] * W).eval();
+    AddSlipCurvature(k, true, W, model);
     if (k == derivative_.events.size()) break;
     const EventMap& event = derivative_.events[k];
     const std::vector<int>& order = orders_[k][number % orders_[k].size()];
@@ -89,9 +99,8 @@ bool ModelBuilder::Build(std::size_t number, PieceModel* model, Status* status) 
   }
   AddState(passed, W, model);
   AddOrders(model);
-  AddTouchdowns(model);
   model->times = events_;
-  return AddPower(model, status);
+  return AddTouchdowns(model, status) && AddRunning(model, status);
 }
 
 double ModelBuilder::Cost() const {
@@ -128,12 +137,7 @@ Matrix ModelBuilder::FirstTangents() const {
 }
 
 void ModelBuilder::SetInput(std::size_t interval, Matrix* W) const {
-  const int d2 = 2 * system_.dof();
-  for (int j = 0; j < system_.num_inputs(); ++j) {
-    const int place = unknowns_.Input(interval, j);
-    W->row(d2 + j).setZero();
-    if (place >= 0) (*W)(d2 + j, place) = 1;
-  }
+  W->middleRows(2 * system_.dof(), system_.num_inputs()) = unknowns_.InputRows(y_, interval);
 }
 
 /// F at the begin or the end of an arc [2d].
@@ -162,6 +166,7 @@ bool ModelBuilder::PassEvent(std::size_t k, const std::vector<int>& order, std::
   if (event.num_input_changes() == 0) {
     if (!AddImpulses(k, order, *passed, *W, model, status)) return false;
     AddEvents(k, order, 0, *W, Eigen::RowVectorXd::Zero(W->cols()));
+    if (system_.HasFriction()) AddLandings(k, *W);
     W->topRows(d2) = (selection * *W).eval();
     if (event.transition().changes_input) PassChange(k, passed, W, model);
     return true;
@@ -217,7 +222,10 @@ bool ModelBuilder::AddCluster(const EventMap& event, const std::vector<int>& ord
   return true;
 }
 
+/// Where inputs are led linearly they only turn at an instant: events pass it without a kink,
+/// unless the state there is asked for.
 void ModelBuilder::AddInput(std::size_t interval) {
+  if (problem_.linear_inputs && !Asks(interval - 1)) return;
   EventTime event;
   event.name = {-1, static_cast<int>(interval)};
   event.t = inputs_.grid[interval];
@@ -259,6 +267,7 @@ void ModelBuilder::AddEvents(std::size_t k, const std::vector<int>& order, std::
     if (event.IsInputChange(order[i])) {
       timed.name = {-1, static_cast<int>(instant)};
       timed.t = inputs_.grid[instant++];
+      if (problem_.linear_inputs && !Asks(instant - 2)) continue;
     } else {
       timed.name = {order[i], occurrences_[order[i]]++};
     }
@@ -266,9 +275,31 @@ void ModelBuilder::AddEvents(std::size_t k, const std::vector<int>& order, std::
   }
 }
 
+/// The touchdowns of transition k, with friction: those whose instants its one piece knows.
+void ModelBuilder::AddLandings(std::size_t k, const Matrix& W) {
+  const EventMap& event = derivative_.events[k];
+  ContactMode left = event.transition().activated.Members();
+  for (const PieceTimes& piece : event.TimesOfPieces(1)) {
+    for (std::size_t i = 0; i < piece.constraints.size(); ++i) {
+      const int constraint = piece.constraints[i];
+      if (!left.Contains(constraint)) continue;
+      left.Erase(constraint);
+      EventTime timed;
+      timed.name = {constraint, occurrences_[constraint]++};
+      timed.t = event.time();
+      timed.row = piece.times.row(static_cast<Eigen::Index>(i)) * W;
+      events_.push_back(timed);
+    }
+    break;
+  }
+  for (int constraint : left) ++occurrences_[constraint];
+}
+
 /// Successive events stay in their order, but for changes of the input, which do so anyway, and
-/// those of one cluster that is C¹.
+/// those of one cluster that is C¹. With friction steps are not kept in order: what coincides there
+/// is differentiated where it has one piece alone.
 void ModelBuilder::AddOrders(PieceModel* model) const {
+  if (system_.HasFriction()) return;
   for (std::size_t i = 0; i + 1 < events_.size(); ++i) {
     const EventTime &first = events_[i], &second = events_[i + 1];
     if (first.name.constraint < 0 && second.name.constraint < 0) continue;

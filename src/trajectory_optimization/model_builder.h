@@ -42,8 +42,9 @@ class ModelBuilder {
   void PassChange(std::size_t k, std::size_t* passed, Matrix* W, PieceModel* model);
   void AddInput(std::size_t interval);
   void AddLabel(const EventMap& event, const std::vector<int>& order, PieceModel* model) const;
-  void AddEvents(std::size_t k, const std::vector<int>& order, std::size_t instant,
-                 const Matrix& W, const Eigen::RowVectorXd& shift);
+  void AddEvents(std::size_t k, const std::vector<int>& order, std::size_t instant, const Matrix& W,
+                 const Eigen::RowVectorXd& shift);
+  void AddLandings(std::size_t k, const Matrix& W);
   void AddOrders(PieceModel* model) const;
   bool AddCluster(const EventMap& event, const std::vector<int>& order, const Matrix& before,
                   const Matrix& after, std::size_t* passed, PieceModel* model,
@@ -54,14 +55,17 @@ class ModelBuilder {
   void AddEffort(PieceModel* model) const;
   void AddState(std::size_t k, const Matrix& W, PieceModel* model) const;
   void AddCondition(std::size_t i, const Eigen::RowVectorXd& row, PieceModel* model) const;
-  void AddTouchdowns(PieceModel* model) const;
+  bool AddTouchdowns(PieceModel* model, Status* status) const;
   Matrix StateRates(const Vector& x, const Matrix& W) const;
   bool NeedsVelocityAt(std::size_t k) const;
+  bool Asks(std::size_t k) const;
 
   // model_events.cc: costs by name.
   bool AddImpulses(std::size_t k, const std::vector<int>& order, std::size_t passed,
                    const Matrix& W, PieceModel* model, Status* status) const;
-  bool AddPower(PieceModel* model, Status* status) const;
+  bool AddRunning(PieceModel* model, Status* status) const;
+  void AddPowerCurvature(PieceModel* model) const;
+  void AddSlipCurvature(std::size_t arc, bool end, const Matrix& W, PieceModel* model) const;
   RunDirection Inside(const PieceModel& model) const;
 
   const Unknowns& unknowns_;

@@ -29,28 +29,36 @@ void AddSquare(double weight, double r, const Eigen::RowVectorXd& row, PieceMode
   }
 }
 
+/// h_k r_j times the square of u − ū on the interval; where inputs are led linearly of its mean,
+/// and h_k r_j/12 times that of u₁ − u₀.
 void ModelBuilder::AddEffort(PieceModel* model) const {
   for (std::size_t k = 0; k < problem_.inputs.grid.size(); ++k) {
     const double length = unknowns_.Length(y_, k);
     const Eigen::RowVectorXd& by_length = unknowns_.LengthRow(k);
     const bool moves = moves_ && !by_length.isZero(0);
-    const Vector off = inputs_.values[k] - unknowns_.InputReference(k);
     if (moves) AddSquare(problem_.duration_weight * length, 1, 0.5 / length * by_length, model);
+    const Vector begin = unknowns_.InputAt(y_, k), reference = unknowns_.InputReference(k);
+    Vector end = begin;
+    if (problem_.linear_inputs) end = unknowns_.InputAt(y_, k + 1);
     for (Eigen::Index j = 0; j < problem_.effort.size(); ++j) {
-      const int place = unknowns_.Input(k, static_cast<int>(j));
-      const double r = off(j);
-      if (moves) {
-        Eigen::RowVectorXd row = (0.5 * r / length) * by_length;
-        if (place >= 0) row(place) += 1;
-        AddSquare(length * problem_.effort(j), r, row, model);
+      const double weight = length * problem_.effort(j);
+      const int first = unknowns_.Input(k, static_cast<int>(j));
+      const int last = problem_.linear_inputs ? unknowns_.Input(k + 1, static_cast<int>(j)) : first;
+      const auto add = [&](double part, double r, double by_first, double by_last) {
+        Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(unknowns_.size());
+        if (first >= 0) {
+          row(first) += by_first;
+          row(last) += by_last;
+        }
+        if (moves) row += (0.5 * r / length) * by_length;
+        AddSquare(part * weight, r, row, model);
         // √h r has no curvature along δr/r = −δh/(2h): as much as along δh is added.
+        if (!moves) return;
         model->hessian +=
-            (0.5 * problem_.effort(j) * r * r / length) * by_length.transpose() * by_length;
-      } else if (place >= 0) {
-        const double weight = 2 * length * problem_.effort(j);
-        model->gradient(place) += weight * r;
-        model->hessian(place, place) += weight;
-      }
+            (0.5 * part * weight * r * r / length / length) * by_length.transpose() * by_length;
+      };
+      add(1, (begin(j) + end(j)) / 2 - reference(j), 0.5, 0.5);
+      if (problem_.linear_inputs) add(1.0 / 12, end(j) - begin(j), -1, 1);
     }
   }
 }
@@ -70,18 +78,21 @@ Matrix ModelBuilder::StateRates(const Vector& x, const Matrix& W) const {
   return D;
 }
 
+/// Whether the state at t_{k+1} costs anything, or is to hold a condition.
+bool ModelBuilder::Asks(std::size_t k) const {
+  return unknowns_.HasPathCost() ||
+         std::any_of(problem_.conditions.begin(), problem_.conditions.end(),
+                     [&](const TrajectoryCondition& condition) {
+                       return condition.kind == TrajectoryCondition::Kind::kState &&
+                              condition.number == static_cast<int>(k) + 1;
+                     });
+}
+
 /// The state at t_{k+1}, with the tangents of its left limit there.
 void ModelBuilder::AddState(std::size_t k, const Matrix& W, PieceModel* model) const {
   const bool end = k + 1 == problem_.inputs.grid.size();
   const int number = static_cast<int>(k) + 1;
-  const bool is_asked =
-      end || unknowns_.HasPathCost() ||
-      std::any_of(problem_.conditions.begin(), problem_.conditions.end(),
-                  [&](const TrajectoryCondition& condition) {
-                    return condition.kind == TrajectoryCondition::Kind::kState &&
-                           condition.number == number;
-                  });
-  if (!is_asked) return;
+  if (!end && !Asks(k)) return;
   const Vector x = states_.col(static_cast<Eigen::Index>(k));
   const Matrix D = StateRates(x, W);
   const Eigen::Index nq = system_.num_positions();
@@ -109,16 +120,23 @@ void ModelBuilder::AddCondition(std::size_t i, const Eigen::RowVectorXd& row,
   if (r != 0) AddSquare(0.5 * multipliers_.rho(place), r, row, model);
 }
 
-void ModelBuilder::AddTouchdowns(PieceModel* model) const {
+bool ModelBuilder::AddTouchdowns(PieceModel* model, Status* status) const {
   for (std::size_t i = 0; i < problem_.conditions.size(); ++i) {
     const TrajectoryCondition& condition = problem_.conditions[i];
     if (condition.kind != TrajectoryCondition::Kind::kTouchdown) continue;
+    bool known = false;
     for (const EventTime& event : events_) {
-      if (event.name == EventName{condition.index, condition.number}) {
+      if (!(event.name == EventName{condition.index, condition.number})) continue;
+      known = true;
         AddCondition(i, event.row, model);
-      }
     }
+    if (known) continue;
+    *status = {Outcome::kNotDifferentiable,
+               condition.Describe(system_.description(), problem_.inputs.grid.size()) +
+                   " has no derivative of its own: several contacts with friction land at once"};
+    return false;
   }
+  return true;
 }
 
 /// Whether a condition asks for a velocity at t_{k+1}.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What runs cost by name: power on the way, impulses at events.
+// What runs cost by name: power and slip on the way, impulses at events.
 #include <algorithm>
 #include <vector>
 
@@ -53,9 +53,10 @@ bool ModelBuilder::AddImpulses(std::size_t k, const std::vector<int>& order, std
   return true;
 }
 
-/// ∫ w (u v)² dt: its gradient by one covector, of the second order what does not need that of v.
-bool ModelBuilder::AddPower(PieceModel* model, Status* status) const {
-  if (problem_.power.empty()) return true;
+/// Running costs by name: their gradient by one covector, of the second order what needs no more
+/// than the tangents that there are.
+bool ModelBuilder::AddRunning(PieceModel* model, Status* status) const {
+  if (!unknowns_.HasRunningCost()) return true;
   RunDirection direction;
   const bool several = Count() > 1;
   if (several) {
@@ -68,24 +69,14 @@ bool ModelBuilder::AddPower(PieceModel* model, Status* status) const {
     direction = Inside(*model);
   }
   const CostGradient gradient =
-      DifferentiateCost(system_, run_, PowerRate(problem_, system_.num_positions()),
-                        derivative_.options, several ? &direction : nullptr);
+      DifferentiateCost(system_, run_, RunningRate(problem_, system_), derivative_.options,
+                        several ? &direction : nullptr);
   *status = gradient.status;
   if (!status->ok()) return false;
   const std::size_t count = problem_.inputs.grid.size();
-  const Matrix squares = SquaresOf(problem_, run_, system_.num_positions());
   for (std::size_t k = 0; k < count; ++k) {
     const auto interval = static_cast<Eigen::Index>(k);
-    for (int j = 0; j < system_.num_inputs(); ++j) {
-      const int place = unknowns_.Input(k, j);
-      if (place >= 0) model->gradient(place) += gradient.inputs(j, interval);
-    }
-    for (std::size_t i = 0; i < problem_.power.size(); ++i) {
-      const int place = unknowns_.Input(k, problem_.power[i].input);
-      const double curvature =
-          2 * problem_.power[i].weight * squares(static_cast<Eigen::Index>(i), interval);
-      if (place >= 0) model->hessian(place, place) += curvature;
-    }
+    model->gradient += unknowns_.InputRows(y_, k).transpose() * gradient.inputs.col(interval);
     if (!moves_) continue;
     const double by_time = k + 1 < count ? gradient.instants(interval) : gradient.horizon;
     model->gradient += by_time * unknowns_.InstantRow(k + 1).transpose();
@@ -96,7 +87,57 @@ bool ModelBuilder::AddPower(PieceModel* model, Status* status) const {
   for (std::size_t i = 0; i < problem_.choose_parameters.size(); ++i) {
     model->gradient(unknowns_.Parameter(i)) += gradient.parameters(static_cast<Eigen::Index>(i));
   }
+  AddPowerCurvature(model);
   return true;
+}
+
+/// 2 w ∫ v² (δu)² dt; where inputs are led linearly as if v² were the same all over an interval.
+void ModelBuilder::AddPowerCurvature(PieceModel* model) const {
+  const Matrix squares = SquaresOf(problem_, run_, system_.num_positions());
+  for (std::size_t i = 0; i < problem_.power.size() && problem_.choose_inputs; ++i) {
+    const PowerTerm& term = problem_.power[i];
+    for (std::size_t k = 0; k < problem_.inputs.grid.size(); ++k) {
+      const double curvature =
+          2 * term.weight * squares(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k));
+      const int first = unknowns_.Input(k, term.input);
+      if (!problem_.linear_inputs) {
+        model->hessian(first, first) += curvature;
+        continue;
+      }
+      const int last = unknowns_.Input(k + 1, term.input);
+      model->hessian(first, first) += curvature / 3;
+      model->hessian(last, last) += curvature / 3;
+      model->hessian(first, last) += curvature / 6;
+      model->hessian(last, first) += curvature / 6;
+    }
+  }
+}
+
+/// 2 w ∫ |D(T v) W|² dt over an arc by its two ends, one at a time; W has the tangents there.
+void ModelBuilder::AddSlipCurvature(std::size_t arc, bool end, const Matrix& W,
+                                    PieceModel* model) const {
+  if (!unknowns_.HasSlipCost()) return;
+  const Arc& at = run_.arcs[arc];
+  const int d = system_.dof(), nq = system_.num_positions();
+  const Vector& x = end ? at.x_end : at.x_begin;
+  const double length = at.t_end - at.t_begin;
+  ConstraintTerms terms;
+  ResidualJacobian jacobian;
+  for (int c : at.mode.Members()) {
+    if (problem_.slip_weight(c) == 0) continue;
+    if (terms.gap.size() == 0) {
+      const Vector q = x.head(nq), v = x.tail(d);
+      system_.Constraints(q, v, &terms);
+      system_.DifferentiateImpact(q, Vector::Zero(d), Vector::Zero(system_.num_rows()), v,
+                                  &jacobian);
+    }
+    const Friction& friction = system_.friction()[static_cast<std::size_t>(c)];
+    for (int row = friction.row; row < friction.row + friction.dimension; ++row) {
+      const Eigen::RowVectorXd rate = jacobian.constraint_q.row(row) * W.topRows(d) +
+                                      terms.jacobian.row(row) * W.middleRows(d, d);
+      model->hessian += problem_.slip_weight(c) * length * rate.transpose() * rate;
+    }
+  }
 }
 
 /// A direction inside the piece.
@@ -119,10 +160,7 @@ RunDirection ModelBuilder::Inside(const PieceModel& model) const {
   direction.inputs =
       Matrix::Zero(system_.num_inputs(), static_cast<Eigen::Index>(problem_.inputs.grid.size()));
   for (std::size_t k = 0; k < problem_.inputs.grid.size(); ++k) {
-    for (int j = 0; j < system_.num_inputs(); ++j) {
-      const int place = unknowns_.Input(k, j);
-      if (place >= 0) direction.inputs(j, static_cast<Eigen::Index>(k)) = inside(place);
-    }
+    direction.inputs.col(static_cast<Eigen::Index>(k)) = unknowns_.InputRows(y_, k) * inside;
   }
   direction.parameters = Vector::Zero(static_cast<Eigen::Index>(problem_.choose_parameters.size()));
   for (std::size_t i = 0; i < problem_.choose_parameters.size(); ++i) {

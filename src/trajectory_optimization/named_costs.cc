@@ -33,21 +33,73 @@ double IntegrateArc(const Arc& arc, const Rate& rate) {
   return sum;
 }
 
+/// Σ w (u_j v_i)², u_j being led by the clock where inputs are (LinearInputs).
+void AddPower(const TrajectoryProblem& problem, const MechanicalSystem& system, const Vector& x,
+              const Vector& u, CostRate* rate) {
+  const int nq = system.num_positions();
+  const Eigen::Index m = u.size() / 2, clock = nq - 1;
+  for (const PowerTerm& term : problem.power) {
+    const Eigen::Index j = term.input, i = nq + term.velocity;
+    const double since = problem.linear_inputs ? x(clock) - u(2 * m) : 0;
+    const double slope = problem.linear_inputs ? u(m + j) : 0;
+    const double force = u(j) + slope * since, speed = x(i);
+    const double scaled = term.weight * force * speed, by_force = 2 * scaled * speed;
+    rate->value += scaled * force * speed;
+    rate->by_state(i) += 2 * scaled * force;
+    rate->by_input(j) += by_force;
+    if (!problem.linear_inputs) continue;
+    rate->by_state(clock) += by_force * slope;
+    rate->by_input(m + j) += by_force * since;
+    rate->by_input(2 * m) -= by_force * slope;
+  }
+}
+
+/// Σ w_c |T_c v|² of the contacts of the mode, and its derivative if `differentiate`.
+void AddSlip(const TrajectoryProblem& problem, const MechanicalSystem& system, const Vector& x,
+             ContactMode mode, bool differentiate, CostRate* rate) {
+  const int nq = system.num_positions(), d = system.dof();
+  const Vector q = x.head(nq), v = x.tail(d);
+  ConstraintTerms terms;
+  Vector slip;  // 2 w T v [n+l+r]
+  for (int c : mode.Members()) {
+    if (problem.slip_weight(c) == 0) continue;
+    if (slip.size() == 0) {
+      system.Constraints(q, v, &terms);
+      slip = Vector::Zero(system.num_rows());
+    }
+    const Friction& friction = system.friction()[static_cast<std::size_t>(c)];
+    for (int row = friction.row; row < friction.row + friction.dimension; ++row) {
+      const double speed = terms.jacobian.row(row).dot(v);
+      slip(row) = 2 * problem.slip_weight(c) * speed;
+      rate->value += problem.slip_weight(c) * speed * speed;
+    }
+  }
+  if (!differentiate || slip.size() == 0) return;
+  rate->by_state.tail(d) += terms.jacobian.transpose() * slip;
+  ResidualJacobian jacobian;
+  system.DifferentiateImpact(q, Vector::Zero(d), Vector::Zero(system.num_rows()), v, &jacobian);
+  const Vector by_tangent = jacobian.constraint_q.transpose() * slip;
+  // As numbers g with Nᵀ g = by_tangent: N of a unit quaternion has NᵀN = 1/4.
+  Vector numbers(nq);
+  system.space().Rate(q.data(), by_tangent.data(), numbers.data());
+  for (const ConfigurationSpace::Rotation& rotation : system.space().rotations()) {
+    numbers.segment<4>(rotation.q) *= 4;
+  }
+  rate->by_state.head(nq) += numbers;
+}
+
 }  // namespace
 
-RunCost PowerRate(const TrajectoryProblem& problem, int nq) {
+RunCost RunningRate(const TrajectoryProblem& problem, const MechanicalSystem& system) {
   RunCost cost;
-  cost.running = [&problem, nq](double, const Vector& x, const Vector& u, CostRate* rate) {
+  cost.running_in_mode = [&problem, &system](double, const Vector& x, const Vector& u,
+                                             ContactMode mode, CostRate* rate) {
     rate->value = 0;
+    rate->by_time = 0;
     rate->by_state.setZero();
     rate->by_input.setZero();
-    for (const PowerTerm& term : problem.power) {
-      const double force = u(term.input), speed = x(nq + term.velocity);
-      const double scaled = term.weight * force * speed;
-      rate->value += scaled * force * speed;
-      rate->by_state(nq + term.velocity) += 2 * scaled * force;
-      rate->by_input(term.input) += 2 * scaled * speed;
-    }
+    AddPower(problem, system, x, u, rate);
+    if (problem.slip_weight.size() > 0) AddSlip(problem, system, x, mode, true, rate);
   };
   return cost;
 }
@@ -67,16 +119,18 @@ Matrix SquaresOf(const TrajectoryProblem& problem, const Trajectory& run, int nq
   return squares;
 }
 
-double PowerOf(const TrajectoryProblem& problem, const Trajectory& run, int nq) {
+double RunningCostOf(const TrajectoryProblem& problem, const MechanicalSystem& system,
+                     const Trajectory& run) {
   double cost = 0;
+  CostRate rate;
   for (const Arc& arc : run.arcs) {
     cost += IntegrateArc(arc, [&](const Vector& x) {
-      double rate = 0;
-      for (const PowerTerm& term : problem.power) {
-        const double power = arc.u(term.input) * x(nq + term.velocity);
-        rate += term.weight * power * power;
-      }
-      return rate;
+      rate.value = 0;
+      rate.by_state = Vector::Zero(x.size());
+      rate.by_input = Vector::Zero(arc.u.size());
+      AddPower(problem, system, x, arc.u, &rate);
+      if (problem.slip_weight.size() > 0) AddSlip(problem, system, x, arc.mode, false, &rate);
+      return rate.value;
     });
   }
   return cost;

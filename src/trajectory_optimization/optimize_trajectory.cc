@@ -41,8 +41,13 @@ TrajectoryOptimum Search::Go() {
 void Search::Conclude() {
   result_.y = best_.y;
   result_.cost = best_.plain;
-  result_.x = unknowns_.InitialState(best_.y);
+  result_.x = unknowns_.WithoutClock(unknowns_.InitialState(best_.y));
   result_.inputs = unknowns_.Inputs(best_.y);
+  const std::size_t count = result_.inputs.grid.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    result_.inputs.values[k] = unknowns_.InputAt(best_.y, k);
+  }
+  if (unknowns_.problem().linear_inputs) result_.input_end = unknowns_.InputAt(best_.y, count);
   result_.duration = unknowns_.Horizon(best_.y);
   const std::size_t parameters = unknowns_.problem().choose_parameters.size();
   result_.parameters.resize(static_cast<Eigen::Index>(parameters));

@@ -9,6 +9,21 @@
 #include "model_builder.h"
 
 namespace contact_flow {
+namespace {
+
+/// With friction pieces are not orders of events: not kOk where there are several.
+Status CheckFriction(const BDerivative& derivative) {
+  for (const EventMap& event : derivative.events) {
+    AskBudget();
+    if (event.HasOnePiece() || event.IsDifferentiable(derivative.options.kink_tolerance)) continue;
+    return {Outcome::kNotDifferentiable,
+            "contacts have friction, and what happens at t = " + std::to_string(event.time()) +
+                " s has several pieces, which are not orders of events"};
+  }
+  return {};
+}
+
+}  // namespace
 
 PieceModels MakePieceModels(const Unknowns& unknowns, const Vector& y, std::size_t max_pieces,
                             const Multipliers& multipliers) {
@@ -28,15 +43,14 @@ PieceModels MakePieceModels(const Unknowns& unknowns, const Vector& y, std::size
   if (!models.status.ok()) return models;
   // Where neither start nor surfaces move, what touches and leaves does so all the same.
   const bool moves = !problem.choose_initial.empty() || !problem.choose_parameters.empty();
-  if ((moves && !derivative.start.Empty()) || !derivative.start_stop.Empty()) {
+  if (moves && !(derivative.start.Empty() && derivative.start_stop.Empty())) {
     models.status = {Outcome::kNotDifferentiable,
                      "the run starts where contacts touch: not all directions are admitted"};
     return models;
   }
-  if (unknowns.system().HasFriction()) {
-    models.status = {Outcome::kNotDifferentiable,
-                     "contacts have friction: their pieces are not orders of events"};
-    return models;
+  if (system->HasFriction()) {
+    models.status = CheckFriction(derivative);
+    if (!models.status.ok()) return models;
   }
   for (const EventMap& event : derivative.events) {
     if (event.num_activations() <= options.max_activations_for_pieces) continue;

@@ -8,6 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "led_problem.h"
+
 namespace contact_flow {
 namespace {
 
@@ -65,11 +67,16 @@ std::string TrajectoryCondition::Describe(const SystemDescription& names,
 }
 
 Unknowns::Unknowns(const MechanicalSystem& system, const TrajectoryProblem& problem)
-    : system_(system), problem_(problem), inputs_(system.num_inputs()) {
+    : given_(system),
+      led_(problem.linear_inputs ? Lead(system, problem) : nullptr),
+      system_(led_ ? *led_->system : system),
+      problem_(led_ ? led_->problem : problem),
+      inputs_(system.num_inputs()) {
   CheckSizes();
   CheckConditions();
   CheckNamedCosts();
-  const int all = static_cast<int>(problem.inputs.grid.size()) * inputs_;
+  const auto instants = static_cast<int>(problem.inputs.grid.size()) + (led_ ? 1 : 0);
+  const int all = instants * inputs_;
   first_initial_ = problem.choose_inputs ? all : 0;
   first_parameter_ = first_initial_ + static_cast<int>(problem.choose_initial.size());
   first_duration_ = first_parameter_ + static_cast<int>(problem.choose_parameters.size());
@@ -83,7 +90,11 @@ void Unknowns::CheckSizes() const {
   const TrajectoryProblem& problem = problem_;
   const Eigen::Index nq = system_.num_positions(), m = inputs_, size = system_.state_size();
   CheckSize(problem.x, size, false, "x");
-  Validate(system_, problem.inputs);
+  Validate(given_, problem.inputs);
+  CheckSize(problem.input_end, m, true, "input_end");
+  Require(problem.input_end.allFinite(), "input_end is not finite");
+  Require(led_ != nullptr || problem.input_end.size() == 0,
+          "input_end is there although inputs are held (linear_inputs)");
   const std::size_t count = problem.inputs.grid.size();
   const double end = problem.inputs.grid.front() + problem.duration;
   Require(std::isfinite(problem.duration) && end > problem.inputs.grid.back(),
@@ -135,8 +146,8 @@ void Unknowns::CheckSizes() const {
           "where the horizon is kept the last interval cannot be chosen");
   if (chosen > 0) {
     Require(nq == system_.dof(), "the initial state cannot be chosen where quaternions are in it");
-    const ContactMode mode =
-        InitialMode(system_, problem.x, problem.inputs.values.front(), problem.simulate);
+    const ContactMode mode = InitialMode(given_, WithoutClock(problem.x),
+                                         problem.inputs.values.front(), problem.simulate);
     Require(mode.Empty(), "the initial state cannot be chosen where it is in contact");
   }
 }
@@ -209,7 +220,7 @@ void Unknowns::SetBounds() {
 Vector Unknowns::Start() const {
   Vector y = Vector::Zero(size_);
   for (int i = 0; i < first_initial_; ++i) {
-    y(i) = problem_.inputs.values[static_cast<std::size_t>(i / inputs_)](i % inputs_);
+    y(i) = FirstInput(static_cast<std::size_t>(i / inputs_))(i % inputs_);
   }
   for (std::size_t i = 0; i < problem_.choose_parameters.size(); ++i) {
     const auto place = static_cast<std::size_t>(problem_.choose_parameters[i]);
@@ -231,18 +242,6 @@ Vector Unknowns::InitialState(const Vector& y) const {
     change(problem_.choose_initial[i]) += y(Initial(i));
   }
   return system_.Perturb(problem_.x, change);
-}
-
-InputSchedule Unknowns::Inputs(const Vector& y) const {
-  InputSchedule schedule = problem_.inputs;
-  for (int i = 0; i < first_initial_; ++i) {
-    schedule.values[static_cast<std::size_t>(i / inputs_)](i % inputs_) = y(i);
-  }
-  if (problem_.choose_durations.empty()) return schedule;
-  for (std::size_t k = 1; k < schedule.grid.size(); ++k) {
-    schedule.grid[k] = schedule.grid[k - 1] + Length(y, k - 1);
-  }
-  return schedule;
 }
 
 double Unknowns::Length(const Vector& y, std::size_t k) const {

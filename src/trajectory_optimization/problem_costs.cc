@@ -29,12 +29,38 @@ void Unknowns::CheckNamedCosts() const {
     throw std::invalid_argument("impulse_weight has " + std::to_string(size) + " entries: " +
                                 std::to_string(system_.num_constraints()) + " are needed");
   }
-  for (double weight : problem_.impulse_weight) RequireWeight("impulse_weight", weight);
+  for (double weight : problem_.impulse_weight) {
+    RequireWeight("impulse_weight", weight);
+    if (weight == 0 || !system_.HasFriction()) continue;
+    throw std::invalid_argument(
+        "impulse_weight: contacts have friction, and their impulses are not differentiated");
+  }
+  CheckSlip();
+}
+
+void Unknowns::CheckSlip() const {
+  const Vector& weights = problem_.slip_weight;
+  if (weights.size() != 0 && weights.size() != system_.num_constraints()) {
+    throw std::invalid_argument("slip_weight has " + std::to_string(weights.size()) + " entries: " +
+                                std::to_string(system_.num_constraints()) + " are needed");
+  }
+  for (Eigen::Index i = 0; i < weights.size(); ++i) {
+    RequireWeight("slip_weight", weights(i));
+    const auto place = static_cast<std::size_t>(i);
+    const bool slips = system_.HasFriction() && system_.friction()[place].dimension > 0;
+    if (weights(i) == 0 || slips) continue;
+    throw std::invalid_argument("slip_weight: '" + system_.description().constraints[place] +
+                                "' has no friction, and no slip that is known");
+  }
+  if (!problem_.choose_parameters.empty() && HasSlipCost()) {
+    throw std::invalid_argument(
+        "slip_weight: a cost of slip is not differentiated by parameters (choose_parameters)");
+  }
 }
 
 double Unknowns::Cost(const Vector& y, const Trajectory& run) const {
   double cost = Cost(y, States(run));
-  if (!problem_.power.empty()) cost += PowerOf(problem_, run, system_.num_positions());
+  if (HasRunningCost()) cost += RunningCostOf(problem_, system_, run);
   if (problem_.impulse_weight.size() > 0) cost += ImpulseOf(problem_, run);
   return cost;
 }
@@ -69,10 +95,14 @@ Vector Unknowns::PathTarget(std::size_t k) const {
 double Unknowns::Cost(const Vector& y, const Matrix& states) const {
   const Eigen::Index nq = system_.num_positions();
   double cost = problem_.weight.dot((states.rightCols<1>() - problem_.target).cwiseAbs2());
-  const InputSchedule schedule = Inputs(y);
-  for (std::size_t k = 0; k < schedule.grid.size(); ++k) {
-    const Vector u = schedule.values[k] - InputReference(k);
+  for (std::size_t k = 0; k < problem_.inputs.grid.size(); ++k) {
     const double length = Length(y, k);
+    Vector u = InputAt(y, k) - InputReference(k);
+    if (led_) {  // ∫ u² = h (mean² + (u₁ − u₀)²/12)
+      const Vector turn = InputAt(y, k + 1) - InputAt(y, k);
+      u += turn / 2;
+      cost += length / 12 * problem_.effort.dot(turn.cwiseAbs2());
+    }
     cost += length * problem_.effort.dot(u.cwiseAbs2()) + length * problem_.duration_weight;
     if (!HasPathCost()) continue;
     const Vector off = states.col(static_cast<Eigen::Index>(k)).head(nq) - PathTarget(k);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "contact_flow/trajectory_optimization/optimize_trajectory.h"
@@ -44,6 +45,7 @@ class Search {
   std::string WorstCondition() const;
 
   // search_neighbours.cc: from a valley to those beside it.
+  std::vector<std::pair<EventName, int>> Beside(const PieceModels& models, const Vector& y) const;
   void TryNeighbours();
   FacePoint MinimumOnFace(FacePoint point, const EventName& contact, int to);
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "contact_flow/budget.h"
 #include "search.h"
@@ -14,12 +16,41 @@ constexpr double kSame = 1e-12;
 
 }  // namespace
 
-/// From the valley that was found, valleys at adjacent instants of the grid,
-/// as long as one is lower.
+/// Touchdowns of the valley and the instants of the grid beside them. Inputs that are led have no
+/// valleys there, but minima of their own between any two instants.
+std::vector<std::pair<EventName, int>> Search::Beside(const PieceModels& models,
+                                                      const Vector& y) const {
+  std::vector<std::pair<EventName, int>> beside;
+  if (!unknowns_.problem().linear_inputs) {
+    for (const Coincidence& pair : CoincidencesAt(models, unknowns_.problem().kink_interval)) {
+      beside.emplace_back(pair.contact, pair.instant - 1);
+      beside.emplace_back(pair.contact, pair.instant + 1);
+    }
+    return beside;
+  }
+  if (models.pieces.empty()) return beside;
+  const std::vector<double> grid = unknowns_.Inputs(y).grid;
+  for (const EventTime& event : models.pieces.front().times) {
+    if (event.name.constraint < 0) continue;
+    const auto next = std::upper_bound(grid.begin(), grid.end(), event.t) - grid.begin();
+    beside.emplace_back(event.name, static_cast<int>(next) - 1);
+    beside.emplace_back(event.name, static_cast<int>(next));
+  }
+  return beside;
+}
+
+/// From the minimum that was found those at adjacent instants of the grid, as long as one of them
+/// is lower.
 void Search::TryNeighbours() {
+  const auto is_minimum = [this] {
+    return result_.verdict == TrajectoryVerdict::kValley ||
+           (result_.verdict == TrajectoryVerdict::kSmoothMinimum &&
+            unknowns_.problem().linear_inputs);
+  };
   bool found = true;
-  while (found && result_.verdict == TrajectoryVerdict::kValley) {
+  while (found && is_minimum()) {
     found = false;
+    const TrajectoryVerdict verdict = result_.verdict;
     const FacePoint valley = best_;
     const Multipliers multipliers = multipliers_;
     const std::string reason = reason_;
@@ -27,28 +58,24 @@ void Search::TryNeighbours() {
       best_ = valley;
       multipliers_ = multipliers;
     };
-    for (const Coincidence& pair : CoincidencesAt(ModelsAt(valley.y),
-                                                  unknowns_.problem().kink_interval)) {
-      for (int to : {pair.instant - 1, pair.instant + 1}) {
-        if (to < 1 || to >= static_cast<int>(unknowns_.problem().inputs.grid.size())) continue;
-        const FacePoint point = MinimumOnFace(valley, pair.contact, to);
-        if (!std::isfinite(point.cost)) continue;
-        const double length = (point.y - valley.y).cwiseAbs().maxCoeff();
-        if (!Take(point, length, 2, KinkStatus::kNeighbour)) return back();
-        Solve(point);
-        const bool holds = best_.violation <= std::max(unknowns_.problem().condition_tolerance,
-                                                       valley.violation);
-        found = holds && best_.plain < valley.plain - kSame * (1 + std::abs(valley.plain));
-        if (Ended()) {
-          if (!found) back();
-          return;
-        }
-        if (found) break;
-        back();
-        result_.verdict = TrajectoryVerdict::kValley;
-        reason_ = reason;
+    for (const auto& [contact, to] : Beside(ModelsAt(valley.y), valley.y)) {
+      if (to < 1 || to >= static_cast<int>(unknowns_.problem().inputs.grid.size())) continue;
+      const FacePoint point = MinimumOnFace(valley, contact, to);
+      if (!std::isfinite(point.cost)) continue;
+      const double length = (point.y - valley.y).cwiseAbs().maxCoeff();
+      if (!Take(point, length, 2, KinkStatus::kNeighbour)) return back();
+      Solve(point);
+      const bool holds =
+          best_.violation <= std::max(unknowns_.problem().condition_tolerance, valley.violation);
+      found = holds && best_.plain < valley.plain - kSame * (1 + std::abs(valley.plain));
+      if (Ended()) {
+        if (!found) back();
+        return;
       }
       if (found) break;
+      back();
+      result_.verdict = verdict;
+      reason_ = reason;
     }
   }
 }

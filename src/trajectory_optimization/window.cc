@@ -63,6 +63,7 @@ void CheckHorizon(const MechanicalSystem& system, const HorizonProblem& problem)
   Require(whole.choose_inputs && whole.choose_initial.empty() && whole.choose_parameters.empty() &&
               whole.choose_durations.empty(),
           "inputs alone may be chosen");
+  Require(!whole.linear_inputs, "inputs are held, not led linearly (linear_inputs)");
   Require(problem.intervals >= 0, "intervals must be ≥ 0");
   const auto count = static_cast<Eigen::Index>(whole.inputs.grid.size());
   Require(problem.goals.size() == 0 || (problem.goals.rows() == system.state_size() &&

@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "contact_flow/contact_mode.h"
 #include "contact_flow/model/mechanical_system.h"
 #include "contact_flow/types.h"
 
@@ -24,6 +25,18 @@ struct RunCost {
   std::function<double(const Vector& x, Vector* by_state)> terminal;
   /// l and its derivatives into vectors that have their sizes.
   std::function<void(double t, const Vector& x, const Vector& u, CostRate* rate)> running;
+  /// In its place where l depends on the contact mode, too, as a sum over the contacts that touch:
+  /// l then jumps where one touches down or lets go.
+  std::function<void(double t, const Vector& x, const Vector& u, ContactMode mode, CostRate* rate)>
+      running_in_mode;
+
+  /// Whether there is an l.
+  bool HasRate() const { return running || running_in_mode; }
+  /// l, whichever it is.
+  void Rate(double t, const Vector& x, const Vector& u, ContactMode mode, CostRate* rate) const {
+    if (running_in_mode) return running_in_mode(t, x, u, mode, rate);
+    running(t, x, u, rate);
+  }
 };
 
 /// J = ½ Σ w_i (x_i(T) − g_i)² + ½ ∫ Σ s_i (x_i − p_i)² + Σ r_j (u_j − ū_j)² dt. An empty

@@ -82,7 +82,8 @@ struct TrajectoryOptimum {
   std::string message;   ///< as a sentence
   Vector y;              ///< the best iterate, as Unknowns orders it
   Vector x;              ///< its initial state [nq+d]
-  InputSchedule inputs;  ///< its inputs
+  InputSchedule inputs;  ///< its inputs, held or at the instants of the grid
+  Vector input_end;      ///< and at T, where they are led linearly [m]
   Vector parameters;     ///< those that were chosen, as choose_parameters
   double duration = 0;   ///< its horizon [s]
   double cost = 0;       ///< of a plain run

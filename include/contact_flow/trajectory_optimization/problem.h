@@ -8,6 +8,7 @@
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/finite_difference.h"
 #include "contact_flow/flow/simulate.h"
+#include "contact_flow/model/linear_inputs.h"
 #include "contact_flow/model/mechanical_system.h"
 #include "contact_flow/types.h"
 
@@ -39,12 +40,19 @@ struct PowerTerm {
 
 /// A run that is to be chosen. With inputs u_k held on the K intervals of a grid, of lengths h_k,
 ///   J = Σ_k h_k Σ_j r_j (u_kj − ū_j)² + Σ_k h_k Σ_i s_i (q_i(t_{k+1}) − p_i)²
-///       + Σ_i w_i (x_i(T) − g_i)² + w_T Σ_k h_k + Σ ∫ w (u_j v_i)² dt + Σ_events Σ_c w_c p_c²,
+///       + Σ_i w_i (x_i(T) − g_i)² + w_T Σ_k h_k + Σ ∫ w (u_j v_i)² dt + Σ_events Σ_c w_c p_c²
+///       + Σ_c ∫ w_c |T_c v|² dt while c touches,
 /// x = (q, v) [nq+d]; no factor ½. Of the state positions alone cost at instants of the grid:
 /// velocities jump, and their cost there would jump with the order of events.
+///
+/// Inputs may be led linearly instead, from u_k at t_k to u_{k+1} at t_{k+1}, u_K being that at T:
+/// their effort is then ∫ Σ_j r_j (u_j − ū_j)² dt. At an instant of the grid they only turn, so
+/// that an event there is no kink.
 struct TrajectoryProblem {
   Vector x;              ///< initial state [nq+d]
   InputSchedule inputs;  ///< grid [K], beginning at the start, and where to begin the search
+  bool linear_inputs = false;  ///< they are led linearly, not held
+  Vector input_end;     ///< … to this one at T, where the search begins [m]; empty: the last one
   double duration = 0;   ///< T > the last instant [s]
 
   bool choose_inputs = true;        ///< the unknowns u_k
@@ -66,6 +74,8 @@ struct TrajectoryProblem {
   double duration_weight = 0;     ///< w_T ≥ 0 [1/s]
   std::vector<PowerTerm> power;   ///< on the way
   Vector impulse_weight;          ///< w_c ≥ 0 of impulses of each contact at events [n]; or empty
+  /// w_c ≥ 0 of the slip of each contact with friction while it touches [n]; or empty
+  Vector slip_weight;
 
   std::vector<TrajectoryCondition> conditions;  ///< that are to hold
   double condition_tolerance = 1e-8;  ///< by which they may be missed, in their own units
@@ -96,7 +106,8 @@ struct TrajectoryProblem {
 };
 
 /// The unknowns y = (u_1, …, u_K, δx, p, h) of a problem as one vector [n], and what they stand
-/// for. `system` and `problem` must outlive it.
+/// for. `system` and `problem` must outlive it. Where inputs are led linearly there is one more,
+/// and runs are those of LinearInputs: states, tangents and inputs below are its own.
 class Unknowns {
  public:
   /// Throws std::invalid_argument, naming the field, for sizes, signs and indices that are not
@@ -105,7 +116,7 @@ class Unknowns {
 
   /// n.
   int size() const { return size_; }
-  /// The place of u_kj, or −1.
+  /// The place of u_kj, k ≤ K where inputs are led linearly, or −1.
   int Input(std::size_t k, int j) const {
     return problem_.choose_inputs ? static_cast<int>(k) * inputs_ + j : -1;
   }
@@ -119,6 +130,8 @@ class Unknowns {
   const Eigen::RowVectorXd& LengthRow(std::size_t k) const { return length_rows_[k]; }
   /// … and ∂t_k/∂y, t_K being the horizon.
   const Eigen::RowVectorXd& InstantRow(std::size_t k) const { return instant_rows_[k]; }
+  /// The derivative by y of the inputs that are held on interval k [· × n].
+  Matrix InputRows(const Vector& y, std::size_t k) const;
   /// Values in the problem.
   Vector Start() const;
   /// Bounds of y, ±∞ where there are none [n].
@@ -126,8 +139,12 @@ class Unknowns {
   const Vector& upper() const { return upper_; }  ///< as lower
   /// The initial state at y [nq+d].
   Vector InitialState(const Vector& y) const;
-  /// The inputs at y, with their grid.
+  /// The inputs at y that are held, with their grid.
   InputSchedule Inputs(const Vector& y) const;
+  /// u_k at y, of K inputs, or K + 1 that are led linearly [m].
+  Vector InputAt(const Vector& y, std::size_t k) const;
+  /// A state of a run as the problem has it [nq+d].
+  Vector WithoutClock(const Vector& x) const;
   /// T at y [s].
   double Horizon(const Vector& y) const;
   /// h_k at y [s].
@@ -143,9 +160,9 @@ class Unknowns {
                  bool dense) const;
   /// The same of its own SystemAt(y).
   Trajectory Run(const Vector& y, double simultaneity_tolerance, bool dense) const;
-  /// J of a run without power and impulses, by its States.
+  /// J of a run without power, impulses and slip, by its States.
   double Cost(const Vector& y, const Matrix& states) const;
-  /// J of a run with its motion, if there is a cost of power, else of any run.
+  /// J of a run with its motion, if there is a cost of power or slip, else of any run.
   double Cost(const Vector& y, const Trajectory& run) const;
   /// x at t_1, …, t_K, left limits [nq+d × K].
   Matrix States(const Trajectory& run) const;
@@ -153,6 +170,12 @@ class Unknowns {
   Vector InputReference(std::size_t k) const;
   /// p at t_{k+1} [nq].
   Vector PathTarget(std::size_t k) const;
+  /// Whether slip costs anything.
+  bool HasSlipCost() const {
+    return problem_.slip_weight.size() > 0 && !problem_.slip_weight.isZero(0);
+  }
+  /// Whether there are costs by name that are integrals.
+  bool HasRunningCost() const { return !problem_.power.empty() || HasSlipCost(); }
   /// Whether positions on the way cost anything.
   bool HasPathCost() const {
     return problem_.path_weight.size() > 0 && !problem_.path_weight.isZero(0);
@@ -160,14 +183,24 @@ class Unknowns {
 
   const MechanicalSystem& system() const { return system_; }     ///< whose runs they are
   const TrajectoryProblem& problem() const { return problem_; }  ///< that they are of
+  /// The number of inputs that are chosen [m].
+  int num_inputs() const { return inputs_; }
 
  private:
+  /// A problem with inputs that are led linearly as one of LinearInputs.
+  struct Led;
+  static std::shared_ptr<const Led> Lead(const MechanicalSystem& system,
+                                         const TrajectoryProblem& problem);
+  const Vector& FirstInput(std::size_t k) const;
   void CheckSizes() const;
   void CheckConditions() const;
   void CheckNamedCosts() const;
+  void CheckSlip() const;
   void PlaceDurations();
   void SetBounds();
 
+  const MechanicalSystem& given_;
+  std::shared_ptr<const Led> led_;  // null where inputs are held
   const MechanicalSystem& system_;
   const TrajectoryProblem& problem_;
   int inputs_ = 0, first_initial_ = 0, first_parameter_ = 0, first_duration_ = 0, size_ = 0;
