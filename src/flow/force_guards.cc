@@ -5,13 +5,11 @@
 
 #include "contact_flow/flow/event_locator.h"
 #include "contact_flow/flow/guard_interpolant.h"
+#include "step_constants.h"
 
 namespace contact_flow {
 namespace {
 
-/// A force is excluded when its smallest stage value exceeds this many times its range over the
-/// stages: a sinusoid of any frequency up to 2000 periods a step falls at most 2.1 ranges below.
-constexpr double kForceReserve = 4;
 /// A margin is told by the smallest stage value where that exceeds this part of the range.
 constexpr double kMarginReserve = 0.5;
 /// The error of a force's interpolant that resolves it, as a part of its range over the stages.
