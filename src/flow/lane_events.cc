@@ -17,7 +17,7 @@ bool LaneRuns::SettleOnto(int k) {
   x_end_ = view_.end();
   if (!x_end_.allFinite()) return false;
   if (run.redo) return EndOnto(k);
-  LoadGaps(k);
+  LoadGaps(k, &end_);
   const int i = run.event.constraint;
   double value, slope;
   if (run.mode.Contains(i)) {
@@ -65,7 +65,8 @@ bool LaneRuns::EndOnto(int k) {
     const bool tells = run.length > kShortest * std::max(1.0, run.t);
     if (before > 0 && !falls && tells) return Repeat(k, kPhantomPart * run.length);
   }
-  Tally(k);
+  CountStep(k);
+  view_.LoadTally(k, &arc_error_);
   run.t += std::max(run.s, 0.0);
   run.x = x_end_;
   run.margins = run.next_margins;
@@ -89,7 +90,7 @@ bool LaneRuns::PassTransition(int k) {
   Lane& run = lane(k);
   const int trigger = run.event.constraint;
   ErrorTally error = run.start_error;
-  error.Continue(run.t - run.arc_begin, run.arc_error);
+  error.Continue(run.t - run.arc_begin, arc_error_);
   const TransitionRules rules = {options_.simultaneity_tolerance, options_.speed_tolerance,
                                  options_.impact_law,             options_.gap_tolerance,
                                  options_.absolute_tolerance,     false,
@@ -101,9 +102,13 @@ bool LaneRuns::PassTransition(int k) {
   if (again || static_cast<long>(run.result.events.size()) >= options_.max_events) return false;
   run.last_trigger = trigger;
   Use(run);
-  const long before = dynamics_.evaluations();
+  std::optional<ResolvedTransition> quick =
+      run.event.touch ? std::nullopt
+                      : touchdown_.Resolve(&dynamics_, run.t, run.x, run.mode, trigger, rules);
+  const long before = dynamics_.evaluations() - (quick ? 1 : 0);  // ResolveTransition makes one
   ResolvedTransition resolved =
-      ResolveTransition(&dynamics_, run.t, run.x, run.mode, trigger, rules);
+      quick ? *std::move(quick)
+            : ResolveTransition(&dynamics_, run.t, run.x, run.mode, trigger, rules);
   if (!resolved.status.ok()) return false;
   Transition& transition = resolved.transition;
   Margins& margins = run.run_margins;
@@ -130,7 +135,7 @@ bool LaneRuns::PassTransition(int k) {
 /// False where a contact opens again that nearly touched.
 bool LaneRuns::TallyTransition(int k, const Transition& transition) {
   Lane& run = lane(k);
-  run.start_error = run.arc_error;
+  run.start_error = arc_error_;
   if (transition.activated.Empty()) return true;
   const Vector v_minus = transition.x_minus.tail(d_);
   system_.Constraints(transition.x_minus.head(d_), v_minus, &terms_);

@@ -2,6 +2,7 @@
 // How the runs in lanes look for events: as EventLocator does, which is asked where a look at the
 // ends and the stages does not do.
 #include <algorithm>
+#include <cmath>
 
 #include "contact_flow/flow/guard_interpolant.h"
 #include "lane_runs.h"
@@ -10,22 +11,10 @@
 namespace contact_flow {
 
 /// Whether the ends and stages of the step tell that nothing vanishes in it, as they do where
-/// EventLocator looks no further.
-bool LaneRuns::IsClear(int k, bool free) {
+/// EventLocator searches nothing; `growth` is what the next step may be longer by.
+bool LaneRuns::IsClear(int k, bool free, double* growth) {
   Lane& run = lane(k);
-  if (free && !run.mode.Empty()) return false;
-  const int end = StagePlaces::OfDop853().end;
-  for (int i : run.mode) {
-    double lowest = Force(0, i, k), highest = lowest;
-    for (int place = 1; place <= end; ++place) {
-      lowest = std::min(lowest, Force(place, i, k));
-      highest = std::max(highest, Force(place, i, k));
-    }
-    if (!(lowest > kForceReserve * (highest - lowest))) return false;
-    if (lowest < Force(0, i, k) && lowest < Force(end, i, k)) {
-      run.next_margins.force = std::min(run.next_margins.force, lowest);
-    }
-  }
+  if (!run.mode.Empty() && (free || !ForcesAreClear(k, growth))) return false;
   for (int i = 0; i < n_; ++i) {
     if (run.mode.Contains(i)) continue;
     const GuardBound bound =
@@ -36,6 +25,49 @@ bool LaneRuns::IsClear(int k, bool free) {
     if (dips && bound.lowest - bound.error < run.margins.gap) return false;
   }
   return true;
+}
+
+/// As EventLocator::ScreenForces.
+bool LaneRuns::ForcesAreClear(int k, double* growth) {
+  Lane& run = lane(k);
+  const StagePlaces& places = StagePlaces::OfDop853();
+  double largest = -1;
+  for (int i : run.mode) {
+    const double lowest = At(arrays_.low, i, k), range = At(arrays_.high, i, k) - lowest;
+    const bool dips = lowest < Force(0, i, k) && lowest < Force(places.end, i, k);
+    double& margin = run.next_margins.force;
+    if (lowest > kForceReserve * range) {
+      if (dips) margin = std::min(margin, lowest);
+      continue;
+    }
+    if (largest < 0) largest = LargestForce(k);
+    const double gain = run.maps->gain(i), h = run.length;
+    const double floor = options_.relative_tolerance * largest / std::sqrt(gain) +
+                         kQuietPull * 2 * options_.absolute_tolerance / (gain * h * h);
+    const GuardBound bound =
+        StageBound(places, arrays_.forces + i * width_ + k, n_ * width_, false);
+    const double allowed = std::max(kForceResolved * range, floor);
+    if (!(bound.error <= allowed) || lowest < -allowed) return false;
+    const double part = bound.error / allowed;  // the error grows with the sixth power of the step
+    constexpr double kNoLimit = 1e-5;           // steps grow by less than that allows
+    if (part > kNoLimit) *growth = std::min(*growth, std::pow(part, -1.0 / 6));
+    const double reach = std::min(bound.lowest, lowest) - bound.error;
+    const bool deeper = dips && reach < margin;
+    if (reach <= floor || (deeper && lowest <= kForceMargin * range)) return false;
+    if (dips) margin = std::min(margin, lowest);
+  }
+  return true;
+}
+
+/// max λ_i √G_ii over members and stages, what forces are rounded to.
+double LaneRuns::LargestForce(int k) const {
+  const Lane& run = lanes_[static_cast<std::size_t>(k)];
+  double largest = 0;
+  for (int i : run.mode) {
+    const double force = std::max(-At(arrays_.low, i, k), At(arrays_.high, i, k));
+    largest = std::max(largest, force * std::sqrt(run.maps->gain(i)));
+  }
+  return largest;
 }
 
 LocatedEvent LaneRuns::Locate(int k, bool free) {

@@ -38,20 +38,22 @@ class ModelLanes final : public LaneStepper {
     arrays_.acceleration = Begin(acceleration_);
     arrays_.dense = Begin(dense_[0]);
     arrays_.u = Begin(u_);
+    arrays_.low = Begin(low_);
+    arrays_.high = Begin(high_);
+    arrays_.sum = Begin(&sum_);
+    arrays_.tally = Begin(tally_);
+    arrays_.accept = Begin(&accept_);
   }
 
   void SetMaps(int lane, const double* inverse, const double* force_map) override {
-    for (int i = 0; i < D; ++i) {
-      for (int k = 0; k < D; ++k) Place(inverse[k * D + i], i, k, lane, inverse_[i], used_[i]);
-    }
-    for (int i = 0; i < N; ++i) {
-      for (int k = 0; k < D; ++k) {
-        Place(force_map[k * N + i], i, k, lane, force_map_[i], force_used_[i]);
-      }
+    for (int k = 0; k < D; ++k) {
+      for (int i = 0; i < D; ++i) inverse_.Set(i, k, lane, inverse[k * D + i]);
+      for (int i = 0; i < N; ++i) force_map_.Set(i, k, lane, force_map[k * N + i]);
     }
   }
 
   void TryStep(double relative_tolerance, double absolute_tolerance) override {
+    tried_ = h_;
     Stages<1>();
     Combine<12>(end_);
     V error5(0.0), error3(0.0);
@@ -98,7 +100,27 @@ class ModelLanes final : public LaneStepper {
       }
       rate_[i] = rate;
       acceleration_[i] = acceleration;
+      low_[i] = high_[i] = forces_[0][i];
+      for (int stage = 1; stage <= dop853::kStages; ++stage) {
+        low_[i] = min(low_[i], forces_[stage][i]);
+        high_[i] = max(high_[i], forces_[stage][i]);
+      }
     }
+    sum_ = error_;
+    for (int i = 0; i < X; ++i) sum_ += abs(end_[i]) + abs(stages_[12][i]);
+  }
+
+  void Advance() override {
+    constexpr double kRounding = 2.220446049250313e-16;
+    const auto take = [this](const V& from, V* to) { *to = Where(accept_, from, *to); };
+    for (int i = 0; i < D; ++i) take(tally_[i] + tried_ * tally_[D + i], &tally_[i]);
+    for (int i = 0; i < X; ++i) {
+      const V own = factor_ * abs(errors_[i]) + V(kRounding) * abs(end_[i]);
+      take(tally_[i] + own, &tally_[i]);
+      take(end_[i], &x_[i]);
+      take(stages_[12][i], &stages_[0][i]);
+    }
+    for (int i = 0; i < N; ++i) take(forces_[12][i], &forces_[0][i]);
   }
 
   void Extend() override {
@@ -120,11 +142,33 @@ class ModelLanes final : public LaneStepper {
  private:
   static double* Begin(V* numbers) { return reinterpret_cast<double*>(numbers); }
 
-  /// Where all lanes have zeros nothing is multiplied.
-  static void Place(double value, int, int k, int lane, V* row, bool* used) {
-    row[k].r[lane] = value;
-    if (value != 0) used[k] = true;
-  }
+  /// A matrix of each lane [rows × D]. Where all lanes have had zeros nothing is multiplied.
+  template <int Rows>
+  class Maps {
+   public:
+    void Set(int i, int k, int lane, double value) {
+      values_[i][k].r[lane] = value;
+      if (value == 0 || used_[i][k]) return;
+      used_[i][k] = true;
+      counts_[i] = 0;
+      for (int j = 0; j < D; ++j) {
+        if (used_[i][j]) columns_[i][counts_[i]++] = j;
+      }
+    }
+    V Times(int i, const Eigen::Matrix<V, D, 1>& f) const {
+      V sum(0.0);
+      for (int e = 0; e < counts_[i]; ++e) {
+        const int k = columns_[i][e];
+        sum += f(k) * values_[i][k];
+      }
+      return sum;
+    }
+
+   private:
+    V values_[Rows][D] = {};
+    bool used_[Rows][D] = {};
+    int counts_[Rows] = {}, columns_[Rows][D] = {};
+  };
 
   __attribute__((noinline)) void Field(const V* x, int stage) {
     Eigen::Matrix<V, D, 1> q, v, f;
@@ -135,20 +179,8 @@ class ModelLanes final : public LaneStepper {
     Model::Force(parameters_, q, v, u, &f);
     V* xdot = stages_[stage];
     for (int i = 0; i < D; ++i) xdot[i] = v(i);
-    for (int i = 0; i < D; ++i) {
-      V sum(0.0);
-      for (int k = 0; k < D; ++k) {
-        if (used_[i][k]) sum += f(k) * inverse_[i][k];
-      }
-      xdot[D + i] = sum;
-    }
-    for (int i = 0; i < N; ++i) {
-      V sum(0.0);
-      for (int k = 0; k < D; ++k) {
-        if (force_used_[i][k]) sum += force_map_[i][k] * f(k);
-      }
-      forces_[stage][i] = -sum;
-    }
+    for (int i = 0; i < D; ++i) xdot[D + i] = inverse_.Times(i, f);
+    for (int i = 0; i < N; ++i) forces_[stage][i] = -force_map_.Times(i, f);
   }
 
   template <int J, int K>
@@ -190,13 +222,14 @@ class ModelLanes final : public LaneStepper {
 
   typename Model::template Parameters<double> parameters_;
   double jacobian_[N][D];
-  bool used_[D][D] = {}, force_used_[N][D] = {};
-  V inverse_[D][D] = {}, force_map_[N][D] = {};
+  Maps<D> inverse_;
+  Maps<N> force_map_;
   V h_ = 0.0, factor_ = 0.0, error_ = 0.0, stiffness_ = 0.0;
   V x_[X] = {}, end_[X] = {}, scratch_[X] = {}, errors_[X] = {};
   V stages_[dop853::kAllStages][X] = {}, forces_[dop853::kAllStages][N] = {};
   V gap_[N] = {}, rate_[N] = {}, acceleration_[N] = {};
   V dense_[8][X] = {}, u_[U + 1] = {};
+  V low_[N] = {}, high_[N] = {}, sum_ = 0.0, tally_[X] = {}, accept_ = 0.0, tried_ = 0.0;
 };
 
 template <class Model, int W>

@@ -14,16 +14,19 @@ struct LaneVector;
 template <>
 struct LaneVector<4> {
   typedef double Type __attribute__((vector_size(32)));
+  typedef long long Bits __attribute__((vector_size(32)));
 };
 template <>
 struct LaneVector<8> {
   typedef double Type __attribute__((vector_size(64)));
+  typedef long long Bits __attribute__((vector_size(64)));
 };
 
 /// W numbers, one of each lane. Each operation is that of double, lane by lane, and rounded as it.
 template <int W>
 struct LaneNumber {
   using Numbers = typename LaneVector<W>::Type;
+  using Bits = typename LaneVector<W>::Bits;
   Numbers r;
 
   LaneNumber() = default;
@@ -63,7 +66,7 @@ struct LaneNumber {
     return Each(a, [](double x) { return std::sqrt(x); });
   }
   friend LaneNumber abs(const LaneNumber& a) {
-    return Each(a, [](double x) { return std::fabs(x); });
+    return LaneNumber(Numbers(Bits(a.r) & (Bits{} + 0x7fffffffffffffff)));
   }
   // By the library: its bits.
   friend LaneNumber sin(const LaneNumber& a) {
@@ -77,6 +80,14 @@ struct LaneNumber {
   }
   friend LaneNumber exp(const LaneNumber& a) {
     return Each(a, [](double x) { return std::exp(x); });
+  }
+  /// As std::min: b where b < a.
+  friend LaneNumber min(const LaneNumber& a, const LaneNumber& b) {
+    return LaneNumber(Numbers(b.r < a.r ? b.r : a.r));
+  }
+  /// a where the choice is not 0, b elsewhere.
+  friend LaneNumber Where(const LaneNumber& choice, const LaneNumber& a, const LaneNumber& b) {
+    return LaneNumber(Numbers(choice.r != 0 ? a.r : b.r));
   }
   /// As std::max: b where a < b.
   friend LaneNumber max(const LaneNumber& a, const LaneNumber& b) {

@@ -14,7 +14,6 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kNever = -std::numeric_limits<double>::infinity();
 /// Rounds between readings of the clock.
 constexpr int kRounds = 64;
 /// A stiffness so near to the limit counts as beyond it: it is summed in another order here.
@@ -40,6 +39,8 @@ LaneRuns::LaneRuns(const BatchRequest& request, std::unique_ptr<LaneStepper> ste
                }),
       locator_(&dynamics_, options_.absolute_tolerance, options_.relative_tolerance),
       view_(stepper_.get(), 2 * d_),
+      touchdown_(system_),
+      arc_error_(system_.space()),
       x_end_(2 * d_),
       force_(n_) {
   for (int k = 0; k < width_; ++k) lanes_.emplace_back(system_);
@@ -67,14 +68,24 @@ void LaneRuns::Run(std::atomic<std::size_t>* next, std::vector<BatchRun>* result
     stepper_->Finish();
     view_.ForgetExtension();
     for (int k = 0; k < width_; ++k) {
+      arrays_.accept[k] = 0;
       if (!lane(k).busy) continue;
       if (round % kRounds == 0 && lane(k).began == 0) lane(k).began = now;
       const bool late = now > 0 && now - lane(k).began > options_.max_seconds;
-      if (!stop && !late && Settle(k)) continue;
-      if (lane(k).busy) (*results_)[lane(k).run] = request_.RunAlone(lane(k).run);
-      Fill(k);
+      if (stop || late || !Settle(k)) End(k);
+    }
+    stepper_->Advance();
+    for (int k = 0; k < width_; ++k) {
+      if (arrays_.accept[k] != 0 && !Accept(k)) End(k);
     }
   }
+}
+
+/// A run that does not go on in its lane gives way to the next.
+void LaneRuns::End(int k) {
+  arrays_.accept[k] = 0;
+  if (lane(k).busy) (*results_)[lane(k).run] = request_.RunAlone(lane(k).run);
+  Fill(k);
 }
 
 /// The next start that goes in a lane.
@@ -102,25 +113,28 @@ void LaneRuns::Use(const Lane& lane) {
 
 /// False where the run is to be made alone: so do all that follow.
 bool LaneRuns::Start(int k) {
-  Lane begun(system_);
-  begun.run = lane(k).run;
-  begun.x = request_.states.col(static_cast<Eigen::Index>(begun.run));
-  begun.u = request_.Input(begun.run);
-  if (!begun.x.allFinite() || !begun.u.allFinite() || !(request_.duration > 0)) return false;
-  system_.Constraints(begun.x.head(d_), begun.x.tail(d_), &terms_);
+  Lane& run = lane(k);
+  run.x = request_.states.col(static_cast<Eigen::Index>(run.run));
+  run.u = request_.Input(run.run);
+  if (!run.x.allFinite() || !run.u.allFinite() || !(request_.duration > 0)) return false;
+  system_.Constraints(run.x.head(d_), run.x.tail(d_), &terms_);
+  run.mode = ContactMode();
   if (!(terms_.gap.array() > options_.gap_tolerance).all()) {
     try {
-      begun.mode = InitialMode(system_, begun.x, begun.u, options_);
+      run.mode = InitialMode(system_, run.x, run.u, options_);
     } catch (const std::invalid_argument&) {
       return false;
     }
   }
-  begun.result.first_mode = begun.mode;
-  begun.quick_end = kNever;
-  begun.zeno.emplace(n_, options_.zeno_interval);
-  lane(k) = std::move(begun);
-  lane(k).busy = BeginArc(k) && Propose(k);
-  return lane(k).busy;
+  static_cast<Counts&>(run) = Counts();
+  run.result = BatchRun();
+  run.result.first_mode = run.mode;
+  run.margins = GuardMargins();
+  run.run_margins = Margins();
+  run.start_error.Reset();
+  run.zeno.emplace(n_, options_.zeno_interval);
+  run.busy = BeginArc(k) && Propose(k);
+  return run.busy;
 }
 
 const ModeMaps& LaneRuns::MapsOf(const Lane& lane) {
@@ -135,17 +149,19 @@ bool LaneRuns::BeginArc(int k) {
   Lane& run = lane(k);
   const ModeMaps& maps = MapsOf(run);
   if (!maps.regular) return false;
+  run.maps = &maps;
   stepper_->SetMaps(k, maps.inverse.data(), maps.force_map.data());
   Use(run);
   const long before = dynamics_.evaluations();
   starter_.Begin(run.x);
   force_ = dynamics_.force().head(n_);
   SampleGaps(system_, run.x, dynamics_.acceleration(), &terms_, &run.begin);
-  if (Implies(run) || Drifts(run)) return false;
+  Write(run.x.data(), 2 * d_, arrays_.x, k);
+  if (Implies(run) || Drifts(k)) return false;
   run.h = kFirstStep *
           starter_.GuessStep(options_.relative_tolerance, options_.absolute_tolerance);
   run.evaluations += dynamics_.evaluations() - before;
-  Write(run.x.data(), 2 * d_, arrays_.x, k);
+  for (int i = 0; i < 2 * d_; ++i) arrays_.tally[i * width_ + k] = 0;
   Write(starter_.begin_field().data(), 2 * d_, arrays_.stages, k);
   Write(force_.data(), n_, arrays_.forces, k);
   Write(run.u.data(), static_cast<int>(run.u.size()), arrays_.u, k);
@@ -171,14 +187,16 @@ bool LaneRuns::Implies(const Lane& run) {
   return near_.back().implied;
 }
 
-bool LaneRuns::Drifts(const Lane& run) const {
-  if (run.mode.Empty()) return false;
-  const double far = run.x.head(d_).cwiseAbs().maxCoeff();
-  const double gap = std::max(kDrift * options_.absolute_tolerance, kUnits * far);
-  const double rate =
-      std::max(kDrift * options_.absolute_tolerance, kSlowDrift * options_.speed_tolerance);
+bool LaneRuns::Drifts(int k) {
+  const Lane& run = lane(k);
+  const double least = kDrift * options_.absolute_tolerance;
+  const double rate = std::max(least, kSlowDrift * options_.speed_tolerance);
   for (int i : run.mode) {
-    if (std::abs(run.begin.gap(i)) > gap || std::abs(run.begin.rate(i)) > rate) return true;
+    if (std::abs(run.begin.rate(i)) > rate) return true;
+    if (!(std::abs(run.begin.gap(i)) > least)) continue;
+    double far = 0;
+    for (int j = 0; j < d_; ++j) far = std::max(far, std::abs(At(arrays_.x, j, k)));
+    if (std::abs(run.begin.gap(i)) > std::max(least, kUnits * far)) return true;
   }
   return false;
 }
@@ -223,11 +241,11 @@ bool LaneRuns::Repeat(int k, double h) {
   return Attempt(k);
 }
 
-void LaneRuns::LoadGaps(int k) {
+void LaneRuns::LoadGaps(int k, GapSample* sample) {
   for (int i = 0; i < n_; ++i) {
-    end_.gap(i) = At(arrays_.gap, i, k);
-    end_.rate(i) = At(arrays_.rate, i, k);
-    end_.acceleration(i) = At(arrays_.acceleration, i, k);
+    sample->gap(i) = At(arrays_.gap, i, k);
+    sample->rate(i) = At(arrays_.rate, i, k);
+    sample->acceleration(i) = At(arrays_.acceleration, i, k);
   }
 }
 
@@ -236,26 +254,27 @@ bool LaneRuns::Settle(int k) {
   if (run.onto) return SettleOnto(k);
   run.evaluations += 11;
   const double error = arrays_.error[k];
-  double sum = error;  // finite where all are
-  for (int i = 0; i < 2 * d_; ++i) {
-    sum += std::abs(At(arrays_.end, i, k)) + std::abs(At(arrays_.stages, 12 * 2 * d_ + i, k));
-  }
-  if (!std::isfinite(sum)) return false;
+  if (!std::isfinite(arrays_.sum[k])) return false;
   if (!(error <= 1)) {
     const double shrink = kSafety * std::pow(error, starter_.exponent());
     return Repeat(k, run.length * std::max(kSmallestGrowth, shrink));
   }
   ++run.evaluations;
-  LoadGaps(k);
+  LoadGaps(k, &end_);
   const bool free = error < kFreeError;
   run.next_margins = run.margins;
-  const LocatedEvent event = IsClear(k, free) ? LocatedEvent() : Locate(k, free);
+  LocatedEvent event;
+  if (!IsClear(k, free, &event.growth)) event = Locate(k, free);
   if (!event.found && event.theta < 1) {
     run.next_quick_end = run.t + run.length;
     run.next_quick_step = run.length * std::clamp(event.theta, kLeastPart, kLargestPart);
     return Repeat(k, run.next_quick_step);
   }
-  if (!event.found) return Accept(k, event.growth, error);
+  if (!event.found) {
+    run.event.growth = event.growth;
+    arrays_.accept[k] = 1;
+    return true;
+  }
   run.onto = true;
   run.event = event;
   run.iteration = 0;
@@ -265,40 +284,28 @@ bool LaneRuns::Settle(int k) {
   return true;
 }
 
-/// The step tried last is accepted.
-void LaneRuns::Tally(int k) {
+void LaneRuns::CountStep(int k) {
   Lane& run = lane(k);
   ++run.steps;
-  if (run.new_arc || run.steps == 1) {
-    run.arc_error.Reset();
-    run.arc_begin = run.t;
-  }
+  if (run.new_arc) run.arc_begin = run.t;
   run.new_arc = false;
-  run.arc_error.AddStep(view_);
 }
 
-bool LaneRuns::Accept(int k, double event_growth, double error) {
+/// After the step was taken by Advance.
+bool LaneRuns::Accept(int k) {
   Lane& run = lane(k);
-  view_.LoadEnd(k);
-  Tally(k);
-  const double growth = kSafety * view_.Growth(error);
-  const double largest = std::min(run.rejected ? 1.0 : kLargestGrowth, event_growth);
+  CountStep(k);
+  const double growth = kSafety * view_.Growth(arrays_.error[k]);
+  const double largest = std::min(run.rejected ? 1.0 : kLargestGrowth, run.event.growth);
   run.h = run.length * std::min(std::max(growth, kSmallestGrowth), largest);
   run.t = run.length == run.rest ? request_.duration : run.t + run.length;
-  run.x = view_.end();
   run.margins = run.next_margins;
   run.quick_end = run.next_quick_end;
   run.quick_step = run.next_quick_step;
-  for (int i = 0; i < 2 * d_; ++i) {
-    arrays_.x[i * width_ + k] = At(arrays_.end, i, k);
-    arrays_.stages[i * width_ + k] = At(arrays_.stages, 12 * 2 * d_ + i, k);
-  }
-  for (int i = 0; i < n_; ++i) arrays_.forces[i * width_ + k] = Force(12, i, k);
-  std::swap(run.begin.gap, end_.gap);
-  std::swap(run.begin.rate, end_.rate);
-  std::swap(run.begin.acceleration, end_.acceleration);
-  if (Drifts(run) || IsStiff(k)) return false;
+  LoadGaps(k, &run.begin);
+  if (Drifts(k) || IsStiff(k)) return false;
   if (run.t < request_.duration) return Propose(k);
+  for (int i = 0; i < 2 * d_; ++i) run.x(i) = At(arrays_.x, i, k);
   Finish(k);
   return false;
 }
@@ -321,7 +328,10 @@ void LaneRuns::Finish(int k) {
   BatchRun& result = run.result;
   result.t_end = run.t;
   result.final_state = run.x;
-  result.error = run.new_arc ? Vector::Zero(2 * d_).eval() : run.arc_error.error();
+  result.error.resize(2 * d_);
+  for (int i = 0; i < 2 * d_; ++i) {
+    result.error(i) = run.new_arc ? 0 : At(arrays_.tally, i, k);
+  }
   result.margins = run.run_margins;
   result.margins.gap = run.margins.gap;
   result.margins.force = run.margins.force;

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <deque>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -16,6 +17,7 @@
 #include "contact_flow/flow/transition.h"
 #include "contact_flow/flow/zeno_detector.h"
 #include "lane_set.h"
+#include "lane_transition.h"
 #include "lane_view.h"
 
 namespace contact_flow {
@@ -46,29 +48,32 @@ class LaneRuns {
   void Run(std::atomic<std::size_t>* next, std::vector<BatchRun>* results);
 
  private:
-  struct Lane {
-    explicit Lane(const MechanicalSystem& system)
-        : arc_error(system.space()), start_error(system.space()) {}
+  /// What a run begins with.
+  struct Counts {
+    double began = 0;  // processor time [s]
+    double t = 0, arc_begin = 0;
+    double quick_end = -std::numeric_limits<double>::infinity(), quick_step = 0;
+    bool new_arc = false;
+    std::optional<double> last_transition;
+    int last_trigger = -1;
+    long evaluations = 0, attempts = 0, steps = 0;
+    int stiff_steps = 0, soft_steps = 0;
+  };
+  struct Lane : Counts {
+    explicit Lane(const MechanicalSystem& system) : start_error(system.space()) {}
     bool busy = false;
     std::size_t run = 0;
     BatchRun result;
-    double began = 0;  // processor time [s]
     // The node.
-    double t = 0, h = 0;
+    double h = 0;
     Vector x, u;
     ContactMode mode;
+    const ModeMaps* maps = nullptr;
     GapSample begin;
     GuardMargins margins;
-    double quick_end = 0, quick_step = 0;
-    bool new_arc = false;
-    double arc_begin = 0;
-    ErrorTally arc_error, start_error;
+    ErrorTally start_error;  // of the arc before, where this one begins
     Margins run_margins;
-    std::optional<double> last_transition;
-    int last_trigger = -1;
     std::optional<ZenoDetector> zeno;
-    long evaluations = 0, attempts = 0, steps = 0;
-    int stiff_steps = 0, soft_steps = 0;
     // The proposal.
     double try_h = 0, length = 0, rest = 0, next_quick_end = 0, next_quick_step = 0;
     bool rejected = false;
@@ -95,23 +100,25 @@ class LaneRuns {
   bool SettleOnto(int k);
   bool EndOnto(int k);
   bool Repeat(int k, double h);
-  bool Accept(int k, double event_growth, double error);
-  bool AcceptEvent(int k, double t);
+  bool Accept(int k);
   bool PassTransition(int k);
   bool TallyTransition(int k, const Transition& transition);
   bool Accumulates(int k, const ResolvedTransition& resolved);
-  bool IsClear(int k, bool free);
+  bool IsClear(int k, bool free, double* growth);
+  bool ForcesAreClear(int k, double* growth);
+  double LargestForce(int k) const;
   LocatedEvent Locate(int k, bool free);
   bool Implies(const Lane& lane);
-  bool Drifts(const Lane& lane) const;
+  bool Drifts(int k);
   bool Penetrates(const Lane& lane) const;
   bool IsStiff(int k);
-  void Tally(int k);
+  void CountStep(int k);
+  void End(int k);
   void Warn(Lane* lane, const Warning& warning) const;
   void Finish(int k);
   const ModeMaps& MapsOf(const Lane& lane);
   void Use(const Lane& lane);
-  void LoadGaps(int k);
+  void LoadGaps(int k, GapSample* sample);
   void Write(const double* from, int rows, double* to, int k) const;
 
   const BatchRequest& request_;
@@ -125,6 +132,8 @@ class LaneRuns {
   Dop853 starter_;
   EventLocator locator_;
   LaneView view_;
+  PlasticTouchdown touchdown_;
+  ErrorTally arc_error_;  // of a lane at its event
   /// Touching contacts beside a mode, and whether it implies any: Da does not change.
   struct NearContacts {
     ContactMode mode, near;

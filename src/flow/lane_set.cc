@@ -86,6 +86,7 @@ ModeMaps MapsOfMode(const MechanicalSystem& system, const Vector& x, const Vecto
   maps.regular = factor.regular() && !factor.sparse();
   maps.inverse.setIdentity(d, d);
   maps.force_map.setZero(n, d);
+  maps.gain.setZero(n);
   factor.Solve(&maps.inverse);
   if (k == 0) return maps;
   Matrix rows(k, d), reach(d, k), delassus(k, k), momentum_map(k, d), force_map(k, d);
@@ -104,7 +105,10 @@ ModeMaps MapsOfMode(const MechanicalSystem& system, const Vector& x, const Vecto
   force_map.noalias() = delassus.lazyProduct(momentum_map);
   maps.inverse.noalias() -= momentum_map.transpose().lazyProduct(force_map);
   row = 0;
-  for (int i : mode) maps.force_map.row(i) = force_map.row(row++);
+  for (int i : mode) {
+    maps.gain(i) = reach.col(row).squaredNorm();
+    maps.force_map.row(i) = force_map.row(row++);
+  }
   return maps;
 }
 

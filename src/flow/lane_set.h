@@ -31,6 +31,7 @@ class LanesOfSystem {
 struct ModeMaps {
   ContactMode mode;
   Matrix inverse, force_map;
+  Vector gain;  // G_ii of the members [n]
   bool regular = false;
 };
 ModeMaps MapsOfMode(const MechanicalSystem& system, const Vector& x, const Vector& u,

@@ -3,6 +3,7 @@
 
 #include <stdexcept>
 
+#include "contact_flow/flow/error_tally.h"
 #include "contact_flow/flow/stepper.h"
 #include "lanes.h"
 
@@ -37,6 +38,23 @@ class LaneView final : public Stepper {
     Copy(a.x, &x_);
     Copy(a.stages, &field_);
     Copy(a.stages + 12 * n_ * a.width, &end_field_of_lane_);
+  }
+  /// What the errors of the arc add up to, with those of this step.
+  void LoadTally(int lane, ErrorTally* tally) {
+    LoadEnd(lane);
+    const Vector end = x_end_, errors = errors_;
+    const double h = h_, factor = error_factor_;
+    Copy(lanes_->arrays().tally, &errors_);
+    x_end_.setZero();
+    h_ = 0;
+    error_factor_ = 1;
+    tally->Reset();
+    tally->AddStep(*this);
+    x_end_ = end;
+    errors_ = errors;
+    h_ = h;
+    error_factor_ = factor;
+    tally->AddStep(*this);
   }
   /// The others are extended as well, as long as no other step is tried.
   void Extend() override {

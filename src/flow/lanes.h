@@ -20,6 +20,11 @@ struct LaneArrays {
   double* acceleration = nullptr;  ///< of the gaps at the end [n]
   double* dense = nullptr;         ///< coefficients of the extension, 8 × [2d]
   double* u = nullptr;             ///< inputs [m]
+  double* low = nullptr;           ///< the least force of the stages and the end [n]
+  double* high = nullptr;          ///< the largest
+  double* sum = nullptr;           ///< [W] finite where the step is
+  double* tally = nullptr;         ///< what the errors of accepted steps add up to [2d]
+  double* accept = nullptr;        ///< [W] 1: Advance takes the step, 0: it does not
 };
 
 /// DOP853 for W runs of one model at a time, each from its own point, by its own step and in its
@@ -37,6 +42,9 @@ class LaneStepper {
   virtual void TryStep(double relative_tolerance, double absolute_tolerance) = 0;
   virtual void Finish() = 0;
   virtual void Extend() = 0;
+  /// The ends of the accepted steps become the beginnings of the next; their errors are added, as
+  /// ErrorTally does.
+  virtual void Advance() = 0;
 
  protected:
   LaneArrays arrays_;

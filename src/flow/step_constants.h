@@ -31,6 +31,12 @@ inline constexpr int kStiffSteps = 10, kOthers = 4;
 /// A force is excluded when its smallest stage value exceeds this many times its range over the
 /// stages: a sinusoid of any frequency up to 2000 periods a step falls at most 2.1 ranges below.
 inline constexpr double kForceReserve = 4;
+/// A margin is told by the smallest stage value where that exceeds this part of the range.
+inline constexpr double kForceMargin = 0.5;
+/// The error of a force's interpolant that resolves it, as a part of its range over the stages.
+inline constexpr double kForceResolved = 0.05;
+/// A force is zero where it pulls by this part of what moves its gap by the tolerance in one step.
+inline constexpr double kQuietPull = 1e-6;
 /// Gaps are put back beyond this part of the absolute tolerance, rates also beyond the second part
 /// of what counts as rest at a start. In runs of some seconds nothing comes so far.
 inline constexpr double kDrift = 0.1, kSlowDrift = 1e-2;
