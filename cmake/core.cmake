@@ -19,6 +19,15 @@ target_link_libraries(contact_flow PRIVATE ${CMAKE_THREAD_LIBS_INIT})
 # Random numbers have the same bits on machines that could contract a * b + c.
 set_source_files_properties(src/ensemble/normal_quantile.cc src/ensemble/draws.cc
   PROPERTIES COMPILE_OPTIONS -ffp-contract=off)
+# Batches step several runs at once where the machine can; all else is for any x86-64. Optimized
+# always: no function that others share is to be left to the linker's choice.
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  set(LANE_OPTIONS -O3 -ffp-contract=off -fno-math-errno -fno-trapping-math)
+  set_source_files_properties(src/flow/lanes_avx2.cc
+    PROPERTIES COMPILE_OPTIONS "${LANE_OPTIONS};-mavx2;-mfma")
+  set_source_files_properties(src/flow/lanes_avx512.cc
+    PROPERTIES COMPILE_OPTIONS "${LANE_OPTIONS};-mavx512f;-mfma")
+endif()
 target_compile_definitions(contact_flow PUBLIC CONTACT_FLOW_HAVE_CLP=${CLP_FOUND})
 if(CLP_FOUND)
   target_include_directories(contact_flow SYSTEM PRIVATE ${CLP_INCLUDE_DIRS})

@@ -31,6 +31,7 @@ try:
         Policy, PolicyTracker, PythonModel, QuotientReport, QuotientSample, RecedingLoop, Robot, Run, RunStatistics, Stability,
         StabilityCertificate, Status, Summary, System, Tally, Trust, ValidityRadius, Warning, __version__,
         have_linear_programs, load_configuration, models)
+    from .batch import Batch, BatchEvent, simulate_batch
     from .draws import JointNormal, Normal, Table, Uniform
     from .ensemble import Ensemble, sweep
     from .ensemble_store import open_sweep
@@ -47,7 +48,7 @@ except ImportError as error:  # messages stay importable where the extension is 
         raise ImportError("contact_flow.%s: the extension module cannot be loaded: %s" % (name, _reason))
 
 __all__ = [
-    "After", "Apex", "Arc", "Assumptions", "BudgetExceeded", "Controllability", "CostGradient", "Covariance",
+    "After", "Apex", "Arc", "Assumptions", "Batch", "BatchEvent", "BudgetExceeded", "Controllability", "CostGradient", "Covariance",
     "Crossing", "Derivative", "Ensemble", "Event", "Feedback", "FollowedOrbit", "Formulas", "Grid", "HorizonSolution",
     "Interval", "JointNormal", "LinearPiece",
     "MapConsistency", "Margins", "Model", "NoDerivative", "NominalRun", "Normal", "NotPiecewiseLinear",
@@ -56,4 +57,4 @@ __all__ = [
     "PythonModel", "QuotientReport", "QuotientSample", "RecedingLoop", "Robot", "Run", "RunStatistics", "Section",
     "Stability", "StabilityCertificate", "Status", "Summary", "System", "Table", "Tally", "Touchdown",
     "Trust", "Uniform", "ValidityRadius", "Warning", "have_linear_programs", "load_configuration",
-    "models", "open_sweep", "optimize_trajectory", "read_policy", "sweep", "write_policy", "write_report"]
+    "models", "open_sweep", "optimize_trajectory", "read_policy", "simulate_batch", "sweep", "write_policy", "write_report"]

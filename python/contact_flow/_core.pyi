@@ -7,6 +7,7 @@ from typing import (Any, Callable, Dict, Iterable, Iterator, List, Mapping, Opti
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .batch import Batch
 from .ensemble import Ensemble
 from .python_model import Formulas
 from .sections import Grid, Section
@@ -813,6 +814,8 @@ class System:
     def separation(self, to: State, from_: State) -> Array: ...
     def simulate(self, x0: Optional[State] = None, duration: Optional[float] = None,
         inputs: Union[Input, Grid, None] = None, **options: Any) -> Run: ...
+    def simulate_batch(self, states: ArrayLike, duration: Optional[float] = None,
+        inputs: Optional[ArrayLike] = None, threads: int = 1, lanes: str = 'best', **options: Any) -> Batch: ...
     def sweep(self, draws: Any, runs: Optional[int] = None, **keywords: Any) -> Ensemble: ...
     def assumptions(self, x: Optional[State] = None, u: Optional[Input] = None,
         touching: Optional[Sequence[str]] = None) -> Assumptions: ...

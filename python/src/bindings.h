@@ -103,6 +103,7 @@ void BindFeedback(py::module_* module);
 void BindOrbit(py::module_* module);
 void BindOptimize(py::module_* module);
 void BindOnline(py::module_* module);
+void BindBatch(py::module_* module);
 void BindSweep(py::module_* module);
 void BindTrajectory(py::module_* module);
 void BindPolicy(py::module_* module);

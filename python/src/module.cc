@@ -33,6 +33,7 @@ PYBIND11_MODULE(_core, module) {
   BindOptimize(&module);
   BindOnline(&module);
   BindReceding(&module);
+  BindBatch(&module);
   BindSweep(&module);
   BindTrajectory(&module);
   BindPolicy(&module);

@@ -6,15 +6,9 @@
 
 #include "contact_flow/flow/flow.h"
 #include "resolution.h"
+#include "step_constants.h"
 
 namespace contact_flow {
-namespace {
-
-/// Gaps are put back beyond this part of the absolute tolerance, rates also beyond the second part
-/// of what counts as rest at a start. In runs of some seconds nothing comes so far.
-constexpr double kDrift = 0.1, kSlowDrift = 1e-2;
-
-}  // namespace
 
 bool Flow::Drifts() const {
   if (mode_.Empty()) return false;

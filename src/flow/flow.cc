@@ -10,22 +10,12 @@
 #include "contact_flow/budget.h"
 #include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/flow/transition.h"
+#include "step_constants.h"
 #include "thread_clock.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr double kSafety = 0.8;     // measured: shorter steps, but hardly a rejected one
-constexpr double kFirstStep = 1.5;  // measured: the first guess is about half the step that follows
-constexpr double kLargestGrowth = 6,
-                 kSmallestGrowth = 1.0 / 3;  // of the step size (Hairer's values)
-constexpr double kSmallestStep = 1e-14;      // relative to max(1, t): nothing is resolved below
-/// A step whose error is below this could be more than four times as long.
-constexpr double kFreeError = 1e-6;
-/// Part of a step that is repeated for a guard's sake.
-constexpr double kLeastPart = 0.1, kLargestPart = 0.9;
-/// The same where its zero was none.
-constexpr double kPhantomPart = 0.3;
 constexpr double kImpliedOvershoot = 2;         // steps are shorter than to move further
 constexpr int kStepsBetweenClockReadings = 64;  // a reading costs as much as a step
 
@@ -129,7 +119,6 @@ void Flow::BeginArc() {
 }
 
 bool Flow::Penetrates() {
-  constexpr double kDeep = 100, kUnresolved = 10;  // of the gap's and the absolute tolerance
   const double depth =
       std::max(kDeep * options_.gap_tolerance, kUnresolved * options_.absolute_tolerance);
   for (int i = 0; i < system_.num_constraints(); ++i) {

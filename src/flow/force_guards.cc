@@ -5,22 +5,9 @@
 
 #include "contact_flow/flow/event_locator.h"
 #include "contact_flow/flow/guard_interpolant.h"
+#include "step_constants.h"
 
 namespace contact_flow {
-namespace {
-
-/// A force is excluded when its smallest stage value exceeds this many times its range over the
-/// stages: a sinusoid of any frequency up to 2000 periods a step falls at most 2.1 ranges below.
-constexpr double kForceReserve = 4;
-/// A margin is told by the smallest stage value where that exceeds this part of the range.
-constexpr double kMarginReserve = 0.5;
-/// The error of a force's interpolant that resolves it, as a part of its range over the stages.
-constexpr double kResolved = 0.05;
-/// A force is zero where it pulls by this part of what moves its gap by the tolerance in one step.
-constexpr double kQuietPull = 1e-6;
-
-}  // namespace
-
 /// A guard that is a function of forces, where the dynamics were evaluated last; of shared ones a
 /// lower bound that needs no search.
 double EventLocator::AtHand(int guard) const {
@@ -109,7 +96,7 @@ bool EventLocator::ScreenForces(bool probed, ContactMode* open, LocatedEvent* pu
     }
     const GuardBound bound =
         StageBound(*places_, &forces_(i, 0), static_cast<int>(forces_.rows()), probed);
-    const double allowed = std::max(kResolved * range, floors_(i));
+    const double allowed = std::max(kForceResolved * range, floors_(i));
     if (!(bound.error <= allowed)) {
       *event = {false, kShorter, i};
       return false;
@@ -123,7 +110,7 @@ bool EventLocator::ScreenForces(bool probed, ContactMode* open, LocatedEvent* pu
       const double place = places_->at[static_cast<std::size_t>(k)];
       if (values(k) < -allowed && place < pull->theta) *pull = {false, place, i};
     }
-    if (reach <= floors_(i) || (deeper && lowest <= kMarginReserve * range)) {
+    if (reach <= floors_(i) || (deeper && lowest <= kForceMargin * range)) {
       open->Insert(i);
     } else if (dips) {
       margins_.force = std::min(margins_.force, lowest);

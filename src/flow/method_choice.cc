@@ -3,14 +3,12 @@
 #include <utility>
 
 #include "contact_flow/flow/flow.h"
+#include "step_constants.h"
 
 namespace contact_flow {
 namespace {
 
 constexpr int kStages = 5;
-/// Steps that stability limits until the implicit method takes over, and those in a row that
-/// accuracy limits after which none counts (Hairer & Wanner II, Sec. IV.2: 15 and 6).
-constexpr int kStiffSteps = 10, kOthers = 4;
 /// An implicit step of this many times 1/ρ, or less, is one that the explicit method would make as
 /// well; after so many in a row it does.
 constexpr double kSoft = 2;

@@ -13,18 +13,15 @@
 #include "contact_flow/flow/flow.h"
 #include "frictional_rest.h"
 #include "guarded.h"
+#include "step_constants.h"
 
 namespace contact_flow {
 namespace {
 
-/// Events so close do not go on: relative to the time, or to what events count as
-/// simultaneous within.
-constexpr double kNoTime = 1e-14, kNoTimeApart = 1e-2, kLongestStall = 1e-9;  // [s] the last
 constexpr int kStallsToInsist = 2;
 constexpr int kStallsForEach = 4;  // constraint, before the run ends
 /// Rounding of a rate Da_i v, relative to its terms.
 constexpr double kNoSpeed = 1e-12;
-constexpr double kImpliedReach = 10;  // [absolute tolerances] an implied contact may drift
 
 /// What moves no mass at x, as a text that follows; "" where M is regular.
 std::string SingularMass(const MechanicalSystem& system, const Vector& x, const Vector& u,

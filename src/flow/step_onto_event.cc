@@ -5,18 +5,9 @@
 #include <limits>
 
 #include "contact_flow/flow/flow.h"
+#include "step_constants.h"
 
 namespace contact_flow {
-namespace {
-
-constexpr double kTaylorReach =
-    1e-9;                       // [s] an event is moved this far by one Euler step: error ~1e-18
-constexpr int kMaxNewton = 12;  // steps towards an event
-/// A force at an event is below this part of what it was where the step began; unless the step is
-/// as short as this, relative to max(1, t): where forces jump, they do so here.
-constexpr double kPhantom = 0.1, kShortest = 1e-12;
-
-}  // namespace
 
 /// Newton's method for the event on the true step: repeats the step with its length as the unknown.
 /// Sets x_end_ to the state at the event; returns its time after the beginning of the step, or

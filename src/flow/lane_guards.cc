@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How the runs in lanes look for events: as EventLocator does, which is asked where a look at the
+// ends and the stages does not do.
+#include <algorithm>
+#include <cmath>
+
+#include "contact_flow/flow/guard_interpolant.h"
+#include "lane_runs.h"
+#include "step_constants.h"
+
+namespace contact_flow {
+
+/// Whether the ends and stages of the step tell that nothing vanishes in it, as they do where
+/// EventLocator searches nothing; `growth` is what the next step may be longer by.
+bool LaneRuns::IsClear(int k, bool free, double* growth) {
+  Lane& run = lane(k);
+  if (!run.mode.Empty() && (free || !ForcesAreClear(k, growth))) return false;
+  for (int i = 0; i < n_; ++i) {
+    if (run.mode.Contains(i)) continue;
+    const GuardBound bound =
+        QuinticBound(run.length, {run.begin.gap(i), run.begin.rate(i), run.begin.acceleration(i)},
+                     {end_.gap(i), end_.rate(i), end_.acceleration(i)});
+    const bool dips = run.begin.rate(i) < 0 && end_.rate(i) > 0;
+    if (!(bound.lowest > bound.error && bound.lowest > options_.absolute_tolerance)) return false;
+    if (dips && bound.lowest - bound.error < run.margins.gap) return false;
+  }
+  return true;
+}
+
+/// As EventLocator::ScreenForces.
+bool LaneRuns::ForcesAreClear(int k, double* growth) {
+  Lane& run = lane(k);
+  const StagePlaces& places = StagePlaces::OfDop853();
+  double largest = -1;
+  for (int i : run.mode) {
+    const double lowest = At(arrays_.low, i, k), range = At(arrays_.high, i, k) - lowest;
+    const bool dips = lowest < Force(0, i, k) && lowest < Force(places.end, i, k);
+    double& margin = run.next_margins.force;
+    if (lowest > kForceReserve * range) {
+      if (dips) margin = std::min(margin, lowest);
+      continue;
+    }
+    if (largest < 0) largest = LargestForce(k);
+    const double gain = run.maps->gain(i), h = run.length;
+    const double floor = options_.relative_tolerance * largest / std::sqrt(gain) +
+                         kQuietPull * 2 * options_.absolute_tolerance / (gain * h * h);
+    const GuardBound bound =
+        StageBound(places, arrays_.forces + i * width_ + k, n_ * width_, false);
+    const double allowed = std::max(kForceResolved * range, floor);
+    if (!(bound.error <= allowed) || lowest < -allowed) return false;
+    const double part = bound.error / allowed;  // the error grows with the sixth power of the step
+    constexpr double kNoLimit = 1e-5;           // steps grow by less than that allows
+    if (part > kNoLimit) *growth = std::min(*growth, std::pow(part, -1.0 / 6));
+    const double reach = std::min(bound.lowest, lowest) - bound.error;
+    const bool deeper = dips && reach < margin;
+    if (reach <= floor || (deeper && lowest <= kForceMargin * range)) return false;
+    if (dips) margin = std::min(margin, lowest);
+  }
+  return true;
+}
+
+/// max λ_i √G_ii over members and stages, what forces are rounded to.
+double LaneRuns::LargestForce(int k) const {
+  const Lane& run = lanes_[static_cast<std::size_t>(k)];
+  double largest = 0;
+  for (int i : run.mode) {
+    const double force = std::max(-At(arrays_.low, i, k), At(arrays_.high, i, k));
+    largest = std::max(largest, force * std::sqrt(run.maps->gain(i)));
+  }
+  return largest;
+}
+
+LocatedEvent LaneRuns::Locate(int k, bool free) {
+  Lane& run = lane(k);
+  Use(run);
+  view_.Load(k);
+  locator_.RestoreMargins(run.margins);
+  locator_.BeginArc();
+  if (!run.mode.Empty()) {
+    dynamics_.Evaluate(view_.end(), run.mode);  // its factors are asked for
+    for (int place = 0; place <= StagePlaces::OfDop853().end; ++place) {
+      for (int i = 0; i < n_; ++i) force_(i) = Force(place, i, k);
+      locator_.RecordForce(force_, run.mode);
+    }
+  }
+  const long before = dynamics_.evaluations();
+  const LocatedEvent event = locator_.Locate(&view_, run.mode, run.begin, end_, free);
+  run.evaluations += dynamics_.evaluations() - before + (view_.extended() ? 3 : 0);
+  run.next_margins = locator_.margins();
+  return event;
+}
+
+}  // namespace contact_flow

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Compiled for AVX2 (cmake/core.cmake), and called where the machine has it.
+#include "lanes.h"
+
+#if defined(__AVX2__) && !defined(__clang__)
+#include "lane_models.h"
+#endif
+
+namespace contact_flow {
+
+LaneStepperMaker FindLanesAvx2(const char* model) {
+#if defined(__AVX2__) && !defined(__clang__)
+  return FindLanes<4>(model);
+#else
+  return model == nullptr ? nullptr : nullptr;
+#endif
+}
+
+}  // namespace contact_flow
