@@ -138,6 +138,7 @@ std::optional<ResolvedTransition> ResolveJam(ContactDynamics* dynamics, double t
 
 ResolvedTransition ResolveSingularSlip(ContactDynamics* dynamics, double t, const Vector& x,
                                        ContactMode mode, const TransitionRules& rules) {
+  if (auto jam = ResolveJam(dynamics, t, x, mode, rules)) return *jam;
   const std::vector<int> slips = Slips(dynamics, x, mode);
   for (int i : slips) {
     auto open = Try(dynamics, t, x, mode, rules, [i](FrictionalResolution* r) {
@@ -145,7 +146,6 @@ ResolvedTransition ResolveSingularSlip(ContactDynamics* dynamics, double t, cons
     });
     if (open) return *open;
   }
-  if (auto jam = ResolveJam(dynamics, t, x, mode, rules)) return *jam;
   FrictionalResolution resolution(dynamics, t, x, mode, rules);
   if (!slips.empty()) {
     resolution.TellOfSingularSlip(slips.front(), Outcome::kPainleveCrossing,
