@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How cost grows with contacts and degrees of freedom.
+// How cost grows with contacts, degrees of freedom and variables.
 //
 //   scaling_benchmark [largest n, 64 unless given]     prints the tables
 //   scaling_benchmark --loop rhs|run|direction n N     does one thing N times, for a profiler
@@ -15,9 +15,12 @@
 #include <vector>
 
 #include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/derivative/cost_gradient.h"
+#include "contact_flow/derivative/grid_derivative.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
+#include "contact_flow/model/model_library.h"
 #include "test/model/growing_robots.h"
 #include "timing.h"
 
@@ -173,6 +176,44 @@ void ReportLinks(const char* what, int branching) {
   }
 }
 
+/// The gradient of a quadratic cost by one input on ever finer grids, backward and forward.
+void ReportVariables() {
+  std::printf("steered_trot, an input on a grid [us]: intervals, run, its gradient, in runs, "
+              "forward (A_k, B_k); exponents\n");
+  const auto system = MakeModel("steered_trot", {});
+  const NominalRun& nominal = system->nominal();
+  QuadraticCost quadratic;
+  quadratic.weight = Vector::LinSpaced(system->state_size(), 0.5, 1.5);
+  const RunCost cost = quadratic.Make(*system);
+  BDerivativeOptions options;
+  options.variables.inputs = true;
+  double before[4] = {0, 0, 0, 0};
+  for (const int count : {1, 3, 10, 30, 100, 300, 1000}) {
+    InputSchedule inputs;
+    for (int k = 0; k < count; ++k) {
+      inputs.grid.push_back(nominal.duration * k / count);
+      inputs.values.push_back(Vector::Constant(1, 0.01 * std::sin(1.0 + k)));
+    }
+    const Trajectory run = Simulate(*system, nominal.x, inputs, nominal.duration);
+    CostGradient gradient;
+    const std::vector<double> seconds = TimeInterleaved(
+        {[&] { Simulate(*system, nominal.x, inputs, nominal.duration); },
+         [&] { gradient = DifferentiateCost(*system, run, cost, options); },
+         [&] { GridDerivative(*system, run, options); }},
+        2e-3, 3);
+    if (!gradient.status.ok()) std::printf("  %s\n", gradient.status.message.c_str());
+    std::printf("%6d %9.1f %9.1f %6.2f %10.1f", count, 1e6 * seconds[0], 1e6 * seconds[1],
+                seconds[1] / seconds[0], 1e6 * seconds[2]);
+    for (int i = 0; i < 3 && before[0] > 0; ++i) {
+      std::printf(" %6.2f", std::log(seconds[static_cast<std::size_t>(i)] / before[i + 1]) /
+                                std::log(count / before[0]));
+    }
+    std::printf("\n");
+    before[0] = count;
+    std::copy(seconds.begin(), seconds.end(), before + 1);
+  }
+}
+
 int Loop(const std::string& what, int n, int count) {
   Table table(Legs(n));
   const Trajectory run = table.Run();
@@ -197,5 +238,6 @@ int main(int argc, char** argv) {
   benchmark::ReportLegs(argc > 1 ? std::atoi(argv[1]) : 64);
   benchmark::ReportLinks("chains", 1);
   benchmark::ReportLinks("trees", 2);
+  benchmark::ReportVariables();
   return 0;
 }

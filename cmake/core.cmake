@@ -23,8 +23,14 @@ set_source_files_properties(src/ensemble/normal_quantile.cc src/ensemble/draws.c
 # always: no function that others share is to be left to the linker's choice.
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   set(LANE_OPTIONS -O3 -ffp-contract=off -fno-math-errno -fno-trapping-math)
+  # Copies as wide as what is loaded next, where the compiler can say so (GCC 12).
+  include(CheckCXXCompilerFlag)
+  check_cxx_compiler_flag("-mmove-max=256 -mstore-max=256" HAVE_WIDE_MOVES)
+  if(HAVE_WIDE_MOVES)
+    set(LANE_MOVES -mmove-max=256 -mstore-max=256)
+  endif()
   set_source_files_properties(src/flow/lanes_avx2.cc
-    PROPERTIES COMPILE_OPTIONS "${LANE_OPTIONS};-mavx2;-mfma")
+    PROPERTIES COMPILE_OPTIONS "${LANE_OPTIONS};-mavx2;${LANE_MOVES}")
   set_source_files_properties(src/flow/lanes_avx512.cc
     PROPERTIES COMPILE_OPTIONS "${LANE_OPTIONS};-mavx512f;-mfma")
 endif()

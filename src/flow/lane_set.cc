@@ -54,7 +54,7 @@ LanesOfSystem::LanesOfSystem(const MechanicalSystem& system, const SimulateOptio
     why_ = "method is implicit: lanes are explicit";
   } else {
     maker_ = Find(system.description().name.c_str(), set);
-    if (maker_ == nullptr) why_ = "this machine, or this build, has not the instructions";
+    if (maker_ == nullptr) why_ = "this machine or build has not the instructions";
   }
   if (maker_ == nullptr) return;
   ConstraintTerms terms;
