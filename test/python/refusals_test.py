@@ -245,7 +245,7 @@ class Formulas(unittest.TestCase):
         np.testing.assert_array_equal([[0.0, 0.0]], (zero ** 1.5).c)
         np.testing.assert_array_equal([[0.0, math.inf]], (zero ** 0.5).c)
         np.testing.assert_array_equal([[0.0, math.inf]], zero.sqrt().c)
-        np.testing.assert_array_equal([[0.0, 0.0]], zero.constant(0).sqrt().c)
+        self.assertTrue(math.isnan(zero.constant(0).sqrt().c[0, 1]))   # as of x² + y²: not known to first order
         both, = jet.variables([0.0], 0, 1, 1, True)   # the second derivative of x^1.5 is infinite
         np.testing.assert_array_equal([[0.0, 0.0], [0.0, math.inf]], (both ** 1.5).c)
 
