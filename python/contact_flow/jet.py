@@ -8,8 +8,9 @@ the others the derivatives along n directions. L is one of
 - polynomials in s of degree < P (`series`): Taylor coefficients along a motion.
 
 With P = 1 it is a dual number. Arrays of jets are numpy arrays of dtype object: +, −, *, /, **, @ and
-np.sin, np.sqrt, … work on them; comparisons look at the value alone. There is no way to make a float of
-a jet, so that what would drop a derivative (math.sin, an array of floats) is an error.
+np.sin, np.sqrt, … work on them; comparisons look at the value alone, and say where values are equal that
+need not be so beside (contact_flow.ties). There is no way to make a float of a jet, so that what would drop
+a derivative (math.sin, an array of floats) is an error.
 """
 from __future__ import annotations
 
@@ -17,6 +18,10 @@ import math
 from typing import Any, Sequence, Tuple, Union
 
 import numpy as np
+
+from . import slopes as slopes_of
+from .ties import any_slopes, side
+from .truncated import product
 
 Real = Union[int, float]
 
@@ -74,7 +79,7 @@ class Jet:
 
     def __mul__(self, other: Any) -> Any:
         if isinstance(other, Jet):
-            return Jet(_product(self.c, other.c, self.series), self.series)
+            return Jet(product(self.c, other.c, self.series), self.series)
         return NotImplemented if not _is_real(other) else Jet(self.c * other, self.series)
 
     __rmul__ = __mul__
@@ -88,49 +93,62 @@ class Jet:
         return NotImplemented if not _is_real(other) else self._inverse() * other
 
     def _inverse(self) -> "Jet":
-        y = 1.0 / self.value
-        return self.chain(y, -y * y, 2 * y**3, -6 * y**4)
+        return self.chain(*slopes_of.inverse(self.value))
 
     def __pow__(self, exponent: Any) -> Any:
         if isinstance(exponent, Jet):
-            return (self.log() * exponent).exp()
+            return self._to_the(exponent)
         if not _is_real(exponent):
             return NotImplemented
-        x, n = self.value, exponent
-        if x < 0 and n != int(n):   # not the complex number that Python has
-            return self.chain(*[math.nan] * 4)
-        slopes = []
-        factor = 1.0
-        for k in range(4):  # a factor of zero first: 0⁻¹ would come of x² at 0
-            slopes.append(factor * _power(x, n - k) if factor != 0 else 0.0)
-            factor *= n - k
-        return self.chain(*slopes)
+        return self.chain(*slopes_of.power(self.value, exponent))
+
+    def _to_the(self, exponent: "Jet") -> "Jet":
+        if not exponent.delta().any():
+            return self.chain(*slopes_of.power(self.value, exponent.value))
+        if self.value > 0:
+            power: Jet = (self.log() * exponent).exp()
+            return power
+        if self.value == 0 and exponent.value > 3:   # 0 to the third order
+            return self.constant(0.0)
+        return self._only(slopes_of.power(self.value, exponent.value)[0])
 
     def __rpow__(self, base: Any) -> Any:
-        return NotImplemented if not _is_real(base) else (self * math.log(base)).exp()
+        if not _is_real(base):
+            return NotImplemented
+        return self.constant(0.0) if base == 0 and self.value > 0 else self.constant(base)._to_the(self)
 
     def __abs__(self) -> "Jet":
-        return -self if self.value < 0 else self
+        sign = self.value if self.value != 0 else side(self.delta(), "|x| of 0")
+        return -self if sign < 0 else self
 
     # Comparisons, of values
 
+    def _beyond(self, other: Any, what: str = "a comparison of equal numbers") -> float:
+        """Of the sign of self − other; where they are equal, of that beside this point (ties)."""
+        value: float = _value(other)
+        if self.value != value:
+            return self.value - value
+        return side((self - other).delta(), what)
+
     def __lt__(self, other: Any) -> bool:
-        return bool(self.value < _value(other))
+        return bool(self._beyond(other) < 0)
 
     def __le__(self, other: Any) -> bool:
-        return bool(self.value <= _value(other))
+        return bool(self._beyond(other) <= 0)
 
     def __gt__(self, other: Any) -> bool:
-        return bool(self.value > _value(other))
+        return bool(self._beyond(other) > 0)
 
     def __ge__(self, other: Any) -> bool:
-        return bool(self.value >= _value(other))
+        return bool(self._beyond(other) >= 0)
 
     def __bool__(self) -> bool:
-        return self.value != 0
+        return not self == 0
 
     def __eq__(self, other: Any) -> bool:
-        return bool(self.value == _value(other))
+        if not isinstance(other, Jet) and not _is_real(other):
+            return NotImplemented
+        return bool(self.value == _value(other) and self._beyond(other, "== of equal numbers") == 0)
 
     def __ne__(self, other: Any) -> bool:
         return not self == other
@@ -145,17 +163,18 @@ class Jet:
             order = self.c.shape[0]
         else:
             order = 1 if self.c.shape[0] == 1 else 2
-        delta = self.c.copy()
-        delta[0, 0] = 0.0
+        delta = self.delta()
         if not delta.any():
-            return self.constant(slopes[0])
+            if all(math.isfinite(slope) for slope in slopes[1:order + 1]):
+                return self.constant(slopes[0])
+            return Jet(any_slopes(delta.shape, "an infinite slope"), self.series)._with(slopes[0])
         if not all(math.isfinite(slope) for slope in slopes[1:order + 1]):
             return Jet(self._singular_chain(delta, slopes, order), self.series)
         c = slopes[1] * delta
         c[0, 0] = slopes[0]
         power, factorial = delta, 1
         for k in range(2, order + 1):
-            power = _product(power, delta, self.series)
+            power = product(power, delta, self.series)
             factorial *= k
             c = c + (slopes[k] / factorial) * power
         return Jet(c, self.series)
@@ -169,72 +188,61 @@ class Jet:
         with np.errstate(invalid="ignore"):
             for k in range(1, order + 1):
                 if k > 1:
-                    power = _product(power, delta, self.series)
-                    pattern = _product(pattern, some, self.series)
+                    power = product(power, delta, self.series)
+                    pattern = product(pattern, some, self.series)
                 factorial *= k
                 c = c + np.where(pattern > 0, (slopes[k] / factorial) * power, 0.0)
         c[0, 0] = slopes[0]
         return c
 
     def sqrt(self) -> "Jet":
-        x = self.value
-        if x == 0:
-            return self.chain(0.0, math.inf, -math.inf, math.inf)
-        y = math.sqrt(x)
-        return self.chain(y, 0.5 / y, -0.25 / (x * y), 0.375 / (x * x * y))
+        return self.chain(*slopes_of.sqrt(self.value))
 
     def sin(self) -> "Jet":
-        s, c = math.sin(self.value), math.cos(self.value)
-        return self.chain(s, c, -s, -c)
+        return self.chain(*slopes_of.sin(self.value))
 
     def cos(self) -> "Jet":
-        s, c = math.sin(self.value), math.cos(self.value)
-        return self.chain(c, -s, -c, s)
+        return self.chain(*slopes_of.cos(self.value))
 
     def tan(self) -> "Jet":
-        t = math.tan(self.value)
-        d = 1 + t * t
-        return self.chain(t, d, 2 * t * d, 2 * d * (d + 2 * t * t))
+        return self.chain(*slopes_of.tan(self.value))
+
+    def sinc(self) -> "Jet":
+        return self.chain(*slopes_of.sinc(self.value))
 
     def exp(self) -> "Jet":
-        e = math.exp(self.value)
-        return self.chain(e, e, e, e)
+        return self.chain(*slopes_of.exp(self.value))
 
     def log(self) -> "Jet":
-        x = self.value
-        return self.chain(math.log(x), 1 / x, -1 / x**2, 2 / x**3)
+        return self.chain(*slopes_of.log(self.value))
 
     def sinh(self) -> "Jet":
-        s, c = math.sinh(self.value), math.cosh(self.value)
-        return self.chain(s, c, s, c)
+        return self.chain(*slopes_of.sinh(self.value))
 
     def cosh(self) -> "Jet":
-        s, c = math.sinh(self.value), math.cosh(self.value)
-        return self.chain(c, s, c, s)
+        return self.chain(*slopes_of.cosh(self.value))
 
     def tanh(self) -> "Jet":
-        t = math.tanh(self.value)
-        d = 1 - t * t
-        return self.chain(t, d, -2 * t * d, d * (6 * t * t - 2))
+        return self.chain(*slopes_of.tanh(self.value))
 
     def arcsin(self) -> "Jet":
-        x = self.value
-        r = 1 / math.sqrt(1 - x * x)
-        return self.chain(math.asin(x), r, x * r**3, r**3 + 3 * x * x * r**5)
+        return self.chain(*slopes_of.arcsin(self.value))
 
     def arccos(self) -> "Jet":
         angle: Jet = math.pi / 2 - self.arcsin()
         return angle
 
     def arctan(self) -> "Jet":
-        x = self.value
-        r = 1 / (1 + x * x)
-        return self.chain(math.atan(x), r, -2 * x * r * r, (6 * x * x - 2) * r**3)
+        return self.chain(*slopes_of.arctan(self.value))
 
     def arctan2(self, other: Any) -> "Jet":
-        """The angle of (other, self)."""
+        """The angle of (other, self); it jumps where self = 0 and other < 0."""
         x = other if isinstance(other, Jet) else self.constant(other)
         turn = math.atan2(self.value, x.value)
+        if self.value == 0 and x.value == 0:
+            return self._only(turn)
+        if self.value == 0 and x.value < 0:
+            turn = math.copysign(turn, side(self.delta(), "an angle of half a turn") or turn)
         if abs(x.value) >= abs(self.value):
             angle = (self / x).arctan()
         else:
@@ -246,10 +254,24 @@ class Jet:
         root: Jet = (self * self + other * other).sqrt()
         return root
 
+    def __array_function__(self, function: Any, types: Any, args: Any, kwargs: Any) -> Any:
+        if function is np.sinc:
+            return self.sinc()
+        return function._implementation(*args, **kwargs)   # numpy's own
 
-def _power(x: float, n: float) -> float:
-    """xⁿ, infinite at 0 for n < 0."""
-    return math.inf if x == 0 and n < 0 else float(x ** n)
+    def delta(self) -> Any:
+        """The coefficients but for the value."""
+        delta = self.c.copy()
+        delta[0, 0] = 0.0
+        return delta
+
+    def _only(self, value: float) -> "Jet":
+        """A value, and no derivative."""
+        return Jet(np.full_like(self.c, math.nan), self.series)._with(value)
+
+    def _with(self, value: float) -> "Jet":
+        self.c[0, 0] = value
+        return self
 
 
 def _is_real(value: Any) -> bool:
@@ -258,28 +280,6 @@ def _is_real(value: Any) -> bool:
 
 def _value(number: Any) -> Any:
     return number.value if isinstance(number, Jet) else number
-
-
-def _row(a: Any, b: Any) -> Any:
-    """The product of two dual numbers."""
-    c = a * b[0] + b * a[0]
-    c[0] = a[0] * b[0]
-    return c
-
-
-def _product(a: Any, b: Any, series: bool) -> Any:
-    if a.shape[0] == 1:
-        return _row(a[0], b[0])[np.newaxis, :]
-    if series:
-        c = np.zeros_like(a)
-        for i in range(a.shape[0]):
-            for j in range(a.shape[0] - i):
-                c[i + j] += _row(a[i], b[j])
-        return c
-    c = a * b[0, 0] + b * a[0, 0]
-    c[0, 0] = a[0, 0] * b[0, 0]
-    c[1:, 1:] += np.outer(a[1:, 0], b[0, 1:]) + np.outer(b[1:, 0], a[0, 1:])
-    return c
 
 
 def variables(values: Sequence[float], first: int, directions: int, left: int = 0,

@@ -17,7 +17,7 @@ RANGES: Dict[str, Callable[[float], bool]] = {
     "unit_interval": lambda value: 0 <= value <= 1,
 }
 
-MAX_CONSTRAINTS = 64  #: as in C++
+MAX_CONSTRAINTS = 64  #: the bits of a mode in which formulas are told who holds
 WAYS = ("duals", "differences")  #: to differentiate
 
 

@@ -7,8 +7,10 @@ from typing import Any, Callable, Dict, List, Mapping, Sequence, Tuple, Type
 
 import numpy as np
 
-from . import differences, jet
+from . import differences, jet, ties
 from .model_checks import WrongShape, check_names, floats, numbers, read_parameters, with_values
+
+CLOSED = 1e-6   #: gaps may have a kink where they are larger than this
 
 
 class Formulas:
@@ -149,13 +151,16 @@ class Terms:
     # Their derivatives: coefficients along directions of q, v, u and of the parameters p, where these vary
 
     def _coefficients(self, what: str, formula: Callable[..., Any], p: Any, arguments: Sequence[Any],
-                      shape: Tuple[int, int], series: bool = False) -> Any:
-        """Of formula(model, *arguments) [… × shape]; p: None, or jets of all parameters."""
+                      shape: Tuple[int, int], series: bool = False, away: float = np.inf) -> Any:
+        """Of formula(model, *arguments) [… × shape]; p: None, or all parameters, numbers and jets."""
         if self.model.differentiation == "differences":
             return self._by_differences(what, formula, p, arguments, shape, series)
         try:
-            return jet.coefficients(formula(self._with(p), *arguments), shape)
-        except TypeError as error:
+            return ties.settled(lambda: jet.coefficients(formula(self._with(p), *arguments), shape),
+                                "%s.%s" % (self.name, what), away)
+        except (TypeError, AttributeError) as error:
+            if isinstance(error, AttributeError) and "'Jet'" not in str(error):
+                raise
             raise TypeError("%s.%s: %s; forward duals do not pass through it, differentiation = 'differences' does"
                             % (self.name, what, error)) from error
 
@@ -180,7 +185,8 @@ class Terms:
         return c[:, 0, 0], c[:, 0, 1:]
 
     def _gaps(self, p: Any, q: Any, shape: Tuple[int, int], series: bool = False) -> Any:
-        return self._coefficients("gaps(q)", self._all_gaps, p, [q], shape, series).reshape((self.rows,) + shape)
+        c = self._coefficients("gaps(q)", self._all_gaps, p, [q], shape, series, CLOSED)
+        return c.reshape((self.rows,) + shape)
 
     def _masses(self, p: Any, q: Any, shape: Tuple[int, int]) -> Any:
         return self._coefficients("mass_matrix(q)", self._mass_matrix, p, [q], shape)
@@ -261,11 +267,12 @@ class Terms:
     # Derivatives by parameters
 
     def _vary(self, parameters: Sequence[int], left: int, series: bool = False) -> Any:
-        """Jets of all parameters, of derivative 1 along those of these indices."""
+        """All parameters: those of these indices jets of derivative 1, the others numbers."""
         jets = np.empty(len(self.parameter_list), dtype=object)
-        for k, value in enumerate(self._values):
+        jets[:] = self._values.tolist()
+        for k in parameters:
             c = np.zeros((3 if series else 1 + left, 1 + len(parameters)))
-            c[0, 0] = value
+            c[0, 0] = self._values[k]
             for column, index in enumerate(parameters):
                 c[0, 1 + column] = 1.0 if index == k else 0.0
             jets[k] = jet.Jet(c, series)

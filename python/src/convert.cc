@@ -28,13 +28,24 @@ bool IsMapping(const py::handle& value) {
          (!py::isinstance<py::array>(value) && py::hasattr(value, "keys"));
 }
 
+/// An array of numpy's own class, none of those derived from it.
+bool IsPlainArray(const py::handle& value) {
+  static const PyObject* const plain = py::module_::import("numpy").attr("ndarray").ptr();
+  return reinterpret_cast<const PyObject*>(Py_TYPE(value.ptr())) == plain;
+}
+
+/// Of these there is nothing to convert, which takes longer than all else.
+bool HasDoublesInRows(const py::handle& array) {
+  static const PyObject* const doubles = py::dtype::of<double>().release().ptr();
+  const auto* fields = py::detail::array_proxy(array.ptr());
+  constexpr int kNeeded =
+      py::detail::npy_api::NPY_ARRAY_C_CONTIGUOUS_ | py::detail::npy_api::NPY_ARRAY_ALIGNED_;
+  return fields->descr == doubles && (fields->flags & kNeeded) == kNeeded;
+}
+
 /// Hidden numbers of a masked array are no numbers.
 void RefuseMasked(const py::handle& value, const char* field) {
-  static const PyObject* const usual = py::module_::import("numpy").attr("ndarray").ptr();
-  if (reinterpret_cast<const PyObject*>(Py_TYPE(value.ptr())) == usual ||
-      !py::isinstance<py::array>(value) || !py::hasattr(value, "mask")) {
-    return;
-  }
+  if (!py::isinstance<py::array>(value) || !py::hasattr(value, "mask")) return;
   if (py::module_::import("numpy").attr("ma").attr("is_masked")(value).cast<bool>()) {
     throw py::value_error(std::string(field) + " is a masked array, with numbers left out");
   }
@@ -43,7 +54,11 @@ void RefuseMasked(const py::handle& value, const char* field) {
 }  // namespace
 
 Array ToArray(const py::handle& value, const char* field) {
-  RefuseMasked(value, field);
+  if (IsPlainArray(value)) {
+    if (HasDoublesInRows(value)) return py::reinterpret_borrow<Array>(value);
+  } else {
+    RefuseMasked(value, field);
+  }
   const py::array any = py::array::ensure(value);
   if (!any) {
     PyErr_Clear();

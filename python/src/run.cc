@@ -92,12 +92,18 @@ std::vector<std::string> Words(const Run& run) {
   return words;
 }
 
-void CheckCount(int count) {
+void CheckCount(const Run& run, int count) {
   if (count < 1) throw py::value_error("count is " + std::to_string(count) + ", expected ≥ 1");
+  const double megabytes = 8e-6 * count * (run.system->get().state_size() + 1);
+  if (megabytes > run.options.max_megabytes) {
+    throw py::value_error("count is " + std::to_string(count) + ", whose rows take " +
+                          Number(megabytes) + " MB, more than the run's max_megabytes, " +
+                          Number(run.options.max_megabytes));
+  }
 }
 
 py::tuple Sampled(const Run& run, int count) {
-  CheckCount(count);
+  CheckCount(run, count);
   if (count > 1 && !run.options.dense) throw py::value_error("the run was made with dense=False");
   const Samples samples = WithoutLock([&] { return SampleTrajectory(run.trajectory, count); });
   return py::make_tuple(Vector(Eigen::Map<const Vector>(
@@ -106,7 +112,7 @@ py::tuple Sampled(const Run& run, int count) {
 }
 
 std::string Csv(const Run& run, int count) {
-  CheckCount(count);
+  CheckCount(run, count);
   return WithoutLock([&] {
     std::ostringstream text;
     WriteCsv(run.description(), run.trajectory, count, &text);
