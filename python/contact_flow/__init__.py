@@ -26,11 +26,11 @@ __path__ = _extend_path(__path__, __name__)
 try:
     from ._core import (
         Arc, Assumptions, BudgetExceeded, Controllability, CostGradient, Covariance, Derivative, Event,
-        Feedback, FollowedOrbit, HorizonSolution, Interval, LinearPiece, MapConsistency, Margins, Model, NoDerivative,
-        NominalRun, NotPiecewiseLinear, OnlineFlow, Optimum, Orbit, Parameter, PiecewiseLinearMap, PoincareMap, PoincareReturn,
+        Feedback, FollowedOrbit, HorizonSolution, Interval, LinearInputs, LinearPiece, MapConsistency, Margins, Model,
+        NoDerivative, NominalRun, NotPiecewiseLinear, OnlineFlow, Optimum, Orbit, Parameter, PiecewiseLinearMap, PoincareMap, PoincareReturn,
         Policy, PolicyTracker, PythonModel, QuotientReport, QuotientSample, RecedingLoop, Robot, Run, RunStatistics, Stability,
         StabilityCertificate, Status, Summary, System, Tally, Trust, ValidityRadius, Warning, __version__,
-        have_linear_programs, load_configuration, models)
+        have_ipopt, have_linear_programs, load_configuration, models)
     from .batch import Batch, BatchEvent, simulate_batch
     from .draws import JointNormal, Normal, Table, Uniform
     from .ensemble import Ensemble, sweep
@@ -50,11 +50,11 @@ except ImportError as error:  # messages stay importable where the extension is 
 __all__ = [
     "After", "Apex", "Arc", "Assumptions", "Batch", "BatchEvent", "BudgetExceeded", "Controllability", "CostGradient", "Covariance",
     "Crossing", "Derivative", "Ensemble", "Event", "Feedback", "FollowedOrbit", "Formulas", "Grid", "HorizonSolution",
-    "Interval", "JointNormal", "LinearPiece",
+    "Interval", "JointNormal", "LinearInputs", "LinearPiece",
     "MapConsistency", "Margins", "Model", "NoDerivative", "NominalRun", "Normal", "NotPiecewiseLinear",
     "OnlineFlow", "OptimalTrajectory", "Optimum", "Orbit", "Parameter", "PiecewiseLinearMap", "PoincareMap",
     "PoincareReturn", "Policy", "PolicyTracker",
     "PythonModel", "QuotientReport", "QuotientSample", "RecedingLoop", "Robot", "Run", "RunStatistics", "Section",
     "Stability", "StabilityCertificate", "Status", "Summary", "System", "Table", "Tally", "Touchdown",
-    "Trust", "Uniform", "ValidityRadius", "Warning", "have_linear_programs", "load_configuration",
+    "Trust", "Uniform", "ValidityRadius", "Warning", "have_ipopt", "have_linear_programs", "load_configuration",
     "models", "open_sweep", "optimize_trajectory", "read_policy", "simulate_batch", "sweep", "write_policy", "write_report"]

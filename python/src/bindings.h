@@ -89,6 +89,7 @@ void BindSystem(py::module_* module);
 void BindTerms(py::module_* module);
 void BindModels(py::module_* module);
 void BindPythonModel(py::module_* module);
+void BindLinearInputs(py::module_* module);
 void BindRun(py::module_* module);
 void BindEvents(py::module_* module);
 void BindSimulate(py::module_* module);

@@ -18,6 +18,7 @@ PYBIND11_MODULE(_core, module) {
   BindTerms(&module);
   BindModels(&module);
   BindPythonModel(&module);
+  BindLinearInputs(&module);
   BindRun(&module);
   BindEvents(&module);
   BindSimulate(&module);

@@ -2,6 +2,7 @@
 // Trajectories through contact: what contact_flow/trajectories.py asks, and its answer as a dict.
 #include <optional>
 
+#include "contact_flow/trajectory_optimization/multiple_shooting.h"
 #include "contact_flow/trajectory_optimization/optimize_trajectory.h"
 #include "convert.h"
 #include "unlocked.h"
@@ -77,6 +78,33 @@ void Choose(const System& system, const py::dict& asked, TrajectoryProblem* prob
   };
 }
 
+/// Weights by contact over zeros, or none.
+Vector ByContact(const py::dict& asked, const char* field, const SystemDescription& d) {
+  const auto given = asked[field].cast<py::dict>();
+  if (given.empty()) return Vector();
+  Vector weights = Vector::Zero(static_cast<Eigen::Index>(d.constraints.size()));
+  for (const auto& [name, weight] : given) {
+    weights(IndexOf("constraint", py::str(name), d.constraints)) = ToNumber(weight, field);
+  }
+  return weights;
+}
+
+void AddNamedCosts(const System& system, const py::dict& asked, TrajectoryProblem* problem) {
+  const SystemDescription& d = system.description();
+  for (const auto& given : asked["power"]) {
+    const auto term = given.cast<py::tuple>();
+    if (term.size() != 3) {
+      throw py::value_error("power has a term of " + std::to_string(term.size()) +
+                            " entries, expected (input, velocity, weight)");
+    }
+    problem->power.push_back({IndexOf("input", py::str(term[0]), d.inputs),
+                              IndexOf("velocity", py::str(term[1]), d.velocities),
+                              ToNumber(term[2], "power")});
+  }
+  problem->impulse_weight = ByContact(asked, "impulse", d);
+  problem->slip_weight = ByContact(asked, "slip", d);
+}
+
 TrajectoryProblem ToProblem(const System& system, const py::dict& asked) {
   const SystemDescription& d = system.description();
   const Eigen::Index m = system.get().num_inputs(), nq = system.get().num_positions();
@@ -95,6 +123,9 @@ TrajectoryProblem ToProblem(const System& system, const py::dict& asked) {
     problem.path_reference = ToMatrix(asked["path_reference"], "path_reference", nq).transpose();
   }
   problem.duration_weight = asked["duration_weight"].cast<double>();
+  AddNamedCosts(system, asked, &problem);
+  problem.linear_inputs = asked["linear_inputs"].cast<bool>();
+  problem.input_end = Named(asked, "input_end", m, d.inputs);
   for (const auto& condition : asked["conditions"]) {
     problem.conditions.push_back(ToCondition(condition, d));
   }
@@ -156,6 +187,7 @@ py::dict ToAnswer(const System& system, const TrajectoryProblem& problem,
   answer["x0"] = found.x;
   answer["t"] = py::array(py::cast(found.inputs.grid));
   answer["u"] = u;
+  answer["input_end"] = problem.linear_inputs ? py::cast(found.input_end) : py::none();
   answer["duration"] = found.duration;
   answer["parameters"] = parameters;
   answer["condition_values"] = found.condition_values;
@@ -178,6 +210,12 @@ py::dict Optimize(const std::shared_ptr<System>& system, const py::dict& asked,
   options.max_iterations = ToCount(asked["max_iterations"], "max_iterations");
   options.tolerance = ToNumber(asked["tolerance"], "tolerance");
   options.neighbours = asked["neighbours"].cast<bool>();
+  const bool by_shooting = asked["method"].cast<std::string>() == "multiple_shooting";
+  ShootingOptions shooting;
+  shooting.segments = asked["segments"].cast<std::vector<int>>();
+  if (!asked["states"].is_none()) {
+    shooting.states = ToMatrix(asked["states"], "states", system->get().state_size()).transpose();
+  }
   std::optional<py::error_already_set> raised;
   if (!progress.is_none()) {
     options.progress = [&](const TrajectoryIteration& at, const Vector&) {
@@ -190,8 +228,12 @@ py::dict Optimize(const std::shared_ptr<System>& system, const py::dict& asked,
       }
     };
   }
-  const TrajectoryOptimum found =
-      WithoutLock([&] { return OptimizeTrajectory(system->get(), problem, options); }, max_seconds);
+  const TrajectoryOptimum found = WithoutLock(
+      [&] {
+        return by_shooting ? OptimizeByShooting(system->get(), problem, options, shooting)
+                           : OptimizeTrajectory(system->get(), problem, options);
+      },
+      max_seconds);
   if (raised) {
     py::error_already_set error = std::move(*raised);
     raised.reset();
@@ -203,6 +245,7 @@ py::dict Optimize(const std::shared_ptr<System>& system, const py::dict& asked,
 }  // namespace
 
 void BindTrajectory(py::module_* module) {
+  module->def("have_ipopt", &HaveIpopt, "Whether Ipopt is compiled in, for multiple shooting.");
   module->def("_optimize_trajectory", &Optimize, py::arg("system"), py::arg("asked"),
               py::arg("progress"), py::arg("max_seconds"));
   py::class_<System, std::shared_ptr<System>>(module->attr("System"))

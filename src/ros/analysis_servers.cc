@@ -9,6 +9,7 @@
 #include "contact_flow/ros/controllability_answer.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/covariance_answer.h"
+#include "contact_flow/ros/feedback_answer.h"
 #include "contact_flow/ros/gradient_answer.h"
 #include "contact_flow/ros/handler.h"
 #include "contact_flow/ros/optimization_answer.h"
@@ -47,6 +48,19 @@ StabilityRequest ToRequest(const DecideStability::Request& in) {
   request.max_words = in.max_words;
   request.max_linear_programs = in.max_linear_programs;
   request.map_tolerance = in.map_tolerance;
+  return request;
+}
+
+StepFeedbackRequest ToRequest(const FindStabilizingFeedback::Request& in) {
+  StepFeedbackRequest request;
+  request.return_map = in.return_map;
+  request.inputs = in.inputs;
+  request.piecewise = in.piecewise;
+  request.good_enough = in.good_enough;
+  request.margin = in.margin;
+  request.max_word_length = in.max_word_length;
+  request.max_words = in.max_words;
+  request.max_linear_programs = in.max_linear_programs;
   return request;
 }
 
@@ -231,6 +245,7 @@ AnalysisServers::AnalysisServers(ros::NodeHandle* node, ros::NodeHandle* work_no
   servers_ = {
       work_node->advertiseService("poincare_map", &AnalysisServers::ReturnMap, this),
       work_node->advertiseService("assess_stability", &AnalysisServers::Stability, this),
+      work_node->advertiseService("find_stabilizing_feedback", &AnalysisServers::Feedback, this),
       work_node->advertiseService("assess_controllability", &AnalysisServers::Controllability,
                                   this),
       work_node->advertiseService("propagate_covariance", &AnalysisServers::Covariance, this),
@@ -252,6 +267,11 @@ bool AnalysisServers::ReturnMap(ComputePoincareMap::Request& in,
 
 bool AnalysisServers::Stability(DecideStability::Request& in, DecideStability::Response& out) {
   return Analyse<StabilityRecord>("assess_stability", setup_, pool_, outlet_, in, &out);
+}
+
+bool AnalysisServers::Feedback(FindStabilizingFeedback::Request& in,
+                               FindStabilizingFeedback::Response& out) {
+  return Analyse<StepFeedbackRecord>("find_stabilizing_feedback", setup_, pool_, outlet_, in, &out);
 }
 
 bool AnalysisServers::Controllability(DecideControllability::Request& in,

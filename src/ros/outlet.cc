@@ -204,6 +204,10 @@ std::string Outlet::Deliver(PoincareRecord* record) {
 
 std::string Outlet::Deliver(StabilityRecord* record) { return DeliverRecord("stability", record); }
 
+std::string Outlet::Deliver(StepFeedbackRecord* record) {
+  return DeliverRecord("step_feedback", record);
+}
+
 std::string Outlet::Deliver(ControllabilityRecord* record) {
   return DeliverRecord("controllability", record);
 }
@@ -253,9 +257,9 @@ std::string Outlet::StartRecording(const std::string& asked) {
   for (const char* role :
        {"model_description", "trajectory", "mode_sequence", "b_derivative", "record/simulation",
         "record/derivative", "record/comparison", "record/assumptions", "record/linearization",
-        "record/poincare_map", "record/stability", "record/controllability", "record/covariance",
-        "record/gradient", "record/policy", "record/periodic_orbit", "record/optimization",
-        "record/trajectory"}) {
+        "record/poincare_map", "record/stability", "record/step_feedback", "record/controllability",
+        "record/covariance", "record/gradient", "record/policy", "record/periodic_orbit",
+        "record/optimization", "record/trajectory"}) {
     plan.start.roles.push_back(role);
     plan.start.topics.push_back(ros::names::resolve(std::string("~") + role));
   }

@@ -171,21 +171,29 @@ AssessedReturn Reduce(const MechanicalSystem& system, const VectorRef& x, Poinca
   return assessed;
 }
 
-AssessedReturn AssessReturn(const Setup& setup, const PoincareRequest& request) {
+ReturnQuestion ResolveReturn(const Setup& setup, const PoincareRequest& request) {
   const MechanicalSystem& system = *setup.system;
   const Run run = ResolveRun(setup, 0, request.state, request.input, {}, {});
-  PoincareOptions options;
+  ReturnQuestion question;
+  question.x = run.x;
+  question.u = run.input.values.front();
+  PoincareOptions& options = question.options;
   options.simulate = ResolveOptions(TightOptions(setup), request.options);
   options.derivative = ResolveOptions(TightDerivativeOptions(setup), request.derivative_options);
   options.horizon = ResolveNumber("horizon", request.horizon, options.horizon, kMaxHorizon);
   CheckWithin("horizon", options.horizon, kMinHorizon, kMaxHorizon);
   options.shortest = ResolveNumber("shortest", request.shortest, options.shortest, kMaxHorizon);
-  const Section section = ResolveSection(system, "section", request.section);
-  const Matrix neutral = ResolveNeutral(system, request);
-  PoincareReturn one =
-      PoincareMap(system, run.input.values.front(), section, options).Return(run.x);
+  question.section = ResolveSection(system, "section", request.section);
+  question.neutral = ResolveNeutral(system, request);
+  return question;
+}
+
+AssessedReturn AssessReturn(const Setup& setup, const PoincareRequest& request) {
+  const MechanicalSystem& system = *setup.system;
+  const ReturnQuestion asked = ResolveReturn(setup, request);
+  PoincareReturn one = PoincareMap(system, asked.u, asked.section, asked.options).Return(asked.x);
   if (one.status == ReturnStatus::kRefused) throw std::invalid_argument(one.message);
-  return Reduce(system, run.x, std::move(one), neutral);
+  return Reduce(system, asked.x, std::move(one), asked.neutral);
 }
 
 PoincareResult ToMsg(const MechanicalSystem& system, const AssessedReturn& assessed) {

@@ -214,6 +214,7 @@ bool BagVerifier::TakeResult(const BagMessage& message) {
          Record<LinearizationRecord>(message, "record/linearization") ||
          Record<PoincareRecord>(message, "record/poincare_map") ||
          Record<StabilityRecord>(message, "record/stability") ||
+         Record<StepFeedbackRecord>(message, "record/step_feedback") ||
          Record<ControllabilityRecord>(message, "record/controllability") ||
          Record<CovarianceRecord>(message, "record/covariance") ||
          Record<GradientRecord>(message, "record/gradient") ||

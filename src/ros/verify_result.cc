@@ -15,6 +15,7 @@
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/covariance_answer.h"
 #include "contact_flow/ros/handler.h"
+#include "contact_flow/ros/feedback_answer.h"
 #include "contact_flow/ros/gradient_answer.h"
 #include "contact_flow/ros/linearize_answer.h"
 #include "contact_flow/ros/optimization_answer.h"
@@ -201,6 +202,7 @@ CONTACT_FLOW_REPEAT(AssumptionRecord)
 CONTACT_FLOW_REPEAT(LinearizationRecord)
 CONTACT_FLOW_REPEAT(PoincareRecord)
 CONTACT_FLOW_REPEAT(StabilityRecord)
+CONTACT_FLOW_REPEAT(StepFeedbackRecord)
 CONTACT_FLOW_REPEAT(ControllabilityRecord)
 CONTACT_FLOW_REPEAT(CovarianceRecord)
 CONTACT_FLOW_REPEAT(GradientRecord)

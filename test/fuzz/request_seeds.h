@@ -6,6 +6,7 @@
 
 #include "contact_flow/RunCondition.h"
 #include "contact_flow/StabilityRequest.h"
+#include "contact_flow/StepFeedbackRequest.h"
 #include "contact_flow/TrajectoryRequest.h"
 #include "contact_flow/ros/answers.h"
 #include "contact_flow/ros/serialize.h"
@@ -62,6 +63,14 @@ struct RequestTarget::State {
 
   std::vector<double> Q() const { return Part(0, setup.system->num_positions()); }
   std::vector<double> V() const { return Part(setup.system->num_positions(), setup.system->dof()); }
+  const Parameter& AnyParameter(MessageMutator* dice) const {
+    const auto& all = setup.system->description().parameters;
+    return all[dice->Below(all.size())];
+  }
+  std::vector<double> U() const {
+    const Vector& u = setup.system->nominal().u;
+    return {u.data(), u.data() + u.size()};
+  }
   std::vector<double> Part(int begin, int count) const {
     const Vector& x = setup.system->nominal().x;
     return {x.data() + begin, x.data() + begin + count};
@@ -125,6 +134,24 @@ struct RequestTarget::State {
     if (dice->Below(3) == 0) request->neutral = Square(2 * setup.system->dof());
   }
 
+  void Fill(MessageMutator* dice, StabilityRequest* request) const {
+    Fill(dice, &request->return_map);
+    if (dice->Below(4) > 0) request->map = Map();
+    if (dice->Below(2) != 0) return;
+    request->certificate.test = static_cast<std::uint8_t>(dice->Below(9));
+    request->certificate.bound = 0.9;
+    request->certificate.norm = Square(3);
+    request->certificate.directions = Square(1);
+    request->certificate.words.resize(2);
+    for (PieceWord& word : request->certificate.words) word.pieces = {0, 1};
+  }
+  void Fill(MessageMutator* dice, StepFeedbackRequest* request) const {
+    Fill(dice, &request->return_map);
+    const auto& inputs = setup.system->description().inputs;
+    if (dice->Below(2) == 0 && !inputs.empty()) request->inputs = {inputs.front()};
+    request->piecewise = dice->Below(2) == 0;
+  }
+
   void Fill(MessageMutator* dice, TrajectoryRequest* request) const {
     Begin(dice, request);
     request->duration = kDuration;
@@ -139,6 +166,15 @@ struct RequestTarget::State {
     request->outcomes = request->path = {Coordinate(dice)};
     request->targets = request->path_targets = {0.5};
     request->duration_weight = 1;
+    const SystemDescription& names = setup.system->description();
+    request->linear_inputs = dice->Below(3) == 0;
+    if (dice->Below(3) == 0 && !names.inputs.empty()) {
+      request->power_inputs = {names.inputs.front()};
+      request->power_velocities = {names.velocities[dice->Below(names.velocities.size())]};
+      request->power_weights = {0.5};
+    }
+    if (dice->Below(4) == 0) request->impulses = {names.constraints.front()};
+    if (dice->Below(4) == 0) request->slips = {names.constraints.front()};
     RunCondition condition;
     condition.name = Coordinate(dice);
     condition.lower = -1;

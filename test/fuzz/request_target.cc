@@ -23,6 +23,7 @@
 #include "contact_flow/ros/bag_reader.h"
 #include "contact_flow/ros/controllability_answer.h"
 #include "contact_flow/ros/covariance_answer.h"
+#include "contact_flow/ros/feedback_answer.h"
 #include "contact_flow/ros/gradient_answer.h"
 #include "contact_flow/ros/linearize_answer.h"
 #include "contact_flow/ros/optimization_answer.h"
@@ -44,7 +45,7 @@ constexpr const char* kKinds[] = {
     "simulate", "b_derivative", "compare", "check_assumptions", "linearize", "poincare_map",
     "assess_stability", "assess_stability", "assess_controllability", "propagate_covariance",
     "find_periodic_orbit", "optimize", "gradient", "set_state", "apply_impulse", "set_parameters",
-    "set_input", "optimize_trajectory", "predict"};
+    "set_input", "optimize_trajectory", "find_stabilizing_feedback", "predict"};
 
 /// What to do where a message has changed since.
 constexpr const char* kWriteAgain = ": test/data/fuzz/make_requests.py writes it again";
@@ -196,16 +197,7 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
       case 6:
       case 7: {
         StabilityRequest request;
-        s.Fill(&dice, &request.return_map);
-        if (dice.Below(4) > 0) request.map = s.Map();
-        if (dice.Below(2) == 0) {
-          request.certificate.test = static_cast<std::uint8_t>(dice.Below(9));
-          request.certificate.bound = 0.9;
-          request.certificate.norm = s.Square(3);
-          request.certificate.directions = s.Square(1);
-          request.certificate.words.resize(2);
-          for (PieceWord& word : request.certificate.words) word.pieces = {0, 1};
-        }
+        s.Fill(&dice, &request);
         hostile("assess_stability", &request);
         Shorten(&request.return_map.options);
         Limit(&request.max_words, std::uint32_t{500});
@@ -226,7 +218,7 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
       case 9: {
         CovarianceRequest request;
         s.BeginRun(&dice, &request);
-        request.deviations.assign(static_cast<std::size_t>(2 * s.setup.system->dof()), 0.01);
+        request.deviations.assign(s.V().size() * 2, 0.01);
         answer("propagate_covariance", &request);
         break;
       }
@@ -283,10 +275,9 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
       }
       case 15: {
         SetSimulatorParameters::Request request;
-        const auto& parameters = s.setup.system->description().parameters;
-        const Parameter& parameter = parameters[dice.Below(parameters.size())];
-        request.names = {parameter.name};
-        request.values = {parameter.value};
+        const Parameter& one = s.AnyParameter(&dice);
+        request.names = {one.name};
+        request.values = {one.value};
         hostile("set_parameters", &request);
         ros_if::CheckMessage(request);
         s.session.SetParameters(request.names, request.values);
@@ -294,12 +285,11 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
       }
       case 16: {
         SetInput::Request request;
-        const Vector& u = s.setup.system->nominal().u;
-        request.values.assign(u.data(), u.data() + u.size());
+        request.values = s.U();
         hostile("set_input", &request);
         ros_if::CheckMessage(request);
-        const double t = request.at != 0 ? request.at : s.session.now();
-        s.session.SetInput(t, request.names, request.values);
+        if (request.at == 0) request.at = s.session.now();
+        s.session.SetInput(request.at, request.names, request.values);
         break;
       }
       case 17: {
@@ -309,6 +299,16 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
         Shorten(&request.options);
         Limit(&request.max_iterations, std::uint32_t{3});
         judge(ros_if::Answer(s.setup, request, {}));
+        break;
+      }
+      case 18: {
+        StepFeedbackRequest request;
+        s.Fill(&dice, &request);
+        hostile("find_stabilizing_feedback", &request);
+        Shorten(&request.return_map.options);
+        Limit(&request.max_words, std::uint32_t{500});
+        Limit(&request.max_linear_programs, std::uint32_t{500});
+        judge(ros_if::Answer(s.setup, request));
         break;
       }
       default: {

@@ -3,6 +3,7 @@
 """Trajectories through contact and policies: against closed forms, under perturbations, as files; what is refused."""
 import math
 import pathlib
+import pickle
 import signal
 import subprocess
 import sys
@@ -103,6 +104,60 @@ class Trajectories(unittest.TestCase):
         self.assertNotEqual(0.9, shorter.duration)
         self.assertAlmostEqual(shorter.duration, shorter.run().t_end, delta=1e-12)
 
+    def test_costs_by_name(self):
+        """What the first iterate costs, in closed form."""
+        ball = cf.Model("driven_ball")
+        u, T = 3.0, 0.8
+        a = u - 9.8
+        hit = math.sqrt(-2 / a)
+        v, rest = -0.7 * a * hit, T - hit
+        squares = a * a * hit ** 3 / 3 + v * v * rest + a * v * rest ** 2 + a * a * rest ** 3 / 3
+        for linear in (False, True):
+            falling = dict(inputs=cf.Grid([0, 0.3], [[u], [u]]), x0=[1.0, 0.0], duration=T, effort=[0.1], linear_inputs=linear)
+            found = ball.optimize_trajectory(power=[("force", "z", 0.25)], **falling)
+            self.assertAlmostEqual(0.1 * T * u * u + 0.25 * u * u * squares, found.iterations[0][1], delta=1e-9)
+            found = ball.optimize_trajectory(impulse={"floor": 0.5}, **falling)
+            self.assertAlmostEqual(0.1 * T * u * u + 0.5 * (1.7 * a * hit) ** 2, found.iterations[0][1], delta=1e-9)
+        block = cf.Model("block_on_incline", incline=0.2, friction=0.6)
+        b = 9.81 * (0.6 * math.cos(0.2) - math.sin(0.2)) - 0.7
+        found = block.optimize_trajectory(cf.Grid([0, 0.1], [[0.7], [0.7]]), x0=[0, 0, 0, 1.3, 0, 1], duration=1.0,
+                                          effort=[0.01], slip={"floor": 0.5})
+        self.assertAlmostEqual(0.01 * 0.49 + 0.5 * 1.3 ** 3 / (3 * b), found.iterations[0][1], delta=1e-9)
+
+    def test_linear_inputs(self):
+        """From rest to rest in 1 s over 1 m by u = 6 - 12 t, which costs 12."""
+        mass = cf.Model("driven_ball", gravity=0)
+        found = mass.optimize_trajectory(
+            cf.Grid([0, 0.3, 0.45], np.zeros((3, 1))), x0=[5.0, 0.0], duration=1.0, effort=[1.0], linear_inputs=True,
+            conditions=[{"name": "z", "value": 6.0}, {"name": "d/dt z", "value": 0.0}])
+        self.assertTrue(found, found.message)
+        self.assertAlmostEqual(12, found.cost, delta=1e-6)
+        self.assertLess(largest(found.inputs.u.ravel() - (6 - 12 * found.inputs.t)), 1e-5)
+        self.assertLess(largest(found.input_end - [-6]), 1e-5)
+        run = found.run()
+        self.assertLess(largest(run.final_state - [6, 1, 0, 1]), 1e-7)   # z, the clock, and their rates
+        self.assertEqual(("z", "clock of inputs"), cf.LinearInputs(mass).coordinates)
+        again = pickle.loads(pickle.dumps(cf.LinearInputs(mass)))
+        self.assertEqual(0, again.base.parameters["gravity"])
+        with self.assertRaisesRegex(ValueError, "t has 3 instants and u 2 rows"):
+            again.lead_inputs([0, 1, 2], [[0.0], [1.0]])
+        with self.assertRaisesRegex(ValueError, "not behind"):
+            again.lead_inputs([0, 0], [[0.0], [1.0]])
+
+    def test_multiple_shooting(self):
+        ball = cf.Model("driven_ball")
+        asked = dict(inputs=cf.Grid(np.arange(8) / 8, np.zeros((8, 1))), target={"z": 1, "d/dt z": 0},
+                     weight={"z": 100, "d/dt z": 10}, effort=[0.01], x0=[1.5, 0.0], duration=1.0, linear_inputs=True)
+        if not cf.have_ipopt():
+            with self.assertRaisesRegex(RuntimeError, "coinor-libipopt-dev"):
+                ball.optimize_trajectory(method="multiple_shooting", **asked)
+            return
+        found = ball.optimize_trajectory(method="multiple_shooting", segments=[2, 6], **asked)
+        self.assertTrue(found, found.message)
+        self.assertAlmostEqual(ball.optimize_trajectory(**asked).cost, found.cost, delta=1e-8)
+        joined = ball.optimize_trajectory(method="multiple_shooting", segments=[2, 6], states=[[1.2, -2], [0.7, 2]], **asked)
+        self.assertAlmostEqual(found.cost, joined.cost, delta=1e-8)
+
     def test_ends(self):
         ball = cf.Model("driven_ball")
         stopped = ball.optimize_trajectory(GRID, {"z": 1}, effort=[0.01], progress=lambda *step: step[0] < 1)
@@ -142,6 +197,13 @@ class Trajectories(unittest.TestCase):
                 (ValueError, lambda: ask(GRID, choose_parameters=["gravty"]), "did you mean 'gravity'"),
                 (TypeError, lambda: ask(GRID, choose_parameters="gravity"), "choose_parameters is one text"),
                 (ValueError, lambda: ask(GRID, path_reference=np.zeros((4, 1))), "needs a path_weight"),
+                (ValueError, lambda: ask(GRID, power=[("forse", "z", 1.0)]), "did you mean 'force'"),
+                (ValueError, lambda: ask(GRID, power=[("force", "z")]), "a term of 2 entries"),
+                (ValueError, lambda: ask(GRID, impulse={"flor": 1.0}), "did you mean 'floor'"),
+                (ValueError, lambda: ask(GRID, slip={"floor": 1.0}), "'floor' has no friction"),
+                (ValueError, lambda: ask(GRID, input_end=[0.0]), "linear_inputs"),
+                (ValueError, lambda: ask(GRID, method="shooting"), "method is 'shooting', expected one of pieces, multiple_shooting"),
+                (ValueError, lambda: ask(GRID, segments=[1]), "segments and states are those of"),
                 (ValueError, lambda: ask(GRID, max_iterations=0), "max_iterations is 0"),
                 (ValueError, lambda: ask(GRID, max_seconds_total=0), "max_seconds is 0"),
                 (TypeError, lambda: ask(GRID, relative_tolerence=1e-3), "did you mean 'relative_tolerance'"),

@@ -10,7 +10,8 @@ import rospkg
 import rospy
 from contact_flow.srv import (
     CheckAssumptions, CompareBDerivative, ComputeBDerivative, ComputeCovariance, ComputeGradient,
-    ComputePoincareMap, DecideControllability, DecideStability, DescribeModel, LinearizeTrajectory, SimulateTrajectory,
+    ComputePoincareMap, DecideControllability, DecideStability, DescribeModel, FindStabilizingFeedback, LinearizeTrajectory,
+    SimulateTrajectory,
     StartRecording, StopRecording)
 
 SERVICES = {
@@ -21,6 +22,7 @@ SERVICES = {
     "linearize": LinearizeTrajectory,
     "poincare_map": ComputePoincareMap,
     "assess_stability": DecideStability,
+    "find_stabilizing_feedback": FindStabilizingFeedback,
     "assess_controllability": DecideControllability,
     "propagate_covariance": ComputeCovariance,
     "gradient": ComputeGradient,

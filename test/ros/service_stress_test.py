@@ -27,6 +27,7 @@ CALLS = {
     "linearize": dict(duration=0.1),
     "poincare_map": dict(section=APEX, horizon=0.2),
     "assess_stability": dict(return_map=PoincareRequest(section=APEX, horizon=0.2)),
+    "find_stabilizing_feedback": dict(return_map=PoincareRequest(section=APEX, horizon=0.2)),
     "assess_controllability": dict(duration=0.1),
     "propagate_covariance": dict(duration=0.1, deviations=[0.01] * 12),
     "gradient": dict(duration=0.1, outcomes=["z"]),

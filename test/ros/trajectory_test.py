@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """optimize_trajectory: the ball of the hybrid-iLQR literature, watched, cancelled, refused, recorded; and from the command line."""
+import math
 import os
 import subprocess
 import time
@@ -13,7 +14,7 @@ import yaml
 from actionlib_msgs.msg import GoalStatus
 from client import Client, executable
 from contact_flow.msg import (
-    InputGrid, OptimizeTrajectoryAction, OptimizeTrajectoryGoal, OptimizeTrajectoryResult,
+    InitialState, InputGrid, OptimizeTrajectoryAction, OptimizeTrajectoryGoal, OptimizeTrajectoryResult,
     RowMajorMatrix, RunCondition, TrajectoryRequest)
 
 COUNT, STEP = 251, 0.004
@@ -131,6 +132,64 @@ class Trajectory(unittest.TestCase):
         self.assertTrue(result.success, result.message)
         self.assertAlmostEqual(result.result.cost, 0.311849942, places=7)
 
+    def ask_of(self, node, request):
+        action = actionlib.SimpleActionClient(node + "/optimize_trajectory", OptimizeTrajectoryAction)
+        self.assertTrue(action.wait_for_server(rospy.Duration(20)))
+        action.send_goal(OptimizeTrajectoryGoal(request=request))
+        self.assertTrue(action.wait_for_result(rospy.Duration(120)))
+        result = action.get_result()
+        self.assertTrue(result.success, result.message)
+        return result
+
+    def test_costs_by_name(self):
+        """What the first iterate costs, in closed form, and what is found costs less."""
+        u, T = 3.0, 0.8
+        a = u - 9.8
+        hit = (-2 / a) ** 0.5
+        v, rest = -0.7 * a * hit, T - hit
+        squares = a * a * hit ** 3 / 3 + v * v * rest + a * v * rest ** 2 + a * a * rest ** 3 / 3
+        falling = dict(duration=T, state=InitialState(q=[1], v=[0]), input=[u], input_grid=InputGrid(times=[0, 0.3]), effort=[0.1])
+        effort = 0.1 * T * u * u
+        found = self.ask_of("ball", TrajectoryRequest(power_inputs=["force"], power_velocities=["z"], power_weights=[0.25],
+                                                      **falling)).result
+        self.assertAlmostEqual(found.iterations[0].cost, effort + 0.25 * u * u * squares, places=8)
+        self.assertLess(found.cost, 1e-8)
+        found = self.ask_of("ball", TrajectoryRequest(impulses=["floor"], impulse_weights=[0.5], **falling)).result
+        self.assertAlmostEqual(found.iterations[0].cost, effort + 0.5 * (1.7 * a * hit) ** 2, places=8)
+        self.assertLess(found.cost, found.iterations[0].cost / 2)
+        # A block that slides until it stops.
+        b = 9.81 * (0.6 * math.cos(0.2) - math.sin(0.2)) - 0.7
+        found = self.ask_of("block", TrajectoryRequest(
+            duration=1.0, state=InitialState(q=[0, 0, 0], v=[1.3, 0, 1]), input=[0.7], input_grid=InputGrid(times=[0, 0.1]),
+            effort=[0.01], slips=["floor"], slip_weights=[0.5])).result
+        self.assertAlmostEqual(found.iterations[0].cost, 0.01 * 0.7 ** 2 + 0.5 * 1.3 ** 3 / (3 * b), places=8)
+        self.assertLess(found.cost, found.iterations[0].cost)
+
+    def test_linear_inputs(self):
+        """From rest to rest in 1 s over 1 m by u = 6 − 12 t, which costs 12."""
+        request = TrajectoryRequest(
+            linear_inputs=True, duration=1, state=InitialState(q=[5], v=[0]), input_grid=InputGrid(times=[0, 0.3, 0.45]), effort=[1],
+            conditions=[RunCondition(name="z", lower=6, upper=6), RunCondition(name="d/dt z", lower=0, upper=0)])
+        found = self.ask_of("mass", request).result
+        self.assertAlmostEqual(found.cost, 12, places=6)
+        for t, u in zip(found.inputs.times, found.inputs.values.data):
+            self.assertAlmostEqual(u, 6 - 12 * t, places=5)
+        self.assertAlmostEqual(found.input_end[0], -6, places=5)
+        self.assertAlmostEqual(found.final_q[0], 6, places=7)
+        self.assertEqual((len(found.initial_q), len(found.final_v)), (1, 1))
+
+    def test_multiple_shooting(self):
+        request = ball(duration=1, input_grid=InputGrid(times=[k / 10 for k in range(10)]), linear_inputs=True)
+        pieces = self.ask(request).result.cost
+        request.method, request.segments = "multiple_shooting", [2, 8]
+        result = self.ask_what_is_refused(request)
+        if not result.success:
+            self.assertIn("coinor-libipopt-dev", result.message)
+            return
+        self.assertEqual(result.outcome, OptimizeTrajectoryResult.SMOOTH_MINIMUM, result.message)
+        self.assertIn("3 segments", result.message)
+        self.assertAlmostEqual(result.result.cost, pieces, places=7)
+
     def test_cancelled(self):
         request = ball(start=-100.0, neighbours=True)
         request.options.max_step = 1e-5
@@ -164,6 +223,18 @@ class Trajectory(unittest.TestCase):
                              ({"conditions": [RunCondition(name="z", lower=1)]}, "conditions[0]: the lower"),
                              ({"conditions": [RunCondition(name="z", number=252)]}, "conditions[0].number"),
                              ({"conditions": [RunCondition(name="z", touchdown=True)]}, "constraint"),
+                             ({"power_inputs": ["force"]}, "power_velocities has 0 entries, expected 1"),
+                             ({"power_inputs": ["forse"], "power_velocities": ["z"]}, "power_inputs[0]"),
+                             ({"power_inputs": ["force"], "power_velocities": ["zz"]}, "power_velocities[0]"),
+                             ({"power_inputs": ["force"], "power_velocities": ["z"], "power_weights": [-1.0]}, "power_weights[0] is -1"),
+                             ({"impulses": ["flor"]}, "impulses[0]"),
+                             ({"impulses": ["floor"], "impulse_weights": [1.0, 2.0]}, "impulse_weights has 2 entries"),
+                             ({"impulses": ["floor", "floor"]}, "second time"),
+                             ({"slips": ["floor"]}, "'floor' has no friction"),
+                             ({"input_end": [1.0]}, "linear_inputs"),
+                             ({"linear_inputs": True, "input_end": [1.0, 2.0]}, "input_end has 2 entries, expected 1"),
+                             ({"method": "shooting"}, "multiple_shooting"),
+                             ({"segments": [3]}, "segments"),
                              ({"duration": 0.5}, "horizon")):
             result = self.ask_what_is_refused(ball(**fields))
             self.assertFalse(result.success, fields)

@@ -129,6 +129,41 @@ TEST(SlipCost, HasTheSlopesOfPlainRuns) {
   EXPECT_GE(stops, 3);
 }
 
+/// A puck in space lands, slips along a curve and stops; by its start.
+TEST(SlipCost, OfASlipInSpaceHasTheSlopesOfPlainRuns) {
+  const auto puck = MakeModel("puck", {{"gyroscopic", 0.8}, {"drag", 0.3}, {"force_x", 0.2}});
+  TrajectoryProblem problem;
+  problem.x = Vector::Zero(6);
+  problem.x << 0.1, 0.2, 0.05, 0.9, -0.6, 0.2;
+  problem.duration = 0.9;
+  problem.inputs.grid = {0};
+  problem.inputs.values = {Vector()};
+  problem.effort = Vector();
+  problem.weight = problem.target = Vector::Zero(6);
+  problem.choose_initial = {0, 2, 3, 4, 5};
+  problem.slip_weight = Vector::Constant(1, 1.5);
+  const Unknowns unknowns(*puck, problem);
+  const Vector y = unknowns.Start();
+  const PieceModels models = MakePieceModels(unknowns, y);
+  ASSERT_TRUE(models.status.ok()) << models.status.message;
+  ASSERT_EQ(1u, models.pieces.size());
+  const Trajectory run = unknowns.Run(y, 1e-12, true);
+  ASSERT_EQ(2u, run.transitions.size());  // it lands, and stops
+  EXPECT_FALSE(run.arcs.back().mode.Sticking().Empty());
+  EXPECT_NEAR(unknowns.Cost(y, run), models.cost, 1e-8 * (1 + models.cost));
+  for (int i = 0; i < unknowns.size(); ++i) {
+    constexpr double a = 1e-3;
+    const auto quotient = [&](double step) {
+      return (CostAt(unknowns, y + step * Vector::Unit(y.size(), i)) -
+              CostAt(unknowns, y - step * Vector::Unit(y.size(), i))) /
+             (2 * step);
+    };
+    const double slope = (4 * quotient(a) - quotient(2 * a)) / 3;
+    const double g = models.pieces.front().gradient(i);
+    EXPECT_NEAR(slope, g, 1e-6 * (1 + std::abs(g))) << "unknown " << i;
+  }
+}
+
 /// To x = 0.3 m at rest, by least effort and slip.
 TEST(SlipCost, OptimaAreMinima) {
   const auto block = MakeModel("block_on_incline", {{"incline", 0.1}, {"friction", 0.2}});

@@ -12,6 +12,7 @@
 #include "contact_flow/DecideControllability.h"
 #include "contact_flow/DecideStability.h"
 #include "contact_flow/FindPeriodicOrbitAction.h"
+#include "contact_flow/FindStabilizingFeedback.h"
 #include "contact_flow/MakePolicy.h"
 #include "contact_flow/OptimizeOutcomeAction.h"
 #include "contact_flow/OptimizeTrajectoryAction.h"
@@ -23,9 +24,10 @@ namespace contact_flow {
 namespace ros_interface {
 
 /// The services and actions that analyse what derivatives decide: `poincare_map`,
-/// `assess_stability`, `assess_controllability`, `propagate_covariance`, `gradient`,
-/// `make_policy`; `find_periodic_orbit`, `optimize`, `optimize_trajectory`. Handlers may run at
-/// once; an action serves one goal at a time, a new one takes its place.
+/// `assess_stability`, `find_stabilizing_feedback`, `assess_controllability`,
+/// `propagate_covariance`, `gradient`, `make_policy`; `find_periodic_orbit`, `optimize`,
+/// `optimize_trajectory`. Handlers may run at once; an action serves one goal at a time, a new one
+/// takes its place.
 class AnalysisServers {
  public:
   /// All must outlive this. Actions have threads of their own; services are answered by
@@ -36,6 +38,7 @@ class AnalysisServers {
  private:
   bool ReturnMap(ComputePoincareMap::Request& in, ComputePoincareMap::Response& out);
   bool Stability(DecideStability::Request& in, DecideStability::Response& out);
+  bool Feedback(FindStabilizingFeedback::Request& in, FindStabilizingFeedback::Response& out);
   bool Controllability(DecideControllability::Request& in, DecideControllability::Response& out);
   bool Covariance(ComputeCovariance::Request& in, ComputeCovariance::Response& out);
   bool Gradient(ComputeGradient::Request& in, ComputeGradient::Response& out);

@@ -14,6 +14,8 @@
 #include "contact_flow/PoincareResult.h"
 #include "contact_flow/StabilityRequest.h"
 #include "contact_flow/StabilityResult.h"
+#include "contact_flow/StepFeedbackRequest.h"
+#include "contact_flow/StepFeedbackResult.h"
 #include "contact_flow/TrajectoryResult.h"
 #include "contact_flow/budget.h"
 #include "contact_flow/flow/status.h"
@@ -34,7 +36,8 @@ inline constexpr bool kIsSearch =
 template <class Result>
 inline constexpr bool kIsAnalysis =
     kIsSearch<Result> || std::is_same_v<Result, PoincareResult> ||
-    std::is_same_v<Result, StabilityResult> || std::is_same_v<Result, ControllabilityResult>;
+    std::is_same_v<Result, StabilityResult> || std::is_same_v<Result, ControllabilityResult> ||
+    std::is_same_v<Result, StepFeedbackResult>;
 template <class Result>
 inline constexpr std::uint8_t kBudgetOutcome =
     kIsAnalysis<Result> ? 6 : static_cast<std::uint8_t>(Outcome::kBudgetExceeded);
@@ -46,6 +49,9 @@ const SimulationOptions& OptionsOf(const Request& request) {
   return request.options;
 }
 inline const SimulationOptions& OptionsOf(const StabilityRequest& request) {
+  return request.return_map.options;
+}
+inline const SimulationOptions& OptionsOf(const StepFeedbackRequest& request) {
   return request.return_map.options;
 }
 
@@ -73,6 +79,7 @@ inline TrajectoryResult WhatTimeLeaves(const TrajectoryResult& all) {
   kept.initial_q = all.initial_q;
   kept.initial_v = all.initial_v;
   kept.inputs = all.inputs;
+  kept.input_end = all.input_end;
   kept.iterations = all.iterations;
   return kept;
 }

@@ -26,6 +26,7 @@
 #include "contact_flow/PolicyRecord.h"
 #include "contact_flow/SimulationRecord.h"
 #include "contact_flow/StabilityRecord.h"
+#include "contact_flow/StepFeedbackRecord.h"
 #include "contact_flow/TrajectoryRecord.h"
 #include "contact_flow/ros/recorder.h"
 
@@ -52,6 +53,7 @@ class Outlet {
   std::string Deliver(LinearizationRecord* record);
   std::string Deliver(PoincareRecord* record);
   std::string Deliver(StabilityRecord* record);
+  std::string Deliver(StepFeedbackRecord* record);
   std::string Deliver(ControllabilityRecord* record);
   std::string Deliver(CovarianceRecord* record);
   std::string Deliver(GradientRecord* record);

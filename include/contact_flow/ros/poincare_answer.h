@@ -30,6 +30,15 @@ struct AssessedReturn {
 
 AssessedReturn AssessReturn(const Setup& setup, const PoincareRequest& request);
 
+/// What a request for a return asks.
+struct ReturnQuestion {
+  Vector x, u;
+  Section section;
+  PoincareOptions options;
+  Matrix neutral;  ///< directions [2d×k]
+};
+ReturnQuestion ResolveReturn(const Setup& setup, const PoincareRequest& request);
+
 /// The same return as a message.
 PoincareResult ToMsg(const MechanicalSystem& system, const AssessedReturn& assessed);
 

@@ -20,6 +20,7 @@
 #include "contact_flow/PolicyRecord.h"
 #include "contact_flow/SimulationRecord.h"
 #include "contact_flow/StabilityRecord.h"
+#include "contact_flow/StepFeedbackRecord.h"
 #include "contact_flow/TrajectoryRecord.h"
 #include "contact_flow/ros/serialize.h"
 #include "contact_flow/ros/setup.h"
@@ -49,6 +50,7 @@ class BagVerifier::Repeater {
   Verdict Repeat(const LinearizationRecord& record);
   Verdict Repeat(const PoincareRecord& record);
   Verdict Repeat(const StabilityRecord& record);
+  Verdict Repeat(const StepFeedbackRecord& record);
   Verdict Repeat(const ControllabilityRecord& record);
   Verdict Repeat(const CovarianceRecord& record);
   Verdict Repeat(const GradientRecord& record);
