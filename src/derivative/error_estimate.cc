@@ -144,8 +144,8 @@ Matrix JacobianChange(ContactDynamics* dynamics, const Vector& x, ContactMode mo
 
 /// What an error e [2d] along an arc changes in Φ [2d × 2d+k]: velocities by
 ///   ∫ D²F[e, Φ w] dt ≈ Σ_j T_j D²F_j e (I + Φ) / 2,
-/// and positions by what is left of T times that. D²F is taken in the middle of parts T_j of equally
-/// many steps each: where a force is felt over a part of the way alone, the steps tell.
+/// and positions by what is left of T times that. D²F is taken in the middle of parts T_j of
+/// equally many steps each: where a force is felt over a part of the way alone, the steps tell.
 Matrix PropagatorChange(ContactDynamics* dynamics, const Arc& arc, const Matrix& Phi,
                         const Vector& e) {
   const int d = dynamics->system().dof();

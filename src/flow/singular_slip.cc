@@ -48,12 +48,11 @@ std::optional<ResolvedTransition> Try(ContactDynamics* dynamics, double t, const
 void FrictionalResolution::TellOfSingularSlip(int i, Outcome outcome, const std::string& what) {
   std::ostringstream message;
   message.precision(12);
+  const bool crossing = outcome == Outcome::kPainleveCrossing;
   message << "at t = " << result_.transition.t << " s "
-          << (outcome == Outcome::kPainleveCrossing ? "the slip of contact '"
-                                                    : "no forces exist beside the slip of contact '")
+          << (crossing ? "the slip of contact '" : "no forces exist beside the slip of contact '")
           << system_.description().constraints[i]
-          << (outcome == Outcome::kPainleveCrossing ? "' becomes singular (Painleve): "
-                                                    : "' (Painleve): ")
+          << (crossing ? "' becomes singular (Painleve): " : "' (Painleve): ")
           << what;
   result_.transition.obstacle = {outcome, message.str()};
   result_.warnings.push_back({outcome, result_.transition.t, message.str()});

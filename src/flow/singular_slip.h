@@ -14,10 +14,9 @@ std::optional<ResolvedTransition> ResolveJam(ContactDynamics* dynamics, double t
                                              ContactMode mode, const TransitionRules& rules);
 
 /// Where det(A_J M⁻¹ W_J) of a slipping mode passes zero at (t, x) more than one motion fits from
-/// here on: slip, which no contact that gives way a little follows, an impact that ends it, or none
-/// and the contact lets go. The limit of contacts ever stiffer is the impact, which is followed;
-/// the contact lets go where there is none. The same warning; kPainleveCrossing where neither is
-/// possible.
+/// here on: slip, which no contact that gives way a little follows; an impact that ends it; and
+/// the contact that lets go. The limit of contacts ever stiffer is the impact, which is followed;
+/// the contact lets go where there is none. The same warning; kPainleveCrossing where neither fits.
 ResolvedTransition ResolveSingularSlip(ContactDynamics* dynamics, double t, const Vector& x,
                                        ContactMode mode, const TransitionRules& rules);
 

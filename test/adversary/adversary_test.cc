@@ -128,7 +128,8 @@ TEST(Adversary, WhatWasWrongOnce) {
        "opens again within its error"},
       {173888, kRefused, "a touchdown of less than the tolerance, behind an impact elsewhere",
        "by an impact elsewhere and opens again"},
-      {191583, Verdict::Kind::kSkipped, "by projection, a contact that had let go and was held at another's impact"},
+      {191583, Verdict::Kind::kSkipped,
+       "by projection, a contact that had let go and was held at another's impact"},
       {2457, kRefused, "events whose order errors of the state do not tell",
        "their order is not known"},
   };

@@ -103,8 +103,8 @@ class ContactDynamics {
     }
   }
 
-  /// Whether det(A_J M⁻¹ W_J) > 0 where it was last evaluated, as it is without slip. Where it passes
-  /// zero along a motion that slips, the motion ceases to be the only one, or to exist (Painlevé).
+  /// Whether det(A_J M⁻¹ W_J) > 0 where it was last evaluated, as it is without slip. Where it
+  /// passes zero along a motion that slips, that is no longer the only one, or ends (Painlevé).
   bool slips_regularly() const;
 
   /// Calls of Evaluate so far.

@@ -7,9 +7,9 @@
 
 namespace contact_flow {
 
-/// The impact without collision that ends the slip of contact `jammed`, at normal rates of zero: the
-/// shortest answer of rigid bodies where the force of a slip grows without bound (dynamic jam,
-/// Painlevé). With the rows of the members of J that it finds pressed,
+/// The impact without collision that ends the slip of contact `jammed`, at normal rates of zero:
+/// the shortest answer of rigid bodies where the force of a slip grows without bound (dynamic
+/// jam, Painlevé). With the rows of the members of J that it finds pressed,
 ///   M (v⁺ − v⁻) = A_Kᵀ p + Bᵀ r,   N v⁺ = 0,   T v⁺ = 0 for `jammed` and for what sticks in J,
 ///   p_n ≥ 0,   |p_t| ≤ μ p_n,   p_t = −μ p_n d of what slips on.
 /// Where that does not fit, the p ≠ 0 of the impact law (F6), N v⁻ = 0, in which `jammed` presses.
