@@ -64,9 +64,7 @@ class ContactMode {
   /// Whether nothing is.
   bool Empty() const { return bits_.Empty(); }
   /// Number of members.
-  int Size() const {
-    return __builtin_popcountll(bits_.low) + __builtin_popcountll(bits_.high);
-  }
+  int Size() const { return __builtin_popcountll(bits_.low) + __builtin_popcountll(bits_.high); }
   /// Bit i is 1 for each member i, of the first 64.
   std::uint64_t bits() const { return bits_.low; }
   /// The same of all, 64 a word.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // System.simulate_batch: numbers for contact_flow.batch, which makes the Batch.
 #include "contact_flow/flow/simulate_batch.h"
-
 #include "convert.h"
 #include "unlocked.h"
 
@@ -86,13 +85,13 @@ py::dict RunBatch(const System& system, const py::object& states, const py::obje
 
 void BindBatch(py::module_* module) {
   py::class_<System, std::shared_ptr<System>>(module->attr("System"))
-      .def("_simulate_batch", &RunBatch, py::arg("states"), py::arg("duration"),
-           py::arg("inputs"), py::arg("threads"), py::arg("lanes"))
+      .def("_simulate_batch", &RunBatch, py::arg("states"), py::arg("duration"), py::arg("inputs"),
+           py::arg("threads"), py::arg("lanes"))
       .def(
           "simulate_batch",
           [](const py::object& system, const py::args& arguments, const py::kwargs& keywords) {
-            return py::module_::import("contact_flow.batch").attr("simulate_batch")(
-                system, *arguments, **keywords);
+            return py::module_::import("contact_flow.batch")
+                .attr("simulate_batch")(system, *arguments, **keywords);
           },
           "Many runs from the rows of `states` [runs × nq+d], as a Batch of arrays: several at\n"
           "once in the lanes of AVX2 or AVX-512 where model and machine allow, with the bits of\n"

@@ -73,7 +73,7 @@ class Unlocked {
     limits.look_every = 0.05;
     limits.cancelled = [this] {
       if (Unlocking::Ending()) return true;
-      if (!looked_.exchange(true)) return false;   // the interpreter has just looked itself
+      if (!looked_.exchange(true)) return false;  // the interpreter has just looked itself
       pybind11::gil_scoped_acquire acquire;
       if (PyErr_CheckSignals() != 0) raised_.emplace();
       return raised_.has_value();

@@ -65,9 +65,8 @@ void FrictionalResolution::Decide() {
   ContactMode still = cluster.mode_before.Sticking() | stopped_;
   if (!cluster.activated.Empty()) {
     WordConventions by;
-    const FrictionalImpact impact =
-        SolveFrictionalImpact(system_, cluster.x_minus.head(nq_), v_minus, touching,
-                              cluster.mode_before, &by);
+    const FrictionalImpact impact = SolveFrictionalImpact(
+        system_, cluster.x_minus.head(nq_), v_minus, touching, cluster.mode_before, &by);
     if (by.smallest) NoteSmallest(touching);
     v_plus = impact.result.v_plus;
     cluster.impulse = impact.result.impulse;

@@ -17,9 +17,8 @@ class ModelLanes final : public LaneStepper {
 
  public:
   ModelLanes(const double* jacobian, const double* parameters) {
-    parameters_.Visit([&](double& field, const char*, const char*, const char*, auto) {
-      field = *parameters++;
-    });
+    parameters_.Visit(
+        [&](double& field, const char*, const char*, const char*, auto) { field = *parameters++; });
     for (int i = 0; i < N; ++i) {
       for (int k = 0; k < D; ++k) jacobian_[i][k] = jacobian[k * N + i];
     }
@@ -63,8 +62,7 @@ class ModelLanes final : public LaneStepper {
         e5 += V(dop853::kError5[k]) * stages_[k][i];
         e3 += V(dop853::kA[dop853::kStages][k] - dop853::kError3Minus[k]) * stages_[k][i];
       }
-      const V scale = V(absolute_tolerance) +
-                      V(relative_tolerance) * max(abs(x_[i]), abs(end_[i]));
+      const V scale = V(absolute_tolerance) + V(relative_tolerance) * max(abs(x_[i]), abs(end_[i]));
       errors_[i] = e5;
       error5 += (e5 / scale) * (e5 / scale);
       error3 += (e3 / scale) * (e3 / scale);

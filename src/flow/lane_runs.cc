@@ -158,8 +158,7 @@ bool LaneRuns::BeginArc(int k) {
   SampleGaps(system_, run.x, dynamics_.acceleration(), &terms_, &run.begin);
   Write(run.x.data(), 2 * d_, arrays_.x, k);
   if (Implies(run) || Drifts(k)) return false;
-  run.h = kFirstStep *
-          starter_.GuessStep(options_.relative_tolerance, options_.absolute_tolerance);
+  run.h = kFirstStep * starter_.GuessStep(options_.relative_tolerance, options_.absolute_tolerance);
   run.evaluations += dynamics_.evaluations() - before;
   for (int i = 0; i < 2 * d_; ++i) arrays_.tally[i * width_ + k] = 0;
   Write(starter_.begin_field().data(), 2 * d_, arrays_.stages, k);
@@ -173,8 +172,7 @@ bool LaneRuns::Implies(const Lane& run) {
   ContactMode near;
   for (int i = 0; i < n_ && !run.mode.Empty(); ++i) {
     if (run.mode.Contains(i)) continue;
-    const bool touches =
-        std::abs(run.begin.gap(i)) <= kImpliedReach * options_.absolute_tolerance;
+    const bool touches = std::abs(run.begin.gap(i)) <= kImpliedReach * options_.absolute_tolerance;
     if (touches && std::abs(run.begin.rate(i)) <= options_.speed_tolerance) near.Insert(i);
   }
   if (near.Empty()) return false;

@@ -65,9 +65,8 @@ bool PlasticTouchdown::IsAlone(ContactDynamics* dynamics, const Vector& x, Conta
   reaches.array() += rules.absolute_tolerance;
   dynamics->Differentiate(x, mode);
   for (int i : mode) {
-    const double near =
-        kReaches * kAccumulated *
-        dynamics->force_jacobian().row(i).head(2 * d).cwiseAbs().dot(reaches);
+    const double near = kReaches * kAccumulated *
+                        dynamics->force_jacobian().row(i).head(2 * d).cwiseAbs().dot(reaches);
     if (!(dynamics->force()(i) > near)) return false;
   }
   return true;
