@@ -4,6 +4,9 @@ import dataclasses
 from typing import Any, List, NamedTuple, Optional, Tuple
 
 import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
 
 
 class BatchEvent(NamedTuple):
@@ -12,22 +15,22 @@ class BatchEvent(NamedTuple):
     activated: Tuple[str, ...]
     released: Tuple[str, ...]
     mode_after: Tuple[str, ...]
-    impulse: np.ndarray
+    impulse: Array
 
 
 @dataclasses.dataclass(frozen=True, repr=False, eq=False)
 class Batch:
     """What is kept of each run, in the order of their starts: the numbers of System.simulate, to the bit."""
-    final_state: np.ndarray        #: [runs × nq+d]; NaN where the start was refused
-    error: np.ndarray              #: estimated errors added up in the last arc [runs × 2d]
-    t_end: np.ndarray              #: [runs], s
+    final_state: Array             #: [runs × nq+d]; NaN where the start was refused
+    error: Array                   #: estimated errors added up in the last arc [runs × 2d]
+    t_end: Array                   #: [runs], s
     outcome: List[str]             #: "ok", "zeno", …, or "refused"
     message: List[str]             #: why, where not ok
     first_mode: List[Tuple[str, ...]]   #: contact modes of the starts
     events: List[List[BatchEvent]]      #: of each run, in the order of time
-    alone: np.ndarray              #: [runs] which were made one at a time
-    steps: np.ndarray              #: [runs] accepted
-    field_evaluations: np.ndarray  #: [runs]
+    alone: NDArray[np.bool_]       #: [runs] which were made one at a time
+    steps: NDArray[np.int_]        #: [runs] accepted
+    field_evaluations: NDArray[np.int_]  #: [runs]
     width: int                     #: lanes; 1: there were none
     why: str                       #: why there were none
 
