@@ -13,11 +13,12 @@
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/simulate.h"
+#include "landing_orders.h"
 
 namespace contact_flow {
 namespace {
 
-/// A normal velocity is zero below this, relative.
+/// Velocities are the same below this, relative.
 constexpr double kZero = 1e-9;
 /// Directions that pieces are looked for along: at each facet of a cone, and anywhere.
 constexpr int kPlaces = 6, kBlindDirections = 200;
@@ -226,76 +227,32 @@ void FrictionalEvent::FindModeAfter(OrderOutcome* outcome) const {
   }
 }
 
-/// Every order of the touchdowns at the base point.
+/// Every order of the touchdowns, here and around.
 void FrictionalEvent::Classify() {
-  const ContactMode all = transition_.mode_before.Members() | transition_.activated;
-  if (Decoupled(all) || LandAsOne()) return;
-  std::vector<int> order;
-  for (int i : transition_.activated) order.push_back(i);
-  if (order.size() > 5) {
+  if (Decoupled(transition_.mode_before.Members() | transition_.activated) || LandAsOne()) return;
+  if (transition_.activated.Size() > kMaxOrderedLandings) {
     status_ = {Outcome::kNotDifferentiable,
                "more than five contacts with friction land at once and feel each other"};
     return;
   }
-  const int nq = system_->num_positions(), d = system_->dof();
-  bool same_class = true;
-  const Vector v_together = transition_.x_plus.tail(d);
-  double apart = 0;
-  std::vector<OrderOutcome> outcomes;
-  do {
-    Vector v = transition_.x_minus.tail(d);
-    ContactMode closed = transition_.mode_before.Members();
-    OrderOutcome outcome;
-    outcome.order = order;
-    outcome.impulse = Vector::Zero(system_->num_rows());
-    try {
-      FrictionalImpact impact;
-      for (int i : order) {
-        if (closed.Contains(i)) continue;  // with another, of the same body
-        ConstraintTerms terms;
-        system_->Constraints(transition_.x_minus.head(nq), v, &terms);
-        if (!(terms.jacobian.row(i).dot(v) < 0)) {
-          same_class = false;  // it was lifted by another
-          continue;
-        }
-        closed.Insert(i);
-        closed = closed | ImpliedClosed(*system_, transition_.x_minus, closed,
-                                        transition_.activated - closed);
-        impact = SolveFrictionalImpact(*system_, transition_.x_minus.head(nq), v, closed);
-        if (impact.springs) {
-          throw FrictionRefusal(FrictionRefusal::Kind::kIndeterminateForces,
-                                "how an impact shares its impulses decides");
-        }
-        v = impact.result.v_plus;
-        outcome.impulse += impact.result.impulse;
-        for (int j : closed) {
-          if (terms.jacobian.row(j).dot(v) > kZero * (1 + v.cwiseAbs().maxCoeff())) closed.Erase(j);
-        }
-      }
-      // Class B_f: plastic, and all of them stick, pressed, in the last step.
-      for (int i : all) {
-        same_class = same_class && system_->restitution()(i) == 0 &&
-                     impact.word.LetterOf(i) == Letter::kStick;
-      }
-    } catch (const FrictionRefusal& reason) {
-      outcome.status = {Outcome::kNotDifferentiable, reason.what()};
-      same_class = false;
-    }
-    outcome.v_plus = v;
+  LandingOrders orders = FindLandingOrders(*system_, transition_);
+  if (orders.agree) return;
+  for (OrderOutcome& outcome : orders.outcomes) {
     if (outcome.status.ok()) FindModeAfter(&outcome);
-    apart = std::max(apart, (v - v_together).cwiseAbs().maxCoeff());
-    outcomes.push_back(outcome);
-  } while (std::next_permutation(order.begin(), order.end()));
-  const double size = 1 + v_together.cwiseAbs().maxCoeff();
-  if (same_class && apart <= 1e-9 * size) return;
+  }
+  const double size = 1 + transition_.x_plus.tail(system_->dof()).cwiseAbs().maxCoeff();
   std::ostringstream message;
   message << "at t = " << transition_.t << " s contacts "
           << transition_.activated.ToString(system_->description().constraints)
           << " land at once and feel each other through their tangential or normal forces: orders "
-             "lead to different velocities, "
-          << apart << " apart";
+             "lead to different velocities, ";
+  if (orders.apart > kZero * size) {
+    message << orders.apart << " apart";
+  } else {
+    message << "not here, but at states around";
+  }
   status_ = {Outcome::kDiscontinuous, message.str()};
-  outcomes_ = std::move(outcomes);
+  outcomes_ = std::move(orders.outcomes);
 }
 
 }  // namespace contact_flow

@@ -19,7 +19,8 @@ class FrictionalEvent {
  public:
   FrictionalEvent(std::shared_ptr<ContactDynamics> dynamics, const Transition& transition);
 
-  /// kDiscontinuous where simultaneous touchdowns are neither of class A_f nor of class B_f.
+  /// kDiscontinuous where simultaneous touchdowns that feel each other lead elsewhere in another
+  /// order, here or around (FindLandingOrders).
   const Status& status() const { return status_; }
   const std::vector<OrderOutcome>& outcomes() const { return outcomes_; }
   /// Throws std::domain_error where the run perturbed along w is not decided.

@@ -74,32 +74,45 @@ ContactMode ImpliedStill(const MechanicalSystem& system, const Vector& x, Contac
 }
 
 void MakeRest(const MechanicalSystem& system, ContactMode mode,
-              const std::map<int, Eigen::Vector2d>& onsets, double onset, Vector* x) {
+              const std::map<int, Eigen::Vector2d>& onsets, Vector* x) {
   const int nq = system.num_positions(), d = system.dof();
-  std::vector<int> rows;
-  std::vector<double> rates;
+  std::vector<int> rows, begun;
+  std::vector<double> slips;
   for (int i : mode) {
     rows.push_back(i);
-    rates.push_back(0);
-    const bool begins = onsets.count(i) > 0;
-    if (mode.LetterOf(i) != Letter::kStick && !begins) continue;
     const Friction& friction = system.friction()[i];
+    const bool begins = onsets.count(i) > 0;
     for (int k = 0; k < friction.dimension; ++k) {
-      rows.push_back(friction.row + k);
-      rates.push_back(begins ? onset * onsets.at(i)(k) : 0);
+      if (begins) {
+        begun.push_back(friction.row + k);
+        slips.push_back(onsets.at(i)(k));
+      } else if (mode.LetterOf(i) == Letter::kStick) {
+        rows.push_back(friction.row + k);
+      }
     }
   }
   if (rows.empty()) return;
   const InverseInertia inertia(system, x->head(nq), x->tail(d));
-  Matrix A(static_cast<Eigen::Index>(rows.size()), d);
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    A.row(static_cast<Eigen::Index>(r)) = inertia.terms().jacobian.row(rows[r]);
-  }
-  const Vector rate =
-      A * x->tail(d) - Vector::Map(rates.data(), static_cast<Eigen::Index>(rates.size()));
-  if (rate.isZero(0)) return;
+  const auto pick = [&](const std::vector<int>& which) {
+    Matrix A(static_cast<Eigen::Index>(which.size()), d);
+    for (std::size_t r = 0; r < which.size(); ++r) {
+      A.row(static_cast<Eigen::Index>(r)) = inertia.terms().jacobian.row(which[r]);
+    }
+    return A;
+  };
+  const Matrix A = pick(rows);
   const Matrix reach = inertia * A.transpose();
-  x->tail(d) -= reach * (A * reach).completeOrthogonalDecomposition().solve(rate);
+  const auto rest = (A * reach).eval().completeOrthogonalDecomposition();
+  const Vector rate = A * x->tail(d);
+  if (!rate.isZero(0)) x->tail(d) -= reach * rest.solve(rate);
+  if (begun.empty()) return;
+  // By what moves nothing that rests: slips of one body depend on each other.
+  const Matrix B = pick(begun);
+  Matrix move = inertia * B.transpose();
+  move -= reach * rest.solve(A * move);
+  const Vector missing =
+      Vector::Map(slips.data(), static_cast<Eigen::Index>(slips.size())) - B * x->tail(d);
+  x->tail(d) += move * (B * move).completeOrthogonalDecomposition().solve(missing);
 }
 
 }  // namespace contact_flow

@@ -282,13 +282,19 @@ bool Flow::Cut(double t) {
   locator_.RestoreMargins(guard_margins_);
   stepper_->TryStep(t - t_, options_.relative_tolerance, options_.absolute_tolerance);
   FinishStep();
-  if (!stepper_->end().allFinite()) {
+  Vector x = stepper_->end();
+  if (!x.allFinite()) {  // an implicit step that was not solved: where the whole one passes
+    stepper_->TryStep(end_ - t_, options_.relative_tolerance, options_.absolute_tolerance);
+    FinishStep();
+    EvaluateDenseStep(ProposedDense(), system_.state_size(), (t - t_) / (end_ - t_), x.data());
+  }
+  if (!x.allFinite()) {
     Stop(Outcome::kNonFinite, "the motion leaves the model's domain");
     return false;
   }
   TallyStep();
   t_ = t;
-  x_ = stepper_->end();
+  x_ = x;
   arc_begun_ = false;
   return true;
 }

@@ -2,6 +2,7 @@
 // What a cluster with friction leaves of its contacts: letters, and what rests.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 #include "contact_flow/dynamics/implied_contacts.h"
@@ -16,6 +17,9 @@ constexpr double kBorder = 1e-10;
 /// A slip in space that begins has this many absolute tolerances, or what it gains in this time,
 /// relative to max(1, t): its direction is followed by steps that take less than it has lasted.
 constexpr double kOnset = 10, kOnsetTime = 1e-12;
+/// Slips of a face have the ratios of their accelerations where these have their directions, by
+/// this cosine, and the slowest gains this part of the fastest.
+constexpr double kAlong = 0.9, kSlowest = 1e-2;
 /// A direction of slip that turns by more than this turns forces notably.
 constexpr double kTurned = 1e-6;
 
@@ -183,14 +187,35 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
     directions =
         OnsetDirections(&dynamics_, cluster.x_plus, contacts, cluster.mode_after, begins, kBorder);
   }
-  Rest(directions);
+  BeginSlips(directions);
+}
+
+/// Slips in space begin in these directions with speeds that count as none: those of a face in the
+/// ratios of their accelerations, as they depend on each other.
+void FrictionalResolution::BeginSlips(const std::map<int, Eigen::Vector2d>& directions) {
+  const Transition& cluster = result_.transition;
+  const double size = kOnset * std::max(rules_.absolute_tolerance,
+                                        kRounding * cluster.x_plus.tail(d_).cwiseAbs().maxCoeff());
+  std::map<int, Eigen::Vector2d> onsets;
+  for (const auto& [i, direction] : directions) onsets[i] = size * direction;
+  Rest(onsets);
   dynamics_.Evaluate(cluster.x_plus, cluster.mode_after);
-  const Vector gained = terms_.jacobian * dynamics_.acceleration();
-  double fastest = 0;
-  for (int i : begins) {
-    fastest = std::max(fastest, gained.segment<2>(system_.friction()[i].row).norm());
+  const Vector gained = terms_.jacobian * dynamics_.acceleration() + terms_.bias;
+  bool face = !dynamics_.shared().Empty();
+  double fastest = 0, slowest = std::numeric_limits<double>::infinity();
+  for (const auto& [i, direction] : directions) {
+    const auto gain = gained.segment<2>(system_.friction()[i].row);
+    fastest = std::max(fastest, gain.norm());
+    slowest = std::min(slowest, gain.norm());
+    face = face && gain.dot(direction) > kAlong * gain.norm();
   }
-  Rest(directions, kOnsetTime * std::max(1.0, cluster.t) * fastest);
+  const double least = std::max(size, kOnsetTime * std::max(1.0, cluster.t) * fastest);
+  face = face && slowest > kSlowest * fastest;
+  for (auto& [i, onset] : onsets) {
+    onset = face ? gained.segment<2>(system_.friction()[i].row) * (least / slowest)
+                 : Eigen::Vector2d(least * directions.at(i));
+  }
+  Rest(onsets);
 }
 
 /// Whether nothing happens but that contacts that stick begin to slip, by forces that reach their
@@ -205,16 +230,14 @@ bool FrictionalResolution::OnlyBegins(ContactMode begins) const {
          (begins - cluster.mode_before.Sticking()).Empty();
 }
 
-void FrictionalResolution::Rest(const std::map<int, Eigen::Vector2d>& onsets, double least) {
+void FrictionalResolution::Rest(const std::map<int, Eigen::Vector2d>& onsets) {
   Vector& x = result_.transition.x_plus;
-  const double size =
-      kOnset * std::max(rules_.absolute_tolerance, kRounding * x.tail(d_).cwiseAbs().maxCoeff());
   const auto energy = [&] {
     const InverseInertia inertia(system_, x.head(nq_), x.tail(d_));
     return 0.5 * x.tail(d_).dot(inertia.mass() * x.tail(d_));
   };
   const double before = Notable() ? energy() : 0;
-  MakeRest(system_, resting_, onsets, std::max(least, size), &x);
+  MakeRest(system_, resting_, onsets, &x);
   if (Notable()) result_.transition.energy_lost += before - energy();
 }
 

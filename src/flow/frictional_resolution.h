@@ -92,7 +92,8 @@ class FrictionalResolution {
   void SetLettersOrEndSlip(const TouchingContacts& contacts);
   void ChooseLetters(const TouchingContacts& contacts);
   bool OnlyBegins(ContactMode begins) const;
-  void Rest(const std::map<int, Eigen::Vector2d>& onsets, double least = 0);
+  void BeginSlips(const std::map<int, Eigen::Vector2d>& directions);
+  void Rest(const std::map<int, Eigen::Vector2d>& onsets);
 
   ContactDynamics& dynamics_;
   const MechanicalSystem& system_;

@@ -95,8 +95,9 @@ std::optional<FrictionalRest> RestOfBounces(ContactDynamics* dynamics, const Tra
   const ContactMode begins = BeginInSpace(system, contacts.still, rest.mode);
   if (begins.Empty()) return rest;
   try {
-    const auto directions = OnsetDirections(dynamics, x, contacts, rest.mode, begins, kBorder);
-    MakeRest(system, rest.mode, directions, kOnset * last.absolute_tolerance, &x);
+    auto onsets = OnsetDirections(dynamics, x, contacts, rest.mode, begins, kBorder);
+    for (auto& [i, onset] : onsets) onset *= kOnset * last.absolute_tolerance;
+    MakeRest(system, rest.mode, onsets, &x);
   } catch (const FrictionRefusal&) {
     return std::nullopt;
   }

@@ -289,7 +289,7 @@ void Flow::BeginSlips() {
     }
   }
   if (resting == mode_) {
-    if (fastest > options_.absolute_tolerance) MakeRest(system_, mode_, {}, 0, &x_);
+    if (fastest > options_.absolute_tolerance) MakeRest(system_, mode_, {}, &x_);
     return;
   }
   const ResolvedTransition begun = ResolveFrictionalInput(&dynamics_, t_, x_, resting, Rules());

@@ -11,7 +11,7 @@ namespace contact_flow {
 
 /// Newton's method for the event on the true step: repeats the step with its length as the unknown.
 /// Sets x_end_ to the state at the event; returns its time after the beginning of the step, or
-/// nothing where the guard of a force has hardly fallen there.
+/// nothing where the guard of a force has hardly fallen there, or an implicit step is not solved.
 std::optional<double> Flow::StepOntoEvent(const LocatedEvent& event, double length) {
   const int i = event.constraint;
   double s = event.theta * length;
@@ -24,6 +24,7 @@ std::optional<double> Flow::StepOntoEvent(const LocatedEvent& event, double leng
   };
   for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
     step_to(s);
+    if (!x_end_.allFinite()) return std::nullopt;
     double value, slope;
     if (guards_.IsNormal(i) && (mode_ - system_.compliant()).Contains(i)) {
       slope = dynamics_.ForceRate(x_end_, mode_, i);
@@ -43,6 +44,7 @@ std::optional<double> Flow::StepOntoEvent(const LocatedEvent& event, double leng
     }
     if (std::abs(value) > least) {  // where the guard grazes, rounding sends Newton anywhere
       step_to(s = nearest);
+      if (!x_end_.allFinite()) return std::nullopt;
       break;
     }
     nearest = s;

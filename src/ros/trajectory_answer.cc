@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contact_flow/OptimizeTrajectoryResult.h"
+#include "contact_flow/nearest_name.h"
 #include "contact_flow/ros/analysis_messages.h"
 #include "contact_flow/ros/conversions.h"
 #include "contact_flow/ros/gate.h"
@@ -36,10 +37,12 @@ constexpr int kMaxIterations = 100000;
 
 TrajectoryOptimum Search(const MechanicalSystem& system, const TrajectoryProblem& problem,
                          const TrajectoryOptions& options, const TrajectoryRequest& request) {
-  const std::vector<std::string> methods = {"pieces", "multiple_shooting"};
-  const int method =
-      request.method.empty() ? 0 : NameIndex("method", "method", request.method, methods);
-  if (method == 0) {
+  const bool shoots = request.method == "multiple_shooting";
+  if (!shoots && !request.method.empty() && request.method != "pieces") {
+    throw std::invalid_argument("method is " + QuoteName(request.method) +
+                                ", expected one of pieces, multiple_shooting");
+  }
+  if (!shoots) {
     if (!request.segments.empty()) {
       throw std::invalid_argument("segments are those of the method multiple_shooting");
     }

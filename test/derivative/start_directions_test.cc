@@ -14,7 +14,7 @@
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
-#include "test/friction/systems/pair.h"
+#include "test/friction/systems/tips.h"
 
 namespace contact_flow {
 namespace {

@@ -8,7 +8,7 @@
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/simulate.h"
-#include "test/friction/systems/pair.h"
+#include "test/friction/systems/tips.h"
 
 namespace contact_flow {
 namespace {

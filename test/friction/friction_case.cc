@@ -4,11 +4,11 @@
 #include "test/friction/systems/ball.h"
 #include "test/friction/systems/block.h"
 #include "test/friction/systems/compass_walker.h"
-#include "test/friction/systems/pair.h"
 #include "test/friction/systems/puck.h"
 #include "test/friction/systems/rod.h"
 #include "test/friction/systems/soft_biped_with_friction.h"
 #include "test/friction/systems/tip.h"
+#include "test/friction/systems/tips.h"
 #include "test/friction/systems/two_pucks.h"
 
 namespace contact_flow {
@@ -46,6 +46,7 @@ std::unique_ptr<MechanicalSystem> MakeFrictionSystem(const nlohmann::json& json)
   if (model == "tip" && plane) return MakeSystem<Tip<2>>(values);
   if (model == "tip") return MakeSystem<Tip<3>>(values);
   if (model == "pair") return MakeSystem<Pair>(values);
+  if (model == "tips") return MakeSystem<Tips<3>>(values);
   if (model == "rod") return MakeSystem<Rod>(values);
   if (model == "soft_biped") return MakeSystem<SoftBipedWithFriction>(values);
   if (model == "puck") return MakeSystem<Puck>(values);

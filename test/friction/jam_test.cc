@@ -62,7 +62,7 @@ TEST(Jam, IsTheLimitOfFloorsThatGiveWay) {
     ASSERT_TRUE(run.status.ok()) << run.status.message;
     ASSERT_FALSE(run.transitions.empty());
     const Transition& jam = run.transitions.front();
-    EXPECT_EQ("0s-", run.arcs.front().mode.Word(2)) << rate;
+    EXPECT_EQ("-o", run.arcs.front().mode.Word(2)) << rate;
     EXPECT_EQ(Outcome::kPainleveCrossing, jam.obstacle.outcome) << jam.obstacle.message;
     EXPECT_FALSE(run.warnings.empty());
     // 2 ms later.

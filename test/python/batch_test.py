@@ -31,7 +31,7 @@ class Batches(unittest.TestCase):
                     self.assertEqual(str(refused), batch.message[k])
                     self.assertTrue(np.isnan(batch.final_state[k]).all())
                     continue
-                self.assertEqual(run.x_end.tobytes(), batch.final_state[k].tobytes())
+                self.assertEqual(run.final_state.tobytes(), batch.final_state[k].tobytes())
                 self.assertEqual(run.modes, batch.modes(k))
                 self.assertEqual([event.t for event in run.events], [event.t for event in batch.events[k]])
                 self.assertEqual(run.statistics.steps, batch.steps[k])
@@ -44,11 +44,11 @@ class Batches(unittest.TestCase):
         two = cf.simulate_batch(trot, states, 0.8, inputs, threads=2, lanes="none", dense=False)
         np.testing.assert_array_equal(one.final_state, two.final_state)
         np.testing.assert_array_equal(one.final_state[4],
-                                      trot.simulate(states[4], 0.8, inputs[4]).x_end)
+                                      trot.simulate(states[4], 0.8, inputs[4]).final_state)
         self.assertTrue(two.alone.all())
         self.assertIn("asked for", two.why)
         shared = trot.simulate_batch(states, 0.3, [0.01])
-        np.testing.assert_array_equal(shared.final_state[1], trot.simulate(states[1], 0.3, [0.01]).x_end)
+        np.testing.assert_array_equal(shared.final_state[1], trot.simulate(states[1], 0.3, [0.01]).final_state)
 
     def test_pickles(self):
         batch = cf.Model("soft_biped").simulate_batch(starts(cf.Model("soft_biped"), 2))

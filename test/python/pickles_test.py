@@ -61,7 +61,7 @@ def values():
                                  effort=0.01, budget=10.0, state_weights=1.0, input_weights=0.01)
     ensemble = biped.sweep({"body_pitch": cf.Uniform(-0.1, 0.1)}, runs=20, threads=1)
     return [
-        biped, cf.Robot(case.ROBOTS / "monoped.yaml"), cf.PythonModel(SoftBiped), biped.parameter_list[0], biped.nominal,
+        biped, cf.LinearInputs(ball), cf.Robot(case.ROBOTS / "monoped.yaml"), cf.PythonModel(SoftBiped), biped.parameter_list[0], biped.nominal,
         run, run.status, run.arcs[0], run.events[0], run.margins, run.statistics, run.assumptions()[0],
         cf.Model("bouncing_ball").simulate(duration=5.0, complete_zeno=True).warnings[0],
         B, B.trust, B.radius("+body_pitch"), B.compare("+body_pitch", [1e-3, 1e-4]),

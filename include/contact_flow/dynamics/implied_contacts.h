@@ -19,9 +19,9 @@ ContactMode ImpliedStill(const MechanicalSystem& system, const Vector& x, Contac
                          ContactMode still);
 
 /// What rests is made rest, by the shortest change of velocity: normal velocities of the mode,
-/// slips of what sticks. A slip in space that begins, along `onsets`, gets its direction by the
-/// speed `onset`, which counts as none.
+/// slips of what sticks. A slip in space that begins gets its direction by `onsets` [m/s], which
+/// count as none; in the mean, where the slips of one body cannot be these.
 void MakeRest(const MechanicalSystem& system, ContactMode mode,
-              const std::map<int, Eigen::Vector2d>& onsets, double onset, Vector* x);
+              const std::map<int, Eigen::Vector2d>& onsets, Vector* x);
 
 }  // namespace contact_flow
