@@ -12,6 +12,22 @@ namespace {
 constexpr double kBorder = 1e-9;
 /// A direction lies on the wrong side of a border by more than this, relative.
 constexpr double kAcross = 1e-9;
+/// Where it is on the wrong side of a border of each branch, one that it misses by less than this
+/// is its own: what w should not move is moved by the errors of w. Branches are the same there.
+constexpr double kNearby = 1e-7;
+
+/// The cone |λ_t| ≤ μ λ_n around λ = 0, by rows of μ λ_n and λ_t. In space by the part of it in
+/// which |λ_1| + |λ_2| ≤ μ λ_n: elsewhere no branch is found.
+void AddApex(const Eigen::RowVectorXd& pressing, const Matrix& along,
+             std::vector<Eigen::RowVectorXd>* borders) {
+  for (const double first : {-1, 1}) {
+    if (along.rows() == 1) borders->push_back(pressing + first * along.row(0));
+    for (const double second : {-1, 1}) {
+      if (along.rows() == 1) continue;
+      borders->push_back(pressing + first * along.row(0) + second * along.row(1));
+    }
+  }
+}
 
 }  // namespace
 
@@ -213,11 +229,14 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
     if (letter == Letter::kStick && std::isfinite(contact.coefficient)) {
       const auto tangential = solution.force.segment(row + 1, contact.dimension);
       const double size = tangential.norm();
+      const auto push = solved.middleRows(d_ + place + 1, contact.dimension);
       Eigen::RowVectorXd cone = contact.coefficient * normal;
-      if (size > 0) {
-        cone -=
-            (tangential.transpose() / size) * solved.middleRows(d_ + place + 1, contact.dimension);
+      const double apex = kBorder * scale / gain;
+      if (size <= apex && contact.coefficient * solution.force(row) <= apex) {
+        AddApex(gain * cone, gain * push, &borders);
+        continue;
       }
+      if (size > 0) cone -= (tangential.transpose() / size) * push;
       if (!parameters.empty()) {
         cone.tail(size_ - first_parameter) += solution.force(row) * friction_by_parameter.row(i);
       }
@@ -253,20 +272,30 @@ Vector FrictionalReset::FreeSlip(int i, const Vector& v_plus) const {
 const FrictionalReset::Branch& FrictionalReset::Choose(
     const Vector& w, const Vector& sizes,
     const std::function<void(const Eigen::RowVectorXd&)>& decide) const {
+  const Branch* chosen = nullptr;
+  double least = kNearby;
   for (const Branch& branch : branches_) {
     if (!branch.jacobian.allFinite()) continue;
     bool fits = true;
+    double beyond = 0;
     for (Eigen::Index k = 0; k < branch.borders.rows(); ++k) {
-      const double size = branch.borders.row(k).cwiseAbs().dot(sizes);
-      fits = fits && branch.borders.row(k).dot(w) >= -kAcross * size;
+      const auto row = branch.borders.row(k);
+      fits = fits && row.dot(w) >= -kAcross * row.cwiseAbs().dot(sizes);
+      const double size = row.cwiseAbs().maxCoeff() * sizes.maxCoeff();
+      if (row.dot(w) < 0) beyond = std::max(beyond, -row.dot(w) / size);
     }
-    if (!fits) continue;
-    if (branches_.size() > 1) {
-      for (Eigen::Index k = 0; k < branch.borders.rows(); ++k) decide(branch.borders.row(k));
-    }
-    return branch;
+    if (!fits && !(beyond < least)) continue;
+    chosen = &branch;
+    least = beyond;
+    if (fits) break;
   }
-  throw std::domain_error("an impact of the perturbed run is on a border that is not decided");
+  if (chosen == nullptr) {
+    throw std::domain_error("an impact of the perturbed run is on a border that is not decided");
+  }
+  if (branches_.size() > 1) {
+    for (Eigen::Index k = 0; k < chosen->borders.rows(); ++k) decide(chosen->borders.row(k));
+  }
+  return *chosen;
 }
 
 }  // namespace contact_flow

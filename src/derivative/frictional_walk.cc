@@ -46,7 +46,6 @@ class FrictionalWalk {
     for (int g : transition.guards) {
       if (guards_.OfSlips(mode_).Contains(g)) still_.Insert(guards_.ConstraintOf(g));
     }
-    first_field_ = dynamics_.Field(x_, mode_);
     for (int i : transition.vanishing) {
       if (std::isinf(system_.friction()[i].coefficient)) releasing_.Insert(i);
     }
@@ -65,6 +64,7 @@ class FrictionalWalk {
     StopInSpace();
     FinishWord();
     path_.cone = Rows();
+    path_.v_plus = v();
     return path_;
   }
 
@@ -84,6 +84,8 @@ class FrictionalWalk {
     system_.Constraints(x_.head(nq_), v(), &terms_);
     rate_ = terms_.jacobian * v();
     rate_jacobian_ = RateJacobian(dynamics_, x_);
+    acceleration_ = LargestAcceleration(dynamics_, x_,
+                                        transition_.mode_before.Members() | transition_.activated);
     gap_jacobian_ = Matrix::Zero(system_.num_rows(), size_);
     gap_jacobian_.leftCols(d_) = terms_.jacobian;
     const std::vector<int>& parameters = dynamics_.variables().parameters;
@@ -152,8 +154,7 @@ class FrictionalWalk {
       if (!Still(i)) continue;
       const double sign = mode_.LetterOf(i) == Letter::kBackward ? -1 : 1;
       const double slowing = sign * rate_jacobian_.row(row).dot(field);
-      const double size = rate_jacobian_.row(row).cwiseAbs().dot(first_field_.cwiseAbs());
-      if (!(slowing < -kZero * size)) continue;
+      if (!(slowing < -kBorder * acceleration_)) continue;  // a word that holds may miss as much
       candidates.push_back({Candidate::Kind::kStop, i, sign * rate_jacobian_.row(row), slowing});
     }
     for (int i : releasing_) {
@@ -238,6 +239,10 @@ class FrictionalWalk {
       const double slip = rate_.segment(friction.row, friction.dimension).norm();
       if (friction.dimension > 0 && slip > kZero * SizeOf(friction.row)) still_.Erase(j);
     }
+    // What has let go before, by less than to first order, and is driven back is hit at once.
+    for (int j : transition_.mode_before.Members() - touching - pending_) {
+      if (rate_(j) < -kZero * SizeOf(j)) pending_.Insert(j);
+    }
     lifted_ = ContactMode();
     for (int j : touching) {
       const bool bounces = along.With(i).Contains(j) && system_.restitution()(j) > 0;
@@ -273,7 +278,7 @@ class FrictionalWalk {
     landed_ = lifted_ = ContactMode();
     mode_ = SelectWord(&dynamics_, x_, contacts, kBorder);
     // What never slips holds until its own release: its force along the ground does not vanish.
-    for (int i : releasing_ & closed) mode_.Set(i, Letter::kStick);
+    for (int i : releasing_& closed) mode_.Set(i, Letter::kStick);
   }
 
   void SortInSpace(int i, TouchingContacts* contacts) {
@@ -325,7 +330,7 @@ class FrictionalWalk {
   ContactMode released_;
   ContactMode landed_, lifted_;  // by the last touchdown: what took part, and what left
   ContactMode still_;            // known to have no slip at the base point
-  Vector first_field_;           // before the cluster
+  double acceleration_ = 0;      // of rows, without contact forces
   ContactMode just_stopped_;
   ConstraintTerms terms_;
   Vector rate_;

@@ -16,6 +16,7 @@ struct FrictionalPath {
   std::vector<int> guards;         ///< in the order in which they vanish
   std::vector<ContactMode> modes;  ///< after each of them
   Matrix times;                    ///< first-order changes of their instants, a row each
+  Vector v_plus;                   ///< velocity behind them, at the base point [d]
   double margin = 0;               ///< smallest cone·w of the w that led here, relative
 };
 

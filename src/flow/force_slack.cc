@@ -7,6 +7,7 @@
 #include "contact_flow/dynamics/guard_gradients.h"
 #include "contact_flow/dynamics/guards.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
+#include "contact_flow/dynamics/word_selection.h"
 
 namespace contact_flow {
 namespace {
@@ -51,6 +52,15 @@ Vector ForceSlack(ContactDynamics* dynamics, const Transition& transition) {
     }
   }
   return slack;
+}
+
+double LargestAcceleration(const ContactDynamics& dynamics, const Vector& x, ContactMode touching) {
+  const MechanicalSystem& system = dynamics.system();
+  const InverseInertia inertia(system, x.head(system.num_positions()), x.tail(system.dof()),
+                               dynamics.u(), ContactMode());
+  const FrictionFrame frame(system, inertia, touching);
+  if (frame.bias().size() == 0) return 0;
+  return (frame.rows() * inertia.FreeAcceleration() + frame.bias()).cwiseAbs().maxCoeff();
 }
 
 }  // namespace contact_flow

@@ -128,5 +128,20 @@ TEST(FrictionRefusals, SlipThatBeginsInSpace) {
   EXPECT_EQ(Outcome::kNotPiecewiseLinear, DifferentiateOutcome(*system, run).status.outcome);
 }
 
+/// Of the tips that land, stop and let go at once in other orders the third, which is driven back by
+/// the landing once it has let go, has another velocity behind it.
+TEST(FrictionRefusals, DrivenBackByAnImpactElsewhere) {
+  const test::FrictionCase drawn("driven_back");
+  SimulateOptions tight;
+  tight.relative_tolerance = tight.absolute_tolerance = 1e-12;
+  const Trajectory run = Simulate(*drawn.system, drawn.x, drawn.u, drawn.duration, tight);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  EXPECT_LE((run.FinalState() - drawn.final_state).cwiseAbs().maxCoeff(), 1e-10);
+  const BDerivative map = DifferentiateOutcome(*drawn.system, run);
+  EXPECT_EQ(Outcome::kNotDifferentiable, map.status.outcome) << map.status.message;
+  EXPECT_NE(std::string::npos, map.status.message.find("their order decides"))
+      << map.status.message;
+}
+
 }  // namespace
 }  // namespace contact_flow
