@@ -20,6 +20,14 @@ std::vector<int> Independent(const Matrix& G, const std::vector<int>& rows) {
   return basis;
 }
 
+/// Of a Gram matrix whose rows may depend on each other.
+Eigen::CompleteOrthogonalDecomposition<Matrix> Factorize(const Matrix& G) {
+  Eigen::CompleteOrthogonalDecomposition<Matrix> factor(G.rows(), G.cols());
+  factor.setThreshold(kDependentRow);
+  factor.compute(G);
+  return factor;
+}
+
 }  // namespace
 
 ContactMode ImpliedClosed(const MechanicalSystem& system, const Vector& x, ContactMode closed,
@@ -102,7 +110,7 @@ void MakeRest(const MechanicalSystem& system, ContactMode mode,
   };
   const Matrix A = pick(rows);
   const Matrix reach = inertia * A.transpose();
-  const auto rest = (A * reach).eval().completeOrthogonalDecomposition();
+  const Eigen::CompleteOrthogonalDecomposition<Matrix> rest = Factorize(A * reach);
   const Vector rate = A * x->tail(d);
   if (!rate.isZero(0)) x->tail(d) -= reach * rest.solve(rate);
   if (begun.empty()) return;
@@ -112,7 +120,7 @@ void MakeRest(const MechanicalSystem& system, ContactMode mode,
   move -= reach * rest.solve(A * move);
   const Vector missing =
       Vector::Map(slips.data(), static_cast<Eigen::Index>(slips.size())) - B * x->tail(d);
-  x->tail(d) += move * (B * move).completeOrthogonalDecomposition().solve(missing);
+  x->tail(d) += move * Factorize(B * move).solve(missing);
 }
 
 }  // namespace contact_flow

@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "impact_process.h"
+
 namespace contact_flow {
 namespace {
 
@@ -58,6 +60,7 @@ std::optional<FrictionSolution> FindImpact(FrictionProblem* problem, std::vector
 std::optional<FrictionalImpact> SolveTangentialImpact(const MechanicalSystem& system,
                                                       const VectorRef& q, const VectorRef& v_minus,
                                                       ContactMode J, int jammed) {
+  if (auto followed = FollowImpact(system, q, v_minus, J, jammed)) return followed;
   const InverseInertia inertia(system, q, v_minus);
   FrictionFrame frame(system, inertia, J);
   FrictionProblem& problem = frame.problem();

@@ -99,15 +99,26 @@ void FrictionalResolution::Decide() {
     SortRising(i, rate, v_plus, low, &still, &contacts);
   }
   cluster.x_plus.tail(d_) = v_plus;
-  const ContactMode back = PressedBack(rate, leaving, contacts);
+  TouchingContacts without = contacts;
+  ContactMode back = PressedBack(rate, leaving, contacts);
   for (int i : back) SortRising(i, rate, v_plus, rate(i), &still, &contacts);
   ended_ = back & contacts.still;
   // The same event at the same time: what would let go does.
   for (int i : rules_.stalled ? cluster.vanishing : ContactMode()) {
-    contacts.still.Erase(i);
-    contacts.slipping.Erase(i);
+    for (TouchingContacts* all : {&contacts, &without}) {
+      all->still.Erase(i);
+      all->slipping.Erase(i);
+    }
   }
-  SetLettersOrEndSlip(contacts);
+  const Transition decided = cluster;
+  try {
+    SetLettersOrEndSlip(contacts);
+  } catch (const FrictionRefusal&) {
+    if (back.Empty()) throw;
+    cluster = decided;  // the slips of a rise may fit no word: it rises then
+    back = ended_ = ContactMode();
+    SetLettersOrEndSlip(without);
+  }
   TellOfRest(back & cluster.mode_after);
   cluster.touching = beside & (cluster.impulse_word | cluster.mode_after);
 }

@@ -9,7 +9,9 @@
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/flow/simulate.h"
+#include "src/dynamics/impact_process.h"
 #include "test/friction/systems/rod.h"
+#include "test/friction/systems/tip.h"
 
 namespace contact_flow {
 namespace {
@@ -80,6 +82,60 @@ TEST(Jam, IsTheLimitOfFloorsThatGiveWay) {
     }
     EXPECT_FALSE(DifferentiateOutcome(*rod, run).status.ok());
   }
+}
+
+using Slide = std::array<double, 4>;  // z, and the velocity of a tip in space
+
+/// Presses and turns as on a spring with so much damping that it gives nothing back.
+Slide DampedSlide(const Eigen::Matrix3d& reach, Slide y, double stiffness, double damping) {
+  const auto field = [&](const Slide& s) -> Slide {
+    const double N = std::max(0.0, -stiffness * s[0] - damping * s[3]) * (s[0] < 0 ? 1 : 0);
+    const double speed = std::hypot(s[1], s[2]);
+    const Eigen::Vector3d v = reach * (N * Eigen::Vector3d(-s[1] / speed, -s[2] / speed, 1));
+    return {s[3], v(0), v(1), v(2)};
+  };
+  const auto beside = [](Slide s, const Slide& slope, double h) {
+    for (std::size_t i = 0; i < 4; ++i) s[i] += h * slope[i];
+    return s;
+  };
+  const double h = 0.1 / damping;
+  while (y[0] < 0) {
+    const Slide a = field(y), b = field(beside(y, a, h / 2)), c = field(beside(y, b, h / 2)),
+                d = field(beside(y, c, h));
+    for (std::size_t i = 0; i < 4; ++i) y[i] += h / 6 * (a[i] + 2 * b[i] + 2 * c[i] + d[i]);
+  }
+  return y;
+}
+
+/// The slip turns until it presses no more: no single impulse of a jammed slip does that, the
+/// process along it does.
+TEST(Jam, InSpaceTurnsTheSlip) {
+  Eigen::Matrix3d reach;  // M⁻¹
+  reach << 5, 2, 0.9, 2, 5, 1.2, 0.9, 1.2, 1;
+  const Eigen::Matrix3d mass = reach.inverse();
+  ParameterValues values = {{"mu0", 1}};
+  for (int i = 0; i < 9; ++i) values["m" + std::to_string(i)] = mass(i / 3, i % 3);
+  const auto tip = MakeSystem<test::Tip<3>>(values);
+  const Vector q = Vector::Zero(3), v = Eigen::Vector3d(1, 0.2, 0);
+  ContactMode slides;
+  slides.Set(0, Letter::kSlip);
+  const std::optional<FrictionalImpact> impact = FollowImpact(*tip, q, v, slides, 0);
+  ASSERT_TRUE(impact);
+  EXPECT_EQ("l", impact->word.Word(1));
+  EXPECT_NEAR(0, impact->result.v_plus(2), 1e-9);
+  EXPECT_LT(impact->energy_change, 0);
+  double before = 1;
+  for (const double ratio : {20.0, 80.0}) {
+    const double stiffness = 1e8;
+    const Slide end =
+        DampedSlide(reach, {-1e-12, v(0), v(1), v(2)}, stiffness, ratio * std::sqrt(stiffness));
+    const double off =
+        std::hypot(end[1] - impact->result.v_plus(0), end[2] - impact->result.v_plus(1));
+    std::printf("damping %g: %.5f of %.5f\n", ratio, off, impact->result.v_plus.norm());
+    EXPECT_LT(off, 0.25 * before);
+    before = off;
+  }
+  EXPECT_LT(before, 1e-3);
 }
 
 }  // namespace

@@ -128,8 +128,8 @@ TEST(FrictionRefusals, SlipThatBeginsInSpace) {
   EXPECT_EQ(Outcome::kNotPiecewiseLinear, DifferentiateOutcome(*system, run).status.outcome);
 }
 
-/// Of the tips that land, stop and let go at once in other orders the third, which is driven back by
-/// the landing once it has let go, has another velocity behind it.
+/// Of the tips that land, stop and let go at once the third, which is driven back by the landing
+/// once it has let go, has another velocity behind it in another order.
 TEST(FrictionRefusals, DrivenBackByAnImpactElsewhere) {
   const test::FrictionCase drawn("driven_back");
   SimulateOptions tight;

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+
+#include "contact_flow/dynamics/word_selection.h"
+
+namespace contact_flow {
+
+/// The first account of SolveTangentialImpact. Nothing where N v does not fall, or does not return,
+/// a slip that has ended would leave its cone, or another contact would have to pull.
+std::optional<FrictionalImpact> FollowImpact(const MechanicalSystem& system, const VectorRef& q,
+                                             const VectorRef& v_minus, ContactMode J, int jammed);
+
+}  // namespace contact_flow
