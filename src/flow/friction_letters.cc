@@ -20,6 +20,8 @@ constexpr double kOnset = 10, kOnsetTime = 1e-12;
 /// Slips of a face have the ratios of their accelerations where these have their directions, by
 /// this cosine, and the slowest gains this part of the fastest.
 constexpr double kAlong = 0.9, kSlowest = 1e-2;
+/// A pull that is none of rounding, relative to the largest force.
+constexpr double kPull = 1e-6;
 /// A direction of slip that turns by more than this turns forces notably.
 constexpr double kTurned = 1e-6;
 
@@ -145,7 +147,7 @@ void FrictionalResolution::SetLetters(const TouchingContacts& contacts) {
   const Vector rested = result_.transition.x_plus.tail(d_);
   TouchingContacts now = contacts;
   bool turned = false;
-  for (int i : contacts.slipping & result_.transition.mode_after) {
+  for (int i : contacts.slipping& result_.transition.mode_after) {
     const Friction& friction = system_.friction()[i];
     const auto rows = terms_.jacobian.middleRows(friction.row, friction.dimension);
     const Vector before = rows * v, slip = rows * rested;
@@ -168,7 +170,7 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
   if (by.ahead) NoteLookAhead(contacts.still | contacts.slipping);
   // The slip of a rise that is made rest ends with it, whatever begins then.
   resting_ = cluster.mode_after;
-  for (int i : ended_ & cluster.mode_after.SlippingInPlane()) resting_.Set(i, Letter::kStick);
+  for (int i : ended_& cluster.mode_after.SlippingInPlane()) resting_.Set(i, Letter::kStick);
   const ContactMode begins = BeginInSpace(system_, contacts.still, cluster.mode_after);
   if (begins.Empty()) return Rest({});
   if (cluster.obstacle.ok() && !OnlyBegins(begins)) {
@@ -188,6 +190,30 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
         OnsetDirections(&dynamics_, cluster.x_plus, contacts, cluster.mode_after, begins, kBorder);
   }
   BeginSlips(directions);
+  if (by.springs) ReleasePulling();
+}
+
+/// By springs, whose slips begin in directions that rigid bodies may not have: what would pull as
+/// its slip begins, and rises when it is let go, has let go.
+void FrictionalResolution::ReleasePulling() {
+  Transition& cluster = result_.transition;
+  for (int count = 0; count < system_.num_constraints(); ++count) {
+    dynamics_.Evaluate(cluster.x_plus, cluster.mode_after);
+    const Vector force = dynamics_.force().head(system_.num_constraints());
+    int pulls = -1;
+    double least = -kPull * force.cwiseAbs().maxCoeff();
+    for (int i : cluster.mode_after - system_.compliant() - dynamics_.shared()) {
+      if (!(force(i) < least)) continue;
+      pulls = i;
+      least = force(i);
+    }
+    if (pulls < 0) return;
+    const ContactMode others = cluster.mode_after.Without(pulls);
+    dynamics_.Evaluate(cluster.x_plus, others);
+    if (!(terms_.jacobian.row(pulls).dot(dynamics_.acceleration()) + terms_.bias(pulls) > 0))
+      return;
+    cluster.mode_after = others;
+  }
 }
 
 /// Slips in space begin in these directions with speeds that count as none: those of a face in the

@@ -92,6 +92,7 @@ class FrictionalResolution {
   void SetLettersOrEndSlip(const TouchingContacts& contacts);
   void ChooseLetters(const TouchingContacts& contacts);
   bool OnlyBegins(ContactMode begins) const;
+  void ReleasePulling();
   void BeginSlips(const std::map<int, Eigen::Vector2d>& directions);
   void Rest(const std::map<int, Eigen::Vector2d>& onsets);
 
