@@ -111,6 +111,7 @@ std::vector<std::string> FrictionCaseNames() {
           "landing_moves_sticking_later",
           "noslip_biped",
           "noslip_double_release",
+          "noslip_lifted_by_landing",
           "noslip_liftoff",
           "noslip_two_feet",
           "onset_beside_stops",

@@ -3,6 +3,7 @@
 """Every service of an online node at once while recordings start and stop: what two ordinary clients did to it, and
 more of them. Run by scripts/thread_sanitizer, too."""
 import glob
+import itertools
 import os
 import random
 import tempfile
@@ -18,6 +19,8 @@ from client import Client
 from contact_flow.msg import InitialState, PoincareRequest, ReturnSection
 from simulator_client import RecordingNode, Simulator
 
+# roscpp closes a connection before its answer is read, now and then: https://github.com/ros/ros_comm/issues/1976
+DROPPED = "transport error completing"
 APEX = ReturnSection(kind="apex", name="v_z")
 CALLS = {
     "simulate": dict(duration=0.1),
@@ -80,9 +83,7 @@ class ServiceStress(unittest.TestCase):
                     try:
                         service(**CALLS[name])
                     except rospy.ServiceException as error:
-                        if "transport error completing" in str(error):
-                            # roscpp closes a connection before its answer is read, now and then:
-                            # https://github.com/ros/ros_comm/issues/1976
+                        if DROPPED in str(error):
                             dropped.append(name)
                             continue
                         if "unpause_physics" not in str(error):
@@ -93,13 +94,23 @@ class ServiceStress(unittest.TestCase):
 
         def recorder():
             one = Client(node.name)
+            parts = itertools.count()
+            sure = True  # what is recorded: not behind an answer that was dropped
             try:
                 while time.time() < end and node.process.poll() is None:
-                    answer = one.start_recording(name="part_%d" % started[0])
-                    self.assertTrue(answer.success, answer.message)
-                    answer = one.stop_recording()
-                    self.assertTrue(answer.success, answer.message)
-                    started[0] += 1
+                    try:
+                        answer = one.start_recording(name="part_%d" % next(parts))
+                        self.assertTrue(answer.success or not sure, answer.message)
+                        answer = one.stop_recording()
+                        self.assertTrue(answer.success or not sure, answer.message)
+                    except rospy.ServiceException as error:
+                        if DROPPED not in str(error):
+                            raise
+                        dropped.append("recording")
+                        sure = False
+                        continue
+                    started[0] += sure
+                    sure = True
             except Exception as error:  # pylint: disable=broad-except
                 wrong.append("recorder: %s" % error)
 
