@@ -275,11 +275,11 @@ class FrictionalWalk {
         contacts.still.Insert(i);
       }
     }
-    releasing_ = releasing_ - lifted_;
-    landed_ = lifted_ = ContactMode();
     mode_ = SelectWord(&dynamics_, x_, contacts, kBorder);
     // What never slips holds until its own release: its force along the ground does not vanish.
-    for (int i : ContactMode(closed & releasing_)) mode_.Set(i, Letter::kStick);
+    releasing_ = StillReleasing(&dynamics_, x_, mode_, ContactMode(closed & releasing_) - lifted_);
+    for (int i : releasing_) mode_.Set(i, Letter::kStick);
+    landed_ = lifted_ = ContactMode();
   }
 
   void SortInSpace(int i, TouchingContacts* contacts) {
