@@ -2,6 +2,7 @@
 #include "contact_flow/ros/analysis_servers.h"
 
 #include <chrono>
+#include <thread>
 #include <type_traits>
 #include <utility>
 
@@ -174,10 +175,15 @@ class Audience {
   std::chrono::steady_clock::time_point last_;
 };
 
+/// No goal ends sooner: actionlib's client in Python drops what comes while it still sends, and
+/// waits for ever for a result that it has dropped.
+constexpr auto kNoticed = std::chrono::milliseconds(50);
+
 /// Pursues the goal of an action until it is reached or cancelled, or its client has gone.
 template <class Record, class Feedback, class Result, class Server, class Goal>
 void Pursue(const char* name, const Setup& setup, WorkPool* pool, Outlet* outlet,
             const ros::Publisher& results, const Goal& goal, Server* server) {
+  const auto earliest = std::chrono::steady_clock::now() + kNoticed;
   Result out;
   out.outcome = Result::REFUSED;
   Watch watch;
@@ -217,6 +223,7 @@ void Pursue(const char* name, const Setup& setup, WorkPool* pool, Outlet* outlet
     Deliver(outlet, &record, &out);
     out.result.header = record.header;
   });
+  std::this_thread::sleep_until(earliest);
   if (!out.success) {
     server->setAborted(out, out.message);
   } else if (out.outcome == kAnalysisCancelled) {

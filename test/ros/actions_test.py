@@ -61,11 +61,7 @@ class Action:
         return self.client.get_result()
 
     def __call__(self, request):
-        """Asked once more where no result comes in 20 s: of goals that follow each other at once one may be lost."""
         self.send(request)
-        if not self.client.wait_for_result(rospy.Duration(20)):
-            rospy.logwarn("a goal was lost; it is sent again")
-            self.send(request)
         return self.wait()
 
 
