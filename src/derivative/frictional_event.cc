@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "frictional_event.h"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,6 +15,7 @@
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/simulate.h"
 #include "landing_orders.h"
+#include "walk_point.h"
 
 namespace contact_flow {
 namespace {
@@ -22,22 +24,54 @@ namespace {
 constexpr double kZero = 1e-9;
 /// Those behind a perturbed run's events and the run's own, below this, and as many tolerances.
 constexpr double kSameOutcome = 1e-6, kUnresolved = 1e3;
-/// Directions that pieces are looked for along: at each facet of a cone, and anywhere.
-constexpr int kPlaces = 6, kBlindDirections = 200;
+/// Pieces are looked for beyond what so many rays from inside a cone meet first, for each of its
+/// facets, and along so many directions anywhere.
+constexpr int kRays = 6, kBlindDirections = 200;
+/// Rays go on by this much beyond a facet, relative: the cone behind it may be thin.
+constexpr double kBeyond = 1e-3;
+/// A direction lies on a facet, relative.
+constexpr double kOnFacet = 1e-9;
 constexpr std::size_t kMaxPieces = 5000;
 
-/// Adds directions on both sides of every facet of a cone (a copy: its owner may move).
-template <class Draw, class Add>
-void AcrossFacets(Matrix cone, const Draw& draw, const Add& add) {
+/// How far it is from w, inside the cone, to its first facet along a ray, or `most`.
+double Reach(const Matrix& cone, const Vector& w, const Vector& along, double most) {
+  const Vector slope = cone * along, height = cone * w;
   for (Eigen::Index row = 0; row < cone.rows(); ++row) {
-    for (int place = 0; place < kPlaces; ++place) {
-      AskBudget();
-      Vector w = draw();
-      w -= (cone.row(row).dot(w) + 0.1) * cone.row(row).transpose();
-      add(w);
-      add(w + 0.2 * cone.row(row).transpose());
-    }
+    if (slope(row) < 0) most = std::min(most, std::max(height(row), 0.0) / -slope(row));
   }
+  return most;
+}
+
+/// Shoots rays from w, inside the cone, to its facets and at random, and adds what is just beyond.
+template <class Draw, class Add>
+void AcrossFacets(const Matrix& cone, Vector w, const Draw& draw, const Add& add) {
+  for (Eigen::Index ray = 0; ray < kRays * cone.rows(); ++ray) {
+    AskBudget();
+    const Vector aside = draw();
+    const double ahead = Reach(cone, w, aside, 1), back = Reach(cone, w, -aside, 1);
+    w += 0.5 * (ahead - back) * aside;  // to the middle: w may have been close to a facet
+    Vector along = draw();
+    if (ray % 2 == 0) along = 0.1 * along - cone.row(ray / 2 % cone.rows()).transpose();
+    const double reach = Reach(cone, w, along, std::numeric_limits<double>::infinity());
+    if (std::isfinite(reach)) add(w + (1 + kBeyond) * reach * along);
+  }
+}
+
+/// An orthonormal basis of the gradients of gaps and gap rates of what the mode before holds, to
+/// which directions of runs that hold it are orthogonal [2d+k × ·].
+Matrix HeldDirections(ContactDynamics* dynamics, const Transition& transition) {
+  const WalkPoint point(dynamics, transition);
+  const int size = static_cast<int>(point.gap_jacobian().cols());
+  const ContactMode held = transition.mode_before;
+  if (held.Empty()) return Matrix::Zero(size, 0);
+  Matrix gradients(size, 2 * held.Size());
+  Eigen::Index k = 0;
+  for (int i : held) {
+    gradients.col(k++) = point.gap_jacobian().row(i).normalized();
+    gradients.col(k++) = point.rate_jacobian().row(i).normalized();
+  }
+  Eigen::ColPivHouseholderQR<Matrix> factor(gradients);
+  return factor.householderQ() * Matrix::Identity(size, factor.rank());
 }
 
 }  // namespace
@@ -48,20 +82,22 @@ FrictionalEvent::FrictionalEvent(std::shared_ptr<ContactDynamics> dynamics,
       system_(&dynamics_->system()),
       guards_(*system_),
       transition_(transition),
-      size_(2 * system_->dof() + dynamics_->num_variables()) {
+      size_(2 * system_->dof() + dynamics_->num_variables()),
+      held_(HeldDirections(dynamics_.get(), transition)) {
   if (transition_.activated.Size() > 1) Classify();
 }
 
 FrictionalPath FrictionalEvent::Follow(const VectorRef& w) const {
   Vector direction = w;
   if (!(direction.norm() > 0)) {  // any path
-    direction = Vector::LinSpaced(size_, 1, 2);
+    direction = Held(Vector::LinSpaced(size_, 1, 2));
   }
   std::ostringstream message;
   message.precision(12);
   message << "at t = " << transition_.t << " s the perturbed run ";
   try {
     FrictionalPath path = WalkThrough(dynamics_.get(), transition_, direction);
+    HoldCone(direction, &path);
     const Vector end = transition_.x_plus.tail(system_->dof());
     const double apart = (path.v_plus - end).cwiseAbs().maxCoeff();
     const double size =
@@ -75,23 +111,46 @@ FrictionalPath FrictionalEvent::Follow(const VectorRef& w) const {
   throw std::domain_error(message.str());
 }
 
+/// The part of w that leaves held what the mode before holds.
+Vector FrictionalEvent::Held(const Vector& w) const { return w - held_ * (held_.transpose() * w); }
+
+/// Decisions among directions that hold what the mode before holds; others are none.
+void FrictionalEvent::HoldCone(const Vector& w, FrictionalPath* path) const {
+  Matrix cone(path->cone.rows(), size_);
+  Eigen::Index rows = 0;
+  path->margin = std::numeric_limits<double>::infinity();
+  for (Eigen::Index k = 0; k < path->cone.rows(); ++k) {
+    const Vector row = Held(path->cone.row(k).transpose());
+    if (row.norm() <= kOnFacet) continue;
+    cone.row(rows) = row.normalized().transpose();
+    path->margin = std::min(path->margin, cone.row(rows++).dot(w) / w.norm());
+  }
+  path->cone = cone.topRows(rows);
+}
+
 std::vector<FrictionalPath> FrictionalEvent::Paths(std::size_t max_pieces) const {
   std::vector<FrictionalPath> paths;
-  const auto known = [&](const FrictionalPath& path) {
+  std::vector<Vector> inside;  // directions that led to them
+  // The same path may have several cones.
+  const auto known = [&](const FrictionalPath& path, const Vector& w) {
     return std::any_of(paths.begin(), paths.end(), [&](const FrictionalPath& other) {
       return other.guards == path.guards && other.modes == path.modes &&
+             ((other.cone * w).array() >= -kOnFacet * w.norm()).all() &&
              (other.matrix - path.matrix).cwiseAbs().maxCoeff() <=
                  1e-9 * (1 + path.matrix.cwiseAbs().maxCoeff());
     });
   };
   const auto add = [&](const Vector& w) {
-    FrictionalPath path = Follow(w);
-    if (known(path)) return;
+    const Vector held = Held(w);
+    FrictionalPath path = Follow(held);
+    const bool decided = path.cone.rows() == 0 || path.margin > kOnFacet;
+    if (!decided || known(path, held)) return;
     if (paths.size() >= max_pieces) {
       throw std::length_error("a cluster with friction has more than " +
                               std::to_string(max_pieces) + " pieces");
     }
     paths.push_back(std::move(path));
+    inside.push_back(held);
   };
   // Across every facet of every cone found so far, from several places inside it.
   std::mt19937 random(20);
@@ -103,7 +162,10 @@ std::vector<FrictionalPath> FrictionalEvent::Paths(std::size_t max_pieces) const
   };
   std::size_t k = 0;
   for (int blind = 0; blind < kBlindDirections; ++blind) {
-    for (; k < paths.size(); ++k) AcrossFacets(paths[k].cone, draw, add);
+    for (; k < paths.size(); ++k) {
+      const Matrix cone = paths[k].cone;  // a copy: paths move
+      AcrossFacets(cone, inside[k], draw, add);
+    }
     add(draw());  // what facets did not lead to
   }
   return paths;

@@ -38,6 +38,8 @@ class FrictionalEvent {
 
  private:
   void Classify();
+  Vector Held(const Vector& w) const;
+  void HoldCone(const Vector& w, FrictionalPath* path) const;
   void FindModeAfter(OrderOutcome* outcome) const;
   std::vector<Vector> Around() const;
   bool LandAsOne() const;
@@ -48,6 +50,7 @@ class FrictionalEvent {
   Guards guards_;
   Transition transition_;
   int size_ = 0;
+  Matrix held_;  // orthonormal: directions that open or close what the mode holds [2d+k × ·]
   Status status_;
   std::vector<OrderOutcome> outcomes_;
 };

@@ -12,8 +12,6 @@ namespace {
 constexpr double kBorder = 1e-9;
 /// A direction lies on the wrong side of a border by more than this, relative.
 constexpr double kAcross = 1e-9;
-/// A force that vanishes at the base point is known to, relative to the largest.
-constexpr double kNoForce = 1e-7;
 /// Where it is on the wrong side of a border of each branch, one that it misses by less than this
 /// is its own: what w should not move is moved by the errors of w. Branches are the same there.
 constexpr double kNearby = 1e-7;
@@ -298,19 +296,6 @@ const FrictionalReset::Branch& FrictionalReset::Choose(
     for (Eigen::Index k = 0; k < chosen->borders.rows(); ++k) decide(chosen->borders.row(k));
   }
   return *chosen;
-}
-
-ContactMode StillReleasing(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
-                           ContactMode held) {
-  if (held.Empty()) return held;
-  for (int i : held) mode.Set(i, Letter::kStick);
-  dynamics->Evaluate(x, mode);
-  const Vector force = dynamics->force().cwiseAbs();
-  ContactMode releasing;
-  for (int i : held) {
-    if (force(i) <= kNoForce * force.maxCoeff()) releasing.Insert(i);
-  }
-  return releasing;
 }
 
 }  // namespace contact_flow

@@ -62,9 +62,4 @@ Matrix SolveConsistent(const Matrix& A, const Vector& unit, const Matrix& B);
 /// D(A v) of all rows at x [n+l+r × 2d+k].
 Matrix RateJacobian(const ContactDynamics& dynamics, const Vector& x);
 
-/// Those of `held`, which never slip, whose forces vanish at x where they hold beside `mode`: an
-/// event elsewhere may make a force that was to vanish jump, up or away.
-ContactMode StillReleasing(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
-                           ContactMode held);
-
 }  // namespace contact_flow

@@ -11,16 +11,18 @@
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/force_slack.h"
 #include "frictional_reset.h"
+#include "walk_guards.h"
+#include "walk_point.h"
 
 namespace contact_flow {
 namespace {
 
-/// A slip, or a normal velocity, is zero at the base point below this, relative to its terms.
-constexpr double kZero = 1e-9;
 /// A direction does not move a slip, relative to the sizes of D(T v) and w.
 constexpr double kUnmoved = 1e-11;
 constexpr double kBorder = 1e-9;
-constexpr int kRoundsForEach = 4;  // contact, at most
+constexpr double kHovers = 1e-7;     // an acceleration that vanishes, relative
+constexpr double kSameTime = 1e-12;  // then touchdowns come first, relative
+constexpr int kRoundsForEach = 4;    // contact, at most
 
 /// Along one direction w; everything is carried as matrices, so that the result holds on the whole
 /// cone of the decisions that w makes.
@@ -32,11 +34,10 @@ class FrictionalWalk {
         transition_(transition),
         guards_(system_),
         d_(system_.dof()),
-        nq_(system_.num_positions()),
         size_(2 * d_ + dynamics->num_variables()),
         w_(w),
         sizes_(w.cwiseAbs()),
-        x_(transition.x_minus),
+        point_(dynamics, transition),
         mode_(transition.mode_before),
         pending_(transition.activated) {
     path_.matrix = Matrix::Identity(size_, size_);
@@ -46,11 +47,8 @@ class FrictionalWalk {
     for (int g : transition.guards) {
       if (guards_.OfSlips(mode_).Contains(g)) still_.Insert(guards_.ConstraintOf(g));
     }
-    for (int i : transition.vanishing) {
-      if (std::isinf(system_.friction()[i].coefficient)) releasing_.Insert(i);
-    }
+    releasing_ = transition.vanishing;
     slack_ = ForceSlack(&dynamics_, transition);
-    Measure();
     SettleSticking();
   }
 
@@ -64,60 +62,24 @@ class FrictionalWalk {
     StopInSpace();
     FinishWord();
     path_.cone = Rows();
-    path_.v_plus = v();
+    path_.v_plus = point_.v();
     return path_;
   }
 
  private:
-  /// A guard that is to vanish, with its gradient [2d+k].
-  struct Candidate {
-    enum class Kind { kTouchdown, kStop, kRelease } kind;
-    int constraint;
-    Eigen::RowVectorXd gradient;
-    double rate;  // along F
-  };
-
-  Vector v() const { return x_.tail(d_); }
-
-  /// Rows of T v and its derivatives at the present base point.
-  void Measure() {
-    system_.Constraints(x_.head(nq_), v(), &terms_);
-    rate_ = terms_.jacobian * v();
-    rate_jacobian_ = RateJacobian(dynamics_, x_);
-    acceleration_ = LargestAcceleration(dynamics_, x_,
-                                        transition_.mode_before.Members() | transition_.activated);
-    gap_jacobian_ = Matrix::Zero(system_.num_rows(), size_);
-    gap_jacobian_.leftCols(d_) = terms_.jacobian;
-    const std::vector<int>& parameters = dynamics_.variables().parameters;
-    if (!parameters.empty()) {
-      ParameterJacobian by_parameter;
-      system_.DifferentiateImpactByParameters(x_.head(nq_), Vector::Zero(d_),
-                                              Vector::Zero(system_.num_rows()), v(), parameters,
-                                              &by_parameter);
-      gap_jacobian_.rightCols(by_parameter.gap.cols()) = by_parameter.gap;
-    }
-  }
-
-  double SizeOf(int row) const {
-    return terms_.jacobian.row(row).cwiseAbs().dot(v().cwiseAbs()) +
-           transition_.x_minus.tail(d_).cwiseAbs().maxCoeff() *
-               terms_.jacobian.row(row).cwiseAbs().maxCoeff();
-  }
   /// Whether the slip of contact i vanishes at the base point.
-  bool Still(int i) const {
-    const int row = system_.friction()[i].row;
-    return still_.Contains(i) || std::abs(rate_(row)) <= kZero * SizeOf(row);
-  }
+  bool Still(int i) const { return still_.Contains(i) || point_.SlipVanishes(i); }
   /// D(T v) w of contact i in the plane, or 0 where w does not move it.
   double Moves(int i) const {
     const int row = system_.friction()[i].row;
-    const double moved = rate_jacobian_.row(row).dot(path_.matrix * w_);
-    const double size = rate_jacobian_.row(row).cwiseAbs().dot(sizes_);
+    const double moved = point_.rate_jacobian().row(row).dot(path_.matrix * w_);
+    const double size = point_.rate_jacobian().row(row).cwiseAbs().dot(sizes_);
     return std::abs(moved) <= kUnmoved * size ? 0 : moved;
   }
-  void Decide(const Eigen::RowVectorXd& row) {
+  /// w lies on the positive side of `row`, whose entries are sums of terms of this size.
+  void Decide(const Eigen::RowVectorXd& row, double size) {
     const double norm = row.norm();
-    if (!(norm > 0)) return;
+    if (!(norm > kUnmoved * size)) return;
     decisions_.push_back(row / norm);
     path_.margin = std::min(path_.margin, decisions_.back().dot(w_) / w_.norm());
   }
@@ -135,73 +97,50 @@ class FrictionalWalk {
     for (int i : mode_.Sticking()) {
       const Friction& friction = system_.friction()[i];
       const Vector now = path_.matrix * w_;
-      const auto rows = rate_jacobian_.middleRows(friction.row, friction.dimension);
+      const auto rows = point_.rate_jacobian().middleRows(friction.row, friction.dimension);
       const double size = (rows.cwiseAbs() * now.cwiseAbs()).norm();
       if ((rows * now).norm() > 1e-9 * size) moved.Insert(i);
     }
     if (moved.Empty()) return;
     path_.matrix =
-        StopProjection(&dynamics_, x_, mode_, mode_.Sticking(), rate_jacobian_) * path_.matrix;
+        StopProjection(&dynamics_, point_.x(), mode_, mode_.Sticking(), point_.rate_jacobian()) *
+        path_.matrix;
   }
 
-  std::vector<Candidate> Candidates(const Vector& field) {
-    std::vector<Candidate> candidates;
-    for (int i : pending_) {
-      candidates.push_back({Candidate::Kind::kTouchdown, i, gap_jacobian_.row(i), rate_(i)});
-    }
+  std::vector<WalkGuard> GuardsHere() {
+    ContactsAhead ahead{pending_, {}, releasing_};
     for (int i : mode_.SlippingInPlane()) {
-      const int row = system_.friction()[i].row;
-      if (!Still(i)) continue;
-      const double sign = mode_.LetterOf(i) == Letter::kBackward ? -1 : 1;
-      const double slowing = sign * rate_jacobian_.row(row).dot(field);
-      if (!(slowing < -kBorder * acceleration_)) continue;  // a word that holds may miss as much
-      candidates.push_back({Candidate::Kind::kStop, i, sign * rate_jacobian_.row(row), slowing});
+      if (Still(i)) ahead.stopping.Insert(i);
     }
-    for (int i : releasing_) {
-      if (!mode_.Contains(i)) continue;
-      dynamics_.Differentiate(x_, mode_);
-      const Eigen::RowVectorXd gradient = dynamics_.force_jacobian().row(i);
-      candidates.push_back({Candidate::Kind::kRelease, i, gradient, gradient.dot(field)});
-    }
-    return candidates;
+    return GuardsAhead(&dynamics_, point_, mode_, ahead);
   }
 
   /// The guard that vanishes next; false when none is left.
   bool Next() {
-    const Vector field = dynamics_.Field(x_, mode_);
-    const std::vector<Candidate> candidates = Candidates(field);
-    if (candidates.empty()) return false;
+    const Vector field = dynamics_.Field(point_.x(), mode_);
+    const std::vector<WalkGuard> guards = GuardsHere();
+    if (guards.empty()) return false;
     std::vector<Eigen::RowVectorXd> times;
     std::size_t first = 0;
-    for (const Candidate& c : candidates) {
+    for (const WalkGuard& c : guards) {
       times.push_back(-(c.gradient * path_.matrix) / c.rate);
-      if (times.back().dot(w_) < times[first].dot(w_)) first = times.size() - 1;
+      const double later = (times.back() - times[first]).dot(w_);
+      if (later < -kSameTime * times[first].cwiseAbs().dot(sizes_)) first = times.size() - 1;
     }
-    const Candidate& c = candidates[first];
+    const WalkGuard& c = guards[first];
     const ContactMode along = Along(c);
     for (std::size_t k = 0; k < times.size(); ++k) {
-      const bool same = candidates[k].kind == c.kind && along.Contains(candidates[k].constraint);
-      if (k != first && !same) Decide(times[k] - times[first]);
+      const bool same = guards[k].kind == c.kind && along.Contains(guards[k].constraint);
+      if (k == first || same) continue;
+      Decide(times[k] - times[first], times[k].norm() + times[first].norm());
     }
     const Eigen::RowVectorXd tau = times[first];
     const double moved = std::abs(tau.dot(w_));
     path_.matrix += field * tau;
     sizes_ += moved * field.cwiseAbs();
-    just_stopped_ = ContactMode();
-    switch (c.kind) {
-      case Candidate::Kind::kTouchdown:
-        Land(c.constraint, along);
-        break;
-      case Candidate::Kind::kStop:
-        just_stopped_ = along.With(c.constraint);
-        break;
-      case Candidate::Kind::kRelease:
-        releasing_.Erase(c.constraint);
-        released_.Insert(c.constraint);
-        break;
-    }
-    SelectNext();
-    const Vector after = dynamics_.Field(x_, mode_);
+    Pass(c, along);
+    CheckDropped();
+    const Vector after = dynamics_.Field(point_.x(), mode_);
     path_.matrix -= after * tau;
     sizes_ += moved * after.cwiseAbs();
     path_.guards.push_back(c.constraint);
@@ -211,51 +150,93 @@ class FrictionalWalk {
     return true;
   }
 
+  void Pass(const WalkGuard& guard, ContactMode along) {
+    const int i = guard.constraint;
+    const ContactMode never = NeverSlipping(system_, releasing_);
+    just_stopped_ = ContactMode();
+    switch (guard.kind) {
+      case WalkGuard::Kind::kTouchdown:
+        Land(i, along);
+        return SelectNext();
+      case WalkGuard::Kind::kStop:
+        just_stopped_ = along.With(i);
+        return SelectNext();
+      case WalkGuard::Kind::kOnset:
+        return SelectNext(never);
+      case WalkGuard::Kind::kRelease:
+        releasing_.Erase(i);
+        if (never.Contains(i)) {
+          released_.Insert(i);
+          return SelectNext();
+        }
+        hovering_.Insert(i);
+        mode_.Erase(i);  // from zero: all other forces stay as they are
+    }
+  }
+
+  /// Contacts that let go among these events with an acceleration, and that a later one pulls back
+  /// touch again, with a speed of first order.
+  void CheckDropped() {
+    if ((dropped_ | released_).Empty()) return;
+    const Vector field = dynamics_.Field(point_.x(), mode_);
+    const double border = kHovers * point_.acceleration();
+    dropped_ = dropped_ - mode_;
+    for (int i : dropped_ | released_) {
+      if (point_.Leaves(i) != 0 || pending_.Contains(i)) continue;
+      if (point_.rate_jacobian().row(i).dot(field) >= -border) continue;
+      throw std::domain_error("a perturbed run lets go of contact '" +
+                              system_.description().constraints[i] + "', which is pulled back");
+    }
+  }
+
   /// Contacts of the same body that an event brings along: what lands, or stops, with it.
-  ContactMode Along(const Candidate& c) const {
-    if (c.kind == Candidate::Kind::kTouchdown) {
-      return ImpliedClosed(system_, x_, mode_.Members().With(c.constraint),
+  ContactMode Along(const WalkGuard& c) const {
+    if (c.kind == WalkGuard::Kind::kTouchdown) {
+      return ImpliedClosed(system_, point_.x(), mode_.Members().With(c.constraint),
                            pending_.Without(c.constraint));
     }
-    if (c.kind != Candidate::Kind::kStop) return {};
-    return ImpliedStill(system_, x_, mode_.Members(), mode_.Sticking().With(c.constraint));
+    if (c.kind != WalkGuard::Kind::kStop) return {};
+    return ImpliedStill(system_, point_.x(), mode_.Members(), mode_.Sticking().With(c.constraint));
   }
 
   void Land(int i, ContactMode along) {
     pending_ = pending_ - along.With(i);
     const ContactMode touching = mode_.Members().With(i) | along;
-    const FrictionalReset reset(dynamics_, x_, touching, i, mode_, transition_.mode_after);
+    released_ = released_ - touching;
+    const FrictionalReset reset(dynamics_, point_.x(), touching, i, mode_, transition_.mode_after);
     const FrictionalReset::Branch& branch =
-        reset.Choose(path_.matrix * w_, sizes_,
-                     [&](const Eigen::RowVectorXd& row) { Decide(row * path_.matrix); });
+        reset.Choose(path_.matrix * w_, sizes_, [&](const Eigen::RowVectorXd& row) {
+          Decide(row * path_.matrix, row.norm() * path_.matrix.norm());
+        });
     path_.matrix = branch.jacobian * path_.matrix;
     sizes_ = branch.jacobian.cwiseAbs() * sizes_;
-    x_.tail(d_) = reset.v_plus();
+    Vector struck = point_.x();
+    struck.tail(d_) = reset.v_plus();
+    point_.MoveTo(struck);
     still_ = (still_ - branch.word) | branch.word.Sticking();
     landed_ = touching;
-    Measure();
     for (int j : still_ - branch.word) {  // an impact elsewhere may throw it along
-      const Friction& friction = system_.friction()[j];
-      const double slip = rate_.segment(friction.row, friction.dimension).norm();
-      if (friction.dimension > 0 && slip > kZero * SizeOf(friction.row)) still_.Erase(j);
+      if (!point_.SlipVanishes(j)) still_.Erase(j);
     }
     // What has let go before, by less than to first order, and is driven back is hit at once.
     for (int j : transition_.mode_before.Members() - touching - pending_) {
-      if (rate_(j) < -kZero * SizeOf(j)) pending_.Insert(j);
+      if (point_.Leaves(j) < 0) pending_.Insert(j);
+      if (point_.Leaves(j) != 0) hovering_.Erase(j);
     }
     lifted_ = ContactMode();
     for (int j : touching) {
       const bool bounces = along.With(i).Contains(j) && system_.restitution()(j) > 0;
       const bool free = bounces || !branch.word.Contains(j);
-      if (free && rate_(j) > kZero * SizeOf(j)) lifted_.Insert(j);
+      if (free && point_.Leaves(j) > 0) lifted_.Insert(j);
     }
   }
 
-  /// The word at the base point for runs perturbed along w.
-  void SelectNext() {
+  /// The word at the base point for runs perturbed along w, in which those of `free` may let go.
+  void SelectNext(ContactMode free = {}) {
     TouchingContacts contacts;
     contacts.slack = slack_;
-    const ContactMode closed = (landed_.Empty() ? mode_ : landed_).Members() - released_;
+    const ContactMode touching = (landed_.Empty() ? mode_ : landed_).Members();
+    const ContactMode closed = (touching | hovering_) - released_;
     for (int i : closed) {
       if (lifted_.Contains(i)) continue;
       const Friction& friction = system_.friction()[i];
@@ -264,30 +245,49 @@ class FrictionalWalk {
       } else if (std::isinf(friction.coefficient)) {
         contacts.still.Insert(i);
       } else if (friction.dimension == 2) {
-        SortInSpace(i, &contacts);
+        (point_.SlipVanishes(i) ? contacts.still : contacts.slipping).Insert(i);
       } else if (!Still(i)) {
-        contacts.slipping.Set(i, rate_(friction.row) > 0 ? Letter::kForward : Letter::kBackward);
+        contacts.slipping.Set(
+            i, point_.rate()(friction.row) > 0 ? Letter::kForward : Letter::kBackward);
       } else if (const double moved = just_stopped_.Contains(i) ? 0 : Moves(i); moved != 0) {
         const double sign = moved > 0 ? 1 : -1;
-        Decide(sign * rate_jacobian_.row(friction.row) * path_.matrix);
+        Decide(sign * point_.rate_jacobian().row(friction.row) * path_.matrix, 0);
         contacts.slipping.Set(i, moved > 0 ? Letter::kForward : Letter::kBackward);
       } else {
         contacts.still.Insert(i);
       }
     }
-    mode_ = SelectWord(&dynamics_, x_, contacts, kBorder);
-    // What never slips holds until its own release: its force along the ground does not vanish.
-    releasing_ = StillReleasing(&dynamics_, x_, mode_, ContactMode(closed & releasing_) - lifted_);
-    for (int i : releasing_) mode_.Set(i, Letter::kStick);
+    mode_ = SelectWord(&dynamics_, point_.x(), contacts, kBorder);
+    released_ = released_ | (free - mode_).Members();
+    HoldForceless(contacts, ContactMode(closed & releasing_) - lifted_ - (free - mode_));
+    Drop(closed - mode_ - lifted_);
     landed_ = lifted_ = ContactMode();
   }
 
-  void SortInSpace(int i, TouchingContacts* contacts) {
-    const Friction& friction = system_.friction()[i];
-    if (rate_.segment<2>(friction.row).norm() > kZero * SizeOf(friction.row)) {
-      contacts->slipping.Insert(i);
-    } else {
-      contacts->still.Insert(i);
+  /// What is to let go, and has no force at the base point, holds until its own release: an event
+  /// elsewhere may make its force jump, up or away. What has let go stays away.
+  void HoldForceless(const TouchingContacts& contacts, ContactMode held) {
+    ContactMode holding = mode_;
+    for (int i : held) {
+      const bool slips = contacts.slipping.Contains(i);
+      holding.Set(i, slips ? contacts.slipping.LetterOf(i) : Letter::kStick);
+    }
+    releasing_ = point_.Forceless(holding, held);
+    for (int i : releasing_) mode_.Set(i, holding.LetterOf(i));
+    mode_ = mode_ - point_.Forceless(mode_, (mode_ & hovering_).Members());
+    hovering_ = hovering_ - mode_;
+  }
+
+  /// Contacts that the word lets go: with an acceleration, or without, so that whatever pulls them
+  /// back finds them where they were.
+  void Drop(ContactMode gone) {
+    if (gone.Empty()) return;
+    const Vector field = dynamics_.Field(point_.x(), mode_);
+    for (int i : gone) {
+      const double acceleration = point_.rate_jacobian().row(i).dot(field);
+      const bool hovers = acceleration <= kHovers * point_.acceleration();
+      (hovers ? hovering_ : dropped_).Insert(i);
+      if (!hovers) hovering_.Erase(i);
     }
   }
 
@@ -302,9 +302,9 @@ class FrictionalWalk {
       }
     }
     if (stopped.Empty()) return;
-    x_ = transition_.x_plus;
-    Measure();
-    path_.matrix = StopProjection(&dynamics_, x_, after, stopped, rate_jacobian_) * path_.matrix;
+    point_.MoveTo(transition_.x_plus);
+    path_.matrix = StopProjection(&dynamics_, point_.x(), after, stopped, point_.rate_jacobian()) *
+                   path_.matrix;
     mode_ = after;
     path_.modes.push_back(after);
   }
@@ -320,22 +320,20 @@ class FrictionalWalk {
   const MechanicalSystem& system_;
   const Transition& transition_;
   const Guards guards_;
-  const int d_, nq_, size_;
+  const int d_, size_;
   const Vector w_;
   Vector sizes_;  // of the terms that the entries of the tangent are sums of [2d+k]
-  Vector x_;
+  WalkPoint point_;
   Vector slack_;  // of forces that vanish, by constraint
   ContactMode mode_;
-  ContactMode pending_;    // touchdowns to come
-  ContactMode releasing_;  // without slip, to come
-  ContactMode released_;
+  ContactMode pending_;          // touchdowns to come
+  ContactMode releasing_;        // forces that are to vanish
+  ContactMode released_;         // without slip
+  ContactMode hovering_;         // let go without acceleration
+  ContactMode dropped_;          // let go with one
   ContactMode landed_, lifted_;  // by the last touchdown: what took part, and what left
   ContactMode still_;            // known to have no slip at the base point
-  double acceleration_ = 0;      // of rows, without contact forces
   ContactMode just_stopped_;
-  ConstraintTerms terms_;
-  Vector rate_;
-  Matrix rate_jacobian_, gap_jacobian_;  // D(A v) and D(a, b) [rows × 2d+k]
   std::vector<Eigen::RowVectorXd> decisions_;
   FrictionalPath path_;
 };

@@ -109,8 +109,10 @@ std::vector<std::string> FrictionCaseNames() {
           "landing_beside_stop",
           "landing_moves_sticking",
           "landing_moves_sticking_later",
+          "landings_of_five_pieces",
           "noslip_biped",
           "noslip_double_release",
+          "noslip_let_go_by_slip",
           "noslip_lifted_by_landing",
           "noslip_liftoff",
           "noslip_two_feet",
@@ -119,9 +121,11 @@ std::vector<std::string> FrictionCaseNames() {
           "order_second",
           "order_together",
           "puck_curve",
+          "release_beside_landing",
           "slip_reversal",
           "soft_biped_friction",
           "spinning_ball",
+          "stops_beside_release",
           "tip_in_space",
           "two_pucks"};
 }

@@ -128,10 +128,9 @@ TEST(FrictionRefusals, SlipThatBeginsInSpace) {
   EXPECT_EQ(Outcome::kNotPiecewiseLinear, DifferentiateOutcome(*system, run).status.outcome);
 }
 
-/// Of the tips that land, stop and let go at once the third, which is driven back by the landing
-/// once it has let go, has another velocity behind it in another order.
-TEST(FrictionRefusals, DrivenBackByAnImpactElsewhere) {
-  const test::FrictionCase drawn("driven_back");
+/// The run of a case goes on, and has no derivative.
+void ExpectNoDerivative(const std::string& name, const std::string& why) {
+  const test::FrictionCase drawn(name);
   SimulateOptions tight;
   tight.relative_tolerance = tight.absolute_tolerance = 1e-12;
   const Trajectory run = Simulate(*drawn.system, drawn.x, drawn.u, drawn.duration, tight);
@@ -139,8 +138,25 @@ TEST(FrictionRefusals, DrivenBackByAnImpactElsewhere) {
   EXPECT_LE((run.FinalState() - drawn.final_state).cwiseAbs().maxCoeff(), 1e-10);
   const BDerivative map = DifferentiateOutcome(*drawn.system, run);
   EXPECT_EQ(Outcome::kNotDifferentiable, map.status.outcome) << map.status.message;
-  EXPECT_NE(std::string::npos, map.status.message.find("their order decides"))
-      << map.status.message;
+  EXPECT_NE(std::string::npos, map.status.message.find(why)) << map.status.message;
+}
+
+/// Of the tips that land, stop and let go at once the third, which is driven back by the landing
+/// once it has let go, has another velocity behind it in another order.
+TEST(FrictionRefusals, DrivenBackByAnImpactElsewhere) {
+  ExpectNoDerivative("driven_back", "their order decides");
+}
+
+/// A tip that lets go as another one lands rests behind the impact, or bounces, having let go just
+/// before it.
+TEST(FrictionRefusals, DrivenBackIntoFlight) {
+  ExpectNoDerivative("driven_back_into_flight", "their order decides");
+}
+
+/// What never slips has no force left just before another tip lands: it cannot let go, as it would
+/// be pulled back, and perturbed runs end there.
+TEST(FrictionRefusals, PerturbedRunsWithoutMotion) {
+  ExpectNoDerivative("noslip_without_motion", "which is pulled back");
 }
 
 }  // namespace

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "walk_point.h"
+
+namespace contact_flow {
+
+/// What may happen to contacts at a base point of a walk.
+struct ContactsAhead {
+  ContactMode landing;    ///< touch
+  ContactMode stopping;   ///< have no slip left, with a letter that slips
+  ContactMode releasing;  ///< have no force left
+};
+
+/// A guard that is zero at the base point and vanishes for perturbed runs nearby.
+struct WalkGuard {
+  enum class Kind { kTouchdown, kStop, kOnset, kRelease } kind;
+  int constraint;
+  Eigen::RowVectorXd gradient;  ///< [2d+k]
+  double rate;                  ///< along the field of the mode, < 0
+};
+
+/// The guards of the mode that vanish, touchdowns first. Forces that vanish and cones that are
+/// reached change nothing to first order by themselves: they are told where a jump follows them,
+/// a touchdown or the release of what never slips.
+std::vector<WalkGuard> GuardsAhead(ContactDynamics* dynamics, const WalkPoint& point,
+                                   ContactMode mode, const ContactsAhead& ahead);
+
+/// Those of the contacts that never slip, μ = ∞.
+ContactMode NeverSlipping(const MechanicalSystem& system, ContactMode contacts);
+
+}  // namespace contact_flow
