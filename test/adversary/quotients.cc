@@ -12,7 +12,7 @@ bool Quotients::SayOtherwise(const ReferenceRun& base, const Vector& w, const Ve
     const double off = ((run.x - base.x) / alpha - prediction).cwiseAbs().maxCoeff();
     if (off < kSmall * error) return true;
   }
-  for (const double alpha : {4e-3, 1e-3, 2e-4}) {
+  for (const double alpha : {4e-3, 1e-3, 2e-4, 5e-5, 2e-5}) {
     const ReferenceRun run = Run(alpha * w), half = Run(0.5 * alpha * w);
     if (!run.doubt.empty() || !half.doubt.empty()) continue;
     const Vector limit = (4 * half.x - run.x - 3 * base.x) / alpha;  // 2 q(α/2) − q(α)

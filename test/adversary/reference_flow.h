@@ -55,6 +55,8 @@ struct ReferenceRun {
 /// events by bisection on true steps, complementarity by enumeration.
 class ReferenceFlow {
  public:
+  static constexpr double kGap = 1e-12;  ///< counts as touching [m]
+
   ReferenceFlow(const RandomSystem& system, const ReferenceOptions& options)
       : system_(system), options_(options), dynamics_(system) {}
 
@@ -66,8 +68,8 @@ class ReferenceFlow {
   bool Glide(Vector* x, const Vector& u, ContactMode mode, double duration);
   /// Moves x to where the gaps and rates of `held` vanish.
   void PutInContact(Vector* x, ContactMode held);
+
  private:
-  static constexpr double kGap = 1e-12;   // counts as touching [m]
   static constexpr double kRest = 1e-10;  // counts as resting [m/s]
   struct Event {
     double s = 0;
