@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "frictional_walk.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -19,6 +20,7 @@ namespace {
 
 /// A direction does not move a slip, relative to the sizes of D(T v) and w.
 constexpr double kUnmoved = 1e-11;
+constexpr double kRounded = 1e-15;  // of the largest entries: what the arcs before leave of zeros
 constexpr double kBorder = 1e-9;
 constexpr double kHovers = 1e-7;     // an acceleration that vanishes, relative
 constexpr double kSameTime = 1e-12;  // then touchdowns come first, relative
@@ -71,10 +73,11 @@ class FrictionalWalk {
   bool Still(int i) const { return still_.Contains(i) || point_.SlipVanishes(i); }
   /// D(T v) w of contact i in the plane, or 0 where w does not move it.
   double Moves(int i) const {
-    const int row = system_.friction()[i].row;
-    const double moved = point_.rate_jacobian().row(row).dot(path_.matrix * w_);
-    const double size = point_.rate_jacobian().row(row).cwiseAbs().dot(sizes_);
-    return std::abs(moved) <= kUnmoved * size ? 0 : moved;
+    const auto row = point_.rate_jacobian().row(system_.friction()[i].row);
+    const double moved = row.dot(path_.matrix * w_);
+    const double known = kUnmoved * row.cwiseAbs().dot(sizes_);
+    const double rounding = kRounded * row.cwiseAbs().maxCoeff() * sizes_.maxCoeff();
+    return std::abs(moved) <= std::max(known, rounding) ? 0 : moved;
   }
   /// w lies on the positive side of `row`, whose entries are sums of terms of this size.
   void Decide(const Eigen::RowVectorXd& row, double size) {
@@ -165,25 +168,23 @@ class FrictionalWalk {
         return SelectNext(never);
       case WalkGuard::Kind::kRelease:
         releasing_.Erase(i);
-        if (never.Contains(i)) {
-          released_.Insert(i);
-          return SelectNext();
-        }
-        hovering_.Insert(i);
+        (never.Contains(i) ? released_ : hovering_).Insert(i);
+        if (never.Contains(i)) return SelectNext();
         mode_.Erase(i);  // from zero: all other forces stay as they are
     }
+  }
+
+  bool IsPulledBack(int i, ContactMode mode) const {
+    const double back = -point_.rate_jacobian().row(i).dot(dynamics_.Field(point_.x(), mode));
+    return back > kHovers * point_.acceleration();
   }
 
   /// Contacts that let go among these events with an acceleration, and that a later one pulls back
   /// touch again, with a speed of first order.
   void CheckDropped() {
-    if ((dropped_ | released_).Empty()) return;
-    const Vector field = dynamics_.Field(point_.x(), mode_);
-    const double border = kHovers * point_.acceleration();
     dropped_ = dropped_ - mode_;
-    for (int i : dropped_ | released_) {
-      if (point_.Leaves(i) != 0 || pending_.Contains(i)) continue;
-      if (point_.rate_jacobian().row(i).dot(field) >= -border) continue;
+    for (int i : (dropped_ | released_) - pending_) {
+      if (point_.Leaves(i) != 0 || !IsPulledBack(i, mode_)) continue;
       throw std::domain_error("a perturbed run lets go of contact '" +
                               system_.description().constraints[i] + "', which is pulled back");
     }
