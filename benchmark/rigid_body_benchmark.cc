@@ -15,7 +15,7 @@
 #include "contact_flow/model/rigid_body/tree_factor.h"
 #include "timing.h"
 #if CONTACT_FLOW_HAVE_MUJOCO
-#include "test/model/rigid_body/mujoco_model.h"
+#include "test/model/rigid_body/mujoco_feet.h"
 #endif
 
 namespace contact_flow {
@@ -71,28 +71,6 @@ struct Kernel {
   const Vector acceleration;
 };
 
-#if CONTACT_FLOW_HAVE_MUJOCO
-
-/// The robot in MuJoCo, with spheres at its feet above a frictionless floor on request.
-std::unique_ptr<MujocoModel> InMujoco(const RobotSystem& system, bool contacts) {
-  const RobotModel& model = system.robot().model;
-  std::vector<std::string> inside(model.tree.num_bodies() + 1);
-  if (contacts) {
-    inside.back() = "<geom type=\"plane\" size=\"5 5 1\" condim=\"1\"/>";
-    for (const auto& constraint : system.robot().constraints) {
-      const AttachedPoint& foot = constraint->parts.points[0];
-      char geom[200];
-      std::snprintf(geom, sizeof(geom),
-                    "<geom type=\"sphere\" size=\"0.02\" pos=\"%.17g %.17g %.17g\" condim=\"1\"/>",
-                    foot.local(0), foot.local(1), foot.local(2));
-      inside[foot.body] += geom;
-    }
-  }
-  return std::make_unique<MujocoModel>(model.tree, "", inside);
-}
-
-#endif
-
 Vector Standing(const RobotSystem& system) {
   Vector x = system.nominal().x;
   ConstraintTerms terms;
@@ -147,8 +125,8 @@ void Run(const char* file) {
       [&] { kernel.ForwardDynamics(); }, [&] { kernel.Differentiate(); },
       [&] { dynamics.Evaluate(x, all); }, [&] { dynamics.Differentiate(x, all); }};
 #if CONTACT_FLOW_HAVE_MUJOCO
-  const std::unique_ptr<MujocoModel> free = InMujoco(*system, false),
-                                     standing = InMujoco(*system, true);
+  const auto free = std::make_unique<MujocoModel>(system->robot().model.tree);
+  const std::unique_ptr<MujocoModel> standing = OnFeetInMujoco(*system, 1);
   const Vector q = x.head(system->num_positions()), v = x.tail(system->dof());
   free->SetState(q, v);
   standing->SetState(q, v);
@@ -179,8 +157,47 @@ void Run(const char* file) {
 #endif
 }
 
+/// Four point feet that stick, 12 rows, at rest.
+void RunSticking(const char* file) {
+  const std::unique_ptr<RobotSystem> system = LoadRobot(file);
+  Vector x = Standing(*system);
+  x.tail(system->dof()).setZero();
+  ContactDynamics dynamics(*system, system->nominal().u);
+  ContactMode sticking;
+  for (int i = 0; i < 4; ++i) sticking.Set(i, Letter::kStick);
+  std::vector<const char*> names = {"constrained dynamics, 4 contacts that stick",
+                                    "  the same with its Jacobian"};
+  std::vector<std::function<void()>> tasks = {[&] { dynamics.Evaluate(x, sticking); },
+                                              [&] { dynamics.Differentiate(x, sticking); }};
+#if CONTACT_FLOW_HAVE_MUJOCO
+  const auto free = std::make_unique<MujocoModel>(system->robot().model.tree);
+  const std::unique_ptr<MujocoModel> standing = OnFeetInMujoco(*system, 3);
+  for (MujocoModel* mujoco : {free.get(), standing.get()}) {
+    mujoco->SetState(x.head(system->num_positions()), x.tail(system->dof()));
+    mj_forward(mujoco->model, mujoco->data);
+  }
+  std::printf("MuJoCo with friction: %d contacts\n", standing->data->ncon);
+  names.insert(names.end(), {"mj_forward", "mj_forward, 4 contacts with friction"});
+  tasks.push_back([&] { mj_forward(free->model, free->data); });
+  tasks.push_back([&] { mj_forward(standing->model, standing->data); });
+#endif
+  const std::vector<double> seconds = TimeInterleaved(tasks, 5e-3, 15);
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    std::printf("%-44s %8.2f us\n", names[k], 1e6 * seconds[k]);
+  }
+#if CONTACT_FLOW_HAVE_MUJOCO
+  Judge("sticking dynamics / mj_forward, 4 contacts", seconds[0] / seconds[3],
+        seconds[0] <= 1.5 * seconds[3], "at most 1.5");
+  Judge("sticking dynamics with Jacobian / mj_forward", seconds[1] / seconds[2],
+        3.4 * seconds[1] <= 25 * seconds[2], "at most 25 us / 3.4 us = 7.35");
+#endif
+}
+
 }  // namespace
 }  // namespace benchmark
 }  // namespace contact_flow
 
-int main() { contact_flow::benchmark::Run(CONTACT_FLOW_QUADRUPED); }
+int main() {
+  contact_flow::benchmark::Run(CONTACT_FLOW_ROBOTS "quadruped.yaml");
+  contact_flow::benchmark::RunSticking(CONTACT_FLOW_ROBOTS "quadruped_friction.yaml");
+}
