@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// SolveFriction against the solvers of Siconos on 10⁴ random problems with Coulomb friction: in the
-// plane (fc2d: Lemke's method, Gauss-Seidel, enumeration) and in space (fc3d: a nonsmooth Newton method,
-// Gauss-Seidel), of which the first that solves a problem counts.
+// SolveFriction against the solvers of Siconos on 10⁴ random problems with Coulomb friction, in the
+// plane (fc2d: Lemke's method, Gauss-Seidel, enumeration) and in space (fc3d: a nonsmooth Newton
+// method, Gauss-Seidel). The first that solves a problem counts.
 #include <gtest/gtest.h>
 
 #include "contact_flow/dynamics/friction_problem.h"
