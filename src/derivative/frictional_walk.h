@@ -31,10 +31,10 @@ struct FrictionalPath {
 /// Slip onset, release from slip and the cone's apex are identities. Guards with a jump of the
 /// field are touchdowns, stops and reversals, and releases without slip (μ = ∞). Where such a jump
 /// follows, what has no force left keeps its place among the events, too: an impact finds it where
-/// it was, hit or not, and a force that jumps, up or away. A contact that sticks, with D(T v) w ≠ 0,
-/// begins to slip and is stopped at once, by the projection (F7). Throws std::domain_error, or
-/// FrictionRefusal, where the perturbed run is not decided: also where a contact that has let go
-/// would be pulled back and touch again. `dynamics` is scratch.
+/// it was, hit or not, and a force that jumps, up or away. A contact that sticks and that w moves,
+/// D(T v) w ≠ 0, begins to slip and is stopped at once, by the projection (F7). Throws
+/// std::domain_error, or FrictionRefusal, where the perturbed run is not decided: also where a
+/// contact that has let go would be pulled back and touch again. `dynamics` is scratch.
 FrictionalPath WalkThrough(ContactDynamics* dynamics, const Transition& transition,
                            const VectorRef& w);
 

@@ -149,7 +149,7 @@ class Court {
       if (!moved.doubt.empty()) continue;
       gain_of_errors = std::max(gain_of_errors, (moved.x - base_.x).cwiseAbs().maxCoeff() / 1e-9);
     }
-    if (MergedByReference()) {
+    if (trial_.ReferenceMerges(run_)) {
       Skip("states differ, events are closer than the reference tells apart");
       return false;
     }
@@ -172,23 +172,6 @@ class Court {
     detail << "; of the reference";
     for (const ReferenceEvent& e : base_.events) detail << " " << e.t << ":" << ModeBits(e.after);
     verdict_.detail = detail.str();
-    return false;
-  }
-
-  /// Whether a touchdown of the run follows another so closely that to the reference its gap had
-  /// closed with that one.
-  bool MergedByReference() const {
-    ConstraintTerms terms;
-    for (std::size_t k = 1; k < run_.transitions.size(); ++k) {
-      const Vector& x = run_.transitions[k - 1].x_minus;
-      given_.Constraints(x.head(d_), x.tail(d_), &terms);
-      for (int i = 0; i < c_.system->num_constraints(); ++i) {
-        const int place = c_.units.constraint[i];
-        if (!run_.transitions[k].activated.Contains(place)) continue;
-        const double gap = terms.gap(place) / c_.units.gap(i);
-        if (gap > 0 && gap <= 2 * ReferenceFlow::kGap) return true;
-      }
-    }
     return false;
   }
 

@@ -54,5 +54,21 @@ Trajectory Trial::Simulated(double max_step) const {
   return Simulate(given_, c_.units.State(c_.x), schedule, c_.duration * c_.units.time, options);
 }
 
+bool Trial::ReferenceMerges(const Trajectory& run) const {
+  const int d = given_.dof();
+  ConstraintTerms terms;
+  for (std::size_t k = 1; k < run.transitions.size(); ++k) {
+    const Vector& x = run.transitions[k - 1].x_minus;
+    given_.Constraints(x.head(d), x.tail(d), &terms);
+    for (int i = 0; i < given_.num_constraints(); ++i) {
+      const int place = c_.units.constraint[i];
+      if (!run.transitions[k].activated.Contains(place)) continue;
+      const double gap = terms.gap(place) / c_.units.gap(i);
+      if (gap > 0 && gap <= 2 * ReferenceFlow::kGap) return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace adversary
 }  // namespace contact_flow

@@ -28,6 +28,9 @@ class Trial {
   ReferenceRun Reference(const Vector& w, ContactMode kept, Steps steps = kUsual) const;
   /// The library's run, in its units; max_step in the case's.
   Trajectory Simulated(double max_step) const;
+  /// Whether a touchdown of such a run follows another so closely that to the reference its gap had
+  /// closed with that one.
+  bool ReferenceMerges(const Trajectory& run) const;
 
  private:
   const Case& c_;
