@@ -14,6 +14,24 @@ namespace {
 /// sample takes for nothing must not exceed rounding in another.
 constexpr double kNothing = 1e-14;
 
+/// The largest entry of the columns from `first` on, and where: the first of those that are equal.
+double Largest(const Matrix& W, int first, int* row, int* column) {
+  double largest = 0;
+  WithFixedSize(static_cast<int>(W.rows()), [&](auto rows) {
+    for (int c = first; c < W.cols(); ++c) {
+      const double* entry = W.col(c).data();
+      double most = std::abs(entry[0]);
+      for (int r = 1; r < rows; ++r) most = std::max(most, std::abs(entry[r]));
+      if (!(most > largest)) continue;
+      largest = most;
+      *column = c;
+    }
+  });
+  if (largest > 0) *row = 0;
+  while (largest > 0 && std::abs(W(*row, *column)) != largest) ++*row;
+  return largest;
+}
+
 /// Makes row p 1 in column `pivot` and 0 in all others, by adding multiples of that column to them.
 void Eliminate(int p, int pivot, Matrix* W) {
   WithFixedSize(static_cast<int>(W->rows()), [&](auto rows) {
@@ -46,16 +64,8 @@ void RowSpan::Find(Matrix* sample) {
   double zero = 0;
   // In the end the columns of the pivots combine the members.
   for (int rank = 0; rank < std::min(rows, columns); ++rank) {
-    double largest = 0;
     int p = 0, pivot = rank;
-    for (int c = rank; c < columns; ++c) {
-      for (int r = 0; r < rows; ++r) {
-        if (std::abs(W(r, c)) <= largest) continue;
-        largest = std::abs(W(r, c));
-        p = r;
-        pivot = c;
-      }
-    }
+    const double largest = Largest(W, rank, &p, &pivot);
     if (rank == 0) zero = kNothing * largest;
     if (!(largest > zero)) break;
     members_.push_back(p);

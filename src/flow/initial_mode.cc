@@ -172,6 +172,7 @@ ContactMode InitialMode(const MechanicalSystem& system, const VectorRef& x, cons
     }
     if (rate(i) <= options.speed_tolerance) candidates.Insert(i);
   }
+  if (candidates.Empty()) return pressed;
   ContactDynamics dynamics(system, u);
   try {
     if (system.HasFriction()) return InitialWord(&dynamics, x, candidates, options);
