@@ -18,7 +18,7 @@
 #include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/flow/online_flow.h"
 #include "contact_flow/io/robot_file.h"
-#include "contact_flow/ros/pace.h"
+#include "src/ros/simulator/pace.h"
 
 namespace contact_flow {
 namespace benchmark {

@@ -12,7 +12,7 @@
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
 #include "contact_flow/model/rigid_body/inverse_dynamics_jacobian.h"
-#include "contact_flow/model/rigid_body/tree_factor.h"
+#include "src/model/rigid_body/tree_factor.h"
 #include "timing.h"
 #if CONTACT_FLOW_HAVE_MUJOCO
 #include "test/model/rigid_body/mujoco_feet.h"

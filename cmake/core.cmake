@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # The core library, contact_flow::contact_flow: no ROS.
-set(CORE_FOLDERS model dynamics flow derivative analysis trajectory_optimization ensemble io)
+set(CORE_FOLDERS piecewise_linear model dynamics flow derivative analysis trajectory_optimization ensemble io)
 file(GLOB CORE_SOURCES CONFIGURE_DEPENDS src/*.cc)
 foreach(folder ${CORE_FOLDERS})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS src/${folder}/*.cc)
@@ -11,6 +11,7 @@ add_library(contact_flow::contact_flow ALIAS contact_flow)
 target_compile_features(contact_flow PUBLIC cxx_std_17)
 target_include_directories(contact_flow PUBLIC
   $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
+target_include_directories(contact_flow PRIVATE ${PROJECT_SOURCE_DIR})   # headers of other rooms that are not installed
 target_link_libraries(contact_flow PUBLIC Eigen3::Eigen Boost::headers ${YAML_CPP_TARGET})
 # By paths, not targets: no header of ours includes theirs, so users need not find them.
 target_include_directories(contact_flow SYSTEM PRIVATE ${URDFDOM_INCLUDE_DIRS})

@@ -9,8 +9,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "contact_flow/analysis/outcome_cost.h"
-#include "contact_flow/model/model_library.h"
+#include "contact_flow/contact_flow.h"
 
 int main() {
   using namespace contact_flow;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Feedbacks once a step that stabilise an orbit, and the runs under them.
-#include "contact_flow/analysis/stabilizing_feedback.h"
 #include "contact_flow/analysis/step_feedback.h"
+#include "contact_flow/piecewise_linear/stabilizing_feedback.h"
 #include "convert.h"
 #include "poincare.h"
 #include "unlocked.h"

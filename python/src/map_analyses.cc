@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Maps to verdicts: stability with certificates, controllability, covariance.
-#include "contact_flow/analysis/controllability.h"
-#include "contact_flow/analysis/covariance.h"
-#include "contact_flow/analysis/stability.h"
+#include "contact_flow/piecewise_linear/controllability.h"
+#include "contact_flow/piecewise_linear/covariance.h"
+#include "contact_flow/piecewise_linear/stability.h"
 #include "convert.h"
 #include "pickles.h"
 #include "unlocked.h"

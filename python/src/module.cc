@@ -3,7 +3,7 @@
 #include <pybind11/pybind11.h>
 
 #include "bindings.h"
-#include "contact_flow/derivative/linear_program.h"
+#include "contact_flow/piecewise_linear/linear_program.h"
 #include "receding.h"
 #include "unlocked.h"
 

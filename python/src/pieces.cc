@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Piecewise-linear maps: matrices on cones, the form of every B-derivative.
-#include "contact_flow/analysis/kink.h"
-#include "contact_flow/analysis/section.h"
-#include "contact_flow/derivative/map_consistency.h"
-#include "contact_flow/derivative/piecewise_linear_map.h"
+#include "contact_flow/piecewise_linear/kink.h"
+#include "contact_flow/piecewise_linear/map_consistency.h"
+#include "contact_flow/piecewise_linear/piecewise_linear_map.h"
+#include "contact_flow/piecewise_linear/section.h"
 #include "convert.h"
 #include "pickles.h"
 #include "unlocked.h"

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "contact_flow/analysis/section.h"
+#include "contact_flow/piecewise_linear/section.h"
 #include "convert.h"
 #include "poincare.h"
 #include "unlocked.h"

@@ -7,7 +7,7 @@
 
 #include "bindings.h"
 #include "contact_flow/analysis/poincare.h"
-#include "contact_flow/analysis/section.h"
+#include "contact_flow/piecewise_linear/section.h"
 #include "pickles.h"
 
 namespace contact_flow {

@@ -10,10 +10,10 @@
 #include <stdexcept>
 
 #include "contact_flow/budget.h"
-#include "contact_flow/derivative/cone_interior.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/flow/manifold_projection.h"
+#include "src/piecewise_linear/cone_interior.h"
 
 namespace contact_flow {
 namespace {

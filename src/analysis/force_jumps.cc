@@ -9,7 +9,7 @@
 #include "contact_flow/derivative/cluster_class.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/dynamics/impact.h"
-#include "contact_flow/dynamics/mode_selection.h"
+#include "src/dynamics/mode_selection.h"
 
 namespace contact_flow {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "contact_flow/analysis/section.h"
+#include "contact_flow/piecewise_linear/section.h"
 #include "retraction.h"
 #include "tangent_map.h"
 

@@ -7,9 +7,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "contact_flow/analysis/section.h"
 #include "contact_flow/budget.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/piecewise_linear/section.h"
 #include "tangent_map.h"
 
 namespace contact_flow {

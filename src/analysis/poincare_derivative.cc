@@ -6,8 +6,8 @@
 #include <string>
 
 #include "contact_flow/analysis/poincare.h"
-#include "contact_flow/analysis/section.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/piecewise_linear/section.h"
 #include "retraction.h"
 #include "tangent_map.h"
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "contact_flow/analysis/section.h"
 #include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/piecewise_linear/section.h"
 
 namespace contact_flow {
 namespace {

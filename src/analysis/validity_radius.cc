@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "contact_flow/budget.h"
-#include "contact_flow/dynamics/mode_selection.h"
+#include "src/dynamics/mode_selection.h"
 
 namespace contact_flow {
 namespace {

@@ -14,7 +14,7 @@
 #include "contact_flow/budget.h"
 #include "contact_flow/derivative/event_map.h"
 #include "contact_flow/dynamics/impact.h"
-#include "contact_flow/dynamics/mode_selection.h"
+#include "src/dynamics/mode_selection.h"
 
 namespace contact_flow {
 namespace {

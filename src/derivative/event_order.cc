@@ -4,7 +4,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "contact_flow/dynamics/guard_gradients.h"
+#include "src/dynamics/guard_gradients.h"
 
 namespace contact_flow {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "contact_flow/derivative/linear_program.h"
 #include "contact_flow/dynamics/word_selection.h"
+#include "contact_flow/piecewise_linear/linear_program.h"
 
 namespace contact_flow {
 namespace {

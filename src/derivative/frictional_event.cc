@@ -10,11 +10,11 @@
 #include <stdexcept>
 
 #include "contact_flow/budget.h"
-#include "contact_flow/dynamics/implied_contacts.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/simulate.h"
 #include "landing_orders.h"
+#include "src/dynamics/implied_contacts.h"
 #include "walk_point.h"
 
 namespace contact_flow {

@@ -8,10 +8,10 @@
 
 #include "contact_flow/budget.h"
 #include "contact_flow/dynamics/guards.h"
-#include "contact_flow/dynamics/implied_contacts.h"
 #include "contact_flow/dynamics/word_selection.h"
-#include "contact_flow/flow/force_slack.h"
 #include "frictional_reset.h"
+#include "src/dynamics/implied_contacts.h"
+#include "src/flow/force_slack.h"
 #include "walk_guards.h"
 #include "walk_point.h"
 

@@ -6,9 +6,9 @@
 #include <limits>
 #include <random>
 
-#include "contact_flow/dynamics/implied_contacts.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
+#include "src/dynamics/implied_contacts.h"
 
 namespace contact_flow {
 namespace {

@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "contact_flow/budget.h"
-#include "contact_flow/dynamics/implied_contacts.h"
 #include "free_slips.h"
 #include "run_law.h"
+#include "src/dynamics/implied_contacts.h"
 #include "touching_contacts.h"
 
 namespace contact_flow {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/derivative/start_stop.h"
 
-#include "contact_flow/derivative/linear_program.h"
+#include "contact_flow/piecewise_linear/linear_program.h"
 #include "friction_lift.h"
 #include "frictional_reset.h"
 #include "stopping_slips.h"

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "contact_flow/flow/force_slack.h"
 #include "frictional_reset.h"
+#include "src/flow/force_slack.h"
 
 namespace contact_flow {
 namespace {

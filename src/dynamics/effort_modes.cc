@@ -8,7 +8,7 @@
 
 #include "contact_flow/budget.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
-#include "contact_flow/dynamics/mode_selection.h"
+#include "mode_selection.h"
 
 namespace contact_flow {
 namespace {

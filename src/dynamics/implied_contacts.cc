@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/dynamics/implied_contacts.h"
+#include "implied_contacts.h"
 
 #include <Eigen/QR>
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/dynamics/impulse_jacobian.h"
+#include "impulse_jacobian.h"
 
 #include <Eigen/QR>
 #include <stdexcept>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/dynamics/mode_selection.h"
+#include "mode_selection.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

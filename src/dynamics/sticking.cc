@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/dynamics/sticking.h"
+#include "sticking.h"
 
 #include <Eigen/QR>
 #include <stdexcept>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/dynamics/tangential_impact.h"
+#include "tangential_impact.h"
 
 #include <cmath>
 #include <utility>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/dynamics/word_ahead.h"
+#include "word_ahead.h"
 
 #include <algorithm>
 #include <cmath>

@@ -8,8 +8,8 @@
 #include <limits>
 #include <sstream>
 
-#include "contact_flow/dynamics/word_ahead.h"
 #include "frame_words.h"
+#include "word_ahead.h"
 #include "word_trend.h"
 
 namespace contact_flow {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/ensemble/run_one.h"
+#include "run_one.h"
 
 #include <stdexcept>
 #include <utility>

@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "contact_flow/budget.h"
-#include "contact_flow/ensemble/run_one.h"
+#include "run_one.h"
 
 namespace contact_flow {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "contact_flow/budget.h"
-#include "contact_flow/flow/guard_interpolant.h"
+#include "guard_interpolant.h"
 #include "shared_guard.h"
 
 namespace contact_flow {

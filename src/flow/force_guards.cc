@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "contact_flow/flow/event_locator.h"
-#include "contact_flow/flow/guard_interpolant.h"
+#include "guard_interpolant.h"
 #include "step_constants.h"
 
 namespace contact_flow {

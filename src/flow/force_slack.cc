@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/flow/force_slack.h"
+#include "force_slack.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "contact_flow/dynamics/guard_gradients.h"
 #include "contact_flow/dynamics/guards.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
+#include "src/dynamics/guard_gradients.h"
 
 namespace contact_flow {
 namespace {

@@ -5,9 +5,9 @@
 #include <limits>
 #include <sstream>
 
-#include "contact_flow/dynamics/implied_contacts.h"
 #include "frictional_resolution.h"
 #include "slip_onset.h"
+#include "src/dynamics/implied_contacts.h"
 
 namespace contact_flow {
 namespace {

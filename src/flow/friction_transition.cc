@@ -5,11 +5,11 @@
 #include <limits>
 #include <sstream>
 
-#include "contact_flow/dynamics/implied_contacts.h"
-#include "contact_flow/flow/force_slack.h"
+#include "force_slack.h"
 #include "frictional_resolution.h"
 #include "guard_zeros.h"
 #include "guarded.h"
+#include "src/dynamics/implied_contacts.h"
 #include "stop_in_space.h"
 
 namespace contact_flow {

@@ -6,10 +6,10 @@
 #include <stdexcept>
 #include <vector>
 
-#include "contact_flow/dynamics/implied_contacts.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "slip_onset.h"
+#include "src/dynamics/implied_contacts.h"
 
 namespace contact_flow {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/flow/guard_interpolant.h"
+#include "guard_interpolant.h"
 
 #include <algorithm>
 #include <cmath>

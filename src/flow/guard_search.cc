@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "contact_flow/flow/guard_interpolant.h"
+#include "guard_interpolant.h"
 
 namespace contact_flow {
 namespace {

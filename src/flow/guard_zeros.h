@@ -2,8 +2,8 @@
 #pragma once
 
 #include "contact_flow/dynamics/contact_dynamics.h"
-#include "contact_flow/dynamics/guard_gradients.h"
 #include "contact_flow/flow/transition.h"
+#include "src/dynamics/guard_gradients.h"
 
 namespace contact_flow {
 

@@ -4,11 +4,11 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "contact_flow/dynamics/mode_selection.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/status.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/model/mechanical_system.h"
+#include "src/dynamics/mode_selection.h"
 
 namespace contact_flow {
 

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "contact_flow/dynamics/complementarity.h"
-#include "contact_flow/dynamics/mode_selection.h"
+#include "src/dynamics/mode_selection.h"
 
 namespace contact_flow {
 

@@ -4,10 +4,10 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "contact_flow/dynamics/mode_selection.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/simulate.h"
 #include "slip_onset.h"
+#include "src/dynamics/mode_selection.h"
 
 namespace contact_flow {
 namespace {

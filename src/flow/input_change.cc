@@ -2,9 +2,9 @@
 #include <cmath>
 #include <limits>
 
-#include "contact_flow/dynamics/mode_selection.h"
 #include "contact_flow/flow/transition.h"
 #include "guarded.h"
+#include "src/dynamics/mode_selection.h"
 
 namespace contact_flow {
 namespace {

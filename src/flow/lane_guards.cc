@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact_flow/flow/guard_interpolant.h"
+#include "guard_interpolant.h"
 #include "lane_runs.h"
 #include "step_constants.h"
 

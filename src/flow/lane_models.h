@@ -3,12 +3,12 @@
 
 #include <cstring>
 
-#include "contact_flow/model/example/driven_ball.h"
-#include "contact_flow/model/example/hopping_trot.h"
-#include "contact_flow/model/example/soft_biped.h"
-#include "contact_flow/model/example/steered_trot.h"
-#include "contact_flow/model/example/wall_and_floor.h"
 #include "lane_model.h"
+#include "src/model/example/driven_ball.h"
+#include "src/model/example/hopping_trot.h"
+#include "src/model/example/soft_biped.h"
+#include "src/model/example/steered_trot.h"
+#include "src/model/example/wall_and_floor.h"
 
 namespace contact_flow {
 namespace {

@@ -7,12 +7,12 @@
 #include "../dynamics/solve_columns.h"
 #include "contact_flow/dynamics/mass_factor.h"
 #include "contact_flow/flow/limit_locator.h"
-#include "contact_flow/model/example/driven_ball.h"
-#include "contact_flow/model/example/hopping_trot.h"
-#include "contact_flow/model/example/soft_biped.h"
-#include "contact_flow/model/example/steered_trot.h"
-#include "contact_flow/model/example/wall_and_floor.h"
 #include "contact_flow/model/model_system.h"
+#include "src/model/example/driven_ball.h"
+#include "src/model/example/hopping_trot.h"
+#include "src/model/example/soft_biped.h"
+#include "src/model/example/steered_trot.h"
+#include "src/model/example/wall_and_floor.h"
 
 namespace contact_flow {
 namespace {

@@ -6,13 +6,13 @@
 #include <sstream>
 #include <utility>
 
-#include "contact_flow/dynamics/implied_contacts.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
-#include "contact_flow/dynamics/mode_selection.h"
-#include "contact_flow/dynamics/sticking.h"
 #include "contact_flow/flow/flow.h"
 #include "frictional_rest.h"
 #include "guarded.h"
+#include "src/dynamics/implied_contacts.h"
+#include "src/dynamics/mode_selection.h"
+#include "src/dynamics/sticking.h"
 #include "step_constants.h"
 
 namespace contact_flow {

@@ -6,9 +6,9 @@
 #include <sstream>
 #include <vector>
 
-#include "contact_flow/dynamics/tangential_impact.h"
 #include "frictional_resolution.h"
 #include "guarded.h"
+#include "src/dynamics/tangential_impact.h"
 
 namespace contact_flow {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "contact_flow/dynamics/word_ahead.h"
+#include "src/dynamics/word_ahead.h"
 
 namespace contact_flow {
 namespace {

@@ -8,10 +8,10 @@
 #include <string>
 
 #include "contact_flow/dynamics/inverse_inertia.h"
-#include "contact_flow/dynamics/mode_selection.h"
-#include "contact_flow/dynamics/sticking.h"
 #include "guarded.h"
 #include "resolution.h"
+#include "src/dynamics/mode_selection.h"
+#include "src/dynamics/sticking.h"
 
 namespace contact_flow {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/io/contact_points.h"
+#include "contact_points.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/io/contacts.h"
+#include "contacts.h"
 
 #include <algorithm>
 #include <array>

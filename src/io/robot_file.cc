@@ -6,12 +6,12 @@
 #include <stdexcept>
 
 #include "contact_flow/io/text_file.h"
-#include "contact_flow/io/xacro.h"
-#include "contact_flow/model/rigid_body/contact_friction.h"
 #include "contact_flow/model/rigid_body/urdf_loader.h"
 #include "contact_flow/nearest_name.h"
 #include "robot_fields.h"
 #include "robot_parts.h"
+#include "src/model/rigid_body/contact_friction.h"
+#include "xacro.h"
 
 namespace contact_flow {
 namespace {

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "contact_flow/model/rigid_body/contact_friction.h"
 #include "contact_flow/nearest_name.h"
 #include "robot_parts.h"
+#include "src/model/rigid_body/contact_friction.h"
 
 namespace contact_flow {
 namespace {

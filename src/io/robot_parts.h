@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "contact_flow/io/contacts.h"
 #include "contact_flow/io/map_reader.h"
 #include "contact_flow/model/rigid_body/robot_description.h"
+#include "contacts.h"
 
 namespace contact_flow {
 

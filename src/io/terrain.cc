@@ -3,9 +3,9 @@
 #include <stdexcept>
 #include <vector>
 
-#include "contact_flow/io/contacts.h"
 #include "contact_flow/io/map_reader.h"
 #include "contact_flow/io/text_file.h"
+#include "contacts.h"
 
 namespace contact_flow {
 namespace {

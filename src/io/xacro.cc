@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/io/xacro.h"
+#include "xacro.h"
 
 #include <fcntl.h>
 #include <poll.h>

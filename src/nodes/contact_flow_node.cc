@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <ros/ros.h>
 
-#include "contact_flow/ros/node.h"
+#include "contact_flow/ros/run_node.h"
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "contact_flow");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <ros/ros.h>
 
-#include "contact_flow/ros/policy_follower.h"
+#include "src/ros/node/policy_follower.h"
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "policy_tracker");

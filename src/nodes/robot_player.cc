@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/ros/robot_player.h"
+#include "src/ros/node/robot_player.h"
 
 #include <ros/ros.h>
 

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "contact_flow/io/policy_file.h"
-#include "contact_flow/ros/policy_messages.h"
+#include "src/ros/request/policy_messages.h"
 
 namespace contact_flow {
 namespace {

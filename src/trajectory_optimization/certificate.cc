@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "contact_flow/dynamics/complementarity.h"
-#include "contact_flow/trajectory_optimization/piece_step.h"
+#include "piece_step.h"
 
 namespace contact_flow {
 namespace {

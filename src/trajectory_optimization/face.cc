@@ -8,7 +8,7 @@
 #include <string>
 
 #include "contact_flow/budget.h"
-#include "contact_flow/trajectory_optimization/piece_step.h"
+#include "piece_step.h"
 
 namespace contact_flow {
 namespace {

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <vector>
 
-#include "contact_flow/derivative/cone_interior.h"
 #include "contact_flow/derivative/cost_gradient.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
-#include "contact_flow/dynamics/impulse_jacobian.h"
 #include "model_builder.h"
 #include "named_costs.h"
+#include "src/dynamics/impulse_jacobian.h"
+#include "src/piecewise_linear/cone_interior.h"
 
 namespace contact_flow {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/trajectory_optimization/piece_step.h"
+#include "piece_step.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

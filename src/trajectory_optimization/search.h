@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "contact_flow/trajectory_optimization/optimize_trajectory.h"
-#include "contact_flow/trajectory_optimization/piece_step.h"
 #include "curvature.h"
 #include "face.h"
+#include "piece_step.h"
 
 namespace contact_flow {
 

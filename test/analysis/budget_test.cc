@@ -7,13 +7,13 @@
 #include <Eigen/SVD>
 #include <random>
 
-#include "contact_flow/analysis/common_quadratic_norm.h"
-#include "contact_flow/analysis/controllability.h"
-#include "contact_flow/analysis/covariance.h"
-#include "contact_flow/analysis/descent.h"
-#include "contact_flow/analysis/newton.h"
-#include "contact_flow/analysis/stability.h"
+#include "contact_flow/piecewise_linear/controllability.h"
+#include "contact_flow/piecewise_linear/covariance.h"
+#include "contact_flow/piecewise_linear/descent.h"
+#include "contact_flow/piecewise_linear/newton.h"
+#include "contact_flow/piecewise_linear/stability.h"
 #include "random_conewise.h"
+#include "src/piecewise_linear/common_quadratic_norm.h"
 #include "test/budgets.h"
 
 namespace contact_flow {

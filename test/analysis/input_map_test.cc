@@ -7,9 +7,9 @@
 
 #include <random>
 
-#include "contact_flow/analysis/controllability.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
+#include "contact_flow/piecewise_linear/controllability.h"
 #include "test/analysis/random_conewise.h"
 
 namespace contact_flow {

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "contact_flow/analysis/controllability.h"
-#include "contact_flow/analysis/stability.h"
-#include "contact_flow/derivative/linear_program.h"
+#include "contact_flow/piecewise_linear/controllability.h"
+#include "contact_flow/piecewise_linear/linear_program.h"
+#include "contact_flow/piecewise_linear/stability.h"
 #include "test/analysis/random_conewise.h"
 
 namespace contact_flow {

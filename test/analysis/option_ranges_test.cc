@@ -6,9 +6,9 @@
 #include <limits>
 #include <stdexcept>
 
-#include "contact_flow/analysis/covariance.h"
-#include "contact_flow/analysis/descent.h"
-#include "contact_flow/analysis/stability.h"
+#include "contact_flow/piecewise_linear/covariance.h"
+#include "contact_flow/piecewise_linear/descent.h"
+#include "contact_flow/piecewise_linear/stability.h"
 
 namespace contact_flow {
 namespace {

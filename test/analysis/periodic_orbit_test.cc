@@ -10,10 +10,10 @@
 #include <limits>
 #include <random>
 
-#include "contact_flow/analysis/section.h"
-#include "contact_flow/analysis/stability.h"
 #include "contact_flow/io/robot_file.h"
 #include "contact_flow/model/model_library.h"
+#include "contact_flow/piecewise_linear/section.h"
+#include "contact_flow/piecewise_linear/stability.h"
 #include "test/model/robots.h"
 #include "test/reference_case.h"
 

@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "contact_flow/analysis/section.h"
-#include "contact_flow/analysis/stability.h"
 #include "contact_flow/model/model_library.h"
+#include "contact_flow/piecewise_linear/section.h"
+#include "contact_flow/piecewise_linear/stability.h"
 #include "test/reference_case.h"
 
 namespace contact_flow {

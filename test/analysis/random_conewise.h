@@ -6,8 +6,8 @@
 #include <random>
 #include <vector>
 
-#include "contact_flow/derivative/cone_interior.h"
-#include "contact_flow/derivative/piecewise_linear_map.h"
+#include "contact_flow/piecewise_linear/piecewise_linear_map.h"
+#include "src/piecewise_linear/cone_interior.h"
 
 /// Random continuous piecewise-linear maps, for tests.
 namespace contact_flow {

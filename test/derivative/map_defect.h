@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "contact_flow/derivative/map_consistency.h"
+#include "contact_flow/piecewise_linear/map_consistency.h"
 
 namespace contact_flow {
 namespace test {

@@ -6,11 +6,11 @@
 #include <string>
 
 #include "contact_flow/derivative/b_derivative.h"
-#include "contact_flow/derivative/linear_program.h"
-#include "contact_flow/derivative/map_consistency.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
 #include "contact_flow/model/model_library.h"
+#include "contact_flow/piecewise_linear/linear_program.h"
+#include "contact_flow/piecewise_linear/map_consistency.h"
 #include "test/model/robots.h"
 
 namespace contact_flow {

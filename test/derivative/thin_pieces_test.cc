@@ -6,8 +6,8 @@
 #include <random>
 #include <vector>
 
-#include "contact_flow/derivative/linear_program.h"
-#include "contact_flow/derivative/map_consistency.h"
+#include "contact_flow/piecewise_linear/linear_program.h"
+#include "contact_flow/piecewise_linear/map_consistency.h"
 #include "test/analysis/random_conewise.h"
 #include "test/derivative/map_defect.h"
 

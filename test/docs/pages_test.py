@@ -110,7 +110,10 @@ class Pages(unittest.TestCase):
         for folder, name in (("rigid_body/constraint", "robot"), ("rigid_body/effort", "robot"),
                              ("example", "interface")):
             content = text("docs/%s.md" % name)
-            for path in sorted((ROOT / "include/contact_flow/model" / folder).glob("*.h")):
+            headers = [path for base in ("include/contact_flow/model", "src/model")
+                       for path in sorted((ROOT / base / folder).glob("*.h"))]
+            self.assertGreater(len(headers), 10)
+            for path in headers:
                 for kind in re.findall(r'kName = "(.*?)"', path.read_text(encoding="utf-8")):
                     self.assertIn("`" + kind + "`", content)
 

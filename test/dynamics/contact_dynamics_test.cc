@@ -12,9 +12,9 @@
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/dynamics/impact.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
-#include "contact_flow/dynamics/mode_selection.h"
 #include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/model/model_library.h"
+#include "src/dynamics/mode_selection.h"
 #include "test/model/model_names.h"
 #include "test/test_models.h"
 

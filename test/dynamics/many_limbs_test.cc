@@ -11,7 +11,7 @@
 #include "contact_flow/dynamics/impact_reset.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/mass_factor.h"
-#include "contact_flow/dynamics/mode_selection.h"
+#include "src/dynamics/mode_selection.h"
 #include "test/model/growing_robots.h"
 
 namespace contact_flow {

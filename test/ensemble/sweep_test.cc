@@ -7,10 +7,10 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "contact_flow/analysis/covariance.h"
 #include "contact_flow/budget.h"
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/model/model_library.h"
+#include "contact_flow/piecewise_linear/covariance.h"
 
 namespace contact_flow {
 namespace {

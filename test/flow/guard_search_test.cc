@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "contact_flow/flow/guard_interpolant.h"
+#include "src/flow/guard_interpolant.h"
 
 namespace contact_flow {
 namespace {

@@ -7,14 +7,9 @@
 #include <random>
 #include <vector>
 
-#include "contact_flow/analysis/controllability.h"
-#include "contact_flow/analysis/covariance.h"
-#include "contact_flow/analysis/descent.h"
 #include "contact_flow/analysis/input_map.h"
 #include "contact_flow/analysis/outcome_cost.h"
 #include "contact_flow/analysis/periodic_orbit.h"
-#include "contact_flow/analysis/section.h"
-#include "contact_flow/analysis/stability.h"
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/continued_outcomes.h"
 #include "contact_flow/derivative/linearization.h"
@@ -22,6 +17,11 @@
 #include "contact_flow/flow/online_flow.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
+#include "contact_flow/piecewise_linear/controllability.h"
+#include "contact_flow/piecewise_linear/covariance.h"
+#include "contact_flow/piecewise_linear/descent.h"
+#include "contact_flow/piecewise_linear/section.h"
+#include "contact_flow/piecewise_linear/stability.h"
 #include "test/friction/friction_case.h"
 
 namespace contact_flow {

@@ -8,9 +8,9 @@
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/finite_difference.h"
-#include "contact_flow/derivative/linear_program.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/simulate.h"
+#include "contact_flow/piecewise_linear/linear_program.h"
 #include "test/friction/systems/flat_box.h"
 
 namespace contact_flow {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/dynamics/guard_gradients.h"
+#include "src/dynamics/guard_gradients.h"
 
 #include <gtest/gtest.h>
 

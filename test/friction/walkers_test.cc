@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "contact_flow/analysis/periodic_orbit.h"
-#include "contact_flow/analysis/stability.h"
 #include "contact_flow/model/model_library.h"
+#include "contact_flow/piecewise_linear/stability.h"
 
 namespace contact_flow {
 namespace {

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "contact_flow/ros/gate.h"
+#include "src/ros/message/gate.h"
 
 namespace contact_flow {
 namespace fuzz {

@@ -8,9 +8,9 @@
 #include "contact_flow/StabilityRequest.h"
 #include "contact_flow/StepFeedbackRequest.h"
 #include "contact_flow/TrajectoryRequest.h"
-#include "contact_flow/ros/answers.h"
-#include "contact_flow/ros/serialize.h"
-#include "contact_flow/ros/session.h"
+#include "src/ros/answer/answers.h"
+#include "src/ros/message/serialize.h"
+#include "src/ros/session/session.h"
 #include "test/fuzz/message_mutation.h"
 #include "test/fuzz/request_target.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Contacts from collision geometry, against the support functions of the shapes themselves.
-#include "contact_flow/io/contacts.h"
+#include "src/io/contacts.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
-#include "contact_flow/io/xacro.h"
+#include "src/io/xacro.h"
 
 namespace contact_flow {
 namespace {

@@ -10,7 +10,7 @@
 #include "contact_flow/derivative/finite_difference.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
-#include "contact_flow/model/rigid_body/constraint/stairs.h"
+#include "src/model/rigid_body/constraint/stairs.h"
 
 namespace contact_flow {
 namespace {

@@ -14,10 +14,13 @@ import unittest
 from xml.sax.saxutils import quoteattr
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PIPELINE = ["", "model", "dynamics", "flow", "derivative", "analysis", "trajectory_optimization",
-            "ensemble", "io", "ros", "nodes"]
+PIPELINE = ["", "piecewise_linear", "model", "dynamics", "flow", "derivative", "analysis", "trajectory_optimization",
+            "ensemble", "io", "ros/message", "ros/request", "ros/answer", "ros/recording", "ros/display",
+            "ros/session", "ros/service", "ros/simulator", "ros/verification", "ros/policy", "ros/node", "nodes"]
 RANK = {folder: rank for rank, folder in enumerate(PIPELINE)}
 RANK["tools"] = RANK["nodes"]
+FIRST_OF_ROS = RANK["ros"] = RANK["ros/message"]
+FACADE = ("contact_flow.h",)   # all that users include of the core
 MAX_LINES = 350
 
 INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
@@ -30,6 +33,10 @@ def rank(path):
     """The place in the pipeline of a file, given from the root of the tree."""
     parts = path.parts[2:] if path.parts[0] == "include" else path.parts[1:]
     folder = parts[0] if len(parts) > 1 else ""
+    if folder == "ros" and len(parts) > 2:
+        folder = "/".join(parts[:2])
+    if parts == FACADE:
+        folder = "io"
     if folder not in RANK:
         raise LookupError("%s: folder '%s' has no place in the pipeline" % (path, folder))
     return RANK[folder]
@@ -66,7 +73,7 @@ def includes(root):
 
 def resolve(root, includer, name):
     """The header of this tree that `name` means, from the root; None if there is none."""
-    for path in (includer.parent / name, root / "include" / name):
+    for path in (includer.parent / name, root / "include" / name, root / name):
         if path.is_file():
             return path.resolve().relative_to(root)
     return None
@@ -84,7 +91,7 @@ def ros_in_core(root):
     """A file before ros/ includes a header of ROS or of this package's messages."""
     generated = generated_headers(root)
     for place, includer, _, name in includes(root):
-        if rank(includer.relative_to(root)) < RANK["ros"]:
+        if rank(includer.relative_to(root)) < FIRST_OF_ROS:
             if ROS_HEADER.match(name) or name in generated:
                 yield "%s includes %s, which needs ROS" % (place, name)
 
@@ -99,6 +106,24 @@ def missing_headers(root):
 
 
 SOURCES = ["include", "src", "test", "benchmark", "examples", "scripts", "cmake", "docs/site", "python", ".ci"]
+
+
+def private_in_public(root):
+    """A header of include/, which users have, includes one of src/, which they do not."""
+    for place, includer, _, name in includes(root):
+        header = resolve(root, includer, name)
+        if header and includer.relative_to(root).parts[0] == "include" and header.parts[0] == "src":
+            yield "%s includes %s, which is not installed" % (place, name)
+
+
+def facade_gaps(root):
+    """What docs/site/public_headers.txt names and the facade does not include, or the other way round."""
+    facade = root / "include" / "contact_flow" / FACADE[0]
+    included = {name for _, path, _, name in includes(root) if path == facade}
+    listed = {"contact_flow/" + name for name in (root / "docs/site/public_headers.txt").read_text().split()
+              if not name.startswith("ros/")}
+    for name in sorted(included ^ listed):
+        yield "%s is %s" % (name, "not in the facade" if name in listed else "not among the public headers")
 
 
 def missing_licences(root):
@@ -138,6 +163,12 @@ class ThisTree(unittest.TestCase):
     def test_included_headers_exist(self):
         self.check(missing_headers(ROOT))
 
+    def test_public_headers_stand_alone(self):
+        self.check(private_in_public(ROOT))
+
+    def test_facade_is_complete(self):
+        self.check(facade_gaps(ROOT))
+
     def test_licence(self):
         self.check(missing_licences(ROOT))
 
@@ -152,25 +183,27 @@ class PlantedViolations(unittest.TestCase):
     CLEAN = {
         "include/contact_flow/types.h": SPDX + "#include <vector>\n",
         "include/contact_flow/flow/a.h": SPDX + '#include "contact_flow/types.h"\n',
-        "include/contact_flow/ros/c.h": SPDX + '#include <ros/ros.h>\n#include "contact_flow/A.h"\n',
+        "src/ros/message/c.h": SPDX + '#include <ros/ros.h>\n#include "contact_flow/A.h"\n',
+        "src/ros/node/d.cc": SPDX + '#include "src/ros/message/c.h"\n',
         "src/flow/a.cc": SPDX + '#include "contact_flow/flow/a.h"\n#include "private.h"\n',
         "src/flow/private.h": SPDX,
         "src/io/b.cc": SPDX + '#include <contact_flow/flow/a.h>\n#include <yaml-cpp/yaml.h>\n',
-        "src/nodes/n.cc": SPDX + '#include "contact_flow/ros/c.h"\n#include <std_msgs/Header.h>\n',
+        "src/nodes/n.cc": SPDX + '#include "src/ros/message/c.h"\n#include <std_msgs/Header.h>\n',
         "msg/A.msg": "float64 t\n",
     }
 
-    def violations(self, path=None, text=""):
+    def violations(self, path=None, text="", beside=None):
         with tempfile.TemporaryDirectory() as name:
             root = pathlib.Path(name).resolve()
-            for p, t in {**self.CLEAN, **({path: text} if path else {})}.items():
+            planted = {**({path: text} if path else {}), **({beside: self.SPDX} if beside else {})}
+            for p, t in {**self.CLEAN, **planted}.items():
                 (root / p).parent.mkdir(parents=True, exist_ok=True)
                 (root / p).write_text(t, encoding="utf-8")
-            checks = [backward_includes, ros_in_core, missing_headers, missing_licences, long_files]
+            checks = [backward_includes, ros_in_core, missing_headers, private_in_public, missing_licences, long_files]
             return [v for check in checks for v in check(root)]
 
-    def expect(self, violation, path, text):
-        self.assertEqual(self.violations(path, text), [violation])
+    def expect(self, violation, path, text, beside=None):
+        self.assertEqual(self.violations(path, text, beside), [violation])
 
     def test_clean(self):
         self.assertEqual(self.violations(), [])
@@ -192,8 +225,26 @@ class PlantedViolations(unittest.TestCase):
                     "src/io/x.cc", self.SPDX + '#include "contact_flow/A.h"\n')
 
     def test_missing_header(self):
-        self.expect("src/ros/x.cc:2 includes contact_flow/flow/z.h, which does not exist",
-                    "src/ros/x.cc", self.SPDX + '#include "contact_flow/flow/z.h"\n')
+        self.expect("src/ros/node/x.cc:2 includes contact_flow/flow/z.h, which does not exist",
+                    "src/ros/node/x.cc", self.SPDX + '#include "contact_flow/flow/z.h"\n')
+
+    def test_backward_include_among_the_rooms_of_ros(self):
+        self.expect("src/ros/message/x.cc:2 includes src/ros/node/x.h, which comes later", "src/ros/message/x.cc",
+                    self.SPDX + '#include "src/ros/node/x.h"\n', "src/ros/node/x.h")
+
+    def test_private_header_in_a_public_one(self):
+        self.expect("include/contact_flow/flow/x.h:2 includes src/flow/private.h, which is not installed",
+                    "include/contact_flow/flow/x.h", self.SPDX + '#include "src/flow/private.h"\n')
+
+    def test_facade(self):
+        with tempfile.TemporaryDirectory() as name:
+            root = pathlib.Path(name).resolve()
+            (root / "include/contact_flow").mkdir(parents=True)
+            (root / "docs/site").mkdir(parents=True)
+            (root / "include/contact_flow/contact_flow.h").write_text('#include "contact_flow/types.h"\n')
+            (root / "docs/site/public_headers.txt").write_text("budget.h\nros/run_node.h\n")
+            self.assertEqual(["contact_flow/budget.h is not in the facade",
+                              "contact_flow/types.h is not among the public headers"], list(facade_gaps(root)))
 
     def test_unknown_folder(self):
         with self.assertRaises(LookupError):

@@ -11,7 +11,7 @@
 #include <random>
 #include <string>
 
-#include "contact_flow/analysis/common_quadratic_norm.h"
+#include "src/piecewise_linear/common_quadratic_norm.h"
 #include "test/analysis/random_conewise.h"
 
 namespace contact_flow {

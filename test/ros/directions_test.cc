@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which directions are admitted, and why others are not.
-#include "contact_flow/ros/directions.h"
+#include "src/ros/request/directions.h"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 
 #include "contact_flow/CovarianceRequest.h"
 #include "contact_flow/DerivativeRequest.h"
-#include "contact_flow/ros/answers.h"
-#include "contact_flow/ros/covariance_answer.h"
+#include "src/ros/answer/answers.h"
+#include "src/ros/answer/covariance_answer.h"
 
 namespace contact_flow {
 namespace ros_interface {

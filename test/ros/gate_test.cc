@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/ros/gate.h"
+#include "src/ros/message/gate.h"
 
 #include <gtest/gtest.h>
 
@@ -14,9 +14,9 @@
 #include "contact_flow/PoincareRequest.h"
 #include "contact_flow/SimulationRequest.h"
 #include "contact_flow/StabilityRequest.h"
-#include "contact_flow/ros/answers.h"
-#include "contact_flow/ros/poincare_answer.h"
-#include "contact_flow/ros/stamps.h"
+#include "src/ros/answer/answers.h"
+#include "src/ros/answer/poincare_answer.h"
+#include "src/ros/display/stamps.h"
 
 namespace contact_flow {
 namespace ros_interface {

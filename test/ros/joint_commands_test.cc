@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/ros/joint_commands.h"
+#include "src/ros/simulator/joint_commands.h"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "contact_flow/io/robot_file.h"
-#include "contact_flow/ros/robot_display.h"
+#include "src/ros/display/robot_display.h"
 
 namespace contact_flow {
 namespace ros_interface {

@@ -2,7 +2,7 @@
 // A policy in the loop: messages that come in another order than they were sent, times that go
 // back, messages of another model; policies as messages, to the bit; a robot's state by standard
 // topics, as one.
-#include "contact_flow/ros/policy_loop.h"
+#include "src/ros/policy/policy_loop.h"
 
 #include <gtest/gtest.h>
 #include <ros/time.h>
@@ -15,8 +15,8 @@
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/policy_file.h"
 #include "contact_flow/model/model_library.h"
-#include "contact_flow/ros/policy_messages.h"
-#include "contact_flow/ros/robot_topics.h"
+#include "src/ros/policy/robot_topics.h"
+#include "src/ros/request/policy_messages.h"
 
 namespace contact_flow {
 namespace ros_interface {

@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "contact_flow/ros/serialize.h"
-#include "contact_flow/ros/session.h"
+#include "src/ros/message/serialize.h"
+#include "src/ros/session/session.h"
 
 namespace contact_flow {
 namespace ros_interface {

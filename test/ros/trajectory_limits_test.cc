@@ -6,7 +6,7 @@
 
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
-#include "contact_flow/ros/conversions.h"
+#include "src/ros/message/conversions.h"
 
 namespace contact_flow {
 namespace ros_interface {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/ros/work_threads.h"
+#include "src/ros/service/work_threads.h"
 
 #include <gtest/gtest.h>
 #include <ros/callback_queue.h>

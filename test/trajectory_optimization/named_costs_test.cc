@@ -8,9 +8,9 @@
 #include <memory>
 #include <random>
 
-#include "contact_flow/dynamics/impulse_jacobian.h"
 #include "contact_flow/model/model_library.h"
 #include "contact_flow/trajectory_optimization/optimize_trajectory.h"
+#include "src/dynamics/impulse_jacobian.h"
 #include "test/derivative/input_cases.h"
 
 namespace contact_flow {

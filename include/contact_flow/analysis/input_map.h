@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "contact_flow/derivative/linearization.h"
-#include "contact_flow/derivative/piecewise_linear_map.h"
+#include "contact_flow/piecewise_linear/piecewise_linear_map.h"
 
 namespace contact_flow {
 

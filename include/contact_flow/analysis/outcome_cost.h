@@ -3,10 +3,10 @@
 
 #include <vector>
 
-#include "contact_flow/analysis/descent.h"
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/mechanical_system.h"
+#include "contact_flow/piecewise_linear/descent.h"
 
 namespace contact_flow {
 

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "contact_flow/analysis/newton.h"
 #include "contact_flow/analysis/poincare.h"
 #include "contact_flow/derivative/finite_difference.h"
 #include "contact_flow/model/parameter_values.h"
+#include "contact_flow/piecewise_linear/newton.h"
 
 namespace contact_flow {
 

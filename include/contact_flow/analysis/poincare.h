@@ -6,9 +6,9 @@
 
 #include "contact_flow/analysis/return_section.h"
 #include "contact_flow/derivative/b_derivative.h"
-#include "contact_flow/derivative/piecewise_linear_map.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/mechanical_system.h"
+#include "contact_flow/piecewise_linear/piecewise_linear_map.h"
 
 namespace contact_flow {
 

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "contact_flow/analysis/poincare.h"
-#include "contact_flow/analysis/section.h"
-#include "contact_flow/derivative/piecewise_linear_map.h"
 #include "contact_flow/model/mechanical_system.h"
+#include "contact_flow/piecewise_linear/piecewise_linear_map.h"
+#include "contact_flow/piecewise_linear/section.h"
 #include "contact_flow/types.h"
 
 namespace contact_flow {

@@ -4,13 +4,13 @@
 #include <vector>
 
 #include "contact_flow/derivative/event_map.h"
-#include "contact_flow/derivative/piecewise_linear_map.h"
 #include "contact_flow/derivative/start_cone.h"
 #include "contact_flow/derivative/start_stop.h"
 #include "contact_flow/derivative/trust.h"
 #include "contact_flow/flow/status.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/model/mechanical_system.h"
+#include "contact_flow/piecewise_linear/piecewise_linear_map.h"
 
 namespace contact_flow {
 

@@ -12,13 +12,13 @@
 #include "contact_flow/derivative/cluster_class.h"
 #include "contact_flow/derivative/contact_rates.h"
 #include "contact_flow/derivative/order_outcomes.h"
-#include "contact_flow/derivative/piecewise_linear_map.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/dynamics/impact.h"
 #include "contact_flow/dynamics/impact_reset.h"
 #include "contact_flow/flow/status.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/model/mechanical_system.h"
+#include "contact_flow/piecewise_linear/piecewise_linear_map.h"
 
 namespace contact_flow {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/model/example/ball_in_corner.h"
+#include "ball_in_corner.h"
 
 #include "contact_flow/model/model_system.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/model/example/block_on_incline.h"
+#include "block_on_incline.h"
 
 #include "contact_flow/model/model_system.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/model/example/compass_walker.h"
+#include "compass_walker.h"
 
 #include "contact_flow/model/model_system.h"
 

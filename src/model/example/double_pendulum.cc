@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/model/example/double_pendulum.h"
+#include "double_pendulum.h"
 
 #include "contact_flow/model/model_system.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/model/example/hopping_trot.h"
+#include "hopping_trot.h"
 
 #include "contact_flow/model/model_system.h"
 

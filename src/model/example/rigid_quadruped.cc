@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/model/example/rigid_quadruped.h"
+#include "rigid_quadruped.h"
 
 #include "contact_flow/model/model_system.h"
 

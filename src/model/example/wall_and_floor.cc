@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/model/example/wall_and_floor.h"
+#include "wall_and_floor.h"
 
 #include "contact_flow/model/model_system.h"
 

@@ -3,18 +3,18 @@
 #include <stdexcept>
 
 #include "contact_flow/model/rigid_body/constraint/brake.h"
-#include "contact_flow/model/rigid_body/constraint/coincidence.h"
-#include "contact_flow/model/rigid_body/constraint/follower.h"
-#include "contact_flow/model/rigid_body/constraint/height_field.h"
-#include "contact_flow/model/rigid_body/constraint/height_map.h"
-#include "contact_flow/model/rigid_body/constraint/joint_limit.h"
-#include "contact_flow/model/rigid_body/constraint/link_plane.h"
-#include "contact_flow/model/rigid_body/constraint/plane.h"
-#include "contact_flow/model/rigid_body/constraint/rim.h"
-#include "contact_flow/model/rigid_body/constraint/spheres.h"
-#include "contact_flow/model/rigid_body/constraint/stairs.h"
 #include "contact_flow/model/rigid_body/constraint_element.h"
 #include "contact_flow/nearest_name.h"
+#include "src/model/rigid_body/constraint/coincidence.h"
+#include "src/model/rigid_body/constraint/follower.h"
+#include "src/model/rigid_body/constraint/height_field.h"
+#include "src/model/rigid_body/constraint/height_map.h"
+#include "src/model/rigid_body/constraint/joint_limit.h"
+#include "src/model/rigid_body/constraint/link_plane.h"
+#include "src/model/rigid_body/constraint/plane.h"
+#include "src/model/rigid_body/constraint/rim.h"
+#include "src/model/rigid_body/constraint/spheres.h"
+#include "src/model/rigid_body/constraint/stairs.h"
 
 namespace contact_flow {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/model/rigid_body/contact_friction.h"
+#include "contact_friction.h"
 
 #include <cmath>
 #include <set>

@@ -2,20 +2,20 @@
 #include <map>
 #include <stdexcept>
 
-#include "contact_flow/model/rigid_body/effort/actuator.h"
-#include "contact_flow/model/rigid_body/effort/constant_force.h"
-#include "contact_flow/model/rigid_body/effort/drag.h"
-#include "contact_flow/model/rigid_body/effort/flywheel.h"
-#include "contact_flow/model/rigid_body/effort/frame_spring.h"
-#include "contact_flow/model/rigid_body/effort/joint_spring.h"
-#include "contact_flow/model/rigid_body/effort/leg_push.h"
-#include "contact_flow/model/rigid_body/effort/pd.h"
-#include "contact_flow/model/rigid_body/effort/point_spring.h"
-#include "contact_flow/model/rigid_body/effort/servo.h"
-#include "contact_flow/model/rigid_body/effort/timed_force.h"
-#include "contact_flow/model/rigid_body/effort/track.h"
 #include "contact_flow/model/rigid_body/effort_element.h"
 #include "contact_flow/nearest_name.h"
+#include "src/model/rigid_body/effort/actuator.h"
+#include "src/model/rigid_body/effort/constant_force.h"
+#include "src/model/rigid_body/effort/drag.h"
+#include "src/model/rigid_body/effort/flywheel.h"
+#include "src/model/rigid_body/effort/frame_spring.h"
+#include "src/model/rigid_body/effort/joint_spring.h"
+#include "src/model/rigid_body/effort/leg_push.h"
+#include "src/model/rigid_body/effort/pd.h"
+#include "src/model/rigid_body/effort/point_spring.h"
+#include "src/model/rigid_body/effort/servo.h"
+#include "src/model/rigid_body/effort/timed_force.h"
+#include "src/model/rigid_body/effort/track.h"
 
 namespace contact_flow {
 namespace {

@@ -5,7 +5,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "contact_flow/model/rigid_body/point_jacobian.h"
+#include "point_jacobian.h"
 
 namespace contact_flow {
 namespace {

@@ -6,8 +6,8 @@
 #include <stdexcept>
 
 #include "contact_flow/model/rigid_body/mass_matrix.h"
-#include "contact_flow/model/rigid_body/tree_factor.h"
 #include "contact_flow/nearest_name.h"
+#include "tree_factor.h"
 
 namespace contact_flow {
 

@@ -5,10 +5,10 @@
 #include <set>
 #include <utility>
 
-#include "contact_flow/model/rigid_body/constraint/height_field.h"
-#include "contact_flow/model/rigid_body/constraint/height_map.h"
-#include "contact_flow/model/rigid_body/constraint/plane.h"
-#include "contact_flow/model/rigid_body/constraint/stairs.h"
+#include "src/model/rigid_body/constraint/height_field.h"
+#include "src/model/rigid_body/constraint/height_map.h"
+#include "src/model/rigid_body/constraint/plane.h"
+#include "src/model/rigid_body/constraint/stairs.h"
 
 namespace contact_flow {
 namespace {

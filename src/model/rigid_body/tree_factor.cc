@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact_flow/model/rigid_body/tree_factor.h"
+#include "tree_factor.h"
 
 namespace contact_flow {
 

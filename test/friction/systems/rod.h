@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "contact_flow/model/example/sliding_rod.h"
 #include "contact_flow/model/model_system.h"
+#include "src/model/example/sliding_rod.h"
 #include "test/friction/systems/contact_parameters.h"
 
 namespace contact_flow {

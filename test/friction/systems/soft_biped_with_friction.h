@@ -3,8 +3,8 @@
 
 #include <array>
 
-#include "contact_flow/model/example/soft_biped.h"
 #include "contact_flow/model/model_system.h"
+#include "src/model/example/soft_biped.h"
 #include "test/friction/systems/contact_parameters.h"
 
 namespace contact_flow {

@@ -11,7 +11,7 @@
 
 #include "contact_flow/io/robot_file.h"
 #include "contact_flow/model/rigid_body/inverse_dynamics_jacobian.h"
-#include "contact_flow/model/rigid_body/tree_factor.h"
+#include "src/model/rigid_body/tree_factor.h"
 #include "test/model/rigid_body/random_tree.h"
 #include "test/model/robots.h"
 

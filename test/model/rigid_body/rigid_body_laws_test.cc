@@ -8,8 +8,8 @@
 #include <complex>
 
 #include "contact_flow/model/rigid_body/inverse_dynamics_jacobian.h"
-#include "contact_flow/model/rigid_body/point_jacobian.h"
-#include "contact_flow/model/rigid_body/tree_factor.h"
+#include "src/model/rigid_body/point_jacobian.h"
+#include "src/model/rigid_body/tree_factor.h"
 #include "test/model/rigid_body/random_tree.h"
 
 namespace contact_flow {

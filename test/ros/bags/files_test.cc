@@ -11,9 +11,9 @@
 #include <fstream>
 #include <thread>
 
-#include "contact_flow/ros/bag_file.h"
-#include "contact_flow/ros/recorder.h"
-#include "contact_flow/ros/stream_recorder.h"
+#include "src/ros/recording/bag_file.h"
+#include "src/ros/recording/recorder.h"
+#include "src/ros/simulator/stream_recorder.h"
 #include "test/ros/bags/sample.h"
 
 namespace contact_flow {

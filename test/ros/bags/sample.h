@@ -8,10 +8,10 @@
 
 #include "contact_flow/SimulatorInput.h"
 #include "contact_flow/SimulatorMark.h"
-#include "contact_flow/ros/bag_reader.h"
-#include "contact_flow/ros/chain_check.h"
-#include "contact_flow/ros/chained_bag.h"
-#include "contact_flow/ros/deserialize.h"
+#include "src/ros/recording/bag_reader.h"
+#include "src/ros/recording/chained_bag.h"
+#include "src/ros/recording/deserialize.h"
+#include "src/ros/verification/chain_check.h"
 
 namespace contact_flow {
 namespace ros_interface {

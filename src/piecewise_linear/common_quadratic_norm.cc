@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common_quadratic_norm.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "contact_flow/budget.h"
+#include "log_barrier.h"
+
+namespace contact_flow {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kLargestCondition = 1e12;  // of a P that is to be trusted in double precision
+constexpr int kMaxCentres = 60, kMaxNewton = 30;
+constexpr double kCentred = 0.3;  // Newton decrement at which γ may be lowered
+constexpr double kTowards = 0.1;  // γ ← (1 − θ) rate² + θ γ
+constexpr double kSlow = 1e-4;    // relative gain per centre at which to stop
+
+/// The barrier −Σ log det(γP − A_iᵀPA_i) − log det P − log det(I − P) in the entries of P on and
+/// above the diagonal, N = n(n+1)/2 of them.
+class Barrier {
+ public:
+  Barrier(const std::vector<Matrix>& matrices, double gamma)
+      : matrices_(matrices), gamma_(gamma), n_(static_cast<int>(matrices.front().rows())) {}
+
+  /// One damped Newton step; returns the decrement before it, NaN when P was not inside.
+  double Step(Matrix* P) const {
+    const std::string purpose = "a common quadratic norm of " + std::to_string(n_) + " dimensions";
+    LogBarrier barrier(n_ * (n_ + 1) / 2, n_, purpose);
+    const double outside = std::numeric_limits<double>::quiet_NaN();
+    bool inside = Add(*P, -1, nullptr, &barrier) &&
+                  Add(Matrix::Identity(n_, n_) - *P, 1, nullptr, &barrier);
+    for (std::size_t i = 0; inside && i < matrices_.size(); ++i) {
+      AskBudget();
+      const Matrix& A = matrices_[i];
+      inside = Add(gamma_ * *P - A.transpose() * *P * A, -1, &A, &barrier);
+    }
+    if (!inside) return outside;
+    Vector step;
+    const double decrement = barrier.Step(&step);
+    if (!(decrement >= 0)) return outside;
+    int k = 0;
+    for (int c = 0; c < n_; ++c) {
+      for (int r = 0; r <= c; ++r, ++k) {
+        (*P)(r, c) += step(k);
+        (*P)(c, r) = (*P)(r, c);
+      }
+    }
+    return decrement;
+  }
+
+ private:
+  /// Adds −log det S, dS = −sign·E for a basis matrix E, or γE − AᵀEA if A is given.
+  bool Add(const Matrix& S, double sign, const Matrix* A, LogBarrier* barrier) const {
+    const Eigen::LLT<Matrix> factor(S);
+    if (factor.info() != Eigen::Success) return false;
+    const Matrix root = factor.matrixL().solve(Matrix::Identity(n_, n_));  // R, R S Rᵀ = I
+    const Matrix moved = A != nullptr ? Matrix(root * A->transpose()) : Matrix();
+    Matrix directions(n_ * n_, n_ * (n_ + 1) / 2);
+    int k = 0;
+    for (int c = 0; c < n_; ++c) {
+      for (int r = 0; r <= c; ++r, ++k) {
+        Eigen::Map<Matrix> direction(directions.col(k).data(), n_, n_);
+        direction = (A != nullptr ? gamma_ : -sign) * Product(root, r, c);
+        if (A != nullptr) direction -= Product(moved, r, c);
+      }
+    }
+    barrier->Add(directions);
+    return true;
+  }
+  /// R E Rᵀ for the basis matrix with ones at (r, c) and (c, r).
+  static Matrix Product(const Matrix& R, int r, int c) {
+    const Matrix product = R.col(r) * R.col(c).transpose();
+    return r == c ? product : Matrix(product + product.transpose());
+  }
+
+  const std::vector<Matrix>& matrices_;
+  const double gamma_;
+  const int n_;
+};
+
+}  // namespace
+
+double QuadraticRate(const std::vector<Matrix>& matrices, const MatrixRef& P) {
+  const Eigen::Index n = P.rows();
+  if (n == 0 || P.cols() != n || !P.allFinite()) return kInfinity;
+  const double scale = P.cwiseAbs().maxCoeff();
+  if (!((P - P.transpose()).cwiseAbs().maxCoeff() <= 1e-12 * scale)) return kInfinity;
+  const Eigen::SelfAdjointEigenSolver<Matrix> spectrum(P);
+  const Vector& values = spectrum.eigenvalues();
+  if (!(values(0) * kLargestCondition > values(n - 1)) || !(values(0) > 0)) return kInfinity;
+  const Matrix root = values.cwiseSqrt().asDiagonal() * spectrum.eigenvectors().transpose();
+  const Matrix inverse = spectrum.eigenvectors() * values.cwiseSqrt().cwiseInverse().asDiagonal();
+  double rate = 0;
+  for (const Matrix& A : matrices) {
+    AskBudget();
+    if (A.rows() != n || A.cols() != n || !A.allFinite()) return kInfinity;
+    const Matrix moved = root * A * inverse;
+    const Eigen::SelfAdjointEigenSolver<Matrix> gain(moved.transpose() * moved,
+                                                     Eigen::EigenvaluesOnly);
+    rate = std::max(rate, std::sqrt(std::max(0.0, gain.eigenvalues()(n - 1))));
+  }
+  return rate;
+}
+
+CommonQuadraticNorm FindCommonQuadraticNorm(const std::vector<Matrix>& matrices, double good_enough,
+                                            const std::function<bool()>& cancelled) {
+  const Eigen::Index n = matrices.front().rows();
+  CommonQuadraticNorm best;
+  best.P = Matrix::Identity(n, n);
+  best.rate = QuadraticRate(matrices, best.P);
+  if (!(best.rate > good_enough) || !std::isfinite(best.rate)) return best;
+  BudgetStage stage("the common quadratic norm");
+  Matrix P = 0.5 * best.P;
+  double gamma = 1.1 * best.rate * best.rate;
+  for (int centre = 0; centre < kMaxCentres; ++centre) {
+    const Barrier barrier(matrices, gamma);
+    for (int k = 0; k < kMaxNewton; ++k) {
+      if (cancelled && cancelled()) return best;
+      AskBudget();
+      stage.Next();
+      const double decrement = barrier.Step(&P);
+      if (!(decrement >= 0)) return best;
+      if (decrement < kCentred) break;
+    }
+    const double rate = QuadraticRate(matrices, P);
+    if (!std::isfinite(rate)) return best;
+    if (rate < best.rate) {
+      best.P = P / P.cwiseAbs().maxCoeff();
+      best.rate = rate;
+    }
+    if (best.rate < good_enough) return best;
+    const double lowered = (1 - kTowards) * rate * rate + kTowards * gamma;
+    if (!(lowered < (1 - kSlow) * gamma)) return best;
+    gamma = lowered;
+  }
+  return best;
+}
+
+}  // namespace contact_flow
