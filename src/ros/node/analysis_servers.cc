@@ -17,6 +17,7 @@
 #include "src/ros/answer/stability_answer.h"
 #include "src/ros/answer/trajectory_answer.h"
 #include "src/ros/message/conversions.h"
+#include "src/ros/message/same_fields.h"
 #include "src/ros/request/analysis_messages.h"
 #include "src/ros/service/handler.h"
 #include "src/ros/session/step_limits.h"
@@ -25,119 +26,6 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-PoincareRequest ToRequest(const ComputePoincareMap::Request& in) {
-  PoincareRequest request;
-  request.state = in.state;
-  request.input = in.input;
-  request.section = in.section;
-  request.translation = in.translation;
-  request.neutral = in.neutral;
-  request.horizon = in.horizon;
-  request.shortest = in.shortest;
-  request.options = in.options;
-  request.derivative_options = in.derivative_options;
-  return request;
-}
-
-StabilityRequest ToRequest(const DecideStability::Request& in) {
-  StabilityRequest request;
-  request.return_map = in.return_map;
-  request.map = in.map;
-  request.certificate = in.certificate;
-  request.margin = in.margin;
-  request.max_word_length = in.max_word_length;
-  request.max_words = in.max_words;
-  request.max_linear_programs = in.max_linear_programs;
-  request.map_tolerance = in.map_tolerance;
-  return request;
-}
-
-StepFeedbackRequest ToRequest(const FindStabilizingFeedback::Request& in) {
-  StepFeedbackRequest request;
-  request.return_map = in.return_map;
-  request.inputs = in.inputs;
-  request.piecewise = in.piecewise;
-  request.good_enough = in.good_enough;
-  request.margin = in.margin;
-  request.max_word_length = in.max_word_length;
-  request.max_words = in.max_words;
-  request.max_linear_programs = in.max_linear_programs;
-  return request;
-}
-
-ControllabilityRequest ToRequest(const DecideControllability::Request& in) {
-  ControllabilityRequest request;
-  request.duration = in.duration;
-  request.state = in.state;
-  request.input = in.input;
-  request.input_grid = in.input_grid;
-  request.reached = in.reached;
-  request.map = in.map;
-  request.max_linear_programs = in.max_linear_programs;
-  request.map_tolerance = in.map_tolerance;
-  request.rank_tolerance = in.rank_tolerance;
-  request.options = in.options;
-  request.derivative_options = in.derivative_options;
-  return request;
-}
-
-CovarianceRequest ToRequest(const ComputeCovariance::Request& in) {
-  CovarianceRequest request;
-  request.duration = in.duration;
-  request.state = in.state;
-  request.input = in.input;
-  request.input_grid = in.input_grid;
-  request.by_inputs = in.by_inputs;
-  request.by_parameters = in.by_parameters;
-  request.covariance = in.covariance;
-  request.deviations = in.deviations;
-  request.rotations = in.rotations;
-  request.seed = in.seed;
-  request.options = in.options;
-  request.derivative_options = in.derivative_options;
-  return request;
-}
-
-GradientRequest ToRequest(const ComputeGradient::Request& in) {
-  GradientRequest request;
-  request.duration = in.duration;
-  request.state = in.state;
-  request.input = in.input;
-  request.input_grid = in.input_grid;
-  request.by_parameters = in.by_parameters;
-  request.outcomes = in.outcomes;
-  request.targets = in.targets;
-  request.weights = in.weights;
-  request.path_outcomes = in.path_outcomes;
-  request.path_targets = in.path_targets;
-  request.path_weights = in.path_weights;
-  request.effort = in.effort;
-  request.effort_reference = in.effort_reference;
-  request.direction = in.direction;
-  request.direction_inputs = in.direction_inputs;
-  request.direction_parameters = in.direction_parameters;
-  request.options = in.options;
-  request.derivative_options = in.derivative_options;
-  return request;
-}
-
-PolicyRequest ToRequest(const MakePolicy::Request& in) {
-  PolicyRequest request;
-  request.duration = in.duration;
-  request.state = in.state;
-  request.input = in.input;
-  request.input_grid = in.input_grid;
-  request.state_weights = in.state_weights;
-  request.input_weights = in.input_weights;
-  request.terminal_weights = in.terminal_weights;
-  request.reach = in.reach;
-  request.lower = in.lower;
-  request.upper = in.upper;
-  request.options = in.options;
-  request.derivative_options = in.derivative_options;
-  return request;
-}
-
 /// Answers a service whose result is a message of its own.
 template <class Record, class Request, class Response>
 bool Analyse(const char* name, const Setup& setup, WorkPool* pool, Outlet* outlet,
@@ -145,7 +33,7 @@ bool Analyse(const char* name, const Setup& setup, WorkPool* pool, Outlet* outle
   out->outcome = Response::REFUSED;
   return Guard(name, out, [&] {
     Record record;
-    record.request = ToRequest(in);
+    record.request = SameFields<decltype(record.request)>(in);
     AnswerWithin<Response>(pool, name, LimitsOf(setup, OptionsOf(record.request)), &record.result,
                            [&] { return Answer(setup, record.request); });
     out->result = record.result;

@@ -6,15 +6,16 @@
 #include <stdexcept>
 #include <string>
 
+#include "contact_flow/ros/model_plugins.h"
+#include "contact_flow/ros/run_node.h"
 #include "src/ros/answer/answers.h"
 #include "src/ros/answer/assumptions_answer.h"
 #include "src/ros/answer/linearize_answer.h"
 #include "src/ros/message/conversions.h"
+#include "src/ros/message/same_fields.h"
 #include "src/ros/recording/bag_file.h"
 #include "src/ros/recording/memory_limit.h"
 #include "src/ros/service/handler.h"
-#include "contact_flow/ros/model_plugins.h"
-#include "contact_flow/ros/run_node.h"
 #include "src/ros/session/step_limits.h"
 
 namespace contact_flow {
@@ -40,29 +41,6 @@ static_assert(SimulateTrajectoryResponse::GRAZING == static_cast<int>(Outcome::k
                   CompareBDerivativeResponse::TOO_MANY_PIECES ==
                       static_cast<int>(Outcome::kTooManyPieces),
               "the constants of the services are the values of Outcome");
-
-template <class Request, class ServiceRequest>
-Request CommonFields(const ServiceRequest& in) {
-  Request request;
-  request.duration = in.duration;
-  request.state = in.state;
-  request.input = in.input;
-  request.input_grid = in.input_grid;
-  request.options = in.options;
-  return request;
-}
-
-template <class Request, class ServiceRequest>
-Request DirectionFields(const ServiceRequest& in) {
-  Request request = CommonFields<Request>(in);
-  request.directions = in.directions;
-  request.direction_matrix = in.direction_matrix;
-  request.project_directions = in.project_directions;
-  request.by_inputs = in.by_inputs;
-  request.by_parameters = in.by_parameters;
-  request.derivative_options = in.derivative_options;
-  return request;
-}
 
 }  // namespace
 
@@ -140,8 +118,7 @@ bool Node::Simulate(SimulateTrajectory::Request& in, SimulateTrajectory::Respons
   out.outcome = SimulateTrajectory::Response::REFUSED;
   return Guard("simulate", &out, [&] {
     SimulationRecord record;
-    record.request = CommonFields<SimulationRequest>(in);
-    record.request.samples = in.samples;
+    record.request = SameFields<SimulationRequest>(in);
     Compute<SimulateTrajectory::Response>("simulate", &record);
     for (const TrajectoryArc& arc : record.result.arcs) {
       std::string label;
@@ -162,9 +139,7 @@ bool Node::Differentiate(ComputeBDerivative::Request& in, ComputeBDerivative::Re
   out.outcome = ComputeBDerivative::Response::REFUSED;
   return Guard("b_derivative", &out, [&] {
     DerivativeRecord record;
-    record.request = DirectionFields<DerivativeRequest>(in);
-    record.request.all_pieces = in.all_pieces;
-    record.request.continue_orders = in.continue_orders;
+    record.request = SameFields<DerivativeRequest>(in);
     Compute<ComputeBDerivative::Response>("b_derivative", &record);
     out.derivative = record.result;
     Deliver(&outlet_, &record, &out);
@@ -176,8 +151,7 @@ bool Node::Compare(CompareBDerivative::Request& in, CompareBDerivative::Response
   out.outcome = CompareBDerivative::Response::REFUSED;
   return Guard("compare", &out, [&] {
     ComparisonRecord record;
-    record.request = DirectionFields<ComparisonRequest>(in);
-    record.request.alphas = in.alphas;
+    record.request = SameFields<ComparisonRequest>(in);
     Compute<CompareBDerivative::Response>("compare", &record);
     out.comparison = record.result;
     Deliver(&outlet_, &record, &out);
@@ -189,10 +163,7 @@ bool Node::CheckAssumed(CheckAssumptions::Request& in, CheckAssumptions::Respons
   out.outcome = CheckAssumptions::Response::REFUSED;
   return Guard("check_assumptions", &out, [&] {
     AssumptionRecord record;
-    record.request = CommonFields<AssumptionRequest>(in);
-    record.request.region_samples = in.region_samples;
-    record.request.region_q = in.region_q;
-    record.request.region_v = in.region_v;
+    record.request = SameFields<AssumptionRequest>(in);
     Compute<CheckAssumptions::Response>("check_assumptions", &record);
     out.report = record.result;
     Deliver(&outlet_, &record, &out);
@@ -204,8 +175,7 @@ bool Node::Linearized(LinearizeTrajectory::Request& in, LinearizeTrajectory::Res
   out.outcome = LinearizeTrajectory::Response::REFUSED;
   return Guard("linearize", &out, [&] {
     LinearizationRecord record;
-    record.request = CommonFields<LinearizationRequest>(in);
-    record.request.derivative_options = in.derivative_options;
+    record.request = SameFields<LinearizationRequest>(in);
     Compute<LinearizeTrajectory::Response>("linearize", &record);
     out.linearization = record.result;
     Deliver(&outlet_, &record, &out);
