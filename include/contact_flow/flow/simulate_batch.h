@@ -50,7 +50,7 @@ struct BatchRun {
 
 /// The runs of a batch, in the order of their starts.
 struct BatchResult {
-  std::vector<BatchRun> runs;
+  std::vector<BatchRun> runs;  ///< one for each start, in their order
   int width = 1;     ///< lanes; 1: every run was made alone
   long alone = 0;    ///< runs made by Simulate: what lanes do not offer, such as a Zeno run
   std::string why;   ///< why there are no lanes; "" where there are
