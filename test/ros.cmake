@@ -45,6 +45,8 @@ foreach(rostest ${rostests})
   else()
     add_rostest(${rostest} DEPENDENCIES ${EXECUTABLES})
   endif()
+  # Nodes keep time: nothing else runs beside them.
+  set_tests_properties(_ctest_${PROJECT_NAME}_rostest_test_ros_${name}.test PROPERTIES RUN_SERIAL ON)
 endforeach()
 
 ## Files of bags, without a master; and the tool that forges them, for ros/forged_bags.test
