@@ -7,7 +7,9 @@
 #include <sstream>
 
 #include "contact_flow/budget.h"
+#include "friction_validity.h"
 #include "src/dynamics/mode_selection.h"
+#include "validity_margins.h"
 
 namespace contact_flow {
 namespace {
@@ -16,24 +18,6 @@ using Limit = ValidityRadius::Limit;
 
 /// Step of the difference quotient of dλ/dt, along a tangent of unit length.
 constexpr double kStep = 1e-6;
-
-/// Changes below this part of their terms are rounding.
-constexpr double kNoise = 1e-9;
-
-/// A margin that shrinks at `rate` for every unit of α reaches zero at margin/−rate.
-void Consider(double margin, double rate, Limit limit, int constraint, double t,
-              ValidityRadius* smallest) {
-  if (!(rate < 0)) return;
-  const double radius = std::max(margin, 0.0) / -rate;
-  if (radius < smallest->radius) *smallest = {radius, limit, constraint, t};
-}
-
-/// The speed with which a guard crosses zero. Where the crossing is about to vanish it does so like
-/// √α, and its square like α.
-void ConsiderFold(double speed, double change, Limit limit, int constraint, double t,
-                  ValidityRadius* smallest) {
-  Consider(speed * speed, 2 * speed * change, limit, constraint, t, smallest);
-}
 
 /// F at x before or behind the impact of a cluster, for the input of `dynamics`: in the mode of
 /// those of `candidates` that rest and press there.
@@ -80,12 +64,20 @@ const char* LimitName(Limit limit) {
       return "force";
     case Limit::kImpulse:
       return "impulse";
+    case Limit::kCone:
+      return "cone";
+    case Limit::kSlip:
+      return "slip";
+    case Limit::kSlipRate:
+      return "slip rate";
+    case Limit::kImpulseCone:
+      return "impulse cone";
   }
   return "unknown";
 }
 
 std::string Describe(const SystemDescription& description, const ValidityRadius& radius) {
-  if (std::isnan(radius.radius)) return "not known where contacts have friction";
+  if (std::isnan(radius.radius)) return "not known where a slip begins in space";
   const std::string name =
       radius.constraint < 0
           ? ""
@@ -118,6 +110,18 @@ std::string Describe(const SystemDescription& description, const ValidityRadius&
     case Limit::kImpulse:
       text << "an impact lifts " << name << ", or no longer does,";
       break;
+    case Limit::kCone:
+      text << "the force of " << name << " reaches its cone,";
+      break;
+    case Limit::kSlip:
+      text << "the slip of " << name << " ends,";
+      break;
+    case Limit::kSlipRate:
+      text << "the slip of " << name << " begins or ends at a rate of zero,";
+      break;
+    case Limit::kImpulseCone:
+      text << "an impact makes " << name << " slip, or no longer does,";
+      break;
   }
   text << " t = " << radius.t << " s";
   if (radius.limit == Limit::kEventOrder) text << " change places";
@@ -127,7 +131,10 @@ std::string Describe(const SystemDescription& description, const ValidityRadius&
 ValidityEstimator::ValidityEstimator(const MechanicalSystem& system, const Trajectory& trajectory,
                                      const BDerivative& derivative)
     : system_(system), trajectory_(trajectory), derivative_(derivative) {
-  if (system.HasFriction()) return;  // cones and ends of slip are not watched: nothing is known
+  if (system.HasFriction()) {
+    with_friction_ = std::make_unique<FrictionValidity>(system, trajectory, derivative);
+    return;
+  }
   const std::size_t arcs = trajectory.arcs.size();
   dips_.resize(arcs);
   begins_.resize(arcs);
@@ -145,6 +152,8 @@ ValidityEstimator::ValidityEstimator(const MechanicalSystem& system, const Traje
   WatchStart();
 }
 
+ValidityEstimator::~ValidityEstimator() = default;
+
 /// α at which the guard of a watch is zero, for the tangent w at its place, whose instant moves by
 /// `shift` for every unit of α.
 void ValidityEstimator::ConsiderWatch(const Watch& watch, const Vector& w, double shift,
@@ -152,7 +161,7 @@ void ValidityEstimator::ConsiderWatch(const Watch& watch, const Vector& w, doubl
   const double change = watch.gradient.dot(w) + watch.rate * shift;
   const double terms = watch.gradient.cwiseAbs().dot(w.cwiseAbs()) +
                        std::abs(watch.rate * shift);
-  if (!(change < -kNoise * terms)) return;
+  if (!(change < -kMarginNoise * terms)) return;
   Consider(watch.value, change, watch.limit, watch.constraint, watch.t, smallest);
 }
 
@@ -265,11 +274,8 @@ void ValidityEstimator::CheckImpact(std::size_t k, const Vector& w, const Vector
 }
 
 ValidityRadius ValidityEstimator::operator()(const VectorRef& direction) const {
+  if (with_friction_ != nullptr) return (*with_friction_)(direction);
   ValidityRadius smallest;
-  if (system_.HasFriction()) {
-    smallest.radius = std::numeric_limits<double>::quiet_NaN();
-    return smallest;
-  }
   Vector w = Vector::Zero(derivative_.arcs.front().cols());
   w.head(direction.size()) = direction;
   const StartCone::Bound bound = derivative_.start.Limit(w);

@@ -8,7 +8,7 @@
 namespace contact_flow {
 
 /// Not kOk where a contact of the arc's mode has the coefficient 0, which is a variable, and does
-/// not slip one way at both ends of the arc: which way friction would act is not decided.
+/// not slip one way all along the arc: which way friction would act is not decided.
 Status CheckFreeSlips(const ContactDynamics& dynamics, const Arc& arc);
 
 }  // namespace contact_flow

@@ -138,13 +138,25 @@ TEST(ValidityRadius, SeesForcesJustBehindATouchdown) {
   EXPECT_EQ(Limit::kForce, radius(-Vector::Unit(14, 3)).limit);
 }
 
-/// Cones of friction and ends of slip are not watched: nothing is said.
-TEST(ValidityRadius, IsNotKnownWithFriction) {
-  const auto system = MakeModel("block_on_incline");
-  const NominalRun& nominal = system->nominal();
-  const Trajectory run = Simulate(*system, nominal.x, nominal.u, nominal.duration, Tight());
+/// A block that slides from v₀ stops after v₀/k, k = g (μ cos φ − sin φ): pushed harder, it still
+/// slides at the end of the run, and pushed less by v₀ it never slid.
+TEST(ValidityRadius, OfABlockThatSlidesAndStops) {
+  const double slope = 0.3, mu = 0.5, v0 = 2, duration = 1.5;
+  const auto system = MakeModel("block_on_incline", {{"incline", slope}, {"friction", mu}});
+  Vector x = Vector::Zero(6);
+  x(3) = v0;
+  x(5) = 1;
+  const Trajectory run = Simulate(*system, x, Vector::Zero(1), duration, Tight());
+  ASSERT_EQ(2u, run.arcs.size());
   const BDerivative B = DifferentiateOutcome(*system, run);
-  EXPECT_TRUE(std::isnan(ValidityEstimator(*system, run, B)(Vector::Unit(6, 3)).radius));
+  const ValidityEstimator radius(*system, run, B);
+  const double k = 9.81 * (mu * std::cos(slope) - std::sin(slope));
+  const ValidityRadius faster = radius(Vector::Unit(6, 3));
+  EXPECT_EQ(Limit::kHorizon, faster.limit);
+  EXPECT_NEAR(duration * k - v0, faster.radius, 1e-9);
+  const ValidityRadius slower = radius(-Vector::Unit(6, 3));
+  EXPECT_NEAR(v0, slower.radius, 1e-9) << Describe(system->description(), slower);
+  EXPECT_TRUE(std::isinf(radius(Vector::Unit(6, 0)).radius));
 }
 
 }  // namespace

@@ -86,5 +86,19 @@ TEST(BorderParameters, FrictionWithoutSlipIsRefused) {
   }
 }
 
+/// On a spring along the floor it swings with ω = 2: it turns back twice and slips at the end as it
+/// did at the beginning.
+TEST(BorderParameters, FrictionOfASlipThatTurnsIsRefused) {
+  const auto system = MakeSystem<test::Tip<2>>({{"mu0", 0}, {"f1", -10}, {"k0", 4}});
+  const Trajectory run = Simulate(*system, State({0, 0, 1, 0}), Vector::Zero(0), 3);
+  ASSERT_EQ(1u, run.arcs.size());
+  EXPECT_GT(run.FinalState()(2), 0.5);
+  BDerivativeOptions by;
+  by.variables.parameters = ParameterIndices(system->description(), {"mu0"});
+  const BDerivative B = DifferentiateOutcome(*system, run, by);
+  EXPECT_EQ(Outcome::kNotDifferentiable, B.status.outcome);
+  EXPECT_NE(std::string::npos, B.status.message.find("friction is 0")) << B.status.message;
+}
+
 }  // namespace
 }  // namespace contact_flow

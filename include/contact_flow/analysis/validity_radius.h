@@ -13,6 +13,8 @@
 
 namespace contact_flow {
 
+class FrictionValidity;
+
 /// How far along a direction a B-derivative holds.
 struct ValidityRadius {
   /// What changes there.
@@ -26,6 +28,10 @@ struct ValidityRadius {
     kGap,            ///< a contact that stays open is made
     kForce,          ///< a contact that holds lets go
     kImpulse,        ///< a contact that rests is lifted by the impact of another, or no longer is
+    kCone,           ///< the force of a contact that sticks reaches its cone
+    kSlip,           ///< a slip ends
+    kSlipRate,       ///< a slip no longer begins or ends, it only nearly does
+    kImpulseCone,    ///< a contact slips in an impact, or no longer does
   };
   double radius = std::numeric_limits<double>::infinity();  ///< α > 0, a factor on w
   Limit limit = Limit::kNone;                               ///< what changes there
@@ -46,16 +52,18 @@ std::string Describe(const SystemDescription& description, const ValidityRadius&
 /// the impulses of those that rest, too, and the speeds of those that it lifts. Events of one
 /// cluster are united in any order and set no limit. Not looked at are curvature, the error O(α²)
 /// inside, forces and impulses between the events of one cluster, and changes of release rates by
-/// (δu, δp).
+/// (δu, δp). With friction the letters belong to the sequence: forces in their cones, slips, and
+/// the impulses of a single touchdown are looked at, too, but the latter not by δp.
 class ValidityEstimator {
  public:
   /// For a derivative that exists. `system`, `trajectory` and `derivative` must outlive this. Costs
   /// the propagators to the dips of gaps and forces, as much as the derivative itself for each.
   ValidityEstimator(const MechanicalSystem& system, const Trajectory& trajectory,
                     const BDerivative& derivative);
+  ~ValidityEstimator();
 
   /// For w = (δq, δv, δu, δp) [2d+k] or (δq, δv) [2d]. O(N m² d) beside B(w). The radius is NaN,
-  /// not known, where contacts have friction.
+  /// not known, where a slip begins in space.
   ValidityRadius operator()(const VectorRef& w) const;
 
  private:
@@ -88,6 +96,7 @@ class ValidityEstimator {
   std::vector<std::vector<Watch>> begins_;                  // by tangents at the begin of each arc
   std::vector<std::vector<Watch>> dips_;                    // by tangents at the begin of each arc
   std::vector<std::vector<Watch>> ends_;                    // by tangents at the end of each arc
+  std::unique_ptr<FrictionValidity> with_friction_;         // instead of all these
 };
 
 }  // namespace contact_flow

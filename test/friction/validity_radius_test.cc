@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The radius of validity of the reference runs against the size at which the sequence of words
+// changes, found by bisection.
+#include "contact_flow/analysis/validity_radius.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "contact_flow/flow/simulate.h"
+#include "test/friction/friction_case.h"
+
+namespace contact_flow {
+namespace {
+
+using Limit = ValidityRadius::Limit;
+constexpr double kSmall = 2e-3;  // the sequence of a direction is that of this size
+constexpr double kLarge = 0.5;   // changes are looked for up to here
+constexpr int kSizes = 30;
+
+SimulateOptions Tight() {
+  SimulateOptions options;
+  options.relative_tolerance = options.absolute_tolerance = 1e-11;
+  options.dense = true;
+  return options;
+}
+
+/// The words that a run passes through; none where it is refused or ends before.
+std::vector<ContactMode> Words(const MechanicalSystem& system, const Vector& x, double duration) {
+  try {
+    const Trajectory run = Simulate(system, x, system.nominal().u, duration, Tight());
+    if (run.status.ok()) return run.ModeSequence();
+  } catch (const std::invalid_argument&) {
+  }
+  return {};
+}
+
+/// One for each arc, for messages; empty where the run is refused.
+std::string Text(const std::vector<ContactMode>& words, int n) {
+  std::string text;
+  for (const ContactMode& word : words) text += word.Word(n) + ' ';
+  return text;
+}
+
+class FrictionRadius : public testing::TestWithParam<std::string> {};
+
+/// As without friction (RadiusByBisection): at the distance m from the first change the radius is
+/// m, to first order in m, where one guard passes zero.
+TEST_P(FrictionRadius, IsTheDistanceToTheFirstChange) {
+  const test::FrictionCase c(GetParam());
+  int found = 0, close = 0;
+  std::map<std::string, int> limits;
+  for (const auto& d : c.derivatives) {
+    const Vector w = d.direction / d.direction.cwiseAbs().maxCoeff();
+    const auto words = [&](double alpha) {
+      return Words(*c.system, c.system->Perturb(c.x, alpha * w), c.duration);
+    };
+    const std::vector<ContactMode> base = words(kSmall);
+    double low = kSmall, high = 0;
+    for (int i = 1; i <= kSizes && high == 0 && !base.empty(); ++i) {
+      const double alpha = kSmall * std::pow(kLarge / kSmall, i / (1.0 * kSizes));
+      (words(alpha) == base ? low : high) = alpha;
+    }
+    if (high == 0) continue;
+    while (high - low > 1e-9) {
+      const double middle = (low + high) / 2;
+      (words(middle) == base ? low : high) = middle;
+    }
+    // A start that leaves its contacts, by α², is another run.
+    const std::vector<ContactMode> beyond = words(high);
+    if (beyond.empty() || beyond.front().Members() != base.front().Members()) continue;
+    const double margin = 1e-3 * high;
+    const Vector near = c.system->Perturb(c.x, (high - margin) * w);
+    Trajectory run;
+    try {
+      run = Simulate(*c.system, near, c.u, c.duration, Tight());
+    } catch (const std::invalid_argument&) {
+      continue;  // off the contacts of the start, by α²
+    }
+    const BDerivative B = DifferentiateOutcome(*c.system, run);
+    if (!B.status.ok()) continue;
+    const ValidityRadius radius = ValidityEstimator(*c.system, run, B)(w);
+    const double ratio = radius.radius / margin;
+    const int n = c.system->num_constraints();
+    EXPECT_TRUE(ratio > 0.2 && ratio < 1.5)
+        << w.transpose() << " goes from " << Text(base, n) << "to " << Text(beyond, n) << "at "
+        << high << "; the radius is " << ratio << " of the distance, as "
+        << Describe(c.system->description(), radius);
+    ++found;
+    close += std::abs(ratio - 1) < 0.1;
+    ++limits[LimitName(radius.limit)];
+  }
+  EXPECT_GE(close, 0.6 * found);
+  for (const auto& [limit, count] : limits) RecordProperty(limit, count);
+  RecordProperty("found", found);
+  RecordProperty("close", close);
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, FrictionRadius, testing::ValuesIn(test::FrictionCaseNames()),
+                         [](const auto& info) { return info.param; });
+
+}  // namespace
+}  // namespace contact_flow
