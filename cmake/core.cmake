@@ -9,6 +9,10 @@ endforeach()
 add_library(contact_flow ${CORE_SOURCES})
 add_library(contact_flow::contact_flow ALIAS contact_flow)
 target_compile_features(contact_flow PUBLIC cxx_std_17)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # GCC makes calloc of a small vector that is allocated and set to zero; glibc's takes five times the instructions of malloc.
+  target_compile_options(contact_flow PRIVATE -fno-optimize-strlen)
+endif()
 target_include_directories(contact_flow PUBLIC
   $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
 target_include_directories(contact_flow PRIVATE ${PROJECT_SOURCE_DIR})   # headers of other rooms that are not installed

@@ -119,8 +119,16 @@ void ContactDynamics::Factorize(const VectorRef& x) {
 }
 
 void ContactDynamics::Invert() {
-  at_->inverse.setIdentity(d_, d_);
-  mass_factor_.Solve(&at_->inverse);
+  // A constant M⁻¹ is that of the mode without rows, where it is kept.
+  const auto free = std::find_if(modes_.begin(), modes_.end(), [](const ModeFactors& factors) {
+    return factors.known && factors.active.empty();
+  });
+  if (free != modes_.end() && free->regular) {
+    at_->inverse = free->inverse;
+  } else {
+    at_->inverse.setIdentity(d_, d_);
+    mass_factor_.Solve(&at_->inverse);
+  }
   if (!at_->active.empty()) {
     at_->delassus_inverse.setIdentity();
     if (at_->dependent) at_->delassus_inverse = at_->generalized;
@@ -153,11 +161,7 @@ void ContactDynamics::Evaluate(const VectorRef& x, ContactMode mode) {
   system_.Dynamics(x.head(nq_), x.tail(d_), u_, mode, has_mass_ ? nullptr : &mass_, &applied_);
   if (at_ == nullptr || at_->mode != mode) SetMode(mode);
   if (!at_->known) Factorize(x);
-  if (constant_ && !at_->known) {
-    Invert();
-    at_->sparse_inverse = SparseRows(at_->inverse);
-    at_->sparse_force_map = SparseRows(at_->force_map);
-  }
+  if (constant_ && !at_->known) Invert();
   at_->known = constant_ && !at_->turning;
   if (constant_) {
     Multiply();
@@ -172,9 +176,15 @@ void ContactDynamics::Evaluate(const VectorRef& x, ContactMode mode) {
 
 /// The bias of constant constraints is zero.
 void ContactDynamics::Multiply() {
-  at_->sparse_inverse.Multiply(applied_.data(), acceleration_.data());
-  at_->sparse_force_map.Multiply(applied_.data(), at_->multiplier.data());
-  at_->multiplier = -at_->multiplier;
+  WithFixedSize(d_, [&](auto d) {
+    const double* column = at_->inverse.data();
+    ColumnSum sum(d, acceleration_.data());
+    for (int k = 0; k < d; ++k, column += d) sum.Add(applied_(k), column);
+    sum.WriteTo(acceleration_.data());
+  });
+  for (Eigen::Index i = 0; i < at_->multiplier.size(); ++i) {
+    at_->multiplier(i) = -at_->force_map.row(i).dot(applied_);
+  }
 }
 
 void ContactDynamics::Solve() {

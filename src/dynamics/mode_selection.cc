@@ -40,6 +40,7 @@ class ForceModes {
         x_(x),
         pressed_(pressed),
         time_tolerance_(time_tolerance) {
+    members_.reserve(static_cast<std::size_t>(candidates.Size()));
     for (int i : candidates) members_.push_back(i);
     const int nq = system_.num_positions();
     const InverseInertia inertia(system_, x.head(nq), x.tail(system_.dof()), dynamics_.u(),

@@ -35,23 +35,9 @@ double SparseRows::Largest(Eigen::Index r) const {
   return largest;
 }
 
-void SparseRows::Multiply(const double* w, double* out) const {
-  if (!places_) return;
-  const double* value = values_.data();
-  const int* column = places_->columns.data();
-  const int* begin = places_->begin.data();
-  for (Eigen::Index r = 0, rows = places_->rows(); r < rows; ++r) {
-    double sum = 0;
-    for (const int* end = column + (begin[r + 1] - begin[r]); column != end; ++column) {
-      sum += *value++ * w[*column];
-    }
-    out[r] = sum;
-  }
-}
-
 Vector SparseRows::operator*(const VectorRef& w) const {
   Vector product(rows());
-  Multiply(w.data(), product.data());
+  for (Eigen::Index r = 0; r < rows(); ++r) product(r) = Dot(r, w);
   return product;
 }
 

@@ -8,7 +8,6 @@
 
 #include "contact_flow/contact_mode.h"
 #include "contact_flow/dynamics/mass_factor.h"
-#include "contact_flow/dynamics/sparse_rows.h"
 #include "contact_flow/model/mechanical_system.h"
 #include "contact_flow/types.h"
 
@@ -132,7 +131,6 @@ class ContactDynamics {
     Matrix inverse;           // P_J = M⁻¹ − M⁻¹A_JᵀΛ_J A_J M⁻¹ [d×d]
     Matrix momentum_map;      // A_J M⁻¹ [k×d]
     Matrix force_map;         // Λ_J A_J M⁻¹ [k×d]
-    SparseRows sparse_inverse, sparse_force_map;  // the same, where they are constant
     Matrix delassus_inverse;  // Λ_J [k×k]
     Eigen::LLT<Matrix> delassus_factor;
     std::vector<Sliding> sliding;

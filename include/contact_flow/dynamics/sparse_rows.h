@@ -48,8 +48,6 @@ class SparseRows {
       w(places_->columns[e]) += std::abs(values_(e));
     }
   }
-  /// out ← A w [rows], where w has cols() numbers.
-  void Multiply(const double* w, double* out) const;
   Vector operator*(const VectorRef& w) const;
   Matrix Dense() const;
 
