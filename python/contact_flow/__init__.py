@@ -28,7 +28,7 @@ try:
         Arc, Assumptions, BudgetExceeded, Controllability, CostGradient, Covariance, Derivative, Event,
         Feedback, FollowedOrbit, HorizonSolution, Interval, LinearInputs, LinearPiece, MapConsistency, Margins, Model,
         NoDerivative, NominalRun, NotPiecewiseLinear, OnlineFlow, Optimum, Orbit, Parameter, PiecewiseLinearMap, PoincareMap, PoincareReturn,
-        Policy, PolicyTracker, PythonModel, QuotientReport, QuotientSample, RecedingLoop, Robot, Run, RunStatistics, Stability,
+        Policy, PolicyTracker, PythonModel, QuotientReport, QuotientSample, RecedingLoop, Robot, RollingTangents, Run, RunStatistics, Stability,
         StabilityCertificate, Status, Summary, System, Tally, Trust, ValidityRadius, Warning, __version__,
         have_ipopt, have_linear_programs, load_configuration, models)
     from .batch import Batch, BatchEvent, simulate_batch
@@ -54,7 +54,8 @@ __all__ = [
     "MapConsistency", "Margins", "Model", "NoDerivative", "NominalRun", "Normal", "NotPiecewiseLinear",
     "OnlineFlow", "OptimalTrajectory", "Optimum", "Orbit", "Parameter", "PiecewiseLinearMap", "PoincareMap",
     "PoincareReturn", "Policy", "PolicyTracker",
-    "PythonModel", "QuotientReport", "QuotientSample", "RecedingLoop", "Robot", "Run", "RunStatistics", "Section",
+    "PythonModel", "QuotientReport", "QuotientSample", "RecedingLoop", "Robot", "RollingTangents", "Run", "RunStatistics",
+    "Section",
     "Stability", "StabilityCertificate", "Status", "Summary", "System", "Table", "Tally", "Touchdown",
     "Trust", "Uniform", "ValidityRadius", "Warning", "have_ipopt", "have_linear_programs", "load_configuration",
     "models", "open_sweep", "optimize_trajectory", "read_policy", "simulate_batch", "sweep", "write_policy", "write_report"]

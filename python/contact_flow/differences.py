@@ -4,7 +4,8 @@
 Central differences of sixth order: seven points, ± 3 steps, which are twice as long for second and third derivatives.
 Errors are those of rounding, 1e-16 of the values over stepᵏ for the k-th derivative, and step⁶ of what the formulas do at
 a higher rate. Those of fourth order, of the same values, are beside them: where the two differ, by first or by second
-differences (a kink in the middle is even), a kink or a quick change is near, and nothing is answered.
+differences (a kink in the middle is even), a kink or a quick change is near, and nothing is answered. Nor where the
+slopes along some sums of the directions are not the sums of theirs, as of max(0, min(x, y)) at 0.
 """
 from __future__ import annotations
 
@@ -14,9 +15,12 @@ import numpy as np
 
 from . import jet
 
-#: what fourth and sixth order may differ by, relative to the larger of 1 and the slope, in units of slopes: of what
-#: a k-th derivative adds to the value within one step, over the step
-TOLERANCE = 1e-5
+#: what fourth and sixth order may differ by, relative to how much the value changes within a step: where it does so at a
+#: rate r, step r is below (30 TOLERANCE)^(1/4) then, and the error of sixth order, (step r)⁶/140 of the slope, below 2e-9
+TOLERANCE = 1e-6
+OTHERS = 0.1   #: of the largest such change of any value, which counts for all of them
+ROUNDING = 2e-13   #: of the largest value, what rounding may make of differences
+DIAGONALS = 4   #: sums of directions: all of them, and with some signs
 POINTS = np.arange(-3, 4)
 FIRST = np.array([[-1, 9, -45, 0, 45, -9, 1], [0, 5, -40, 0, 40, -5, 0]]) / 60
 SECOND = np.array([[2, -27, 270, -490, 270, -27, 2], [0, -15, 240, -450, 240, -15, 0]]) / 180
@@ -44,40 +48,68 @@ def coefficients(f: Callable[..., Any], arguments: Sequence[Any], scales: Sequen
         """The factor that makes a direction as long as a step."""
         size = float(np.max(np.abs(direction) / scale, initial=0.0))
         return step / size if size > 0 else 1.0
-    found, error, slope = (_series if series else _duals)(value, c, reach, step)
-    if not error <= TOLERANCE * max(1.0, slope):
-        raise Uncertain("%s changes too fast for differences of %g, or has a kink here: fourth and sixth order differ by "
-                        "%.2g" % (what, step, error))
+    found, apart, change, size = (_series if series else _duals)(value, c, reach)
+    allowed = TOLERANCE * np.maximum(change, OTHERS * np.max(change, initial=0.0)) + ROUNDING * size
+    if not np.all(apart <= allowed):
+        raise Uncertain("%s changes too fast for differences of %g, or has a kink here: fourth and sixth order, or "
+                        "differences and their sums, differ by %.2g" % (what, step, float(np.max(apart)) / step))
     return found
+
+
+class _Judge:
+    """How far apart two ways to see the same difference are, and how much values change from one point to the next."""
+
+    def __init__(self, base: Any) -> None:
+        self.apart, self.change, self.size = np.zeros(base.shape), np.zeros(base.shape), _largest(base)
+
+    def differ(self, *some: Any) -> None:
+        for one in some:
+            self.apart = np.maximum(self.apart, np.abs(one))   # nan stays
+
+    def see(self, values: Any) -> None:
+        """Values at the points [7 × …]."""
+        self.change = np.maximum(self.change, np.max(np.abs(values - values[3]), axis=0) / 3)
+        self.size = max(self.size, _largest(values))
 
 
 def _largest(array: Any) -> float:
     return float(np.max(np.abs(array), initial=0.0))
 
 
-def _apart(weights: Any, values: Any) -> Tuple[Any, float]:
+def _apart(weights: Any, values: Any) -> Tuple[Any, Any]:
     """The difference of sixth order of values at the points [7 × …], and how far that of fourth is from it."""
     six, four = np.tensordot(weights, values, 1)
-    return six, _largest(six - four)
+    return six, six - four
 
 
-def _duals(value: Callable[[Any], Any], c: Any, reach: Callable[[Any], float], step: float) -> Tuple[Any, float, float]:
-    """Coefficients, error and slope; second derivatives are those along sums and differences of directions."""
+def _duals(value: Callable[[Any], Any], c: Any, reach: Callable[[Any], float]) -> Tuple[Any, Any, Any, float]:
+    """Coefficients, and what judges them; second derivatives are those along sums and differences of directions."""
     base, rows, cols = value(c[:, 0, 0]), c.shape[1], c.shape[2]
     found = np.zeros(base.shape + (rows, cols))
     found[..., 0, 0] = base
-    error, slope, nothing = 0.0, 0.0, np.zeros(len(c))
+    judge, nothing = _Judge(base), np.zeros(len(c))
 
     def along(direction: Any, bend: Any) -> Any:
         """f(x + k direction + k² bend) at the points [7 × …]."""
         return np.array([base if k == 0 else value(c[:, 0, 0] + k * direction + k * k * bend) for k in POINTS])
+    steps, firsts = [], []
     for i, j in [(i, 0) for i in range(1, rows)] + [(0, j) for j in range(1, cols)]:
         if c[:, i, j].any():
             h = reach(c[:, i, j])
             values = along(h * c[:, i, j], nothing)
             first, apart = _apart(FIRST, values)
             found[..., i, j] = first / h
-            slope, error = max(slope, _largest(first) / step), max(error, apart / step, _apart(SECOND, values)[1] / step)
+            judge.see(values)
+            judge.differ(apart, _apart(SECOND, values)[1])
+            steps.append(h * c[:, i, j])
+            firsts.append(first)
+    signs = np.random.default_rng(0)
+    for sign in [np.ones(len(steps))] + [signs.choice([-1.0, 1.0], len(steps)) for _ in range(1, DIAGONALS)]:
+        if len(steps) > 1:   # as long as a step in all
+            values = along(np.tensordot(sign, steps, 1) / len(steps), nothing)
+            first, apart = _apart(FIRST, values)
+            sums = np.tensordot(sign, firsts, 1) / len(steps)
+            judge.differ(len(steps) * apart, len(steps) * _apart(SECOND, values)[1], len(steps) * (first - sums))
     for i in range(1, rows):
         for j in range(1, cols):
             a, b = 2 * reach(c[:, i, 0]), 2 * reach(c[:, 0, j])
@@ -85,11 +117,11 @@ def _duals(value: Callable[[Any], Any], c: Any, reach: Callable[[Any], float], s
             if (one.any() and other.any()) or bend.any():
                 second, apart = _apart(SECOND, along(one + other, bend) - along(one - other, -bend))
                 found[..., i, j] = second / (4 * a * b)
-                error = max(error, apart / (8 * step))
-    return found, error, slope
+                judge.differ(apart / 8)
+    return found, judge.apart, judge.change, judge.size
 
 
-def _series(value: Callable[[Any], Any], c: Any, reach: Callable[[Any], float], step: float) -> Tuple[Any, float, float]:
+def _series(value: Callable[[Any], Any], c: Any, reach: Callable[[Any], float]) -> Tuple[Any, Any, Any, float]:
     """The same along a motion: Taylor coefficients, and their derivatives along the directions."""
     speed, bend = 2 * reach(c[:, 1, 0]), (reach(c[:, 2, 0]) / 30) ** 0.5   # along which a motion bends little
     moving = [h for h, some in ((speed, c[:, 1, 0].any()), (bend, c[:, 2, 0].any())) if some]
@@ -97,22 +129,27 @@ def _series(value: Callable[[Any], Any], c: Any, reach: Callable[[Any], float], 
     powers = (h * POINTS[:, None]) ** np.arange(3)[None, :]   # [7×3]
     base = np.array([value(c[:, :, 0] @ p) for p in powers])
     found = np.zeros(base.shape[1:] + (3, c.shape[2]))
+    judge = _Judge(base[3])
 
-    def taylor(values: Any) -> Tuple[Any, float]:
+    def taylor(values: Any) -> Tuple[Any, Any, Any]:
         """Of values at the points [7 × …]: coefficients [… × 3], and how far fourth order is from them."""
         (first, apart), (second, also) = _apart(FIRST, values), _apart(SECOND, values)
-        return np.stack([values[3], first / h, second / (2 * h * h)], axis=-1), max(apart, also)
-    found[..., 0], error = taylor(base)
-    error, slope = error / (2 * step), _largest(np.tensordot(FIRST[0], base, 1)) / (2 * step)
+        return np.stack([values[3], first / h, second / (2 * h * h)], axis=-1), apart, also
+    found[..., 0], *apart = taylor(base)
+    judge.see(base)
+    judge.differ(apart[0] / 2, apart[1] / 2)
     for j in range(1, c.shape[2]):
         if not c[:, :, j].any():
             continue
         e = 2 * min(reach(c[:, :, j] @ p) for p in powers if (c[:, :, j] @ p).any())
         beside = np.array([[base[k] if m == 0 else value((c[:, :, 0] + m * e * c[:, :, j]) @ p)
                             for k, p in enumerate(powers)] for m in POINTS])   # [7 × 7 × …]
-        slopes, apart = _apart(FIRST, beside)
-        coefficients_of_j, also = taylor(slopes)
+        slopes, apart_of_j = _apart(FIRST, beside)
+        coefficients_of_j, *apart = taylor(slopes)
         found[..., j] = coefficients_of_j / e
-        error = max(error, apart / (2 * step), also / (2 * step), _apart(SECOND, beside)[1] / (2 * step))
-        slope = max(slope, _largest(slopes) / (2 * step))
-    return found, error, slope
+        for one in (apart_of_j, _apart(SECOND, beside)[1]):
+            judge.differ(*(one / 2))
+        judge.differ(apart[0] / 2, apart[1] / 2)
+        for of_one in np.moveaxis(beside, 1, 0):
+            judge.see(of_one)
+    return found, judge.apart, judge.change, judge.size

@@ -20,13 +20,14 @@ from typing import Any, Sequence, Tuple, Union
 import numpy as np
 
 from . import slopes as slopes_of
+from .elementary import Elementary
 from .ties import any_slopes, side
 from .truncated import product
 
 Real = Union[int, float]
 
 
-class Jet:
+class Jet(Elementary):
     """A number with derivatives; see the module."""
 
     __slots__ = ("c", "series")
@@ -130,23 +131,23 @@ class Jet:
             return self.value - value
         return side((self - other).delta(), what)
 
-    def __lt__(self, other: Any) -> bool:
-        return bool(self._beyond(other) < 0)
+    def __lt__(self, other: Any) -> Any:
+        return bool(self._beyond(other) < 0) if _is_number(other) else NotImplemented
 
-    def __le__(self, other: Any) -> bool:
-        return bool(self._beyond(other) <= 0)
+    def __le__(self, other: Any) -> Any:
+        return bool(self._beyond(other) <= 0) if _is_number(other) else NotImplemented
 
-    def __gt__(self, other: Any) -> bool:
-        return bool(self._beyond(other) > 0)
+    def __gt__(self, other: Any) -> Any:
+        return bool(self._beyond(other) > 0) if _is_number(other) else NotImplemented
 
-    def __ge__(self, other: Any) -> bool:
-        return bool(self._beyond(other) >= 0)
+    def __ge__(self, other: Any) -> Any:
+        return bool(self._beyond(other) >= 0) if _is_number(other) else NotImplemented
 
     def __bool__(self) -> bool:
         return not self == 0
 
     def __eq__(self, other: Any) -> bool:
-        if not isinstance(other, Jet) and not _is_real(other):
+        if not _is_number(other):
             return NotImplemented
         return bool(self.value == _value(other) and self._beyond(other, "== of equal numbers") == 0)
 
@@ -195,65 +196,6 @@ class Jet:
         c[0, 0] = slopes[0]
         return c
 
-    def sqrt(self) -> "Jet":
-        return self.chain(*slopes_of.sqrt(self.value))
-
-    def sin(self) -> "Jet":
-        return self.chain(*slopes_of.sin(self.value))
-
-    def cos(self) -> "Jet":
-        return self.chain(*slopes_of.cos(self.value))
-
-    def tan(self) -> "Jet":
-        return self.chain(*slopes_of.tan(self.value))
-
-    def sinc(self) -> "Jet":
-        return self.chain(*slopes_of.sinc(self.value))
-
-    def exp(self) -> "Jet":
-        return self.chain(*slopes_of.exp(self.value))
-
-    def log(self) -> "Jet":
-        return self.chain(*slopes_of.log(self.value))
-
-    def sinh(self) -> "Jet":
-        return self.chain(*slopes_of.sinh(self.value))
-
-    def cosh(self) -> "Jet":
-        return self.chain(*slopes_of.cosh(self.value))
-
-    def tanh(self) -> "Jet":
-        return self.chain(*slopes_of.tanh(self.value))
-
-    def arcsin(self) -> "Jet":
-        return self.chain(*slopes_of.arcsin(self.value))
-
-    def arccos(self) -> "Jet":
-        angle: Jet = math.pi / 2 - self.arcsin()
-        return angle
-
-    def arctan(self) -> "Jet":
-        return self.chain(*slopes_of.arctan(self.value))
-
-    def arctan2(self, other: Any) -> "Jet":
-        """The angle of (other, self); it jumps where self = 0 and other < 0."""
-        x = other if isinstance(other, Jet) else self.constant(other)
-        turn = math.atan2(self.value, x.value)
-        if self.value == 0 and x.value == 0:
-            return self._only(turn)
-        if self.value == 0 and x.value < 0:
-            turn = math.copysign(turn, side(self.delta(), "an angle of half a turn") or turn)
-        if abs(x.value) >= abs(self.value):
-            angle = (self / x).arctan()
-        else:
-            angle = -((x / self).arctan())
-        turned: Jet = angle + (turn - angle.value)
-        return turned
-
-    def hypot(self, other: Any) -> "Jet":
-        root: Jet = (self * self + other * other).sqrt()
-        return root
-
     def __array_function__(self, function: Any, types: Any, args: Any, kwargs: Any) -> Any:
         if function is np.sinc:
             return self.sinc()
@@ -276,6 +218,10 @@ class Jet:
 
 def _is_real(value: Any) -> bool:
     return isinstance(value, (int, float, np.integer, np.floating))
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, Jet) or _is_real(value)
 
 
 def _value(number: Any) -> Any:

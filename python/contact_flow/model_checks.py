@@ -21,8 +21,8 @@ MAX_CONSTRAINTS = 64  #: the bits of a mode in which formulas are told who holds
 WAYS = ("duals", "differences")  #: to differentiate
 
 
-class WrongShape(ValueError):
-    """A formula has too few numbers, or too many."""
+class WrongForm(ValueError):
+    """A formula has too few numbers, too many, or a matrix that is not symmetric."""
 
 
 def check_names(terms: Terms) -> None:
@@ -59,9 +59,13 @@ def check_names(terms: Terms) -> None:
 
 
 def numbers(values: Any, shape: Tuple[int, ...], what: str) -> Any:
+    if isinstance(values, np.ma.MaskedArray) and np.any(values.mask):
+        raise TypeError("%s has masked numbers" % what)
     array = np.asarray(values, dtype=object)
+    if any(isinstance(number, (complex, np.complexfloating)) for number in array.flat):
+        raise TypeError("%s has complex numbers" % what)
     if array.shape != shape and array.size + sum(shape) > 0:
-        raise WrongShape("%s has shape %s, expected %s" % (what, array.shape, shape))
+        raise WrongForm("%s has shape %s, expected %s" % (what, array.shape, shape))
     return array
 
 
@@ -70,6 +74,32 @@ def floats(values: Any, what: str) -> Any:
         return np.asarray(values, dtype=float)
     except (TypeError, ValueError):
         raise TypeError("%s has something else than numbers" % what) from None
+
+
+def symmetric(M: Any, name: str) -> Any:
+    """M, where it is to rounding; relative to √(M_ii M_kk)."""
+    root = np.sqrt(np.abs(np.diagonal(M)))
+    if np.any(np.abs(M - M.T) > 1e-9 * np.outer(root, root)):
+        raise WrongForm("%s.mass_matrix(q) is not symmetric" % name)
+    return M
+
+
+def check_repeats(terms: Terms, *places: Any) -> None:
+    """ValueError for formulas that depend on more than their arguments: on what was asked before, or on chance."""
+    v, u, one_of_them = terms.nominal_x[terms.d:], terms.nominal_u, [p[3] for p in terms.parameter_list]
+    for q in places:
+        formulas: Dict[str, Callable[[Formulas], Any]] = {
+            "mass_matrix(q)": lambda model: terms._mass_matrix(model, q),
+            "force(q, v, u)": lambda model: terms._force(model, q, v, u, 0),
+            "gaps(q)": lambda model: terms._all_gaps(model, q)}
+        for what, formula in formulas.items():
+            try:
+                used, new = (np.asarray(formula(model), dtype=float) for model in (terms.model, terms._with(one_of_them)))
+            except (ArithmeticError, ValueError):   # outside its domain
+                continue
+            if not np.array_equal(used, new, equal_nan=True):
+                raise ValueError("%s.%s gives another result when it is asked again: formulas must depend on their "
+                                 "arguments and parameters alone" % (terms.name, what))
 
 
 def with_values(model: Formulas, values: Iterable[Tuple[str, Any]]) -> Formulas:

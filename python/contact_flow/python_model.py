@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import copy
+import re
 from typing import Any, Callable, Dict, List, Mapping, Sequence, Tuple, Type
 
 import numpy as np
 
 from . import differences, jet, ties
-from .model_checks import WrongShape, check_names, floats, numbers, read_parameters, with_values
+from .model_checks import (WrongForm, check_names, check_repeats, floats, numbers, read_parameters, symmetric,
+                           with_values)
 
 CLOSED = 1e-6   #: gaps may have a kink where they are larger than this
+LACKS = re.compile(r"'(Jet|int|float)' object has no attribute")   #: what numpy asks of elements of an array
+OF_A_NUMBER = re.compile(r"'(int|float)' object has no attribute|of type (int|float) which has no callable")
 
 
 class Formulas:
@@ -75,7 +79,8 @@ class Terms:
 
     def __init__(self, formulas: Type[Formulas], values: Mapping[str, float]) -> None:
         self.parameter_list = read_parameters(formulas, values)
-        self.model = with_values(formulas(), [(p[0], p[3]) for p in self.parameter_list])
+        self._unused = formulas()   # it has computed nothing of parameters yet, as a cached_property may
+        self.model = self._with([p[3] for p in self.parameter_list])
         model = self.model
         self.name = model.name or formulas.__name__
         self.summary = model.summary
@@ -106,24 +111,24 @@ class Terms:
         self._check_promises(origin)
 
     def _check_promises(self, origin: Any) -> None:
-        """M is symmetric; what is said to be constant is the same at another place."""
-        M = self._float_mass(origin)
-        if not np.allclose(M, M.T, rtol=1e-12, atol=1e-12 * np.max(np.abs(M))):
-            raise ValueError("%s.mass_matrix(q) is not symmetric" % self.name)
+        """What is said to be constant is the same at another place; nothing depends on what was asked before."""
+        self._float_mass(origin)
         try:
             self._gap_jacobian(origin)
             self._force(self.model, origin, self.nominal_x[self.d:], self.nominal_u, 0)
-        except WrongShape:
+        except WrongForm:
             raise
         except (ArithmeticError, ValueError):   # outside the domain of the formulas: runs will say so
             pass
         elsewhere = origin + 0.01 * np.cos(np.arange(1, self.d + 1))
+        elsewhere.flags.writeable = False
         try:
             mass, jacobian = self._float_mass(elsewhere), self._gap_jacobian(elsewhere)[1]
-        except WrongShape:
+        except WrongForm:
             raise
         except (ArithmeticError, ValueError):
             return
+        check_repeats(self, origin, elsewhere)
         if self._mass is not None and not np.allclose(mass, self._mass, rtol=1e-9, atol=0):
             raise ValueError("%s.constant_mass is True, but mass_matrix(q) depends on q" % self.name)
         if self._jacobian is not None and not np.allclose(jacobian, self._jacobian, rtol=1e-9, atol=1e-12):
@@ -146,7 +151,7 @@ class Terms:
         return numbers(model.force(*arguments), (self.d,), self.name + ".force(q, v, u)")
 
     def _float_mass(self, q: Any) -> Any:
-        return floats(self._mass_matrix(self.model, q), self.name + ".mass_matrix(q)")
+        return symmetric(floats(self._mass_matrix(self.model, q), self.name + ".mass_matrix(q)"), self.name)
 
     # Their derivatives: coefficients along directions of q, v, u and of the parameters p, where these vary
 
@@ -159,15 +164,20 @@ class Terms:
             return ties.settled(lambda: jet.coefficients(formula(self._with(p), *arguments), shape),
                                 "%s.%s" % (self.name, what), away)
         except (TypeError, AttributeError) as error:
-            if isinstance(error, AttributeError) and "'Jet'" not in str(error):
+            if isinstance(error, AttributeError) and not LACKS.search(str(error)):
                 raise
-            raise TypeError("%s.%s: %s; forward duals do not pass through it, differentiation = 'differences' does"
-                            % (self.name, what, error)) from error
+            hint = "; its array has numbers beside duals: add 0 * q[0] to them" if OF_A_NUMBER.search(str(error)) else ""
+            raise TypeError("%s.%s: %s; forward duals do not pass through it%s, differentiation = 'differences' does"
+                            % (self.name, what, error, hint)) from error
 
     def _with(self, p: Any) -> Formulas:
         if p is None:
             return self.model
-        return with_values(copy.copy(self.model), zip([entry[0] for entry in self.parameter_list], p))
+        try:
+            model = copy.deepcopy(self._unused)
+        except TypeError:   # as of a handle of a library
+            model = copy.copy(self._unused)
+        return with_values(model, zip([entry[0] for entry in self.parameter_list], p))
 
     def _by_differences(self, what: str, formula: Callable[..., Any], p: Any, arguments: Sequence[Any],
                         shape: Tuple[int, int], series: bool) -> Any:
@@ -206,7 +216,7 @@ class Terms:
         c = self._masses(None, jet.variables(q, 0, self.d), (1, 1 + self.d))
         slope = c[:, :, 0, 1:]  # ∂M_ij/∂q_k
         coriolis = 0.5 * np.einsum("ijk,i,j->k", slope, v, v) - np.einsum("kjl,l,j->k", slope, v, v)
-        return c[:, :, 0, 0], force + coriolis
+        return symmetric(c[:, :, 0, 0], self.name), force + coriolis
 
     def constraint_terms(self, q: Any, v: Any) -> Tuple[Any, Any, Any]:
         """a, Da and (d/dt Da) v, of closures behind."""

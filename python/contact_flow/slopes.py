@@ -91,6 +91,29 @@ def log(x: float) -> Slopes:
 
 
 @_as_numpy
+def expm1(x: float) -> Slopes:
+    e = math.exp(x)
+    return math.expm1(x), e, e, e
+
+
+@_as_numpy
+def log1p(x: float) -> Slopes:
+    if x == -1:
+        return -math.inf, math.inf, -math.inf, math.inf
+    r = 1 / (1 + x)
+    return math.log1p(x), r, -r * r, 2 * r**3
+
+
+@_as_numpy
+def cbrt(x: float) -> Slopes:
+    if x == 0:
+        return x, math.inf, math.nan, math.inf
+    y = math.copysign(abs(x) ** (1 / 3), x)
+    y -= (y - x / (y * y)) / 3   # Newton: the power is off by some last digits
+    return y, y / (3 * x), -2 * y / (9 * x * x), 10 * y / (27 * x**3)
+
+
+@_as_numpy
 def sinh(x: float) -> Slopes:
     s, c = math.sinh(x), math.cosh(x)
     return s, c, s, c
@@ -114,7 +137,7 @@ def arcsin(x: float) -> Slopes:
     angle = math.asin(x)
     if abs(x) == 1:
         return angle, math.inf, math.copysign(math.inf, x), math.inf
-    r = 1 / math.sqrt(1 - x * x)
+    r = 1 / math.sqrt((1 - x) * (1 + x))
     return angle, r, x * r**3, r**3 + 3 * x * x * r**5
 
 
@@ -122,6 +145,28 @@ def arcsin(x: float) -> Slopes:
 def arctan(x: float) -> Slopes:
     r = 1 / (1 + x * x)
     return math.atan(x), r, -2 * x * r * r, (6 * x * x - 2) * r**3
+
+
+@_as_numpy
+def arcsinh(x: float) -> Slopes:
+    r = 1 / math.hypot(1, x)
+    return math.asinh(x), r, -x * r**3, (2 * x * x - 1) * r**5
+
+
+@_as_numpy
+def arccosh(x: float) -> Slopes:
+    if x == 1:
+        return 0.0, math.inf, -math.inf, math.inf
+    r = 1 / math.sqrt((x - 1) * (x + 1))
+    return math.acosh(x), r, -x * r**3, (2 * x * x + 1) * r**5
+
+
+@_as_numpy
+def arctanh(x: float) -> Slopes:
+    if abs(x) == 1:
+        return math.copysign(math.inf, x), math.nan, math.nan, math.nan
+    r = 1 / ((1 - x) * (1 + x))
+    return math.atanh(x), r, 2 * x * r * r, (2 + 6 * x * x) * r**3
 
 
 def power(x: float, n: float) -> Slopes:

@@ -2,6 +2,7 @@
 // Which hypotheses hold: at a state, at the events of a run, over a region; and what nearly grazes.
 #include "contact_flow/analysis/assumptions.h"
 
+#include "contact_flow/analysis/force_jumps.h"
 #include "contact_flow/analysis/near_grazing.h"
 #include "convert.h"
 #include "unlocked.h"
@@ -96,6 +97,41 @@ py::dict OverRegion(const System& s, const py::object& half_width, const py::obj
   return answer;
 }
 
+/// Of each event, the forces of its resting contacts while its impacts come apart.
+py::list ForceJumps(const Run& run, double tolerance) {
+  if (!(tolerance >= 0)) {
+    throw py::value_error("tolerance is " + Number(tolerance) + ", expected ≥ 0");
+  }
+  const Trajectory& motion = run.trajectory;
+  const auto& names = run.description().constraints;
+  py::list events;
+  for (std::size_t k = 0; k < motion.transitions.size(); ++k) {
+    const ForceJumpReport report = WithoutLock([&] {
+      return AssessForceJumps(run.system->get(), motion.arcs[k].u, motion.transitions[k],
+                              tolerance);
+    });
+    py::dict contacts;
+    for (const ForceJump& jump : report.contacts) {
+      py::list stages;
+      for (const StageForce& stage : jump.stages) {
+        stages.append(
+            py::make_tuple(ToNames(stage.activated, run.description()), stage.force, stage.rate));
+      }
+      py::dict contact;
+      contact["fate"] = ForceFateName(jump.fate);
+      contact["stages"] = stages;
+      contacts[py::str(names[static_cast<std::size_t>(jump.constraint)])] = contact;
+    }
+    py::dict event;
+    event["t"] = motion.transitions[k].t;
+    event["computed"] = report.computed;
+    event["smooth"] = report.smooth();
+    event["contacts"] = contacts;
+    events.append(event);
+  }
+  return events;
+}
+
 std::vector<std::string> NearGrazing(const Run& run, double approach_speed, double release_rate,
                                      double gap, double force) {
   const GrazingThresholds thresholds = {approach_speed, release_rate, gap, force};
@@ -166,6 +202,12 @@ void BindAssumptions(py::module_* module) {
   const GrazingThresholds usual;
   py::class_<Run, std::shared_ptr<Run>>(module->attr("Run"))
       .def("assumptions", &AtEvents, "The assumptions at each event, at (ρ, v⁻).")
+      .def("force_jumps", &ForceJumps, py::arg("tolerance") = 1e-6,
+           "What becomes of contacts that rest while simultaneous impacts, perturbed, come apart,\n"
+           "as dicts, one an event: t [s], computed, smooth, and of each contact its fate,\n"
+           "'keeps', 'released', 'regained' or 'near zero', and stages, (impacts so far, force "
+           "[N],\n"
+           "its rate [N/s]). Forces below `tolerance` of the largest count as zero.")
       .def("near_grazing", &NearGrazing, py::arg("approach_speed") = usual.approach_speed,
            py::arg("release_rate") = usual.release_rate, py::arg("gap") = usual.gap,
            py::arg("force") = usual.force,

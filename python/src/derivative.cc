@@ -6,7 +6,7 @@
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/cluster_reading.h"
 #include "contact_flow/derivative/finite_difference.h"
-#include "convert.h"
+#include "directions.h"
 #include "unlocked.h"
 
 namespace contact_flow {
@@ -68,51 +68,14 @@ void CheckExists(const Derivative& d) {
   }
 }
 
-/// A direction: numbers (δq, δv, δu, δp) or (δq, δv) alone, a dict of some by name,
-/// "+name" or "-name".
-Vector ToDirection(const Derivative& d, const py::handle& w) {
-  const Eigen::Index cols = Columns(d);
-  if (py::isinstance<py::str>(w)) {
-    std::string name = py::str(w);
-    double sign = 1;
-    if (!name.empty() && (name[0] == '+' || name[0] == '-')) {
-      sign = name[0] == '-' ? -1 : 1;
-      name.erase(0, 1);
-    }
-    return sign * Vector::Unit(cols, IndexOf("tangent", name, Tangents(d)));
-  }
-  if (py::isinstance<py::dict>(w)) {
-    const Vector named = ToNamedVector(w, "w", Vector::Zero(cols), Tangents(d));
-    if (!named.allFinite()) throw py::value_error("w has a number that is not finite");
-    return named;
-  }
-  Vector direction = ToVector(w, "w", -1);
-  const Eigen::Index states = 2 * d.system().dof();
-  if (direction.size() == states && cols > states) {
-    direction.conservativeResizeLike(Vector::Zero(cols));
-  }
-  if (direction.size() != cols) {
-    const std::vector<std::string> names = Tangents(d);
-    throw py::value_error("w has " + std::to_string(direction.size()) + " numbers, expected " +
-                          std::to_string(cols) + ": " + Join(names));
-  }
-  if (!direction.allFinite()) throw py::value_error("w has a number that is not finite");
-  return direction;
-}
-
-/// Throws ValueError for a direction in which no run may start.
-void CheckAdmitted(const Derivative& d, const Vector& w, const std::string& name = "w") {
-  using Kind = StartDirections::Judgement::Kind;
-  const StartDirections::Judgement judgement = d.directions.Judge(w);
-  if (judgement.ok()) return;
-  throw py::value_error(name + " " + d.directions.Sentence(judgement) +
-                        (judgement.kind == Kind::kLeavesMode ? "; project(w) keeps it" : ""));
+Vector DirectionOf(const Derivative& d, const py::handle& w) {
+  return ToDirection(d.system(), d.map.options.variables, w);
 }
 
 /// A direction in which a run may start.
 Vector ToAdmitted(const Derivative& d, const py::handle& w) {
-  const Vector direction = ToDirection(d, w);
-  CheckAdmitted(d, direction);
+  const Vector direction = DirectionOf(d, w);
+  CheckAdmitted(d.directions, direction, "w");
   return direction;
 }
 
@@ -142,7 +105,7 @@ py::object Apply(const Derivative& d, const py::object& w, double dt) {
     const Matrix directions = ToMatrix(w, "w", Columns(d));
     if (!directions.allFinite()) throw py::value_error("w has a number that is not finite");
     for (Eigen::Index k = 0; k < directions.rows(); ++k) {
-      CheckAdmitted(d, directions.row(k).transpose(), "w[" + std::to_string(k) + "]");
+      CheckAdmitted(d.directions, directions.row(k).transpose(), "w[" + std::to_string(k) + "]");
     }
     return py::cast(Alone(d, [&] {
       RowMajor values(directions.rows(), 2 * d.system().dof());
@@ -236,7 +199,7 @@ QuotientReport Compare(const Derivative& d, const py::object& w,
 }
 
 Vector Project(const Derivative& d, const py::object& w) {
-  const Vector direction = ToDirection(d, w);
+  const Vector direction = DirectionOf(d, w);
   return d.directions.Project(direction);
 }
 
@@ -278,7 +241,7 @@ void BindDerivative(py::module_* module) {
           "shape",
           [](const Derivative& d) { return py::make_tuple(2 * d.system().dof(), Columns(d)); },
           "(2d, 2d+k).")
-      .def("direction", &ToDirection, py::arg("w"), "w as an array [2d+k].")
+      .def("direction", &DirectionOf, py::arg("w"), "w as an array [2d+k].")
       .def("__call__", &Apply, py::arg("w"), py::arg("dt") = 0,
            "B(w) [2d], with a change `dt` of the horizon [s]; of each row of an array [k × 2d+k]\n"
            "as [k × 2d]. ValueError for a direction in which no run may start: one that leaves\n"

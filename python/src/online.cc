@@ -1,32 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // OnlineFlow: a run that goes along with a clock.
-#include <cmath>
-#include <mutex>
-#include <optional>
+#include "online.h"
 
-#include "contact_flow/flow/online_flow.h"
-#include "convert.h"
-#include "unlocked.h"
+#include <cmath>
+#include <optional>
 
 namespace contact_flow {
 namespace python {
 namespace {
-
-struct Online {
-  std::shared_ptr<const System> system;
-  std::unique_ptr<OnlineFlow> flow;
-  std::mutex mutex;
-
-  const SystemDescription& description() const { return system->description(); }
-};
-
-template <class Work>
-auto Alone(Online& online, Work&& work) {
-  return WithoutLock([&] {
-    const std::lock_guard<std::mutex> lock(online.mutex);
-    return work(*online.flow);
-  });
-}
 
 double Now(Online& online) {
   return Alone(online, [](OnlineFlow& flow) { return flow.now(); });
@@ -38,6 +19,7 @@ std::shared_ptr<Online> Begin(const std::shared_ptr<System>& system, const py::o
   const SimulateOptions options = ToOptions(keywords, SimulateOptions());
   if (!std::isfinite(t)) throw py::value_error("t is " + Number(t) + ", expected a number [s]");
   online->system = system;
+  online->options = options;
   online->flow = std::make_unique<OnlineFlow>(system->system, t, ToState(*system, x0),
                                               ToInput(*system, u), options);
   return online;
@@ -65,7 +47,9 @@ py::object AdvanceTo(Online& online, double t) {
     throw py::value_error("t is " + Number(t) + " s, before now, " + Number(now) + " s");
   }
   const auto passed = Alone(online, [&](OnlineFlow& flow) -> std::optional<Transition> {
-    if (!flow.AdvanceTo(t)) return std::nullopt;
+    const bool passed = flow.AdvanceTo(t);
+    online.Follow(passed);
+    if (!passed) return std::nullopt;
     return flow.transition();
   });
   return passed ? Passed(online, *passed) : py::none();
@@ -101,7 +85,15 @@ void BindOnline(py::module_* module) {
       .def_property_readonly(
           "warnings",
           [](Online& o) { return Alone(o, [](OnlineFlow& flow) { return flow.warnings(); }); },
-          "What the run went on from, in the order of time.")
+          "What the run went on from, in the order of time: the first of them.")
+      .def_property_readonly(
+          "num_warnings",
+          [](Online& o) { return Alone(o, [](OnlineFlow& flow) { return flow.num_warnings(); }); },
+          "How many there were.")
+      .def_property_readonly(
+          "statistics",
+          [](Online& o) { return Alone(o, [](OnlineFlow& flow) { return flow.statistics(); }); },
+          "How much work it took.")
       .def_property_readonly(
           "margins",
           [](Online& o) { return Alone(o, [](OnlineFlow& flow) { return flow.margins(); }); },
@@ -127,6 +119,7 @@ void BindOnline(py::module_* module) {
   py::class_<System, std::shared_ptr<System>>(module->attr("System"))
       .def("online", &Begin, py::arg("x0") = py::none(), py::arg("u") = py::none(),
            py::arg("t") = 0.0, "An OnlineFlow from x0 at t [s]; options as in simulate.");
+  BindRolling(module);
 }
 
 }  // namespace python

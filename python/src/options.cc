@@ -44,14 +44,20 @@ void Visit(BDerivativeOptions* o, Field&& field) {
   field("max_pieces", &o->max_pieces);
 }
 
+/// True and False, numpy's too.
+bool IsBool(const py::handle& value) {
+  return py::isinstance<py::bool_>(value) ||
+         py::isinstance(value, py::module_::import("numpy").attr("bool_"));
+}
+
 template <class T>
 void Assign(const char* name, const py::handle& value, T* field) {
-  if (py::isinstance<py::bool_>(value)) throw py::cast_error(name);  // True is no number here
+  if (IsBool(value)) throw py::cast_error(name);  // True is no number here
   *field = value.cast<T>();
 }
 
 void Assign(const char* name, const py::handle& value, bool* field) {
-  if (!py::isinstance<py::bool_>(value)) throw py::cast_error(name);
+  if (!IsBool(value)) throw py::cast_error(name);
   *field = value.cast<bool>();
 }
 

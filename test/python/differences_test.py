@@ -99,6 +99,22 @@ class Runs(unittest.TestCase):
         with self.assertRaisesRegex(ArithmeticError, r"force\(q, v, u\) changes too fast for differences of 0.006"):
             cf.PythonModel(Kinked).simulate({"z": 0.0}, 0.01).derivative()("+z")
 
+    def test_kinks_off_the_axes_and_in_small_units(self):
+        def slopes(force):
+            kind = type("Formula", (cf.Formulas,), {
+                "coordinates": ("x", "y"), "constant_mass": True, "differentiation": "differences",
+                "mass_matrix": lambda self, q: np.eye(2), "force": lambda self, q, v, u: force(q, v)})
+            two, none = np.zeros(2), np.zeros(0)
+            return Terms(kind, {}).differentiate_dynamics(two, two, none, 0, two, none)
+
+        for force in (lambda q, v: [max(0.0, min(q)), 0.0], lambda q, v: [min(0.0, max(q[0], v[0])), 0.0],
+                      lambda q, v: -1e-9 * abs(v), lambda q, v: [-1e4 * q[0], 0.1 * abs(q[1])]):
+            with self.assertRaisesRegex(ArithmeticError, "changes too fast for differences of 0.006, or has a kink"):
+                slopes(force)
+        by_q, by_v, *_ = slopes(lambda q, v: [1e3 - 1e-9 * np.sin(q[0]), q[0] * q[1] - v[1]])
+        np.testing.assert_allclose(by_q, [[1e-9, 0], [0, 0]], atol=1e-10)   # rounding 1e3·2e-16/0.006 = 4e-11
+        np.testing.assert_allclose(by_v, [[0, 0], [0, 1]], atol=1e-10)
+
     def test_other_ways_are_refused(self):
         for fields, what in (({"differentiation": "symbols"}, "differentiation is 'symbols', expected 'duals' or"),
                              ({"difference_step": 0.0}, "difference_step is 0.0"),

@@ -12,7 +12,8 @@ from contact_flow import jet
 #: f(x), and an x inside its domain
 FUNCTIONS = {
     "sin": 0.7, "cos": 0.7, "tan": 0.7, "exp": 0.3, "log": 1.7, "sqrt": 1.7, "sinh": 0.4, "cosh": 0.4,
-    "tanh": 0.4, "arcsin": 0.3, "arccos": 0.3, "arctan": 1.3}
+    "tanh": 0.4, "arcsin": 0.3, "arccos": 0.3, "arctan": 1.3, "exp2": 0.3, "expm1": 0.3, "log1p": 0.7, "log2": 1.7,
+    "log10": 1.7, "arcsinh": 0.4, "arccosh": 1.7, "arctanh": 0.3}
 
 
 def complex_step(f, x):
@@ -37,6 +38,22 @@ class Jets(unittest.TestCase):
                 self.assertAlmostEqual(second, c[1, 1], delta=1e-6)
                 third = (complex_step(f, x + h) - 2 * complex_step(f, x) + complex_step(f, x - h)) / h**2
                 self.assertAlmostEqual(third, 2 * c[2, 1], delta=1e-5)
+
+    def test_functions_without_complex_numbers(self):
+        x = jet.motion([-1.7], [1.0], [0.0], 2, True)[0]
+        np.testing.assert_allclose(np.cbrt(x).c, -((-x) ** (1 / 3)).c, rtol=1e-14)
+        np.testing.assert_array_equal(np.fabs(x).c, (-x).c)
+        for way, factor in ((np.deg2rad, math.pi / 180), (np.radians, math.pi / 180), (np.degrees, 180 / math.pi),
+                            (np.rad2deg, 180 / math.pi)):
+            np.testing.assert_allclose(way(x).c, factor * x.c, rtol=1e-15)
+        q = jet.variables([1.0, 4.0], 0, 2)
+        np.testing.assert_allclose(np.std(q).c, [[1.5, -0.5, 0.5]], rtol=1e-15)
+
+    def test_slopes_near_the_end_of_a_domain(self):
+        """arcsin′(1 − h) = 1/√(2h − h²): no digits are lost in 1 − x²."""
+        h = 2.0 ** -40
+        x = jet.variables([1 - h], 0, 1)[0]
+        self.assertAlmostEqual(1, np.arcsin(x).c[0, 1] * math.sqrt(2 * h - h * h), places=14)
 
     def test_mixed_derivatives(self):
         """f = exp(x y) + x / y³ + arctan2(x, y) + hypot(x, y) − 2ˣ: all first and second ones."""
@@ -79,6 +96,7 @@ class Jets(unittest.TestCase):
         self.assertAlmostEqual(3, jet.coefficients([np.max(q)], (1, 4))[0, 0, 0])
         self.assertTrue(q[0] < q[1] and q[0] <= 1 and 2 >= q[1] and q[2] > 2.5 and q[0] != 2 and q[0] == 1)
         self.assertEqual(-1, (-abs(q[0] - 2)).value)
+        np.testing.assert_array_equal(q[0] > np.array([0.5, 2.0]), [True, False])
 
     def test_no_float_is_made_of_a_jet(self):
         q = jet.variables([1.0], 0, 1)

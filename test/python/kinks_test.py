@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Formulas of Python models where functions have a kink, a jump or a hole: the derivative, or a refusal; beside differences."""
+import itertools
 import math
 import unittest
 import warnings
@@ -11,7 +12,7 @@ import contact_flow as cf
 import case
 from contact_flow import jet
 from contact_flow.python_model import Terms
-from contact_flow.ties import Kink
+from contact_flow.ties import Kink, _have_a_side, settled
 
 #: force(model, q, v), q, v
 SMOOTH = {
@@ -31,6 +32,7 @@ SMOOTH = {
     "powers": (lambda m, q, v: [q[0] ** 0 + q[0] ** 1 + q[0] ** 2 + q[1] ** 3, q[0] ** 1.5 * 0 + 2], (0, 0), (0, 0)),
     "0 to a power": (lambda m, q, v: [0 ** q[0], 2 ** q[1]], (0.5, 0), (0, 0)),
     "power of 0": (lambda m, q, v: [q[0] ** v[0], 0.0], (0, 0), (4, 0)),
+    "sum of the sorted": (lambda m, q, v: [np.sum(np.sort([*q, *v])), 0.0], (0, 0), (0, 0)),
     "sorted": (lambda m, q, v: [np.sum(np.sort(q)), np.median(q)], (0.3, -0.2), (0, 0)),
     "picked by a comparison": (lambda m, q, v: (q > 0) * q, (0.3, -0.2), (0, 0)),
     "not q": (lambda m, q, v: [q[0] if q[0] else 0.0, 0.0], (0, 0), (0, 0))}
@@ -51,6 +53,9 @@ REFUSED = {
     "where of a jump": (lambda m, q, v: np.where(q == 0, 1.0, q), (0, 1), (0, 0)),
     "piecewise": (lambda m, q, v: np.piecewise(q, [q < 0, q >= 0], [lambda x: -x, lambda x: x]), (0, 1), (0, 0)),
     "sort": (lambda m, q, v: np.sort(q), (1, 1), (0, 0)),
+    "a corner in one of 16 orthants": (lambda m, q, v: [max(0.0, min(-q[0], q[1], v[0], -v[1])), 0.0], (0, 0), (0, 0)),
+    "a product of sides": (lambda m, q, v: [q[0] * (q[0] > 0) * (q[1] > 0) * (v[0] > 0), 0.0], (0, 0), (0, 0)),
+    "|v| in small units": (lambda m, q, v: -1e-12 * abs(v), (0, 0), (0, 0)),
     "a sinc of one's own": (lambda m, q, v: [np.where(q[0] == 0, 1.0, np.sin(q[0]) / q[0])[()], 0.0], (0, 1), (0, 0)),
     "arctan2 nowhere": (lambda m, q, v: [np.arctan2(q[0], q[1]), 0.0], (0, 0), (0, 0)),
     "arctan2 at its cut": (lambda m, q, v: [np.arctan2(q[0], q[1]), 0.0], (0, -1), (0, 0)),
@@ -111,6 +116,36 @@ class Formulas(unittest.TestCase):
                       lambda m, q, v: [np.linalg.norm(q, 3), 0.0], lambda m, q, v: np.heaviside(q, 0)):
             with self.assertRaisesRegex(TypeError, "force.*duals do not pass through it"):
                 slopes(force, (0.1, 0.2), (0, 0))
+        for force in (lambda m, q, v: np.sin(np.array([q[0], 1.0])), lambda m, q, v: [np.hypot(2.0, q[0]), 0.0]):
+            with self.assertRaisesRegex(TypeError, "numbers beside duals: add 0 . q.0. to them"):
+                slopes(force, (0.1, 0.2), (0, 0))
+
+    def test_every_side_is_seen(self):
+        """max(0, min of n numbers) at 0 has a slope in one of 2ⁿ orthants alone, whichever; v |v| of many none."""
+        def flat(self, q, v, u):
+            return -v * abs(v)
+
+        for n in range(1, 7):
+            for signs in itertools.product((-1.0, 1.0), repeat=n):
+                corner = jet.variables(np.zeros(n), 0, n)
+                with self.assertRaises(Kink):
+                    settled(lambda: jet.coefficients([max(0.0, min(corner * signs))], (1, 1 + n)), "f")
+        many = type("Many", (cf.Formulas,), {
+            "coordinates": tuple("x%d" % k for k in range(12)), "mass_matrix": lambda self, q: np.eye(12), "force": flat})
+        zero = np.zeros(12)
+        by_q, by_v, *_ = Terms(many, {}).differentiate_dynamics(zero, zero, np.zeros(0), 0, zero, np.zeros(0))
+        self.assertEqual(0, np.max(np.abs([by_q, by_v])))
+
+    def test_which_sides_there_are(self):
+        """Signs of linear forms that some w has, beside 2000 drawn w."""
+        rng = np.random.default_rng(1)
+        for _ in range(300):
+            rows = rng.integers(-2, 3, size=(rng.integers(1, 6), rng.integers(1, 4))).astype(float)
+            rows = rows[np.any(rows != 0, axis=1)]
+            if len(rows):
+                rows /= np.linalg.norm(rows, axis=1)[:, None]
+                drawn = rng.normal(size=(2000, rows.shape[1])) @ rows.T
+                self.assertEqual(bool(np.any(np.all(drawn > 0, axis=1))), _have_a_side(list(rows)), rows)
 
     def test_parameters(self):
         """Kinks in what varies count, roots of what is constant do not."""

@@ -59,6 +59,8 @@ def values():
     linear = cf.PiecewiseLinearMap([([[0.5]], None)])
     loop = ball.receding_horizon([1, 0], cf.Grid([0, 0.2], np.zeros((2, 1))), 0.4, target=[0.5, 0], weight=100.0,
                                  effort=0.01, budget=10.0, state_weights=1.0, input_weights=0.01)
+    flow = biped.online()
+    flow.mark(["+body_pitch"])
     ensemble = biped.sweep({"body_pitch": cf.Uniform(-0.1, 0.1)}, runs=20, threads=1)
     return [
         biped, cf.LinearInputs(ball), cf.Robot(case.ROBOTS / "monoped.yaml"), cf.PythonModel(SoftBiped), biped.parameter_list[0], biped.nominal,
@@ -72,7 +74,7 @@ def values():
         ramp.controllability(), linear.stability(),
         cf.Model("double_pendulum").optimize(["shoulder_torque"], {"elbow": 2.03}),
         ball.optimize_trajectory(cf.Grid([0, 0.5], [[0.0], [0.0]]), {"z": 1}, effort=[0.1]),
-        loop.solve(0.1, [0.9, -1.0], 0.2), ensemble.tally, ensemble.summary, cf.Grid([0], [[1.0]]), cf.Apex("body_z"), cf.Uniform(0, 1)]
+        loop.solve(0.1, [0.9, -1.0], 0.2), flow.tangents, ensemble.tally, ensemble.summary, cf.Grid([0], [[1.0]]), cf.Apex("body_z"), cf.Uniform(0, 1)]
 
 
 def shown_of_pickle(data):

@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Models in Python against the same in C++: runs to 1e-10, derivatives to 1e-8; and what is refused."""
+import functools
+import math
 import pickle
 import unittest
 
@@ -143,6 +145,12 @@ class AsSystems(unittest.TestCase):
         check(ZeroDivisionError, "", force=lambda self, q, v, u: [1 / 0] * 7)
         check(ValueError, r"restitutions\(\) is \[1.5, 0", restitutions=lambda self: [1.5, 0])
         check(ValueError, "not symmetric", mass_matrix=lambda self, q: np.eye(7) + np.eye(7, k=1))
+        check(ValueError, "not symmetric",   # but at the nominal place
+              mass_matrix=lambda self, q: np.eye(7) + q[6] * np.eye(7, k=1))
+        check(TypeError, r"force\(q, v, u\) has complex numbers", force=lambda self, q, v, u: [np.complex128(1j)] * 7)
+        check(TypeError, r"gaps\(q\) has masked numbers", gaps=lambda self, q: np.ma.masked_less(q[4:6], 9.0))
+        check(ValueError, r"force\(q, v, u\) gives another result when it is asked again",
+              force=lambda self, q, v, u: np.random.random() + 0 * q)
         check(ValueError, "constant_mass is True", constant_mass=True,
               mass_matrix=lambda self, q: np.eye(7) * (1 + q[0] ** 2))
         check(ValueError, "affine_constraints is True", affine_constraints=True,
@@ -159,9 +167,31 @@ class AsSystems(unittest.TestCase):
         with self.assertRaisesRegex(TypeError, "expected a subclass"):
             cf.PythonModel(3)
 
-    def test_what_would_drop_derivatives_is_an_error(self):
-        import math
+    def test_what_formulas_keep_of_parameters(self):
+        """A value that is computed once has derivatives, too: of ẍ = −k l² x by k and l, beside that without."""
+        class Kept(cf.Formulas):
+            coordinates = ("x",)
+            parameters = {"k": 2.0, "l": 1.5}
 
+            @functools.cached_property
+            def stiffness(self):
+                return self.k * self.l ** 2
+
+            def mass_matrix(self, q):
+                return [[1.0]]
+
+            def force(self, q, v, u):
+                return [-self.stiffness * q[0]]
+
+            def nominal(self):
+                return [1.0, 0.0], [], 0.7
+
+        B = cf.PythonModel(Kept).simulate().derivative(by=["parameters"])
+        w, T = math.sqrt(2.0) * 1.5, 0.7   # x = cos ω t; by ω: −T sin ω T; ω = l √k
+        by_omega = np.array([-T * math.sin(w * T), -math.sin(w * T) - w * T * math.cos(w * T)])
+        np.testing.assert_allclose(B.jacobian()[:, 2:], np.outer(by_omega, [w / 4, w / 1.5]), atol=1e-8)
+
+    def test_what_would_drop_derivatives_is_an_error(self):
         class Silent(SoftBiped):
             def force(self, q, v, u):
                 f = np.zeros(7)   # of floats

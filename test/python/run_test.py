@@ -204,6 +204,59 @@ class Runs(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "before now"):
             flow.advance_to(0.1)
 
+    def test_the_derivative_since_a_mark(self):
+        """Beside that of the whole run, and, from a mark on the way, of the run that begins there; to the tolerance 1e-9."""
+        flow, x = self.biped.online({"body_pitch": 0.1}), self.biped.state(body_pitch=0.1)
+        with self.assertRaisesRegex(ValueError, "no instant is marked"):
+            flow.tangents
+        flow.mark(by=["stiffness"])   # all directions
+        for t in (0.3, 0.99, 1.3):
+            while flow.advance_to(t) is not None:
+                pass
+            now, B = flow.tangents, self.biped.simulate(x, t).derivative(by=["stiffness"])
+            self.assertEqual((0, t), (now.t_mark, now.t))
+            np.testing.assert_array_equal(now.directions, np.eye(15))
+            np.testing.assert_allclose(now.tangents, B(np.eye(15)), atol=1e-7)
+            np.testing.assert_allclose(now.time, B.time, atol=1e-9)
+        flow = self.biped.online(x)
+        flow.advance_to(0.5)
+        flow.mark(["-body_pitch", {"d/dt body_z": 2.0}])
+        while flow.advance_to(1.2) is not None:
+            pass
+        later = self.biped.simulate(self.biped.simulate(x, 0.5).final_state, 0.7).derivative()
+        np.testing.assert_allclose(flow.tangents.tangents, [later("-body_pitch"), 2 * later("+d/dt body_z")], atol=1e-7)
+        flow.unmark()
+        with self.assertRaisesRegex(ValueError, "no instant is marked"):
+            flow.tangents
+        self.assertGreater(flow.statistics.steps, 5)
+
+    def test_marks_that_are_refused(self):
+        puck = cf.Model("puck").online()
+        with self.assertRaisesRegex(ValueError, r"directions\[1\] leaves the contact mode {floor}"):
+            puck.mark(["+x", "-z"])
+        with self.assertRaisesRegex(TypeError, "is one direction, expected a sequence"):
+            puck.mark("+x")
+        puck.mark()   # projected: what leads into the floor is no direction
+        self.assertEqual(0, largest(puck.tangents.directions[2]))
+        rigid = cf.Model("rigid_biped")
+        flow = rigid.online()
+        flow.mark()
+        flow.advance_to(rigid.nominal.duration)
+        self.assertEqual("discontinuous", flow.tangents.status.outcome)
+
+    def test_forces_that_jump(self):
+        """Of a foot that rests while another lands: what the accelerations say behind the impact."""
+        run = cf.Model("soft_biped").simulate({"body_pitch": 0.1})
+        first, second = run.force_jumps()
+        self.assertEqual(({"left_foot"}, True), (set(first["contacts"]), first["computed"]))
+        resting = second["contacts"]["left_foot"]
+        self.assertEqual("keeps", resting["fate"])
+        _, force = run.system.accelerations(run.events[1].x_plus, mode=run.events[1].mode_after)
+        (_, before, _), (activated, after, _) = resting["stages"]
+        self.assertEqual(("right_foot",), activated)
+        self.assertAlmostEqual(force[0], after, delta=1e-9 * force[0])
+        self.assertAlmostEqual(run.force(run.events[1].t)[0], before, delta=1e-6)
+
     def test_assumptions(self):
         quadruped = cf.Model("rigid_biped").simulate()
         report = quadruped.assumptions()[0]
@@ -245,6 +298,8 @@ class Misuse(unittest.TestCase):
                    lambda: biped.simulate(relativ_tolerance=1e-9))
         self.check(ValueError, "relative_tolerance", lambda: biped.simulate(relative_tolerance=-1))
         self.check(TypeError, "max_steps is 1.5", lambda: biped.simulate(max_steps=1.5))
+        self.assertTrue(biped.simulate(dense=np.bool_(True)).options["dense"])
+        self.check(TypeError, "max_steps is True", lambda: biped.simulate(max_steps=np.bool_(True)))
         self.check(TypeError, "complete_zeno is 'no'", lambda: biped.simulate(complete_zeno="no"))
         self.check(ValueError, "impact_law.*projection", lambda: biped.simulate(impact_law="projectio"))
         self.check(ValueError, "method.*implicit", lambda: biped.simulate(method="implizit"))
