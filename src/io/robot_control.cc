@@ -10,6 +10,28 @@
 #include "robot_parts.h"
 
 namespace contact_flow {
+namespace {
+
+/// Throws where what says how an effort falls with speed is given in part.
+void CheckSpeedLimit(const ElementParts& effort, const MapReader& reader) {
+  const auto given = [&](const char* key) {
+    return std::any_of(effort.numbers.begin(), effort.numbers.end(), [&](const Parameter& number) {
+      return number.name == key && number.value < ElementFields::kUnlimited;
+    });
+  };
+  const auto refuse = [&](const char* key, const char* why) {
+    throw std::invalid_argument("efforts/" + effort.name + "/" + key + " " + why +
+                                reader.Line(key));
+  };
+  if (given("speed") && !given("stall") && !given("limit")) {
+    refuse("speed", "needs the effort at standstill, too: add `stall` or `limit`");
+  }
+  if (given("stall") && !given("speed")) {
+    refuse("stall", "bounds an effort that falls with speed: add `speed`, or say `limit`");
+  }
+}
+
+}  // namespace
 
 std::string ReadKind(MapReader* reader, const std::vector<std::string>& kinds) {
   reader->Require("kind");
@@ -52,6 +74,7 @@ void ReadEfforts(const YAML::Node& map, RobotDescription* robot) {
     element->parts.name = name;
     YamlFields fields(robot->model, reader, &robot->inputs, &element->parts);
     ReadEffort(kind, &fields);
+    CheckSpeedLimit(element->parts, *reader);
     robot->efforts.push_back(std::move(element));
   });
 }
