@@ -107,6 +107,7 @@ ContactMode InitialWord(ContactDynamics* dynamics, const VectorRef& x, ContactMo
   }
   WordConventions by;
   const ContactMode word = SelectWord(dynamics, x, contacts, kBorder, &by);
+  if (by.smallest) SelectWord(dynamics, x, contacts, kBorder);  // throws: no start decides
   const ContactMode begins = BeginInSpace(system, contacts.still, word);
   if (!begins.Empty()) OnsetDirections(dynamics, x, contacts, word, begins, kBorder);  // or throws
   return word;
