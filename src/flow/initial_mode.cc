@@ -164,7 +164,8 @@ ContactMode InitialMode(const MechanicalSystem& system, const VectorRef& x, cons
     }
     if (!(terms.gap(i) >= -options.gap_tolerance)) {
       Refuse("the gap of constraint '" + name + "'", terms.gap(i),
-             "not negative (the initial state penetrates)");
+             "not negative (the initial state penetrates: begin elsewhere, or give the "
+             "constraint another place)");
     }
     if (terms.gap(i) > options.gap_tolerance) continue;
     if (rate(i) < -options.speed_tolerance) {

@@ -12,6 +12,15 @@
 namespace contact_flow {
 namespace {
 
+/// Whether this is how angles, or a quaternion, are called.
+bool IsOfRotation(const std::string& ending) {
+  for (const char* name : {"roll", "pitch", "yaw", "qw", "qx", "qy", "qz", "wx", "wy", "wz", "r",
+                           "p", "rx", "ry", "rz"}) {
+    if (ending == name) return true;
+  }
+  return false;
+}
+
 /// Throws where what says how an effort falls with speed is given in part.
 void CheckSpeedLimit(const ElementParts& effort, const MapReader& reader) {
   const auto given = [&](const char* key) {
@@ -43,6 +52,21 @@ std::string ReadKind(MapReader* reader, const std::vector<std::string>& kinds) {
 void ReadNamed(const YAML::Node& map, const std::string& name,
                const std::vector<std::string>& names, double* values) {
   MapReader reader(map, name);
+  for (const std::string& key : reader.Keys()) {
+    const std::size_t end = key.rfind('_');
+    const auto known = [&](const std::string& part) {
+      const std::string other = key.substr(0, end) + part;
+      return std::find(names.begin(), names.end(), other) != names.end() ? other : "";
+    };
+    if (end == std::string::npos || !known(key.substr(end)).empty()) continue;
+    std::string parts;
+    for (const char* part : {"_qw", "_qx", "_qy", "_qz", "_wx", "_wy", "_wz"}) {
+      if (!known(part).empty()) parts += (parts.empty() ? "" : ", ") + known(part);
+    }
+    if (parts.empty() || !IsOfRotation(key.substr(end + 1))) continue;
+    throw std::invalid_argument(name + ": unknown key '" + key + "'; the orientation is " + parts +
+                                reader.Line(key));
+  }
   for (std::size_t k = 0; k < names.size(); ++k) reader.Read(names[k], &values[k]);
   reader.Finish();
 }
