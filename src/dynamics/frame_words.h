@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "contact_flow/dynamics/word_selection.h"
 
@@ -10,9 +11,14 @@ namespace contact_flow {
 /// The letters of a solution as a contact mode of the system.
 ContactMode ModeOfWord(const FrictionFrame& frame, const FrictionSolution& word);
 
-/// The word of accelerations, and for some contacts how they rise, or with what they press: a
-/// motion that could go on.
-std::string TellWord(const MechanicalSystem& system, const FrictionFrame& frame,
-                     const FrictionSolution& word, ContactMode contacts);
+/// The words of accelerations, and for some contacts how they rise, or with what they press:
+/// motions that could go on.
+std::string TellWords(const MechanicalSystem& system, const FrictionFrame& frame,
+                      const std::vector<FrictionSolution>& words, ContactMode contacts);
+
+/// Of words of several motions the one in which the contacts of `varying` have the letters of
+/// `before`, else that of the smallest forces.
+ContactMode ChooseWord(const FrictionFrame& frame, const std::vector<FrictionSolution>& words,
+                       ContactMode varying, ContactMode before);
 
 }  // namespace contact_flow

@@ -25,7 +25,6 @@ constexpr double kStrict = 1e-7;
 constexpr double kDependent = 1e-11;
 /// What accelerations of rows are known to, relative to those of the whole.
 constexpr double kRounding = 1e-13;
-
 /// What shrinks by so many roundings is no rounding of forces that are larger than their sum.
 constexpr double kNoticed = 1e3;
 
@@ -94,18 +93,19 @@ class Words {
         if (word.letters[k] != all.front().letters[k]) varying.Insert(frame_.constraints()[k]);
       }
     }
-    std::vector<ContactMode> fitting, lasting;
+    std::vector<FrictionSolution> fitting;
+    std::vector<ContactMode> lasting;
     std::vector<Trend> trends;
     for (const FrictionSolution& word : all) {
       Trend trend = TrendOf(word, varying, [&](const Slack& slack) {
         return slack.value < Nearly(slack.constraint);
       });
-      if (trend.growth > 0) fitting.push_back(ModeOf(word));
+      if (trend.growth > 0) fitting.push_back(word);
       if (trend.growth < -1) continue;
       lasting.push_back(ModeOf(word));
       trends.push_back(std::move(trend));
     }
-    if (fitting.size() == 1) return fitting.front();
+    if (fitting.size() == 1) return ModeOf(fitting.front());
     // Forces that vanish and stay: which of the words is told does not matter.
     if (SameMotion(trends)) return Simplest(lasting);
     // Feet that begin to slip in space together.
@@ -126,14 +126,14 @@ class Words {
         return *ahead;
       }
     }
-    std::string words;
-    for (const FrictionSolution& word : all) {
-      words += (words.empty() ? "" : ", ") + TellWord(system_, frame_, word, varying);
+    if (by != nullptr) {
+      by->smallest = true;
+      return ChooseWord(frame_, fitting.empty() ? all : fitting, varying, touching_.before);
     }
     Refuse(FrictionRefusal::Kind::kIndeterminate,
            (fitting.empty() ? "none of the words goes on to hold: "
                             : "several motions fit, each of which goes on: ") +
-               words);
+               TellWords(system_, frame_, all, varying));
   }
 
  private:

@@ -87,6 +87,7 @@ void FrictionalResolution::Decide() {
   const Vector rate = terms_.jacobian * v_plus;
   TouchingContacts contacts;
   contacts.slack = ForceSlack(&dynamics_, cluster);
+  if (cluster.activated.Empty()) contacts.before = cluster.mode_before;
   ContactMode leaving;
   for (int i : touching) {
     const bool bounced = cluster.activated.Contains(i) && system_.restitution()(i) > 0;
@@ -132,6 +133,7 @@ void FrictionalResolution::DecideInput() {
         std::abs(terms_.gap(i)) <= rules_.gap_tolerance && std::abs(rate_(i)) <= Rounding(i, v);
     if (mode.Contains(i) || touches) Sort(i, rate_, v, mode.Sticking(), &contacts);
   }
+  contacts.before = mode;
   SetLettersOrEndSlip(contacts);
   result_.transition.touching = result_.transition.mode_after.Members() - mode;
 }

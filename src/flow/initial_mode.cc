@@ -107,6 +107,7 @@ ContactMode InitialWord(ContactDynamics* dynamics, const VectorRef& x, ContactMo
   }
   WordConventions by;
   const ContactMode word = SelectWord(dynamics, x, contacts, kBorder, &by);
+  if (by.smallest) SelectWord(dynamics, x, contacts, kBorder);  // throws: no start decides
   const ContactMode begins = BeginInSpace(system, contacts.still, word);
   if (!begins.Empty()) OnsetDirections(dynamics, x, contacts, word, begins, kBorder);  // or throws
   return word;
@@ -163,7 +164,8 @@ ContactMode InitialMode(const MechanicalSystem& system, const VectorRef& x, cons
     }
     if (!(terms.gap(i) >= -options.gap_tolerance)) {
       Refuse("the gap of constraint '" + name + "'", terms.gap(i),
-             "not negative (the initial state penetrates)");
+             "not negative (the initial state penetrates: begin elsewhere, or give the "
+             "constraint another place)");
     }
     if (terms.gap(i) > options.gap_tolerance) continue;
     if (rate(i) < -options.speed_tolerance) {

@@ -95,9 +95,8 @@ MadeContacts UsualContacts(const RobotModel& model, const Vector& q, const std::
 }  // namespace
 
 double ReadFriction(const std::string& map, MapReader* reader) {
-  std::string text;
-  reader->Read("friction", &text);
-  if (text == "no_slip") return Friction::kNoSlip;
+  const YAML::Node node = reader->Child("friction");
+  if (node.IsScalar() && node.Scalar() == "no_slip") return Friction::kNoSlip;
   double coefficient = 0;
   try {
     reader->Read("friction", &coefficient);
@@ -108,7 +107,7 @@ double ReadFriction(const std::string& map, MapReader* reader) {
     throw std::invalid_argument(answer);
   }
   if (coefficient >= 0) return coefficient;
-  throw std::invalid_argument(map + "/friction is " + text +
+  throw std::invalid_argument(map + "/friction is " + node.Scalar() +
                               ", expected a number that is not negative, or no_slip" +
                               reader->Line("friction"));
 }

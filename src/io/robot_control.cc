@@ -10,6 +10,37 @@
 #include "robot_parts.h"
 
 namespace contact_flow {
+namespace {
+
+/// Whether this is how angles, or a quaternion, are called.
+bool IsOfRotation(const std::string& ending) {
+  for (const char* name : {"roll", "pitch", "yaw", "qw", "qx", "qy", "qz", "wx", "wy", "wz", "r",
+                           "p", "rx", "ry", "rz"}) {
+    if (ending == name) return true;
+  }
+  return false;
+}
+
+/// Throws where what says how an effort falls with speed is given in part.
+void CheckSpeedLimit(const ElementParts& effort, const MapReader& reader) {
+  const auto given = [&](const char* key) {
+    return std::any_of(effort.numbers.begin(), effort.numbers.end(), [&](const Parameter& number) {
+      return number.name == key && number.value < ElementFields::kUnlimited;
+    });
+  };
+  const auto refuse = [&](const char* key, const char* why) {
+    throw std::invalid_argument("efforts/" + effort.name + "/" + key + " " + why +
+                                reader.Line(key));
+  };
+  if (given("speed") && !given("stall") && !given("limit")) {
+    refuse("speed", "needs the effort at standstill, too: add `stall` or `limit`");
+  }
+  if (given("stall") && !given("speed")) {
+    refuse("stall", "bounds an effort that falls with speed: add `speed`, or say `limit`");
+  }
+}
+
+}  // namespace
 
 std::string ReadKind(MapReader* reader, const std::vector<std::string>& kinds) {
   reader->Require("kind");
@@ -21,6 +52,21 @@ std::string ReadKind(MapReader* reader, const std::vector<std::string>& kinds) {
 void ReadNamed(const YAML::Node& map, const std::string& name,
                const std::vector<std::string>& names, double* values) {
   MapReader reader(map, name);
+  for (const std::string& key : reader.Keys()) {
+    const std::size_t end = key.rfind('_');
+    const auto known = [&](const std::string& part) {
+      const std::string other = key.substr(0, end) + part;
+      return std::find(names.begin(), names.end(), other) != names.end() ? other : "";
+    };
+    if (end == std::string::npos || !known(key.substr(end)).empty()) continue;
+    std::string parts;
+    for (const char* part : {"_qw", "_qx", "_qy", "_qz", "_wx", "_wy", "_wz"}) {
+      if (!known(part).empty()) parts += (parts.empty() ? "" : ", ") + known(part);
+    }
+    if (parts.empty() || !IsOfRotation(key.substr(end + 1))) continue;
+    throw std::invalid_argument(name + ": unknown key '" + key + "'; the orientation is " + parts +
+                                reader.Line(key));
+  }
   for (std::size_t k = 0; k < names.size(); ++k) reader.Read(names[k], &values[k]);
   reader.Finish();
 }
@@ -52,6 +98,7 @@ void ReadEfforts(const YAML::Node& map, RobotDescription* robot) {
     element->parts.name = name;
     YamlFields fields(robot->model, reader, &robot->inputs, &element->parts);
     ReadEffort(kind, &fields);
+    CheckSpeedLimit(element->parts, *reader);
     robot->efforts.push_back(std::move(element));
   });
 }

@@ -143,8 +143,22 @@ void YamlFields::Number(const std::string& key, double otherwise, const char* un
                         const char* meaning, Range range) {
   if (std::isnan(otherwise)) reader_->Require(key);
   double value = otherwise;
-  reader_->Read(key, &value);
+  if (!ReadFromUrdf(key, &value)) reader_->Read(key, &value);
   Append(key, value, unit, meaning, range);
+}
+
+bool YamlFields::ReadFromUrdf(const std::string& key, double* value) const {
+  if ((key != "limit" && key != "speed") || !reader_->Has(key)) return false;
+  const YAML::Node node = reader_->Child(key);
+  if (!node.IsScalar() || node.Scalar() != "urdf") return false;
+  const std::string& joint = model_.coordinates[parts_->joints.front().q];
+  for (const RobotModel::JointTraits& traits : model_.traits) {
+    if (traits.name == joint) *value = key == "limit" ? traits.effort : traits.speed;
+  }
+  if (*value > 0 && *value < kUnlimited) return true;
+  throw std::invalid_argument(parts_->name + "/" + key + ": the URDF gives joint '" + joint +
+                              "' no largest " + (key == "limit" ? "effort" : "velocity") +
+                              reader_->Line(key));
 }
 
 void YamlFields::Vector(const std::string& key, const Vec3<double>& otherwise, const char* unit,

@@ -31,6 +31,8 @@ class YamlFields final : public ElementFields {
  private:
   /// Throws for one of no length.
   void CheckDirection(const std::string& key, const Vec3<double>& direction) const;
+  /// The `limit` or `speed` of an effort, where that is the word urdf: its joint's by the URDF.
+  bool ReadFromUrdf(const std::string& key, double* value) const;
   void Append(const std::string& key, double value, const char* unit, const char* meaning,
               Range range);
 

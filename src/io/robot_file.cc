@@ -21,7 +21,8 @@ void ReadConstraints(const YAML::Node& map, RobotDescription* robot) {
     for (const auto& other : robot->constraints) {
       if (other->parts.name != name) continue;
       throw std::invalid_argument("constraints/" + name +
-                                  " is made by `contacts` or `joints`, too: rename it");
+                                  " is made by `contacts` or `joints`, too: rename it" +
+                                  other->parts.where);
     }
     const std::string kind = ReadKind(reader, ConstraintKinds());
     std::unique_ptr<ConstraintElement> element = MakeConstraint(kind);

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <cmath>
+#include <sstream>
 #include <stdexcept>
 
 #include "contact_flow/nearest_name.h"
@@ -46,6 +48,18 @@ std::vector<Traits> Chosen(MapReader* reader, const std::string& key, const Robo
 }
 
 bool HasLimits(const Traits& joint) { return joint.limited && joint.lower < joint.upper; }
+
+/// Tells of stops of hinges that are many turns apart.
+void WarnOfDegrees(const Traits& joint, RobotModel* model) {
+  constexpr double kManyTurns = 8 * M_PI;
+  const double far = std::max(std::abs(joint.lower), std::abs(joint.upper));
+  if (far < kManyTurns || model->units[model->FindCoordinate(joint.name).q] != "rad") return;
+  std::ostringstream text;
+  text << "joints/limits: the URDF's range of '" << joint.name << "', " << joint.lower << " to "
+       << joint.upper << " rad, is of many turns: it may be in degrees";
+  model->warnings.push_back(text.str());
+}
+
 bool HasDamping(const Traits& joint) { return joint.damping > 0; }
 bool HasFriction(const Traits& joint) { return joint.friction > 0; }
 
@@ -82,6 +96,7 @@ JointChoices ReadJoints(const YAML::Node& map, RobotDescription* robot) {
       choices.constraints[joint.name + (upper ? "_upper" : "_lower")] = stop;
     }
     choices.limited.push_back(joint.name);
+    WarnOfDegrees(joint, &robot->model);
   }
   std::string without;
   for (const Traits& joint : model.traits) {

@@ -35,7 +35,7 @@ YAML::Node AddSoles(const YAML::Node& map, RobotModel* model) {
     try {
       link = model->FindLink(name);
     } catch (const std::invalid_argument& error) {
-      throw std::invalid_argument("soles: " + std::string(error.what()));
+      throw std::invalid_argument("soles: " + std::string(error.what()) + reader->Line(""));
     }
     const int foot = static_cast<int>(&model->FindLink(name) - model->links.data());
     const std::string sole = name + "_sole";

@@ -122,8 +122,15 @@ YAML::Node ReadTerrain(const YAML::Node& value, const std::string& folder) {
   if (value.IsScalar()) {
     const std::string file = value.Scalar();
     const std::string path = file.substr(0, 1) == "/" ? file : folder + file;
+    std::string text;
     try {
-      const YAML::Node read = ParseYamlDocument(ReadTextFile(path, kMaxTerrainBytes));
+      text = ReadTextFile(path, kMaxTerrainBytes);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument("terrain: " + std::string(error.what()) + " (line " +
+                                  std::to_string(value.Mark().line + 1) + ")");
+    }
+    try {
+      const YAML::Node read = ParseYamlDocument(text);
       if (!read.IsMap()) throw std::invalid_argument("it is not a map of names to surfaces");
       return ReadTerrain(read, folder);
     } catch (const YAML::Exception& error) {

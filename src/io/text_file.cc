@@ -20,6 +20,18 @@ namespace {
   throw std::invalid_argument(path + ": cannot be read: " + reason);
 }
 
+/// Throws where a line up to this one, counted from 0, is indented by a tab.
+void RefuseTabs(const std::string& text, int last) {
+  std::istringstream lines(text);
+  std::string line;
+  for (int k = 0; k <= last && std::getline(lines, line); ++k) {
+    const std::size_t indented = line.find_first_not_of(" \t");
+    if (indented == std::string::npos || line.find('\t') > indented) continue;
+    throw std::invalid_argument("line " + std::to_string(k + 1) +
+                                " is indented by a tab: YAML takes spaces alone");
+  }
+}
+
 /// Remembers where the last document began.
 class SecondDocument : public YAML::EventHandler {
  public:
@@ -79,12 +91,17 @@ YAML::Node ParseYamlDocument(const std::string& text) {
   std::istringstream stream(text);
   YAML::Parser parser(stream);
   SecondDocument look;
-  for (int document = 0; document < 2 && parser.HandleNextDocument(look); ++document) {
-    if (document == 0) continue;
-    throw std::invalid_argument("it holds more than one YAML document, the second about line " +
-                                std::to_string(look.line() + 1) + ": give one");
+  try {
+    for (int document = 0; document < 2 && parser.HandleNextDocument(look); ++document) {
+      if (document == 0) continue;
+      throw std::invalid_argument("it holds more than one YAML document, the second about line " +
+                                  std::to_string(look.line() + 1) + ": give one");
+    }
+    return YAML::Load(text);
+  } catch (const YAML::ParserException& error) {
+    RefuseTabs(text, error.mark.line);
+    throw;
   }
-  return YAML::Load(text);
 }
 
 }  // namespace contact_flow

@@ -91,6 +91,29 @@ TEST(FrictionRefusals, ASimulationSaysWhy) {
   }
 }
 
+/// Flies up to where its foot touches without speed, and would rise alone, or jam if it were
+/// pressed: two motions go on. Nothing presses it, so that it flies on, with a warning.
+TEST(FrictionRefusals, WhereSeveralMotionsGoOnTheSmallestForcesDo) {
+  const nlohmann::json json = Refusal("rod_indeterminate");
+  const auto system = test::MakeFrictionSystem(json);
+  const Vector touch = test::ToState(json["state"]);
+  const double g = 9.81, tau = 0.02;
+  const auto flight = [&](double t) {  // from touch
+    Vector x = touch;
+    x.head(3) += t * touch.tail(3);
+    x(1) -= 0.5 * g * t * t;
+    x(4) -= g * t;
+    return x;
+  };
+  const Trajectory run = Simulate(*system, flight(-tau), Vector::Zero(0), 2 * tau);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  EXPECT_LT((run.FinalState() - flight(tau)).cwiseAbs().maxCoeff(), 1e-8);
+  ASSERT_EQ(1u, run.transitions.size());
+  EXPECT_EQ(Outcome::kPainleveIndeterminate, run.transitions[0].obstacle.outcome);
+  EXPECT_EQ(Outcome::kPainleveIndeterminate, DifferentiateOutcome(*system, run).status.outcome);
+  EXPECT_THROW(Simulate(*system, touch, Vector::Zero(0), tau), std::invalid_argument);
+}
+
 /// An option that friction does not know is no option that is passed over.
 TEST(FrictionRefusals, ProjectionAsImpactLaw) {
   const test::FrictionCase c("bouncing_point");

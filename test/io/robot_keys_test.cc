@@ -315,6 +315,12 @@ TEST(RobotKeys, WhatIsLikelyAMistakeIsTold) {
   slides.replace(slides.rfind("\"-0.5\""), 6, "\"0.5\"");
   EXPECT_TRUE(told(Make(slides, yaml), "no stops for these joints, whose lower limit is not below "
                                        "the upper one: 't'"));
+  const std::string hinge =
+      Link("a", 1) +
+      "<joint name=\"h\" type=\"revolute\"><parent link=\"world\"/><child link=\"a\"/>"
+      "<limit lower=\"-90\" upper=\"90\" effort=\"1\" velocity=\"1\"/></joint>";
+  EXPECT_TRUE(told(Make(hinge, yaml), "'h', -90 to 90 rad, is of many turns"));
+  EXPECT_FALSE(told(Make(slides, yaml), "many turns"));
 }
 
 }  // namespace

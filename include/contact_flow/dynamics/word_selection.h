@@ -65,6 +65,8 @@ struct TouchingContacts {
   /// By constraint, what inequalities of accelerations may miss [m/s²]: of guards of forces that
   /// vanish here (ForceSlack). Words that miss by no more are decided by the rates. Empty for none.
   Vector slack;
+  /// The letters until now, unless an impact has come between: where several motions go on, theirs.
+  ContactMode before;
 };
 
 /// What decided a word beside the laws: a convention, that is to be told.
@@ -72,14 +74,16 @@ struct WordConventions {
   bool springs = false;  ///< how forces are shared decides: as equal springs would
   /// Several motions fit, none of which is known to go on: the only one that fits a little later.
   bool ahead = false;
-  bool smallest = false;  ///< several impulses end an impact: the smallest, pᵀ A M⁻¹ Aᵀ p
+  /// Several motions go on, or several impulses end an impact: that of the letters until now, else
+  /// the smallest forces, λᵀ A M⁻¹ Aᵀ λ.
+  bool smallest = false;
 };
 
 /// The contact mode of a state whose touching contacts rest in normal direction, (F4) for the
 /// accelerations. Where several words fit, because an inequality holds with equality within
 /// `border`, the one that goes on to hold: its inequalities of the contacts whose letters differ
-/// among the words grow along its own motion. Throws FrictionRefusal where none or several do.
-/// `by` tells what conventions decided; where nobody asks, that of springs is refused, too.
+/// among the words grow along its own motion. Throws FrictionRefusal where none do. `by` tells what
+/// conventions decided; where nobody asks, several motions are refused, and those of springs.
 ContactMode SelectWord(ContactDynamics* dynamics, const VectorRef& x,
                        const TouchingContacts& touching, double border,
                        WordConventions* by = nullptr);

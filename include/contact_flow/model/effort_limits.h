@@ -10,15 +10,15 @@
 namespace contact_flow {
 
 /// What a MechanicalSystem offers besides whose actuators saturate: an effort e that is kept within
-/// ± its limit. With r = e/limit before that, f is smooth where no |r| is 1. Where one passes 1
-/// f is continuous and its derivatives jump, so that the derivative of the motion through it is the
-/// product of those before and behind (the saltation matrix is the identity), whatever else passes
-/// at the same instant. Integrators end a step there.
+/// ± its limit, and below a line that falls with its joint's speed. With r = e/limit before that,
+/// or what else passes ±1 there, f is smooth where no |r| is 1. Where one passes 1 f is continuous
+/// and its derivatives jump: that of the motion is the product of those before and behind (the
+/// saltation matrix is the identity), whatever else passes then. Integrators end a step there.
 class EffortLimits {
  public:
   virtual ~EffortLimits() = default;
 
-  /// The names of those efforts that have a limit.
+  /// The names of those efforts that have a limit; NAME/speed of the speed of NAME's joint.
   virtual const std::vector<std::string>& limited_efforts() const = 0;
   /// r of each of them.
   virtual void EffortShares(const VectorRef& q, const VectorRef& v, const VectorRef& u,

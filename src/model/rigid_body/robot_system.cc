@@ -40,9 +40,15 @@ RobotSystem::RobotSystem(RobotDescription robot, const ParameterValues& values)
   for (const auto& element : robot_.efforts) {
     effort_geometry_.emplace_back(robot_.model.tree, element->parts);
     forces_on_points_ |= !element->parts.points.empty();
-    if (!std::isfinite(element->Limit())) continue;
-    limited_.push_back(static_cast<int>(effort_geometry_.size()) - 1);
-    limited_names_.push_back(element->parts.name);
+    const int index = static_cast<int>(effort_geometry_.size()) - 1;
+    if (element->HasLimit()) {
+      limited_.push_back({index, false});
+      limited_names_.push_back(element->parts.name);
+    }
+    if (element->HasSpeedLimit()) {
+      limited_.push_back({index, true});
+      limited_names_.push_back(element->parts.name + "/speed");
+    }
   }
   for (int i : robot_.switches) compliant_.Insert(i);
   contact_effort_ = !robot_.switches.empty();

@@ -91,12 +91,15 @@ void RobotSystem::EffortShares(const VectorRef& q, const VectorRef& v, const Vec
   CloseLoop(q, v, u, s);
   share->resize(static_cast<Eigen::Index>(limited_.size()));
   for (std::size_t k = 0; k < limited_.size(); ++k) {
-    const ElementGeometry& geometry = effort_geometry_[limited_[k]];
+    const auto [i, by_speed] = limited_[k];
+    const EffortElement& effort = *robot_.efforts[i];
+    const ElementGeometry& geometry = effort_geometry_[i];
     geometry.Place(s->state, q.data(), &s->motion);
     geometry.Move(s->state, v.data(), &s->motion);
-    TakeInputs(limited_[k], mode, s);
+    TakeInputs(i, mode, s);
+    const double *z = s->motion.z, *rate = s->motion.rate;
     (*share)(static_cast<Eigen::Index>(k)) =
-        robot_.efforts[limited_[k]]->Share(s->motion.z, s->motion.rate, s->u);
+        by_speed ? effort.SpeedShare(z, rate, s->u) : effort.Share(z, rate, s->u);
   }
 }
 

@@ -189,7 +189,10 @@ void ReadMimics(const urdf::ModelInterface& model, RobotModel* robot, Findings* 
     if (master == model.joints_.end()) {
       findings->errors.push_back(owner + " mimics '" + joint.mimic->joint_name + "': " +
                                  UnknownName("joint", joint.mimic->joint_name, names));
-    } else if (!IsSingle(joint) || joint.name == master->first) {
+    } else if (joint.name == master->first) {
+      findings->errors.push_back(owner + " mimics itself: leave its <mimic> out, or name the joint "
+                                         "that it follows");
+    } else if (!IsSingle(joint)) {
       findings->errors.push_back(owner + " mimics '" + master->first +
                                  "': only revolute and prismatic joints can follow another joint");
     } else if (!IsSingle(*master->second) && master->second->type != urdf::Joint::FIXED) {

@@ -29,10 +29,15 @@ class EffortElement {
   /// ∂e/∂(number k) [N].
   virtual void DifferentiateByNumber(const double* z, const double* rate, const double* u, int k,
                                      double* by_number) const = 0;
-  /// What |e₀| stays within [N or N·m]; infinite where it does not saturate.
-  virtual double Limit() const { return std::numeric_limits<double>::infinity(); }
-  /// e₀ over its limit, before it is kept within it.
+  /// Whether the effort e₀ itself is limited, and whether the speed of its joint limits it.
+  virtual bool HasLimit() const { return false; }
+  virtual bool HasSpeedLimit() const { return false; }
+  /// What passes ±1 where e₀ reaches these limits, and leaves them (see EffortOf).
   virtual double Share(const double* /*z*/, const double* /*rate*/, const double* /*u*/) const {
+    return 0;
+  }
+  virtual double SpeedShare(const double* /*z*/, const double* /*rate*/,
+                            const double* /*u*/) const {
     return 0;
   }
 };
@@ -43,10 +48,10 @@ struct FollowsReference : std::false_type {};
 template <class Kind>
 struct FollowsReference<Kind, std::void_t<decltype(Kind::kFollows)>> : std::true_type {};
 template <class Kind, class = void>
-struct LimitOf : std::integral_constant<int, -1> {};
+struct LimitsOf : std::integral_constant<int, -1> {};
 template <class Kind>
-struct LimitOf<Kind, std::void_t<decltype(Kind::kLimit)>>
-    : std::integral_constant<int, Kind::kLimit> {};
+struct LimitsOf<Kind, std::void_t<decltype(Kind::kLimits)>>
+    : std::integral_constant<int, Kind::kLimits> {};
 
 /// An element from a kind written once as a template. `Kind` provides (see effort/joint_spring.h):
 ///   kName                                     what YAML calls it
@@ -55,38 +60,50 @@ struct LimitOf<Kind, std::void_t<decltype(Kind::kLimit)>>
 ///   Effort(number, z, ż, u, e)                for any scalar
 ///   kFollows, if it follows a reference r: the last joint is the clock, on which e is zero; and u
 ///                                             goes on with r and ∂r/∂clock
-///   kLimit, if it saturates: the number that |e₀| stays within. e is continuous there, and where
-///                                             it passes the integrator ends a step (EffortLimits);
-///                                             for an effort that rests on it ∂e/∂u is no number
+///   kLimits, if it saturates: the first of ElementFields::Limits. With f the effort without them
+///                                             e₀ is f between the lines ± stall − stall q̇/speed,
+///                                             then within ± limit. e is continuous there, and
+///                                             where it passes the integrator ends a step
+///                                             (EffortLimits); for an effort that rests on one
+///                                             ∂e/∂u is no number
 template <class Kind>
 class EffortOf final : public EffortElement {
   static constexpr int N = 3 * Kind::kPoints + Kind::kJoints;
   static constexpr int U = Kind::kInputs;
   static constexpr bool kFollows = FollowsReference<Kind>::value;
-  static constexpr int kLimit = LimitOf<Kind>::value;
+  static constexpr int kLimits = LimitsOf<Kind>::value;
+  static constexpr double kUnlimited = ElementFields::kUnlimited;
+  enum class Place { kInside, kOn, kBeyond };  ///< of an effort beside two bounds
 
  public:
   void Evaluate(const double* z, const double* rate, const double* u, double* e) const override {
     double number[Kind::kNumbers];
     Free(z, rate, u, number, e);
-    Saturate(number, e);
+    Saturate(number, rate, e);
   }
 
-  double Limit() const override {
-    if constexpr (kLimit >= 0) {
-      const double limit = parts.numbers[kLimit].value;
-      if (limit < ElementFields::kUnlimited) return limit;
-    }
-    return EffortElement::Limit();
-  }
+  bool HasLimit() const override { return IsGiven(0); }
+  bool HasSpeedLimit() const override { return IsGiven(1); }
 
+  /// Of f between the lines: e₀ over its limit.
   double Share(const double* z, const double* rate, const double* u) const override {
-    if constexpr (kLimit >= 0) {
+    if constexpr (kLimits >= 0) {
       double number[Kind::kNumbers], e[N];
       Free(z, rate, u, number, e);
-      return e[0] / number[kLimit];
+      KeepBetweenLines(number, rate, e);
+      return e[0] / number[kLimits];
     }
     return EffortElement::Share(z, rate, u);
+  }
+  /// Of f within ± limit: e₀/stall + q̇/speed.
+  double SpeedShare(const double* z, const double* rate, const double* u) const override {
+    if constexpr (kLimits >= 0) {
+      double number[Kind::kNumbers], e[N];
+      Free(z, rate, u, number, e);
+      Keep(-number[kLimits], number[kLimits], e);
+      return e[0] / Stall(number) + rate[0] / number[kLimits + 1];
+    }
+    return EffortElement::SpeedShare(z, rate, u);
   }
 
   void Differentiate(const double* z, const double* rate, const double* u, double* e, double* by_z,
@@ -100,7 +117,7 @@ class EffortOf final : public EffortElement {
     Refer(Z[N - 1], u, W);
     Kind::Effort(number, Z, R, W, E);
     if (kFollows) E[N - 1] = S(0.0);
-    const bool at_limit = Saturate(number, E);
+    const bool at_limit = Saturate(number, R, E);
     for (int i = 0; i < N; ++i) {
       e[i] = E[i].value;
       for (int k = 0; k < N; ++k) by_z[i + k * N] = E[i].d[k];
@@ -122,7 +139,7 @@ class EffortOf final : public EffortElement {
     Refer(Z[N - 1], u, W);
     Kind::Effort(number, Z, R, W, E);
     if (kFollows) E[N - 1] = S(0.0);
-    Saturate(number, E);
+    Saturate(number, R, E);
     for (int i = 0; i < N; ++i) by_number[i] = E[i].d[0];
   }
 
@@ -140,15 +157,39 @@ class EffortOf final : public EffortElement {
       Kind::Effort(number, z, rate, u, e);
     }
   }
-  /// Keeps e₀ within its limit; whether it is right there.
+  /// Whether number k of its limits, if it has any, is one.
+  bool IsGiven(int k) const {
+    return kLimits >= 0 && parts.numbers[kLimits + k].value < kUnlimited;
+  }
+  /// The effort at standstill: `stall`, or the limit.
   template <class S>
-  static bool Saturate(const S* number, S* e) {
-    if constexpr (kLimit >= 0) {
-      const S &limit = number[kLimit], low = -limit;
-      if (e[0] < limit && low < e[0]) return false;
-      const bool inside = !(limit < e[0]) && !(e[0] < low);
-      e[0] = e[0] < S(0.0) ? low : limit;
-      return inside;
+  static const S& Stall(const S* number) {
+    const S& stall = number[kLimits + 2];
+    return stall < S(kUnlimited) ? stall : number[kLimits];
+  }
+  /// Keeps e₀ in [low, high]; where it was.
+  template <class S>
+  static Place Keep(const S& low, const S& high, S* e) {
+    if (e[0] < high && low < e[0]) return Place::kInside;
+    const bool beyond = high < e[0] || e[0] < low;
+    e[0] = low < e[0] ? high : low;
+    return beyond ? Place::kBeyond : Place::kOn;
+  }
+  template <class S>
+  static Place KeepBetweenLines(const S* number, const S* rate, S* e) {
+    if (!(number[kLimits + 1] < S(kUnlimited))) return Place::kInside;
+    const S& stall = Stall(number);
+    const S lost = stall * (rate[0] / number[kLimits + 1]);
+    return Keep(S(-stall - lost), S(stall - lost), e);
+  }
+  /// Keeps e₀ within its limits; whether it is right on one.
+  template <class S>
+  static bool Saturate(const S* number, const S* rate, S* e) {
+    if constexpr (kLimits >= 0) {
+      const Place line = KeepBetweenLines(number, rate, e);
+      const Place size = Keep(S(-number[kLimits]), number[kLimits], e);
+      return line == Place::kInside ? size == Place::kOn
+                                    : line == Place::kOn && size != Place::kBeyond;
     }
     return false;
   }

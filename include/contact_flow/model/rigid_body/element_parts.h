@@ -65,16 +65,19 @@ class ElementFields {
   virtual void Input(const std::string& key) = 0;
   virtual void Number(const std::string& key, double otherwise, const char* unit,
                       const char* meaning, Range range) = 0;
-  /// The number `limit` of an effort that saturates, by default beyond everything.
-  void Limit() {
+  /// The three numbers of an effort that saturates, by default beyond everything: the largest one,
+  /// the speed at which none is left, and the one at standstill, `limit` unless given.
+  void Limits() {
     Number("limit", kUnlimited, "N or N m", "largest effort, either way", Range::kPositive);
+    Number("speed", kUnlimited, "m/s or rad/s", "at which no effort is left", Range::kPositive);
+    Number("stall", kUnlimited, "N or N m", "effort at standstill", Range::kPositive);
   }
   static constexpr double kUnlimited = 1e100;
-  /// The three numbers of a proportional-derivative controller.
+  /// The numbers of a proportional-derivative controller.
   void Gains() {
     Number("stiffness", kRequired, "N/m or N m/rad", "proportional gain", Range::kNonNegative);
     Number("damping", 0, "N s/m or N m s/rad", "derivative gain", Range::kNonNegative);
-    Limit();
+    Limits();
   }
   /// Three numbers, key_x, key_y, key_z.
   virtual void Vector(const std::string& key, const Vec3<double>& otherwise, const char* unit,

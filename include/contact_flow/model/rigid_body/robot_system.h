@@ -115,7 +115,11 @@ class RobotSystem final : public MechanicalSystem, public EffortLimits {
   std::vector<const ConstraintElement*> all_constraints_;  // n unilateral, l bilateral
   std::vector<ElementGeometry> constraint_geometry_;
   std::vector<ElementGeometry> effort_geometry_;
-  std::vector<int> limited_;  // efforts that saturate
+  struct LimitedEffort {
+    int effort;
+    bool by_speed;
+  };
+  std::vector<LimitedEffort> limited_;
   std::vector<std::string> limited_names_;
   std::vector<int> slip_rows_;  // of every constraint; empty without friction
   bool constant_mass_ = false;

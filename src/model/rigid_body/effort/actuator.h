@@ -6,17 +6,17 @@
 namespace contact_flow {
 namespace effort {
 
-/// An input that drives a joint through a gear: e = gear u, within ± limit.
+/// An input that drives a joint through a gear: e = gear u, within its limits.
 struct Actuator {
   static constexpr const char* kName = "actuator";
-  static constexpr int kPoints = 0, kJoints = 1, kInputs = 1, kNumbers = 2;
-  static constexpr int kLimit = 1;
+  static constexpr int kPoints = 0, kJoints = 1, kInputs = 1, kNumbers = 4;
+  static constexpr int kLimits = 1;
 
   static void Read(ElementFields* fields) {
     fields->Joint("joint");
     fields->Input("input");
     fields->Number("gear", 1, "", "joint effort per input", Range::kAny);
-    fields->Limit();
+    fields->Limits();
   }
 
   template <class S>

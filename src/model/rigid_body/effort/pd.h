@@ -8,11 +8,11 @@ namespace effort {
 
 /// A proportional-derivative controller with references and feed-forward, all inputs:
 ///   e = stiffness (u_position − q) + damping (u_velocity − q̇) + u_feed_forward,
-/// within ± limit.
+/// within its limits.
 struct Pd {
   static constexpr const char* kName = "pd";
-  static constexpr int kPoints = 0, kJoints = 1, kInputs = 3, kNumbers = 3;
-  static constexpr int kLimit = 2;
+  static constexpr int kPoints = 0, kJoints = 1, kInputs = 3, kNumbers = 5;
+  static constexpr int kLimits = 2;
 
   static void Read(ElementFields* fields) {
     fields->Joint("joint");

@@ -7,11 +7,11 @@ namespace contact_flow {
 namespace effort {
 
 /// A proportional-derivative controller whose setpoint is an input:
-///   e = stiffness (u − q) − damping q̇,      within ± limit.
+///   e = stiffness (u − q) − damping q̇,      within its limits.
 struct Servo {
   static constexpr const char* kName = "servo";
-  static constexpr int kPoints = 0, kJoints = 1, kInputs = 1, kNumbers = 3;
-  static constexpr int kLimit = 2;
+  static constexpr int kPoints = 0, kJoints = 1, kInputs = 1, kNumbers = 5;
+  static constexpr int kLimits = 2;
 
   static void Read(ElementFields* fields) {
     fields->Joint("joint");

@@ -8,11 +8,11 @@ namespace effort {
 
 /// A proportional-derivative controller that follows a function of time r(t), t the robot's clock,
 /// with a feed-forward that is an input:
-///   e = stiffness (r − q) + damping (ṙ − q̇) + u,      within ± limit.
+///   e = stiffness (r − q) + damping (ṙ − q̇) + u,      within its limits.
 struct Track {
   static constexpr const char* kName = "track";
-  static constexpr int kPoints = 0, kJoints = 2, kInputs = 1, kNumbers = 3;
-  static constexpr int kLimit = 2;
+  static constexpr int kPoints = 0, kJoints = 2, kInputs = 1, kNumbers = 5;
+  static constexpr int kLimits = 2;
   static constexpr bool kFollows = true;
 
   static void Read(ElementFields* fields) {
