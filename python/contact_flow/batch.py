@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Many runs of one system at once, from states that are given."""
 import dataclasses
-from typing import Any, List, NamedTuple, Optional, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+BLOCK = 8192   #: runs; those that are left when Ctrl-C ends one are not begun
 
 
 class BatchEvent(NamedTuple):
@@ -46,6 +47,17 @@ class Batch:
         return "<Batch of %d runs, %d ok, %d lanes>" % (len(self), ok, self.width)
 
 
+def _joined(blocks: List[Dict[str, Any]]) -> Dict[str, Any]:
+    """Columns of several blocks of runs as those of all; what is no column is that of the first."""
+    joined = dict(blocks[0])
+    for name, column in blocks[0].items():
+        if isinstance(column, np.ndarray):
+            joined[name] = np.concatenate([block[name] for block in blocks])
+        elif isinstance(column, list):
+            joined[name] = [one for block in blocks for one in block[name]]
+    return joined
+
+
 def simulate_batch(system: Any, states: Any, duration: Optional[float] = None, inputs: Any = None,
                    threads: int = 1, lanes: str = "best", **options: Any) -> Batch:
     """Runs from the rows of `states` [runs × nq+d], each as System.simulate makes it.
@@ -54,7 +66,15 @@ def simulate_batch(system: Any, states: Any, duration: Optional[float] = None, i
     nor threads, changes a bit. Options are those of System.simulate. What simulate would refuse is an
     outcome "refused" of that run; ValueError for sizes and options.
     """
-    columns = system._simulate_batch(states, duration, inputs, threads, lanes, **options)
+    states = np.asarray(states) if isinstance(states, (list, tuple)) else states
+    inputs = np.asarray(inputs) if isinstance(inputs, (list, tuple)) else inputs
+    rows = len(states) if isinstance(states, np.ndarray) and states.ndim == 2 else 0
+    if rows <= BLOCK:
+        columns = system._simulate_batch(states, duration, inputs, threads, lanes, **options)
+    else:
+        own = isinstance(inputs, np.ndarray) and inputs.ndim == 2 and len(inputs) == rows   # of each run
+        columns = _joined([system._simulate_batch(states[k:k + BLOCK], duration, inputs[k:k + BLOCK] if own else inputs,
+                                                  threads, lanes, **options) for k in range(0, rows, BLOCK)])
     columns["events"] = [[BatchEvent(*event) for event in run] for run in columns["events"]]
     for name, kind in (("alone", bool), ("steps", int), ("field_evaluations", int)):
         columns[name] = np.array(columns[name], dtype=kind)

@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Batches from Python: against single runs, to the bit; numpy in and out; misuse."""
+import dataclasses
 import pickle
 import unittest
+import unittest.mock
 
 import numpy as np
 
@@ -49,6 +51,32 @@ class Batches(unittest.TestCase):
         self.assertIn("asked for", two.why)
         shared = trot.simulate_batch(states, 0.3, [0.01])
         np.testing.assert_array_equal(shared.final_state[1], trot.simulate(states[1], 0.3, [0.01]).final_state)
+
+    def test_blocks(self):
+        """Of two runs each: the same as at once; what Ctrl-C leaves is not begun."""
+        trot = cf.Model("steered_trot")
+        states, inputs = starts(trot, 5, 0.001), np.linspace(-0.02, 0.02, 5)[:, None]
+        for given in (inputs, inputs[0], None):
+            whole = trot.simulate_batch(states, 0.8, given)
+            with unittest.mock.patch("contact_flow.batch.BLOCK", 2):
+                parts = trot.simulate_batch(states, 0.8, given)
+            for field in dataclasses.fields(whole):
+                np.testing.assert_equal(getattr(parts, field.name), getattr(whole, field.name), field.name)
+        with unittest.mock.patch("contact_flow.batch.BLOCK", 2):
+            with self.assertRaisesRegex(ValueError, "inputs has 4 columns"):
+                trot.simulate_batch(states, 0.8, inputs[:4])
+        begun = []
+
+        class Interrupted:
+            def _simulate_batch(self, block, *rest):
+                begun.append(len(block))
+                if len(begun) == 2:
+                    raise KeyboardInterrupt
+                return trot._simulate_batch(block, *rest)
+
+        with unittest.mock.patch("contact_flow.batch.BLOCK", 2), self.assertRaises(KeyboardInterrupt):
+            cf.simulate_batch(Interrupted(), states, 0.1)
+        self.assertEqual([2, 2], begun)
 
     def test_pickles(self):
         batch = cf.Model("soft_biped").simulate_batch(starts(cf.Model("soft_biped"), 2))
