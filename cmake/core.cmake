@@ -9,10 +9,6 @@ endforeach()
 add_library(contact_flow ${CORE_SOURCES})
 add_library(contact_flow::contact_flow ALIAS contact_flow)
 target_compile_features(contact_flow PUBLIC cxx_std_17)
-if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-  # GCC makes calloc of a small vector that is allocated and set to zero; glibc's takes five times the instructions of malloc.
-  target_compile_options(contact_flow PRIVATE -fno-optimize-strlen)
-endif()
 target_include_directories(contact_flow PUBLIC
   $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
 target_include_directories(contact_flow PRIVATE ${PROJECT_SOURCE_DIR})   # headers of other rooms that are not installed
@@ -43,6 +39,11 @@ target_compile_definitions(contact_flow PUBLIC CONTACT_FLOW_HAVE_CLP=${CLP_FOUND
 if(CLP_FOUND)
   target_include_directories(contact_flow SYSTEM PRIVATE ${CLP_INCLUDE_DIRS})
   target_link_libraries(contact_flow PRIVATE ${CLP_LINK_LIBRARIES})
+endif()
+# GCC makes calloc of a small vector that is allocated and set to zero; glibc's takes five times the instructions of malloc.
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  file(GLOB sources CONFIGURE_DEPENDS src/dynamics/*.cc src/flow/*.cc)
+  set_property(SOURCE ${sources} APPEND PROPERTY COMPILE_OPTIONS -fno-optimize-strlen)
 endif()
 # Known to one file alone.
 set_source_files_properties(src/trajectory_optimization/ipopt_adapter.cc
