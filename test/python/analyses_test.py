@@ -41,6 +41,20 @@ class Orbits(unittest.TestCase):
                 self.assertIn(stability.certificate.test, repr(stability.certificate))
                 self.assertEqual(2, len(back.run.events))
 
+    def test_from_a_file_to_stability(self):
+        """A robot's run, its derivative, and the gait near it, in the fewest words."""
+        robot = cf.Robot(case.ROBOTS / "hopping_trot.yaml")
+        x0 = robot.nominal.x.copy()
+        run = robot.simulate(x0, duration=0.8, inputs=cf.Grid([0, 0.4], np.zeros((2, 0))))
+        self.assertEqual((200, 14), run.x(np.linspace(0, 0.8, 200)).shape)
+        self.assertEqual((2, True), (len(run.events[0].impulse), bool(run.status)))
+        B = run.derivative(by=["state", "inputs", "push"])
+        self.assertEqual(((14,), 2), (B(np.ones(15)).shape, len(B.pieces())))
+        self.assertGreater(B.radius(np.ones(15)).radius, 0)
+        orbit = robot.poincare(cf.Apex("base_z")).fixed_point(x0, free=["push"])
+        self.assertAlmostEqual(0.8, orbit.period, places=9)
+        self.assertTrue(orbit.stability(translation=["base_x"]).stable)
+
     def test_finds_the_trot(self):
         system, x = trot("hopping_trot_stable")
         wanted = system.parameters
