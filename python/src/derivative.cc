@@ -6,6 +6,8 @@
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/cluster_reading.h"
 #include "contact_flow/derivative/finite_difference.h"
+#include "contact_flow/derivative/measured_errors.h"
+#include "convert.h"
 #include "directions.h"
 #include "unlocked.h"
 
@@ -179,6 +181,13 @@ py::list Modes(const Derivative& d, const py::object& w) {
   return ToNames(Quickly(d, [&] { return d.map.PerturbedModes(direction); }), d.run->description());
 }
 
+/// The error of B(w), by a second run.
+Vector ErrorAlong(const Derivative& d, const Vector& w) {
+  const Run& r = *d.run;
+  return MeasuredErrors(d.system(), r.x0, r.inputs, r.duration, r.options, r.trajectory, d.map)
+      .Along(w);
+}
+
 QuotientReport Compare(const Derivative& d, const py::object& w,
                        const std::vector<double>& alphas) {
   CheckExists(d);
@@ -194,7 +203,7 @@ QuotientReport Compare(const Derivative& d, const py::object& w,
   return Alone(d, [&] {
     return CompareWithQuotients(d.system(), factory, d.map.options.variables, run.x0, run.inputs,
                                 run.duration, direction, d.map(direction), alphas, run.options,
-                                d.map.Error(direction).cwiseAbs().maxCoeff());
+                                ErrorAlong(d, direction).maxCoeff());
   });
 }
 
@@ -265,10 +274,9 @@ void BindDerivative(py::module_* module) {
           "error",
           [](const Derivative& d, const py::object& w) {
             CheckExists(d);
-            const Vector direction = ToAdmitted(d, w);
-            return Quickly(d, [&] { return d.map.Error(direction); });
+            return Alone(d, [&, w = ToAdmitted(d, w)] { return ErrorAlong(d, w); });
           },
-          py::arg("w"), "Estimated error of B(w) [2d], absolute.")
+          py::arg("w"), "Error of B(w) [2d], absolute, measured by a second, finer run.")
       .def("perturbed_modes", &Modes, py::arg("w"),
            "Names of the contacts that hold on each arc of the run perturbed along w.")
       .def("radius", &Radius, py::arg("w"), "How far along w it holds, as a ValidityRadius.")

@@ -22,15 +22,14 @@ constexpr std::size_t kStepsOfPart = 8, kMostParts = 8;
 /// Distance of the quotients of Jacobians: so many times the error, no further than this part of
 /// 1 + |x|.
 constexpr double kMagnified = 1e4, kStep = 1e-5;
+constexpr double kLastPart = 1.0 / 16;  // of an arc: accelerations there are those at its end
 /// An error that is estimated as ε, relative, is about kOrder ε^{9/8}; of one step at least this.
 constexpr double kOrder = 5, kRounding = 4e-16;
 /// Calibrated in test/derivative/error_calibration_test.cc: true errors stay below the estimates in
 /// 99 % of the runs. The first: of the state; the second: of propagators as collocation estimates
 /// them, which is no better than a part of its tolerance where it is not exact.
-constexpr double kStateSafety = 1.2;
-constexpr double kPropagatorSafety = 6;
+constexpr double kStateSafety = 1.2, kPropagatorSafety = 6, kStopSafety = 2;
 constexpr double kExact = 1e-13, kSharpest = 0.03;
-constexpr double kStopSafety = 2;
 
 /// Signs that repeat to the bit: of entry i in the place `site` for one probe.
 double Sign(int probe, std::size_t site, Eigen::Index i) {
@@ -85,22 +84,29 @@ Vector ArcError(const Arc& arc) {
   return error;
 }
 
-/// The part of a transition's speeds of approach that errors e [2d+k] of the state leave unknown.
-double RelativeRateError(const MechanicalSystem& system, const Transition& transition,
-                         const Probes& errors) {
+/// The part of a transition's speeds of approach ȧ that errors e [2d+k] of the state leave unknown:
+///   δȧ = Da δv + D(Da v) δq + ä δt,   δt = −Da δq / ȧ,
+/// with the acceleration over the last part of the arc before it.
+double RelativeRateError(const MechanicalSystem& system, const Arc& arc,
+                         const Transition& transition, const Probes& errors) {
   const int d = system.dof(), nq = system.num_positions();
   const Vector q = transition.x_minus.head(nq), v = transition.x_minus.tail(d);
   ConstraintTerms terms;
   system.Constraints(q, v, &terms);
   ResidualJacobian residual;
   system.DifferentiateImpact(q, Vector::Zero(d), Vector::Zero(terms.gap.size()), v, &residual);
+  const double part = kLastPart * (arc.t_end - arc.t_begin);
+  Vector x = transition.x_minus;
+  if (part > 0) arc.dense.Evaluate(arc.t_end - part, x.data());
+  const Vector acceleration = (v - x.tail(d)) / std::max(part, kRounding);
   double largest = 0;
   for (int i : transition.activated | transition.switched) {
-    const double speed = terms.jacobian.row(i).dot(v);
+    const auto row = terms.jacobian.row(i);
+    const double speed = row.dot(v), bend = row.dot(acceleration) + terms.bias(i);
     double squared = 0;
     for (const Vector& e : errors) {
-      const double error =
-          terms.jacobian.row(i).dot(e.segment(d, d)) + residual.constraint_q.row(i).dot(e.head(d));
+      const double error = row.dot(e.segment(d, d)) + residual.constraint_q.row(i).dot(e.head(d)) -
+                           bend * row.dot(e.head(d)) / speed;
       squared += error * error;
     }
     largest = std::max(largest, std::sqrt(squared / kProbes) / std::abs(speed));
@@ -287,20 +293,21 @@ void EstimateErrors(const Trajectory& trajectory, std::size_t first,
   derivative->part_bends.clear();
   for (std::size_t k = 0; k < derivative->arcs.size(); ++k) {
     AskBudget();
+    const Matrix& Phi = derivative->arcs[k];
     errors.PassArc(k, [&](Probes* probes) {
-      for (Vector& probe : *probes) Carry(derivative->arcs[k], &probe, &buffer);
+      for (Vector& probe : *probes) Carry(Phi, &probe, &buffer);
     });
     const Vector e = Signed(0, 4 * k, RootMeanSquare(errors.probes()).head(tangents));
     derivative->part_errors.push_back(propagator_errors[k]);
-    derivative->part_bends.push_back(PropagatorChange(
-        dynamics[k].get(), trajectory.arcs[first + k], derivative->arcs[k], e));
+    const Arc& arc = trajectory.arcs[first + k];
+    derivative->part_bends.push_back(PropagatorChange(dynamics[k].get(), arc, Phi, e));
     if (k + 1 == derivative->arcs.size()) break;
     if (derivative->events[k].absorbed()) {  // one with that before
       derivative->part_errors.push_back(0);
       continue;
     }
     const Transition& transition = derivative->events[k].transition();
-    derivative->part_errors.push_back(RelativeRateError(system, transition, errors.probes()) +
+    derivative->part_errors.push_back(RelativeRateError(system, arc, transition, errors.probes()) +
                                       TimeOfSlipLeft(dynamics[k].get(), transition));
     const Status order = errors.PassEvent(k, resets[k]);
     if (!order.ok()) derivative->status = order;
@@ -315,7 +322,8 @@ void EstimateErrors(const Trajectory& trajectory, std::size_t first,
 Status CheckOrders(const Trajectory& trajectory,
                    const std::vector<std::shared_ptr<ContactDynamics>>& dynamics,
                    const BDerivative& derivative, const ArcProduct& carry, Vector* state_error) {
-  const int tangents = 2 * dynamics.front()->system().dof();
+  const MechanicalSystem& system = dynamics.front()->system();
+  const int tangents = 2 * system.dof();
   const Eigen::Index size = tangents + dynamics.front()->num_variables();
   StateErrors errors(trajectory, 0, dynamics, derivative.events, size);
   Status status;

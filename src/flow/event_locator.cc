@@ -117,6 +117,26 @@ void EventLocator::SampleForces(double theta, ContactMode set, double* value) {
   for (int g : set) value[g] = guards_.OfForce(g, *dynamics_);
 }
 
+ContactMode EventLocator::Low(const GapSample& begin) const {
+  ContactMode low;
+  for (int i = 0; i < dynamics_->system().num_constraints(); ++i) {
+    if (std::abs(begin.gap(i)) <= floor_) low.Insert(i);
+  }
+  return low;
+}
+
+/// The gaps that fall below −floor behind the step, to second order.
+ContactMode EventLocator::FallingOn(ContactMode gaps) const {
+  ContactMode falling;
+  for (int i : gaps) {
+    const double sign = GapSign(i), gap = sign * end_->gap(i), rate = sign * end_->rate(i);
+    const double bend = sign * end_->acceleration(i);
+    if (!(gap < 0) || !(rate < 0)) continue;
+    if (bend <= 0 || gap - rate * rate / (2 * bend) < -floor_) falling.Insert(i);
+  }
+  return falling;
+}
+
 /// The gaps that may vanish in the step, or set a margin.
 ContactMode EventLocator::OpenGaps(bool free) const {
   const GapSample &begin = *begin_, &end = *end_;
@@ -158,8 +178,9 @@ void EventLocator::SearchGaps(ContactMode gaps, bool free, LocatedEvent* event) 
       floors_(i) = std::max(floor_, kGapRounding * size * terms_.jacobian.row(i).lpNorm<1>());
     }
   }
-  search_.Run({gaps, floors_.data(), true, !affine_, pieces, kMaxGapSamples, false}, &margins_.gap,
-              event);
+  search_.Run({gaps, floors_.data(), true, !affine_, pieces, kMaxGapSamples, false, FallingOn(gaps),
+               margins_.low},
+              &margins_.gap, event);
   margins_.piece = std::min(h * search_.finest(), 2 * margins_.piece);
   if (search_.samples() > kBusy * kMaxGapSamples) {
     event->growth = std::min(event->growth, kBusyGrowth);
@@ -184,7 +205,12 @@ void EventLocator::SearchForces(ContactMode members, LocatedEvent* event) {
     break;
   }
   if (members.Empty()) return;
-  search_.Run({members, floors_.data(), false, false, kForcePieces, kMaxForceSamples, true},
+  ContactMode falling;
+  for (int g : members) {
+    if (ForceAtBegin(g) > floors_(g)) falling.Insert(g);
+  }
+  search_.Run({members, floors_.data(), false, false, kForcePieces, kMaxForceSamples, true, falling,
+               members},
               &margins_.force, event);
 }
 
@@ -216,6 +242,9 @@ LocatedEvent EventLocator::Locate(Stepper* stepper, ContactMode mode, const GapS
     seen_ = places_->stages;
     if (free) ProbeForces(places_->stages, places_->later + StagePlaces::kProbes);
     if (!ScreenForces(free, &forces, &pull, &event)) return event;
+  }
+  for (int i : margins_.low) {
+    if (GapSign(i) * begin.gap(i) > floor_) margins_.low.Erase(i);
   }
   const ContactMode gaps = OpenGaps(free);
   if (!gaps.Empty()) SearchGaps(gaps, free, &event);

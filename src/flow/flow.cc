@@ -107,6 +107,7 @@ void Flow::BeginArc() {
   locator_.BeginArc();
   stepper_->Begin(x_);
   SampleGaps(system_, x_, dynamics_.acceleration(), &terms_, &gaps_begin_);
+  guard_margins_.low = locator_.Low(gaps_begin_);
   FindImplied();
   drifts_ = Drifts();
   WarnOfSharedForces();

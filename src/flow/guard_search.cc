@@ -217,7 +217,10 @@ bool GuardSearch::Settle(int i, int middle, int end, bool last) {
 void GuardSearch::SearchHalf(int i, const Node& begin, const Node& end, double lower_bound) {
   const double floor = query_->floor[i];
   const bool dips = begin.rate < 0 && end.rate > 0;
-  if (end.value >= -floor && (!dips || lower_bound > std::max(kTouchReach * floor, *margin_))) {
+  // A guard below zero by less than this has not vanished.
+  const bool falls_on = end.theta == 1 && end.rate < 0 && query_->falling.Contains(i);
+  const double least = falls_on ? kStandsStill * floor : floor;
+  if (end.value >= -least && (!dips || lower_bound > std::max(kTouchReach * floor, *margin_))) {
     return;
   }
   const auto value_at = [&](double theta) { return ValueAt(i, theta); };
@@ -227,12 +230,13 @@ void GuardSearch::SearchHalf(int i, const Node& begin, const Node& end, double l
     turn = Root(rate_at, begin.theta, end.theta, begin.rate, end.rate);
     value_turn = value_at(turn);
   }
-  const bool dip = dips && begin.value > floor && begin.value - value_turn > kStandsStill * floor;
+  const bool falls = begin.value > floor && begin.value - value_turn > kStandsStill * floor;
+  const bool dip = dips && (falls || !query_->low.Contains(i));
   double left = begin.theta, value_left = begin.value;
   const double stops[2] = {turn, end.theta};
   const double values[2] = {value_turn, end.value};
   for (int part = 0; part < 2; ++part) {
-    if (values[part] < -floor) {
+    if (values[part] < -least) {
       if (value_left > 0 && VanishesLater(i, left, stops[part])) return;
       const double root =
           value_left <= 0 ? left : Root(value_at, left, stops[part], value_left, values[part]);

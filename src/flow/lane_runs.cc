@@ -156,6 +156,7 @@ bool LaneRuns::BeginArc(int k) {
   starter_.Begin(run.x);
   force_ = dynamics_.force().head(n_);
   SampleGaps(system_, run.x, dynamics_.acceleration(), &terms_, &run.begin);
+  run.margins.low = locator_.Low(run.begin);
   Write(run.x.data(), 2 * d_, arrays_.x, k);
   if (Implies(run) || Drifts(k)) return false;
   run.h = kFirstStep * starter_.GuessStep(options_.relative_tolerance, options_.absolute_tolerance);

@@ -249,6 +249,8 @@ double Radau::EstimateError(double h, double relative_tolerance, double absolute
         absolute_tolerance + relative_tolerance * std::max(std::abs(x_(i)), std::abs(x_end_(i)));
     sum += (errors_(i) / scale) * (errors_(i) / scale);
   }
+  // And what is left of the iteration, which the length of the step does not make smaller.
+  errors_ += contraction_ * change_.col(s - 1).cwiseAbs();
   return std::sqrt(sum / n_);
 }
 

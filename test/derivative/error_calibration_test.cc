@@ -1,135 +1,56 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The errors that a derivative estimates of its run and of itself, against the true ones: of the
-// same run at tolerances a thousand times as tight and more. All models at random states, and
-// forces that act on a small part of the way.
+// same run at tolerances ten thousand times as tight. Models at random states, by every law and
+// method and by all variables, simultaneous touchdowns, and gusts on a small part of the way.
+#include "test/derivative/error_calibration.h"
+
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <functional>
 #include <memory>
+#include <numeric>
 #include <random>
-#include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "contact_flow/derivative/b_derivative.h"
-#include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
 #include "test/derivative/localized_forces.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr int kSeeds = 6;
-/// Errors below these, relative to 1 + the largest entry, are rounding, as are their references'.
-constexpr double kStateRounding = 2e-14, kDerivativeRounding = 1e-13;
-/// A reference that changes by more than this part of the error, when made ten times looser, does
-/// not tell it.
-constexpr double kSure = 0.3;
-
-struct Tally {
-  int count = 0, below = 0, far = 0;
-  void Add(double estimate, double error, double rounding) {
-    ++count;
-    estimate = std::max(estimate, rounding);
-    error = std::max(error, rounding);
-    below += estimate < error;
-    far += estimate > 100 * error;
-  }
-  void Print(const char* name) const {
-    std::printf("%s: %d errors, %d above the estimate, %d a hundred times below it\n", name, count,
-                below, far);
-  }
-};
-
-double Size(const Vector& x) { return x.cwiseAbs().maxCoeff(); }
-
-class Calibration {
- public:
-  Tally state, derivative;
-  int skipped = 0;
-
-  void Add(const MechanicalSystem& system, const Vector& x, const Vector& u, double duration,
-           double tolerance, double max_step, unsigned seed) {
-    try {
-      const Run run(system, x, u, duration, tolerance, max_step, std::min(1e-9, tolerance));
-      const Run fine(system, x, u, duration, std::max(1e-13, 1e-4 * tolerance), max_step, 1e-13);
-      const Run check(system, x, u, duration, std::max(1e-12, 1e-3 * tolerance), max_step, 1e-12);
-      const bool same = run.trajectory.ModeSequence() == fine.trajectory.ModeSequence() &&
-                        check.trajectory.ModeSequence() == fine.trajectory.ModeSequence();
-      if (!same || !run.B.status.ok() || !fine.B.status.ok() || !check.B.status.ok()) {
-        ++skipped;
-        return;
-      }
-      const Vector end = fine.trajectory.FinalState();
-      const auto apart = [&](const Run& other) {
-        return Size(system.Separation(other.trajectory.FinalState(), end));
-      };
-      const double rounding = kStateRounding * (1 + Size(end));
-      if (apart(check) <= std::max(kSure * apart(run), rounding)) {
-        state.Add(Size(run.B.trust.state_error), apart(run), rounding);
-      }
-      std::mt19937 random(seed);
-      std::normal_distribution<double> normal;
-      for (int k = 0; k < 2; ++k) {
-        Vector w(2 * system.dof());
-        for (double& entry : w) entry = normal(random);
-        w = ProjectAdmissible(system, x, run.trajectory.arcs[0].mode, w);
-        const Vector exact = fine.B(w);
-        const double error = Size(run.B(w) - exact), noise = Size(check.B(w) - exact);
-        const double units = kDerivativeRounding * (1 + Size(exact));
-        if (noise > std::max(kSure * error, units)) continue;
-        derivative.Add(Size(run.B.Error(w)), error, units);
-      }
-    } catch (const std::logic_error&) {  // inadmissible states and directions
-      ++skipped;
-    }
-  }
-
- private:
-  struct Run {
-    Run(const MechanicalSystem& system, const Vector& x, const Vector& u, double duration,
-        double tolerance, double max_step, double tangents) {
-      SimulateOptions options;
-      options.relative_tolerance = options.absolute_tolerance = tolerance;
-      options.max_step = max_step;
-      trajectory = Simulate(system, x, u, duration, options);
-      BDerivativeOptions derivative;
-      derivative.tolerance = tangents;
-      B = DifferentiateOutcome(system, trajectory, derivative);
-    }
-    Trajectory trajectory;
-    BDerivative B;
-  };
-};
+using test::Calibration;
+using test::CalibrationCase;
 
 constexpr double kTolerances[] = {1e-6, 1e-8, 1e-10};
 
-void AddModels(Calibration* calibration) {
+/// All models from random states near their nominal ones, `spread` away.
+void AddModels(int seeds, double spread, const std::function<void(CalibrationCase*)>& change,
+               Calibration* calibration) {
   for (const std::string& name : ModelNames()) {
     const auto system = MakeModel(name);
     const NominalRun& nominal = system->nominal();
     const ContactMode mode = InitialMode(*system, nominal.x, nominal.u);
-    for (unsigned seed = 0; seed < kSeeds; ++seed) {
+    for (int seed = 0; seed < seeds; ++seed) {
       std::mt19937 random(seed * 101 + 7);
       std::normal_distribution<double> normal;
       Vector w(2 * system->dof());
-      for (double& entry : w) entry = 0.05 * normal(random);
-      const Vector x = system->Perturb(nominal.x, ProjectAdmissible(*system, nominal.x, mode, w));
-      const double duration =
-          nominal.duration * (0.5 + static_cast<double>(random() % 1000) / 1000);
-      for (double tolerance : kTolerances) {
-        calibration->Add(*system, x, nominal.u, duration, tolerance, 0, seed);
-      }
+      for (double& entry : w) entry = spread * normal(random);
+      CalibrationCase c;
+      c.system = system.get();
+      c.x = system->Perturb(nominal.x, ProjectAdmissible(*system, nominal.x, mode, w));
+      c.input = InputSchedule::Constant(nominal.u);
+      c.duration = nominal.duration * (0.5 + static_cast<double>(random() % 1000) / 1000);
+      change(&c);
+      for (double tolerance : kTolerances) calibration->Add(c, tolerance, seed);
     }
   }
 }
 
 /// One to three gusts of a hundredth to a third of a metre, in one to three coordinates.
-void AddLocalizedForces(Calibration* calibration) {
-  for (unsigned seed = 0; seed < 6 * kSeeds; ++seed) {
+void AddLocalizedForces(int seeds, Calibration* calibration) {
+  for (int seed = 0; seed < seeds; ++seed) {
     std::mt19937 random(seed * 7919 + 1);
     const auto uniform = [&](double low, double high) {
       return low + (high - low) * static_cast<double>(random()) / 4294967296.0;
@@ -139,9 +60,12 @@ void AddLocalizedForces(Calibration* calibration) {
     for (int i = 0; i < d; ++i) {
       for (int j = 0; j < 2 * d; ++j) L(i, j) = uniform(-1, 1) * (j < d ? 3 : 0.5);
     }
-    Vector x(2 * d);
-    for (double& entry : x) entry = uniform(-1, 1);
-    const double duration = uniform(0.3, 0.8);
+    CalibrationCase c;
+    c.x = Vector(2 * d);
+    for (double& entry : c.x) entry = uniform(-1, 1);
+    c.input = InputSchedule::Constant(Vector(0));
+    c.duration = uniform(0.3, 0.8);
+    c.options.max_step = c.reference.max_step = c.duration / 50;
     std::vector<test::LocalizedForces::Term> gusts(1 + random() % 3);
     for (auto& gust : gusts) {
       gust.amplitude = uniform(1, 30);
@@ -153,37 +77,64 @@ void AddLocalizedForces(Calibration* calibration) {
       gust.centre = Vector::Constant(1, uniform(-1, 1));
     }
     const test::LocalizedForces system(ConfigurationSpace(d), -9.81 * Vector::Unit(d, 0), L, gusts);
-    for (double tolerance : kTolerances) {
-      calibration->Add(system, x, Vector(0), duration, tolerance, duration / 50, seed);
-    }
+    c.system = &system;
+    for (double tolerance : kTolerances) calibration->Add(c, tolerance, seed);
   }
 }
 
-/// 99 % below the estimate; "rarely a hundred times below" is one in twenty for states. For
-/// derivatives it is one in three: collocation converges in leaps, an order more or a step less is
-/// a factor of 1e2 and more in its error, but not in what can be estimated of it.
-TEST(ErrorCalibration, TrueErrorsAreBelowTheEstimates) {
-  Calibration models, gusts;
-  AddModels(&models);
-  AddLocalizedForces(&gusts);
-  models.state.Print("models, state");
-  models.derivative.Print("models, derivative");
-  gusts.state.Print("gusts, state");
-  gusts.derivative.Print("gusts, derivative");
-  std::printf("skipped: %d and %d\n", models.skipped, gusts.skipped);
-  Tally state = models.state, derivative = models.derivative;
-  for (const auto& [sum, more] :
-       {std::pair(&state, &gusts.state), std::pair(&derivative, &gusts.derivative)}) {
-    sum->count += more->count;
-    sum->below += more->below;
-    sum->far += more->far;
-  }
-  EXPECT_GT(state.count, 200);
-  EXPECT_GT(derivative.count, 400);
-  EXPECT_LE(state.below, state.count / 100);
-  EXPECT_LE(derivative.below, derivative.count / 100);
-  EXPECT_LE(state.far, state.count / 20);
-  EXPECT_LE(derivative.far, derivative.count / 3);
+void ByAllVariables(CalibrationCase* c) {
+  c->variables.inputs = true;
+  c->variables.parameters.resize(c->system->description().parameters.size());
+  std::iota(c->variables.parameters.begin(), c->variables.parameters.end(), 0);
+}
+
+TEST(ErrorCalibration, OfModels) {
+  Calibration c("models");
+  AddModels(
+      6, 0.05, [](CalibrationCase*) {}, &c);
+  c.Expect(400);
+}
+
+TEST(ErrorCalibration, OfSimultaneousTouchdowns) {
+  Calibration c("nominal runs");
+  AddModels(
+      3, 0, [](CalibrationCase*) {}, &c);
+  c.Expect(200);
+}
+
+TEST(ErrorCalibration, ByInputsAndParameters) {
+  Calibration c("variables");
+  AddModels(3, 0.05, ByAllVariables, &c);
+  c.Expect(200);
+}
+
+TEST(ErrorCalibration, ByProjection) {
+  Calibration c("projection");
+  AddModels(
+      3, 0.05,
+      [](CalibrationCase* run) {
+        run->options.impact_law = run->reference.impact_law = ImpactLaw::kProjection;
+      },
+      &c);
+  c.Expect(200);
+}
+
+TEST(ErrorCalibration, OfTheImplicitMethod) {
+  Calibration c("implicit");
+  AddModels(
+      3, 0.05,
+      [](CalibrationCase* run) {
+        run->options.method = IntegrationMethod::kImplicit;
+        run->reference.method = IntegrationMethod::kExplicit;
+      },
+      &c);
+  c.Expect(200);
+}
+
+TEST(ErrorCalibration, OfGusts) {
+  Calibration c("gusts");
+  AddLocalizedForces(60, &c);
+  c.Expect(200);
 }
 
 }  // namespace

@@ -3,16 +3,15 @@
 // CONTACT_FLOW_DROPS=200 drops that many of each.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <map>
-#include <random>
 #include <string>
 #include <vector>
 
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
+#include "test/model/random_drop.h"
 
 namespace contact_flow {
 namespace {
@@ -20,27 +19,6 @@ namespace {
 int NumDrops() {
   const char* asked = std::getenv("CONTACT_FLOW_DROPS");
   return asked != nullptr ? std::atoi(asked) : 8;
-}
-
-/// The state with the lowest contact point up to 0.5 m above the ground; every fourth is level, the
-/// others are tilted by up to 0.5 rad about any horizontal axis, with up to 0.1 rad on each joint.
-Vector RandomDrop(const MechanicalSystem& system, int seed) {
-  std::mt19937 generator(seed);
-  std::uniform_real_distribution<double> uniform(-1, 1);
-  const int nq = system.num_positions(), d = system.dof();
-  const double height = 0.25 * (1 + uniform(generator));
-  const double tilt = 0.5 * std::abs(uniform(generator)), heading = M_PI * uniform(generator);
-  Vector w = Vector::Zero(2 * d);
-  if (seed % 4 != 0) {
-    w(3) = tilt * std::cos(heading);
-    w(4) = tilt * std::sin(heading);
-    for (int j = 6; j < d; ++j) w(j) = 0.1 * uniform(generator);
-  }
-  Vector x = system.Perturb(system.nominal().x, w);
-  ConstraintTerms terms;
-  system.Constraints(x.head(nq), x.tail(d), &terms);
-  x(2) += height - terms.gap.minCoeff();
-  return x;
 }
 
 /// How deep contacts are at most, every millisecond.
@@ -55,14 +33,10 @@ double Deepest(const MechanicalSystem& system, const Trajectory& run) {
   return deepest;
 }
 
-std::string YamlOf(const std::string& robot) {
-  return std::string(CONTACT_FLOW_TEST_DATA) + "/drop_" + robot + ".yaml";
-}
-
 class Drops : public testing::TestWithParam<const char*> {};
 
 TEST_P(Drops, RunToTheirEnd) {
-  const auto system = LoadRobot(YamlOf(GetParam()));
+  const auto system = LoadRobot(DropFile(GetParam()));
   for (int seed = 0; seed < NumDrops(); ++seed) {
     const Trajectory run = Simulate(*system, RandomDrop(*system, seed), system->nominal().u, 1.0);
     EXPECT_TRUE(run.status.ok()) << "seed " << seed << ": " << run.status.message;
@@ -83,7 +57,7 @@ TEST(DropsWithFriction, RunToTheirEnd) {
   } drops[] = {{"quadruped", {0, 1, 2, 3, 4}}, {"humanoid", {0, 3, 4, 7, 8, 9, 15, 26}}};
   const bool count = std::getenv("CONTACT_FLOW_DROPS") != nullptr;
   for (const auto& drop : drops) {
-    RobotTexts texts = ReadRobotTexts(YamlOf(drop.robot));
+    RobotTexts texts = ReadRobotTexts(DropFile(drop.robot));
     for (std::size_t at = 0; (at = texts.yaml.find(", radius:", at)) != std::string::npos;
          at += 20) {
       texts.yaml.insert(at, ", friction: 0.8");

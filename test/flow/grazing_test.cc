@@ -41,6 +41,22 @@ TEST(Grazing, GoesOffAgain) {
   EXPECT_NE(std::string::npos, B.status.message.find("4.14159")) << B.status.message;
 }
 
+/// Gaps below 1e-6 m are not resolved, for 3e-3 s: also where several steps begin and end there.
+TEST(Grazing, IsSeenByShortSteps) {
+  const auto system = test::Make<test::Oscillator>();
+  Vector x(2);
+  x << 1 + std::cos(1.0), std::sin(1.0);
+  for (const double step : {1e-2, 3e-3, 1e-3, 3e-4}) {
+    SimulateOptions options = AtTolerance(1e-6);
+    options.max_step = step;
+    const Trajectory run = Simulate(system, x, Vector(0), 6, options);
+    ASSERT_TRUE(run.status.ok()) << run.status.message;
+    ASSERT_EQ(1u, run.transitions.size()) << step;
+    EXPECT_EQ(ContactMode({0}), run.transitions[0].grazed) << step;
+    EXPECT_EQ(Outcome::kGrazing, DifferentiateOutcome(system, run).status.outcome) << step;
+  }
+}
+
 TEST(Grazing, OnlineRunsGoOnToo) {
   const auto system = std::make_shared<ModelSystem<test::Oscillator>>(ParameterValues{});
   Vector x(2);

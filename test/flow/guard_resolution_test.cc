@@ -10,6 +10,7 @@
 #include "contact_flow/flow/online_flow.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
+#include "contact_flow/model/model_library.h"
 #include "test/test_models.h"
 
 namespace contact_flow {
@@ -146,6 +147,26 @@ TEST(QuickGaps, TheWavesOfTheReport) {
     ASSERT_FALSE(run.transitions.empty()) << "run " << k;
     // The state is right to 1e-9, the slowest touchdown's speed is about 0.1 m/s.
     EXPECT_NEAR(truth, run.transitions.front().t, 1e-8) << "run " << k;
+  }
+}
+
+/// A ball that hops by less than the tolerance, 5e-8 m for 1e-6: it lands where its parabola does,
+/// not where the step ends that it lands in.
+TEST(LowHops, EndWhereTheyLand) {
+  const double speed = 1e-3, period = 2 * speed / kGravity;
+  const auto ball = MakeModel("bouncing_ball", {{"gravity", kGravity}, {"restitution", 1}});
+  Vector x = Vector::Zero(4);
+  x(3) = speed;
+  for (const double steps : {2.7, 3.3, 7.1, 40.3}) {
+    SimulateOptions options;
+    options.relative_tolerance = options.absolute_tolerance = 1e-6;
+    options.max_step = period / steps;
+    const Trajectory run = Simulate(*ball, x, Vector(0), 3.5 * period, options);
+    ASSERT_EQ(3u, run.transitions.size()) << steps << ' ' << run.status.message;
+    for (int k = 0; k < 3; ++k) {
+      // Parabolas are integrated to rounding, 1e-19 m, over the speed.
+      EXPECT_NEAR((k + 1) * period, run.transitions[k].t, 1e-14) << steps;
+    }
   }
 }
 

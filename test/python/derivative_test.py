@@ -71,6 +71,10 @@ class Derivatives(unittest.TestCase):
         run = self.biped.simulate({"body_pitch": 0.2 * float(radius)})
         self.assertEqual(self.B.perturbed_modes("+body_pitch"), run.modes)
         self.assertLess(largest(self.B.error("+body_pitch")), 1e-5)
+        exact = self.biped.simulate(relative_tolerance=1e-13, absolute_tolerance=1e-13).derivative(tolerance=1e-13)
+        off = largest(self.B("+body_pitch") - exact("+body_pitch"))
+        self.assertLessEqual(off, largest(self.B.error("+body_pitch")))
+        self.assertLess(largest(self.B.error("+body_pitch")), 100 * off + 1e-12)
         self.assertLess(self.B.trust.flow_law, 1e-6)
 
     def test_linearize(self):

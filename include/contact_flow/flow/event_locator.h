@@ -30,6 +30,8 @@ struct GuardMargins {
   double gap = std::numeric_limits<double>::infinity();    ///< [m]
   double force = std::numeric_limits<double>::infinity();  ///< [N]
   double piece = std::numeric_limits<double>::infinity();  ///< [s]
+  /// The gaps that the arc begins with within their floor, until they are above it.
+  ContactMode low;
 };
 
 /// Finds the earliest zero of all Guards in one step of the integrator: a_i for i ∉ J, λ_i for i ∈
@@ -61,11 +63,12 @@ struct GuardMargins {
 /// step, however quickly, are found far beyond, down to the floor; and a dip counts as soon as a
 /// probe sees the slope around it.
 ///
-/// A zero counts only if the guard falls below −floor after it; the floor stands for what the
-/// integrator cannot resolve. Of a gap it is the absolute tolerance. Of a force it is the relative
-/// tolerance of the forces in the mode, as this contact would feel them, λ_j √(G_jj/G_ii), and a
-/// millionth of the pull that moves the gap by the absolute tolerance in one step,
-/// 2 tolerance/(G_ii h²): no unit decides.
+/// A zero counts only if the guard falls below −floor after it: in the step, or behind it, as a gap
+/// that is below zero tells by its rate and acceleration there, and a force by having come from
+/// above its floor. The floor stands for what the integrator cannot resolve. Of a gap it is the
+/// absolute tolerance. Of a force it is the relative tolerance of the forces in the mode, as this
+/// contact would feel them, λ_j √(G_jj/G_ii), and a millionth of the pull that moves the gap by the
+/// absolute tolerance in one step, 2 tolerance/(G_ii h²): no unit decides.
 class EventLocator {
  public:
   static constexpr double kGapExtent = 1.0 / 6, kGapExtentFree = 1.0 / 12;
@@ -87,6 +90,8 @@ class EventLocator {
   void BeginArc() { calls_ = 0; }
   /// Starts a step, or repeats it: only the force at its beginning is known.
   void BeginStep() { calls_ = calls_ > 0 ? 1 : 0; }
+  /// The gaps within their floor where an arc begins.
+  ContactMode Low(const GapSample& begin) const;
   /// Accepts a step: the force at its end becomes the one at the beginning of the next.
   void EndStep();
 
@@ -110,6 +115,7 @@ class EventLocator {
   void SampleForces(double theta, ContactMode set, double* value);
   double AtHand(int guard) const;
   bool IsShared(int guard) const;
+  ContactMode FallingOn(ContactMode gaps) const;
   ContactMode OpenGaps(bool free) const;
   void FindForceFloors();
   bool ScreenForces(bool probed, ContactMode* open, LocatedEvent* pull, LocatedEvent* event);

@@ -32,6 +32,10 @@ struct GuardQuery {
   int pieces;           ///< that the step is divided into, to begin with
   int max_samples;
   bool quick_values = false;  ///< whether values alone cost less, by the sampler of values
+  /// Those that go on below −floor behind the step, if they are below zero at its end.
+  ContactMode falling = {};
+  /// Those that have not been above their floors: their dips count only in steps that begin there.
+  ContactMode low = {};
 };
 
 /// Finds the earliest zero of some guards along a step, θ ∈ [0, 1], with guards that may be far

@@ -9,6 +9,7 @@
 #include "contact_flow/analysis/validity_radius.h"
 #include "contact_flow/derivative/cluster_reading.h"
 #include "contact_flow/derivative/continued_outcomes.h"
+#include "contact_flow/derivative/measured_errors.h"
 #include "src/ros/message/conversions.h"
 #include "src/ros/message/gate.h"
 #include "src/ros/message/warnings.h"
@@ -91,6 +92,18 @@ void AddNearGrazing(const Setup& setup, const std::vector<GrazingEvent>& events,
 
 bool Cancelled(const Setup& setup) { return setup.options.cancelled && setup.options.cancelled(); }
 
+/// The errors, by a second run; a warning where it comes out otherwise.
+template <class Result>
+MeasuredErrors Measure(const Setup& setup, const Differentiated& d, Result* result) {
+  MeasuredErrors errors(*setup.system, d.run.x, d.run.input, d.run.duration, d.run.options,
+                        d.trajectory, d.derivative);
+  const Status& status = errors.status();
+  if (!status.ok()) {
+    Warn(MakeWarning(static_cast<std::uint8_t>(status.outcome), status.message), result);
+  }
+  return errors;
+}
+
 void AddDerivatives(const Setup& setup, const Differentiated& d, OutcomeDerivative* result) {
   const auto count = static_cast<Eigen::Index>(d.directions.vectors.size());
   Matrix directions(count, count > 0 ? d.directions.vectors.front().size() : 0);
@@ -115,7 +128,6 @@ void AddDerivatives(const Setup& setup, const Differentiated& d, OutcomeDerivati
     const ClusterReading reading = ReadClusters(d.derivative, w);
     result->inner_radii.push_back(reading.inner_radius);
     in_order.row(i) = reading.in_order;
-    result->derivative_errors.push_back(d.derivative.Error(w).cwiseAbs().maxCoeff());
   }
   const ValidityEstimator validity(*setup.system, d.trajectory, d.derivative);
   for (const Vector& w : d.directions.vectors) {
@@ -127,7 +139,11 @@ void AddDerivatives(const Setup& setup, const Differentiated& d, OutcomeDerivati
   result->directions = ToMsg(MatrixRef(directions));
   result->derivatives = ToMsg(MatrixRef(derivatives));
   result->in_order = ToMsg(MatrixRef(in_order));
-  result->final_error = ToMsg(VectorRef(d.derivative.trust.state_error));
+  const MeasuredErrors errors = Measure(setup, d, result);
+  for (const Vector& w : d.directions.vectors) {
+    result->derivative_errors.push_back(errors.Along(w).maxCoeff());
+  }
+  result->final_error = ToMsg(VectorRef(errors.OfState()));
 }
 
 void AddPieces(const BDerivative& derivative, OutcomeDerivative* result) {
@@ -258,6 +274,7 @@ DerivativeComparison Answer(const Setup& setup, const ComparisonRequest& request
   const SystemFactory again = [&](const ParameterValues& values) {
     return setup.WithParameters(values);
   };
+  const MeasuredErrors errors = Measure(setup, d, &result);
   const std::size_t smallest =
       static_cast<std::size_t>(std::min_element(alphas.begin(), alphas.end()) - alphas.begin());
   for (std::size_t i = 0; i < vectors.size(); ++i) {
@@ -274,8 +291,7 @@ DerivativeComparison Answer(const Setup& setup, const ComparisonRequest& request
     }
     const QuotientReport report = CompareWithQuotients(
         *setup.system, again, d.derivative.options.variables, d.run.x, d.run.input, d.run.duration,
-        vectors[i], prediction, alphas, d.run.options,
-        d.derivative.Error(vectors[i]).cwiseAbs().maxCoeff());
+        vectors[i], prediction, alphas, d.run.options, errors.Along(vectors[i]).maxCoeff());
     DirectionComparison comparison = ToMsg(result.constraints, report, prediction.size());
     comparison.name = d.directions.names[i];
     comparison.direction = ToMsg(VectorRef(vectors[i]));
