@@ -19,6 +19,7 @@
 #include "contact_flow/derivative/finite_difference.h"
 #include "contact_flow/derivative/grid_derivative.h"
 #include "contact_flow/derivative/linearization.h"
+#include "contact_flow/derivative/measured_errors.h"
 #include "contact_flow/derivative/rolling_derivative.h"
 #include "contact_flow/derivative/run_cost.h"
 #include "contact_flow/ensemble/draws.h"
