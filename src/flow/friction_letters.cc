@@ -133,8 +133,7 @@ void FrictionalResolution::NoteSeveralMotions(ContactMode contacts) {
   message.precision(12);
   message << "at t = " << result_.transition.t << " s several motions of contacts "
           << contacts.ToString(system_.description().constraints)
-          << " fit, each of which goes on; the run follows the one it was in, or else that of the "
-             "smallest forces";
+          << " fit; the run follows the one it was in, or else that of the smallest forces";
   result_.transition.obstacle = {Outcome::kPainleveIndeterminate, message.str()};
   result_.warnings.push_back(
       {Outcome::kPainleveIndeterminate, result_.transition.t, message.str()});

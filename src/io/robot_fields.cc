@@ -148,7 +148,9 @@ void YamlFields::Number(const std::string& key, double otherwise, const char* un
 }
 
 bool YamlFields::ReadFromUrdf(const std::string& key, double* value) const {
-  if ((key != "limit" && key != "speed") || !reader_->Has(key)) return false;
+  if ((key != "limit" && key != "speed") || parts_->joints.empty() || !reader_->Has(key)) {
+    return false;
+  }
   const YAML::Node node = reader_->Child(key);
   if (!node.IsScalar() || node.Scalar() != "urdf") return false;
   const std::string& joint = model_.coordinates[parts_->joints.front().q];
