@@ -14,6 +14,7 @@ from typing import Any, Callable, Sequence, Tuple
 import numpy as np
 
 from . import jet
+from .model_checks import floats
 
 #: what fourth and sixth order may differ by, relative to how much the value changes within a step: where it does so at a
 #: rate r, step r is below (30 TOLERANCE)^(1/4) then, and the error of sixth order, (step r)⁶/140 of the slope, below 2e-9
@@ -42,7 +43,7 @@ def coefficients(f: Callable[..., Any], arguments: Sequence[Any], scales: Sequen
 
     def value(x: Any) -> Any:
         x.flags.writeable = False   # formulas do not change their arguments
-        return np.asarray(f(*np.split(x, ends)), dtype=float)
+        return floats(f(*np.split(x, ends)), what)
 
     def reach(direction: Any) -> float:
         """The factor that makes a direction as long as a step."""

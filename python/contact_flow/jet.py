@@ -269,6 +269,8 @@ def coefficients(numbers: Any, shape: Tuple[int, int]) -> Any:
         number = flat[index]
         if isinstance(number, Jet):
             c[index] = number.c
+        elif isinstance(number, (complex, np.complexfloating)):   # numpy would only warn
+            raise TypeError("it has complex numbers")
         else:
             c[index + (0, 0)] = number
     return c

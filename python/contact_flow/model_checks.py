@@ -62,8 +62,6 @@ def numbers(values: Any, shape: Tuple[int, ...], what: str) -> Any:
     if isinstance(values, np.ma.MaskedArray) and np.any(values.mask):
         raise TypeError("%s has masked numbers" % what)
     array = np.asarray(values, dtype=object)
-    if any(isinstance(number, (complex, np.complexfloating)) for number in array.flat):
-        raise TypeError("%s has complex numbers" % what)
     if array.shape != shape and array.size + sum(shape) > 0:
         raise WrongForm("%s has shape %s, expected %s" % (what, array.shape, shape))
     return array
@@ -71,13 +69,20 @@ def numbers(values: Any, shape: Tuple[int, ...], what: str) -> Any:
 
 def floats(values: Any, what: str) -> Any:
     try:
-        return np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
+        array = np.asarray(values.tolist() if isinstance(values, np.ndarray) else values)
+        if array.dtype.kind == "c":   # numpy would only warn
+            raise TypeError("%s has complex numbers" % what)
+        return np.asarray(array, dtype=float)
+    except (TypeError, ValueError) as error:
+        if str(error).startswith(what):
+            raise
         raise TypeError("%s has something else than numbers" % what) from None
 
 
 def symmetric(M: Any, name: str) -> Any:
     """M, where it is to rounding; relative to √(M_ii M_kk)."""
+    if np.array_equal(M, M.T):
+        return M
     root = np.sqrt(np.abs(np.diagonal(M)))
     if np.any(np.abs(M - M.T) > 1e-9 * np.outer(root, root)):
         raise WrongForm("%s.mass_matrix(q) is not symmetric" % name)
@@ -94,7 +99,8 @@ def check_repeats(terms: Terms, *places: Any) -> None:
             "gaps(q)": lambda model: terms._all_gaps(model, q)}
         for what, formula in formulas.items():
             try:
-                used, new = (np.asarray(formula(model), dtype=float) for model in (terms.model, terms._with(one_of_them)))
+                used, new = (floats(formula(model), "%s.%s" % (terms.name, what))
+                             for model in (terms.model, terms._with(one_of_them)))
             except (ArithmeticError, ValueError):   # outside its domain
                 continue
             if not np.array_equal(used, new, equal_nan=True):

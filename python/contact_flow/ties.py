@@ -36,9 +36,10 @@ class Watch:
         self._given = signs
         self._slopes: List[Any] = []   #: times the signs, of those that were free
         self._basis: List[Any] = []   #: orthonormal, of these
-        self._random = np.random.default_rng(number)
+        self._random: Any = None   #: made when it is first asked, which is seldom
 
     def draw(self, size: int) -> Any:
+        self._random = self._random or np.random.default_rng(self.number)
         return self._random.uniform(-1, 1, size)
 
     def side(self, delta: Any) -> int:
@@ -50,7 +51,7 @@ class Watch:
         if length > 0 and not self._is_new(slope / length):
             possible = [sign for sign in possible if _have_a_side(self._slopes + [sign * slope / length])]
         k = len(self.signs)
-        sign = self._given[k] if k < len(self._given) else possible[int(self._random.integers(len(possible)))]
+        sign = self._given[k] if k < len(self._given) else possible[int(self.draw(1)[0] > 0) % len(possible)]
         self.signs.append(sign)
         self.free.append(len(possible) > 1)
         if length > 0 and len(possible) > 1:
