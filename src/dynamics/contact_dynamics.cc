@@ -4,14 +4,19 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <type_traits>
 
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/fixed_size.h"
+#include "row_solve.h"
 #include "solve_columns.h"
 
 namespace contact_flow {
 namespace {
+
+/// Loops over as many unroll (WithFixedSize).
+constexpr int kFewCoordinates = 8;
 
 /// out = sign · A B [rows×columns] for small matrices, where B has many zeros;
 /// `out` must not alias.
@@ -29,6 +34,26 @@ void MultiplySmall(double sign, const Matrix& A, const Matrix& B, double* out, i
     }
   });
 }
+
+/// The columns of ∂r₁ and ∂r₂, and the rows of what is active.
+struct ResidualRows {
+  GatheredColumns momentum, constraint;
+  Matrix by_variables;  // ∂r₂ by the variables [n+l+r × k]
+
+  void Take(int d, const std::vector<int>& active) {
+    momentum.columns.clear();
+    constraint.columns.clear();
+    momentum.rows.resize(d);
+    std::iota(momentum.rows.begin(), momentum.rows.end(), 0);
+    constraint.rows = active;
+  }
+  void Add(const Matrix& r1, const Matrix& r2) {
+    for (Eigen::Index c = 0; c < r1.cols(); ++c) {
+      momentum.columns.push_back(r1.col(c).data());
+      constraint.columns.push_back(r2.col(c).data());
+    }
+  }
+};
 
 }  // namespace
 
@@ -225,7 +250,11 @@ void ContactDynamics::Differentiate(const VectorRef& x, ContactMode mode) {
 }
 
 void ContactDynamics::DifferentiateEvaluated(const VectorRef& x) {
-  if (!constant_) Invert();
+  const int k = static_cast<int>(at_->active.size());
+  // Robots whose feet stick; products of few coordinates are quicker.
+  const bool by_rows = !constant_ && system_.HasFriction() && d_ > kFewCoordinates && k > 0 &&
+                       at_->sliding.empty() && !at_->dependent && at_->regular;
+  if (!constant_ && !by_rows) Invert();
   const ContactMode mode = at_->mode;
   const auto q = x.head(nq_), v = x.tail(d_);
   // All forces that are possible lead to the same derivatives, but those of the margin, which are
@@ -235,12 +264,29 @@ void ContactDynamics::DifferentiateEvaluated(const VectorRef& x) {
   system_.DifferentiateDynamics(q, v, u_, mode, acceleration_, force, &residual_);
   if (k_ > 0) DifferentiateByVariables(x);
   if (!at_->sliding.empty()) DifferentiateDirections(x);
+  force_jacobian_.setZero();
+  if (by_rows) {
+    thread_local ResidualRows scratch;
+    ResidualRows& rows = scratch;
+    rows.Take(d_, at_->active);
+    rows.Add(residual_.momentum_q, residual_.constraint_q);
+    rows.Add(residual_.momentum_v, residual_.constraint_v);
+    if (k_ > 0) {
+      rows.by_variables.setZero(n_, k_);
+      for (int i = 0; i < k; ++i) {
+        rows.by_variables.row(at_->active[i]) = at_->residual.row(i).tail(k_);
+      }
+      rows.Add(variable_momentum_, rows.by_variables);
+    }
+    SolveByRows(mass_, at_->jacobian, at_->delassus_factor, rows.momentum, rows.constraint,
+                &acceleration_jacobian_, &at_->force_jacobian);
+    for (int i = 0; i < k; ++i) force_jacobian_.row(at_->active[i]) = at_->force_jacobian.row(i);
+    return;
+  }
   MultiplySmall(-1, at_->inverse, residual_.momentum_q, &acceleration_jacobian_(0, 0), d_);
   MultiplySmall(-1, at_->inverse, residual_.momentum_v, &acceleration_jacobian_(0, d_), d_);
   if (k_ > 0)
     MultiplySmall(-1, at_->inverse, variable_momentum_, &acceleration_jacobian_(0, 2 * d_), d_);
-  force_jacobian_.setZero();
-  const int k = static_cast<int>(at_->active.size());
   if (k == 0) return;
   MultiplySmall(1, at_->force_map, residual_.momentum_q, &at_->force_jacobian(0, 0), k);
   MultiplySmall(1, at_->force_map, residual_.momentum_v, &at_->force_jacobian(0, d_), k);

@@ -105,14 +105,17 @@ class Radii(unittest.TestCase):
         self.assertEqual([["oo", "lo", "ll"]], inside)
         self.assertNotEqual(inside, outside)
 
-    def test_what_is_not_known_is_not_unlimited(self):
-        B = cf.Model("block_on_incline").simulate().derivative()
-        radius = B.radius("+x")
-        self.assertTrue(math.isnan(radius.radius))
-        self.assertEqual(("unknown", None), (radius.limit, radius.constraint))
+    def test_of_a_slip_that_stops(self):
+        """After v0/k, k = g (mu cos phi - sin phi), v0 = 1: pushed harder, the block slides to the end."""
+        B = cf.Model("block_on_incline", incline=0.3, friction=0.5).simulate(duration=1.5).derivative()
+        radius = B.radius("+d/dt x")
+        self.assertEqual("horizon", radius.limit)
+        k = 9.81 * (0.5 * math.cos(0.3) - math.sin(0.3))
+        self.assertAlmostEqual(1.5 * k - 1, radius.radius, places=6)
+        self.assertEqual("none", B.radius("+x").limit)
         _, out, _ = command("derive", "block_on_incline", "-w", "+x", "--json")
         entry, = json.loads(out)["directions"]
-        self.assertEqual((None, "unknown"), (entry["radius"], entry["limit"]))
+        self.assertEqual((None, "none"), (entry["radius"], entry["limit"]))   # unlimited
 
 
 if __name__ == "__main__":
