@@ -328,18 +328,6 @@ void ContactDynamics::DifferentiateByVariables(const VectorRef& x) {
   }
 }
 
-Vector ContactDynamics::ForceRate(const VectorRef& x, ContactMode mode) {
-  Differentiate(x, mode);
-  return force_jacobian_.leftCols(d_) * x.tail(d_) +
-         force_jacobian_.middleCols(d_, d_) * acceleration_;
-}
-
-double ContactDynamics::ForceRate(const VectorRef& x, ContactMode mode, int i) {
-  Differentiate(x, mode);
-  return force_jacobian_.row(i).head(d_).dot(x.tail(d_)) +
-         force_jacobian_.row(i).segment(d_, d_).dot(acceleration_);
-}
-
 void Delassus(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u, ContactMode C,
               Matrix* G, Vector* b) {
   const int d = system.dof(), k = C.Size();

@@ -57,6 +57,18 @@ void ContactDynamics::InvertSparse() {
 
 /// The residual's derivative along (v, v̇), and one solution of (1a) for it:
 ///   M δv̇ − A_Jᵀ δλ = −∂r₁,   A_J δv̇ = −∂r₂.
+Vector ContactDynamics::ForceRate(const VectorRef& x, ContactMode mode) {
+  Differentiate(x, mode);
+  return force_jacobian_.leftCols(d_) * x.tail(d_) +
+         force_jacobian_.middleCols(d_, d_) * acceleration_;
+}
+
+double ContactDynamics::ForceRate(const VectorRef& x, ContactMode mode, int i) {
+  Differentiate(x, mode);
+  return force_jacobian_.row(i).head(d_).dot(x.tail(d_)) +
+         force_jacobian_.row(i).segment(d_, d_).dot(acceleration_);
+}
+
 const Vector& ContactDynamics::ForceRates(const VectorRef& x, ContactMode mode) {
   Evaluate(x, mode);
   const auto q = x.head(nq_), v = x.tail(d_);
