@@ -55,8 +55,6 @@ void ContactDynamics::InvertSparse() {
   at_->inverse.noalias() -= at_->momentum_map.transpose() * at_->force_map;
 }
 
-/// The residual's derivative along (v, v̇), and one solution of (1a) for it:
-///   M δv̇ − A_Jᵀ δλ = −∂r₁,   A_J δv̇ = −∂r₂.
 Vector ContactDynamics::ForceRate(const VectorRef& x, ContactMode mode) {
   Differentiate(x, mode);
   return force_jacobian_.leftCols(d_) * x.tail(d_) +
@@ -69,6 +67,8 @@ double ContactDynamics::ForceRate(const VectorRef& x, ContactMode mode, int i) {
          force_jacobian_.row(i).segment(d_, d_).dot(acceleration_);
 }
 
+/// The residual's derivative along (v, v̇), and one solution of (1a) for it:
+///   M δv̇ − A_Jᵀ δλ = −∂r₁,   A_J δv̇ = −∂r₂.
 const Vector& ContactDynamics::ForceRates(const VectorRef& x, ContactMode mode) {
   Evaluate(x, mode);
   const auto q = x.head(nq_), v = x.tail(d_);
