@@ -12,6 +12,12 @@
 #include "search.h"
 
 namespace contact_flow {
+namespace {
+
+/// Stationary points that are no minima are left this often.
+constexpr int kMaxEscapes = 20;
+
+}  // namespace
 
 Search::Search(const MechanicalSystem& system, const TrajectoryProblem& problem,
                const TrajectoryOptions& options)
@@ -30,6 +36,12 @@ TrajectoryOptimum Search::Go() {
     } else if (Take(start, 0, 0, KinkStatus::kNone)) {
       Solve(start);
       if (options_.neighbours) TryNeighbours();
+      for (int i = 0; i < kMaxEscapes && options_.certify && IsMinimum() && Escape(&start); ++i) {
+        const double length = (start.y - best_.y).cwiseAbs().maxCoeff();
+        if (!Take(start, length, 0, KinkStatus::kNone)) break;
+        Solve(start);
+        if (options_.neighbours) TryNeighbours();
+      }
     }
   } catch (const BudgetExceeded& reason) {
     End(TrajectoryVerdict::kCancelled, reason.what());
@@ -60,8 +72,7 @@ void Search::Conclude() {
     last.Update(unknowns_.problem().conditions, best_.values);
     result_.multipliers = last.lambda;
   }
-  const bool minimum = result_.verdict == TrajectoryVerdict::kValley ||
-                       result_.verdict == TrajectoryVerdict::kSmoothMinimum;
+  const bool minimum = IsMinimum();
   if (minimum && options_.certify) {
     try {
       Certify(unknowns_, ModelsAt(best_.y), best_.y, &result_);

@@ -83,12 +83,18 @@ bool Search::Ended() const {
          result_.verdict == TrajectoryVerdict::kMaxIterations;
 }
 
+bool Search::IsMinimum() const {
+  return result_.verdict == TrajectoryVerdict::kValley ||
+         result_.verdict == TrajectoryVerdict::kSmoothMinimum;
+}
+
 void Search::Descend(FacePoint point) {
   double damping = 0, undamped = 0;  // what is promised without
   for (;;) {
     AskBudget();
     const PieceModels models = ModelsAt(point.y);
-    if (!models.status.ok()) {
+    no_derivative_ = !models.status.ok();
+    if (no_derivative_) {
       const bool first = result_.iterations.size() <= 1;
       return End(first ? TrajectoryVerdict::kUndefined : TrajectoryVerdict::kStalled,
                  models.status.message);

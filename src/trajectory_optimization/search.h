@@ -26,6 +26,7 @@ class Search {
   PieceModels ModelsAt(const Vector& y);
   bool Take(const FacePoint& point, double step, int pieces, KinkStatus kink);
   bool Ended() const;
+  bool IsMinimum() const;
   void Descend(FacePoint point);
   TrajectoryVerdict Verdict(const PieceModels& models, const std::vector<PieceStep>& steps) const;
   std::vector<int> Active(const PieceModel& piece, const PieceStep& step, bool only_near) const;
@@ -49,6 +50,9 @@ class Search {
   void TryNeighbours();
   FacePoint MinimumOnFace(FacePoint point, const EventName& contact, int to);
 
+  // search_curvature.cc: from a stationary point that is no minimum.
+  bool Escape(FacePoint* point);
+
   void Conclude();
 
   const Unknowns unknowns_;
@@ -59,6 +63,7 @@ class Search {
   Curvature curvature_;
   FacePoint best_;
   std::string reason_;
+  bool no_derivative_ = false;  // ended the last descent
   TrajectoryOptimum result_;
 };
 

@@ -52,6 +52,7 @@ void Search::Solve(FacePoint point) {
     before = after;
   }
   if (best_.violation <= problem.condition_tolerance) return;
+  if (no_derivative_) return End(TrajectoryVerdict::kStalled, reason_ + "; " + WorstCondition());
   End(TrajectoryVerdict::kInfeasible, WorstCondition());
 }
 

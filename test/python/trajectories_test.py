@@ -158,6 +158,19 @@ class Trajectories(unittest.TestCase):
         joined = ball.optimize_trajectory(method="multiple_shooting", segments=[2, 6], states=[[1.2, -2], [0.7, 2]], **asked)
         self.assertAlmostEqual(found.cost, joined.cost, delta=1e-8)
 
+    def test_a_stall_is_not_infeasible(self):
+        """A leg on the floor that its first input lifts at once has no derivative there; nothing is shown of the conditions."""
+        leg = cf.Robot(case.ROOT / "config" / "robots" / "monoped.yaml")
+        rest = np.array(leg.simulate(duration=3).final_state)
+        rest[3:] = 0
+        knee = np.array([0, 0.1, 0.25, 0.2, -0.6, -0.3, 0.1, 0.2])
+        found = leg.optimize_trajectory(
+            cf.Grid(0.05 * np.arange(8), leg.nominal.u + np.column_stack([-0.5 * knee, knee])), x0=rest, duration=0.4,
+            linear_inputs=True, effort=[1, 1], input_reference=leg.nominal.u, lower=[-1.2, 0.1], upper=[0.4, 2],
+            conditions=[{"name": "height", "value": 0.62}, {"name": "d/dt height", "value": 0}])
+        self.assertEqual("stalled", found.verdict)
+        self.assertRegex(found.message, "the start touches 'foot'.*; d/dt height at the end is .* off its bounds")
+
     def test_ends(self):
         ball = cf.Model("driven_ball")
         stopped = ball.optimize_trajectory(GRID, {"z": 1}, effort=[0.01], progress=lambda *step: step[0] < 1)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -29,7 +30,7 @@ inline TrajectoryProblem BallOf(const LineProblem& line, double u) {
 }
 
 /// The same problem of `two_discs` with centres on the line x = 0, the first disc below: the bodies
-/// of the line are their centres.
+/// of the line are their centres. Nothing pushes across it: past the middle may cost less.
 inline TrajectoryProblem DiscsOf(const LineProblem& line, double u) {
   TrajectoryProblem problem = BallOf(line, u);
   const auto spread = [](const Vector& values) {
@@ -42,6 +43,9 @@ inline TrajectoryProblem DiscsOf(const LineProblem& line, double u) {
   problem.x = spread(line.x);
   problem.weight = spread(line.weight);
   problem.target = spread(line.target);
+  constexpr double kFree = std::numeric_limits<double>::infinity();
+  problem.lower = Eigen::Vector2d(0, -kFree);
+  problem.upper = Eigen::Vector2d(0, kFree);
   return problem;
 }
 

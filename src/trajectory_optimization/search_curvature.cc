@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "contact_flow/budget.h"
+#include "search.h"
+
+namespace contact_flow {
+namespace {
+
+/// Products with ∇²L are asked for this often at most.
+constexpr int kMaxProducts = 8;
+/// H counts with this part of its mean diagonal where it has less.
+constexpr double kLeastCurvature = 1e-6;
+/// Steps of quotients, by which L rises by half its square relative to 1 + L; and at most this
+/// part of 1 + |y|.
+constexpr double kQuotient = 1e-4;
+/// Curvature above this part of −H is rounding of quotients.
+constexpr double kNegative = -1e-3;
+constexpr int kMaxHalvings = 24;
+
+/// Whether both have the same events in the same order.
+bool SameOrder(const PieceModel& a, const PieceModel& b) {
+  return a.label == b.label &&
+         std::equal(a.times.begin(), a.times.end(), b.times.begin(), b.times.end(),
+                    [](const EventTime& s, const EventTime& t) { return s.name == t.name; });
+}
+
+/// Σ z_r row_r with the multipliers of a step, whose rows are those of `at`.
+Vector Forces(const PieceModel& at, const PieceModel& piece, const PieceStep& step) {
+  Vector sum = Vector::Zero(piece.gradient.size());
+  for (std::size_t r = 0; r < at.orders.size(); ++r) {
+    const double z = step.multipliers(static_cast<Eigen::Index>(r));
+    if (z == 0) continue;
+    for (const OrderRow& row : piece.orders) {
+      const bool same = row.first == at.orders[r].first && row.second == at.orders[r].second;
+      if (same) sum += z * row.row.transpose();
+    }
+  }
+  return sum;
+}
+
+}  // namespace
+
+/// A point with less cost than a minimum of the first order, along a direction of negative
+/// curvature of L; false where there is none. By the method of Lanczos on C in
+///   ∇²(L − Σ z (t_second − t_first)) = H + C
+/// in the metric of H, along the faces and bounds that hold the minimum. Products are quotients.
+bool Search::Escape(FacePoint* point) {
+  const Vector y = best_.y;
+  const PieceModels models = ModelsAt(y);
+  if (!models.status.ok() || models.pieces.empty()) return false;
+  const PieceModel& piece = models.pieces.front();
+  const PieceStep step = StepsOf(models, y, 0).front();
+  if (!step.solved) return false;
+  // Free directions: N.
+  const std::vector<int> active = Active(piece, step, false);
+  const Vector &lower = unknowns_.lower(), &upper = unknowns_.upper();
+  std::vector<bool> held(static_cast<std::size_t>(y.size()));
+  std::vector<Eigen::Index> open;
+  for (Eigen::Index i = 0; i < y.size(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const bool at_bound = y(i) <= lower(i) || y(i) >= upper(i);
+    held[at] = lower(i) == upper(i) || (at_bound && step.bounded[at]);
+    if (!held[at]) open.push_back(i);
+  }
+  const auto count = static_cast<Eigen::Index>(open.size());
+  Matrix N = Matrix::Zero(y.size(), count);
+  for (Eigen::Index i = 0; i < count; ++i) N(open[static_cast<std::size_t>(i)], i) = 1;
+  if (!active.empty() && count > 0) {
+    Matrix rows(static_cast<Eigen::Index>(active.size()), y.size());
+    for (std::size_t r = 0; r < active.size(); ++r) {
+      rows.row(static_cast<Eigen::Index>(r)) =
+          piece.orders[static_cast<std::size_t>(active[r])].row;
+    }
+    Eigen::ColPivHouseholderQR<Matrix> qr((rows * N).transpose());
+    const Matrix Q = qr.householderQ();
+    N = (N * Q.rightCols(count - qr.rank())).eval();
+  }
+  if (N.cols() == 0) return false;
+  Matrix H = N.transpose() * piece.hessian * N;
+  const double mean = H.diagonal().mean();
+  H.diagonal().array() += mean > 0 ? kLeastCurvature * mean : 1;
+  const Eigen::LLT<Matrix> factor(H);
+  if (factor.info() != Eigen::Success) return false;
+  const auto direction = [&](const Vector& s) -> Vector { return N * factor.matrixU().solve(s); };
+  const Vector force = piece.gradient - Forces(piece, piece, step);
+  /// (I + H^{-1/2} C H^{-1/2}) s; empty where the piece ends.
+  const auto product = [&](const Vector& s) -> Vector {
+    const Vector d = direction(s);
+    const double h = std::min(kQuotient * std::sqrt(1 + std::abs(models.cost)),
+                              kQuotient * (1 + y.cwiseAbs().maxCoeff()) / d.cwiseAbs().maxCoeff());
+    const PieceModels beside = ModelsAt(Clamped(y + h * d));
+    if (!beside.status.ok()) return {};
+    for (const PieceModel& other : beside.pieces) {
+      if (!SameOrder(piece, other)) continue;
+      const Vector change = other.gradient - Forces(piece, other, step) - force;
+      return factor.matrixL().solve(N.transpose() * change) / h;
+    }
+    return {};
+  };
+  // Lanczos, orthogonalized anew.
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  Vector s = Vector::NullaryExpr(N.cols(), [&] { return normal(random); });
+  s.normalize();
+  const Eigen::Index most = std::min<Eigen::Index>(kMaxProducts, N.cols());
+  Matrix basis(N.cols(), most), products(N.cols(), most);
+  Vector lowest;
+  for (Eigen::Index k = 0; k < most; ++k) {
+    AskBudget();
+    basis.col(k) = s;
+    const Vector next = product(s);
+    if (next.size() == 0) break;
+    products.col(k) = next;
+    const auto known = basis.leftCols(k + 1);
+    const Matrix projected = known.transpose() * products.leftCols(k + 1);
+    const Eigen::SelfAdjointEigenSolver<Matrix> ritz(0.5 * (projected + projected.transpose()));
+    if (ritz.eigenvalues()(0) < kNegative) lowest = known * ritz.eigenvectors().col(0);
+    s = next - known * (known.transpose() * next);
+    s -= known * (known.transpose() * s).eval();
+    if (!(s.norm() > kQuotient * next.norm())) break;
+    s.normalize();
+  }
+  if (lowest.size() == 0) return false;
+  // Plain runs decide.
+  Vector d = direction(lowest);
+  d *= (1 + y.cwiseAbs().maxCoeff()) / d.cwiseAbs().maxCoeff();
+  FacePoint least = best_;
+  for (double sign : {1.0, -1.0}) {
+    double alpha = sign;
+    for (int halving = 0; halving < kMaxHalvings; ++halving, alpha /= 2) {
+      const Vector to = Clamped(y + alpha * d);
+      const FacePoint trial = active.empty() ? At(to)
+                                             : PutOntoFace(unknowns_, multipliers_, piece, active,
+                                                           held, to, &result_.simulations);
+      if (!(trial.cost < least.cost - tolerance_ * (1 + std::abs(least.cost)))) continue;
+      least = trial;
+    }
+  }
+  if (!(least.cost < best_.cost)) return false;
+  *point = least;
+  return true;
+}
+
+}  // namespace contact_flow
