@@ -207,9 +207,12 @@ void ContactDynamics::Multiply() {
     for (int k = 0; k < d; ++k, column += d) sum.Add(applied_(k), column);
     sum.WriteTo(acceleration_.data());
   });
-  for (Eigen::Index i = 0; i < at_->multiplier.size(); ++i) {
-    at_->multiplier(i) = -at_->force_map.row(i).dot(applied_);
-  }
+  WithFixedSize(static_cast<int>(at_->multiplier.size()), [&](auto rows) {
+    const double* column = at_->force_map.data();
+    ColumnSum sum(rows, at_->multiplier.data());
+    for (int k = 0; k < d_; ++k, column += rows) sum.Add(-applied_(k), column);
+    sum.WriteTo(at_->multiplier.data());
+  });
 }
 
 void ContactDynamics::Solve() {

@@ -14,6 +14,7 @@ namespace contact_flow {
 namespace {
 
 constexpr double kTimeRounding = 1e-14;  // of instants, relative
+constexpr std::size_t kFewEvents = 3;    // what there is room for at once
 
 Arc ArcFrom(const Flow& flow) {
   Arc arc;
@@ -112,6 +113,8 @@ Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x,
   trajectory.absolute_tolerance = options.absolute_tolerance;
   trajectory.gap_tolerance = options.gap_tolerance;
   trajectory.speed_tolerance = options.speed_tolerance;
+  trajectory.arcs.reserve(kFewEvents + 1);
+  trajectory.transitions.reserve(kFewEvents);
   trajectory.arcs.push_back(ArcFrom(flow));
   TrajectorySize size(system, options.max_megabytes);
   std::size_t next = 1;  // of the schedule
