@@ -128,6 +128,7 @@ class Words {
     }
     if (by != nullptr) {
       by->smallest = true;
+      by->motions = TellWords(system_, frame_, fitting.empty() ? all : fitting, varying);
       return ChooseWord(frame_, fitting.empty() ? all : fitting, varying, touching_.before);
     }
     Refuse(FrictionRefusal::Kind::kIndeterminate,

@@ -128,12 +128,11 @@ void FrictionalResolution::NoteLookAhead(ContactMode contacts) {
       {Outcome::kPainleveIndeterminate, result_.transition.t, message.str()});
 }
 
-void FrictionalResolution::NoteSeveralMotions(ContactMode contacts) {
+void FrictionalResolution::NoteSeveralMotions(const std::string& motions) {
   std::ostringstream message;
   message.precision(12);
-  message << "at t = " << result_.transition.t << " s several motions of contacts "
-          << contacts.ToString(system_.description().constraints)
-          << " fit; the run follows the one it was in, or else that of the smallest forces";
+  message << "at t = " << result_.transition.t << " s several motions fit: " << motions
+          << "; the run follows the one it was in, or else that of the smallest forces";
   result_.transition.obstacle = {Outcome::kPainleveIndeterminate, message.str()};
   result_.warnings.push_back(
       {Outcome::kPainleveIndeterminate, result_.transition.t, message.str()});
@@ -179,7 +178,7 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
   cluster.mode_after = SelectWord(&dynamics_, cluster.x_plus, contacts, kBorder, &by);
   if (by.springs) NoteSprings(contacts.still | contacts.slipping, "forces");
   if (by.ahead) NoteLookAhead(contacts.still | contacts.slipping);
-  if (by.smallest) NoteSeveralMotions(contacts.still | contacts.slipping);
+  if (by.smallest) NoteSeveralMotions(by.motions);
   // The slip of a rise that is made rest ends with it, whatever begins then.
   resting_ = cluster.mode_after;
   for (int i : ended_ & cluster.mode_after.SlippingInPlane()) resting_.Set(i, Letter::kStick);

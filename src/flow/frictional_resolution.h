@@ -86,7 +86,7 @@ class FrictionalResolution {
   void TellOfRest(ContactMode pressed_back);
   void NoteSprings(ContactMode contacts, const char* forces);
   void NoteLookAhead(ContactMode contacts);
-  void NoteSeveralMotions(ContactMode contacts);
+  void NoteSeveralMotions(const std::string& motions);
   void NoteSmallest(ContactMode contacts);
   bool EndSlip(int jammed, ContactMode word);
   void SetLetters(const TouchingContacts& contacts);

@@ -110,6 +110,10 @@ TEST(FrictionRefusals, WhereSeveralMotionsGoOnTheSmallestForcesDo) {
   EXPECT_LT((run.FinalState() - flight(tau)).cwiseAbs().maxCoeff(), 1e-8);
   ASSERT_EQ(1u, run.transitions.size());
   EXPECT_EQ(Outcome::kPainleveIndeterminate, run.transitions[0].obstacle.outcome);
+  // Both are told: it rises, or is pressed.
+  for (const char* part : {"rises at", "presses with"}) {
+    EXPECT_NE(std::string::npos, run.transitions[0].obstacle.message.find(part)) << part;
+  }
   EXPECT_EQ(Outcome::kPainleveIndeterminate, DifferentiateOutcome(*system, run).status.outcome);
   EXPECT_THROW(Simulate(*system, touch, Vector::Zero(0), tau), std::invalid_argument);
 }

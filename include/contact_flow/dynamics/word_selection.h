@@ -77,6 +77,7 @@ struct WordConventions {
   /// Several motions go on, or several impulses end an impact: that of the letters until now, else
   /// the smallest forces, λᵀ A M⁻¹ Aᵀ λ.
   bool smallest = false;
+  std::string motions;  ///< where several go on, each with what it makes of the contacts
 };
 
 /// The contact mode of a state whose touching contacts rest in normal direction, (F4) for the
