@@ -226,7 +226,7 @@ TEST(UrdfPeculiarities, MimicJointsAreKeptWithTheirNumbers) {
   ExpectRefusal(Refusal(k("<mimic joint=\"jj\"/>")),
                 "joint 'k' mimics 'jj': unknown joint 'jj'; "
                 "did you mean 'j'?");
-  ExpectRefusal(Refusal(k("<mimic joint=\"k\"/>")), "joint 'k' mimics 'k'");
+  ExpectRefusal(Refusal(k("<mimic joint=\"k\"/>")), "joint 'k' mimics itself");
 }
 
 /// Spaces and line ends within the quotes of a value; an apostrophe in a comment is none.
