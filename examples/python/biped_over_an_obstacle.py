@@ -8,7 +8,7 @@
 #   biped_over_an_obstacle.py                               prints
 #   biped_over_an_obstacle.py biped_over_an_obstacle.png    and draws it
 #
-# Prints: touches: left_foot left_knee_stop right_foot
+# Prints: touches: left_foot right_foot
 
 import pathlib
 import sys

@@ -27,7 +27,7 @@ HEADER = "uint32 seq\ntime stamp\nstring frame_id\n"
 def topics():
     """{"/simulator/state": "contact_flow/HybridState", …}, from the sources that advertise them."""
     found = {}
-    for name in ("simulator_topics", "outlet"):
+    for name in ("simulator/simulator_topics", "recording/outlet"):
         source = (ROOT / "src" / "ros" / (name + ".cc")).read_text(encoding="utf-8")
         for whose, kind, topic, more in re.findall(
                 r'(node_?|outside)(?:\.|->)advertise<([\w:]+)>\(\s*"([\w/]+)"( \+)?', source):

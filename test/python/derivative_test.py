@@ -74,7 +74,8 @@ class Derivatives(unittest.TestCase):
         exact = self.biped.simulate(relative_tolerance=1e-13, absolute_tolerance=1e-13).derivative(tolerance=1e-13)
         off = largest(self.B("+body_pitch") - exact("+body_pitch"))
         self.assertLessEqual(off, largest(self.B.error("+body_pitch")))
-        self.assertLess(largest(self.B.error("+body_pitch")), 100 * off + 1e-12)
+        # An error far below the tolerance, 1e-9, is so by chance.
+        self.assertLess(largest(self.B.error("+body_pitch")), 100 * off + 1e-10)
         self.assertLess(self.B.trust.flow_law, 1e-6)
 
     def test_linearize(self):
