@@ -51,7 +51,9 @@ class ClusterReading(unittest.TestCase):
         self.assertGreater(max(loose.derivative_errors), 0)
         self.assertLess(max(loose.derivative_errors), 1e-4)
         interval, = self.client.linearize(state=self.state).linearization.intervals
-        self.assertEqual(interval.final_error, loose.final_error)
+        # The errors that cost nothing are larger than those that a second run measures.
+        self.assertGreater(max(interval.final_error), max(loose.final_error))
+        self.assertLess(max(interval.final_error), 1e-6)
         self.assertGreater(interval.derivative_error, 0)
 
     def test_compare_knows_the_error_of_the_prediction(self):
