@@ -73,21 +73,32 @@ void RobotSystem::DifferentiateSlip(int i, const VectorRef& force, Scratch* s,
   const int row = slip_rows_[i], size = geometry.size();
   const ElementMotion& motion = s->motion;
   element.SlipMap(motion.z, s->slip_map);
-  element.DifferentiateSlip(motion.z, motion.rate, motion.acceleration, s->slip_rate_z,
-                            s->slip_rate_rate, s->slip_z);
   const ElementRows& rows = s->rows;
   for (int r = 0; r < element.slip.rows; ++r) {
-    const double *map = s->slip_map + r * size, *by_z = s->slip_rate_z + r * size,
-                 *by_rate = s->slip_rate_rate + r * size;
+    const double* map = s->slip_map + r * size;
     for (std::size_t c = 0; c < columns.size(); ++c) {
       double by_q = 0, by_v = 0;
       for (int k = 0; k < size; ++k) {
-        by_q += map[k] * rows.acceleration_q(k, c) + by_z[k] * rows.z_q(k, c) +
-                by_rate[k] * rows.rate_q(k, c);
-        by_v += map[k] * rows.acceleration_v(k, c) + by_rate[k] * rows.z_q(k, c);
+        by_q += map[k] * rows.acceleration_q(k, c);
+        by_v += map[k] * rows.acceleration_v(k, c);
       }
       jacobian->constraint_q(row + r, columns[c]) = by_q;
       jacobian->constraint_v(row + r, columns[c]) = by_v;
+    }
+  }
+  if (element.IsSlipAffine()) return;
+  element.DifferentiateSlip(motion.z, motion.rate, motion.acceleration, s->slip_rate_z,
+                            s->slip_rate_rate, s->slip_z);
+  for (int r = 0; r < element.slip.rows; ++r) {
+    const double *by_z = s->slip_rate_z + r * size, *by_rate = s->slip_rate_rate + r * size;
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      double by_q = 0, by_v = 0;
+      for (int k = 0; k < size; ++k) {
+        by_q += by_z[k] * rows.z_q(k, c) + by_rate[k] * rows.rate_q(k, c);
+        by_v += by_rate[k] * rows.z_q(k, c);
+      }
+      jacobian->constraint_q(row + r, columns[c]) += by_q;
+      jacobian->constraint_v(row + r, columns[c]) += by_v;
     }
   }
   SubtractSlipHessian(i, force, s, &jacobian->momentum_q);

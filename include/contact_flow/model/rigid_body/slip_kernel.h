@@ -58,47 +58,35 @@ struct SlipKernel {
   template <class S>
   static void Slip(const SlipFrame& frame, const ElementParts& parts, const S* number, const S* z,
                    const S* rate, S* slip) {
-    using std::sqrt;
     const constraint::Touch<S> touch = TouchOf<Kind>(parts, number, z);
-    Vec3<S> w = At(rate);
-    if constexpr (Kind::kTurns > 0) w += Cross(At(rate + Z), touch.arm);
-    if constexpr (Kind::kOther >= 0) {
-      constexpr int o = 3 * Kind::kOther;
-      const Vec3<S> arm = At(z) + touch.arm - At(z + o);
-      w -= At(rate + o) + Cross(At(rate + Z + 3), arm);
-    }
-    if (frame.rows == 1) {
-      const Vec3<double>& m = frame.plane;
-      const Vec3<S>& n = touch.normal;
-      const Vec3<S> t(n(2) * m(1) - n(1) * m(2), n(0) * m(2) - n(2) * m(0),
-                      n(1) * m(0) - n(0) * m(1));
-      slip[0] = touch.stretch * Dot(t, w) / sqrt(Dot(t, t));
-      return;
-    }
-    Vec3<S> first, second;
-    Kind::Tangents(z, touch, &first, &second);
-    slip[0] = touch.stretch * Dot(first, w);
-    slip[1] = touch.stretch * Dot(second, w);
+    Vec3<S> tangent[kRows];
+    Tangents(frame, z, touch, tangent);
+    const Vec3<S> w = Velocity(touch, z, rate);
+    for (int r = 0; r < frame.rows; ++r) slip[r] = touch.stretch * Dot(tangent[r], w);
   }
 
-  /// W [rows×M], row-major.
+  /// W [rows×M], row-major: s at the unit vectors.
   static void Map(const SlipFrame& frame, const ElementParts& parts, const double* z, double* map) {
-    using S = Dual<double, M>;
-    std::array<S, M> at, rate;
+    const constraint::Touch<double> touch =
+        TouchOf<Kind>(parts, Numbers<double>(parts).data(), z);
+    Vec3<double> tangent[kRows];
+    Tangents(frame, z, touch, tangent);
+    double rate[M] = {};
     for (int k = 0; k < M; ++k) {
-      at[k] = S(z[k]);
-      rate[k] = S::Variable(0, k);
-    }
-    S slip[kRows];
-    Slip(frame, parts, Numbers<S>(parts).data(), at.data(), rate.data(), slip);
-    for (int r = 0; r < frame.rows; ++r) {
-      for (int k = 0; k < M; ++k) map[r * M + k] = slip[r].d[k];
+      rate[k] = 1;
+      const Vec3<double> w = Velocity(touch, z, rate);
+      rate[k] = 0;
+      for (int r = 0; r < frame.rows; ++r) map[r * M + k] = touch.stretch * Dot(tangent[r], w);
     }
   }
 
   /// ṡ [rows].
   static void Rate(const SlipFrame& frame, const ElementParts& parts, const double* z,
                    const double* rate, const double* acceleration, double* slip_rate) {
+    if constexpr (Kind::kSlipAffine) {
+      Slip(frame, parts, Numbers<double>(parts).data(), z, acceleration, slip_rate);
+      return;
+    }
     using S = Dual<double, 1>;
     std::array<S, M> at, along;
     for (int k = 0; k < M; ++k) {
@@ -195,6 +183,31 @@ struct SlipKernel {
   }
 
  private:
+  /// The tangents of the frame, of length 1.
+  template <class S>
+  static void Tangents(const SlipFrame& frame, const S* z, const constraint::Touch<S>& touch,
+                       Vec3<S>* tangent) {
+    using std::sqrt;
+    if (frame.rows != 1) return Kind::Tangents(z, touch, &tangent[0], &tangent[1]);
+    const Vec3<double>& m = frame.plane;
+    const Vec3<S>& n = touch.normal;
+    const Vec3<S> t(n(2) * m(1) - n(1) * m(2), n(0) * m(2) - n(2) * m(0),
+                    n(1) * m(0) - n(0) * m(1));
+    const S length = sqrt(Dot(t, t));
+    for (int k = 0; k < 3; ++k) tangent[0](k) = t(k) / length;
+  }
+  /// w, the velocity of the material of the first body there less that of the other.
+  template <class S>
+  static Vec3<S> Velocity(const constraint::Touch<S>& touch, const S* z, const S* rate) {
+    Vec3<S> w = At(rate);
+    if constexpr (Kind::kTurns > 0) w += Cross(At(rate + Z), touch.arm);
+    if constexpr (Kind::kOther >= 0) {
+      constexpr int o = 3 * Kind::kOther;
+      const Vec3<S> arm = At(z) + touch.arm - At(z + o);
+      w -= At(rate + o) + Cross(At(rate + Z + 3), arm);
+    }
+    return w;
+  }
   template <class S>
   static Vec3<S> At(const S* numbers) {
     return Vec3<S>(numbers[0], numbers[1], numbers[2]);
