@@ -22,7 +22,8 @@ ElementRows::ElementRows(const RigidBodyTree& tree)
     : z_q(ElementMotion::kMaxSize, tree.dof()),
       rate_q(z_q.rows(), z_q.cols()),
       acceleration_q(z_q.rows(), z_q.cols()),
-      acceleration_v(z_q.rows(), z_q.cols()) {}
+      acceleration_v(z_q.rows(), z_q.cols()),
+      of_body(tree.dof()) {}
 
 ElementGeometry::ElementGeometry(const RigidBodyTree& tree, const ElementParts& parts)
     : size_(parts.size()) {
@@ -138,13 +139,23 @@ void ElementGeometry::Differentiate(const RigidBodyTree& tree, const TreeState<d
   rows->rate_q.topLeftCorner(size_, count).setZero();
   rows->acceleration_q.topLeftCorner(size_, count).setZero();
   rows->acceleration_v.topLeftCorner(size_, count).setZero();
-  int row = 0;
+  int moved = -1, row = 0;
+  const auto move = [&](int body, const std::vector<Mover>& movers) {
+    if (body == moved) return;  // the place and the turn of one
+    moved = body;
+    for (std::size_t k = 0; k < movers.size(); ++k) {
+      rows->of_body[k] = DifferentiateBody(tree, gravity, state, body, movers[k].dof);
+    }
+  };
   for (const Point& point : points_) {
+    const int body = point.place.body;
     const PointMotion<double> at = {At(motion.z + row), At(motion.rate + row),
                                     At(motion.acceleration + row)};
-    for (const Mover& mover : point.movers) {
+    move(body, point.movers);
+    for (std::size_t k = 0; k < point.movers.size(); ++k) {
+      const Mover& mover = point.movers[k];
       const PointColumns<double> c =
-          DifferentiatePoint(tree, gravity, state, point.place.body, at, mover.dof);
+          DifferentiatePoint(state, body, rows->of_body[k], at, mover.dof);
       rows->z_q.block<3, 1>(row, mover.column) = c.jacobian;
       rows->rate_q.block<3, 1>(row, mover.column) = c.velocity_q;
       rows->acceleration_q.block<3, 1>(row, mover.column) = c.acceleration_q;
@@ -154,13 +165,14 @@ void ElementGeometry::Differentiate(const RigidBodyTree& tree, const TreeState<d
   }
   for (const Joint& joint : joints_) rows->z_q(row++, joint.column) = 1;
   for (const Turn& turn : turns_) {
-    for (const Mover& mover : turn.movers) {
-      const PointColumns<double> c =
-          DifferentiateTurn(tree, gravity, state, turn.body, mover.dof);
-      rows->z_q.block<3, 1>(row, mover.column) = c.jacobian;
-      rows->rate_q.block<3, 1>(row, mover.column) = c.velocity_q;
-      rows->acceleration_q.block<3, 1>(row, mover.column) = c.acceleration_q;
-      rows->acceleration_v.block<3, 1>(row, mover.column) = c.acceleration_v;
+    move(turn.body, turn.movers);
+    for (std::size_t k = 0; k < turn.movers.size(); ++k) {
+      const Mover& mover = turn.movers[k];
+      const BodyColumns<double>& c = rows->of_body[k];
+      rows->z_q.block<3, 1>(row, mover.column) = state.dof[mover.dof].axis.ang;
+      rows->rate_q.block<3, 1>(row, mover.column) = c.velocity_q.ang;
+      rows->acceleration_q.block<3, 1>(row, mover.column) = c.acceleration_q.ang;
+      rows->acceleration_v.block<3, 1>(row, mover.column) = c.acceleration_v.ang;
     }
     row += 3;
   }

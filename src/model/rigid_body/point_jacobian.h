@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "contact_flow/model/rigid_body/element_geometry.h"
 #include "contact_flow/model/rigid_body/kinematics.h"
 
 namespace contact_flow {
@@ -13,14 +14,6 @@ struct PointColumns {
   Vec3<S> velocity_q;      ///< ∂ṗ/∂η_j
   Vec3<S> acceleration_q;  ///< ∂p̈/∂η_j, at fixed v̇
   Vec3<S> acceleration_v;  ///< ∂p̈/∂v_j, at fixed v̇
-};
-
-/// How the spatial velocity and acceleration of a body change with η_j and v_j.
-template <class S>
-struct BodyColumns {
-  Spatial<S> velocity_q;
-  Spatial<S> acceleration_q;
-  Spatial<S> acceleration_v;
 };
 
 /// The columns of a j that moves `body`, after UpdateAccelerations. With ψ_j = v_p × J_j, p the
@@ -46,16 +39,15 @@ BodyColumns<S> DifferentiateBody(const RigidBodyTree& tree, const Vec3<S>& gravi
   return {v_q, CrossMotion(J, a) + CrossMotion(psi, v), Jdot + v_q};
 }
 
-/// The columns of a j that moves `body`, for its point that moves as `motion`; after
-/// UpdateAccelerations. From those of the body's spatial velocity v and acceleration a, of which
+/// The columns of a j that moves `body`, for its point that moves as `motion`, from those of the
+/// body's spatial velocity v and acceleration a (DifferentiateBody), of which
 /// ṗ = v_lin + ω × r, p̈ = a_lin + α × r + ω × ṗ at r from the reference point.
 template <class S>
-PointColumns<S> DifferentiatePoint(const RigidBodyTree& tree, const Vec3<S>& gravity,
-                                   const TreeState<S>& state, int body,
-                                   const PointMotion<S>& motion, int j) {
+PointColumns<S> DifferentiatePoint(const TreeState<S>& state, int body,
+                                   const BodyColumns<S>& of_body, const PointMotion<S>& motion,
+                                   int j) {
   const Spatial<S>& J = state.dof[j].axis;
   const typename TreeState<S>::Body& moved = state.body[body];
-  const BodyColumns<S> of_body = DifferentiateBody(tree, gravity, state, body, j);
   const Spatial<S>&v_q = of_body.velocity_q, &a_q = of_body.acceleration_q,
         &a_v = of_body.acceleration_v;
   const Vec3<S> r = motion.position - state.reference;
@@ -69,16 +61,6 @@ PointColumns<S> DifferentiatePoint(const RigidBodyTree& tree, const Vec3<S>& gra
   columns.acceleration_v =
       a_v.lin + Cross(a_v.ang, r) + Cross(J.ang, motion.velocity) + Cross(omega, columns.jacobian);
   return columns;
-}
-
-/// The columns of a j that moves `body`, for its angular velocity and acceleration, in world axes;
-/// as above.
-template <class S>
-PointColumns<S> DifferentiateTurn(const RigidBodyTree& tree, const Vec3<S>& gravity,
-                                  const TreeState<S>& state, int body, int j) {
-  const BodyColumns<S> of_body = DifferentiateBody(tree, gravity, state, body, j);
-  return {state.dof[j].axis.ang, of_body.velocity_q.ang, of_body.acceleration_q.ang,
-          of_body.acceleration_v.ang};
 }
 
 /// Position, velocity and acceleration of the point of a body that is at `local` in the body's

@@ -16,6 +16,14 @@ struct ElementMotion {
   double acceleration[kMaxSize];
 };
 
+/// How the spatial velocity and acceleration of a body change with η_j and v_j.
+template <class S>
+struct BodyColumns {
+  Spatial<S> velocity_q;
+  Spatial<S> acceleration_q;
+  Spatial<S> acceleration_v;
+};
+
 /// How z, ż and z̈ change with the robot's motion: matrices [N×c] over the c velocity numbers that
 /// move z (ElementGeometry::columns).
 struct ElementRows {
@@ -23,6 +31,7 @@ struct ElementRows {
   Matrix rate_q;          ///< ∂ż/∂η
   Matrix acceleration_q;  ///< ∂z̈/∂η at fixed v̇
   Matrix acceleration_v;  ///< ∂z̈/∂v at fixed v̇
+  std::vector<BodyColumns<double>> of_body;  ///< of the body last looked at, by its movers
 
   /// Makes room for the largest element.
   explicit ElementRows(const RigidBodyTree& tree);
