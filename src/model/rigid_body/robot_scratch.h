@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
+#include <cstring>
 #include <memory>
 #include <vector>
 
@@ -22,7 +24,29 @@ struct RobotSystem::Scratch {
         rows(tree),
         product(kMax, tree.dof()),
         by_u(kMax * (inputs + 1)),
-        input(Vector::Zero(inputs)) {}
+        input(Vector::Zero(inputs)),
+        positions_(tree.num_positions()),
+        velocities_(tree.dof()) {}
+
+  /// Poses and velocities of `state` at (q, v). One evaluation after another asks for the same:
+  /// what is there already, to the bit, stays.
+  void MoveTo(const RigidBodyTree& tree, const double* q, const double* v) {
+    const bool placed = has_positions_ && Same(positions_, q);
+    if (placed && Same(velocities_, v)) return;
+    if (!placed) {
+      std::copy_n(q, positions_.size(), positions_.begin());
+      UpdatePositions(tree, q, &state);
+      has_positions_ = true;
+      has_inertias_ = false;
+    }
+    std::copy_n(v, velocities_.size(), velocities_.begin());
+    UpdateVelocities(tree, v, &state);
+  }
+  /// The inertias there, after MoveTo.
+  void TakeInertias(const RigidBodyTree& tree) {
+    if (!has_inertias_) UpdateInertias(tree, &state);
+    has_inertias_ = true;
+  }
 
   void ClearForces() {
     for (PointForces<double>& forces : external) forces.SetZero();
@@ -48,6 +72,15 @@ struct RobotSystem::Scratch {
   Vector weight;                                // G [nv]
   Matrix weight_q;                              // ∂G/∂η
   double u[kMax];
+
+ private:
+  static bool Same(const std::vector<double>& known, const double* numbers) {
+    return std::memcmp(known.data(), numbers, known.size() * sizeof(double)) == 0;
+  }
+
+  std::vector<double> positions_, velocities_;  // where `state` is
+  bool has_positions_ = false;                  // it is anywhere yet
+  bool has_inertias_ = false;                   // of these positions
 };
 
 class RobotSystem::Loan {

@@ -181,9 +181,8 @@ void RobotSystem::Dynamics(const VectorRef& q, const VectorRef& v, const VectorR
   const Loan loan(this);
   Scratch* s = loan.get();
   const RigidBodyTree& tree = robot_.model.tree;
-  UpdatePositions(tree, q.data(), &s->state);
-  UpdateVelocities(tree, v.data(), &s->state);
-  UpdateInertias(tree, &s->state);
+  s->MoveTo(tree, q.data(), v.data());
+  s->TakeInertias(tree);
   s->ClearForces();
   CloseLoop(q, v, u, s);
   AddEfforts(q, v, mode, s);
@@ -208,8 +207,7 @@ void RobotSystem::Constraints(const VectorRef& q, const VectorRef& v,
   terms->jacobian.setZero(count + num_tangential_, tree.dof());
   if (count == 0) return;
   const Vec3<double> weightless = Vec3<double>::Zero();
-  UpdatePositions(tree, q.data(), &s->state);
-  UpdateVelocities(tree, v.data(), &s->state);
+  s->MoveTo(tree, q.data(), v.data());
   UpdateAccelerations<double>(tree, weightless, nullptr, &s->state);
   for (Eigen::Index i = 0; i < count; ++i) {
     const ElementGeometry& geometry = constraint_geometry_[i];

@@ -72,8 +72,7 @@ Vector RobotSystem::JointEfforts(const VectorRef& q, const VectorRef& v, const V
                                  ContactMode mode) const {
   const Loan loan(this);
   Scratch* s = loan.get();
-  UpdatePositions(robot_.model.tree, q.data(), &s->state);
-  UpdateVelocities(robot_.model.tree, v.data(), &s->state);
+  s->MoveTo(robot_.model.tree, q.data(), v.data());
   s->ClearForces();
   CloseLoop(q, v, u, s);
   AddEfforts(q, v, mode, s);
@@ -85,8 +84,7 @@ void RobotSystem::EffortShares(const VectorRef& q, const VectorRef& v, const Vec
   const Loan loan(this);
   Scratch* s = loan.get();
   if (forces_on_points_) {
-    UpdatePositions(robot_.model.tree, q.data(), &s->state);
-    UpdateVelocities(robot_.model.tree, v.data(), &s->state);
+    s->MoveTo(robot_.model.tree, q.data(), v.data());
   }
   CloseLoop(q, v, u, s);
   share->resize(static_cast<Eigen::Index>(limited_.size()));

@@ -141,9 +141,8 @@ void RobotSystem::DifferentiateDynamics(const VectorRef& q, const VectorRef& v, 
   Scratch* s = loan.get();
   const RigidBodyTree& tree = robot_.model.tree;
   const int n = tree.dof(), count = static_cast<int>(all_constraints_.size());
-  UpdatePositions(tree, q.data(), &s->state);
-  UpdateVelocities(tree, v.data(), &s->state);
-  UpdateInertias(tree, &s->state);
+  s->MoveTo(tree, q.data(), v.data());
+  s->TakeInertias(tree);
   UpdateMomenta(tree, &s->state);
   s->ClearForces();
   CloseLoop(q, v, u, s);
@@ -175,9 +174,8 @@ void RobotSystem::DifferentiateImpact(const VectorRef& q, const VectorRef& jump,
   const RigidBodyTree& tree = robot_.model.tree;
   const int n = tree.dof(), count = static_cast<int>(all_constraints_.size());
   const Vec3<double> weightless = Vec3<double>::Zero();
-  UpdatePositions(tree, q.data(), &s->state);
-  UpdateVelocities(tree, s->zero.data(), &s->state);
-  UpdateInertias(tree, &s->state);
+  s->MoveTo(tree, q.data(), s->zero.data());
+  s->TakeInertias(tree);
   UpdateMomenta(tree, &s->state);
   s->ClearForces();
   AddConstraintForces(q, impulse, s);
@@ -186,7 +184,7 @@ void RobotSystem::DifferentiateImpact(const VectorRef& q, const VectorRef& jump,
   s->jacobian.Compute(tree, weightless, s->external.data(), s->state, jacobian->momentum_q.data(),
                       nullptr);
   jacobian->constraint_q.setZero(num_rows(), n);
-  UpdateVelocities(tree, speed.data(), &s->state);
+  s->MoveTo(tree, q.data(), speed.data());
   UpdateAccelerations<double>(tree, weightless, nullptr, &s->state);
   for (int i = 0; i < count; ++i) {
     const ConstraintElement& element = constraint(i);

@@ -89,9 +89,8 @@ void RobotSystem::DifferentiateDynamicsByParameters(const VectorRef& q, const Ve
   const auto count = static_cast<Eigen::Index>(parameters.size());
   jacobian->momentum.setZero(tree.dof(), count);
   jacobian->constraint.setZero(num_rows(), count);
-  UpdatePositions(tree, q.data(), &s->state);
-  UpdateVelocities(tree, v.data(), &s->state);
-  UpdateInertias(tree, &s->state);
+  s->MoveTo(tree, q.data(), v.data());
+  s->TakeInertias(tree);
   UpdateMomenta(tree, &s->state);
   UpdateAccelerations(tree, tree.gravity(), acceleration.data(), &s->state);
   CloseLoop(q, v, u, s);
@@ -146,9 +145,8 @@ void RobotSystem::DifferentiateImpactByParameters(const VectorRef& q, const Vect
   jacobian->constraint.setZero(num_rows(), count);
   jacobian->gap.setZero(num_rows(), count);
   jacobian->restitution.setZero(num_constraints(), count);
-  UpdatePositions(tree, q.data(), &s->state);
-  UpdateVelocities(tree, s->zero.data(), &s->state);
-  UpdateInertias(tree, &s->state);
+  s->MoveTo(tree, q.data(), s->zero.data());
+  s->TakeInertias(tree);
   UpdateMomenta(tree, &s->state);
   UpdateAccelerations<double>(tree, Vec3<double>::Zero(), jump.data(), &s->state);
   for (int p = 0; p < count; ++p) {
