@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <type_traits>
 
 #include "contact_flow/dynamics/inverse_inertia.h"
@@ -35,26 +34,6 @@ void MultiplySmall(double sign, const Matrix& A, const Matrix& B, double* out, i
   });
 }
 
-/// The columns of ∂r₁ and ∂r₂, and the rows of what is active.
-struct ResidualRows {
-  GatheredColumns momentum, constraint;
-  Matrix by_variables;  // ∂r₂ by the variables [n+l+r × k]
-
-  void Take(int d, const std::vector<int>& active) {
-    momentum.columns.clear();
-    constraint.columns.clear();
-    momentum.rows.resize(d);
-    std::iota(momentum.rows.begin(), momentum.rows.end(), 0);
-    constraint.rows = active;
-  }
-  void Add(const Matrix& r1, const Matrix& r2) {
-    for (Eigen::Index c = 0; c < r1.cols(); ++c) {
-      momentum.columns.push_back(r1.col(c).data());
-      constraint.columns.push_back(r2.col(c).data());
-    }
-  }
-};
-
 }  // namespace
 
 ContactDynamics::ContactDynamics(const MechanicalSystem& system, const VectorRef& u,
@@ -81,6 +60,8 @@ ContactDynamics::ContactDynamics(const MechanicalSystem& system, const VectorRef
   residual_.constraint_q.resize(n_, d_);
   residual_.constraint_v.resize(n_, d_);
 }
+
+ContactDynamics::~ContactDynamics() = default;
 
 void ContactDynamics::SetMode(ContactMode mode) {
   auto kept = std::find_if(modes_.begin(), modes_.end(),
@@ -269,20 +250,19 @@ void ContactDynamics::DifferentiateEvaluated(const VectorRef& x) {
   if (!at_->sliding.empty()) DifferentiateDirections(x);
   force_jacobian_.setZero();
   if (by_rows) {
-    thread_local ResidualRows scratch;
-    ResidualRows& rows = scratch;
-    rows.Take(d_, at_->active);
-    rows.Add(residual_.momentum_q, residual_.constraint_q);
-    rows.Add(residual_.momentum_v, residual_.constraint_v);
+    if (row_solver_ == nullptr) row_solver_ = std::make_unique<RowSolver>();
+    row_solver_->Start(at_->active);
+    row_solver_->Add(residual_.momentum_q, residual_.constraint_q);
+    row_solver_->Add(residual_.momentum_v, residual_.constraint_v);
     if (k_ > 0) {
-      rows.by_variables.setZero(n_, k_);
+      variable_constraint_.setZero(n_, k_);
       for (int i = 0; i < k; ++i) {
-        rows.by_variables.row(at_->active[i]) = at_->residual.row(i).tail(k_);
+        variable_constraint_.row(at_->active[i]) = at_->residual.row(i).tail(k_);
       }
-      rows.Add(variable_momentum_, rows.by_variables);
+      row_solver_->Add(variable_momentum_, variable_constraint_);
     }
-    SolveByRows(mass_, at_->jacobian, at_->delassus_factor, rows.momentum, rows.constraint,
-                &acceleration_jacobian_, &at_->force_jacobian);
+    row_solver_->Solve(mass_, at_->jacobian, at_->delassus_factor, &acceleration_jacobian_,
+                       &at_->force_jacobian);
     for (int i = 0; i < k; ++i) force_jacobian_.row(at_->active[i]) = at_->force_jacobian.row(i);
     return;
   }

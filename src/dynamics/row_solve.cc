@@ -3,133 +3,47 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace contact_flow {
-namespace {
 
-/// Columns that are solved at once: six registers of two.
-constexpr int kWidth = 12;
-using Row = Eigen::Array<double, kWidth, 1>;
-/// Rows of kWidth columns, one behind another.
-using Rows = Eigen::Array<double, kWidth, Eigen::Dynamic>;
-
-/// A matrix by what is not zero in its rows.
-class SparseRows {
- public:
-  /// Of `entry(i, j)`, and j from `first(i)` up to `end(i)`.
-  template <class Entry, class First, class End>
-  void Fill(int rows, int columns, const Entry& entry, const First& first, const End& end) {
-    begin_.resize(rows + 1);
-    entries_.resize(rows * columns);
-    int count = 0;
-    for (int i = 0; i < rows; ++i) {
-      begin_[i] = count;
-      for (int j = first(i), last = end(i); j < last; ++j) {
-        const double value = entry(i, j);
-        if (value != 0) entries_[count++] = {j, value};
-      }
+template <class Entry, class First, class End>
+void RowSolver::NonzeroRows::Fill(int rows, int columns, const Entry& entry, const First& first,
+                                  const End& end) {
+  begin_.resize(rows + 1);
+  entries_.resize(rows * columns);
+  int count = 0;
+  for (int i = 0; i < rows; ++i) {
+    begin_[i] = count;
+    for (int j = first(i), last = end(i); j < last; ++j) {
+      const double value = entry(i, j);
+      if (value != 0) entries_[count++] = {j, value};
     }
-    begin_[rows] = count;
   }
-  /// Row i of this matrix times B.
-  Row Multiply(int i, const Rows& B) const {
-    Row sum = Row::Zero();
-    for (int e = begin_[i]; e < begin_[i + 1]; ++e) {
-      sum += entries_[e].value * B.col(entries_[e].column);
-    }
-    return sum;
-  }
-
- private:
-  struct Entry {
-    int column;
-    double value;
-  };
-  std::vector<int> begin_;
-  std::vector<Entry> entries_;
-};
-
-/// L, upper triangular, and W; scratch that makes room once.
-struct Factors {
-  Matrix L, W;             // [d×d], [d×k]
-  Vector pivots;           // reciprocals of the diagonal of L
-  Vector delassus_pivots;  // … and of the factor of WᵀW
-  std::vector<int> support;
-  SparseRows above, below;    // what is not zero in rows of L and Lᵀ, without the diagonal
-  SparseRows reach, reached;  // in rows of W and Wᵀ
-  Rows r, y, force;
-
-  void Factorize(const Matrix& M, const Matrix& A) {
-    const auto d = static_cast<int>(M.rows()), k = static_cast<int>(A.rows());
-    L = M;
-    W = A.transpose();
-    pivots.resize(d);
-    for (int c = d - 1; c >= 0; --c) {
-      double* column = L.col(c).data();
-      support.clear();
-      for (int i = 0; i < c; ++i) {
-        if (column[i] != 0) support.push_back(i);
-      }
-      const double pivot = 1 / std::sqrt(column[c]);
-      pivots(c) = pivot;
-      for (int i : support) column[i] *= pivot;
-      for (int i : support) {
-        for (int j : support) {
-          if (j > i) break;
-          L(j, i) -= column[i] * column[j];
-        }
-      }
-      for (int i = 0; i < k; ++i) {
-        double* b = W.col(i).data();
-        if (b[c] == 0) continue;
-        b[c] *= pivot;
-        for (int j : support) b[j] -= column[j] * b[c];
-      }
-    }
-    const auto none = [](int) { return 0; };
-    const auto of_L = [&](int i, int j) { return L(i, j); };
-    const auto of_Lt = [&](int i, int j) { return L(j, i); };
-    above.Fill(
-        d, d, of_L, [](int i) { return i + 1; }, [d](int) { return d; });
-    below.Fill(d, d, of_Lt, none, [](int i) { return i; });
-    reach.Fill(
-        d, k, [&](int i, int j) { return W(i, j); }, none, [k](int) { return k; });
-    reached.Fill(
-        k, d, [&](int i, int j) { return W(j, i); }, none, [d](int) { return d; });
-    r.resize(kWidth, d);
-    y.resize(kWidth, d);
-    force.resize(kWidth, k);
-  }
-};
-
-/// WᵀW Λ = B, in place.
-void SolveDelassus(const Matrix& factor, const Vector& pivots, Rows* B) {
-  const auto k = static_cast<int>(factor.rows());
-  for (int i = 0; i < k; ++i) {
-    Row sum = B->col(i);
-    for (int j = 0; j < i; ++j) sum -= factor(i, j) * B->col(j);
-    B->col(i) = sum * pivots(i);
-  }
-  for (int i = k - 1; i >= 0; --i) {
-    Row sum = B->col(i);
-    for (int j = i + 1; j < k; ++j) sum -= factor(j, i) * B->col(j);
-    B->col(i) = sum * pivots(i);
-  }
+  begin_[rows] = count;
 }
 
-/// Columns first … first + count of −`from`, one row behind another; zeros beyond.
-void Gather(const GatheredColumns& from, int first, int count, Rows* rows) {
+inline RowSolver::Row RowSolver::NonzeroRows::Multiply(int i, const Rows& B) const {
+  Row sum = Row::Zero();
+  for (int e = begin_[i]; e < begin_[i + 1]; ++e) {
+    sum += entries_[e].value * B.col(entries_[e].column);
+  }
+  return sum;
+}
+
+/// Rows `row` of −`columns`, `count` of them from `first` on, one behind another; zeros beyond.
+void RowSolver::Gather(const std::vector<const double*>& columns, const std::vector<int>& row,
+                       int first, int count, Rows* rows) {
   if (count < kWidth) rows->setZero();
-  const int* row = from.rows.data();
-  const auto size = static_cast<int>(from.rows.size());
+  const auto size = static_cast<int>(row.size());
   for (int c = 0; c < count; ++c) {
-    const double* column = from.columns[first + c];
+    const double* column = columns[first + c];
     double* out = rows->data() + c;
     for (int i = 0; i < size; ++i, out += kWidth) *out = -column[row[i]];
   }
 }
 
-void Scatter(const Rows& rows, int first, int count, Matrix* to) {
+void RowSolver::Scatter(const Rows& rows, int first, int count, Matrix* to) {
   const Eigen::Index size = rows.cols();
   for (int c = 0; c < count; ++c) {
     const double* from = rows.data() + c;
@@ -138,37 +52,100 @@ void Scatter(const Rows& rows, int first, int count, Matrix* to) {
   }
 }
 
-void Solve(Factors* factors, const Matrix& delassus, const GatheredColumns& r1,
-           const GatheredColumns& r2, Matrix* X, Matrix* Lambda) {
-  Factors& of = *factors;
-  const auto d = static_cast<int>(of.W.rows()), k = static_cast<int>(of.W.cols());
-  const auto columns = static_cast<int>(r1.columns.size());
-  of.delassus_pivots = delassus.diagonal().cwiseInverse();
-  for (int first = 0; first < columns; first += kWidth) {
-    const int count = std::min(kWidth, columns - first);
-    Gather(r1, first, count, &of.y);
-    Gather(r2, first, count, &of.force);
-    for (int i = d - 1; i >= 0; --i) {  // −Y
-      of.y.col(i) = (of.y.col(i) - of.above.Multiply(i, of.y)) * of.pivots(i);
-    }
-    for (int i = 0; i < k; ++i) of.force.col(i) -= of.reached.Multiply(i, of.y);
-    SolveDelassus(delassus, of.delassus_pivots, &of.force);
-    for (int i = 0; i < d; ++i) {
-      const Row right = of.y.col(i) + of.reach.Multiply(i, of.force);
-      of.r.col(i) = (right - of.below.Multiply(i, of.r)) * of.pivots(i);
-    }
-    Scatter(of.r, first, count, X);
-    Scatter(of.force, first, count, Lambda);
+void RowSolver::Start(const std::vector<int>& rows) {
+  momentum_.clear();
+  constraint_.clear();
+  rows_ = rows;
+}
+
+void RowSolver::Add(const Matrix& momentum, const Matrix& constraint) {
+  for (Eigen::Index c = 0; c < momentum.cols(); ++c) {
+    momentum_.push_back(momentum.col(c).data());
+    constraint_.push_back(constraint.col(c).data());
   }
 }
 
-}  // namespace
+void RowSolver::Factorize(const Matrix& M, const Matrix& A) {
+  const auto d = static_cast<int>(M.rows()), k = static_cast<int>(A.rows());
+  L_ = M;
+  W_ = A.transpose();
+  pivots_.resize(d);
+  for (int c = d - 1; c >= 0; --c) {
+    double* column = L_.col(c).data();
+    support_.clear();
+    for (int i = 0; i < c; ++i) {
+      if (column[i] != 0) support_.push_back(i);
+    }
+    const double pivot = 1 / std::sqrt(column[c]);
+    pivots_(c) = pivot;
+    for (int i : support_) column[i] *= pivot;
+    for (int i : support_) {
+      for (int j : support_) {
+        if (j > i) break;
+        L_(j, i) -= column[i] * column[j];
+      }
+    }
+    for (int i = 0; i < k; ++i) {
+      double* b = W_.col(i).data();
+      if (b[c] == 0) continue;
+      b[c] *= pivot;
+      for (int j : support_) b[j] -= column[j] * b[c];
+    }
+  }
+  const auto none = [](int) { return 0; };
+  const auto of_L = [&](int i, int j) { return L_(i, j); };
+  const auto of_Lt = [&](int i, int j) { return L_(j, i); };
+  above_.Fill(
+      d, d, of_L, [](int i) { return i + 1; }, [d](int) { return d; });
+  below_.Fill(d, d, of_Lt, none, [](int i) { return i; });
+  reach_.Fill(
+      d, k, [&](int i, int j) { return W_(i, j); }, none, [k](int) { return k; });
+  reached_.Fill(
+      k, d, [&](int i, int j) { return W_(j, i); }, none, [d](int) { return d; });
+}
 
-void SolveByRows(const Matrix& M, const Matrix& A, const Eigen::LLT<Matrix>& delassus,
-                 const GatheredColumns& r1, const GatheredColumns& r2, Matrix* X, Matrix* Lambda) {
-  thread_local Factors factors;
-  factors.Factorize(M, A);
-  Solve(&factors, delassus.matrixLLT(), r1, r2, X, Lambda);
+/// WᵀW Λ = B, in place.
+void RowSolver::SolveDelassus(const Matrix& factor) {
+  const auto k = static_cast<int>(factor.rows());
+  for (int i = 0; i < k; ++i) {
+    Row sum = force_.col(i);
+    for (int j = 0; j < i; ++j) sum -= factor(i, j) * force_.col(j);
+    force_.col(i) = sum * delassus_pivots_(i);
+  }
+  for (int i = k - 1; i >= 0; --i) {
+    Row sum = force_.col(i);
+    for (int j = i + 1; j < k; ++j) sum -= factor(j, i) * force_.col(j);
+    force_.col(i) = sum * delassus_pivots_(i);
+  }
+}
+
+void RowSolver::Solve(const Matrix& M, const Matrix& A, const Eigen::LLT<Matrix>& delassus,
+                      Matrix* X, Matrix* Lambda) {
+  Factorize(M, A);
+  const auto d = static_cast<int>(W_.rows()), k = static_cast<int>(W_.cols());
+  const auto columns = static_cast<int>(momentum_.size());
+  delassus_pivots_ = delassus.matrixLLT().diagonal().cwiseInverse();
+  all_.resize(d);
+  std::iota(all_.begin(), all_.end(), 0);
+  x_.resize(kWidth, d);
+  y_.resize(kWidth, d);
+  force_.resize(kWidth, k);
+  for (int first = 0; first < columns; first += kWidth) {
+    const int count = std::min(kWidth, columns - first);
+    Gather(momentum_, all_, first, count, &y_);
+    Gather(constraint_, rows_, first, count, &force_);
+    for (int i = d - 1; i >= 0; --i) {  // −Y
+      y_.col(i) = (y_.col(i) - above_.Multiply(i, y_)) * pivots_(i);
+    }
+    for (int i = 0; i < k; ++i) force_.col(i) -= reached_.Multiply(i, y_);
+    SolveDelassus(delassus.matrixLLT());
+    for (int i = 0; i < d; ++i) {
+      const Row right = y_.col(i) + reach_.Multiply(i, force_);
+      x_.col(i) = (right - below_.Multiply(i, x_)) * pivots_(i);
+    }
+    Scatter(x_, first, count, X);
+    Scatter(force_, first, count, Lambda);
+  }
 }
 
 }  // namespace contact_flow

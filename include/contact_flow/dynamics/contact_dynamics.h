@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <list>
+#include <memory>
 #include <vector>
 
 #include "contact_flow/contact_mode.h"
@@ -12,6 +13,8 @@
 #include "contact_flow/types.h"
 
 namespace contact_flow {
+
+class RowSolver;
 
 /// The dynamics in a contact mode, (1a) of the paper, with the contact force, and
 /// their derivatives:
@@ -36,6 +39,7 @@ class ContactDynamics {
  public:
   ContactDynamics(const MechanicalSystem& system, const VectorRef& u,
                   const Variables& variables = {});
+  ~ContactDynamics();
   ContactDynamics(const ContactDynamics&) = delete;
   ContactDynamics& operator=(const ContactDynamics&) = delete;
 
@@ -215,7 +219,9 @@ class ContactDynamics {
   mutable Vector interior_;  // the share where the margin is
   Matrix acceleration_jacobian_;
   Matrix force_jacobian_;
-  Matrix variable_momentum_;  // ∂r₁ by the variables [d×k]
+  Matrix variable_momentum_;    // ∂r₁ by the variables [d×k]
+  Matrix variable_constraint_;  // ∂r₂ by them [n+l+r × k], of active rows
+  std::unique_ptr<RowSolver> row_solver_;
   Vector force_rate_;         // dλ/dt [n+l+r], and scratch for it
   Vector momentum_rate_, multiplier_rate_;
   Vector column_;
