@@ -45,6 +45,9 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   file(GLOB sources CONFIGURE_DEPENDS src/dynamics/*.cc src/flow/*.cc)
   set_property(SOURCE ${sources} APPEND PROPERTY COMPILE_OPTIONS -fno-optimize-strlen)
 endif()
+contact_flow_precompile(contact_flow)
+set_source_files_properties(src/flow/lanes_avx2.cc src/flow/lanes_avx512.cc
+  PROPERTIES SKIP_PRECOMPILE_HEADERS ON)   # other instructions
 # Known to one file alone.
 set_source_files_properties(src/trajectory_optimization/ipopt_adapter.cc
   PROPERTIES COMPILE_DEFINITIONS CONTACT_FLOW_HAVE_IPOPT=${IPOPT_FOUND})

@@ -46,6 +46,7 @@ file(GLOB PYTHON_SOURCES CONFIGURE_DEPENDS python/src/*.cc)
 pybind11_add_module(contact_flow_core_python NO_EXTRAS ${PYTHON_SOURCES})
 target_link_libraries(contact_flow_core_python PRIVATE contact_flow)
 target_compile_options(contact_flow_core_python PRIVATE -O2)
+contact_flow_precompile(contact_flow_core_python <pybind11/pybind11.h> <pybind11/eigen.h> <pybind11/stl.h>)
 target_compile_definitions(contact_flow_core_python PRIVATE
   CONTACT_FLOW_VERSION="${PROJECT_VERSION}")
 file(RELATIVE_PATH to_library /${CONTACT_FLOW_PYTHON_DESTINATION} /${python_library_destination})

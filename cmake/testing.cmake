@@ -34,6 +34,9 @@ function(contact_flow_gtest name)
     add_test(NAME ${name}
       COMMAND ${name} --gtest_output=xml:${CONTACT_FLOW_TEST_RESULTS}/gtest-${name}.xml)
   endif()
+  if(ARGC GREATER 6)
+    contact_flow_precompile(${name} <gtest/gtest.h>)
+  endif()
 endfunction()
 
 # contact_flow_script_test(GROUP NAME FILE.py): a Python file that takes `--junit RESULTS`.
