@@ -103,6 +103,7 @@ void ContactDynamics::Factorize(const VectorRef& x) {
   if (!has_mass_) mass_factor_.Compute(mass_);
   has_mass_ = constant_;
   at_->regular = mass_factor_.regular();
+  at_->poor = false;
   const int k = static_cast<int>(at_->active.size());
   if (k == 0) return;
   system_.Constraints(x.head(nq_), x.tail(d_), &terms_);
@@ -122,6 +123,7 @@ void ContactDynamics::Factorize(const VectorRef& x) {
   at_->dependent = system_.HasFriction() && FindDependence();
   if (at_->dependent) return;
   at_->regular = at_->regular && at_->delassus_factor.info() == Eigen::Success;
+  at_->poor = at_->regular && IsPoor();
 }
 
 void ContactDynamics::Invert() {
@@ -157,6 +159,7 @@ void ContactDynamics::Invert() {
       at_->response = (at_->response * at_->delassus_inverse).eval();
     }
   }
+  if (at_->poor) RefineInverse();
   if (at_->regular) return;
   at_->inverse.setConstant(std::numeric_limits<double>::quiet_NaN());
   at_->force_map.setConstant(std::numeric_limits<double>::quiet_NaN());
@@ -216,6 +219,7 @@ void ContactDynamics::Solve() {
     }
   }
   mass_factor_.SolveLTransposed(acceleration_);
+  if (at_->poor) RefineSolution();
   if (at_->regular) return;
   acceleration_.setConstant(std::numeric_limits<double>::quiet_NaN());
   at_->multiplier.setConstant(std::numeric_limits<double>::quiet_NaN());
@@ -237,7 +241,7 @@ void ContactDynamics::DifferentiateEvaluated(const VectorRef& x) {
   const int k = static_cast<int>(at_->active.size());
   // Robots whose feet stick; products of few coordinates are quicker.
   const bool by_rows = !constant_ && system_.HasFriction() && d_ > kFewCoordinates && k > 0 &&
-                       at_->sliding.empty() && !at_->dependent && at_->regular;
+                       at_->sliding.empty() && !at_->dependent && at_->regular && !at_->poor;
   if (!constant_ && !by_rows) Invert();
   const ContactMode mode = at_->mode;
   const auto q = x.head(nq_), v = x.tail(d_);

@@ -72,7 +72,7 @@ double ContactDynamics::ForceRate(const VectorRef& x, ContactMode mode, int i) {
 const Vector& ContactDynamics::ForceRates(const VectorRef& x, ContactMode mode) {
   Evaluate(x, mode);
   const auto q = x.head(nq_), v = x.tail(d_);
-  if (constant_ || at_->dependent || !at_->sliding.empty()) {
+  if (constant_ || at_->dependent || at_->poor || !at_->sliding.empty()) {
     DifferentiateEvaluated(x);
     force_rate_.resize(n_);
     for (int i = 0; i < n_; ++i) {

@@ -128,6 +128,7 @@ class ContactDynamics {
     ContactMode mode;
     bool known = false;       // the factors, for good: where they depend on the mode alone
     bool regular = true;      // they exist
+    bool poor = false;        // solutions by them lose digits, and are refined
     /// Rows: the rigid members of the mode, the bilateral constraints, T of what sticks.
     std::vector<int> active;
     Matrix jacobian;          // A_J [k×d]
@@ -182,6 +183,10 @@ class ContactDynamics {
   void Invert();
   /// Their contacts' part, where M has many zeros.
   void InvertSparse();
+  /// Whether pivots of Λ_J⁻¹ say that its solutions lose digits; and what gives them back.
+  bool IsPoor() const;
+  void RefineSolution();
+  void RefineInverse();
   /// v̇ = P_J (f + c v) and λ_J, where these do not change.
   void Multiply();
   /// λ_J = −Λ_J (Wᵀ y + Ȧ_J v) and v̇ = L⁻ᵀ (y + W λ_J), y = L⁻¹ (f + c v).
