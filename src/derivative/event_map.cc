@@ -10,14 +10,13 @@
 #include "contact_flow/budget.h"
 #include "frictional_event.h"
 #include "germ.h"
+#include "input_cluster.h"
 
 namespace contact_flow {
 namespace {
 
 /// First-order times that differ by less than this, relative, coincide.
 constexpr double kTie = 1e-8;
-/// What a change of the input is called in an order.
-constexpr const char* kInputChange = "input change";
 
 }  // namespace
 
@@ -32,8 +31,8 @@ Eigen::RowVectorXd EventMap::TimesTo(int i, const Stage& stage, const Matrix& W)
 }
 
 Vector EventMap::operator()(const VectorRef& w) const {
-  if (friction_) return Vector(friction_->Follow(w).matrix * w);
   if (absorbed_) return w;
+  if (friction_) return Vector(friction_->Follow(w).matrix * w);
   const Vector none = Vector::Zero(num_input_changes());
   return Germ(*this, Widen(w, none)).Run(nullptr).head(width());
 }
@@ -49,13 +48,19 @@ Vector EventMap::operator()(const VectorRef& w, const VectorRef& dt) const {
     throw std::invalid_argument(message.str());
   }
   if (c == 0) return (*this)(w);
+  if (friction_) {
+    const FrictionalPath path = friction_->Follow(w, dt);
+    return path.matrix * w + path.by_instants * dt;
+  }
   return Germ(*this, Widen(w, dt)).Run(nullptr).head(width());
 }
 
+FrictionalPath EventMap::AnyPath() const { return friction_->Follow(Vector::Zero(width())); }
+
 std::vector<PerturbedEvent> EventMap::PerturbedEvents(const VectorRef& w) const {
-  if (friction_) return friction_->Events(w);
   std::vector<PerturbedEvent> events;
   if (absorbed_) return events;
+  if (friction_) return friction_->Events(w);
   Germ(*this, Widen(w, Vector::Zero(num_input_changes()))).Run(&events);
   return events;
 }
@@ -78,7 +83,8 @@ std::vector<ContactMode> EventMap::PerturbedModes(const VectorRef& direction) co
 Matrix EventMap::Selection(const std::vector<int>& order) const {
   const Status linear = PiecewiseLinear(order);
   if (!linear.ok()) throw NotPiecewiseLinear(linear.message);
-  if (friction_) return friction_->Follow(Vector::Zero(size())).matrix;
+  if (absorbed_) return Matrix::Identity(width(), width());
+  if (friction_) return AnyPath().matrix;
   return WideSelection(order).topLeftCorner(width(), width());
 }
 
@@ -102,7 +108,8 @@ Matrix EventMap::WideSelection(const std::vector<int>& order) const {
 }
 
 Matrix EventMap::Cone(const std::vector<int>& order) const {
-  if (friction_) return friction_->Follow(Vector::Zero(size())).cone;
+  if (absorbed_) return Matrix(0, width());
+  if (friction_) return AnyPath().cone;
   const int n = size(), m = static_cast<int>(order.size());
   std::vector<Eigen::RowVectorXd> rows;
   Matrix carried = Matrix::Identity(n, n);  // w at this stage, moved to the time of the last event
@@ -127,7 +134,8 @@ Matrix EventMap::Cone(const std::vector<int>& order) const {
 }
 
 Matrix EventMap::Times(const std::vector<int>& order) const {
-  if (friction_) return friction_->Follow(Vector::Zero(size())).times;
+  if (absorbed_) return Matrix(0, width());
+  if (friction_) return AnyPath().times;
   return WideTimes(order).leftCols(width());
 }
 
@@ -164,7 +172,7 @@ std::vector<PieceTimes> EventMap::TimesOfPieces(int max_activations) const {
 }
 
 std::vector<ContactMode> EventMap::Modes(const std::vector<int>& order) const {
-  if (friction_) return friction_->Follow(Vector::Zero(size())).modes;
+  if (friction_) return AnyPath().modes;
   std::vector<ContactMode> modes;
   ContactMode S;
   for (int i : order) {
@@ -177,8 +185,8 @@ std::vector<ContactMode> EventMap::Modes(const std::vector<int>& order) const {
 }
 
 PiecewiseLinearMap EventMap::Pieces(int max_activations) const {
-  if (friction_) return friction_->Map();
   if (absorbed_) return PiecewiseLinearMap::Linear(Matrix::Identity(width(), width()));
+  if (friction_) return friction_->Map();
   const int m = num_activations();
   if (m > max_activations) {
     std::ostringstream message;

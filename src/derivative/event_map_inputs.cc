@@ -10,6 +10,7 @@ namespace contact_flow {
 EventMap EventMap::AbsorbedRest() const {
   EventMap rest = *this;
   rest.absorbed_ = true;
+  rest.friction_ = nullptr;
   rest.events_ = ContactMode();
   rest.activated_.clear();
   rest.cluster_ = ClusterReport();

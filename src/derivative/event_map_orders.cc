@@ -140,7 +140,7 @@ class OrderWalk {
 };
 
 Status EventMap::PiecewiseLinear(const std::vector<int>& order) const {
-  if (!status_.ok() || friction_) return status_;
+  if (!status_.ok() || friction_ || absorbed_) return status_;
   OrderWalk walk(*this);
   OrderWalk::State state;
   for (int i : order) {
@@ -150,7 +150,7 @@ Status EventMap::PiecewiseLinear(const std::vector<int>& order) const {
 }
 
 Matrix EventMap::AnySelection() const {
-  if (friction_) return friction_->Follow(Vector::Zero(size())).matrix;
+  if (friction_) return AnyPath().matrix;
   if (activated_.empty() || !PiecewiseLinear(activated_).ok()) {
     return Matrix::Identity(width(), width());
   }

@@ -9,7 +9,7 @@ bool EventMap::HasOnePiece() const {
   if (absorbed_) return true;
   if (!friction_) return num_activations() < 2 && PiecewiseLinear(activated_).ok();
   // A path without decisions may still not be every direction's: some may not be decided.
-  return transition_.changes_input && transition_.guards.empty() &&
+  return transition_.changes_input && later_.empty() && transition_.guards.empty() &&
          transition_.activated.Empty() && transition_.mode_before == transition_.mode_after;
 }
 
@@ -26,19 +26,21 @@ EventPiece EventMap::PieceAlong(const VectorRef& w) const {
   if (friction_) {
     FrictionalPath path = friction_->Follow(w);
     piece.matrix = std::move(path.matrix);
-    piece.by_instants.resize(width(), 0);
+    piece.by_instants = std::move(path.by_instants);
     piece.order = std::move(path.guards);
     piece.times = std::move(path.times);
-    piece.times_by_instants.resize(piece.times.rows(), 0);
+    piece.times_by_instants = std::move(path.times_by_instants);
     piece.modes = std::move(path.modes);
     if (transition_.activated.Size() != 1) return piece;
     // v changes at the touchdown alone.
     bool met = false;
+    const ContactDynamics* dynamics = dynamics_.get();
     for (int i : piece.order) {
+      if (IsInputChange(i)) dynamics = later_[i - system_->num_constraints()].get();
       met = met || transition_.activated.Contains(i);
       piece.velocities.push_back((met ? transition_.x_plus : transition_.x_minus)
                                      .tail(system_->dof()));
-      piece.inputs.push_back(dynamics_->u());
+      piece.inputs.push_back(dynamics->u());
     }
     return piece;
   }

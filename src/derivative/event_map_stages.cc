@@ -46,7 +46,9 @@ void EventMap::Begin() {
   const Vector v_minus = transition_.x_minus.tail(system_->dof());
   AddGuards(v_minus);
   if (system_->HasFriction()) {
-    auto event = std::make_shared<FrictionalEvent>(dynamics_, transition_);
+    std::vector<Vector> inputs;
+    for (const auto& dynamics : later_) inputs.push_back(dynamics->u());
+    auto event = std::make_shared<FrictionalEvent>(dynamics_, transition_, std::move(inputs));
     status_ = event->status();
     cluster_.outcomes = event->outcomes();
     friction_ = std::move(event);

@@ -13,6 +13,7 @@
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/simulate.h"
+#include "input_cluster.h"
 #include "landing_orders.h"
 #include "src/dynamics/implied_contacts.h"
 #include "walk_point.h"
@@ -77,26 +78,27 @@ Matrix HeldDirections(ContactDynamics* dynamics, const Transition& transition) {
 }  // namespace
 
 FrictionalEvent::FrictionalEvent(std::shared_ptr<ContactDynamics> dynamics,
-                                 const Transition& transition)
+                                 const Transition& transition, std::vector<Vector> inputs)
     : dynamics_(std::move(dynamics)),
       system_(&dynamics_->system()),
       guards_(*system_),
       transition_(transition),
+      inputs_(std::move(inputs)),
       size_(2 * system_->dof() + dynamics_->num_variables()),
       held_(HeldDirections(dynamics_.get(), transition)) {
   if (transition_.activated.Size() > 1) Classify();
 }
 
-FrictionalPath FrictionalEvent::Follow(const VectorRef& w) const {
+FrictionalPath FrictionalEvent::Follow(const VectorRef& w, const VectorRef& dt) const {
   Vector direction = w;
-  if (!(direction.norm() > 0)) {  // any path
+  if (!(direction.norm() > 0) && dt.isZero(0)) {  // any path
     direction = Held(Vector::LinSpaced(size_, 1, 2));
   }
   std::ostringstream message;
   message.precision(12);
   message << "at t = " << transition_.t << " s the perturbed run ";
   try {
-    FrictionalPath path = WalkThrough(dynamics_.get(), transition_, direction);
+    FrictionalPath path = WalkThrough(dynamics_.get(), transition_, inputs_, direction, dt);
     HoldCone(direction, &path);
     const Vector end = transition_.x_plus.tail(system_->dof());
     const double apart = (path.v_plus - end).cwiseAbs().maxCoeff();
@@ -178,6 +180,7 @@ std::vector<PerturbedEvent> FrictionalEvent::Events(const VectorRef& w) const {
     PerturbedEvent event;
     if (k < path.guards.size()) {
       event.constraint = path.guards[k];
+      if (event.constraint >= system_->num_constraints()) event.kind = PerturbedEvent::Kind::kInput;
       event.time = path.times.row(static_cast<Eigen::Index>(k)).dot(w);
     } else if (!events.empty()) {
       event = events.back();
@@ -205,7 +208,7 @@ PiecewiseLinearMap FrictionalEvent::Map() const {
     piece.matrix = path.matrix;
     piece.cone = path.cone;
     std::vector<std::string> word;
-    for (int i : path.guards) word.push_back(names[i]);
+    for (int i : path.guards) word.push_back(i < n ? names[i] : kInputChange);
     if (!word.empty()) piece.omega.push_back(word);
     piece.eta.push_back(transition_.mode_before.ToString(names));
     piece.words.push_back(transition_.mode_before.Word(n));
@@ -292,7 +295,8 @@ void FrictionalEvent::FindModeAfter(OrderOutcome* outcome) const {
     options.gap_tolerance = std::max(options.gap_tolerance, 2 * std::abs(terms.gap(i)));
   }
   try {
-    outcome->mode_after = InitialMode(*system_, x, dynamics_->u(), options);
+    outcome->mode_after =
+        InitialMode(*system_, x, inputs_.empty() ? dynamics_->u() : inputs_.back(), options);
   } catch (const std::invalid_argument& reason) {
     outcome->status = {Outcome::kNotDifferentiable, reason.what()};
   }

@@ -17,14 +17,19 @@ namespace contact_flow {
 /// whether it exists, one direction of it, and its pieces.
 class FrictionalEvent {
  public:
-  FrictionalEvent(std::shared_ptr<ContactDynamics> dynamics, const Transition& transition);
+  /// `inputs`: those after each change of the input in the cluster.
+  FrictionalEvent(std::shared_ptr<ContactDynamics> dynamics, const Transition& transition,
+                  std::vector<Vector> inputs);
 
   /// kDiscontinuous where simultaneous touchdowns that feel each other lead elsewhere in another
   /// order, here or around (FindLandingOrders).
   const Status& status() const { return status_; }
   const std::vector<OrderOutcome>& outcomes() const { return outcomes_; }
-  /// Throws std::domain_error where the run perturbed along w is not decided.
-  FrictionalPath Follow(const VectorRef& w) const;
+  /// Throws std::domain_error where the run perturbed along w, its changes of the input late by
+  /// `dt`, is not decided.
+  FrictionalPath Follow(const VectorRef& w, const VectorRef& dt) const;
+  /// … with them in time.
+  FrictionalPath Follow(const VectorRef& w) const { return Follow(w, InTime()); }
   /// All paths, from cone to cone. Throws std::length_error beyond `max_pieces`.
   std::vector<FrictionalPath> Paths(std::size_t max_pieces) const;
   /// What happens to the run perturbed along w, to first order.
@@ -37,6 +42,7 @@ class FrictionalEvent {
   int size() const { return size_; }
 
  private:
+  Vector InTime() const { return Vector::Zero(static_cast<Eigen::Index>(inputs_.size())); }
   void Classify();
   Vector Held(const Vector& w) const;
   void HoldCone(const Vector& w, FrictionalPath* path) const;
@@ -49,6 +55,7 @@ class FrictionalEvent {
   const MechanicalSystem* system_;
   Guards guards_;
   Transition transition_;
+  std::vector<Vector> inputs_;
   int size_ = 0;
   Matrix held_;  // orthonormal: directions that open or close what the mode holds [2d+k × ·]
   Status status_;

@@ -26,24 +26,28 @@ constexpr double kHovers = 1e-7;     // an acceleration that vanishes, relative
 constexpr double kSameTime = 1e-12;  // then touchdowns come first, relative
 constexpr int kRoundsForEach = 4;    // contact, at most
 
-/// Along one direction w; everything is carried as matrices, so that the result holds on the whole
-/// cone of the decisions that w makes.
+/// Along one direction (w, δt); everything is carried as matrices, so that the result holds on the
+/// whole cone of the decisions that it makes.
 class FrictionalWalk {
  public:
-  FrictionalWalk(ContactDynamics* dynamics, const Transition& transition, const VectorRef& w)
+  FrictionalWalk(ContactDynamics* dynamics, const Transition& transition,
+                 const std::vector<Vector>& inputs, const VectorRef& w, const VectorRef& dt)
       : dynamics_(*dynamics),
         system_(dynamics->system()),
         transition_(transition),
+        inputs_(inputs),
+        first_input_(dynamics->u()),
         guards_(system_),
         d_(system_.dof()),
         size_(2 * d_ + dynamics->num_variables()),
-        w_(w),
-        sizes_(w.cwiseAbs()),
+        width_(size_ + static_cast<int>(inputs.size())),
+        w_((Vector(width_) << w, dt).finished()),
+        sizes_(w_.cwiseAbs()),
         point_(dynamics, transition),
         mode_(transition.mode_before),
         pending_(transition.activated) {
-    path_.matrix = Matrix::Identity(size_, size_);
-    path_.times.resize(0, size_);
+    path_.matrix = Matrix::Identity(size_, width_);
+    path_.times.resize(0, width_);
     path_.margin = std::numeric_limits<double>::infinity();
     still_ = mode_.Sticking();
     for (int g : transition.guards) {
@@ -53,6 +57,10 @@ class FrictionalWalk {
     slack_ = ForceSlack(&dynamics_, transition);
     SettleSticking();
   }
+
+  ~FrictionalWalk() { dynamics_.SetInput(first_input_); }
+  FrictionalWalk(const FrictionalWalk&) = delete;
+  FrictionalWalk& operator=(const FrictionalWalk&) = delete;
 
   FrictionalPath Take() {
     const int limit = kRoundsForEach * (system_.num_constraints() + 1);
@@ -65,6 +73,11 @@ class FrictionalWalk {
     FinishWord();
     path_.cone = Rows();
     path_.v_plus = point_.v();
+    const Eigen::Index changes = width_ - size_;
+    path_.by_instants = path_.matrix.rightCols(changes);
+    path_.times_by_instants = path_.times.rightCols(changes);
+    path_.matrix.conservativeResize(Eigen::NoChange, size_);
+    path_.times.conservativeResize(Eigen::NoChange, size_);
     return path_;
   }
 
@@ -75,7 +88,7 @@ class FrictionalWalk {
   double Moves(int i) const {
     const auto row = point_.rate_jacobian().row(system_.friction()[i].row);
     const double moved = row.dot(path_.matrix * w_);
-    const double known = kUnmoved * row.cwiseAbs().dot(sizes_);
+    const double known = kUnmoved * row.cwiseAbs().dot(sizes_.head(size_));
     const double rounding = kRounded * row.cwiseAbs().maxCoeff() * sizes_.maxCoeff();
     return std::abs(moved) <= std::max(known, rounding) ? 0 : moved;
   }
@@ -86,12 +99,15 @@ class FrictionalWalk {
     decisions_.push_back(row / norm);
     path_.margin = std::min(path_.margin, decisions_.back().dot(w_) / w_.norm());
   }
+  /// The decisions among directions w at fixed instants of the input.
   Matrix Rows() const {
     Matrix rows(static_cast<Eigen::Index>(decisions_.size()), size_);
-    for (std::size_t k = 0; k < decisions_.size(); ++k) {
-      rows.row(static_cast<Eigen::Index>(k)) = decisions_[k];
+    Eigen::Index count = 0;
+    for (const Eigen::RowVectorXd& decision : decisions_) {
+      const double norm = decision.head(size_).norm();
+      if (norm > kUnmoved) rows.row(count++) = decision.head(size_) / norm;
     }
-    return rows;
+    return rows.topRows(count);
   }
 
   /// Contacts that stick where the cluster begins, and that w moves: by the projection (F7).
@@ -117,18 +133,27 @@ class FrictionalWalk {
     }
     return GuardsAhead(&dynamics_, point_, mode_, ahead);
   }
+  /// The first-order instant of a guard as a row by (w, δt).
+  Eigen::RowVectorXd TimeOf(const WalkGuard& guard) const {
+    return -(guard.gradient * path_.matrix) / guard.rate;
+  }
 
   /// The guard that vanishes next; false when none is left.
   bool Next() {
     const Vector field = dynamics_.Field(point_.x(), mode_);
-    const std::vector<WalkGuard> guards = GuardsHere();
-    if (guards.empty()) return false;
+    std::vector<WalkGuard> guards = GuardsHere();
     std::vector<Eigen::RowVectorXd> times;
+    for (const WalkGuard& c : guards) times.push_back(TimeOf(c));
+    if (changes_ < inputs_.size()) {
+      const auto change = static_cast<int>(changes_);
+      guards.push_back({WalkGuard::Kind::kInput, system_.num_constraints() + change, {}, 1});
+      times.push_back(Eigen::RowVectorXd::Unit(width_, size_ + change));
+    }
+    if (guards.empty()) return false;
     std::size_t first = 0;
-    for (const WalkGuard& c : guards) {
-      times.push_back(-(c.gradient * path_.matrix) / c.rate);
-      const double later = (times.back() - times[first]).dot(w_);
-      if (later < -kSameTime * times[first].cwiseAbs().dot(sizes_)) first = times.size() - 1;
+    for (std::size_t k = 1; k < guards.size(); ++k) {
+      const double later = (times[k] - times[first]).dot(w_);
+      if (later < -kSameTime * times[first].cwiseAbs().dot(sizes_)) first = k;
     }
     const WalkGuard& c = guards[first];
     const ContactMode along = Along(c);
@@ -140,12 +165,12 @@ class FrictionalWalk {
     const Eigen::RowVectorXd tau = times[first];
     const double moved = std::abs(tau.dot(w_));
     path_.matrix += field * tau;
-    sizes_ += moved * field.cwiseAbs();
+    sizes_.head(size_) += moved * field.cwiseAbs();
     Pass(c, along);
     CheckDropped();
     const Vector after = dynamics_.Field(point_.x(), mode_);
     path_.matrix -= after * tau;
-    sizes_ += moved * after.cwiseAbs();
+    sizes_.head(size_) += moved * after.cwiseAbs();
     path_.guards.push_back(c.constraint);
     path_.modes.push_back(mode_);
     path_.times.conservativeResize(path_.times.rows() + 1, Eigen::NoChange);
@@ -171,6 +196,22 @@ class FrictionalWalk {
         (never.Contains(i) ? released_ : hovering_).Insert(i);
         if (never.Contains(i)) return SelectNext();
         mode_.Erase(i);  // from zero: all other forces stay as they are
+        return;
+      case WalkGuard::Kind::kInput:
+        dynamics_.SetInput(inputs_[changes_++]);
+        point_.MoveTo(point_.x());  // other forces
+        SelectNext();
+        CheckOnset();
+    }
+  }
+
+  /// A slip that begins in space has no direction among these events.
+  void CheckOnset() const {
+    for (int i : mode_) {
+      const bool in_space = mode_.LetterOf(i) == Letter::kSlip && system_.friction()[i].dimension == 2;
+      if (!in_space || system_.friction()[i].coefficient == 0 || !point_.SlipVanishes(i)) continue;
+      throw std::domain_error("a perturbed run begins to slip in space at contact '" +
+                              system_.description().constraints[i] + "'");
     }
   }
 
@@ -210,7 +251,7 @@ class FrictionalWalk {
           Decide(row * path_.matrix, row.norm() * path_.matrix.norm());
         });
     path_.matrix = branch.jacobian * path_.matrix;
-    sizes_ = branch.jacobian.cwiseAbs() * sizes_;
+    sizes_.head(size_) = (branch.jacobian.cwiseAbs() * sizes_.head(size_)).eval();
     Vector struck = point_.x();
     struck.tail(d_) = reset.v_plus();
     point_.MoveTo(struck);
@@ -320,10 +361,13 @@ class FrictionalWalk {
   ContactDynamics& dynamics_;
   const MechanicalSystem& system_;
   const Transition& transition_;
+  const std::vector<Vector>& inputs_;  // after each change
+  const Vector first_input_;
   const Guards guards_;
-  const int d_, size_;
+  const int d_, size_;  // 2d+k
+  const int width_;     // … and the changes of the input: columns of what is carried
   const Vector w_;
-  Vector sizes_;  // of the terms that the entries of the tangent are sums of [2d+k]
+  Vector sizes_;  // of the terms that the entries of the tangent, and δt, are sums of [2d+k+c]
   WalkPoint point_;
   Vector slack_;  // of forces that vanish, by constraint
   ContactMode mode_;
@@ -335,6 +379,7 @@ class FrictionalWalk {
   ContactMode landed_, lifted_;  // by the last touchdown: what took part, and what left
   ContactMode still_;            // known to have no slip at the base point
   ContactMode just_stopped_;
+  std::size_t changes_ = 0;  // of the input, so far
   std::vector<Eigen::RowVectorXd> decisions_;
   FrictionalPath path_;
 };
@@ -342,8 +387,9 @@ class FrictionalWalk {
 }  // namespace
 
 FrictionalPath WalkThrough(ContactDynamics* dynamics, const Transition& transition,
-                           const VectorRef& w) {
-  return FrictionalWalk(dynamics, transition, w).Take();
+                           const std::vector<Vector>& inputs, const VectorRef& w,
+                           const VectorRef& dt) {
+  return FrictionalWalk(dynamics, transition, inputs, w, dt).Take();
 }
 
 }  // namespace contact_flow

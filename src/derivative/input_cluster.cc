@@ -41,6 +41,7 @@ class Union {
  private:
   void Add(const Transition& part) {
     const int n = system_.num_constraints();
+    CheckSlips(part);
     whole_.tolerance = std::max(whole_.tolerance, part.tolerance);
     whole_.touching = whole_.touching | part.touching;
     whole_.implied = whole_.implied | part.implied;
@@ -54,6 +55,10 @@ class Union {
     const ContactMode met = part.activated | part.switched;
     if (!(met_ & met).Empty()) Refuse(*(met_ & met).begin(), "is met twice");
     met_ = met_ | met;
+    if (hit_.Empty()) {  // what vanishes at x⁻, before any impact
+      whole_.guards.insert(whole_.guards.end(), part.guards.begin(), part.guards.end());
+    }
+    hit_ = hit_ | part.activated;
     for (EventInstant instant : part.instants) {
       instant.offset += part.t - whole_.t;
       whole_.instants.push_back(instant);
@@ -63,13 +68,24 @@ class Union {
     whole_.switched = whole_.switched | part.switched;
     whole_.vanishing = whole_.vanishing | part.vanishing;
     whole_.impulse += part.impulse;
+    whole_.impulse_word = whole_.impulse_word | part.impulse_word;
+    whole_.energy_change += part.energy_change;
     const int d = system_.dof();
     whole_.x_plus.tail(d) += part.x_plus.tail(d) - part.x_minus.tail(d);
   }
 
+  /// Slips in space that begin or end have no sign that tells their order.
+  void CheckSlips(const Transition& part) {
+    for (int i : part.mode_before & part.mode_after) {
+      const bool in_space = system_.HasFriction() && system_.friction()[i].dimension == 2;
+      if (in_space && part.mode_before.LetterOf(i) != part.mode_after.LetterOf(i)) {
+        Refuse(i, "begins or ends to slip in space");
+      }
+    }
+  }
+
   void Check() {
     if (!cluster_.status.ok()) return;
-    if (system_.HasFriction()) return Refuse("contacts have friction");
     if (system_.HasContactEffort()) return Refuse("the effort depends on the contact mode");
     if (system_.num_constraints() + changes_ > ContactMode::kMaxConstraints) {
       return Refuse("there are too many constraints");
@@ -104,7 +120,7 @@ class Union {
   const std::vector<const Transition*>& parts_;
   const Transition* lead_ = nullptr;
   Transition whole_;
-  ContactMode met_;
+  ContactMode met_, hit_;  // so far
   int changes_ = 0;
   InputCluster cluster_;
 };

@@ -12,6 +12,9 @@
 
 namespace contact_flow {
 
+/// What a change of the input is called in an order.
+inline constexpr const char* kInputChange = "input change";
+
 /// Successive transitions of a run, among them changes of the input and events of contacts, each
 /// closer to the one before than events that count as simultaneous: one cluster, in which the
 /// changes of the input are events.
@@ -26,9 +29,9 @@ struct InputCluster {
 /// Whether `next` comes within the tolerance of simultaneity [s] after `before`.
 bool AreClose(const Transition& before, const Transition& next, double simultaneity_tolerance);
 
-/// The cluster that these transitions are. Not kOk with friction, with an effort that depends on
-/// the contact mode, where contacts touch without force, where one is met twice, and where one is
-/// met only because of the impact of another.
+/// The cluster that these transitions are. Not kOk where a slip in space begins or ends, with an
+/// effort that depends on the contact mode, where contacts touch without force, where one is met
+/// twice, and where one is met only because of the impact of another.
 InputCluster UniteWithInput(const MechanicalSystem& system,
                             const std::vector<const Transition*>& transitions);
 

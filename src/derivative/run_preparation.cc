@@ -146,6 +146,7 @@ bool RunPreparation::Begin(BDerivative* derivative) {
       return false;
     }
   }
+  if (clusters_.Around(first_) != nullptr) return true;  // what begins there is the cluster's
   derivative->start_stop = StartStop(dynamics_[first_], arc.x_begin, arc.mode);
   return true;
 }

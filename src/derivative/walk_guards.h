@@ -16,8 +16,8 @@ struct ContactsAhead {
 
 /// A guard that is zero at the base point and vanishes for perturbed runs nearby.
 struct WalkGuard {
-  enum class Kind { kTouchdown, kStop, kOnset, kRelease } kind;
-  int constraint;
+  enum class Kind { kTouchdown, kStop, kOnset, kRelease, kInput } kind;
+  int constraint;               ///< n + its number in the cluster where the input changes
   Eigen::RowVectorXd gradient;  ///< [2d+k]
   double rate;                  ///< along the field of the mode, < 0
 };

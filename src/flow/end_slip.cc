@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How a Flow meets slips that become singular.
+// How a Flow meets slips that become singular, or that end where its input changes.
 #include <algorithm>
 #include <utility>
 
@@ -29,6 +29,30 @@ bool Flow::EndSlipByImpact() {
   end_ = t_;
   trigger_ = *(mode_ - mode_.Sticking()).begin();
   return true;
+}
+
+bool Flow::EndSlips() {
+  const ContactMode sliding = mode_.SlippingInPlane();
+  if (sliding.Empty()) return false;
+  const Vector v = x_.tail(system_.dof());
+  dynamics_.Evaluate(x_, mode_);
+  system_.Constraints(x_.head(system_.num_positions()), v, &terms_);
+  const double resolved = options_.absolute_tolerance + options_.relative_tolerance * v.norm();
+  for (int i : sliding) {
+    const int guard = guards_.OfFriction(i);
+    const auto row = terms_.jacobian.row(system_.friction()[i].row);
+    const double sign = mode_.LetterOf(i) == Letter::kBackward ? -1 : 1;
+    const double slip = sign * row.dot(v), bias = terms_.bias(system_.friction()[i].row);
+    const bool ends = sign * (row.dot(dynamics_.acceleration()) + bias) < 0;
+    const bool again = last_transition_ && *last_transition_ == t_ && last_trigger_ == guard;
+    if (!ends || slip > resolved * row.norm() || again) continue;
+    trigger_ = guard;
+    arc_begun_ = false;
+    const bool passed = PassTransition();
+    new_arc_ = true;
+    return passed;
+  }
+  return false;
 }
 
 /// The transition at the event of the proposal. A slip whose force ends in a pole has jammed.

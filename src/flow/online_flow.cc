@@ -87,11 +87,14 @@ bool OnlineFlow::Advance(double t) {
       if (flow_.proposed_end() > stop && !changes) break;
       passed = Accept(stop);
     } else if (changes) {
-      const Input input = std::move(inputs_.front());
-      inputs_.pop_front();
       proposed_ = false;
       const BudgetScope whole(Unlimited());
-      passed = flow_.ChangeInput(input.u);
+      passed = flow_.EndSlips();
+      if (!passed && flow_.status().ok()) {
+        const Input input = std::move(inputs_.front());
+        inputs_.pop_front();
+        passed = flow_.ChangeInput(input.u);
+      }
     } else {
       break;
     }

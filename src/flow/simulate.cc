@@ -124,7 +124,8 @@ Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x,
       const double segment_end = changes ? schedule.grid[next] : end;
       const bool passed =
           FlowArc(&flow, segment_end, end, options.dense, &size, &trajectory.arcs.back()) ||
-          (changes && flow.status().ok() && flow.ChangeInput(schedule.values[next++]));
+          (changes && flow.status().ok() &&
+           (flow.EndSlips() || (flow.status().ok() && flow.ChangeInput(schedule.values[next++]))));
       if (!passed || !size.AddArc(&flow)) break;
       trajectory.transitions.push_back(flow.transition());
       trajectory.arcs.push_back(ArcFrom(flow));

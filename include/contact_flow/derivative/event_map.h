@@ -79,6 +79,7 @@ struct EventPiece {
 
 class ClusterGeometry;
 class FrictionalEvent;
+struct FrictionalPath;
 
 /// The first-order map of one transition (Theorem 1) in the tangent vector w at (ρ, v⁻): in general
 /// piecewise linear, one selection for each order σ of the m simultaneous activations.
@@ -208,6 +209,8 @@ class EventMap {
   /// is counted; a matrix that leaves these alone.
   Vector Widen(const VectorRef& w, const VectorRef& dt) const;
   Matrix Widen(const Matrix& map) const;
+  /// With friction: one of its paths.
+  FrictionalPath AnyPath() const;
   /// Selection and Times with the places of δt.
   Matrix WideSelection(const std::vector<int>& order) const;
   Matrix WideTimes(const std::vector<int>& order) const;
