@@ -27,8 +27,7 @@ constexpr double kOrder = 5, kRounding = 4e-16;
 constexpr double kIteration = 0.5;
 /// Calibrated in error_calibration_test.cc of test/derivative and test/friction: true errors stay
 /// below the estimates in 99 % of the runs. The first: of the state; the second: of propagators as
-/// collocation estimates them, which is no better than a part of its tolerance where it is not
-/// exact.
+/// collocation estimates them, no better than a part of its tolerance where it is not exact.
 constexpr double kStateSafety = 1.2, kPropagatorSafety = 6;
 constexpr double kExact = 1e-13, kSharpest = 0.03;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Events that a run merges as its errors do not tell their order: whatever that order is, the answer
-// says from where on its derivative holds.
+// Events that a run merges as its errors do not tell their order: whatever that order is, the
+// answer says from where on its derivative holds.
 #include <gtest/gtest.h>
 
 #include <cmath>

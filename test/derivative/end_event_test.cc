@@ -29,7 +29,7 @@ class EndEvent : public testing::TestWithParam<double> {
   Vector x;
 };
 
-/// Thrown down by α m/s it is hit before the end, thrown up it is not: ż(T) differs by (1 + γ) g t₁.
+/// Thrown down by α m/s it is hit before the end, thrown up it is not: ż(T) jumps by (1 + γ) g t₁.
 TEST_P(EndEvent, HasNoDerivativeThere) {
   for (const double apart : {0.0, 1e-16, -1e-16, 3e-15, -3e-15}) {
     const BDerivative B = Differentiate(touch + apart);

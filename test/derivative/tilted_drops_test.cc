@@ -44,8 +44,8 @@ TEST(TiltedDrops, HaveDerivativesThatQuotientsConfirm) {
     std::normal_distribution<double> normal;
     Vector w(2 * system->dof());
     for (double& entry : w) entry = normal(random);
-    // Contacts that rest after a landing have risen by up to 1e-5 m/s for 1e-8 s: that is made rest,
-    // and the events are held to their law where it is.
+    // Contacts that rest after a landing have risen by up to 1e-5 m/s for 1e-8 s: that is made
+    // rest, and the events are held to their law where it is.
     EXPECT_LE(B.trust.event_law, 1e-6) << seed;
     for (const double sign : {1.0, -1.0}) {
       const Vector prediction = B(sign * w);
