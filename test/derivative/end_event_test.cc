@@ -3,9 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 
 #include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/derivative/cost_gradient.h"
 #include "contact_flow/derivative/finite_difference.h"
+#include "contact_flow/derivative/linearization.h"
+#include "contact_flow/derivative/rolling_derivative.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
 
@@ -57,6 +61,32 @@ TEST_P(EndEvent, HasOneBesideIt) {
       // Second derivatives of γ v and of γ v (T − t₁) are of order 1.
       for (const QuotientSample& sample : report.samples) EXPECT_LE(sample.error, 1e-4);
     }
+  }
+}
+
+/// An online run that is looked at there, a millisecond before and after, and a gradient of its cost.
+TEST_P(EndEvent, IsNoneForReadingsAndGradients) {
+  const SimulateOptions options;
+  const std::shared_ptr<const MechanicalSystem> system =
+      MakeModel("bouncing_ball", {{"gravity", kGravity}, {"restitution", GetParam()}});
+  OnlineFlow run(system, 0, x, Vector(0), options);
+  RollingDerivative rolling(&run, Vector::Unit(4, 3), {}, options);
+  for (const double apart : {-1e-3, 0.0, 1e-3}) {
+    bool passed = true;
+    while (passed) {
+      passed = run.AdvanceTo(touch + apart);
+      rolling.Follow(&run, passed);
+    }
+    const Status status = rolling.Read(&run).status;
+    EXPECT_EQ(apart == 0 ? Outcome::kDiscontinuous : Outcome::kOk, status.outcome) << apart;
+    const Trajectory whole = Simulate(*ball, x, Vector(0), touch + apart);
+    RunCost cost;
+    cost.terminal = [](const Vector& end, Vector* by_state) {
+      *by_state = Vector::Unit(end.size(), 3);
+      return end(3);
+    };
+    EXPECT_EQ(status.outcome, DifferentiateCost(*ball, whole, cost, {}).status.outcome) << apart;
+    EXPECT_EQ(status.outcome, Linearize(*ball, whole).back().status.outcome) << apart;
   }
 }
 
