@@ -8,6 +8,7 @@
 #include "contact_flow/budget.h"
 #include "contact_flow/derivative/start_directions.h"
 #include "contact_flow/derivative/variation.h"
+#include "end_event.h"
 #include "error_estimate.h"
 #include "run_preparation.h"
 
@@ -137,7 +138,12 @@ void BDerivative::CarryNeglected() {
 
 BDerivative DifferentiateOutcome(const MechanicalSystem& system, const Trajectory& trajectory,
                                  const BDerivativeOptions& options) {
-  return DifferentiateArcs(system, trajectory, 0, trajectory.arcs.size() - 1, options);
+  BDerivative derivative =
+      DifferentiateArcs(system, trajectory, 0, trajectory.arcs.size() - 1, options);
+  if (derivative.status.ok()) {
+    derivative.status = CheckEnd(system, trajectory, derivative.trust.state_error);
+  }
+  return derivative;
 }
 
 BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& trajectory,

@@ -4,13 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace contact_flow {
 namespace {
 
-/// First-order times that differ by less than this, relative, coincide.
-constexpr double kTie = 1e-8;
+/// First-order times that differ by less than this, relative, coincide; and derivatives.
+constexpr double kTie = 1e-8, kSame = 1e-9;
 
 /// The activations of a transition, and what the run knows of their instants, in that order.
 std::vector<EventInstant> InOrder(const Transition& transition, const EventMap& map) {
@@ -27,6 +28,56 @@ std::vector<EventInstant> InOrder(const Transition& transition, const EventMap& 
   return instants;
 }
 
+std::vector<int> Constraints(const std::vector<EventInstant>& instants) {
+  std::vector<int> constraints;
+  for (const EventInstant& instant : instants) constraints.push_back(instant.constraint);
+  return constraints;
+}
+
+/// The α beyond which events of a cluster are in the order of their τ along a tangent: where
+///   t_i + α τ_i ≤ t_j + α τ_j
+/// for all pairs, whatever their instants are within their errors. Only pairs that have another
+/// order in the run count, and those whose order errors leave unknown, where it matters.
+double InnerRadius(const EventMap& map, const std::vector<EventInstant>& instants,
+                   const Vector& tangent) {
+  const Vector times = map.Times(Constraints(instants)) * tangent;
+  double radius = 0;
+  for (std::size_t i = 0; i < instants.size(); ++i) {
+    for (std::size_t j = i + 1; j < instants.size(); ++j) {
+      const double tau_i = times(static_cast<Eigen::Index>(i)),
+                   tau_j = times(static_cast<Eigen::Index>(j));
+      const double closing = tau_i - tau_j, apart = instants[j].offset - instants[i].offset;
+      const double error = instants[i].error + instants[j].error;
+      if (!(std::abs(closing) > kTie * (std::abs(tau_i) + std::abs(tau_j)))) continue;
+      const double late = closing > 0 ? std::max(apart, error) : error - apart;
+      if (late > 0) radius = std::max(radius, late / std::abs(closing));
+    }
+  }
+  return radius;
+}
+
+/// Whether the order of the instants, or one that their errors leave possible, has another
+/// derivative than `derivative`, that along the order of the τ.
+bool OrderMatters(const EventMap& map, const std::vector<EventInstant>& instants,
+                  const Vector& tangent, const Vector& derivative) {
+  const auto differs = [&](const std::vector<int>& order) {
+    if (!map.PiecewiseLinear(order).ok()) return true;
+    const Vector other = map.Selection(order) * tangent;
+    return (other - derivative).cwiseAbs().maxCoeff() >
+           kSame * (1 + derivative.cwiseAbs().maxCoeff());
+  };
+  const std::vector<int> order = Constraints(instants);
+  if (differs(order)) return true;
+  for (std::size_t i = 0; i + 1 < order.size(); ++i) {
+    const double error = instants[i].error + instants[i + 1].error;
+    if (instants[i + 1].offset - instants[i].offset > error) continue;
+    std::vector<int> exchanged = order;
+    std::swap(exchanged[i], exchanged[i + 1]);
+    if (differs(exchanged)) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 ClusterReading ReadClusters(const BDerivative& derivative, const VectorRef& w) {
@@ -36,19 +87,13 @@ ClusterReading ReadClusters(const BDerivative& derivative, const VectorRef& w) {
     const EventMap& map = derivative.events[k];
     const std::vector<EventInstant> instants = InOrder(map.transition(), map);
     const bool merged = instants.size() > 1 && instants.size() == map.activated().size();
+    const Vector after = map(tangent);
     if (merged) {
-      std::vector<int> order;
-      for (const EventInstant& instant : instants) order.push_back(instant.constraint);
-      const Vector times = map.Times(order) * tangent;
-      for (std::size_t i = 0; i + 1 < order.size(); ++i) {
-        const auto row = static_cast<Eigen::Index>(i);
-        const double closing = times(row) - times(row + 1);
-        const double size = std::abs(times(row)) + std::abs(times(row + 1));
-        if (!(closing > kTie * size)) continue;
-        const double apart = std::max(instants[i + 1].offset - instants[i].offset,
-                                      instants[i].error + instants[i + 1].error);
-        reading.inner_radius = std::max(reading.inner_radius, apart / closing);
+      const double radius = InnerRadius(map, instants, tangent);
+      if (radius > reading.inner_radius && OrderMatters(map, instants, tangent, after)) {
+        reading.inner_radius = radius;
       }
+      const std::vector<int> order = Constraints(instants);
       if (map.PiecewiseLinear(order).ok()) {
         in_order = map.Selection(order) * in_order;
       } else {
@@ -57,7 +102,7 @@ ClusterReading ReadClusters(const BDerivative& derivative, const VectorRef& w) {
     } else if (in_order.allFinite()) {
       in_order = map(in_order);
     }
-    tangent = derivative.arcs[k + 1] * map(tangent);
+    tangent = derivative.arcs[k + 1] * after;
     in_order = derivative.arcs[k + 1] * in_order;
   }
   reading.in_order = in_order.head(derivative.time.size());

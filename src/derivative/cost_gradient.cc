@@ -9,6 +9,7 @@
 
 #include "contact_flow/budget.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "end_event.h"
 #include "linear_run.h"
 
 namespace contact_flow {
@@ -27,7 +28,10 @@ class Passage {
 
   CostGradient Differentiate() {
     try {
-      if (linear_.Make(&gradient_)) Retreat();
+      if (linear_.Make(&gradient_)) {
+        gradient_.status = CheckEnd(system_, run_, linear_.state_error());
+        if (gradient_.status.ok()) Retreat();
+      }
     } catch (const NotPiecewiseLinear& reason) {
       gradient_.status = {Outcome::kNotPiecewiseLinear, reason.what()};
     } catch (const std::domain_error& reason) {

@@ -2,7 +2,6 @@
 #include "error_estimate.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -10,11 +9,11 @@
 #include "contact_flow/budget.h"
 #include "contact_flow/fixed_size.h"
 #include "event_order.h"
+#include "reset_error.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr int kProbes = 4;
 /// Transitions closer than this part of the run are asked for their order.
 constexpr double kClose = 1e-3;
 /// Second derivatives of the field are taken once in so many steps of an arc, not more often than.
@@ -22,13 +21,14 @@ constexpr std::size_t kStepsOfPart = 8, kMostParts = 8;
 /// Distance of the quotients of Jacobians: so many times the error, no further than this part of
 /// 1 + |x|.
 constexpr double kMagnified = 1e4, kStep = 1e-5;
-constexpr double kLastPart = 1.0 / 16;  // of an arc: accelerations there are those at its end
 /// An error that is estimated as ε, relative, is about kOrder ε^{9/8}; of one step at least this.
 constexpr double kOrder = 5, kRounding = 4e-16;
-/// Calibrated in test/derivative/error_calibration_test.cc: true errors stay below the estimates in
-/// 99 % of the runs. The first: of the state; the second: of propagators as collocation estimates
-/// them, which is no better than a part of its tolerance where it is not exact.
-constexpr double kStateSafety = 1.2, kPropagatorSafety = 6, kStopSafety = 2;
+/// … and of implicit steps, whose iteration leaves what has no order, this part.
+constexpr double kIteration = 0.5;
+/// Calibrated in error_calibration_test.cc of test/derivative and test/friction: true errors stay
+/// below the estimates in 99 % of the runs. The first: of the state; the second: of propagators as
+/// collocation estimates them, no better than a part of its tolerance where it is not exact.
+constexpr double kStateSafety = 1.2, kPropagatorSafety = 6;
 constexpr double kExact = 1e-13, kSharpest = 0.03;
 
 /// Signs that repeat to the bit: of entry i in the place `site` for one probe.
@@ -59,8 +59,6 @@ void Carry(const Matrix& A, Vector* x, Vector* buffer) {
   x->swap(*buffer);
 }
 
-using Probes = std::array<Vector, kProbes>;
-
 /// What is no number, an infinite error times zero, is not known: infinite.
 Vector RootMeanSquare(const Probes& probes) {
   Vector sum = Vector::Zero(probes[0].size());
@@ -72,67 +70,18 @@ Vector RootMeanSquare(const Probes& probes) {
 }
 
 /// What the local errors of an arc add up to [2d]. The integrator goes on with an order more than
-/// it estimates the error of: of an estimate ε, relative, kOrder ε^{1/8} is left, and rounding.
+/// it estimates the error of: of an estimate ε, relative, kOrder ε^{1/8} is left, and rounding; of
+/// implicit steps also what remains of their equations.
 Vector ArcError(const Arc& arc) {
   const double scale = 1 + arc.x_end.cwiseAbs().maxCoeff();
   const auto steps = static_cast<double>(std::max<std::size_t>(1, arc.dense.NumSteps()));
+  const double least = arc.implicit_steps > 0 ? kIteration : 0;
   Vector error = arc.error;
   for (double& e : error) {
-    const double left = kOrder * std::pow(e / (steps * scale), 1.0 / 8);
+    const double left = std::max(least, kOrder * std::pow(e / (steps * scale), 1.0 / 8));
     e = std::max(std::min(1.0, left) * e, std::min(e, steps * kRounding * scale));
   }
   return error;
-}
-
-/// The part of a transition's speeds of approach ȧ that errors e [2d+k] of the state leave unknown:
-///   δȧ = Da δv + D(Da v) δq + ä δt,   δt = −Da δq / ȧ,
-/// with the acceleration over the last part of the arc before it.
-double RelativeRateError(const MechanicalSystem& system, const Arc& arc,
-                         const Transition& transition, const Probes& errors) {
-  const int d = system.dof(), nq = system.num_positions();
-  const Vector q = transition.x_minus.head(nq), v = transition.x_minus.tail(d);
-  ConstraintTerms terms;
-  system.Constraints(q, v, &terms);
-  ResidualJacobian residual;
-  system.DifferentiateImpact(q, Vector::Zero(d), Vector::Zero(terms.gap.size()), v, &residual);
-  const double part = kLastPart * (arc.t_end - arc.t_begin);
-  Vector x = transition.x_minus;
-  if (part > 0) arc.dense.Evaluate(arc.t_end - part, x.data());
-  const Vector acceleration = (v - x.tail(d)) / std::max(part, kRounding);
-  double largest = 0;
-  for (int i : transition.activated | transition.switched) {
-    const auto row = terms.jacobian.row(i);
-    const double speed = row.dot(v), bend = row.dot(acceleration) + terms.bias(i);
-    double squared = 0;
-    for (const Vector& e : errors) {
-      const double error = row.dot(e.segment(d, d)) + residual.constraint_q.row(i).dot(e.head(d)) -
-                           bend * row.dot(e.head(d)) / speed;
-      squared += error * error;
-    }
-    largest = std::max(largest, std::sqrt(squared / kProbes) / std::abs(speed));
-  }
-  return largest;
-}
-
-/// A slip in space is ended when little of it is left, and the tangents with it: by |s|/|ṡ| [s] too
-/// early, by which they would still have moved.
-double TimeOfSlipLeft(ContactDynamics* dynamics, const Transition& transition) {
-  const MechanicalSystem& system = dynamics->system();
-  const int d = system.dof(), nq = system.num_positions();
-  double longest = 0;
-  for (int i : transition.mode_before & transition.mode_after.Sticking()) {
-    if (transition.mode_before.LetterOf(i) != Letter::kSlip) continue;
-    const Friction& friction = system.friction()[i];
-    ConstraintTerms terms;
-    system.Constraints(transition.x_minus.head(nq), transition.x_minus.tail(d), &terms);
-    dynamics->Evaluate(transition.x_minus, transition.mode_before);
-    const auto T = terms.jacobian.middleRows(friction.row, friction.dimension);
-    const double slowing =
-        (T * dynamics->acceleration() + terms.bias.segment(friction.row, friction.dimension))
-            .norm();
-    longest = std::max(longest, (T * transition.x_minus.tail(d)).norm() / slowing);
-  }
-  return kStopSafety * longest;
 }
 
 /// [d × 2d+k] the change of the accelerations' Jacobian between x and x ⊞ e, by a quotient.
@@ -246,14 +195,20 @@ class StateErrors {
   Status PassEvent(std::size_t k, const Matrix& reset) {
     const Transition& transition = events_[k].transition();
     const double span = trajectory_.t_end() - trajectory_.t_begin();
-    Status status;
-    if (!last_shifts_.empty()) {
-      status = CheckOrder(dynamics_[k]->system(), events_[before_].transition(), transition,
-                          last_shifts_, Shifts(k));
-    }
-    before_ = k;
+    const MechanicalSystem& system = dynamics_[k]->system();
     const bool close = k + 1 < events_.size() &&
                        trajectory_.transitions[first_ + k + 1].t - transition.t < kClose * span;
+    if (close || !last_shifts_.empty()) {
+      std::vector<Vector*> errors;
+      for (Vector& probe : probes_) errors.push_back(&probe);
+      KeepContacts(system, transition, errors);
+    }
+    Status status;
+    if (!last_shifts_.empty()) {
+      status = CheckOrder(system, events_[before_].transition(), transition, last_shifts_,
+                          Shifts(k));
+    }
+    before_ = k;
     last_shifts_ = close ? Shifts(k) : std::vector<double>();
     Vector buffer(reset.rows());
     for (Vector& probe : probes_) Carry(reset, &probe, &buffer);
@@ -307,8 +262,8 @@ void EstimateErrors(const Trajectory& trajectory, std::size_t first,
       continue;
     }
     const Transition& transition = derivative->events[k].transition();
-    derivative->part_errors.push_back(RelativeRateError(system, arc, transition, errors.probes()) +
-                                      TimeOfSlipLeft(dynamics[k].get(), transition));
+    derivative->part_errors.push_back(
+        RelativeResetError(dynamics[k].get(), arc, transition, errors.probes()));
     const Status order = errors.PassEvent(k, resets[k]);
     if (!order.ok()) derivative->status = order;
   }

@@ -15,6 +15,7 @@
 #include "contact_flow/derivative/event_map.h"
 #include "contact_flow/dynamics/impact.h"
 #include "src/dynamics/mode_selection.h"
+#include "src/dynamics/sticking.h"
 
 namespace contact_flow {
 namespace {
@@ -22,6 +23,24 @@ namespace {
 /// A contact is disturbed by the impact of another where its rate afterwards changes by more than
 /// this part of the terms that it is the sum of, along tangents that keep all contacts closed.
 constexpr double kStructural = 1e-8;
+
+/// The last impact with what the run made rest behind it, `held`: contacts that rise, are pressed
+/// back at once and land, so low that nothing is felt of it but impulses along their rows. Those
+/// lead from v⁺ to the one velocity where all of them rest, whatever the bounces were. Speeds of
+/// `known` in the kinetic metric are none.
+ImpactResult MadeRest(const MechanicalSystem& system, const VectorRef& q,
+                      const ClusterGeometry& geometry, double known, ContactMode held,
+                      ImpactResult impact) {
+  bool rests = true;
+  for (int j : held) {
+    rests = rests && std::abs(geometry.Rate(j, impact.v_plus)) <= known * geometry.mobility()(j);
+  }
+  if (rests) return impact;
+  const ImpactResult rest = Stick(system, q, impact.v_plus, held);
+  impact.v_plus = rest.v_plus;
+  impact.impulse += rest.impulse;
+  return impact;
+}
 
 }  // namespace
 
@@ -120,9 +139,12 @@ const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, 
   // it is closed again if this impact pushes it.
   const ImpactResult impact = SolveImpact(*system_, *geometry_->inertia(), before.v,
                                           before.resting.With(i), transition_.impact_law);
+  const ContactMode rests =
+      S.With(i) == events_ ? transition_.mode_after - system_->compliant() : ContactMode();
+  const ImpactResult whole = MadeRest(*system_, q_, *geometry_, known_, rests, impact);
   std::shared_ptr<const ImpactReset::Terms> terms;
-  if (geometry_->HasProducts()) terms = geometry_->Terms(impact, before.rates.by_q, size());
-  AddInstant(S.With(i), impact.v_plus, terms ? &terms->after_q : nullptr);
+  if (geometry_->HasProducts()) terms = geometry_->Terms(whole, before.rates.by_q, size());
+  AddInstant(S.With(i), whole.v_plus, terms ? &terms->after_q : nullptr);
   const ContactMode resting = InstantAt(S.With(i)).resting;
   // By projection all that are closed are equalities, however small their impulse, or none.
   if (transition_.impact_law == ImpactLaw::kProjection) passage.struck = closed;
@@ -132,8 +154,8 @@ const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, 
   }
   passage.held = (closed | passage.struck) & resting;
   const ContactMode persisting = passage.held.Without(i);
-  passage.reset = Reset(S, i, impact, terms, persisting);
-  FindDisturbed(S, closed, i, impact, terms, &passage);
+  passage.reset = Reset(S, i, whole, terms, persisting);
+  FindDisturbed(S, closed, i, whole, terms, &passage);
   for (int j : Brushed(before, i, impact)) {
     if (passage.disturbed.Contains(j) || !closed.Contains(j)) RefuseBrushed(i, j);
   }

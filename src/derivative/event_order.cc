@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "event_order.h"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <sstream>
 
+#include "contact_flow/dynamics/inverse_inertia.h"
 #include "src/dynamics/guard_gradients.h"
 
 namespace contact_flow {
@@ -22,6 +24,31 @@ bool OnlyStops(const Transition& transition) {
 }
 
 }  // namespace
+
+void KeepContacts(const MechanicalSystem& system, const Transition& transition,
+                  const std::vector<Vector*>& errors) {
+  const ContactMode held = transition.mode_before - system.compliant();
+  if (held.Empty()) return;
+  const int d = system.dof(), nq = system.num_positions();
+  const Vector q = transition.x_minus.head(nq), v = transition.x_minus.tail(d);
+  const InverseInertia inertia(system, q, v);
+  ResidualJacobian residual;
+  system.DifferentiateImpact(q, Vector::Zero(d), Vector::Zero(system.num_rows()), v, &residual);
+  const Matrix A = inertia.Rows(held), reach = inertia * A.transpose();
+  const Eigen::LLT<Matrix> factor(A * reach);
+  if (factor.info() != Eigen::Success) return;
+  Vector gap(held.Size());
+  Matrix turn(held.Size(), d);
+  Eigen::Index row = 0;
+  for (int i : held) {
+    gap(row) = inertia.terms().gap(i);
+    turn.row(row++) = residual.constraint_q.row(i);
+  }
+  for (Vector* e : errors) {
+    e->head(d) -= reach * factor.solve(A * e->head(d) - gap);
+    e->segment(d, d) -= reach * factor.solve(A * (e->segment(d, d) - v) + turn * e->head(d));
+  }
+}
 
 double TimeShift(ContactDynamics* dynamics, const Transition& transition, const VectorRef& e) {
   if (transition.instants.empty()) return 0;

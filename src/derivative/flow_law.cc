@@ -13,11 +13,14 @@ namespace {
 constexpr double kAllowed = 10;
 /// A field below this part of what it is the sum of is rounding: rest.
 constexpr double kRest = 1e-9;
+/// Rounding of F, relative to these terms: no residual.
+constexpr double kRounding = 1e-14;
 
 }  // namespace
 
 void FlowLaw::Begin(const VectorRef& field, double terms) {
   size_ = std::max({field.lpNorm<1>(), kRest * terms, std::numeric_limits<double>::min()});
+  rounding_ = kRounding * std::max(terms, size_);
 }
 
 double FlowLaw::Residual(const Matrix& step, const VectorRef& before, const VectorRef& after,
@@ -34,7 +37,8 @@ double FlowLaw::Residual(const VectorRef& carried, const VectorRef& after, doubl
 }
 
 double FlowLaw::Note(double size) {
-  last_ = difference_.cwiseAbs().maxCoeff() / (size * size_);
+  const double left = difference_.cwiseAbs().maxCoeff() / size;
+  last_ = left <= rounding_ ? 0 : left / size_;  // NaN is one
   per_noise_ = 1 / (size * size_);
   return last_;
 }

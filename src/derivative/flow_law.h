@@ -41,7 +41,7 @@ class FlowLaw {
 
   const double tolerance_;
   double noise_;
-  double size_ = 0;
+  double size_ = 0, rounding_ = 0;
   double last_ = 0;
   double per_noise_ = 0;  // residual that an error of the state of 1 makes in the last step
   double total_ = 0;

@@ -3,6 +3,7 @@
 
 #include "contact_flow/budget.h"
 #include "contact_flow/derivative/start_cone.h"
+#include "end_event.h"
 #include "input_cluster.h"
 
 namespace contact_flow {
@@ -69,6 +70,10 @@ std::vector<IntervalLinearization> Linearize(const MechanicalSystem& system,
     const InputCluster* around = clusters.Around(first);
     if (around != nullptr) interval.x_begin = trajectory.arcs[around->last + 1].x_begin;
     interval.derivative = DifferentiateArcs(system, trajectory, first, until, options);
+    if (last + 1 == trajectory.arcs.size() && interval.derivative.status.ok()) {
+      interval.derivative.status =
+          CheckEnd(system, trajectory, interval.derivative.trust.state_error);
+    }
     interval.status = interval.derivative.status;
     if (interval.status.ok()) interval.status = FirstSelectionExists(interval.derivative);
     if (interval.status.ok()) {

@@ -9,11 +9,27 @@
 #include "contact_flow/derivative/event_map.h"
 #include "contact_flow/derivative/start_cone.h"
 #include "contact_flow/derivative/variation.h"
+#include "end_event.h"
 #include "frictional_reset.h"
 #include "input_cluster.h"
 #include "touching_contacts.h"
 
 namespace contact_flow {
+namespace {
+
+/// Of now as the end of a run whose last transitions are these.
+Status CheckNow(OnlineFlow* flow, const std::vector<Transition>& last) {
+  Trajectory run;
+  run.transitions = last;
+  run.arcs.emplace_back();
+  Arc& arc = run.arcs.back();
+  arc.mode = flow->mode();
+  arc.t_begin = arc.t_end = flow->now();
+  arc.x_begin = arc.x_end = flow->State();
+  return CheckEnd(flow->system(), run, Vector::Zero(2 * flow->system().dof()));
+}
+
+}  // namespace
 
 RollingDerivative::RollingDerivative(OnlineFlow* flow, const Matrix& directions,
                                      const BDerivativeOptions& options,
@@ -109,6 +125,7 @@ RollingDerivative::Reading RollingDerivative::Read(OnlineFlow* flow) {
     try {
       reading.tangents = Propagated(flow->Motion(), flow->now());
       reading.t = flow->now();
+      reading.status = CheckNow(flow, cluster_);
     } catch (const std::domain_error& error) {
       reading.status = {Outcome::kNotDifferentiable, error.what()};
     }

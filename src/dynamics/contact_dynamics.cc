@@ -74,6 +74,7 @@ void ContactDynamics::SetMode(ContactMode mode) {
     modes_.splice(modes_.begin(), modes_, kept);
   }
   at_ = &modes_.front();
+  force_.setZero();  // other rows than the mode's stay so
   if (!is_new) return;
   at_->mode = mode;
   at_->known = false;
@@ -178,7 +179,6 @@ void ContactDynamics::Evaluate(const VectorRef& x, ContactMode mode) {
     Solve();
   }
   if (!at_->shared.Empty()) ShareForces();
-  force_.setZero();
   for (std::size_t i = 0; i < at_->active.size(); ++i) force_(at_->active[i]) = at_->multiplier(i);
   if (!at_->sliding.empty()) AddSlidingForce();
 }

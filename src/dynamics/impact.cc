@@ -134,7 +134,7 @@ ImpactResult SolveImpact(const MechanicalSystem& system, const InverseInertia& i
     if (std::abs(p(row)) * G(row, row) > zero) result.hit.Insert(i);
     ++row;
   }
-  if (many) return result;
+  if (many || system.num_bilateral() == 0) return result;
   result.impulse.segment(system.num_constraints(), system.num_bilateral()) =
       inertia.BilateralForce(Matrix(A.transpose() * p)).col(0);
   return result;

@@ -33,8 +33,10 @@ constexpr double kQuotientStep = 1e-4, kQuotientRounding = 1e-9;
 /// the candidates, in increasing order.
 class ForceModes {
  public:
-  ForceModes(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
-             double time_tolerance, ContactMode pressed)
+  /// `inertia` is that at q; `applied` and `bias` are f + c v [d] and Ȧ v [n+l] at x.
+  ForceModes(ContactDynamics* dynamics, const InverseInertia& inertia, const Vector& applied,
+             const Vector& bias, const VectorRef& x, ContactMode candidates, double time_tolerance,
+             ContactMode pressed)
       : dynamics_(*dynamics),
         system_(dynamics->system()),
         x_(x),
@@ -42,22 +44,21 @@ class ForceModes {
         time_tolerance_(time_tolerance) {
     members_.reserve(static_cast<std::size_t>(candidates.Size()));
     for (int i : candidates) members_.push_back(i);
-    const int nq = system_.num_positions();
-    const InverseInertia inertia(system_, x.head(nq), x.tail(system_.dof()), dynamics_.u(),
-                                 ContactMode());
     const Matrix A = inertia.Rows(candidates);
-    const Vector free = inertia.FreeAcceleration();
+    Vector free = inertia * applied;
+    if (const int l = system_.num_bilateral(); l > 0) {
+      free += inertia.Correction(bias.segment(system_.num_constraints(), l));
+    }
     G_ = A * (inertia * A.transpose());
     b_ = A * free;
     size_ = A.cwiseAbs() * free.cwiseAbs();
     // Where forces balance, their sum does not tell how large they are: others' may.
-    const double applied = inertia.applied().cwiseAbs().maxCoeff();
+    const double largest = applied.cwiseAbs().maxCoeff();
     balance_ = Vector(rows());
     for (int row = 0; row < rows(); ++row) {
-      balance_(row) = applied / A.row(row).cwiseAbs().maxCoeff();
-      const double bias = inertia.terms().bias(members_[row]);
-      b_(row) += bias;
-      size_(row) += std::abs(bias);
+      balance_(row) = largest / A.row(row).cwiseAbs().maxCoeff();
+      b_(row) += bias(members_[row]);
+      size_(row) += std::abs(bias(members_[row]));
     }
   }
 
@@ -279,7 +280,8 @@ class ForceModes {
 }  // namespace
 
 ModeSelection SelectMode(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
-                         double time_tolerance, ContactMode pressed) {
+                         double time_tolerance, ContactMode pressed,
+                         const InverseInertia* inertia) {
   ModeSelection selection;
   if (candidates.Empty()) {
     selection.mode = pressed;
@@ -288,7 +290,22 @@ ModeSelection SelectMode(ContactDynamics* dynamics, const VectorRef& x, ContactM
   } else if (dynamics->system().HasContactEffort()) {
     selection.mode = SelectByEffort(dynamics, x, candidates, time_tolerance, pressed);
   } else {
-    selection = ForceModes(dynamics, x, candidates, time_tolerance, pressed).Find();
+    const MechanicalSystem& system = dynamics->system();
+    const auto q = x.head(system.num_positions()), v = x.tail(system.dof());
+    if (inertia == nullptr) {
+      const InverseInertia own(system, q, v, dynamics->u(), ContactMode());
+      selection = ForceModes(dynamics, own, own.applied(), own.terms().bias, x, candidates,
+                             time_tolerance, pressed)
+                      .Find();
+    } else {
+      Vector applied;
+      ConstraintTerms terms;
+      system.Dynamics(q, v, dynamics->u(), ContactMode(), nullptr, &applied);
+      system.Constraints(q, v, &terms);
+      selection = ForceModes(dynamics, *inertia, applied, terms.bias, x, candidates, time_tolerance,
+                             pressed)
+                      .Find();
+    }
   }
   return selection;
 }

@@ -9,6 +9,8 @@
 
 namespace contact_flow {
 
+class InverseInertia;
+
 /// No contact mode, or more than one, fits a state: the motion would slide on a switching surface,
 /// or is not unique (Filippov).
 struct UndecidedMode : std::runtime_error {
@@ -38,8 +40,10 @@ struct ModeSelection {
 /// spans the others that neither press nor open, so that the motion is that of all of them.
 /// Where the effort depends on the mode, the one J ⊂ C with λ_J ≥ 0 and ä_{C∖J} ≥ 0 in its own
 /// field is looked for; throws UndecidedMode when none or several fit, or no forces do.
+/// `inertia` is that at q, at any velocity, where it is at hand.
 ModeSelection SelectMode(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
-                         double time_tolerance, ContactMode pressed = ContactMode());
+                         double time_tolerance, ContactMode pressed = ContactMode(),
+                         const InverseInertia* inertia = nullptr);
 /// Its mode alone.
 ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
                               double time_tolerance, ContactMode pressed = ContactMode());

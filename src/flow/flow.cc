@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "contact_flow/budget.h"
+#include "contact_flow/fixed_size.h"
 #include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/flow/transition.h"
 #include "step_constants.h"
@@ -51,8 +52,13 @@ void Flow::Field(const double* x, double* xdot) {
   const int d = system_.dof(), nq = system_.num_positions();
   dynamics_.Evaluate(Eigen::Map<const Vector>(x, nq + d), mode_);
   if (!mode_.Empty()) locator_.RecordForce(dynamics_.force(), mode_);
-  system_.space().Rate(x, x + nq, xdot);
-  Eigen::Map<Vector>(xdot + nq, d) = dynamics_.acceleration();
+  const double *v = x + nq, *acceleration = dynamics_.acceleration().data();
+  const bool flat = system_.space().IsFlat();
+  if (!flat) system_.space().Rate(x, v, xdot);
+  WithFixedSize(d, [&](auto few) {
+    for (int i = 0; flat && i < few; ++i) xdot[i] = v[i];
+    for (int i = 0; i < few; ++i) xdot[nq + i] = acceleration[i];
+  });
 }
 
 void Flow::SampleEnd(GapSample* sample) {

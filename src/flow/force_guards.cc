@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact_flow/fixed_size.h"
 #include "contact_flow/flow/event_locator.h"
 #include "guard_interpolant.h"
 #include "step_constants.h"
@@ -36,7 +37,10 @@ void EventLocator::RecordForceAt(int place, const Vector& force, ContactMode mod
 
 void EventLocator::StoreForce(int column, const Vector& force, ContactMode mode) {
   const Eigen::Index n = dynamics_->system().num_constraints();
-  std::copy(force.data(), force.data() + n, &forces_(0, column));
+  double* out = &forces_(0, column);
+  WithFixedSize(static_cast<int>(n), [&](auto few) {
+    for (int i = 0; i < few; ++i) out[i] = force(i);
+  });
   if (forces_.rows() == n) return;
   for (int g : guards_.OfForces(mode, dynamics_->shared())) forces_(g, column) = AtHand(g);
 }

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <sstream>
 #include <string>
+#include <utility>
 
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "guarded.h"
@@ -42,26 +44,25 @@ std::string Resolution::Sentence(const std::string& what) const {
 /// |Dg_i| e for every guard, and its rounding; to be called when the forces were differentiated.
 void Resolution::FindGuardErrors(const VectorRef& q) {
   const int n = system_.num_constraints();
-  guard_error_ = guard_reach_ = Vector::Zero(n);
+  guard_error_.setZero(n);
+  guard_reach_.resize(n);
   const double far = q.cwiseAbs().maxCoeff();
-  const Vector speeds = transition().x_minus.tail(d_).cwiseAbs();
-  Vector error = Vector::Zero(2 * d_), reach(2 * d_);
-  if (rules_.state_error.size() > 0) {
-    error = rules_.state_error;
-    error.head(d_).array() += kUnits * far;
-    error.tail(d_) += kUnits * speeds;
-  }
-  reach << Vector::Constant(d_, rules_.relative_tolerance * far),
-      rules_.relative_tolerance * speeds;
-  reach.array() += rules_.absolute_tolerance;
-  const auto along = [&](int i, const Vector& change) {
+  const auto speeds = transition().x_minus.tail(d_).cwiseAbs();
+  Vector change(2 * d_);
+  const auto along = [&](int i) {
     return IsMember(i) ? dynamics_.force_jacobian().row(i).head(2 * d_).cwiseAbs().dot(change)
                        : terms_.jacobian.row(i).cwiseAbs().dot(change.head(d_));
   };
-  for (int i = 0; i < n; ++i) {
-    guard_error_(i) = along(i, error);
-    guard_reach_(i) = kAccumulated * along(i, reach);
+  if (rules_.state_error.size() > 0) {
+    change = rules_.state_error;
+    change.head(d_).array() += kUnits * far;
+    change.tail(d_) += kUnits * speeds;
+    for (int i = 0; i < n; ++i) guard_error_(i) = along(i);
   }
+  change.head(d_).setConstant(rules_.relative_tolerance * far);
+  change.tail(d_) = rules_.relative_tolerance * speeds;
+  change.array() += rules_.absolute_tolerance;
+  for (int i = 0; i < n; ++i) guard_reach_(i) = kAccumulated * along(i);
 }
 
 /// The trigger is touched, or would let go, with vanishing slope.
@@ -267,18 +268,19 @@ void Resolution::Decide() {
   for (int i : grazed) approaches = approaches || rate_(i) < -Rounding(i, v_minus);
   Vector v_plus = v_minus;
   ContactMode hit;
+  std::optional<InverseInertia> inertia;
   if (approaches) {
-    const ImpactResult impact =
-        SolveImpact(system_, cluster.x_minus.head(nq_), v_minus, touching, rules_.impact_law);
-    cluster.impulse = impact.impulse;
-    v_plus = impact.v_plus;
+    inertia.emplace(system_, cluster.x_minus.head(nq_), v_minus);
+    ImpactResult impact = SolveImpact(system_, *inertia, v_minus, touching, rules_.impact_law);
+    cluster.impulse = std::move(impact.impulse);
+    v_plus = std::move(impact.v_plus);
     hit = impact.hit;
     WarnOfTouching(hit);
   }
   cluster.x_plus.tail(d_) = v_plus;
   const ModeSelection selection =
       SelectMode(&dynamics_, cluster.x_plus, Resting(v_plus, hit, touching),
-                 transition().tolerance, pressed_);
+                 transition().tolerance, pressed_, inertia ? &*inertia : nullptr);
   cluster.mode_after = selection.mode;
   cluster.implied = selection.implied;
   cluster.touching = touching_ & (hit | selection.mode);

@@ -119,5 +119,75 @@ TEST(ClusterReading, TheDefaultToleranceTellsTheOrder) {
   EXPECT_LE((reading.in_order - told.B(later)).norm(), 1e-12);
 }
 
+/// Three bodies land at t, t + a and t + 10 a. Delayed by 2 α, 3 α and α they come in the order of
+/// the delays once the last is the first: at α = 10 a, and not where it passes the second, 4.5 a.
+struct ThreeFlying : test::UnitMasses<4, 3> {
+  static constexpr const char* kName = "three_flying";
+  static constexpr std::array<const char*, 4> kCoordinates = {"x", "y", "u", "z"};
+  static constexpr std::array<const char*, 4> kUnits = {"m", "m", "m", "m"};
+  static constexpr std::array<const char*, 3> kConstraintNames = {"x_stop", "y_stop", "u_stop"};
+  template <class P>
+  struct Parameters {
+    P c = 3;
+    template <class V>
+    void Visit(V&& visit) {
+      visit(c, "c", "", "of the push", Range::kAny);
+    }
+  };
+  template <class P, class S>
+  static void Force(const Parameters<P>& p, const Eigen::Matrix<S, 4, 1>&,
+                    const Eigen::Matrix<S, 4, 1>& v, const Eigen::Matrix<S, 0, 1>&,
+                    Eigen::Matrix<S, 4, 1>* f) {
+    (*f)(0) = (*f)(1) = (*f)(2) = S(0.0);
+    (*f)(3) = p.c * v(0) * v(1) * v(2);
+  }
+  template <class P, class S>
+  static void Gaps(const P&, const Eigen::Matrix<S, 4, 1>& q, Eigen::Matrix<S, 3, 1>* a) {
+    for (int i = 0; i < 3; ++i) (*a)(i) = q(i);
+  }
+};
+
+TEST(ClusterReading, LooksAtAllPairs) {
+  const auto system = test::Make<ThreeFlying>({});
+  Vector x = Vector::Zero(8), w = Vector::Zero(8);
+  x << kFirst, kFirst + kApart, kFirst + 10 * kApart, 0, -1, -1, -1, 0;
+  w.head(3) << 2, 3, 1;
+  const auto run = [&](double alpha, double tolerance) {
+    SimulateOptions options;
+    options.simultaneity_tolerance = tolerance;
+    return Simulate(system, x + alpha * w, Vector(0), kDuration, options);
+  };
+  const Trajectory merged = run(0, 1e-5);
+  ASSERT_EQ(1u, merged.transitions.size());
+  const BDerivative B = DifferentiateOutcome(system, merged);
+  ASSERT_TRUE(B.status.ok()) << B.status.message;
+  const double radius = ReadClusters(B, w).inner_radius;
+  EXPECT_NEAR(10 * kApart, radius, 1e-13);
+  // ż(T) = −c min(x, y, u), whose slope is that of u from there on.
+  EXPECT_NEAR(-kPush * 1, B(w)(7), 1e-5);
+  const double before = run(0.9 * radius, 1e-12).FinalState()(7),
+               behind = run(1.1 * radius, 1e-12).FinalState()(7),
+               far = run(2 * radius, 1e-12).FinalState()(7);
+  EXPECT_NEAR(-kPush * 2, (before - run(0, 1e-12).FinalState()(7)) / (0.9 * radius), 1e-6);
+  EXPECT_NEAR(B(w)(7), (far - behind) / (0.9 * radius), 1e-5);
+}
+
+/// At one instant as far as it is known: which comes first is not, in neither direction.
+TEST(ClusterReading, OfAnOrderThatIsNotKnown) {
+  const auto system = test::Make<Flying>({});
+  Vector x = Start();
+  x(1) = x(0);
+  const Trajectory run = Simulate(system, x, Vector(0), kDuration);
+  ASSERT_EQ(1u, run.transitions.size());
+  const BDerivative B = DifferentiateOutcome(system, run);
+  for (const double sign : {1.0, -1.0}) {
+    const double radius = ReadClusters(B, sign * Vector::Unit(6, 0)).inner_radius;
+    EXPECT_GT(radius, 0) << sign;
+    EXPECT_LT(radius, 1e-13) << sign;  // errors of the instants are rounding
+  }
+  // Both change places with nothing.
+  EXPECT_EQ(0, ReadClusters(B, Vector::Unit(6, 2)).inner_radius);
+}
+
 }  // namespace
 }  // namespace contact_flow

@@ -318,7 +318,7 @@ TEST(CostGradient, OfEveryModelIsThatOfTheForwardDerivative) {
     options.max_seconds = 10;
     const NominalRun& nominal = system->nominal();
     const Trajectory run =
-        Simulate(*system, nominal.x, nominal.u, std::min(nominal.duration, 1.0), options);
+        Simulate(*system, nominal.x, nominal.u, std::min(nominal.duration, 1.1), options);
     if (!run.status.ok()) continue;
     const BDerivative B = DifferentiateOutcome(*system, run, Options(false, all));
     const Vector covector = Random(system->state_size(), 9);

@@ -44,18 +44,23 @@ TEST(TiltedDrops, HaveDerivativesThatQuotientsConfirm) {
     std::normal_distribution<double> normal;
     Vector w(2 * system->dof());
     for (double& entry : w) entry = normal(random);
-    const Vector prediction = B(w);
-    const QuotientReport report =
-        CompareWithQuotients(*system, x, nominal.u, duration, w, prediction, {1e-6, 1e-7});
-    double least = std::numeric_limits<double>::infinity();
-    for (const QuotientSample& sample : report.samples) {
-      if (sample.status.ok()) least = std::min(least, sample.error);
+    // Contacts that rest after a landing have risen by up to 1e-5 m/s for 1e-8 s: that is made
+    // rest, and the events are held to their law where it is.
+    EXPECT_LE(B.trust.event_law, 1e-6) << seed;
+    for (const double sign : {1.0, -1.0}) {
+      const Vector prediction = B(sign * w);
+      const QuotientReport report =
+          CompareWithQuotients(*system, x, nominal.u, duration, sign * w, prediction, {1e-6, 1e-7});
+      double least = std::numeric_limits<double>::infinity();
+      for (const QuotientSample& sample : report.samples) {
+        if (sample.status.ok()) least = std::min(least, sample.error);
+      }
+      // Quotients are off by α times second derivatives of up to some hundreds, and by 1e-12/α.
+      EXPECT_LE(least, 1e-4 * (1 + prediction.cwiseAbs().maxCoeff())) << seed << ' ' << sign;
     }
-    // Quotients are off by α times second derivatives of up to some hundreds, and by 1e-12/α.
-    EXPECT_LE(least, 1e-4 * (1 + prediction.cwiseAbs().maxCoeff())) << seed;
   }
   for (const auto& [outcome, number] : outcomes) std::printf("%d %s\n", number, outcome.c_str());
-  EXPECT_GE(outcomes["ok"], 25);
+  EXPECT_GE(outcomes["ok"], 37);
 }
 
 }  // namespace
