@@ -3,8 +3,9 @@
 //   sweep_benchmark [runs] [threads] [statistics|columns] [rounds]
 //
 // Trots of the wide hopping_trot, pitch and pitch rate drawn: the bare loop over Simulate on one
-// thread and Sweep on `threads`, by turns. Processor time of a run tells what the sweep adds to the
-// loop, whatever else the machine does; time by the clock what it does on idle cores.
+// thread and Sweep on `threads`, one run at a time and in lanes, by turns. Processor time of a run
+// tells what the sweep adds to the loop, whatever else the machine does; time by the clock what it
+// does on idle cores.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -66,7 +67,7 @@ int Run(std::uint64_t runs, int threads, bool columns, int rounds) {
   SimulateOptions options;
   options.dense = false;
   double sum = 0;
-  std::vector<double> bare, swept, ratio, clocks;
+  std::vector<double> bare, swept, ratio, clocks, lanes, lane_ratio, lane_clocks;
   for (int round = 0; round < rounds; ++round) {
     const Times loop = Measure([&] {
       Vector values;
@@ -78,7 +79,13 @@ int Run(std::uint64_t runs, int threads, bool columns, int rounds) {
                    .FinalState()(6);
       }
     });
+    request.lanes = LaneSet::kNone;
     const Times sweep = Measure([&] { sum += Sweep(request).reference(0); });
+    request.lanes = LaneSet::kBest;
+    const Times in_lanes = Measure([&] { sum += Sweep(request).reference(0); });
+    lanes.push_back(in_lanes.processor);
+    lane_ratio.push_back(loop.processor / in_lanes.processor);
+    lane_clocks.push_back(in_lanes.clock);
     bare.push_back(loop.processor);
     swept.push_back(sweep.processor);
     ratio.push_back(loop.processor / sweep.processor);
@@ -93,6 +100,8 @@ int Run(std::uint64_t runs, int threads, bool columns, int rounds) {
   std::printf("efficiency       %8.4f by processor time, median of %d rounds\n", Median(ratio),
               rounds);
   std::printf("by the clock     %8.0f trots/s\n", n / Median(clocks));
+  std::printf("in lanes         %8.2f us, %.2f of the bare loop's rate, %.0f trots/s by the clock\n",
+              1e6 * Median(lanes) / n, Median(lane_ratio), n / Median(lane_clocks));
   std::printf("largest memory   %8.1f MB   (%g)\n", 1e-3 * static_cast<double>(usage.ru_maxrss),
               sum);
   return 0;

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """run_action.py ACTION [REQUEST]: pursues a goal of a contact_flow action from the command line, with a progress bar.
 
-  ACTION   …/find_periodic_orbit, …/optimize or …/optimize_trajectory
+  ACTION   …/find_periodic_orbit, …/optimize, …/optimize_trajectory or …/sweep
   REQUEST  its request in YAML, as for rosservice call; every field may be left out
 
     rosrun contact_flow run_action.py /trot/find_periodic_orbit "{section: {kind: apex, name: body_z}}"
@@ -18,11 +18,13 @@ import rospy
 import yaml
 from contact_flow.msg import (
     FindPeriodicOrbitAction, FindPeriodicOrbitGoal, OptimizeOutcomeAction, OptimizeOutcomeGoal,
-    OptimizeTrajectoryAction, OptimizeTrajectoryGoal, OptimizeTrajectoryResult)
+    OptimizeTrajectoryAction, OptimizeTrajectoryGoal, OptimizeTrajectoryResult, SweepEnsembleAction,
+    SweepEnsembleGoal)
 
 KINDS = {"find_periodic_orbit": (FindPeriodicOrbitAction, FindPeriodicOrbitGoal),
          "optimize": (OptimizeOutcomeAction, OptimizeOutcomeGoal),
-         "optimize_trajectory": (OptimizeTrajectoryAction, OptimizeTrajectoryGoal)}
+         "optimize_trajectory": (OptimizeTrajectoryAction, OptimizeTrajectoryGoal),
+         "sweep": (SweepEnsembleAction, SweepEnsembleGoal)}
 # Outcomes besides 0 for which it was found: a valley is a minimum, too.
 FOUND = {"optimize_trajectory": (0, OptimizeTrajectoryResult.VALLEY)}
 WIDTH = 30  # of the bar
@@ -38,21 +40,38 @@ class Bar:
         self.fraction = feedback.fraction
         if time.time() - self.last >= 0.1:
             self.last = time.time()
-            self.write(feedback.iteration, feedback.value)
+            self.write(self.of_runs(feedback) if hasattr(feedback, "rate") else
+                       self.of_search(feedback.iteration, feedback.value))
 
     def close(self, result, found):
         """The last state, which feedback may be too late to tell."""
         if result.success and result.outcome in found:
             self.fraction = 1
-        if result.result.iterations:
+        if hasattr(result.result, "runs"):
+            self.write("%d runs: %s" % (result.result.runs, self.counts(result.result.outcomes)))
+        elif result.result.iterations:
             last = result.result.iterations[-1]
-            self.write(last.iteration, last.value if hasattr(last, "value") else last.cost)
+            self.write(self.of_search(last.iteration, last.value if hasattr(last, "value") else last.cost))
+        if self.last:
             sys.stderr.write("\n")
 
-    def write(self, iteration, value):
+    @staticmethod
+    def of_search(iteration, value):
+        return "iteration %d, %.3g" % (iteration, value)
+
+    @staticmethod
+    def counts(outcomes):
+        return ", ".join("%s %d" % (one.name, one.count) for one in outcomes)
+
+    def of_runs(self, at):
+        return "%d of %d runs, %.0f /s, %.0f s left: %s" % (at.done, at.total, at.rate, at.left,
+                                                           self.counts(at.outcomes))
+
+    def write(self, text):
+        self.last = self.last or time.time()
         done = int(round(WIDTH * min(max(self.fraction, 0), 1)))
-        sys.stderr.write("\r[%s%s] %3.0f %%  iteration %d, %.3g   " % (
-            "#" * done, "." * (WIDTH - done), 100 * self.fraction, iteration, value))
+        sys.stderr.write("\r[%s%s] %3.0f %%  %s   " % (
+            "#" * done, "." * (WIDTH - done), 100 * self.fraction, text))
         sys.stderr.flush()
 
 

@@ -30,6 +30,7 @@ _start_of: Callable[..., Tuple[Any, List[float], Any]]
 _options_of: Callable[..., Dict[str, Any]]
 _outcome_name: Callable[[int], str]
 _ok_status: Callable[[], Status]
+_budget_status: Callable[[str], Status]
 # For contact_flow.trajectories alone.
 _optimize_trajectory: Callable[..., Dict[str, Any]]
 

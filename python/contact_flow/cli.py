@@ -162,6 +162,7 @@ def parser() -> argparse.ArgumentParser:
     sweep.add_argument("--chunk", type=int, default=0, metavar="RUNS", help="runs of a chunk; 0: some seconds")
     sweep.add_argument("--resume", metavar="DIR", help="run what is missing in a store")
     sweep.add_argument("--scheduler", metavar="ADDRESS", help="of Dask, whose workers run the chunks")
+    sweep.add_argument("--report", metavar="FILE.html", help="a page of it and of the run without draws")
     sweep.add_argument("--quiet", action="store_true", help="no progress")
     return top
 

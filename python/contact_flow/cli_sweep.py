@@ -28,9 +28,25 @@ def number(value: Any, what: str) -> float:
         raise ValueError("%s is %r, expected a number" % (what, value)) from None
 
 
-def numbers(values: Any, what: str, count: int = -1) -> List[float]:
-    if not isinstance(values, list) or (count >= 0 and len(values) != count):
-        raise ValueError("%s is %r, expected %s numbers" % (what, values, count if count >= 0 else "a list of"))
+def count(value: Any, what: str) -> int:
+    """A whole number, also as 1e6."""
+    if isinstance(value, int) and not isinstance(value, bool):
+        return value
+    found = number(value, what)
+    if not found.is_integer():
+        raise ValueError("%s is %r, expected a whole number" % (what, value))
+    return int(found)
+
+
+def axis(value: Any, what: str) -> Tuple[float, float, int]:
+    """[low, high, bins] of a histogram."""
+    low, high, bins = numbers(value, what, 3)
+    return low, high, count(bins, "the bins of " + what)
+
+
+def numbers(values: Any, what: str, size: int = -1) -> List[float]:
+    if not isinstance(values, list) or (size >= 0 and len(values) != size):
+        raise ValueError("%s is %r, expected %s numbers" % (what, values, size if size >= 0 else "a list of"))
     return [number(value, what) for value in values]
 
 
@@ -54,10 +70,10 @@ def draw_of(name: str, value: Any) -> Any:
         return Normal(*numbers(given, name, 2))
     if kind == "levels":
         return numbers(given, name)
-    first, last, count = numbers(given, name, 3)
-    if count != int(count) or count < 1:
-        raise ValueError("linspace of %s: %r values, expected a whole number from 1 on" % (name, count))
-    return list(np.linspace(first, last, int(count)))
+    first, last, values = numbers(given, name, 3)
+    if values != int(values) or values < 1:
+        raise ValueError("linspace of %s: %r values, expected a whole number from 1 on" % (name, values))
+    return list(np.linspace(first, last, int(values)))
 
 
 def joint_of(entry: Any) -> Any:
@@ -118,13 +134,17 @@ def read(path: str) -> Tuple[_core.System, Dict[str, Any], Dict[str, Any]]:
         if key in content:
             keywords[key] = content[key]
     if "histograms" in content:
-        keywords["histograms"] = {name: tuple(numbers(axis, "the histogram of " + name, 3))
-                                  for name, axis in mapping(content["histograms"], "histograms").items()}
+        keywords["histograms"] = {name: axis(value, "the histogram of " + name)
+                                  for name, value in mapping(content["histograms"], "histograms").items()}
     if "costs" in content:
         keywords["costs"] = {name: {key: {k: number(v, k) for k, v in mapping(values, key).items()}
                                     for key, values in mapping(cost, name).items()}
                              for name, cost in mapping(content["costs"], "costs").items()}
-    return system, {"draws": draws, "runs": content.get("runs")}, keywords
+    for key in ("seed", "events"):
+        if key in keywords:
+            keywords[key] = count(keywords[key], key)
+    runs = None if content.get("runs") is None else count(content["runs"], "runs")
+    return system, {"draws": draws, "runs": runs}, keywords
 
 
 def report(ensemble: Ensemble) -> str:
@@ -175,6 +195,8 @@ def sweep_command(arguments: Namespace, load: Callable[..., Any]) -> Tuple[Any, 
         if arguments.directory:
             keywords.update(directory=arguments.directory, chunk=arguments.chunk)
         ensemble = sweep(system, what["draws"], what["runs"], **shared, **keywords)
+    if arguments.report:
+        ensemble.report(arguments.report)
     summary = ensemble.summary
     data = {"runs": summary.runs, "outcomes": summary.outcomes, "examples": summary.examples,
             "words": summary.words, "names": ensemble.names, "reference": ensemble.reference,

@@ -67,6 +67,8 @@ def part_of(name: str, draw: Any) -> Part:
     if isinstance(draw, Normal):
         if not draw.std >= 0:
             raise ValueError("the standard deviation of '%s' is %r, expected a number >= 0" % (name, draw.std))
+        if draw.std > 0 and not 0 < float(draw.std) ** 2 < float("inf"):
+            raise ValueError("the standard deviation of '%s' is %r, whose square is no number" % (name, draw.std))
         return {"kind": "normal", "names": [name], "mean": [float(draw.mean)],
                 "covariance": [[float(draw.std) ** 2]]}
     if isinstance(draw, (str, bytes, Mapping, JointNormal, Table)):

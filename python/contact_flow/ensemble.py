@@ -12,6 +12,8 @@
 """
 from __future__ import annotations
 
+import operator
+import os
 import sys
 import time
 from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
@@ -20,6 +22,7 @@ import numpy as np
 
 from . import _core
 from .draws import Draws, parts_of
+from .sections import Grid
 
 Array = Any
 Request = Dict[str, Any]
@@ -67,6 +70,17 @@ def cost_of(system: _core.System, name: str, cost: Mapping[str, Any]) -> Dict[st
             "weight": filled("weight", system.state_names), "effort": filled("effort", system.inputs)}
 
 
+def whole(name: str, value: Any, least: int = 0, most: int = 2 ** 64 - 1) -> int:
+    """A whole number as it is: 1.5 is none, nor is a text. ValueError, or TypeError, with its name."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise TypeError("%s is %r, expected a whole number" % (name, value)) from None
+    if not least <= number <= most:
+        raise ValueError("%s is %d, expected %d to %d" % (name, number, least, most))
+    return number
+
+
 def make_request(system: _core.System, draws: Draws, *, x0: Any = None, inputs: Any = None,
                  duration: Optional[float] = None, seed: int = 0, sobol: bool = False,
                  keep: Sequence[str] = ("outcome", "start", "final_state", "words"), events: int = 0,
@@ -79,13 +93,14 @@ def make_request(system: _core.System, draws: Draws, *, x0: Any = None, inputs: 
     request = {
         "x0": x.tolist(), "inputs": {"t": list(t), "u": u.tolist()},
         "duration": float(system.nominal.duration if duration is None else duration),
-        "options": _core._options_of(**options), "seed": int(seed), "sobol": bool(sobol),
+        "options": _core._options_of(**options), "seed": whole("seed", seed), "sobol": bool(sobol),
         "parts": parts_of(draws),
-        "keep": {"columns": list(keep), "events": int(events), "samples": [float(s) for s in samples],
+        "keep": {"columns": list(keep), "events": whole("events", events, most=10 ** 6), "samples": [float(s) for s in samples],
                  "directions": [direction_of(system, w) for w in directions],
                  "costs": [cost_of(system, name, cost) for name, cost in costs.items()],
                  "derivative_options": dict(derivative_options)},
-        "histograms": [{"name": name, "low": float(low), "high": float(high), "bins": int(bins)}
+        "histograms": [{"name": name, "low": float(low), "high": float(high),
+                        "bins": whole("bins of '%s'" % name, bins, 1, 10 ** 6)}
                        for name, (low, high, bins) in histograms.items()]}
     _core._sweep(system, request, 0, 0, 1, 1.0, float("inf"), None, 1.0)   # refuses what is wrong
     return request
@@ -164,6 +179,32 @@ class Ensemble:
                 return np.array(counts), edges
         raise ValueError("no histogram of '%s' was asked for" % name)
 
+    def to_xarray(self) -> Any:
+        """The columns as an xarray.Dataset, with names of states, draws, … as coordinates. Those of a store are
+        read here."""
+        try:
+            import xarray
+        except ImportError:
+            raise ImportError("to_xarray needs xarray: apt install python3-xarray") from None
+        sizes: Dict[str, int] = {}
+        variables = {}
+        for name, column in self.columns.items():
+            dimensions = dimensions_of(name, np.ndim(column))
+            sizes.update(zip(dimensions, np.shape(column)))
+            variables[name] = (dimensions, np.asarray(column))
+        return xarray.Dataset(variables, coords={
+            name: values for name, values in coordinates_of(self.system, self.request).items()
+            if sizes.get(name) == len(values)}, attrs={"system": self.system.name, "seed": self.request["seed"]})
+
+    def report(self, path: Union[str, "os.PathLike[str]"]) -> None:
+        """Writes the run without draws, and the ensemble beside it, as one HTML file; see write_report."""
+        from .report import write_report
+        t, u = self.request["inputs"]["t"], np.array(self.request["inputs"]["u"])
+        constant = len(t) == 1 and t[0] == 0
+        run = self.system.simulate(self.request["x0"], self.request["duration"], u[0] if constant else Grid(t, u),
+                                   **dict(self.request["options"], dense=True))
+        write_report(run, path, ensemble=self)
+
     def draws(self, first: int = 0, count: Optional[int] = None) -> Array:
         """The numbers of runs [count × drawn], drawn again."""
         return _core._draw_sweep(self.system, self.request, first,
@@ -190,6 +231,27 @@ def text_progress(done: int, total: int, elapsed: float, outcomes: Dict[str, int
     sys.stderr.flush()
 
 
+#: of each column behind "run"
+DIMENSIONS: Dict[str, Tuple[str, ...]] = {
+    "start": ("drawn",), "final_state": ("state",), "margins": ("margin",), "event_times": ("event",),
+    "samples": ("sample", "state"), "derivative": ("direction", "tangent"), "jacobian": ("outcome_tangent", "tangent"),
+    "costs": ("cost",)}
+
+
+def dimensions_of(column: str, count: int) -> List[str]:
+    """Names of the axes of a column."""
+    return ["run"] + list(DIMENSIONS.get(column, ()))[:count - 1]
+
+
+def coordinates_of(system: _core.System, request: Request) -> Dict[str, List[Any]]:
+    """What the entries along each axis are called."""
+    drawn = _core._check_sweep(system, request)[1]
+    tangents = tangent_names(system)
+    return {"drawn": list(drawn), "state": list(system.state_names), "margin": list(MARGINS),
+            "sample": list(request["keep"]["samples"]), "tangent": tangents, "outcome_tangent": tangents,
+            "cost": [cost["name"] for cost in request["keep"]["costs"]]}
+
+
 def chunks_of(runs: int, chunk: int) -> Iterator[Tuple[int, int, int]]:
     """(index, first run, number of runs)."""
     for index in range((runs + chunk - 1) // chunk):
@@ -202,9 +264,7 @@ def number_of_runs(system: _core.System, request: Request, runs: Optional[int]) 
         if random:
             raise ValueError("runs: how many? Random numbers are drawn for as many as you like")
         return int(period)
-    if runs < 0:
-        raise ValueError("runs is %d, expected a number >= 0" % runs)
-    return int(runs)
+    return whole("runs", runs, most=2 ** 61)
 
 
 def chunk_runs(system: _core.System, request: Request, runs: int, seconds: float = 2.0) -> int:
@@ -235,6 +295,7 @@ def sweep(system: _core.System, draws: Draws, runs: Optional[int] = None, *, thr
     x0, inputs, duration and options are those of simulate. progress: True for a line of text.
     directory: a Zarr store that is written chunk by chunk; resume=True does what is missing in it.
     client: of Dask distributed, whose workers run chunks.
+    max_seconds_total: then it ends, and `status` is 'budget exceeded'; the runs that are done are counted.
 
     A start that is not admissible, a run that throws or exceeds its budget is that run's outcome. The same
     request and seed give the same bits for any threads, chunks and workers."""
@@ -244,7 +305,8 @@ def sweep(system: _core.System, draws: Draws, runs: Optional[int] = None, *, thr
     if directory is not None or client is not None:
         from .ensemble_chunks import sweep_chunks
         return sweep_chunks(system, request, total, threads=threads, progress=report, every=every,
-                            directory=directory, resume=resume, chunk=chunk, client=client)
+                            directory=directory, resume=resume, chunk=chunk, client=client,
+                            max_megabytes=max_megabytes, max_seconds_total=max_seconds_total)
     if resume or chunk:
         raise ValueError("resume and chunk are for sweeps with a directory or a client")
     return Ensemble(system, request, _core._sweep(system, request, 0, total, threads, max_megabytes,

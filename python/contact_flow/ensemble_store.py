@@ -7,6 +7,7 @@ one is renamed). A chunk without its tally is missing, whatever there is of its 
 from __future__ import annotations
 
 import errno
+import fcntl
 import json
 import os
 import shutil
@@ -16,10 +17,16 @@ from typing import Any, Dict, List, Optional, Tuple
 import numpy as np
 
 from . import _core
-from .ensemble import MARGINS, Request, chunks_of, tangent_names
+from .ensemble import MARGINS, Request, chunks_of, dimensions_of, tangent_names
 
 FORMAT = 1
 NOT_RUN = -3
+LOCK = ".writer"
+
+
+def fill_of(name: str, column: Any) -> Any:
+    """What a column holds of runs that are not done."""
+    return {"f": np.nan, "S": b"", "i": NOT_RUN if "outcome" in name else 0}[column.dtype.kind]
 
 
 def zarr_module() -> Any:
@@ -54,6 +61,23 @@ def system_of(text: Dict[str, Any]) -> _core.System:
                      "by sweep(..., directory=..., resume=True)" % text.get("python"))
 
 
+def own(folder: str) -> int:
+    """The lock of a folder."""
+    lock = os.open(os.path.join(folder, LOCK), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(lock)
+        raise BlockingIOError(errno.EAGAIN, "another process is writing into it", folder) from None
+    except OSError:   # a disk without locks: chunks are whole all the same
+        pass
+    return lock
+
+
+def holds_sweep(folder: str) -> bool:
+    return os.path.exists(os.path.join(folder, ".zattrs"))
+
+
 class Store:
     """The Zarr group of one sweep."""
 
@@ -65,14 +89,29 @@ class Store:
         self.runs: int = attributes["runs"]
         self.chunk: int = attributes["chunk"]
         self.reference = np.array(attributes["reference"])
+        self.lock: Optional[int] = None
+
+    def own(self) -> None:
+        """To be its only writer until it is closed, or this process ends. BlockingIOError where another one is.
+
+        By flock(2), which holds among the machines of a network's disk where that offers it."""
+        self.lock = own(self.folder)
+
+    def close(self) -> None:
+        """Nothing more is written."""
+        if self.lock is not None:
+            os.close(self.lock)
+            self.lock = None
 
     @staticmethod
     def create(folder: str, system: _core.System, request: Request, runs: int, chunk: int,
                sample: Dict[str, Any], fingerprint: str) -> Store:
-        """Makes the folder. OSError where it is not empty, not writable or the disk is too small."""
-        zarr = zarr_module()
-        import numcodecs
+        """Makes the folder, and owns it. OSError where it is not empty, not writable or the disk is too small."""
+        zarr_module()
         if os.path.exists(folder) and (not os.path.isdir(folder) or os.listdir(folder)):
+            if os.path.exists(os.path.join(folder, LOCK)) and not holds_sweep(folder):
+                raise FileExistsError(errno.EEXIST, "holds the beginning of a sweep that was ended before its first "
+                                      "run; delete it", folder)
             raise FileExistsError(errno.EEXIST, "is there and not empty; resume what it holds, or name "
                                   "another", folder)
         os.makedirs(folder, exist_ok=True)
@@ -83,6 +122,21 @@ class Store:
         if needed > free:
             raise OSError(errno.ENOSPC, "%d runs take up to %.3g GB there, and %.3g GB are free; keep less "
                           "of each" % (runs, needed * 1e-9, free * 1e-9), folder)
+        lock = own(folder)
+        try:
+            store = Store.fill(folder, system, request, runs, chunk, sample, fingerprint)
+        except BaseException:
+            os.close(lock)
+            raise
+        store.lock = lock
+        return store
+
+    @staticmethod
+    def fill(folder: str, system: _core.System, request: Request, runs: int, chunk: int, sample: Dict[str, Any],
+             fingerprint: str) -> Store:
+        """The arrays and attributes of an empty store."""
+        zarr = zarr_module()
+        import numcodecs
         observables, drawn, _, _ = _core._check_sweep(system, request)
         attributes = {
             "format": FORMAT, "version": _core.__version__, "system": system_text(system), "request": request,
@@ -94,10 +148,9 @@ class Store:
             "outcomes": {str(k): _core._outcome_name(k) for k in range(NOT_RUN, 19)}}
         group = zarr.group(zarr.DirectoryStore(folder))
         for name, column in sample["columns"].items():
-            fill = {"f": np.nan, "S": b"", "i": NOT_RUN if "outcome" in name else 0}[column.dtype.kind]
             array = group.create_dataset(name, shape=(runs,) + column.shape[1:], dtype=column.dtype,
-                                         chunks=(chunk,) + column.shape[1:], fill_value=fill)
-            array.attrs["_ARRAY_DIMENSIONS"] = ["run"] + ["%s_%d" % (name, k) for k in range(1, column.ndim)]
+                                         chunks=(chunk,) + column.shape[1:], fill_value=fill_of(name, column))
+            array.attrs["_ARRAY_DIMENSIONS"] = dimensions_of(name, column.ndim)
         group.create_dataset("tally", shape=((runs + chunk - 1) // chunk,), chunks=(1,), dtype=object,
                              object_codec=numcodecs.VLenBytes()).attrs["_ARRAY_DIMENSIONS"] = ["chunk"]
         group.attrs.update(attributes)   # last: a folder without them is no store

@@ -6,11 +6,12 @@ from __future__ import annotations
 import json
 import math
 import os
-from typing import Any, Dict, List, Sequence, Union
+from typing import Any, Dict, List, Optional, Sequence, Union
 
 import numpy as np
 
-from . import _core, report_words
+from . import _core, report_ensemble, report_words
+from .ensemble import Ensemble
 from .report_scene import scene
 
 MAX_BYTES = 8_000_000  #: a larger report is refused
@@ -142,16 +143,19 @@ def part(name: str) -> str:
 
 
 def write_report(run: _core.Run, path: Union[str, "os.PathLike[str]"], by: Sequence[str] = ("state",),
-                 samples: int = 600, source: str = "") -> None:
-    """Writes the report of a run to `path`. `by` as in Run.derivative; `source` says where it is from. ValueError
-    where it would be larger than 8 MB, or where the run was made with dense=False."""
+                 samples: int = 600, source: str = "", ensemble: Optional[Ensemble] = None) -> None:
+    """Writes the report of a run to `path`. `by` as in Run.derivative; `source` says where it is from; `ensemble`
+    is shown beside the run without its draws. ValueError where it would be larger than 8 MB, or where the run was
+    made with dense=False."""
     if not run.options["dense"]:
         raise ValueError("the run was made with dense=False")
     if not 2 <= samples <= MAX_SAMPLES:
         raise ValueError("samples is %d, expected 2 to %d" % (samples, MAX_SAMPLES))
-    template = part("report_template.html").replace("/*SCENE*/", part("report_scene.js"), 1)
+    template = part("report_template.html").replace("/*SCENE*/", part("report_scene.js"), 1).replace(
+        "/*ENSEMBLE*/", part("report_ensemble.js"), 1)
     # "<" could end the script where a name has it.
-    data = dict(collect(run, by, samples), source=source)
+    data = dict(collect(run, by, samples), source=source,
+                ensemble=None if ensemble is None else report_ensemble.section(run, ensemble))
     text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     page = template.replace("/*DATA*/null", text, 1)
     size = len(page.encode())

@@ -30,13 +30,13 @@ const std::vector<std::string>& MarginNames() {
   return names;
 }
 
-std::string ModeWord(const Trajectory& trajectory, int num_constraints) {
+std::string ModeWord(const std::vector<ContactMode>& modes, int num_constraints) {
   constexpr std::size_t kSum = 9;   // "~" and eight digits
   std::string word;
   boost::crc_32_type crc;
   std::size_t length = 0;
-  for (const Arc& arc : trajectory.arcs) {
-    const std::string letters = (length > 0 ? ">" : "") + arc.mode.Word(num_constraints);
+  for (const ContactMode& mode : modes) {
+    const std::string letters = (length > 0 ? ">" : "") + mode.Word(num_constraints);
     length += letters.size();
     crc.process_bytes(letters.data(), letters.size());
     if (word.size() <= kMaxWord) word += letters;
@@ -45,6 +45,12 @@ std::string ModeWord(const Trajectory& trajectory, int num_constraints) {
   char sum[16];
   std::snprintf(sum, sizeof(sum), "~%08x", static_cast<unsigned>(crc.checksum()));
   return word.substr(0, kMaxWord - kSum) + sum;
+}
+
+std::string ModeWord(const Trajectory& trajectory, int num_constraints) {
+  std::vector<ContactMode> modes;
+  for (const Arc& arc : trajectory.arcs) modes.push_back(arc.mode);
+  return ModeWord(modes, num_constraints);
 }
 
 Recorder::Recorder(const MechanicalSystem& system, const Keep& keep,
@@ -123,18 +129,29 @@ void Recorder::WriteOutcome(int outcome, std::size_t row, Columns* columns) cons
   if (keep_.outcome) columns->outcome[row] = static_cast<std::int8_t>(outcome);
 }
 
-void Recorder::WriteRun(const MechanicalSystem& system, const Trajectory& trajectory,
-                        const std::string& word, std::size_t row, Columns* columns) const {
-  WriteOutcome(static_cast<int>(trajectory.status.outcome), row, columns);
-  if (keep_.outcome) {
-    columns->num_events[row] = static_cast<std::int32_t>(trajectory.transitions.size());
+void Recorder::Clear(std::size_t begin, std::size_t end, Columns* columns) const {
+  for (std::size_t row = begin; row < end; ++row) {
+    WriteOutcome(kNotRun, row, columns);
+    if (keep_.outcome) columns->num_events[row] = 0;
+    if (keep_.Differentiates()) columns->derivative_outcome[row] = kNotRun;
+    if (keep_.words) columns->words[row].clear();
   }
-  if (keep_.words) columns->words[row] = word;
-  const Vector& x = trajectory.FinalState();
-  if (keep_.final_state) std::copy_n(x.data(), x.size(), Row("final_state", row, columns));
-  if (keep_.end_time) *Row("end_time", row, columns) = trajectory.t_end();
+  for (Columns::Real& column : columns->reals) {
+    std::fill(column.values.begin() + static_cast<std::ptrdiff_t>(begin * column.width),
+              column.values.begin() + static_cast<std::ptrdiff_t>(end * column.width), kNaN);
+  }
+}
+
+void Recorder::WriteEnd(const RunEnd& end, std::size_t row, Columns* columns) const {
+  WriteOutcome(static_cast<int>(end.status.outcome), row, columns);
+  if (keep_.outcome) {
+    columns->num_events[row] = static_cast<std::int32_t>(end.event_times.size());
+  }
+  if (keep_.words) columns->words[row] = end.word;
+  if (keep_.final_state) std::copy_n(end.x.data(), end.x.size(), Row("final_state", row, columns));
+  if (keep_.end_time) *Row("end_time", row, columns) = end.t;
   if (keep_.margins) {
-    const Margins& m = trajectory.margins;
+    const Margins& m = end.margins;
     const double values[] = {m.approach_speed, m.release_rate, m.gap,
                              m.force, m.event_interval, m.cluster_spread};
     std::copy(std::begin(values), std::end(values), Row("margins", row, columns));
@@ -142,9 +159,17 @@ void Recorder::WriteRun(const MechanicalSystem& system, const Trajectory& trajec
   if (keep_.events > 0) {
     double* out = Row("event_times", row, columns);
     const std::size_t kept =
-        std::min(trajectory.transitions.size(), static_cast<std::size_t>(keep_.events));
-    for (std::size_t k = 0; k < kept; ++k) out[k] = trajectory.transitions[k].t;
+        std::min(end.event_times.size(), static_cast<std::size_t>(keep_.events));
+    std::copy_n(end.event_times.begin(), kept, out);
   }
+  if (!keep_.costs.empty()) {
+    const Vector costs = Costs(end.x, end.u);
+    std::copy_n(costs.data(), costs.size(), Row("costs", row, columns));
+  }
+}
+
+void Recorder::WriteMotion(const MechanicalSystem& system, const Trajectory& trajectory,
+                           std::size_t row, Columns* columns) const {
   if (!keep_.samples.empty()) {
     double* out = Row("samples", row, columns);
     for (double t : keep_.samples) {
@@ -152,12 +177,8 @@ void Recorder::WriteRun(const MechanicalSystem& system, const Trajectory& trajec
         const Vector sample = trajectory.State(t);
         std::copy_n(sample.data(), sample.size(), out);
       }
-      out += x.size();
+      out += system.state_size();
     }
-  }
-  if (!keep_.costs.empty()) {
-    const Vector costs = Costs(x, trajectory.arcs.front().u);
-    std::copy_n(costs.data(), costs.size(), Row("costs", row, columns));
   }
   if (!keep_.Differentiates()) return;
   try {

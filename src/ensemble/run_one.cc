@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "run_one.h"
 
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
 #include "contact_flow/budget.h"
+#include "contact_flow/flow/simulate_batch.h"
+#include "src/flow/lane_set.h"
 
 namespace contact_flow {
 namespace {
@@ -19,6 +22,34 @@ Vector BaseInput(const SweepRequest& request) {
   const InputSchedule& inputs = Checked(request);
   if (inputs.values.size() == 1) return inputs.values.front();
   return Vector::Zero(inputs.values.front().size());
+}
+
+RunEnd EndOf(const Trajectory& run, int num_constraints) {
+  RunEnd end;
+  end.status = run.status;
+  end.x = run.FinalState();
+  end.t = run.t_end();
+  end.u = run.arcs.front().u;
+  end.margins = run.margins;
+  end.word = ModeWord(run, num_constraints);
+  for (const Transition& passed : run.transitions) end.event_times.push_back(passed.t);
+  return end;
+}
+
+RunEnd EndOf(BatchRun&& run, const VectorRef& u, int num_constraints) {
+  RunEnd end;
+  end.status = std::move(run.status);
+  end.x = std::move(run.final_state);
+  end.t = run.t_end;
+  end.u = u;
+  end.margins = run.margins;
+  std::vector<ContactMode> modes = {run.first_mode};
+  for (const BatchEvent& passed : run.events) {
+    modes.push_back(passed.mode_after);
+    end.event_times.push_back(passed.t);
+  }
+  end.word = ModeWord(modes, num_constraints);
+  return end;
 }
 
 }  // namespace
@@ -63,6 +94,8 @@ RunOne::RunOne(const SweepRequest& request, Vector reference)
     throw std::invalid_argument("derivatives of a sweep are by the initial state");
   }
   options_.dense = recorder_.NeedsDense();
+  has_lanes_ = !options_.dense && !start_.ChangesParameters() && ConstantFromZero() &&
+               LanesOfSystem(*request.system, options_, request.lanes).available();
   MakeSummary();   // checks the histograms
 }
 
@@ -109,7 +142,7 @@ void RunOne::RunDrawn(std::uint64_t run, std::size_t row, Scratch* scratch, Colu
   const MechanicalSystem* system = nullptr;
   try {
     system = &SystemOf(scratch);
-    if (request_.inputs.values.size() == 1 && request_.inputs.grid.front() == 0) {
+    if (ConstantFromZero()) {
       trajectory =
           Simulate(*system, scratch->start.x, scratch->start.u, request_.duration, options_);
     } else {
@@ -120,29 +153,92 @@ void RunOne::RunDrawn(std::uint64_t run, std::size_t row, Scratch* scratch, Colu
       trajectory = Simulate(*system, scratch->start.x, inputs, request_.duration, options_);
     }
   } catch (const std::invalid_argument& reason) {
-    recorder_.WriteOutcome(kInadmissible, row, columns);
-    summary->AddUnmeasured(run, kInadmissible, "", reason.what());
+    Refuse(run, reason.what(), row, columns, summary);
     return;
   }
-  const std::string word = ModeWord(trajectory, system->num_constraints());
+  const RunEnd end = EndOf(trajectory, system->num_constraints());
+  recorder_.WriteEnd(end, row, columns);
   if (request_.keep.Differentiates()) {   // the run's own limit holds for its derivative, too
     BudgetLimits limits;
     limits.max_seconds = options_.max_seconds;
+    limits.max_megabytes = options_.max_megabytes;
     limits.cancelled = [scratch] { return scratch->budget.cancelled(); };
     const BudgetScope scope{Budget(limits)};
-    recorder_.WriteRun(*system, trajectory, word, row, columns);
+    recorder_.WriteMotion(*system, trajectory, row, columns);
   } else {
-    recorder_.WriteRun(*system, trajectory, word, row, columns);
+    recorder_.WriteMotion(*system, trajectory, row, columns);
   }
-  if (!trajectory.status.ok()) {
-    summary->AddUnmeasured(run, static_cast<int>(trajectory.status.outcome), word,
-                           trajectory.status.message);
+  Count(*system, run, end, row, columns, summary);
+}
+
+bool RunOne::ConstantFromZero() const {
+  return request_.inputs.values.size() == 1 && request_.inputs.grid.front() == 0;
+}
+
+void RunOne::Refuse(std::uint64_t run, const std::string& reason, std::size_t row,
+                    Columns* columns, Summary* summary) const {
+  recorder_.WriteOutcome(kInadmissible, row, columns);
+  summary->AddUnmeasured(run, kInadmissible, "", reason);
+}
+
+void RunOne::Count(const MechanicalSystem& system, std::uint64_t run, const RunEnd& end,
+                   std::size_t row, Columns* columns, Summary* summary) const {
+  if (!end.status.ok()) {
+    summary->AddUnmeasured(run, static_cast<int>(end.status.outcome), end.word,
+                           end.status.message);
     return;
   }
-  const Vector costs = recorder_.Costs(trajectory.FinalState(), trajectory.arcs.front().u);
-  Vector y(2 * system->dof() + costs.size());
-  y << system->Separation(trajectory.FinalState(), reference_), costs;
-  summary->AddMeasured(y, word);
+  const Vector costs = recorder_.Costs(end.x, end.u);
+  Vector y(2 * system.dof() + costs.size());
+  y << system.Separation(end.x, reference_), costs;
+  if (y.allFinite()) {
+    summary->AddMeasured(y, end.word);
+    return;
+  }
+  // A cost that overflows would make every mean NaN.
+  const std::vector<std::string> names = ObservableNames(system, request_.keep);
+  Eigen::Index k = 0;
+  while (std::isfinite(y(k))) ++k;
+  recorder_.WriteOutcome(static_cast<int>(Outcome::kNonFinite), row, columns);
+  summary->AddUnmeasured(run, static_cast<int>(Outcome::kNonFinite), end.word,
+                         "the observable '" + names[static_cast<std::size_t>(k)] +
+                             "' is not finite");
+}
+
+bool RunOne::RunLanes(std::uint64_t first, std::size_t row, std::size_t count, Scratch* scratch,
+                      Columns* columns, Summary* summary) const {
+  const MechanicalSystem& system = *request_.system;
+  const auto runs = static_cast<Eigen::Index>(count);
+  Matrix drawn(static_cast<Eigen::Index>(sampler_.names().size()), runs);
+  Matrix states(system.state_size(), runs), inputs(system.num_inputs(), runs);
+  BatchResult batch;
+  try {
+    for (Eigen::Index k = 0; k < runs; ++k) {
+      sampler_.Draw(first + static_cast<std::uint64_t>(k), &scratch->drawn);
+      start_.Apply(scratch->drawn, &scratch->start);
+      drawn.col(k) = scratch->drawn;
+      states.col(k) = scratch->start.x;
+      inputs.col(k) = scratch->start.u;
+    }
+    batch = SimulateBatch(system, states, inputs, request_.duration, options_,
+                          {1, request_.lanes});
+  } catch (const std::exception&) {   // of which run is not known: each comes by itself
+    return false;
+  }
+  if (scratch->budget.cancelled()) return false;
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto column = static_cast<Eigen::Index>(k);
+    recorder_.WriteStart(drawn.col(column), row + k, columns);
+    if (!batch.runs[k].refused.empty()) {
+      Refuse(first + k, batch.runs[k].refused, row + k, columns, summary);
+      continue;
+    }
+    const RunEnd end =
+        EndOf(std::move(batch.runs[k]), inputs.col(column), system.num_constraints());
+    recorder_.WriteEnd(end, row + k, columns);
+    Count(system, first + k, end, row + k, columns, summary);
+  }
+  return true;
 }
 
 }  // namespace contact_flow

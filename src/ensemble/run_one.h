@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 
 #include "contact_flow/budget.h"
 #include "contact_flow/ensemble/sweep.h"
@@ -30,6 +31,12 @@ class RunOne {
   /// as; where the budget of the thread ends meanwhile, what is recorded is not to be used.
   void Run(std::uint64_t run, std::size_t row, Scratch* scratch, Columns* columns,
            Summary* summary) const;
+  /// Whether runs have lanes (simulate_batch.h).
+  bool HasLanes() const { return has_lanes_; }
+  /// The same, to the bit, of runs first to first + count − 1 in lanes. False, with nothing
+  /// recorded, where one of them threw or the budget of the thread ended.
+  bool RunLanes(std::uint64_t first, std::size_t row, std::size_t count, Scratch* scratch,
+                Columns* columns, Summary* summary) const;
   /// A summary of its observables.
   Summary MakeSummary() const;
   /// What writes the columns.
@@ -38,7 +45,13 @@ class RunOne {
  private:
   void RunDrawn(std::uint64_t run, std::size_t row, Scratch* scratch, Columns* columns,
                 Summary* summary) const;
+  void Refuse(std::uint64_t run, const std::string& reason, std::size_t row, Columns* columns,
+              Summary* summary) const;
+  /// Counts and measures a run that was written.
+  void Count(const MechanicalSystem& system, std::uint64_t run, const RunEnd& end,
+             std::size_t row, Columns* columns, Summary* summary) const;
   const MechanicalSystem& SystemOf(Scratch* scratch) const;
+  bool ConstantFromZero() const;
 
   const SweepRequest& request_;
   const Sampler sampler_;
@@ -46,6 +59,7 @@ class RunOne {
   const Recorder recorder_;
   const Vector reference_;
   SimulateOptions options_;
+  bool has_lanes_ = false;
 };
 
 }  // namespace contact_flow

@@ -17,8 +17,12 @@ constexpr int kMaxObservables = 100000;
 std::size_t BinOf(const HistogramAxis& axis, double value) {
   if (value < axis.low) return 0;
   if (!(value < axis.high)) return static_cast<std::size_t>(axis.bins) + 1;
-  const double place = (value - axis.low) / (axis.high - axis.low) * axis.bins;
-  return 1 + static_cast<std::size_t>(std::min(place, axis.bins - 1.0));
+  // The quotient may round to the neighbour of the bin that has the value between its edges.
+  const double width = (axis.high - axis.low) / axis.bins;
+  auto bin = static_cast<int>(std::min((value - axis.low) / width, axis.bins - 1.0));
+  if (bin > 0 && value < axis.low + bin * width) --bin;
+  if (bin + 1 < axis.bins && value >= axis.low + (bin + 1) * width) ++bin;
+  return 1 + static_cast<std::size_t>(bin);
 }
 
 void Put(const Vector& v, ByteWriter* out) {

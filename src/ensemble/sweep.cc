@@ -90,13 +90,16 @@ class Work {
     Summary summary = runs_.MakeSummary();
     const std::uint64_t begin = block * kBlock, end = std::min(begin + kBlock, request_.count);
     RunOne::Scratch scratch(budget_);
-    for (std::uint64_t run = begin; run < end; ++run) {
+    const auto row = static_cast<std::size_t>(begin);
+    const bool done = runs_.HasLanes() &&
+                      runs_.RunLanes(request_.first + begin, row, end - begin, &scratch,
+                                     &result_->columns, &summary);
+    for (std::uint64_t run = begin; run < end && !done && !budget_.cancelled(); ++run) {
       runs_.Run(request_.first + run, static_cast<std::size_t>(run), &scratch, &result_->columns,
                 &summary);
-      if (!budget_.cancelled()) continue;
-      for (std::uint64_t k = begin; k <= run; ++k) {
-        runs_.recorder().WriteOutcome(kNotRun, static_cast<std::size_t>(k), &result_->columns);
-      }
+    }
+    if (budget_.cancelled()) {
+      runs_.recorder().Clear(row, static_cast<std::size_t>(end), &result_->columns);
       return false;
     }
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -167,28 +170,52 @@ class Work {
   int ended_ = 0;
 };
 
+/// Throws BudgetExceeded where `what` takes more than there may be.
+void AskMegabytes(const SweepRequest& request, double bytes, const std::string& what,
+                  const std::string& instead) {
+  if (bytes > 1e6 * request.max_megabytes) {
+    throw BudgetExceeded(BudgetEnd::kMegabytes,
+                         what + " take " + std::to_string(static_cast<long>(1e-6 * bytes)) +
+                             " MB, more than max_megabytes; " + instead);
+  }
+  AskMemory(bytes, what);
+}
+
+/// At most one summary for each thread and each height of the tree: covariances and histograms, and
+/// sketches of as many levels as the height.
+void AskStatistics(const SweepRequest& request, std::uint64_t blocks, int threads) {
+  double numbers = 0;
+  for (const HistogramAxis& axis : request.histograms) numbers += std::max(axis.bins, 0) + 2.0;
+  const double observables =
+      2.0 * request.system->dof() + static_cast<double>(request.keep.costs.size());
+  numbers += observables * observables;
+  const double height = std::ceil(std::log2(static_cast<double>(blocks) + 1)) + 1;
+  const double sketches =
+      2.0 * QuantileSketch::kCapacity * observables * (threads + height * height / 2);
+  AskMegabytes(request, 8 * (numbers * (threads + height) + sketches),
+               "the statistics of " + std::to_string(request.count) + " runs",
+               "ask for fewer bins");
+}
+
 }  // namespace
 
 SweepResult Sweep(const SweepRequest& request) {
   Validate(request);
   SweepResult result;
   result.reference = ReferenceState(request);
-  const RunOne runs(request, result.reference);
-  const double bytes = runs.recorder().BytesPerRun() * static_cast<double>(request.count);
-  if (bytes > 1e6 * request.max_megabytes) {
-    throw BudgetExceeded(BudgetEnd::kMegabytes,
-                         "the columns of " + std::to_string(request.count) + " runs take " +
-                             std::to_string(static_cast<long>(1e-6 * bytes)) +
-                             " MB, more than max_megabytes; keep less of each, or fewer at once");
-  }
-  AskMemory(bytes, "the columns of a sweep");
-  result.columns = runs.recorder().Make(request.first, static_cast<std::size_t>(request.count));
-  Work work(request, runs, &result);
   const std::uint64_t blocks = (request.count + kBlock - 1) / kBlock;
   int threads = request.threads > 0 ? request.threads
                                     : static_cast<int>(std::thread::hardware_concurrency());
   threads = static_cast<int>(
       std::min<std::uint64_t>(static_cast<std::uint64_t>(std::max(threads, 1)), blocks));
+  AskStatistics(request, blocks, threads);
+  const RunOne runs(request, result.reference);
+  const double bytes = runs.recorder().BytesPerRun() * static_cast<double>(request.count);
+  AskMegabytes(request, bytes,
+               "the columns of " + std::to_string(request.count) + " runs",
+               "keep less of each, or fewer at once");
+  result.columns = runs.recorder().Make(request.first, static_cast<std::size_t>(request.count));
+  Work work(request, runs, &result);
   work.Run(threads);
   return result;
 }

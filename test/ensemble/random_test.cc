@@ -109,6 +109,30 @@ TEST(Sobol, HasThePointsOfJoeAndKuo) {
   }
 }
 
+TEST(Sobol, HasScipysPointsInHighDimensions) {
+  // Upper 32 bits of scipy.stats.qmc.Sobol(3667, scramble=False, bits=32), scipy 1.10, whose
+  // direction numbers are those of Joe and Kuo (2008), too.
+  constexpr int kDimensions[] = {0, 39, 500, 1110, 2000, 3000, 3666};
+  const struct {
+    std::uint64_t k, bits[7];
+  } cases[] = {
+      {1, {2147483648, 2147483648, 2147483648, 2147483648, 2147483648, 2147483648, 2147483648}},
+      {2, {3221225472, 1073741824, 1073741824, 3221225472, 1073741824, 3221225472, 1073741824}},
+      {3, {1073741824, 3221225472, 3221225472, 1073741824, 3221225472, 1073741824, 3221225472}},
+      {5, {3758096384, 1610612736, 3758096384, 1610612736, 3758096384, 1610612736, 536870912}},
+      {100, {1778384896, 570425344, 771751936, 1979711488, 637534208, 1509949440, 2181038080}},
+      {12345, {2752774144, 4072407040, 1299447808, 1851523072, 3182166016, 1471938560, 3524001792}},
+      {1048583,
+       {536877056, 2013718528, 3935193088, 3934697472, 2584496128, 2932647936, 3120654336}},
+  };
+  const ShiftedSobol sobol(ShiftedSobol::kMaxDimension, 0, false);
+  for (const auto& c : cases) {
+    for (int d = 0; d < 7; ++d) {
+      EXPECT_EQ(c.bits[d], sobol.Bits(c.k, kDimensions[d]) >> 32) << c.k << " " << d;
+    }
+  }
+}
+
 TEST(Sobol, IsEvenlySpreadAnywhere) {
   // 2ᵐ points from a multiple of 2ᵐ on: one in each of 2ᵐ intervals, in every dimension.
   const ShiftedSobol sobol(40, 9);

@@ -232,6 +232,9 @@ TEST(Sweep, RefusesBeforeItStarts) {
   request.max_megabytes = 0.01;
   EXPECT_THROW(Sweep(request), BudgetExceeded);
   request = Landing(1000);
+  request.histograms.assign(1000, {6, -1, 1, 1000000});   // of 8 GB
+  EXPECT_THROW(Sweep(request), BudgetExceeded);
+  request = Landing(1000);
   request.keep.samples = {0.5, 0.4};
   EXPECT_THROW(Sweep(request), std::invalid_argument);
   request = Landing(1000);

@@ -4,6 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "contact_flow/EnsembleRequest.h"
+#include "contact_flow/OptimizationRequest.h"
+#include "contact_flow/PeriodicOrbitRequest.h"
 #include "contact_flow/RunCondition.h"
 #include "contact_flow/StabilityRequest.h"
 #include "contact_flow/StepFeedbackRequest.h"
@@ -54,7 +57,8 @@ struct RequestTarget::State {
     }
     for (const Parameter& parameter : names.parameters) words.push_back(parameter.name);
     for (const char* word : {"apex", "coordinate", "velocity", "touchdown", "clock", "period",
-                             "liftoff", "projection", "complementarity", "input"}) {
+                             "liftoff", "projection", "complementarity", "input", "grid",
+                             "uniform", "normal", "table", "start", "jacobian"}) {
       words.push_back(word);
     }
     good.duration = kDuration;
@@ -134,6 +138,22 @@ struct RequestTarget::State {
     if (dice->Below(3) == 0) request->neutral = Square(2 * setup.system->dof());
   }
 
+  void Fill(MessageMutator* dice, PeriodicOrbitRequest* request) const {
+    Begin(dice, request);
+    request->section.kind = "apex";
+    request->section.name = setup.system->description().velocities.back();
+    request->horizon = 0.3;
+    request->max_iterations = 3;
+  }
+
+  void Fill(MessageMutator* dice, OptimizationRequest* request) const {
+    Begin(dice, request);
+    request->duration = kDuration;
+    request->unknowns = {Coordinate(dice)};
+    request->outcomes = {Coordinate(dice)};
+    request->targets = {0.5};
+  }
+
   void Fill(MessageMutator* dice, StabilityRequest* request) const {
     Fill(dice, &request->return_map);
     if (dice->Below(4) > 0) request->map = Map();
@@ -150,6 +170,37 @@ struct RequestTarget::State {
     const auto& inputs = setup.system->description().inputs;
     if (dice->Below(2) == 0 && !inputs.empty()) request->inputs = {inputs.front()};
     request->piecewise = dice->Below(2) == 0;
+  }
+
+  void Fill(MessageMutator* dice, EnsembleRequest* request) const {
+    BeginRun(dice, request);
+    request->runs = 5;
+    const std::string name = Coordinate(dice);
+    EnsembleDraw draw;
+    draw.names = {(dice->Below(2) == 0 ? "+" : "") + name};
+    const auto kind = dice->Below(4);
+    draw.kind = kind == 0 ? "grid" : kind == 1 ? "uniform" : kind == 2 ? "normal" : "table";
+    if (kind == 0) draw.levels = {0.1, 0.2};
+    if (kind == 1) draw.low = {0}, draw.high = {0.1};
+    if (kind == 2) draw.deviations = {0.1};
+    if (kind == 3) draw.table = Square(1);
+    request->draws = {draw};
+    if (dice->Below(2) == 0) request->keep = {"outcome", "start", "final_state", "words"};
+    request->sobol = dice->Below(4) == 0;
+    request->events = static_cast<std::uint32_t>(dice->Below(3));
+    if (dice->Below(3) == 0) request->samples = {0.01, 0.02};
+    request->costs.resize(dice->Below(2));
+    for (EnsembleCost& cost : request->costs) cost.outcomes = {name};
+    request->histograms.resize(dice->Below(2));
+    for (EnsembleBins& axis : request->histograms) {
+      axis.observable = name;
+      axis.high = 1;
+      axis.bins = 4;
+    }
+    if (dice->Below(4) > 0) return;
+    request->directions.rows = 1;
+    request->directions.cols = static_cast<std::uint32_t>(2 * setup.system->dof());
+    request->directions.data.assign(request->directions.cols, 0.1);
   }
 
   void Fill(MessageMutator* dice, TrajectoryRequest* request) const {

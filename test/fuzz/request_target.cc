@@ -22,6 +22,7 @@
 #include "src/ros/answer/assumptions_answer.h"
 #include "src/ros/answer/controllability_answer.h"
 #include "src/ros/answer/covariance_answer.h"
+#include "src/ros/answer/ensemble_answer.h"
 #include "src/ros/answer/feedback_answer.h"
 #include "src/ros/answer/gradient_answer.h"
 #include "src/ros/answer/linearize_answer.h"
@@ -45,7 +46,7 @@ constexpr const char* kKinds[] = {
     "simulate", "b_derivative", "compare", "check_assumptions", "linearize", "poincare_map",
     "assess_stability", "assess_stability", "assess_controllability", "propagate_covariance",
     "find_periodic_orbit", "optimize", "gradient", "set_state", "apply_impulse", "set_parameters",
-    "set_input", "optimize_trajectory", "find_stabilizing_feedback", "predict"};
+    "set_input", "optimize_trajectory", "find_stabilizing_feedback", "sweep", "predict"};
 
 /// What to do where a message has changed since.
 constexpr const char* kWriteAgain = ": test/data/fuzz/make_requests.py writes it again";
@@ -143,6 +144,12 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
     Shorten(&request->options);
     judge(ros_if::Answer(s.setup, *request));
   };
+  const auto search = [&](const char* name, auto* request, std::uint32_t iterations) {
+    hostile(name, request);
+    Shorten(&request->options);
+    Limit(&request->max_iterations, iterations);
+    judge(ros_if::Answer(s.setup, *request, {}));
+  };
   try {
     const BudgetScope scope(ros_if::ProcessorBudget(kSeconds));
     switch (seed != nullptr ? CaseOf(seed->kind) : dice.Below(std::size(kKinds))) {
@@ -224,28 +231,14 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
       }
       case 10: {
         PeriodicOrbitRequest request;
-        s.Begin(&dice, &request);
-        request.section.kind = "apex";
-        request.section.name = s.setup.system->description().velocities.back();
-        request.horizon = 0.3;
-        request.max_iterations = 3;
-        hostile("find_periodic_orbit", &request);
-        Shorten(&request.options);
-        Limit(&request.max_iterations, std::uint32_t{5});
-        judge(ros_if::Answer(s.setup, request, {}));
+        s.Fill(&dice, &request);
+        search("find_periodic_orbit", &request, 5);
         break;
       }
       case 11: {
         OptimizationRequest request;
-        s.Begin(&dice, &request);
-        request.duration = kDuration;
-        request.unknowns = {s.Coordinate(&dice)};
-        request.outcomes = {s.Coordinate(&dice)};
-        request.targets = {0.5};
-        hostile("optimize", &request);
-        Shorten(&request.options);
-        Limit(&request.max_iterations, std::uint32_t{5});
-        judge(ros_if::Answer(s.setup, request, {}));
+        s.Fill(&dice, &request);
+        search("optimize", &request, 5);
         break;
       }
       case 12: {
@@ -295,10 +288,7 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
       case 17: {
         TrajectoryRequest request;
         s.Fill(&dice, &request);
-        hostile("optimize_trajectory", &request);
-        Shorten(&request.options);
-        Limit(&request.max_iterations, std::uint32_t{3});
-        judge(ros_if::Answer(s.setup, request, {}));
+        search("optimize_trajectory", &request, 3);
         break;
       }
       case 18: {
@@ -309,6 +299,16 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
         Limit(&request.max_words, std::uint32_t{500});
         Limit(&request.max_linear_programs, std::uint32_t{500});
         judge(ros_if::Answer(s.setup, request));
+        break;
+      }
+      case 19: {
+        EnsembleRequest request;
+        s.Fill(&dice, &request);
+        hostile("sweep", &request);
+        Shorten(&request.options);
+        Limit(&request.runs, std::uint64_t{300});
+        Limit(&request.threads, std::uint32_t{2});
+        ros_if::Answer(s.setup, request);  // NaN has a meaning there
         break;
       }
       default: {

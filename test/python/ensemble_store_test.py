@@ -11,6 +11,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
 
@@ -149,8 +150,15 @@ class Command(Folder):
         same = cf.Model("soft_biped").sweep({"body_pitch": cf.Normal(0, 1e-2), "stiffness": [25, 27.5, 30]}, 30,
                                             seed=1, duration=1.2, relative_tolerance=1e-8)
         self.assertEqual(same.mean.tolist(), answer["mean"])
+        text = pathlib.Path(path).read_text().replace("runs: 300", "runs: 3e2").replace("seed: 1", "seed: 18446744073709551615")
+        pathlib.Path(path).write_text(text)
+        answer = json.loads(subprocess.run(call + [path, "--json", "--quiet"], check=True, text=True,
+                                           stdout=subprocess.PIPE).stdout)
+        self.assertEqual(300, answer["runs"])
         for text, message in (("model: soft_biped\nrns: 3\n", "unknown key 'rns'"), ("runs: 3\n", "one of 'model'"),
                               ("model: soft_biped\ndraws: {body_pitch: {uniform: [1]}}\n", "2 numbers"),
+                              ("model: soft_biped\nruns: 1.5\n", "runs is 1.5"),
+                              ("model: soft_biped\nhistograms: {body_z: [0, 1, 2.5]}\n", "2.5, expected a whole number"),
                               ("model: [\n", "line 2")):
             pathlib.Path(path).write_text(text)
             bad = subprocess.run(call + [path], text=True, stderr=subprocess.PIPE)
@@ -218,6 +226,42 @@ class Workers(Folder):
         left = cf.ensemble_store.Store.open(self.folder).missing()
         self.assertTrue(0 < len(left) < 20, len(left))
         self.same(cf.Model("soft_biped").sweep(PITCH, RUNS, seed=3, directory=self.folder, resume=True))
+
+    def test_a_worker_stands_still_for_a_while(self):
+        _, _, workers, client = self.cluster()
+        waking = threading.Timer(3, lambda: workers[0].send_signal(signal.SIGCONT))
+        self.addCleanup(waking.cancel)
+        stopped = []
+
+        def stop(done, total, *_):
+            if not stopped and done > total // 4:
+                stopped.append(workers[0].send_signal(signal.SIGSTOP))
+                waking.start()
+        swept = cf.Model("soft_biped").sweep(PITCH, RUNS, seed=3, client=client, chunk=256, progress=stop, every=0)
+        self.assertEqual(1, len(stopped))
+        self.same(swept)
+
+    def test_time_ends_on_workers_too(self):
+        _, _, _, client = self.cluster()
+        ended = cf.Model("soft_biped").sweep(PITCH, 10 ** 7, seed=3, client=client, chunk=256, directory=self.folder,
+                                             max_seconds_total=2)
+        self.assertEqual("budget exceeded", ended.status.outcome)
+        self.assertTrue(0 < ended.summary.runs < 10 ** 7)
+        left = sum(count for _, _, count in cf.ensemble_store.Store.open(self.folder).missing())
+        self.assertEqual(10 ** 7, ended.summary.runs + left)
+
+    def test_other_bits_are_refused(self):
+        _, _, _, client = self.cluster()
+
+        def disguise():
+            from contact_flow import ensemble_chunks
+            once = ensemble_chunks.run_once
+            # The same run without draws, and other drawn ones: a terrain that only they reach.
+            ensemble_chunks.run_once = lambda system, request, first, count, threads: once(
+                system, dict(request, seed=request["seed"] + (count > 0)), first, count, threads)
+        client.run(disguise)
+        with self.assertRaisesRegex(RuntimeError, "other bits"):
+            cf.Model("soft_biped").sweep(PITCH, RUNS, seed=3, client=client)
 
     def test_other_versions_are_refused(self):
         _, _, _, client = self.cluster()

@@ -1,8 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Sweeps from Python: draws against numpy, runs against simulate, statistics, pictures, misuse."""
+import json
+import pathlib
 import pickle
+import re
 import statistics
+import tempfile
 import unittest
 
 import numpy as np
@@ -76,6 +80,21 @@ class Draws(unittest.TestCase):
             biped.sweep(PITCH, 10, histograms={"pitch": (0, 1, 5)})
         with self.assertRaises(cf.BudgetExceeded):
             biped.sweep(PITCH, 10000, max_megabytes=0.1)
+        # Numbers that are no whole ones were cut off in silence.
+        for keywords, message in (({"seed": 1.5}, "seed is 1.5"), ({"seed": -1}, "seed is -1"), ({"seed": 2 ** 64}, "seed is"),
+                                  ({"runs": 10.5}, "runs is 10.5"), ({"runs": "1e6"}, "runs is '1e6'"),
+                                  ({"events": 2.5}, "events is 2.5"),
+                                  ({"histograms": {"body_z": (0, 1, 2.5)}}, "bins of 'body_z' is 2.5")):
+            with self.assertRaisesRegex((ValueError, TypeError), message):
+                biped.sweep(PITCH, **dict({"runs": 10}, **keywords))
+        nan = float("nan")
+        for draws, message in (({"body_pitch": cf.Normal(0, nan)}, "deviation"), ({"body_pitch": cf.Normal(0, 1e-170)}, "square"),
+                               ({"body_pitch": [0, nan]}, "finite"), ({"body_pitch": cf.Uniform(0, nan)}, "finite"),
+                               (cf.Table(["body_pitch"], [[0], [nan]]), "finite"), (cf.Table(["body_pitch"], [[0, 1]]), "column"),
+                               (cf.JointNormal(["body_pitch"], [[-1e-3]]), "semidefinite"),
+                               (cf.JointNormal(["body_pitch"], [[nan]]), "finite")):
+            with self.assertRaisesRegex((ValueError, TypeError), message):
+                biped.sweep(draws, 10)
 
 
 class Runs(unittest.TestCase):
@@ -169,6 +188,45 @@ class Pictures(unittest.TestCase):
         self.assertLess(np.std(plots.predicted(small, B, "body_pitch") - actual), 0.02 * np.std(actual))
         with self.assertRaisesRegex(ValueError, "not of the state"):
             plots.predicted(biped.sweep({"stiffness": [27]}), B, "body_pitch")
+        # One value alone, and far from zero.
+        still = biped.sweep({"body_x": [1e6] * 3}, duration=0.01)
+        self.assertEqual(1, len(plots.outcome_histogram(still, "body_x").get_legend().get_texts()))
+        with self.assertRaisesRegex(ValueError, "is not drawn"):
+            plots.basin_map(still, "body_x", "body_pitch")
+
+    def test_they_are_in_the_report_of_the_run(self):
+        biped = cf.Model("soft_biped")
+        swept = biped.sweep(PITCH, 2000, seed=1, costs={"low": {"weight": {"body_z": 2}}})
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder, "page.html")
+            swept.report(path)
+            text = path.read_text(encoding="utf-8")
+            self.assertNotIn("/*ENSEMBLE*/", text)
+            data = json.loads(re.search(r"^const D=(.*);$", text, re.M).group(1))
+            biped.simulate().report(path)   # without one
+            self.assertIn('"ensemble":null', path.read_text(encoding="utf-8"))
+            with self.assertRaisesRegex(ValueError, "is of 'soft_biped'"):
+                cf.write_report(cf.Model("bouncing_ball").simulate(duration=0.1), path, ensemble=swept)
+            found = biped.sweep({"stiffness": [25, 27]})
+            found.report(path)
+            self.assertIn("'stiffness' is not of the state", path.read_text(encoding="utf-8"))
+        shown = data["ensemble"]
+        self.assertIn("2000 runs, drawn: body_pitch, d/dt body_pitch. ok 2000.", shown["summary"])
+        words = sorted(swept.words.values(), reverse=True)
+        self.assertEqual([round(n / 2000, 4) for n in words][:10], [round(s, 4) for s in shown["basin"]["shares"]])
+        bins = shown["basin"]["bins"]
+        self.assertEqual(bins * bins, len(shown["basin"]["cells"]))
+        drawn = swept["start"] if "start" in swept.columns else swept.draws()
+        i, j = (min(int((drawn[7, k] - low) / (high - low) * bins), bins - 1)
+                for k, (low, high) in enumerate(shown["basin"]["limits"]))
+        self.assertGreaterEqual(shown["basin"]["cells"][i * bins + j], 0)   # a start is there
+        pitch, = [d for d in shown["distributions"] if d["name"] == "body_pitch"]
+        edges = np.array(pitch["edges"])
+        self.assertAlmostEqual(1, float(np.sum(np.array(pitch["density"]) * np.diff(edges))), delta=0.01)
+        inside = float(np.sum(np.array(pitch["predicted"]) * np.diff(edges)))   # a part lies beyond where the runs do
+        self.assertTrue(0.7 < inside < 1.001, inside)
+        self.assertEqual("low", shown["distributions"][-1]["name"])
+        self.assertAlmostEqual(1, sum(b["share"] for b in shown["branches"] if b["arc"] == 0))
 
 
 if __name__ == "__main__":

@@ -47,6 +47,32 @@ class PythonClient(unittest.TestCase):
         np.testing.assert_array_equal(self.local().simulate(
             inputs=contact_flow.Grid([0, 0.5], np.zeros((2, 0)))).linearize()[0].A, A)
 
+    def test_sweeps_as_the_module_does(self):
+        told = []
+        draws = {"+body_pitch": contact_flow.Normal(0, 0.01), "stiffness": [25, 27]}
+        answer = self.client.sweep(draws=draws, runs=700, seed=5, keep=["final_state"], progress=told.append)
+        swept = self.local().sweep(draws, 700, seed=5)
+        np.testing.assert_array_equal(swept.mean, answer.result.mean)
+        np.testing.assert_array_equal(swept.covariance, answer.result.covariance)
+        np.testing.assert_array_equal(swept["final_state"].ravel(), answer.result.columns[0].values)
+        self.assertEqual(swept.words, {word.name: word.count for word in answer.result.words})
+        self.assertEqual(700, told[-1].done)
+        with self.assertRaisesRegex(contact_flow.ros.Refused, "body_pitch"):
+            self.client.sweep(draws={"body_ptch": [0.1]})
+        with self.assertRaisesRegex(ValueError, "no field 'run'"):
+            self.client.sweep(run=3)
+        self.assertIn("sweep", dir(self.client))
+
+        class Enough(Exception):
+            pass
+
+        def stop(_):
+            raise Enough
+        with self.assertRaises(Enough):   # and the goal is cancelled: the next one is not in its way
+            self.client.sweep(draws=draws, runs=10 ** 9, progress=stop)
+        answer = self.client.find_periodic_orbit(section={"kind": "apex", "name": "body_z"}, max_iterations=1)
+        self.assertNotEqual(255, answer.outcome)
+
     def test_a_bag_of_the_node_as_a_report(self):
         """What the node records, computed again by the module to the bit, as a page."""
         self.client.start_recording(name="reported")

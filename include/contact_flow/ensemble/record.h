@@ -45,6 +45,8 @@ const std::vector<std::string>& MarginNames();
 /// The contact modes of a run, "oo>lo>ll": one letter a contact, in the order of the constraints;
 /// a bounce, from a mode into itself, counts. Longer than kMaxWord bytes it is cut, and ends in "~"
 /// and a checksum of all of it.
+std::string ModeWord(const std::vector<ContactMode>& modes, int num_constraints);
+/// The same of the arcs of a run.
 std::string ModeWord(const Trajectory& trajectory, int num_constraints);
 inline constexpr std::size_t kMaxWord = 95;  ///< longest word [byte]
 
@@ -67,6 +69,17 @@ struct Columns {
   std::vector<Real> reals;            ///< all else
 };
 
+/// What all that is kept of a run but samples and derivatives is made of.
+struct RunEnd {
+  Status status;                    ///< how it ended
+  Vector x;                         ///< where [nq+d]
+  double t = 0;                     ///< when [s]
+  Vector u;                         ///< its first input [m]
+  Margins margins;                  ///< as Trajectory
+  std::string word;                 ///< ModeWord
+  std::vector<double> event_times;  ///< of its transitions [s]
+};
+
 /// Fills columns, row by row. Rows may be filled by several threads at once.
 class Recorder {
  public:
@@ -82,9 +95,14 @@ class Recorder {
   void WriteStart(const VectorRef& drawn, std::size_t row, Columns* columns) const;
   /// How it came out.
   void WriteOutcome(int outcome, std::size_t row, Columns* columns) const;
-  /// Its motion; `system` is the one of this run. Throws BudgetExceeded of derivatives.
-  void WriteRun(const MechanicalSystem& system, const Trajectory& trajectory,
-                const std::string& word, std::size_t row, Columns* columns) const;
+  /// Where and how it ended.
+  void WriteEnd(const RunEnd& end, std::size_t row, Columns* columns) const;
+  /// Its samples, and derivatives by `system`, the one of this run; these may throw
+  /// BudgetExceeded where they take too long.
+  void WriteMotion(const MechanicalSystem& system, const Trajectory& trajectory, std::size_t row,
+                   Columns* columns) const;
+  /// Rows [begin, end) as Make has them: nothing that was written to them counts.
+  void Clear(std::size_t begin, std::size_t end, Columns* columns) const;
   /// Its costs [costs], with these inputs.
   Vector Costs(const VectorRef& x, const VectorRef& u) const;
   /// Whether runs need dense output.

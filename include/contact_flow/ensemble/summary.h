@@ -22,7 +22,8 @@ enum RunOutcome : int {
 /// OutcomeName, or "inadmissible", "threw", "not run".
 std::string RunOutcomeName(int outcome);
 
-/// A histogram of one observable with bins of equal width.
+/// A histogram of one observable with bins of equal width: bin k holds the values from its left
+/// edge low + k (high − low)/bins on up to the next one's.
 struct HistogramAxis {
   int observable = 0;  ///< its index
   double low = 0;      ///< left end of the first bin

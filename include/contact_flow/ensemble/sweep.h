@@ -12,6 +12,7 @@
 #include "contact_flow/ensemble/record.h"
 #include "contact_flow/ensemble/tally.h"
 #include "contact_flow/flow/simulate.h"
+#include "contact_flow/flow/simulate_batch.h"
 
 namespace contact_flow {
 
@@ -40,7 +41,10 @@ struct SweepRequest {
   std::uint64_t first = 0;   ///< first run, a multiple of Tally::kBlock
   std::uint64_t count = 0;   ///< how many; the last block may be shorter
   int threads = 0;           ///< 0: as many as the machine has cores
-  double max_megabytes = 4000;  ///< of the columns [10⁶ byte]
+  /// Instructions that step several runs at once, where the system has them, nothing but its final
+  /// state and events is kept and no parameter is drawn. Changes no bit.
+  LaneSet lanes = LaneSet::kBest;
+  double max_megabytes = 4000;  ///< of the columns, and of the statistics [10⁶ byte]
   /// Called by the caller's thread every so many seconds, and at the end.
   std::function<void(const SweepProgress&)> progress;
   double progress_every = 0.5;  ///< [s]
@@ -66,9 +70,10 @@ Vector ReferenceState(const SweepRequest& request);
 /// Runs all of them, in blocks of Tally::kBlock over threads, within the Budget of the caller's
 /// thread. Each run depends on its number, the seed and the request alone: columns and statistics
 /// have the same bits for any number of threads and any division into requests. A run that throws,
-/// a start that is not admissible, a run that exceeds its own budget: that is its outcome. Throws
+/// a start that is not admissible, a run that exceeds its own budget, an observable that is not
+/// finite: that is its outcome. Throws
 /// std::invalid_argument for the request, before anything is run, and BudgetExceeded where the
-/// columns do not fit into max_megabytes.
+/// columns, or the statistics, do not fit into max_megabytes.
 SweepResult Sweep(const SweepRequest& request);
 
 }  // namespace contact_flow

@@ -9,6 +9,7 @@
 
 #include "contact_flow/ContactTrajectory.h"
 #include "contact_flow/ControllabilityResult.h"
+#include "contact_flow/EnsembleResult.h"
 #include "contact_flow/OptimizationResult.h"
 #include "contact_flow/PeriodicOrbitResult.h"
 #include "contact_flow/PoincareResult.h"
@@ -37,7 +38,7 @@ template <class Result>
 inline constexpr bool kIsAnalysis =
     kIsSearch<Result> || std::is_same_v<Result, PoincareResult> ||
     std::is_same_v<Result, StabilityResult> || std::is_same_v<Result, ControllabilityResult> ||
-    std::is_same_v<Result, StepFeedbackResult>;
+    std::is_same_v<Result, StepFeedbackResult> || std::is_same_v<Result, EnsembleResult>;
 template <class Result>
 inline constexpr std::uint8_t kBudgetOutcome =
     kIsAnalysis<Result> ? 6 : static_cast<std::uint8_t>(Outcome::kBudgetExceeded);
@@ -94,6 +95,10 @@ inline PeriodicOrbitResult WhatTimeLeaves(const PeriodicOrbitResult& all) {
   kept.parameters = all.parameters;
   kept.residual = all.residual;
   return kept;
+}
+/// … of a sweep the runs that were counted: the first ones.
+inline EnsembleResult WhatTimeLeaves(const EnsembleResult& all) {
+  return all.runs > 0 ? all : EnsembleResult();
 }
 
 template <class Result>

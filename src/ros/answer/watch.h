@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "contact_flow/ensemble/sweep.h"
 #include "contact_flow/trajectory_optimization/optimize_trajectory.h"
 #include "contact_flow/types.h"
 
@@ -17,6 +18,8 @@ struct Watch {
 
   /// Of a search for a trajectory also this, before `report`.
   std::function<void(const TrajectoryIteration& iteration)> report_step;
+  /// Of a sweep this instead.
+  std::function<void(const SweepProgress& progress)> report_sweep;
 
   bool Cancelled() const { return cancelled && cancelled(); }
 };

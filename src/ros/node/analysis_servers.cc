@@ -8,6 +8,7 @@
 
 #include "src/ros/answer/controllability_answer.h"
 #include "src/ros/answer/covariance_answer.h"
+#include "src/ros/answer/ensemble_answer.h"
 #include "src/ros/answer/feedback_answer.h"
 #include "src/ros/answer/gradient_answer.h"
 #include "src/ros/answer/optimization_answer.h"
@@ -67,6 +68,45 @@ class Audience {
 /// waits for ever for a result that it has dropped.
 constexpr auto kNoticed = std::chrono::milliseconds(50);
 
+/// What the iterations of a search are told by.
+template <class Feedback, class Server>
+void ShowSearch(Server* server, Feedback* shown, Watch* watch) {
+  if constexpr (std::is_same_v<Feedback, OptimizeTrajectoryFeedback>) {
+    watch->report_step = [shown](const TrajectoryIteration& at) {
+      shown->violation = at.violation;
+      shown->step = at.step;
+      shown->pieces = static_cast<std::uint32_t>(at.pieces);
+      shown->kink = KinkStatusName(at.kink);
+      shown->least = at.best;
+    };
+  }
+  watch->report = [server, shown](int iteration, double fraction, double value,
+                                  const Vector& best) {
+    Feedback feedback = *shown;
+    feedback.iteration = static_cast<std::uint32_t>(iteration);
+    feedback.fraction = fraction;
+    feedback.value = value;
+    feedback.best = ToMsg(VectorRef(best));
+    server->publishFeedback(feedback);
+  };
+}
+
+/// What the runs of a sweep are told by.
+template <class Server>
+void ShowSweep(Server* server, Watch* watch) {
+  watch->report_sweep = [server](const SweepProgress& at) {
+    SweepEnsembleFeedback feedback;
+    feedback.done = at.done;
+    feedback.total = at.total;
+    feedback.fraction = static_cast<double>(at.done) / static_cast<double>(at.total);
+    feedback.rate = at.rate;
+    feedback.elapsed = at.elapsed;
+    feedback.left = at.left;
+    feedback.outcomes = ToMsg(at.outcomes);
+    server->publishFeedback(feedback);
+  };
+}
+
 /// Pursues the goal of an action until it is reached or cancelled, or its client has gone.
 template <class Record, class Feedback, class Result, class Server, class Goal>
 void Pursue(const char* name, const Setup& setup, WorkPool* pool, Outlet* outlet,
@@ -80,24 +120,11 @@ void Pursue(const char* name, const Setup& setup, WorkPool* pool, Outlet* outlet
     return server->isPreemptRequested() || audience.Left() || IsStopping();
   };
   Feedback shown;
-  if constexpr (std::is_same_v<Feedback, OptimizeTrajectoryFeedback>) {
-    watch.report_step = [&shown](const TrajectoryIteration& at) {
-      shown.violation = at.violation;
-      shown.step = at.step;
-      shown.pieces = static_cast<std::uint32_t>(at.pieces);
-      shown.kink = KinkStatusName(at.kink);
-      shown.least = at.best;
-    };
+  if constexpr (std::is_same_v<Feedback, SweepEnsembleFeedback>) {
+    ShowSweep(server, &watch);
+  } else {
+    ShowSearch(server, &shown, &watch);
   }
-  watch.report = [server, &shown](int iteration, double fraction, double value,
-                                  const Vector& best) {
-    Feedback feedback = shown;
-    feedback.iteration = static_cast<std::uint32_t>(iteration);
-    feedback.fraction = fraction;
-    feedback.value = value;
-    feedback.best = ToMsg(VectorRef(best));
-    server->publishFeedback(feedback);
-  };
   Guard(name, &out, [&] {
     Record record;
     record.request = goal.request;
@@ -136,7 +163,10 @@ AnalysisServers::AnalysisServers(ros::NodeHandle* node, ros::NodeHandle* work_no
           false),
       choose_trajectory_(
           *node, "optimize_trajectory",
-          [this](const OptimizeTrajectoryGoalConstPtr& goal) { ChooseTrajectory(goal); }, false) {
+          [this](const OptimizeTrajectoryGoalConstPtr& goal) { ChooseTrajectory(goal); }, false),
+      sweep_(
+          *node, "sweep", [this](const SweepEnsembleGoalConstPtr& goal) { RunEnsemble(goal); },
+          false) {
   servers_ = {
       work_node->advertiseService("poincare_map", &AnalysisServers::ReturnMap, this),
       work_node->advertiseService("assess_stability", &AnalysisServers::Stability, this),
@@ -150,9 +180,11 @@ AnalysisServers::AnalysisServers(ros::NodeHandle* node, ros::NodeHandle* work_no
   optimize_results_ = node->advertise<OptimizeOutcomeActionResult>("optimize/result", 50);
   trajectory_results_ =
       node->advertise<OptimizeTrajectoryActionResult>("optimize_trajectory/result", 50);
+  sweep_results_ = node->advertise<SweepEnsembleActionResult>("sweep/result", 50);
   find_orbit_.start();
   optimize_.start();
   choose_trajectory_.start();
+  sweep_.start();
 }
 
 bool AnalysisServers::ReturnMap(ComputePoincareMap::Request& in,
@@ -200,6 +232,11 @@ void AnalysisServers::ChooseTrajectory(const OptimizeTrajectoryGoalConstPtr& goa
   Pursue<TrajectoryRecord, OptimizeTrajectoryFeedback, OptimizeTrajectoryResult>(
       "optimize_trajectory", setup_, pool_, outlet_, trajectory_results_, *goal,
       &choose_trajectory_);
+}
+
+void AnalysisServers::RunEnsemble(const SweepEnsembleGoalConstPtr& goal) {
+  Pursue<EnsembleRecord, SweepEnsembleFeedback, SweepEnsembleResult>(
+      "sweep", setup_, pool_, outlet_, sweep_results_, *goal, &sweep_);
 }
 
 }  // namespace ros_interface

@@ -16,6 +16,7 @@
 #include "contact_flow/MakePolicy.h"
 #include "contact_flow/OptimizeOutcomeAction.h"
 #include "contact_flow/OptimizeTrajectoryAction.h"
+#include "contact_flow/SweepEnsembleAction.h"
 #include "src/ros/recording/outlet.h"
 #include "src/ros/request/setup.h"
 #include "src/ros/service/work_pool.h"
@@ -26,8 +27,8 @@ namespace ros_interface {
 /// The services and actions that analyse what derivatives decide: `poincare_map`,
 /// `assess_stability`, `find_stabilizing_feedback`, `assess_controllability`,
 /// `propagate_covariance`, `gradient`, `make_policy`; `find_periodic_orbit`, `optimize`,
-/// `optimize_trajectory`. Handlers may run at once; an action serves one goal at a time, a new one
-/// takes its place.
+/// `optimize_trajectory`, `sweep`. Handlers may run at once; an action serves one goal at a time, a
+/// new one takes its place.
 class AnalysisServers {
  public:
   /// All must outlive this. Actions have threads of their own; services are answered by
@@ -46,16 +47,18 @@ class AnalysisServers {
   void FindOrbit(const FindPeriodicOrbitGoalConstPtr& goal);
   void Optimize(const OptimizeOutcomeGoalConstPtr& goal);
   void ChooseTrajectory(const OptimizeTrajectoryGoalConstPtr& goal);
+  void RunEnsemble(const SweepEnsembleGoalConstPtr& goal);
 
   const Setup& setup_;
   Outlet* outlet_;
   WorkPool* pool_;
   std::vector<ros::ServiceServer> servers_;
   // As the actions', to see who listens.
-  ros::Publisher orbit_results_, optimize_results_, trajectory_results_;
+  ros::Publisher orbit_results_, optimize_results_, trajectory_results_, sweep_results_;
   actionlib::SimpleActionServer<FindPeriodicOrbitAction> find_orbit_;
   actionlib::SimpleActionServer<OptimizeOutcomeAction> optimize_;
   actionlib::SimpleActionServer<OptimizeTrajectoryAction> choose_trajectory_;
+  actionlib::SimpleActionServer<SweepEnsembleAction> sweep_;
 };
 
 }  // namespace ros_interface

@@ -239,6 +239,8 @@ std::string Outlet::Deliver(TrajectoryRecord* record) {
   return DeliverRecord("trajectory", record);
 }
 
+std::string Outlet::Deliver(EnsembleRecord* record) { return DeliverRecord("ensemble", record); }
+
 std::string Outlet::StartRecording(const std::string& asked) {
   std::unique_lock<std::mutex> lock(mutex_);
   const ros::Time stamp = NextStamp();
@@ -259,7 +261,7 @@ std::string Outlet::StartRecording(const std::string& asked) {
         "record/derivative", "record/comparison", "record/assumptions", "record/linearization",
         "record/poincare_map", "record/stability", "record/step_feedback", "record/controllability",
         "record/covariance", "record/gradient", "record/policy", "record/periodic_orbit",
-        "record/optimization", "record/trajectory"}) {
+        "record/optimization", "record/trajectory", "record/ensemble"}) {
     plan.start.roles.push_back(role);
     plan.start.topics.push_back(ros::names::resolve(std::string("~") + role));
   }

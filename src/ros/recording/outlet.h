@@ -17,6 +17,7 @@
 #include "contact_flow/ControllabilityRecord.h"
 #include "contact_flow/CovarianceRecord.h"
 #include "contact_flow/DerivativeRecord.h"
+#include "contact_flow/EnsembleRecord.h"
 #include "contact_flow/GradientRecord.h"
 #include "contact_flow/LinearizationRecord.h"
 #include "contact_flow/ModelDescription.h"
@@ -61,6 +62,7 @@ class Outlet {
   std::string Deliver(PeriodicOrbitRecord* record);
   std::string Deliver(OptimizationRecord* record);
   std::string Deliver(TrajectoryRecord* record);
+  std::string Deliver(EnsembleRecord* record);
 
   /// As Recorder; an empty name is made of the model and the time. Returns the path.
   std::string StartRecording(const std::string& name);

@@ -7,6 +7,7 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 
 #include "contact_flow/nearest_name.h"
 #include "src/ros/answer/bounded_answer.h"
@@ -43,6 +44,7 @@ void AnswerWithin(WorkPool* pool, const char* service, BudgetLimits limits, Resu
                 Response::CANCELLED == kCancelledOutcome);
   const double most = std::min(limits.max_megabytes, kLargestAnswer);
   const auto work = pool->Begin(service, std::move(limits), "the node was stopped");
+  if constexpr (std::is_same_v<Result, EnsembleResult>) work->CountAsLong();
   const BudgetScope scope(work->budget());
   AnswerOrEnd(most, result, answer);
   work->ThrowIfRefused();

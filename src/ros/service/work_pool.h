@@ -39,6 +39,9 @@ class WorkPool {
     Work(const Work&) = delete;
     Work& operator=(const Work&) = delete;
     const Budget& budget() const { return budget_; }
+    /// From the next question on: of work that other threads do, which this one does not notice.
+    /// They are to begin behind that, as they step back together with their maker.
+    void CountAsLong() { begin_ = -kShortWork; }
     /// Throws PoolFull where the work was ended for that.
     void ThrowIfRefused() const;
 
@@ -50,7 +53,7 @@ class WorkPool {
     WorkPool* const pool_;
     const std::string name_;
     const double max_seconds_;
-    const double begin_;  // processor time of the thread [s]
+    double begin_;  // processor time of the thread [s]
     const std::function<bool()> gone_;
     const std::string why_;
     enum class Phase { kShort, kWaiting, kRunning } phase_ = Phase::kShort;

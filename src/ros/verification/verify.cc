@@ -222,6 +222,7 @@ bool BagVerifier::TakeResult(const BagMessage& message) {
          Record<PeriodicOrbitRecord>(message, "record/periodic_orbit") ||
          Record<OptimizationRecord>(message, "record/optimization") ||
          Record<TrajectoryRecord>(message, "record/trajectory") ||
+         Record<EnsembleRecord>(message, "record/ensemble") ||
          Copy<ContactTrajectory>(message, "trajectory") ||
          Copy<ModeSequence>(message, "mode_sequence") ||
          Copy<OutcomeDerivative>(message, "b_derivative");

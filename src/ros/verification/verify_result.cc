@@ -13,6 +13,7 @@
 #include "src/ros/answer/assumptions_answer.h"
 #include "src/ros/answer/controllability_answer.h"
 #include "src/ros/answer/covariance_answer.h"
+#include "src/ros/answer/ensemble_answer.h"
 #include "src/ros/answer/feedback_answer.h"
 #include "src/ros/answer/gradient_answer.h"
 #include "src/ros/answer/linearize_answer.h"
@@ -23,6 +24,7 @@
 #include "src/ros/answer/stability_answer.h"
 #include "src/ros/answer/trajectory_answer.h"
 #include "src/ros/message/conversions.h"
+#include "src/ros/request/ensemble_problem.h"
 #include "src/ros/service/handler.h"
 
 namespace contact_flow {
@@ -120,21 +122,29 @@ auto BagVerifier::Repeater::UpTo(const RecordMessage& record) {
   return Answer(*setup_, Unhurried(record.request), watch);
 }
 
+/// "" where the message tells the budget of time that the request had.
+template <class RecordMessage>
+std::string BagVerifier::Repeater::OtherBudget(const RecordMessage& record) const {
+  using Result = std::decay_t<decltype(record.result)>;
+  double budget = LimitsOf(*setup_, OptionsOf(record.request)).max_seconds;
+  if (OptionsOf(record.request).max_seconds == 0) {
+    const bool is_goal = kIsSearch<Result> || std::is_same_v<Result, EnsembleResult>;
+    budget = is_goal ? kMaxSeconds : node_seconds_;
+  }
+  std::ostringstream sentence;
+  sentence.precision(4);
+  sentence << "max_seconds = " << budget << ' ';
+  if (record.result.message.find(sentence.str()) != std::string::npos) return "";
+  return "ended by another budget of time than it had, " + sentence.str() + "s";
+}
+
 /// What time has ended holds what does not depend on when.
 template <class RecordMessage>
 BagVerifier::Repeater::Verdict BagVerifier::Repeater::Ended(const RecordMessage& record) {
   using Result = std::decay_t<decltype(record.result)>;
   if (!setup_) return {"no model description before it", false};
-  double budget = LimitsOf(*setup_, OptionsOf(record.request)).max_seconds;
-  if (OptionsOf(record.request).max_seconds == 0) {
-    budget = kIsSearch<Result> ? kMaxSeconds : node_seconds_;
-  }
-  std::ostringstream sentence;
-  sentence.precision(4);
-  sentence << "max_seconds = " << budget << ' ';
-  if (record.result.message.find(sentence.str()) == std::string::npos) {
-    return {"ended by another budget of time than it had, " + sentence.str() + "s", false};
-  }
+  const std::string other = OtherBudget(record);
+  if (!other.empty()) return {other, false};
   Result expected;
   if constexpr (kIsSearch<Result>) {
     BeginClock();
@@ -190,6 +200,28 @@ BagVerifier::Repeater::Verdict BagVerifier::Repeater::UpToStep(const SimulationR
   }
   if (Serialize(recorded) == Serialize(computed)) return {};
   return {FirstDifference(recorded, computed), false};
+}
+
+/// One that time has ended is one of fewer runs.
+BagVerifier::Repeater::Verdict BagVerifier::Repeater::Repeat(const EnsembleRecord& record) {
+  if (!EndedByTime(record.result)) return Again(record);
+  if (record.result.runs == 0) return Ended(record);
+  if (!setup_) return {"no model description before it", false};
+  const std::string other = OtherBudget(record);
+  if (!other.empty()) return {other, false};
+  const std::uint64_t all = ResolveEnsemble(*setup_, record.request).count;
+  if (record.result.runs % Tally::kBlock != 0 || record.result.runs >= all) {
+    return {"it counts other runs than a budget of time leaves", false};
+  }
+  EnsembleRecord bounded = record;
+  bounded.request.runs = record.result.runs;
+  bounded.result.outcome = 0;
+  bounded.result.message.clear();
+  Verdict verdict = Again(bounded);
+  if (verdict.difference.empty()) {
+    verdict.note = "ended by its budget of time; what it holds is the same, bit for bit";
+  }
+  return verdict;
 }
 
 #define CONTACT_FLOW_REPEAT(Record)                                                    \

@@ -11,6 +11,7 @@
 #include "contact_flow/ControllabilityRecord.h"
 #include "contact_flow/CovarianceRecord.h"
 #include "contact_flow/DerivativeRecord.h"
+#include "contact_flow/EnsembleRecord.h"
 #include "contact_flow/GradientRecord.h"
 #include "contact_flow/LinearizationRecord.h"
 #include "contact_flow/ModeSequence.h"
@@ -58,6 +59,7 @@ class BagVerifier::Repeater {
   Verdict Repeat(const PeriodicOrbitRecord& record);
   Verdict Repeat(const OptimizationRecord& record);
   Verdict Repeat(const TrajectoryRecord& record);
+  Verdict Repeat(const EnsembleRecord& record);
 
   /// What follows a record on ordinary topics, by type.
   static std::map<std::string, Bytes> Copies(const SimulationRecord& record);
@@ -77,6 +79,8 @@ class BagVerifier::Repeater {
   template <class RecordMessage>
   Verdict Ended(const RecordMessage& record);
   Verdict UpToStep(const SimulationRecord& record);
+  template <class RecordMessage>
+  std::string OtherBudget(const RecordMessage& record) const;
   void BeginClock();
   Verdict TooLong() const;
 
