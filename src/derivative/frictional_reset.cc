@@ -52,20 +52,23 @@ FrictionalReset::FrictionalReset(const ContactDynamics& dynamics, const Vector& 
   }
   problem.rounding = frame_.RateRounding(inertia_, x.tail(d_), mode & persisting_);
   const double scale = problem.b.cwiseAbs().maxCoeff();
-  const std::vector<FrictionSolution> all = SolveFriction(problem, kBorder);
+  std::vector<FrictionSolution> all = SolveFriction(problem, kBorder);
   if (all.empty()) throw std::domain_error("an impact of the perturbed run has no solution");
   if (all.front().springs) {
     throw std::domain_error("an impact of the perturbed run depends on how impulses are shared");
   }
-  v_plus_ = x.tail(d_) + frame_.reach() * all.front().force;
-  for (const FrictionSolution& solution : all) branches_.push_back(Differentiate(solution, scale));
+  for (FrictionSolution& solution : all) {
+    const Vector v_plus = frame_.VelocityAfter(inertia_, x.tail(d_), &solution);
+    if (branches_.empty()) v_plus_ = v_plus;
+    branches_.push_back(Differentiate(solution, v_plus, scale));
+  }
 }
 
 FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& solution,
+                                                       const Vector& v_plus,
                                                        double scale) const {
   const FrictionProblem& problem = frame_.problem();
   const Vector v_minus = x_.tail(d_), q = x_.head(nq_);
-  const Vector v_plus = v_minus + frame_.reach() * solution.force;
   const Vector impulse = frame_.Spread(solution.force);
   const Matrix& A = inertia_.terms().jacobian;
   const int n = system_.num_constraints();

@@ -34,7 +34,8 @@ class FrictionalReset {
                        const std::function<void(const Eigen::RowVectorXd&)>& decide) const;
 
  private:
-  Branch Differentiate(const FrictionSolution& solution, double scale) const;
+  Branch Differentiate(const FrictionSolution& solution, const Vector& v_plus,
+                       double scale) const;
   Vector FreeSlip(int i, const Vector& v_plus) const;
 
   const ContactDynamics& dynamics_;

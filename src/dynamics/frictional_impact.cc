@@ -48,10 +48,10 @@ FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const Vec
     std::stable_sort(all.begin(), all.end(),
                      [&](const auto& a, const auto& b) { return size(a) < size(b); });
   }
-  const FrictionSolution& found = all.front();
+  FrictionSolution& found = all.front();
   FrictionalImpact impact;
   impact.springs = found.springs;
-  impact.result.v_plus = v_minus + frame.reach() * found.force;
+  impact.result.v_plus = frame.VelocityAfter(inertia, v_minus, &found);
   impact.result.impulse = frame.Spread(found.force);
   impact.result.impulse.segment(system.num_constraints(), system.num_bilateral()) =
       inertia.BilateralForce(Matrix(frame.rows().transpose() * found.force)).col(0);

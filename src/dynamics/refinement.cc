@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Solutions of (1a) where Λ_J⁻¹ = A M⁻¹ Aᵀ is far worse conditioned than (1a) itself: a part that is
-// light beside what constraints hold it to, as a wheel whose mass is all in its hub. By the factors
-// of M and Λ_J⁻¹ alone such a solution loses as many digits as M⁻¹ has more than (1a) needs.
+// light beside what constraints hold it to, as a wheel whose mass is all in its hub. With the least
+// pivot p of Λ_J⁻¹ beside its diagonal, P_J = M⁻¹ − … loses p⁻² of what M⁻¹ is known to, solutions
+// by the factors about p^(−3/2).
 #include "contact_flow/dynamics/contact_dynamics.h"
 
 namespace contact_flow {
 namespace {
 
-/// A pivot of Λ_J⁻¹ below this part of its diagonal: five of sixteen digits are lost.
-constexpr double kPoor = 1e-5;
-/// Each step squares what is lost: from 1e-5 to rounding, and as far from 1e-11.
+/// Up to as many coordinates a refined inverse costs little: p from here on costs four digits.
+constexpr int kFewCoordinates = 8;
+constexpr double kPoorForFew = 1e-2;
+/// Beyond, with feet that stick, which solve by rows, and with P_J: eight digits.
+constexpr double kPoorByRows = 1e-5, kPoor = 1e-4;
+/// Each step squares what is lost.
 constexpr int kSteps = 2;
 
 }  // namespace
@@ -17,8 +21,11 @@ constexpr int kSteps = 2;
 bool ContactDynamics::IsPoor() const {
   const Matrix& G = at_->delassus_inverse;
   const Matrix& factor = at_->delassus_factor.matrixLLT();
+  const double poor = d_ <= kFewCoordinates ? kPoorForFew
+                      : system_.HasFriction() ? kPoorByRows
+                                              : kPoor;
   for (Eigen::Index i = 0; i < G.rows(); ++i) {
-    if (!(factor(i, i) * factor(i, i) > kPoor * G(i, i))) return true;
+    if (!(factor(i, i) * factor(i, i) > poor * G(i, i))) return true;
   }
   return false;
 }

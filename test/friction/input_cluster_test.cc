@@ -99,7 +99,8 @@ TEST(FrictionalInputCluster, BlockThatIsPushedWhereItStops) {
     std::set<std::vector<std::string>> orders;
     for (const EventMap& event : B.intervals().front().derivative.events) {
       if (event.absorbed() || event.num_input_changes() == 0) continue;
-      for (const LinearPiece& piece : event.Pieces(7).pieces()) {
+      const PiecewiseLinearMap map = event.Pieces(7);
+      for (const LinearPiece& piece : map.pieces()) {
         ASSERT_EQ(1u, piece.omega.size());
         orders.insert(piece.omega.front());
       }
@@ -203,12 +204,13 @@ TEST(FrictionalInputCluster, DerivativesAreTheLimitsOfQuotients) {
       ++answered;
       const Vector base = run.FinalState();
       double best = 1e300;
-      for (const double alpha : {1e-4, 1e-5, 1e-6}) {
+      for (const double alpha : {1e-4, 1e-5, 1e-6, 1e-7}) {
         const Vector moved = Moved(c, dx, du, dt, alpha);
         if (moved.size() == 0) continue;
         best = std::min(best, ((moved - base) / alpha - exact).cwiseAbs().maxCoeff());
       }
-      // At α = 1e-6 the second order is about 1e-6 of curvatures of a few hundred, noise 1e-12/α.
+      // The second order is α times curvatures of a few hundred, of a few thousand where impacts
+      // follow each other quickly; noise 1e-12/α.
       EXPECT_LT(best, 2e-3 * (1 + exact.cwiseAbs().maxCoeff())) << "seed " << seed << ", " << j;
     }
   }
