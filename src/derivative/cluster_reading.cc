@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -38,9 +39,7 @@ std::vector<int> Constraints(const std::vector<EventInstant>& instants) {
 ///   t_i + α τ_i ≤ t_j + α τ_j
 /// for all pairs, whatever their instants are within their errors. Only pairs that have another
 /// order in the run count, and those whose order errors leave unknown, where it matters.
-double InnerRadius(const EventMap& map, const std::vector<EventInstant>& instants,
-                   const Vector& tangent) {
-  const Vector times = map.Times(Constraints(instants)) * tangent;
+double InnerRadius(const std::vector<EventInstant>& instants, const Vector& times) {
   double radius = 0;
   for (std::size_t i = 0; i < instants.size(); ++i) {
     for (std::size_t j = i + 1; j < instants.size(); ++j) {
@@ -54,6 +53,33 @@ double InnerRadius(const EventMap& map, const std::vector<EventInstant>& instant
     }
   }
   return radius;
+}
+
+/// The same with friction, by what the run along the tangent meets; 0 where all pieces are one.
+double FrictionalRadius(const EventMap& map, const Vector& tangent) {
+  const EventPiece piece = map.PieceAlong(tangent);
+  std::vector<EventInstant> instants;
+  std::vector<double> times;
+  for (const EventInstant& instant : map.transition().instants) {
+    const auto place = std::find(piece.order.begin(), piece.order.end(), instant.constraint);
+    if (place == piece.order.end()) continue;
+    instants.push_back(instant);
+    times.push_back(piece.times.row(place - piece.order.begin()).dot(tangent));
+  }
+  // In the order of the instants.
+  std::vector<std::size_t> sorted(instants.size());
+  std::iota(sorted.begin(), sorted.end(), 0);
+  std::stable_sort(sorted.begin(), sorted.end(), [&](std::size_t a, std::size_t b) {
+    return instants[a].offset < instants[b].offset;
+  });
+  std::vector<EventInstant> in_order;
+  Vector in_time(static_cast<Eigen::Index>(sorted.size()));
+  for (std::size_t k = 0; k < sorted.size(); ++k) {
+    in_order.push_back(instants[sorted[k]]);
+    in_time(static_cast<Eigen::Index>(k)) = times[sorted[k]];
+  }
+  const double radius = InnerRadius(in_order, in_time);
+  return radius > 0 && !map.IsDifferentiable(kSame) ? radius : 0;
 }
 
 /// Whether the order of the instants, or one that their errors leave possible, has another
@@ -89,7 +115,7 @@ ClusterReading ReadClusters(const BDerivative& derivative, const VectorRef& w) {
     const bool merged = instants.size() > 1 && instants.size() == map.activated().size();
     const Vector after = map(tangent);
     if (merged) {
-      const double radius = InnerRadius(map, instants, tangent);
+      const double radius = InnerRadius(instants, map.Times(Constraints(instants)) * tangent);
       if (radius > reading.inner_radius && OrderMatters(map, instants, tangent, after)) {
         reading.inner_radius = radius;
       }
@@ -100,7 +126,12 @@ ClusterReading ReadClusters(const BDerivative& derivative, const VectorRef& w) {
         in_order.setConstant(std::numeric_limits<double>::quiet_NaN());
       }
     } else if (in_order.allFinite()) {
+      const bool frictional =
+          !map.transition().guards.empty() && map.transition().instants.size() > 1;
+      const double radius = frictional ? FrictionalRadius(map, tangent) : 0;
+      reading.inner_radius = std::max(reading.inner_radius, radius);
       in_order = map(in_order);
+      if (radius > 0) in_order.setConstant(std::numeric_limits<double>::quiet_NaN());
     }
     tangent = derivative.arcs[k + 1] * after;
     in_order = derivative.arcs[k + 1] * in_order;
