@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -13,6 +12,7 @@ namespace {
 
 /// First-order times that differ by less than this, relative, coincide; and derivatives.
 constexpr double kTie = 1e-8, kSame = 1e-9;
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 /// The activations of a transition, and what the run knows of their instants, in that order.
 std::vector<EventInstant> InOrder(const Transition& transition, const EventMap& map) {
@@ -58,27 +58,21 @@ double InnerRadius(const std::vector<EventInstant>& instants, const Vector& time
 /// The same with friction, by what the run along the tangent meets; 0 where all pieces are one.
 double FrictionalRadius(const EventMap& map, const Vector& tangent) {
   const EventPiece piece = map.PieceAlong(tangent);
-  std::vector<EventInstant> instants;
-  std::vector<double> times;
+  const Vector moved = piece.times * tangent;
+  std::vector<std::pair<EventInstant, double>> met;
   for (const EventInstant& instant : map.transition().instants) {
     const auto place = std::find(piece.order.begin(), piece.order.end(), instant.constraint);
-    if (place == piece.order.end()) continue;
+    if (place != piece.order.end()) met.push_back({instant, moved(place - piece.order.begin())});
+  }
+  std::stable_sort(met.begin(), met.end(),
+                   [](const auto& a, const auto& b) { return a.first.offset < b.first.offset; });
+  std::vector<EventInstant> instants;
+  Vector times(static_cast<Eigen::Index>(met.size()));
+  for (const auto& [instant, time] : met) {
+    times(static_cast<Eigen::Index>(instants.size())) = time;
     instants.push_back(instant);
-    times.push_back(piece.times.row(place - piece.order.begin()).dot(tangent));
   }
-  // In the order of the instants.
-  std::vector<std::size_t> sorted(instants.size());
-  std::iota(sorted.begin(), sorted.end(), 0);
-  std::stable_sort(sorted.begin(), sorted.end(), [&](std::size_t a, std::size_t b) {
-    return instants[a].offset < instants[b].offset;
-  });
-  std::vector<EventInstant> in_order;
-  Vector in_time(static_cast<Eigen::Index>(sorted.size()));
-  for (std::size_t k = 0; k < sorted.size(); ++k) {
-    in_order.push_back(instants[sorted[k]]);
-    in_time(static_cast<Eigen::Index>(k)) = times[sorted[k]];
-  }
-  const double radius = InnerRadius(in_order, in_time);
+  const double radius = InnerRadius(instants, times);
   return radius > 0 && !map.IsDifferentiable(kSame) ? radius : 0;
 }
 
@@ -115,23 +109,23 @@ ClusterReading ReadClusters(const BDerivative& derivative, const VectorRef& w) {
     const bool merged = instants.size() > 1 && instants.size() == map.activated().size();
     const Vector after = map(tangent);
     if (merged) {
-      const double radius = InnerRadius(instants, map.Times(Constraints(instants)) * tangent);
+      const std::vector<int> order = Constraints(instants);
+      const double radius = InnerRadius(instants, map.Times(order) * tangent);
       if (radius > reading.inner_radius && OrderMatters(map, instants, tangent, after)) {
         reading.inner_radius = radius;
       }
-      const std::vector<int> order = Constraints(instants);
       if (map.PiecewiseLinear(order).ok()) {
         in_order = map.Selection(order) * in_order;
       } else {
-        in_order.setConstant(std::numeric_limits<double>::quiet_NaN());
+        in_order.setConstant(kUnknown);
       }
-    } else if (in_order.allFinite()) {
+    } else {
       const bool frictional =
           !map.transition().guards.empty() && map.transition().instants.size() > 1;
       const double radius = frictional ? FrictionalRadius(map, tangent) : 0;
       reading.inner_radius = std::max(reading.inner_radius, radius);
-      in_order = map(in_order);
-      if (radius > 0) in_order.setConstant(std::numeric_limits<double>::quiet_NaN());
+      if (radius > 0) in_order.setConstant(kUnknown);
+      if (in_order.allFinite()) in_order = map(in_order);
     }
     tangent = derivative.arcs[k + 1] * after;
     in_order = derivative.arcs[k + 1] * in_order;
