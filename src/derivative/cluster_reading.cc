@@ -12,6 +12,7 @@ namespace {
 
 /// First-order times that differ by less than this, relative, coincide; and derivatives.
 constexpr double kTie = 1e-8, kSame = 1e-9;
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 /// The activations of a transition, and what the run knows of their instants, in that order.
 std::vector<EventInstant> InOrder(const Transition& transition, const EventMap& map) {
@@ -38,9 +39,7 @@ std::vector<int> Constraints(const std::vector<EventInstant>& instants) {
 ///   t_i + α τ_i ≤ t_j + α τ_j
 /// for all pairs, whatever their instants are within their errors. Only pairs that have another
 /// order in the run count, and those whose order errors leave unknown, where it matters.
-double InnerRadius(const EventMap& map, const std::vector<EventInstant>& instants,
-                   const Vector& tangent) {
-  const Vector times = map.Times(Constraints(instants)) * tangent;
+double InnerRadius(const std::vector<EventInstant>& instants, const Vector& times) {
   double radius = 0;
   for (std::size_t i = 0; i < instants.size(); ++i) {
     for (std::size_t j = i + 1; j < instants.size(); ++j) {
@@ -54,6 +53,27 @@ double InnerRadius(const EventMap& map, const std::vector<EventInstant>& instant
     }
   }
   return radius;
+}
+
+/// The same with friction, by what the run along the tangent meets; 0 where all pieces are one.
+double FrictionalRadius(const EventMap& map, const Vector& tangent) {
+  const EventPiece piece = map.PieceAlong(tangent);
+  const Vector moved = piece.times * tangent;
+  std::vector<std::pair<EventInstant, double>> met;
+  for (const EventInstant& instant : map.transition().instants) {
+    const auto place = std::find(piece.order.begin(), piece.order.end(), instant.constraint);
+    if (place != piece.order.end()) met.push_back({instant, moved(place - piece.order.begin())});
+  }
+  std::stable_sort(met.begin(), met.end(),
+                   [](const auto& a, const auto& b) { return a.first.offset < b.first.offset; });
+  std::vector<EventInstant> instants;
+  Vector times(static_cast<Eigen::Index>(met.size()));
+  for (const auto& [instant, time] : met) {
+    times(static_cast<Eigen::Index>(instants.size())) = time;
+    instants.push_back(instant);
+  }
+  const double radius = InnerRadius(instants, times);
+  return radius > 0 && !map.IsDifferentiable(kSame) ? radius : 0;
 }
 
 /// Whether the order of the instants, or one that their errors leave possible, has another
@@ -89,18 +109,23 @@ ClusterReading ReadClusters(const BDerivative& derivative, const VectorRef& w) {
     const bool merged = instants.size() > 1 && instants.size() == map.activated().size();
     const Vector after = map(tangent);
     if (merged) {
-      const double radius = InnerRadius(map, instants, tangent);
+      const std::vector<int> order = Constraints(instants);
+      const double radius = InnerRadius(instants, map.Times(order) * tangent);
       if (radius > reading.inner_radius && OrderMatters(map, instants, tangent, after)) {
         reading.inner_radius = radius;
       }
-      const std::vector<int> order = Constraints(instants);
       if (map.PiecewiseLinear(order).ok()) {
         in_order = map.Selection(order) * in_order;
       } else {
-        in_order.setConstant(std::numeric_limits<double>::quiet_NaN());
+        in_order.setConstant(kUnknown);
       }
-    } else if (in_order.allFinite()) {
-      in_order = map(in_order);
+    } else {
+      const bool frictional =
+          !map.transition().guards.empty() && map.transition().instants.size() > 1;
+      const double radius = frictional ? FrictionalRadius(map, tangent) : 0;
+      reading.inner_radius = std::max(reading.inner_radius, radius);
+      if (radius > 0) in_order.setConstant(kUnknown);
+      if (in_order.allFinite()) in_order = map(in_order);
     }
     tangent = derivative.arcs[k + 1] * after;
     in_order = derivative.arcs[k + 1] * in_order;

@@ -29,7 +29,7 @@ class Passage {
   CostGradient Differentiate() {
     try {
       if (linear_.Make(&gradient_)) {
-        gradient_.status = CheckEnd(system_, run_, linear_.state_error());
+        if (cost_.terminal) gradient_.status = CheckEnd(system_, run_, linear_.state_error());
         if (gradient_.status.ok()) Retreat();
       }
     } catch (const NotPiecewiseLinear& reason) {

@@ -27,7 +27,8 @@ Status CheckEnd(const MechanicalSystem& system, const Trajectory& run, const Vec
   if (!state_error.allFinite()) return {};
   const auto& names = system.description().constraints;
   const int d = system.dof(), nq = system.num_positions();
-  const double end = run.t_end(), rounding = kTimeRounding * std::max(1.0, std::abs(end));
+  const double end = run.t_end();
+  const double rounding = kTimeRounding * std::max(std::abs(end), end - run.t_begin());
   const Vector error_q = kInstantErrors * state_error.head(d);
   const Vector error_v = kInstantErrors * state_error.segment(d, d);
   for (const Transition& passed : run.transitions) {

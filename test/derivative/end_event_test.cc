@@ -64,7 +64,7 @@ TEST_P(EndEvent, HasOneBesideIt) {
   }
 }
 
-/// An online run that is looked at there, a millisecond before and after, and a gradient of its cost.
+/// An online run that is looked at there, a millisecond before and after; gradients and intervals.
 TEST_P(EndEvent, IsNoneForReadingsAndGradients) {
   const SimulateOptions options;
   const std::shared_ptr<const MechanicalSystem> system =

@@ -12,11 +12,12 @@ namespace contact_flow {
 /// with t_i their instants in the run (Transition::instants). Beyond the inner radius this is the
 /// order of the τ_i, which B(w) follows; close to α = 0 it is that of the t_i.
 struct ClusterReading {
-  /// B(w) holds for α beyond it; 0 where both readings are the same. Where the instants differ by
-  /// less than their estimated errors, their order is not known, and those errors stand for Δt.
+  /// B(w) holds for α beyond it; 0 where both readings are the same. Where the instants of two
+  /// events differ by less than their estimated errors, their order is not known, and those errors
+  /// stand for Δt: also where the order that the run found is that of w.
   double inner_radius = 0;
-  /// The derivative along the order of the instants, for α below it; NaN where that
-  /// has no selection (EventMap::PiecewiseLinear) [2d].
+  /// The derivative along the order of the instants, for α below it; NaN where that has no
+  /// selection (EventMap::PiecewiseLinear), and with friction where it is another [2d].
   Vector in_order;
 };
 
