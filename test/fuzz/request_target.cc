@@ -185,7 +185,9 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
     judge(ros_if::Answer(seeds.setup, ask(name, request), {}));
   };
   try {
-    const BudgetScope scope(ros_if::ProcessorBudget(kSeconds));
+    BudgetLimits limits = ros_if::ProcessorBudget(kSeconds).limits();
+    limits.max_megabytes = 200;
+    const BudgetScope scope{Budget(limits)};
     switch (seed != nullptr ? CaseOf(seed->kind) : dice.Below(std::size(kKinds))) {
       case 0:
         answer("simulate", SimulationRequest());

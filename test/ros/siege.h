@@ -44,13 +44,14 @@ inline bool HasAnyWord(const std::string& text, const std::vector<std::string>& 
 /// "q" of "state.q".
 inline std::string LastPart(const std::string& path) { return path.substr(path.rfind('.') + 1); }
 
-/// Why a request that is in order in all its fields may be refused: by what the node does, or what
-/// its model is.
+/// Why a request that is in order in all its fields may be refused: by what the node does, what its
+/// model is, or where the simulation stands.
 inline bool IsOfTheNode(const std::string& refusal) {
   for (const char* reason :
        {"busy: ", "out of memory", "the simulation is running", "steps are being taken already",
         "the run has come to its end", "the node is shutting down", "has no inputs",
-        "Assumptions 2 to 4 are for contacts without"}) {
+        "Assumptions 2 to 4 are for contacts without", "no contact forces exist",
+        "no impulses of the contacts", "with friction that is not followed"}) {
     if (refusal.find(reason) != std::string::npos) return true;
   }
   return false;
