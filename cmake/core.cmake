@@ -17,6 +17,12 @@ target_link_libraries(contact_flow PUBLIC Eigen3::Eigen Boost::headers ${YAML_CP
 target_include_directories(contact_flow SYSTEM PRIVATE ${URDFDOM_INCLUDE_DIRS})
 target_link_libraries(contact_flow PRIVATE ${URDFDOM_LINK_LIBRARIES})
 target_link_libraries(contact_flow PRIVATE ${CMAKE_THREAD_LIBS_INIT})
+# Sanitizers and counters for libraries and programs alone: the tests take longer to compile than they do.
+set(CONTACT_FLOW_FLAGS "" CACHE STRING "Compiler and linker flags of libraries and programs, not of tests")
+mark_as_advanced(CONTACT_FLOW_FLAGS)
+separate_arguments(CONTACT_FLOW_FLAG_LIST UNIX_COMMAND "${CONTACT_FLOW_FLAGS}")
+target_compile_options(contact_flow PRIVATE ${CONTACT_FLOW_FLAG_LIST})
+target_link_libraries(contact_flow PUBLIC ${CONTACT_FLOW_FLAG_LIST})
 # Random numbers have the same bits on machines that could contract a * b + c.
 set_source_files_properties(src/ensemble/normal_quantile.cc src/ensemble/draws.cc
   PROPERTIES COMPILE_OPTIONS -ffp-contract=off)

@@ -15,7 +15,7 @@ contact_flow_precompile(contact_flow_ros <ros/ros.h>)
 # Sanitizers and counters for this side alone, where the core takes too long to build with them too.
 set(CONTACT_FLOW_ROS_FLAGS "" CACHE STRING "Compiler and linker flags of the ROS side alone")
 mark_as_advanced(CONTACT_FLOW_ROS_FLAGS)
-separate_arguments(ros_flags UNIX_COMMAND "${CONTACT_FLOW_ROS_FLAGS}")
+separate_arguments(ros_flags UNIX_COMMAND "${CONTACT_FLOW_FLAGS} ${CONTACT_FLOW_ROS_FLAGS}")
 target_compile_options(contact_flow_ros PRIVATE ${ros_flags})
 target_link_libraries(contact_flow_ros ${ros_flags})
 

@@ -84,10 +84,10 @@ bool NoFrictionLifts(ContactDynamics* dynamics, const Vector& x, ContactMode mod
   for (Eigen::Index row : normals) {
     Vector objective = Vector::Zero(m + 1);
     objective(row) = -1;
-    const LinearOptimum least = program.Maximize(objective);
-    if (!least.solved || !(-least.value > kProgramError)) return false;
-    const LinearOptimum most = program.Maximize(-objective);
-    if (!most.solved || !(most.value < 0.9 * kMostForce)) return false;
+    const std::optional<LinearOptimum> least = program.Maximize(objective);
+    if (!least || !(-least->value > kProgramError)) return false;
+    const std::optional<LinearOptimum> most = program.Maximize(-objective);
+    if (!most || !(most->value < 0.9 * kMostForce)) return false;
   }
   return true;
 }

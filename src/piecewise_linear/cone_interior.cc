@@ -13,10 +13,11 @@ double InteriorRadius(const Matrix& cone, Vector* centre) {
   Matrix rows(cone.rows(), n + 1);
   rows << cone, Vector::Constant(cone.rows(), -1);
   const Vector bound = Vector::Ones(n + 1);
-  const LinearOptimum optimum = LinearProgram(rows, -bound, bound).Maximize(Vector::Unit(n + 1, n));
-  if (!optimum.solved) return std::numeric_limits<double>::quiet_NaN();
-  if (centre != nullptr) *centre = optimum.point.head(n);
-  return optimum.value;
+  const std::optional<LinearOptimum> optimum =
+      LinearProgram(rows, -bound, bound).Maximize(Vector::Unit(n + 1, n));
+  if (!optimum) return std::numeric_limits<double>::quiet_NaN();
+  if (centre != nullptr) *centre = optimum->point.head(n);
+  return optimum->value;
 }
 
 bool HasInterior(const Matrix& cone) { return !(InteriorRadius(cone) <= kSmallestInterior); }

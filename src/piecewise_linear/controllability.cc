@@ -68,8 +68,9 @@ bool IsAttained(const PiecewiseLinearMap& map, const Vector& y) {
     const Vector upper = Vector::Ones(m + 1);
     Vector lower = -upper;
     lower(m) = 0;
-    const LinearOptimum best = LinearProgram(rows, lower, upper).Maximize(Vector::Unit(m + 1, m));
-    if (!best.solved || best.value > kAttained) return true;
+    const std::optional<LinearOptimum> best =
+        LinearProgram(rows, lower, upper).Maximize(Vector::Unit(m + 1, m));
+    if (!best || best->value > kAttained) return true;
   }
   return false;
 }

@@ -56,10 +56,10 @@ SteepestDescent FindSteepestDescent(const PiecewiseLinearMap& cost) {
   for (std::size_t i = 0; i < cost.pieces().size(); ++i) {
     const LinearPiece& piece = cost.pieces()[i];
     std::vector<Vector> candidates;
-    const LinearOptimum optimum =
+    const std::optional<LinearOptimum> optimum =
         LinearProgram(piece.cone, -bound, bound).Maximize(-piece.matrix.row(0).transpose());
-    if (optimum.solved) {
-      candidates.push_back(optimum.point);
+    if (optimum) {
+      candidates.push_back(optimum->point);
     } else {
       candidates = Candidates(piece);
     }

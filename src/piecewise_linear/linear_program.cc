@@ -120,7 +120,7 @@ LinearProgram::LinearProgram(const MatrixRef& rows, const VectorRef& lower, cons
   }
 }
 
-LinearOptimum LinearProgram::Maximize(const VectorRef& asked) {
+std::optional<LinearOptimum> LinearProgram::Maximize(const VectorRef& asked) {
   if (!solver_->finite || !asked.allFinite()) return {};
   ClpSimplex& problem = solver_->problem;
   const int n = problem.numberColumns();
@@ -130,8 +130,7 @@ LinearOptimum LinearProgram::Maximize(const VectorRef& asked) {
                                 " entries for a linear program in " + std::to_string(n));
   }
   for (int c = 0; c < n; ++c) problem.setObjectiveCoefficient(c, objective(c));
-  LinearOptimum optimum;
-  for (int attempt = 0; attempt < 2 && !optimum.solved; ++attempt) {
+  for (int attempt = 0; attempt < 2; ++attempt) {
     if (attempt == 0) {
       problem.primal();
     } else {
@@ -140,12 +139,15 @@ LinearOptimum LinearProgram::Maximize(const VectorRef& asked) {
     }
     AskBudget();  // not solved, but stopped
     if (!problem.isProvenOptimal()) continue;
+    LinearOptimum optimum;
     optimum.point = Eigen::Map<const Vector>(problem.primalColumnSolution(), n);
     optimum.value = asked.dot(optimum.point);
-    optimum.solved = std::isfinite(optimum.value) &&
-                     solver_->Verifies(objective, optimum.point, objective.dot(optimum.point));
+    if (std::isfinite(optimum.value) &&
+        solver_->Verifies(objective, optimum.point, objective.dot(optimum.point))) {
+      return optimum;
+    }
   }
-  return optimum;
+  return {};
 }
 
 #else
@@ -155,7 +157,7 @@ bool HaveLinearPrograms() { return false; }
 struct LinearProgram::Solver {};
 
 LinearProgram::LinearProgram(const MatrixRef&, const VectorRef&, const VectorRef&) {}
-LinearOptimum LinearProgram::Maximize(const VectorRef&) { return {}; }
+std::optional<LinearOptimum> LinearProgram::Maximize(const VectorRef&) { return {}; }
 
 #endif
 

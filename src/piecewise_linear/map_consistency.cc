@@ -181,23 +181,19 @@ class ConsistencyCheck {
       LinearProgram program(rows, -bound, bound);
       for (double sign : {1.0, -1.0}) {
         if (!Take()) return;
-        const LinearOptimum best =
-            program.Maximize(sign / scale_(r) * difference.row(r).transpose());
-        if (!best.solved) {
-          unsolved_ = true;
-          continue;
-        }
-        const Vector w = basis * best.point;
-        const double size = w.cwiseAbs().maxCoeff();
-        if (!(best.value > least) || !(best.value / size > std::max(least, result_.size))) continue;
+        const auto best = program.Maximize(sign / scale_(r) * difference.row(r).transpose());
+        unsolved_ |= !best;
+        if (!best) continue;
+        const Vector w = basis * best->point;
+        const double size = w.cwiseAbs().maxCoeff(), jump = best->value / size;
+        if (!(best->value > least) || !(jump > std::max(least, result_.size))) continue;
         std::ostringstream message;
         message << "pieces " << i << " and " << j
                 << (kind == MapDefect::kOverlap ? " overlap, and differ: "
                                                 : " disagree where their cones meet: ")
                 << "at w = (" << (w / size).transpose() << ") row " << r << " by "
-                << best.value * scale_(r) / size << ", " << best.value / size
-                << " of the largest row";
-        result_ = {kind, i, j, w / size, best.value / size, result_.linear_programs, message.str()};
+                << best->value * scale_(r) / size << ", " << jump << " of the largest row";
+        result_ = {kind, i, j, w / size, jump, result_.linear_programs, message.str()};
       }
     }
   }

@@ -32,9 +32,10 @@ Vector AnyInCone(const LinearPiece& piece, const Vector& residual) {
   const Vector upper = Vector::Ones(n + 1);
   Vector lower = -upper;
   lower(n) = 0;
-  const LinearOptimum best = LinearProgram(rows, lower, upper).Maximize(Vector::Unit(n + 1, n));
-  if (!best.solved || best.value < 1e-6) return Vector();
-  return best.point.head(n) * (residual.norm() / (size * best.value));
+  const std::optional<LinearOptimum> best =
+      LinearProgram(rows, lower, upper).Maximize(Vector::Unit(n + 1, n));
+  if (!best || best->value < 1e-6) return Vector();
+  return best->point.head(n) * (residual.norm() / (size * best->value));
 }
 
 /// Asks the clock itself, where AskBudget looks now and then: a run that time has ended is not a

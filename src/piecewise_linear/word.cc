@@ -68,9 +68,10 @@ double GainBound(const Word& word, double threshold, bool exact, ProgramBudget* 
     if (norms(r) <= gain) break;
     for (double sign : {1.0, -1.0}) {
       if (!budget->Take(1)) return norm;
-      const LinearOptimum optimum = program.Maximize(sign * word.matrix.row(r).transpose());
-      if (!optimum.solved) return norm;
-      gain = std::max(gain, optimum.value);
+      const std::optional<LinearOptimum> optimum =
+          program.Maximize(sign * word.matrix.row(r).transpose());
+      if (!optimum) return norm;
+      gain = std::max(gain, optimum->value);
       if (!exact && gain >= threshold) return norm;
     }
   }

@@ -58,16 +58,15 @@ PieceStep SolvePiece(const PieceModel& piece, const Vector& y, const Vector& low
     program.A.row(i) = order.row;
     program.b(i) = order.slack;
   }
-  const QuadraticSolution solution = Solve(program);
-  if (!solution.found) return step;
-  step.d = solution.d;
-  step.bounded = solution.bounded;
+  const std::optional<QuadraticSolution> solution = Solve(program);
+  if (!solution) return step;
+  step.d = solution->d;
+  step.bounded = solution->bounded;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     step.multipliers(static_cast<Eigen::Index>(rows[i])) =
-        solution.multipliers(static_cast<Eigen::Index>(i));
+        solution->multipliers(static_cast<Eigen::Index>(i));
   }
-  const Vector force =
-      piece.gradient + H * step.d - program.A.transpose() * solution.multipliers;
+  const Vector force = piece.gradient + H * step.d - program.A.transpose() * solution->multipliers;
   for (Eigen::Index i = 0; i < n; ++i) {
     if (step.bounded[static_cast<std::size_t>(i)]) continue;
     step.residual = std::max(step.residual, std::abs(force(i)));

@@ -31,23 +31,22 @@ class DualActiveSet {
     active_at_.assign(static_cast<std::size_t>(m_ + 2 * n_), false);
   }
 
-  QuadraticSolution Run() {
-    QuadraticSolution solution;
-    if (!d_.allFinite() || !J_.allFinite()) return solution;
+  std::optional<QuadraticSolution> Run() {
+    if (!d_.allFinite() || !J_.allFinite()) return {};
     for (Eigen::Index i = 0; i < m_; ++i) {
       if (!program_.equal[static_cast<std::size_t>(i)]) continue;
       if (Value(i) > 0) sign_[static_cast<std::size_t>(i)] = -1;
       const bool met = std::abs(Value(i)) <= kMet * Terms(i);
-      if (!Activate(i) && !met) return solution;
+      if (!Activate(i) && !met) return {};
     }
     const long limit = kRounds * static_cast<long>(m_ + 2 * n_) + 100;
     for (long round = 0; round < limit; ++round) {
       AskBudget();
       const Eigen::Index worst = MostViolated();
       if (worst < 0) return Take();
-      if (!Activate(worst)) return solution;
+      if (!Activate(worst)) return {};
     }
-    return solution;
+    return {};
   }
 
  private:
@@ -164,7 +163,7 @@ class DualActiveSet {
     }
   }
 
-  QuadraticSolution Take() const {
+  std::optional<QuadraticSolution> Take() const {
     QuadraticSolution solution;
     solution.d = d_;
     solution.multipliers = Vector::Zero(m_);
@@ -179,7 +178,7 @@ class DualActiveSet {
       solution.bounded[static_cast<std::size_t>(entry)] = true;
       solution.d(entry) = i < m_ + n_ ? program_.lower(entry) : program_.upper(entry);
     }
-    solution.found = solution.d.allFinite();
+    if (!solution.d.allFinite()) return {};
     return solution;
   }
 
@@ -196,6 +195,8 @@ class DualActiveSet {
 
 }  // namespace
 
-QuadraticSolution Solve(const QuadraticProgram& program) { return DualActiveSet(program).Run(); }
+std::optional<QuadraticSolution> Solve(const QuadraticProgram& program) {
+  return DualActiveSet(program).Run();
+}
 
 }  // namespace contact_flow

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Cholesky>
+#include <optional>
 #include <vector>
 
 #include "contact_flow/types.h"
@@ -20,13 +21,13 @@ struct QuadraticProgram {
 
 /// What it takes: H d + g = Aᵀ z + ζ, z ≥ 0 but for equalities, ζ of the bounds.
 struct QuadraticSolution {
-  bool found = false;         ///< false: the constraints contradict each other
   Vector d, multipliers;      ///< [n], z [m]
   std::vector<bool> bounded;  ///< entries that are held at a bound [n]
 };
 
 /// By the dual active set of Goldfarb and Idnani (Math. Prog. 27, 1983): from the minimum without
 /// constraints, one violated constraint after another becomes active, O(n²) each.
-QuadraticSolution Solve(const QuadraticProgram& program);
+/// Nothing where the constraints contradict each other.
+[[nodiscard]] std::optional<QuadraticSolution> Solve(const QuadraticProgram& program);
 
 }  // namespace contact_flow

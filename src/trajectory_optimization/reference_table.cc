@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 
 namespace contact_flow {
@@ -16,6 +17,8 @@ namespace {
 constexpr double kSpacing = 1e-3;
 /// Steps of the continuation between them.
 constexpr int kSteps = 2;
+/// What a row takes for each number of its state, here, in the phase and in a message.
+constexpr double kRowBytes = 64;
 /// Larger numbers are not written: no file and no message may hold them.
 constexpr double kLargest = 1e100;
 
@@ -95,9 +98,13 @@ std::vector<Row> Rows(Motion* motion, const std::vector<double>& grid, double fr
   for (std::size_t i = 0; i + 1 < breaks.size() && from != to; ++i) {
     const double begin = breaks[i], span = breaks[i + 1] - begin;
     motion->SetInterval(IntervalAt(grid, begin + 0.5 * span));
-    const int count = std::max(1, static_cast<int>(std::ceil(std::abs(span) / kSpacing)));
-    for (int j = 0; j <= count; ++j) {
-      const double t = j == count ? breaks[i + 1] : begin + span * j / count;
+    const double parts = std::max(1.0, std::ceil(std::abs(span) / kSpacing));
+    AskMemory(parts * kRowBytes * static_cast<double>(x.size()), "the table of a reference");
+    const long count = static_cast<long>(std::min(parts, 1e15));
+    for (long j = 0; j <= count; ++j) {
+      AskBudget();  // outside of what a motion that ends throws
+      const auto part = static_cast<double>(j);
+      const double t = j == count ? breaks[i + 1] : begin + span * part / parts;
       try {
         if (j > 0) x = next(t, rows.back());
         rows.push_back({t, x, motion->Acceleration(x)});

@@ -20,8 +20,8 @@ namespace contact_flow {
 namespace fuzz {
 
 /// Changes messages of any type as hostile clients do: a few of their fields, chosen at random, get
-/// numbers at and beyond every limit, other sizes, other names. What comes out depends on the
-/// generator alone.
+/// numbers at and beyond every limit, other sizes, other names, other times. What comes out depends
+/// on the generator alone.
 class MessageMutator {
  public:
   /// `words`: names that mean something to whoever reads the message.
@@ -30,6 +30,7 @@ class MessageMutator {
 
   template <class Message>
   void Mutate(Message* message) {
+    changed_.clear();
     for (std::size_t changes = 1 + Below(4); changes > 0; --changes) {
       target_ = std::numeric_limits<std::size_t>::max();
       count_ = 0;
@@ -42,6 +43,8 @@ class MessageMutator {
   }
 
   std::size_t Below(std::size_t n) { return n == 0 ? 0 : generator_() % n; }
+  /// The fields that were changed last, as "state.q".
+  const std::vector<std::string>& changed() const { return changed_; }
 
   double Number(double was) {
     constexpr double kInf = std::numeric_limits<double>::infinity();
@@ -96,21 +99,53 @@ class MessageMutator {
   /// For the serializer of messages.
   template <class Field>
   void next(Field& field) {
+    const std::string* const outer = field_;
+    field_ = &names_->at(index_++);
     Visit(field);
+    field_ = outer;
   }
 
  private:
   std::string Word() { return words_.empty() ? "" : words_[Below(words_.size())]; }
-  bool Chosen() { return count_++ == target_; }
+  bool Chosen() {
+    if (count_++ != target_) return false;
+    std::string path;
+    for (const std::string* name : path_) path += *name + ".";
+    changed_.push_back(path + *field_);
+    return true;
+  }
 
   template <class Message>
   void Walk(Message& message) {
+    static const std::vector<std::string> names =
+        ros_interface::FieldNames(ros::message_traits::Definition<Message>::value());
+    const std::vector<std::string>* const outer = names_;
+    const std::size_t index = index_;
+    if (field_ != nullptr) path_.push_back(field_);
+    names_ = &names;
+    index_ = 0;
     ros::serialization::Serializer<Message>::template allInOne<MessageMutator, Message&>(*this,
                                                                                          message);
+    names_ = outer;
+    index_ = index;
+    if (field_ != nullptr) path_.pop_back();
   }
 
-  void Visit(ros::Time&) {}
-  void Visit(ros::Duration&) {}
+  /// [s]: now, the beginning, in a moment, the last of all, and long past.
+  std::int64_t Seconds() {
+    static const std::int64_t kSeconds[] = {0, 1, 100, 4000000000, 4294967295, 2147483647};
+    return kSeconds[Below(sizeof(kSeconds) / sizeof(kSeconds[0]))];
+  }
+  void Visit(ros::Time& time) {
+    if (!Chosen()) return;
+    time.sec = static_cast<std::uint32_t>(Seconds());
+    time.nsec = Below(2) == 0 ? 0 : 999999999;
+  }
+  void Visit(ros::Duration& duration) {
+    if (!Chosen()) return;
+    duration.sec = static_cast<std::int32_t>(Seconds());
+    duration.nsec = Below(2) == 0 ? 1 : -1;
+  }
   void Visit(std::string& text) {
     if (Chosen()) text = Text();
   }
@@ -194,6 +229,11 @@ class MessageMutator {
   std::mt19937& generator_;
   const std::vector<std::string> words_;
   std::size_t count_ = 0, target_ = 0;
+  const std::vector<std::string>* names_ = nullptr;  // of the message that is walked
+  std::size_t index_ = 0;                            // of the next of them
+  const std::string* field_ = nullptr;               // that is visited
+  std::vector<const std::string*> path_;             // of the messages around it
+  std::vector<std::string> changed_;
 };
 
 /// Looks for a NaN in an answer, but in those fields where it has a meaning, as ".radii".

@@ -13,11 +13,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "contact_flow/ApplyImpulse.h"
-#include "contact_flow/MarkInstant.h"
-#include "contact_flow/SetInput.h"
-#include "contact_flow/SetSimulatorParameters.h"
-#include "contact_flow/SetSimulatorState.h"
+#include "contact_flow/PredictionRequest.h"
+#include "contact_flow/SimulatorMark.h"
 #include "src/ros/answer/answers.h"
 #include "src/ros/answer/assumptions_answer.h"
 #include "src/ros/answer/controllability_answer.h"
@@ -29,6 +26,7 @@
 #include "src/ros/answer/optimization_answer.h"
 #include "src/ros/answer/periodic_orbit_answer.h"
 #include "src/ros/answer/poincare_answer.h"
+#include "src/ros/answer/policy_answer.h"
 #include "src/ros/answer/stability_answer.h"
 #include "src/ros/answer/trajectory_answer.h"
 #include "src/ros/message/serialize.h"
@@ -42,11 +40,28 @@ namespace fuzz {
 namespace {
 
 /// The cases of Try, in their order.
-constexpr const char* kKinds[] = {
-    "simulate", "b_derivative", "compare", "check_assumptions", "linearize", "poincare_map",
-    "assess_stability", "assess_stability", "assess_controllability", "propagate_covariance",
-    "find_periodic_orbit", "optimize", "gradient", "set_state", "apply_impulse", "set_parameters",
-    "set_input", "optimize_trajectory", "find_stabilizing_feedback", "sweep", "predict"};
+constexpr const char* kKinds[] = {"simulate",
+                                  "b_derivative",
+                                  "compare",
+                                  "check_assumptions",
+                                  "linearize",
+                                  "poincare_map",
+                                  "assess_stability",
+                                  "assess_stability",
+                                  "assess_controllability",
+                                  "propagate_covariance",
+                                  "find_periodic_orbit",
+                                  "optimize",
+                                  "gradient",
+                                  "set_state",
+                                  "apply_impulse",
+                                  "set_parameters",
+                                  "set_input",
+                                  "optimize_trajectory",
+                                  "find_stabilizing_feedback",
+                                  "make_policy",
+                                  "sweep",
+                                  "predict"};
 
 /// What to do where a message has changed since.
 constexpr const char* kWriteAgain = ": test/data/fuzz/make_requests.py writes it again";
@@ -65,19 +80,32 @@ std::size_t CaseOf(const std::string& kind) {
 
 }  // namespace
 
+struct RequestTarget::State {
+  explicit State(const std::string& model)
+      : seeds(model), session(RequestSeeds::Configured(model), {}, {}), first(Good()) {
+    session.LimitSteps({1, 0.05, 0.5});
+  }
+  ros_if::Bytes Good() const { return ros_if::Serialize(ros_if::Answer(seeds.setup, seeds.good)); }
+
+  const RequestSeeds seeds;
+  ros_if::Session session;
+  const ros_if::Bytes first;  // of good requests
+  std::vector<WireRequest> corpus;
+};
+
 RequestTarget::RequestTarget(const std::string& model) : state_(new State(model)) {}
 RequestTarget::RequestTarget(RequestTarget&&) noexcept = default;
 RequestTarget::~RequestTarget() = default;
 
 void RequestTarget::CheckGood() {
   State& s = *state_;
-  if (ros_if::Serialize(ros_if::Answer(s.setup, s.good)) != s.first) {
+  if (s.Good() != s.first) {
     Abort("a good request is answered otherwise than before");
   }
 }
 
 void RequestTarget::ReadCorpus(const std::string& folder) {
-  const std::string model = state_->setup.system->description().name;
+  const std::string model = state_->seeds.setup.system->description().name;
   std::vector<std::filesystem::path> paths;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
@@ -111,7 +139,8 @@ RequestTarget::Result RequestTarget::TryOne(std::mt19937* generator, Asked* aske
 RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequest* seed,
                                          bool mutate, Asked* asked) {
   State& s = *state_;
-  MessageMutator dice(generator, s.words);
+  const RequestSeeds& seeds = s.seeds;
+  MessageMutator dice(generator, seeds.words);
   const auto hostile = [&](const char* name, auto* request) {
     if (seed != nullptr) {
       std::vector<std::uint8_t> bytes = seed->bytes;
@@ -125,7 +154,7 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
       if (rest) Abort("a request of the corpus is too long for " + seed->kind + kWriteAgain);
     }
     if (mutate) dice.Mutate(request);
-    asked->model = s.setup.system->description().name;
+    asked->model = seeds.setup.system->description().name;
     asked->wire = {name, ros_if::Serialize(*request)};
     std::ostringstream text;
     text << asked->model << '/' << name << '\n';
@@ -133,189 +162,108 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
     asked->text = text.str();
   };
   // With friction radii are not known; an order may have no map by itself.
-  const bool friction = s.setup.system->HasFriction();
+  const bool friction = seeds.setup.system->HasFriction();
   const auto judge = [friction](const auto& result) {
     if (result.outcome != 0) return;
     const std::string place = NanFinder({".in_order.data", friction ? ".radii" : ""}).In(result);
     if (!place.empty()) Abort("an answer that is in order holds " + place);
   };
-  const auto answer = [&](const char* name, auto* request) {
-    hostile(name, request);
-    Shorten(&request->options);
-    judge(ros_if::Answer(s.setup, *request));
+  const auto ask = [&](const char* name, auto request) {
+    seeds.Fill(&dice, &request);
+    hostile(name, &request);
+    Shorten(&request);
+    return request;
   };
-  const auto search = [&](const char* name, auto* request, std::uint32_t iterations) {
-    hostile(name, request);
-    Shorten(&request->options);
-    Limit(&request->max_iterations, iterations);
-    judge(ros_if::Answer(s.setup, *request, {}));
+  const auto command = [&](const char* name, auto request) {
+    seeds.Fill(&dice, &request);
+    hostile(name, &request);
+    ros_if::CheckMessage(request);
+    return request;
+  };
+  const auto answer = [&](const char* name, auto request) {
+    judge(ros_if::Answer(seeds.setup, ask(name, request)));
+  };
+  const auto search = [&](const char* name, auto request) {
+    judge(ros_if::Answer(seeds.setup, ask(name, request), {}));
   };
   try {
-    const BudgetScope scope(ros_if::ProcessorBudget(kSeconds));
+    BudgetLimits limits = ros_if::ProcessorBudget(kSeconds).limits();
+    limits.max_megabytes = 200;
+    const BudgetScope scope{Budget(limits)};
     switch (seed != nullptr ? CaseOf(seed->kind) : dice.Below(std::size(kKinds))) {
-      case 0: {
-        SimulationRequest request;
-        s.BeginRun(&dice, &request);
-        hostile("simulate", &request);
-        Shorten(&request.options);
-        if (request.samples <= 100000) request.samples %= 1000;
-        judge(ros_if::Answer(s.setup, request));
+      case 0:
+        answer("simulate", SimulationRequest());
         break;
-      }
-      case 1: {
-        DerivativeRequest request;
-        s.BeginRun(&dice, &request);
-        s.AddDirections(&dice, &request);
-        request.all_pieces = dice.Below(2) == 0;
-        answer("b_derivative", &request);
+      case 1:
+        answer("b_derivative", DerivativeRequest());
         break;
-      }
-      case 2: {
-        ComparisonRequest request;
-        s.BeginRun(&dice, &request);
-        s.AddDirections(&dice, &request);
-        request.alphas = {1e-3, 1e-5};
-        hostile("compare", &request);
-        Shorten(&request.options);
-        ros_if::Answer(s.setup, request);  // NaN has a meaning there
+      case 2:  // NaN has a meaning there
+        ros_if::Answer(seeds.setup, ask("compare", ComparisonRequest()));
         break;
-      }
-      case 3: {
-        AssumptionRequest request;
-        s.BeginRun(&dice, &request);
-        request.region_samples = 10;
-        hostile("check_assumptions", &request);
-        Shorten(&request.options);
-        ros_if::Answer(s.setup, request);  // NaN has a meaning there
+      case 3:  // and there
+        ros_if::Answer(seeds.setup, ask("check_assumptions", AssumptionRequest()));
         break;
-      }
-      case 4: {
-        LinearizationRequest request;
-        s.BeginRun(&dice, &request);
-        answer("linearize", &request);
+      case 4:
+        answer("linearize", LinearizationRequest());
         break;
-      }
-      case 5: {
-        PoincareRequest request;
-        s.Fill(&dice, &request);
-        answer("poincare_map", &request);
+      case 5:
+        answer("poincare_map", PoincareRequest());
         break;
-      }
       case 6:
-      case 7: {
-        StabilityRequest request;
-        s.Fill(&dice, &request);
-        hostile("assess_stability", &request);
-        Shorten(&request.return_map.options);
-        Limit(&request.max_words, std::uint32_t{500});
-        Limit(&request.max_linear_programs, std::uint32_t{500});
-        judge(ros_if::Answer(s.setup, request));
+      case 7:
+        answer("assess_stability", StabilityRequest());
         break;
-      }
-      case 8: {
-        ControllabilityRequest request;
-        s.BeginRun(&dice, &request);
-        if (dice.Below(2) == 0) request.map = s.Map();
-        hostile("assess_controllability", &request);
-        Shorten(&request.options);
-        Limit(&request.max_linear_programs, std::uint32_t{500});
-        judge(ros_if::Answer(s.setup, request));
+      case 8:
+        answer("assess_controllability", ControllabilityRequest());
         break;
-      }
-      case 9: {
-        CovarianceRequest request;
-        s.BeginRun(&dice, &request);
-        request.deviations.assign(s.V().size() * 2, 0.01);
-        answer("propagate_covariance", &request);
+      case 9:
+        answer("propagate_covariance", CovarianceRequest());
         break;
-      }
-      case 10: {
-        PeriodicOrbitRequest request;
-        s.Fill(&dice, &request);
-        search("find_periodic_orbit", &request, 5);
+      case 10:
+        search("find_periodic_orbit", PeriodicOrbitRequest());
         break;
-      }
-      case 11: {
-        OptimizationRequest request;
-        s.Fill(&dice, &request);
-        search("optimize", &request, 5);
+      case 11:
+        search("optimize", OptimizationRequest());
         break;
-      }
-      case 12: {
-        GradientRequest request;
-        s.BeginRun(&dice, &request);
-        request.outcomes = request.path_outcomes = {s.Coordinate(&dice)};
-        answer("gradient", &request);
+      case 12:
+        answer("gradient", GradientRequest());
         break;
-      }
-      case 13: {
-        SetSimulatorState::Request request;
-        request.state.q = s.Q();
-        request.state.v = s.V();
-        hostile("set_state", &request);
-        ros_if::CheckMessage(request);
-        s.session.SetState(request.state);
+      case 13:
+        s.session.SetState(command("set_state", SetSimulatorState::Request()).state);
         break;
-      }
       case 14: {
-        ApplyImpulse::Request request;
-        request.names = {s.setup.system->description().velocities.front()};
-        request.impulse = {0.1};
-        hostile("apply_impulse", &request);
-        ros_if::CheckMessage(request);
+        const auto request = command("apply_impulse", ApplyImpulse::Request());
         s.session.ApplyImpulse(request.names, request.impulse);
         break;
       }
       case 15: {
-        SetSimulatorParameters::Request request;
-        const Parameter& one = s.AnyParameter(&dice);
-        request.names = {one.name};
-        request.values = {one.value};
-        hostile("set_parameters", &request);
-        ros_if::CheckMessage(request);
+        const auto request = command("set_parameters", SetSimulatorParameters::Request());
         s.session.SetParameters(request.names, request.values);
         break;
       }
       case 16: {
-        SetInput::Request request;
-        request.values = s.U();
-        hostile("set_input", &request);
-        ros_if::CheckMessage(request);
-        if (request.at == 0) request.at = s.session.now();
-        s.session.SetInput(request.at, request.names, request.values);
+        const auto request = command("set_input", SetInput::Request());
+        const double at = request.at == 0 ? s.session.now() : request.at;
+        s.session.SetInput(at, request.names, request.values);
         break;
       }
-      case 17: {
-        TrajectoryRequest request;
-        s.Fill(&dice, &request);
-        search("optimize_trajectory", &request, 3);
+      case 17:
+        search("optimize_trajectory", TrajectoryRequest());
         break;
-      }
-      case 18: {
-        StepFeedbackRequest request;
-        s.Fill(&dice, &request);
-        hostile("find_stabilizing_feedback", &request);
-        Shorten(&request.return_map.options);
-        Limit(&request.max_words, std::uint32_t{500});
-        Limit(&request.max_linear_programs, std::uint32_t{500});
-        judge(ros_if::Answer(s.setup, request));
+      case 18:
+        answer("find_stabilizing_feedback", StepFeedbackRequest());
         break;
-      }
-      case 19: {
-        EnsembleRequest request;
-        s.Fill(&dice, &request);
-        hostile("sweep", &request);
-        Shorten(&request.options);
-        Limit(&request.runs, std::uint64_t{300});
-        Limit(&request.threads, std::uint32_t{2});
-        ros_if::Answer(s.setup, request);  // NaN has a meaning there
+      case 19:
+        answer("make_policy", PolicyRequest());
         break;
-      }
+      case 20:  // NaN has a meaning there, too
+        ros_if::Answer(seeds.setup, ask("sweep", EnsembleRequest()));
+        break;
       default: {
         SimulatorMark mark;
-        s.AddDirections(&dice, &mark);
+        seeds.AddDirections(&dice, &mark);
         PredictionRequest request;
-        s.AddDirections(&dice, &request);
+        seeds.AddDirections(&dice, &request);
         request.horizon = kDuration;
         if (seed != nullptr ? seed->kind == "mark" : dice.Below(2) == 0) {
           hostile("mark", &mark);

@@ -12,10 +12,12 @@ import unittest
 import rosbag
 import rospy
 import rostest
+from actionlib_msgs.msg import GoalID, GoalStatus
 from actions_test import Action
 from client import Client, wait_until
 from contact_flow.msg import (
-    FindPeriodicOrbitAction, FindPeriodicOrbitGoal, InitialState, InputCommand, PeriodicOrbitRequest,
+    FindPeriodicOrbitAction, FindPeriodicOrbitGoal, InitialState, InputCommand, OptimizeOutcomeAction,
+    OptimizeOutcomeGoal, OptimizeTrajectoryAction, OptimizeTrajectoryGoal, PeriodicOrbitRequest,
     PoincareRequest, ReturnSection, RowMajorMatrix)
 from dynamic_reconfigure.msg import Config, DoubleParameter
 from dynamic_reconfigure.srv import Reconfigure
@@ -77,6 +79,27 @@ class Requests(unittest.TestCase):
         for answer in (one, two, three):
             self.assertFalse(answer.success)
             self.assertIn("horizon", answer.message)
+
+    def test_a_cancel_of_the_last_century_of_time(self):
+        """It ended the process, or all goals from then on."""
+        section = ReturnSection(kind="apex", name="body_z")
+        for name, kind, goal in (("find_periodic_orbit", FindPeriodicOrbitAction, FindPeriodicOrbitGoal),
+                                 ("optimize", OptimizeOutcomeAction, OptimizeOutcomeGoal),
+                                 ("optimize_trajectory", OptimizeTrajectoryAction, OptimizeTrajectoryGoal)):
+            cancel = rospy.Publisher("attacked/%s/cancel" % name, GoalID, queue_size=10)
+            self.assertTrue(wait_until(lambda: cancel.get_num_connections() > 0))
+            for seconds in (4294967295, 4000000000, 1):
+                cancel.publish(GoalID(id="nobody's %d" % seconds, stamp=rospy.Time(seconds, 999999999)))
+            time.sleep(1)
+            action = Action("attacked/" + name, kind, goal)
+            request = goal().request
+            if hasattr(request, "section"):
+                request.section = section
+            request.options.max_seconds = 1
+            action.send(request)
+            answer = action.wait()
+            self.assertIsNotNone(answer, name)
+            self.assertNotEqual(GoalStatus.RECALLED, action.client.get_state(), name)
 
     def test_a_matrix_without_rows_has_columns(self):
         answer = self.client.poincare_map(section=ReturnSection(kind="apex", name="body_z"),

@@ -7,6 +7,7 @@ import unittest
 import rospy
 import rostest
 from client import wait_until
+from contact_flow.srv import SetInput
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
@@ -84,6 +85,22 @@ class CommandsTest(unittest.TestCase):
         force = dict(zip(now.constraints, now.force))["front_left_foot"]
         push = self.told("foot")[-1].wrench.force
         self.assertAlmostEqual(force, (push.x ** 2 + push.y ** 2 + push.z ** 2) ** 0.5, delta=1e-9)
+
+    def test_4_a_trajectory_that_is_refused_changes_nothing(self):
+        """Where no more inputs are taken; it was followed all the same, which ended the run."""
+        self.robot.reset_simulation()
+        ahead = self.robot.get_state().state.t + 100
+        put = rospy.ServiceProxy(NODE + "/set_input", SetInput, persistent=True)
+        answer = next(a for a in (put(names=["front_left_knee_setpoint"], values=[-1.4], at=ahead + 1e-3 * k)
+                                  for k in range(20000)) if not a.success)
+        self.assertIn("inputs are waiting", answer.message)
+        point = JointTrajectoryPoint(positions=[-1.2], time_from_start=rospy.Duration(10))
+        self.send["joint_trajectory"].publish(JointTrajectory(joint_names=["rear_left_knee"], points=[point]))
+        rospy.sleep(1)
+        self.assertTrue(self.robot.step(seconds=0.02).success)
+        condition = self.robot.get_state().condition
+        self.assertEqual(0, condition.outcome, condition.why)
+        self.robot.reset_simulation()
 
 
 if __name__ == "__main__":

@@ -98,6 +98,14 @@ TEST(PolicyLoop, EventsThatNeverComeAreGivenUp) {
   EXPECT_TRUE(loop.Take(StateAt(0.5, 1, 0, 1)).step);
 }
 
+TEST(PolicyLoop, EventsWithoutStatesAreForgotten) {
+  PolicyLoop loop = Loop();
+  loop.Take(StateAt(0, 1, 0, 0));
+  constexpr std::uint64_t kMany = 10100;
+  for (std::uint64_t k = 1; k <= kMany; ++k) loop.Take(TouchdownAt(0.3, k));
+  EXPECT_EQ(10000u, loop.Take(StateAt(0.31, 0.5, -2, kMany)).events.size());
+}
+
 TEST(PolicyLoop, BeginsAnewWhenTimeGoesBackAndEndsWithTheReference) {
   PolicyLoop loop = Loop();
   loop.Take(StateAt(0, 1, 0, 0));

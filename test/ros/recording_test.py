@@ -5,6 +5,7 @@ import glob
 import io
 import math
 import os
+import random
 import resource
 import shutil
 import signal
@@ -129,22 +130,40 @@ class Recording(unittest.TestCase):
         self.assertIn("2 verified, 0 differ, 0 skipped: INCOMPLETE, for 1 reasons", output)
 
     def test_killed_at_any_time_the_bag_is_whole(self):
+        draw = random.Random(13)
+        for attempt in range(rospy.get_param("kills", 1)):
+            self.killed_while_three_ask("often_%d" % attempt, draw.uniform(0.05, 1.2))
+
+    def killed_while_three_ask(self, name, seconds):
         client = self.start()
-        path = client.start_recording(name="often").path
-        answered = 0
-        killer = threading.Timer(0.7, self.process.kill)
-        killer.start()
-        try:
-            while client.simulate(samples=5000).recorded:
-                answered += 1
-        except rospy.ServiceException:
-            pass
-        killer.join()
-        paths = glob.glob(path.replace(".bag", "*.bag"))
-        found = sum(topics_of(p)["/recorded/record/simulation"] for p in paths)
-        self.assertGreater(answered, 0)
-        self.assertIn(found, (answered, answered + 1))  # written, but killed before the answer
-        code, output = verify(*sorted(paths, key=lambda p: (len(p), p)))
+        path = client.start_recording(name=name).path
+        acknowledged = []
+
+        def ask(samples):
+            try:
+                while client:
+                    answer = client.simulate(samples=samples)
+                    assert answer.recorded
+                    acknowledged.append(len(answer.trajectory.t))
+            except (rospy.ServiceException, rospy.exceptions.TransportException):
+                pass
+        self.assertTrue(client.simulate(samples=100).recorded)
+        threads = [threading.Thread(target=ask, args=(samples,)) for samples in (5000, 200, 1000)]
+        for thread in threads:
+            thread.start()
+        time.sleep(seconds)
+        self.stop(signal.SIGKILL)
+        for thread in threads:
+            thread.join(timeout=20)
+        paths, kept = sorted(glob.glob(path.replace(".bag", "*.bag")), key=lambda p: (len(p), p)), []
+        for part in paths:
+            with rosbag.Bag(part) as bag:
+                kept += [len(m.result.t) for topic, m, _ in bag.read_messages() if topic.endswith("record/simulation")]
+        for length in acknowledged:
+            self.assertIn(length, kept, "acknowledged and lost")
+            kept.remove(length)
+        self.assertLessEqual(len(kept), 1 + len(threads), "the first; written, but killed before the answer")
+        code, output = verify(*paths)
         self.assertEqual(code, INCOMPLETE, output)
         self.assertIn("INCOMPLETE, for 1 reasons", output)
 

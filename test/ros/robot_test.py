@@ -1,16 +1,19 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """robot.launch: every robot answers, one is shown by joint_states, tf and markers, bags are verified."""
+import copy
 import os
 import signal
 import subprocess
 import tempfile
+import time
 import unittest
 
 import numpy
 import rospy
 import rostest
 from client import Client, case, executable, labels, matrix, wait_until
+from contact_flow.msg import ContactTrajectory, OutcomeDerivative
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
@@ -217,6 +220,38 @@ class Display(unittest.TestCase):
             outcome = numpy.array(answer.derivative.final_q)[base] + 0.2 * row[:3]
             self.assertGreater(numpy.abs(row[:3]).max(), 1e-3)
             self.assertLess(numpy.abs(vector(trunk.pose.position) - outcome).max(), 1e-12)
+
+    def test_runs_of_nobody_are_left_out(self):
+        """What a run or a derivative says of its own sizes is not believed."""
+        def shown():
+            return rospy.wait_for_message("gripper_player/contacts", MarkerArray, 10)
+
+        gripper = Client("gripper")
+        run, derivative = gripper.simulate().trajectory, gripper.b_derivative(directions=["+box_z"]).derivative
+        self.assertTrue(wait_until(shown))
+        runs = rospy.Publisher("gripper/trajectory", ContactTrajectory, queue_size=10)
+        derivatives = rospy.Publisher("gripper/b_derivative", OutcomeDerivative, queue_size=10)
+        self.assertTrue(wait_until(lambda: runs.get_num_connections() and derivatives.get_num_connections()))
+        for change in (lambda m: m.q.__setattr__("data", m.q.data[:3]), lambda m: m.v.__setattr__("data", ()),
+                       lambda m: m.__setattr__("t", list(m.t) + [9.0] * 100000),
+                       lambda m: m.arcs[0].__setattr__("first_sample", 2 ** 32 - 1),
+                       lambda m: m.arcs[0].__setattr__("num_samples", 2 ** 32 - 1),
+                       lambda m: m.arcs[-1].__setattr__("input", [0.0] * 100),
+                       lambda m: m.__setattr__("t", [float("nan")] * len(m.t)),
+                       lambda m: m.arcs[0].__setattr__("mode_word", "l" * 1000)):
+            false = copy.deepcopy(run)
+            change(false)
+            runs.publish(false)
+            shown()
+        for change in (lambda m: m.derivatives.__setattr__("data", ()),
+                       lambda m: m.__setattr__("direction_names", ["d"] * 100000),
+                       lambda m: m.__setattr__("final_q", [float("nan")] * len(m.final_q))):
+            false = copy.deepcopy(derivative)
+            change(false)
+            derivatives.publish(false)
+            shown()
+        time.sleep(0.5)
+        shown()
 
     def test_free_bodies_and_prefixes(self):
         found = {}

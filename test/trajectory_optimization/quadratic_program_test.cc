@@ -51,19 +51,19 @@ TEST(QuadraticProgram, SolutionsMeetTheConditions) {
       program.b(1) = 2 * program.b(0);
       program.equal[1] = program.equal[0];
     }
-    const QuadraticSolution solution = Solve(program);
-    if (!solution.found) {  // no constraint can be met that a row contradicts within the bounds
+    const std::optional<QuadraticSolution> solution = Solve(program);
+    if (!solution) {  // no constraint can be met that a row contradicts within the bounds
       ++refused;
       continue;
     }
     ++found;
-    const Vector& d = solution.d;
+    const Vector& d = solution->d;
     const double size = 1 + d.cwiseAbs().maxCoeff();
     EXPECT_TRUE((d.array() >= program.lower.array()).all() &&
                 (d.array() <= program.upper.array() + 1e-12 * size).all());
     const Vector values = program.A * d + program.b;
     for (int i = 0; i < m; ++i) {
-      const double z = solution.multipliers(i);
+      const double z = solution->multipliers(i);
       if (program.equal[i]) {
         EXPECT_NEAR(0, values(i), 1e-6 * size) << seed;
         continue;
@@ -73,10 +73,10 @@ TEST(QuadraticProgram, SolutionsMeetTheConditions) {
       EXPECT_NEAR(0, z * values(i), 1e-6 * size * (1 + z)) << seed;
       at_rows += z > 0;
     }
-    const Vector force = H * d + g - program.A.transpose() * solution.multipliers;
-    const double noise = 1e-6 * (1 + solution.multipliers.cwiseAbs().sum() + size);
+    const Vector force = H * d + g - program.A.transpose() * solution->multipliers;
+    const double noise = 1e-6 * (1 + solution->multipliers.cwiseAbs().sum() + size);
     for (int k = 0; k < n; ++k) {
-      if (!solution.bounded[k]) {
+      if (!solution->bounded[k]) {
         EXPECT_NEAR(0, force(k), noise) << seed;
         continue;
       }
@@ -98,13 +98,13 @@ TEST(QuadraticProgram, ContradictionsAreRefused) {
   const Vector g = Vector::Zero(2), one = Vector::Ones(2);
   Matrix A(2, 2);
   A << 1, 1, -1, -1;
-  EXPECT_FALSE(Solve({factor, g, -5 * one, 5 * one, A, -one, {false, false}}).found);
-  EXPECT_FALSE(Solve({factor, g, -one, one, A.topRows(1), Vector::Constant(1, -3), {false}}).found);
-  EXPECT_FALSE(Solve({factor, g, -one, one, A.topRows(1), Vector::Constant(1, -3), {true}}).found);
-  const QuadraticSolution corner =
+  EXPECT_FALSE(Solve({factor, g, -5 * one, 5 * one, A, -one, {false, false}}));
+  EXPECT_FALSE(Solve({factor, g, -one, one, A.topRows(1), Vector::Constant(1, -3), {false}}));
+  EXPECT_FALSE(Solve({factor, g, -one, one, A.topRows(1), Vector::Constant(1, -3), {true}}));
+  const std::optional<QuadraticSolution> corner =
       Solve({factor, g, -one, one, A.topRows(1), Vector::Constant(1, -2), {true}});
-  ASSERT_TRUE(corner.found);
-  EXPECT_LT((corner.d - one).norm(), 1e-12);
+  ASSERT_TRUE(corner);
+  EXPECT_LT((corner->d - one).norm(), 1e-12);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "contact_flow/types.h"
 
@@ -12,9 +13,8 @@ bool HaveLinearPrograms();
 
 /// The answer of one linear program.
 struct LinearOptimum {
-  bool solved = false;  ///< feasible and optimal by its own duals; else the other two mean nothing
-  double value = 0;
-  Vector point;
+  double value = 0;  ///< objective·point
+  Vector point;      ///< [n]
 };
 
 /// A linear program whose bounds are kept while its objective changes:
@@ -29,8 +29,8 @@ class LinearProgram {
   LinearProgram& operator=(LinearProgram&&) noexcept;
 
   /// Feasible and optimal within 1e-8, which is checked by the duality of linear programs after
-  /// each solve.
-  LinearOptimum Maximize(const VectorRef& objective);
+  /// each solve; nothing where it is not solved.
+  [[nodiscard]] std::optional<LinearOptimum> Maximize(const VectorRef& objective);
 
  private:
   struct Solver;

@@ -17,6 +17,7 @@
 #include "contact_flow/OptimizeOutcomeAction.h"
 #include "contact_flow/OptimizeTrajectoryAction.h"
 #include "contact_flow/SweepEnsembleAction.h"
+#include "action_status.h"
 #include "src/ros/recording/outlet.h"
 #include "src/ros/request/setup.h"
 #include "src/ros/service/work_pool.h"

@@ -134,7 +134,7 @@ void PolicyFollower::ListenToRobot() {
   const auto guarded = [](const auto& body) {
     try {
       body();
-    } catch (const std::invalid_argument& error) {
+    } catch (const std::exception& error) {
       ROS_ERROR_THROTTLE(1, "policy_tracker: %s", error.what());
     }
   };
@@ -205,7 +205,7 @@ void PolicyFollower::Take(const Message& message) {
   try {
     TakeSolved();
     Give(loop_.Take(message));
-  } catch (const std::invalid_argument& error) {
+  } catch (const std::exception& error) {
     if (parameters_.lockstep) throw;
     ROS_ERROR_THROTTLE(1, "policy_tracker: %s", error.what());
   }

@@ -7,7 +7,9 @@
 
 #include "contact_flow/ComputeBDerivative.h"
 #include "contact_flow/SimulateTrajectory.h"
+#include "contact_flow/nearest_name.h"
 #include "parameters.h"
+#include "src/ros/message/gate.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -48,6 +50,33 @@ ContactMode ModeOf(const std::string& word, int n) {
     }
   }
   return mode;
+}
+
+/// Throws unless a matrix that comes from outside has this size, and numbers that may pass.
+void CheckMatrix(const char* field, const RowMajorMatrix& matrix, std::size_t rows, int cols) {
+  const bool fits = matrix.rows == rows && matrix.cols == static_cast<std::uint32_t>(cols) &&
+                    matrix.data.size() == rows * static_cast<std::size_t>(cols);
+  if (!fits) {
+    throw std::invalid_argument(std::string(field) + " has " + std::to_string(matrix.rows) + " x " +
+                                std::to_string(matrix.cols) + " entries, of which " +
+                                std::to_string(matrix.data.size()) + " are there, expected " +
+                                std::to_string(rows) + " x " + std::to_string(cols));
+  }
+  for (const double number : matrix.data) CheckNumber(field, number);
+}
+
+/// … unless what is shown of a run may be of this system.
+void CheckRun(const ContactTrajectory& run, const MechanicalSystem& system) {
+  if (run.t.empty() || run.arcs.empty()) throw std::invalid_argument("t or arcs are empty");
+  for (const double t : run.t) CheckNumber("t", t);
+  CheckMatrix("q", run.q, run.t.size(), system.num_positions());
+  CheckMatrix("v", run.v, run.t.size(), system.dof());
+  for (const TrajectoryArc& arc : run.arcs) {
+    CheckMessage(arc);
+    if (arc.input.size() == static_cast<std::size_t>(system.num_inputs())) continue;
+    throw std::invalid_argument("arcs.input has " + std::to_string(arc.input.size()) +
+                                " entries, expected " + std::to_string(system.num_inputs()));
+  }
 }
 
 /// The k-th of a few colours that are easy to tell apart, transparent.
@@ -113,18 +142,16 @@ RobotPlayer::RobotPlayer(const PlayerParameters& parameters, const ModelDescript
 }
 
 void RobotPlayer::TakeTrajectory(const ContactTrajectory::ConstPtr& trajectory) {
-  const auto nq = static_cast<std::uint32_t>(setup_.system->num_positions());
-  const auto d = static_cast<std::uint32_t>(setup_.system->dof());
-  const auto m = static_cast<std::size_t>(setup_.system->num_inputs());
-  if (trajectory->t.empty() || trajectory->q.cols != nq || trajectory->v.cols != d ||
-      trajectory->arcs.empty() || trajectory->arcs.front().input.size() != m) {
-    ROS_WARN("a trajectory of '%s' that is not of this robot is left out",
-             trajectory->model.c_str());
+  try {
+    CheckRun(*trajectory, *setup_.system);
+  } catch (const std::invalid_argument& error) {
+    ROS_WARN("a trajectory of '%s' is not of this robot and left out: %s",
+             Cut(trajectory->model, 60).c_str(), error.what());
     return;
   }
   trajectory_ = trajectory;
   dynamics_ =
-      std::make_unique<ContactDynamics>(*setup_.system, Vector::Zero(static_cast<Eigen::Index>(m)));
+      std::make_unique<ContactDynamics>(*setup_.system, Vector::Zero(setup_.system->num_inputs()));
   begin_ = ros::Time::now();
 }
 
@@ -132,14 +159,17 @@ void RobotPlayer::TakeDerivative(const OutcomeDerivative::ConstPtr& derivative) 
   visualization_msgs::MarkerArray all = RobotDisplay::Nothing();
   std::size_t count = 0;
   const auto show = [&](const Vector& x, const std::string& name) {
+    if (!x.allFinite()) return;
     const auto ghost = display_.Ghost(x, name, GhostColor(count++));
     all.markers.insert(all.markers.end(), ghost.markers.begin(), ghost.markers.end());
   };
   const Vector x = Join(derivative->final_q, derivative->final_v);
+  const RowMajorMatrix& rows = derivative->derivatives;
   const bool fits = x.size() == setup_.system->state_size() &&
-                    static_cast<int>(derivative->derivatives.cols) == 2 * setup_.system->dof();
+                    static_cast<int>(rows.cols) == 2 * setup_.system->dof() &&
+                    derivative->direction_names.size() * rows.cols <= rows.data.size();
   for (std::size_t i = 0; fits && i < derivative->direction_names.size(); ++i) {
-    show(setup_.system->Perturb(x, parameters_.size * Row(derivative->derivatives, i)),
+    show(setup_.system->Perturb(x, parameters_.size * Row(rows, i)),
          "outcome of " + derivative->direction_names[i]);
   }
   for (const ContactOrder& order : derivative->orders) {
@@ -157,7 +187,9 @@ void RobotPlayer::Sample(double t, Vector* x, ContactMode* mode, Vector* u) cons
   std::size_t k = 0;
   while (k + 1 < run.arcs.size() && run.arcs[k].t_end <= t) ++k;
   const TrajectoryArc& arc = run.arcs[k];
-  const std::size_t first = arc.first_sample, last = first + std::max(arc.num_samples, 1u) - 1;
+  const std::size_t first = std::min<std::size_t>(arc.first_sample, run.t.size() - 1);
+  const std::size_t last =
+      std::min<std::size_t>(first + std::max(arc.num_samples, 1u), run.t.size()) - 1;
   const auto at = std::upper_bound(run.t.begin() + first, run.t.begin() + last + 1, t);
   const auto after = std::clamp<std::size_t>(at - run.t.begin(), first, last);
   const std::size_t before = after > first ? after - 1 : first;

@@ -17,6 +17,8 @@ namespace {
 
 /// States that come while events are missing; then these are given up.
 constexpr int kMostWaits = 100;
+/// Events that wait for the states behind them; older ones are forgotten.
+constexpr std::size_t kMostEvents = 10000;
 
 void RequireSame(const char* field, const std::vector<std::string>& names,
                  const std::vector<std::string>& expected) {
@@ -56,6 +58,7 @@ PolicyAnswer PolicyLoop::Take(const SimulatorEvent& event) {
   CheckMessage(event);
   RequireSame("constraints", event.constraints, policy_->names.constraints);
   events_.push_back(event);
+  if (events_.size() > kMostEvents) events_.pop_front();
   return Answer();
 }
 

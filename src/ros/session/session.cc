@@ -188,7 +188,10 @@ void Session::ApplyImpulse(const std::vector<std::string>& names,
                            const std::vector<double>& impulse) {
   const MechanicalSystem& system = run_->system();
   Vector p = Vector::Zero(system.dof());
-  ApplyNamed("velocity", names, impulse, system.description().velocities, &p);
+  const std::vector<std::string>& velocities = system.description().velocities;
+  const std::vector<std::string>& asked = names.empty() ? velocities : names;
+  CheckSize("impulse", impulse.size(), asked.size(), asked);
+  ApplyNamed("velocity", names, impulse, velocities, &p);
   Restart(
       "apply_impulse", setup(), [&](Vector* x) { Push(*setup(), p, x); }, p);
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "simulator.h"
 #include "src/ros/message/gate.h"
@@ -60,9 +61,10 @@ void Simulator::TakeTrajectory(const trajectory_msgs::JointTrajectory& trajector
         positions.push_back(x(model.FindCoordinate(joint).q));
       }
       const double begin = TimeOf(trajectory.header.stamp);
-      trajectory_.emplace(trajectory, begin, positions, joints);
-      const NamedInputs inputs = trajectory_->At(session_.now());
+      TrajectoryFollower follower(trajectory, begin, positions, joints);
+      const NamedInputs inputs = follower.At(session_.now());
       session_.SetInput(session_.now(), inputs.names, inputs.values);
+      trajectory_.emplace(std::move(follower));  // one that is refused changes nothing
       control_tick_ = -1;
       FollowTrajectory();
     } catch (const std::exception& error) {

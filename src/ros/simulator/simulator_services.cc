@@ -166,6 +166,11 @@ bool SimulatorServices::SetInputs(SetInput::Request& in, SetInput::Response& out
     out.t = simulator_->Call(
         [&](Session& session) {
           const double t = in.at != 0 ? in.at : session.now();
+          if (t < session.now()) {
+            throw std::invalid_argument("at is " + std::to_string(t) +
+                                        ", expected 0 or a time not before the present " +
+                                        std::to_string(session.now()));
+          }
           session.SetInput(t, in.names, in.values);
           return t;
         },

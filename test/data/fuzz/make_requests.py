@@ -7,7 +7,7 @@ import os
 
 from contact_flow.msg import (AssumptionRequest, ComparisonRequest, CovarianceRequest, DerivativeRequest,
                               GradientRequest, InitialState, LinearizationRequest, OptimizationRequest,
-                              PeriodicOrbitRequest, PoincareRequest, PredictionRequest, ReturnSection, RowMajorMatrix,
+                              PeriodicOrbitRequest, PoincareRequest, PolicyRequest, PredictionRequest, ReturnSection, RowMajorMatrix,
                               SimulationOptions, SimulationRequest, StabilityRequest)
 from contact_flow.srv import ApplyImpulseRequest, SetInputRequest, SetSimulatorParametersRequest, SetSimulatorStateRequest
 
@@ -43,6 +43,7 @@ REQUESTS = {
         duration=0.05, unknowns=["right_leg"], outcomes=["right_leg"], targets=[0.5], weights=[1e100]),
     "driven_ball.gradient.huge_weight": GradientRequest(duration=0.5, outcomes=["z"], weights=[1e100]),
     "soft_biped.optimize.nothing": OptimizationRequest(duration=1e-300),
+    "block_on_incline.make_policy.long": PolicyRequest(duration=1e6),
 }
 
 for name, request in REQUESTS.items():
