@@ -43,6 +43,7 @@
 #include "contact_flow/io/samples.h"
 #include "contact_flow/io/text_file.h"
 #include "contact_flow/model/configuration_space.h"
+#include "contact_flow/model/driven.h"
 #include "contact_flow/model/make_system.h"
 #include "contact_flow/model/mechanical_system.h"
 #include "contact_flow/model/model_library.h"

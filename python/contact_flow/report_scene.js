@@ -42,8 +42,8 @@ function figure(){const R=D.figure;if(!R.t){$("figure").remove();return}
   const V=p=>{const x=p[0]-mid[0],y=p[1]-mid[1],z=p[2]-mid[2],v=ca*x+sa*y;return [w/2+s*(ca*y-sa*x),h/2-s*(ce*z-se*v),s*(ce*v+se*z)]};
   const path=P=>{c.beginPath();P.forEach((p,i)=>i?c.lineTo(p[0],p[1]):c.moveTo(p[0],p[1]))};
   canvas.dataset.frame=k;
-  c.lineWidth=1;for(const g of R.terrain){const n=g.length-1,G=g.map(r=>r.map(V));
-   for(let i=0;i<n;i++)for(let j=0;j<n;j++){path([G[i][j],G[i+1][j],G[i+1][j+1],G[i][j+1]]);c.fillStyle=(i+j)%2?"#eceef0":"#e2e5e8";c.fill()}}
+  c.lineWidth=1;R.terrain.forEach((g,i)=>{const n=g.length-1,m=R.moves.length?R.moves[i][k]:[0,0,0],G=g.map(r=>r.map(p=>V([p[0]+m[0],p[1]+m[1],p[2]+m[2]])));
+   for(let i=0;i<n;i++)for(let j=0;j<n;j++){path([G[i][j],G[i+1][j],G[i+1][j+1],G[i][j+1]]);c.fillStyle=(i+j)%2?"#eceef0":"#e2e5e8";c.fill()}});
   c.lineCap="round";c.strokeStyle="#777";c.lineWidth=3;for(const l of R.walls){path(l.map(V));c.stroke()}
   const faces=[];
   const add=(pose,tint,alpha)=>bodies.forEach(b=>{const q=pose[b.link],m=matrix(q.slice(3)),P=b.v.map(p=>{const r=turned(m,p);return V([r[0]+q[0],r[1]+q[1],r[2]+q[2]])});

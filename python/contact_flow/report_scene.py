@@ -205,7 +205,12 @@ def scene(run: _core.Run, derivative: Dict[str, Any], frames: int = FRAMES) -> D
         flat = placed[..., :3].reshape(-1, 3)
         middle = (flat.min(axis=0) + flat.max(axis=0)) / 2
         half = max(0.75 * float(np.max(np.ptp(flat, axis=0))), 0.5)
-        data["terrain"] = [numbers(patch, 4) for patch in system.terrain(middle, half, 16)]
+        still = system.terrain(middle, half, 16)
+        data["terrain"] = [numbers(patch, 4) for patch in still]
+        data["moves"] = []
+        if "clock" in system.coordinates:   # [k×3] of each patch
+            there = [system.terrain(middle, half, 16, time) for time in q[:, system.coordinates.index("clock")]]
+            data["moves"] = [numbers(np.array([now[i][0, 0] - patch[0, 0] for now in there]), 4) for i, patch in enumerate(still)]
         data["walls"], data["plane"] = [], ""
     else:
         bodies = Bodies(system)
@@ -221,7 +226,7 @@ def scene(run: _core.Run, derivative: Dict[str, Any], frames: int = FRAMES) -> D
             {"link": b, "kind": "sphere", "size": [0.022 * span], "at": [0, 0, 0],
              "turn": np.eye(3).ravel().tolist(), "colour": "#40505f"} for b, pitch in enumerate(bodies.pitch)]
         contacts = bodies.contacts(x, force)
-        data["terrain"], data["walls"] = [], bodies.walls(q)
+        data["terrain"], data["moves"], data["walls"] = [], [], bodies.walls(q)
         data["plane"] = "".join("xyz"[axis] for axis in bodies.axes())
     data["poses"] = numbers(placed)
     data["contacts"] = numbers(contacts.reshape(contacts.shape[:2] + (6,)))

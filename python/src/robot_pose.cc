@@ -130,7 +130,8 @@ py::array_t<double> ContactForces(const Robot& robot, const py::object& q,
               });
 }
 
-py::list Terrain(const Robot& robot, const py::object& near, double half_width, int tiles) {
+py::list Terrain(const Robot& robot, const py::object& near, double half_width, int tiles,
+                 double time) {
   const Array place = ToArray(near, "near");
   if (place.ndim() != 1 || place.shape(0) != 3) throw py::value_error("near has not 3 numbers");
   if (!(half_width > 0) || !std::isfinite(half_width)) {
@@ -141,13 +142,15 @@ py::list Terrain(const Robot& robot, const py::object& near, double half_width, 
   }
   py::list found;
   const Vec3<double> at(place.data()[0], place.data()[1], place.data()[2]);
-  for (const TerrainSurface& surface : TerrainNear(robot.robot(), at)) {
+  const double tile = 2 * half_width / tiles;
+  for (const TerrainPiece& piece : TerrainNear(robot.robot(), at)) {
+    const Vec3<double> moved = TerrainDisplacement(robot.robot(), piece.constraint, time, 2 * tile);
     py::array_t<double> corners(std::vector<py::ssize_t>{tiles + 1, tiles + 1, 3});
     double* out = corners.mutable_data();
     for (int i = 0; i <= tiles; ++i) {
       for (int j = 0; j <= tiles; ++j, out += 3) {
         Eigen::Map<Vec3<double>>(out, 3) =
-            surface((2.0 * i / tiles - 1) * half_width, (2.0 * j / tiles - 1) * half_width);
+            moved + piece.surface(i * tile - half_width, j * tile - half_width);
       }
     }
     found.append(corners);
@@ -194,8 +197,10 @@ void BindRobotPose(py::module_* module) {
           "with it, for λ as of Run.force: [n×2×3], or for rows of both [k×n×2×3]. Of a limit:\n"
           "its joint, no force.")
       .def("terrain", &Terrain, py::arg("near"), py::arg("half_width") = 2.0, py::arg("tiles") = 20,
+           py::arg("time") = 0.0,
            "The surfaces of the world that it touches, each once, near a point [3]: corners of\n"
-           "square tiles [tiles+1×tiles+1×3] each [m].")
+           "square tiles [tiles+1×tiles+1×3] each [m], where they are at a time [s]; planes that\n"
+           "move along themselves by a tile at most.")
       .def(
           "mesh_path",
           [](const Robot& robot, const std::string& name) {

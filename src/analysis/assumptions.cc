@@ -13,6 +13,7 @@
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/flow/manifold_projection.h"
+#include "contact_flow/model/driven.h"
 #include "src/piecewise_linear/cone_interior.h"
 
 namespace contact_flow {
@@ -30,6 +31,18 @@ double Condition(const Matrix& symmetric) {
   const double smallest = eigenvalues.minCoeff(), largest = eigenvalues.maxCoeff();
   return smallest > kDependent * largest ? largest / smallest
                                          : std::numeric_limits<double>::infinity();
+}
+
+/// A matrix without these rows and columns.
+Matrix Without(const std::vector<int>& some, const Matrix& all) {
+  std::vector<int> rest;
+  for (int j = 0; j < all.rows(); ++j) {
+    if (std::find(some.begin(), some.end(), j) == some.end()) rest.push_back(j);
+  }
+  const auto size = static_cast<Eigen::Index>(rest.size());
+  return Matrix::NullaryExpr(size, size, [&](Eigen::Index i, Eigen::Index j) {
+    return all(rest[static_cast<std::size_t>(i)], rest[static_cast<std::size_t>(j)]);
+  });
 }
 
 /// Da over the members of a set, with rows of unit length.
@@ -86,7 +99,8 @@ AssumptionReport AssessAssumptions(const MechanicalSystem& system, const VectorR
   const int nq = system.num_positions();
   system.Dynamics(x.head(nq), x.tail(d), u, ContactMode(), &mass, &force);
   system.Constraints(x.head(nq), x.tail(d), &terms);
-  report.mass_condition = Condition(mass);
+  const std::vector<int> driven = Driven(mass);
+  report.mass_condition = Condition(Without(driven, mass));
   ContactDynamics dynamics(system, u);
   dynamics.Differentiate(x, ContactMode());
   report.smooth = std::isfinite(report.mass_condition) && force.allFinite() &&
@@ -105,6 +119,7 @@ AssumptionReport AssessAssumptions(const MechanicalSystem& system, const VectorR
     report.rank = static_cast<int>((eigenvalues.array() > kDependent).count());
   }
   // Independence implies the qualification; otherwise a linear program decides.
+  for (int j : driven) terms.jacobian.col(j).setZero();  // which nothing pushes
   report.qualified = report.independent() || HasInterior(UnitNormals(terms.jacobian, touching));
   int row = 0;
   for (int i : touching) {

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "contact_flow/budget.h"
+#include "contact_flow/model/driven.h"
 #include "friction_validity.h"
 #include "src/dynamics/mode_selection.h"
 #include "validity_margins.h"
@@ -257,6 +258,10 @@ void ValidityEstimator::CheckImpact(std::size_t k, const Vector& w, const Vector
   Matrix reach(d, hit.size());
   for (std::size_t c = 0; c < hit.size(); ++c) {
     reach.col(static_cast<Eigen::Index>(c)) = terms.jacobian.row(hit[c]).transpose();
+  }
+  for (int j : Driven(mass)) {  // answers to all impulses
+    reach.row(j).setZero();
+    momentum(j) = 0;
   }
   const Vector changes = reach.completeOrthogonalDecomposition().solve(momentum);
   for (std::size_t c = 0; c < hit.size(); ++c) {

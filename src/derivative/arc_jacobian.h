@@ -10,6 +10,7 @@
 #include "contact_flow/fixed_size.h"
 #include "contact_flow/flow/limit_locator.h"
 #include "contact_flow/flow/trajectory.h"
+#include "contact_flow/model/driven.h"
 
 namespace contact_flow {
 
@@ -30,6 +31,7 @@ struct ArcUnits {
     system.Dynamics(arc.x_begin.head(system.num_positions()), arc.x_begin.tail(d), dynamics.u(),
                     arc.mode, &mass, &force);
     length = mass.diagonal().cwiseAbs().cwiseMax(kTiny).cwiseSqrt();
+    for (int j : Driven(mass)) length(j) = 1;
     source = Vector::Ones(dynamics.num_variables());
   }
 };

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "cluster_geometry.h"
+#include "contact_flow/model/driven.h"
 #include "contact_groups.h"
 #include "impact_sequences.h"
 #include "neglected_coupling.h"
@@ -109,7 +110,7 @@ class Classifier {
   }
 
   double KineticNorm(const Vector& v) const {
-    return std::sqrt(std::max(0.0, v.dot(geometry_.inertia()->mass() * v)));
+    return KineticSpeed(geometry_.inertia()->mass(), v);
   }
 
   void JudgeOrders(const ImpactSequences& sequences) {

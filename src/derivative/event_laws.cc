@@ -11,6 +11,7 @@
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
+#include "contact_flow/model/driven.h"
 
 namespace contact_flow {
 namespace {
@@ -125,7 +126,8 @@ void AssessImpact(const MechanicalSystem& system, const Transition& transition, 
   const Matrix& A = inertia.terms().jacobian;
   const Vector v_plus = transition.x_plus.tail(d);
   // In the kinetic metric, where momenta of all units compare: |M Δv − Aᵀp| beside |M v|.
-  const Vector momentum = inertia.mass() * v, later_momentum = inertia.mass() * v_plus;
+  const Vector momentum = inertia.mass() * Moved(inertia.mass(), v),
+               later_momentum = inertia.mass() * Moved(inertia.mass(), v_plus);
   const auto size = [&](Vector momentum) {
     mass.SolveL(momentum);
     return momentum.norm();
@@ -133,14 +135,18 @@ void AssessImpact(const MechanicalSystem& system, const Transition& transition, 
   const double speed = size(momentum) + size(later_momentum);
   if (speed > 0) {
     const Vector given = inertia.mass() * (v_plus - v) - A.transpose() * transition.impulse;
-    trust->momentum = size(given) / speed;
+    trust->momentum = size(Moved(inertia.mass(), given)) / speed;
   }
   const Vector& restitution = system.restitution();
   for (int i : touching) {
     if (restitution(i) != restitution(*touching.begin()) || restitution(i) > 1) return;
   }
-  const double energy = v.dot(momentum), later = v_plus.dot(later_momentum);
-  if (energy > 0) trust->energy = std::max(0.0, (later - energy) / energy);
+  // What is driven is pushed, too, and gives or takes the work of that.
+  const Vector push = A.transpose() * transition.impulse;
+  const double given = push.dot(v - Moved(inertia.mass(), v));
+  const double energy = v.dot(momentum), later = v_plus.dot(later_momentum) + 2 * given;
+  const double size_of_both = energy + 2 * std::abs(given);
+  if (size_of_both > 0) trust->energy = std::max(0.0, (later - energy) / size_of_both);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "cluster_geometry.h"
 #include "contact_flow/derivative/event_map.h"
+#include "contact_flow/model/driven.h"
 #include "frictional_event.h"
 
 namespace contact_flow {
@@ -97,7 +98,14 @@ void EventMap::MeasureRest(const Vector& v) {
   for (int j : transition_.mode_before - system_->compliant()) {
     drift = std::max(drift, std::abs(geometry_->Rate(j, v)) / mobility(j));
   }
-  const double speed = std::sqrt(v.dot(geometry_->inertia()->mass() * v));  // in the kinetic metric
+  const Matrix& mass = geometry_->inertia()->mass();
+  double speed = KineticSpeed(mass, v);  // in the kinetic metric
+  if (!Driven(mass).empty()) {
+    const Vector driven = v - Moved(mass, v);
+    for (int i : transition_.activated | (transition_.mode_before - system_->compliant())) {
+      speed = std::max(speed, std::abs(geometry_->Rate(i, driven)) / mobility(i));
+    }
+  }
   const double lost = kDrift * drift + kRounding * speed;
   rest_ = kRest * approach + lost;
   known_ = kKnown * transition_.relative_tolerance * approach + lost;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact_flow/model/driven.h"
+
 namespace contact_flow {
 namespace {
 
@@ -85,8 +87,9 @@ void NeglectedCoupling::ScaleDerivatives(const MatrixRef& reset) {
   const int d = system_.dof();
   const Matrix& mass = geometry_.inertia()->mass();
   scale_ = mass.diagonal().cwiseSqrt().cwiseInverse();
+  for (int j : Driven(mass)) scale_(j) = 1;
   const Vector acceleration = dynamics_.Field(transition_.x_minus, transition_.mode_before).tail(d);
-  hurry_ = std::sqrt(std::max(0.0, acceleration.dot(mass * acceleration)));
+  hurry_ = KineticSpeed(mass, acceleration);
   derivative_limit_ =
       relative_ * std::max(1.0, Scaled(reset.middleCols(d, d)).cwiseAbs().maxCoeff());
 }

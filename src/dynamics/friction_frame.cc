@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "contact_flow/dynamics/word_selection.h"
+#include "contact_flow/model/driven.h"
 
 namespace contact_flow {
 namespace {
@@ -46,9 +47,11 @@ Vector FrictionFrame::Spread(const Vector& values) const {
 
 Vector FrictionFrame::RateRounding(const InverseInertia& inertia, const VectorRef& v,
                                    ContactMode before) const {
-  // |A v| ≤ |√P Aᵀ| |√M v|
-  Vector rounding = kRateRounding * std::sqrt(v.dot(inertia.mass() * v)) *
-                    problem_.G.diagonal().cwiseSqrt();
+  // |A v| ≤ |√P Aᵀ| |√M v|, and what is driven by itself
+  const Vector driven = v - Moved(inertia.mass(), v);
+  Vector rounding = kRateRounding * (KineticSpeed(inertia.mass(), v) *
+                                         problem_.G.diagonal().cwiseSqrt() +
+                                     (rows_ * driven).cwiseAbs());
   for (std::size_t k = 0; k < constraints_.size(); ++k) {
     if (!before.Contains(constraints_[k])) continue;
     const int row = problem_.Row(k), dimension = problem_.contacts[k].dimension;

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "contact_flow/dynamics/word_selection.h"
+#include "contact_flow/model/driven.h"
 
 namespace contact_flow {
 namespace {
@@ -62,7 +63,9 @@ FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const Vec
     impact.result.hit.Insert(frame.constraints()[k]);
   }
   impact.energy_change = 0.5 * found.force.dot(before + frame.rows() * impact.result.v_plus);
-  const double energy = 0.5 * v_minus.dot(inertia.mass() * v_minus);
+  // Beside what surfaces that are driven may give, too.
+  const double energy = KineticEnergy(inertia.mass(), v_minus) +
+                        found.force.cwiseAbs().dot(before.cwiseAbs());
   if (impact.energy_change > kEnergyRounding * energy) {
     std::ostringstream message;
     message << "the impact of the contacts " << names << " would add " << impact.energy_change

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "contact_flow/model/driven.h"
+
 namespace contact_flow {
 namespace {
 
@@ -199,7 +201,8 @@ std::optional<FrictionalImpact> FollowImpact(const MechanicalSystem& system, con
   const bool sticks = slip(after) <= 1e3 * kEnded * slip(rates);
   if (sticks) impact.word.Set(jammed, Letter::kStick);
   impact.result.hit = J.Members();
-  const double energy = 0.5 * v_minus.dot(inertia.mass() * v_minus);
+  const double energy = KineticEnergy(inertia.mass(), v_minus) +
+                        p.cwiseAbs().dot(rates.cwiseAbs());
   if (!impact.result.v_plus.allFinite() || impact.energy_change > kRounding * energy) {
     return std::nullopt;
   }

@@ -2,6 +2,7 @@
 #include "slip_directions.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include "contact_flow/budget.h"
@@ -13,6 +14,8 @@ constexpr double kTurn = 6.283185307179586;
 constexpr int kSamples = 180;       // of the circle; (F5) has at most four roots
 constexpr double kOffset = 0.0123;  // of the first: no root of a symmetric problem
 constexpr int kBisections = 60;
+/// Samples that may hide two roots are below this part of the largest.
+constexpr double kNear = 0.1;
 /// Starts a contact, where several slip: a grid of them for all.
 constexpr int kStarts = 6, kStartsOfMany = 3, kMany = 3, kStartsOfMost = 2, kMost = 5;
 constexpr int kNewtonSteps = 40;
@@ -67,24 +70,76 @@ class Directions {
   const std::vector<int>& unknown_;
 };
 
-/// Calls `add` where f, evaluated by `at`, has a root.
+/// A sample of f.
+struct Sample {
+  double psi, value;
+};
+
+/// Calls `add` where f, evaluated by `at`, has a root between two samples.
+template <class At, class Add>
+void AddRoot(const At& at, Sample left, Sample right, const Add& add) {
+  if ((left.value < 0) == (right.value < 0)) return;
+  if (!std::isfinite(left.value) || !std::isfinite(right.value)) return;
+  double low = left.psi, high = right.psi;
+  for (int step = 0; step < kBisections; ++step) {
+    const double middle = 0.5 * (low + high);
+    ((at(middle) < 0) == (left.value < 0) ? low : high) = middle;
+  }
+  // A pole changes its sign, too.
+  if (std::abs(at(high)) <= std::abs(left.value) + std::abs(right.value)) add();
+}
+
+/// Where f comes near to zero at the middle one of three samples of one sign: the point at which it
+/// has the other one, or comes nearest.
+template <class At>
+Sample Dip(const At& at, const Sample& left, const Sample& middle, const Sample& right) {
+  constexpr double kGolden = 0.6180339887498949;
+  constexpr int kSteps = 30;
+  const double sign = middle.value < 0 ? -1 : 1;
+  double low = left.psi, high = right.psi;
+  Sample a{high - kGolden * (high - low), 0}, b{low + kGolden * (high - low), 0};
+  a.value = at(a.psi);
+  b.value = at(b.psi);
+  for (int step = 0; step < kSteps && sign * a.value > 0 && sign * b.value > 0; ++step) {
+    if (sign * a.value < sign * b.value) {
+      high = b.psi;
+      b = a;
+      a.psi = high - kGolden * (high - low);
+      a.value = at(a.psi);
+    } else {
+      low = a.psi;
+      a = b;
+      b.psi = low + kGolden * (high - low);
+      b.value = at(b.psi);
+    }
+  }
+  return sign * a.value < sign * b.value ? a : b;
+}
+
+/// Calls `add` where f, evaluated by `at`, has a root: between samples of two signs, and at both
+/// sides of a dip below zero between samples of one.
 template <class At, class Add>
 void ForAllRoots(const At& at, const Add& add) {
-  double low = kOffset, before = at(low);
-  for (int k = 1; k <= kSamples; ++k) {
-    double high = kOffset + kTurn * k / kSamples;
-    const double end = high, after = at(high);
-    if ((before < 0) != (after < 0) && std::isfinite(before) && std::isfinite(after)) {
-      double left = low;
-      for (int step = 0; step < kBisections; ++step) {
-        const double middle = 0.5 * (left + high);
-        ((at(middle) < 0) == (before < 0) ? left : high) = middle;
-      }
-      // A pole changes its sign, too.
-      if (std::abs(at(high)) <= std::abs(before) + std::abs(after)) add();
+  std::vector<Sample> samples;
+  double largest = 0;
+  for (int k = 0; k <= kSamples + 1; ++k) {
+    const double psi = kOffset + kTurn * k / kSamples;
+    samples.push_back({psi, at(psi)});
+    if (std::isfinite(samples.back().value)) {
+      largest = std::max(largest, std::abs(samples.back().value));
     }
-    low = end;
-    before = after;
+  }
+  for (std::size_t k = 1; k <= kSamples; ++k) {
+    const Sample &left = samples[k - 1], &middle = samples[k], &right = samples[k + 1];
+    AddRoot(at, left, middle, add);
+    const double size = std::abs(middle.value);
+    const bool dips = left.value * middle.value > 0 && right.value * middle.value > 0 &&
+                      size <= std::abs(left.value) && size <= std::abs(right.value) &&
+                      size < kNear * largest;
+    if (!dips) continue;
+    const Sample lowest = Dip(at, left, middle, right);
+    AddRoot(at, left, lowest, add);
+    AddRoot(at, lowest, right, add);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "contact_flow/model/driven.h"
 #include "impact_process.h"
 
 namespace contact_flow {
@@ -97,7 +98,8 @@ std::optional<FrictionalImpact> SolveTangentialImpact(const MechanicalSystem& sy
       inertia.BilateralForce(Matrix(frame.rows().transpose() * word->force)).col(0);
   const Vector rates = frame.rows() * (v_minus + impact.result.v_plus);
   impact.energy_change = 0.5 * word->force.dot(rates);
-  const double energy = 0.5 * v_minus.dot(inertia.mass() * v_minus);
+  const double energy = KineticEnergy(inertia.mass(), v_minus) +
+                        word->force.cwiseAbs().dot((frame.rows() * v_minus).cwiseAbs());
   if (!impact.result.v_plus.allFinite() || impact.energy_change > kRounding * energy) {
     return std::nullopt;
   }

@@ -5,6 +5,7 @@
 #include <limits>
 #include <sstream>
 
+#include "contact_flow/model/driven.h"
 #include "frictional_resolution.h"
 #include "slip_onset.h"
 #include "src/dynamics/implied_contacts.h"
@@ -271,7 +272,7 @@ void FrictionalResolution::Rest(const std::map<int, Eigen::Vector2d>& onsets) {
   Vector& x = result_.transition.x_plus;
   const auto energy = [&] {
     const InverseInertia inertia(system_, x.head(nq_), x.tail(d_));
-    return 0.5 * x.tail(d_).dot(inertia.mass() * x.tail(d_));
+    return KineticEnergy(inertia.mass(), x.tail(d_));
   };
   const double before = Notable() ? energy() : 0;
   MakeRest(system_, resting_, onsets, &x);

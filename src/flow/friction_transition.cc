@@ -158,9 +158,10 @@ void FrictionalResolution::Note(int guard, double slope) {
   const int i = guards_.ConstraintOf(guard);
   const bool member = cluster.mode_before.Contains(i);
   if (guards_.IsNormal(guard) && !member) {
-    const double still =
-        std::max(Rounding(i, cluster.x_minus.tail(d_)),
-                 std::min(rules_.speed_tolerance, 1e3 * rules_.absolute_tolerance));
+    // The same event at the same time: it opens too slowly to be taken for a touch without speed.
+    const double slow =
+        rules_.stalled ? 0 : std::min(rules_.speed_tolerance, 1e3 * rules_.absolute_tolerance);
+    const double still = std::max(Rounding(i, cluster.x_minus.tail(d_)), slow);
     if (slope < -still) {
       cluster.activated.Insert(i);
       result_.approach_speed = std::min(result_.approach_speed, -slope);

@@ -8,6 +8,7 @@
 
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
+#include "contact_flow/model/driven.h"
 #include "slip_onset.h"
 #include "src/dynamics/implied_contacts.h"
 
@@ -71,8 +72,8 @@ std::optional<FrictionalRest> RestOfBounces(ContactDynamics* dynamics, const Tra
   const Vector p = (A * reach).completeOrthogonalDecomposition().solve(-A * v);
   rest.v_plus = v + reach * p;
   if (!rest.v_plus.allFinite()) return std::nullopt;
-  const auto energy = [&](const Vector& speed) { return 0.5 * speed.dot(inertia.mass() * speed); };
-  rest.energy_lost = energy(v) - energy(rest.v_plus);
+  // M-orthogonal to what rests: |v|² − |v⁺|² seen from the surfaces, which may be driven.
+  rest.energy_lost = KineticEnergy(inertia.mass(), v - rest.v_plus);
 
   x.tail(d) = rest.v_plus;
   TouchingContacts contacts;

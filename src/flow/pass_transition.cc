@@ -8,6 +8,7 @@
 
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/flow/flow.h"
+#include "contact_flow/model/driven.h"
 #include "frictional_rest.h"
 #include "guarded.h"
 #include "src/dynamics/implied_contacts.h"
@@ -227,7 +228,6 @@ bool Flow::CompleteZeno() {
   ContactMode sticking =
       (last.mode_before | last.mode_after | last.activated | last.grazed) - system_.compliant();
   const InverseInertia inertia(system_, x_.head(nq), x_.tail(d));
-  const auto energy = [&](const Vector& v) { return 0.5 * v.dot(inertia.mass() * v); };
   bool plastic = true;
   for (int i : last.activated | last.grazed) plastic = plastic && system_.restitution()(i) == 0;
   if (system_.HasFriction()) {
@@ -243,8 +243,9 @@ bool Flow::CompleteZeno() {
     const Status stuck =
         Guarded(t_, [&] { impact = Stick(system_, x_.head(nq), last.x_minus.tail(d), sticking); });
     if (!stuck.ok()) return false;
-    const double rest = energy(impact.v_plus);
-    last.energy_lost += energy(last.x_plus.tail(d)) - rest;
+    const double rest = KineticEnergy(inertia.mass(), impact.v_plus);
+    // M-orthogonal to what sticks: |v|² − |v⁺|² seen from the surfaces, which may be driven.
+    last.energy_lost += KineticEnergy(inertia.mass(), last.x_plus.tail(d) - impact.v_plus);
     if (!options_.complete_zeno && !(plastic && last.energy_lost < rest)) return false;
     last.x_plus.tail(d) = impact.v_plus;
     if (options_.complete_zeno) last.impulse = impact.impulse;

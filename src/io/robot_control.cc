@@ -71,13 +71,14 @@ void ReadNamed(const YAML::Node& map, const std::string& name,
   reader.Finish();
 }
 
-void NormalizeQuaternions(const RobotModel& model, const std::string& name, Vector* q) {
+void NormalizeQuaternions(const RobotModel& model, const std::string& name,
+                          const std::string& line, Vector* q) {
   for (const RigidBodyTree::Body& body : model.tree.bodies()) {
     if (body.joint != JointKind::kBall) continue;
     const double length = q->segment<4>(body.q).norm();
     if (!(std::abs(length - 1) < 1e-3)) {
       throw std::invalid_argument(name + ": the quaternion from " + model.coordinates[body.q] +
-                                  " has length " + std::to_string(length) + ", expected 1");
+                                  " has length " + std::to_string(length) + ", expected 1" + line);
     }
     q->segment<4>(body.q) /= length;
   }
@@ -186,7 +187,8 @@ void ReadFeedback(const YAML::Node& map, RobotDescription* robot) {
   ReadNamed(reference.Child("velocities"), "feedback/reference/velocities", model.velocities,
             feedback.v.data());
   reference.Finish();
-  NormalizeQuaternions(model, "feedback/reference/positions", &feedback.q);
+  NormalizeQuaternions(model, "feedback/reference/positions", reader.Line("reference"),
+                       &feedback.q);
   feedback.gain_q = feedback.gain_v = Matrix::Zero(m, nv);
   reader.Require("gains");
   const YAML::Node gains = reader.Child("gains");

@@ -30,6 +30,7 @@ void ReadConstraints(const YAML::Node& map, RobotDescription* robot) {
     element->parts.where = reader->Line("");
     YamlFields fields(robot->model, reader, &robot->inputs, &element->parts);
     ReadConstraint(kind, &fields);
+    if (reader->Has("motion")) element = ReadMotion(reader, robot->model, std::move(element));
     Parameter& restitution = element->restitution;
     reader->Read("restitution", &restitution.value);
     try {
@@ -120,7 +121,7 @@ void ReadNominal(const YAML::Node& map, const std::vector<std::string>& limited,
     throw std::invalid_argument("nominal/duration is not positive" + reader.Line("duration"));
   }
   reader.Finish();
-  NormalizeQuaternions(model, "nominal/positions", &q);
+  NormalizeQuaternions(model, "nominal/positions", reader.Line("positions"), &q);
   robot->nominal.x.resize(positions + n);
   robot->nominal.x << q, v;
 }
@@ -189,7 +190,7 @@ YAML::Node ParseYaml(const std::string& text) {
     throw std::invalid_argument("more than " + std::to_string(kMaxRobotYamlBytes) + " bytes");
   }
   const YAML::Node document = ParseYamlDocument(text);
-  if (!document.IsMap()) throw std::invalid_argument("it is not a map of names to values");
+  if (!document.IsMap()) throw std::invalid_argument("it is not a map of names to values (line 1)");
   return document;
 }
 
@@ -241,7 +242,8 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
   robot.model = ReadRobotModel(urdf, document);
   const YAML::Node springs = AddSoles(reader.Child("soles"), &robot.model);
   AddBrakePads(reader.Child("joints"), &robot.model);
-  if (FollowsTime(reader.Child("efforts"))) robot.model.AddClock();
+  const bool moves = GroundMoves(document, folder);
+  if (moves || FollowsTime(reader.Child("efforts"))) robot.model.AddClock();
   JointChoices joints = ReadJoints(reader.Child("joints"), &robot);
   reader.Read("gravity", &robot.gravity);
   if (robot.gravity < 0) {
@@ -256,6 +258,7 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
   ReadConstraints(made.constraints, &robot);
   ReadConstraints(joints.constraints, &robot);
   for (auto& brake : joints.brakes) robot.constraints.push_back(std::move(brake));
+  if (moves) DriveClock(&robot);
   std::vector<std::string>* warnings = &robot.model.warnings;
   warnings->insert(warnings->end(), made.warnings.begin(), made.warnings.end());
   AddMimics(&robot);
@@ -267,7 +270,8 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
   ReadWeightShare(reader.Child("gravity_compensation"), &robot);
   if (reader.Has("inputs") && robot.inputs.size() > declared) {
     const std::vector<std::string> names(robot.inputs.begin(), robot.inputs.begin() + declared);
-    throw std::invalid_argument(UnknownName("input", robot.inputs[declared], names));
+    throw std::invalid_argument(UnknownName("input", robot.inputs[declared], names) +
+                                ": an effort has it, add it to `inputs`" + reader.Line("inputs"));
   }
   ReadParameters(reader.Child("parameters"), &robot);
   ReadNominal(reader.Child("nominal"), joints.limited, &robot);

@@ -27,10 +27,21 @@ std::string ReadKind(MapReader* reader, const std::vector<std::string>& kinds);
 void ReadNamed(const YAML::Node& map, const std::string& name,
                const std::vector<std::string>& names, double* values);
 /// Makes quaternions of a map of positions unit ones; throws where one is far from it.
-void NormalizeQuaternions(const RobotModel& model, const std::string& name, Vector* q);
+void NormalizeQuaternions(const RobotModel& model, const std::string& name, const std::string& line,
+                          Vector* q);
 
 /// Whether an effort of this map follows a function of time: then the robot needs a clock.
 bool FollowsTime(const YAML::Node& efforts);
+/// Whether a surface that the robot may touch moves with time: then it has a clock, too.
+bool GroundMoves(const YAML::Node& document, const std::string& folder);
+/// A constraint against the ground, which moves as the key `motion` of its map says:
+///   motion: {direction: [1, 0, 0], velocity: 0.5}                    # a conveyor [m/s]
+///   motion: {direction: [0, 0, 1], amplitude: 0.01, frequency: 20, phase: 0}      # [m], [Hz]
+///   motion: {direction: [0, 0, 1], times: [0, 0.1, 0.3], values: [0, 0.02, 0]}    # a spline
+std::unique_ptr<ConstraintElement> ReadMotion(MapReader* reader, const RobotModel& model,
+                                              std::unique_ptr<ConstraintElement> still);
+/// Lets nothing change the rate of the clock, which is pushed where ground moves.
+void DriveClock(RobotDescription* robot);
 /// The map of the key `efforts`.
 void ReadEfforts(const YAML::Node& map, RobotDescription* robot);
 /// Constraints knot_1, knot_2, … at all instants at which references of efforts have switches.

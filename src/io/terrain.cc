@@ -97,16 +97,14 @@ void CheckSurface(const std::string& name, const YAML::Node& surface) {
   std::string kind;
   reader.Require("kind");
   reader.Read("kind", &kind);
-  for (const char* edged : {"box", "boxes", "mesh"}) {
-    if (kind != edged) continue;
-    throw std::invalid_argument("terrain/" + name + "/kind '" + kind +
-                                "' has edges, where the distance has no derivative: take stairs "
-                                "or a height_map, or a link_plane with link: world for a corner "
-                                "below a face" +
+  if (kind == "mesh") {
+    throw std::invalid_argument("terrain/" + name + "/kind 'mesh' has edges, where the distance "
+                                "has no derivative: take boxes, stairs or a height_map, or a "
+                                "link_plane with link: world for a corner below a face" +
                                 reader.Line("kind"));
   }
   int index = 0;
-  reader.Read("kind", {"plane", "height_field", "height_map", "stairs"}, &index);
+  reader.Read("kind", {"plane", "box", "height_field", "height_map", "stairs"}, &index);
   for (const char* key : {"link", "point", "radius"}) {
     if (!reader.Has(key)) continue;
     throw std::invalid_argument("terrain/" + name + "/" + key +

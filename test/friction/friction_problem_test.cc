@@ -212,5 +212,55 @@ TEST(FrictionProblem, NoSolutionIsLeftOutInSpace) {
   EXPECT_GT(reached, 300);
 }
 
+/// Directions of slip that are 0.01 rad apart, made by moving b_t across one at which d⊥ · y_t is
+/// nearest to zero: both are found. By y_n = (G_nn − μ G_nt · d) λ_n + b_n = 0 for each ψ.
+TEST(FrictionProblem, DirectionsThatAreAlikeAreBothFound) {
+  RandomProblems random(7);
+  int made = 0;
+  for (int trial = 0; trial < 1600; ++trial) {
+    FrictionProblem problem = random.Draw(1, 2);
+    problem.b(0) = -std::abs(problem.b(0));
+    const double mu = problem.contacts[0].coefficient;
+    struct Slip {
+      double across, along, normal;
+    };
+    const auto at = [&](double psi) {
+      const Eigen::Vector2d d(std::cos(psi), std::sin(psi)), left(-d(1), d(0));
+      const double normal =
+          -problem.b(0) / (problem.G(0, 0) - mu * problem.G.row(0).tail(2).dot(d));
+      Vector force(3);
+      force << normal, -mu * normal * d;
+      const Vector y = problem.G * force + problem.b;
+      return Slip{left.dot(y.tail<2>()), d.dot(y.tail<2>()), normal};
+    };
+    constexpr double kFine = 4e-3, kHalf = 0.005;
+    for (double psi = 0; psi < 6.28; psi += kFine) {
+      const Slip before = at(psi - kFine), here = at(psi), behind = at(psi + kFine);
+      const double bend = (before.across - 2 * here.across + behind.across) / (kFine * kFine);
+      const bool turns = (here.across - before.across) * (behind.across - here.across) <= 0;
+      if (!turns || !(here.across * bend > 0)) continue;
+      if (!(here.normal > 0.1) || !(here.along > 0.1)) continue;
+      const Eigen::Vector2d left(-std::sin(psi), std::cos(psi));
+      FrictionProblem near = problem;
+      near.b.tail<2>() -= (here.across + 0.5 * bend * kHalf * kHalf) * left;
+      std::swap(near, problem);
+      const bool two = at(psi - 2 * kHalf).across * bend > 0 && at(psi).across * bend < 0 &&
+                       at(psi + 2 * kHalf).across * bend > 0;
+      std::swap(near, problem);
+      if (!two) continue;
+      ++made;
+      int found = 0;
+      for (const FrictionSolution& solution : SolveFriction(near)) {
+        if (solution.letters[0] != Letter::kSlip) continue;
+        const Eigen::Vector2d d = solution.directions[0];
+        if (std::abs(d.dot(left)) < 2 * kHalf && d(0) * left(1) - d(1) * left(0) > 0) ++found;
+      }
+      EXPECT_EQ(2, found) << "trial " << trial << ", " << psi;
+      break;
+    }
+  }
+  EXPECT_GT(made, 15);
+}
+
 }  // namespace
 }  // namespace contact_flow

@@ -218,7 +218,7 @@ TEST(Contacts, AreMadeWithEverySurfaceOfATerrain) {
     const char* terrain;
     const char* words;
   } cases[] = {
-      {"{a: {kind: box}}", "terrain/a/kind 'box' has edges"},
+      {"{a: {kind: mesh}}", "terrain/a/kind 'mesh' has edges"},
       {"{a: {kind: plain}}", "unknown terrain/a/kind 'plain'; did you mean 'plane'?"},
       {"{a: {kind: plane, radius: 1}}", "terrain/a/radius is of a contact"},
       {"{a: {normal: [0, 0, 1]}}", "terrain/a: 'kind' is missing"},

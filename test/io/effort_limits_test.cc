@@ -9,22 +9,18 @@
 
 #include "contact_flow/derivative/cost_gradient.h"
 #include "contact_flow/derivative/rolling_derivative.h"
-#include "contact_flow/flow/limit_locator.h"
 #include "contact_flow/flow/online_flow.h"
-#include "test/io/controlled_robots.h"
+#include "test/io/limited_drives.h"
 
 namespace contact_flow {
 namespace {
-
-using Real = long double;
 
 /// 2 kg under the force k (1 − x), at most `limit` either way, from (x, v).
 struct Servo {
   Real k = 20, limit = 8, mass = 2;
 
   /// (x, v) after `duration`, piece by piece; the instants of passing into `passed`, if given.
-  std::array<Real, 2> Run(Real x, Real v, Real duration,
-                          std::vector<Real>* passed = nullptr) const {
+  RealState Run(Real x, Real v, Real duration, std::vector<Real>* passed = nullptr) const {
     const Real reach = limit / k, omega = std::sqrt(k / mass), push = limit / mass;
     Real t = 0;
     int piece = 1 - x > reach ? 1 : x - 1 > reach ? -1 : 0;
@@ -77,21 +73,14 @@ std::string ServoYaml() {
          "}, nominal: {inputs: {u: 1}}, parameters: {limit: s_x/limit, k: s_x/stiffness}}";
 }
 
-/// d(x, v)/d(x, v, limit, k), by central quotients of the closed form in long double.
+/// d(x, v)/d(x, v, limit, k) of the closed form.
 Matrix ServoDerivative() {
-  const Real h = 1e-6L;
-  Matrix derivative(2, 4);
-  for (int c = 0; c < 4; ++c) {
-    const auto at = [&](Real sign) {
-      Servo servo;
-      Real x = 0, v = 0;
-      (c == 0 ? x : c == 1 ? v : c == 2 ? servo.limit : servo.k) += sign * h;
-      return servo.Run(x, v, kDuration);
-    };
-    const auto a = at(1), b = at(-1);
-    for (int r = 0; r < 2; ++r) derivative(r, c) = static_cast<double>((a[r] - b[r]) / (2 * h));
-  }
-  return derivative;
+  return QuotientsOf(4, [](int c, Real h) {
+    Servo servo;
+    Real x = 0, v = 0;
+    (c == 0 ? x : c == 1 ? v : c == 2 ? servo.limit : servo.k) += h;
+    return servo.Run(x, v, kDuration);
+  });
 }
 
 BDerivativeOptions ByAll() {
@@ -102,32 +91,19 @@ BDerivativeOptions ByAll() {
 }
 
 TEST(EffortLimits, ArePassedWhereTheClosedFormSays) {
-  std::vector<Real> expected;
-  const auto end = Servo().Run(0, 0, kDuration, &expected);
-  ASSERT_EQ(4u, expected.size());
+  std::vector<Real> instants;
+  const RealState end = Servo().Run(0, 0, kDuration, &instants);
+  ASSERT_EQ(4u, instants.size());
   const RobotSystem system = Make(Cart(), ServoYaml());
   ASSERT_EQ(std::vector<std::string>{"s_x"}, system.limited_efforts());
   const std::array<EffortPiece, 5> pieces = {EffortPiece::kUpper, EffortPiece::kFree,
                                              EffortPiece::kLower, EffortPiece::kFree,
                                              EffortPiece::kUpper};
-  for (const IntegrationMethod method :
-       {IntegrationMethod::kExplicit, IntegrationMethod::kImplicit}) {
-    SimulateOptions options = Tight();
-    options.method = method;
-    const Trajectory run =
-        Simulate(system, system.nominal().x, system.nominal().u, kDuration, options);
-    ASSERT_TRUE(run.status.ok()) << run.status.message;
-    EXPECT_NEAR(static_cast<double>(end[0]), run.FinalState()(0), 1e-11);
-    EXPECT_NEAR(static_cast<double>(end[1]), run.FinalState()(1), 1e-11);
-    ASSERT_EQ(1u, run.arcs.size());  // no event of contacts
-    const std::vector<LimitPassing> passings = LimitPassings(system, run.arcs[0]);
-    ASSERT_EQ(4u, passings.size());
-    for (std::size_t k = 0; k < 4; ++k) {
-      EXPECT_NEAR(static_cast<double>(expected[k]), passings[k].t, 1e-11);
-      EXPECT_EQ(pieces[k], passings[k].before);
-      EXPECT_EQ(pieces[k + 1], passings[k].after);
-    }
+  std::vector<LimitPassing> expected;
+  for (std::size_t k = 0; k < 4; ++k) {
+    expected.push_back({static_cast<double>(instants[k]), 0, pieces[k], pieces[k + 1]});
   }
+  ExpectPassings(system, kDuration, end, expected);
 }
 
 /// Steps do not contain the corner: loose tolerances give what smooth motion has, and take as many.
@@ -147,18 +123,11 @@ TEST(EffortLimits, CostNoAccuracyAndFewSteps) {
 TEST(EffortLimits, HaveTheDerivativeOfTheClosedForm) {
   const RobotSystem system = Make(Cart(), ServoYaml());
   const Matrix expected = ServoDerivative();
-  for (const IntegrationMethod method :
-       {IntegrationMethod::kExplicit, IntegrationMethod::kImplicit}) {
-    SimulateOptions simulate = Tight();
-    simulate.method = method;
+  ExpectDerivative(system, kDuration, expected, ByAll());
+  // Backward, by one covector.
+  ByBothMethods([&](const SimulateOptions& simulate) {
     const Trajectory run =
         Simulate(system, system.nominal().x, system.nominal().u, kDuration, simulate);
-    const BDerivative B = DifferentiateOutcome(system, run, ByAll());
-    ASSERT_TRUE(B.status.ok()) << B.status.message;
-    for (int c = 0; c < 4; ++c) {
-      EXPECT_LT((B(Vector::Unit(4, c)).head(2) - expected.col(c)).norm(), 1e-10) << c;
-    }
-    // Backward, by one covector.
     RunCost cost;
     cost.terminal = [](const Vector& x, Vector* by_state) {
       *by_state = Vector::Unit(2, 0);
@@ -168,7 +137,7 @@ TEST(EffortLimits, HaveTheDerivativeOfTheClosedForm) {
     ASSERT_TRUE(J.status.ok()) << J.status.message;
     EXPECT_LT((J.initial.transpose() - expected.row(0).head(2)).norm(), 1e-10);
     EXPECT_LT((J.parameters.transpose() - expected.row(0).tail(2)).norm(), 1e-10);
-  }
+  });
   ExpectSlopeOne(Cart(), ServoYaml(), kDuration);
 }
 

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <regex>
 #include <vector>
 
 #include "contact_flow/flow/simulate.h"
@@ -55,6 +56,9 @@ void ExpectAnswers(const std::vector<Mistake>& mistakes) {
   ASSERT_EQ("", Answer(kUrdf, "base: floating"));
   for (const Mistake& mistake : mistakes) {
     const std::string answer = Answer(mistake.urdf, mistake.yaml);
+    // What a run refuses to begin with has left the file behind: it names the constraint.
+    EXPECT_TRUE(std::regex_search(answer, std::regex("line [0-9]|the gap of constraint '")))
+        << "no line: " << answer;
     for (const char* words : mistake.words) {
       EXPECT_NE(std::string::npos, answer.find(words))
           << "\"" << answer << "\" lacks \"" << words << "\"; of " << mistake.yaml;
@@ -164,6 +168,12 @@ TEST(Mistakes, OfTheYaml) {
       {u,
        "base: floating\njoints: {limits: all}\nnominal: {positions: {leg: 0.3}}",
        {"'leg_upper' is -0.2", "begin elsewhere"}},
+      {u,
+       foot + "{kind: plane, link: foot, motion: {velocity: 1}}",
+       {"foot/motion: 'direction' is missing", "line 3"}},
+      {u,
+       foot + "{kind: plane, link: foot, motion: {direction: [0, 0, 1], amplitude: 0.1}}",
+       {"foot/motion/amplitude needs a `frequency` [Hz]", "(line 3)"}},
       {u, "- base", {"not a map"}},
       {u, "base: floating\n---\nbase: fixed", {"more than one YAML document"}},
   });

@@ -6,13 +6,10 @@
 #include <array>
 #include <cmath>
 
-#include "contact_flow/flow/limit_locator.h"
-#include "test/io/controlled_robots.h"
+#include "test/io/limited_drives.h"
 
 namespace contact_flow {
 namespace {
-
-using Real = long double;
 
 constexpr double kDuration = 1;
 const char kEffort[] =
@@ -30,13 +27,13 @@ struct Motor {
   Real x = 0, v = 0, limit = 8, speed = 2, stall = 10, k = 20, mass = 2;
 
   /// (x, v) after `duration`; the instants of both passings into `passed`, if given.
-  std::array<Real, 2> Run(Real duration, std::array<Real, 2>* passed = nullptr) const {
+  RealState Run(Real duration, std::array<Real, 2>* passed = nullptr) const {
     // limit = stall (1 − v/speed)
     const Real fast = speed * (1 - limit / stall), push = limit / mass;
     const Real first = (fast - v) / push, at = x + v * first + 0.5L * push * first * first;
     // v̇ = (stall/mass) (1 − v/speed)
     const Real tau = mass * speed / stall;
-    const auto on_line = [&](Real t) -> std::array<Real, 2> {
+    const auto on_line = [&](Real t) -> RealState {
       const Real fade = std::exp(-t / tau);
       return {at + speed * t + (fast - speed) * tau * (1 - fade), speed + (fast - speed) * fade};
     };
@@ -55,71 +52,33 @@ struct Motor {
 };
 
 TEST(SpeedLimits, ArePassedWhereTheClosedFormSays) {
-  std::array<Real, 2> expected;
-  const auto end = Motor().Run(kDuration, &expected);
+  std::array<Real, 2> instants;
+  const RealState end = Motor().Run(kDuration, &instants);
   const RobotSystem system = Make(Cart(), Yaml(kEffort, "nominal: {inputs: {u: 1}}"));
   ASSERT_EQ((std::vector<std::string>{"s_x", "s_x/speed"}), system.limited_efforts());
-  const struct {
-    Real t;
-    int effort;
-    EffortPiece before, after;
-  } passing[] = {{expected[0], 0, EffortPiece::kUpper, EffortPiece::kFree},
-                 {expected[0], 1, EffortPiece::kFree, EffortPiece::kUpper},
-                 {expected[1], 1, EffortPiece::kUpper, EffortPiece::kFree}};
-  for (const IntegrationMethod method :
-       {IntegrationMethod::kExplicit, IntegrationMethod::kImplicit}) {
-    SimulateOptions options = Tight();
-    options.method = method;
-    const Trajectory run =
-        Simulate(system, system.nominal().x, system.nominal().u, kDuration, options);
-    ASSERT_TRUE(run.status.ok()) << run.status.message;
-    EXPECT_NEAR(static_cast<double>(end[0]), run.FinalState()(0), 1e-11);
-    EXPECT_NEAR(static_cast<double>(end[1]), run.FinalState()(1), 1e-11);
-    ASSERT_EQ(1u, run.arcs.size());  // no event of contacts
-    const std::vector<LimitPassing> passings = LimitPassings(system, run.arcs[0]);
-    ASSERT_EQ(3u, passings.size());
-    for (std::size_t k = 0; k < 3; ++k) {
-      EXPECT_NEAR(static_cast<double>(passing[k].t), passings[k].t, 1e-11);
-      EXPECT_EQ(passing[k].effort, passings[k].effort);
-      EXPECT_EQ(passing[k].before, passings[k].before);
-      EXPECT_EQ(passing[k].after, passings[k].after);
-    }
-  }
+  const auto t = [&](int k) { return static_cast<double>(instants[k]); };
+  ExpectPassings(system, kDuration, end,
+                 {{t(0), 0, EffortPiece::kUpper, EffortPiece::kFree},
+                  {t(0), 1, EffortPiece::kFree, EffortPiece::kUpper},
+                  {t(1), 1, EffortPiece::kUpper, EffortPiece::kFree}});
 }
 
 /// By x, v, limit, speed, stall and stiffness, beside central quotients of the closed form.
 TEST(SpeedLimits, HaveTheDerivativeOfTheClosedForm) {
   const std::string yaml = Yaml(kEffort, std::string("nominal: {inputs: {u: 1}}, ") + kParameters);
   const RobotSystem system = Make(Cart(), yaml);
-  Matrix expected(2, 6);
-  const Real h = 1e-6L;
-  for (int c = 0; c < 6; ++c) {
-    const auto at = [&](Real sign) {
-      Motor motor;
-      Real* const number[] = {&motor.x,     &motor.v,     &motor.limit,
-                              &motor.speed, &motor.stall, &motor.k};
-      *number[c] += sign * h;
-      return motor.Run(kDuration);
-    };
-    const auto a = at(1), b = at(-1);
-    for (int r = 0; r < 2; ++r) expected(r, c) = static_cast<double>((a[r] - b[r]) / (2 * h));
-  }
+  const Matrix expected = QuotientsOf(6, [](int c, Real h) {
+    Motor motor;
+    Real* const number[] = {&motor.x,     &motor.v,     &motor.limit,
+                            &motor.speed, &motor.stall, &motor.k};
+    *number[c] += h;
+    return motor.Run(kDuration);
+  });
   BDerivativeOptions options;
   options.tolerance = 1e-12;
   options.variables.parameters =
       ParameterIndices(system.description(), {"limit", "speed", "stall", "k"});
-  for (const IntegrationMethod method :
-       {IntegrationMethod::kExplicit, IntegrationMethod::kImplicit}) {
-    SimulateOptions simulate = Tight();
-    simulate.method = method;
-    const Trajectory run =
-        Simulate(system, system.nominal().x, system.nominal().u, kDuration, simulate);
-    const BDerivative B = DifferentiateOutcome(system, run, options);
-    ASSERT_TRUE(B.status.ok()) << B.status.message;
-    for (int c = 0; c < 6; ++c) {
-      EXPECT_LT((B(Vector::Unit(6, c)).head(2) - expected.col(c)).norm(), 1e-10) << c;
-    }
-  }
+  ExpectDerivative(system, kDuration, expected, options);
   ExpectSlopeOne(Cart(), yaml, kDuration);
 }
 

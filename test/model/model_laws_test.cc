@@ -16,9 +16,17 @@ namespace {
 
 bool IsRobot(const std::string& name) { return name.compare(0, 6, "robot ") == 0; }
 
+/// One on ground that moves with time, of every kind.
+constexpr const char* kMoving = "robot everything_moving";
+
 /// A model by name, or the robot of "robot NAME".
 std::unique_ptr<MechanicalSystem> Make(const std::string& name,
                                        const ParameterValues& values = {}) {
+  if (name == kMoving) {
+    RobotDescription robot = ParseRobot(ReadRobotTexts(RobotFile(kMoving + 6)));
+    robot.armature.resize(0);  // a driven clock's, in which what else is in its row would be lost
+    return std::make_unique<RobotSystem>(std::move(robot), values);
+  }
   if (IsRobot(name)) return LoadRobot(RobotFile(name.substr(6)), values);
   return MakeModel(name, values);
 }
@@ -27,6 +35,7 @@ std::vector<std::string> AllSystems() {
   std::vector<std::string> names = ModelNames();
   for (const std::string& robot : AllRobots()) names.push_back("robot " + robot);
   for (const std::string& robot : RobotsWithFriction()) names.push_back("robot " + robot);
+  names.push_back(kMoving);
   return names;
 }
 

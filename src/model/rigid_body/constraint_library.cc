@@ -5,6 +5,7 @@
 #include "contact_flow/model/rigid_body/constraint/brake.h"
 #include "contact_flow/model/rigid_body/constraint_element.h"
 #include "contact_flow/nearest_name.h"
+#include "src/model/rigid_body/constraint/box.h"
 #include "src/model/rigid_body/constraint/coincidence.h"
 #include "src/model/rigid_body/constraint/follower.h"
 #include "src/model/rigid_body/constraint/height_field.h"
@@ -36,11 +37,11 @@ std::pair<const std::string, Kind> Entry() {
 
 const std::map<std::string, Kind>& Registry() {
   static const std::map<std::string, Kind> registry = {
-      Entry<constraint::HeightField>(), Entry<constraint::HeightMap>(),
-      Entry<constraint::LinkPlane>(),   Entry<constraint::LowerLimit>(),
-      Entry<constraint::Plane>(),       Entry<constraint::Rim>(),
-      Entry<constraint::Spheres>(),     Entry<constraint::Stairs>(),
-      Entry<constraint::UpperLimit>(),
+      Entry<constraint::Box>(),        Entry<constraint::HeightField>(),
+      Entry<constraint::HeightMap>(),  Entry<constraint::LinkPlane>(),
+      Entry<constraint::LowerLimit>(), Entry<constraint::Plane>(),
+      Entry<constraint::Rim>(),        Entry<constraint::Spheres>(),
+      Entry<constraint::Stairs>(),     Entry<constraint::UpperLimit>(),
   };
   return registry;
 }

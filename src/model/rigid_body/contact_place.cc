@@ -23,6 +23,10 @@ void PlaceContact(const RobotSystem& system, int i, const TreeState<double>& sta
     const Vec3<double> p = PointPosition(state, place.body, place.local);
     next = std::copy(p.data(), p.data() + 3, next);
   }
+  for (const RobotModel::Coordinate& clock : parts.joints) {  // of a surface that moves: a slide
+    const auto body = static_cast<std::size_t>(system.robot().model.tree.dof_body(clock.v));
+    *next++ = state.body[body].position(0);
+  }
   Vec3<double> arm;
   constraint.Place(z, &arm, force);
   *force *= lambda(i);

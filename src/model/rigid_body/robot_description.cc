@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/model/rigid_body/robot_description.h"
 
+#include "moving_constraint.h"
+
 namespace contact_flow {
 namespace {
 
@@ -103,9 +105,12 @@ void SetNumber(const NumberPlace& place, double value, RobotDescription* robot) 
     case Owner::kEffort:
       robot->efforts[place.index]->parts.numbers[place.number].value = value;
       return;
-    case Owner::kConstraint:
-      robot->constraints[place.index]->parts.numbers[place.number].value = value;
+    case Owner::kConstraint: {
+      ConstraintElement* element = robot->constraints[place.index].get();
+      element->parts.numbers[place.number].value = value;
+      if (auto* moving = dynamic_cast<MovingConstraint*>(element)) moving->TakeNumbers();
       return;
+    }
     case Owner::kRestitution:
       robot->constraints[place.index]->restitution.value = value;
       return;

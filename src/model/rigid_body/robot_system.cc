@@ -65,8 +65,12 @@ RobotSystem::~RobotSystem() = default;
 RobotSystem::Shelf::~Shelf() { delete scratch.load(); }
 
 void RobotSystem::CheckElements() const {
+  const RobotModel& model = robot_.model;
+  const int clock = model.clock >= 0 ? model.ClockCoordinate().v : -1;
   for (std::size_t i = 0; i < all_constraints_.size(); ++i) {
-    if (!constraint_geometry_[i].columns().empty()) continue;
+    const std::vector<int>& columns = constraint_geometry_[i].columns();
+    const bool of_time = columns.size() == 1 && columns[0] == clock && constraint(i).Touches();
+    if (!columns.empty() && !of_time) continue;
     throw std::invalid_argument("constraint '" + constraint(i).parts.name +
                                 "' is between parts that do not move");
   }
@@ -80,6 +84,11 @@ void RobotSystem::CheckElements() const {
   Constraints(q, v, &terms);
   const Vector moved = Perturb(nominal_.x, Vector::LinSpaced(2 * dof(), 0.01, 0.02));
   Constraints(moved.head(num_positions()), v, &around);
+  const auto pushed = [&](const ConstraintTerms& at, std::size_t i) {  // all but the clock
+    Vector row = at.jacobian.row(static_cast<Eigen::Index>(i));
+    if (clock >= 0 && constraint(static_cast<int>(i)).Touches()) row(clock) = 0;
+    return row;
+  };
   for (std::size_t i = 0; i < all_constraints_.size(); ++i) {
     bool finite = std::isfinite(terms.gap(i)) && std::isfinite(terms.bias(i)) &&
                   terms.jacobian.row(i).allFinite();
@@ -88,8 +97,8 @@ void RobotSystem::CheckElements() const {
       finite = finite && std::isfinite(terms.bias(r)) && terms.jacobian.row(r).allFinite();
     }
     // An arm that hangs straight above the floor moves its tip along it, but only there.
-    const bool still = terms.jacobian.row(i).isZero(0);
-    if (finite && (!still || (terms.gap(i) > 0 && !around.jacobian.row(i).isZero(0)))) continue;
+    const bool still = pushed(terms, i).isZero(0);
+    if (finite && (!still || (terms.gap(i) > 0 && !pushed(around, i).isZero(0)))) continue;
     const bool closes = static_cast<int>(i) >= num_constraints();
     throw std::invalid_argument(
         (closes ? "closure '" : "constraint '") + constraint(i).parts.name +

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/model/rigid_body/terrain_surface.h"
 
+#include <cmath>
 #include <memory>
 #include <set>
 #include <utility>
 
+#include "moving_constraint.h"
+#include "src/model/rigid_body/constraint/box.h"
 #include "src/model/rigid_body/constraint/height_field.h"
 #include "src/model/rigid_body/constraint/height_map.h"
 #include "src/model/rigid_body/constraint/plane.h"
@@ -13,6 +16,7 @@
 namespace contact_flow {
 namespace {
 
+using constraint::Box;
 using constraint::HeightField;
 using constraint::HeightMap;
 using constraint::Plane;
@@ -47,6 +51,12 @@ TerrainSurface SurfaceOf(const ConstraintElement& element, const Vec3<double>& n
       return Vec3<double>(z[0], z[1], -Stairs::Gap(numbers.data(), z) - sink);
     };
   }
+  if (dynamic_cast<const ConstraintOf<Box>*>(&element) != nullptr) {
+    return [=](double s, double t) {
+      double z[] = {near(0) + s, near(1) + t, 0};
+      return Vec3<double>(z[0], z[1], -Box::Gap(numbers.data(), z) - sink);
+    };
+  }
   if (dynamic_cast<const ConstraintOf<HeightMap>*>(&element) != nullptr) {
     const std::shared_ptr<const HeightGrid> heights = element.parts.heights;
     return [=](double s, double t) {
@@ -57,24 +67,60 @@ TerrainSurface SurfaceOf(const ConstraintElement& element, const Vec3<double>& n
   return {};
 }
 
-/// What makes two surfaces the same: their numbers without the radius of the sphere above a plane.
+const MovingConstraint* AsMoving(const ConstraintElement& element) {
+  return dynamic_cast<const MovingConstraint*>(&element);
+}
+/// A constraint as it is while its surface is not displaced.
+const ConstraintElement& Still(const ConstraintElement& element) {
+  const MovingConstraint* moving = AsMoving(element);
+  return moving == nullptr ? element : moving->still();
+}
+bool IsPlane(const ConstraintElement& element) {
+  return dynamic_cast<const ConstraintOf<Plane>*>(&element) != nullptr;
+}
+
+/// What makes two surfaces the same: their numbers without the radius of the sphere above a plane,
+/// and where they move to.
 std::vector<double> Identity(const ConstraintElement& element) {
-  std::vector<double> numbers = Numbers(element);
-  if (dynamic_cast<const ConstraintOf<Plane>*>(&element) != nullptr) numbers.pop_back();
+  std::vector<double> numbers = Numbers(Still(element));
+  if (IsPlane(Still(element))) numbers.pop_back();
+  const MovingConstraint* moving = AsMoving(element);
+  for (const double t : {0.0, 0.1, 0.7, 2.3}) {
+    if (moving == nullptr) break;
+    const Vec3<double> s = moving->motion().At(t)[0];
+    numbers.insert(numbers.end(), s.data(), s.data() + 3);
+  }
   return numbers;
 }
 
 }  // namespace
 
-std::vector<TerrainSurface> TerrainNear(const RobotDescription& robot, const Vec3<double>& near,
-                                        double sink) {
-  std::vector<TerrainSurface> found;
+std::vector<TerrainPiece> TerrainNear(const RobotDescription& robot, const Vec3<double>& near,
+                                      double sink) {
+  std::vector<TerrainPiece> found;
   std::set<std::vector<double>> known;
-  for (const auto& element : robot.constraints) {
-    TerrainSurface surface = SurfaceOf(*element, near, sink);
-    if (surface && known.insert(Identity(*element)).second) found.push_back(std::move(surface));
+  for (std::size_t i = 0; i < robot.constraints.size(); ++i) {
+    const ConstraintElement& element = *robot.constraints[i];
+    TerrainSurface surface = SurfaceOf(Still(element), near, sink);
+    if (!surface || !known.insert(Identity(element)).second) continue;
+    found.push_back({std::move(surface), static_cast<int>(i), AsMoving(element) != nullptr});
   }
   return found;
+}
+
+Vec3<double> TerrainDisplacement(const RobotDescription& robot, int constraint, double t,
+                                 double period) {
+  const MovingConstraint* moving =
+      AsMoving(*robot.constraints[static_cast<std::size_t>(constraint)]);
+  if (moving == nullptr) return Vec3<double>::Zero();
+  const Vec3<double> s = moving->motion().At(t)[0];
+  if (!IsPlane(moving->still())) return s;
+  const std::vector<double> numbers = Numbers(moving->still());
+  const Mat3<double> frame =
+      AxisFrame(Vec3<double>(numbers[0], numbers[1], numbers[2]).normalized());
+  Vec3<double> shown = frame.transpose() * s;
+  for (int k = 0; k < 2; ++k) shown(k) -= period * std::round(shown(k) / period);
+  return frame * shown;
 }
 
 }  // namespace contact_flow

@@ -110,10 +110,8 @@ void CheckUrdfText(const std::string& text) {
       k = end;
     }
   }
-  if (elements == 0) throw std::invalid_argument("URDF: there is no XML element");
-  if (!open.empty()) {
-    throw std::invalid_argument("URDF: ends inside <" + open.back().substr(0, 80) + ">");
-  }
+  if (elements == 0) Fail(text, 0, "there is no XML element: is it the path of a file?");
+  if (!open.empty()) Fail(text, text.size(), "ends inside <" + open.back().substr(0, 80) + ">");
 }
 
 }  // namespace contact_flow

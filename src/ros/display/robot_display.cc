@@ -21,17 +21,6 @@ namespace {
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
-geometry_msgs::TransformStamped ToTransform(const Pose& pose, const std::string& parent,
-                                            const std::string& child, const ros::Time& stamp) {
-  geometry_msgs::TransformStamped message;
-  message.header.stamp = stamp;
-  message.header.frame_id = parent;
-  message.child_frame_id = child;
-  message.transform.translation = ToVector(pose.position);
-  message.transform.rotation = ToQuaternion(pose.rotation);
-  return message;
-}
-
 void SetPose(const Pose& pose, Marker* marker) {
   marker->pose.position = ToPoint(pose.position);
   marker->pose.orientation = ToQuaternion(pose.rotation);
@@ -216,17 +205,19 @@ std::vector<geometry_msgs::TransformStamped> RobotDisplay::Transforms(
     const Pose pose =
         LinkPose(state, placement.parent_link).Inverse() * LinkPose(state, placement.child_link);
     const bool base = placement.parent_link < 0;
-    transforms.push_back(ToTransform(pose, (base ? "" : options_.prefix) + placement.parent,
+    transforms.push_back(ToTransform(pose.rotation, pose.position,
+                                     (base ? "" : options_.prefix) + placement.parent,
                                      options_.prefix + placement.child, stamp));
   }
+  AddTerrainTransforms(x, stamp, &transforms);
   return transforms;
 }
 
 std::vector<geometry_msgs::TransformStamped> RobotDisplay::StaticTransforms(
     const ros::Time& stamp) const {
   if (!base_alias_) return {};
-  return {
-      ToTransform(Pose(), options_.prefix + options_.base_frame, options_.prefix + root_, stamp)};
+  return {ToTransform(Mat3<double>::Identity(), Vec3<double>::Zero(),
+                      options_.prefix + options_.base_frame, options_.prefix + root_, stamp)};
 }
 
 Marker RobotDisplay::Begin(const std::string& name, int id, const ros::Time& stamp) const {

@@ -65,7 +65,8 @@ class RobotDisplay {
   /// axes, for λ [n+l+r].
   std::vector<geometry_msgs::WrenchStamped> LinkWrenches(const VectorRef& x, const VectorRef& force,
                                                          const ros::Time& stamp) const;
-  /// The base in the world, and the links that hang on floating and planar joints.
+  /// The base in the world, the links that hang on floating and planar joints, and the ground that
+  /// moves (terrain_1, …).
   std::vector<geometry_msgs::TransformStamped> Transforms(const VectorRef& x,
                                                           const ros::Time& stamp) const;
   /// The root link in base_frame, where that is another name.
@@ -80,7 +81,8 @@ class RobotDisplay {
   /// about the world's origin in world axes; zero for limits. [n]
   std::vector<geometry_msgs::Wrench> ContactWrenches(const VectorRef& x,
                                                      const VectorRef& force) const;
-  /// The planes and height fields that are fixed in the world, each once (namespace "terrain").
+  /// The planes, height fields, height maps and stairs of the world, each once (namespace
+  /// "terrain"); those that move in frames of their own, as Transforms places them.
   visualization_msgs::MarkerArray Terrain() const;
   /// The shapes of all links at another state, in one colour.
   visualization_msgs::MarkerArray Ghost(const VectorRef& x, const std::string& name,
@@ -103,6 +105,9 @@ class RobotDisplay {
 
   visualization_msgs::Marker Begin(const std::string& name, int id, const ros::Time& stamp) const;
   Pose LinkPose(const TreeState<double>& state, int link) const;
+  std::string TerrainFrame(int piece) const;
+  void AddTerrainTransforms(const VectorRef& x, const ros::Time& stamp,
+                            std::vector<geometry_msgs::TransformStamped>* transforms) const;
 
   const RobotSystem& system_;
   const DisplayOptions options_;

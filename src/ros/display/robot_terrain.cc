@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <string>
 #include <utility>
 
 #include "contact_flow/model/rigid_body/terrain_surface.h"
@@ -13,6 +14,8 @@ using visualization_msgs::Marker;
 
 /// Tiles along each side of a surface.
 constexpr int kTiles = 40;
+/// After which their shades repeat.
+constexpr int kPattern = 4;
 /// How far below the surface it is drawn, so that the visual of a table or floor hides it [m].
 constexpr double kSink = 2e-3;
 
@@ -40,15 +43,40 @@ visualization_msgs::MarkerArray RobotDisplay::Terrain() const {
   TreeState<double> state(tree);
   UpdatePositions(tree, system_.nominal().x.data(), &state);
   visualization_msgs::MarkerArray array;
-  for (const TerrainSurface& surface : TerrainNear(system_.robot(), state.reference, kSink)) {
+  for (const TerrainPiece& piece : TerrainNear(system_.robot(), state.reference, kSink)) {
     Marker marker = Begin("terrain", static_cast<int>(array.markers.size()), ros::Time());
+    if (piece.moves) {
+      marker.header.frame_id = TerrainFrame(marker.id);
+      marker.frame_locked = true;
+    }
     marker.type = Marker::TRIANGLE_LIST;
     marker.scale.x = marker.scale.y = marker.scale.z = 1;
     marker.color = Color(0.7, 0.7, 0.7, 1);
-    AddTiles(surface, options_.terrain_size, &marker);
+    AddTiles(piece.surface, options_.terrain_size, &marker);
     array.markers.push_back(marker);
   }
   return array;
+}
+
+std::string RobotDisplay::TerrainFrame(int piece) const {
+  return options_.prefix + "terrain_" + std::to_string(piece + 1);
+}
+
+void RobotDisplay::AddTerrainTransforms(
+    const VectorRef& x, const ros::Time& stamp,
+    std::vector<geometry_msgs::TransformStamped>* transforms) const {
+  const RobotDescription& robot = system_.robot();
+  if (robot.model.clock < 0) return;
+  const double t = x(robot.model.ClockCoordinate().q);
+  const double period = kPattern * 2 * options_.terrain_size / kTiles;
+  int id = 0;
+  for (const TerrainPiece& piece : TerrainNear(robot, Vec3<double>::Zero())) {
+    const std::string frame = TerrainFrame(id++);
+    if (!piece.moves) continue;
+    const Vec3<double> shown = TerrainDisplacement(robot, piece.constraint, t, period);
+    transforms->push_back(ToTransform(Mat3<double>::Identity(), shown, options_.world_frame, frame,
+                                      stamp));
+  }
 }
 
 }  // namespace ros_interface

@@ -3,9 +3,12 @@
 
 #include <geometry_msgs/Point.h>
 #include <geometry_msgs/Quaternion.h>
+#include <geometry_msgs/TransformStamped.h>
 #include <geometry_msgs/Vector3.h>
+#include <ros/time.h>
 
 #include <Eigen/Geometry>
+#include <string>
 
 namespace contact_flow {
 namespace ros_interface {
@@ -38,6 +41,21 @@ inline geometry_msgs::Quaternion ToQuaternion(const Eigen::Quaterniond& rotation
 }
 inline geometry_msgs::Quaternion ToQuaternion(const Eigen::Matrix3d& rotation) {
   return ToQuaternion(Eigen::Quaterniond(rotation));
+}
+
+/// Of frame `child` in frame `parent`.
+inline geometry_msgs::TransformStamped ToTransform(const Eigen::Matrix3d& rotation,
+                                                   const Eigen::Vector3d& position,
+                                                   const std::string& parent,
+                                                   const std::string& child,
+                                                   const ros::Time& stamp) {
+  geometry_msgs::TransformStamped message;
+  message.header.stamp = stamp;
+  message.header.frame_id = parent;
+  message.child_frame_id = child;
+  message.transform.translation = ToVector(position);
+  message.transform.rotation = ToQuaternion(rotation);
+  return message;
 }
 
 }  // namespace ros_interface

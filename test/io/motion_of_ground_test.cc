@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Motions of ground as YAML gives them: their derivatives beside quotients, terrain, refusals.
+#include <gtest/gtest.h>
+
+#include "test/io/moving_robots.h"
+
+namespace contact_flow {
+namespace {
+
+/// A block that lands on a slope that samples move, and slips; and a wheel.
+TEST(MovingGround, HasTheDerivativeOfQuotients) {
+  ExpectQuotients(
+      Block(),
+      "{constraints: {block: {kind: plane, link: block, normal: [-0.2, 0, 1], friction: 0.2, "
+      "motion: {direction: [0.4, 0, 1], velocity: 0.2, times: [0, 0.2, 0.35, 0.6], values: [0, "
+      "0.05, 0.01, 0.04]}}}, nominal: {positions: {z: 0.2}, velocities: {x: 1}}, parameters: "
+      "{velocity: block/motion_velocity, across: block/motion_direction_x, mu: block/friction, "
+      "offset: block/offset}}",
+      0.4);
+  ExpectQuotients(
+      Robot(Link("mid", "0.5") + Link("high", "0.5") + Link("wheel", "1") +
+            Joint("x", "prismatic", "world", "mid", "1 0 0") +
+            Joint("z", "prismatic", "mid", "high", "0 0 1") +
+            Joint("roll", "continuous", "high", "wheel", "0 1 0")),
+      "{constraints: {rim: {kind: rim, link: wheel, axis: [0, 1, 0], radius: 0.2, friction: 0.4, "
+      "motion: {direction: [1, 0, 0.5], amplitude: 0.05, frequency: 2, phase: 1}}}, nominal: "
+      "{positions: {z: 0.4}, velocities: {x: 0.5, roll: -3}}, parameters: {amplitude: "
+      "rim/motion_amplitude, phase: rim/motion_phase, radius: rim/radius}}",
+      0.3);
+}
+
+/// Terrain that contacts are made with moves, too, and is shared.
+TEST(MovingGround, IsTerrain) {
+  const RobotSystem robot = Make(
+      "<robot name=\"b\"><link name=\"box\"><inertial><mass value=\"1\"/><inertia ixx=\"0.1\" "
+      "iyy=\"0.1\" izz=\"0.1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial><collision><geometry>"
+      "<box size=\"0.2 0.2 0.1\"/></geometry></collision></link></robot>",
+      "{base: floating, contacts: {ground: all, friction: 0.6}, terrain: {belt: {kind: plane, "
+      "motion: {direction: [0, 1, 0], velocity: 0.8}}}, nominal: {positions: {base_z: 0.06}, "
+      "duration: 1}}");
+  EXPECT_EQ(8, robot.num_constraints());
+  const Trajectory run = Simulate(robot, robot.nominal().x, robot.nominal().u, 1);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  const int y = robot.num_positions() + 1;
+  EXPECT_NEAR(0.8, run.FinalState()(y), 1e-6);
+}
+
+TEST(MovingGround, IsRefusedWhereItIsNone) {
+  const auto refusal = [](const std::string& kind, const std::string& motion) {
+    return Refusal(Block(), "constraints:\n  block: {link: block, kind: " + kind +
+                                ",\n    motion: {" + motion + "}}\n");
+  };
+  const struct {
+    const char *kind, *motion, *answer;
+  } cases[] = {
+      {"plane", "velocity: 1", "block/motion: 'direction' is missing"},
+      {"plane", "direction: [1, 0, 0]", "says no motion: add `velocity`"},
+      {"plane", "direction: [0, 0, 0], velocity: 1", "has no direction: give one"},
+      {"plane", "direction: [1, 0, 0], amplitude: 1", "needs a `frequency` [Hz] (line 3)"},
+      {"plane", "direction: [1, 0, 0], velocity: 1, phase: 1", "is of a sinusoid: add its"},
+      {"plane", "direction: [1, 0, 0], velocity: 1, periodic: true", "is of samples: add"},
+      {"plane", "direction: [1, 0, 0], times: [0, 1], values: [0]", "2 times and 1 values"},
+      {"plane", "direction: [1, 0, 0], speed: 1", "says no motion"},
+      {"plane", "direction: [1, 0, 0], velocity: 1, frequncy: 1", "unknown key 'frequncy'"},
+      {"link_plane, other_link: mid", "direction: [1, 0, 0], velocity: 1", "is for ground"},
+      {"plane, friction: 0.5", "direction: [0, 1, 0], velocity: 1", "moves out of the plane"},
+  };
+  for (const auto& wrong : cases) {
+    const std::string answer = refusal(wrong.kind, wrong.motion);
+    EXPECT_NE(std::string::npos, answer.find(wrong.answer)) << answer;
+    EXPECT_NE(std::string::npos, answer.find("(line ")) << answer;
+  }
+  const std::string still = "<robot name=\"s\"><link name=\"world\"/>" + Link("post", "1") +
+                            Link("arm", "1") +
+                            "<joint name=\"f\" type=\"fixed\"><parent link=\"world\"/><child "
+                            "link=\"post\"/></joint>" +
+                            Joint("z", "prismatic", "post", "arm", "0 0 1") + "</robot>";
+  EXPECT_NE(std::string::npos,
+            Refusal(still,
+                    "{constraints: {post: {kind: plane, link: post, motion: {direction: [0, "
+                    "0, 1], velocity: 1}}}}")
+                .find("between parts that do not move"));
+}
+
+}  // namespace
+}  // namespace contact_flow
