@@ -11,6 +11,7 @@ from .ensemble import Ensemble
 Array = Any
 #: Words or outcomes with a colour of their own; the rest is one.
 MAX_COLOURS = 10
+NOT_RUN = -3   #: code of an outcome
 
 
 class Unmeasured(ValueError):
@@ -59,12 +60,16 @@ def labels_of(ensemble: Ensemble, by: Any) -> Array:
 
 def basin(ensemble: Ensemble, x: str, y: str, by: Any, bins: int) -> Basin:
     """Over two drawn numbers, from all runs."""
-    start = np.asarray(ensemble["start"] if "start" in ensemble.columns else ensemble.draws())
+    labels = labels_of(ensemble, by).astype(str)
+    start = np.asarray(ensemble["start"] if "start" in ensemble.columns else ensemble.draws(0, len(labels)))
+    if "outcome" in ensemble.columns:   # of a store in which chunks are missing
+        done = np.asarray(ensemble["outcome"]) != NOT_RUN
+        labels, start = labels[done], start[done]
     for name in (x, y):
         if name not in ensemble.drawn:
             raise ValueError("'%s' is not drawn; there are %s" % (name, ", ".join(ensemble.drawn)))
     a, b = (start[:, ensemble.drawn.index(name)] for name in (x, y))
-    found, code, counts = np.unique(labels_of(ensemble, by).astype(str), return_inverse=True, return_counts=True)
+    found, code, counts = np.unique(labels, return_inverse=True, return_counts=True)
     order = np.argsort(-counts, kind="stable")
     place = np.empty(len(found), dtype=int)
     place[order] = np.arange(len(found))

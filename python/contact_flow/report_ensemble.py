@@ -59,6 +59,8 @@ def section(run: _core.Run, ensemble: Ensemble) -> Dict[str, Any]:
         data["distributions"] = distributions(ensemble, derivative)
     except ValueError as reason:   # something else than the state is drawn
         data["distributions"], data["prediction"] = distributions(ensemble, None), "Nothing is predicted: %s." % reason
+    drawn = [name[1:] if name.startswith("+") else name for name in ensemble.drawn]
+    data["chosen"] = next((k for k, one in enumerate(data["distributions"]) if one["name"] in drawn), 0)
     data["branches"] = [{"arc": b.arc, "bottom": b.bottom, "share": b.share, "word": b.word, "parent": b.parent}
                         for b in word_branches(ensemble, 0.002, 6)]
     if len(ensemble.drawn) < 2 or "outcome" not in ensemble.columns or ensemble.summary.runs == 0:

@@ -211,6 +211,25 @@ class Readers(Folder):
         self.same(found)
         np.testing.assert_array_equal(found["final_state"][100:200], np.asarray(found["final_state"])[100:200])
 
+    def test_pictures_of_what_is_there_by_now(self):
+        from contact_flow.ensemble_shapes import basin
+        biped = cf.Model("soft_biped")
+        draws = {"body_pitch": cf.Uniform(-0.3, 0.3), "d/dt body_pitch": cf.Uniform(-0.5, 0.5)}
+        calls = []
+
+        def enough(*_):
+            calls.append(1)
+            if len(calls) == 3:
+                raise KeyboardInterrupt
+        with self.assertRaises(KeyboardInterrupt):
+            biped.sweep(draws, RUNS, seed=3, directory=self.folder, chunk=512, progress=enough, every=0)
+        found = cf.open_sweep(self.folder)
+        self.assertLess(found.summary.runs, RUNS)
+        shape = basin(found, "body_pitch", "d/dt body_pitch", "word", 10)
+        whole = basin(biped.sweep(draws, found.summary.runs, seed=3), "body_pitch", "d/dt body_pitch", "word", 10)
+        self.assertEqual((whole.labels, whole.shares), (shape.labels, shape.shares))
+        np.testing.assert_array_equal(whole.cells, shape.cells)
+
     @unittest.skipUnless(importlib.util.find_spec("xarray"), "python3-xarray is not installed")
     def test_xarray(self):
         import xarray

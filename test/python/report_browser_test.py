@@ -96,6 +96,25 @@ class Browser(unittest.TestCase):
         loaded = self.driver.execute_script("return performance.getEntriesByType('resource').map(e => e.name)")
         self.assertEqual([], [name for name in loaded if not name.startswith("data:")])
 
+    def test_ensemble(self):
+        """Cells of the basin have the colours of its words, in their shares; prediction and words are drawn."""
+        draws = {"body_pitch": cf.Uniform(-0.3, 0.3), "d/dt body_pitch": cf.Uniform(-0.5, 0.5)}
+        path = pathlib.Path(self.folder.name) / "ensemble.html"
+        swept = cf.Model("soft_biped").sweep(draws, 2000, seed=1, duration=0.9)
+        swept.report(path)
+        self.open(path)
+        shown = data_of(path.read_text(encoding="utf-8"))["ensemble"]["basin"]
+        cells = np.array(shown["cells"])
+        basin = self.picture("basin")
+        blue, orange = (int(like(basin, colour).sum()) for colour in (BLUE, ORANGE))
+        self.assertGreater(blue, orange)
+        self.assertAlmostEqual(np.sum(cells == 0) / np.sum(cells == 1), blue / orange, delta=0.1 * blue / orange)
+        self.assertGreater(like(self.picture("spread"), ORANGE, 60).sum(), 100)
+        self.assertGreater(np.sum(np.any(self.picture("tree") < 250, axis=2)), 1000)
+        self.assertIn("2000 runs", self.driver.find_element(By.ID, "ensemble-words").text)
+        self.open()   # a run alone has none
+        self.assertEqual([], self.driver.find_elements(By.ID, "ensemble"))
+
     def test_strip(self):
         """Bars from touchdown to lift-off, where the run has them."""
         self.open()
