@@ -86,18 +86,13 @@ Value AtZero(const std::vector<Value>& at) {
   return 4.0 * at[0] - 6.0 * at[1] + 4.0 * at[2] - at[3];
 }
 
+/// Where the rim is light beside the hub the Delassus matrix of a foot has the condition m l²/I.
 TEST(Walkers, RimlessWheel) {
-  for (const double inertia : {0.3, 1e-2}) RollingWheel(inertia);
-  // In the limit of massless spokes: η² is analytic in I with coefficients about 1, so that the
-  // cubic leaves 24 I⁴ ~ 2e-11; the weights carry 15 times the 1e-11 of a derivative.
-  std::vector<double> eigenvalue, speed;
-  for (int k = 1; k <= 4; ++k) {
-    const Wheel wheel = RollingWheel(1e-3 * k);
-    eigenvalue.push_back(wheel.eigenvalue);
-    speed.push_back(wheel.speed);
-  }
-  EXPECT_NEAR(0.5, AtZero(eigenvalue), 1e-9);
-  EXPECT_NEAR(1.095462840, AtZero(speed), 1e-9);
+  for (const double inertia : {0.3, 1e-2, 1e-4, 1e-6, 1e-8}) RollingWheel(inertia);
+  // With massless spokes, but for 1e-10.
+  const Wheel wheel = RollingWheel(1e-10);
+  EXPECT_NEAR(0.5, wheel.eigenvalue, 1e-9);
+  EXPECT_NEAR(1.095462840, wheel.speed, 1e-9);
 }
 
 /// Both feet on the ground, the left one ahead and at rest: z = (its angle, its rate, the other's).
