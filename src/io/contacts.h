@@ -29,9 +29,11 @@ namespace contact_flow {
 ///   steps: {kind: stairs, rise: 0.1, run: 0.3, riser: 0.02, first: 1, last: 3}
 ///   field: {kind: height_map, origin: [-1, -1], step: [0.5, 0.5], heights: [[0, 0.1], [0, 0.2]]}
 ///   hall: {kind: height_map, image: hall.pgm, step: [0.02, 0.02], low: 0, high: 0.5}
+///   crate: {kind: box, center: [2, 0, 0.1], length: 0.4, width: 0.3, height: 0.2, riser: 0.02}
+///   belt: {kind: plane, motion: {direction: [1, 0, 0], velocity: 0.5}}       # see ReadMotion
 /// so that its corners are hollow. Sharp edges that stick out have no derivative of the distance:
-/// boxes and meshes are refused. All but planes are for points. Rows of heights go along x, the
-/// first one at the smallest y; of images the last.
+/// meshes are refused, sides of boxes lean. All but planes are for points. Rows of heights go along
+/// x, the first one at the smallest y; of images the last.
 ///
 /// `feet` are the ends of chains that reach lowest in the nominal state: bodies that carry no other
 /// collision geometry, within a tenth of the robot's height of the lowest of them; and of these

@@ -14,6 +14,15 @@ inline std::string DropFile(const std::string& robot) {
   return std::string(CONTACT_FLOW_TEST_DATA) + "/drop_" + robot + ".yaml";
 }
 
+/// Gives every contact of such a robot a coefficient of friction.
+inline void AddFriction(double coefficient, std::string* yaml) {
+  const std::string key = ", friction: " + std::to_string(coefficient), before = ", radius:";
+  for (std::size_t at = 0; (at = yaml->find(before, at)) != std::string::npos;
+       at += key.size() + before.size()) {
+    yaml->insert(at, key);
+  }
+}
+
 /// The state with the lowest contact point up to 0.5 m above the ground; every fourth is level, the
 /// others are tilted by up to 0.5 rad about any horizontal axis, with up to 0.1 rad on each joint.
 inline Vector RandomDrop(const MechanicalSystem& system, int seed) {
