@@ -100,7 +100,7 @@ int Run(std::uint64_t runs, int threads, bool columns, int rounds) {
   std::printf("efficiency       %8.4f by processor time, median of %d rounds\n", Median(ratio),
               rounds);
   std::printf("by the clock     %8.0f trots/s\n", n / Median(clocks));
-  std::printf("in lanes         %8.2f us, %.2f of the bare loop's rate, %.0f trots/s by the clock\n",
+  std::printf("in lanes         %8.2f us, %.2f of the loop's rate, %.0f trots/s by the clock\n",
               1e6 * Median(lanes) / n, Median(lane_ratio), n / Median(lane_clocks));
   std::printf("largest memory   %8.1f MB   (%g)\n", 1e-3 * static_cast<double>(usage.ru_maxrss),
               sum);

@@ -2,11 +2,13 @@
 #include "run_one.h"
 
 #include <cmath>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
 #include "contact_flow/budget.h"
 #include "contact_flow/flow/simulate_batch.h"
+#include "contact_flow/nearest_name.h"
 #include "src/flow/lane_set.h"
 
 namespace contact_flow {
@@ -22,6 +24,16 @@ Vector BaseInput(const SweepRequest& request) {
   const InputSchedule& inputs = Checked(request);
   if (inputs.values.size() == 1) return inputs.values.front();
   return Vector::Zero(inputs.values.front().size());
+}
+
+/// Observables are asked for by their names.
+void CheckNames(const std::vector<std::string>& observables) {
+  std::set<std::string> seen;
+  for (const std::string& name : observables) {
+    if (!name.empty() && seen.insert(name).second) continue;
+    throw std::invalid_argument("the cost " + QuoteName(name) +
+                                " needs a name that no other observable has");
+  }
 }
 
 RunEnd EndOf(const Trajectory& run, int num_constraints) {
@@ -82,6 +94,7 @@ RunOne::RunOne(const SweepRequest& request, Vector reference)
                 request.duration),
       reference_(std::move(reference)),
       options_(request.options) {
+  CheckNames(ObservableNames(*request.system, request.keep));
   if (start_.ReplacesInputs() && request.inputs.values.size() > 1) {
     throw std::invalid_argument(
         "the inputs change on a grid: draw '+' and the name, which is added on all of it");

@@ -91,9 +91,8 @@ class Work {
     const std::uint64_t begin = block * kBlock, end = std::min(begin + kBlock, request_.count);
     RunOne::Scratch scratch(budget_);
     const auto row = static_cast<std::size_t>(begin);
-    const bool done = runs_.HasLanes() &&
-                      runs_.RunLanes(request_.first + begin, row, end - begin, &scratch,
-                                     &result_->columns, &summary);
+    const bool done = runs_.HasLanes() && runs_.RunLanes(request_.first + begin, row, end - begin,
+                                                         &scratch, &result_->columns, &summary);
     for (std::uint64_t run = begin; run < end && !done && !budget_.cancelled(); ++run) {
       runs_.Run(request_.first + run, static_cast<std::size_t>(run), &scratch, &result_->columns,
                 &summary);
@@ -181,23 +180,22 @@ void AskMegabytes(const SweepRequest& request, double bytes, const std::string& 
   AskMemory(bytes, what);
 }
 
-/// At most one summary for each thread and each height of the tree: covariances and histograms, and
-/// sketches of as many levels as the height.
-void AskStatistics(const SweepRequest& request, std::uint64_t blocks, int threads) {
+}  // namespace
+
+double StatisticsBytes(const SweepRequest& request, int threads) {
+  // A summary for each thread and each height of the tree: covariances and histograms, and sketches
+  // of as many levels as the height.
   double numbers = 0;
   for (const HistogramAxis& axis : request.histograms) numbers += std::max(axis.bins, 0) + 2.0;
   const double observables =
       2.0 * request.system->dof() + static_cast<double>(request.keep.costs.size());
   numbers += observables * observables;
-  const double height = std::ceil(std::log2(static_cast<double>(blocks) + 1)) + 1;
+  const double blocks = std::ceil(static_cast<double>(request.count) / kBlock);
+  const double height = std::ceil(std::log2(blocks + 1)) + 1;
   const double sketches =
       2.0 * QuantileSketch::kCapacity * observables * (threads + height * height / 2);
-  AskMegabytes(request, 8 * (numbers * (threads + height) + sketches),
-               "the statistics of " + std::to_string(request.count) + " runs",
-               "ask for fewer bins");
+  return 8 * (numbers * (threads + height) + sketches);
 }
-
-}  // namespace
 
 SweepResult Sweep(const SweepRequest& request) {
   Validate(request);
@@ -208,11 +206,12 @@ SweepResult Sweep(const SweepRequest& request) {
                                     : static_cast<int>(std::thread::hardware_concurrency());
   threads = static_cast<int>(
       std::min<std::uint64_t>(static_cast<std::uint64_t>(std::max(threads, 1)), blocks));
-  AskStatistics(request, blocks, threads);
+  AskMegabytes(request, StatisticsBytes(request, threads),
+               "the statistics of " + std::to_string(request.count) + " runs",
+               "ask for fewer bins");
   const RunOne runs(request, result.reference);
   const double bytes = runs.recorder().BytesPerRun() * static_cast<double>(request.count);
-  AskMegabytes(request, bytes,
-               "the columns of " + std::to_string(request.count) + " runs",
+  AskMegabytes(request, bytes, "the columns of " + std::to_string(request.count) + " runs",
                "keep less of each, or fewer at once");
   result.columns = runs.recorder().Make(request.first, static_cast<std::size_t>(request.count));
   Work work(request, runs, &result);

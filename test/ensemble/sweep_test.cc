@@ -232,6 +232,13 @@ TEST(Sweep, RefusesBeforeItStarts) {
   request.max_megabytes = 0.01;
   EXPECT_THROW(Sweep(request), BudgetExceeded);
   request = Landing(1000);
+  for (const char* name : {"", "body_pitch", "d/dt body_z"}) {   // asked for by their names
+    request.keep.costs = {{name, Vector::Zero(14), Vector::Zero(14), Vector()}};
+    EXPECT_THROW(Sweep(request), std::invalid_argument) << name;
+  }
+  request.keep.costs.assign(2, {"cost", Vector::Zero(14), Vector::Zero(14), Vector()});
+  EXPECT_THROW(Sweep(request), std::invalid_argument);
+  request = Landing(1000);
   request.histograms.assign(1000, {6, -1, 1, 1000000});   // of 8 GB
   EXPECT_THROW(Sweep(request), BudgetExceeded);
   request = Landing(1000);

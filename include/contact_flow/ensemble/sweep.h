@@ -67,6 +67,9 @@ std::vector<std::string> ObservableNames(const MechanicalSystem& system, const K
 /// The reference of a request.
 Vector ReferenceState(const SweepRequest& request);
 
+/// What the statistics of a request take at most, on so many threads [byte].
+double StatisticsBytes(const SweepRequest& request, int threads);
+
 /// Runs all of them, in blocks of Tally::kBlock over threads, within the Budget of the caller's
 /// thread. Each run depends on its number, the seed and the request alone: columns and statistics
 /// have the same bits for any number of threads and any division into requests. A run that throws,

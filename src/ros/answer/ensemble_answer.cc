@@ -23,8 +23,7 @@ using Clock = std::chrono::steady_clock;
 
 template <class T>
 void Append(std::vector<T>&& from, std::vector<T>* to) {
-  to->insert(to->end(), std::make_move_iterator(from.begin()),
-             std::make_move_iterator(from.end()));
+  to->insert(to->end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
 }
 
 /// The columns of the runs behind those that are there.
@@ -179,6 +178,8 @@ EnsembleResult Answer(const Setup& setup, const EnsembleRequest& request, const 
       Recorder(system, sweep.keep, drawn, sweep.inputs.grid.front(), sweep.duration).BytesPerRun();
   AskMemory(bytes * static_cast<double>(sweep.count),
             "the columns of " + std::to_string(sweep.count) + " runs");
+  AskMemory(StatisticsBytes(sweep, sweep.threads),
+            "the statistics of " + std::to_string(sweep.count) + " runs");
   Parts parts(std::move(sweep), watch);
   const Status status = parts.Run(&result);
   if (!status.ok()) {

@@ -52,8 +52,7 @@ Matrix ResolveCovariance(const std::string& field, const EnsembleDraw& draw) {
 DrawPart ResolveDraw(const std::string& field, const EnsembleDraw& draw) {
   static const std::vector<std::string> kinds = {"grid", "uniform", "normal", "table"};
   DrawPart part;
-  part.kind =
-      static_cast<Kind>(NameIndex(field + ".kind", "kind of draw", draw.kind, kinds));
+  part.kind = static_cast<Kind>(NameIndex(field + ".kind", "kind of draw", draw.kind, kinds));
   part.names = draw.names;
   const bool uniform = part.kind == Kind::kUniform, normal = part.kind == Kind::kNormal;
   CheckUnused(field + ".low", draw.kind, !uniform && !draw.low.empty());
@@ -97,8 +96,8 @@ CostTerm ResolveCost(const MechanicalSystem& system, const std::string& field,
     CheckWeights(field + ".weights", asked.weights);
   }
   for (std::size_t k = 0; k < asked.outcomes.size(); ++k) {
-    const int i = StateIndex(Place(field + ".outcomes", k), asked.outcomes[k],
-                             system.description());
+    const int i =
+        StateIndex(Place(field + ".outcomes", k), asked.outcomes[k], system.description());
     cost.weight(i) = asked.weights.empty() ? 1 : asked.weights[k];
     cost.target(i) = asked.targets.empty() ? 0 : asked.targets[k];
   }
@@ -154,8 +153,8 @@ std::vector<HistogramAxis> ResolveHistograms(const std::vector<EnsembleBins>& as
     const int observable =
         NameIndex(field + ".observable", "observable", asked[k].observable, observables);
     if (asked[k].bins < 1 || asked[k].bins > kMaxBins || !(asked[k].low < asked[k].high)) {
-      throw std::invalid_argument(field + " needs low < high and 1 to " +
-                                  std::to_string(kMaxBins) + " bins");
+      throw std::invalid_argument(field + " needs low < high and 1 to " + std::to_string(kMaxBins) +
+                                  " bins");
     }
     axes.push_back({observable, asked[k].low, asked[k].high, static_cast<int>(asked[k].bins)});
   }
@@ -180,8 +179,8 @@ SweepRequest ResolveEnsemble(const Setup& setup, const EnsembleRequest& request)
   const Run run = ResolveRun(setup, request);
   SweepRequest sweep;
   // It is the setup's, which outlives the request.
-  sweep.system = std::shared_ptr<const MechanicalSystem>(std::shared_ptr<void>(),
-                                                         setup.system.get());
+  sweep.system =
+      std::shared_ptr<const MechanicalSystem>(std::shared_ptr<void>(), setup.system.get());
   sweep.make = [&setup](const ParameterValues& changed) {
     ParameterValues values = setup.configuration.parameters;
     for (const auto& [name, value] : changed) values[name] = value;
@@ -201,8 +200,8 @@ SweepRequest ResolveEnsemble(const Setup& setup, const EnsembleRequest& request)
   }
   sweep.count = ResolveRuns(request, sweep.draws);
   sweep.keep = ResolveKeep(setup, request);
-  sweep.histograms = ResolveHistograms(request.histograms,
-                                       ObservableNames(*setup.system, sweep.keep));
+  sweep.histograms =
+      ResolveHistograms(request.histograms, ObservableNames(*setup.system, sweep.keep));
   if (request.threads > kMaxEnsembleThreads) {
     throw std::invalid_argument("threads is " + std::to_string(request.threads) +
                                 ", expected at most " + std::to_string(kMaxEnsembleThreads));
