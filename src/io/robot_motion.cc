@@ -51,12 +51,13 @@ void ReadSamples(const std::string& name, MapReader* motion, SurfaceMotion* read
   }
 }
 
-/// Whether a constraint is of points of one body and the world.
+/// Whether a constraint is of one point, and what is fixed to it, and the world.
 bool IsOfGround(const ConstraintElement& element) {
   const std::vector<AttachedPoint>& points = element.parts.points;
   return element.Touches() && element.parts.joints.empty() &&
-         std::all_of(points.begin(), points.end(),
-                     [&](const AttachedPoint& point) { return point.body == points[0].body; });
+         std::all_of(points.begin() + 1, points.end(), [&](const AttachedPoint& point) {
+           return point.body == points[0].body && point.link < 0;  // no place of its own
+         });
 }
 
 }  // namespace

@@ -63,6 +63,7 @@ TEST(MovingGround, IsRefusedWhereItIsNone) {
       {"plane", "direction: [1, 0, 0], speed: 1", "says no motion"},
       {"plane", "direction: [1, 0, 0], velocity: 1, frequncy: 1", "unknown key 'frequncy'"},
       {"link_plane, other_link: mid", "direction: [1, 0, 0], velocity: 1", "is for ground"},
+      {"link_plane, other_link: block", "direction: [1, 0, 0], velocity: 1", "is for ground"},
       {"plane, friction: 0.5", "direction: [0, 1, 0], velocity: 1", "moves out of the plane"},
   };
   for (const auto& wrong : cases) {
