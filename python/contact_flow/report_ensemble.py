@@ -30,7 +30,7 @@ def prediction_of(ensemble: Ensemble, run: _core.Run) -> Tuple[Any, str]:
 
 
 def distributions(ensemble: Ensemble, derivative: Any) -> List[Dict[str, Any]]:
-    found = []
+    found: List[Dict[str, Any]] = []
     for k, name in enumerate(ensemble.names):
         if len(found) == MAX_OBSERVABLES or not ensemble.summary.smallest[k] < ensemble.summary.largest[k]:
             continue

@@ -25,6 +25,10 @@ ReducedMap ControlledReturn(const MechanicalSystem& system, const PoincareReturn
     throw std::invalid_argument("the contact mode at the return is another than at the start: the "
                                 "derivative is no map of one space into itself");
   }
+  if (begin.cols() == 0) {
+    throw std::invalid_argument(
+        "the section and the contact mode leave nothing that could deviate");
+  }
   const Eigen::Index free = begin.cols(), count = static_cast<Eigen::Index>(inputs.size());
   Matrix start = Matrix::Zero(n + m, free + count);
   start.topLeftCorner(n, free) = begin;

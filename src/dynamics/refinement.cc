@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Solutions of (1a) where Λ_J⁻¹ = A M⁻¹ Aᵀ is far worse conditioned than (1a) itself: a part that is
-// light beside what constraints hold it to, as a wheel whose mass is all in its hub. With the least
-// pivot p of Λ_J⁻¹ beside its diagonal, P_J = M⁻¹ − … loses p⁻² of what M⁻¹ is known to, solutions
-// by the factors about p^(−3/2).
+// Solutions of (1a) where Λ_J⁻¹ = A M⁻¹ Aᵀ is far worse conditioned than (1a) itself: a part that
+// is light beside what constraints hold it to, as a wheel whose mass is all in its hub. With the
+// least pivot p of Λ_J⁻¹ beside its diagonal, P_J = M⁻¹ − … loses p⁻² of what M⁻¹ is known to,
+// solutions by the factors about p^(−3/2).
 #include "contact_flow/dynamics/contact_dynamics.h"
 
 namespace contact_flow {
@@ -21,7 +21,7 @@ constexpr int kSteps = 2;
 bool ContactDynamics::IsPoor() const {
   const Matrix& G = at_->delassus_inverse;
   const Matrix& factor = at_->delassus_factor.matrixLLT();
-  const double poor = d_ <= kFewCoordinates ? kPoorForFew
+  const double poor = d_ <= kFewCoordinates   ? kPoorForFew
                       : system_.HasFriction() ? kPoorByRows
                                               : kPoor;
   for (Eigen::Index i = 0; i < G.rows(); ++i) {

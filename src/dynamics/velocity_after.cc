@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The velocity after a frictional impact, also where a part is light beside what contacts hold it
-// to: by P Aᵀ alone it is known to as many digits less as G = A P Aᵀ is worse conditioned than (F6).
+// The velocity after a frictional impact, also where a part is light beside what contacts hold
+// it to: by P Aᵀ alone it loses as many digits as G = A P Aᵀ is worse conditioned than (F6).
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <cmath>

@@ -25,6 +25,7 @@ Matrix Orthonormal(const MatrixRef& columns, Eigen::Index n) {
     throw std::invalid_argument("directions of " + std::to_string(columns.rows()) +
                                 " entries in a space of " + std::to_string(n) + " dimensions");
   }
+  if (columns.size() == 0) return Matrix::Zero(n, 0);
   Eigen::JacobiSVD<Matrix> parts(columns, Eigen::ComputeThinU);
   parts.setThreshold(kRank);
   return parts.matrixU().leftCols(parts.rank());
@@ -39,7 +40,7 @@ void RequireSquare(const PiecewiseLinearMap& map) {
 double LargestEntry(const PiecewiseLinearMap& map) {
   double largest = std::numeric_limits<double>::min();
   for (const LinearPiece& piece : map.pieces()) {
-    largest = std::max(largest, piece.matrix.cwiseAbs().maxCoeff());
+    if (piece.matrix.size() > 0) largest = std::max(largest, piece.matrix.cwiseAbs().maxCoeff());
   }
   return largest;
 }
@@ -71,7 +72,7 @@ Eigen::RowVectorXd CrossingRow(const PiecewiseLinearMap& map, const VectorRef& g
 
 Matrix NullSpace(const MatrixRef& rows) {
   const Eigen::Index n = rows.cols();
-  if (rows.rows() == 0) return Matrix::Identity(n, n);
+  if (rows.size() == 0) return Matrix::Identity(n, n);
   Eigen::JacobiSVD<Matrix> parts(rows, Eigen::ComputeFullV);
   parts.setThreshold(kRank);
   return parts.matrixV().rightCols(n - parts.rank());

@@ -240,13 +240,11 @@ TEST(InputCluster, RollingDerivativeFollows) {
 /// A slip in space that ends, or a direction that it begins in, has no place among the orders.
 TEST(InputCluster, SlipInSpaceThatEndsIsRefused) {
   const auto puck = MakeModel("puck");
-  const NominalRun& nominal = puck->nominal();
+  const NominalRun nominal = puck->nominal();
   const Trajectory alone = Simulate(*puck, nominal.x, nominal.u, nominal.duration);
   const auto stop = std::find_if(
-      alone.transitions.begin(), alone.transitions.end(), [](const Transition& transition) {
-        return transition.mode_before.LetterOf(0) == Letter::kSlip &&
-               transition.mode_after.LetterOf(0) == Letter::kStick;
-      });
+      alone.transitions.begin(), alone.transitions.end(),
+      [](const Transition& passed) { return passed.mode_after.LetterOf(0) == Letter::kStick; });
   ASSERT_NE(alone.transitions.end(), stop);
   const InputSchedule schedule{{0, stop->t}, {nominal.u, nominal.u}};
   const Trajectory run = Simulate(*puck, nominal.x, schedule, nominal.duration);

@@ -141,7 +141,7 @@ Case Draw(unsigned seed) {
   c.x.resize(8);
   c.x << 0, 0.02 + 0.1 * uniform(random), 0.2, 0.02 + 0.1 * uniform(random), 1.5 * normal(random),
       -uniform(random), 1.5 * normal(random), -uniform(random);
-  const auto input = [&] { return Vector(Eigen::Vector2d(3 * normal(random), 3 * normal(random))); };
+  const auto input = [&] { return Vector::NullaryExpr(2, [&] { return 3 * normal(random); }); };
   c.schedule = {{0}, {input()}};
   const Trajectory run = Simulate(*c.system, c.x, c.schedule, kDuration, Tight());
   if (!run.status.ok() || run.transitions.empty()) return c;

@@ -46,8 +46,8 @@ class FrictionFrame {
   /// What A v is known to by row [m]: where contacts of `before` rest, and stick, any value
   /// is zero.
   Vector RateRounding(const InverseInertia& inertia, const VectorRef& v, ContactMode before) const;
-  /// v⁺ = v⁻ + P Aᵀ p of an impact's solution, with b = (1 + γ) N v⁻ and T v⁻. Where the rows of its
-  /// word are badly conditioned, v⁺ and p by the equations of the word once more.
+  /// v⁺ = v⁻ + P Aᵀ p of an impact's solution, with b = (1 + γ) N v⁻ and T v⁻. Where the rows of
+  /// its word are badly conditioned, v⁺ and p by the equations of the word once more.
   Vector VelocityAfter(const InverseInertia& inertia, const Vector& v_minus,
                        FrictionSolution* solution) const;
   /// Values by row of this frame, as force or impulse of the system [n+l+r], zero elsewhere.

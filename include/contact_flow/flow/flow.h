@@ -72,8 +72,8 @@ class Flow {
   /// Goes on to t() < t < proposed_end() only, by a step of that length from the node: its error is
   /// less than the proposal's. False when the run is over.
   bool Cut(double t);
-  /// A slip in the plane that vanishes at the node, as far as it is known, ends there. True when one
-  /// did; transition() then holds it. Where the input changes next, it might hide the end.
+  /// A slip in the plane that vanishes at the node, as far as it is known, ends there. True when
+  /// one did; transition() then holds it. Where the input changes next, it might hide the end.
   bool EndSlips();
   /// The next input begins: what rests stays in contact unless it would have to pull now. True when
   /// the run goes on; transition() then holds the change.

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/dynamics/guards.h"
+#include "contact_flow/dynamics/word_selection.h"
+#include "contact_flow/flow/trajectory.h"
+#include "frictional_walk.h"
+#include "walk_guards.h"
+#include "walk_point.h"
+
+namespace contact_flow {
+
+/// A walk through a cluster along one direction (w, δt); everything is carried as matrices, so that
+/// the result holds on the whole cone of the decisions that it makes.
+class FrictionalWalk {
+ public:
+  FrictionalWalk(ContactDynamics* dynamics, const Transition& transition,
+                 const std::vector<Vector>& inputs, const VectorRef& w, const VectorRef& dt);
+  ~FrictionalWalk() { dynamics_.SetInput(first_input_); }
+  FrictionalWalk(const FrictionalWalk&) = delete;
+  FrictionalWalk& operator=(const FrictionalWalk&) = delete;
+
+  FrictionalPath Take();
+
+ private:
+  /// Whether the slip of contact i vanishes at the base point.
+  bool Still(int i) const { return still_.Contains(i) || point_.SlipVanishes(i); }
+  /// D(T v) w of contact i in the plane, or 0 where w does not move it.
+  double Moves(int i) const;
+  /// w lies on the positive side of `row`, whose entries are sums of terms of this size.
+  void Decide(const Eigen::RowVectorXd& row, double size);
+  /// The decisions among directions w at fixed instants of the input.
+  Matrix Rows() const;
+  /// Contacts that stick where the cluster begins, and that w moves: by the projection (F7).
+  void SettleSticking();
+  std::vector<WalkGuard> GuardsHere();
+  /// The first-order instant of a guard as a row by (w, δt).
+  Eigen::RowVectorXd TimeOf(const WalkGuard& guard) const;
+  /// The guard that vanishes next; false when none is left.
+  bool Next();
+  void Pass(const WalkGuard& guard, ContactMode along);
+  /// A slip that begins in space has no direction among these events.
+  void CheckOnset() const;
+  bool IsPulledBack(int i, ContactMode mode) const;
+  /// Contacts that let go among these events with an acceleration, and that a later one pulls back
+  /// touch again, with a speed of first order.
+  void CheckDropped();
+  /// Contacts of the same body that an event brings along: what lands, or stops, with it.
+  ContactMode Along(const WalkGuard& c) const;
+  void Land(int i, ContactMode along);
+  /// The word at the base point for runs perturbed along w, in which those of `free` may let go.
+  void SelectNext(ContactMode free = {});
+  /// What is to let go, and has no force at the base point, holds until its own release: an event
+  /// elsewhere may make its force jump, up or away. What has let go stays away.
+  void HoldForceless(const TouchingContacts& contacts, ContactMode held);
+  /// Contacts that the word lets go: with an acceleration, or without, so that whatever pulls them
+  /// back finds them where they were.
+  void Drop(ContactMode gone);
+  /// Slips in space that end at the base point, all at once: their order does not matter.
+  void StopInSpace();
+  /// Guards that are identities change the word alone.
+  void FinishWord();
+
+  ContactDynamics& dynamics_;
+  const MechanicalSystem& system_;
+  const Transition& transition_;
+  const std::vector<Vector>& inputs_;  // after each change
+  const Vector first_input_;
+  const Guards guards_;
+  const int d_, size_;  // 2d+k
+  const int width_;     // … and the changes of the input: columns of what is carried
+  const Vector w_;
+  Vector sizes_;  // of the terms that the entries of the tangent, and δt, are sums of [2d+k+c]
+  WalkPoint point_;
+  Vector slack_;  // of forces that vanish, by constraint
+  ContactMode mode_;
+  ContactMode pending_;          // touchdowns to come
+  ContactMode releasing_;        // forces that are to vanish
+  ContactMode released_;         // without slip
+  ContactMode hovering_;         // let go without acceleration
+  ContactMode dropped_;          // let go with one
+  ContactMode landed_, lifted_;  // by the last touchdown: what took part, and what left
+  ContactMode still_;            // known to have no slip at the base point
+  ContactMode just_stopped_;
+  std::size_t changes_ = 0;  // of the input, so far
+  std::vector<Eigen::RowVectorXd> decisions_;
+  FrictionalPath path_;
+};
+
+}  // namespace contact_flow

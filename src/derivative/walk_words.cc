@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The words on the way through a cluster with friction.
+#include <cmath>
+#include <stdexcept>
+
+#include "cluster_walk.h"
+#include "frictional_reset.h"
+#include "src/dynamics/implied_contacts.h"
+
+namespace contact_flow {
+namespace {
+
+constexpr double kBorder = 1e-9;
+constexpr double kHovers = 1e-7;  // an acceleration that vanishes, relative
+
+}  // namespace
+
+void FrictionalWalk::CheckOnset() const {
+  for (int i : mode_) {
+    const bool in_space =
+        mode_.LetterOf(i) == Letter::kSlip && system_.friction()[i].dimension == 2;
+    if (!in_space || system_.friction()[i].coefficient == 0 || !point_.SlipVanishes(i)) continue;
+    throw std::domain_error("a perturbed run begins to slip in space at contact '" +
+                            system_.description().constraints[i] + "'");
+  }
+}
+
+bool FrictionalWalk::IsPulledBack(int i, ContactMode mode) const {
+  const double back = -point_.rate_jacobian().row(i).dot(dynamics_.Field(point_.x(), mode));
+  return back > kHovers * point_.acceleration();
+}
+
+void FrictionalWalk::CheckDropped() {
+  dropped_ = dropped_ - mode_;
+  for (int i : (dropped_ | released_) - pending_) {
+    if (point_.Leaves(i) != 0 || !IsPulledBack(i, mode_)) continue;
+    throw std::domain_error("a perturbed run lets go of contact '" +
+                            system_.description().constraints[i] + "', which is pulled back");
+  }
+}
+
+ContactMode FrictionalWalk::Along(const WalkGuard& c) const {
+  if (c.kind == WalkGuard::Kind::kTouchdown) {
+    return ImpliedClosed(system_, point_.x(), mode_.Members().With(c.constraint),
+                         pending_.Without(c.constraint));
+  }
+  if (c.kind != WalkGuard::Kind::kStop) return {};
+  return ImpliedStill(system_, point_.x(), mode_.Members(), mode_.Sticking().With(c.constraint));
+}
+
+void FrictionalWalk::Land(int i, ContactMode along) {
+  pending_ = pending_ - along.With(i);
+  const ContactMode touching = mode_.Members().With(i) | along;
+  released_ = released_ - touching;
+  const FrictionalReset reset(dynamics_, point_.x(), touching, i, mode_, transition_.mode_after);
+  const FrictionalReset::Branch& branch =
+      reset.Choose(path_.matrix * w_, sizes_, [&](const Eigen::RowVectorXd& row) {
+        Decide(row * path_.matrix, row.norm() * path_.matrix.norm());
+      });
+  path_.matrix = branch.jacobian * path_.matrix;
+  sizes_.head(size_) = (branch.jacobian.cwiseAbs() * sizes_.head(size_)).eval();
+  Vector struck = point_.x();
+  struck.tail(d_) = reset.v_plus();
+  point_.MoveTo(struck);
+  still_ = (still_ - branch.word) | branch.word.Sticking();
+  landed_ = touching;
+  for (int j : still_ - branch.word) {  // an impact elsewhere may throw it along
+    if (!point_.SlipVanishes(j)) still_.Erase(j);
+  }
+  // What has let go before, by less than to first order, and is driven back is hit at once.
+  for (int j : transition_.mode_before.Members() - touching - pending_) {
+    if (point_.Leaves(j) < 0) pending_.Insert(j);
+    if (point_.Leaves(j) != 0) hovering_.Erase(j);
+  }
+  lifted_ = ContactMode();
+  for (int j : touching) {
+    const bool bounces = along.With(i).Contains(j) && system_.restitution()(j) > 0;
+    const bool free = bounces || !branch.word.Contains(j);
+    if (free && point_.Leaves(j) > 0) lifted_.Insert(j);
+  }
+}
+
+void FrictionalWalk::SelectNext(ContactMode free) {
+  TouchingContacts contacts;
+  contacts.slack = slack_;
+  const ContactMode touching = (landed_.Empty() ? mode_ : landed_).Members();
+  const ContactMode closed = (touching | hovering_) - released_;
+  for (int i : closed) {
+    if (lifted_.Contains(i)) continue;
+    const Friction& friction = system_.friction()[i];
+    if (friction.dimension == 0 || friction.coefficient == 0) {
+      contacts.slipping.Insert(i);
+    } else if (std::isinf(friction.coefficient)) {
+      contacts.still.Insert(i);
+    } else if (friction.dimension == 2) {
+      (point_.SlipVanishes(i) ? contacts.still : contacts.slipping).Insert(i);
+    } else if (!Still(i)) {
+      contacts.slipping.Set(i,
+                            point_.rate()(friction.row) > 0 ? Letter::kForward : Letter::kBackward);
+    } else if (const double moved = just_stopped_.Contains(i) ? 0 : Moves(i); moved != 0) {
+      const double sign = moved > 0 ? 1 : -1;
+      Decide(sign * point_.rate_jacobian().row(friction.row) * path_.matrix, 0);
+      contacts.slipping.Set(i, moved > 0 ? Letter::kForward : Letter::kBackward);
+    } else {
+      contacts.still.Insert(i);
+    }
+  }
+  mode_ = SelectWord(&dynamics_, point_.x(), contacts, kBorder);
+  released_ = released_ | (free - mode_).Members();
+  HoldForceless(contacts, ContactMode(closed & releasing_) - lifted_ - (free - mode_));
+  Drop(closed - mode_ - lifted_);
+  landed_ = lifted_ = ContactMode();
+}
+
+void FrictionalWalk::HoldForceless(const TouchingContacts& contacts, ContactMode held) {
+  ContactMode holding = mode_;
+  for (int i : held) {
+    const bool slips = contacts.slipping.Contains(i);
+    holding.Set(i, slips ? contacts.slipping.LetterOf(i) : Letter::kStick);
+  }
+  releasing_ = point_.Forceless(holding, held);
+  for (int i : releasing_) mode_.Set(i, holding.LetterOf(i));
+  mode_ = mode_ - point_.Forceless(mode_, (mode_ & hovering_).Members());
+  hovering_ = hovering_ - mode_;
+}
+
+void FrictionalWalk::Drop(ContactMode gone) {
+  if (gone.Empty()) return;
+  const Vector field = dynamics_.Field(point_.x(), mode_);
+  for (int i : gone) {
+    const double acceleration = point_.rate_jacobian().row(i).dot(field);
+    const bool hovers = acceleration <= kHovers * point_.acceleration();
+    (hovers ? hovering_ : dropped_).Insert(i);
+    if (!hovers) hovering_.Erase(i);
+  }
+}
+
+void FrictionalWalk::StopInSpace() {
+  const ContactMode after = transition_.mode_after;
+  ContactMode stopped;
+  for (int i : transition_.mode_before) {
+    const bool in_space = system_.friction()[i].dimension == 2;
+    if (in_space && mode_.LetterOf(i) == Letter::kSlip && after.LetterOf(i) == Letter::kStick) {
+      stopped.Insert(i);
+    }
+  }
+  if (stopped.Empty()) return;
+  point_.MoveTo(transition_.x_plus);
+  path_.matrix =
+      StopProjection(&dynamics_, point_.x(), after, stopped, point_.rate_jacobian()) * path_.matrix;
+  mode_ = after;
+  path_.modes.push_back(after);
+}
+
+void FrictionalWalk::FinishWord() {
+  const ContactMode after = transition_.mode_after;
+  if (mode_ == after) return;
+  path_.modes.push_back(after);
+}
+
+}  // namespace contact_flow
