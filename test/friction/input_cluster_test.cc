@@ -216,8 +216,8 @@ TEST(FrictionalInputCluster, DerivativesAreTheLimitsOfQuotients) {
   }
   std::printf("%d runs, %d with a cluster, %d directions answered\n", runs, with_cluster, answered);
   for (const auto& [why, count] : refused) std::printf("  %3d %s\n", count, why.c_str());
-  EXPECT_GT(with_cluster, NumCases() / 2);
-  EXPECT_GT(answered, 3 * NumCases());
+  EXPECT_GT(with_cluster, 2 * NumCases() / 5);
+  EXPECT_GT(answered, 2 * NumCases());
 }
 
 }  // namespace
