@@ -62,7 +62,8 @@ class FrictionalWalk {
   void Drop(ContactMode gone);
   /// Slips in space that end at the base point, all at once: their order does not matter.
   void StopInSpace();
-  /// Guards that are identities change the word alone.
+  /// Guards that are identities change the word alone: where the input changes, too, that is
+  /// looked at, as its changes may lead to other words.
   void FinishWord();
 
   ContactDynamics& dynamics_;

@@ -11,7 +11,8 @@ namespace contact_flow {
 namespace {
 
 constexpr double kBorder = 1e-9;
-constexpr double kHovers = 1e-7;  // an acceleration that vanishes, relative
+constexpr double kHovers = 1e-7;     // an acceleration that vanishes, relative
+constexpr double kSameField = 1e-6;  // identities change the field by what events are located to
 
 }  // namespace
 
@@ -155,6 +156,13 @@ void FrictionalWalk::StopInSpace() {
 void FrictionalWalk::FinishWord() {
   const ContactMode after = transition_.mode_after;
   if (mode_ == after) return;
+  if (!inputs_.empty()) {
+    const Vector field = dynamics_.Field(point_.x(), mode_);
+    const Vector apart = field - dynamics_.Field(point_.x(), after);
+    if (apart.cwiseAbs().maxCoeff() > kSameField * (1 + field.cwiseAbs().maxCoeff())) {
+      throw std::domain_error("a perturbed run goes on in another contact mode than this one");
+    }
+  }
   path_.modes.push_back(after);
 }
 

@@ -37,6 +37,7 @@ bool Flow::EndSlips() {
   const Vector v = x_.tail(system_.dof());
   dynamics_.Evaluate(x_, mode_);
   system_.Constraints(x_.head(system_.num_positions()), v, &terms_);
+  // What integration leaves of it, but no more than what counts as rest: it is not taken away.
   const double resolved = options_.absolute_tolerance + options_.relative_tolerance * v.norm();
   for (int i : sliding) {
     const int guard = guards_.OfFriction(i);
@@ -45,7 +46,8 @@ bool Flow::EndSlips() {
     const double slip = sign * row.dot(v), bias = terms_.bias(system_.friction()[i].row);
     const bool ends = sign * (row.dot(dynamics_.acceleration()) + bias) < 0;
     const bool again = last_transition_ && *last_transition_ == t_ && last_trigger_ == guard;
-    if (!ends || slip > resolved * row.norm() || again) continue;
+    const double rest = std::min(resolved * row.norm(), options_.speed_tolerance);
+    if (!ends || slip > rest || again) continue;
     trigger_ = guard;
     arc_begun_ = false;
     const bool passed = PassTransition();

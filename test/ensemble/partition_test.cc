@@ -9,32 +9,12 @@
 
 #include "contact_flow/budget.h"
 #include "contact_flow/ensemble/sweep.h"
-#include "contact_flow/model/model_library.h"
+#include "test/ensemble/requests.h"
 
 namespace contact_flow {
 namespace {
 
 constexpr std::uint64_t kBlock = Tally::kBlock;
-
-SweepRequest Request(const std::string& model, std::uint64_t count) {
-  SweepRequest request;
-  request.system = MakeModel(model, {});
-  request.make = [model](const ParameterValues& values) { return MakeModel(model, values); };
-  request.x = request.system->nominal().x;
-  request.inputs = InputSchedule::Constant(request.system->nominal().u);
-  request.duration = request.system->nominal().duration;
-  request.count = count;
-  request.threads = 2;
-  return request;
-}
-
-DrawPart Uniform(std::vector<std::string> names, Vector low, Vector high) {
-  DrawPart part;
-  part.names = std::move(names);
-  part.low = std::move(low);
-  part.high = std::move(high);
-  return part;
-}
 
 std::string Bits(const Columns& c) {
   ByteWriter out;
@@ -49,7 +29,7 @@ std::string Bits(const Columns& c) {
 /// Runs that come out in several ways: those that start below the ground, and those that take more
 /// than some steps.
 SweepRequest Mixed(std::uint64_t count) {
-  SweepRequest request = Request("soft_biped", count);
+  SweepRequest request = Nominal("soft_biped", count);
   request.draws.seed = 7;
   request.draws.parts = {Uniform({"body_pitch", "d/dt body_pitch", "left_foot_z"},
                                  Eigen::Vector3d(-0.3, -2, -0.05), Eigen::Vector3d(0.3, 2, 0.6))};
@@ -121,7 +101,7 @@ TEST(Partition, LanesHaveTheBitsOfSingleRuns) {
       {"wall_and_floor", Uniform({"+d/dt x"}, -one, one)}};
   int lanes = 0;
   for (const Case& c : cases) {
-    SweepRequest request = Request(c.model, 2 * kBlock + 77);
+    SweepRequest request = Nominal(c.model, 2 * kBlock + 77);
     request.draws.parts = {c.draw};
     request.keep.words = request.keep.margins = request.keep.end_time = request.keep.start = true;
     request.keep.events = 4;
@@ -146,7 +126,7 @@ TEST(Partition, LanesHaveTheBitsOfSingleRuns) {
 TEST(Partition, AGridOfInputsHasTheBitsOfAll) {
   // Several inputs, samples or derivatives are none of the lanes': the first two blocks once with
   // and once without what keeps them out.
-  SweepRequest request = Request("soft_biped", 2 * kBlock);
+  SweepRequest request = Nominal("soft_biped", 2 * kBlock);
   request.draws.parts = {Uniform({"body_pitch"}, Vector::Constant(1, -0.3),
                                  Vector::Constant(1, 0.3))};
   const SweepResult lanes = Sweep(request);
@@ -212,7 +192,7 @@ TEST(Partition, WhatWasEndedLeavesNoNumbers) {
 }
 
 TEST(Partition, ObservablesThatAreNotFiniteAreCountedAsThat) {
-  SweepRequest request = Request("soft_biped", kBlock);
+  SweepRequest request = Nominal("soft_biped", kBlock);
   request.draws.parts = {Uniform({"body_x"}, Vector::Constant(1, -1), Vector::Constant(1, 1))};
   // ½ 1e308 (x − t)² overflows where |x − t| > 1.9: for a part of the starts.
   request.keep.costs = {{"far", Vector::Constant(14, 1.4), 1e308 * Vector::Unit(14, 0), Vector()}};

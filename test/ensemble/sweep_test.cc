@@ -9,31 +9,11 @@
 
 #include "contact_flow/budget.h"
 #include "contact_flow/derivative/b_derivative.h"
-#include "contact_flow/model/model_library.h"
 #include "contact_flow/piecewise_linear/covariance.h"
+#include "test/ensemble/requests.h"
 
 namespace contact_flow {
 namespace {
-
-SweepRequest Nominal(const std::string& model, std::uint64_t count) {
-  SweepRequest request;
-  request.system = MakeModel(model, {});
-  request.make = [model](const ParameterValues& values) { return MakeModel(model, values); };
-  request.x = request.system->nominal().x;
-  request.inputs = InputSchedule::Constant(request.system->nominal().u);
-  request.duration = request.system->nominal().duration;
-  request.count = count;
-  request.threads = 2;
-  return request;
-}
-
-DrawPart Uniform(std::vector<std::string> names, Vector low, Vector high) {
-  DrawPart part;
-  part.names = std::move(names);
-  part.low = std::move(low);
-  part.high = std::move(high);
-  return part;
-}
 
 const Columns::Real& Find(const Columns& columns, const std::string& name) {
   for (const Columns::Real& column : columns.reals) {
