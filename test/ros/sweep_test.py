@@ -212,7 +212,6 @@ class Sweep(unittest.TestCase):
     def test_recorded_and_verified(self):
         client = Client("landing")
         path = client.start_recording(name="sweeps_%d" % os.getpid()).path
-        self.addCleanup(os.remove, path)
         recorded = self.ask(pitch(keep=["outcome", "final_state", "words"], threads=2)).recorded
         self.assertEqual(recorded, path)
         counted = set()
@@ -221,8 +220,10 @@ class Sweep(unittest.TestCase):
             request.runs = 10 ** 6
             counted.add(self.ask(request).result.runs)
         self.assertGreater(max(counted), 0)
-        client.stop_recording()
-        done = subprocess.run([executable("verify_bag"), path], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        bags = client.stop_recording().paths   # several, where many runs were counted
+        for bag in bags:
+            self.addCleanup(os.remove, bag)
+        done = subprocess.run([executable("verify_bag"), *bags], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                               universal_newlines=True, timeout=120)
         self.assertEqual(done.returncode, 0, done.stdout)
         self.assertIn("4 verified, 0 differ, 0 skipped", done.stdout)
