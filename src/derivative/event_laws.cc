@@ -175,6 +175,11 @@ Status CheckEventLaws(ContactDynamics* before, ContactDynamics* after, const Tra
     std::ostringstream message;
     message << "at t = " << transition.t << " s the self-check " << law << " fails by " << residual
             << " (limit " << kLawLimit << "): the derivative is withheld";
+    // What was made to rest there had a momentum that no impulse took.
+    if (residual == own.momentum && transition.energy_lost > 0) {
+      message << "; bounces too low to be resolved were made to rest there, and lost "
+              << transition.energy_lost << " J";
+    }
     return {Outcome::kNotDifferentiable, message.str()};
   }
   return {};
