@@ -35,6 +35,17 @@ def topics():
                 continue   # one a constraint, or a link
             name = topic if topic[0] == "/" else (NODE if whose != "outside" else "") + "/" + topic
             found[name] = kind.replace("::", "/") if "::" in kind else "contact_flow/" + kind
+    for name, kind in result_topics().items():
+        found[NODE + "/" + name] = "contact_flow/" + kind
+    return found
+
+
+def result_topics():
+    """{"trajectory": "ContactTrajectory", …}: what is made of the results of records, by their list."""
+    found = {}
+    source = (ROOT / "src/ros/recording/record_types.h").read_text(encoding="utf-8")
+    for kinds, names in re.findall(r'RecordType<\w+Record((?:, \w+)+)>\{\s*"\w+",\s*\{(.*?)\}\}', source, re.S):
+        found.update(zip(re.findall(r'\{"(\w+)"', names), re.findall(r"\w+", kinds)))
     return found
 
 
@@ -112,6 +123,10 @@ class Layouts(unittest.TestCase):
             return
         self.assertIn(found[0], types, path)
         self.assertEqual(lists, found[1], path)
+
+    def test_topics_of_results_are_found(self):
+        self.assertEqual({"trajectory": "ContactTrajectory", "mode_sequence": "ModeSequence",
+                          "b_derivative": "OutcomeDerivative"}, result_topics())
 
     def test_plotjuggler(self):
         root = xml.etree.ElementTree.parse(LAYOUTS / "plotjuggler.xml").getroot()

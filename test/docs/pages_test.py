@@ -99,6 +99,7 @@ class Pages(unittest.TestCase):
         names = set(re.findall(r'advertise(?:Service|<[\w:]+>)?\(\s*"/?([a-z_]+)', sources))
         names |= set(re.findall(r'reader(?:->|\.)Read\("(\w+)"', "".join(
             p.read_text(encoding="utf-8") for p in (ROOT / "src/ros").rglob("*.cc"))))
+        names |= set(layouts_test.result_topics())
         names -= {"find_periodic_orbit", "optimize"}
         self.assertGreater(len(names), 40)
         for name in sorted(names | {"find_periodic_orbit", "optimize", "input"}):

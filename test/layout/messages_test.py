@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The requests of services are those of their records: SameFields copies them byte by byte.
+"""The requests of services are those of their records: SameFields copies them byte by byte; types of records are in one list.
 
 A record (msg/XRecord.msg) holds the request that it answers. A service is asked the same fields, flat, so that calls from a
 shell stay short; the goal of an action holds the request itself.
 """
+import re
 import unittest
 
-from include_direction_test import ROOT, main
+from include_direction_test import ROOT, files, main
 
 SERVICES = {
     "SimulateTrajectory": "SimulationRequest",
@@ -48,6 +49,31 @@ class Requests(unittest.TestCase):
             self.assertIn(request, set(SERVICES.values()) | goals, path.name)
 
 
+RECORDS = "src/ros/recording/record_types.h"
+# What is repeated in another way than the others, or published besides.
+SPECIAL = {"SimulationRecord", "EnsembleRecord", "PolicyRecord"}
+
+
+def named_records(texts, records):
+    """(path, record) of what publishes, records and verifies naming a record by itself; `texts` by path."""
+    return sorted((path, name) for path, text in texts.items()
+                  if path != RECORDS for name in set(re.findall(r"\b\w+Record\b", text)) & records)
+
+
+class Records(unittest.TestCase):
+    def test_are_named_in_one_list(self):
+        records = {path.stem for path in (ROOT / "msg").glob("*Record.msg")}
+        texts = {str(path.relative_to(ROOT)): path.read_text(encoding="utf-8")
+                 for path in files(ROOT, ["src/ros/recording", "src/ros/verification"], [".h", ".cc"])}
+        self.assertGreater(len(records), len(SPECIAL))
+        self.assertEqual(set(), records - set(re.findall(r"RecordType<(\w+)", texts[RECORDS])))
+        self.assertEqual([], named_records(texts, records - SPECIAL))
+
+    def test_another_list_is_seen(self):
+        texts = {RECORDS: "RecordType<ARecord>", "src/ros/recording/outlet.h": "void Deliver(ARecord*);  // BRecord"}
+        self.assertEqual([("src/ros/recording/outlet.h", "ARecord")], named_records(texts, {"ARecord"}))
+
+
 class Fields(unittest.TestCase):
     def test_differences_are_seen(self):
         self.assertEqual([("float64", "a"), ("uint8[]", "b")],
@@ -57,4 +83,4 @@ class Fields(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    main([Requests, Fields], __doc__)
+    main([Requests, Records, Fields], __doc__)

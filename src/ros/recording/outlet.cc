@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "contact_flow/flow/status.h"
-#include "src/ros/message/conversions.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -20,9 +19,10 @@ Outlet::Outlet(ros::NodeHandle* node, const std::string& bag_directory,
       description_(description) {
   constexpr bool kLatch = true;
   model_description_ = node->advertise<ModelDescription>("model_description", 1, kLatch);
-  trajectory_ = node->advertise<ContactTrajectory>("trajectory", 10, kLatch);
-  mode_sequence_ = node->advertise<ModeSequence>("mode_sequence", 10, kLatch);
-  b_derivative_ = node->advertise<OutcomeDerivative>("b_derivative", 10, kLatch);
+  ForEachResultTopic([&](const auto&, const auto& topic) {
+    using Message = typename std::decay_t<decltype(topic)>::Message;
+    results_[topic.name] = node->advertise<Message>(topic.name, 10, kLatch);
+  });
   policy_ = node->advertise<Policy>("policy", 10, kLatch);
   description_.header.stamp = NextStamp();
   model_description_.publish(description_);
@@ -45,19 +45,6 @@ ros::Time Outlet::NextStamp() {
   if (now.isZero()) now.fromNSec(ros::WallTime::now().toNSec());
   last_stamp_ = std::max(now, last_stamp_ + ros::Duration(0, 1000));
   return last_stamp_;
-}
-
-template <class Record>
-void Outlet::Stamp(Record* record, Record* shared) {
-  record->header.stamp = NextStamp();
-  record->header.frame_id = kWorldFrame;
-  record->result.header = record->header;
-  shared->header = shared->result.header = record->header;
-}
-
-template <class Message>
-BagEntry Outlet::Entry(const std::string& topic, boost::shared_ptr<const Message> message) {
-  return connections_.Entry(ros::names::resolve("~" + topic), std::move(message));
 }
 
 void Outlet::Wait(Job* job, std::unique_lock<std::mutex>* lock) {
@@ -145,101 +132,12 @@ void Outlet::WriteTogether(const std::vector<Job*>& jobs) {
   }
 }
 
-std::string Outlet::Deliver(SimulationRecord* record) {
-  const auto shared = boost::make_shared<SimulationRecord>(*record);
-  const boost::shared_ptr<const ContactTrajectory> result(shared, &shared->result);
-  const auto modes = boost::make_shared<ModeSequence>(ToModeSequence(*result));
-  Job job;
-  job.publish = [&] {
-    trajectory_.publish(result);
-    mode_sequence_.publish(modes);
-  };
-  std::unique_lock<std::mutex> lock(mutex_);
-  Stamp(record, shared.get());
-  modes->header = record->header;
-  job.result = {{Entry<SimulationRecord>("record/simulation", shared), Entry("trajectory", result),
-                 Entry<ModeSequence>("mode_sequence", modes)},
-                record->header.stamp};
-  return Hand(result->outcome, &job, &lock);
-}
-
-std::string Outlet::Deliver(DerivativeRecord* record) {
-  const auto shared = boost::make_shared<DerivativeRecord>(*record);
-  const boost::shared_ptr<const OutcomeDerivative> result(shared, &shared->result);
-  Job job;
-  job.publish = [&] { b_derivative_.publish(result); };
-  std::unique_lock<std::mutex> lock(mutex_);
-  Stamp(record, shared.get());
-  job.result = {
-      {Entry<DerivativeRecord>("record/derivative", shared), Entry("b_derivative", result)},
-      record->header.stamp};
-  return Hand(result->outcome, &job, &lock);
-}
-
-template <class Record>
-std::string Outlet::DeliverRecord(const std::string& name, Record* record) {
-  const auto shared = boost::make_shared<Record>(*record);
-  Job job;
-  std::unique_lock<std::mutex> lock(mutex_);
-  Stamp(record, shared.get());
-  job.result = {{Entry<Record>("record/" + name, shared)}, record->header.stamp};
-  return Hand(shared->result.outcome, &job, &lock);
-}
-
-std::string Outlet::Deliver(ComparisonRecord* record) {
-  return DeliverRecord("comparison", record);
-}
-
-std::string Outlet::Deliver(AssumptionRecord* record) {
-  return DeliverRecord("assumptions", record);
-}
-
-std::string Outlet::Deliver(LinearizationRecord* record) {
-  return DeliverRecord("linearization", record);
-}
-
-std::string Outlet::Deliver(PoincareRecord* record) {
-  return DeliverRecord("poincare_map", record);
-}
-
-std::string Outlet::Deliver(StabilityRecord* record) { return DeliverRecord("stability", record); }
-
-std::string Outlet::Deliver(StepFeedbackRecord* record) {
-  return DeliverRecord("step_feedback", record);
-}
-
-std::string Outlet::Deliver(ControllabilityRecord* record) {
-  return DeliverRecord("controllability", record);
-}
-
-std::string Outlet::Deliver(CovarianceRecord* record) {
-  return DeliverRecord("covariance", record);
-}
-
-std::string Outlet::Deliver(GradientRecord* record) { return DeliverRecord("gradient", record); }
-
-std::string Outlet::Deliver(PolicyRecord* record) {
-  const std::string path = DeliverRecord("policy", record);
-  if (record->result.outcome != 0) return path;  // there is none
-  Policy policy = record->result.policy;
-  policy.header = record->header;
+void Outlet::PublishMore(const PolicyRecord& record) {
+  if (record.result.outcome != 0) return;  // there is none
+  Policy policy = record.result.policy;
+  policy.header = record.header;
   policy_.publish(policy);
-  return path;
 }
-
-std::string Outlet::Deliver(PeriodicOrbitRecord* record) {
-  return DeliverRecord("periodic_orbit", record);
-}
-
-std::string Outlet::Deliver(OptimizationRecord* record) {
-  return DeliverRecord("optimization", record);
-}
-
-std::string Outlet::Deliver(TrajectoryRecord* record) {
-  return DeliverRecord("trajectory", record);
-}
-
-std::string Outlet::Deliver(EnsembleRecord* record) { return DeliverRecord("ensemble", record); }
 
 std::string Outlet::StartRecording(const std::string& asked) {
   std::unique_lock<std::mutex> lock(mutex_);
@@ -256,14 +154,11 @@ std::string Outlet::StartRecording(const std::string& asked) {
   }
   const auto description = boost::make_shared<const ModelDescription>(description_);
   RecordingPlan plan("results", ros::this_node::getName(), &connections_);
-  for (const char* role :
-       {"model_description", "trajectory", "mode_sequence", "b_derivative", "record/simulation",
-        "record/derivative", "record/comparison", "record/assumptions", "record/linearization",
-        "record/poincare_map", "record/stability", "record/step_feedback", "record/controllability",
-        "record/covariance", "record/gradient", "record/policy", "record/periodic_orbit",
-        "record/optimization", "record/trajectory", "record/ensemble"}) {
+  std::vector<std::string> roles = ResultRoles();
+  roles.insert(roles.begin(), "model_description");
+  for (const std::string& role : roles) {
     plan.start.roles.push_back(role);
-    plan.start.topics.push_back(ros::names::resolve(std::string("~") + role));
+    plan.start.topics.push_back(ros::names::resolve("~" + role));
   }
   plan.key = key_;
   plan.preamble = {Entry("model_description", description)};

@@ -6,29 +6,17 @@
 #include <condition_variable>
 #include <exception>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
+#include <tuple>
+#include <utility>
 #include <vector>
 
-#include "contact_flow/AssumptionRecord.h"
-#include "contact_flow/ComparisonRecord.h"
-#include "contact_flow/ControllabilityRecord.h"
-#include "contact_flow/CovarianceRecord.h"
-#include "contact_flow/DerivativeRecord.h"
-#include "contact_flow/EnsembleRecord.h"
-#include "contact_flow/GradientRecord.h"
-#include "contact_flow/LinearizationRecord.h"
 #include "contact_flow/ModelDescription.h"
-#include "contact_flow/OptimizationRecord.h"
-#include "contact_flow/PeriodicOrbitRecord.h"
-#include "contact_flow/PoincareRecord.h"
-#include "contact_flow/PolicyRecord.h"
-#include "contact_flow/SimulationRecord.h"
-#include "contact_flow/StabilityRecord.h"
-#include "contact_flow/StepFeedbackRecord.h"
-#include "contact_flow/TrajectoryRecord.h"
+#include "record_types.h"
 #include "recorder.h"
 
 namespace contact_flow {
@@ -44,25 +32,11 @@ class Outlet {
          const ModelDescription& description, std::shared_ptr<const SigningKey> key = nullptr);
   ~Outlet();
 
-  /// Stamps the record, writes it to the bag if recording is on, publishes its result, and returns
-  /// the path of the bag, or "". Throws std::runtime_error when the result could not be written; it
-  /// is not published then.
-  std::string Deliver(SimulationRecord* record);
-  std::string Deliver(DerivativeRecord* record);
-  std::string Deliver(ComparisonRecord* record);
-  std::string Deliver(AssumptionRecord* record);
-  std::string Deliver(LinearizationRecord* record);
-  std::string Deliver(PoincareRecord* record);
-  std::string Deliver(StabilityRecord* record);
-  std::string Deliver(StepFeedbackRecord* record);
-  std::string Deliver(ControllabilityRecord* record);
-  std::string Deliver(CovarianceRecord* record);
-  std::string Deliver(GradientRecord* record);
-  std::string Deliver(PolicyRecord* record);
-  std::string Deliver(PeriodicOrbitRecord* record);
-  std::string Deliver(OptimizationRecord* record);
-  std::string Deliver(TrajectoryRecord* record);
-  std::string Deliver(EnsembleRecord* record);
+  /// Stamps a record of record_types.h, writes it to the bag if recording is on, publishes what is
+  /// made of its result, and returns the path of the bag, or "". Throws std::runtime_error when the
+  /// result could not be written; it is not published then.
+  template <class Record>
+  std::string Deliver(Record* record);
 
   /// As Recorder; an empty name is made of the model and the time. Returns the path.
   std::string StartRecording(const std::string& name);
@@ -89,11 +63,15 @@ class Outlet {
   void Run();
   void Carry(const std::vector<Job*>& jobs);
   void WriteTogether(const std::vector<Job*>& jobs);
-  /// A result that goes to the bag alone, on the topic "record/NAME".
-  template <class Record>
-  std::string DeliverRecord(const std::string& name, Record* record);
+  /// The message of an ordinary topic, to be stamped: of the result in `record`, or that itself.
+  template <class Record, class Topic>
+  static auto MessageOf(const Topic& topic, const boost::shared_ptr<Record>& record);
   template <class Message>
   BagEntry Entry(const std::string& topic, boost::shared_ptr<const Message> message);
+  /// What is published besides, and not recorded.
+  template <class Record>
+  void PublishMore(const Record&) {}
+  void PublishMore(const PolicyRecord& record);
 
   std::mutex mutex_;
   std::condition_variable asked_, done_;
@@ -106,12 +84,64 @@ class Outlet {
   const std::shared_ptr<const SigningKey> key_;
   ModelDescription description_;
   ros::Publisher model_description_;
-  ros::Publisher trajectory_;
-  ros::Publisher mode_sequence_;
-  ros::Publisher b_derivative_;
+  std::map<std::string, ros::Publisher> results_;  // by the names of ResultTopics
   ros::Publisher policy_;
   std::thread writer_;
 };
+
+template <class Record>
+void Outlet::Stamp(Record* record, Record* shared) {
+  record->header.stamp = NextStamp();
+  record->header.frame_id = kWorldFrame;
+  record->result.header = record->header;
+  shared->header = shared->result.header = record->header;
+}
+
+template <class Message>
+BagEntry Outlet::Entry(const std::string& topic, boost::shared_ptr<const Message> message) {
+  return connections_.Entry(ros::names::resolve("~" + topic), std::move(message));
+}
+
+template <class Record, class Topic>
+auto Outlet::MessageOf(const Topic& topic, const boost::shared_ptr<Record>& record) {
+  using Message = typename Topic::Message;
+  if constexpr (std::is_same_v<Message, typename Record::_result_type>) {
+    if (topic.of == nullptr) return boost::shared_ptr<Message>(record, &record->result);
+  }
+  return boost::make_shared<Message>(topic.Of(record->result));
+}
+
+template <class Record>
+std::string Outlet::Deliver(Record* record) {
+  const auto& type = RecordTypeOf<Record>();
+  const auto shared = boost::make_shared<Record>(*record);
+  std::vector<std::function<void()>> stamp, publish;
+  std::vector<std::function<BagEntry()>> entries;
+  const auto add = [&](const auto& topic) {
+    using Message = typename std::decay_t<decltype(topic)>::Message;
+    const auto message = MessageOf(topic, shared);
+    const char* const name = topic.name;
+    stamp.push_back([=] { message->header = record->header; });
+    publish.push_back([this, name, message] { results_.at(name).publish(message); });
+    entries.push_back([this, name, message] { return Entry<Message>(name, message); });
+  };
+  std::apply([&](const auto&... topic) { (add(topic), ...); }, type.topics);
+  Job job;
+  job.publish = [&] {
+    for (const auto& one : publish) one();
+  };
+  std::string path;
+  {
+    std::unique_lock<std::mutex> lock(mutex_);
+    Stamp(record, shared.get());
+    for (const auto& one : stamp) one();
+    job.result = {{Entry<Record>(type.Role(), shared)}, record->header.stamp};
+    for (const auto& one : entries) job.result.entries.push_back(one());
+    path = Hand(shared->result.outcome, &job, &lock);
+  }
+  PublishMore(*record);
+  return path;
+}
 
 }  // namespace ros_interface
 }  // namespace contact_flow

@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "src/ros/recording/deserialize.h"
 #include "verify_result.h"
 
 namespace contact_flow {
@@ -112,14 +111,6 @@ void BagVerifier::CheckStamp(const BagMessage& message, const ros::Time& stamp) 
   throw std::runtime_error("its stamp is not the time at which it was recorded");
 }
 
-template <class Message>
-Message BagVerifier::Get(const BagMessage& message, const char* role) {
-  CheckTopic(message, role);
-  Message value = Deserialize<Message>(message);
-  CheckStamp(message, value.header.stamp);
-  return value;
-}
-
 bool BagVerifier::Start(const BagMessage& message) {
   if (!Is<RecordingStart>(message)) return false;
   const RecordingStart start = Deserialize<RecordingStart>(message);
@@ -171,63 +162,6 @@ bool BagVerifier::Model(const BagMessage& message) {
   return true;
 }
 
-template <class RecordMessage>
-bool BagVerifier::Record(const BagMessage& message, const char* role) {
-  if (!Is<RecordMessage>(message)) return false;
-  const auto record = Get<RecordMessage>(message, role);
-  if (Serialize(record.header) != Serialize(record.result.header) ||
-      record.header.stamp != message.time) {
-    Differs(message, "stamps of message, record and result");
-  }
-  copies_ = Repeater::Copies(record);
-  const Repeater::Verdict verdict = repeater_->Repeat(record);
-  if (verdict.unknown) {
-    ++result_.gaps;
-    Line(message, "NOT VERIFIED: " + verdict.difference);
-  } else if (!verdict.difference.empty()) {
-    Differs(message, verdict.difference);
-  } else {
-    ++result_.verified;
-    Line(message, verdict.note);
-  }
-  return true;
-}
-
-/// A message on an ordinary topic: it follows the record that it is a copy of.
-template <class Message>
-bool BagVerifier::Copy(const BagMessage& message, const char* role) {
-  if (!Is<Message>(message)) return false;
-  const auto copy = Get<Message>(message, role);
-  const auto expected = copies_.find(message.connection->at("type"));
-  if (expected == copies_.end() || Serialize(copy) != expected->second) {
-    Differs(message, "not the result of the record before it");
-  }
-  if (expected != copies_.end()) copies_.erase(expected);
-  return true;
-}
-
-bool BagVerifier::TakeResult(const BagMessage& message) {
-  return Record<SimulationRecord>(message, "record/simulation") ||
-         Record<DerivativeRecord>(message, "record/derivative") ||
-         Record<ComparisonRecord>(message, "record/comparison") ||
-         Record<AssumptionRecord>(message, "record/assumptions") ||
-         Record<LinearizationRecord>(message, "record/linearization") ||
-         Record<PoincareRecord>(message, "record/poincare_map") ||
-         Record<StabilityRecord>(message, "record/stability") ||
-         Record<StepFeedbackRecord>(message, "record/step_feedback") ||
-         Record<ControllabilityRecord>(message, "record/controllability") ||
-         Record<CovarianceRecord>(message, "record/covariance") ||
-         Record<GradientRecord>(message, "record/gradient") ||
-         Record<PolicyRecord>(message, "record/policy") ||
-         Record<PeriodicOrbitRecord>(message, "record/periodic_orbit") ||
-         Record<OptimizationRecord>(message, "record/optimization") ||
-         Record<TrajectoryRecord>(message, "record/trajectory") ||
-         Record<EnsembleRecord>(message, "record/ensemble") ||
-         Copy<ContactTrajectory>(message, "trajectory") ||
-         Copy<ModeSequence>(message, "mode_sequence") ||
-         Copy<OutcomeDerivative>(message, "b_derivative");
-}
-
 /// What the simulator has recorded.
 template <class Message>
 bool BagVerifier::Online(const BagMessage& message, const char* role, bool announced) {
@@ -264,12 +198,12 @@ bool BagVerifier::Shown(const BagMessage& message) {
   const std::string role = RoleOf(message);
   std::string difference;
   if (Is<geometry_msgs::WrenchStamped>(message) && role.compare(0, 7, "wrench/") == 0) {
-    difference = session_.Take(Get<geometry_msgs::WrenchStamped>(message, role.c_str()),
+    difference = session_.Take(Get<geometry_msgs::WrenchStamped>(message, role),
                                role.substr(7));
   } else if (Is<geometry_msgs::WrenchStamped>(message) &&
              role.compare(0, 12, "link_wrench/") == 0) {
     difference = session_.TakeLinkWrench(
-        Get<geometry_msgs::WrenchStamped>(message, role.c_str()), role.substr(12));
+        Get<geometry_msgs::WrenchStamped>(message, role), role.substr(12));
   } else if (Is<tf2_msgs::TFMessage>(message) && (role == "tf" || role == "tf_static")) {
     const auto transforms = Deserialize<tf2_msgs::TFMessage>(message);
     for (const auto& transform : transforms.transforms) {

@@ -12,6 +12,7 @@
 
 #include "chain_check.h"
 #include "src/ros/recording/bag_reader.h"
+#include "src/ros/recording/deserialize.h"
 #include "verify_session.h"
 
 namespace contact_flow {
@@ -49,10 +50,10 @@ class BagVerifier {
 
   void EndRecording();
   void Handle(const BagMessage& message);
-  template <class Message>
-  bool Record(const BagMessage& message, const char* role);
-  template <class Message>
-  bool Copy(const BagMessage& message, const char* role);
+  template <class Type>
+  bool Record(const BagMessage& message, const Type& type);
+  template <class Topic>
+  bool Copy(const BagMessage& message, const Topic& topic);
   template <class Message>
   bool Online(const BagMessage& message, const char* role, bool announced = false);
   bool Shown(const BagMessage& message);
@@ -63,7 +64,7 @@ class BagVerifier {
   bool TakeOnline(const BagMessage& message);
   /// Deserialized, with its topic, sender and stamp checked.
   template <class Message>
-  Message Get(const BagMessage& message, const char* role);
+  Message Get(const BagMessage& message, const std::string& role);
   void CheckStamp(const BagMessage& message, const ros::Time& stamp);
   void CheckTopic(const BagMessage& message, const std::string& role);
   std::string RoleOf(const BagMessage& message) const;
@@ -86,6 +87,14 @@ class BagVerifier {
   ros::Time time_;  // of the message before
   Verification result_;
 };
+
+template <class Message>
+Message BagVerifier::Get(const BagMessage& message, const std::string& role) {
+  CheckTopic(message, role);
+  Message value = Deserialize<Message>(message);
+  CheckStamp(message, value.header.stamp);
+  return value;
+}
 
 /// The command verify_bag. 0: something was verified, and nothing differs or is missing; 1:
 /// something differs, is damaged, cannot be read, or there is nothing to verify; 2: wrong use; 3:

@@ -23,7 +23,6 @@
 #include "src/ros/answer/policy_answer.h"
 #include "src/ros/answer/stability_answer.h"
 #include "src/ros/answer/trajectory_answer.h"
-#include "src/ros/message/conversions.h"
 #include "src/ros/request/ensemble_problem.h"
 #include "src/ros/service/handler.h"
 
@@ -224,34 +223,59 @@ BagVerifier::Repeater::Verdict BagVerifier::Repeater::Repeat(const EnsembleRecor
   return verdict;
 }
 
-#define CONTACT_FLOW_REPEAT(Record)                                                    \
-  BagVerifier::Repeater::Verdict BagVerifier::Repeater::Repeat(const Record& record) { \
-    return EndedByTime(record.result) ? Ended(record) : Again(record);                 \
-  }
-CONTACT_FLOW_REPEAT(DerivativeRecord)
-CONTACT_FLOW_REPEAT(ComparisonRecord)
-CONTACT_FLOW_REPEAT(AssumptionRecord)
-CONTACT_FLOW_REPEAT(LinearizationRecord)
-CONTACT_FLOW_REPEAT(PoincareRecord)
-CONTACT_FLOW_REPEAT(StabilityRecord)
-CONTACT_FLOW_REPEAT(StepFeedbackRecord)
-CONTACT_FLOW_REPEAT(ControllabilityRecord)
-CONTACT_FLOW_REPEAT(CovarianceRecord)
-CONTACT_FLOW_REPEAT(GradientRecord)
-CONTACT_FLOW_REPEAT(PolicyRecord)
-CONTACT_FLOW_REPEAT(PeriodicOrbitRecord)
-CONTACT_FLOW_REPEAT(OptimizationRecord)
-CONTACT_FLOW_REPEAT(TrajectoryRecord)
-#undef CONTACT_FLOW_REPEAT
-
-std::map<std::string, Bytes> BagVerifier::Repeater::Copies(const SimulationRecord& record) {
-  return {{ros::message_traits::DataType<ContactTrajectory>::value(), Serialize(record.result)},
-          {ros::message_traits::DataType<ModeSequence>::value(),
-           Serialize(ToModeSequence(record.result))}};
+template <class RecordMessage>
+BagVerifier::Repeater::Verdict BagVerifier::Repeater::Repeat(const RecordMessage& record) {
+  return EndedByTime(record.result) ? Ended(record) : Again(record);
 }
 
-std::map<std::string, Bytes> BagVerifier::Repeater::Copies(const DerivativeRecord& record) {
-  return {{ros::message_traits::DataType<OutcomeDerivative>::value(), Serialize(record.result)}};
+template <class Type>
+bool BagVerifier::Record(const BagMessage& message, const Type& type) {
+  using RecordMessage = typename Type::Record;
+  if (!Is<RecordMessage>(message)) return false;
+  const auto record = Get<RecordMessage>(message, type.Role());
+  if (Serialize(record.header) != Serialize(record.result.header) ||
+      record.header.stamp != message.time) {
+    Differs(message, "stamps of message, record and result");
+  }
+  copies_.clear();
+  const auto expect = [&](const auto& topic) {
+    using Message = typename std::decay_t<decltype(topic)>::Message;
+    copies_[ros::message_traits::DataType<Message>::value()] = Serialize(topic.Of(record.result));
+  };
+  std::apply([&](const auto&... topic) { (expect(topic), ...); }, type.topics);
+  const Repeater::Verdict verdict = repeater_->Repeat(record);
+  if (verdict.unknown) {
+    ++result_.gaps;
+    Line(message, "NOT VERIFIED: " + verdict.difference);
+  } else if (!verdict.difference.empty()) {
+    Differs(message, verdict.difference);
+  } else {
+    ++result_.verified;
+    Line(message, verdict.note);
+  }
+  return true;
+}
+
+/// A message on an ordinary topic: it follows the record that it is made of.
+template <class Topic>
+bool BagVerifier::Copy(const BagMessage& message, const Topic& topic) {
+  using Message = typename Topic::Message;
+  if (!Is<Message>(message)) return false;
+  const auto copy = Get<Message>(message, topic.name);
+  const auto expected = copies_.find(message.connection->at("type"));
+  if (expected == copies_.end() || Serialize(copy) != expected->second) {
+    Differs(message, "not the result of the record before it");
+  }
+  if (expected != copies_.end()) copies_.erase(expected);
+  return true;
+}
+
+bool BagVerifier::TakeResult(const BagMessage& message) {
+  bool taken = false;
+  ForEachRecordType([&](const auto& type) { taken = taken || Record(message, type); });
+  ForEachResultTopic(
+      [&](const auto&, const auto& topic) { taken = taken || Copy(message, topic); });
+  return taken;
 }
 
 }  // namespace ros_interface

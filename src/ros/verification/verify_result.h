@@ -6,24 +6,8 @@
 #include <memory>
 #include <string>
 
-#include "contact_flow/AssumptionRecord.h"
-#include "contact_flow/ComparisonRecord.h"
-#include "contact_flow/ControllabilityRecord.h"
-#include "contact_flow/CovarianceRecord.h"
-#include "contact_flow/DerivativeRecord.h"
-#include "contact_flow/EnsembleRecord.h"
-#include "contact_flow/GradientRecord.h"
-#include "contact_flow/LinearizationRecord.h"
-#include "contact_flow/ModeSequence.h"
-#include "contact_flow/OptimizationRecord.h"
-#include "contact_flow/PeriodicOrbitRecord.h"
-#include "contact_flow/PoincareRecord.h"
-#include "contact_flow/PolicyRecord.h"
-#include "contact_flow/SimulationRecord.h"
-#include "contact_flow/StabilityRecord.h"
-#include "contact_flow/StepFeedbackRecord.h"
-#include "contact_flow/TrajectoryRecord.h"
 #include "src/ros/message/serialize.h"
+#include "src/ros/recording/record_types.h"
 #include "src/ros/request/setup.h"
 #include "verify.h"
 
@@ -44,30 +28,10 @@ class BagVerifier::Repeater {
   /// How the description differs from that of the model it describes, or "".
   std::string Take(const ModelDescription& description);
 
-  Verdict Repeat(const SimulationRecord& record);
-  Verdict Repeat(const DerivativeRecord& record);
-  Verdict Repeat(const ComparisonRecord& record);
-  Verdict Repeat(const AssumptionRecord& record);
-  Verdict Repeat(const LinearizationRecord& record);
-  Verdict Repeat(const PoincareRecord& record);
-  Verdict Repeat(const StabilityRecord& record);
-  Verdict Repeat(const StepFeedbackRecord& record);
-  Verdict Repeat(const ControllabilityRecord& record);
-  Verdict Repeat(const CovarianceRecord& record);
-  Verdict Repeat(const GradientRecord& record);
-  Verdict Repeat(const PolicyRecord& record);
-  Verdict Repeat(const PeriodicOrbitRecord& record);
-  Verdict Repeat(const OptimizationRecord& record);
-  Verdict Repeat(const TrajectoryRecord& record);
-  Verdict Repeat(const EnsembleRecord& record);
-
-  /// What follows a record on ordinary topics, by type.
-  static std::map<std::string, Bytes> Copies(const SimulationRecord& record);
-  static std::map<std::string, Bytes> Copies(const DerivativeRecord& record);
   template <class RecordMessage>
-  static std::map<std::string, Bytes> Copies(const RecordMessage&) {
-    return {};
-  }
+  Verdict Repeat(const RecordMessage& record);
+  Verdict Repeat(const SimulationRecord& record);
+  Verdict Repeat(const EnsembleRecord& record);
 
  private:
   template <class Request, class Body>
