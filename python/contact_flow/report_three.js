@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What moves, by three.js (r111): drawn beside the page, put on its canvas as a picture. S and paint are those of report_flat.js. Null
-// without WebGL; lost() is called when the browser takes it away.
-function threePainter(S,lost){const T=window.THREE,R=S.figure,page=document.createElement("canvas");
+// What moves, by three.js (r111), on a canvas below that of the captions. S and paint are those of report_flat.js. Null without WebGL;
+// lost() is called when the browser takes it away.
+function threePainter(S,lost){const T=window.THREE,R=S.figure,above=$("robot"),page=document.createElement("canvas");
  const gl=page.getContext("webgl",{alpha:true,antialias:true});if(!gl)return null;
  const renderer=new T.WebGLRenderer({canvas:page,context:gl,alpha:true,antialias:true});renderer.setClearColor(0xffffff,0);
- page.addEventListener("webglcontextlost",e=>{e.preventDefault();lost()});
+ page.addEventListener("webglcontextlost",e=>{e.preventDefault();page.remove();lost()});
+ page.style.cssText="position:absolute;pointer-events:none;width:auto";above.style.position="relative";above.parentNode.insertBefore(page,above);
  const scene=new T.Scene(),reach=20*Math.max(S.span,1),camera=new T.OrthographicCamera(-1,1,1,-1,0,2*reach);
  scene.add(new T.AmbientLight(0xffffff,.62));const sun=new T.DirectionalLight(0xffffff,.5);scene.add(sun,sun.target);
  const plain=(colour,more)=>new T.MeshBasicMaterial(Object.assign({color:colour},more)),vector=p=>new T.Vector3(p[0],p[1],p[2]);
@@ -50,7 +51,7 @@ function threePainter(S,lost){const T=window.THREE,R=S.figure,page=document.crea
   between(m.shaft,a,vector(b).addScaledVector(d,-head).toArray(),1.25/s);
   m.tip.visible=true;m.tip.position.copy(vector(b));m.tip.quaternion.setFromUnitVectors(UP,d);m.tip.scale.set(4/s,head,4/s)}
  return function paint(c,w,h,s,k,mode){const [right,up,back]=axes(S),at=vector(S.at);
-  renderer.setPixelRatio(window.devicePixelRatio||1);renderer.setSize(w,h,false);
+  renderer.setPixelRatio(window.devicePixelRatio||1);renderer.setSize(w,h,false);page.style.width=w+"px";page.style.height=h+"px";
   Object.assign(camera,{left:-w/(2*s),right:w/(2*s),top:h/(2*s),bottom:-h/(2*s)});camera.updateProjectionMatrix();
   camera.up.copy(vector(up));camera.position.copy(at).addScaledVector(vector(back),reach);camera.lookAt(at);
   sun.target.position.copy(at);sun.position.copy(at).addScaledVector(vector(right),-.3*reach).addScaledVector(vector(up),.6*reach).addScaledVector(vector(back),.74*reach);
@@ -58,4 +59,4 @@ function threePainter(S,lost){const T=window.THREE,R=S.figure,page=document.crea
   robot.pose(R.poses[k]);traces.forEach(g=>g.setDrawRange(0,k+1));
   for(const [key] of GHOSTS){const there=S.ghost&&S.ghost[key];ghosts[key].group.visible=!!there;if(there)ghosts[key].pose(there)}
   R.contacts[k].forEach((p,i)=>mark(marks[i],p,mode.includes(D.constraints[i]),s));
-  renderer.render(scene,camera);c.drawImage(page,0,0,w,h)}}
+  renderer.render(scene,camera)}}
