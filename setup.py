@@ -11,6 +11,7 @@ from setuptools import Extension, setup
 from setuptools.command.build_ext import build_ext
 
 ROOT = pathlib.Path(__file__).resolve().parent
+THREE = pathlib.Path("/usr/share/javascript/three/three.min.js")
 
 
 class CMakeBuild(build_ext):
@@ -32,6 +33,8 @@ class CMakeBuild(build_ext):
             if not library.is_symlink():
                 continue   # the name that the extension asks for is a link to the file
             shutil.copy(str(library.resolve()), str(target.parent / library.name))
+        if THREE.is_file():   # for reports where libjs-three is not installed; its licence is in report_three.py
+            shutil.copy(str(THREE), str(target.parent / THREE.name))
 
 
 setup(version=re.search("<version>(.*?)</version>", (ROOT / "package.xml").read_text()).group(1),

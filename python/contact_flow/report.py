@@ -10,7 +10,7 @@ from typing import Any, Dict, List, Optional, Sequence, Union
 
 import numpy as np
 
-from . import _core, report_ensemble, report_words
+from . import _core, report_ensemble, report_three, report_words
 from .ensemble import Ensemble
 from .report_scene import scene
 
@@ -142,23 +142,37 @@ def part(name: str) -> str:
         return file.read()
 
 
+def assembled(data: Dict[str, Any], three: str, missing: str) -> str:
+    """The page: its parts in the template, and three.js with its licence in a script of its own, where it is there."""
+    licence = report_three.LICENCE if three else ""
+    page = part("report_template.html").replace(
+        "/*THREE*/", "<script>/*! %s*/\n%s</script>\n" % (licence, three) if three else "", 1)
+    for mark, name in (("/*SCENE*/", "report_scene.js"), ("/*FLAT*/", "report_flat.js"),
+                       ("/*PAINTER*/", "report_three.js"), ("/*ENSEMBLE*/", "report_ensemble.js")):
+        page = page.replace(mark, part(name), 1)
+    data = dict(data, three={"revision": report_three.REVISION if three else "", "licence": licence,
+                             "missing": missing})
+    # "<" could end the script where a name has it.
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    return page.replace("/*DATA*/null", text, 1)
+
+
 def write_report(run: _core.Run, path: Union[str, "os.PathLike[str]"], by: Sequence[str] = ("state",),
                  samples: int = 600, source: str = "", ensemble: Optional[Ensemble] = None) -> None:
-    """Writes the report of a run to `path`. `by` as in Run.derivative; `source` says where it is from; `ensemble`
-    is shown beside the run without its draws. ValueError where it would be larger than 8 MB, or where the run was
-    made with dense=False."""
+    """Writes the report of a run to `path`, with three.js where that is installed (libjs-three). `by` as in
+    Run.derivative; `source` says where it is from; `ensemble` is shown beside the run without its draws. ValueError
+    where it would be larger than 8 MB, or where the run was made with dense=False."""
     if not run.options["dense"]:
         raise ValueError("the run was made with dense=False")
     if not 2 <= samples <= MAX_SAMPLES:
         raise ValueError("samples is %d, expected 2 to %d" % (samples, MAX_SAMPLES))
-    template = part("report_template.html").replace("/*SCENE*/", part("report_scene.js"), 1).replace(
-        "/*ENSEMBLE*/", part("report_ensemble.js"), 1)
-    # "<" could end the script where a name has it.
     data = dict(collect(run, by, samples), source=source,
                 ensemble=None if ensemble is None else report_ensemble.section(run, ensemble))
-    text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-    page = template.replace("/*DATA*/null", text, 1)
+    page = assembled(data, *report_three.library())
     size = len(page.encode())
+    if size > MAX_BYTES:   # then rather without a library
+        page = assembled(data, "", "with three.js the report would be larger than %g MB" % (MAX_BYTES / 1e6))
+        size = len(page.encode())
     if size > MAX_BYTES:
         raise ValueError("the report has %d bytes, more than %d: ask for fewer samples or directions"
                          % (size, MAX_BYTES))

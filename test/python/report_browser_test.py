@@ -15,13 +15,15 @@ import numpy as np
 
 import contact_flow as cf
 import case
-from report_test import data_of
+from contact_flow import report_three
+from report_test import WEBGL, data_of
 
 try:
     import matplotlib.image
     from selenium import webdriver
     from selenium.webdriver.common.action_chains import ActionChains
     from selenium.webdriver.common.by import By
+    from selenium.webdriver.common.keys import Keys
     from selenium.webdriver.chrome.service import Service
 except ImportError as reason:
     MISSING = str(reason)
@@ -39,12 +41,16 @@ def like(picture, colour, within=12):
 
 @unittest.skipIf(MISSING, MISSING)
 class Browser(unittest.TestCase):
+    """With WebGL: three.js draws."""
+    FLAGS = WEBGL
+    PAINTER = "three.js" if report_three.library()[0] else "canvas"
+
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         options = webdriver.ChromeOptions()
         options.binary_location = shutil.which("chromium")
-        for word in ("--headless", "--no-sandbox", "--disable-gpu", "--window-size=1100,900",
+        for word in ("--headless", "--no-sandbox", *cls.FLAGS, "--window-size=1100,900",
                      "--force-device-scale-factor=1", "--user-data-dir=" + cls.folder.name + "/profile"):
             options.add_argument(word)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
@@ -64,6 +70,8 @@ class Browser(unittest.TestCase):
         self.driver.get("about:blank")
         self.driver.get((path or self.path).as_uri() + ("" if instant is None else "#t=%g" % instant))
         self.assertEqual("yes", self.driver.execute_script("return document.body.dataset.ready"))
+        for canvas in self.driver.find_elements(By.ID, "robot"):
+            self.assertEqual(self.PAINTER, canvas.get_attribute("data-painter"))
 
     def tearDown(self):
         self.assertEqual([], [entry for entry in self.driver.get_log("browser")
@@ -186,6 +194,38 @@ class Browser(unittest.TestCase):
         self.assertGreater(wanted, 50)
         self.assertLess(abs(self.body(0.4) - self.body(0.0) - wanted), 6)
 
+    def dark(self):
+        """Rows and columns of the pixels of the body."""
+        return np.argwhere(self.picture("robot").max(axis=2) < 112)
+
+    def drag(self, dx, dy, *keys):
+        actions = ActionChains(self.driver)
+        for key in keys:
+            actions.key_down(key)
+        actions.move_to_element(self.canvas("robot")).click_and_hold().move_by_offset(dx, dy).release()
+        for key in keys:
+            actions.key_up(key)
+        actions.perform()
+
+    def test_moved_zoomed_and_turned(self):
+        """Moved: by as many pixels as the pointer. Zoomed: areas by the square. Turned by 180°, 0.01 a pixel, at an elevation of
+        0: mirrored. A double click undoes all of it."""
+        self.body(0.4)
+        first = self.dark()
+        self.drag(90, -40, Keys.SHIFT)
+        self.assertLess(np.abs(self.dark().mean(axis=0) - first.mean(axis=0) - [-40, 90]).max(), 3)
+        ActionChains(self.driver).double_click(self.canvas("robot")).perform()
+        self.assertLess(np.abs(self.dark().mean(axis=0) - first.mean(axis=0)).max(), 0.5)
+        self.driver.execute_script("document.getElementById('robot').dispatchEvent(new WheelEvent('wheel', {deltaY: 400}))")
+        self.assertAlmostEqual(np.exp(-0.8), len(self.dark()) / len(first), delta=0.06)
+        ActionChains(self.driver).double_click(self.canvas("robot")).perform()
+        self.drag(0, -25)   # from 0.25
+        level = self.dark()[:, 1] - self.canvas("robot").size["width"] / 2
+        self.drag(314, 0)
+        turned = self.dark()[:, 1] - self.canvas("robot").size["width"] / 2
+        for a, b in ((level.max(), -turned.min()), (level.min(), -turned.max())):
+            self.assertLess(abs(a - b), 4)
+
     def test_ghosts(self):
         self.open(instant=0.4)
         count = lambda: [int(like(self.picture("robot"), 255 + 0.28 * (c - 255), 16).sum())   # noqa: E731
@@ -229,6 +269,12 @@ class Browser(unittest.TestCase):
                 self.assertIn(shown, self.driver.find_element(By.TAG_NAME, "body").text)
                 self.assertEqual([], [e for e in self.driver.get_log("browser") if e["level"] == "SEVERE"])
                 json.dumps(data_of(path.read_text(encoding="utf-8")))
+
+
+class WithoutWebGL(Browser):
+    """All of it once more: the canvas draws."""
+    FLAGS = ("--disable-gpu", "--disable-software-rasterizer")
+    PAINTER = "canvas"
 
 
 if __name__ == "__main__":

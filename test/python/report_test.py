@@ -9,12 +9,17 @@ import shutil
 import subprocess
 import tempfile
 import unittest
+import unittest.mock
 
 import numpy as np
 
 import contact_flow as cf
 import case
 from case import largest
+from contact_flow import report, report_three
+
+# WebGL by the processor, where there is no graphics card.
+WEBGL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 
 
 def data_of(text):
@@ -67,7 +72,8 @@ class Report(unittest.TestCase):
         links = Links()
         links.feed(text)
         self.assertEqual([], links.found)
-        self.assertNotRegex(text.split("const D=")[0] + text.split("};\n")[-1], r"https?://")
+        own = text.replace("/*! %s*/\n%s</script>" % (report_three.LICENCE, report_three.library()[0]), "")
+        self.assertNotRegex(own.split("const D=")[0] + own.split("};\n")[-1], r"https?://")
         self.assertIn("default-src 'none'", text)
         self.assertLess(path.stat().st_size, 8_000_000)
         self.assertNotIn("/*SCENE*/", text)
@@ -86,7 +92,7 @@ class Report(unittest.TestCase):
             def force(self, q, v, u):
                 return [-q[0]]
         _, text = self.write(cf.PythonModel(Odd).simulate({"x": 1}))
-        self.assertEqual(1, text.count("</script>"))
+        self.assertEqual(2 if report_three.library()[0] else 1, text.count("</script>"))
         self.assertEqual(Odd.name, data_of(text)["name"])
 
     def test_refusals(self):
@@ -100,6 +106,34 @@ class Report(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "more than 8000000"):
             self.write(run, samples=200_000)
 
+    def test_three(self):
+        """The library as it is on the disk, with its licence; without it, and with another, why there is none."""
+        library, reason = report_three.library()
+        if not library:
+            self.skipTest(reason)
+        run = cf.Model("soft_biped").simulate()
+        text = self.write(run)[1]
+        self.assertIn(library, text)
+        licence = data_of(text)["three"]["licence"]
+        for words in ("MIT License", "2010-2019 three.js authors", "above copyright notice and this permission notice"):
+            self.assertIn(words, licence)
+            self.assertEqual(2, text.count(words))   # before the library and to be read
+        other = pathlib.Path(self.folder.name) / report_three.FILE
+        for found, why in ((None, "was not there"), (library.replace('"111"', '"112"'), "is r112, not r111"),
+                           (library + "</script>", "cannot be a part of a page")):
+            with self.subTest(why), unittest.mock.patch.object(report_three, "PLACES", (self.folder.name,)):
+                if found:
+                    other.write_text(found, encoding="utf-8")
+                text = self.write(run)[1]
+                self.assertIn(why, data_of(text)["three"]["missing"])
+                self.assertNotIn("MIT License", text)
+                self.assertEqual(1, text.count("</script>"))
+        alone = len(text.encode())
+        with unittest.mock.patch.object(report, "MAX_BYTES", alone + 1000):   # rather without than not at all
+            path, text = self.write(run)
+            self.assertIn("would be larger", data_of(text)["three"]["missing"])
+            self.assertLessEqual(path.stat().st_size, alone + 1000)
+
     def test_in_a_browser(self):
         """Drawn, without an error on the console, interactive after 2 s of the page's clock."""
         browser = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -112,7 +146,7 @@ class Report(unittest.TestCase):
             with self.subTest(run.system.name):
                 path, _ = self.write(run)
                 done = subprocess.run(
-                    [browser, "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr",
+                    [browser, "--headless", "--no-sandbox", *WEBGL, "--enable-logging=stderr",
                      "--virtual-time-budget=2000", "--dump-dom", path.as_uri()],
                     stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=120)
                 self.assertEqual([], [line for line in done.stderr.split("\n") if "CONSOLE" in line])
