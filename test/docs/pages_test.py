@@ -7,6 +7,7 @@ import re
 import sys
 import unittest
 
+import layouts_test
 import page
 from page import ROOT
 
