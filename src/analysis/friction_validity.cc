@@ -112,7 +112,9 @@ void FrictionValidity::WatchEnds(std::size_t k) {
         continue;
       }
     }
-    if (IsZero(guards[g], of.end, row)) continue;
+    // What is zero there stays so, but for what is about to cross it.
+    const bool crosses = last && of.end.rate(row) < 0 && Moves(of.end, row);
+    if (IsZero(guards[g], of.end, row) && !crosses) continue;
     of.ends.push_back({last ? Limit::kHorizon : limit, constraint, arc.t_end, of.end.value(row),
                        of.end.rate(row), of.end.gradient.row(row)});
   }

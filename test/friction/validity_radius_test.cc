@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <stdexcept>
@@ -102,6 +103,33 @@ TEST_P(FrictionRadius, IsTheDistanceToTheFirstChange) {
 
 INSTANTIATE_TEST_SUITE_P(Cases, FrictionRadius, testing::ValuesIn(test::FrictionCaseNames()),
                          [](const auto& info) { return info.param; });
+
+/// A run that ends within the tolerances before a touchdown holds for the time that is left: a ball
+/// whose start is lower by α lands before the end from α = −ż (t − T) on.
+TEST(FrictionRadius, EndsWhereATouchdownComesIntoTheRun) {
+  const auto ball = MakeModel("spinning_ball");
+  const Vector x = ball->nominal().x;
+  const Trajectory whole = Simulate(*ball, x, ball->nominal().u, 1, Tight());
+  const Transition& touchdown = whole.transitions.at(0);
+  const int d = ball->dof();
+  const int z = static_cast<int>(
+      std::find(ball->description().velocities.begin(), ball->description().velocities.end(), "z") -
+      ball->description().velocities.begin());
+  ASSERT_LT(z, d);
+  const double speed = -touchdown.x_minus(ball->num_positions() + z);
+  for (const double left : {1e-6, 1e-9, 1e-11, 1e-13}) {
+    const Trajectory run =
+        Simulate(*ball, x, ball->nominal().u, touchdown.t - left, Tight());
+    ASSERT_TRUE(run.status.ok() && run.transitions.empty());
+    const BDerivative B = DifferentiateOutcome(*ball, run);
+    ASSERT_TRUE(B.status.ok()) << B.status.message;
+    const ValidityEstimator radius(*ball, run, B);
+    const ValidityRadius lower = radius(-Vector::Unit(2 * d, z));
+    EXPECT_NEAR(speed * left, lower.radius, 1e-3 * speed * left + 1e-14);
+    EXPECT_EQ(Limit::kHorizon, lower.limit);
+    EXPECT_TRUE(std::isinf(radius(Vector::Unit(2 * d, z)).radius));
+  }
+}
 
 }  // namespace
 }  // namespace contact_flow
