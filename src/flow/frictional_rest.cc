@@ -30,7 +30,7 @@ Letter LetterOf(const Friction& friction, double slip) {
 }  // namespace
 
 std::optional<FrictionalRest> RestOfBounces(ContactDynamics* dynamics, const Transition& last,
-                                            double gap_tolerance) {
+                                            ContactMode closed, double gap_tolerance) {
   const MechanicalSystem& system = dynamics->system();
   const int nq = system.num_positions(), d = system.dof(), n = system.num_constraints();
   Vector x = last.x_plus;
@@ -38,9 +38,7 @@ std::optional<FrictionalRest> RestOfBounces(ContactDynamics* dynamics, const Tra
   ConstraintTerms terms;
   system.Constraints(x.head(nq), v, &terms);
   FrictionalRest rest;
-  rest.closed =
-      (last.mode_before.Members() | last.mode_after.Members() | last.activated | last.grazed) -
-      system.compliant();
+  rest.closed = closed;
   ContactMode near;
   for (int i = 0; i < n; ++i) {
     const bool beside = !rest.closed.Contains(i) && !system.compliant().Contains(i);

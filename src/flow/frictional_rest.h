@@ -17,9 +17,10 @@ struct FrictionalRest {
   ContactMode mode;    ///< with letters
   double energy_lost;  ///< [J]
 };
-/// From the velocities after the transition `last`; contacts with |a| ≤ `gap_tolerance` that those
-/// imply rest, too. None where the letters are not decided, or a slip in space would begin.
+/// From the velocities after the transition `last`, of the contacts `closed`, which come to rest;
+/// those with |a| ≤ `gap_tolerance` that these imply rest, too. None where the letters are not
+/// decided, or a slip in space would begin.
 std::optional<FrictionalRest> RestOfBounces(ContactDynamics* dynamics, const Transition& last,
-                                            double gap_tolerance);
+                                            ContactMode closed, double gap_tolerance);
 
 }  // namespace contact_flow

@@ -23,6 +23,8 @@ constexpr int kStallsToInsist = 2;
 constexpr int kStallsForEach = 4;  // constraint, before the run ends
 /// Rounding of a rate Da_i v, relative to its terms.
 constexpr double kNoSpeed = 1e-12;
+/// Bounces that accumulate come back within this many times what is left until then.
+constexpr double kReturn = 3;
 
 /// What moves no mass at x, as a text that follows; "" where M is regular.
 std::string SingularMass(const MechanicalSystem& system, const Vector& x, const Vector& u,
@@ -220,18 +222,36 @@ std::optional<double> Flow::PredictRest(int i) {
   return t_ + (speed > 0 ? 2 * speed / (back * (1 - restitution)) : 0);
 }
 
-/// Turns the last impact into sticking of all that touch: see SimulateOptions::complete_zeno.
-/// False where the run is to stop instead.
+/// The contacts at the last impact that rest when its bounces have come to their end: those that
+/// rest, and those that are back by then. What an impact lifts for longer is none of them.
+ContactMode Flow::EndOfBounces() {
+  const int d = system_.dof(), nq = system_.num_positions();
+  const ContactMode rest = transition_.mode_after.Members();
+  const ContactMode touched =
+      transition_.mode_before.Members() | transition_.activated | transition_.grazed;
+  dynamics_.Evaluate(x_, mode_);
+  system_.Constraints(x_.head(nq), x_.tail(d), &terms_);
+  ContactMode end = rest;
+  for (int i : touched - rest) {
+    const double speed = terms_.jacobian.row(i).dot(x_.tail(d));
+    const double back = -(terms_.jacobian.row(i).dot(dynamics_.acceleration()) + terms_.bias(i));
+    const bool returns = 2 * speed <= kReturn * (accumulation_time_ - t_) * back;
+    if (speed <= options_.speed_tolerance || returns) end.Insert(i);
+  }
+  return end - system_.compliant();
+}
+
+/// Turns the last impact into rest at the EndOfBounces: see SimulateOptions::complete_zeno. False
+/// where the run is to stop instead.
 bool Flow::CompleteZeno() {
   Transition last = transition_;
   const int d = system_.dof(), nq = system_.num_positions();
-  ContactMode sticking =
-      (last.mode_before | last.mode_after | last.activated | last.grazed) - system_.compliant();
+  ContactMode sticking = EndOfBounces();
   const InverseInertia inertia(system_, x_.head(nq), x_.tail(d));
   bool plastic = true;
   for (int i : last.activated | last.grazed) plastic = plastic && system_.restitution()(i) == 0;
   if (system_.HasFriction()) {
-    const auto rest = RestOfBounces(&dynamics_, last, options_.gap_tolerance);
+    const auto rest = RestOfBounces(&dynamics_, last, sticking, options_.gap_tolerance);
     if (!rest) return false;
     last.energy_lost += rest->energy_lost;
     if (!options_.complete_zeno && !plastic) return false;

@@ -11,12 +11,13 @@ namespace {
 /// Part of the time in which a slip in space would end that a step may take, and the slip that
 /// counts as ended: relative to the velocities, to the absolute tolerance, or by the time to its
 /// end, relative to max(1, t).
-constexpr double kSlipPart = 0.5, kStopped = 1e-12, kPartOfTolerance = 1e-3, kNoTime = 1e-14;
-/// A slip below the tolerance, or with less time than this to its end, relative to max(1, t),
-/// counts as ended where the contact sticks with this part of its cone to spare: near the border it
-/// would end ever more slowly, and the steps are as short as before. A slip that has just begun may
-/// lose speed while it turns, and does not stick.
-constexpr double kLittleTime = 1e-12, kSpare = 1e-9;
+constexpr double kSlipPart = 0.5, kStopped = 1e-12, kPartOfTolerance = 1e-3, kNoTime = 1e-12;
+/// A slip below the tolerance counts as ended where the contact sticks with this part of its cone
+/// to spare: near the border it would end ever more slowly, and the steps are as short as before.
+constexpr double kSpare = 1e-9;
+/// In an arc as young as kYoung a slip counts as ended with less time to its end: one that has just
+/// begun may lose speed while it turns into its direction. Both times are relative to max(1, t).
+constexpr double kYoung = 1e-10, kNoTimeOfYoung = 1e-13;
 
 }  // namespace
 
@@ -39,13 +40,13 @@ int Flow::StoppedInSpace() {
     const Eigen::Vector2d change = gaps_end_.acceleration.segment<2>(row);
     if (!(slip.dot(change) < 0)) continue;
     const double speed = x_end_.tail(system_.dof()).cwiseAbs().maxCoeff();
-    const double a_second = std::max(1.0, t_) * change.norm();
+    const double late = std::max(1.0, t_);
+    const bool young = end_ - (new_arc_ ? t_ : arc_begin_) < kYoung * late;
     const double resolved =
         std::max({kStopped * speed, kPartOfTolerance * options_.absolute_tolerance,
-                  kNoTime * a_second});
-    const double small = std::max(options_.absolute_tolerance, kLittleTime * a_second);
-    const bool ended =
-        slip.norm() <= resolved || (slip.norm() <= small && WouldStick(i));
+                  (young ? kNoTimeOfYoung : kNoTime) * late * change.norm()});
+    const bool ended = slip.norm() <= resolved ||
+                       (slip.norm() <= options_.absolute_tolerance && WouldStick(i));
     if (ended) return guards_.OfFriction(i);
   }
   return -1;

@@ -116,6 +116,7 @@ class Flow {
   bool GoesOn();
   std::optional<double> Accumulation(const ResolvedTransition& resolved);
   std::optional<double> PredictRest(int i);
+  ContactMode EndOfBounces();
   bool CompleteZeno();
   void Warn(Outcome code, const std::string& message);
   /// Where an arc begins whose forces are not unique, once for the contacts that share them.
