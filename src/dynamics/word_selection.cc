@@ -70,7 +70,8 @@ class Words {
     const std::vector<FrictionSolution> all = SolveFriction(frame_.problem(), border);
     if (all.empty()) {
       Refuse(FrictionRefusal::Kind::kInconsistent,
-             Dependent() ? "no word was found whose forces fit" : "no contact forces exist");
+             Dependent() && !AllSlip() ? "no word was found whose forces fit"
+                                       : "no contact forces exist");
     }
     for (const FrictionSolution& word : all) {
       if (!word.many && !(word.springs && by == nullptr)) continue;
@@ -205,6 +206,14 @@ class Words {
                "presses as soon as it lets go");
   }
 
+  /// Then all words are tried, and nothing sticks in any.
+  bool AllSlip() const {
+    const std::vector<FrictionContact>& all = frame_.problem().contacts;
+    return std::all_of(all.begin(), all.end(), [](const FrictionContact& contact) {
+      return contact.slips || contact.dimension == 0;
+    });
+  }
+
   bool Dependent() const {
     const Matrix& G = frame_.problem().G;
     if (G.size() == 0) return false;
@@ -218,7 +227,7 @@ class Words {
     message << "contacts "
             << (touching_.still | touching_.slipping).ToString(system_.description().constraints)
             << ": " << what;
-    if (Dependent()) {
+    if (Dependent() && !AllSlip()) {
       message << "; the rows of what sticks are dependent, forces are not unique";
       kind = FrictionRefusal::Kind::kIndeterminateForces;
     }
