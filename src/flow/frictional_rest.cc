@@ -53,25 +53,31 @@ std::optional<FrictionalRest> RestOfBounces(ContactDynamics* dynamics, const Tra
   }
 
   const ContactMode sticking = last.mode_before.Sticking() | last.mode_after.Sticking();
-  std::vector<int> rows;
+  std::vector<Eigen::RowVectorXd> rows, forces;  // A, and along what they push
   for (int i : rest.closed) {
-    rows.push_back(i);
     const Friction& friction = system.friction()[i];
-    for (int k = 0; sticking.Contains(i) && k < friction.dimension; ++k) {
-      rows.push_back(friction.row + k);
+    rows.push_back(terms.jacobian.row(i));
+    forces.push_back(rows.back());
+    const auto tangents = terms.jacobian.middleRows(friction.row, friction.dimension);
+    const Vector slip = tangents * v;
+    const bool sticks = sticking.Contains(i) || !(slip.norm() > kNoSlip * v.norm());
+    if (!sticks) forces.back() -= friction.coefficient / slip.norm() * slip.transpose() * tangents;
+    for (int k = 0; sticks && k < friction.dimension; ++k) {
+      rows.push_back(tangents.row(k));
+      forces.push_back(rows.back());
     }
   }
-  Matrix A(static_cast<Eigen::Index>(rows.size()), d);
+  Matrix A(static_cast<Eigen::Index>(rows.size()), d), W = A;
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    A.row(static_cast<Eigen::Index>(k)) = terms.jacobian.row(rows[k]);
+    A.row(static_cast<Eigen::Index>(k)) = rows[k];
+    W.row(static_cast<Eigen::Index>(k)) = forces[k];
   }
   const InverseInertia inertia(system, x.head(nq), v);
-  const Matrix reach = inertia * A.transpose();
+  const Matrix reach = inertia * W.transpose();
   const Vector p = (A * reach).completeOrthogonalDecomposition().solve(-A * v);
   rest.v_plus = v + reach * p;
   if (!rest.v_plus.allFinite()) return std::nullopt;
-  // M-orthogonal to what rests: |v|² − |v⁺|² seen from the surfaces, which may be driven.
-  rest.energy_lost = KineticEnergy(inertia.mass(), v - rest.v_plus);
+  rest.energy_lost = -0.5 * p.dot(W * (v + rest.v_plus));  // seen from the surfaces
 
   x.tail(d) = rest.v_plus;
   TouchingContacts contacts;

@@ -9,13 +9,15 @@
 namespace contact_flow {
 
 /// How bounces that accumulate end, with friction: the contacts of the last of them rest,
-///   N v⁺ = 0,      T v⁺ = 0 of those that stick,      v⁺ = v + P Aᵀ p,
-/// p being the smallest. What bounces is slow by then, and so is the error of v⁺.
+///   A v⁺ = 0,      v⁺ = v + P Wᵀ p,      A of rows N, and T of those that stick,
+/// W being N − μ d T of those that slip along d, else as A, and p the smallest. While they bounce
+/// their forces are, on the whole, those of contact from the start on and p: what bounces is slow
+/// by then, and the error of v⁺ is of the second order in its speed.
 struct FrictionalRest {
   Vector v_plus;
   ContactMode closed;  ///< what rests
   ContactMode mode;    ///< with letters
-  double energy_lost;  ///< [J]
+  double energy_lost;  ///< [J]; a little below zero where friction is given back
 };
 /// From the velocities after the transition `last`, of the contacts `closed`, which come to rest;
 /// those with |a| ≤ `gap_tolerance` that these imply rest, too. None where the letters are not
