@@ -52,6 +52,8 @@ class FrictionalWalk {
   /// Contacts of the same body that an event brings along: what lands, or stops, with it.
   ContactMode Along(const WalkGuard& c) const;
   void Land(int i, ContactMode along);
+  /// What bounces of plastic contacts add, by their restitutions.
+  void AddBounces();
   /// The word at the base point for runs perturbed along w, in which those of `free` may let go.
   void SelectNext(ContactMode free = {});
   /// What is to let go, and has no force at the base point, holds until its own release: an event
@@ -88,6 +90,13 @@ class FrictionalWalk {
   ContactMode still_;            // known to have no slip at the base point
   ContactMode just_stopped_;
   std::size_t changes_ = 0;  // of the input, so far
+  /// A plastic contact that landed, with the speed of its bounce [width] and what that adds [d].
+  struct Bounce {
+    int constraint;
+    Eigen::RowVectorXd speed;
+    Vector adds;
+  };
+  std::vector<Bounce> bounces_;
   std::vector<Eigen::RowVectorXd> decisions_;
   FrictionalPath path_;
 };

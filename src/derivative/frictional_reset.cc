@@ -162,6 +162,7 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
           parameter_after.constraint.middleRows<2>(row);
     }
   }
+  Eigen::Index bounces = -1;  // its unknown
   for (Eigen::Index k = 0; k < m; ++k) {
     const Unknown& u = unknowns[static_cast<std::size_t>(k)];
     kkt.col(d_ + k).head(d_) = -u.push;
@@ -173,14 +174,24 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
     auto by_parameter = rhs.row(d_ + k).tail(size_ - first_parameter);
     by_parameter = -parameter_after.constraint.row(u.row) -
                    u.restitution * parameter_before.constraint.row(u.row);
+    if (u.row >= n || persisting_.Contains(u.row)) continue;
+    const Eigen::RowVectorXd rise =
+        -parameter_after.restitution.row(u.row) * A.row(u.row).dot(v_minus);
     // A plastic contact that is held comes to rest all the same: its bounces, of a speed of first
-    // order, are over after a time of first order, with the same impulse in all.
-    const bool comes_to_rest = u.row < n && after_.Contains(u.row) && u.restitution == 0;
-    if (u.row < n && !persisting_.Contains(u.row) && !comes_to_rest) {
-      by_parameter -= parameter_after.restitution.row(u.row) * A.row(u.row).dot(v_minus);
+    // order, are over after a time of first order (BounceToRest).
+    if (!after_.Contains(u.row) || u.restitution != 0) {
+      by_parameter += rise;
+    } else if (!rise.isZero(0)) {
+      branch.bounce_speed = Eigen::RowVectorXd::Zero(size_);
+      branch.bounce_speed.tail(rise.size()) = rise;
+      bounces = k;
     }
   }
   const bool shared = solution.interior.size() > 0;
+  if (bounces >= 0) {
+    rhs.conservativeResize(Eigen::NoChange, size_ + 1);
+    rhs.col(size_) = Vector::Unit(d_ + m, d_ + bounces);
+  }
   Matrix solved;
   if (shared) {
     Vector unit = kkt.diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
@@ -190,6 +201,10 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
     solved = SolveConsistent(kkt, unit, rhs);
   } else {
     solved = kkt.partialPivLu().solve(rhs);
+  }
+  if (bounces >= 0) {
+    branch.bounce = solved.col(size_).head(d_);
+    solved.conservativeResize(Eigen::NoChange, size_);
   }
   branch.jacobian = Matrix::Identity(size_, size_);
   branch.jacobian.middleRows(d_, d_) = solved.topRows(d_);

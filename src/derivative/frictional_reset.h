@@ -20,6 +20,10 @@ class FrictionalReset {
     ContactMode word;
     Matrix jacobian;  ///< DR [2d+k × 2d+k]
     Matrix borders;   ///< gradients of what has to stay positive and is zero here [· × 2d+k]
+    /// Of a plastic contact that is hit and held: the speed with which it would bounce, by its
+    /// restitution [2d+k], which `jacobian` leaves out, and what that adds to v⁺ for each unit [d].
+    Eigen::RowVectorXd bounce_speed;
+    Vector bounce;
   };
 
   /// `hit` approaches, the others of `touching` rest; `mode` is the contact mode before, `after`

@@ -60,6 +60,7 @@ FrictionalPath FrictionalWalk::Take() {
   }
   StopInSpace();
   FinishWord();
+  AddBounces();
   path_.cone = Rows();
   path_.v_plus = point_.v();
   const Eigen::Index changes = width_ - size_;

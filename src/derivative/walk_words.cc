@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "bounce_to_rest.h"
 #include "cluster_walk.h"
 #include "frictional_reset.h"
 #include "src/dynamics/implied_contacts.h"
@@ -58,6 +59,9 @@ void FrictionalWalk::Land(int i, ContactMode along) {
       reset.Choose(path_.matrix * w_, sizes_, [&](const Eigen::RowVectorXd& row) {
         Decide(row * path_.matrix, row.norm() * path_.matrix.norm());
       });
+  if (branch.bounce.size() > 0) {
+    bounces_.push_back({i, branch.bounce_speed * path_.matrix, branch.bounce});
+  }
   path_.matrix = branch.jacobian * path_.matrix;
   sizes_.head(size_) = (branch.jacobian.cwiseAbs() * sizes_.head(size_)).eval();
   Vector struck = point_.x();
@@ -78,6 +82,20 @@ void FrictionalWalk::Land(int i, ContactMode along) {
     const bool bounces = along.With(i).Contains(j) && system_.restitution()(j) > 0;
     const bool free = bounces || !branch.word.Contains(j);
     if (free && point_.Leaves(j) > 0) lifted_.Insert(j);
+  }
+}
+
+void FrictionalWalk::AddBounces() {
+  for (const Bounce& bounce : bounces_) {
+    const Vector added =
+        BounceToRest(&dynamics_, transition_, bounce.constraint, bounce.adds);
+    if (added.isZero(0)) continue;
+    if (bounces_.size() > 1 || transition_.activated.Size() > 1) {
+      throw std::domain_error("depends on how contact '" +
+                              system_.description().constraints[bounce.constraint] +
+                              "', given a little restitution, bounces beside other touchdowns");
+    }
+    path_.matrix.middleRows(d_, d_) += added * bounce.speed;
   }
 }
 
