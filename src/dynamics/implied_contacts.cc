@@ -88,6 +88,7 @@ void MakeRest(const MechanicalSystem& system, ContactMode mode,
   std::vector<double> slips;
   for (int i : mode) {
     rows.push_back(i);
+    if (!system.HasFriction()) continue;
     const Friction& friction = system.friction()[i];
     const bool begins = onsets.count(i) > 0;
     for (int k = 0; k < friction.dimension; ++k) {

@@ -43,7 +43,7 @@ Flow::Flow(const MechanicalSystem& system, double t, const VectorRef& x, Contact
       start_error_(system.space()),
       next_clock_reading_(kStepsBetweenClockReadings) {
   if (on_manifold_) ProjectState(system_, &x_);
-  if (system.HasFriction()) BeginSlips();
+  if (!mode.Empty()) BeginAtRest();
   if (options.method == IntegrationMethod::kImplicit) MakeImplicit();
   if (options.method == IntegrationMethod::kAutomatic) explicit_.WatchStiffness();
 }

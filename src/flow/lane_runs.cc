@@ -125,6 +125,10 @@ bool LaneRuns::Start(int k) {
     } catch (const std::invalid_argument&) {
       return false;
     }
+    const Vector rate = terms_.jacobian * run.x.tail(d_);
+    for (int i : run.mode) {  // Flow::BeginAtRest
+      if (std::abs(rate(i)) > options_.absolute_tolerance) return false;
+    }
   }
   static_cast<Counts&>(run) = Counts();
   run.result = BatchRun();

@@ -292,16 +292,19 @@ bool Flow::CompleteZeno() {
   return true;
 }
 
-/// Slips in space that begin with the run get their directions, as at a change of the input, and
-/// what sticks is made to.
-void Flow::BeginSlips() {
+/// Contacts that rest, or stick, as the run begins have no speed: what the start leaves of it, below
+/// the tolerance, is taken away, if integration would not leave as much. Slips in space that begin
+/// with the run get their directions, as at a change of the input.
+void Flow::BeginAtRest() {
   SampleGaps(system_, x_, Vector::Zero(system_.dof()), &terms_, &gaps_begin_);
+  const ContactMode rigid = mode_ - system_.compliant();
   ContactMode resting = mode_;
-  double fastest = 0;  // slip of what sticks
-  for (int i : mode_) {
+  double fastest = 0;
+  for (int i : rigid) {
+    fastest = std::max(fastest, std::abs(gaps_begin_.rate(i)));
+    if (!system_.HasFriction()) continue;
     const Friction& friction = system_.friction()[i];
-    const auto rows = terms_.jacobian.middleRows(friction.row, friction.dimension);
-    const double slip = (rows * x_.tail(system_.dof())).norm();
+    const double slip = gaps_begin_.rate.segment(friction.row, friction.dimension).norm();
     const bool in_space = friction.dimension == 2 && friction.coefficient > 0;
     if (mode_.LetterOf(i) == Letter::kStick) {
       fastest = std::max(fastest, slip);
@@ -309,10 +312,8 @@ void Flow::BeginSlips() {
       resting.Set(i, Letter::kStick);
     }
   }
-  if (resting == mode_) {
-    if (fastest > options_.absolute_tolerance) MakeRest(system_, mode_, {}, &x_);
-    return;
-  }
+  if (fastest > options_.absolute_tolerance) MakeRest(system_, rigid, {}, &x_);
+  if (resting == mode_) return;
   const ResolvedTransition begun = ResolveFrictionalInput(&dynamics_, t_, x_, resting, Rules());
   status_ = begun.status;
   if (!status_.ok()) return;

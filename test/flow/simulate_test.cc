@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/flow/simulate_batch.h"
 #include "contact_flow/model/model_library.h"
 #include "test/test_models.h"
 
@@ -280,6 +281,25 @@ TEST(Instants, OfManyBouncesStayKnown) {
   ASSERT_GT(run.transitions.size(), 50u);
   for (const Transition& transition : run.transitions) {
     EXPECT_LE(transition.tolerance, 1e-8) << "at t = " << transition.t;
+  }
+}
+
+/// A speed below the tolerance counts as none of a contact that rests: what the start has of it is
+/// gone, and dampers do not carry it to carts that come at their terminal speeds.
+TEST(Simulate, WhatBeginsAtRestHasNoSpeed) {
+  const auto plate = MakeModel("damped_plate");
+  for (const double speed : {-9e-7, 9e-7}) {
+    Vector x = plate->nominal().x;
+    x(3) = speed;
+    const Trajectory run = Simulate(*plate, x, Vector(0), 0.19);
+    ASSERT_TRUE(run.status.ok()) << run.status.message;
+    ASSERT_EQ(ContactMode({0}), run.arcs[0].mode);
+    EXPECT_EQ(0, run.arcs[0].x_begin(3));
+    for (int cart = 1; cart <= 2; ++cart) {
+      EXPECT_NEAR(x(cart) + 0.19 * x(3 + cart), run.FinalState()(cart), 1e-13);
+    }
+    const BatchResult lanes = SimulateBatch(*plate, x.replicate(1, 4), Matrix(0, 1), 0.19);
+    for (const BatchRun& lane : lanes.runs) EXPECT_EQ(run.FinalState(), lane.final_state);
   }
 }
 

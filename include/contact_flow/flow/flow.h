@@ -124,7 +124,7 @@ class Flow {
   /// No step size is small enough: why.
   void StopWithoutSteps();
   void FindImplied();
-  void BeginSlips();
+  void BeginAtRest();
   int ImpliedThatMoved(double reaches) const;
   void ForgetRisen();
   double SlipInSpaceLimit() const;
