@@ -102,7 +102,11 @@ bool OrderMatters(const EventMap& map, const std::vector<EventInstant>& instants
 
 ClusterReading ReadClusters(const BDerivative& derivative, const VectorRef& w) {
   ClusterReading reading;
+  reading.inner_radius = derivative.start.InnerRadius(w);
   Vector tangent = derivative.arcs.front() * derivative.Begin(w), in_order = tangent;
+  if (reading.inner_radius > 0) {
+    in_order = derivative.arcs.front() * derivative.start.Unturned(w);
+  }
   for (std::size_t k = 0; k < derivative.events.size(); ++k) {
     const EventMap& map = derivative.events[k];
     const std::vector<EventInstant> instants = InOrder(map.transition(), map);

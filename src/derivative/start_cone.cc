@@ -17,6 +17,8 @@ namespace {
 
 /// Rounding of a product of a gradient with a direction, relative to its terms.
 constexpr double kNoise = 1e-9;
+/// Slips that are rounding, relative to the velocities.
+constexpr double kNoSlip = 1e-12;
 /// Accelerations that vanish within this part of the gap's tolerance are not known.
 constexpr double kIdle = 1e-3;
 /// More impacts one behind another at the start are not followed.
@@ -92,6 +94,8 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
     contact.constraint = i;
     contact.slips = true;
     contact.speed = 1;  // not at rest: what matters is its slip
+    const double slip = terms.jacobian.row(row).dot(v);
+    if (std::abs(slip) > kNoSlip * v.cwiseAbs().maxCoeff()) contact.slip = sign * slip;
     contact.gap = contact.rate = Vector::Zero(2 * d + k);
     contact.gap.head(d) = sign * residual.constraint_q.row(row);
     contact.gap.segment(d, d) = sign * terms.jacobian.row(row);
@@ -307,6 +311,25 @@ StartCone::Reversal StartCone::reversal() const {
     return {Matrix::Identity(size, size) + contact.turn * contact.gap.transpose(), contact.gap};
   }
   return {};
+}
+
+double StartCone::InnerRadius(const VectorRef& w) const {
+  double radius = 0;
+  for (const Contact& contact : contacts_) {
+    const double change = contact.gap.dot(w);
+    const bool reverses = contact.turn.size() > 0 && contact.slip * change < 0;
+    if (reverses) radius = std::max(radius, -contact.slip / change);
+  }
+  return radius;
+}
+
+Vector StartCone::Unturned(const VectorRef& w) const {
+  Vector tangent = w;
+  for (const Contact& contact : contacts_) {
+    const bool turns = contact.turn.size() > 0 && contact.slip < 0;
+    if (turns) tangent += contact.turn * contact.gap.dot(w);
+  }
+  return tangent;
 }
 
 StartCone::Bound StartCone::Limit(const VectorRef& w) const {

@@ -10,7 +10,8 @@ namespace contact_flow {
 /// simultaneous. From x + α w they happen in the order of
 ///   t_i + α τ_i(w),
 /// with t_i their instants in the run (Transition::instants). Beyond the inner radius this is the
-/// order of the τ_i, which B(w) follows; close to α = 0 it is that of the t_i.
+/// order of the τ_i, which B(w) follows; close to α = 0 it is that of the t_i. Likewise a slip with
+/// which the run starts, less than the tolerance (StartCone::InnerRadius).
 struct ClusterReading {
   /// B(w) holds for α beyond it; 0 where both readings are the same. Where the instants of two
   /// events differ by less than their estimated errors, their order is not known, and those errors

@@ -63,6 +63,12 @@ class StartCone {
   };
   Reversal reversal() const;
 
+  /// Of a slip that begins with a speed s below the tolerance, which the above takes for none: the α
+  /// at which x + α w has none. Closer to x the slip of the start decides whether it is reversed, and
+  /// w becomes Unturned(w). 0: both are the same.
+  double InnerRadius(const VectorRef& w) const;
+  Vector Unturned(const VectorRef& w) const;
+
   /// A bound on the run from x + α w, α > 0.
   struct Bound {
     int constraint = -1;
@@ -76,6 +82,7 @@ class StartCone {
   struct Contact {
     int constraint = 0;
     bool slips = false;       // it is in the mode and begins to slip; its gap stands for σ T v
+    double slip = 0;          // σ T v, which counts as none [m/s]
     double speed = 0;         // Da_i v, 0 at rest [m/s]
     double acceleration = 0;  // ä_i, of those at rest [m/s²]
     Vector gap;               // Da_i and ∂a_i/∂p [2d+k]
