@@ -168,24 +168,6 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
   delassus_ = A * reach_;
 }
 
-/// The slip to the other side, against friction, if all others go on as they are.
-void StartCone::FollowReversal(ContactDynamics* dynamics, const VectorRef& x, ContactMode mode,
-                               Contact* contact) const {
-  const bool forward = mode.LetterOf(contact->constraint) == Letter::kForward;
-  ContactMode other = mode;
-  other.Set(contact->constraint, forward ? Letter::kBackward : Letter::kForward);
-  TouchingContacts touching;
-  touching.slipping = other - dynamics->system().compliant();
-  try {
-    if (SelectWord(dynamics, x, touching, kNoise) != touching.slipping) return;
-  } catch (const FrictionRefusal&) {
-    return;
-  }
-  const Vector before = dynamics->Field(x, other), after = dynamics->Field(x, mode);
-  const double back = contact->gap.dot(before);
-  if (back > kNoise * Terms(contact->gap, before)) contact->turn = (after - before) / back;
-}
-
 bool StartCone::Closes(const Contact& contact, const VectorRef& w) const {
   return contact.gap.dot(w) < -kNoise * Terms(contact.gap, w);
 }
@@ -207,13 +189,6 @@ int StartCone::Leaves(const VectorRef& w) const {
     if (contact.turn.size() == 0 && Closes(contact, w)) return contact.constraint;
   }
   return -1;
-}
-
-bool StartCone::Reverses(int constraint) const {
-  for (const Contact& contact : contacts_) {
-    if (contact.constraint == constraint && contact.slips) return true;
-  }
-  return false;
 }
 
 Vector StartCone::operator()(const VectorRef& direction) const {
@@ -302,34 +277,6 @@ Matrix StartCone::Cone() const {
     if (contact.turn.size() == 0) cone.row(rows++) = contact.gap.normalized().transpose();
   }
   return cone.topRows(rows);
-}
-
-StartCone::Reversal StartCone::reversal() const {
-  for (const Contact& contact : contacts_) {
-    if (contact.turn.size() == 0) continue;
-    const Eigen::Index size = contact.gap.size();
-    return {Matrix::Identity(size, size) + contact.turn * contact.gap.transpose(), contact.gap};
-  }
-  return {};
-}
-
-double StartCone::InnerRadius(const VectorRef& w) const {
-  double radius = 0;
-  for (const Contact& contact : contacts_) {
-    const double change = contact.gap.dot(w);
-    const bool reverses = contact.turn.size() > 0 && contact.slip * change < 0;
-    if (reverses) radius = std::max(radius, -contact.slip / change);
-  }
-  return radius;
-}
-
-Vector StartCone::Unturned(const VectorRef& w) const {
-  Vector tangent = w;
-  for (const Contact& contact : contacts_) {
-    const bool turns = contact.turn.size() > 0 && contact.slip < 0;
-    if (turns) tangent += contact.turn * contact.gap.dot(w);
-  }
-  return tangent;
 }
 
 StartCone::Bound StartCone::Limit(const VectorRef& w) const {

@@ -2,7 +2,7 @@
 #include "dependent_rows.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
+#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
@@ -21,6 +21,8 @@ constexpr double kFar = 10;
 constexpr double kNoPart = 1e-8;
 /// A margin below this part of the force leaves no room.
 constexpr double kNoRoom = 1e-9;
+/// Rows are dependent below this eigenvalue of their normalized Gram matrix.
+constexpr double kDependent = 1e-11;
 
 bool IsRound(const ForceCone& cone) {
   return cone.dimension > 0 && std::isfinite(cone.coefficient);
@@ -70,6 +72,13 @@ Matrix RowBasis::PseudoInverse() const {
   };
   const Matrix half = shortened(inverse);
   return shortened(half.transpose());
+}
+
+bool HasDependentRows(const Matrix& G) {
+  if (G.size() == 0) return false;
+  const Vector unit = G.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Matrix> values(unit.asDiagonal() * G * unit.asDiagonal());
+  return values.eigenvalues().minCoeff() < kDependent;
 }
 
 RowBasis FindRowBasis(const Matrix& G) {

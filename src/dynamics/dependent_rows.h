@@ -19,6 +19,9 @@ struct RowBasis {
 };
 RowBasis FindRowBasis(const Matrix& G);
 
+/// Whether the least eigenvalue of G, with rows and columns in units of their own, is rounding.
+bool HasDependentRows(const Matrix& G);
+
 /// A basis of forces that do not push, in units of the rows, with entries that are rounding, or the
 /// errors of gaps, made zero: two points without slip, one a little higher, do not jam.
 Matrix WithoutRounding(const Matrix& freedom);

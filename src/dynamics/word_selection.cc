@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/dynamics/word_selection.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 
+#include "dependent_rows.h"
 #include "frame_words.h"
 #include "word_ahead.h"
 #include "word_trend.h"
@@ -20,8 +20,6 @@ constexpr double kAhead = 1e-6;
 constexpr double kBegun = 1e-9;
 /// Inequalities with more than this slack, relative, hold for a while.
 constexpr double kStrict = 1e-7;
-/// Rows are dependent below this eigenvalue of their normalized Gram matrix.
-constexpr double kDependent = 1e-11;
 /// What accelerations of rows are known to, relative to those of the whole.
 constexpr double kRounding = 1e-13;
 /// What shrinks by so many roundings is no rounding of forces that are larger than their sum.
@@ -209,18 +207,11 @@ class Words {
   /// Then all words are tried, and nothing sticks in any.
   bool AllSlip() const {
     const std::vector<FrictionContact>& all = frame_.problem().contacts;
-    return std::all_of(all.begin(), all.end(), [](const FrictionContact& contact) {
-      return contact.slips || contact.dimension == 0;
-    });
+    return std::all_of(all.begin(), all.end(),
+                       [](const auto& contact) { return contact.slips || contact.dimension == 0; });
   }
 
-  bool Dependent() const {
-    const Matrix& G = frame_.problem().G;
-    if (G.size() == 0) return false;
-    const Vector unit = G.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::SelfAdjointEigenSolver<Matrix> values(unit.asDiagonal() * G * unit.asDiagonal());
-    return values.eigenvalues().minCoeff() < kDependent;
-  }
+  bool Dependent() const { return HasDependentRows(frame_.problem().G); }
 
   [[noreturn]] void Refuse(FrictionRefusal::Kind kind, const std::string& what) const {
     std::ostringstream message;

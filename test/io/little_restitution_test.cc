@@ -21,7 +21,8 @@ Body RandomBody(unsigned seed, bool space, int feet) {
   };
   const auto text = [&](double low, double high) { return Text(draw(low, high)); };
   Body body;
-  body.urdf = "<robot name=\"body\"><link name=\"body\"><inertial><mass value=\"2\"/><inertia ixx=\"" +
+  body.urdf = "<robot name=\"body\"><link name=\"body\"><inertial><mass value=\"2\"/>"
+              "<inertia ixx=\"" +
               text(0.05, 0.1) + "\" iyy=\"" + text(0.05, 0.1) + "\" izz=\"" + text(0.05, 0.1) +
               "\" ixy=\"0.01\" ixz=\"-0.02\" iyz=\"0\"/></inertial></link></robot>";
   std::string constraints, parameters;
@@ -33,7 +34,8 @@ Body RandomBody(unsigned seed, bool space, int feet) {
     parameters += "restitution" + std::to_string(k) + ": " + name + "/restitution, ";
   }
   body.yaml = std::string("{base: ") + (space ? "floating" : "planar") + ", constraints: {" +
-              constraints + "}, parameters: {" + parameters + "}, nominal: {positions: {base_z: 0.7" +
+              constraints + "}, parameters: {" + parameters +
+              "}, nominal: {positions: {base_z: 0.7" +
               (space ? "" : ", base_pitch: " + text(-0.2, 0.2)) + "}, velocities: {base_x: " +
               text(-1, 1) + ", " + (space ? "base_wy: " : "base_pitch: ") + text(-3, 3) +
               (space ? ", base_y: " + text(-1, 1) + ", base_wx: " + text(-2, 2) : "") + "}}}";

@@ -63,9 +63,9 @@ class StartCone {
   };
   Reversal reversal() const;
 
-  /// Of a slip that begins with a speed s below the tolerance, which the above takes for none: the α
-  /// at which x + α w has none. Closer to x the slip of the start decides whether it is reversed, and
-  /// w becomes Unturned(w). 0: both are the same.
+  /// Of a slip that begins with a speed below the tolerance, which the above takes for none: the α
+  /// at which x + α w has none. Closer to x the slip of the start decides whether it is reversed,
+  /// and w becomes Unturned(w). 0: both are the same.
   double InnerRadius(const VectorRef& w) const;
   Vector Unturned(const VectorRef& w) const;
 
