@@ -33,7 +33,7 @@ target_link_libraries(ros_test contact_flow_ros nlohmann_json::nlohmann_json)
 # Those that ask when something happens: nothing else runs beside them. The others have masters of their
 # own, at ports of their own.
 set(KEEPS_TIME actions attacks bad_requests budgets clients commands faults hostile node policy_tracker prompt
-  service_stress simulator simulator_end simulator_recording simulator_stress)
+  service_stress simulator simulator_end simulator_recording simulator_stress sweep)
 file(GLOB rostests RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS ros/*.test)
 foreach(rostest ${rostests})
   get_filename_component(name ${rostest} NAME_WE)
