@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "contact_flow/ros/model_plugins.h"
+#include "printable.h"
 #include "verify.h"
 
 #ifdef CONTACT_FLOW_COVERAGE
@@ -111,6 +112,7 @@ int Verify(const Command& command) {
 
 /// Ends a child, which has no business with what others do at exit.
 [[noreturn]] void Leave(int code) {
+  std::cout.flush();
 #ifdef CONTACT_FLOW_COVERAGE
   __gcov_dump();
 #endif
@@ -133,6 +135,8 @@ int VerifyInChild(const Command& command) {
 #endif
     const rlimit no_core{0, 0};
     ::setrlimit(RLIMIT_CORE, &no_core);
+    static PrintableBuffer printable(std::cout.rdbuf());  // names are those of the file
+    std::cout.rdbuf(&printable);
     int code = kDiffers;
     try {
       LoadModelPlugins(command.plugins);
