@@ -34,7 +34,7 @@ function(contact_flow_gtest name)
     add_test(NAME ${name}
       COMMAND ${name} --gtest_output=xml:${CONTACT_FLOW_TEST_RESULTS}/gtest-${name}.xml)
   endif()
-  target_compile_options(${name} PRIVATE -O1)
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)   # a quarter less to compile; the library keeps -O3
   if(ARGC GREATER 6)
     contact_flow_precompile(${name} <gtest/gtest.h>)
   endif()

@@ -126,7 +126,7 @@ bool LaneRuns::Start(int k) {
       return false;
     }
     const Vector rate = terms_.jacobian * run.x.tail(d_);
-    for (int i : run.mode) {  // Flow::BeginAtRest
+    for (int i : run.mode - system_.compliant()) {  // Flow::BeginAtRest
       if (std::abs(rate(i)) > options_.absolute_tolerance) return false;
     }
   }
