@@ -101,7 +101,7 @@ Costs Measure(int n) {
   const Trajectory run = table.Run();
   const Vector& x = table.system->nominal().x;
   const double rhs = static_cast<double>(run.statistics.field_evaluations);
-  const ContactMode all = ContactMode::All(n);
+  const ContactMode all(ConstraintSet::All(n));
   const std::vector<double> seconds =
       TimeInterleaved({[&] { table.Run(); }, [&] { table.dynamics.Differentiate(x, all); }}, 2e-3,
                       n > 16 ? 3 : 7);

@@ -19,18 +19,18 @@ ContactMode ModeOfWord(const std::string& field, const std::string& word, int n)
   return mode;
 }
 
-ContactMode ModeOfNames(const std::string& field, const std::vector<std::string>& names,
-                        const std::vector<std::string>& constraints) {
-  ContactMode mode;
+ConstraintSet SetOfNames(const std::string& field, const std::vector<std::string>& names,
+                         const std::vector<std::string>& constraints) {
+  ConstraintSet set;
   for (std::size_t k = 0; k < names.size(); ++k) {
     const auto at = std::find(constraints.begin(), constraints.end(), names[k]);
     if (at == constraints.end()) {
       throw std::invalid_argument(
           UnknownName(field + "[" + std::to_string(k) + "]", names[k], constraints));
     }
-    mode.Insert(static_cast<int>(at - constraints.begin()));
+    set.Insert(static_cast<int>(at - constraints.begin()));
   }
-  return mode;
+  return set;
 }
 
 }  // namespace contact_flow

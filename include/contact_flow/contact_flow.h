@@ -13,6 +13,7 @@
 #include "contact_flow/analysis/step_feedback.h"
 #include "contact_flow/analysis/validity_radius.h"
 #include "contact_flow/budget.h"
+#include "contact_flow/constraint_set.h"
 #include "contact_flow/contact_mode.h"
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/cost_gradient.h"

@@ -12,9 +12,9 @@ namespace contact_flow {
 /// Throws std::invalid_argument, naming `field` and word, for another length or letter.
 ContactMode ModeOfWord(const std::string& field, const std::string& word, int n);
 
-/// The mode of names. Throws std::invalid_argument, naming `field` and entry, for one that is not
-/// among the constraints.
-ContactMode ModeOfNames(const std::string& field, const std::vector<std::string>& names,
-                        const std::vector<std::string>& constraints);
+/// The set of these names. Throws std::invalid_argument, naming `field` and entry, for one that is
+/// not among the constraints.
+ConstraintSet SetOfNames(const std::string& field, const std::vector<std::string>& names,
+                         const std::vector<std::string>& constraints);
 
 }  // namespace contact_flow

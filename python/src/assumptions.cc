@@ -15,7 +15,7 @@ struct Assumptions {
   AssumptionReport report;
   std::vector<std::string> names;
 
-  py::tuple Named(ContactMode mode) const { return py::tuple(py::cast(mode.Names(names))); }
+  py::tuple Named(ConstraintSet set) const { return py::tuple(py::cast(set.Names(names))); }
 };
 
 py::tuple GetState(const Assumptions& a) {
@@ -32,7 +32,7 @@ Assumptions SetState(const py::tuple& t) {
   Assumptions a;
   a.names = t[0].cast<std::vector<std::string>>();
   AssumptionReport& r = a.report;
-  r.touching = ContactMode::FromWords(t[1].cast<std::array<std::uint64_t, 2>>());
+  r.touching = ConstraintSet::FromWords(t[1].cast<ConstraintSet::Words>());
   r.smooth = t[2].cast<bool>();
   r.mass_condition = t[3].cast<double>();
   r.rank = t[4].cast<int>();
@@ -53,8 +53,8 @@ Assumptions SetState(const py::tuple& t) {
 Assumptions AtState(const System& s, const py::object& x, const py::object& u,
                     const py::object& touching) {
   const Vector state = ToState(s, x), input = ToInput(s, u);
-  const ContactMode contacts =
-      touching.is_none() ? InitialMode(s.get(), state, input) : ToMode(touching, s.description());
+  const ConstraintSet contacts = touching.is_none() ? InitialMode(s.get(), state, input)
+                                                    : ToContacts(touching, s.description());
   return {WithoutLock([&] { return AssessAssumptions(s.get(), state, input, contacts); }),
           s.description().constraints};
 }

@@ -198,8 +198,8 @@ Names TangentNames(const SystemDescription& description, const Variables& variab
   return names;
 }
 
-py::tuple ToNames(ContactMode mode, const SystemDescription& description) {
-  return py::tuple(py::cast(mode.Names(description.constraints)));
+py::tuple ToNames(ConstraintSet contacts, const SystemDescription& description) {
+  return py::tuple(py::cast(contacts.Names(description.constraints)));
 }
 
 py::list ToNames(const std::vector<ContactMode>& modes, const SystemDescription& description) {
@@ -208,15 +208,15 @@ py::list ToNames(const std::vector<ContactMode>& modes, const SystemDescription&
   return list;
 }
 
-ContactMode ToMode(const py::handle& names, const SystemDescription& description) {
+ConstraintSet ToContacts(const py::handle& names, const SystemDescription& description) {
   if (py::isinstance<py::str>(names)) {
     throw py::type_error("constraints are given as one text, expected a sequence of names");
   }
-  ContactMode mode;
+  ConstraintSet contacts;
   for (const auto& name : names) {
-    mode.Insert(IndexOf("constraint", py::str(name), description.constraints));
+    contacts.Insert(IndexOf("constraint", py::str(name), description.constraints));
   }
-  return mode;
+  return contacts;
 }
 
 int IndexOf(const std::string& kind, const std::string& name, const Names& names) {

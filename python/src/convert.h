@@ -51,11 +51,11 @@ std::vector<std::string> TangentNames(const SystemDescription& description,
                                       const Variables& variables);
 
 /// ("left_foot", "right_foot")
-py::tuple ToNames(ContactMode mode, const SystemDescription& description);
+py::tuple ToNames(ConstraintSet contacts, const SystemDescription& description);
 /// Of each mode.
 py::list ToNames(const std::vector<ContactMode>& modes, const SystemDescription& description);
 /// A set of constraints from names; throws ValueError with the nearest.
-ContactMode ToMode(const py::handle& names, const SystemDescription& description);
+ConstraintSet ToContacts(const py::handle& names, const SystemDescription& description);
 /// Index of a name; throws ValueError, "unknown `kind` …" with the nearest.
 int IndexOf(const std::string& kind, const std::string& name,
             const std::vector<std::string>& names);

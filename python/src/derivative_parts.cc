@@ -103,7 +103,7 @@ py::list Outcomes(const Derivative& d, bool continued) {
 py::list EventClasses(const Derivative& d) {
   py::list events;
   for (const EventMap& event : d.map.events) {
-    const ContactMode activated = event.ActivatedConstraints();
+    const ConstraintSet activated = event.ActivatedConstraints();
     events.append(py::make_tuple(event.time(), ContactClassName(event.cluster().contact_class),
                                  ToNames(activated, d.run->description()), event.status()));
   }

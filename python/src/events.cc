@@ -24,11 +24,11 @@ std::vector<std::string> Kinds(const Transition& e) {
 }
 
 /// All constraints that take part.
-ContactMode Concerned(const Transition& e) {
+ConstraintSet Concerned(const Transition& e) {
   return e.activated | e.released | e.switched | e.vanishing | e.grazed | e.touching;
 }
 
-template <ContactMode Transition::*member>
+template <auto member>  // a ConstraintSet or ContactMode of a Transition
 py::tuple NamesOf(const EventOf& e) {
   return ToNames(e.get().*member, e.description());
 }
@@ -47,7 +47,7 @@ std::string Repr(const EventOf& e) {
   const Transition& t = e.get();
   const auto& names = e.description().constraints;
   std::string text = "<Event at " + Number(t.t) + " s: " + Join(Kinds(t));
-  const ContactMode all = Concerned(t);
+  const ConstraintSet all = Concerned(t);
   if (!all.Empty()) text += " of " + Join(all.Names(names));
   return text + ", " + t.mode_before.ToString(names) + " -> " + t.mode_after.ToString(names) + ">";
 }

@@ -73,8 +73,8 @@ SharedPolicy FromText(const std::string& text, const std::string& name) {
   return std::make_shared<TrackingPolicy>(WithoutLock([&] { return ReadPolicy(text, name); }));
 }
 
-py::tuple Names(ContactMode mode, const PolicyNames& names) {
-  return py::tuple(py::cast(mode.Names(names.constraints)));
+py::tuple Names(ConstraintSet contacts, const PolicyNames& names) {
+  return py::tuple(py::cast(contacts.Names(names.constraints)));
 }
 
 py::list Phases(const TrackingPolicy& policy) {
@@ -107,16 +107,16 @@ int ToPhase(const TrackingPolicy& policy, const py::object& phase, double t) {
   return index;
 }
 
-ContactMode ToContacts(const py::handle& given, const PolicyNames& names) {
+ConstraintSet ToContacts(const py::handle& given, const PolicyNames& names) {
   SystemDescription d;
   d.constraints = names.constraints;
-  return ToMode(given, d);
+  return python::ToContacts(given, d);
 }
 
 void Observe(Tracker& t, double at, const py::object& activated, const py::object& released,
              const py::object& mode) {
   CheckTime(at);
-  std::optional<ContactMode> told;
+  std::optional<ConstraintSet> told;
   if (!mode.is_none()) told = ToContacts(mode, t.names());
   t.tracker->Observe(at, ToContacts(activated, t.names()), ToContacts(released, t.names()), told);
 }

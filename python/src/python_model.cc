@@ -46,7 +46,7 @@ class PythonSystem final : public MechanicalSystem {
       space_.Append(is_circle.cast<bool>() ? ConfigurationSpace::Factor::kCircle
                                            : ConfigurationSpace::Factor::kLine);
     }
-    compliant_ = ToMode(terms.attr("compliant"), description_);
+    compliant_ = ToContacts(terms.attr("compliant"), description_);
     contact_effort_ = terms.attr("contact_effort").cast<bool>();
     constant_mass_ = terms.attr("constant_mass").cast<bool>();
     affine_constraints_ = terms.attr("affine_constraints").cast<bool>();
@@ -62,7 +62,7 @@ class PythonSystem final : public MechanicalSystem {
   void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode mode,
                 Matrix* mass, Vector* force) const override {
     const py::gil_scoped_acquire acquire;
-    const py::tuple answer = Ask("dynamics", Copy(q), Copy(v), Copy(u), mode.bits());
+    const py::tuple answer = Ask("dynamics", Copy(q), Copy(v), Copy(u), mode.Members().bits());
     if (mass != nullptr) Take(answer[0], "mass_matrix(q)", dof(), dof(), mass);
     Take(answer[1], "force(q, v, u)", dof(), force);
   }
@@ -79,8 +79,8 @@ class PythonSystem final : public MechanicalSystem {
                              ContactMode mode, const VectorRef& acceleration,
                              const VectorRef& force, ResidualJacobian* j) const override {
     const py::gil_scoped_acquire acquire;
-    const py::tuple answer = Ask("differentiate_dynamics", Copy(q), Copy(v), Copy(u), mode.bits(),
-                                 Copy(acceleration), Copy(force));
+    const py::tuple answer = Ask("differentiate_dynamics", Copy(q), Copy(v), Copy(u),
+                                 mode.Members().bits(), Copy(acceleration), Copy(force));
     Take(answer[0], "∂r₁/∂q", dof(), dof(), &j->momentum_q);
     Take(answer[1], "∂r₁/∂v", dof(), dof(), &j->momentum_v);
     Take(answer[2], "∂r₁/∂u", dof(), num_inputs(), &j->momentum_u);
@@ -103,8 +103,9 @@ class PythonSystem final : public MechanicalSystem {
                                          ParameterJacobian* j) const override {
     const py::gil_scoped_acquire acquire;
     const auto k = static_cast<Eigen::Index>(parameters.size());
-    const py::tuple answer = Ask("differentiate_dynamics_by_parameters", Copy(q), Copy(v), Copy(u),
-                                 mode.bits(), Copy(acceleration), Copy(force), parameters);
+    const py::tuple answer =
+        Ask("differentiate_dynamics_by_parameters", Copy(q), Copy(v), Copy(u),
+            mode.Members().bits(), Copy(acceleration), Copy(force), parameters);
     Take(answer[0], "∂r₁/∂p", dof(), k, &j->momentum);
     Take(answer[1], "∂r₂/∂p", num_rows(), k, &j->constraint);
   }

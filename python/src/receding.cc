@@ -111,9 +111,9 @@ std::shared_ptr<Loop> Begin(const std::shared_ptr<System>& system, const py::obj
 void Observe(Loop& loop, double t, const py::object& activated, const py::object& released,
              const py::object& mode) {
   const SystemDescription& names = loop.description();
-  const ContactMode down = ToMode(activated, names), up = ToMode(released, names);
-  std::optional<ContactMode> now;
-  if (!mode.is_none()) now = ToMode(mode, names);
+  const ConstraintSet down = ToContacts(activated, names), up = ToContacts(released, names);
+  std::optional<ConstraintSet> now;
+  if (!mode.is_none()) now = ToContacts(mode, names);
   Alone(loop, [&] {
     loop.tracker->Observe(t, down, up, now);
     return 0;

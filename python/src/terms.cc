@@ -75,8 +75,8 @@ ContactMode ModeOf(const System& s, const Vector& x, const Vector& u, const py::
   if (mode.is_none()) return InitialMode(s.get(), x, u);
   const SystemDescription& names = s.description();
   if (py::isinstance<py::str>(mode)) return ToWord(s.get(), x, py::str(mode));
-  const ContactMode asked = ToMode(mode, names);
-  if (!s.get().HasFriction() || asked.Empty()) return asked;
+  const ConstraintSet asked = ToContacts(mode, names);
+  if (!s.get().HasFriction() || asked.Empty()) return ContactMode(asked);
   const ContactMode own = InitialMode(s.get(), x, u);
   if (own.Members() == asked) return own;
   throw py::value_error("mode is " + asked.ToString(names.constraints) + ", that of x is " +
@@ -103,7 +103,7 @@ py::tuple Accelerations(const System& s, const py::handle& x, const py::handle& 
 }
 
 /// (1b), of contacts with friction (F6).
-ImpactResult Impact(const System& s, const Vector& q, const Vector& v, ContactMode touching) {
+ImpactResult Impact(const System& s, const Vector& q, const Vector& v, ConstraintSet touching) {
   if (!s.get().HasFriction()) return SolveImpact(s.get(), q, v, touching);
   try {
     return SolveFrictionalImpact(s.get(), q, v, touching).result;
@@ -133,7 +133,7 @@ void BindTerms(py::module_* module) {
              const py::object& mode) {
             Vector force;
             s.get().Dynamics(Positions(s, q), Velocities(s, v), Finite(ToInput(s, u), "u"),
-                             ToMode(mode, s.description()), nullptr, &force);
+                             ContactMode(ToContacts(mode, s.description())), nullptr, &force);
             return force;
           },
           py::arg("q"), py::arg("v"), py::arg("u") = py::none(), py::arg("mode") = py::tuple(),
@@ -184,7 +184,7 @@ void BindTerms(py::module_* module) {
           [](const System& s, const py::object& q, const py::object& v,
              const py::object& touching) {
             const ImpactResult impact =
-                Impact(s, Positions(s, q), Velocities(s, v), ToMode(touching, s.description()));
+                Impact(s, Positions(s, q), Velocities(s, v), ToContacts(touching, s.description()));
             return py::make_tuple(impact.v_plus, impact.impulse,
                                   ToNames(impact.hit, s.description()));
           },

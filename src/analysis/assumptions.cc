@@ -46,7 +46,7 @@ Matrix Without(const std::vector<int>& some, const Matrix& all) {
 }
 
 /// Da over the members of a set, with rows of unit length.
-Matrix UnitNormals(const Matrix& jacobian, ContactMode touching) {
+Matrix UnitNormals(const Matrix& jacobian, ConstraintSet touching) {
   Matrix normals(touching.Size(), jacobian.cols());
   int row = 0;
   for (int i : touching) {
@@ -85,7 +85,7 @@ double AssumptionReport::LargestCoupling() const {
 }
 
 AssumptionReport AssessAssumptions(const MechanicalSystem& system, const VectorRef& x,
-                                   const VectorRef& u, ContactMode touching) {
+                                   const VectorRef& u, ConstraintSet touching) {
   if (system.HasFriction()) {
     throw std::invalid_argument("system '" + system.description().name +
                                 "' has friction: Assumptions 2 to 4 are for contacts without");
@@ -182,7 +182,7 @@ RegionReport AssessRegion(const MechanicalSystem& system, const VectorRef& x, co
     }
     Vector state = system.Perturb(x, step);
     if (HasStateManifold(system) && !ProjectState(system, &state)) continue;
-    const AssumptionReport free = AssessAssumptions(system, state, u, ContactMode());
+    const AssumptionReport free = AssessAssumptions(system, state, u, ConstraintSet());
     report.smooth += free.smooth;
     report.largest_mass_condition = std::max(report.largest_mass_condition, free.mass_condition);
     for (PairInRegion& pair : report.pairs) {
@@ -193,7 +193,7 @@ RegionReport AssessRegion(const MechanicalSystem& system, const VectorRef& x, co
       system.Constraints(touching.head(nq), touching.tail(d), &terms);
       if (terms.gap.head(n).minCoeff() < -kNewtonTolerance) continue;
       const AssumptionReport met =
-          AssessAssumptions(system, touching, u, ContactMode({pair.first, pair.second}));
+          AssessAssumptions(system, touching, u, ConstraintSet({pair.first, pair.second}));
       if (!met.smooth) continue;
       const double value = met.couplings.front().value;
       pair.smallest = pair.met > 0 ? std::min(pair.smallest, value) : value;

@@ -19,14 +19,14 @@ namespace {
 constexpr double kRest = 1e-6;
 
 /// The subsets of a set, in increasing size.
-std::vector<ContactMode> Subsets(ContactMode set) {
-  std::vector<ContactMode> subsets = {ContactMode()};
+std::vector<ConstraintSet> Subsets(ConstraintSet set) {
+  std::vector<ConstraintSet> subsets = {ConstraintSet()};
   for (int i : set) {
     const std::size_t count = subsets.size();
     for (std::size_t k = 0; k < count; ++k) subsets.push_back(subsets[k].With(i));
   }
   std::stable_sort(subsets.begin(), subsets.end(),
-                   [](ContactMode a, ContactMode b) { return a.Size() < b.Size(); });
+                   [](ConstraintSet a, ConstraintSet b) { return a.Size() < b.Size(); });
   return subsets;
 }
 
@@ -43,16 +43,16 @@ class Stages {
     system.Constraints(q_, v, &terms);
     jacobian_ = terms.jacobian.topRows(system.num_constraints());
     rest_ = kRest * (1 + (jacobian_ * v).cwiseAbs().maxCoeff());
-    velocity_[ContactMode()] = v;
+    velocity_[ConstraintSet()] = v;
   }
 
   /// v_S. Its subsets must have been asked for before.
-  const Vector& VelocityAfter(ContactMode S) {
+  const Vector& VelocityAfter(ConstraintSet S) {
     const auto known = velocity_.find(S);
     if (known != velocity_.end()) return known->second;
     if (S == transition_.activated) return velocity_[S] = transition_.x_plus.tail(q_.size());
     const int last = *S.begin();
-    const ContactMode before = S.Without(last);
+    const ConstraintSet before = S.Without(last);
     const Vector& v = velocity_.at(before);
     return velocity_[S] = SolveImpact(system_, q_, v, RestingAt(before, v).With(last),
                                       transition_.impact_law)
@@ -60,8 +60,8 @@ class Stages {
   }
 
   /// The contacts that rest at v_S: of J⁻, and of S those that have not bounced.
-  ContactMode RestingAt(ContactMode S, const Vector& v) const {
-    ContactMode resting;
+  ConstraintSet RestingAt(ConstraintSet S, const Vector& v) const {
+    ConstraintSet resting;
     for (int i : (transition_.mode_before - system_.compliant()) | S) {
       const bool bounced = S.Contains(i) && system_.restitution()(i) > 0;
       if (!bounced && std::abs(jacobian_.row(i).dot(v)) <= rest_) resting.Insert(i);
@@ -70,12 +70,12 @@ class Stages {
   }
 
   /// λ_i and its rate at v_S in the mode K_S ∪ {i}, for every contact that rests.
-  std::map<int, StageForce> Forces(ContactMode S) {
+  std::map<int, StageForce> Forces(ConstraintSet S) {
     const Vector& v = VelocityAfter(S);
     Vector x(q_.size() + v.size());
     x << q_, v;
-    const ContactMode resting = RestingAt(S, v);
-    const ContactMode pressed = transition_.mode_before & system_.compliant();
+    const ConstraintSet resting = RestingAt(S, v);
+    const ConstraintSet pressed = transition_.mode_before & system_.compliant();
     const ContactMode mode = SelectContactMode(&dynamics_, x, resting, 0, pressed);
     std::map<int, StageForce> forces;
     for (int i : resting) {
@@ -93,7 +93,7 @@ class Stages {
   ContactDynamics dynamics_;
   Matrix jacobian_;
   double rest_ = 0;
-  std::map<ContactMode, Vector> velocity_;
+  std::map<ConstraintSet, Vector> velocity_;
 };
 
 /// Whether v_S is the same for every order of the impacts in S.
@@ -175,7 +175,7 @@ ForceJumpReport AssessForceJumps(const MechanicalSystem& system, const VectorRef
   Stages stages(system, u, transition);
   std::map<int, ForceJump> jumps;
   double largest = 0;
-  for (ContactMode S : Subsets(transition.activated)) {
+  for (ConstraintSet S : Subsets(transition.activated)) {
     AskBudget();
     for (const auto& [i, force] : stages.Forces(S)) {
       jumps[i].constraint = i;

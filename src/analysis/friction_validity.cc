@@ -84,8 +84,8 @@ void FrictionValidity::WatchEnds(std::size_t k) {
   const Arc& arc = trajectory_.arcs[k];
   Watched& of = arcs_[k];
   const bool last = k + 1 == arcs_.size();
-  const ContactMode bounced =
-      k == 0 ? ContactMode::All(system_.num_constraints())
+  const ConstraintSet bounced =
+      k == 0 ? ConstraintSet::All(system_.num_constraints())
              : trajectory_.transitions[k - 1].activated | trajectory_.transitions[k - 1].switched;
   const std::vector<WatchedGuards::Guard>& guards = of.guards->guards();
   for (std::size_t g = 0; g < guards.size(); ++g) {
@@ -241,11 +241,11 @@ void FrictionValidity::CheckImpulses(std::size_t k, const Vector& w, double time
   const double length = along.norm();
   if (!(length > 0)) return;
   const Vector aside = system_.Perturb(transition.x_minus, kStep / length * along);
-  const ContactMode held = transition.mode_before - system_.compliant();
+  const ContactMode held = transition.mode_before.Without(system_.compliant());
   Vector moved;
   try {
     moved = SolveFrictionalImpact(system_, aside.head(nq), aside.tail(d),
-                                  held.Members() | transition.activated, held)
+                                  held | transition.activated, held)
                 .result.impulse;
   } catch (const FrictionRefusal&) {
     return;

@@ -211,7 +211,8 @@ class OrbitEquation {
   ParameterValues values_;
   std::unique_ptr<MechanicalSystem> system_;
   Matrix basis_;
-  ContactMode mode_, touching_;  // of the last start with a derivative
+  ContactMode mode_;        // of the last start with a derivative, as …
+  ConstraintSet touching_;  // … what touches there
 };
 
 }  // namespace

@@ -47,7 +47,7 @@ Matrix PoincareMap::Basis(const VectorRef& x, ContactMode mode) const {
 }
 
 /// Contacts whose gaps are zero behind an event of the section.
-ContactMode PoincareMap::Touching(const VectorRef& x) const {
+ConstraintSet PoincareMap::Touching(const VectorRef& x) const {
   if (section_.kind != Section::Kind::kEvent) return {};
   return TouchingAt(system_, x, options_.simulate.gap_tolerance);
 }

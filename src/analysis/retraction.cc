@@ -34,10 +34,10 @@ Matrix RowsOf(const Matrix& all, const std::vector<int>& rows) {
 
 }  // namespace
 
-ContactMode TouchingAt(const MechanicalSystem& system, const VectorRef& x, double gap_tolerance) {
+ConstraintSet TouchingAt(const MechanicalSystem& system, const VectorRef& x, double gap_tolerance) {
   ConstraintTerms terms;
   system.Constraints(x.head(system.num_positions()), x.tail(system.dof()), &terms);
-  ContactMode touching;
+  ConstraintSet touching;
   for (int i = 0; i < system.num_constraints(); ++i) {
     if (!system.compliant().Contains(i) && std::abs(terms.gap(i)) <= gap_tolerance) {
       touching.Insert(i);
@@ -47,11 +47,11 @@ ContactMode TouchingAt(const MechanicalSystem& system, const VectorRef& x, doubl
 }
 
 Matrix HeldRows(const MechanicalSystem& system, const VectorRef& x, ContactMode mode,
-                ContactMode touching, const Variables& variables) {
+                ConstraintSet touching, const Variables& variables) {
   const int d = system.dof(), nq = system.num_positions(), size = 2 * d + variables.Size(system);
   const int parameters = static_cast<int>(variables.parameters.size());
   const std::vector<int> slips = StickingRows(system, mode);
-  const ContactMode gaps = touching - mode;
+  const ConstraintSet gaps = touching - mode;
   Matrix rows = Matrix::Zero(static_cast<Eigen::Index>(slips.size()) + gaps.Size(), size);
   if (rows.rows() == 0) return rows;
   ConstraintTerms terms;
@@ -80,7 +80,7 @@ Matrix HeldRows(const MechanicalSystem& system, const VectorRef& x, ContactMode 
 }
 
 Matrix AdmissibleBasis(const MechanicalSystem& system, const VectorRef& x, ContactMode mode,
-                       const Variables& variables, ContactMode touching, const Matrix& rows) {
+                       const Variables& variables, ConstraintSet touching, const Matrix& rows) {
   const int n = 2 * system.dof() + variables.Size(system);
   const Matrix held = HeldRows(system, x, mode, touching, variables);
   Matrix violation = Matrix::Zero(n + held.rows() + rows.rows(), n);
@@ -93,7 +93,7 @@ Matrix AdmissibleBasis(const MechanicalSystem& system, const VectorRef& x, Conta
   return violation.isZero(0) ? Matrix::Identity(n, n) : NullSpace(violation);
 }
 
-void Retract(const MechanicalSystem& system, ContactMode mode, Vector* x, ContactMode touching) {
+void Retract(const MechanicalSystem& system, ContactMode mode, Vector* x, ConstraintSet touching) {
   const int d = system.dof(), nq = system.num_positions();
   std::vector<int> closed;
   for (int i : mode - system.compliant()) closed.push_back(i);

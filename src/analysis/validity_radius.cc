@@ -22,17 +22,17 @@ constexpr double kStep = 1e-6;
 
 /// F at x before or behind the impact of a cluster, for the input of `dynamics`: in the mode of
 /// those of `candidates` that rest and press there.
-Vector FieldAt(ContactDynamics* dynamics, const Vector& x, ContactMode candidates,
+Vector FieldAt(ContactDynamics* dynamics, const Vector& x, ConstraintSet candidates,
                double speed_tolerance) {
   const MechanicalSystem& system = dynamics->system();
   const int d = system.dof(), nq = system.num_positions();
   ConstraintTerms terms;
   system.Constraints(x.head(nq), x.tail(d), &terms);
-  ContactMode resting;
+  ConstraintSet resting;
   for (int i : candidates - system.compliant()) {
     if (std::abs(terms.jacobian.row(i).dot(x.tail(d))) <= speed_tolerance) resting.Insert(i);
   }
-  const ContactMode pressed = candidates & system.compliant();
+  const ConstraintSet pressed = candidates & system.compliant();
   return dynamics->Field(x, SelectContactMode(dynamics, x, resting, 0, pressed));
 }
 
@@ -210,7 +210,7 @@ void ValidityEstimator::CheckImpact(std::size_t k, const Vector& w, const Vector
                                     double time, ValidityRadius* smallest) const {
   const Transition& transition = derivative_.events[k].transition();
   if (transition.impact_law != ImpactLaw::kComplementarity) return;
-  const ContactMode resting = transition.mode_before - system_.compliant() - transition.vanishing;
+  const ConstraintSet resting = transition.mode_before - system_.compliant() - transition.vanishing;
   const int d = system_.dof(), nq = system_.num_positions(), n = system_.num_constraints();
   const Vector q = transition.x_minus.head(nq), v_minus = transition.x_minus.tail(d),
                v_plus = transition.x_plus.tail(d);
@@ -232,7 +232,7 @@ void ValidityEstimator::CheckImpact(std::size_t k, const Vector& w, const Vector
     if (time > 0) {
       field = FieldAt(dynamics_[next].get(), transition.x_minus, transition.mode_before, still);
     } else {
-      const ContactMode all = transition.mode_before | transition.activated;
+      const ConstraintSet all = transition.mode_before | transition.activated;
       field_after = FieldAt(dynamics_[k].get(), transition.x_plus, all, still);
     }
   }
@@ -317,7 +317,7 @@ ValidityRadius ValidityEstimator::operator()(const VectorRef& direction) const {
     order = Limit::kEventOrder;
     const Vector after = derivative_.events[k](w);
     // Of several that are hit one after the other it is not known who bears what.
-    const ContactMode& hit = derivative_.events[k].transition().activated;
+    const ConstraintSet& hit = derivative_.events[k].transition().activated;
     double time = first;
     for (const PerturbedEvent& event : events) {
       if (event.kind == PerturbedEvent::Kind::kActivation && hit.Contains(event.constraint)) {

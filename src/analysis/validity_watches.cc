@@ -109,20 +109,20 @@ void ValidityEstimator::WatchEnd(std::size_t k) {
   const auto meets = [&](std::size_t event) {
     return event < events.size()
                ? events[event].transition().activated | events[event].transition().switched
-               : ContactMode();
+               : ConstraintSet();
   };
-  ContactMode now = meets(k), vanishing;
+  ConstraintSet now = meets(k), vanishing;
   if (!last) {
     const Transition& transition = events[k].transition();
     now = now | transition.touching | transition.implied;
     vanishing = transition.vanishing;
   }
-  const ContactMode before =
-      k > 0 ? meets(k - 1) | events[k - 1].transition().released : ContactMode();
+  const ConstraintSet before =
+      k > 0 ? meets(k - 1) | events[k - 1].transition().released : ConstraintSet();
   std::size_t later = k + 1;
   while (later < events.size() && events[later].absorbed()) ++later;
-  const ContactMode next = meets(later);
-  const ContactMode rigid = arc.mode - system_.compliant();
+  const ConstraintSet next = meets(later);
+  const ConstraintSet rigid = arc.mode - system_.compliant();
   const int d = system_.dof(), nq = system_.num_positions();
   ConstraintTerms terms;
   system_.Constraints(arc.x_end.head(nq), arc.x_end.tail(d), &terms);

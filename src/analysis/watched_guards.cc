@@ -8,7 +8,7 @@ using Limit = ValidityRadius::Limit;
 WatchedGuards::WatchedGuards(ContactDynamics* dynamics, const VectorRef& x, ContactMode mode)
     : dynamics_(*dynamics), system_(dynamics->system()), mode_(mode), numbers_(system_) {
   dynamics->Evaluate(x, mode);
-  const ContactMode pressing = mode - system_.compliant();
+  const ContactMode pressing = mode.Without(system_.compliant());
   for (int i = 0; i < system_.num_constraints(); ++i) {
     if (!pressing.Contains(i)) guards_.push_back({i, i, Limit::kGap});
   }

@@ -26,9 +26,9 @@ class LastBounce {
         system_(dynamics->system()),
         x_(transition.x_plus),
         v_(x_.tail(system_.dof())),
-        compliant_(transition.mode_after & system_.compliant()),
+        compliant_(transition.mode_after.Among(system_.compliant())),
         after_(transition.mode_after),
-        rigid_((transition.mode_after - system_.compliant()).Members()),
+        rigid_(transition.mode_after - system_.compliant()),
         i_(i),
         bounce_(bounce) {
     Measure(x_);
@@ -59,8 +59,8 @@ class LastBounce {
     Vector later(2 * d);
     later << tau * v_, epsilon * bounce_ + tau * free_;
     Vector x = system_.Perturb(x_, later);
-    const FrictionalImpact impact = SolveFrictionalImpact(
-        system_, x.head(nq), x.tail(d), rigid_, flight_ - system_.compliant());
+    const FrictionalImpact impact = SolveFrictionalImpact(system_, x.head(nq), x.tail(d), rigid_,
+                                                          flight_.Without(system_.compliant()));
     x.tail(d) = impact.result.v_plus;
     Measure(x);
     for (int j : rigid_) {
@@ -97,7 +97,7 @@ class LastBounce {
     }
     const ContactMode flight = SelectWord(&dynamics_, x_, others, kBorder);
     if (flight.Members() != rigid_.Without(i_)) Fail("let others go");
-    return flight | compliant_;
+    return flight.Union(compliant_);
   }
 
   /// Whether the slip of contact j behind the bounce is the one of the mode after.
@@ -116,10 +116,12 @@ class LastBounce {
   ContactDynamics& dynamics_;
   const MechanicalSystem& system_;
   const Vector x_, v_;
-  const ContactMode compliant_, after_, rigid_;
+  const ContactMode compliant_, after_;
+  const ConstraintSet rigid_;
   const int i_;
   const Vector bounce_;
-  ContactMode begins_, flight_;  // to slip, or sticks; without i
+  ConstraintSet begins_;         // to slip, or sticks
+  ContactMode flight_;           // without i
   Vector held_, free_;           // a, and a_f
   double back_ = 0, tau_ = 0;    // −N̈_f
   ConstraintTerms terms_;

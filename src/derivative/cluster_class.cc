@@ -29,7 +29,7 @@ constexpr std::size_t kTried = 500;
 
 class Classifier {
  public:
-  Classifier(ContactDynamics* dynamics, const Transition& transition, ContactMode touching,
+  Classifier(ContactDynamics* dynamics, const Transition& transition, ConstraintSet touching,
              ClusterGeometry* geometry)
       : dynamics_(*dynamics),
         system_(dynamics->system()),
@@ -42,12 +42,12 @@ class Classifier {
 
   ClusterReport Report() {
     SortIntoGroups();
-    const ContactMode open = transition_.touching & coupled_;
+    const ConstraintSet open = transition_.touching & coupled_;
     if (!open.Empty() && !JudgeTouching(&dynamics_, transition_, frame_, open, Rules(kTried),
                                         &report_)) {
       return report_;
     }
-    const ContactMode vanishing = transition_.vanishing & frame_.touching & coupled_;
+    const ConstraintSet vanishing = transition_.vanishing & frame_.touching & coupled_;
     const int impacts = transition_.activated.Size();
     const bool decided = impacts > 1 || !vanishing.Empty();
     const bool followed = (transition_.activated | vanishing).Size() <= kMaxClassifiedEvents;
@@ -76,7 +76,7 @@ class Classifier {
       }
     }
     report_.contact_class = ContactClass::kOrthogonal;
-    for (ContactMode group : Groups(frame_.touching, orthogonal)) {
+    for (ConstraintSet group : Groups(frame_.touching, orthogonal)) {
       // Nothing is given to groups without an impact.
       if (group.Size() < 2 || (group & transition_.activated).Empty()) continue;
       report_.decoupled = false;
@@ -115,7 +115,7 @@ class Classifier {
 
   void JudgeOrders(const ImpactSequences& sequences) {
     const Vector v_plus = transition_.x_plus.tail(system_.dof());
-    ContactMode resting;
+    ConstraintSet resting;
     for (int i : frame_.touching) {
       const bool bounced = transition_.activated.Contains(i) && frame_.Restitution(i) > 0;
       if (!bounced && std::abs(frame_.Rate(i, v_plus)) <= neglected_.Rest(i)) resting.Insert(i);
@@ -185,7 +185,7 @@ class Classifier {
       for (int i : frame_.touching.Without(j)) {
         const bool could_rest = transition_.mode_before.Contains(i) || frame_.Restitution(i) == 0;
         if (!could_rest || !neglected_.Orthogonal(i, j)) continue;
-        pushes.push_back({i, j, ContactMode(), transition_.x_minus.tail(system_.dof())});
+        pushes.push_back({i, j, ConstraintSet(), transition_.x_minus.tail(system_.dof())});
       }
     }
     JudgeSlopes(pushes);
@@ -253,7 +253,7 @@ class Classifier {
   const TouchingFrame frame_;
   const NeglectedCoupling neglected_;
   ClusterReport report_;
-  ContactMode coupled_;  // the groups that are not harmless
+  ConstraintSet coupled_;  // the groups that are not harmless
 };
 
 }  // namespace
@@ -280,9 +280,8 @@ const char* ContactClassName(ContactClass contact_class) {
 
 ClusterReport ClassifyCluster(ContactDynamics* dynamics, const Transition& transition,
                               ClusterGeometry* geometry) {
-  const ContactMode touching =
-      (transition.mode_before - dynamics->system().compliant()) | transition.activated |
-      transition.touching;
+  const ConstraintSet touching = (transition.mode_before - dynamics->system().compliant()) |
+                                 transition.activated | transition.touching;
   ClusterReport report;
   report.neglected_jump = Vector::Zero(dynamics->system().dof());
   if (transition.activated.Empty() || touching.Size() < 2) return report;
@@ -301,7 +300,7 @@ ClusterReport ClassifyCluster(ContactDynamics* dynamics, const Transition& trans
 }
 
 ContactClass ClassifyCouplings(const MechanicalSystem& system, const VectorRef& q,
-                               ContactMode touching) {
+                               ConstraintSet touching) {
   if (touching.Size() < 2) return ContactClass::kSingle;
   const InverseInertia inertia(system, q, Vector::Zero(system.dof()));
   const TouchingFrame frame(system, inertia, touching, ImpactLaw::kComplementarity);
@@ -322,7 +321,7 @@ ContactClass ClassifyCouplings(const MechanicalSystem& system, const VectorRef& 
     return coupling * (entry(i, j) + entry(j, i)) <= kOrthogonal * largest;
   };
   ContactClass found = ContactClass::kOrthogonal;
-  for (ContactMode group : Groups(touching, orthogonal)) {
+  for (ConstraintSet group : Groups(touching, orthogonal)) {
     if (!Harmless(frame, group, orthogonal)) return ContactClass::kOrderDependent;
     if (group.Size() > 1) found = ContactClass::kAttracting;
   }

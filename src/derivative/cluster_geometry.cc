@@ -26,9 +26,8 @@ ClusterGeometry::ClusterGeometry(const ContactDynamics& dynamics, const Transiti
                 transition.touching),
       inertia_(std::make_shared<const InverseInertia>(system_, q_, v_minus_)),
       jacobian_(std::make_shared<const SparseRows>(inertia_->terms().jacobian)),
-      mobility_(inertia_->Delassus(ContactMode::All(system_.num_constraints()))
-                    .diagonal()
-                    .cwiseSqrt()),
+      mobility_(
+          inertia_->Delassus(ConstraintSet::All(system_.num_constraints())).diagonal().cwiseSqrt()),
       products_(ImpactReset::Terms::Allowed(system_, *inertia_, variables_)) {}
 
 const SparseRows& ClusterGeometry::RatesAtFirst() {
@@ -97,8 +96,8 @@ std::shared_ptr<const ImpactReset::Terms> ClusterGeometry::Terms(const ImpactRes
       system_, inertia_, std::move(momentum_q), std::move(after_q), before_q, tangents});
 }
 
-ImpactReset ClusterGeometry::Reset(const Vector& v, const ImpactResult& impact, ContactMode hit,
-                                   ContactMode persisting) {
+ImpactReset ClusterGeometry::Reset(const Vector& v, const ImpactResult& impact, ConstraintSet hit,
+                                   ConstraintSet persisting) {
   if (!products_) {
     return ImpactReset(
         ImpactJacobian(system_, *inertia_, q_, v, impact, hit, persisting, variables_));
@@ -109,7 +108,7 @@ ImpactReset ClusterGeometry::Reset(const Vector& v, const ImpactResult& impact, 
 
 bool ClusterGeometry::Accelerate(const Vector& u, const Vector& v, ContactMode mode,
                                  const SparseRows& rates_q, Vector* acceleration) const {
-  const ContactMode contacts = mode - system_.compliant();
+  const ConstraintSet contacts = mode - system_.compliant();
   const MassFactor& mass = inertia_->mass_factor();
   Vector applied;
   system_.Dynamics(q_, v, u, mode, nullptr, &applied);

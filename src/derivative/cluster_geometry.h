@@ -40,8 +40,8 @@ class ClusterGeometry {
   std::shared_ptr<const ImpactReset::Terms> Terms(const ImpactResult& impact,
                                                   const SparseRows& before_q, int tangents);
   /// DR of ImpactJacobian.
-  ImpactReset Reset(const Vector& v, const ImpactResult& impact, ContactMode hit,
-                    ContactMode persisting);
+  ImpactReset Reset(const Vector& v, const ImpactResult& impact, ConstraintSet hit,
+                    ConstraintSet persisting);
   /// v̇ [d] at (ρ, v) while `contacts` are closed, ∂(Da v)/∂q being rates_q, where all of them
   /// push clearly (ContactDynamics::PushClearly); else false. Only where there are products.
   bool Accelerate(const Vector& u, const Vector& v, ContactMode mode, const SparseRows& rates_q,
@@ -59,7 +59,7 @@ class ClusterGeometry {
   const MechanicalSystem& system_;
   const Variables variables_;
   const Vector q_, v_minus_;
-  const ContactMode contacts_;  // that may get an impulse
+  const ConstraintSet contacts_;  // that may get an impulse
   std::shared_ptr<const InverseInertia> inertia_;
   std::shared_ptr<const SparseRows> jacobian_;
   Vector mobility_;

@@ -42,7 +42,7 @@ class FrictionalWalk {
   Eigen::RowVectorXd TimeOf(const WalkGuard& guard) const;
   /// The guard that vanishes next; false when none is left.
   bool Next();
-  void Pass(const WalkGuard& guard, ContactMode along);
+  void Pass(const WalkGuard& guard, ConstraintSet along);
   /// A slip that begins in space has no direction among these events.
   void CheckOnset() const;
   bool IsPulledBack(int i, ContactMode mode) const;
@@ -50,18 +50,18 @@ class FrictionalWalk {
   /// touch again, with a speed of first order.
   void CheckDropped();
   /// Contacts of the same body that an event brings along: what lands, or stops, with it.
-  ContactMode Along(const WalkGuard& c) const;
-  void Land(int i, ContactMode along);
+  ConstraintSet Along(const WalkGuard& c) const;
+  void Land(int i, ConstraintSet along);
   /// What bounces of plastic contacts add, by their restitutions.
   void AddBounces();
   /// The word at the base point for runs perturbed along w, in which those of `free` may let go.
-  void SelectNext(ContactMode free = {});
+  void SelectNext(ConstraintSet free = {});
   /// What is to let go, and has no force at the base point, holds until its own release: an event
   /// elsewhere may make its force jump, up or away. What has let go stays away.
-  void HoldForceless(const TouchingContacts& contacts, ContactMode held);
+  void HoldForceless(const TouchingContacts& contacts, ConstraintSet held);
   /// Contacts that the word lets go: with an acceleration, or without, so that whatever pulls them
   /// back finds them where they were.
-  void Drop(ContactMode gone);
+  void Drop(ConstraintSet gone);
   /// Slips in space that end at the base point, all at once: their order does not matter.
   void StopInSpace();
   /// Guards that are identities change the word alone: where the input changes, too, that is
@@ -81,14 +81,14 @@ class FrictionalWalk {
   WalkPoint point_;
   Vector slack_;  // of forces that vanish, by constraint
   ContactMode mode_;
-  ContactMode pending_;          // touchdowns to come
-  ContactMode releasing_;        // forces that are to vanish
-  ContactMode released_;         // without slip
-  ContactMode hovering_;         // let go without acceleration
-  ContactMode dropped_;          // let go with one
-  ContactMode landed_, lifted_;  // by the last touchdown: what took part, and what left
-  ContactMode still_;            // known to have no slip at the base point
-  ContactMode just_stopped_;
+  ConstraintSet pending_;          // touchdowns to come
+  ConstraintSet releasing_;        // forces that are to vanish
+  ConstraintSet released_;         // without slip
+  ConstraintSet hovering_;         // let go without acceleration
+  ConstraintSet dropped_;          // let go with one
+  ConstraintSet landed_, lifted_;  // by the last touchdown: what took part, and what left
+  ConstraintSet still_;            // known to have no slip at the base point
+  ConstraintSet just_stopped_;
   std::size_t changes_ = 0;  // of the input, so far
   /// A plastic contact that landed, with the speed of its bounce [width] and what that adds [d].
   struct Bounce {

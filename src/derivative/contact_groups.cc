@@ -3,15 +3,15 @@
 
 namespace contact_flow {
 
-std::vector<ContactMode> Groups(ContactMode touching,
-                                const std::function<bool(int, int)>& orthogonal) {
-  std::vector<ContactMode> groups;
-  ContactMode left = touching;
+std::vector<ConstraintSet> Groups(ConstraintSet touching,
+                                  const std::function<bool(int, int)>& orthogonal) {
+  std::vector<ConstraintSet> groups;
+  ConstraintSet left = touching;
   while (!left.Empty()) {
-    ContactMode group({*left.begin()}), added = group;
+    ConstraintSet group({*left.begin()}), added = group;
     left = left - group;
     while (!added.Empty()) {
-      ContactMode next;
+      ConstraintSet next;
       for (int i : added) {
         for (int j : left) {
           if (!orthogonal(i, j)) next.Insert(j);
@@ -26,7 +26,7 @@ std::vector<ContactMode> Groups(ContactMode touching,
   return groups;
 }
 
-bool Harmless(const TouchingFrame& frame, ContactMode group,
+bool Harmless(const TouchingFrame& frame, ConstraintSet group,
               const std::function<bool(int, int)>& orthogonal) {
   if (group.Size() < 2) return true;
   for (int i : group) {

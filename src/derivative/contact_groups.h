@@ -4,17 +4,17 @@
 #include <functional>
 #include <vector>
 
-#include "contact_flow/contact_mode.h"
+#include "contact_flow/constraint_set.h"
 #include "touching_frame.h"
 
 namespace contact_flow {
 
 /// Contacts that G couples, group by group; `orthogonal`(i, j) says where G_ij counts as 0.
-std::vector<ContactMode> Groups(ContactMode touching,
-                                const std::function<bool(int, int)>& orthogonal);
+std::vector<ConstraintSet> Groups(ConstraintSet touching,
+                                  const std::function<bool(int, int)>& orthogonal);
 
 /// One contact, or class B: γ = 0 and G_ij ≤ 0 for all pairs of the group.
-bool Harmless(const TouchingFrame& frame, ContactMode group,
+bool Harmless(const TouchingFrame& frame, ConstraintSet group,
               const std::function<bool(int, int)>& orthogonal);
 
 }  // namespace contact_flow

@@ -32,7 +32,7 @@ Status CheckEnd(const MechanicalSystem& system, const Trajectory& run, const Vec
   const Vector error_q = kInstantErrors * state_error.head(d);
   const Vector error_v = kInstantErrors * state_error.segment(d, d);
   for (const Transition& passed : run.transitions) {
-    const ContactMode hit = passed.activated - system.compliant();
+    const ConstraintSet hit = passed.activated - system.compliant();
     const Vector jump = (passed.x_plus - passed.x_minus).tail(d).cwiseAbs();
     if (hit.Empty() || (jump.array() <= error_v.array()).all()) continue;
     double error = rounding;

@@ -113,7 +113,7 @@ void AssessImpact(const MechanicalSystem& system, const Transition& transition, 
   const int d = system.dof(), nq = system.num_positions();
   const Vector q = transition.x_minus.head(nq), v = transition.x_minus.tail(d);
   const InverseInertia inertia(system, q, v);
-  const ContactMode touching =
+  const ConstraintSet touching =
       (transition.mode_before | transition.activated | transition.touching) - system.compliant();
   const Matrix rows = inertia.Rows(touching);
   const Matrix delassus = rows * (inertia * rows.transpose());

@@ -91,7 +91,7 @@ Matrix EventMap::Selection(const std::vector<int>& order) const {
 Matrix EventMap::WideSelection(const std::vector<int>& order) const {
   const int n = size();
   Matrix product = Matrix::Identity(n, n);
-  ContactMode S;
+  ConstraintSet S;
   const Stage* stage = &StageAt(S);
   for (int i : order) {
     // Ξ_i = DR + (F⁺ − DR F⁻) Dh / (Dh F⁻), and the row of τ is −Dh / (Dh F⁻).
@@ -113,7 +113,7 @@ Matrix EventMap::Cone(const std::vector<int>& order) const {
   const int n = size(), m = static_cast<int>(order.size());
   std::vector<Eigen::RowVectorXd> rows;
   Matrix carried = Matrix::Identity(n, n);  // w at this stage, moved to the time of the last event
-  ContactMode S;
+  ConstraintSet S;
   const Stage* stage = &StageAt(S);
   for (int k = 0; k + 1 < m; ++k) {
     const Eigen::RowVectorXd first = TimesTo(order[k], *stage, carried);
@@ -144,7 +144,7 @@ Matrix EventMap::WideTimes(const std::vector<int>& order) const {
   Matrix times(m, n);
   Matrix carried = Matrix::Identity(n, n);  // as in Cone
   Eigen::RowVectorXd elapsed = Eigen::RowVectorXd::Zero(n);
-  ContactMode S;
+  ConstraintSet S;
   const Stage* stage = &StageAt(S);
   for (int k = 0; k < m; ++k) {
     const Eigen::RowVectorXd step = TimesTo(order[k], *stage, carried);
@@ -174,7 +174,7 @@ std::vector<PieceTimes> EventMap::TimesOfPieces(int max_activations) const {
 std::vector<ContactMode> EventMap::Modes(const std::vector<int>& order) const {
   if (friction_) return AnyPath().modes;
   std::vector<ContactMode> modes;
-  ContactMode S;
+  ConstraintSet S;
   for (int i : order) {
     const ImpactReset* reset = nullptr;
     modes.push_back(Activate(S, i, &reset).mode);

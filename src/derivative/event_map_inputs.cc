@@ -11,7 +11,7 @@ EventMap EventMap::AbsorbedRest() const {
   EventMap rest = *this;
   rest.absorbed_ = true;
   rest.friction_ = nullptr;
-  rest.events_ = ContactMode();
+  rest.events_ = ConstraintSet();
   rest.activated_.clear();
   rest.cluster_ = ClusterReport();
   rest.piecewise_linear_ = Status();
@@ -19,12 +19,12 @@ EventMap EventMap::AbsorbedRest() const {
   return rest;
 }
 
-ContactMode EventMap::ActivatedConstraints() const {
-  return events_ & ContactMode::All(system_->num_constraints());
+ConstraintSet EventMap::ActivatedConstraints() const {
+  return events_ & ConstraintSet::All(system_->num_constraints());
 }
 
-ContactMode EventMap::Remaining(ContactMode S) const {
-  ContactMode remaining = events_ - S;
+ConstraintSet EventMap::Remaining(ConstraintSet S) const {
+  ConstraintSet remaining = events_ - S;
   bool first = true;
   for (int i : events_ - S) {
     if (!IsInputChange(i)) continue;
@@ -44,8 +44,8 @@ bool EventMap::IsOrder(const std::vector<int>& order) const {
   return true;
 }
 
-ContactDynamics& EventMap::DynamicsAfter(ContactMode S) const {
-  const int changes = (S - ContactMode::All(system_->num_constraints())).Size();
+ContactDynamics& EventMap::DynamicsAfter(ConstraintSet S) const {
+  const int changes = (S - ConstraintSet::All(system_->num_constraints())).Size();
   return changes == 0 ? *dynamics_ : *later_[static_cast<std::size_t>(changes - 1)];
 }
 

@@ -25,7 +25,7 @@ Modularity EventMap::AssessModularity() const {
   // F̂_S over subsets S of {0, …, m−1}: F_S carried through the resets of the activations not in S.
   const std::uint64_t all = (std::uint64_t{1} << m) - 1;
   const auto set_of = [&](std::uint64_t subset) {
-    ContactMode S;
+    ConstraintSet S;
     for (int k = 0; k < m; ++k) {
       if (subset >> k & 1) S.Insert(activated_[k]);
     }
@@ -33,7 +33,7 @@ Modularity EventMap::AssessModularity() const {
   };
   // A change of the input comes after the one before it.
   const auto happens = [&](std::uint64_t subset) {
-    const ContactMode S = set_of(subset);
+    const ConstraintSet S = set_of(subset);
     for (int i : S) {
       if (IsInputChange(i) && i > system_->num_constraints() && !S.Contains(i - 1)) return false;
     }
@@ -48,7 +48,7 @@ Modularity EventMap::AssessModularity() const {
   std::vector<Vector> carried(all + 1);
   for (std::uint64_t subset = 0; subset <= all; ++subset) {
     if (!happens(subset)) continue;
-    ContactMode S = set_of(subset);
+    ConstraintSet S = set_of(subset);
     carried[subset] = StageAt(S).field;
     for (int i : events_ - S) {
       Activate(S, i, &reset);

@@ -32,7 +32,7 @@ class OrderWalk {
   explicit OrderWalk(const EventMap& map) : map_(map) {}
 
   struct State {
-    ContactMode S, open, unknown;
+    ConstraintSet S, open, unknown;
     bool operator<(const State& o) const {
       return std::tie(S, open, unknown) < std::tie(o.S, o.open, o.unknown);
     }
@@ -41,11 +41,11 @@ class OrderWalk {
   /// Passes the activation of i; false with a status where that depends on what is not known.
   bool Step(int i, State* state) {
     const ImpactReset* reset = nullptr;
-    const ContactMode closed = map_.StageAt(state->S).mode - map_.system_->compliant();
+    const ConstraintSet closed = map_.StageAt(state->S).mode - map_.system_->compliant();
     map_.Activate(state->S, i, &reset);
     const EventMap::Passage& passage = map_.PassageAt(state->S, closed, i);
     state->S.Insert(i);
-    const ContactMode resting = map_.InstantAt(state->S).resting;
+    const ConstraintSet resting = map_.InstantAt(state->S).resting;
     state->open = (state->open - passage.struck) & resting;
     state->unknown = (state->unknown - passage.struck) | (passage.disturbed.Without(i) & resting);
     state->open = state->open - state->unknown;
@@ -57,13 +57,13 @@ class OrderWalk {
   bool Look(State* state) {
     const EventMap::Instant& instant = map_.InstantAt(state->S);
     const EventMap::Stage& stage = map_.StageAt(state->S);
-    const ContactMode pushed = stage.mode & instant.resting;
-    const ContactMode returning = pushed & state->open;
+    const ConstraintSet pushed = stage.mode & instant.resting;
+    const ConstraintSet returning = pushed & state->open;
     state->open = state->open - pushed;
     state->unknown = state->unknown | returning;
     if (!state->unknown.Empty() && AreCoupled(instant.resting)) {
       state->unknown = instant.resting;
-      state->open = ContactMode();
+      state->open = ConstraintSet();
     }
     for (int j : state->unknown - pushed) {
       if (!instant.resting.Contains(j)) return Refuse(j, "is thrown off");
@@ -114,7 +114,7 @@ class OrderWalk {
     return instant.rates.Along(j, stage.field) > kNearZero * instant.rates.Terms(j, stage.field);
   }
 
-  bool AreCoupled(ContactMode contacts) const {
+  bool AreCoupled(ConstraintSet contacts) const {
     if (contacts.Size() < 2) return false;
     Matrix G;
     Vector unused;

@@ -29,7 +29,7 @@ constexpr double kStructural = 1e-8;
 /// lead from v⁺ to the one velocity where all of them rest, whatever the bounces were. Speeds of
 /// `known` in the kinetic metric are none.
 ImpactResult MadeRest(const MechanicalSystem& system, const VectorRef& q,
-                      const ClusterGeometry& geometry, double known, ContactMode held,
+                      const ClusterGeometry& geometry, double known, ConstraintSet held,
                       ImpactResult impact) {
   bool rests = true;
   for (int j : held) {
@@ -45,27 +45,28 @@ ImpactResult MadeRest(const MechanicalSystem& system, const VectorRef& q,
 }  // namespace
 
 /// Speeds in the kinetic metric, |Da_j v| / √G_jj, are compared: neither units nor masses matter.
-ContactMode EventMap::Resting(const Vector& v, ContactMode candidates, ContactMode elastic) const {
-  ContactMode resting;
+ConstraintSet EventMap::Resting(const Vector& v, ConstraintSet candidates,
+                                ConstraintSet elastic) const {
+  ConstraintSet resting;
   for (int j : candidates - elastic) {
     if (std::abs(geometry_->Rate(j, v)) <= rest_ * geometry_->mobility()(j)) resting.Insert(j);
   }
   return resting;
 }
 
-void EventMap::AddInstant(ContactMode S, const Vector& v, const SparseRows* rates_q) const {
+void EventMap::AddInstant(ConstraintSet S, const Vector& v, const SparseRows* rates_q) const {
   if (instants_.count(S) > 0) return;
   Instant& instant = instants_[S];
   instant.v = v;
-  const ContactMode compliant = system_->compliant();
+  const ConstraintSet compliant = system_->compliant();
   if (S.Empty()) {
     instant.resting = (transition_.mode_before - compliant) | transition_.touching;
   } else {
-    ContactMode elastic;  // members of S that have bounced
+    ConstraintSet elastic;  // members of S that have bounced
     for (int j : S & transition_.activated) {
       if (system_->restitution()(j) > 0) elastic.Insert(j);
     }
-    const ContactMode rested = (transition_.mode_before - compliant) | transition_.touching;
+    const ConstraintSet rested = (transition_.mode_before - compliant) | transition_.touching;
     instant.resting = Resting(v, rested | (S & transition_.activated), elastic);
     if (S == events_) instant.resting = instant.resting | (transition_.mode_after - compliant);
   }
@@ -84,14 +85,14 @@ void EventMap::AddInstant(ContactMode S, const Vector& v, const SparseRows* rate
 }
 
 /// Where all that is closed pushes clearly there is no choice, and ρ is known.
-bool EventMap::PushAll(ContactMode S, ContactMode closed, Stage* stage) const {
-  const ContactMode after = transition_.mode_after - system_->compliant();
+bool EventMap::PushAll(ConstraintSet S, ConstraintSet closed, Stage* stage) const {
+  const ConstraintSet after = transition_.mode_after - system_->compliant();
   const bool last = S == events_ && (after - closed).Empty();
   if (S.Empty() || last || closed.Empty() || system_->HasContactEffort()) return false;
   if (!geometry_->HasProducts()) return false;
   const int d = system_->dof();
   Vector acceleration;
-  const ContactMode mode = closed | Pressed(S);
+  const ContactMode mode(closed | Pressed(S));
   const bool clear = geometry_->Accelerate(DynamicsAfter(S).u(), stage->v, mode,
                                            InstantAt(S).rates.by_q, &acceleration);
   if (!clear) return false;
@@ -102,7 +103,7 @@ bool EventMap::PushAll(ContactMode S, ContactMode closed, Stage* stage) const {
   return true;
 }
 
-const EventMap::Stage& EventMap::StageAt(ContactMode S, ContactMode closed) const {
+const EventMap::Stage& EventMap::StageAt(ConstraintSet S, ConstraintSet closed) const {
   const auto known = stages_.find({S, closed});
   if (known != stages_.end()) return known->second;
   AskBudget();
@@ -123,7 +124,7 @@ const EventMap::Stage& EventMap::StageAt(ContactMode S, ContactMode closed) cons
   return stages_[{S, closed}] = std::move(stage);
 }
 
-const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, int i) const {
+const EventMap::Passage& EventMap::PassageAt(ConstraintSet S, ConstraintSet closed, int i) const {
   const auto known = passages_.find({S, closed, i});
   if (known != passages_.end()) return known->second;
   AskBudget();
@@ -139,13 +140,13 @@ const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, 
   // it is closed again if this impact pushes it.
   const ImpactResult impact = SolveImpact(*system_, *geometry_->inertia(), before.v,
                                           before.resting.With(i), transition_.impact_law);
-  const ContactMode rests =
-      S.With(i) == events_ ? transition_.mode_after - system_->compliant() : ContactMode();
+  const ConstraintSet rests =
+      S.With(i) == events_ ? transition_.mode_after - system_->compliant() : ConstraintSet();
   const ImpactResult whole = MadeRest(*system_, q_, *geometry_, known_, rests, impact);
   std::shared_ptr<const ImpactReset::Terms> terms;
   if (geometry_->HasProducts()) terms = geometry_->Terms(whole, before.rates.by_q, size());
   AddInstant(S.With(i), whole.v_plus, terms ? &terms->after_q : nullptr);
-  const ContactMode resting = InstantAt(S.With(i)).resting;
+  const ConstraintSet resting = InstantAt(S.With(i)).resting;
   // By projection all that are closed are equalities, however small their impulse, or none.
   if (transition_.impact_law == ImpactLaw::kProjection) passage.struck = closed;
   for (int j : impact.hit) {
@@ -153,7 +154,7 @@ const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, 
     if (j == i || pushed) passage.struck.Insert(j);
   }
   passage.held = (closed | passage.struck) & resting;
-  const ContactMode persisting = passage.held.Without(i);
+  const ConstraintSet persisting = passage.held.Without(i);
   passage.reset = Reset(S, i, whole, terms, persisting);
   FindDisturbed(S, closed, i, whole, terms, &passage);
   for (int j : Brushed(before, i, impact)) {
@@ -172,7 +173,7 @@ const EventMap::Passage& EventMap::PassageAt(ContactMode S, ContactMode closed, 
 /// The change of a rate is a row c, that of its terms a row t; |c w| beside |t w| for two mixtures
 /// w tells c = 0 from |c| > kStructural |t| but by chance, which kChance makes rare: what is not
 /// told apart is computed.
-bool EventMap::NoneDisturbed(ContactMode S, ContactMode quiet, int i,
+bool EventMap::NoneDisturbed(ConstraintSet S, ConstraintSet quiet, int i,
                              const ImpactReset& free) const {
   constexpr double kChance = 1e-2;
   constexpr double kSteps[] = {0.6180339887498949, 0.4142135623730950};
@@ -197,8 +198,8 @@ bool EventMap::NoneDisturbed(ContactMode S, ContactMode quiet, int i,
 
 /// Where such a push is real, contacts around here are all pushed, or all lifted; where it is taken
 /// for none, direction decides. Both hold on one side of perturbations of its own size.
-ContactMode EventMap::Brushed(const Instant& before, int i, const ImpactResult& impact) const {
-  ContactMode brushed;
+ConstraintSet EventMap::Brushed(const Instant& before, int i, const ImpactResult& impact) const {
+  ConstraintSet brushed;
   if (transition_.impact_law == ImpactLaw::kProjection) return brushed;
   for (int j : before.resting.Without(i)) {
     const double mobility = geometry_->mobility()(j);
@@ -219,10 +220,10 @@ void EventMap::RefuseBrushed(int i, int j) const {
   throw std::domain_error(message.str());
 }
 
-ImpactReset EventMap::Reset(ContactMode S, int i, const ImpactResult& impact,
+ImpactReset EventMap::Reset(ConstraintSet S, int i, const ImpactResult& impact,
                             const std::shared_ptr<const ImpactReset::Terms>& terms,
-                            ContactMode persisting) const {
-  const ContactMode hit = persisting.With(i);
+                            ConstraintSet persisting) const {
+  const ConstraintSet hit = persisting.With(i);
   if (terms) return ImpactReset(terms, hit, persisting);
   return ImpactReset(Widen(ImpactJacobian(*system_, *geometry_->inertia(), q_, InstantAt(S).v,
                                           impact, hit, persisting, dynamics_->variables())));
@@ -232,22 +233,23 @@ ImpactReset EventMap::Reset(ContactMode S, int i, const ImpactResult& impact,
 /// is positive stays (equality), one that vanishes with its complement, the normal velocity
 /// afterwards, is 0 ≤ δp ⟂ δr ≥ 0. Where δr at δp = 0 vanishes along all tangents that keep the
 /// contacts closed there is nothing to decide.
-void EventMap::FindDisturbed(ContactMode S, ContactMode closed, int i, const ImpactResult& impact,
+void EventMap::FindDisturbed(ConstraintSet S, ConstraintSet closed, int i,
+                             const ImpactResult& impact,
                              const std::shared_ptr<const ImpactReset::Terms>& terms,
                              Passage* passage) const {
   const Instant &before = InstantAt(S), &after = InstantAt(S.With(i));
-  const ContactMode quiet = (before.resting - passage->struck) & after.resting;
+  const ConstraintSet quiet = (before.resting - passage->struck) & after.resting;
   const bool constant = system_->HasConstantMass() && system_->HasAffineConstraints() &&
                         dynamics_->variables().parameters.empty();
   if (quiet.Empty() || constant) return;
-  const auto reset_without = [&](ContactMode free) {
+  const auto reset_without = [&](ConstraintSet free) {
     return Reset(S, i, impact, terms, (passage->held - free).Without(i));
   };
   const ImpactReset reset_free = reset_without(quiet);
   if (terms && NoneDisturbed(S, quiet, i, reset_free)) return;
   const Matrix& free = reset_free.matrix();
   // Tangents at the instant of the impact: gaps and rates of what is closed vanish.
-  const ContactMode touching = before.resting.With(i);
+  const ConstraintSet touching = before.resting.With(i);
   const int l = system_->num_bilateral();
   Matrix kept(touching.Size() + closed.Size() + 2 * l, size());
   int row = 0;
@@ -266,23 +268,22 @@ void EventMap::FindDisturbed(ContactMode S, ContactMode closed, int i, const Imp
     change -= kept.transpose() * normals.solve(change);
     if (change.norm() > kStructural * size) passage->disturbed.Insert(j);
   }
-  const ContactMode lifted = passage->disturbed & closed;
+  const ConstraintSet lifted = passage->disturbed & closed;
   if (!lifted.Empty()) passage->free = lifted == quiet ? reset_free : reset_without(lifted);
 }
 
-const EventMap::Stage& EventMap::Activate(ContactMode S, int i,
-                                          const ImpactReset** reset) const {
-  const ContactMode compliant = system_->compliant();
+const EventMap::Stage& EventMap::Activate(ConstraintSet S, int i, const ImpactReset** reset) const {
+  const ConstraintSet compliant = system_->compliant();
   const Passage& passage = PassageAt(S, StageAt(S).mode - compliant, i);
   const Stage& stage = StageAt(S.With(i));
   *reset = &passage.reset;
   // A contact that let go at an earlier stage and holds again at this one has opened by O(|w|²) and
   // falls back with a speed O(|w|): its plastic impact is one more reset, and where the map is
   // linear its time does not matter.
-  const ContactMode held = stage.mode - compliant;
-  ContactMode at_rest = passage.held.With(i);
+  const ConstraintSet held = stage.mode - compliant;
+  ConstraintSet at_rest = passage.held.With(i);
   if (passage.disturbed.Contains(i)) at_rest.Erase(i);
-  const ContactMode regained = held - at_rest;
+  const ConstraintSet regained = held - at_rest;
   if (regained.Empty()) return stage;
   const auto known = regained_.find({S, i});
   if (known != regained_.end()) {

@@ -61,7 +61,7 @@ EventPiece EventMap::PieceAlong(const VectorRef& w) const {
   piece.times = times.leftCols(width());
   piece.times_by_instants = -times.rightCols(c);
   piece.modes = Modes(piece.order);
-  ContactMode S;
+  ConstraintSet S;
   for (int i : piece.order) {
     S.Insert(i);
     piece.velocities.push_back(InstantAt(S).v);

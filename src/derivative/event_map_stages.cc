@@ -20,9 +20,9 @@ constexpr double kDrift = 10, kRounding = 1e-12;
 /// Speeds are known to this many tolerances.
 constexpr double kKnown = 10;
 
-std::vector<int> Members(ContactMode mode) {
+std::vector<int> Members(ConstraintSet set) {
   std::vector<int> members;
-  for (int i : mode) members.push_back(i);
+  for (int i : set) members.push_back(i);
   return members;
 }
 
@@ -62,8 +62,8 @@ void EventMap::Begin() {
     geometry_ = std::make_shared<ClusterGeometry>(*dynamics_, transition_);
     MeasureRest(v_minus);
   }
-  AddInstant(ContactMode(), v_minus);
-  StageAt(ContactMode());
+  AddInstant(ConstraintSet(), v_minus);
+  StageAt(ConstraintSet());
   Classify();
 }
 
@@ -132,9 +132,9 @@ void EventMap::AddReleases() {
   events_ = transition_.vanishing;
 }
 
-ContactMode EventMap::Pressed(ContactMode events) const {
-  const ContactMode before = transition_.mode_before & system_->compliant();
-  const ContactMode switched = events & transition_.switched;
+ConstraintSet EventMap::Pressed(ConstraintSet events) const {
+  const ConstraintSet before = transition_.mode_before & system_->compliant();
+  const ConstraintSet switched = events & transition_.switched;
   return (before - switched) | (switched - before);
 }
 

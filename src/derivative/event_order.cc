@@ -27,7 +27,7 @@ bool OnlyStops(const Transition& transition) {
 
 void KeepContacts(const MechanicalSystem& system, const Transition& transition,
                   const std::vector<Vector*>& errors) {
-  const ContactMode held = transition.mode_before - system.compliant();
+  const ConstraintSet held = transition.mode_before - system.compliant();
   if (held.Empty()) return;
   const int d = system.dof(), nq = system.num_positions();
   const Vector q = transition.x_minus.head(nq), v = transition.x_minus.tail(d);

@@ -63,7 +63,7 @@ void AcrossFacets(const Matrix& cone, Vector w, const Draw& draw, const Add& add
 Matrix HeldDirections(ContactDynamics* dynamics, const Transition& transition) {
   const WalkPoint point(dynamics, transition);
   const int size = static_cast<int>(point.gap_jacobian().cols());
-  const ContactMode held = transition.mode_before;
+  const ConstraintSet held = transition.mode_before;
   if (held.Empty()) return Matrix::Zero(size, 0);
   Matrix gradients(size, 2 * held.Size());
   Eigen::Index k = 0;
@@ -254,8 +254,8 @@ std::vector<Vector> FrictionalEvent::Around() const {
 bool FrictionalEvent::LandAsOne() const {
   for (const Vector& x : Around()) {
     for (int i : transition_.activated) {
-      const ContactMode others = transition_.activated.Without(i);
-      const ContactMode closed = transition_.mode_before.Members().With(i);
+      const ConstraintSet others = transition_.activated.Without(i);
+      const ConstraintSet closed = transition_.mode_before.Members().With(i);
       if (ImpliedClosed(*system_, x, closed, others) != others) return false;
     }
   }
@@ -263,7 +263,7 @@ bool FrictionalEvent::LandAsOne() const {
 }
 
 /// Class A_f: the full blocks A_i P A_jᵀ of all pairs of touching contacts vanish, here and around.
-bool FrictionalEvent::Decoupled(ContactMode contacts) const {
+bool FrictionalEvent::Decoupled(ConstraintSet contacts) const {
   const int nq = system_->num_positions(), d = system_->dof();
   for (const Vector& x : Around()) {
     const InverseInertia inertia(*system_, x.head(nq), x.tail(d));

@@ -49,7 +49,7 @@ class FrictionalEvent {
   void FindModeAfter(OrderOutcome* outcome) const;
   std::vector<Vector> Around() const;
   bool LandAsOne() const;
-  bool Decoupled(ContactMode contacts) const;
+  bool Decoupled(ConstraintSet contacts) const;
 
   std::shared_ptr<ContactDynamics> dynamics_;
   const MechanicalSystem* system_;

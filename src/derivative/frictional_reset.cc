@@ -32,16 +32,16 @@ void AddApex(const Eigen::RowVectorXd& pressing, const Matrix& along,
 }  // namespace
 
 FrictionalReset::FrictionalReset(const ContactDynamics& dynamics, const Vector& x,
-                                 ContactMode touching, int hit, ContactMode mode,
-                                 ContactMode after)
+                                 ConstraintSet touching, int hit, ContactMode mode,
+                                 ConstraintSet after)
     : dynamics_(dynamics),
       system_(dynamics.system()),
       x_(x),
       d_(system_.dof()),
       nq_(system_.num_positions()),
       size_(2 * d_ + dynamics.num_variables()),
-      persisting_(mode.Members() - ContactMode({hit})),
-      after_(after.Members()),
+      persisting_(mode.Members().Without(hit)),
+      after_(after),
       inertia_(system_, x.head(nq_), x.tail(d_)),
       frame_(system_, inertia_, touching) {
   FrictionProblem& problem = frame_.problem();
@@ -50,7 +50,7 @@ FrictionalReset::FrictionalReset(const ContactDynamics& dynamics, const Vector& 
     const int i = frame_.constraints()[k];
     problem.b(problem.Row(k)) *= persisting_.Contains(i) ? 1 : 1 + system_.restitution()(i);
   }
-  problem.rounding = frame_.RateRounding(inertia_, x.tail(d_), mode & persisting_);
+  problem.rounding = frame_.RateRounding(inertia_, x.tail(d_), mode.Among(persisting_));
   const double scale = problem.b.cwiseAbs().maxCoeff();
   std::vector<FrictionSolution> all = SolveFriction(problem, kBorder);
   if (all.empty()) throw std::domain_error("an impact of the perturbed run has no solution");

@@ -28,8 +28,8 @@ class FrictionalReset {
 
   /// `hit` approaches, the others of `touching` rest; `mode` is the contact mode before, `after`
   /// the one that the cluster ends with.
-  FrictionalReset(const ContactDynamics& dynamics, const Vector& x, ContactMode touching, int hit,
-                  ContactMode mode, ContactMode after);
+  FrictionalReset(const ContactDynamics& dynamics, const Vector& x, ConstraintSet touching, int hit,
+                  ContactMode mode, ConstraintSet after);
 
   const Vector& v_plus() const { return v_plus_; }
   /// The branch of w, whose entries are sums of terms of these `sizes`; `decide` is told each
@@ -46,7 +46,7 @@ class FrictionalReset {
   const MechanicalSystem& system_;
   const Vector x_;
   const int d_, nq_, size_;
-  const ContactMode persisting_, after_;
+  const ConstraintSet persisting_, after_;
   const InverseInertia inertia_;
   FrictionFrame frame_;
   Vector v_plus_;
@@ -58,7 +58,7 @@ class FrictionalReset {
 /// A and W those of (F3) in the mode, E the rows of A that belong to them. `rate_jacobian` is
 /// D(A v) of all rows of the system [n+l+r × 2d+k].
 Matrix StopProjection(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
-                      ContactMode stopping, const Matrix& rate_jacobian);
+                      ConstraintSet stopping, const Matrix& rate_jacobian);
 
 /// A⁻¹ B; where rows of A depend on others, one of the solutions. Rows and columns
 /// are scaled by `unit`.

@@ -97,7 +97,7 @@ Matrix FrictionalWalk::Rows() const {
 }
 
 void FrictionalWalk::SettleSticking() {
-  ContactMode moved;
+  ConstraintSet moved;
   for (int i : mode_.Sticking()) {
     const Friction& friction = system_.friction()[i];
     const Vector now = path_.matrix * w_;
@@ -140,7 +140,7 @@ bool FrictionalWalk::Next() {
     if (later < -kSameTime * times[first].cwiseAbs().dot(sizes_)) first = k;
   }
   const WalkGuard& c = guards[first];
-  const ContactMode along = Along(c);
+  const ConstraintSet along = Along(c);
   for (std::size_t k = 0; k < times.size(); ++k) {
     const bool same = guards[k].kind == c.kind && along.Contains(guards[k].constraint);
     if (k == first || same) continue;
@@ -162,10 +162,10 @@ bool FrictionalWalk::Next() {
   return true;
 }
 
-void FrictionalWalk::Pass(const WalkGuard& guard, ContactMode along) {
+void FrictionalWalk::Pass(const WalkGuard& guard, ConstraintSet along) {
   const int i = guard.constraint;
-  const ContactMode never = NeverSlipping(system_, releasing_);
-  just_stopped_ = ContactMode();
+  const ConstraintSet never = NeverSlipping(system_, releasing_);
+  just_stopped_ = ConstraintSet();
   switch (guard.kind) {
     case WalkGuard::Kind::kTouchdown:
       Land(i, along);

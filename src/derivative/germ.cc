@@ -23,9 +23,9 @@ constexpr int kMaxStrikes = 10000;
 /// A force below this part of the terms of its acceleration is still about to vanish.
 constexpr double kNearZero = 1e-6;
 
-Matrix Block(const Matrix& G, ContactMode rows, ContactMode columns, ContactMode all) {
+Matrix Block(const Matrix& G, ConstraintSet rows, ConstraintSet columns, ConstraintSet all) {
   Matrix block(rows.Size(), columns.Size());
-  const auto place = [&](int i) { return (all & ContactMode::All(i)).Size(); };
+  const auto place = [&](int i) { return (all & ConstraintSet::All(i)).Size(); };
   int r = 0;
   for (int i : rows) {
     int c = 0;
@@ -38,7 +38,7 @@ Matrix Block(const Matrix& G, ContactMode rows, ContactMode columns, ContactMode
 }  // namespace
 
 Germ::Germ(const EventMap& map, const VectorRef& w)
-    : map_(map), w_(w), stage_(&map.StageAt(ContactMode())) {
+    : map_(map), w_(w), stage_(&map.StageAt(ConstraintSet())) {
   closed_ = stage_->mode - map.system_->compliant();
 }
 
@@ -115,7 +115,7 @@ Germ::Next Germ::FindNext() const {
 
 void Germ::OfferReleases(Next* next) const {
   if (!lists_events_ || pending_.Empty()) return;
-  const ContactMode mode = stage_->mode | pending_;
+  const ContactMode mode(stage_->mode | pending_);
   ContactDynamics& dynamics = map_.DynamicsAfter(S_);
   dynamics.Differentiate(map_.State(stage_->v), mode);
   const Matrix gradient = dynamics.force_jacobian();
@@ -135,8 +135,8 @@ void Germ::Advance(double time) {
   elapsed_ += time;
 }
 
-ContactMode Germ::Strike(ContactMode touching, ContactMode kept, bool plastic) {
-  const ContactMode all = touching | kept;
+ConstraintSet Germ::Strike(ConstraintSet touching, ConstraintSet kept, bool plastic) {
+  const ConstraintSet all = touching | kept;
   const Matrix A = inertia().Rows(all);
   const Matrix reach = inertia() * A.transpose();
   const Matrix G = A * reach;
@@ -161,14 +161,14 @@ ContactMode Germ::Strike(ContactMode touching, ContactMode kept, bool plastic) {
   int r = 0, t = 0, k = 0;
   for (int j : all) impulse(r++) = touching.Contains(j) ? solution.z(t++) : others(k++);
   w_.segment(map_.system_->dof(), map_.system_->dof()) += reach * impulse;
-  ContactMode leaving;
+  ConstraintSet leaving;
   for (int j : touching) {
     if (Rate(j) > RateNoise(j)) leaving.Insert(j);
   }
   return leaving;
 }
 
-void Germ::Enter(ContactMode candidates) {
+void Germ::Enter(ConstraintSet candidates) {
   for (const auto& [j, gap] : gaps_) {  // what has had no time to open
     if (gap == 0 && std::abs(Rate(j)) <= RateNoise(j)) candidates.Insert(j);
   }
@@ -184,7 +184,7 @@ void Germ::Enter(ContactMode candidates) {
 
 /// Of the forces that are about to vanish, those that an impact has made finite are no more.
 void Germ::KeepPending() {
-  released_ = ContactMode();
+  released_ = ConstraintSet();
   if (!lists_events_) return;
   for (int j : pending_) {
     ContactDynamics& dynamics = map_.DynamicsAfter(S_);
@@ -197,24 +197,24 @@ void Germ::KeepPending() {
 
 void Germ::PassActivation(int i) {
   const EventMap::Passage& passage = map_.PassageAt(S_, closed_, i);
-  const ContactMode free = passage.disturbed & closed_;
+  const ConstraintSet free = passage.disturbed & closed_;
   w_ = (free.Empty() ? passage.reset : passage.free) * w_;
   S_.Insert(i);
-  const ContactMode resting = map_.InstantAt(S_).resting;
+  const ConstraintSet resting = map_.InstantAt(S_).resting;
   for (auto it = gaps_.begin(); it != gaps_.end();) {
     const int j = it->first;
     const bool goes = passage.struck.Contains(j) || !resting.Contains(j);
     it = goes ? gaps_.erase(it) : std::next(it);
     if (goes) bouncing_.Erase(j);
   }
-  ContactMode candidates = passage.held;
+  ConstraintSet candidates = passage.held;
   if (!free.Empty()) {
     closed_ = candidates - free;
-    const ContactMode lifted = Strike(free, closed_.With(i), true);
+    const ConstraintSet lifted = Strike(free, closed_.With(i), true);
     for (int j : lifted) gaps_[j] = 0;
     candidates = candidates - lifted;
   }
-  below_ = ContactMode();
+  below_ = ConstraintSet();
   if (passage.disturbed.Contains(i) && std::abs(Rate(i)) > RateNoise(i)) {
     // A plastic contact whose restitution changes: it rises, or (γ < 0, out of the domain) does
     // what makes the map linear.
@@ -243,8 +243,8 @@ void Germ::PassClosing(int j) {
   }
   if (Rate(j) >= -RateNoise(j)) return Rest(j);
   gaps_[j] = 0;
-  const ContactMode touching = closed_.With(j);
-  const ContactMode leaving = Strike(touching, ContactMode(), false);
+  const ConstraintSet touching = closed_.With(j);
+  const ConstraintSet leaving = Strike(touching, ConstraintSet(), false);
   if (leaving.Contains(j)) bouncing_.Insert(j);
   for (int i : leaving) gaps_[i] = 0;
   Enter(touching - leaving);
@@ -252,7 +252,7 @@ void Germ::PassClosing(int j) {
 
 /// j comes to rest, and what is at zero with it.
 void Germ::Rest(int j) {
-  ContactMode held = closed_.With(j);
+  ConstraintSet held = closed_.With(j);
   for (const auto& [i, gap] : gaps_) {
     if (gap == 0 && map_.transition_.mode_after.Contains(i) && strikes_ > kMaxStrikes) {
       held.Insert(i);
@@ -307,7 +307,7 @@ Vector Germ::Run(std::vector<PerturbedEvent>* events) {
         told = closed_.Contains(next.constraint);
     }
     if (!lists_events_ || !told) continue;
-    event.mode = (stage_->mode | pending_) - released_;
+    event.mode = ContactMode((stage_->mode | pending_) - released_);
     events->push_back(event);
   }
   CheckEnd();

@@ -34,12 +34,12 @@ class Germ {
   void PassActivation(int i);
   void PassClosing(int j);
   void Rest(int j);
-  void Enter(ContactMode candidates);
+  void Enter(ConstraintSet candidates);
   void KeepPending();
   void CheckEnd() const;
   /// An impact of first-order speeds of the contacts in `touching`, 0 ≤ p ⟂ r⁺ + γ r⁻ ≥ 0, while
   /// those in `kept` keep their rates. Returns those that leave.
-  ContactMode Strike(ContactMode touching, ContactMode kept, bool plastic);
+  ConstraintSet Strike(ConstraintSet touching, ConstraintSet kept, bool plastic);
   double Rate(int j) const;
   double GapAcceleration(int j) const;
   /// What rounding leaves of a rate or acceleration.
@@ -54,15 +54,15 @@ class Germ {
   const EventMap& map_;
   Vector w_;
   double elapsed_ = 0;
-  ContactMode S_;                  // activations so far
+  ConstraintSet S_;                // activations so far
   const EventMap::Stage* stage_;   // v_S and the field in the present mode
-  ContactMode closed_;             // rigid contacts with gap and rate zero that push
+  ConstraintSet closed_;           // rigid contacts with gap and rate zero that push
   std::map<int, double> gaps_;     // of contacts that opened, in α²
-  ContactMode bouncing_;           // of these, those that have bounced
-  ContactMode below_;              // plastic and hit in this stage, with a negative restitution
+  ConstraintSet bouncing_;         // of these, those that have bounced
+  ConstraintSet below_;            // plastic and hit in this stage, with a negative restitution
   bool lists_events_ = false;      // then also forces that pass zero are looked at:
-  ContactMode pending_;            // members of J⁻ whose force has still to vanish
-  ContactMode released_;           // those whose force vanished in this stage
+  ConstraintSet pending_;          // members of J⁻ whose force has still to vanish
+  ConstraintSet released_;         // those whose force vanished in this stage
   int strikes_ = 0;
 };
 

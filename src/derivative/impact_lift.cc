@@ -22,7 +22,7 @@ ImpactLift::ImpactLift(const ContactDynamics& dynamics, const TouchingFrame& fra
   const int d = system_.dof();
   const Variables& variables = dynamics.variables();
   const Vector q = transition.x_minus.head(system_.num_positions());
-  const ContactMode hit = impact_.held.With(impact_.hit);
+  const ConstraintSet hit = impact_.held.With(impact_.hit);
   fixed_ = (transition.mode_before - system_.compliant()) | hit;
   delay_ = impact_.hurry / std::abs(frame.Rate(impact_.hit, impact_.v));
   const ImpactResult result = frame.Impact(impact_.v, hit);
@@ -54,7 +54,7 @@ ImpactLift::Change ImpactLift::At(int i) const {
   turned_.AddAbsRow(i, column_terms);
   const Eigen::RowVectorXd by_q = column.transpose();
   // Onto {a_K = 0}: δq = −Y G⁻¹ ∂a/∂p δp + (I − Y G⁻¹ A) δq.
-  const ContactMode fixed = fixed_.With(i);
+  const ConstraintSet fixed = fixed_.With(i);
   const std::vector<int> rows = frame_.Rows(fixed);
   const int k = static_cast<int>(rows.size());
   Matrix A(k, d), Y(d, k);

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cluster_geometry.h"
-#include "contact_flow/contact_mode.h"
+#include "contact_flow/constraint_set.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/types.h"
@@ -17,7 +17,7 @@ class ImpactLift {
   /// Of the impact of `hit` at v, while `held` hold still.
   struct Impact {
     int hit;
-    ContactMode held;
+    ConstraintSet held;
     Vector v;
     double hurry;     ///< |q̈| before it, in the kinetic metric
     double relative;  ///< κ rtol
@@ -44,7 +44,7 @@ class ImpactLift {
   const TouchingFrame& frame_;
   const Vector& scale_;
   const Impact impact_;
-  ContactMode fixed_;   // J⁻ and those of the impact
+  ConstraintSet fixed_;  // J⁻ and those of the impact
   double delay_ = 0;    // |q̈|/|Da_j v|
   Matrix by_q_;         // (∂v⁺/∂q)ᵀ [d×d]
   Matrix by_p_;         // ∂v⁺/∂p [d×k]

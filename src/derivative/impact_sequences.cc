@@ -34,7 +34,7 @@ ImpactSequences::ImpactSequences(ContactDynamics* dynamics, const Transition& tr
                    .Size()) {
   path_.impulse = Vector::Zero(system_.num_rows());
   const State begin = {transition.x_minus.tail(system_.dof()),
-                       (transition.mode_before | rules_.shut) & frame.touching, ContactMode()};
+                       (transition.mode_before | rules_.shut) & frame.touching, ConstraintSet()};
   for (const State& state : Branches(begin, transition.vanishing & begin.resting)) {
     Visit(state, false);
   }
@@ -48,7 +48,7 @@ Vector ImpactSequences::StateAt(const Vector& v) const {
 
 /// The states with each subset of the doubtful contacts at rest, the others ajar.
 std::vector<ImpactSequences::State> ImpactSequences::Branches(const State& state,
-                                                              ContactMode doubtful) const {
+                                                              ConstraintSet doubtful) const {
   std::vector<State> branches = {state};
   for (int i : doubtful) {
     const std::size_t count = branches.size();
@@ -66,7 +66,7 @@ std::vector<ImpactSequences::State> ImpactSequences::Branches(const State& state
 
 /// What may rest or be ajar when the next impact comes.
 std::vector<ImpactSequences::State> ImpactSequences::AfterAWhile(const State& state) {
-  const ContactMode touching = state.resting | state.ajar;
+  const ConstraintSet touching = state.resting | state.ajar;
   if (touching.Empty()) return {state};
   const Vector x = StateAt(state.v);
   const ContactMode mode = SelectContactMode(&dynamics_, x, touching, 0, pressed_);
@@ -78,7 +78,7 @@ std::vector<ImpactSequences::State> ImpactSequences::AfterAWhile(const State& st
                                  terms.bias.cwiseAbs())
                                     .maxCoeff();
   State next = state;
-  ContactMode doubtful;
+  ConstraintSet doubtful;
   for (int i : touching) {
     const bool holds = mode.Contains(i), opens = !holds && opening(i) > still;
     if (opens) {
@@ -90,7 +90,7 @@ std::vector<ImpactSequences::State> ImpactSequences::AfterAWhile(const State& st
   }
   if (doubtful.Size() > kMaxDoubtful) {
     all = false;
-    doubtful = ContactMode();
+    doubtful = ConstraintSet();
   }
   return Branches(next, doubtful);
 }
@@ -102,7 +102,7 @@ void ImpactSequences::Visit(const State& state, bool later) {
     all = false;
     return;
   }
-  ContactMode urgent, approaching;
+  ConstraintSet urgent, approaching;
   for (int i : frame_.touching - state.resting) {
     if (Rate(i, state.v) >= -Rest(i)) continue;
     (state.ajar.Contains(i) ? urgent : approaching).Insert(i);
@@ -141,7 +141,7 @@ void ImpactSequences::Hit(const State& state, int i) {
 
 ImpactSequences::State ImpactSequences::After(const State& state, int i,
                                               const ImpactResult& impact) const {
-  State after = {impact.v_plus, ContactMode(), state.ajar.Without(i)};
+  State after = {impact.v_plus, ConstraintSet(), state.ajar.Without(i)};
   for (int j : state.resting) {
     if (std::abs(Rate(j, impact.v_plus)) <= Rest(j)) after.resting.Insert(j);
   }
@@ -154,7 +154,7 @@ ImpactSequences::State ImpactSequences::After(const State& state, int i,
 
 void ImpactSequences::RecordDegenerate(const State& before, const State& after, int i,
                                        const ImpactResult& impact) {
-  ContactMode held, doubtful;
+  ConstraintSet held, doubtful;
   for (int j : before.resting) {
     const double push = impact.impulse(j) * frame_.G(frame_.Row(j), frame_.Row(j));
     if (std::abs(push) > Rest(j)) {
@@ -183,7 +183,7 @@ void ImpactSequences::RecordDegenerate(const State& before, const State& after, 
 
 /// Stages are those of orders in which each constraint of I_a has been hit at most once.
 void ImpactSequences::RecordStage(const State& state) {
-  ContactMode S;
+  ConstraintSet S;
   for (int i : path_.order) S.Insert(i);
   if (S.Size() != static_cast<int>(path_.order.size()) || !(S - transition_.activated).Empty()) {
     simple = false;
@@ -198,8 +198,8 @@ void ImpactSequences::RecordStage(const State& state) {
 void ImpactSequences::Finish(const State& state, bool cut) {
   OrderOutcome outcome = path_;
   outcome.v_plus = state.v;
-  const ContactMode rest = state.resting | state.ajar;
-  outcome.mode_after = rest | pressed_;
+  const ConstraintSet rest = state.resting | state.ajar;
+  outcome.mode_after = ContactMode(rest | pressed_);
   if (cut) {
     outcome.status = {Outcome::kZeno, "after " + std::to_string(longest_) +
                                           " impacts contacts still approach: the order was cut"};

@@ -23,7 +23,7 @@ namespace contact_flow {
 struct DegeneratePush {
   int constraint = 0;
   int hit = 0;       ///< whose impact it is
-  ContactMode held;  ///< contacts at rest that it does push
+  ConstraintSet held;  ///< contacts at rest that it does push
   Vector v;          ///< before it [d]
 };
 
@@ -33,7 +33,7 @@ struct SequenceRules {
   /// Whether two velocities are one outcome.
   std::function<bool(const Vector&, const Vector&)> same;
   std::size_t max_orders = kMaxListedOrders;
-  ContactMode shut;  ///< contacts beyond J⁻ that touch without force, and rest at the beginning
+  ConstraintSet shut;  ///< contacts beyond J⁻ that touch without force, and rest at the beginning
 };
 
 /// The sequences of single impacts from (ρ, v⁻), in the limit of small separations w → 0.
@@ -49,20 +49,20 @@ class ImpactSequences {
                   const TouchingFrame& frame, SequenceRules rules);
 
   std::vector<OrderOutcome> outcomes;
-  std::vector<ContactMode> resting;  ///< after each of them, ajar ones too
+  std::vector<ConstraintSet> resting;  ///< after each of them, ajar ones too
   bool all = true;      ///< all sequences were followed
   bool simple = true;   ///< every constraint of I_a is hit exactly once, no other is
   bool staged = true;   ///< v_S and what rests are the same for every order of the impacts in S
-  ContactMode ajar;     ///< contacts that are ajar at some impact
+  ConstraintSet ajar;   ///< contacts that are ajar at some impact
   std::vector<DegeneratePush> degenerate;
 
  private:
   struct State {
     Vector v;
-    ContactMode resting, ajar;
+    ConstraintSet resting, ajar;
   };
   std::vector<State> AfterAWhile(const State& state);
-  std::vector<State> Branches(const State& state, ContactMode doubtful) const;
+  std::vector<State> Branches(const State& state, ConstraintSet doubtful) const;
   void Visit(const State& state, bool later);
   void Hit(const State& state, int i);
   State After(const State& state, int i, const ImpactResult& impact) const;
@@ -80,10 +80,10 @@ class ImpactSequences {
   const TouchingFrame& frame_;
   const SequenceRules rules_;
   const Vector q_;
-  const ContactMode pressed_;
+  const ConstraintSet pressed_;
   const int longest_;
   OrderOutcome path_;
-  std::map<ContactMode, State> stages_;
+  std::map<ConstraintSet, State> stages_;
   std::map<std::vector<int>, std::vector<std::size_t>> found_;  // outcomes of each order
   long visits_ = 0;
 };

@@ -52,7 +52,7 @@ class Union {
       whole_.instants.push_back({n + changes_++, part.t - whole_.t, 0});
       return;
     }
-    const ContactMode met = part.activated | part.switched;
+    const ConstraintSet met = part.activated | part.switched;
     if (!(met_ & met).Empty()) Refuse(*(met_ & met).begin(), "is met twice");
     met_ = met_ | met;
     if (hit_.Empty()) {  // what vanishes at x⁻, before any impact
@@ -68,7 +68,7 @@ class Union {
     whole_.switched = whole_.switched | part.switched;
     whole_.vanishing = whole_.vanishing | part.vanishing;
     whole_.impulse += part.impulse;
-    whole_.impulse_word = whole_.impulse_word | part.impulse_word;
+    whole_.impulse_word = whole_.impulse_word.Union(part.impulse_word);
     whole_.energy_change += part.energy_change;
     const int d = system_.dof();
     whole_.x_plus.tail(d) += part.x_plus.tail(d) - part.x_minus.tail(d);
@@ -87,7 +87,7 @@ class Union {
   void Check() {
     if (!cluster_.status.ok()) return;
     if (system_.HasContactEffort()) return Refuse("the effort depends on the contact mode");
-    if (system_.num_constraints() + changes_ > ContactMode::kMaxConstraints) {
+    if (system_.num_constraints() + changes_ > ConstraintSet::kMaxConstraints) {
       return Refuse("there are too many constraints");
     }
     if (!whole_.touching.Empty()) {
@@ -120,7 +120,7 @@ class Union {
   const std::vector<const Transition*>& parts_;
   const Transition* lead_ = nullptr;
   Transition whole_;
-  ContactMode met_, hit_;  // so far
+  ConstraintSet met_, hit_;  // so far
   int changes_ = 0;
   InputCluster cluster_;
 };

@@ -51,7 +51,7 @@ class Landing {
  private:
   void Land(OrderOutcome* outcome) const {
     Vector& v = outcome->v_plus;
-    ContactMode closed = resting_;
+    ConstraintSet closed = resting_;
     for (int i : outcome->order) {
       if (closed.Contains(i)) continue;  // with another, of the same body
       if (!(Rates(v)(i) < 0)) continue;  // it was lifted by another
@@ -86,7 +86,7 @@ class Landing {
   const Transition& transition_;
   const int nq_;
   const Vector x_;
-  const ContactMode resting_;
+  const ConstraintSet resting_;
 };
 
 /// x⁻ moved at random, so that what rests goes on to and what sticks as well.

@@ -27,7 +27,7 @@ NeglectedCoupling::NeglectedCoupling(ContactDynamics* dynamics, const Transition
       q_(transition.x_minus.head(system_.num_positions())) {
   const int d = system_.dof();
   const Vector v = transition.x_minus.tail(d);
-  const ContactMode rigid = transition.mode_before - system_.compliant();
+  const ConstraintSet rigid = transition.mode_before - system_.compliant();
   const ImpactResult impact = frame.Impact(v, frame.touching);
   impulse_.setZero(frame.touching.Size());
   for (int i : frame.touching) {
@@ -144,7 +144,7 @@ bool NeglectedCoupling::Orthogonal(int i, int j) const {
              derivative_limit_;
 }
 
-ImpactLift NeglectedCoupling::LiftBy(int j, ContactMode held, const Vector& v) const {
+ImpactLift NeglectedCoupling::LiftBy(int j, ConstraintSet held, const Vector& v) const {
   return ImpactLift(dynamics_, frame_, transition_, scale_, &geometry_,
                     {j, held, v, hurry_, relative_});
 }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cluster_geometry.h"
-#include "contact_flow/contact_mode.h"
+#include "contact_flow/constraint_set.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/types.h"
@@ -32,7 +32,7 @@ class NeglectedCoupling {
   /// Both are below their limits.
   bool Orthogonal(int i, int j) const;
   /// What the impact of j, while `held` hold still, may or may not add to a derivative.
-  ImpactLift LiftBy(int j, ContactMode held, const Vector& v) const;
+  ImpactLift LiftBy(int j, ConstraintSet held, const Vector& v) const;
 
  private:
   void ScaleDerivatives(const MatrixRef& reset);

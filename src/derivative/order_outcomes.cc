@@ -33,7 +33,7 @@ std::vector<OrderOutcome> ListOrderOutcomes(ContactDynamics* dynamics,
   std::vector<OrderOutcome> outcomes =
       ImpactSequences(dynamics, transition, frame, rules).outcomes;
   if (transition.touching.Empty()) return outcomes;
-  rules.shut = ContactMode();
+  rules.shut = ConstraintSet();
   for (const OrderOutcome& open : ImpactSequences(dynamics, transition, frame, rules).outcomes) {
     outcomes.push_back(open);
   }

@@ -66,7 +66,7 @@ Status CheckPushes(const MechanicalSystem& system, const Arc& arc,
 }
 
 /// Contacts of a face beside those that carry it while it slides in space: they could as well.
-ContactMode IdleCorners(const MechanicalSystem& system, const Arc& arc, double gap_tolerance) {
+ConstraintSet IdleCorners(const MechanicalSystem& system, const Arc& arc, double gap_tolerance) {
   const auto turns = [&](int i) {
     return system.friction()[i].dimension == 2 && system.friction()[i].coefficient > 0;
   };
@@ -76,7 +76,7 @@ ContactMode IdleCorners(const MechanicalSystem& system, const Arc& arc, double g
   ConstraintTerms terms;
   system.Constraints(arc.x_begin.head(system.num_positions()), arc.x_begin.tail(system.dof()),
                      &terms);
-  ContactMode near;
+  ConstraintSet near;
   for (int i = 0; i < system.num_constraints(); ++i) {
     const bool beside = !arc.mode.Contains(i) && !system.compliant().Contains(i) && turns(i);
     if (beside && std::abs(terms.gap(i)) <= gap_tolerance) near.Insert(i);
@@ -91,9 +91,9 @@ Status CheckSlidingFace(ContactDynamics* dynamics, const Arc& arc, double gap_to
   if (!system.HasFriction()) return {};
   dynamics->Evaluate(arc.x_begin, arc.mode);
   const std::string from = "from t = " + std::to_string(arc.t_begin) + " s on the contacts ";
-  const ContactMode idle = IdleCorners(system, arc, gap_tolerance);
+  const ConstraintSet idle = IdleCorners(system, arc, gap_tolerance);
   if (!dynamics->springs().Empty() || !idle.Empty()) {
-    const ContactMode face = idle.Empty() ? dynamics->springs() : arc.mode | idle;
+    const ConstraintSet face = idle.Empty() ? dynamics->springs() : arc.mode | idle;
     return {Outcome::kIndeterminateForces,
             from + face.ToString(system.description().constraints) +
                 " share forces that decide the motion: another share is as possible"};

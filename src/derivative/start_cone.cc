@@ -47,14 +47,14 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
   const Vector q = x.head(system.num_positions()), v = x.tail(d);
   ConstraintTerms terms;
   system.Constraints(q, v, &terms);
-  ContactMode touching;
+  ConstraintSet touching;
   for (int i = 0; i < n; ++i) {
     const bool touches = std::abs(terms.gap(i)) <= gap_tolerance;
     if (touches && (system.compliant().Contains(i) || !mode.Contains(i))) touching.Insert(i);
   }
   // Contacts that begin to slip from rest: to the one side they slip on, to the other they slip
   // against their friction and are reversed.
-  ContactMode begins;
+  ConstraintSet begins;
   for (int i : mode.SlippingInPlane()) {
     const double slip = terms.jacobian.row(system.friction()[i].row).dot(v);
     if (std::abs(slip) <= speed_tolerance) begins.Insert(i);
@@ -109,7 +109,7 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
                              "' begins to slip from rest: directions to the other side are "
                              "reversed, which is not followed"};
   }
-  ContactMode members = mode - system.compliant();
+  ConstraintSet members = mode - system.compliant();
   held_ = members.Size();
   for (int i : members) members_.push_back(i);
   std::vector<int> order = members_;
@@ -176,8 +176,8 @@ bool StartCone::Stays(const Contact& contact, const VectorRef& w) const {
   return contact.gap.dot(w) <= kNoise * Terms(contact.gap, w);
 }
 
-ContactMode StartCone::Brushed(const VectorRef& w) const {
-  ContactMode brushed;
+ConstraintSet StartCone::Brushed(const VectorRef& w) const {
+  ConstraintSet brushed;
   for (const Contact& contact : contacts_) {
     if (contact.at_rest() && Stays(contact, w)) brushed.Insert(contact.constraint);
   }

@@ -21,7 +21,7 @@ void StartCone::FollowReversal(ContactDynamics* dynamics, const VectorRef& x, Co
   ContactMode other = mode;
   other.Set(contact->constraint, forward ? Letter::kBackward : Letter::kForward);
   TouchingContacts touching;
-  touching.slipping = other - dynamics->system().compliant();
+  touching.slipping = other.Without(dynamics->system().compliant());
   try {
     if (SelectWord(dynamics, x, touching, kNoise) != touching.slipping) return;
   } catch (const FrictionRefusal&) {

@@ -16,7 +16,7 @@ StartStop::StartStop(std::shared_ptr<ContactDynamics> dynamics, const VectorRef&
   matrix_ = StopProjection(dynamics_.get(), x_, mode, mode.Sticking(), rate_jacobian_);
 }
 
-Vector StartStop::operator()(const VectorRef& w, ContactMode brushed) const {
+Vector StartStop::operator()(const VectorRef& w, ConstraintSet brushed) const {
   if (Empty()) return w;
   CheckStops(dynamics_.get(), x_, mode_, brushed, rate_jacobian_, w);
   return matrix_ * w;

@@ -20,7 +20,7 @@ Matrix SolveConsistent(const Matrix& A, const Vector& unit, const Matrix& B) {
 }
 
 Matrix StopProjection(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
-                      ContactMode stopping, const Matrix& rate_jacobian) {
+                      ConstraintSet stopping, const Matrix& rate_jacobian) {
   const MechanicalSystem& system = dynamics->system();
   const int d = system.dof(), nq = system.num_positions();
   const InverseInertia inertia(system, x.head(nq), x.tail(d));

@@ -27,7 +27,7 @@ constexpr int kRoundsForEach = 200;  // contact, at most
 /// The slips of first order of one direction, from stop to stop.
 class StoppingSlips {
  public:
-  StoppingSlips(ContactDynamics* dynamics, const Vector& x, ContactMode mode, ContactMode brushed,
+  StoppingSlips(ContactDynamics* dynamics, const Vector& x, ContactMode mode, ConstraintSet brushed,
                 const Matrix& rate_jacobian, const Vector& w)
       : dynamics_(*dynamics),
         system_(dynamics->system()),
@@ -62,7 +62,7 @@ class StoppingSlips {
       AskBudget();
       const Vector now = State();
       const ContactMode word = WordAt(now);
-      for (int i : mode_ - word.Members()) Refuse(i, "lets go");
+      for (int i : mode_ - word) Refuse(i, "lets go");
       if (!Moving()) {
         for (const Slip& slip : slips_) {
           if (slip.sticks && word.LetterOf(slip.constraint) != Letter::kStick) {
@@ -126,7 +126,7 @@ class StoppingSlips {
 
   ContactMode WordAt(const Vector& x) {
     TouchingContacts contacts;
-    contacts.slipping = mode_ - mode_.Sticking();
+    contacts.slipping = mode_.Without(mode_.Sticking());
     for (const Slip& slip : slips_) {
       const int i = slip.constraint;
       contacts.slipping.Erase(i);
@@ -202,7 +202,7 @@ class StoppingSlips {
     throw std::domain_error(Beginning() + ", contact '" + system_.description().constraints[i] +
                             "' " + what + ": that is not followed");
   }
-  [[noreturn]] void Refuse(ContactMode contacts, const std::string& what) const {
+  [[noreturn]] void Refuse(ConstraintSet contacts, const std::string& what) const {
     throw std::domain_error(Beginning() + ", " +
                             contacts.ToString(system_.description().constraints) + " " + what +
                             ": that is not followed");
@@ -221,7 +221,7 @@ class StoppingSlips {
 
 }  // namespace
 
-void CheckStops(ContactDynamics* dynamics, const Vector& x, ContactMode mode, ContactMode brushed,
+void CheckStops(ContactDynamics* dynamics, const Vector& x, ContactMode mode, ConstraintSet brushed,
                 const Matrix& rate_jacobian, const Vector& w) {
   StoppingSlips slips(dynamics, x, mode, brushed, rate_jacobian, w);
   if (slips.Moving()) slips.Follow();

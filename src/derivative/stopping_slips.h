@@ -14,7 +14,7 @@ namespace contact_flow {
 /// rest, reverses a slip that begins at x, where one of `brushed`, open contacts whose gaps are 0
 /// along w, touches again, or where the word is not decided. `rate_jacobian` is D(A v) of all rows
 /// [n+l+r × 2d+k]; `dynamics` is scratch.
-void CheckStops(ContactDynamics* dynamics, const Vector& x, ContactMode mode, ContactMode brushed,
+void CheckStops(ContactDynamics* dynamics, const Vector& x, ContactMode mode, ConstraintSet brushed,
                 const Matrix& rate_jacobian, const Vector& w);
 
 }  // namespace contact_flow

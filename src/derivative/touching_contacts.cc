@@ -17,11 +17,11 @@ constexpr double kKept = 1e-6;
 }  // namespace
 
 bool JudgeTouching(ContactDynamics* dynamics, const Transition& transition,
-                   const TouchingFrame& frame, ContactMode open, SequenceRules rules,
+                   const TouchingFrame& frame, ConstraintSet open, SequenceRules rules,
                    ClusterReport* report) {
   const MechanicalSystem& system = dynamics->system();
   const Vector v_plus = transition.x_plus.tail(system.dof());
-  std::vector<ContactMode> later = {ContactMode()};  // subsets that touch a little later
+  std::vector<ConstraintSet> later = {ConstraintSet()};  // subsets that touch a little later
   if (open.Size() > static_cast<int>(kMaxOpened)) {
     later.push_back(open);
   } else {

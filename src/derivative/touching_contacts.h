@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "contact_flow/contact_mode.h"
+#include "contact_flow/constraint_set.h"
 #include "contact_flow/derivative/cluster_class.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/status.h"
@@ -16,7 +16,7 @@ namespace contact_flow {
 /// each subset of `open` that does not touch yet: false where v⁺ is another, or where that is not
 /// known; then class, status and outcomes of the report say so.
 bool JudgeTouching(ContactDynamics* dynamics, const Transition& transition,
-                   const TouchingFrame& frame, ContactMode open, SequenceRules rules,
+                   const TouchingFrame& frame, ConstraintSet open, SequenceRules rules,
                    ClusterReport* report);
 
 /// kOk where every perturbed run touches, too: Da_i w_q + ∂a_i/∂p δp = 0 and D(Da_i v) w = 0 for

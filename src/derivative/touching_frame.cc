@@ -24,7 +24,7 @@ Matrix Block(const Matrix& G, const std::vector<int>& rows, const std::vector<in
 }  // namespace
 
 TouchingFrame::TouchingFrame(const MechanicalSystem& system, const InverseInertia& inertia,
-                             ContactMode touching_set, ImpactLaw impact_law)
+                             ConstraintSet touching_set, ImpactLaw impact_law)
     : touching(touching_set),
       law(impact_law),
       restitution_(system.restitution()),
@@ -38,13 +38,13 @@ TouchingFrame::TouchingFrame(const MechanicalSystem& system, const InverseInerti
   for (int i : touching) row_[static_cast<std::size_t>(i)] = row++;
 }
 
-std::vector<int> TouchingFrame::Rows(ContactMode subset) const {
+std::vector<int> TouchingFrame::Rows(ConstraintSet subset) const {
   std::vector<int> rows;
   for (int i : subset) rows.push_back(Row(i));
   return rows;
 }
 
-ImpactResult TouchingFrame::Impact(const Vector& v, ContactMode subset) const {
+ImpactResult TouchingFrame::Impact(const Vector& v, ConstraintSet subset) const {
   const std::vector<int> rows = Rows(subset);
   const int k = static_cast<int>(rows.size());
   const Matrix block = Block(G, rows, rows);
@@ -77,7 +77,7 @@ ImpactResult TouchingFrame::Impact(const Vector& v, ContactMode subset) const {
   return result;
 }
 
-Vector TouchingFrame::HeldResponse(int i, ContactMode held) const {
+Vector TouchingFrame::HeldResponse(int i, ConstraintSet held) const {
   Vector response = Y.col(Row(i));
   if (held.Empty()) return response;
   const std::vector<int> rows = Rows(held);

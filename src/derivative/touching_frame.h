@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "contact_flow/contact_mode.h"
+#include "contact_flow/constraint_set.h"
 #include "contact_flow/dynamics/impact.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/model/mechanical_system.h"
@@ -16,19 +16,19 @@ namespace contact_flow {
 class TouchingFrame {
  public:
   TouchingFrame(const MechanicalSystem& system, const InverseInertia& inertia,
-                ContactMode touching, ImpactLaw law);
+                ConstraintSet touching, ImpactLaw law);
 
   /// The same as SolveImpact. Throws std::domain_error for dependent constraints.
-  ImpactResult Impact(const Vector& v, ContactMode subset) const;
+  ImpactResult Impact(const Vector& v, ConstraintSet subset) const;
   /// The row of constraint i, which touches.
   int Row(int i) const { return row_[static_cast<std::size_t>(i)]; }
-  std::vector<int> Rows(ContactMode subset) const;
+  std::vector<int> Rows(ConstraintSet subset) const;
   double Rate(int i, const Vector& v) const { return A.row(Row(i)).dot(v); }
   double Restitution(int i) const { return restitution_(i); }
   /// Y_i and G_ij where the contacts in `held` hold still: Y_i − Y_H G_HH⁻¹ G_Hi, ….
-  Vector HeldResponse(int i, ContactMode held) const;
+  Vector HeldResponse(int i, ConstraintSet held) const;
 
-  ContactMode touching;
+  ConstraintSet touching;
   ImpactLaw law;
   Matrix A, Y, G;
 

@@ -42,8 +42,8 @@ std::vector<WalkGuard> GuardsAhead(ContactDynamics* dynamics, const WalkPoint& p
   return guards;
 }
 
-ContactMode NeverSlipping(const MechanicalSystem& system, ContactMode contacts) {
-  ContactMode never;
+ConstraintSet NeverSlipping(const MechanicalSystem& system, ConstraintSet contacts) {
+  ConstraintSet never;
   for (int i : contacts) {
     if (std::isinf(system.friction()[i].coefficient)) never.Insert(i);
   }

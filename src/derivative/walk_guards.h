@@ -9,9 +9,9 @@ namespace contact_flow {
 
 /// What may happen to contacts at a base point of a walk.
 struct ContactsAhead {
-  ContactMode landing;    ///< touch
-  ContactMode stopping;   ///< have no slip left, with a letter that slips
-  ContactMode releasing;  ///< have no force left
+  ConstraintSet landing;    ///< touch
+  ConstraintSet stopping;   ///< have no slip left, with a letter that slips
+  ConstraintSet releasing;  ///< have no force left
 };
 
 /// A guard that is zero at the base point and vanishes for perturbed runs nearby.
@@ -29,6 +29,6 @@ std::vector<WalkGuard> GuardsAhead(ContactDynamics* dynamics, const WalkPoint& p
                                    ContactMode mode, const ContactsAhead& ahead);
 
 /// Those of the contacts that never slip, μ = ∞.
-ContactMode NeverSlipping(const MechanicalSystem& system, ContactMode contacts);
+ConstraintSet NeverSlipping(const MechanicalSystem& system, ConstraintSet contacts);
 
 }  // namespace contact_flow

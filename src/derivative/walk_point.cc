@@ -63,22 +63,22 @@ int WalkPoint::Leaves(int i) const {
   return (rate_(i) > border) - (rate_(i) < -border);
 }
 
-ContactMode WalkPoint::Forceless(ContactMode mode, ContactMode among) const {
+ConstraintSet WalkPoint::Forceless(ContactMode mode, ConstraintSet among) const {
   if (among.Empty()) return among;
   dynamics_.Evaluate(x_, mode);
   const Vector force = dynamics_.force().cwiseAbs();
-  ContactMode forceless;
+  ConstraintSet forceless;
   for (int i : among) {
     if (force(i) <= kNoForce * force.maxCoeff()) forceless.Insert(i);
   }
   return forceless;
 }
 
-ContactMode WalkPoint::AtCone(ContactMode mode) const {
+ConstraintSet WalkPoint::AtCone(ContactMode mode) const {
   dynamics_.Evaluate(x_, mode);
   const Vector& force = dynamics_.force();
   const double border = kNoForce * force.cwiseAbs().maxCoeff();
-  ContactMode at_cone;
+  ConstraintSet at_cone;
   for (int i : mode.Sticking()) {
     const Friction& friction = system_.friction()[i];
     if (friction.dimension != 1 || std::isinf(friction.coefficient)) continue;

@@ -28,9 +28,9 @@ class WalkPoint {
   int Leaves(int i) const;
 
   /// Those of `among`, which are members of the mode, whose normal forces vanish in it.
-  ContactMode Forceless(ContactMode mode, ContactMode among) const;
+  ConstraintSet Forceless(ContactMode mode, ConstraintSet among) const;
   /// Contacts that stick in the plane in the mode with the force on the border of its cone.
-  ContactMode AtCone(ContactMode mode) const;
+  ConstraintSet AtCone(ContactMode mode) const;
   /// D of what that force lacks to the border, μ λ_n − |λ_t|, of contact i [2d+k].
   Eigen::RowVectorXd ConeGradient(ContactMode mode, int i) const;
 
@@ -40,7 +40,7 @@ class WalkPoint {
   ContactDynamics& dynamics_;
   const MechanicalSystem& system_;
   const int nq_;
-  const ContactMode contacts_;
+  const ConstraintSet contacts_;
   const double speed_;  // largest entry of v⁻
   Vector x_;
   ConstraintTerms terms_;

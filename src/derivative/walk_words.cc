@@ -41,18 +41,18 @@ void FrictionalWalk::CheckDropped() {
   }
 }
 
-ContactMode FrictionalWalk::Along(const WalkGuard& c) const {
+ConstraintSet FrictionalWalk::Along(const WalkGuard& c) const {
   if (c.kind == WalkGuard::Kind::kTouchdown) {
     return ImpliedClosed(system_, point_.x(), mode_.Members().With(c.constraint),
                          pending_.Without(c.constraint));
   }
   if (c.kind != WalkGuard::Kind::kStop) return {};
-  return ImpliedStill(system_, point_.x(), mode_.Members(), mode_.Sticking().With(c.constraint));
+  return ImpliedStill(system_, point_.x(), mode_, mode_.Sticking().With(c.constraint));
 }
 
-void FrictionalWalk::Land(int i, ContactMode along) {
+void FrictionalWalk::Land(int i, ConstraintSet along) {
   pending_ = pending_ - along.With(i);
-  const ContactMode touching = mode_.Members().With(i) | along;
+  const ConstraintSet touching = mode_.Members().With(i) | along;
   released_ = released_ - touching;
   const FrictionalReset reset(dynamics_, point_.x(), touching, i, mode_, transition_.mode_after);
   const FrictionalReset::Branch& branch =
@@ -73,11 +73,11 @@ void FrictionalWalk::Land(int i, ContactMode along) {
     if (!point_.SlipVanishes(j)) still_.Erase(j);
   }
   // What has let go before, by less than to first order, and is driven back is hit at once.
-  for (int j : transition_.mode_before.Members() - touching - pending_) {
+  for (int j : transition_.mode_before - touching - pending_) {
     if (point_.Leaves(j) < 0) pending_.Insert(j);
     if (point_.Leaves(j) != 0) hovering_.Erase(j);
   }
-  lifted_ = ContactMode();
+  lifted_ = ConstraintSet();
   for (int j : touching) {
     const bool bounces = along.With(i).Contains(j) && system_.restitution()(j) > 0;
     const bool free = bounces || !branch.word.Contains(j);
@@ -99,11 +99,11 @@ void FrictionalWalk::AddBounces() {
   }
 }
 
-void FrictionalWalk::SelectNext(ContactMode free) {
+void FrictionalWalk::SelectNext(ConstraintSet free) {
   TouchingContacts contacts;
   contacts.slack = slack_;
-  const ContactMode touching = (landed_.Empty() ? mode_ : landed_).Members();
-  const ContactMode closed = (touching | hovering_) - released_;
+  const ConstraintSet touching = landed_.Empty() ? mode_.Members() : landed_;
+  const ConstraintSet closed = (touching | hovering_) - released_;
   for (int i : closed) {
     if (lifted_.Contains(i)) continue;
     const Friction& friction = system_.friction()[i];
@@ -125,13 +125,13 @@ void FrictionalWalk::SelectNext(ContactMode free) {
     }
   }
   mode_ = SelectWord(&dynamics_, point_.x(), contacts, kBorder);
-  released_ = released_ | (free - mode_).Members();
-  HoldForceless(contacts, ContactMode(closed & releasing_) - lifted_ - (free - mode_));
+  released_ = released_ | (free - mode_);
+  HoldForceless(contacts, (closed & releasing_) - lifted_ - (free - mode_));
   Drop(closed - mode_ - lifted_);
-  landed_ = lifted_ = ContactMode();
+  landed_ = lifted_ = ConstraintSet();
 }
 
-void FrictionalWalk::HoldForceless(const TouchingContacts& contacts, ContactMode held) {
+void FrictionalWalk::HoldForceless(const TouchingContacts& contacts, ConstraintSet held) {
   ContactMode holding = mode_;
   for (int i : held) {
     const bool slips = contacts.slipping.Contains(i);
@@ -139,11 +139,11 @@ void FrictionalWalk::HoldForceless(const TouchingContacts& contacts, ContactMode
   }
   releasing_ = point_.Forceless(holding, held);
   for (int i : releasing_) mode_.Set(i, holding.LetterOf(i));
-  mode_ = mode_ - point_.Forceless(mode_, (mode_ & hovering_).Members());
+  mode_ = mode_.Without(point_.Forceless(mode_, mode_ & hovering_));
   hovering_ = hovering_ - mode_;
 }
 
-void FrictionalWalk::Drop(ContactMode gone) {
+void FrictionalWalk::Drop(ConstraintSet gone) {
   if (gone.Empty()) return;
   const Vector field = dynamics_.Field(point_.x(), mode_);
   for (int i : gone) {
@@ -156,7 +156,7 @@ void FrictionalWalk::Drop(ContactMode gone) {
 
 void FrictionalWalk::StopInSpace() {
   const ContactMode after = transition_.mode_after;
-  ContactMode stopped;
+  ConstraintSet stopped;
   for (int i : transition_.mode_before) {
     const bool in_space = system_.friction()[i].dimension == 2;
     if (in_space && mode_.LetterOf(i) == Letter::kSlip && after.LetterOf(i) == Letter::kStick) {

@@ -86,7 +86,7 @@ void ContactDynamics::SetMode(ContactMode mode) {
   at_->sliding.clear();
   at_->turning = false;
   at_->dependent = false;
-  at_->shared = at_->springs = ContactMode();
+  at_->shared = at_->springs = ConstraintSet();
   if (system_.HasFriction()) AddFriction();
   const int k = static_cast<int>(at_->active.size());
   at_->jacobian.resize(k, d_);
@@ -315,8 +315,8 @@ void ContactDynamics::DifferentiateByVariables(const VectorRef& x) {
   }
 }
 
-void Delassus(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u, ContactMode C,
-              Matrix* G, Vector* b) {
+void Delassus(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u,
+              ConstraintSet C, Matrix* G, Vector* b) {
   const int d = system.dof(), k = C.Size();
   G->resize(k, k);
   b->resize(k);

@@ -18,19 +18,19 @@ constexpr double kForceRounding = 1e-13;
 constexpr int kMaxEnumerated = 12;
 
 /// The candidates as subsets: bit k of `subset` is the k-th member.
-ContactMode Subset(const std::vector<int>& members, std::uint32_t subset) {
-  ContactMode mode;
+ConstraintSet Subset(const std::vector<int>& members, std::uint32_t subset) {
+  ConstraintSet set;
   for (std::size_t k = 0; k < members.size(); ++k) {
-    if (subset >> k & 1u) mode.Insert(members[k]);
+    if (subset >> k & 1u) set.Insert(members[k]);
   }
-  return mode;
+  return set;
 }
 
 /// Looks for the modes that are consistent with their own effort.
 class EffortModes {
  public:
-  EffortModes(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
-              double time_tolerance, ContactMode pressed)
+  EffortModes(ContactDynamics* dynamics, const VectorRef& x, ConstraintSet candidates,
+              double time_tolerance, ConstraintSet pressed)
       : dynamics_(*dynamics),
         x_(x),
         candidates_(candidates),
@@ -51,16 +51,16 @@ class EffortModes {
     for (int i : candidates_) members.push_back(i);
     const auto& names = dynamics_.system().description().constraints;
     int found = 0;
-    ContactMode result;
+    ConstraintSet result;
     std::string all;
     for (std::uint32_t subset = 0; subset < (1u << members.size()); ++subset) {
       AskBudget();
-      const ContactMode mode = Subset(members, subset);
-      if (!Fits(mode)) continue;
-      all += (found++ > 0 ? " and " : "") + (mode | pressed_).ToString(names);
-      result = mode;
+      const ConstraintSet forced = Subset(members, subset);
+      if (!Fits(forced)) continue;
+      all += (found++ > 0 ? " and " : "") + (forced | pressed_).ToString(names);
+      result = forced;
     }
-    if (found == 1) return result | pressed_;
+    if (found == 1) return ContactMode(result | pressed_);
     throw UndecidedMode(
         "the effort depends on the contact mode, and among the contacts " +
         candidates_.ToString(names) +
@@ -72,15 +72,16 @@ class EffortModes {
   }
 
  private:
-  bool Fits(ContactMode mode) {
-    dynamics_.Evaluate(x_, mode | pressed_);
+  bool Fits(ConstraintSet forced) {
+    const ContactMode mode(forced | pressed_);
+    dynamics_.Evaluate(x_, mode);
     const Vector force = dynamics_.force();
     const Vector acceleration = terms_.jacobian * dynamics_.acceleration() + terms_.bias;
     const double rounding = kForceRounding * (1 + force.cwiseAbs().maxCoeff());
     const double still = kForceRounding * (1 + acceleration.cwiseAbs().maxCoeff());
     for (int i : candidates_) {
-      const bool member = mode.Contains(i);
-      const double rate = dynamics_.ForceRate(x_, (mode | pressed_).With(i), i);
+      const bool member = forced.Contains(i);
+      const double rate = dynamics_.ForceRate(x_, mode.With(i), i);
       const double value = member ? force(i) : acceleration(i);
       // What a force changes by within the tolerance, as an acceleration: times G_ii.
       const double zero =
@@ -93,8 +94,8 @@ class EffortModes {
 
   ContactDynamics& dynamics_;
   const Vector x_;
-  const ContactMode candidates_;
-  const ContactMode pressed_;
+  const ConstraintSet candidates_;
+  const ConstraintSet pressed_;
   const double time_tolerance_;
   ConstraintTerms terms_;
   Vector gain_;  // G_ii
@@ -102,8 +103,8 @@ class EffortModes {
 
 }  // namespace
 
-ContactMode SelectByEffort(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
-                           double time_tolerance, ContactMode pressed) {
+ContactMode SelectByEffort(ContactDynamics* dynamics, const VectorRef& x, ConstraintSet candidates,
+                           double time_tolerance, ConstraintSet pressed) {
   return EffortModes(dynamics, x, candidates, time_tolerance, pressed).Find();
 }
 

@@ -17,7 +17,7 @@ ContactMode ModeOfWord(const FrictionFrame& frame, const FrictionSolution& word)
 }
 
 std::string TellWords(const MechanicalSystem& system, const FrictionFrame& frame,
-                      const std::vector<FrictionSolution>& words, ContactMode contacts) {
+                      const std::vector<FrictionSolution>& words, ConstraintSet contacts) {
   std::ostringstream told;
   for (const FrictionSolution& word : words) {
     if (&word != &words.front()) told << ", ";
@@ -40,7 +40,7 @@ std::string TellWords(const MechanicalSystem& system, const FrictionFrame& frame
 }
 
 ContactMode ChooseWord(const FrictionFrame& frame, const std::vector<FrictionSolution>& words,
-                       ContactMode varying, ContactMode before) {
+                       ConstraintSet varying, ContactMode before) {
   const FrictionSolution* least = nullptr;
   double smallest = std::numeric_limits<double>::infinity();
   for (const FrictionSolution& word : words) {

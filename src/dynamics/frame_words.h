@@ -14,11 +14,11 @@ ContactMode ModeOfWord(const FrictionFrame& frame, const FrictionSolution& word)
 /// The words of accelerations, and for some contacts how they rise, or with what they press:
 /// motions that could go on.
 std::string TellWords(const MechanicalSystem& system, const FrictionFrame& frame,
-                      const std::vector<FrictionSolution>& words, ContactMode contacts);
+                      const std::vector<FrictionSolution>& words, ConstraintSet contacts);
 
 /// Of words of several motions the one in which the contacts of `varying` have the letters of
 /// `before`, else that of the smallest forces.
 ContactMode ChooseWord(const FrictionFrame& frame, const std::vector<FrictionSolution>& words,
-                       ContactMode varying, ContactMode before);
+                       ConstraintSet varying, ContactMode before);
 
 }  // namespace contact_flow

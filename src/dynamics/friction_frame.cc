@@ -14,7 +14,7 @@ constexpr double kRateRounding = 1e-12;
 }  // namespace
 
 FrictionFrame::FrictionFrame(const MechanicalSystem& system, const InverseInertia& inertia,
-                             ContactMode contacts)
+                             ConstraintSet contacts)
     : system_(system) {
   for (int i : contacts) {
     const Friction friction = system.HasFriction() ? system.friction()[i] : Friction();

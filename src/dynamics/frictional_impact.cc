@@ -17,7 +17,7 @@ constexpr double kEnergyRounding = 1e-10;
 }  // namespace
 
 FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const VectorRef& q,
-                                       const VectorRef& v_minus, ContactMode touching,
+                                       const VectorRef& v_minus, ConstraintSet touching,
                                        ContactMode before_impact, WordConventions* by) {
   const InverseInertia inertia(system, q, v_minus);
   FrictionFrame frame(system, inertia, touching);

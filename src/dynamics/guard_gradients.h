@@ -25,7 +25,7 @@ class GuardGradients {
 
   Value At(int guard) const;
   /// The guards that are functions of forces.
-  ContactMode forces() const { return forces_; }
+  ConstraintSet forces() const { return forces_; }
   /// Whether the trigger is the end of a slip in space.
   bool SlipInSpaceEnds() const { return across_.size() > 0; }
   /// ẋ [2d].
@@ -34,7 +34,7 @@ class GuardGradients {
  private:
   const Guards guards_;
   const ContactMode mode_;
-  ContactMode forces_;
+  ConstraintSet forces_;
   int ended_ = -1;  // the trigger, if it is the end of a slip in space
   Vector field_, rate_;
   Vector force_;           // of guards that are functions of forces

@@ -8,7 +8,7 @@
 namespace contact_flow {
 
 Guards::Guards(const MechanicalSystem& system) : system_(system), n_(system.num_constraints()) {
-  const bool room = 3 * n_ <= ContactMode::kMaxConstraints;
+  const bool room = 3 * n_ <= ConstraintSet::kMaxConstraints;
   for (int i = 0; i < n_; ++i) {
     const bool slips = system.HasFriction() && (room || system.friction()[i].dimension > 0);
     const auto k = static_cast<int>(contacts_.size());
@@ -17,26 +17,26 @@ Guards::Guards(const MechanicalSystem& system) : system_(system), n_(system.num_
   }
   const auto with_friction = static_cast<int>(contacts_.size());
   size_ = n_ + 2 * with_friction;
-  if (size_ <= ContactMode::kMaxConstraints) return;
+  if (size_ <= ConstraintSet::kMaxConstraints) return;
   throw std::invalid_argument("of " + std::to_string(n_) + " constraints " +
                               std::to_string(with_friction) +
                               " have friction: constraints and twice those with friction may be " +
-                              std::to_string(ContactMode::kMaxConstraints) + " at most");
+                              std::to_string(ConstraintSet::kMaxConstraints) + " at most");
 }
 
-int Guards::SharedGuard(ContactMode shared) const {
+int Guards::SharedGuard(ConstraintSet shared) const {
   for (int i : shared) {
     if (OfFriction(i) >= 0) return OfFriction(i) + 1;
   }
   throw std::domain_error("contacts " + shared.ToString(system_.description().constraints) +
                           " without friction share forces, which takes a system of at most " +
-                          std::to_string(ContactMode::kMaxConstraints / 3) + " constraints");
+                          std::to_string(ConstraintSet::kMaxConstraints / 3) + " constraints");
 }
 
-ContactMode Guards::OfForces(ContactMode mode, ContactMode shared) const {
-  const ContactMode rigid = (mode - system_.compliant()).Members();
+ConstraintSet Guards::OfForces(ContactMode mode, ConstraintSet shared) const {
+  const ConstraintSet rigid = mode - system_.compliant();
   if (!system_.HasFriction()) return rigid;
-  ContactMode guards;
+  ConstraintSet guards;
   if (!shared.Empty()) guards.Insert(SharedGuard(shared));
   for (int i : rigid - shared) {
     const Friction& friction = system_.friction()[i];
@@ -50,8 +50,8 @@ ContactMode Guards::OfForces(ContactMode mode, ContactMode shared) const {
   return guards;
 }
 
-ContactMode Guards::OfSlips(ContactMode mode) const {
-  ContactMode guards;
+ConstraintSet Guards::OfSlips(ContactMode mode) const {
+  ConstraintSet guards;
   for (int i : mode.SlippingInPlane()) guards.Insert(OfFriction(i));
   return guards;
 }

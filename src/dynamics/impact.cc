@@ -21,7 +21,7 @@ constexpr double kRounding = 1e-13;
 constexpr double kConsistent = 1e-8;
 
 /// M⁻¹ Aᵀ p.
-Vector SparseJump(const InverseInertia& inertia, ContactMode touching, const Vector& p) {
+Vector SparseJump(const InverseInertia& inertia, ConstraintSet touching, const Vector& p) {
   Vector jump = Vector::Zero(inertia.applied().size());
   Eigen::Index row = 0;
   for (int i : touching) {
@@ -91,12 +91,12 @@ Vector ProjectingImpulses(const Matrix& G, const Vector& b) {
 }  // namespace
 
 ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q,
-                         const VectorRef& v_minus, ContactMode touching, ImpactLaw law) {
+                         const VectorRef& v_minus, ConstraintSet touching, ImpactLaw law) {
   return SolveImpact(system, InverseInertia(system, q, v_minus), v_minus, touching, law);
 }
 
 ImpactResult SolveImpact(const MechanicalSystem& system, const InverseInertia& inertia,
-                         const VectorRef& v_minus, ContactMode touching, ImpactLaw law) {
+                         const VectorRef& v_minus, ConstraintSet touching, ImpactLaw law) {
   const int k = touching.Size();
   const bool many = inertia.mass_factor().sparse() && inertia.mass_factor().regular() &&
                     system.num_bilateral() == 0;
@@ -142,7 +142,7 @@ ImpactResult SolveImpact(const MechanicalSystem& system, const InverseInertia& i
 
 Matrix ImpactJacobian(const MechanicalSystem& system, const InverseInertia& inertia,
                       const VectorRef& q, const VectorRef& v_minus, const ImpactResult& result,
-                      ContactMode hit, ContactMode persisting, const Variables& variables) {
+                      ConstraintSet hit, ConstraintSet persisting, const Variables& variables) {
   const int d = system.dof(), n = system.num_constraints();
   const int tangents = 2 * d + variables.Size(system);
   const auto parameters = static_cast<Eigen::Index>(variables.parameters.size());
@@ -200,7 +200,7 @@ Vector PushedVelocity(const MechanicalSystem& system, const VectorRef& x, const 
   const int nq = system.num_positions(), d = system.dof();
   const InverseInertia inertia(system, x.head(nq), x.tail(d));
   const Vector pushed = x.tail(d) + inertia * impulse;
-  ContactMode touching;
+  ConstraintSet touching;
   for (int i = 0; i < system.num_constraints(); ++i) {
     const bool rigid = !system.compliant().Contains(i);
     if (rigid && inertia.terms().gap(i) <= gap_tolerance) touching.Insert(i);

@@ -30,12 +30,12 @@ Eigen::CompleteOrthogonalDecomposition<Matrix> Factorize(const Matrix& G) {
 
 }  // namespace
 
-ContactMode ImpliedClosed(const MechanicalSystem& system, const Vector& x, ContactMode closed,
-                          ContactMode near) {
+ConstraintSet ImpliedClosed(const MechanicalSystem& system, const Vector& x, ConstraintSet closed,
+                            ConstraintSet near) {
   if (closed.Empty() || near.Empty()) return {};
   const int nq = system.num_positions();
   const InverseInertia inertia(system, x.head(nq), x.tail(system.dof()));
-  const ContactMode all = closed.Members() | near;
+  const ConstraintSet all = closed | near;
   const Matrix A = inertia.Rows(all);
   const Matrix G = A * (inertia * A.transpose());
   std::vector<int> members, constraints;
@@ -44,7 +44,7 @@ ContactMode ImpliedClosed(const MechanicalSystem& system, const Vector& x, Conta
     constraints.push_back(i);
   }
   const std::vector<int> basis = Independent(G, members);
-  ContactMode implied;
+  ConstraintSet implied;
   for (std::size_t k = 0; k < constraints.size(); ++k) {
     if (closed.Contains(constraints[k])) continue;
     const bool depends = Independence(G, basis, static_cast<int>(k)) <= kDependentRow;
@@ -53,12 +53,12 @@ ContactMode ImpliedClosed(const MechanicalSystem& system, const Vector& x, Conta
   return implied;
 }
 
-ContactMode ImpliedStill(const MechanicalSystem& system, const Vector& x, ContactMode closed,
-                         ContactMode still) {
+ConstraintSet ImpliedStill(const MechanicalSystem& system, const Vector& x, ConstraintSet closed,
+                           ConstraintSet still) {
   if (still.Empty() || (closed - still).Empty()) return {};
   const int nq = system.num_positions();
   const InverseInertia inertia(system, x.head(nq), x.tail(system.dof()));
-  const FrictionFrame frame(system, inertia, closed.Members());
+  const FrictionFrame frame(system, inertia, closed);
   const FrictionProblem& problem = frame.problem();
   std::vector<int> held;
   for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
@@ -68,7 +68,7 @@ ContactMode ImpliedStill(const MechanicalSystem& system, const Vector& x, Contac
     }
   }
   const std::vector<int> basis = Independent(problem.G, held);
-  ContactMode implied;
+  ConstraintSet implied;
   for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
     const int i = frame.constraints()[k], dimension = problem.contacts[k].dimension;
     if (still.Contains(i) || dimension == 0) continue;

@@ -10,13 +10,13 @@
 namespace contact_flow {
 
 /// Those of `near` whose rows N depend on those of `closed` at x: what closes these closes them.
-ContactMode ImpliedClosed(const MechanicalSystem& system, const Vector& x, ContactMode closed,
-                          ContactMode near);
+ConstraintSet ImpliedClosed(const MechanicalSystem& system, const Vector& x, ConstraintSet closed,
+                            ConstraintSet near);
 
 /// Those of `closed` that cannot slip as long as `still` do not: their rows T depend on N of all
 /// that is closed and on T of what is still.
-ContactMode ImpliedStill(const MechanicalSystem& system, const Vector& x, ContactMode closed,
-                         ContactMode still);
+ConstraintSet ImpliedStill(const MechanicalSystem& system, const Vector& x, ConstraintSet closed,
+                           ConstraintSet still);
 
 /// What rests is made rest, by the shortest change of velocity: normal velocities of the mode,
 /// slips of what sticks. A slip in space that begins gets its direction by `onsets` [m/s], which

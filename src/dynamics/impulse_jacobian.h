@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "contact_flow/contact_mode.h"
+#include "contact_flow/constraint_set.h"
 #include "contact_flow/dynamics/impact.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/model/mechanical_system.h"
@@ -14,6 +14,6 @@ namespace contact_flow {
 /// ImpactJacobian; throws as that does, and std::domain_error where p is not unique.
 Matrix ImpulseJacobian(const MechanicalSystem& system, const InverseInertia& inertia,
                        const VectorRef& q, const VectorRef& v_minus, const ImpactResult& result,
-                       ContactMode hit, ContactMode persisting);
+                       ConstraintSet hit, ConstraintSet persisting);
 
 }  // namespace contact_flow

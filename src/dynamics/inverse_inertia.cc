@@ -34,7 +34,7 @@ InverseInertia::InverseInertia(const MechanicalSystem& system, const VectorRef& 
                                const VectorRef& v)
     : InverseInertia(system, q, v, Vector::Zero(system.num_inputs()), ContactMode()) {}
 
-Matrix InverseInertia::Rows(ContactMode members) const {
+Matrix InverseInertia::Rows(ConstraintSet members) const {
   Matrix rows(members.Size(), terms_.jacobian.cols());
   int row = 0;
   for (int i : members) rows.row(row++) = terms_.jacobian.row(i);
@@ -49,7 +49,7 @@ Matrix InverseInertia::operator*(const MatrixRef& R) const {
   return result;
 }
 
-Matrix InverseInertia::Delassus(ContactMode members) const {
+Matrix InverseInertia::Delassus(ConstraintSet members) const {
   if (!regular_ || !mass_factor_.sparse() || reach_.cols() > 0) {
     const Matrix A = Rows(members);
     return A * (*this * A.transpose());

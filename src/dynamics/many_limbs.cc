@@ -17,12 +17,13 @@ constexpr double kNearZero = 1e-4;
 
 }  // namespace
 
-bool ContactDynamics::PushClearly(const VectorRef& x, ContactMode contacts, ContactMode pressed) {
+bool ContactDynamics::PushClearly(const VectorRef& x, ConstraintSet contacts,
+                                  ConstraintSet pressed) {
   if (!mass_factor_.sparse() || system_.HasFriction() || system_.HasContactEffort() ||
       system_.num_bilateral() > 0 || contacts.Empty()) {
     return false;
   }
-  Evaluate(x, contacts | pressed);
+  Evaluate(x, ContactMode(contacts | pressed));
   if (!at_->regular || constant_) return false;
   const Vector& force = at_->multiplier;
   if (!(force.minCoeff() > 0)) return false;

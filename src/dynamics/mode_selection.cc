@@ -35,8 +35,8 @@ class ForceModes {
  public:
   /// `inertia` is that at q; `applied` and `bias` are f + c v [d] and Ȧ v [n+l] at x.
   ForceModes(ContactDynamics* dynamics, const InverseInertia& inertia, const Vector& applied,
-             const Vector& bias, const VectorRef& x, ContactMode candidates, double time_tolerance,
-             ContactMode pressed)
+             const Vector& bias, const VectorRef& x, ConstraintSet candidates,
+             double time_tolerance, ConstraintSet pressed)
       : dynamics_(*dynamics),
         system_(dynamics->system()),
         x_(x),
@@ -103,7 +103,7 @@ class ForceModes {
   int rows() const { return static_cast<int>(members_.size()); }
 
   ContactMode Mode(const std::vector<int>& rows) const {
-    ContactMode mode = pressed_;
+    ContactMode mode(pressed_);
     for (int row : rows) mode.Insert(members_[row]);
     return mode;
   }
@@ -112,7 +112,7 @@ class ForceModes {
     if (!G_.allFinite() || !b_.allFinite()) {
       throw std::domain_error("the contact forces are not finite (a singular or indefinite mass?)");
     }
-    ContactMode candidates;
+    ConstraintSet candidates;
     for (int i : members_) candidates.Insert(i);
     throw UndecidedMode("no forces λ ≥ 0 of the contacts " +
                         candidates.ToString(system_.description().constraints) +
@@ -264,7 +264,7 @@ class ForceModes {
   ContactDynamics& dynamics_;
   const MechanicalSystem& system_;
   const Vector x_;
-  const ContactMode pressed_;
+  const ConstraintSet pressed_;
   const double time_tolerance_;
   std::vector<int> members_;
   Matrix G_;
@@ -279,14 +279,14 @@ class ForceModes {
 
 }  // namespace
 
-ModeSelection SelectMode(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
-                         double time_tolerance, ContactMode pressed,
+ModeSelection SelectMode(ContactDynamics* dynamics, const VectorRef& x, ConstraintSet candidates,
+                         double time_tolerance, ConstraintSet pressed,
                          const InverseInertia* inertia) {
   ModeSelection selection;
   if (candidates.Empty()) {
-    selection.mode = pressed;
+    selection.mode = ContactMode(pressed);
   } else if (dynamics->PushClearly(x, candidates, pressed)) {
-    selection.mode = candidates | pressed;
+    selection.mode = ContactMode(candidates | pressed);
   } else if (dynamics->system().HasContactEffort()) {
     selection.mode = SelectByEffort(dynamics, x, candidates, time_tolerance, pressed);
   } else {
@@ -310,8 +310,9 @@ ModeSelection SelectMode(ContactDynamics* dynamics, const VectorRef& x, ContactM
   return selection;
 }
 
-ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
-                              double time_tolerance, ContactMode pressed) {
+ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x,
+                              ConstraintSet candidates, double time_tolerance,
+                              ConstraintSet pressed) {
   return SelectMode(dynamics, x, candidates, time_tolerance, pressed).mode;
 }
 

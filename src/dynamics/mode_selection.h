@@ -21,10 +21,10 @@ struct UndecidedMode : std::runtime_error {
 struct ModeSelection {
   ContactMode mode;
   /// Candidates that neither press nor open, up to the first time derivative of both.
-  ContactMode degenerate;
+  ConstraintSet degenerate;
   /// Candidates that neither press nor open because they cannot: their rows of Da are dependent on
   /// those of the mode.
-  ContactMode implied;
+  ConstraintSet implied;
 };
 
 /// The contact mode of a state among the rigid candidates C = {i : a_i = 0, Da_i v = 0} (Sec. 2),
@@ -41,11 +41,12 @@ struct ModeSelection {
 /// Where the effort depends on the mode, the one J ⊂ C with λ_J ≥ 0 and ä_{C∖J} ≥ 0 in its own
 /// field is looked for; throws UndecidedMode when none or several fit, or no forces do.
 /// `inertia` is that at q, at any velocity, where it is at hand.
-ModeSelection SelectMode(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
-                         double time_tolerance, ContactMode pressed = ContactMode(),
+ModeSelection SelectMode(ContactDynamics* dynamics, const VectorRef& x, ConstraintSet candidates,
+                         double time_tolerance, ConstraintSet pressed = ConstraintSet(),
                          const InverseInertia* inertia = nullptr);
 /// Its mode alone.
-ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
-                              double time_tolerance, ContactMode pressed = ContactMode());
+ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x,
+                              ConstraintSet candidates, double time_tolerance,
+                              ConstraintSet pressed = ConstraintSet());
 
 }  // namespace contact_flow

@@ -27,7 +27,7 @@ constexpr double kNoPull = 1e-12;
 
 /// Of the shared contacts, in the multipliers of the `active` rows.
 std::vector<ForceCone> SharedCones(const MechanicalSystem& system, ContactMode mode,
-                                   ContactMode shared, const std::vector<int>& active) {
+                                   ConstraintSet shared, const std::vector<int>& active) {
   std::vector<ForceCone> cones;
   const auto place = [&](int row) {
     return static_cast<int>(std::find(active.begin(), active.end(), row) - active.begin());
@@ -103,7 +103,7 @@ Matrix ShareAsSprings(const Matrix& G, const Matrix& H, const Matrix& rows, cons
 }  // namespace
 
 bool ContactDynamics::FindDependence() {
-  at_->shared = ContactMode();
+  at_->shared = ConstraintSet();
   const Matrix& G = at_->delassus_inverse;
   bool small = at_->delassus_factor.info() != Eigen::Success;
   double least = 1;
@@ -124,7 +124,7 @@ bool ContactDynamics::FindDependence() {
 
 /// Here A_J and W_J differ: independent rows of A, and all multipliers that meet them.
 bool ContactDynamics::FindSlidingDependence() {
-  at_->shared = at_->springs = ContactMode();
+  at_->shared = at_->springs = ConstraintSet();
   const auto pivots = at_->sliding_factor.matrixLU().diagonal().cwiseAbs();
   if (!(pivots.minCoeff() <= kSmallPivot * pivots.maxCoeff())) return false;
   const Matrix G = at_->reach.transpose() * at_->reach;
@@ -165,7 +165,7 @@ bool ContactDynamics::FindSlidingDependence() {
 }
 
 void ContactDynamics::NoteShared() {
-  at_->shared = ContactMode();
+  at_->shared = ConstraintSet();
   for (Eigen::Index j = 0; j < at_->freedom.cols(); ++j) {
     const auto column = at_->freedom.col(j).cwiseAbs();
     const double part = kNoPart * column.maxCoeff();

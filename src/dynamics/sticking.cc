@@ -10,7 +10,7 @@
 namespace contact_flow {
 
 ImpactResult Stick(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v_minus,
-                   ContactMode J) {
+                   ConstraintSet J) {
   const InverseInertia inertia(system, q, v_minus);
   const Matrix A = inertia.Rows(J);
   const Matrix Y = inertia * A.transpose();

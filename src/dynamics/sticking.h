@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "contact_flow/contact_mode.h"
+#include "contact_flow/constraint_set.h"
 #include "contact_flow/dynamics/impact.h"
 #include "contact_flow/model/mechanical_system.h"
 
@@ -13,6 +13,6 @@ namespace contact_flow {
 /// after which Da_J v⁺ = 0; p is the shortest where rows of Da_J are dependent. It stands for
 /// infinitely many bounces in a vanishing time. Throws std::domain_error where v⁺ is not finite.
 ImpactResult Stick(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v_minus,
-                   ContactMode J);
+                   ConstraintSet J);
 
 }  // namespace contact_flow

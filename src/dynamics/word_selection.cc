@@ -85,7 +85,7 @@ class Words {
     if (Dependent()) {
       if (const std::optional<ContactMode> ahead = Ahead(all, border)) return *ahead;
     }
-    ContactMode varying;
+    ConstraintSet varying;
     for (std::size_t k = 0; k < frame_.constraints().size(); ++k) {
       for (const FrictionSolution& word : all) {
         if (word.letters[k] != all.front().letters[k]) varying.Insert(frame_.constraints()[k]);
@@ -179,7 +179,7 @@ class Words {
 
   /// Of a single word: whether its force, or gap, is used up and goes on to shrink.
   bool Ends(const FrictionSolution& word, double border) {
-    const ContactMode all = touching_.still | touching_.slipping;
+    const ConstraintSet all = touching_.still | touching_.slipping;
     const Trend trend = TrendOf(word, all, [&](const Slack& slack) {
       const bool alone = !slack.cone || word.springs;  // no other word was looked for
       return alone && slack.value < border * scale_ + 2 * SlackOf(slack.constraint);
@@ -235,7 +235,7 @@ class Words {
   double Nearly(int constraint) const { return kStrict * scale_ + 2 * SlackOf(constraint); }
 
   /// What has to stay positive at the contacts of `varying`, where the motion of `mode` is at x.
-  std::vector<Slack> Slacks(const Vector& x, ContactMode mode, ContactMode varying) {
+  std::vector<Slack> Slacks(const Vector& x, ContactMode mode, ConstraintSet varying) {
     dynamics_.Evaluate(x, mode);
     const Vector& force = dynamics_.force();
     system_.Constraints(x.head(nq_), x.tail(d_), &terms_);
@@ -308,7 +308,7 @@ class Words {
 
   /// How the slacks of `varying` that `nearly` tells of grow along the motion of the word.
   template <class Nearly>
-  Trend TrendOf(const FrictionSolution& word, ContactMode varying, const Nearly& nearly) {
+  Trend TrendOf(const FrictionSolution& word, ConstraintSet varying, const Nearly& nearly) {
     const ContactMode mode = ModeOf(word);
     const Vector x = Begun(word);
     Trend trend;

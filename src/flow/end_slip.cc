@@ -32,7 +32,7 @@ bool Flow::EndSlipByImpact() {
 }
 
 bool Flow::EndSlips() {
-  const ContactMode sliding = mode_.SlippingInPlane();
+  const ConstraintSet sliding = mode_.SlippingInPlane();
   if (sliding.Empty()) return false;
   const Vector v = x_.tail(system_.dof());
   dynamics_.Evaluate(x_, mode_);

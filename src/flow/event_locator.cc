@@ -42,13 +42,14 @@ EventLocator::EventLocator(ContactDynamics* dynamics, double absolute_tolerance,
       floor_(absolute_tolerance),
       relative_tolerance_(relative_tolerance),
       affine_(dynamics->system().HasAffineConstraints()),
-      search_(guards_.size(),
-              [this](double theta, ContactMode set, double* value, double* rate) {
-                Sample(theta, set, value, rate);
-              },
-              [this](double theta, ContactMode set, double* value) {
-                SampleForces(theta, set, value);
-              }),
+      search_(
+          guards_.size(),
+          [this](double theta, ConstraintSet set, double* value, double* rate) {
+            Sample(theta, set, value, rate);
+          },
+          [this](double theta, ConstraintSet set, double* value) {
+            SampleForces(theta, set, value);
+          }),
       places_(&StagePlaces::OfDop853()),
       forces_(guards_.size(), StagePlaces::kMost),
       x_(dynamics->system().state_size()),
@@ -56,7 +57,7 @@ EventLocator::EventLocator(ContactDynamics* dynamics, double absolute_tolerance,
       gain_(dynamics->system().num_rows()) {}
 
 /// The guards of a set, gaps or forces, on the continuous extension, and their rates by θ.
-void EventLocator::Sample(double theta, ContactMode set, double* value, double* rate) {
+void EventLocator::Sample(double theta, ConstraintSet set, double* value, double* rate) {
   const MechanicalSystem& system = dynamics_->system();
   const int d = system.dof();
   const double h = stepper_->step();
@@ -111,14 +112,14 @@ void EventLocator::Sample(double theta, ContactMode set, double* value, double* 
 }
 
 /// The guards of a set of forces, without their rates: an evaluation.
-void EventLocator::SampleForces(double theta, ContactMode set, double* value) {
+void EventLocator::SampleForces(double theta, ConstraintSet set, double* value) {
   stepper_->Interpolate(theta, x_.data());
   dynamics_->Evaluate(x_, mode_);
   for (int g : set) value[g] = guards_.OfForce(g, *dynamics_);
 }
 
-ContactMode EventLocator::Low(const GapSample& begin) const {
-  ContactMode low;
+ConstraintSet EventLocator::Low(const GapSample& begin) const {
+  ConstraintSet low;
   for (int i = 0; i < dynamics_->system().num_constraints(); ++i) {
     if (std::abs(begin.gap(i)) <= floor_) low.Insert(i);
   }
@@ -126,8 +127,8 @@ ContactMode EventLocator::Low(const GapSample& begin) const {
 }
 
 /// The gaps that fall below −floor behind the step, to second order.
-ContactMode EventLocator::FallingOn(ContactMode gaps) const {
-  ContactMode falling;
+ConstraintSet EventLocator::FallingOn(ConstraintSet gaps) const {
+  ConstraintSet falling;
   for (int i : gaps) {
     const double sign = GapSign(i), gap = sign * end_->gap(i), rate = sign * end_->rate(i);
     const double bend = sign * end_->acceleration(i);
@@ -138,12 +139,12 @@ ContactMode EventLocator::FallingOn(ContactMode gaps) const {
 }
 
 /// The gaps that may vanish in the step, or set a margin.
-ContactMode EventLocator::OpenGaps(bool free) const {
+ConstraintSet EventLocator::OpenGaps(bool free) const {
   const GapSample &begin = *begin_, &end = *end_;
   const double h = stepper_->step();
   const int n = dynamics_->system().num_constraints();
-  ContactMode open;
-  for (int i : ContactMode::All(n) - rigid_ - ignored_) {
+  ConstraintSet open;
+  for (int i : ConstraintSet::All(n) - rigid_ - ignored_) {
     const double sign = GapSign(i);
     const GuardJet first = {sign * begin.gap(i), sign * begin.rate(i),
                             sign * begin.acceleration(i)};
@@ -160,7 +161,7 @@ ContactMode EventLocator::OpenGaps(bool free) const {
   return open;
 }
 
-void EventLocator::SearchGaps(ContactMode gaps, bool free, LocatedEvent* event) {
+void EventLocator::SearchGaps(ConstraintSet gaps, bool free, LocatedEvent* event) {
   const double h = stepper_->step();
   int pieces = affine_ ? kAffinePieces : free ? kFreePieces : kPieces;
   if (margins_.piece < h) {
@@ -187,7 +188,7 @@ void EventLocator::SearchGaps(ContactMode gaps, bool free, LocatedEvent* event) 
   }
 }
 
-void EventLocator::SearchForces(ContactMode members, LocatedEvent* event) {
+void EventLocator::SearchForces(ConstraintSet members, LocatedEvent* event) {
   AskBudget();
   if (!stepper_->extended()) stepper_->Extend();
   for (int g : members) {
@@ -205,7 +206,7 @@ void EventLocator::SearchForces(ContactMode members, LocatedEvent* event) {
     break;
   }
   if (members.Empty()) return;
-  ContactMode falling;
+  ConstraintSet falling;
   for (int g : members) {
     if (ForceAtBegin(g) > floors_(g)) falling.Insert(g);
   }
@@ -215,7 +216,7 @@ void EventLocator::SearchForces(ContactMode members, LocatedEvent* event) {
 }
 
 /// Slips are smooth functions of the motion, known with their rates at both ends.
-void EventLocator::SearchSlips(ContactMode slips, LocatedEvent* event) {
+void EventLocator::SearchSlips(ConstraintSet slips, LocatedEvent* event) {
   AskBudget();
   if (!stepper_->extended()) stepper_->Extend();
   // A slip that has just begun is zero to the rounding of velocities.
@@ -232,12 +233,12 @@ LocatedEvent EventLocator::Locate(Stepper* stepper, ContactMode mode, const GapS
   mode_ = mode;
   begin_ = &begin;
   end_ = &end;
-  rigid_ = (mode - dynamics_->system().compliant()).Members();
+  rigid_ = mode - dynamics_->system().compliant();
   pushes_ = guards_.OfForces(mode, dynamics_->shared());
   slips_ = guards_.OfSlips(mode);
   LocatedEvent event;
   LocatedEvent pull;
-  ContactMode forces;
+  ConstraintSet forces;
   if (!rigid_.Empty()) {
     seen_ = places_->stages;
     if (free) ProbeForces(places_->stages, places_->later + StagePlaces::kProbes);
@@ -246,7 +247,7 @@ LocatedEvent EventLocator::Locate(Stepper* stepper, ContactMode mode, const GapS
   for (int i : margins_.low) {
     if (GapSign(i) * begin.gap(i) > floor_) margins_.low.Erase(i);
   }
-  const ContactMode gaps = OpenGaps(free);
+  const ConstraintSet gaps = OpenGaps(free);
   if (!gaps.Empty()) SearchGaps(gaps, free, &event);
   if (!forces.Empty()) SearchForces(forces, &event);
   if (!slips_.Empty()) SearchSlips(slips_, &event);

@@ -74,7 +74,7 @@ void EventLocator::FindForceFloors() {
 /// Adds the forces to `open` that may vanish in the step, or set a margin; `pull` becomes the first
 /// place where one was seen to pull. False, with the guard in `event`, when the step does not
 /// resolve one of them.
-bool EventLocator::ScreenForces(bool probed, ContactMode* open, LocatedEvent* pull,
+bool EventLocator::ScreenForces(bool probed, ConstraintSet* open, LocatedEvent* pull,
                                 LocatedEvent* event) {
   const int all = places_->first_probe();
   bool floors = false;

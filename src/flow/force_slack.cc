@@ -26,7 +26,7 @@ Vector ForceSlack(ContactDynamics* dynamics, const Transition& transition) {
   const ContactMode mode = transition.mode_before;
   const Vector& x = transition.x_minus;
   dynamics->Evaluate(x, mode);
-  const ContactMode shared = dynamics->shared(), forces = guards.OfForces(mode, shared);
+  const ConstraintSet shared = dynamics->shared(), forces = guards.OfForces(mode, shared);
   if (std::none_of(transition.guards.begin(), transition.guards.end(),
                    [&](int guard) { return forces.Contains(guard); })) {
     return slack;
@@ -44,7 +44,7 @@ Vector ForceSlack(ContactDynamics* dynamics, const Transition& transition) {
     const double missed = unsure + (value <= kReach * unsure ? 2 * value : 0);
     // The margin of shared forces is one of all who share them.
     const bool all = !guards.IsNormal(guard) && shared.Contains(i);
-    for (int j : all ? shared : ContactMode({i})) {
+    for (int j : all ? shared : ConstraintSet({i})) {
       const Matrix row = inertia.terms().jacobian.row(j).transpose();
       const double mu = system.friction()[j].coefficient;
       const double cone = guards.IsNormal(guard) || mu == 0 ? 1 : std::max(1.0, 1 / mu);
@@ -54,7 +54,8 @@ Vector ForceSlack(ContactDynamics* dynamics, const Transition& transition) {
   return slack;
 }
 
-double LargestAcceleration(const ContactDynamics& dynamics, const Vector& x, ContactMode touching) {
+double LargestAcceleration(const ContactDynamics& dynamics, const Vector& x,
+                           ConstraintSet touching) {
   const MechanicalSystem& system = dynamics.system();
   const InverseInertia inertia(system, x.head(system.num_positions()), x.tail(system.dof()),
                                dynamics.u(), ContactMode());

@@ -29,7 +29,7 @@ constexpr double kTurned = 1e-6;
 }  // namespace
 
 /// Whether contact i is still, or slips, and which way.
-void FrictionalResolution::Sort(int i, const Vector& rate, const Vector& v, ContactMode still,
+void FrictionalResolution::Sort(int i, const Vector& rate, const Vector& v, ConstraintSet still,
                                 TouchingContacts* contacts) const {
   const Friction& friction = system_.friction()[i];
   if (friction.dimension == 0 || friction.coefficient == 0) {
@@ -64,7 +64,7 @@ void FrictionalResolution::Sort(int i, const Vector& rate, const Vector& v, Cont
 
 /// A bounce too low to be seen ends with an impact, which stops slips that are no faster.
 void FrictionalResolution::SortRising(int i, const Vector& rate, const Vector& v, double low,
-                                      ContactMode* still, TouchingContacts* contacts) const {
+                                      ConstraintSet* still, TouchingContacts* contacts) const {
   const Friction& friction = system_.friction()[i];
   const auto slip = rate.segment(friction.row, friction.dimension);
   if (rate(i) > 0 && rate(i) <= low && slip.norm() <= rate(i)) still->Insert(i);
@@ -74,9 +74,9 @@ void FrictionalResolution::SortRising(int i, const Vector& rate, const Vector& v
 /// Those of `leaving` that the motion of the others presses back before they have risen to what
 /// the integration resolves: a touchdown that follows is where they are, and each throws another
 /// one up. They rest. The state is that after the impact.
-ContactMode FrictionalResolution::PressedBack(const Vector& rate, ContactMode leaving,
-                                              const TouchingContacts& resting) {
-  ContactMode back;
+ConstraintSet FrictionalResolution::PressedBack(const Vector& rate, ConstraintSet leaving,
+                                                const TouchingContacts& resting) {
+  ConstraintSet back;
   if (leaving.Empty()) return back;
   const Vector& x = result_.transition.x_plus;
   try {
@@ -94,7 +94,7 @@ ContactMode FrictionalResolution::PressedBack(const Vector& rate, ContactMode le
   return back;
 }
 
-void FrictionalResolution::TellOfRest(ContactMode pressed_back) {
+void FrictionalResolution::TellOfRest(ConstraintSet pressed_back) {
   if (pressed_back.Empty() || !Notable()) return;
   std::ostringstream message;
   message.precision(12);
@@ -108,7 +108,7 @@ void FrictionalResolution::TellOfRest(ContactMode pressed_back) {
 }
 
 /// The motion goes on, and has no derivative.
-void FrictionalResolution::NoteSprings(ContactMode contacts, const char* forces) {
+void FrictionalResolution::NoteSprings(ConstraintSet contacts, const char* forces) {
   std::ostringstream message;
   message.precision(12);
   message << "at t = " << result_.transition.t << " s how contacts "
@@ -118,7 +118,7 @@ void FrictionalResolution::NoteSprings(ContactMode contacts, const char* forces)
   result_.warnings.push_back({Outcome::kIndeterminateForces, result_.transition.t, message.str()});
 }
 
-void FrictionalResolution::NoteLookAhead(ContactMode contacts) {
+void FrictionalResolution::NoteLookAhead(ConstraintSet contacts) {
   std::ostringstream message;
   message.precision(12);
   message << "at t = " << result_.transition.t << " s several motions of contacts "
@@ -139,7 +139,7 @@ void FrictionalResolution::NoteSeveralMotions(const std::string& motions) {
       {Outcome::kPainleveIndeterminate, result_.transition.t, message.str()});
 }
 
-void FrictionalResolution::NoteSmallest(ContactMode contacts) {
+void FrictionalResolution::NoteSmallest(ConstraintSet contacts) {
   std::ostringstream message;
   message.precision(12);
   message << "at t = " << result_.transition.t << " s several impulses of contacts "
@@ -183,7 +183,7 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
   // The slip of a rise that is made rest ends with it, whatever begins then.
   resting_ = cluster.mode_after;
   for (int i : ended_ & cluster.mode_after.SlippingInPlane()) resting_.Set(i, Letter::kStick);
-  const ContactMode begins = BeginInSpace(system_, contacts.still, cluster.mode_after);
+  const ConstraintSet begins = BeginInSpace(system_, contacts.still, cluster.mode_after);
   if (begins.Empty()) return Rest({});
   if (cluster.obstacle.ok() && !OnlyBegins(begins)) {
     cluster.obstacle = {Outcome::kNotPiecewiseLinear,
@@ -191,7 +191,7 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
                             " begin to slip in space by an impact, or where others let go, land or "
                             "stop: derivatives across that are not offered"};
   }
-  ContactMode reached;  // whose forces are on their cones
+  ConstraintSet reached;  // whose forces are on their cones
   for (int g : cluster.guards) reached.Insert(guards_.ConstraintOf(g));
   std::map<int, Eigen::Vector2d> directions;
   if (OnlyBegins(begins) && (begins - reached).Empty()) {
@@ -258,7 +258,7 @@ void FrictionalResolution::BeginSlips(const std::map<int, Eigen::Vector2d>& dire
 
 /// Whether nothing happens but that contacts that stick begin to slip, by forces that reach their
 /// cones or by the input: no velocity and no force jumps that a perturbation would move, DR = I.
-bool FrictionalResolution::OnlyBegins(ContactMode begins) const {
+bool FrictionalResolution::OnlyBegins(ConstraintSet begins) const {
   const Transition& cluster = result_.transition;
   bool sticking = cluster.mode_before.Members() == cluster.mode_after.Members();
   for (int g : cluster.guards) {

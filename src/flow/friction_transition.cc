@@ -30,7 +30,7 @@ void FrictionalResolution::Collect(int trigger) {
   cluster.tolerance = asked > 0 ? asked : kInstantErrors * own;
   double first = std::numeric_limits<double>::infinity(), last = -first;
   std::vector<std::pair<double, int>> order;
-  const ContactMode open = ContactMode::All(system_.num_constraints()) - mode;
+  const ConstraintSet open = ConstraintSet::All(system_.num_constraints()) - mode;
   for (int g : zeros.forces() | guards_.OfSlips(mode) | open) {
     const GuardZero zero = zeros.At(g);
     const double within =
@@ -52,17 +52,17 @@ void FrictionalResolution::Collect(int trigger) {
 void FrictionalResolution::Decide() {
   Transition& cluster = result_.transition;
   const Vector v_minus = cluster.x_minus.tail(d_);
-  const ContactMode before = cluster.mode_before.Members();
-  ContactMode touching = before | cluster.activated | grazed_;
+  const ConstraintSet before = cluster.mode_before;
+  ConstraintSet touching = before | cluster.activated | grazed_;
   for (int i = 0; i < system_.num_constraints(); ++i) {
     if (std::abs(terms_.gap(i)) > rules_.gap_tolerance) continue;
     if (std::abs(rate_(i)) <= Rounding(i, v_minus)) touching.Insert(i);
   }
   touching = touching | AddImplied(touching);
-  const ContactMode beside = touching - before - cluster.activated;
+  const ConstraintSet beside = touching - before - cluster.activated;
   Vector v_plus = v_minus;
-  ContactMode held;  // by the impact
-  ContactMode still = cluster.mode_before.Sticking() | stopped_;
+  ConstraintSet held;  // by the impact
+  ConstraintSet still = cluster.mode_before.Sticking() | stopped_;
   if (!cluster.activated.Empty()) {
     WordConventions by;
     const FrictionalImpact impact = SolveFrictionalImpact(
@@ -74,7 +74,7 @@ void FrictionalResolution::Decide() {
     cluster.energy_change = impact.energy_change;
     if (impact.springs) NoteSprings(touching, "impulses");
     still = impact.word.Sticking();
-    for (int i : impact.word.Members()) {
+    for (int i : impact.word) {
       const bool bounces = cluster.activated.Contains(i) && system_.restitution()(i) > 0;
       if (!bounces) held.Insert(i);
     }
@@ -88,7 +88,7 @@ void FrictionalResolution::Decide() {
   TouchingContacts contacts;
   contacts.slack = ForceSlack(&dynamics_, cluster);
   if (cluster.activated.Empty()) contacts.before = cluster.mode_before;
-  ContactMode leaving;
+  ConstraintSet leaving;
   for (int i : touching) {
     const bool bounced = cluster.activated.Contains(i) && system_.restitution()(i) > 0;
     const double low = grazed_.Contains(i) ? Low(i) : 0;
@@ -101,11 +101,11 @@ void FrictionalResolution::Decide() {
   }
   cluster.x_plus.tail(d_) = v_plus;
   TouchingContacts without = contacts;
-  ContactMode back = PressedBack(rate, leaving, contacts);
+  ConstraintSet back = PressedBack(rate, leaving, contacts);
   for (int i : back) SortRising(i, rate, v_plus, rate(i), &still, &contacts);
   ended_ = back & contacts.still;
   // The same event at the same time: what would let go does.
-  for (int i : rules_.stalled ? cluster.vanishing : ContactMode()) {
+  for (int i : rules_.stalled ? cluster.vanishing : ConstraintSet()) {
     for (TouchingContacts* all : {&contacts, &without}) {
       all->still.Erase(i);
       all->slipping.Erase(i);
@@ -117,7 +117,7 @@ void FrictionalResolution::Decide() {
   } catch (const FrictionRefusal&) {
     if (back.Empty()) throw;
     cluster = decided;  // the slips of a rise may fit no word: it rises then
-    back = ended_ = ContactMode();
+    back = ended_ = ConstraintSet();
     SetLettersOrEndSlip(without);
   }
   TellOfRest(back & cluster.mode_after);
@@ -135,18 +135,18 @@ void FrictionalResolution::DecideInput() {
   }
   contacts.before = mode;
   SetLettersOrEndSlip(contacts);
-  result_.transition.touching = result_.transition.mode_after.Members() - mode;
+  result_.transition.touching = result_.transition.mode_after - mode;
 }
 
 /// Contacts that the others of one body bring along, a gap that is a sum of theirs: they land
 /// with them, or touch.
-ContactMode FrictionalResolution::AddImplied(ContactMode touching) {
-  ContactMode near;
-  for (int i : ContactMode::All(system_.num_constraints()) - touching) {
+ConstraintSet FrictionalResolution::AddImplied(ConstraintSet touching) {
+  ConstraintSet near;
+  for (int i : ConstraintSet::All(system_.num_constraints()) - touching) {
     if (std::abs(terms_.gap(i)) <= rules_.gap_tolerance) near.Insert(i);
   }
   Transition& cluster = result_.transition;
-  const ContactMode implied = ImpliedClosed(system_, cluster.x_minus, touching, near);
+  const ConstraintSet implied = ImpliedClosed(system_, cluster.x_minus, touching, near);
   for (int i : implied) {
     if (rate_(i) < -Rounding(i, cluster.x_minus.tail(d_))) cluster.activated.Insert(i);
   }
@@ -203,7 +203,7 @@ ResolvedTransition ResolveFriction(ContactDynamics* dynamics, double t, const Ve
   });
   ResolvedTransition result = resolution.Take();
   result.status = status;
-  result.transition.released = mode.Members() - result.transition.mode_after;
+  result.transition.released = mode - result.transition.mode_after;
   return result;
 }
 
@@ -214,7 +214,7 @@ ResolvedTransition ResolveFrictionalInput(ContactDynamics* dynamics, double t, c
   ResolvedTransition result = resolution.Take();
   result.status = status;
   result.transition.changes_input = true;
-  result.transition.released = mode.Members() - result.transition.mode_after;
+  result.transition.released = mode - result.transition.mode_after;
   return result;
 }
 

@@ -74,25 +74,25 @@ class FrictionalResolution {
 
   /// Whether what is made rest is worth a word.
   bool Notable() const { return fastest_rise_ > kNotable * rules_.speed_tolerance; }
-  ContactMode AddImplied(ContactMode touching);
+  ConstraintSet AddImplied(ConstraintSet touching);
   void Note(int guard, double slope);
   void Obstruct(int i, const char* what, double slope, const char* unit);
-  void Sort(int i, const Vector& rate, const Vector& v, ContactMode still,
+  void Sort(int i, const Vector& rate, const Vector& v, ConstraintSet still,
             TouchingContacts* contacts) const;
-  void SortRising(int i, const Vector& rate, const Vector& v, double low, ContactMode* still,
+  void SortRising(int i, const Vector& rate, const Vector& v, double low, ConstraintSet* still,
                   TouchingContacts* contacts) const;
-  ContactMode PressedBack(const Vector& rate, ContactMode leaving,
-                          const TouchingContacts& resting);
-  void TellOfRest(ContactMode pressed_back);
-  void NoteSprings(ContactMode contacts, const char* forces);
-  void NoteLookAhead(ContactMode contacts);
+  ConstraintSet PressedBack(const Vector& rate, ConstraintSet leaving,
+                            const TouchingContacts& resting);
+  void TellOfRest(ConstraintSet pressed_back);
+  void NoteSprings(ConstraintSet contacts, const char* forces);
+  void NoteLookAhead(ConstraintSet contacts);
   void NoteSeveralMotions(const std::string& motions);
-  void NoteSmallest(ContactMode contacts);
+  void NoteSmallest(ConstraintSet contacts);
   bool EndSlip(int jammed, ContactMode word);
   void SetLetters(const TouchingContacts& contacts);
   void SetLettersOrEndSlip(const TouchingContacts& contacts);
   void ChooseLetters(const TouchingContacts& contacts);
-  bool OnlyBegins(ContactMode begins) const;
+  bool OnlyBegins(ConstraintSet begins) const;
   void ReleasePulling();
   void BeginSlips(const std::map<int, Eigen::Vector2d>& directions);
   void Rest(const std::map<int, Eigen::Vector2d>& onsets);
@@ -105,9 +105,9 @@ class FrictionalResolution {
   ConstraintTerms terms_;
   Vector acceleration_;  // of the gaps, in the mode before [n]
   Vector rate_;          // of all rows
-  ContactMode stopped_;  // whose slip ends here
-  ContactMode grazed_;   // touched without speed
-  ContactMode ended_;    // whose slip ends with a rise that is made rest
+  ConstraintSet stopped_;  // whose slip ends here
+  ConstraintSet grazed_;   // touched without speed
+  ConstraintSet ended_;    // whose slip ends with a rise that is made rest
   ContactMode resting_;  // what is made rest: the mode after, with these sticking
   double fastest_rise_ = 0;  // that is made rest after an impact [m/s]
   ResolvedTransition result_;

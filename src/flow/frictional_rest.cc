@@ -30,7 +30,7 @@ Letter LetterOf(const Friction& friction, double slip) {
 }  // namespace
 
 std::optional<FrictionalRest> RestOfBounces(ContactDynamics* dynamics, const Transition& last,
-                                            ContactMode closed, double gap_tolerance) {
+                                            ConstraintSet closed, double gap_tolerance) {
   const MechanicalSystem& system = dynamics->system();
   const int nq = system.num_positions(), d = system.dof(), n = system.num_constraints();
   Vector x = last.x_plus;
@@ -39,7 +39,7 @@ std::optional<FrictionalRest> RestOfBounces(ContactDynamics* dynamics, const Tra
   system.Constraints(x.head(nq), v, &terms);
   FrictionalRest rest;
   rest.closed = closed;
-  ContactMode near;
+  ConstraintSet near;
   for (int i = 0; i < n; ++i) {
     const bool beside = !rest.closed.Contains(i) && !system.compliant().Contains(i);
     if (beside && std::abs(terms.gap(i)) <= gap_tolerance) near.Insert(i);
@@ -52,7 +52,7 @@ std::optional<FrictionalRest> RestOfBounces(ContactDynamics* dynamics, const Tra
     return rest;
   }
 
-  const ContactMode sticking = last.mode_before.Sticking() | last.mode_after.Sticking();
+  const ConstraintSet sticking = last.mode_before.Sticking() | last.mode_after.Sticking();
   std::vector<Eigen::RowVectorXd> rows, forces;  // A, and along what they push
   for (int i : rest.closed) {
     const Friction& friction = system.friction()[i];
@@ -97,7 +97,7 @@ std::optional<FrictionalRest> RestOfBounces(ContactDynamics* dynamics, const Tra
   } catch (const FrictionRefusal&) {
     return std::nullopt;
   }
-  const ContactMode begins = BeginInSpace(system, contacts.still, rest.mode);
+  const ConstraintSet begins = BeginInSpace(system, contacts.still, rest.mode);
   if (begins.Empty()) return rest;
   try {
     auto onsets = OnsetDirections(dynamics, x, contacts, rest.mode, begins, kBorder);

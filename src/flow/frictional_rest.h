@@ -15,7 +15,7 @@ namespace contact_flow {
 /// by then, and the error of v⁺ is of the second order in its speed.
 struct FrictionalRest {
   Vector v_plus;
-  ContactMode closed;  ///< what rests
+  ConstraintSet closed;  ///< what rests
   ContactMode mode;    ///< with letters
   double energy_lost;  ///< [J]; a little below zero where friction is given back
 };
@@ -23,6 +23,6 @@ struct FrictionalRest {
 /// those with |a| ≤ `gap_tolerance` that these imply rest, too. None where the letters are not
 /// decided, or a slip in space would begin.
 std::optional<FrictionalRest> RestOfBounces(ContactDynamics* dynamics, const Transition& last,
-                                            ContactMode closed, double gap_tolerance);
+                                            ConstraintSet closed, double gap_tolerance);
 
 }  // namespace contact_flow

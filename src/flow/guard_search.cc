@@ -65,7 +65,7 @@ void GuardSearch::Sample(int slot) {
 
 double GuardSearch::RateAt(int i, double theta) {
   ++samples_;
-  sampler_(theta, ContactMode({i}), values_.col(kSlots).data(), rates_.col(kSlots).data());
+  sampler_(theta, ConstraintSet({i}), values_.col(kSlots).data(), rates_.col(kSlots).data());
   return rates_(i, kSlots);
 }
 
@@ -73,9 +73,9 @@ double GuardSearch::ValueAt(int i, double theta) {
   ++samples_;
   double* value = values_.col(kSlots).data();
   if (query_->quick_values) {
-    values_alone_(theta, ContactMode({i}), value);
+    values_alone_(theta, ConstraintSet({i}), value);
   } else {
-    sampler_(theta, ContactMode({i}), value, rates_.col(kSlots).data());
+    sampler_(theta, ConstraintSet({i}), value, rates_.col(kSlots).data());
   }
   return value[i];
 }
@@ -161,7 +161,7 @@ void GuardSearch::Run(const GuardQuery& query, double* margin, LocatedEvent* eve
     open_[middle] = open_[top];
     Sample(middle);
     const bool last = middle + 1 == kSlots || std::ldexp(length, kMaxHalvings) < 1;
-    ContactMode open;
+    ConstraintSet open;
     for (int i : open_[top]) {
       if (!Settle(i, middle, top, last)) open.Insert(i);
     }

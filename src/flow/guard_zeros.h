@@ -24,7 +24,7 @@ class GuardZeros {
 
   GuardZero At(int guard) const;
   /// The guards that are functions of forces.
-  ContactMode forces() const { return gradients_.forces(); }
+  ConstraintSet forces() const { return gradients_.forces(); }
   bool SlipInSpaceEnds() const { return gradients_.SlipInSpaceEnds(); }
   /// ä of the gaps in the mode before [n].
   const Vector& acceleration() const { return acceleration_; }

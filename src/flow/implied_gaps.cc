@@ -9,7 +9,7 @@
 namespace contact_flow {
 
 void ImpliedGaps::Find(const MechanicalSystem& system, const Vector& x, const VectorRef& u,
-                       ContactMode rigid, ContactMode near, const Vector& gap) {
+                       ConstraintSet rigid, ConstraintSet near, const Vector& gap) {
   shares_.clear();
   members_.clear();
   begin_ = gap;
@@ -31,13 +31,13 @@ void ImpliedGaps::Find(const MechanicalSystem& system, const Vector& x, const Ve
   }
 }
 
-void ImpliedGaps::Add(ContactMode others, const Vector& gap) {
+void ImpliedGaps::Add(ConstraintSet others, const Vector& gap) {
   if (Empty()) begin_ = gap;
   for (int i : others) shares_.emplace(i, Vector::Zero(static_cast<Eigen::Index>(members_.size())));
 }
 
-ContactMode ImpliedGaps::constraints() const {
-  ContactMode all;
+ConstraintSet ImpliedGaps::constraints() const {
+  ConstraintSet all;
   for (const auto& [i, share] : shares_) all.Insert(i);
   return all;
 }

@@ -75,7 +75,7 @@ void RequireWhatFrictionKnows(const MechanicalSystem& system, const SimulateOpti
 }
 
 /// The letters of a start whose candidates touch and rest in normal direction.
-ContactMode InitialWord(ContactDynamics* dynamics, const VectorRef& x, ContactMode candidates,
+ContactMode InitialWord(ContactDynamics* dynamics, const VectorRef& x, ConstraintSet candidates,
                         const SimulateOptions& options) {
   constexpr double kBorder = 1e-10;
   const MechanicalSystem& system = dynamics->system();
@@ -108,7 +108,7 @@ ContactMode InitialWord(ContactDynamics* dynamics, const VectorRef& x, ContactMo
   WordConventions by;
   const ContactMode word = SelectWord(dynamics, x, contacts, kBorder, &by);
   if (by.smallest) SelectWord(dynamics, x, contacts, kBorder);  // throws: no start decides
-  const ContactMode begins = BeginInSpace(system, contacts.still, word);
+  const ConstraintSet begins = BeginInSpace(system, contacts.still, word);
   if (!begins.Empty()) OnsetDirections(dynamics, x, contacts, word, begins, kBorder);  // or throws
   return word;
 }
@@ -154,7 +154,7 @@ ContactMode InitialMode(const MechanicalSystem& system, const VectorRef& x, cons
   system.Constraints(x.head(nq), x.tail(d), &terms);
   const Vector rate = terms.jacobian * x.tail(d);
   RequireOnManifold(system, x, terms, rate, options);
-  ContactMode candidates, pressed;
+  ConstraintSet candidates, pressed;
   for (int i = 0; i < system.num_constraints(); ++i) {
     const std::string& name = names.constraints[i];
     if (system.compliant().Contains(i)) {
@@ -174,7 +174,7 @@ ContactMode InitialMode(const MechanicalSystem& system, const VectorRef& x, cons
     }
     if (rate(i) <= options.speed_tolerance) candidates.Insert(i);
   }
-  if (candidates.Empty()) return pressed;
+  if (candidates.Empty()) return ContactMode(pressed);
   ContactDynamics dynamics(system, u);
   try {
     if (system.HasFriction()) return InitialWord(&dynamics, x, candidates, options);

@@ -36,11 +36,11 @@ ResolvedTransition ResolveInputChange(ContactDynamics* dynamics, double t, const
   transition.mode_before = transition.mode_after = mode;
   transition.impulse = Vector::Zero(system.num_rows());
   transition.changes_input = true;
-  const ContactMode pressed = mode & system.compliant();
+  const ConstraintSet pressed = mode & system.compliant();
   ConstraintTerms terms;
   system.Constraints(x.head(nq), x.tail(d), &terms);
   const Vector rate = terms.jacobian * x.tail(d);
-  ContactMode touching;
+  ConstraintSet touching;
   for (int i = 0; i < system.num_constraints(); ++i) {
     if (mode.Contains(i) || system.compliant().Contains(i)) continue;
     const double still =

@@ -91,11 +91,16 @@ bool LaneRuns::PassTransition(int k) {
   const int trigger = run.event.constraint;
   ErrorTally error = run.start_error;
   error.Continue(run.t - run.arc_begin, arc_error_);
-  const TransitionRules rules = {options_.simultaneity_tolerance, options_.speed_tolerance,
-                                 options_.impact_law,             options_.gap_tolerance,
-                                 options_.absolute_tolerance,     false,
-                                 options_.relative_tolerance,     options_.absolute_tolerance,
-                                 error.error(),                   ContactMode()};
+  const TransitionRules rules = {options_.simultaneity_tolerance,
+                                 options_.speed_tolerance,
+                                 options_.impact_law,
+                                 options_.gap_tolerance,
+                                 options_.absolute_tolerance,
+                                 false,
+                                 options_.relative_tolerance,
+                                 options_.absolute_tolerance,
+                                 error.error(),
+                                 ConstraintSet()};
   // The same event at once again may be a stall.
   const bool again = run.last_transition && trigger == run.last_trigger &&
                      run.t - *run.last_transition <= kLongestStall;
@@ -143,7 +148,7 @@ bool LaneRuns::TallyTransition(int k, const Transition& transition) {
   Eigen::Index row = 0;
   for (int i : transition.activated) rows.row(row++) = terms_.jacobian.row(i);
   run.start_error.AddImpact(rows, rows * v_minus, transition.x_plus.tail(d_) - v_minus);
-  for (int i : ContactMode::All(n_) - run.mode - transition.activated - transition.mode_before) {
+  for (int i : ConstraintSet::All(n_) - run.mode - transition.activated - transition.mode_before) {
     if (!(terms_.gap(i) > options_.absolute_tolerance)) return false;
   }
   return true;
@@ -152,7 +157,7 @@ bool LaneRuns::TallyTransition(int k, const Transition& transition) {
 /// Whether impacts accumulate, or a bounce is too low to be resolved.
 bool LaneRuns::Accumulates(int k, const ResolvedTransition& resolved) {
   Lane& run = lane(k);
-  const ContactMode impacts = resolved.transition.activated;
+  const ConstraintSet impacts = resolved.transition.activated;
   if (impacts.Empty()) return false;
   if (run.zeno->Impact(impacts, run.t) || resolved.rest_interval > 0) return true;
   for (int i : impacts) {

@@ -174,7 +174,7 @@ bool LaneRuns::BeginArc(int k) {
 
 /// Whether the mode holds touching contacts without forces of their own.
 bool LaneRuns::Implies(const Lane& run) {
-  ContactMode near;
+  ConstraintSet near;
   for (int i = 0; i < n_ && !run.mode.Empty(); ++i) {
     if (run.mode.Contains(i)) continue;
     const bool touches = std::abs(run.begin.gap(i)) <= kImpliedReach * options_.absolute_tolerance;

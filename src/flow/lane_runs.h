@@ -136,7 +136,8 @@ class LaneRuns {
   ErrorTally arc_error_;  // of a lane at its event
   /// Touching contacts beside a mode, and whether it implies any: Da does not change.
   struct NearContacts {
-    ContactMode mode, near;
+    ContactMode mode;
+    ConstraintSet near;
     bool implied;
   };
 

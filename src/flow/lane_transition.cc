@@ -25,7 +25,7 @@ PlasticTouchdown::PlasticTouchdown(const MechanicalSystem& system)
       inertia_(system, system.nominal().x.head(system.num_positions()),
                system.nominal().x.tail(system.dof())) {}
 
-const PlasticTouchdown::Contacts& PlasticTouchdown::Of(ContactMode set) {
+const PlasticTouchdown::Contacts& PlasticTouchdown::Of(ConstraintSet set) {
   for (const Contacts& contacts : known_) {
     if (contacts.set == set) return contacts;
   }
@@ -101,7 +101,7 @@ std::optional<ResolvedTransition> PlasticTouchdown::Resolve(ContactDynamics* dyn
   const bool usual = rules.simultaneity_tolerance == 0 && rules.implied.Empty() &&
                      rules.impact_law == ImpactLaw::kComplementarity && !mode.Contains(trigger);
   if (!usual || inertia_.mass_factor().sparse()) return std::nullopt;
-  const ContactMode touching = mode | ContactMode({trigger});
+  const ConstraintSet touching = mode.Members().With(trigger);
   for (int i : touching) {
     if (system_.restitution()(i) != 0) return std::nullopt;
   }
@@ -134,8 +134,8 @@ std::optional<ResolvedTransition> PlasticTouchdown::Resolve(ContactDynamics* dyn
   transition.x_minus = x;
   transition.x_plus = x_plus_;
   transition.mode_before = mode;
-  transition.mode_after = touching;
-  transition.activated = ContactMode({trigger});
+  transition.mode_after = mode.With(trigger);
+  transition.activated = ConstraintSet({trigger});
   transition.impulse = std::move(impact.impulse);
   return result;
 }

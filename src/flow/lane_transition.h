@@ -24,10 +24,10 @@ class PlasticTouchdown {
  private:
   /// Of a set of contacts.
   struct Contacts {
-    ContactMode set;
+    ConstraintSet set;
     Matrix rows, delassus;
   };
-  const Contacts& Of(ContactMode set);
+  const Contacts& Of(ConstraintSet set);
   bool IsAlone(ContactDynamics* dynamics, const Vector& x, ContactMode mode, int trigger,
                const TransitionRules& rules);
   bool Press(const Contacts& contacts, const Vector& u, const Vector& x);

@@ -67,7 +67,7 @@ void Flow::StopWithoutSteps() {
 }
 
 void Flow::WarnOfSharedForces() {
-  const auto tell = [this](ContactMode contacts, const char* what) {
+  const auto tell = [this](ConstraintSet contacts, const char* what) {
     std::ostringstream message;
     message.precision(12);
     message << "at t = " << t_ << " s contacts "
@@ -75,7 +75,7 @@ void Flow::WarnOfSharedForces() {
             << " share forces that are not unique, their rows being dependent; " << what;
     Warn(Outcome::kIndeterminateForces, message.str());
   };
-  const ContactMode shared = dynamics_.shared() - dynamics_.springs();
+  const ConstraintSet shared = dynamics_.shared() - dynamics_.springs();
   if (!(shared - shared_).Empty()) {
     shared_ = shared_ | shared;
     tell(shared,
@@ -155,7 +155,7 @@ void Flow::TallyTransition() {
   Eigen::Index row = 0;
   for (int i : transition_.activated) rows.row(row++) = terms_.jacobian.row(i);
   start_error_.AddImpact(rows, rows * v_minus, transition_.x_plus.tail(d) - v_minus);
-  const ContactMode open = ContactMode::All(system_.num_constraints()) - mode_;
+  const ConstraintSet open = ConstraintSet::All(system_.num_constraints()) - mode_;
   for (int i : open - system_.compliant() - implied_.constraints()) {
     const double gap = terms_.gap(i);
     if (gap > options_.absolute_tolerance) continue;
@@ -187,7 +187,7 @@ void Flow::NoteUnresolvedReturn(int i, double gap, double rate) {
 /// begin with the run get their directions, as at a change of the input.
 void Flow::BeginAtRest() {
   SampleGaps(system_, x_, Vector::Zero(system_.dof()), &terms_, &gaps_begin_);
-  const ContactMode rigid = mode_ - system_.compliant();
+  const ContactMode rigid = mode_.Without(system_.compliant());
   ContactMode resting = mode_;
   double fastest = 0;
   for (int i : rigid) {
@@ -215,8 +215,8 @@ void Flow::BeginAtRest() {
 /// them down.
 void Flow::FindImplied() {
   if (system_.HasFriction()) return;
-  const ContactMode rigid = mode_ - system_.compliant();
-  ContactMode near;
+  const ConstraintSet rigid = mode_ - system_.compliant();
+  ConstraintSet near;
   for (int i = 0; i < system_.num_constraints() && !rigid.Empty(); ++i) {
     if (mode_.Contains(i) || system_.compliant().Contains(i)) continue;
     const bool touches =

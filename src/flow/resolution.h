@@ -119,22 +119,22 @@ class Resolution {
   }
   std::string Sentence(const std::string& what) const;
 
-  ContactMode Resting(const Vector& v_plus, ContactMode hit, ContactMode touching);
-  void Release(ContactMode rigid);
-  void Hold(const Vector& v_plus, ContactMode hit, ContactMode held);
-  void WarnOfTouching(ContactMode hit);
+  ConstraintSet Resting(const Vector& v_plus, ConstraintSet hit, ConstraintSet touching);
+  void Release(ConstraintSet rigid);
+  void Hold(const Vector& v_plus, ConstraintSet hit, ConstraintSet held);
+  void WarnOfTouching(ConstraintSet hit);
 
   ContactDynamics& dynamics_;
   const MechanicalSystem& system_;
   const TransitionRules& rules_;
   const int nq_, d_;
-  const ContactMode compliant_;
+  const ConstraintSet compliant_;
   ConstraintTerms terms_;
   Vector rate_, acceleration_, force_, force_rate_;
   Vector guard_error_;  // of gaps [m] and of members' forces [N], as far as it is estimated [n]
   Vector guard_reach_;  // what tolerances may grow to in them [n]
-  ContactMode touching_;  // a_i = ȧ_i = 0 beyond J⁻ and the cluster
-  ContactMode pressed_;
+  ConstraintSet touching_;  // a_i = ȧ_i = 0 beyond J⁻ and the cluster
+  ConstraintSet pressed_;
   ResolvedTransition result_;
 };
 

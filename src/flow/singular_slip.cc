@@ -39,7 +39,7 @@ std::optional<ResolvedTransition> Try(ContactDynamics* dynamics, double t, const
   if (!possible || !status.ok()) return std::nullopt;
   ResolvedTransition result = resolution.Take();
   result.status = status;
-  result.transition.released = mode.Members() - result.transition.mode_after;
+  result.transition.released = mode - result.transition.mode_after;
   return result;
 }
 
@@ -67,7 +67,7 @@ bool FrictionalResolution::EndSlip(int jammed, ContactMode word) {
   const Vector v_plus = impact->result.v_plus;
   cluster.x_plus.tail(d_) = v_plus;
   cluster.impulse += impact->result.impulse;
-  cluster.impulse_word = cluster.impulse_word | impact->word;
+  cluster.impulse_word = cluster.impulse_word.Union(impact->word);
   cluster.energy_change += impact->energy_change;
   const Vector rate = terms_.jacobian * v_plus;
   TouchingContacts contacts;

@@ -62,8 +62,8 @@ bool Flow::WouldStick(int i) {
   return (1 - kSpare) * friction.coefficient * force(i) >= force.segment<2>(friction.row).norm();
 }
 
-ContactMode Flow::SlidingInSpace() const {
-  ContactMode sliding;
+ConstraintSet Flow::SlidingInSpace() const {
+  ConstraintSet sliding;
   if (!system_.HasFriction()) return sliding;
   for (int i : mode_ - system_.compliant()) {
     const Friction& friction = system_.friction()[i];

@@ -16,8 +16,8 @@ constexpr double kSlow = 1e-7;
 
 }  // namespace
 
-ContactMode BeginInSpace(const MechanicalSystem& system, ContactMode still, ContactMode word) {
-  ContactMode begins;
+ConstraintSet BeginInSpace(const MechanicalSystem& system, ConstraintSet still, ContactMode word) {
+  ConstraintSet begins;
   for (int i : word & still) {
     const Friction& friction = system.friction()[i];
     const bool in_space = friction.dimension == 2 && friction.coefficient > 0;
@@ -27,7 +27,7 @@ ContactMode BeginInSpace(const MechanicalSystem& system, ContactMode still, Cont
 }
 
 std::map<int, Eigen::Vector2d> HeldDirections(ContactDynamics* dynamics, const Vector& x,
-                                              ContactMode mode, ContactMode begins) {
+                                              ContactMode mode, ConstraintSet begins) {
   dynamics->Evaluate(x, mode);
   std::map<int, Eigen::Vector2d> directions;
   if (!dynamics->shared().Empty()) return directions;
@@ -40,7 +40,7 @@ std::map<int, Eigen::Vector2d> HeldDirections(ContactDynamics* dynamics, const V
 
 std::map<int, Eigen::Vector2d> OnsetDirections(ContactDynamics* dynamics, const Vector& x,
                                                const TouchingContacts& touching, ContactMode word,
-                                               ContactMode begins, double border) {
+                                               ConstraintSet begins, double border) {
   const MechanicalSystem& system = dynamics->system();
   const int nq = system.num_positions(), d = system.dof();
   const InverseInertia inertia(system, x.head(nq), x.tail(d), dynamics->u(), ContactMode());

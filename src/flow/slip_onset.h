@@ -9,18 +9,18 @@
 namespace contact_flow {
 
 /// Those of `still` that begin to slip in space by `word`.
-ContactMode BeginInSpace(const MechanicalSystem& system, ContactMode still, ContactMode word);
+ConstraintSet BeginInSpace(const MechanicalSystem& system, ConstraintSet still, ContactMode word);
 
 /// The directions against the forces that hold `begins` in `mode` at x, in which they begin to slip
 /// where these reach their cones. None where forces are shared, so that they do not tell.
 std::map<int, Eigen::Vector2d> HeldDirections(ContactDynamics* dynamics, const Vector& x,
-                                              ContactMode mode, ContactMode begins);
+                                              ContactMode mode, ConstraintSet begins);
 
 /// The directions in which the contacts `begins` in space begin to slip, where `word` was selected
 /// for these touching contacts: y_t/|y_t| of (F4), which is simple at the border of the cone, too.
 /// Throws FrictionRefusal where it is not unique.
 std::map<int, Eigen::Vector2d> OnsetDirections(ContactDynamics* dynamics, const Vector& x,
                                                const TouchingContacts& touching, ContactMode word,
-                                               ContactMode begins, double border);
+                                               ConstraintSet begins, double border);
 
 }  // namespace contact_flow

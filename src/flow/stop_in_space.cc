@@ -13,8 +13,8 @@ constexpr double kRateRounding = 1e-12;
 
 }  // namespace
 
-ContactMode StoppedTogether(const MechanicalSystem& system, const ConstraintTerms& terms,
-                            const Vector& acceleration, int trigger, Transition* transition) {
+ConstraintSet StoppedTogether(const MechanicalSystem& system, const ConstraintTerms& terms,
+                              const Vector& acceleration, int trigger, Transition* transition) {
   const Vector rate = terms.jacobian * transition->x_minus.tail(system.dof());
   const Vector change = terms.jacobian * acceleration + terms.bias;
   const int row = system.friction()[trigger].row;
@@ -24,7 +24,7 @@ ContactMode StoppedTogether(const MechanicalSystem& system, const ConstraintTerm
                             "contact '" + system.description().constraints[trigger] +
                                 "' comes to stick in space too slowly: no derivative"};
   }
-  ContactMode stopped{trigger};
+  ConstraintSet stopped{trigger};
   const Vector v = transition->x_minus.tail(system.dof()).cwiseAbs();
   for (int i : transition->mode_before) {
     const Friction& friction = system.friction()[i];

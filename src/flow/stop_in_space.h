@@ -9,7 +9,7 @@ namespace contact_flow {
 /// The contacts whose slip in space ends with that of `trigger`: those that are as slow. `terms`
 /// and `acceleration` are those at the end; an end that takes its time becomes the transition's
 /// obstacle, for tangents are not resolved there.
-ContactMode StoppedTogether(const MechanicalSystem& system, const ConstraintTerms& terms,
-                            const Vector& acceleration, int trigger, Transition* transition);
+ConstraintSet StoppedTogether(const MechanicalSystem& system, const ConstraintTerms& terms,
+                              const Vector& acceleration, int trigger, Transition* transition);
 
 }  // namespace contact_flow

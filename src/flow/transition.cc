@@ -150,10 +150,10 @@ void Resolution::Collect(int trigger) {
 /// The touching constraints that rest after an impact: those without normal velocity, unless
 /// elastic and hit at some speed, which leave however slowly. A contact that rested before and is
 /// pushed is no bounce.
-ContactMode Resolution::Resting(const Vector& v_plus, ContactMode hit, ContactMode touching) {
+ConstraintSet Resolution::Resting(const Vector& v_plus, ConstraintSet hit, ConstraintSet touching) {
   const Vector rate = terms_.jacobian * v_plus;
   const Vector v_minus = transition().x_minus.tail(d_);
-  ContactMode resting, doubtful;
+  ConstraintSet resting, doubtful;
   for (int i : touching) {
     const bool bounced =
         hit.Contains(i) && system_.restitution()(i) > 0 && rate_(i) < -Still(i);
@@ -187,7 +187,7 @@ ContactMode Resolution::Resting(const Vector& v_plus, ContactMode hit, ContactMo
 }
 
 /// What counted as rest is made rest: a contact that kept a speed within the tolerance would drift.
-void Resolution::Hold(const Vector& v_plus, ContactMode hit, ContactMode held) {
+void Resolution::Hold(const Vector& v_plus, ConstraintSet hit, ConstraintSet held) {
   const Vector rate = terms_.jacobian * v_plus;
   double residual = 0, size = 0;
   int rising = -1;
@@ -224,8 +224,8 @@ void Resolution::Hold(const Vector& v_plus, ContactMode hit, ContactMode held) {
   Warn(Outcome::kZeno, Sentence(message.str()));
 }
 
-void Resolution::WarnOfTouching(ContactMode hit) {
-  const ContactMode took_part = (touching_ & hit) - rules_.implied;
+void Resolution::WarnOfTouching(ConstraintSet hit) {
+  const ConstraintSet took_part = (touching_ & hit) - rules_.implied;
   if (took_part.Empty()) return;
   const auto& names = system_.description().constraints;
   Warn(Outcome::kDiscontinuous,
@@ -237,16 +237,16 @@ void Resolution::WarnOfTouching(ContactMode hit) {
 }
 
 /// Without impacts the state is continuous.
-void Resolution::Release(ContactMode rigid) {
+void Resolution::Release(ConstraintSet rigid) {
   const bool alone = transition().vanishing.Size() <= 1 && touching_.Empty() &&
                      transition().grazed.Empty() && !system_.HasContactEffort();
   if (alone) {
-    transition().mode_after = (rigid - transition().vanishing) | pressed_;
+    transition().mode_after = ContactMode((rigid - transition().vanishing) | pressed_);
     return;
   }
-  const ContactMode candidates =
-      rigid | touching_ | (rules_.stalled ? ContactMode() : transition().grazed - compliant_);
-  const ContactMode forced = rules_.stalled ? transition().vanishing : ContactMode();
+  const ConstraintSet candidates =
+      rigid | touching_ | (rules_.stalled ? ConstraintSet() : transition().grazed - compliant_);
+  const ConstraintSet forced = rules_.stalled ? transition().vanishing : ConstraintSet();
   const ModeSelection selection =
       SelectMode(&dynamics_, transition().x_minus, candidates - forced,
                  transition().tolerance, pressed_);
@@ -259,15 +259,15 @@ void Resolution::Decide() {
   Transition& cluster = transition();
   const ContactMode mode = cluster.mode_before;
   pressed_ = ((mode & compliant_) - cluster.switched) | (cluster.switched - mode);
-  const ContactMode rigid = mode - compliant_;
-  const ContactMode grazed = cluster.grazed - compliant_ - rigid;
+  const ConstraintSet rigid = mode - compliant_;
+  const ConstraintSet grazed = cluster.grazed - compliant_ - rigid;
   if (cluster.activated.Empty() && grazed.Empty()) return Release(rigid);
-  const ContactMode touching = rigid | cluster.activated | grazed | touching_;
+  const ConstraintSet touching = rigid | cluster.activated | grazed | touching_;
   const Vector v_minus = cluster.x_minus.tail(d_);
   bool approaches = !cluster.activated.Empty();
   for (int i : grazed) approaches = approaches || rate_(i) < -Rounding(i, v_minus);
   Vector v_plus = v_minus;
-  ContactMode hit;
+  ConstraintSet hit;
   std::optional<InverseInertia> inertia;
   if (approaches) {
     inertia.emplace(system_, cluster.x_minus.head(nq_), v_minus);

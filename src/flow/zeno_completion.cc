@@ -25,7 +25,7 @@ constexpr double kReturn = 3;
 /// geometrically and have shrunk by the stated factor, the next one being known where its bounce
 /// was made rest; or a bounce of an elastic contact that is too low to be resolved.
 std::optional<double> Flow::Accumulation(const ResolvedTransition& resolved) {
-  const ContactMode impacts =
+  const ConstraintSet impacts =
       transition_.activated | (transition_.grazed - transition_.mode_before);
   if (impacts.Empty()) return std::nullopt;
   std::optional<double> accumulation = zeno_.Impact(impacts, t_);
@@ -55,14 +55,14 @@ std::optional<double> Flow::PredictRest(int i) {
 
 /// The contacts at the last impact that rest when its bounces have come to their end: those that
 /// rest, and those that are back by then. What an impact lifts for longer is none of them.
-ContactMode Flow::EndOfBounces() {
+ConstraintSet Flow::EndOfBounces() {
   const int d = system_.dof(), nq = system_.num_positions();
-  const ContactMode rest = transition_.mode_after.Members();
-  const ContactMode touched =
-      transition_.mode_before.Members() | transition_.activated | transition_.grazed;
+  const ConstraintSet rest = transition_.mode_after;
+  const ConstraintSet touched =
+      transition_.mode_before | transition_.activated | transition_.grazed;
   dynamics_.Evaluate(x_, mode_);
   system_.Constraints(x_.head(nq), x_.tail(d), &terms_);
-  ContactMode end = rest;
+  ConstraintSet end = rest;
   for (int i : touched - rest) {
     const double speed = terms_.jacobian.row(i).dot(x_.tail(d));
     const double back = -(terms_.jacobian.row(i).dot(dynamics_.acceleration()) + terms_.bias(i));
@@ -77,7 +77,7 @@ ContactMode Flow::EndOfBounces() {
 bool Flow::CompleteZeno() {
   Transition last = transition_;
   const int d = system_.dof(), nq = system_.num_positions();
-  ContactMode sticking = EndOfBounces();
+  ConstraintSet sticking = EndOfBounces();
   const InverseInertia inertia(system_, x_.head(nq), x_.tail(d));
   bool plastic = true;
   for (int i : last.activated | last.grazed) plastic = plastic && system_.restitution()(i) == 0;
@@ -100,7 +100,7 @@ bool Flow::CompleteZeno() {
     if (!options_.complete_zeno && !(plastic && last.energy_lost < rest)) return false;
     last.x_plus.tail(d) = impact.v_plus;
     if (options_.complete_zeno) last.impulse = impact.impulse;
-    const ContactMode pressed = last.mode_after & system_.compliant();
+    const ConstraintSet pressed = last.mode_after & system_.compliant();
     status_ = Guarded(t_, [&] {
       const ModeSelection selection =
           SelectMode(&dynamics_, last.x_plus, sticking, last.tolerance, pressed);

@@ -22,7 +22,7 @@ std::optional<double> ZenoDetector::Record(double t, Sequence* sequence) const {
   return t + last * ratio / (1 - ratio);
 }
 
-std::optional<double> ZenoDetector::Impact(ContactMode hit, double t) {
+std::optional<double> ZenoDetector::Impact(ConstraintSet hit, double t) {
   std::optional<double> accumulation = Record(t, &sequences_.back());
   for (int i : hit) {
     const std::optional<double> own = Record(t, &sequences_[i]);

@@ -17,8 +17,8 @@
 namespace contact_flow {
 namespace {
 
-/// That a ContactMode holds the guards of: with friction a contact has three.
-constexpr int kMostContacts = ContactMode::kMaxConstraints, kMostWithFriction = kMostContacts / 3;
+/// That a ConstraintSet holds the guards of: with friction a contact has three.
+constexpr int kMostContacts = ConstraintSet::kMaxConstraints, kMostWithFriction = kMostContacts / 3;
 constexpr double kFeetWithin = 0.1;  // of the robot's height
 
 /// The hulls of a robot's bodies that move.

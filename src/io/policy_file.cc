@@ -121,8 +121,8 @@ ReferencePhase ReadPhase(const std::string& field, const YAML::Node& node,
   phase.x_end = ReadVector(&reader, "x_end");
   for (auto [key, contacts] : {std::make_pair("activated", &phase.activated),
                                std::make_pair("released", &phase.released)}) {
-    *contacts = ModeOfNames(field + "/" + key,
-                            ReadRequired<std::vector<std::string>>(&reader, key), constraints);
+    *contacts = SetOfNames(field + "/" + key, ReadRequired<std::vector<std::string>>(&reader, key),
+                           constraints);
   }
   phase.t = ReadRequired<std::vector<double>>(&reader, "times");
   phase.x = ColumnsOf(field + "/states",

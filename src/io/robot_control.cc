@@ -111,7 +111,7 @@ void AddSwitches(RobotDescription* robot) {
     for (double t : effort->parts.reference->Switches()) instants[t] = 0;
   }
   if (instants.empty()) return;
-  const std::size_t most = ContactMode::kMaxConstraints;
+  const std::size_t most = ConstraintSet::kMaxConstraints;
   if (robot->constraints.size() + instants.size() > most) {
     throw std::invalid_argument("efforts: linear references switch at " +
                                 std::to_string(instants.size()) + " instants, which with " +

@@ -49,9 +49,9 @@ void ReadConstraints(const YAML::Node& map, RobotDescription* robot) {
     }
     robot->constraints.push_back(std::move(element));
   });
-  if (robot->constraints.size() > ContactMode::kMaxConstraints) {
+  if (robot->constraints.size() > ConstraintSet::kMaxConstraints) {
     throw std::invalid_argument("constraints: more than " +
-                                std::to_string(ContactMode::kMaxConstraints));
+                                std::to_string(ConstraintSet::kMaxConstraints));
   }
 }
 

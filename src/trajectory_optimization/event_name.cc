@@ -11,7 +11,7 @@ namespace contact_flow {
 double TimeOf(const Trajectory& run, const EventName& event) {
   int left = event.number;
   for (const Transition& transition : run.transitions) {
-    const ContactMode met = transition.activated | transition.switched;
+    const ConstraintSet met = transition.activated | transition.switched;
     if (transition.changes_input || !met.Contains(event.constraint) || left-- > 0) continue;
     for (const EventInstant& instant : transition.instants) {
       if (instant.constraint == event.constraint) return transition.t + instant.offset;

@@ -28,8 +28,8 @@ std::vector<ReferencePhase> PhasesOf(const Trajectory& run) {
     if (k == run.transitions.size()) break;
     const Transition& event = run.transitions[k];
     if (event.changes_input && event.mode_after == event.mode_before) continue;
-    phase.activated = (event.activated | event.switched).Members();
-    phase.released = event.released.Members();
+    phase.activated = event.activated | event.switched;
+    phase.released = event.released;
     phases.push_back(phase);
     begin(run.arcs[k + 1]);
   }

@@ -278,7 +278,7 @@ void ModelBuilder::AddEvents(std::size_t k, const std::vector<int>& order, std::
 /// The touchdowns of transition k, with friction: those whose instants its one piece knows.
 void ModelBuilder::AddLandings(std::size_t k, const Matrix& W) {
   const EventMap& event = derivative_.events[k];
-  ContactMode left = event.transition().activated.Members();
+  ConstraintSet left = event.transition().activated;
   for (const PieceTimes& piece : event.TimesOfPieces(1)) {
     for (std::size_t i = 0; i < piece.constraints.size(); ++i) {
       const int constraint = piece.constraints[i];

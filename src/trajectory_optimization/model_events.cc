@@ -19,12 +19,12 @@ bool ModelBuilder::AddImpulses(std::size_t k, const std::vector<int>& order, std
   const Vector& weight = problem_.impulse_weight;
   const EventMap& event = derivative_.events[k];
   const Transition& transition = event.transition();
-  const ContactMode rigid = transition.activated.Members() - system_.compliant();
+  const ConstraintSet rigid = transition.activated - system_.compliant();
   if (weight.size() == 0 || rigid.Empty()) return true;
   const int d = system_.dof(), nq = system_.num_positions();
   const Vector q = transition.x_minus.head(nq), v = transition.x_minus.tail(d);
   const InverseInertia inertia(system_, q, v);
-  const ContactMode held = transition.mode_before.Members() - system_.compliant();
+  const ConstraintSet held = transition.mode_before - system_.compliant();
   const ImpactResult result = SolveImpact(system_, inertia, v, rigid | held, transition.impact_law);
   bool costs = false;
   for (int i : result.hit) costs = costs || weight(i) > 0;
@@ -123,7 +123,7 @@ void ModelBuilder::AddSlipCurvature(std::size_t arc, bool end, const Matrix& W,
   const double length = at.t_end - at.t_begin;
   ConstraintTerms terms;
   ResidualJacobian jacobian;
-  for (int c : at.mode.Members()) {
+  for (int c : at.mode) {
     if (problem_.slip_weight(c) == 0) continue;
     if (terms.gap.size() == 0) {
       const Vector q = x.head(nq), v = x.tail(d);

@@ -61,7 +61,7 @@ void AddSlip(const TrajectoryProblem& problem, const MechanicalSystem& system, c
   const Vector q = x.head(nq), v = x.tail(d);
   ConstraintTerms terms;
   Vector slip;  // 2 w T v [n+l+r]
-  for (int c : mode.Members()) {
+  for (int c : mode) {
     if (problem.slip_weight(c) == 0) continue;
     if (slip.size() == 0) {
       system.Constraints(q, v, &terms);

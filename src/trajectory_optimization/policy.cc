@@ -99,26 +99,23 @@ const ReferencePhase& PolicyTracker::At(int phase) const {
 }
 
 /// What touches down or lets go at the end of a phase; nothing at the last one's.
-ContactMode PolicyTracker::Expected(int phase) const {
+ConstraintSet PolicyTracker::Expected(int phase) const {
   if (phase + 1 == static_cast<int>(policy_.reference.phases().size())) return {};
-  return At(phase).activated.Members() | At(phase).released.Members();
+  return At(phase).activated | At(phase).released;
 }
 
-void PolicyTracker::Observe(double t, ContactMode activated, ContactMode released,
-                            std::optional<ContactMode> mode) {
+void PolicyTracker::Observe(double t, ConstraintSet activated, ConstraintSet released,
+                            std::optional<ConstraintSet> mode) {
   GiveUpLate(t);
   mode_ = mode;
-  if (mode_) mode_ = mode_->Members();
-  activated = activated.Members();
-  released = released.Members();
   seen_ = seen_ | activated | released;
   // What comes far too early is not what is expected.
   const bool near = !Expected(phase_).Empty() && t >= At(phase_).t_end - options_.patience;
-  const ContactMode down = near ? At(phase_).activated.Members() : ContactMode();
-  const ContactMode up = near ? At(phase_).released.Members() : ContactMode();
+  const ConstraintSet down = near ? At(phase_).activated : ConstraintSet();
+  const ConstraintSet up = near ? At(phase_).released : ConstraintSet();
   touched_ = touched_ | (activated & down);
   left_ = left_ | (released & up);
-  const ContactMode extra = (activated - down) | (released - up);
+  const ConstraintSet extra = (activated - down) | (released - up);
   const bool complete = near && touched_ == down && left_ == up;
   if (!(complete && extra.Empty()) && Follow(t, activated | released)) return;
   if (!extra.Empty()) {
@@ -127,24 +124,24 @@ void PolicyTracker::Observe(double t, ContactMode activated, ContactMode release
   }
   if (!complete) return;
   Pass(t);
-  seen_ = ContactMode();
+  seen_ = ConstraintSet();
 }
 
 /// Goes over to the later phase that the robot is in, by events of its own; false: there is none.
-bool PolicyTracker::Follow(double t, ContactMode changed) {
+bool PolicyTracker::Follow(double t, ConstraintSet changed) {
   if (!mode_) return false;
   const int next = Match(t, changed, *mode_);
   if (next == phase_) return false;
   while (phase_ < next) Pass(t);
-  seen_ = ContactMode();
+  seen_ = ConstraintSet();
   return true;
 }
 
 /// The later phase that the robot is in, or this one.
-int PolicyTracker::Match(double t, ContactMode changed, ContactMode mode) const {
+int PolicyTracker::Match(double t, ConstraintSet changed, ConstraintSet mode) const {
   int best = phase_;
   double least = options_.patience;
-  ContactMode on_the_way;
+  ConstraintSet on_the_way;
   for (int k = phase_ + 1; k < static_cast<int>(policy_.reference.phases().size()); ++k) {
     on_the_way = on_the_way | Expected(k - 1);
     const double distance = std::abs(At(k).t_begin - t);
@@ -159,15 +156,15 @@ int PolicyTracker::Match(double t, ContactMode changed, ContactMode mode) const 
 
 /// On to the next phase by what has been seen at t or before; the rest is missed.
 void PolicyTracker::Pass(double t) {
-  const ContactMode expected = Expected(phase_), missing = expected - seen_;
+  const ConstraintSet expected = Expected(phase_), missing = expected - seen_;
   const double due = At(phase_).t_end, late = t - due;
   const TrackedEvent::Kind kind = std::abs(late) <= options_.on_time ? TrackedEvent::Kind::kOnTime
                                   : late < 0 ? TrackedEvent::Kind::kEarly
                                              : TrackedEvent::Kind::kLate;
-  const ContactMode came = expected - missing;
+  const ConstraintSet came = expected - missing;
   if (!came.Empty()) events_.push_back({kind, t, due, came});
   if (!missing.Empty()) events_.push_back({TrackedEvent::Kind::kMissed, t, due, missing});
-  touched_ = left_ = ContactMode();
+  touched_ = left_ = ConstraintSet();
   ++phase_;
 }
 
@@ -181,11 +178,11 @@ void PolicyTracker::GiveUpLate(double t) {
     const bool by_time = Expected(phase_).Empty();
     if (!over(by_time ? 0 : options_.patience)) return;
     do {
-      const ContactMode missing = Expected(phase_) - (touched_ | left_);
+      const ConstraintSet missing = Expected(phase_) - (touched_ | left_);
       if (!missing.Empty()) {
         events_.push_back({TrackedEvent::Kind::kMissed, t, At(phase_).t_end, missing});
       }
-      touched_ = left_ = seen_ = ContactMode();
+      touched_ = left_ = seen_ = ConstraintSet();
       ++phase_;
     } while (!by_time && phase_ < last && over(0) && mode_ && *mode_ != At(phase_).mode.Members());
   }

@@ -123,7 +123,7 @@ void CheckPhases(const TrackingPolicy& policy) {
   const std::vector<ReferencePhase>& phases = policy.reference.phases();
   const ConfigurationSpace& space = policy.reference.space();
   if (phases.empty()) throw std::invalid_argument("phases is empty, expected one or more");
-  const ContactMode all = ContactMode::All(static_cast<int>(policy.names.constraints.size()));
+  const ConstraintSet all = ConstraintSet::All(static_cast<int>(policy.names.constraints.size()));
   for (std::size_t k = 0; k < phases.size(); ++k) {
     const ReferencePhase& phase = phases[k];
     const std::string field = At("phases", k);
@@ -187,9 +187,9 @@ void CheckPolicy(const TrackingPolicy& policy) {
   const auto n = static_cast<Eigen::Index>(names.constraints.size());
   const auto m = static_cast<Eigen::Index>(names.inputs.size());
   RequireNames("constraints", names.constraints, n);
-  if (n > ContactMode::kMaxConstraints) {
+  if (n > ConstraintSet::kMaxConstraints) {
     Fail("the number of constraints", n,
-         std::to_string(ContactMode::kMaxConstraints) + " at most");
+         std::to_string(ConstraintSet::kMaxConstraints) + " at most");
   }
   if (m == 0) throw std::invalid_argument("inputs is empty: there is nothing to steer with");
   RequireNames("inputs", names.inputs, m);

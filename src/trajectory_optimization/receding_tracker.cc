@@ -15,12 +15,12 @@ RecedingTracker::RecedingTracker(std::shared_ptr<const TrackingPolicy> policy,
       changes_(first_->names.constraints.size(), 0),
       last_(-std::numeric_limits<double>::infinity()) {}
 
-void RecedingTracker::Observe(double t, ContactMode activated, ContactMode released,
-                              std::optional<ContactMode> mode) {
+void RecedingTracker::Observe(double t, ConstraintSet activated, ConstraintSet released,
+                              std::optional<ConstraintSet> mode) {
   Begin(t);
   mode_ = mode;
-  for (int i : activated.Members()) ++changes_[static_cast<std::size_t>(i)];
-  for (int i : released.Members()) ++changes_[static_cast<std::size_t>(i)];
+  for (int i : activated) ++changes_[static_cast<std::size_t>(i)];
+  for (int i : released) ++changes_[static_cast<std::size_t>(i)];
   tracker_->Observe(t, activated, released, mode);
   if (beside_) beside_->Observe(t, activated, released, mode);
   Collect();
@@ -51,7 +51,7 @@ void RecedingTracker::Offer(HorizonSolution solution) {
 
 /// Whether what has happened is what was to happen by the begin of a solution.
 bool RecedingTracker::IsExpected(const HorizonSolution& solution) const {
-  return changes_ == solution.changes && (!mode_ || mode_->Members() == solution.mode.Members());
+  return changes_ == solution.changes && (!mode_ || *mode_ == solution.mode.Members());
 }
 
 /// Whether it may yet become so by t.

@@ -37,8 +37,8 @@ Rollout RollOut(const std::shared_ptr<const MechanicalSystem>& system, PolicyTra
     while (flow.AdvanceTo(t)) {
       AskBudget();
       const Transition& event = flow.transition();
-      const ContactMode down = (event.activated | event.switched).Members();
-      const ContactMode up = event.released.Members();
+      const ConstraintSet down = event.activated | event.switched;
+      const ConstraintSet up = event.released;
       if ((down | up).Empty()) continue;
       for (int i : down) ++out.changes[static_cast<std::size_t>(i)];
       for (int i : up) ++out.changes[static_cast<std::size_t>(i)];

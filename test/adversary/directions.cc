@@ -14,7 +14,7 @@ namespace {
 constexpr double kClear = 1e-2;
 
 /// Keeps contacts to first order, by the shortest change of (δq, δv).
-void Project(const Case& c, ContactMode kept, Vector* w) {
+void Project(const Case& c, ConstraintSet kept, Vector* w) {
   Variables variables;
   variables.inputs = true;
   variables.parameters = {0, 1};
@@ -23,7 +23,7 @@ void Project(const Case& c, ContactMode kept, Vector* w) {
 
 }  // namespace
 
-void Admit(const Case& c, ContactMode kept, Vector* w) {
+void Admit(const Case& c, ConstraintSet kept, Vector* w) {
   const int d = c.system->dof();
   ConstraintTerms terms;
   c.system->Constraints(c.x.head(d), c.x.tail(d), &terms);
@@ -43,7 +43,7 @@ void Admit(const Case& c, ContactMode kept, Vector* w) {
   }
 }
 
-Vector Directions::Next(int k, ContactMode kept) {
+Vector Directions::Next(int k, ConstraintSet kept) {
   const int d = c_.system->dof();
   Vector w = Vector::Zero(Size());
   if (k == 1 && previous_.size() > 0) {

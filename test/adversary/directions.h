@@ -15,7 +15,7 @@ class Directions {
   int Size() const { return 2 * c_.system->dof() + c_.system->num_inputs() + 2; }
   /// The k-th, of length 1, which the contacts `kept` admit; some are ± of another, some an axis,
   /// some have inputs and parameters. 0 where contacts hold all coordinates.
-  Vector Next(int k, ContactMode kept);
+  Vector Next(int k, ConstraintSet kept);
 
  private:
   const Case& c_;
@@ -25,7 +25,7 @@ class Directions {
 
 /// Turns w to a direction that keeps these contacts to first order and does not push others that
 /// touch at the start.
-void Admit(const Case& c, ContactMode kept, Vector* w);
+void Admit(const Case& c, ConstraintSet kept, Vector* w);
 
 }  // namespace adversary
 }  // namespace contact_flow

@@ -234,7 +234,7 @@ class Builder {
     ReferenceDynamics dynamics(system);
     Vector x(2 * d_);
     x << Vector::Zero(d_), v_;
-    ContactMode mode;
+    ConstraintSet mode;
     for (int i = 0; i < r_.rests; ++i) mode.Insert(r_.hits + i);
     dynamics.Solve(x, Vector::Zero(c_.input.cols()), mode);
     Vector wanted = Vector::Zero(n_);
@@ -331,7 +331,7 @@ class Builder {
   int d_ = 0, m_ = 0, n_ = 0, touching_ = 0;
   std::vector<int> block_;  // of coordinates, one for each touching constraint
   Vector v_;
-  ContactMode mode_;
+  ConstraintSet mode_;
 };
 
 }  // namespace

@@ -167,7 +167,7 @@ class Court {
     detail << "final states differ by " << off << " (reference by itself " << own
            << "); modes of the run";
     for (const Transition& t : run_.transitions) {
-      detail << " " << t.t / c_.units.time << ":" << t.mode_after.bits();
+      detail << " " << t.t / c_.units.time << ":" << t.mode_after.Members().bits();
     }
     detail << "; of the reference";
     for (const ReferenceEvent& e : base_.events) detail << " " << e.t << ":" << ModeBits(e.after);
@@ -175,8 +175,8 @@ class Court {
     return false;
   }
 
-  unsigned long ModeBits(ContactMode mode) const {
-    ContactMode places;
+  unsigned long ModeBits(ConstraintSet mode) const {
+    ConstraintSet places;
     for (int i : mode) places.Insert(c_.units.constraint[i]);
     return places.bits();
   }
@@ -277,11 +277,12 @@ class Court {
     ConstraintTerms terms;
     c_.system->Constraints(c_.x.head(d_), c_.x.tail(d_), &terms);
     if (kept_ != held_) verdict_.reason += ", start modes differ";
-    detail << "; start " << run_.arcs.front().mode.bits() << ", reference " << ModeBits(held_)
-           << ", gaps along w " << (terms.jacobian * w.head(d_)).transpose() << "; transitions";
+    detail << "; start " << run_.arcs.front().mode.Members().bits() << ", reference "
+           << ModeBits(held_) << ", gaps along w " << (terms.jacobian * w.head(d_)).transpose()
+           << "; transitions";
     for (const Transition& t : run_.transitions) {
       detail << " " << t.t / c_.units.time << ":+" << t.activated.bits() << ":"
-             << t.mode_before.bits() << ">" << t.mode_after.bits();
+             << t.mode_before.Members().bits() << ">" << t.mode_after.Members().bits();
     }
     verdict_.detail = detail.str();
     return false;
@@ -324,8 +325,8 @@ class Court {
   const Trial trial_;
   Quotients quotients_;
   const RescaledSystem& given_;
-  ContactMode held_;  // at the start, by the reference
-  ContactMode kept_;  // by directions: also what the library holds
+  ConstraintSet held_;  // at the start, by the reference
+  ConstraintSet kept_;  // by directions: also what the library holds
   ReferenceRun base_;
   Trajectory run_;
   BDerivative B_;

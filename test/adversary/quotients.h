@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "contact_flow/contact_mode.h"
+#include "contact_flow/constraint_set.h"
 #include "contact_flow/types.h"
 #include "test/adversary/reference_flow.h"
 #include "test/adversary/trial.h"
@@ -18,7 +18,7 @@ class Quotients {
 
   explicit Quotients(const Trial& trial) : trial_(trial) {}
   /// Contacts that hold at the start.
-  void Keep(ContactMode kept) { kept_ = kept; }
+  void Keep(ConstraintSet kept) { kept_ = kept; }
 
   /// Events whose distance vanishes to second order are one to the reference once α is small: then
   /// it is a larger α that tells, or the limit of two. A bounce too low to matter to first order
@@ -34,7 +34,7 @@ class Quotients {
   }
 
   const Trial& trial_;
-  ContactMode kept_;
+  ConstraintSet kept_;
 };
 
 }  // namespace adversary

@@ -16,9 +16,9 @@ constexpr double kPeek = 1e-4;        // [s] ahead, to decide these
 
 }  // namespace
 
-std::vector<int> Members(ContactMode mode) {
+std::vector<int> Members(ConstraintSet set) {
   std::vector<int> members;
-  for (int i : mode) members.push_back(i);
+  for (int i : set) members.push_back(i);
   return members;
 }
 
@@ -61,7 +61,7 @@ EnumeratedSolution EnumerateComplementarity(const Matrix& G, const Vector& b) {
   return best;
 }
 
-void ReferenceFlow::PutInContact(Vector* x, ContactMode held) {
+void ReferenceFlow::PutInContact(Vector* x, ConstraintSet held) {
   if (held.Empty()) return;
   const int d = system_.dof();
   const std::vector<int> members = Members(held);
@@ -80,9 +80,9 @@ void ReferenceFlow::PutInContact(Vector* x, ContactMode held) {
 }
 
 /// (1b) over the constraints that touch; false when it has no solution.
-bool ReferenceFlow::Impact(Vector* x, ContactMode touching) {
+bool ReferenceFlow::Impact(Vector* x, ConstraintSet touching) {
   const int d = system_.dof();
-  dynamics_.Solve(*x, u_, ContactMode());
+  dynamics_.Solve(*x, u_, ConstraintSet());
   system_.Constraints(x->head(d), x->tail(d), &terms_);
   const std::vector<int> members = Members(touching);
   const int k = static_cast<int>(members.size());
@@ -104,12 +104,12 @@ bool ReferenceFlow::Impact(Vector* x, ContactMode touching) {
 }
 
 /// The contact mode among those that touch and rest; x is put exactly at rest in it.
-ContactMode ReferenceFlow::Decide(Vector* x, ContactMode candidates, std::string* doubt) {
+ConstraintSet ReferenceFlow::Decide(Vector* x, ConstraintSet candidates, std::string* doubt) {
   if (candidates.Empty()) return {};
   const int d = system_.dof();
   const std::vector<int> members = Members(candidates);
   const int k = static_cast<int>(members.size());
-  dynamics_.Solve(*x, u_, ContactMode());
+  dynamics_.Solve(*x, u_, ConstraintSet());
   system_.Constraints(x->head(d), x->tail(d), &terms_);
   Matrix A(k, d);
   Vector b(k);
@@ -120,21 +120,21 @@ ContactMode ReferenceFlow::Decide(Vector* x, ContactMode candidates, std::string
   const Matrix G = A * dynamics_.mass().llt().solve(A.transpose());
   const EnumeratedSolution solution = EnumerateComplementarity(G, b);
   const auto subset = [&](unsigned support) {
-    ContactMode mode;
+    ConstraintSet mode;
     for (int i = 0; i < k; ++i) {
       if (support >> i & 1) mode.Insert(members[i]);
     }
     return mode;
   };
-  ContactMode mode = subset(solution.support);
+  ConstraintSet mode = subset(solution.support);
   if (solution.violation > 1e-9) *doubt = "no contact mode fits";
   if (solution.clearance < kDegenerate) {
     // Several modes fit at this instant: the one that fits a little later, too.
     const double scale = std::max(1e-300, b.cwiseAbs().maxCoeff());
-    const ContactMode kept = mode_;
+    const ConstraintSet kept = mode_;
     int found = 0;
     for (unsigned support = 0; support < (1u << k); ++support) {
-      const ContactMode trial = subset(support);
+      const ConstraintSet trial = subset(support);
       Vector later = *x;
       PutInContact(&later, trial);
       const Vector now = later;
@@ -162,13 +162,13 @@ ContactMode ReferenceFlow::Decide(Vector* x, ContactMode candidates, std::string
   return mode;
 }
 
-ContactMode ReferenceFlow::InitialMode(const Vector& x, const Vector& u, std::string* doubt) {
+ConstraintSet ReferenceFlow::InitialMode(const Vector& x, const Vector& u, std::string* doubt) {
   const int d = system_.dof();
   u_ = u;
-  mode_ = ContactMode();
+  mode_ = ConstraintSet();
   system_.Constraints(x.head(d), x.tail(d), &terms_);
   const Vector rate = terms_.jacobian * x.tail(d);
-  ContactMode candidates;
+  ConstraintSet candidates;
   for (int i = 0; i < system_.num_constraints(); ++i) {
     if (std::abs(terms_.gap(i)) <= 1e-11 && std::abs(rate(i)) <= 1e-9) candidates.Insert(i);
   }

@@ -43,9 +43,9 @@ void ReferenceDynamics::Backward(const Small& L, Eigen::Ref<SmallVector> y) {
 }
 
 // With M = L Lᵀ and W = L⁻¹ Aᵀ: Wᵀ W λ = −(A M⁻¹ h + bias), v̇ = L⁻ᵀ (L⁻¹ h + W λ).
-void ReferenceDynamics::Solve(const VectorRef& x, const Vector& u, ContactMode mode) {
+void ReferenceDynamics::Solve(const VectorRef& x, const Vector& u, ConstraintSet mode) {
   const int d = system_.dof(), n = system_.num_constraints();
-  system_.Dynamics(x.head(d), x.tail(d), u, mode, &mass_, &applied_);
+  system_.Dynamics(x.head(d), x.tail(d), u, ContactMode(mode), &mass_, &applied_);
   factor_ = mass_;
   Factor(&factor_);
   acceleration_ = applied_;

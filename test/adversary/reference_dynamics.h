@@ -17,7 +17,7 @@ class ReferenceDynamics {
   explicit ReferenceDynamics(const RandomSystem& system) : system_(system) {}
 
   /// At x = (q, v) [2d], contacts of `mode` kept.
-  void Solve(const VectorRef& x, const Vector& u, ContactMode mode);
+  void Solve(const VectorRef& x, const Vector& u, ConstraintSet mode);
 
   const SmallVector& acceleration() const { return acceleration_; }  ///< [d]
   const SmallVector& force() const { return force_; }                ///< [n], zero off the mode

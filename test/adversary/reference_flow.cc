@@ -74,7 +74,7 @@ double ReferenceFlow::Step(const Vector& x, double h, Vector* y) {
   return error;
 }
 
-bool ReferenceFlow::Glide(Vector* x, const Vector& u, ContactMode mode, double duration) {
+bool ReferenceFlow::Glide(Vector* x, const Vector& u, ConstraintSet mode, double duration) {
   u_ = u;
   mode_ = mode;
   const double sign = duration < 0 ? -1 : 1;
@@ -204,7 +204,7 @@ void ReferenceFlow::Resolve(Vector* x, int trigger, double t, ReferenceRun* run)
   system_.Constraints(x->head(d), x->tail(d), &terms_);
   const ConstraintTerms terms = terms_;
   const Vector rate = terms.jacobian * x->tail(d);
-  ContactMode near;
+  ConstraintSet near;
   for (int i = 0; i < n; ++i) {
     if (mode_.Contains(i)) continue;
     const double small = kGap + kGap * std::abs(rate(i));
@@ -216,12 +216,12 @@ void ReferenceFlow::Resolve(Vector* x, int trigger, double t, ReferenceRun* run)
       near.Insert(i);
     }
   }
-  ContactMode candidates = mode_ | near;
+  ConstraintSet candidates = mode_ | near;
   if (!event.activated.Empty()) {
-    const ContactMode touching = mode_ | event.activated | near;
+    const ConstraintSet touching = mode_ | event.activated | near;
     if (!Impact(x, touching)) run->doubt = "an impact has no solution";
     const Vector after = terms.jacobian * x->tail(d);
-    candidates = ContactMode();
+    candidates = ConstraintSet();
     for (int i : touching) {
       if (std::abs(after(i)) > kRest) {
         if (after(i) < 0) run->doubt = "an impact leaves an approach";
@@ -239,14 +239,14 @@ void ReferenceFlow::Resolve(Vector* x, int trigger, double t, ReferenceRun* run)
 }
 
 ReferenceRun ReferenceFlow::Run(Vector x, const InputSchedule& schedule, double duration,
-                                ContactMode held) {
+                                ConstraintSet held) {
   const int d = system_.dof();
   ReferenceRun run;
   u_ = schedule.values.front();
   PutInContact(&x, held);
   system_.Constraints(x.head(d), x.tail(d), &terms_);
   if (terms_.gap.size() > 0 && terms_.gap.minCoeff() < -1e-11) run.doubt = "the start penetrates";
-  mode_ = ContactMode();
+  mode_ = ConstraintSet();
   double t = schedule.grid.front(), h = options_.largest_step;
   const double end = t + duration;
   if (run.doubt.empty()) {

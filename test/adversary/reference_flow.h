@@ -22,7 +22,7 @@ struct EnumeratedSolution {
 EnumeratedSolution EnumerateComplementarity(const Matrix& G, const Vector& b);
 
 /// In increasing order.
-std::vector<int> Members(ContactMode mode);
+std::vector<int> Members(ConstraintSet set);
 
 struct ReferenceOptions {
   double largest_step = 0.05;  ///< [s]
@@ -36,7 +36,7 @@ struct ReferenceOptions {
 /// One event of a reference run.
 struct ReferenceEvent {
   double t = 0;
-  ContactMode activated, before, after;
+  ConstraintSet activated, before, after;
 };
 
 struct ReferenceRun {
@@ -61,13 +61,13 @@ class ReferenceFlow {
       : system_(system), options_(options), dynamics_(system) {}
 
   /// The contact mode at x: what touches and rests and is pressed.
-  ContactMode InitialMode(const Vector& x, const Vector& u, std::string* doubt);
+  ConstraintSet InitialMode(const Vector& x, const Vector& u, std::string* doubt);
   /// From x, with the contacts in `held` put exactly in contact first.
-  ReferenceRun Run(Vector x, const InputSchedule& schedule, double duration, ContactMode held);
+  ReferenceRun Run(Vector x, const InputSchedule& schedule, double duration, ConstraintSet held);
   /// Without events, in one mode, for `duration` (may be negative).
-  bool Glide(Vector* x, const Vector& u, ContactMode mode, double duration);
+  bool Glide(Vector* x, const Vector& u, ConstraintSet mode, double duration);
   /// Moves x to where the gaps and rates of `held` vanish.
-  void PutInContact(Vector* x, ContactMode held);
+  void PutInContact(Vector* x, ConstraintSet held);
 
  private:
   static constexpr double kRest = 1e-10;  // counts as resting [m/s]
@@ -82,14 +82,14 @@ class ReferenceFlow {
   double Guard(const VectorRef& x, int i);
   /// The first event of the step from x to y of length h; constraint −1: none.
   Event FirstEvent(const Vector& x, const Vector& y, double h, ReferenceRun* run);
-  bool Impact(Vector* x, ContactMode touching);
-  ContactMode Decide(Vector* x, ContactMode candidates, std::string* doubt);
+  bool Impact(Vector* x, ConstraintSet touching);
+  ConstraintSet Decide(Vector* x, ConstraintSet candidates, std::string* doubt);
   void Resolve(Vector* x, int trigger, double t, ReferenceRun* run);
 
   const RandomSystem& system_;
   const ReferenceOptions options_;
   Vector u_;
-  ContactMode mode_;
+  ConstraintSet mode_;
   ReferenceDynamics dynamics_;
   ConstraintTerms terms_;
 };

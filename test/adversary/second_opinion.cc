@@ -36,8 +36,8 @@ std::string SecondOpinion(const Case& c, const Vector& w, const Vector& predicti
     text << "own quotient off by " << (quotient - prediction).cwiseAbs().maxCoeff()
          << ", its transitions";
     for (const Transition& t : run.transitions) {
-      text << " " << t.t / c.units.time << ":+" << t.activated.bits() << ":" << t.mode_before.bits()
-           << ">" << t.mode_after.bits();
+      text << " " << t.t / c.units.time << ":+" << t.activated.bits() << ":"
+           << t.mode_before.Members().bits() << ">" << t.mode_after.Members().bits();
     }
   } catch (const std::invalid_argument& error) {
     return std::string("own run: ") + error.what();

@@ -26,12 +26,12 @@ Vector Trial::Given(const Vector& w) const {
   return given;
 }
 
-ContactMode Trial::InitialMode(std::string* doubt) const {
+ConstraintSet Trial::InitialMode(std::string* doubt) const {
   return ReferenceFlow(*c_.system, OptionsOf(c_, kUsual))
       .InitialMode(c_.x, c_.schedule.values.front(), doubt);
 }
 
-ReferenceRun Trial::Reference(const Vector& w, ContactMode kept, Steps steps) const {
+ReferenceRun Trial::Reference(const Vector& w, ConstraintSet kept, Steps steps) const {
   const int d = c_.system->dof(), m = c_.system->num_inputs();
   InputSchedule schedule = c_.schedule;
   for (Vector& u : schedule.values) u += w.segment(2 * d, m);

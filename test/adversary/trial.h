@@ -23,9 +23,9 @@ class Trial {
   Vector Given(const Vector& w) const;
 
   /// The reference's mode at the start.
-  ContactMode InitialMode(std::string* doubt) const;
+  ConstraintSet InitialMode(std::string* doubt) const;
   /// The reference from the start perturbed by w, which contacts `kept` hold.
-  ReferenceRun Reference(const Vector& w, ContactMode kept, Steps steps = kUsual) const;
+  ReferenceRun Reference(const Vector& w, ConstraintSet kept, Steps steps = kUsual) const;
   /// The library's run, in its units; max_step in the case's.
   Trajectory Simulated(double max_step) const;
   /// Whether a touchdown of such a run follows another so closely that to the reference its gap had

@@ -51,7 +51,7 @@ struct Walls : test::UnitMasses<2, 3> {
   }
 };
 
-AssumptionReport AtCorner(double angle, double restitution, ContactMode touching = {0, 1}) {
+AssumptionReport AtCorner(double angle, double restitution, ConstraintSet touching = {0, 1}) {
   const auto walls = test::Make<Walls>({{"angle", angle}, {"restitution", restitution}});
   return AssessAssumptions(walls, Vector::Zero(4), Vector(0), touching);
 }

@@ -30,10 +30,10 @@ void ExpectTable(const ForceJumpReport& report, double none, double first, doubl
   const ForceJump& table = report.contacts.front();
   ASSERT_EQ(0, table.constraint);
   ASSERT_EQ(4u, table.stages.size());
-  EXPECT_EQ(ContactMode(), table.stages[0].activated);
-  EXPECT_EQ(ContactMode({1}), table.stages[1].activated);
-  EXPECT_EQ(ContactMode({2}), table.stages[2].activated);
-  EXPECT_EQ(ContactMode({1, 2}), table.stages[3].activated);
+  EXPECT_EQ(ConstraintSet(), table.stages[0].activated);
+  EXPECT_EQ(ConstraintSet({1}), table.stages[1].activated);
+  EXPECT_EQ(ConstraintSet({2}), table.stages[2].activated);
+  EXPECT_EQ(ConstraintSet({1, 2}), table.stages[3].activated);
   EXPECT_NEAR(none, table.stages[0].force, 1e-7);
   EXPECT_NEAR(first, table.stages[1].force, 1e-7);
   EXPECT_NEAR(second, table.stages[2].force, 1e-7);

@@ -127,7 +127,7 @@ void Judge(const MechanicalSystem& system, const Vector& x, double duration, Imp
 }
 
 /// A random cluster of Contacts: `resting` rest, `hit` are hit at once.
-void CheckContacts(unsigned seed, int kind, ContactMode resting, ContactMode hit, bool plastic,
+void CheckContacts(unsigned seed, int kind, ConstraintSet resting, ConstraintSet hit, bool plastic,
                    ImpactLaw law, Tally* tally) {
   std::mt19937 generator(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
@@ -150,7 +150,7 @@ void CheckContacts(unsigned seed, int kind, ContactMode resting, ContactMode hit
   Vector v = n.transpose() * (n * n.transpose()).ldlt().solve(rate);
   const Vector side = Vector::Random(5);
   v += side - n.transpose() * (n * n.transpose()).ldlt().solve(n * side);
-  Vector x = Before(system, resting, v);
+  Vector x = Before(system, ContactMode(resting), v);
   // … by starting 0.2 m above.
   Eigen::Vector4d lift = Eigen::Vector4d::Zero();
   for (int i = 0; i < 4; ++i) lift(i) = (resting | hit).Contains(i) ? 0 : 0.4;
@@ -172,7 +172,7 @@ TEST_P(RandomClusters, PlanksOnTwoSupports) {
 
 TEST_P(RandomClusters, ThreeAndFourContacts) {
   Tally tally;
-  const std::vector<std::pair<ContactMode, ContactMode>> sets = {
+  const std::vector<std::pair<ConstraintSet, ConstraintSet>> sets = {
       {{0}, {1, 2}}, {{}, {0, 1, 2}}, {{0, 1}, {2, 3}}, {{0}, {1, 2, 3}}, {{0, 1, 2}, {3}}};
   for (unsigned seed = 1; seed <= 80; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));

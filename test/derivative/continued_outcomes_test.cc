@@ -77,7 +77,7 @@ void ExpectLimitsAtTheHorizon(const Landing& landing, double t_end) {
       gaps(first) = -alpha;
       const Trajectory run = landing.WithGaps(gaps, t_end);
       ASSERT_TRUE(run.status.ok()) << run.status.message;
-      EXPECT_EQ(ContactMode({first}), run.transitions.front().activated);
+      EXPECT_EQ(ConstraintSet({first}), run.transitions.front().activated);
       const double distance = Distance(run.FinalState(), ends[k].final_state);
       EXPECT_LE(distance, 0.25 * last) << "alpha " << alpha << ", first " << first;
       last = distance;
@@ -178,7 +178,8 @@ TEST(ContinuedOutcomes, SayWhenTheOrderDecidesOnceMore) {
   Transition start = landing.cluster();
   start.t = 5;
   start.x_minus = landing.nominal.x;
-  start.activated = start.mode_before = ContactMode();
+  start.activated = ConstraintSet();
+  start.mode_before = ContactMode();
   OrderOutcome flight;
   flight.v_plus = landing.nominal.x.tail(2);
   const std::vector<ContinuedOutcome> ends =

@@ -78,7 +78,7 @@ TEST_P(DampedPlate, RestsOnTheTableBeforeBothImpacts) {
   ASSERT_TRUE(B.status.ok()) << B.status.message;
   const Transition& transition = run.transitions.front();
   EXPECT_EQ(kTable, transition.mode_before);
-  EXPECT_EQ(kCarts, transition.activated);
+  EXPECT_EQ(kCarts.Members(), transition.activated);
   EXPECT_EQ(GetParam().second_before_first.back(), transition.mode_after);
   // A contact that is regained gives back at its landing what it took. One that is released rises
   // from the later of the two impacts on, or in one of the orders from the earlier: a kink.

@@ -125,7 +125,7 @@ TEST(Projection, HoldsAContactThatTheImpactDoesNotFeel) {
   const Trajectory run = Simulate(system, x, Vector(0), duration, options);
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   ASSERT_EQ(1u, run.transitions.size());
-  EXPECT_EQ(2u, run.transitions[0].mode_after.bits());
+  EXPECT_EQ(2u, run.transitions[0].mode_after.Members().bits());
   BDerivativeOptions derivative;
   derivative.variables.parameters = {1};  // the coupling
   const BDerivative B = DifferentiateOutcome(system, run, derivative);

@@ -105,7 +105,7 @@ Cluster Draw(unsigned seed) {
   const Vector before = cluster.Force(cluster.v), after = cluster.Force(Vector::Zero(kWalls));
   for (int i = 0; i < kWalls; ++i) {
     if (i < resting && before(i) < 0) t.mode_before.Insert(i);
-    if (i < resting && before(i) > 0) t.activated = ContactMode();  // no such start
+    if (i < resting && before(i) > 0) t.activated = ConstraintSet();  // no such start
     if (after(i) < 0) t.mode_after.Insert(i);
   }
   t.x_minus = t.x_plus = Vector::Zero(2 * kWalls);
@@ -212,7 +212,7 @@ TEST(Openings, OfThreeHitsByHand) {
   Transition hit;
   hit.x_minus = hit.x_plus = Vector::Zero(6);
   hit.x_minus.tail(3).setConstant(-1);
-  hit.activated = ContactMode({0, 1, 2});
+  hit.activated = ConstraintSet({0, 1, 2});
   hit.mode_after = ContactMode({1, 2});
   const EventMap map(std::make_shared<ContactDynamics>(system, Vector(0)), hit);
   ASSERT_TRUE(map.status().ok()) << map.status().message;

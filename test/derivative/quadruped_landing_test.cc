@@ -39,7 +39,7 @@ class QuadrupedLanding : public testing::Test {
 TEST_F(QuadrupedLanding, FourFeetLandAtOnceAndOrthogonally) {
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   ASSERT_EQ(1u, run.transitions.size());
-  EXPECT_EQ(ContactMode({0, 1, 2, 3}), run.transitions[0].activated);
+  EXPECT_EQ(ConstraintSet({0, 1, 2, 3}), run.transitions[0].activated);
   // Free fall from the nominal height, the soles' and legs' springs slack: t = √(2 gap / g).
   ConstraintTerms terms;
   system->Constraints(system->nominal().x.head(system->num_positions()),

@@ -261,8 +261,8 @@ TEST(ChanceOrthogonality, IsNotHiddenByAnAttractingPair) {
         together.x_minus = Vector::Zero(8);
         together.x_minus.tail(4) << -pace, -pace, -pace, 0;  // all three gaps close
         together.x_plus = Vector::Zero(8);
-        together.activated = ContactMode({0, 1, 2});
-        together.mode_after = together.activated;
+        together.activated = ConstraintSet({0, 1, 2});
+        together.mode_after = ContactMode(together.activated);
         const EventMap map(std::make_shared<ContactDynamics>(walls, Vector(0)), together);
         const bool fits = crooked < 1e-6 || pull == 0;
         EXPECT_EQ(fits ? Outcome::kOk : Outcome::kNotDifferentiable, map.status().outcome)

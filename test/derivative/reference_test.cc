@@ -145,7 +145,7 @@ TEST(ReferenceStructure, ElasticClustersBounceAndSeparate) {
     const Trajectory run = Differentiate(reference).first;
     ASSERT_EQ(1u, run.transitions.size());
     const Transition& bounce = run.transitions.front();
-    EXPECT_EQ(ContactMode({0, 1}), bounce.activated);
+    EXPECT_EQ(ConstraintSet({0, 1}), bounce.activated);
     EXPECT_TRUE(bounce.mode_after.Empty());
     EXPECT_GT(bounce.impulse.minCoeff(), 0);
   }

@@ -101,7 +101,7 @@ TEST(TouchingContacts, APairThatMetWithoutForceIsHitDiscontinuously) {
   const auto system = test::Make<Balls>({{"first", 1}});
   const Trajectory run = Simulate(system, Meeting(), Vector(0), 4);
   ASSERT_EQ(2u, run.transitions.size());
-  ASSERT_EQ(ContactMode({1}), run.transitions[1].touching);
+  ASSERT_EQ(ConstraintSet({1}), run.transitions[1].touching);
   const BDerivative B = DifferentiateOutcome(system, run);
   ExpectDiscontinuous(B, 2.06667);
   EXPECT_TRUE(Lists(B, Eigen::Vector3d(0, 0.75, 0.75)));
@@ -120,7 +120,7 @@ TEST(TouchingContacts, PlasticBallsKeepTheirDerivative) {
   const double T = 4;
   const Trajectory run = Simulate(system, Meeting(), Vector(0), T);
   ASSERT_EQ(2u, run.transitions.size());
-  ASSERT_EQ(ContactMode({1}), run.transitions[1].touching);
+  ASSERT_EQ(ConstraintSet({1}), run.transitions[1].touching);
   const BDerivative B = DifferentiateOutcome(system, run);
   ASSERT_TRUE(B.status.ok()) << B.status.message;
   EXPECT_TRUE(B.IsDifferentiable());

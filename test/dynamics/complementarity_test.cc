@@ -58,7 +58,7 @@ TEST(Complementarity, DecoupledProblemsInClosedForm) {
   EXPECT_EQ(1, solution->z(0));
   EXPECT_EQ(0, solution->z(1));
   EXPECT_EQ(0, solution->z(2));
-  EXPECT_EQ(ContactMode({0}), solution->support) << "a vanishing force is not in the support";
+  EXPECT_EQ(ConstraintSet({0}), solution->support) << "a vanishing force is not in the support";
 }
 
 /// A mass of 1e-310 kg: the quotient overflows, which is no solution (it was one).

@@ -62,9 +62,9 @@ class Dynamics : public testing::TestWithParam<std::string> {
   }
 
   /// As many rigid constraints as are independent.
-  ContactMode Touching(const Vector& x) const {
-    ContactMode touching;
-    for (int i : ContactMode::All(n) - system->compliant()) {
+  ConstraintSet Touching(const Vector& x) const {
+    ConstraintSet touching;
+    for (int i : ConstraintSet::All(n) - system->compliant()) {
       if (Independent(x, touching.With(i))) touching.Insert(i);
     }
     return touching;
@@ -85,7 +85,7 @@ TEST_P(Dynamics, SatisfiesTheEquationsOfMotion) {
     ConstraintTerms terms;
     system->Constraints(x.head(nq), x.tail(d), &terms);
     for (std::uint64_t bits = 0; bits < (1u << n); ++bits) {
-      const ContactMode mode = ContactMode::FromBits(bits);
+      const ContactMode mode(ConstraintSet::FromBits(bits));
       if (!Independent(x, mode)) continue;
       system->Dynamics(x.head(nq), x.tail(d), u, mode, &M, &h);
       dynamics.Evaluate(x, mode);
@@ -114,7 +114,7 @@ TEST_P(Dynamics, DoesNotDependOnTheModesBefore) {
   };
   for (int trial = 0; trial < 60; ++trial) {
     const Vector x = RandomState();
-    const ContactMode mode = ContactMode::FromBits(any(generator));
+    const ContactMode mode(ConstraintSet::FromBits(any(generator)));
     ContactDynamics fresh(*system, u);
     for (ContactDynamics* each : {&dynamics, &fresh}) each->Differentiate(x, mode);
     EXPECT_TRUE(same(dynamics.acceleration(), fresh.acceleration())) << trial;
@@ -128,7 +128,7 @@ TEST_P(Dynamics, JacobiansAgreeWithDifferences) {
   for (int trial = 0; trial < 5; ++trial) {
     const Vector x = RandomState();
     for (std::uint64_t bits = 0; bits < (1u << n); ++bits) {
-      const ContactMode mode = ContactMode::FromBits(bits);
+      const ContactMode mode(ConstraintSet::FromBits(bits));
       if (!Independent(x, mode)) continue;
       dynamics.Differentiate(x, mode);
       Matrix analytic(d + all, 2 * d);
@@ -153,7 +153,7 @@ TEST_P(Dynamics, ImpactsObeyTheComplementarityLaw) {
   for (int trial = 0; trial < 50; ++trial) {
     const Vector x = RandomState();
     const Vector q = x.head(nq), v = x.tail(d);
-    const ContactMode touching = Touching(x);
+    const ConstraintSet touching = Touching(x);
     const ImpactResult impact = SolveImpact(*system, q, v, touching);
     Matrix M;
     Vector h;
@@ -163,7 +163,7 @@ TEST_P(Dynamics, ImpactsObeyTheComplementarityLaw) {
     const Vector& p = impact.impulse;
     Vector w = (terms.jacobian * impact.v_plus).head(n) +
                system->restitution().cwiseProduct((terms.jacobian * v).head(n));
-    for (int i : ContactMode::All(n) - touching) w(i) = 0;
+    for (int i : ConstraintSet::All(n) - touching) w(i) = 0;
     EXPECT_LE((terms.jacobian.bottomRows(all - n) * impact.v_plus).norm(), 1e-12);
     EXPECT_LE((M * (impact.v_plus - v) - terms.jacobian.transpose() * p).cwiseAbs().maxCoeff(),
               1e-12);
@@ -179,7 +179,7 @@ TEST_P(Dynamics, ImpactsObeyTheComplementarityLaw) {
 TEST_P(Dynamics, TheProjectionLawIsAReflectionUpToRestitution) {
   for (int trial = 0; trial < 10; ++trial) {
     const Vector x = RandomState();
-    const ContactMode touching = Touching(x);
+    const ConstraintSet touching = Touching(x);
     const auto apply = [&](const Vector& v) {
       return SolveImpact(*system, x.head(nq), v, touching, ImpactLaw::kProjection).v_plus;
     };
@@ -208,8 +208,8 @@ TEST_P(Dynamics, TheProjectionLawIsAReflectionUpToRestitution) {
 TEST_P(Dynamics, ImpactJacobianAgreesWithDifferences) {
   for (int trial = 0; trial < 10; ++trial) {
     const Vector x = RandomState();
-    for (int i : ContactMode::All(n) - system->compliant()) {
-      const ContactMode touching({i});
+    for (int i : ConstraintSet::All(n) - system->compliant()) {
+      const ConstraintSet touching({i});
       const ImpactResult impact = SolveImpact(*system, x.head(nq), x.tail(d), touching);
       if (impact.hit.Empty()) continue;  // separating: nothing to differentiate
       const InverseInertia inertia(*system, x.head(nq), x.tail(d));

@@ -124,7 +124,7 @@ TEST_F(ManyLimbs, RatesOfForcesAreThoseOfDifferences) {
 /// The product with a direction against the matrix of the dense way, of feet that bounce or stay.
 TEST_F(ManyLimbs, ResetsAreTheirJacobians) {
   system = MakeRobot(Legs(kLegs, 0.3));
-  const ContactMode touching({1, 4, 5, 9});
+  const ConstraintSet touching({1, 4, 5, 9});
   const ImpactResult impact = SolveImpact(*system, q, v, touching, ImpactLaw::kProjection);
   const auto inertia = std::make_shared<const InverseInertia>(*system, q, v);
   ASSERT_TRUE(ImpactReset::Terms::Allowed(*system, *inertia, Variables()));
@@ -135,7 +135,7 @@ TEST_F(ManyLimbs, ResetsAreTheirJacobians) {
       ImpactReset::Terms{*system, inertia, SparseRows(after.momentum_q),
                          SparseRows(after.constraint_q), SparseRows(before.constraint_q),
                          2 * system->dof()});
-  for (const ContactMode persisting : {ContactMode(), ContactMode({4, 5})}) {
+  for (const ConstraintSet persisting : {ConstraintSet(), ConstraintSet({4, 5})}) {
     const Matrix dense = ImpactJacobian(*system, *inertia, q, v, impact, touching, persisting);
     const ImpactReset reset(terms, touching, persisting);
     const double size = dense.cwiseAbs().maxCoeff();
@@ -151,14 +151,14 @@ TEST_F(ManyLimbs, ResetsAreTheirJacobians) {
 /// λ ≥ 0 where a contact holds, ä ≥ 0 where not: with this, G being definite, there is one choice.
 TEST_F(ManyLimbs, ChosenContactsPushAndOthersOpen) {
   ContactDynamics dynamics(*system, system->nominal().u);
-  const ContactMode all = ContactMode::All(kLegs);
+  const ConstraintSet all = ConstraintSet::All(kLegs);
   int clear = 0;
   for (int k = 0; k < 20; ++k) {
     Vector y = system->nominal().x;
     y += (k < 10 ? 0.01 : 0.2) * Mixture(y.size(), k);
     if (k < 10) y.head(system->num_positions()).tail(2 * kLegs).setConstant(0.1);  // pressed
     dynamics.Evaluate(y, ContactMode());
-    clear += dynamics.PushClearly(y, all, ContactMode());
+    clear += dynamics.PushClearly(y, all, ConstraintSet());
     const ContactMode mode = SelectContactMode(&dynamics, y, all, 0);
     dynamics.Evaluate(y, mode);
     ConstraintTerms terms;

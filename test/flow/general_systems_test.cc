@@ -217,7 +217,7 @@ TEST(ContactEffort, ChairLandsOnBothFeet) {
   const Trajectory run = Simulate(*chair, chair->nominal().x, Vector(0), 20, Exact());
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   ASSERT_FALSE(run.transitions.empty());
-  EXPECT_EQ(ContactMode({0, 1}), run.transitions.front().switched);
+  EXPECT_EQ(ConstraintSet({0, 1}), run.transitions.front().switched);
   EXPECT_NEAR(std::sqrt(0.4), run.transitions.front().t, 1e-9);
   EXPECT_LE(run.FinalState().tail(3).norm(), 1e-3);
   // At rest both feet carry half the weight each: k·depth = ½.

@@ -27,7 +27,7 @@ TEST(Grazing, GoesOffAgain) {
   const Trajectory run = Simulate(system, x, Vector(0), 10, AtTolerance(1e-10));
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   ASSERT_EQ(1u, run.transitions.size());
-  EXPECT_EQ(ContactMode({0}), run.transitions[0].grazed);
+  EXPECT_EQ(ConstraintSet({0}), run.transitions[0].grazed);
   EXPECT_EQ(ContactMode(), run.transitions[0].mode_after);
   EXPECT_EQ(0, run.margins.approach_speed);
   // It is touched at a speed of up to √(2 · 10 floors): as much is uncertain.
@@ -52,7 +52,7 @@ TEST(Grazing, IsSeenByShortSteps) {
     const Trajectory run = Simulate(system, x, Vector(0), 6, options);
     ASSERT_TRUE(run.status.ok()) << run.status.message;
     ASSERT_EQ(1u, run.transitions.size()) << step;
-    EXPECT_EQ(ContactMode({0}), run.transitions[0].grazed) << step;
+    EXPECT_EQ(ConstraintSet({0}), run.transitions[0].grazed) << step;
     EXPECT_EQ(Outcome::kGrazing, DifferentiateOutcome(system, run).status.outcome) << step;
   }
 }

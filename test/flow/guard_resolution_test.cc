@@ -228,7 +228,7 @@ TEST(QuickForces, ABlockAtRestIsReleasedByAClock) {
     x << 0, phase, 0, omega;
     const Trajectory run = Simulate(system, x, Vector(0), 8 + 20 / omega, options);
     ASSERT_LE(2u, run.transitions.size()) << "ω = " << omega << ": " << run.status.message;
-    EXPECT_EQ(ContactMode({0}), run.transitions[0].released);
+    EXPECT_EQ(ConstraintSet({0}), run.transitions[0].released);
     // λ is known to rounding: 1e-15 over its slope, 0.6 ω.
     EXPECT_NEAR((release - phase) / omega, run.transitions[0].t, 1e-12) << "ω = " << omega;
     const double step = 1e-4 / omega;

@@ -13,7 +13,7 @@ namespace contact_flow {
 namespace {
 
 constexpr double kFloor = 1e-9;
-const ContactMode kOnly({0});
+const ConstraintSet kOnly({0});
 
 struct Result {
   LocatedEvent event;
@@ -23,7 +23,7 @@ struct Result {
 
 template <class Guard, class Rate>
 Result Search(const Guard& guard, const Rate& rate, int pieces, int max_samples = 100000) {
-  GuardSearch search(1, [&](double theta, ContactMode, double* value, double* slope) {
+  GuardSearch search(1, [&](double theta, ConstraintSet, double* value, double* slope) {
     *value = guard(theta);
     *slope = rate(theta);
   });

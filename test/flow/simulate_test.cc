@@ -68,7 +68,7 @@ TEST(Events, ShallowDipsOfAForceAreFound) {
     x << 0, phase, 0, 1;
     const Trajectory run = Simulate(system, x, Vector(0), 6.3, AtTolerance(1e-8));
     ASSERT_FALSE(run.transitions.empty()) << "phase " << phase;
-    EXPECT_EQ(ContactMode({0}), run.transitions.front().released);
+    EXPECT_EQ(ConstraintSet({0}), run.transitions.front().released);
     const double release = std::acos(-(1 - kDepth)) - phase;
     EXPECT_NEAR(release, run.transitions.front().t, 2e-5) << "phase " << phase;
   }
@@ -83,7 +83,7 @@ TEST(Events, GrazingIsPassedAndNamesConstraintAndTime) {
   EXPECT_EQ(Outcome::kGrazing, run.warnings[0].code);
   EXPECT_NE(std::string::npos, run.warnings[0].message.find("'floor'"));
   ASSERT_EQ(1u, run.transitions.size());
-  EXPECT_EQ(ContactMode({0}), run.transitions[0].grazed);
+  EXPECT_EQ(ConstraintSet({0}), run.transitions[0].grazed);
   EXPECT_NEAR(M_PI + 1, run.transitions[0].t, 1e-4);
   EXPECT_EQ(10, run.t_end());
   EXPECT_EQ(0, run.margins.approach_speed);

@@ -136,7 +136,7 @@ TEST(TouchingContacts, PlasticBallsInARowMoveOnTogether) {
     ASSERT_EQ(1u, run.transitions.size()) << press;
     // Momentum 1 over mass 3.
     for (int i = 0; i < 3; ++i) EXPECT_NEAR(1.0 / 3, run.FinalState()(3 + i), 1e-13) << press;
-    EXPECT_EQ(press == 0 ? ContactMode({1}) : ContactMode(), run.transitions[0].touching);
+    EXPECT_EQ(press == 0 ? ConstraintSet({1}) : ConstraintSet(), run.transitions[0].touching);
   }
 }
 
@@ -150,7 +150,7 @@ TEST(TouchingContacts, TheCradleFollowsOneLawTouchingOrPressed) {
     const Vector v = run.transitions[0].x_plus.tail(3);
     EXPECT_LE((v - Eigen::Vector3d(-1.0 / 3, 2.0 / 3, 2.0 / 3)).norm(), 1e-13) << press;
     if (press > 0) continue;
-    EXPECT_EQ(ContactMode({1}), run.transitions[0].touching);
+    EXPECT_EQ(ConstraintSet({1}), run.transitions[0].touching);
     ASSERT_EQ(1, run.num_warnings);
     EXPECT_EQ(Outcome::kDiscontinuous, run.warnings[0].code);
     EXPECT_NE(std::string::npos, run.warnings[0].message.find("second_pair"));

@@ -67,7 +67,7 @@ TEST(ClusterReadingWithFriction, SaysFromWhereOnItHolds) {
   options.simultaneity_tolerance = 1e-6;
   const Trajectory run = Simulate(system, x, Vector(0), kDuration, options);
   ASSERT_GE(run.transitions.size(), 1u);
-  ASSERT_EQ(ContactMode({0, 1}), run.transitions[0].activated);
+  ASSERT_EQ(ConstraintSet({0, 1}), run.transitions[0].activated);
   const BDerivative B = DifferentiateOutcome(system, run);
   ASSERT_TRUE(B.status.ok()) << B.status.message;
   // x is delayed by α over its speed, as y is ahead of it by kApart over the same.

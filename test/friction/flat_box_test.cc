@@ -75,7 +75,7 @@ TEST(FlatBox, Stands) {
   EXPECT_LT((run.FinalState() - Standing(1)).head(3).cwiseAbs().maxCoeff(), 1e-12);
   ContactDynamics dynamics(*system, Vector::Zero(1));
   dynamics.Evaluate(run.FinalState(), run.arcs[0].mode);
-  EXPECT_EQ(ContactMode({0, 1}), dynamics.shared());
+  EXPECT_EQ(ConstraintSet({0, 1}), dynamics.shared());
   EXPECT_NEAR(kGravity, dynamics.force()(0), 1e-12);
   EXPECT_NEAR(kGravity, dynamics.force()(1), 1e-12);
   EXPECT_NEAR(0, dynamics.force().tail(2).norm(), 1e-12);

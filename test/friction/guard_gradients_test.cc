@@ -27,8 +27,8 @@ TEST(GuardGradients, AreThoseOfTheValues) {
   for (const ContactMode mode :
        {Word(Letter::kSlip, Letter::kSlip), Word(Letter::kStick, Letter::kSlip),
         Word(Letter::kOpen, Letter::kStick), Word(Letter::kOpen, Letter::kOpen)}) {
-    const ContactMode known = guards.OfForces(mode, {}) | guards.OfSlips(mode) |
-                              (ContactMode::All(system->num_constraints()) - mode);
+    const ConstraintSet known = guards.OfForces(mode, {}) | guards.OfSlips(mode) |
+                                (ConstraintSet::All(system->num_constraints()) - mode);
     for (int guard : known) {
       const auto at = [&](const Vector& state) {
         return GuardGradients(&dynamics, state, mode, guard).At(guard);

@@ -68,7 +68,7 @@ TEST(FrictionRefusals, ARodThatLiesIsNone) {
   const ContactMode mode = SelectWord(&dynamics, x, still, 1e-10);
   EXPECT_EQ("ss", mode.Word(2));
   dynamics.Evaluate(x, mode);
-  EXPECT_EQ(ContactMode({0, 1}), dynamics.shared());
+  EXPECT_EQ(ConstraintSet({0, 1}), dynamics.shared());
   EXPECT_LT(dynamics.acceleration().norm(), 1e-12);
 }
 

@@ -110,7 +110,7 @@ TEST(RockingBox, AnEdgeIsRigidWhereverItPoints) {
     ContactMode edge;
     for (int i : {0, 1}) edge.Set(i, Letter::kStick);
     dynamics.Evaluate(x, edge);
-    EXPECT_EQ(ContactMode({0, 1}), dynamics.shared()) << yaw;
+    EXPECT_EQ(ConstraintSet({0, 1}), dynamics.shared()) << yaw;
   }
 }
 

@@ -39,7 +39,7 @@ TEST(ManyConstraints, LandOneAfterTheOther) {
   ASSERT_EQ(static_cast<std::size_t>(kCount - 1), run.transitions.size());
   for (int k = 0; k + 1 < kCount; ++k) {
     EXPECT_NEAR(std::sqrt(0.2 * Height(k)), run.transitions[k].t, 1e-9) << k;
-    EXPECT_EQ(ContactMode({k}), run.transitions[k].activated) << k;
+    EXPECT_EQ(ConstraintSet({k}), run.transitions[k].activated) << k;
   }
   EXPECT_EQ(kCount - 1, run.arcs.back().mode.Size());
   EXPECT_FALSE(run.arcs.back().mode.Contains(kCount - 1));

@@ -139,8 +139,8 @@ TEST(RockingBlock, TheLeadingCornerLetsGoWhenTheOtherLands) {
     const Trajectory run = Simulate(*block.system, x, Vector(0), 0.6, Tight());
     ASSERT_FALSE(run.transitions.empty()) << "width " << width;
     const Transition& landing = run.transitions.front();
-    EXPECT_EQ(ContactMode({1}), landing.activated);
-    EXPECT_EQ(ContactMode({0}), landing.released);
+    EXPECT_EQ(ConstraintSet({1}), landing.activated);
+    EXPECT_EQ(ConstraintSet({0}), landing.released);
     EXPECT_EQ(ContactMode({1}), landing.mode_after);
     // The potential lost turns about the corner: ½ (I + w²/4) ω² = g (z₀ − h/2).
     const double rate = std::sqrt(2 * kGravity * (x(1) - block.half_height) /

@@ -257,12 +257,12 @@ TEST(RobotTopics, JointsAndOdometryOfOneStampAreAState) {
   Vector expected(8);
   expected << 3, 0.8, 0.6, 0.5, 2 * std::cos(0.6), -2 * std::sin(0.6), 1, -0.25;
   EXPECT_LT((state->x - expected).cwiseAbs().maxCoeff(), 1e-12);
-  EXPECT_EQ(ContactMode{1}, state->activated);
+  EXPECT_EQ(ConstraintSet{1}, state->activated);
   EXPECT_TRUE(state->released.Empty());
   wrench.wrench.force.z = 1;
   robot.Take(1, wrench);
   joints.header.stamp.fromSec(10);
-  EXPECT_EQ(ContactMode{1}, robot.Take(joints)->released);
+  EXPECT_EQ(ConstraintSet{1}, robot.Take(joints)->released);
   joints.header.stamp.fromSec(11);  // odometry of another clock: with the latest one
   EXPECT_FALSE(robot.Take(joints));
   joints.header.stamp.fromSec(12);

@@ -166,7 +166,7 @@ TEST(NamedCosts, ImpulsesHaveTheDerivativeOfTheirDifferences) {
     ASSERT_EQ(nq, d) << name;
     std::mt19937 random(5);
     std::normal_distribution<double> normal;
-    const ContactMode all = ContactMode::All(system->num_constraints()) - system->compliant();
+    const ConstraintSet all = ConstraintSet::All(system->num_constraints()) - system->compliant();
     const auto solve = [&](const Vector& x) {
       return SolveImpact(*system, x.head(nq), x.tail(d), all);
     };

@@ -190,7 +190,7 @@ TEST_F(BallPolicy, MissedAndExtraTouchdownsAreReported) {
   const double hit = policy.reference.phases()[0].t_end;
   PolicyTracker tracker(policy);
   EXPECT_EQ(0, tracker.phase());
-  tracker.Observe(0.1, ContactMode(), ContactMode{0});  // nothing lets go in the reference
+  tracker.Observe(0.1, {}, {0});  // nothing lets go in the reference
   ASSERT_EQ(1u, tracker.events().size());
   EXPECT_EQ(TrackedEvent::Kind::kExtra, tracker.events()[0].kind);
   EXPECT_EQ(0, tracker.phase());
@@ -207,9 +207,9 @@ TEST_F(BallPolicy, MissedAndExtraTouchdownsAreReported) {
 TEST_F(BallPolicy, FeetInAnotherOrderAreNotWaitedFor) {
   TrackingPolicy policy = Made();
   std::vector<ReferencePhase> phases(4, policy.reference.phases()[0]);
-  const ContactMode modes[] = {{}, {0}, {1}, {0, 1}};
+  const ConstraintSet modes[] = {{}, {0}, {1}, {0, 1}};
   for (std::size_t k = 0; k < 4; ++k) {
-    phases[k].mode = modes[k];
+    phases[k].mode = ContactMode(modes[k]);
     phases[k].t_begin = k == 0 ? 0 : 0.2 + 0.001 * static_cast<double>(k);
     phases[k].t_end = k == 3 ? 0.8 : 0.2 + 0.001 * static_cast<double>(k + 1);
   }
@@ -227,32 +227,32 @@ TEST_F(BallPolicy, FeetInAnotherOrderAreNotWaitedFor) {
   // Both feet at once, late; the one after the other; the other foot alone: of the first one's
   // touchdown there is nothing to see.
   PolicyTracker together(policy);
-  together.Observe(0.21, {0, 1}, {}, ContactMode{0, 1});
+  together.Observe(0.21, {0, 1}, {}, ConstraintSet{0, 1});
   EXPECT_EQ(3, together.phase());
   EXPECT_EQ((std::vector<Kind>{Kind::kLate, Kind::kLate, Kind::kLate}), kinds(together));
   PolicyTracker in_turn(policy);
-  in_turn.Observe(0.19, {0}, {}, ContactMode{0});
+  in_turn.Observe(0.19, {0}, {}, ConstraintSet{0});
   EXPECT_EQ(1, in_turn.phase());
-  in_turn.Observe(0.195, {1}, {}, ContactMode{0, 1});
+  in_turn.Observe(0.195, {1}, {}, ConstraintSet{0, 1});
   EXPECT_EQ(3, in_turn.phase());
   EXPECT_EQ((std::vector<Kind>{Kind::kEarly, Kind::kEarly, Kind::kMissed, Kind::kMissed}),
             kinds(in_turn));
   PolicyTracker other(policy);
-  other.Observe(0.2, {1}, {}, ContactMode{1});
+  other.Observe(0.2, {1}, {}, ConstraintSet{1});
   EXPECT_EQ(2, other.phase());
   // Not without being told the mode, not when that phase is far away, and not by other contacts.
   PolicyTracker blind(policy);
   blind.Observe(0.21, {1}, {});
   EXPECT_EQ(0, blind.phase());
   PolicyTracker far(policy);
-  far.Observe(0.05, {0, 1}, {}, ContactMode{0, 1});
+  far.Observe(0.05, {0, 1}, {}, ConstraintSet{0, 1});
   EXPECT_EQ(0, far.phase());
   EXPECT_EQ(std::vector<Kind>{Kind::kExtra}, kinds(far));
   // What came far too early waits for its phase.
   far.Input(0.15, Eigen::Vector2d(0.1, -1));
   EXPECT_EQ(3, far.phase());
   PolicyTracker strange(policy);
-  strange.Observe(0.2, {1, 2}, {}, ContactMode{1});
+  strange.Observe(0.2, {1, 2}, {}, ConstraintSet{1});
   EXPECT_EQ(0, strange.phase());
 }
 
@@ -260,7 +260,7 @@ TEST_F(BallPolicy, FeetInAnotherOrderAreNotWaitedFor) {
 TEST_F(BallPolicy, PhasesThatEndWithoutAnEventOfContactsEndByTime) {
   TrackingPolicy policy = Made();
   std::vector<ReferencePhase> phases = policy.reference.phases();
-  phases[0].activated = ContactMode();
+  phases[0].activated = ConstraintSet();
   policy.reference = ExtendedReference(policy.reference.space(), inputs, phases);
   PolicyTracker tracker(policy);
   tracker.Input(phases[0].t_end - 1e-6, Eigen::Vector2d(1, 0));

@@ -22,7 +22,7 @@ TEST_F(RecedingBall, WhatComesTooLateOrForAnotherMotionIsNotFollowed) {
   EXPECT_EQ("it has come after its begin", tracker.reports()[0].message);
   RecedingTracker other(first);
   other.Offer(found);
-  other.Observe(0.32, {0}, {}, ContactMode());  // nobody has expected that
+  other.Observe(0.32, {0}, {}, ConstraintSet());  // nobody has expected that
   other.Input(0.36, Eigen::Vector2d(0.4, 2));
   ASSERT_EQ(1u, other.reports().size());
   EXPECT_FALSE(other.reports()[0].followed);
@@ -53,7 +53,7 @@ TEST_F(RecedingBall, AnEventThatComesLateIsWaitedFor) {
     each.Input(hit + 0.015, Eigen::Vector2d(0.01, -3));
     EXPECT_TRUE(each.Waits());
     EXPECT_EQ(first.get(), &each.policy());
-    if (ever) each.Observe(hit + 0.016, {0}, {}, ContactMode());
+    if (ever) each.Observe(hit + 0.016, {0}, {}, ConstraintSet());
     each.Input(hit + (ever ? 0.017 : 0.12), Eigen::Vector2d(0.01, 3));
     EXPECT_FALSE(each.Waits());
     EXPECT_EQ(ever ? found.policy.get() : first.get(), &each.policy());
@@ -78,7 +78,7 @@ TEST_F(RecedingBall, BeyondAWindowTheFirstPolicyGoesOn) {
   ASSERT_GT(end, hit);
   for (RecedingTracker* each : {&tracker, &plain}) {
     each->Input(t + kLength, run.State(t + kLength));
-    each->Observe(hit, {0}, {}, ContactMode());
+    each->Observe(hit, {0}, {}, ConstraintSet());
     each->Input(end - 0.01, run.State(end - 0.01));
   }
   EXPECT_EQ(found.policy.get(), &tracker.policy());

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "contact_flow/contact_mode.h"
+#include "contact_flow/constraint_set.h"
 #include "contact_flow/derivative/cluster_class.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/model/mechanical_system.h"
@@ -20,7 +20,7 @@ struct Coupling {
 
 /// The assumptions of the paper at one state, for the constraints that touch there.
 struct AssumptionReport {
-  ContactMode touching;  ///< constraints that touch
+  ConstraintSet touching;  ///< constraints that touch
   /// Assumption 2 at the state: M is positive definite; M, f, a and their first derivatives are
   /// finite there.
   bool smooth = false;
@@ -42,7 +42,7 @@ struct AssumptionReport {
 
 /// Reports on the state x with input u, taking `touching` as the constraints in contact.
 AssumptionReport AssessAssumptions(const MechanicalSystem& system, const VectorRef& x,
-                                   const VectorRef& u, ContactMode touching);
+                                   const VectorRef& u, ConstraintSet touching);
 
 /// The report of each transition of a run, at (ρ, v⁻), for I_a ∪ J⁻. Where several of them are hit
 /// at once the class is that of the cluster, as EventMap has it (ClassifyCluster).

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "contact_flow/contact_mode.h"
+#include "contact_flow/constraint_set.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/model/mechanical_system.h"
 #include "contact_flow/types.h"
@@ -30,7 +30,7 @@ const char* ForceFateName(ForceFate fate);
 
 /// The force of one contact at one stage.
 struct StageForce {
-  ContactMode activated;  ///< S: the impacts that have happened
+  ConstraintSet activated;  ///< S: the impacts that have happened
   double force = 0;       ///< λ_i(S) [N]
   double rate = 0;        ///< dλ_i/dt there [N/s]
 };

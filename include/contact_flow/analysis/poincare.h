@@ -107,7 +107,7 @@ class PoincareMap {
   PiecewiseLinearMap ThroughEvent(const PoincareReturn& result) const;
   bool ApplySymmetry(const VectorRef& x, PoincareReturn* result) const;
   Matrix Basis(const VectorRef& x, ContactMode mode) const;
-  ContactMode Touching(const VectorRef& x) const;
+  ConstraintSet Touching(const VectorRef& x) const;
 
   const MechanicalSystem& system_;
   const Vector u_;

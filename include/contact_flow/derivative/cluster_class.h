@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "contact_flow/contact_mode.h"
+#include "contact_flow/constraint_set.h"
 #include "contact_flow/derivative/order_outcomes.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/status.h"
@@ -76,6 +76,6 @@ ClusterReport ClassifyCluster(ContactDynamics* dynamics, const Transition& trans
 /// kSingle, kOrthogonal, kAttracting or kOrderDependent. A coupling counts as zero when it changes
 /// no entry of Δ by more than 1e-6 of the largest (at least 1).
 ContactClass ClassifyCouplings(const MechanicalSystem& system, const VectorRef& q,
-                               ContactMode touching);
+                               ConstraintSet touching);
 
 }  // namespace contact_flow

@@ -141,7 +141,7 @@ class EventMap {
   /// of them.
   const std::vector<int>& activated() const { return activated_; }
   /// The constraints among them.
-  ContactMode ActivatedConstraints() const;
+  ConstraintSet ActivatedConstraints() const;
   int num_activations() const { return static_cast<int>(activated_.size()); }
 
   /// B(w) [2d+k]. Throws std::domain_error, naming constraint and time, where a contact that opened
@@ -200,11 +200,11 @@ class EventMap {
   friend class OrderWalk;
   void Begin();
   /// The events that may come after those in S: changes of the input in their order.
-  ContactMode Remaining(ContactMode S) const;
+  ConstraintSet Remaining(ConstraintSet S) const;
   /// Whether the changes of the input are in their order.
   bool IsOrder(const std::vector<int>& order) const;
   /// The dynamics under the input after the events in S.
-  ContactDynamics& DynamicsAfter(ContactMode S) const;
+  ContactDynamics& DynamicsAfter(ConstraintSet S) const;
   /// A tangent with the places −δt_k of the changes of the input behind it, in which h_k = t − t_k
   /// is counted; a matrix that leaves these alone.
   Vector Widen(const VectorRef& w, const VectorRef& dt) const;
@@ -216,9 +216,9 @@ class EventMap {
   Matrix WideTimes(const std::vector<int>& order) const;
   /// What order zero knows of the cluster after the activations in S.
   struct Instant {
-    Vector v;             // v_S [d]
-    ContactMode resting;  // rigid contacts without normal velocity that have not bounced
-    ContactRates rates;   // r_j along w at v_S
+    Vector v;               // v_S [d]
+    ConstraintSet resting;  // rigid contacts without normal velocity that have not bounced
+    ContactRates rates;     // r_j along w at v_S
   };
   /// The cluster after the activations in S while certain resting contacts are closed.
   struct Stage {
@@ -228,40 +228,41 @@ class EventMap {
   };
   /// The activation of one constraint while certain resting contacts are closed.
   struct Passage {
-    ImpactReset reset;      // DR_i, with all closed contacts held that have no impulse
-    ContactMode struck;     // those with an impulse, i among them
-    ContactMode held;       // closed afterwards
-    ContactMode disturbed;  // closed before, without impulse, and lifted or pressed to first order;
-                            // or open before, with a rate that changes to first order
-    ImpactReset free;       // DR_i with the closed ones of these free, where there are any
+    ImpactReset reset;     // DR_i, with all closed contacts held that have no impulse
+    ConstraintSet struck;  // those with an impulse, i among them
+    ConstraintSet held;    // closed afterwards
+    /// Closed before, without impulse, and lifted or pressed to first order; or open before, with
+    /// a rate that changes to first order.
+    ConstraintSet disturbed;
+    ImpactReset free;  // DR_i with the closed ones of these free, where there are any
   };
   /// Contacts at rest that the impact of i pushes or lifts, but less than counts as an impulse.
-  ContactMode Brushed(const Instant& before, int i, const ImpactResult& impact) const;
+  ConstraintSet Brushed(const Instant& before, int i, const ImpactResult& impact) const;
   [[noreturn]] void RefuseBrushed(int i, int j) const;
-  const Instant& InstantAt(ContactMode S) const { return instants_.at(S); }
+  const Instant& InstantAt(ConstraintSet S) const { return instants_.at(S); }
   /// The stage after S while `closed`, a part of the resting contacts, are closed.
-  const Stage& StageAt(ContactMode S, ContactMode closed) const;
-  bool PushAll(ContactMode S, ContactMode closed, Stage* stage) const;
+  const Stage& StageAt(ConstraintSet S, ConstraintSet closed) const;
+  bool PushAll(ConstraintSet S, ConstraintSet closed, Stage* stage) const;
   /// The stage where all resting contacts are closed: every contact that opened has returned.
-  const Stage& StageAt(ContactMode S) const { return StageAt(S, InstantAt(S).resting); }
+  const Stage& StageAt(ConstraintSet S) const { return StageAt(S, InstantAt(S).resting); }
   /// The activation of i after S while `closed` are closed. Makes the instant after it.
-  const Passage& PassageAt(ContactMode S, ContactMode closed, int i) const;
+  const Passage& PassageAt(ConstraintSet S, ConstraintSet closed, int i) const;
   /// The stage reached from S by the activation of i, and the reset DR_i(ρ, v_S) on the way, where
   /// every contact that opened returns at once.
-  const Stage& Activate(ContactMode S, int i, const ImpactReset** reset) const;
+  const Stage& Activate(ConstraintSet S, int i, const ImpactReset** reset) const;
   /// `rates_q`: ∂(Da v)/∂q, where it is known.
-  void AddInstant(ContactMode S, const Vector& v, const SparseRows* rates_q = nullptr) const;
+  void AddInstant(ConstraintSet S, const Vector& v, const SparseRows* rates_q = nullptr) const;
   /// `terms` where resets are products, else null.
-  void FindDisturbed(ContactMode S, ContactMode closed, int i, const ImpactResult& impact,
+  void FindDisturbed(ConstraintSet S, ConstraintSet closed, int i, const ImpactResult& impact,
                      const std::shared_ptr<const ImpactReset::Terms>& terms,
                      Passage* passage) const;
-  ImpactReset Reset(ContactMode S, int i, const ImpactResult& impact,
+  ImpactReset Reset(ConstraintSet S, int i, const ImpactResult& impact,
                     const std::shared_ptr<const ImpactReset::Terms>& terms,
-                    ContactMode persisting) const;
+                    ConstraintSet persisting) const;
   /// Whether no contact of `quiet` has another rate along two mixtures of all tangents.
-  bool NoneDisturbed(ContactMode S, ContactMode quiet, int i, const ImpactReset& free) const;
+  bool NoneDisturbed(ConstraintSet S, ConstraintSet quiet, int i, const ImpactReset& free) const;
   /// Members of `candidates` without normal velocity at v, but for those in `elastic`.
-  ContactMode Resting(const Vector& v, ContactMode candidates, ContactMode elastic) const;
+  ConstraintSet Resting(const Vector& v, ConstraintSet candidates, ConstraintSet elastic) const;
   /// First-order time to the activation of i, in stage v_S.
   double TimeTo(int i, const Stage& stage, const Vector& w) const;
   /// The same for the columns of W.
@@ -270,7 +271,7 @@ class EventMap {
   /// Of the tangents that are given, 2d+k.
   int width() const { return size() - num_input_changes(); }
   /// The compliant constraints that are pressed after the events in S.
-  ContactMode Pressed(ContactMode events) const;
+  ConstraintSet Pressed(ConstraintSet events) const;
   Vector State(const Vector& v) const;
   void MeasureRest(const Vector& v);
   void AddGuards(const Vector& v_minus);
@@ -282,7 +283,7 @@ class EventMap {
   const MechanicalSystem* system_;
   std::shared_ptr<const FrictionalEvent> friction_;  // null without friction
   Transition transition_;
-  ContactMode events_;  // I_a, switches, and a release with a jump of the field
+  ConstraintSet events_;  // I_a, switches, and a release with a jump of the field
   Vector q_;
   std::vector<int> activated_;  // the members of events_
   // The guards' gradients [n+c × 2d+k+c]: Da_i and ∂a_i/∂p, or Dλ_i, and those of the c changes of
@@ -297,10 +298,10 @@ class EventMap {
   double rest_ = 0;             // |Da_j v| / √G_jj up to which a contact rests
   double known_ = 0;            // … and up to which it is not known to move
   std::shared_ptr<ClusterGeometry> geometry_;  // null with friction, or without events
-  mutable std::map<ContactMode, Instant> instants_;
-  mutable std::map<std::pair<ContactMode, ContactMode>, Stage> stages_;
-  mutable std::map<std::tuple<ContactMode, ContactMode, int>, Passage> passages_;
-  mutable std::map<std::pair<ContactMode, int>, ImpactReset> regained_;
+  mutable std::map<ConstraintSet, Instant> instants_;
+  mutable std::map<std::pair<ConstraintSet, ConstraintSet>, Stage> stages_;
+  mutable std::map<std::tuple<ConstraintSet, ConstraintSet, int>, Passage> passages_;
+  mutable std::map<std::pair<ConstraintSet, int>, ImpactReset> regained_;
   mutable bool examined_ = false;
   mutable Status piecewise_linear_;
 };

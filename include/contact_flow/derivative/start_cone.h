@@ -52,7 +52,7 @@ class StartCone {
   /// of the mode.
   Vector operator()(const VectorRef& w) const;
   /// The contacts outside the mode, which leave from rest, whose gaps stay 0 along w.
-  ContactMode Brushed(const VectorRef& w) const;
+  ConstraintSet Brushed(const VectorRef& w) const;
   /// Half-spaces {w : Da_i w_q ≥ 0} [· × 2d+k], unit rows.
   Matrix Cone() const;
   /// Where a slip begins: the matrix of the directions that reverse it, else empty [2d+k × 2d+k],

@@ -26,7 +26,7 @@ class StartStop {
   const Matrix& matrix() const { return matrix_; }
   /// Ξ w. Throws std::domain_error where the slips of w do not end so, as a contact lets go or
   /// goes on slipping, or one of `brushed` is hit (StartCone::Brushed).
-  Vector operator()(const VectorRef& w, ContactMode brushed) const;
+  Vector operator()(const VectorRef& w, ConstraintSet brushed) const;
   /// kOk where (F7) is known to hold for every w: no friction within the cones lifts a contact.
   Status PiecewiseLinear() const;
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "contact_flow/contact_mode.h"
+#include "contact_flow/constraint_set.h"
 #include "contact_flow/types.h"
 
 namespace contact_flow {
@@ -12,7 +12,7 @@ namespace contact_flow {
 /// Solution of a linear complementarity problem.
 struct ComplementaritySolution {
   Vector z;             ///< [n]
-  ContactMode support;  ///< the indices solved as w_i = 0; z vanishes off it
+  ConstraintSet support;  ///< the indices solved as w_i = 0; z vanishes off it
 };
 
 /// Solves 0 ≤ z ⟂ w = G z + b ≥ 0 for symmetric positive semidefinite G [n×n].

@@ -57,9 +57,9 @@ class ContactDynamics {
   const Vector& force() const { return force_; }                ///< λ [n+l+r], zero off J
 
   /// Contacts whose forces are not unique, with friction.
-  ContactMode shared() const { return at_ == nullptr ? ContactMode() : at_->shared; }
+  ConstraintSet shared() const { return at_ == nullptr ? ConstraintSet() : at_->shared; }
   /// … and whose shares decide the motion, those of equal springs.
-  ContactMode springs() const { return at_ == nullptr ? ContactMode() : at_->springs; }
+  ConstraintSet springs() const { return at_ == nullptr ? ConstraintSet() : at_->springs; }
   /// max over all λ with these accelerations of min over the shared contacts of μ λ_n − |λ_t|, or
   /// of λ_n where nothing limits it or it slips [N]: positive as long as an admissible λ exists.
   double shared_margin() const {
@@ -97,7 +97,7 @@ class ContactDynamics {
   /// Where M has many zeros, and there are contacts without friction alone: evaluates the mode of
   /// `contacts` and `pressed`, and says whether all contacts are independent and push by far more
   /// than what could vanish at the instant. Then SelectMode chooses them all. Else false.
-  bool PushClearly(const VectorRef& x, ContactMode contacts, ContactMode pressed);
+  bool PushClearly(const VectorRef& x, ConstraintSet contacts, ConstraintSet pressed);
 
   /// G_ii = Da_i M⁻¹ Da_iᵀ [1/kg] of the rigid members J and the bilateral constraints where they
   /// were last evaluated; `gain` [n+l] stays as it is elsewhere.
@@ -147,12 +147,12 @@ class ContactDynamics {
     Vector multiplier;      // λ_J [k]
     // Where rows are dependent:
     bool dependent = false;
-    ContactMode shared;
+    ConstraintSet shared;
     Matrix freedom;      // Z [k×f]: λ_J + Z ν are the forces with the same accelerations
     Matrix generalized;  // an inverse of A_J M⁻¹ W_J [k×k], by which λ_J is the smallest
     Matrix residual;        // ∂r₂ of the members [k × 2d+·]
     Matrix force_jacobian;  // [k × 2d+·]
-    ContactMode springs;    // of those where rows are dependent
+    ConstraintSet springs;  // of those where rows are dependent
   };
   /// Those of this mode become the present ones, at_: derivatives go to and fro
   /// between a few modes.
@@ -235,7 +235,7 @@ class ContactDynamics {
 
 /// G = Da_C P Da_Cᵀ [k×k] (InverseInertia) and the normal accelerations without contact [k], over
 /// the k members of C in increasing order.
-void Delassus(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u, ContactMode C,
-              Matrix* G, Vector* b);
+void Delassus(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u,
+              ConstraintSet C, Matrix* G, Vector* b);
 
 }  // namespace contact_flow

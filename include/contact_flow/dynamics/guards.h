@@ -13,7 +13,7 @@ namespace contact_flow {
 /// The functions of the state that stay positive along an arc, numbered. Guard i < n is the normal
 /// one of constraint i: a_i where it is open, λ_n,i where it is in contact (−a_i if compliant).
 /// With friction there are two more for each contact i, n + 2i and n + 2i + 1; where that is more
-/// than a ContactMode holds, for those with friction alone, one after another:
+/// than a ConstraintSet holds, for those with friction alone, one after another:
 ///   sticks, in the plane   μ λ_n + λ_t and μ λ_n − λ_t: it begins to slip forward, backward
 ///   sticks, in space       μ λ_n − |λ_t|, and none
 ///   slips, in the plane    the slip along its letter, ± T v, and none
@@ -31,8 +31,8 @@ class Guards {
   /// The first one of contact i behind the normal ones; −1: none.
   int OfFriction(int i) const { return first_[static_cast<std::size_t>(i)]; }
   /// The guards of a mode that are functions of the contact forces, and those that are slips.
-  ContactMode OfForces(ContactMode mode, ContactMode shared) const;
-  ContactMode OfSlips(ContactMode mode) const;
+  ConstraintSet OfForces(ContactMode mode, ConstraintSet shared) const;
+  ConstraintSet OfSlips(ContactMode mode) const;
   bool IsNormal(int guard) const { return guard < n_; }
 
   /// The guard as a function of the forces λ [n+l+r] where the dynamics were evaluated last.
@@ -47,7 +47,7 @@ class Guards {
   }
 
  private:
-  int SharedGuard(ContactMode shared) const;
+  int SharedGuard(ConstraintSet shared) const;
 
   const MechanicalSystem& system_;
   const int n_;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "contact_flow/contact_mode.h"
+#include "contact_flow/constraint_set.h"
 #include "contact_flow/dynamics/complementarity.h"
 #include "contact_flow/model/mechanical_system.h"
 #include "contact_flow/types.h"
@@ -22,20 +22,20 @@ enum class ImpactLaw {
 struct ImpactResult {
   Vector v_plus;    ///< v⁺ [d]
   Vector impulse;   ///< p, then r [n+l], p zero off the touching set
-  ContactMode hit;  ///< constraints with p_i ≠ 0
+  ConstraintSet hit;  ///< constraints with p_i ≠ 0
 };
 
 /// Impact (1b) at ρ over the touching rigid constraints K:
 ///   M (v⁺ − v⁻) = Da_Kᵀ p + Dbᵀ r,   0 ≤ p ⟂ Da_K v⁺ + γ Da_K v⁻ ≥ 0,   Db v⁺ = 0.
 /// Throws std::domain_error where no such p exists, or v⁺ is not finite.
 ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q,
-                         const VectorRef& v_minus, ContactMode touching,
+                         const VectorRef& v_minus, ConstraintSet touching,
                          ImpactLaw law = ImpactLaw::kComplementarity);
 
 class InverseInertia;
 /// The same where P at ρ is known.
 ImpactResult SolveImpact(const MechanicalSystem& system, const InverseInertia& inertia,
-                         const VectorRef& v_minus, ContactMode touching, ImpactLaw law);
+                         const VectorRef& v_minus, ConstraintSet touching, ImpactLaw law);
 
 /// The velocity [d] after a generalized impulse p [d] from outside: v + P p (InverseInertia), then
 /// the impact of all rigid constraints that touch, a_i ≤ gap_tolerance [m].
@@ -49,6 +49,6 @@ Vector PushedVelocity(const MechanicalSystem& system, const VectorRef& x, const 
 /// `inertia` is that at q. Throws std::domain_error where DR is not finite.
 Matrix ImpactJacobian(const MechanicalSystem& system, const InverseInertia& inertia,
                       const VectorRef& q, const VectorRef& v_minus, const ImpactResult& result,
-                      ContactMode hit, ContactMode persisting, const Variables& variables = {});
+                      ConstraintSet hit, ConstraintSet persisting, const Variables& variables = {});
 
 }  // namespace contact_flow

@@ -32,11 +32,11 @@ class InverseInertia {
   const Vector& applied() const { return applied_; }
   const ConstraintTerms& terms() const { return terms_; }
   /// Rows of Da over the members of a set [k×d].
-  Matrix Rows(ContactMode members) const;
+  Matrix Rows(ConstraintSet members) const;
   /// P R, for R [d×·].
   Matrix operator*(const MatrixRef& R) const;
   /// Of a set, A P Aᵀ [k×k].
-  Matrix Delassus(ContactMode members) const;
+  Matrix Delassus(ConstraintSet members) const;
   /// Where M has many zeros: Da, and a row (L⁻¹Da_iᵀ)ᵀ for each contact [n×d].
   const SparseRows& sparse_jacobian() const { return Sparse().jacobian; }
   const SparseRows& sparse_reach() const { return Sparse().reach; }

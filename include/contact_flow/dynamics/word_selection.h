@@ -33,7 +33,7 @@ struct FrictionRefusal : std::runtime_error {
 class FrictionFrame {
  public:
   FrictionFrame(const MechanicalSystem& system, const InverseInertia& inertia,
-                ContactMode contacts);
+                ConstraintSet contacts);
 
   const Matrix& rows() const { return rows_; }    ///< A [m×d]
   const Matrix& reach() const { return reach_; }  ///< P Aᵀ [d×m]
@@ -64,7 +64,7 @@ class FrictionFrame {
 
 /// What the tangential state of a touching contact is taken for.
 struct TouchingContacts {
-  ContactMode still;     ///< T v = 0: it sticks, or begins to slip
+  ConstraintSet still;   ///< T v = 0: it sticks, or begins to slip
   ContactMode slipping;  ///< T v ≠ 0; letters give the direction in the plane
   /// By constraint, what inequalities of accelerations may miss [m/s²]: of guards of forces that
   /// vanish here (ForceSlack). Words that miss by no more are decided by the rates. Empty for none.
@@ -107,7 +107,7 @@ struct FrictionalImpact {
 /// nobody who does not take no part. Throws FrictionRefusal where no v⁺ fits, or several do and
 /// nobody asks by which convention, or energy would be gained by more than rounding.
 FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const VectorRef& q,
-                                       const VectorRef& v_minus, ContactMode touching,
+                                       const VectorRef& v_minus, ConstraintSet touching,
                                        ContactMode before = ContactMode(),
                                        WordConventions* by = nullptr);
 

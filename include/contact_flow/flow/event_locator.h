@@ -31,7 +31,7 @@ struct GuardMargins {
   double force = std::numeric_limits<double>::infinity();  ///< [N]
   double piece = std::numeric_limits<double>::infinity();  ///< [s]
   /// The gaps that the arc begins with within their floor, until they are above it.
-  ContactMode low;
+  ConstraintSet low;
 };
 
 /// Finds the earliest zero of all Guards in one step of the integrator: a_i for i ∉ J, λ_i for i ∈
@@ -85,13 +85,13 @@ class EventLocator {
   /// The same of a stepper that calls the field in another order, and again: by StagePlaces.
   void RecordForceAt(int place, const Vector& force, ContactMode mode);
   /// Constraints without a guard until this is called again.
-  void Ignore(ContactMode constraints) { ignored_ = constraints; }
+  void Ignore(ConstraintSet constraints) { ignored_ = constraints; }
   /// Starts an arc: no force is known.
   void BeginArc() { calls_ = 0; }
   /// Starts a step, or repeats it: only the force at its beginning is known.
   void BeginStep() { calls_ = calls_ > 0 ? 1 : 0; }
   /// The gaps within their floor where an arc begins.
-  ContactMode Low(const GapSample& begin) const;
+  ConstraintSet Low(const GapSample& begin) const;
   /// Accepts a step: the force at its end becomes the one at the beginning of the next.
   void EndStep();
 
@@ -111,19 +111,19 @@ class EventLocator {
  private:
   /// −1 for a compliant member, whose guard is −a_i.
   double GapSign(int i) const { return mode_.Contains(i) ? -1 : 1; }
-  void Sample(double theta, ContactMode set, double* value, double* rate);
-  void SampleForces(double theta, ContactMode set, double* value);
+  void Sample(double theta, ConstraintSet set, double* value, double* rate);
+  void SampleForces(double theta, ConstraintSet set, double* value);
   double AtHand(int guard) const;
   bool IsShared(int guard) const;
-  ContactMode FallingOn(ContactMode gaps) const;
-  ContactMode OpenGaps(bool free) const;
+  ConstraintSet FallingOn(ConstraintSet gaps) const;
+  ConstraintSet OpenGaps(bool free) const;
   void FindForceFloors();
-  bool ScreenForces(bool probed, ContactMode* open, LocatedEvent* pull, LocatedEvent* event);
+  bool ScreenForces(bool probed, ConstraintSet* open, LocatedEvent* pull, LocatedEvent* event);
   void StoreForce(int column, const Vector& force, ContactMode mode);
   void ProbeForces(int first, int count);
-  void SearchGaps(ContactMode gaps, bool free, LocatedEvent* event);
-  void SearchForces(ContactMode members, LocatedEvent* event);
-  void SearchSlips(ContactMode slips, LocatedEvent* event);
+  void SearchGaps(ConstraintSet gaps, bool free, LocatedEvent* event);
+  void SearchForces(ConstraintSet members, LocatedEvent* event);
+  void SearchSlips(ConstraintSet slips, LocatedEvent* event);
 
   /// A step that does not resolve a force is repeated with this part of its length.
   static constexpr double kShorter = 0.3;
@@ -136,10 +136,10 @@ class EventLocator {
   GuardSearch search_;
   Stepper* stepper_ = nullptr;
   ContactMode mode_;
-  ContactMode ignored_;
-  ContactMode rigid_;   // the members
-  ContactMode pushes_;  // the guards that are functions of forces
-  ContactMode slips_;   // those that are slips
+  ConstraintSet ignored_;
+  ConstraintSet rigid_;   // the members
+  ConstraintSet pushes_;  // the guards that are functions of forces
+  ConstraintSet slips_;   // those that are slips
   const GapSample* begin_ = nullptr;
   const GapSample* end_ = nullptr;
   const StagePlaces* places_;

@@ -116,7 +116,7 @@ class Flow {
   bool GoesOn();
   std::optional<double> Accumulation(const ResolvedTransition& resolved);
   std::optional<double> PredictRest(int i);
-  ContactMode EndOfBounces();
+  ConstraintSet EndOfBounces();
   bool CompleteZeno();
   void Warn(Outcome code, const std::string& message);
   /// Where an arc begins whose forces are not unique, once for the contacts that share them.
@@ -133,7 +133,7 @@ class Flow {
   bool CrossesSingularSlip(double length) const;
   ResolvedTransition ResolveAtEvent();
   bool WouldStick(int i);
-  ContactMode SlidingInSpace() const;
+  ConstraintSet SlidingInSpace() const;
   void TallyStep();
   void TallyTransition();
   void NoteUnresolvedReturn(int i, double gap, double rate);
@@ -204,7 +204,7 @@ class Flow {
   double accumulation_time_ = std::numeric_limits<double>::quiet_NaN();
   std::vector<Warning> warnings_;
   long num_warnings_ = 0;
-  ContactMode shared_, springs_;  // warned of
+  ConstraintSet shared_, springs_;  // warned of
   ImpliedGaps implied_;  // touching constraints that mode_ implies: no guards on this arc
   int stalls_ = 0;       // transitions in a row without time between them
   int last_trigger_ = -1;

@@ -5,7 +5,7 @@
 #include <functional>
 #include <limits>
 
-#include "contact_flow/contact_mode.h"
+#include "contact_flow/constraint_set.h"
 #include "contact_flow/types.h"
 
 namespace contact_flow {
@@ -25,7 +25,7 @@ struct LocatedEvent {
 
 /// What is searched, and how closely.
 struct GuardQuery {
-  ContactMode guards;
+  ConstraintSet guards;
   const double* floor;  ///< [n] what cannot be told from zero, of each guard
   bool touches;         ///< whether a guard that reaches zero and opens again is an event
   bool quick;           ///< whether the guards may be quicker than the pieces are short
@@ -33,9 +33,9 @@ struct GuardQuery {
   int max_samples;
   bool quick_values = false;  ///< whether values alone cost less, by the sampler of values
   /// Those that go on below −floor behind the step, if they are below zero at its end.
-  ContactMode falling = {};
+  ConstraintSet falling = {};
   /// Those that have not been above their floors: their dips count only in steps that begin there.
-  ContactMode low = {};
+  ConstraintSet low = {};
 };
 
 /// Finds the earliest zero of some guards along a step, θ ∈ [0, 1], with guards that may be far
@@ -61,10 +61,10 @@ class GuardSearch {
   static constexpr double kLargestHole = 0.65;
 
   /// Writes value [n] and d/dθ [n] of the guards in `set` at θ.
-  using Sampler = std::function<void(double theta, ContactMode set, double* value, double* rate)>;
+  using Sampler = std::function<void(double theta, ConstraintSet set, double* value, double* rate)>;
 
   /// The values alone.
-  using Values = std::function<void(double theta, ContactMode set, double* value)>;
+  using Values = std::function<void(double theta, ConstraintSet set, double* value)>;
 
   GuardSearch(int n, Sampler sampler, Values values = {});
 
@@ -102,7 +102,7 @@ class GuardSearch {
   // the values at the event that was found.
   Matrix values_, rates_;  // [n × slots + 2]
   std::array<double, kSlots> theta_;
-  std::array<ContactMode, kSlots> open_;  // the guards that are not settled on the piece before
+  std::array<ConstraintSet, kSlots> open_;  // the guards that are not settled on the piece before
   Vector bend_, turn_;                    // [n] see Learn
   double shortest_ = 0;
   double sampled_event_ = -1;  // the θ of the last column

@@ -4,7 +4,7 @@
 #include <map>
 #include <vector>
 
-#include "contact_flow/contact_mode.h"
+#include "contact_flow/constraint_set.h"
 #include "contact_flow/model/mechanical_system.h"
 #include "contact_flow/types.h"
 
@@ -17,13 +17,13 @@ namespace contact_flow {
 class ImpliedGaps {
  public:
   /// Those of `near` that the rigid contacts of a mode imply at x, where gaps are `gap` [n].
-  void Find(const MechanicalSystem& system, const Vector& x, const VectorRef& u, ContactMode rigid,
-            ContactMode near, const Vector& gap);
+  void Find(const MechanicalSystem& system, const Vector& x, const VectorRef& u,
+            ConstraintSet rigid, ConstraintSet near, const Vector& gap);
   /// Others without guards, that nothing holds.
-  void Add(ContactMode others, const Vector& gap);
+  void Add(ConstraintSet others, const Vector& gap);
   void Erase(int i) { shares_.erase(i); }
 
-  ContactMode constraints() const;
+  ConstraintSet constraints() const;
   bool Empty() const { return shares_.empty(); }
   /// How much contact i has moved since, but for the drift of what holds it [m].
   double Moved(int i, const Vector& gap) const;

@@ -25,8 +25,8 @@ struct BatchOptions {
 /// A cluster of events that a run of a batch has passed; see Transition.
 struct BatchEvent {
   double t = 0;             ///< [s]
-  ContactMode activated;    ///< what hit
-  ContactMode released;     ///< what let go
+  ConstraintSet activated;  ///< what hit
+  ConstraintSet released;   ///< what let go
   ContactMode mode_after;   ///< J⁺
   Vector impulse;           ///< [n+l] [N·s]
 };

@@ -47,10 +47,10 @@ struct Transition {
   Vector x_plus;            ///< (ρ, v⁺) [nq+d]
   ContactMode mode_before;  ///< J⁻
   ContactMode mode_after;   ///< J⁺
-  ContactMode activated;    ///< I_a: a_i = 0 with Da_i v⁻ < 0, whether it then holds or bounces
-  ContactMode released;     ///< members of J⁻ that are not in J⁺
-  ContactMode vanishing;    ///< I_d: members of J⁻ whose force passes zero here
-  ContactMode switched;     ///< compliant constraints whose gap passes zero, either way
+  ConstraintSet activated;  ///< I_a: a_i = 0 with Da_i v⁻ < 0, whether it then holds or bounces
+  ConstraintSet released;   ///< members of J⁻ that are not in J⁺
+  ConstraintSet vanishing;  ///< I_d: members of J⁻ whose force passes zero here
+  ConstraintSet switched;   ///< compliant constraints whose gap passes zero, either way
   Vector
       impulse;  ///< p, then that of the bilateral constraints [n+l], [N·s] (zero where no impact)
   double spread = 0;  ///< time between the first and the last event of the cluster [s]
@@ -62,13 +62,13 @@ struct Transition {
   double energy_change = 0;  ///< of the frictional impact [J]
   double tolerance = 0;  ///< within which events counted as simultaneous with the first located [s]
   /// Touched with vanishing speed, or about to let go with dλ/dt = 0: no derivative across it.
-  ContactMode grazed;
+  ConstraintSet grazed;
   /// Rigid constraints beyond J⁻ and I_a that touched without force, a_i = Da_i v⁻ = 0, and were
   /// hit, or are pressed from here on: the outcome is not continuous here.
-  ContactMode touching;
+  ConstraintSet touching;
   /// Touching constraints that J⁺ implies, their rows of Da being dependent on its rows: how a
   /// force is shared among them is not unique, the motion is.
-  ContactMode implied;
+  ConstraintSet implied;
   /// Infinitely many bounces were completed to sticking here (SimulateOptions::complete_zeno), or
   /// bounces too low to be resolved.
   bool completes_zeno = false;

@@ -25,7 +25,7 @@ struct TransitionRules {
   Vector state_error;
   /// Constraints that the mode holds, their rows being combinations of its own: they touch all
   /// along, and what rate they have is rounding. Without friction.
-  ContactMode implied;
+  ConstraintSet implied;
 };
 
 /// A transition with what it adds to the margins, and a status that is not kOk where it

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "contact_flow/contact_mode.h"
+#include "contact_flow/constraint_set.h"
 
 namespace contact_flow {
 
@@ -23,7 +23,7 @@ class ZenoDetector {
   /// Records an impact on the constraints in `hit`; returns the accumulation time [s] once the last
   /// three intervals of a sequence shrink by ratios that agree within 5 % and the last
   /// is short enough.
-  std::optional<double> Impact(ContactMode hit, double t);
+  std::optional<double> Impact(ConstraintSet hit, double t);
   /// The accumulation time [s] if the next impact would come at `next`, and the last two intervals
   /// of all constraints and this one shrink by ratios that agree within 30 %. For sequences that
   /// shrink so fast that no fourth impact is resolved.

@@ -127,7 +127,7 @@ class MechanicalSystem {
   const Vector& restitution() const { return restitution_; }
   /// The constraints that are not rigid but switches: a_i < 0 is allowed, i ∈ J means a_i < 0, and
   /// all that happens at a_i = 0 is that the effort f(q, v, u, J) changes (Sec. 6.1).
-  ContactMode compliant() const { return compliant_; }
+  ConstraintSet compliant() const { return compliant_; }
   /// True when f depends on J.
   bool HasContactEffort() const { return contact_effort_; }
 
@@ -184,7 +184,7 @@ class MechanicalSystem {
   NominalRun nominal_;             ///< set by the derived class
   ConfigurationSpace space_;       ///< set by the derived class
   Vector restitution_;             ///< γ [n], set by the derived class
-  ContactMode compliant_;          ///< set by the derived class
+  ConstraintSet compliant_;        ///< set by the derived class
   bool contact_effort_ = false;    ///< set by the derived class
   std::vector<Friction> friction_;  ///< of each contact, set by the derived class; or empty
   int num_tangential_ = 0;          ///< r, set by the derived class

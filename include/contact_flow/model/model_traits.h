@@ -3,7 +3,7 @@
 
 #include <type_traits>
 
-#include "contact_flow/contact_mode.h"
+#include "contact_flow/constraint_set.h"
 #include "contact_flow/model/configuration_space.h"
 
 namespace contact_flow {
@@ -46,11 +46,11 @@ class ModelTraits {
 
   template <class M, class = void>
   struct OfCompliant {
-    static ContactMode Get() { return ContactMode(); }
+    static ConstraintSet Get() { return ConstraintSet(); }
   };
   template <class M>
   struct OfCompliant<M, std::void_t<decltype(M::Compliant())>> {
-    static ContactMode Get() { return M::Compliant(); }
+    static ConstraintSet Get() { return M::Compliant(); }
   };
 
  public:
@@ -65,7 +65,7 @@ class ModelTraits {
   /// ℝᵈ unless the model has Space().
   static ConfigurationSpace Space() { return OfSpace<Model>::Get(); }
   /// None unless the model has Compliant().
-  static ContactMode Compliant() { return OfCompliant<Model>::Get(); }
+  static ConstraintSet Compliant() { return OfCompliant<Model>::Get(); }
 };
 
 }  // namespace contact_flow

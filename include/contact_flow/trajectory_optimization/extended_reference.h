@@ -21,8 +21,8 @@ struct ReferencePhase {
   double t_end = 0;       ///< [s]
   Vector x_begin;         ///< right limit at its begin [nq+d]
   Vector x_end;           ///< left limit at its end [nq+d]
-  ContactMode activated;  ///< what touches down at its end, …
-  ContactMode released;   ///< … and what lets go
+  ConstraintSet activated;  ///< what touches down at its end, …
+  ConstraintSet released;   ///< … and what lets go
   /// Times of the table [N]; those at which the input changes, and t_begin and t_end, occur twice.
   std::vector<double> t;
   Matrix x;  ///< states at these [nq+d × N]

@@ -86,7 +86,7 @@ struct TrackedEvent {
   Kind kind = Kind::kOnTime;  ///< this one
   double t = 0;             ///< when it came; for a missed one when it was given up [s]
   double expected = 0;      ///< by the reference; NaN for an extra one [s]
-  ContactMode constraints;  ///< of it
+  ConstraintSet constraints;  ///< of it
 };
 
 /// "on time", …
@@ -104,8 +104,8 @@ class PolicyTracker {
   /// than by `patience` is not what is expected. Others are passed over where the robot is then in
   /// the mode of a later phase, whose begin is not further from t than `patience`, and which such
   /// events lead to: feet may come in another order. Else they are extra events.
-  void Observe(double t, ContactMode activated, ContactMode released,
-               std::optional<ContactMode> mode = {});
+  void Observe(double t, ConstraintSet activated, ConstraintSet released,
+               std::optional<ConstraintSet> mode = {});
   /// The input at t for the state x [nq+d].
   Vector Input(double t, const VectorRef& x);
   int phase() const { return phase_; }  ///< of the reference
@@ -114,18 +114,18 @@ class PolicyTracker {
 
  private:
   const ReferencePhase& At(int phase) const;
-  ContactMode Expected(int phase) const;
+  ConstraintSet Expected(int phase) const;
   void GiveUpLate(double t);
-  bool Follow(double t, ContactMode changed);
-  int Match(double t, ContactMode changed, ContactMode mode) const;
+  bool Follow(double t, ConstraintSet changed);
+  int Match(double t, ConstraintSet changed, ConstraintSet mode) const;
   void Pass(double t);
 
   const TrackingPolicy& policy_;
   const TrackerOptions options_;
   int phase_ = 0;
-  ContactMode touched_, left_;  // of what is expected at the end of the phase
-  std::optional<ContactMode> mode_;  // that the robot is in, if it is told
-  ContactMode seen_;            // what has touched down or let go since then
+  ConstraintSet touched_, left_;       // of what is expected at the end of the phase
+  std::optional<ConstraintSet> mode_;  // that the robot is in, if it is told
+  ConstraintSet seen_;                 // what has touched down or let go since then
   std::vector<TrackedEvent> events_;
 };
 

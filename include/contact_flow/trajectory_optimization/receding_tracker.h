@@ -22,8 +22,8 @@ class RecedingTracker {
                            const TrackerOptions& options = {});
 
   /// As of PolicyTracker.
-  void Observe(double t, ContactMode activated, ContactMode released,
-               std::optional<ContactMode> mode = {});
+  void Observe(double t, ConstraintSet activated, ConstraintSet released,
+               std::optional<ConstraintSet> mode = {});
   /// The input at t for the state x [nq+d].
   Vector Input(double t, const VectorRef& x);
 
@@ -66,7 +66,7 @@ class RecedingTracker {
   std::shared_ptr<const TrackingPolicy> policy_;
   std::optional<PolicyTracker> tracker_;
   std::optional<HorizonSolution> next_;
-  std::optional<ContactMode> mode_;
+  std::optional<ConstraintSet> mode_;
   std::vector<int> changes_;
   double last_;                // for which an input was asked [s]
   std::size_t collected_ = 0;  // events of the tracker

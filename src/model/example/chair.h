@@ -30,7 +30,7 @@ struct Chair {
   static constexpr std::array<const char*, 2> kConstraintNames = {"left_foot", "right_foot"};
   static constexpr std::array<const char*, 0> kInputNames = {};
 
-  static ContactMode Compliant() { return {0, 1}; }
+  static ConstraintSet Compliant() { return {0, 1}; }
 
   template <class P>
   struct Parameters {

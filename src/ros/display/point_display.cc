@@ -120,7 +120,7 @@ std::vector<geometry_msgs::TransformStamped> PointDisplay::Transforms(
   return transforms;
 }
 
-visualization_msgs::MarkerArray PointDisplay::Contacts(const VectorRef& x, ContactMode mode,
+visualization_msgs::MarkerArray PointDisplay::Contacts(const VectorRef& x, ConstraintSet touching,
                                                        const VectorRef& force,
                                                        const ros::Time& stamp) const {
   ConstraintTerms terms;
@@ -144,7 +144,7 @@ visualization_msgs::MarkerArray PointDisplay::Contacts(const VectorRef& x, Conta
       Eigen::Vector3d unit, torque, whole;
       UnitForce(frame, terms, i, &unit, &torque);
       Force(frame, terms, i, force, &whole, &torque);
-      const bool acts = mode.Contains(i) && unit.norm() > 0;
+      const bool acts = touching.Contains(i) && unit.norm() > 0;
       touched = touched || acts;
       Marker arrow = begin("forces", k * n + i);
       const Eigen::Vector3d length = kMetresPerNewton * whole;

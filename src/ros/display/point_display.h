@@ -28,7 +28,7 @@ class PointDisplay {
                                                           const ros::Time& stamp) const;
   /// A sphere at every frame (namespace "bodies"), and an arrow for every contact's force on it,
   /// that of friction with it ("forces"), for λ [n+l+r].
-  visualization_msgs::MarkerArray Contacts(const VectorRef& x, ContactMode mode,
+  visualization_msgs::MarkerArray Contacts(const VectorRef& x, ConstraintSet touching,
                                            const VectorRef& force, const ros::Time& stamp) const;
   /// The wrench of each contact's force for λ [n+l+r], about the world's origin: the parts of
   /// Da_iᵀ λ_n,i + T_iᵀ λ_t,i along the frames' coordinates. [n]

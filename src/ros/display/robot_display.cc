@@ -231,8 +231,8 @@ Marker RobotDisplay::Begin(const std::string& name, int id, const ros::Time& sta
   return marker;
 }
 
-MarkerArray RobotDisplay::Contacts(const VectorRef& x, ContactMode mode, const VectorRef& force,
-                                   const ros::Time& stamp) const {
+MarkerArray RobotDisplay::Contacts(const VectorRef& x, ConstraintSet touching,
+                                   const VectorRef& force, const ros::Time& stamp) const {
   const RigidBodyTree& tree = system_.robot().model.tree;
   TreeState<double> state(tree);
   UpdatePositions(tree, x.data(), &state);
@@ -241,7 +241,7 @@ MarkerArray RobotDisplay::Contacts(const VectorRef& x, ContactMode mode, const V
     if (system_.compliant().Contains(i)) continue;  // an instant of time
     Vec3<double> point, whole;
     PlaceContact(system_, i, state, force, &point, &whole);
-    const bool active = mode.Contains(i);
+    const bool active = touching.Contains(i);
     Marker sphere = Begin("contacts", i, stamp);
     sphere.type = Marker::SPHERE;
     sphere.pose.position = ToPoint(point);

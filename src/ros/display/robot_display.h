@@ -75,7 +75,7 @@ class RobotDisplay {
   /// A sphere at the point of each constraint, orange where it is in the contact mode, blue where
   /// it is not (namespace "contacts"), and an arrow along each contact's whole force, that of
   /// friction with it (namespace "forces"), for λ [n+l+r].
-  visualization_msgs::MarkerArray Contacts(const VectorRef& x, ContactMode mode,
+  visualization_msgs::MarkerArray Contacts(const VectorRef& x, ConstraintSet touching,
                                            const VectorRef& force, const ros::Time& stamp) const;
   /// The wrench of each contact's force, that of friction with it, on the robot, for λ [n+l+r];
   /// about the world's origin in world axes; zero for limits. [n]

@@ -63,7 +63,7 @@ PolicyAnswer PolicyLoop::Take(const SimulatorEvent& event) {
 }
 
 PolicyAnswer PolicyLoop::Take(const std_msgs::Header& header, double t, const Vector& x,
-                              ContactMode activated, ContactMode released) {
+                              ConstraintSet activated, ConstraintSet released) {
   if (!tracker_ || t < last_) Begin(t);
   PolicyAnswer answer;
   mode_ = (mode_ | activated) - released;
@@ -86,7 +86,7 @@ void PolicyLoop::BeginWith(const HybridState& state) {
   Begin(state.t);
   passed_ = state.events;
   epoch_ = state.epoch;
-  mode_ = ModeOfNames("mode", state.mode, policy_->names.constraints);
+  mode_ = SetOfNames("mode", state.mode, policy_->names.constraints);
   waiting_.reset();
   // What came before it is over; of what has begun anew there may be events already.
   while (!events_.empty() && (events_.front().index <= passed_ ||
@@ -105,11 +105,11 @@ PolicyAnswer PolicyLoop::Answer() {
     if (event.index <= passed_) continue;
     passed_ = event.index;
     const auto mode = [this](const char* field, const std::vector<std::string>& names) {
-      return ModeOfNames(field, names, policy_->names.constraints);
+      return SetOfNames(field, names, policy_->names.constraints);
     };
     const ContactTransition& m = event.transition;
-    const ContactMode down = mode("activated", m.activated) | mode("switched", m.switched);
-    const ContactMode up = mode("released", m.released);
+    const ConstraintSet down = mode("activated", m.activated) | mode("switched", m.switched);
+    const ConstraintSet up = mode("released", m.released);
     if ((down | up).Empty() || m.t < begin_) continue;
     mode_ = mode("mode_after", m.mode_after);
     tracker_->Observe(m.t - begin_, down, up, mode_);
@@ -122,7 +122,7 @@ PolicyAnswer PolicyLoop::Answer() {
     passed_ = state.events;
   }
   if (state.epoch != epoch_) {  // it was pushed or moved: no events tell what touches now
-    const ContactMode mode = ModeOfNames("mode", state.mode, policy_->names.constraints);
+    const ConstraintSet mode = SetOfNames("mode", state.mode, policy_->names.constraints);
     if (mode != mode_) tracker_->Observe(state.t - begin_, mode - mode_, mode_ - mode, mode);
     mode_ = mode;
     epoch_ = state.epoch;

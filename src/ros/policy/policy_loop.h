@@ -38,7 +38,7 @@ class PolicyLoop {
   /// A state x [nq+d] at t and the contacts that have changed since the last one: of a robot, which
   /// tells no events.
   PolicyAnswer Take(const std_msgs::Header& header, double t, const Vector& x,
-                    ContactMode activated, ContactMode released);
+                    ConstraintSet activated, ConstraintSet released);
 
   /// What is to be solved for a solution that begins `lead` [s] behind the state that was answered
   /// last, and when the policy had begun; nothing before it begins, where that is in the last
@@ -76,7 +76,7 @@ class PolicyLoop {
   std::size_t told_solves_ = 0;
   std::uint64_t passed_ = 0;        // events of the simulator
   std::uint32_t epoch_ = 0;         // of the state before
-  ContactMode mode_;                // that the robot is in
+  ConstraintSet mode_;              // that the robot is in
   std::deque<SimulatorEvent> events_;
   std::optional<HybridState> waiting_;
   int waits_ = 0;  // states that have come while one waits

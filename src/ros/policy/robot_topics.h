@@ -22,7 +22,7 @@ class RobotTopics {
   struct State {
     std_msgs::Header header;
     Vector x;  ///< [nq+d]
-    ContactMode activated, released;
+    ConstraintSet activated, released;
   };
 
   /// A contact touches above `threshold` [N]. Throws std::invalid_argument for rotations that are
@@ -49,7 +49,7 @@ class RobotTopics {
   std::size_t base_q_ = 0, base_v_ = 0;  // of its first numbers
   std::optional<sensor_msgs::JointState> waiting_;
   std::optional<nav_msgs::Odometry> odometry_;
-  ContactMode touching_, told_;
+  ConstraintSet touching_, told_;
 };
 
 }  // namespace ros_interface

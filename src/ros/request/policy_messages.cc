@@ -64,16 +64,16 @@ ReferencePhase ToPhase(const PolicyPhase& m, const std::vector<std::string>& con
   ReferencePhase phase;
   phase.mode = ModeOfWord("mode_word", m.mode_word, static_cast<int>(constraints.size()));
   if (phase.mode.Names(constraints) != m.mode) {
-    throw std::invalid_argument("mode is " + ModeOfNames("mode", m.mode, constraints)
-                                                 .ToString(constraints) +
+    throw std::invalid_argument("mode is " +
+                                SetOfNames("mode", m.mode, constraints).ToString(constraints) +
                                 ", expected that of mode_word, '" + m.mode_word + "'");
   }
   phase.t_begin = m.t_begin;
   phase.t_end = m.t_end;
   phase.x_begin = Joined("begin", m.q_begin, m.v_begin, space);
   phase.x_end = Joined("end", m.q_end, m.v_end, space);
-  phase.activated = ModeOfNames("activated", m.activated, constraints);
-  phase.released = ModeOfNames("released", m.released, constraints);
+  phase.activated = SetOfNames("activated", m.activated, constraints);
+  phase.released = SetOfNames("released", m.released, constraints);
   phase.t = m.t;
   const Matrix q = ToMatrix("q", m.q), v = ToMatrix("v", m.v);
   if (q.rows() != v.rows()) {

@@ -25,7 +25,7 @@ void AddEvents(const SystemDescription& names, const Trajectory& run,
     prediction->mode_words.push_back(ToWord(names.constraints, arc.mode));
   }
   for (const Transition& transition : run.transitions) {
-    const ContactMode involved = transition.activated | transition.released | transition.switched;
+    const ConstraintSet involved = transition.activated | transition.released | transition.switched;
     prediction->event_names.push_back(involved.ToString(names.constraints));
     prediction->event_times.push_back(transition.t);
   }

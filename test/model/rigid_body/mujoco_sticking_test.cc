@@ -43,9 +43,9 @@ class Standing {
   Vector Ours(const Vector& u) {
     ContactDynamics dynamics(*system_, u);
     TouchingContacts touching;
-    touching.still = ContactMode::All(4);
+    touching.still = ConstraintSet::All(4);
     const ContactMode mode = SelectWord(&dynamics, x_, touching, 1e-9);
-    if (mode.Sticking() != ContactMode::All(4)) return {};
+    if (mode.Sticking() != ConstraintSet::All(4)) return {};
     dynamics.Evaluate(x_, mode);
     ConstraintTerms terms;
     system_->Constraints(q(), v(), &terms);
@@ -64,7 +64,7 @@ class Standing {
     m->opt.tolerance = 0;
     Matrix mass;
     Vector effort;
-    system_->Dynamics(q(), v(), u, ContactMode::All(4), &mass, &effort);
+    system_->Dynamics(q(), v(), u, ContactMode(ConstraintSet::All(4)), &mass, &effort);
     mujoco_->SetState(q(), v());
     mj_forward(m, data);
     EXPECT_EQ(4, data->ncon);
