@@ -97,7 +97,7 @@ double Flow::StepBehindCorner(double h) {
   return h;
 }
 
-/// From the node to the next knot of a function of time [s]; one that rounding leaves is at the node.
+/// From the node to the next knot of a function of time [s]; what rounding leaves is at the node.
 double Flow::TimeToKnot() const {
   const double time = corners_.TimeToKnot(x_);
   const bool ahead = time > kAtNode * std::max(1.0, std::abs(t_));

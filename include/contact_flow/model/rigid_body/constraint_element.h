@@ -69,8 +69,8 @@ class ConstraintElement {
   /// the normal. Touches() only.
   virtual void Place(const double* z, Vec3<double>* arm, Vec3<double>* push) const = 0;
 
-  /// Coordinates across its surface, for each the values at which ∂³a jumps, ascending (SplineKnots);
-  /// and those coordinates at z.
+  /// Coordinates across its surface, for each the values at which ∂³a jumps, ascending
+  /// (SplineKnots); and those coordinates at z.
   virtual std::vector<std::vector<double>> Knots() const { return {}; }
   virtual void Across(const double* /*z*/, double* /*coordinates*/) const {}
   /// The first time of the robot's clock behind t at which a derivative of its motion jumps.
