@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Arcs and events of a run.
-#include "contact_flow/flow/limit_locator.h"
+#include "contact_flow/flow/corner_functions.h"
 #include "convert.h"
 #include "run.h"
 

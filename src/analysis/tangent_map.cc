@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/piecewise_linear/section.h"
 
 namespace contact_flow {
 namespace {
@@ -113,9 +114,9 @@ PiecewiseLinearMap TangentMap(const BDerivative& B, const std::vector<EventPlace
       throw std::domain_error(Sentence(system, event.event, "is the return itself"));
     }
   }
-  Matrix start = Matrix::Zero(n + count, n);
-  start.topRows(n) = B.arcs.front();
-  PiecewiseLinearMap map = PiecewiseLinearMap::Linear(start);
+  Matrix untimed = Matrix::Zero(n, n + count);
+  untimed.leftCols(n).setIdentity();
+  PiecewiseLinearMap map = InBases(B.FirstPieces(), untimed, Matrix::Identity(n, n));
   for (std::size_t k = 0; k < B.events.size(); ++k) {
     map = WithTimes(B.events[k], static_cast<int>(k), events, count, system, run, B.options)
               .After(map, limit);

@@ -8,7 +8,7 @@
 
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/fixed_size.h"
-#include "contact_flow/flow/limit_locator.h"
+#include "contact_flow/flow/corner_functions.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/model/driven.h"
 
@@ -105,7 +105,7 @@ class ArcJacobian {
   double duration() const { return (arc_.t_end - arc_.t_begin) / units_.time; }
   double Units(double seconds) const { return seconds / units_.time; }
   double Time(double t) const { return std::min(arc_.t_begin + units_.time * t, arc_.t_end); }
-  /// Where the coefficients jump next behind t, as an effort passes its limit; else duration().
+  /// Where the coefficients jump next behind t, at a corner or knot; else duration().
   double NextBreak(double t) const {
     const double now = Time(t) + beside_;
     for (const double at : breaks_) {
@@ -184,12 +184,12 @@ class ArcJacobian {
     constexpr double kApart = 100;
     const double length = arc_.t_end - arc_.t_begin;
     beside_ = std::max(kBeside * length, kRounding * std::abs(arc_.t_end));
-    const auto* limits = dynamic_cast<const EffortLimits*>(&dynamics_.system());
-    may_jump_ = limits != nullptr && !limits->limited_efforts().empty();
+    const CornerFunctions functions(dynamics_.system());
+    may_jump_ = !functions.Empty() || std::isfinite(functions.TimeToKnot(arc_.x_begin));
     double last = arc_.t_begin;
-    for (const LimitPassing& passing : LimitPassings(dynamics_.system(), arc_)) {
-      const double room = std::min(passing.t - last, arc_.t_end - passing.t);
-      if (room > kApart * beside_) breaks_.push_back(last = passing.t);
+    for (const double t : CornerInstants(dynamics_.system(), arc_)) {
+      const double room = std::min(t - last, arc_.t_end - t);
+      if (room > kApart * beside_) breaks_.push_back(last = t);
     }
   }
   double BesideBreak(double time, bool behind) const {
@@ -197,7 +197,7 @@ class ArcJacobian {
     for (const double at : breaks_) {
       if (std::abs(time - at) <= beside_) return behind ? at + beside_ : at - beside_;
     }
-    // An effort may be at its limit where an event begins or ends the arc.
+    // A corner may be where an event begins or ends the arc.
     const double last = std::max(arc_.t_begin, arc_.t_end - beside_);
     return std::clamp(time, std::min(arc_.t_begin + beside_, last), last);
   }
@@ -238,7 +238,7 @@ class ArcJacobian {
   Matrix scale_;  // [d × 2d+k]
   Vector push_reach_;
   std::vector<double> breaks_;  // [s]
-  bool may_jump_ = false;       // the system has EffortLimits
+  bool may_jump_ = false;       // the system has CornerFunctions, or knots of time
   double beside_ = 0;           // this far from them the state is on one side [s]
   long count_ = 0;
 };

@@ -89,19 +89,22 @@ Status BDerivative::PiecewiseLinear() const {
   return {};
 }
 
-PiecewiseLinearMap BDerivative::Pieces() const {
+PiecewiseLinearMap BDerivative::FirstPieces() const {
   if (!start.PiecewiseLinear().ok()) throw NotPiecewiseLinear(start.PiecewiseLinear().message);
   if (const Status stops = start_stop.PiecewiseLinear(); !stops.ok()) {
     throw NotPiecewiseLinear(stops.message);
   }
-  BudgetStage stage("the pieces, event by event", events.size());
-  PiecewiseLinearMap map = PiecewiseLinearMap::Linear(
+  const PiecewiseLinearMap map = PiecewiseLinearMap::Linear(
       start_stop.Empty() ? arcs.front() : Matrix(arcs.front() * start_stop.matrix()));
-  if (!start.Empty()) {
-    LinearPiece piece = map.pieces().front();
-    piece.cone = start.Cone();
-    map = PiecewiseLinearMap(WithReversal(start.reversal(), piece));
-  }
+  if (start.Empty()) return map;
+  LinearPiece piece = map.pieces().front();
+  piece.cone = start.Cone();
+  return PiecewiseLinearMap(WithReversal(start.reversal(), piece));
+}
+
+PiecewiseLinearMap BDerivative::Pieces() const {
+  BudgetStage stage("the pieces, event by event", events.size());
+  PiecewiseLinearMap map = FirstPieces();
   for (std::size_t k = 0; k < events.size(); ++k) {
     map = events[k].Pieces(options.max_activations_for_pieces).After(map, options.max_pieces);
     map = PiecewiseLinearMap::Linear(arcs[k + 1]).After(map, options.max_pieces);

@@ -30,7 +30,7 @@ Flow::Flow(const MechanicalSystem& system, double t, const VectorRef& x, Contact
       dynamics_(system, u),
       guards_(system),
       locator_(&dynamics_, options.absolute_tolerance, options.relative_tolerance),
-      limits_(system),
+      corners_(system),
       zeno_(system.num_constraints(), options.zeno_interval),
       explicit_(system.state_size(), [this](const double* y, double* ydot) { Field(y, ydot); }),
       stepper_(&explicit_),
@@ -175,7 +175,8 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
   if (t_ < quick_next_.end) limit = std::min(limit, quick_next_.step);
   const double rest = end - t_;
   limit = std::min(limit, SlipInSpaceLimit());
-  double length = std::min({*h, limit, rest});
+  const double knot = TimeToKnot();
+  double length = std::min({*h, limit, rest, knot});
   if (!(length > kSmallestStep * std::max(1.0, t_)) && length < rest) {
     if (EndSlipByImpact()) return true;
     StopWithoutSteps();
@@ -186,15 +187,15 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
   double error =
       stepper_->TryStep(length, options_.relative_tolerance, options_.absolute_tolerance);
   too_quick_ = -1;
-  const bool limited = limits_.HasLimits() && stepper_->end().allFinite();
-  if (limited) error = StepOntoLimit(error, &length);
+  const bool cornered = corners_.HasCorners() && stepper_->end().allFinite();
+  if (cornered) error = StepOntoCorner(error, &length);
   if (!(error <= 1) || !stepper_->end().allFinite()) {
     *rejected = true;
     const double shrink = kSafety * std::pow(error, stepper_->exponent());
     *h = length * (std::isfinite(error) ? std::max(kSmallestGrowth, shrink) : 0.1);
     return false;
   }
-  if (!limited) FinishStep();
+  if (!cornered) FinishStep();
   if (!stepper_->end().allFinite()) {
     Stop(Outcome::kNonFinite, "the bilateral constraints cannot be met");
     return false;
@@ -234,7 +235,8 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
     const double growth = kSafety * stepper_->Growth(error);
     const double largest = std::min(*rejected ? 1.0 : kLargestGrowth, event.growth);
     h_next_ = length * std::min(std::max(growth, kSmallestGrowth), largest);
-    if (limited) h_next_ = StepBehindLimit(h_next_);
+    if (length == knot && !*rejected) h_next_ = std::max(h_next_, *h);
+    if (cornered) h_next_ = StepBehindCorner(h_next_);
   }
   return true;
 }

@@ -6,7 +6,6 @@
 
 #include "../dynamics/solve_columns.h"
 #include "contact_flow/dynamics/mass_factor.h"
-#include "contact_flow/flow/limit_locator.h"
 #include "contact_flow/model/model_system.h"
 #include "src/model/example/driven_ball.h"
 #include "src/model/example/hopping_trot.h"

@@ -2,6 +2,7 @@
 #include "contact_flow/model/linear_inputs.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace contact_flow {
@@ -30,6 +31,7 @@ void Lengthen(Matrix* matrix) {
 LinearInputs::LinearInputs(std::shared_ptr<const MechanicalSystem> base)
     : base_(std::move(base)),
       limits_(dynamic_cast<const EffortLimits*>(base_.get())),
+      knots_(dynamic_cast<const SplineKnots*>(base_.get())),
       nq_(base_->num_positions()),
       d_(base_->dof()),
       m_(base_->num_inputs()) {
@@ -160,6 +162,21 @@ void LinearInputs::EffortShares(const VectorRef& q, const VectorRef& v, const Ve
     return;
   }
   limits_->EffortShares(q.head(nq_), v.head(d_), Acting(q, u), mode, share);
+}
+
+double LinearInputs::TimeToKnot(const VectorRef& q, const VectorRef& v) const {
+  if (knots_ == nullptr) return std::numeric_limits<double>::infinity();
+  return knots_->TimeToKnot(q.head(nq_), v.head(d_));
+}
+
+const std::vector<std::vector<double>>& LinearInputs::knots_of_places() const {
+  static const std::vector<std::vector<double>> none;
+  return knots_ == nullptr ? none : knots_->knots_of_places();
+}
+
+void LinearInputs::Places(const VectorRef& q, ContactMode mode, Vector* place) const {
+  place->resize(0);
+  if (knots_ != nullptr) knots_->Places(q.head(nq_), mode, place);
 }
 
 }  // namespace contact_flow

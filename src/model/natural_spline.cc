@@ -2,6 +2,7 @@
 #include "natural_spline.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace contact_flow {
@@ -30,6 +31,11 @@ NaturalSpline::NaturalSpline(std::vector<double> times, const std::vector<double
     pieces_.push_back({times_[k], {values[k], slope, m[k] / 2, (m[k + 1] - m[k]) / (6 * h(k))}});
   }
   pieces_.push_back({times_.back(), {values.back(), last, 0, 0}});
+}
+
+double NaturalSpline::NextKnot(double t) const {
+  const std::size_t next = Find(t);
+  return next < times_.size() ? times_[next] : std::numeric_limits<double>::infinity();
 }
 
 std::size_t NaturalSpline::Find(double t) const {

@@ -14,6 +14,8 @@ class NaturalSpline {
   /// Times that rise, two at least, and as many values.
   NaturalSpline(std::vector<double> times, const std::vector<double>& values);
 
+  /// The first time behind t at which the third derivative jumps, or infinity.
+  double NextKnot(double t) const;
   /// At t, which may be a Dual.
   template <class S>
   S At(const S& t) const {

@@ -4,6 +4,7 @@
 #include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -68,6 +69,14 @@ TimeFunction::TimeFunction(Kind kind, std::vector<double> times, std::vector<dou
 std::vector<double> TimeFunction::Switches() const {
   if (kind_ != Kind::kLinear) return {};
   return {times_.begin() + 1, times_.end()};
+}
+
+double TimeFunction::NextKnot(double t) const {
+  if (kind_ != Kind::kCubic) return std::numeric_limits<double>::infinity();
+  const double lap = Laps(t) * period();
+  const auto next = std::upper_bound(times_.begin(), times_.end(), t - lap);
+  if (next != times_.end()) return *next + lap;
+  return periodic_ ? times_[1] + lap + period() : std::numeric_limits<double>::infinity();
 }
 
 /// With slopes m_k and steps h_k, r̈ is continuous where

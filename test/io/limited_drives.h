@@ -8,7 +8,7 @@
 #include <functional>
 #include <vector>
 
-#include "contact_flow/flow/limit_locator.h"
+#include "contact_flow/flow/corner_functions.h"
 #include "test/io/controlled_robots.h"
 
 namespace contact_flow {

@@ -82,6 +82,9 @@ class BDerivative {
   /// that the start admits. Throws std::length_error, naming the limit, beyond it, and
   /// NotPiecewiseLinear.
   PiecewiseLinearMap Pieces() const;
+  /// Those of what happens at the start and of the first arc, Φ_0 w behind the start
+  /// [2d+k × 2d+k]. Throws NotPiecewiseLinear.
+  PiecewiseLinearMap FirstPieces() const;
 
   BDerivativeOptions options;  ///< those that it was computed with
 

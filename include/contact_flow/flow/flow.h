@@ -12,7 +12,7 @@
 #include "contact_flow/flow/error_tally.h"
 #include "contact_flow/flow/event_locator.h"
 #include "contact_flow/flow/implied_gaps.h"
-#include "contact_flow/flow/limit_locator.h"
+#include "contact_flow/flow/corner_locator.h"
 #include "contact_flow/flow/radau.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/flow/trajectory.h"
@@ -107,10 +107,11 @@ class Flow {
   bool Penetrates();
   bool Attempt(double end, double* h, bool* rejected);
   std::optional<double> StepOntoEvent(const LocatedEvent& event, double length);
-  double StepOntoLimit(double error, double* length);
+  double StepOntoCorner(double error, double* length);
   double Retry(double length);
-  double NewtonOntoLimit(const LimitLocator::Zero& zero, double s, double* length);
-  double StepBehindLimit(double h);
+  double NewtonOntoCorner(const CornerLocator::Zero& zero, double s, double* length);
+  double StepBehindCorner(double h);
+  double TimeToKnot() const;
   bool PassTransition();
   TransitionRules Rules() const;
   bool GoesOn();
@@ -147,8 +148,8 @@ class Flow {
     double step = std::numeric_limits<double>::infinity();
   };
 
-  /// Where steps lead to the passing of a limit of efforts.
-  struct LimitApproach {
+  /// Where steps lead to the passing of a corner.
+  struct CornerApproach {
     double end = std::numeric_limits<double>::quiet_NaN();  ///< of the step before the last [s]
     double rest = 0;    ///< from the end of the proposal to the passing [s]; 0: none is ahead
     double whole = 0;   ///< length of the steps before they were cut [s]
@@ -161,7 +162,7 @@ class Flow {
   ContactDynamics dynamics_;
   const Guards guards_;
   EventLocator locator_;
-  LimitLocator limits_;
+  CornerLocator corners_;
   ZenoDetector zeno_;
   Dop853 explicit_;
   std::unique_ptr<Radau> implicit_;
@@ -183,7 +184,7 @@ class Flow {
   // The proposal.
   double end_ = 0;
   double h_next_ = 0;
-  LimitApproach approach_;
+  CornerApproach approach_;
   QuickGuard quick_next_;
   int too_quick_ = -1;  // the guard that the last attempt did not resolve
   int trigger_ = -1;

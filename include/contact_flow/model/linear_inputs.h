@@ -7,6 +7,7 @@
 
 #include "contact_flow/model/effort_limits.h"
 #include "contact_flow/model/mechanical_system.h"
+#include "contact_flow/model/spline_knots.h"
 
 namespace contact_flow {
 
@@ -16,7 +17,7 @@ namespace contact_flow {
 /// where τ is a coordinate more, a clock with rate 1, which nothing pushes: x = (q, τ, v, 1).
 /// Where u is continuous at a change of (a, b, s) the field is, too, and only its rate jumps. All
 /// that holds of runs under held inputs, their events and derivatives, holds of these.
-class LinearInputs : public MechanicalSystem, public EffortLimits {
+class LinearInputs : public MechanicalSystem, public EffortLimits, public SplineKnots {
  public:
   explicit LinearInputs(std::shared_ptr<const MechanicalSystem> base);
 
@@ -55,10 +56,14 @@ class LinearInputs : public MechanicalSystem, public EffortLimits {
   const std::vector<std::string>& limited_efforts() const override;
   void EffortShares(const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode mode,
                     Vector* share) const override;
+  double TimeToKnot(const VectorRef& q, const VectorRef& v) const override;
+  const std::vector<std::vector<double>>& knots_of_places() const override;
+  void Places(const VectorRef& q, ContactMode mode, Vector* place) const override;
 
  private:
   std::shared_ptr<const MechanicalSystem> base_;
   const EffortLimits* limits_;  // of the base, or null
+  const SplineKnots* knots_;    // alike
   int nq_, d_, m_;              // of the base
 };
 

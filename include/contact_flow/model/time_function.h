@@ -32,6 +32,9 @@ class TimeFunction {
   /// Instants at which ṙ jumps, ascending: of linear ones, all but the first.
   std::vector<double> Switches() const;
 
+  /// The first time behind t at which r⃛ jumps; infinity for linear ones, and behind the last.
+  double NextKnot(double t) const;
+
   /// r and ṙ at t, which may be a Dual. Of linear ones `passed` says how many switches lie behind.
   template <class S>
   void At(const S& t, int passed, S* value, S* rate) const {

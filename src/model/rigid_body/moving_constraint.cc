@@ -266,4 +266,9 @@ void MovingConstraint::Place(const double* z, Vec3<double>* arm, Vec3<double>* p
   still_->Place(at.y, arm, push);
 }
 
+void MovingConstraint::Across(const double* z, double* coordinates) const {
+  const Relative at(*this, z, nullptr, nullptr);
+  still_->Across(at.y, coordinates);
+}
+
 }  // namespace contact_flow

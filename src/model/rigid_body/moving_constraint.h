@@ -47,6 +47,9 @@ class MovingConstraint final : public ConstraintElement {
   void DifferentiateSlipByNumber(const double* z, const double* rate, const double* acceleration,
                                  int k, double* map, double* slip_rate) const override;
   void Place(const double* z, Vec3<double>* arm, Vec3<double>* push) const override;
+  std::vector<std::vector<double>> Knots() const override { return still_->Knots(); }
+  void Across(const double* z, double* coordinates) const override;
+  double NextKnot(double t) const override { return motion_.NextKnot(t); }
 
  private:
   struct Relative;

@@ -57,6 +57,7 @@ RobotSystem::RobotSystem(RobotDescription robot, const ParameterValues& values)
     restitution_(i) = robot_.constraints[i]->restitution.value;
   }
   DescribeFriction();
+  DescribeKnots();
   nominal_ = robot_.nominal;
   CheckElements();
 }

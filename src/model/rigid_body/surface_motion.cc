@@ -2,6 +2,7 @@
 #include "surface_motion.h"
 
 #include <cmath>
+#include <limits>
 
 namespace contact_flow {
 
@@ -25,6 +26,11 @@ void SurfaceMotion::Sample(const std::vector<double>& times, const std::vector<d
   } else {
     line_ = std::make_shared<const NaturalSpline>(times, values);
   }
+}
+
+double SurfaceMotion::NextKnot(double t) const {
+  if (lap_) return lap_->NextKnot(t);
+  return line_ ? line_->NextKnot(t) : std::numeric_limits<double>::infinity();
 }
 
 template <class S>

@@ -28,6 +28,8 @@ class SurfaceMotion {
 
   /// Without acceleration, ever.
   bool IsUniform() const { return number_[4] == 0 && !lap_ && !line_; }
+  /// The first time behind t at which a derivative of s̈ jumps, or infinity.
+  double NextKnot(double t) const;
   /// d/|d|.
   Vec3<double> Direction() const;
   /// s, ṡ, s̈ and its derivative.

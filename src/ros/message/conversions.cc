@@ -7,7 +7,7 @@
 
 #include "contact_flow/budget.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
-#include "contact_flow/flow/limit_locator.h"
+#include "contact_flow/flow/corner_functions.h"
 #include "contact_flow/io/configuration.h"
 #include "contact_flow/io/samples.h"
 #include "geometry.h"

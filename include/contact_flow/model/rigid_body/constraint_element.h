@@ -2,8 +2,10 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "contact_flow/autodiff.h"
@@ -66,7 +68,20 @@ class ConstraintElement {
   /// From the first point to where it touches, in world axes, and the force there of λ = 1 along
   /// the normal. Touches() only.
   virtual void Place(const double* z, Vec3<double>* arm, Vec3<double>* push) const = 0;
+
+  /// Coordinates across its surface, for each the values at which ∂³a jumps, ascending
+  /// (SplineKnots); and those coordinates at z.
+  virtual std::vector<std::vector<double>> Knots() const { return {}; }
+  virtual void Across(const double* /*z*/, double* /*coordinates*/) const {}
+  /// The first time of the robot's clock behind t at which a derivative of its motion jumps.
+  virtual double NextKnot(double /*t*/) const { return std::numeric_limits<double>::infinity(); }
 };
+
+/// Whether a kind has Knots(parts) and Across(parts, z, coordinates).
+template <class Kind, class = void>
+struct HasKnots : std::false_type {};
+template <class Kind>
+struct HasKnots<Kind, std::void_t<decltype(&Kind::Knots)>> : std::true_type {};
 
 /// A constraint from a kind written once as a template. `Kind` provides (see constraint/plane.h):
 ///   kName                            what YAML calls it
@@ -75,6 +90,7 @@ class ConstraintElement {
 ///   Read(fields)                     asks for its fields, in the order of the numbers
 ///   Gap(number, z)                   for any scalar, smooth where it vanishes
 ///   kTouches                         whether surfaces touch: then what SlipKernel asks for
+///   Knots, Across                    where ∂³a jumps (ConstraintElement), if it does
 ///   kTable, if it needs parts.heights: Gap and At then have them as an argument before all others
 template <class Kind>
 class ConstraintOf final : public ConstraintElement {
@@ -193,6 +209,14 @@ class ConstraintOf final : public ConstraintElement {
       *arm = touch.arm;
       *push = touch.stretch * touch.normal;
     }
+  }
+
+  std::vector<std::vector<double>> Knots() const override {
+    if constexpr (HasKnots<Kind>::value) return Kind::Knots(parts);
+    return {};
+  }
+  void Across(const double* z, double* coordinates) const override {
+    if constexpr (HasKnots<Kind>::value) Kind::Across(parts, z, coordinates);
   }
 
  private:

@@ -10,6 +10,7 @@
 #include "contact_flow/model/rigid_body/element_geometry.h"
 #include "contact_flow/model/rigid_body/inverse_dynamics_jacobian.h"
 #include "contact_flow/model/rigid_body/robot_description.h"
+#include "contact_flow/model/spline_knots.h"
 
 namespace contact_flow {
 
@@ -21,7 +22,7 @@ namespace contact_flow {
 /// S the share of the weight G that actuators bear, u after StateFeedback;
 /// and all derivatives are analytic along the tree, by duals within an element. With friction the
 /// rows of a contact's map T = W Z, which it slips with (SlipKernel), follow those of closures.
-class RobotSystem final : public MechanicalSystem, public EffortLimits {
+class RobotSystem final : public MechanicalSystem, public EffortLimits, public SplineKnots {
  public:
   /// Values replace those of the description's parameters. Throws std::invalid_argument for unknown
   /// parameters and for values out of range.
@@ -38,6 +39,9 @@ class RobotSystem final : public MechanicalSystem, public EffortLimits {
   const std::vector<std::string>& limited_efforts() const override { return limited_names_; }
   void EffortShares(const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode mode,
                     Vector* share) const override;
+  double TimeToKnot(const VectorRef& q, const VectorRef& v) const override;
+  const std::vector<std::vector<double>>& knots_of_places() const override { return knots_; }
+  void Places(const VectorRef& q, ContactMode mode, Vector* place) const override;
   bool HasConstantMass() const override { return constant_mass_; }
   bool HasAffineConstraints() const override { return affine_constraints_; }
   void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode mode,
@@ -71,6 +75,7 @@ class RobotSystem final : public MechanicalSystem, public EffortLimits {
   const ConstraintElement& constraint(int i) const { return *all_constraints_[i]; }
   void Describe();
   void DescribeFriction();
+  void DescribeKnots();
   /// Throws std::invalid_argument for a constraint without gradient and for numbers
   /// that are not finite.
   void CheckElements() const;
@@ -121,6 +126,12 @@ class RobotSystem final : public MechanicalSystem, public EffortLimits {
   };
   std::vector<LimitedEffort> limited_;
   std::vector<std::string> limited_names_;
+  std::vector<std::vector<double>> knots_;  // of all places
+  struct PlacedContact {
+    int constraint;
+    int first, count;  // of its places
+  };
+  std::vector<PlacedContact> placed_;  // those on surfaces with knots
   std::vector<int> slip_rows_;  // of every constraint; empty without friction
   bool constant_mass_ = false;
   bool affine_constraints_ = false;

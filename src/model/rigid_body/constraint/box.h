@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "contact_flow/model/rigid_body/constraint/touch.h"
 #include "contact_flow/model/rigid_body/element_parts.h"
@@ -49,6 +51,24 @@ struct Box {
   template <class S>
   static void Tangents(const S*, const Touch<S>& touch, Vec3<S>* first, Vec3<S>* second) {
     LevelTangents(touch.normal, first, second);
+  }
+
+  /// Where its sides begin and end to lean, in its own axes from its centre.
+  static std::vector<std::vector<double>> Knots(const ElementParts& parts) {
+    const double half_riser = 0.5 * parts.numbers[7].value;
+    const auto sides = [&](double length) {
+      const double low = 0.5 * length - half_riser, high = 0.5 * length + half_riser;
+      std::vector<double> at = {-high, -low, low, high};
+      std::sort(at.begin(), at.end());
+      return at;
+    };
+    return {sides(parts.numbers[3].value), sides(parts.numbers[4].value)};
+  }
+  static void Across(const ElementParts& parts, const double* z, double* own) {
+    const double c = std::cos(parts.numbers[6].value), s = std::sin(parts.numbers[6].value);
+    const double dx = z[0] - parts.numbers[0].value, dy = z[1] - parts.numbers[1].value;
+    own[0] = c * dx + s * dy;
+    own[1] = c * dy - s * dx;
   }
 
   /// Of its surface at z, and the slopes of that along the world's x and y.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <vector>
+
 #include "contact_flow/model/rigid_body/constraint/touch.h"
 #include "contact_flow/model/rigid_body/element_parts.h"
 
@@ -39,6 +41,21 @@ struct HeightMap {
   template <class S>
   static void Tangents(const S*, const Touch<S>& touch, Vec3<S>* first, Vec3<S>* second) {
     LevelTangents(touch.normal, first, second);
+  }
+
+  /// The lines of the grid, across which the point is told in cells.
+  static std::vector<std::vector<double>> Knots(const ElementParts& parts) {
+    const auto lines = [](int count) {
+      std::vector<double> at(static_cast<std::size_t>(count));
+      for (std::size_t k = 0; k < at.size(); ++k) at[k] = static_cast<double>(k);
+      return at;
+    };
+    return {lines(parts.heights->nx()), lines(parts.heights->ny())};
+  }
+  static void Across(const ElementParts& parts, const double* z, double* cells) {
+    const HeightGrid::Frame& frame = parts.heights->frame();
+    cells[0] = (z[0] - frame.x) / frame.dx;
+    cells[1] = (z[1] - frame.y) / frame.dy;
   }
 };
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cmath>
-#include <limits>
+#include <vector>
 
 #include "contact_flow/model/rigid_body/constraint/touch.h"
 #include "contact_flow/model/rigid_body/element_parts.h"
@@ -54,6 +55,24 @@ struct Stairs {
   template <class S>
   static void Tangents(const S*, const Touch<S>& touch, Vec3<S>* first, Vec3<S>* second) {
     LevelTangents(touch.normal, first, second);
+  }
+
+  /// Both ends of each riser, along the direction.
+  static std::vector<std::vector<double>> Knots(const ElementParts& parts) {
+    const auto number = [&](std::size_t k) { return parts.numbers[k].value; };
+    std::vector<double> at;
+    double begin = number(4);
+    for (int k = 0; k < kMostSteps && begin < number(5); ++k) {
+      at.push_back(begin);
+      at.push_back(begin + number(3));
+      begin += number(2);
+    }
+    std::sort(at.begin(), at.end());  // risers may be longer than a run
+    return {at};
+  }
+  static void Across(const ElementParts& parts, const double* z, double* along) {
+    const double x = parts.numbers[6].value, y = parts.numbers[7].value;
+    *along = (x * z[0] + y * z[1]) / std::sqrt(x * x + y * y);
   }
 
   /// Of the stairs below z, and its slope along the direction.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How a Flow ends a step where an effort passes its limit.
+// How a Flow ends a step where one of the CornerFunctions passes a corner.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,7 +11,7 @@ namespace contact_flow {
 namespace {
 
 constexpr int kMaxNewton = 12, kMaxApproaches = 8;
-/// Of the share of an effort beside its limit.
+/// Of a function beside its corner.
 constexpr double kRounding = 1e-14;
 /// Passings this soon after the node are at it, relative to max(1, t) [s].
 constexpr double kAtNode = 1e-13;
@@ -23,10 +23,10 @@ constexpr double kBeyond = 2;
 
 }  // namespace
 
-/// After TryStep(*length) with `error`: where that passes a limit repeats it up to shortly before,
+/// After TryStep(*length) with `error`: where that passes a corner repeats it up to shortly before,
 /// or from there up to it; the error of the step that is made then. The stages of the first were on
 /// another piece of the field, so that what is made instead is searched again.
-double Flow::StepOntoLimit(double error, double* length) {
+double Flow::StepOntoCorner(double error, double* length) {
   constexpr double kFailed = std::numeric_limits<double>::infinity();
   const bool near = t_ == approach_.end;
   FinishStep();
@@ -35,13 +35,13 @@ double Flow::StepOntoLimit(double error, double* length) {
   if (!stepper_->end().allFinite()) return kFailed;
   const double whole = error <= 1 ? *length : 0;
   for (int k = 0; k < kMaxApproaches; ++k) {
-    const auto zero = limits_.Locate(stepper_, u(), mode_);
+    const auto zero = corners_.Locate(stepper_, u(), mode_);
     const double s = zero ? zero->theta * *length : 0;
     if (!(s > kAtNode * std::max(1.0, std::abs(t_)))) break;
     approach_.whole = std::max(approach_.whole, whole);
     if (near) {
       approach_.onto = true;
-      return NewtonOntoLimit(*zero, s, length);
+      return NewtonOntoCorner(*zero, s, length);
     }
     *length = kApproach * s;
     approach_.rest = s - *length;
@@ -63,7 +63,7 @@ double Flow::Retry(double length) {
 }
 
 /// Newton's method for the passing on the true step, from the length s on.
-double Flow::NewtonOntoLimit(const LimitLocator::Zero& zero, double s, double* length) {
+double Flow::NewtonOntoCorner(const CornerLocator::Zero& zero, double s, double* length) {
   const double longest = *length;
   double nearest = s, least = std::numeric_limits<double>::infinity(), error = 0;
   for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
@@ -71,8 +71,8 @@ double Flow::NewtonOntoLimit(const LimitLocator::Zero& zero, double s, double* l
     error = Retry(s);
     if (!(error <= 1)) return error;
     double rate = 0;
-    const double value = limits_.AtEnd(*stepper_, zero, u(), mode_, &rate);
-    if (std::abs(value) >= least) {  // rounding, or a limit that is hardly passed
+    const double value = corners_.AtEnd(*stepper_, zero, u(), mode_, &rate);
+    if (std::abs(value) >= least) {  // rounding, or a corner that is hardly passed
       *length = nearest;
       return Retry(nearest);
     }
@@ -85,8 +85,8 @@ double Flow::NewtonOntoLimit(const LimitLocator::Zero& zero, double s, double* l
   return error;
 }
 
-/// The next trial after a step that StepOntoLimit has made, where the error control suggests h.
-double Flow::StepBehindLimit(double h) {
+/// The next trial after a step that StepOntoCorner has made, where the error control suggests h.
+double Flow::StepBehindCorner(double h) {
   if (approach_.onto) {
     h = std::max(h, approach_.whole);
     approach_ = {};
@@ -95,6 +95,13 @@ double Flow::StepBehindLimit(double h) {
     h = std::min(h, kBeyond * approach_.rest);
   }
   return h;
+}
+
+/// From the node to the next knot of a function of time [s]; what rounding leaves is at the node.
+double Flow::TimeToKnot() const {
+  const double time = corners_.TimeToKnot(x_);
+  const bool ahead = time > kAtNode * std::max(1.0, std::abs(t_));
+  return ahead ? time : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace contact_flow
