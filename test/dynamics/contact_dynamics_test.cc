@@ -43,14 +43,14 @@ class Dynamics : public testing::TestWithParam<std::string> {
     return x;
   }
   /// The rows of the rigid members of a mode and of the bilateral constraints.
-  std::vector<int> Rows(ContactMode mode) const {
+  std::vector<int> Rows(ConstraintSet mode) const {
     std::vector<int> rows;
     for (int i : mode - system->compliant()) rows.push_back(i);
     for (int i = n; i < all; ++i) rows.push_back(i);
     return rows;
   }
   /// Assumption 3: the corners of a face depend on one another.
-  bool Independent(const Vector& x, ContactMode mode) const {
+  bool Independent(const Vector& x, ConstraintSet mode) const {
     ConstraintTerms terms;
     system->Constraints(x.head(nq), x.tail(d), &terms);
     const std::vector<int> rows = Rows(mode);
