@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # The core library, contact_flow::contact_flow: no ROS.
-set(CORE_FOLDERS piecewise_linear model dynamics flow derivative analysis trajectory_optimization ensemble io)
+set(CORE_FOLDERS piecewise_linear model dynamics flow derivative analysis trajectory_optimization ensemble io session)
 file(GLOB CORE_SOURCES CONFIGURE_DEPENDS src/*.cc)
 foreach(folder ${CORE_FOLDERS})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS src/${folder}/*.cc)

@@ -24,7 +24,7 @@
 #include "contact_flow/StabilityRequest.h"
 #include "contact_flow/StepFeedbackRequest.h"
 #include "contact_flow/TrajectoryRequest.h"
-#include "src/ros/request/setup.h"
+#include "src/session/setup.h"
 #include "test/fuzz/message_mutation.h"
 
 namespace contact_flow {
@@ -272,7 +272,7 @@ class RequestSeeds {
     return {u.data(), u.data() + u.size()};
   }
 
-  const ros_if::Setup setup;
+  const Setup setup;
   std::vector<std::string> words;
   SimulationRequest good;
 

@@ -31,8 +31,9 @@
 #include "src/ros/answer/trajectory_answer.h"
 #include "src/ros/message/serialize.h"
 #include "src/ros/recording/bag_reader.h"
-#include "src/ros/session/session.h"
-#include "src/ros/session/step_limits.h"
+#include "src/ros/request/session_messages.h"
+#include "src/session/session.h"
+#include "src/session/step_limits.h"
 #include "test/fuzz/request_seeds.h"
 
 namespace contact_flow {
@@ -88,7 +89,7 @@ struct RequestTarget::State {
   ros_if::Bytes Good() const { return ros_if::Serialize(ros_if::Answer(seeds.setup, seeds.good)); }
 
   const RequestSeeds seeds;
-  ros_if::Session session;
+  Session session;
   const ros_if::Bytes first;  // of good requests
   std::vector<WireRequest> corpus;
 };
@@ -187,7 +188,7 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
     judge(ros_if::Answer(seeds.setup, ask(name, request), {}));
   };
   try {
-    BudgetLimits limits = ros_if::ProcessorBudget(kSeconds).limits();
+    BudgetLimits limits = ProcessorBudget(kSeconds).limits();
     limits.max_megabytes = 200;
     const BudgetScope scope{Budget(limits)};
     switch (seed != nullptr ? CaseOf(seed->kind) : dice.Below(std::size(kKinds))) {
@@ -229,7 +230,8 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
         answer("gradient", GradientRequest());
         break;
       case 13:
-        s.session.SetState(command("set_state", SetSimulatorState::Request()).state);
+        s.session.SetState(
+            ros_if::FromMsg(command("set_state", SetSimulatorState::Request()).state));
         break;
       case 14: {
         const auto request = command("apply_impulse", ApplyImpulse::Request());
@@ -268,10 +270,13 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
         if (seed != nullptr ? seed->kind == "mark" : dice.Below(2) == 0) {
           hostile("mark", &mark);
           ros_if::CheckMessage(mark);
-          s.session.Mark(mark);
+          s.session.Mark(ros_if::FromMsg(mark));
         } else {
           hostile("predict", &request);
-          judge(ros_if::Predict(s.session.AskPrediction(&request), request, {}));
+          ros_if::CheckMessage(request);
+          AskedPrediction prediction = ros_if::FromMsg(request);
+          const Snapshot snapshot = s.session.AskPrediction(&prediction);
+          judge(ros_if::ToMsg(Predict(snapshot, prediction, {})));
         }
       }
     }
@@ -283,15 +288,17 @@ RequestTarget::Result RequestTarget::Try(std::mt19937* generator, const WireRequ
 }
 
 void RequestTarget::GoOn() {
-  ros_if::Session& session = state_->session;
+  Session& session = state_->session;
   session.AdvanceTo(session.now() + 2e-3);
   if (!session.status().ok()) {
     session.ResetSimulation();
   } else if (!session.State().allFinite()) {
     Abort("the simulator's state is not finite");
   }
-  session.StateMsg();
-  session.TangentsMsg();
+  ros_if::StateOf(&session);
+  if (const auto reading = session.ReadMark()) {
+    ros_if::ToMsg(session.setup()->system->description(), *reading, session.epoch());
+  }
 }
 
 }  // namespace fuzz

@@ -15,8 +15,8 @@ from xml.sax.saxutils import quoteattr
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PIPELINE = ["", "piecewise_linear", "model", "dynamics", "flow", "derivative", "analysis", "trajectory_optimization",
-            "ensemble", "io", "ros/message", "ros/request", "ros/answer", "ros/recording", "ros/display",
-            "ros/session", "ros/service", "ros/simulator", "ros/verification", "ros/policy", "ros/node", "nodes"]
+            "ensemble", "io", "session", "ros/message", "ros/request", "ros/answer", "ros/recording", "ros/display",
+            "ros/service", "ros/simulator", "ros/verification", "ros/policy", "ros/node", "nodes"]
 RANK = {folder: rank for rank, folder in enumerate(PIPELINE)}
 RANK["tools"] = RANK["nodes"]
 FIRST_OF_ROS = RANK["ros"] = RANK["ros/message"]
@@ -215,6 +215,10 @@ class PlantedViolations(unittest.TestCase):
     def test_backward_include_from_the_root(self):
         self.expect("include/contact_flow/y.h:2 includes flow/a.h, which comes later",
                     "include/contact_flow/y.h", self.SPDX + '#include "flow/a.h"\n')
+
+    def test_a_session_that_knows_of_ros(self):
+        self.expect("src/session/x.cc:2 includes src/ros/message/c.h, which comes later",
+                    "src/session/x.cc", self.SPDX + '#include "src/ros/message/c.h"\n')
 
     def test_ros_header(self):
         self.expect("src/io/x.cc:2 includes std_msgs/Header.h, which needs ROS",

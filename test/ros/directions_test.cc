@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which directions are admitted, and why others are not.
-#include "src/ros/request/directions.h"
+#include "src/session/directions.h"
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-using Model = ros_interface::Setup;  // testing::Test has a Setup of its own
+using Model = contact_flow::Setup;  // testing::Test has a Setup of its own
 
 /// At rest on its plane, which is so steep (tan 0.6 > 0.5) that it begins to slip down.
 Setup SteepBlock() {

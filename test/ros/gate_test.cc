@@ -91,7 +91,7 @@ TEST(FieldNames, AreThoseOfTheDefinition) {
 
 TEST(PoincareAnswer, RefusesWhatHungTheNode) {
   Configuration configuration;
-  const ros_interface::Setup setup(configuration);
+  const contact_flow::Setup setup(configuration);
   PoincareRequest request;
   request.section.kind = "apex";
   request.section.name = "body_z";

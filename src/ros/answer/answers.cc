@@ -13,8 +13,9 @@
 #include "src/ros/message/conversions.h"
 #include "src/ros/message/gate.h"
 #include "src/ros/message/warnings.h"
-#include "src/ros/request/directions.h"
+#include "src/ros/request/model_description.h"
 #include "src/ros/request/request.h"
+#include "src/session/directions.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -25,7 +26,7 @@ constexpr std::size_t kMaxRuns = 2048;
 
 /// A run and its derivative, with the directions asked for.
 struct Differentiated {
-  Run run;
+  ResolvedRun run;
   Directions directions;
   Trajectory trajectory;
   BDerivative derivative;
@@ -35,11 +36,10 @@ template <class Request>
 Differentiated Differentiate(const Setup& setup, const Request& request) {
   Differentiated result;
   result.run = ResolveRun(setup, request);
-  const Run& run = result.run;
+  const ResolvedRun& run = result.run;
   BDerivativeOptions options = ResolveOptions(setup.derivative_options, request.derivative_options);
   options.variables = ResolveVariables(setup, request.by_inputs, request.by_parameters);
-  result.directions = ResolveDirections(setup, run, request.directions, request.direction_matrix,
-                                        request.project_directions, options.variables);
+  result.directions = ResolveDirections(setup, run, DirectionsOf(request), options.variables);
   result.trajectory = Simulate(*setup.system, run.x, run.input, run.duration, run.options);
   result.derivative = DifferentiateOutcome(*setup.system, result.trajectory, options);
   return result;
@@ -85,9 +85,9 @@ void AddNearGrazing(const Setup& setup, const std::vector<GrazingEvent>& events,
         MakeWarning(ResultWarning::NEAR_GRAZING, Describe(description, event), event.t));
   }
   if (events.empty()) return;
-  AddNote(Describe(description, events.front()), result);
+  AddNote(Describe(description, events.front()), &result->message);
   if (events.size() > 1)
-    AddNote(std::to_string(events.size() - 1) + " more in near_grazing", result);
+    AddNote(std::to_string(events.size() - 1) + " more in near_grazing", &result->message);
 }
 
 bool Cancelled(const Setup& setup) { return setup.options.cancelled && setup.options.cancelled(); }
@@ -209,7 +209,7 @@ void AddOrders(const Setup& setup, const Differentiated& d, bool continue_orders
 
 ContactTrajectory Answer(const Setup& setup, const SimulationRequest& request) {
   CheckMessage(request);
-  Run run = ResolveRun(setup, request);
+  ResolvedRun run = ResolveRun(setup, request);
   const int count = ResolveCount("samples", request.samples, kDefaultSamples, kMaxSamples);
   run.options.dense = count > 1;
   Trajectory trajectory = Simulate(*setup.system, run.x, run.input, run.duration, run.options);
@@ -254,7 +254,7 @@ OutcomeDerivative Answer(const Setup& setup, const DerivativeRequest& request) {
   result.time_derivative = ToMsg(VectorRef(d.derivative.time));
   AddDerivatives(setup, d, &result);
   if (request.all_pieces) AddPieces(d.derivative, &result);
-  for (const ResultWarning& warning : d.directions.warnings) Warn(warning, &result);
+  WarnOfDirections(d.directions, &result);
   AddNearGrazing(setup, FindNearGrazing(*setup.system, d.trajectory), &result);
   return result;
 }
@@ -299,7 +299,7 @@ DerivativeComparison Answer(const Setup& setup, const ComparisonRequest& request
     result.worst_error = std::max(result.worst_error, comparison.errors[smallest]);
     result.comparisons.push_back(comparison);
   }
-  for (const ResultWarning& warning : d.directions.warnings) Warn(warning, &result);
+  WarnOfDirections(d.directions, &result);
   return result;
 }
 

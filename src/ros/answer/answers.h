@@ -7,7 +7,7 @@
 #include "contact_flow/DerivativeRequest.h"
 #include "contact_flow/OutcomeDerivative.h"
 #include "contact_flow/SimulationRequest.h"
-#include "src/ros/request/setup.h"
+#include "src/session/setup.h"
 
 namespace contact_flow {
 namespace ros_interface {

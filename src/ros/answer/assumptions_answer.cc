@@ -97,7 +97,7 @@ std::vector<double> HalfWidths(const std::string& field, const std::vector<doubl
   return asked;
 }
 
-void AddRegion(const Setup& setup, const Run& run, const AssumptionRequest& request,
+void AddRegion(const Setup& setup, const ResolvedRun& run, const AssumptionRequest& request,
                TrajectoryAssumptions* result) {
   const SystemDescription& names = setup.system->description();
   const int samples = ResolveCount("region_samples", request.region_samples, 0, kMaxRegionSamples);
@@ -135,7 +135,7 @@ bool CoincidesWithInput(const Trajectory& trajectory, std::size_t k) {
 
 TrajectoryAssumptions Answer(const Setup& setup, const AssumptionRequest& request) {
   CheckMessage(request);
-  const Run run = ResolveRun(setup, request);
+  const ResolvedRun run = ResolveRun(setup, request);
   const MechanicalSystem& system = *setup.system;
   const Names& constraints = system.description().constraints;
   const Trajectory trajectory = Simulate(system, run.x, run.input, run.duration, run.options);

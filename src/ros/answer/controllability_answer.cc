@@ -71,7 +71,7 @@ bool FindMap(const Setup& setup, const ControllabilityRequest& request, Piecewis
   if (names.inputs.empty()) {
     throw std::invalid_argument("model '" + names.name + "' has no inputs");
   }
-  const Run run = ResolveRun(setup, request.duration, request.state, request.input,
+  const ResolvedRun run = ResolveRun(setup, request.duration, request.state, request.input,
                              request.input_grid, request.options);
   const BDerivativeOptions options =
       ResolveOptions(setup.derivative_options, request.derivative_options);
@@ -137,7 +137,7 @@ ControllabilityResult Answer(const Setup& setup, const ControllabilityRequest& r
   const ControllabilityReport report = AssessControllability(map, options);
   result.outcome = static_cast<std::uint8_t>(report.verdict);
   result.message = report.message;
-  AddNote(warnings, &result);
+  AddNote(warnings, &result.message);
   result.reachable = ToMsg(MatrixRef(report.reachable));
   result.restriction = ToMsg(MatrixRef(report.restriction));
   result.pieces = static_cast<std::uint32_t>(report.pieces);

@@ -11,8 +11,8 @@
 #include "src/ros/message/gate.h"
 #include "src/ros/message/warnings.h"
 #include "src/ros/request/analysis_messages.h"
-#include "src/ros/request/directions.h"
 #include "src/ros/request/request.h"
+#include "src/session/directions.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -53,7 +53,7 @@ Matrix ResolveCovariance(const CovarianceRequest& request, int n) {
 }
 
 /// Throws unless all that varies keeps the constraints that are active at the start.
-void CheckAdmissible(const Setup& setup, const Run& run, const Matrix& P,
+void CheckAdmissible(const Setup& setup, const ResolvedRun& run, const Matrix& P,
                      const Variables& variables) {
   const ContactMode mode = InitialMode(*setup.system, run.x, run.input.values.front(), run.options);
   for (Eigen::Index k = 0; k < P.cols(); ++k) {
@@ -90,7 +90,7 @@ CovarianceResult Answer(const Setup& setup, const CovarianceRequest& request) {
   CheckMessage(request);
   const MechanicalSystem& system = *setup.system;
   const SystemDescription& names = system.description();
-  const Run run = ResolveRun(setup, request);
+  const ResolvedRun run = ResolveRun(setup, request);
   BDerivativeOptions options = ResolveOptions(setup.derivative_options, request.derivative_options);
   options.variables = ResolveVariables(setup, request.by_inputs, request.by_parameters);
   CovarianceOptions cubature;

@@ -3,7 +3,7 @@
 
 #include "contact_flow/CovarianceRequest.h"
 #include "contact_flow/CovarianceResult.h"
-#include "src/ros/request/setup.h"
+#include "src/session/setup.h"
 
 namespace contact_flow {
 namespace ros_interface {

@@ -5,7 +5,7 @@
 #include "contact_flow/EnsembleRequest.h"
 #include "contact_flow/EnsembleResult.h"
 #include "contact_flow/ensemble/sweep.h"
-#include "src/ros/request/setup.h"
+#include "src/session/setup.h"
 #include "watch.h"
 
 namespace contact_flow {

@@ -3,7 +3,7 @@
 
 #include "contact_flow/StepFeedbackRequest.h"
 #include "contact_flow/StepFeedbackResult.h"
-#include "src/ros/request/setup.h"
+#include "src/session/setup.h"
 
 namespace contact_flow {
 namespace ros_interface {

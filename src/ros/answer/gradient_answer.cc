@@ -11,8 +11,8 @@
 #include "src/ros/message/gate.h"
 #include "src/ros/message/warnings.h"
 #include "src/ros/request/analysis_messages.h"
-#include "src/ros/request/directions.h"
 #include "src/ros/request/request.h"
+#include "src/session/directions.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -76,7 +76,7 @@ Vector ResolvePart(const std::string& field, const std::vector<double>& numbers,
 }
 
 /// False where all of it is left out.
-bool ResolveDirection(const Setup& setup, const GradientRequest& request, const Run& run,
+bool ResolveDirection(const Setup& setup, const GradientRequest& request, const ResolvedRun& run,
                       const Variables& variables, RunDirection* direction) {
   const MechanicalSystem& system = *setup.system;
   direction->initial = ResolvePart("direction", request.direction, 2 * system.dof());
@@ -113,7 +113,7 @@ GradientResult Answer(const Setup& setup, const GradientRequest& request) {
   CheckMessage(request);
   const MechanicalSystem& system = *setup.system;
   const SystemDescription& names = system.description();
-  const Run run = ResolveRun(setup, request);
+  const ResolvedRun run = ResolveRun(setup, request);
   BDerivativeOptions options = ResolveOptions(setup.derivative_options, request.derivative_options);
   options.variables = ResolveVariables(setup, true, request.by_parameters);
   const RunCost cost = ResolveCost(system, request);

@@ -53,7 +53,7 @@ TrajectoryLinearization Answer(const Setup& setup, const LinearizationRequest& r
   CheckMessage(request);
   const MechanicalSystem& system = *setup.system;
   const SystemDescription& names = system.description();
-  const Run run = ResolveRun(setup, request);
+  const ResolvedRun run = ResolveRun(setup, request);
   const BDerivativeOptions options =
       ResolveOptions(setup.derivative_options, request.derivative_options);
   const Trajectory trajectory = Simulate(system, run.x, run.input, run.duration, run.options);

@@ -3,7 +3,7 @@
 
 #include "contact_flow/LinearizationRequest.h"
 #include "contact_flow/TrajectoryLinearization.h"
-#include "src/ros/request/setup.h"
+#include "src/session/setup.h"
 
 namespace contact_flow {
 namespace ros_interface {

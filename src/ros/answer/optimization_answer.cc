@@ -46,7 +46,7 @@ OutcomeUnknown ResolveUnknown(const MechanicalSystem& system, const std::string&
 OutcomeProblem ResolveProblem(const Setup& setup, const OptimizationRequest& request) {
   const MechanicalSystem& system = *setup.system;
   const SystemDescription& names = system.description();
-  const Run run = ResolveRun(setup, request.duration, request.state, request.input, {}, {});
+  const ResolvedRun run = ResolveRun(setup, request.duration, request.state, request.input, {}, {});
   OutcomeProblem problem;
   const double apart = problem.simulate.simultaneity_tolerance;
   problem.simulate = ResolveOptions(TightOptions(setup), request.options);

@@ -65,7 +65,7 @@ OrbitCondition Resolve(const SystemDescription& names, const std::string& field,
 
 OrbitProblem ResolveProblem(const Setup& setup, const PeriodicOrbitRequest& request) {
   const SystemDescription& names = setup.system->description();
-  const Run run = ResolveRun(setup, 0, request.state, request.input, {}, {});
+  const ResolvedRun run = ResolveRun(setup, 0, request.state, request.input, {}, {});
   OrbitProblem problem;
   problem.factory = [&setup](const ParameterValues& values) {
     return setup.WithParameters(values);

@@ -3,7 +3,7 @@
 
 #include "contact_flow/PeriodicOrbitRequest.h"
 #include "contact_flow/PeriodicOrbitResult.h"
-#include "src/ros/request/setup.h"
+#include "src/session/setup.h"
 #include "watch.h"
 
 namespace contact_flow {

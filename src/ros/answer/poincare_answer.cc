@@ -173,7 +173,7 @@ AssessedReturn Reduce(const MechanicalSystem& system, const VectorRef& x, Poinca
 
 ReturnQuestion ResolveReturn(const Setup& setup, const PoincareRequest& request) {
   const MechanicalSystem& system = *setup.system;
-  const Run run = ResolveRun(setup, 0, request.state, request.input, {}, {});
+  const ResolvedRun run = ResolveRun(setup, 0, request.state, request.input, {}, {});
   ReturnQuestion question;
   question.x = run.x;
   question.u = run.input.values.front();

@@ -10,7 +10,7 @@
 #include "contact_flow/ReturnSection.h"
 #include "contact_flow/analysis/poincare.h"
 #include "contact_flow/piecewise_linear/section.h"
-#include "src/ros/request/setup.h"
+#include "src/session/setup.h"
 
 namespace contact_flow {
 namespace ros_interface {

@@ -60,7 +60,7 @@ void ResolveBounds(const SystemDescription& names, const PolicyRequest& request,
 PolicyResult Answer(const Setup& setup, const PolicyRequest& request) {
   CheckMessage(request);
   const MechanicalSystem& system = *setup.system;
-  const Run run = ResolveRun(setup, request);
+  const ResolvedRun run = ResolveRun(setup, request);
   const BDerivativeOptions options =
       ResolveOptions(setup.derivative_options, request.derivative_options);
   const TrackingWeights weights = ResolveWeights(system, request);

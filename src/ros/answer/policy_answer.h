@@ -3,7 +3,7 @@
 
 #include "contact_flow/PolicyRequest.h"
 #include "contact_flow/PolicyResult.h"
-#include "src/ros/request/setup.h"
+#include "src/session/setup.h"
 
 namespace contact_flow {
 namespace ros_interface {

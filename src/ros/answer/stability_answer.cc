@@ -140,7 +140,7 @@ StabilityResult Answer(const Setup& setup, const StabilityRequest& request) {
   } else {
     Assess(map, options, &result);
   }
-  if (consistency.usable) AddNote(warnings, &result);
+  if (consistency.usable) AddNote(warnings, &result.message);
   if (result.distance > kOnOrbit) {
     std::ostringstream note;
     note << "but the state is no fixed point, |P(x) - x| = " << result.distance;

@@ -3,7 +3,7 @@
 
 #include "contact_flow/StabilityRequest.h"
 #include "contact_flow/StabilityResult.h"
-#include "src/ros/request/setup.h"
+#include "src/session/setup.h"
 
 namespace contact_flow {
 namespace ros_interface {

@@ -16,7 +16,8 @@
 #include "contact_flow/SimulatorStatus.h"
 #include "point_display.h"
 #include "robot_display.h"
-#include "src/ros/request/setup.h"
+#include "src/session/instant.h"
+#include "src/session/setup.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -35,14 +36,6 @@ class Display {
     std::vector<geometry_msgs::WrenchStamped> link_wrenches;  ///< one a link of touching_links
     std::vector<nav_msgs::Odometry> odometry;  ///< of a base that moves, one
     std::vector<sensor_msgs::Imu> imu;         ///< likewise
-  };
-  /// What a state is shown with.
-  struct Instant {
-    Vector x;             ///< (q, v)
-    Vector u;             ///< in force
-    Vector force;         ///< λ [n+l+r]
-    Vector acceleration;  ///< v̇ [d]
-    ContactMode mode;
   };
   OfState Show(const Instant& now, const ros::Time& stamp) const;
   /// Links that constraints touch with, of a robot.

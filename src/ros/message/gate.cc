@@ -11,12 +11,6 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-[[noreturn]] void Refuse(const std::string& field, double number, const std::string& expected) {
-  std::ostringstream text;
-  text << field << " is " << number << ", expected " << expected;
-  throw std::invalid_argument(text.str());
-}
-
 bool MayPass(double number) { return std::abs(number) <= kLargestNumber; }
 
 }  // namespace
@@ -34,18 +28,6 @@ std::vector<std::string> FieldNames(const char* definition) {
     if (!constant) names.push_back(name);
   }
   return names;
-}
-
-void CheckNumber(const std::string& field, double number) {
-  if (!std::isfinite(number)) Refuse(field, number, "a finite number");
-  if (!MayPass(number)) Refuse(field, number, "a number up to 1e100 in size");
-}
-
-void CheckWithin(const std::string& field, double number, double smallest, double largest) {
-  if (number >= smallest && number <= largest) return;
-  std::ostringstream expected;
-  expected << smallest << " to " << largest;
-  Refuse(field, number, expected.str());
 }
 
 void Gate::PassNumber(double number) const {

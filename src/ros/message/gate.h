@@ -9,6 +9,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "src/session/number_checks.h"
+
 /// The gate through which every message from outside comes before anything else looks at it: all
 /// numbers are finite and at most kLargestNumber (io/map_reader.h) in size, no text or array is
 /// absurdly long. It goes through all fields there are, so that none can be forgotten; what a field
@@ -93,11 +95,6 @@ template <class Message>
 void CheckMessage(const Message& message) {
   Gate().Walk(message);
 }
-
-/// The same for one number.
-void CheckNumber(const std::string& field, double number);
-/// Throws unless smallest ≤ number ≤ largest; NaN is not.
-void CheckWithin(const std::string& field, double number, double smallest, double largest);
 
 }  // namespace ros_interface
 }  // namespace contact_flow

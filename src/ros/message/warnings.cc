@@ -23,6 +23,16 @@ ResultWarning MakeWarning(std::uint8_t code, const std::string& message, double 
   return m;
 }
 
+std::vector<ResultWarning> ToMsg(const std::vector<DirectionNote>& notes) {
+  std::vector<ResultWarning> messages;
+  for (const DirectionNote& note : notes) {
+    const bool projected = note.kind == DirectionNote::Kind::kProjected;
+    messages.push_back(MakeWarning(
+        projected ? ResultWarning::PROJECTED : ResultWarning::LEFT_OUT, note.message));
+  }
+  return messages;
+}
+
 std::vector<ResultWarning> ToMsg(const std::vector<Warning>& warnings) {
   std::vector<ResultWarning> messages;
   for (const Warning& warning : warnings) {
@@ -30,13 +40,6 @@ std::vector<ResultWarning> ToMsg(const std::vector<Warning>& warnings) {
         MakeWarning(static_cast<std::uint8_t>(warning.code), warning.message, warning.t));
   }
   return messages;
-}
-
-std::string Summary(const std::vector<ResultWarning>& warnings) {
-  if (warnings.empty()) return "";
-  if (warnings.size() == 1) return warnings.front().message;
-  return warnings.front().message + "; " + std::to_string(warnings.size() - 1) +
-         " more in warnings";
 }
 
 }  // namespace ros_interface

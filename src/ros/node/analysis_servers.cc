@@ -21,7 +21,7 @@
 #include "src/ros/message/same_fields.h"
 #include "src/ros/request/analysis_messages.h"
 #include "src/ros/service/handler.h"
-#include "src/ros/session/step_limits.h"
+#include "src/ros/service/stopping.h"
 
 namespace contact_flow {
 namespace ros_interface {

@@ -19,7 +19,7 @@
 #include "contact_flow/SweepEnsembleAction.h"
 #include "action_status.h"
 #include "src/ros/recording/outlet.h"
-#include "src/ros/request/setup.h"
+#include "src/session/setup.h"
 #include "src/ros/service/work_pool.h"
 
 namespace contact_flow {

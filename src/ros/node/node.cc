@@ -15,8 +15,9 @@
 #include "src/ros/message/same_fields.h"
 #include "src/ros/recording/bag_file.h"
 #include "src/ros/recording/memory_limit.h"
+#include "src/ros/request/model_description.h"
 #include "src/ros/service/handler.h"
-#include "src/ros/session/step_limits.h"
+#include "src/ros/service/stopping.h"
 
 namespace contact_flow {
 namespace ros_interface {

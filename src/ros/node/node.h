@@ -19,7 +19,7 @@
 #include "contact_flow/StopRecording.h"
 #include "parameters.h"
 #include "src/ros/recording/outlet.h"
-#include "src/ros/request/setup.h"
+#include "src/session/setup.h"
 #include "src/ros/service/work_pool.h"
 #include "src/ros/service/work_threads.h"
 #include "src/ros/simulator/simulator_services.h"

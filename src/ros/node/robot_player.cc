@@ -10,6 +10,7 @@
 #include "contact_flow/nearest_name.h"
 #include "parameters.h"
 #include "src/ros/message/gate.h"
+#include "src/ros/request/model_description.h"
 
 namespace contact_flow {
 namespace ros_interface {

@@ -14,7 +14,7 @@
 #include "contact_flow/OutcomeDerivative.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "src/ros/display/robot_display.h"
-#include "src/ros/request/setup.h"
+#include "src/session/setup.h"
 
 namespace contact_flow {
 namespace ros_interface {

@@ -11,7 +11,7 @@
 #include "contact_flow/budget.h"
 #include "contact_flow/piecewise_linear/piecewise_linear_map.h"
 #include "contact_flow/piecewise_linear/stability.h"
-#include "setup.h"
+#include "src/session/setup.h"
 
 /// What the answers of analyses have in common: maps, matrices and names in messages.
 namespace contact_flow {

@@ -176,7 +176,7 @@ std::uint64_t ResolveRuns(const EnsembleRequest& request, const Draws& draws) {
 }  // namespace
 
 SweepRequest ResolveEnsemble(const Setup& setup, const EnsembleRequest& request) {
-  const Run run = ResolveRun(setup, request);
+  const ResolvedRun run = ResolveRun(setup, request);
   SweepRequest sweep;
   // It is the setup's, which outlives the request.
   sweep.system =

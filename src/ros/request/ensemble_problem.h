@@ -3,7 +3,7 @@
 
 #include "contact_flow/EnsembleRequest.h"
 #include "contact_flow/ensemble/sweep.h"
-#include "setup.h"
+#include "src/session/setup.h"
 
 namespace contact_flow {
 namespace ros_interface {

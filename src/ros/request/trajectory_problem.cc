@@ -220,7 +220,7 @@ void ResolveNamedCosts(const SystemDescription& names, const TrajectoryRequest& 
 TrajectoryProblem ResolveProblem(const Setup& setup, const TrajectoryRequest& request) {
   const MechanicalSystem& system = *setup.system;
   const SystemDescription& names = system.description();
-  const Run run =
+  const ResolvedRun run =
       ResolveRun(setup, request.duration, request.state, request.input, request.input_grid, {});
   TrajectoryProblem problem;
   const double apart = problem.simulate.simultaneity_tolerance;

@@ -3,7 +3,7 @@
 
 #include "contact_flow/TrajectoryRequest.h"
 #include "contact_flow/trajectory_optimization/problem.h"
-#include "setup.h"
+#include "src/session/setup.h"
 
 namespace contact_flow {
 namespace ros_interface {

@@ -13,8 +13,8 @@
 #include "src/ros/answer/bounded_answer.h"
 #include "src/ros/answer/watch.h"
 #include "src/ros/recording/outlet.h"
-#include "src/ros/request/setup.h"
-#include "src/ros/session/step_limits.h"
+#include "src/session/setup.h"
+#include "stopping.h"
 #include "work_pool.h"
 
 /// What the handlers of services and actions have in common.

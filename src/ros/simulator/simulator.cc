@@ -9,6 +9,7 @@
 
 #include "src/ros/message/conversions.h"
 #include "src/ros/message/warnings.h"
+#include "src/ros/service/stopping.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -44,9 +45,7 @@ Simulator::Simulator(const SimulatorParameters& parameters, const Configuration&
       topics_(node, bag_directory,
               static_cast<std::size_t>(parameters.bag_split_size * (std::size_t{1} << 20)),
               parameters.publish_clock, parameters.display, parameters.signing_key),
-      session_(configuration, parameters.tangent_directions,
-               {Later<SimulatorEpoch>(), Later<SimulatorInput>(), Later<SimulatorMark>(),
-                Later<PredictionRequest>(), Later<OutcomePrediction>()}),
+      session_(configuration, parameters.tangent_directions, Log()),
       pace_(parameters.real_time_factor),
       paused_(parameters.paused) {
   stamps_.Anchor(0, parameters_.publish_clock ? WallStamp() : RosStamp());
@@ -56,8 +55,8 @@ Simulator::Simulator(const SimulatorParameters& parameters, const Configuration&
   topics_.Model(session_.setup(), stamps_.At(0));
   topics_.SendOff();
   if (parameters_.mark) {
-    SimulatorMark start;
-    start.project_directions = true;
+    AskedMark start;
+    start.directions.project = true;
     session_.Mark(start);
   }
   Note(false);
@@ -70,6 +69,13 @@ Simulator::~Simulator() {
   }
   changed_.notify_all();
   if (thread_.joinable()) thread_.join();
+}
+
+Session::Log Simulator::Log() {
+  return {Later<EpochBegin>(),      Later<ToldInput>(),  Later<AskedMark>(),
+          Later<AskedPrediction>(), Later<Prediction>(), [](const std::string& sentence) {
+            ROS_WARN("simulator: %s", sentence.c_str());
+          }};
 }
 
 void Simulator::Start() {
@@ -272,7 +278,11 @@ void Simulator::Compose(bool event, bool display) {
   TellLog();
   const ros::Time stamp = stamps_.Take(session_.now());
   topics_.Clock(stamp);
-  if (event) topics_.Event(session_.Event(), stamp);
+  if (event) {
+    topics_.Event(ToMsg(*session_.setup()->system, session_.transition(), session_.epoch(),
+                        session_.events()),
+                  stamp);
+  }
   topics_.State(&session_, stamp);
   if (display) topics_.Show(&session_, stamp);
 }

@@ -25,7 +25,7 @@
 #include "pace.h"
 #include "simulator_topics.h"
 #include "src/ros/display/stamps.h"
-#include "src/ros/session/session.h"
+#include "src/session/session.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -153,10 +153,13 @@ class Simulator {
   void AfterCommands();
   void CountTicks();
   /// What the session tells, to be published in its order.
-  template <class Message>
-  std::function<void(const Message&)> Later() {
-    return [this](const Message& message) {
-      log_.push_back([=](const ros::Time& stamp) { topics_.Tell(message, stamp); });
+  Session::Log Log();
+  template <class Told>
+  std::function<void(const Told&)> Later() {
+    return [this](const Told& told) {
+      log_.push_back([this, message = ToMsg(told)](const ros::Time& stamp) {
+        topics_.Tell(message, stamp);
+      });
     };
   }
   void TellLog();

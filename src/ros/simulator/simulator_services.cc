@@ -9,8 +9,8 @@
 #include "src/ros/message/gate.h"
 #include "src/ros/message/warnings.h"
 #include "src/ros/service/handler.h"
-#include "src/ros/session/prediction.h"
-#include "src/ros/session/step_limits.h"
+#include "src/ros/service/stopping.h"
+#include "src/session/prediction.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -142,8 +142,8 @@ bool SimulatorServices::SetState(SetSimulatorState::Request& in, SetSimulatorSta
     CheckMessage(in);
     out.state = simulator_->Call(
         [&](Session& session) {
-          session.SetState(in.state);
-          return session.StateMsg();
+          session.SetState(FromMsg(in.state));
+          return StateOf(&session);
         },
         &out.condition);
   });
@@ -154,7 +154,7 @@ bool SimulatorServices::GetState(GetSimulatorState::Request&, GetSimulatorState:
     out.state = simulator_->Call(
         [&](Session& session) {
           out.paused = simulator_->PausedNow();
-          return session.StateMsg();
+          return StateOf(&session);
         },
         &out.condition);
   });
@@ -184,7 +184,7 @@ bool SimulatorServices::Push(ApplyImpulse::Request& in, ApplyImpulse::Response& 
     out.state = simulator_->Call(
         [&](Session& session) {
           session.ApplyImpulse(in.names, in.impulse);
-          return session.StateMsg();
+          return StateOf(&session);
         },
         &out.condition);
   });
@@ -197,7 +197,7 @@ bool SimulatorServices::SetParameters(SetSimulatorParameters::Request& in,
     out.state = simulator_->Call(
         [&](Session& session) {
           session.SetParameters(in.names, in.values);
-          return session.StateMsg();
+          return StateOf(&session);
         },
         &out.condition);
   });
@@ -206,10 +206,8 @@ bool SimulatorServices::SetParameters(SetSimulatorParameters::Request& in,
 bool SimulatorServices::Mark(MarkInstant::Request& in, MarkInstant::Response& out) {
   return Guard("mark", &out, [&] {
     CheckMessage(in);
-    SimulatorMark asked;
-    asked.directions = in.directions;
-    asked.direction_matrix = in.direction_matrix;
-    asked.project_directions = in.project_directions;
+    AskedMark asked;
+    asked.directions = DirectionsOf(in);
     asked.by_inputs = in.by_inputs;
     asked.by_parameters = in.by_parameters;
     asked.clear = in.clear;
@@ -220,30 +218,31 @@ bool SimulatorServices::Mark(MarkInstant::Request& in, MarkInstant::Response& ou
         },
         &out.condition);
     out.directions = marked.names;
-    Warn(marked.warnings, &out);
+    Warn(ToMsg(marked.notes), &out);
   });
 }
 
 bool SimulatorServices::PredictFrom(PredictOutcome::Request& in, PredictOutcome::Response& out) {
   return Guard("predict", &out, [&] {
     CheckMessage(in);
-    PredictionRequest request;
-    request.horizon = in.horizon;
-    request.directions = in.directions;
-    request.direction_matrix = in.direction_matrix;
-    request.project_directions = in.project_directions;
-    request.size = in.size;
+    AskedPrediction asked;
+    asked.horizon = in.horizon;
+    asked.directions = DirectionsOf(in);
+    asked.size = in.size;
     const Snapshot snapshot = simulator_->Call(
-        [&](Session& session) { return session.AskPrediction(&request); }, &out.condition);
+        [&](Session& session) { return session.AskPrediction(&asked); }, &out.condition);
+    Prediction prediction;
     AnswerWithin<SimulateTrajectory::Response>(
-        pool_, "predict", LimitsOf(*snapshot.setup, {}), &out.prediction,
-        [&] { return Predict(snapshot, request, &IsStopping); });
+        pool_, "predict", LimitsOf(*snapshot.setup, {}), &out.prediction, [&] {
+          prediction = Predict(snapshot, asked, &IsStopping);
+          return ToMsg(prediction);
+        });
     out.outcome = out.prediction.outcome;
     out.message = out.prediction.message;
     const bool ended = out.outcome == static_cast<int>(Outcome::kCancelled) ||
                        out.outcome == static_cast<int>(Outcome::kBudgetExceeded);
     if (ended) return;  // nobody could repeat it
-    simulator_->Call([&](Session& session) { session.TellPrediction(out.prediction); });
+    simulator_->Call([&](Session& session) { session.TellPrediction(prediction); });
   });
 }
 

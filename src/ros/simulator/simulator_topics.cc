@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "src/ros/message/conversions.h"
+#include "src/ros/request/model_description.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -137,10 +138,13 @@ void SimulatorTopics::Event(SimulatorEvent message, const ros::Time& stamp) {
 }
 
 void SimulatorTopics::State(Session* session, const ros::Time& stamp) {
-  HybridState message = session->StateMsg();
+  HybridState message = StateOf(session);
   message.header.frame_id = options_.world_frame;
   SendStamped(state_, stamp, std::move(message), kLatch);
-  if (const auto tangents = session->TangentsMsg()) SendStamped(tangents_, stamp, *tangents);
+  if (const auto reading = session->ReadMark()) {
+    SendStamped(tangents_, stamp,
+                ToMsg(session->setup()->system->description(), *reading, session->epoch()));
+  }
 }
 
 void SimulatorTopics::Show(Session* session, const ros::Time& stamp) {

@@ -12,7 +12,8 @@
 #include "contact_flow/SimulatorSettings.h"
 #include "contact_flow/SimulatorStatus.h"
 #include "src/ros/display/display.h"
-#include "src/ros/session/session.h"
+#include "src/ros/request/session_messages.h"
+#include "src/session/session.h"
 #include "stream_recorder.h"
 
 namespace contact_flow {

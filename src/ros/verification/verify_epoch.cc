@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "contact_flow/flow/manifold_projection.h"
-#include "src/ros/session/session.h"
+#include "src/session/session.h"
 #include "verify_session.h"
 
 namespace contact_flow {

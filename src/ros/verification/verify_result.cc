@@ -24,6 +24,7 @@
 #include "src/ros/answer/stability_answer.h"
 #include "src/ros/answer/trajectory_answer.h"
 #include "src/ros/request/ensemble_problem.h"
+#include "src/ros/request/model_description.h"
 #include "src/ros/service/handler.h"
 
 namespace contact_flow {

@@ -8,7 +8,7 @@
 
 #include "src/ros/message/serialize.h"
 #include "src/ros/recording/record_types.h"
-#include "src/ros/request/setup.h"
+#include "src/session/setup.h"
 #include "verify.h"
 
 namespace contact_flow {

@@ -7,7 +7,10 @@
 #include <stdexcept>
 
 #include "src/ros/message/conversions.h"
+#include "src/ros/message/gate.h"
 #include "src/ros/message/serialize.h"
+#include "src/ros/request/model_description.h"
+#include "src/ros/request/session_messages.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -134,10 +137,9 @@ std::string SessionVerifier::Take(const SimulatorEvent& event) {
   }
   if (!counting_) events_ = event.index;  // a recording that began later
   counting_ = true;
-  SimulatorEvent computed = run_->EventMsg();
+  SimulatorEvent computed =
+      ToMsg(run_->system(), run_->flow()->transition(), epoch_, events_);
   computed.header = event.header;
-  computed.epoch = epoch_;
-  computed.index = events_;
   return Serialize(event) == Serialize(computed) ? "" : FirstDifference(event, computed);
 }
 
@@ -148,11 +150,9 @@ std::string SessionVerifier::Take(const HybridState& state) {
   if (!event.empty()) return event;
   if (!counting_) events_ = state.events;
   counting_ = true;
-  HybridState computed = run_->StateMsg();
+  HybridState computed = ToMsg(run_->system(), run_->Now(), epoch_, events_);
   computed.header.stamp = state.header.stamp;
   computed.header.frame_id = display_options_.world_frame;
-  computed.epoch = epoch_;
-  computed.events = events_;
   return Serialize(state) == Serialize(computed) ? "" : FirstDifference(state, computed);
 }
 
@@ -162,7 +162,7 @@ std::string SessionVerifier::Take(const SimulatorMark& mark) {
   if (HeaderIsOther(mark.header)) return kHeader;
   const std::string event = AdvanceQuietlyTo(mark.t);
   if (!event.empty()) return event;
-  run_->Mark(mark);
+  run_->Mark(FromMsg(mark));
   return "";
 }
 
@@ -170,9 +170,9 @@ std::string SessionVerifier::Take(const RollingTangents& tangents) {
   const std::string stranger = Belongs(tangents.epoch);
   if (!stranger.empty()) return stranger;
   if (!run_->marked()) return "no mark of its epoch is in the bag before it";
-  RollingTangents computed = *run_->TangentsMsg();  // without a limit
+  RollingTangents computed =
+      ToMsg(run_->system().description(), *run_->ReadMark(), epoch_);  // without a limit
   computed.header.stamp = tangents.header.stamp;
-  computed.epoch = epoch_;
   return Serialize(tangents) == Serialize(computed) ? "" : FirstDifference(tangents, computed);
 }
 
@@ -184,14 +184,17 @@ std::string SessionVerifier::Take(const PredictionRequest& request) {
   if (!event.empty()) return event;
   if (request.index <= last_asked_) return "not the next request of a prediction";
   last_asked_ = request.index;
-  asked_[request.index] = {request, run_->Present(request)};
+  CheckMessage(request);
+  const AskedPrediction asked = FromMsg(request);
+  asked_[request.index] = {asked, run_->Present(asked)};
   return "";
 }
 
 std::string SessionVerifier::Take(const OutcomePrediction& prediction) {
   const auto asked = asked_.find(prediction.index);
   if (asked == asked_.end()) return "its request is not in the bag before it";
-  OutcomePrediction computed = Predict(asked->second.snapshot, asked->second.request, nullptr);
+  OutcomePrediction computed =
+      ToMsg(Predict(asked->second.snapshot, asked->second.request, nullptr));
   asked_.erase(asked);
   computed.header.stamp = prediction.header.stamp;
   return Serialize(prediction) == Serialize(computed) ? "" : FirstDifference(prediction, computed);

@@ -20,7 +20,7 @@
 #include "contact_flow/SimulatorSettings.h"
 #include "contact_flow/SimulatorStatus.h"
 #include "src/ros/display/display.h"
-#include "src/ros/session/epoch_run.h"
+#include "src/session/epoch_run.h"
 
 namespace contact_flow {
 namespace ros_interface {
@@ -87,7 +87,7 @@ class SessionVerifier {
   std::unique_ptr<EpochRun> run_;
   std::deque<SimulatorInput> owed_;  // inputs told before the epoch that hold in it, too
   struct Asked {
-    PredictionRequest request;
+    AskedPrediction request;
     Snapshot snapshot;
   };
   std::map<std::uint64_t, Asked> asked_;  // predictions to come, by index

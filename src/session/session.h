@@ -8,24 +8,41 @@
 #include <string>
 #include <vector>
 
-#include "contact_flow/HybridState.h"
-#include "contact_flow/InitialState.h"
-#include "contact_flow/OutcomePrediction.h"
-#include "contact_flow/PredictionRequest.h"
-#include "contact_flow/RollingTangents.h"
-#include "contact_flow/SimulatorEpoch.h"
-#include "contact_flow/SimulatorEvent.h"
-#include "contact_flow/SimulatorInput.h"
-#include "contact_flow/SimulatorMark.h"
+#include "asked.h"
+#include "contact_flow/model/parameter_values.h"
 #include "epoch_run.h"
+#include "instant.h"
 #include "step_limits.h"
 
 namespace contact_flow {
-namespace ros_interface {
 
-/// The simulation that goes on: its state, and what may be done to it. It knows neither clocks nor
-/// topics, and the same calls in the same order give the same bits, so that verify_bag can repeat
-/// it. For one thread.
+/// How an epoch begins, and where the one before it has ended.
+struct EpochBegin {
+  std::uint32_t epoch = 0;  ///< 1, 2, …
+  /// start, start_recording, reset_simulation, reset_world, set_state, apply_impulse or
+  /// set_parameters.
+  std::string cause;
+  double t = 0;                       ///< [s]
+  Vector q;                           ///< [nq]
+  Vector v;                           ///< [d]
+  Vector u;                           ///< [m]
+  std::vector<Parameter> parameters;  ///< all of the model
+  Vector impulse;                     ///< of apply_impulse [d], else empty
+  double t_before = 0;                ///< [s]
+  Vector q_before;                    ///< [nq], empty at the start
+  Vector v_before;                    ///< [d], likewise
+};
+
+/// An input that was told.
+struct ToldInput {
+  std::uint32_t epoch = 0;
+  double t = 0;  ///< from when on [s]
+  Vector u;      ///< [m]
+};
+
+/// The simulation that goes on: its state, and what may be done to it. Time is what it is told: the
+/// same calls in the same order give the same bits, so that verify_bag can repeat it; but limits
+/// are of real time. For one thread.
 ///
 /// The time of a session is a sequence of epochs. Each is one run of the hybrid flow, under the
 /// inputs told on the way; a new one begins where the state is set, pushed or reset, or the model's
@@ -33,16 +50,19 @@ namespace ros_interface {
 /// everything as it was.
 class Session {
  public:
-  /// What a session tells of itself as it happens, to be recorded; stamps are left empty.
+  /// What a session tells of itself as it happens, to be recorded; any may be left out.
   struct Log {
-    std::function<void(const SimulatorEpoch&)> epoch;
-    std::function<void(const SimulatorInput&)> input;
-    std::function<void(const SimulatorMark&)> mark;
-    std::function<void(const PredictionRequest&)> asked;
-    std::function<void(const OutcomePrediction&)> predicted;
+    std::function<void(const EpochBegin&)> epoch;
+    std::function<void(const ToldInput&)> input;
+    std::function<void(const AskedMark&)> mark;
+    std::function<void(const AskedPrediction&)> asked;
+    std::function<void(const Prediction&)> predicted;
+    std::function<void(const std::string&)> warning;  ///< a sentence for whoever looks on
   };
 
-  Session(const Configuration& configuration, std::vector<std::string> tangent_directions, Log log);
+  /// `tangent_directions` are those of marks that name none; limits are measured by `clock`.
+  Session(const Configuration& configuration, std::vector<std::string> tangent_directions, Log log,
+          StepClock clock = {});
 
   const std::shared_ptr<const Setup>& setup() const { return run_->setup(); }
   const Setup& initial_setup() const { return *initial_setup_; }  ///< of the start
@@ -61,9 +81,9 @@ class Session {
   void LimitSteps(const StepLimits& limits);
   /// The present epoch has come to its end, where it stands.
   void End(Outcome outcome, const std::string& reason);
-  /// The transition there.
-  SimulatorEvent Event() const;
-  bool changes_input() const { return run_->flow()->transition().changes_input; }
+  /// The transition there, whose number is events().
+  const Transition& transition() const { return run_->flow()->transition(); }
+  bool changes_input() const { return transition().changes_input; }
 
   /// A new epoch from the present state: for a recording that begins here.
   void BeginEpoch(const std::string& cause);
@@ -71,31 +91,30 @@ class Session {
   /// the present time.
   void ResetSimulation();
   void ResetWorld();
-  void SetState(const InitialState& state);
+  void SetState(const AskedState& state);
   void ApplyImpulse(const std::vector<std::string>& names, const std::vector<double>& impulse);
   void SetParameters(const std::vector<std::string>& names, const std::vector<double>& values);
   /// At simulated time t ≥ now() [s].
   void SetInput(double t, const std::vector<std::string>& names, const std::vector<double>& values);
 
-  /// Marks now, until the epoch ends; or removes the mark. Returns the directions, with warnings of
+  /// Marks now, until the epoch ends; or removes the mark. Returns the directions, with notes of
   /// what was left out or projected. Epoch and time of `asked` are not read.
-  Directions Mark(SimulatorMark asked);
+  Directions Mark(AskedMark asked);
   bool marked() const { return run_->marked(); }
 
   Vector State() { return run_->flow()->State(); }
-  /// λ now [n].
+  /// λ now [n+l+r].
   Vector Force() { return run_->Force(); }
-  Display::Instant Now() { return run_->Now(); }
-  HybridState StateMsg();
-  /// Nothing where nothing is marked.
-  std::optional<RollingTangents> TangentsMsg();
+  Instant Now() { return run_->Now(); }
+  /// The rolling derivative; nothing where nothing is marked.
+  std::optional<MarkReading> ReadMark();
   Margins margins() const { return run_->flow()->margins(); }
 
   /// Numbers a request that is in order, and returns what the prediction starts from; others may
   /// make it while this goes on.
-  Snapshot AskPrediction(PredictionRequest* request);
+  Snapshot AskPrediction(AskedPrediction* asked);
   /// The answer is there.
-  void TellPrediction(const OutcomePrediction& prediction);
+  void TellPrediction(const Prediction& prediction);
 
  private:
   void Begin(const std::string& cause, double t, std::shared_ptr<const Setup> setup,
@@ -108,6 +127,7 @@ class Session {
 
   const std::vector<std::string> tangent_directions_;
   const Log log_;
+  const StepClock clock_;
   const std::shared_ptr<const Setup> initial_setup_;
   std::unique_ptr<EpochRun> run_;
   std::uint32_t epoch_ = 0;
@@ -124,5 +144,4 @@ class Session {
 /// What apply_impulse does to a state x [nq+d].
 void Push(const Setup& setup, const Vector& impulse, Vector* x);
 
-}  // namespace ros_interface
 }  // namespace contact_flow

@@ -3,11 +3,9 @@
 
 #include <memory>
 
-#include "contact_flow/ModelDescription.h"
 #include "contact_flow/io/configuration.h"
 
 namespace contact_flow {
-namespace ros_interface {
 
 /// All that an answer depends on besides the request: the model and the settings in force. Constant
 /// after construction, so that requests may be answered in parallel.
@@ -26,13 +24,4 @@ struct Setup {
   BDerivativeOptions derivative_options;
 };
 
-/// Number of output samples of a request that names none, and the most it may ask for.
-inline constexpr int kDefaultSamples = 200;
-inline constexpr int kMaxSamples = 100000;
-
-/// The setup as a message (header empty), and back: what is needed to repeat a run.
-ModelDescription ToMsg(const Setup& setup);
-Configuration FromMsg(const ModelDescription& description);
-
-}  // namespace ros_interface
 }  // namespace contact_flow

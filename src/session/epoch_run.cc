@@ -5,11 +5,8 @@
 #include <utility>
 
 #include "contact_flow/flow/manifold_projection.h"
-#include "src/ros/message/conversions.h"
-#include "step_limits.h"
 
 namespace contact_flow {
-namespace ros_interface {
 namespace {
 
 std::shared_ptr<const MechanicalSystem> SystemOf(const std::shared_ptr<const Setup>& setup) {
@@ -39,7 +36,7 @@ template <class Work>
 void EpochRun::WithMark(const Work& work) {
   if (!mark_) return;
   try {
-    const BudgetScope scope(ProcessorBudget(mark_seconds_));
+    const BudgetScope scope(clock_.OfProcessor(mark_seconds_));
     work();
   } catch (const BudgetExceeded&) {
     std::ostringstream text;
@@ -51,10 +48,10 @@ void EpochRun::WithMark(const Work& work) {
   }
 }
 
-std::optional<RollingTangents> EpochRun::TangentsMsg() {
-  std::optional<RollingTangents> message;
-  WithMark([&] { message = mark_->Message(&flow_); });
-  return message;
+std::optional<MarkReading> EpochRun::ReadMark() {
+  std::optional<MarkReading> reading;
+  WithMark([&] { reading = mark_->Read(&flow_); });
+  return reading;
 }
 
 Vector EpochRun::SettledState() {
@@ -64,7 +61,7 @@ Vector EpochRun::SettledState() {
   return x;
 }
 
-void EpochRun::Mark(const SimulatorMark& asked) {
+void EpochRun::Mark(const AskedMark& asked) {
   if (asked.clear) {
     mark_.reset();
     flow_.KeepMotion(false);
@@ -79,41 +76,10 @@ Vector EpochRun::Force() {
   return dynamics_.force();
 }
 
-Display::Instant EpochRun::Now() {
+Instant EpochRun::Now() {
   const Vector force = Force();
-  return {flow_.State(), flow_.NextInput(), force, dynamics_.acceleration(), flow_.mode()};
+  return {flow_.now(), flow_.State(), flow_.NextInput(), force, dynamics_.acceleration(),
+          flow_.mode()};
 }
 
-HybridState EpochRun::StateMsg() {
-  const SystemDescription& description = system().description();
-  const Vector x = flow_.State();
-  HybridState message;
-  message.t = flow_.now();
-  message.coordinates = description.coordinates;
-  message.velocities = description.velocities;
-  message.constraints = description.constraints;
-  message.inputs = description.inputs;
-  message.tangential = TangentialNames(system());
-  message.mode = flow_.mode().Names(description.constraints);
-  message.mode_word = ToWord(description.constraints, flow_.mode());
-  message.q = ToMsg(VectorRef(x.head(system().num_positions())));
-  message.v = ToMsg(VectorRef(x.tail(system().dof())));
-  const Vector force = Force();
-  message.force = ToMsg(VectorRef(force.head(system().num_constraints())));
-  message.tangential_force = Tangential(description, force);
-  message.input = ToMsg(VectorRef(flow_.NextInput()));
-  return message;
-}
-
-SimulatorEvent EpochRun::EventMsg() const {
-  const SystemDescription& description = system().description();
-  SimulatorEvent message;
-  message.changes_input = flow_.transition().changes_input;
-  message.constraints = description.constraints;
-  message.tangential = TangentialNames(system());
-  message.transition = ToMsg(description, flow_.transition());
-  return message;
-}
-
-}  // namespace ros_interface
 }  // namespace contact_flow

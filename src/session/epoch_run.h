@@ -7,23 +7,19 @@
 #include <string>
 #include <utility>
 
-#include "contact_flow/HybridState.h"
-#include "contact_flow/RollingTangents.h"
-#include "contact_flow/SimulatorEvent.h"
-#include "contact_flow/SimulatorMark.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/online_flow.h"
-#include "mark.h"
+#include "instant.h"
+#include "marked_instant.h"
 #include "prediction.h"
-#include "src/ros/display/display.h"
-#include "src/ros/request/setup.h"
+#include "setup.h"
+#include "step_limits.h"
 
 namespace contact_flow {
-namespace ros_interface {
 
 /// One epoch of a session as it goes on: a run of the hybrid flow under one setup, and the instant
 /// that is marked on its way. The same calls give the same bits, in a simulator and where
-/// verify_bag repeats it. Of its messages, header, epoch and numbers of events are left empty.
+/// verify_bag repeats it.
 class EpochRun {
  public:
   /// Begins at t [s]. Throws std::invalid_argument for a state from which no run begins.
@@ -37,29 +33,30 @@ class EpochRun {
   /// only if contacts let go.
   bool AdvanceTo(double t);
   /// From now on the mark is lost, with a reason, where its derivative takes longer than that for
-  /// one instant [s of processor time].
-  void LimitMark(double seconds) { mark_seconds_ = seconds; }
+  /// one instant [s of processor time, by this clock].
+  void LimitMark(double seconds, const StepClock& clock) {
+    mark_seconds_ = seconds;
+    clock_ = clock;
+  }
   /// Why the mark was lost; "" where it was not. Asked once.
   std::string TakeLoss() { return std::exchange(loss_, ""); }
   /// Now as the end of a step; what rests in contact is put exactly on it.
   Vector SettledState();
 
   /// Marks now, or removes the mark; throws std::invalid_argument and leaves the last one.
-  void Mark(const SimulatorMark& asked);
+  void Mark(const AskedMark& asked);
   bool marked() const { return mark_ != nullptr; }
   /// Of the mark.
   const Directions& directions() const { return mark_->directions(); }
   /// Nothing where the mark is lost.
-  std::optional<RollingTangents> TangentsMsg();
+  std::optional<MarkReading> ReadMark();
 
   Vector Force();  ///< λ now [n+l+r]
-  Display::Instant Now();  ///< what is shown of now
-  HybridState StateMsg();
-  SimulatorEvent EventMsg() const;  ///< where AdvanceTo has stopped
+  Instant Now();
   /// What a prediction starts from; throws std::invalid_argument for a request that
   /// is not in order.
-  Snapshot Present(const PredictionRequest& request) {
-    return TakeSnapshot(setup_, &flow_, request);
+  Snapshot Present(const AskedPrediction& asked) {
+    return TakeSnapshot(setup_, &flow_, asked);
   }
 
  private:
@@ -70,9 +67,9 @@ class EpochRun {
   OnlineFlow flow_;
   ContactDynamics dynamics_;
   std::unique_ptr<MarkedInstant> mark_;
+  StepClock clock_;
   double mark_seconds_ = std::numeric_limits<double>::infinity();
   std::string loss_;
 };
 
-}  // namespace ros_interface
 }  // namespace contact_flow

@@ -1,21 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "setup.h"
+#include "model_description.h"
 
 #include "request.h"
 #include "src/ros/message/conversions.h"
 
 namespace contact_flow {
 namespace ros_interface {
-
-Setup::Setup(const Configuration& configured)
-    : configuration(configured),
-      system(WithParameters(configuration.parameters)),
-      robot(dynamic_cast<const RobotSystem*>(system.get())),
-      options(configuration.options),
-      derivative_options(configuration.derivative_options) {
-  CheckOptions(options);
-  CheckOptions(derivative_options);
-}
 
 ModelDescription ToMsg(const Setup& setup) {
   const SystemDescription& d = setup.system->description();

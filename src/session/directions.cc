@@ -2,17 +2,15 @@
 #include "directions.h"
 
 #include <algorithm>
-#include <cstdint>
 #include <stdexcept>
 
 #include "contact_flow/derivative/start_cone.h"
 #include "contact_flow/derivative/start_directions.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/nearest_name.h"
-#include "src/ros/message/warnings.h"
+#include "number_checks.h"
 
 namespace contact_flow {
-namespace ros_interface {
 namespace {
 
 const char kRate[] = "d/dt ";
@@ -55,7 +53,7 @@ std::vector<std::string> DefaultNames(const std::vector<std::string>& tangents) 
 }
 
 /// Appends the rows of the matrix, of which rows and cols may be left 0.
-void AppendRows(const RowMajorMatrix& matrix, std::size_t cols, Directions* directions) {
+void AppendRows(const AskedDirections::Rows& matrix, std::size_t cols, Directions* directions) {
   if (matrix.data.empty() && matrix.rows == 0) return;
   const std::string field = "direction_matrix";
   if (matrix.cols != 0 && matrix.cols != cols) {
@@ -90,8 +88,8 @@ void CheckCount(std::size_t count) {
 }
 
 /// Judges every direction against the constraints that are active at the start.
-Directions Admit(const Setup& setup, const Run& run, const Directions& asked, bool by_default,
-                 bool project, const Variables& variables) {
+Directions Admit(const Setup& setup, const ResolvedRun& run, const Directions& asked,
+                 bool by_default, bool project, const Variables& variables) {
   const ContactMode mode = InitialMode(*setup.system, run.x, run.input.values.front(), run.options);
   ContactDynamics dynamics(*setup.system, run.input.values.front(), variables);
   const StartCone start(&dynamics, run.x, mode, 0, run.options.gap_tolerance,
@@ -131,18 +129,18 @@ Directions Admit(const Setup& setup, const Run& run, const Directions& asked, bo
     kept.names.push_back(asked.names[i]);
     kept.vectors.push_back(w);
   }
-  const auto note = [&](std::uint8_t code, const std::string& text,
-                        const std::vector<std::string>& names) {
-    if (!names.empty()) kept.warnings.push_back(MakeWarning(code, text + ": " + Join(names)));
+  using Fate = DirectionNote::Kind;
+  const auto note = [&](Fate fate, const std::string& text, const std::vector<std::string>& names) {
+    if (!names.empty()) kept.notes.push_back({fate, text + ": " + Join(names)});
   };
-  note(ResultWarning::LEFT_OUT, "left out, because they leave the initial contact mode " + label,
+  note(Fate::kLeftOut, "left out, because they leave the initial contact mode " + label,
        left_out);
-  note(ResultWarning::PROJECTED,
+  note(Fate::kProjected,
        "projected on the directions that keep the initial contact mode " + label, projected);
-  note(ResultWarning::LEFT_OUT,
+  note(Fate::kLeftOut,
        "left out, because they lead through constraints that the initial state touches",
        out_of_domain);
-  note(ResultWarning::LEFT_OUT,
+  note(Fate::kLeftOut,
        "left out, because they move contacts that begin to slip against that slip, and how it is "
        "reversed is not followed",
        against_slip);
@@ -175,9 +173,10 @@ std::vector<std::string> VariableNames(const SystemDescription& description,
   return names;
 }
 
-Directions ResolveDirections(const Setup& setup, const Run& run,
-                             const std::vector<std::string>& names, const RowMajorMatrix& matrix,
-                             bool project, const Variables& variables) {
+Directions ResolveDirections(const Setup& setup, const ResolvedRun& run,
+                             const AskedDirections& asked, const Variables& variables) {
+  const std::vector<std::string>& names = asked.names;
+  const AskedDirections::Rows& matrix = asked.matrix;
   const std::vector<std::string> tangents = TangentNames(setup.system->description(), variables);
   const std::size_t cols = tangents.size();
   CheckCount(names.size() + std::max<std::size_t>(matrix.rows, matrix.data.size() / cols));
@@ -196,8 +195,7 @@ Directions ResolveDirections(const Setup& setup, const Run& run,
       directions.vectors.push_back(ParseDirection("", name, tangents));
     }
   }
-  return Admit(setup, run, directions, by_default, project, variables);
+  return Admit(setup, run, directions, by_default, asked.project, variables);
 }
 
-}  // namespace ros_interface
 }  // namespace contact_flow

@@ -1,19 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "session.h"
 
-#include <ros/console.h>
-
 #include <sstream>
 #include <stdexcept>
 #include <utility>
 
 #include "contact_flow/dynamics/impact.h"
 #include "contact_flow/flow/manifold_projection.h"
-#include "src/ros/message/conversions.h"
-#include "src/ros/request/request.h"
+#include "number_checks.h"
+#include "run_request.h"
 
 namespace contact_flow {
-namespace ros_interface {
 namespace {
 
 constexpr double kFarAhead = 3600;  // [s] for which inputs may be told
@@ -21,9 +18,10 @@ constexpr double kFarAhead = 3600;  // [s] for which inputs may be told
 }  // namespace
 
 Session::Session(const Configuration& configuration, std::vector<std::string> tangent_directions,
-                 Log log)
+                 Log log, StepClock clock)
     : tangent_directions_(std::move(tangent_directions)),
       log_(std::move(log)),
+      clock_(std::move(clock)),
       initial_setup_(std::make_shared<const Setup>(configuration)) {
   const NominalRun& nominal = initial_setup_->system->nominal();
   Begin("start", 0, initial_setup_, nominal.x, nominal.u, Vector());
@@ -34,39 +32,36 @@ void Session::Begin(const std::string& cause, double t, std::shared_ptr<const Se
                     const Vector& x, const Vector& u, const Vector& impulse) {
   auto run = std::make_unique<EpochRun>(setup, t, x, u);
   const Eigen::Index nq = setup->system->num_positions(), d = setup->system->dof();
-  SimulatorEpoch message;
-  message.epoch = epoch_ + 1;
-  message.cause = cause;
-  message.t = t;
-  message.q = ToMsg(VectorRef(x.head(nq)));
-  message.v = ToMsg(VectorRef(x.tail(d)));
-  message.input = ToMsg(VectorRef(u));
-  for (const Parameter& parameter : setup->system->description().parameters) {
-    message.parameter_names.push_back(parameter.name);
-    message.parameter_values.push_back(parameter.value);
-  }
-  message.impulse = ToMsg(VectorRef(impulse));
+  EpochBegin begin;
+  begin.epoch = epoch_ + 1;
+  begin.cause = cause;
+  begin.t = t;
+  begin.q = x.head(nq);
+  begin.v = x.tail(d);
+  begin.u = u;
+  begin.parameters = setup->system->description().parameters;
+  begin.impulse = impulse;
   if (run_) {
     run_->flow()->Settle();
     const Vector before = run_->flow()->State();
-    message.t_before = now();
-    message.q_before = ToMsg(VectorRef(before.head(nq)));
-    message.v_before = ToMsg(VectorRef(before.tail(d)));
+    begin.t_before = now();
+    begin.q_before = before.head(nq);
+    begin.v_before = before.tail(d);
   }
   ++epoch_;
   parameters_changed_ = parameters_changed_ || !run_ || run_->setup() != setup;
   run_ = std::move(run);
-  run_->LimitMark(limits_.mark_seconds);
+  run_->LimitMark(limits_.mark_seconds, clock_);
   ended_ = Status();
   begun_ = now();
   spent_ = 0;
   patience_ = 1;
-  if (log_.epoch) log_.epoch(message);
+  if (log_.epoch) log_.epoch(begin);
 }
 
 void Session::LimitSteps(const StepLimits& limits) {
   limits_ = limits;
-  run_->LimitMark(limits.mark_seconds);
+  run_->LimitMark(limits.mark_seconds, clock_);
 }
 
 void Session::End(Outcome outcome, const std::string& reason) {
@@ -76,7 +71,7 @@ void Session::End(Outcome outcome, const std::string& reason) {
   message << reason << " (stopped at t = " << now() << " s)";
   ended_ = {outcome, message.str()};
   if (!run_->marked()) return;
-  SimulatorMark none;
+  AskedMark none;
   none.clear = true;
   Mark(none);
 }
@@ -85,8 +80,8 @@ void Session::End(Outcome outcome, const std::string& reason) {
 void Session::TellLostMark() {
   const std::string loss = run_->TakeLoss();
   if (loss.empty()) return;
-  ROS_WARN("simulator: %s", loss.c_str());
-  SimulatorMark none;
+  if (log_.warning) log_.warning(loss);
+  AskedMark none;
   none.clear = true;
   Mark(none);
 }
@@ -95,12 +90,10 @@ bool Session::TakeParametersChanged() { return std::exchange(parameters_changed_
 
 bool Session::AdvanceTo(double t) {
   if (!status().ok()) return false;
-  const double before = now(), begin = ProcessorSeconds();
+  const double before = now(), begin = clock_.processor();
   bool event = false, done = true;
   try {
-    BudgetLimits slice;
-    slice.max_seconds = patience_ * limits_.slice_seconds;
-    const BudgetScope scope{Budget(slice)};
+    const BudgetScope slice(clock_.OfWall(patience_ * limits_.slice_seconds));
     event = run_->AdvanceTo(t);
   } catch (const BudgetExceeded&) {
     done = false;
@@ -109,7 +102,7 @@ bool Session::AdvanceTo(double t) {
     return false;
   }
   if (event) ++events_;
-  spent_ += ProcessorSeconds() - begin;
+  spent_ += clock_.processor() - begin;
   // What did not even take one step has to be begun anew, with more time.
   patience_ = done || now() > before ? 1 : 2 * patience_;
   if (event) return true;  // it is told before anything else of this instant
@@ -125,13 +118,6 @@ bool Session::AdvanceTo(double t) {
     spent_ = 0;
   }
   return false;
-}
-
-SimulatorEvent Session::Event() const {
-  SimulatorEvent message = run_->EventMsg();
-  message.epoch = epoch_;
-  message.index = events_;
-  return message;
 }
 
 void Session::ResetSimulation() {
@@ -174,7 +160,7 @@ void Session::BeginEpoch(const std::string& cause) {
       cause, setup(), [](Vector*) {}, Vector());
 }
 
-void Session::SetState(const InitialState& state) {
+void Session::SetState(const AskedState& state) {
   Restart(
       "set_state", setup(), [&](Vector* x) { ApplyState(run_->system(), state, x); }, Vector());
 }
@@ -237,50 +223,37 @@ void Session::SetInput(double t, const std::vector<std::string>& names,
 
 void Session::TellInput(double t, const Vector& u) {
   run_->flow()->SetInput(t, u);
-  SimulatorInput message;
-  message.epoch = epoch_;
-  message.t = t;
-  message.input = ToMsg(VectorRef(u));
-  if (log_.input) log_.input(message);
+  if (log_.input) log_.input({epoch_, t, u});
 }
 
-Directions Session::Mark(SimulatorMark asked) {
+Directions Session::Mark(AskedMark asked) {
   asked.epoch = epoch_;
   asked.t = now();
-  if (!asked.clear && asked.directions.empty() && asked.direction_matrix.data.empty()) {
-    asked.directions = tangent_directions_;
+  if (!asked.clear && asked.directions.names.empty() && asked.directions.matrix.data.empty()) {
+    asked.directions.names = tangent_directions_;
   }
   run_->Mark(asked);
   if (log_.mark) log_.mark(asked);
   return run_->marked() ? run_->directions() : Directions();
 }
 
-HybridState Session::StateMsg() {
-  HybridState message = run_->StateMsg();
-  message.epoch = epoch_;
-  message.events = events_;
-  return message;
-}
-
-std::optional<RollingTangents> Session::TangentsMsg() {
-  std::optional<RollingTangents> message = run_->TangentsMsg();
+std::optional<MarkReading> Session::ReadMark() {
+  std::optional<MarkReading> reading = run_->ReadMark();
   TellLostMark();
-  if (message) message->epoch = epoch_;
-  return message;
+  return reading;
 }
 
-Snapshot Session::AskPrediction(PredictionRequest* request) {
-  Snapshot present = run_->Present(*request);
-  request->epoch = epoch_;
-  request->index = ++predictions_;
-  request->t = now();
-  if (log_.asked) log_.asked(*request);
+Snapshot Session::AskPrediction(AskedPrediction* asked) {
+  Snapshot present = run_->Present(*asked);
+  asked->epoch = epoch_;
+  asked->index = ++predictions_;
+  asked->t = now();
+  if (log_.asked) log_.asked(*asked);
   return present;
 }
 
-void Session::TellPrediction(const OutcomePrediction& prediction) {
+void Session::TellPrediction(const Prediction& prediction) {
   if (log_.predicted) log_.predicted(prediction);
 }
 
-}  // namespace ros_interface
 }  // namespace contact_flow
