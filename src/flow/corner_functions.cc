@@ -104,6 +104,7 @@ std::vector<double> CornerInstants(const MechanicalSystem& system, const Arc& ar
   for (const Passing& passing : Passings(functions, system.state_size(), arc)) {
     instants.push_back(passing.t);
   }
+  if (!std::isfinite(functions.TimeToKnot(arc.x_begin))) return instants;
   Vector x(system.state_size());
   for (std::size_t k = 1; k < arc.dense.NumSteps(); ++k) {
     // A step of the run begins at a knot of time: the next one from the middle of the step before.
