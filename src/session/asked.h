@@ -62,8 +62,8 @@ struct AskedRun {
   AskedOptions options;
 };
 
-/// Directions in which a state, inputs and parameters are perturbed; none at all: both signs of
-/// everything.
+/// Directions in which a state, inputs and parameters are perturbed. Without any, both signs of
+/// everything are meant.
 struct AskedDirections {
   /// "+left_foot_z", "-d/dt body_pitch", "+input thrust", "-parameter stiffness".
   std::vector<std::string> names;

@@ -25,8 +25,8 @@ struct ResolvedRun {
 
 /// Fill in the defaults of the model and of the settings in force. Throw std::invalid_argument with
 /// the field (and index) and the value, for sizes, numbers that are not finite or out of range, and
-/// unknown names, these with the nearest valid one. What the state must obey besides, Simulate
-/// checks.
+/// unknown names, these with the nearest valid one. What else a state must obey is checked by
+/// Simulate itself.
 ResolvedRun ResolveRun(const Setup& setup, const AskedRun& asked);
 SimulateOptions ResolveOptions(SimulateOptions defaults, const AskedOptions& asked);
 BDerivativeOptions ResolveOptions(BDerivativeOptions defaults, const AskedDerivativeOptions& asked);

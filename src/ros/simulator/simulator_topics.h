@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "contact_flow/ModelDescription.h"
 #include "contact_flow/SimulatorSettings.h"
 #include "contact_flow/SimulatorStatus.h"
 #include "src/ros/display/display.h"

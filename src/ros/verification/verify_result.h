@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "contact_flow/ModelDescription.h"
 #include "src/ros/message/serialize.h"
 #include "src/ros/recording/record_types.h"
 #include "src/session/setup.h"
