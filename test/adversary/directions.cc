@@ -18,7 +18,7 @@ void Project(const Case& c, ConstraintSet kept, Vector* w) {
   Variables variables;
   variables.inputs = true;
   variables.parameters = {0, 1};
-  *w = ProjectAdmissible(*c.system, c.x, kept, *w, variables);
+  *w = ProjectAdmissible(*c.system, c.x, ContactMode(kept), *w, variables);
 }
 
 }  // namespace
