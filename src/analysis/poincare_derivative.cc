@@ -77,37 +77,41 @@ void PoincareMap::Differentiate(const VectorRef& x, PoincareReturn* result) cons
     if (!event && AtAnEvent(x, *result)) return none("the return coincides with an event");
     const BDerivative B = DifferentiateArcs(system_, run, 0, last, options_.derivative);
     if (!B.status.ok()) return none(B.status.message);
-    result->extended = Extended(B, *result);
-    if (!section_.symmetry.Empty()) {
-      const int size = result->extended.rows();
-      Matrix tangent = Matrix::Identity(size, size);
-      tangent.topLeftCorner(n, n) = section_.symmetry.Tangent(system_);
-      const int columns = result->extended.cols();
-      result->extended = InBases(result->extended, tangent.transpose(),
-                                 Matrix::Identity(columns, columns));
+    // Directions along the section hold what the start holds. Others may not.
+    const auto held = PiecewiseLinearMap::Linear(B.arcs.front());
+    result->extended = Extended(B, held, *result);
+    const int rows = result->extended.rows(), cols = result->extended.cols();
+    const Matrix all = Matrix::Identity(cols, cols), end = Matrix::Identity(rows, rows);
+    const Matrix& basis = result->start_basis;
+    Matrix start = Matrix::Zero(cols, basis.cols());
+    start.topRows(n) = basis;
+    result->reduced =
+        InBases(InBases(result->extended, end.leftCols(n), all), result->end_basis, start);
+    if (!B.start.PiecewiseLinear().ok() || !B.start_stop.PiecewiseLinear().ok()) {
+      Matrix part = all;  // of a direction, along the section
+      part.topLeftCorner(n, n) = basis * basis.transpose();
+      result->extended = InBases(result->extended, end, part);
+    } else if (!B.start.Empty() || !B.start_stop.Empty()) {
+      result->extended = Extended(B, B.FirstPieces(), *result);
     }
+    result->map = InBases(result->extended, end.leftCols(n), all);
+    result->return_time = InBases(result->extended, end.col(n), all);
   } catch (const std::length_error& limit) {
     return none(limit.what());
   } catch (const std::domain_error& missing) {
     return none(missing.what());
   }
-  const int rows = result->extended.rows(), cols = result->extended.cols();
-  const Matrix all = Matrix::Identity(cols, cols), end = Matrix::Identity(rows, rows);
-  result->map = InBases(result->extended, end.leftCols(n), all);
-  result->return_time = InBases(result->extended, end.col(n), all);
-  Matrix start = Matrix::Zero(cols, result->start_basis.cols());
-  start.topRows(result->start_basis.rows()) = result->start_basis;
-  result->reduced = InBases(result->map, result->end_basis, start);
 }
 
 /// From the tangents at the fixed time of the return, B, and the event times below them, to the
 /// rows (P, time of return, event times):  (I − F ds/(ds F)) w,  −ds w/(ds F).
-PiecewiseLinearMap PoincareMap::Extended(const BDerivative& B, const PoincareReturn& result) const {
+PiecewiseLinearMap PoincareMap::Extended(const BDerivative& B, const PiecewiseLinearMap& first,
+                                         const PoincareReturn& result) const {
   const Trajectory& run = result.trajectory;
   const bool event = section_.kind == Section::Kind::kEvent;
   const Arc& arc = run.arcs[run.arcs.size() - (event ? 2 : 1)];
   const PiecewiseLinearMap tangents =
-      TangentMap(B, LocateEvents(run, options_.events), system_, run);
+      TangentMap(B, first, LocateEvents(run, options_.events), system_, run);
   const int n = 2 * system_.dof(), size = tangents.cols();
   const int times = tangents.rows() - size;
   Matrix onto = Matrix::Zero(size + 1 + times, size + times);
@@ -135,6 +139,9 @@ PiecewiseLinearMap PoincareMap::Extended(const BDerivative& B, const PoincareRet
   Matrix kept = Matrix::Zero(rows.rows(), n + 1 + times);
   kept.topLeftCorner(n, n).setIdentity();
   kept.bottomRightCorner(1 + times, 1 + times).setIdentity();
+  if (!section_.symmetry.Empty()) {
+    kept.topLeftCorner(n, n) = section_.symmetry.Tangent(system_).transpose();
+  }
   return InBases(rows, kept, Matrix::Identity(size, size));
 }
 

@@ -103,7 +103,8 @@ Vector EventTimes(const Trajectory& run, const std::vector<EventPlace>& events) 
   return times;
 }
 
-PiecewiseLinearMap TangentMap(const BDerivative& B, const std::vector<EventPlace>& events,
+PiecewiseLinearMap TangentMap(const BDerivative& B, const PiecewiseLinearMap& first,
+                              const std::vector<EventPlace>& events,
                               const MechanicalSystem& system, const Trajectory& run) {
   const std::size_t limit = B.options.max_pieces;
   const int n = static_cast<int>(B.arcs.front().cols()), count = static_cast<int>(events.size());
@@ -116,7 +117,7 @@ PiecewiseLinearMap TangentMap(const BDerivative& B, const std::vector<EventPlace
   }
   Matrix untimed = Matrix::Zero(n, n + count);
   untimed.leftCols(n).setIdentity();
-  PiecewiseLinearMap map = InBases(B.FirstPieces(), untimed, Matrix::Identity(n, n));
+  PiecewiseLinearMap map = InBases(first, untimed, Matrix::Identity(n, n));
   for (std::size_t k = 0; k < B.events.size(); ++k) {
     map = WithTimes(B.events[k], static_cast<int>(k), events, count, system, run, B.options)
               .After(map, limit);

@@ -27,9 +27,11 @@ Vector EventTimes(const Trajectory& run, const std::vector<EventPlace>& events);
 /// B as a map of (δq, δv, δu, δp) to itself, the variables carried along, and below it a row for
 /// each event: the first-order change of its time [2d+k+e × 2d+k],
 ///   −Da_i w / (Da_i v) along the order of a cluster,  −Dλ_i w / (dλ_i/dt) for a release.
+/// `first` is what the start and the first arc make of directions [2d+k × 2d+k].
 /// Throws std::domain_error for an event that does not happen, or a release
 /// together with an impact.
-PiecewiseLinearMap TangentMap(const BDerivative& B, const std::vector<EventPlace>& events,
+PiecewiseLinearMap TangentMap(const BDerivative& B, const PiecewiseLinearMap& first,
+                              const std::vector<EventPlace>& events,
                               const MechanicalSystem& system, const Trajectory& run);
 
 /// (w, s) ↦ (f(w), s) for `more` numbers s.

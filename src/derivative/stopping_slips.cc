@@ -32,7 +32,7 @@ class StoppingSlips {
       : dynamics_(*dynamics),
         system_(dynamics->system()),
         x_(x),
-        mode_(mode - system_.compliant()),
+        mode_(mode.Without(system_.compliant())),
         rate_jacobian_(rate_jacobian),
         d_(system_.dof()),
         nq_(system_.num_positions()) {

@@ -112,7 +112,11 @@ void FrictionalWalk::SelectNext(ConstraintSet free) {
     } else if (std::isinf(friction.coefficient)) {
       contacts.still.Insert(i);
     } else if (friction.dimension == 2) {
-      (point_.SlipVanishes(i) ? contacts.still : contacts.slipping).Insert(i);
+      if (point_.SlipVanishes(i)) {
+        contacts.still.Insert(i);
+      } else {
+        contacts.slipping.Insert(i);
+      }
     } else if (!Still(i)) {
       contacts.slipping.Set(i,
                             point_.rate()(friction.row) > 0 ? Letter::kForward : Letter::kBackward);

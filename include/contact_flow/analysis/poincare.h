@@ -103,7 +103,8 @@ class PoincareMap {
   void Settle(const VectorRef& x, PoincareReturn* result) const;
   bool AtAnEvent(const VectorRef& x, const PoincareReturn& result) const;
   void Differentiate(const VectorRef& x, PoincareReturn* result) const;
-  PiecewiseLinearMap Extended(const BDerivative& B, const PoincareReturn& result) const;
+  PiecewiseLinearMap Extended(const BDerivative& B, const PiecewiseLinearMap& first,
+                              const PoincareReturn& result) const;
   PiecewiseLinearMap ThroughEvent(const PoincareReturn& result) const;
   bool ApplySymmetry(const VectorRef& x, PoincareReturn* result) const;
   Matrix Basis(const VectorRef& x, ContactMode mode) const;
