@@ -69,7 +69,8 @@ class ArcJacobian {
     const Vector least = LeastSources();
     look(0);  // again: the free motion was looked at meanwhile
     for (int i = 0; i < k_; ++i) {
-      units_.source(i) = largest(i) > 0 ? std::max(largest(i), least(i)) : 1;
+      const double unit = std::max(largest(i), least(i));  // looks may miss what is rounding
+      units_.source(i) = unit > 0 ? unit : 1;
     }
     FindScale();
     begin->rightCols(k_) *= units_.source.cwiseInverse().asDiagonal();
@@ -82,13 +83,25 @@ class ArcJacobian {
     begin->rightCols(k_) *= units_.time * units_.time;
   }
   /// What is rounding of the variables' sources [k]: small beside those without contacts, and
-  /// beside what a parameter of its value could do.
+  /// beside what a parameter of its value could do to the accelerations of the arc, which may be
+  /// zero at one place.
   Vector LeastSources() {
     constexpr double kSmall = 1e-6;
-    const auto scale = units_.time * units_.time * units_.length;
+    const Vector scale = units_.time * units_.time * units_.length;
+    Vector x(x_.size());
+    double size = 0;
+    const auto look = [&](double time) {
+      arc_.dense.Evaluate(time, x.data());
+      dynamics_.Evaluate(x, ContactMode());
+      const Vector acceleration = scale.cwiseProduct(dynamics_.acceleration());
+      size = std::max(size, acceleration.lpNorm<Eigen::Infinity>());
+    };
+    look(arc_.t_end);
+    look(0.5 * (arc_.t_begin + arc_.t_end));
     dynamics_.Differentiate(arc_.x_begin, ContactMode());
     const Matrix& jacobian = dynamics_.acceleration_jacobian();
-    const double size = scale.cwiseProduct(dynamics_.acceleration()).lpNorm<Eigen::Infinity>();
+    const Vector acceleration = scale.cwiseProduct(dynamics_.acceleration());
+    size = std::max(size, acceleration.lpNorm<Eigen::Infinity>());
     Vector least(k_);
     for (int i = 0; i < k_; ++i) {
       least(i) = kSmall * scale.cwiseProduct(jacobian.col(2 * d_ + i)).lpNorm<Eigen::Infinity>();
