@@ -43,7 +43,8 @@ struct PoincareReturn {
   double crossing_speed = Margins::kNone;  ///< ds F there, the margin of transversality
   double symmetry_residual = 0;  ///< how far the section's symmetry is from being one, relative
   Vector event_times;  ///< of the wanted events [s]; NaN for one that did not happen
-  /// With a derivative only:
+  /// With a derivative only. A direction may make a start slip that sticks; where that has no
+  /// pieces, `map`, `return_time` and `extended` are those of its part in the span of start_basis.
   PiecewiseLinearMap map;          ///< DP on all tangents (δq, δv, δu, δp) [2d × 2d+k]
   PiecewiseLinearMap return_time;  ///< its derivative [1 × 2d+k]
   PiecewiseLinearMap extended;  ///< rows of DP, of the return time and of the event times together

@@ -38,8 +38,7 @@ def lowered(draft: Draft, rng: np.random.Generator) -> Optional[cf.Robot]:
             constraint = draft.yaml["constraints"].get(name, {})
             shift = round(float(gap - rng.uniform(0.01, 0.2)), 4)
             if constraint.get("kind") == "plane":
-                tall = np.linalg.norm(constraint.get("normal", [0, 0, 1]))
-                constraint["offset"] = round(float(shift * 1.0), 4) if tall > 0 else 0
+                constraint["offset"] = shift
             elif constraint.get("kind") in ("height_field", "height_map", "stairs"):
                 constraint["height"] = shift
             elif constraint.get("kind") == "box":
