@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/budget.h"
 
-#include <time.h>  // clock_gettime
-
 #include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <mutex>
 #include <utility>
+
+#include "src/clocks.h"
 
 namespace contact_flow {
 namespace {
@@ -17,13 +17,6 @@ using Clock = std::chrono::steady_clock;
 constexpr double kMegabyte = 1e6;
 
 thread_local BudgetScope* innermost = nullptr;
-
-/// As of the last tick, a few milliseconds ago: read in a few nanoseconds.
-double CoarseSeconds() {
-  timespec now;
-  clock_gettime(CLOCK_MONOTONIC_COARSE, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 std::string Number(double value) {
   char text[32];

@@ -11,14 +11,15 @@
 #include "contact_flow/fixed_size.h"
 #include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/flow/transition.h"
+#include "src/clocks.h"
 #include "step_constants.h"
-#include "thread_clock.h"
 
 namespace contact_flow {
 namespace {
 
 constexpr double kImpliedOvershoot = 2;         // steps are shorter than to move further
-constexpr int kStepsBetweenClockReadings = 64;  // a reading costs as much as a step
+constexpr int kStepsBetweenLooks = 8;           // at the coarse clock: a hundredth of a step
+constexpr double kBetweenReadings = 2e-3;       // of the thread's clock, each as dear as a step [s]
 
 }  // namespace
 
@@ -41,7 +42,7 @@ Flow::Flow(const MechanicalSystem& system, double t, const VectorRef& x, Contact
       x_end_(x),
       arc_error_(system.space()),
       start_error_(system.space()),
-      next_clock_reading_(kStepsBetweenClockReadings) {
+      next_clock_reading_(CoarseSeconds() + kBetweenReadings) {
   if (on_manifold_) ProjectState(system_, &x_);
   if (!mode.Empty()) BeginAtRest();
   if (options.method == IntegrationMethod::kImplicit) MakeImplicit();
@@ -87,6 +88,11 @@ const char* Flow::StiffHint() const {
   return may_switch ? "; stiff forces, and feet that creep, take less with method: automatic" : "";
 }
 
+bool Flow::ClockIsDue() const {
+  if (next_clock_reading_ == kAtOnce) return true;
+  return attempts_ % kStepsBetweenLooks == 0 && CoarseSeconds() >= next_clock_reading_;
+}
+
 bool Flow::WithinBudget() {
   AskBudget();
   if (attempts_ >= options_.max_steps) {
@@ -95,11 +101,9 @@ bool Flow::WithinBudget() {
              StiffHint());
   } else if (options_.cancelled && options_.cancelled()) {
     Stop(Outcome::kCancelled, "the caller cancelled the run");
-  } else if (attempts_ >= next_clock_reading_) {
-    next_clock_reading_ = attempts_ + kStepsBetweenClockReadings;
-    const double now = ThreadSeconds();
-    if (deadline_ == 0) deadline_ = now + options_.max_seconds;
-    if (now > deadline_) {
+  } else if (ClockIsDue()) {
+    next_clock_reading_ = CoarseSeconds() + kBetweenReadings;
+    if (ReadClock() > deadline_) {
       std::ostringstream reason;
       reason << "max_seconds = " << options_.max_seconds << " of processor time were used"
              << StiffHint();

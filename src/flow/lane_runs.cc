@@ -8,8 +8,8 @@
 
 #include "contact_flow/budget.h"
 #include "resolution.h"
+#include "src/clocks.h"
 #include "step_constants.h"
-#include "thread_clock.h"
 
 namespace contact_flow {
 namespace {

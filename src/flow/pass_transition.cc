@@ -8,6 +8,7 @@
 
 #include "contact_flow/flow/flow.h"
 #include "src/dynamics/implied_contacts.h"
+#include "src/clocks.h"
 #include "step_constants.h"
 
 namespace contact_flow {
@@ -102,11 +103,21 @@ bool Flow::GoesOn() {
   return false;
 }
 
+/// Processor time of this thread [s], from whose first reading on the deadline counts.
+double Flow::ReadClock() {
+  const double now = ThreadSeconds();
+  if (deadline_ == 0) deadline_ = now + options_.max_seconds;
+  return now;
+}
+
 /// Applies the transition at (t_, x_); false when it cannot be, and the run ends before it.
 bool Flow::PassTransition() {
   if (!GoesOn()) return false;
   // Words of many contacts take longer than steps do.
-  if (system_.HasFriction()) next_clock_reading_ = attempts_;
+  if (system_.HasFriction()) {
+    ReadClock();
+    next_clock_reading_ = kAtOnce;
+  }
   ResolvedTransition resolved = ResolveAtEvent();
   margins_.approach_speed = std::min(margins_.approach_speed, resolved.approach_speed);
   margins_.release_rate = std::min(margins_.release_rate, resolved.release_rate);

@@ -9,6 +9,7 @@
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
 #include "contact_flow/nearest_name.h"
+#include "src/clocks.h"
 #include "test/budgets.h"
 
 namespace contact_flow {
@@ -107,6 +108,21 @@ TEST(Budget, EndsASimulationWithAStatusAndWhatThereIs) {
   EXPECT_GT(run.t_end(), 0);
   EXPECT_LT(run.t_end(), 10);
   EXPECT_TRUE(run.FinalState().allFinite());
+}
+
+TEST(Budget, OfProcessorTimeEndsARunWhoseStepsAreDear) {
+  FastBox box;
+  box.options.max_seconds = 0.01;
+  box.options.cancelled = [] {  // asked at every step, which takes 5 ms so
+    const double begin = ThreadSeconds();
+    while (ThreadSeconds() < begin + 5e-3) {
+    }
+    return false;
+  };
+  const Trajectory run = box.Run(10);
+  EXPECT_EQ(run.status.outcome, Outcome::kBudgetExceeded);
+  EXPECT_NE(run.status.message.find("processor time"), std::string::npos) << run.status.message;
+  EXPECT_LE(run.statistics.steps + run.statistics.rejected_steps, 24) << "looks are 8 steps apart";
 }
 
 TEST(Budget, CancelledSimulationSaysSo) {

@@ -100,6 +100,8 @@ class Flow {
   void SampleEnd(GapSample* sample);
   void FinishStep();
   bool Drifts() const;
+  bool ClockIsDue() const;
+  double ReadClock();
   bool WithinBudget();
   const char* StiffHint() const;
   void BeginArc();
@@ -212,7 +214,8 @@ class Flow {
   long attempts_ = 0, steps_ = 0, transitions_ = 0;
   long implicit_steps_ = 0;
   int for_change_ = 0, against_change_ = 0;  // steps that speak for the other method, and not
-  long next_clock_reading_;
+  static constexpr double kAtOnce = 0;
+  double next_clock_reading_;  // by the coarse clock [s]
   double deadline_ = 0;  // set at the first reading
   ConstraintTerms terms_;
 };

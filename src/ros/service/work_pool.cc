@@ -1,24 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "work_pool.h"
 
-#include <time.h>  // clock_gettime
-
 #include <chrono>
 #include <sstream>
 #include <utility>
 
+#include "src/clocks.h"
 #include "work_threads.h"
 
 namespace contact_flow {
 namespace ros_interface {
 namespace {
-
-/// Processor time of this thread [s]: on a busy machine short work stays short.
-double ThreadSeconds() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 constexpr auto kPoll = std::chrono::milliseconds(50);  // until who waits looks whether it may end
 
