@@ -54,11 +54,12 @@ COMMON_PACKAGES=(
 
 # Installed where the distribution has them: linear programs; Ipopt, for multiple shooting; meshes other than STL and OBJ; mypy, for
 # the types of the Python module; three.js for reports (libjs-three), and chromium with its driver, which opens them; sweeps on disks and clusters
-# (python3-zarr, python3-distributed);
+# (python3-zarr, python3-distributed); what scripts/check asks;
 # CVODES and NLopt, in benchmarks; valgrind, which counts instructions; what tests and benchmarks compare with.
 # Debian 13 has no Siconos, Ubuntu 20.04 KDL alone.
 OPTIONAL_PACKAGES=(
   coinor-libclp-dev coinor-libipopt-dev libassimp-dev mypy libjs-three chromium chromium-driver python3-selenium python3-zarr python3-distributed libsundials-dev libopenmpi-dev libnlopt-dev valgrind
+  clang-format-14 cppcheck shellcheck
   liborocos-kdl-dev libmujoco-dev libdart-dev libdart-external-ikfast-dev coinor-csdp
   libsiconos-numerics-dev libsiconos-kernel-dev)
 
