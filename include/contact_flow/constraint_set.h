@@ -43,9 +43,9 @@ class ConstraintSet {
   Words words() const { return {low_, high_}; }
 
   /// Adds i.
-  void Insert(int i) { (i < 64 ? low_ : high_) |= std::uint64_t{1} << (i & 63); }
+  void Insert(int i) & { (i < 64 ? low_ : high_) |= std::uint64_t{1} << (i & 63); }
   /// Takes i away.
-  void Erase(int i) { (i < 64 ? low_ : high_) &= ~(std::uint64_t{1} << (i & 63)); }
+  void Erase(int i) & { (i < 64 ? low_ : high_) &= ~(std::uint64_t{1} << (i & 63)); }
   /// The set with i.
   ConstraintSet With(int i) const {
     ConstraintSet set = *this;

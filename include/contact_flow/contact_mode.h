@@ -23,7 +23,8 @@ enum class Letter : char {
 ///
 /// A mode is a set where a set is asked for, so that `mode - open` and the like are sets, without
 /// letters; a set becomes a mode by `ContactMode(set)` alone. Operations with a name keep letters.
-/// A mode and a set are not compared: `mode.Members() == set`.
+/// A mode and a set are not compared: `mode.Members() == set`. What changes one is for variables
+/// alone: into a temporary, such as a choice between a mode and a set is, nothing is put.
 class ContactMode {
  public:
   /// Nothing is in contact.
@@ -48,7 +49,7 @@ class ContactMode {
   ConstraintSet SlippingInPlane() const { return high_; }
 
   /// Makes constraint i do this.
-  void Set(int i, Letter letter) {
+  void Set(int i, Letter letter) & {
     Erase(i);
     if (letter == Letter::kOpen) return;
     members_.Insert(i);
@@ -56,9 +57,9 @@ class ContactMode {
     if (letter == Letter::kForward || letter == Letter::kBackward) high_.Insert(i);
   }
   /// Makes i active: it slips if it is new, and keeps its letter if not.
-  void Insert(int i) { members_.Insert(i); }
+  void Insert(int i) & { members_.Insert(i); }
   /// Takes i away.
-  void Erase(int i) { *this = Without(i); }
+  void Erase(int i) & { *this = Without(i); }
   /// The mode in which i is active, too, as Insert makes it.
   ContactMode With(int i) const { return {members_.With(i), low_, high_}; }
   /// The mode without i.
@@ -67,10 +68,11 @@ class ContactMode {
   }
   /// The mode without these.
   ContactMode Without(ConstraintSet set) const { return {members_ - set, low_ - set, high_ - set}; }
-  /// The mode of both modes' members. Of a contact of both that slips freely in one, the other's
-  /// letter; of other two that differ, kBackward.
-  ContactMode Union(ContactMode o) const {
-    return {members_ | o.members_, low_ | o.low_, high_ | o.high_};
+  /// The mode of both modes' members. Of a contact of both the letter is that of `later`, unless it
+  /// slips freely there.
+  ContactMode Union(ContactMode later) const {
+    const ConstraintSet told = later.low_ | later.high_;
+    return {members_ | later.members_, (low_ - told) | later.low_, (high_ - told) | later.high_};
   }
   /// The mode of these alone, of its members.
   ContactMode Among(ConstraintSet set) const { return {members_ & set, low_ & set, high_ & set}; }

@@ -8,6 +8,7 @@
 #include <random>
 #include <set>
 #include <type_traits>
+#include <utility>
 
 #include "contact_flow/contact_mode.h"
 
@@ -20,6 +21,15 @@ constexpr int kMost = ConstraintSet::kMaxConstraints;
 static_assert(std::is_convertible_v<ContactMode, ConstraintSet>);
 static_assert(!std::is_convertible_v<ConstraintSet, ContactMode>);
 static_assert(std::is_constructible_v<ContactMode, ConstraintSet>);
+// Nothing is put into a temporary.
+template <class Set>
+using Inserts = decltype(std::declval<Set>().Insert(0));
+template <class Set, class = void>
+constexpr bool kTakes = false;
+template <class Set>
+constexpr bool kTakes<Set, std::void_t<Inserts<Set>>> = true;
+static_assert(kTakes<ContactMode&> && !kTakes<ContactMode>);
+static_assert(kTakes<ConstraintSet&> && !kTakes<ConstraintSet>);
 static_assert(!std::is_assignable_v<ContactMode&, ConstraintSet>);
 static_assert(std::is_same_v<ConstraintSet, decltype(ContactMode() - ContactMode())>);
 static_assert(std::is_same_v<ConstraintSet, decltype(ContactMode() & ContactMode())>);
@@ -232,15 +242,22 @@ TEST(ContactMode, TellsLettersApart) {
   }
 }
 
-TEST(ContactMode, OfBothHasTheLetterOfTheOneThatDoesMore) {
-  for (Letter letter : {Letter::kStick, Letter::kForward, Letter::kBackward}) {
-    ContactMode mode, slips;
-    mode.Set(3, letter);
-    slips.Set(3, Letter::kSlip);
-    slips.Set(5, Letter::kStick);
-    EXPECT_EQ(letter, mode.Union(slips).LetterOf(3));
-    EXPECT_EQ(letter, slips.Union(mode).LetterOf(3));
-    EXPECT_EQ(Letter::kStick, mode.Union(slips).LetterOf(5));
+TEST(ContactMode, OfTwoHasTheLaterLetterUnlessItSlipsFreely) {
+  const auto mode = [](Letter letter) {
+    ContactMode one;
+    one.Set(3, letter);
+    return one;
+  };
+  ContactMode other;
+  other.Set(5, Letter::kStick);
+  for (Letter first : kLetters) {
+    EXPECT_EQ(Letter::kStick, mode(first).Union(other).LetterOf(5));
+    EXPECT_EQ(first, mode(first).Union(other).LetterOf(3));
+    if (first == Letter::kOpen) continue;
+    EXPECT_EQ(first, mode(first).Union(mode(Letter::kSlip)).LetterOf(3));
+    for (Letter later : {Letter::kStick, Letter::kForward, Letter::kBackward}) {
+      EXPECT_EQ(later, mode(first).Union(mode(later)).LetterOf(3));
+    }
   }
 }
 
