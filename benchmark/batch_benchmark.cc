@@ -21,8 +21,8 @@ namespace contact_flow {
 namespace benchmark {
 namespace {
 
-constexpr double kSpread = 0.01;      // of the starts, standard deviation
-constexpr double kLeastRatio = 3;     // of rates
+constexpr double kSpread = 0.01;   // of the starts, standard deviation
+constexpr double kLeastRatio = 3;  // of rates
 constexpr double kTolerance = 1e-9;
 
 double Seconds() {
@@ -63,8 +63,8 @@ void Report(const Scenario& scenario, int runs, int rounds, Requirements* requir
       BatchOptions batch;
       batch.lanes = sets[set];
       begin = Seconds();
-      results[set] = SimulateBatch(*scenario.system, states, scenario.u, scenario.duration,
-                                   options, batch);
+      results[set] =
+          SimulateBatch(*scenario.system, states, scenario.u, scenario.duration, options, batch);
       lanes[set] = std::min(lanes[set], Seconds() - begin);
     }
   }
@@ -80,15 +80,16 @@ void Report(const Scenario& scenario, int runs, int rounds, Requirements* requir
     for (int k = 0; k < runs; ++k) {
       others += !SameBits(batch.runs[static_cast<std::size_t>(k)].final_state, ends.col(k));
     }
-    std::printf("  %d lanes             %8.2f   %.2f times the rate, %ld runs alone, %ld with "
-                "other bits\n",
-                batch.width, 1e6 * lanes[set] / runs, single / lanes[set], batch.alone, others);
+    std::printf(
+        "  %d lanes             %8.2f   %.2f times the rate, %ld runs alone, %ld with "
+        "other bits\n",
+        batch.width, 1e6 * lanes[set] / runs, single / lanes[set], batch.alone, others);
     requirements->AtMost(scenario.name + ": a trot in " + std::to_string(batch.width) +
                              " lanes, in those of Simulate",
                          lanes[set] / single, 1 / kLeastRatio);
-    requirements->AtMost(scenario.name + ": trots with other bits in " +
-                             std::to_string(batch.width) + " lanes",
-                         static_cast<double>(others), 0);
+    requirements->AtMost(
+        scenario.name + ": trots with other bits in " + std::to_string(batch.width) + " lanes",
+        static_cast<double>(others), 0);
   }
 }
 

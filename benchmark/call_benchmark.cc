@@ -35,9 +35,8 @@ int Run(double seconds) {
   const Vector w = Vector::Unit(2 * system->dof(), 6);
   std::vector<Call> calls;
   for (const double duration : {0.0, 0.01, 1.4}) {
-    calls.push_back({"simulate " + std::to_string(duration).substr(0, 4), [&, duration] {
-                       Simulate(*system, x, inputs, duration, options);
-                     }});
+    calls.push_back({"simulate " + std::to_string(duration).substr(0, 4),
+                     [&, duration] { Simulate(*system, x, inputs, duration, options); }});
   }
   calls.push_back({"run.x(t)", [&] { run->State(0.7); }});
   calls.push_back({"B(w)", [&] { map(w); }});
@@ -53,6 +52,4 @@ int Run(double seconds) {
 }  // namespace
 }  // namespace contact_flow
 
-int main(int argc, char** argv) {
-  return contact_flow::Run(argc > 1 ? std::atof(argv[1]) : 0.02);
-}
+int main(int argc, char** argv) { return contact_flow::Run(argc > 1 ? std::atof(argv[1]) : 0.02); }

@@ -72,13 +72,13 @@ void Report(const MechanicalSystem& system, double duration, int intervals) {
   options.variables.inputs = true;
   CostGradient gradient;
   std::unique_ptr<GridDerivative> forward;
-  const std::vector<double> seconds = TimeInterleaved(
-      {[&] { Simulate(system, nominal.x, inputs, duration, plain); },
-       [&] { Simulate(system, nominal.x, inputs, duration); },
-       [&] { gradient = DifferentiateCost(system, run, at_end, options); },
-       [&] { DifferentiateCost(system, run, all, options); },
-       [&] { forward = std::make_unique<GridDerivative>(system, run, options); }},
-      2e-3, 5);
+  const std::vector<double> seconds =
+      TimeInterleaved({[&] { Simulate(system, nominal.x, inputs, duration, plain); },
+                       [&] { Simulate(system, nominal.x, inputs, duration); },
+                       [&] { gradient = DifferentiateCost(system, run, at_end, options); },
+                       [&] { DifferentiateCost(system, run, all, options); },
+                       [&] { forward = std::make_unique<GridDerivative>(system, run, options); }},
+                      2e-3, 5);
   std::size_t events = 0;
   for (const Transition& transition : run.transitions) events += !transition.changes_input;
   std::printf("%.3g s, %d intervals of %d inputs, %zu events\n", duration, intervals,

@@ -28,7 +28,7 @@ namespace contact_flow {
 namespace benchmark {
 namespace {
 
-constexpr double kLargestRatio = 2;                       // of a right-hand side in a run
+constexpr double kLargestRatio = 2;                             // of a right-hand side in a run
 constexpr double kDirectionAt32 = 1e-3, kDirectionAt64 = 5e-3;  // [s]
 
 /// The transition with most simultaneous activations.
@@ -69,8 +69,8 @@ double RightHandSide(Table* table, const Trajectory& run) {
   for (const Arc& arc : run.arcs) {
     const double steps = static_cast<double>(arc.dense.NumSteps());
     if (steps == 0) continue;
-    const double cost = TimeInterleaved({[&] { table->dynamics.Evaluate(arc.x_begin, arc.mode); }},
-                                        2e-4, 3)[0];
+    const double cost =
+        TimeInterleaved({[&] { table->dynamics.Evaluate(arc.x_begin, arc.mode); }}, 2e-4, 3)[0];
     weight += steps;
     sum += steps * cost;
   }
@@ -102,9 +102,8 @@ Costs Measure(int n) {
   const Vector& x = table.system->nominal().x;
   const double rhs = static_cast<double>(run.statistics.field_evaluations);
   const ContactMode all(ConstraintSet::All(n));
-  const std::vector<double> seconds =
-      TimeInterleaved({[&] { table.Run(); }, [&] { table.dynamics.Differentiate(x, all); }}, 2e-3,
-                      n > 16 ? 3 : 7);
+  const std::vector<double> seconds = TimeInterleaved(
+      {[&] { table.Run(); }, [&] { table.dynamics.Differentiate(x, all); }}, 2e-3, n > 16 ? 3 : 7);
   Costs costs{static_cast<double>(n), 0, 0, seconds[0] / rhs, seconds[1], 0, 0};
   costs.free = TimeInterleaved({[&] { table.dynamics.Evaluate(x, ContactMode()); }})[0];
   costs.held = RightHandSide(&table, run);
@@ -138,10 +137,12 @@ void Judge(const std::string& what, double value, double limit) {
 }
 
 void ReportLegs(int largest) {
-  std::printf("legged tables [us]: right-hand side in flight, as in the run, in the run, ratio;\n"
-              "Jacobian of the field; cluster of n along its first direction, and along the next\n"
-              "%4s %5s %7s %8s %9s %9s %9s %6s %10s %11s %11s\n", "n", "dof", "events", "rhs",
-              "flight", "alone", "in run", "ratio", "Jacobian", "direction", "next");
+  std::printf(
+      "legged tables [us]: right-hand side in flight, as in the run, in the run, ratio;\n"
+      "Jacobian of the field; cluster of n along its first direction, and along the next\n"
+      "%4s %5s %7s %8s %9s %9s %9s %6s %10s %11s %11s\n",
+      "n", "dof", "events", "rhs", "flight", "alone", "in run", "ratio", "Jacobian", "direction",
+      "next");
   std::vector<Costs> rows;
   for (int n = 2; n <= largest; n *= 2) rows.push_back(Measure(n));
   PrintGrowth(rows);
@@ -178,8 +179,9 @@ void ReportLinks(const char* what, int branching) {
 
 /// The gradient of a quadratic cost by one input on ever finer grids, backward and forward.
 void ReportVariables() {
-  std::printf("steered_trot, an input on a grid [us]: intervals, run, its gradient, in runs, "
-              "forward (A_k, B_k); exponents\n");
+  std::printf(
+      "steered_trot, an input on a grid [us]: intervals, run, its gradient, in runs, "
+      "forward (A_k, B_k); exponents\n");
   const auto system = MakeModel("steered_trot", {});
   const NominalRun& nominal = system->nominal();
   QuadraticCost quadratic;
@@ -196,11 +198,11 @@ void ReportVariables() {
     }
     const Trajectory run = Simulate(*system, nominal.x, inputs, nominal.duration);
     CostGradient gradient;
-    const std::vector<double> seconds = TimeInterleaved(
-        {[&] { Simulate(*system, nominal.x, inputs, nominal.duration); },
-         [&] { gradient = DifferentiateCost(*system, run, cost, options); },
-         [&] { GridDerivative(*system, run, options); }},
-        2e-3, 3);
+    const std::vector<double> seconds =
+        TimeInterleaved({[&] { Simulate(*system, nominal.x, inputs, nominal.duration); },
+                         [&] { gradient = DifferentiateCost(*system, run, cost, options); },
+                         [&] { GridDerivative(*system, run, options); }},
+                        2e-3, 3);
     if (!gradient.status.ok()) std::printf("  %s\n", gradient.status.message.c_str());
     std::printf("%6d %9.1f %9.1f %6.2f %10.1f", count, 1e6 * seconds[0], 1e6 * seconds[1],
                 seconds[1] / seconds[0], 1e6 * seconds[2]);

@@ -64,9 +64,8 @@ void Compare(const char* file, double gain, double duration) {
     if (k == 0) of_explicit = least;
     std::printf("| ×%g | %.1f | %s | %.2f | %ld | %ld | %ld | %ld | %.1e | %.1f |\n", gain,
                 duration, names[k], 1e3 * least, run.statistics.steps,
-                run.statistics.implicit_steps,
-                run.statistics.field_evaluations, run.statistics.jacobians, EventError(exact, run),
-                of_explicit / least);
+                run.statistics.implicit_steps, run.statistics.field_evaluations,
+                run.statistics.jacobians, EventError(exact, run), of_explicit / least);
   }
 }
 
@@ -75,8 +74,9 @@ void Compare(const char* file, double gain, double duration) {
 int main(int argc, char** argv) {
   const char* const file = argc > 1 ? argv[1] : "config/robots/quadruped.yaml";
   try {
-    std::puts("| servos | run [s] | method | time [ms] | steps | implicit | right-hand sides | "
-              "Jacobians | events off by [s] | times as fast |");
+    std::puts(
+        "| servos | run [s] | method | time [ms] | steps | implicit | right-hand sides | "
+        "Jacobians | events off by [s] | times as fast |");
     std::puts("|---|---|---|---|---|---|---|---|---|---|");
     for (double gain : {1, 10, 100}) {
       for (double duration : {0.2, 1.0}) Compare(file, gain, duration);

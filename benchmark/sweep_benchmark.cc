@@ -75,8 +75,8 @@ int Run(std::uint64_t runs, int threads, bool columns, int rounds) {
       for (std::uint64_t run = 0; run < runs; ++run) {
         sampler.Draw(run, &values);
         map.Apply(values, &start);
-        sum += Simulate(*request.system, start.x, start.u, request.duration, options)
-                   .FinalState()(6);
+        sum +=
+            Simulate(*request.system, start.x, start.u, request.duration, options).FinalState()(6);
       }
     });
     request.lanes = LaneSet::kNone;
@@ -95,8 +95,7 @@ int Run(std::uint64_t runs, int threads, bool columns, int rounds) {
   rusage usage;
   getrusage(RUSAGE_SELF, &usage);
   std::printf("bare loop        %8.2f us of processor a trot\n", 1e6 * Median(bare) / n);
-  std::printf("sweep, %d threads %8.2f us of processor a trot\n", threads,
-              1e6 * Median(swept) / n);
+  std::printf("sweep, %d threads %8.2f us of processor a trot\n", threads, 1e6 * Median(swept) / n);
   std::printf("efficiency       %8.4f by processor time, median of %d rounds\n", Median(ratio),
               rounds);
   std::printf("by the clock     %8.0f trots/s\n", n / Median(clocks));
@@ -114,6 +113,5 @@ int main(int argc, char** argv) {
   const auto number = [&](int k, long usual) { return argc > k ? std::atol(argv[k]) : usual; };
   const bool columns = argc > 3 && std::strcmp(argv[3], "columns") == 0;
   return contact_flow::Run(static_cast<std::uint64_t>(number(1, 50000)),
-                           static_cast<int>(number(2, 2)), columns,
-                           static_cast<int>(number(4, 5)));
+                           static_cast<int>(number(2, 2)), columns, static_cast<int>(number(4, 5)));
 }

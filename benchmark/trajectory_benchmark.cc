@@ -68,9 +68,10 @@ int Main(const std::vector<double>& starts) {
     // At equal cost: ours is stopped where it has what the differences ended with.
     const PeerOptimum equal = RunOurs(ball, true, differences.cost);
     const long ratio = differences.simulations / std::max(1L, Work(equal));
-    std::printf("  at cost %.6g: %ld runs by differences, %ld by pieces (a derivative as %ld): "
-                "%ld times fewer\n",
-                differences.cost, differences.simulations, Work(equal), kRunsOfDerivative, ratio);
+    std::printf(
+        "  at cost %.6g: %ld runs by differences, %ld by pieces (a derivative as %ld): "
+        "%ld times fewer\n",
+        differences.cost, differences.simulations, Work(equal), kRunsOfDerivative, ratio);
     fine = fine && ratio >= kAtLeast;
   }
   std::printf("%s\n", fine ? "all as required" : "NOT as required");

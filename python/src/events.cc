@@ -71,14 +71,16 @@ void BindArc(py::module_* module) {
   py::class_<ArcOf> arc(*module, "Arc", "A maximal interval of motion in one contact mode.");
   MakeValue<ArcOf>(&arc);
   arc.def_property_readonly(
-          "mode", [](const ArcOf& a) { return ToNames(a.get().mode, a.run->description()); },
-          "Names of the contacts that hold.")
+         "mode", [](const ArcOf& a) { return ToNames(a.get().mode, a.run->description()); },
+         "Names of the contacts that hold.")
       .def_property_readonly(
           "word",
           [](const ArcOf& a) { return a.get().mode.Word(a.run->system->get().num_constraints()); },
           "The same as a word, one letter a contact.")
-      .def_property_readonly("t_begin", [](const ArcOf& a) { return a.get().t_begin; }, "[s]")
-      .def_property_readonly("t_end", [](const ArcOf& a) { return a.get().t_end; }, "[s]")
+      .def_property_readonly(
+          "t_begin", [](const ArcOf& a) { return a.get().t_begin; }, "[s]")
+      .def_property_readonly(
+          "t_end", [](const ArcOf& a) { return a.get().t_end; }, "[s]")
       .def_property_readonly(
           "u", [](const py::object& self) { return View(self.cast<ArcOf&>().get().u, self); },
           "Input [m].")
@@ -124,7 +126,9 @@ void BindEvents(py::module_* module) {
       "What happens at one instant between two arcs: simultaneous events are one.\n"
       "Vectors are read-only views.");
   MakeValue<EventOf>(&event);
-  event.def_property_readonly("t", [](const EventOf& e) { return e.get().t; }, "[s]")
+  event
+      .def_property_readonly(
+          "t", [](const EventOf& e) { return e.get().t; }, "[s]")
       .def_property_readonly(
           "kinds", [](const EventOf& e) { return py::tuple(py::cast(Kinds(e.get()))); },
           "Some of 'touchdown', 'release', 'switch', 'slip', 'graze', 'zeno', 'input'.")
@@ -155,12 +159,15 @@ void BindEvents(py::module_* module) {
       .def_property_readonly("impulse", &VectorOf<&Transition::impulse>,
                              "p, then those of bilateral constraints and tangential rows [N·s]; "
                              "zeros where no impact.")
-      .def_property_readonly("spread", [](const EventOf& e) { return e.get().spread; },
-                             "Time between its first and last event [s].")
-      .def_property_readonly("energy_lost", [](const EventOf& e) { return e.get().energy_lost; },
-                             "By making small speeds rest [J].")
-      .def_property_readonly("obstacle", [](const EventOf& e) { return e.get().obstacle; },
-                             "Why there is no derivative across it, where there is none.")
+      .def_property_readonly(
+          "spread", [](const EventOf& e) { return e.get().spread; },
+          "Time between its first and last event [s].")
+      .def_property_readonly(
+          "energy_lost", [](const EventOf& e) { return e.get().energy_lost; },
+          "By making small speeds rest [J].")
+      .def_property_readonly(
+          "obstacle", [](const EventOf& e) { return e.get().obstacle; },
+          "Why there is no derivative across it, where there is none.")
       .def("__repr__", &Repr);
 }
 

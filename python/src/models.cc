@@ -47,8 +47,9 @@ std::shared_ptr<Robot> FromFile(const py::object& path, const std::string& urdf,
 std::shared_ptr<Robot> FromStrings(const std::string& urdf, const std::string& yaml,
                                    const std::string& folder, const py::kwargs& parameters) {
   const ParameterValues values = ToParameters(parameters);
-  return WithoutLock(
-      [&] { return std::make_shared<Robot>(RobotTexts{urdf, yaml, "", folder}, values); });
+  return WithoutLock([&] {
+    return std::make_shared<Robot>(RobotTexts{urdf, yaml, "", folder}, values);
+  });
 }
 
 /// A file of config/: (system, options of runs, options of derivatives).
@@ -90,10 +91,11 @@ void BindModels(py::module_* module) {
       .def(py::init(&FromFile), py::arg("path"), py::arg("urdf") = "",
            "`urdf`: text or path, instead of the one that the YAML names.")
       .def_static("from_strings", &FromStrings, py::arg("urdf"), py::arg("yaml") = "",
-                  py::arg("folder") = "",
-                  "From texts; `folder` is where meshes are sought.")
-      .def_property_readonly("urdf", [](const Robot& r) { return r.texts().urdf; }, "Its text.")
-      .def_property_readonly("yaml", [](const Robot& r) { return r.texts().yaml; }, "Its text.")
+                  py::arg("folder") = "", "From texts; `folder` is where meshes are sought.")
+      .def_property_readonly(
+          "urdf", [](const Robot& r) { return r.texts().urdf; }, "Its text.")
+      .def_property_readonly(
+          "yaml", [](const Robot& r) { return r.texts().yaml; }, "Its text.")
       .def_property_readonly(
           "warnings", [](const Robot& r) { return r.robot().model.warnings; },
           "What of the URDF is not used.")

@@ -16,7 +16,7 @@ namespace python {
 class Robot : public System {
  public:
   Robot(RobotTexts texts, const ParameterValues& values) : texts_(std::move(texts)) {
-    if (texts_.yaml.empty()) texts_.yaml = "{}";   // a URDF alone
+    if (texts_.yaml.empty()) texts_.yaml = "{}";  // a URDF alone
     std::shared_ptr<const RobotSystem> made = MakeRobot(texts_, values);
     robot_ = made.get();
     system = std::move(made);

@@ -41,8 +41,7 @@ Vec3<double> InWorld(const TreeState<double>& state, int body, const Vec3<double
 }
 
 /// Rows of a matrix, or one row.
-Array RowsOf(const py::handle& rows, const char* name, py::ssize_t cols,
-             const std::string& names) {
+Array RowsOf(const py::handle& rows, const char* name, py::ssize_t cols, const std::string& names) {
   const Array numbers = ToArray(rows, name);
   if (numbers.ndim() < 1 || numbers.ndim() > 2 || numbers.shape(numbers.ndim() - 1) != cols) {
     throw py::value_error(std::string(name) + " has not " + std::to_string(cols) +
@@ -187,15 +186,13 @@ void BindRobotPose(py::module_* module) {
       .def(
           "link_positions", &LinkPositions, py::arg("q"),
           "Origins of the links in the world [L×3]; of each row of an array [k×nq] as [k×L×3] [m].")
-      .def(
-          "link_rotations", &LinkRotations, py::arg("q"),
-          "Axes of the links in the world, as columns [L×3×3]; of each row of an array [k×nq] as\n"
-          "[k×L×3×3].")
-      .def(
-          "contact_forces", &ContactForces, py::arg("q"), py::arg("force"),
-          "Where each contact touches [m] and the force on the robot there [N], that of friction\n"
-          "with it, for λ as of Run.force: [n×2×3], or for rows of both [k×n×2×3]. Of a limit:\n"
-          "its joint, no force.")
+      .def("link_rotations", &LinkRotations, py::arg("q"),
+           "Axes of the links in the world, as columns [L×3×3]; of each row of an array [k×nq] as\n"
+           "[k×L×3×3].")
+      .def("contact_forces", &ContactForces, py::arg("q"), py::arg("force"),
+           "Where each contact touches [m] and the force on the robot there [N], that of friction\n"
+           "with it, for λ as of Run.force: [n×2×3], or for rows of both [k×n×2×3]. Of a limit:\n"
+           "its joint, no force.")
       .def("terrain", &Terrain, py::arg("near"), py::arg("half_width") = 2.0, py::arg("tiles") = 20,
            py::arg("time") = 0.0,
            "The surfaces of the world that it touches, each once, near a point [3]: corners of\n"

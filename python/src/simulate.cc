@@ -71,8 +71,8 @@ void BindSimulate(py::module_* module) {
       .def(
           "sweep",
           [](const py::object& system, const py::args& arguments, const py::kwargs& keywords) {
-            return py::module_::import("contact_flow.ensemble").attr("sweep")(
-                system, *arguments, **keywords);
+            return py::module_::import("contact_flow.ensemble")
+                .attr("sweep")(system, *arguments, **keywords);
           },
           "Many runs, from starts, inputs and parameters that are drawn, as an Ensemble;\n"
           "the arguments are those of contact_flow.sweep behind the system.");

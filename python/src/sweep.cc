@@ -319,8 +319,9 @@ void BindSweep(py::module_* module) {
     return py::make_tuple(ToState(*system, x0), schedule.grid, values);
   });
   module->def("_ok_status", [] { return Status(); });
-  module->def("_budget_status",
-              [](const std::string& why) { return Status{Outcome::kBudgetExceeded, why}; });
+  module->def("_budget_status", [](const std::string& why) {
+    return Status{Outcome::kBudgetExceeded, why};
+  });
   module->def("_outcome_name", &RunOutcomeName);
   module->def("_options_of", [](const py::kwargs& options) {
     return ToDict(ToOptions(options, SimulateOptions()));

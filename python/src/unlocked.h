@@ -98,7 +98,7 @@ auto WithoutLock(Work&& work, double max_seconds = std::numeric_limits<double>::
     unlocked.Rethrow();
     return result;
   } catch (...) {
-    unlocked.Rethrow();   // instead of what it led to
+    unlocked.Rethrow();  // instead of what it led to
     throw;
   }
 }

@@ -54,9 +54,9 @@ class Stages {
     const int last = *S.begin();
     const ConstraintSet before = S.Without(last);
     const Vector& v = velocity_.at(before);
-    return velocity_[S] = SolveImpact(system_, q_, v, RestingAt(before, v).With(last),
-                                      transition_.impact_law)
-                              .v_plus;
+    return velocity_[S] =
+               SolveImpact(system_, q_, v, RestingAt(before, v).With(last), transition_.impact_law)
+                   .v_plus;
   }
 
   /// The contacts that rest at v_S: of J⁻, and of S those that have not bounced.

@@ -18,7 +18,7 @@ namespace {
 constexpr int kSamples = 16;       // of a step of the integrator
 constexpr int kFirstHorizon = 16;  // the horizon is tried in parts: 1/16, 1/8, …
 constexpr int kMaxNewton = 8;
-constexpr double kSettled = 1e-15;  // relative change of the time of return
+constexpr double kSettled = 1e-15;   // relative change of the time of return
 constexpr double kSymmetric = 1e-9;  // how far a symmetry may be from one, relative
 
 template <class... Parts>
@@ -82,8 +82,8 @@ PoincareReturn PoincareMap::Return(const VectorRef& x, bool differentiate) const
   result.start_basis = Basis(x, result.trajectory.arcs.front().mode);
   ContactMode end = result.trajectory.arcs.back().mode;
   if (!section_.symmetry.Empty()) {
-    end = ImageOf(system_, u_, section_.symmetry, result.trajectory.FinalState(), end, result.x)
-              .mode;
+    end =
+        ImageOf(system_, u_, section_.symmetry, result.trajectory.FinalState(), end, result.x).mode;
   }
   result.end_basis = Basis(result.x, end);
   if (result.end_basis.cols() == result.start_basis.cols()) {

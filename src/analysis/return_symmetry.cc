@@ -139,8 +139,8 @@ SymmetryImage ImageOf(const MechanicalSystem& system, const VectorRef& u,
     for (int j = 0; j < n; ++j) {
       const Matrix other = RowsOf(system, after, j, E);
       if (other.rows() != rows.rows()) continue;
-      const double apart = (other - rows).cwiseAbs().maxCoeff() / size +
-                           std::abs(after.gap(j) - before.gap(i));
+      const double apart =
+          (other - rows).cwiseAbs().maxCoeff() / size + std::abs(after.gap(j) - before.gap(i));
       if (apart >= distance) continue;
       distance = apart;
       best = j;
@@ -156,11 +156,10 @@ SymmetryImage ImageOf(const MechanicalSystem& system, const VectorRef& u,
   Vector h, h_image;
   system.Dynamics(x.head(nq), x.tail(d), u, mode, &M, &h);
   system.Dynamics(image.head(nq), image.tail(d), u, result.mode, &M_image, &h_image);
-  result.residual =
-      std::max({result.residual,
-                (M_image - E * M * E).cwiseAbs().maxCoeff() / M.cwiseAbs().maxCoeff(),
-                (h_image - E * h).cwiseAbs().maxCoeff() /
-                    std::max(h.cwiseAbs().maxCoeff(), std::numeric_limits<double>::min())});
+  result.residual = std::max(
+      {result.residual, (M_image - E * M * E).cwiseAbs().maxCoeff() / M.cwiseAbs().maxCoeff(),
+       (h_image - E * h).cwiseAbs().maxCoeff() /
+           std::max(h.cwiseAbs().maxCoeff(), std::numeric_limits<double>::min())});
   return result;
 }
 

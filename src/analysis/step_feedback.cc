@@ -22,8 +22,9 @@ ReducedMap ControlledReturn(const MechanicalSystem& system, const PoincareReturn
   }
   const Matrix &begin = orbit.start_basis, &end = orbit.end_basis;
   if (begin.cols() != end.cols()) {
-    throw std::invalid_argument("the contact mode at the return is another than at the start: the "
-                                "derivative is no map of one space into itself");
+    throw std::invalid_argument(
+        "the contact mode at the return is another than at the start: the "
+        "derivative is no map of one space into itself");
   }
   if (begin.cols() == 0) {
     throw std::invalid_argument(

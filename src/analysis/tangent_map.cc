@@ -82,7 +82,7 @@ std::string EventName(const MechanicalSystem& system, const WantedEvent& event) 
 }
 
 std::vector<EventPlace> LocateEvents(const Trajectory& run,
-                                       const std::vector<WantedEvent>& events) {
+                                     const std::vector<WantedEvent>& events) {
   std::vector<EventPlace> located;
   for (const WantedEvent& event : events) {
     EventPlace place{-1, event};
@@ -104,8 +104,8 @@ Vector EventTimes(const Trajectory& run, const std::vector<EventPlace>& events) 
 }
 
 PiecewiseLinearMap TangentMap(const BDerivative& B, const PiecewiseLinearMap& first,
-                              const std::vector<EventPlace>& events,
-                              const MechanicalSystem& system, const Trajectory& run) {
+                              const std::vector<EventPlace>& events, const MechanicalSystem& system,
+                              const Trajectory& run) {
   const std::size_t limit = B.options.max_pieces;
   const int n = static_cast<int>(B.arcs.front().cols()), count = static_cast<int>(events.size());
   for (const EventPlace& event : events) {

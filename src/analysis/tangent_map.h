@@ -19,8 +19,7 @@ struct EventPlace {
 std::string EventName(const MechanicalSystem& system, const WantedEvent& event);
 
 /// A compliant constraint touches down where its gap falls through zero.
-std::vector<EventPlace> LocateEvents(const Trajectory& run,
-                                       const std::vector<WantedEvent>& events);
+std::vector<EventPlace> LocateEvents(const Trajectory& run, const std::vector<WantedEvent>& events);
 /// NaN for those that do not happen.
 Vector EventTimes(const Trajectory& run, const std::vector<EventPlace>& events);
 
@@ -31,8 +30,8 @@ Vector EventTimes(const Trajectory& run, const std::vector<EventPlace>& events);
 /// Throws std::domain_error for an event that does not happen, or a release
 /// together with an impact.
 PiecewiseLinearMap TangentMap(const BDerivative& B, const PiecewiseLinearMap& first,
-                              const std::vector<EventPlace>& events,
-                              const MechanicalSystem& system, const Trajectory& run);
+                              const std::vector<EventPlace>& events, const MechanicalSystem& system,
+                              const Trajectory& run);
 
 /// (w, s) ↦ (f(w), s) for `more` numbers s.
 PiecewiseLinearMap WithIdentity(const PiecewiseLinearMap& map, int more);

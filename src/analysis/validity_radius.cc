@@ -160,8 +160,7 @@ ValidityEstimator::~ValidityEstimator() = default;
 void ValidityEstimator::ConsiderWatch(const Watch& watch, const Vector& w, double shift,
                                       ValidityRadius* smallest) const {
   const double change = watch.gradient.dot(w) + watch.rate * shift;
-  const double terms = watch.gradient.cwiseAbs().dot(w.cwiseAbs()) +
-                       std::abs(watch.rate * shift);
+  const double terms = watch.gradient.cwiseAbs().dot(w.cwiseAbs()) + std::abs(watch.rate * shift);
   if (!(change < -kMarginNoise * terms)) return;
   Consider(watch.value, change, watch.limit, watch.constraint, watch.t, smallest);
 }
@@ -174,10 +173,10 @@ void ValidityEstimator::CheckEvent(std::size_t k, const Vector& w, ValidityRadiu
   const Vector q = transition.x_minus.head(nq), v = transition.x_minus.tail(d);
   const Vector field = dynamics.Field(transition.x_minus, transition.mode_before);
   const bool changes = derivative_.events[k].num_input_changes() > 0;
-  const Vector later =
-      changes ? FieldAt(dynamics_[ArcBehind(derivative_, k)].get(), transition.x_minus,
-                        transition.mode_before, trajectory_.speed_tolerance)
-              : field;
+  const Vector later = changes
+                           ? FieldAt(dynamics_[ArcBehind(derivative_, k)].get(), transition.x_minus,
+                                     transition.mode_before, trajectory_.speed_tolerance)
+                           : field;
   ConstraintTerms terms;
   system_.Constraints(q, v, &terms);
   ResidualJacobian residual;
@@ -238,8 +237,8 @@ void ValidityEstimator::CheckImpact(std::size_t k, const Vector& w, const Vector
   }
   const Vector at = w + time * field;
   const Vector behind = after + time * field_after;
-  Vector momentum = residual.momentum_q * at.head(d) +
-                    mass * (behind.segment(d, d) - at.segment(d, d));
+  Vector momentum =
+      residual.momentum_q * at.head(d) + mass * (behind.segment(d, d) - at.segment(d, d));
   Vector rates = residual.constraint_q * at.head(d) + terms.jacobian * behind.segment(d, d);
   const std::vector<int>& parameters = dynamics_[k]->variables().parameters;
   if (!parameters.empty()) {

@@ -178,8 +178,7 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
       derivative.status = run.CheckAfter(k, statistics);
       if (!derivative.status.ok()) return derivative;
       errors.push_back(statistics.error_estimate);
-      derivative.trust.flow_law =
-          std::max(derivative.trust.flow_law, statistics.flow_law_residual);
+      derivative.trust.flow_law = std::max(derivative.trust.flow_law, statistics.flow_law_residual);
     }
     derivative.status = run.CheckTouchingContacts(derivative, carry);
     if (!derivative.status.ok()) return derivative;

@@ -120,10 +120,10 @@ class LastBounce {
   const ConstraintSet rigid_;
   const int i_;
   const Vector bounce_;
-  ConstraintSet begins_;         // to slip, or sticks
-  ContactMode flight_;           // without i
-  Vector held_, free_;           // a, and a_f
-  double back_ = 0, tau_ = 0;    // −N̈_f
+  ConstraintSet begins_;       // to slip, or sticks
+  ContactMode flight_;         // without i
+  Vector held_, free_;         // a, and a_f
+  double back_ = 0, tau_ = 0;  // −N̈_f
   ConstraintTerms terms_;
   Vector rate_;
 };

@@ -43,8 +43,8 @@ class Classifier {
   ClusterReport Report() {
     SortIntoGroups();
     const ConstraintSet open = transition_.touching & coupled_;
-    if (!open.Empty() && !JudgeTouching(&dynamics_, transition_, frame_, open, Rules(kTried),
-                                        &report_)) {
+    if (!open.Empty() &&
+        !JudgeTouching(&dynamics_, transition_, frame_, open, Rules(kTried), &report_)) {
       return report_;
     }
     const ConstraintSet vanishing = transition_.vanishing & frame_.touching & coupled_;
@@ -109,9 +109,7 @@ class Classifier {
            neglected_.derivative_limit() * impact + kRounding * KineticNorm(v);
   }
 
-  double KineticNorm(const Vector& v) const {
-    return KineticSpeed(geometry_.inertia()->mass(), v);
-  }
+  double KineticNorm(const Vector& v) const { return KineticSpeed(geometry_.inertia()->mass(), v); }
 
   void JudgeOrders(const ImpactSequences& sequences) {
     const Vector v_plus = transition_.x_plus.tail(system_.dof());

@@ -71,7 +71,7 @@ class Collocation {
   const RowSpan& columns_ = span_.columns();  // C
   Matrix sample_;
   Matrix source_sample_;
-  Matrix picked_;  // the independent rows of one [K D]
+  Matrix picked_;         // the independent rows of one [K D]
   Matrix on_positions_;   // K R [rows × rows] of one node
   Matrix on_velocities_;  // D R
   Matrix accelerations_;  // Z_1 … Z_s, stacked

@@ -205,8 +205,8 @@ class StateErrors {
     }
     Status status;
     if (!last_shifts_.empty()) {
-      status = CheckOrder(system, events_[before_].transition(), transition, last_shifts_,
-                          Shifts(k));
+      status =
+          CheckOrder(system, events_[before_].transition(), transition, last_shifts_, Shifts(k));
     }
     before_ = k;
     last_shifts_ = close ? Shifts(k) : std::vector<double>();
@@ -267,8 +267,7 @@ void EstimateErrors(const Trajectory& trajectory, std::size_t first,
     const Status order = errors.PassEvent(k, resets[k]);
     if (!order.ok()) derivative->status = order;
   }
-  derivative->trust.state_error =
-      kStateSafety * RootMeanSquare(errors.probes()).head(tangents);
+  derivative->trust.state_error = kStateSafety * RootMeanSquare(errors.probes()).head(tangents);
   // Along one direction with a part in all, |w| = 1.
   const Vector w = Signed(0, 2, Vector::Constant(size, 1 / std::sqrt(static_cast<double>(size))));
   derivative->trust.derivative_error = ErrorFrom(*derivative, resets, w).cwiseAbs().maxCoeff();

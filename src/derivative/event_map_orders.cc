@@ -70,7 +70,7 @@ class OrderWalk {
       if (LetsGo(j, instant, stage)) return Refuse(j, "is let go again");
     }
     const bool last = state->S == map_.events_;
-    for (int j : state->unknown & pushed) {
+    for (int j : state->unknown& pushed) {
       if (last && map_.system_->restitution()(j) >= 1) return Refuse(j, "bounces for ever");
     }
     for (int j : instant.resting - pushed) {

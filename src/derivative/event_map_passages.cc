@@ -63,7 +63,7 @@ void EventMap::AddInstant(ConstraintSet S, const Vector& v, const SparseRows* ra
     instant.resting = (transition_.mode_before - compliant) | transition_.touching;
   } else {
     ConstraintSet elastic;  // members of S that have bounced
-    for (int j : S & transition_.activated) {
+    for (int j : S& transition_.activated) {
       if (system_->restitution()(j) > 0) elastic.Insert(j);
     }
     const ConstraintSet rested = (transition_.mode_before - compliant) | transition_.touching;

@@ -38,8 +38,8 @@ EventPiece EventMap::PieceAlong(const VectorRef& w) const {
     for (int i : piece.order) {
       if (IsInputChange(i)) dynamics = later_[i - system_->num_constraints()].get();
       met = met || transition_.activated.Contains(i);
-      piece.velocities.push_back((met ? transition_.x_plus : transition_.x_minus)
-                                     .tail(system_->dof()));
+      piece.velocities.push_back(
+          (met ? transition_.x_plus : transition_.x_minus).tail(system_->dof()));
       piece.inputs.push_back(dynamics->u());
     }
     return piece;

@@ -23,8 +23,7 @@ void KeepContacts(const MechanicalSystem& system, const Transition& transition,
 /// Not kOk where errors of the state shift one transition against the next by as much as they are
 /// apart: the order in which the run found them may be another, and so the derivative. `first` and
 /// `second` are the shifts of both by the same samples of the error [s].
-Status CheckOrder(const MechanicalSystem& system, const Transition& before,
-                  const Transition& after, const std::vector<double>& first,
-                  const std::vector<double>& second);
+Status CheckOrder(const MechanicalSystem& system, const Transition& before, const Transition& after,
+                  const std::vector<double>& first, const std::vector<double>& second);
 
 }  // namespace contact_flow

@@ -12,8 +12,8 @@ namespace contact_flow {
 namespace {
 
 constexpr double kTolerance = 1e-12;
-constexpr double kSlow = 1e-3;        // speeds are told from rest down to this part of α [m/s]
-constexpr double kClear = 20;         // an error this far above the resolution counts for the slope
+constexpr double kSlow = 1e-3;  // speeds are told from rest down to this part of α [m/s]
+constexpr double kClear = 20;   // an error this far above the resolution counts for the slope
 
 /// Least-squares slope of log(error) over log(α).
 double Slope(const std::vector<QuotientSample>& samples, double resolution,

@@ -65,8 +65,7 @@ FrictionalReset::FrictionalReset(const ContactDynamics& dynamics, const Vector& 
 }
 
 FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& solution,
-                                                       const Vector& v_plus,
-                                                       double scale) const {
+                                                       const Vector& v_plus, double scale) const {
   const FrictionProblem& problem = frame_.problem();
   const Vector v_minus = x_.tail(d_), q = x_.head(nq_);
   const Vector impulse = frame_.Spread(solution.force);

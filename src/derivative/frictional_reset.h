@@ -38,8 +38,7 @@ class FrictionalReset {
                        const std::function<void(const Eigen::RowVectorXd&)>& decide) const;
 
  private:
-  Branch Differentiate(const FrictionSolution& solution, const Vector& v_plus,
-                       double scale) const;
+  Branch Differentiate(const FrictionSolution& solution, const Vector& v_plus, double scale) const;
   Vector FreeSlip(int i, const Vector& v_plus) const;
 
   const ContactDynamics& dynamics_;

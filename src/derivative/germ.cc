@@ -48,9 +48,7 @@ double Germ::GapAcceleration(int j) const {
   return map_.InstantAt(S_).rates.Along(j, stage_->field);
 }
 
-double Germ::RateNoise(int j) const {
-  return kNoise * map_.InstantAt(S_).rates.Terms(j, w_);
-}
+double Germ::RateNoise(int j) const { return kNoise * map_.InstantAt(S_).rates.Terms(j, w_); }
 
 double Germ::AccelerationNoise(int j) const {
   return kNoise * map_.InstantAt(S_).rates.Terms(j, stage_->field);

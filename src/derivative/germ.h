@@ -54,15 +54,15 @@ class Germ {
   const EventMap& map_;
   Vector w_;
   double elapsed_ = 0;
-  ConstraintSet S_;                // activations so far
-  const EventMap::Stage* stage_;   // v_S and the field in the present mode
-  ConstraintSet closed_;           // rigid contacts with gap and rate zero that push
-  std::map<int, double> gaps_;     // of contacts that opened, in α²
-  ConstraintSet bouncing_;         // of these, those that have bounced
-  ConstraintSet below_;            // plastic and hit in this stage, with a negative restitution
-  bool lists_events_ = false;      // then also forces that pass zero are looked at:
-  ConstraintSet pending_;          // members of J⁻ whose force has still to vanish
-  ConstraintSet released_;         // those whose force vanished in this stage
+  ConstraintSet S_;               // activations so far
+  const EventMap::Stage* stage_;  // v_S and the field in the present mode
+  ConstraintSet closed_;          // rigid contacts with gap and rate zero that push
+  std::map<int, double> gaps_;    // of contacts that opened, in α²
+  ConstraintSet bouncing_;        // of these, those that have bounced
+  ConstraintSet below_;           // plastic and hit in this stage, with a negative restitution
+  bool lists_events_ = false;     // then also forces that pass zero are looked at:
+  ConstraintSet pending_;         // members of J⁻ whose force has still to vanish
+  ConstraintSet released_;        // those whose force vanished in this stage
   int strikes_ = 0;
 };
 

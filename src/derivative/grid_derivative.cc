@@ -37,12 +37,12 @@ Vector GridDerivative::Follow(const VectorRef& dx, const MatrixRef& du, const Ve
   const bool fits = dx.size() == size && du.rows() == inputs && du.cols() == count &&
                     (dt.size() == 0 || dt.size() == count - 1);
   if (!fits) {
-    throw std::invalid_argument(
-        "a direction of " + std::to_string(dx.size()) + " entries, inputs of " +
-        std::to_string(du.rows()) + " × " + std::to_string(du.cols()) + " and " +
-        std::to_string(dt.size()) + " instants: " + std::to_string(size) + ", " +
-        std::to_string(inputs) + " × " + std::to_string(count) + " and " +
-        std::to_string(count - 1) + " or none are needed");
+    throw std::invalid_argument("a direction of " + std::to_string(dx.size()) +
+                                " entries, inputs of " + std::to_string(du.rows()) + " × " +
+                                std::to_string(du.cols()) + " and " + std::to_string(dt.size()) +
+                                " instants: " + std::to_string(size) + ", " +
+                                std::to_string(inputs) + " × " + std::to_string(count) + " and " +
+                                std::to_string(count - 1) + " or none are needed");
   }
   Vector w(size + inputs);
   w << dx, du.col(0);

@@ -16,8 +16,8 @@ constexpr double kRounding = 1e-13;
 }  // namespace
 
 ImpactLift::ImpactLift(const ContactDynamics& dynamics, const TouchingFrame& frame,
-                       const Transition& transition, const Vector& scale,
-                       ClusterGeometry* geometry, Impact impact)
+                       const Transition& transition, const Vector& scale, ClusterGeometry* geometry,
+                       Impact impact)
     : system_(dynamics.system()), frame_(frame), scale_(scale), impact_(std::move(impact)) {
   const int d = system_.dof();
   const Variables& variables = dynamics.variables();

@@ -45,11 +45,11 @@ class ImpactLift {
   const Vector& scale_;
   const Impact impact_;
   ConstraintSet fixed_;  // J⁻ and those of the impact
-  double delay_ = 0;    // |q̈|/|Da_j v|
-  Matrix by_q_;         // (∂v⁺/∂q)ᵀ [d×d]
-  Matrix by_p_;         // ∂v⁺/∂p [d×k]
-  SparseRows turned_;   // ∂(Da s)/∂q at s = v⁺ − v [n×d]
-  double given_ = 0;    // by q
+  double delay_ = 0;     // |q̈|/|Da_j v|
+  Matrix by_q_;          // (∂v⁺/∂q)ᵀ [d×d]
+  Matrix by_p_;          // ∂v⁺/∂p [d×k]
+  SparseRows turned_;    // ∂(Da s)/∂q at s = v⁺ − v [n×d]
+  double given_ = 0;     // by q
   int num_parameters_ = 0;
   ParameterJacobian by_parameter_;
 };

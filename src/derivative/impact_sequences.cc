@@ -28,10 +28,10 @@ ImpactSequences::ImpactSequences(ContactDynamics* dynamics, const Transition& tr
       rules_(std::move(rules)),
       q_(transition.x_minus.head(system_.num_positions())),
       pressed_(transition.mode_after & system_.compliant()),
-      longest_(kMaxImpactsPerActivation *
-               (transition.activated | (transition.touching - rules_.shut) |
-                (transition.vanishing & frame.touching))
-                   .Size()) {
+      longest_(kMaxImpactsPerActivation * (transition.activated |
+                                           (transition.touching - rules_.shut) |
+                                           (transition.vanishing & frame.touching))
+                                              .Size()) {
   path_.impulse = Vector::Zero(system_.num_rows());
   const State begin = {transition.x_minus.tail(system_.dof()),
                        (transition.mode_before | rules_.shut) & frame.touching, ConstraintSet()};

@@ -22,9 +22,9 @@ namespace contact_flow {
 /// held, it gets −ℓ/G_ii at the impact.)
 struct DegeneratePush {
   int constraint = 0;
-  int hit = 0;       ///< whose impact it is
+  int hit = 0;         ///< whose impact it is
   ConstraintSet held;  ///< contacts at rest that it does push
-  Vector v;          ///< before it [d]
+  Vector v;            ///< before it [d]
 };
 
 /// What is asked of the sequences, and where they end early.
@@ -50,10 +50,10 @@ class ImpactSequences {
 
   std::vector<OrderOutcome> outcomes;
   std::vector<ConstraintSet> resting;  ///< after each of them, ajar ones too
-  bool all = true;      ///< all sequences were followed
-  bool simple = true;   ///< every constraint of I_a is hit exactly once, no other is
-  bool staged = true;   ///< v_S and what rests are the same for every order of the impacts in S
-  ConstraintSet ajar;   ///< contacts that are ajar at some impact
+  bool all = true;                     ///< all sequences were followed
+  bool simple = true;                  ///< every constraint of I_a is hit exactly once, no other is
+  bool staged = true;  ///< v_S and what rests are the same for every order of the impacts in S
+  ConstraintSet ajar;  ///< contacts that are ajar at some impact
   std::vector<DegeneratePush> degenerate;
 
  private:
@@ -67,8 +67,7 @@ class ImpactSequences {
   void Hit(const State& state, int i);
   State After(const State& state, int i, const ImpactResult& impact) const;
   void RecordStage(const State& state);
-  void RecordDegenerate(const State& before, const State& after, int i,
-                        const ImpactResult& impact);
+  void RecordDegenerate(const State& before, const State& after, int i, const ImpactResult& impact);
   void Finish(const State& state, bool cut);
   Vector StateAt(const Vector& v) const;
   double Rate(int i, const Vector& v) const { return frame_.Rate(i, v); }

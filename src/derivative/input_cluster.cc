@@ -28,10 +28,9 @@ class Union {
     whole_.vanishing = whole_.vanishing & whole_.mode_before;
     whole_.touching = whole_.touching - whole_.mode_before - whole_.activated;
     // By constraint, changes of the input last.
-    std::stable_sort(whole_.instants.begin(), whole_.instants.end(),
-                     [](const EventInstant& a, const EventInstant& b) {
-                       return a.constraint < b.constraint;
-                     });
+    std::stable_sort(
+        whole_.instants.begin(), whole_.instants.end(),
+        [](const EventInstant& a, const EventInstant& b) { return a.constraint < b.constraint; });
     whole_.spread = parts_.back()->t - parts_.front()->t;
     Check();
     cluster_.transition = whole_;
@@ -76,7 +75,7 @@ class Union {
 
   /// Slips in space that begin or end have no sign that tells their order.
   void CheckSlips(const Transition& part) {
-    for (int i : part.mode_before & part.mode_after) {
+    for (int i : part.mode_before& part.mode_after) {
       const bool in_space = system_.HasFriction() && system_.friction()[i].dimension == 2;
       if (in_space && part.mode_before.LetterOf(i) != part.mode_after.LetterOf(i)) {
         Refuse(i, "begins or ends to slip in space");
@@ -128,8 +127,7 @@ class Union {
 }  // namespace
 
 bool AreClose(const Transition& before, const Transition& next, double simultaneity_tolerance) {
-  return next.t - before.t <=
-         std::max({simultaneity_tolerance, next.tolerance, before.tolerance});
+  return next.t - before.t <= std::max({simultaneity_tolerance, next.tolerance, before.tolerance});
 }
 
 InputCluster UniteWithInput(const MechanicalSystem& system,

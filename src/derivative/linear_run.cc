@@ -131,8 +131,8 @@ bool LinearRun::CheckArcs() {
   derivative_.status = preparation_.CheckLaw(carry, &derivative_);
   gradient_->event_law = derivative_.trust.event_law;
   if (!derivative_.status.ok()) return false;
-  derivative_.status = CheckOrders(run_, preparation_.DynamicsOfArcs(), derivative_, carry,
-                                   &state_error_);
+  derivative_.status =
+      CheckOrders(run_, preparation_.DynamicsOfArcs(), derivative_, carry, &state_error_);
   return derivative_.status.ok();
 }
 
@@ -173,10 +173,9 @@ void LinearRun::FindPieces() {
 
 void LinearRun::SetInput(Eigen::Index interval, Matrix* w) const {
   if (direction_->inputs.size() == 0 || inputs_ == 0) return;
-  w->col(0).segment(d2_, inputs_) =
-      Eigen::Map<const Matrix>(direction_->inputs.data(), inputs_,
-                               direction_->inputs.size() / inputs_)
-          .col(interval);
+  w->col(0).segment(d2_, inputs_) = Eigen::Map<const Matrix>(direction_->inputs.data(), inputs_,
+                                                             direction_->inputs.size() / inputs_)
+                                        .col(interval);
 }
 
 /// Its matrix is empty for the identity.

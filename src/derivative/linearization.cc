@@ -22,8 +22,8 @@ Status FirstSelectionExists(const BDerivative& derivative) {
 /// The selection that the first order of activations of every event gives [2d × 2d+m].
 Matrix FirstSelection(const BDerivative& derivative) {
   const StartStop& stop = derivative.start_stop;
-  Matrix product = stop.Empty() ? derivative.arcs.front()
-                                : Matrix(derivative.arcs.front() * stop.matrix());
+  Matrix product =
+      stop.Empty() ? derivative.arcs.front() : Matrix(derivative.arcs.front() * stop.matrix());
   for (std::size_t k = 0; k < derivative.events.size(); ++k) {
     const EventMap& event = derivative.events[k];
     product = derivative.arcs[k + 1] * (event.Selection(event.activated()) * product);

@@ -18,10 +18,10 @@ std::vector<OrderOutcome> ListOrderOutcomes(ContactDynamics* dynamics,
   if (transition.activated.Size() > kMaxOrderedActivations) return {};
   const MechanicalSystem& system = dynamics->system();
   ClusterGeometry geometry(*dynamics, transition);
-  const TouchingFrame frame(system, *geometry.inertia(),
-                            (transition.mode_before - system.compliant()) | transition.activated |
-                                transition.touching,
-                            transition.impact_law);
+  const TouchingFrame frame(
+      system, *geometry.inertia(),
+      (transition.mode_before - system.compliant()) | transition.activated | transition.touching,
+      transition.impact_law);
   const NeglectedCoupling neglected(dynamics, transition, frame, &geometry);
   SequenceRules rules;
   rules.rest.resize(static_cast<std::size_t>(system.num_constraints()));
@@ -30,8 +30,7 @@ std::vector<OrderOutcome> ListOrderOutcomes(ContactDynamics* dynamics,
     return (a - b).cwiseAbs().maxCoeff() <= kSame * (1 + a.cwiseAbs().maxCoeff());
   };
   rules.shut = transition.touching;
-  std::vector<OrderOutcome> outcomes =
-      ImpactSequences(dynamics, transition, frame, rules).outcomes;
+  std::vector<OrderOutcome> outcomes = ImpactSequences(dynamics, transition, frame, rules).outcomes;
   if (transition.touching.Empty()) return outcomes;
   rules.shut = ConstraintSet();
   for (const OrderOutcome& open : ImpactSequences(dynamics, transition, frame, rules).outcomes) {

@@ -47,7 +47,7 @@ double TimeOfSlipLeft(ContactDynamics* dynamics, const Transition& transition) {
   const MechanicalSystem& system = dynamics->system();
   const int d = system.dof(), nq = system.num_positions();
   double longest = 0;
-  for (int i : transition.mode_before & transition.mode_after.Sticking()) {
+  for (int i : transition.mode_before& transition.mode_after.Sticking()) {
     if (transition.mode_before.LetterOf(i) != Letter::kSlip) continue;
     const Friction& friction = system.friction()[i];
     ConstraintTerms terms;

@@ -32,8 +32,7 @@ Status CheckNow(OnlineFlow* flow, const std::vector<Transition>& last) {
 }  // namespace
 
 RollingDerivative::RollingDerivative(OnlineFlow* flow, const Matrix& directions,
-                                     const BDerivativeOptions& options,
-                                     const SimulateOptions& run)
+                                     const BDerivativeOptions& options, const SimulateOptions& run)
     : system_(flow->system()),
       options_(options),
       simultaneity_tolerance_(run.simultaneity_tolerance),

@@ -13,8 +13,8 @@ Vector Complete(const Vector& values, Eigen::Index size, bool is_weight, const c
   if (values.size() == 0) return Vector::Zero(size);
   if (values.size() != size) {
     throw std::invalid_argument("cost: " + std::string(name) + " has " +
-                                std::to_string(values.size()) + " entries: " +
-                                std::to_string(size) + " or none are needed");
+                                std::to_string(values.size()) +
+                                " entries: " + std::to_string(size) + " or none are needed");
   }
   for (double value : values) {
     if (!std::isfinite(value)) {

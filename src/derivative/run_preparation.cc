@@ -177,8 +177,8 @@ bool RunPreparation::MakeEvents(BDerivative* derivative) {
     ContactDynamics* after = dynamics_[std::min(k + 1, last_)].get();
     std::unique_ptr<ContactDynamics> behind;  // the cluster
     if (cluster != nullptr) {
-      behind = std::make_unique<ContactDynamics>(system_, run_.arcs[cluster->last + 1].u,
-                                                 variables_);
+      behind =
+          std::make_unique<ContactDynamics>(system_, run_.arcs[cluster->last + 1].u, variables_);
       after = behind.get();
     }
     status = CheckEventLaws(dynamics_[k].get(), after, transition, derivative->events.back(),

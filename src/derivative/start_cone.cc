@@ -212,8 +212,9 @@ Vector StartCone::operator()(const VectorRef& direction) const {
     const std::vector<int> rows = Hit(w);
     if (rows.empty()) return w;
     if (friction_) {
-      Refuse("a contact that leaves from rest is hit at the start in this direction: with friction "
-             "that is not followed");
+      Refuse(
+          "a contact that leaves from rest is hit at the start in this direction: with friction "
+          "that is not followed");
     }
     if (impacts == kMaxImpacts) {
       Refuse("the impacts at the start in this direction do not come to an end");
@@ -262,8 +263,9 @@ Vector StartCone::Impact(const std::vector<int>& rows, const VectorRef& w) const
   } else if (const auto impact = SolveComplementarity(G, b)) {
     return reach * impact->z;
   }
-  Refuse("no impulses end the impact at the start in this direction: its contacts are dependent "
-         "and jam (Assumption 3)");
+  Refuse(
+      "no impulses end the impact at the start in this direction: its contacts are dependent "
+      "and jam (Assumption 3)");
 }
 
 void StartCone::Refuse(const std::string& what) const {

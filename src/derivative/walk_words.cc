@@ -87,8 +87,7 @@ void FrictionalWalk::Land(int i, ConstraintSet along) {
 
 void FrictionalWalk::AddBounces() {
   for (const Bounce& bounce : bounces_) {
-    const Vector added =
-        BounceToRest(&dynamics_, transition_, bounce.constraint, bounce.adds);
+    const Vector added = BounceToRest(&dynamics_, transition_, bounce.constraint, bounce.adds);
     if (added.isZero(0)) continue;
     if (bounces_.size() > 1 || transition_.activated.Size() > 1) {
       throw std::domain_error("depends on how contact '" +

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cone_program.h"
 
-#include "cone_polish.h"
-
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "cone_polish.h"
 
 namespace contact_flow {
 namespace {
@@ -179,9 +179,8 @@ class Method {
       return length;
     };
     Vector rho(c_.size());
-    ForEach([&](std::size_t k, int first, int size) {
-      rho.segment(first, size) = -scaling[k].lambda;
-    });
+    ForEach(
+        [&](std::size_t k, int first, int size) { rho.segment(first, size) = -scaling[k].lambda; });
     solve(rho, 1);
     const double ahead = std::min(1.0, reach());
     const double centre = std::pow(1 - ahead, 3);

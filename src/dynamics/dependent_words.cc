@@ -177,8 +177,7 @@ bool SolveDependentWord(const FrictionProblem& problem, const Matrix& columns,
     if (sticks || contact.dimension == 0 || contact.slips) continue;
     const auto d = solution->directions[i].head(contact.dimension);
     const double slip = d.dot(solution->result.segment(row + 1, contact.dimension));
-    const Eigen::RowVectorXd change =
-        d.transpose() * moved.middleRows(row + 1, contact.dimension);
+    const Eigen::RowVectorXd change = d.transpose() * moved.middleRows(row + 1, contact.dimension);
     if (!motion(slip, change)) return false;
   }
   const ForceShare interior = MostInterior(cones, values, freedom);

@@ -49,9 +49,9 @@ Vector FrictionFrame::RateRounding(const InverseInertia& inertia, const VectorRe
                                    ContactMode before) const {
   // |A v| ≤ |√P Aᵀ| |√M v|, and what is driven by itself
   const Vector driven = v - Moved(inertia.mass(), v);
-  Vector rounding = kRateRounding * (KineticSpeed(inertia.mass(), v) *
-                                         problem_.G.diagonal().cwiseSqrt() +
-                                     (rows_ * driven).cwiseAbs());
+  Vector rounding =
+      kRateRounding * (KineticSpeed(inertia.mass(), v) * problem_.G.diagonal().cwiseSqrt() +
+                       (rows_ * driven).cwiseAbs());
   for (std::size_t k = 0; k < constraints_.size(); ++k) {
     if (!before.Contains(constraints_[k])) continue;
     const int row = problem_.Row(k), dimension = problem_.contacts[k].dimension;

@@ -210,9 +210,9 @@ class Group {
           word.letters[i] = other;
           word.directions[i] = solutions_[b].directions[i];
         }
-        const bool known = std::any_of(
-            solutions_.begin(), solutions_.end(),
-            [&](const FrictionSolution& one) { return one.letters == word.letters; });
+        const bool known =
+            std::any_of(solutions_.begin(), solutions_.end(),
+                        [&](const FrictionSolution& one) { return one.letters == word.letters; });
         if (known || !SolveWord(problem_, &word)) continue;
         word.margin = Margin(problem_, word, scale_);
         if (!(word.margin >= -border_) || !Decided({solutions_[a], word})) continue;

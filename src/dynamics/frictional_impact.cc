@@ -64,8 +64,8 @@ FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const Vec
   }
   impact.energy_change = 0.5 * found.force.dot(before + frame.rows() * impact.result.v_plus);
   // Beside what surfaces that are driven may give, too.
-  const double energy = KineticEnergy(inertia.mass(), v_minus) +
-                        found.force.cwiseAbs().dot(before.cwiseAbs());
+  const double energy =
+      KineticEnergy(inertia.mass(), v_minus) + found.force.cwiseAbs().dot(before.cwiseAbs());
   if (impact.energy_change > kEnergyRounding * energy) {
     std::ostringstream message;
     message << "the impact of the contacts " << names << " would add " << impact.energy_change

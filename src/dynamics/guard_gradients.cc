@@ -5,8 +5,7 @@ namespace contact_flow {
 
 GuardGradients::GuardGradients(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
                                int trigger)
-    : guards_(dynamics->system()),
-      mode_(mode) {
+    : guards_(dynamics->system()), mode_(mode) {
   const MechanicalSystem& system = dynamics->system();
   const int d = system.dof(), nq = system.num_positions(), rows = system.num_rows();
   const Vector q = x.head(nq), v = x.tail(d);

@@ -201,8 +201,7 @@ std::optional<FrictionalImpact> FollowImpact(const MechanicalSystem& system, con
   const bool sticks = slip(after) <= 1e3 * kEnded * slip(rates);
   if (sticks) impact.word.Set(jammed, Letter::kStick);
   impact.result.hit = J.Members();
-  const double energy = KineticEnergy(inertia.mass(), v_minus) +
-                        p.cwiseAbs().dot(rates.cwiseAbs());
+  const double energy = KineticEnergy(inertia.mass(), v_minus) + p.cwiseAbs().dot(rates.cwiseAbs());
   if (!impact.result.v_plus.allFinite() || impact.energy_change > kRounding * energy) {
     return std::nullopt;
   }

@@ -254,10 +254,10 @@ class ForceModes {
     tangent << x_.tail(d), dynamics_.acceleration();
     std::vector<int> with = pressing_;
     with.push_back(row);
-    const double after = dynamics_.ForceRate(system_.Perturb(x_, step * tangent), Mode(with),
-                                             members_[row]);
-    const double before = dynamics_.ForceRate(system_.Perturb(x_, -step * tangent), Mode(with),
-                                              members_[row]);
+    const double after =
+        dynamics_.ForceRate(system_.Perturb(x_, step * tangent), Mode(with), members_[row]);
+    const double before =
+        dynamics_.ForceRate(system_.Perturb(x_, -step * tangent), Mode(with), members_[row]);
     return after - before > kQuotientRounding * sum;
   }
 
@@ -269,11 +269,11 @@ class ForceModes {
   std::vector<int> members_;
   Matrix G_;
   Vector b_;
-  Vector size_;                 // what b is the sum of
-  Vector balance_;              // the largest applied force, as one of each contact
-  std::vector<int> pressing_;   // α, and in the end the mode
-  std::vector<double> rates_;   // of β
-  std::vector<double> sums_;    // what they are the sums of
+  Vector size_;                // what b is the sum of
+  Vector balance_;             // the largest applied force, as one of each contact
+  std::vector<int> pressing_;  // α, and in the end the mode
+  std::vector<double> rates_;  // of β
+  std::vector<double> sums_;   // what they are the sums of
   std::vector<int> degenerate_;
 };
 

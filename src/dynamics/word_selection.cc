@@ -67,9 +67,9 @@ class Words {
   ContactMode Find(double border, WordConventions* by) {
     const std::vector<FrictionSolution> all = SolveFriction(frame_.problem(), border);
     if (all.empty()) {
-      Refuse(FrictionRefusal::Kind::kInconsistent,
-             Dependent() && !AllSlip() ? "no word was found whose forces fit"
-                                       : "no contact forces exist");
+      Refuse(FrictionRefusal::Kind::kInconsistent, Dependent() && !AllSlip()
+                                                       ? "no word was found whose forces fit"
+                                                       : "no contact forces exist");
     }
     for (const FrictionSolution& word : all) {
       if (!word.many && !(word.springs && by == nullptr)) continue;
@@ -159,8 +159,7 @@ class Words {
       if (!along || mode.Sticking().Size() > along->Sticking().Size()) along = mode;
     }
     if (!along) return std::nullopt;
-    const std::optional<WordAhead> ahead =
-        FindWordAhead(&dynamics_, x_, touching_, *along, border);
+    const std::optional<WordAhead> ahead = FindWordAhead(&dynamics_, x_, touching_, *along, border);
     if (!ahead) return std::nullopt;
     for (const FrictionSolution& word : all) {
       if (ModeOf(word) == ahead->mode) return ahead->mode;
@@ -169,7 +168,7 @@ class Words {
   }
 
   bool BeginsInSpace(ContactMode mode) const {
-    for (int i : mode & touching_.still) {
+    for (int i : mode& touching_.still) {
       const Friction& friction = system_.friction()[i];
       const bool turns = friction.dimension == 2 && friction.coefficient > 0;
       if (turns && mode.LetterOf(i) == Letter::kSlip) return true;
@@ -256,8 +255,9 @@ class Words {
       if (dynamics_.shared().Contains(i)) {
         slacks.push_back({i, gain * dynamics_.shared_margin(), letter == Letter::kStick});
       } else if (letter == Letter::kStick && std::isfinite(contact.coefficient)) {
-        slacks.push_back({i, gain * (contact.coefficient * force(i) -
-                                     force.segment(tangential, contact.dimension).norm()),
+        slacks.push_back({i,
+                          gain * (contact.coefficient * force(i) -
+                                  force.segment(tangential, contact.dimension).norm()),
                           true});
         continue;
       } else {

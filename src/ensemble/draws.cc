@@ -77,8 +77,9 @@ void Validate(const DrawPart& part) {
     Check(part, part.table.cols() == n && part.table.rows() > 0 && part.table.allFinite(),
           "the table needs " + std::to_string(n) + " columns of finite numbers, and a row");
   } else if (part.kind == Kind::kUniform) {
-    Check(part, part.low.size() == n && part.high.size() == n && part.low.allFinite() &&
-                    part.high.allFinite() && (part.high - part.low).allFinite(),
+    Check(part,
+          part.low.size() == n && part.high.size() == n && part.low.allFinite() &&
+              part.high.allFinite() && (part.high - part.low).allFinite(),
           "low and high must be finite, one for each name");
     Check(part, (part.low.array() <= part.high.array()).all(), "low is above high");
   } else {
@@ -133,7 +134,7 @@ void Sampler::Draw(std::uint64_t run, Vector* values) const {
     }
     if (part.kind == Kind::kNormal) {
       for (Eigen::Index k = 0; k < n; ++k) out(k) = NormalQuantile(Philox::OpenInterval(bits()));
-      for (Eigen::Index i = n - 1; i >= 0; --i) {   // in place, row by row from below
+      for (Eigen::Index i = n - 1; i >= 0; --i) {  // in place, row by row from below
         double sum = 0;
         for (Eigen::Index k = 0; k <= i; ++k) sum += roots_[p](i, k) * out(k);
         out(i) = part.mean(i) + sum;

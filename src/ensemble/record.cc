@@ -25,13 +25,13 @@ void CheckSize(const Vector& v, Eigen::Index size, const std::string& what) {
 }  // namespace
 
 const std::vector<std::string>& MarginNames() {
-  static const std::vector<std::string> names = {"approach_speed", "release_rate", "gap",
-                                                 "force", "event_interval", "cluster_spread"};
+  static const std::vector<std::string> names = {"approach_speed", "release_rate",  "gap", "force",
+                                                 "event_interval", "cluster_spread"};
   return names;
 }
 
 std::string ModeWord(const std::vector<ContactMode>& modes, int num_constraints) {
-  constexpr std::size_t kSum = 9;   // "~" and eight digits
+  constexpr std::size_t kSum = 9;  // "~" and eight digits
   std::string word;
   boost::crc_32_type crc;
   std::size_t length = 0;
@@ -152,8 +152,8 @@ void Recorder::WriteEnd(const RunEnd& end, std::size_t row, Columns* columns) co
   if (keep_.end_time) *Row("end_time", row, columns) = end.t;
   if (keep_.margins) {
     const Margins& m = end.margins;
-    const double values[] = {m.approach_speed, m.release_rate, m.gap,
-                             m.force, m.event_interval, m.cluster_spread};
+    const double values[] = {m.approach_speed, m.release_rate,   m.gap,
+                             m.force,          m.event_interval, m.cluster_spread};
     std::copy(std::begin(values), std::end(values), Row("margins", row, columns));
   }
   if (keep_.events > 0) {
@@ -185,7 +185,7 @@ void Recorder::WriteMotion(const MechanicalSystem& system, const Trajectory& tra
     WriteDerivative(system, trajectory, row, columns);
   } catch (const BudgetExceeded&) {
     throw;
-  } catch (const std::exception&) {   // the motion is as good as it was
+  } catch (const std::exception&) {  // the motion is as good as it was
     columns->derivative_outcome[row] = kThrew;
   }
 }
@@ -202,7 +202,7 @@ void Recorder::WriteDerivative(const MechanicalSystem& system, const Trajectory&
       Eigen::Map<Vector>(out, size) = derivative(keep_.directions[k]);
     } catch (const BudgetExceeded&) {
       throw;
-    } catch (const std::exception&) {   // this direction has none: NaN
+    } catch (const std::exception&) {  // this direction has none: NaN
       columns->derivative_outcome[row] = static_cast<std::int8_t>(Outcome::kNotDifferentiable);
     }
   }

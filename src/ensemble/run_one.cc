@@ -81,7 +81,7 @@ Vector ReferenceState(const SweepRequest& request) {
     if (run.FinalState().allFinite()) return run.FinalState();
   } catch (const BudgetExceeded&) {
     throw;
-  } catch (const std::exception&) {   // not admissible: what the draws make of it may be
+  } catch (const std::exception&) {  // not admissible: what the draws make of it may be
   }
   return request.x;
 }
@@ -109,7 +109,7 @@ RunOne::RunOne(const SweepRequest& request, Vector reference)
   options_.dense = recorder_.NeedsDense();
   has_lanes_ = !options_.dense && !start_.ChangesParameters() && ConstantFromZero() &&
                LanesOfSystem(*request.system, options_, request.lanes).available();
-  MakeSummary();   // checks the histograms
+  MakeSummary();  // checks the histograms
 }
 
 Summary RunOne::MakeSummary() const {
@@ -123,7 +123,7 @@ void RunOne::Run(std::uint64_t run, std::size_t row, Scratch* scratch, Columns* 
     RunDrawn(run, row, scratch, columns, summary);
     return;
   } catch (const BudgetExceeded& reason) {
-    if (scratch->budget.cancelled()) return;   // of the sweep: the block is dropped
+    if (scratch->budget.cancelled()) return;  // of the sweep: the block is dropped
     const Outcome outcome = OutcomeOf(reason);
     recorder_.WriteOutcome(static_cast<int>(outcome), row, columns);
     summary->AddUnmeasured(run, static_cast<int>(outcome), "", reason.what());
@@ -139,7 +139,7 @@ void RunOne::Run(std::uint64_t run, std::size_t row, Scratch* scratch, Columns* 
 const MechanicalSystem& RunOne::SystemOf(Scratch* scratch) const {
   if (!start_.ChangesParameters()) return *request_.system;
   if (scratch->system == nullptr || scratch->parameters != scratch->start.parameters) {
-    scratch->system = nullptr;   // not that of before, where this one is refused
+    scratch->system = nullptr;  // not that of before, where this one is refused
     scratch->system = request_.make(scratch->start.parameters);
     scratch->parameters = scratch->start.parameters;
   }
@@ -171,7 +171,7 @@ void RunOne::RunDrawn(std::uint64_t run, std::size_t row, Scratch* scratch, Colu
   }
   const RunEnd end = EndOf(trajectory, system->num_constraints());
   recorder_.WriteEnd(end, row, columns);
-  if (request_.keep.Differentiates()) {   // the run's own limit holds for its derivative, too
+  if (request_.keep.Differentiates()) {  // the run's own limit holds for its derivative, too
     BudgetLimits limits;
     limits.max_seconds = options_.max_seconds;
     limits.max_megabytes = options_.max_megabytes;
@@ -188,8 +188,8 @@ bool RunOne::ConstantFromZero() const {
   return request_.inputs.values.size() == 1 && request_.inputs.grid.front() == 0;
 }
 
-void RunOne::Refuse(std::uint64_t run, const std::string& reason, std::size_t row,
-                    Columns* columns, Summary* summary) const {
+void RunOne::Refuse(std::uint64_t run, const std::string& reason, std::size_t row, Columns* columns,
+                    Summary* summary) const {
   recorder_.WriteOutcome(kInadmissible, row, columns);
   summary->AddUnmeasured(run, kInadmissible, "", reason);
 }
@@ -197,8 +197,7 @@ void RunOne::Refuse(std::uint64_t run, const std::string& reason, std::size_t ro
 void RunOne::Count(const MechanicalSystem& system, std::uint64_t run, const RunEnd& end,
                    std::size_t row, Columns* columns, Summary* summary) const {
   if (!end.status.ok()) {
-    summary->AddUnmeasured(run, static_cast<int>(end.status.outcome), end.word,
-                           end.status.message);
+    summary->AddUnmeasured(run, static_cast<int>(end.status.outcome), end.word, end.status.message);
     return;
   }
   const Vector costs = recorder_.Costs(end.x, end.u);
@@ -213,9 +212,9 @@ void RunOne::Count(const MechanicalSystem& system, std::uint64_t run, const RunE
   Eigen::Index k = 0;
   while (std::isfinite(y(k))) ++k;
   recorder_.WriteOutcome(static_cast<int>(Outcome::kNonFinite), row, columns);
-  summary->AddUnmeasured(run, static_cast<int>(Outcome::kNonFinite), end.word,
-                         "the observable '" + names[static_cast<std::size_t>(k)] +
-                             "' is not finite");
+  summary->AddUnmeasured(
+      run, static_cast<int>(Outcome::kNonFinite), end.word,
+      "the observable '" + names[static_cast<std::size_t>(k)] + "' is not finite");
 }
 
 bool RunOne::RunLanes(std::uint64_t first, std::size_t row, std::size_t count, Scratch* scratch,
@@ -233,9 +232,8 @@ bool RunOne::RunLanes(std::uint64_t first, std::size_t row, std::size_t count, S
       states.col(k) = scratch->start.x;
       inputs.col(k) = scratch->start.u;
     }
-    batch = SimulateBatch(system, states, inputs, request_.duration, options_,
-                          {1, request_.lanes});
-  } catch (const std::exception&) {   // of which run is not known: each comes by itself
+    batch = SimulateBatch(system, states, inputs, request_.duration, options_, {1, request_.lanes});
+  } catch (const std::exception&) {  // of which run is not known: each comes by itself
     return false;
   }
   if (scratch->budget.cancelled()) return false;

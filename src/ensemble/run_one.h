@@ -48,8 +48,8 @@ class RunOne {
   void Refuse(std::uint64_t run, const std::string& reason, std::size_t row, Columns* columns,
               Summary* summary) const;
   /// Counts and measures a run that was written.
-  void Count(const MechanicalSystem& system, std::uint64_t run, const RunEnd& end,
-             std::size_t row, Columns* columns, Summary* summary) const;
+  void Count(const MechanicalSystem& system, std::uint64_t run, const RunEnd& end, std::size_t row,
+             Columns* columns, Summary* summary) const;
   const MechanicalSystem& SystemOf(Scratch* scratch) const;
   bool ConstantFromZero() const;
 

@@ -68,7 +68,8 @@ StartMap::StartMap(const MechanicalSystem& system, const Names& names, const Vec
       place = {Place::Kind::kParameter, parameter, added};
       changes_parameters_ = true;
     } else if (state >= 0) {
-      throw std::invalid_argument(QuoteName(name) + " is of a quaternion, whose numbers are not "
+      throw std::invalid_argument(QuoteName(name) +
+                                  " is of a quaternion, whose numbers are not "
                                   "free; draw '+' and an angular velocity's name");
     } else if (tangent >= 0) {
       throw std::invalid_argument(QuoteName(name) + " has no coordinate of its own; '+" + plain +

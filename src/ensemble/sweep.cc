@@ -19,7 +19,7 @@ namespace contact_flow {
 namespace {
 
 constexpr std::uint64_t kBlock = Tally::kBlock;
-constexpr double kLookEvery = 0.05;   // at the caller's budget, by the caller's thread [s]
+constexpr double kLookEvery = 0.05;  // at the caller's budget, by the caller's thread [s]
 constexpr int kMaxThreads = 1024;
 using Clock = std::chrono::steady_clock;
 
@@ -59,7 +59,7 @@ class Work {
     std::vector<std::thread> pool;
     try {
       for (int k = 0; k < threads; ++k) pool.emplace_back([this] { RunBlocks(); });
-    } catch (const std::exception&) {   // fewer threads than asked for
+    } catch (const std::exception&) {  // fewer threads than asked for
       if (pool.empty()) throw;
     }
     Watch(static_cast<int>(pool.size()));
@@ -120,15 +120,16 @@ class Work {
         std::string sentence;
         const BudgetEnd end = LookAtBudget(&sentence);
         if (end != BudgetEnd::kNone && result_->status.ok()) {
-          result_->status = {end == BudgetEnd::kCancelled ? Outcome::kCancelled
-                                                          : Outcome::kBudgetExceeded, sentence};
+          result_->status = {
+              end == BudgetEnd::kCancelled ? Outcome::kCancelled : Outcome::kBudgetExceeded,
+              sentence};
           budget_.Cancel(sentence);
         }
         if (Since(begin_) - reported >= request_.progress_every) {
           reported = Since(begin_);
           Report();
         }
-      } catch (...) {   // of the callback: threads must end before it leaves
+      } catch (...) {  // of the callback: threads must end before it leaves
         Fail();
       }
       lock.lock();
@@ -163,7 +164,7 @@ class Work {
   const Clock::time_point begin_ = Clock::now();
   std::uint64_t blocks_ = 0;
   std::atomic<std::uint64_t> next_{0};
-  std::mutex mutex_;   // guards what follows, and result_->progress and tally
+  std::mutex mutex_;  // guards what follows, and result_->progress and tally
   std::condition_variable changed_;
   std::exception_ptr error_;
   int ended_ = 0;
@@ -202,8 +203,8 @@ SweepResult Sweep(const SweepRequest& request) {
   SweepResult result;
   result.reference = ReferenceState(request);
   const std::uint64_t blocks = (request.count + kBlock - 1) / kBlock;
-  int threads = request.threads > 0 ? request.threads
-                                    : static_cast<int>(std::thread::hardware_concurrency());
+  int threads =
+      request.threads > 0 ? request.threads : static_cast<int>(std::thread::hardware_concurrency());
   threads = static_cast<int>(
       std::min<std::uint64_t>(static_cast<std::uint64_t>(std::max(threads, 1)), blocks));
   AskMegabytes(request, StatisticsBytes(request, threads),

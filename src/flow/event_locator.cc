@@ -64,7 +64,7 @@ void EventLocator::Sample(double theta, ConstraintSet set, double* value, double
   const bool forces = !(set & pushes_).Empty(), slips = !(set & slips_).Empty();
   if (!forces && (theta == 0 || theta == 1)) {
     const GapSample& known = theta == 0 ? *begin_ : *end_;
-    for (int g : set & slips_) {
+    for (int g : set& slips_) {
       const double sign = guards_.SlipSign(g, mode_);
       value[g] = sign * known.rate(guards_.SlipRow(g));
       rate[g] = sign * h * known.acceleration(guards_.SlipRow(g));
@@ -98,8 +98,8 @@ void EventLocator::Sample(double theta, ConstraintSet set, double* value, double
       const int row = guards_.SlipRow(g);
       const double sign = guards_.SlipSign(g, mode_);
       value[g] = sign * terms_.jacobian.row(row).dot(x_.tail(d));
-      rate[g] = sign * h *
-                (terms_.jacobian.row(row).dot(dynamics_->acceleration()) + terms_.bias(row));
+      rate[g] =
+          sign * h * (terms_.jacobian.row(row).dot(dynamics_->acceleration()) + terms_.bias(row));
     }
     return;
   }

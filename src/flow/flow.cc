@@ -17,9 +17,9 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kImpliedOvershoot = 2;         // steps are shorter than to move further
-constexpr int kStepsBetweenLooks = 8;           // at the coarse clock: a hundredth of a step
-constexpr double kBetweenReadings = 2e-3;       // of the thread's clock, each as dear as a step [s]
+constexpr double kImpliedOvershoot = 2;    // steps are shorter than to move further
+constexpr int kStepsBetweenLooks = 8;      // at the coarse clock: a hundredth of a step
+constexpr double kBetweenReadings = 2e-3;  // of the thread's clock, each as dear as a step [s]
 
 }  // namespace
 
@@ -96,9 +96,8 @@ bool Flow::ClockIsDue() const {
 bool Flow::WithinBudget() {
   AskBudget();
   if (attempts_ >= options_.max_steps) {
-    Stop(Outcome::kBudgetExceeded,
-         "max_steps = " + std::to_string(options_.max_steps) + " integration steps were made" +
-             StiffHint());
+    Stop(Outcome::kBudgetExceeded, "max_steps = " + std::to_string(options_.max_steps) +
+                                       " integration steps were made" + StiffHint());
   } else if (options_.cancelled && options_.cancelled()) {
     Stop(Outcome::kCancelled, "the caller cancelled the run");
   } else if (ClockIsDue()) {
@@ -315,9 +314,9 @@ bool Flow::Cut(double t) {
 bool Flow::ChangeInput(const VectorRef& u) {
   dynamics_.SetInput(u);
   arc_begun_ = false;
-  ResolvedTransition resolved =
-      system_.HasFriction() ? ResolveFrictionalInput(&dynamics_, t_, x_, mode_, Rules())
-                            : ResolveInputChange(&dynamics_, t_, x_, mode_, Rules());
+  ResolvedTransition resolved = system_.HasFriction()
+                                    ? ResolveFrictionalInput(&dynamics_, t_, x_, mode_, Rules())
+                                    : ResolveInputChange(&dynamics_, t_, x_, mode_, Rules());
   status_ = resolved.status;
   if (!status_.ok()) return false;
   for (const Warning& warning : resolved.warnings) Warn(warning.code, warning.message);

@@ -62,8 +62,8 @@ void EventLocator::FindForceFloors() {
   const double h = stepper_->step();
   for (int g : pushes_) {
     const double gain = gain_(guards_.ConstraintOf(g));
-    floors_(g) = relative_tolerance_ * largest / std::sqrt(gain) +
-                 kQuietPull * 2 * floor_ / (gain * h * h);
+    floors_(g) =
+        relative_tolerance_ * largest / std::sqrt(gain) + kQuietPull * 2 * floor_ / (gain * h * h);
     if (guards_.IsNormal(g)) continue;
     // A cone is a sum of λ_n times μ and of λ_t.
     const double mu = dynamics_->system().friction()[guards_.ConstraintOf(g)].coefficient;
@@ -133,9 +133,8 @@ void EventLocator::ProbeForces(int first, int count) {
     if (places_->extended) {
       stepper_->Interpolate(s, x_.data());
     } else {
-      x_ = (t * t * (1 + 2 * s)) * stepper_->begin() +
-           (t * t * s * h) * stepper_->begin_field() + (s * s * (1 + 2 * t)) * stepper_->end() -
-           (s * s * t * h) * stepper_->end_field();
+      x_ = (t * t * (1 + 2 * s)) * stepper_->begin() + (t * t * s * h) * stepper_->begin_field() +
+           (s * s * (1 + 2 * t)) * stepper_->end() - (s * s * t * h) * stepper_->end_field();
     }
     dynamics_->Evaluate(x_, mode_);
     const Eigen::Index n = dynamics_->system().num_constraints();

@@ -158,7 +158,7 @@ void FrictionalResolution::SetLetters(const TouchingContacts& contacts) {
   const Vector rested = result_.transition.x_plus.tail(d_);
   TouchingContacts now = contacts;
   bool turned = false;
-  for (int i : contacts.slipping & result_.transition.mode_after) {
+  for (int i : contacts.slipping& result_.transition.mode_after) {
     const Friction& friction = system_.friction()[i];
     const auto rows = terms_.jacobian.middleRows(friction.row, friction.dimension);
     const Vector before = rows * v, slip = rows * rested;
@@ -182,7 +182,7 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
   if (by.smallest) NoteSeveralMotions(by.motions);
   // The slip of a rise that is made rest ends with it, whatever begins then.
   resting_ = cluster.mode_after;
-  for (int i : ended_ & cluster.mode_after.SlippingInPlane()) resting_.Set(i, Letter::kStick);
+  for (int i : ended_& cluster.mode_after.SlippingInPlane()) resting_.Set(i, Letter::kStick);
   const ConstraintSet begins = BeginInSpace(system_, contacts.still, cluster.mode_after);
   if (begins.Empty()) return Rest({});
   if (cluster.obstacle.ok() && !OnlyBegins(begins)) {

@@ -103,12 +103,12 @@ class FrictionalResolution {
   const TransitionRules& rules_;
   const int nq_, d_;
   ConstraintTerms terms_;
-  Vector acceleration_;  // of the gaps, in the mode before [n]
-  Vector rate_;          // of all rows
-  ConstraintSet stopped_;  // whose slip ends here
-  ConstraintSet grazed_;   // touched without speed
-  ConstraintSet ended_;    // whose slip ends with a rise that is made rest
-  ContactMode resting_;  // what is made rest: the mode after, with these sticking
+  Vector acceleration_;      // of the gaps, in the mode before [n]
+  Vector rate_;              // of all rows
+  ConstraintSet stopped_;    // whose slip ends here
+  ConstraintSet grazed_;     // touched without speed
+  ConstraintSet ended_;      // whose slip ends with a rise that is made rest
+  ContactMode resting_;      // what is made rest: the mode after, with these sticking
   double fastest_rise_ = 0;  // that is made rest after an impact [m/s]
   ResolvedTransition result_;
 };

@@ -16,8 +16,8 @@ namespace contact_flow {
 struct FrictionalRest {
   Vector v_plus;
   ConstraintSet closed;  ///< what rests
-  ContactMode mode;    ///< with letters
-  double energy_lost;  ///< [J]; a little below zero where friction is given back
+  ContactMode mode;      ///< with letters
+  double energy_lost;    ///< [J]; a little below zero where friction is given back
 };
 /// From the velocities after the transition `last`, of the contacts `closed`, which come to rest;
 /// those with |a| ≤ `gap_tolerance` that these imply rest, too. None where the letters are not

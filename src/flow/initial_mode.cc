@@ -66,7 +66,8 @@ void RequireOnManifold(const MechanicalSystem& system, const VectorRef& x,
 void RequireWhatFrictionKnows(const MechanicalSystem& system, const SimulateOptions& options) {
   const std::string name = "system '" + system.description().name + "' has friction";
   if (!system.compliant().Empty() || system.HasContactEffort()) {
-    throw std::invalid_argument(name + ": compliant constraints and efforts that depend on the "
+    throw std::invalid_argument(name +
+                                ": compliant constraints and efforts that depend on the "
                                 "contact mode are not offered with it");
   }
   if (options.impact_law != ImpactLaw::kComplementarity) {

@@ -130,8 +130,8 @@ bool LaneRuns::PassTransition(int k) {
   if (!transition.grazed.Empty()) return false;
   if (!TallyTransition(k, transition) || Accumulates(k, resolved)) return false;
   run.evaluations += dynamics_.evaluations() - before;
-  run.result.events.push_back({run.t, transition.activated, transition.released, run.mode,
-                               std::move(transition.impulse)});
+  run.result.events.push_back(
+      {run.t, transition.activated, transition.released, run.mode, std::move(transition.impulse)});
   const double held = static_cast<double>(run.result.events.size()) *
                       (sizeof(Arc) + sizeof(Transition) + 8.0 * (20.0 * d_ + 4.0 * n_));
   return held <= 1e6 * options_.max_megabytes;

@@ -101,7 +101,14 @@ struct LaneNumber {
 namespace Eigen {
 template <int W>
 struct NumTraits<contact_flow::LaneNumber<W>> : GenericNumTraits<contact_flow::LaneNumber<W>> {
-  enum { IsComplex = 0, IsInteger = 0, IsSigned = 1, RequireInitialization = 0,
-         ReadCost = 1, AddCost = 1, MulCost = 1 };
+  enum {
+    IsComplex = 0,
+    IsInteger = 0,
+    IsSigned = 1,
+    RequireInitialization = 0,
+    ReadCost = 1,
+    AddCost = 1,
+    MulCost = 1
+  };
 };
 }  // namespace Eigen

@@ -5,15 +5,15 @@ namespace contact_flow {
 
 /// What a LaneStepper works on. Arrays are [rows × width], the lanes of a row side by side.
 struct LaneArrays {
-  int width = 0;         ///< W, lanes
-  double* h = nullptr;   ///< [W] length of the step to try [s]
-  double* x = nullptr;   ///< where steps begin [2d]
-  double* end = nullptr;     ///< where the one tried last ends [2d]
-  double* stages = nullptr;  ///< derivatives, 16 × [2d]
-  double* forces = nullptr;  ///< λ at the stages, 16 × [n]
-  double* errors = nullptr;  ///< local errors, to be scaled by `factor` [2d]
-  double* factor = nullptr;  ///< [W]
-  double* error = nullptr;   ///< [W] scaled, acceptable when ≤ 1
+  int width = 0;                   ///< W, lanes
+  double* h = nullptr;             ///< [W] length of the step to try [s]
+  double* x = nullptr;             ///< where steps begin [2d]
+  double* end = nullptr;           ///< where the one tried last ends [2d]
+  double* stages = nullptr;        ///< derivatives, 16 × [2d]
+  double* forces = nullptr;        ///< λ at the stages, 16 × [n]
+  double* errors = nullptr;        ///< local errors, to be scaled by `factor` [2d]
+  double* factor = nullptr;        ///< [W]
+  double* error = nullptr;         ///< [W] scaled, acceptable when ≤ 1
   double* stiffness = nullptr;     ///< [W] h |λ| of the dominant eigenvalue
   double* gap = nullptr;           ///< at the end [n]
   double* rate = nullptr;          ///< at the end [n]

@@ -72,8 +72,7 @@ bool ProjectContacts(const MechanicalSystem& system, ContactMode held, Vector* x
     const Matrix reach = mass.llt().solve(A.transpose());  // shortest in the kinetic metric
     const Matrix G = A * reach;
     if (gap.cwiseAbs().maxCoeff() <= kContact) {
-      const Vector impulse =
-          G.completeOrthogonalDecomposition().solve(Vector(A * y.tail(d)));
+      const Vector impulse = G.completeOrthogonalDecomposition().solve(Vector(A * y.tail(d)));
       y.tail(d) -= reach * impulse;
       if (!y.allFinite()) return false;
       *x = y;

@@ -39,8 +39,8 @@ void Flow::MakeImplicit() {
 /// After a step that ends at no event, where the method is automatic.
 void Flow::ConsiderMethod() {
   const bool implicit = ProposesImplicit();
-  const bool speaks = implicit ? implicit_->Stiffness() < kSoft
-                               : explicit_.stiffness() > Dop853::kStable;
+  const bool speaks =
+      implicit ? implicit_->Stiffness() < kSoft : explicit_.stiffness() > Dop853::kStable;
   if (speaks) {
     ++for_change_;
     against_change_ = 0;

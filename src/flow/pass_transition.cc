@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "contact_flow/flow/flow.h"
-#include "src/dynamics/implied_contacts.h"
 #include "src/clocks.h"
+#include "src/dynamics/implied_contacts.h"
 #include "step_constants.h"
 
 namespace contact_flow {

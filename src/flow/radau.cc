@@ -90,8 +90,7 @@ double Radau::GuessStep(double relative_tolerance, double absolute_tolerance) {
   FindJacobian();
   const auto v = x_.tail(d_);
   const auto a = begin_slope_.tail(d_);
-  const double scale =
-      absolute_tolerance + relative_tolerance * x_.lpNorm<Eigen::Infinity>();
+  const double scale = absolute_tolerance + relative_tolerance * x_.lpNorm<Eigen::Infinity>();
   slope_.tail(d_).noalias() = jacobian_.leftCols(d_).lazyProduct(v);
   slope_.tail(d_).noalias() += jacobian_.rightCols(d_).lazyProduct(a);
   const double first = std::max(v.lpNorm<Eigen::Infinity>(), a.lpNorm<Eigen::Infinity>()) / scale;
@@ -101,8 +100,7 @@ double Radau::GuessStep(double relative_tolerance, double absolute_tolerance) {
   const double rate = second / first;  // [1/s]; what moves is about first / rate
   const double reach = std::pow(kGuess * rate / first, -exponent_);
   // No longer than it takes the state to become another one.
-  const double longest =
-      std::max(x_.lpNorm<Eigen::Infinity>() / (scale * first), kLeastLongest);
+  const double longest = std::max(x_.lpNorm<Eigen::Infinity>() / (scale * first), kLeastLongest);
   return std::min(std::max(reach, kSmallestGuess) / rate, longest);
 }
 

@@ -62,9 +62,7 @@ class Resolution {
 
  private:
   Transition& transition() { return result_.transition; }
-  bool IsMember(int i) const {
-    return (result_.transition.mode_before - compliant_).Contains(i);
-  }
+  bool IsMember(int i) const { return (result_.transition.mode_before - compliant_).Contains(i); }
   const std::string& Name(int i) const { return system_.description().constraints[i]; }
 
   /// What a rate Da_i v is known to.
@@ -84,8 +82,7 @@ class Resolution {
   }
   /// The speed of a contact that lifts off and is pressed back, too low to be resolved.
   double Low(int i) const {
-    const double reach =
-        kLowReaches * std::max(rules_.reach_tolerance, std::abs(terms_.gap(i)));
+    const double reach = kLowReaches * std::max(rules_.reach_tolerance, std::abs(terms_.gap(i)));
     return acceleration_(i) < 0 ? std::sqrt(-2 * acceleration_(i) * reach) : 0;
   }
   void FindGuardErrors(const VectorRef& q);
@@ -131,8 +128,8 @@ class Resolution {
   const ConstraintSet compliant_;
   ConstraintTerms terms_;
   Vector rate_, acceleration_, force_, force_rate_;
-  Vector guard_error_;  // of gaps [m] and of members' forces [N], as far as it is estimated [n]
-  Vector guard_reach_;  // what tolerances may grow to in them [n]
+  Vector guard_error_;      // of gaps [m] and of members' forces [N], as far as it is estimated [n]
+  Vector guard_reach_;      // what tolerances may grow to in them [n]
   ConstraintSet touching_;  // a_i = ȧ_i = 0 beyond J⁻ and the cluster
   ConstraintSet pressed_;
   ResolvedTransition result_;

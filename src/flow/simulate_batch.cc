@@ -131,8 +131,8 @@ BatchRun BatchRequest::RunAlone(std::size_t run) const {
 }
 
 BatchResult SimulateBatch(const MechanicalSystem& system, const MatrixRef& states,
-                          const MatrixRef& inputs, double duration,
-                          const SimulateOptions& options, const BatchOptions& batch) {
+                          const MatrixRef& inputs, double duration, const SimulateOptions& options,
+                          const BatchOptions& batch) {
   Validate(options);
   Validate(system, states, inputs, duration, batch);
   const BudgetStage stage("the batch");

@@ -52,8 +52,7 @@ void FrictionalResolution::TellOfSingularSlip(int i, Outcome outcome, const std:
   message << "at t = " << result_.transition.t << " s "
           << (crossing ? "the slip of contact '" : "no forces exist beside the slip of contact '")
           << system_.description().constraints[i]
-          << (crossing ? "' becomes singular (Painleve): " : "' (Painleve): ")
-          << what;
+          << (crossing ? "' becomes singular (Painleve): " : "' (Painleve): ") << what;
   result_.transition.obstacle = {outcome, message.str()};
   result_.warnings.push_back({outcome, result_.transition.t, message.str()});
 }
@@ -140,9 +139,8 @@ ResolvedTransition ResolveSingularSlip(ContactDynamics* dynamics, double t, cons
   if (auto jam = ResolveJam(dynamics, t, x, mode, rules)) return *jam;
   const std::vector<int> slips = Slips(dynamics, x, mode);
   for (int i : slips) {
-    auto open = Try(dynamics, t, x, mode, rules, [i](FrictionalResolution* r) {
-      return r->LetGo(i);
-    });
+    auto open =
+        Try(dynamics, t, x, mode, rules, [i](FrictionalResolution* r) { return r->LetGo(i); });
     if (open) return *open;
   }
   FrictionalResolution resolution(dynamics, t, x, mode, rules);

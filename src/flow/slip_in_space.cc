@@ -45,8 +45,8 @@ int Flow::StoppedInSpace() {
     const double resolved =
         std::max({kStopped * speed, kPartOfTolerance * options_.absolute_tolerance,
                   (young ? kNoTimeOfYoung : kNoTime) * late * change.norm()});
-    const bool ended = slip.norm() <= resolved ||
-                       (slip.norm() <= options_.absolute_tolerance && WouldStick(i));
+    const bool ended =
+        slip.norm() <= resolved || (slip.norm() <= options_.absolute_tolerance && WouldStick(i));
     if (ended) return guards_.OfFriction(i);
   }
   return -1;

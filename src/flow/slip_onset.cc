@@ -18,7 +18,7 @@ constexpr double kSlow = 1e-7;
 
 ConstraintSet BeginInSpace(const MechanicalSystem& system, ConstraintSet still, ContactMode word) {
   ConstraintSet begins;
-  for (int i : word & still) {
+  for (int i : word& still) {
     const Friction& friction = system.friction()[i];
     const bool in_space = friction.dimension == 2 && friction.coefficient > 0;
     if (in_space && word.LetterOf(i) == Letter::kSlip) begins.Insert(i);

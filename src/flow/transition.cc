@@ -113,8 +113,8 @@ void Resolution::NoteUnresolvedDip(int i, double slope) {
 void Resolution::Collect(int trigger) {
   const double coordinates = transition().x_minus.head(nq_).cwiseAbs().maxCoeff();
   const double asked = rules_.simultaneity_tolerance;
-  const double own = InstantError(
-      trigger, IsMember(trigger) ? force_rate_(trigger) : rate_(trigger));
+  const double own =
+      InstantError(trigger, IsMember(trigger) ? force_rate_(trigger) : rate_(trigger));
   transition().tolerance = asked > 0 ? asked : kInstantErrors * own;
   Spread spread;
   for (int i = 0; i < system_.num_constraints(); ++i) {
@@ -138,8 +138,7 @@ void Resolution::Collect(int trigger) {
       double& margin = member ? result_.release_rate : result_.approach_speed;
       margin = std::min(margin, -slope);
     } else if (!member && !compliant_.Contains(i) && std::abs(slope) <= slow) {
-      const double floor =
-          kRounding * coordinates * terms_.jacobian.row(i).cwiseAbs().maxCoeff();
+      const double floor = kRounding * coordinates * terms_.jacobian.row(i).cwiseAbs().maxCoeff();
       if (std::abs(value) <= std::max(rules_.gap_tolerance, floor)) touching_.Insert(i);
     }
   }
@@ -155,8 +154,7 @@ ConstraintSet Resolution::Resting(const Vector& v_plus, ConstraintSet hit, Const
   const Vector v_minus = transition().x_minus.tail(d_);
   ConstraintSet resting, doubtful;
   for (int i : touching) {
-    const bool bounced =
-        hit.Contains(i) && system_.restitution()(i) > 0 && rate_(i) < -Still(i);
+    const bool bounced = hit.Contains(i) && system_.restitution()(i) > 0 && rate_(i) < -Still(i);
     if (bounced) continue;
     const double low_speed =
         rules_.stalled ? kAboveDrift * std::max(Low(i), rules_.speed_tolerance) : Low(i);
@@ -207,8 +205,8 @@ void Resolution::Hold(const Vector& v_plus, ConstraintSet hit, ConstraintSet hel
   const ImpactResult rest = Stick(system_, transition().x_minus.head(nq_), v_plus, held);
   if (rising >= 0) {
     dynamics_.Evaluate(transition().x_plus, transition().mode_after.Without(rising));
-    const double back = -(terms_.jacobian.row(rising) * dynamics_.acceleration())(0) -
-                        terms_.bias(rising);
+    const double back =
+        -(terms_.jacobian.row(rising) * dynamics_.acceleration())(0) - terms_.bias(rising);
     result_.rest_interval = back > 0 ? 2 * result_.rest_speed / back : 0;
   }
   transition().x_plus.tail(d_) = rest.v_plus;
@@ -247,9 +245,8 @@ void Resolution::Release(ConstraintSet rigid) {
   const ConstraintSet candidates =
       rigid | touching_ | (rules_.stalled ? ConstraintSet() : transition().grazed - compliant_);
   const ConstraintSet forced = rules_.stalled ? transition().vanishing : ConstraintSet();
-  const ModeSelection selection =
-      SelectMode(&dynamics_, transition().x_minus, candidates - forced,
-                 transition().tolerance, pressed_);
+  const ModeSelection selection = SelectMode(&dynamics_, transition().x_minus, candidates - forced,
+                                             transition().tolerance, pressed_);
   transition().mode_after = selection.mode;
   transition().implied = selection.implied;
   transition().touching = touching_ & selection.mode;
@@ -279,8 +276,8 @@ void Resolution::Decide() {
   }
   cluster.x_plus.tail(d_) = v_plus;
   const ModeSelection selection =
-      SelectMode(&dynamics_, cluster.x_plus, Resting(v_plus, hit, touching),
-                 transition().tolerance, pressed_, inertia ? &*inertia : nullptr);
+      SelectMode(&dynamics_, cluster.x_plus, Resting(v_plus, hit, touching), transition().tolerance,
+                 pressed_, inertia ? &*inertia : nullptr);
   cluster.mode_after = selection.mode;
   cluster.implied = selection.implied;
   cluster.touching = touching_ & (hit | selection.mode);

@@ -48,8 +48,8 @@ std::string ListOf(const VectorRef& numbers) {
 }
 
 std::string ListOf(const std::vector<double>& numbers) {
-  return ListOf(VectorRef(Eigen::Map<const Vector>(numbers.data(),
-                                                   static_cast<Eigen::Index>(numbers.size()))));
+  return ListOf(VectorRef(
+      Eigen::Map<const Vector>(numbers.data(), static_cast<Eigen::Index>(numbers.size()))));
 }
 
 /// All columns as one list, a line each.
@@ -125,8 +125,8 @@ ReferencePhase ReadPhase(const std::string& field, const YAML::Node& node,
                            constraints);
   }
   phase.t = ReadRequired<std::vector<double>>(&reader, "times");
-  phase.x = ColumnsOf(field + "/states",
-                      ReadRequired<std::vector<double>>(&reader, "states"), nq + d);
+  phase.x =
+      ColumnsOf(field + "/states", ReadRequired<std::vector<double>>(&reader, "states"), nq + d);
   phase.a = ColumnsOf(field + "/accelerations",
                       ReadRequired<std::vector<double>>(&reader, "accelerations"), d);
   reader.Finish();
@@ -154,9 +154,9 @@ void ReadGains(MapReader* reader, Eigen::Index d, TrackingPolicy* policy) {
     gain.Read("phase", &phase, 0, 1000000);
     policy->gain_phases.push_back(static_cast<int>(phase));
     if (ReadRequired<bool>(&gain, "kinked")) policy->kinked.push_back(static_cast<int>(k));
-    policy->gains.push_back(ColumnsOf(field + "/rows",
-                                      ReadRequired<std::vector<double>>(&gain, "rows"), 2 * d)
-                                .transpose());
+    policy->gains.push_back(
+        ColumnsOf(field + "/rows", ReadRequired<std::vector<double>>(&gain, "rows"), 2 * d)
+            .transpose());
     gain.Finish();
   }
 }
@@ -171,9 +171,9 @@ TrackingPolicy Read(const YAML::Node& document) {
       SpaceOfFactors("factors", ReadRequired<std::vector<std::string>>(&reader, "factors"));
   InputSchedule inputs;
   inputs.grid = ReadRequired<std::vector<double>>(&reader, "grid");
-  const Matrix feed_forward = ColumnsOf(
-      "feed_forward", ReadRequired<std::vector<double>>(&reader, "feed_forward"),
-      static_cast<Eigen::Index>(names.inputs.size()));
+  const Matrix feed_forward =
+      ColumnsOf("feed_forward", ReadRequired<std::vector<double>>(&reader, "feed_forward"),
+                static_cast<Eigen::Index>(names.inputs.size()));
   for (Eigen::Index k = 0; k < feed_forward.cols(); ++k) {
     inputs.values.push_back(feed_forward.col(k));
   }
@@ -184,7 +184,11 @@ TrackingPolicy Read(const YAML::Node& document) {
   }
   TrackingPolicy policy{std::move(names),
                         ExtendedReference(space, std::move(inputs), std::move(phases)),
-                        {}, {}, {}, {}, {}};
+                        {},
+                        {},
+                        {},
+                        {},
+                        {}};
   ReadGains(&reader, space.dof(), &policy);
   policy.lower = ReadVector(&reader, "lower");
   policy.upper = ReadVector(&reader, "upper");

@@ -71,8 +71,8 @@ void ReadNamed(const YAML::Node& map, const std::string& name,
   reader.Finish();
 }
 
-void NormalizeQuaternions(const RobotModel& model, const std::string& name,
-                          const std::string& line, Vector* q) {
+void NormalizeQuaternions(const RobotModel& model, const std::string& name, const std::string& line,
+                          Vector* q) {
   for (const RigidBodyTree::Body& body : model.tree.bodies()) {
     if (body.joint != JointKind::kBall) continue;
     const double length = q->segment<4>(body.q).norm();
@@ -206,8 +206,7 @@ void ReadFeedback(const YAML::Node& map, RobotDescription* robot) {
       const std::string name = "feedback/gains/" + input;
       MapReader parts(rows.Child(input), name);
       ReadNamed(parts.Child("positions"), name + "/positions", model.velocities, row.data());
-      ReadNamed(parts.Child("velocities"), name + "/velocities", model.velocities,
-                row.data() + nv);
+      ReadNamed(parts.Child("velocities"), name + "/velocities", model.velocities, row.data() + nv);
       parts.Finish();
     }
     feedback.gain_q.row(it - robot->inputs.begin()) = row.head(nv).transpose();

@@ -48,8 +48,7 @@ void YamlFields::CheckDirection(const std::string& key, const Vec3<double>& dire
 
 void YamlFields::Tip(const Vec3<double>& direction) {
   // From the point that was read, not from a tip of it.
-  parts_->points.push_back(
-      {parts_->points.back().body, at_ + last_.rotation * direction, -1});
+  parts_->points.push_back({parts_->points.back().body, at_ + last_.rotation * direction, -1});
 }
 
 void YamlFields::Reference(const std::string& key) {

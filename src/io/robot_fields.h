@@ -40,7 +40,7 @@ class YamlFields final : public ElementFields {
   MapReader* reader_;
   std::vector<std::string>* inputs_;
   ElementParts* parts_;
-  Pose last_;  // of the last point's link in its body
+  Pose last_;                               // of the last point's link in its body
   Vec3<double> at_ = Vec3<double>::Zero();  // the last point that was read, in its body
 };
 

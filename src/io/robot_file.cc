@@ -215,8 +215,7 @@ void KeepMeshContacts(RobotTexts* texts) {
     AddSoles(document["soles"], &robot.model);
     AddBrakePads(document["joints"], &robot.model);
     const JointChoices joints = ReadJoints(document["joints"], &robot);
-    const MadeContacts made =
-        PlanContacts(document, texts->folder, robot.model, joints.limited);
+    const MadeContacts made = PlanContacts(document, texts->folder, robot.model, joints.limited);
     if (made.count == 0) return;
     YAML::Node kept;
     kept["contacts_made"]["constraints"] = made.constraints;

@@ -117,8 +117,8 @@ JointChoices ReadJoints(const YAML::Node& map, RobotDescription* robot) {
     choices.efforts[joint.name + "_damping"] = damper;
   }
   for (const Traits& joint : Chosen(&reader, "friction", model, "friction", HasFriction)) {
-    std::unique_ptr<ConstraintElement> brake = MakeBrake(
-        model.FindCoordinate(joint.name), model.FindCoordinate(PadOf(joint.name)));
+    std::unique_ptr<ConstraintElement> brake =
+        MakeBrake(model.FindCoordinate(joint.name), model.FindCoordinate(PadOf(joint.name)));
     brake->parts.name = joint.name + "_friction";
     GiveFriction(model, joint.friction, brake.get());
     choices.brakes.push_back(std::move(brake));

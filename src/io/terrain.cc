@@ -98,7 +98,8 @@ void CheckSurface(const std::string& name, const YAML::Node& surface) {
   reader.Require("kind");
   reader.Read("kind", &kind);
   if (kind == "mesh") {
-    throw std::invalid_argument("terrain/" + name + "/kind 'mesh' has edges, where the distance "
+    throw std::invalid_argument("terrain/" + name +
+                                "/kind 'mesh' has edges, where the distance "
                                 "has no derivative: take boxes, stairs or a height_map, or a "
                                 "link_plane with link: world for a corner below a face" +
                                 reader.Line("kind"));

@@ -100,33 +100,21 @@ class Registry {
   };
 
   Registry() {
-    Add({
-            EntryOf<example::BallInCorner>(),
-            EntryOf<example::BlockOnIncline>(),
-            EntryOf<example::BouncingBall>(),
-            EntryOf<example::Ceiling>(),
-            EntryOf<example::Chair>(),
-            EntryOf<example::CompassWalker>(),
-            EntryOf<example::Corner>(),
-            EntryOf<example::DampedPlate>(),
-            EntryOf<example::DoublePendulum>(),
-            EntryOf<example::DrivenBall>(),
-            EntryOf<example::FallingBox>(),
-            EntryOf<example::HoppingTrot>(),
-            EntryOf<example::JointedBiped>(),
-            EntryOf<example::LeggedTable>(),
-            EntryOf<example::Puck>(),
-            EntryOf<example::RigidBiped>(),
-            EntryOf<example::RigidQuadruped>(),
-            EntryOf<example::RimlessWheel>(),
-            EntryOf<example::RockingBlock>(),
-            EntryOf<example::SimplestWalker>(),
-            EntryOf<example::SlidingRod>(),
-            EntryOf<example::SoftBiped>(),
-            EntryOf<example::SpinningBall>(),
-            EntryOf<example::SteeredTrot>(),
-            EntryOf<example::TwoDiscs>(),
-            EntryOf<example::WallAndFloor>(),
+    Add(
+        {
+            EntryOf<example::BallInCorner>(),   EntryOf<example::BlockOnIncline>(),
+            EntryOf<example::BouncingBall>(),   EntryOf<example::Ceiling>(),
+            EntryOf<example::Chair>(),          EntryOf<example::CompassWalker>(),
+            EntryOf<example::Corner>(),         EntryOf<example::DampedPlate>(),
+            EntryOf<example::DoublePendulum>(), EntryOf<example::DrivenBall>(),
+            EntryOf<example::FallingBox>(),     EntryOf<example::HoppingTrot>(),
+            EntryOf<example::JointedBiped>(),   EntryOf<example::LeggedTable>(),
+            EntryOf<example::Puck>(),           EntryOf<example::RigidBiped>(),
+            EntryOf<example::RigidQuadruped>(), EntryOf<example::RimlessWheel>(),
+            EntryOf<example::RockingBlock>(),   EntryOf<example::SimplestWalker>(),
+            EntryOf<example::SlidingRod>(),     EntryOf<example::SoftBiped>(),
+            EntryOf<example::SpinningBall>(),   EntryOf<example::SteeredTrot>(),
+            EntryOf<example::TwoDiscs>(),       EntryOf<example::WallAndFloor>(),
         },
         "contact_flow");
   }

@@ -33,8 +33,8 @@ class Barrier {
     const std::string purpose = "a common quadratic norm of " + std::to_string(n_) + " dimensions";
     LogBarrier barrier(n_ * (n_ + 1) / 2, n_, purpose);
     const double outside = std::numeric_limits<double>::quiet_NaN();
-    bool inside = Add(*P, -1, nullptr, &barrier) &&
-                  Add(Matrix::Identity(n_, n_) - *P, 1, nullptr, &barrier);
+    bool inside =
+        Add(*P, -1, nullptr, &barrier) && Add(Matrix::Identity(n_, n_) - *P, 1, nullptr, &barrier);
     for (std::size_t i = 0; inside && i < matrices_.size(); ++i) {
       AskBudget();
       const Matrix& A = matrices_[i];

@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kClear = 1e-7;  // a unit preimage this near to a face is not counted on
 constexpr int kGenericTries = 100;
-constexpr int kDegreeChecks = 3;    // generic y whose degrees must agree
+constexpr int kDegreeChecks = 3;  // generic y whose degrees must agree
 constexpr Eigen::Index kManyColumns = 2048;
 constexpr double kAttained = 1e-6;  // share of y that a linear program must attain
 

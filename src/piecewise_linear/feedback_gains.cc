@@ -34,8 +34,8 @@ std::vector<Pair> PairsOf(const PiecewiseLinearMap& step, const Vector& sizes) {
   const int n = step.rows(), m = step.cols() - n;
   std::vector<Pair> pairs;
   for (const LinearPiece& piece : step.pieces()) {
-    pairs.push_back({piece.matrix.leftCols(n),
-                     piece.matrix.rightCols(m) * sizes.cwiseInverse().asDiagonal()});
+    pairs.push_back(
+        {piece.matrix.leftCols(n), piece.matrix.rightCols(m) * sizes.cwiseInverse().asDiagonal()});
   }
   return pairs;
 }
@@ -98,8 +98,7 @@ CostValue LargestEigenvalue(const std::vector<Pair>& pairs, const Vector& y) {
     const Eigen::MatrixXcd vectors = spectrum.eigenvectors();
     const Eigen::RowVectorXcd w = vectors.inverse().row(k);
     const Complex turn = std::conj(spectrum.eigenvalues()(k)) / size;
-    const Matrix gradient =
-        (turn * (w * pair.B).transpose() * vectors.col(k).transpose()).real();
+    const Matrix gradient = (turn * (w * pair.B).transpose() * vectors.col(k).transpose()).real();
     value.map = PiecewiseLinearMap::Linear(gradient.reshaped().transpose());
     value.has_map = gradient.allFinite();
   }
@@ -117,8 +116,7 @@ GainsAndNorm FindGainsAndNorm(const PiecewiseLinearMap& step, bool one_for_each,
   const JointUnknowns unknowns(n, m, gains);
   const auto gain_of = [&](std::size_t i) { return one_for_each ? static_cast<int>(i) : 0; };
   const auto closed = [&](std::size_t i, const Vector& y) {  // (A_i + B_iK) Q
-    return Matrix(pairs[i].A * unknowns.Q(y) +
-                  pairs[i].B * unknowns.Y(y, gain_of(i)));
+    return Matrix(pairs[i].A * unknowns.Q(y) + pairs[i].B * unknowns.Y(y, gain_of(i)));
   };
   RateProblem problem;
   problem.name = "the inequalities of feedback and norm";

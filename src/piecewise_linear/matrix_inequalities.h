@@ -18,7 +18,7 @@ struct AffineMatrix {
 /// The smallest ρ for which some y fulfils matrix inequalities that hold for every larger ρ, too:
 ///   min ρ   subject to   S_j(y; ρ) > 0 for all j.
 struct RateProblem {
-  std::string name;  ///< in messages of budgets
+  std::string name;                                                   ///< in messages of budgets
   std::function<std::vector<AffineMatrix>(double rho)> inequalities;  ///< S_j(·; ρ)
   /// The ρ above which y is inside; +∞ where y is not to be trusted.
   std::function<double(const Vector& y)> rate;

@@ -19,11 +19,11 @@
 namespace contact_flow {
 namespace {
 
-constexpr std::size_t kMaxFaces = 8;   // 2⁸ regions of a law
-constexpr int kMaxRounds = 10;         // of kinks and norm in turn
-constexpr double kWorthwhile = 1e-3;   // of the rate, relative, for which a round is worth it
-constexpr double kSameFace = 1e-9;     // distance of unit normals
-constexpr double kRankOne = 1e-6;      // a jump, relative, that is more than one of its face
+constexpr std::size_t kMaxFaces = 8;  // 2⁸ regions of a law
+constexpr int kMaxRounds = 10;        // of kinks and norm in turn
+constexpr double kWorthwhile = 1e-3;  // of the rate, relative, for which a round is worth it
+constexpr double kSameFace = 1e-9;    // distance of unit normals
+constexpr double kRankOne = 1e-6;     // a jump, relative, that is more than one of its face
 
 Matrix Stacked(const Matrix& above, const Matrix& below) {
   Matrix rows(above.rows() + below.rows(), below.cols());
@@ -63,7 +63,7 @@ Candidate Linear(const PiecewiseLinearMap& step, const FeedbackOptions& options)
 /// A face of a map f(x, w), and how the matrices jump there: those on its negative side are larger
 /// by a (C D).
 struct Face {
-  Matrix row;  ///< (C D), of length 1
+  Matrix row;                                    ///< (C D), of length 1
   std::vector<std::pair<Vector, Matrix>> jumps;  ///< a [n], and B of the negative side
 };
 
@@ -230,10 +230,10 @@ StabilizingFeedback FindStabilizingFeedback(const PiecewiseLinearMap& step,
   if (options.piecewise) return Decide(Piecewise(step, linear, options), options.stability);
   const StabilizingFeedback result = Decide(linear, options.stability);
   if (result.certified) return result;
-  const Matrix gain = FindGainOfPieces(step, linear.law.pieces().front().matrix,
-                                       options.stability.cancelled);
-  const StabilizingFeedback other = Decide(
-      Judge(step, PiecewiseLinearMap::Linear(gain), linear.P, options), options.stability);
+  const Matrix gain =
+      FindGainOfPieces(step, linear.law.pieces().front().matrix, options.stability.cancelled);
+  const StabilizingFeedback other =
+      Decide(Judge(step, PiecewiseLinearMap::Linear(gain), linear.P, options), options.stability);
   return other.certified ? other : result;
 }
 

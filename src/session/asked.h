@@ -31,7 +31,7 @@ struct AskedGrid {
 struct AskedOptions {
   double relative_tolerance = 0;
   double absolute_tolerance = 0;
-  double max_step = 0;  ///< [s]
+  double max_step = 0;                ///< [s]
   double simultaneity_tolerance = 0;  ///< [s]
   double gap_tolerance = 0;           ///< [m]
   double speed_tolerance = 0;         ///< [m/s]

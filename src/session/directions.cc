@@ -109,11 +109,9 @@ Directions Admit(const Setup& setup, const ResolvedRun& run, const Directions& a
       judgement = admitted.Judge(w);
     }
     if (!by_default && !judgement.ok()) {
-      throw std::invalid_argument("direction " + asked.names[i] + " " +
-                                  admitted.Sentence(judgement) +
-                                  (leaves && !project
-                                       ? "; set project_directions to use its projection"
-                                       : ""));
+      throw std::invalid_argument(
+          "direction " + asked.names[i] + " " + admitted.Sentence(judgement) +
+          (leaves && !project ? "; set project_directions to use its projection" : ""));
     }
     if (leaves && (!project || (by_default && w.isZero(0)))) {
       left_out.push_back(asked.names[i]);
@@ -133,10 +131,9 @@ Directions Admit(const Setup& setup, const ResolvedRun& run, const Directions& a
   const auto note = [&](Fate fate, const std::string& text, const std::vector<std::string>& names) {
     if (!names.empty()) kept.notes.push_back({fate, text + ": " + Join(names)});
   };
-  note(Fate::kLeftOut, "left out, because they leave the initial contact mode " + label,
-       left_out);
-  note(Fate::kProjected,
-       "projected on the directions that keep the initial contact mode " + label, projected);
+  note(Fate::kLeftOut, "left out, because they leave the initial contact mode " + label, left_out);
+  note(Fate::kProjected, "projected on the directions that keep the initial contact mode " + label,
+       projected);
   note(Fate::kLeftOut,
        "left out, because they lead through constraints that the initial state touches",
        out_of_domain);

@@ -55,9 +55,7 @@ class EpochRun {
   Instant Now();
   /// What a prediction starts from; throws std::invalid_argument for a request that
   /// is not in order.
-  Snapshot Present(const AskedPrediction& asked) {
-    return TakeSnapshot(setup_, &flow_, asked);
-  }
+  Snapshot Present(const AskedPrediction& asked) { return TakeSnapshot(setup_, &flow_, asked); }
 
  private:
   template <class Work>

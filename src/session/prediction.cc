@@ -14,8 +14,7 @@ constexpr double kShortestHorizon = 1e-9, kLongestHorizon = 1000;  // [s]
 constexpr double kLargestSize = 1000;
 constexpr double kUsualSize = 0.01;
 
-void AddEvents(const SystemDescription& names, const Trajectory& run,
-               Prediction* prediction) {
+void AddEvents(const SystemDescription& names, const Trajectory& run, Prediction* prediction) {
   for (const Arc& arc : run.arcs) {
     prediction->modes.push_back(arc.mode.ToString(names.constraints));
     prediction->mode_words.push_back(arc.mode.Word(static_cast<int>(names.constraints.size())));

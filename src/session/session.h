@@ -66,7 +66,7 @@ class Session {
 
   const std::shared_ptr<const Setup>& setup() const { return run_->setup(); }
   const Setup& initial_setup() const { return *initial_setup_; }  ///< of the start
-  double now() const { return run_->flow()->now(); }  ///< simulated time [s]
+  double now() const { return run_->flow()->now(); }              ///< simulated time [s]
   /// Of the present epoch; not kOk: it has come to its end.
   const Status& status() const { return ended_.ok() ? run_->flow()->status() : ended_; }
   std::uint32_t epoch() const { return epoch_; }

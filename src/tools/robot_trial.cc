@@ -61,9 +61,9 @@ std::string Derivative(const RobotSystem& system, const Trajectory& run, const V
   }
   w.normalize();
   // A hand that falls on its fingers has derivatives of 1e9: smaller and smaller perturbations.
-  const QuotientReport report = CompareWithQuotients(
-      system, x, system.nominal().u, duration, w, B(w), {1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10},
-      options, B.Error(w).maxCoeff());
+  const QuotientReport report =
+      CompareWithQuotients(system, x, system.nominal().u, duration, w, B(w),
+                           {1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10}, options, B.Error(w).maxCoeff());
   if (report.samples.empty() || !report.samples.back().status.ok()) {
     return "a perturbed run ended: " +
            (report.samples.empty() ? "" : OneLine(report.samples.back().status.message));

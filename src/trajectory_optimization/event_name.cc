@@ -24,8 +24,7 @@ double TimeOf(const Trajectory& run, const EventName& event) {
 double TimeBetween(const Trajectory& run, const std::vector<double>& grid, const EventName& first,
                    const EventName& second) {
   const auto time = [&](const EventName& event) {
-    return event.constraint < 0 ? grid[static_cast<std::size_t>(event.number)]
-                                : TimeOf(run, event);
+    return event.constraint < 0 ? grid[static_cast<std::size_t>(event.number)] : TimeOf(run, event);
   };
   return time(second) - time(first);
 }

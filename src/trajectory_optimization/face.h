@@ -11,11 +11,11 @@ namespace contact_flow {
 /// A point with the cost of its plain run.
 struct FacePoint {
   Vector y;
-  double cost = std::numeric_limits<double>::infinity();  ///< L; infinite where the run ends early
+  double cost = std::numeric_limits<double>::infinity();   ///< L; infinite where the run ends early
   double plain = std::numeric_limits<double>::infinity();  ///< J
-  Vector values;         ///< of the conditions
-  std::vector<int> met;  ///< how often each constraint is
-  double violation = 0;  ///< largest of the conditions
+  Vector values;                                           ///< of the conditions
+  std::vector<int> met;                                    ///< how often each constraint is
+  double violation = 0;                                    ///< largest of the conditions
   bool on_face = false;  ///< the events that were asked for coincide
 };
 
@@ -25,8 +25,7 @@ void CheckBudget(const Status& status);
 
 /// The cost at y. Where `pairs` are given, their times apart are appended.
 FacePoint Evaluate(const Unknowns& unknowns, const Multipliers& multipliers, const Vector& y,
-                   const std::vector<OrderRow>& pairs, long* simulations,
-                   Vector* apart = nullptr);
+                   const std::vector<OrderRow>& pairs, long* simulations, Vector* apart = nullptr);
 
 /// y moved by the shortest step in the metric of the piece's H to where the events of these rows
 /// coincide, by Newton's method with one derivative. Unknowns that are `bounded` stay.

@@ -8,8 +8,7 @@
 
 namespace contact_flow {
 
-double Multipliers::Residual(const TrajectoryCondition& condition, Eigen::Index i,
-                             double c) const {
+double Multipliers::Residual(const TrajectoryCondition& condition, Eigen::Index i, double c) const {
   const double shifted = c + lambda(i) / rho(i);
   return shifted - std::min(std::max(shifted, condition.lower), condition.upper);
 }
@@ -34,8 +33,7 @@ Vector Multipliers::Gaps(const std::vector<TrajectoryCondition>& conditions,
   return gaps;
 }
 
-void Multipliers::Update(const std::vector<TrajectoryCondition>& conditions,
-                         const Vector& values) {
+void Multipliers::Update(const std::vector<TrajectoryCondition>& conditions, const Vector& values) {
   for (Eigen::Index i = 0; i < rho.size(); ++i) {
     lambda(i) = rho(i) * Residual(conditions[static_cast<std::size_t>(i)], i, values(i));
   }
@@ -46,10 +44,9 @@ Vector ConditionValues(const Unknowns& unknowns, const Trajectory& run, const Ma
   Vector values(static_cast<Eigen::Index>(conditions.size()));
   for (std::size_t i = 0; i < conditions.size(); ++i) {
     const TrajectoryCondition& condition = conditions[i];
-    values(static_cast<Eigen::Index>(i)) =
-        condition.kind == TrajectoryCondition::Kind::kState
-            ? states(condition.index, condition.number - 1)
-            : TimeOf(run, {condition.index, condition.number});
+    values(static_cast<Eigen::Index>(i)) = condition.kind == TrajectoryCondition::Kind::kState
+                                               ? states(condition.index, condition.number - 1)
+                                               : TimeOf(run, {condition.index, condition.number});
   }
   return values;
 }

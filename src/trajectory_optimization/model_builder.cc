@@ -243,8 +243,8 @@ void ModelBuilder::AddLabel(const EventMap& event, const std::vector<int>& order
   if (!model->label.empty()) model->label += "; ";
   for (std::size_t i = 0; i < order.size(); ++i) {
     if (i > 0) model->label += ", ";
-    model->label += event.IsInputChange(order[i]) ? "input change"
-                                                  : names[static_cast<std::size_t>(order[i])];
+    model->label +=
+        event.IsInputChange(order[i]) ? "input change" : names[static_cast<std::size_t>(order[i])];
   }
 }
 

@@ -77,8 +77,8 @@ class ModelBuilder {
   const BDerivative& derivative_;
   const Matrix states_;
   const InputSchedule inputs_;
-  Vector values_;                       // of the conditions
-  bool moves_ = false;                  // instants of the grid may
+  Vector values_;                                      // of the conditions
+  bool moves_ = false;                                 // instants of the grid may
   std::vector<std::vector<std::vector<int>>> orders_;  // of each event map
   std::vector<EventTime> events_;
   std::map<int, int> occurrences_;

@@ -128,7 +128,7 @@ bool ModelBuilder::AddTouchdowns(PieceModel* model, Status* status) const {
     for (const EventTime& event : events_) {
       if (!(event.name == EventName{condition.index, condition.number})) continue;
       known = true;
-        AddCondition(i, event.row, model);
+      AddCondition(i, event.row, model);
     }
     if (known) continue;
     *status = {Outcome::kNotDifferentiable,

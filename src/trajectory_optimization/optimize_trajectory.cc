@@ -95,7 +95,7 @@ void Search::Conclude() {
 }
 
 const char* VerdictName(TrajectoryVerdict verdict) {
-  constexpr const char* kNames[] = {"smooth minimum", "valley",    "stalled",    "undefined",
+  constexpr const char* kNames[] = {"smooth minimum", "valley",    "stalled",       "undefined",
                                     "max iterations", "cancelled", "out of budget", "infeasible"};
   return kNames[static_cast<int>(verdict)];
 }

@@ -68,8 +68,8 @@ PieceModels MakePieceModels(const Unknowns& unknowns, const Vector& y, std::size
   }
   if (builder.Count() > max_pieces) {
     models.status = {Outcome::kTooManyPieces, "the cost has " + std::to_string(builder.Count()) +
-                                                  " pieces: at most " +
-                                                  std::to_string(max_pieces) + " are taken"};
+                                                  " pieces: at most " + std::to_string(max_pieces) +
+                                                  " are taken"};
     return models;
   }
   const double n = unknowns.size();

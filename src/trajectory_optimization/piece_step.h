@@ -11,12 +11,12 @@ namespace contact_flow {
 
 /// The step that one piece asks for, with the multipliers that certify it.
 struct PieceStep {
-  bool solved = false;   ///< false: the rows contradict each other, or H is not positive definite
-  Vector d;              ///< [n]
-  double decrease = 0;   ///< −(gᵀd + ½ dᵀHd), what is promised
-  Vector multipliers;    ///< z ≥ 0 of the order rows, of any sign for equalities [h]; J rises by z
-                         ///< for each second into the piece where its row is active [1/s]
-  double residual = 0;   ///< |g + Hd − Aᵀz| on unknowns off their bounds, largest entry
+  bool solved = false;  ///< false: the rows contradict each other, or H is not positive definite
+  Vector d;             ///< [n]
+  double decrease = 0;  ///< −(gᵀd + ½ dᵀHd), what is promised
+  Vector multipliers;   ///< z ≥ 0 of the order rows, of any sign for equalities [h]; J rises by z
+                        ///< for each second into the piece where its row is active [1/s]
+  double residual = 0;  ///< |g + Hd − Aᵀz| on unknowns off their bounds, largest entry
   std::vector<bool> bounded;  ///< unknowns that stay at a bound [n]
 };
 

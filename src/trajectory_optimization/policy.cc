@@ -16,8 +16,8 @@ namespace {
 
 void Require(const Vector& weights, Eigen::Index size, bool positive, const std::string& name) {
   if (weights.size() != size) {
-    throw std::invalid_argument(name + " has " + std::to_string(weights.size()) + " entries: " +
-                                std::to_string(size) + " are needed");
+    throw std::invalid_argument(name + " has " + std::to_string(weights.size()) +
+                                " entries: " + std::to_string(size) + " are needed");
   }
   for (double weight : weights) {
     const bool right = positive ? weight > 0 : weight >= 0;
@@ -30,8 +30,8 @@ void Require(const Vector& weights, Eigen::Index size, bool positive, const std:
 }  // namespace
 
 TrackingPolicy MakePolicy(const MechanicalSystem& system, const Trajectory& run,
-                          const InputSchedule& inputs, double reach,
-                          const TrackingWeights& weights, const BDerivativeOptions& options) {
+                          const InputSchedule& inputs, double reach, const TrackingWeights& weights,
+                          const BDerivativeOptions& options) {
   if (system.num_inputs() == 0) {
     throw std::invalid_argument("the model has no inputs: there is nothing to steer with");
   }
@@ -41,7 +41,12 @@ TrackingPolicy MakePolicy(const MechanicalSystem& system, const Trajectory& run,
   const SystemDescription& names = system.description();
   TrackingPolicy policy{{names.name, names.coordinates, names.units, names.velocities,
                          names.constraints, names.inputs},
-                        ExtendedReference(system, run, inputs, reach), {}, {}, {}, {}, {}};
+                        ExtendedReference(system, run, inputs, reach),
+                        {},
+                        {},
+                        {},
+                        {},
+                        {}};
   const std::vector<IntervalLinearization> intervals = Linearize(system, run, options);
   policy.gains.resize(intervals.size());
   Matrix P = weights.terminal.asDiagonal();
@@ -119,8 +124,8 @@ void PolicyTracker::Observe(double t, ConstraintSet activated, ConstraintSet rel
   const bool complete = near && touched_ == down && left_ == up;
   if (!(complete && extra.Empty()) && Follow(t, activated | released)) return;
   if (!extra.Empty()) {
-    events_.push_back({TrackedEvent::Kind::kExtra, t, std::numeric_limits<double>::quiet_NaN(),
-                       extra});
+    events_.push_back(
+        {TrackedEvent::Kind::kExtra, t, std::numeric_limits<double>::quiet_NaN(), extra});
   }
   if (!complete) return;
   Pass(t);
@@ -159,8 +164,8 @@ void PolicyTracker::Pass(double t) {
   const ConstraintSet expected = Expected(phase_), missing = expected - seen_;
   const double due = At(phase_).t_end, late = t - due;
   const TrackedEvent::Kind kind = std::abs(late) <= options_.on_time ? TrackedEvent::Kind::kOnTime
-                                  : late < 0 ? TrackedEvent::Kind::kEarly
-                                             : TrackedEvent::Kind::kLate;
+                                  : late < 0                         ? TrackedEvent::Kind::kEarly
+                                                                     : TrackedEvent::Kind::kLate;
   const ConstraintSet came = expected - missing;
   if (!came.Empty()) events_.push_back({kind, t, due, came});
   if (!missing.Empty()) events_.push_back({TrackedEvent::Kind::kMissed, t, due, missing});

@@ -22,8 +22,8 @@ void Require(bool fine, const std::string& what) {
 /// `values` has `size` numbers, or none where that is allowed.
 void CheckSize(const Vector& values, Eigen::Index size, bool may_be_empty, const char* name) {
   Require(values.size() == size || (may_be_empty && values.size() == 0),
-          std::string(name) + " has " + std::to_string(values.size()) + " entries: " +
-              std::to_string(size) + " are needed");
+          std::string(name) + " has " + std::to_string(values.size()) +
+              " entries: " + std::to_string(size) + " are needed");
   Require(!values.hasNaN(), std::string(name) + " is not a number");
 }
 
@@ -207,8 +207,8 @@ void Unknowns::SetBounds() {
   if (problem_.keep_horizon) {
     const double last = Length(Start(), problem_.inputs.grid.size() - 1);
     const double share = 0.9 * last / static_cast<double>(durations);
-    upper_.tail(durations) = upper_.tail(durations).cwiseMin(
-        now + Vector::Constant(durations, share));
+    upper_.tail(durations) =
+        upper_.tail(durations).cwiseMin(now + Vector::Constant(durations, share));
   }
   fill(problem_.duration_lower, first_duration_, &lower_);
   fill(problem_.duration_upper, first_duration_, &upper_);

@@ -83,9 +83,8 @@ class DualActiveSet {
       if (active_at_[static_cast<std::size_t>(i)] || Equality(i)) continue;
       const double value = Value(i);
       if (!(value < -kMet * Terms(i))) continue;
-      const double reach =
-          i < m_ ? (J_.transpose() * program_.A.row(i).transpose()).norm()
-                 : J_.row((i - m_) % n_).norm();
+      const double reach = i < m_ ? (J_.transpose() * program_.A.row(i).transpose()).norm()
+                                  : J_.row((i - m_) % n_).norm();
       const double distance = -value / std::max(reach, 1e-300);
       if (distance > largest) {
         largest = distance;

@@ -91,8 +91,7 @@ std::vector<double> Breaks(const std::vector<double>& grid, double from, double 
 /// makes the state at t from that of the row before. Ends early where the motion does.
 template <class Next>
 std::vector<Row> Rows(Motion* motion, const std::vector<double>& grid, double from, double to,
-                      Vector x,
-                      double fastest, const Next& next) {
+                      Vector x, double fastest, const Next& next) {
   std::vector<Row> rows;
   const std::vector<double> breaks = Breaks(grid, from, to);
   for (std::size_t i = 0; i + 1 < breaks.size() && from != to; ++i) {
@@ -140,8 +139,8 @@ void TabulatePhase(const MechanicalSystem& system, const Trajectory& run,
   const auto of_run = [&](double t, const Row&) { return t == end ? phase->x_end : run.State(t); };
   double fastest = 0;
   for (const Arc& arc : run.arcs) {
-    fastest = std::max({fastest, arc.x_begin.tail(system.dof()).norm(),
-                        arc.x_end.tail(system.dof()).norm()});
+    fastest = std::max(
+        {fastest, arc.x_begin.tail(system.dof()).norm(), arc.x_end.tail(system.dof()).norm()});
   }
   std::vector<Row> rows =
       Rows(&motion, inputs.grid, begin, begin - before, phase->x_begin, fastest, continued);

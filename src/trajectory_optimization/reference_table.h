@@ -14,7 +14,6 @@ std::size_t IntervalAt(const std::vector<double>& grid, double t);
 /// Fills the table of a phase of the run: from `before` [s] ahead of its begin to `after` [s]
 /// behind its end.
 void TabulatePhase(const MechanicalSystem& system, const Trajectory& run,
-                   const InputSchedule& inputs, double before, double after,
-                   ReferencePhase* phase);
+                   const InputSchedule& inputs, double before, double after, ReferencePhase* phase);
 
 }  // namespace contact_flow

@@ -118,8 +118,8 @@ void Search::Descend(FacePoint point) {
       PieceModels curved = models;
       FacePoint other;
       KinkStatus its_kink = KinkStatus::kNone;
-      if (curvature_.Add(&curved) && Step(curved, StepsOf(curved, point.y, 0), point, none, 0,
-                                          &other, &its_kink) &&
+      if (curvature_.Add(&curved) &&
+          Step(curved, StepsOf(curved, point.y, 0), point, none, 0, &other, &its_kink) &&
           (!steps_on || other.cost < next.cost)) {
         next = other;
         kink = its_kink;
@@ -151,8 +151,8 @@ std::vector<PieceStep> Search::StepsOf(const PieceModels& models, const Vector& 
                                        double damping) const {
   std::vector<PieceStep> steps;
   for (const PieceModel& piece : models.pieces) {
-    steps.push_back(SolvePiece(piece, y, unknowns_.lower(), unknowns_.upper(), OrderRule::kKeep, {},
-                               damping));
+    steps.push_back(
+        SolvePiece(piece, y, unknowns_.lower(), unknowns_.upper(), OrderRule::kKeep, {}, damping));
   }
   return steps;
 }
@@ -162,8 +162,7 @@ TrajectoryVerdict Search::Verdict(const PieceModels& models,
   for (const PieceStep& step : steps) {
     if (!step.solved) return TrajectoryVerdict::kStalled;
   }
-  return models.pieces.size() > 1 ? TrajectoryVerdict::kValley
-                                  : TrajectoryVerdict::kSmoothMinimum;
+  return models.pieces.size() > 1 ? TrajectoryVerdict::kValley : TrajectoryVerdict::kSmoothMinimum;
 }
 
 /// Rows of a piece that a step ends on.
@@ -203,8 +202,9 @@ bool Search::Step(const PieceModels& models, const std::vector<PieceStep>& steps
     if (!Prefers(point, *next, other)) break;
     if (models.pieces.size() > 1) {
       const bool follows = !Active(models.pieces[i], step, true).empty();
-      *kink = follows ? KinkStatus::kFollowed
-                      : falling > 1 ? KinkStatus::kRidge : KinkStatus::kPassed;
+      *kink = follows       ? KinkStatus::kFollowed
+              : falling > 1 ? KinkStatus::kRidge
+                            : KinkStatus::kPassed;
     }
     return true;
   }

@@ -31,7 +31,7 @@ struct AssumptionReport {
   double condition = 1;  ///< of their gradients, in the kinetic metric
   /// Constraint qualification (Mangasarian–Fromovitz): some velocity opens all touching gaps.
   bool qualified = true;
-  std::vector<Coupling> couplings;  ///< every pair, i < j
+  std::vector<Coupling> couplings;                     ///< every pair, i < j
   ContactClass contact_class = ContactClass::kSingle;  ///< the worst of the pairs
 
   /// Whether the gradients of all that touch are independent.
@@ -61,8 +61,8 @@ struct PairInRegion {
 
 /// The assumptions over a box around a state.
 struct RegionReport {
-  int samples = 0;  ///< number of states
-  int smooth = 0;  ///< samples where Assumption 2 holds
+  int samples = 0;                    ///< number of states
+  int smooth = 0;                     ///< samples where Assumption 2 holds
   double largest_mass_condition = 0;  ///< of M
   std::vector<PairInRegion>
       pairs;  ///< every pair, i < j; met = 0: the two never touch together here

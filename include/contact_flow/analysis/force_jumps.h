@@ -31,8 +31,8 @@ const char* ForceFateName(ForceFate fate);
 /// The force of one contact at one stage.
 struct StageForce {
   ConstraintSet activated;  ///< S: the impacts that have happened
-  double force = 0;       ///< λ_i(S) [N]
-  double rate = 0;        ///< dλ_i/dt there [N/s]
+  double force = 0;         ///< λ_i(S) [N]
+  double rate = 0;          ///< dλ_i/dt there [N/s]
 };
 
 /// The forces of one contact that rests, at every stage at which it does, S in increasing size.

@@ -15,21 +15,21 @@ struct OutcomeUnknown {
   /// What may be changed.
   enum class Kind { kPosition = 0, kVelocity = 1, kInput = 2 };
   Kind kind = Kind::kInput;  ///< what may be changed
-  int index = 0;  ///< of position, velocity or input
+  int index = 0;             ///< of position, velocity or input
 };
 
 /// What an outcome costs, and what may be chosen to lower it:
 ///   J = ½ Σ w_i (x_i(T) − target_i)² + ½ Σ r_j u_j²,      x = (q, v) [nq+d].
 struct OutcomeProblem {
-  Vector x;             ///< initial state [nq+d]
-  Vector u;             ///< input [m]
-  double duration = 0;  ///< T [s]
+  Vector x;                              ///< initial state [nq+d]
+  Vector u;                              ///< input [m]
+  double duration = 0;                   ///< T [s]
   std::vector<OutcomeUnknown> unknowns;  ///< what may be changed
-  Vector target;  ///< [nq+d]
-  Vector weight;  ///< w ≥ 0 [nq+d]
-  Vector effort;  ///< r ≥ 0 [m]
-  SimulateOptions simulate;       ///< options of runs
-  BDerivativeOptions derivative;  ///< options of derivatives
+  Vector target;                         ///< [nq+d]
+  Vector weight;                         ///< w ≥ 0 [nq+d]
+  Vector effort;                         ///< r ≥ 0 [m]
+  SimulateOptions simulate;              ///< options of runs
+  BDerivativeOptions derivative;         ///< options of derivatives
   /// Events closer than this count as one when a nearby kink is looked for [s].
   double kink_interval = 1e-6;
 

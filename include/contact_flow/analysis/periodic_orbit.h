@@ -34,13 +34,13 @@ struct OrbitCondition {
 /// What is looked for: a state x with P(x) = x, and values of some parameters for which the
 /// conditions hold.
 struct OrbitProblem {
-  SystemFactory factory;       ///< makes the system of given parameters
-  ParameterValues parameters;  ///< of the start; those left out are the model's
+  SystemFactory factory;                        ///< makes the system of given parameters
+  ParameterValues parameters;                   ///< of the start; those left out are the model's
   std::vector<std::string> unknown_parameters;  ///< names
   Section section;                              ///< where the orbit closes
-  Vector x;  ///< start [nq+d]
-  Vector u;  ///< [m]
-  std::vector<OrbitCondition> conditions;  ///< beside closing
+  Vector x;                                     ///< start [nq+d]
+  Vector u;                                     ///< [m]
+  std::vector<OrbitCondition> conditions;       ///< beside closing
 };
 
 /// Settings of the search.

@@ -36,13 +36,13 @@ struct WantedEvent {
 struct PoincareReturn {
   ReturnStatus status = ReturnStatus::kNoReturn;  ///< how it came out
   std::string message;                            ///< why, as a sentence
-  double time = 0;        ///< of the return [s]
-  Vector x;               ///< P(x) [nq+d], with the section's symmetry
+  double time = 0;                                ///< of the return [s]
+  Vector x;                                       ///< P(x) [nq+d], with the section's symmetry
   Trajectory trajectory;  ///< to the return; for Kind::kEvent it ends with an arc of no length
                           ///< behind the event
   double crossing_speed = Margins::kNone;  ///< ds F there, the margin of transversality
   double symmetry_residual = 0;  ///< how far the section's symmetry is from being one, relative
-  Vector event_times;  ///< of the wanted events [s]; NaN for one that did not happen
+  Vector event_times;            ///< of the wanted events [s]; NaN for one that did not happen
   /// With a derivative only. A direction may make a start slip that sticks; where that has no
   /// pieces, `map`, `return_time` and `extended` are those of its part in the span of start_basis.
   PiecewiseLinearMap map;          ///< DP on all tangents (δq, δv, δu, δp) [2d × 2d+k]

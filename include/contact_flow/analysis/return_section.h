@@ -18,10 +18,10 @@ struct Section {
     kEvent = 2,  ///< the right limit of the activation of a constraint; alone, not in a cluster
     kTime = 3,   ///< after `value` seconds: the phase of a clock
   };
-  Kind kind = Kind::kTime;  ///< what is crossed
-  int index = 0;     ///< of the position number, velocity or constraint
-  double value = 0;  ///< [m], [rad], [m/s], [rad/s] or [s]
-  int sign = 0;      ///< +1: s rises through zero, −1: it falls, 0: either
+  Kind kind = Kind::kTime;       ///< what is crossed
+  int index = 0;                 ///< of the position number, velocity or constraint
+  double value = 0;              ///< [m], [rad], [m/s], [rad/s] or [s]
+  int sign = 0;                  ///< +1: s rises through zero, −1: it falls, 0: either
   ReturnSymmetry symmetry = {};  ///< g, with which a return is the start over again
 
   /// By name; throw std::invalid_argument, with the nearest, for an unknown one.

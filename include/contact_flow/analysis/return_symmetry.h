@@ -60,9 +60,9 @@ class ReturnSymmetry {
 
 /// What g makes of a contact mode, and how far it is from being a symmetry at a state.
 struct SymmetryImage {
-  ContactMode mode;    ///< contact i has become the one whose row of (a, Da, T) is the same
-  double residual = 0; ///< of M, f + c v and the rows of the contacts that touch, relative
-  std::string reason;  ///< empty, or the contact that has become none
+  ContactMode mode;     ///< contact i has become the one whose row of (a, Da, T) is the same
+  double residual = 0;  ///< of M, f + c v and the rows of the contacts that touch, relative
+  std::string reason;   ///< empty, or the contact that has become none
 };
 
 /// g at x with contacts `mode`; `image` is g(x).

@@ -23,11 +23,11 @@ ReducedMap ControlledReturn(const MechanicalSystem& system, const PoincareReturn
 
 /// A feedback once a step around an orbit: at each return the inputs are set, and held to the next.
 struct StepFeedback {
-  Vector x;                ///< the fixed point [nq+d]
-  Vector u;                ///< the inputs of the orbit [m]
-  Matrix basis;            ///< of what is fed back, orthonormal [2d×n]
-  std::vector<int> inputs; ///< indices of those that are set
-  PiecewiseLinearMap law;  ///< κ [inputs×n]
+  Vector x;                 ///< the fixed point [nq+d]
+  Vector u;                 ///< the inputs of the orbit [m]
+  Matrix basis;             ///< of what is fed back, orthonormal [2d×n]
+  std::vector<int> inputs;  ///< indices of those that are set
+  PiecewiseLinearMap law;   ///< κ [inputs×n]
 
   /// z = basisᵀ (state ⊟ x): how far a state at the section is from the orbit.
   Vector Deviation(const MechanicalSystem& system, const VectorRef& state) const;
@@ -37,9 +37,9 @@ struct StepFeedback {
 
 /// Returns under a feedback, one after the other.
 struct FollowedOrbit {
-  std::vector<Vector> x;     ///< at the section, the start first [nq+d]
-  std::vector<Vector> u;     ///< from one to the next
-  std::vector<double> away;  ///< |z| of each x
+  std::vector<Vector> x;                          ///< at the section, the start first [nq+d]
+  std::vector<Vector> u;                          ///< from one to the next
+  std::vector<double> away;                       ///< |z| of each x
   ReturnStatus status = ReturnStatus::kReturned;  ///< of the last return
   std::string message;                            ///< why there is no further one
 };

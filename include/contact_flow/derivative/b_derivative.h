@@ -40,11 +40,11 @@ class BDerivative {
   /// Not kOk: there is no derivative (discontinuous, grazing, …); the message says why. Only the
   /// event maps may then be asked, for the outcome of each order.
   Status status;
-  ContactMode initial_mode;      ///< that of the start
-  StartCone start;               ///< directions into contacts that the start touches
-  StartStop start_stop;          ///< what sticks at the start and is made to slip is stopped
-  Vector time;                   ///< F(φ(T, x)) [2d]
-  std::vector<Matrix> arcs;      ///< Φ_0 … Φ_N [2d+k × 2d+k]
+  ContactMode initial_mode;  ///< that of the start
+  StartCone start;           ///< directions into contacts that the start touches
+  StartStop start_stop;      ///< what sticks at the start and is made to slip is stopped
+  Vector time;               ///< F(φ(T, x)) [2d]
+  std::vector<Matrix> arcs;  ///< Φ_0 … Φ_N [2d+k × 2d+k]
   /// B_1 … B_N. Where changes of the input coincide with events of contacts, the first of these
   /// transitions has the map of all, and the others have the identity (EventMap::absorbed).
   std::vector<EventMap> events;
@@ -53,7 +53,7 @@ class BDerivative {
   Vector neglected_jump;
   /// The same for the entries of the derivative: couplings that were taken for orthogonal.
   double neglected_derivative = 0;
-  Trust trust;                   ///< the laws that it was held to, the errors that are left
+  Trust trust;  ///< the laws that it was held to, the errors that are left
   /// What Error is made of: estimated relative errors of Φ_0, B_1, Φ_1, …, Φ_N as
   /// they are computed;
   std::vector<double> part_errors;

@@ -30,12 +30,12 @@ struct CostGradient {
   /// kNotPiecewiseLinear where the outcome has directional derivatives but no gradient: at a kink
   /// without a direction, and where no linear piece holds the direction.
   Status status;
-  double cost = 0;        ///< J
-  Vector initial;         ///< by (δq, δv) of the initial state [2d]: λ(0)
-  Matrix inputs;          ///< by the input of each interval of the grid, where asked for [m×K]
-  Vector parameters;      ///< by the parameters asked for [k_p]
-  Vector instants;        ///< by the instants when the input changes [K−1]
-  double horizon = 0;     ///< by T
+  double cost = 0;     ///< J
+  Vector initial;      ///< by (δq, δv) of the initial state [2d]: λ(0)
+  Matrix inputs;       ///< by the input of each interval of the grid, where asked for [m×K]
+  Vector parameters;   ///< by the parameters asked for [k_p]
+  Vector instants;     ///< by the instants when the input changes [K−1]
+  double horizon = 0;  ///< by T
   /// False: it is the gradient of the direction's piece alone, or of the directions that a start
   /// which touches contacts admits.
   bool whole = true;
@@ -44,10 +44,10 @@ struct CostGradient {
   /// Largest residual of λᵀF + l, which no arc without explicit time and no event of a contact
   /// changes, relative to the size of its terms. Above kLawLimit the gradient is withheld.
   double law = 0;
-  double flow_law = 0;       ///< Φ F = F, as in Trust
-  double event_law = 0;      ///< Ξ F⁻ = F⁺, as in Trust
-  double neglected_jump = 0; ///< an error bar of J: jumps that clusters neglect (ClusterReport)
-  double cost_error = 0;     ///< estimated error of g(x(T)) by that of x(T)
+  double flow_law = 0;        ///< Φ F = F, as in Trust
+  double event_law = 0;       ///< Ξ F⁻ = F⁺, as in Trust
+  double neglected_jump = 0;  ///< an error bar of J: jumps that clusters neglect (ClusterReport)
+  double cost_error = 0;      ///< estimated error of g(x(T)) by that of x(T)
   VariationStatistics statistics;  ///< what it took
 
   /// D J(w): the inner product. Throws std::invalid_argument for sizes.

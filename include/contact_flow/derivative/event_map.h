@@ -65,16 +65,16 @@ struct PieceTimes {
 /// have different maps, that of its order. c changes of the input are among its events, which may
 /// come later by δt.
 struct EventPiece {
-  Matrix matrix;            ///< Ξ [2d+k × 2d+k]
-  Matrix by_instants;       ///< ∂B/∂δt [2d+k × c]
-  std::vector<int> order;   ///< its events, as in EventMap; with friction those of TimesOfPieces
-  Matrix times;             ///< first-order changes of their instants [· × 2d+k]
-  Matrix times_by_instants; ///< … by δt [· × c]
+  Matrix matrix;             ///< Ξ [2d+k × 2d+k]
+  Matrix by_instants;        ///< ∂B/∂δt [2d+k × c]
+  std::vector<int> order;    ///< its events, as in EventMap; with friction those of TimesOfPieces
+  Matrix times;              ///< first-order changes of their instants [· × 2d+k]
+  Matrix times_by_instants;  ///< … by δt [· × c]
   /// v after each of them [d] and the input from there on [m]; empty with friction, but for a
   /// single touchdown.
   std::vector<Vector> velocities;
-  std::vector<Vector> inputs;       ///< as velocities
-  std::vector<ContactMode> modes;   ///< after them
+  std::vector<Vector> inputs;      ///< as velocities
+  std::vector<ContactMode> modes;  ///< after them
 };
 
 class ClusterGeometry;
@@ -290,13 +290,13 @@ class EventMap {
   // the input.
   Matrix guards_;
   SparseRows sparse_guards_;
-  Matrix bilateral_;            // gradients of b [l × 2d+k+c]
+  Matrix bilateral_;  // gradients of b [l × 2d+k+c]
   bool absorbed_ = false;
-  bool decoupled_ = true;       // class A: every cone is m−1 half-spaces
+  bool decoupled_ = true;  // class A: every cone is m−1 half-spaces
   Status status_;
   ClusterReport cluster_;
-  double rest_ = 0;             // |Da_j v| / √G_jj up to which a contact rests
-  double known_ = 0;            // … and up to which it is not known to move
+  double rest_ = 0;                            // |Da_j v| / √G_jj up to which a contact rests
+  double known_ = 0;                           // … and up to which it is not known to move
   std::shared_ptr<ClusterGeometry> geometry_;  // null with friction, or without events
   mutable std::map<ConstraintSet, Instant> instants_;
   mutable std::map<std::pair<ConstraintSet, ConstraintSet>, Stage> stages_;

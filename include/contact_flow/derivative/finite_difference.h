@@ -16,10 +16,10 @@ namespace contact_flow {
 
 /// One re-simulated, perturbed run.
 struct QuotientSample {
-  double alpha = 0;                ///< size of the perturbation
-  Status status;                   ///< of the perturbed run; not kOk: no quotient
-  Vector final_state;              ///< x(T) from x ⊞ α w [nq+d]
-  Vector quotient;                 ///< (x_α(T) − x_0(T)) / α, as a tangent [2d]
+  double alpha = 0;    ///< size of the perturbation
+  Status status;       ///< of the perturbed run; not kOk: no quotient
+  Vector final_state;  ///< x(T) from x ⊞ α w [nq+d]
+  Vector quotient;     ///< (x_α(T) − x_0(T)) / α, as a tangent [2d]
   /// max |quotient − prediction|; NaN where there is no quotient.
   double error = std::numeric_limits<double>::quiet_NaN();
   std::vector<ContactMode> modes;  ///< mode sequence of the perturbed run

@@ -87,7 +87,7 @@ class StartCone {
     double acceleration = 0;  // ä_i, of those at rest [m/s²]
     Vector gap;               // Da_i and ∂a_i/∂p [2d+k]
     Vector rate;              // D(Da_i v) [2d+k]
-    Vector turn;              // (F₊ − F₋)/(σ Ds F₋), or empty where it is not followed [2d+k]
+    Vector turn;  // (F₊ − F₋)/(σ Ds F₋), or empty where it is not followed [2d+k]
     bool at_rest() const { return speed == 0; }
   };
   bool Closes(const Contact& contact, const VectorRef& w) const;
@@ -111,7 +111,7 @@ class StartCone {
   Matrix reach_;     // P Daᵀ [d × ·]
   Matrix rates_;     // D(Da v) [· × 2d+k]
   Vector restitution_;
-  int held_ = 0;  // how many of them are in the mode
+  int held_ = 0;              // how many of them are in the mode
   std::vector<int> members_;  // these
   Status status_;
   Status piecewise_linear_;

@@ -31,10 +31,10 @@ class StartDirections {
   struct Judgement {
     /// Why not.
     enum class Kind {
-      kAdmitted,     ///< it may
-      kLeavesMode,   ///< a contact of J opens or is entered, by w or its rate
-      kLeavesDomain, ///< w leads through a constraint that the start touches outside J
-      kAgainstSlip,  ///< w reverses a contact that begins to slip at the start
+      kAdmitted,      ///< it may
+      kLeavesMode,    ///< a contact of J opens or is entered, by w or its rate
+      kLeavesDomain,  ///< w leads through a constraint that the start touches outside J
+      kAgainstSlip,   ///< w reverses a contact that begins to slip at the start
     };
     Kind kind = Kind::kAdmitted;  ///< the first that applies
     int constraint = -1;          ///< whose; −1 for kLeavesMode
@@ -54,8 +54,8 @@ class StartDirections {
   bool KeepsAll() const { return rows_.rows() == 0; }
 
  private:
-  int states_ = 0;   // 2d
-  Matrix rows_;      // gradients of what J keeps at zero [· × 2d+k]
+  int states_ = 0;  // 2d
+  Matrix rows_;     // gradients of what J keeps at zero [· × 2d+k]
   Eigen::CompleteOrthogonalDecomposition<Matrix> solver_;  // of their first 2d columns
   StartCone cone_;
   std::string mode_;

@@ -11,7 +11,7 @@ namespace contact_flow {
 
 /// Solution of a linear complementarity problem.
 struct ComplementaritySolution {
-  Vector z;             ///< [n]
+  Vector z;               ///< [n]
   ConstraintSet support;  ///< the indices solved as w_i = 0; z vanishes off it
 };
 

@@ -126,9 +126,9 @@ class ContactDynamics {
   /// The factors of a mode, and scratch of its size k, the number of its rows.
   struct ModeFactors {
     ContactMode mode;
-    bool known = false;       // the factors, for good: where they depend on the mode alone
-    bool regular = true;      // they exist
-    bool poor = false;        // solutions by them lose digits, and are refined
+    bool known = false;   // the factors, for good: where they depend on the mode alone
+    bool regular = true;  // they exist
+    bool poor = false;    // solutions by them lose digits, and are refined
     /// Rows: the rigid members of the mode, the bilateral constraints, T of what sticks.
     std::vector<int> active;
     Matrix jacobian;          // A_J [k×d]
@@ -139,17 +139,17 @@ class ContactDynamics {
     Matrix delassus_inverse;  // Λ_J [k×k]
     Eigen::LLT<Matrix> delassus_factor;
     std::vector<Sliding> sliding;
-    bool turning = false;  // a direction of slip depends on the state
-    Matrix push;           // L⁻¹W_J [d×k], where something slips
+    bool turning = false;                        // a direction of slip depends on the state
+    Matrix push;                                 // L⁻¹W_J [d×k], where something slips
     Eigen::PartialPivLU<Matrix> sliding_factor;  // of A_J M⁻¹ W_J
-    Matrix response;        // M⁻¹ W_J (A_J M⁻¹ W_J)⁻¹ [d×k]; force_mapᵀ where nothing slips
-    Vector bias;            // Ȧ_J v [k]
-    Vector multiplier;      // λ_J [k]
+    Matrix response;    // M⁻¹ W_J (A_J M⁻¹ W_J)⁻¹ [d×k]; force_mapᵀ where nothing slips
+    Vector bias;        // Ȧ_J v [k]
+    Vector multiplier;  // λ_J [k]
     // Where rows are dependent:
     bool dependent = false;
     ConstraintSet shared;
-    Matrix freedom;      // Z [k×f]: λ_J + Z ν are the forces with the same accelerations
-    Matrix generalized;  // an inverse of A_J M⁻¹ W_J [k×k], by which λ_J is the smallest
+    Matrix freedom;         // Z [k×f]: λ_J + Z ν are the forces with the same accelerations
+    Matrix generalized;     // an inverse of A_J M⁻¹ W_J [k×k], by which λ_J is the smallest
     Matrix residual;        // ∂r₂ of the members [k × 2d+·]
     Matrix force_jacobian;  // [k × 2d+·]
     ConstraintSet springs;  // of those where rows are dependent
@@ -227,7 +227,7 @@ class ContactDynamics {
   Matrix variable_momentum_;    // ∂r₁ by the variables [d×k]
   Matrix variable_constraint_;  // ∂r₂ by them [n+l+r × k], of active rows
   std::unique_ptr<RowSolver> row_solver_;
-  Vector force_rate_;         // dλ/dt [n+l+r], and scratch for it
+  Vector force_rate_;  // dλ/dt [n+l+r], and scratch for it
   Vector momentum_rate_, multiplier_rate_;
   Vector column_;
   long evaluations_ = 0;

@@ -20,8 +20,8 @@ enum class ImpactLaw {
 
 /// The outcome of an impact at configuration ρ.
 struct ImpactResult {
-  Vector v_plus;    ///< v⁺ [d]
-  Vector impulse;   ///< p, then r [n+l], p zero off the touching set
+  Vector v_plus;      ///< v⁺ [d]
+  Vector impulse;     ///< p, then r [n+l], p zero off the touching set
   ConstraintSet hit;  ///< constraints with p_i ≠ 0
 };
 

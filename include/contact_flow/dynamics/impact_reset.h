@@ -52,7 +52,7 @@ class ImpactReset {
 
   std::shared_ptr<const Terms> terms_;  // null where it is a matrix from the beginning
   std::vector<int> rows_;
-  Vector restitution_;  // γ of the rows
+  Vector restitution_;                                // γ of the rows
   std::shared_ptr<const Eigen::LLT<Matrix>> factor_;  // of A M⁻¹ Aᵀ over the rows
   mutable Matrix matrix_;
 };

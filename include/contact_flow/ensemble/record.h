@@ -22,13 +22,13 @@ struct CostTerm {
 
 /// What is kept of each run.
 struct Keep {
-  bool outcome = true;       ///< how it came out, and its number of events
-  bool start = false;        ///< the numbers that were drawn
-  bool final_state = true;   ///< x(T), or where the run ended [nq+d]
-  bool end_time = false;     ///< when it ended [s]
-  bool words = false;        ///< contact modes passed through, see ModeWord
-  bool margins = false;      ///< Margins, in the order of kMarginNames
-  int events = 0;            ///< times of so many events from the first on, NaN behind the last [s]
+  bool outcome = true;      ///< how it came out, and its number of events
+  bool start = false;       ///< the numbers that were drawn
+  bool final_state = true;  ///< x(T), or where the run ended [nq+d]
+  bool end_time = false;    ///< when it ended [s]
+  bool words = false;       ///< contact modes passed through, see ModeWord
+  bool margins = false;     ///< Margins, in the order of kMarginNames
+  int events = 0;           ///< times of so many events from the first on, NaN behind the last [s]
   std::vector<double> samples;     ///< x at these instants, NaN behind the end of the run [s]
   std::vector<Vector> directions;  ///< B(w) of each, NaN where there is none [2d]
   bool jacobian = false;           ///< B row by row, NaN where it is not linear [2d×2d]
@@ -54,19 +54,19 @@ inline constexpr std::size_t kMaxWord = 95;  ///< longest word [byte]
 struct Columns {
   /// One thing of each run, `width` numbers.
   struct Real {
-    std::string name;             ///< "final_state", "event_times", …
+    std::string name;                ///< "final_state", "event_times", …
     std::vector<std::size_t> shape;  ///< of a row
-    std::size_t width = 1;        ///< product of the shape
-    std::vector<double> values;   ///< [rows × width]
+    std::size_t width = 1;           ///< product of the shape
+    std::vector<double> values;      ///< [rows × width]
   };
-  std::uint64_t first = 0;            ///< the first run
-  std::size_t rows = 0;               ///< how many
+  std::uint64_t first = 0;               ///< the first run
+  std::size_t rows = 0;                  ///< how many
   std::vector<std::int8_t> outcome;      ///< RunOutcome or Outcome [rows] or empty
   std::vector<std::int32_t> num_events;  ///< of transitions [rows] or empty
   /// Of the derivative, kNotDifferentiable where a direction has none [rows] or empty.
   std::vector<std::int8_t> derivative_outcome;
-  std::vector<std::string> words;     ///< [rows] or empty
-  std::vector<Real> reals;            ///< all else
+  std::vector<std::string> words;  ///< [rows] or empty
+  std::vector<Real> reals;         ///< all else
 };
 
 /// What all that is kept of a run but samples and derivatives is made of.
@@ -84,8 +84,8 @@ struct RunEnd {
 class Recorder {
  public:
   /// Throws std::invalid_argument for sizes, and samples that are not in order or negative.
-  Recorder(const MechanicalSystem& system, const Keep& keep,
-           const std::vector<std::string>& drawn, double begin, double duration);
+  Recorder(const MechanicalSystem& system, const Keep& keep, const std::vector<std::string>& drawn,
+           double begin, double duration);
 
   /// Empty columns for these runs: NaN, and outcome kNotRun.
   Columns Make(std::uint64_t first, std::size_t rows) const;

@@ -62,19 +62,19 @@ struct Summary {
   /// More different words than these are counted as `other_words`, the most frequent being kept.
   static constexpr std::size_t kMaxWords = 4096;
 
-  std::uint64_t runs = 0;                        ///< all
-  std::uint64_t measured = 0;                    ///< n, those with outcome kOk
-  std::map<int, std::uint64_t> outcomes;         ///< counts
+  std::uint64_t runs = 0;                 ///< all
+  std::uint64_t measured = 0;             ///< n, those with outcome kOk
+  std::map<int, std::uint64_t> outcomes;  ///< counts
   /// The first run with each outcome but kOk, and why it came out so.
   std::map<int, std::pair<std::uint64_t, std::string>> examples;
-  std::map<std::string, std::uint64_t> words;    ///< counts of runs by mode word
-  std::uint64_t other_words = 0;                 ///< counts of rare words, whose names are lost
-  Vector mean;                                   ///< ȳ [r]
-  Matrix scatter;                                ///< M [r×r], its lower triangle
-  Vector smallest;                               ///< of each observable [r], +∞ without runs
-  Vector largest;                                ///< of each observable [r], −∞ without runs
-  std::vector<QuantileSketch> sketches;          ///< [r]
-  std::vector<HistogramAxis> axes;               ///< of the histograms
+  std::map<std::string, std::uint64_t> words;  ///< counts of runs by mode word
+  std::uint64_t other_words = 0;               ///< counts of rare words, whose names are lost
+  Vector mean;                                 ///< ȳ [r]
+  Matrix scatter;                              ///< M [r×r], its lower triangle
+  Vector smallest;                             ///< of each observable [r], +∞ without runs
+  Vector largest;                              ///< of each observable [r], −∞ without runs
+  std::vector<QuantileSketch> sketches;        ///< [r]
+  std::vector<HistogramAxis> axes;             ///< of the histograms
   /// Of each histogram: below, bins, at or above [bins+2].
   std::vector<std::vector<std::uint64_t>> histograms;
 

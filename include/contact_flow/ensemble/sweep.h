@@ -31,16 +31,16 @@ struct SweepRequest {
   std::shared_ptr<const MechanicalSystem> system;  ///< with the values of parameters not drawn
   /// The system with these values over its own; needed where parameters are drawn.
   std::function<std::unique_ptr<MechanicalSystem>(const ParameterValues&)> make;
-  Vector x;                  ///< the start that draws change [nq+d]
-  InputSchedule inputs;      ///< inputs that draws change: each of its values in the same way
-  double duration = 1;       ///< of each run [s]
-  SimulateOptions options;   ///< of each run; max_steps ends runs at the same place on any machine
-  Draws draws;               ///< what the runs differ in
-  Keep keep;                 ///< what is kept of them
+  Vector x;                 ///< the start that draws change [nq+d]
+  InputSchedule inputs;     ///< inputs that draws change: each of its values in the same way
+  double duration = 1;      ///< of each run [s]
+  SimulateOptions options;  ///< of each run; max_steps ends runs at the same place on any machine
+  Draws draws;              ///< what the runs differ in
+  Keep keep;                ///< what is kept of them
   std::vector<HistogramAxis> histograms;  ///< of observables
-  std::uint64_t first = 0;   ///< first run, a multiple of Tally::kBlock
-  std::uint64_t count = 0;   ///< how many; the last block may be shorter
-  int threads = 0;           ///< 0: as many as the machine has cores
+  std::uint64_t first = 0;                ///< first run, a multiple of Tally::kBlock
+  std::uint64_t count = 0;                ///< how many; the last block may be shorter
+  int threads = 0;                        ///< 0: as many as the machine has cores
   /// Instructions that step several runs at once, where the system has them, nothing but its final
   /// state and events is kept and no parameter is drawn. Changes no bit.
   LaneSet lanes = LaneSet::kBest;
@@ -55,7 +55,7 @@ struct SweepResult {
   /// kOk, or kCancelled or kBudgetExceeded: the tally has the blocks that were done by then, and
   /// the other rows are kNotRun.
   Status status;
-  Columns columns;   ///< what was kept
+  Columns columns;  ///< what was kept
   /// Counts and statistics. Observables are y = w [2d] with x(T) = reference ⊞ w, then costs.
   Tally tally;
   Vector reference;  ///< x(T) of the run without draws, or the start where that is not admissible

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/flow/corner_locator.h"
 #include "contact_flow/flow/dop853.h"
 #include "contact_flow/flow/error_tally.h"
 #include "contact_flow/flow/event_locator.h"
 #include "contact_flow/flow/implied_gaps.h"
-#include "contact_flow/flow/corner_locator.h"
 #include "contact_flow/flow/radau.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/flow/trajectory.h"
@@ -177,7 +177,7 @@ class Flow {
   bool arc_begun_ = false;
   double h_ = 0;  // the step that the error control suggests
   GapSample gaps_begin_;
-  bool drifts_ = false;  // contacts have left their surfaces by more than they may
+  bool drifts_ = false;       // contacts have left their surfaces by more than they may
   bool regular_slip_ = true;  // where the step begins, see ContactDynamics::slips_regularly
   GuardMargins guard_margins_;
   QuickGuard quick_;
@@ -199,7 +199,7 @@ class Flow {
   ErrorTally arc_error_;    // since the arc began
   ErrorTally start_error_;  // of the arc before, where this one begins
   double arc_begin_ = 0;    // [s]
-  bool new_arc_ = false;  // the next step is the first of its arc
+  bool new_arc_ = false;    // the next step is the first of its arc
 
   Transition transition_;
   std::optional<double> last_transition_;
@@ -216,7 +216,7 @@ class Flow {
   int for_change_ = 0, against_change_ = 0;  // steps that speak for the other method, and not
   static constexpr double kAtOnce = 0;
   double next_clock_reading_;  // by the coarse clock [s]
-  double deadline_ = 0;  // set at the first reading
+  double deadline_ = 0;        // set at the first reading
   ConstraintTerms terms_;
 };
 

@@ -44,7 +44,7 @@ class Radau final : public Stepper {
 
   /// h ρ(DF) where the last accepted step began: below about 2 an explicit step is as long.
   double Stiffness();
-  long jacobians() const { return jacobians_; }  ///< so far
+  long jacobians() const { return jacobians_; }   ///< so far
   int iterations() const { return iterations_; }  ///< of the last step tried
 
  private:
@@ -70,13 +70,13 @@ class Radau final : public Stepper {
   Vector begin_slope_, end_slope_;  // F at both ends [n]
   Matrix jacobian_;                 // [K D] at the point
   bool jacobian_known_ = false;
-  double factored_ = 0;             // the step for which the factors are
-  bool tried_ = false;              // Z_ and dense_ are of a step from this point
-  Matrix Z_;                        // stages less x [n×s]
-  Matrix F_;                        // F there [n×s]
-  Matrix change_;                   // of Z_, by the last iteration [n×s]
-  Vector rho_;                      // see RadauRule [n]
-  Vector scale_;                    // of errors [n]
+  double factored_ = 0;  // the step for which the factors are
+  bool tried_ = false;   // Z_ and dense_ are of a step from this point
+  Matrix Z_;             // stages less x [n×s]
+  Matrix F_;             // F there [n×s]
+  Matrix change_;        // of Z_, by the last iteration [n×s]
+  Vector rho_;           // see RadauRule [n]
+  Vector scale_;         // of errors [n]
   Vector stage_, slope_;
   // What the steps before tell.
   bool has_last_ = false;

@@ -27,11 +27,11 @@ struct RadauRule {
   /// a⁻¹ = T Λ T⁻¹ with one real eigenvalue γ and (s−1)/2 pairs, of which one each is kept.
   double real_eigenvalue;
   std::vector<std::complex<double>> eigenvalues;
-  Vector to_real;               ///< row of T⁻¹ for γ [s]
-  Vector from_real;             ///< column of T for γ [s]
+  Vector to_real;                           ///< row of T⁻¹ for γ [s]
+  Vector from_real;                         ///< column of T for γ [s]
   std::vector<Eigen::VectorXcd> to_pair;    ///< rows of T⁻¹, one of each pair [s]
   std::vector<Eigen::VectorXcd> from_pair;  ///< columns of T, twice: the real part counts [s]
-  Vector slope_at_begin;        ///< u'(0) by Z [s]
+  Vector slope_at_begin;                    ///< u'(0) by Z [s]
   /// Places beside the nodes where the defect of u* is looked at, and what u* and its slope there
   /// are by Z and ρ [s+1].
   std::array<double, 2> check;

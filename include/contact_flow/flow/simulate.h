@@ -40,7 +40,7 @@ struct SimulateOptions {
   long max_events = 10000;      ///< budget
   double max_seconds = 60;      ///< processor time of the thread [s]; see also Budget
   double max_megabytes = 1000;  ///< of the trajectory, and of any one thing made of it [10⁶ byte]
-  ImpactLaw impact_law = ImpactLaw::kComplementarity;  ///< which impulses
+  ImpactLaw impact_law = ImpactLaw::kComplementarity;        ///< which impulses
   IntegrationMethod method = IntegrationMethod::kAutomatic;  ///< of the motion between events
   bool dense = true;  ///< keep the motion between events, so that Trajectory::State(t) works
   /// Asked now and then; returning true stops the run with Outcome::kCancelled.

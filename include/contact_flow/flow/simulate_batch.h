@@ -18,7 +18,7 @@ enum class LaneSet {
 
 /// How a batch is worked through. Nothing of it changes a bit of the results.
 struct BatchOptions {
-  int threads = 1;  ///< ≥ 1
+  int threads = 1;                 ///< ≥ 1
   LaneSet lanes = LaneSet::kBest;  ///< which instructions
 };
 
@@ -33,27 +33,27 @@ struct BatchEvent {
 
 /// What is kept of one run of a batch: numbers of the Trajectory that Simulate gives, to the bit.
 struct BatchRun {
-  Status status;              ///< how it ended
-  std::string refused;        ///< why its start was refused, as Simulate throws; else ""
-  double t_end = 0;           ///< [s]
-  Vector final_state;         ///< [nq+d]; empty where the start was refused
-  Vector error;               ///< estimated errors added up in its last arc [2d], Arc::error
-  ContactMode first_mode;     ///< contact mode of the start
+  Status status;                   ///< how it ended
+  std::string refused;             ///< why its start was refused, as Simulate throws; else ""
+  double t_end = 0;                ///< [s]
+  Vector final_state;              ///< [nq+d]; empty where the start was refused
+  Vector error;                    ///< estimated errors added up in its last arc [2d], Arc::error
+  ContactMode first_mode;          ///< contact mode of the start
   std::vector<BatchEvent> events;  ///< in the order of time
-  Margins margins;            ///< as Trajectory
-  RunStatistics statistics;   ///< as Trajectory
+  Margins margins;                 ///< as Trajectory
+  RunStatistics statistics;        ///< as Trajectory
   double accumulation_time = std::numeric_limits<double>::quiet_NaN();  ///< as Trajectory
   std::vector<Warning> warnings;  ///< the first Trajectory::kMaxWarnings
-  long num_warnings = 0;      ///< all of them
-  bool alone = false;         ///< it was made by Simulate, and not in a lane
+  long num_warnings = 0;          ///< all of them
+  bool alone = false;             ///< it was made by Simulate, and not in a lane
 };
 
 /// The runs of a batch, in the order of their starts.
 struct BatchResult {
   std::vector<BatchRun> runs;  ///< one for each start, in their order
-  int width = 1;     ///< lanes; 1: every run was made alone
-  long alone = 0;    ///< runs made by Simulate: what lanes do not offer, such as a Zeno run
-  std::string why;   ///< why there are no lanes; "" where there are
+  int width = 1;               ///< lanes; 1: every run was made alone
+  long alone = 0;   ///< runs made by Simulate: what lanes do not offer, such as a Zeno run
+  std::string why;  ///< why there are no lanes; "" where there are
 };
 
 /// Many runs of one system, each as Simulate makes it with dense = false: runs of template models

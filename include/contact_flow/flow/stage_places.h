@@ -14,9 +14,9 @@ namespace contact_flow {
 struct StagePlaces {
   static constexpr int kMost = 16, kNodes = 6, kChecks = 4, kProbes = 2;
 
-  int stages;  ///< known after a step
-  int end;     ///< which of these is θ = 1
-  int later;   ///< … and those looked at when asked, behind them
+  int stages;     ///< known after a step
+  int end;        ///< which of these is θ = 1
+  int later;      ///< … and those looked at when asked, behind them
   bool extended;  ///< whether probes are looked at on the step's extension, which costs nothing
   std::array<double, kMost> at;  ///< of all, stages + later + kProbes of them
   /// A quintic goes through the nodes, and is compared with the checks and the probes.

@@ -15,11 +15,11 @@ enum class Outcome {
   /// A constraint was touched with vanishing speed, or let go with dλ/dt = 0: not admissible (Def.
   /// 3). The motion goes on, with a Warning; no derivative across it.
   kGrazing = 1,
-  kZeno = 2,            ///< impacts accumulate at a finite time (Def. 2 fails)
-  kBudgetExceeded = 3,  ///< more steps, events or seconds than the options allow
-  kNonFinite = 4,       ///< the motion left the domain of the model (NaN, Inf, singular M)
-  kCancelled = 5,       ///< the caller asked to stop
-  kDiscontinuous = 6,   ///< simultaneous contacts whose order decides the outcome: no derivative
+  kZeno = 2,               ///< impacts accumulate at a finite time (Def. 2 fails)
+  kBudgetExceeded = 3,     ///< more steps, events or seconds than the options allow
+  kNonFinite = 4,          ///< the motion left the domain of the model (NaN, Inf, singular M)
+  kCancelled = 5,          ///< the caller asked to stop
+  kDiscontinuous = 6,      ///< simultaneous contacts whose order decides the outcome: no derivative
   kNotDifferentiable = 7,  ///< another hypothesis of Theorem 1 fails; the message says which
   kTooManyPieces = 8,      ///< all pieces were asked for and there are more than the stated limit
   /// The effort switches so that the motion would slide, or is not unique (Filippov).
@@ -58,8 +58,8 @@ inline Outcome OutcomeOf(const BudgetExceeded& reason) {
 /// or whose impulses are not unique (kNotDifferentiable).
 struct Warning {
   Outcome code = Outcome::kOk;  ///< of what it passed
-  double t = 0;  ///< [s]
-  std::string message;  ///< what happened, as a sentence
+  double t = 0;                 ///< [s]
+  std::string message;          ///< what happened, as a sentence
 };
 
 }  // namespace contact_flow

@@ -31,8 +31,8 @@ struct Arc {
 /// When one event of a cluster happens on the motion before it.
 struct EventInstant {
   int constraint = 0;  ///< its index
-  double offset = 0;  ///< after the transition, by its guard and rate there [s]
-  double error = 0;   ///< estimated error of the instant, by the integrator's local errors [s]
+  double offset = 0;   ///< after the transition, by its guard and rate there [s]
+  double error = 0;    ///< estimated error of the instant, by the integrator's local errors [s]
 };
 
 /// Events count as simultaneous within this many times the estimated errors of their instants,

@@ -25,9 +25,9 @@ namespace contact_flow {
 /// Every key may be left out; an unknown one is an error.
 struct Configuration {
   std::string model = "soft_biped";  ///< its name
-  RobotTexts robot;  ///< instead of a model, unless empty; not a key of the file
-  ParameterValues parameters;             ///< values by name, over its defaults
-  SimulateOptions options;                ///< of runs
+  RobotTexts robot;                  ///< instead of a model, unless empty; not a key of the file
+  ParameterValues parameters;        ///< values by name, over its defaults
+  SimulateOptions options;           ///< of runs
   BDerivativeOptions derivative_options;  ///< of derivatives
 };
 

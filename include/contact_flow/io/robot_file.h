@@ -52,9 +52,9 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
 
 /// The two texts that a robot is made of; both empty where there is none.
 struct RobotTexts {
-  std::string urdf;  ///< text of the URDF
-  std::string yaml;  ///< text of the YAML
-  std::string path;  ///< of the YAML, for messages; may be empty
+  std::string urdf;         ///< text of the URDF
+  std::string yaml;         ///< text of the YAML
+  std::string path;         ///< of the YAML, for messages; may be empty
   std::string folder = "";  ///< of the URDF, where meshes are sought
 
   /// Whether there is no robot.

@@ -180,12 +180,12 @@ class MechanicalSystem {
   }
 
  protected:
-  SystemDescription description_;  ///< set by the derived class
-  NominalRun nominal_;             ///< set by the derived class
-  ConfigurationSpace space_;       ///< set by the derived class
-  Vector restitution_;             ///< γ [n], set by the derived class
-  ConstraintSet compliant_;        ///< set by the derived class
-  bool contact_effort_ = false;    ///< set by the derived class
+  SystemDescription description_;   ///< set by the derived class
+  NominalRun nominal_;              ///< set by the derived class
+  ConfigurationSpace space_;        ///< set by the derived class
+  Vector restitution_;              ///< γ [n], set by the derived class
+  ConstraintSet compliant_;         ///< set by the derived class
+  bool contact_effort_ = false;     ///< set by the derived class
   std::vector<Friction> friction_;  ///< of each contact, set by the derived class; or empty
   int num_tangential_ = 0;          ///< r, set by the derived class
 };

@@ -14,11 +14,11 @@ namespace contact_flow {
 /// What a library of models and the program that loads it have to agree about. They are compiled
 /// apart: other headers, or other flags of the compiler, may give the same types another layout.
 struct ModelAbi {
-  int version;            ///< of the interface, raised when MechanicalSystem changes its meaning
-  int eigen;              ///< 30400 for Eigen 3.4.0
-  int alignment;          ///< EIGEN_MAX_ALIGN_BYTES, which -march decides [bytes]
-  std::size_t system;     ///< of MechanicalSystem and its description together [bytes]
-  std::size_t entry;      ///< of ModelEntry [bytes]
+  int version;         ///< of the interface, raised when MechanicalSystem changes its meaning
+  int eigen;           ///< 30400 for Eigen 3.4.0
+  int alignment;       ///< EIGEN_MAX_ALIGN_BYTES, which -march decides [bytes]
+  std::size_t system;  ///< of MechanicalSystem and its description together [bytes]
+  std::size_t entry;   ///< of ModelEntry [bytes]
 };
 
 /// That of the headers and flags of this translation unit. It has internal linkage on purpose: a

@@ -88,8 +88,8 @@ class ModelSystem final : public MechanicalSystem {
     if constexpr (Traits::kTangential > 0) {
       num_tangential_ = Traits::kTangential;
       for (int i = 0; i < Model::kConstraints; ++i) {
-        friction_.push_back({Model::Friction(parameters_, i),
-                             Terms::G + i * Model::kSlipDimension, Model::kSlipDimension});
+        friction_.push_back({Model::Friction(parameters_, i), Terms::G + i * Model::kSlipDimension,
+                             Model::kSlipDimension});
       }
     }
     const Position<double> origin = nominal_.x.template head<Q>();

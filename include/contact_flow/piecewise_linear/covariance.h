@@ -26,7 +26,7 @@ struct CovarianceOptions {
 /// First and second moments of f(w).
 struct OutcomeCovariance {
   CovarianceMethod method = CovarianceMethod::kLinear;  ///< how it was computed
-  Vector mean;                  ///< E f(w) [r]; not 0 where f is kinked
+  Vector mean;                                          ///< E f(w) [r]; not 0 where f is kinked
   Matrix covariance;            ///< E (f(w) − mean)(f(w) − mean)ᵀ [r×r]
   double mean_error = 0;        ///< largest standard error over the entries, 0 where exact
   double covariance_error = 0;  ///< the same

@@ -21,8 +21,8 @@ enum class CostQuery {
 
 /// A cost at one point.
 struct CostValue {
-  bool defined = true;  ///< false: the point lies outside the domain, `message` says why
-  double cost = 0;      ///< its value
+  bool defined = true;     ///< false: the point lies outside the domain, `message` says why
+  double cost = 0;         ///< its value
   bool has_map = false;    ///< whether `map` is given
   PiecewiseLinearMap map;  ///< δy ↦ DJ(y; δy) [1×n]
   std::string message;     ///< why there is none
@@ -52,20 +52,20 @@ enum class DescentMethod {
 
 /// One iterate.
 struct DescentIteration {
-  int iteration = 0;  ///< from 0 on
-  double cost = 0;    ///< at the best point
-  double step = 0;  ///< |δy|_∞ of the step that led here
+  int iteration = 0;                             ///< from 0 on
+  double cost = 0;                               ///< at the best point
+  double step = 0;                               ///< |δy|_∞ of the step that led here
   DescentMethod method = DescentMethod::kStart;  ///< what it went along
 };
 
 /// Settings of the descent.
 struct DescentOptions {
-  double tolerance = 1e-8;  ///< of the slope along |d|_∞ = 1 that counts as none
-  int max_iterations = 200;  ///< at most
-  double radius = 0.1;  ///< first radius of the trust region, |δy|_∞
+  double tolerance = 1e-8;         ///< of the slope along |d|_∞ = 1 that counts as none
+  int max_iterations = 200;        ///< at most
+  double radius = 0.1;             ///< first radius of the trust region, |δy|_∞
   double smallest_radius = 1e-11;  ///< steps are no shorter
-  int patience = 3;              ///< steps refused in a row by the trust region before BFGS
-  double kink_tolerance = 1e-7;  ///< gradients that differ by less, relative, make no kink
+  int patience = 3;                ///< steps refused in a row by the trust region before BFGS
+  double kink_tolerance = 1e-7;    ///< gradients that differ by less, relative, make no kink
   std::function<bool(const DescentIteration&, const Vector& y)>
       progress;  ///< false ends the search
 };
@@ -74,10 +74,10 @@ struct DescentOptions {
 struct DescentResult {
   DescentStatus status = DescentStatus::kUndefined;  ///< how it ended
   std::string message;                               ///< why, as a sentence
-  Vector y;  ///< the best iterate
-  double cost = 0;           ///< there
-  SteepestDescent steepest;  ///< at y; its slope is 0 to `tolerance` at a minimum
-  std::vector<Kink> kinks;   ///< at y: all valleys where y is a minimum on a kink
+  Vector y;                                          ///< the best iterate
+  double cost = 0;                                   ///< there
+  SteepestDescent steepest;                  ///< at y; its slope is 0 to `tolerance` at a minimum
+  std::vector<Kink> kinks;                   ///< at y: all valleys where y is a minimum on a kink
   std::vector<DescentIteration> iterations;  ///< in their order
 };
 

@@ -12,8 +12,8 @@ namespace contact_flow {
 
 /// A nonsmooth equation at one point: r(x) and its B-derivative.
 struct EquationValue {
-  bool defined = true;  ///< false: x lies outside the domain, `message` says why
-  Vector residual;      ///< r(x) [m]
+  bool defined = true;     ///< false: x lies outside the domain, `message` says why
+  Vector residual;         ///< r(x) [m]
   bool has_map = false;    ///< whether `map` is given
   PiecewiseLinearMap map;  ///< δx ↦ Dr(x; δx) [m×n]
   std::string message;     ///< why there is none
@@ -52,7 +52,7 @@ struct NewtonOptions {
   double tolerance = 1e-11;  ///< of |r|_∞
   int max_iterations = 50;   ///< at most
   int max_halvings = 30;     ///< of a step
-  double max_step = 0;  ///< longest |δx|₂ of a step; 0: no limit
+  double max_step = 0;       ///< longest |δx|₂ of a step; 0: no limit
   double armijo =
       1e-4;  ///< share of the decrease of |r|² promised to first order that a step must bring
   /// Singular values below this part of a piece's largest are zero: the shortest step is taken.
@@ -67,9 +67,9 @@ struct NewtonOptions {
 struct NewtonResult {
   NewtonStatus status = NewtonStatus::kUndefined;  ///< how it ended
   std::string message;                             ///< why, as a sentence
-  Vector x;         ///< the best iterate
-  Vector residual;  ///< r(x)
-  std::vector<NewtonIteration> iterations;  ///< in their order
+  Vector x;                                        ///< the best iterate
+  Vector residual;                                 ///< r(x)
+  std::vector<NewtonIteration> iterations;         ///< in their order
 
   /// Whether it has converged.
   bool ok() const { return status == NewtonStatus::kConverged; }
@@ -77,9 +77,9 @@ struct NewtonResult {
 
 /// A solution of r + f(d) = 0 for a piecewise-linear f, or what comes nearest.
 struct PiecewiseLinearStep {
-  Vector d;          ///< [n]
-  double model = 0;  ///< |r + f(d)|₂
-  int piece = -1;    ///< the one whose cone the step is in
+  Vector d;              ///< [n]
+  double model = 0;      ///< |r + f(d)|₂
+  int piece = -1;        ///< the one whose cone the step is in
   bool in_cone = false;  ///< d is the solution of the piece whose cone holds it
 };
 

@@ -33,8 +33,8 @@ PiecewiseLinearMap OntoSection(const PiecewiseLinearMap& map, const VectorRef& g
 /// A square map on a smaller space, with the largest violation of what makes it one.
 struct ReducedMap {
   PiecewiseLinearMap map;  ///< of coordinates of the section
-  Matrix basis;         ///< orthonormal [n×k]; a tangent w becomes basisᵀ w
-  double residual = 0;  ///< 0 when the reduction is exact; relative to the largest matrix entry
+  Matrix basis;            ///< orthonormal [n×k]; a tangent w becomes basisᵀ w
+  double residual = 0;     ///< 0 when the reduction is exact; relative to the largest matrix entry
 };
 
 /// f restricted to the span of `subspace` [n×k], which it must map into itself: f(w) = V z.

@@ -37,8 +37,8 @@ const char* StabilityTestName(StabilityTest test);
 /// The data from which a verdict can be checked again, by VerifyCertificate.
 struct StabilityCertificate {
   StabilityTest test = StabilityTest::kNone;  ///< what proves it
-  double bound = 0;  ///< factor of contraction or growth
-  Matrix norm;       ///< P or T [n×n]
+  double bound = 0;                           ///< factor of contraction or growth
+  Matrix norm;                                ///< P or T [n×n]
   std::vector<std::vector<int>>
       words;          ///< indices of pieces in the order in which they are applied
   Matrix directions;  ///< [n×1], or the plane [n×1 or n×2] of kGrowingPlane
@@ -74,7 +74,7 @@ struct StabilityReport {
   int word_length = 0;        ///< longest words examined
   long words = 0;             ///< that were looked at
   long linear_programs = 0;   ///< that were solved
-  std::string message;  ///< what decided, or why nothing did
+  std::string message;        ///< what decided, or why nothing did
 };
 
 /// Throws std::invalid_argument, naming field and value, for a margin outside [0, 1) and for

@@ -11,17 +11,17 @@ namespace contact_flow {
 
 /// Settings of the search for a feedback.
 struct FeedbackOptions {
-  bool piecewise = false;  ///< κ may have a kink on each face of f, else it is linear
-  double good_enough = 0;  ///< a rate that needs no further improvement
+  bool piecewise = false;      ///< κ may have a kink on each face of f, else it is linear
+  double good_enough = 0;      ///< a rate that needs no further improvement
   StabilityOptions stability;  ///< of the certificate: margins, budgets, whether cancelled
 };
 
 /// A feedback once a step, and what is known of the loop that it closes.
 struct StabilizingFeedback {
-  bool certified = false;      ///< `certificate` proves that `closed` is exponentially stable
-  double rate = 0;             ///< of `closed` in the best common quadratic norm found
-  PiecewiseLinearMap law;      ///< w = κ(x) [m×n], the best that was found
-  PiecewiseLinearMap closed;   ///< x ↦ f(x, κ(x)) [n×n]
+  bool certified = false;            ///< `certificate` proves that `closed` is exponentially stable
+  double rate = 0;                   ///< of `closed` in the best common quadratic norm found
+  PiecewiseLinearMap law;            ///< w = κ(x) [m×n], the best that was found
+  PiecewiseLinearMap closed;         ///< x ↦ f(x, κ(x)) [n×n]
   StabilityCertificate certificate;  ///< for VerifyCertificate(closed, …)
   std::string message;               ///< what proves it, or why nothing does
 };

@@ -16,11 +16,11 @@ namespace contact_flow {
 /// both its ends; the event at its end has the left limit x_end here and as its right limit the
 /// x_begin of the next phase.
 struct ReferencePhase {
-  ContactMode mode;       ///< J
-  double t_begin = 0;     ///< [s]
-  double t_end = 0;       ///< [s]
-  Vector x_begin;         ///< right limit at its begin [nq+d]
-  Vector x_end;           ///< left limit at its end [nq+d]
+  ContactMode mode;         ///< J
+  double t_begin = 0;       ///< [s]
+  double t_end = 0;         ///< [s]
+  Vector x_begin;           ///< right limit at its begin [nq+d]
+  Vector x_end;             ///< left limit at its end [nq+d]
   ConstraintSet activated;  ///< what touches down at its end, …
   ConstraintSet released;   ///< … and what lets go
   /// Times of the table [N]; those at which the input changes, and t_begin and t_end, occur twice.

@@ -67,9 +67,9 @@ struct PieceProof {
 
 /// Settings of the search.
 struct TrajectoryOptions {
-  int max_iterations = 500;   ///< steps, all attempts together
-  double tolerance = 1e-10;   ///< promised decrease that counts as none, relative to 1 + J
-  bool neighbours = false;    ///< from a valley, adjacent orders of event and input change in turn
+  int max_iterations = 500;  ///< steps, all attempts together
+  double tolerance = 1e-10;  ///< promised decrease that counts as none, relative to 1 + J
+  bool neighbours = false;   ///< from a valley, adjacent orders of event and input change in turn
   std::size_t max_pieces = 720;  ///< that meet at one point
   bool certify = true;           ///< false: minima come without certificate, and a derivative less
   /// Asked after every iteration, with the unknowns; false ends the search.
@@ -79,22 +79,22 @@ struct TrajectoryOptions {
 /// Where a search ended.
 struct TrajectoryOptimum {
   TrajectoryVerdict verdict = TrajectoryVerdict::kUndefined;  ///< how it ended
-  std::string message;   ///< as a sentence
-  Vector y;              ///< the best iterate, as Unknowns orders it
-  Vector x;              ///< its initial state [nq+d]
-  InputSchedule inputs;  ///< its inputs, held or at the instants of the grid
-  Vector input_end;      ///< and at T, where they are led linearly [m]
-  Vector parameters;     ///< those that were chosen, as choose_parameters
-  double duration = 0;   ///< its horizon [s]
-  double cost = 0;       ///< of a plain run
+  std::string message;                                        ///< as a sentence
+  Vector y;                 ///< the best iterate, as Unknowns orders it
+  Vector x;                 ///< its initial state [nq+d]
+  InputSchedule inputs;     ///< its inputs, held or at the instants of the grid
+  Vector input_end;         ///< and at T, where they are led linearly [m]
+  Vector parameters;        ///< those that were chosen, as choose_parameters
+  double duration = 0;      ///< its horizon [s]
+  double cost = 0;          ///< of a plain run
   Vector condition_values;  ///< c of the conditions
-  Vector multipliers;    ///< λ: J falls by λ_i for each unit by which bound i is relaxed upward
-  std::vector<PieceProof> certificate;    ///< where the verdict is a minimum
+  Vector multipliers;  ///< λ: J falls by λ_i for each unit by which bound i is relaxed upward
+  std::vector<PieceProof> certificate;  ///< where the verdict is a minimum
   double hull_distance = 0;  ///< |Σ w_i g_i|: 0 where 0 is in the hull of the pieces' gradients
   std::vector<TrajectoryIteration> iterations;  ///< in their order
-  int valleys = 0;           ///< that were met
-  long simulations = 0;      ///< plain runs
-  long derivatives = 0;      ///< and runs with their derivative
+  int valleys = 0;                              ///< that were met
+  long simulations = 0;                         ///< plain runs
+  long derivatives = 0;                         ///< and runs with their derivative
 };
 
 /// Minimises the cost of a trajectory by its true derivative: steps of Gauss and Newton on the

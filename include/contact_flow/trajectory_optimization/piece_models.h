@@ -24,8 +24,8 @@ struct EventName {
 
 /// `second` comes after `first` in a piece: slack + row·d ≥ 0, both times [s].
 struct OrderRow {
-  EventName first;   ///< the earlier one
-  EventName second;  ///< the later one
+  EventName first;         ///< the earlier one
+  EventName second;        ///< the later one
   double slack = 0;        ///< t_second − t_first
   Eigen::RowVectorXd row;  ///< its change with the unknowns [1 × n]
 };
@@ -52,8 +52,8 @@ struct PieceModel {
 
 /// A cost at a point with the models of all its pieces there.
 struct PieceModels {
-  Status status;  ///< not kOk: there is no derivative, and why; the cost may be there
-  double cost = 0;                    ///< J
+  Status status;    ///< not kOk: there is no derivative, and why; the cost may be there
+  double cost = 0;  ///< J
   std::vector<PieceModel> pieces;     ///< that meet here
   std::vector<std::string> clusters;  ///< "floor and input change at t = 0.7 s", those with pieces
 };
@@ -61,8 +61,8 @@ struct PieceModels {
 /// The models at y, events within the problem's kink_interval taken as one. More than `max_pieces`
 /// are refused by status, and so is a start from which not every direction is admitted. Where
 /// `multipliers` are given J is L (Multipliers).
-PieceModels MakePieceModels(const Unknowns& unknowns, const Vector& y,
-                            std::size_t max_pieces = 720, const Multipliers& multipliers = {});
+PieceModels MakePieceModels(const Unknowns& unknowns, const Vector& y, std::size_t max_pieces = 720,
+                            const Multipliers& multipliers = {});
 
 /// When a constraint is met in a run [s]; NaN where it is not.
 double TimeOf(const Trajectory& run, const EventName& event);

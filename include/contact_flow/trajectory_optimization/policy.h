@@ -35,14 +35,14 @@ struct PolicyNames {
 /// How a reference is followed: u = ū(t) − K (x ⊟ x̄(t)), with the gain of an instant of the input's
 /// grid and the phase of the motion.
 struct TrackingPolicy {
-  PolicyNames names;              ///< of its numbers
-  ExtendedReference reference;    ///< x̄, with both one-sided states at events, and ū
-  std::vector<Matrix> gains;      ///< K of each interval of the grid [m × 2d]
-  std::vector<int> gain_phases;   ///< the phase in which each begins
+  PolicyNames names;             ///< of its numbers
+  ExtendedReference reference;   ///< x̄, with both one-sided states at events, and ū
+  std::vector<Matrix> gains;     ///< K of each interval of the grid [m × 2d]
+  std::vector<int> gain_phases;  ///< the phase in which each begins
   /// Intervals at which the outcome is only piecewise linear: their gains are of one piece.
   std::vector<int> kinked;
-  Vector lower;                   ///< of the inputs [m]; empty: none
-  Vector upper;                   ///< as lower
+  Vector lower;  ///< of the inputs [m]; empty: none
+  Vector upper;  ///< as lower
 
   /// K in a phase at t: of the interval at t if it begins in this phase, else of the nearest one
   /// that does.
@@ -65,8 +65,8 @@ class NoPolicy : public std::domain_error {
 /// goes on by `reach` [s] beyond its events. Throws std::invalid_argument for sizes and signs and
 /// as ExtendedReference does, and NoPolicy where an interval has no derivative.
 TrackingPolicy MakePolicy(const MechanicalSystem& system, const Trajectory& run,
-                          const InputSchedule& inputs, double reach,
-                          const TrackingWeights& weights, const BDerivativeOptions& options = {});
+                          const InputSchedule& inputs, double reach, const TrackingWeights& weights,
+                          const BDerivativeOptions& options = {});
 
 /// Throws std::invalid_argument, naming field and value, for a policy that is not in order: sizes,
 /// times that do not rise, phases that do not follow each other, gains without an interval.
@@ -74,9 +74,9 @@ void CheckPolicy(const TrackingPolicy& policy);
 
 /// Settings of a tracker.
 struct TrackerOptions {
-  bool extend = true;       ///< false: errors are those to the reference of the time, which jumps
-  double on_time = 1e-3;    ///< touchdowns closer than this to the reference's are on time [s]
-  double patience = 0.1;    ///< an event later than this is missed, one earlier is extra [s]
+  bool extend = true;     ///< false: errors are those to the reference of the time, which jumps
+  double on_time = 1e-3;  ///< touchdowns closer than this to the reference's are on time [s]
+  double patience = 0.1;  ///< an event later than this is missed, one earlier is extra [s]
 };
 
 /// An event beside that of the reference.
@@ -84,8 +84,8 @@ struct TrackedEvent {
   /// How it came.
   enum class Kind { kOnTime, kEarly, kLate, kMissed, kExtra };
   Kind kind = Kind::kOnTime;  ///< this one
-  double t = 0;             ///< when it came; for a missed one when it was given up [s]
-  double expected = 0;      ///< by the reference; NaN for an extra one [s]
+  double t = 0;               ///< when it came; for a missed one when it was given up [s]
+  double expected = 0;        ///< by the reference; NaN for an extra one [s]
   ConstraintSet constraints;  ///< of it
 };
 

@@ -49,14 +49,14 @@ struct PowerTerm {
 /// their effort is then ∫ Σ_j r_j (u_j − ū_j)² dt. At an instant of the grid they only turn, so
 /// that an event there is no kink.
 struct TrajectoryProblem {
-  Vector x;              ///< initial state [nq+d]
-  InputSchedule inputs;  ///< grid [K], beginning at the start, and where to begin the search
+  Vector x;                    ///< initial state [nq+d]
+  InputSchedule inputs;        ///< grid [K], beginning at the start, and where to begin the search
   bool linear_inputs = false;  ///< they are led linearly, not held
   Vector input_end;     ///< … to this one at T, where the search begins [m]; empty: the last one
-  double duration = 0;   ///< T > the last instant [s]
+  double duration = 0;  ///< T > the last instant [s]
 
-  bool choose_inputs = true;        ///< the unknowns u_k
-  std::vector<int> choose_initial;  ///< and tangents (q, v) of the initial state, by index < 2d
+  bool choose_inputs = true;           ///< the unknowns u_k
+  std::vector<int> choose_initial;     ///< and tangents (q, v) of the initial state, by index < 2d
   std::vector<int> choose_parameters;  ///< and parameters, by index into the description
   SystemFactory factory;  ///< makes the system of given parameters; needed where some are chosen
   std::vector<int> choose_durations;  ///< and h_k of these intervals: all later instants move, too
@@ -71,19 +71,19 @@ struct TrajectoryProblem {
   Matrix path_reference;   ///< in its place a p for each instant t_1 … t_K [nq × K]; or empty
   Vector weight;           ///< w ≥ 0 [nq+d]
   Vector target;           ///< g [nq+d]
-  double duration_weight = 0;     ///< w_T ≥ 0 [1/s]
-  std::vector<PowerTerm> power;   ///< on the way
-  Vector impulse_weight;          ///< w_c ≥ 0 of impulses of each contact at events [n]; or empty
+  double duration_weight = 0;    ///< w_T ≥ 0 [1/s]
+  std::vector<PowerTerm> power;  ///< on the way
+  Vector impulse_weight;         ///< w_c ≥ 0 of impulses of each contact at events [n]; or empty
   /// w_c ≥ 0 of the slip of each contact with friction while it touches [n]; or empty
   Vector slip_weight;
 
   std::vector<TrajectoryCondition> conditions;  ///< that are to hold
-  double condition_tolerance = 1e-8;  ///< by which they may be missed, in their own units
+  double condition_tolerance = 1e-8;            ///< by which they may be missed, in their own units
 
-  Vector lower;          ///< of the inputs [m]; empty: none
-  Vector upper;          ///< as lower
-  Vector initial_lower;  ///< of changes of the initial state; empty: none
-  Vector initial_upper;  ///< as initial_lower
+  Vector lower;            ///< of the inputs [m]; empty: none
+  Vector upper;            ///< as lower
+  Vector initial_lower;    ///< of changes of the initial state; empty: none
+  Vector initial_upper;    ///< as initial_lower
   Vector parameter_lower;  ///< of the chosen parameters; empty: none
   Vector parameter_upper;  ///< as parameter_lower
   Vector duration_lower;   ///< of the chosen h_k, > 0 [s]; empty: a tenth of what they are

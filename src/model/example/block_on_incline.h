@@ -17,7 +17,7 @@ namespace example {
 ///   m z̈ = −m g cos φ + B sin(ν w) + λ_n,   ẇ = 1.
 struct BlockOnIncline {
   static constexpr const char* kName = "block_on_incline";
-  static constexpr const char* kSummary = 
+  static constexpr const char* kSummary =
       "block on an incline with friction: slides, stops and sticks; pushed and shaken if asked";
   static constexpr int kDof = 3, kConstraints = 1, kInputs = 1, kSlipDimension = 1;
   static constexpr bool kConstantMass = true, kAffineConstraints = true;

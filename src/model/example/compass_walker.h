@@ -21,7 +21,7 @@ namespace example {
 /// so that within a third of `pitch` from a stone it is the plane.
 struct CompassWalker {
   static constexpr const char* kName = "compass_walker";
-  static constexpr const char* kSummary = 
+  static constexpr const char* kSummary =
       "passive compass walker on a slope with feet that do not slip; two legs with masses";
   static constexpr int kDof = 4, kConstraints = 2, kInputs = 0, kSlipDimension = 1;
   static constexpr bool kConstantMass = false, kAffineConstraints = false;

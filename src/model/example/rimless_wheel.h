@@ -91,8 +91,7 @@ struct RimlessWheel {
   static NominalRun Nominal(const Parameters<P>& p) {
     const double half = kBetween / 2, rho = p.inertia / (p.mass * p.length * p.length);
     const double eta = (std::cos(kBetween) + rho) / (1 + rho);
-    const double gain =
-        4 * (p.gravity / p.length) * std::sin(half) * std::sin(p.slope) / (1 + rho);
+    const double gain = 4 * (p.gravity / p.length) * std::sin(half) * std::sin(p.slope) / (1 + rho);
     const double omega = eta * std::sqrt(std::max(0.0, gain) / (1 - eta * eta));
     NominalRun run;
     run.x.resize(6);

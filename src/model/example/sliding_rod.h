@@ -17,7 +17,7 @@ namespace example {
 /// μ > 4/3.
 struct SlidingRod {
   static constexpr const char* kName = "sliding_rod";
-  static constexpr const char* kSummary = 
+  static constexpr const char* kSummary =
       "uniform rod whose foot sticks and slips while it falls; Painleve's example";
   static constexpr int kDof = 3, kConstraints = 2, kInputs = 0, kSlipDimension = 1;
   static constexpr bool kConstantMass = true, kAffineConstraints = false;

@@ -15,7 +15,7 @@ namespace example {
 /// which is the gradient of no function: what rolls does not slip.
 struct SpinningBall {
   static constexpr const char* kName = "spinning_ball";
-  static constexpr const char* kSummary = 
+  static constexpr const char* kSummary =
       "ball in space that bounces with spin on a floor with friction, slides and rolls";
   static constexpr int kDof = 6, kConstraints = 1, kInputs = 0, kSlipDimension = 2;
   static constexpr bool kConstantMass = true, kAffineConstraints = true;

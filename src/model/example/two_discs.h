@@ -21,7 +21,7 @@ struct TwoDiscs {
   static constexpr std::array<const char*, 4> kCoordinates = {"x1", "y1", "x2", "y2"};
   static constexpr std::array<const char*, 4> kUnits = {"m", "m", "m", "m"};
   static constexpr std::array<const char*, 3> kConstraintNames = {"discs", "first wall",
-                                                                 "second wall"};
+                                                                  "second wall"};
   static constexpr std::array<const char*, 2> kInputNames = {"force x", "force y"};
 
   template <class P>

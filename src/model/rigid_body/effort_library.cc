@@ -37,10 +37,12 @@ std::pair<const std::string, Kind> Entry() {
 
 const std::map<std::string, Kind>& Registry() {
   static const std::map<std::string, Kind> registry = {
-      Entry<effort::Actuator>(), Entry<effort::ConstantForce>(), Entry<effort::Drag>(),
-      Entry<effort::Flywheel>(), Entry<effort::FrameSpring>(),   Entry<effort::JointSpring>(),
-      Entry<effort::LegPush>(),  Entry<effort::Pd>(),            Entry<effort::PointSpring>(),
-      Entry<effort::Servo>(),    Entry<effort::TimedForce>(),    Entry<effort::Track>(),
+      Entry<effort::Actuator>(),    Entry<effort::ConstantForce>(),
+      Entry<effort::Drag>(),        Entry<effort::Flywheel>(),
+      Entry<effort::FrameSpring>(), Entry<effort::JointSpring>(),
+      Entry<effort::LegPush>(),     Entry<effort::Pd>(),
+      Entry<effort::PointSpring>(), Entry<effort::Servo>(),
+      Entry<effort::TimedForce>(),  Entry<effort::Track>(),
   };
   return registry;
 }

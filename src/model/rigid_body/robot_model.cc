@@ -66,8 +66,9 @@ RobotModel::Coordinate RobotModel::ClockCoordinate() const {
 void RobotModel::AddClock() {
   if (clock >= 0) return;
   if (std::find(coordinates.begin(), coordinates.end(), "clock") != coordinates.end()) {
-    throw std::invalid_argument("a joint is called 'clock', as the time that references need: "
-                                "rename it in the URDF");
+    throw std::invalid_argument(
+        "a joint is called 'clock', as the time that references need: "
+        "rename it in the URDF");
   }
   clock = AddPrismatic({-1, Pose()}, "clock", Vec3<double>::UnitX()).body;  // level: weightless
   units.back() = "s";
@@ -91,8 +92,9 @@ void RobotModel::CheckMass() const {
   double total = 0;
   for (const RigidBodyTree::Body& body : tree.bodies()) total += body.inertia.mass;
   if (!(total > 0)) {
-    throw std::invalid_argument("what moves has no mass: the links have no <inertial>, or one of "
-                                "mass zero; give them one");
+    throw std::invalid_argument(
+        "what moves has no mass: the links have no <inertial>, or one of "
+        "mass zero; give them one");
   }
   TreeState<double> state(tree);
   Matrix mass(n, n);
@@ -111,10 +113,12 @@ void RobotModel::CheckMass() const {
   const std::string name = "'" + velocities[massless] + "'";
   const int body = tree.dof_body(massless);
   if (tree.bodies()[body].inertia.mass > 0 || velocities[massless].compare(0, 5, "base_") != 0) {
-    throw std::invalid_argument(name + " moves no mass that other joints do not move alike: the "
+    throw std::invalid_argument(name +
+                                " moves no mass that other joints do not move alike: the "
                                 "mass matrix is singular; give what it carries an <inertial>");
   }
-  throw std::invalid_argument(name + " moves no mass that other joints do not move alike: the mass "
+  throw std::invalid_argument(name +
+                              " moves no mass that other joints do not move alike: the mass "
                               "matrix is singular; give the root link an <inertial>, or fix it "
                               "(base: fixed)");
 }

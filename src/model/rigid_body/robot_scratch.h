@@ -65,12 +65,12 @@ struct RobotSystem::Scratch {
   double number[kMax], e[kMax], by_z[kMax * kMax], by_rate[kMax * kMax];
   double slip_map[2 * kMax], slip_rate_z[2 * kMax], slip_rate_rate[2 * kMax], slip_z[2 * kMax];
   std::vector<double> by_u;
-  Vector input;                                 // after feedback [m]
-  Vector error;                                 // q ⊟ q_ref [nv]
-  Matrix chain;                                 // ∂r₁/∂u K_q
-  std::unique_ptr<TreeState<double>> resting;   // at v = 0, where weight is borne
-  Vector weight;                                // G [nv]
-  Matrix weight_q;                              // ∂G/∂η
+  Vector input;                                // after feedback [m]
+  Vector error;                                // q ⊟ q_ref [nv]
+  Matrix chain;                                // ∂r₁/∂u K_q
+  std::unique_ptr<TreeState<double>> resting;  // at v = 0, where weight is borne
+  Vector weight;                               // G [nv]
+  Matrix weight_q;                             // ∂G/∂η
   double u[kMax];
 
  private:

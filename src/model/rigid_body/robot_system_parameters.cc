@@ -107,8 +107,8 @@ void RobotSystem::DifferentiateDynamicsByParameters(const VectorRef& q, const Ve
           jacobian->momentum.col(p) -= robot_.weight_share.cwiseProduct(s->weight);
           break;
         case Owner::kConstraint:
-          DifferentiateConstraintByNumber(place.index, place.number, q, v, acceleration,
-                                          force, s, p, jacobian);
+          DifferentiateConstraintByNumber(place.index, place.number, q, v, acceleration, force, s,
+                                          p, jacobian);
           break;
         case Owner::kEffort: {
           const EffortElement& element = *robot_.efforts[place.index];

@@ -63,7 +63,8 @@ BodyInertia ReadInertia(const urdf::Link& link, UrdfFaults faults, Findings* fin
   }
   if (inertia.mass == 0) {
     if (!inertia.central.isZero(0)) {
-      findings->warnings.push_back(owner + ": its mass is 0, so that its inertia is not used (a "
+      findings->warnings.push_back(owner +
+                                   ": its mass is 0, so that its inertia is not used (a "
                                    "rotor is `joints: {armature: …}` of a robot's YAML)");
     }
     return BodyInertia();
@@ -230,8 +231,10 @@ RobotModel ParseChecked(const std::string& text, RobotBase base, UrdfFaults faul
     if (again) held.insert(held.end(), idle.begin(), idle.end());
   }
   if (!held.empty()) {
-    robot.warnings.push_back("these joints move no mass and are held at zero; give what they carry "
-                             "an <inertial> to let them move:" + Listed(held));
+    robot.warnings.push_back(
+        "these joints move no mass and are held at zero; give what they carry "
+        "an <inertial> to let them move:" +
+        Listed(held));
   }
   WarnOfUnused(*model, &robot);
   for (std::size_t i = 0; i < robot.links.size(); ++i) {
@@ -246,9 +249,9 @@ RobotModel ParseChecked(const std::string& text, RobotBase base, UrdfFaults faul
     robot.CheckMass();
   } catch (const std::invalid_argument& error) {
     Fail(error.what() +
-         (held.empty() ? std::string()
-                       : "; these joints move no mass, give what they carry an <inertial>:" +
-                             Listed(held)));
+         (held.empty()
+              ? std::string()
+              : "; these joints move no mass, give what they carry an <inertial>:" + Listed(held)));
   }
   return robot;
 }

@@ -61,11 +61,12 @@ void ReadMimics(const urdf::ModelInterface& model, RobotModel* robot, Findings* 
     const std::string owner = "joint '" + joint.name + "'";
     const auto master = model.joints_.find(joint.mimic->joint_name);
     if (master == model.joints_.end()) {
-      findings->errors.push_back(owner + " mimics '" + joint.mimic->joint_name + "': " +
-                                 UnknownName("joint", joint.mimic->joint_name, names));
+      findings->errors.push_back(owner + " mimics '" + joint.mimic->joint_name +
+                                 "': " + UnknownName("joint", joint.mimic->joint_name, names));
     } else if (joint.name == master->first) {
-      findings->errors.push_back(owner + " mimics itself: leave its <mimic> out, or name the joint "
-                                         "that it follows");
+      findings->errors.push_back(owner +
+                                 " mimics itself: leave its <mimic> out, or name the joint "
+                                 "that it follows");
     } else if (!IsSingle(joint)) {
       findings->errors.push_back(owner + " mimics '" + master->first +
                                  "': only revolute and prismatic joints can follow another joint");

@@ -123,8 +123,7 @@ void AddDerivatives(const Setup& setup, const Differentiated& d, OutcomeDerivati
     result->direction_modes.back().names =
         ToLabels(result->constraints, d.derivative.PerturbedModes(w));
     result->mode_words.emplace_back();
-    result->mode_words.back().names =
-        ToWords(result->constraints, d.derivative.PerturbedModes(w));
+    result->mode_words.back().names = ToWords(result->constraints, d.derivative.PerturbedModes(w));
     const ClusterReading reading = ReadClusters(d.derivative, w);
     result->inner_radii.push_back(reading.inner_radius);
     in_order.row(i) = reading.in_order;
@@ -223,8 +222,7 @@ ContactTrajectory Answer(const Setup& setup, const SimulationRequest& request) {
       if (!run.options.dense && std::any_of(near.begin(), near.end(), unnamed)) {
         run.options.dense = true;
         near = FindNearGrazing(
-            *setup.system,
-            Simulate(*setup.system, run.x, run.input, run.duration, run.options));
+            *setup.system, Simulate(*setup.system, run.x, run.input, run.duration, run.options));
       }
     } catch (const BudgetExceeded&) {
       if (trajectory.status.ok()) throw;  // else the run has told of it, and is kept
@@ -284,9 +282,9 @@ DerivativeComparison Answer(const Setup& setup, const ComparisonRequest& request
     }
     const Vector prediction = d.derivative(vectors[i]);
     if (!prediction.allFinite()) {
-      SetStatus({Outcome::kNonFinite,
-                 "the derivative along " + d.directions.names[i] + " is not finite"},
-                &result);
+      SetStatus(
+          {Outcome::kNonFinite, "the derivative along " + d.directions.names[i] + " is not finite"},
+          &result);
       return result;
     }
     const QuotientReport report = CompareWithQuotients(

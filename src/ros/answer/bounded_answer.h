@@ -131,8 +131,8 @@ void AnswerOrEnd(double max_megabytes, Result* result, const Body& answer) {
     const double size = 1e-6 * ros::serialization::serializationLength(*result);
     if (size > max_megabytes) {
       throw BudgetExceeded(BudgetEnd::kMegabytes,
-                           "the answer takes " + std::to_string(size) + " MB, max_megabytes = " +
-                               std::to_string(max_megabytes) +
+                           "the answer takes " + std::to_string(size) +
+                               " MB, max_megabytes = " + std::to_string(max_megabytes) +
                                " at most; ask for less in one answer");
     }
     std::string sentence;

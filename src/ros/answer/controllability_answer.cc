@@ -72,7 +72,7 @@ bool FindMap(const Setup& setup, const ControllabilityRequest& request, Piecewis
     throw std::invalid_argument("model '" + names.name + "' has no inputs");
   }
   const ResolvedRun run = ResolveRun(setup, request.duration, request.state, request.input,
-                             request.input_grid, request.options);
+                                     request.input_grid, request.options);
   const BDerivativeOptions options =
       ResolveOptions(setup.derivative_options, request.derivative_options);
   const std::vector<int> rows = ResolveReached(names, request.reached, &result->reached);

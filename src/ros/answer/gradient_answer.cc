@@ -139,9 +139,8 @@ GradientResult Answer(const Setup& setup, const GradientRequest& request) {
   WarnOfRun(trajectory, &result);
   if (!J.status.ok()) return result;
   result.cost = J.cost;
-  const Vector admitted =
-      starts.Projector().transpose() *
-      AtStart(J.initial, J.inputs, J.parameters, system, options.variables);
+  const Vector admitted = starts.Projector().transpose() *
+                          AtStart(J.initial, J.inputs, J.parameters, system, options.variables);
   result.by_state = ToMsg(VectorRef(admitted.head(2 * system.dof())));
   result.by_inputs = ToMsg(MatrixRef(Matrix(J.inputs.transpose())));
   result.by_parameters = ToMsg(VectorRef(admitted.tail(J.parameters.size())));

@@ -22,15 +22,15 @@ namespace {
 
 using ActionResult = OptimizeTrajectoryResult;
 
-static_assert(
-    ActionResult::SMOOTH_MINIMUM == static_cast<int>(TrajectoryVerdict::kSmoothMinimum) &&
-        ActionResult::VALLEY == static_cast<int>(TrajectoryVerdict::kValley) &&
-        ActionResult::STALLED == static_cast<int>(TrajectoryVerdict::kStalled) &&
-        ActionResult::UNDEFINED == static_cast<int>(TrajectoryVerdict::kUndefined) &&
-        ActionResult::MAX_ITERATIONS == static_cast<int>(TrajectoryVerdict::kMaxIterations) &&
-        ActionResult::CANCELLED == static_cast<int>(TrajectoryVerdict::kCancelled) &&
-        ActionResult::INFEASIBLE == static_cast<int>(TrajectoryVerdict::kInfeasible),
-    "the constants of the action are the verdicts");
+static_assert(ActionResult::SMOOTH_MINIMUM == static_cast<int>(TrajectoryVerdict::kSmoothMinimum) &&
+                  ActionResult::VALLEY == static_cast<int>(TrajectoryVerdict::kValley) &&
+                  ActionResult::STALLED == static_cast<int>(TrajectoryVerdict::kStalled) &&
+                  ActionResult::UNDEFINED == static_cast<int>(TrajectoryVerdict::kUndefined) &&
+                  ActionResult::MAX_ITERATIONS ==
+                      static_cast<int>(TrajectoryVerdict::kMaxIterations) &&
+                  ActionResult::CANCELLED == static_cast<int>(TrajectoryVerdict::kCancelled) &&
+                  ActionResult::INFEASIBLE == static_cast<int>(TrajectoryVerdict::kInfeasible),
+              "the constants of the action are the verdicts");
 
 constexpr double kLargestTolerance = 1e3;
 constexpr int kMaxIterations = 100000;

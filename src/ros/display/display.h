@@ -32,10 +32,10 @@ class Display {
     sensor_msgs::JointState joints;
     tf2_msgs::TFMessage transforms;
     visualization_msgs::MarkerArray contacts;
-    std::vector<geometry_msgs::WrenchStamped> wrenches;  ///< one a constraint [n]
+    std::vector<geometry_msgs::WrenchStamped> wrenches;       ///< one a constraint [n]
     std::vector<geometry_msgs::WrenchStamped> link_wrenches;  ///< one a link of touching_links
-    std::vector<nav_msgs::Odometry> odometry;  ///< of a base that moves, one
-    std::vector<sensor_msgs::Imu> imu;         ///< likewise
+    std::vector<nav_msgs::Odometry> odometry;                 ///< of a base that moves, one
+    std::vector<sensor_msgs::Imu> imu;                        ///< likewise
   };
   OfState Show(const Instant& now, const ros::Time& stamp) const;
   /// Links that constraints touch with, of a robot.

@@ -112,7 +112,7 @@ class RobotDisplay {
   const RobotSystem& system_;
   const DisplayOptions options_;
   std::string root_;
-  bool base_alias_ = false;       // base_frame is another name of the root
+  bool base_alias_ = false;  // base_frame is another name of the root
   void FindTouchingLinks();
 
   std::set<std::string> joints_;  // with one number

@@ -74,8 +74,8 @@ void RobotDisplay::AddTerrainTransforms(
     const std::string frame = TerrainFrame(id++);
     if (!piece.moves) continue;
     const Vec3<double> shown = TerrainDisplacement(robot, piece.constraint, t, period);
-    transforms->push_back(ToTransform(Mat3<double>::Identity(), shown, options_.world_frame, frame,
-                                      stamp));
+    transforms->push_back(
+        ToTransform(Mat3<double>::Identity(), shown, options_.world_frame, frame, stamp));
   }
 }
 

@@ -12,8 +12,7 @@ std::vector<geometry_msgs::Wrench> RobotDisplay::ContactWrenches(const VectorRef
                                                                  const VectorRef& force) const {
   TreeState<double> state(system_.robot().model.tree);
   UpdatePositions(system_.robot().model.tree, x.data(), &state);
-  std::vector<geometry_msgs::Wrench> wrenches(
-      static_cast<std::size_t>(system_.num_constraints()));
+  std::vector<geometry_msgs::Wrench> wrenches(static_cast<std::size_t>(system_.num_constraints()));
   for (int i = 0; i < system_.num_constraints(); ++i) {
     Vec3<double> point, f;
     PlaceContact(system_, i, state, force, &point, &f);

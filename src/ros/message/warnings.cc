@@ -27,8 +27,8 @@ std::vector<ResultWarning> ToMsg(const std::vector<DirectionNote>& notes) {
   std::vector<ResultWarning> messages;
   for (const DirectionNote& note : notes) {
     const bool projected = note.kind == DirectionNote::Kind::kProjected;
-    messages.push_back(MakeWarning(
-        projected ? ResultWarning::PROJECTED : ResultWarning::LEFT_OUT, note.message));
+    messages.push_back(
+        MakeWarning(projected ? ResultWarning::PROJECTED : ResultWarning::LEFT_OUT, note.message));
   }
   return messages;
 }

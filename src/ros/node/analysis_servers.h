@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "action_status.h"
 #include "contact_flow/ComputeCovariance.h"
 #include "contact_flow/ComputeGradient.h"
 #include "contact_flow/ComputePoincareMap.h"
@@ -17,10 +18,9 @@
 #include "contact_flow/OptimizeOutcomeAction.h"
 #include "contact_flow/OptimizeTrajectoryAction.h"
 #include "contact_flow/SweepEnsembleAction.h"
-#include "action_status.h"
 #include "src/ros/recording/outlet.h"
-#include "src/session/setup.h"
 #include "src/ros/service/work_pool.h"
+#include "src/session/setup.h"
 
 namespace contact_flow {
 namespace ros_interface {

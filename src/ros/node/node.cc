@@ -55,9 +55,8 @@ Node::Node(const NodeParameters& parameters)
       outlet_(&node_, parameters.bag_directory, ToMsg(setup_), parameters.simulator.signing_key),
       analyses_(&node_, &work_node_, setup_, &outlet_, &pool_),
       prompt_threads_(kPromptThreads, &prompt_queue_),
-      work_threads_(
-          static_cast<std::size_t>(parameters.threads + parameters.queue + kShortThreads),
-          &work_queue_) {
+      work_threads_(static_cast<std::size_t>(parameters.threads + parameters.queue + kShortThreads),
+                    &work_queue_) {
   setup_.options.cancelled = &IsStopping;
   if (setup_.robot != nullptr) {
     for (const std::string& warning : setup_.robot->robot().model.warnings) {
@@ -72,9 +71,10 @@ Node::Node(const NodeParameters& parameters)
   }
   const std::string left = LeftOver(parameters.bag_directory);
   if (!left.empty()) {
-    ROS_WARN("%s: left over by a node that was killed while it wrote a result, which it has not "
-             "answered: %s; what was answered is in the bags, these may be removed",
-             parameters.bag_directory.c_str(), left.c_str());
+    ROS_WARN(
+        "%s: left over by a node that was killed while it wrote a result, which it has not "
+        "answered: %s; what was answered is in the bags, these may be removed",
+        parameters.bag_directory.c_str(), left.c_str());
   }
   if (parameters.record) {
     for (const std::string& path : RecordTo(parameters.bag_name)) {

@@ -19,10 +19,10 @@
 #include "contact_flow/StopRecording.h"
 #include "parameters.h"
 #include "src/ros/recording/outlet.h"
-#include "src/session/setup.h"
 #include "src/ros/service/work_pool.h"
 #include "src/ros/service/work_threads.h"
 #include "src/ros/simulator/simulator_services.h"
+#include "src/session/setup.h"
 
 namespace contact_flow {
 namespace ros_interface {

@@ -16,12 +16,12 @@ struct NodeParameters {
   /// ~robot_description instead of a model
   Configuration configuration;
   std::vector<std::string> model_plugins;  ///< ~model_plugins: classes of pluginlib
-  bool record = false;        ///< ~record: record from the start
-  std::string bag_name;       ///< ~bag_name: of that bag; "": model and time
-  std::string bag_directory;  ///< ~bag_directory
-  long threads = 4;           ///< ~threads: long requests answered at once
-  long queue = 16;            ///< ~queue: long requests that may wait for these
-  double max_memory = -1;     ///< ~max_memory [10⁶ byte]; 0: no limit, -1: see LimitMemory
+  bool record = false;                     ///< ~record: record from the start
+  std::string bag_name;                    ///< ~bag_name: of that bag; "": model and time
+  std::string bag_directory;               ///< ~bag_directory
+  long threads = 4;                        ///< ~threads: long requests answered at once
+  long queue = 16;                         ///< ~queue: long requests that may wait for these
+  double max_memory = -1;  ///< ~max_memory [10⁶ byte]; 0: no limit, -1: see LimitMemory
   SimulatorParameters simulator;
 };
 

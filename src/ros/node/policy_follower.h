@@ -20,8 +20,8 @@ namespace ros_interface {
 
 /// The private parameters of policy_tracker.
 struct FollowerParameters {
-  std::string file;      ///< ~file: a policy in YAML; or …
-  std::string source;    ///< … ~source: the node whose ~policy is followed
+  std::string file;                     ///< ~file: a policy in YAML; or …
+  std::string source;                   ///< … ~source: the node whose ~policy is followed
   std::string simulator = "simulator";  ///< ~simulator: whose topics are read and written
   /// ~begin of the policy, of the simulated time [s]; NaN: with the first state
   double begin = std::numeric_limits<double>::quiet_NaN();

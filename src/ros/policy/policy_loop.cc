@@ -89,8 +89,8 @@ void PolicyLoop::BeginWith(const HybridState& state) {
   mode_ = SetOfNames("mode", state.mode, policy_->names.constraints);
   waiting_.reset();
   // What came before it is over; of what has begun anew there may be events already.
-  while (!events_.empty() && (events_.front().index <= passed_ ||
-                              events_.front().epoch < state.epoch)) {
+  while (!events_.empty() &&
+         (events_.front().index <= passed_ || events_.front().epoch < state.epoch)) {
     events_.pop_front();
   }
 }

@@ -70,13 +70,13 @@ class PolicyLoop {
   const double asked_begin_;
   std::optional<RecedingTracker> tracker_;
   std::uint64_t beginnings_ = 0;
-  Vector x_;  // that was answered last; empty: none
-  double begin_ = 0, last_ = 0;     // of the simulated time [s]
-  std::size_t told_ = 0;            // events of the tracker
+  Vector x_;                     // that was answered last; empty: none
+  double begin_ = 0, last_ = 0;  // of the simulated time [s]
+  std::size_t told_ = 0;         // events of the tracker
   std::size_t told_solves_ = 0;
-  std::uint64_t passed_ = 0;        // events of the simulator
-  std::uint32_t epoch_ = 0;         // of the state before
-  ConstraintSet mode_;              // that the robot is in
+  std::uint64_t passed_ = 0;  // events of the simulator
+  std::uint32_t epoch_ = 0;   // of the state before
+  ConstraintSet mode_;        // that the robot is in
   std::deque<SimulatorEvent> events_;
   std::optional<HybridState> waiting_;
   int waits_ = 0;  // states that have come while one waits

@@ -39,8 +39,9 @@ RobotTopics::RobotTopics(const PolicyNames& names, double threshold)
     base_v_ = 6;
   }
   if (names.coordinates.size() - base_q_ != names.velocities.size() - base_v_) {
-    throw std::invalid_argument("coordinates of the policy have a rotation that is none of a base: "
-                                "no standard topic tells it");
+    throw std::invalid_argument(
+        "coordinates of the policy have a rotation that is none of a base: "
+        "no standard topic tells it");
   }
 }
 

@@ -83,9 +83,7 @@ void NewFile::Append(std::string_view bytes) {
   size_ += bytes.size();
 }
 
-void NewFile::Overwrite(std::size_t position, std::string_view bytes) {
-  WriteAt(position, bytes);
-}
+void NewFile::Overwrite(std::size_t position, std::string_view bytes) { WriteAt(position, bytes); }
 
 void NewFile::Sync() { SyncFd(fd_, path_); }
 
@@ -109,8 +107,8 @@ void ReplaceFile(const std::string& path, std::initializer_list<std::string_view
     file.Sync();
     if (!must_be_new) {
       if (::rename(temporary.c_str(), path.c_str()) != 0) Fail(path, errno);
-    } else if (::renameat2(AT_FDCWD, temporary.c_str(), AT_FDCWD, path.c_str(),
-                           RENAME_NOREPLACE) != 0) {
+    } else if (::renameat2(AT_FDCWD, temporary.c_str(), AT_FDCWD, path.c_str(), RENAME_NOREPLACE) !=
+               0) {
       // Not every file system knows how; then by a second name, which none overwrites either.
       if (errno != EINVAL) Fail(path, errno);
       if (::link(temporary.c_str(), path.c_str()) != 0) Fail(path, errno);

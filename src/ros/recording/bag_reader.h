@@ -32,8 +32,8 @@ struct BagMessage {
 /// Everything in a bag, in the order of the file.
 struct BagContent {
   std::vector<BagMessage> messages;
-  bool closed = true;           ///< it ends with an index
-  std::size_t cut_at = 0;       ///< of one that does not: where the last record breaks off, or 0
+  bool closed = true;      ///< it ends with an index
+  std::size_t cut_at = 0;  ///< of one that does not: where the last record breaks off, or 0
 };
 
 /// Reads a bag strictly: no byte of the file is left unread, and what the file says twice (index,

@@ -39,9 +39,13 @@ struct ModestAllocator {
   }
   void deallocate(T* pointer, std::size_t) { ::operator delete(pointer); }
   template <class Other>
-  bool operator==(const ModestAllocator<Other>&) const { return true; }
+  bool operator==(const ModestAllocator<Other>&) const {
+    return true;
+  }
   template <class Other>
-  bool operator!=(const ModestAllocator<Other>&) const { return false; }
+  bool operator!=(const ModestAllocator<Other>&) const {
+    return false;
+  }
 };
 template <class Message>
 struct ModestOf;

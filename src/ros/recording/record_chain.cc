@@ -120,11 +120,11 @@ Bytes SigningKey::Sign(const Digest& digest) const {
 bool SigningKey::Verifies(const Digest& digest, const Bytes& signature) const {
   const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(),
                                                                         &EVP_MD_CTX_free);
-  Check(EVP_DigestVerifyInit(context.get(), nullptr, nullptr, nullptr,
-                             static_cast<EVP_PKEY*>(key_)));
-  return signature.size() == 64 && EVP_DigestVerify(context.get(), signature.data(),
-                                                    signature.size(), digest.data(),
-                                                    digest.size()) == 1;
+  Check(
+      EVP_DigestVerifyInit(context.get(), nullptr, nullptr, nullptr, static_cast<EVP_PKEY*>(key_)));
+  return signature.size() == 64 &&
+         EVP_DigestVerify(context.get(), signature.data(), signature.size(), digest.data(),
+                          digest.size()) == 1;
 }
 
 void LinkHash::Add(const Digest& connection, const ros::Time& time, const std::uint8_t* data,

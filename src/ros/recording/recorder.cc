@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "bag_file.h"
-
 #include "contact_flow/nearest_name.h"
 
 namespace contact_flow {

@@ -136,10 +136,13 @@ TrackingPolicy FromMsg(const Policy& m) {
       throw std::invalid_argument(At("phases", phases.size()) + "." + error.what());
     }
   }
-  TrackingPolicy policy{
-      {m.model, m.coordinates, m.units, m.velocities, m.constraints, m.inputs},
-      ExtendedReference(std::move(space), std::move(inputs), std::move(phases)),
-      {}, {}, {}, {}, {}};
+  TrackingPolicy policy{{m.model, m.coordinates, m.units, m.velocities, m.constraints, m.inputs},
+                        ExtendedReference(std::move(space), std::move(inputs), std::move(phases)),
+                        {},
+                        {},
+                        {},
+                        {},
+                        {}};
   for (std::size_t k = 0; k < m.gains.size(); ++k) {
     policy.gains.push_back(ToMatrix(At("gains", k) + ".K", m.gains[k].K));
     policy.gain_phases.push_back(static_cast<int>(m.gains[k].phase));

@@ -24,9 +24,8 @@ AskedDerivativeOptions FromMsg(const DerivativeOptions& message);
 template <class Message>
 AskedDirections DirectionsOf(const Message& message) {
   const RowMajorMatrix& matrix = message.direction_matrix;
-  return {message.directions,
-          {matrix.rows, matrix.cols, matrix.data},
-          message.project_directions != 0};
+  return {
+      message.directions, {matrix.rows, matrix.cols, matrix.data}, message.project_directions != 0};
 }
 
 ResolvedRun ResolveRun(const Setup& setup, double duration, const InitialState& state,

@@ -2,7 +2,6 @@
 #include "contact_flow/ros/model_plugins.h"
 
 #include <pluginlib/class_loader.hpp>
-
 #include <stdexcept>
 
 #include "contact_flow/model/model_plugin.h"

@@ -79,7 +79,8 @@ NamedInputs JointCommands::Inputs(const sensor_msgs::JointState& command) const 
   const auto add = [&](const std::string& joint, const std::string& input, double value,
                        const char* what) {
     if (input.empty()) {
-      throw std::invalid_argument("joint '" + joint + "' takes no " + what + ": its efforts are "
+      throw std::invalid_argument("joint '" + joint + "' takes no " + what +
+                                  ": its efforts are "
                                   "of another kind");
     }
     inputs.names.push_back(input);
@@ -118,7 +119,8 @@ TrajectoryFollower::TrajectoryFollower(const trajectory_msgs::JointTrajectory& t
     joint.velocity = commands.VelocityInput(name);
     joint.effort = commands.EffortInput(name, &joint.gear);
     if (joint.position.empty()) {
-      throw std::invalid_argument("joint '" + name + "' takes no positions: its efforts are of "
+      throw std::invalid_argument("joint '" + name +
+                                  "' takes no positions: its efforts are of "
                                   "another kind");
     }
     joints_.push_back(joint);

@@ -72,10 +72,12 @@ Simulator::~Simulator() {
 }
 
 Session::Log Simulator::Log() {
-  return {Later<EpochBegin>(),      Later<ToldInput>(),  Later<AskedMark>(),
-          Later<AskedPrediction>(), Later<Prediction>(), [](const std::string& sentence) {
-            ROS_WARN("simulator: %s", sentence.c_str());
-          }};
+  return {Later<EpochBegin>(),
+          Later<ToldInput>(),
+          Later<AskedMark>(),
+          Later<AskedPrediction>(),
+          Later<Prediction>(),
+          [](const std::string& sentence) { ROS_WARN("simulator: %s", sentence.c_str()); }};
 }
 
 void Simulator::Start() {

@@ -157,9 +157,8 @@ class Simulator {
   template <class Told>
   std::function<void(const Told&)> Later() {
     return [this](const Told& told) {
-      log_.push_back([this, message = ToMsg(told)](const ros::Time& stamp) {
-        topics_.Tell(message, stamp);
-      });
+      log_.push_back(
+          [this, message = ToMsg(told)](const ros::Time& stamp) { topics_.Tell(message, stamp); });
     };
   }
   void TellLog();

@@ -14,8 +14,9 @@ namespace ros_interface {
 JointCommands Simulator::Joints() const {
   const RobotSystem* robot = session_.setup()->robot;
   if (robot == nullptr) {
-    throw std::invalid_argument("the simulation is of a model, which has no joints: use ~input or "
-                                "~commands");
+    throw std::invalid_argument(
+        "the simulation is of a model, which has no joints: use ~input or "
+        "~commands");
   }
   return JointCommands(*robot);
 }
@@ -36,8 +37,7 @@ void Simulator::TakeNumbers(const std_msgs::Float64MultiArray& command) {
   Post([this, command] {
     try {
       CheckMessage(command);
-      const NamedInputs inputs =
-          ToInputs(command, session_.setup()->system->description().inputs);
+      const NamedInputs inputs = ToInputs(command, session_.setup()->system->description().inputs);
       session_.SetInput(session_.now(), inputs.names, inputs.values);
     } catch (const std::exception& error) {
       ROS_WARN_THROTTLE(1, "commands: %s", error.what());

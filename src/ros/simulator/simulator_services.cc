@@ -232,11 +232,11 @@ bool SimulatorServices::PredictFrom(PredictOutcome::Request& in, PredictOutcome:
     const Snapshot snapshot = simulator_->Call(
         [&](Session& session) { return session.AskPrediction(&asked); }, &out.condition);
     Prediction prediction;
-    AnswerWithin<SimulateTrajectory::Response>(
-        pool_, "predict", LimitsOf(*snapshot.setup, {}), &out.prediction, [&] {
-          prediction = Predict(snapshot, asked, &IsStopping);
-          return ToMsg(prediction);
-        });
+    AnswerWithin<SimulateTrajectory::Response>(pool_, "predict", LimitsOf(*snapshot.setup, {}),
+                                               &out.prediction, [&] {
+                                                 prediction = Predict(snapshot, asked, &IsStopping);
+                                                 return ToMsg(prediction);
+                                               });
     out.outcome = out.prediction.outcome;
     out.message = out.prediction.message;
     const bool ended = out.outcome == static_cast<int>(Outcome::kCancelled) ||

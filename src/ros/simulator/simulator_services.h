@@ -29,8 +29,8 @@ namespace ros_interface {
 class SimulatorServices {
  public:
   SimulatorServices(Simulator* simulator, const SimulatorParameters& parameters,
-                    ros::NodeHandle* node, ros::NodeHandle* prompt_node,
-                    ros::NodeHandle* work_node, WorkPool* pool);
+                    ros::NodeHandle* node, ros::NodeHandle* prompt_node, ros::NodeHandle* work_node,
+                    WorkPool* pool);
 
  private:
   /// dynamic_reconfigure under ~simulator, as it takes the name set_parameters.

@@ -16,9 +16,9 @@ Digest ToDigest(const boost::array<std::uint8_t, 32>& bytes) {
 }
 
 std::string Range(std::uint64_t first, std::uint64_t count) {
-  return count == 0 ? "no messages"
-                    : "messages " + std::to_string(first) + " to " +
-                          std::to_string(first + count - 1);
+  return count == 0
+             ? "no messages"
+             : "messages " + std::to_string(first) + " to " + std::to_string(first + count - 1);
 }
 
 }  // namespace

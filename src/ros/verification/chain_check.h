@@ -35,7 +35,7 @@ class ChainCheck {
   Report Take(const BagContent& bag);
   /// After the last bag: what is missing of the last recording, or "".
   std::string End() const;
-  std::uint64_t links() const { return links_; }    ///< that were found in order
+  std::uint64_t links() const { return links_; }          ///< that were found in order
   std::uint64_t signed_links() const { return signed_; }  ///< of these, checked by the key
 
  private:
@@ -50,9 +50,9 @@ class ChainCheck {
   std::uint32_t parts_ = 0;
   std::uint8_t state_ = RecordingLink::RECORDING_ENDS;  // of the last link
   LinkHash hash_;
-  bool rewritten_ = false;       // a message of this link has lost fields of its connection
-  std::size_t link_begin_ = 0;   // first message of this link, in its bag
-  bool missing_ = false;         // something before is missing
+  bool rewritten_ = false;      // a message of this link has lost fields of its connection
+  std::size_t link_begin_ = 0;  // first message of this link, in its bag
+  bool missing_ = false;        // something before is missing
   ros::Time time_;
   std::uint64_t links_ = 0, signed_ = 0;
 };

@@ -198,12 +198,11 @@ bool BagVerifier::Shown(const BagMessage& message) {
   const std::string role = RoleOf(message);
   std::string difference;
   if (Is<geometry_msgs::WrenchStamped>(message) && role.compare(0, 7, "wrench/") == 0) {
-    difference = session_.Take(Get<geometry_msgs::WrenchStamped>(message, role),
-                               role.substr(7));
+    difference = session_.Take(Get<geometry_msgs::WrenchStamped>(message, role), role.substr(7));
   } else if (Is<geometry_msgs::WrenchStamped>(message) &&
              role.compare(0, 12, "link_wrench/") == 0) {
-    difference = session_.TakeLinkWrench(
-        Get<geometry_msgs::WrenchStamped>(message, role), role.substr(12));
+    difference =
+        session_.TakeLinkWrench(Get<geometry_msgs::WrenchStamped>(message, role), role.substr(12));
   } else if (Is<tf2_msgs::TFMessage>(message) && (role == "tf" || role == "tf_static")) {
     const auto transforms = Deserialize<tf2_msgs::TFMessage>(message);
     for (const auto& transform : transforms.transforms) {

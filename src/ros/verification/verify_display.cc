@@ -150,8 +150,9 @@ std::string SessionVerifier::Take(const SimulatorStatus& status) {
   }
   if (!difference.empty() || !diagnostics_) return difference;
   const diagnostic_msgs::DiagnosticArray told = *std::exchange(diagnostics_, std::nullopt);
-  return start_ && Serialize(told) != Serialize(ToDiagnostics(status, start_->node,
-                                                        run_->system().description().name, ""))
+  return start_ &&
+                 Serialize(told) != Serialize(ToDiagnostics(status, start_->node,
+                                                            run_->system().description().name, ""))
              ? "the diagnostics before it are others"
              : "";
 }

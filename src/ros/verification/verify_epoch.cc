@@ -46,10 +46,9 @@ bool IsReset(const std::string& cause) {
 
 std::string SessionVerifier::Take(const SimulatorEpoch& epoch) {
   if (!configuration_) return "no model before it";
-  static const std::set<std::string> kCauses = {"start",         "start_recording",
-                                                "set_state",     "apply_impulse",
-                                                "reset_world",   "reset_simulation",
-                                                "set_parameters"};
+  static const std::set<std::string> kCauses = {
+      "start",       "start_recording",  "set_state",     "apply_impulse",
+      "reset_world", "reset_simulation", "set_parameters"};
   std::string difference = Owed();
   owed_.clear();
   const auto note = [&](const std::string& how) {

@@ -63,14 +63,11 @@ std::string BagVerifier::Repeater::Take(const ModelDescription& description) {
   Configuration configuration = FromMsg(description);
   ModelDescription computed = ToMsg(Setup(configuration));
   computed.header.stamp = description.header.stamp;
-  const std::string difference = Serialize(description) == Serialize(computed)
-                                     ? ""
-                                     : FirstDifference(description, computed);
+  const std::string difference =
+      Serialize(description) == Serialize(computed) ? "" : FirstDifference(description, computed);
   node_seconds_ = configuration.options.max_seconds;
   configuration.options.max_seconds = kMostSeconds;
-  configuration.options.cancelled = [this] {
-    return std::chrono::steady_clock::now() > deadline_;
-  };
+  configuration.options.cancelled = [this] { return std::chrono::steady_clock::now() > deadline_; };
   setup_ = std::make_unique<Setup>(configuration);
   return difference;
 }

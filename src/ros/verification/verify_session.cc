@@ -88,8 +88,8 @@ std::string SessionVerifier::Belongs(std::uint32_t epoch) const {
 
 bool SessionVerifier::AdvanceTo(double t) {
   if (!(t >= run_->flow()->now()) || !std::isfinite(t)) {
-    throw std::invalid_argument("at t = " + std::to_string(t) + " s, after t = " +
-                                std::to_string(run_->flow()->now()) + " s");
+    throw std::invalid_argument("at t = " + std::to_string(t) +
+                                " s, after t = " + std::to_string(run_->flow()->now()) + " s");
   }
   const bool event = run_->AdvanceTo(t);
   if (event) ++events_;
@@ -137,8 +137,7 @@ std::string SessionVerifier::Take(const SimulatorEvent& event) {
   }
   if (!counting_) events_ = event.index;  // a recording that began later
   counting_ = true;
-  SimulatorEvent computed =
-      ToMsg(run_->system(), run_->flow()->transition(), epoch_, events_);
+  SimulatorEvent computed = ToMsg(run_->system(), run_->flow()->transition(), epoch_, events_);
   computed.header = event.header;
   return Serialize(event) == Serialize(computed) ? "" : FirstDifference(event, computed);
 }

@@ -204,8 +204,7 @@ class ConstraintOf final : public ConstraintElement {
   }
   void Place(const double* z, Vec3<double>* arm, Vec3<double>* push) const override {
     if constexpr (Kind::kTouches) {
-      const constraint::Touch<double> touch =
-          TouchOf<Kind>(parts, Numbers<double>().data(), z);
+      const constraint::Touch<double> touch = TouchOf<Kind>(parts, Numbers<double>().data(), z);
       *arm = touch.arm;
       *push = touch.stretch * touch.normal;
     }
@@ -241,8 +240,8 @@ class ConstraintOf final : public ConstraintElement {
 
   /// d²/ds² a(z + s ż + ½ s² z̈) at s = 0.
   template <class S>
-  S Second(const std::array<Along<S>, Kind::kNumbers + 1>& numbers, const S* z,
-           const S* rate, const S* acceleration) const {
+  S Second(const std::array<Along<S>, Kind::kNumbers + 1>& numbers, const S* z, const S* rate,
+           const S* acceleration) const {
     std::array<Along<S>, N> Z;
     for (int k = 0; k < N; ++k) {
       Z[k].value.value = z[k];

@@ -27,10 +27,10 @@ struct BodyColumns {
 /// How z, ż and z̈ change with the robot's motion: matrices [N×c] over the c velocity numbers that
 /// move z (ElementGeometry::columns).
 struct ElementRows {
-  Matrix z_q;             ///< ∂z/∂η = ∂ż/∂v
-  Matrix rate_q;          ///< ∂ż/∂η
-  Matrix acceleration_q;  ///< ∂z̈/∂η at fixed v̇
-  Matrix acceleration_v;  ///< ∂z̈/∂v at fixed v̇
+  Matrix z_q;                                ///< ∂z/∂η = ∂ż/∂v
+  Matrix rate_q;                             ///< ∂ż/∂η
+  Matrix acceleration_q;                     ///< ∂z̈/∂η at fixed v̇
+  Matrix acceleration_v;                     ///< ∂z̈/∂v at fixed v̇
   std::vector<BodyColumns<double>> of_body;  ///< of the body last looked at, by its movers
 
   /// Makes room for the largest element.

@@ -38,7 +38,7 @@ struct RobotModel {
       kCapsule,   ///< a cylinder about z with half spheres at its ends; size as of a cylinder
       kMesh,      ///< size: factors of the file's x, y, z
     };
-    int link;  ///< index in `links`
+    int link;   ///< index in `links`
     Pose pose;  ///< in the link's frame
     Kind kind;
     Vec3<double> size;  ///< [m]
@@ -49,9 +49,9 @@ struct RobotModel {
   struct JointTraits {
     std::string name;
     bool limited = false;
-    double lower = 0, upper = 0;            ///< [rad] or [m]
-    double effort = 0, speed = 0;           ///< largest, 0 where the URDF says nothing
-    double damping = 0, friction = 0;       ///< [N·s/m] or [N·m·s/rad], [N] or [N·m]
+    double lower = 0, upper = 0;       ///< [rad] or [m]
+    double effort = 0, speed = 0;      ///< largest, 0 where the URDF says nothing
+    double damping = 0, friction = 0;  ///< [N·s/m] or [N·m·s/rad], [N] or [N·m]
   };
   /// A joint that follows another: q = multiplier · q_master + offset.
   struct Mimic {

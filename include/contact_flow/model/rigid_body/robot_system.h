@@ -132,7 +132,7 @@ class RobotSystem final : public MechanicalSystem, public EffortLimits, public S
     int first, count;  // of its places
   };
   std::vector<PlacedContact> placed_;  // those on surfaces with knots
-  std::vector<int> slip_rows_;  // of every constraint; empty without friction
+  std::vector<int> slip_rows_;         // of every constraint; empty without friction
   bool constant_mass_ = false;
   bool affine_constraints_ = false;
   bool forces_on_points_ = false;

@@ -67,8 +67,7 @@ struct SlipKernel {
 
   /// W [rows×M], row-major: s at the unit vectors.
   static void Map(const SlipFrame& frame, const ElementParts& parts, const double* z, double* map) {
-    const constraint::Touch<double> touch =
-        TouchOf<Kind>(parts, Numbers<double>(parts).data(), z);
+    const constraint::Touch<double> touch = TouchOf<Kind>(parts, Numbers<double>(parts).data(), z);
     Vec3<double> tangent[kRows];
     Tangents(frame, z, touch, tangent);
     double rate[M] = {};
