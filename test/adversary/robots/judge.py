@@ -12,7 +12,8 @@ import contact_flow as cf
 from generate import Draft, draw
 
 TOLERANCE = 1e-12
-OPTIONS = dict(relative_tolerance=TOLERANCE, absolute_tolerance=TOLERANCE)
+OPTIONS = dict(relative_tolerance=TOLERANCE, absolute_tolerance=TOLERANCE, max_seconds=20)
+DERIVATIVE = dict(tolerance=1e-10, max_seconds=30)
 STEPS = [10.0 ** -k for k in np.arange(3, 8.5, 0.5)]
 
 
@@ -109,7 +110,7 @@ def try_chain(robot: cf.Robot, B: Any, run: Any, draft: Draft, rng: np.random.Ge
     second = robot.simulate(first.final_state, draft.duration - at, **OPTIONS)
     if not (first.status.ok and second.status.ok) or second.arcs[0].word != first.arcs[-1].word:
         return
-    before, after = first.derivative(tolerance=1e-10), second.derivative(tolerance=1e-10)
+    before, after = first.derivative(**DERIVATIVE), second.derivative(**DERIVATIVE)
     if not (before.status.ok and after.status.ok):
         return
     try:
@@ -140,11 +141,11 @@ def judge(seed: int) -> Verdict:
     if robot is None:
         verdict.counts["no start"] += 1
         return verdict
-    run = robot.simulate(robot.nominal.x, draft.duration, **OPTIONS, max_seconds=20)
+    run = robot.simulate(robot.nominal.x, draft.duration, **OPTIONS)
     if not run.status.ok:
         verdict.counts[f"run: {run.status.outcome}"] += 1
         return verdict
-    B = run.derivative(tolerance=1e-10)
+    B = run.derivative(**DERIVATIVE)
     if not B.status.ok:
         verdict.counts[f"derivative: {B.status.outcome}"] += 1
         return verdict
@@ -175,6 +176,9 @@ def main() -> int:
         for line in verdict.contradictions:
             wrong += 1
             print(f"robot {seed}: {line}", flush=True)
+        if done % 20 == 0:
+            print(f"{done} of {count} robots, {wrong} contradictions, {time.process_time() - begin:.0f} s",
+                  file=sys.stderr, flush=True)
     print(f"{done} robots from {first} on, {wrong} contradictions")
     for words, number in sorted(counts.items()):
         print(f"  {number:6d} {words}")
