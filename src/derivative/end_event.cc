@@ -6,58 +6,191 @@
 #include <sstream>
 #include <string>
 
+#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/dynamics/word_selection.h"
+
 namespace contact_flow {
 namespace {
 
 /// Rounding of instants, of gaps beside the coordinates, and of rates beside their terms.
 constexpr double kTimeRounding = 1e-15, kGapRounding = 1e-15, kRateRounding = 1e-12;
+/// Entries of F that differ by no more, beside their sizes and beside the largest, are the same.
+constexpr double kSame = 1e-6, kNothing = 1e-9;
+/// A slip that would take longer to stop than this part of the run creeps, however slow it is.
+constexpr double kCreeping = 1e-6;
 
-Status Jumps(const std::string& name, double t, double apart, double error) {
-  std::ostringstream message;
-  message.precision(12);
-  message << "constraint '" << name << "' is hit at t = " << t
-          << " s, and the run ends there as far as it is known (" << apart << " s apart, error "
-          << error << " s): in runs that meet it earlier or later the outcome differs by its jump";
-  return {Outcome::kDiscontinuous, message.str()};
-}
+/// The end of a run beside the events that are as near to it as their instants are known.
+class EndOfRun {
+ public:
+  EndOfRun(const MechanicalSystem& system, const Trajectory& run, const Vector& state_error)
+      : system_(system),
+        run_(run),
+        last_(run.arcs.back()),
+        rounding_(kTimeRounding * std::max(std::abs(run.t_end()), run.t_end() - run.t_begin())),
+        error_q_(kInstantErrors * state_error.head(system.dof())),
+        error_v_(kInstantErrors * state_error.segment(system.dof(), system.dof())),
+        q_(last_.x_end.head(system.num_positions())),
+        v_(last_.x_end.tail(system.dof())) {
+    system_.Constraints(q_, v_, &terms_);
+  }
+
+  Status Check() {
+    for (const Transition& passed : run_.transitions) {
+      const Status status = CheckPassed(passed);
+      if (!status.ok()) return status;
+    }
+    for (int i = 0; i < system_.num_constraints(); ++i) {
+      const Status status = CheckGap(i);
+      if (!status.ok()) return status;
+    }
+    for (int i : last_.mode) {
+      const Status status = CheckSlip(i);
+      if (!status.ok()) return status;
+    }
+    return {};
+  }
+
+ private:
+  Status CheckPassed(const Transition& passed) const {
+    const ConstraintSet hit = passed.activated - system_.compliant();
+    const Vector jump = (passed.x_plus - passed.x_minus).tail(system_.dof()).cwiseAbs();
+    const bool jumps = !hit.Empty() && !(jump.array() <= error_v_.array()).all();
+    double error = rounding_;
+    for (const EventInstant& instant : passed.instants) {
+      if (jumps && !hit.Contains(instant.constraint)) continue;
+      error = std::max(error, kInstantErrors * instant.error);
+    }
+    const double apart = run_.t_end() - passed.t;
+    if (apart > error) return {};
+    if (jumps) return Jumps(*hit.begin(), passed.t, apart, error);
+    if (passed.changes_input || !FieldJumps(passed)) return {};
+    const ConstraintSet changed = Changed(passed);
+    return Bends(changed.Empty() ? -1 : *changed.begin(), passed.t, apart, error);
+  }
+
+  /// Constraints that do something else behind the transition.
+  static ConstraintSet Changed(const Transition& passed) {
+    ConstraintSet changed = passed.switched | passed.activated | passed.released;
+    for (int i : passed.mode_before | passed.mode_after) {
+      if (passed.mode_before.LetterOf(i) != passed.mode_after.LetterOf(i)) changed.Insert(i);
+    }
+    return changed;
+  }
+
+  /// F is continuous where slips begin, whose direction at no speed the state does not tell.
+  bool FieldJumps(const Transition& passed) const {
+    bool only_begin = passed.switched.Empty() && passed.activated.Empty();
+    for (int i : passed.mode_before | passed.mode_after) {
+      const Letter before = passed.mode_before.LetterOf(i), after = passed.mode_after.LetterOf(i);
+      only_begin =
+          only_begin && (before == after || (before == Letter::kStick && after != Letter::kOpen));
+    }
+    if (only_begin) return false;
+    return Differ(passed.x_minus, passed.mode_before, passed.x_plus, passed.mode_after);
+  }
+  bool Differ(const Vector& x, ContactMode mode, const Vector& y, ContactMode other) const {
+    try {
+      ContactDynamics dynamics(system_, last_.u);
+      const Vector before = dynamics.Field(x, mode), after = dynamics.Field(y, other);
+      const double nothing =
+          kNothing * std::max(before.cwiseAbs().maxCoeff(), after.cwiseAbs().maxCoeff());
+      const auto sizes = kSame * (before.cwiseAbs() + after.cwiseAbs()).array() + nothing;
+      return !((after - before).array().abs() <= sizes).all();  // NaN, too
+    } catch (const FrictionRefusal&) {
+      return true;
+    }
+  }
+
+  /// A rigid constraint that is about to be hit, a compliant one about to be passed.
+  Status CheckGap(int i) const {
+    const bool compliant = system_.compliant().Contains(i), holds = last_.mode.Contains(i);
+    if (holds && !compliant) return {};
+    const auto row = terms_.jacobian.row(i);
+    const auto size = row.cwiseAbs();
+    const double towards = holds ? row.dot(v_) : -row.dot(v_);
+    const double known = std::max(
+        {run_.speed_tolerance, size.dot(error_v_), kRateRounding * size.dot(v_.cwiseAbs())});
+    if (towards <= known) return {};
+    const double far = q_.cwiseAbs().maxCoeff();
+    const double error =
+        (size.dot(error_q_) + kGapRounding * size.maxCoeff() * far) / towards + rounding_;
+    const double apart = (holds ? -terms_.gap(i) : terms_.gap(i)) / towards;
+    if (apart > error) return {};
+    if (!compliant) return Jumps(i, run_.t_end() + apart, apart, error);
+    const ContactMode other = holds ? last_.mode.Without(i) : last_.mode.With(i);
+    if (!Differ(last_.x_end, last_.mode, last_.x_end, other)) return {};
+    return Bends(i, run_.t_end() + apart, apart, error);
+  }
+
+  /// A slip that is about to stop, or to turn round.
+  Status CheckSlip(int i) const {
+    if (!system_.HasFriction() || last_.t_end == last_.t_begin) return {};
+    const Friction& friction = system_.friction()[i];
+    const Letter letter = last_.mode.LetterOf(i);
+    if (friction.dimension == 0 || friction.coefficient == 0 || letter == Letter::kStick) return {};
+    const Matrix T = terms_.jacobian.middleRows(friction.row, friction.dimension);
+    const Vector slip = T * v_;
+    const Matrix size = T.cwiseAbs();
+    const double known = std::max({run_.absolute_tolerance, (size * error_v_).norm(),
+                                   kRateRounding * (size * v_.cwiseAbs()).norm()});
+    const bool in_plane = friction.dimension == 1;
+    const double sign = letter == Letter::kBackward ? -1 : 1;
+    const double speed = in_plane ? sign * slip(0) : slip.norm();
+    if (speed > known) return {};
+    Vector rates = terms_.bias.segment(friction.row, friction.dimension);
+    try {
+      ContactDynamics dynamics(system_, last_.u);
+      dynamics.Evaluate(last_.x_end, last_.mode);
+      rates += T * dynamics.acceleration();
+    } catch (const FrictionRefusal&) {  // no forces: the run has told so
+      return {};
+    }
+    const double slower = in_plane ? -sign * rates(0) : -slip.normalized().dot(rates);
+    const double apart = speed / slower;
+    const double creeps = kCreeping * std::max(std::abs(run_.t_end()), last_.t_end - last_.t_begin);
+    if (!(slower > 0) || std::abs(apart) > creeps) return {};
+    return Bends(i, run_.t_end() + apart, apart, known / slower);
+  }
+
+  std::ostringstream Near(const char* what, int i, double t, double apart, double error) const {
+    std::ostringstream message;
+    message.precision(12);
+    if (i >= 0) {
+      message << "constraint '" << system_.description().constraints[i] << "' " << what
+              << " at t = ";
+    } else {
+      message << "the field changes at t = ";
+    }
+    message << t << " s, and the run ends there as far as it is known (" << apart
+            << " s apart, error " << error
+            << " s): in runs that meet it earlier or later the outcome ";
+    return message;
+  }
+  Status Jumps(int i, double t, double apart, double error) const {
+    std::ostringstream message = Near("is hit", i, t, apart, error);
+    message << "differs by its jump";
+    return {Outcome::kDiscontinuous, message.str()};
+  }
+  Status Bends(int i, double t, double apart, double error) const {
+    std::ostringstream message = Near("changes its mode", i, t, apart, error);
+    message << "has another slope, since accelerations jump";
+    return {Outcome::kNotDifferentiable, message.str()};
+  }
+
+  const MechanicalSystem& system_;
+  const Trajectory& run_;
+  const Arc& last_;
+  const double rounding_;
+  const Vector error_q_, error_v_;  // of the last state
+  const Vector q_, v_;
+  ConstraintTerms terms_;
+};
 
 }  // namespace
 
 Status CheckEnd(const MechanicalSystem& system, const Trajectory& run, const Vector& state_error) {
   if (!state_error.allFinite()) return {};
-  const auto& names = system.description().constraints;
-  const int d = system.dof(), nq = system.num_positions();
-  const double end = run.t_end();
-  const double rounding = kTimeRounding * std::max(std::abs(end), end - run.t_begin());
-  const Vector error_q = kInstantErrors * state_error.head(d);
-  const Vector error_v = kInstantErrors * state_error.segment(d, d);
-  for (const Transition& passed : run.transitions) {
-    const ConstraintSet hit = passed.activated - system.compliant();
-    const Vector jump = (passed.x_plus - passed.x_minus).tail(d).cwiseAbs();
-    if (hit.Empty() || (jump.array() <= error_v.array()).all()) continue;
-    double error = rounding;
-    for (const EventInstant& instant : passed.instants) {
-      if (hit.Contains(instant.constraint)) error = std::max(error, kInstantErrors * instant.error);
-    }
-    if (end - passed.t <= error) return Jumps(names[*hit.begin()], passed.t, end - passed.t, error);
-  }
-  const Arc& last = run.arcs.back();
-  ConstraintTerms terms;
-  system.Constraints(last.x_end.head(nq), last.x_end.tail(d), &terms);
-  const double far = last.x_end.head(nq).cwiseAbs().maxCoeff();
-  const Vector speeds = last.x_end.tail(d).cwiseAbs();
-  for (int i = 0; i < system.num_constraints(); ++i) {
-    if (last.mode.Contains(i) || system.compliant().Contains(i)) continue;
-    const auto size = terms.jacobian.row(i).cwiseAbs();
-    const double rate = terms.jacobian.row(i).dot(last.x_end.tail(d));
-    const double known =
-        std::max({run.speed_tolerance, size.dot(error_v), kRateRounding * size.dot(speeds)});
-    if (rate >= -known) continue;
-    const double error = (size.dot(error_q) + kGapRounding * size.maxCoeff() * far) / -rate;
-    const double apart = terms.gap(i) / -rate;
-    if (apart <= error + rounding) return Jumps(names[i], end + apart, apart, error + rounding);
-  }
-  return {};
+  return EndOfRun(system, run, state_error).Check();
 }
 
 }  // namespace contact_flow

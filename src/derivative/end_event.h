@@ -6,9 +6,11 @@
 
 namespace contact_flow {
 
-/// Not kOk where, as far as the instants are known, an impact falls on the end T of the run: x(T)
-/// jumps by v⁺ − v⁻ between the perturbed runs that meet it before T and those that do not. With
-/// the estimated error of x(T) as a tangent [2d].
+/// Not kOk where, as far as the instants are known, an event falls on the end T of the run. By an
+/// impact x(T) jumps by v⁺ − v⁻ between the perturbed runs that meet it before T and those that do
+/// not; by a stop or a reversal of a slip, a spring that is met or a knot of a reference F jumps,
+/// and its slopes are those by F⁻ on the one side and by F⁺ on the other. With the estimated error
+/// of x(T) as a tangent [2d].
 Status CheckEnd(const MechanicalSystem& system, const Trajectory& run, const Vector& state_error);
 
 }  // namespace contact_flow

@@ -17,14 +17,16 @@
 namespace contact_flow {
 namespace {
 
-/// Of now as the end of a run whose last transitions are these.
-Status CheckNow(OnlineFlow* flow, const std::vector<Transition>& last) {
+/// Of now as the end of a run from `begin` on, whose last transitions are these.
+Status CheckNow(OnlineFlow* flow, double begin, const std::vector<Transition>& last) {
   Trajectory run;
   run.transitions = last;
   run.arcs.emplace_back();
   Arc& arc = run.arcs.back();
   arc.mode = flow->mode();
-  arc.t_begin = arc.t_end = flow->now();
+  arc.u = flow->u();
+  arc.t_begin = last.empty() ? begin : last.back().t;
+  arc.t_end = flow->now();
   arc.x_begin = arc.x_end = flow->State();
   return CheckEnd(flow->system(), run, Vector::Zero(2 * flow->system().dof()));
 }
@@ -124,7 +126,7 @@ RollingDerivative::Reading RollingDerivative::Read(OnlineFlow* flow) {
     try {
       reading.tangents = Propagated(flow->Motion(), flow->now());
       reading.t = flow->now();
-      reading.status = CheckNow(flow, cluster_);
+      reading.status = CheckNow(flow, mark_, cluster_);
     } catch (const std::domain_error& error) {
       reading.status = {Outcome::kNotDifferentiable, error.what()};
     }

@@ -8,6 +8,7 @@
 
 #include "contact_flow/budget.h"
 #include "free_slips.h"
+#include "resting_corners.h"
 #include "run_law.h"
 #include "src/dynamics/implied_contacts.h"
 #include "touching_contacts.h"
@@ -189,7 +190,8 @@ bool RunPreparation::MakeEvents(BDerivative* derivative) {
 }
 
 Status RunPreparation::CheckBefore(std::size_t k) const {
-  return CheckFreeSlips(*dynamics_[k], run_.arcs[k]);
+  const Status status = CheckFreeSlips(*dynamics_[k], run_.arcs[k]);
+  return status.ok() ? CheckRestingCorners(dynamics_[k].get(), run_.arcs[k]) : status;
 }
 
 Status RunPreparation::CheckAfter(std::size_t k, const VariationStatistics& statistics) {
