@@ -7,19 +7,16 @@
 
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
+#include "test/shorthands.h"
 #include "test/test_models.h"
 
 namespace contact_flow {
 namespace {
 
-using Kind = GrazingEvent::Kind;
-constexpr double kGravity = 9.81;
+using test::Tight;
+using test::kGravity;
 
-SimulateOptions Tight() {
-  SimulateOptions options;
-  options.relative_tolerance = options.absolute_tolerance = 1e-12;
-  return options;
-}
+using GrazingKind = GrazingEvent::Kind;
 
 class Ceiling : public testing::Test {
  protected:
@@ -37,7 +34,7 @@ TEST_F(Ceiling, MissedByLittleIsNamedWithTimeAndGap) {
     const double squared = 2 * kGravity * (1 - gap);
     const std::vector<GrazingEvent> found = FindNearGrazing(*system, Throw(squared));
     ASSERT_EQ(1u, found.size());
-    EXPECT_EQ(Kind::kNearTouchdown, found[0].kind);
+    EXPECT_EQ(GrazingKind::kNearTouchdown, found[0].kind);
     EXPECT_EQ(0, found[0].constraint);
     // The rate of the gap is exact to ~1e-12 m/s, its turn to that over g.
     EXPECT_NEAR(std::sqrt(squared) / kGravity, found[0].t, 1e-11);
@@ -54,7 +51,7 @@ TEST_F(Ceiling, TouchedSlowlyIsNamedWithTimeAndSpeed) {
   const double squared = 2 * kGravity + kSpeed * kSpeed;
   const std::vector<GrazingEvent> found = FindNearGrazing(*system, Throw(squared));
   ASSERT_EQ(1u, found.size());
-  EXPECT_EQ(Kind::kSlowTouchdown, found[0].kind);
+  EXPECT_EQ(GrazingKind::kSlowTouchdown, found[0].kind);
   EXPECT_EQ(0, found[0].constraint);
   EXPECT_NEAR((std::sqrt(squared) - kSpeed) / kGravity, found[0].t, 1e-8);
   // v² is a difference of numbers ~20 known to 1e-12 (the gap at the event, times
@@ -87,7 +84,7 @@ std::vector<GrazingEvent> Press(double load) {
 TEST(PressedBlock, ThatNearlyLetsGoIsNamed) {
   const std::vector<GrazingEvent> found = Press(1 + 1e-5);
   ASSERT_EQ(1u, found.size());
-  EXPECT_EQ(Kind::kNearRelease, found[0].kind);
+  EXPECT_EQ(GrazingKind::kNearRelease, found[0].kind);
   EXPECT_EQ(0, found[0].constraint);
   EXPECT_NEAR(M_PI, found[0].t, 1e-9);
   EXPECT_NEAR(1e-5, found[0].value, 1e-11);
@@ -99,7 +96,7 @@ TEST(PressedBlock, ThatLetsGoSlowlyIsNamed) {
       1e-9;  // cos w = −1 + depth at w = π − √(2 depth), with the rate −√(2 depth)
   const std::vector<GrazingEvent> found = Press(1 - kDepth);
   ASSERT_EQ(1u, found.size());
-  EXPECT_EQ(Kind::kSlowRelease, found[0].kind);
+  EXPECT_EQ(GrazingKind::kSlowRelease, found[0].kind);
   EXPECT_EQ(0, found[0].constraint);
   // The force is known to 1e-15, its root to that over the rate.
   EXPECT_NEAR(std::sqrt(2 * kDepth), found[0].value, 1e-9);

@@ -15,25 +15,22 @@
 #include "contact_flow/derivative/start_directions.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
+
+using test::AtTolerance;
 
 using Limit = ValidityRadius::Limit;
 constexpr double kSmall = 2e-3;  // the sequence of a direction is that of this size
 constexpr double kLarge = 1.5;   // changes are looked for up to here
 constexpr int kSizes = 40;
 
-SimulateOptions Tight() {
-  SimulateOptions options;
-  options.relative_tolerance = options.absolute_tolerance = 1e-11;
-  return options;
-}
-
 /// The modes that a run passes through; none where it is refused or ends before.
 std::vector<ContactMode> Modes(const MechanicalSystem& system, const Vector& x, double duration) {
   try {
-    const Trajectory run = Simulate(system, x, system.nominal().u, duration, Tight());
+    const Trajectory run = Simulate(system, x, system.nominal().u, duration, AtTolerance(1e-11));
     if (run.status.ok()) return run.ModeSequence();
   } catch (const std::invalid_argument&) {
   }
@@ -63,7 +60,7 @@ TEST_P(RadiusByBisection, IsTheDistanceToTheFirstChange) {
     x = system->Perturb(x, w);
   }
   if (GetParam().behind_first_event) {
-    const Trajectory run = Simulate(*system, x, nominal.u, duration, Tight());
+    const Trajectory run = Simulate(*system, x, nominal.u, duration, AtTolerance(1e-11));
     x = run.transitions[0].x_plus;
     duration += 0.3 - run.transitions[0].t;
   }
@@ -92,7 +89,7 @@ TEST_P(RadiusByBisection, IsTheDistanceToTheFirstChange) {
     }
     const double margin = 1e-3 * high;
     const Vector near = system->Perturb(x, (high - margin) * w);
-    const Trajectory run = Simulate(*system, near, nominal.u, duration, Tight());
+    const Trajectory run = Simulate(*system, near, nominal.u, duration, AtTolerance(1e-11));
     const BDerivative B = DifferentiateOutcome(*system, run);
     if (!B.status.ok()) continue;
     const ValidityRadius radius = ValidityEstimator(*system, run, B)(w);
@@ -127,7 +124,8 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(ValidityRadius, SeesForcesJustBehindATouchdown) {
   const auto system = MakeModel("soft_biped");
   const NominalRun& nominal = system->nominal();
-  const Trajectory run = Simulate(*system, nominal.x, nominal.u, nominal.duration, Tight());
+  const Trajectory run =
+      Simulate(*system, nominal.x, nominal.u, nominal.duration, AtTolerance(1e-11));
   const BDerivative B = DifferentiateOutcome(*system, run);
   const ValidityEstimator radius(*system, run, B);
   // λ = 1 N there, and falls by 4.836 N: by quotients of runs at 1e-4 and 1e-5.
@@ -146,7 +144,7 @@ TEST(ValidityRadius, OfABlockThatSlidesAndStops) {
   Vector x = Vector::Zero(6);
   x(3) = v0;
   x(5) = 1;
-  const Trajectory run = Simulate(*system, x, Vector::Zero(1), duration, Tight());
+  const Trajectory run = Simulate(*system, x, Vector::Zero(1), duration, AtTolerance(1e-11));
   ASSERT_EQ(2u, run.arcs.size());
   const BDerivative B = DifferentiateOutcome(*system, run);
   const ValidityEstimator radius(*system, run, B);

@@ -11,13 +11,15 @@
 
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
+#include "test/shorthands.h"
 #include "test/test_models.h"
 
 namespace contact_flow {
 namespace {
 
+using test::kGravity;
+
 using Limit = ValidityRadius::Limit;
-constexpr double kGravity = 9.81;
 
 /// The radius of a run from x along w.
 ValidityRadius Estimate(const MechanicalSystem& system, const Vector& x, double duration,

@@ -17,23 +17,24 @@
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
 #include "test/derivative/random_contacts.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
 
 using test::Contacts;
-constexpr ImpactLaw kLaws[] = {ImpactLaw::kComplementarity, ImpactLaw::kProjection};
+using test::kImpactLaws;
 
-constexpr double kFlight = 0.05, kAfter = 0.02;  // [s] before and after the cluster
+constexpr double kArrival = 0.05, kDeparture = 0.02;  // [s] before and after the cluster
 
-/// A state from which motion in `mode` arrives at (0, v) after kFlight, by Heun steps backwards in
+/// A state from which motion in `mode` arrives at (0, v) after kArrival, by Heun steps backwards in
 /// so small steps that the residual gaps (1e-12) stay within the simultaneity tolerance, 1e-9 s.
-Vector Before(const MechanicalSystem& system, ContactMode mode, const Vector& v) {
+Vector BeforeCluster(const MechanicalSystem& system, ContactMode mode, const Vector& v) {
   ContactDynamics dynamics(system, Vector(0));
   Vector x = Vector::Zero(2 * v.size());
   x.tail(v.size()) = v;
   constexpr int kSteps = 400;
-  const double h = -kFlight / kSteps;
+  const double h = -kArrival / kSteps;
   for (int k = 0; k < kSteps; ++k) {
     const Vector k1 = dynamics.Field(x, mode), k2 = dynamics.Field(x + h / 2 * k1, mode),
                  k3 = dynamics.Field(x + h / 2 * k2, mode), k4 = dynamics.Field(x + h * k3, mode);
@@ -42,10 +43,10 @@ Vector Before(const MechanicalSystem& system, ContactMode mode, const Vector& v)
   return x;
 }
 
-struct Tally {
+struct ClusterTally {
   int derivatives = 0, orders_agree = 0, discontinuous = 0, unseen = 0, refused = 0, skipped = 0;
 };
-std::ostream& operator<<(std::ostream& out, const Tally& t) {
+std::ostream& operator<<(std::ostream& out, const ClusterTally& t) {
   return out << t.derivatives << " derivatives (" << t.orders_agree
              << " where the orders agree though pairs are coupled), " << t.discontinuous
              << " discontinuous (" << t.unseen << " not shown by the perturbed runs), " << t.refused
@@ -54,7 +55,7 @@ std::ostream& operator<<(std::ostream& out, const Tally& t) {
 
 /// Differentiates the run from x and judges the answer.
 void Judge(const MechanicalSystem& system, const Vector& x, double duration, ImpactLaw law,
-           int impacts, Tally* tally) {
+           int impacts, ClusterTally* tally) {
   const int d = system.dof();
   SimulateOptions options;
   options.relative_tolerance = options.absolute_tolerance = 1e-12;
@@ -128,7 +129,7 @@ void Judge(const MechanicalSystem& system, const Vector& x, double duration, Imp
 
 /// A random cluster of Contacts: `resting` rest, `hit` are hit at once.
 void CheckContacts(unsigned seed, int kind, ConstraintSet resting, ConstraintSet hit, bool plastic,
-                   ImpactLaw law, Tally* tally) {
+                   ImpactLaw law, ClusterTally* tally) {
   std::mt19937 generator(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
   const auto restitution = [&](int i) {
@@ -150,18 +151,18 @@ void CheckContacts(unsigned seed, int kind, ConstraintSet resting, ConstraintSet
   Vector v = n.transpose() * (n * n.transpose()).ldlt().solve(rate);
   const Vector side = Vector::Random(5);
   v += side - n.transpose() * (n * n.transpose()).ldlt().solve(n * side);
-  Vector x = Before(system, ContactMode(resting), v);
+  Vector x = BeforeCluster(system, ContactMode(resting), v);
   // … by starting 0.2 m above.
   Eigen::Vector4d lift = Eigen::Vector4d::Zero();
   for (int i = 0; i < 4; ++i) lift(i) = (resting | hit).Contains(i) ? 0 : 0.4;
   x.head(5) += n.transpose() * (n * n.transpose()).ldlt().solve(lift);
-  Judge(system, x, kFlight + kAfter, law, hit.Size(), tally);
+  Judge(system, x, kArrival + kDeparture, law, hit.Size(), tally);
 }
 
 class RandomClusters : public testing::TestWithParam<ImpactLaw> {};
 
 TEST_P(RandomClusters, PlanksOnTwoSupports) {
-  Tally tally;
+  ClusterTally tally;
   for (unsigned seed = 1; seed <= 60; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     CheckContacts(seed, 0, {0, 1}, {2, 3}, seed % 3 != 0, GetParam(), &tally);
@@ -171,7 +172,7 @@ TEST_P(RandomClusters, PlanksOnTwoSupports) {
 }
 
 TEST_P(RandomClusters, ThreeAndFourContacts) {
-  Tally tally;
+  ClusterTally tally;
   const std::vector<std::pair<ConstraintSet, ConstraintSet>> sets = {
       {{0}, {1, 2}}, {{}, {0, 1, 2}}, {{0, 1}, {2, 3}}, {{0}, {1, 2, 3}}, {{0, 1, 2}, {3}}};
   for (unsigned seed = 1; seed <= 80; ++seed) {
@@ -186,7 +187,7 @@ TEST_P(RandomClusters, ThreeAndFourContacts) {
 
 /// Refused as discontinuous before, though both orders are listed with the same outcome.
 TEST_P(RandomClusters, WhoseOrdersAgreeThoughPairsAreCoupled) {
-  Tally tally;
+  ClusterTally tally;
   for (unsigned seed = 1; seed <= 40; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     CheckContacts(seed, 2, {0}, {1, 2}, seed % 2 != 0, GetParam(), &tally);
@@ -195,7 +196,7 @@ TEST_P(RandomClusters, WhoseOrdersAgreeThoughPairsAreCoupled) {
   EXPECT_GT(tally.orders_agree, 10);
 }
 
-INSTANTIATE_TEST_SUITE_P(Laws, RandomClusters, testing::ValuesIn(kLaws),
+INSTANTIATE_TEST_SUITE_P(Laws, RandomClusters, testing::ValuesIn(kImpactLaws),
                          [](const testing::TestParamInfo<ImpactLaw>& info) {
                            return info.param == ImpactLaw::kProjection ? "Projection"
                                                                        : "Complementarity";

@@ -87,7 +87,7 @@ class ClusterLaws : public testing::TestWithParam<Scenario> {
 };
 
 /// Rounding through a handful of products of matrices of size ~10 and condition ~1e2.
-constexpr double kRounding = 1e-10;
+constexpr double kProductRounding = 1e-10;
 
 TEST_P(ClusterLaws, EverySelectionCarriesTheFieldAcross) {
   ASSERT_TRUE(B.status.ok()) << B.status.message;
@@ -100,7 +100,7 @@ TEST_P(ClusterLaws, EverySelectionCarriesTheFieldAcross) {
     for (const std::vector<int>& order : Orders(B.events[k])) {
       const Vector carried = B.events[k].Selection(order) * before;
       EXPECT_LE((carried - after).cwiseAbs().maxCoeff(),
-                kRounding * (1 + after.cwiseAbs().maxCoeff()));
+                kProductRounding * (1 + after.cwiseAbs().maxCoeff()));
     }
   }
 }
@@ -125,8 +125,8 @@ TEST_P(ClusterLaws, PiecesAgreeWithDirectionsAndOnFaces) {
     const Vector w = RandomDirection();
     const Vector value = B(w);
     const double scale = 1 + value.cwiseAbs().maxCoeff();
-    EXPECT_LE((map(w) - value).cwiseAbs().maxCoeff(), kRounding * scale);
-    EXPECT_LE((B(2.5 * w) - 2.5 * value).cwiseAbs().maxCoeff(), kRounding * scale);
+    EXPECT_LE((map(w) - value).cwiseAbs().maxCoeff(), kProductRounding * scale);
+    EXPECT_LE((B(2.5 * w) - 2.5 * value).cwiseAbs().maxCoeff(), kProductRounding * scale);
     // Onto a face between two pieces: every piece whose closed cone holds the point
     // has the same value.
     const Matrix& cone = map.pieces()[map.PieceAt(w)].cone;
@@ -136,7 +136,7 @@ TEST_P(ClusterLaws, PiecesAgreeWithDirectionsAndOnFaces) {
     const Vector there = map(face);
     for (const LinearPiece& piece : map.pieces()) {
       if (piece.Margin(face) < -1e-12) continue;
-      EXPECT_LE((piece.matrix * face - there).cwiseAbs().maxCoeff(), kRounding * scale);
+      EXPECT_LE((piece.matrix * face - there).cwiseAbs().maxCoeff(), kProductRounding * scale);
     }
   }
 }

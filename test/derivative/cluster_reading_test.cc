@@ -44,7 +44,7 @@ struct Flying : test::UnitMasses<3, 2> {
 
 constexpr double kDuration = 1, kFirst = 0.5, kApart = 9e-8, kPush = 3;
 
-Vector Start(double alpha = 0) {
+Vector FlyingStart(double alpha = 0) {
   Vector x = Vector::Zero(6);
   x << kFirst + alpha, kFirst + kApart, 0, -1, -1, 0;
   return x;
@@ -54,7 +54,7 @@ struct Differentiated {
   explicit Differentiated(double tolerance) : system(test::Make<Flying>({})) {
     SimulateOptions options;
     options.simultaneity_tolerance = tolerance;
-    run = Simulate(system, Start(), Vector(0), kDuration, options);
+    run = Simulate(system, FlyingStart(), Vector(0), kDuration, options);
     B = DifferentiateOutcome(system, run);
   }
   ClusterReading Read(const Vector& w) const { return ReadClusters(B, w); }
@@ -85,10 +85,10 @@ TEST(ClusterReading, OfEventsThatAWideToleranceMerged) {
   SimulateOptions exact;
   exact.relative_tolerance = exact.absolute_tolerance = 1e-13;
   exact.simultaneity_tolerance = 1e-14;
-  const Trajectory base = Simulate(merged.system, Start(), Vector(0), kDuration, exact);
+  const Trajectory base = Simulate(merged.system, FlyingStart(), Vector(0), kDuration, exact);
   for (double part : {0.1, 0.9, 10.0, 1000.0}) {
     const double alpha = part * reading.inner_radius;
-    const Trajectory run = Simulate(merged.system, Start(alpha), Vector(0), kDuration, exact);
+    const Trajectory run = Simulate(merged.system, FlyingStart(alpha), Vector(0), kDuration, exact);
     const double quotient = (run.FinalState()(5) - base.FinalState()(5)) / alpha;
     // Rounding of ż over α.
     EXPECT_NEAR(Quotient(alpha), quotient, 1e-15 / alpha + 1e-6) << part;
@@ -175,7 +175,7 @@ TEST(ClusterReading, LooksAtAllPairs) {
 /// At one instant as far as it is known: which comes first is not, in neither direction.
 TEST(ClusterReading, OfAnOrderThatIsNotKnown) {
   const auto system = test::Make<Flying>({});
-  Vector x = Start();
+  Vector x = FlyingStart();
   x(1) = x(0);
   const Trajectory run = Simulate(system, x, Vector(0), kDuration);
   ASSERT_EQ(1u, run.transitions.size());

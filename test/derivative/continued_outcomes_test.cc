@@ -8,29 +8,26 @@
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/model/model_library.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
 
-const InputSchedule kNoInput = InputSchedule::Constant(Vector(0));
+using test::AtTolerance;
 
-SimulateOptions Tight() {
-  SimulateOptions options;
-  options.relative_tolerance = options.absolute_tolerance = 1e-11;
-  return options;
-}
+const InputSchedule kNoInput = InputSchedule::Constant(Vector(0));
 
 /// A model's nominal run, whose first transition is a cluster in which the order decides.
 struct Landing {
   explicit Landing(const std::string& model, const ParameterValues& parameters = {})
       : system(MakeModel(model, parameters)), nominal(system->nominal()) {
-    run = Simulate(*system, nominal.x, Vector(0), nominal.duration, Tight());
+    run = Simulate(*system, nominal.x, Vector(0), nominal.duration, AtTolerance(1e-11));
     B = DifferentiateOutcome(*system, run);
   }
   const Transition& cluster() const { return run.transitions.front(); }
   const std::vector<OrderOutcome>& orders() const { return B.events.front().outcomes(); }
   std::vector<ContinuedOutcome> Continue(double t_end) const {
-    return ContinueOutcomes(*system, kNoInput, cluster(), orders(), t_end, Tight());
+    return ContinueOutcomes(*system, kNoInput, cluster(), orders(), t_end, AtTolerance(1e-11));
   }
   /// The nominal run with gaps that close later by so much [m]: the order of touchdowns
   /// is that of `gaps`.
@@ -42,7 +39,7 @@ struct Landing {
     Vector x = nominal.x;
     x.head(d) +=
         terms.jacobian.transpose() * (terms.jacobian * terms.jacobian.transpose()).inverse() * gaps;
-    SimulateOptions options = Tight();
+    SimulateOptions options = AtTolerance(1e-11);
     options.simultaneity_tolerance = options.zeno_interval = 1e-4 * gaps.cwiseAbs().maxCoeff();
     return Simulate(*system, x, Vector(0), t_end, options);
   }
@@ -66,7 +63,8 @@ void ExpectLimitsAtTheHorizon(const Landing& landing, double t_end) {
   ASSERT_EQ(2u, landing.orders().size());
   const std::vector<ContinuedOutcome> ends = landing.Continue(t_end);
   ASSERT_EQ(2u, ends.size());
-  const Trajectory both = Simulate(*landing.system, landing.nominal.x, Vector(0), t_end, Tight());
+  const Trajectory both =
+      Simulate(*landing.system, landing.nominal.x, Vector(0), t_end, AtTolerance(1e-11));
   for (std::size_t k = 0; k < 2; ++k) {
     ASSERT_TRUE(ends[k].status.ok()) << ends[k].status.message;
     EXPECT_EQ(landing.orders()[k].mode_after, ends[k].modes.front());
@@ -88,7 +86,7 @@ void ExpectLimitsAtTheHorizon(const Landing& landing, double t_end) {
   EXPECT_GT(Distance(ends[0].final_state, ends[1].final_state), 0.1);
   double last = std::numeric_limits<double>::infinity();
   for (double alpha : {1e-4, 1e-5, 1e-6}) {
-    SimulateOptions options = Tight();
+    SimulateOptions options = AtTolerance(1e-11);
     Vector x = landing.nominal.x;
     x(1) -= alpha;  // body_z: both land earlier
     const Trajectory run = Simulate(*landing.system, x, Vector(0), t_end, options);
@@ -145,8 +143,9 @@ TEST(ContinuedOutcomes, KeepContactsWhoseGapTheSpreadLeavesOpen) {
   for (double spread : {-8e-8, 8e-8}) {
     Transition cluster = landing.cluster();
     cluster.x_minus(1) += spread;
-    const std::vector<ContinuedOutcome> ends = ContinueOutcomes(
-        *landing.system, kNoInput, cluster, landing.orders(), landing.nominal.duration, Tight());
+    const std::vector<ContinuedOutcome> ends =
+        ContinueOutcomes(*landing.system, kNoInput, cluster, landing.orders(),
+                         landing.nominal.duration, AtTolerance(1e-11));
     const std::vector<ContinuedOutcome> wanted = landing.Continue(landing.nominal.duration);
     for (std::size_t k = 0; k < ends.size(); ++k) {
       ASSERT_TRUE(ends[k].status.ok()) << ends[k].status.message;
@@ -183,7 +182,8 @@ TEST(ContinuedOutcomes, SayWhenTheOrderDecidesOnceMore) {
   OrderOutcome flight;
   flight.v_plus = landing.nominal.x.tail(2);
   const std::vector<ContinuedOutcome> ends =
-      ContinueOutcomes(*landing.system, kNoInput, start, {flight, flight}, 5.25, Tight());
+      ContinueOutcomes(*landing.system, kNoInput, start, {flight, flight}, 5.25,
+                       AtTolerance(1e-11));
   ASSERT_EQ(2u, ends.size());
   EXPECT_EQ(ends[0].final_state, ends[1].final_state);
   EXPECT_EQ(Outcome::kDiscontinuous, ends[0].status.outcome);
@@ -194,7 +194,7 @@ TEST(ContinuedOutcomes, SayWhenTheOrderDecidesOnceMore) {
 
 TEST(ContinuedOutcomes, HaveAStatusOfTheirOwn) {
   const Landing landing("rigid_biped");
-  SimulateOptions options = Tight();
+  SimulateOptions options = AtTolerance(1e-11);
   options.max_steps = 1;
   for (const ContinuedOutcome& end :
        ContinueOutcomes(*landing.system, kNoInput, landing.cluster(), landing.orders(),

@@ -18,7 +18,7 @@
 namespace contact_flow {
 namespace {
 
-using test::Tight;
+using test::WithSimultaneity;
 
 BDerivativeOptions Options(bool inputs, std::vector<int> parameters = {}) {
   BDerivativeOptions options;
@@ -59,7 +59,7 @@ TEST(CostGradient, OfABouncingBallHasTheClosedForm) {
   Vector x(4);
   x << 0, 0.5, 0.3, 0.2;
   const double T = 0.6;
-  const Trajectory run = Simulate(*ball, x, Vector(), T, Tight(0));
+  const Trajectory run = Simulate(*ball, x, Vector(), T, WithSimultaneity(0));
   ASSERT_EQ(1u, run.transitions.size());
   QuadraticCost cost;
   cost.weight = Vector::Zero(4);
@@ -151,7 +151,7 @@ TEST(CostGradient, WhereInputsChangeAtTouchdownsAgreesWithQuotients) {
   int answered = 0, refused = 0;
   for (int seed = 0; seed < 18; ++seed) {
     const test::Case c = test::RandomCase(seed).Make();
-    const Trajectory run = Simulate(*c.system, c.x, c.schedule, c.duration, Tight(1e-9));
+    const Trajectory run = Simulate(*c.system, c.x, c.schedule, c.duration, WithSimultaneity(1e-9));
     QuadraticCost quadratic;
     quadratic.weight = Random(6, 40).cwiseAbs();
     quadratic.target = Random(6, 41);
@@ -189,7 +189,7 @@ TEST(CostGradient, WhereInputsChangeAtTouchdownsAgreesWithQuotients) {
           schedule.values[static_cast<std::size_t>(k)] += alpha * w.inputs.col(k);
         }
         return cost_of(Simulate(*c.system, c.x + alpha * w.initial, schedule, c.duration,
-                                Tight(1e-13)));
+                                WithSimultaneity(1e-13)));
       };
       const double base = value(0), exact = J.Along(w);
       const auto error = [&](double alpha) {
@@ -215,7 +215,7 @@ TEST(CostGradient, EqualsForwardColumns) {
     schedule.values.push_back(0.3 * Vector::LinSpaced(m, -1, 1 + k));
     schedule.values.back().tail(3) *= 0.01;
   }
-  const Trajectory run = Simulate(*box, box->nominal().x, schedule, 0.41, Tight(0));
+  const Trajectory run = Simulate(*box, box->nominal().x, schedule, 0.41, WithSimultaneity(0));
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   const Vector covector = Random(box->state_size(), 5);
   const CostGradient J = DifferentiateCost(*box, run, Covector(covector), Options(true));

@@ -18,14 +18,14 @@ const ContactMode kTable({0}), kCarts({1, 2}), kNone;
 
 /// Contact modes of runs in which the first, the second cart meets its stop first.
 /// The carts bounce.
-struct Case {
+struct PlateCase {
   std::string name;
   ParameterValues parameters;
   std::vector<ContactMode> first_before_second, second_before_first;
   bool differentiable;
 };
 
-std::vector<Case> Cases() {
+std::vector<PlateCase> Cases() {
   const ParameterValues keeps = {{"weight", 4}}, regained, borderline = {{"weight", 2.8}};
   const ParameterValues released_late = {{"weight", 0}, {"ratio_second", 0.6}};
   const ParameterValues released_early = {{"weight", -0.8}, {"ratio_second", 0.6}};
@@ -47,7 +47,7 @@ std::vector<Case> Cases() {
   };
 }
 
-class DampedPlate : public testing::TestWithParam<Case> {
+class DampedPlate : public testing::TestWithParam<PlateCase> {
  protected:
   DampedPlate() : system(MakeModel("damped_plate", GetParam().parameters)) {
     SimulateOptions options;
@@ -65,7 +65,7 @@ class DampedPlate : public testing::TestWithParam<Case> {
 
 /// Directions (δz, δx₁, δx₂, δż, δẋ₁, δẋ₂) that keep the plate on the table; δx moves the impacts
 /// apart, δẋ too.
-std::vector<Vector> Directions(double first, double second) {
+std::vector<Vector> PlateDirections(double first, double second) {
   std::vector<Vector> directions(3, Vector::Zero(6));
   directions[0].segment(1, 2) << first, second;
   directions[1].tail(2) << 5 * first, 5 * second;
@@ -107,13 +107,13 @@ void ExpectLimit(const MechanicalSystem& system, const BDerivative& B, const Vec
 }
 
 TEST_P(DampedPlate, QuotientsConvergeWithTheFirstCartFirst) {
-  for (const Vector& w : Directions(-1, 1)) {
+  for (const Vector& w : PlateDirections(-1, 1)) {
     ExpectLimit(*system, B, w, GetParam().first_before_second);
   }
 }
 
 TEST_P(DampedPlate, QuotientsConvergeWithTheSecondCartFirst) {
-  for (const Vector& w : Directions(1, -1)) {
+  for (const Vector& w : PlateDirections(1, -1)) {
     ExpectLimit(*system, B, w, GetParam().second_before_first);
   }
 }
@@ -125,11 +125,11 @@ TEST_P(DampedPlate, FirstOrderTellsTheModesOfPerturbedRuns) {
     modes.resize(wanted.size());
     EXPECT_EQ(wanted, modes) << w.transpose();
   };
-  for (const Vector& w : Directions(-1, 1)) expect(GetParam().first_before_second, w);
-  for (const Vector& w : Directions(1, -1)) expect(GetParam().second_before_first, w);
+  for (const Vector& w : PlateDirections(-1, 1)) expect(GetParam().first_before_second, w);
+  for (const Vector& w : PlateDirections(1, -1)) expect(GetParam().second_before_first, w);
 }
 
-std::string Name(const testing::TestParamInfo<Case>& info) { return info.param.name; }
+std::string Name(const testing::TestParamInfo<PlateCase>& info) { return info.param.name; }
 INSTANTIATE_TEST_SUITE_P(Cases, DampedPlate, testing::ValuesIn(Cases()), Name);
 
 /// By hand: between the impacts, τ apart, the plate rises at a = 1.8 N / 1 kg to a speed aτ, and

@@ -59,7 +59,7 @@ struct Chain : test::UnitMasses<4, 3> {
   }
 };
 
-constexpr double kFall = 0.3, kSlide = 0.7, kAfter = 0.05;
+constexpr double kFall = 0.3, kSlide = 0.7, kRest = 0.05;
 
 /// h falls at speed 1 (f_h = 0 then) and s slides to 0 meanwhile, a and b at rest.
 Vector Start() {
@@ -82,7 +82,7 @@ TEST(DegenerateImpact, IsFollowedOnBothSides) {
     SimulateOptions options;
     options.relative_tolerance = options.absolute_tolerance = 1e-12;
     options.speed_tolerance = 1e-10;
-    const Trajectory run = Simulate(chain, Start(), Vector(0), kFall + kAfter, options);
+    const Trajectory run = Simulate(chain, Start(), Vector(0), kFall + kRest, options);
     ASSERT_TRUE(run.status.ok()) << run.status.message;
     ASSERT_EQ(1u, run.transitions.size());
     ASSERT_EQ(!leaves, run.transitions[0].mode_after.Contains(2));
@@ -105,7 +105,7 @@ TEST(DegenerateImpact, IsFollowedOnBothSides) {
     }
     for (const Vector& w : {s, Vector(-s)}) {
       const QuotientReport report = CompareWithQuotients(
-          chain, Start(), Vector(0), kFall + kAfter, w, B(w), {1e-4, 1e-5, 1e-6}, options);
+          chain, Start(), Vector(0), kFall + kRest, w, B(w), {1e-4, 1e-5, 1e-6}, options);
       for (const QuotientSample& sample : report.samples) {
         ASSERT_TRUE(sample.status.ok()) << sample.status.message;
       }
@@ -121,7 +121,7 @@ TEST(DegenerateImpact, IsFollowedOnBothSides) {
 /// Where the coupling is the same all around, there is nothing to decide.
 TEST(DegenerateImpact, WithoutASlopeIsSmooth) {
   const auto chain = test::Make<Chain>({{"slope", 0.0}, {"pull", 6.0}});
-  const Trajectory run = Simulate(chain, Start(), Vector(0), kFall + kAfter);
+  const Trajectory run = Simulate(chain, Start(), Vector(0), kFall + kRest);
   const BDerivative B = DifferentiateOutcome(chain, run);
   ASSERT_TRUE(B.status.ok()) << B.status.message;
   EXPECT_TRUE(B.PiecewiseLinear().ok()) << B.PiecewiseLinear().message;

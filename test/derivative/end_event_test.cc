@@ -12,11 +12,14 @@
 #include "contact_flow/derivative/rolling_derivative.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr double kGravity = 9.81, kHeight = 1;
+using test::kGravity;
+
+constexpr double kHeight = 1;
 
 class EndEvent : public testing::TestWithParam<double> {
  protected:

@@ -8,12 +8,13 @@
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
+#include "test/derivative/error_calibration.h"
 #include "test/test_models.h"
 
 namespace contact_flow {
 namespace {
 
-double Largest(const Vector& x) { return x.cwiseAbs().maxCoeff(); }
+using test::Largest;
 
 /// y = 1 + A cos(t − 1), with A² = (1 + δ)², touches the floor at t₁ with the speed s = √(A² − 1),
 /// stands still for a moment and rises as 1 − cos(t − t₁). By δẏ(0) = 1 it comes by sin t₁ / s

@@ -8,22 +8,27 @@
 #include "contact_flow/derivative/finite_difference.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr double kGravity = 9.81, kHeight = 1, kRestitution = 0.5, kDuration = 0.6;
+using test::kGravity;
+
+constexpr double kCeiling = 1, kRestitution = 0.5;
 
 class UnderTheCeiling : public testing::Test {
  protected:
+  static constexpr double kDuration = 0.6;
+
   UnderTheCeiling()
-      : system(MakeModel("ceiling", {{"height", kHeight}, {"restitution", kRestitution}})) {
+      : system(MakeModel("ceiling", {{"height", kCeiling}, {"restitution", kRestitution}})) {
     options.relative_tolerance = options.absolute_tolerance = 1e-12;
   }
   /// The state from which it meets the ceiling at this speed.
   static Vector Thrown(double speed) {
     Vector x(2);
-    x << 0, std::sqrt(2 * kGravity * kHeight + speed * speed);
+    x << 0, std::sqrt(2 * kGravity * kCeiling + speed * speed);
     return x;
   }
   BDerivative Differentiate(const Vector& x) const {

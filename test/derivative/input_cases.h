@@ -10,6 +10,7 @@
 
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_system.h"
+#include "test/shorthands.h"
 #include "test/test_models.h"
 
 /// Random runs in which the input changes at touchdowns.
@@ -69,9 +70,8 @@ inline ParameterValues Named(const PushedBodies::Parameters<double>& p) {
           {"sink", p.sink}};
 }
 
-inline SimulateOptions Tight(double simultaneity) {
-  SimulateOptions options;
-  options.relative_tolerance = options.absolute_tolerance = 1e-13;
+inline SimulateOptions WithSimultaneity(double simultaneity) {
+  SimulateOptions options = AtTolerance(1e-13);
   options.simultaneity_tolerance = simultaneity;
   return options;
 }
@@ -130,7 +130,8 @@ class RandomCase {
       for (int i = 0; i < 60; ++i) {
         x(1) = height;
         const Bodies free(Named(p));
-        const Trajectory run = Simulate(free, x, {{0, early}, {u[0], u[1]}}, 2, Tight(0));
+        const Trajectory run =
+            Simulate(free, x, {{0, early}, {u[0], u[1]}}, 2, WithSimultaneity(0));
         const Transition* hit = Touchdown(run, 0);
         if (hit == nullptr || hit->t < early + 0.02) return false;
         const double gap = hit->x_minus(1);
@@ -148,7 +149,7 @@ class RandomCase {
     made->system = std::make_unique<Bodies>(Named(p));
     made->x = x;
     const Trajectory run =
-        Simulate(*made->system, x, {{0, early}, {u[0], u[1]}}, 1.5, Tight(1e-12));
+        Simulate(*made->system, x, {{0, early}, {u[0], u[1]}}, 1.5, WithSimultaneity(1e-12));
     const Transition* hit = Touchdown(run, 0);
     if (hit == nullptr || hit->t < early + 0.02 || hit->x_minus(3) > -0.3) return false;
     made->schedule = {{0, early, hit->t}, {u[0], u[1], u[2]}};
@@ -172,7 +173,7 @@ inline Vector Outcome(const Case& c, const Vector& dx, const Matrix& du, const V
     if (k > 0 && dt.size() > 0) schedule.grid[k] += alpha * dt(static_cast<Eigen::Index>(k) - 1);
   }
   const Trajectory run =
-      Simulate(*c.system, c.x + alpha * dx, schedule, c.duration, Tight(1e-13));
+      Simulate(*c.system, c.x + alpha * dx, schedule, c.duration, WithSimultaneity(1e-13));
   EXPECT_TRUE(run.status.ok()) << run.status.message;
   return run.FinalState();
 }

@@ -32,7 +32,7 @@ using test::Named;
 using test::Outcome;
 using test::PushedBodies;
 using test::RandomCase;
-using test::Tight;
+using test::WithSimultaneity;
 
 /// The third body is let go and held again at one instant: it touches without speed.
 bool Grazes(const Status& status) {
@@ -52,7 +52,7 @@ TEST(InputCluster, QuotientsHaveSlopeOneInRandomCases) {
   int answered = 0, refused = 0, with_rest = 0;
   for (int seed = 0; seed < NumCases(); ++seed) {
     const Case c = RandomCase(seed).Make();
-    const Trajectory run = Simulate(*c.system, c.x, c.schedule, c.duration, Tight(1e-9));
+    const Trajectory run = Simulate(*c.system, c.x, c.schedule, c.duration, WithSimultaneity(1e-9));
     ASSERT_TRUE(run.status.ok()) << run.status.message;
     const GridDerivative B(*c.system, run);
     if (Grazes(B.status())) {
@@ -106,7 +106,7 @@ TEST(InputCluster, PiecesAreCountedLabelledAndAgreeWithDirections) {
   int counted[3] = {0, 0, 0};
   for (int seed = 0; seed < NumCases(); ++seed) {
     const Case c = RandomCase(seed).Make();
-    const Trajectory run = Simulate(*c.system, c.x, c.schedule, c.duration, Tight(1e-9));
+    const Trajectory run = Simulate(*c.system, c.x, c.schedule, c.duration, WithSimultaneity(1e-9));
     const BDerivative B = DifferentiateOutcome(*c.system, run);
     if (Grazes(B.status)) continue;
     ASSERT_TRUE(B.status.ok()) << seed << ": " << B.status.message;
@@ -153,7 +153,7 @@ TEST(InputCluster, BallHasTheClosedForm) {
   const double u0 = 2, u1 = -3, a0 = u0 - 9.8, a1 = u1 - 9.8;
   const double t = std::sqrt(2 / -a0), v = a0 * t, rest = 0.05;
   InputSchedule schedule{{0, t}, {Vector::Unit(2, 0) * u0, Vector::Unit(2, 0) * u1}};
-  const Trajectory run = Simulate(system, x, schedule, t + rest, Tight(1e-9));
+  const Trajectory run = Simulate(system, x, schedule, t + rest, WithSimultaneity(1e-9));
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   const BDerivative B = DifferentiateOutcome(system, run);
   ASSERT_TRUE(B.status.ok()) << B.status.message;
@@ -193,7 +193,7 @@ TEST(InputCluster, RadiusIsWhereEventsLeaveTheRun) {
   x << 1, 50, 50, -1, 0, 0;
   const double a = -9.8, t = (1 - std::sqrt(1 - 2 * a)) / a, v = -1 + a * t, rest = 0.05;
   InputSchedule schedule{{0, t}, {Vector::Zero(2), Vector::Unit(2, 0)}};
-  const Trajectory run = Simulate(system, x, schedule, t + rest, Tight(1e-9));
+  const Trajectory run = Simulate(system, x, schedule, t + rest, WithSimultaneity(1e-9));
   const BDerivative B = DifferentiateOutcome(system, run);
   ASSERT_TRUE(B.status.ok()) << B.status.message;
   const ValidityEstimator radius(system, run, B);
@@ -207,7 +207,7 @@ TEST(InputCluster, RadiusIsWhereEventsLeaveTheRun) {
 TEST(InputCluster, RollingDerivativeFollows) {
   for (int seed = 0; seed < 9; ++seed) {
     const Case c = RandomCase(seed).Make();
-    const Trajectory run = Simulate(*c.system, c.x, c.schedule, c.duration, Tight(1e-9));
+    const Trajectory run = Simulate(*c.system, c.x, c.schedule, c.duration, WithSimultaneity(1e-9));
     BDerivativeOptions options;
     const BDerivative whole = DifferentiateOutcome(*c.system, run, options);
     ASSERT_TRUE(whole.status.ok()) << whole.status.message;
@@ -217,11 +217,11 @@ TEST(InputCluster, RollingDerivativeFollows) {
     for (double& value : directions.reshaped()) value = normal(random);
     if (c.x(2) == 0) directions.row(2).setZero(), directions.row(5).setZero();
     const auto shared = std::shared_ptr<const MechanicalSystem>(c.system.get(), [](auto*) {});
-    OnlineFlow flow(shared, 0, c.x, c.schedule.values[0], Tight(1e-9));
+    OnlineFlow flow(shared, 0, c.x, c.schedule.values[0], WithSimultaneity(1e-9));
     for (std::size_t k = 1; k < c.schedule.grid.size(); ++k) {
       flow.SetInput(c.schedule.grid[k], c.schedule.values[k]);
     }
-    RollingDerivative rolling(&flow, directions, options, Tight(1e-9));
+    RollingDerivative rolling(&flow, directions, options, WithSimultaneity(1e-9));
     bool passed = true;
     while (passed) {
       passed = flow.AdvanceTo(c.duration);
@@ -257,7 +257,7 @@ TEST(InputCluster, SlipInSpaceThatEndsIsRefused) {
 TEST(InputCluster, InstantsThatWouldChangePlacesAreRefused) {
   const Case c = RandomCase(2).Make();
   ASSERT_EQ(Case::kTwoChanges, c.kind);
-  const Trajectory run = Simulate(*c.system, c.x, c.schedule, c.duration, Tight(1e-9));
+  const Trajectory run = Simulate(*c.system, c.x, c.schedule, c.duration, WithSimultaneity(1e-9));
   const GridDerivative B(*c.system, run);
   ASSERT_TRUE(B.status().ok());
   EXPECT_THROW(B(Vector::Zero(6), Matrix::Zero(2, 4), Vector::LinSpaced(3, 1, -1)),
@@ -275,12 +275,12 @@ TEST(InputCluster, QuotientsOfLibraryModels) {
     const Eigen::Index m = c.system->num_inputs(), d2 = 2 * c.system->dof();
     const Vector first = c.system->nominal().u, next = first + Vector::LinSpaced(m, 0.3, -0.2);
     const double nominal = c.system->nominal().duration;
-    const Trajectory free = Simulate(*c.system, c.x, first, nominal, Tight(1e-12));
+    const Trajectory free = Simulate(*c.system, c.x, first, nominal, WithSimultaneity(1e-12));
     ASSERT_FALSE(free.transitions.empty()) << name;
     const double hit = free.transitions.front().t;
     c.schedule = {{0, hit / 2, hit}, {first, first, next}};
     c.duration = std::min(nominal, hit + 0.02);
-    const Trajectory run = Simulate(*c.system, c.x, c.schedule, c.duration, Tight(1e-9));
+    const Trajectory run = Simulate(*c.system, c.x, c.schedule, c.duration, WithSimultaneity(1e-9));
     ASSERT_TRUE(run.status.ok()) << name << run.status.message;
     const GridDerivative B(*c.system, run);
     ASSERT_TRUE(B.status().ok()) << name << B.status().message;
@@ -298,7 +298,7 @@ TEST(InputCluster, QuotientsOfLibraryModels) {
           if (k > 0) schedule.grid[static_cast<std::size_t>(k)] += alpha * dt(k - 1);
         }
         return Simulate(*c.system, c.system->Perturb(c.x, alpha * dx), schedule, c.duration,
-                        Tight(1e-13))
+                        WithSimultaneity(1e-13))
             .FinalState();
       };
       const Vector base = end(0);
@@ -318,7 +318,8 @@ TEST(InputCluster, InnerRadiusCountsTheChangeOfTheInput) {
   const auto ball = MakeModel("driven_ball");
   const double t = std::sqrt(8 / 9.8), apart = 1e-7;
   const InputSchedule schedule{{0, t + apart}, {Vector::Zero(1), Vector::Ones(1)}};
-  const Trajectory run = Simulate(*ball, Eigen::Vector2d(4, 0), schedule, 1, Tight(1e-6));
+  const Trajectory run =
+      Simulate(*ball, Eigen::Vector2d(4, 0), schedule, 1, WithSimultaneity(1e-6));
   const BDerivative B = DifferentiateOutcome(*ball, run);
   ASSERT_TRUE(B.status.ok()) << B.status.message;
   // δy = 1 delays the touchdown by 1/(g t): it comes after the change where α is larger than that.
@@ -331,7 +332,7 @@ TEST(InputCluster, InnerRadiusCountsTheChangeOfTheInput) {
 TEST(InputCluster, InputMapHasThePieces) {
   const Case c = RandomCase(1).Make();
   ASSERT_EQ(Case::kTwoContacts, c.kind);
-  const Trajectory run = Simulate(*c.system, c.x, c.schedule, c.duration, Tight(1e-9));
+  const Trajectory run = Simulate(*c.system, c.x, c.schedule, c.duration, WithSimultaneity(1e-9));
   const GridDerivative B(*c.system, run);
   ASSERT_TRUE(B.status().ok());
   const PiecewiseLinearMap map = InputMap(B.intervals());

@@ -219,8 +219,8 @@ TEST(LocalizedForces, AForceThatTheRunLeapsOverIsFoundWithMaxStep) {
 
 /// A random system on one of the three kinds of configuration space, with one or two gusts on its
 /// way, in positions or velocities, and perhaps stiff springs.
-struct RandomCase {
-  explicit RandomCase(int seed) {
+struct RandomGusts {
+  explicit RandomGusts(int seed) {
     std::mt19937 generator(static_cast<unsigned>(seed));
     const auto uniform = [&](double a, double b) {
       return std::uniform_real_distribution<double>(a, b)(generator);
@@ -282,7 +282,7 @@ TEST(LocalizedForces, RandomOnes) {
   constexpr int kSeeds = 240;
   int answered = 0, lost = 0, refused = 0, above = 0, far_below = 0;
   for (int seed = 0; seed < kSeeds; ++seed) {
-    const RandomCase random(seed);
+    const RandomGusts random(seed);
     SimulateOptions options;
     options.max_step = random.duration / 50;  // finds what is 2 % of the way
     const Answer answer = Compare(*random.system, random.x, random.duration, options);

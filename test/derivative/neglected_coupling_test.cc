@@ -11,12 +11,13 @@
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
 #include "test/model/robots.h"
+#include "test/shorthands.h"
 #include "test/test_models.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr ImpactLaw kLaws[] = {ImpactLaw::kComplementarity, ImpactLaw::kProjection};
+using test::kImpactLaws;
 
 /// Masses 1 and m; floor: a_0 = q_0 ≥ 0, slope: a_1 = q_1 + c q_0 ≥ 0. Normalized coupling c √m.
 struct HeavyAndLight : test::UnitMasses<2, 2> {
@@ -62,7 +63,7 @@ TEST(Coupling, IsJudgedByTheJumpOfTheOutcome) {
   for (double mass : {1e-8, 1e-4, 1.0, 1e4, 1e8}) {
     for (double coupling : {1e-14, 1e-10, 9e-7, 9e-3}) {
       if (coupling * std::max(1.0, mass) > 0.1) continue;  // not what the closed form is for
-      for (ImpactLaw law : kLaws) {
+      for (ImpactLaw law : kImpactLaws) {
         SCOPED_TRACE(testing::Message() << "mass " << mass << ", coupling " << coupling);
         const auto system = test::Make<HeavyAndLight>({{"mass", mass}, {"coupling", coupling}});
         Vector x = Vector::Zero(4);

@@ -12,12 +12,14 @@
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/finite_difference.h"
-#include "contact_flow/flow/dop853.h"
 #include "contact_flow/flow/simulate.h"
+#include "test/derivative/free_flight.h"
 #include "test/test_models.h"
 
 namespace contact_flow {
 namespace {
+
+using test::BeforeFlight;
 
 constexpr int kWalls = 5;
 
@@ -284,31 +286,13 @@ TEST(Openings, FollowAnIntegrationOfTheGaps) {
   EXPECT_GT(nonlinear, 20);
 }
 
-/// The state from which free motion arrives at (0, v) after `flight`: the motion run backwards.
-Vector Before(const MechanicalSystem& system, const Vector& v, double flight) {
-  const int n = 2 * system.dof();
-  ContactDynamics dynamics(system, Vector(0));
-  Dop853 stepper(n, [&](const double* x, double* xdot) {
-    Eigen::Map<Vector>(xdot, n) = -dynamics.Field(Eigen::Map<const Vector>(x, n), {});
-  });
-  Vector x = Vector::Zero(n);
-  x.tail(system.dof()) = v;
-  stepper.Begin(x);
-  for (int k = 0; k < 20; ++k) {
-    stepper.TryStep(flight / 20, 1e-13, 1e-13);
-    stepper.Finish();
-    stepper.Advance();
-  }
-  return stepper.begin();
-}
-
 TEST(Openings, FollowOneSidedQuotients) {
   constexpr double kFlight = 0.1, kAfter = 0.05;
   int compared = 0, skipped = 0;
   for (unsigned seed = 3; seed <= 120; seed += 3) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const Cluster cluster = Draw(seed);
-    const Vector x = Before(*cluster.system, cluster.v, kFlight);
+    const Vector x = BeforeFlight(*cluster.system, cluster.v, kFlight);
     SimulateOptions options;
     options.relative_tolerance = options.absolute_tolerance = 1e-12;
     options.speed_tolerance = 1e-11;  // closings have speeds of the size of α

@@ -15,8 +15,8 @@ namespace contact_flow {
 namespace {
 
 /// A model on its nominal run, which meets both constraints at once.
-struct Landing {
-  Landing(const std::string& model, const ParameterValues& parameters)
+struct DoubleLanding {
+  DoubleLanding(const std::string& model, const ParameterValues& parameters)
       : system(MakeModel(model, parameters)), nominal(system->nominal()) {
     run = Simulate(*system, nominal.x, Vector(0), nominal.duration);
     B = DifferentiateOutcome(*system, run);
@@ -61,7 +61,7 @@ std::vector<int> OrderOf(const Trajectory& run) {
 /// Every order that is listed is run, and its outcome is the limit of runs in that order: their
 /// velocity shortly after differs from it by O(separation), the constant (gravity, spring rates
 /// times settling time) < 1e4.
-void ExpectOutcomesAreLimits(const Landing& landing) {
+void ExpectOutcomesAreLimits(const DoubleLanding& landing) {
   ASSERT_EQ(Outcome::kDiscontinuous, landing.B.status.outcome);
   const std::vector<OrderOutcome>& outcomes = landing.B.events.front().outcomes();
   ASSERT_EQ(2u, outcomes.size());
@@ -100,26 +100,26 @@ TEST(Corner, AtSixtyDegreesTheOrderDecides) {
   for (double restitution : {0.0, 0.5}) {
     // Gravity that pushes the ball into the corner: no order's outcome depends on when
     // it is looked at.
-    const Landing landing("corner",
-                          {{"angle", kAcute}, {"restitution", restitution}, {"gravity_x", -2}});
+    const DoubleLanding landing(
+        "corner", {{"angle", kAcute}, {"restitution", restitution}, {"gravity_x", -2}});
     ExpectOutcomesAreLimits(landing);
   }
 }
 
 TEST(Corner, AtOneHundredAndTwentyDegreesRestitutionMakesTheOrderDecide) {
-  ExpectOutcomesAreLimits(Landing("corner", {{"angle", kObtuse}, {"restitution", 0.5}}));
+  ExpectOutcomesAreLimits(DoubleLanding("corner", {{"angle", kObtuse}, {"restitution", 0.5}}));
 }
 
 TEST(Corner, AtARightAngleItDoesNotDecide) {
   for (double restitution : {0.0, 0.5}) {
-    const Landing landing("corner", {{"angle", M_PI / 2}, {"restitution", restitution}});
+    const DoubleLanding landing("corner", {{"angle", M_PI / 2}, {"restitution", restitution}});
     EXPECT_TRUE(landing.B.status.ok()) << landing.B.status.message;
   }
 }
 
 /// Gravity that presses the ball into both: it comes to rest in the corner, whatever the order.
 TEST(Corner, AtOneHundredAndTwentyDegreesPlasticImpactsEndAtRest) {
-  const Landing landing("corner", {{"angle", kObtuse}, {"gravity_x", -4}, {"gravity_y", -1}});
+  const DoubleLanding landing("corner", {{"angle", kObtuse}, {"gravity_x", -4}, {"gravity_y", -1}});
   ASSERT_TRUE(landing.B.status.ok()) << landing.B.status.message;
   EXPECT_EQ(2u, landing.B.Pieces().pieces().size());
   for (int first : {0, 1}) {
@@ -138,7 +138,7 @@ TEST(Corner, AtOneHundredAndTwentyDegreesPlasticImpactsEndAtRest) {
 
 /// Both orders of the pieces of a continuous landing that is not orthogonal, against
 /// one-sided quotients.
-void ExpectBothPiecesAgreeWithQuotients(const Landing& landing) {
+void ExpectBothPiecesAgreeWithQuotients(const DoubleLanding& landing) {
   ASSERT_TRUE(landing.B.status.ok()) << landing.B.status.message;
   const PiecewiseLinearMap map = landing.B.Pieces();
   ASSERT_EQ(2u, map.pieces().size());
@@ -168,12 +168,12 @@ void ExpectBothPiecesAgreeWithQuotients(const Landing& landing) {
 /// second impact (the piece "wall, floor" carries v_S with a wall rate < 0) and while a run at
 /// tolerance 1e-12 cannot start from a state that is zero but for rounding.
 TEST(Corner, AtOneHundredAndTwentyDegreesPlasticImpactsArePiecewiseDifferentiable) {
-  ExpectBothPiecesAgreeWithQuotients(Landing("corner", {{"angle", kObtuse}}));
+  ExpectBothPiecesAgreeWithQuotients(DoubleLanding("corner", {{"angle", kObtuse}}));
 }
 
 /// With hips far from the centre one foot's impact drives the other into the ground: G_ij < 0.
 TEST(LongQuadruped, IsPiecewiseDifferentiableThoughNotOrthogonal) {
-  const Landing landing("rigid_quadruped", {{"hind_offset", 0.5}, {"front_offset", 0.4}});
+  const DoubleLanding landing("rigid_quadruped", {{"hind_offset", 0.5}, {"front_offset", 0.4}});
   ExpectBothPiecesAgreeWithQuotients(landing);
   // Far from orthogonal: G_ij < −0.1 √(G_ii G_jj).
   Matrix M;
@@ -188,7 +188,7 @@ TEST(LongQuadruped, IsPiecewiseDifferentiableThoughNotOrthogonal) {
 
 class Quadruped : public testing::Test {
  protected:
-  const Landing landing{"rigid_quadruped", {}};
+  const DoubleLanding landing{"rigid_quadruped", {}};
 };
 
 TEST_F(Quadruped, HasThreeOutcomesThatStayApart) {

@@ -9,12 +9,14 @@
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/finite_difference.h"
-#include "contact_flow/flow/dop853.h"
 #include "contact_flow/flow/simulate.h"
+#include "test/derivative/free_flight.h"
 #include "test/test_models.h"
 
 namespace contact_flow {
 namespace {
+
+using test::BeforeFlight;
 
 /// Three coordinates, two constraints that both vanish on q₀ = q₁ = 0 with normals at the angle
 /// `angle` in the kinetic metric there (exactly, if that is a right angle), everything else
@@ -103,29 +105,12 @@ struct RandomSystem : test::UnitMasses<3, 2> {
 constexpr double kFlight = 0.15, kAfter = 0.1;  // [s] before and after the double contact
 constexpr double kApproach = 0.3;               // [m/s] smallest approach speed drawn
 
-/// The state from which free motion arrives at (0, v) after kFlight: the motion run backwards.
-Vector Before(const MechanicalSystem& system, const Vector& v) {
-  ContactDynamics dynamics(system, Vector(0));
-  Dop853 stepper(6, [&](const double* x, double* xdot) {
-    Eigen::Map<Vector>(xdot, 6) = -dynamics.Field(Eigen::Map<const Vector>(x, 6), {});
-  });
-  Vector x = Vector::Zero(6);
-  x.tail(3) = v;
-  stepper.Begin(x);
-  for (int k = 0; k < 20; ++k) {
-    stepper.TryStep(kFlight / 20, 1e-13, 1e-13);
-    stepper.Finish();
-    stepper.Advance();
-  }
-  return stepper.begin();
-}
-
-struct Tally {
+struct PairTally {
   int derivatives = 0, kinks = 0, discontinuous = 0, refused = 0, skipped = 0;
 };
 
 /// One random system; false when the draw does not give the intended run.
-bool Check(unsigned seed, ImpactLaw law, Tally* tally) {
+bool Check(unsigned seed, ImpactLaw law, PairTally* tally) {
   std::mt19937 generator(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
   const double angles[] = {M_PI / 2, M_PI / 2, 2.2, 1.0};
@@ -143,7 +128,7 @@ bool Check(unsigned seed, ImpactLaw law, Tally* tally) {
   Vector v(3);
   const double n0 = -kApproach - uniform(generator), n1 = -kApproach - uniform(generator);
   v << n0, (n1 - std::cos(angle) * n0) / std::sin(angle), 2 * uniform(generator) - 1;
-  const Vector x = Before(system, v);
+  const Vector x = BeforeFlight(system, v, kFlight);
   SimulateOptions options;
   options.relative_tolerance = options.absolute_tolerance = 1e-12;
   options.impact_law = law;
@@ -275,8 +260,8 @@ TEST(ChanceOrthogonality, IsNotHiddenByAnAttractingPair) {
 
 /// Contacts that are orthogonal by chance are refused only where one is not pressed after the
 /// impact of the other: pressed, it falls back at once, to first order as if it had been held.
-void CheckSeeds(unsigned count, ImpactLaw law, Tally* result) {
-  Tally& tally = *result;
+void CheckSeeds(unsigned count, ImpactLaw law, PairTally* result) {
+  PairTally& tally = *result;
   for (unsigned seed = 1; seed <= count; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     tally.skipped += !Check(seed, law, &tally);
@@ -292,7 +277,7 @@ void CheckSeeds(unsigned count, ImpactLaw law, Tally* result) {
 }
 
 TEST(RandomSystems, NeverGiveADerivativeThatQuotientsContradict) {
-  Tally tally;
+  PairTally tally;
   CheckSeeds(1000, ImpactLaw::kComplementarity, &tally);
   EXPECT_GT(tally.derivatives, 300);
   EXPECT_GT(tally.kinks, 200);
@@ -301,7 +286,7 @@ TEST(RandomSystems, NeverGiveADerivativeThatQuotientsContradict) {
 }
 
 TEST(RandomSystems, NorUnderTheProjectionLaw) {
-  Tally tally;
+  PairTally tally;
   CheckSeeds(400, ImpactLaw::kProjection, &tally);
   EXPECT_GT(tally.derivatives, 120);
   EXPECT_GT(tally.discontinuous, 30);

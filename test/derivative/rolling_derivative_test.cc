@@ -32,7 +32,7 @@ void Roll(OnlineFlow* run, RollingDerivative* rolling, double end, double stride
 }
 
 /// Some directions, both signs, that the state at the mark admits.
-Matrix Directions(const MechanicalSystem& system, const Vector& x, ContactMode mode, int extra,
+Matrix Admissible(const MechanicalSystem& system, const Vector& x, ContactMode mode, int extra,
                   std::mt19937* random) {
   std::uniform_real_distribution<double> uniform(-1, 1);
   const int size = 2 * system.dof() + extra;
@@ -82,7 +82,7 @@ TEST(RollingDerivative, IsTheDerivativeOfTheWholeRun) {
       while (run.AdvanceTo(mark)) continue;
       const Vector x = run.State();
       const BDerivativeOptions options;
-      RollingDerivative rolling(&run, Directions(*system, x, run.mode(), 0, &random), options,
+      RollingDerivative rolling(&run, Admissible(*system, x, run.mode(), 0, &random), options,
                                 {});
       Roll(&run, &rolling, end, stride, &random);
       const Trajectory whole = Simulate(*system, x, nominal.u, end - mark);
@@ -105,7 +105,7 @@ TEST(RollingDerivative, CarriesInputsAndParametersThroughChangesOfTheInput) {
   options.variables = {true, ParameterIndices(system->description(), {"mass"})};
   OnlineFlow run(system, 0, nominal.x, nominal.u, {});
   const int k = options.variables.Size(*system);
-  RollingDerivative rolling(&run, Directions(*system, nominal.x, run.mode(), k, &random), options,
+  RollingDerivative rolling(&run, Admissible(*system, nominal.x, run.mode(), k, &random), options,
                             {});
   InputSchedule inputs{{0}, {nominal.u}};
   for (int i = 1; i < 4; ++i) {
@@ -132,7 +132,7 @@ TEST(RollingDerivative, IsTheSameToTheBitHoweverItIsLookedAt) {
       OnlineFlow run(system, 0, nominal.x, nominal.u, {});
       if (nominal.u.size() > 0) run.SetInput(0.4 * nominal.duration, 1.1 * nominal.u);
       while (run.AdvanceTo(0.2 * nominal.duration)) continue;
-      const Matrix directions = Directions(*system, run.State(), run.mode(), 0, &same);
+      const Matrix directions = Admissible(*system, run.State(), run.mode(), 0, &same);
       RollingDerivative rolling(&run, directions, {}, {});
       std::vector<RollingDerivative::Reading> found;
       for (double part : parts) {
@@ -162,7 +162,7 @@ TEST(RollingDerivative, IsTheDifferenceQuotientOfARobot) {
   const NominalRun& nominal = system->nominal();
   OnlineFlow run(system, 0, nominal.x, nominal.u, {});
   std::mt19937 random(2);
-  RollingDerivative rolling(&run, Directions(*system, nominal.x, run.mode(), 0, &random), {}, {});
+  RollingDerivative rolling(&run, Admissible(*system, nominal.x, run.mode(), 0, &random), {}, {});
   Roll(&run, &rolling, nominal.duration, 0.02, &random);
   const RollingDerivative::Reading reading = rolling.Read(&run);
   ASSERT_TRUE(reading.status.ok()) << reading.status.message;

@@ -20,7 +20,7 @@ namespace {
 
 /// Two heights over floors, M = [[1, m], [m, 1]], under constant forces: the first is pressed, the
 /// second lifted by `lift`.
-struct Pair : test::UnitMasses<2, 2> {
+struct TwoHeights : test::UnitMasses<2, 2> {
   static constexpr const char* kName = "pair";
   static constexpr std::array<const char*, 2> kCoordinates = {"held", "y"};
   static constexpr std::array<const char*, 2> kUnits = {"m", "m"};
@@ -59,19 +59,18 @@ struct Pair : test::UnitMasses<2, 2> {
   }
 };
 
-constexpr double kDuration = 0.5;
-
 struct Started {
-  Started(const ParameterValues& values, double speed) : system(test::Make<Pair>(values)) {
+  static constexpr double kDuration = 0.5;
+  Started(const ParameterValues& values, double speed) : system(test::Make<TwoHeights>(values)) {
     x = Vector::Zero(4);
     x(3) = speed;
-    trajectory = Simulate(system, x, Vector(0), kDuration);
+    trajectory = Simulate(system, x, Vector(0), Started::kDuration);
     B = DifferentiateOutcome(system, trajectory);
   }
   ValidityRadius Radius(const Vector& w) const {
     return ValidityEstimator(system, trajectory, B)(w);
   }
-  ModelSystem<Pair> system;
+  ModelSystem<TwoHeights> system;
   Vector x;
   Trajectory trajectory;
   BDerivative B;
@@ -101,7 +100,7 @@ TEST(StartCone, RefusesDirectionsIntoAConstraintThatIsTouched) {
     EXPECT_FALSE(run.B.IsDifferentiable());
     // Away from it: free motion, δy + T δẏ.
     const Vector away = run.B(Direction(1, 0.5));
-    EXPECT_NEAR(1 + 0.5 * kDuration, away(1), 1e-9);
+    EXPECT_NEAR(1 + 0.5 * Started::kDuration, away(1), 1e-9);
     EXPECT_NEAR(0.5, away(3), 1e-9);
   }
 }
@@ -111,7 +110,7 @@ TEST(StartCone, HitsAtTheStartWithASpeedOfFirstOrder) {
   for (double restitution : {0.0, 0.6}) {
     const Started run({{"restitution", restitution}}, 0);
     const Vector B = run.B(Direction(0, -1));
-    EXPECT_NEAR(restitution * kDuration, B(1), 1e-9);
+    EXPECT_NEAR(restitution * Started::kDuration, B(1), 1e-9);
     EXPECT_NEAR(restitution, B(3), 1e-9);
     // The limit of runs that begin α² above: y = α², ẏ = −α, which fall for a time O(α).
     const double alpha = 1e-5;
@@ -121,11 +120,11 @@ TEST(StartCone, HitsAtTheStartWithASpeedOfFirstOrder) {
     SimulateOptions options;
     options.speed_tolerance = options.gap_tolerance = 1e-13;
     options.relative_tolerance = options.absolute_tolerance = 1e-13;
-    const Trajectory near = Simulate(run.system, above, Vector(0), kDuration, options);
+    const Trajectory near = Simulate(run.system, above, Vector(0), Started::kDuration, options);
     ASSERT_TRUE(near.status.ok()) << near.status.message;
     // The speed of the hit is √(1 − 0.2) α, and 1 − √0.8 of α is spent on the way: by closed form
     // y(T) = (T − t)²/2 + γ √0.8 α (T − t), t = (1 − √0.8) α.
-    const double t = (1 - std::sqrt(0.8)) * alpha, left = kDuration - t;
+    const double t = (1 - std::sqrt(0.8)) * alpha, left = Started::kDuration - t;
     EXPECT_NEAR(left * left / 2 + restitution * std::sqrt(0.8) * alpha * left,
                 near.FinalState()(1), 1e-11);
     EXPECT_FALSE(run.B.PiecewiseLinear().ok());
@@ -137,12 +136,12 @@ TEST(StartCone, HitsAtTheStartWithASpeedOfFirstOrder) {
 /// returns is not followed; by projection both are held, and nothing is left of δẏ = −1. The other
 /// way round, y is not hit for δẏ = 1 by either law.
 TEST(StartCone, HitsByTheLawOfTheRun) {
-  const auto system = test::Make<Pair>({{"coupling", -0.4}});
+  const auto system = test::Make<TwoHeights>({{"coupling", -0.4}});
   const Vector x = Vector::Zero(4), into = Direction(0, -1), off = Direction(0, 1);
   for (ImpactLaw law : {ImpactLaw::kComplementarity, ImpactLaw::kProjection}) {
     SimulateOptions options;
     options.impact_law = law;
-    const Trajectory run = Simulate(system, x, Vector(0), kDuration, options);
+    const Trajectory run = Simulate(system, x, Vector(0), Started::kDuration, options);
     const BDerivative B = DifferentiateOutcome(system, run);
     ASSERT_TRUE(B.status.ok()) << B.status.message;
     EXPECT_NEAR(1, B(off)(3), 1e-9);
@@ -163,7 +162,7 @@ TEST(StartCone, RadiusOfADirectionThatFallsFirst) {
   EXPECT_EQ(1, radius.constraint);
   const auto outcome = [&](double alpha) {
     const Vector x = run.system.Perturb(run.x, alpha * w);
-    const Trajectory there = Simulate(run.system, x, Vector(0), kDuration);
+    const Trajectory there = Simulate(run.system, x, Vector(0), Started::kDuration);
     return Vector((there.FinalState() - run.trajectory.FinalState()) / alpha);
   };
   EXPECT_LE((outcome(0.19) - run.B(w)).cwiseAbs().maxCoeff(), 1e-7) << "linear inside";
@@ -180,35 +179,35 @@ TEST(StartCone, PiecesAreRestrictedWhereTheStartLeavesWithSpeed) {
 
 /// What touches, and what rests, is what the run took for it.
 TEST(StartCone, TakesTheTolerancesOfTheRun) {
-  const auto system = test::Make<Pair>({});
+  const auto system = test::Make<TwoHeights>({});
   Vector x = Vector::Zero(4);
   x(1) = 5e-9;
   SimulateOptions options;
-  const Trajectory above = Simulate(system, x, Vector(0), kDuration, options);
+  const Trajectory above = Simulate(system, x, Vector(0), Started::kDuration, options);
   EXPECT_TRUE(DifferentiateOutcome(system, above).start.Empty());
   options.gap_tolerance = 1e-8;
-  const Trajectory touching = Simulate(system, x, Vector(0), kDuration, options);
+  const Trajectory touching = Simulate(system, x, Vector(0), Started::kDuration, options);
   const BDerivative B = DifferentiateOutcome(system, touching);
   EXPECT_FALSE(B.start.Empty());
   EXPECT_THROW(B(Direction(-1, 0)), std::invalid_argument);
   x(1) = 0;
   x(3) = 1e-5;
-  const Trajectory leaving = Simulate(system, x, Vector(0), kDuration);
+  const Trajectory leaving = Simulate(system, x, Vector(0), Started::kDuration);
   EXPECT_NEAR(-1, DifferentiateOutcome(system, leaving)(Direction(0, -1))(3), 1e-9) << "it leaves";
   options.speed_tolerance = 1e-4;
-  const Trajectory resting = Simulate(system, x, Vector(0), kDuration, options);
+  const Trajectory resting = Simulate(system, x, Vector(0), Started::kDuration, options);
   EXPECT_NEAR(0, DifferentiateOutcome(system, resting)(Direction(0, -1))(3), 1e-9) << "it rests";
 }
 
 /// A mark is a start: the rolling derivative passes what the derivative of a run from there passes.
 TEST(StartCone, IsPartOfTheRollingDerivative) {
   const ParameterValues values = {{"restitution", 0.6}};
-  const auto system = std::make_shared<ModelSystem<Pair>>(values);
+  const auto system = std::make_shared<ModelSystem<TwoHeights>>(values);
   Matrix directions(4, 3);
   directions << Direction(0, -1), Direction(1, 0.5), Direction(0, 2);
   OnlineFlow run(system, 0, Vector::Zero(4), Vector(0), {});
   RollingDerivative rolling(&run, directions, {}, {});
-  rolling.Follow(&run, run.AdvanceTo(kDuration));
+  rolling.Follow(&run, run.AdvanceTo(Started::kDuration));
   const RollingDerivative::Reading reading = rolling.Read(&run);
   ASSERT_TRUE(reading.status.ok()) << reading.status.message;
   const Started started(values, 0);

@@ -12,7 +12,7 @@
 namespace contact_flow {
 namespace {
 
-struct Case {
+struct Varied {
   std::string name, model;
   ParameterValues parameters;
   double duration;  // 0: the nominal one
@@ -20,7 +20,7 @@ struct Case {
 };
 
 /// Each case under both laws.
-std::vector<Case> UnderBothLaws(std::vector<Case> cases) {
+std::vector<Varied> UnderBothLaws(std::vector<Varied> cases) {
   const std::size_t count = cases.size();
   for (std::size_t k = 0; k < count; ++k) {
     cases.push_back(cases[k]);
@@ -30,7 +30,7 @@ std::vector<Case> UnderBothLaws(std::vector<Case> cases) {
   return cases;
 }
 
-class VariablesTest : public testing::TestWithParam<Case> {
+class VariablesTest : public testing::TestWithParam<Varied> {
  protected:
   VariablesTest()
       : system(MakeModel(GetParam().model, GetParam().parameters)),
@@ -106,12 +106,13 @@ TEST_P(VariablesTest, PiecesAgreeWithDirections) {
 INSTANTIATE_TEST_SUITE_P(
     Models, VariablesTest,
     testing::ValuesIn(UnderBothLaws(
-        {Case{"soft_biped", "soft_biped", {}, 0}, Case{"double_pendulum", "double_pendulum", {}, 0},
-         Case{"legged_table", "legged_table", {}, 0}, Case{"falling_box", "falling_box", {}, 0},
-         Case{"plastic_box", "falling_box", {{"restitution", 0}}, 0.485},
-         Case{"bouncing_ball", "bouncing_ball", {}, 0},
-         Case{"wall_and_floor", "wall_and_floor", {}, 0}, Case{"chair", "chair", {}, 0}})),
-    [](const testing::TestParamInfo<Case>& info) { return info.param.name; });
+        {Varied{"soft_biped", "soft_biped", {}, 0},
+         Varied{"double_pendulum", "double_pendulum", {}, 0},
+         Varied{"legged_table", "legged_table", {}, 0}, Varied{"falling_box", "falling_box", {}, 0},
+         Varied{"plastic_box", "falling_box", {{"restitution", 0}}, 0.485},
+         Varied{"bouncing_ball", "bouncing_ball", {}, 0},
+         Varied{"wall_and_floor", "wall_and_floor", {}, 0}, Varied{"chair", "chair", {}, 0}})),
+    [](const testing::TestParamInfo<Varied>& info) { return info.param.name; });
 
 }  // namespace
 }  // namespace contact_flow

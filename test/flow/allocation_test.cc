@@ -82,3 +82,4 @@ TEST(Allocation, NoneForAJacobianOfARobot) {
 
 }  // namespace
 }  // namespace contact_flow
+#undef COUNTS_ALLOCATIONS

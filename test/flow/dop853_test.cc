@@ -10,20 +10,20 @@ namespace {
 
 /// The pendulum-like equation ẍ = −sin x has no special structure; its reference is made
 /// with tiny steps.
-void Pendulum(const double* x, double* xdot) {
+void PendulumRate(const double* x, double* xdot) {
   xdot[0] = x[1];
   xdot[1] = -std::sin(x[0]);
 }
 
-Vector Start() {
+Vector PendulumStart() {
   Vector x(2);
   x << 1, 0.3;
   return x;
 }
 
-Vector After(double time, int steps) {
-  Dop853 stepper(2, Pendulum);
-  stepper.Begin(Start());
+Vector PendulumAfter(double time, int steps) {
+  Dop853 stepper(2, PendulumRate);
+  stepper.Begin(PendulumStart());
   for (int k = 0; k < steps; ++k) {
     stepper.TryStep(time / steps, 1e-6, 1e-6);
     stepper.Finish();
@@ -33,16 +33,17 @@ Vector After(double time, int steps) {
 }
 
 TEST(Dop853, HasOrderEight) {
-  const Vector exact = After(2, 64);
-  const double coarse = (After(2, 2) - exact).norm(), fine = (After(2, 4) - exact).norm();
+  const Vector exact = PendulumAfter(2, 64);
+  const double coarse = (PendulumAfter(2, 2) - exact).norm(),
+               fine = (PendulumAfter(2, 4) - exact).norm();
   // Halving the step divides the error by 2⁸, give or take the next term of its expansion.
   EXPECT_GT(std::log2(coarse / fine), 7.3);
 }
 
 TEST(Dop853, TheContinuousExtensionHasOrderSeven) {
   const auto error = [](double h) {
-    Dop853 stepper(2, Pendulum);
-    stepper.Begin(Start());
+    Dop853 stepper(2, PendulumRate);
+    stepper.Begin(PendulumStart());
     stepper.TryStep(h, 1e-6, 1e-6);
     stepper.Finish();
     stepper.Extend();
@@ -50,7 +51,7 @@ TEST(Dop853, TheContinuousExtensionHasOrderSeven) {
     for (double theta : {0.2, 0.5, 0.8}) {
       Vector x(2);
       stepper.Interpolate(theta, x.data());
-      worst = std::max(worst, (x - After(theta * h, 20)).norm());
+      worst = std::max(worst, (x - PendulumAfter(theta * h, 20)).norm());
     }
     return worst;
   };
@@ -58,8 +59,8 @@ TEST(Dop853, TheContinuousExtensionHasOrderSeven) {
 }
 
 TEST(Dop853, TheExtensionMeetsBothEnds) {
-  Dop853 stepper(2, Pendulum);
-  stepper.Begin(Start());
+  Dop853 stepper(2, PendulumRate);
+  stepper.Begin(PendulumStart());
   stepper.TryStep(0.7, 1e-6, 1e-6);
   stepper.Finish();
   stepper.Extend();
@@ -72,18 +73,18 @@ TEST(Dop853, TheExtensionMeetsBothEnds) {
 
 TEST(Dop853, TheErrorEstimateCoversTheError) {
   for (double h : {0.2, 0.4, 0.6}) {
-    Dop853 stepper(2, Pendulum);
-    stepper.Begin(Start());
+    Dop853 stepper(2, PendulumRate);
+    stepper.Begin(PendulumStart());
     constexpr double kTolerance = 1e-9;
     const double estimate = kTolerance * stepper.TryStep(h, kTolerance, kTolerance);
-    const double error = (stepper.end() - After(h, 20)).cwiseAbs().maxCoeff();
+    const double error = (stepper.end() - PendulumAfter(h, 20)).cwiseAbs().maxCoeff();
     EXPECT_GT(2 * estimate, error) << "h = " << h;
   }
 }
 
 TEST(Dop853, AStepMayBeRepeatedFromTheSamePoint) {
-  Dop853 stepper(2, Pendulum);
-  stepper.Begin(Start());
+  Dop853 stepper(2, PendulumRate);
+  stepper.Begin(PendulumStart());
   stepper.TryStep(0.4, 1e-6, 1e-6);
   const Vector once = stepper.end();
   stepper.TryStep(0.9, 1e-6, 1e-6);

@@ -11,15 +11,12 @@
 #include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
 
-SimulateOptions Exact() {
-  SimulateOptions options;
-  options.relative_tolerance = options.absolute_tolerance = 1e-12;
-  return options;
-}
+using test::Tight;
 
 /// The state of the jointed biped that has the body state of the rigid one.
 Vector Jointed(const Vector& rigid) {
@@ -51,8 +48,8 @@ TEST(BilateralConstraints, JointedBipedIsTheRigidBiped) {
     x(2) = tilt;
     x(3) = 0.2;
     x(5) = -0.3 * tilt;
-    const Trajectory one = Simulate(*rigid, x, Vector(0), 1.6, Exact());
-    const Trajectory two = Simulate(*jointed, Jointed(x), Vector(0), 1.6, Exact());
+    const Trajectory one = Simulate(*rigid, x, Vector(0), 1.6, Tight());
+    const Trajectory two = Simulate(*jointed, Jointed(x), Vector(0), 1.6, Tight());
     ASSERT_TRUE(one.status.ok()) << one.status.message;
     ASSERT_TRUE(two.status.ok()) << two.status.message;
     ASSERT_EQ(one.ModeSequence(), two.ModeSequence());
@@ -102,7 +99,7 @@ TEST(ConfigurationSpaces, FreeBoxKeepsEnergyAndAngularMomentum) {
   const auto box = MakeModel("falling_box", {{"gravity", 0}});
   Vector x = box->nominal().x;
   x.tail(3) << 3, 0.1, -2;
-  const Trajectory run = Simulate(*box, x, Vector::Zero(6), 5, Exact());
+  const Trajectory run = Simulate(*box, x, Vector::Zero(6), 5, Tight());
   ASSERT_TRUE(run.status.ok());
   const Eigen::Vector3d inertia(0.13 / 12, 0.2 / 12, 0.25 / 12);
   const auto momentum = [&](const Vector& at) {
@@ -214,7 +211,7 @@ TEST(ContactEffort, AmbiguousStatesAreRefused) {
 /// The chair lands with both feet at once and comes to rest in the ground.
 TEST(ContactEffort, ChairLandsOnBothFeet) {
   const auto chair = MakeModel("chair");
-  const Trajectory run = Simulate(*chair, chair->nominal().x, Vector(0), 20, Exact());
+  const Trajectory run = Simulate(*chair, chair->nominal().x, Vector(0), 20, Tight());
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   ASSERT_FALSE(run.transitions.empty());
   EXPECT_EQ(ConstraintSet({0, 1}), run.transitions.front().switched);

@@ -8,16 +8,13 @@
 #include "contact_flow/flow/online_flow.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
+#include "test/shorthands.h"
 #include "test/test_models.h"
 
 namespace contact_flow {
 namespace {
 
-SimulateOptions AtTolerance(double tolerance) {
-  SimulateOptions options;
-  options.relative_tolerance = options.absolute_tolerance = tolerance;
-  return options;
-}
+using test::AtTolerance;
 
 /// y = 1 + cos(t − 1) touches the floor at π + 1 and goes on.
 TEST(Grazing, GoesOffAgain) {

@@ -8,10 +8,13 @@
 
 #include "contact_flow/flow/event_locator.h"
 #include "contact_flow/flow/simulate.h"
+#include "test/flow/first_zero.h"
 #include "test/test_models.h"
 
 namespace contact_flow {
 namespace {
+
+using test::FirstZero;
 
 /// What the models below share: a coordinate that moves on evenly, and one that is pushed.
 struct Even : test::UnitMasses<2, 1> {
@@ -107,21 +110,6 @@ struct Beside : test::UnitMasses<3, 1> {
   }
 };
 
-/// The first t in (0, end] with f(t) < −10⁻⁹, by even steps and bisection; infinite if none.
-template <class Function>
-double Scan(const Function& f, double step, double end) {
-  for (long k = 1; k * step <= end; ++k) {
-    double left = (k - 1) * step, right = k * step;
-    if (f(right) >= -1e-9) continue;
-    for (int halving = 0; halving < 50; ++halving) {
-      const double middle = (left + right) / 2;
-      (f(middle) < 0 ? right : left) = middle;
-    }
-    return right;
-  }
-  return std::numeric_limits<double>::infinity();
-}
-
 /// At the stated extent, and at twice that, a needle is found wherever it is.
 TEST(QuickGaps, EveryNeedleOfTheStatedExtent) {
   std::mt19937 random(5);
@@ -194,7 +182,7 @@ void ExpectNeedlesFound(double part) {
       const Trajectory run = Simulate(system, x, Vector(0), 9, options);
       ASSERT_FALSE(run.transitions.empty()) << times << " extents, needle at " << place;
       // The state is right to some 1e-6, and falls at 10/half at least.
-      EXPECT_NEAR(Scan(guard, 1e-3, 9), run.transitions.front().t, 1e-5) << place;
+      EXPECT_NEAR(FirstZero(guard, 1e-3, 9), run.transitions.front().t, 1e-5) << place;
     }
   }
 }

@@ -11,12 +11,15 @@
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
 #include "contact_flow/model/model_library.h"
+#include "test/flow/first_zero.h"
+#include "test/shorthands.h"
 #include "test/test_models.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr double kGravity = 9.81;
+using test::FirstZero;
+using test::kGravity;
 
 /// A ball in free fall over z = amplitude sin(wave x).
 struct Waves : test::UnitMasses<2, 1> {
@@ -84,21 +87,6 @@ struct Shaken : test::UnitMasses<2, 1> {
   }
 };
 
-/// The first t in (0, end] with f(t) < −10⁻⁹, by even steps and bisection; infinite if none.
-template <class Function>
-double Scan(const Function& f, double step, double end) {
-  for (long k = 1; k * step <= end; ++k) {
-    double left = (k - 1) * step, right = k * step;
-    if (f(right) >= -1e-9) continue;
-    for (int halving = 0; halving < 50; ++halving) {
-      const double middle = (left + right) / 2;
-      (f(middle) < 0 ? right : left) = middle;
-    }
-    return right;
-  }
-  return std::numeric_limits<double>::infinity();
-}
-
 /// The parabola from (x, z, ẋ, ż) over the waves.
 struct Flight {
   double amplitude, wave;
@@ -118,7 +106,7 @@ struct Flight {
   /// A thousand steps a wave, at least.
   double Touchdown(double end) const {
     const double step = std::min(1e-4, 6e-3 / (1e-9 + std::abs(wave * from(2))));
-    return Scan([&](double t) { return Gap(t); }, step, end);
+    return FirstZero([&](double t) { return Gap(t); }, step, end);
   }
   /// v⁺ = v⁻ − (1+γ) n (n·v⁻)/(n·n), n = (−h′, 1).
   Flight Bounce(double t, double restitution) const {
@@ -238,7 +226,7 @@ TEST(QuickForces, ABlockAtRestIsReleasedByAClock) {
               std::sin(release) * omega * t);
     };
     // In units of 1/ω²: −1e-9 lies 1e-9 below, its slope is about 1.
-    const double flight = Scan(height, step, 20 / omega);
+    const double flight = FirstZero(height, step, 20 / omega);
     // A state right to 1e-12 over a speed of about 0.3/ω.
     EXPECT_NEAR(run.transitions[0].t + flight, run.transitions[1].t, 1e-9 / omega + 1e-11 * omega)
         << "ω = " << omega;
@@ -255,7 +243,7 @@ TEST(QuickForces, ABlockAtRestIsReleasedLate) {
     const double omega = k == 0 ? 200 : std::pow(10, 3.3 * uniform(random));
     const double load = 1.1 + 3 * uniform(random), drift = 1e-3 * (1 + 9 * uniform(random));
     const auto force = [&](double w) { return load - drift * w + std::cos(w); };
-    const double release = Scan(force, 1e-3, 1e4) / omega;
+    const double release = FirstZero(force, 1e-3, 1e4) / omega;
     const auto system = test::Make<Shaken>({{"load", load}, {"drift", drift}});
     Vector x(4);
     x << 0, 0, 0, omega;

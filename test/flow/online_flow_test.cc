@@ -68,7 +68,7 @@ Seen RunOnline(OnlineFlow* run, double end, double stride, double probability,
   return seen;
 }
 
-void ExpectSame(const SystemPointer& system, const Vector& x, const Seen& seen, double end,
+void ExpectSeen(const SystemPointer& system, const Vector& x, const Seen& seen, double end,
                 const SimulateOptions& options, const std::string& where) {
   const double begin = seen.inputs.grid.front();
   const Trajectory run = Simulate(*system, x, seen.inputs, 1.5 * (end - begin) + 1, options);
@@ -114,7 +114,7 @@ TEST_P(OnlineModels, IsOneSimulation) {
     OnlineFlow run(system, trial % 3 == 0 ? 0 : 1000.1 * trial, nominal.x, nominal.u, options);
     const double from = run.now();
     const Seen seen = RunOnline(&run, from + end, stride, trial == 0 ? 0 : 0.2, &random);
-    ExpectSame(system, nominal.x, seen, run.now(), options,
+    ExpectSeen(system, nominal.x, seen, run.now(), options,
                GetParam() + ", trial " + std::to_string(trial));
     events += static_cast<int>(seen.transitions.size());
   }
@@ -134,7 +134,7 @@ TEST(OnlineFlow, IsOneSimulationOfRobots) {
     OnlineFlow run(system, 0, nominal.x, nominal.u, {});
     const Seen seen = RunOnline(&run, end, 0.03, 0.2, &random);
     EXPECT_GT(seen.inputs.grid.size(), 2u) << "inputs were told";
-    ExpectSame(system, nominal.x, seen, run.now(), {}, name);
+    ExpectSeen(system, nominal.x, seen, run.now(), {}, name);
   }
 }
 

@@ -32,11 +32,11 @@ Vector Of(std::initializer_list<double> values) {
   return Vector::Map(values.begin(), static_cast<Eigen::Index>(values.size()));
 }
 
-Matrix Row(std::initializer_list<double> values) { return Of(values).transpose(); }
+Matrix RowOf(std::initializer_list<double> values) { return Of(values).transpose(); }
 
 Plain Pendulum() {
   return {1, [](const Vector& q, const Vector&) { return Of({-std::sin(q(0))}); },
-          [](const Vector& q, const Vector&) { return Row({-std::cos(q(0)), 0}); }};
+          [](const Vector& q, const Vector&) { return RowOf({-std::cos(q(0)), 0}); }};
 }
 
 /// Prothero and Robinson's ẇ = λ (w − φ(t)) + φ'(t), with t and ∫w among the coordinates;
@@ -61,7 +61,7 @@ Plain VanDerPol(double mu) {
             return Of({mu * (1 - q(0) * q(0)) * v(0) - q(0)});
           },
           [=](const Vector& q, const Vector& v) {
-            return Row({-2 * mu * q(0) * v(0) - 1, mu * (1 - q(0) * q(0))});
+            return RowOf({-2 * mu * q(0) * v(0) - 1, mu * (1 - q(0) * q(0))});
           }};
 }
 

@@ -24,8 +24,8 @@ bool SameBits(const Vector& a, const Vector& b) {
 }
 
 /// Holds a run of a batch to that of Simulate from the same start, to the bit.
-void ExpectSame(const BatchRun& run, const MechanicalSystem& system, const Vector& x,
-                const Vector& u, double duration, SimulateOptions options) {
+void ExpectSameRun(const BatchRun& run, const MechanicalSystem& system, const Vector& x,
+                   const Vector& u, double duration, SimulateOptions options) {
   options.dense = false;
   Trajectory single;
   try {
@@ -86,8 +86,8 @@ long ExpectSameAll(const MechanicalSystem& system, const Matrix& states, const M
     EXPECT_EQ(result.why.empty(), result.width > 1);
     for (Eigen::Index k = 0; k < states.cols(); ++k) {
       SCOPED_TRACE("run " + std::to_string(k) + " of set " + std::to_string(static_cast<int>(set)));
-      ExpectSame(result.runs[static_cast<std::size_t>(k)], system, states.col(k),
-                 inputs.col(inputs.cols() == 1 ? 0 : k), duration, options);
+      ExpectSameRun(result.runs[static_cast<std::size_t>(k)], system, states.col(k),
+                    inputs.col(inputs.cols() == 1 ? 0 : k), duration, options);
       if (testing::Test::HasFailure()) return 0;
     }
     if (result.width > 1) in_lanes = states.cols() - result.alone;

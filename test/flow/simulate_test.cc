@@ -10,18 +10,14 @@
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/flow/simulate_batch.h"
 #include "contact_flow/model/model_library.h"
+#include "test/shorthands.h"
 #include "test/test_models.h"
 
 namespace contact_flow {
 namespace {
 
+using test::AtTolerance;
 using test::Make;
-
-SimulateOptions AtTolerance(double tolerance) {
-  SimulateOptions options;
-  options.relative_tolerance = options.absolute_tolerance = tolerance;
-  return options;
-}
 
 /// y = c + A cos(t + φ), lowest (c − A) at t = π − φ.
 Vector OscillatorState(double centre, double amplitude, double phase) {

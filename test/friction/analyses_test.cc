@@ -23,18 +23,14 @@
 #include "contact_flow/piecewise_linear/section.h"
 #include "contact_flow/piecewise_linear/stability.h"
 #include "test/friction/friction_case.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
 
-using SystemPointer = std::shared_ptr<const MechanicalSystem>;
+using test::Tight;
 
-SimulateOptions Tight() {
-  SimulateOptions options;
-  options.relative_tolerance = options.absolute_tolerance = 1e-12;
-  options.dense = true;
-  return options;
-}
+using SystemPointer = std::shared_ptr<const MechanicalSystem>;
 
 /// Swung by 6 sin(3 t) N over a cone of 4.905 N: it sticks, slips forward, stops, slips backward.
 SystemPointer SwungBlock(double stiffness = 0) {
@@ -50,7 +46,7 @@ Vector AtRest(double t) {
   return x;
 }
 
-std::string Words(const Trajectory& run) {
+std::string LettersOf(const Trajectory& run) {
   std::string words;
   for (const Arc& arc : run.arcs) {
     const std::string word = arc.mode.Word(1);
@@ -73,7 +69,7 @@ TEST(FrictionAnalyses, IntervalsOfInputsAreLinearized) {
                               Vector::Constant(1, 0)}};
   const Trajectory run = Simulate(*block, AtRest(0), inputs, 2.3, Tight());
   ASSERT_TRUE(run.status.ok()) << run.status.message;
-  EXPECT_EQ("s+s-s", Words(run).substr(0, 5));
+  EXPECT_EQ("s+s-s", LettersOf(run).substr(0, 5));
   const std::vector<IntervalLinearization> intervals = Linearize(*block, run);
   ASSERT_EQ(inputs.grid.size(), intervals.size());
   const std::vector<int> tangents = {0, 2, 3, 5};  // along the floor, and the clock
@@ -120,7 +116,7 @@ TEST(FrictionAnalyses, ControllabilityIsLostByAStop) {
   const InputSchedule inputs{{0, 0.25, 0.5}, std::vector<Vector>(3, Vector::Zero(1))};
   const auto reachable = [&](double duration, const std::string& word) {
     const Trajectory run = Simulate(*block, AtRest(0), inputs, duration, Tight());
-    EXPECT_EQ(word, Words(run));
+    EXPECT_EQ(word, LettersOf(run));
     const PiecewiseLinearMap map = InputMap(Linearize(*block, run));
     const ControllabilityReport report = AssessControllability(map);
     EXPECT_EQ(ControllabilityVerdict::kControllable, report.verdict) << report.message;
@@ -207,7 +203,7 @@ TEST(FrictionAnalyses, StickSlipOscillationIsFoundAndStable) {
   const OrbitSolution orbit = FindOrbit(problem);
   ASSERT_TRUE(orbit.ok()) << orbit.newton.message;
   EXPECT_GE(orbit.orbit.trajectory.transitions.size(), 2u);
-  std::string words = Words(orbit.orbit.trajectory);
+  std::string words = LettersOf(orbit.orbit.trajectory);
   EXPECT_NE(std::string::npos, words.find('+')) << words;
   EXPECT_NE(std::string::npos, words.find('-')) << words;
   // Where the clock is not disturbed, which is invariant.
@@ -233,7 +229,7 @@ TEST(FrictionAnalyses, SlipThatBeginsIsTurnedBack) {
   const SystemPointer block = MakeModel("block_on_incline", {{"incline", 0.5}, {"friction", 0.3}});
   const Vector x = AtRest(0), u = Vector::Zero(1);
   const Trajectory run = Simulate(*block, x, u, 0.5, Tight());
-  EXPECT_EQ("+", Words(run));
+  EXPECT_EQ("+", LettersOf(run));
   const BDerivative B = DifferentiateOutcome(*block, run);
   ASSERT_TRUE(B.status.ok()) << B.status.message;
   const Vector w = Vector::Unit(6, 3);
@@ -249,7 +245,7 @@ TEST(FrictionAnalyses, SlipThatBeginsIsTurnedBack) {
   // Begun by an input: of two maps one is given, and said to be one.
   const InputSchedule inputs{{0, 0.1}, {Vector::Constant(1, -3), u}};
   const Trajectory pushed = Simulate(*block, x, inputs, 0.5, Tight());
-  EXPECT_EQ("s+", Words(pushed));
+  EXPECT_EQ("s+", LettersOf(pushed));
   const std::vector<IntervalLinearization> intervals = Linearize(*block, pushed);
   ASSERT_EQ(2u, intervals.size());
   EXPECT_TRUE(intervals[0].is_linear);

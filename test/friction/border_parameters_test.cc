@@ -8,18 +8,21 @@
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/flow/simulate.h"
 #include "test/friction/systems/tip.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
 
-struct Answer {
+using test::Entries;
+
+struct ParameterDerivative {
   Status status;
   Vector value;
 };
 
 /// D by `parameter` of the state after `duration` from x.
 template <int D>
-Answer By(const std::string& parameter, double mu, double up, const Vector& x,
+ParameterDerivative By(const std::string& parameter, double mu, double up, const Vector& x,
                double duration) {
   const auto system = MakeSystem<test::Tip<D>>(
       {{"mu0", mu}, {"f" + std::to_string(D - 1), up}});
@@ -34,53 +37,47 @@ Answer By(const std::string& parameter, double mu, double up, const Vector& x,
   return {B.status, B(Vector::Unit(2 * D + 1, 2 * D))};
 }
 
-void ExpectNear(const Vector& exact, const Answer& by) {
+void ExpectNear(const Vector& exact, const ParameterDerivative& by) {
   ASSERT_TRUE(by.status.ok()) << by.status.message;
   EXPECT_LE((by.value - exact).cwiseAbs().maxCoeff(), 1e-8) << by.value.transpose();
-}
-
-Vector State(std::initializer_list<double> values) {
-  Vector x(static_cast<Eigen::Index>(values.size()));
-  std::copy(values.begin(), values.end(), x.begin());
-  return x;
 }
 
 /// It lands and slides on. With a little restitution ε its bounces are over after 2 ε v/g, and push
 /// and rub by as much as resting does meanwhile: the derivative is zero.
 TEST(BorderParameters, RestitutionOfAContactThatIsHeld) {
-  ExpectNear(Vector::Zero(4), By<2>("gamma0", 0.2, -10, State({0, 0.5, 5, 0}), 1));
-  ExpectNear(Vector::Zero(4), By<2>("gamma0", 0.2, -10, State({0, 0.5, 0.1, 0}), 1));
+  ExpectNear(Vector::Zero(4), By<2>("gamma0", 0.2, -10, Entries({0, 0.5, 5, 0}), 1));
+  ExpectNear(Vector::Zero(4), By<2>("gamma0", 0.2, -10, Entries({0, 0.5, 0.1, 0}), 1));
 }
 
 /// It is thrown against the floor by hand and lifted by its force, 10: from the impact at
 /// t₁ with speed v on it has ε v more upwards, and μ ε v less along the floor.
 TEST(BorderParameters, RestitutionOfAContactThatLeaves) {
   const double speed = std::sqrt(9 - 2 * 10 * 0.1), left = 0.5 - (3 - speed) / 10;
-  ExpectNear(State({-0.3 * speed * left, speed * left, -0.3 * speed, speed}),
-             By<2>("gamma0", 0.3, 10, State({0, 0.1, 5, -3}), 0.5));
+  ExpectNear(Entries({-0.3 * speed * left, speed * left, -0.3 * speed, speed}),
+             By<2>("gamma0", 0.3, 10, Entries({0, 0.1, 5, -3}), 0.5));
 }
 
 /// It slides at 5 m/s under its weight, 10, for 1 s.
 TEST(BorderParameters, FrictionOfAContactThatSlides) {
-  ExpectNear(State({-5, 0, -10, 0}), By<2>("mu0", 0, -10, State({0, 0, 5, 0}), 1));
-  ExpectNear(State({5, 0, 10, 0}), By<2>("mu0", 0, -10, State({0, 0, -5, 0}), 1));
+  ExpectNear(Entries({-5, 0, -10, 0}), By<2>("mu0", 0, -10, Entries({0, 0, 5, 0}), 1));
+  ExpectNear(Entries({5, 0, 10, 0}), By<2>("mu0", 0, -10, Entries({0, 0, -5, 0}), 1));
   // Along (3, −4)/5.
-  ExpectNear(State({-3, 4, 0, -6, 8, 0}), By<3>("mu0", 0, -10, State({0, 0, 0, 3, -4, 0}), 1));
+  ExpectNear(Entries({-3, 4, 0, -6, 8, 0}), By<3>("mu0", 0, -10, Entries({0, 0, 0, 3, -4, 0}), 1));
 }
 
 /// It lands first, at t₁ = √0.1 with the speed 10 t₁: the impulse rubs by 10 t₁ μ, and the rest of
 /// the time by 10 (1 − t₁) μ.
 TEST(BorderParameters, FrictionOfAContactThatLands) {
   const double left = 1 - std::sqrt(0.1), way = (1 - left) * 10 * left + 5 * left * left;
-  ExpectNear(State({-way, 0, -10, 0}), By<2>("mu0", 0, -10, State({0, 0.5, 5, 0}), 1));
-  ExpectNear(State({-0.6 * way, 0.8 * way, 0, -6, 8, 0}),
-             By<3>("mu0", 0, -10, State({0, 0, 0.5, 3, -4, 0}), 1));
+  ExpectNear(Entries({-way, 0, -10, 0}), By<2>("mu0", 0, -10, Entries({0, 0.5, 5, 0}), 1));
+  ExpectNear(Entries({-0.6 * way, 0.8 * way, 0, -6, 8, 0}),
+             By<3>("mu0", 0, -10, Entries({0, 0, 0.5, 3, -4, 0}), 1));
 }
 
 /// Without slip there is no direction for it.
 TEST(BorderParameters, FrictionWithoutSlipIsRefused) {
   for (const double height : {0.0, 0.5}) {
-    const Answer by = By<2>("mu0", 0, -10, State({0, height, 0, 0}), 1);
+    const ParameterDerivative by = By<2>("mu0", 0, -10, Entries({0, height, 0, 0}), 1);
     EXPECT_EQ(Outcome::kNotDifferentiable, by.status.outcome);
     EXPECT_NE(std::string::npos, by.status.message.find("friction is 0")) << by.status.message;
   }
@@ -90,7 +87,7 @@ TEST(BorderParameters, FrictionWithoutSlipIsRefused) {
 /// did at the beginning.
 TEST(BorderParameters, FrictionOfASlipThatTurnsIsRefused) {
   const auto system = MakeSystem<test::Tip<2>>({{"mu0", 0}, {"f1", -10}, {"k0", 4}});
-  const Trajectory run = Simulate(*system, State({0, 0, 1, 0}), Vector::Zero(0), 3);
+  const Trajectory run = Simulate(*system, Entries({0, 0, 1, 0}), Vector::Zero(0), 3);
   ASSERT_EQ(1u, run.arcs.size());
   EXPECT_GT(run.FinalState()(2), 0.5);
   BDerivativeOptions by;

@@ -11,11 +11,14 @@
 #include "contact_flow/dynamics/friction_problem.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr double kFriction = 0.4, kGravity = 9.81;
+using test::kGravity;
+
+constexpr double kPlateFriction = 0.4;
 constexpr double kPoints[6][2] = {{0.3, 0}, {0.1, 0.2}, {-0.2, 0.2}, {-0.3, -0.1}, {0, -0.2},
                                   {0.2, -0.1}};
 
@@ -31,7 +34,7 @@ FrictionProblem Plate(double push) {
     A.row(3 * i + 1) << 1, 0, 0, 0, 0, -y;
     A.row(3 * i + 2) << 0, 1, 0, 0, 0, x;
     FrictionContact contact;
-    contact.coefficient = kFriction;
+    contact.coefficient = kPlateFriction;
     contact.dimension = 2;
     problem.contacts.push_back(contact);
   }
@@ -47,7 +50,7 @@ FrictionProblem Plate(double push) {
 TEST(BorderSprings, OnlyTheBorderCountsAsDecidedByThem) {
   for (const double part : {0.3, 0.9, 1.0}) {
     const std::vector<FrictionSolution> all =
-        SolveFriction(Plate(part * kFriction * kGravity));
+        SolveFriction(Plate(part * kPlateFriction * kGravity));
     ASSERT_EQ(1u, all.size()) << part;
     EXPECT_LT(all[0].result.norm(), 1e-8 * kGravity) << part;
     EXPECT_EQ(part == 1, all[0].springs) << part;
@@ -64,7 +67,7 @@ std::unique_ptr<RobotSystem> Lander() {
   yaml << "base: floating\nconstraints:\n";
   for (int i = 0; i < 6; ++i) {
     yaml << "  p" << i << ": {kind: plane, link: plate, point: [" << kPoints[i][0] << ", "
-         << kPoints[i][1] << ", 0], friction: " << kFriction << "}\n";
+         << kPoints[i][1] << ", 0], friction: " << kPlateFriction << "}\n";
   }
   texts.yaml = yaml.str();
   return MakeRobot(texts);
@@ -76,7 +79,7 @@ TEST(BorderSprings, ALandingOnTheBorderHasNoDerivative) {
   const double height = 0.05, down = std::sqrt(2 * kGravity * height);
   Vector x = plate->nominal().x;
   x(2) = height;
-  x(plate->num_positions()) = kFriction * down;
+  x(plate->num_positions()) = kPlateFriction * down;
   const double lands = down / kGravity;
   const Trajectory run = Simulate(*plate, x, plate->nominal().u, lands + 0.1);
   ASSERT_TRUE(run.status.ok()) << run.status.message;

@@ -17,6 +17,7 @@
 #include "contact_flow/model/model_library.h"
 #include "contact_flow/model/model_system.h"
 #include "test/friction/systems/tips.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace test {
@@ -47,13 +48,11 @@ struct PushedTips : Tips<2> {
 
 namespace {
 
-constexpr double kDuration = 0.6;
+using test::Tight;
 
-SimulateOptions Tight(double simultaneity = 0) {
-  SimulateOptions options;
-  options.relative_tolerance = options.absolute_tolerance = 1e-12;
+SimulateOptions WithSimultaneity(double simultaneity) {
+  SimulateOptions options = Tight();
   options.simultaneity_tolerance = simultaneity;
-  options.dense = true;
   return options;
 }
 
@@ -112,13 +111,14 @@ TEST(FrictionalInputCluster, BlockThatIsPushedWhereItStops) {
 
 /// A run, and an input that changes at one of its events, once or twice.
 struct Case {
+  static constexpr double kDuration = 0.6;
   std::unique_ptr<MechanicalSystem> system;
   Vector x;
   InputSchedule schedule;
   bool coincides = false;
 };
 
-Case Draw(unsigned seed) {
+Case DrawCase(unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform(0, 1);
@@ -143,10 +143,10 @@ Case Draw(unsigned seed) {
       -uniform(random), 1.5 * normal(random), -uniform(random);
   const auto input = [&] { return Vector::NullaryExpr(2, [&] { return 3 * normal(random); }); };
   c.schedule = {{0}, {input()}};
-  const Trajectory run = Simulate(*c.system, c.x, c.schedule, kDuration, Tight());
+  const Trajectory run = Simulate(*c.system, c.x, c.schedule, Case::kDuration, Tight());
   if (!run.status.ok() || run.transitions.empty()) return c;
   const Transition& event = run.transitions[random() % run.transitions.size()];
-  if (event.t < 0.02 || event.t > kDuration - 0.02) return c;
+  if (event.t < 0.02 || event.t > Case::kDuration - 0.02) return c;
   c.schedule.grid.push_back(event.t);
   c.schedule.values.push_back(input());
   if (seed % 3 == 0) {
@@ -163,7 +163,7 @@ Vector Moved(const Case& c, const Vector& dx, const Matrix& du, const Vector& dt
     schedule.values[k] += alpha * du.col(static_cast<Eigen::Index>(k));
     if (k > 0) schedule.grid[k] += alpha * dt(static_cast<Eigen::Index>(k) - 1);
   }
-  const Trajectory run = Simulate(*c.system, c.x + alpha * dx, schedule, kDuration, Tight());
+  const Trajectory run = Simulate(*c.system, c.x + alpha * dx, schedule, Case::kDuration, Tight());
   return run.status.ok() ? run.FinalState() : Vector();
 }
 
@@ -171,9 +171,10 @@ TEST(FrictionalInputCluster, DerivativesAreTheLimitsOfQuotients) {
   int answered = 0, with_cluster = 0, runs = 0;
   std::map<std::string, int> refused;
   for (int seed = 1; seed <= NumCases(); ++seed) {
-    const Case c = Draw(static_cast<unsigned>(seed));
+    const Case c = DrawCase(static_cast<unsigned>(seed));
     if (!c.coincides) continue;
-    const Trajectory run = Simulate(*c.system, c.x, c.schedule, kDuration, Tight(1e-9));
+    const Trajectory run =
+        Simulate(*c.system, c.x, c.schedule, Case::kDuration, WithSimultaneity(1e-9));
     if (!run.status.ok()) continue;
     ++runs;
     const GridDerivative B(*c.system, run);

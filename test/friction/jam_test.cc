@@ -12,53 +12,56 @@
 #include "src/dynamics/impact_process.h"
 #include "test/friction/systems/rod.h"
 #include "test/friction/systems/tip.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr double kLength = 0.5, kGravity = 9.81, kFriction = 1.6;
-constexpr double kInertia = kLength * kLength / 3;
+using test::kGravity;
 
-using State = std::array<double, 6>;  // x, z, θ and their rates
+constexpr double kHalfLength = 0.5, kRodFriction = 1.6;
+constexpr double kRodInertia = kHalfLength * kHalfLength / 3;
+
+using RodState = std::array<double, 6>;  // x, z, θ and their rates
 
 /// Forces of a spring and a damper at the foot, friction by a steep tanh: no impulses, no modes.
-State CompliantField(const State& y, double stiffness) {
-  const double l = kLength, s = std::sin(y[2]), c = std::cos(y[2]);
+RodState CompliantField(const RodState& y, double stiffness) {
+  const double l = kHalfLength, s = std::sin(y[2]), c = std::cos(y[2]);
   const double gap = y[1] - l * c, closing = y[4] + l * s * y[5], slip = y[3] - l * c * y[5];
   const double damping = 2 * std::sqrt(stiffness / 4);
   const double N = gap < 0 ? std::max(0.0, -stiffness * gap - damping * closing) : 0.0;
-  const double T = -kFriction * N * std::tanh(slip / 1e-4);
-  return {y[3], y[4], y[5], T, N - kGravity, (N * l * s - T * l * c) / kInertia};
+  const double T = -kRodFriction * N * std::tanh(slip / 1e-4);
+  return {y[3], y[4], y[5], T, N - kGravity, (N * l * s - T * l * c) / kRodInertia};
 }
 
-State CompliantRun(State y, double duration, double stiffness) {
+RodState CompliantRun(RodState y, double duration, double stiffness) {
   const int steps = static_cast<int>(std::ceil(duration * std::sqrt(stiffness) * 200));
   const double h = duration / steps;
-  const auto beside = [&y](const State& slope, double h) {
-    State z = y;
+  const auto beside = [&y](const RodState& slope, double h) {
+    RodState z = y;
     for (std::size_t i = 0; i < 6; ++i) z[i] += h * slope[i];
     return z;
   };
   for (int k = 0; k < steps; ++k) {
-    const State a = CompliantField(y, stiffness);
-    const State b = CompliantField(beside(a, h / 2), stiffness);
-    const State c = CompliantField(beside(b, h / 2), stiffness);
-    const State d = CompliantField(beside(c, h), stiffness);
+    const RodState a = CompliantField(y, stiffness);
+    const RodState b = CompliantField(beside(a, h / 2), stiffness);
+    const RodState c = CompliantField(beside(b, h / 2), stiffness);
+    const RodState d = CompliantField(beside(c, h), stiffness);
     for (std::size_t i = 0; i < 6; ++i) y[i] += h / 6 * (a[i] + 2 * b[i] + 2 * c[i] + d[i]);
   }
   return y;
 }
 
 TEST(Jam, IsTheLimitOfFloorsThatGiveWay) {
-  const auto rod = MakeSystem<test::Rod>({{"mu0", kFriction},
-                                          {"mu1", kFriction},
+  const auto rod = MakeSystem<test::Rod>({{"mu0", kRodFriction},
+                                          {"mu1", kRodFriction},
                                           {"mass", 1},
-                                          {"half_length", kLength},
+                                          {"half_length", kHalfLength},
                                           {"gravity", kGravity}});
   const double theta = 0.78, slip = -2;
   for (const double rate : {-3.3, -4.0}) {
-    const double s = std::sin(theta), c = std::cos(theta), l = kLength;
-    const State start = {0, l * c, theta, slip + l * c * rate, -l * s * rate, rate};
+    const double s = std::sin(theta), c = std::cos(theta), l = kHalfLength;
+    const RodState start = {0, l * c, theta, slip + l * c * rate, -l * s * rate, rate};
     const Vector x = Eigen::Map<const Vector>(start.data(), 6);
     const Trajectory run = Simulate(*rod, x, Vector::Zero(0), 0.01);
     ASSERT_TRUE(run.status.ok()) << run.status.message;
@@ -72,7 +75,7 @@ TEST(Jam, IsTheLimitOfFloorsThatGiveWay) {
     const Vector rigid = run.State(T);
     double before = 0;
     for (const double stiffness : {1e8, 1e10}) {
-      const State y = CompliantRun(start, T, stiffness);
+      const RodState y = CompliantRun(start, T, stiffness);
       const double off = (Eigen::Map<const Vector>(y.data(), 6) - rigid).cwiseAbs().maxCoeff();
       std::printf("rate %g, stiffness %g: %.4f of %.4f\n", rate, stiffness, off,
                   rigid.cwiseAbs().maxCoeff());
@@ -84,23 +87,23 @@ TEST(Jam, IsTheLimitOfFloorsThatGiveWay) {
   }
 }
 
-using Slide = std::array<double, 4>;  // z, and the velocity of a tip in space
+using TipState = std::array<double, 4>;  // z, and the velocity of a tip in space
 
 /// Presses and turns as on a spring with so much damping that it gives nothing back.
-Slide DampedSlide(const Eigen::Matrix3d& reach, Slide y, double stiffness, double damping) {
-  const auto field = [&](const Slide& s) -> Slide {
+TipState DampedSlide(const Eigen::Matrix3d& reach, TipState y, double stiffness, double damping) {
+  const auto field = [&](const TipState& s) -> TipState {
     const double N = std::max(0.0, -stiffness * s[0] - damping * s[3]) * (s[0] < 0 ? 1 : 0);
     const double speed = std::hypot(s[1], s[2]);
     const Eigen::Vector3d v = reach * (N * Eigen::Vector3d(-s[1] / speed, -s[2] / speed, 1));
     return {s[3], v(0), v(1), v(2)};
   };
-  const auto beside = [](Slide s, const Slide& slope, double h) {
+  const auto beside = [](TipState s, const TipState& slope, double h) {
     for (std::size_t i = 0; i < 4; ++i) s[i] += h * slope[i];
     return s;
   };
   const double h = 0.1 / damping;
   while (y[0] < 0) {
-    const Slide a = field(y), b = field(beside(y, a, h / 2)), c = field(beside(y, b, h / 2)),
+    const TipState a = field(y), b = field(beside(y, a, h / 2)), c = field(beside(y, b, h / 2)),
                 d = field(beside(y, c, h));
     for (std::size_t i = 0; i < 4; ++i) y[i] += h / 6 * (a[i] + 2 * b[i] + 2 * c[i] + d[i]);
   }
@@ -127,7 +130,7 @@ TEST(Jam, InSpaceTurnsTheSlip) {
   double before = 1;
   for (const double ratio : {20.0, 80.0}) {
     const double stiffness = 1e8;
-    const Slide end =
+    const TipState end =
         DampedSlide(reach, {-1e-12, v(0), v(1), v(2)}, stiffness, ratio * std::sqrt(stiffness));
     const double off =
         std::hypot(end[1] - impact->result.v_plus(0), end[2] - impact->result.v_plus(1));

@@ -8,15 +8,15 @@
 #include "contact_flow/derivative/finite_difference.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
+#include "test/friction/robot_twins.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
 
-SimulateOptions Tight() {
-  SimulateOptions options;
-  options.relative_tolerance = options.absolute_tolerance = 1e-11;
-  return options;
-}
+using test::AtTolerance;
+using test::Entries;
+using test::Robot;
 
 constexpr char kRotor[] =
     "<robot name='rotor'><link name='base'/>"
@@ -24,31 +24,20 @@ constexpr char kRotor[] =
     "iyz='0' izz='0.2'/></inertial></link><joint name='hub' type='continuous'>"
     "<parent link='base'/><child link='wheel'/><axis xyz='0 1 0'/><dynamics friction='2'/>"
     "</joint></robot>";
-constexpr double kInertia = 0.2, kFriction = 2;
+constexpr double kWheelInertia = 0.2, kHubFriction = 2;
 
 constexpr char kRotorYaml[] =
     "joints: {friction: all}\n"
     "efforts: {motor: {kind: actuator, joint: hub, input: torque}}\n"
     "parameters: {friction: hub_friction/friction}\n";
 
-std::unique_ptr<RobotSystem> Robot(const std::string& urdf, const std::string& yaml) {
-  RobotTexts texts;
-  texts.urdf = urdf;
-  texts.yaml = yaml;
-  return MakeRobot(texts);
-}
-
-Vector Numbers(std::initializer_list<double> values) {
-  return Vector::Map(values.begin(), static_cast<Eigen::Index>(values.size()));
-}
-
 /// q̈ = (u ∓ τ)/I: it stops at t = I ω/(τ − u), having turned by ω t/2, and stays.
 TEST(JointFriction, RotorStopsAndStays) {
   const auto robot = Robot(kRotor, kRotorYaml);
   ASSERT_EQ(2, robot->dof());  // hub, hub_pad
-  const double speed = 5, u = 0.5, stop = kInertia * speed / (kFriction - u);
-  const Vector x = Numbers({0.3, 0, speed, 0});
-  const Trajectory run = Simulate(*robot, x, Numbers({u}), 2, Tight());
+  const double speed = 5, u = 0.5, stop = kWheelInertia * speed / (kHubFriction - u);
+  const Vector x = Entries({0.3, 0, speed, 0});
+  const Trajectory run = Simulate(*robot, x, Entries({u}), 2, AtTolerance(1e-11));
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   ASSERT_EQ(2u, run.arcs.size());
   EXPECT_EQ("+", run.arcs[0].mode.Word(1));
@@ -64,8 +53,8 @@ TEST(JointFriction, RotorStopsAndStays) {
   const auto by = [&](int j) { return B(Vector::Unit(6, j))(0); };
   EXPECT_NEAR(1, by(0), 1e-8);
   EXPECT_NEAR(stop, by(2), 1e-8) << "d/dω of I ω²/(2 (τ − u))";
-  EXPECT_NEAR(speed * stop / 2 / (kFriction - u), by(4), 1e-8) << "by u";
-  EXPECT_NEAR(-speed * stop / 2 / (kFriction - u), by(5), 1e-8) << "by τ";
+  EXPECT_NEAR(speed * stop / 2 / (kHubFriction - u), by(4), 1e-8) << "by u";
+  EXPECT_NEAR(-speed * stop / 2 / (kHubFriction - u), by(5), 1e-8) << "by τ";
 }
 
 /// At rest it holds up to τ, and beyond turns with what is left.
@@ -73,15 +62,15 @@ TEST(JointFriction, RotorHoldsAndBreaksAway) {
   const auto robot = Robot(kRotor, kRotorYaml);
   const Vector rest = Vector::Zero(4);
   for (double u : {-1.9, 1.9}) {
-    const Trajectory held = Simulate(*robot, rest, Numbers({u}), 1, Tight());
+    const Trajectory held = Simulate(*robot, rest, Entries({u}), 1, AtTolerance(1e-11));
     ASSERT_TRUE(held.status.ok()) << held.status.message;
     EXPECT_TRUE(held.FinalState().isZero(1e-12)) << u;
   }
   for (double u : {-3., 3.}) {
-    const Trajectory turned = Simulate(*robot, rest, Numbers({u}), 0.5, Tight());
+    const Trajectory turned = Simulate(*robot, rest, Entries({u}), 0.5, AtTolerance(1e-11));
     ASSERT_TRUE(turned.status.ok()) << turned.status.message;
-    EXPECT_NEAR(std::copysign(0.5 * (3 - kFriction) / kInertia * 0.25, u), turned.FinalState()(0),
-                1e-9);
+    EXPECT_NEAR(std::copysign(0.5 * (3 - kHubFriction) / kWheelInertia * 0.25, u),
+                turned.FinalState()(0), 1e-9);
   }
 }
 
@@ -108,7 +97,7 @@ const std::string kArmYaml =
 TEST(JointFriction, ArmHitsTheFloor) {
   const auto robot = Robot(kArm, kArmYaml);
   const Vector x = robot->nominal().x, u;
-  const Trajectory run = Simulate(*robot, x, u, 0.6, Tight());
+  const Trajectory run = Simulate(*robot, x, u, 0.6, AtTolerance(1e-11));
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   ASSERT_GT(run.transitions.size(), 5u);
   BDerivativeOptions options;
@@ -124,8 +113,9 @@ TEST(JointFriction, ArmHitsTheFloor) {
   for (int j : {0, 1, 4, 5, 8, 9}) {  // shoulder, elbow, their rates, their frictions
     for (double sign : {1., -1.}) {
       const Vector w = sign * Vector::Unit(10, j);
-      const QuotientReport report = CompareWithQuotients(
-          *robot, again, options.variables, x, {{0}, {u}}, 0.6, w, B(w), {1e-4, 1e-5}, Tight());
+      const QuotientReport report =
+          CompareWithQuotients(*robot, again, options.variables, x, {{0}, {u}}, 0.6, w, B(w),
+                               {1e-4, 1e-5}, AtTolerance(1e-11));
       // Errors are of first order in α; of the runs' own 1e-11/α are left.
       EXPECT_LT(report.samples[1].error, 0.12 * report.samples[0].error + 5e-6) << j << sign;
       EXPECT_LT(report.samples[1].error, 1e-2) << j << sign;
@@ -137,7 +127,7 @@ TEST(JointFriction, ArmHitsTheFloor) {
 /// from 1e-6 s before it, in which speeds change by some 1e-5.
 TEST(JointFriction, ImpactsDoNotFeelIt) {
   const auto robot = Robot(kArm, kArmYaml), smooth = Robot(kArm, kSmoothArm);
-  SimulateOptions options = Tight();
+  SimulateOptions options = AtTolerance(1e-11);
   const Trajectory run = Simulate(*robot, robot->nominal().x, Vector(), 0.6, options);
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   int impacts = 0;

@@ -10,11 +10,14 @@
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_system.h"
 #include "test/friction/systems/contact_parameters.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr double kFoot = 2, kBody = 3, kStiffness = 400, kGravity = 9.81, kLength = 1;
+using test::kGravity;
+
+constexpr double kFoot = 2, kBody = 3, kStiffness = 400, kSpringLength = 1;
 
 /// A foot and a body above it on a spring; a wall far away may have friction of its own.
 struct Hopper {
@@ -43,7 +46,7 @@ struct Hopper {
   template <class P, class S>
   static void Force(const Parameters<P>&, const V<S>& q, const V<S>&, const Eigen::Matrix<S, 0, 1>&,
                     V<S>* f) {
-    const S pull = kStiffness * (q(2) - q(1) - kLength);
+    const S pull = kStiffness * (q(2) - q(1) - kSpringLength);
     (*f)(0) = S(0.0);
     (*f)(1) = pull - kFoot * kGravity;
     (*f)(2) = -pull - kBody * kGravity;
@@ -80,8 +83,8 @@ struct Ballistic {
   double lift_off, height;
   Ballistic(double body, double t) {
     const double omega = std::sqrt(kStiffness / kBody), all = kFoot + kBody;
-    const double middle = kLength - kBody * kGravity / kStiffness;
-    const double risen = kLength + kFoot * kGravity / kStiffness;
+    const double middle = kSpringLength - kBody * kGravity / kStiffness;
+    const double risen = kSpringLength + kFoot * kGravity / kStiffness;
     const double phase = std::acos((risen - middle) / (body - middle));
     const double speed = -(body - middle) * omega * std::sin(phase);
     lift_off = phase / omega;

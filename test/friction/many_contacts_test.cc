@@ -13,15 +13,13 @@
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/finite_difference.h"
 #include "contact_flow/flow/simulate.h"
+#include "test/environment.h"
 #include "test/friction/systems/drawn_contacts.h"
 
 namespace contact_flow {
 namespace {
 
-long FromEnvironment(const char* name, long otherwise) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? otherwise : std::atol(text);
-}
+using test::FromEnvironment;
 
 void Tell(long seed, const Status& status) {
   if (std::getenv("CONTACT_FLOW_FRICTION_TELL") == nullptr) return;

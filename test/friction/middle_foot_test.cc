@@ -16,7 +16,8 @@
 namespace contact_flow {
 namespace {
 
-std::unique_ptr<RobotSystem> Box(const std::vector<double>& feet, const std::string& contact) {
+std::unique_ptr<RobotSystem> BoxOnFeet(const std::vector<double>& feet,
+                                       const std::string& contact) {
   RobotTexts texts;
   texts.urdf =
       "<robot name=\"box\"><link name=\"box\"><inertial><mass value=\"2\"/><inertia ixx=\"0.2\" "
@@ -55,11 +56,11 @@ Matrix Derivative(const RobotSystem& box) {
 TEST(MiddleFoot, ChangesNothing) {
   for (const std::string contact : {"friction: 0.5", "friction: no_slip",
                                     "friction: 0.5, restitution: 0.4"}) {
-    const Matrix two = Derivative(*Box({-0.3, 0.3}, contact));
+    const Matrix two = Derivative(*BoxOnFeet({-0.3, 0.3}, contact));
     EXPECT_GT(two.norm(), 1);
     for (const std::vector<double>& feet :
          {std::vector<double>{-0.3, 0, 0.3}, {-0.3, 0.1, 0.3}, {-0.3, -0.1, 0.1, 0.3}}) {
-      EXPECT_LT((Derivative(*Box(feet, contact)) - two).cwiseAbs().maxCoeff(), 1e-8)
+      EXPECT_LT((Derivative(*BoxOnFeet(feet, contact)) - two).cwiseAbs().maxCoeff(), 1e-8)
           << contact << ", " << feet.size() << " feet";
     }
   }

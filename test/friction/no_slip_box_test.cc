@@ -10,20 +10,15 @@
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr double kDuration = 0.3;
-
-SimulateOptions Tight() {
-  SimulateOptions options;
-  options.relative_tolerance = options.absolute_tolerance = 1e-12;
-  options.dense = true;
-  return options;
-}
+using test::Tight;
 
 struct Box {
+  static constexpr double kDuration = 0.3;  // of its runs
   std::unique_ptr<RobotSystem> system;
   Vector x;  // its base at height 0, at rest
 
@@ -52,14 +47,14 @@ Trajectory RunOf(const Box& box, double height, double speed) {
   Vector x = box.x;
   x(x.size() == 6 ? 1 : 2) += height;
   x(box.system->num_positions()) = speed;
-  return Simulate(*box.system, x, Vector(0), kDuration, Tight());
+  return Simulate(*box.system, x, Vector(0), Box::kDuration, Tight());
 }
 
 /// |x(α w) − x(0)|/α beside B(w).
 double Quotient(const Box& box, const Trajectory& run, const Vector& w, double alpha,
                 const Vector& derivative) {
   const Vector moved = box.system->Perturb(run.arcs.front().x_begin, alpha * w);
-  const Trajectory other = Simulate(*box.system, moved, Vector(0), kDuration, Tight());
+  const Trajectory other = Simulate(*box.system, moved, Vector(0), Box::kDuration, Tight());
   EXPECT_EQ(Outcome::kOk, other.status.outcome) << other.status.message;
   const Vector quotient =
       box.system->Separation(other.FinalState(), run.FinalState()) / alpha;

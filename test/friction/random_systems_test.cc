@@ -9,16 +9,20 @@
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_system.h"
 #include "test/friction/systems/tips.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
 
+using test::Tight;
+
 struct Drawn {
+  static constexpr double kDuration = 0.6;  // of its runs
   std::unique_ptr<MechanicalSystem> system;
   Vector x;
 };
 
-Drawn Draw(unsigned seed) {
+Drawn DrawPair(unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform(0, 1);
@@ -43,21 +47,12 @@ Drawn Draw(unsigned seed) {
   return drawn;
 }
 
-SimulateOptions Tight() {
-  SimulateOptions options;
-  options.relative_tolerance = options.absolute_tolerance = 1e-12;
-  options.dense = true;
-  return options;
-}
-
-constexpr double kDuration = 0.6;
-
 TEST(RandomFriction, CoulombsLawHoldsAlongRuns) {
   int arcs = 0;
   for (unsigned seed = 1; seed <= 60; ++seed) {
-    const Drawn drawn = Draw(seed);
+    const Drawn drawn = DrawPair(seed);
     const MechanicalSystem& system = *drawn.system;
-    const Trajectory run = Simulate(system, drawn.x, Vector::Zero(0), kDuration, Tight());
+    const Trajectory run = Simulate(system, drawn.x, Vector::Zero(0), Drawn::kDuration, Tight());
     if (!run.status.ok()) continue;
     ContactDynamics dynamics(system, Vector::Zero(0));
     for (const Arc& arc : run.arcs) {
@@ -98,9 +93,9 @@ TEST(RandomFriction, CoulombsLawHoldsAlongRuns) {
 TEST(RandomFriction, DerivativesAreTheLimitsOfQuotients) {
   int confirmed = 0, refused = 0;
   for (unsigned seed = 101; seed <= 160; ++seed) {
-    const Drawn drawn = Draw(seed);
+    const Drawn drawn = DrawPair(seed);
     const MechanicalSystem& system = *drawn.system;
-    const Trajectory run = Simulate(system, drawn.x, Vector::Zero(0), kDuration, Tight());
+    const Trajectory run = Simulate(system, drawn.x, Vector::Zero(0), Drawn::kDuration, Tight());
     if (!run.status.ok()) {
       ++refused;
       continue;
@@ -120,7 +115,7 @@ TEST(RandomFriction, DerivativesAreTheLimitsOfQuotients) {
       double best = 1e300;
       for (const double alpha : {1e-4, 1e-5, 1e-6}) {
         const Trajectory moved =
-            Simulate(system, drawn.x + alpha * sign * w, Vector::Zero(0), kDuration, Tight());
+            Simulate(system, drawn.x + alpha * sign * w, Vector(0), Drawn::kDuration, Tight());
         if (!moved.status.ok()) continue;
         const Vector quotient = (moved.FinalState() - run.FinalState()) / alpha;
         best = std::min(best, (quotient - prediction).cwiseAbs().maxCoeff());
@@ -139,7 +134,7 @@ TEST(RandomFriction, DerivativesAreTheLimitsOfQuotients) {
 TEST(RandomFriction, DerivativesOfStartsInContact) {
   int confirmed = 0, refused = 0;
   for (unsigned seed = 301; seed <= 400; ++seed) {
-    Drawn drawn = Draw(seed);
+    Drawn drawn = DrawPair(seed);
     const MechanicalSystem& system = *drawn.system;
     std::mt19937 random(seed);
     std::normal_distribution<double> normal;
@@ -154,7 +149,7 @@ TEST(RandomFriction, DerivativesOfStartsInContact) {
     }
     Trajectory run;
     try {
-      run = Simulate(system, drawn.x, Vector::Zero(0), kDuration, Tight());
+      run = Simulate(system, drawn.x, Vector::Zero(0), Drawn::kDuration, Tight());
     } catch (const std::invalid_argument&) {
       ++refused;
       continue;
@@ -175,7 +170,7 @@ TEST(RandomFriction, DerivativesOfStartsInContact) {
       double best = 1e300;
       for (const double alpha : {1e-4, 1e-5, 5e-6}) {
         const Trajectory moved =
-            Simulate(system, drawn.x + alpha * sign * w, Vector::Zero(0), kDuration, Tight());
+            Simulate(system, drawn.x + alpha * sign * w, Vector(0), Drawn::kDuration, Tight());
         if (!moved.status.ok()) continue;
         const Vector quotient = (moved.FinalState() - run.FinalState()) / alpha;
         best = std::min(best, (quotient - prediction).cwiseAbs().maxCoeff());

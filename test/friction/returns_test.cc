@@ -6,21 +6,22 @@
 
 #include "contact_flow/analysis/poincare.h"
 #include "contact_flow/model/model_library.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
 
 /// A rod that stands on its foot, turned by `angle` and at rest.
-Vector Standing(double angle) {
+Vector StandingRod(double angle) {
   Vector x = Vector::Zero(6);
   x(1) = 0.5 * std::cos(angle);
   x(2) = angle;
   return x;
 }
 
-PoincareOptions Tight() {
+PoincareOptions TightReturns() {
   PoincareOptions options;
-  options.simulate.relative_tolerance = options.simulate.absolute_tolerance = 1e-12;
+  options.simulate = test::Tight();
   options.derivative.tolerance = 1e-10;
   return options;
 }
@@ -31,8 +32,8 @@ TEST(ReturnsWithFriction, OfAStartThatSticks) {
   const Section sections[] = {Section::After(0.4),
                               Section::Coordinate(*rod, "theta", 0.45, 1)};
   for (const Section& section : sections) {
-    const PoincareMap map(*rod, Vector(0), section, Tight());
-    const Vector x = Standing(0.3);
+    const PoincareMap map(*rod, Vector(0), section, TightReturns());
+    const Vector x = StandingRod(0.3);
     const PoincareReturn at = map.Return(x);
     ASSERT_EQ(ReturnStatus::kReturned, at.status) << at.message;
     for (const double sign : {1.0, -1.0}) {

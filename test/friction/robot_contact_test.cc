@@ -11,7 +11,7 @@
 namespace contact_flow {
 namespace {
 
-Vec3<double> At(const TreeState<double>& state, const AttachedPoint& point) {
+Vec3<double> PositionOf(const TreeState<double>& state, const AttachedPoint& point) {
   return PointPosition(state, point.body, point.local);
 }
 
@@ -61,19 +61,19 @@ TEST_P(RobotContacts, SlipIsTheVelocityOfTheMaterial) {
       UpdatePositions(tree, q.data(), &state);
       std::vector<double> z(static_cast<std::size_t>(element.parts.size()));
       for (std::size_t p = 0; p < element.parts.points.size(); ++p) {
-        const Vec3<double> at = At(state, element.parts.points[p]);
+        const Vec3<double> at = PositionOf(state, element.parts.points[p]);
         std::copy(at.data(), at.data() + 3, z.begin() + static_cast<std::ptrdiff_t>(3 * p));
       }
       Vec3<double> arm, push;
       element.Place(z.data(), &arm, &push);
-      const Vec3<double> contact = At(state, element.parts.points[0]) + arm;
+      const Vec3<double> contact = PositionOf(state, element.parts.points[0]) + arm;
       const bool linked = element.parts.turns.size() > 1;
       const AttachedPoint mine = Mark(state, element.parts.points[0].body, contact);
       const AttachedPoint other = Mark(state, linked ? element.parts.turns[1] : -1, contact);
       const auto apart = [&](double t) {
         const Vector moved = robot->space().Retract(q, t * v);
         UpdatePositions(tree, moved.data(), &state);
-        return Vec3<double>(At(state, mine) - At(state, other));
+        return Vec3<double>(PositionOf(state, mine) - PositionOf(state, other));
       };
       constexpr double kStep = 1e-5;
       const Vec3<double> speed = (apart(kStep) - apart(-kStep)) / (2 * kStep);

@@ -14,15 +14,12 @@
 #include "test/friction/systems/ball.h"
 #include "test/friction/systems/puck.h"
 #include "test/friction/systems/rod.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
 
-SimulateOptions Tight() {
-  SimulateOptions options;
-  options.relative_tolerance = options.absolute_tolerance = 1e-12;
-  return options;
-}
+using test::Tight;
 
 Trajectory Runs(const MechanicalSystem& system, const Vector& x, double duration) {
   return Simulate(system, x, system.nominal().u, duration, Tight());

@@ -11,15 +11,12 @@
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
 #include "test/model/robots.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
 
-SimulateOptions Tight() {
-  SimulateOptions options;
-  options.relative_tolerance = options.absolute_tolerance = 1e-12;
-  return options;
-}
+using test::Tight;
 
 /// Lands on four feet, which stick, and comes to rest under its servos.
 TEST(RobotsWithFriction, QuadrupedStands) {

@@ -12,14 +12,17 @@
 #include "contact_flow/flow/simulate.h"
 #include "test/friction/systems/flat_box.h"
 #include "test/friction/systems/space_box.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr double kGravity = 9.81, kMass = 2;
+using test::kGravity;
+
+constexpr double kBlockMass = 2;
 
 /// With its lowest corner on the floor.
-Vector SetDown(const MechanicalSystem& system, Vector x, int height) {
+Vector OnTheFloor(const MechanicalSystem& system, Vector x, int height) {
   ConstraintTerms terms;
   system.Constraints(x.head(system.num_positions()), x.tail(system.dof()), &terms);
   x(height) -= terms.gap.minCoeff();
@@ -40,8 +43,8 @@ TEST(RockingBox, RocksToRestInThePlane) {
     const auto system = MakeSystem<test::FlatBox>({{"height", height}, {"friction", 1.5}});
     Vector x = Vector::Zero(8);
     x(2) = 0.1;
-    x = SetDown(*system, x, 1);
-    const double fallen = kMass * kGravity * (x(1) - 0.5 * height);
+    x = OnTheFloor(*system, x, 1);
+    const double fallen = kBlockMass * kGravity * (x(1) - 0.5 * height);
     const Trajectory run = Simulate(*system, x, Vector::Zero(1), 3);
     ASSERT_TRUE(run.status.ok()) << height << ": " << run.status.message;
     EXPECT_EQ("ss", run.arcs.back().mode.Word(2));
@@ -75,7 +78,7 @@ TEST(RockingBox, ClattersToRestInSpace) {
     Vector x = Vector::Zero(15);
     x.segment(3, 4) << std::cos(0.5 * tilt), std::cos(axis) * std::sin(0.5 * tilt),
         std::sin(axis) * std::sin(0.5 * tilt), 0;
-    x = SetDown(*system, x, 2);
+    x = OnTheFloor(*system, x, 2);
     SimulateOptions options;
     options.method = IntegrationMethod::kAutomatic;
     const Trajectory run = Simulate(*system, x, Vector::Zero(3), 1.5, options);
@@ -83,7 +86,7 @@ TEST(RockingBox, ClattersToRestInSpace) {
     EXPECT_EQ("ssss", run.arcs.back().mode.Word(4)) << seed;
     EXPECT_LT(run.FinalState().segment(8, 6).norm(), 1e-8) << seed;
     EXPECT_NEAR(0.5 * height, run.FinalState()(2), 1e-8) << seed;
-    const double fallen = kMass * kGravity * (x(2) - 0.5 * height);
+    const double fallen = kBlockMass * kGravity * (x(2) - 0.5 * height);
     double lost = 0;
     for (const Transition& transition : run.transitions) {
       EXPECT_LE(transition.energy_change, 0) << seed;
@@ -106,7 +109,7 @@ TEST(RockingBox, AnEdgeIsRigidWhereverItPoints) {
     Vector x = Vector::Zero(15);
     x.segment(3, 4) << turn.w(), turn.vec();
     x(14) = 1;
-    x = SetDown(*system, x, 2);
+    x = OnTheFloor(*system, x, 2);
     ContactMode edge;
     for (int i : {0, 1}) edge.Set(i, Letter::kStick);
     dynamics.Evaluate(x, edge);

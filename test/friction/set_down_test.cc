@@ -17,9 +17,10 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kDuration = 0.3, kHeight = 0.5, kHalfWidth = 0.12;
+constexpr double kHeight = 0.5, kHalfWidth = 0.12;
 
 struct SetDown {
+  static constexpr double kDuration = 0.3;
   double s, c;  // of the slope
   std::unique_ptr<RobotSystem> box;
   Vector x;
@@ -72,7 +73,7 @@ TEST(SetDown, TheCornerThatLeavesIsTouchedAgain) {
       // The perturbed run tells whether the upper corner is touched, and what follows otherwise.
       const double alpha = 1e-6;
       const Trajectory moved =
-          Simulate(*down.box, down.x + alpha * w, Vector(0), kDuration, down.options);
+          Simulate(*down.box, down.x + alpha * w, Vector(0), SetDown::kDuration, down.options);
       ASSERT_EQ(Outcome::kOk, moved.status.outcome) << moved.status.message;
       bool touched = false;
       for (const Transition& t : moved.transitions) touched = touched || t.activated.Contains(0);
@@ -104,7 +105,7 @@ TEST(SetDown, ASlipBelowTheToleranceIsMadeRest) {
   x.tail(3) << 9e-7 * down.c, 9e-7 * down.s, 0;
   SimulateOptions options = down.options;
   options.speed_tolerance = 1e-6;
-  const Trajectory run = Simulate(*down.box, x, Vector(0), kDuration, options);
+  const Trajectory run = Simulate(*down.box, x, Vector(0), SetDown::kDuration, options);
   ASSERT_EQ(Outcome::kOk, run.status.outcome) << run.status.message;
   EXPECT_LT((run.FinalState() - down.run.FinalState()).norm(), 1e-11);
 }

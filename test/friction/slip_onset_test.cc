@@ -14,11 +14,14 @@
 #include "contact_flow/model/model_system.h"
 #include "test/friction/systems/contact_parameters.h"
 #include "test/friction/systems/tip.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr double kForce = 1.3, kGrowth = 0.8, kTurn = 0.9, kGravity = 9.81;
+using test::kGravity;
+
+constexpr double kForce = 1.3, kGrowth = 0.8, kTurn = 0.9;
 
 struct Tug {
   static constexpr const char* kName = "tug";

@@ -13,13 +13,13 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kStep = 1e-5;
+constexpr double kQuotientStep = 1e-5;
 
 struct Values {
   Vector acceleration, force;
 };
 
-Values At(ContactDynamics* dynamics, const Vector& x, ContactMode mode) {
+Values ValuesAt(ContactDynamics* dynamics, const Vector& x, ContactMode mode) {
   dynamics->Evaluate(x, mode);
   return {dynamics->acceleration(), dynamics->force()};
 }
@@ -53,23 +53,23 @@ TEST(StickingJacobian, IsThatOfTheDynamics) {
     };
     ContactDynamics plain(*robot, u);
     for (int j = 0; j < 2 * d; ++j) {
-      const Vector w = kStep * Vector::Unit(2 * d, j);
-      expect(j, At(&plain, robot->Perturb(x, w), mode), At(&plain, robot->Perturb(x, -w), mode),
-             kStep);
+      const Vector w = kQuotientStep * Vector::Unit(2 * d, j);
+      expect(j, ValuesAt(&plain, robot->Perturb(x, w), mode),
+             ValuesAt(&plain, robot->Perturb(x, -w), mode), kQuotientStep);
     }
     for (int j = 0; j < inputs; ++j) {
-      const Vector w = kStep * Vector::Unit(inputs, j);
+      const Vector w = kQuotientStep * Vector::Unit(inputs, j);
       ContactDynamics ahead(*robot, u + w), back(*robot, u - w);
-      expect(2 * d + j, At(&ahead, x, mode), At(&back, x, mode), kStep);
+      expect(2 * d + j, ValuesAt(&ahead, x, mode), ValuesAt(&back, x, mode), kQuotientStep);
     }
     for (Eigen::Index j = 0; j < parameters; ++j) {
       const std::string name = j == 0 ? "trunk_mass" : "stiffness";
       const double value = robot->description().parameters[variables.parameters[j]].value;
-      const double step = kStep * value;
+      const double step = kQuotientStep * value;
       const auto with = [&](double moved) {
         const auto other = LoadRobot(RobotFile("quadruped_friction"), {{name, moved}});
         ContactDynamics moved_dynamics(*other, u);
-        return At(&moved_dynamics, x, mode);
+        return ValuesAt(&moved_dynamics, x, mode);
       };
       expect(2 * d + inputs + j, with(value + step), with(value - step), step);
     }

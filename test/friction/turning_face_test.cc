@@ -12,15 +12,18 @@
 #include "contact_flow/flow/simulate.h"
 #include "src/dynamics/equal_springs.h"
 #include "test/friction/systems/space_box.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr double kLength = 0.5, kWidth = 0.4, kHeight = 0.3, kMass = 2, kFriction = 0.3,
-                 kGravity = 9.81;
+using test::kGravity;
 
-std::unique_ptr<MechanicalSystem> Box(double friction = kFriction) {
-  return MakeSystem<test::SpaceBox>({{"height", kHeight}, {"friction", friction}});
+constexpr double kBoxLength = 0.5, kBoxWidth = 0.4, kBoxHeight = 0.3, kBoxMass = 2,
+                 kBoxFriction = 0.3;
+
+std::unique_ptr<MechanicalSystem> SlidingBox(double friction = kBoxFriction) {
+  return MakeSystem<test::SpaceBox>({{"height", kBoxHeight}, {"friction", friction}});
 }
 
 /// The horizontal motion (x, y, yaw, v_x, v_y, yaw rate).
@@ -48,17 +51,18 @@ Plane PlaneOf(const Vector& x) {
 /// Force in x and y and the torque about the vertical of four corners whose normal forces are
 /// total/4 + c·r, where the slip of the motion has the direction d at each: moments about the
 /// horizontal axes vanish, Σ r λ = −(h/2) F.
-Eigen::Vector3d Friction(const Plane& plane, const Plane& slip, double total, double friction,
-                         double* least) {
+Eigen::Vector3d FrictionAlong(const Plane& plane, const Plane& slip, double total, double friction,
+                              double* least) {
   Eigen::Matrix2d turn = Eigen::Rotation2Dd(plane(2)).toRotationMatrix();
   Eigen::Matrix<double, 2, 4> r, d;
-  r << -kLength, kLength, -kLength, kLength, -kWidth, -kWidth, kWidth, kWidth;
+  r << -kBoxLength, kBoxLength, -kBoxLength, kBoxLength,  //
+      -kBoxWidth, -kBoxWidth, kBoxWidth, kBoxWidth;
   r = 0.5 * turn * r;
   for (int i = 0; i < 4; ++i) {
     d.col(i) = slip.segment<2>(3) + slip(5) * Eigen::Vector2d(-r(1, i), r(0, i));
     d.col(i).normalize();
   }
-  const double arm = 0.5 * kHeight * friction;
+  const double arm = 0.5 * kBoxHeight * friction;
   const Eigen::Matrix2d balance = r * r.transpose() - arm * d * r.transpose();
   const Eigen::Vector2d c = balance.inverse() * (arm * 0.25 * total * d.rowwise().sum());
   const Eigen::RowVector4d share = (c.transpose() * r).array() + 0.25 * total;
@@ -72,19 +76,19 @@ Eigen::Vector3d Friction(const Plane& plane, const Plane& slip, double total, do
 }
 
 Plane Accelerated(const Plane& plane, const Eigen::Vector3d& force) {
-  const double inertia = kMass * (kLength * kLength + kWidth * kWidth) / 12;
+  const double inertia = kBoxMass * (kBoxLength * kBoxLength + kBoxWidth * kBoxWidth) / 12;
   Plane change = Plane::Zero();
-  change << plane.tail<3>(), force(0) / kMass, force(1) / kMass, force(2) / inertia;
+  change << plane.tail<3>(), force(0) / kBoxMass, force(1) / kBoxMass, force(2) / inertia;
   return change;
 }
 
 TEST(TurningFace, SlidesAsOnEqualSprings) {
-  const auto system = Box();
+  const auto system = SlidingBox();
   Plane plane;
   plane << 0, 0, 0.3, 1.2, 0.4, 5;
   const double duration = 0.15;
   const Trajectory run =
-      Simulate(*system, StateOf(plane, 0.5 * kHeight, 0), Vector::Zero(3), duration, [] {
+      Simulate(*system, StateOf(plane, 0.5 * kBoxHeight, 0), Vector::Zero(3), duration, [] {
         SimulateOptions options;
         options.relative_tolerance = options.absolute_tolerance = 1e-12;
         return options;
@@ -96,7 +100,7 @@ TEST(TurningFace, SlidesAsOnEqualSprings) {
   EXPECT_EQ(Outcome::kIndeterminateForces, run.warnings[0].code);
   const auto field = [](const Plane& at) {
     double least;
-    const Eigen::Vector3d force = Friction(at, at, kMass * kGravity, kFriction, &least);
+    const Eigen::Vector3d force = FrictionAlong(at, at, kBoxMass * kGravity, kBoxFriction, &least);
     EXPECT_GT(least, 0);
     return Accelerated(at, force);
   };
@@ -114,12 +118,12 @@ TEST(TurningFace, SlidesAsOnEqualSprings) {
 
 TEST(TurningFace, LandsAsOnEqualSprings) {
   const double friction = 0.1;
-  const auto system = Box(friction);
+  const auto system = SlidingBox(friction);
   Plane before;
   before << 0, 0, 0.2, 1, -0.3, 4;
   const double height = 1e-3;
   const Trajectory run =
-      Simulate(*system, StateOf(before, 0.5 * kHeight + height, 1), Vector::Zero(3), 2e-3, {});
+      Simulate(*system, StateOf(before, 0.5 * kBoxHeight + height, 1), Vector::Zero(3), 2e-3, {});
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   ASSERT_EQ(1u, run.transitions.size());
   EXPECT_EQ("llll", run.transitions[0].mode_after.Word(4));
@@ -131,7 +135,8 @@ TEST(TurningFace, LandsAsOnEqualSprings) {
   Plane after = before;
   double least = 0;
   for (int k = 0; k < 200; ++k) {
-    const Eigen::Vector3d impulse = Friction(before, after, -kMass * hit(10), friction, &least);
+    const Eigen::Vector3d impulse =
+        FrictionAlong(before, after, -kBoxMass * hit(10), friction, &least);
     after.tail<3>() = before.tail<3>() + Accelerated(before, impulse).tail<3>();
   }
   EXPECT_GT(least, 0);
@@ -141,10 +146,10 @@ TEST(TurningFace, LandsAsOnEqualSprings) {
 /// A push at the floor and a twist that begin at t = 0.1 make it slide and turn: a landing's words.
 TEST(TurningFace, IsToldOfAtAnInputChange) {
   const auto system = MakeSystem<test::SpaceBox>(
-      {{"height", kHeight}, {"friction", kFriction}, {"arm", 0}});
+      {{"height", kBoxHeight}, {"friction", kBoxFriction}, {"arm", 0}});
   Vector push(3);
   push << 30, 5, 20;
-  const Trajectory run = Simulate(*system, StateOf(Plane::Zero(), 0.5 * kHeight, 0),
+  const Trajectory run = Simulate(*system, StateOf(Plane::Zero(), 0.5 * kBoxHeight, 0),
                                   {{0, 0.1}, {Vector::Zero(3), push}}, 0.12, {});
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   ASSERT_LE(1u, run.transitions.size());

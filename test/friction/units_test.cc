@@ -16,6 +16,7 @@
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "test/adversary/rescaled_system.h"
+#include "test/environment.h"
 #include "test/friction/systems/drawn_contacts.h"
 
 namespace contact_flow {
@@ -23,11 +24,7 @@ namespace {
 
 using adversary::RescaledSystem;
 using adversary::Units;
-
-long FromEnvironment(const char* name, long otherwise) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? otherwise : std::atol(text);
-}
+using test::FromEnvironment;
 
 double Size(const Vector& x) { return x.size() > 0 ? x.cwiseAbs().maxCoeff() : 0; }
 

@@ -14,26 +14,23 @@
 
 #include "contact_flow/flow/simulate.h"
 #include "test/friction/friction_case.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
+
+using test::AtTolerance;
 
 using Limit = ValidityRadius::Limit;
 constexpr double kSmall = 2e-3;  // the sequence of a direction is that of this size
 constexpr double kLarge = 0.5;   // changes are looked for up to here
 constexpr int kSizes = 30;
 
-SimulateOptions Tight() {
-  SimulateOptions options;
-  options.relative_tolerance = options.absolute_tolerance = 1e-11;
-  options.dense = true;
-  return options;
-}
-
 /// The words that a run passes through; none where it is refused or ends before.
-std::vector<ContactMode> Words(const MechanicalSystem& system, const Vector& x, double duration) {
+std::vector<ContactMode> WordsFrom(const MechanicalSystem& system, const Vector& x,
+                                   double duration) {
   try {
-    const Trajectory run = Simulate(system, x, system.nominal().u, duration, Tight());
+    const Trajectory run = Simulate(system, x, system.nominal().u, duration, AtTolerance(1e-11));
     if (run.status.ok()) return run.ModeSequence();
   } catch (const std::invalid_argument&) {
   }
@@ -58,7 +55,7 @@ TEST_P(FrictionRadius, IsTheDistanceToTheFirstChange) {
   for (const auto& d : c.derivatives) {
     const Vector w = d.direction / d.direction.cwiseAbs().maxCoeff();
     const auto words = [&](double alpha) {
-      return Words(*c.system, c.system->Perturb(c.x, alpha * w), c.duration);
+      return WordsFrom(*c.system, c.system->Perturb(c.x, alpha * w), c.duration);
     };
     const std::vector<ContactMode> base = words(kSmall);
     double low = kSmall, high = 0;
@@ -78,7 +75,7 @@ TEST_P(FrictionRadius, IsTheDistanceToTheFirstChange) {
     const Vector near = c.system->Perturb(c.x, (high - margin) * w);
     Trajectory run;
     try {
-      run = Simulate(*c.system, near, c.u, c.duration, Tight());
+      run = Simulate(*c.system, near, c.u, c.duration, AtTolerance(1e-11));
     } catch (const std::invalid_argument&) {
       continue;  // off the contacts of the start, by α²
     }
@@ -109,7 +106,7 @@ INSTANTIATE_TEST_SUITE_P(Cases, FrictionRadius, testing::ValuesIn(test::Friction
 TEST(FrictionRadius, EndsWhereATouchdownComesIntoTheRun) {
   const auto ball = MakeModel("spinning_ball");
   const Vector x = ball->nominal().x;
-  const Trajectory whole = Simulate(*ball, x, ball->nominal().u, 1, Tight());
+  const Trajectory whole = Simulate(*ball, x, ball->nominal().u, 1, AtTolerance(1e-11));
   const Transition& touchdown = whole.transitions.at(0);
   const int d = ball->dof();
   const int z = static_cast<int>(
@@ -119,7 +116,7 @@ TEST(FrictionRadius, EndsWhereATouchdownComesIntoTheRun) {
   const double speed = -touchdown.x_minus(ball->num_positions() + z);
   for (const double left : {1e-6, 1e-9, 1e-11, 1e-13}) {
     const Trajectory run =
-        Simulate(*ball, x, ball->nominal().u, touchdown.t - left, Tight());
+        Simulate(*ball, x, ball->nominal().u, touchdown.t - left, AtTolerance(1e-11));
     ASSERT_TRUE(run.status.ok() && run.transitions.empty());
     const BDerivative B = DifferentiateOutcome(*ball, run);
     ASSERT_TRUE(B.status.ok()) << B.status.message;

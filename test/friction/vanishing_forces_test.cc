@@ -10,15 +10,12 @@
 #include "contact_flow/model/model_system.h"
 #include "test/friction/systems/contact_parameters.h"
 #include "test/friction/systems/tip.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
 
-Vector State(std::initializer_list<double> values) {
-  Vector x(static_cast<Eigen::Index>(values.size()));
-  std::copy(values.begin(), values.end(), x.begin());
-  return x;
-}
+using test::Entries;
 
 void ExpectEnd(const MechanicalSystem& system, const Vector& x, double duration,
                const Vector& exact) {
@@ -35,22 +32,22 @@ std::unique_ptr<MechanicalSystem> Point(double mu, double along, double up) {
 
 TEST(VanishingForces, WithoutGravity) {
   for (const double mu : {0.5, -1.0}) {
-    ExpectEnd(*Point(mu, 0, 0), State({0, 0, 0, 0}), 1, State({0, 0, 0, 0}));
+    ExpectEnd(*Point(mu, 0, 0), Entries({0, 0, 0, 0}), 1, Entries({0, 0, 0, 0}));
     // Lands at t = 0.5: friction takes 0.5 of the speed 1, or all of it.
-    ExpectEnd(*Point(mu, 0, 0), State({0, 0.5, 1, -1}), 1,
-              mu > 0 ? State({0.75, 0, 0.5, 0}) : State({0.5, 0, 0, 0}));
+    ExpectEnd(*Point(mu, 0, 0), Entries({0, 0.5, 1, -1}), 1,
+              mu > 0 ? Entries({0.75, 0, 0.5, 0}) : Entries({0.5, 0, 0, 0}));
   }
 }
 
 /// It hits a wall at t = 0.2 with 2 m/s across and 2 m/s along it, and falls on beside it.
 TEST(VanishingForces, BesideAWall) {
-  ExpectEnd(*Point(0.5, -10, 0), State({0, 0.4, 0, -2}), 0.5,
-            State({-0.2 - 0.3 - 0.45, 0, -4, 0}));
+  ExpectEnd(*Point(0.5, -10, 0), Entries({0, 0.4, 0, -2}), 0.5,
+            Entries({-0.2 - 0.3 - 0.45, 0, -4, 0}));
 }
 
 /// The force along is just what friction holds.
 TEST(VanishingForces, OnTheBorderOfTheCone) {
-  ExpectEnd(*Point(0.5, 5, -10), State({0, 0, 0, 0}), 1, State({0, 0, 0, 0}));
+  ExpectEnd(*Point(0.5, 5, -10), Entries({0, 0, 0, 0}), 1, Entries({0, 0, 0, 0}));
 }
 
 /// A block that slides on a floor into a wall.
@@ -108,8 +105,8 @@ struct Corner {
 
 TEST(VanishingForces, OfAWallThatStopsABlock) {
   for (const double wall : {0.0, 0.5}) {
-    ExpectEnd(*MakeSystem<Corner>({{"mu0", 0.5}, {"mu1", wall}}), State({0, 0, 5, 0}), 1,
-              State({0.5, 0, 0, 0}));
+    ExpectEnd(*MakeSystem<Corner>({{"mu0", 0.5}, {"mu1", wall}}), Entries({0, 0, 5, 0}), 1,
+              Entries({0.5, 0, 0, 0}));
   }
 }
 

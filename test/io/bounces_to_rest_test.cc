@@ -9,6 +9,10 @@
 namespace contact_flow {
 namespace {
 
+using test::Make;
+using test::Text;
+using test::Tight;
+
 /// A block on two feet 0.2 m apart, so slender that the landing of one throws the other up.
 RobotSystem Rocking(double restitution, double friction) {
   const std::string feet = ", restitution: " + Text(restitution) +

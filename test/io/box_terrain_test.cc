@@ -8,6 +8,11 @@
 namespace contact_flow {
 namespace {
 
+using test::Block;
+using test::ExpectQuotients;
+using test::Make;
+using test::RunOf;
+
 /// At its own (x, y): level on top, through the edge on the ground, twice as deep around it.
 TEST(Boxes, HaveALevelTopAndLeaningSides) {
   const double number[] = {1, 0.5, 0.1, 0.4, 0.3, 0.2, 0.7, 0.02};  // c, l, w, h, yaw, riser

@@ -8,9 +8,10 @@
 #include <string>
 
 #include "contact_flow/io/robot_file.h"
+#include "test/refusal.h"
 
 namespace contact_flow {
-namespace {  // other tests have others of these names
+namespace test {
 
 inline constexpr char kInertial[] =
     "<inertial><mass value=\"1\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" "
@@ -20,24 +21,19 @@ inline constexpr char kOrigin[] = "<origin xyz=\"0.1 -0.2 0.3\" rpy=\"0.4 0.5 0.
 inline std::string Collision(const std::string& geometry, const std::string& origin = kOrigin) {
   return "<collision>" + origin + "<geometry>" + geometry + "</geometry></collision>";
 }
-inline std::string Link(const std::string& name, const std::string& content) {
+inline std::string UnitLink(const std::string& name, const std::string& content) {
   return "<link name=\"" + name + "\">" + kInertial + content + "</link>";
 }
-inline std::string Robot(const std::string& content) {
+inline std::string UnboundRobot(const std::string& content) {
   return "<robot name=\"r\">" + content + "</robot>";
 }
 
 inline RobotDescription Parse(const std::string& content, const std::string& yaml,
                               const std::string& folder = "") {
-  return ParseRobot(Robot(content), YAML::Load(yaml), folder);
+  return ParseRobot(UnboundRobot(content), YAML::Load(yaml), folder);
 }
-inline std::string Refusal(const std::string& content, const std::string& yaml) {
-  try {
-    Parse(content, yaml);
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "";
+inline std::string GeometryRefusal(const std::string& content, const std::string& yaml) {
+  return RefusalOf([&] { Parse(content, yaml); });
 }
 inline bool Warns(const RobotDescription& robot, const std::string& words) {
   for (const std::string& warning : robot.model.warnings) {
@@ -72,5 +68,5 @@ inline double LowestGap(const RobotSystem& system, const Vector& q) {
   return terms.gap.minCoeff();
 }
 
-}  // namespace
+}  // namespace test
 }  // namespace contact_flow

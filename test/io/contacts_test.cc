@@ -14,6 +14,14 @@
 namespace contact_flow {
 namespace {
 
+using test::Collision;
+using test::GeometryRefusal;
+using test::LowestGap;
+using test::Parse;
+using test::Placed;
+using test::UnitLink;
+using test::Warns;
+
 TEST(Contacts, OfSmoothShapesAreExact) {
   std::mt19937 generator(1);
   // Lowest point of each shape below its centre, by its support function along −z.
@@ -33,7 +41,7 @@ TEST(Contacts, OfSmoothShapesAreExact) {
   };
   for (const auto& shape : shapes) {
     const RobotSystem system(
-        Parse(Link("a", Collision(shape.geometry)),
+        Parse(UnitLink("a", Collision(shape.geometry)),
               "{base: floating, contacts: {ground: all, height: 0.25, restitution: 0.5}}"),
         {});
     EXPECT_EQ(shape.count, system.num_constraints());
@@ -51,9 +59,10 @@ TEST(Contacts, OfSmoothShapesAreExact) {
 /// A wheel: its lowest point is half the width along the axis, and the radius across it.
 TEST(Contacts, OfAWheelAreItsRims) {
   const RobotSystem system(
-      Parse(Link("a", "") +
-                Link("wheel", Collision("<cylinder radius=\"0.3\" length=\"0.1\"/>",
-                                        "<origin xyz=\"0 0 0\" rpy=\"1.5707963267948966 0 0\"/>")) +
+      Parse(UnitLink("a", "") +
+                UnitLink("wheel",
+                         Collision("<cylinder radius=\"0.3\" length=\"0.1\"/>",
+                                   "<origin xyz=\"0 0 0\" rpy=\"1.5707963267948966 0 0\"/>")) +
                 "<joint name=\"j\" type=\"continuous\"><parent link=\"a\"/><child link=\"wheel\"/>"
                 "<axis xyz=\"0 1 0\"/></joint>",
             "{base: floating, contacts: {ground: [wheel]}}"),
@@ -75,8 +84,8 @@ TEST(Contacts, OfAWheelAreItsRims) {
 /// A rotor lies on its face: corners of its circles, which have a lowest point.
 TEST(Contacts, OfARotorAreCorners) {
   const RobotSystem system(
-      Parse(Link("a", "") +
-                Link("rotor", Collision("<cylinder radius=\"0.128\" length=\"0.005\"/>")) +
+      Parse(UnitLink("a", "") +
+                UnitLink("rotor", Collision("<cylinder radius=\"0.128\" length=\"0.005\"/>")) +
                 "<joint name=\"j\" type=\"continuous\"><parent link=\"a\"/><child "
                 "link=\"rotor\"/><axis xyz=\"0 0 1\"/></joint>",
             "{base: floating, contacts: {ground: [rotor]}}"),
@@ -90,8 +99,8 @@ TEST(Contacts, OfOtherCylindersLieInside) {
   std::mt19937 generator(3);
   for (const double length : {0.1, 1.0}) {
     const double radius = 0.2;
-    const RobotSystem system(Parse(Link("a", Collision("<cylinder radius=\"0.2\" length=\"" +
-                                                       std::to_string(length) + "\"/>")),
+    const RobotSystem system(Parse(UnitLink("a", Collision("<cylinder radius=\"0.2\" length=\"" +
+                                                           std::to_string(length) + "\"/>")),
                                    "{base: floating, contacts: {ground: all}}"),
                              {});
     const double error =
@@ -119,8 +128,8 @@ std::string Walker() {
     return Collision("<sphere radius=\"0.05\"/>",
                      "<origin xyz=\"0 0 " + std::to_string(z) + "\"/>");
   };
-  return Link("body", ball(0)) + Link("thigh", ball(-0.2)) + Link("foot", ball(-0.4)) +
-         Link("arm", ball(0.3)) + kLegs;
+  return UnitLink("body", ball(0)) + UnitLink("thigh", ball(-0.2)) + UnitLink("foot", ball(-0.4)) +
+         UnitLink("arm", ball(0.3)) + kLegs;
 }
 
 TEST(Contacts, FeetAreTheLowestEnds) {
@@ -152,7 +161,7 @@ TEST(Contacts, AreMadeWhereNothingIsSaid) {
   EXPECT_EQ(0u, Parse(Walker(), "base: fixed").constraints.size());
   EXPECT_EQ(1u, Parse(Walker(), "{base: floating, constraints: {c: {kind: plane, link: foot}}}")
                     .constraints.size());
-  EXPECT_TRUE(Warns(Parse(Link("a", ""), "base: floating"), "NO CONTACTS"));
+  EXPECT_TRUE(Warns(Parse(UnitLink("a", ""), "base: floating"), "NO CONTACTS"));
 }
 
 TEST(Contacts, AreAddedToThoseOfTheFile) {
@@ -160,27 +169,27 @@ TEST(Contacts, AreAddedToThoseOfTheFile) {
                       "{base: floating, contacts: {ground: feet}, "
                       "constraints: {c: {kind: plane, link: arm}}}")
                     .constraints.size());
-  EXPECT_NE("", Refusal(Walker(),
-                        "{base: floating, contacts: {ground: feet}, "
-                        "constraints: {foot: {kind: plane, link: arm}}}"));
+  EXPECT_NE("", GeometryRefusal(Walker(),
+                                "{base: floating, contacts: {ground: feet}, "
+                                "constraints: {foot: {kind: plane, link: arm}}}"));
 }
 
 TEST(Contacts, AreFewerWhereThereAreTooMany) {
-  std::string boxes = Link("l0", Collision("<box size=\"1 1 1\"/>", ""));
+  std::string boxes = UnitLink("l0", Collision("<box size=\"1 1 1\"/>", ""));
   for (int k = 1; k < 17; ++k) {
     const std::string name = "l" + std::to_string(k);
-    boxes += Link(name, Collision("<box size=\"1 1 1\"/>", "")) + "<joint name=\"j" +
+    boxes += UnitLink(name, Collision("<box size=\"1 1 1\"/>", "")) + "<joint name=\"j" +
              std::to_string(k) + "\" type=\"continuous\"><parent link=\"l0\"/><child link=\"" +
              name + "\"/><origin xyz=\"0 0 " + std::to_string(k == 1 ? 1 : 3) + "\"/></joint>";
   }
   const RobotDescription robot = Parse(boxes, "base: floating");
   EXPECT_TRUE(Warns(robot, "of the feet (of all links there were too many)"));
   EXPECT_EQ(4u, robot.constraints.size());  // the lower face of the lowest end
-  const std::string refusal = Refusal(boxes, "{base: floating, contacts: {ground: all}}");
+  const std::string refusal = GeometryRefusal(boxes, "{base: floating, contacts: {ground: all}}");
   EXPECT_NE(std::string::npos, refusal.find("136 contacts, at most 128 are possible (line 1)"))
       << refusal;
   const std::string rough =
-      Refusal(boxes, "{base: floating, contacts: {ground: all, friction: 1}}");
+      GeometryRefusal(boxes, "{base: floating, contacts: {ground: all, friction: 1}}");
   EXPECT_NE(std::string::npos,
             rough.find("136 contacts with friction, at most 42 are possible (line 1)"))
       << rough;
@@ -227,7 +236,7 @@ TEST(Contacts, AreMadeWithEverySurfaceOfATerrain) {
       {"{a: {kind: plane, nromal: [0, 0, 1]}}", "'normal'"},
   };
   for (const auto& bad : cases) {
-    const std::string refusal = Refusal(
+    const std::string refusal = GeometryRefusal(
         Walker(),
         "{base: floating, contacts: {ground: [foot]}, terrain: " + std::string(bad.terrain) + "}");
     EXPECT_NE(std::string::npos, refusal.find(bad.words)) << refusal << " of " << bad.terrain;
@@ -251,7 +260,7 @@ TEST(Contacts, RefuseWithLineValueAndRemedy) {
   };
   for (const auto& bad : cases) {
     const std::string refusal =
-        Refusal(Walker(), "{base: floating, contacts: " + std::string(bad.yaml) + "}");
+        GeometryRefusal(Walker(), "{base: floating, contacts: " + std::string(bad.yaml) + "}");
     EXPECT_NE(std::string::npos, refusal.find(bad.words)) << refusal << " of " << bad.yaml;
   }
 }

@@ -10,15 +10,11 @@
 #include "contact_flow/derivative/finite_difference.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
+#include "test/refusal.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
-namespace {  // other tests have others of these names
-
-inline SimulateOptions Tight() {
-  SimulateOptions options;
-  options.relative_tolerance = options.absolute_tolerance = 1e-12;
-  return options;
-}
+namespace test {
 
 inline std::string Link(const std::string& name, const std::string& mass,
                         const std::string& z = "0") {
@@ -55,12 +51,7 @@ inline RobotSystem Make(const std::string& urdf, const std::string& yaml,
   return RobotSystem(ParseRobot(urdf, YAML::Load(yaml)), values);
 }
 inline std::string Refusal(const std::string& urdf, const std::string& yaml) {
-  try {
-    Make(urdf, yaml);
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "";
+  return RefusalOf([&] { Make(urdf, yaml); });
 }
 
 /// Errors of one-sided quotients fall with slope 1 in every direction (δq, δv, δu, δp), or are
@@ -101,5 +92,5 @@ inline void ExpectSlopeOne(const std::string& urdf, const std::string& yaml, dou
   }
 }
 
-}  // namespace
+}  // namespace test
 }  // namespace contact_flow

@@ -15,8 +15,23 @@
 namespace contact_flow {
 namespace {
 
+using test::ByBothMethods;
+using test::Cart;
+using test::ExpectDerivative;
+using test::ExpectPassings;
+using test::ExpectSlopeOne;
+using test::Joint;
+using test::Link;
+using test::Make;
+using test::QuotientsOf;
+using test::Real;
+using test::RealState;
+using test::Robot;
+using test::Tight;
+
 /// 2 kg under the force k (1 − x), at most `limit` either way, from (x, v).
 struct Servo {
+  static constexpr double kDuration = 2.6;  // of what is compared
   Real k = 20, limit = 8, mass = 2;
 
   /// (x, v) after `duration`, piece by piece; the instants of passing into `passed`, if given.
@@ -63,8 +78,6 @@ struct Servo {
   }
 };
 
-constexpr double kDuration = 2.6;
-
 std::string ServoOn(const std::string& joint) {
   return "s_" + joint + ": {kind: servo, joint: " + joint + ", input: u, stiffness: 20, limit: 8}";
 }
@@ -79,7 +92,7 @@ Matrix ServoDerivative() {
     Servo servo;
     Real x = 0, v = 0;
     (c == 0 ? x : c == 1 ? v : c == 2 ? servo.limit : servo.k) += h;
-    return servo.Run(x, v, kDuration);
+    return servo.Run(x, v, Servo::kDuration);
   });
 }
 
@@ -92,7 +105,7 @@ BDerivativeOptions ByAll() {
 
 TEST(EffortLimits, ArePassedWhereTheClosedFormSays) {
   std::vector<Real> instants;
-  const RealState end = Servo().Run(0, 0, kDuration, &instants);
+  const RealState end = Servo().Run(0, 0, Servo::kDuration, &instants);
   ASSERT_EQ(4u, instants.size());
   const RobotSystem system = Make(Cart(), ServoYaml());
   ASSERT_EQ(std::vector<std::string>{"s_x"}, system.limited_efforts());
@@ -103,17 +116,17 @@ TEST(EffortLimits, ArePassedWhereTheClosedFormSays) {
   for (std::size_t k = 0; k < 4; ++k) {
     expected.push_back({static_cast<double>(instants[k]), 0, pieces[k], pieces[k + 1]});
   }
-  ExpectPassings(system, kDuration, end, expected);
+  ExpectPassings(system, Servo::kDuration, end, expected);
 }
 
 /// Steps do not contain the corner: loose tolerances give what smooth motion has, and take as many.
 TEST(EffortLimits, CostNoAccuracyAndFewSteps) {
   const RobotSystem system = Make(Cart(), ServoYaml());
-  const auto end = Servo().Run(0, 0, kDuration);
+  const auto end = Servo().Run(0, 0, Servo::kDuration);
   SimulateOptions options;
   options.relative_tolerance = options.absolute_tolerance = 1e-7;
   const Trajectory run =
-      Simulate(system, system.nominal().x, system.nominal().u, kDuration, options);
+      Simulate(system, system.nominal().x, system.nominal().u, Servo::kDuration, options);
   ASSERT_TRUE(run.status.ok());
   EXPECT_NEAR(static_cast<double>(end[0]), run.FinalState()(0), 1e-8);
   EXPECT_LT(run.statistics.steps, 25);
@@ -123,11 +136,11 @@ TEST(EffortLimits, CostNoAccuracyAndFewSteps) {
 TEST(EffortLimits, HaveTheDerivativeOfTheClosedForm) {
   const RobotSystem system = Make(Cart(), ServoYaml());
   const Matrix expected = ServoDerivative();
-  ExpectDerivative(system, kDuration, expected, ByAll());
+  ExpectDerivative(system, Servo::kDuration, expected, ByAll());
   // Backward, by one covector.
   ByBothMethods([&](const SimulateOptions& simulate) {
     const Trajectory run =
-        Simulate(system, system.nominal().x, system.nominal().u, kDuration, simulate);
+        Simulate(system, system.nominal().x, system.nominal().u, Servo::kDuration, simulate);
     RunCost cost;
     cost.terminal = [](const Vector& x, Vector* by_state) {
       *by_state = Vector::Unit(2, 0);
@@ -138,7 +151,7 @@ TEST(EffortLimits, HaveTheDerivativeOfTheClosedForm) {
     EXPECT_LT((J.initial.transpose() - expected.row(0).head(2)).norm(), 1e-10);
     EXPECT_LT((J.parameters.transpose() - expected.row(0).tail(2)).norm(), 1e-10);
   });
-  ExpectSlopeOne(Cart(), ServoYaml(), kDuration);
+  ExpectSlopeOne(Cart(), ServoYaml(), Servo::kDuration);
 }
 
 /// Two joints that pass at the same instants: the corners are two breaks at one instant.
@@ -149,7 +162,7 @@ TEST(EffortLimits, PassAtOnce) {
   const RobotSystem system = Make(
       two, "{efforts: {" + ServoOn("x") + ", " + ServoOn("y") + "}, nominal: {inputs: {u: 1}}}");
   const Trajectory run =
-      Simulate(system, system.nominal().x, system.nominal().u, kDuration, Tight());
+      Simulate(system, system.nominal().x, system.nominal().u, Servo::kDuration, Tight());
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   EXPECT_EQ(8u, LimitPassings(system, run.arcs[0]).size());
   BDerivativeOptions options;
@@ -199,7 +212,7 @@ TEST(EffortLimits, PassUnderTheRollingDerivative) {
   options.tolerance = 1e-12;
   RollingDerivative rolling(&flow, Matrix::Identity(2, 2), options, Tight());
   for (int k = 1; k <= 190; ++k) {
-    const bool passed = flow.AdvanceTo(kDuration * k / 190);
+    const bool passed = flow.AdvanceTo(Servo::kDuration * k / 190);
     rolling.Follow(&flow, passed);
   }
   const RollingDerivative::Reading reading = rolling.Read(&flow);

@@ -12,7 +12,7 @@
 #include "test/io/controlled_robots.h"
 
 namespace contact_flow {
-namespace {  // other tests have others of these names
+namespace test {
 
 using Real = long double;
 using RealState = std::array<Real, 2>;  // (x, v)
@@ -79,5 +79,5 @@ inline void ExpectDerivative(const RobotSystem& system, double duration, const M
   });
 }
 
-}  // namespace
+}  // namespace test
 }  // namespace contact_flow

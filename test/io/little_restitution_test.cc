@@ -10,6 +10,9 @@
 namespace contact_flow {
 namespace {
 
+using test::Make;
+using test::Text;
+
 /// A body with feet, at random: in the plane or in space.
 struct Body {
   std::string urdf, yaml;

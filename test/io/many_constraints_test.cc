@@ -10,6 +10,11 @@
 namespace contact_flow {
 namespace {
 
+using test::Joint;
+using test::Link;
+using test::Make;
+using test::Robot;
+
 /// `count` masses on vertical slides.
 std::string Slides(int count) {
   std::string content;

@@ -13,6 +13,14 @@
 namespace contact_flow {
 namespace {
 
+using test::Collision;
+using test::GeometryRefusal;
+using test::LowestGap;
+using test::Parse;
+using test::Placed;
+using test::UnitLink;
+using test::Warns;
+
 class ContactsOfMeshes : public testing::Test {
  protected:
   /// A text STL of points on an ellipsoid, all sorts of which are inside others' hull.
@@ -44,7 +52,7 @@ class ContactsOfMeshes : public testing::Test {
 
 TEST_F(ContactsOfMeshes, AreThinnedByAStatedError) {
   const RobotDescription robot =
-      Parse(Link("a", Mesh("file://" + folder_ + "egg.stl")),
+      Parse(UnitLink("a", Mesh("file://" + folder_ + "egg.stl")),
             "{base: floating, contacts: {ground: all, vertices: 16, tolerance: 0}}");
   double stated = 0;
   for (const std::string& warning : robot.model.warnings) {
@@ -54,7 +62,7 @@ TEST_F(ContactsOfMeshes, AreThinnedByAStatedError) {
   EXPECT_GT(stated, 0);
   EXPECT_LT(stated, 0.05);
   const RobotSystem system(
-      Parse(Link("a", Mesh("file://" + folder_ + "egg.stl")),
+      Parse(UnitLink("a", Mesh("file://" + folder_ + "egg.stl")),
             "{base: floating, contacts: {ground: all, vertices: 16, tolerance: 0}}"),
       {});
   EXPECT_EQ(16, system.num_constraints());
@@ -76,13 +84,13 @@ TEST_F(ContactsOfMeshes, AreThinnedByAStatedError) {
 
 TEST_F(ContactsOfMeshes, ThatAreMissingAreAWarningUnlessAskedFor) {
   const std::string robot =
-      Link("a", Mesh("package://nowhere/a.stl") + Collision("<sphere radius=\"0.1\"/>"));
+      UnitLink("a", Mesh("package://nowhere/a.stl") + Collision("<sphere radius=\"0.1\"/>"));
   const RobotDescription read = Parse(robot, "{base: floating, contacts: {ground: all}}");
   EXPECT_EQ(1u, read.constraints.size());
   EXPECT_TRUE(Warns(read,
                     "link 'a' (line 1 of the URDF): its mesh 'package://nowhere/a.stl' is "
                     "not found"));
-  const std::string refusal = Refusal(robot, "{base: floating, contacts: {ground: [a]}}");
+  const std::string refusal = GeometryRefusal(robot, "{base: floating, contacts: {ground: [a]}}");
   EXPECT_NE(std::string::npos, refusal.find("link 'a'")) << refusal;
   EXPECT_NE(std::string::npos, refusal.find("ROS_PACKAGE_PATH")) << refusal;
 }

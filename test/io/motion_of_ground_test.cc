@@ -7,6 +7,14 @@
 namespace contact_flow {
 namespace {
 
+using test::Block;
+using test::ExpectQuotients;
+using test::Joint;
+using test::Link;
+using test::Make;
+using test::Refusal;
+using test::Robot;
+
 /// A block that lands on a slope that samples move, and slips; and a wheel.
 TEST(MovingGround, HasTheDerivativeOfQuotients) {
   ExpectQuotients(

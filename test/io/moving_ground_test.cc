@@ -13,6 +13,16 @@
 namespace contact_flow {
 namespace {
 
+using test::Ball;
+using test::Block;
+using test::DifferentiateByAll;
+using test::Make;
+using test::RunOf;
+using test::Text;
+using test::Tight;
+using test::kGravity;
+using test::kTwoPi;
+
 /// Of (z, clock, ż, rate of the clock, amplitude, frequency, phase, restitution).
 using S = Dual<double, 8>;
 

@@ -9,9 +9,9 @@
 #include "test/io/controlled_robots.h"
 
 namespace contact_flow {
-namespace {  // other tests have others of these names
+namespace test {
 
-inline constexpr double kGravity = 9.81, kTwoPi = 2 * M_PI;
+inline constexpr double kTwoPi = 2 * M_PI;
 
 inline std::string Text(double number) {
   std::ostringstream text;
@@ -74,5 +74,5 @@ inline void ExpectQuotients(const std::string& urdf, const std::string& yaml, do
   }
 }
 
-}  // namespace
+}  // namespace test
 }  // namespace contact_flow

@@ -11,6 +11,7 @@
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/configuration_factors.h"
 #include "contact_flow/model/model_library.h"
+#include "test/refusal.h"
 
 namespace contact_flow {
 namespace {
@@ -33,7 +34,7 @@ TrackingPolicy PolicyOf(const std::string& model, double duration) {
   return policy;
 }
 
-std::string Text(const TrackingPolicy& policy) {
+std::string Written(const TrackingPolicy& policy) {
   std::ostringstream out;
   WritePolicy(policy, &out);
   return out.str();
@@ -77,26 +78,21 @@ TEST(PolicyFile, RoundTripToTheBit) {
                                         {"block_on_incline", 0.4}}) {
     SCOPED_TRACE(model);
     const TrackingPolicy policy = PolicyOf(model, duration);
-    const std::string text = Text(policy);
+    const std::string text = Written(policy);
     const TrackingPolicy again = ReadPolicy(text, "policy");
     ExpectSame(policy, again);
-    EXPECT_EQ(text, Text(again));
+    EXPECT_EQ(text, Written(again));
   }
   EXPECT_GT(PolicyOf("driven_ball", 1.2).reference.phases().size(), 1u);
 }
 
-std::string Refusal(const std::string& text) {
-  try {
-    ReadPolicy(text, "a.yaml");
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "";
+std::string PolicyRefusal(const std::string& text) {
+  return test::RefusalOf([&] { ReadPolicy(text, "a.yaml"); });
 }
 
 /// Each damage with words that its refusal must have.
 TEST(PolicyFile, DamagedPoliciesAreRefusedByName) {
-  const std::string text = Text(PolicyOf("driven_ball", 1.2));
+  const std::string text = Written(PolicyOf("driven_ball", 1.2));
   const auto damaged = [&text](const std::string& from, const std::string& to) {
     std::string other = text;
     const std::size_t at = other.find(from);
@@ -136,7 +132,7 @@ TEST(PolicyFile, DamagedPoliciesAreRefusedByName) {
       {"[", {"a.yaml", ""}},
   };
   for (const auto& damage : cases) {
-    const std::string message = Refusal(damage.text);
+    const std::string message = PolicyRefusal(damage.text);
     if (damage.words[0].empty()) {
       EXPECT_EQ("", message);
       continue;

@@ -11,6 +11,16 @@
 namespace contact_flow {
 namespace {
 
+using test::Arm;
+using test::Cart;
+using test::ExpectSlopeOne;
+using test::Joint;
+using test::Link;
+using test::Make;
+using test::Refusal;
+using test::Robot;
+using test::Tight;
+
 /// From rest at 0 towards 1 with k = 20, at most 8 N on 2 kg: 4 m/s² up to x = 0.6, then a swing
 /// about 1 with ω² = 10 up to 1.4, then −4 m/s².
 TEST(Limits, OfAServoAreLeftAndReached) {

@@ -22,7 +22,7 @@ std::string Read(const std::string& path) {
 }
 
 /// What comes of the planar biped's URDF with this YAML: the message of a refusal, or "".
-std::string Answer(const std::string& yaml) {
+std::string BipedAnswer(const std::string& yaml) {
   static const std::string yaml_path = RobotFile("planar_biped");
   static const std::string urdf = Read(yaml_path.substr(0, yaml_path.size() - 4) + "urdf");
   try {
@@ -67,7 +67,7 @@ TEST(RobotFile, ParametersReachTheirNumbers) {
 }
 
 TEST(RobotFile, RefusesWithWordsThatNameThePlace) {
-  ASSERT_EQ("", Answer("base: planar"));
+  ASSERT_EQ("", BipedAnswer("base: planar"));
   const struct {
     const char* yaml;
     std::vector<const char*> words;
@@ -138,7 +138,7 @@ TEST(RobotFile, RefusesWithWordsThatNameThePlace) {
       {"constraints:\n  foot: 3", {"constraints/foot is '3'"}},
   };
   for (const auto& bad : cases) {
-    const std::string answer = Answer(bad.yaml);
+    const std::string answer = BipedAnswer(bad.yaml);
     EXPECT_NE("", answer) << bad.yaml;
     for (const char* words : bad.words) {
       EXPECT_NE(std::string::npos, answer.find(words)) << answer << "\nof " << bad.yaml;
@@ -212,14 +212,14 @@ TEST(RobotFile, NamesTheFileThatCannotBeRead) {
 TEST(RobotFile, SurvivesDamagedTexts) {
   std::mt19937 generator(5);
   const std::string whole = Read(RobotFile("planar_biped"));
-  ASSERT_EQ("", Answer(whole));
+  ASSERT_EQ("", BipedAnswer(whole));
   const std::vector<const char*> pieces = {":",     "- ", "{",   "}",           "[",   "]",
                                            "\n",    "  ", "&a ", "*a",          "nan", ".inf",
                                            "1e999", "~",  "''",  "kind: plane", "? ",  "!!binary "};
   int refused = 0;
   for (int trial = 0; trial < 1000; ++trial) {
     const std::string text = test::Damaged(whole, pieces, 30, &generator);
-    refused += !Answer(text).empty();
+    refused += !BipedAnswer(text).empty();
   }
   EXPECT_GT(refused, 300);
 }

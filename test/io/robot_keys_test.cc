@@ -11,44 +11,39 @@
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
 #include "contact_flow/io/robot_summary.h"
+#include "test/io/controlled_robots.h"
 
 namespace contact_flow {
 namespace {
 
-std::string Link(const std::string& name, double mass, const std::string& more = "") {
+std::string Mass(const std::string& name, double mass, const std::string& more = "") {
   const std::string m = "\"" + std::to_string(mass) + "\"";
   return "<link name=\"" + name + "\"><inertial><mass value=" + m + "/><inertia ixx=" + m +
          " iyy=" + m + " izz=" + m + " ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>" + more +
          "</link>\n";
 }
-std::string Slide(const std::string& name, const std::string& child, const std::string& more = "",
-                  const std::string& type = "prismatic", const std::string& parent = "world") {
+std::string ZSlide(const std::string& name, const std::string& child, const std::string& more = "",
+                   const std::string& type = "prismatic", const std::string& parent = "world") {
   return "<joint name=\"" + name + "\" type=\"" + type + "\"><parent link=\"" + parent +
          "\"/><child link=\"" + child +
          "\"/><axis xyz=\"0 0 1\"/><limit lower=\"-0.5\" "
          "upper=\"0.25\" effort=\"1\" velocity=\"1\"/>" +
          more + "</joint>\n";
 }
-std::string Robot(const std::string& content) {
-  return "<robot name=\"r\"><link name=\"world\"/>\n" + content + "</robot>";
+
+/// Of links and joints in the world.
+RobotSystem Load(const std::string& content, const std::string& yaml) {
+  return test::Make(test::Robot(content), yaml);
 }
-RobotSystem Make(const std::string& content, const std::string& yaml) {
-  return RobotSystem(ParseRobot(Robot(content), YAML::Load(yaml)), {});
-}
-std::string Refusal(const std::string& content, const std::string& yaml) {
-  try {
-    Make(content, yaml);
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "";
+std::string Refused(const std::string& content, const std::string& yaml) {
+  return test::RefusalOf([&] { Load(content, yaml); });
 }
 void ExpectWords(const std::string& answer, const std::string& words) {
   EXPECT_NE(std::string::npos, answer.find(words)) << "\"" << answer << "\" lacks " << words;
 }
 
 /// Errors of one-sided quotients fall with slope 1, or are all of them rounding.
-void ExpectSlopeOne(const RobotSystem& system, const Vector& x, double duration, const Vector& w) {
+void ExpectSlope(const RobotSystem& system, const Vector& x, double duration, const Vector& w) {
   SimulateOptions options;
   options.relative_tolerance = options.absolute_tolerance = 1e-11;
   const Trajectory run = Simulate(system, x, system.nominal().u, duration, options);
@@ -75,8 +70,8 @@ const char kPush[] =
 TEST(RobotKeys, AMimicJointIsABilateralConstraint) {
   const double ma = 1, mb = 2, k = -1.5, c = 0.1, g = 9.81, F = 3;
   const RobotSystem system =
-      Make(Link("a", ma) + Link("b", mb) + Slide("a", "a") +
-               Slide("b", "b", "<mimic joint=\"a\" multiplier=\"-1.5\" offset=\"0.1\"/>"),
+      Load(Mass("a", ma) + Mass("b", mb) + ZSlide("a", "a") +
+               ZSlide("b", "b", "<mimic joint=\"a\" multiplier=\"-1.5\" offset=\"0.1\"/>"),
            std::string("{") + kPush + "}");
   ASSERT_EQ(std::vector<std::string>{"b_mimic"}, system.description().bilateral);
   EXPECT_NEAR(c, system.nominal().x(1), 1e-15);  // where its master sends it
@@ -94,13 +89,13 @@ TEST(RobotKeys, AMimicJointIsABilateralConstraint) {
 
 TEST(RobotKeys, AMimicJointHasItsDerivativeThroughAStop) {
   const RobotSystem system =
-      Make(Link("a", 1) + Link("b", 2) + Slide("a", "a") +
-               Slide("b", "b", "<mimic joint=\"a\" multiplier=\"-1.5\" offset=\"0.1\"/>"),
+      Load(Mass("a", 1) + Mass("b", 2) + ZSlide("a", "a") +
+               ZSlide("b", "b", "<mimic joint=\"a\" multiplier=\"-1.5\" offset=\"0.1\"/>"),
            std::string("{joints: {limits: [a], restitution: 0.5}, ") + kPush + "}");
   // q̈_a = 22.62/5.5 = 4.1 m/s² upwards: a stop at 0.25 m is hit at 0.35 s, once in half a second.
   Vector w(4);
   w << 1, -1.5, 0.4, -0.6;  // along the coupling
-  ExpectSlopeOne(system, system.nominal().x, 0.5, w);
+  ExpectSlope(system, system.nominal().x, 0.5, w);
 }
 
 /// A parallelogram: two rods of length l and a bar between their ends, which does not turn, swing
@@ -118,8 +113,8 @@ TEST(RobotKeys, AFourBarLinkageSwingsAsAPendulum) {
            "\"/><child link=\"" + child + "\"/><origin xyz=\"" + xyz +
            "\"/><axis xyz=\"0 -1 0\"/></joint>";
   };
-  const RobotSystem system = Make(
-      rod("left") + rod("right") + Link("bar", 2) + pin("a", "world", "left", "0 0 0") +
+  const RobotSystem system = Load(
+      rod("left") + rod("right") + Mass("bar", 2) + pin("a", "world", "left", "0 0 0") +
           pin("b", "world", "right", "0.8 0 0") + pin("c", "left", "bar", "0 0 -0.5"),
       "{closures: {loop: {link: bar, point: [0.8, 0, 0], other_link: right, other_point: [0, 0, "
       "-0.5], axes: xz}}, nominal: {positions: {a: 0.6, b: 0.6, c: -0.6}}}");
@@ -148,12 +143,12 @@ TEST(RobotKeys, AFourBarLinkageSwingsAsAPendulum) {
   }
   Vector w(6);
   for (int k = 0; k < 3; ++k) w(k) = w(3 + k) = names[k] == "c" ? -1 : 1;
-  ExpectSlopeOne(system, system.nominal().x, duration, w);
+  ExpectSlope(system, system.nominal().x, duration, w);
 }
 
 TEST(RobotKeys, AGearIsAClosureOfJoints) {
-  const RobotSystem system = Make(
-      Link("a", 1) + Link("b", 2) + Slide("a", "a") + Slide("b", "b"),
+  const RobotSystem system = Load(
+      Mass("a", 1) + Mass("b", 2) + ZSlide("a", "a") + ZSlide("b", "b"),
       std::string("{gravity: 0, closures: {gear: {joint: b, other_joint: a, multiplier: 2}}, ") +
           kPush + "}");
   const Trajectory run = Simulate(system, system.nominal().x, system.nominal().u, 1);
@@ -166,7 +161,7 @@ TEST(RobotKeys, AGearIsAClosureOfJoints) {
 /// s), back with e.
 TEST(RobotKeys, LimitsOfTheUrdfAreStops) {
   const RobotSystem system =
-      Make(Link("a", 1) + Slide("a", "a"),
+      Load(Mass("a", 1) + ZSlide("a", "a"),
            std::string("{gravity: 0, joints: {limits: all, restitution: 0.5}, ") + kPush + "}");
   ASSERT_EQ((std::vector<std::string>{"a_lower", "a_upper"}), system.description().constraints);
   const double s = 0.25, a = 3, hit = std::sqrt(2 * s / a), speed = a * hit, left = 0.1;
@@ -177,20 +172,20 @@ TEST(RobotKeys, LimitsOfTheUrdfAreStops) {
   EXPECT_NEAR(s - 0.5 * speed * left + 0.5 * a * left * left, run.FinalState()(0), 1e-12);
   Vector w(2);
   w << 0.6, 0.8;
-  ExpectSlopeOne(system, system.nominal().x, hit + left, w);
+  ExpectSlope(system, system.nominal().x, hit + left, w);
   // A range without zero: the nominal state is in its middle.
   const std::string low = "<limit lower=\"0.25\" upper=\"0.75\" effort=\"1\" velocity=\"1\"/>";
-  std::string urdf = Link("a", 1) + Slide("a", "a");
+  std::string urdf = Mass("a", 1) + ZSlide("a", "a");
   urdf.replace(urdf.find("<limit"), urdf.find("/>", urdf.find("<limit")) + 2 - urdf.find("<limit"),
                low);
-  EXPECT_EQ(0.5, Make(urdf, "joints: {limits: all}").nominal().x(0));
-  EXPECT_EQ(0, Make(urdf, "{}").nominal().x(0));
+  EXPECT_EQ(0.5, Load(urdf, "joints: {limits: all}").nominal().x(0));
+  EXPECT_EQ(0, Load(urdf, "{}").nominal().x(0));
 }
 
 /// m v̇ = −d v: v = v₀ e^(−d t/m).
 TEST(RobotKeys, DampingOfTheUrdfIsUsedWhereAsked) {
   const RobotSystem system =
-      Make(Link("a", 2) + Slide("a", "a", "<dynamics damping=\"0.7\"/>"),
+      Load(Mass("a", 2) + ZSlide("a", "a", "<dynamics damping=\"0.7\"/>"),
            "{gravity: 0, joints: {damping: all}, nominal: {velocities: {a: 0.1}}}");
   const Trajectory run = Simulate(system, system.nominal().x, Vector(0), 1);
   EXPECT_NEAR(0.1 * std::exp(-0.7 / 2), run.FinalState()(1), 1e-9);
@@ -198,15 +193,15 @@ TEST(RobotKeys, DampingOfTheUrdfIsUsedWhereAsked) {
 
 /// A pendulum whose joint feels its rotor: (I + J) q̈ = τ; gravity does not feel the rotor.
 TEST(RobotKeys, ArmatureIsInertiaOfTheJointAlone) {
-  const RobotSystem system = Make(Link("a", 2) + Slide("a", "a", "", "continuous"),
+  const RobotSystem system = Load(Mass("a", 2) + ZSlide("a", "a", "", "continuous"),
                                   std::string("{joints: {armature: {a: 0.5}}, ") + kPush + "}");
   const Trajectory run = Simulate(system, system.nominal().x, system.nominal().u, 1);
   EXPECT_NEAR(0.5 * 3 / (2 + 0.5), run.FinalState()(0), 1e-12);
   Vector w(2);
   w << 0.6, 0.8;
-  ExpectSlopeOne(system, system.nominal().x, 1, w);
+  ExpectSlope(system, system.nominal().x, 1, w);
   // Weight is not inertia: q̈ = −m g/(m + J).
-  const RobotSystem hoist = Make(Link("a", 2) + Slide("a", "a"), "joints: {armature: {a: 3}}");
+  const RobotSystem hoist = Load(Mass("a", 2) + ZSlide("a", "a"), "joints: {armature: {a: 3}}");
   const Trajectory fall = Simulate(hoist, hoist.nominal().x, Vector(0), 0.1);
   EXPECT_NEAR(-9.81 * 2 / 5 * 0.1, fall.FinalState()(1), 1e-12);
 }
@@ -218,8 +213,8 @@ TEST(RobotKeys, ASoleMakesFeetThatLandTogetherDifferentiable) {
     return "<collision><origin xyz=\"" + std::to_string(x) +
            " 0 -0.3\"/><geometry><sphere radius=\"0.05\"/></geometry></collision>";
   };
-  std::string urdf = "<robot name=\"r\">" + Link("body", 2) + Link("left", 0.2, foot(0)) +
-                     Link("right", 0.2, foot(0));
+  std::string urdf = "<robot name=\"r\">" + Mass("body", 2) + Mass("left", 0.2, foot(0)) +
+                     Mass("right", 0.2, foot(0));
   for (const char* side : {"left", "right"}) {
     urdf += std::string("<joint name=\"") + side + "_leg\" type=\"fixed\"><parent link=\"body\"/>" +
             "<child link=\"" + side + "\"/><origin xyz=\"" + (side[0] == 'l' ? "-0.2" : "0.2") +
@@ -250,12 +245,12 @@ TEST(RobotKeys, ASoleMakesFeetThatLandTogetherDifferentiable) {
   EXPECT_NEAR(0.1 * 9.81 * fall, run.transitions[0].impulse(0), 1e-9);
   Vector w = Vector::Zero(2 * soft.dof());
   w(2) = 1;  // pitch
-  ExpectSlopeOne(soft, soft.nominal().x, fall + 0.02, w);
+  ExpectSlope(soft, soft.nominal().x, fall + 0.02, w);
 }
 
 TEST(RobotKeys, RefuseWithLineValueAndRemedy) {
   const std::string urdf =
-      Link("a", 1) + Slide("a", "a") + Link("b", 1) + Slide("turn", "b", "", "continuous");
+      Mass("a", 1) + ZSlide("a", "a") + Mass("b", 1) + ZSlide("turn", "b", "", "continuous");
   const struct {
     const char* yaml;
     const char* words;
@@ -276,16 +271,16 @@ TEST(RobotKeys, RefuseWithLineValueAndRemedy) {
       {"{constraints: {a_lower: {kind: plane, link: a}}, joints: {limits: [a]}}",
        "constraints/a_lower is made by `contacts` or `joints`, too"},
   };
-  for (const auto& bad : cases) ExpectWords(Refusal(urdf, bad.yaml), bad.words);
+  for (const auto& bad : cases) ExpectWords(Refused(urdf, bad.yaml), bad.words);
 }
 
 /// What describe_robot prints makes the same robot again.
 TEST(RobotKeys, ADescriptionMakesTheSameRobot) {
   const std::string urdf = "<robot name=\"r\">" +
-                           Link("body", 2,
+                           Mass("body", 2,
                                 "<collision><geometry><box size=\"0.2 0.3 0.1\"/>"
                                 "</geometry></collision>") +
-                           Link("a", 1) + Slide("a", "a", "", "prismatic", "body") + "</robot>";
+                           Mass("a", 1) + ZSlide("a", "a", "", "prismatic", "body") + "</robot>";
   const YAML::Node document = YAML::Load("{base: floating, joints: {limits: all}}");
   const RobotDescription first = ParseRobot(urdf, document);
   const std::string text = DescribeRobot(first, document, "r.urdf", "");
@@ -308,19 +303,19 @@ TEST(RobotKeys, WhatIsLikelyAMistakeIsTold) {
       return warning.find(words) != std::string::npos;
     });
   };
-  std::string slides = Link("a", 1) + Slide("s", "a") + Link("b", 1) + Slide("t", "b");
+  std::string slides = Mass("a", 1) + ZSlide("s", "a") + Mass("b", 1) + ZSlide("t", "b");
   const std::string yaml = "{base: fixed, gravity: -9.81, joints: {limits: all}}";
-  EXPECT_FALSE(told(Make(slides, yaml), "no stops"));
-  EXPECT_TRUE(told(Make(slides, yaml), "gravity is negative and pulls upward"));
+  EXPECT_FALSE(told(Load(slides, yaml), "no stops"));
+  EXPECT_TRUE(told(Load(slides, yaml), "gravity is negative and pulls upward"));
   slides.replace(slides.rfind("\"-0.5\""), 6, "\"0.5\"");
-  EXPECT_TRUE(told(Make(slides, yaml), "no stops for these joints, whose lower limit is not below "
+  EXPECT_TRUE(told(Load(slides, yaml), "no stops for these joints, whose lower limit is not below "
                                        "the upper one: 't'"));
   const std::string hinge =
-      Link("a", 1) +
+      Mass("a", 1) +
       "<joint name=\"h\" type=\"revolute\"><parent link=\"world\"/><child link=\"a\"/>"
       "<limit lower=\"-90\" upper=\"90\" effort=\"1\" velocity=\"1\"/></joint>";
-  EXPECT_TRUE(told(Make(hinge, yaml), "'h', -90 to 90 rad, is of many turns"));
-  EXPECT_FALSE(told(Make(slides, yaml), "many turns"));
+  EXPECT_TRUE(told(Load(hinge, yaml), "'h', -90 to 90 rad, is of many turns"));
+  EXPECT_FALSE(told(Load(slides, yaml), "many turns"));
 }
 
 }  // namespace

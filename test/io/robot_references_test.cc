@@ -9,6 +9,11 @@
 namespace contact_flow {
 namespace {
 
+using test::Cart;
+using test::ExpectSlopeOne;
+using test::Make;
+using test::Tight;
+
 TEST(TimeFunctions, SplinesAreSmoothAndPassTheirValues) {
   const std::vector<double> times = {0, 0.3, 0.5, 1.2, 2}, values = {1, -1, 0.5, 2, 1};
   for (const bool periodic : {false, true}) {

@@ -11,7 +11,20 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kDuration = 1;
+using test::Arm;
+using test::Cart;
+using test::ExpectDerivative;
+using test::ExpectPassings;
+using test::ExpectSlopeOne;
+using test::Link;
+using test::Make;
+using test::QuotientsOf;
+using test::Real;
+using test::RealState;
+using test::Refusal;
+using test::Robot;
+using test::Tight;
+
 const char kEffort[] =
     "s_x: {kind: servo, joint: x, input: u, stiffness: 20, limit: 8, speed: 2, stall: 10}";
 const char kParameters[] =
@@ -24,6 +37,7 @@ std::string Yaml(const std::string& effort, const std::string& more) {
 /// 2 kg under the force k (1 − x), at most `limit`, and at most stall (1 − v/speed). From rest at 0
 /// it is limited, then on the line, then free.
 struct Motor {
+  static constexpr double kDuration = 1;  // of what is compared
   Real x = 0, v = 0, limit = 8, speed = 2, stall = 10, k = 20, mass = 2;
 
   /// (x, v) after `duration`; the instants of both passings into `passed`, if given.
@@ -53,11 +67,11 @@ struct Motor {
 
 TEST(SpeedLimits, ArePassedWhereTheClosedFormSays) {
   std::array<Real, 2> instants;
-  const RealState end = Motor().Run(kDuration, &instants);
+  const RealState end = Motor().Run(Motor::kDuration, &instants);
   const RobotSystem system = Make(Cart(), Yaml(kEffort, "nominal: {inputs: {u: 1}}"));
   ASSERT_EQ((std::vector<std::string>{"s_x", "s_x/speed"}), system.limited_efforts());
   const auto t = [&](int k) { return static_cast<double>(instants[k]); };
-  ExpectPassings(system, kDuration, end,
+  ExpectPassings(system, Motor::kDuration, end,
                  {{t(0), 0, EffortPiece::kUpper, EffortPiece::kFree},
                   {t(0), 1, EffortPiece::kFree, EffortPiece::kUpper},
                   {t(1), 1, EffortPiece::kUpper, EffortPiece::kFree}});
@@ -72,14 +86,14 @@ TEST(SpeedLimits, HaveTheDerivativeOfTheClosedForm) {
     Real* const number[] = {&motor.x,     &motor.v,     &motor.limit,
                             &motor.speed, &motor.stall, &motor.k};
     *number[c] += h;
-    return motor.Run(kDuration);
+    return motor.Run(Motor::kDuration);
   });
   BDerivativeOptions options;
   options.tolerance = 1e-12;
   options.variables.parameters =
       ParameterIndices(system.description(), {"limit", "speed", "stall", "k"});
-  ExpectDerivative(system, kDuration, expected, options);
-  ExpectSlopeOne(Cart(), yaml, kDuration);
+  ExpectDerivative(system, Motor::kDuration, expected, options);
+  ExpectSlopeOne(Cart(), yaml, Motor::kDuration);
 }
 
 /// Without `stall` the line falls from the limit; faster than `speed` the motor brakes along it:

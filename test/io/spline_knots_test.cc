@@ -17,6 +17,12 @@
 namespace contact_flow {
 namespace {
 
+using test::Arm;
+using test::Block;
+using test::Cart;
+using test::Make;
+using test::Tight;
+
 const std::string kReference =
     "reference: {times: [-0.04, 0.11, 0.3, 0.42, 0.7], values: [0.3, -0.4, 0.6, -0.1, 0.2]}";
 const std::string kLap =

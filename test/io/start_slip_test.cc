@@ -10,6 +10,10 @@
 namespace contact_flow {
 namespace {
 
+using test::Block;
+using test::Make;
+using test::Tight;
+
 /// A block that slides down a slope of 2/5 from a speed s that counts as none. Directions that move
 /// it uphill are reversed, from the α on at which they overcome s.
 TEST(StartSlip, IsReversedBeyondTheInnerRadius) {

@@ -11,38 +11,36 @@
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
 #include "src/model/rigid_body/constraint/stairs.h"
+#include "test/io/controlled_robots.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
 
-SimulateOptions Tight() {
-  SimulateOptions options;
-  options.relative_tolerance = options.absolute_tolerance = 1e-12;
-  return options;
-}
-std::string Link(const std::string& name, const std::string& mass) {
+using test::Make;
+using test::Tight;
+
+std::string Solid(const std::string& name, const std::string& mass) {
   return "<link name=\"" + name + "\"><inertial><mass value=\"" + mass +
          "\"/><inertia ixx=\"0.1\" iyy=\"0.1\" izz=\"0.1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/>" +
          "</inertial></link>\n";
 }
-std::string Slide(const std::string& name, const std::string& parent, const std::string& child,
-                  const std::string& axis) {
+std::string Rail(const std::string& name, const std::string& parent, const std::string& child,
+                 const std::string& axis) {
   return "<joint name=\"" + name + "\" type=\"prismatic\"><parent link=\"" + parent +
          "\"/><child link=\"" + child + "\"/><axis xyz=\"" + axis +
          "\"/><limit lower=\"-9\" upper=\"9\" effort=\"1\" velocity=\"1\"/></joint>\n";
 }
 /// A point of 1 kg that slides in the x–z plane.
 std::string Point() {
-  return "<robot name=\"p\"><link name=\"world\"/>" + Link("mid", "0.5") + Link("foot", "0.5") +
-         Slide("x", "world", "mid", "1 0 0") + Slide("z", "mid", "foot", "0 0 1") + "</robot>";
+  return "<robot name=\"p\"><link name=\"world\"/>" + Solid("mid", "0.5") + Solid("foot", "0.5") +
+         Rail("x", "world", "mid", "1 0 0") + Rail("z", "mid", "foot", "0 0 1") + "</robot>";
 }
-RobotSystem Make(const std::string& urdf, const std::string& yaml) {
-  return RobotSystem(ParseRobot(urdf, YAML::Load(yaml)), {});
-}
+
 /// In these directions, all if empty, and against them. Runs at 1e-12 are good to 1e-11: quotients
 /// to 1e-11/α.
-void ExpectSlopeOne(const RobotSystem& system, double duration, std::vector<Vector> along = {},
-                    const std::vector<double>& alphas = {1e-4, 1e-5, 1e-6}) {
+void ExpectSlopes(const RobotSystem& system, double duration, std::vector<Vector> along = {},
+                  const std::vector<double>& alphas = {1e-4, 1e-5, 1e-6}) {
   const int n = 2 * system.dof();
   for (int k = 0; k < n && static_cast<int>(along.size()) == k; ++k) {
     along.push_back(Vector::Unit(n, k));
@@ -142,7 +140,7 @@ TEST(HeightMap, OfAPlaneIsThePlane) {
   ASSERT_EQ(one.transitions.size(), other.transitions.size());
   EXPECT_GE(one.transitions.size(), 2u);  // lands, and turns or stops
   EXPECT_LT((one.FinalState() - other.FinalState()).norm(), 1e-10);
-  ExpectSlopeOne(map, 0.6);
+  ExpectSlopes(map, 0.6);
 }
 
 /// What slides on curved ground without friction keeps its energy.
@@ -163,7 +161,7 @@ TEST(HeightMap, KeepsTheEnergyOfWhatSlides) {
       "{constraints: {foot: {kind: height_map, link: foot, origin: [-1, -1], step: [0.5, 2], "
       "heights: [[0.6, 0.2, 0, 0.1, 0.7], [0.6, 0.2, 0, 0.1, 0.7]]}}, nominal: {positions: {x: "
       "-0.6, z: 0.4}, velocities: {x: 0.7}}}");
-  ExpectSlopeOne(dropped, 0.6, {}, {1e-3, 1e-4, 1e-5});
+  ExpectSlopes(dropped, 0.6, {}, {1e-3, 1e-4, 1e-5});
 }
 
 TEST(Stairs, AreLevelOnTreadsAndRiseInRisers) {
@@ -193,7 +191,7 @@ TEST(Stairs, AreBouncedOff) {
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   const double fall = std::sqrt(2 * 0.5 / 9.81), up = 0.5 * 9.81 * fall, rest = 0.4 - fall;
   EXPECT_NEAR(0.2 + up * rest - 0.5 * 9.81 * rest * rest, run.FinalState()(1), 1e-10);
-  ExpectSlopeOne(tread, 0.4);
+  ExpectSlopes(tread, 0.4);
   const RobotSystem riser = Make(
       Point(), stairs + "gravity: 0, nominal: {positions: {x: 0.5, z: 0.1}, velocities: {x: 2}}}");
   // Half way up at x = 1.01 the slope is 30 (1/2)⁴ 0.2/0.02 = 18.75. M = diag(1, ½): with
@@ -205,13 +203,13 @@ TEST(Stairs, AreBouncedOff) {
   const Eigen::Vector2d n(-18.75, 1), spread(-18.75, 2), v(2, 0);
   const Eigen::Vector2d after = v - 1.5 * spread * n.dot(v) / n.dot(spread);
   EXPECT_LT((hit.FinalState().tail(2) - after).norm(), 1e-8);
-  ExpectSlopeOne(riser, 0.3);
+  ExpectSlopes(riser, 0.3);
 }
 
 /// The corner of a box at (0.2, 0.3) below a plate that falls level and without turning: a plate is
 /// met from below by the corner as a ball meets the ground.
 TEST(Corners, OfTheWorldMeetFacesOfLinks) {
-  const std::string urdf = "<robot name=\"p\">" + Link("plate", "2") + "</robot>";
+  const std::string urdf = "<robot name=\"p\">" + Solid("plate", "2") + "</robot>";
   const RobotSystem system = Make(
       urdf, "{base: planar, constraints: {edge: {kind: link_plane, link: world, point: [0.2, 0, "
             "0.3], other_link: plate, normal: [0, 0, -1]}}, nominal: {positions: {base_z: 0.8}}}");
@@ -223,18 +221,18 @@ TEST(Corners, OfTheWorldMeetFacesOfLinks) {
   // m v − p = m v⁺, I ω = 0.2 p about y (a push upward at +x turns it by −y), plastic there.
   const double m = 2, inertia = 0.1, p = speed / (1 / m + 0.04 / inertia);
   EXPECT_NEAR(-0.2 * p / inertia, run.transitions[0].x_plus(5), 1e-9);
-  ExpectSlopeOne(system, 0.5);
+  ExpectSlopes(system, 0.5);
 }
 
 /// A conveyor is a link on a slide that a pd drives at its speed: a box dropped on it slips until
 /// it moves along. Of finite mass, the belt gives way by the closed form of two bodies and a
 /// damper: m u̇ = −μ m g on the belt's side, m_b ẇ = c (w₀ − w) − μ m g while the box is slower.
 TEST(MovingGround, AConveyorIsADrivenLink) {
-  const std::string urdf = "<robot name=\"p\"><link name=\"world\"/>" + Link("belt", "4") +
-                           Link("mid", "0.5") + Link("box", "0.5") +
-                           Slide("belt_x", "world", "belt", "1 0 0") +
-                           Slide("x", "world", "mid", "1 0 0") +
-                           Slide("z", "mid", "box", "0 0 1") + "</robot>";
+  const std::string urdf = "<robot name=\"p\"><link name=\"world\"/>" + Solid("belt", "4") +
+                           Solid("mid", "0.5") + Solid("box", "0.5") +
+                           Rail("belt_x", "world", "belt", "1 0 0") +
+                           Rail("x", "world", "mid", "1 0 0") +
+                           Rail("z", "mid", "box", "0 0 1") + "</robot>";
   const RobotSystem system = Make(
       urdf,
       "{efforts: {drive: {kind: pd, joint: belt_x, position: p, velocity: w, feed_forward: f, "
@@ -257,9 +255,9 @@ TEST(MovingGround, AConveyorIsADrivenLink) {
 /// A shaker is a link that tracks a function of time. What rests on a table that goes down by more
 /// than g lets go: with a stiff drive, where r̈ = −g.
 TEST(MovingGround, AShakerIsATrackedLink) {
-  const std::string urdf = "<robot name=\"p\"><link name=\"world\"/>" + Link("table", "50") +
-                           Link("ball", "0.01") + Slide("up", "world", "table", "0 0 1") +
-                           Slide("z", "world", "ball", "0 0 1") + "</robot>";
+  const std::string urdf = "<robot name=\"p\"><link name=\"world\"/>" + Solid("table", "50") +
+                           Solid("ball", "0.01") + Rail("up", "world", "table", "0 0 1") +
+                           Rail("z", "world", "ball", "0 0 1") + "</robot>";
   std::string times, values;
   for (int i = 0; i <= 40; ++i) {
     times += (i > 0 ? "," : "") + std::to_string(i * 0.01);
@@ -282,7 +280,7 @@ TEST(MovingGround, AShakerIsATrackedLink) {
   both << 1, 1, 0, 0, 0, 0;
   rates << 0, 0, 0, 1, 1, 0;
   clock << 0, 0, 1, 0, 0, 0;
-  ExpectSlopeOne(system, 0.12, {both, rates, clock});
+  ExpectSlopes(system, 0.12, {both, rates, clock});
 }
 
 TEST(Terrain, ImagesAreReadBottomUp) {

@@ -9,28 +9,31 @@
 
 #include "contact_flow/model/model_library.h"
 #include "contact_flow/trajectory_optimization/optimize_trajectory.h"
+#include "test/trajectory_optimization/driven_ball.h"
 
 namespace contact_flow {
 namespace {
 
+using test::kBallGravity;
+
 using Kind = TrajectoryCondition::Kind;
 
-constexpr int kCount = 50;
-constexpr double kStep = 0.02, kEffort = 1e-3, kGravity = 9.8;
+constexpr int kInputs = 50;
+constexpr double kInterval = 0.02, kWeight = 1e-3;
 
 /// How position and velocity at t depend on inputs without contact.
 struct Free {
   Vector position, velocity;
-  explicit Free(double t) : position(kCount), velocity(kCount) {
-    for (int i = 0; i < kCount; ++i) {
-      const double a = std::min(t, i * kStep), b = std::min(t, (i + 1) * kStep);
+  explicit Free(double t) : position(kInputs), velocity(kInputs) {
+    for (int i = 0; i < kInputs; ++i) {
+      const double a = std::min(t, i * kInterval), b = std::min(t, (i + 1) * kInterval);
       velocity(i) = b - a;
       position(i) = ((t - a) * (t - a) - (t - b) * (t - b)) / 2;
     }
   }
 };
 
-/// min Σ kEffort u² with rows u = values: u = rowsᵀ (rows rowsᵀ)⁻¹ values.
+/// min Σ kWeight u² with rows u = values: u = rowsᵀ (rows rowsᵀ)⁻¹ values.
 Vector LeastEffort(const Matrix& rows, const Vector& values) {
   return rows.transpose() * (rows * rows.transpose()).partialPivLu().solve(values);
 }
@@ -39,12 +42,12 @@ class BallConditions : public testing::Test {
  protected:
   BallConditions() : system(MakeModel("driven_ball")) {
     problem.x = Eigen::Vector2d(4, 0);
-    for (int k = 0; k < kCount; ++k) {
-      problem.inputs.grid.push_back(k * kStep);
+    for (int k = 0; k < kInputs; ++k) {
+      problem.inputs.grid.push_back(k * kInterval);
       problem.inputs.values.push_back(Vector::Zero(1));
     }
-    problem.duration = kCount * kStep;
-    problem.effort = Vector::Constant(1, kEffort / kStep);
+    problem.duration = kInputs * kInterval;
+    problem.effort = Vector::Constant(1, kWeight / kInterval);
     problem.weight = problem.target = Vector::Zero(2);
   }
 
@@ -60,11 +63,11 @@ class BallConditions : public testing::Test {
     EXPECT_LE(found.iterations.back().violation, tolerance);
   }
 
-  /// min Σ kEffort u² with one impact at τ, from where the ball is at (1, 0) at the end.
+  /// min Σ kWeight u² with one impact at τ, from where the ball is at (1, 0) at the end.
   double BestWithImpactAt(double tau) const {
-    const double end = kCount * kStep, rest = end - tau, gamma = 0.7;
+    const double end = kInputs * kInterval, rest = end - tau, gamma = 0.7;
     const Free fall(tau), whole(end);
-    Matrix rows(3, kCount);
+    Matrix rows(3, kInputs);
     rows.row(0) = fall.position;
     // ẏ⁺ = γ (g τ − fall.velocity·u); behind it forces act as they do without a floor.
     const Vector later_velocity = whole.velocity - fall.velocity;
@@ -73,10 +76,10 @@ class BallConditions : public testing::Test {
     rows.row(1) = -gamma * rest * fall.velocity + later_position;
     rows.row(2) = -gamma * fall.velocity + later_velocity;
     const Eigen::Vector3d values(
-        kGravity * tau * tau / 2 - 4,
-        1 - gamma * kGravity * tau * rest + kGravity * rest * rest / 2,
-        -gamma * kGravity * tau + kGravity * rest);
-    return kEffort * LeastEffort(rows, values).squaredNorm();
+        kBallGravity * tau * tau / 2 - 4,
+        1 - gamma * kBallGravity * tau * rest + kBallGravity * rest * rest / 2,
+        -gamma * kBallGravity * tau + kBallGravity * rest);
+    return kWeight * LeastEffort(rows, values).squaredNorm();
   }
 
   const std::unique_ptr<MechanicalSystem> system;
@@ -86,33 +89,33 @@ class BallConditions : public testing::Test {
 /// Far from the floor: a linear system, whose least effort and multipliers are known.
 TEST_F(BallConditions, EqualitiesAtTheEndOfALinearSystem) {
   problem.x(0) = 40;
-  problem.conditions = {{Kind::kState, 0, kCount, 38, 38}, {Kind::kState, 1, kCount, 0.5, 0.5}};
+  problem.conditions = {{Kind::kState, 0, kInputs, 38, 38}, {Kind::kState, 1, kInputs, 0.5, 0.5}};
   const TrajectoryOptimum found = Solve();
   EXPECT_EQ(TrajectoryVerdict::kSmoothMinimum, found.verdict) << found.message;
   ExpectMet(found);
   const Free free(1);
-  Matrix rows(2, kCount);
+  Matrix rows(2, kInputs);
   rows << free.position.transpose(), free.velocity.transpose();
-  const Eigen::Vector2d values(38 - 40 + kGravity / 2, 0.5 + kGravity);
+  const Eigen::Vector2d values(38 - 40 + kBallGravity / 2, 0.5 + kBallGravity);
   const Vector u = LeastEffort(rows, values);
-  EXPECT_NEAR(kEffort * u.squaredNorm(), found.cost, 1e-7);  // λ ~ 4 per unit that misses 1e-8
+  EXPECT_NEAR(kWeight * u.squaredNorm(), found.cost, 1e-7);  // λ ~ 4 per unit that misses 1e-8
   // ∇J + λᵀ rows = 0. Errors: those of the conditions, 1e-8, times dλ/dc ~ 1e-2 … 1.
   const Vector lambda =
-      -(rows * rows.transpose()).partialPivLu().solve(rows * u) * 2 * kEffort;
+      -(rows * rows.transpose()).partialPivLu().solve(rows * u) * 2 * kWeight;
   EXPECT_LT((lambda - found.multipliers).cwiseAbs().maxCoeff(), 1e-6);
 }
 
 /// Through an impact: valleys at instants of the grid, the lowest of them by neighbours.
 TEST_F(BallConditions, EqualitiesAtTheEndThroughAnImpact) {
-  problem.conditions = {{Kind::kState, 0, kCount, 1, 1}, {Kind::kState, 1, kCount, 0, 0}};
+  problem.conditions = {{Kind::kState, 0, kInputs, 1, 1}, {Kind::kState, 1, kInputs, 0, 0}};
   for (Vector& value : problem.inputs.values) value(0) = -20;
   const TrajectoryOptimum plain = Solve();
   ASSERT_EQ(TrajectoryVerdict::kValley, plain.verdict) << plain.message;
   ExpectMet(plain);
   double nearest = 1, lowest = 1e300;
   for (int k = 20; k < 45; ++k) {
-    nearest = std::min(nearest, std::abs(BestWithImpactAt(k * kStep) - plain.cost));
-    lowest = std::min(lowest, BestWithImpactAt(k * kStep));
+    nearest = std::min(nearest, std::abs(BestWithImpactAt(k * kInterval) - plain.cost));
+    lowest = std::min(lowest, BestWithImpactAt(k * kInterval));
   }
   EXPECT_LT(nearest, 1e-7);  // λ ~ 3 per unit of a condition that may miss 1e-8
   ASSERT_EQ(2u, plain.certificate.size());
@@ -131,8 +134,8 @@ TEST_F(BallConditions, EqualitiesAtTheEndThroughAnImpact) {
 /// Touch the floor at a time, inside an interval of the grid and at its end.
 TEST_F(BallConditions, TouchdownAtATime) {
   for (double tau : {0.65, 0.64}) {
-    problem.conditions = {{Kind::kState, 0, kCount, 1, 1},
-                          {Kind::kState, 1, kCount, 0, 0},
+    problem.conditions = {{Kind::kState, 0, kInputs, 1, 1},
+                          {Kind::kState, 1, kInputs, 0, 0},
                           {Kind::kTouchdown, 0, 0, tau, tau}};
     const TrajectoryOptimum found = Solve();
     EXPECT_LE(static_cast<int>(found.verdict), static_cast<int>(TrajectoryVerdict::kValley))
@@ -147,32 +150,33 @@ TEST_F(BallConditions, ApexAtAnInstant) {
   problem.x(0) = 40;
   problem.conditions = {{Kind::kState, 0, 20, 40.3, 40.3},
                         {Kind::kState, 1, 20, 0, 0},
-                        {Kind::kState, 0, kCount, 39, 39}};
+                        {Kind::kState, 0, kInputs, 39, 39}};
   const TrajectoryOptimum found = Solve();
   EXPECT_EQ(TrajectoryVerdict::kSmoothMinimum, found.verdict) << found.message;
   ExpectMet(found);
-  const Free apex(20 * kStep), end(1);
-  Matrix rows(3, kCount);
+  const Free apex(20 * kInterval), end(1);
+  Matrix rows(3, kInputs);
   rows << apex.position.transpose(), apex.velocity.transpose(), end.position.transpose();
-  const double t = 20 * kStep;
-  const Eigen::Vector3d values(0.3 + kGravity * t * t / 2, kGravity * t, -1 + kGravity / 2);
-  EXPECT_NEAR(kEffort * LeastEffort(rows, values).squaredNorm(), found.cost, 1e-7);
+  const double t = 20 * kInterval;
+  const Eigen::Vector3d values(0.3 + kBallGravity * t * t / 2, kBallGravity * t,
+                               -1 + kBallGravity / 2);
+  EXPECT_NEAR(kWeight * LeastEffort(rows, values).squaredNorm(), found.cost, 1e-7);
 }
 
 /// A ceiling at every instant: feasible, and KKT's conditions in the linear system's own matrices.
 TEST_F(BallConditions, PathBounds) {
   problem.x = Eigen::Vector2d(40, 3);
-  for (int k = 1; k < kCount; ++k) problem.conditions.push_back({Kind::kState, 0, k, 39.5, 40.3});
-  problem.conditions.push_back({Kind::kState, 0, kCount, 40, 40});
+  for (int k = 1; k < kInputs; ++k) problem.conditions.push_back({Kind::kState, 0, k, 39.5, 40.3});
+  problem.conditions.push_back({Kind::kState, 0, kInputs, 40, 40});
   const TrajectoryOptimum found = Solve();
   EXPECT_EQ(TrajectoryVerdict::kSmoothMinimum, found.verdict) << found.message;
   ExpectMet(found);
   int active = 0;
-  Vector force = Vector::Zero(kCount);
-  for (int k = 0; k < kCount; ++k) {
+  Vector force = Vector::Zero(kInputs);
+  for (int k = 0; k < kInputs; ++k) {
     const double lambda = found.multipliers(k);
-    force += lambda * Free((k + 1) * kStep).position;
-    if (k + 1 == kCount) break;
+    force += lambda * Free((k + 1) * kInterval).position;
+    if (k + 1 == kInputs) break;
     EXPECT_GE(lambda, found.condition_values(k) > 39.6 ? 0 : -1e300) << k;
     if (lambda != 0) {
       ++active;
@@ -180,8 +184,8 @@ TEST_F(BallConditions, PathBounds) {
     }
   }
   EXPECT_GE(active, 1);
-  for (int k = 0; k < kCount; ++k) {
-    const double own = 2 * kEffort * found.inputs.values[static_cast<std::size_t>(k)](0);
+  for (int k = 0; k < kInputs; ++k) {
+    const double own = 2 * kWeight * found.inputs.values[static_cast<std::size_t>(k)](0);
     // The promise that counts as none is 1e-10: √(2·1e-10·2e-3) = 6e-7.
     EXPECT_NEAR(0, own + force(k), 2e-6) << k;
   }
@@ -225,21 +229,21 @@ TEST_F(BallConditions, ParametersMayBeChosen) {
   problem.parameter_lower = Vector::Zero(1);
   problem.parameter_upper = Vector::Ones(1);
   problem.factory = [](const ParameterValues& values) { return MakeModel("driven_ball", values); };
-  problem.conditions = {{Kind::kState, 0, kCount, 0.5, 0.5}};
+  problem.conditions = {{Kind::kState, 0, kInputs, 0.5, 0.5}};
   const TrajectoryOptimum found = Solve();
   EXPECT_EQ(TrajectoryVerdict::kSmoothMinimum, found.verdict) << found.message;
   ExpectMet(found);
-  const double tau = std::sqrt(8 / kGravity), rest = 1 - tau;
+  const double tau = std::sqrt(8 / kBallGravity), rest = 1 - tau;
   ASSERT_EQ(1, found.parameters.size());
-  EXPECT_NEAR((0.5 + kGravity * rest * rest / 2) / (kGravity * tau * rest), found.parameters(0),
-              1e-7);
+  EXPECT_NEAR((0.5 + kBallGravity * rest * rest / 2) / (kBallGravity * tau * rest),
+              found.parameters(0), 1e-7);
 }
 
 TEST_F(BallConditions, WhatCannotBeMetIsNamed) {
   problem.x(0) = 40;
   problem.lower = Vector::Constant(1, -1);
   problem.upper = Vector::Constant(1, 1);
-  problem.conditions = {{Kind::kState, 0, kCount, 39, 39}};
+  problem.conditions = {{Kind::kState, 0, kInputs, 39, 39}};
   const TrajectoryOptimum found = Solve();
   EXPECT_EQ(TrajectoryVerdict::kInfeasible, found.verdict) << found.message;
   EXPECT_NE(std::string::npos, found.message.find("z at the end is 35.6")) << found.message;

@@ -19,9 +19,9 @@ namespace {
 using Kind = TrajectoryCondition::Kind;
 
 /// Two of three bodies fall on floors, under two inputs; everything may be chosen.
-class Everything {
+class WithLinearInputs {
  public:
-  explicit Everything(int seed) : random_(static_cast<unsigned>(seed)) {
+  explicit WithLinearInputs(int seed) : random_(static_cast<unsigned>(seed)) {
     test::PushedBodies::Parameters<double> p;
     p.first = Uniform(0.6, 0.8);  // not so low that bounces accumulate
     p.second = Uniform(0.6, 0.8);
@@ -102,7 +102,7 @@ class Everything {
 TEST(LinearInputs, GradientsByEverythingAreThoseOfRuns) {
   int compared = 0;
   for (int seed = 0; seed < 12; ++seed) {
-    Everything random(seed);
+    WithLinearInputs random(seed);
     const Unknowns unknowns(*random.system, random.problem);
     ASSERT_EQ(14 + 3 + 3 + (seed % 2 == 0 ? 3 : 4), unknowns.size());
     const Vector y = unknowns.Start();
@@ -127,7 +127,7 @@ TEST(LinearInputs, GradientsByEverythingAreThoseOfRuns) {
 TEST(LinearInputs, AnInstantAtATouchdownIsNoKink) {
   int coincidences = 0, slopes = 0;
   for (int seed = 0; seed < 12; ++seed) {
-    Everything random(seed);
+    WithLinearInputs random(seed);
     const bool path = seed % 2 == 1;
     TrajectoryProblem& problem = random.problem;
     problem.choose_durations.clear();
@@ -246,7 +246,7 @@ TEST(LinearInputs, MisuseIsRefused) {
     }
     return std::string();
   };
-  Everything random(1);
+  WithLinearInputs random(1);
   TrajectoryProblem problem = random.problem;
   EXPECT_EQ("", refusal(*random.system, problem));
   problem.input_end = Vector::Ones(3);

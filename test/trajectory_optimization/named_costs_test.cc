@@ -12,13 +12,17 @@
 #include "contact_flow/trajectory_optimization/optimize_trajectory.h"
 #include "src/dynamics/impulse_jacobian.h"
 #include "test/derivative/input_cases.h"
+#include "test/trajectory_optimization/cost_at.h"
+#include "test/trajectory_optimization/driven_ball.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr double kGravity = 9.8, kRestitution = 0.7;
+using test::CostAt;
+using test::kBallGravity;
+using test::kBallRestitution;
 
-TrajectoryProblem BallProblem(const std::vector<double>& grid, double u) {
+TrajectoryProblem ProblemOfBall(const std::vector<double>& grid, double u) {
   TrajectoryProblem problem;
   problem.x = Eigen::Vector2d(1, 0);
   problem.duration = 0.8;
@@ -29,20 +33,14 @@ TrajectoryProblem BallProblem(const std::vector<double>& grid, double u) {
   return problem;
 }
 
-double CostAt(const Unknowns& unknowns, const Vector& y) {
-  const Trajectory run = unknowns.Run(y, 1e-12, true);
-  EXPECT_TRUE(run.status.ok()) << run.status.message;
-  return unknowns.Cost(y, run);
-}
-
 TEST(NamedCosts, OfABallInClosedForm) {
   const auto ball = MakeModel("driven_ball", {{"mass", 2}});
   constexpr double kForce = 3, kMass = 2;
-  TrajectoryProblem problem = BallProblem({0, 0.3}, kForce);
+  TrajectoryProblem problem = ProblemOfBall({0, 0.3}, kForce);
   problem.effort.setZero();
   problem.power = {{0, 0, 0.25}};
-  const double a = kForce / kMass - kGravity, hit = std::sqrt(-2 / a), rest = 0.8 - hit;
-  const double v = -kRestitution * a * hit;
+  const double a = kForce / kMass - kBallGravity, hit = std::sqrt(-2 / a), rest = 0.8 - hit;
+  const double v = -kBallRestitution * a * hit;
   const double squares = a * a * hit * hit * hit / 3 + v * v * rest + a * v * rest * rest +
                          a * a * rest * rest * rest / 3;
   {
@@ -52,7 +50,7 @@ TEST(NamedCosts, OfABallInClosedForm) {
   problem.power.clear();
   problem.impulse_weight = Vector::Constant(1, 0.5);
   const Unknowns unknowns(*ball, problem);
-  const double impulse = kMass * (1 + kRestitution) * std::abs(a) * hit;
+  const double impulse = kMass * (1 + kBallRestitution) * std::abs(a) * hit;
   EXPECT_NEAR(0.5 * impulse * impulse, CostAt(unknowns, unknowns.Start()), 1e-9);
 }
 
@@ -96,8 +94,8 @@ TEST(NamedCosts, HaveTheSlopesOfPlainRuns) {
   const auto ball = MakeModel("driven_ball");
   for (const bool at_the_change : {false, true}) {
     for (const bool power : {true, false}) {
-      const double hit = std::sqrt(2 / (kGravity - 1));
-      TrajectoryProblem problem = BallProblem({0, 0.2, at_the_change ? hit : 0.4, 0.6}, 1);
+      const double hit = std::sqrt(2 / (kBallGravity - 1));
+      TrajectoryProblem problem = ProblemOfBall({0, 0.2, at_the_change ? hit : 0.4, 0.6}, 1);
       problem.inputs.values[2](0) = -2;
       problem.inputs.values[3](0) = 3;
       problem.choose_initial = {0, 1};
@@ -194,7 +192,7 @@ TEST(NamedCosts, ImpulsesHaveTheDerivativeOfTheirDifferences) {
 
 TEST(NamedCosts, OptimaAreMinima) {
   const auto ball = MakeModel("driven_ball");
-  TrajectoryProblem problem = BallProblem({0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7}, 0);
+  TrajectoryProblem problem = ProblemOfBall({0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7}, 0);
   problem.weight = Eigen::Vector2d(100, 10);
   problem.target = Eigen::Vector2d(0.6, 0);
   const double without = OptimizeTrajectory(*ball, problem).cost;
@@ -220,7 +218,7 @@ TEST(NamedCosts, OptimaAreMinima) {
 
 TEST(NamedCosts, WhatHasNoDerivativeAndMisuseAreRefused) {
   const auto ball = MakeModel("driven_ball");
-  TrajectoryProblem problem = BallProblem({0}, 0);
+  TrajectoryProblem problem = ProblemOfBall({0}, 0);
   problem.power = {{1, 0, 1}};
   EXPECT_THROW(Unknowns(*ball, problem), std::invalid_argument);
   problem.power = {{0, 1, 1}};

@@ -13,11 +13,13 @@
 #include "contact_flow/flow/online_flow.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
+#include "test/trajectory_optimization/driven_ball.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr double kGravity = 9.8, kRestitution = 0.7;
+using test::kBallGravity;
+using test::kBallRestitution;
 
 /// A ball falls from 1 m and bounces once or twice while its input alternates.
 class BallPolicy : public testing::Test {
@@ -79,18 +81,18 @@ class BallPolicy : public testing::Test {
 TEST_F(BallPolicy, ReferenceGoesOnBeyondItsEvents) {
   for (Vector& value : inputs.values) value.setZero();
   const ExtendedReference reference = Reference(0.1);
-  const double t = std::sqrt(2 / kGravity), v = kGravity * t;
+  const double t = std::sqrt(2 / kBallGravity), v = kBallGravity * t;
   ASSERT_EQ(2u, reference.phases().size());
   EXPECT_NEAR(t, reference.phases()[0].t_end, 1e-10);
   EXPECT_EQ(0, reference.PhaseAt(t - 0.01));
   EXPECT_EQ(1, reference.PhaseAt(t + 0.01));
   for (double s : {0.0, 0.003, 0.05, 0.0999}) {
     const Vector late = reference.State(0, t + s);  // through the floor
-    EXPECT_NEAR(-v * s - kGravity * s * s / 2, late(0), 1e-9) << s;
-    EXPECT_NEAR(-v - kGravity * s, late(1), 1e-9) << s;
+    EXPECT_NEAR(-v * s - kBallGravity * s * s / 2, late(0), 1e-9) << s;
+    EXPECT_NEAR(-v - kBallGravity * s, late(1), 1e-9) << s;
     const Vector early = reference.State(1, t - s);
-    EXPECT_NEAR(-kRestitution * v * s - kGravity * s * s / 2, early(0), 1e-9) << s;
-    EXPECT_NEAR(kRestitution * v + kGravity * s, early(1), 1e-9) << s;
+    EXPECT_NEAR(-kBallRestitution * v * s - kBallGravity * s * s / 2, early(0), 1e-9) << s;
+    EXPECT_NEAR(kBallRestitution * v + kBallGravity * s, early(1), 1e-9) << s;
   }
   // Not further than its reach.
   EXPECT_EQ(reference.State(0, t + 0.2), reference.State(0, t + 0.3));
@@ -163,8 +165,8 @@ TEST_F(BallPolicy, EarlyAndLateTouchdownsDoNotJumpTheFeedback) {
   weights.input(0) = 1;
   const TrackingPolicy policy = Made();
   for (double height : {0.85, 0.95, 1.05, 1.15}) {
-    const Loop with = Close(policy, height, kRestitution, true);
-    const Loop without = Close(policy, height, kRestitution, false);
+    const Loop with = Close(policy, height, kBallRestitution, true);
+    const Loop without = Close(policy, height, kBallRestitution, false);
     ASSERT_FALSE(with.events.empty());
     EXPECT_EQ(height < 1 ? TrackedEvent::Kind::kEarly : TrackedEvent::Kind::kLate,
               with.events.front().kind)
@@ -180,7 +182,7 @@ TEST_F(BallPolicy, EarlyAndLateTouchdownsDoNotJumpTheFeedback) {
       EXPECT_LT(with.largest_input, 0.5 * without.largest_input) << height;
     }
   }
-  const Loop same = Close(policy, 1, kRestitution, true);
+  const Loop same = Close(policy, 1, kBallRestitution, true);
   EXPECT_EQ(TrackedEvent::Kind::kOnTime, same.events.front().kind);
   EXPECT_LT(same.end_error, 1e-2);
 }

@@ -7,10 +7,12 @@
 #include <limits>
 #include <random>
 
+#include "test/shorthands.h"
+
 namespace contact_flow {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+using test::kInfinity;
 
 struct Numbers {
   std::mt19937 random;

@@ -14,11 +14,11 @@
 #include "contact_flow/model/model_library.h"
 #include "contact_flow/trajectory_optimization/optimize_trajectory.h"
 #include "contact_flow/trajectory_optimization/receding_tracker.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace test {
 
-inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 inline constexpr int kIntervals = 24;
 inline constexpr int kSteps = 64;  // of the loop in an interval
 // Powers of two, so that instants of the grid are met by the loop.

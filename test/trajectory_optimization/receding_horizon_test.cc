@@ -9,7 +9,11 @@
 namespace contact_flow {
 namespace {
 
-using namespace test;  // NOLINT(build/namespaces)
+using test::RecedingBall;
+using test::kHorizon;
+using test::kIntervals;
+using test::kKnown;
+using test::kLength;
 
 /// Nothing disturbs: by Bellman's principle what was chosen for the rest is chosen again.
 TEST_F(RecedingBall, ChoosesTheSameAgain) {

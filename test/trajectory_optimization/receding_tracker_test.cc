@@ -7,7 +7,10 @@
 namespace contact_flow {
 namespace {
 
-using namespace test;  // NOLINT(build/namespaces)
+using test::RecedingBall;
+using test::kHorizon;
+using test::kIntervals;
+using test::kLength;
 
 /// A solution that comes after its begin, or for a motion that was another one, is not followed.
 TEST_F(RecedingBall, WhatComesTooLateOrForAnotherMotionIsNotFollowed) {

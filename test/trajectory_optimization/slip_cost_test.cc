@@ -8,9 +8,12 @@
 
 #include "contact_flow/model/model_library.h"
 #include "contact_flow/trajectory_optimization/optimize_trajectory.h"
+#include "test/trajectory_optimization/cost_at.h"
 
 namespace contact_flow {
 namespace {
+
+using test::CostAt;
 
 TrajectoryProblem BlockProblem(const Vector& x, double duration, std::size_t count) {
   TrajectoryProblem problem;
@@ -23,12 +26,6 @@ TrajectoryProblem BlockProblem(const Vector& x, double duration, std::size_t cou
   problem.effort = Vector::Zero(1);
   problem.weight = problem.target = Vector::Zero(6);
   return problem;
-}
-
-double CostAt(const Unknowns& unknowns, const Vector& y) {
-  const Trajectory run = unknowns.Run(y, 1e-12, true);
-  EXPECT_TRUE(run.status.ok()) << run.status.message;
-  return unknowns.Cost(y, run);
 }
 
 /// A block that stops at a distance v²/(2b): ∫ v² dt = v³/(3b), b = g (μ cos φ − sin φ) − u/m.
