@@ -16,7 +16,7 @@ namespace {
 constexpr double kTimeRounding = 1e-15, kGapRounding = 1e-15, kRateRounding = 1e-12;
 /// Entries of F that differ by no more, beside their sizes and beside the largest, are the same.
 constexpr double kSame = 1e-6, kNothing = 1e-9;
-/// A slip that would take longer to stop than this part of the run creeps, however slow it is.
+/// A slip that would take longer to stop than this part of the run creeps; the same of a force.
 constexpr double kCreeping = 1e-6;
 
 /// The end of a run beside the events that are as near to it as their instants are known.
@@ -44,7 +44,8 @@ class EndOfRun {
       if (!status.ok()) return status;
     }
     for (int i : last_.mode) {
-      const Status status = CheckSlip(i);
+      Status status = CheckSlip(i);
+      if (status.ok()) status = CheckHold(i);
       if (!status.ok()) return status;
     }
     return {};
@@ -147,9 +148,37 @@ class EndOfRun {
     }
     const double slower = in_plane ? -sign * rates(0) : -slip.normalized().dot(rates);
     const double apart = speed / slower;
-    const double creeps = kCreeping * std::max(std::abs(run_.t_end()), last_.t_end - last_.t_begin);
-    if (!(slower > 0) || std::abs(apart) > creeps) return {};
+    if (!(slower > 0) || std::abs(apart) > Creeps()) return {};
     return Bends(i, run_.t_end() + apart, apart, known / slower);
+  }
+
+  /// A contact that never slips is about to let go, of a force along the ground, too.
+  Status CheckHold(int i) const {
+    if (!system_.HasFriction() || last_.t_end == last_.t_begin) return {};
+    if (system_.friction()[i].coefficient != Friction::kNoSlip) return {};
+    try {
+      ContactDynamics dynamics(system_, last_.u);
+      const double slower = -dynamics.ForceRate(last_.x_end, last_.mode, i);
+      const double apart = dynamics.force()(i) / slower;
+      if (!(slower > 0) || !(apart <= Creeps())) return {};
+      dynamics.Differentiate(last_.x_end, last_.mode);
+      const int d = system_.dof();
+      const auto row = dynamics.force_jacobian().row(i).cwiseAbs();
+      const double error =
+          rounding_ + (row.head(d).dot(error_q_) + row.segment(d, d).dot(error_v_) +
+                       kRateRounding * dynamics.force().cwiseAbs().maxCoeff()) /
+                          slower;
+      const bool near = apart <= error;
+      if (!near || !Differ(last_.x_end, last_.mode, last_.x_end, last_.mode.Without(i))) return {};
+      return Bends(i, run_.t_end() + apart, apart, error);
+    } catch (const FrictionRefusal&) {
+      return {};
+    }
+  }
+
+  /// What takes longer is no event, however slow it is.
+  double Creeps() const {
+    return kCreeping * std::max(std::abs(run_.t_end()), last_.t_end - last_.t_begin);
   }
 
   std::ostringstream Near(const char* what, int i, double t, double apart, double error) const {

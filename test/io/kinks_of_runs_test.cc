@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Runs whose outcome has two slopes where nothing jumps: they end right at a change of the mode, or
+// an effort stays right on its limit. Beside closed forms of the two sides.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "contact_flow/derivative/cost_gradient.h"
+#include "contact_flow/derivative/linearization.h"
+#include "contact_flow/derivative/rolling_derivative.h"
+#include "contact_flow/flow/online_flow.h"
+#include "test/io/moving_robots.h"
+
+namespace contact_flow {
+namespace {
+
+using test::Ball;
+using test::Block;
+using test::Make;
+using test::Tight;
+
+/// Of a run by the state, and by inputs and all parameters where these are asked for.
+BDerivative Differentiate(const RobotSystem& system, double duration, bool inputs = false,
+                          std::vector<int> parameters = {},
+                          const SimulateOptions& options = SimulateOptions()) {
+  BDerivativeOptions derivative;
+  derivative.variables.inputs = inputs;
+  derivative.variables.parameters = std::move(parameters);
+  const Vector x = system.nominal().x, u = system.nominal().u;
+  return DifferentiateOutcome(system, Simulate(system, x, u, duration, options), derivative);
+}
+/// (x(T) − x₀(T))/α from a start moved by α w.
+Vector Quotient(const RobotSystem& system, double duration, double alpha, const Vector& w) {
+  const auto end = [&](const Vector& moved) {
+    const Vector x = system.Perturb(system.nominal().x, moved);
+    return Simulate(system, x, system.nominal().u, duration, Tight()).FinalState();
+  };
+  return (end(alpha * w) - end(0 * w)) / alpha;
+}
+void ExpectRefused(const Status& status, const std::string& why) {
+  EXPECT_EQ(Outcome::kNotDifferentiable, status.outcome) << status.message;
+  EXPECT_NE(std::string::npos, status.message.find(why)) << status.message;
+}
+
+/// 1 kg that slides at 1 m/s, pressed by 4 N with coefficient 1: v = 1 m/s − 4 m/s² t.
+RobotSystem SlidingBlock() {
+  return Make(Block(),
+              "{base: fixed, gravity: 8, constraints: {floor: {kind: plane, link: block, point: "
+              "[0, 0, 0], friction: 1}}, parameters: {mu: floor/friction}, "
+              "nominal: {velocities: {x: 1}}}");
+}
+constexpr double kStop = 0.25;
+
+/// v(T) = max(0, v₀ − 4 T) around v₀ = 4 T: slope 1 above, 0 below.
+TEST(KinkAtTheEnd, OfASlipThatStops) {
+  const RobotSystem block = SlidingBlock();
+  const Vector w = Vector::Unit(4, 2);
+  EXPECT_NEAR(1, Quotient(block, kStop, 1e-4, w)(2), 1e-6);
+  EXPECT_NEAR(0, Quotient(block, kStop, 1e-4, -w)(2), 1e-6);
+  for (const double apart : {0.0, 1e-13, -1e-13, 1e-10, -1e-10}) {
+    const BDerivative B = Differentiate(block, kStop + apart);
+    ExpectRefused(B.status, "'floor' changes its mode at t = 0.25");
+    EXPECT_THROW(B(w), std::domain_error);
+    ExpectRefused(Differentiate(block, kStop + apart, false, {0}).status, "'floor'");
+  }
+  for (const double apart : {1e-6, -1e-6}) {
+    const BDerivative B = Differentiate(block, kStop + apart);
+    ASSERT_TRUE(B.status.ok()) << B.status.message;
+    for (const double sign : {1.0, -1.0}) {
+      EXPECT_NEAR(apart > 0 ? 0 : sign, B(sign * w)(2), 1e-9) << apart;
+    }
+  }
+}
+
+TEST(KinkAtTheEnd, OfGradientsIntervalsAndReadings) {
+  const RobotSystem block = SlidingBlock();
+  const Vector x = block.nominal().x;
+  const Trajectory run = Simulate(block, x, Vector(0), kStop);
+  RunCost cost;
+  cost.terminal = [](const Vector& end, Vector* gradient) {
+    *gradient = Vector::Unit(4, 2);
+    return end(2);
+  };
+  ExpectRefused(DifferentiateCost(block, run, cost).status, "'floor'");
+  ExpectRefused(Linearize(block, run).back().status, "'floor'");
+  const SimulateOptions options;
+  const std::shared_ptr<const RobotSystem> shared(new RobotSystem(SlidingBlock()));
+  OnlineFlow flow(shared, 0, x, Vector(0), options);
+  RollingDerivative rolling(&flow, Vector::Unit(4, 2), {}, options);
+  for (const double apart : {-1e-3, 0.0, 1e-3}) {
+    bool passed = true;
+    while (passed) {
+      passed = flow.AdvanceTo(kStop + apart);
+      rolling.Follow(&flow, passed);
+    }
+    const Status status = rolling.Read(&flow).status;
+    if (apart == 0) {
+      ExpectRefused(status, "'floor'");
+    } else {
+      EXPECT_TRUE(status.ok()) << status.message;
+    }
+  }
+}
+
+/// 2 N m/s times the change of the reference's rate is what the force jumps by at its knot.
+TEST(KinkAtTheEnd, OfAKnotOfALinearReference) {
+  const RobotSystem ball =
+      Make(Ball(),
+           "{base: fixed, gravity: 0, efforts: {a: {kind: track, joint: z, feed_forward: u, "
+           "stiffness: 40, damping: 4, reference: {kind: linear, times: [0, 0.2, 0.5, 0.9], "
+           "values: [0, 0.3, -0.2, 0.1]}}}, nominal: {positions: {clock: 0.35}}}");
+  const double knot = 0.15;
+  const BDerivative at = Differentiate(ball, knot);
+  ExpectRefused(at.status, "'knot_2' changes its mode at t = 0.15");
+  const Vector w = Vector::Unit(2 * ball.dof(), ball.dof() - 1);
+  const double later = Quotient(ball, knot, 1e-5, w)(2),
+               earlier = -Quotient(ball, knot, 1e-5, -w)(2);
+  const double rates = 0.3 / 0.4 + 0.5 / 0.3;
+  EXPECT_NEAR(4 * rates, later - earlier, 1e-3);
+  EXPECT_TRUE(Differentiate(ball, knot + 1e-6).status.ok());
+  EXPECT_TRUE(Differentiate(ball, knot - 1e-6).status.ok());
+}
+
+/// What holds without limit lets go of a force: 1 N of 1 kg. A contact with a coefficient slips first.
+TEST(KinkAtTheEnd, OfAContactWithoutSlipThatLetsGo) {
+  const RobotSystem block =
+      Make(Block(),
+           "{base: fixed, gravity: 8, constraints: {floor: {kind: plane, link: block, point: "
+           "[0, 0, 0], friction: no_slip}}, efforts: {push: {kind: constant_force, link: block, "
+           "point: [0, 0, 0], force: [1, 0, 0]}, pull: {kind: track, joint: z, feed_forward: u, "
+           "stiffness: 40, damping: 0, reference: {times: [0, 9], values: "
+           "[0, 1.8]}}}}");
+  const double release = 0.5;  // 0.5 kg · 8 m/s² = 40 N/m · 0.2 m/s t
+  ExpectRefused(Differentiate(block, release).status, "'floor' changes its mode at t = 0.5");
+  EXPECT_TRUE(Differentiate(block, release + 1e-3).status.ok());
+  EXPECT_TRUE(Differentiate(block, release - 1e-3).status.ok());
+}
+
+/// 1 kg that its drive just holds: 10 N at standstill, less by 5 N s/m upward, no more downward.
+TEST(RestingOnALimit, WhereTheSpeedLimitBegins) {
+  const RobotSystem held =
+      Make(Ball(),
+           "{base: fixed, gravity: 10, efforts: {a: {kind: actuator, joint: z, input: u, limit: "
+           "10, speed: 2}}, parameters: {g: gravity}, nominal: {inputs: {u: 30}}}");
+  const Vector w = Vector::Unit(2, 1);
+  EXPECT_NEAR(std::exp(-5), Quotient(held, 1, 1e-4, w)(1), 1e-6);
+  EXPECT_NEAR(-1, Quotient(held, 1, 1e-4, -w)(1), 1e-6);
+  ExpectRefused(Differentiate(held, 1).status, "the effort 'a");
+  ExpectRefused(Differentiate(held, 1, false, {0}).status, "the effort 'a");
+}
+
+/// 3 · 0.1 N, which is 0.3 N but for rounding. By what the input does not move there is a derivative.
+TEST(RestingOnALimit, OfAnInput) {
+  const RobotSystem driven =
+      Make(Ball(),
+           "{base: fixed, gravity: 10, efforts: {a: {kind: actuator, joint: z, input: u, gear: 3, "
+           "limit: 0.3}}, parameters: {g: gravity, most: a/limit}, nominal: {inputs: {u: 0.1}}}");
+  ExpectRefused(Differentiate(driven, 1, true).status, "the effort 'a' is right on its limit");
+  ExpectRefused(Differentiate(driven, 1, false, {1}).status,
+                "the effort 'a' is right on its limit");
+  const BDerivative B = Differentiate(driven, 1, false, {0});
+  ASSERT_TRUE(B.status.ok()) << B.status.message;
+  EXPECT_TRUE(B(Vector::Unit(3, 1)).isApprox(Vector::Ones(2), 1e-9));
+  EXPECT_TRUE(
+      B(Vector::Unit(3, 2))
+          .isApprox(Vector(Vector::Ones(2) * -1).cwiseProduct((Vector(2) << 0.5, 1).finished()),
+                    1e-9));
+}
+
+}  // namespace
+}  // namespace contact_flow
