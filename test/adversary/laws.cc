@@ -54,8 +54,7 @@ std::string BrokenHomogeneity(const BDerivative& B, const Vector& w, const Units
     const double off = LargestOf(units.Back(B(factor * w)) / factor - once);
     if (off <= kHomogeneous * size) continue;
     std::ostringstream text;
-    text << "B(" << factor << " w) is not " << factor << " B(w): off by " << off << " of "
-         << size;
+    text << "B(" << factor << " w) is not " << factor << " B(w): off by " << off << " of " << size;
     return text.str();
   }
   return "";

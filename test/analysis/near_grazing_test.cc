@@ -13,8 +13,8 @@
 namespace contact_flow {
 namespace {
 
-using test::Tight;
 using test::kGravity;
+using test::Tight;
 
 using GrazingKind = GrazingEvent::Kind;
 

@@ -181,9 +181,8 @@ TEST(ContinuedOutcomes, SayWhenTheOrderDecidesOnceMore) {
   start.mode_before = ContactMode();
   OrderOutcome flight;
   flight.v_plus = landing.nominal.x.tail(2);
-  const std::vector<ContinuedOutcome> ends =
-      ContinueOutcomes(*landing.system, kNoInput, start, {flight, flight}, 5.25,
-                       AtTolerance(1e-11));
+  const std::vector<ContinuedOutcome> ends = ContinueOutcomes(
+      *landing.system, kNoInput, start, {flight, flight}, 5.25, AtTolerance(1e-11));
   ASSERT_EQ(2u, ends.size());
   EXPECT_EQ(ends[0].final_state, ends[1].final_state);
   EXPECT_EQ(Outcome::kDiscontinuous, ends[0].status.outcome);

@@ -104,8 +104,8 @@ TEST(DegenerateImpact, IsFollowedOnBothSides) {
       EXPECT_LE(kink, 1e-8);
     }
     for (const Vector& w : {s, Vector(-s)}) {
-      const QuotientReport report = CompareWithQuotients(
-          chain, Start(), Vector(0), kFall + kRest, w, B(w), {1e-4, 1e-5, 1e-6}, options);
+      const QuotientReport report = CompareWithQuotients(chain, Start(), Vector(0), kFall + kRest,
+                                                         w, B(w), {1e-4, 1e-5, 1e-6}, options);
       for (const QuotientSample& sample : report.samples) {
         ASSERT_TRUE(sample.status.ok()) << sample.status.message;
       }

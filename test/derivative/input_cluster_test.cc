@@ -3,8 +3,8 @@
 // pieces, laws.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -35,9 +35,7 @@ using test::RandomCase;
 using test::WithSimultaneity;
 
 /// The third body is let go and held again at one instant: it touches without speed.
-bool Grazes(const Status& status) {
-  return status.message.find("grazing") != std::string::npos;
-}
+bool Grazes(const Status& status) { return status.message.find("grazing") != std::string::npos; }
 
 /// CONTACT_FLOW_INPUT_CASES: how many.
 int NumCases() {
@@ -135,7 +133,7 @@ TEST(InputCluster, PiecesAreCountedLabelledAndAgreeWithDirections) {
     for (int j = 0; j < 10; ++j) {
       Vector w = Vector::NullaryExpr(6, [&] { return normal(random); });
       if (c.x(2) == 0) w(2) = w(5) = 0;
-      EXPECT_LT(((*cluster)(w) - pieces(w)).norm(), 1e-9 * (1 + pieces(w).norm())) << seed;
+      EXPECT_LT(((*cluster)(w)-pieces(w)).norm(), 1e-9 * (1 + pieces(w).norm())) << seed;
     }
   }
   for (int count : counted) EXPECT_GT(count, 0);

@@ -64,8 +64,7 @@ struct Walls : test::UnitMasses<kWalls, kWalls> {
     }
   }
   template <class P, class S>
-  static void Gaps(const P&, const Eigen::Matrix<S, kWalls, 1>& q,
-                   Eigen::Matrix<S, kWalls, 1>* a) {
+  static void Gaps(const P&, const Eigen::Matrix<S, kWalls, 1>& q, Eigen::Matrix<S, kWalls, 1>* a) {
     for (int i = 0; i < kWalls; ++i) (*a)(i) = q(i);
   }
   template <class P>

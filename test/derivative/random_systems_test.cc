@@ -164,8 +164,7 @@ bool Check(unsigned seed, ImpactLaw law, PairTally* tally) {
     // are met at once.
     const bool torn = crooked != 0 && angle == M_PI / 2 &&
                       B.status.message.find("common face") != std::string::npos;
-    EXPECT_TRUE(agree || cut || torn ||
-                (crooked != 0 && angle == M_PI / 2 && first * second == 0))
+    EXPECT_TRUE(agree || cut || torn || (crooked != 0 && angle == M_PI / 2 && first * second == 0))
         << B.status.message;
     ++tally->refused;
     return true;

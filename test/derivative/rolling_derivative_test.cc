@@ -82,8 +82,7 @@ TEST(RollingDerivative, IsTheDerivativeOfTheWholeRun) {
       while (run.AdvanceTo(mark)) continue;
       const Vector x = run.State();
       const BDerivativeOptions options;
-      RollingDerivative rolling(&run, Admissible(*system, x, run.mode(), 0, &random), options,
-                                {});
+      RollingDerivative rolling(&run, Admissible(*system, x, run.mode(), 0, &random), options, {});
       Roll(&run, &rolling, end, stride, &random);
       const Trajectory whole = Simulate(*system, x, nominal.u, end - mark);
       const BDerivative expected = DifferentiateOutcome(*system, whole, options);

@@ -125,8 +125,8 @@ TEST(StartCone, HitsAtTheStartWithASpeedOfFirstOrder) {
     // The speed of the hit is √(1 − 0.2) α, and 1 − √0.8 of α is spent on the way: by closed form
     // y(T) = (T − t)²/2 + γ √0.8 α (T − t), t = (1 − √0.8) α.
     const double t = (1 - std::sqrt(0.8)) * alpha, left = Started::kDuration - t;
-    EXPECT_NEAR(left * left / 2 + restitution * std::sqrt(0.8) * alpha * left,
-                near.FinalState()(1), 1e-11);
+    EXPECT_NEAR(left * left / 2 + restitution * std::sqrt(0.8) * alpha * left, near.FinalState()(1),
+                1e-11);
     EXPECT_FALSE(run.B.PiecewiseLinear().ok());
     EXPECT_THROW(run.B.Pieces(), NotPiecewiseLinear);
   }

@@ -93,8 +93,8 @@ TEST_F(ManyLimbs, TheMotionSolvesTheEquations) {
   system->Dynamics(q, v, system->nominal().u, mode, &mass, &force);
   ConstraintTerms terms;
   system->Constraints(q, v, &terms);
-  const Vector momentum = mass * dynamics.acceleration() - force -
-                          terms.jacobian.transpose() * dynamics.force();
+  const Vector momentum =
+      mass * dynamics.acceleration() - force - terms.jacobian.transpose() * dynamics.force();
   EXPECT_LT(momentum.cwiseAbs().maxCoeff(), 1e-10 * force.cwiseAbs().maxCoeff());
   for (int i : mode) {
     EXPECT_NEAR(0, terms.jacobian.row(i).dot(dynamics.acceleration()) + terms.bias(i),
@@ -131,10 +131,9 @@ TEST_F(ManyLimbs, ResetsAreTheirJacobians) {
   ResidualJacobian before, after;
   system->DifferentiateImpact(q, impact.v_plus - v, impact.impulse, impact.v_plus, &after);
   system->DifferentiateImpact(q, impact.v_plus - v, impact.impulse, v, &before);
-  const auto terms = std::make_shared<const ImpactReset::Terms>(
-      ImpactReset::Terms{*system, inertia, SparseRows(after.momentum_q),
-                         SparseRows(after.constraint_q), SparseRows(before.constraint_q),
-                         2 * system->dof()});
+  const auto terms = std::make_shared<const ImpactReset::Terms>(ImpactReset::Terms{
+      *system, inertia, SparseRows(after.momentum_q), SparseRows(after.constraint_q),
+      SparseRows(before.constraint_q), 2 * system->dof()});
   for (const ConstraintSet persisting : {ConstraintSet(), ConstraintSet({4, 5})}) {
     const Matrix dense = ImpactJacobian(*system, *inertia, q, v, impact, touching, persisting);
     const ImpactReset reset(terms, touching, persisting);

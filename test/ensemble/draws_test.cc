@@ -152,8 +152,8 @@ TEST(Draws, WhatIsWrongIsSaid) {
 TEST(StartMap, PutsNumbersWhereTheirNamesAre) {
   const auto system = MakeModel("soft_biped", {});
   const Vector x = system->nominal().x, u = system->nominal().u;
-  const StartMap map(*system, {"body_pitch", "+body_z", "d/dt body_pitch", "stiffness",
-                               "+gravity"}, x, u);
+  const StartMap map(*system, {"body_pitch", "+body_z", "d/dt body_pitch", "stiffness", "+gravity"},
+                     x, u);
   EXPECT_TRUE(map.ChangesParameters());
   Vector values(5);
   values << 0.1, 0.2, 0.3, 30, 0.5;
@@ -190,7 +190,7 @@ TEST(StartMap, TurnsWhatHasNoCoordinate) {
   StartMap(*system, {"+" + turned}, x, system->nominal().u).Apply(Vector::Constant(1, 0.3), &start);
   EXPECT_EQ(system->Perturb(x, w), start.x);
   EXPECT_THROW(StartMap(*system, {turned}, x, system->nominal().u), std::invalid_argument);
-  std::string number;   // of the quaternion
+  std::string number;  // of the quaternion
   for (std::size_t k = 0; k < d.coordinates.size(); ++k) {
     if (system->space().line_velocities()[k] < 0) number = d.coordinates[k];
   }

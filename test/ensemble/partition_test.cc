@@ -47,7 +47,7 @@ TEST(Partition, AnyChunksThreadsAndOrderHaveTheSameBits) {
   request.lanes = LaneSet::kNone;
   const SweepResult whole = Sweep(request);
   const Summary total = whole.tally.Total();
-  EXPECT_EQ(3u, total.outcomes.size());   // ok, inadmissible, budget exceeded
+  EXPECT_EQ(3u, total.outcomes.size());  // ok, inadmissible, budget exceeded
   std::mt19937 generator(3);
   for (int trial = 0; trial < 6; ++trial) {
     std::vector<std::uint64_t> edges = {0, kRuns};
@@ -57,7 +57,7 @@ TEST(Partition, AnyChunksThreadsAndOrderHaveTheSameBits) {
     std::vector<std::size_t> order(edges.size() - 1);
     for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
     std::shuffle(order.begin(), order.end(), generator);
-    Tally left, right;   // of two machines
+    Tally left, right;  // of two machines
     std::vector<SweepResult> parts(order.size());
     for (std::size_t k : order) {
       request.first = edges[k];
@@ -92,12 +92,11 @@ TEST(Partition, LanesHaveTheBitsOfSingleRuns) {
   const Case cases[] = {
       {"soft_biped", Uniform({"+body_pitch", "+d/dt body_pitch"}, Eigen::Vector2d(-0.3, -2),
                              Eigen::Vector2d(0.3, 2))},
-      {"hopping_trot", Uniform({"body_pitch", "d/dt body_pitch"}, Eigen::Vector2d(-1, -8),
-                               Eigen::Vector2d(1, 8))},
+      {"hopping_trot",
+       Uniform({"body_pitch", "d/dt body_pitch"}, Eigen::Vector2d(-1, -8), Eigen::Vector2d(1, 8))},
       {"steered_trot", Uniform({"+body_pitch", "pitch_torque"}, Eigen::Vector2d(-0.2, -0.1),
                                Eigen::Vector2d(0.2, 0.1))},
-      {"driven_ball", Uniform({"z", "+d/dt z"}, Eigen::Vector2d(-0.1, -1),
-                              Eigen::Vector2d(2, 1))},
+      {"driven_ball", Uniform({"z", "+d/dt z"}, Eigen::Vector2d(-0.1, -1), Eigen::Vector2d(2, 1))},
       {"wall_and_floor", Uniform({"+d/dt x"}, -one, one)}};
   int lanes = 0;
   for (const Case& c : cases) {
@@ -127,8 +126,8 @@ TEST(Partition, AGridOfInputsHasTheBitsOfAll) {
   // Several inputs, samples or derivatives are none of the lanes': the first two blocks once with
   // and once without what keeps them out.
   SweepRequest request = Nominal("soft_biped", 2 * kBlock);
-  request.draws.parts = {Uniform({"body_pitch"}, Vector::Constant(1, -0.3),
-                                 Vector::Constant(1, 0.3))};
+  request.draws.parts = {
+      Uniform({"body_pitch"}, Vector::Constant(1, -0.3), Vector::Constant(1, 0.3))};
   const SweepResult lanes = Sweep(request);
   request.keep.samples = {0.5};
   EXPECT_EQ(lanes.tally.ToBytes(), Sweep(request).tally.ToBytes());
@@ -147,8 +146,8 @@ TEST(Partition, RunsBeyondTheirNumberIn32BitsAreTheirOwn) {
       for (std::uint64_t k : {0, 255}) {
         Philox random(request.draws.seed, first + k);
         for (int d = 0; d < 3; ++d) {
-          const double u = sobol ? Philox::UnitInterval(points.Bits(first + k, d))
-                                 : random.Uniform();
+          const double u =
+              sobol ? Philox::UnitInterval(points.Bits(first + k, d)) : random.Uniform();
           const DrawPart& part = request.draws.parts[0];
           EXPECT_EQ(part.low(d) + (part.high(d) - part.low(d)) * u,
                     result.columns.reals[0].values[3 * k + static_cast<std::size_t>(d)]);
@@ -156,7 +155,7 @@ TEST(Partition, RunsBeyondTheirNumberIn32BitsAreTheirOwn) {
       }
       Tally tally = Tally::FromBytes(result.tally.ToBytes());
       EXPECT_THROW(tally.Add(first / kBlock, Summary(15, request.histograms)),
-                   std::invalid_argument);   // it is there, by its own number
+                   std::invalid_argument);  // it is there, by its own number
     }
   }
 }

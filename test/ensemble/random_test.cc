@@ -19,18 +19,22 @@ TEST(Philox, HasNumpysBits) {
   const struct {
     std::uint64_t seed, run, bits[6];
   } cases[] = {
-      {0u, 0u,
-       {0x2f4ba6408e4d89b, 0x3dd62b0b9ca8c5b2, 0x1c8667a55d902e79,
-        0x907d7a052fd5b4dc, 0x809bf322883987c3, 0x471128b9e807f7dd}},
-      {1u, 2u,
-       {0x4f2f4313b5536b09, 0x5b617be3219ff32a, 0x97293476f9275cb,
-        0xf63f3bf4962c3942, 0x4dcc60473aa0f43, 0x6d905c9b986b0028}},
-      {7u, 1099511627776u,
-       {0x53b1782ed0c618ae, 0x9981d8500fb4f54e, 0xec08a634bc9793dd,
-        0x71bb7db0add142d1, 0xf4245b2cc842a50, 0x8e699c99abf215ca}},
-      {18446744073709551615u, 5u,
-       {0xe2fb87b070c03e6, 0x831b405c123365c0, 0x51d6f209df5de116,
-        0xfc57a6ec89de5a06, 0xd008319db13e24b3, 0x84e9aec937797207}},
+      {0u,
+       0u,
+       {0x2f4ba6408e4d89b, 0x3dd62b0b9ca8c5b2, 0x1c8667a55d902e79, 0x907d7a052fd5b4dc,
+        0x809bf322883987c3, 0x471128b9e807f7dd}},
+      {1u,
+       2u,
+       {0x4f2f4313b5536b09, 0x5b617be3219ff32a, 0x97293476f9275cb, 0xf63f3bf4962c3942,
+        0x4dcc60473aa0f43, 0x6d905c9b986b0028}},
+      {7u,
+       1099511627776u,
+       {0x53b1782ed0c618ae, 0x9981d8500fb4f54e, 0xec08a634bc9793dd, 0x71bb7db0add142d1,
+        0xf4245b2cc842a50, 0x8e699c99abf215ca}},
+      {18446744073709551615u,
+       5u,
+       {0xe2fb87b070c03e6, 0x831b405c123365c0, 0x51d6f209df5de116, 0xfc57a6ec89de5a06,
+        0xd008319db13e24b3, 0x84e9aec937797207}},
   };
   for (const auto& c : cases) {
     Philox random(c.seed, c.run);
@@ -65,9 +69,7 @@ TEST(NormalQuantile, IsBoosts) {
   // AS 241 states 1e-16; ours adds some roundings of the polynomials and of log, and so does
   // Boost's: 4e-15 in all. Near 1/2 both are relative, too. Below 1e-3 p is exact, above 1 − p is
   // rounded, which Boost's argument is as well.
-  const auto boosts = [](double p) {
-    return -std::sqrt(2.0) * boost::math::erfc_inv(2 * p);
-  };
+  const auto boosts = [](double p) { return -std::sqrt(2.0) * boost::math::erfc_inv(2 * p); };
   int checked = 0;
   for (int k = 1; k < 1000; ++k) {
     for (double scale : {1.0, 1e-3, 1e-8, 1e-16, 1e-200}) {
@@ -98,8 +100,8 @@ TEST(Philox, NormalsHaveTheirMoments) {
 
 TEST(Sobol, HasThePointsOfJoeAndKuo) {
   // The first points of new-joe-kuo-6 in three dimensions, as their authors print them.
-  const double points[8][3] = {{0, 0, 0},         {.5, .5, .5},      {.75, .25, .25},
-                               {.25, .75, .75},   {.375, .375, .625}, {.875, .875, .125},
+  const double points[8][3] = {{0, 0, 0},          {.5, .5, .5},       {.75, .25, .25},
+                               {.25, .75, .75},    {.375, .375, .625}, {.875, .875, .125},
                                {.625, .125, .875}, {.125, .625, .375}};
   const ShiftedSobol sobol(3, 0, false);
   for (int k = 0; k < 8; ++k) {

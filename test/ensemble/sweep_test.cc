@@ -69,8 +69,8 @@ TEST(Sweep, RunsAreThoseOfSimulate) {
     }
     for (std::size_t k = 0; k < 3; ++k) {
       const Vector wanted = run.State(request.keep.samples[k]);
-      EXPECT_EQ(0, std::memcmp(wanted.data(),
-                               Find(c, "samples").values.data() + 14 * (3 * row + k), 8 * 14));
+      EXPECT_EQ(0, std::memcmp(wanted.data(), Find(c, "samples").values.data() + 14 * (3 * row + k),
+                               8 * 14));
     }
     EXPECT_EQ(0.5 * run.FinalState()(1) * run.FinalState()(1), Find(c, "costs").values[row]);
     EXPECT_EQ(run.margins.approach_speed, Find(c, "margins").values[6 * row]);
@@ -96,8 +96,8 @@ TEST(Sweep, HasTheSameBitsForAnyThreadsAndChunks) {
   request.threads = 5;
   const SweepResult many = Sweep(request);
   EXPECT_EQ(one.tally.ToBytes(), many.tally.ToBytes());
-  EXPECT_TRUE(SameBits(Find(one.columns, "final_state").values,
-                       Find(many.columns, "final_state").values));
+  EXPECT_TRUE(
+      SameBits(Find(one.columns, "final_state").values, Find(many.columns, "final_state").values));
   EXPECT_EQ(one.columns.words, many.columns.words);
   Tally merged;
   std::vector<double> states;
@@ -121,7 +121,7 @@ TEST(Sweep, DrawsParameters) {
   DrawPart grid;
   grid.kind = DrawPart::Kind::kGrid;
   grid.names = {"stiffness"};
-  grid.levels = {Eigen::Vector4d(25, 27, -1, 30)};   // −1 is refused by the model
+  grid.levels = {Eigen::Vector4d(25, 27, -1, 30)};  // −1 is refused by the model
   request.draws.parts = {grid};
   const SweepResult result = Sweep(request);
   const Summary total = result.tally.Total();
@@ -139,13 +139,13 @@ TEST(Sweep, DrawsParameters) {
 
 TEST(Sweep, InadmissibleStartsAndBudgetsAreOutcomes) {
   SweepRequest request = Nominal("bouncing_ball", 512);
-  request.duration = 0.2;   // before its bounces accumulate
+  request.duration = 0.2;  // before its bounces accumulate
   DrawPart height = Uniform({"z"}, Vector::Constant(1, -1), Vector::Constant(1, 1));
   request.draws.parts = {height};
   SweepResult result = Sweep(request);
   const double share = static_cast<double>(result.tally.Total().outcomes.at(kInadmissible)) / 512;
   EXPECT_NEAR(0.5, share, 5 * 0.5 / std::sqrt(512));
-  request.options.max_steps = 1;   // every run takes more
+  request.options.max_steps = 1;  // every run takes more
   request.draws.parts[0].low(0) = 0.1;
   result = Sweep(request);
   EXPECT_EQ(512u, result.tally.Total().outcomes.at(static_cast<int>(Outcome::kBudgetExceeded)));
@@ -178,7 +178,7 @@ TEST(Sweep, CancelsWithinABudget) {
     result = Sweep(request);
   }
   EXPECT_EQ(Outcome::kBudgetExceeded, result.status.outcome);
-  EXPECT_LT(budget.elapsed(), 10);   // on a busy machine
+  EXPECT_LT(budget.elapsed(), 10);  // on a busy machine
   std::uint64_t run = 0;
   for (std::int8_t outcome : result.columns.outcome) run += outcome != kNotRun;
   EXPECT_EQ(run, result.tally.Total().runs);
@@ -212,14 +212,14 @@ TEST(Sweep, RefusesBeforeItStarts) {
   request.max_megabytes = 0.01;
   EXPECT_THROW(Sweep(request), BudgetExceeded);
   request = Landing(1000);
-  for (const char* name : {"", "body_pitch", "d/dt body_z"}) {   // asked for by their names
+  for (const char* name : {"", "body_pitch", "d/dt body_z"}) {  // asked for by their names
     request.keep.costs = {{name, Vector::Zero(14), Vector::Zero(14), Vector()}};
     EXPECT_THROW(Sweep(request), std::invalid_argument) << name;
   }
   request.keep.costs.assign(2, {"cost", Vector::Zero(14), Vector::Zero(14), Vector()});
   EXPECT_THROW(Sweep(request), std::invalid_argument);
   request = Landing(1000);
-  request.histograms.assign(1000, {6, -1, 1, 1000000});   // of 8 GB
+  request.histograms.assign(1000, {6, -1, 1, 1000000});  // of 8 GB
   EXPECT_THROW(Sweep(request), BudgetExceeded);
   request = Landing(1000);
   request.keep.samples = {0.5, 0.4};
@@ -282,7 +282,7 @@ TEST(Sweep, MomentsThroughSimultaneousTouchdownAreThoseOfTheDerivative) {
   double kink = 0;
   for (int i = 0; i < 14; ++i) {
     const double variance = predicted.covariance(i, i);
-    const double second = 100 * sigma * sigma;   // curvature of the outcome
+    const double second = 100 * sigma * sigma;  // curvature of the outcome
     EXPECT_NEAR(predicted.mean(i), total.mean(i),
                 4 * std::sqrt(variance / n) + predicted.mean_error + second);
     EXPECT_NEAR(variance, covariance(i, i),
@@ -290,8 +290,8 @@ TEST(Sweep, MomentsThroughSimultaneousTouchdownAreThoseOfTheDerivative) {
                     second * std::sqrt(variance) + second * second);
     if (variance > 0) kink = std::max(kink, std::abs(predicted.mean(i)) / std::sqrt(variance / n));
   }
-  EXPECT_GT(kink, 10);   // the mean that the kink makes is seen
-  EXPECT_EQ(2u, total.words.size());   // left foot first, right foot first
+  EXPECT_GT(kink, 10);                // the mean that the kink makes is seen
+  EXPECT_EQ(2u, total.words.size());  // left foot first, right foot first
 }
 
 }  // namespace

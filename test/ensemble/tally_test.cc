@@ -24,8 +24,8 @@ Vector Observed(std::uint64_t run) {
 
 Summary Block(std::uint64_t block, std::uint64_t runs) {
   Summary summary(3, {{1, -2, 2, 8}});
-  for (std::uint64_t run = block * Tally::kBlock;
-       run < std::min(runs, (block + 1) * Tally::kBlock); ++run) {
+  for (std::uint64_t run = block * Tally::kBlock; run < std::min(runs, (block + 1) * Tally::kBlock);
+       ++run) {
     if (run % 10 == 3) {
       summary.AddUnmeasured(run, kInadmissible, "", "run " + std::to_string(run));
     } else {
@@ -206,7 +206,7 @@ TEST(QuantileSketch, KeepsToItsRankErrorAgainstWhoKnowsIt) {
   constexpr int kFull = 2 * static_cast<int>(QuantileSketch::kCapacity);
   QuantileSketch sketch;
   std::uint64_t zeros = 0;
-  const auto estimate = [](const QuantileSketch& s) {   // zeros, by the largest p that answers 0
+  const auto estimate = [](const QuantileSketch& s) {  // zeros, by the largest p that answers 0
     double low = 0, high = 1;
     for (int k = 0; k < 40; ++k) {
       const double p = (low + high) / 2;
@@ -234,7 +234,7 @@ TEST(QuantileSketch, KeepsToItsRankErrorAgainstWhoKnowsIt) {
 }
 
 TEST(QuantileSketch, KeepsToItsRankError) {
-  for (int kind = 0; kind < 3; ++kind) {   // at random, sorted, and in two heaps
+  for (int kind = 0; kind < 3; ++kind) {  // at random, sorted, and in two heaps
     const int n = 300000;
     std::vector<double> values;
     Philox random(kind, 0);
@@ -265,7 +265,7 @@ TEST(QuantileSketch, KeepsToItsRankError) {
     // One more: an answer is a number that there is.
     EXPECT_LE(worst, static_cast<double>(sketch.RankError()) + 1) << kind;
     EXPECT_LE(static_cast<double>(sketch.RankError()) / n, 10.0 / QuantileSketch::kCapacity);
-    EXPECT_LE(worst / n, 2.0 / QuantileSketch::kCapacity) << kind;   // what it mostly is
+    EXPECT_LE(worst / n, 2.0 / QuantileSketch::kCapacity) << kind;  // what it mostly is
   }
 }
 

@@ -36,7 +36,9 @@ Matrix RowOf(std::initializer_list<double> values) { return Of(values).transpose
 
 Plain Pendulum() {
   return {1, [](const Vector& q, const Vector&) { return Of({-std::sin(q(0))}); },
-          [](const Vector& q, const Vector&) { return RowOf({-std::cos(q(0)), 0}); }};
+          [](const Vector& q, const Vector&) {
+            return RowOf({-std::cos(q(0)), 0});
+          }};
 }
 
 /// Prothero and Robinson's ẇ = λ (w − φ(t)) + φ'(t), with t and ∫w among the coordinates;
@@ -56,13 +58,12 @@ Plain ProtheroRobinson(double lambda) {
 
 /// Van der Pol's q̈ = μ (1 − q²) q̇ − q.
 Plain VanDerPol(double mu) {
-  return {1,
-          [=](const Vector& q, const Vector& v) {
-            return Of({mu * (1 - q(0) * q(0)) * v(0) - q(0)});
-          },
-          [=](const Vector& q, const Vector& v) {
-            return RowOf({-2 * mu * q(0) * v(0) - 1, mu * (1 - q(0) * q(0))});
-          }};
+  return {
+      1,
+      [=](const Vector& q, const Vector& v) { return Of({mu * (1 - q(0) * q(0)) * v(0) - q(0)}); },
+      [=](const Vector& q, const Vector& v) {
+        return RowOf({-2 * mu * q(0) * v(0) - 1, mu * (1 - q(0) * q(0))});
+      }};
 }
 
 constexpr double kTight = 1e-14;

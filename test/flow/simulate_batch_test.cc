@@ -141,7 +141,7 @@ TEST(SimulateBatch, StartsOnContacts) {
   for (int k = 0; k < 12; ++k) {
     for (int foot = 0; foot < 2; ++foot) {
       if (foot == 1 && k % 2 == 0) continue;
-      states(4 + foot, k) = 0;   // stands
+      states(4 + foot, k) = 0;  // stands
       states(11 + foot, k) = 0;
     }
     states(3, k) = 0.45;
@@ -154,7 +154,7 @@ TEST(SimulateBatch, KeepsTheFailuresOfARunToItself) {
   const auto system = MakeModel("soft_biped", {});
   Matrix states = Starts(*system, 11, 0.01, 5);
   states(2, 1) = std::numeric_limits<double>::quiet_NaN();
-  states(4, 3) = -0.1;   // penetrates
+  states(4, 3) = -0.1;  // penetrates
   states(10, 5) = 1e200;
   states(13, 7) = 1e12;  // spins
   SimulateOptions options;

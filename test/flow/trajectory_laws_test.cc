@@ -79,8 +79,7 @@ TEST_P(TrajectoryLaws, HoldFromRandomStates) {
       EXPECT_EQ(event.mode_after, run.arcs[e + 1].mode);
       EXPECT_EQ(event.x_minus.head(nq), event.x_plus.head(nq)) << "positions do not jump";
       EXPECT_GE(event.impulse.head(system->num_constraints()).minCoeff(), 0);
-      EXPECT_FALSE(
-          (event.activated | event.vanishing | event.switched | event.grazed).Empty())
+      EXPECT_FALSE((event.activated | event.vanishing | event.switched | event.grazed).Empty())
           << "an event has a reason";
     }
     for (const Arc& arc : run.arcs) {

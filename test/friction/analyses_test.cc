@@ -34,10 +34,8 @@ using SystemPointer = std::shared_ptr<const MechanicalSystem>;
 
 /// Swung by 6 sin(3 t) N over a cone of 4.905 N: it sticks, slips forward, stops, slips backward.
 SystemPointer SwungBlock(double stiffness = 0) {
-  return MakeModel("block_on_incline", {{"incline", 0},
-                                        {"amplitude", 6},
-                                        {"frequency", 3},
-                                        {"stiffness", stiffness}});
+  return MakeModel("block_on_incline",
+                   {{"incline", 0}, {"amplitude", 6}, {"frequency", 3}, {"stiffness", stiffness}});
 }
 Vector AtRest(double t) {
   Vector x = Vector::Zero(6);
@@ -62,11 +60,11 @@ constexpr double kStep = 1e-5, kCentral = 3e-6, kOneSided = 1e-3;
 /// Each interval begins and ends in stick or in slip, and holds a change or none.
 TEST(FrictionAnalyses, IntervalsOfInputsAreLinearized) {
   const SystemPointer block = SwungBlock();
-  const InputSchedule inputs{{0, 0.2, 0.6, 0.9, 1.15, 1.6, 1.9},
-                             {Vector::Constant(1, 0.5), Vector::Constant(1, 0.9),
-                              Vector::Constant(1, -1), Vector::Constant(1, 0.2),
-                              Vector::Constant(1, -2), Vector::Constant(1, 0.7),
-                              Vector::Constant(1, 0)}};
+  const InputSchedule inputs{
+      {0, 0.2, 0.6, 0.9, 1.15, 1.6, 1.9},
+      {Vector::Constant(1, 0.5), Vector::Constant(1, 0.9), Vector::Constant(1, -1),
+       Vector::Constant(1, 0.2), Vector::Constant(1, -2), Vector::Constant(1, 0.7),
+       Vector::Constant(1, 0)}};
   const Trajectory run = Simulate(*block, AtRest(0), inputs, 2.3, Tight());
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   EXPECT_EQ("s+s-s", LettersOf(run).substr(0, 5));

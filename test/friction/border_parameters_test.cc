@@ -23,9 +23,8 @@ struct ParameterDerivative {
 /// D by `parameter` of the state after `duration` from x.
 template <int D>
 ParameterDerivative By(const std::string& parameter, double mu, double up, const Vector& x,
-               double duration) {
-  const auto system = MakeSystem<test::Tip<D>>(
-      {{"mu0", mu}, {"f" + std::to_string(D - 1), up}});
+                       double duration) {
+  const auto system = MakeSystem<test::Tip<D>>({{"mu0", mu}, {"f" + std::to_string(D - 1), up}});
   SimulateOptions options;
   options.relative_tolerance = options.absolute_tolerance = 1e-11;
   const Trajectory run = Simulate(*system, x, Vector::Zero(0), duration, options);

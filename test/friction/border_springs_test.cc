@@ -19,8 +19,8 @@ namespace {
 using test::kGravity;
 
 constexpr double kPlateFriction = 0.4;
-constexpr double kPoints[6][2] = {{0.3, 0}, {0.1, 0.2}, {-0.2, 0.2}, {-0.3, -0.1}, {0, -0.2},
-                                  {0.2, -0.1}};
+constexpr double kPoints[6][2] = {{0.3, 0},     {0.1, 0.2}, {-0.2, 0.2},
+                                  {-0.3, -0.1}, {0, -0.2},  {0.2, -0.1}};
 
 /// A plate of unit mass and inertia with its centre in the plane of its points, pressed on the
 /// floor by its weight and pushed along x.

@@ -53,8 +53,7 @@ TEST(CostGradientWithFriction, AgreesWithReferences) {
       const auto& d = c.derivatives[k * c.derivatives.size() / count];
       RunDirection w;
       w.initial = d.direction;
-      const CostGradient J =
-          DifferentiateCost(*c.system, run, Covector(covector), Options(), &w);
+      const CostGradient J = DifferentiateCost(*c.system, run, Covector(covector), Options(), &w);
       ASSERT_TRUE(J.status.ok()) << name << ": " << J.status.message;
       // Tangents by numbers, as these systems have no rotations.
       ASSERT_EQ(c.system->state_size(), d.derivative.size());

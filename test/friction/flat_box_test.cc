@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A box in the plane that stands on two corners: four rows that stick and three freedoms. Forces
 // are not unique, the motion is.
+#include "test/friction/systems/flat_box.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,7 +14,6 @@
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/piecewise_linear/linear_program.h"
 #include "test/friction/confirmed.h"
-#include "test/friction/systems/flat_box.h"
 #include "test/shorthands.h"
 
 namespace contact_flow {
@@ -56,9 +57,8 @@ void ExpectConfirmedInPlane(const MechanicalSystem& system, const Vector& x, dou
                             double duration, const BDerivative& B, const Vector& w,
                             double size = 1) {
   const Vector u = Vector::Constant(1, push);
-  const QuotientReport report =
-      CompareWithQuotients(system, x, u, duration, w, B(w),
-                           {1e-3 * size, 1e-4 * size, 1e-5 * size}, TightAtSize(size));
+  const QuotientReport report = CompareWithQuotients(
+      system, x, u, duration, w, B(w), {1e-3 * size, 1e-4 * size, 1e-5 * size}, TightAtSize(size));
   test::ExpectConfirmed(report, B, w);
 }
 
@@ -107,8 +107,8 @@ TEST(FlatBox, SharesTheSmallestForces) {
 TEST(FlatBox, TipsWhenThePushReachesItsEdge) {
   const auto system = MakeSystem<test::FlatBox>({{"rate", 4}});
   const double tips = 2 * kGravity / 4 / 4;
-  const Trajectory run = Simulate(*system, StandingInPlane(1), Vector::Zero(1), tips + 0.2,
-                                  TightAtSize());
+  const Trajectory run =
+      Simulate(*system, StandingInPlane(1), Vector::Zero(1), tips + 0.2, TightAtSize());
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   ASSERT_EQ(2u, run.arcs.size());
   EXPECT_EQ("ss", run.arcs[0].mode.Word(2));
@@ -141,8 +141,8 @@ TEST(FlatBox, IsDifferentiableWhereNoSlipTipsIt) {
 TEST(FlatBox, SlipsWhenThePushLeavesItsCone) {
   const auto system = MakeSystem<test::FlatBox>({{"rate", 4}, {"friction", 0.2}});
   const double slips = 0.2 * 2 * kGravity / 4;
-  const Trajectory run = Simulate(*system, StandingInPlane(1), Vector::Zero(1), slips + 0.2,
-                                  TightAtSize());
+  const Trajectory run =
+      Simulate(*system, StandingInPlane(1), Vector::Zero(1), slips + 0.2, TightAtSize());
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   ASSERT_EQ(2u, run.arcs.size());
   EXPECT_EQ("++", run.arcs[1].mode.Word(2));

@@ -68,8 +68,8 @@ int NumCases() {
 ///   f > 5:       max(δ, 0) + a₊ (T − t_k),       |f| < 5:  0,
 ///   f < −5:      a₋ (T − t_k + max(δ, 0)/a₊).
 TEST(FrictionalInputCluster, BlockThatIsPushedWhereItStops) {
-  const auto block = MakeModel(
-      "block_on_incline", {{"incline", 0}, {"gravity", 10}, {"friction", 0.5}, {"mass", 1}});
+  const auto block = MakeModel("block_on_incline",
+                               {{"incline", 0}, {"gravity", 10}, {"friction", 0.5}, {"mass", 1}});
   constexpr double kStop = 0.4, kEnd = 0.9;
   Vector x = Vector::Zero(6);
   x(3) = 2;

@@ -104,7 +104,7 @@ TipState DampedSlide(const Eigen::Matrix3d& reach, TipState y, double stiffness,
   const double h = 0.1 / damping;
   while (y[0] < 0) {
     const TipState a = field(y), b = field(beside(y, a, h / 2)), c = field(beside(y, b, h / 2)),
-                d = field(beside(y, c, h));
+                   d = field(beside(y, c, h));
     for (std::size_t i = 0; i < 4; ++i) y[i] += h / 6 * (a[i] + 2 * b[i] + 2 * c[i] + d[i]);
   }
   return y;

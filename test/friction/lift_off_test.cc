@@ -113,8 +113,9 @@ void ExpectLiftOffs(double toe, double wall) {
     ASSERT_TRUE(B.status.ok()) << B.status.message;
     // Quotients over 1e-5: third derivatives of the closed form are below 1e3.
     const double step = 1e-5;
-    const double slope = (Ballistic(x(2) + step, duration).height -
-                          Ballistic(x(2) - step, duration).height) / (2 * step);
+    const double slope =
+        (Ballistic(x(2) + step, duration).height - Ballistic(x(2) - step, duration).height) /
+        (2 * step);
     const Vector by = B(Vector::Unit(6, 2));
     EXPECT_NEAR(slope, (kFoot * by(1) + kBody * by(2)) / all, 1e-6);
   }

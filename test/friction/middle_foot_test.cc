@@ -54,8 +54,8 @@ Matrix Derivative(const RobotSystem& box) {
 }
 
 TEST(MiddleFoot, ChangesNothing) {
-  for (const std::string contact : {"friction: 0.5", "friction: no_slip",
-                                    "friction: 0.5, restitution: 0.4"}) {
+  for (const std::string contact :
+       {"friction: 0.5", "friction: no_slip", "friction: 0.5, restitution: 0.4"}) {
     const Matrix two = Derivative(*BoxOnFeet({-0.3, 0.3}, contact));
     EXPECT_GT(two.norm(), 1);
     for (const std::vector<double>& feet :

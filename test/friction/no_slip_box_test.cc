@@ -56,8 +56,7 @@ double Quotient(const Box& box, const Trajectory& run, const Vector& w, double a
   const Vector moved = box.system->Perturb(run.arcs.front().x_begin, alpha * w);
   const Trajectory other = Simulate(*box.system, moved, Vector(0), Box::kDuration, Tight());
   EXPECT_EQ(Outcome::kOk, other.status.outcome) << other.status.message;
-  const Vector quotient =
-      box.system->Separation(other.FinalState(), run.FinalState()) / alpha;
+  const Vector quotient = box.system->Separation(other.FinalState(), run.FinalState()) / alpha;
   return (quotient - derivative).cwiseAbs().maxCoeff();
 }
 

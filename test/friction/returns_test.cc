@@ -29,8 +29,7 @@ PoincareOptions TightReturns() {
 /// Beside returns of starts nearby, which slip and are stopped, in their own time.
 TEST(ReturnsWithFriction, OfAStartThatSticks) {
   const auto rod = MakeModel("sliding_rod", {{"friction", 1.2}});
-  const Section sections[] = {Section::After(0.4),
-                              Section::Coordinate(*rod, "theta", 0.45, 1)};
+  const Section sections[] = {Section::After(0.4), Section::Coordinate(*rod, "theta", 0.45, 1)};
   for (const Section& section : sections) {
     const PoincareMap map(*rod, Vector(0), section, TightReturns());
     const Vector x = StandingRod(0.3);
@@ -48,7 +47,8 @@ TEST(ReturnsWithFriction, OfAStartThatSticks) {
         ASSERT_EQ(ReturnStatus::kReturned, near.status) << near.message;
         const Vector quotient = (near.x - at.x) / kAlpha;
         EXPECT_LE((at.map(w) - quotient).norm(), 3e-5) << w.transpose() << "\n"
-            << at.map(w).transpose() << "\n" << quotient.transpose();
+                                                       << at.map(w).transpose() << "\n"
+                                                       << quotient.transpose();
         EXPECT_NEAR((near.time - at.time) / kAlpha, at.return_time(w)(0), 3e-5);
       }
     }

@@ -151,8 +151,8 @@ TEST(RobotFriction, Puck) {
   const auto robot = test::PuckRobot(mu, 0, drag, fx, fy);
   ASSERT_EQ(2, robot->num_tangential());
   // The robot's drag has a part along z, too.
-  const auto twin = MakeSystem<test::Puck>(
-      {{"mu0", mu}, {"force_x", fx}, {"force_y", fy}, {"drag", drag}});
+  const auto twin =
+      MakeSystem<test::Puck>({{"mu0", mu}, {"force_x", fx}, {"force_y", fy}, {"drag", drag}});
   Vector x(6);
   x << 0, 0, 0, 2, 1.1, 0;
   const Trajectory run = Runs(*robot, x, 1.5), other = Runs(*twin, x, 1.5);
@@ -190,9 +190,9 @@ TEST(RobotFriction, BallBouncesAndRolls) {
   EXPECT_NEAR(end.tail(3).norm(), expected.tail(3).norm(), 1e-9);
   for (int j : {0, 1, 2, 6, 7, 8, 9, 10, 11}) {
     const Vector w = Vector::Unit(12, j);
-    const Vector got = Along(*robot, run, w,
-                             {{"mu0", 0.3}, {"mass", 1}, {"ixx", 0.004}, {"iyy", 0.004},
-                              {"izz", 0.004}});
+    const Vector got =
+        Along(*robot, run, w,
+              {{"mu0", 0.3}, {"mass", 1}, {"ixx", 0.004}, {"iyy", 0.004}, {"izz", 0.004}});
     const Vector wanted = Along(*twin, other, w, {{"mu0", 0.3}, {"mass", 1}});
     EXPECT_LT((got.head(3) - wanted.head(3)).cwiseAbs().maxCoeff(), 1e-8) << j;
     EXPECT_LT((got.segment(6, 3) - wanted.segment(6, 3)).cwiseAbs().maxCoeff(), 1e-8) << j;
@@ -217,9 +217,9 @@ TEST(RobotFriction, ByTheRadius) {
     yaml << "base: floating\ngravity: 9.81\nconstraints:\n  floor: {kind: plane, link: ball, "
          << "offset: -0.1, radius: " << r << ", friction: 0.25}\nparameters: {radius: floor/radius}"
          << "\nnominal: {positions: {base_z: 1}}";
-    return test::Robot("<robot name=\"ball\">" + test::Link("ball", 1, 0.004, 0.004, 0.004) +
-                           "</robot>",
-                       yaml.str());
+    return test::Robot(
+        "<robot name=\"ball\">" + test::Link("ball", 1, 0.004, 0.004, 0.004) + "</robot>",
+        yaml.str());
   };
   const auto compare = [&](const MechanicalSystem& at, const MechanicalSystem& more,
                            const MechanicalSystem& less, const Vector& start) {
@@ -232,7 +232,8 @@ TEST(RobotFriction, ByTheRadius) {
     const Vector by = Along(at, run, Vector::Zero(2 * at.dof()), {{"radius", 1}});
     EXPECT_LT((by - quotient).cwiseAbs().maxCoeff(),
               1e-6 * std::max(1.0, quotient.cwiseAbs().maxCoeff()))
-        << by.transpose() << "\n" << quotient.transpose();
+        << by.transpose() << "\n"
+        << quotient.transpose();
   };
   compare(*twin(radius), *twin(radius + step), *twin(radius - step), y);
   compare(*robot(radius), *robot(radius + step), *robot(radius - step), x);

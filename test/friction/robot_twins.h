@@ -45,12 +45,17 @@ inline std::unique_ptr<RobotSystem> Robot(const std::string& urdf, const std::st
 inline std::unique_ptr<RobotSystem> RodRobot(double friction) {
   const double inertia = 0.25 / 3;
   const std::string mu = std::to_string(friction);
-  return Robot("<robot name=\"rod\">" + Link("rod", 1, inertia, inertia, 1e-2) + "</robot>",
-               "base: planar\ngravity: 9.81\nconstraints:\n"
-               "  foot: {kind: plane, link: rod, point: [0, 0, -0.5], friction: " + mu + "}\n"
-               "  head: {kind: plane, link: rod, point: [0, 0, 0.5], friction: " + mu + "}\n"
-               "parameters: {mu0: foot/friction, mass: links/rod/mass, inertia: links/rod/iyy}\n"
-               "nominal: {positions: {base_z: 0.6}}");
+  return Robot(
+      "<robot name=\"rod\">" + Link("rod", 1, inertia, inertia, 1e-2) + "</robot>",
+      "base: planar\ngravity: 9.81\nconstraints:\n"
+      "  foot: {kind: plane, link: rod, point: [0, 0, -0.5], friction: " +
+          mu +
+          "}\n"
+          "  head: {kind: plane, link: rod, point: [0, 0, 0.5], friction: " +
+          mu +
+          "}\n"
+          "parameters: {mu0: foot/friction, mass: links/rod/mass, inertia: links/rod/iyy}\n"
+          "nominal: {positions: {base_z: 0.6}}");
 }
 
 /// systems/block.h without its clock, on rails along and across the incline.

@@ -17,8 +17,8 @@
 namespace contact_flow {
 namespace {
 
-using test::Tight;
 using test::kGravity;
+using test::Tight;
 
 Vector StandingInSpace(double height = 1) {
   Vector x = Vector::Zero(15);
@@ -168,8 +168,8 @@ TEST(SpaceBox, SlidesFromRest) {
 TEST(SpaceBox, BeginsToSlide) {
   const auto system = MakeSystem<test::SpaceBox>({{"rate_x", 4}, {"friction", 0.2}});
   const double slips = 0.2 * 2 * kGravity / 4;
-  const Trajectory run = Simulate(*system, StandingInSpace(), Vector::Zero(3), slips + 1e-10,
-                                  Tight());
+  const Trajectory run =
+      Simulate(*system, StandingInSpace(), Vector::Zero(3), slips + 1e-10, Tight());
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   ASSERT_EQ(2u, run.arcs.size());
   EXPECT_EQ("llll", run.arcs[1].mode.Word(4));

@@ -145,8 +145,8 @@ TEST(TurningFace, LandsAsOnEqualSprings) {
 
 /// A push at the floor and a twist that begin at t = 0.1 make it slide and turn: a landing's words.
 TEST(TurningFace, IsToldOfAtAnInputChange) {
-  const auto system = MakeSystem<test::SpaceBox>(
-      {{"height", kBoxHeight}, {"friction", kBoxFriction}, {"arm", 0}});
+  const auto system =
+      MakeSystem<test::SpaceBox>({{"height", kBoxHeight}, {"friction", kBoxFriction}, {"arm", 0}});
   Vector push(3);
   push << 30, 5, 20;
   const Trajectory run = Simulate(*system, StateOf(Plane::Zero(), 0.5 * kBoxHeight, 0),
@@ -167,8 +167,7 @@ FrictionProblem RandomFaces(int faces, std::mt19937* generator) {
   for (double& entry : R.reshaped()) entry = normal(*generator);
   FrictionProblem problem;
   for (int corner = 0; corner < 4 * faces; ++corner) {
-    const Eigen::Vector3d r((corner & 1) != 0 ? 1.2 : -0.5, (corner & 2) != 0 ? 0.3 : -0.3,
-                            -0.35);
+    const Eigen::Vector3d r((corner & 1) != 0 ? 1.2 : -0.5, (corner & 2) != 0 ? 0.3 : -0.3, -0.35);
     Eigen::Matrix<double, 3, 6> velocity;
     velocity << Eigen::Matrix3d::Identity(),
         (Eigen::Matrix3d() << 0, r(2), -r(1), -r(2), 0, r(0), r(1), -r(0), 0).finished();

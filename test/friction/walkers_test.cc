@@ -98,8 +98,8 @@ TEST(Walkers, RimlessWheel) {
 /// Both feet on the ground, the left one ahead and at rest: z = (its angle, its rate, the other's).
 Vector HeelStrikeState(const Vector& z) {
   Vector x(8);
-  x << -std::sin(z(0)), std::cos(z(0)), z(0), -z(0), -std::cos(z(0)) * z(1),
-      -std::sin(z(0)) * z(1), z(1), z(2);
+  x << -std::sin(z(0)), std::cos(z(0)), z(0), -z(0), -std::cos(z(0)) * z(1), -std::sin(z(0)) * z(1),
+      z(1), z(2);
   return x;
 }
 Vector ChartOf(const Vector& x) {
@@ -213,8 +213,8 @@ TEST(Walkers, SlopeThatGivesAPeriodOrTheTimeOfAnEvent) {
   EXPECT_LE(periodic.newton.iterations.size(), 8u);
   EXPECT_NEAR(0.73, periodic.orbit.time, 1e-10);
   EXPECT_GT(std::abs(periodic.parameters.at("slope") - 3 * M_PI / 180), 1e-4);
-  const OrbitSolution again = FindGait("compass_walker", periodic.parameters, problem.section,
-                                       walker->nominal().x, 3);
+  const OrbitSolution again =
+      FindGait("compass_walker", periodic.parameters, problem.section, walker->nominal().x, 3);
   ASSERT_TRUE(again.ok()) << again.newton.message;
   EXPECT_NEAR(0.73, again.orbit.time, 1e-9);
 

@@ -94,9 +94,9 @@ class RequestSeeds {
       words.insert(words.end(), list->begin(), list->end());
     }
     for (const Parameter& parameter : names.parameters) words.push_back(parameter.name);
-    for (const char* word : {"apex", "coordinate", "velocity", "touchdown", "clock", "period",
-                             "liftoff", "projection", "complementarity", "input", "grid",
-                             "uniform", "normal", "table", "start", "jacobian"}) {
+    for (const char* word :
+         {"apex", "coordinate", "velocity", "touchdown", "clock", "period", "liftoff", "projection",
+          "complementarity", "input", "grid", "uniform", "normal", "table", "start", "jacobian"}) {
       words.push_back(word);
     }
     good.duration = kDuration;

@@ -22,10 +22,14 @@ RobotSystem Rocking(double restitution, double friction) {
       "ixx=\"0.05\" iyy=\"0.05\" izz=\"0.05\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>"
       "</robot>",
       "{base: planar, constraints: {"
-      "left: {kind: plane, link: block, point: [-0.1, 0, -0.3]" + feet + ", "
-      "right: {kind: plane, link: block, point: [0.1, 0, -0.3]" + feet + "}, "
-      "nominal: {positions: {base_z: " + Text(0.3 * std::cos(0.1) + 0.1 * std::sin(0.1)) +
-          ", base_pitch: -0.1}}}");
+      "left: {kind: plane, link: block, point: [-0.1, 0, -0.3]" +
+          feet +
+          ", "
+          "right: {kind: plane, link: block, point: [0.1, 0, -0.3]" +
+          feet +
+          "}, "
+          "nominal: {positions: {base_z: " +
+          Text(0.3 * std::cos(0.1) + 0.1 * std::sin(0.1)) + ", base_pitch: -0.1}}}");
 }
 
 /// What an impact throws up is no part of the bounces of another contact that come to their end at
@@ -45,8 +49,7 @@ TEST(BouncesToRest, LeaveAloneWhatIsThrownUp) {
       const RobotSystem elastic = Rocking(restitution, friction);
       const Trajectory run = Simulate(elastic, elastic.nominal().x, u, 0.4, options);
       ASSERT_TRUE(run.status.ok()) << run.status.message;
-      EXPECT_LT((run.FinalState() - expected.FinalState()).cwiseAbs().maxCoeff(),
-                100 * restitution)
+      EXPECT_LT((run.FinalState() - expected.FinalState()).cwiseAbs().maxCoeff(), 100 * restitution)
           << friction;
       EXPECT_GT(run.num_warnings, 0);
       for (const Transition& transition : run.transitions) {

@@ -23,8 +23,8 @@ inline std::string Link(const std::string& name, const std::string& mass,
          "</inertial></link>\n";
 }
 inline std::string Joint(const std::string& name, const std::string& type,
-                  const std::string& parent, const std::string& child, const std::string& axis,
-                  const std::string& xyz = "0 0 0") {
+                         const std::string& parent, const std::string& child,
+                         const std::string& axis, const std::string& xyz = "0 0 0") {
   return "<joint name=\"" + name + "\" type=\"" + type + "\"><parent link=\"" + parent +
          "\"/><child link=\"" + child + "\"/><origin xyz=\"" + xyz + "\"/><axis xyz=\"" + axis +
          "\"/><limit lower=\"-9\" upper=\"9\" effort=\"1\" velocity=\"1\"/></joint>\n";
@@ -47,7 +47,7 @@ inline const std::string& Arm() {
   return text;
 }
 inline RobotSystem Make(const std::string& urdf, const std::string& yaml,
-                 const ParameterValues& values = {}) {
+                        const ParameterValues& values = {}) {
   return RobotSystem(ParseRobot(urdf, YAML::Load(yaml)), values);
 }
 inline std::string Refusal(const std::string& urdf, const std::string& yaml) {

@@ -205,8 +205,8 @@ TEST(EffortLimits, PassWhereAContactIsMade) {
 
 /// Along with a clock: the derivative from a mark to now is that of the whole run.
 TEST(EffortLimits, PassUnderTheRollingDerivative) {
-  const auto system = std::make_shared<RobotSystem>(
-      ParseRobot(Cart(), YAML::Load(ServoYaml())), ParameterValues());
+  const auto system =
+      std::make_shared<RobotSystem>(ParseRobot(Cart(), YAML::Load(ServoYaml())), ParameterValues());
   OnlineFlow flow(system, 0, system->nominal().x, system->nominal().u, Tight());
   BDerivativeOptions options;
   options.tolerance = 1e-12;

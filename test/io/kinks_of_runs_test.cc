@@ -122,7 +122,7 @@ TEST(KinkAtTheEnd, OfAKnotOfALinearReference) {
   EXPECT_TRUE(Differentiate(ball, knot - 1e-6).status.ok());
 }
 
-/// What holds without limit lets go of a force: 1 N of 1 kg. A contact with a coefficient slips first.
+/// What holds without limit lets go of a force: 1 N of 1 kg. What has a coefficient slips first.
 TEST(KinkAtTheEnd, OfAContactWithoutSlipThatLetsGo) {
   const RobotSystem block =
       Make(Block(),
@@ -150,7 +150,7 @@ TEST(RestingOnALimit, WhereTheSpeedLimitBegins) {
   ExpectRefused(Differentiate(held, 1, false, {0}).status, "the effort 'a");
 }
 
-/// 3 · 0.1 N, which is 0.3 N but for rounding. By what the input does not move there is a derivative.
+/// 3 · 0.1 N, which is 0.3 N but for rounding. By what does not move it there is a derivative.
 TEST(RestingOnALimit, OfAnInput) {
   const RobotSystem driven =
       Make(Ball(),

@@ -24,24 +24,25 @@ Body RandomBody(unsigned seed, bool space, int feet) {
   };
   const auto text = [&](double low, double high) { return Text(draw(low, high)); };
   Body body;
-  body.urdf = "<robot name=\"body\"><link name=\"body\"><inertial><mass value=\"2\"/>"
-              "<inertia ixx=\"" +
-              text(0.05, 0.1) + "\" iyy=\"" + text(0.05, 0.1) + "\" izz=\"" + text(0.05, 0.1) +
-              "\" ixy=\"0.01\" ixz=\"-0.02\" iyz=\"0\"/></inertial></link></robot>";
+  body.urdf =
+      "<robot name=\"body\"><link name=\"body\"><inertial><mass value=\"2\"/>"
+      "<inertia ixx=\"" +
+      text(0.05, 0.1) + "\" iyy=\"" + text(0.05, 0.1) + "\" izz=\"" + text(0.05, 0.1) +
+      "\" ixy=\"0.01\" ixz=\"-0.02\" iyz=\"0\"/></inertial></link></robot>";
   std::string constraints, parameters;
   for (int k = 0; k < feet; ++k) {
     const std::string name = "foot" + std::to_string(k);
     constraints += name + ": {kind: plane, link: body, point: [" + text(-0.2, 0.2) + ", " +
-                   (space ? text(-0.2, 0.2) : "0") + ", " + text(-0.4, -0.2) + "], friction: " +
-                   text(0.2, 1.2) + "}, ";
+                   (space ? text(-0.2, 0.2) : "0") + ", " + text(-0.4, -0.2) +
+                   "], friction: " + text(0.2, 1.2) + "}, ";
     parameters += "restitution" + std::to_string(k) + ": " + name + "/restitution, ";
   }
-  body.yaml = std::string("{base: ") + (space ? "floating" : "planar") + ", constraints: {" +
-              constraints + "}, parameters: {" + parameters +
-              "}, nominal: {positions: {base_z: 0.7" +
-              (space ? "" : ", base_pitch: " + text(-0.2, 0.2)) + "}, velocities: {base_x: " +
-              text(-1, 1) + ", " + (space ? "base_wy: " : "base_pitch: ") + text(-3, 3) +
-              (space ? ", base_y: " + text(-1, 1) + ", base_wx: " + text(-2, 2) : "") + "}}}";
+  body.yaml =
+      std::string("{base: ") + (space ? "floating" : "planar") + ", constraints: {" + constraints +
+      "}, parameters: {" + parameters + "}, nominal: {positions: {base_z: 0.7" +
+      (space ? "" : ", base_pitch: " + text(-0.2, 0.2)) + "}, velocities: {base_x: " + text(-1, 1) +
+      ", " + (space ? "base_wy: " : "base_pitch: ") + text(-3, 3) +
+      (space ? ", base_y: " + text(-1, 1) + ", base_wx: " + text(-2, 2) : "") + "}}}";
   return body;
 }
 
@@ -71,8 +72,8 @@ void Compare(const Body& body, Counts* counts) {
     const Vector expected = B(Vector::Unit(2 * d + count, 2 * d + k));
     std::vector<double> errors;
     for (const double step : {1e-3, 1e-4}) {
-      const RobotSystem elastic = Make(
-          body.urdf, body.yaml, {{plastic.description().parameters[k].name, step}});
+      const RobotSystem elastic =
+          Make(body.urdf, body.yaml, {{plastic.description().parameters[k].name, step}});
       const Trajectory other = Simulate(elastic, x, u, 0.5, options);
       if (!other.status.ok()) return;
       const Vector quotient = plastic.Separation(other.FinalState(), run.FinalState()) / step;
@@ -80,8 +81,8 @@ void Compare(const Body& body, Counts* counts) {
     }
     ++counts->compared;
     counts->moved += expected.norm() > 1e-3;
-    EXPECT_LT(errors[1], 0.2 * errors[0] + 1e-4 * (1 + expected.norm()))
-        << body.yaml << "\n" << expected.transpose();
+    EXPECT_LT(errors[1], 0.2 * errors[0] + 1e-4 * (1 + expected.norm())) << body.yaml << "\n"
+                                                                         << expected.transpose();
   }
 }
 
@@ -90,8 +91,8 @@ TEST(LittleRestitution, AddsWhatBouncesTakeLonger) {
     for (const int feet : {1, 2}) {
       Counts counts;
       for (unsigned seed = 0; seed < 30; ++seed) Compare(RandomBody(seed, space, feet), &counts);
-      std::printf("%s, %d feet: %d compared, %d that move, %d refused\n",
-                  space ? "space" : "plane", feet, counts.compared, counts.moved, counts.refused);
+      std::printf("%s, %d feet: %d compared, %d that move, %d refused\n", space ? "space" : "plane",
+                  feet, counts.compared, counts.moved, counts.refused);
       EXPECT_GE(counts.compared, 15);
       EXPECT_GE(counts.moved, 4);
     }

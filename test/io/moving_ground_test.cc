@@ -16,12 +16,12 @@ namespace {
 using test::Ball;
 using test::Block;
 using test::DifferentiateByAll;
+using test::kGravity;
+using test::kTwoPi;
 using test::Make;
 using test::RunOf;
 using test::Text;
 using test::Tight;
-using test::kGravity;
-using test::kTwoPi;
 
 /// Of (z, clock, ż, rate of the clock, amplitude, frequency, phase, restitution).
 using S = Dual<double, 8>;

@@ -27,8 +27,8 @@ TrackingPolicy PolicyOf(const std::string& model, double duration) {
   const TrackingWeights weights = {Vector::Ones(2 * system->dof()),
                                    Vector::Ones(system->num_inputs()),
                                    Vector::Constant(2 * system->dof(), 10)};
-  TrackingPolicy policy = MakePolicy(
-      *system, Simulate(*system, nominal.x, inputs, duration), inputs, 0.02, weights);
+  TrackingPolicy policy =
+      MakePolicy(*system, Simulate(*system, nominal.x, inputs, duration), inputs, 0.02, weights);
   policy.lower = Vector::Constant(nominal.u.size(), -0.1);
   policy.upper = Vector::Constant(nominal.u.size(), 1.0 / 3);
   return policy;
@@ -99,8 +99,8 @@ TEST(PolicyFile, DamagedPoliciesAreRefusedByName) {
     EXPECT_NE(std::string::npos, at) << from;
     return other.replace(at, from.size(), to);
   };
-  const std::string grid = text.substr(text.find("grid: "), text.find('\n', text.find("grid: ")) -
-                                                                 text.find("grid: "));
+  const std::string grid =
+      text.substr(text.find("grid: "), text.find('\n', text.find("grid: ")) - text.find("grid: "));
   const struct {
     std::string text, words[2];
   } cases[] = {
@@ -149,7 +149,7 @@ TEST(ConfigurationFactors, AndBack) {
       .Append(ConfigurationSpace::Factor::kRotation)
       .Append(ConfigurationSpace::Factor::kCircle, 2)
       .Append(ConfigurationSpace::Factor::kLine);
-  const std::vector<std::string> names = {"line",     "line",   "line",   "rotation",
+  const std::vector<std::string> names = {"line",   "line",   "line", "rotation",
                                           "circle", "circle", "line"};
   EXPECT_EQ(names, FactorNames(space));
   EXPECT_EQ(names, FactorNames(SpaceOfFactors("factors", names)));

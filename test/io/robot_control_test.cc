@@ -31,8 +31,8 @@ TEST(Limits, OfAServoAreLeftAndReached) {
   const double first = std::sqrt(2 * 0.6 / 4), speed = 4 * first, omega = std::sqrt(10.0);
   // y = −0.4 cos + speed/ω sin reaches 0.4 at ω t = 2 atan(0.4 ω/speed).
   const double second = 2 * std::atan(0.4 * omega / speed) / omega, third = 0.2;
-  const Trajectory run = Simulate(system, system.nominal().x, system.nominal().u,
-                                  first + second + third, Tight());
+  const Trajectory run =
+      Simulate(system, system.nominal().x, system.nominal().u, first + second + third, Tight());
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   // A corner inside a step is met by the error control alone: a few times the tolerance.
   EXPECT_NEAR(1.4 + speed * third - 2 * third * third, run.FinalState()(0), 1e-10);
@@ -43,8 +43,9 @@ TEST(Limits, OfAServoAreLeftAndReached) {
 /// What rests on its limit has no derivative by its input: none to one side.
 TEST(Limits, AnInputThatIsTheLimitIsRefused) {
   const RobotSystem system =
-      Make(Cart(), "{efforts: {s: {kind: actuator, joint: x, input: u, gear: 2, limit: 8}}, "
-                   "nominal: {inputs: {u: 4}}}");
+      Make(Cart(),
+           "{efforts: {s: {kind: actuator, joint: x, input: u, gear: 2, limit: 8}}, "
+           "nominal: {inputs: {u: 4}}}");
   const Trajectory run = Simulate(system, system.nominal().x, system.nominal().u, 0.5, Tight());
   ASSERT_TRUE(run.status.ok());
   BDerivativeOptions options;
@@ -77,8 +78,9 @@ TEST(GravityCompensation, IsLessGravity) {
   EXPECT_LT((outcomes[0] - outcomes[1]).norm(), 1e-10);
   EXPECT_LT((derivatives[0] - derivatives[1]).norm(), 1e-8);
   ExpectSlopeOne(Arm(), borne, 0.9);
-  const RobotSystem held = Make(Arm(), "{gravity_compensation: {joints: [shoulder, elbow]}, "
-                                       "nominal: {positions: {shoulder: 0.7, elbow: -1.1}}}");
+  const RobotSystem held = Make(Arm(),
+                                "{gravity_compensation: {joints: [shoulder, elbow]}, "
+                                "nominal: {positions: {shoulder: 0.7, elbow: -1.1}}}");
   const Trajectory run = Simulate(held, held.nominal().x, Vector(0), 2);
   EXPECT_LT((run.FinalState() - held.nominal().x).norm(), 1e-12);
 }
@@ -105,8 +107,9 @@ TEST(Feedback, ClosesTheLoop) {
   for (int j = 0; j < 2; ++j) EXPECT_LT((B(Vector::Unit(2, j)) - A.col(j)).norm(), 1e-9);
   // The row of K as a list is the same.
   const RobotSystem listed =
-      Make(Cart(), "{efforts: {s: {kind: actuator, joint: x, input: u}}, feedback: {reference: "
-                   "{positions: {x: 0.1}, velocities: {x: 0.2}}, gains: {u: [8, 2]}}}");
+      Make(Cart(),
+           "{efforts: {s: {kind: actuator, joint: x, input: u}}, feedback: {reference: "
+           "{positions: {x: 0.1}, velocities: {x: 0.2}}, gains: {u: [8, 2]}}}");
   EXPECT_EQ(run.FinalState(),
             Simulate(listed, system.nominal().x, system.nominal().u, t, Tight()).FinalState());
 }
@@ -200,9 +203,8 @@ TEST(RobotControl, RefusesWithLineValueAndRemedy) {
       {track + ", reference: {times: [0, x], values: [0, 1]}}", {"times[1] is 'x'", "line 2"}},
       {track + ", reference: {times: [0, 1, 2, 3], values: [0, 1, 2, 1], periodic: true}}",
        {"ends at 1", "line 2"}},
-      {track +
-           ", reference: {kind: linear, times: [0, 1, 2, 3], values: [0, 1, 2, 0], periodic: "
-           "true}}",
+      {track + ", reference: {kind: linear, times: [0, 1, 2, 3], values: [0, 1, 2, 0], periodic: "
+               "true}}",
        {"take kind: cubic"}},
       {track + ", limit: -1, reference: {times: [0, 1], values: [0, 1]}}",
        {"limit", "-1", "line 2"}},

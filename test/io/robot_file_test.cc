@@ -165,10 +165,11 @@ TEST(RobotFile, MadeContactsHaveFriction) {
       "<robot name=\"ball\"><link name=\"ball\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" "
       "iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial><collision><geometry><sphere "
       "radius=\"0.1\"/></geometry></collision></link></robot>";
-  const std::string base = "base: floating\nterrain: {floor: {kind: plane}, ice: {kind: plane, "
-                           "normal: [0.1, 0, 1], friction: 0.1}, wall: {kind: plane, "
-                           "normal: [1, 0, 0], offset: -2, friction: no_slip}}\n"
-                           "contacts: {ground: all";
+  const std::string base =
+      "base: floating\nterrain: {floor: {kind: plane}, ice: {kind: plane, "
+      "normal: [0.1, 0, 1], friction: 0.1}, wall: {kind: plane, "
+      "normal: [1, 0, 0], offset: -2, friction: no_slip}}\n"
+      "contacts: {ground: all";
   const auto robot = MakeRobot({urdf, base + ", friction: 0.5}", ""});
   ASSERT_EQ(3u, robot->friction().size());
   EXPECT_EQ(0.5, robot->friction()[0].coefficient);

@@ -308,8 +308,9 @@ TEST(RobotKeys, WhatIsLikelyAMistakeIsTold) {
   EXPECT_FALSE(told(Load(slides, yaml), "no stops"));
   EXPECT_TRUE(told(Load(slides, yaml), "gravity is negative and pulls upward"));
   slides.replace(slides.rfind("\"-0.5\""), 6, "\"0.5\"");
-  EXPECT_TRUE(told(Load(slides, yaml), "no stops for these joints, whose lower limit is not below "
-                                       "the upper one: 't'"));
+  EXPECT_TRUE(told(Load(slides, yaml),
+                   "no stops for these joints, whose lower limit is not below "
+                   "the upper one: 't'"));
   const std::string hinge =
       Mass("a", 1) +
       "<joint name=\"h\" type=\"revolute\"><parent link=\"world\"/><child link=\"a\"/>"

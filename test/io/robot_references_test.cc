@@ -52,8 +52,7 @@ TEST(TimeFunctions, RefuseWhatIsNone) {
   EXPECT_THROW(TimeFunction(Kind::kCubic, {0, 1}, {0}, false), std::invalid_argument);
   EXPECT_THROW(TimeFunction(Kind::kCubic, {0}, {0}, false), std::invalid_argument);
   EXPECT_THROW(TimeFunction(Kind::kCubic, {0, 0}, {0, 1}, false), std::invalid_argument);
-  EXPECT_THROW(TimeFunction(Kind::kCubic, {0, 1, 2, 3}, {0, 1, 2, 1}, true),
-               std::invalid_argument);
+  EXPECT_THROW(TimeFunction(Kind::kCubic, {0, 1, 2, 3}, {0, 1, 2, 1}, true), std::invalid_argument);
   EXPECT_THROW(TimeFunction(Kind::kLinear, {0, 1, 2, 3}, {0, 1, 2, 0}, true),
                std::invalid_argument);
 }
@@ -101,7 +100,8 @@ TEST(References, APeriodicOneForcesAnOscillation) {
   }
   const std::string yaml =
       "{efforts: {hold: {kind: track, joint: x, feed_forward: f, stiffness: 30, damping: 4, "
-      "reference: {periodic: true, times: [" + times + "], values: [" + values + "]}}}}";
+      "reference: {periodic: true, times: [" +
+      times + "], values: [" + values + "]}}}}";
   const RobotSystem system = Make(Cart(), yaml);
   const double m = 2, k = 30, c = 4, w = 2 * M_PI;
   // (k − m w² + i c w) X = k + i c w

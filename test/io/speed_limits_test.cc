@@ -83,8 +83,7 @@ TEST(SpeedLimits, HaveTheDerivativeOfTheClosedForm) {
   const RobotSystem system = Make(Cart(), yaml);
   const Matrix expected = QuotientsOf(6, [](int c, Real h) {
     Motor motor;
-    Real* const number[] = {&motor.x,     &motor.v,     &motor.limit,
-                            &motor.speed, &motor.stall, &motor.k};
+    Real* const number[] = {&motor.x, &motor.v, &motor.limit, &motor.speed, &motor.stall, &motor.k};
     *number[c] += h;
     return motor.Run(Motor::kDuration);
   });

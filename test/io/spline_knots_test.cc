@@ -75,7 +75,9 @@ void ExpectRight(const std::string& urdf, const std::string& yaml, double durati
     for (Eigen::Index k = 0; k < truth.cols(); ++k) {
       const Vector column = B(Vector::Unit(truth.cols(), k));
       EXPECT_LE((column - truth.col(k)).norm(), 1e-7 * (1 + column.norm()))
-          << yaml << "\n" << k << ": " << column.transpose() << "\n" << truth.col(k).transpose();
+          << yaml << "\n"
+          << k << ": " << column.transpose() << "\n"
+          << truth.col(k).transpose();
     }
   }
 }
@@ -99,8 +101,7 @@ TEST(SplineKnots, OfReferencesAndGusts) {
 const std::string kHills =
     "kind: height_map, origin: [-1, -1], step: [0.3, 2], heights: [[0, 0.1, 0, 0.15, 0, 0.2, 0, "
     "0.1], [0, 0.1, 0, 0.15, 0, 0.2, 0, 0.1]]";
-const std::string kStairs =
-    "kind: stairs, rise: 0.03, run: 0.3, riser: 0.25, first: 0.2, last: 2";
+const std::string kStairs = "kind: stairs, rise: 0.03, run: 0.3, riser: 0.25, first: 0.2, last: 2";
 const std::string kBox =
     "kind: box, center: [0.7, 0, 0.1], length: 0.8, width: 2, height: 0.1, riser: 0.3, yaw: 0.2";
 const std::string kShaker =
@@ -148,8 +149,7 @@ TEST(SplineKnots, EndSteps) {
   for (const double tolerance : {1e-4, 1e-8, 1e-12}) {
     SimulateOptions options;
     options.relative_tolerance = options.absolute_tolerance = tolerance;
-    const Trajectory run =
-        Simulate(system, system.nominal().x, system.nominal().u, 0.6, options);
+    const Trajectory run = Simulate(system, system.nominal().x, system.nominal().u, 0.6, options);
     ASSERT_TRUE(run.status.ok()) << run.status.message;
     ASSERT_EQ(1u, run.arcs.size());
     expect(run.arcs[0]);
@@ -164,7 +164,8 @@ TEST(SplineKnots, OfTheBaseOfLinearInputs) {
   const auto base = std::make_shared<RobotSystem>(
       ParseRobot(Block(),
                  YAML::Load("{efforts: {x: {kind: track, joint: x, feed_forward: f, stiffness: 20, "
-                            "damping: 1, " + kLap + "}}, " + OnGround(kHills).substr(1))),
+                            "damping: 1, " +
+                            kLap + "}}, " + OnGround(kHills).substr(1))),
       ParameterValues());
   const LinearInputs system(base);
   const Vector x = base->nominal().x, wide = system.State(x, 0.4);

@@ -17,9 +17,10 @@ using test::Tight;
 /// A block that slides down a slope of 2/5 from a speed s that counts as none. Directions that move
 /// it uphill are reversed, from the α on at which they overcome s.
 TEST(StartSlip, IsReversedBeyondTheInnerRadius) {
-  const RobotSystem block = Make(
-      Block(), "{constraints: {block: {link: block, kind: plane, normal: [-0.4, 0, 1], friction: "
-               "0.2}}}");
+  const RobotSystem block =
+      Make(Block(),
+           "{constraints: {block: {link: block, kind: plane, normal: [-0.4, 0, 1], friction: "
+           "0.2}}}");
   const double T = 0.3;
   for (const double s : {1e-8, -1e-8, 3e-7}) {
     Vector x = Vector::Zero(4);

@@ -129,11 +129,13 @@ TEST(HeightGrid, IsASplineOfClassTwo) {
 TEST(HeightMap, OfAPlaneIsThePlane) {
   const std::string end =
       ", friction: 0.2}}, nominal: {positions: {z: 0.3, x: 0.1}, velocities: {x: 1}}}";
-  const RobotSystem plane = Make(
-      Point(), "{constraints: {foot: {kind: plane, link: foot, normal: [-0.5, 0, 1]" + end);
-  const RobotSystem map = Make(
-      Point(), "{constraints: {foot: {kind: height_map, link: foot, origin: [-1, -1], step: [1, "
-               "2], scale: 0.25, height: -0.5, heights: [[0, 2, 4], [0, 2, 4]]" + end);
+  const RobotSystem plane =
+      Make(Point(), "{constraints: {foot: {kind: plane, link: foot, normal: [-0.5, 0, 1]" + end);
+  const RobotSystem map =
+      Make(Point(),
+           "{constraints: {foot: {kind: height_map, link: foot, origin: [-1, -1], step: [1, "
+           "2], scale: 0.25, height: -0.5, heights: [[0, 2, 4], [0, 2, 4]]" +
+               end);
   const Trajectory one = Simulate(plane, plane.nominal().x, Vector(0), 0.6, Tight());
   const Trajectory other = Simulate(map, map.nominal().x, Vector(0), 0.6, Tight());
   ASSERT_TRUE(one.status.ok() && other.status.ok()) << other.status.message;
@@ -185,8 +187,8 @@ TEST(Stairs, AreBouncedOff) {
   const std::string stairs =
       "{constraints: {foot: {kind: stairs, link: foot, rise: 0.2, run: 0.5, riser: 0.02, first: 1, "
       "last: 1.6, restitution: 0.5}}, ";
-  const RobotSystem tread = Make(
-      Point(), stairs + "nominal: {positions: {x: 0.9, z: 0.7}, velocities: {x: 0.8}}}");
+  const RobotSystem tread =
+      Make(Point(), stairs + "nominal: {positions: {x: 0.9, z: 0.7}, velocities: {x: 0.8}}}");
   const Trajectory run = Simulate(tread, tread.nominal().x, Vector(0), 0.4, Tight());
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   const double fall = std::sqrt(2 * 0.5 / 9.81), up = 0.5 * 9.81 * fall, rest = 0.4 - fall;
@@ -210,9 +212,10 @@ TEST(Stairs, AreBouncedOff) {
 /// met from below by the corner as a ball meets the ground.
 TEST(Corners, OfTheWorldMeetFacesOfLinks) {
   const std::string urdf = "<robot name=\"p\">" + Solid("plate", "2") + "</robot>";
-  const RobotSystem system = Make(
-      urdf, "{base: planar, constraints: {edge: {kind: link_plane, link: world, point: [0.2, 0, "
-            "0.3], other_link: plate, normal: [0, 0, -1]}}, nominal: {positions: {base_z: 0.8}}}");
+  const RobotSystem system =
+      Make(urdf,
+           "{base: planar, constraints: {edge: {kind: link_plane, link: world, point: [0.2, 0, "
+           "0.3], other_link: plate, normal: [0, 0, -1]}}, nominal: {positions: {base_z: 0.8}}}");
   const Trajectory run = Simulate(system, system.nominal().x, Vector(0), 0.5, Tight());
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   ASSERT_GE(run.transitions.size(), 1u);
@@ -228,11 +231,10 @@ TEST(Corners, OfTheWorldMeetFacesOfLinks) {
 /// it moves along. Of finite mass, the belt gives way by the closed form of two bodies and a
 /// damper: m u̇ = −μ m g on the belt's side, m_b ẇ = c (w₀ − w) − μ m g while the box is slower.
 TEST(MovingGround, AConveyorIsADrivenLink) {
-  const std::string urdf = "<robot name=\"p\"><link name=\"world\"/>" + Solid("belt", "4") +
-                           Solid("mid", "0.5") + Solid("box", "0.5") +
-                           Rail("belt_x", "world", "belt", "1 0 0") +
-                           Rail("x", "world", "mid", "1 0 0") +
-                           Rail("z", "mid", "box", "0 0 1") + "</robot>";
+  const std::string urdf =
+      "<robot name=\"p\"><link name=\"world\"/>" + Solid("belt", "4") + Solid("mid", "0.5") +
+      Solid("box", "0.5") + Rail("belt_x", "world", "belt", "1 0 0") +
+      Rail("x", "world", "mid", "1 0 0") + Rail("z", "mid", "box", "0 0 1") + "</robot>";
   const RobotSystem system = Make(
       urdf,
       "{efforts: {drive: {kind: pd, joint: belt_x, position: p, velocity: w, feed_forward: f, "

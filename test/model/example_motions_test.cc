@@ -11,8 +11,8 @@
 namespace contact_flow {
 namespace {
 
-using test::Tight;
 using test::kGravity;
+using test::Tight;
 
 /// Falls of duration t₁, then bounces of 2 γᵏ t₁: t_k = t₁ (1 + 2γ + … + 2γᵏ).
 TEST(BouncingBall, BouncesAtTheTimesOfTheClosedForm) {

@@ -40,8 +40,8 @@ inline RobotTexts Legs(int n, double restitution = 0) {
     urdf += Link("s" + k, 0.001, 1e-6) + Link("f" + k, 0.4, 1e-6);
     urdf += Joint("x" + k, "prismatic", "body", "s" + k, place.str(), "1 0 0");
     urdf += Joint("z" + k, "prismatic", "s" + k, "f" + k, "0 0 -0.5", "0 0 1");
-    contacts += "  foot" + k + ": {kind: plane, link: f" + k + ", point: [0, 0, 0], restitution: " +
-                std::to_string(restitution) + "}\n";
+    contacts += "  foot" + k + ": {kind: plane, link: f" + k +
+                ", point: [0, 0, 0], restitution: " + std::to_string(restitution) + "}\n";
     efforts += "  kz" + k + ": {kind: joint_spring, joint: z" + k +
                ", stiffness: " + std::to_string(200 + 10 * i) + ", damping: 2}\n" + "  kx" + k +
                ": {kind: joint_spring, joint: x" + k + ", stiffness: 200, damping: 2}\n";

@@ -20,9 +20,15 @@ inline std::vector<std::string> AllRobots() {
 }
 /// The robots with friction, of config/robots and of test/data. Their URDFs are those of others.
 inline std::vector<std::string> RobotsWithFriction() {
-  return {"everything_with_friction", "gripper_friction",        "humanoid",
-          "lifter",                   "planar_biped_friction",   "quadruped_friction",
-          "quadruped_trot",           "quadruped_trot_feedback", "wiper"};
+  return {"everything_with_friction",
+          "gripper_friction",
+          "humanoid",
+          "lifter",
+          "planar_biped_friction",
+          "quadruped_friction",
+          "quadruped_trot",
+          "quadruped_trot_feedback",
+          "wiper"};
 }
 /// Path of a robot's YAML.
 inline std::string RobotFile(const std::string& robot) {

@@ -160,8 +160,8 @@ TEST(StabilizingFeedback, OfTheNarrowTrot) {
   ASSERT_EQ(2u, trot.step.map.pieces().size());
   EXPECT_LT(trot.step.residual, 1e-8);
   // Without: what test/data/hopping_trot_unstable.json says of hopping_trot.
-  const StabilityReport without = AssessStability(
-      ClosedLoop(trot.step.map, PiecewiseLinearMap::Linear(Matrix::Zero(1, 11))));
+  const StabilityReport without =
+      AssessStability(ClosedLoop(trot.step.map, PiecewiseLinearMap::Linear(Matrix::Zero(1, 11))));
   EXPECT_EQ(StabilityVerdict::kUnstable, without.verdict);
   EXPECT_NEAR(35.3356, without.growth_below, 1e-3);
 

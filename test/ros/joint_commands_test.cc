@@ -26,7 +26,8 @@ const RobotSystem& Robot() {
   static const RobotSystem* const robot = [] {
     std::string urdf = "<robot name=\"r\"><link name=\"world\"/>";
     for (const std::string name : {"a", "b", "c"}) {
-      urdf += "<link name=\"l" + name + "\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" "
+      urdf += "<link name=\"l" + name +
+              "\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" "
               "iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>";
       urdf += "<joint name=\"" + name +
               "\" type=\"continuous\"><parent link=\"world\"/><child link=\"l" + name +

@@ -10,7 +10,8 @@ namespace ros_interface {
 namespace {
 
 std::string Link(const std::string& name) {
-  return "<link name='" + name + "'><inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' "
+  return "<link name='" + name +
+         "'><inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' "
          "iyy='1' iyz='0' izz='1'/></inertial></link>";
 }
 
@@ -22,10 +23,11 @@ TEST(LinkWrenches, AreOnTheLinksThatConstraintsName) {
                "<joint name='slide' type='prismatic'><parent link='foot'/><child link='lid'/>"
                "<origin xyz='0 0 2'/><axis xyz='0 0 1'/><limit lower='-9' upper='9' effort='1' "
                "velocity='1'/></joint></robot>";
-  texts.yaml = "base: floating\n"
-               "constraints:\n"
-               "  toe: {kind: plane, link: foot, point: [0.9, 0, 0]}\n"   // beside the camera
-               "  rest: {kind: link_plane, link: lid, other_link: foot, normal: [0, 0, 1]}\n";
+  texts.yaml =
+      "base: floating\n"
+      "constraints:\n"
+      "  toe: {kind: plane, link: foot, point: [0.9, 0, 0]}\n"  // beside the camera
+      "  rest: {kind: link_plane, link: lid, other_link: foot, normal: [0, 0, 1]}\n";
   const auto robot = MakeRobot(texts);
   const RobotDisplay display(*robot, texts.urdf);
   ASSERT_EQ((std::vector<std::string>{"foot", "lid"}), display.touching_links());

@@ -190,9 +190,9 @@ TEST(PolicyMessage, RoundTripToTheBit) {
   EXPECT_EQ(Text(policy), Text(FromMsg(ToMsg(policy))));
   const auto box = MakeModel("falling_box");
   const InputSchedule inputs = InputSchedule::Constant(box->nominal().u);
-  const TrackingPolicy spatial = MakePolicy(
-      *box, Simulate(*box, box->nominal().x, inputs, 0.3), inputs, 0.01,
-      {Vector::Ones(12), Vector::Ones(6), Vector::Ones(12)});
+  const TrackingPolicy spatial =
+      MakePolicy(*box, Simulate(*box, box->nominal().x, inputs, 0.3), inputs, 0.01,
+                 {Vector::Ones(12), Vector::Ones(6), Vector::Ones(12)});
   EXPECT_EQ(Text(spatial), Text(FromMsg(ToMsg(spatial))));
 }
 

@@ -58,13 +58,11 @@ TEST(RecordTypes, HaveTypesAndTopicsOfTheirOwn) {
 /// As bags have them since the first version: recorded with every bag.
 TEST(RecordTypes, KeepTheirTopics) {
   const std::vector<std::string> roles = {
-      "trajectory",           "mode_sequence",      "b_derivative",
-      "record/simulation",    "record/derivative",  "record/comparison",
-      "record/assumptions",   "record/linearization", "record/poincare_map",
-      "record/stability",     "record/step_feedback", "record/controllability",
-      "record/covariance",    "record/gradient",    "record/policy",
-      "record/periodic_orbit", "record/optimization", "record/trajectory",
-      "record/ensemble"};
+      "trajectory",          "mode_sequence",     "b_derivative",         "record/simulation",
+      "record/derivative",   "record/comparison", "record/assumptions",   "record/linearization",
+      "record/poincare_map", "record/stability",  "record/step_feedback", "record/controllability",
+      "record/covariance",   "record/gradient",   "record/policy",        "record/periodic_orbit",
+      "record/optimization", "record/trajectory", "record/ensemble"};
   EXPECT_EQ(roles, ResultRoles());
 }
 

@@ -17,9 +17,7 @@ namespace ros_interface {
 namespace {
 
 /// Of this thread.
-int Niceness() {
-  return ::getpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)));
-}
+int Niceness() { return ::getpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid))); }
 
 class Callback : public ros::CallbackInterface {
  public:

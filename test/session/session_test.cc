@@ -179,16 +179,13 @@ TEST(Session, WhatIsRefusedChangesNothing) {
   AskedState state;
   state.names = {"x"};
   state.positions = {1};
-  EXPECT_NE(std::string::npos,
-            Refusal([&] { session.SetState(state); }).find("state.names[0]"));
-  EXPECT_NE(std::string::npos,
-            Refusal([&] { session.SetParameters({"mas"}, {2}); }).find("mass"));
+  EXPECT_NE(std::string::npos, Refusal([&] { session.SetState(state); }).find("state.names[0]"));
+  EXPECT_NE(std::string::npos, Refusal([&] { session.SetParameters({"mas"}, {2}); }).find("mass"));
   EXPECT_NE("", Refusal([&] { session.ApplyImpulse({}, {1, 2}); }));
   EXPECT_NE("", Refusal([&] { session.SetInput(0.2, {"thrust"}, {1}); }));
   AskedMark mark;
   mark.directions.names = {"+y"};
-  EXPECT_NE(std::string::npos,
-            Refusal([&] { session.Mark(mark); }).find("directions[0] is '+y'"));
+  EXPECT_NE(std::string::npos, Refusal([&] { session.Mark(mark); }).find("directions[0] is '+y'"));
   AskedPrediction prediction;
   EXPECT_NE(std::string::npos,
             Refusal([&] { session.AskPrediction(&prediction); }).find("horizon is 0"));
@@ -298,8 +295,8 @@ TEST(Session, ItsLogRepeatsIt) {
 
 /// Whoever still makes a prediction when all ends may go on, or is told that it is cancelled.
 TEST(Session, MayEndBeforeItsPredictions) {
-  auto session = std::make_unique<Session>(Of("driven_ball"), std::vector<std::string>(),
-                                           Session::Log());
+  auto session =
+      std::make_unique<Session>(Of("driven_ball"), std::vector<std::string>(), Session::Log());
   AskedPrediction asked;
   asked.horizon = 0.5;
   const Snapshot snapshot = session->AskPrediction(&asked);

@@ -25,8 +25,7 @@ struct Swing {
     problem.duration = 0.88547184581241456;
     problem.inputs.grid = {0, 0.18664531803347426, 0.32949761553043555, 0.53381483754928927,
                            0.71040381356134941};
-    const double guess[5][2] = {
-        {0.374, 0.811}, {-0.160, 0}, {0, 0.253}, {0, -0.0607}, {0, 0}};
+    const double guess[5][2] = {{0.374, 0.811}, {-0.160, 0}, {0, 0.253}, {0, -0.0607}, {0, 0}};
     for (const auto& u : guess) problem.inputs.values.push_back(Eigen::Vector2d(u[0], u[1]));
     problem.effort = Vector::Zero(2);
     problem.weight = Eigen::Vector4d(0, 0, 4.29995, 0.357853);

@@ -71,8 +71,7 @@ class BallConditions : public testing::Test {
     rows.row(0) = fall.position;
     // ẏ⁺ = γ (g τ − fall.velocity·u); behind it forces act as they do without a floor.
     const Vector later_velocity = whole.velocity - fall.velocity;
-    const Vector later_position =
-        whole.position - fall.position - rest * fall.velocity;
+    const Vector later_position = whole.position - fall.position - rest * fall.velocity;
     rows.row(1) = -gamma * rest * fall.velocity + later_position;
     rows.row(2) = -gamma * fall.velocity + later_velocity;
     const Eigen::Vector3d values(
@@ -100,8 +99,7 @@ TEST_F(BallConditions, EqualitiesAtTheEndOfALinearSystem) {
   const Vector u = LeastEffort(rows, values);
   EXPECT_NEAR(kWeight * u.squaredNorm(), found.cost, 1e-7);  // λ ~ 4 per unit that misses 1e-8
   // ∇J + λᵀ rows = 0. Errors: those of the conditions, 1e-8, times dλ/dc ~ 1e-2 … 1.
-  const Vector lambda =
-      -(rows * rows.transpose()).partialPivLu().solve(rows * u) * 2 * kWeight;
+  const Vector lambda = -(rows * rows.transpose()).partialPivLu().solve(rows * u) * 2 * kWeight;
   EXPECT_LT((lambda - found.multipliers).cwiseAbs().maxCoeff(), 1e-6);
 }
 

@@ -238,8 +238,7 @@ TEST(ElasticDiscs, GradientsThroughCollisionsAreThoseOfTheClosedForm) {
     for (int k = 0; k < kCount; ++k) {
       const double slope = cost(k, &line).imag() / 1e-30;
       const int place = unknowns.Input(static_cast<std::size_t>(k), 1);
-      EXPECT_NEAR(slope, models.pieces.front().gradient(place),
-                  1e-8 * (1 + std::abs(slope)))
+      EXPECT_NEAR(slope, models.pieces.front().gradient(place), 1e-8 * (1 + std::abs(slope)))
           << push << ", input " << k;
     }
   }
@@ -279,8 +278,8 @@ TEST(ElasticDiscs, GradientsThroughACornerAreThoseOfTheReflection) {
     const bool before = piece.label.find("first wall") < piece.label.find("input change");
     const double u_c = before ? u[1] : u[2];
     for (int i = 0; i < 6; ++i) {
-      const int place = i < 4 ? unknowns.Input(static_cast<std::size_t>(i), 1)
-                              : unknowns.Initial(i == 4 ? 0 : 2);
+      const int place =
+          i < 4 ? unknowns.Input(static_cast<std::size_t>(i), 1) : unknowns.Initial(i == 4 ? 0 : 2);
       const double slope = -at_end[i] + 2 * u_c * 0.4 * at_wall[i] / 1.8;
       // The coincidence is met to 1e-12, the tangents are right to 1e-11.
       EXPECT_NEAR(2 * y1 * slope, piece.gradient(place), 1e-9) << piece.label << i;

@@ -177,8 +177,8 @@ TEST_F(BallProblem, PlainDescentStopsInAValleyAndNeighboursFindTheLowest) {
     EXPECT_LE(optimum.cost, plain.cost);
     ASSERT_EQ(2u, optimum.certificate.size());
     // The cost is that of a plain run of what is returned.
-    const Trajectory run = Simulate(system, optimum.x, optimum.inputs, problem.duration,
-                                    problem.simulate);
+    const Trajectory run =
+        Simulate(system, optimum.x, optimum.inputs, problem.duration, problem.simulate);
     ASSERT_TRUE(run.status.ok());
     double cost = 100 * (run.FinalState() - problem.target).squaredNorm();
     for (const Vector& value : optimum.inputs.values) cost += kEffort * value.squaredNorm();

@@ -171,10 +171,10 @@ TEST_F(BallPolicy, EarlyAndLateTouchdownsDoNotJumpTheFeedback) {
     EXPECT_EQ(height < 1 ? TrackedEvent::Kind::kEarly : TrackedEvent::Kind::kLate,
               with.events.front().kind)
         << height << KindName(with.events.front().kind);
-    std::printf("from %.2f m: largest input %.1f N with extension, %.1f N without; error at the "
-                "end %.2g and %.2g m\n",
-                height, with.largest_input, without.largest_input, with.end_error,
-                without.end_error);
+    std::printf(
+        "from %.2f m: largest input %.1f N with extension, %.1f N without; error at the "
+        "end %.2g and %.2g m\n",
+        height, with.largest_input, without.largest_input, with.end_error, without.end_error);
     EXPECT_LE(with.largest_input, without.largest_input + 1e-9) << height;
     EXPECT_LT(with.largest_input, 2) << height;  // 1 N is fed forward
     // At 0.95 m the touchdown falls into the interval of the reference's, whose gain is small.

@@ -40,8 +40,13 @@ TEST(QuadraticProgram, SolutionsMeetTheConditions) {
     H.diagonal().array() += 1e-9 * H.diagonal().maxCoeff();
     const Eigen::LLT<Matrix> factor(H);
     const Vector g = numbers.Draw(n);
-    QuadraticProgram program{factor, g, -numbers.Draw(n).cwiseAbs(), numbers.Draw(n).cwiseAbs(),
-                             numbers.Draw(m, n), numbers.Draw(m), {}};
+    QuadraticProgram program{factor,
+                             g,
+                             -numbers.Draw(n).cwiseAbs(),
+                             numbers.Draw(n).cwiseAbs(),
+                             numbers.Draw(m, n),
+                             numbers.Draw(m),
+                             {}};
     for (int k = 0; k < n; ++k) {
       if ((seed + k) % 4 == 0) program.lower(k) = -kInfinity;
       if ((seed + k) % 7 == 0) program.upper(k) = kInfinity;

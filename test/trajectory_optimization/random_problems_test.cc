@@ -76,8 +76,7 @@ TEST(RandomTrajectories, MinimaHaveNoDirectionOfDescent) {
     EXPECT_LT(found.hull_distance, 1e-3) << seed;
     const Unknowns unknowns(*random.system, random.problem);
     for (int j = 0; j < 60; ++j) {
-      const Vector d =
-          Vector::NullaryExpr(found.y.size(), [&] { return random.Uniform(-1, 1); });
+      const Vector d = Vector::NullaryExpr(found.y.size(), [&] { return random.Uniform(-1, 1); });
       constexpr double kAlpha = 1e-4;
       const Vector y = found.y + kAlpha * d;
       const Trajectory run = unknowns.Run(y, 1e-12, false);

@@ -9,11 +9,11 @@
 namespace contact_flow {
 namespace {
 
-using test::RecedingBall;
 using test::kHorizon;
 using test::kIntervals;
 using test::kKnown;
 using test::kLength;
+using test::RecedingBall;
 
 /// Nothing disturbs: by Bellman's principle what was chosen for the rest is chosen again.
 TEST_F(RecedingBall, ChoosesTheSameAgain) {

@@ -7,10 +7,10 @@
 namespace contact_flow {
 namespace {
 
-using test::RecedingBall;
 using test::kHorizon;
 using test::kIntervals;
 using test::kLength;
+using test::RecedingBall;
 
 /// A solution that comes after its begin, or for a motion that was another one, is not followed.
 TEST_F(RecedingBall, WhatComesTooLateOrForAnotherMotionIsNotFollowed) {

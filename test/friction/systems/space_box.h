@@ -20,7 +20,7 @@ struct SpaceBox {
   static constexpr std::array<const char*, 8> kCoordinates = {"x",  "y",  "z",  "qw",
                                                               "qx", "qy", "qz", "clock"};
   static constexpr std::array<const char*, 8> kUnits = {"m", "m", "m", "", "", "", "", "s"};
-  static constexpr std::array<const char*, 7> kVelocities = {"x",     "y",   "z",   "roll",
+  static constexpr std::array<const char*, 7> kVelocities = {"x",     "y",   "z",    "roll",
                                                              "pitch", "yaw", "clock"};
   static constexpr std::array<const char*, 4> kConstraintNames = {"back_right", "front_right",
                                                                   "back_left", "front_left"};
@@ -102,8 +102,8 @@ struct SpaceBox {
                    Eigen::Matrix<S, 8, 1>* s) {
     const Three<S> axis[3] = {Axis(q, 0), Axis(q, 1), Axis(q, 2)};
     for (int i = 0; i < 4; ++i) {
-      const P r[3] = {((i & 1) != 0 ? 0.5 : -0.5) * p.length,
-                      ((i & 2) != 0 ? 0.5 : -0.5) * p.width, -0.5 * p.height};
+      const P r[3] = {((i & 1) != 0 ? 0.5 : -0.5) * p.length, ((i & 2) != 0 ? 0.5 : -0.5) * p.width,
+                      -0.5 * p.height};
       const S turn[3] = {v(4) * r[2] - v(5) * r[1], v(5) * r[0] - v(3) * r[2],
                          v(3) * r[1] - v(4) * r[0]};
       for (int k = 0; k < 2; ++k) {

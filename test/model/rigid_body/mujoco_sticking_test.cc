@@ -27,8 +27,7 @@ constexpr double kOverlap = 1e-9;  // MuJoCo sees contacts that overlap [m]
 class Standing {
  public:
   Standing()
-      : system_(LoadRobot(RobotFile("quadruped_friction"))),
-        mujoco_(OnFeetInMujoco(*system_, 3)) {
+      : system_(LoadRobot(RobotFile("quadruped_friction"))), mujoco_(OnFeetInMujoco(*system_, 3)) {
     const NominalRun& nominal = system_->nominal();
     const Trajectory run = Simulate(*system_, nominal.x, nominal.u, 3, SimulateOptions());
     x_ = run.FinalState();

@@ -195,8 +195,7 @@ TEST_P(RigidBodyLaws, DerivativesOfInverseDynamicsAndOfPoints) {
         continue;
       }
       const PointMotion<double> motion = MovePoint(state, tree.gravity(), body, forces[k].local);
-      const BodyColumns<double> of_body =
-          DifferentiateBody(tree, tree.gravity(), state, body, j);
+      const BodyColumns<double> of_body = DifferentiateBody(tree, tree.gravity(), state, body, j);
       const PointColumns<double> c = DifferentiatePoint(state, body, of_body, motion, j);
       Vector expected_q(9), expected_v(9);
       expected_q << c.jacobian, c.velocity_q, c.acceleration_q;

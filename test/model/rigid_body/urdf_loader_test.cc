@@ -108,8 +108,7 @@ TEST(UrdfLoader, RefusesWithWordsThatNameThePlace) {
       {Urdf(two + Joint("j", "continuous", "a", "b", R"(<axis xyz="0 nan 0"/>)")), "j"},
       {Urdf(two + Joint("j", "continuous", "a", "b", R"(<axis xyz="0 1"/>)")), "j"},
       {Urdf(two + Joint("j", "continuous", "a", "b", R"(<origin xyz="1e999 0 0"/>)")), "j"},
-      {Urdf(two +
-            Joint("j", "continuous", "a", "b", std::string(kAxis) + R"(<mimic joint="k"/>)")),
+      {Urdf(two + Joint("j", "continuous", "a", "b", std::string(kAxis) + R"(<mimic joint="k"/>)")),
        "joint 'j' mimics 'k'"},
       {Urdf(two + Joint("j", "continuous", "a", "b", kAxis) +
             Joint("k", "continuous", "a", "b", kAxis)),

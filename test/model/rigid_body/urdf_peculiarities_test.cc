@@ -142,7 +142,7 @@ TEST(UrdfPeculiarities, WhatIsNotReadMayBeWrong) {
   const RobotModel robot = Parse(
       kWorld +
       Link("a", Inertia(1, 1, 1, 1) + "<visual><geometry><plane/></geometry><material/>"
-                                       "</visual>") +
+                                      "</visual>") +
       "<material/><transmission name=\"t\"><joint/></transmission><gazebo><link><link/></link>"
       "</gazebo><gazebo/>" +
       ZJoint("j", "revolute", "world", "a",
@@ -229,8 +229,8 @@ TEST(UrdfPeculiarities, SpacesAroundValues) {
   std::string link = Link("b", Inertia(2, 0.1, 0.2, 0.25));
   link.replace(link.find("izz=\"0.25"), 5, "izz=\" \r\n ");
   link.replace(link.find("2.000000\""), 9, "2.000000\r\n\"");
-  const RobotModel robot = Parse(Link("a", "") + "<!-- it's a link -->" + link +
-                                 ZJoint("j", "continuous", "a", "b"));
+  const RobotModel robot =
+      Parse(Link("a", "") + "<!-- it's a link -->" + link + ZJoint("j", "continuous", "a", "b"));
   EXPECT_DOUBLE_EQ(0.25, Mass(robot));
   EXPECT_DOUBLE_EQ(2, robot.FindLink("b").inertia.mass);
 }
@@ -280,7 +280,8 @@ TEST(UrdfPeculiarities, PlanarJointsHaveTheirDirections) {
     const RobotModel robot =
         Parse(Link("a", "") + Link("b", Inertia(2, 0.1, 0.2, 0.25)) +
               "<joint name=\"j\" type=\"planar\"><parent link=\"a\"/><child link=\"b\"/><axis "
-              "xyz=\"" + c.axis + "\"/></joint>");
+              "xyz=\"" +
+              c.axis + "\"/></joint>");
     ASSERT_EQ((std::vector<std::string>{"j_x", "j_y", "j_angle"}), robot.coordinates);
     TreeState<double> state(robot.tree);
     const RobotModel::Link& link = robot.FindLink("b");
@@ -297,11 +298,10 @@ TEST(UrdfPeculiarities, MimicsInARingAreRefused) {
   const auto follows = [](const char* master) {
     return std::string("<mimic joint=\"") + master + "\"/>";
   };
-  const std::string answer =
-      Refusal(Link("a", "") + Link("b", Inertia(2, 0.1, 0.2, 0.25)) +
-              Link("c", Inertia(2, 0.1, 0.2, 0.25)) +
-              ZJoint("j", "continuous", "a", "b", follows("k")) +
-              ZJoint("k", "continuous", "b", "c", follows("j")));
+  const std::string answer = Refusal(Link("a", "") + Link("b", Inertia(2, 0.1, 0.2, 0.25)) +
+                                     Link("c", Inertia(2, 0.1, 0.2, 0.25)) +
+                                     ZJoint("j", "continuous", "a", "b", follows("k")) +
+                                     ZJoint("k", "continuous", "b", "c", follows("j")));
   ExpectRefusal(answer, "joint 'j' mimics itself by way of 'k'");
   ExpectRefusal(answer, "leave out the <mimic>");
 }

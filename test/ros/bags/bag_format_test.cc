@@ -78,8 +78,8 @@ TEST(BagFormat, OneThatWasNeverClosedIsReadAsFarAsItGoes) {
     const BagContent content = ReadBag(cut);
     EXPECT_FALSE(content.closed);
     // The message counts once its chunk is whole; its index, of 60 bytes and more, may be cut.
-    const auto whole = static_cast<std::size_t>(
-        std::upper_bound(ends.begin(), ends.end(), size) - ends.begin());
+    const auto whole =
+        static_cast<std::size_t>(std::upper_bound(ends.begin(), ends.end(), size) - ends.begin());
     EXPECT_GE(content.messages.size(), whole);
     EXPECT_LE(content.messages.size(), whole + 1);
     EXPECT_EQ(Complaint(cut).compare(0, 3, "gap"), 0) << Complaint(cut);

@@ -140,10 +140,11 @@ TEST(Chain, SignaturesAreOfOneKeyAlone) {
   const std::string directory = testing::TempDir();
   for (const char* name : {"a", "b"}) {
     const std::string path = directory + name;
-    ASSERT_EQ(std::system(("openssl genpkey -algorithm ed25519 -out " + path +
-                           ".pem && openssl pkey -in " + path + ".pem -pubout -out " + path +
-                           ".pub").c_str()),
-              0);
+    ASSERT_EQ(
+        std::system(("openssl genpkey -algorithm ed25519 -out " + path +
+                     ".pem && openssl pkey -in " + path + ".pem -pubout -out " + path + ".pub")
+                        .c_str()),
+        0);
   }
   const auto a = SigningKey::ReadPrivate(directory + "a.pem");
   const auto public_a = SigningKey::ReadPublic(directory + "a.pub");
