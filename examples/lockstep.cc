@@ -36,8 +36,8 @@ int main(int count, char** words) {
   for (int k = 1; k <= 4000; ++k) {
     flow.SetInput(flow.now(), Control(flow.State()));
     const double next = k / 2000.0;
-    while (flow.AdvanceTo(next)) {
-    }  // stops at each event
+    while (flow.AdvanceTo(next)) {  // stops at each event
+    }
   }
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
 
