@@ -20,7 +20,7 @@ namespace {
 constexpr double kHeight = 0.5, kHalfWidth = 0.12;
 
 struct SetDown {
-  static constexpr double kDuration = 0.3;
+  static constexpr double kDuration = 0.3;  // of its runs
   double s, c;  // of the slope
   std::unique_ptr<RobotSystem> box;
   Vector x;

@@ -6,17 +6,13 @@
 
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr double kGravity = 9.81;
-
-SimulateOptions Tight() {
-  SimulateOptions options;
-  options.relative_tolerance = options.absolute_tolerance = 1e-12;
-  return options;
-}
+using test::Tight;
+using test::kGravity;
 
 /// Falls of duration t₁, then bounces of 2 γᵏ t₁: t_k = t₁ (1 + 2γ + … + 2γᵏ).
 TEST(BouncingBall, BouncesAtTheTimesOfTheClosedForm) {

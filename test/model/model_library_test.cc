@@ -7,16 +7,13 @@
 #include <limits>
 #include <stdexcept>
 
+#include "test/refusal.h"
+
 namespace contact_flow {
 namespace {
 
-std::string Refusal(const std::string& name, const ParameterValues& parameters) {
-  try {
-    MakeModel(name, parameters);
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "";
+std::string Refused(const std::string& name, const ParameterValues& parameters) {
+  return test::RefusalOf([&] { MakeModel(name, parameters); });
 }
 
 TEST(ModelLibrary, SetsParametersByName) {
@@ -29,17 +26,17 @@ TEST(ModelLibrary, SetsParametersByName) {
 }
 
 TEST(ModelLibrary, RefusesUnknownNamesWithTheNearest) {
-  EXPECT_EQ("unknown model 'soft_bipod'; did you mean 'soft_biped'?", Refusal("soft_bipod", {}));
+  EXPECT_EQ("unknown model 'soft_bipod'; did you mean 'soft_biped'?", Refused("soft_bipod", {}));
   EXPECT_EQ("model 'soft_biped': unknown parameter 'stifness'; did you mean 'stiffness'?",
-            Refusal("soft_biped", {{"stifness", 1}}));
+            Refused("soft_biped", {{"stifness", 1}}));
 }
 
 TEST(ModelLibrary, RefusesValuesOutOfRange) {
-  EXPECT_NE(std::string::npos, Refusal("soft_biped", {{"body_mass", -2}}).find("'body_mass'"));
-  EXPECT_NE(std::string::npos, Refusal("soft_biped", {{"body_mass", -2}}).find("-2"));
-  EXPECT_NE("", Refusal("ball_in_corner", {{"restitution", 1.5}}));
-  EXPECT_NE("", Refusal("ball_in_corner", {{"gravity", std::nan("")}}));
-  EXPECT_NE("", Refusal("ball_in_corner", {{"gravity", std::numeric_limits<double>::infinity()}}));
+  EXPECT_NE(std::string::npos, Refused("soft_biped", {{"body_mass", -2}}).find("'body_mass'"));
+  EXPECT_NE(std::string::npos, Refused("soft_biped", {{"body_mass", -2}}).find("-2"));
+  EXPECT_NE("", Refused("ball_in_corner", {{"restitution", 1.5}}));
+  EXPECT_NE("", Refused("ball_in_corner", {{"gravity", std::nan("")}}));
+  EXPECT_NE("", Refused("ball_in_corner", {{"gravity", std::numeric_limits<double>::infinity()}}));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "contact_flow/model/model_library.h"
 #include "contact_flow/model/model_plugin.h"
+#include "test/refusal.h"
 
 namespace contact_flow {
 namespace {
@@ -18,13 +19,8 @@ ModelFactory Another(const std::string& model) {
   return [model](const ParameterValues& parameters) { return MakeModel(model, parameters); };
 }
 
-std::string Refusal(const std::vector<ModelEntry>& entries) {
-  try {
-    RegisterModels(entries, "a test");
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "";
+std::string Rejected(const std::vector<ModelEntry>& entries) {
+  return test::RefusalOf([&] { RegisterModels(entries, "a test"); });
 }
 
 bool Knows(const std::string& name) {
@@ -43,26 +39,26 @@ TEST(ModelRegistry, MakesWhatWasAdded) {
 
 TEST(ModelRegistry, RefusesNamesThatAreTaken) {
   EXPECT_EQ("a test: model 'soft_biped' exists already, by contact_flow",
-            Refusal({{"soft_biped", Another("bouncing_ball")}}));
+            Rejected({{"soft_biped", Another("bouncing_ball")}}));
   RegisterModels({{"taken_ball", Another("bouncing_ball")}}, "the first library");
   EXPECT_EQ("a test: model 'taken_ball' exists already, by the first library",
-            Refusal({{"taken_ball", Another("corner")}}));
+            Rejected({{"taken_ball", Another("corner")}}));
   EXPECT_EQ("a test: model 'twin_ball' is named twice",
-            Refusal({{"twin_ball", Another("corner")}, {"twin_ball", Another("corner")}}));
+            Rejected({{"twin_ball", Another("corner")}, {"twin_ball", Another("corner")}}));
   EXPECT_FALSE(Knows("twin_ball"));
 }
 
 TEST(ModelRegistry, AddsAllOrNothing) {
-  EXPECT_NE("", Refusal({{"half_ball", Another("corner")}, {"corner", Another("corner")}}));
+  EXPECT_NE("", Rejected({{"half_ball", Another("corner")}, {"corner", Another("corner")}}));
   EXPECT_FALSE(Knows("half_ball"));
 }
 
 TEST(ModelRegistry, RefusesWhatIsNoName) {
   for (const std::string name : {"", "1ball", "a ball", "../ball", "ball-2", "_ball", "b\n"}) {
-    EXPECT_NE(std::string::npos, Refusal({{name, Another("corner")}}).find("is no name")) << name;
+    EXPECT_NE(std::string::npos, Rejected({{name, Another("corner")}}).find("is no name")) << name;
   }
-  EXPECT_NE("", Refusal({{std::string(65, 'a'), Another("corner")}}));
-  EXPECT_EQ("a test: model 'empty_ball' has no factory", Refusal({{"empty_ball", nullptr}}));
+  EXPECT_NE("", Rejected({{std::string(65, 'a'), Another("corner")}}));
+  EXPECT_EQ("a test: model 'empty_ball' has no factory", Rejected({{"empty_ball", nullptr}}));
 }
 
 TEST(ModelRegistry, IsAddedToWhileOthersRead) {

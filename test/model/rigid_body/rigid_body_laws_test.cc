@@ -17,7 +17,7 @@ namespace {
 
 using Complex = std::complex<double>;
 using ComplexVector = Eigen::VectorXcd;
-constexpr double kStep = 1e-30;
+constexpr double kComplexStep = 1e-30;
 constexpr double kRounding = 1e-11;
 
 struct PointForce {
@@ -85,25 +85,25 @@ class RigidBodyLaws : public testing::TestWithParam<int> {
   /// Ṁ along v.
   Matrix MassRate() {
     ComplexVector Q = q.cast<Complex>();
-    Q += PositionRate<Complex>(tree, Q, Complex(0, kStep) * v.cast<Complex>());
+    Q += PositionRate<Complex>(tree, Q, Complex(0, kComplexStep) * v.cast<Complex>());
     TreeState<Complex> state(tree);
     UpdatePositions(tree, Q.data(), &state);
     UpdateInertias(tree, &state);
     Eigen::MatrixXcd M(n, n);
     MassMatrix(tree, &state, M.data());
-    return M.imag() / kStep;
+    return M.imag() / kComplexStep;
   }
   /// The complex step along tangent η_j, or along v_j.
   Vector Column(int j, bool along_v) {
     ComplexVector Q = q.cast<Complex>(), V = v.cast<Complex>();
     if (along_v) {
-      V(j) += Complex(0, kStep);
+      V(j) += Complex(0, kComplexStep);
     } else {
       ComplexVector unit = ComplexVector::Zero(n);
-      unit(j) = Complex(0, kStep);
+      unit(j) = Complex(0, kComplexStep);
       Q += PositionRate<Complex>(tree, Q, unit);
     }
-    return Outcome<Complex>(tree, Q, V, vdot, forces).imag() / kStep;
+    return Outcome<Complex>(tree, Q, V, vdot, forces).imag() / kComplexStep;
   }
 
   RandomTrees random;

@@ -20,7 +20,7 @@ std::string Inertial(const std::string& mass, const std::string& inertia) {
 }
 const char kUnit[] = R"(ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1")";
 
-std::string Link(const std::string& name, const std::string& content = Inertial("1", kUnit)) {
+std::string Body(const std::string& name, const std::string& content = Inertial("1", kUnit)) {
   return "<link name=\"" + name + "\">" + content + "</link>";
 }
 std::string Joint(const std::string& name, const std::string& type, const std::string& parent,
@@ -28,7 +28,7 @@ std::string Joint(const std::string& name, const std::string& type, const std::s
   return "<joint name=\"" + name + "\" type=\"" + type + "\"><parent link=\"" + parent +
          "\"/><child link=\"" + child + "\"/>" + content + "</joint>";
 }
-std::string Robot(const std::string& content) {
+std::string Urdf(const std::string& content) {
   return "<?xml version=\"1.0\"?>\n<robot name=\"r\">" + content + "</robot>";
 }
 /// What the loader answers: the message of its refusal, or "".
@@ -68,7 +68,7 @@ TEST(UrdfLoader, ReadsEveryTypeOfJoint) {
 }
 
 TEST(UrdfLoader, PlanarBaseTurnsXTowardsMinusZ) {
-  const RobotModel robot = ParseUrdf(Robot(Link("body")), RobotBase::kPlanar);
+  const RobotModel robot = ParseUrdf(Urdf(Body("body")), RobotBase::kPlanar);
   EXPECT_EQ((std::vector<std::string>{"base_x", "base_z", "base_pitch"}), robot.coordinates);
   TreeState<double> state(robot.tree);
   const double q[] = {1, 2, 0.5};
@@ -80,10 +80,10 @@ TEST(UrdfLoader, PlanarBaseTurnsXTowardsMinusZ) {
 }
 
 TEST(UrdfLoader, RefusesWithWordsThatNameThePlace) {
-  const std::string two = Link("a") + Link("b");
+  const std::string two = Body("a") + Body("b");
   const auto inertia = [](const std::string& mass, const std::string& numbers) {
-    return Robot(Link("base") + Link("a", Inertial(mass, numbers)) +
-                 Joint("j", "continuous", "base", "a", kAxis));
+    return Urdf(Body("base") + Body("a", Inertial(mass, numbers)) +
+                Joint("j", "continuous", "base", "a", kAxis));
   };
   const struct {
     std::string text;
@@ -98,31 +98,31 @@ TEST(UrdfLoader, RefusesWithWordsThatNameThePlace) {
       {std::string("<robot\0name=\"r\"/>", 17), "byte 0"},
       {"<robot><link name=\"a\"/></robot>", "nothing moves"},
       {"<body/>", "URDF: "},
-      {Robot(""), "URDF: "},
-      {Robot(Link("a")), "nothing moves"},
-      {Robot(two), "URDF: "},
-      {Robot(Link("a") + Link("a")), "'a'"},
-      {Robot(two + Joint("j", "hinge", "a", "b")), "j"},
-      {Robot(two + Joint("j", "continuous", "a", "c")), "c"},
-      {Robot(two + Joint("j", "continuous", "a", "b", R"(<axis xyz="0 0 0"/>)")), "'j'"},
-      {Robot(two + Joint("j", "continuous", "a", "b", R"(<axis xyz="0 nan 0"/>)")), "j"},
-      {Robot(two + Joint("j", "continuous", "a", "b", R"(<axis xyz="0 1"/>)")), "j"},
-      {Robot(two + Joint("j", "continuous", "a", "b", R"(<origin xyz="1e999 0 0"/>)")), "j"},
-      {Robot(two +
-             Joint("j", "continuous", "a", "b", std::string(kAxis) + R"(<mimic joint="k"/>)")),
+      {Urdf(""), "URDF: "},
+      {Urdf(Body("a")), "nothing moves"},
+      {Urdf(two), "URDF: "},
+      {Urdf(Body("a") + Body("a")), "'a'"},
+      {Urdf(two + Joint("j", "hinge", "a", "b")), "j"},
+      {Urdf(two + Joint("j", "continuous", "a", "c")), "c"},
+      {Urdf(two + Joint("j", "continuous", "a", "b", R"(<axis xyz="0 0 0"/>)")), "'j'"},
+      {Urdf(two + Joint("j", "continuous", "a", "b", R"(<axis xyz="0 nan 0"/>)")), "j"},
+      {Urdf(two + Joint("j", "continuous", "a", "b", R"(<axis xyz="0 1"/>)")), "j"},
+      {Urdf(two + Joint("j", "continuous", "a", "b", R"(<origin xyz="1e999 0 0"/>)")), "j"},
+      {Urdf(two +
+            Joint("j", "continuous", "a", "b", std::string(kAxis) + R"(<mimic joint="k"/>)")),
        "joint 'j' mimics 'k'"},
-      {Robot(two + Joint("j", "continuous", "a", "b", kAxis) +
-             Joint("k", "continuous", "a", "b", kAxis)),
+      {Urdf(two + Joint("j", "continuous", "a", "b", kAxis) +
+            Joint("k", "continuous", "a", "b", kAxis)),
        "link 'b' is the child of two joints"},
-      {Robot(two + Joint("j", "continuous", "a", "b", kAxis) +
-             Joint("k", "continuous", "b", "a", kAxis)),
+      {Urdf(two + Joint("j", "continuous", "a", "b", kAxis) +
+            Joint("k", "continuous", "b", "a", kAxis)),
        "URDF: "},
-      {Robot(two + Link("c") + Link("d") + Joint("i", "continuous", "a", "b", kAxis) +
-             Joint("j", "continuous", "c", "d", kAxis) + Joint("k", "continuous", "d", "c", kAxis)),
+      {Urdf(two + Body("c") + Body("d") + Joint("i", "continuous", "a", "b", kAxis) +
+            Joint("j", "continuous", "c", "d", kAxis) + Joint("k", "continuous", "d", "c", kAxis)),
        "not connected to the root 'a'"},
       // urdfdom takes these for formats of printf.
-      {Robot(two + Joint("j", "%s%s%n", "a", "b", kAxis)), "_s_s_n"},
-      {Robot(two + Joint("j", "continuous", "a", "b", R"(<axis xyz="%s%n 0 1"/>)")), "%s%n"},
+      {Urdf(two + Joint("j", "%s%s%n", "a", "b", kAxis)), "_s_s_n"},
+      {Urdf(two + Joint("j", "continuous", "a", "b", R"(<axis xyz="%s%n 0 1"/>)")), "%s%n"},
       {inertia("0", kUnit), "what they carry an <inertial>: 'j'"},
       {inertia("-1", kUnit), "link 'a': its mass is -1"},
       {inertia("nan", kUnit), "a"},
@@ -131,9 +131,9 @@ TEST(UrdfLoader, RefusesWithWordsThatNameThePlace) {
       {inertia("1", R"(ixx="1" ixy="2" ixz="0" iyy="1" iyz="0" izz="1")"), "positive definite"},
       {inertia("1", R"(ixx="-1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1")"), "positive definite"},
       {inertia("1", R"(ixx="1" ixy="0")"), "a"},
-      {Robot(Link("base") + Link("a", "") + Joint("j", "continuous", "base", "a", kAxis)),
+      {Urdf(Body("base") + Body("a", "") + Joint("j", "continuous", "base", "a", kAxis)),
        "move no mass, give what they carry an <inertial>: 'j'"},
-      {Robot(two + Joint("base_x", "prismatic", "a", "b", std::string(kAxis) + kLimit)), ""},
+      {Urdf(two + Joint("base_x", "prismatic", "a", "b", std::string(kAxis) + kLimit)), ""},
   };
   for (const auto& bad : cases) {
     const std::string answer = Answer(bad.text);
@@ -145,16 +145,16 @@ TEST(UrdfLoader, RefusesWithWordsThatNameThePlace) {
     EXPECT_NE(std::string::npos, answer.find(bad.words)) << answer << "\nof " << bad.text;
   }
   EXPECT_NE(std::string::npos,
-            Answer(Robot(two + Joint("base_x", "prismatic", "a", "b", std::string(kAxis) + kLimit)),
+            Answer(Urdf(two + Joint("base_x", "prismatic", "a", "b", std::string(kAxis) + kLimit)),
                    RobotBase::kFloating)
                 .find("two coordinates are called 'base_x'"));
   EXPECT_NE(std::string::npos,
-            Answer(Robot(Link("a", "")), RobotBase::kFloating).find("what moves has no mass"));
+            Answer(Urdf(Body("a", "")), RobotBase::kFloating).find("what moves has no mass"));
 }
 
 TEST(UrdfLoader, NamesMayHaveAnyLetters) {
   const RobotModel robot = ParseUrdf(
-      Robot(Link("100 % a") + Link("b") + Joint("%n", "continuous", "100 % a", "b", kAxis)),
+      Urdf(Body("100 % a") + Body("b") + Joint("%n", "continuous", "100 % a", "b", kAxis)),
       RobotBase::kFixed);
   EXPECT_EQ(std::vector<std::string>{"%n"}, robot.coordinates);
   EXPECT_EQ("100 % a", robot.links[0].name);
@@ -164,25 +164,25 @@ TEST(UrdfLoader, NamesMayHaveAnyLetters) {
 TEST(UrdfLoader, RefusesWhatIsTooLarge) {
   std::string chain;
   for (int k = 0; k < 1000000; ++k) chain += "<link name=\"l\"/>";
-  EXPECT_NE(std::string::npos, Answer(Robot(chain)).find("bytes"));
+  EXPECT_NE(std::string::npos, Answer(Urdf(chain)).find("bytes"));
   chain.clear();
   for (int k = 0; k < 2000; ++k) {
-    chain += Link("l" + std::to_string(k), "");
+    chain += Body("l" + std::to_string(k), "");
     if (k > 0) {
       chain += Joint("j" + std::to_string(k), "continuous", "l" + std::to_string(k - 1),
                      "l" + std::to_string(k), kAxis);
     }
   }
-  EXPECT_NE(std::string::npos, Answer(Robot(chain)).find("more than 1000 links"));
+  EXPECT_NE(std::string::npos, Answer(Urdf(chain)).find("more than 1000 links"));
   chain.clear();
   for (int k = 0; k < 900; ++k) {
-    chain += Link("l" + std::to_string(k));
+    chain += Body("l" + std::to_string(k));
     if (k > 0) {
       chain += Joint("j" + std::to_string(k), "continuous", "l" + std::to_string(k - 1),
                      "l" + std::to_string(k), kAxis);
     }
   }
-  EXPECT_NE(std::string::npos, Answer(Robot(chain)).find("degrees of freedom"));
+  EXPECT_NE(std::string::npos, Answer(Urdf(chain)).find("degrees of freedom"));
   std::string deep;
   for (int k = 0; k < 100000; ++k) deep += "<a>";
   EXPECT_NE(std::string::npos, Answer(deep).find("nested deeper than 100"));

@@ -7,11 +7,12 @@
 #include "contact_flow/model/rigid_body/kinematics.h"
 #include "contact_flow/model/rigid_body/mass_matrix.h"
 #include "contact_flow/model/rigid_body/urdf_loader.h"
+#include "test/refusal.h"
 
 namespace contact_flow {
 namespace {
 
-std::string Inertial(double mass, double ixx, double iyy, double izz, double x = 0) {
+std::string Inertia(double mass, double ixx, double iyy, double izz, double x = 0) {
   const auto text = [](double number) { return "\"" + std::to_string(number) + "\""; };
   return "<inertial><origin xyz=\"" + std::to_string(x) + " 0 0\"/><mass value=" + text(mass) +
          "/><inertia ixx=" + text(ixx) + " iyy=" + text(iyy) + " izz=" + text(izz) +
@@ -20,8 +21,8 @@ std::string Inertial(double mass, double ixx, double iyy, double izz, double x =
 std::string Link(const std::string& name, const std::string& content) {
   return "<link name=\"" + name + "\">" + content + "</link>\n";
 }
-std::string Joint(const std::string& name, const std::string& type, const std::string& parent,
-                  const std::string& child, const std::string& content = "") {
+std::string ZJoint(const std::string& name, const std::string& type, const std::string& parent,
+                   const std::string& child, const std::string& content = "") {
   return "<joint name=\"" + name + "\" type=\"" + type + "\"><parent link=\"" + parent +
          "\"/><child link=\"" + child + "\"/><axis xyz=\"0 0 1\"/>" + content + "</joint>\n";
 }
@@ -31,14 +32,8 @@ std::string Robot(const std::string& content) {
 RobotModel Parse(const std::string& content, UrdfFaults faults = UrdfFaults::kLenient) {
   return ParseUrdf(Robot(content), RobotBase::kFixed, faults);
 }
-/// The message of a refusal, or "".
 std::string Refusal(const std::string& content, UrdfFaults faults = UrdfFaults::kLenient) {
-  try {
-    Parse(content, faults);
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "";
+  return test::RefusalOf([&] { Parse(content, faults); });
 }
 void ExpectWarning(const RobotModel& robot, const std::string& words) {
   for (const std::string& warning : robot.warnings) {
@@ -67,9 +62,9 @@ TEST(UrdfPeculiarities, LinksWithoutMassJoinWhatTheyAreFixedTo) {
       "<inertial><mass value=\"0\"/><inertia ixx=\"0\" iyy=\"0\" izz=\"0\" "
       "ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>";
   const std::string arm =
-      kWorld + Link("arm", "") + Link("frame", zero) + Link("tip", Inertial(2, 0, 0, 0)) +
-      Joint("j", "continuous", "world", "arm") + Joint("f", "fixed", "arm", "frame") +
-      Joint("g", "fixed", "frame", "tip", "<origin xyz=\"0.5 0 0\"/>");
+      kWorld + Link("arm", "") + Link("frame", zero) + Link("tip", Inertia(2, 0, 0, 0)) +
+      ZJoint("j", "continuous", "world", "arm") + ZJoint("f", "fixed", "arm", "frame") +
+      ZJoint("g", "fixed", "frame", "tip", "<origin xyz=\"0.5 0 0\"/>");
   EXPECT_NEAR(2 * 0.5 * 0.5, Mass(Parse(arm)), 1e-15);  // m r² of a point
   ExpectRefusal(Refusal(arm, UrdfFaults::kStrict), "link 'frame': its mass is 0");
 }
@@ -78,8 +73,8 @@ TEST(UrdfPeculiarities, LinksWithoutMassJoinWhatTheyAreFixedTo) {
 /// take for nothing.
 TEST(UrdfPeculiarities, InertiaWithoutMassIsNotUsed) {
   const RobotModel both = Parse(
-      kWorld + Link("link", Inertial(3, 0, 0, 0.1)) + Link("grasp", Inertial(0, 0.1, 0.1, 0.1)) +
-      Joint("j", "continuous", "world", "link") + Joint("f", "fixed", "link", "grasp"));
+      kWorld + Link("link", Inertia(3, 0, 0, 0.1)) + Link("grasp", Inertia(0, 0.1, 0.1, 0.1)) +
+      ZJoint("j", "continuous", "world", "link") + ZJoint("f", "fixed", "link", "grasp"));
   EXPECT_NEAR(0.1, Mass(both), 1e-15);
   ExpectWarning(both, "link 'grasp': its mass is 0, so that its inertia is not used");
 }
@@ -87,25 +82,25 @@ TEST(UrdfPeculiarities, InertiaWithoutMassIsNotUsed) {
 /// S = ½ tr(I) 1 − I has the eigenvalues 0.021, 0, −0.001; without the last one I is diag(0, 21,
 /// 21) g m².
 TEST(UrdfPeculiarities, ASlightlyIndefiniteInertiaIsReplacedByTheNearest) {
-  const std::string robot = kWorld + Link("a", Inertial(1, -0.001, 0.020, 0.021)) +
-                            Joint("j", "continuous", "world", "a");
+  const std::string robot = kWorld + Link("a", Inertia(1, -0.001, 0.020, 0.021)) +
+                            ZJoint("j", "continuous", "world", "a");
   const RobotModel repaired = Parse(robot);
   const Mat3<double> inertia = repaired.FindLink("a").inertia.central;
   EXPECT_LE((inertia - Mat3<double>(Vec3<double>(0, 0.021, 0.021).asDiagonal())).norm(), 1e-12);
   ExpectWarning(repaired, "link 'a': its inertia is not positive definite");
   ExpectRefusal(Refusal(robot, UrdfFaults::kStrict), "link 'a'");
   // Off by more than a tenth it is a mistake.
-  ExpectRefusal(Refusal(kWorld + Link("a", Inertial(1, -0.01, 0.020, 0.021)) +
-                        Joint("j", "continuous", "world", "a")),
+  ExpectRefusal(Refusal(kWorld + Link("a", Inertia(1, -0.01, 0.020, 0.021)) +
+                        ZJoint("j", "continuous", "world", "a")),
                 "link 'a': its inertia is not positive definite");
   // What is fixed to the world is not judged.
-  EXPECT_EQ("", Refusal(Link("world", Inertial(1, -1, 1, 1)) + Link("a", Inertial(1, 1, 1, 1)) +
-                        Joint("j", "continuous", "world", "a")));
+  EXPECT_EQ("", Refusal(Link("world", Inertia(1, -1, 1, 1)) + Link("a", Inertia(1, 1, 1, 1)) +
+                        ZJoint("j", "continuous", "world", "a")));
 }
 
 TEST(UrdfPeculiarities, AnInertiaOfNoBodyIsUsedWithAWarning) {
   const std::string robot =
-      kWorld + Link("a", Inertial(1, 1, 1, 3)) + Joint("j", "continuous", "world", "a");
+      kWorld + Link("a", Inertia(1, 1, 1, 3)) + ZJoint("j", "continuous", "world", "a");
   const RobotModel used = Parse(robot);
   EXPECT_EQ(3, Mass(used));
   ExpectWarning(used, "link 'a': no body has its inertia");
@@ -114,21 +109,21 @@ TEST(UrdfPeculiarities, AnInertiaOfNoBodyIsUsedWithAWarning) {
 
 /// The joined body counts: 1 kg half a metre off adds 0.25 kg m² across.
 TEST(UrdfPeculiarities, InertiaIsJudgedOnTheJoinedBody) {
-  const std::string robot = kWorld + Link("a", Inertial(1, 1, 1, 1)) +
-                            Link("sensor", Inertial(0.001, 1e-6, 1e-6, 3e-6)) +
-                            Joint("j", "continuous", "world", "a") +
-                            Joint("f", "fixed", "a", "sensor", "<origin xyz=\"0.5 0 0\"/>");
+  const std::string robot = kWorld + Link("a", Inertia(1, 1, 1, 1)) +
+                            Link("sensor", Inertia(0.001, 1e-6, 1e-6, 3e-6)) +
+                            ZJoint("j", "continuous", "world", "a") +
+                            ZJoint("f", "fixed", "a", "sensor", "<origin xyz=\"0.5 0 0\"/>");
   EXPECT_TRUE(Parse(robot).warnings.empty());
   EXPECT_EQ("", Refusal(robot, UrdfFaults::kStrict));
 }
 
 TEST(UrdfPeculiarities, JointsThatMoveNoMassAreHeld) {
   const std::string plain =
-      kWorld + Link("a", Inertial(1, 1, 1, 1, 0.3)) + Joint("j", "continuous", "world", "a");
+      kWorld + Link("a", Inertia(1, 1, 1, 1, 0.3)) + ZJoint("j", "continuous", "world", "a");
   const std::string more =
-      Link("camera", "") + Link("lens", "") + Link("dot", Inertial(1, 0, 0, 0)) +
-      Joint("pan", "continuous", "a", "camera") + Joint("zoom", "continuous", "camera", "lens") +
-      Joint("spin", "continuous", "a", "dot");
+      Link("camera", "") + Link("lens", "") + Link("dot", Inertia(1, 0, 0, 0)) +
+      ZJoint("pan", "continuous", "a", "camera") + ZJoint("zoom", "continuous", "camera", "lens") +
+      ZJoint("spin", "continuous", "a", "dot");
   const RobotModel robot = Parse(plain + more);
   EXPECT_EQ(std::vector<std::string>{"j"}, robot.coordinates);
   EXPECT_EQ(3u, robot.held.size());
@@ -146,13 +141,13 @@ TEST(UrdfPeculiarities, JointsThatMoveNoMassAreHeld) {
 TEST(UrdfPeculiarities, WhatIsNotReadMayBeWrong) {
   const RobotModel robot = Parse(
       kWorld +
-      Link("a", Inertial(1, 1, 1, 1) + "<visual><geometry><plane/></geometry><material/>"
+      Link("a", Inertia(1, 1, 1, 1) + "<visual><geometry><plane/></geometry><material/>"
                                        "</visual>") +
       "<material/><transmission name=\"t\"><joint/></transmission><gazebo><link><link/></link>"
       "</gazebo><gazebo/>" +
-      Joint("j", "revolute", "world", "a",
-            "<limit lower=\"-1\" upper=\"2\" effort=\"3\" velocity=\"4\"/><safety_controller/>"
-            "<dynamics damping=\"0.5\" friction=\"0.25\"/>"));
+      ZJoint("j", "revolute", "world", "a",
+             "<limit lower=\"-1\" upper=\"2\" effort=\"3\" velocity=\"4\"/><safety_controller/>"
+             "<dynamics damping=\"0.5\" friction=\"0.25\"/>"));
   ExpectWarning(robot, "passed over: 2 <gazebo>, 1 <transmission>");
   ASSERT_EQ(1u, robot.traits.size());
   const RobotModel::JointTraits& joint = robot.traits[0];
@@ -171,8 +166,8 @@ TEST(UrdfPeculiarities, CollisionsOfAllKindsAreRead) {
            geometry + "</geometry></collision>";
   };
   const RobotModel robot = Parse(
-      kWorld + Joint("j", "continuous", "world", "a") +
-      Link("a", Inertial(1, 1, 1, 1) + collision("<box size=\"1 2 3\"/>") +
+      kWorld + ZJoint("j", "continuous", "world", "a") +
+      Link("a", Inertia(1, 1, 1, 1) + collision("<box size=\"1 2 3\"/>") +
                     collision("<sphere radius=\"4\"/>") +
                     collision("<cylinder radius=\"5\" length=\"6\"/>") +
                     collision("<capsule radius=\"7\" length=\"8\"/>") +
@@ -197,26 +192,26 @@ TEST(UrdfPeculiarities, AllFindingsOfAFileComeTogetherWithTheirLines) {
   const std::string answer =
       Refusal(kWorld + Link("a", "<inertial><mass value=\"heavy\"/></inertial>") +
               Link("b", "<inertial><mass value=\"${mass}\"/></inertial>") +
-              Joint("j", "continuous", "world", "a", "<origin xyz=\"0, 0, 1\"/>"));
+              ZJoint("j", "continuous", "world", "a", "<origin xyz=\"0, 0, 1\"/>"));
   ExpectRefusal(answer, "3 findings");
   ExpectRefusal(answer, "link 'a': mass value=\"heavy\" is not a finite number (line 3)");
   ExpectRefusal(answer, "link 'b'");
   ExpectRefusal(answer, "this is xacro text; run xacro on the file first (line 4)");
   ExpectRefusal(answer, "joint 'j': origin xyz=\"0, 0, 1\" is not 3 finite numbers (line 5)");
   const std::string second =
-      Refusal(kWorld + Link("a", Inertial(-1, 1, 1, 1)) + Link("b", Inertial(1, -1, 1, 1)) +
-              Joint("j", "continuous", "world", "a", "<mimic joint=\"jj\"/>") +
-              Joint("k", "continuous", "world", "b", "<mimic joint=\"k\"/>"));
+      Refusal(kWorld + Link("a", Inertia(-1, 1, 1, 1)) + Link("b", Inertia(1, -1, 1, 1)) +
+              ZJoint("j", "continuous", "world", "a", "<mimic joint=\"jj\"/>") +
+              ZJoint("k", "continuous", "world", "b", "<mimic joint=\"k\"/>"));
   ExpectRefusal(second, "link 'a': its mass is -1");
   ExpectRefusal(Refusal("<xacro:macro name=\"leg\"/>" + Link("a", "")), "run xacro on it first");
 }
 
 TEST(UrdfPeculiarities, MimicJointsAreKeptWithTheirNumbers) {
-  const std::string bodies = kWorld + Link("a", Inertial(1, 1, 1, 1)) +
-                             Link("b", Inertial(1, 1, 1, 1)) +
-                             Joint("j", "continuous", "world", "a");
+  const std::string bodies = kWorld + Link("a", Inertia(1, 1, 1, 1)) +
+                             Link("b", Inertia(1, 1, 1, 1)) +
+                             ZJoint("j", "continuous", "world", "a");
   const auto k = [&](const std::string& mimic) {
-    return bodies + Joint("k", "continuous", "world", "b", mimic);
+    return bodies + ZJoint("k", "continuous", "world", "b", mimic);
   };
   const RobotModel robot = Parse(k("<mimic joint=\"j\" multiplier=\"-2\" offset=\"0.1\"/>"));
   ASSERT_EQ(1u, robot.mimics.size());
@@ -231,11 +226,11 @@ TEST(UrdfPeculiarities, MimicJointsAreKeptWithTheirNumbers) {
 
 /// Spaces and line ends within the quotes of a value; an apostrophe in a comment is none.
 TEST(UrdfPeculiarities, SpacesAroundValues) {
-  std::string link = Link("b", Inertial(2, 0.1, 0.2, 0.25));
+  std::string link = Link("b", Inertia(2, 0.1, 0.2, 0.25));
   link.replace(link.find("izz=\"0.25"), 5, "izz=\" \r\n ");
   link.replace(link.find("2.000000\""), 9, "2.000000\r\n\"");
   const RobotModel robot = Parse(Link("a", "") + "<!-- it's a link -->" + link +
-                                 Joint("j", "continuous", "a", "b"));
+                                 ZJoint("j", "continuous", "a", "b"));
   EXPECT_DOUBLE_EQ(0.25, Mass(robot));
   EXPECT_DOUBLE_EQ(2, robot.FindLink("b").inertia.mass);
 }
@@ -243,8 +238,8 @@ TEST(UrdfPeculiarities, SpacesAroundValues) {
 /// Where J_x and J_y of a planar joint go, as docs/conventions.md says.
 /// A robot without a name, a slide without <limit>, and limits without effort or velocity.
 TEST(UrdfPeculiarities, LimitsAndNamesMayLack) {
-  std::string slide = Link("base", "") + Link("cart", Inertial(2, 1, 1, 1)) +
-                      Joint("x", "prismatic", "base", "cart");
+  std::string slide = Link("base", "") + Link("cart", Inertia(2, 1, 1, 1)) +
+                      ZJoint("x", "prismatic", "base", "cart");
   slide.pop_back();  // </joint></robot>
   const RobotModel unnamed =
       ParseUrdf("<robot>\n" + slide + "</robot>", RobotBase::kFixed, UrdfFaults::kLenient);
@@ -253,12 +248,12 @@ TEST(UrdfPeculiarities, LimitsAndNamesMayLack) {
   ExpectWarning(unnamed, "the robot has no name: 'robot' is used (line 1)");
   ExpectWarning(unnamed, "joint 'x' has no <limit>: it moves without stops (line 4)");
   const RobotModel half = Parse(
-      Link("base", "") + Link("arm", Inertial(2, 1, 1, 3)) +
-      Joint("turn", "revolute", "base", "arm", "\n<limit lower='-1' upper='1' velocity='2'/>"));
+      Link("base", "") + Link("arm", Inertia(2, 1, 1, 3)) +
+      ZJoint("turn", "revolute", "base", "arm", "\n<limit lower='-1' upper='1' velocity='2'/>"));
   EXPECT_EQ(3, Mass(half));
   ExpectWarning(half, "joint 'turn': its <limit> has no effort, which nothing uses (line 5)");
-  const std::string none = Link("base", "") + Link("arm", Inertial(2, 1, 1, 3)) +
-                           Joint("turn", "revolute", "base", "arm", "<limit lower='-1'/>");
+  const std::string none = Link("base", "") + Link("arm", Inertia(2, 1, 1, 3)) +
+                           ZJoint("turn", "revolute", "base", "arm", "<limit lower='-1'/>");
   ExpectWarning(Parse(none), "its <limit> has no effort and no velocity");
   ExpectRefusal(Refusal(none, UrdfFaults::kStrict), "has no effort and no velocity");
 }
@@ -266,8 +261,8 @@ TEST(UrdfPeculiarities, LimitsAndNamesMayLack) {
 /// Some simulators know a link 'world' that no file defines.
 TEST(UrdfPeculiarities, TheWorldMayLack) {
   const std::string hung =
-      Link("cart", Inertial(2, 1, 1, 1)) +
-      Joint("x", "prismatic", "world", "cart", "<limit effort='1' velocity='1'/>");
+      Link("cart", Inertia(2, 1, 1, 1)) +
+      ZJoint("x", "prismatic", "world", "cart", "<limit effort='1' velocity='1'/>");
   const RobotModel robot = Parse(hung);
   EXPECT_EQ(2, Mass(robot));
   ExpectWarning(robot, "joints hang on a link 'world' that is not there: it is added");
@@ -283,7 +278,7 @@ TEST(UrdfPeculiarities, PlanarJointsHaveTheirDirections) {
                {"1 0 0", {0, 1, 0}, {0, 0, 1}}};
   for (const auto& c : cases) {
     const RobotModel robot =
-        Parse(Link("a", "") + Link("b", Inertial(2, 0.1, 0.2, 0.25)) +
+        Parse(Link("a", "") + Link("b", Inertia(2, 0.1, 0.2, 0.25)) +
               "<joint name=\"j\" type=\"planar\"><parent link=\"a\"/><child link=\"b\"/><axis "
               "xyz=\"" + c.axis + "\"/></joint>");
     ASSERT_EQ((std::vector<std::string>{"j_x", "j_y", "j_angle"}), robot.coordinates);
@@ -303,19 +298,19 @@ TEST(UrdfPeculiarities, MimicsInARingAreRefused) {
     return std::string("<mimic joint=\"") + master + "\"/>";
   };
   const std::string answer =
-      Refusal(Link("a", "") + Link("b", Inertial(2, 0.1, 0.2, 0.25)) +
-              Link("c", Inertial(2, 0.1, 0.2, 0.25)) +
-              Joint("j", "continuous", "a", "b", follows("k")) +
-              Joint("k", "continuous", "b", "c", follows("j")));
+      Refusal(Link("a", "") + Link("b", Inertia(2, 0.1, 0.2, 0.25)) +
+              Link("c", Inertia(2, 0.1, 0.2, 0.25)) +
+              ZJoint("j", "continuous", "a", "b", follows("k")) +
+              ZJoint("k", "continuous", "b", "c", follows("j")));
   ExpectRefusal(answer, "joint 'j' mimics itself by way of 'k'");
   ExpectRefusal(answer, "leave out the <mimic>");
 }
 
 TEST(UrdfPeculiarities, ShapeWithoutMassIsRefusedInAWord) {
-  ExpectRefusal(Refusal(kWorld + Link("a", "") + Joint("j", "continuous", "world", "a")),
+  ExpectRefusal(Refusal(kWorld + Link("a", "") + ZJoint("j", "continuous", "world", "a")),
                 "move no mass");
   const std::string text =
-      Robot(Link("a", "") + Link("b", "") + Joint("j", "continuous", "a", "b"));
+      Robot(Link("a", "") + Link("b", "") + ZJoint("j", "continuous", "a", "b"));
   try {
     ParseUrdf(text, RobotBase::kFloating);
     ADD_FAILURE();
@@ -325,7 +320,7 @@ TEST(UrdfPeculiarities, ShapeWithoutMassIsRefusedInAWord) {
   // A root without mass that floats moves as the joint on it does.
   try {
     ParseUrdf(
-        Robot(Link("a", "") + Link("b", Inertial(1, 1, 1, 1)) + Joint("j", "continuous", "a", "b")),
+        Robot(Link("a", "") + Link("b", Inertia(1, 1, 1, 1)) + ZJoint("j", "continuous", "a", "b")),
         RobotBase::kFloating);
     ADD_FAILURE();
   } catch (const std::invalid_argument& error) {
