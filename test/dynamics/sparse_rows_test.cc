@@ -21,7 +21,7 @@ Matrix Holes(int rows, int cols, int k) {
   return A;
 }
 
-Vector Mixture(int size) {
+Vector Cosines(int size) {
   Vector w(size);
   for (int i = 0; i < size; ++i) w(i) = std::cos(1 + i * i);
   return w;
@@ -34,7 +34,7 @@ TEST(SparseRows, ProductsAreThoseOfTheMatrix) {
   EXPECT_EQ(4, rows.rows());
   EXPECT_EQ(7, rows.cols());
   EXPECT_EQ(A, rows.Dense());
-  const Vector w = Mixture(7);
+  const Vector w = Cosines(7);
   EXPECT_LT((rows * w - A * w).norm(), 1e-15);
   for (int r = 0; r < 4; ++r) {
     EXPECT_NEAR(A.row(r).dot(w), rows.Dot(r, w), 1e-15);

@@ -8,19 +8,12 @@
 #include <stdexcept>
 
 #include "contact_flow/model/model_library.h"
+#include "test/ensemble/requests.h"
 
 namespace contact_flow {
 namespace {
 
 using Kind = DrawPart::Kind;
-
-DrawPart Uniform(std::vector<std::string> names, Vector low, Vector high) {
-  DrawPart part;
-  part.names = std::move(names);
-  part.low = std::move(low);
-  part.high = std::move(high);
-  return part;
-}
 
 DrawPart Normal(std::vector<std::string> names, Vector mean, Matrix covariance) {
   DrawPart part;

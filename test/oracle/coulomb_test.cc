@@ -24,8 +24,8 @@
 namespace contact_flow {
 namespace {
 
-constexpr int kProblems = 5000;  // of each dimension
-constexpr unsigned kSeed = 20180711;
+constexpr int kFrictionProblems = 5000;  // of each dimension
+constexpr unsigned kFrictionSeed = 20180711;
 
 /// G = A Aᵀ of a random A, rows (normal, tangential) contact by contact; half of the problems with
 /// rows that are short in one direction.
@@ -137,11 +137,11 @@ class Theirs {
 
 /// Every solution of ours satisfies their laws, and theirs is one of ours.
 void Compare(int dimension, int most_contacts) {
-  std::mt19937 generator(kSeed);
+  std::mt19937 generator(kFrictionSeed);
   int undecided = 0, several = 0, sticking = 0, slipping = 0, open = 0;
   double worst = 0, apart = 0;
-  for (int trial = 0; trial < kProblems; ++trial) {
-    SCOPED_TRACE("trial " + std::to_string(trial) + ", seed " + std::to_string(kSeed));
+  for (int trial = 0; trial < kFrictionProblems; ++trial) {
+    SCOPED_TRACE("trial " + std::to_string(trial) + ", seed " + std::to_string(kFrictionSeed));
     const FrictionProblem problem = Draw(dimension, most_contacts, &generator);
     const std::vector<FrictionSolution> ours = SolveFriction(problem);
     Theirs theirs(problem);
@@ -166,10 +166,11 @@ void Compare(int dimension, int most_contacts) {
     apart = std::max(apart, nearest / problem.b.norm());
   }
   EXPECT_LE(worst, 1e-9);
-  EXPECT_LE(undecided, kProblems / 50);
-  EXPECT_GT(std::min({sticking, slipping, open}), kProblems / 5);
-  std::cout << kProblems << " problems: " << undecided << " not decided by theirs, " << several
-            << " with several solutions; errors of ours " << worst << ", apart " << apart << '\n';
+  EXPECT_LE(undecided, kFrictionProblems / 50);
+  EXPECT_GT(std::min({sticking, slipping, open}), kFrictionProblems / 5);
+  std::cout << kFrictionProblems << " problems: " << undecided << " not decided by theirs, "
+            << several << " with several solutions; errors of ours " << worst << ", apart " << apart
+            << '\n';
 }
 
 TEST(SiconosCoulomb, AgreesInThePlane) { Compare(1, 4); }

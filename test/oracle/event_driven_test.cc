@@ -15,10 +15,13 @@
 
 #include "contact_flow/model/model_library.h"
 #include "contact_flow/model/model_system.h"
+#include "test/shorthands.h"
 #include "test/test_models.h"
 
 namespace contact_flow {
 namespace {
+
+using test::Tight;
 
 /// M q̈ = load − K q − D q̇ in the quadrant q ≥ 0, each wall with a restitution of its own.
 struct LinearPair : test::UnitMasses<2, 2> {
@@ -124,12 +127,6 @@ SiconosRun RunSiconos(const Matrix& M, const Matrix& K, const Matrix& D, const V
     result.x(d + i) = body->velocity()->getValue(i);
   }
   return result;
-}
-
-SimulateOptions Tight() {
-  SimulateOptions options;
-  options.relative_tolerance = options.absolute_tolerance = 1e-12;
-  return options;
 }
 
 // Both integrate at 1e-12 or better a step, over at most ~100 steps; an impact that is mistimed by

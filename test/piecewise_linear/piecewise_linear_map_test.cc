@@ -13,7 +13,7 @@ namespace contact_flow {
 namespace {
 
 /// A random continuous map of two pieces, A on n·w ≥ 0 and A + k nᵀ on n·w ≤ 0 (Council et al.).
-PiecewiseLinearMap RandomMap(int rows, int cols, std::mt19937* generator, const char* name) {
+PiecewiseLinearMap TwoRandomPieces(int rows, int cols, std::mt19937* generator, const char* name) {
   std::normal_distribution<double> normal;
   const auto random = [&](int r, int c) {
     Matrix m(r, c);
@@ -40,9 +40,9 @@ class RandomMaps : public testing::Test {
 
 TEST_F(RandomMaps, CompositionIsTheMapOfMaps) {
   for (int trial = 0; trial < 30; ++trial) {
-    const PiecewiseLinearMap f = RandomMap(4, 3, &generator, "f"),
-                             g = RandomMap(2, 4, &generator, "g"),
-                             h = RandomMap(5, 2, &generator, "h");
+    const PiecewiseLinearMap f = TwoRandomPieces(4, 3, &generator, "f"),
+                             g = TwoRandomPieces(2, 4, &generator, "g"),
+                             h = TwoRandomPieces(5, 2, &generator, "h");
     const PiecewiseLinearMap left = h.After(g).After(f), right = h.After(g.After(f));
     for (int k = 0; k < 50; ++k) {
       const Vector w = RandomVector(3);
@@ -65,8 +65,8 @@ TEST_F(RandomMaps, WordsWithoutInteriorAreDropped) {
 }
 
 TEST_F(RandomMaps, LabelsAreConcatenated) {
-  const PiecewiseLinearMap f = RandomMap(2, 2, &generator, "f"),
-                           g = RandomMap(2, 2, &generator, "g");
+  const PiecewiseLinearMap f = TwoRandomPieces(2, 2, &generator, "f"),
+                           g = TwoRandomPieces(2, 2, &generator, "g");
   const PiecewiseLinearMap words = g.After(f);
   for (const LinearPiece& piece : words.pieces()) {
     ASSERT_EQ(2u, piece.omega.size());
@@ -76,9 +76,9 @@ TEST_F(RandomMaps, LabelsAreConcatenated) {
 }
 
 TEST_F(RandomMaps, TooManyPiecesAreRefused) {
-  const PiecewiseLinearMap f = RandomMap(3, 3, &generator, "f");
+  const PiecewiseLinearMap f = TwoRandomPieces(3, 3, &generator, "f");
   EXPECT_THROW(f.After(f, 1), std::length_error);
-  EXPECT_THROW(f.After(RandomMap(2, 3, &generator, "g")), std::invalid_argument);
+  EXPECT_THROW(f.After(TwoRandomPieces(2, 3, &generator, "g")), std::invalid_argument);
   EXPECT_THROW(PiecewiseLinearMap(std::vector<LinearPiece>{}), std::invalid_argument);
 }
 
@@ -87,7 +87,7 @@ TEST_F(RandomMaps, KinkVanishesExactlyForLinearMaps) {
   const PiecewiseLinearMap linear = PiecewiseLinearMap::Linear(A);
   EXPECT_EQ(0, linear.Kink());
   EXPECT_TRUE(linear.IsLinear());
-  EXPECT_GT(RandomMap(3, 3, &generator, "f").Kink(), 0);
+  EXPECT_GT(TwoRandomPieces(3, 3, &generator, "f").Kink(), 0);
 }
 
 TEST(ConeInterior, IsDecidedByALinearProgram) {

@@ -20,7 +20,7 @@ namespace contact_flow {
 namespace {
 
 /// x⁺ = right·x + w for x ≥ 0, left·x + w for x ≤ 0.
-PiecewiseLinearMap OnTheLine(double left, double right) {
+PiecewiseLinearMap DrivenOnTheLine(double left, double right) {
   Matrix L(1, 2), R(1, 2);
   L << left, 1;
   R << right, 1;
@@ -30,7 +30,7 @@ PiecewiseLinearMap OnTheLine(double left, double right) {
 
 TEST(StabilizingFeedback, OfTheLineIsHalfOfTheKink) {
   // |right + K| and |left + K| are smallest in the middle: half of their difference.
-  const StabilizingFeedback found = FindStabilizingFeedback(OnTheLine(1.2, 2.4));
+  const StabilizingFeedback found = FindStabilizingFeedback(DrivenOnTheLine(1.2, 2.4));
   EXPECT_TRUE(found.certified) << found.message;
   EXPECT_NEAR(0.6, found.rate, 1e-3);
   EXPECT_NEAR(-1.8, found.law.pieces().front().matrix(0, 0), 1e-3);
@@ -39,13 +39,13 @@ TEST(StabilizingFeedback, OfTheLineIsHalfOfTheKink) {
 
 TEST(StabilizingFeedback, ThatMustHaveAKink) {
   if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
-  const StabilizingFeedback linear = FindStabilizingFeedback(OnTheLine(-3, 3));
+  const StabilizingFeedback linear = FindStabilizingFeedback(DrivenOnTheLine(-3, 3));
   EXPECT_FALSE(linear.certified);
   EXPECT_NEAR(3, linear.rate, 1e-2);
   EXPECT_NE(std::string::npos, linear.message.find("no certificate")) << linear.message;
   FeedbackOptions options;
   options.piecewise = true;
-  const StabilizingFeedback kinked = FindStabilizingFeedback(OnTheLine(-3, 3), options);
+  const StabilizingFeedback kinked = FindStabilizingFeedback(DrivenOnTheLine(-3, 3), options);
   ASSERT_TRUE(kinked.certified) << kinked.message;
   EXPECT_LT(kinked.rate, 1e-3);
   EXPECT_NEAR(-3, kinked.law(Vector::Ones(1))(0), 1e-3);

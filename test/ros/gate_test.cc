@@ -17,25 +17,19 @@
 #include "src/ros/answer/answers.h"
 #include "src/ros/answer/poincare_answer.h"
 #include "src/ros/display/stamps.h"
+#include "test/refusal.h"
 
 namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+using test::RefusalOf;
 
-std::string Refusal(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "";
-}
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 template <class Message>
 std::string Refused(const Message& message) {
-  return Refusal([&] { CheckMessage(message); });
+  return RefusalOf([&] { CheckMessage(message); });
 }
 
 TEST(Gate, NamesTheFieldAndTheNumber) {
@@ -97,10 +91,10 @@ TEST(PoincareAnswer, RefusesWhatHungTheNode) {
   request.section.name = "body_z";
   request.horizon = 5e-324;
   EXPECT_EQ("horizon is 4.94066e-324, expected 1e-09 to 1e+06",
-            Refusal([&] { Answer(setup, request); }));
+            RefusalOf([&] { Answer(setup, request); }));
   request.horizon = 0;
   request.neutral.cols = 5;
-  EXPECT_NE(std::string::npos, Refusal([&] { Answer(setup, request); }).find("neutral"));
+  EXPECT_NE(std::string::npos, RefusalOf([&] { Answer(setup, request); }).find("neutral"));
 }
 
 TEST(Stamps, GoToTheEndOfTimeAndNoFurther) {

@@ -9,19 +9,14 @@
 #include <string>
 
 #include "contact_flow/io/robot_file.h"
+#include "test/refusal.h"
 
 namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-std::string Refusal(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "";
-}
+using test::RefusalOf;
+
 void ExpectWords(const std::string& answer, const std::string& words) {
   EXPECT_NE(std::string::npos, answer.find(words)) << "\"" << answer << "\" lacks " << words;
 }
@@ -66,11 +61,11 @@ TEST(JointCommands, BecomeInputsByTheEffortsOfTheJoints) {
   EXPECT_EQ((std::vector<double>{5, 2}), inputs.values);
   command.name = {"b"};
   command.effort = {1};
-  ExpectWords(Refusal([&] { joints.Inputs(command); }), "joint 'b' takes no efforts");
+  ExpectWords(RefusalOf([&] { joints.Inputs(command); }), "joint 'b' takes no efforts");
   command.name = {"d"};
-  ExpectWords(Refusal([&] { joints.Inputs(command); }), "unknown driven joint 'd'");
+  ExpectWords(RefusalOf([&] { joints.Inputs(command); }), "unknown driven joint 'd'");
   command.name = {"a", "c"};
-  ExpectWords(Refusal([&] { joints.Inputs(command); }), "1 efforts, expected 2");
+  ExpectWords(RefusalOf([&] { joints.Inputs(command); }), "1 efforts, expected 2");
 }
 
 TEST(JointCommands, NumbersAreAllInputsInTheirOrder) {
@@ -78,9 +73,9 @@ TEST(JointCommands, NumbersAreAllInputsInTheirOrder) {
   command.data = {9, 1, 2};
   command.layout.data_offset = 1;
   EXPECT_EQ((std::vector<double>{1, 2}), ToInputs(command, {"a", "b"}).values);
-  ExpectWords(Refusal([&] { ToInputs(command, {"a"}); }), "2 numbers, expected 1");
+  ExpectWords(RefusalOf([&] { ToInputs(command, {"a"}); }), "2 numbers, expected 1");
   command.layout.data_offset = 4;
-  ExpectWords(Refusal([&] { ToInputs(command, {"a"}); }), "beyond the data");
+  ExpectWords(RefusalOf([&] { ToInputs(command, {"a"}); }), "beyond the data");
 }
 
 /// From 0.5 to 1 in a second, then by the cubic t³ from 1 to 8 in another, rates 3 and 12.
@@ -108,11 +103,11 @@ TEST(TrajectoryFollower, GoesStraightOrAlongCubics) {
   EXPECT_NEAR(3 * 1.5 * 1.5, inputs.values[1], 1e-14);
   trajectory.points[1].time_from_start = ros::Duration(1);
   const auto make = [&] { TrajectoryFollower(trajectory, 5, {0.5, 4}, joints); };
-  ExpectWords(Refusal(make), "point 2 of the trajectory is not after");
+  ExpectWords(RefusalOf(make), "point 2 of the trajectory is not after");
   trajectory.points[0].positions = {1};
-  ExpectWords(Refusal(make), "1 positions in point 1, expected 2");
+  ExpectWords(RefusalOf(make), "1 positions in point 1, expected 2");
   trajectory.joint_names = {"a", "c"};
-  ExpectWords(Refusal(make), "joint 'c' takes no positions");
+  ExpectWords(RefusalOf(make), "joint 'c' takes no positions");
 }
 
 }  // namespace
