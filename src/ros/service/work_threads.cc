@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <optional>
 
 namespace contact_flow {
 namespace ros_interface {
@@ -14,25 +15,26 @@ namespace {
 constexpr int kBack = 10;           // steps of niceness: a tenth of the weight of others
 constexpr double kLookEvery = 0.1;  // [s] whether there is an end
 
-thread_local bool stepped_back = false;
+/// What this thread had before it stepped back. The system cuts what is beyond 19, so that the way
+/// back is no difference.
+thread_local std::optional<int> niceness_before;
 
 /// On Linux the niceness is of the thread.
-bool AddNice(int steps) {
-  const auto id = static_cast<id_t>(::syscall(SYS_gettid));
-  errno = 0;
-  const int now = ::getpriority(PRIO_PROCESS, id);
-  return errno == 0 && ::setpriority(PRIO_PROCESS, id, now + steps) == 0;
-}
+id_t ThisThread() { return static_cast<id_t>(::syscall(SYS_gettid)); }
+bool SetNiceness(int niceness) { return ::setpriority(PRIO_PROCESS, ThisThread(), niceness) == 0; }
 
 }  // namespace
 
 void StepBack() {
-  if (!stepped_back) stepped_back = AddNice(kBack);
+  if (niceness_before) return;
+  errno = 0;
+  const int now = ::getpriority(PRIO_PROCESS, ThisThread());
+  if (errno == 0 && SetNiceness(now + kBack)) niceness_before = now;
 }
 
 bool BackToTheFront() {
-  if (stepped_back) stepped_back = !AddNice(-kBack);
-  return !stepped_back;
+  if (niceness_before && SetNiceness(*niceness_before)) niceness_before.reset();
+  return !niceness_before;
 }
 
 WorkThreads::WorkThreads(std::size_t count, ros::CallbackQueue* queue)
