@@ -11,6 +11,7 @@ namespace contact_flow {
 
 ImpactResult Stick(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v_minus,
                    ConstraintSet J) {
+  if (J.Empty()) return {v_minus, Vector::Zero(system.num_rows()), J};
   const InverseInertia inertia(system, q, v_minus);
   const Matrix A = inertia.Rows(J);
   const Matrix Y = inertia * A.transpose();

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <utility>
 
@@ -144,7 +145,12 @@ bool Flow::PassTransition() {
   const std::optional<double> accumulation = Accumulation(resolved);
   if (!accumulation) return true;
   accumulation_time_ = *accumulation;
-  if (CompleteZeno()) return true;
+  const ConstraintSet rest = EndOfBounces();
+  if (rest.Empty()) {  // the last impact has lifted all of them for longer: they do not accumulate
+    accumulation_time_ = std::numeric_limits<double>::quiet_NaN();
+    return true;
+  }
+  if (CompleteZeno(rest)) return true;
   std::ostringstream reason;
   reason.precision(12);
   const std::string& name = system_.description().constraints[guards_.ConstraintOf(trigger_)];

@@ -72,12 +72,11 @@ ConstraintSet Flow::EndOfBounces() {
   return end - system_.compliant();
 }
 
-/// Turns the last impact into rest at the EndOfBounces: see SimulateOptions::complete_zeno. False
-/// where the run is to stop instead.
-bool Flow::CompleteZeno() {
+/// Turns the last impact into rest of the contacts that the bounces end at, EndOfBounces: see
+/// SimulateOptions::complete_zeno. False where the run is to stop instead.
+bool Flow::CompleteZeno(ConstraintSet sticking) {
   Transition last = transition_;
   const int d = system_.dof(), nq = system_.num_positions();
-  ConstraintSet sticking = EndOfBounces();
   const InverseInertia inertia(system_, x_.head(nq), x_.tail(d));
   bool plastic = true;
   for (int i : last.activated | last.grazed) plastic = plastic && system_.restitution()(i) == 0;

@@ -120,7 +120,7 @@ class Flow {
   std::optional<double> Accumulation(const ResolvedTransition& resolved);
   std::optional<double> PredictRest(int i);
   ConstraintSet EndOfBounces();
-  bool CompleteZeno();
+  bool CompleteZeno(ConstraintSet sticking);
   void Warn(Outcome code, const std::string& message);
   /// Where an arc begins whose forces are not unique, once for the contacts that share them.
   void WarnOfSharedForces();
