@@ -131,7 +131,8 @@ TEST(Adversary, WhatWasWrongOnce) {
        "by projection, a contact that had let go and was held at another's impact"},
       {2457, kRefused, "events whose order errors of the state do not tell",
        "their order is not known"},
-      {601756, kRefused, "a crash: bounces made rest behind an impact that lifts all", "accumulate"},
+      {601756, kRefused, "a crash: bounces made rest behind an impact that lifts all",
+       "accumulate"},
   };
   for (const Former& former : formers) {
     const Verdict verdict = Judge(Generate(former.seed));
