@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <string>
 
@@ -62,6 +63,7 @@ class EndOfRun {
       error = std::max(error, kInstantErrors * instant.error);
     }
     const double apart = run_.t_end() - passed.t;
+    if (apart <= Creeps()) error = std::max(error, SlipLeft(passed));
     if (apart > error) return {};
     if (jumps) return Jumps(*hit.begin(), passed.t, apart, error);
     if (passed.changes_input || !FieldJumps(passed)) return {};
@@ -76,6 +78,45 @@ class EndOfRun {
       if (passed.mode_before.LetterOf(i) != passed.mode_after.LetterOf(i)) changed.Insert(i);
     }
     return changed;
+  }
+
+  /// A slip in space has no sign that changes: it is stopped while a little of it is left, which
+  /// would take so long yet [s].
+  double SlipLeft(const Transition& passed) const {
+    double left = 0;
+    for (int i : passed.mode_before& passed.mode_after) {
+      const bool stops = passed.mode_before.LetterOf(i) == Letter::kSlip &&
+                         passed.mode_after.LetterOf(i) == Letter::kStick;
+      if (!stops || !passed.activated.Empty()) continue;
+      const Slip slip = SlipOf(i, passed.x_minus, passed.mode_before);
+      if (slip.slower > 0) left = std::max(left, kInstantErrors * slip.speed / slip.slower);
+    }
+    return left;
+  }
+
+  /// How fast contact i slips, the way of its letter, and how fast that becomes less; NaN where
+  /// there are no forces, as the run has told.
+  struct Slip {
+    double speed, slower;
+  };
+  Slip SlipOf(int i, const Vector& x, ContactMode mode) const {
+    const Friction& friction = system_.friction()[i];
+    const auto v = x.tail(system_.dof());
+    ConstraintTerms terms;
+    system_.Constraints(x.head(system_.num_positions()), v, &terms);
+    const Matrix T = terms.jacobian.middleRows(friction.row, friction.dimension);
+    const Vector slip = T * v;
+    Vector rate = terms.bias.segment(friction.row, friction.dimension);
+    try {
+      ContactDynamics dynamics(system_, last_.u);
+      dynamics.Evaluate(x, mode);
+      rate += T * dynamics.acceleration();
+    } catch (const FrictionRefusal&) {
+      rate.setConstant(std::numeric_limits<double>::quiet_NaN());
+    }
+    if (friction.dimension == 2) return {slip.norm(), -slip.normalized().dot(rate)};
+    const double sign = mode.LetterOf(i) == Letter::kBackward ? -1 : 1;
+    return {sign * slip(0), -sign * rate(0)};
   }
 
   /// F is continuous where slips begin, whose direction at no speed the state does not tell.
@@ -130,26 +171,15 @@ class EndOfRun {
     const Letter letter = last_.mode.LetterOf(i);
     if (friction.dimension == 0 || friction.coefficient == 0 || letter == Letter::kStick) return {};
     const Matrix T = terms_.jacobian.middleRows(friction.row, friction.dimension);
-    const Vector slip = T * v_;
     const Matrix size = T.cwiseAbs();
     const double known = std::max({run_.absolute_tolerance, (size * error_v_).norm(),
                                    kRateRounding * (size * v_.cwiseAbs()).norm()});
-    const bool in_plane = friction.dimension == 1;
     const double sign = letter == Letter::kBackward ? -1 : 1;
-    const double speed = in_plane ? sign * slip(0) : slip.norm();
-    if (speed > known) return {};
-    Vector rates = terms_.bias.segment(friction.row, friction.dimension);
-    try {
-      ContactDynamics dynamics(system_, last_.u);
-      dynamics.Evaluate(last_.x_end, last_.mode);
-      rates += T * dynamics.acceleration();
-    } catch (const FrictionRefusal&) {  // no forces: the run has told so
-      return {};
-    }
-    const double slower = in_plane ? -sign * rates(0) : -slip.normalized().dot(rates);
-    const double apart = speed / slower;
-    if (!(slower > 0) || std::abs(apart) > Creeps()) return {};
-    return Bends(i, run_.t_end() + apart, apart, known / slower);
+    if ((friction.dimension == 2 ? (T * v_).norm() : sign * (T * v_)(0)) > known) return {};
+    const Slip slip = SlipOf(i, last_.x_end, last_.mode);
+    const double apart = slip.speed / slip.slower;
+    if (!(slip.slower > 0) || std::abs(apart) > Creeps()) return {};
+    return Bends(i, run_.t_end() + apart, apart, known / slip.slower);
   }
 
   /// A contact that never slips is about to let go, of a force along the ground, too.

@@ -26,10 +26,10 @@ constexpr double kSame = 1e-4, kNothing = 1e-9;
 /// The two sides of a corner on which the motion rests.
 class RestingCorner {
  public:
-  RestingCorner(ContactDynamics* dynamics, const CornerFunctions& functions, const Arc& arc,
+  RestingCorner(const ContactDynamics& dynamics, const CornerFunctions& functions, const Arc& arc,
                 int function, const Vector& x)
-      : system_(dynamics->system()),
-        dynamics_(dynamics),
+      : system_(dynamics.system()),
+        variables_(dynamics.variables()),
         functions_(functions),
         arc_(arc),
         function_(function),
@@ -38,9 +38,9 @@ class RestingCorner {
 
   /// Whether DF is another one on either side. What nothing moves but parameters has one side only
   /// where none of these is a variable.
-  bool HasTwoSides() {
+  bool HasTwoSides() const {
     Vector aside;
-    if (!MovedBy(&aside)) return !dynamics_->variables().parameters.empty();
+    if (!MovedBy(&aside)) return !variables_.parameters.empty();
     try {
       const Matrix one = JacobianAt(aside), other = JacobianAt(-aside);
       const double nothing =
@@ -66,10 +66,9 @@ class RestingCorner {
     return value(function_);
   }
   Matrix JacobianAt(const Vector& aside) const {
-    dynamics_->SetInput(InputAt(aside));
-    dynamics_->Differentiate(StateAt(aside), arc_.mode);
-    dynamics_->SetInput(arc_.u);
-    return dynamics_->acceleration_jacobian();
+    ContactDynamics dynamics(system_, InputAt(aside), variables_);
+    dynamics.Differentiate(StateAt(aside), arc_.mode);
+    return dynamics.acceleration_jacobian();
   }
 
   /// What moves the function most, as a tangent that moves it a little; false if nothing does.
@@ -90,7 +89,7 @@ class RestingCorner {
   }
 
   const MechanicalSystem& system_;
-  ContactDynamics* const dynamics_;
+  const Variables& variables_;
   const CornerFunctions& functions_;
   const Arc& arc_;
   const int function_;
@@ -124,8 +123,8 @@ std::string NameOf(const MechanicalSystem& system, const CornerFunctions& functi
 
 }  // namespace
 
-Status CheckRestingCorners(ContactDynamics* dynamics, const Arc& arc) {
-  const CornerFunctions functions(dynamics->system());
+Status CheckRestingCorners(const ContactDynamics& dynamics, const Arc& arc) {
+  const CornerFunctions functions(dynamics.system());
   if (functions.Empty()) return {};
   for (std::size_t k = 0; k < arc.dense.NumSteps(); ++k) {
     AskBudget();
@@ -139,7 +138,7 @@ Status CheckRestingCorners(ContactDynamics* dynamics, const Arc& arc) {
       std::ostringstream message;
       message.precision(12);
       message << "from t = " << begin << " s to " << end << " s "
-              << NameOf(dynamics->system(), functions, i)
+              << NameOf(dynamics.system(), functions, i)
               << ": the outcome has other slopes in runs on the one side of it than on the other";
       return {Outcome::kNotDifferentiable, message.str()};
     }

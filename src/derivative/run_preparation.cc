@@ -191,7 +191,7 @@ bool RunPreparation::MakeEvents(BDerivative* derivative) {
 
 Status RunPreparation::CheckBefore(std::size_t k) const {
   const Status status = CheckFreeSlips(*dynamics_[k], run_.arcs[k]);
-  return status.ok() ? CheckRestingCorners(dynamics_[k].get(), run_.arcs[k]) : status;
+  return status.ok() ? CheckRestingCorners(*dynamics_[k], run_.arcs[k]) : status;
 }
 
 Status RunPreparation::CheckAfter(std::size_t k, const VariationStatistics& statistics) {

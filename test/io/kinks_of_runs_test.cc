@@ -73,6 +73,34 @@ TEST(KinkAtTheEnd, OfASlipThatStops) {
   }
 }
 
+/// The same in space, where a stop is no change of a sign: pressed by 8 N with coefficient ½, 2 kg.
+TEST(KinkAtTheEnd, OfASlipInSpaceThatStops) {
+  using test::Joint;
+  using test::Link;
+  const RobotSystem puck =
+      Make(test::Robot(Link("a", "0.5") + Link("b", "0.5") + Link("puck", "1") +
+                       Joint("x", "prismatic", "world", "a", "1 0 0") +
+                       Joint("y", "prismatic", "a", "b", "0 1 0") +
+                       Joint("z", "prismatic", "b", "puck", "0 0 1")),
+           "{base: fixed, gravity: 8, constraints: {floor: {kind: plane, link: puck, point: "
+           "[0, 0, 0], friction: 0.5}}, nominal: {velocities: {x: 1}}}");
+  const double stop = 0.5;
+  const Vector w = Vector::Unit(6, 3);
+  EXPECT_NEAR(1, Quotient(puck, stop, 1e-4, w)(3), 1e-4);
+  EXPECT_NEAR(0, Quotient(puck, stop, 1e-4, -w)(3), 1e-4);
+  for (const SimulateOptions& options : {SimulateOptions(), Tight()}) {
+    for (const double apart : {0.0, 1e-15, -1e-15, 1e-13, -1e-13}) {
+      ExpectRefused(Differentiate(puck, stop + apart, false, {}, options).status,
+                    "'floor' changes its mode at t = 0.");
+    }
+    for (const double apart : {1e-6, -1e-6}) {
+      const BDerivative B = Differentiate(puck, stop + apart, false, {}, options);
+      ASSERT_TRUE(B.status.ok()) << B.status.message;
+      EXPECT_NEAR(apart > 0 ? 0 : 1, B(w)(3), 1e-6) << apart;
+    }
+  }
+}
+
 TEST(KinkAtTheEnd, OfGradientsIntervalsAndReadings) {
   const RobotSystem block = SlidingBlock();
   const Vector x = block.nominal().x;
