@@ -48,10 +48,10 @@ if(CLP_FOUND)
 endif()
 # GCC makes calloc of a small vector that is allocated and set to zero; glibc's takes five times the instructions of malloc.
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-  file(GLOB sources CONFIGURE_DEPENDS src/dynamics/*.cc src/flow/*.cc)
-  set_property(SOURCE ${sources} APPEND PROPERTY COMPILE_OPTIONS -fno-optimize-strlen)
+  target_compile_options(contact_flow PRIVATE -fno-optimize-strlen)
 endif()
 contact_flow_precompile(contact_flow)
+contact_flow_units(contact_flow 8)
 set_source_files_properties(src/flow/lanes_avx2.cc src/flow/lanes_avx512.cc
   PROPERTIES SKIP_PRECOMPILE_HEADERS ON)   # other instructions
 # Known to one file alone.

@@ -47,6 +47,7 @@ pybind11_add_module(contact_flow_core_python NO_EXTRAS ${PYTHON_SOURCES})
 target_link_libraries(contact_flow_core_python PRIVATE contact_flow)
 target_compile_options(contact_flow_core_python PRIVATE -O2)
 contact_flow_precompile(contact_flow_core_python <pybind11/pybind11.h> <pybind11/eigen.h> <pybind11/stl.h>)
+contact_flow_units(contact_flow_core_python 8)
 target_compile_definitions(contact_flow_core_python PRIVATE
   CONTACT_FLOW_VERSION="${PROJECT_VERSION}")
 file(RELATIVE_PATH to_library /${CONTACT_FLOW_PYTHON_DESTINATION} /${python_library_destination})

@@ -11,6 +11,7 @@ add_dependencies(contact_flow_ros ${${PROJECT_NAME}_EXPORTED_TARGETS})
 set_target_properties(contact_flow_ros PROPERTIES INSTALL_RPATH $ORIGIN)
 
 contact_flow_precompile(contact_flow_ros <ros/ros.h>)
+contact_flow_units(contact_flow_ros 7)
 
 # Sanitizers and counters for this side alone, where the core takes too long to build with them too.
 set(CONTACT_FLOW_ROS_FLAGS "" CACHE STRING "Compiler and linker flags of the ROS side alone")

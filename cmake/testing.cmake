@@ -23,8 +23,6 @@ if(CONTACT_FLOW_TESTS AND NOT Python3_Interpreter_FOUND)
   message(STATUS "contact_flow: Python 3 not found: layout and pages are not tested")
 endif()
 
-option(CONTACT_FLOW_TEST_UNITS "Compile tests in units of several files; OFF for work on one of them" ON)
-
 # contact_flow_gtest(NAME source …): an executable that CTest runs; its cases go to a JUnit file.
 function(contact_flow_gtest name)
   if(CONTACT_FLOW_ROS)
@@ -39,9 +37,7 @@ function(contact_flow_gtest name)
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)   # a quarter less to compile; the library keeps -O3
   if(ARGC GREATER 6)
     contact_flow_precompile(${name} <gtest/gtest.h>)
-    # Most of a file's time goes to templates of its headers. Units are so small that two cores share a folder.
-    set_target_properties(${name} PROPERTIES
-      UNITY_BUILD ${CONTACT_FLOW_TEST_UNITS} UNITY_BUILD_BATCH_SIZE 7)
+    contact_flow_units(${name} 7)   # so small that two cores share a folder
   endif()
 endfunction()
 

@@ -18,7 +18,7 @@ struct Assumptions {
   py::tuple Named(ConstraintSet set) const { return py::tuple(py::cast(set.Names(names))); }
 };
 
-py::tuple GetState(const Assumptions& a) {
+py::tuple AssumptionsState(const Assumptions& a) {
   const AssumptionReport& r = a.report;
   py::list couplings;
   for (const Coupling& c : r.couplings) {
@@ -28,7 +28,7 @@ py::tuple GetState(const Assumptions& a) {
                         r.condition, r.qualified, couplings, static_cast<int>(r.contact_class));
 }
 
-Assumptions SetState(const py::tuple& t) {
+Assumptions AssumptionsFrom(const py::tuple& t) {
   Assumptions a;
   a.names = t[0].cast<std::vector<std::string>>();
   AssumptionReport& r = a.report;
@@ -184,7 +184,7 @@ void BindAssumptions(py::module_* module) {
             return couplings;
           },
           "G_ij/√(G_ii G_jj) of each pair of names.")
-      .def(py::pickle(&GetState, &SetState))
+      .def(py::pickle(&AssumptionsState, &AssumptionsFrom))
       .def("__repr__", [](const Assumptions& a) {
         return "<Assumptions at " + a.report.touching.ToString(a.names) + ": " +
                ContactClassName(a.report.contact_class) + ", rank " +

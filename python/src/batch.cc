@@ -24,7 +24,7 @@ Matrix ToInputs(const System& system, const py::handle& inputs) {
   return ToMatrix(inputs, "inputs", system.get().num_inputs()).transpose();
 }
 
-py::tuple ToTuple(const BatchEvent& event, const SystemDescription& names) {
+py::tuple ToEventTuple(const BatchEvent& event, const SystemDescription& names) {
   return py::make_tuple(event.t, ToNames(event.activated, names), ToNames(event.released, names),
                         ToNames(event.mode_after, names), py::cast(event.impulse));
 }
@@ -52,7 +52,7 @@ py::dict ToColumns(const BatchResult& batch, const MechanicalSystem& system) {
     messages.append(made ? run.status.message : run.refused);
     modes.append(ToNames(run.first_mode, names));
     py::list passed;
-    for (const BatchEvent& event : run.events) passed.append(ToTuple(event, names));
+    for (const BatchEvent& event : run.events) passed.append(ToEventTuple(event, names));
     events.append(passed);
     alone.push_back(run.alone);
     steps.push_back(run.statistics.steps);

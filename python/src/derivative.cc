@@ -83,7 +83,7 @@ Vector ToAdmitted(const Derivative& d, const py::handle& w) {
 
 /// work() with the caches of the derivative to itself.
 template <class Work>
-auto Alone(const Derivative& d, Work&& work, double max_seconds = kForever) {
+auto AloneWith(const Derivative& d, Work&& work, double max_seconds = kForever) {
   return WithoutLock(
       [&] {
         const std::lock_guard<std::mutex> lock(d.mutex);
@@ -109,7 +109,7 @@ py::object Apply(const Derivative& d, const py::object& w, double dt) {
     for (Eigen::Index k = 0; k < directions.rows(); ++k) {
       CheckAdmitted(d.directions, directions.row(k).transpose(), "w[" + std::to_string(k) + "]");
     }
-    return py::cast(Alone(d, [&] {
+    return py::cast(AloneWith(d, [&] {
       RowMajor values(directions.rows(), 2 * d.system().dof());
       for (Eigen::Index k = 0; k < directions.rows(); ++k) {
         values.row(k) = d.map(dt, directions.row(k).transpose()).transpose();
@@ -125,7 +125,7 @@ py::object Apply(const Derivative& d, const py::object& w, double dt) {
 PiecewiseLinearMap Pieces(const Derivative& d, double max_seconds) {
   CheckExists(d);
   CheckMaxSeconds(max_seconds);
-  return Alone(
+  return AloneWith(
       d,
       [&] {
         const PiecewiseLinearMap pieces = d.map.Pieces();
@@ -137,7 +137,7 @@ PiecewiseLinearMap Pieces(const Derivative& d, double max_seconds) {
 }
 
 bool IsDifferentiable(const Derivative& d) {
-  return d.map.status.ok() && Alone(d, [&] { return d.map.IsDifferentiable(); });
+  return d.map.status.ok() && AloneWith(d, [&] { return d.map.IsDifferentiable(); });
 }
 
 Matrix Jacobian(const Derivative& d) {
@@ -147,14 +147,14 @@ Matrix Jacobian(const Derivative& d) {
         "the outcome is not differentiable here, in the sense of one matrix: it has one-sided "
         "derivatives, B(w), and linear pieces where B.piecewise_linear is true");
   }
-  return Alone(
+  return AloneWith(
       d, [&] { return Matrix(d.map.Pieces().pieces().front().matrix * d.directions.Projector()); });
 }
 
 py::tuple Clusters(const Derivative& d, const py::object& w) {
   CheckExists(d);
   const Vector direction = ToAdmitted(d, w);
-  const ClusterReading reading = Alone(d, [&] { return ReadClusters(d.map, direction); });
+  const ClusterReading reading = AloneWith(d, [&] { return ReadClusters(d.map, direction); });
   return py::make_tuple(reading.inner_radius, reading.in_order);
 }
 
@@ -162,7 +162,7 @@ NamedRadius Radius(const Derivative& d, const py::object& w) {
   CheckExists(d);
   const Vector direction = ToAdmitted(d, w);
   NamedRadius radius;
-  radius.value = Alone(d, [&] {
+  radius.value = AloneWith(d, [&] {
     if (!d.estimator) {
       d.estimator = std::make_unique<ValidityEstimator>(d.system(), d.run->trajectory, d.map);
     }
@@ -200,7 +200,7 @@ QuotientReport Compare(const Derivative& d, const py::object& w,
   const SystemFactory factory = [&](const ParameterValues& values) {
     return run.system->Make(values);
   };
-  return Alone(d, [&] {
+  return AloneWith(d, [&] {
     return CompareWithQuotients(d.system(), factory, d.map.options.variables, run.x0, run.inputs,
                                 run.duration, direction, d.map(direction), alphas, run.options,
                                 ErrorAlong(d, direction).maxCoeff());
@@ -262,7 +262,7 @@ void BindDerivative(py::module_* module) {
       .def_property_readonly(
           "piecewise_linear",
           [](const Derivative& d) {
-            return d.map.status.ok() ? Alone(d, [&] { return d.map.PiecewiseLinear(); })
+            return d.map.status.ok() ? AloneWith(d, [&] { return d.map.PiecewiseLinear(); })
                                      : d.map.status;
           },
           "A Status: whether it has linear pieces, or why not.")
@@ -274,7 +274,7 @@ void BindDerivative(py::module_* module) {
           "error",
           [](const Derivative& d, const py::object& w) {
             CheckExists(d);
-            return Alone(d, [&, w = ToAdmitted(d, w)] { return ErrorAlong(d, w); });
+            return AloneWith(d, [&, w = ToAdmitted(d, w)] { return ErrorAlong(d, w); });
           },
           py::arg("w"), "Error of B(w) [2d], absolute, measured by a second, finer run.")
       .def("perturbed_modes", &Modes, py::arg("w"),

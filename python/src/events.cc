@@ -43,7 +43,7 @@ py::array VectorOf(const py::object& self) {
   return View(self.cast<const EventOf&>().get().*member, self);
 }
 
-std::string Repr(const EventOf& e) {
+std::string EventRepr(const EventOf& e) {
   const Transition& t = e.get();
   const auto& names = e.description().constraints;
   std::string text = "<Event at " + Number(t.t) + " s: " + Join(Kinds(t));
@@ -168,7 +168,7 @@ void BindEvents(py::module_* module) {
       .def_property_readonly(
           "obstacle", [](const EventOf& e) { return e.get().obstacle; },
           "Why there is no derivative across it, where there is none.")
-      .def("__repr__", &Repr);
+      .def("__repr__", &EventRepr);
 }
 
 }  // namespace python

@@ -79,7 +79,7 @@ FollowedOrbit FollowFrom(const Feedback& f, const py::object& x, int returns, do
 }
 
 /// Rows of equal length.
-Matrix Table(const std::vector<Vector>& rows, Eigen::Index cols) {
+Matrix TableOf(const std::vector<Vector>& rows, Eigen::Index cols) {
   Matrix table(static_cast<Eigen::Index>(rows.size()), cols);
   for (std::size_t k = 0; k < rows.size(); ++k) {
     table.row(static_cast<Eigen::Index>(k)) = rows[k].transpose();
@@ -95,10 +95,10 @@ void BindFollowed(py::module_* module) {
              return f.status == ReturnStatus::kReturned || f.status == ReturnStatus::kNoDerivative;
            })
       .def_property_readonly(
-          "x", [](const FollowedOrbit& f) { return Table(f.x, f.x.front().size()); },
+          "x", [](const FollowedOrbit& f) { return TableOf(f.x, f.x.front().size()); },
           "At the section, the start first [k+1 × nq+d].")
       .def_property_readonly(
-          "u", [](const FollowedOrbit& f) { return Table(f.u, f.u.empty() ? 0 : f.u[0].size()); },
+          "u", [](const FollowedOrbit& f) { return TableOf(f.u, f.u.empty() ? 0 : f.u[0].size()); },
           "From one to the next [k × m].")
       .def_readonly("away", &FollowedOrbit::away, "|z| of each x.")
       .def_property_readonly(

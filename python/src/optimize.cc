@@ -17,7 +17,7 @@ struct Optimum {
 };
 
 /// What it shows, and the system.
-py::tuple ShownOf(const Optimum& o) {
+py::tuple ShownOptimum(const Optimum& o) {
   py::list iterations;
   for (const DescentIteration& i : o.result.iterations) {
     iterations.append(py::make_tuple(i.iteration, i.cost, i.step));
@@ -27,7 +27,7 @@ py::tuple ShownOf(const Optimum& o) {
                         o.result.y, o.result.cost, o.result.steepest.slope, o.on_kink, iterations);
 }
 
-Optimum FromShown(const py::tuple& t) {
+Optimum OptimumFrom(const py::tuple& t) {
   Optimum o;
   o.system = t[0].cast<std::shared_ptr<System>>();
   o.unknowns = t[1].cast<std::vector<std::string>>();
@@ -149,7 +149,7 @@ void BindOptimize(py::module_* module) {
           "slope", [](const Optimum& o) { return o.result.steepest.slope; },
           "Of the steepest descent there: 0 at a minimum.")
       .def_readonly("on_kink", &Optimum::on_kink, "Whether the cost is kinked there.")
-      .def(py::pickle(&ShownOf, &FromShown))
+      .def(py::pickle(&ShownOptimum, &OptimumFrom))
       .def_property_readonly(
           "iterations",
           [](const Optimum& o) {

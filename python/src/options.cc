@@ -51,21 +51,21 @@ bool IsBool(const py::handle& value) {
 }
 
 template <class T>
-void Assign(const char* name, const py::handle& value, T* field) {
+void AssignOption(const char* name, const py::handle& value, T* field) {
   if (IsBool(value)) throw py::cast_error(name);  // True is no number here
   *field = value.cast<T>();
 }
 
-void Assign(const char* name, const py::handle& value, bool* field) {
+void AssignOption(const char* name, const py::handle& value, bool* field) {
   if (!IsBool(value)) throw py::cast_error(name);
   *field = value.cast<bool>();
 }
 
-void Assign(const char*, const py::handle& value, ImpactLaw* field) {
+void AssignOption(const char*, const py::handle& value, ImpactLaw* field) {
   *field = static_cast<ImpactLaw>(IndexOf("impact_law", py::str(value), ImpactLawNames()));
 }
 
-void Assign(const char*, const py::handle& value, IntegrationMethod* field) {
+void AssignOption(const char*, const py::handle& value, IntegrationMethod* field) {
   *field =
       static_cast<IntegrationMethod>(IndexOf("method", py::str(value), IntegrationMethodNames()));
 }
@@ -84,7 +84,7 @@ py::object ToObject(const IntegrationMethod& method) {
 }
 
 template <class Options>
-Names NamesOf() {
+Names FieldNames() {
   Options options;
   Names names;
   Visit(&options, [&](const char* name, auto*) { names.push_back(name); });
@@ -104,7 +104,7 @@ Options Read(const py::kwargs& keywords, Options base, const Names& known) {
     if (!keywords.contains(name)) return;
     const py::object value = keywords[name];
     try {
-      Assign(name, value, field);
+      AssignOption(name, value, field);
     } catch (const py::cast_error&) {
       throw py::type_error(std::string(name) + " is " + py::repr(value).cast<std::string>() +
                            ", which is not of the kind of its default");
@@ -124,12 +124,12 @@ py::dict Write(Options options) {
 }  // namespace
 
 const Names& SimulateOptionNames() {
-  static const Names names = NamesOf<SimulateOptions>();
+  static const Names names = FieldNames<SimulateOptions>();
   return names;
 }
 
 const Names& DerivativeOptionNames() {
-  static const Names names = NamesOf<BDerivativeOptions>();
+  static const Names names = FieldNames<BDerivativeOptions>();
   return names;
 }
 

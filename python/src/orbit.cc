@@ -96,7 +96,7 @@ Orbit FixedPoint(const std::shared_ptr<Poincare>& shared, const py::object& x0,
                          max_iterations)};
 }
 
-std::string Repr(const Orbit& o) {
+std::string OrbitRepr(const Orbit& o) {
   return "<Orbit of " + o.system->description().name + ": " +
          NewtonStatusName(o.solution->newton.status) + ", period " +
          Number(o.solution->orbit.time) + " s>";
@@ -149,7 +149,7 @@ void BindOrbit(py::module_* module) {
           },
           py::arg("translation") = std::vector<std::string>{},
           "Of the orbit, with a certificate; see PoincareReturn.stability.")
-      .def("__repr__", &Repr);
+      .def("__repr__", &OrbitRepr);
   py::class_<Poincare, std::shared_ptr<Poincare>>(module->attr("PoincareMap"))
       .def("fixed_point", &FixedPoint, py::arg("x0") = py::none(),
            py::arg("free") = std::vector<std::string>{}, py::arg("conditions") = py::tuple(),

@@ -48,7 +48,7 @@ PiecewiseLinearMap FromPairs(const py::iterable& pairs) {
   return PiecewiseLinearMap(std::move(pieces));
 }
 
-py::object Apply(const PiecewiseLinearMap& map, const py::object& w) {
+py::object ApplyMap(const PiecewiseLinearMap& map, const py::object& w) {
   const Array array = ToArray(w, "w");
   if (array.ndim() < 2) return py::cast(map(ToVector(w, "w", map.cols())));
   const Matrix directions = ToMatrix(w, "w", map.cols());
@@ -120,7 +120,7 @@ void BindPieces(py::module_* module) {
           "shape", [](const Map& m) { return py::make_tuple(m.rows(), m.cols()); },
           "(length of a value, length of an argument).")
       .def_property_readonly("is_linear", &Map::IsLinear, "Whether there is one piece alone.")
-      .def("__call__", &Apply, py::arg("w"),
+      .def("__call__", &ApplyMap, py::arg("w"),
            "The value at w [cols] as [rows]; of each row of an array [k×cols] as [k×rows].")
       .def(
           "piece_at",

@@ -13,11 +13,11 @@ namespace contact_flow {
 namespace python {
 namespace {
 
-using Shared = std::shared_ptr<Poincare>;
+using SharedMap = std::shared_ptr<Poincare>;
 
-Shared MakePoincare(const std::shared_ptr<System>& system, const py::object& section,
-                    const py::object& u, const py::object& by, double horizon, double shortest,
-                    py::kwargs keywords) {
+SharedMap MakePoincare(const std::shared_ptr<System>& system, const py::object& section,
+                       const py::object& u, const py::object& by, double horizon, double shortest,
+                       py::kwargs keywords) {
   auto map = std::make_shared<Poincare>();
   const py::kwargs given = py::dict(**keywords);
   const py::object variables = py::isinstance<py::str>(by) ? by : py::object(py::tuple(by));
@@ -41,7 +41,7 @@ Shared MakePoincare(const std::shared_ptr<System>& system, const py::object& sec
   return map;
 }
 
-Return Returns(const Shared& map, const py::object& x, bool differentiate) {
+Return Returns(const SharedMap& map, const py::object& x, bool differentiate) {
   const Vector start = ToState(*map->system, x);
   return {map->system,
           std::make_shared<PoincareReturn>(WithoutLock([&] {
@@ -166,8 +166,8 @@ py::object StabilityOf(const Return& r, const std::vector<std::string>& translat
 }
 
 void BindPoincare(py::module_* module) {
-  py::class_<Poincare, Shared> map(*module, "PoincareMap",
-                                   "The first return map P of a section, with its B-derivative.");
+  py::class_<Poincare, SharedMap> map(
+      *module, "PoincareMap", "The first return map P of a section, with its B-derivative.");
   PickleQuestion(&map);
   map.def_readonly("section", &Poincare::spec, "As it was given.")
       .def_property_readonly(

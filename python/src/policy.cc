@@ -24,15 +24,15 @@ struct Tracker {
   const PolicyNames& names() const { return policy->names; }
 };
 
-std::vector<std::string> StateNames(const PolicyNames& names) {
+std::vector<std::string> NamesOfState(const PolicyNames& names) {
   std::vector<std::string> all = names.coordinates;
   for (const std::string& name : names.velocities) all.push_back("d/dt " + name);
   return all;
 }
 
 /// Diagonal weights by name over `usual`, or numbers, or none.
-Vector ToWeights(const py::object& value, const char* field, const Vector& usual,
-                 const std::vector<std::string>& names) {
+Vector ToWeightVector(const py::object& value, const char* field, const Vector& usual,
+                      const std::vector<std::string>& names) {
   return value.is_none() ? usual : ToNamedVector(value, field, usual, names);
 }
 
@@ -46,9 +46,9 @@ SharedPolicy MakeOf(const std::shared_ptr<Run>& run, const py::object& state,
   const BDerivativeOptions o = ToOptions(options, BDerivativeOptions());
   const std::vector<std::string> tangents = TangentNames(d, Variables());
   TrackingWeights weights;
-  weights.state = ToWeights(state, "state", Vector::Ones(2 * system.dof()), tangents);
-  weights.input = ToWeights(input, "input", Vector::Ones(system.num_inputs()), d.inputs);
-  weights.terminal = ToWeights(terminal, "terminal", weights.state, tangents);
+  weights.state = ToWeightVector(state, "state", Vector::Ones(2 * system.dof()), tangents);
+  weights.input = ToWeightVector(input, "input", Vector::Ones(system.num_inputs()), d.inputs);
+  weights.terminal = ToWeightVector(terminal, "terminal", weights.state, tangents);
   const Vector none = Vector::Zero(system.num_inputs());
   SharedPolicy policy;
   try {
@@ -73,21 +73,21 @@ SharedPolicy FromText(const std::string& text, const std::string& name) {
   return std::make_shared<TrackingPolicy>(WithoutLock([&] { return ReadPolicy(text, name); }));
 }
 
-py::tuple Names(ConstraintSet contacts, const PolicyNames& names) {
-  return py::tuple(py::cast(contacts.Names(names.constraints)));
+py::tuple NamesOfContacts(ConstraintSet contacts, const PolicyNames& names) {
+  return py::tuple(py::cast(contacts.NamesOfContacts(names.constraints)));
 }
 
 py::list Phases(const TrackingPolicy& policy) {
   py::list phases;
   for (const ReferencePhase& phase : policy.reference.phases()) {
     py::dict one;
-    one["mode"] = Names(phase.mode, policy.names);
+    one["mode"] = NamesOfContacts(phase.mode, policy.names);
     one["t_begin"] = phase.t_begin;
     one["t_end"] = phase.t_end;
     one["x_begin"] = phase.x_begin;
     one["x_end"] = phase.x_end;
-    one["activated"] = Names(phase.activated, policy.names);
-    one["released"] = Names(phase.released, policy.names);
+    one["activated"] = NamesOfContacts(phase.activated, policy.names);
+    one["released"] = NamesOfContacts(phase.released, policy.names);
     phases.append(one);
   }
   return phases;
@@ -107,23 +107,24 @@ int ToPhase(const TrackingPolicy& policy, const py::object& phase, double t) {
   return index;
 }
 
-ConstraintSet ToContacts(const py::handle& given, const PolicyNames& names) {
+ConstraintSet ToContactSet(const py::handle& given, const PolicyNames& names) {
   SystemDescription d;
   d.constraints = names.constraints;
-  return python::ToContacts(given, d);
+  return python::ToContactSet(given, d);
 }
 
 void Observe(Tracker& t, double at, const py::object& activated, const py::object& released,
              const py::object& mode) {
   CheckTime(at);
   std::optional<ConstraintSet> told;
-  if (!mode.is_none()) told = ToContacts(mode, t.names());
-  t.tracker->Observe(at, ToContacts(activated, t.names()), ToContacts(released, t.names()), told);
+  if (!mode.is_none()) told = ToContactSet(mode, t.names());
+  t.tracker->Observe(at, ToContactSet(activated, t.names()), ToContactSet(released, t.names()),
+                     told);
 }
 
 Vector InputOf(Tracker& t, double at, const py::object& x) {
   CheckTime(at);
-  const std::vector<std::string> names = StateNames(t.names());
+  const std::vector<std::string> names = NamesOfState(t.names());
   const Vector state = ToVector(x, "x", static_cast<Eigen::Index>(names.size()), &names);
   if (!state.allFinite()) throw py::value_error("x has a number that is not finite");
   return t.tracker->Input(at, state);
@@ -146,7 +147,7 @@ void BindTracker(py::module_* module) {
             py::list events;
             for (const TrackedEvent& e : t.tracker->events()) {
               events.append(py::make_tuple(KindName(e.kind), e.t, e.expected,
-                                           Names(e.constraints, t.names())));
+                                           NamesOfContacts(e.constraints, t.names())));
             }
             return events;
           },
@@ -174,11 +175,11 @@ void BindPolicy(py::module_* module) {
           "The name of the model whose run it follows.")
       .def_property_readonly(
           "state_names",
-          [](const TrackingPolicy& p) { return py::tuple(py::cast(StateNames(p.names))); },
-          "Names of x [nq+d].")
+          [](const TrackingPolicy& p) { return py::tuple(py::cast(NamesOfState(p.names))); },
+          "NamesOfContacts of x [nq+d].")
       .def_property_readonly(
           "inputs", [](const TrackingPolicy& p) { return py::tuple(py::cast(p.names.inputs)); },
-          "Names of u [m].")
+          "NamesOfContacts of u [m].")
       .def_property_readonly(
           "t",
           [](const TrackingPolicy& p) {

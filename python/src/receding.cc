@@ -31,7 +31,7 @@ struct Loop {
 };
 
 template <class Work>
-auto Alone(const Loop& loop, Work&& work) {
+auto AloneWithLoop(const Loop& loop, Work&& work) {
   return WithoutLock([&] {
     const std::lock_guard<std::mutex> lock(loop.mutex);
     return work();
@@ -51,17 +51,15 @@ Vector Bound(const py::object& value, const char* field, Eigen::Index size) {
   return value.is_none() ? Vector() : Spread(value, field, size, 0);
 }
 
-std::shared_ptr<Loop> Begin(const std::shared_ptr<System>& system, const py::object& x0,
-                            const py::object& inputs, const py::object& duration,
-                            const py::object& target, const py::object& weight,
-                            const py::object& effort, const py::object& path_weight,
-                            const py::object& path_target,
-                            const std::vector<std::tuple<std::string, std::string, double>>& power,
-                            const std::map<std::string, double>& impulse, const py::object& lower,
-                            const py::object& upper, int intervals, double budget,
-                            int max_iterations, bool search, const py::object& state_weights,
-                            const py::object& input_weights, const py::object& terminal_weights,
-                            double reach, double period) {
+std::shared_ptr<Loop> BeginLoop(
+    const std::shared_ptr<System>& system, const py::object& x0, const py::object& inputs,
+    const py::object& duration, const py::object& target, const py::object& weight,
+    const py::object& effort, const py::object& path_weight, const py::object& path_target,
+    const std::vector<std::tuple<std::string, std::string, double>>& power,
+    const std::map<std::string, double>& impulse, const py::object& lower, const py::object& upper,
+    int intervals, double budget, int max_iterations, bool search, const py::object& state_weights,
+    const py::object& input_weights, const py::object& terminal_weights, double reach,
+    double period) {
   auto loop = std::make_shared<Loop>();
   const MechanicalSystem& mechanics = system->get();
   const Eigen::Index m = mechanics.num_inputs(), nq = mechanics.num_positions();
@@ -108,21 +106,21 @@ std::shared_ptr<Loop> Begin(const std::shared_ptr<System>& system, const py::obj
   return loop;
 }
 
-void Observe(Loop& loop, double t, const py::object& activated, const py::object& released,
-             const py::object& mode) {
+void ObserveLoop(Loop& loop, double t, const py::object& activated, const py::object& released,
+                 const py::object& mode) {
   const SystemDescription& names = loop.description();
   const ConstraintSet down = ToContacts(activated, names), up = ToContacts(released, names);
   std::optional<ConstraintSet> now;
   if (!mode.is_none()) now = ToContacts(mode, names);
-  Alone(loop, [&] {
-    loop.tracker->Observe(t, down, up, now);
+  AloneWithLoop(loop, [&] {
+    loop.tracker->ObserveLoop(t, down, up, now);
     return 0;
   });
 }
 
-Vector Input(Loop& loop, double t, const py::object& x) {
+Vector LoopInput(Loop& loop, double t, const py::object& x) {
   const Vector state = ToState(*loop.system, x);
-  return Alone(loop, [&] { return loop.tracker->Input(t, state); });
+  return AloneWithLoop(loop, [&] { return loop.tracker->LoopInput(t, state); });
 }
 
 HorizonSolution SolveNow(Loop& loop, double t, const py::object& x, const py::object& begin) {
@@ -141,7 +139,7 @@ HorizonSolution SolveNow(Loop& loop, double t, const py::object& x, const py::ob
 }
 
 py::list Reports(const Loop& loop) {
-  const auto reports = Alone(loop, [&] { return loop.tracker->reports(); });
+  const auto reports = AloneWithLoop(loop, [&] { return loop.tracker->reports(); });
   py::list list;
   for (const RecedingTracker::Report& report : reports) {
     list.append(py::make_tuple(report.solution, report.followed, report.message));
@@ -150,7 +148,7 @@ py::list Reports(const Loop& loop) {
 }
 
 py::list Events(const Loop& loop) {
-  const auto events = Alone(loop, [&] { return loop.tracker->events(); });
+  const auto events = AloneWithLoop(loop, [&] { return loop.tracker->events(); });
   py::list list;
   for (const TrackedEvent& event : events) {
     list.append(py::make_tuple(KindName(event.kind), event.t, event.expected,
@@ -206,8 +204,8 @@ void BindReceding(py::module_* module) {
       *module, "RecedingLoop",
       "Follows a trajectory that is chosen again and again. `input` answers at once; `solve` may\n"
       "be called by a thread of its own.")
-      .def("input", &Input, py::arg("t"), py::arg("x"), "The input at t for the state x [m].")
-      .def("observe", &Observe, py::arg("t"), py::arg("activated") = py::tuple(),
+      .def("input", &LoopInput, py::arg("t"), py::arg("x"), "The input at t for the state x [m].")
+      .def("observe", &ObserveLoop, py::arg("t"), py::arg("activated") = py::tuple(),
            py::arg("released") = py::tuple(), py::arg("mode") = py::none(),
            "Contacts touch down, or let go, at t; `mode` is what touches from then on.")
       .def("solve", &SolveNow, py::arg("t"), py::arg("x"), py::arg("begin") = py::none(),
@@ -215,7 +213,9 @@ void BindReceding(py::module_* module) {
            "at t, and offers what is found to be followed. Returns a HorizonSolution.")
       .def_property_readonly(
           "waits",
-          [](const Loop& loop) { return Alone(loop, [&] { return loop.tracker->Waits(); }); },
+          [](const Loop& loop) {
+            return AloneWithLoop(loop, [&] { return loop.tracker->Waits(); });
+          },
           "Whether a solution waits for its begin: another one would take its place.")
       .def_property_readonly("reports", &Reports,
                              "(solution, followed, why not) of all solves that are decided.")
@@ -225,7 +225,7 @@ void BindReceding(py::module_* module) {
           "inputs",
           [](const Loop& loop) {
             const InputSchedule inputs =
-                Alone(loop, [&] { return loop.tracker->policy().reference.inputs(); });
+                AloneWithLoop(loop, [&] { return loop.tracker->policy().reference.inputs(); });
             py::array_t<double> u(
                 {inputs.values.size(), static_cast<std::size_t>(inputs.values.front().size())});
             for (std::size_t k = 0; k < inputs.values.size(); ++k) {
@@ -241,10 +241,11 @@ void BindReceding(py::module_* module) {
       .def("__repr__",
            [](const Loop& loop) { return "<RecedingLoop of " + loop.description().name + ">"; });
   py::class_<System, std::shared_ptr<System>>(module->attr("System"))
-      .def("receding_horizon", &Begin, py::arg("x0") = py::none(), py::arg("inputs") = py::none(),
-           py::arg("duration") = py::none(), py::kw_only(), py::arg("target") = py::none(),
-           py::arg("weight") = py::none(), py::arg("effort") = py::none(),
-           py::arg("path_weight") = py::none(), py::arg("path_target") = py::none(),
+      .def("receding_horizon", &BeginLoop, py::arg("x0") = py::none(),
+           py::arg("inputs") = py::none(), py::arg("duration") = py::none(), py::kw_only(),
+           py::arg("target") = py::none(), py::arg("weight") = py::none(),
+           py::arg("effort") = py::none(), py::arg("path_weight") = py::none(),
+           py::arg("path_target") = py::none(),
            py::arg("power") = std::vector<std::tuple<std::string, std::string, double>>{},
            py::arg("impulse") = std::map<std::string, double>{}, py::arg("lower") = py::none(),
            py::arg("upper") = py::none(), py::arg("intervals") = 0, py::arg("budget") = 0.05,

@@ -63,7 +63,7 @@ void Mark(Online& o, const py::object& directions, const py::object& by,
   });
 }
 
-RollingTangents Tangents(Online& o) {
+RollingTangents TangentsOf(Online& o) {
   return Alone(o, [&](OnlineFlow& flow) {
     if (!o.rolling) throw py::value_error("no instant is marked");
     RollingDerivative::Reading now = o.rolling->Read(&flow);
@@ -122,7 +122,7 @@ void BindRolling(py::module_* module) {
       .def("unmark", &Unmark,
            "Forgets the mark: the motion behind is not kept, nor\n"
            "differentiated.")
-      .def_property_readonly("tangents", &Tangents,
+      .def_property_readonly("tangents", &TangentsOf,
                              "The RollingTangents from the mark to now. ValueError without one.");
 }
 

@@ -120,7 +120,7 @@ std::string Csv(const Run& run, int count) {
   });
 }
 
-std::string Repr(const Run& run) {
+std::string RunRepr(const Run& run) {
   const Trajectory& t = run.trajectory;
   return "<Run of " + run.description().name + ", " + Number(t.t_begin()) + " to " +
          Number(t.t_end()) + " s, " + std::to_string(t.transitions.size()) + " event" +
@@ -258,7 +258,7 @@ void BindRun(py::module_* module) {
            "At an event there are two rows, before and after.")
       .def("csv", &Csv, py::arg("count") = 200,
            "The same as CSV text, with names and contact modes; 17 digits.")
-      .def("__repr__", &Repr);
+      .def("__repr__", &RunRepr);
 }
 
 }  // namespace python

@@ -30,7 +30,7 @@ std::shared_ptr<Run> SimulateSystem(const std::shared_ptr<System>& system, const
   return Repeat(system, ToState(*system, x0), ToSchedule(*system, inputs), seconds, o);
 }
 
-py::tuple GetState(const Run& run) {
+py::tuple RunState(const Run& run) {
   run.CheckRepeats("it cannot be pickled");
   Matrix values(run.inputs.values.size(), run.system->get().num_inputs());
   for (std::size_t k = 0; k < run.inputs.values.size(); ++k) {
@@ -40,7 +40,7 @@ py::tuple GetState(const Run& run) {
                         values, run.duration, ToDict(run.options));
 }
 
-std::shared_ptr<Run> SetState(const py::tuple& state) {
+std::shared_ptr<Run> RunFrom(const py::tuple& state) {
   const auto system = state[0].cast<std::shared_ptr<System>>();
   InputSchedule inputs;
   inputs.grid = state[2].cast<std::vector<double>>();
@@ -86,7 +86,7 @@ void BindSimulate(py::module_* module) {
           "Writes the run as one HTML file that needs no network: contacts, events, states, "
           "forces,\n"
           "derivative, margins; see contact_flow.write_report.")
-      .def(py::pickle(&GetState, &SetState))
+      .def(py::pickle(&RunState, &RunFrom))
       .def("__copy__", [](const py::object& self) { return self; })
       .def("__deepcopy__", [](const py::object& self, const py::object&) { return self; });
 }

@@ -127,7 +127,7 @@ py::array ToColumn(std::vector<T> values, std::vector<py::ssize_t> shape) {
   return py::array_t<T>(std::move(shape), kept->data(), owner);
 }
 
-py::dict ToAnswer(SweepResult result) {
+py::dict SweepAnswer(SweepResult result) {
   Columns& c = result.columns;
   const auto rows = static_cast<py::ssize_t>(c.rows);
   py::dict columns;
@@ -182,7 +182,7 @@ py::dict RunSweep(const std::shared_ptr<System>& system, const py::dict& dict, s
     };
   }
   SweepResult result = WithoutLock([&] { return Sweep(request); }, max_seconds);
-  return ToAnswer(std::move(result));
+  return SweepAnswer(std::move(result));
 }
 
 /// The one of this index, or IndexError.

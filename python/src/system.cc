@@ -17,7 +17,7 @@ auto Of(Member SystemDescription::*member) {
       [member](const System& system) { return py::tuple(py::cast(system.description().*member)); };
 }
 
-std::string Repr(const System& system) {
+std::string SystemRepr(const System& system) {
   const SystemDescription& d = system.description();
   std::ostringstream text;
   text << "<" << system.Origin() << ": " << system.get().dof() << " velocities, "
@@ -158,7 +158,7 @@ void BindSystem(py::module_* module) {
       .def(
           "__copy__", [](const py::object& self) { return self; }, "Itself: it is constant.")
       .def("__deepcopy__", [](const py::object& self, const py::object&) { return self; })
-      .def("__repr__", &Repr);
+      .def("__repr__", &SystemRepr);
 }
 
 }  // namespace python

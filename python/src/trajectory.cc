@@ -42,7 +42,7 @@ void Goals(const py::dict& asked, const char* target_field, const char* weight_f
 }
 
 /// (kind, name, number, lower, upper)
-TrajectoryCondition ToCondition(const py::handle& given, const SystemDescription& d) {
+TrajectoryCondition ToTrajectoryCondition(const py::handle& given, const SystemDescription& d) {
   const auto t = given.cast<py::tuple>();
   TrajectoryCondition condition;
   if (t[0].cast<std::string>() == "touchdown") {
@@ -127,7 +127,7 @@ TrajectoryProblem ToProblem(const System& system, const py::dict& asked) {
   problem.linear_inputs = asked["linear_inputs"].cast<bool>();
   problem.input_end = Named(asked, "input_end", m, d.inputs);
   for (const auto& condition : asked["conditions"]) {
-    problem.conditions.push_back(ToCondition(condition, d));
+    problem.conditions.push_back(ToTrajectoryCondition(condition, d));
   }
   problem.condition_tolerance = asked["condition_tolerance"].cast<double>();
   problem.lower = Named(asked, "lower", m, d.inputs);
@@ -202,8 +202,8 @@ py::dict ToAnswer(const System& system, const TrajectoryProblem& problem,
   return answer;
 }
 
-py::dict Optimize(const std::shared_ptr<System>& system, const py::dict& asked,
-                  const py::object& progress, double max_seconds) {
+py::dict OptimizeMotion(const std::shared_ptr<System>& system, const py::dict& asked,
+                        const py::object& progress, double max_seconds) {
   CheckMaxSeconds(max_seconds);
   const TrajectoryProblem problem = ToProblem(*system, asked);
   TrajectoryOptions options;
@@ -246,7 +246,7 @@ py::dict Optimize(const std::shared_ptr<System>& system, const py::dict& asked,
 
 void BindTrajectory(py::module_* module) {
   module->def("have_ipopt", &HaveIpopt, "Whether Ipopt is compiled in, for multiple shooting.");
-  module->def("_optimize_trajectory", &Optimize, py::arg("system"), py::arg("asked"),
+  module->def("_optimize_trajectory", &OptimizeMotion, py::arg("system"), py::arg("asked"),
               py::arg("progress"), py::arg("max_seconds"));
   py::class_<System, std::shared_ptr<System>>(module->attr("System"))
       .def(

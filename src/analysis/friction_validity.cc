@@ -15,13 +15,13 @@ namespace contact_flow {
 namespace {
 
 /// Step of difference quotients along a tangent of unit length.
-constexpr double kStep = 1e-6;
+constexpr double kConeStep = 1e-6;
 /// Forces below this part of the largest are zero, and rates below it of their terms.
 constexpr double kZero = 1e-7;
 /// Of one step, each with at most one turn of a guard.
-constexpr int kPieces = 8;
+constexpr int kConePieces = 8;
 /// Of a piece, down to rounding.
-constexpr int kBisections = 45;
+constexpr int kConeBisections = 45;
 
 void ConsiderGuard(double value, const Eigen::RowVectorXd& gradient, double rate, const Vector& w,
                    double shift, ValidityRadius::Limit limit, int constraint, double t,
@@ -142,7 +142,7 @@ void FrictionValidity::WatchDips(std::size_t k) {
       const auto row = static_cast<Eigen::Index>(g);
       if (risen[g] && before.rate(row) < 0 && behind.rate(row) >= 0) {
         double low = left, high = right;
-        for (int i = 0; i < kBisections; ++i) {
+        for (int i = 0; i < kConeBisections; ++i) {
           const double middle = low + (high - low) / 2;
           (at(middle).rate(row) < 0 ? low : high) = middle;
         }
@@ -164,8 +164,8 @@ void FrictionValidity::WatchDips(std::size_t k) {
     AskBudget();
     const double begin = arc.dense.StepBegin(step);
     const double end = std::min(begin + arc.dense.StepLength(step), arc.t_end);
-    for (int piece = 1; piece <= kPieces; ++piece) {
-      look(begin + (end - begin) * piece / kPieces);
+    for (int piece = 1; piece <= kConePieces; ++piece) {
+      look(begin + (end - begin) * piece / kConePieces);
     }
   }
 }
@@ -195,8 +195,8 @@ double FrictionValidity::RateChange(const Watched& of, Eigen::Index guard, const
   const Vector tangent = along.head(2 * system_.dof());
   const double length = tangent.norm();
   if (!(length > 0)) return 0;
-  const Vector aside = system_.Perturb(x, kStep / length * tangent);
-  return (of.guards->At(aside).rate(guard) - rate) * length / kStep;
+  const Vector aside = system_.Perturb(x, kConeStep / length * tangent);
+  return (of.guards->At(aside).rate(guard) - rate) * length / kConeStep;
 }
 
 /// Guards that vanish at transition k, for the tangent w before it, have to cross zero.
@@ -240,7 +240,7 @@ void FrictionValidity::CheckImpulses(std::size_t k, const Vector& w, double time
   const Vector along = (w + time * arcs_[k].end.field).head(2 * d);
   const double length = along.norm();
   if (!(length > 0)) return;
-  const Vector aside = system_.Perturb(transition.x_minus, kStep / length * along);
+  const Vector aside = system_.Perturb(transition.x_minus, kConeStep / length * along);
   const ContactMode held = transition.mode_before.Without(system_.compliant());
   Vector moved;
   try {
@@ -259,7 +259,7 @@ void FrictionValidity::CheckImpulses(std::size_t k, const Vector& w, double time
   };
   const auto consider = [&](int i, bool cone, Limit limit) {
     const double now = margin(p, i, cone);
-    const double change = (margin(moved, i, cone) - now) * length / kStep;
+    const double change = (margin(moved, i, cone) - now) * length / kConeStep;
     Consider(now, change, limit, i, transition.t, smallest);
   };
   for (int i : transition.impulse_word) {

@@ -23,7 +23,7 @@ int TangentOf(const MechanicalSystem& system, int i) {
   return found == names.velocities.end() ? -1 : static_cast<int>(found - names.velocities.begin());
 }
 
-void Validate(const MechanicalSystem& system, const OutcomeProblem& problem) {
+void ValidateProblem(const MechanicalSystem& system, const OutcomeProblem& problem) {
   const Eigen::Index size = system.state_size(), m = system.num_inputs();
   Require(
       problem.x.size() == size && problem.target.size() == size && problem.weight.size() == size,
@@ -122,7 +122,7 @@ void AddMap(const MechanicalSystem& system, const OutcomeProblem& problem, const
 }  // namespace
 
 Vector UnknownValues(const MechanicalSystem& system, const OutcomeProblem& problem) {
-  Validate(system, problem);
+  ValidateProblem(system, problem);
   OutcomeProblem values = problem;
   Vector y(problem.unknowns.size());
   for (std::size_t k = 0; k < problem.unknowns.size(); ++k) {
@@ -142,7 +142,7 @@ OutcomeProblem WithUnknowns(const MechanicalSystem& system, OutcomeProblem probl
 }
 
 NonsmoothCost MakeOutcomeCost(const MechanicalSystem& system, const OutcomeProblem& problem) {
-  Validate(system, problem);
+  ValidateProblem(system, problem);
   OutcomeProblem asked = problem;
   asked.derivative.variables = {};
   asked.derivative.variables.inputs = true;

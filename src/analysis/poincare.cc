@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kSamples = 16;       // of a step of the integrator
 constexpr int kFirstHorizon = 16;  // the horizon is tried in parts: 1/16, 1/8, …
-constexpr int kMaxNewton = 8;
+constexpr int kMaxReturns = 8;
 constexpr double kSettled = 1e-15;   // relative change of the time of return
 constexpr double kSymmetric = 1e-9;  // how far a symmetry may be from one, relative
 
@@ -180,7 +180,7 @@ void PoincareMap::Settle(const VectorRef& x, PoincareReturn* result) const {
   SimulateOptions options = options_.simulate;
   options.dense = true;
   ContactDynamics dynamics(system_, u_);
-  for (int k = 0; k < kMaxNewton; ++k) {
+  for (int k = 0; k < kMaxReturns; ++k) {
     result->trajectory = Simulate(system_, x, u_, result->time, options);
     if (!result->trajectory.status.ok()) {
       result->status = ReturnStatus::kStopped;
@@ -201,7 +201,7 @@ void PoincareMap::Settle(const VectorRef& x, PoincareReturn* result) const {
     }
     const double change = -height / result->crossing_speed;
     if (std::abs(change) <= kSettled * std::max(1.0, result->time)) break;
-    if (k + 1 < kMaxNewton) result->time += change;
+    if (k + 1 < kMaxReturns) result->time += change;
   }
   result->status = ReturnStatus::kReturned;
   result->message.clear();

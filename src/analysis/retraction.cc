@@ -11,8 +11,8 @@
 namespace contact_flow {
 namespace {
 
-constexpr int kMaxNewton = 20;
-constexpr double kClosed = 1e-15;  // [m]
+constexpr int kMaxRetractions = 20;
+constexpr double kRetracted = 1e-15;  // [m]
 
 /// The tangential rows of what sticks.
 std::vector<int> StickingRows(const MechanicalSystem& system, ContactMode mode) {
@@ -24,7 +24,7 @@ std::vector<int> StickingRows(const MechanicalSystem& system, ContactMode mode) 
   return rows;
 }
 
-Matrix RowsOf(const Matrix& all, const std::vector<int>& rows) {
+Matrix SelectedRows(const Matrix& all, const std::vector<int>& rows) {
   Matrix some(static_cast<Eigen::Index>(rows.size()), all.cols());
   for (std::size_t r = 0; r < rows.size(); ++r) {
     some.row(static_cast<Eigen::Index>(r)) = all.row(rows[r]);
@@ -104,10 +104,11 @@ void Retract(const MechanicalSystem& system, ContactMode mode, Vector* x, Constr
   if (closed.empty()) return;
   Vector moved = *x;
   ConstraintTerms terms;
-  for (int step = 0; step < kMaxNewton; ++step) {
+  for (int step = 0; step < kMaxRetractions; ++step) {
     system.Constraints(moved.head(nq), moved.tail(d), &terms);
-    const Matrix A = RowsOf(terms.jacobian, closed), rates = RowsOf(terms.jacobian, still);
-    const Vector gap = RowsOf(terms.gap, closed);
+    const Matrix A = SelectedRows(terms.jacobian, closed),
+                 rates = SelectedRows(terms.jacobian, still);
+    const Vector gap = SelectedRows(terms.gap, closed);
     Vector change = Vector::Zero(2 * d);
     change.head(d) = -A.completeOrthogonalDecomposition().solve(gap);
     if (rates.rows() > 0) {
@@ -115,7 +116,7 @@ void Retract(const MechanicalSystem& system, ContactMode mode, Vector* x, Constr
     }
     if (!change.allFinite()) return;
     moved = system.Perturb(moved, change);
-    if (gap.cwiseAbs().maxCoeff() <= kClosed) break;
+    if (gap.cwiseAbs().maxCoeff() <= kRetracted) break;
   }
   *x = moved;
 }

@@ -14,8 +14,8 @@ namespace {
 constexpr double kSameRow = 1e-6;
 
 /// (gap; Da, and T where there is friction) of contact i, on tangents of before the exchange.
-Matrix RowsOf(const MechanicalSystem& system, const ConstraintTerms& terms, int i,
-              const Matrix& exchange) {
+Matrix ReturnRows(const MechanicalSystem& system, const ConstraintTerms& terms, int i,
+                  const Matrix& exchange) {
   const Friction friction = system.HasFriction() ? system.friction()[i] : Friction();
   Matrix rows(1 + friction.dimension, system.dof());
   rows.row(0) = terms.jacobian.row(i);
@@ -132,12 +132,12 @@ SymmetryImage ImageOf(const MechanicalSystem& system, const VectorRef& u,
   const Matrix E = symmetry.Exchanged(system).topLeftCorner(d, d);
   const Matrix same = Matrix::Identity(d, d);
   for (int i : mode) {
-    const Matrix rows = RowsOf(system, before, i, same);
+    const Matrix rows = ReturnRows(system, before, i, same);
     const double size = rows.cwiseAbs().maxCoeff();
     int best = -1;
     double distance = std::numeric_limits<double>::infinity();
     for (int j = 0; j < n; ++j) {
-      const Matrix other = RowsOf(system, after, j, E);
+      const Matrix other = ReturnRows(system, after, j, E);
       if (other.rows() != rows.rows()) continue;
       const double apart =
           (other - rows).cwiseAbs().maxCoeff() / size + std::abs(after.gap(j) - before.gap(i));

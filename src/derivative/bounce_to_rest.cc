@@ -12,11 +12,11 @@ namespace contact_flow {
 namespace {
 
 /// What τ changes of the velocities; what is zero beside ε, and beside velocities.
-constexpr double kBounce = 1e-8, kNone = 1e-5, kRounding = 1e-13;
+constexpr double kBounce = 1e-8, kNone = 1e-5, kBounceRounding = 1e-13;
 /// A slip in space that begins has so many absolute tolerances.
 constexpr double kOnset = 100;
 /// How closely inequalities of words have to hold, relative.
-constexpr double kBorder = 1e-9;
+constexpr double kRestBorder = 1e-9;
 
 /// The bounce and the impact that ends it, for any time τ between its impacts.
 class LastBounce {
@@ -37,7 +37,7 @@ class LastBounce {
     const double speed = std::max(v_.cwiseAbs().maxCoeff(),
                                   transition.x_minus.tail(v_.size()).cwiseAbs().maxCoeff());
     for (int j : rigid_) {
-      if (!(Slip(j).norm() > kRounding * speed + kOnset * transition.absolute_tolerance)) {
+      if (!(Slip(j).norm() > kBounceRounding * speed + kOnset * transition.absolute_tolerance)) {
         begins_.Insert(j);
       }
     }
@@ -95,7 +95,7 @@ class LastBounce {
         others.slipping.Set(j, rubs ? after_.LetterOf(j) : Letter::kSlip);
       }
     }
-    const ContactMode flight = SelectWord(&dynamics_, x_, others, kBorder);
+    const ContactMode flight = SelectWord(&dynamics_, x_, others, kRestBorder);
     if (flight.Members() != rigid_.Without(i_)) Fail("let others go");
     return flight.Union(compliant_);
   }

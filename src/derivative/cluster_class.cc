@@ -23,7 +23,7 @@ namespace {
 /// transition says better.
 constexpr double kOrthogonal = 1e-6;
 /// Velocities are one outcome below this, relative, whatever the tolerances.
-constexpr double kRounding = 1e-12;
+constexpr double kClassRounding = 1e-12;
 /// Orders that are tried where there are too many to follow all.
 constexpr std::size_t kTried = 500;
 
@@ -101,12 +101,13 @@ class Classifier {
   /// Both within the error of the outcome and, in the kinetic metric, small beside the impact.
   bool Same(const Vector& a, const Vector& b) const {
     const Vector apart = (a - b).cwiseAbs();
-    if ((apart.array() <= kRounding * (a.cwiseAbs() + b.cwiseAbs()).array()).all()) return true;
+    if ((apart.array() <= kClassRounding * (a.cwiseAbs() + b.cwiseAbs()).array()).all())
+      return true;
     if (!(apart.array() <= neglected_.outcome_limit().array()).all()) return false;
     const Vector v = transition_.x_minus.tail(system_.dof());
     const double impact = KineticNorm(a - v);
     return KineticNorm(a - b) <=
-           neglected_.derivative_limit() * impact + kRounding * KineticNorm(v);
+           neglected_.derivative_limit() * impact + kClassRounding * KineticNorm(v);
   }
 
   double KineticNorm(const Vector& v) const { return KineticSpeed(geometry_.inertia()->mass(), v); }

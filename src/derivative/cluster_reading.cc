@@ -11,7 +11,7 @@ namespace contact_flow {
 namespace {
 
 /// First-order times that differ by less than this, relative, coincide; and derivatives.
-constexpr double kTie = 1e-8, kSame = 1e-9;
+constexpr double kReadingTie = 1e-8, kSameReading = 1e-9;
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 /// The activations of a transition, and what the run knows of their instants, in that order.
@@ -47,7 +47,7 @@ double InnerRadius(const std::vector<EventInstant>& instants, const Vector& time
                    tau_j = times(static_cast<Eigen::Index>(j));
       const double closing = tau_i - tau_j, apart = instants[j].offset - instants[i].offset;
       const double error = instants[i].error + instants[j].error;
-      if (!(std::abs(closing) > kTie * (std::abs(tau_i) + std::abs(tau_j)))) continue;
+      if (!(std::abs(closing) > kReadingTie * (std::abs(tau_i) + std::abs(tau_j)))) continue;
       const double late = closing > 0 ? std::max(apart, error) : error - apart;
       if (late > 0) radius = std::max(radius, late / std::abs(closing));
     }
@@ -73,7 +73,7 @@ double FrictionalRadius(const EventMap& map, const Vector& tangent) {
     instants.push_back(instant);
   }
   const double radius = InnerRadius(instants, times);
-  return radius > 0 && !map.IsDifferentiable(kSame) ? radius : 0;
+  return radius > 0 && !map.IsDifferentiable(kSameReading) ? radius : 0;
 }
 
 /// Whether the order of the instants, or one that their errors leave possible, has another
@@ -84,7 +84,7 @@ bool OrderMatters(const EventMap& map, const std::vector<EventInstant>& instants
     if (!map.PiecewiseLinear(order).ok()) return true;
     const Vector other = map.Selection(order) * tangent;
     return (other - derivative).cwiseAbs().maxCoeff() >
-           kSame * (1 + derivative.cwiseAbs().maxCoeff());
+           kSameReading * (1 + derivative.cwiseAbs().maxCoeff());
   };
   const std::vector<int> order = Constraints(instants);
   if (differs(order)) return true;

@@ -12,7 +12,7 @@ constexpr int kMaxIterations = 60;
 constexpr double kSlow = 0.5;
 /// Changes below these parts of the largest entry are rounding: at once, and where they stop
 /// to fall.
-constexpr double kExact = 4e-16, kRounding = 1e-13;
+constexpr double kAtOnce = 4e-16, kStalled = 1e-13;
 
 /// Whether an iteration goes on, by the sizes of its changes.
 class Convergence {
@@ -20,11 +20,11 @@ class Convergence {
   enum class Verdict { kGoOn, kDone, kFailed };
   Verdict Note(double change, double size) {
     if (!std::isfinite(change)) return Verdict::kFailed;
-    if (change <= kExact * size) return Verdict::kDone;
+    if (change <= kAtOnce * size) return Verdict::kDone;
     const bool falls = change <= kSlow * last_;
     last_ = change;
     if (++rounds_ < 3 || (falls && rounds_ < kMaxIterations)) return Verdict::kGoOn;
-    return change <= kRounding * size ? Verdict::kDone : Verdict::kFailed;
+    return change <= kStalled * size ? Verdict::kDone : Verdict::kFailed;
   }
 
  private:

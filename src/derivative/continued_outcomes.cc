@@ -15,12 +15,12 @@ namespace {
 
 /// Velocities that differ by less than this, relative, are one outcome: sequences of impacts that
 /// commute differ by rounding.
-constexpr double kSame = 1e-12;
+constexpr double kSameEnd = 1e-12;
 
 bool Same(const OrderOutcome& a, const OrderOutcome& b) {
   const double scale = 1 + a.v_plus.cwiseAbs().maxCoeff();
   return a.mode_after == b.mode_after && a.status.outcome == b.status.outcome &&
-         (a.v_plus - b.v_plus).cwiseAbs().maxCoeff() <= kSame * scale;
+         (a.v_plus - b.v_plus).cwiseAbs().maxCoeff() <= kSameEnd * scale;
 }
 
 /// The schedule as seen by a run that begins at time t.

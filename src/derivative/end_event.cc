@@ -16,7 +16,7 @@ namespace {
 /// Rounding of instants, of gaps beside the coordinates, and of rates beside their terms.
 constexpr double kTimeRounding = 1e-15, kGapRounding = 1e-15, kRateRounding = 1e-12;
 /// Entries of F that differ by no more, beside their sizes and beside the largest, are the same.
-constexpr double kSame = 1e-6, kNothing = 1e-9;
+constexpr double kSameEndField = 1e-6, kNoJump = 1e-9;
 /// A slip that would take longer to stop than this part of the run creeps; the same of a force.
 constexpr double kCreeping = 1e-6;
 
@@ -135,8 +135,8 @@ class EndOfRun {
       ContactDynamics dynamics(system_, last_.u);
       const Vector before = dynamics.Field(x, mode), after = dynamics.Field(y, other);
       const double nothing =
-          kNothing * std::max(before.cwiseAbs().maxCoeff(), after.cwiseAbs().maxCoeff());
-      const auto sizes = kSame * (before.cwiseAbs() + after.cwiseAbs()).array() + nothing;
+          kNoJump * std::max(before.cwiseAbs().maxCoeff(), after.cwiseAbs().maxCoeff());
+      const auto sizes = kSameEndField * (before.cwiseAbs() + after.cwiseAbs()).array() + nothing;
       return !((after - before).array().abs() <= sizes).all();  // NaN, too
     } catch (const FrictionRefusal&) {
       return true;

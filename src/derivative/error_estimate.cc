@@ -22,7 +22,7 @@ constexpr std::size_t kStepsOfPart = 8, kMostParts = 8;
 /// 1 + |x|.
 constexpr double kMagnified = 1e4, kStep = 1e-5;
 /// An error that is estimated as ε, relative, is about kOrder ε^{9/8}; of one step at least this.
-constexpr double kOrder = 5, kRounding = 4e-16;
+constexpr double kOrder = 5, kUnitRounding = 4e-16;
 /// … and of implicit steps, whose iteration leaves what has no order, this part.
 constexpr double kIteration = 0.5;
 /// Calibrated in error_calibration_test.cc of test/derivative and test/friction: true errors stay
@@ -53,10 +53,10 @@ void Disturb(int probe, std::size_t site, const Sizes& size, Vector* x) {
   for (Eigen::Index i = 0; i < size.size(); ++i) (*x)(i) += Sign(probe, site, i) * size(i);
 }
 
-/// x ← A x, by a buffer.
+/// x ← A x, by a buffer of its size.
 void Carry(const Matrix& A, Vector* x, Vector* buffer) {
   buffer->noalias() = A * *x;
-  x->swap(*buffer);
+  *x = *buffer;
 }
 
 /// What is no number, an infinite error times zero, is not known: infinite.
@@ -79,7 +79,7 @@ Vector ArcError(const Arc& arc) {
   Vector error = arc.error;
   for (double& e : error) {
     const double left = std::max(least, kOrder * std::pow(e / (steps * scale), 1.0 / 8));
-    e = std::max(std::min(1.0, left) * e, std::min(e, steps * kRounding * scale));
+    e = std::max(std::min(1.0, left) * e, std::min(e, steps * kUnitRounding * scale));
   }
   return error;
 }

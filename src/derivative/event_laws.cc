@@ -19,7 +19,7 @@ namespace {
 /// Faces are compared for at most this many simultaneous activations.
 constexpr int kMaxComparedActivations = 5;
 /// Of velocities that sums of several terms have made, relative.
-constexpr double kRounding = 1e-15;
+constexpr double kLawRounding = 1e-15;
 
 /// Largest |difference_i| over the size of the terms that it is made of.
 double RelativeResidual(const Vector& difference, double size) {
@@ -52,7 +52,7 @@ double DirectionNoise(const MechanicalSystem& system, const Transition& transiti
     if (friction.dimension < 2 || !(friction.coefficient > 0)) continue;
     system.Constraints(transition.x_plus.head(system.num_positions()), v, &terms);
     const auto T = terms.jacobian.middleRows<2>(friction.row);
-    const double rounding = kRounding * (T.cwiseAbs() * v.cwiseAbs()).norm();
+    const double rounding = kLawRounding * (T.cwiseAbs() * v.cwiseAbs()).norm();
     noise = std::max(noise, rounding / (T * v).norm());
   }
   return noise;

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kMaxActivations = 12;
 /// A gap acceleration below this part of its terms may be that of a force about to vanish.
-constexpr double kNearZero = 1e-6;
+constexpr double kNearlySame = 1e-6;
 /// Contacts with a normalized G_ij below this do not feel each other's impulses.
 constexpr double kCoupled = 1e-6;
 
@@ -111,7 +111,7 @@ class OrderWalk {
 
  private:
   bool LetsGo(int j, const EventMap::Instant& instant, const EventMap::Stage& stage) const {
-    return instant.rates.Along(j, stage.field) > kNearZero * instant.rates.Terms(j, stage.field);
+    return instant.rates.Along(j, stage.field) > kNearlySame * instant.rates.Terms(j, stage.field);
   }
 
   bool AreCoupled(ConstraintSet contacts) const {

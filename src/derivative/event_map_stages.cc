@@ -14,9 +14,9 @@ namespace {
 
 /// A normal speed below this part of the largest approach speed counts as rest, both in
 /// the kinetic metric.
-constexpr double kRest = 1e-6;
+constexpr double kRestingSpeed = 1e-6;
 /// … and so does what contacts of J⁻ move with, times this, and what rounding leaves of a speed.
-constexpr double kDrift = 10, kRounding = 1e-12;
+constexpr double kDrift = 10, kStageRounding = 1e-12;
 /// Speeds are known to this many tolerances.
 constexpr double kKnown = 10;
 
@@ -106,8 +106,8 @@ void EventMap::MeasureRest(const Vector& v) {
       speed = std::max(speed, std::abs(geometry_->Rate(i, driven)) / mobility(i));
     }
   }
-  const double lost = kDrift * drift + kRounding * speed;
-  rest_ = kRest * approach + lost;
+  const double lost = kDrift * drift + kStageRounding * speed;
+  rest_ = kRestingSpeed * approach + lost;
   known_ = kKnown * transition_.relative_tolerance * approach + lost;
 }
 

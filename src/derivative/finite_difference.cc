@@ -12,8 +12,8 @@ namespace contact_flow {
 namespace {
 
 constexpr double kTolerance = 1e-12;
-constexpr double kSlow = 1e-3;  // speeds are told from rest down to this part of α [m/s]
-constexpr double kClear = 20;   // an error this far above the resolution counts for the slope
+constexpr double kSlowPart = 1e-3;  // speeds are told from rest down to this part of α [m/s]
+constexpr double kClear = 20;       // an error this far above the resolution counts for the slope
 
 /// Least-squares slope of log(error) over log(α).
 double Slope(const std::vector<QuotientSample>& samples, double resolution,
@@ -112,7 +112,7 @@ QuotientReport CompareWithQuotients(const MechanicalSystem& system, const System
     QuotientSample sample;
     sample.alpha = alpha;
     try {
-      exact.speed_tolerance = std::min(options.speed_tolerance, kSlow * alpha);
+      exact.speed_tolerance = std::min(options.speed_tolerance, kSlowPart * alpha);
       const Perturbed perturbed = Perturb(system, factory, variables, input, alpha * by_variables);
       const Trajectory run =
           Simulate(perturbed.system ? *perturbed.system : system,

@@ -10,7 +10,7 @@ namespace contact_flow {
 namespace {
 
 /// A slip is zero below this, relative to its terms.
-constexpr double kZero = 1e-9;
+constexpr double kSameSlip = 1e-9;
 /// Of one step, each with at most one turn of a slip.
 constexpr int kPieces = 8;
 /// Of a piece, down to rounding.
@@ -35,7 +35,7 @@ class SlipAlong {
     const Matrix T = terms.jacobian.middleRows(row_.row, row_.dimension);
     Slip slip;
     slip.s = T * x.tail(d);
-    slip.vanishes = slip.s.norm() <= kZero * (T.cwiseAbs() * x.tail(d).cwiseAbs()).norm();
+    slip.vanishes = slip.s.norm() <= kSameSlip * (T.cwiseAbs() * x.tail(d).cwiseAbs()).norm();
     dynamics_.Evaluate(x, arc_.mode);
     const Vector bias = terms.bias.segment(row_.row, row_.dimension);
     slip.rate = slip.s.dot(T * dynamics_.acceleration() + bias);

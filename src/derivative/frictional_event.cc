@@ -22,7 +22,7 @@ namespace contact_flow {
 namespace {
 
 /// Velocities are the same below this, relative.
-constexpr double kZero = 1e-9;
+constexpr double kNoRate = 1e-9;
 /// Those behind a perturbed run's events and the run's own, below this, and as many tolerances.
 constexpr double kSameOutcome = 1e-6, kUnresolved = 1e3;
 /// Pieces are looked for beyond what so many rays from inside a cone meet first, for each of its
@@ -321,7 +321,7 @@ void FrictionalEvent::Classify() {
           << transition_.activated.ToString(system_->description().constraints)
           << " land at once and feel each other through their tangential or normal forces: orders "
              "lead to different velocities, ";
-  if (orders.apart > kZero * size) {
+  if (orders.apart > kNoRate * size) {
     message << orders.apart << " apart";
   } else {
     message << "not here, but at states around";

@@ -9,7 +9,7 @@ namespace contact_flow {
 namespace {
 
 /// How closely the inequalities of the impact have to hold, relative.
-constexpr double kBorder = 1e-9;
+constexpr double kResetBorder = 1e-9;
 /// A direction lies on the wrong side of a border by more than this, relative.
 constexpr double kAcross = 1e-9;
 /// Where it is on the wrong side of a border of each branch, one that it misses by less than this
@@ -52,7 +52,7 @@ FrictionalReset::FrictionalReset(const ContactDynamics& dynamics, const Vector& 
   }
   problem.rounding = frame_.RateRounding(inertia_, x.tail(d_), mode.Among(persisting_));
   const double scale = problem.b.cwiseAbs().maxCoeff();
-  std::vector<FrictionSolution> all = SolveFriction(problem, kBorder);
+  std::vector<FrictionSolution> all = SolveFriction(problem, kResetBorder);
   if (all.empty()) throw std::domain_error("an impact of the perturbed run has no solution");
   if (all.front().springs) {
     throw std::domain_error("an impact of the perturbed run depends on how impulses are shared");
@@ -220,9 +220,9 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
   }
   std::vector<Eigen::RowVectorXd> borders;
   const auto offer = [&](double value, const Eigen::RowVectorXd& gradient) {
-    if (std::abs(value) <= kBorder * scale) borders.push_back(gradient);
+    if (std::abs(value) <= kResetBorder * scale) borders.push_back(gradient);
   };
-  if (shared && !(solution.margin > kBorder)) {
+  if (shared && !(solution.margin > kResetBorder)) {
     throw std::domain_error("an impact of contacts that share impulses is on a border of theirs");
   }
   for (std::size_t k = 0; k < problem.contacts.size() && !shared; ++k) {
@@ -248,7 +248,7 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
       const double size = tangential.norm();
       const auto push = solved.middleRows(d_ + place + 1, contact.dimension);
       Eigen::RowVectorXd cone = contact.coefficient * normal;
-      const double apex = kBorder * scale / gain;
+      const double apex = kResetBorder * scale / gain;
       if (size <= apex && contact.coefficient * solution.force(row) <= apex) {
         AddApex(gain * cone, gain * push, &borders);
         continue;

@@ -17,11 +17,11 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 /// Rounding of rates and accelerations, relative to the terms that they are sums of.
-constexpr double kNoise = 1e-10;
+constexpr double kGermNoise = 1e-10;
 /// More impacts of first-order speed than this between two activations are not followed.
 constexpr int kMaxStrikes = 10000;
 /// A force below this part of the terms of its acceleration is still about to vanish.
-constexpr double kNearZero = 1e-6;
+constexpr double kGermNearZero = 1e-6;
 
 Matrix Block(const Matrix& G, ConstraintSet rows, ConstraintSet columns, ConstraintSet all) {
   Matrix block(rows.Size(), columns.Size());
@@ -48,10 +48,10 @@ double Germ::GapAcceleration(int j) const {
   return map_.InstantAt(S_).rates.Along(j, stage_->field);
 }
 
-double Germ::RateNoise(int j) const { return kNoise * map_.InstantAt(S_).rates.Terms(j, w_); }
+double Germ::RateNoise(int j) const { return kGermNoise * map_.InstantAt(S_).rates.Terms(j, w_); }
 
 double Germ::AccelerationNoise(int j) const {
-  return kNoise * map_.InstantAt(S_).rates.Terms(j, stage_->field);
+  return kGermNoise * map_.InstantAt(S_).rates.Terms(j, stage_->field);
 }
 
 const InverseInertia& Germ::inertia() const { return *map_.geometry_->inertia(); }
@@ -188,7 +188,7 @@ void Germ::KeepPending() {
     ContactDynamics& dynamics = map_.DynamicsAfter(S_);
     dynamics.Evaluate(map_.State(stage_->v), stage_->mode.With(j));
     const Vector& force = dynamics.force();
-    const bool finite = std::abs(force(j)) > kNearZero * force.cwiseAbs().maxCoeff();
+    const bool finite = std::abs(force(j)) > kGermNearZero * force.cwiseAbs().maxCoeff();
     if (finite || !map_.InstantAt(S_).resting.Contains(j)) pending_.Erase(j);
   }
 }

@@ -11,7 +11,7 @@ namespace contact_flow {
 namespace {
 
 /// Of a sum, relative to its terms.
-constexpr double kRounding = 1e-13;
+constexpr double kLiftRounding = 1e-13;
 
 }  // namespace
 
@@ -72,7 +72,7 @@ ImpactLift::Change ImpactLift::At(int i) const {
   Change change{0, 0};
   const auto add = [&](double slope, double terms, double given, double scale) {
     change.entry = std::max(change.entry, height * std::abs(slope));
-    const double beyond = std::max(0.0, std::abs(slope) - kRounding * terms);
+    const double beyond = std::max(0.0, std::abs(slope) - kLiftRounding * terms);
     if (beyond == 0) return;
     const double limit = impact_.relative * given;
     change.share = std::max(change.share, scaled_height * beyond * scale / limit);

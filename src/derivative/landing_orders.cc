@@ -14,7 +14,7 @@ namespace contact_flow {
 namespace {
 
 /// A normal velocity is zero below this, and velocities are the same, relative.
-constexpr double kZero = 1e-9;
+constexpr double kNoVelocity = 1e-9;
 /// States around x⁻, and how far away.
 constexpr int kAround = 12;
 constexpr double kBeside = 1e-3;
@@ -80,7 +80,7 @@ class Landing {
     system_.Constraints(x_.head(nq_), v, &terms);
     return terms.jacobian * v;
   }
-  static double Zero(const Vector& v) { return kZero * (1 + v.cwiseAbs().maxCoeff()); }
+  static double Zero(const Vector& v) { return kNoVelocity * (1 + v.cwiseAbs().maxCoeff()); }
 
   const MechanicalSystem& system_;
   const Transition& transition_;
@@ -149,13 +149,13 @@ LandingOrders FindLandingOrders(const MechanicalSystem& system, const Transition
     orders.agree = orders.agree && outcome.status.ok();
     orders.outcomes.push_back(std::move(outcome));
   } while (std::next_permutation(order.begin(), order.end()));
-  orders.agree = orders.agree && orders.apart <= kZero * (1 + together.cwiseAbs().maxCoeff());
+  orders.agree = orders.agree && orders.apart <= kNoVelocity * (1 + together.cwiseAbs().maxCoeff());
   std::mt19937 random(7);
   std::normal_distribution<double> normal;
   const auto draw = [&] { return normal(random); };
   for (int k = 0; orders.agree && k < kAround; ++k) {
     const Landing beside(system, transition, Beside(system, transition, draw));
-    orders.agree = Apart(beside, order) <= kZero;
+    orders.agree = Apart(beside, order) <= kNoVelocity;
   }
   return orders;
 }

@@ -13,7 +13,7 @@ namespace {
 /// What errors of single steps, each within the tolerances, may grow to.
 constexpr double kAccumulated = 1e3;
 /// Normalized couplings below this are rounding.
-constexpr double kRounding = 1e-13;
+constexpr double kCouplingRounding = 1e-13;
 
 }  // namespace
 
@@ -64,16 +64,16 @@ NeglectedCoupling::NeglectedCoupling(ContactDynamics* dynamics, const Transition
     const int row = frame.Row(i);
     const double change = frame.A.row(row).cwiseAbs().dot(error.tail(d));
     outcome_limit_ +=
-        frame.Y.col(row).cwiseAbs() *
-        ((1 + frame.Restitution(i)) * change / frame.G(row, row) + 10 * kRounding * impulse_(row));
+        frame.Y.col(row).cwiseAbs() * ((1 + frame.Restitution(i)) * change / frame.G(row, row) +
+                                       10 * kCouplingRounding * impulse_(row));
   }
-  outcome_limit_ += 10 * kRounding * v.cwiseAbs();
+  outcome_limit_ += 10 * kCouplingRounding * v.cwiseAbs();
   ScaleDerivatives(reset);
   // Speeds that count as rest: those that the error of the state leaves open.
   double fastest = 0;
   for (int i : frame.touching) fastest = std::max(fastest, std::abs(frame.Rate(i, v)));
   rest_ = (relative * fastest) * Vector::Ones(frame.touching.Size()) +
-          100 * kRounding * frame.A.cwiseAbs() * (v.cwiseAbs() + impact.v_plus.cwiseAbs());
+          100 * kCouplingRounding * frame.A.cwiseAbs() * (v.cwiseAbs() + impact.v_plus.cwiseAbs());
   for (int i : transition.activated) {
     for (int j : frame.touching.Without(i)) {
       if (!Orthogonal(i, j)) continue;
@@ -136,7 +136,7 @@ double NeglectedCoupling::JumpOfDerivative(int i, int j) const {
 
 bool NeglectedCoupling::Orthogonal(int i, int j) const {
   const int a = frame_.Row(i), b = frame_.Row(j);
-  if (std::abs(frame_.G(a, b)) <= kRounding * std::sqrt(frame_.G(a, a) * frame_.G(b, b))) {
+  if (std::abs(frame_.G(a, b)) <= kCouplingRounding * std::sqrt(frame_.G(a, a) * frame_.G(b, b))) {
     return true;
   }
   return (Jump(i, j).array() <= outcome_limit_.array()).all() &&

@@ -21,7 +21,7 @@ constexpr double kProbe = 1e-6, kAside = 1e-7;
 /// What is moved further than this part of 1 or itself does not move the function.
 constexpr double kFarthest = 1e-3;
 /// Entries of DF that differ by no more, beside their sizes and beside the largest, are the same.
-constexpr double kSame = 1e-4, kNothing = 1e-9;
+constexpr double kSameSlope = 1e-4, kNoCorner = 1e-9;
 
 /// The two sides of a corner on which the motion rests.
 class RestingCorner {
@@ -44,8 +44,8 @@ class RestingCorner {
     try {
       const Matrix one = JacobianAt(aside), other = JacobianAt(-aside);
       const double nothing =
-          kNothing * std::max(one.cwiseAbs().maxCoeff(), other.cwiseAbs().maxCoeff());
-      const auto sizes = kSame * (one.cwiseAbs() + other.cwiseAbs()).array() + nothing;
+          kNoCorner * std::max(one.cwiseAbs().maxCoeff(), other.cwiseAbs().maxCoeff());
+      const auto sizes = kSameSlope * (one.cwiseAbs() + other.cwiseAbs()).array() + nothing;
       return !((one - other).array().abs() <= sizes).all();  // NaN, too
     } catch (const FrictionRefusal&) {
       return true;

@@ -11,7 +11,7 @@ namespace {
 
 /// Residuals below this need not be carried, and those above it fail at the end: relative to
 /// the largest field at the events and at T.
-constexpr double kNone = 1e-12, kRunLimit = 2e-5;
+constexpr double kNoLaw = 1e-12, kRunLimit = 2e-5;
 
 }  // namespace
 
@@ -28,7 +28,7 @@ Status CheckRunLaw(const Trajectory& trajectory, std::size_t first,
   bool any = false;
   for (std::size_t k = 0; k < residuals.size(); ++k) {
     const double own = residuals[k].value.lpNorm<Eigen::Infinity>();
-    any = any || own > kNone * size;
+    any = any || own > kNoLaw * size;
     if (!any) continue;
     if (!carried.isZero(0)) carried = derivative->events[k].AnySelection() * carried;
     carried += residuals[k].value;

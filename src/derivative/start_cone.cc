@@ -16,11 +16,11 @@ namespace contact_flow {
 namespace {
 
 /// Rounding of a product of a gradient with a direction, relative to its terms.
-constexpr double kNoise = 1e-9;
+constexpr double kConeNoise = 1e-9;
 /// Slips that are rounding, relative to the velocities.
 constexpr double kNoSlip = 1e-12;
 /// Accelerations that vanish within this part of the gap's tolerance are not known.
-constexpr double kIdle = 1e-3;
+constexpr double kIdleSpeed = 1e-3;
 /// More impacts one behind another at the start are not followed.
 constexpr int kMaxImpacts = 1000;
 
@@ -117,7 +117,7 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
     if (system.compliant().Contains(i)) {
       const ContactMode other = mode.Contains(i) ? mode.Without(i) : mode.With(i);
       const Vector jump = dynamics->Field(x, other) - field;
-      if (jump.cwiseAbs().maxCoeff() <= kNoise * (1 + field.cwiseAbs().maxCoeff())) continue;
+      if (jump.cwiseAbs().maxCoeff() <= kConeNoise * (1 + field.cwiseAbs().maxCoeff())) continue;
       status_ = {Outcome::kNotDifferentiable,
                  Sentence(t, names_[i],
                           " or is at its surface: its force jumps there, and which side a "
@@ -137,7 +137,8 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
       // What a change of the state by as much as touching is known to would make of it.
       const double change =
           (terms.jacobian.row(i) * dynamics->acceleration_jacobian().leftCols(2 * d)).lpNorm<1>();
-      const double unknown = kNoise * Terms(contact.rate, field) + kIdle * gap_tolerance * change;
+      const double unknown =
+          kConeNoise * Terms(contact.rate, field) + kIdleSpeed * gap_tolerance * change;
       if (!(contact.acceleration > unknown)) {
         status_ = {Outcome::kNotDifferentiable,
                    Sentence(t, names_[i],
@@ -169,11 +170,11 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
 }
 
 bool StartCone::Closes(const Contact& contact, const VectorRef& w) const {
-  return contact.gap.dot(w) < -kNoise * Terms(contact.gap, w);
+  return contact.gap.dot(w) < -kConeNoise * Terms(contact.gap, w);
 }
 
 bool StartCone::Stays(const Contact& contact, const VectorRef& w) const {
-  return contact.gap.dot(w) <= kNoise * Terms(contact.gap, w);
+  return contact.gap.dot(w) <= kConeNoise * Terms(contact.gap, w);
 }
 
 ConstraintSet StartCone::Brushed(const VectorRef& w) const {
@@ -222,7 +223,7 @@ Vector StartCone::operator()(const VectorRef& direction) const {
     w.segment(dof_, dof_) += Impact(rows, w);
     for (int r = 0; r < held_ && law_ == ImpactLaw::kComplementarity; ++r) {
       const Vector rate = rates_.row(r).transpose();
-      if (!(rate.dot(w) > kNoise * Terms(rate, w))) continue;
+      if (!(rate.dot(w) > kConeNoise * Terms(rate, w))) continue;
       Refuse("the contact '" + names_[members_[r]] +
              "' is lifted by an impact at the start in this direction: how it returns is not "
              "followed");
@@ -237,7 +238,7 @@ std::vector<int> StartCone::Hit(const VectorRef& w) const {
   int row = held_;
   for (const Contact& contact : contacts_) {
     if (!contact.at_rest()) continue;
-    const double rate = contact.rate.dot(w), noise = kNoise * Terms(contact.rate, w);
+    const double rate = contact.rate.dot(w), noise = kConeNoise * Terms(contact.rate, w);
     if (Stays(contact, w) && rate <= noise) {
       rows.push_back(row);
       hit = hit || rate < -noise;
@@ -291,11 +292,11 @@ StartCone::Bound StartCone::Limit(const VectorRef& w) const {
     if (contact.turn.size() > 0) continue;
     if (Closes(contact, w)) consider(contact.constraint, 0);
     const double gap = contact.gap.dot(w), rate = contact.rate.dot(w);
-    if (!(rate < -kNoise * Terms(contact.rate, w))) continue;
+    if (!(rate < -kConeNoise * Terms(contact.rate, w))) continue;
     // The gap αg + (speed + αr) t + ä t²/2 must not have a root.
     if (!contact.at_rest()) {
       consider(contact.constraint, contact.speed / -rate);
-    } else if (gap > kNoise * Terms(contact.gap, w)) {
+    } else if (gap > kConeNoise * Terms(contact.gap, w)) {
       consider(contact.constraint, 2 * contact.acceleration * gap / (rate * rate));
     }
   }

@@ -15,14 +15,14 @@ namespace contact_flow {
 namespace {
 
 /// A direction does not move a slip below this, relative to the terms that its rate is summed of.
-constexpr double kUnmoved = 1e-9;
-constexpr double kBorder = 1e-9;
+constexpr double kUnmovedSlip = 1e-9;
+constexpr double kSlipBorder = 1e-9;
 /// In space: the part of a slip that one step takes, the part of its beginning at which it counts
 /// as stopped, and the slip that tells directions, relative to the velocities.
-constexpr double kStep = 0.1;
+constexpr double kSlipStep = 0.1;
 constexpr double kStopped = 1e-3;
 constexpr double kTelling = 1e-4;
-constexpr int kRoundsForEach = 200;  // contact, at most
+constexpr int kStopsForEach = 200;  // contact, at most
 
 /// The slips of first order of one direction, from stop to stop.
 class StoppingSlips {
@@ -45,7 +45,7 @@ class StoppingSlips {
       if (!sticks && !Begins(i)) continue;
       const auto rows = rate_jacobian_.middleRows(friction.row, friction.dimension);
       Vector slip = rows * w;
-      if (slip.norm() <= kUnmoved * (rows.cwiseAbs() * w.cwiseAbs()).norm()) slip.setZero();
+      if (slip.norm() <= kUnmovedSlip * (rows.cwiseAbs() * w.cwiseAbs()).norm()) slip.setZero();
       slips_.push_back({i, sticks, slip, slip.norm()});
     }
     for (int i : brushed) brushed_.push_back({i, rate_jacobian_.row(i).dot(w), 0});
@@ -57,7 +57,7 @@ class StoppingSlips {
   }
 
   void Follow() {
-    const int limit = kRoundsForEach * static_cast<int>(slips_.size());
+    const int limit = kStopsForEach * static_cast<int>(slips_.size());
     for (int round = 0; round < limit; ++round) {
       AskBudget();
       const Vector now = State();
@@ -96,7 +96,7 @@ class StoppingSlips {
     if (friction.dimension != 1) return false;
     const auto row = terms_.jacobian.row(friction.row);
     const double size = row.cwiseAbs().dot(x_.tail(d_).cwiseAbs());
-    return std::abs(row.dot(x_.tail(d_))) <= kUnmoved * size;
+    return std::abs(row.dot(x_.tail(d_))) <= kUnmovedSlip * size;
   }
 
   /// x with the slips in space of the present directions, too small to matter otherwise.
@@ -142,7 +142,7 @@ class StoppingSlips {
       if (!contacts.slipping.Contains(i)) contacts.still.Insert(i);
     }
     try {
-      return SelectWord(&dynamics_, x, contacts, kBorder);
+      return SelectWord(&dynamics_, x, contacts, kSlipBorder);
     } catch (const FrictionRefusal& reason) {
       throw std::domain_error(Beginning() + ": " + reason.what());
     }
@@ -160,7 +160,7 @@ class StoppingSlips {
       const double size = slip.value.norm(), towards = slip.value.dot(rate);
       if (size == 0) continue;
       if (friction.dimension == 2) {
-        step = std::min(step, kStep * size / rate.norm());
+        step = std::min(step, kSlipStep * size / rate.norm());
       } else if (towards < 0) {
         step = std::min(step, size / rate.norm());
       }
@@ -173,7 +173,7 @@ class StoppingSlips {
       const bool stops = slip.value.dot(rates[k]) < 0;
       slip.value += step * rates[k];
       slip.begun = std::max(slip.begun, slip.value.norm());
-      const double rest = slip.value.size() == 2 ? kStopped * slip.begun : kUnmoved * size;
+      const double rest = slip.value.size() == 2 ? kStopped * slip.begun : kUnmovedSlip * size;
       if (!stops || slip.value.norm() > rest) continue;
       if (!slip.sticks) Refuse(slip.constraint, "reverses the slip that begins there");
       slip.value.setZero();
@@ -189,7 +189,7 @@ class StoppingSlips {
         least = std::min(least, contact.gap - rate * rate / (2 * turn));
       }
       const double terms = contact.gap + step * (std::abs(rate) + step * std::abs(turn));
-      if (least < -kUnmoved * terms) Refuse(contact.constraint, "touches again");
+      if (least < -kUnmovedSlip * terms) Refuse(contact.constraint, "touches again");
       contact.gap += step * (rate + step * turn / 2);
       contact.rate += step * turn;
     }

@@ -12,7 +12,7 @@ namespace {
 /// Up to this many are opened in every combination; of more, all at once.
 constexpr std::size_t kMaxOpened = 4;
 /// What the tolerance of propagators leaves of a tangent that keeps a contact, relative.
-constexpr double kKept = 1e-6;
+constexpr double kKeptRow = 1e-6;
 
 }  // namespace
 
@@ -93,7 +93,7 @@ Status CheckTouching(ContactDynamics* dynamics, const Transition& transition,
     }
     for (const Eigen::RowVectorXd& row : {gap, rate}) {
       const double size = (row.cwiseAbs() * tangents.cwiseAbs()).maxCoeff();
-      if ((row * tangents).cwiseAbs().maxCoeff() <= kKept * size) continue;
+      if ((row * tangents).cwiseAbs().maxCoeff() <= kKeptRow * size) continue;
       std::ostringstream message;
       message
           << "at t = " << transition.t << " s the contact '"

@@ -11,9 +11,9 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kRounding = 1e-13;
+constexpr double kFrameRounding = 1e-13;
 
-Matrix Block(const Matrix& G, const std::vector<int>& rows, const std::vector<int>& columns) {
+Matrix BlockOf(const Matrix& G, const std::vector<int>& rows, const std::vector<int>& columns) {
   Matrix block(rows.size(), columns.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     for (std::size_t j = 0; j < columns.size(); ++j) block(i, j) = G(rows[i], columns[j]);
@@ -47,7 +47,7 @@ std::vector<int> TouchingFrame::Rows(ConstraintSet subset) const {
 ImpactResult TouchingFrame::Impact(const Vector& v, ConstraintSet subset) const {
   const std::vector<int> rows = Rows(subset);
   const int k = static_cast<int>(rows.size());
-  const Matrix block = Block(G, rows, rows);
+  const Matrix block = BlockOf(G, rows, rows);
   Vector b(k);
   int row = 0;
   for (int i : subset) b(row++) = (1 + restitution_(i)) * Rate(i, v);
@@ -65,7 +65,7 @@ ImpactResult TouchingFrame::Impact(const Vector& v, ConstraintSet subset) const 
   ImpactResult result;
   result.v_plus = v;
   result.impulse = Vector::Zero(num_constraints_ + reaction_.rows());
-  const double zero = k > 0 ? kRounding * b.cwiseAbs().maxCoeff() : 0;
+  const double zero = k > 0 ? kFrameRounding * b.cwiseAbs().maxCoeff() : 0;
   row = 0;
   for (int i : subset) {
     result.v_plus += Y.col(Row(i)) * p(row);
@@ -81,7 +81,7 @@ Vector TouchingFrame::HeldResponse(int i, ConstraintSet held) const {
   Vector response = Y.col(Row(i));
   if (held.Empty()) return response;
   const std::vector<int> rows = Rows(held);
-  const Vector force = Block(G, rows, rows).ldlt().solve(Block(G, rows, {Row(i)}).col(0));
+  const Vector force = BlockOf(G, rows, rows).ldlt().solve(BlockOf(G, rows, {Row(i)}).col(0));
   for (std::size_t k = 0; k < rows.size(); ++k) response -= Y.col(rows[k]) * force(k);
   return response;
 }

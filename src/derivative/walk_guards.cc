@@ -7,7 +7,7 @@ namespace contact_flow {
 namespace {
 
 /// A guard vanishes at more than this, relative: a word that holds may miss as much.
-constexpr double kBorder = 1e-9;
+constexpr double kGuardBorder = 1e-9;
 
 }  // namespace
 
@@ -24,13 +24,13 @@ std::vector<WalkGuard> GuardsAhead(ContactDynamics* dynamics, const WalkPoint& p
     const double sign = mode.LetterOf(i) == Letter::kBackward ? -1 : 1;
     const Eigen::RowVectorXd slip = sign * point.rate_jacobian().row(system.friction()[i].row);
     const double rate = slip.dot(field);
-    if (rate < -kBorder * point.acceleration()) guards.push_back({Kind::kStop, i, slip, rate});
+    if (rate < -kGuardBorder * point.acceleration()) guards.push_back({Kind::kStop, i, slip, rate});
   }
   const bool jumps = !ahead.landing.Empty() || !NeverSlipping(system, ahead.releasing).Empty();
   if (ahead.releasing.Empty() || !jumps) return guards;
   const auto add = [&](Kind kind, int i, const Eigen::RowVectorXd& gradient) {
     const double rate = gradient.dot(field);
-    if (rate < -kBorder * gradient.norm() * field.norm()) {
+    if (rate < -kGuardBorder * gradient.norm() * field.norm()) {
       guards.push_back({kind, i, gradient, rate});
     }
   };

@@ -11,7 +11,7 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kRounding = 1e-13;
+constexpr double kBasisRounding = 1e-13;
 constexpr long kMaxPivots = 100000;  // never met for n ≤ 16: at most 2ⁿ
 constexpr double kSemidefiniteRounding = 1e-12;
 constexpr int kRoundsForEach = 20;  // row; 3 are usual
@@ -187,7 +187,7 @@ class ActiveSet {
 
 Solution SolveComplementarity(const Matrix& G, const Vector& b) {
   const int n = static_cast<int>(b.size());
-  const double zero = kRounding * (n > 0 ? b.cwiseAbs().maxCoeff() : 0.0);
+  const double zero = kBasisRounding * (n > 0 ? b.cwiseAbs().maxCoeff() : 0.0);
   if (!G.allFinite() || !b.allFinite()) return std::nullopt;
   if (G.isDiagonal(0)) return SolveDecoupled(G, b, zero);
   const Solution definite = SolveByPivoting(G, b, zero, kDependentRow);

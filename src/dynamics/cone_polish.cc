@@ -10,11 +10,11 @@ namespace {
 
 /// A part of a solution that is this small beside the largest vanishes.
 constexpr double kVanishes[] = {1e-4, 1e-3, 1e-2, 1e-5};
-constexpr int kRounds = 8;
+constexpr int kPolishRounds = 8;
 /// What is left of the equations, and how far outside its cone a part may be, relative.
 constexpr double kSolved = 1e-14, kAccepted = 1e-12, kOutside = 1e-11;
 /// Equations are dependent below this pivot, relative.
-constexpr double kDependent = 1e-6;
+constexpr double kDependentCone = 1e-6;
 
 /// Where z is not unique, that of an inner point is kept if the values agree, relative.
 constexpr double kSameValue = 1e-6;
@@ -59,7 +59,7 @@ bool Polish(const Vector& f, const Vector& c, const Matrix& B, const std::vector
   Matrix jacobian(equations, unknowns);
   Vector residual(equations);
   double left = 0;
-  for (int round = 0; round <= kRounds; ++round) {
+  for (int round = 0; round <= kPolishRounds; ++round) {
     jacobian.setZero();
     residual.head(nz) = B.transpose() * y - f;
     jacobian.block(0, nz, nz, m) = B.transpose();
@@ -88,9 +88,9 @@ bool Polish(const Vector& f, const Vector& c, const Matrix& B, const std::vector
     }
     left = residual.cwiseAbs().maxCoeff();
     if (!std::isfinite(left)) return false;
-    if (left <= kSolved * size || round == kRounds) break;
+    if (left <= kSolved * size || round == kPolishRounds) break;
     Eigen::CompleteOrthogonalDecomposition<Matrix> factor;
-    factor.setThreshold(kDependent);
+    factor.setThreshold(kDependentCone);
     factor.compute(jacobian);
     const Vector change = factor.solve(residual);
     z -= change.head(nz);

@@ -15,7 +15,7 @@ constexpr int kRounds = 60;
 /// Of a step, for its equality constraints.
 constexpr int kRefinements = 2;
 /// A step goes this part of the way to the border.
-constexpr double kPart = 0.99;
+constexpr double kStepPart = 0.99;
 /// The gap of rounding, the one that has to be reached, and one to polish from, relative.
 constexpr double kGap = 1e-15, kEnough = 1e-11, kClose = 1e-6;
 constexpr double kUnbounded = 1e9;
@@ -171,7 +171,7 @@ class Method {
       }
     };
     const auto reach = [&] {
-      double length = 1 / kPart;
+      double length = 1 / kStepPart;
       ForEach([&](std::size_t k, int first, int size) {
         length = std::min({length, Reach(scaling[k].lambda, change_s.segment(first, size)),
                            Reach(scaling[k].lambda, change_y.segment(first, size))});
@@ -192,7 +192,7 @@ class Method {
       rho.segment(first, size) = Divide(scaling[k].lambda, r);
     });
     solve(rho, 1 - centre);
-    const double length = std::min(1.0, kPart * reach());
+    const double length = std::min(1.0, kStepPart * reach());
     if (!(length > 1e-8) || !change.allFinite()) return false;
     at_.z += length * change;
     at_.slack = c_ + B_ * at_.z;

@@ -22,7 +22,7 @@ constexpr double kNoPart = 1e-8;
 /// A margin below this part of the force leaves no room.
 constexpr double kNoRoom = 1e-9;
 /// Rows are dependent below this eigenvalue of their normalized Gram matrix.
-constexpr double kDependent = 1e-11;
+constexpr double kDependentForce = 1e-11;
 
 bool IsRound(const ForceCone& cone) {
   return cone.dimension > 0 && std::isfinite(cone.coefficient);
@@ -35,7 +35,7 @@ struct Rows {
   std::vector<int> sizes;
 };
 
-Rows RowsOf(const std::vector<ForceCone>& cones, const Vector& force, const Matrix& freedom) {
+Rows ConeRows(const std::vector<ForceCone>& cones, const Vector& force, const Matrix& freedom) {
   Rows rows;
   int count = 0;
   for (const ForceCone& cone : cones) {
@@ -57,7 +57,7 @@ Rows RowsOf(const std::vector<ForceCone>& cones, const Vector& force, const Matr
   return rows;
 }
 
-double Slack(const ForceCone& cone, const Vector& force) {
+double ConeSlack(const ForceCone& cone, const Vector& force) {
   if (!IsRound(cone)) return force(cone.normal);
   return cone.coefficient * force(cone.normal) -
          force.segment(cone.tangential, cone.dimension).norm();
@@ -78,7 +78,7 @@ bool HasDependentRows(const Matrix& G) {
   if (G.size() == 0) return false;
   const Vector unit = G.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::SelfAdjointEigenSolver<Matrix> values(unit.asDiagonal() * G * unit.asDiagonal());
-  return values.eigenvalues().minCoeff() < kDependent;
+  return values.eigenvalues().minCoeff() < kDependentForce;
 }
 
 RowBasis FindRowBasis(const Matrix& G) {
@@ -149,7 +149,7 @@ Matrix WithoutRounding(const Matrix& freedom) {
 
 double LeastSlack(const std::vector<ForceCone>& cones, const Vector& force) {
   double least = std::numeric_limits<double>::infinity();
-  for (const ForceCone& cone : cones) least = std::min(least, Slack(cone, force));
+  for (const ForceCone& cone : cones) least = std::min(least, ConeSlack(cone, force));
   return least;
 }
 
@@ -162,7 +162,7 @@ ForceShare OnlyShare(const std::vector<ForceCone>& cones, const Vector& force) {
   share.force = force;
   const ForceCone* tightest = nullptr;
   for (const ForceCone& cone : cones) {
-    const double margin = Slack(cone, force) / cone.weight;
+    const double margin = ConeSlack(cone, force) / cone.weight;
     if (!(margin < share.margin)) continue;
     share.margin = margin;
     tightest = &cone;
@@ -199,9 +199,9 @@ ForceShare MostInterior(const std::vector<ForceCone>& cones, const Vector& force
   if (!(size > 0) || !std::isfinite(size) || cones.empty()) return share;
   double heaviest = 0;
   for (const ForceCone& cone : cones) heaviest = std::max(heaviest, cone.weight);
-  const Matrix freedom = Effective(all_freedom, RowsOf(cones, force / size, all_freedom));
+  const Matrix freedom = Effective(all_freedom, ConeRows(cones, force / size, all_freedom));
   if (freedom.cols() == 0) return OnlyShare(cones, force);
-  const Rows rows = RowsOf(cones, force / size, freedom);
+  const Rows rows = ConeRows(cones, force / size, freedom);
   const Eigen::Index m = rows.c.size(), f = freedom.cols();
   // The margin is the last unknown, with a row that bounds it.
   Matrix B = Matrix::Zero(m + 1, f + 1);
@@ -215,7 +215,7 @@ ForceShare MostInterior(const std::vector<ForceCone>& cones, const Vector& force
   int row = 0;
   for (std::size_t k = 0; k < cones.size(); row += rows.sizes[k++]) {
     B(row, f) = -cones[k].weight / heaviest;
-    least = std::min(least, Slack(cones[k], force / size) * heaviest / cones[k].weight);
+    least = std::min(least, ConeSlack(cones[k], force / size) * heaviest / cones[k].weight);
   }
   start(f) = least - 1;
   const std::optional<ConeSolution> found = SolveConeProgram(objective, c, B, sizes, start);
@@ -243,7 +243,7 @@ Vector SmallestShare(const std::vector<ForceCone>& cones, const Vector& force,
   if (LeastSlack(cones, force) >= 0) return force;
   if (!(interior.margin > kNoRoom * size)) return interior.force;
   // min r, (r, λ) in a cone of its own; λ = force + Z ν, in units of `size`.
-  const Rows rows = RowsOf(cones, force / size, freedom);
+  const Rows rows = ConeRows(cones, force / size, freedom);
   const Eigen::Index m = rows.c.size(), f = freedom.cols(), k = force.size();
   Matrix B = Matrix::Zero(m + 1 + k, f + 1);
   Vector c(m + 1 + k), objective = Vector::Zero(f + 1), start(f + 1);

@@ -19,7 +19,7 @@ constexpr double kConsistent = 1e-7, kNoPush = 1e-6;
 /// A motion that breaks an inequality by more than this needs no search for forces, relative.
 constexpr double kBroken = 1e-3;
 
-Matrix Block(const Matrix& G, const std::vector<int>& rows) {
+Matrix BlockOf(const Matrix& G, const std::vector<int>& rows) {
   const auto m = static_cast<Eigen::Index>(rows.size());
   Matrix block(m, m);
   for (Eigen::Index i = 0; i < m; ++i) {
@@ -61,21 +61,21 @@ bool ImpliedLetters::Depends(int row, const std::vector<int>& basis) const {
     coupling(k) = problem_.G(row, basis[static_cast<std::size_t>(k)]);
     asked(k) = problem_.b(basis[static_cast<std::size_t>(k)]);
   }
-  const Vector parts = Block(problem_.G, basis).ldlt().solve(coupling);
+  const Vector parts = BlockOf(problem_.G, basis).ldlt().solve(coupling);
   const double scale = problem_.b.size() > 0 ? problem_.b.cwiseAbs().maxCoeff() : 0;
   return std::abs(problem_.b(row) - parts.dot(asked)) <= kBroken * scale;
 }
 
 bool ImpliedLetters::Dependent(const std::vector<Letter>& letters) const {
   const std::vector<int> rows = Rows(letters);
-  return !rows.empty() && FindRowBasis(Block(problem_.G, rows)).freedom.cols() > 0;
+  return !rows.empty() && FindRowBasis(BlockOf(problem_.G, rows)).freedom.cols() > 0;
 }
 
 bool ImpliedLetters::Change(const std::vector<Letter>& letters) const {
   const std::vector<int> rows = Rows(letters);
   if (rows.empty()) return false;
   std::vector<int> basis;
-  for (int place : FindRowBasis(Block(problem_.G, rows)).rows) {
+  for (int place : FindRowBasis(BlockOf(problem_.G, rows)).rows) {
     basis.push_back(rows[static_cast<std::size_t>(place)]);
   }
   for (std::size_t i = 0; i < letters.size(); ++i) {
@@ -96,7 +96,7 @@ std::vector<Letter> ImpliedLetters::Stuck(const std::vector<Letter>& letters) co
   const std::vector<int> rows = Rows(letters);
   if (rows.empty()) return stuck;
   std::vector<int> basis;
-  for (int place : FindRowBasis(Block(problem_.G, rows)).rows) {
+  for (int place : FindRowBasis(BlockOf(problem_.G, rows)).rows) {
     basis.push_back(rows[static_cast<std::size_t>(place)]);
   }
   for (std::size_t i = 0; i < letters.size(); ++i) {
@@ -114,7 +114,7 @@ bool SolveDependentWord(const FrictionProblem& problem, const Matrix& columns,
                         const std::vector<int>& rows, bool share, FrictionSolution* solution) {
   const Matrix& G = problem.G;
   const auto m = static_cast<Eigen::Index>(rows.size());
-  const RowBasis basis = FindRowBasis(Block(G, rows));
+  const RowBasis basis = FindRowBasis(BlockOf(G, rows));
   const Eigen::Index r = m - basis.freedom.cols();
   if (r == m) return false;  // a singular matrix of independent rows: no law
   const Matrix push = G * columns;

@@ -13,7 +13,7 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kForceRounding = 1e-13;
+constexpr double kEffortRounding = 1e-13;
 /// At most this many candidates are enumerated where the effort depends on the mode.
 constexpr int kMaxEnumerated = 12;
 
@@ -77,8 +77,8 @@ class EffortModes {
     dynamics_.Evaluate(x_, mode);
     const Vector force = dynamics_.force();
     const Vector acceleration = terms_.jacobian * dynamics_.acceleration() + terms_.bias;
-    const double rounding = kForceRounding * (1 + force.cwiseAbs().maxCoeff());
-    const double still = kForceRounding * (1 + acceleration.cwiseAbs().maxCoeff());
+    const double rounding = kEffortRounding * (1 + force.cwiseAbs().maxCoeff());
+    const double still = kEffortRounding * (1 + acceleration.cwiseAbs().maxCoeff());
     for (int i : candidates_) {
       const bool member = forced.Contains(i);
       const double rate = dynamics_.ForceRate(x_, mode.With(i), i);

@@ -16,9 +16,9 @@ struct Way {
 };
 constexpr Way kWays[] = {{1, 0.1}, {0.2, 0.3}, {5, 0.3}, {1, 0.7}, {0.05, 0.7}, {30, 0.7}};
 constexpr int kNewtonSteps = 100;
-constexpr double kLeastPart = 1e-6;
+constexpr double kLeastSpring = 1e-6;
 /// Residuals below this are rounding, relative; larger ones than the second are none that count.
-constexpr double kConverged = 1e-14, kSolved = 1e-9;
+constexpr double kConverged = 1e-14, kSpringsSolved = 1e-9;
 
 /// The residual λ − proj(λ − r y) and its Jacobian.
 class Springs {
@@ -53,12 +53,12 @@ class Springs {
         moved = *force + part * change;
         next = Residual(moved, nullptr);
         part *= 0.5;
-      } while (!(next.norm() < (1 - 1e-4 * part) * residual.norm()) && part > kLeastPart);
+      } while (!(next.norm() < (1 - 1e-4 * part) * residual.norm()) && part > kLeastSpring);
       if (!(next.norm() < residual.norm())) break;
       *force = moved;
       residual = Residual(*force, &jacobian_);
     }
-    return residual.lpNorm<Eigen::Infinity>() <= kSolved * size_;
+    return residual.lpNorm<Eigen::Infinity>() <= kSpringsSolved * size_;
   }
 
   FrictionSolution Solution(const Vector& force) const {

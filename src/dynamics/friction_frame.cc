@@ -9,7 +9,7 @@ namespace contact_flow {
 namespace {
 
 /// What velocities of rows are known to, relative to those of the whole.
-constexpr double kRateRounding = 1e-12;
+constexpr double kFrameRateRounding = 1e-12;
 
 }  // namespace
 
@@ -50,8 +50,8 @@ Vector FrictionFrame::RateRounding(const InverseInertia& inertia, const VectorRe
   // |A v| ≤ |√P Aᵀ| |√M v|, and what is driven by itself
   const Vector driven = v - Moved(inertia.mass(), v);
   Vector rounding =
-      kRateRounding * (KineticSpeed(inertia.mass(), v) * problem_.G.diagonal().cwiseSqrt() +
-                       (rows_ * driven).cwiseAbs());
+      kFrameRateRounding * (KineticSpeed(inertia.mass(), v) * problem_.G.diagonal().cwiseSqrt() +
+                            (rows_ * driven).cwiseAbs());
   for (std::size_t k = 0; k < constraints_.size(); ++k) {
     if (!before.Contains(constraints_[k])) continue;
     const int row = problem_.Row(k), dimension = problem_.contacts[k].dimension;

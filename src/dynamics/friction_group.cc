@@ -18,7 +18,7 @@ namespace contact_flow {
 namespace {
 
 /// Motions that differ by less than this are one, and a slack above this is room, relative.
-constexpr double kSameMotion = 1e-8, kRoom = 1e-7;
+constexpr double kSameGroupMotion = 1e-8, kRoom = 1e-7;
 /// A solution with that much room beside `border` is not near another word's.
 constexpr double kManyBorders = 1e4;
 /// What inequalities of a solution that springs found may miss, relative.
@@ -86,7 +86,7 @@ double SlackOf(const FrictionProblem& problem, const FrictionSolution& s, std::s
 bool Covers(const FrictionProblem& problem, const FrictionSolution& word,
             const FrictionSolution& other, double scale) {
   if (word.many || word.letters == other.letters) return false;
-  if ((word.result - other.result).cwiseAbs().maxCoeff() > kSameMotion * scale) return false;
+  if ((word.result - other.result).cwiseAbs().maxCoeff() > kSameGroupMotion * scale) return false;
   for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
     if (word.letters[i] == other.letters[i]) continue;
     const bool less = word.letters[i] == Letter::kStick || other.letters[i] == Letter::kOpen;
@@ -237,7 +237,7 @@ class Group {
   bool Decided(const std::vector<FrictionSolution>& all) const {
     for (const FrictionSolution& one : all) {
       const double apart = (one.result - all.front().result).cwiseAbs().maxCoeff();
-      if (one.many || !(apart <= kSameMotion * scale_)) return false;
+      if (one.many || !(apart <= kSameGroupMotion * scale_)) return false;
     }
     return !all.empty();
   }

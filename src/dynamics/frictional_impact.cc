@@ -10,7 +10,7 @@ namespace contact_flow {
 namespace {
 
 /// Motions that differ by less than this, relative, are one.
-constexpr double kSameMotion = 1e-8;
+constexpr double kSameImpact = 1e-8;
 /// Energy that an impact may gain by rounding, relative.
 constexpr double kEnergyRounding = 1e-10;
 
@@ -36,7 +36,7 @@ FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const Vec
   }
   const auto several = [&](const FrictionSolution& other) {
     const double apart = (other.result - all.front().result).cwiseAbs().maxCoeff();
-    return other.many || !(apart <= kSameMotion * problem.b.cwiseAbs().maxCoeff());
+    return other.many || !(apart <= kSameImpact * problem.b.cwiseAbs().maxCoeff());
   };
   if (std::any_of(all.begin(), all.end(), several)) {
     const bool many = std::any_of(all.begin(), all.end(), [](const auto& s) { return s.many; });

@@ -16,9 +16,9 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kRounding = 1e-13;
+constexpr double kImpactRounding = 1e-13;
 /// What is left of velocities that dependent rows are to have, relative to them.
-constexpr double kConsistent = 1e-8;
+constexpr double kConsistentImpact = 1e-8;
 
 /// M⁻¹ Aᵀ p.
 Vector SparseJump(const InverseInertia& inertia, ConstraintSet touching, const Vector& p) {
@@ -79,7 +79,7 @@ Vector ProjectingImpulses(const Matrix& G, const Vector& b) {
   shared.compute(scale.asDiagonal() * G * scale.asDiagonal());
   const Vector p = -scale.cwiseProduct(shared.solve(scale.cwiseProduct(b)));
   const double left = scale.cwiseProduct(G * p + b).cwiseAbs().maxCoeff();
-  if (!(left <= kConsistent * scale.cwiseProduct(b).cwiseAbs().maxCoeff())) {
+  if (!(left <= kConsistentImpact * scale.cwiseProduct(b).cwiseAbs().maxCoeff())) {
     throw std::domain_error(
         "no impulses give the touching constraints their velocities after the impact, which depend "
         "on one another (Assumption 3): their restitutions contradict each other, or the mass is "
@@ -127,7 +127,7 @@ ImpactResult SolveImpact(const MechanicalSystem& system, const InverseInertia& i
     throw std::domain_error("the velocity after the impact is not finite");
   }
   result.impulse = Vector::Zero(system.num_rows());
-  const double zero = k > 0 ? kRounding * b.cwiseAbs().maxCoeff() : 0;
+  const double zero = k > 0 ? kImpactRounding * b.cwiseAbs().maxCoeff() : 0;
   row = 0;
   for (int i : touching) {
     result.impulse(i) = p(row);

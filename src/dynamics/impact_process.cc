@@ -14,9 +14,9 @@ namespace {
 
 /// A step changes the slip by this part of it; a slip of this part of the first has ended.
 constexpr double kPart = 0.02, kLeastPart = 1e-9, kEnded = 1e-9;
-constexpr int kMaxSteps = 20000, kBisections = 60;
+constexpr int kMaxSteps = 20000, kProcessBisections = 60;
 /// Forces that are rounding, relative, and energy.
-constexpr double kRounding = 1e-10;
+constexpr double kProcessRounding = 1e-10;
 
 /// Velocities and impulses of the frame's rows along the normal impulse of one of its contacts.
 class Process {
@@ -127,7 +127,7 @@ class Process {
   /// The part of a step at whose end N v = 0.
   void Return(double length) {
     double low = 0, high = length;
-    for (int k = 0; k < kBisections; ++k) {
+    for (int k = 0; k < kProcessBisections; ++k) {
       const double middle = 0.5 * (low + high);
       (Rates(impulse_ + Change(middle))(row_) < 0 ? low : high) = middle;
     }
@@ -162,7 +162,7 @@ class Process {
 
 /// Whether the impulses of what is held push, and of what sticks are in their cones.
 bool Admissible(const FrictionProblem& problem, const Vector& impulse) {
-  const double rounding = kRounding * impulse.cwiseAbs().maxCoeff();
+  const double rounding = kProcessRounding * impulse.cwiseAbs().maxCoeff();
   for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
     const FrictionContact& contact = problem.contacts[k];
     const int row = problem.Row(k);
@@ -202,7 +202,7 @@ std::optional<FrictionalImpact> FollowImpact(const MechanicalSystem& system, con
   if (sticks) impact.word.Set(jammed, Letter::kStick);
   impact.result.hit = J.Members();
   const double energy = KineticEnergy(inertia.mass(), v_minus) + p.cwiseAbs().dot(rates.cwiseAbs());
-  if (!impact.result.v_plus.allFinite() || impact.energy_change > kRounding * energy) {
+  if (!impact.result.v_plus.allFinite() || impact.energy_change > kProcessRounding * energy) {
     return std::nullopt;
   }
   return impact;

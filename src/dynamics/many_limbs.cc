@@ -13,7 +13,7 @@ namespace contact_flow {
 namespace {
 
 /// A force below this part of the largest one may vanish at the instant, as in SelectMode.
-constexpr double kNearZero = 1e-4;
+constexpr double kNearlyDecoupled = 1e-4;
 
 }  // namespace
 
@@ -42,7 +42,7 @@ bool ContactDynamics::PushClearly(const VectorRef& x, ConstraintSet contacts,
                          G.col(i).cwiseAbs().dot(force.cwiseAbs());
     scale = std::max(scale, terms / gain + applied / row.maxCoeff());
   }
-  return force.minCoeff() > kNearZero * (1 + scale);
+  return force.minCoeff() > kNearlyDecoupled * (1 + scale);
 }
 
 void ContactDynamics::InvertSparse() {

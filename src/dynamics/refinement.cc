@@ -9,7 +9,7 @@ namespace contact_flow {
 namespace {
 
 /// Up to as many coordinates a refined inverse costs little: p from here on costs four digits.
-constexpr int kFewCoordinates = 8;
+constexpr int kFewRefined = 8;
 constexpr double kPoorForFew = 1e-2;
 /// Beyond, with feet that stick, which solve by rows, and with P_J: eight digits.
 constexpr double kPoorByRows = 1e-5, kPoor = 1e-4;
@@ -21,9 +21,7 @@ constexpr int kSteps = 2;
 bool ContactDynamics::IsPoor() const {
   const Matrix& G = at_->delassus_inverse;
   const Matrix& factor = at_->delassus_factor.matrixLLT();
-  const double poor = d_ <= kFewCoordinates   ? kPoorForFew
-                      : system_.HasFriction() ? kPoorByRows
-                                              : kPoor;
+  const double poor = d_ <= kFewRefined ? kPoorForFew : system_.HasFriction() ? kPoorByRows : kPoor;
   for (Eigen::Index i = 0; i < G.rows(); ++i) {
     if (!(factor(i, i) * factor(i, i) > poor * G(i, i))) return true;
   }

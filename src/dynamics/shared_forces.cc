@@ -21,7 +21,7 @@ constexpr double kSmallPivot = 1e-9;
 /// left of theirs before.
 constexpr double kPivotRounding = 1e-14;
 /// Entries of Z that are rounding, and a push of it that is none, relative.
-constexpr double kNoPart = 1e-7, kNoPush = 1e-6;
+constexpr double kNoSharedPart = 1e-7, kNoSharedPush = 1e-6;
 /// A pull of springs that is rounding, relative.
 constexpr double kNoPull = 1e-12;
 
@@ -149,7 +149,7 @@ bool ContactDynamics::FindSlidingDependence() {
   const Matrix& Z = at_->freedom;
   at_->generalized = any - Z * (Z.transpose() * Z).ldlt().solve(Z.transpose() * any);
   const double size = (at_->push.cwiseAbs() * Z.cwiseAbs()).maxCoeff();
-  if ((at_->push * Z).cwiseAbs().maxCoeff() <= kNoPush * size) return true;
+  if ((at_->push * Z).cwiseAbs().maxCoeff() <= kNoSharedPush * size) return true;
   at_->freedom = basis.freedom;
   NoteShared();
   at_->springs = at_->shared;
@@ -168,7 +168,7 @@ void ContactDynamics::NoteShared() {
   at_->shared = ConstraintSet();
   for (Eigen::Index j = 0; j < at_->freedom.cols(); ++j) {
     const auto column = at_->freedom.col(j).cwiseAbs();
-    const double part = kNoPart * column.maxCoeff();
+    const double part = kNoSharedPart * column.maxCoeff();
     for (int i : at_->mode - system_.compliant()) {
       const Friction& friction = system_.friction()[i];
       for (Eigen::Index k = 0; k < column.size(); ++k) {

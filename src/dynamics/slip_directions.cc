@@ -18,10 +18,10 @@ constexpr int kBisections = 60;
 constexpr double kNear = 0.1;
 /// Starts a contact, where several slip: a grid of them for all.
 constexpr int kStarts = 6, kStartsOfMany = 3, kMany = 3, kStartsOfMost = 2, kMost = 5;
-constexpr int kNewtonSteps = 40;
+constexpr int kSlipNewtonSteps = 40;
 /// Directions of one slide are so much alike, relative.
 constexpr double kAlike = 1e-9;
-constexpr double kQuotient = 1e-7, kConverged = 1e-13, kSame = 1e-6;
+constexpr double kQuotient = 1e-7, kConvergedSlip = 1e-13, kSame = 1e-6;
 
 /// d⊥ · y_t of the unknown contacts at angles ψ.
 class Directions {
@@ -164,8 +164,8 @@ std::vector<FrictionSolution> NewtonRoots(Directions f, Eigen::Index size, doubl
       psi(k) = kOffset + kTurn * static_cast<double>(digits % each) / each;
     }
     Vector value = f(psi);
-    for (int step = 0; step < kNewtonSteps && value.allFinite(); ++step) {
-      if (value.cwiseAbs().maxCoeff() <= kConverged * scale) break;
+    for (int step = 0; step < kSlipNewtonSteps && value.allFinite(); ++step) {
+      if (value.cwiseAbs().maxCoeff() <= kConvergedSlip * scale) break;
       Matrix slope(size, size);
       for (Eigen::Index k = 0; k < size; ++k) {
         Vector moved = psi;
@@ -182,7 +182,7 @@ std::vector<FrictionSolution> NewtonRoots(Directions f, Eigen::Index size, doubl
       psi += part * change;
       value = next;
     }
-    if (!(value.cwiseAbs().maxCoeff() <= 1e3 * kConverged * scale)) continue;
+    if (!(value.cwiseAbs().maxCoeff() <= 1e3 * kConvergedSlip * scale)) continue;
     f(psi);
     bool known = false;
     for (const FrictionSolution& other : found) {

@@ -12,7 +12,7 @@ namespace contact_flow {
 namespace {
 
 /// What cones may miss, relative; and what impulses and rates are known to.
-constexpr double kNearly = 1e-3, kRounding = 1e-9;
+constexpr double kNearly = 1e-3, kTangentialRounding = 1e-9;
 
 /// Whether what sticks stays within its cone, presses, and what is open does not approach.
 bool Holds(const FrictionProblem& problem, const FrictionSolution& word) {
@@ -22,14 +22,14 @@ bool Holds(const FrictionProblem& problem, const FrictionSolution& word) {
     const int row = problem.Row(k);
     const FrictionContact& contact = problem.contacts[k];
     if (word.letters[k] == Letter::kOpen) {
-      if (word.result(row) < -kRounding * fastest) return false;
+      if (word.result(row) < -kTangentialRounding * fastest) return false;
       continue;
     }
-    if (word.force(row) < -kRounding * most) return false;
+    if (word.force(row) < -kTangentialRounding * most) return false;
     if (word.letters[k] != Letter::kStick || !std::isfinite(contact.coefficient)) continue;
     const double held = word.force.segment(row + 1, contact.dimension).norm();
     const double cone = contact.coefficient * word.force(row);
-    if (held > (1 + kNearly) * cone + kRounding * most) return false;
+    if (held > (1 + kNearly) * cone + kTangentialRounding * most) return false;
   }
   return most > 0;
 }
@@ -50,7 +50,7 @@ std::optional<FrictionSolution> FindImpact(FrictionProblem* problem, std::vector
   std::optional<FrictionSolution> best;
   for (FrictionSolution& found : SolveFriction(*problem, kNearly)) {
     const bool takes = found.letters[jammed] != Letter::kOpen && Holds(*problem, found) &&
-                       found.force(problem->Row(jammed)) > kRounding * scale;
+                       found.force(problem->Row(jammed)) > kTangentialRounding * scale;
     if (takes && (!best || found.margin > best->margin)) best = std::move(found);
   }
   return best;
@@ -100,7 +100,7 @@ std::optional<FrictionalImpact> SolveTangentialImpact(const MechanicalSystem& sy
   impact.energy_change = 0.5 * word->force.dot(rates);
   const double energy = KineticEnergy(inertia.mass(), v_minus) +
                         word->force.cwiseAbs().dot((frame.rows() * v_minus).cwiseAbs());
-  if (!impact.result.v_plus.allFinite() || impact.energy_change > kRounding * energy) {
+  if (!impact.result.v_plus.allFinite() || impact.energy_change > kTangentialRounding * energy) {
     return std::nullopt;
   }
   return impact;

@@ -11,7 +11,7 @@ namespace contact_flow {
 namespace {
 
 /// A pivot of G below this part of its diagonal.
-constexpr double kPoor = 1e-3;
+constexpr double kPoorVelocity = 1e-3;
 
 /// The equations that a word adds to M (v⁺ − v⁻) = W p + Bᵀ r: those of contacts that it holds.
 struct HeldRows {
@@ -46,7 +46,7 @@ bool IsPoor(const Matrix& G, const std::vector<Eigen::Index>& rows) {
   const Eigen::LLT<Matrix> factor(held);
   if (factor.info() != Eigen::Success) return false;  // dependent rows: v⁺ is that of any p
   const Vector pivots = factor.matrixLLT().diagonal();
-  return (pivots.array().square() <= kPoor * held.diagonal().array()).any();
+  return (pivots.array().square() <= kPoorVelocity * held.diagonal().array()).any();
 }
 
 }  // namespace

@@ -12,12 +12,12 @@ namespace contact_flow {
 namespace {
 
 /// Looks ahead move the state by these parts of its size.
-constexpr double kAhead[] = {1e-6, 1e-5, 1e-4, 1e-3};
+constexpr double kTimesAhead[] = {1e-6, 1e-5, 1e-4, 1e-3};
 /// Motions that differ by less than this, relative, are one.
-constexpr double kSameMotion = 1e-8;
+constexpr double kSameMotionAhead = 1e-8;
 /// What inequalities of a word may miss, relative: springs that are not infinitely stiff begin to
 /// slip too late.
-constexpr double kMissed = 1e-9;
+constexpr double kMissedAhead = 1e-9;
 
 /// The only word at x.
 std::optional<WordAhead> OnlyWord(ContactDynamics* dynamics, const Vector& x,
@@ -46,8 +46,8 @@ std::optional<WordAhead> OnlyWord(ContactDynamics* dynamics, const Vector& x,
     const auto apart = [&] {
       return (word.result - found->solution.result).cwiseAbs().maxCoeff() / scale;
     };
-    const bool fits = !word.many && word.margin >= -kMissed;
-    if (!fits || (found && (mode != found->mode || apart() > kSameMotion))) {
+    const bool fits = !word.many && word.margin >= -kMissedAhead;
+    if (!fits || (found && (mode != found->mode || apart() > kSameMotionAhead))) {
       return std::nullopt;
     }
     if (!found) found = WordAhead{mode, std::move(word)};
@@ -64,7 +64,7 @@ std::optional<WordAhead> FindWordAhead(ContactDynamics* dynamics, const Vector& 
   const int d = system.dof();
   const Vector field = dynamics->Field(x, along).head(2 * d);
   const double size = (1 + x.cwiseAbs().maxCoeff()) / (1e-300 + field.cwiseAbs().maxCoeff());
-  for (const double part : kAhead) {
+  for (const double part : kTimesAhead) {
     const Vector later = system.Perturb(x, part * size * field);
     if (!later.allFinite()) break;
     std::optional<WordAhead> word = OnlyWord(dynamics, later, touching, border);

@@ -65,7 +65,7 @@ double Rows(const DrawPart& part) {
   return rows;
 }
 
-void Validate(const DrawPart& part) {
+void ValidatePart(const DrawPart& part) {
   const auto n = static_cast<Eigen::Index>(part.names.size());
   Check(part, n > 0, "no names");
   if (part.kind == Kind::kGrid) {
@@ -94,7 +94,7 @@ Sampler::Sampler(const Draws& draws) : draws_(draws) {
   std::set<std::string> seen;
   double period = 1;
   for (const DrawPart& part : draws.parts) {
-    Validate(part);
+    ValidatePart(part);
     for (const std::string& name : part.names) {
       // "x" and "+x" are one number.
       if (!seen.insert(name.substr(name.rfind('+', 0) == 0 ? 1 : 0)).second) {

@@ -9,7 +9,7 @@ namespace contact_flow {
 namespace {
 
 /// A value this near to a corner is on neither side of it, beside max(1, |corner|).
-constexpr double kAt = 1e-12;
+constexpr double kAtCorner = 1e-12;
 
 /// Function i leaves one piece for another.
 struct Passing {
@@ -74,7 +74,7 @@ std::optional<int> CornerFunctions::Piece(int i, double value) const {
   const std::vector<double>& at = corners(i);
   const auto behind = std::lower_bound(at.begin(), at.end(), value);
   const auto beside = [&](double corner) {
-    return std::abs(value - corner) <= kAt * std::max(1.0, std::abs(corner));
+    return std::abs(value - corner) <= kAtCorner * std::max(1.0, std::abs(corner));
   };
   if (std::isnan(value) || (behind != at.end() && beside(*behind))) return std::nullopt;
   if (behind != at.begin() && beside(*(behind - 1))) return std::nullopt;
@@ -113,7 +113,7 @@ std::vector<double> CornerInstants(const MechanicalSystem& system, const Arc& ar
     if (!(begin > arc.t_begin && begin < arc.t_end)) continue;
     arc.dense.Evaluate(middle, x.data());
     const double knot = middle + functions.TimeToKnot(x);
-    if (knot <= begin + kAt * std::max(1.0, std::abs(begin))) instants.push_back(begin);
+    if (knot <= begin + kAtCorner * std::max(1.0, std::abs(begin))) instants.push_back(begin);
   }
   std::sort(instants.begin(), instants.end());
   return instants;

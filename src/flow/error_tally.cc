@@ -8,14 +8,14 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kRounding = std::numeric_limits<double>::epsilon();
+constexpr double kUnitRounding = std::numeric_limits<double>::epsilon();
 
 }  // namespace
 
 void ErrorTally::AddStep(const Stepper& stepper) {
   const int d = space_->dof(), nq = space_->num_positions();
   const double h = stepper.step();
-  const auto own = stepper.LocalErrors() + kRounding * stepper.end().array().abs();  // [nq+d]
+  const auto own = stepper.LocalErrors() + kUnitRounding * stepper.end().array().abs();  // [nq+d]
   error_.head(d) += h * error_.tail(d);
   if (space_->IsFlat()) {
     error_.array() += own;

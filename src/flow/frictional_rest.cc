@@ -16,9 +16,9 @@ namespace contact_flow {
 namespace {
 
 /// How closely an inequality of a word has to hold, relative.
-constexpr double kBorder = 1e-10;
+constexpr double kRestBorder = 1e-10;
 /// A slip in space that begins with the rest has this many absolute tolerances.
-constexpr double kOnset = 10;
+constexpr double kRestOnset = 10;
 /// Slip that is rounding, relative.
 constexpr double kNoSlip = 1e-12;
 
@@ -93,15 +93,15 @@ std::optional<FrictionalRest> RestOfBounces(ContactDynamics* dynamics, const Tra
   }
   try {
     WordConventions by;
-    rest.mode = SelectWord(dynamics, x, contacts, kBorder, &by);
+    rest.mode = SelectWord(dynamics, x, contacts, kRestBorder, &by);
   } catch (const FrictionRefusal&) {
     return std::nullopt;
   }
   const ConstraintSet begins = BeginInSpace(system, contacts.still, rest.mode);
   if (begins.Empty()) return rest;
   try {
-    auto onsets = OnsetDirections(dynamics, x, contacts, rest.mode, begins, kBorder);
-    for (auto& [i, onset] : onsets) onset *= kOnset * last.absolute_tolerance;
+    auto onsets = OnsetDirections(dynamics, x, contacts, rest.mode, begins, kRestBorder);
+    for (auto& [i, onset] : onsets) onset *= kRestOnset * last.absolute_tolerance;
     MakeRest(system, rest.mode, onsets, &x);
   } catch (const FrictionRefusal&) {
     return std::nullopt;

@@ -30,7 +30,7 @@ constexpr double kRateReach = 0.3;
 /// is not resolved.
 constexpr double kMarginPrecision = 0.5;
 /// Rounding of a guard, relative to its size: a state of several terms, and a formula of them.
-constexpr double kRounding = 1e-14;
+constexpr double kGuardRounding = 1e-14;
 /// A gap that opens again this many floors above zero cannot be told from one that touches.
 constexpr double kTouchReach = 10;
 /// A gap that falls by less than this part of a floor before it opens again stands still: a contact
@@ -197,7 +197,8 @@ bool GuardSearch::Settle(int i, int middle, int end, bool last) {
   const double floor = query_->floor[i];
   const bool excluded = lowest > kReserve * error + floor;
   if (excluded && lowest - error >= *margin_) return true;
-  const double noise = std::max(floor, kRounding * std::max(std::abs(lowest), std::abs(highest)));
+  const double noise =
+      std::max(floor, kGuardRounding * std::max(std::abs(lowest), std::abs(highest)));
   const bool flat = highest - lowest <= noise;
   const bool resolved = error <= std::max(kResolved * (highest - lowest), noise) &&
                         (flat || (left.TurnsAsEndsTell() && right.TurnsAsEndsTell()));

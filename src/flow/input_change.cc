@@ -9,7 +9,7 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kRounding = 1e-12;  // of a rate, relative to what it is the sum of
+constexpr double kRateRounding = 1e-12;  // of a rate, relative to what it is the sum of
 
 }  // namespace
 
@@ -43,7 +43,7 @@ ResolvedTransition ResolveInputChange(ContactDynamics* dynamics, double t, const
   ConstraintSet touching;
   for (int i = 0; i < system.num_constraints(); ++i) {
     if (mode.Contains(i) || system.compliant().Contains(i)) continue;
-    const double still = kRounding * terms.jacobian.row(i).cwiseAbs().dot(x.tail(d).cwiseAbs());
+    const double still = kRateRounding * terms.jacobian.row(i).cwiseAbs().dot(x.tail(d).cwiseAbs());
     if (std::abs(terms.gap(i)) <= rules.gap_tolerance && std::abs(rate(i)) <= still) {
       touching.Insert(i);
     }

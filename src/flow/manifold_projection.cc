@@ -10,7 +10,7 @@
 namespace contact_flow {
 namespace {
 
-constexpr int kMaxNewton = 30;
+constexpr int kMaxProjections = 30;
 constexpr double kClosed = 1e-14;   // [m] a closure to rounding
 constexpr double kContact = 1e-12;  // [m] a contact, likewise
 
@@ -26,7 +26,7 @@ bool ProjectState(const MechanicalSystem& system, Vector* x) {
   system.space().Normalize(x->data());
   if (l == 0) return x->allFinite();
   double last = 0;
-  for (int step = 0; step < kMaxNewton; ++step) {
+  for (int step = 0; step < kMaxProjections; ++step) {
     const InverseInertia inertia(system, x->head(nq), x->tail(d));
     const Vector b = inertia.terms().gap.segment(n, l);
     const double error = b.cwiseAbs().maxCoeff();
@@ -61,7 +61,7 @@ bool ProjectContacts(const MechanicalSystem& system, ContactMode held, Vector* x
   Vector gap(k), applied;
   ConstraintTerms terms;
   const Vector u = Vector::Zero(system.num_inputs());
-  for (int step = 0; step < kMaxNewton; ++step) {
+  for (int step = 0; step < kMaxProjections; ++step) {
     system.space().Normalize(y.data());
     system.Constraints(y.head(nq), y.tail(d), &terms);
     for (Eigen::Index r = 0; r < all; ++r) {

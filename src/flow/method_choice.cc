@@ -8,7 +8,7 @@
 namespace contact_flow {
 namespace {
 
-constexpr int kStages = 5;
+constexpr int kRadauStages = 5;
 /// An implicit step of this many times 1/ρ, or less, is one that the explicit method would make as
 /// well; after so many in a row it does.
 constexpr double kSoft = 2;
@@ -26,7 +26,7 @@ void Flow::FieldAt(int place, const double* x, double* xdot) {
 
 void Flow::MakeImplicit() {
   implicit_ = std::make_unique<Radau>(
-      system_.space(), kStages,
+      system_.space(), kRadauStages,
       [this](int place, const double* x, double* xdot) { FieldAt(place, x, xdot); },
       [this](const Vector& x, Matrix* jacobian) {
         dynamics_.Differentiate(x, mode_);

@@ -17,7 +17,7 @@ using Complex = std::complex<double>;
 constexpr int kMaxIterations = 12;
 /// Newton's method goes on until what it leaves is this part of the tolerance, or rounding.
 constexpr double kNewton = 1e-5;
-constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon();  // of a stage
+constexpr double kStageRounding = 64 * std::numeric_limits<double>::epsilon();  // of a stage
 /// The error of the extension by its largest defect (measured: 2 to 6 times less).
 constexpr double kDefectReach = 0.25;
 /// A step that fails is repeated with a third of its length.
@@ -162,9 +162,9 @@ double Radau::Norm(const Vector& change) const {
 
 /// Newton's method; false where it does not converge.
 bool Radau::Iterate(double h, double relative_tolerance) {
-  const double rounding = kRounding / relative_tolerance;
+  const double rounding = kStageRounding / relative_tolerance;
   double before = 0;
-  contraction_ = std::pow(std::max(last_contraction_, kRounding), 0.8);
+  contraction_ = std::pow(std::max(last_contraction_, kStageRounding), 0.8);
   for (iterations_ = 1; iterations_ <= kMaxIterations; ++iterations_) {
     for (int i = 0; i < rule_.stages; ++i) {
       stage_ = x_ + Z_.col(i);
@@ -179,7 +179,7 @@ bool Radau::Iterate(double h, double relative_tolerance) {
     if (now <= rounding) return true;
     if (iterations_ > 1) {
       const double ratio = now / before;
-      contraction_ = ratio < 1 ? ratio / (1 - ratio) : 1 / kRounding;
+      contraction_ = ratio < 1 ? ratio / (1 - ratio) : 1 / kStageRounding;
       const double left = now * std::pow(ratio, kMaxIterations - iterations_);
       if (ratio >= 1 || left > std::max(kNewton, rounding)) return false;
     }

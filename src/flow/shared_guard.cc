@@ -10,13 +10,13 @@
 namespace contact_flow {
 namespace {
 
-constexpr int kPieces = 2, kMaxSamples = 400;
+constexpr int kSharedPieces = 2, kMaxSamples = 400;
 /// Pieces are not halved below this length.
-constexpr double kShortest = 1e-13;
+constexpr double kShortestPiece = 1e-13;
 /// A sign change counts where forces are straight to this part of the margin's change.
 constexpr double kStraight = 0.1;
 /// Of the margin, relative to forces: a cone program is solved to this.
-constexpr double kRounding = 1e-13;
+constexpr double kSharedRounding = 1e-13;
 
 /// What the bend of the forces makes of the margin.
 double Bend(const SharedMargin& a, const SharedMargin& m, const SharedMargin& b) {
@@ -37,7 +37,8 @@ void SearchSharedMargin(int guard, double floor,
     return sample(theta);
   };
   std::vector<SharedMargin> ends;  // of the pieces, the last one first
-  for (int k = kPieces; k >= 0; --k) ends.push_back(at(static_cast<double>(k) / kPieces));
+  for (int k = kSharedPieces; k >= 0; --k)
+    ends.push_back(at(static_cast<double>(k) / kSharedPieces));
   SharedMargin begin = std::move(ends.back());
   ends.pop_back();
   while (!ends.empty() && begin.theta < event->theta) {
@@ -54,10 +55,10 @@ void SearchSharedMargin(int guard, double floor,
     const double lowest = std::min({begin.value, middle.value, end.value});
     const double highest = std::max({begin.value, middle.value, end.value});
     const double bend = Bend(begin, middle, end);
-    const double noise = std::max(floor, kRounding * end.force.cwiseAbs().maxCoeff());
+    const double noise = std::max(floor, kSharedRounding * end.force.cwiseAbs().maxCoeff());
     const bool clear = lowest - bend > -noise;
     const bool resolved = bend <= std::max(kStraight * (highest - lowest), noise);
-    if (!clear && !resolved && length > kShortest) {
+    if (!clear && !resolved && length > kShortestPiece) {
       ends.push_back(std::move(middle));
       continue;
     }

@@ -24,8 +24,8 @@ void Require(const char* what, Eigen::Index size, Eigen::Index wanted, const cha
                               ": " + std::to_string(wanted) + " are needed");
 }
 
-void Validate(const MechanicalSystem& system, const MatrixRef& states, const MatrixRef& inputs,
-              double duration, const BatchOptions& batch) {
+void ValidateBatch(const MechanicalSystem& system, const MatrixRef& states, const MatrixRef& inputs,
+                   double duration, const BatchOptions& batch) {
   Require("states", states.rows(), system.state_size(), "rows (q, v)");
   Require("inputs", inputs.rows(), system.num_inputs(), "rows");
   if (inputs.cols() != 1) Require("inputs", inputs.cols(), states.cols(), "columns, one a run");
@@ -134,7 +134,7 @@ BatchResult SimulateBatch(const MechanicalSystem& system, const MatrixRef& state
                           const MatrixRef& inputs, double duration, const SimulateOptions& options,
                           const BatchOptions& batch) {
   Validate(options);
-  Validate(system, states, inputs, duration, batch);
+  ValidateBatch(system, states, inputs, duration, batch);
   const BudgetStage stage("the batch");
   BatchResult result;
   const LanesOfSystem lanes(system, options, batch.lanes);

@@ -11,7 +11,7 @@ namespace {
 /// Part of the time in which a slip in space would end that a step may take, and the slip that
 /// counts as ended: relative to the velocities, to the absolute tolerance, or by the time to its
 /// end, relative to max(1, t).
-constexpr double kSlipPart = 0.5, kStopped = 1e-12, kPartOfTolerance = 1e-3, kNoTime = 1e-12;
+constexpr double kSlipPart = 0.5, kStopped = 1e-12, kPartOfTolerance = 1e-3, kNoSlipTime = 1e-12;
 /// A slip below the tolerance counts as ended where the contact sticks with this part of its cone
 /// to spare: near the border it would end ever more slowly, and the steps are as short as before.
 constexpr double kSpare = 1e-9;
@@ -44,7 +44,7 @@ int Flow::StoppedInSpace() {
     const bool young = end_ - (new_arc_ ? t_ : arc_begin_) < kYoung * late;
     const double resolved =
         std::max({kStopped * speed, kPartOfTolerance * options_.absolute_tolerance,
-                  (young ? kNoTimeOfYoung : kNoTime) * late * change.norm()});
+                  (young ? kNoTimeOfYoung : kNoSlipTime) * late * change.norm()});
     const bool ended =
         slip.norm() <= resolved || (slip.norm() <= options_.absolute_tolerance && WouldStick(i));
     if (ended) return guards_.OfFriction(i);

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kNodes = StagePlaces::kNodes, kChecks = StagePlaces::kChecks;
 /// Reserve on top of what the shape of the leading error tells.
-constexpr double kReserve = 1.16;
+constexpr double kStageReserve = 1.16;
 constexpr int kScan = 200;
 
 Eigen::Matrix<double, 1, kNodes> Basis(double s) {
@@ -91,7 +91,7 @@ StagePlaces Implicit(int s, std::initializer_list<double> later, std::array<int,
   std::copy(probes.begin(), probes.end(), &places.at[places.first_probe()]);
   places.nodes = nodes;
   places.checks = checks;
-  places.reach = kReserve * LargestMiss(places);
+  places.reach = kStageReserve * LargestMiss(places);
   FindMaps(&places);
   return places;
 }

@@ -10,9 +10,9 @@
 namespace contact_flow {
 namespace {
 
-constexpr int kMaxNewton = 12, kMaxApproaches = 8;
+constexpr int kMaxCornerNewton = 12, kMaxApproaches = 8;
 /// Of a function beside its corner.
-constexpr double kRounding = 1e-14;
+constexpr double kCornerRounding = 1e-14;
 /// Passings this soon after the node are at it, relative to max(1, t) [s].
 constexpr double kAtNode = 1e-13;
 /// Part of the way to a passing that is gone first. The last stages of a step onto the corner are
@@ -66,7 +66,7 @@ double Flow::Retry(double length) {
 double Flow::NewtonOntoCorner(const CornerLocator::Zero& zero, double s, double* length) {
   const double longest = *length;
   double nearest = s, least = std::numeric_limits<double>::infinity(), error = 0;
-  for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
+  for (int iteration = 0; iteration < kMaxCornerNewton; ++iteration) {
     *length = s;
     error = Retry(s);
     if (!(error <= 1)) return error;
@@ -79,7 +79,8 @@ double Flow::NewtonOntoCorner(const CornerLocator::Zero& zero, double s, double*
     nearest = s;
     least = std::abs(value);
     const double next = s - value / rate;
-    if (least <= kRounding || !(next > 0.5 * s) || !(next <= longest) || next == s) return error;
+    if (least <= kCornerRounding || !(next > 0.5 * s) || !(next <= longest) || next == s)
+      return error;
     s = next;
   }
   return error;

@@ -9,7 +9,7 @@ namespace {
 /// A slip that would end within this time ends at once, for tangents, too [s].
 constexpr double kSudden = 1e-8;
 /// Of a slip, relative to the velocities.
-constexpr double kRateRounding = 1e-12;
+constexpr double kStopRounding = 1e-12;
 
 }  // namespace
 
@@ -30,7 +30,7 @@ ConstraintSet StoppedTogether(const MechanicalSystem& system, const ConstraintTe
     const Friction& friction = system.friction()[i];
     if (friction.dimension != 2) continue;
     const double rounding =
-        kRateRounding * (terms.jacobian.middleRows<2>(friction.row).cwiseAbs() * v).maxCoeff();
+        kStopRounding * (terms.jacobian.middleRows<2>(friction.row).cwiseAbs() * v).maxCoeff();
     const double slow = std::max({2 * speed, rounding, transition->absolute_tolerance});
     if (rate.segment<2>(friction.row).norm() <= slow) stopped.Insert(i);
   }

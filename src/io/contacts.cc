@@ -48,9 +48,9 @@ bool IsNamed(const ContactOptions& options, const std::string& link) {
   return std::find(options.links.begin(), options.links.end(), link) != options.links.end();
 }
 
-/// Vertices of a mesh, or none with a warning.
-std::vector<Vec3<double>> Vertices(const RobotModel::Shape& shape, const std::string& link,
-                                   bool asked, const std::string& folder, MadeContacts* made) {
+/// VerticesOf of a mesh, or none with a warning.
+std::vector<Vec3<double>> VerticesOf(const RobotModel::Shape& shape, const std::string& link,
+                                     bool asked, const std::string& folder, MadeContacts* made) {
   std::string wrong;
   const std::string path = FindMesh(shape.mesh, folder);
   if (path.empty()) {
@@ -81,7 +81,7 @@ Hulls AllHulls(const RobotModel& model, const ContactOptions& options, const std
     if (link.body < 0 || (!options.all && !options.feet && !named)) continue;
     std::vector<Vec3<double>> vertices;
     if (shape.kind == RobotModel::Shape::Kind::kMesh) {
-      vertices = Vertices(shape, link.name, named, folder, made);
+      vertices = VerticesOf(shape, link.name, named, folder, made);
     }
     const ContactHull points = ShapePoints(model, shape, vertices);
     ContactHull* hull = &hulls[link.body];

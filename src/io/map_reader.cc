@@ -16,7 +16,7 @@ std::string At(const YAML::Mark& mark) {
   return mark.is_null() ? "" : " (line " + std::to_string(mark.line + 1) + ")";
 }
 
-std::string Kind(const YAML::Node& node) {
+std::string KindOf(const YAML::Node& node) {
   switch (node.Type()) {
     case YAML::NodeType::Scalar:
       return QuoteName(node.Scalar());
@@ -35,7 +35,7 @@ MapReader::MapReader(const YAML::Node& map, std::string name) : name_(std::move(
   if (!map.IsDefined() || map.IsNull()) return;
   line_ = At(map.Mark());
   if (!map.IsMap()) {
-    throw std::invalid_argument((name_.empty() ? "the file" : name_) + " is " + Kind(map) +
+    throw std::invalid_argument((name_.empty() ? "the file" : name_) + " is " + KindOf(map) +
                                 ", expected a map of names to values" + At(map.Mark()));
   }
   for (const auto& entry : map) {
@@ -58,7 +58,7 @@ std::string MapReader::FullName(const std::string& key) const {
 
 void MapReader::Fail(const std::string& key, const YAML::Node& node,
                      const std::string& expected) const {
-  throw std::invalid_argument(FullName(key) + " is " + Kind(node) + ", expected " + expected +
+  throw std::invalid_argument(FullName(key) + " is " + KindOf(node) + ", expected " + expected +
                               At(node.Mark()));
 }
 

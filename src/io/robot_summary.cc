@@ -54,7 +54,7 @@ void DescribeJoints(const RobotModel& model, std::ostream* out) {
 }
 
 /// Numbers of a map of the nominal run that are not usual.
-YAML::Node NominalPositions(const RobotDescription& robot) {
+YAML::Node NominalNode(const RobotDescription& robot) {
   const Vector usual = robot.model.tree.Neutral();
   YAML::Node map(YAML::NodeType::Map);
   for (int k = 0; k < usual.size(); ++k) {
@@ -108,7 +108,7 @@ std::string DescribeRobot(const RobotDescription& robot, const YAML::Node& docum
   if (document["nominal"].IsDefined() && document["nominal"].IsMap()) {
     nominal = YAML::Clone(document["nominal"]);
   }
-  const YAML::Node positions = NominalPositions(robot);
+  const YAML::Node positions = NominalNode(robot);
   if (positions.size() > 0) nominal["positions"] = positions;
   if (nominal.size() > 0) answer["nominal"] = nominal;
   YAML::Emitter emitter;

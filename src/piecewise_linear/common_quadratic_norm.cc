@@ -15,11 +15,11 @@ namespace contact_flow {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kLargestCondition = 1e12;  // of a P that is to be trusted in double precision
-constexpr int kMaxCentres = 60, kMaxNewton = 30;
-constexpr double kCentred = 0.3;  // Newton decrement at which γ may be lowered
-constexpr double kTowards = 0.1;  // γ ← (1 − θ) rate² + θ γ
-constexpr double kSlow = 1e-4;    // relative gain per centre at which to stop
+constexpr double kLargestNormCondition = 1e12;  // of a P that is to be trusted in double precision
+constexpr int kMaxNormCentres = 60, kMaxNormNewton = 30;
+constexpr double kNormCentred = 0.3;  // Newton decrement at which γ may be lowered
+constexpr double kNormTowards = 0.1;  // γ ← (1 − θ) rate² + θ γ
+constexpr double kSlowNorm = 1e-4;    // relative gain per centre at which to stop
 
 /// The barrier −Σ log det(γP − A_iᵀPA_i) − log det P − log det(I − P) in the entries of P on and
 /// above the diagonal, N = n(n+1)/2 of them.
@@ -93,7 +93,7 @@ double QuadraticRate(const std::vector<Matrix>& matrices, const MatrixRef& P) {
   if (!((P - P.transpose()).cwiseAbs().maxCoeff() <= 1e-12 * scale)) return kInfinity;
   const Eigen::SelfAdjointEigenSolver<Matrix> spectrum(P);
   const Vector& values = spectrum.eigenvalues();
-  if (!(values(0) * kLargestCondition > values(n - 1)) || !(values(0) > 0)) return kInfinity;
+  if (!(values(0) * kLargestNormCondition > values(n - 1)) || !(values(0) > 0)) return kInfinity;
   const Matrix root = values.cwiseSqrt().asDiagonal() * spectrum.eigenvectors().transpose();
   const Matrix inverse = spectrum.eigenvectors() * values.cwiseSqrt().cwiseInverse().asDiagonal();
   double rate = 0;
@@ -118,15 +118,15 @@ CommonQuadraticNorm FindCommonQuadraticNorm(const std::vector<Matrix>& matrices,
   BudgetStage stage("the common quadratic norm");
   Matrix P = 0.5 * best.P;
   double gamma = 1.1 * best.rate * best.rate;
-  for (int centre = 0; centre < kMaxCentres; ++centre) {
+  for (int centre = 0; centre < kMaxNormCentres; ++centre) {
     const Barrier barrier(matrices, gamma);
-    for (int k = 0; k < kMaxNewton; ++k) {
+    for (int k = 0; k < kMaxNormNewton; ++k) {
       if (cancelled && cancelled()) return best;
       AskBudget();
       stage.Next();
       const double decrement = barrier.Step(&P);
       if (!(decrement >= 0)) return best;
-      if (decrement < kCentred) break;
+      if (decrement < kNormCentred) break;
     }
     const double rate = QuadraticRate(matrices, P);
     if (!std::isfinite(rate)) return best;
@@ -135,8 +135,8 @@ CommonQuadraticNorm FindCommonQuadraticNorm(const std::vector<Matrix>& matrices,
       best.rate = rate;
     }
     if (best.rate < good_enough) return best;
-    const double lowered = (1 - kTowards) * rate * rate + kTowards * gamma;
-    if (!(lowered < (1 - kSlow) * gamma)) return best;
+    const double lowered = (1 - kNormTowards) * rate * rate + kNormTowards * gamma;
+    if (!(lowered < (1 - kSlowNorm) * gamma)) return best;
     gamma = lowered;
   }
   return best;

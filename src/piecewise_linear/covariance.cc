@@ -14,8 +14,8 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kSameMatrix = 1e-12;  // pieces that differ less, relative, are one
-constexpr double kOpposite = 1e-12;    // normals that add up to less are opposite
+constexpr double kSameMatrix = 1e-12;       // pieces that differ less, relative, are one
+constexpr double kOppositeNormals = 1e-12;  // normals that add up to less are opposite
 constexpr double kAgree =
     1e-7;  // jump between pieces, relative, that is an error of the derivative
 constexpr double kNegative =
@@ -23,7 +23,7 @@ constexpr double kNegative =
 const double kPi = std::acos(-1.0);
 
 /// R [n×k] with R Rᵀ = P, k the rank of P.
-Matrix Root(const MatrixRef& P, int n) {
+Matrix CovarianceRoot(const MatrixRef& P, int n) {
   if (P.rows() != n || P.cols() != n) {
     throw std::invalid_argument("the covariance needs " + std::to_string(n) + " rows and columns");
   }
@@ -46,7 +46,7 @@ Matrix Root(const MatrixRef& P, int n) {
 bool IsHalfSpaces(const PiecewiseLinearMap& map) {
   if (map.pieces().size() != 2) return false;
   const Matrix &a = map.pieces()[0].cone, &b = map.pieces()[1].cone;
-  if (a.rows() != 1 || b.rows() != 1 || (a + b).norm() > kOpposite) return false;
+  if (a.rows() != 1 || b.rows() != 1 || (a + b).norm() > kOppositeNormals) return false;
   // The pieces must agree on the face: their difference is k nᵀ.
   const Matrix difference = map.pieces()[0].matrix - map.pieces()[1].matrix;
   const double size = map.pieces()[0].matrix.norm() + map.pieces()[1].matrix.norm();
@@ -133,7 +133,7 @@ OutcomeCovariance PropagateCovariance(const PiecewiseLinearMap& map, const Matri
     throw std::invalid_argument("rotations is " + std::to_string(options.rotations) +
                                 ", expected ≥ 1");
   }
-  const Matrix root = Root(P, map.cols());
+  const Matrix root = CovarianceRoot(P, map.cols());
   OutcomeCovariance result;
   const Matrix& A = map.pieces().front().matrix;
   if (map.Kink() <= kSameMatrix * A.cwiseAbs().maxCoeff() || root.cols() == 0) {

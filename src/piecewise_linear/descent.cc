@@ -17,7 +17,7 @@ namespace {
 constexpr double kAccept = 0.1, kGood = 0.75;       // shares of the promised decrease
 constexpr double kArmijo = 1e-4, kCurvature = 0.9;  // weak Wolfe
 constexpr int kMaxLineSearch = 60;
-constexpr double kRounding = 1e-15;  // relative decrease that is none
+constexpr double kNoDecrease = 1e-15;  // relative decrease that is none
 
 class Descent {
  public:
@@ -54,7 +54,7 @@ class Descent {
     while (true) {
       const double before = J_;
       if (!TrustRegion(&radius) || !Bfgs()) return;
-      if (!(J_ < before - kRounding * std::abs(before))) {
+      if (!(J_ < before - kNoDecrease * std::abs(before))) {
         return End(DescentStatus::kStalled, "no step makes the cost smaller");
       }
       radius = std::max(radius, 1e3 * options_.smallest_radius);
@@ -143,7 +143,7 @@ class Descent {
       g = g_next;
       value = next;
       if (!Report(DescentMethod::kBfgs, s.cwiseAbs().maxCoeff())) return false;
-      if (!(J_ < before - kRounding * std::abs(before))) return true;
+      if (!(J_ < before - kNoDecrease * std::abs(before))) return true;
     }
   }
 

@@ -8,6 +8,13 @@
 #include "contact_flow/budget.h"
 
 namespace contact_flow {
+namespace {
+
+/// A half-space whose normal shrinks to this part under a linear map is the whole space: the map
+/// sends everything onto the boundary.
+constexpr double kVanished = 1e-12;
+
+}  // namespace
 
 Hyperplanes::Hyperplanes(int dimension, double tolerance)
     : tolerance_(tolerance), probe_(dimension) {
@@ -30,6 +37,17 @@ int Hyperplanes::SignedNumber(const VectorRef& normal) {
   sorted_.emplace(probe_.dot(normal), size());
   normals_.push_back(normal);
   return size();
+}
+
+Matrix PullBack(const Matrix& rows, const Matrix& matrix) {
+  Matrix pulled = rows * matrix;
+  const double scale = matrix.size() > 0 ? matrix.cwiseAbs().maxCoeff() : 0;
+  Eigen::Index kept = 0;
+  for (Eigen::Index r = 0; r < pulled.rows(); ++r) {
+    const double length = pulled.row(r).norm();
+    if (length > kVanished * scale) pulled.row(kept++) = (pulled.row(r) / length).eval();
+  }
+  return pulled.topRows(kept);
 }
 
 Matrix Restrict(const Matrix& rows, const Matrix& basis, double tolerance) {

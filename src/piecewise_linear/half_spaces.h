@@ -32,6 +32,9 @@ Matrix Restrict(const Matrix& rows, const Matrix& basis, double tolerance);
 /// The rows of both.
 Matrix Stack(const Matrix& above, const Matrix& below);
 
+/// The cone {w : rows·matrix·w ≥ 0}, by unit rows, without those that vanish.
+Matrix PullBack(const Matrix& rows, const Matrix& matrix);
+
 /// Orthonormal basis [n×n−1] of the hyperplane normal to a unit row [1×n].
 Matrix BasisOf(const Matrix& normal);
 

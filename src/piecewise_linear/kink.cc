@@ -12,7 +12,7 @@ namespace contact_flow {
 namespace {
 
 constexpr double kOpposite = 1e-8;  // unit normals that add up to less are opposite
-constexpr double kInCone = 1e-9;
+constexpr double kInKinkCone = 1e-9;
 
 void RequireCost(const PiecewiseLinearMap& cost) {
   if (cost.rows() != 1) throw std::invalid_argument("a cost is a map to ℝ");
@@ -67,7 +67,7 @@ SteepestDescent FindSteepestDescent(const PiecewiseLinearMap& cost) {
       const double size = d.cwiseAbs().maxCoeff();
       if (!(size > 0) || !d.allFinite()) continue;
       d /= std::max(size, 1e-300);
-      if (piece.Margin(d) < -kInCone) continue;
+      if (piece.Margin(d) < -kInKinkCone) continue;
       const double slope = piece.matrix.row(0).dot(d);
       if (slope < best.slope) best = {d, slope, static_cast<int>(i)};
     }

@@ -14,8 +14,9 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kInCone = 1e-9;  // a unit step this far outside counts as on the cone's boundary
-constexpr double kEqual = 1e-9;   // model residuals that differ less, relative to |r|, are equal
+constexpr double kStepInCone =
+    1e-9;                        // a unit step this far outside counts as on the cone's boundary
+constexpr double kEqual = 1e-9;  // model residuals that differ less, relative to |r|, are equal
 constexpr double kNoDescent = 1e-10;  // relative decrease of |r|² that is none
 
 /// A d in the cone with A d = −r: max t subject to A d + t r = 0, |d_k| ≤ 1, t ≤ 1/|r|, scaled
@@ -176,7 +177,7 @@ PiecewiseLinearStep SolvePiecewiseLinear(const PiecewiseLinearMap& map, const Ve
     best.d = d;
     best.model = model;
     best.piece = static_cast<int>(i);
-    best.in_cone = map.pieces()[i].Margin(d) >= -kInCone * d.norm();
+    best.in_cone = map.pieces()[i].Margin(d) >= -kStepInCone * d.norm();
   };
   for (std::size_t i = 0; i < map.pieces().size(); ++i) {
     Eigen::JacobiSVD<Matrix> parts(map.pieces()[i].matrix,

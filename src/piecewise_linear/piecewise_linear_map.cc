@@ -9,29 +9,9 @@
 
 #include "cone_interior.h"
 #include "contact_flow/budget.h"
+#include "half_spaces.h"
 
 namespace contact_flow {
-namespace {
-
-/// A half-space whose normal shrinks to this part under a linear map is the whole space: the map
-/// sends everything onto the boundary.
-constexpr double kVanished = 1e-12;
-
-/// The cone {w : inner·w ≥ 0 and outer·(matrix·w) ≥ 0}, unit rows.
-Matrix PullBack(const Matrix& inner, const Matrix& outer, const Matrix& matrix) {
-  const Matrix pulled = outer * matrix;
-  Matrix cone(inner.rows() + pulled.rows(), matrix.cols());
-  cone.topRows(inner.rows()) = inner;
-  Eigen::Index rows = inner.rows();
-  const double scale = matrix.size() > 0 ? matrix.cwiseAbs().maxCoeff() : 0;
-  for (Eigen::Index r = 0; r < pulled.rows(); ++r) {
-    const double length = pulled.row(r).norm();
-    if (length > kVanished * scale) cone.row(rows++) = pulled.row(r) / length;
-  }
-  return cone.topRows(rows);
-}
-
-}  // namespace
 
 double LinearPiece::Margin(const VectorRef& w) const {
   if (cone.rows() == 0) return std::numeric_limits<double>::infinity();
@@ -81,7 +61,7 @@ PiecewiseLinearMap PiecewiseLinearMap::After(const PiecewiseLinearMap& inner,
     for (const LinearPiece& second : pieces_) {
       AskBudget();
       LinearPiece word;
-      word.cone = PullBack(first.cone, second.cone, first.matrix);
+      word.cone = Stack(first.cone, PullBack(second.cone, first.matrix));
       if (second.cone.rows() > 0 && first.cone.rows() > 0 && !HasInterior(word.cone)) continue;
       word.matrix = second.matrix * first.matrix;
       word.omega = first.omega;

@@ -18,7 +18,8 @@ namespace contact_flow {
 namespace {
 
 constexpr double kRank = 1e-9;
-constexpr double kVanished = 1e-12;  // a half-space whose normal shrinks to this is the whole space
+constexpr double kVanishedNormal =
+    1e-12;  // a half-space whose normal shrinks to this is the whole space
 
 Matrix Orthonormal(const MatrixRef& columns, Eigen::Index n) {
   if (columns.rows() != n) {
@@ -103,7 +104,7 @@ PiecewiseLinearMap InBases(const PiecewiseLinearMap& map, const MatrixRef& end,
     Eigen::Index kept = 0;
     for (Eigen::Index r = 0; r < rows.rows(); ++r) {
       const double length = rows.row(r).norm();
-      if (length > kVanished) seen.cone.row(kept++) = rows.row(r) / length;
+      if (length > kVanishedNormal) seen.cone.row(kept++) = rows.row(r) / length;
     }
     seen.cone.conservativeResize(kept, rows.cols());
     if (HasInterior(seen.cone)) pieces.push_back(std::move(seen));

@@ -29,7 +29,7 @@ std::vector<Matrix> MatricesOf(const PiecewiseLinearMap& map) {
   return matrices;
 }
 
-void RequireSquare(const PiecewiseLinearMap& map) {
+void RequireSelfMap(const PiecewiseLinearMap& map) {
   if (map.pieces().empty() || map.rows() != map.cols() || map.rows() == 0) {
     throw std::invalid_argument("stability is a property of a map of a space into itself");
   }
@@ -204,7 +204,7 @@ void CheckOptions(const StabilityOptions& options) {
 }
 
 StabilityReport AssessStability(const PiecewiseLinearMap& map, const StabilityOptions& options) {
-  RequireSquare(map);
+  RequireSelfMap(map);
   CheckOptions(options);
   const BudgetStage stage("the stability of a map");
   StabilityReport report;
@@ -253,7 +253,7 @@ StabilityReport AssessStability(const PiecewiseLinearMap& map, const StabilityOp
 }
 
 double WorstGain(const PiecewiseLinearMap& map, int steps, const StabilityOptions& options) {
-  RequireSquare(map);
+  RequireSelfMap(map);
   CheckOptions(options);
   const double unknown = std::numeric_limits<double>::quiet_NaN();
   if (steps < 1) throw std::invalid_argument("WorstGain needs at least one step");

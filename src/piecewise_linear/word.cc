@@ -5,26 +5,9 @@
 #include <algorithm>
 
 #include "contact_flow/piecewise_linear/linear_program.h"
+#include "half_spaces.h"
 
 namespace contact_flow {
-namespace {
-
-/// A half-space whose normal shrinks to this part under a linear map is the whole space.
-constexpr double kVanished = 1e-12;
-
-/// rows·matrix with unit rows, without rows that vanish.
-Matrix PullBack(const Matrix& rows, const Matrix& matrix) {
-  Matrix pulled = rows * matrix;
-  const double scale = matrix.size() > 0 ? matrix.cwiseAbs().maxCoeff() : 0;
-  Eigen::Index kept = 0;
-  for (Eigen::Index r = 0; r < pulled.rows(); ++r) {
-    const double length = pulled.row(r).norm();
-    if (length > kVanished * scale) pulled.row(kept++) = (pulled.row(r) / length).eval();
-  }
-  return pulled.topRows(kept);
-}
-
-}  // namespace
 
 Word EmptyWord(int n) { return {{}, Matrix::Identity(n, n), Matrix(0, n)}; }
 
@@ -34,9 +17,7 @@ Word Append(const PiecewiseLinearMap& map, const Word& word, int piece) {
   longer.pieces = word.pieces;
   longer.pieces.push_back(piece);
   longer.matrix = next.matrix * word.matrix;
-  const Matrix pulled = PullBack(next.cone, word.matrix);
-  longer.cone.resize(word.cone.rows() + pulled.rows(), word.cone.cols());
-  longer.cone << word.cone, pulled;
+  longer.cone = Stack(word.cone, PullBack(next.cone, word.matrix));
   return longer;
 }
 

@@ -13,7 +13,7 @@ namespace contact_flow {
 namespace {
 
 /// Pivots of H below this part of the largest are rounding; H is then lifted by this part.
-constexpr double kSingular = 1e-13, kLift = 1e-9;
+constexpr double kSingularStep = 1e-13, kLift = 1e-9;
 
 }  // namespace
 
@@ -23,7 +23,7 @@ Eigen::LLT<Matrix> FactorOf(const Matrix& H) {
   const double largest = H.diagonal().cwiseAbs().maxCoeff();
   const auto pivots = factor.matrixLLT().diagonal().array().square();
   const bool regular =
-      factor.info() == Eigen::Success && pivots.minCoeff() > kSingular * pivots.maxCoeff();
+      factor.info() == Eigen::Success && pivots.minCoeff() > kSingularStep * pivots.maxCoeff();
   if (regular || !std::isfinite(largest)) return factor;
   Matrix lifted = H;
   lifted.diagonal().array() += largest > 0 ? kLift * largest : 1;

@@ -14,7 +14,8 @@
 namespace contact_flow {
 namespace {
 
-void Require(const Vector& weights, Eigen::Index size, bool positive, const std::string& name) {
+void RequireWeights(const Vector& weights, Eigen::Index size, bool positive,
+                    const std::string& name) {
   if (weights.size() != size) {
     throw std::invalid_argument(name + " has " + std::to_string(weights.size()) +
                                 " entries: " + std::to_string(size) + " are needed");
@@ -35,9 +36,9 @@ TrackingPolicy MakePolicy(const MechanicalSystem& system, const Trajectory& run,
   if (system.num_inputs() == 0) {
     throw std::invalid_argument("the model has no inputs: there is nothing to steer with");
   }
-  Require(weights.state, 2 * system.dof(), false, "state");
-  Require(weights.input, system.num_inputs(), true, "input");
-  Require(weights.terminal, 2 * system.dof(), false, "terminal");
+  RequireWeights(weights.state, 2 * system.dof(), false, "state");
+  RequireWeights(weights.input, system.num_inputs(), true, "input");
+  RequireWeights(weights.terminal, 2 * system.dof(), false, "terminal");
   const SystemDescription& names = system.description();
   TrackingPolicy policy{{names.name, names.coordinates, names.units, names.velocities,
                          names.constraints, names.inputs},

@@ -10,7 +10,7 @@
 namespace contact_flow {
 namespace {
 
-void RequireSize(Eigen::Index size, Eigen::Index needed, bool may_be_empty, const char* name) {
+void RequireNumbers(Eigen::Index size, Eigen::Index needed, bool may_be_empty, const char* name) {
   if (size == needed || (may_be_empty && size == 0)) return;
   throw std::invalid_argument("trajectory problem: " + std::string(name) + " has " +
                               std::to_string(size) + " entries: " + std::to_string(needed) +
@@ -19,7 +19,7 @@ void RequireSize(Eigen::Index size, Eigen::Index needed, bool may_be_empty, cons
 
 /// Numbers of positions, with that of the clock.
 void LeadPositions(Eigen::Index nq, const char* name, Vector* values) {
-  RequireSize(values->size(), nq, true, name);
+  RequireNumbers(values->size(), nq, true, name);
   if (values->size() == 0) return;
   values->conservativeResize(nq + 1);
   (*values)(nq) = 0;
@@ -27,7 +27,7 @@ void LeadPositions(Eigen::Index nq, const char* name, Vector* values) {
 
 /// Numbers of states, with those of the clock.
 void LeadStates(Eigen::Index nq, Eigen::Index d, const char* name, Vector* values) {
-  RequireSize(values->size(), nq + d, false, name);
+  RequireNumbers(values->size(), nq + d, false, name);
   Vector led(nq + d + 2);
   led << values->head(nq), 0, values->tail(d), 0;
   *values = led;
@@ -54,14 +54,14 @@ std::shared_ptr<const Unknowns::Led> Unknowns::Lead(const MechanicalSystem& syst
       std::shared_ptr<const MechanicalSystem>(std::shared_ptr<void>(), &system));
   led->problem = problem;
   TrajectoryProblem& its = led->problem;
-  RequireSize(problem.x.size(), nq + d, false, "x");
+  RequireNumbers(problem.x.size(), nq + d, false, "x");
   its.x = led->system->State(problem.x, problem.inputs.grid.front());
   LeadStates(nq, d, "weight", &its.weight);
   LeadStates(nq, d, "target", &its.target);
   LeadPositions(nq, "path_weight", &its.path_weight);
   LeadPositions(nq, "path_target", &its.path_target);
   if (its.path_reference.size() > 0) {
-    RequireSize(its.path_reference.rows(), nq, false, "a column of path_reference");
+    RequireNumbers(its.path_reference.rows(), nq, false, "a column of path_reference");
     its.path_reference.conservativeResize(nq + 1, Eigen::NoChange);
     its.path_reference.bottomRows<1>().setZero();
   }

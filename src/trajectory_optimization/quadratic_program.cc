@@ -11,7 +11,7 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 /// A normal whose part outside the active ones is below this, relative, depends on them.
 constexpr double kDependent = 1e-11;
 /// Violations below this part of the terms of a constraint are rounding.
@@ -107,7 +107,7 @@ class DualActiveSet {
       const double free = along.tail(n_ - q).squaredNorm();
       const bool depends = free <= kDependent * kDependent * along.squaredNorm();
       // The longest step that keeps all multipliers, and the one that meets the constraint.
-      double dual = kInfinity;
+      double dual = kUnbounded;
       Eigen::Index first = -1;
       for (Eigen::Index k = 0; k < q; ++k) {
         if (Equality(active_[k]) || !(answer(k) > 0)) continue;
@@ -117,7 +117,7 @@ class DualActiveSet {
           first = k;
         }
       }
-      const double primal = depends ? kInfinity : std::max(0.0, -Value(i)) / free;
+      const double primal = depends ? kUnbounded : std::max(0.0, -Value(i)) / free;
       const double step = std::min(dual, primal);
       if (!std::isfinite(step)) return false;
       if (!depends) d_ += step * (J_.rightCols(n_ - q) * along.tail(n_ - q));

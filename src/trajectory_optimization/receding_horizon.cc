@@ -27,10 +27,6 @@ double Since(Clock::time_point begun) {
   return std::chrono::duration<double>(Clock::now() - begun).count();
 }
 
-void Require(bool condition, const std::string& what) {
-  if (!condition) throw std::invalid_argument("receding horizon: " + what);
-}
-
 /// What a thread may take until `seconds` after `begun`.
 Budget BudgetUntil(Clock::time_point begun, double seconds, const HorizonOptions& options) {
   BudgetLimits limits;
@@ -42,18 +38,18 @@ Budget BudgetUntil(Clock::time_point begun, double seconds, const HorizonOptions
 
 void CheckTask(const MechanicalSystem& system, const HorizonOptions& options,
                const HorizonTask& task) {
-  Require(options.budget > 0, "budget must be > 0");
-  Require(options.max_iterations >= 0 && options.tolerance >= 0,
-          "max_iterations and tolerance must be ≥ 0");
-  Require(options.period > 0, "period must be > 0");
-  Require(task.policy != nullptr, "there is no policy");
-  Require(task.begin >= task.t && std::isfinite(task.begin - task.t),
-          "a solution cannot begin before its task");
-  Require(task.x.size() == system.state_size(),
-          "x has " + std::to_string(task.x.size()) +
-              " entries: " + std::to_string(system.state_size()) + " are needed");
-  Require(task.changes.size() == static_cast<std::size_t>(system.num_constraints()),
-          "changes needs an entry for each constraint");
+  RequireHorizon(options.budget > 0, "budget must be > 0");
+  RequireHorizon(options.max_iterations >= 0 && options.tolerance >= 0,
+                 "max_iterations and tolerance must be ≥ 0");
+  RequireHorizon(options.period > 0, "period must be > 0");
+  RequireHorizon(task.policy != nullptr, "there is no policy");
+  RequireHorizon(task.begin >= task.t && std::isfinite(task.begin - task.t),
+                 "a solution cannot begin before its task");
+  RequireHorizon(task.x.size() == system.state_size(),
+                 "x has " + std::to_string(task.x.size()) +
+                     " entries: " + std::to_string(system.state_size()) + " are needed");
+  RequireHorizon(task.changes.size() == static_cast<std::size_t>(system.num_constraints()),
+                 "changes needs an entry for each constraint");
 }
 
 /// Instants at which inputs are set until `end`.
@@ -64,10 +60,10 @@ std::vector<double> Every(double period, double from, double end) {
 }
 
 /// One solve, of which the caller keeps the time.
-class Solve {
+class WindowSolve {
  public:
-  Solve(const std::shared_ptr<const MechanicalSystem>& system, const HorizonProblem& problem,
-        const HorizonOptions& options, const HorizonTask& task, Clock::time_point begun)
+  WindowSolve(const std::shared_ptr<const MechanicalSystem>& system, const HorizonProblem& problem,
+              const HorizonOptions& options, const HorizonTask& task, Clock::time_point begun)
       : system_(system), problem_(problem), options_(options), task_(task), begun_(begun) {}
 
   void Go(HorizonSolution* result) {
@@ -218,7 +214,7 @@ HorizonSolution SolveHorizon(const std::shared_ptr<const MechanicalSystem>& syst
   result.first_cost = result.cost = kNaN;
   try {
     const BudgetScope scope(BudgetUntil(begun, options.budget, options));
-    Solve(system, problem, options, task, begun).Go(&result);
+    WindowSolve(system, problem, options, task, begun).Go(&result);
   } catch (const BudgetExceeded& reason) {
     result.verdict = HorizonVerdict::kLate;
     result.message = reason.what();
@@ -238,7 +234,7 @@ HorizonSolution SolveHorizon(const std::shared_ptr<const MechanicalSystem>& syst
 TrackingPolicy FirstPolicy(const MechanicalSystem& system, const HorizonProblem& problem,
                            const HorizonOptions& options) {
   CheckHorizon(system, problem);
-  return Solve::Policy(system, problem.whole, options);
+  return WindowSolve::Policy(system, problem.whole, options);
 }
 
 HorizonProblem FollowReference(const TrackingPolicy& policy, const Vector& effort,

@@ -20,7 +20,7 @@ constexpr int kSteps = 2;
 /// What a row takes for each number of its state, here, in the phase and in a message.
 constexpr double kRowBytes = 64;
 /// Larger numbers are not written: no file and no message may hold them.
-constexpr double kLargest = 1e100;
+constexpr double kLargestState = 1e100;
 
 /// The continuation ends where it is this many times as fast as the run ever is: what is damped
 /// grows when time goes back.
@@ -71,7 +71,7 @@ bool Sound(const Row& row, double fastest) {
   if (row.x.tail(row.a.size()).norm() > kGrowth * fastest) return false;
   const auto sound = [](const Vector& numbers) {
     return numbers.allFinite() &&
-           (numbers.size() == 0 || numbers.cwiseAbs().maxCoeff() <= kLargest);
+           (numbers.size() == 0 || numbers.cwiseAbs().maxCoeff() <= kLargestState);
   };
   return sound(row.x) && sound(row.a);
 }
@@ -87,11 +87,11 @@ std::vector<double> Breaks(const std::vector<double>& grid, double from, double 
   return breaks;
 }
 
-/// Rows from `from` to `to`, each part between two changes of the input with both its ends; `next`
+/// RowsOfMotion from `from` to `to`, each part between two changes of the input with both its ends; `next`
 /// makes the state at t from that of the row before. Ends early where the motion does.
 template <class Next>
-std::vector<Row> Rows(Motion* motion, const std::vector<double>& grid, double from, double to,
-                      Vector x, double fastest, const Next& next) {
+std::vector<Row> RowsOfMotion(Motion* motion, const std::vector<double>& grid, double from,
+                              double to, Vector x, double fastest, const Next& next) {
   std::vector<Row> rows;
   const std::vector<double> breaks = Breaks(grid, from, to);
   for (std::size_t i = 0; i + 1 < breaks.size() && from != to; ++i) {
@@ -143,16 +143,16 @@ void TabulatePhase(const MechanicalSystem& system, const Trajectory& run,
         {fastest, arc.x_begin.tail(system.dof()).norm(), arc.x_end.tail(system.dof()).norm()});
   }
   std::vector<Row> rows =
-      Rows(&motion, inputs.grid, begin, begin - before, phase->x_begin, fastest, continued);
+      RowsOfMotion(&motion, inputs.grid, begin, begin - before, phase->x_begin, fastest, continued);
   std::reverse(rows.begin(), rows.end());
   const std::vector<Row> inside =
-      Rows(&motion, inputs.grid, begin, end, phase->x_begin, kLargest, of_run);
+      RowsOfMotion(&motion, inputs.grid, begin, end, phase->x_begin, kLargestState, of_run);
   if (inside.empty() || inside.back().t != end) {
     throw std::invalid_argument("the reference has no acceleration at " +
                                 std::to_string(inside.empty() ? begin : inside.back().t) + " s");
   }
   const std::vector<Row> behind =
-      Rows(&motion, inputs.grid, end, end + after, phase->x_end, fastest, continued);
+      RowsOfMotion(&motion, inputs.grid, end, end + after, phase->x_end, fastest, continued);
   rows.insert(rows.end(), inside.begin(), inside.end());
   rows.insert(rows.end(), behind.begin(), behind.end());
   const auto count = static_cast<Eigen::Index>(rows.size());

@@ -13,7 +13,7 @@ constexpr int kMaxUpdates = 25;
 /// The first ρ brings a condition to this part of what it would be missed by without.
 constexpr double kFirstPart = 1e-2;
 /// Directions without curvature of their own count with this part of the mean one.
-constexpr double kLeastCurvature = 1e-3;
+constexpr double kLeastOnFace = 1e-3;
 /// A condition whose gap does not fall to this part has its ρ raised by that factor.
 constexpr double kFall = 0.25, kRaise = 10, kMostRaised = 1e6;
 /// Gaps below this part of the tolerance are no longer reduced.
@@ -65,7 +65,7 @@ bool Search::BeginMultipliers(const FacePoint& point) {
   }
   const PieceModel& piece = models.pieces.front();
   const Vector diagonal = piece.hessian.diagonal();
-  const double least = diagonal.mean() > 0 ? kLeastCurvature * diagonal.mean() : 1;
+  const double least = diagonal.mean() > 0 ? kLeastOnFace * diagonal.mean() : 1;
   const Vector ease = diagonal.cwiseMax(least).cwiseInverse();
   const Eigen::Index count = piece.conditions.rows();
   multipliers_.lambda = Vector::Zero(count);

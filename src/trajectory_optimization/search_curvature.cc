@@ -21,7 +21,7 @@ constexpr double kLeastCurvature = 1e-6;
 constexpr double kQuotient = 1e-4;
 /// Curvature above this part of −H is rounding of quotients.
 constexpr double kNegative = -1e-3;
-constexpr int kMaxHalvings = 24;
+constexpr int kMaxTrustHalvings = 24;
 
 /// Whether both have the same events in the same order.
 bool SameOrder(const PieceModel& a, const PieceModel& b) {
@@ -133,7 +133,7 @@ bool Search::Escape(FacePoint* point) {
   FacePoint least = best_;
   for (double sign : {1.0, -1.0}) {
     double alpha = sign;
-    for (int halving = 0; halving < kMaxHalvings; ++halving, alpha /= 2) {
+    for (int halving = 0; halving < kMaxTrustHalvings; ++halving, alpha /= 2) {
       const Vector to = Clamped(y + alpha * d);
       const FacePoint trial = active.empty() ? At(to)
                                              : PutOntoFace(unknowns_, multipliers_, piece, active,

@@ -10,7 +10,7 @@
 namespace contact_flow {
 namespace {
 
-constexpr int kMaxHalvings = 30, kMaxOnFace = 40;
+constexpr int kMaxNeighbourHalvings = 30, kMaxOnFace = 40;
 /// Costs that differ by less, relative to 1 + J, are the same valley.
 constexpr double kSame = 1e-12;
 
@@ -98,7 +98,7 @@ FacePoint Search::MinimumOnFace(FacePoint point, const EventName& contact, int t
     if (reached && step.decrease <= tolerance_ * (1 + std::abs(point.cost))) return point;
     double alpha = 1;
     FacePoint trial;
-    for (int halving = 0; halving < kMaxHalvings; ++halving, alpha /= 2) {
+    for (int halving = 0; halving < kMaxNeighbourHalvings; ++halving, alpha /= 2) {
       trial = PutOntoFace(unknowns_, multipliers_, piece, {face}, step.bounded,
                           Clamped(point.y + alpha * step.d), &result_.simulations);
       if (trial.on_face && (!reached || trial.cost < point.cost)) break;

@@ -18,7 +18,7 @@ using Kind = TrajectoryCondition::Kind;
 constexpr double kClear = 1e-3;  // segments begin by themselves where gaps are larger
 constexpr std::size_t kMostSegments = 20;
 
-void Require(bool fine, const std::string& what) {
+void RequireShooting(bool fine, const std::string& what) {
   if (!fine) throw std::invalid_argument("multiple shooting: " + what);
 }
 
@@ -37,28 +37,29 @@ ShootingSegments::ShootingSegments(const MechanicalSystem& system, const Traject
 }
 
 void ShootingSegments::Check() const {
-  Require(problem_.choose_inputs, "inputs are to be chosen");
-  Require(problem_.choose_parameters.empty(), "parameters cannot be chosen");
-  Require(problem_.choose_durations.empty(), "lengths of intervals cannot be chosen");
-  Require(system_.num_positions() == system_.dof(), "positions are no ℝᵈ");
+  RequireShooting(problem_.choose_inputs, "inputs are to be chosen");
+  RequireShooting(problem_.choose_parameters.empty(), "parameters cannot be chosen");
+  RequireShooting(problem_.choose_durations.empty(), "lengths of intervals cannot be chosen");
+  RequireShooting(system_.num_positions() == system_.dof(), "positions are no ℝᵈ");
   for (const TrajectoryCondition& condition : problem_.conditions) {
-    Require(condition.kind == Kind::kState, "a touchdown cannot be a condition");
+    RequireShooting(condition.kind == Kind::kState, "a touchdown cannot be a condition");
   }
   const int count = static_cast<int>(problem_.inputs.grid.size());
   int last = 0;
   for (int begin : shooting_.segments) {
-    Require(begin > last && begin < count, "segments has " + std::to_string(begin) +
-                                               ": increasing numbers of instants, 1 to " +
-                                               std::to_string(count - 1) + ", are needed");
+    RequireShooting(begin > last && begin < count, "segments has " + std::to_string(begin) +
+                                                       ": increasing numbers of instants, 1 to " +
+                                                       std::to_string(count - 1) + ", are needed");
     last = begin;
   }
   const Matrix& states = shooting_.states;
-  Require(states.size() == 0 ||
-              (!shooting_.segments.empty() && states.rows() == size_ && states.allFinite() &&
-               states.cols() == static_cast<Eigen::Index>(shooting_.segments.size())),
-          "states must be finite, with a column for each of segments");
-  Require(shooting_.tolerance > 0 && std::isfinite(shooting_.tolerance),
-          "tolerance must be finite and > 0");
+  RequireShooting(
+      states.size() == 0 ||
+          (!shooting_.segments.empty() && states.rows() == size_ && states.allFinite() &&
+           states.cols() == static_cast<Eigen::Index>(shooting_.segments.size())),
+      "states must be finite, with a column for each of segments");
+  RequireShooting(shooting_.tolerance > 0 && std::isfinite(shooting_.tolerance),
+                  "tolerance must be finite and > 0");
 }
 
 /// Where the first run touches nothing, and where it is there.
@@ -69,7 +70,8 @@ void ShootingSegments::PlaceSegments() {
     const Vector y = whole_.Start();
     const Trajectory run = whole_.Run(y, problem_.simulate.simultaneity_tolerance, false);
     ++simulations;
-    Require(run.status.ok(), "the run that it begins with ends early, and `states` are not given");
+    RequireShooting(run.status.ok(),
+                    "the run that it begins with ends early, and `states` are not given");
     const Matrix all = whole_.States(run);
     if (begins_.empty()) ChooseBegins(all);
     states.resize(size_, static_cast<Eigen::Index>(begins_.size()));

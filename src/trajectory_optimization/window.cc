@@ -11,11 +11,11 @@ namespace {
 /// Less than this part of an interval of the grid belongs to the next one.
 constexpr double kLeastPart = 0.25;
 
-void Require(bool condition, const std::string& what) {
+}  // namespace
+
+void RequireHorizon(bool condition, const std::string& what) {
   if (!condition) throw std::invalid_argument("receding horizon: " + what);
 }
-
-}  // namespace
 
 Window WindowAt(const HorizonProblem& problem, double begin) {
   const TrajectoryProblem& whole = problem.whole;
@@ -60,18 +60,19 @@ Window WindowAt(const HorizonProblem& problem, double begin) {
 void CheckHorizon(const MechanicalSystem& system, const HorizonProblem& problem) {
   const TrajectoryProblem& whole = problem.whole;
   const Unknowns unknowns(system, whole);  // throws for what is wrong with it anyway
-  Require(whole.choose_inputs && whole.choose_initial.empty() && whole.choose_parameters.empty() &&
-              whole.choose_durations.empty(),
-          "inputs alone may be chosen");
-  Require(!whole.linear_inputs, "inputs are held, not led linearly (linear_inputs)");
-  Require(problem.intervals >= 0, "intervals must be ≥ 0");
+  RequireHorizon(whole.choose_inputs && whole.choose_initial.empty() &&
+                     whole.choose_parameters.empty() && whole.choose_durations.empty(),
+                 "inputs alone may be chosen");
+  RequireHorizon(!whole.linear_inputs, "inputs are held, not led linearly (linear_inputs)");
+  RequireHorizon(problem.intervals >= 0, "intervals must be ≥ 0");
   const auto count = static_cast<Eigen::Index>(whole.inputs.grid.size());
-  Require(problem.goals.size() == 0 || (problem.goals.rows() == system.state_size() &&
-                                        problem.goals.cols() == count && problem.goals.allFinite()),
-          "goals must be finite, with a column for each instant");
+  RequireHorizon(
+      problem.goals.size() == 0 || (problem.goals.rows() == system.state_size() &&
+                                    problem.goals.cols() == count && problem.goals.allFinite()),
+      "goals must be finite, with a column for each instant");
   for (const TrajectoryCondition& condition : whole.conditions) {
-    Require(condition.kind == TrajectoryCondition::Kind::kState,
-            "a condition on a touchdown is none of a window");
+    RequireHorizon(condition.kind == TrajectoryCondition::Kind::kState,
+                   "a condition on a touchdown is none of a window");
   }
 }
 

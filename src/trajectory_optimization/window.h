@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <string>
+
 #include "contact_flow/trajectory_optimization/receding_horizon.h"
 
 namespace contact_flow {
@@ -14,6 +16,9 @@ struct Window {
 
 /// The window that begins at `begin`. Without intervals: the whole is over by then.
 Window WindowAt(const HorizonProblem& problem, double begin);
+
+/// Throws std::invalid_argument, "receding horizon: " and `what`, unless `condition` holds.
+void RequireHorizon(bool condition, const std::string& what);
 
 /// Throws std::invalid_argument, naming the field, for a problem that has no windows.
 void CheckHorizon(const MechanicalSystem& system, const HorizonProblem& problem);

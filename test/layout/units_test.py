@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tests are compiled in units, several files of a folder as one: what one of them defines for itself has a name that no
-other of the folder has, also those that happen to be in another unit today.
+"""Sources and tests are compiled in units, several files of a folder as one: what one of them defines for itself has a
+name that no other of the folder has, also those that happen to be in another unit today.
 
 Each check takes the root of a tree and yields one line per violation; the checks are tested on planted ones."""
 import pathlib
@@ -20,8 +20,15 @@ NEXT = re.compile(r",\s*(k[A-Z]\w*)\s*(?:=|\[|\{)")
 INCLUDE = re.compile(r'#include "(test/[^"]+)"')
 
 
+MAINS = ["src/nodes", "src/tools"]  # of an executable each
+
+
 def groups(root):
     """(name, its sources) of what may be one unit."""
+    for folder in sorted({path.parent for path in layout.files(root, ["src", "python/src"], [".cc"])}):
+        name = str(folder.relative_to(root))
+        if name not in MAINS:
+            yield name, sorted(folder.glob("*.cc"))
     folders = sorted(path for path in (root / "test").iterdir() if path.is_dir() and path.name not in ALONE)
     for folder in folders + [root / "test/ros/bags"]:
         files = layout.files(folder, ["."], [".cc"])
@@ -44,15 +51,17 @@ def definitions(path):
             opened.append(space.group(1))
         elif line.startswith("}  // namespace") and opened:
             opened.pop()
-        elif opened and line[:1].isalpha() and not line.startswith(("template", "friend", "TEST", "TYPED", "INSTANT")):
-            code = line.split("//")[0]
+        elif opened and (line[:1].isalpha() or line.startswith("[[")) and not line.startswith(("template", "friend", "TEST", "TYPED", "INSTANT")):
+            code = line.split("//")[0].replace("[[noreturn]] ", "")
             found = TYPE.match(code) or ALIAS.match(code) or OTHER.match(code)
             for name in ([found.group(1)] + NEXT.findall(code) if found else []):
                 yield number, name, "" in opened, line.strip()
 
 
 def headers(root, path):
-    """Those of test/ that a file includes, and that these include."""
+    """Those beside a source; those of test/ that a test includes, and that these include."""
+    if root / "test" not in path.parents:
+        return set(path.parent.glob("*.h"))
     found, left = set(), [path]
     while left:
         for name in INCLUDE.findall(left.pop().read_text(encoding="utf-8")):
@@ -101,7 +110,7 @@ class ThisTree(unittest.TestCase):
     def test_definitions_are_found(self):
         names = [name for _, files in groups(layout.ROOT) for path in files
                  for _, name, unnamed, _ in definitions(path) if unnamed]
-        self.assertGreater(len(names), 500)
+        self.assertGreater(len(names), 1500)
 
     def test_two_names(self):
         self.check(two_names(layout.ROOT))
@@ -130,7 +139,7 @@ class PlantedViolations(unittest.TestCase):
         for text, name in (("struct A {\n};", "A"), ("void A() {\n}", "A"), ("const Matrix& A(int i) {\n}", "A"),
                            ("std::vector<int> A(int i,\n  int k) {\n}", "A"), ("using A = int;", "A"),
                            ("constexpr double kB = 1, kA = 2;", "kA"), ("const char kA[] = {};", "kA"),
-                           ("constexpr Case kA{1};", "kA"), ("int A(double) { return 1; }", "A")):
+                           ("constexpr Case kA{1};", "kA"), ("int A(double) { return 1; }", "A"), ("[[noreturn]] void A() {\n}", "A")):
             other = "int kA = 3;" if name == "kA" else "double A(double x) {\n}"
             line = 3
             self.assertEqual(self.violations(a=self.hidden(other), b=self.hidden(text)),

@@ -20,35 +20,35 @@
 namespace contact_flow {
 namespace {
 
-struct Kind {
+struct ConstraintKind {
   std::unique_ptr<ConstraintElement> (*make)();
   void (*read)(ElementFields*);
 };
 
 template <class K>
-std::unique_ptr<ConstraintElement> Make() {
+std::unique_ptr<ConstraintElement> MakeConstraintOf() {
   return std::make_unique<ConstraintOf<K>>();
 }
 
 template <class K>
-std::pair<const std::string, Kind> Entry() {
-  return {K::kName, {&Make<K>, &K::Read}};
+std::pair<const std::string, ConstraintKind> ConstraintEntry() {
+  return {K::kName, {&MakeConstraintOf<K>, &K::Read}};
 }
 
-const std::map<std::string, Kind>& Registry() {
-  static const std::map<std::string, Kind> registry = {
-      Entry<constraint::Box>(),        Entry<constraint::HeightField>(),
-      Entry<constraint::HeightMap>(),  Entry<constraint::LinkPlane>(),
-      Entry<constraint::LowerLimit>(), Entry<constraint::Plane>(),
-      Entry<constraint::Rim>(),        Entry<constraint::Spheres>(),
-      Entry<constraint::Stairs>(),     Entry<constraint::UpperLimit>(),
+const std::map<std::string, ConstraintKind>& Constraints() {
+  static const std::map<std::string, ConstraintKind> registry = {
+      ConstraintEntry<constraint::Box>(),        ConstraintEntry<constraint::HeightField>(),
+      ConstraintEntry<constraint::HeightMap>(),  ConstraintEntry<constraint::LinkPlane>(),
+      ConstraintEntry<constraint::LowerLimit>(), ConstraintEntry<constraint::Plane>(),
+      ConstraintEntry<constraint::Rim>(),        ConstraintEntry<constraint::Spheres>(),
+      ConstraintEntry<constraint::Stairs>(),     ConstraintEntry<constraint::UpperLimit>(),
   };
   return registry;
 }
 
-const Kind& Find(const std::string& kind) {
-  const auto it = Registry().find(kind);
-  if (it == Registry().end()) {
+const ConstraintKind& FindConstraint(const std::string& kind) {
+  const auto it = Constraints().find(kind);
+  if (it == Constraints().end()) {
     throw std::invalid_argument(UnknownName("kind of constraint", kind, ConstraintKinds()));
   }
   return it->second;
@@ -58,19 +58,21 @@ const Kind& Find(const std::string& kind) {
 
 std::vector<std::string> ConstraintKinds() {
   std::vector<std::string> names;
-  for (const auto& entry : Registry()) names.push_back(entry.first);
+  for (const auto& entry : Constraints()) names.push_back(entry.first);
   return names;
 }
 
 std::unique_ptr<ConstraintElement> MakeConstraint(const std::string& kind) {
-  return Find(kind).make();
+  return FindConstraint(kind).make();
 }
 
-void ReadConstraint(const std::string& kind, ElementFields* fields) { Find(kind).read(fields); }
+void ReadConstraint(const std::string& kind, ElementFields* fields) {
+  FindConstraint(kind).read(fields);
+}
 
 std::unique_ptr<ConstraintElement> MakeClosureRow(const AttachedPoint& point,
                                                   const AttachedPoint& other, int axis) {
-  std::unique_ptr<ConstraintElement> row = Make<constraint::Coincidence>();
+  std::unique_ptr<ConstraintElement> row = MakeConstraintOf<constraint::Coincidence>();
   row->parts.points = {point, other};
   for (int k = 0; k < 3; ++k) {
     row->parts.numbers.push_back(
@@ -83,7 +85,7 @@ std::unique_ptr<ConstraintElement> MakeClosureRow(const AttachedPoint& point,
 std::unique_ptr<ConstraintElement> MakeFollower(const RobotModel::Coordinate& joint,
                                                 const RobotModel::Coordinate& master,
                                                 double multiplier, double offset) {
-  std::unique_ptr<ConstraintElement> row = Make<constraint::Follower>();
+  std::unique_ptr<ConstraintElement> row = MakeConstraintOf<constraint::Follower>();
   row->parts.joints = {joint, master};
   row->parts.numbers = {{"multiplier", "", "of the master's position", multiplier},
                         {"offset", "m or rad", "where the master is at zero", offset}};
@@ -93,7 +95,7 @@ std::unique_ptr<ConstraintElement> MakeFollower(const RobotModel::Coordinate& jo
 
 std::unique_ptr<ConstraintElement> MakeBrake(const RobotModel::Coordinate& joint,
                                              const RobotModel::Coordinate& pad) {
-  std::unique_ptr<ConstraintElement> brake = Make<constraint::Brake>();
+  std::unique_ptr<ConstraintElement> brake = MakeConstraintOf<constraint::Brake>();
   brake->parts.joints = {joint, pad};
   brake->friction.unit = "N or N m";
   brake->friction.meaning = "largest friction of the joint";

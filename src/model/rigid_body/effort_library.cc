@@ -20,36 +20,36 @@
 namespace contact_flow {
 namespace {
 
-struct Kind {
+struct EffortKind {
   std::unique_ptr<EffortElement> (*make)();
   void (*read)(ElementFields*);
 };
 
 template <class K>
-std::unique_ptr<EffortElement> Make() {
+std::unique_ptr<EffortElement> MakeEffortOf() {
   return std::make_unique<EffortOf<K>>();
 }
 
 template <class K>
-std::pair<const std::string, Kind> Entry() {
-  return {K::kName, {&Make<K>, &K::Read}};
+std::pair<const std::string, EffortKind> EffortEntry() {
+  return {K::kName, {&MakeEffortOf<K>, &K::Read}};
 }
 
-const std::map<std::string, Kind>& Registry() {
-  static const std::map<std::string, Kind> registry = {
-      Entry<effort::Actuator>(),    Entry<effort::ConstantForce>(),
-      Entry<effort::Drag>(),        Entry<effort::Flywheel>(),
-      Entry<effort::FrameSpring>(), Entry<effort::JointSpring>(),
-      Entry<effort::LegPush>(),     Entry<effort::Pd>(),
-      Entry<effort::PointSpring>(), Entry<effort::Servo>(),
-      Entry<effort::TimedForce>(),  Entry<effort::Track>(),
+const std::map<std::string, EffortKind>& Efforts() {
+  static const std::map<std::string, EffortKind> registry = {
+      EffortEntry<effort::Actuator>(),    EffortEntry<effort::ConstantForce>(),
+      EffortEntry<effort::Drag>(),        EffortEntry<effort::Flywheel>(),
+      EffortEntry<effort::FrameSpring>(), EffortEntry<effort::JointSpring>(),
+      EffortEntry<effort::LegPush>(),     EffortEntry<effort::Pd>(),
+      EffortEntry<effort::PointSpring>(), EffortEntry<effort::Servo>(),
+      EffortEntry<effort::TimedForce>(),  EffortEntry<effort::Track>(),
   };
   return registry;
 }
 
-const Kind& Find(const std::string& kind) {
-  const auto it = Registry().find(kind);
-  if (it == Registry().end()) {
+const EffortKind& FindEffort(const std::string& kind) {
+  const auto it = Efforts().find(kind);
+  if (it == Efforts().end()) {
     throw std::invalid_argument(UnknownName("kind of effort", kind, EffortKinds()));
   }
   return it->second;
@@ -59,12 +59,14 @@ const Kind& Find(const std::string& kind) {
 
 std::vector<std::string> EffortKinds() {
   std::vector<std::string> names;
-  for (const auto& entry : Registry()) names.push_back(entry.first);
+  for (const auto& entry : Efforts()) names.push_back(entry.first);
   return names;
 }
 
-std::unique_ptr<EffortElement> MakeEffort(const std::string& kind) { return Find(kind).make(); }
+std::unique_ptr<EffortElement> MakeEffort(const std::string& kind) {
+  return FindEffort(kind).make();
+}
 
-void ReadEffort(const std::string& kind, ElementFields* fields) { Find(kind).read(fields); }
+void ReadEffort(const std::string& kind, ElementFields* fields) { FindEffort(kind).read(fields); }
 
 }  // namespace contact_flow

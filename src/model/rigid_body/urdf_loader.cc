@@ -19,8 +19,6 @@
 namespace contact_flow {
 namespace {
 
-[[noreturn]] void Fail(const std::string& what) { throw std::invalid_argument("URDF: " + what); }
-
 /// Links of a loop hold one another, and would never be freed.
 struct LoopBreaker {
   const urdf::ModelInterfaceSharedPtr& model;
@@ -31,14 +29,14 @@ struct LoopBreaker {
 
 Vec3<double> ReadVector(const urdf::Vector3& v, const std::string& owner) {
   const Vec3<double> vector(v.x, v.y, v.z);
-  if (!vector.allFinite()) Fail(owner + ": a number is not finite");
+  if (!vector.allFinite()) FailUrdf(owner + ": a number is not finite");
   return vector;
 }
 
 Pose ReadPose(const urdf::Pose& pose, const std::string& owner) {
   const double q[] = {pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z};
   const Mat3<double> rotation = QuaternionRotation(q);
-  if (!rotation.allFinite()) Fail(owner + ": its rotation is not finite");
+  if (!rotation.allFinite()) FailUrdf(owner + ": its rotation is not finite");
   return {rotation, ReadVector(pose.position, owner)};
 }
 
@@ -76,7 +74,7 @@ Vec3<double> ReadAxis(const urdf::Joint& joint, RobotModel* robot) {
   const std::string owner = "joint '" + joint.name + "'";
   const Vec3<double> axis = ReadVector(joint.axis, owner);
   const double length = axis.norm();
-  if (!(length > 1e-6) || !std::isfinite(length)) Fail(owner + ": its axis has no direction");
+  if (!(length > 1e-6) || !std::isfinite(length)) FailUrdf(owner + ": its axis has no direction");
   if (std::abs(length - 1) > 1e-3) {
     robot->warnings.push_back(owner + ": its axis has length " + std::to_string(length) +
                               "; only its direction is used");
@@ -106,7 +104,7 @@ RobotModel::Mount AddJoint(const urdf::Joint& joint, const RobotModel::Mount& fr
     case urdf::Joint::FLOATING:
       return robot->AddFloating(frame, joint.name);
     default:
-      Fail("joint '" + joint.name + "' has no known type");
+      FailUrdf("joint '" + joint.name + "' has no known type");
   }
 }
 
@@ -248,10 +246,10 @@ RobotModel ParseChecked(const std::string& text, RobotBase base, UrdfFaults faul
   try {
     robot.CheckMass();
   } catch (const std::invalid_argument& error) {
-    Fail(error.what() +
-         (held.empty()
-              ? std::string()
-              : "; these joints move no mass, give what they carry an <inertial>:" + Listed(held)));
+    FailUrdf(error.what() +
+             (held.empty() ? std::string()
+                           : "; these joints move no mass, give what they carry an <inertial>:" +
+                                 Listed(held)));
   }
   return robot;
 }

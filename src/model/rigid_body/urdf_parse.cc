@@ -11,8 +11,6 @@
 namespace contact_flow {
 namespace {
 
-[[noreturn]] void Fail(const std::string& what) { throw std::invalid_argument("URDF: " + what); }
-
 /// Keeps what urdfdom would print.
 class LogKeeper : public console_bridge::OutputHandler {
  public:
@@ -39,12 +37,14 @@ struct SilentLog {
 urdf::ModelInterfaceSharedPtr ParseLoudly(const std::string& text) {
   LogKeeper log;
   const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(text);
-  if (!model) Fail(log.text().empty() ? "it cannot be parsed" : log.text());
-  if (!log.text().empty()) Fail(log.text());
+  if (!model) FailUrdf(log.text().empty() ? "it cannot be parsed" : log.text());
+  if (!log.text().empty()) FailUrdf(log.text());
   return model;
 }
 
 }  // namespace
+
+void FailUrdf(const std::string& what) { throw std::invalid_argument("URDF: " + what); }
 
 urdf::ModelInterfaceSharedPtr ParseByUrdfdom(const std::string& text) {
   static std::mutex mutex;  // urdfdom's log is one for all threads
@@ -58,12 +58,12 @@ urdf::ModelInterfaceSharedPtr ParseByUrdfdom(const std::string& text) {
     ParseLoudly(harmless);
     const SilentLog silent;
     const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(text);
-    if (!model) Fail("it cannot be parsed");
+    if (!model) FailUrdf("it cannot be parsed");
     return model;
   } catch (const std::invalid_argument&) {
     throw;
   } catch (const std::exception& error) {
-    Fail(error.what());
+    FailUrdf(error.what());
   }
 }
 

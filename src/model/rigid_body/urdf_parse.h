@@ -11,4 +11,7 @@ namespace contact_flow {
 /// What urdfdom makes of a text; throws std::invalid_argument with all that it complains of.
 urdf::ModelInterfaceSharedPtr ParseByUrdfdom(const std::string& text);
 
+/// Throws std::invalid_argument: "URDF: " and what is wrong.
+[[noreturn]] void FailUrdf(const std::string& what);
+
 }  // namespace contact_flow

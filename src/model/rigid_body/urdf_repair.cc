@@ -5,13 +5,6 @@
 #include <map>
 
 namespace contact_flow {
-namespace {
-
-std::string AtLine(const XmlElement& element) {
-  return " (line " + std::to_string(element.line) + ")";
-}
-
-}  // namespace
 
 std::vector<std::string> RepairUrdf(const XmlElement& root, std::string* text) {
   std::vector<std::string> done;

@@ -17,10 +17,6 @@ namespace {
 
 constexpr std::size_t kMostTold = 40;
 
-std::string AtLine(const XmlElement& element) {
-  return " (line " + std::to_string(element.line) + ")";
-}
-
 void Blank(const XmlElement& element, std::string* text) {
   for (std::size_t k = element.begin; k < element.end; ++k) {
     if ((*text)[k] != '\n') (*text)[k] = ' ';

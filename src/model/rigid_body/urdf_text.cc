@@ -13,7 +13,7 @@ int LineOf(const std::string& text, std::size_t position) {
   return line;
 }
 
-[[noreturn]] void Fail(const std::string& text, std::size_t position, const std::string& what) {
+[[noreturn]] void FailAt(const std::string& text, std::size_t position, const std::string& what) {
   throw std::invalid_argument("URDF: " + what + " (line " + std::to_string(LineOf(text, position)) +
                               ")");
 }
@@ -26,7 +26,7 @@ bool StartsWith(const std::string& text, std::size_t position, const char* prefi
 std::size_t SkipTo(const std::string& text, std::size_t position, const char* end,
                    const char* what) {
   const std::size_t found = text.find(end, position);
-  if (found == std::string::npos) Fail(text, position, std::string(what) + " is never closed");
+  if (found == std::string::npos) FailAt(text, position, std::string(what) + " is never closed");
   return found + std::strlen(end);
 }
 
@@ -43,15 +43,16 @@ std::size_t SkipTag(const std::string& text, std::size_t position) {
     } else if (text[k] == '"' || text[k] == '\'') {
       quote = text[k];
       if (++attributes > kMaxAttributes) {
-        Fail(text, k, "more than " + std::to_string(kMaxAttributes) + " attributes of one element");
+        FailAt(text, k,
+               "more than " + std::to_string(kMaxAttributes) + " attributes of one element");
       }
     } else if (text[k] == '<') {
-      Fail(text, k, "'<' inside a tag");
+      FailAt(text, k, "'<' inside a tag");
     } else if (text[k] == '>') {
       return k + 1;
     }
   }
-  Fail(text, position, "a tag is never closed");
+  FailAt(text, position, "a tag is never closed");
 }
 
 /// The name of the tag that starts at `position`.
@@ -70,7 +71,7 @@ void CheckUrdfText(const std::string& text) {
   for (std::size_t k = 0; k < text.size(); ++k) {
     const unsigned char byte = static_cast<unsigned char>(text[k]);
     if (byte < 0x20 && byte != '\t' && byte != '\n' && byte != '\r') {
-      Fail(text, k, "byte " + std::to_string(byte) + " is not allowed in XML");
+      FailAt(text, k, "byte " + std::to_string(byte) + " is not allowed in XML");
     }
   }
   std::vector<std::string> open;
@@ -83,35 +84,35 @@ void CheckUrdfText(const std::string& text) {
     } else if (StartsWith(text, k, "<?")) {
       k = SkipTo(text, k, "?>", "a processing instruction");
     } else if (StartsWith(text, k, "<!")) {
-      Fail(text, k, "document types are not read");
+      FailAt(text, k, "document types are not read");
     } else if (StartsWith(text, k, "</")) {
       const std::string name = TagName(text, k + 2);
-      if (open.empty()) Fail(text, k, "</" + name.substr(0, 80) + "> closes nothing");
+      if (open.empty()) FailAt(text, k, "</" + name.substr(0, 80) + "> closes nothing");
       if (open.back() != name) {
-        Fail(text, k,
-             "</" + name.substr(0, 80) + "> where <" + open.back().substr(0, 80) + "> is open");
+        FailAt(text, k,
+               "</" + name.substr(0, 80) + "> where <" + open.back().substr(0, 80) + "> is open");
       }
       open.pop_back();
       k = SkipTag(text, k);
     } else {
       const std::string name = TagName(text, k + 1);
-      if (name.empty()) Fail(text, k, "a tag without a name");
-      if (open.empty() && ++elements > 1) Fail(text, k, "more than one root element");
+      if (name.empty()) FailAt(text, k, "a tag without a name");
+      if (open.empty() && ++elements > 1) FailAt(text, k, "more than one root element");
       if (name == "link" && ++links > kMaxUrdfLinks) {
-        Fail(text, k, "more than " + std::to_string(kMaxUrdfLinks) + " links");
+        FailAt(text, k, "more than " + std::to_string(kMaxUrdfLinks) + " links");
       }
       const std::size_t end = SkipTag(text, k);
       if (text[end - 2] != '/') {
         open.push_back(name);
         if (open.size() > kMaxUrdfDepth) {
-          Fail(text, k, "elements nested deeper than " + std::to_string(kMaxUrdfDepth));
+          FailAt(text, k, "elements nested deeper than " + std::to_string(kMaxUrdfDepth));
         }
       }
       k = end;
     }
   }
-  if (elements == 0) Fail(text, 0, "there is no XML element: is it the path of a file?");
-  if (!open.empty()) Fail(text, text.size(), "ends inside <" + open.back().substr(0, 80) + ">");
+  if (elements == 0) FailAt(text, 0, "there is no XML element: is it the path of a file?");
+  if (!open.empty()) FailAt(text, text.size(), "ends inside <" + open.back().substr(0, 80) + ">");
 }
 
 }  // namespace contact_flow

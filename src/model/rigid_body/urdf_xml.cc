@@ -127,6 +127,10 @@ const XmlElement* XmlElement::Child(const std::string& child) const {
   return nullptr;
 }
 
+std::string AtLine(const XmlElement& element) {
+  return " (line " + std::to_string(element.line) + ")";
+}
+
 XmlElement ReadXml(const std::string& text) { return Reader(text).Read(); }
 
 bool ReadNumbers(const std::string& text, int count, double* numbers) {

@@ -23,6 +23,9 @@ struct XmlElement {
   const XmlElement* Child(const std::string& child) const;
 };
 
+/// " (line 7)", behind what is said of an element.
+std::string AtLine(const XmlElement& element);
+
 /// The root of a text that CheckUrdfText has passed.
 XmlElement ReadXml(const std::string& text);
 

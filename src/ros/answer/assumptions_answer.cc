@@ -25,7 +25,8 @@ namespace {
 constexpr int kMaxRegionSamples = 10000;
 constexpr double kHalfWidth = 0.1;
 
-ContactAssumptions ToMsg(const Names& constraints, double t, const AssumptionReport& report) {
+ContactAssumptions ToAssumptions(const Names& constraints, double t,
+                                 const AssumptionReport& report) {
   ContactAssumptions m;
   m.t = t;
   m.touching = report.touching.Names(constraints);
@@ -148,14 +149,15 @@ TrajectoryAssumptions Answer(const Setup& setup, const AssumptionRequest& reques
   result.duration = run.duration;
   result.margins = ToMsg(trajectory.margins);
   const Arc& first = trajectory.arcs.front();
-  result.initial = ToMsg(constraints, 0, AssessAssumptions(system, run.x, first.u, first.mode));
+  result.initial =
+      ToAssumptions(constraints, 0, AssessAssumptions(system, run.x, first.u, first.mode));
   result.initial.selections = "smooth";  // nothing happens there
   const auto dynamics = std::make_shared<ContactDynamics>(system, first.u);
   const std::vector<AssumptionReport> reports = AssessTransitions(system, trajectory);
   result.differentiable = trajectory.status.ok();
   for (std::size_t k = 0; k < reports.size(); ++k) {
     const Transition& transition = trajectory.transitions[k];
-    result.transitions.push_back(ToMsg(constraints, transition.t, reports[k]));
+    result.transitions.push_back(ToAssumptions(constraints, transition.t, reports[k]));
     const ForceJumpReport forces = AssessForceJumps(system, trajectory.arcs[k].u, transition);
     AddForceJumps(constraints, forces, &result.transitions.back());
     dynamics->SetInput(trajectory.arcs[k].u);

@@ -21,12 +21,14 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-using Response = DecideControllability::Response;
+using ControllabilityCodes = DecideControllability::Response;
 
-static_assert(Response::CONTROLLABLE == static_cast<int>(ControllabilityVerdict::kControllable) &&
-                  Response::NOT_CONTROLLABLE ==
+static_assert(ControllabilityCodes::CONTROLLABLE ==
+                      static_cast<int>(ControllabilityVerdict::kControllable) &&
+                  ControllabilityCodes::NOT_CONTROLLABLE ==
                       static_cast<int>(ControllabilityVerdict::kNotControllable) &&
-                  Response::UNDETERMINED == static_cast<int>(ControllabilityVerdict::kUndetermined),
+                  ControllabilityCodes::UNDETERMINED ==
+                      static_cast<int>(ControllabilityVerdict::kUndetermined),
               "the constants of the service are the verdicts");
 
 constexpr int kMaxSize = 256;  // inputs in all, or states
@@ -60,8 +62,8 @@ std::vector<std::string> InputLabels(const SystemDescription& names, const Input
 }
 
 /// The map that is asked about; false, with the reason in the result, when there is none.
-bool FindMap(const Setup& setup, const ControllabilityRequest& request, PiecewiseLinearMap* map,
-             ControllabilityResult* result) {
+bool FindInputMap(const Setup& setup, const ControllabilityRequest& request,
+                  PiecewiseLinearMap* map, ControllabilityResult* result) {
   if (!request.map.empty()) {
     *map = ToMap("map", request.map);
     return true;
@@ -104,7 +106,7 @@ ControllabilityResult Answer(const Setup& setup, const ControllabilityRequest& r
   CheckMessage(request);
   ControllabilityResult result;
   result.model = setup.system->description().name;
-  result.outcome = Response::NO_MAP;
+  result.outcome = ControllabilityCodes::NO_MAP;
   ControllabilityOptions options;
   options.rank_tolerance = ResolveNumber("rank_tolerance", request.rank_tolerance,
                                          options.rank_tolerance, kLargestRankTolerance);
@@ -113,7 +115,7 @@ ControllabilityResult Answer(const Setup& setup, const ControllabilityRequest& r
                                            !request.map.empty(), setup);
   PiecewiseLinearMap map;
   try {
-    if (!FindMap(setup, request, &map, &result)) return result;
+    if (!FindInputMap(setup, request, &map, &result)) return result;
   } catch (const std::length_error& limit) {
     result.message = limit.what();
     return result;
@@ -129,7 +131,7 @@ ControllabilityResult Answer(const Setup& setup, const ControllabilityRequest& r
     Warn(MakeWarning(ResultWarning::MAP_UNCHECKED, consistency.message), &result);
   }
   if (!consistency.usable) {
-    result.outcome = Response::UNDETERMINED;
+    result.outcome = ControllabilityCodes::UNDETERMINED;
     result.message = "undetermined: " + consistency.message;
     return result;
   }

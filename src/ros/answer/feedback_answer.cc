@@ -10,6 +10,7 @@
 #include "contact_flow/FindStabilizingFeedback.h"
 #include "contact_flow/analysis/step_feedback.h"
 #include "contact_flow/piecewise_linear/stabilizing_feedback.h"
+#include "limits.h"
 #include "poincare_answer.h"
 #include "src/ros/message/conversions.h"
 #include "src/ros/message/gate.h"
@@ -21,15 +22,10 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-using Response = FindStabilizingFeedback::Response;
+using FeedbackCodes = FindStabilizingFeedback::Response;
 
-constexpr int kMaxWordLength = 1000, kMaxWords = 10000000, kMaxPrograms = 100000000;
-constexpr int kMaxSize = 64;       // of what is fed back
-constexpr double kOnOrbit = 1e-6;  // |P(x) − x| beyond which x is no fixed point
-constexpr double kNeutral = 1e-6;  // a larger residual: no symmetry
-
-std::vector<int> ResolveInputs(const SystemDescription& names,
-                               const std::vector<std::string>& asked) {
+std::vector<int> ResolveFedInputs(const SystemDescription& names,
+                                  const std::vector<std::string>& asked) {
   std::vector<int> inputs;
   for (std::size_t k = 0; k < asked.size(); ++k) {
     const std::string field = "inputs[" + std::to_string(k) + "]";
@@ -75,7 +71,7 @@ void Fill(const StabilizingFeedback& found, const FeedbackOptions& options,
   result->test = StabilityTestName(found.certificate.test);
   result->verified =
       found.certified && VerifyCertificate(found.closed, found.certificate, options.stability);
-  result->outcome = result->verified ? Response::CERTIFIED : Response::NOT_CERTIFIED;
+  result->outcome = result->verified ? FeedbackCodes::CERTIFIED : FeedbackCodes::NOT_CERTIFIED;
   if (found.certified && !result->verified) {
     result->message += "; but the certificate is rejected when it is checked again";
   }
@@ -89,7 +85,7 @@ StepFeedbackResult Answer(const Setup& setup, const StepFeedbackRequest& request
   const SystemDescription& names = system.description();
   const FeedbackOptions options = ResolveFeedback(setup, request);
   ReturnQuestion question = ResolveReturn(setup, request.return_map);
-  const std::vector<int> inputs = ResolveInputs(names, request.inputs);
+  const std::vector<int> inputs = ResolveFedInputs(names, request.inputs);
   question.options.derivative.variables = {};
   question.options.derivative.variables.inputs = true;
   const PoincareReturn one =
@@ -101,7 +97,7 @@ StepFeedbackResult Answer(const Setup& setup, const StepFeedbackRequest& request
   result.input = ToMsg(VectorRef(question.u));
   result.q = ToMsg(VectorRef(question.x.head(system.num_positions())));
   result.v = ToMsg(VectorRef(question.x.tail(system.dof())));
-  result.outcome = Response::NO_MAP;
+  result.outcome = FeedbackCodes::NO_MAP;
   result.message = one.message;
   WarnOfRun(one.trajectory, &result);
   if (one.returned()) {
@@ -117,10 +113,10 @@ StepFeedbackResult Answer(const Setup& setup, const StepFeedbackRequest& request
     Warn(MakeWarning(ResultWarning::NOT_NEUTRAL, note.str()), &result);
     return result;
   }
-  if (controlled.basis.cols() > kMaxSize) {
+  if (controlled.basis.cols() > kMaxMapSize) {
     throw std::invalid_argument("return_map: " + std::to_string(controlled.basis.cols()) +
-                                " numbers are to be fed back: at most " + std::to_string(kMaxSize) +
-                                " can be");
+                                " numbers are to be fed back: at most " +
+                                std::to_string(kMaxMapSize) + " can be");
   }
   result.step = ToMsg(controlled.map);
   Fill(FindStabilizingFeedback(controlled.map, options), options, &result);

@@ -8,6 +8,7 @@
 #include "contact_flow/OptimizeOutcomeResult.h"
 #include "contact_flow/analysis/outcome_cost.h"
 #include "contact_flow/piecewise_linear/descent.h"
+#include "limits.h"
 #include "src/ros/message/conversions.h"
 #include "src/ros/message/gate.h"
 #include "src/ros/message/warnings.h"
@@ -18,17 +19,17 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-using ActionResult = OptimizeOutcomeResult;
+using OptimizationCodes = OptimizeOutcomeResult;
 
-static_assert(ActionResult::MINIMUM == static_cast<int>(DescentStatus::kMinimum) &&
-                  ActionResult::STALLED == static_cast<int>(DescentStatus::kStalled) &&
-                  ActionResult::UNDEFINED == static_cast<int>(DescentStatus::kUndefined) &&
-                  ActionResult::MAX_ITERATIONS == static_cast<int>(DescentStatus::kMaxIterations) &&
-                  ActionResult::CANCELLED == static_cast<int>(DescentStatus::kCancelled),
+static_assert(OptimizationCodes::MINIMUM == static_cast<int>(DescentStatus::kMinimum) &&
+                  OptimizationCodes::STALLED == static_cast<int>(DescentStatus::kStalled) &&
+                  OptimizationCodes::UNDEFINED == static_cast<int>(DescentStatus::kUndefined) &&
+                  OptimizationCodes::MAX_ITERATIONS ==
+                      static_cast<int>(DescentStatus::kMaxIterations) &&
+                  OptimizationCodes::CANCELLED == static_cast<int>(DescentStatus::kCancelled),
               "the constants of the action are the statuses");
 
-constexpr double kLargestTolerance = 1e3, kLargestRadius = 1e6;
-constexpr int kMaxIterations = 100000;
+constexpr double kLargestRadius = 1e6;
 const char kInput[] = "input ";
 
 OutcomeUnknown ResolveUnknown(const MechanicalSystem& system, const std::string& field,
@@ -43,7 +44,7 @@ OutcomeUnknown ResolveUnknown(const MechanicalSystem& system, const std::string&
                 : OutcomeUnknown{OutcomeUnknown::Kind::kVelocity, i - nq};
 }
 
-OutcomeProblem ResolveProblem(const Setup& setup, const OptimizationRequest& request) {
+OutcomeProblem ResolveOutcomeProblem(const Setup& setup, const OptimizationRequest& request) {
   const MechanicalSystem& system = *setup.system;
   const SystemDescription& names = system.description();
   const ResolvedRun run = ResolveRun(setup, request.duration, request.state, request.input, {}, {});
@@ -93,7 +94,7 @@ OptimizationResult Answer(const Setup& setup, const OptimizationRequest& request
                           const Watch& watch) {
   CheckMessage(request);
   const MechanicalSystem& system = *setup.system;
-  OutcomeProblem problem = ResolveProblem(setup, request);
+  OutcomeProblem problem = ResolveOutcomeProblem(setup, request);
   DescentOptions options;
   options.tolerance =
       ResolveNumber("tolerance", request.tolerance, options.tolerance, kLargestTolerance);

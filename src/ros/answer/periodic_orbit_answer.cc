@@ -10,6 +10,7 @@
 
 #include "contact_flow/FindPeriodicOrbitResult.h"
 #include "contact_flow/analysis/periodic_orbit.h"
+#include "limits.h"
 #include "poincare_answer.h"
 #include "src/ros/message/conversions.h"
 #include "src/ros/message/gate.h"
@@ -21,25 +22,25 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-using ActionResult = FindPeriodicOrbitResult;
+using OrbitCodes = FindPeriodicOrbitResult;
 
-static_assert(ActionResult::CONVERGED == static_cast<int>(NewtonStatus::kConverged) &&
-                  ActionResult::STALLED == static_cast<int>(NewtonStatus::kStalled) &&
-                  ActionResult::UNDEFINED == static_cast<int>(NewtonStatus::kUndefined) &&
-                  ActionResult::MAX_ITERATIONS == static_cast<int>(NewtonStatus::kMaxIterations) &&
-                  ActionResult::CANCELLED == static_cast<int>(NewtonStatus::kCancelled),
+static_assert(OrbitCodes::CONVERGED == static_cast<int>(NewtonStatus::kConverged) &&
+                  OrbitCodes::STALLED == static_cast<int>(NewtonStatus::kStalled) &&
+                  OrbitCodes::UNDEFINED == static_cast<int>(NewtonStatus::kUndefined) &&
+                  OrbitCodes::MAX_ITERATIONS == static_cast<int>(NewtonStatus::kMaxIterations) &&
+                  OrbitCodes::CANCELLED == static_cast<int>(NewtonStatus::kCancelled),
               "the constants of the action are the statuses");
 
-const std::vector<std::string> kKinds = {"period", "coordinate", "velocity", "touchdown",
-                                         "liftoff"};
-constexpr double kMinHorizon = 1e-9, kMaxHorizon = 1e6, kLargestTolerance = 1;
-constexpr int kMaxIterations = 10000, kMaxOccurrence = 1000;
+const std::vector<std::string> kConditionKinds = {"period", "coordinate", "velocity", "touchdown",
+                                                  "liftoff"};
+constexpr double kLargestOrbitTolerance = 1;
+constexpr int kMaxNewton = 10000, kMaxOccurrence = 1000;
 
-OrbitCondition Resolve(const SystemDescription& names, const std::string& field,
-                       const OrbitRequirement& requirement) {
+OrbitCondition ResolveCondition(const SystemDescription& names, const std::string& field,
+                                const OrbitRequirement& requirement) {
   OrbitCondition condition;
   condition.kind = static_cast<OrbitCondition::Kind>(
-      NameIndex(field + ".kind", "kind", requirement.kind, kKinds));
+      NameIndex(field + ".kind", "kind", requirement.kind, kConditionKinds));
   CheckFinite(field + ".value", {requirement.value});
   condition.value = requirement.value;
   condition.occurrence =
@@ -87,8 +88,8 @@ OrbitProblem ResolveProblem(const Setup& setup, const PeriodicOrbitRequest& requ
   problem.x = run.x;
   problem.u = run.input.values.front();
   for (std::size_t k = 0; k < request.requirements.size(); ++k) {
-    problem.conditions.push_back(
-        Resolve(names, "requirements[" + std::to_string(k) + "]", request.requirements[k]));
+    problem.conditions.push_back(ResolveCondition(names, "requirements[" + std::to_string(k) + "]",
+                                                  request.requirements[k]));
   }
   return problem;
 }
@@ -101,10 +102,10 @@ OrbitOptions ResolveOrbitOptions(const Setup& setup, const PeriodicOrbitRequest&
   poincare.horizon = ResolveNumber("horizon", request.horizon, poincare.horizon, kMaxHorizon);
   CheckWithin("horizon", poincare.horizon, kMinHorizon, kMaxHorizon);
   poincare.shortest = ResolveNumber("shortest", request.shortest, poincare.shortest, kMaxHorizon);
-  options.newton.tolerance =
-      ResolveNumber("tolerance", request.tolerance, options.newton.tolerance, kLargestTolerance);
+  options.newton.tolerance = ResolveNumber("tolerance", request.tolerance, options.newton.tolerance,
+                                           kLargestOrbitTolerance);
   options.newton.max_iterations = ResolveCount("max_iterations", request.max_iterations,
-                                               options.newton.max_iterations, kMaxIterations);
+                                               options.newton.max_iterations, kMaxNewton);
   return options;
 }
 

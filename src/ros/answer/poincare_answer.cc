@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "contact_flow/ComputePoincareMap.h"
+#include "limits.h"
 #include "src/ros/message/conversions.h"
 #include "src/ros/message/gate.h"
 #include "src/ros/message/warnings.h"
@@ -17,18 +18,17 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-using Response = ComputePoincareMap::Response;
+using PoincareCodes = ComputePoincareMap::Response;
 
-static_assert(Response::NO_RETURN == static_cast<int>(ReturnStatus::kNoReturn) &&
-                  Response::STOPPED == static_cast<int>(ReturnStatus::kStopped) &&
-                  Response::TANGENT == static_cast<int>(ReturnStatus::kTangent) &&
-                  Response::NO_DERIVATIVE == static_cast<int>(ReturnStatus::kNoDerivative),
+static_assert(PoincareCodes::NO_RETURN == static_cast<int>(ReturnStatus::kNoReturn) &&
+                  PoincareCodes::STOPPED == static_cast<int>(ReturnStatus::kStopped) &&
+                  PoincareCodes::TANGENT == static_cast<int>(ReturnStatus::kTangent) &&
+                  PoincareCodes::NO_DERIVATIVE == static_cast<int>(ReturnStatus::kNoDerivative),
               "the constants of the service are the statuses");
 
-const std::vector<std::string> kKinds = {"apex", "coordinate", "velocity", "touchdown", "clock"};
-constexpr double kMinHorizon = 1e-9, kMaxHorizon = 1e6;  // [s]
+const std::vector<std::string> kSectionKinds = {"apex", "coordinate", "velocity", "touchdown",
+                                                "clock"};
 constexpr double kTangent = 1e-8;  // a unit tangent this far off the section is none of it
-constexpr double kNeutral = 1e-6;  // a larger residual is worth a note
 
 Matrix ResolveNeutral(const MechanicalSystem& system, const PoincareRequest& request) {
   const Matrix translation = ResolveTranslation(system, request.translation);
@@ -49,7 +49,7 @@ Section ResolvePlace(const MechanicalSystem& system, const std::string& field,
                      const ReturnSection& section) {
   const SystemDescription& names = system.description();
   const int kind =
-      section.kind.empty() ? 0 : NameIndex(field + ".kind", "kind", section.kind, kKinds);
+      section.kind.empty() ? 0 : NameIndex(field + ".kind", "kind", section.kind, kSectionKinds);
   CheckFinite(field + ".value", {section.value});
   if (section.direction < -1 || section.direction > 1) {
     throw std::invalid_argument(field + ".direction is " + std::to_string(section.direction) +
@@ -205,7 +205,7 @@ PoincareResult ToMsg(const MechanicalSystem& system, const AssessedReturn& asses
   result.velocities = names.velocities;
   result.constraints = names.constraints;
   result.outcome = static_cast<std::uint8_t>(one.status);
-  if (one.status == ReturnStatus::kRefused) result.outcome = Response::REFUSED;
+  if (one.status == ReturnStatus::kRefused) result.outcome = PoincareCodes::REFUSED;
   result.message = one.message;
   WarnOfRun(one.trajectory, &result);
   for (const ResultWarning& warning : assessed.warnings) Warn(warning, &result);

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "contact_flow/DecideStability.h"
+#include "limits.h"
 #include "poincare_answer.h"
 #include "src/ros/message/conversions.h"
 #include "src/ros/message/gate.h"
@@ -18,18 +19,14 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-using Response = DecideStability::Response;
+using StabilityCodes = DecideStability::Response;
 
-constexpr int kMaxWordLength = 1000, kMaxWords = 10000000, kMaxPrograms = 100000000;
-constexpr int kMaxSize = 64;       // of a map: a quadratic norm of it has 2080 unknowns
-constexpr double kOnOrbit = 1e-6;  // |P(x) − x| beyond which x is no fixed point
-
-static_assert(Response::STABLE == static_cast<int>(StabilityVerdict::kStable) &&
-                  Response::UNSTABLE == static_cast<int>(StabilityVerdict::kUnstable) &&
-                  Response::UNDETERMINED == static_cast<int>(StabilityVerdict::kUndetermined),
+static_assert(StabilityCodes::STABLE == static_cast<int>(StabilityVerdict::kStable) &&
+                  StabilityCodes::UNSTABLE == static_cast<int>(StabilityVerdict::kUnstable) &&
+                  StabilityCodes::UNDETERMINED == static_cast<int>(StabilityVerdict::kUndetermined),
               "the constants of the service are the verdicts");
 
-StabilityOptions Resolve(const Setup& setup, const StabilityRequest& request) {
+StabilityOptions ResolveOptions(const Setup& setup, const StabilityRequest& request) {
   StabilityOptions options;
   options.margin = ResolveNumber("margin", request.margin, options.margin, 0.5);
   options.max_word_length = ResolveCount("max_word_length", request.max_word_length,
@@ -46,8 +43,8 @@ StabilityOptions Resolve(const Setup& setup, const StabilityRequest& request) {
 }
 
 /// The map that is asked about; false, with the reason in the result, when there is none.
-bool FindMap(const Setup& setup, const StabilityRequest& request, PiecewiseLinearMap* map,
-             StabilityResult* result) {
+bool FindReturnMap(const Setup& setup, const StabilityRequest& request, PiecewiseLinearMap* map,
+                   StabilityResult* result) {
   if (!request.map.empty()) {
     *map = ToMap("map", request.map);
     return true;
@@ -72,9 +69,9 @@ void Check(const PiecewiseLinearMap& map, const StabilityCertificate& certificat
            const StabilityOptions& options, StabilityResult* result) {
   const bool growth = certificate.test >= StabilityTest::kGrowingRay;
   result->verified = VerifyCertificate(map, certificate, options);
-  result->outcome = !result->verified ? Response::UNDETERMINED
-                    : growth          ? Response::UNSTABLE
-                                      : Response::STABLE;
+  result->outcome = !result->verified ? StabilityCodes::UNDETERMINED
+                    : growth          ? StabilityCodes::UNSTABLE
+                                      : StabilityCodes::STABLE;
   result->message = std::string("the certificate ") + (result->verified ? "holds" : "is rejected");
 }
 
@@ -96,7 +93,7 @@ void Assess(const PiecewiseLinearMap& map, const StabilityOptions& options,
   result->words = static_cast<std::uint32_t>(report.words);
   result->linear_programs = static_cast<std::uint32_t>(report.linear_programs);
   if (report.verdict != StabilityVerdict::kUndetermined && !result->verified) {
-    result->outcome = Response::UNDETERMINED;
+    result->outcome = StabilityCodes::UNDETERMINED;
     result->message = "undetermined: the certificate found is not accepted by the checker";
   }
 }
@@ -107,7 +104,7 @@ StabilityResult Answer(const Setup& setup, const StabilityRequest& request) {
   CheckMessage(request);
   StabilityResult result;
   result.model = setup.system->description().name;
-  StabilityOptions options = Resolve(setup, request);
+  StabilityOptions options = ResolveOptions(setup, request);
   const StabilityCertificate given = ToCertificate("certificate", request.certificate);
   for (std::size_t k = 0; k < given.words.size(); ++k) {
     if (given.words[k].size() <= static_cast<std::size_t>(kMaxWordLength)) continue;
@@ -116,12 +113,12 @@ StabilityResult Answer(const Setup& setup, const StabilityRequest& request) {
                                 std::to_string(kMaxWordLength) + " are accepted");
   }
   PiecewiseLinearMap map;
-  result.outcome = Response::NO_MAP;
-  if (!FindMap(setup, request, &map, &result)) return result;
-  if (map.rows() != map.cols() || map.rows() > kMaxSize) {
+  result.outcome = StabilityCodes::NO_MAP;
+  if (!FindReturnMap(setup, request, &map, &result)) return result;
+  if (map.rows() != map.cols() || map.rows() > kMaxMapSize) {
     throw std::invalid_argument("map is " + std::to_string(map.rows()) + " × " +
                                 std::to_string(map.cols()) + ", expected a square one of at most " +
-                                std::to_string(kMaxSize) + " rows");
+                                std::to_string(kMaxMapSize) + " rows");
   }
   result.map = ToMsg(map);
   const MapConsistency consistency = CheckMap(map, !request.map.empty(), &options.consistency);
@@ -130,7 +127,7 @@ StabilityResult Answer(const Setup& setup, const StabilityRequest& request) {
   }
   const std::string warnings = result.message;
   if (!consistency.usable) {
-    result.outcome = Response::UNDETERMINED;
+    result.outcome = StabilityCodes::UNDETERMINED;
     result.message = "undetermined: " + consistency.message;
     result.growth_above = std::numeric_limits<double>::infinity();
   } else if (given.test != StabilityTest::kNone) {

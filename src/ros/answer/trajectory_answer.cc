@@ -9,6 +9,7 @@
 #include "contact_flow/nearest_name.h"
 #include "contact_flow/trajectory_optimization/multiple_shooting.h"
 #include "contact_flow/trajectory_optimization/optimize_trajectory.h"
+#include "limits.h"
 #include "src/ros/message/conversions.h"
 #include "src/ros/message/gate.h"
 #include "src/ros/message/warnings.h"
@@ -20,20 +21,18 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-using ActionResult = OptimizeTrajectoryResult;
+using TrajectoryCodes = OptimizeTrajectoryResult;
 
-static_assert(ActionResult::SMOOTH_MINIMUM == static_cast<int>(TrajectoryVerdict::kSmoothMinimum) &&
-                  ActionResult::VALLEY == static_cast<int>(TrajectoryVerdict::kValley) &&
-                  ActionResult::STALLED == static_cast<int>(TrajectoryVerdict::kStalled) &&
-                  ActionResult::UNDEFINED == static_cast<int>(TrajectoryVerdict::kUndefined) &&
-                  ActionResult::MAX_ITERATIONS ==
+static_assert(TrajectoryCodes::SMOOTH_MINIMUM ==
+                      static_cast<int>(TrajectoryVerdict::kSmoothMinimum) &&
+                  TrajectoryCodes::VALLEY == static_cast<int>(TrajectoryVerdict::kValley) &&
+                  TrajectoryCodes::STALLED == static_cast<int>(TrajectoryVerdict::kStalled) &&
+                  TrajectoryCodes::UNDEFINED == static_cast<int>(TrajectoryVerdict::kUndefined) &&
+                  TrajectoryCodes::MAX_ITERATIONS ==
                       static_cast<int>(TrajectoryVerdict::kMaxIterations) &&
-                  ActionResult::CANCELLED == static_cast<int>(TrajectoryVerdict::kCancelled) &&
-                  ActionResult::INFEASIBLE == static_cast<int>(TrajectoryVerdict::kInfeasible),
+                  TrajectoryCodes::CANCELLED == static_cast<int>(TrajectoryVerdict::kCancelled) &&
+                  TrajectoryCodes::INFEASIBLE == static_cast<int>(TrajectoryVerdict::kInfeasible),
               "the constants of the action are the verdicts");
-
-constexpr double kLargestTolerance = 1e3;
-constexpr int kMaxIterations = 100000;
 
 TrajectoryOptimum Search(const MechanicalSystem& system, const TrajectoryProblem& problem,
                          const TrajectoryOptions& options, const TrajectoryRequest& request) {

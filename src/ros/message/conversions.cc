@@ -64,6 +64,10 @@ std::vector<double> ToMsg(const VectorRef& vector) {
   return std::vector<double>(vector.data(), vector.data() + vector.size());
 }
 
+Vector FromMsg(const std::vector<double>& numbers) {
+  return Eigen::Map<const Vector>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
+}
+
 RowMajorMatrix ToMsg(const MatrixRef& matrix) {
   RowMajorMatrix m;
   m.rows = static_cast<std::uint32_t>(matrix.rows());

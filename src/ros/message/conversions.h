@@ -31,6 +31,7 @@ inline constexpr char kWorldFrame[] = "odom";
 using Names = std::vector<std::string>;
 
 std::vector<double> ToMsg(const VectorRef& vector);
+Vector FromMsg(const std::vector<double>& numbers);
 RowMajorMatrix ToMsg(const MatrixRef& matrix);
 SimulationOptions ToMsg(const SimulateOptions& options);
 DerivativeOptions ToMsg(const BDerivativeOptions& options);

@@ -228,7 +228,7 @@ namespace {
 
 /// Calls a service of the source; throws std::runtime_error with what it answers when it refuses.
 template <class Service>
-void Ask(const std::string& name, Service* call) {
+void AskNode(const std::string& name, Service* call) {
   if (!ros::service::call(name, *call)) throw std::runtime_error(name + " does not answer");
   if (!call->response.success) throw std::runtime_error(name + ": " + call->response.message);
   if (!call->response.message.empty()) {
@@ -250,7 +250,7 @@ int RunRobotPlayer() {
     if (!ros::service::waitForService(simulate)) return 0;
     SimulateTrajectory run;
     run.request.duration = parameters.duration;
-    Ask(simulate, &run);
+    AskNode(simulate, &run);
     ComputeBDerivative derivative;
     derivative.request.duration = parameters.duration;
     derivative.request.directions = parameters.directions;
@@ -259,7 +259,7 @@ int RunRobotPlayer() {
     }
     derivative.request.project_directions = true;
     derivative.request.continue_orders = true;
-    Ask(parameters.source + "/b_derivative", &derivative);
+    AskNode(parameters.source + "/b_derivative", &derivative);
     ROS_INFO("playing '%s': joint_states, tf, and markers under %s", description->name.c_str(),
              ros::this_node::getName().c_str());
     ros::spin();

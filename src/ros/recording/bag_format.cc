@@ -27,12 +27,12 @@ std::string Encode(const BagFields& fields) {
   return bytes;
 }
 
-std::string Record(const BagFields& header, const std::string& data) {
+std::string RecordBytes(const BagFields& header, const std::string& data) {
   return WithLength(Encode(header)) + WithLength(data);
 }
 
 std::string Connection(std::uint32_t id, const BagFields& fields) {
-  return Record(
+  return RecordBytes(
       {{"op", Bits(BagOp::kConnection)}, {"conn", Bits(id)}, {"topic", fields.at("topic")}},
       Encode(fields));
 }
@@ -67,17 +67,17 @@ std::string BagEncoder::Message(const BagConnection& connection, const ros::Time
     content = Connection(id, *connection);
   }
   const auto offset = static_cast<std::uint32_t>(content.size());
-  content += Record({{"op", Bits(BagOp::kMessage)}, {"conn", Bits(id)}, {"time", Bits(time)}},
-                    std::string(data.begin(), data.end()));
-  std::string bytes = Record({{"op", Bits(BagOp::kChunk)},
-                              {"compression", "none"},
-                              {"size", Bits(static_cast<std::uint32_t>(content.size()))}},
-                             content);
-  bytes += Record({{"op", Bits(BagOp::kIndexData)},
-                   {"ver", Bits(std::uint32_t{1})},
-                   {"conn", Bits(id)},
-                   {"count", Bits(std::uint32_t{1})}},
-                  Bits(time) + Bits(offset));
+  content += RecordBytes({{"op", Bits(BagOp::kMessage)}, {"conn", Bits(id)}, {"time", Bits(time)}},
+                         std::string(data.begin(), data.end()));
+  std::string bytes = RecordBytes({{"op", Bits(BagOp::kChunk)},
+                                   {"compression", "none"},
+                                   {"size", Bits(static_cast<std::uint32_t>(content.size()))}},
+                                  content);
+  bytes += RecordBytes({{"op", Bits(BagOp::kIndexData)},
+                        {"ver", Bits(std::uint32_t{1})},
+                        {"conn", Bits(id)},
+                        {"count", Bits(std::uint32_t{1})}},
+                       Bits(time) + Bits(offset));
   chunks_.push_back({size_, id, time});
   size_ += bytes.size();
   return bytes;
@@ -90,13 +90,13 @@ std::string BagEncoder::End() {
     bytes += Connection(static_cast<std::uint32_t>(id), *connections_[id]);
   }
   for (const Chunk& chunk : chunks_) {
-    bytes += Record({{"op", Bits(BagOp::kChunkInfo)},
-                     {"ver", Bits(std::uint32_t{1})},
-                     {"chunk_pos", Bits(chunk.position)},
-                     {"start_time", Bits(chunk.time)},
-                     {"end_time", Bits(chunk.time)},
-                     {"count", Bits(std::uint32_t{1})}},
-                    Bits(chunk.connection) + Bits(std::uint32_t{1}));
+    bytes += RecordBytes({{"op", Bits(BagOp::kChunkInfo)},
+                          {"ver", Bits(std::uint32_t{1})},
+                          {"chunk_pos", Bits(chunk.position)},
+                          {"start_time", Bits(chunk.time)},
+                          {"end_time", Bits(chunk.time)},
+                          {"count", Bits(std::uint32_t{1})}},
+                         Bits(chunk.connection) + Bits(std::uint32_t{1}));
   }
   size_ += bytes.size();
   return bytes;

@@ -10,6 +10,7 @@
 #include "contact_flow/io/configuration.h"
 #include "contact_flow/nearest_name.h"
 #include "request.h"
+#include "src/ros/message/conversions.h"
 #include "src/ros/message/gate.h"
 
 namespace contact_flow {
@@ -32,10 +33,6 @@ void CheckCount(const std::string& field, const Entries& entries) {
                               " are accepted");
 }
 
-Vector ToVector(const std::vector<double>& numbers) {
-  return Eigen::Map<const Vector>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
-}
-
 /// Throws where a field is given that draws of this kind have not.
 void CheckUnused(const std::string& field, const std::string& kind, bool given) {
   if (given) throw std::invalid_argument(field + " is not of a draw of kind " + kind);
@@ -46,7 +43,7 @@ Matrix ResolveCovariance(const std::string& field, const EnsembleDraw& draw) {
   CheckUnused(field + ".covariance", "normal with deviations", !draw.covariance.data.empty());
   CheckSize(field + ".deviations", draw.deviations.size(), draw.names.size(), draw.names);
   CheckWeights(field + ".deviations", draw.deviations);
-  return ToVector(draw.deviations).cwiseAbs2().asDiagonal();
+  return FromMsg(draw.deviations).cwiseAbs2().asDiagonal();
 }
 
 DrawPart ResolveDraw(const std::string& field, const EnsembleDraw& draw) {
@@ -67,14 +64,14 @@ DrawPart ResolveDraw(const std::string& field, const EnsembleDraw& draw) {
       throw std::invalid_argument(field + " is a grid of " + std::to_string(draw.names.size()) +
                                   " names, expected one; several are several draws");
     }
-    part.levels = {ToVector(draw.levels)};
+    part.levels = {FromMsg(draw.levels)};
   } else if (uniform) {
-    part.low = ToVector(draw.low);
-    part.high = ToVector(draw.high);
+    part.low = FromMsg(draw.low);
+    part.high = FromMsg(draw.high);
   } else if (normal) {
     part.mean = draw.mean.empty()
                     ? Vector(Vector::Zero(static_cast<Eigen::Index>(draw.names.size())))
-                    : ToVector(draw.mean);
+                    : FromMsg(draw.mean);
     part.covariance = ResolveCovariance(field, draw);
   } else {
     part.table = ToMatrix(field + ".table", draw.table);
@@ -105,7 +102,7 @@ CostTerm ResolveCost(const MechanicalSystem& system, const std::string& field,
     const std::vector<std::string>& inputs = system.description().inputs;
     CheckSize(field + ".effort", asked.effort.size(), inputs.size(), inputs);
     CheckWeights(field + ".effort", asked.effort);
-    cost.effort = ToVector(asked.effort);
+    cost.effort = FromMsg(asked.effort);
   }
   return cost;
 }

@@ -19,10 +19,6 @@ std::string At(const std::string& field, std::size_t k) {
   return field + "[" + std::to_string(k) + "]";
 }
 
-Vector ToVector(const std::vector<double>& numbers) {
-  return Eigen::Map<const Vector>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
-}
-
 /// (q, v) as one.
 Vector Joined(const std::string& field, const std::vector<double>& q, const std::vector<double>& v,
               const ConfigurationSpace& space) {
@@ -34,7 +30,7 @@ Vector Joined(const std::string& field, const std::vector<double>& q, const std:
                                 " and " + std::to_string(space.dof()));
   }
   Vector x(static_cast<Eigen::Index>(q.size() + v.size()));
-  x << ToVector(q), ToVector(v);
+  x << FromMsg(q), FromMsg(v);
   return x;
 }
 
@@ -148,8 +144,8 @@ TrackingPolicy FromMsg(const Policy& m) {
     policy.gain_phases.push_back(static_cast<int>(m.gains[k].phase));
     if (m.gains[k].kinked) policy.kinked.push_back(static_cast<int>(k));
   }
-  policy.lower = ToVector(m.lower);
-  policy.upper = ToVector(m.upper);
+  policy.lower = FromMsg(m.lower);
+  policy.upper = FromMsg(m.upper);
   CheckPolicy(policy);
   return policy;
 }

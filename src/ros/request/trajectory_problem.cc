@@ -9,6 +9,7 @@
 #include "analysis_messages.h"
 #include "contact_flow/RunCondition.h"
 #include "request.h"
+#include "src/ros/message/conversions.h"
 #include "src/ros/message/gate.h"
 
 namespace contact_flow {
@@ -27,7 +28,7 @@ Vector OfInputs(const SystemDescription& names, const std::string& field,
   if (values.empty()) return Vector();
   CheckSize(field, values.size(), names.inputs.size(), names.inputs);
   CheckFinite(field, values);
-  return Eigen::Map<const Vector>(values.data(), static_cast<Eigen::Index>(values.size()));
+  return FromMsg(values);
 }
 
 /// Goals by names, with weights that are 1 where they are left out.
@@ -62,7 +63,7 @@ Vector OfChosen(const std::string& field, const std::vector<double>& values,
   if (values.empty()) return Vector();
   CheckSize(field, values.size(), chosen.size(), chosen);
   CheckFinite(field, values);
-  return Eigen::Map<const Vector>(values.data(), static_cast<Eigen::Index>(values.size()));
+  return FromMsg(values);
 }
 
 void ResolveChosen(const Setup& setup, const TrajectoryRequest& request,

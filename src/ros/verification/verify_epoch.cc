@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "contact_flow/flow/manifold_projection.h"
+#include "src/ros/message/conversions.h"
 #include "src/session/session.h"
 #include "verify_session.h"
 
@@ -18,10 +19,6 @@ Vector Join(const std::vector<double>& q, const std::vector<double>& v) {
   std::copy(q.begin(), q.end(), x.data());
   std::copy(v.begin(), v.end(), x.data() + q.size());
   return x;
-}
-
-Vector ToVector(const std::vector<double>& values) {
-  return Eigen::Map<const Vector>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
 /// How two vectors differ, or "". Bits count: −0 is not 0.
@@ -79,7 +76,7 @@ std::string SessionVerifier::Take(const SimulatorEpoch& epoch) {
       owed_.push_back(owed);
     }
   }
-  run_ = std::make_unique<EpochRun>(setup, epoch.t, Join(epoch.q, epoch.v), ToVector(epoch.input));
+  run_ = std::make_unique<EpochRun>(setup, epoch.t, Join(epoch.q, epoch.v), FromMsg(epoch.input));
   shown_.reset();
   epoch_ = epoch.epoch;
   if (epoch.cause == "start" || epoch.cause == "reset_simulation") {
@@ -107,7 +104,7 @@ std::string SessionVerifier::CompareParameters(const SimulatorEpoch& epoch) cons
     }
   }
   if (names != epoch.parameter_names) return "its parameters have other names";
-  return Compare("parameters", ToVector(epoch.parameter_values), ToVector(values));
+  return Compare("parameters", FromMsg(epoch.parameter_values), FromMsg(values));
 }
 
 /// The first of a recording: where it goes on from is told, unless it is the node's start.
@@ -120,7 +117,7 @@ std::string SessionVerifier::CompareWithStart(const SimulatorEpoch& epoch,
     return "nothing comes before the start";
   }
   const NominalRun& nominal = setup.system->nominal();
-  const std::string input = Compare("the input", ToVector(epoch.input), nominal.u);
+  const std::string input = Compare("the input", FromMsg(epoch.input), nominal.u);
   if (!input.empty()) return input;
   return Compare("the nominal state", Join(epoch.q, epoch.v), nominal.x);
 }
@@ -144,12 +141,12 @@ std::string SessionVerifier::CompareWithBefore(const SimulatorEpoch& epoch,
   if (!difference.empty()) return difference;
   const double begin = initial ? 0 : epoch.t_before;
   if (std::memcmp(&epoch.t, &begin, sizeof(begin)) != 0) return "it begins at another time";
-  difference = Compare("the input", ToVector(epoch.input), u);
+  difference = Compare("the input", FromMsg(epoch.input), u);
   if (!difference.empty()) return difference;
   if (epoch.cause == "set_state") return "";  // told from outside
   Vector expected = before;
   ProjectContacts(run_->system(), run_->flow()->mode(), &expected);
-  if (epoch.cause == "apply_impulse") Push(*run_->setup(), ToVector(epoch.impulse), &expected);
+  if (epoch.cause == "apply_impulse") Push(*run_->setup(), FromMsg(epoch.impulse), &expected);
   if (IsReset(epoch.cause)) expected = setup->system->nominal().x;
   return Compare("the beginning of the epoch", Join(epoch.q, epoch.v), expected);
 }

@@ -31,7 +31,6 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-constexpr double kMostSeconds = 3600;  // that a model may be given
 constexpr char kStoppedAt[] = " (stopped at t = ";
 
 /// Without the budget of time: that of the setup, as much as may be.

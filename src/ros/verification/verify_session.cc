@@ -16,11 +16,6 @@ namespace contact_flow {
 namespace ros_interface {
 namespace {
 
-Vector ToVector(const std::vector<double>& values) {
-  return Eigen::Map<const Vector>(values.data(), static_cast<Eigen::Index>(values.size()));
-}
-
-constexpr double kMostSeconds = 3600;  // that a model may be given
 constexpr char kHeader[] = "another frame or number in its header than is recorded";
 
 /// What is in a header besides the stamp.
@@ -122,7 +117,7 @@ std::string SessionVerifier::Take(const SimulatorInput& input) {
   const std::string stranger = Belongs(input.epoch);
   if (!stranger.empty()) return stranger;
   if (HeaderIsOther(input.header)) return kHeader;
-  run_->flow()->SetInput(input.t, ToVector(input.input));
+  run_->flow()->SetInput(input.t, FromMsg(input.input));
   return "";
 }
 

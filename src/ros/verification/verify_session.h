@@ -25,6 +25,9 @@
 namespace contact_flow {
 namespace ros_interface {
 
+/// [s] of work that a recorded request may be given here.
+constexpr double kMostSeconds = 3600;
+
 /// Repeats a recorded session from its epochs, inputs, marks and requests of predictions alone,
 /// message by message in the order they were recorded, and compares everything else with what comes
 /// of it, bit for bit. Each call answers how the message differs, or "".
