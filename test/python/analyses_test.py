@@ -24,7 +24,32 @@ def trot(name):
     return cf.Model(data["model"], **data["parameters"]), case.state(data["initial_state"])
 
 
+class Sled(cf.Formulas):
+    """x is pushed along by its own speed and drawn to 0, z comes to rest at 0."""
+
+    coordinates = ("x", "z")
+    parameters = {"gain": 0.0, "stiffness": 0.0}
+    constant_mass = True
+
+    def mass_matrix(self, q):
+        return np.eye(2)
+
+    def force(self, q, v, u):
+        return [self.gain * v[0] - self.stiffness * q[0], -q[1] - v[1]]
+
+
 class Orbits(unittest.TestCase):
+    def test_a_translation_that_grows_is_none(self):
+        def of(gain, stiffness=0.0):
+            sled = cf.PythonModel(Sled, gain=gain, stiffness=stiffness)
+            return sled.poincare(cf.After(1.0))(np.zeros(4)).stability(translation=["x"])
+        self.assertEqual(("stable", (2, 2)), (of(0).verdict, of(0).map.shape))
+        self.assertEqual(("stable", (3, 3)), (of(-0.5).verdict, of(-0.5).map.shape))   # the velocity stays
+        self.assertEqual("unstable", of(0.5).verdict)
+        for stiffness in (-1.0, 1.0):   # x alone is a symmetry no more
+            with self.assertRaisesRegex(ValueError, "no symmetry"):
+                of(0, stiffness)
+
     def test_stable_and_unstable_trot(self):
         for name, verdict in (("hopping_trot_stable", "stable"), ("hopping_trot_unstable", "unstable")):
             with self.subTest(name):
