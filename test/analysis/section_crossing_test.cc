@@ -72,5 +72,26 @@ TEST(SectionCrossing, AtTheInstantOfATouchdownIsSeen) {
   }
 }
 
+/// Behind a plastic impact with a little restitution the contact rises, and rests only later: by the
+/// restitution the state right behind the impact has no derivative that holds the contact.
+TEST(SectionCrossing, RestitutionOfAPlasticSectionIsRefused) {
+  const auto ball = MakeModel("bouncing_ball", {{"gravity", kFall}, {"restitution", 0}});
+  Vector x(4);
+  x << 0, 5, 1, 0;
+  const auto behind = [&](const std::string& parameter) {
+    PoincareOptions options;
+    options.derivative.variables.parameters =
+        ParameterIndices(ball->description(), {parameter});
+    return PoincareMap(*ball, Vector(0), Section::Event(*ball, "floor"), options).Return(x);
+  };
+  const PoincareReturn refused = behind("restitution");
+  EXPECT_EQ(ReturnStatus::kNoDerivative, refused.status);
+  EXPECT_NE(std::string::npos, refused.message.find("restitution of 'floor' is 0"))
+      << refused.message;
+  const PoincareReturn by_gravity = behind("gravity");
+  ASSERT_EQ(ReturnStatus::kReturned, by_gravity.status) << by_gravity.message;
+  EXPECT_NEAR(-0.05, by_gravity.return_time(Vector::Unit(5, 4))(0), 1e-10);  // T = √(2 z/g)
+}
+
 }  // namespace
 }  // namespace contact_flow

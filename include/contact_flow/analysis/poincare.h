@@ -107,6 +107,7 @@ class PoincareMap {
   PiecewiseLinearMap Extended(const BDerivative& B, const PiecewiseLinearMap& first,
                               const PoincareReturn& result) const;
   PiecewiseLinearMap ThroughEvent(const PoincareReturn& result) const;
+  bool RestitutionRises(const Transition& event) const;
   bool ApplySymmetry(const VectorRef& x, PoincareReturn* result) const;
   Matrix Basis(const VectorRef& x, ContactMode mode) const;
   ConstraintSet Touching(const VectorRef& x) const;
