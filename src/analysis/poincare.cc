@@ -172,8 +172,9 @@ void PoincareMap::Settle(const VectorRef& x, PoincareReturn* result) const {
 
 /// The first activation of the section's constraint; cuts the run there.
 bool PoincareMap::FindEvent(const VectorRef& x, Trajectory run, PoincareReturn* result) const {
+  const WantedEvent touchdown{section_.index};
   std::size_t k = 0;
-  while (k < run.transitions.size() && !(run.transitions[k].activated.Contains(section_.index) &&
+  while (k < run.transitions.size() && !(Happens(run.transitions[k], touchdown) &&
                                          run.transitions[k].t >= options_.shortest)) {
     ++k;
   }

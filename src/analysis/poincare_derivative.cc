@@ -151,7 +151,8 @@ PiecewiseLinearMap PoincareMap::ThroughEvent(const PoincareReturn& result) const
   const EventMap through(
       std::make_shared<ContactDynamics>(system_, u_, options_.derivative.variables), event);
   if (!through.status().ok()) throw std::domain_error(through.status().message);
-  if (event.activated.Size() != 1 || (!system_.HasFriction() && through.num_activations() != 1)) {
+  if ((event.activated | event.switched).Size() != 1 ||
+      (!system_.HasFriction() && through.num_activations() != 1)) {
     throw std::domain_error("other constraints are activated at t = " + std::to_string(event.t) +
                             " s as well");
   }

@@ -38,7 +38,36 @@ class Sled(cf.Formulas):
         return [self.gain * v[0] - self.stiffness * q[0], -q[1] - v[1]]
 
 
+class Pad(cf.Formulas):
+    """A ball of mass 1 over a spring that pushes where it is pressed."""
+
+    coordinates, constraints, compliant = ("z",), ("pad",), ("pad",)
+    parameters = {"gravity": 10.0, "stiffness": 100.0}
+    constant_mass = contact_effort = True
+
+    def mass_matrix(self, q):
+        return [[1.0]]
+
+    def force(self, q, v, u, mode):
+        return [-self.gravity - (self.stiffness * q[0] if "pad" in mode else 0.0)]
+
+    def gaps(self, q):
+        return [q[0]]
+
+
 class Orbits(unittest.TestCase):
+    def test_a_touchdown_on_a_pad_is_a_section(self):
+        """Back after the pressing and the flight, at the same speed v: T = 2 v/g + 2 (π − atan(ω v/g))/ω."""
+        for v in (0.5, 2.0, 5.0):
+            back = cf.PythonModel(Pad).poincare(cf.Touchdown("pad"))([0.0, -v])
+            self.assertEqual("returned", back.status, back.message)
+            self.assertAlmostEqual(2 * v / 10 + (math.pi - math.atan(v)) / 5, back.time, places=9)
+            np.testing.assert_allclose(back.x, [0, -v], atol=1e-9)
+            np.testing.assert_allclose(back.return_time([0, -1]), [0.2 - 0.2 / (1 + v * v)], atol=1e-8)
+            np.testing.assert_allclose(back.reduced[0].matrix, [[1]], atol=1e-8)
+        first = cf.PythonModel(Pad).poincare(cf.Touchdown("pad"))([5.0, 0.0])
+        self.assertAlmostEqual(1.0, first.time, places=9)
+
     def test_a_translation_that_grows_is_none(self):
         def of(gain, stiffness=0.0):
             sled = cf.PythonModel(Sled, gain=gain, stiffness=stiffness)
