@@ -122,6 +122,8 @@ Section ToSection(const System& system, const py::handle& spec) {
   return section;
 }
 
+constexpr double kSymmetry = 1e-6;  // a larger residual is no symmetry
+
 Matrix OrbitShift(const Return& r, const std::vector<std::string>& translation) {
   constexpr double kOrbit = 1e-6;  // a larger distance of P(x) from x is no orbit
   const MechanicalSystem& system = r.system->get();
@@ -144,7 +146,6 @@ Matrix OrbitShift(const Return& r, const std::vector<std::string>& translation) 
 }
 
 void RequireSymmetry(const ReducedMap& rest) {
-  constexpr double kSymmetry = 1e-6;  // a larger residual is no symmetry
   if (rest.residual <= kSymmetry) return;
   throw py::value_error("translation is no symmetry of the return map: residual " +
                         Number(rest.residual));
@@ -160,7 +161,10 @@ py::object StabilityOf(const Return& r, const std::vector<std::string>& translat
   }
   const Matrix shift = OrbitShift(r, translation);
   if (translation.empty()) return py::cast(reduced).attr("stability")(**options);
-  const ReducedMap rest = SetAside(reduced, r.value->start_basis.transpose() * shift);
+  const Matrix seen = r.value->start_basis.transpose() * shift;
+  ReducedMap rest = SetAside(reduced, seen);
+  // A velocity that drag or a standing foot takes away is no symmetry: it stays.
+  if (rest.residual > kSymmetry) rest = SetAside(reduced, seen.leftCols(1));
   RequireSymmetry(rest);
   return py::cast(rest.map).attr("stability")(**options);
 }
@@ -218,8 +222,9 @@ void BindPoincare(py::module_* module) {
           "[2d×·]")
       .def("stability", &StabilityOf, py::arg("translation") = std::vector<std::string>{},
            "Of the orbit, where P(x) = x to 1e-6, as a Stability. `translation` names coordinates\n"
-           "that may be shifted together, which is checked, and set aside. ValueError where P(x)\n"
-           "is not x, or where the shift is no symmetry. Options: those of\n"
+           "that may be shifted together, which is checked, and set aside, with their common\n"
+           "velocity where that is kept, too. ValueError where P(x) is not x, or where the shift\n"
+           "is no symmetry. Options: those of\n"
            "PiecewiseLinearMap.stability.")
       .def("__repr__", [](const Return& r) {
         return "<PoincareReturn after " + Number(r.value->time) +

@@ -10,12 +10,12 @@
 #include "contact_flow/budget.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/piecewise_linear/section.h"
+#include "section_crossing.h"
 #include "tangent_map.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr int kSamples = 16;       // of a step of the integrator
 constexpr int kFirstHorizon = 16;  // the horizon is tried in parts: 1/16, 1/8, …
 constexpr int kMaxReturns = 8;
 constexpr double kSettled = 1e-15;   // relative change of the time of return
@@ -127,7 +127,7 @@ bool PoincareMap::FindReturn(const VectorRef& x, double duration, PoincareReturn
     }
     return found;
   }
-  found = FindCrossing(run, &result->time);
+  found = FirstCrossing(system_, section_, run, options_.shortest, &result->time);
   if (found) {
     Settle(x, result);
   } else if (!run.status.ok()) {
@@ -136,43 +136,6 @@ bool PoincareMap::FindReturn(const VectorRef& x, double duration, PoincareReturn
     result->trajectory = std::move(run);
   }
   return found;
-}
-
-/// The first crossing of a state section, to the accuracy of the dense output.
-bool PoincareMap::FindCrossing(const Trajectory& run, double* time) const {
-  Vector x(system_.state_size()), gradient;
-  for (const Arc& arc : run.arcs) {
-    const auto height = [&](double t) {
-      arc.dense.Evaluate(t, x.data());
-      return Height(x, &gradient);
-    };
-    bool known = false;
-    double before = 0, t_before = 0;
-    for (std::size_t k = 0; k < arc.dense.NumSteps(); ++k) {
-      AskBudget();
-      for (int sample = 0; sample <= kSamples; ++sample) {
-        const double t = std::min(
-            arc.t_end, arc.dense.StepBegin(k) + arc.dense.StepLength(k) * sample / kSamples);
-        if (t < options_.shortest) continue;
-        const double now = height(t);
-        const bool rises = known && before < 0 && now >= 0 && section_.sign >= 0;
-        const bool falls = known && before > 0 && now <= 0 && section_.sign <= 0;
-        if (rises || falls) {
-          double low = t_before, high = t;
-          for (int halving = 0; halving < 60 && high - low > 1e-16 * high; ++halving) {
-            const double middle = 0.5 * (low + high);
-            (rises == (height(middle) < 0) ? low : high) = middle;
-          }
-          *time = 0.5 * (low + high);
-          return true;
-        }
-        known = true;
-        before = now;
-        t_before = t;
-      }
-    }
-  }
-  return false;
 }
 
 /// Newton's method for the time of return, each step a run that ends there.
@@ -209,8 +172,9 @@ void PoincareMap::Settle(const VectorRef& x, PoincareReturn* result) const {
 
 /// The first activation of the section's constraint; cuts the run there.
 bool PoincareMap::FindEvent(const VectorRef& x, Trajectory run, PoincareReturn* result) const {
+  const WantedEvent touchdown{section_.index};
   std::size_t k = 0;
-  while (k < run.transitions.size() && !(run.transitions[k].activated.Contains(section_.index) &&
+  while (k < run.transitions.size() && !(Happens(run.transitions[k], touchdown) &&
                                          run.transitions[k].t >= options_.shortest)) {
     ++k;
   }

@@ -151,11 +151,33 @@ PiecewiseLinearMap PoincareMap::ThroughEvent(const PoincareReturn& result) const
   const EventMap through(
       std::make_shared<ContactDynamics>(system_, u_, options_.derivative.variables), event);
   if (!through.status().ok()) throw std::domain_error(through.status().message);
-  if (event.activated.Size() != 1 || (!system_.HasFriction() && through.num_activations() != 1)) {
+  if ((event.activated | event.switched).Size() != 1 ||
+      (!system_.HasFriction() && through.num_activations() != 1)) {
     throw std::domain_error("other constraints are activated at t = " + std::to_string(event.t) +
                             " s as well");
   }
+  if (RestitutionRises(event)) {
+    throw std::domain_error("the restitution of '" +
+                            system_.description().constraints[section_.index] +
+                            "' is 0 and among the variables: at t = " + std::to_string(event.t) +
+                            " s, where the section is, it would not yet rest");
+  }
   return through.Pieces(1);
+}
+
+/// Whether the section's plastic contact would bounce for a change of a variable. Bounces then end
+/// at once, to first order, but behind the section.
+bool PoincareMap::RestitutionRises(const Transition& event) const {
+  const std::vector<int>& parameters = options_.derivative.variables.parameters;
+  if (parameters.empty() || system_.restitution()(section_.index) > 0) return false;
+  const int d = system_.dof();
+  const Vector q = event.x_minus.head(system_.num_positions()), v = event.x_minus.tail(d);
+  ConstraintTerms terms;
+  system_.Constraints(q, v, &terms);
+  ParameterJacobian by_parameter;
+  system_.DifferentiateImpactByParameters(q, Vector::Zero(d), Vector::Zero(terms.gap.size()), v,
+                                          parameters, &by_parameter);
+  return !by_parameter.restitution.row(section_.index).isZero(0);
 }
 
 }  // namespace contact_flow

@@ -14,14 +14,6 @@
 namespace contact_flow {
 namespace {
 
-bool Happens(const Transition& transition, const WantedEvent& event) {
-  const int i = event.constraint;
-  if (!transition.switched.Contains(i)) {
-    return (event.release ? transition.released : transition.activated).Contains(i);
-  }
-  return event.release == transition.mode_before.Contains(i);
-}
-
 std::string Sentence(const MechanicalSystem& system, const WantedEvent& event,
                      const std::string& what) {
   return EventName(system, event) + " " + what;
@@ -74,6 +66,14 @@ PiecewiseLinearMap WithTimes(const EventMap& map, int k, const std::vector<Event
 }
 
 }  // namespace
+
+bool Happens(const Transition& transition, const WantedEvent& event) {
+  const int i = event.constraint;
+  if (!transition.switched.Contains(i)) {
+    return (event.release ? transition.released : transition.activated).Contains(i);
+  }
+  return event.release == transition.mode_before.Contains(i);
+}
 
 std::string EventName(const MechanicalSystem& system, const WantedEvent& event) {
   return std::string(event.release ? "lift-off" : "touchdown") + " number " +

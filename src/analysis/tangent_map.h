@@ -15,10 +15,12 @@ struct EventPlace {
   WantedEvent event;
 };
 
+/// Whether a transition holds such a touchdown or lift-off, whichever occurrence it is. A compliant
+/// constraint touches down where its gap falls through zero.
+bool Happens(const Transition& transition, const WantedEvent& event);
 /// "touchdown number 1 of 'left_foot'".
 std::string EventName(const MechanicalSystem& system, const WantedEvent& event);
 
-/// A compliant constraint touches down where its gap falls through zero.
 std::vector<EventPlace> LocateEvents(const Trajectory& run, const std::vector<WantedEvent>& events);
 /// NaN for those that do not happen.
 Vector EventTimes(const Trajectory& run, const std::vector<EventPlace>& events);

@@ -48,6 +48,21 @@ double LargestEntry(const PiecewiseLinearMap& map) {
 
 double Largest(const Matrix& m) { return m.size() > 0 ? m.cwiseAbs().maxCoeff() : 0; }
 
+/// How far the eigenvalues of J [k×k] are from 1, by the traces of (J − I)ʲ, j ≤ k, which vanish
+/// where all are: what does not lose digits where J has no basis of eigenvectors.
+double FromUnipotent(const Matrix& J) {
+  const Matrix rest = J - Matrix::Identity(J.rows(), J.cols());
+  const double scale = std::max(1.0, Largest(J));
+  double away = 0, size = 1;
+  Matrix power = Matrix::Identity(J.rows(), J.cols());
+  for (Eigen::Index k = 0; k < J.rows(); ++k) {
+    power = (power * rest).eval();
+    size *= scale;
+    away = std::max(away, std::abs(power.trace()) / size);
+  }
+  return away;
+}
+
 PiecewiseLinearMap LeftMultiply(const Matrix& left, const PiecewiseLinearMap& map) {
   std::vector<LinearPiece> pieces = map.pieces();
   for (LinearPiece& piece : pieces) piece.matrix = (left * piece.matrix).eval();
@@ -143,7 +158,12 @@ ReducedMap SetAside(const PiecewiseLinearMap& map, const MatrixRef& neutral) {
   start.bottomRightCorner(inputs, inputs).setIdentity();
   ReducedMap reduced{InBases(map, Q, start), Q, 0};
   const double scale = LargestEntry(map);
+  if (N.cols() == 0) return reduced;
+  const Matrix J = N.transpose() * map.pieces().front().matrix.leftCols(n) * N;
+  reduced.residual = FromUnipotent(J);
   for (const LinearPiece& piece : map.pieces()) {
+    const Matrix along = N.transpose() * piece.matrix.leftCols(n) * N;
+    reduced.residual = std::max(reduced.residual, Largest(along - J) / scale);
     reduced.residual =
         std::max({reduced.residual, Largest(Q.transpose() * piece.matrix.leftCols(n) * N) / scale,
                   Largest(piece.cone.leftCols(n) * N)});

@@ -129,6 +129,7 @@ class Shooting {
         whole_.Run(result_.y, problem_.simulate.simultaneity_tolerance, whole_.HasRunningCost());
     ++segments_.simulations;
     if (!run.status.ok()) {
+      result_.cost = std::numeric_limits<double>::infinity();
       *message << "; but one run through all segments ends early, " << run.status.message;
       if (result_.verdict == TrajectoryVerdict::kSmoothMinimum) {
         result_.verdict = TrajectoryVerdict::kStalled;

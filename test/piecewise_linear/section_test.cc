@@ -116,5 +116,27 @@ TEST_F(Sections, NeutralDirectionsAreSetAside) {
   EXPECT_THROW(SetAside(f, Random(n - 1, 1)), std::invalid_argument);
 }
 
+/// What is set aside is not asked about later: it must not grow, nor shrink, in any piece.
+TEST_F(Sections, DirectionsThatGrowAreNotNeutral) {
+  const auto residual = [](double position, double velocity) {
+    Matrix A = Matrix::Zero(3, 3);
+    A << position, 0.8, 0, 0, velocity, 0, 0, 0, 0.5;
+    return SetAside(PiecewiseLinearMap::Linear(A), Matrix::Identity(3, 2)).residual;
+  };
+  EXPECT_LE(residual(1, 1), 1e-15);
+  for (const double change : {1e-5, 1e-2, 0.5, -1e-5, -0.5}) {
+    EXPECT_GE(residual(1, 1 + change), 0.6 * std::abs(change)) << change;
+    EXPECT_GE(residual(1 + change, 1), 0.6 * std::abs(change)) << change;
+  }
+  EXPECT_GE(residual(std::exp(0.1), std::exp(-0.1)), 1e-3) << "as of a saddle";
+  // J is that of all pieces.
+  Matrix A = Matrix::Identity(3, 3), B = A, C(1, 3);
+  A(0, 1) = 0.8;
+  B(0, 1) = 0.3;
+  C << 0, 0, 1;
+  const PiecewiseLinearMap bent({{A, C, {}, {}}, {B, -C, {}, {}}});
+  EXPECT_GE(SetAside(bent, Matrix::Identity(3, 2)).residual, 0.1);
+}
+
 }  // namespace
 }  // namespace contact_flow

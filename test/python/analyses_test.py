@@ -24,7 +24,61 @@ def trot(name):
     return cf.Model(data["model"], **data["parameters"]), case.state(data["initial_state"])
 
 
+class Sled(cf.Formulas):
+    """x is pushed along by its own speed and drawn to 0, z comes to rest at 0."""
+
+    coordinates = ("x", "z")
+    parameters = {"gain": 0.0, "stiffness": 0.0}
+    constant_mass = True
+
+    def mass_matrix(self, q):
+        return np.eye(2)
+
+    def force(self, q, v, u):
+        return [self.gain * v[0] - self.stiffness * q[0], -q[1] - v[1]]
+
+
+class Pad(cf.Formulas):
+    """A ball of mass 1 over a spring that pushes where it is pressed."""
+
+    coordinates, constraints, compliant = ("z",), ("pad",), ("pad",)
+    parameters = {"gravity": 10.0, "stiffness": 100.0}
+    constant_mass = contact_effort = True
+
+    def mass_matrix(self, q):
+        return [[1.0]]
+
+    def force(self, q, v, u, mode):
+        return [-self.gravity - (self.stiffness * q[0] if "pad" in mode else 0.0)]
+
+    def gaps(self, q):
+        return [q[0]]
+
+
 class Orbits(unittest.TestCase):
+    def test_a_touchdown_on_a_pad_is_a_section(self):
+        """Back after the pressing and the flight, at the same speed v: T = 2 v/g + 2 (π − atan(ω v/g))/ω."""
+        for v in (0.5, 2.0, 5.0):
+            back = cf.PythonModel(Pad).poincare(cf.Touchdown("pad"))([0.0, -v])
+            self.assertEqual("returned", back.status, back.message)
+            self.assertAlmostEqual(2 * v / 10 + (math.pi - math.atan(v)) / 5, back.time, places=9)
+            np.testing.assert_allclose(back.x, [0, -v], atol=1e-9)
+            np.testing.assert_allclose(back.return_time([0, -1]), [0.2 - 0.2 / (1 + v * v)], atol=1e-8)
+            np.testing.assert_allclose(back.reduced[0].matrix, [[1]], atol=1e-8)
+        first = cf.PythonModel(Pad).poincare(cf.Touchdown("pad"))([5.0, 0.0])
+        self.assertAlmostEqual(1.0, first.time, places=9)
+
+    def test_a_translation_that_grows_is_none(self):
+        def of(gain, stiffness=0.0):
+            sled = cf.PythonModel(Sled, gain=gain, stiffness=stiffness)
+            return sled.poincare(cf.After(1.0))(np.zeros(4)).stability(translation=["x"])
+        self.assertEqual(("stable", (2, 2)), (of(0).verdict, of(0).map.shape))
+        self.assertEqual(("stable", (3, 3)), (of(-0.5).verdict, of(-0.5).map.shape))   # the velocity stays
+        self.assertEqual("unstable", of(0.5).verdict)
+        for stiffness in (-1.0, 1.0):   # x alone is a symmetry no more
+            with self.assertRaisesRegex(ValueError, "no symmetry"):
+                of(0, stiffness)
+
     def test_stable_and_unstable_trot(self):
         for name, verdict in (("hopping_trot_stable", "stable"), ("hopping_trot_unstable", "unstable")):
             with self.subTest(name):

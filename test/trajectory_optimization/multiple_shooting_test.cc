@@ -197,6 +197,16 @@ TEST(MultipleShooting, EndsAndMisuse) {
   problem = good;
   problem.conditions = {{Kind::kState, 0, 8, 1, 1}, {Kind::kState, 0, 8, 2, 2}};
   EXPECT_NE(TrajectoryVerdict::kSmoothMinimum, OptimizeByShooting(*ball, problem).verdict);
+  // Two segments, each of which ends before the bounces accumulate that one run through both meets.
+  LineProblem low = ThrownBall(8, false);
+  low.x(0) = 0.05;
+  shooting.segments = {4};
+  shooting.states = Eigen::Vector2d(1, 0);
+  options.max_iterations = 0;
+  const TrajectoryOptimum none =
+      OptimizeByShooting(*ball, test::BallOf(low, 0), options, shooting);
+  EXPECT_NE(std::string::npos, none.message.find("ends early")) << none.message;
+  EXPECT_TRUE(std::isinf(none.cost)) << "of a run that ends early there is no cost";
 }
 
 }  // namespace

@@ -76,8 +76,9 @@ struct PoincareOptions {
 
 /// The first return map P of a section, with its B-derivative
 ///   DP = (I − F ds / (ds F)) B        (for an event, followed by its first-order map).
-/// A crossing is looked for on the dense output, 16 samples a step, and then settled by Newton's
-/// method on runs that end there: s = 0 to rounding. A jump of the sign at an impact is none.
+/// A crossing is looked for on the dense output, in 16 parts of a step and where it turns inside a
+/// part, and then settled by Newton's method on runs that end there: s = 0 to rounding. A jump of
+/// the sign at an impact is none.
 /// With a symmetry g in the section, P = g ∘ (first return) and DP = Dg (…); a return at which g is
 /// not one of M, f + c v and the contacts in force is refused. Tangents of the section keep what
 /// the contact mode holds, slips of sticking contacts among it, and behind an event the gaps of all
@@ -99,7 +100,6 @@ class PoincareMap {
     return section_.Height(system_, x, gradient);
   }
   bool FindReturn(const VectorRef& x, double duration, PoincareReturn* result) const;
-  bool FindCrossing(const Trajectory& run, double* time) const;
   bool FindEvent(const VectorRef& x, Trajectory run, PoincareReturn* result) const;
   void Settle(const VectorRef& x, PoincareReturn* result) const;
   bool AtAnEvent(const VectorRef& x, const PoincareReturn& result) const;
@@ -107,6 +107,7 @@ class PoincareMap {
   PiecewiseLinearMap Extended(const BDerivative& B, const PiecewiseLinearMap& first,
                               const PoincareReturn& result) const;
   PiecewiseLinearMap ThroughEvent(const PoincareReturn& result) const;
+  bool RestitutionRises(const Transition& event) const;
   bool ApplySymmetry(const VectorRef& x, PoincareReturn* result) const;
   Matrix Basis(const VectorRef& x, ContactMode mode) const;
   ConstraintSet Touching(const VectorRef& x) const;

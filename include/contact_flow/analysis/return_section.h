@@ -15,7 +15,8 @@ struct Section {
   enum class Kind {
     kCoordinate = 0,  ///< s = q_i − value
     kVelocity = 1,    ///< s = v_i − value; an apex is a vertical velocity that falls through zero
-    kEvent = 2,  ///< the right limit of the activation of a constraint; alone, not in a cluster
+    kEvent = 2,  ///< the right limit of the activation of a constraint, or of a compliant one's
+                 ///< gap that falls through zero; alone, not in a cluster
     kTime = 3,   ///< after `value` seconds: the phase of a clock
   };
   Kind kind = Kind::kTime;       ///< what is crossed

@@ -41,11 +41,13 @@ struct ReducedMap {
 /// residual is the largest entry of (I − V Vᵀ) A_i V over the pieces that meet the span.
 ReducedMap RestrictToInvariant(const PiecewiseLinearMap& map, const MatrixRef& subspace);
 
-/// f modulo the span of `neutral` [n×k], of the form f(w + N c) = f(w) + N J c: symmetries such as
-/// a horizontal translation, and the velocity along it. The quotient is represented on the
-/// orthogonal complement. residual is the largest entry of (I − N Nᵀ) A_i N and of C_i N: neutral
-/// directions must stay neutral, and must not decide between cones. Of a map f(w, u) with more
-/// columns than rows these are inputs u, and stay.
+/// f modulo the span of `neutral` [n×k], of the form f(w + N c) = f(w) + N J c with J one matrix
+/// whose eigenvalues are all 1: symmetries such as a horizontal translation, and the velocity along
+/// it. The quotient is represented on the orthogonal complement. residual is the largest entry of
+/// (I − N Nᵀ) A_i N and of C_i N, of the differences of the J_i, and of the traces of (J − I)ʲ:
+/// neutral directions must stay neutral, must not decide between cones, and must not grow or
+/// shrink, as the quotient does not know of that. Of a map f(w, u) with more columns than rows
+/// these are inputs u, and stay.
 ReducedMap SetAside(const PiecewiseLinearMap& map, const MatrixRef& neutral);
 
 }  // namespace contact_flow
