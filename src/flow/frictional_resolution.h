@@ -93,7 +93,9 @@ class FrictionalResolution {
   void SetLettersOrEndSlip(const TouchingContacts& contacts);
   void ChooseLetters(const TouchingContacts& contacts);
   bool OnlyBegins(ConstraintSet begins) const;
+  void ObstructTurning(ConstraintSet still);
   void ReleasePulling();
+  std::map<int, double> SpeedsOf(const std::map<int, Eigen::Vector2d>& directions) const;
   void BeginSlips(const std::map<int, Eigen::Vector2d>& directions);
   void Rest(const std::map<int, Eigen::Vector2d>& onsets);
 
