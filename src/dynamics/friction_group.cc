@@ -13,6 +13,7 @@
 #include "equal_springs.h"
 #include "only_solution.h"
 #include "slip_directions.h"
+#include "turning_onset.h"
 
 namespace contact_flow {
 namespace {
@@ -96,8 +97,8 @@ bool Covers(const FrictionProblem& problem, const FrictionSolution& word,
   return true;
 }
 
-/// The word in which all that may stick does, where it does so with room.
-std::optional<FrictionSolution> SticksWithRoom(const FrictionProblem& problem, double scale) {
+/// The word in which all that may stick does, where that decides the motion.
+std::optional<FrictionSolution> AllStick(const FrictionProblem& problem, double scale) {
   FrictionSolution word;
   for (const FrictionContact& contact : problem.contacts) {
     const std::vector<Letter> letters = Alphabet(contact);
@@ -106,7 +107,6 @@ std::optional<FrictionSolution> SticksWithRoom(const FrictionProblem& problem, d
   }
   if (!SolveWord(problem, &word) || word.many) return std::nullopt;
   word.margin = Margin(problem, word, scale);
-  if (!(word.margin > kRoom)) return std::nullopt;
   return word;
 }
 
@@ -131,15 +131,26 @@ class Group {
       return solutions_.empty() ? Missed() : solutions_;
     }
     std::vector<FrictionSolution> apart;
-    std::optional<FrictionSolution> stuck = SticksWithRoom(problem_, scale_);
-    stuck_ = stuck.has_value();
+    std::optional<FrictionSolution> stuck = AllStick(problem_, scale_);
+    stuck_ = stuck && stuck->margin > kRoom;  // with room
+    std::optional<FrictionSolution> turning;
+    if (stuck && !stuck_ && stuck->margin >= -border_) {
+      turning = FindTurningOnset(problem_, *stuck, border_);
+      if (turning) turning->margin = Margin(problem_, *turning, scale_);
+    }
     if (problem_.contacts.size() <= kMaxDependentContacts) {
       Search(true);
       Join();
       apart = Uncovered();
+      const bool known = std::any_of(apart.begin(), apart.end(), [&](const auto& one) {
+        return turning && one.letters == turning->letters;
+      });
+      if (turning && !known) apart.push_back(*turning);
       if (Decided(apart)) return apart;
     } else if (stuck_ && stuck->margin > room_) {
       return {std::move(*stuck)};
+    } else if (turning) {
+      return {std::move(*stuck), std::move(*turning)};
     }
     std::optional<FrictionSolution> springs = SolveEqualSprings(problem_);
     if (!springs) return apart;
@@ -246,12 +257,30 @@ class Group {
   /// there, which are not looked for: then it counts as one of springs.
   FrictionSolution WithoutSprings(FrictionSolution springs) const {
     if (implied_.Any()) springs.letters = implied_.Stuck(springs.letters);
+    StickUnmoved(&springs);
     FrictionSolution word = springs;
     const bool decides = SolveWord(problem_, &word) && !word.many;
     FrictionSolution& found = decides && Decided({springs, word}) ? word : springs;
     found.margin = Margin(problem_, found, scale_);
     found.springs = &found == &springs || !(found.margin > room_);
     return std::move(found);
+  }
+
+  /// Springs creep where the share of a contact reaches its cone although the bodies hold it: a
+  /// corner of an edge that sticks. What does not begin to slip sticks where a share exists.
+  void StickUnmoved(FrictionSolution* springs) const {
+    FrictionSolution word = *springs;
+    for (std::size_t i = 0; i < word.letters.size(); ++i) {
+      const FrictionContact& contact = problem_.contacts[i];
+      const bool begins = Slips(word.letters[i]) && contact.dimension > 0 && !contact.slips;
+      if (!begins || !(contact.coefficient > 0)) continue;
+      const auto slip = word.result.segment(problem_.Row(i) + 1, contact.dimension);
+      if (slip.norm() <= kSameMotion * scale_) word.letters[i] = Letter::kStick;
+    }
+    if (word.letters == springs->letters) return;
+    FrictionSolution stuck = word;
+    if (!SolveWord(problem_, &stuck) || !Decided({*springs, stuck})) return;
+    if (Margin(problem_, stuck, scale_) >= -border_) springs->letters = std::move(word.letters);
   }
 
   /// Takes what fits. Whether it is the only one.

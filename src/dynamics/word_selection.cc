@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/dynamics/word_selection.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 
 #include "dependent_rows.h"
 #include "frame_words.h"
+#include "turning_onset.h"
 #include "word_ahead.h"
 #include "word_trend.h"
 
@@ -66,6 +66,21 @@ class Words {
 
   ContactMode Find(double border, WordConventions* by) {
     const std::vector<FrictionSolution> all = SolveFriction(frame_.problem(), border);
+    const ContactMode found = FindAmong(all, border, by);
+    for (const FrictionSolution& word : all) {
+      if (!word.turns || ModeOf(word) != found) continue;
+      if (by == nullptr) {
+        Refuse(FrictionRefusal::Kind::kSlipFromRestInSpace,
+               "some begin to slip in several directions, as their body turns");
+      }
+      by->turns = true;
+    }
+    return found;
+  }
+
+ private:
+  ContactMode FindAmong(const std::vector<FrictionSolution>& all, double border,
+                        WordConventions* by) {
     if (all.empty()) {
       Refuse(FrictionRefusal::Kind::kInconsistent, Dependent() && !AllSlip()
                                                        ? "no word was found whose forces fit"
@@ -135,7 +150,6 @@ class Words {
                TellWords(system_, frame_, all, varying));
   }
 
- private:
   InverseInertia Inertia() const {
     return InverseInertia(system_, x_.head(nq_), x_.tail(d_), dynamics_.u(), ContactMode());
   }
@@ -234,7 +248,7 @@ class Words {
   double Nearly(int constraint) const { return kStrict * scale_ + 2 * SlackOf(constraint); }
 
   /// What has to stay positive at the contacts of `varying`, where the motion of `mode` is at x.
-  std::vector<Slack> Slacks(const Vector& x, ContactMode mode, ConstraintSet varying) {
+  std::vector<Slack> Slacks(const Vector& x, ContactMode mode, ConstraintSet varying, bool turns) {
     dynamics_.Evaluate(x, mode);
     const Vector& force = dynamics_.force();
     system_.Constraints(x.head(nq_), x.tail(d_), &terms_);
@@ -266,6 +280,9 @@ class Words {
       const bool begins = !contact.slips && contact.dimension == 1 && letter != Letter::kStick;
       if (begins) {
         slacks.push_back({i, (letter == Letter::kBackward ? -1 : 1) * rate(tangential), false});
+      } else if (turns && !contact.slips && contact.dimension == 2 && letter == Letter::kSlip) {
+        const Vector slip = terms_.jacobian.middleRows<2>(tangential) * x.tail(d_);
+        slacks.push_back({i, slip.normalized().dot(rate.segment<2>(tangential)), false});
       }
     }
     return slacks;
@@ -274,35 +291,9 @@ class Words {
   /// x, with a slip too small to matter where one begins in space: then it has the
   /// direction of the word.
   Vector Begun(const FrictionSolution& word) const {
-    const FrictionProblem& problem = frame_.problem();
-    std::vector<int> rows;
-    std::vector<double> rates;
-    bool begun = false;
-    for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
-      if (word.letters[k] == Letter::kOpen) continue;
-      const int row = problem.Row(k), dimension = problem.contacts[k].dimension;
-      rows.push_back(row);
-      rates.push_back(0);
-      const bool begins = word.letters[k] == Letter::kSlip && dimension == 2 &&
-                          touching_.still.Contains(frame_.constraints()[k]);
-      begun = begun || begins;
-      if (word.letters[k] != Letter::kStick && !begins) continue;
-      for (int j = 0; j < dimension; ++j) {
-        rows.push_back(row + 1 + j);
-        rates.push_back(begins ? kBegun * word.directions[k](j) : 0);
-      }
-    }
-    if (!begun) return x_;
-    const auto m = static_cast<Eigen::Index>(rows.size());
-    Matrix G(m, m), reach(d_, m);
-    for (Eigen::Index r = 0; r < m; ++r) {
-      reach.col(r) = frame_.reach().col(rows[static_cast<std::size_t>(r)]);
-      for (Eigen::Index c = 0; c < m; ++c) {
-        G(r, c) = problem.G(rows[static_cast<std::size_t>(r)], rows[static_cast<std::size_t>(c)]);
-      }
-    }
+    const Vector begun = BegunMotion(frame_, word, kBegun);
     Vector x = x_;
-    x.tail(d_) += reach * G.completeOrthogonalDecomposition().solve(Vector::Map(rates.data(), m));
+    if (begun.size() > 0) x.tail(d_) += begun;
     return x;
   }
 
@@ -313,12 +304,13 @@ class Words {
     const Vector x = Begun(word);
     Trend trend;
     trend.accelerations.resize(d_, 2);
-    const std::vector<Slack> now = Slacks(x, mode, varying);
+    const std::vector<Slack> now = Slacks(x, mode, varying, word.turns);
     trend.accelerations.col(0) = dynamics_.acceleration();
     const Vector field = dynamics_.Field(x, mode).head(2 * d_);
     const double step =
         kAhead * (1 + x_.cwiseAbs().maxCoeff()) / (1e-300 + field.cwiseAbs().maxCoeff());
-    const std::vector<Slack> later = Slacks(system_.Perturb(x, step * field), mode, varying);
+    const std::vector<Slack> later =
+        Slacks(system_.Perturb(x, step * field), mode, varying, word.turns);
     trend.accelerations.col(1) = dynamics_.acceleration();
     for (std::size_t k = 0; k < now.size(); ++k) {
       if (!nearly(now[k])) continue;

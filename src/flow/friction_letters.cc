@@ -9,6 +9,7 @@
 #include "frictional_resolution.h"
 #include "slip_onset.h"
 #include "src/dynamics/implied_contacts.h"
+#include "src/dynamics/turning_onset.h"
 
 namespace contact_flow {
 namespace {
@@ -180,6 +181,7 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
   if (by.springs) NoteSprings(contacts.still | contacts.slipping, "forces");
   if (by.ahead) NoteLookAhead(contacts.still | contacts.slipping);
   if (by.smallest) NoteSeveralMotions(by.motions);
+  if (by.turns) ObstructTurning(contacts.still);
   // The slip of a rise that is made rest ends with it, whatever begins then.
   resting_ = cluster.mode_after;
   for (int i : ended_& cluster.mode_after.SlippingInPlane()) resting_.Set(i, Letter::kStick);
@@ -205,6 +207,17 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
   if (by.springs) ReleasePulling();
 }
 
+/// The motion is that of the laws; its derivatives are not known.
+void FrictionalResolution::ObstructTurning(ConstraintSet still) {
+  Transition& cluster = result_.transition;
+  const ConstraintSet begins = BeginInSpace(system_, still, cluster.mode_after);
+  if (!cluster.obstacle.ok()) return;
+  cluster.obstacle = {Outcome::kNotPiecewiseLinear,
+                      "contacts " + begins.ToString(system_.description().constraints) +
+                          " of one body begin to slip in several directions, as it turns: "
+                          "derivatives across that are not offered"};
+}
+
 /// By springs, whose slips begin in directions that rigid bodies may not have: what would pull as
 /// its slip begins, and rises when it is let go, has let go.
 void FrictionalResolution::ReleasePulling() {
@@ -228,6 +241,36 @@ void FrictionalResolution::ReleasePulling() {
   }
 }
 
+/// What slips that begin have for speeds as their bodies move: the slowest 1, if the fastest is not
+/// much faster.
+std::map<int, double> FrictionalResolution::SpeedsOf(
+    const std::map<int, Eigen::Vector2d>& directions) const {
+  const Vector& x = result_.transition.x_plus;
+  const ContactMode mode = result_.transition.mode_after;
+  const InverseInertia inertia(system_, x.head(nq_), x.tail(d_));
+  FrictionFrame frame(system_, inertia, mode.Members() - system_.compliant());
+  FrictionSolution word;
+  for (std::size_t k = 0; k < frame.constraints().size(); ++k) {
+    const int i = frame.constraints()[k];
+    const auto begins = directions.find(i);
+    word.letters.push_back(mode.LetterOf(i));
+    word.directions.push_back(begins != directions.end() ? begins->second : Eigen::Vector2d::Zero());
+    frame.problem().contacts[k].slips =
+        begins == directions.end() && mode.LetterOf(i) != Letter::kStick;
+  }
+  const Vector relative = OnsetSpeeds(frame.problem(), word);
+  std::map<int, double> speeds;
+  double slowest = 1;
+  for (std::size_t k = 0; k < frame.constraints().size(); ++k) {
+    if (directions.count(frame.constraints()[k]) == 0) continue;
+    const double speed = relative(static_cast<Eigen::Index>(k));
+    speeds[frame.constraints()[k]] = speed;
+    slowest = std::min(slowest, std::max(speed, kSlowest));
+  }
+  for (auto& [i, speed] : speeds) speed /= slowest;
+  return speeds;
+}
+
 /// Slips in space begin in these directions with speeds that count as none: those of a face in the
 /// ratios of their accelerations, as they depend on each other.
 void FrictionalResolution::BeginSlips(const std::map<int, Eigen::Vector2d>& directions) {
@@ -235,7 +278,8 @@ void FrictionalResolution::BeginSlips(const std::map<int, Eigen::Vector2d>& dire
   const double size = kOnset * std::max(rules_.absolute_tolerance,
                                         kRounding * cluster.x_plus.tail(d_).cwiseAbs().maxCoeff());
   std::map<int, Eigen::Vector2d> onsets;
-  for (const auto& [i, direction] : directions) onsets[i] = size * direction;
+  const std::map<int, double> speeds = SpeedsOf(directions);
+  for (const auto& [i, direction] : directions) onsets[i] = size * speeds.at(i) * direction;
   Rest(onsets);
   dynamics_.Evaluate(cluster.x_plus, cluster.mode_after);
   const Vector gained = terms_.jacobian * dynamics_.acceleration() + terms_.bias;
@@ -251,7 +295,7 @@ void FrictionalResolution::BeginSlips(const std::map<int, Eigen::Vector2d>& dire
   face = face && slowest > kSlowest * fastest;
   for (auto& [i, onset] : onsets) {
     onset = face ? gained.segment<2>(system_.friction()[i].row) * (least / slowest)
-                 : Eigen::Vector2d(least * directions.at(i));
+                 : Eigen::Vector2d(least * speeds.at(i) * directions.at(i));
   }
   Rest(onsets);
 }

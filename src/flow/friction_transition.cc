@@ -159,8 +159,9 @@ void FrictionalResolution::Note(int guard, double slope) {
   const bool member = cluster.mode_before.Contains(i);
   if (guards_.IsNormal(guard) && !member) {
     // The same event at the same time: it opens too slowly to be taken for a touch without speed.
-    const double slow =
-        rules_.stalled ? 0 : std::min(rules_.speed_tolerance, 1e3 * rules_.absolute_tolerance);
+    const double slow = rules_.stalled || all_hit_ ? 0
+                                                   : std::min(rules_.speed_tolerance,
+                                                              1e3 * rules_.absolute_tolerance);
     const double still = std::max(Rounding(i, cluster.x_minus.tail(d_)), slow);
     if (slope < -still) {
       cluster.activated.Insert(i);
@@ -196,15 +197,26 @@ void FrictionalResolution::Obstruct(int i, const char* what, double slope, const
 
 ResolvedTransition ResolveFriction(ContactDynamics* dynamics, double t, const Vector& x,
                                    ContactMode mode, int trigger, const TransitionRules& rules) {
-  FrictionalResolution resolution(dynamics, t, x, mode, rules);
-  const Status status = Guarded(t, [&] {
-    resolution.Collect(trigger);
-    resolution.Decide();
-  });
-  ResolvedTransition result = resolution.Take();
-  result.status = status;
-  result.transition.released = mode - result.transition.mode_after;
-  return result;
+  const auto resolve = [&](bool all_hit) {
+    FrictionalResolution resolution(dynamics, t, x, mode, rules);
+    if (all_hit) resolution.LetAllHit();
+    const Status status = Guarded(t, [&] {
+      resolution.Collect(trigger);
+      resolution.Decide();
+    });
+    ResolvedTransition result = resolution.Take();
+    result.status = status;
+    result.transition.released = mode - result.transition.mode_after;
+    return result;
+  };
+  ResolvedTransition result = resolve(false);
+  // A slip that is as slow as the touch has a direction for which no forces may exist, and ends by
+  // its impact.
+  const bool none = result.status.outcome == Outcome::kPainleveInconsistent ||
+                    result.status.outcome == Outcome::kIndeterminateForces;
+  if (!none || (result.transition.grazed - mode).Empty()) return result;
+  ResolvedTransition hit = resolve(true);
+  return hit.status.ok() ? hit : result;
 }
 
 ResolvedTransition ResolveFrictionalInput(ContactDynamics* dynamics, double t, const Vector& x,

@@ -37,6 +37,8 @@ class FrictionalResolution {
     rate_ = terms_.jacobian * x.tail(d_);
   }
 
+  /// No touch is too slow for an impact of its own.
+  void LetAllHit() { all_hit_ = true; }
   /// The guards that vanish together with the trigger.
   void Collect(int trigger);
   void Decide();
@@ -93,7 +95,9 @@ class FrictionalResolution {
   void SetLettersOrEndSlip(const TouchingContacts& contacts);
   void ChooseLetters(const TouchingContacts& contacts);
   bool OnlyBegins(ConstraintSet begins) const;
+  void ObstructTurning(ConstraintSet still);
   void ReleasePulling();
+  std::map<int, double> SpeedsOf(const std::map<int, Eigen::Vector2d>& directions) const;
   void BeginSlips(const std::map<int, Eigen::Vector2d>& directions);
   void Rest(const std::map<int, Eigen::Vector2d>& onsets);
 
@@ -109,6 +113,7 @@ class FrictionalResolution {
   ConstraintSet grazed_;     // touched without speed
   ConstraintSet ended_;      // whose slip ends with a rise that is made rest
   ContactMode resting_;      // what is made rest: the mode after, with these sticking
+  bool all_hit_ = false;     // no touch counts as one without speed
   double fastest_rise_ = 0;  // that is made rest after an impact [m/s]
   ResolvedTransition result_;
 };

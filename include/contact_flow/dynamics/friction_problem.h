@@ -49,6 +49,8 @@ struct FrictionSolution {
   bool many = false;
   /// or the one of equal springs, infinitely stiff, under all contacts: y = (G + ε I) λ + b, ε → 0;
   bool springs = false;  ///< or theirs on a border, where other words were not looked for.
+  /// Contacts of one body begin to slip in several directions, from the last share of their forces.
+  bool turns = false;
 };
 
 /// All solutions, by trying every word: the letters {o, s, +, −} of a contact in the plane, {o, s,

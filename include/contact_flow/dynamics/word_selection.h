@@ -76,6 +76,7 @@ struct TouchingContacts {
 /// What decided a word beside the laws: a convention, that is to be told.
 struct WordConventions {
   bool springs = false;  ///< how forces are shared decides: as equal springs would
+  bool turns = false;    ///< slips of one body begin in several directions
   /// Several motions fit, none of which is known to go on: the only one that fits a little later.
   bool ahead = false;
   /// Several motions go on, or several impulses end an impact: that of the letters until now, else
