@@ -52,6 +52,7 @@
 #include "contact_flow/model/model_registry.h"
 #include "contact_flow/model/model_system.h"
 #include "contact_flow/model/parameter_values.h"
+#include "contact_flow/model/row_layout.h"
 #include "contact_flow/nearest_name.h"
 #include "contact_flow/piecewise_linear/controllability.h"
 #include "contact_flow/piecewise_linear/covariance.h"

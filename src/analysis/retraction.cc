@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/model/row_layout.h"
 #include "contact_flow/piecewise_linear/section.h"
 
 namespace contact_flow {
@@ -13,16 +14,6 @@ namespace {
 
 constexpr int kMaxRetractions = 20;
 constexpr double kRetracted = 1e-15;  // [m]
-
-/// The tangential rows of what sticks.
-std::vector<int> StickingRows(const MechanicalSystem& system, ContactMode mode) {
-  std::vector<int> rows;
-  for (int i : mode.Sticking()) {
-    const Friction& friction = system.friction()[i];
-    for (int k = 0; k < friction.dimension; ++k) rows.push_back(friction.row + k);
-  }
-  return rows;
-}
 
 Matrix SelectedRows(const Matrix& all, const std::vector<int>& rows) {
   Matrix some(static_cast<Eigen::Index>(rows.size()), all.cols());
@@ -50,7 +41,8 @@ Matrix HeldRows(const MechanicalSystem& system, const VectorRef& x, ContactMode 
                 ConstraintSet touching, const Variables& variables) {
   const int d = system.dof(), nq = system.num_positions(), size = 2 * d + variables.Size(system);
   const int parameters = static_cast<int>(variables.parameters.size());
-  const std::vector<int> slips = StickingRows(system, mode);
+  std::vector<int> slips;
+  RowLayout(system).AddTangential(mode.Sticking(), &slips);
   const ConstraintSet gaps = touching - mode;
   Matrix rows = Matrix::Zero(static_cast<Eigen::Index>(slips.size()) + gaps.Size(), size);
   if (rows.rows() == 0) return rows;
@@ -95,11 +87,10 @@ Matrix AdmissibleBasis(const MechanicalSystem& system, const VectorRef& x, Conta
 
 void Retract(const MechanicalSystem& system, ContactMode mode, Vector* x, ConstraintSet touching) {
   const int d = system.dof(), nq = system.num_positions();
-  std::vector<int> closed;
-  for (int i : mode - system.compliant()) closed.push_back(i);
-  for (int i = 0; i < system.num_bilateral(); ++i) closed.push_back(system.num_constraints() + i);
+  const RowLayout layout(system);
+  std::vector<int> closed = layout.Closed(mode - system.compliant());
   std::vector<int> still = closed;
-  for (int i : StickingRows(system, mode)) still.push_back(i);
+  layout.AddTangential(mode.Sticking(), &still);
   for (int i : touching - mode) closed.push_back(i);
   if (closed.empty()) return;
   Vector moved = *x;

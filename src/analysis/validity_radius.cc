@@ -8,6 +8,7 @@
 
 #include "contact_flow/budget.h"
 #include "contact_flow/model/driven.h"
+#include "contact_flow/model/row_layout.h"
 #include "friction_validity.h"
 #include "src/dynamics/mode_selection.h"
 #include "validity_margins.h"
@@ -250,10 +251,11 @@ void ValidityEstimator::CheckImpact(std::size_t k, const Vector& w, const Vector
     rates += by_parameter.constraint * change;
   }
   // M (v⁺ − v⁻) = Daᵀ p of those that are hit and the bilateral ones, to first order.
-  std::vector<int> hit;
-  for (int i = 0; i < n + system_.num_bilateral(); ++i) {
-    if (i >= n || impulse(i) > 0) hit.push_back(i);
+  ConstraintSet pushed;
+  for (int i = 0; i < n; ++i) {
+    if (impulse(i) > 0) pushed.Insert(i);
   }
+  const std::vector<int> hit = RowLayout(system_).Closed(pushed);
   Matrix reach(d, hit.size());
   for (std::size_t c = 0; c < hit.size(); ++c) {
     reach.col(static_cast<Eigen::Index>(c)) = terms.jacobian.row(hit[c]).transpose();

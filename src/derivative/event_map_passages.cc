@@ -14,8 +14,9 @@
 #include "contact_flow/budget.h"
 #include "contact_flow/derivative/event_map.h"
 #include "contact_flow/dynamics/impact.h"
+#include "contact_flow/model/row_layout.h"
 #include "src/dynamics/mode_selection.h"
-#include "src/dynamics/sticking.h"
+#include "src/dynamics/plastic_impact.h"
 
 namespace contact_flow {
 namespace {
@@ -36,7 +37,7 @@ ImpactResult MadeRest(const MechanicalSystem& system, const VectorRef& q,
     rests = rests && std::abs(geometry.Rate(j, impact.v_plus)) <= known * geometry.mobility()(j);
   }
   if (rests) return impact;
-  const ImpactResult rest = Stick(system, q, impact.v_plus, held);
+  const ImpactResult rest = PlasticImpact(system, q, impact.v_plus, held);
   impact.v_plus = rest.v_plus;
   impact.impulse += rest.impulse;
   return impact;
@@ -257,7 +258,7 @@ void EventMap::FindDisturbed(ConstraintSet S, ConstraintSet closed, int i,
   for (int j : closed) kept.row(row++) = before.rates.Row(j);
   kept.middleRows(row, l) = bilateral_;
   for (int j = 0; j < l; ++j) {
-    kept.row(row + l + j) = before.rates.Row(system_->num_constraints() + j);
+    kept.row(row + l + j) = before.rates.Row(RowLayout(*system_).OfBilateral(j));
   }
   const Eigen::CompleteOrthogonalDecomposition<Matrix> normals(kept.transpose());
   for (int j : quiet) {

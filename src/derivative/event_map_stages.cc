@@ -7,6 +7,7 @@
 #include "cluster_geometry.h"
 #include "contact_flow/derivative/event_map.h"
 #include "contact_flow/model/driven.h"
+#include "contact_flow/model/row_layout.h"
 #include "frictional_event.h"
 
 namespace contact_flow {
@@ -72,21 +73,21 @@ void EventMap::AddGuards(const Vector& v_minus) {
   const int k = dynamics_->num_variables() + c;
   ConstraintTerms terms;
   system_->Constraints(q_, v_minus, &terms);
-  const int n = system_->num_constraints();
-  const int l = system_->num_bilateral();
+  const RowLayout rows(*system_);
+  const int n = rows.normal();
   guards_.setZero(n + c, 2 * d + k);
-  guards_.topLeftCorner(n, d) = terms.jacobian.topRows(n);
+  guards_.topLeftCorner(n, d) = rows.Normal(terms.jacobian);
   guards_.bottomRightCorner(c, c).setIdentity();
-  bilateral_.setZero(l, 2 * d + k);
-  bilateral_.leftCols(d) = terms.jacobian.middleRows(n, l);
+  bilateral_.setZero(rows.bilateral(), 2 * d + k);
+  bilateral_.leftCols(d) = rows.Bilateral(terms.jacobian);
   const std::vector<int>& parameters = dynamics_->variables().parameters;
   if (parameters.empty()) return;
   ParameterJacobian by_parameter;
   system_->DifferentiateImpactByParameters(q_, Vector::Zero(d), Vector::Zero(terms.jacobian.rows()),
                                            v_minus, parameters, &by_parameter);
   const auto p = static_cast<Eigen::Index>(parameters.size());
-  guards_.block(0, width() - p, n, p) = by_parameter.gap.topRows(n);
-  bilateral_.middleCols(width() - p, p) = by_parameter.gap.middleRows(n, l);
+  guards_.block(0, width() - p, n, p) = rows.Normal(by_parameter.gap);
+  bilateral_.middleCols(width() - p, p) = rows.Bilateral(by_parameter.gap);
 }
 
 void EventMap::MeasureRest(const Vector& v) {

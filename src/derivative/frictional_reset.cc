@@ -5,6 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "contact_flow/model/row_layout.h"
+
 namespace contact_flow {
 namespace {
 
@@ -70,7 +72,7 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
   const Vector v_minus = x_.tail(d_), q = x_.head(nq_);
   const Vector impulse = frame_.Spread(solution.force);
   const Matrix& A = inertia_.terms().jacobian;
-  const int n = system_.num_constraints();
+  const RowLayout rows(system_);
   const std::vector<int>& parameters = dynamics_.variables().parameters;
   const auto first_parameter = size_ - static_cast<Eigen::Index>(parameters.size());
 
@@ -118,7 +120,8 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
     unknowns.push_back(normal);
   }
   for (int i = 0; i < system_.num_bilateral(); ++i) {
-    unknowns.push_back({n + i, 0, A.row(n + i).transpose(), 0});
+    const int row = rows.OfBilateral(i);
+    unknowns.push_back({row, 0, A.row(row).transpose(), 0});
   }
 
   const auto m = static_cast<Eigen::Index>(unknowns.size());
@@ -173,7 +176,7 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
     auto by_parameter = rhs.row(d_ + k).tail(size_ - first_parameter);
     by_parameter = -parameter_after.constraint.row(u.row) -
                    u.restitution * parameter_before.constraint.row(u.row);
-    if (u.row >= n || persisting_.Contains(u.row)) continue;
+    if (!rows.IsNormal(u.row) || persisting_.Contains(u.row)) continue;
     const Eigen::RowVectorXd rise =
         -parameter_after.restitution.row(u.row) * A.row(u.row).dot(v_minus);
     // A plastic contact that is held comes to rest all the same: its bounces, of a speed of first

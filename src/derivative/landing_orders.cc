@@ -8,6 +8,7 @@
 
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
+#include "contact_flow/model/row_layout.h"
 #include "src/dynamics/implied_contacts.h"
 
 namespace contact_flow {
@@ -102,8 +103,7 @@ Vector Beside(const MechanicalSystem& system, const Transition& transition, cons
   for (int i : transition.mode_before) {
     kept.push_back(i);
     if (transition.mode_before.LetterOf(i) != Letter::kStick) continue;
-    const Friction& friction = system.friction()[i];
-    for (int k = 0; k < friction.dimension; ++k) kept.push_back(friction.row + k);
+    RowLayout(system).AddTangential(i, &kept);
   }
   Matrix A(static_cast<Eigen::Index>(kept.size()), d);
   for (std::size_t r = 0; r < kept.size(); ++r) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "contact_flow/model/row_layout.h"
+
 namespace contact_flow {
 namespace {
 
@@ -23,14 +25,12 @@ StartDirections::StartDirections(const MechanicalSystem& system, const VectorRef
       mode_(mode.ToString(system.description().constraints)),
       names_(system.description().constraints) {
   const int d = system.dof(), nq = system.num_positions(), n = system.num_constraints();
-  std::vector<int> gaps;
-  for (int i : mode - system.compliant()) gaps.push_back(i);
-  for (int i = 0; i < system.num_bilateral(); ++i) gaps.push_back(n + i);
+  const RowLayout layout(system);
+  const std::vector<int> gaps = layout.Closed(mode - system.compliant());
   std::vector<int> rates = gaps;
   for (int i = 0; i < n && system.HasFriction(); ++i) {
-    const Friction& friction = system.friction()[i];
-    if (!mode.Contains(i) || !std::isinf(friction.coefficient)) continue;
-    for (int row = 0; row < friction.dimension; ++row) rates.push_back(friction.row + row);
+    if (!mode.Contains(i) || !std::isinf(system.friction()[i].coefficient)) continue;
+    layout.AddTangential(i, &rates);
   }
   if (gaps.empty()) rates.clear();
   rows_ = Matrix::Zero(static_cast<Eigen::Index>(gaps.size() + rates.size()),

@@ -8,6 +8,7 @@
 
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/fixed_size.h"
+#include "contact_flow/model/row_layout.h"
 #include "row_solve.h"
 #include "solve_columns.h"
 
@@ -79,10 +80,7 @@ void ContactDynamics::SetMode(ContactMode mode) {
   at_->mode = mode;
   at_->known = false;
   at_->active.clear();
-  for (int i : mode - system_.compliant()) at_->active.push_back(i);
-  for (int i = 0; i < system_.num_bilateral(); ++i) {
-    at_->active.push_back(system_.num_constraints() + i);
-  }
+  RowLayout(system_).AddClosed(mode - system_.compliant(), &at_->active);
   at_->sliding.clear();
   at_->turning = false;
   at_->dependent = false;

@@ -5,6 +5,7 @@
 
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/model/driven.h"
+#include "contact_flow/model/row_layout.h"
 
 namespace contact_flow {
 namespace {
@@ -54,7 +55,7 @@ FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const Vec
   impact.springs = found.springs;
   impact.result.v_plus = frame.VelocityAfter(inertia, v_minus, &found);
   impact.result.impulse = frame.Spread(found.force);
-  impact.result.impulse.segment(system.num_constraints(), system.num_bilateral()) =
+  RowLayout(system).Bilateral(impact.result.impulse) =
       inertia.BilateralForce(Matrix(frame.rows().transpose() * found.force)).col(0);
   for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
     if (found.letters[k] == Letter::kOpen) continue;

@@ -12,6 +12,7 @@
 #include "contact_flow/dynamics/complementarity.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
+#include "contact_flow/model/row_layout.h"
 
 namespace contact_flow {
 namespace {
@@ -135,7 +136,7 @@ ImpactResult SolveImpact(const MechanicalSystem& system, const InverseInertia& i
     ++row;
   }
   if (many || system.num_bilateral() == 0) return result;
-  result.impulse.segment(system.num_constraints(), system.num_bilateral()) =
+  RowLayout(system).Bilateral(result.impulse) =
       inertia.BilateralForce(Matrix(A.transpose() * p)).col(0);
   return result;
 }
@@ -146,9 +147,7 @@ Matrix ImpactJacobian(const MechanicalSystem& system, const InverseInertia& iner
   const int d = system.dof(), n = system.num_constraints();
   const int tangents = 2 * d + variables.Size(system);
   const auto parameters = static_cast<Eigen::Index>(variables.parameters.size());
-  std::vector<int> rows;
-  for (int i : hit) rows.push_back(i);
-  for (int i = 0; i < system.num_bilateral(); ++i) rows.push_back(n + i);
+  const std::vector<int> rows = RowLayout(system).Closed(hit);
   const auto count = static_cast<Eigen::Index>(rows.size());
   const auto restitution = [&](int i) {
     return i >= n || persisting.Contains(i) ? 0 : system.restitution()(i);

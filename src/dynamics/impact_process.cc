@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "contact_flow/model/driven.h"
+#include "contact_flow/model/row_layout.h"
 
 namespace contact_flow {
 namespace {
@@ -190,7 +191,7 @@ std::optional<FrictionalImpact> FollowImpact(const MechanicalSystem& system, con
   const Vector& p = process.impulse();
   impact.result.v_plus = v_minus + frame.reach() * p;
   impact.result.impulse = frame.Spread(p);
-  impact.result.impulse.segment(system.num_constraints(), system.num_bilateral()) =
+  RowLayout(system).Bilateral(impact.result.impulse) =
       inertia.BilateralForce(Matrix(frame.rows().transpose() * p)).col(0);
   impact.energy_change = 0.5 * p.dot(frame.rows() * (v_minus + impact.result.v_plus));
   impact.word = J;

@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "contact_flow/model/row_layout.h"
+
 namespace contact_flow {
 
 Matrix ImpulseJacobian(const MechanicalSystem& system, const InverseInertia& inertia,
@@ -18,9 +20,7 @@ Matrix ImpulseJacobian(const MechanicalSystem& system, const InverseInertia& ine
   system.DifferentiateImpact(q, result.v_plus - v_minus, result.impulse, result.v_plus, &residual);
   Matrix right = inertia.mass() * jump;
   right.leftCols(d) += residual.momentum_q;
-  std::vector<int> rows;
-  for (int i : hit) rows.push_back(i);
-  for (int i = 0; i < system.num_bilateral(); ++i) rows.push_back(n + i);
+  const std::vector<int> rows = RowLayout(system).Closed(hit);
   Matrix At(d, static_cast<Eigen::Index>(rows.size()));
   for (Eigen::Index k = 0; k < At.cols(); ++k) {
     At.col(k) = inertia.terms().jacobian.row(rows[static_cast<std::size_t>(k)]).transpose();

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "contact_flow/model/row_layout.h"
 #include "solve_columns.h"
 
 namespace contact_flow {
@@ -24,7 +25,7 @@ InverseInertia::InverseInertia(const MechanicalSystem& system, const VectorRef& 
   mass_factor_.Compute(mass_);
   regular_ = mass_factor_.regular();
   if (system.num_bilateral() == 0) return;
-  const auto B = terms_.jacobian.middleRows(n_, system.num_bilateral());
+  const auto B = RowLayout(system).Bilateral(terms_.jacobian);
   reach_ = mass_factor_.Solved(B.transpose());
   bilateral_factor_.compute(B * reach_);
   regular_ = regular_ && bilateral_factor_.info() == Eigen::Success;

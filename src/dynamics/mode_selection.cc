@@ -11,6 +11,7 @@
 
 #include "contact_flow/dynamics/complementarity.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
+#include "contact_flow/model/row_layout.h"
 #include "effort_modes.h"
 
 namespace contact_flow {
@@ -46,8 +47,8 @@ class ForceModes {
     for (int i : candidates) members_.push_back(i);
     const Matrix A = inertia.Rows(candidates);
     Vector free = inertia * applied;
-    if (const int l = system_.num_bilateral(); l > 0) {
-      free += inertia.Correction(bias.segment(system_.num_constraints(), l));
+    if (system_.num_bilateral() > 0) {
+      free += inertia.Correction(RowLayout(system_).Bilateral(bias));
     }
     G_ = A * (inertia * A.transpose());
     b_ = A * free;

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/model/row_layout.h"
 
 namespace contact_flow {
 
@@ -18,7 +19,7 @@ void ContactDynamics::AddFriction() {
     const Friction& friction = system_.friction()[i];
     const Letter letter = at_->mode.LetterOf(i);
     if (letter == Letter::kStick) {
-      for (int k = 0; k < friction.dimension; ++k) at_->active.push_back(friction.row + k);
+      RowLayout(system_).AddTangential(i, &at_->active);
     } else if (friction.dimension > 0 &&
                (friction.coefficient > 0 || !by_parameter.row(i).isZero(0))) {
       Sliding sliding{i, column, friction};

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contact_flow/model/driven.h"
+#include "contact_flow/model/row_layout.h"
 #include "impact_process.h"
 
 namespace contact_flow {
@@ -94,7 +95,7 @@ std::optional<FrictionalImpact> SolveTangentialImpact(const MechanicalSystem& sy
   }
   impact.result.v_plus = v_minus + frame.reach() * word->force;
   impact.result.impulse = frame.Spread(word->force);
-  impact.result.impulse.segment(system.num_constraints(), system.num_bilateral()) =
+  RowLayout(system).Bilateral(impact.result.impulse) =
       inertia.BilateralForce(Matrix(frame.rows().transpose() * word->force)).col(0);
   const Vector rates = frame.rows() * (v_minus + impact.result.v_plus);
   impact.energy_change = 0.5 * word->force.dot(rates);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "contact_flow/dynamics/word_selection.h"
+#include "contact_flow/model/row_layout.h"
 
 namespace contact_flow {
 namespace {
@@ -58,7 +59,7 @@ Vector FrictionFrame::VelocityAfter(const InverseInertia& inertia, const Vector&
   const HeldRows held = RowsOf(problem_, *solution, rows_);
   if (held.rows.empty() || !IsPoor(problem_.G, held.rows)) return v_plus;
   const Eigen::Index d = rows_.cols(), m = held.push.cols(), l = system_.num_bilateral();
-  const auto B = inertia.terms().jacobian.middleRows(system_.num_constraints(), l);
+  const auto B = RowLayout(system_).Bilateral(inertia.terms().jacobian);
   Matrix kkt = Matrix::Zero(d + m + l, d + m + l);
   kkt.topLeftCorner(d, d) = inertia.mass();
   kkt.block(0, d, d, m) = -held.push;

@@ -6,6 +6,7 @@
 
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/simulate.h"
+#include "contact_flow/model/row_layout.h"
 #include "slip_onset.h"
 #include "src/dynamics/mode_selection.h"
 
@@ -50,7 +51,7 @@ void RequireOnManifold(const MechanicalSystem& system, const VectorRef& x,
     }
   }
   for (int i = 0; i < system.num_bilateral(); ++i) {
-    const int row = system.num_constraints() + i;
+    const int row = RowLayout(system).OfBilateral(i);
     if (!(std::abs(terms.gap(row)) <= options.gap_tolerance)) {
       Refuse("bilateral constraint '" + names.bilateral[i] + "'", terms.gap(row),
              "0 (the initial state does not meet it)");

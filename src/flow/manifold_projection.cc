@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contact_flow/dynamics/inverse_inertia.h"
+#include "contact_flow/model/row_layout.h"
 
 namespace contact_flow {
 namespace {
@@ -21,19 +22,19 @@ bool HasStateManifold(const MechanicalSystem& system) {
 }
 
 bool ProjectState(const MechanicalSystem& system, Vector* x) {
-  const int d = system.dof(), nq = system.num_positions(), l = system.num_bilateral();
-  const int n = system.num_constraints();
+  const int d = system.dof(), nq = system.num_positions();
+  const RowLayout rows(system);
   system.space().Normalize(x->data());
-  if (l == 0) return x->allFinite();
+  if (rows.bilateral() == 0) return x->allFinite();
   double last = 0;
   for (int step = 0; step < kMaxProjections; ++step) {
     const InverseInertia inertia(system, x->head(nq), x->tail(d));
-    const Vector b = inertia.terms().gap.segment(n, l);
+    const Vector b = rows.Bilateral(inertia.terms().gap);
     const double error = b.cwiseAbs().maxCoeff();
     if (!(error < 1e3)) return false;
     const bool stalled = step > 1 && error >= 0.5 * last && error < 1e-11;
     if (error <= kClosed || stalled) {
-      x->tail(d) += inertia.Correction(inertia.terms().jacobian.middleRows(n, l) * x->tail(d));
+      x->tail(d) += inertia.Correction(rows.Bilateral(inertia.terms().jacobian) * x->tail(d));
       return x->allFinite();
     }
     x->head(nq) = system.space().Retract(x->head(nq), inertia.Correction(b));
@@ -43,18 +44,12 @@ bool ProjectState(const MechanicalSystem& system, Vector* x) {
 }
 
 bool ProjectContacts(const MechanicalSystem& system, ContactMode held, Vector* x) {
-  const int d = system.dof(), nq = system.num_positions(), n = system.num_constraints();
-  std::vector<int> rows;
-  for (int i : held - system.compliant()) rows.push_back(i);
-  for (int i = 0; i < system.num_bilateral(); ++i) rows.push_back(n + i);
+  const int d = system.dof(), nq = system.num_positions();
+  const RowLayout layout(system);
+  std::vector<int> rows = layout.Closed(held - system.compliant());
   if (rows.empty()) return true;
   const auto k = static_cast<Eigen::Index>(rows.size());
-  if (system.HasFriction()) {
-    for (int i : held.Sticking() - system.compliant()) {
-      const Friction& friction = system.friction()[i];
-      for (int row = 0; row < friction.dimension; ++row) rows.push_back(friction.row + row);
-    }
-  }
+  layout.AddTangential(held.Sticking() - system.compliant(), &rows);
   const auto all = static_cast<Eigen::Index>(rows.size());
   Vector y = *x;
   Matrix A(all, d), mass;

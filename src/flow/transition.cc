@@ -13,7 +13,7 @@
 #include "guarded.h"
 #include "resolution.h"
 #include "src/dynamics/mode_selection.h"
-#include "src/dynamics/sticking.h"
+#include "src/dynamics/plastic_impact.h"
 
 namespace contact_flow {
 namespace {
@@ -202,7 +202,7 @@ void Resolution::Hold(const Vector& v_plus, ConstraintSet hit, ConstraintSet hel
     }
   }
   if (!(residual > size)) return;
-  const ImpactResult rest = Stick(system_, transition().x_minus.head(nq_), v_plus, held);
+  const ImpactResult rest = PlasticImpact(system_, transition().x_minus.head(nq_), v_plus, held);
   if (rising >= 0) {
     dynamics_.Evaluate(transition().x_plus, transition().mode_after.Without(rising));
     const double back =

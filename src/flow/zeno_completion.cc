@@ -11,7 +11,7 @@
 #include "frictional_rest.h"
 #include "guarded.h"
 #include "src/dynamics/mode_selection.h"
-#include "src/dynamics/sticking.h"
+#include "src/dynamics/plastic_impact.h"
 
 namespace contact_flow {
 namespace {
@@ -90,8 +90,8 @@ bool Flow::CompleteZeno(ConstraintSet sticking) {
     last.mode_after = rest->mode;
   } else {
     ImpactResult impact;
-    const Status stuck =
-        Guarded(t_, [&] { impact = Stick(system_, x_.head(nq), last.x_minus.tail(d), sticking); });
+    const Status stuck = Guarded(
+        t_, [&] { impact = PlasticImpact(system_, x_.head(nq), last.x_minus.tail(d), sticking); });
     if (!stuck.ok()) return false;
     const double rest = KineticEnergy(inertia.mass(), impact.v_plus);
     // M-orthogonal to what sticks: |v|² − |v⁺|² seen from the surfaces, which may be driven.

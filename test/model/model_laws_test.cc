@@ -9,6 +9,7 @@
 
 #include "contact_flow/io/robot_file.h"
 #include "contact_flow/model/model_library.h"
+#include "contact_flow/model/row_layout.h"
 #include "test/model/robots.h"
 
 namespace contact_flow {
@@ -108,6 +109,23 @@ TEST_P(ModelLaws, DescriptionIsComplete) {
   EXPECT_EQ(system->num_inputs(), system->nominal().u.size());
   EXPECT_GT(system->nominal().duration, 0);
   for (const Parameter& parameter : names.parameters) EXPECT_FALSE(parameter.meaning.empty());
+}
+
+TEST_P(ModelLaws, RowsAreNormalThenBilateralThenTangential) {
+  const RowLayout rows(*system);
+  const ConstraintSet all = ConstraintSet::All(system->num_constraints());
+  std::vector<int> listed = rows.Closed(all), expected;
+  rows.AddTangential(all, &listed);
+  for (int row = 0; row < n; ++row) expected.push_back(row);
+  EXPECT_EQ(listed, expected) << "each row belongs to one constraint, and contacts come in order";
+  const ConstraintTerms terms = Terms(RandomState());
+  EXPECT_EQ(terms.gap.size(), n);
+  EXPECT_EQ(terms.jacobian.rows(), n);
+  EXPECT_TRUE(rows.Tangential(terms.gap).isZero(0)) << "a slip is no gap";
+  Matrix together(n, d);
+  together << rows.Normal(terms.jacobian), rows.Bilateral(terms.jacobian),
+      rows.Tangential(terms.jacobian);
+  EXPECT_EQ(together, terms.jacobian);
 }
 
 TEST_P(ModelLaws, MassMatrixIsSymmetricPositiveDefinite) {

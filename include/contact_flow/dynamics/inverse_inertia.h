@@ -17,8 +17,8 @@ namespace contact_flow {
 ///   P = M⁻¹ − M⁻¹ Bᵀ (B M⁻¹ Bᵀ)⁻¹ B M⁻¹ [d×d],       B = Db(q) [l×d];
 /// P = M⁻¹ where there are none. G = A P Aᵀ is the Delassus matrix of the contacts, so that
 /// orthogonality is judged inside the constraint manifold. Inertias that are not positive definite,
-/// and dependent bilateral constraints, give NaN, which SolveComplementarity, SolveImpact, Stick
-/// and SelectMode refuse.
+/// and dependent bilateral constraints, give NaN, which SolveComplementarity, SolveImpact,
+/// PlasticImpact and SelectMode refuse.
 class InverseInertia {
  public:
   InverseInertia(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v,

@@ -10,6 +10,7 @@
 #include "contact_flow/flow/corner_functions.h"
 #include "contact_flow/io/configuration.h"
 #include "contact_flow/io/samples.h"
+#include "contact_flow/model/row_layout.h"
 #include "geometry.h"
 #include "warnings.h"
 
@@ -188,13 +189,14 @@ void AddForces(const MechanicalSystem& system, const Trajectory& trajectory,
                ContactTrajectory* message) {
   if (!system.HasFriction()) return;
   message->tangential = TangentialNames(system);
-  const int n = system.num_constraints(), r = system.num_tangential();
+  const RowLayout rows(system);
   const auto nq = static_cast<std::size_t>(system.num_positions());
   const auto d = static_cast<std::size_t>(system.dof());
   Vector x(system.state_size());
   for (RowMajorMatrix* matrix : {&message->force, &message->tangential_force}) {
     matrix->rows = static_cast<std::uint32_t>(message->t.size());
-    matrix->cols = static_cast<std::uint32_t>(matrix == &message->force ? n : r);
+    matrix->cols =
+        static_cast<std::uint32_t>(matrix == &message->force ? rows.normal() : rows.tangential());
   }
   for (std::size_t k = 0; k < trajectory.arcs.size(); ++k) {
     const TrajectoryArc& arc = message->arcs[k];
@@ -205,9 +207,9 @@ void AddForces(const MechanicalSystem& system, const Trajectory& trajectory,
       std::copy_n(message->v.data.begin() + static_cast<std::ptrdiff_t>(i * d), d, x.data() + nq);
       dynamics.Evaluate(x, trajectory.arcs[k].mode);
       const Vector& force = dynamics.force();
-      for (int c = 0; c < n; ++c) message->force.data.push_back(force(c));
-      for (int c = 0; c < r; ++c) {
-        message->tangential_force.data.push_back(force(force.size() - r + c));
+      for (const double normal : rows.Normal(force)) message->force.data.push_back(normal);
+      for (const double tangential : rows.Tangential(force)) {
+        message->tangential_force.data.push_back(tangential);
       }
     }
   }

@@ -12,7 +12,7 @@ namespace contact_flow {
 ///   v⁺ = v⁻ + M⁻¹ Da_Jᵀ p,   p = −(Da_J M⁻¹ Da_Jᵀ)⁻¹ Da_J v⁻,
 /// after which Da_J v⁺ = 0; p is the shortest where rows of Da_J are dependent. It stands for
 /// infinitely many bounces in a vanishing time. Throws std::domain_error where v⁺ is not finite.
-ImpactResult Stick(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v_minus,
-                   ConstraintSet J);
+ImpactResult PlasticImpact(const MechanicalSystem& system, const VectorRef& q,
+                           const VectorRef& v_minus, ConstraintSet J);
 
 }  // namespace contact_flow

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "sticking.h"
+#include "plastic_impact.h"
 
 #include <Eigen/QR>
 #include <stdexcept>
 
 #include "contact_flow/dynamics/complementarity.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
+#include "contact_flow/model/row_layout.h"
 
 namespace contact_flow {
 
-ImpactResult Stick(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v_minus,
-                   ConstraintSet J) {
+ImpactResult PlasticImpact(const MechanicalSystem& system, const VectorRef& q,
+                           const VectorRef& v_minus, ConstraintSet J) {
   if (J.Empty()) return {v_minus, Vector::Zero(system.num_rows()), J};
   const InverseInertia inertia(system, q, v_minus);
   const Matrix A = inertia.Rows(J);
@@ -33,7 +34,7 @@ ImpactResult Stick(const MechanicalSystem& system, const VectorRef& q, const Vec
   result.hit = J;
   int row = 0;
   for (int i : J) result.impulse(i) = p(row++);
-  result.impulse.segment(system.num_constraints(), system.num_bilateral()) =
+  RowLayout(system).Bilateral(result.impulse) =
       inertia.BilateralForce(Matrix(A.transpose() * p)).col(0);
   return result;
 }
