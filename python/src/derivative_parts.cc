@@ -172,12 +172,19 @@ void BindRadius(py::module_* module) {
           },
           "The name of that whose event it is; None: a whole event.")
       .def_property_readonly(
+          "effort",
+          [](const NamedRadius& r) -> py::object {
+            if (r.value.effort.empty()) return py::none();
+            return py::str(r.value.effort);
+          },
+          "The name of that which reaches its limit, or None.")
+      .def_property_readonly(
           "t", [](const NamedRadius& r) { return r.value.t; }, "Of the unperturbed run [s].")
       .def("__float__", [](const NamedRadius& r) { return r.value.radius; })
       .def(py::pickle(
           [](const NamedRadius& r) {
             return py::make_tuple(r.value.radius, static_cast<int>(r.value.limit),
-                                  r.value.constraint, r.value.t, r.constraint);
+                                  r.value.constraint, r.value.t, r.constraint, r.value.effort);
           },
           [](const py::tuple& t) {
             NamedRadius r;
@@ -186,6 +193,7 @@ void BindRadius(py::module_* module) {
             r.value.constraint = t[2].cast<int>();
             r.value.t = t[3].cast<double>();
             r.constraint = t[4].cast<std::string>();
+            r.value.effort = t[5].cast<std::string>();
             return r;
           }))
       .def("__repr__", [limit](const NamedRadius& r) {

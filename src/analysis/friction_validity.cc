@@ -42,7 +42,10 @@ bool Moves(const WatchedGuards::Values& at, Eigen::Index guard) {
 
 FrictionValidity::FrictionValidity(const MechanicalSystem& system, const Trajectory& trajectory,
                                    const BDerivative& derivative)
-    : system_(system), trajectory_(trajectory), derivative_(derivative) {
+    : system_(system),
+      trajectory_(trajectory),
+      derivative_(derivative),
+      efforts_(system, trajectory, derivative) {
   arcs_.resize(trajectory.arcs.size());
   for (std::size_t k = 0; k < arcs_.size(); ++k) {
     AskBudget();
@@ -300,11 +303,13 @@ ValidityRadius FrictionValidity::operator()(const VectorRef& direction) const {
     consider(of.begins, latest);
     CheckGrowing(k, w, latest, &smallest);
     consider(of.dips, 0);
+    efforts_.ConsiderArc(k, w, latest, &smallest);
     w = derivative_.arcs[k] * w;
     const bool last = k + 1 == arcs_.size();
     if (!last && of.absorbed) continue;  // with that before
     const Instants instants = last ? Instants{} : InstantsOf(k, w);
     consider(of.ends, instants.first);
+    efforts_.ConsiderEnd(k, w, instants.first, &smallest);
     if (last) break;
     CheckCrossings(k, w, &smallest);
     const Transition& transition = trajectory_.transitions[k];

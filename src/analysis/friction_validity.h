@@ -8,6 +8,7 @@
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/trajectory.h"
+#include "effort_watches.h"
 #include "watched_guards.h"
 
 namespace contact_flow {
@@ -67,6 +68,7 @@ class FrictionValidity {
   const Trajectory& trajectory_;
   const BDerivative& derivative_;
   std::vector<Watched> arcs_;
+  EffortWatches efforts_;
 };
 
 }  // namespace contact_flow

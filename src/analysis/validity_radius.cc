@@ -9,6 +9,7 @@
 #include "contact_flow/budget.h"
 #include "contact_flow/model/driven.h"
 #include "contact_flow/model/row_layout.h"
+#include "effort_watches.h"
 #include "friction_validity.h"
 #include "src/dynamics/mode_selection.h"
 #include "validity_margins.h"
@@ -74,6 +75,8 @@ const char* LimitName(Limit limit) {
       return "slip rate";
     case Limit::kImpulseCone:
       return "impulse cone";
+    case Limit::kEffort:
+      return "effort";
   }
   return "unknown";
 }
@@ -121,6 +124,9 @@ std::string Describe(const SystemDescription& description, const ValidityRadius&
     case Limit::kSlipRate:
       text << "the slip of " << name << " begins or ends at a rate of zero,";
       break;
+    case Limit::kEffort:
+      text << "the effort '" << radius.effort << "' reaches its limit, or leaves it,";
+      break;
     case Limit::kImpulseCone:
       text << "an impact makes " << name << " slip, or no longer does,";
       break;
@@ -137,6 +143,7 @@ ValidityEstimator::ValidityEstimator(const MechanicalSystem& system, const Traje
     with_friction_ = std::make_unique<FrictionValidity>(system, trajectory, derivative);
     return;
   }
+  efforts_ = std::make_unique<EffortWatches>(system, trajectory, derivative);
   const std::size_t arcs = trajectory.arcs.size();
   dips_.resize(arcs);
   begins_.resize(arcs);
@@ -298,6 +305,7 @@ ValidityRadius ValidityEstimator::operator()(const VectorRef& direction) const {
     AskBudget();
     for (const Watch& begin : begins_[k]) ConsiderWatch(begin, w, latest, &smallest);
     for (const Watch& dip : dips_[k]) ConsiderWatch(dip, w, 0, &smallest);
+    efforts_->ConsiderArc(k, w, latest, &smallest);
     w = derivative_.arcs[k] * w;
     const bool last = k + 1 == trajectory_.arcs.size();
     // The grid of the input stays where it is.
@@ -309,6 +317,7 @@ ValidityRadius ValidityEstimator::operator()(const VectorRef& direction) const {
     }
     const double first = events.empty() ? 0 : events.front().time;
     for (const Watch& end : ends_[k]) ConsiderWatch(end, w, first, &smallest);
+    efforts_->ConsiderEnd(k, w, first, &smallest);
     if (last) break;
     CheckEvent(k, w, &smallest);
     const double now = derivative_.events[k].transition().t;

@@ -13,6 +13,7 @@
 
 namespace contact_flow {
 
+class EffortWatches;
 class FrictionValidity;
 
 /// How far along a direction a B-derivative holds.
@@ -32,11 +33,13 @@ struct ValidityRadius {
     kSlip,           ///< a slip ends
     kSlipRate,       ///< a slip no longer begins or ends, it only nearly does
     kImpulseCone,    ///< a contact slips in an impact, or no longer does
+    kEffort,         ///< an effort reaches its limit, or no longer does
   };
   double radius = std::numeric_limits<double>::infinity();  ///< α > 0, a factor on w
   Limit limit = Limit::kNone;                               ///< what changes there
-  int constraint = -1;  ///< whose event it is, −1: a whole transition
-  double t = 0;         ///< of the unperturbed run [s]
+  int constraint = -1;      ///< whose event it is, −1: a whole transition
+  double t = 0;             ///< of the unperturbed run [s]
+  std::string effort = "";  ///< whose limit it is (EffortLimits), or ""
 };
 
 /// "event order", …
@@ -53,7 +56,8 @@ std::string Describe(const SystemDescription& description, const ValidityRadius&
 /// cluster are united in any order and set no limit. Not looked at are curvature, the error O(α²)
 /// inside, forces and impulses between the events of one cluster, and changes of release rates by
 /// (δu, δp). With friction the letters belong to the sequence: forces in their cones, slips, and
-/// the impulses of a single touchdown are looked at, too, but the latter not by δp.
+/// the impulses of a single touchdown are looked at, too, but the latter not by δp. Efforts are
+/// looked at beside their limits where they turn, and at both ends of every arc.
 class ValidityEstimator {
  public:
   /// For a derivative that exists. `system`, `trajectory` and `derivative` must outlive this. Costs
@@ -96,7 +100,8 @@ class ValidityEstimator {
   std::vector<std::vector<Watch>> begins_;                  // by tangents at the begin of each arc
   std::vector<std::vector<Watch>> dips_;                    // by tangents at the begin of each arc
   std::vector<std::vector<Watch>> ends_;                    // by tangents at the end of each arc
-  std::unique_ptr<FrictionValidity> with_friction_;         // instead of all these
+  std::unique_ptr<FrictionValidity> with_friction_;         // instead of these
+  std::unique_ptr<EffortWatches> efforts_;
 };
 
 }  // namespace contact_flow
