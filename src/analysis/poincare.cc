@@ -174,8 +174,8 @@ void PoincareMap::Settle(const VectorRef& x, PoincareReturn* result) const {
 bool PoincareMap::FindEvent(const VectorRef& x, Trajectory run, PoincareReturn* result) const {
   const WantedEvent touchdown{section_.index};
   std::size_t k = 0;
-  while (k < run.transitions.size() && !(Happens(run.transitions[k], touchdown) &&
-                                         run.transitions[k].t >= options_.shortest)) {
+  while (k < run.transitions.size() &&
+         !(Happens(run.transitions[k], touchdown) && run.transitions[k].t >= options_.shortest)) {
     ++k;
   }
   // Behind the event there is an arc, unless the run ended at it.

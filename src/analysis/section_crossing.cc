@@ -9,9 +9,9 @@
 namespace contact_flow {
 namespace {
 
-constexpr int kSamples = 16;          // of a step of the integrator
-constexpr double kProbe = 1e-3;       // of a part of a step, at which its rates are seen
-constexpr double kContinuous = 1e-12; // relative change at an event that is none
+constexpr int kSamples = 16;           // of a step of the integrator
+constexpr double kProbe = 1e-3;        // of a part of a step, at which its rates are seen
+constexpr double kContinuous = 1e-12;  // relative change at an event that is none
 constexpr int kHalvings = 60;
 constexpr double kGolden = 0.6180339887498949;
 

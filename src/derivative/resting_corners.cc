@@ -23,6 +23,10 @@ constexpr double kFarthest = 1e-3;
 /// Entries of DF that differ by no more, beside their sizes and beside the largest, are the same.
 constexpr double kSameSlope = 1e-4, kNoCorner = 1e-9;
 
+/// A step that lasts no longer than this part of its arc is one in which the function passes its
+/// corner, or touches it where the arc begins or ends: what it tells of slopes is nothing.
+constexpr double kInstant = 1e-8;
+
 /// The two sides of a corner on which the motion rests.
 class RestingCorner {
  public:
@@ -130,7 +134,7 @@ Status CheckRestingCorners(const ContactDynamics& dynamics, const Arc& arc) {
     AskBudget();
     const double begin = std::max(arc.t_begin, arc.dense.StepBegin(k));
     const double end = std::min(arc.t_end, arc.dense.StepBegin(k) + arc.dense.StepLength(k));
-    if (!(begin < end)) continue;
+    if (!(end - begin > kInstant * (arc.t_end - arc.t_begin))) continue;
     Vector middle = arc.x_begin;
     arc.dense.Evaluate(0.5 * (begin + end), middle.data());
     for (int i : Resting(functions, arc, begin, end)) {

@@ -72,16 +72,15 @@ TEST(SectionCrossing, AtTheInstantOfATouchdownIsSeen) {
   }
 }
 
-/// Behind a plastic impact with a little restitution the contact rises, and rests only later: by the
-/// restitution the state right behind the impact has no derivative that holds the contact.
+/// Behind a plastic impact with a little restitution the contact rises, and rests only later: by
+/// the restitution the state right behind the impact has no derivative that holds the contact.
 TEST(SectionCrossing, RestitutionOfAPlasticSectionIsRefused) {
   const auto ball = MakeModel("bouncing_ball", {{"gravity", kFall}, {"restitution", 0}});
   Vector x(4);
   x << 0, 5, 1, 0;
   const auto behind = [&](const std::string& parameter) {
     PoincareOptions options;
-    options.derivative.variables.parameters =
-        ParameterIndices(ball->description(), {parameter});
+    options.derivative.variables.parameters = ParameterIndices(ball->description(), {parameter});
     return PoincareMap(*ball, Vector(0), Section::Event(*ball, "floor"), options).Return(x);
   };
   const PoincareReturn refused = behind("restitution");

@@ -4,12 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "contact_flow/derivative/cost_gradient.h"
 #include "contact_flow/derivative/linearization.h"
 #include "contact_flow/derivative/rolling_derivative.h"
 #include "contact_flow/flow/online_flow.h"
+#include "contact_flow/model/linear_inputs.h"
 #include "test/io/moving_robots.h"
 
 namespace contact_flow {
@@ -190,6 +193,45 @@ TEST(RestingOnALimit, OfAnInput) {
   ASSERT_TRUE(B.status.ok()) << B.status.message;
   EXPECT_TRUE(B(Vector::Unit(3, 1)).isApprox(Vector::Ones(2), 1e-9));
   EXPECT_TRUE(B(Vector::Unit(3, 2)).isApprox(Eigen::Vector2d(-0.5, -1), 1e-9));
+}
+
+/// A ramp that reaches the limit just where it turns is on it for an instant: v(T) = ∫ min(u, 1) dt
+/// has one slope by the input there, half the length of each interval in which u is below.
+TEST(RestingOnALimit, ForAnInstantIsNone) {
+  const std::shared_ptr<const RobotSystem> ball(new RobotSystem(
+      Make(Ball(),
+           "{base: fixed, gravity: 0, efforts: {a: {kind: actuator, joint: z, input: u, limit: "
+           "1}}}")));
+  const LinearInputs led(ball);
+  RunCost cost;
+  cost.terminal = [](const Vector& end, Vector* gradient) {
+    *gradient = Vector::Unit(4, 2);
+    return end(2);
+  };
+  const std::vector<double> times = {0, 0.375, 1.35};
+  for (const double before : {0.5, 2.0, 0.0}) {
+    for (const double behind : {-0.5, 0.3, 1.5}) {
+      const std::vector<double> nodes = {before, 1, behind};
+      InputSchedule inputs;
+      for (int k = 0; k < 2; ++k) {
+        inputs.grid.push_back(times[k]);
+        inputs.values.push_back(LinearInputs::Held(times[k], times[k + 1] - times[k],
+                                                   Vector::Constant(1, nodes[k]),
+                                                   Vector::Constant(1, nodes[k + 1])));
+      }
+      const Trajectory run =
+          Simulate(led, led.State(Vector::Zero(2), 0), inputs, times[2], Tight());
+      BDerivativeOptions options;
+      options.variables.inputs = true;
+      const CostGradient slope = DifferentiateCost(led, run, cost, options);
+      ASSERT_TRUE(slope.status.ok()) << before << " " << behind << slope.status.message;
+      const double first = times[1], second = times[2] - times[1];
+      const double by_node =
+          slope.inputs(1, 0) / first + slope.inputs(0, 1) - slope.inputs(1, 1) / second;
+      EXPECT_NEAR((before < 1 ? first / 2 : 0) + (behind < 1 ? second / 2 : 0), by_node, 1e-9)
+          << before << " " << behind;
+    }
+  }
 }
 
 }  // namespace

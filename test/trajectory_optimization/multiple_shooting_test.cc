@@ -203,8 +203,7 @@ TEST(MultipleShooting, EndsAndMisuse) {
   shooting.segments = {4};
   shooting.states = Eigen::Vector2d(1, 0);
   options.max_iterations = 0;
-  const TrajectoryOptimum none =
-      OptimizeByShooting(*ball, test::BallOf(low, 0), options, shooting);
+  const TrajectoryOptimum none = OptimizeByShooting(*ball, test::BallOf(low, 0), options, shooting);
   EXPECT_NE(std::string::npos, none.message.find("ends early")) << none.message;
   EXPECT_TRUE(std::isinf(none.cost)) << "of a run that ends early there is no cost";
 }
