@@ -13,8 +13,7 @@ namespace {
 
 /// Motions that differ by less than this are one, relative.
 constexpr double kSameMotion = 1e-8;
-/// A normal force below this part of the largest has vanished, and one that differs by less is the
-/// same.
+/// A normal force below this part of the largest has vanished; changes below it are rounding.
 constexpr double kNoForce = 1e-6;
 /// Speeds that miss what bodies can do by less than this are possible; and are equal, relative.
 constexpr double kPossible = 1e-6;

@@ -199,9 +199,8 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
   std::map<int, Eigen::Vector2d> directions;
   if (OnlyBegins(begins) && (begins - reached).Empty()) {
     directions = HeldDirections(&dynamics_, cluster.x_minus, cluster.mode_before, begins);
-    if (!directions.empty() &&
-        !SlipsGoOn(&dynamics_, cluster.x_plus, cluster.mode_after, resting_, directions,
-                      kOnset * rules_.absolute_tolerance)) {
+    if (!directions.empty() && !SlipsGoOn(&dynamics_, cluster.x_plus, cluster.mode_after, resting_,
+                                          directions, kOnset * rules_.absolute_tolerance)) {
       if (const auto others = OtherDirections(contacts, begins)) directions = *others;
     }
   }

@@ -40,10 +40,9 @@ FrictionProblem UnderABody(const std::vector<Eigen::Vector3d>& places, Matrix* r
 /// along it. Springs share that equally, up to the cone of the lighter one. It is held: both stick.
 TEST(EdgeShares, SpringsOnTheirConeStickWhereTheBodyHolds) {
   Matrix rows;
-  FrictionProblem problem =
-      UnderABody({{1, 1, -0.5}, {1, -1, -0.5}, {0, 1, -0.5}, {0, -1, -0.5}, {-1, 1, -0.5},
-                  {-1, -1, -0.5}},
-                 &rows);
+  FrictionProblem problem = UnderABody(
+      {{1, 1, -0.5}, {1, -1, -0.5}, {0, 1, -0.5}, {0, -1, -0.5}, {-1, 1, -0.5}, {-1, -1, -0.5}},
+      &rows);
   Vector force = Vector::Zero(18), turning(6);
   force.head<6>() << 5, 0, 1.6, 1, 0, 0.8;
   turning << 0.25, 0, 0.5, 0, 0.5, 0;  // about the edge: it stays
