@@ -232,7 +232,7 @@ class Group {
     }
   }
 
-  /// Solutions that are not another one's motion with less contact.
+  /// Solutions that are not another one's motion with less contact, or with slips that are held.
   std::vector<FrictionSolution> Uncovered() const {
     std::vector<FrictionSolution> apart;
     for (const FrictionSolution& one : solutions_) {
@@ -240,6 +240,10 @@ class Group {
           solutions_.begin(), solutions_.end(),
           [&](const FrictionSolution& word) { return Covers(problem_, word, one, scale_); });
       if (!covered) apart.push_back(one);
+    }
+    const auto held = [&](const FrictionSolution& one) { return !SlipsMayBegin(problem_, one); };
+    if (!std::all_of(apart.begin(), apart.end(), held)) {
+      apart.erase(std::remove_if(apart.begin(), apart.end(), held), apart.end());
     }
     return apart;
   }
@@ -280,7 +284,8 @@ class Group {
     if (word.letters == springs->letters) return;
     FrictionSolution stuck = word;
     if (!SolveWord(problem_, &stuck) || !Decided({*springs, stuck})) return;
-    if (Margin(problem_, stuck, scale_) >= -border_) springs->letters = std::move(word.letters);
+    if (!(Margin(problem_, stuck, scale_) >= -border_)) return;
+    springs->letters = implied_.Any() ? implied_.Stuck(word.letters) : word.letters;
   }
 
   /// Takes what fits. Whether it is the only one.

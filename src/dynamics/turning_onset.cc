@@ -13,8 +13,7 @@ namespace {
 
 /// Motions that differ by less than this are one, relative.
 constexpr double kSameMotion = 1e-8;
-/// A normal force below this part of the largest has vanished, and one that differs by less is the
-/// same.
+/// A normal force below this part of the largest has vanished; changes below it are rounding.
 constexpr double kNoForce = 1e-6;
 /// Speeds that miss what bodies can do by less than this are possible; and are equal, relative.
 constexpr double kPossible = 1e-6;
@@ -65,47 +64,9 @@ Matrix Block(const Matrix& G, const std::vector<int>& rows) {
   return block;
 }
 
-}  // namespace
-
-std::optional<FrictionSolution> FindTurningOnset(const FrictionProblem& problem,
-                                                 const FrictionSolution& stuck, double border) {
-  FrictionSolution word = stuck;
-  const Vector& share = stuck.interior.size() > 0 ? stuck.interior : stuck.force;
-  const double scale = problem.b.cwiseAbs().maxCoeff(), most = share.cwiseAbs().maxCoeff();
-  const auto may_miss = [&](std::size_t k) {
-    const double slack = problem.slack.size() > 0 ? problem.slack(static_cast<int>(k)) : 0;
-    return border * scale + 2 * slack;
-  };
-  bool begins = false;
-  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
-    const FrictionContact& contact = problem.contacts[k];
-    const int row = problem.Row(k);
-    if (word.letters[k] == Letter::kOpen) continue;
-    if (!(share(row) > kNoForce * most)) return std::nullopt;
-    const bool may = word.letters[k] == Letter::kStick && contact.dimension == 2;
-    if (!may || !std::isfinite(contact.coefficient)) continue;
-    const Eigen::Vector2d held = share.segment<2>(row + 1);
-    const double slack = contact.coefficient * share(row) - held.norm();
-    if (problem.G(row, row) * std::abs(slack) > may_miss(k)) continue;
-    word.letters[k] = Letter::kSlip;
-    word.directions[k] = -held.normalized();
-    begins = true;
-  }
-  word.interior.resize(0);
-  if (!begins || !SolveWord(problem, &word) || word.many) return std::nullopt;
-  if (!((word.result - stuck.result).cwiseAbs().maxCoeff() <= kSameMotion * scale)) {
-    return std::nullopt;
-  }
-  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
-    if (word.letters[k] == stuck.letters[k]) continue;  // others may share theirs in other ways
-    const int row = problem.Row(k);
-    if (!(std::abs(word.force(row) - share(row)) <= kNoForce * most)) return std::nullopt;
-  }
-  word.turns = true;
-  return word;
-}
-
-Vector OnsetSpeeds(const FrictionProblem& problem, const FrictionSolution& word) {
+/// The speeds nearest to 1 with which what begins to slip may move, by contact; some may vanish, or
+/// have the wrong sign.
+Vector PossibleSpeeds(const FrictionProblem& problem, const FrictionSolution& word) {
   const Onsets onsets = OnsetsOf(problem, word);
   std::vector<Eigen::Index> begun;
   Vector speeds = Vector::Zero(onsets.rates.cols());
@@ -114,7 +75,7 @@ Vector OnsetSpeeds(const FrictionProblem& problem, const FrictionSolution& word)
     begun.push_back(k);
     speeds(k) = 1;
   }
-  if (begun.size() < 2) return speeds;
+  if (begun.empty()) return speeds;
   // Zᵀ A v = 0 for all v.
   const Matrix all = FindRowBasis(Block(problem.G, onsets.rows)).freedom.transpose() * onsets.rates;
   Matrix missed(all.rows(), static_cast<Eigen::Index>(begun.size()));
@@ -129,11 +90,85 @@ Vector OnsetSpeeds(const FrictionProblem& problem, const FrictionSolution& word)
     if (svd.singularValues()(j) > kPossible * svd.singularValues()(0)) possible.col(j).setZero();
   }
   const Vector found = possible * (possible.transpose() * equal);
-  if (!(found.minCoeff() > 0)) return speeds;
   for (std::size_t j = 0; j < begun.size(); ++j) {
-    speeds(begun[j]) = found(static_cast<Eigen::Index>(j)) / found.maxCoeff();
+    speeds(begun[j]) = found(static_cast<Eigen::Index>(j));
   }
   return speeds;
+}
+
+}  // namespace
+
+std::optional<FrictionSolution> FindTurningOnset(const FrictionProblem& problem,
+                                                 const FrictionSolution& stuck, double border) {
+  FrictionSolution word = stuck;
+  const Vector& share = stuck.interior.size() > 0 ? stuck.interior : stuck.force;
+  const double scale = problem.b.cwiseAbs().maxCoeff(), most = share.cwiseAbs().maxCoeff();
+  const auto may_miss = [&](std::size_t k) {
+    const double slack = problem.slack.size() > 0 ? problem.slack(static_cast<int>(k)) : 0;
+    return border * scale + 2 * slack;
+  };
+  std::vector<std::size_t> begin;
+  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+    const FrictionContact& contact = problem.contacts[k];
+    const int row = problem.Row(k);
+    if (word.letters[k] == Letter::kOpen) continue;
+    if (!(share(row) > kNoForce * most)) return std::nullopt;
+    const bool may = word.letters[k] == Letter::kStick && contact.dimension == 2;
+    if (!may || !std::isfinite(contact.coefficient)) continue;
+    const Eigen::Vector2d held = share.segment<2>(row + 1);
+    const double slack = contact.coefficient * share(row) - held.norm();
+    if (problem.G(row, row) * std::abs(slack) > may_miss(k)) continue;
+    word.letters[k] = Letter::kSlip;
+    word.directions[k] = -held.normalized();
+    begin.push_back(k);
+  }
+  // Those on their cones by a share that might be another one cannot move.
+  for (bool moves = false; !moves && !begin.empty();) {
+    const Vector speeds = PossibleSpeeds(problem, word);
+    moves = true;
+    for (auto k = begin.begin(); k != begin.end();) {
+      const bool stays = !(speeds(static_cast<Eigen::Index>(*k)) > kPossible);
+      if (stays) word.letters[*k] = Letter::kStick;
+      moves = moves && !stays;
+      k = stays ? begin.erase(k) : k + 1;
+    }
+  }
+  word.interior.resize(0);
+  if (begin.empty() || !SolveWord(problem, &word) || word.many) return std::nullopt;
+  if (!((word.result - stuck.result).cwiseAbs().maxCoeff() <= kSameMotion * scale)) {
+    return std::nullopt;
+  }
+  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+    if (word.letters[k] == stuck.letters[k]) continue;  // others may share theirs in other ways
+    const int row = problem.Row(k);
+    if (!(std::abs(word.force(row) - share(row)) <= kNoForce * most)) return std::nullopt;
+  }
+  word.turns = true;
+  return word;
+}
+
+bool SlipsMayBegin(const FrictionProblem& problem, const FrictionSolution& word) {
+  const double still = kSameMotion * problem.b.cwiseAbs().maxCoeff();
+  const Vector speeds = PossibleSpeeds(problem, word);
+  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+    if (!BeginsInSpace(problem, word, k)) continue;
+    const bool moves = speeds(static_cast<Eigen::Index>(k)) > kPossible ||
+                       word.result.segment<2>(problem.Row(k) + 1).norm() > still;
+    if (!moves) return false;
+  }
+  return true;
+}
+
+Vector OnsetSpeeds(const FrictionProblem& problem, const FrictionSolution& word) {
+  const Vector found = PossibleSpeeds(problem, word);
+  Vector speeds = Vector::Zero(found.size());
+  bool all = true;
+  for (Eigen::Index k = 0; k < speeds.size(); ++k) {
+    if (!BeginsInSpace(problem, word, static_cast<std::size_t>(k))) continue;
+    speeds(k) = 1;
+    all = all && found(k) > 0;
+  }
+  return all && speeds.any() ? Vector(found / found.maxCoeff()) : speeds;
 }
 
 Vector BegunMotion(const FrictionFrame& frame, const FrictionSolution& word, double speed) {

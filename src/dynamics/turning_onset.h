@@ -19,6 +19,10 @@ namespace contact_flow {
 std::optional<FrictionSolution> FindTurningOnset(const FrictionProblem& problem,
                                                  const FrictionSolution& stuck, double border);
 
+/// Whether all contacts that begin to slip by a word may do so: not a corner on its cone by one of
+/// many shares, which the other corners of the body hold along its direction.
+bool SlipsMayBegin(const FrictionProblem& problem, const FrictionSolution& word);
+
 /// Relative speeds κ by contact, the largest 1, with which those of a word that begin to slip in
 /// space may move together: A v = κ d in their rows, and 0 in the others of the word, has a
 /// solution v. 1 for each where all speeds may be equal, or no others have the sign of d. Zero for

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <sstream>
 
 #include "contact_flow/model/driven.h"
@@ -198,6 +199,10 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
   std::map<int, Eigen::Vector2d> directions;
   if (OnlyBegins(begins) && (begins - reached).Empty()) {
     directions = HeldDirections(&dynamics_, cluster.x_minus, cluster.mode_before, begins);
+    if (!directions.empty() && !SlipsGoOn(&dynamics_, cluster.x_plus, cluster.mode_after, resting_,
+                                          directions, kOnset * rules_.absolute_tolerance)) {
+      if (const auto others = OtherDirections(contacts, begins)) directions = *others;
+    }
   }
   if (directions.empty()) {
     directions =
@@ -205,6 +210,21 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
   }
   BeginSlips(directions);
   if (by.springs) ReleasePulling();
+}
+
+/// Where a slip against the force that has reached its cone would end at once: those of the motion
+/// that is left, if there is one. Accelerations jump.
+std::optional<std::map<int, Eigen::Vector2d>> FrictionalResolution::OtherDirections(
+    const TouchingContacts& contacts, ConstraintSet begins) {
+  const Transition& cluster = result_.transition;
+  try {
+    auto directions =
+        OnsetDirections(&dynamics_, cluster.x_plus, contacts, cluster.mode_after, begins, kBorder);
+    NoteLookAhead(begins);
+    return directions;
+  } catch (const FrictionRefusal&) {
+    return std::nullopt;
+  }
 }
 
 /// The motion is that of the laws; its derivatives are not known.
@@ -254,7 +274,8 @@ std::map<int, double> FrictionalResolution::SpeedsOf(
     const int i = frame.constraints()[k];
     const auto begins = directions.find(i);
     word.letters.push_back(mode.LetterOf(i));
-    word.directions.push_back(begins != directions.end() ? begins->second : Eigen::Vector2d::Zero());
+    word.directions.emplace_back(Eigen::Vector2d::Zero());
+    if (begins != directions.end()) word.directions.back() = begins->second;
     frame.problem().contacts[k].slips =
         begins == directions.end() && mode.LetterOf(i) != Letter::kStick;
   }

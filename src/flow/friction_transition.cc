@@ -159,9 +159,9 @@ void FrictionalResolution::Note(int guard, double slope) {
   const bool member = cluster.mode_before.Contains(i);
   if (guards_.IsNormal(guard) && !member) {
     // The same event at the same time: it opens too slowly to be taken for a touch without speed.
-    const double slow = rules_.stalled || all_hit_ ? 0
-                                                   : std::min(rules_.speed_tolerance,
-                                                              1e3 * rules_.absolute_tolerance);
+    const double slow = rules_.stalled || all_hit_
+                            ? 0
+                            : std::min(rules_.speed_tolerance, 1e3 * rules_.absolute_tolerance);
     const double still = std::max(Rounding(i, cluster.x_minus.tail(d_)), slow);
     if (slope < -still) {
       cluster.activated.Insert(i);
@@ -216,7 +216,10 @@ ResolvedTransition ResolveFriction(ContactDynamics* dynamics, double t, const Ve
                     result.status.outcome == Outcome::kIndeterminateForces;
   if (!none || (result.transition.grazed - mode).Empty()) return result;
   ResolvedTransition hit = resolve(true);
-  return hit.status.ok() ? hit : result;
+  if (!hit.status.ok()) return result;
+  hit.warnings.insert(hit.warnings.begin(), result.warnings.begin(), result.warnings.end());
+  hit.transition.obstacle = result.transition.obstacle;  // its speed is not known well enough
+  return hit;
 }
 
 ResolvedTransition ResolveFrictionalInput(ContactDynamics* dynamics, double t, const Vector& x,

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -95,6 +96,8 @@ class FrictionalResolution {
   void SetLettersOrEndSlip(const TouchingContacts& contacts);
   void ChooseLetters(const TouchingContacts& contacts);
   bool OnlyBegins(ConstraintSet begins) const;
+  std::optional<std::map<int, Eigen::Vector2d>> OtherDirections(const TouchingContacts& contacts,
+                                                                ConstraintSet begins);
   void ObstructTurning(ConstraintSet still);
   void ReleasePulling();
   std::map<int, double> SpeedsOf(const std::map<int, Eigen::Vector2d>& directions) const;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "slip_onset.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 
+#include "src/dynamics/implied_contacts.h"
 #include "src/dynamics/word_ahead.h"
 
 namespace contact_flow {
@@ -13,6 +15,11 @@ constexpr double kSameDirection = 1e-6;
 /// Slips that begin with less than this part of what would move without contacts have directions
 /// of rounding.
 constexpr double kSlow = 1e-7;
+/// A look ahead moves the state by this part of its size; changes of accelerations meanwhile that
+/// are rounding, relative.
+constexpr double kAhead = 1e-6, kNoChange = 1e-9;
+/// A direction is turned by so much, to see whether it turns back.
+constexpr double kTurned = 1e-4;
 
 }  // namespace
 
@@ -98,6 +105,40 @@ std::map<int, Eigen::Vector2d> OnsetDirections(ContactDynamics* dynamics, const 
                               " begin to slip in space: their direction is not unique");
   }
   return directions;
+}
+
+bool SlipsGoOn(ContactDynamics* dynamics, Vector x, ContactMode mode, ContactMode rest,
+               const std::map<int, Eigen::Vector2d>& directions, double speed) {
+  const MechanicalSystem& system = dynamics->system();
+  const int nq = system.num_positions(), d = system.dof();
+  const auto begun = [&](double turned) {
+    std::map<int, Eigen::Vector2d> onsets = directions;
+    for (auto& [i, onset] : onsets) onset = speed * (Eigen::Rotation2Dd(turned) * onset);
+    Vector y = x;
+    MakeRest(system, rest, onsets, &y);
+    return y;
+  };
+  const auto accelerations = [&](const Vector& at) {
+    dynamics->Evaluate(at, mode);
+    ConstraintTerms terms;
+    system.Constraints(at.head(nq), at.tail(d), &terms);
+    return Vector(terms.jacobian * dynamics->acceleration() + terms.bias);
+  };
+  if (directions.size() == 1) {
+    const auto& [i, along] = *directions.begin();
+    const Eigen::Vector2d across(-along(1), along(0));
+    const Vector turn = accelerations(begun(kTurned)) - accelerations(begun(-kTurned));
+    if (across.dot(turn.segment<2>(system.friction()[i].row)) > 0) return false;
+  }
+  x = begun(0);
+  const Vector field = dynamics->Field(x, mode).head(2 * d);
+  const double part = kAhead * (1 + x.cwiseAbs().maxCoeff());
+  const Vector later = system.Perturb(x, part / (1e-300 + field.cwiseAbs().maxCoeff()) * field);
+  const Vector now = accelerations(x), change = accelerations(later) - now;
+  const double rounding = kNoChange * now.cwiseAbs().maxCoeff();
+  return std::all_of(directions.begin(), directions.end(), [&](const auto& slip) {
+    return !(slip.second.dot(change.segment<2>(system.friction()[slip.first].row)) < -rounding);
+  });
 }
 
 }  // namespace contact_flow

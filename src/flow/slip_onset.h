@@ -23,4 +23,12 @@ std::map<int, Eigen::Vector2d> OnsetDirections(ContactDynamics* dynamics, const 
                                                const TouchingContacts& touching, ContactMode word,
                                                ConstraintSet begins, double border);
 
+/// Whether slips that begin in these directions from x on, where `rest` is what is still but for
+/// them, speed up as the motion of `mode` goes on, and one that is alone turns back to its
+/// direction when it is turned a little. Slips against forces that have reached their cones do,
+/// unless normal forces change with them so much that they undo it; then that slip ends, or turns
+/// away, at once.
+bool SlipsGoOn(ContactDynamics* dynamics, Vector x, ContactMode mode, ContactMode rest,
+               const std::map<int, Eigen::Vector2d>& directions, double speed);
+
 }  // namespace contact_flow
