@@ -6,6 +6,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "contact_flow/dynamics/guards.h"
 #include "dependent_rows.h"
 #include "frame_words.h"
 #include "word_ahead.h"
@@ -55,7 +56,7 @@ class Words {
       if (touching.slipping.Contains(i) && contact.dimension > 0) {
         contact.slips = true;
         if (contact.dimension == 1) {
-          contact.direction(0) = touching.slipping.LetterOf(i) == Letter::kBackward ? -1 : 1;
+          contact.direction(0) = SlipSign(touching.slipping.LetterOf(i));
         } else {
           contact.direction = (A.middleRows<2>(row + 1) * x.tail(d_)).normalized();
         }
@@ -264,9 +265,7 @@ class Words {
         slacks.push_back({i, gain * force(i), false});
       }
       const bool begins = !contact.slips && contact.dimension == 1 && letter != Letter::kStick;
-      if (begins) {
-        slacks.push_back({i, (letter == Letter::kBackward ? -1 : 1) * rate(tangential), false});
-      }
+      if (begins) slacks.push_back({i, SlipSign(letter) * rate(tangential), false});
     }
     return slacks;
   }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "contact_flow/dynamics/guards.h"
 #include "src/dynamics/word_ahead.h"
 
 namespace contact_flow {
@@ -57,7 +58,7 @@ std::map<int, Eigen::Vector2d> OnsetDirections(ContactDynamics* dynamics, const 
     if (contact.dimension == 2) {
       contact.direction = (frame.rows().middleRows<2>(row) * x.tail(d)).normalized();
     } else {
-      contact.direction(0) = touching.slipping.LetterOf(i) == Letter::kBackward ? -1 : 1;
+      contact.direction(0) = SlipSign(touching.slipping.LetterOf(i));
     }
   }
   std::map<int, Eigen::Vector2d> directions;
