@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "contact_flow/budget.h"
-#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/dynamics/guards.h"
 
 namespace contact_flow {
 namespace {
@@ -13,52 +13,31 @@ constexpr int kPieces = 8;        // of one step, each with at most one turn of 
 constexpr int kBisections = 60;   // of one piece: down to rounding
 constexpr double kClosed = 1e-9;  // a guard below this is zero [m] or [N]
 
-/// A gap a_i or a force λ_i along one arc, with its rate.
-class Guard {
+/// A guard along one arc.
+class GuardAlong {
  public:
-  Guard(const MechanicalSystem& system, const Arc& arc, int i)
-      : system_(system),
-        arc_(arc),
-        i_(i),
-        sign_((arc.mode & system.compliant()).Contains(i) ? -1 : 1),
-        is_force_((arc.mode - system.compliant()).Contains(i)),
-        dynamics_(system, arc.u),
-        x_(arc.x_begin) {}
+  GuardAlong(const MechanicalSystem& system, const Arc& arc, int guard)
+      : guards_(system), arc_(arc), guard_(guard), dynamics_(system, arc.u), x_(arc.x_begin) {}
 
-  bool is_force() const { return is_force_; }
-  double Value(double t) {
+  bool is_force() const { return IsOfForces(guards_.KindOf(guard_, arc_.mode)); }
+  GuardJet At(double t) {
     arc_.dense.Evaluate(t, x_.data());
-    if (is_force_) {
-      dynamics_.Evaluate(x_, arc_.mode);
-      return dynamics_.force()(i_);
-    }
-    system_.Constraints(x_.head(system_.num_positions()), x_.tail(system_.dof()), &terms_);
-    return sign_ * terms_.gap(i_);
-  }
-  double Rate(double t) {
-    arc_.dense.Evaluate(t, x_.data());
-    if (is_force_) return dynamics_.ForceRate(x_, arc_.mode, i_);
-    const Vector v = x_.tail(system_.dof());
-    system_.Constraints(x_.head(system_.num_positions()), v, &terms_);
-    return sign_ * terms_.jacobian.row(i_).dot(v);
+    return guards_.At(guard_, &dynamics_, x_, arc_.mode);
   }
   /// Where the rate changes from negative to positive within (left, right).
   double Turn(double left, double right) {
     for (int k = 0; k < kBisections; ++k) {
       const double middle = left + (right - left) / 2;
-      (Rate(middle) < 0 ? left : right) = middle;
+      (At(middle).rate < 0 ? left : right) = middle;
     }
     return right;
   }
 
  private:
-  const MechanicalSystem& system_;
+  const Guards guards_;
   const Arc& arc_;
-  const int i_;
-  const double sign_;
-  const bool is_force_;
+  const int guard_;
   ContactDynamics dynamics_;
-  ConstraintTerms terms_;
   Vector x_;
 };
 
@@ -67,20 +46,20 @@ class Guard {
 std::vector<GuardDip> FindGuardDips(const MechanicalSystem& system, const Arc& arc) {
   std::vector<GuardDip> dips;
   for (int i = 0; i < system.num_constraints(); ++i) {
-    Guard guard(system, arc, i);
+    GuardAlong guard(system, arc, i);
     bool risen = true;  // false while it leaves zero, where its rate is rounding
     for (std::size_t step = 0; step < arc.dense.NumSteps(); ++step) {
       AskBudget();
       const double begin = arc.dense.StepBegin(step);
       const double end = std::min(begin + arc.dense.StepLength(step), arc.t_end);
-      double left = begin, rate_left = guard.Rate(begin);
-      if (step == 0) risen = guard.Value(begin) > kClosed;
+      double left = begin, rate_left = guard.At(begin).rate;
+      if (step == 0) risen = guard.At(begin).value > kClosed;
       for (int piece = 1; piece <= kPieces; ++piece) {
         const double right = begin + (end - begin) * piece / kPieces;
-        const double rate_right = guard.Rate(right);
+        const double rate_right = guard.At(right).rate;
         if (risen && rate_left < 0 && rate_right >= 0) {
           const double t = guard.Turn(left, right);
-          dips.push_back({i, guard.is_force(), t, guard.Value(t)});
+          dips.push_back({i, guard.is_force(), t, guard.At(t).value});
         }
         risen = risen || rate_right > 0;
         left = right;

@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "contact_flow/budget.h"
-#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/dynamics/guards.h"
 #include "guard_dips.h"
 
 namespace contact_flow {
@@ -56,24 +56,23 @@ const char* GrazingKindName(Kind kind) {
 std::vector<GrazingEvent> FindNearGrazing(const MechanicalSystem& system,
                                           const Trajectory& trajectory,
                                           const GrazingThresholds& thresholds) {
-  const int d = system.dof(), nq = system.num_positions();
+  const Guards guards(system);
   std::vector<GrazingEvent> touchdowns, releases, gaps, forces;
   for (std::size_t k = 0; k < trajectory.transitions.size(); ++k) {
     AskBudget();
     const Transition& transition = trajectory.transitions[k];
-    const Vector v = transition.x_minus.tail(d);
-    ConstraintTerms terms;
-    system.Constraints(transition.x_minus.head(nq), v, &terms);
+    ContactDynamics dynamics(system, trajectory.arcs[k].u);
+    const auto rate_of = [&](int guard) {
+      return std::abs(guards.At(guard, &dynamics, transition.x_minus, transition.mode_before).rate);
+    };
     for (int i : transition.activated | transition.switched) {
-      const double speed = std::abs(terms.jacobian.row(i).dot(v));
+      const double speed = rate_of(i);
       if (speed >= thresholds.approach_speed) continue;
       touchdowns.push_back(
           {Kind::kSlowTouchdown, i, transition.t, speed, thresholds.approach_speed});
     }
-    ContactDynamics dynamics(system, trajectory.arcs[k].u);
     for (int i : transition.vanishing) {
-      const double rate =
-          std::abs(dynamics.ForceRate(transition.x_minus, transition.mode_before, i));
+      const double rate = rate_of(i);
       if (rate >= thresholds.release_rate) continue;
       releases.push_back({Kind::kSlowRelease, i, transition.t, rate, thresholds.release_rate});
     }

@@ -10,6 +10,7 @@
 
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/piecewise_linear/section.h"
+#include "src/dynamics/guard_gradients.h"
 
 namespace contact_flow {
 namespace {
@@ -29,10 +30,10 @@ Eigen::RowVectorXd ReleaseRow(const MechanicalSystem& system, const Transition& 
                                      "of its own"));
   }
   ContactDynamics dynamics(system, u, variables);
-  const double rate =
-      dynamics.ForceRate(transition.x_minus, transition.mode_before, event.constraint);
-  dynamics.Differentiate(transition.x_minus, transition.mode_before);
-  return -dynamics.force_jacobian().row(event.constraint) / rate;
+  const Vector& x = transition.x_minus;
+  const ContactMode mode = transition.mode_before;
+  const double rate = Guards(system).At(event.constraint, &dynamics, x, mode).rate;
+  return -GuardGradients(&dynamics, x, mode).At(event.constraint).gradient / rate;
 }
 
 /// The pieces of B_k on (w, s), s of `count` times so far, with rows for the events

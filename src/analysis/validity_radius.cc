@@ -191,7 +191,7 @@ void ValidityEstimator::CheckEvent(std::size_t k, const Vector& w, ValidityRadiu
   system_.DifferentiateImpact(q, Vector::Zero(d), Vector::Zero(terms.gap.size()), v, &residual);
   for (int i : transition.activated) {
     const double speed = terms.jacobian.row(i).dot(v);
-    const double time = -GuardGradient(k, transition.x_minus, i, false).dot(w) / speed;
+    const double time = -GuardGradient(k, transition.x_minus, i).dot(w) / speed;
     // The input changes at 0.
     const Vector there = w + time * (time > 0 ? later : field);
     const double change = residual.constraint_q.row(i).dot(there.head(d)) +
@@ -200,7 +200,7 @@ void ValidityEstimator::CheckEvent(std::size_t k, const Vector& w, ValidityRadiu
   }
   for (int i : transition.vanishing) {
     const double rate = dynamics.ForceRate(transition.x_minus, transition.mode_before, i);
-    const double time = -GuardGradient(k, transition.x_minus, i, true).dot(w) / rate;
+    const double time = -GuardGradient(k, transition.x_minus, i).dot(w) / rate;
     const Vector there = (w + time * field).head(2 * d);
     const double length = there.norm();
     if (!(length > 0)) continue;

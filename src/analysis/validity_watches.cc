@@ -6,6 +6,7 @@
 #include "contact_flow/analysis/validity_radius.h"
 #include "contact_flow/derivative/variation.h"
 #include "guard_dips.h"
+#include "src/dynamics/guard_gradients.h"
 
 namespace contact_flow {
 
@@ -14,48 +15,24 @@ using Limit = ValidityRadius::Limit;
 /// Gaps that open from the start on, and depths that grow, are smallest there.
 void ValidityEstimator::WatchStart() {
   const Arc& arc = trajectory_.arcs.front();
-  const int d = system_.dof(), nq = system_.num_positions();
-  ConstraintTerms terms;
-  system_.Constraints(arc.x_begin.head(nq), arc.x_begin.tail(d), &terms);
-  for (int i = 0; i < system_.num_constraints(); ++i) {
-    if ((arc.mode - system_.compliant()).Contains(i)) continue;
-    const double sign = arc.mode.Contains(i) ? -1 : 1;
-    const double value = sign * terms.gap(i);
-    const bool touches = value <= trajectory_.gap_tolerance;  // StartCone looks at it
-    if (touches || sign * terms.jacobian.row(i).dot(arc.x_begin.tail(d)) < 0) continue;
+  const Guards guards(system_);
+  for (int i : guards.OfGaps(arc.mode)) {
+    const GuardJet at = guards.At(i, dynamics_[0].get(), arc.x_begin, arc.mode);
+    const bool touches = at.value <= trajectory_.gap_tolerance;  // StartCone looks at it
+    if (touches || at.rate < 0) continue;
     Watch watch;
     watch.constraint = i;
     watch.t = arc.t_begin;
-    watch.value = value;
-    watch.gradient = GuardGradient(0, arc.x_begin, i, false);
+    watch.value = at.value;
+    watch.gradient = GuardGradient(0, arc.x_begin, i);
     starts_.push_back(std::move(watch));
   }
 }
 
-/// D a_i (of the depth where it is pressed) or D λ_i at x on arc k, by (δq, δv, δu, δp).
-Eigen::RowVectorXd ValidityEstimator::GuardGradient(std::size_t k, const VectorRef& x, int i,
-                                                    bool is_force) const {
-  ContactDynamics& dynamics = *dynamics_[k];
-  const ContactMode mode = trajectory_.arcs[k].mode;
-  if (is_force) {
-    dynamics.Differentiate(x, mode);
-    return dynamics.force_jacobian().row(i);
-  }
-  const double sign = (mode & system_.compliant()).Contains(i) ? -1 : 1;
-  const int d = system_.dof();
-  const Vector q = x.head(system_.num_positions()), v = x.tail(d);
-  ConstraintTerms terms;
-  system_.Constraints(q, v, &terms);
-  Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(2 * d + dynamics.num_variables());
-  row.head(d) = terms.jacobian.row(i);
-  const std::vector<int>& parameters = dynamics.variables().parameters;
-  if (!parameters.empty()) {
-    ParameterJacobian by_parameter;
-    system_.DifferentiateImpactByParameters(q, Vector::Zero(d), Vector::Zero(terms.gap.size()), v,
-                                            parameters, &by_parameter);
-    row.tail(static_cast<Eigen::Index>(parameters.size())) = by_parameter.gap.row(i);
-  }
-  return sign * row;
+/// Dh of a guard at x on arc k, by (δq, δv, δu, δp).
+Eigen::RowVectorXd ValidityEstimator::GuardGradient(std::size_t k, const VectorRef& x,
+                                                    int guard) const {
+  return GuardGradients(dynamics_[k].get(), x, trajectory_.arcs[k].mode).At(guard).gradient;
 }
 
 void ValidityEstimator::WatchDips(std::size_t k) {
@@ -72,7 +49,7 @@ void ValidityEstimator::WatchDips(std::size_t k) {
     watch.constraint = dip.constraint;
     watch.t = dip.t;
     watch.value = dip.value;
-    watch.gradient = GuardGradient(k, begin.x_end, dip.constraint, dip.is_force) * propagator;
+    watch.gradient = GuardGradient(k, begin.x_end, dip.constraint) * propagator;
     dips_[k].push_back(std::move(watch));
   }
 }
@@ -81,9 +58,10 @@ void ValidityEstimator::WatchDips(std::size_t k) {
 /// there: the first value of each counts.
 void ValidityEstimator::WatchBegin(std::size_t k) {
   const Arc& arc = trajectory_.arcs[k];
-  for (int i : arc.mode - system_.compliant()) {
-    const double rate = dynamics_[k]->ForceRate(arc.x_begin, arc.mode, i);
-    if (rate < 0 && k < derivative_.events.size() &&
+  const Guards guards(system_);
+  for (int i : guards.OfForces(arc.mode, {})) {
+    const GuardJet at = guards.At(i, dynamics_[k].get(), arc.x_begin, arc.mode);
+    if (at.rate < 0 && k < derivative_.events.size() &&
         derivative_.events[k].transition().vanishing.Contains(i)) {
       continue;  // the order of its release and the event before counts
     }
@@ -91,9 +69,9 @@ void ValidityEstimator::WatchBegin(std::size_t k) {
     watch.limit = Limit::kForce;
     watch.constraint = i;
     watch.t = arc.t_begin;
-    watch.value = dynamics_[k]->force()(i);
-    watch.rate = rate;
-    watch.gradient = GuardGradient(k, arc.x_begin, i, true);
+    watch.value = at.value;
+    watch.rate = at.rate;
+    watch.gradient = GuardGradient(k, arc.x_begin, i);
     begins_[k].push_back(std::move(watch));
   }
 }
@@ -122,21 +100,16 @@ void ValidityEstimator::WatchEnd(std::size_t k) {
   std::size_t later = k + 1;
   while (later < events.size() && events[later].absorbed()) ++later;
   const ConstraintSet next = meets(later);
-  const ConstraintSet rigid = arc.mode - system_.compliant();
-  const int d = system_.dof(), nq = system_.num_positions();
-  ConstraintTerms terms;
-  system_.Constraints(arc.x_end.head(nq), arc.x_end.tail(d), &terms);
+  const Guards guards(system_);
+  const GuardGradients gradients(dynamics_[k].get(), arc.x_end, arc.mode);
   for (int i = 0; i < system_.num_constraints(); ++i) {
-    const bool is_force = rigid.Contains(i);
+    const bool is_force = IsOfForces(guards.KindOf(i, arc.mode));
     if ((is_force ? vanishing : now).Contains(i)) continue;
+    const GuardJet at = guards.At(i, dynamics_[k].get(), arc.x_end, arc.mode);
     Watch watch;
-    if (is_force) {
-      watch.rate = dynamics_[k]->ForceRate(arc.x_end, arc.mode, i);
-      watch.value = dynamics_[k]->force()(i);
-    } else {
-      const double sign = arc.mode.Contains(i) ? -1 : 1;
-      watch.value = sign * terms.gap(i);
-      watch.rate = sign * terms.jacobian.row(i).dot(arc.x_end.tail(d));
+    watch.value = at.value;
+    watch.rate = at.rate;
+    if (!is_force) {
       // It touches all along, beside contacts that imply it.
       if (std::abs(watch.value) <= trajectory_.gap_tolerance &&
           std::abs(watch.rate) <= trajectory_.speed_tolerance) {
@@ -148,7 +121,7 @@ void ValidityEstimator::WatchEnd(std::size_t k) {
     watch.limit = last ? Limit::kHorizon : is_force ? Limit::kForce : Limit::kGap;
     watch.constraint = i;
     watch.t = arc.t_end;
-    watch.gradient = GuardGradient(k, arc.x_end, i, is_force);
+    watch.gradient = gradients.At(i).gradient;
     ends_[k].push_back(std::move(watch));
   }
 }

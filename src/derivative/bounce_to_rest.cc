@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "contact_flow/dynamics/guards.h"
 #include "contact_flow/dynamics/word_selection.h"
 
 namespace contact_flow {
@@ -105,7 +106,7 @@ class LastBounce {
     const Letter letter = after_.LetterOf(j);
     if (letter == Letter::kStick) return false;
     if (system_.friction()[j].dimension == 2) return !begins_.Contains(j);
-    return Slip(j)(0) * (letter == Letter::kBackward ? -1 : 1) > 0;
+    return Slip(j)(0) * SlipSign(letter) > 0;
   }
 
   [[noreturn]] void Fail(const std::string& why) const {

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/dynamics/guards.h"
 #include "contact_flow/dynamics/word_selection.h"
 
 namespace contact_flow {
@@ -115,7 +116,7 @@ class EndOfRun {
       rate.setConstant(std::numeric_limits<double>::quiet_NaN());
     }
     if (friction.dimension == 2) return {slip.norm(), -slip.normalized().dot(rate)};
-    const double sign = mode.LetterOf(i) == Letter::kBackward ? -1 : 1;
+    const double sign = SlipSign(mode.LetterOf(i));
     return {sign * slip(0), -sign * rate(0)};
   }
 
@@ -174,7 +175,7 @@ class EndOfRun {
     const Matrix size = T.cwiseAbs();
     const double known = std::max({run_.absolute_tolerance, (size * error_v_).norm(),
                                    kRateRounding * (size * v_.cwiseAbs()).norm()});
-    const double sign = letter == Letter::kBackward ? -1 : 1;
+    const double sign = SlipSign(letter);
     if ((friction.dimension == 2 ? (T * v_).norm() : sign * (T * v_)(0)) > known) return {};
     const Slip slip = SlipOf(i, last_.x_end, last_.mode);
     const double apart = slip.speed / slip.slower;

@@ -50,32 +50,19 @@ void KeepContacts(const MechanicalSystem& system, const Transition& transition,
   }
 }
 
-double TimeShift(ContactDynamics* dynamics, const Transition& transition, const VectorRef& e) {
-  if (transition.instants.empty()) return 0;
-  // The grid of the input stays where it is.
-  if (transition.instants.front().constraint >= dynamics->system().num_constraints()) return 0;
+Eigen::RowVectorXd InstantGradient(ContactDynamics* dynamics, const Transition& transition) {
   const MechanicalSystem& system = dynamics->system();
-  const int d = system.dof(), nq = system.num_positions();
-  if (system.HasFriction() && !transition.guards.empty()) {
-    const int trigger = transition.guards.front();
-    const GuardGradients gradients(dynamics, transition.x_minus, transition.mode_before, trigger);
-    const Eigen::RowVectorXd gradient = gradients.At(trigger).gradient;
-    const double rate = gradient.dot(gradients.field());
-    return rate != 0 ? -gradient.dot(e.head(2 * d)) / rate : 0;
-  }
-  const int i = transition.instants.front().constraint;
-  const Vector& x = transition.x_minus;
-  double change, rate;
-  if ((transition.mode_before - system.compliant()).Contains(i)) {
-    rate = dynamics->ForceRate(x, transition.mode_before, i);
-    change = dynamics->force_jacobian().row(i).head(2 * d).dot(e.head(2 * d));
-  } else {
-    ConstraintTerms terms;
-    system.Constraints(x.head(nq), x.tail(d), &terms);
-    rate = terms.jacobian.row(i).dot(x.tail(d));
-    change = terms.jacobian.row(i).dot(e.head(d));
-  }
-  return rate != 0 ? -change / rate : 0;
+  const Eigen::Index states = 2 * system.dof();
+  const Eigen::RowVectorXd none = Eigen::RowVectorXd::Zero(states);
+  if (transition.instants.empty()) return none;
+  const int first = transition.instants.front().constraint;
+  if (first >= system.num_constraints()) return none;  // the grid of the input stays where it is
+  const bool named = system.HasFriction() && !transition.guards.empty();
+  const int trigger = named ? transition.guards.front() : first;
+  const GuardGradients gradients(dynamics, transition.x_minus, transition.mode_before, trigger);
+  const Eigen::RowVectorXd gradient = gradients.At(trigger).gradient;
+  const double rate = gradient.dot(gradients.field());
+  return rate != 0 ? Eigen::RowVectorXd(-gradient.head(states) / rate) : none;
 }
 
 Status CheckOrder(const MechanicalSystem& system, const Transition& before, const Transition& after,

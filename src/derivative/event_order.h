@@ -9,9 +9,9 @@
 
 namespace contact_flow {
 
-/// How much later a transition comes [s] when the state before it is off by e [2d+k]: −Dg e / ġ of
-/// the guard g of its first event; 0 where it has none.
-double TimeShift(ContactDynamics* dynamics, const Transition& transition, const VectorRef& e);
+/// How the instant of a transition changes with the state before it, −Dg/ġ of the guard g of its
+/// first event [2d]; 0 where it has none.
+Eigen::RowVectorXd InstantGradient(ContactDynamics* dynamics, const Transition& transition);
 
 /// What is known of errors e [2d+k] before a transition: contacts of J⁻ have gaps and rates that
 /// are 0 in truth, and can be looked at in the run. The errors are moved onto

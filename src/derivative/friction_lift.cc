@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "contact_flow/dynamics/guards.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/piecewise_linear/linear_program.h"
 
@@ -66,7 +67,7 @@ bool NoFrictionLifts(ContactDynamics* dynamics, const Vector& x, ContactMode mod
         rows.push_back(cone);
       }
     } else {
-      Vector direction = Vector::Constant(1, mode.LetterOf(i) == Letter::kBackward ? -1 : 1);
+      Vector direction = Vector::Constant(1, SlipSign(mode.LetterOf(i)));
       if (dimension == 2) {
         direction = (frame.rows().middleRows<2>(row + 1) * x.tail(d)).normalized();
       }

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "contact_flow/dynamics/complementarity.h"
+#include "contact_flow/dynamics/guards.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
 
@@ -89,7 +90,7 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
   }
   for (int i : begins) {
     const int row = system.friction()[i].row;
-    const double sign = mode.LetterOf(i) == Letter::kBackward ? -1 : 1;
+    const double sign = SlipSign(mode.LetterOf(i));
     Contact contact;
     contact.constraint = i;
     contact.slips = true;

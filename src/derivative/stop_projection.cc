@@ -2,6 +2,7 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 
+#include "contact_flow/dynamics/guards.h"
 #include "frictional_reset.h"
 
 namespace contact_flow {
@@ -41,7 +42,7 @@ Matrix StopProjection(ContactDynamics* dynamics, const Vector& x, ContactMode mo
     } else if (friction.dimension > 0 && friction.coefficient > 0) {
       const auto T = A.middleRows(friction.row, friction.dimension);
       Vector direction(1);
-      direction(0) = letter == Letter::kBackward ? -1 : 1;
+      direction(0) = SlipSign(letter);
       if (friction.dimension == 2) direction = (T * x.tail(d)).normalized();
       pushes.back() -= friction.coefficient * (T.transpose() * direction);
     }

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "contact_flow/dynamics/guards.h"
+
 namespace contact_flow {
 namespace {
 
@@ -21,7 +23,7 @@ std::vector<WalkGuard> GuardsAhead(ContactDynamics* dynamics, const WalkPoint& p
     guards.push_back({Kind::kTouchdown, i, point.gap_jacobian().row(i), point.rate()(i)});
   }
   for (int i : ahead.stopping) {
-    const double sign = mode.LetterOf(i) == Letter::kBackward ? -1 : 1;
+    const double sign = SlipSign(mode.LetterOf(i));
     const Eigen::RowVectorXd slip = sign * point.rate_jacobian().row(system.friction()[i].row);
     const double rate = slip.dot(field);
     if (rate < -kGuardBorder * point.acceleration()) guards.push_back({Kind::kStop, i, slip, rate});

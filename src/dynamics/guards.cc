@@ -56,6 +56,63 @@ ConstraintSet Guards::OfSlips(ContactMode mode) const {
   return guards;
 }
 
+GuardKind Guards::KindOf(int guard, ContactMode mode, ConstraintSet shared) const {
+  if (IsNormal(guard)) {
+    return (mode - system_.compliant()).Contains(guard) ? GuardKind::kForce : GuardKind::kGap;
+  }
+  return OfForces(mode, shared).Contains(guard) ? GuardKind::kCone : GuardKind::kSlip;
+}
+
+GuardJet Guards::At(int guard, ContactDynamics* dynamics, const VectorRef& x,
+                    ContactMode mode) const {
+  Vector rates;
+  if (!IsNormal(guard)) rates = dynamics->ForceRate(x, mode);  // … and which contacts share forces
+  switch (KindOf(guard, mode, dynamics->shared())) {
+    case GuardKind::kForce: {
+      const double rate = dynamics->ForceRate(x, mode, guard);
+      return {dynamics->force()(guard), rate};
+    }
+    case GuardKind::kCone:
+      return {OfForce(guard, *dynamics), RateOfForce(guard, *dynamics, rates)};
+    default: {
+      const auto v = x.tail(system_.dof());
+      ConstraintTerms terms;
+      system_.Constraints(x.head(system_.num_positions()), v, &terms);
+      return OfMotion(guard, mode, terms, v, dynamics->acceleration());
+    }
+  }
+}
+
+GuardJet Guards::OfMotion(int guard, ContactMode mode, const ConstraintTerms& at,
+                          const VectorRef& v, const Vector& acceleration) const {
+  if (IsNormal(guard)) {
+    const double sign = GapSign(guard, mode);
+    return {sign * at.gap(guard), sign * at.jacobian.row(guard).dot(v)};
+  }
+  const Friction& friction = system_.friction()[ConstraintOf(guard)];
+  Eigen::Vector2d slip, rate;
+  for (int k = 0; k < friction.dimension; ++k) {
+    const auto row = at.jacobian.row(friction.row + k);
+    slip(k) = row.dot(v);
+    rate(k) = row.dot(acceleration) + at.bias(friction.row + k);
+  }
+  return OfSlip(guard, mode, slip.head(friction.dimension), rate.head(friction.dimension));
+}
+
+GuardJet Guards::OfSlip(int guard, ContactMode mode, const GapSample& at) const {
+  const Friction& friction = system_.friction()[ConstraintOf(guard)];
+  return OfSlip(guard, mode, at.rate.segment(friction.row, friction.dimension),
+                at.acceleration.segment(friction.row, friction.dimension));
+}
+
+/// By T v and its rate.
+GuardJet Guards::OfSlip(int guard, ContactMode mode, const VectorRef& slip,
+                        const VectorRef& rate) const {
+  if (slip.size() == 2) return {slip.norm(), slip.dot(rate) / slip.norm()};
+  const double sign = SlipSign(mode.LetterOf(ConstraintOf(guard)));
+  return {sign * slip(0), sign * rate(0)};
+}
+
 double Guards::OfForce(int guard, const ContactDynamics& at) const {
   const Vector& force = at.force();
   if (guard < n_) return force(guard);

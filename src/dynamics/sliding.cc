@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/dynamics/guards.h"
 #include "contact_flow/model/row_layout.h"
 
 namespace contact_flow {
@@ -23,7 +24,7 @@ void ContactDynamics::AddFriction() {
     } else if (friction.dimension > 0 &&
                (friction.coefficient > 0 || !by_parameter.row(i).isZero(0))) {
       Sliding sliding{i, column, friction};
-      sliding.direction(0) = letter == Letter::kBackward ? -1 : 1;
+      sliding.direction(0) = SlipSign(letter);
       at_->turning = at_->turning || friction.dimension == 2 || !(friction.coefficient > 0);
       at_->sliding.push_back(sliding);
     }

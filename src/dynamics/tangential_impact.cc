@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "contact_flow/dynamics/guards.h"
 #include "contact_flow/model/driven.h"
 #include "contact_flow/model/row_layout.h"
 #include "impact_process.h"
@@ -80,7 +81,7 @@ std::optional<FrictionalImpact> SolveTangentialImpact(const MechanicalSystem& sy
     if (contact.dimension == 2) {
       contact.direction = problem.b.segment<2>(row + 1).normalized();
     } else {
-      contact.direction(0) = J.LetterOf(i) == Letter::kBackward ? -1 : 1;
+      contact.direction(0) = SlipSign(J.LetterOf(i));
     }
     contact.slips = true;
   }

@@ -12,7 +12,7 @@ namespace contact_flow {
 namespace {
 
 /// Motions that differ by less than this are one, relative.
-constexpr double kSameMotion = 1e-8;
+constexpr double kSameTurning = 1e-8;
 /// A normal force below this part of the largest has vanished; changes below it are rounding.
 constexpr double kNoForce = 1e-6;
 /// Speeds that miss what bodies can do by less than this are possible; and are equal, relative.
@@ -53,17 +53,6 @@ Onsets OnsetsOf(const FrictionProblem& problem, const FrictionSolution& word) {
   return onsets;
 }
 
-Matrix Block(const Matrix& G, const std::vector<int>& rows) {
-  const auto m = static_cast<Eigen::Index>(rows.size());
-  Matrix block(m, m);
-  for (Eigen::Index r = 0; r < m; ++r) {
-    for (Eigen::Index c = 0; c < m; ++c) {
-      block(r, c) = G(rows[static_cast<std::size_t>(r)], rows[static_cast<std::size_t>(c)]);
-    }
-  }
-  return block;
-}
-
 /// The speeds nearest to 1 with which what begins to slip may move, by contact; some may vanish, or
 /// have the wrong sign.
 Vector PossibleSpeeds(const FrictionProblem& problem, const FrictionSolution& word) {
@@ -77,7 +66,8 @@ Vector PossibleSpeeds(const FrictionProblem& problem, const FrictionSolution& wo
   }
   if (begun.empty()) return speeds;
   // Zᵀ A v = 0 for all v.
-  const Matrix all = FindRowBasis(Block(problem.G, onsets.rows)).freedom.transpose() * onsets.rates;
+  const Matrix all =
+      FindRowBasis(Matrix(problem.G(onsets.rows, onsets.rows))).freedom.transpose() * onsets.rates;
   Matrix missed(all.rows(), static_cast<Eigen::Index>(begun.size()));
   for (std::size_t j = 0; j < begun.size(); ++j) {
     missed.col(static_cast<Eigen::Index>(j)) = all.col(begun[j]);
@@ -135,7 +125,7 @@ std::optional<FrictionSolution> FindTurningOnset(const FrictionProblem& problem,
   }
   word.interior.resize(0);
   if (begin.empty() || !SolveWord(problem, &word) || word.many) return std::nullopt;
-  if (!((word.result - stuck.result).cwiseAbs().maxCoeff() <= kSameMotion * scale)) {
+  if (!((word.result - stuck.result).cwiseAbs().maxCoeff() <= kSameTurning * scale)) {
     return std::nullopt;
   }
   for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
@@ -148,7 +138,7 @@ std::optional<FrictionSolution> FindTurningOnset(const FrictionProblem& problem,
 }
 
 bool SlipsMayBegin(const FrictionProblem& problem, const FrictionSolution& word) {
-  const double still = kSameMotion * problem.b.cwiseAbs().maxCoeff();
+  const double still = kSameTurning * problem.b.cwiseAbs().maxCoeff();
   const Vector speeds = PossibleSpeeds(problem, word);
   for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
     if (!BeginsInSpace(problem, word, k)) continue;
@@ -175,7 +165,7 @@ Vector BegunMotion(const FrictionFrame& frame, const FrictionSolution& word, dou
   const FrictionProblem& problem = frame.problem();
   const Onsets onsets = OnsetsOf(problem, word);
   if (!onsets.any) return {};
-  const Matrix G = Block(problem.G, onsets.rows);
+  const Matrix G = Matrix(problem.G(onsets.rows, onsets.rows));
   Matrix reach(frame.reach().rows(), G.cols());
   for (Eigen::Index r = 0; r < reach.cols(); ++r) {
     reach.col(r) = frame.reach().col(onsets.rows[static_cast<std::size_t>(r)]);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "contact_flow/dynamics/guards.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "frame_words.h"
 
@@ -36,7 +37,7 @@ std::optional<WordAhead> OnlyWord(ContactDynamics* dynamics, const Vector& x,
     if (contact.dimension == 2) {
       contact.direction = (frame.rows().middleRows<2>(row) * x.tail(d)).normalized();
     } else {
-      contact.direction(0) = touching.slipping.LetterOf(i) == Letter::kBackward ? -1 : 1;
+      contact.direction(0) = SlipSign(touching.slipping.LetterOf(i));
     }
   }
   std::optional<WordAhead> found;

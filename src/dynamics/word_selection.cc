@@ -5,6 +5,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "contact_flow/dynamics/guards.h"
 #include "dependent_rows.h"
 #include "frame_words.h"
 #include "turning_onset.h"
@@ -55,7 +56,7 @@ class Words {
       if (touching.slipping.Contains(i) && contact.dimension > 0) {
         contact.slips = true;
         if (contact.dimension == 1) {
-          contact.direction(0) = touching.slipping.LetterOf(i) == Letter::kBackward ? -1 : 1;
+          contact.direction(0) = SlipSign(touching.slipping.LetterOf(i));
         } else {
           contact.direction = (A.middleRows<2>(row + 1) * x.tail(d_)).normalized();
         }
@@ -279,7 +280,7 @@ class Words {
       }
       const bool begins = !contact.slips && contact.dimension == 1 && letter != Letter::kStick;
       if (begins) {
-        slacks.push_back({i, (letter == Letter::kBackward ? -1 : 1) * rate(tangential), false});
+        slacks.push_back({i, SlipSign(letter) * rate(tangential), false});
       } else if (turns && !contact.slips && contact.dimension == 2 && letter == Letter::kSlip) {
         const Vector slip = terms_.jacobian.middleRows<2>(tangential) * x.tail(d_);
         slacks.push_back({i, slip.normalized().dot(rate.segment<2>(tangential)), false});

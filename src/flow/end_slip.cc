@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "contact_flow/dynamics/guards.h"
 #include "contact_flow/flow/flow.h"
 #include "singular_slip.h"
 
@@ -42,7 +43,7 @@ bool Flow::EndSlips() {
   for (int i : sliding) {
     const int guard = guards_.OfFriction(i);
     const auto row = terms_.jacobian.row(system_.friction()[i].row);
-    const double sign = mode_.LetterOf(i) == Letter::kBackward ? -1 : 1;
+    const double sign = SlipSign(mode_.LetterOf(i));
     const double slip = sign * row.dot(v), bias = terms_.bias(system_.friction()[i].row);
     const bool ends = sign * (row.dot(dynamics_.acceleration()) + bias) < 0;
     const bool again = last_transition_ && *last_transition_ == t_ && last_trigger_ == guard;

@@ -61,53 +61,27 @@ void EventLocator::Sample(double theta, ConstraintSet set, double* value, double
   const MechanicalSystem& system = dynamics_->system();
   const int d = system.dof();
   const double h = stepper_->step();
-  const bool forces = !(set & pushes_).Empty(), slips = !(set & slips_).Empty();
+  const auto put = [&](int g, const GuardJet& at) {
+    value[g] = at.value;
+    rate[g] = h * at.rate;
+  };
+  const bool forces = !(set & pushes_).Empty();
   if (!forces && (theta == 0 || theta == 1)) {
-    const GapSample& known = theta == 0 ? *begin_ : *end_;
-    for (int g : set& slips_) {
-      const double sign = guards_.SlipSign(g, mode_);
-      value[g] = sign * known.rate(guards_.SlipRow(g));
-      rate[g] = sign * h * known.acceleration(guards_.SlipRow(g));
-    }
-    for (int i : set - slips_) {
-      value[i] = GapSign(i) * known.gap(i);
-      rate[i] = GapSign(i) * h * known.rate(i);
-    }
+    for (int g : set) put(g, guards_.OfMotion(g, mode_, theta == 0 ? *begin_ : *end_));
     return;
   }
   stepper_->Interpolate(theta, x_.data());
   if (forces) {
     const Vector& rates = dynamics_->ForceRates(x_, mode_);
-    if (guards_.size() == system.num_constraints()) {
-      for (int i : set) {
-        value[i] = dynamics_->force()(i);
-        rate[i] = h * rates(i);
-      }
-      return;
-    }
     for (int g : set) {
-      value[g] = guards_.OfForce(g, *dynamics_);
-      rate[g] = h * guards_.GradientOfForce(g, *dynamics_, rates)(0);
+      put(g, {guards_.OfForce(g, *dynamics_), guards_.RateOfForce(g, *dynamics_, rates)});
     }
     return;
   }
-  if (slips) {
-    dynamics_->Evaluate(x_, mode_);
-    system.Constraints(x_.head(system.num_positions()), x_.tail(d), &terms_);
-    for (int g : set) {
-      const int row = guards_.SlipRow(g);
-      const double sign = guards_.SlipSign(g, mode_);
-      value[g] = sign * terms_.jacobian.row(row).dot(x_.tail(d));
-      rate[g] =
-          sign * h * (terms_.jacobian.row(row).dot(dynamics_->acceleration()) + terms_.bias(row));
-    }
-    return;
-  }
+  if (!(set & slips_).Empty()) dynamics_->Evaluate(x_, mode_);
   system.Constraints(x_.head(system.num_positions()), x_.tail(d), &terms_);
-  for (int i : set) {
-    const double sign = GapSign(i);
-    value[i] = sign * terms_.gap(i);
-    rate[i] = sign * h * terms_.jacobian.row(i).dot(x_.tail(d));
+  for (int g : set) {
+    put(g, guards_.OfMotion(g, mode_, terms_, x_.tail(d), dynamics_->acceleration()));
   }
 }
 
@@ -130,8 +104,7 @@ ConstraintSet EventLocator::Low(const GapSample& begin) const {
 ConstraintSet EventLocator::FallingOn(ConstraintSet gaps) const {
   ConstraintSet falling;
   for (int i : gaps) {
-    const double sign = GapSign(i), gap = sign * end_->gap(i), rate = sign * end_->rate(i);
-    const double bend = sign * end_->acceleration(i);
+    const auto [gap, rate, bend] = guards_.OfMotion(i, mode_, *end_);
     if (!(gap < 0) || !(rate < 0)) continue;
     if (bend <= 0 || gap - rate * rate / (2 * bend) < -floor_) falling.Insert(i);
   }
@@ -140,15 +113,11 @@ ConstraintSet EventLocator::FallingOn(ConstraintSet gaps) const {
 
 /// The gaps that may vanish in the step, or set a margin.
 ConstraintSet EventLocator::OpenGaps(bool free) const {
-  const GapSample &begin = *begin_, &end = *end_;
   const double h = stepper_->step();
-  const int n = dynamics_->system().num_constraints();
   ConstraintSet open;
-  for (int i : ConstraintSet::All(n) - rigid_ - ignored_) {
-    const double sign = GapSign(i);
-    const GuardJet first = {sign * begin.gap(i), sign * begin.rate(i),
-                            sign * begin.acceleration(i)};
-    const GuardJet last = {sign * end.gap(i), sign * end.rate(i), sign * end.acceleration(i)};
+  for (int i : guards_.OfGaps(mode_) - ignored_) {
+    const GuardJet first = guards_.OfMotion(i, mode_, *begin_);
+    const GuardJet last = guards_.OfMotion(i, mode_, *end_);
     if (!affine_ && (free || !IsFar(h, first, last))) {
       open.Insert(i);
       continue;
@@ -245,7 +214,7 @@ LocatedEvent EventLocator::Locate(Stepper* stepper, ContactMode mode, const GapS
     if (!ScreenForces(free, &forces, &pull, &event)) return event;
   }
   for (int i : margins_.low) {
-    if (GapSign(i) * begin.gap(i) > floor_) margins_.low.Erase(i);
+    if (Guards::GapSign(i, mode) * begin.gap(i) > floor_) margins_.low.Erase(i);
   }
   const ConstraintSet gaps = OpenGaps(free);
   if (!gaps.Empty()) SearchGaps(gaps, free, &event);

@@ -30,8 +30,7 @@ void FrictionalResolution::Collect(int trigger) {
   cluster.tolerance = asked > 0 ? asked : kInstantErrors * own;
   double first = std::numeric_limits<double>::infinity(), last = -first;
   std::vector<std::pair<double, int>> order;
-  const ConstraintSet open = ConstraintSet::All(system_.num_constraints()) - mode;
-  for (int g : zeros.forces() | guards_.OfSlips(mode) | open) {
+  for (int g : zeros.forces() | guards_.OfSlips(mode) | guards_.OfGaps(mode)) {
     const GuardZero zero = zeros.At(g);
     const double within =
         asked > 0 ? -zero.slope * asked
@@ -153,35 +152,43 @@ ConstraintSet FrictionalResolution::AddImplied(ConstraintSet touching) {
   return implied;
 }
 
+/// What follows where a guard vanishes, by its kind.
 void FrictionalResolution::Note(int guard, double slope) {
   Transition& cluster = result_.transition;
   const int i = guards_.ConstraintOf(guard);
-  const bool member = cluster.mode_before.Contains(i);
-  if (guards_.IsNormal(guard) && !member) {
-    // The same event at the same time: it opens too slowly to be taken for a touch without speed.
-    const double slow = rules_.stalled || all_hit_
-                            ? 0
-                            : std::min(rules_.speed_tolerance, 1e3 * rules_.absolute_tolerance);
-    const double still = std::max(Rounding(i, cluster.x_minus.tail(d_)), slow);
-    if (slope < -still) {
-      cluster.activated.Insert(i);
-      result_.approach_speed = std::min(result_.approach_speed, -slope);
-      return;
-    }
-    grazed_.Insert(i);
-    Obstruct(i, "is touched with normal velocity", slope, "m/s");
+  switch (guards_.KindOf(guard, cluster.mode_before, dynamics_.shared())) {
+    case GuardKind::kGap:
+      NoteTouch(i, slope);
+      break;
+    case GuardKind::kForce:
+      cluster.vanishing.Insert(i);
+      result_.release_rate = std::min(result_.release_rate, -slope);
+      if (!(slope < 0)) Obstruct(i, "lets go with a force rate of", slope, "N/s");
+      break;
+    case GuardKind::kCone:
+      if (!(slope < 0)) Obstruct(i, "reaches its friction cone at a rate of", slope, "N/s");
+      break;
+    case GuardKind::kSlip:
+      stopped_.Insert(i);
+      if (!(slope < 0)) Obstruct(i, "stops slipping with an acceleration of", slope, "m/s^2");
+      break;
+  }
+}
+
+void FrictionalResolution::NoteTouch(int i, double slope) {
+  Transition& cluster = result_.transition;
+  // The same event at the same time: it opens too slowly to be taken for a touch without speed.
+  const double slow = rules_.stalled || all_hit_
+                          ? 0
+                          : std::min(rules_.speed_tolerance, 1e3 * rules_.absolute_tolerance);
+  const double still = std::max(Rounding(i, cluster.x_minus.tail(d_)), slow);
+  if (slope < -still) {
+    cluster.activated.Insert(i);
+    result_.approach_speed = std::min(result_.approach_speed, -slope);
     return;
   }
-  if (guards_.IsNormal(guard)) {
-    cluster.vanishing.Insert(i);
-    result_.release_rate = std::min(result_.release_rate, -slope);
-    if (!(slope < 0)) Obstruct(i, "lets go with a force rate of", slope, "N/s");
-  } else if (guards_.OfSlips(cluster.mode_before).Contains(guard)) {
-    stopped_.Insert(i);
-    if (!(slope < 0)) Obstruct(i, "stops slipping with an acceleration of", slope, "m/s^2");
-  } else if (!(slope < 0)) {
-    Obstruct(i, "reaches its friction cone at a rate of", slope, "N/s");
-  }
+  grazed_.Insert(i);
+  Obstruct(i, "is touched with normal velocity", slope, "m/s");
 }
 
 void FrictionalResolution::Obstruct(int i, const char* what, double slope, const char* unit) {

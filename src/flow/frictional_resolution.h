@@ -79,6 +79,7 @@ class FrictionalResolution {
   bool Notable() const { return fastest_rise_ > kNotable * rules_.speed_tolerance; }
   ConstraintSet AddImplied(ConstraintSet touching);
   void Note(int guard, double slope);
+  void NoteTouch(int i, double slope);
   void Obstruct(int i, const char* what, double slope, const char* unit);
   void Sort(int i, const Vector& rate, const Vector& v, ConstraintSet still,
             TouchingContacts* contacts) const;

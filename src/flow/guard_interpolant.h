@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "contact_flow/dynamics/guards.h"
 #include "contact_flow/flow/stage_places.h"
 
 namespace contact_flow {
@@ -9,11 +10,6 @@ namespace contact_flow {
 struct GuardBound {
   double lowest;  ///< a lower bound of the interpolant, by its Bernstein coefficients
   double error;   ///< an estimate of how far the guard is off the interpolant
-};
-
-/// A guard with its first two time derivatives at one end of a step.
-struct GuardJet {
-  double value, rate, acceleration;
 };
 
 /// The quintic Hermite interpolant of both ends of a step of length h; its error is estimated by

@@ -33,7 +33,7 @@ GuardZeros::GuardZeros(ContactDynamics* dynamics, const Vector& x, ContactMode m
   reach_.array() += rules.absolute_tolerance;
   ConstraintTerms terms;
   system.Constraints(x.head(nq), x.tail(d), &terms);
-  acceleration_ = (terms.jacobian * gradients_.field().tail(d) + terms.bias).head(n_);
+  acceleration_ = (terms.jacobian * gradients_.field().segment(d, d) + terms.bias).head(n_);
 }
 
 bool GuardZeros::IsOpenGap(int guard) const { return guard < n_ && !mode_.Contains(guard); }

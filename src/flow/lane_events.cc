@@ -19,17 +19,17 @@ bool LaneRuns::SettleOnto(int k) {
   if (run.redo) return EndOnto(k);
   LoadGaps(k, &end_);
   const int i = run.event.constraint;
-  double value, slope;
-  if (run.mode.Contains(i)) {
+  GuardJet at{};
+  if (IsOfForces(guards_.KindOf(i, run.mode))) {
     Use(run);
     const long before = dynamics_.evaluations();
-    slope = dynamics_.ForceRate(x_end_, run.mode, i);
-    value = dynamics_.force()(i);
+    at = guards_.At(i, &dynamics_, x_end_, run.mode);
     run.evaluations += dynamics_.evaluations() - before;
   } else {
-    value = run.event.touch ? end_.rate(i) : end_.gap(i);
-    slope = run.event.touch ? end_.acceleration(i) : end_.rate(i);
+    at = guards_.OfMotion(i, run.mode, end_);
   }
+  const double value = run.event.touch ? at.rate : at.value;
+  const double slope = run.event.touch ? at.acceleration : at.rate;
   if (std::abs(value) > run.least) {
     run.redo = true;
     run.s = arrays_.h[k] = run.nearest;

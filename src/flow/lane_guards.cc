@@ -17,10 +17,10 @@ bool LaneRuns::IsClear(int k, bool free, double* growth) {
   if (!run.mode.Empty() && (free || !ForcesAreClear(k, growth))) return false;
   for (int i = 0; i < n_; ++i) {
     if (run.mode.Contains(i)) continue;
-    const GuardBound bound =
-        QuinticBound(run.length, {run.begin.gap(i), run.begin.rate(i), run.begin.acceleration(i)},
-                     {end_.gap(i), end_.rate(i), end_.acceleration(i)});
-    const bool dips = run.begin.rate(i) < 0 && end_.rate(i) > 0;
+    const GuardJet first = guards_.OfMotion(i, run.mode, run.begin);
+    const GuardJet last = guards_.OfMotion(i, run.mode, end_);
+    const GuardBound bound = QuinticBound(run.length, first, last);
+    const bool dips = first.rate < 0 && last.rate > 0;
     if (!(bound.lowest > bound.error && bound.lowest > options_.absolute_tolerance)) return false;
     if (dips && bound.lowest - bound.error < run.margins.gap) return false;
   }

@@ -37,6 +37,7 @@ LaneRuns::LaneRuns(const BatchRequest& request, std::unique_ptr<LaneStepper> ste
                  std::copy(x + d_, x + 2 * d_, xdot);
                  Eigen::Map<Vector>(xdot + d_, d_) = dynamics_.acceleration();
                }),
+      guards_(system_),
       locator_(&dynamics_, options_.absolute_tolerance, options_.relative_tolerance),
       view_(stepper_.get(), 2 * d_),
       touchdown_(system_),

@@ -130,6 +130,7 @@ class LaneRuns {
   ContactDynamics dynamics_;
   ContactMode mode_;  // of the lane that is looked at
   Dop853 starter_;
+  const Guards guards_;
   EventLocator locator_;
   LaneView view_;
   PlasticTouchdown touchdown_;

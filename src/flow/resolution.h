@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "contact_flow/dynamics/guards.h"
 #include "contact_flow/flow/transition.h"
 
 namespace contact_flow {
@@ -62,7 +63,13 @@ class Resolution {
 
  private:
   Transition& transition() { return result_.transition; }
+  /// Whether its guard is the force.
   bool IsMember(int i) const { return (result_.transition.mode_before - compliant_).Contains(i); }
+  GuardJet GuardOf(int i) const {
+    if (IsMember(i)) return {force_(i), force_rate_(i)};
+    const double sign = Guards::GapSign(i, result_.transition.mode_before);
+    return {sign * terms_.gap(i), sign * rate_(i), sign * acceleration_(i)};
+  }
   const std::string& Name(int i) const { return system_.description().constraints[i]; }
 
   /// What a rate Da_i v is known to.

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "contact_flow/dynamics/guards.h"
 #include "src/dynamics/implied_contacts.h"
 #include "src/dynamics/word_ahead.h"
 
@@ -19,7 +20,7 @@ constexpr double kSlow = 1e-7;
 /// are rounding, relative.
 constexpr double kAhead = 1e-6, kNoChange = 1e-9;
 /// A direction is turned by so much, to see whether it turns back.
-constexpr double kTurned = 1e-4;
+constexpr double kTurnedAside = 1e-4;
 
 }  // namespace
 
@@ -64,7 +65,7 @@ std::map<int, Eigen::Vector2d> OnsetDirections(ContactDynamics* dynamics, const 
     if (contact.dimension == 2) {
       contact.direction = (frame.rows().middleRows<2>(row) * x.tail(d)).normalized();
     } else {
-      contact.direction(0) = touching.slipping.LetterOf(i) == Letter::kBackward ? -1 : 1;
+      contact.direction(0) = SlipSign(touching.slipping.LetterOf(i));
     }
   }
   std::map<int, Eigen::Vector2d> directions;
@@ -127,7 +128,7 @@ bool SlipsGoOn(ContactDynamics* dynamics, Vector x, ContactMode mode, ContactMod
   if (directions.size() == 1) {
     const auto& [i, along] = *directions.begin();
     const Eigen::Vector2d across(-along(1), along(0));
-    const Vector turn = accelerations(begun(kTurned)) - accelerations(begun(-kTurned));
+    const Vector turn = accelerations(begun(kTurnedAside)) - accelerations(begun(-kTurnedAside));
     if (across.dot(turn.segment<2>(system.friction()[i].row)) > 0) return false;
   }
   x = begun(0);

@@ -25,23 +25,15 @@ std::optional<double> Flow::StepOntoEvent(const LocatedEvent& event, double leng
   for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
     step_to(s);
     if (!x_end_.allFinite()) return std::nullopt;
-    double value, slope;
-    if (guards_.IsNormal(i) && (mode_ - system_.compliant()).Contains(i)) {
-      slope = dynamics_.ForceRate(x_end_, mode_, i);
-      value = dynamics_.force()(i);
-    } else if (guards_.OfForces(mode_, dynamics_.shared()).Contains(i)) {
-      const Vector rates = dynamics_.ForceRate(x_end_, mode_);
-      slope = guards_.GradientOfForce(i, dynamics_, rates)(0);
-      value = guards_.OfForce(i, dynamics_);
-    } else if (!guards_.IsNormal(i)) {
-      SampleEnd(&gaps_end_);
-      value = guards_.SlipSign(i, mode_) * gaps_end_.rate(guards_.SlipRow(i));
-      slope = guards_.SlipSign(i, mode_) * gaps_end_.acceleration(guards_.SlipRow(i));
+    GuardJet at{};
+    if (IsOfForces(guards_.KindOf(i, mode_, dynamics_.shared()))) {
+      at = guards_.At(i, &dynamics_, x_end_, mode_);
     } else {
       SampleEnd(&gaps_end_);
-      value = event.touch ? gaps_end_.rate(i) : gaps_end_.gap(i);
-      slope = event.touch ? gaps_end_.acceleration(i) : gaps_end_.rate(i);
+      at = guards_.OfMotion(i, mode_, gaps_end_);
     }
+    const double value = event.touch ? at.rate : at.value;
+    const double slope = event.touch ? at.acceleration : at.rate;
     if (std::abs(value) > least) {  // where the guard grazes, rounding sends Newton anywhere
       step_to(s = nearest);
       if (!x_end_.allFinite()) return std::nullopt;

@@ -98,8 +98,7 @@ void Resolution::Touch(int i, double slope) {
 /// A gap that opens again by itself, and closes by no more than it is known to: whether it touches
 /// at all is decided by errors.
 void Resolution::NoteUnresolvedDip(int i, double slope) {
-  const double sign = transition().mode_before.Contains(i) ? -1 : 1;
-  const double opening = sign * acceleration_(i);
+  const double opening = Guards::GapSign(i, transition().mode_before) * acceleration_(i);
   const double known =
       std::max(kInstantErrors * guard_error_(i), kUnknownDip * guard_reach_(i) / kAccumulated);
   if (!(opening > 0 && slope * slope <= 2 * opening * known)) return;
@@ -113,15 +112,12 @@ void Resolution::NoteUnresolvedDip(int i, double slope) {
 void Resolution::Collect(int trigger) {
   const double coordinates = transition().x_minus.head(nq_).cwiseAbs().maxCoeff();
   const double asked = rules_.simultaneity_tolerance;
-  const double own =
-      InstantError(trigger, IsMember(trigger) ? force_rate_(trigger) : rate_(trigger));
+  const double own = InstantError(trigger, GuardOf(trigger).rate);
   transition().tolerance = asked > 0 ? asked : kInstantErrors * own;
   Spread spread;
   for (int i = 0; i < system_.num_constraints(); ++i) {
     const bool member = IsMember(i);
-    const double sign = (transition().mode_before & compliant_).Contains(i) ? -1 : 1;
-    const double value = member ? force_(i) : sign * terms_.gap(i);
-    const double slope = member ? force_rate_(i) : sign * rate_(i);
+    const double value = GuardOf(i).value, slope = GuardOf(i).rate;
     const double slow = member ? 0 : Still(i);
     if (i == trigger && slope >= -slow) {
       Touch(i, slope);

@@ -81,7 +81,7 @@ class ValidityEstimator {
     Eigen::RowVectorXd gradient;  // [1 × 2d+k]
     double rate = 0;              // [m/s] or [N/s]
   };
-  Eigen::RowVectorXd GuardGradient(std::size_t arc, const VectorRef& x, int i, bool is_force) const;
+  Eigen::RowVectorXd GuardGradient(std::size_t arc, const VectorRef& x, int guard) const;
   void WatchStart();
   void WatchBegin(std::size_t arc);
   void WatchDips(std::size_t arc);

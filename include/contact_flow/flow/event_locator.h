@@ -12,15 +12,7 @@
 
 namespace contact_flow {
 
-/// The gaps along a motion with acceleration q̈: a, ȧ = Da v and ä = Da q̈ + Ḋa v, all [n+l+r]; of
-/// the tangential rows rate and acceleration are slip T v and its rate.
-struct GapSample {
-  Vector gap;
-  Vector rate;
-  Vector acceleration;
-};
-
-/// Evaluates them; `terms` is scratch.
+/// Evaluates the gaps along a motion; `terms` is scratch.
 void SampleGaps(const MechanicalSystem& system, const VectorRef& x, const VectorRef& acceleration,
                 ConstraintTerms* terms, GapSample* sample);
 
@@ -109,8 +101,6 @@ class EventLocator {
   void RestoreMargins(const GuardMargins& margins) { margins_ = margins; }
 
  private:
-  /// −1 for a compliant member, whose guard is −a_i.
-  double GapSign(int i) const { return mode_.Contains(i) ? -1 : 1; }
   void Sample(double theta, ConstraintSet set, double* value, double* rate);
   void SampleForces(double theta, ConstraintSet set, double* value);
   double AtHand(int guard) const;
