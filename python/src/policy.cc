@@ -74,7 +74,7 @@ SharedPolicy FromText(const std::string& text, const std::string& name) {
 }
 
 py::tuple NamesOfContacts(ConstraintSet contacts, const PolicyNames& names) {
-  return py::tuple(py::cast(contacts.NamesOfContacts(names.constraints)));
+  return py::tuple(py::cast(contacts.Names(names.constraints)));
 }
 
 py::list Phases(const TrackingPolicy& policy) {
@@ -110,7 +110,7 @@ int ToPhase(const TrackingPolicy& policy, const py::object& phase, double t) {
 ConstraintSet ToContactSet(const py::handle& given, const PolicyNames& names) {
   SystemDescription d;
   d.constraints = names.constraints;
-  return python::ToContactSet(given, d);
+  return python::ToContacts(given, d);
 }
 
 void Observe(Tracker& t, double at, const py::object& activated, const py::object& released,
@@ -176,10 +176,10 @@ void BindPolicy(py::module_* module) {
       .def_property_readonly(
           "state_names",
           [](const TrackingPolicy& p) { return py::tuple(py::cast(NamesOfState(p.names))); },
-          "NamesOfContacts of x [nq+d].")
+          "Names of x [nq+d].")
       .def_property_readonly(
           "inputs", [](const TrackingPolicy& p) { return py::tuple(py::cast(p.names.inputs)); },
-          "NamesOfContacts of u [m].")
+          "Names of u [m].")
       .def_property_readonly(
           "t",
           [](const TrackingPolicy& p) {

@@ -113,14 +113,14 @@ void ObserveLoop(Loop& loop, double t, const py::object& activated, const py::ob
   std::optional<ConstraintSet> now;
   if (!mode.is_none()) now = ToContacts(mode, names);
   AloneWithLoop(loop, [&] {
-    loop.tracker->ObserveLoop(t, down, up, now);
+    loop.tracker->Observe(t, down, up, now);
     return 0;
   });
 }
 
 Vector LoopInput(Loop& loop, double t, const py::object& x) {
   const Vector state = ToState(*loop.system, x);
-  return AloneWithLoop(loop, [&] { return loop.tracker->LoopInput(t, state); });
+  return AloneWithLoop(loop, [&] { return loop.tracker->Input(t, state); });
 }
 
 HorizonSolution SolveNow(Loop& loop, double t, const py::object& x, const py::object& begin) {

@@ -48,7 +48,7 @@ bool IsNamed(const ContactOptions& options, const std::string& link) {
   return std::find(options.links.begin(), options.links.end(), link) != options.links.end();
 }
 
-/// VerticesOf of a mesh, or none with a warning.
+/// Vertices of a mesh, or none with a warning.
 std::vector<Vec3<double>> VerticesOf(const RobotModel::Shape& shape, const std::string& link,
                                      bool asked, const std::string& folder, MadeContacts* made) {
   std::string wrong;

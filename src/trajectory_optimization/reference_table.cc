@@ -87,7 +87,7 @@ std::vector<double> Breaks(const std::vector<double>& grid, double from, double 
   return breaks;
 }
 
-/// RowsOfMotion from `from` to `to`, each part between two changes of the input with both its ends; `next`
+/// Rows from `from` to `to`, each part between two changes of the input with both its ends; `next`
 /// makes the state at t from that of the row before. Ends early where the motion does.
 template <class Next>
 std::vector<Row> RowsOfMotion(Motion* motion, const std::vector<double>& grid, double from,
