@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/flow/status.h"
+#include "contact_flow/flow/trajectory.h"
+
+namespace contact_flow {
+
+/// Not kOk where a contact outside the mode of an arc touches all along it and nothing presses it
+/// or lifts it, as after a landing under a force that just bears the weight, and its force if it
+/// were held depends to first order on the variables of `dynamics`, or on state that the contact
+/// leaves free: of perturbed runs some lift off, and others are held. Without friction alone.
+Status CheckIdleContacts(ContactDynamics* dynamics, const Arc& arc, double gap_tolerance);
+
+}  // namespace contact_flow
