@@ -2,14 +2,22 @@
 #include "idle_contacts.h"
 
 #include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <utility>
+#include <vector>
+
+#include "contact_flow/budget.h"
+#include "contact_flow/flow/corner_functions.h"
 
 namespace contact_flow {
 namespace {
 
 /// Forces this small beside what they are made of are zero; so are parts of gradients.
 constexpr double kNoForce = 1e-9, kNothing = 1e-7;
+/// Steps that last no longer than this part of their arc tell nothing.
+constexpr double kInstant = 1e-8;
 
 /// w without its part in the span of some rows.
 Vector Without(const Matrix& rows, const Vector& w) {
@@ -59,6 +67,18 @@ double SizeOf(const ContactDynamics& dynamics, const Vector& gradient, const Vec
   return gradient.cwiseAbs().dot(values.cwiseAbs()) + gradient.head(d).cwiseAbs().maxCoeff();
 }
 
+/// Where forces may begin to vanish: an arc as a whole, where f has no corners, else its steps.
+std::vector<std::pair<double, double>> SpansOf(const MechanicalSystem& system, const Arc& arc) {
+  if (CornerFunctions(system).Empty()) return {{arc.t_begin, arc.t_end}};
+  std::vector<std::pair<double, double>> spans;
+  for (std::size_t k = 0; k < arc.dense.NumSteps(); ++k) {
+    const double begin = std::max(arc.t_begin, arc.dense.StepBegin(k));
+    const double end = std::min(arc.t_end, arc.dense.StepBegin(k) + arc.dense.StepLength(k));
+    if (end - begin > kInstant * (arc.t_end - arc.t_begin)) spans.emplace_back(begin, end);
+  }
+  return spans;
+}
+
 /// Whether contact i is idle at x, and its force, were it held, may take either sign.
 bool IsUndecided(ContactDynamics* dynamics, const Vector& x, ContactMode mode, int i,
                  double gap_tolerance) {
@@ -68,7 +88,9 @@ bool IsUndecided(ContactDynamics* dynamics, const Vector& x, ContactMode mode, i
   system.Constraints(q, v, &terms);
   if (!(std::abs(terms.gap(i)) <= gap_tolerance)) return false;
   std::vector<int> held;
-  for (int j : mode - system.compliant()) held.push_back(j);
+  for (int j : mode - system.compliant()) {
+    if (j != i) held.push_back(j);
+  }
   for (int j = 0; j < system.num_bilateral(); ++j) held.push_back(system.num_constraints() + j);
   Matrix rows(held.size(), system.dof());
   for (std::size_t r = 0; r < held.size(); ++r) {
@@ -92,26 +114,35 @@ bool IsUndecided(ContactDynamics* dynamics, const Vector& x, ContactMode mode, i
 Status CheckIdleContacts(ContactDynamics* dynamics, const Arc& arc, double gap_tolerance) {
   const MechanicalSystem& system = dynamics->system();
   if (system.HasFriction() || arc.dense.Empty() || !(arc.t_begin < arc.t_end)) return {};
-  const int nq = system.num_positions();
+  const int n = system.num_constraints(), nq = system.num_positions();
+  Vector x = arc.x_begin, largest = Vector::Zero(n);
   ConstraintTerms terms;
-  system.Constraints(arc.x_begin.head(nq), arc.x_begin.tail(system.dof()), &terms);
-  for (int i = 0; i < system.num_constraints(); ++i) {
-    if (arc.mode.Contains(i) || system.compliant().Contains(i)) continue;
-    if (!(std::abs(terms.gap(i)) <= gap_tolerance)) continue;
-    Vector x = arc.x_begin;
-    bool idle = true;
-    for (const double part : {1.0, 0.5, 0.0}) {
-      const double t = arc.t_begin + part * (arc.t_end - arc.t_begin);
-      if (part > 0) arc.dense.Evaluate(t, x.data());
-      idle = idle && IsUndecided(dynamics, part > 0 ? x : arc.x_begin, arc.mode, i, gap_tolerance);
+  for (const auto& [begin, end] : SpansOf(system, arc)) {
+    AskBudget();
+    arc.dense.Evaluate(0.5 * (begin + end), x.data());
+    system.Constraints(x.head(nq), x.tail(system.dof()), &terms);
+    if (!arc.mode.Empty()) dynamics->Evaluate(x, arc.mode);
+    const Vector force = arc.mode.Empty() ? Vector::Zero(n) : Vector(dynamics->force().head(n));
+    largest = largest.cwiseMax(force.cwiseAbs());
+    for (int i = 0; i < n; ++i) {
+      if (system.compliant().Contains(i)) continue;
+      if (arc.mode.Contains(i) ? !(std::abs(force(i)) <= kNoForce * largest(i))
+                               : !(std::abs(terms.gap(i)) <= gap_tolerance)) {
+        continue;
+      }
+      bool idle = true;
+      for (const double part : {0.5, 0.25, 0.75}) {
+        arc.dense.Evaluate(begin + part * (end - begin), x.data());
+        idle = idle && IsUndecided(dynamics, x, arc.mode, i, gap_tolerance);
+      }
+      if (!idle) continue;
+      std::ostringstream message;
+      message.precision(12);
+      message << "from t = " << begin << " s to " << end << " s contact '"
+              << system.description().constraints[static_cast<std::size_t>(i)]
+              << "' touches, and is neither pressed nor lifted: perturbed runs may do either";
+      return {Outcome::kNotDifferentiable, message.str()};
     }
-    if (!idle) continue;
-    std::ostringstream message;
-    message.precision(12);
-    message << "from t = " << arc.t_begin << " s to " << arc.t_end << " s contact '"
-            << system.description().constraints[static_cast<std::size_t>(i)]
-            << "' touches, and is neither pressed nor lifted: perturbed runs may do either";
-    return {Outcome::kNotDifferentiable, message.str()};
   }
   return {};
 }

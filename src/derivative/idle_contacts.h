@@ -7,10 +7,11 @@
 
 namespace contact_flow {
 
-/// Not kOk where a contact outside the mode of an arc touches all along it and nothing presses it
-/// or lifts it, as after a landing under a force that just bears the weight, and its force if it
-/// were held depends to first order on the variables of `dynamics`, or on state that the contact
-/// leaves free: of perturbed runs some lift off, and others are held. Without friction alone.
+/// Not kOk where a contact touches all along an arc, or a step of it where f has corners, and
+/// nothing presses it or lifts it, as after a landing under a force that just bears the weight or
+/// reaches its limit there, whether the mode holds it or not; and its force, if it is held, depends
+/// to first order on the variables of `dynamics`, or on state that the contact leaves free: of
+/// perturbed runs some lift off, and others are held. Without friction alone.
 Status CheckIdleContacts(ContactDynamics* dynamics, const Arc& arc, double gap_tolerance);
 
 }  // namespace contact_flow
