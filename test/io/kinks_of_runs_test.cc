@@ -235,7 +235,7 @@ TEST(RestingOnALimit, ForAnInstantIsNone) {
 }
 
 /// 1 kg at rest on the floor, whose drive rises to its limit, the weight, in half of the time, and
-/// stays: nothing presses the floor then. A higher limit lifts it, v(1) = ½ δ, a lower one does not.
+/// stays: nothing presses the floor then. A higher limit lifts it, v(1) = ½ δ, a lower one never.
 TEST(RestingOnALimit, ThatJustBearsTheWeight) {
   const auto raised = [](double limit) {
     return std::shared_ptr<const RobotSystem>(new RobotSystem(
