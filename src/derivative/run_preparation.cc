@@ -8,6 +8,7 @@
 
 #include "contact_flow/budget.h"
 #include "free_slips.h"
+#include "idle_contacts.h"
 #include "resting_corners.h"
 #include "run_law.h"
 #include "src/dynamics/implied_contacts.h"
@@ -190,8 +191,10 @@ bool RunPreparation::MakeEvents(BDerivative* derivative) {
 }
 
 Status RunPreparation::CheckBefore(std::size_t k) const {
-  const Status status = CheckFreeSlips(*dynamics_[k], run_.arcs[k]);
-  return status.ok() ? CheckRestingCorners(*dynamics_[k], run_.arcs[k]) : status;
+  Status status = CheckFreeSlips(*dynamics_[k], run_.arcs[k]);
+  if (status.ok()) status = CheckRestingCorners(*dynamics_[k], run_.arcs[k]);
+  if (!status.ok()) return status;
+  return CheckIdleContacts(dynamics_[k].get(), run_.arcs[k], run_.gap_tolerance);
 }
 
 Status RunPreparation::CheckAfter(std::size_t k, const VariationStatistics& statistics) {

@@ -234,5 +234,31 @@ TEST(RestingOnALimit, ForAnInstantIsNone) {
   }
 }
 
+/// 1 kg at rest on the floor, whose drive rises to its limit, the weight, in half of the time, and
+/// stays: nothing presses the floor then. A higher limit lifts it, v(1) = ½ δ, a lower one never.
+TEST(RestingOnALimit, ThatJustBearsTheWeight) {
+  const auto raised = [](double limit) {
+    return std::shared_ptr<const RobotSystem>(new RobotSystem(
+        Make(Ball(),
+             "{base: fixed, gravity: 10, constraints: {floor: {kind: plane, link: ball, "
+             "point: [0, 0, 0]}}, efforts: {a: {kind: actuator, joint: z, input: u, limit: " +
+                 test::Text(limit) + "}}, parameters: {most: a/limit}}")));
+  };
+  for (const double limit : {10.0, 9.5, 12.0}) {
+    const LinearInputs led(raised(limit));
+    const Vector held = LinearInputs::Held(0, 1, Vector::Zero(1), Vector::Constant(1, 20));
+    const Trajectory run = Simulate(led, led.State(Vector::Zero(2), 0), held, 1, Tight());
+    BDerivativeOptions options;
+    options.variables.parameters = {0};
+    const BDerivative B = DifferentiateOutcome(led, run, options);
+    if (limit == 10) {
+      ExpectRefused(B.status, "'floor' touches, and is neither pressed nor lifted");
+      continue;
+    }
+    ASSERT_TRUE(B.status.ok()) << B.status.message;
+    EXPECT_NEAR(limit > 10 ? 1 - limit / 20 : 0, B(Vector::Unit(5, 4))(2), 1e-8) << limit;
+  }
+}
+
 }  // namespace
 }  // namespace contact_flow

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "idle_contacts.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+#include "contact_flow/budget.h"
+#include "contact_flow/flow/corner_functions.h"
+
+namespace contact_flow {
+namespace {
+
+/// Forces this small beside what they are made of are zero; so are parts of gradients.
+constexpr double kNoForce = 1e-9, kNothing = 1e-7;
+/// Steps that last no longer than this part of their arc tell nothing.
+constexpr double kInstant = 1e-8;
+
+/// w without its part in the span of some rows.
+Vector Without(const Matrix& rows, const Vector& w) {
+  if (rows.rows() == 0) return w;
+  const Matrix columns = rows.transpose();
+  return w - columns * columns.completeOrthogonalDecomposition().solve(w);
+}
+
+/// What contact i, and all that a mode holds, admit: δa = 0 and δ(Da v) = 0 [rows × 2d+k].
+Matrix HeldTangents(const ContactDynamics& dynamics, const ConstraintTerms& terms,
+                    const std::vector<int>& held, const Vector& q, const Vector& v) {
+  const MechanicalSystem& system = dynamics.system();
+  const int d = system.dof(), k = dynamics.num_variables();
+  const std::vector<int>& parameters = dynamics.variables().parameters;
+  const auto p = static_cast<Eigen::Index>(parameters.size());
+  const Vector no_jump = Vector::Zero(d), no_impulse = Vector::Zero(terms.gap.size());
+  ResidualJacobian residual;
+  system.DifferentiateImpact(q, no_jump, no_impulse, v, &residual);
+  ParameterJacobian by;
+  if (p > 0) system.DifferentiateImpactByParameters(q, no_jump, no_impulse, v, parameters, &by);
+  Matrix rows = Matrix::Zero(2 * static_cast<Eigen::Index>(held.size()), 2 * d + k);
+  Eigen::Index row = 0;
+  for (int i : held) {
+    rows.row(row).head(d) = terms.jacobian.row(i);
+    if (p > 0) rows.row(row).tail(p) = by.gap.row(i);
+    ++row;
+    rows.row(row).head(d) = residual.constraint_q.row(i);
+    rows.row(row).segment(d, d) = terms.jacobian.row(i);
+    if (p > 0) rows.row(row).tail(p) = by.constraint.row(i);
+    ++row;
+  }
+  return rows;
+}
+
+/// What the force of contact i is made of [N], by its gradient and what it is the gradient by.
+double SizeOf(const ContactDynamics& dynamics, const Vector& gradient, const Vector& x) {
+  const MechanicalSystem& system = dynamics.system();
+  const int d = system.dof();
+  Vector values = Vector::Zero(gradient.size());
+  values.segment(d, d) = x.tail(d);
+  if (dynamics.variables().inputs) values.segment(2 * d, dynamics.u().size()) = dynamics.u();
+  const std::vector<int>& parameters = dynamics.variables().parameters;
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    values(values.size() - static_cast<Eigen::Index>(parameters.size() - k)) =
+        system.description().parameters[static_cast<std::size_t>(parameters[k])].value;
+  }
+  return gradient.cwiseAbs().dot(values.cwiseAbs()) + gradient.head(d).cwiseAbs().maxCoeff();
+}
+
+/// Where forces may begin to vanish: an arc as a whole, where f has no corners, else its steps.
+std::vector<std::pair<double, double>> SpansOf(const MechanicalSystem& system, const Arc& arc) {
+  if (CornerFunctions(system).Empty()) return {{arc.t_begin, arc.t_end}};
+  std::vector<std::pair<double, double>> spans;
+  for (std::size_t k = 0; k < arc.dense.NumSteps(); ++k) {
+    const double begin = std::max(arc.t_begin, arc.dense.StepBegin(k));
+    const double end = std::min(arc.t_end, arc.dense.StepBegin(k) + arc.dense.StepLength(k));
+    if (end - begin > kInstant * (arc.t_end - arc.t_begin)) spans.emplace_back(begin, end);
+  }
+  return spans;
+}
+
+/// Whether contact i is idle at x, and its force, were it held, may take either sign.
+bool IsUndecided(ContactDynamics* dynamics, const Vector& x, ContactMode mode, int i,
+                 double gap_tolerance) {
+  const MechanicalSystem& system = dynamics->system();
+  const Vector q = x.head(system.num_positions()), v = x.tail(system.dof());
+  ConstraintTerms terms;
+  system.Constraints(q, v, &terms);
+  if (!(std::abs(terms.gap(i)) <= gap_tolerance)) return false;
+  std::vector<int> held;
+  for (int j : mode - system.compliant()) {
+    if (j != i) held.push_back(j);
+  }
+  for (int j = 0; j < system.num_bilateral(); ++j) held.push_back(system.num_constraints() + j);
+  Matrix rows(held.size(), system.dof());
+  for (std::size_t r = 0; r < held.size(); ++r) {
+    rows.row(static_cast<Eigen::Index>(r)) = terms.jacobian.row(held[r]);
+  }
+  const Vector own = terms.jacobian.row(i).transpose();
+  if (Without(rows, own).norm() <= kNothing * own.norm()) return false;  // what holds holds it, too
+  held.push_back(i);
+  dynamics->Differentiate(x, mode.With(i));
+  const Vector gradient = dynamics->force_jacobian().row(i).transpose();
+  const double force = dynamics->force()(i);
+  if (!gradient.allFinite() || !(std::abs(force) <= kNoForce * SizeOf(*dynamics, gradient, x))) {
+    return false;
+  }
+  const Vector free = Without(HeldTangents(*dynamics, terms, held, q, v), gradient);
+  return free.cwiseAbs().maxCoeff() > kNothing * gradient.cwiseAbs().maxCoeff();
+}
+
+}  // namespace
+
+Status CheckIdleContacts(ContactDynamics* dynamics, const Arc& arc, double gap_tolerance) {
+  const MechanicalSystem& system = dynamics->system();
+  if (system.HasFriction() || arc.dense.Empty() || !(arc.t_begin < arc.t_end)) return {};
+  const int n = system.num_constraints(), nq = system.num_positions();
+  Vector x = arc.x_begin, largest = Vector::Zero(n);
+  ConstraintTerms terms;
+  for (const auto& [begin, end] : SpansOf(system, arc)) {
+    AskBudget();
+    arc.dense.Evaluate(0.5 * (begin + end), x.data());
+    system.Constraints(x.head(nq), x.tail(system.dof()), &terms);
+    if (!arc.mode.Empty()) dynamics->Evaluate(x, arc.mode);
+    const Vector force = arc.mode.Empty() ? Vector::Zero(n) : Vector(dynamics->force().head(n));
+    largest = largest.cwiseMax(force.cwiseAbs());
+    for (int i = 0; i < n; ++i) {
+      if (system.compliant().Contains(i)) continue;
+      if (arc.mode.Contains(i) ? !(std::abs(force(i)) <= kNoForce * largest(i))
+                               : !(std::abs(terms.gap(i)) <= gap_tolerance)) {
+        continue;
+      }
+      bool idle = true;
+      for (const double part : {0.5, 0.25, 0.75}) {
+        arc.dense.Evaluate(begin + part * (end - begin), x.data());
+        idle = idle && IsUndecided(dynamics, x, arc.mode, i, gap_tolerance);
+      }
+      if (!idle) continue;
+      std::ostringstream message;
+      message.precision(12);
+      message << "from t = " << begin << " s to " << end << " s contact '"
+              << system.description().constraints[static_cast<std::size_t>(i)]
+              << "' touches, and is neither pressed nor lifted: perturbed runs may do either";
+      return {Outcome::kNotDifferentiable, message.str()};
+    }
+  }
+  return {};
+}
+
+}  // namespace contact_flow
