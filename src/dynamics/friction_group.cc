@@ -260,8 +260,10 @@ class Group {
   /// The same motion by its word alone, where that decides it. Without room other words may meet
   /// there, which are not looked for: then it counts as one of springs.
   FrictionSolution WithoutSprings(FrictionSolution springs) const {
-    if (implied_.Any()) springs.letters = implied_.Stuck(springs.letters);
-    StickUnmoved(&springs);
+    if (implied_.Any()) {
+      springs.letters = implied_.Stuck(springs.letters);
+      StickUnmoved(&springs);
+    }
     FrictionSolution word = springs;
     const bool decides = SolveWord(problem_, &word) && !word.many;
     FrictionSolution& found = decides && Decided({springs, word}) ? word : springs;
@@ -285,7 +287,7 @@ class Group {
     FrictionSolution stuck = word;
     if (!SolveWord(problem_, &stuck) || !Decided({*springs, stuck})) return;
     if (!(Margin(problem_, stuck, scale_) >= -border_)) return;
-    springs->letters = implied_.Any() ? implied_.Stuck(word.letters) : word.letters;
+    springs->letters = implied_.Stuck(word.letters);
   }
 
   /// Takes what fits. Whether it is the only one.

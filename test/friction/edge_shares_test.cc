@@ -2,6 +2,7 @@
 // Edges of a body: shares of springs on their cones, and slips in several directions.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <vector>
 
 #include "contact_flow/dynamics/friction_problem.h"
@@ -70,19 +71,24 @@ TEST(EdgeShares, EndsBeginToSlipInTheirOwnDirections) {
   Vector force(6);
   force << 5, -kMu * 5 * fast.normalized(), 1, -kMu * 1 * slow.normalized();
   problem.b = -problem.G * force;
-  bool found = false;
-  for (const FrictionSolution& word : SolveFriction(problem)) {
-    if (!word.turns) continue;
-    found = true;
-    EXPECT_EQ(Letter::kSlip, word.letters[0]);
-    EXPECT_EQ(Letter::kSlip, word.letters[1]);
-    EXPECT_LT((word.directions[0] - fast.normalized()).norm(), 1e-9);
-    EXPECT_LT((word.directions[1] - slow.normalized()).norm(), 1e-9);
-    const Vector speeds = OnsetSpeeds(problem, word);
-    EXPECT_EQ(1, speeds(0));
-    EXPECT_NEAR(slow.norm() / fast.norm(), speeds(1), 1e-9);
-  }
-  EXPECT_TRUE(found);
+  FrictionSolution stuck;
+  stuck.letters = {Letter::kStick, Letter::kStick};
+  stuck.directions.assign(2, Eigen::Vector2d::Zero());
+  ASSERT_TRUE(SolveWord(problem, &stuck));
+  const auto word = FindTurningOnset(problem, stuck, 1e-10);
+  ASSERT_TRUE(word);
+  EXPECT_TRUE(word->turns);
+  EXPECT_EQ(Letter::kSlip, word->letters[0]);
+  EXPECT_EQ(Letter::kSlip, word->letters[1]);
+  EXPECT_LT((word->directions[0] - fast.normalized()).norm(), 1e-9);
+  EXPECT_LT((word->directions[1] - slow.normalized()).norm(), 1e-9);
+  const Vector speeds = OnsetSpeeds(problem, *word);
+  EXPECT_EQ(1, speeds(0));
+  EXPECT_NEAR(slow.norm() / fast.norm(), speeds(1), 1e-9);
+  EXPECT_TRUE(SlipsMayBegin(problem, *word));
+  FrictionSolution held = *word;  // the other end holds it along the edge
+  held.letters[1] = Letter::kStick;
+  EXPECT_FALSE(SlipsMayBegin(problem, held));
 }
 
 /// With a share left inside the cones nothing begins.
