@@ -89,35 +89,27 @@ class EndOfRun {
       const bool stops = passed.mode_before.LetterOf(i) == Letter::kSlip &&
                          passed.mode_after.LetterOf(i) == Letter::kStick;
       if (!stops || !passed.activated.Empty()) continue;
-      const Slip slip = SlipOf(i, passed.x_minus, passed.mode_before);
-      if (slip.slower > 0) left = std::max(left, kInstantErrors * slip.speed / slip.slower);
+      const GuardJet slip = SlipOf(i, passed.x_minus, passed.mode_before);
+      if (slip.rate < 0) left = std::max(left, kInstantErrors * slip.value / -slip.rate);
     }
     return left;
   }
 
-  /// How fast contact i slips, the way of its letter, and how fast that becomes less; NaN where
-  /// there are no forces, as the run has told.
-  struct Slip {
-    double speed, slower;
-  };
-  Slip SlipOf(int i, const Vector& x, ContactMode mode) const {
-    const Friction& friction = system_.friction()[i];
-    const auto v = x.tail(system_.dof());
+  /// The guard of contact i that slips; its rate is NaN where there are no forces, of which the
+  /// run has told.
+  GuardJet SlipOf(int i, const Vector& x, ContactMode mode) const {
+    const Vector v = x.tail(system_.dof());
     ConstraintTerms terms;
     system_.Constraints(x.head(system_.num_positions()), v, &terms);
-    const Matrix T = terms.jacobian.middleRows(friction.row, friction.dimension);
-    const Vector slip = T * v;
-    Vector rate = terms.bias.segment(friction.row, friction.dimension);
+    Vector acceleration = Vector::Constant(v.size(), std::numeric_limits<double>::quiet_NaN());
     try {
       ContactDynamics dynamics(system_, last_.u);
       dynamics.Evaluate(x, mode);
-      rate += T * dynamics.acceleration();
-    } catch (const FrictionRefusal&) {
-      rate.setConstant(std::numeric_limits<double>::quiet_NaN());
+      acceleration = dynamics.acceleration();
+    } catch (const FrictionRefusal&) {  // the acceleration stays unknown
     }
-    if (friction.dimension == 2) return {slip.norm(), -slip.normalized().dot(rate)};
-    const double sign = SlipSign(mode.LetterOf(i));
-    return {sign * slip(0), -sign * rate(0)};
+    const Guards guards(system_);
+    return guards.OfMotion(guards.OfFriction(i), mode, terms, v, acceleration);
   }
 
   /// F is continuous where slips begin, whose direction at no speed the state does not tell.
@@ -177,10 +169,10 @@ class EndOfRun {
                                    kRateRounding * (size * v_.cwiseAbs()).norm()});
     const double sign = SlipSign(letter);
     if ((friction.dimension == 2 ? (T * v_).norm() : sign * (T * v_)(0)) > known) return {};
-    const Slip slip = SlipOf(i, last_.x_end, last_.mode);
-    const double apart = slip.speed / slip.slower;
-    if (!(slip.slower > 0) || std::abs(apart) > Creeps()) return {};
-    return Bends(i, run_.t_end() + apart, apart, known / slip.slower);
+    const GuardJet slip = SlipOf(i, last_.x_end, last_.mode);
+    const double apart = slip.value / -slip.rate;
+    if (!(slip.rate < 0) || std::abs(apart) > Creeps()) return {};
+    return Bends(i, run_.t_end() + apart, apart, known / -slip.rate);
   }
 
   /// A contact that never slips is about to let go, of a force along the ground, too.

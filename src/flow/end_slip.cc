@@ -42,13 +42,11 @@ bool Flow::EndSlips() {
   const double resolved = options_.absolute_tolerance + options_.relative_tolerance * v.norm();
   for (int i : sliding) {
     const int guard = guards_.OfFriction(i);
-    const auto row = terms_.jacobian.row(system_.friction()[i].row);
-    const double sign = SlipSign(mode_.LetterOf(i));
-    const double slip = sign * row.dot(v), bias = terms_.bias(system_.friction()[i].row);
-    const bool ends = sign * (row.dot(dynamics_.acceleration()) + bias) < 0;
+    const GuardJet slip = guards_.OfMotion(guard, mode_, terms_, v, dynamics_.acceleration());
     const bool again = last_transition_ && *last_transition_ == t_ && last_trigger_ == guard;
-    const double rest = std::min(resolved * row.norm(), options_.speed_tolerance);
-    if (!ends || slip > rest || again) continue;
+    const double size = terms_.jacobian.row(system_.friction()[i].row).norm();
+    const double rest = std::min(resolved * size, options_.speed_tolerance);
+    if (!(slip.rate < 0) || slip.value > rest || again) continue;
     trigger_ = guard;
     arc_begun_ = false;
     const bool passed = PassTransition();
