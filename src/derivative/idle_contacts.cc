@@ -15,9 +15,9 @@ namespace contact_flow {
 namespace {
 
 /// Forces this small beside what they are made of are zero; so are parts of gradients.
-constexpr double kNoForce = 1e-9, kNothing = 1e-7;
+constexpr double kIdleForce = 1e-9, kNoGradient = 1e-7;
 /// Steps that last no longer than this part of their arc tell nothing.
-constexpr double kInstant = 1e-8;
+constexpr double kShortPart = 1e-8;
 
 /// w without its part in the span of some rows.
 Vector Without(const Matrix& rows, const Vector& w) {
@@ -74,7 +74,7 @@ std::vector<std::pair<double, double>> SpansOf(const MechanicalSystem& system, c
   for (std::size_t k = 0; k < arc.dense.NumSteps(); ++k) {
     const double begin = std::max(arc.t_begin, arc.dense.StepBegin(k));
     const double end = std::min(arc.t_end, arc.dense.StepBegin(k) + arc.dense.StepLength(k));
-    if (end - begin > kInstant * (arc.t_end - arc.t_begin)) spans.emplace_back(begin, end);
+    if (end - begin > kShortPart * (arc.t_end - arc.t_begin)) spans.emplace_back(begin, end);
   }
   return spans;
 }
@@ -97,16 +97,17 @@ bool IsUndecided(ContactDynamics* dynamics, const Vector& x, ContactMode mode, i
     rows.row(static_cast<Eigen::Index>(r)) = terms.jacobian.row(held[r]);
   }
   const Vector own = terms.jacobian.row(i).transpose();
-  if (Without(rows, own).norm() <= kNothing * own.norm()) return false;  // what holds holds it, too
+  if (Without(rows, own).norm() <= kNoGradient * own.norm())
+    return false;  // what holds holds it, too
   held.push_back(i);
   dynamics->Differentiate(x, mode.With(i));
   const Vector gradient = dynamics->force_jacobian().row(i).transpose();
   const double force = dynamics->force()(i);
-  if (!gradient.allFinite() || !(std::abs(force) <= kNoForce * SizeOf(*dynamics, gradient, x))) {
+  if (!gradient.allFinite() || !(std::abs(force) <= kIdleForce * SizeOf(*dynamics, gradient, x))) {
     return false;
   }
   const Vector free = Without(HeldTangents(*dynamics, terms, held, q, v), gradient);
-  return free.cwiseAbs().maxCoeff() > kNothing * gradient.cwiseAbs().maxCoeff();
+  return free.cwiseAbs().maxCoeff() > kNoGradient * gradient.cwiseAbs().maxCoeff();
 }
 
 }  // namespace
@@ -126,7 +127,7 @@ Status CheckIdleContacts(ContactDynamics* dynamics, const Arc& arc, double gap_t
     largest = largest.cwiseMax(force.cwiseAbs());
     for (int i = 0; i < n; ++i) {
       if (system.compliant().Contains(i)) continue;
-      if (arc.mode.Contains(i) ? !(std::abs(force(i)) <= kNoForce * largest(i))
+      if (arc.mode.Contains(i) ? !(std::abs(force(i)) <= kIdleForce * largest(i))
                                : !(std::abs(terms.gap(i)) <= gap_tolerance)) {
         continue;
       }
