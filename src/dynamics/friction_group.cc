@@ -281,7 +281,7 @@ class Group {
       const bool begins = Slips(word.letters[i]) && contact.dimension > 0 && !contact.slips;
       if (!begins || !(contact.coefficient > 0)) continue;
       const auto slip = word.result.segment(problem_.Row(i) + 1, contact.dimension);
-      if (slip.norm() <= kSameMotion * scale_) word.letters[i] = Letter::kStick;
+      if (slip.norm() <= kSameGroupMotion * scale_) word.letters[i] = Letter::kStick;
     }
     if (word.letters == springs->letters) return;
     FrictionSolution stuck = word;
