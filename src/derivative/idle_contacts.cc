@@ -10,12 +10,15 @@
 
 #include "contact_flow/budget.h"
 #include "contact_flow/flow/corner_functions.h"
+#include "contact_flow/model/row_layout.h"
 
 namespace contact_flow {
 namespace {
 
 /// Forces this small beside what they are made of are zero; so are parts of gradients.
 constexpr double kIdleForce = 1e-9, kNoGradient = 1e-7;
+/// A slip is none below this part of the velocity.
+constexpr double kNoSlipPart = 1e-9;
 /// Steps that last no longer than this part of their arc tell nothing.
 constexpr double kShortPart = 1e-8;
 
@@ -26,9 +29,11 @@ Vector Without(const Matrix& rows, const Vector& w) {
   return w - columns * columns.completeOrthogonalDecomposition().solve(w);
 }
 
-/// What contact i, and all that a mode holds, admit: δa = 0 and δ(Da v) = 0 [rows × 2d+k].
+/// What is held admits: δa = 0 and δ(Da v) = 0 of rows that are closed, δ(T v) = 0 of tangential
+/// ones that are still [rows × 2d+k].
 Matrix HeldTangents(const ContactDynamics& dynamics, const ConstraintTerms& terms,
-                    const std::vector<int>& held, const Vector& q, const Vector& v) {
+                    const std::vector<int>& closed, const std::vector<int>& still, const Vector& q,
+                    const Vector& v) {
   const MechanicalSystem& system = dynamics.system();
   const int d = system.dof(), k = dynamics.num_variables();
   const std::vector<int>& parameters = dynamics.variables().parameters;
@@ -38,16 +43,21 @@ Matrix HeldTangents(const ContactDynamics& dynamics, const ConstraintTerms& term
   system.DifferentiateImpact(q, no_jump, no_impulse, v, &residual);
   ParameterJacobian by;
   if (p > 0) system.DifferentiateImpactByParameters(q, no_jump, no_impulse, v, parameters, &by);
-  Matrix rows = Matrix::Zero(2 * static_cast<Eigen::Index>(held.size()), 2 * d + k);
+  Matrix rows =
+      Matrix::Zero(static_cast<Eigen::Index>(2 * closed.size() + still.size()), 2 * d + k);
   Eigen::Index row = 0;
-  for (int i : held) {
+  for (int i : closed) {
     rows.row(row).head(d) = terms.jacobian.row(i);
     if (p > 0) rows.row(row).tail(p) = by.gap.row(i);
     ++row;
-    rows.row(row).head(d) = residual.constraint_q.row(i);
-    rows.row(row).segment(d, d) = terms.jacobian.row(i);
-    if (p > 0) rows.row(row).tail(p) = by.constraint.row(i);
-    ++row;
+  }
+  for (const std::vector<int>& all : {closed, still}) {
+    for (int i : all) {
+      rows.row(row).head(d) = residual.constraint_q.row(i);
+      rows.row(row).segment(d, d) = terms.jacobian.row(i);
+      if (p > 0) rows.row(row).tail(p) = by.constraint.row(i);
+      ++row;
+    }
   }
   return rows;
 }
@@ -79,6 +89,21 @@ std::vector<std::pair<double, double>> SpansOf(const MechanicalSystem& system, c
   return spans;
 }
 
+/// The mode with contact i, as it has it, or as the slip at x makes it.
+ContactMode Holding(const MechanicalSystem& system, const ConstraintTerms& terms, const Vector& v,
+                    ContactMode mode, int i) {
+  if (mode.Contains(i) || !system.HasFriction()) return mode.With(i);
+  const Friction& friction = system.friction()[static_cast<std::size_t>(i)];
+  if (friction.dimension == 0) return mode.With(i);
+  const Vector slip = terms.jacobian.middleRows(friction.row, friction.dimension) * v;
+  const bool still = slip.norm() <= kNoSlipPart * v.norm();
+  mode.Set(i, still || friction.coefficient == Friction::kNoSlip ? Letter::kStick
+              : friction.dimension > 1                           ? Letter::kSlip
+              : slip(0) > 0                                      ? Letter::kForward
+                                                                 : Letter::kBackward);
+  return mode;
+}
+
 /// Whether contact i is idle at x, and its force, were it held, may take either sign.
 bool IsUndecided(ContactDynamics* dynamics, const Vector& x, ContactMode mode, int i,
                  double gap_tolerance) {
@@ -87,26 +112,24 @@ bool IsUndecided(ContactDynamics* dynamics, const Vector& x, ContactMode mode, i
   ConstraintTerms terms;
   system.Constraints(q, v, &terms);
   if (!(std::abs(terms.gap(i)) <= gap_tolerance)) return false;
-  std::vector<int> held;
-  for (int j : mode - system.compliant()) {
-    if (j != i) held.push_back(j);
-  }
-  for (int j = 0; j < system.num_bilateral(); ++j) held.push_back(system.num_constraints() + j);
-  Matrix rows(held.size(), system.dof());
-  for (std::size_t r = 0; r < held.size(); ++r) {
-    rows.row(static_cast<Eigen::Index>(r)) = terms.jacobian.row(held[r]);
+  const RowLayout layout(system);
+  std::vector<int> closed = layout.Closed((mode - system.compliant()).Without(i)), still;
+  layout.AddTangential(mode.Sticking().Without(i), &still);
+  Matrix rows(static_cast<Eigen::Index>(closed.size() + still.size()), system.dof());
+  Eigen::Index count = 0;
+  for (const std::vector<int>& all : {closed, still}) {
+    for (int row : all) rows.row(count++) = terms.jacobian.row(row);
   }
   const Vector own = terms.jacobian.row(i).transpose();
-  if (Without(rows, own).norm() <= kNoGradient * own.norm())
-    return false;  // what holds holds it, too
-  held.push_back(i);
-  dynamics->Differentiate(x, mode.With(i));
+  if (Without(rows, own).norm() <= kNoGradient * own.norm()) return false;  // they hold it, too
+  closed.push_back(i);
+  dynamics->Differentiate(x, Holding(system, terms, v, mode, i));
   const Vector gradient = dynamics->force_jacobian().row(i).transpose();
   const double force = dynamics->force()(i);
   if (!gradient.allFinite() || !(std::abs(force) <= kIdleForce * SizeOf(*dynamics, gradient, x))) {
     return false;
   }
-  const Vector free = Without(HeldTangents(*dynamics, terms, held, q, v), gradient);
+  const Vector free = Without(HeldTangents(*dynamics, terms, closed, still, q, v), gradient);
   return free.cwiseAbs().maxCoeff() > kNoGradient * gradient.cwiseAbs().maxCoeff();
 }
 
@@ -114,7 +137,7 @@ bool IsUndecided(ContactDynamics* dynamics, const Vector& x, ContactMode mode, i
 
 Status CheckIdleContacts(ContactDynamics* dynamics, const Arc& arc, double gap_tolerance) {
   const MechanicalSystem& system = dynamics->system();
-  if (system.HasFriction() || arc.dense.Empty() || !(arc.t_begin < arc.t_end)) return {};
+  if (arc.dense.Empty() || !(arc.t_begin < arc.t_end)) return {};
   const int n = system.num_constraints(), nq = system.num_positions();
   Vector x = arc.x_begin, largest = Vector::Zero(n);
   ConstraintTerms terms;

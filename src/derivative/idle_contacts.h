@@ -11,7 +11,7 @@ namespace contact_flow {
 /// nothing presses it or lifts it, as after a landing under a force that just bears the weight or
 /// reaches its limit there, whether the mode holds it or not; and its force, if it is held, depends
 /// to first order on the variables of `dynamics`, or on state that the contact leaves free: of
-/// perturbed runs some lift off, and others are held. Without friction alone.
+/// perturbed runs some lift off, and others are held.
 Status CheckIdleContacts(ContactDynamics* dynamics, const Arc& arc, double gap_tolerance);
 
 }  // namespace contact_flow
