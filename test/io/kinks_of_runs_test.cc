@@ -260,5 +260,33 @@ TEST(RestingOnALimit, ThatJustBearsTheWeight) {
   }
 }
 
+/// A block whose drive bears just the weight of 0.5 kg, after a plastic landing at 1 m/s, with and
+/// without friction and slip: with more it flies, with less the floor takes the rest.
+TEST(IdleOnTheFloor, WithFriction) {
+  for (const std::string friction : {"0", "0.5", "no_slip"}) {
+    for (const double slip : {0.0, 1.0}) {
+      for (const double off : {0.0, 1e-3, -1e-3}) {
+        const RobotSystem block =
+            Make(Block(),
+                 "{base: fixed, gravity: 10, constraints: {floor: {kind: plane, link: block, "
+                 "point: [0, 0, 0], friction: " +
+                     friction +
+                     "}}, efforts: {a: {kind: actuator, joint: z, input: u}}, nominal: "
+                     "{positions: {z: 0.5}, velocities: {x: " +
+                     test::Text(slip) + ", z: -1}, inputs: {u: " + test::Text(5 + off) + "}}}");
+        const BDerivative B = Differentiate(block, 1, true);
+        if (off == 0) {
+          ExpectRefused(B.status, "'floor' touches, and is neither pressed nor lifted");
+          EXPECT_TRUE(Differentiate(block, 1).status.ok()) << friction << slip;
+          continue;
+        }
+        ASSERT_TRUE(B.status.ok()) << B.status.message;
+        // v_z(1 s) = (u − 5 N)/m t from the landing at ½ s on, which moves by the force, too.
+        EXPECT_NEAR(off > 0 ? 1 : 0, B(Vector::Unit(5, 4))(3), 1e-2) << friction << slip;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace contact_flow
