@@ -106,12 +106,13 @@ ContactMode Holding(const MechanicalSystem& system, const ConstraintTerms& terms
 
 /// Whether contact i is idle at x, and its force, were it held, may take either sign.
 bool IsUndecided(ContactDynamics* dynamics, const Vector& x, ContactMode mode, int i,
-                 double gap_tolerance) {
+                 double gap_tolerance, double speed_tolerance) {
   const MechanicalSystem& system = dynamics->system();
   const Vector q = x.head(system.num_positions()), v = x.tail(system.dof());
   ConstraintTerms terms;
   system.Constraints(q, v, &terms);
   if (!(std::abs(terms.gap(i)) <= gap_tolerance)) return false;
+  if (!(std::abs(terms.jacobian.row(i).dot(v)) <= speed_tolerance)) return false;  // it passes
   const RowLayout layout(system);
   std::vector<int> closed = layout.Closed((mode - system.compliant()).Without(i)), still;
   layout.AddTangential(mode.Sticking().Without(i), &still);
@@ -135,7 +136,8 @@ bool IsUndecided(ContactDynamics* dynamics, const Vector& x, ContactMode mode, i
 
 }  // namespace
 
-Status CheckIdleContacts(ContactDynamics* dynamics, const Arc& arc, double gap_tolerance) {
+Status CheckIdleContacts(ContactDynamics* dynamics, const Arc& arc, double gap_tolerance,
+                         double speed_tolerance) {
   const MechanicalSystem& system = dynamics->system();
   if (arc.dense.Empty() || !(arc.t_begin < arc.t_end)) return {};
   const int n = system.num_constraints(), nq = system.num_positions();
@@ -157,7 +159,7 @@ Status CheckIdleContacts(ContactDynamics* dynamics, const Arc& arc, double gap_t
       bool idle = true;
       for (const double part : {0.5, 0.25, 0.75}) {
         arc.dense.Evaluate(begin + part * (end - begin), x.data());
-        idle = idle && IsUndecided(dynamics, x, arc.mode, i, gap_tolerance);
+        idle = idle && IsUndecided(dynamics, x, arc.mode, i, gap_tolerance, speed_tolerance);
       }
       if (!idle) continue;
       std::ostringstream message;

@@ -12,6 +12,7 @@ namespace contact_flow {
 /// reaches its limit there, whether the mode holds it or not; and its force, if it is held, depends
 /// to first order on the variables of `dynamics`, or on state that the contact leaves free: of
 /// perturbed runs some lift off, and others are held.
-Status CheckIdleContacts(ContactDynamics* dynamics, const Arc& arc, double gap_tolerance);
+Status CheckIdleContacts(ContactDynamics* dynamics, const Arc& arc, double gap_tolerance,
+                         double speed_tolerance);
 
 }  // namespace contact_flow
