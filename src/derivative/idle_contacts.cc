@@ -105,14 +105,14 @@ ContactMode Holding(const MechanicalSystem& system, const ConstraintTerms& terms
 }
 
 /// Whether contact i is idle at x, and its force, were it held, may take either sign.
-bool IsUndecided(ContactDynamics* dynamics, const Vector& x, ContactMode mode, int i,
-                 double gap_tolerance, double speed_tolerance) {
+bool IsUndecided(ContactDynamics* dynamics, const Trajectory& run, const Vector& x,
+                 ContactMode mode, int i) {
   const MechanicalSystem& system = dynamics->system();
   const Vector q = x.head(system.num_positions()), v = x.tail(system.dof());
   ConstraintTerms terms;
   system.Constraints(q, v, &terms);
-  if (!(std::abs(terms.gap(i)) <= gap_tolerance)) return false;
-  if (!(std::abs(terms.jacobian.row(i).dot(v)) <= speed_tolerance)) return false;  // it passes
+  if (!(std::abs(terms.gap(i)) <= run.gap_tolerance)) return false;
+  if (!(std::abs(terms.jacobian.row(i).dot(v)) <= run.speed_tolerance)) return false;  // passes
   const RowLayout layout(system);
   std::vector<int> closed = layout.Closed((mode - system.compliant()).Without(i)), still;
   layout.AddTangential(mode.Sticking().Without(i), &still);
@@ -124,20 +124,23 @@ bool IsUndecided(ContactDynamics* dynamics, const Vector& x, ContactMode mode, i
   const Vector own = terms.jacobian.row(i).transpose();
   if (Without(rows, own).norm() <= kNoGradient * own.norm()) return false;  // they hold it, too
   closed.push_back(i);
-  dynamics->Differentiate(x, Holding(system, terms, v, mode, i));
+  const ContactMode held = Holding(system, terms, v, mode, i);
+  const double rate = dynamics->ForceRate(x, held, i);
+  dynamics->Differentiate(x, held);
   const Vector gradient = dynamics->force_jacobian().row(i).transpose();
   const double force = dynamics->force()(i);
-  if (!gradient.allFinite() || !(std::abs(force) <= kIdleForce * SizeOf(*dynamics, gradient, x))) {
-    return false;
-  }
+  const double size = SizeOf(*dynamics, gradient, x);
+  if (!gradient.allFinite() || !(std::abs(force) <= kIdleForce * size)) return false;
+  // It has just begun, or is about to end: in an arc as short as that it is not yet more.
+  if (!(std::abs(rate) * (run.t_end() - run.t_begin()) <= kNoGradient * size)) return false;
   const Vector free = Without(HeldTangents(*dynamics, terms, closed, still, q, v), gradient);
   return free.cwiseAbs().maxCoeff() > kNoGradient * gradient.cwiseAbs().maxCoeff();
 }
 
 }  // namespace
 
-Status CheckIdleContacts(ContactDynamics* dynamics, const Arc& arc, double gap_tolerance,
-                         double speed_tolerance) {
+Status CheckIdleContacts(ContactDynamics* dynamics, const Trajectory& run, std::size_t k) {
+  const Arc& arc = run.arcs[k];
   const MechanicalSystem& system = dynamics->system();
   if (arc.dense.Empty() || !(arc.t_begin < arc.t_end)) return {};
   const int n = system.num_constraints(), nq = system.num_positions();
@@ -153,13 +156,13 @@ Status CheckIdleContacts(ContactDynamics* dynamics, const Arc& arc, double gap_t
     for (int i = 0; i < n; ++i) {
       if (system.compliant().Contains(i)) continue;
       if (arc.mode.Contains(i) ? !(std::abs(force(i)) <= kIdleForce * largest(i))
-                               : !(std::abs(terms.gap(i)) <= gap_tolerance)) {
+                               : !(std::abs(terms.gap(i)) <= run.gap_tolerance)) {
         continue;
       }
       bool idle = true;
       for (const double part : {0.5, 0.25, 0.75}) {
         arc.dense.Evaluate(begin + part * (end - begin), x.data());
-        idle = idle && IsUndecided(dynamics, x, arc.mode, i, gap_tolerance, speed_tolerance);
+        idle = idle && IsUndecided(dynamics, run, x, arc.mode, i);
       }
       if (!idle) continue;
       std::ostringstream message;

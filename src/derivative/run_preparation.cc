@@ -194,8 +194,7 @@ Status RunPreparation::CheckBefore(std::size_t k) const {
   Status status = CheckFreeSlips(*dynamics_[k], run_.arcs[k]);
   if (status.ok()) status = CheckRestingCorners(*dynamics_[k], run_.arcs[k]);
   if (!status.ok()) return status;
-  return CheckIdleContacts(dynamics_[k].get(), run_.arcs[k], run_.gap_tolerance,
-                           run_.speed_tolerance);
+  return CheckIdleContacts(dynamics_[k].get(), run_, k);
 }
 
 Status RunPreparation::CheckAfter(std::size_t k, const VariationStatistics& statistics) {
