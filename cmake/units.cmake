@@ -3,8 +3,8 @@
 # which halves it. What a file defines for itself has a name that no other of its folder has (test/layout/units_test.py).
 option(CONTACT_FLOW_UNITS "Compile several files of a folder as one; OFF for work on one of them" ON)
 
-# contact_flow_units(TARGET SIZE): its files by units of at most so many, none of two folders. Files that have options of
-# their own stay alone.
+# contact_flow_units(TARGET SIZE [FOLDER …]): its files by units of at most so many, none of two folders. Files that have
+# options of their own stay alone, and so do those below the folders given.
 function(contact_flow_units target size)
   if(NOT CONTACT_FLOW_UNITS OR CMAKE_VERSION VERSION_LESS 3.18)
     return()
@@ -20,6 +20,15 @@ function(contact_flow_units target size)
       set(count 0)
       file(RELATIVE_PATH name ${PROJECT_SOURCE_DIR} ${folder})
       string(MAKE_C_IDENTIFIER "${name}" name)
+    endif()
+    set(alone OFF)
+    foreach(apart ${ARGN})
+      if(source MATCHES "/${apart}/")
+        set(alone ON)
+      endif()
+    endforeach()
+    if(alone)
+      continue()
     endif()
     math(EXPR unit "${count} / ${size}")
     math(EXPR count "${count} + 1")
