@@ -13,8 +13,11 @@ constexpr double kSoftest = 1, kStiffest = 1e-6;
 struct Way {
   double step;     // r, times the largest entry of a contact's G
   double stiffer;  // factor of ε
+  int sweeps;      // λ ← proj(λ − r y), past a kink from which Newton finds no descent
 };
-constexpr Way kWays[] = {{1, 0.1}, {0.2, 0.3}, {5, 0.3}, {1, 0.7}, {0.05, 0.7}, {30, 0.7}};
+constexpr Way kWays[] = {{1, 0.1, 0},    {0.2, 0.3, 0},   {5, 0.3, 0},  {1, 0.7, 0},
+                         {0.05, 0.7, 0}, {30, 0.7, 0},    {5, 0.3, 20}, {0.2, 0.3, 20},
+                         {1, 0.7, 20},   {0.05, 0.7, 20}, {30, 0.7, 20}};
 constexpr int kNewtonSteps = 100;
 constexpr double kLeastSpring = 1e-6;
 /// Residuals below this are rounding, relative; larger ones than the second are none that count.
@@ -23,13 +26,13 @@ constexpr double kConverged = 1e-14, kSpringsSolved = 1e-9;
 /// The residual λ − proj(λ − r y) and its Jacobian.
 class Springs {
  public:
-  Springs(const FrictionProblem& problem, double step) : problem_(problem) {
+  Springs(const FrictionProblem& problem, const Way& way) : problem_(problem), way_(way) {
     G_ = problem.G;
     mean_ = problem.G.diagonal().mean();
     for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
       rows_.push_back(problem.Row(i));
       const int count = 1 + problem.contacts[i].dimension;
-      step_.push_back(step / problem.G.diagonal().segment(rows_.back(), count).maxCoeff());
+      step_.push_back(way.step / problem.G.diagonal().segment(rows_.back(), count).maxCoeff());
     }
     size_ = 0;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -54,8 +57,13 @@ class Springs {
         next = Residual(moved, nullptr);
         part *= 0.5;
       } while (!(next.norm() < (1 - 1e-4 * part) * residual.norm()) && part > kLeastSpring);
-      if (!(next.norm() < residual.norm())) break;
-      *force = moved;
+      if (next.norm() < residual.norm()) {
+        *force = moved;
+      } else if (way_.sweeps > 0) {
+        for (int sweep = 0; sweep < way_.sweeps; ++sweep) *force -= Residual(*force, nullptr);
+      } else {
+        break;
+      }
       residual = Residual(*force, &jacobian_);
     }
     return residual.lpNorm<Eigen::Infinity>() <= kSpringsSolved * size_;
@@ -152,6 +160,7 @@ class Springs {
   }
 
   const FrictionProblem& problem_;
+  const Way& way_;
   Matrix G_, jacobian_;
   double mean_, size_;
   std::vector<int> rows_;
@@ -163,7 +172,7 @@ class Springs {
 std::optional<FrictionSolution> SolveEqualSprings(const FrictionProblem& problem) {
   // Where Newton's method fails other lengths of the step r, and smaller steps of ε, may do.
   for (const Way& way : kWays) {
-    Springs springs(problem, way.step);
+    Springs springs(problem, way);
     Vector force = Vector::Zero(problem.b.size());
     bool solved = true;
     double softness = kSoftest;
