@@ -16,6 +16,7 @@ namespace contact_flow {
 /// which must outlive it.
 class RowLayout {
  public:
+  /// Of this system.
   explicit RowLayout(const MechanicalSystem& system)
       : system_(system), n_(system.num_constraints()), l_(system.num_bilateral()) {}
 
@@ -23,19 +24,22 @@ class RowLayout {
   int bilateral() const { return l_; }                         ///< l
   int tangential() const { return system_.num_tangential(); }  ///< r
   int size() const { return system_.num_rows(); }              ///< n+l+r
+  /// Whether a row is that of a unilateral constraint.
   bool IsNormal(int row) const { return row < n_; }
   /// The row of bilateral constraint k < l.
   int OfBilateral(int k) const { return n_ + k; }
 
-  /// Parts of a vector [n+l+r], or of the rows of a matrix [n+l+r × ·].
+  /// The normal part of a vector [n+l+r], or of the rows of a matrix [n+l+r × ·].
   template <class Rows>
   auto Normal(Rows& rows) const {
     return rows.topRows(n_);
   }
+  /// Those of the bilateral constraints.
   template <class Rows>
   auto Bilateral(Rows& rows) const {
     return rows.middleRows(n_, l_);
   }
+  /// Those of friction.
   template <class Rows>
   auto Tangential(Rows& rows) const {
     return rows.middleRows(n_ + l_, tangential());
@@ -48,6 +52,7 @@ class RowLayout {
     AddClosed(contacts, &rows);
     return rows;
   }
+  /// Adds these.
   void AddClosed(ConstraintSet contacts, std::vector<int>* rows) const {
     for (int i : contacts) rows->push_back(i);
     for (int k = 0; k < l_; ++k) rows->push_back(OfBilateral(k));
@@ -58,6 +63,7 @@ class RowLayout {
     const Friction& friction = system_.friction()[static_cast<std::size_t>(contact)];
     for (int k = 0; k < friction.dimension; ++k) rows->push_back(friction.row + k);
   }
+  /// The same of several.
   void AddTangential(ConstraintSet contacts, std::vector<int>* rows) const {
     for (int i : contacts) AddTangential(i, rows);
   }

@@ -52,6 +52,7 @@ struct TrackingPolicy {
 /// Why a run has no policy: an interval of its grid has no derivative.
 class NoPolicy : public std::domain_error {
  public:
+  /// With the status of that interval.
   explicit NoPolicy(Status status)
       : std::domain_error(status.message), status_(std::move(status)) {}
   const Status& status() const { return status_; }  ///< of that interval
