@@ -97,6 +97,7 @@ std::vector<EffortWatches::Watch> EffortWatches::At(std::size_t k, double t) con
 /// The shares where they turn, by tangents at the begin of the arc.
 void EffortWatches::WatchTurns(std::size_t k) {
   const Arc& arc = trajectory_.arcs[k];
+  if (arc.dense.Empty()) return;  // without length
   Vector x = arc.x_begin, all;
   const auto shares = [&](double t) -> const Vector& {
     arc.dense.Evaluate(t, x.data());
@@ -119,6 +120,7 @@ void EffortWatches::WatchTurns(std::size_t k) {
     const Vector right = shares(times[p]), rise = right - left;
     for (int i = 0; p > 1 && i < functions_.num_efforts(); ++i) {
       if (!(fall(i) * rise(i) < 0)) continue;
+      if (std::max(std::abs(fall(i)), std::abs(rise(i))) <= kShareRounding) continue;  // at rest
       const auto share = [&](double t) { return shares(t)(i); };
       Arc part = arc;
       part.t_end = TurnOf(share, fall(i) < 0 ? 1 : -1, times[p - 2], times[p]);

@@ -18,8 +18,8 @@ namespace contact_flow {
 namespace {
 
 constexpr double kRank = 1e-9;
-constexpr double kVanishedNormal =
-    1e-12;  // a half-space whose normal shrinks to this is the whole space
+/// A half-space whose normal shrinks to this is the whole space.
+constexpr double kVanishedNormal = 1e-12;
 
 Matrix Orthonormal(const MatrixRef& columns, Eigen::Index n) {
   if (columns.rows() != n) {
