@@ -16,7 +16,7 @@ namespace {
 constexpr int kPiecesOfStep = 8;   // each with at most one turn of a share
 constexpr int kThirds = 60;        // of what holds a turn: down to rounding
 constexpr double kAtLimit = 1e-9;  // a share this near to a limit passes it there
-/// Half the distance of a difference quotient, beside max(1, |x|); its rounding, of r.
+/// Half the distance of a difference quotient, for an input beside max(1, |u|); rounding of r.
 constexpr double kAsideShare = 1e-6, kShareRounding = 1e-9;
 
 /// Where sign·share(t) is least within (left, right).

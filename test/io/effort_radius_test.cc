@@ -83,5 +83,18 @@ TEST(RadiusOfEfforts, BeyondTheLimit) {
   EXPECT_TRUE(std::isinf(radius(Vector::Unit(3, 0)).radius));
 }
 
+/// A run of no duration has what is at its start alone.
+TEST(RadiusOfEfforts, OfNoDuration) {
+  const RobotSystem ball = Make(
+      Ball(),
+      "{base: fixed, gravity: 0, efforts: {a: {kind: servo, joint: z, input: u, stiffness: 20, "
+      "limit: 8}}, nominal: {positions: {z: 0.3}}}");
+  const Trajectory run = Simulate(ball, ball.nominal().x, ball.nominal().u, 0, Tight());
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  const BDerivative B = DifferentiateOutcome(ball, run);
+  ASSERT_TRUE(B.status.ok()) << B.status.message;
+  EXPECT_NEAR(0.1, ValidityEstimator(ball, run, B)(Vector::Unit(2, 0)).radius, 1e-7);
+}
+
 }  // namespace
 }  // namespace contact_flow
