@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "contact_flow/analysis/orbit_sizes.h"
 #include "contact_flow/piecewise_linear/section.h"
 #include "convert.h"
 #include "poincare.h"
@@ -125,22 +126,18 @@ Section ToSection(const System& system, const py::handle& spec) {
 constexpr double kSymmetry = 1e-6;  // a larger residual is no symmetry
 
 Matrix OrbitShift(const Return& r, const std::vector<std::string>& translation) {
-  constexpr double kOrbit = 1e-6;  // a larger distance of P(x) from x is no orbit
+  constexpr double kOrbit = 1e-6;  // no orbit is further off, beside the sizes of the motion
   const MechanicalSystem& system = r.system->get();
   const int d = system.dof();
-  Vector distance = system.Separation(r.value->x, r.start);
   Matrix shift = Matrix::Zero(2 * d, translation.empty() ? 0 : 2);
   for (const std::string& name : translation) {
     const int i = IndexOf("coordinate", name, r.system->description().velocities);
     shift(i, 0) = shift(d + i, 1) = 1;
   }
-  if (!translation.empty()) {
-    const Vector along = shift.col(0).normalized();
-    distance -= along * along.dot(distance);
-  }
-  const double away = distance.cwiseAbs().maxCoeff();
+  const double away = OffOrbit(system, r.start, *r.value, shift);
   if (!(away <= kOrbit)) {
-    throw py::value_error("P(x) is " + Number(away) + " away from x: this is no orbit");
+    throw py::value_error("P(x) is " + Number(away) +
+                          " times the size of the motion away from x: this is no orbit");
   }
   return shift;
 }

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/analysis/periodic_orbit.h"
 
+#include <Eigen/QR>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "contact_flow/analysis/orbit_sizes.h"
 #include "contact_flow/piecewise_linear/section.h"
 #include "retraction.h"
 #include "tangent_map.h"
@@ -13,14 +15,16 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kApart = 1e-13;  // [s]
+constexpr double kApart = 1e-13;    // events that are no further apart than this part of the period
+constexpr double kRunErrors = 100;  // tolerances of a step that those of a run add up to
 
 bool IsEvent(const OrbitCondition& condition) {
   return condition.kind == OrbitCondition::Kind::kTouchdown ||
          condition.kind == OrbitCondition::Kind::kLiftOff;
 }
 
-/// P(x) ⊟ x and the conditions, as an equation for (x, p).
+/// P(x) ⊟ x and the conditions, as an equation for (x, p), each beside its size on the motion that
+/// the search starts with: neither the steps nor their end are matters of units.
 class OrbitEquation {
  public:
   OrbitEquation(const OrbitProblem& problem, const OrbitOptions& options)
@@ -61,10 +65,11 @@ class OrbitEquation {
       return value;
     }
     const Vector x = y.head(problem_.x.size());
+    if (row_.size() == 0 && !FindSizes(x, &value)) return value;
     // The residual tells nearly simultaneous events apart, so that it is continuous; the derivative
     // takes them as one, so that it has the pieces of all orders.
     PoincareOptions apart = options_;
-    apart.simulate.simultaneity_tolerance = kApart;
+    apart.simulate.simultaneity_tolerance = kApart * period_;
     PoincareReturn orbit =
         PoincareMap(*system_, problem_.u, problem_.section, apart).Return(x, false);
     value.message = orbit.message;
@@ -73,7 +78,8 @@ class OrbitEquation {
       if (orbit.returned()) value.message = MissingEvent(orbit.event_times);
       return value;
     }
-    value.residual = Residual(x, orbit);
+    value.residual = Residual(x, orbit).cwiseQuotient(row_);
+    value.error = Error(x).cwiseQuotient(row_);
     if (!with_map) return value;
     orbit = PoincareMap(*system_, problem_.u, problem_.section, options_).Return(x);
     value.has_map = orbit.status == ReturnStatus::kReturned;
@@ -84,10 +90,14 @@ class OrbitEquation {
     if (problem_.section.kind == Section::Kind::kEvent) {
       touching_ = TouchingAt(*system_, x, options_.simulate.gap_tolerance);
     }
-    basis_ = AdmissibleBasis(*system_, x, mode_, options_.derivative.variables, touching_,
-                             problem_.section.symmetry.Slice(*system_));
-    value.map = InBases(Rows(x, orbit),
-                        Matrix::Identity(value.residual.size(), value.residual.size()), basis_);
+    const Matrix basis = AdmissibleBasis(*system_, x, mode_, options_.derivative.variables,
+                                         touching_, problem_.section.symmetry.Slice(*system_));
+    // Steps are short, and singular values small, beside the sizes of the unknowns.
+    const Matrix in_sizes = column_.cwiseInverse().asDiagonal() * basis;
+    const Matrix orthonormal = Eigen::HouseholderQR<Matrix>(in_sizes).householderQ() *
+                               Matrix::Identity(basis.rows(), basis.cols());
+    basis_ = column_.asDiagonal() * orthonormal;
+    value.map = InBases(Rows(x, orbit), row_.cwiseInverse().asDiagonal().toDenseMatrix(), basis_);
     return value;
   }
 
@@ -112,6 +122,9 @@ class OrbitEquation {
   void Finish(const Vector& y, OrbitSolution* solution) {
     SetParameters(y.tail(count()));
     solution->x = y.head(problem_.x.size());
+    if (row_.size() == solution->newton.residual.size()) {
+      solution->newton.residual = solution->newton.residual.cwiseProduct(row_);
+    }
     solution->parameters = values_;
     options_.derivative.variables = {};
     solution->orbit =
@@ -154,6 +167,43 @@ class OrbitEquation {
     values_ = std::move(values);
   }
 
+  /// The sizes of equations and unknowns, by the first return; false where there is none.
+  bool FindSizes(const Vector& x, EquationValue* value) {
+    const PoincareReturn orbit =
+        PoincareMap(*system_, problem_.u, problem_.section, options_).Return(x, false);
+    value->message = orbit.message;
+    value->defined = orbit.returned();
+    if (!value->defined) return false;
+    const OrbitSizes sizes = SizesOf(*system_, orbit.trajectory);
+    const int n = 2 * system_->dof();
+    period_ = sizes.time;
+    column_ = Vector::Ones(n + count());
+    column_.head(n) = sizes.tangent;
+    for (int k = 0; k < count(); ++k) {
+      const double size = std::abs(values_.at(problem_.unknown_parameters[k]));
+      if (size > 0) column_(n + k) = size;
+    }
+    row_ = Vector::Constant(n + static_cast<Eigen::Index>(problem_.conditions.size()), period_);
+    row_.head(n) = sizes.tangent;
+    int row = n;
+    for (const OrbitCondition& condition : problem_.conditions) {
+      if (OfState(condition)) row_(row) = sizes.Of(Gradient(condition, x));
+      ++row;
+    }
+    return true;
+  }
+
+  /// What the tolerances of the runs let be known of P(x) ⊟ x: no orbit is found more exactly.
+  Vector Error(const Vector& x) const {
+    const int d = system_->dof();
+    const SimulateOptions& run = options_.simulate;
+    Vector size = Vector::Zero(row_.size());
+    if (system_->num_positions() == d) size.head(d) = x.head(d);
+    size.segment(d, d) = x.tail(d);
+    size = size.cwiseAbs().cwiseMax(row_);
+    return kRunErrors * (run.relative_tolerance * size.array() + run.absolute_tolerance).matrix();
+  }
+
   Vector Residual(const Vector& x, const PoincareReturn& orbit) const {
     const int n = 2 * system_->dof();
     Vector residual(n + static_cast<Eigen::Index>(problem_.conditions.size()));
@@ -175,7 +225,22 @@ class OrbitEquation {
     return residual;
   }
 
-  /// The residual's derivative by (δq, δv, δp), L·extended + R.
+  static bool OfState(const OrbitCondition& condition) {
+    return condition.kind == OrbitCondition::Kind::kCoordinate ||
+           condition.kind == OrbitCondition::Kind::kVelocity;
+  }
+
+  /// Of the coordinate or velocity of a condition [2d].
+  Vector Gradient(const OrbitCondition& condition, const Vector& x) const {
+    const bool position = condition.kind == OrbitCondition::Kind::kCoordinate;
+    const Section value{position ? Section::Kind::kCoordinate : Section::Kind::kVelocity,
+                        condition.index, 0, 0};
+    Vector gradient;
+    value.Height(*system_, x, &gradient);
+    return gradient;
+  }
+
+  /// The residual's derivative by (δq, δv, δp), L·extended + R, in units.
   PiecewiseLinearMap Rows(const Vector& x, const PoincareReturn& orbit) const {
     const int n = 2 * system_->dof(), columns = orbit.extended.cols();
     const auto rows = n + static_cast<Eigen::Index>(problem_.conditions.size());
@@ -185,16 +250,7 @@ class OrbitEquation {
     int row = n, event = n + 1;
     for (const OrbitCondition& condition : problem_.conditions) {
       if (condition.kind == OrbitCondition::Kind::kPeriod) L(row, n) = 1;
-      if (condition.kind == OrbitCondition::Kind::kCoordinate ||
-          condition.kind == OrbitCondition::Kind::kVelocity) {
-        const Section value{condition.kind == OrbitCondition::Kind::kCoordinate
-                                ? Section::Kind::kCoordinate
-                                : Section::Kind::kVelocity,
-                            condition.index, 0, 0};
-        Vector gradient;
-        value.Height(*system_, x, &gradient);
-        R.row(row).head(n) = gradient;
-      }
+      if (OfState(condition)) R.row(row).head(n) = Gradient(condition, x);
       if (IsEvent(condition)) {
         L(row, event++) = 1;
         if (condition.other >= 0) L(row, event++) = -1;
@@ -210,6 +266,8 @@ class OrbitEquation {
   PoincareOptions options_;
   ParameterValues values_;
   std::unique_ptr<MechanicalSystem> system_;
+  double period_ = 0;    // of the first return, which decides …
+  Vector row_, column_;  // … the sizes of the equations, and of (δq, δv, δp)
   Matrix basis_;
   ContactMode mode_;        // of the last start with a derivative, as …
   ConstraintSet touching_;  // … what touches there

@@ -163,7 +163,7 @@ void PoincareMap::Settle(const VectorRef& x, PoincareReturn* result) const {
       return;
     }
     const double change = -height / result->crossing_speed;
-    if (std::abs(change) <= kSettled * std::max(1.0, result->time)) break;
+    if (std::abs(change) <= kSettled * result->time) break;
     if (k + 1 < kMaxReturns) result->time += change;
   }
   result->status = ReturnStatus::kReturned;

@@ -54,14 +54,16 @@ ConstraintSet PoincareMap::Touching(const VectorRef& x) const {
 
 /// Does an event lie within the simultaneity tolerance of the return, before or behind it?
 bool PoincareMap::AtAnEvent(const VectorRef& x, const PoincareReturn& result) const {
-  const std::vector<Transition>& events = result.trajectory.transitions;
   const double tolerance =
       std::max(2 * result.trajectory.simultaneity_tolerance, kAtOnce * result.time);
-  if (!events.empty() && result.time - events.back().t <= tolerance) return true;
+  const auto near = [&](const std::vector<Transition>& events) {
+    return !events.empty() && result.time - events.back().t <= tolerance;
+  };
+  if (near(result.trajectory.transitions)) return true;
   SimulateOptions options = options_.simulate;
   options.dense = false;
   const Trajectory beyond = Simulate(system_, x, u_, result.time + tolerance, options);
-  return !beyond.status.ok() || beyond.transitions.size() != events.size();
+  return !beyond.status.ok() || near(beyond.transitions);
 }
 
 void PoincareMap::Differentiate(const VectorRef& x, PoincareReturn* result) const {

@@ -18,6 +18,8 @@ constexpr double kStepInCone =
     1e-9;                        // a unit step this far outside counts as on the cone's boundary
 constexpr double kEqual = 1e-9;  // model residuals that differ less, relative to |r|, are equal
 constexpr double kNoDescent = 1e-10;  // relative decrease of |r|² that is none
+constexpr double kGain = 0.5;  // more of a residual within its error is no gain of a step
+constexpr const char* kKnownNoBetter = "the residual is known no better";
 
 /// A d in the cone with A d = −r: max t subject to A d + t r = 0, |d_k| ≤ 1, t ≤ 1/|r|, scaled
 /// back. Empty when there is none, or none shorter than 1e6 times what |r| and |A| suggest.
@@ -47,6 +49,10 @@ void AskAfterRun() {
   if (end != BudgetEnd::kNone) throw BudgetExceeded(end, sentence);
 }
 
+bool Within(const Vector& residual, const Vector& error) {
+  return error.size() == residual.size() && (residual.cwiseAbs().array() <= error.array()).all();
+}
+
 class Solver {
  public:
   Solver(const NonsmoothEquation& equation, const VectorRef& start, const NewtonOptions& options)
@@ -73,12 +79,17 @@ class Solver {
         return End(NewtonStatus::kUndefined, value.message);
       }
       result_.residual = value.residual;
+      const double before = iteration.residual;
       iteration.residual = value.residual.cwiseAbs().maxCoeff();
+      const bool known = Within(value.residual, value.error);
       result_.iterations.push_back(iteration);
       if (options_.progress && !options_.progress(iteration, result_.x)) {
         return End(NewtonStatus::kCancelled, "the caller asked to stop");
       }
       if (iteration.residual <= options_.tolerance) return End(NewtonStatus::kConverged, "");
+      if (known && iteration.iteration > 0 && iteration.residual > kGain * before) {
+        return End(NewtonStatus::kConverged, kKnownNoBetter);
+      }
       if (iteration.iteration >= options_.max_iterations) {
         return End(NewtonStatus::kMaxIterations,
                    "max_iterations = " + std::to_string(options_.max_iterations) + " were made");
@@ -100,7 +111,8 @@ class Solver {
       iteration.piece = step.piece;
       iteration.in_cone = step.in_cone;
       if (!Search(step.d, slope, square, &value, &iteration)) {
-        return End(NewtonStatus::kStalled, stall_);
+        return known ? End(NewtonStatus::kConverged, kKnownNoBetter)
+                     : End(NewtonStatus::kStalled, stall_);
       }
       ++iteration.iteration;
       stage.Next();

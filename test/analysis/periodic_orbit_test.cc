@@ -121,7 +121,7 @@ void ExpectQuadratic(const NewtonResult& newton, double constant) {
   for (std::size_t k = 1; k < newton.iterations.size(); ++k) {
     const double before = newton.iterations[k - 1].residual, now = newton.iterations[k].residual;
     EXPECT_LE(now, constant * before * before + 1e-10) << k;
-    quadratic += before < 0.1 && before > 1e-9;
+    quadratic += before < 1 && before > 1e-9;
   }
   EXPECT_GE(quadratic, 2) << "too few iterations to tell";
 }

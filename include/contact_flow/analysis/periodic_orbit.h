@@ -54,10 +54,10 @@ struct OrbitOptions {
 
 /// An orbit, or how far the search came.
 struct OrbitSolution {
-  NewtonResult
-      newton;  ///< its x is (state, unknown parameters), its residual (P(x) − x, conditions)
-  Vector x;    ///< [nq+d]
-  ParameterValues parameters;                ///< all of them
+  NewtonResult newton;         ///< its x is (state, unknown parameters), its residual (P(x) − x,
+                               ///< conditions) in the units of the system
+  Vector x;                    ///< [nq+d]
+  ParameterValues parameters;  ///< all of them
   std::unique_ptr<MechanicalSystem> system;  ///< with these
   PoincareReturn orbit;  ///< one period from x, with DP by (δq, δv) where it exists
 
@@ -67,7 +67,10 @@ struct OrbitSolution {
 
 /// Looks for a periodic orbit by B-Newton: the unknowns are the tangents (δq, δv) that the contact
 /// mode of the start admits, slips of sticking contacts held, and δp, the equations
-///   P(x, p) ⊟ x = 0 [2d],   condition_k(x, p) = 0.
+///   P(x, p) ⊟ x = 0 [2d],   condition_k(x, p) = 0,
+/// each beside its size on the first motion (OrbitSizes): `newton.tolerance` is of those, and what
+/// the iterates tell of the residual. A search also ends, as converged, where the residual is no
+/// more than what the tolerances of the runs let be known of it, and a step gains nothing.
 /// Works through simultaneous touchdowns, where P is piecewise differentiable: the residual tells
 /// events apart that are 1e-13 s apart, and is continuous; the derivative takes those within the
 /// simultaneity tolerance as one, and has the pieces of all their orders. Which conditions are

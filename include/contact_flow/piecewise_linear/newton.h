@@ -14,6 +14,7 @@ namespace contact_flow {
 struct EquationValue {
   bool defined = true;     ///< false: x lies outside the domain, `message` says why
   Vector residual;         ///< r(x) [m]
+  Vector error;            ///< what |r(x)| is known to [m]; empty: to rounding
   bool has_map = false;    ///< whether `map` is given
   PiecewiseLinearMap map;  ///< δx ↦ Dr(x; δx) [m×n]
   std::string message;     ///< why there is none
@@ -24,7 +25,7 @@ using NonsmoothEquation = std::function<EquationValue(const Vector& x, bool with
 
 /// How B-Newton ended.
 enum class NewtonStatus {
-  kConverged = 0,  ///< |r|_∞ ≤ tolerance
+  kConverged = 0,  ///< |r|_∞ ≤ tolerance, or r is within its error and no step makes it smaller
   kStationary =
       1,  ///< |r|² has no descent to first order: a least-squares solution, or a kink in the way
   kStalled =

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "contact_flow/FindStabilizingFeedback.h"
+#include "contact_flow/analysis/orbit_sizes.h"
 #include "contact_flow/analysis/step_feedback.h"
 #include "contact_flow/piecewise_linear/stabilizing_feedback.h"
 #include "limits.h"
@@ -100,8 +101,10 @@ StepFeedbackResult Answer(const Setup& setup, const StepFeedbackRequest& request
   result.outcome = FeedbackCodes::NO_MAP;
   result.message = one.message;
   WarnOfRun(one.trajectory, &result);
+  double off_orbit = 0;
   if (one.returned()) {
     result.distance = system.Separation(one.x, question.x).cwiseAbs().maxCoeff();
+    off_orbit = OffOrbit(system, question.x, one, question.neutral);
   }
   if (one.status != ReturnStatus::kReturned) return result;
   const ReducedMap controlled = ControlledReturn(system, one, question.neutral, inputs);
@@ -120,7 +123,7 @@ StepFeedbackResult Answer(const Setup& setup, const StepFeedbackRequest& request
   }
   result.step = ToMsg(controlled.map);
   Fill(FindStabilizingFeedback(controlled.map, options), options, &result);
-  if (result.distance > kOnOrbit) {
+  if (off_orbit > kOnOrbit) {
     std::ostringstream note;
     note << "but the state is no fixed point, |P(x) - x| = " << result.distance;
     Warn(MakeWarning(ResultWarning::NO_FIXED_POINT, note.str()), &result);

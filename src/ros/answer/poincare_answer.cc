@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "contact_flow/ComputePoincareMap.h"
+#include "contact_flow/analysis/orbit_sizes.h"
 #include "limits.h"
 #include "src/ros/message/conversions.h"
 #include "src/ros/message/gate.h"
@@ -139,6 +140,7 @@ AssessedReturn Reduce(const MechanicalSystem& system, const VectorRef& x, Poinca
   const PoincareReturn& r = assessed.one;
   if (!r.returned()) return assessed;
   assessed.distance = system.Separation(r.x, x).cwiseAbs().maxCoeff();
+  assessed.off_orbit = OffOrbit(system, x, r, neutral);
   if (r.status != ReturnStatus::kReturned) return assessed;
   assessed.reducible = r.reduced.rows() == r.reduced.cols() && r.reduced.rows() > 0;
   if (!assessed.reducible) {

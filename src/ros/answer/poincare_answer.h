@@ -22,7 +22,8 @@ PoincareResult Answer(const Setup& setup, const PoincareRequest& request);
 /// One return, with what is assessed of its derivative.
 struct AssessedReturn {
   PoincareReturn one;
-  double distance = 0;  ///< |P(x) ⊟ x|_∞
+  double distance = 0;   ///< |P(x) ⊟ x|_∞
+  double off_orbit = 0;  ///< the same beside the sizes of the motion, but for neutral shifts
   bool reducible = false;
   ReducedMap reduced;  ///< without the neutral directions; its basis is one of tangents [2d×k]
   std::vector<ResultWarning> warnings;  ///< on what is not as it should be

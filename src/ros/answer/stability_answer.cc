@@ -44,13 +44,14 @@ StabilityOptions ResolveOptions(const Setup& setup, const StabilityRequest& requ
 
 /// The map that is asked about; false, with the reason in the result, when there is none.
 bool FindReturnMap(const Setup& setup, const StabilityRequest& request, PiecewiseLinearMap* map,
-                   StabilityResult* result) {
+                   double* off_orbit, StabilityResult* result) {
   if (!request.map.empty()) {
     *map = ToMap("map", request.map);
     return true;
   }
   const AssessedReturn assessed = AssessReturn(setup, request.return_map);
   result->distance = assessed.distance;
+  *off_orbit = assessed.off_orbit;
   result->message = assessed.one.message;
   if (assessed.one.status != ReturnStatus::kReturned || !assessed.reducible) {
     for (const ResultWarning& warning : assessed.warnings) Warn(warning, result);
@@ -113,8 +114,9 @@ StabilityResult Answer(const Setup& setup, const StabilityRequest& request) {
                                 std::to_string(kMaxWordLength) + " are accepted");
   }
   PiecewiseLinearMap map;
+  double off_orbit = 0;
   result.outcome = StabilityCodes::NO_MAP;
-  if (!FindReturnMap(setup, request, &map, &result)) return result;
+  if (!FindReturnMap(setup, request, &map, &off_orbit, &result)) return result;
   if (map.rows() != map.cols() || map.rows() > kMaxMapSize) {
     throw std::invalid_argument("map is " + std::to_string(map.rows()) + " × " +
                                 std::to_string(map.cols()) + ", expected a square one of at most " +
@@ -138,7 +140,7 @@ StabilityResult Answer(const Setup& setup, const StabilityRequest& request) {
     Assess(map, options, &result);
   }
   if (consistency.usable) AddNote(warnings, &result.message);
-  if (result.distance > kOnOrbit) {
+  if (off_orbit > kOnOrbit) {
     std::ostringstream note;
     note << "but the state is no fixed point, |P(x) - x| = " << result.distance;
     Warn(MakeWarning(ResultWarning::NO_FIXED_POINT, note.str()), &result);
