@@ -18,7 +18,7 @@ constexpr double kStepInCone =
     1e-9;                        // a unit step this far outside counts as on the cone's boundary
 constexpr double kEqual = 1e-9;  // model residuals that differ less, relative to |r|, are equal
 constexpr double kNoDescent = 1e-10;  // relative decrease of |r|² that is none
-constexpr double kGain = 0.5;  // more of a residual within its error is no gain of a step
+constexpr double kGain = 0.5;         // more of a residual within its error is no gain of a step
 constexpr const char* kKnownNoBetter = "the residual is known no better";
 
 /// A d in the cone with A d = −r: max t subject to A d + t r = 0, |d_k| ≤ 1, t ≤ 1/|r|, scaled
