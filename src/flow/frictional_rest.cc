@@ -2,6 +2,7 @@
 #include "frictional_rest.h"
 
 #include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <vector>
@@ -19,7 +20,7 @@ namespace {
 constexpr double kRestBorder = 1e-10;
 /// A slip in space that begins with the rest has this many absolute tolerances.
 constexpr double kRestOnset = 10;
-/// Slip that is rounding, relative.
+/// Slip that is rounding, relative to the velocities at both sides of the last impact.
 constexpr double kNoSlip = 1e-12;
 
 Letter LetterOf(const Friction& friction, double slip) {
@@ -52,6 +53,7 @@ std::optional<FrictionalRest> RestOfBounces(ContactDynamics* dynamics, const Tra
     return rest;
   }
 
+  const double still = kNoSlip * std::max(v.norm(), last.x_minus.tail(d).norm());
   const ConstraintSet sticking = last.mode_before.Sticking() | last.mode_after.Sticking();
   std::vector<Eigen::RowVectorXd> rows, forces;  // A, and along what they push
   for (int i : rest.closed) {
@@ -60,7 +62,7 @@ std::optional<FrictionalRest> RestOfBounces(ContactDynamics* dynamics, const Tra
     forces.push_back(rows.back());
     const auto tangents = terms.jacobian.middleRows(friction.row, friction.dimension);
     const Vector slip = tangents * v;
-    const bool sticks = sticking.Contains(i) || !(slip.norm() > kNoSlip * v.norm());
+    const bool sticks = sticking.Contains(i) || !(slip.norm() > still);
     if (!sticks) forces.back() -= friction.coefficient / slip.norm() * slip.transpose() * tangents;
     for (int k = 0; sticks && k < friction.dimension; ++k) {
       rows.push_back(tangents.row(k));
@@ -84,7 +86,7 @@ std::optional<FrictionalRest> RestOfBounces(ContactDynamics* dynamics, const Tra
   for (int i : rest.closed) {
     const Friction& friction = system.friction()[i];
     const Vector slip = terms.jacobian.middleRows(friction.row, friction.dimension) * rest.v_plus;
-    const bool none = slip.norm() <= kNoSlip * rest.v_plus.norm();
+    const bool none = slip.norm() <= std::max(still, kNoSlip * rest.v_plus.norm());
     if (friction.dimension > 0 && friction.coefficient > 0 && (sticking.Contains(i) || none)) {
       contacts.still.Insert(i);
     } else {
