@@ -87,13 +87,13 @@ void FrictionalResolution::Decide() {
   TouchingContacts contacts;
   contacts.slack = ForceSlack(&dynamics_, cluster);
   if (cluster.activated.Empty()) contacts.before = cluster.mode_before;
-  ConstraintSet leaving;
+  ConstraintSet leaving, leaving_hit;
   for (int i : touching) {
     const bool bounced = cluster.activated.Contains(i) && system_.restitution()(i) > 0;
     const double low = grazed_.Contains(i) ? Low(i) : 0;
     const double rest = std::max({Rounding(i, v_plus), bounced ? 0 : Drift(i), low});
     if (!held.Contains(i) && rate(i) > rest) {
-      if (!bounced && !cluster.activated.Empty()) leaving.Insert(i);
+      if (!cluster.activated.Empty()) (bounced ? leaving_hit : leaving).Insert(i);
       continue;
     }
     SortRising(i, rate, v_plus, low, &still, &contacts);
@@ -111,16 +111,29 @@ void FrictionalResolution::Decide() {
     }
   }
   const Transition decided = cluster;
-  try {
-    SetLettersOrEndSlip(contacts);
-  } catch (const FrictionRefusal&) {
-    if (back.Empty()) throw;
-    cluster = decided;  // the slips of a rise may fit no word: it rises then
+  const auto let_rise = [&] {
+    cluster = decided;
     back = ended_ = ConstraintSet();
     SetLettersOrEndSlip(without);
+  };
+  try {
+    SetLettersOrEndSlip(contacts);
+    if (!back.Empty() && TurnsBack(leaving_hit)) let_rise();
+  } catch (const FrictionRefusal&) {
+    if (back.Empty()) throw;
+    let_rise();  // the slips of a rise may fit no word
   }
   TellOfRest(back & cluster.mode_after);
   cluster.touching = beside & (cluster.impulse_word | cluster.mode_after);
+}
+
+/// Whether one of them, which bounced, approaches again, as others were made rest.
+bool FrictionalResolution::TurnsBack(ConstraintSet bounced) const {
+  const Vector v = result_.transition.x_plus.tail(d_);
+  for (int i : bounced) {
+    if (terms_.jacobian.row(i).dot(v) < -Rounding(i, v)) return true;
+  }
+  return false;
 }
 
 void FrictionalResolution::DecideInput() {

@@ -87,6 +87,7 @@ class FrictionalResolution {
                   TouchingContacts* contacts) const;
   ConstraintSet PressedBack(const Vector& rate, ConstraintSet leaving,
                             const TouchingContacts& resting);
+  bool TurnsBack(ConstraintSet bounced) const;
   void TellOfRest(ConstraintSet pressed_back);
   void NoteSprings(ConstraintSet contacts, const char* forces);
   void NoteLookAhead(ConstraintSet contacts);

@@ -29,6 +29,7 @@ std::optional<double> Flow::Accumulation(const ResolvedTransition& resolved) {
       transition_.activated | (transition_.grazed - transition_.mode_before);
   if (impacts.Empty()) return std::nullopt;
   std::optional<double> accumulation = zeno_.Impact(impacts, t_);
+  if (!Touch(zeno_.pattern())) accumulation.reset();
   if (!accumulation && resolved.rest_interval > 0) {
     accumulation = zeno_.ImpactTo(t_ + resolved.rest_interval);
   }
@@ -36,6 +37,16 @@ std::optional<double> Flow::Accumulation(const ResolvedTransition& resolved) {
     if (!accumulation) accumulation = PredictRest(i);
   }
   return accumulation;
+}
+
+/// Whether all of them are where they would rest. What rocks is so now and then.
+bool Flow::Touch(ConstraintSet contacts) {
+  if (contacts.Empty()) return true;
+  system_.Constraints(x_.head(system_.num_positions()), x_.tail(system_.dof()), &terms_);
+  for (int i : contacts) {
+    if (std::abs(terms_.gap(i)) > options_.gap_tolerance) return false;
+  }
+  return true;
 }
 
 /// The end of the bounces of elastic contact i [s] if the next no longer reaches the absolute
@@ -59,7 +70,7 @@ ConstraintSet Flow::EndOfBounces() {
   const int d = system_.dof(), nq = system_.num_positions();
   const ConstraintSet rest = transition_.mode_after;
   const ConstraintSet touched =
-      transition_.mode_before | transition_.activated | transition_.grazed;
+      transition_.mode_before | transition_.activated | transition_.grazed | zeno_.pattern();
   dynamics_.Evaluate(x_, mode_);
   system_.Constraints(x_.head(nq), x_.tail(d), &terms_);
   ConstraintSet end = rest;

@@ -78,6 +78,29 @@ TEST(ZenoDetector, ComparesIntervalsWithTheFirstOfTheirSequence) {
   }
 }
 
+/// Three impacts that recur, each time in 0.6 of the time of before: 1, 0.1 and 0.02 apart at first.
+TEST(ZenoDetector, APatternOfSeveralImpactsIsASequence) {
+  for (const double scale : {1e-8, 1.0, 1e8}) {
+    ZenoDetector detector(4, 1e-3);
+    double t = 0, size = scale;
+    std::optional<double> end;
+    int times = 0;
+    for (; !end && times < 50; ++times, size *= 0.6) {
+      const ConstraintSet hit = times % 2 == 0 ? ConstraintSet{0, 1} : ConstraintSet{2, 3};
+      for (const double part : {1.0, 0.1, 0.02}) {
+        t += part * size;
+        end = detector.Impact(hit, t);
+        if (end) break;
+      }
+    }
+    ASSERT_TRUE(end);
+    EXPECT_NEAR(1.12 / 0.4 * scale, *end, 1e-9 * scale);
+    EXPECT_EQ(ConstraintSet({0, 1, 2, 3}), detector.pattern());
+    EXPECT_GE(times, 13) << "0.6^13 is the first below 1e-3";
+    EXPECT_LE(times, 16);
+  }
+}
+
 TEST(ZenoDetector, IntervalsThatDoNotShrinkAreNoSequence) {
   ZenoDetector detector(1, 1e-3);
   double t = 0;

@@ -65,6 +65,28 @@ TEST(RockingBox, RocksToRestInThePlane) {
   }
 }
 
+/// Elastic edges bounce each time the box falls on them: what accumulates is a pattern of impacts.
+TEST(RockingBox, RocksAndBouncesToRest) {
+  for (const double restitution : {0.05, 0.2, 0.4}) {
+    for (const double height : {0.4, 0.8}) {
+      SCOPED_TRACE(testing::Message() << restitution << ", " << height);
+      const auto system = MakeSystem<test::FlatBox>(
+          {{"height", height}, {"friction", 1.5}, {"restitution", restitution}});
+      Vector x = Vector::Zero(8);
+      x(2) = 0.1;
+      x = OnTheFloor(*system, x, 1);
+      SimulateOptions options;
+      options.complete_zeno = true;
+      const Trajectory run = Simulate(*system, x, Vector::Zero(1), 4, options);
+      ASSERT_TRUE(run.status.ok()) << run.status.message;
+      EXPECT_EQ("ss", run.arcs.back().mode.Word(2));
+      EXPECT_LT(run.FinalState().tail(4).norm(), 1e-9);
+      EXPECT_NEAR(0.5 * height, run.FinalState()(1), 1e-8);
+      EXPECT_LT(run.transitions.size(), 250u);
+    }
+  }
+}
+
 /// Let go on a corner, or an edge: it hits with others in turns, on one edge or all round.
 TEST(RockingBox, ClattersToRestInSpace) {
   for (int seed = 0; seed < 16; ++seed) {

@@ -119,6 +119,7 @@ class Flow {
   bool GoesOn();
   std::optional<double> Accumulation(const ResolvedTransition& resolved);
   std::optional<double> PredictRest(int i);
+  bool Touch(ConstraintSet contacts);
   ConstraintSet EndOfBounces();
   bool CompleteZeno(ConstraintSet sticking);
   void Warn(Outcome code, const std::string& message);

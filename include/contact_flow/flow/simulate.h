@@ -26,9 +26,9 @@ struct SimulateOptions {
   /// accelerations are so weak that such a speed v reaches further than absolute_tolerance,
   /// v²/(2|ä_i|), correspondingly less does.
   double speed_tolerance = 1e-6;
-  /// Impacts whose intervals shrink geometrically, of one constraint or of several in turns, are
-  /// Zeno once the intervals are below this part of the first of their sequence. Bounces of elastic
-  /// contacts that no longer reach absolute_tolerance are Zeno in any case.
+  /// Impacts whose intervals shrink geometrically, of one constraint, of several in turns or in a
+  /// pattern, are Zeno once the intervals are below this part of the first of their sequence.
+  /// Bounces of elastic contacts that no longer reach absolute_tolerance are Zeno in any case.
   double zeno_interval = 1e-5;
   /// Go on from there with the contact sticking, instead of stopping with Outcome::kZeno. The rest
   /// of the bounces is taken as one plastic impact. No derivative then. Plastic contacts that hit
