@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "contact_flow/dynamics/guards.h"
+#include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/flow/transition.h"
 
 namespace contact_flow {
@@ -125,7 +126,10 @@ class Resolution {
 
   ConstraintSet Resting(const Vector& v_plus, ConstraintSet hit, ConstraintSet touching);
   void Release(ConstraintSet rigid);
+  void Settle(const Vector& v_plus, ConstraintSet hit, ConstraintSet resting,
+              const InverseInertia* inertia);
   void Hold(const Vector& v_plus, ConstraintSet hit, ConstraintSet held);
+  bool TurnsBack(ConstraintSet hit) const;
   void WarnOfTouching(ConstraintSet hit);
 
   ContactDynamics& dynamics_;
@@ -139,6 +143,7 @@ class Resolution {
   Vector guard_reach_;      // what tolerances may grow to in them [n]
   ConstraintSet touching_;  // a_i = ȧ_i = 0 beyond J⁻ and the cluster
   ConstraintSet pressed_;
+  ConstraintSet doubtful_;  // that rest though they rise, by an acceleration that brings them back
   ResolvedTransition result_;
 };
 

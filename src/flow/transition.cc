@@ -149,6 +149,7 @@ ConstraintSet Resolution::Resting(const Vector& v_plus, ConstraintSet hit, Const
   const Vector rate = terms_.jacobian * v_plus;
   const Vector v_minus = transition().x_minus.tail(d_);
   ConstraintSet resting, doubtful;
+  doubtful_ = {};
   for (int i : touching) {
     const bool bounced = hit.Contains(i) && system_.restitution()(i) > 0 && rate_(i) < -Still(i);
     if (bounced) continue;
@@ -175,9 +176,31 @@ ConstraintSet Resolution::Resting(const Vector& v_plus, ConstraintSet hit, Const
         rate(i) > 0
             ? std::sqrt(2 * kNoReach * rules_.reach_tolerance * std::max(-acceleration(i), 0.0))
             : 0;
-    if (std::abs(rate(i)) <= std::max(lost, Still(i, v_plus, acceleration(i)))) resting.Insert(i);
+    if (std::abs(rate(i)) > std::max(lost, Still(i, v_plus, acceleration(i)))) continue;
+    resting.Insert(i);
+    doubtful_.Insert(i);
   }
   return resting;
+}
+
+/// The mode behind an impact, of those that rest.
+void Resolution::Settle(const Vector& v_plus, ConstraintSet hit, ConstraintSet resting,
+                        const InverseInertia* inertia) {
+  const ModeSelection selection = SelectMode(&dynamics_, transition().x_plus, resting,
+                                             transition().tolerance, pressed_, inertia);
+  transition().mode_after = selection.mode;
+  transition().implied = selection.implied;
+  transition().touching = touching_ & (hit | selection.mode);
+  Hold(v_plus, hit, selection.mode - compliant_);
+}
+
+/// Whether a contact that is hit approaches again, as others were made rest.
+bool Resolution::TurnsBack(ConstraintSet hit) const {
+  const Vector v = result_.transition.x_plus.tail(d_);
+  for (int i : hit) {
+    if (terms_.jacobian.row(i).dot(v) < -Rounding(i, v)) return true;
+  }
+  return false;
 }
 
 /// What counted as rest is made rest: a contact that kept a speed within the tolerance would drift.
@@ -271,13 +294,14 @@ void Resolution::Decide() {
     WarnOfTouching(hit);
   }
   cluster.x_plus.tail(d_) = v_plus;
-  const ModeSelection selection =
-      SelectMode(&dynamics_, cluster.x_plus, Resting(v_plus, hit, touching), transition().tolerance,
-                 pressed_, inertia ? &*inertia : nullptr);
-  cluster.mode_after = selection.mode;
-  cluster.implied = selection.implied;
-  cluster.touching = touching_ & (hit | selection.mode);
-  Hold(v_plus, hit, selection.mode - compliant_);
+  const InverseInertia* known = inertia ? &*inertia : nullptr;
+  const ConstraintSet resting = Resting(v_plus, hit, touching);
+  if (doubtful_.Empty()) return Settle(v_plus, hit, resting, known);
+  const ResolvedTransition decided = result_;
+  Settle(v_plus, hit, resting, known);
+  if (!TurnsBack(hit)) return;
+  result_ = decided;  // what rises so slowly rises all the same
+  Settle(v_plus, hit, resting - doubtful_, known);
 }
 
 ResolvedTransition ResolveTransition(ContactDynamics* dynamics, double t, const Vector& x,
