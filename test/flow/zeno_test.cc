@@ -78,7 +78,7 @@ TEST(ZenoDetector, ComparesIntervalsWithTheFirstOfTheirSequence) {
   }
 }
 
-/// Three impacts that recur, each time in 0.6 of the time of before: 1, 0.1 and 0.02 apart at first.
+/// Three impacts that recur, each time 0.6 times as far apart: 1, 0.1 and 0.02 at first.
 TEST(ZenoDetector, APatternOfSeveralImpactsIsASequence) {
   for (const double scale : {1e-8, 1.0, 1e8}) {
     ZenoDetector detector(4, 1e-3);

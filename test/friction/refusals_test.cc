@@ -11,7 +11,7 @@
 namespace contact_flow {
 namespace {
 
-nlohmann::json Refusal(const std::string& name) {
+nlohmann::json RefusalCase(const std::string& name) {
   std::ifstream file(std::string(CONTACT_FLOW_TEST_DATA) + "/friction/refusals.json");
   const nlohmann::json all = nlohmann::json::parse(file);
   for (const nlohmann::json& one : all["cases"]) {
@@ -23,7 +23,7 @@ nlohmann::json Refusal(const std::string& name) {
 /// Which refusal the contacts in `still` and `slipping` meet at the case's state.
 FrictionRefusal::Kind OfForces(const std::string& name, const TouchingContacts& contacts,
                                std::string* sentence = nullptr) {
-  const nlohmann::json json = Refusal(name);
+  const nlohmann::json json = RefusalCase(name);
   const auto system = test::MakeFrictionSystem(json);
   ContactDynamics dynamics(*system, Vector::Zero(0));
   try {
@@ -36,7 +36,7 @@ FrictionRefusal::Kind OfForces(const std::string& name, const TouchingContacts& 
 }
 
 FrictionRefusal::Kind OfImpact(const std::string& name) {
-  const nlohmann::json json = Refusal(name);
+  const nlohmann::json json = RefusalCase(name);
   const auto system = test::MakeFrictionSystem(json);
   const Vector x = test::ToState(json["state"]);
   try {
@@ -61,7 +61,7 @@ TEST(FrictionRefusals, PainleveOfASlidingRod) {
 TEST(FrictionRefusals, ARodThatLiesIsNone) {
   TouchingContacts still;
   still.still = {0, 1};
-  const nlohmann::json json = Refusal("rod_lying");
+  const nlohmann::json json = RefusalCase("rod_lying");
   const auto system = test::MakeFrictionSystem(json);
   const Vector x = test::ToState(json["state"]);
   ContactDynamics dynamics(*system, Vector::Zero(0));
@@ -79,7 +79,7 @@ TEST(FrictionRefusals, Impacts) {
 
 /// The start is refused before anything is computed, with the reason.
 TEST(FrictionRefusals, ASimulationSaysWhy) {
-  const nlohmann::json json = Refusal("rod_inconsistent");
+  const nlohmann::json json = RefusalCase("rod_inconsistent");
   const auto system = test::MakeFrictionSystem(json);
   try {
     Simulate(*system, test::ToState(json["state"]), Vector::Zero(0), 0.1);
@@ -94,7 +94,7 @@ TEST(FrictionRefusals, ASimulationSaysWhy) {
 /// Flies up to where its foot touches without speed, and would rise alone, or jam if it were
 /// pressed: two motions go on. Nothing presses it, so that it flies on, with a warning.
 TEST(FrictionRefusals, WhereSeveralMotionsGoOnTheSmallestForcesDo) {
-  const nlohmann::json json = Refusal("rod_indeterminate");
+  const nlohmann::json json = RefusalCase("rod_indeterminate");
   const auto system = test::MakeFrictionSystem(json);
   const Vector touch = test::ToState(json["state"]);
   const double g = 9.81, tau = 0.02;
@@ -143,7 +143,7 @@ TEST(FrictionRefusals, APushIntoTheFloorDrags) {
 /// A puck that is pushed from rest, in space: it slides, and its direction is no piecewise linear
 /// function of the state.
 TEST(FrictionRefusals, SlipThatBeginsInSpace) {
-  const nlohmann::json json = Refusal("puck_incipient");
+  const nlohmann::json json = RefusalCase("puck_incipient");
   const auto system = test::MakeFrictionSystem(json);
   SimulateOptions options;
   options.dense = true;
