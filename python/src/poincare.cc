@@ -153,8 +153,8 @@ py::object StabilityOf(const Return& r, const std::vector<std::string>& translat
   const PiecewiseLinearMap reduced = MapOf<&PoincareReturn::reduced>(r);
   if (reduced.rows() != reduced.cols() || reduced.rows() == 0) {
     throw py::value_error(
-        "the contact mode at the return is another than at the start: the "
-        "derivative is no map of one space into itself");
+        "directions along the section in the contact mode are not as many at the return as at the "
+        "start: the derivative is no map of one space into itself");
   }
   const Matrix shift = OrbitShift(r, translation);
   if (translation.empty()) return py::cast(reduced).attr("stability")(**options);

@@ -9,6 +9,7 @@
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/piecewise_linear/section.h"
 #include "retraction.h"
+#include "symmetry_check.h"
 #include "tangent_map.h"
 
 namespace contact_flow {
@@ -79,6 +80,15 @@ void PoincareMap::Differentiate(const VectorRef& x, PoincareReturn* result) cons
     if (!event && AtAnEvent(x, *result)) return none("the return coincides with an event");
     const BDerivative B = DifferentiateArcs(system_, run, 0, last, options_.derivative);
     if (!B.status.ok()) return none(B.status.message);
+    if (!section_.symmetry.Empty()) {
+      const std::string why =
+          SymmetryObstacle(system_, u_, section_, options_, x, *result, B, last);
+      if (!why.empty()) {
+        none("the section's symmetry is none of the system: " + why);
+        result->status = ReturnStatus::kRefused;
+        return;
+      }
+    }
     // Directions along the section hold what the start holds. Others may not.
     const auto held = PiecewiseLinearMap::Linear(B.arcs.front());
     result->extended = Extended(B, held, *result);

@@ -72,6 +72,19 @@ ReturnSymmetry& ReturnSymmetry::Travel(const MechanicalSystem& system,
 
 Vector ReturnSymmetry::Apply(const MechanicalSystem& system, const VectorRef& start,
                              const VectorRef& x) const {
+  Vector y = Move(system, Way(system, start, x), x);
+  if (!travelling_.empty()) y(travelling_.front().position) = start(travelling_.front().position);
+  return y;
+}
+
+double ReturnSymmetry::Way(const MechanicalSystem& system, const VectorRef& start,
+                           const VectorRef& x) const {
+  if (travelling_.empty()) return 0;
+  const int first = travelling_.front().position;
+  return Move(system, 0, x)(first) - start(first);
+}
+
+Vector ReturnSymmetry::Move(const MechanicalSystem& system, double way, const VectorRef& x) const {
   const int nq = system.num_positions();
   Vector y = x;
   for (const auto& [a, b] : exchanged_) {
@@ -79,11 +92,7 @@ Vector ReturnSymmetry::Apply(const MechanicalSystem& system, const VectorRef& st
     std::swap(y(nq + a.velocity), y(nq + b.velocity));
   }
   for (const auto& [coordinate, amount] : shifted_) y(coordinate.position) += amount;
-  if (travelling_.empty()) return y;
-  const int first = travelling_.front().position;
-  const double way = y(first) - start(first);
   for (const Coordinate& coordinate : travelling_) y(coordinate.position) -= way;
-  y(first) = start(first);
   return y;
 }
 
@@ -113,6 +122,12 @@ Matrix ReturnSymmetry::Tangent(const MechanicalSystem& system) const {
   const Eigen::RowVectorXd first = tangent.row(travelling_.front().velocity);
   for (const Coordinate& coordinate : travelling_) tangent.row(coordinate.velocity) -= first;
   return tangent;
+}
+
+Matrix ReturnSymmetry::Along(const MechanicalSystem& system) const {
+  Matrix along = Matrix::Zero(2 * system.dof(), travelling_.empty() ? 0 : 1);
+  for (const Coordinate& coordinate : travelling_) along(coordinate.velocity, 0) = 1;
+  return along;
 }
 
 Matrix ReturnSymmetry::Slice(const MechanicalSystem& system) const {

@@ -23,8 +23,8 @@ ReducedMap ControlledReturn(const MechanicalSystem& system, const PoincareReturn
   const Matrix &begin = orbit.start_basis, &end = orbit.end_basis;
   if (begin.cols() != end.cols()) {
     throw std::invalid_argument(
-        "the contact mode at the return is another than at the start: the "
-        "derivative is no map of one space into itself");
+        "directions along the section in the contact mode are not as many at the return as at the "
+        "start: the derivative is no map of one space into itself");
   }
   if (begin.cols() == 0) {
     throw std::invalid_argument(

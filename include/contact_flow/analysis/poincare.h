@@ -80,7 +80,9 @@ struct PoincareOptions {
 /// part, and then settled by Newton's method on runs that end there: s = 0 to rounding. A jump of
 /// the sign at an impact is none.
 /// With a symmetry g in the section, P = g ∘ (first return) and DP = Dg (…); a return at which g is
-/// not one of M, f + c v and the contacts in force is refused. Tangents of the section keep what
+/// not one of M, f + c v and the contacts in force is refused; with a derivative also one whose
+/// translation changes the motion, and an orbit whose next return is not the image of this one, to
+/// first order. Tangents of the section keep what
 /// the contact mode holds, slips of sticking contacts among it, and behind an event the gaps of all
 /// contacts that touch: nothing returns across these.
 class PoincareMap {

@@ -37,12 +37,18 @@ class ReturnSymmetry {
   bool Empty() const { return exchanged_.empty() && shifted_.empty() && travelling_.empty(); }
   /// g(x), of a return that began at `start`.
   Vector Apply(const MechanicalSystem& system, const VectorRef& start, const VectorRef& x) const;
+  /// How far T moves x back, of a return that began at `start`; 0 where nothing travels.
+  double Way(const MechanicalSystem& system, const VectorRef& start, const VectorRef& x) const;
+  /// The same g of another state of that motion, which it moves back by `way`.
+  Vector Move(const MechanicalSystem& system, double way, const VectorRef& x) const;
   /// Undoes the exchange and what is added, not the translation.
   Vector Undo(const MechanicalSystem& system, const VectorRef& x) const;
   /// E on tangents (δq, δv) [2d×2d], its own inverse.
   Matrix Exchanged(const MechanicalSystem& system) const;
   /// Dg [2d×2d].
   Matrix Tangent(const MechanicalSystem& system) const;
+  /// The translation t as a tangent, or no column [2d×·].
+  Matrix Along(const MechanicalSystem& system) const;
   /// Of tangents that keep the first travelling coordinate: e₁ᵀ, or no row [·×2d].
   Matrix Slice(const MechanicalSystem& system) const;
 

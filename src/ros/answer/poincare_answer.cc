@@ -146,8 +146,8 @@ AssessedReturn Reduce(const MechanicalSystem& system, const VectorRef& x, Poinca
   if (!assessed.reducible) {
     assessed.warnings.push_back(MakeWarning(
         ResultWarning::NOT_REDUCIBLE,
-        "the contact mode at the return is another than at the start: DP is no map of one "
-        "space into itself",
+        "directions along the section in the contact mode are not as many at the return as at the "
+        "start: DP is no map of one space into itself",
         r.time));
     return assessed;
   }
