@@ -5,11 +5,13 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "contact_flow/analysis/orbit_sizes.h"
+
 namespace contact_flow {
 namespace {
 
 constexpr double kMoved = 1e-6;         // of B t = t, relative to B
-constexpr double kOnOrbit = 1e-6;       // |P(x) − x| below which the next return is compared
+constexpr double kOnOrbit = 1e-6;       // no further off an orbit the next return is compared
 constexpr double kSameState = 1e-4;     // of both motions, relative to the state
 constexpr double kSameTangent = 1e-3;   // … and of their derivatives, relative
 constexpr double kShortOfEvent = 1e-3;  // of the time of return
@@ -62,7 +64,7 @@ std::string SymmetryObstacle(const MechanicalSystem& system, const VectorRef& u,
     const double apart = Size(moved - along) / std::max(1.0, Size(moved));
     if (!(apart <= kMoved)) return Differ("a motion that starts further along differs", apart);
   }
-  if (!(Size(system.Separation(result.x, x)) <= kOnOrbit)) return "";
+  if (!(OffOrbit(system, x, result, Matrix(2 * system.dof(), 0)) <= kOnOrbit)) return "";
 
   const Trajectory& run = result.trajectory;
   const Vector y = run.FinalState();
@@ -79,8 +81,7 @@ std::string SymmetryObstacle(const MechanicalSystem& system, const VectorRef& u,
   if (!(states <= kSameState)) return Differ("the next return differs", states);
 
   if (!SameEvents(run, next, last)) return "";
-  const BDerivative second =
-      DifferentiateArcs(system, next, 0, last, options.derivative);
+  const BDerivative second = DifferentiateArcs(system, next, 0, last, options.derivative);
   const Matrix E = symmetry.Exchanged(system), &basis = result.start_basis;
   for (const double sign : {1.0, -1.0}) {
     Matrix first_images, images;
@@ -88,8 +89,7 @@ std::string SymmetryObstacle(const MechanicalSystem& system, const VectorRef& u,
         !Images(second, sign * E * basis, &images)) {
       continue;
     }
-    const double tangents =
-        Size(E * images - first_images) / std::max(1.0, Size(first_images));
+    const double tangents = Size(E * images - first_images) / std::max(1.0, Size(first_images));
     if (!(tangents <= kSameTangent)) {
       return Differ("the derivative of the next return differs", tangents);
     }
