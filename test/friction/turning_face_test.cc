@@ -143,49 +143,6 @@ TEST(TurningFace, LandsAsOnEqualSprings) {
   EXPECT_LT((PlaneOf(run.transitions[0].x_plus) - after).tail<3>().cwiseAbs().maxCoeff(), 1e-10);
 }
 
-/// A push that grows, and a twist, make a box slide that stood: it sticks as long as any share of its
-/// weight is in all cones, and turns from there on as on springs.
-TEST(TurningFace, BeginsToSlideUnderAGrowingPush) {
-  const double rate = 20, twist = 0.3, duration = 0.4;
-  const auto system = MakeSystem<test::SpaceBox>({{"height", kBoxHeight},
-                                                  {"friction", kBoxFriction},
-                                                  {"arm", 0.5 * kBoxHeight},
-                                                  {"rate_x", rate}});
-  const Trajectory run = Simulate(*system, StateOf(Plane::Zero(), 0.5 * kBoxHeight, 0),
-                                  Eigen::Vector3d(0, 0.5, twist), duration, [] {
-                                    SimulateOptions options;
-                                    options.relative_tolerance = 1e-11;
-                                    options.absolute_tolerance = 1e-11;
-                                    return options;
-                                  }());
-  ASSERT_TRUE(run.status.ok()) << run.status.message;
-  ASSERT_EQ(2u, run.arcs.size());
-  EXPECT_EQ("ssss", run.arcs[0].mode.Word(4));
-  EXPECT_EQ("llll", run.arcs[1].mode.Word(4));
-  EXPECT_EQ(Outcome::kIndeterminateForces, run.transitions[0].obstacle.outcome);
-  // Not before the equal share would, nor later than by the whole of it.
-  const double onset = run.transitions[0].t;
-  EXPECT_GT(onset, 0.2);
-  EXPECT_LT(onset, kBoxFriction * kBoxMass * kGravity / rate);
-  double t = onset + 0.01;
-  Plane plane = PlaneOf(run.State(t));
-  EXPECT_GT(plane(5), 0);
-  const auto field = [&](double time, const Plane& at) {
-    double least;
-    const Eigen::Vector3d force = FrictionAlong(at, at, kBoxMass * kGravity, kBoxFriction, &least);
-    EXPECT_GT(least, 0);
-    return Accelerated(at, force + Eigen::Vector3d(rate * time, 0.5, twist));
-  };
-  constexpr int kSteps = 4000;
-  const double h = (duration - t) / kSteps;
-  for (int k = 0; k < kSteps; ++k, t += h) {  // the classical method of Runge and Kutta
-    const Plane a = field(t, plane), b = field(t + 0.5 * h, plane + 0.5 * h * a),
-                c = field(t + 0.5 * h, plane + 0.5 * h * b), e = field(t + h, plane + h * c);
-    plane += h / 6 * (a + 2 * b + 2 * c + e);
-  }
-  EXPECT_LT((PlaneOf(run.FinalState()) - plane).cwiseAbs().maxCoeff(), 1e-8);
-}
-
 /// A push at the floor and a twist that begin at t = 0.1 make it slide and turn: a landing's words.
 TEST(TurningFace, IsToldOfAtAnInputChange) {
   const auto system =
