@@ -96,7 +96,7 @@ class Words {
     if (all.size() == 1) {
       if (by != nullptr) by->springs = all.front().springs;
       if (Ends(all.front(), border)) return Beyond(all.front(), border, by);
-      if (by == nullptr || !SharedStickEnds(all.front(), border)) return ModeOf(all.front());
+      if (by == nullptr || !Ends(all.front(), border, true)) return ModeOf(all.front());
       const auto ahead = FindWordAhead(&dynamics_, x_, touching_, ModeOf(all.front()), border);
       if (!ahead) return ModeOf(all.front());
       by->springs = true;
@@ -195,23 +195,15 @@ class Words {
     return false;
   }
 
-  /// Of a single word: whether its force, or gap, is used up and goes on to shrink.
-  bool Ends(const FrictionSolution& word, double border) {
+  /// Of a single word: whether its force, or gap, is used up and goes on to shrink; or, of forces
+  /// that are `shared`, whether no share is left in all cones. Where the body turns as it begins to
+  /// slip, springs decide what follows that, and no word.
+  bool Ends(const FrictionSolution& word, double border, bool shared = false) {
     const ConstraintSet all = touching_.still | touching_.slipping;
     const Trend trend = TrendOf(word, all, [&](const Slack& slack) {
-      const bool alone = !slack.cone || word.springs;  // no other word was looked for
+      const bool alone = shared ? slack.cone && dynamics_.shared().Contains(slack.constraint)
+                                : !slack.cone || word.springs;  // no other word was looked for
       return alone && slack.value < border * scale_ + 2 * SlackOf(slack.constraint);
-    });
-    return trend.growth < -kNoticed;
-  }
-
-  /// Of a single word whose forces are shared: whether no share will be left in all cones. Where
-  /// the body turns as it begins to slip, springs decide what follows, and no word.
-  bool SharedStickEnds(const FrictionSolution& word, double border) {
-    const ConstraintSet all = touching_.still | touching_.slipping;
-    const Trend trend = TrendOf(word, all, [&](const Slack& slack) {
-      return slack.cone && dynamics_.shared().Contains(slack.constraint) &&
-             slack.value < border * scale_ + 2 * SlackOf(slack.constraint);
     });
     return trend.growth < -kNoticed;
   }
