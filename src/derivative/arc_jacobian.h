@@ -217,8 +217,24 @@ class ArcJacobian {
   void ChooseTime(double rate) {
     constexpr double kLongest = 10;  // of 1/rate
     const double length = arc_.t_end - arc_.t_begin;
+    if (rate * length < 1 && rate <= RoundingRate()) rate = 0;
     units_.time = rate > 0 ? std::clamp(length, 1 / rate, kLongest / rate) : length;
     FindScale();
+  }
+  /// The rate [1/s] that rounding of [K D] makes where Differentiate was last: the changes of what
+  /// constraints push, Σ_i |A_iᵀ| |Dλ_i|, cancel where they hold a body or let it slide.
+  double RoundingRate() const {
+    constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon();
+    if (arc_.mode.Empty() || dynamics_.force_jacobian().rows() == 0) return 0;
+    ConstraintTerms terms;
+    const MechanicalSystem& system = dynamics_.system();
+    system.Constraints(x_.head(system.num_positions()), x_.tail(d_), &terms);
+    const Vector unit = units_.length.cwiseInverse();
+    const Matrix sum = unit.asDiagonal() * terms.jacobian.cwiseAbs().transpose() *
+                       dynamics_.force_jacobian().leftCols(2 * d_).cwiseAbs();
+    const double position = (sum.leftCols(d_) * unit.asDiagonal()).maxCoeff();
+    const double velocity = (sum.rightCols(d_) * unit.asDiagonal()).maxCoeff();
+    return std::max(std::sqrt(kRounding * position), kRounding * velocity);
   }
   /// What the entries of [K D S] are multiplied by for the units: √M τ² (√M)⁻¹, … τ … and … τ² S⁻¹.
   void FindScale() {

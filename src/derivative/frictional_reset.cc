@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "contact_flow/model/driven.h"
 #include "contact_flow/model/row_layout.h"
 
 namespace contact_flow {
@@ -193,6 +194,11 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
   if (bounces >= 0) {
     rhs.conservativeResize(Eigen::NoChange, size_ + 1);
     rhs.col(size_) = Vector::Unit(d_ + m, d_ + bounces);
+  }
+  // What is driven goes on as before: its inertia is no pivot of other rows.
+  for (int j : Driven(inertia_.mass())) {
+    kkt.row(j) = Vector::Unit(d_ + m, j).transpose();
+    rhs.row(j) = Vector::Unit(rhs.cols(), d_ + j).transpose();
   }
   Matrix solved;
   if (shared) {

@@ -95,8 +95,12 @@ class Words {
     }
     if (all.size() == 1) {
       if (by != nullptr) by->springs = all.front().springs;
-      if (!Ends(all.front(), border)) return ModeOf(all.front());
-      return Beyond(all.front(), border, by);
+      if (Ends(all.front(), border)) return Beyond(all.front(), border, by);
+      if (by == nullptr || !Ends(all.front(), border, true)) return ModeOf(all.front());
+      const auto ahead = FindWordAhead(&dynamics_, x_, touching_, ModeOf(all.front()), border);
+      if (!ahead) return ModeOf(all.front());
+      by->springs = true;
+      return ahead->mode;
     }
     if (Dependent()) {
       if (const std::optional<ContactMode> ahead = Ahead(all, border)) return *ahead;
@@ -191,11 +195,14 @@ class Words {
     return false;
   }
 
-  /// Of a single word: whether its force, or gap, is used up and goes on to shrink.
-  bool Ends(const FrictionSolution& word, double border) {
+  /// Of a single word: whether its force, or gap, is used up and goes on to shrink; or, of forces
+  /// that are `shared`, whether no share is left in all cones. Where the body turns as it begins to
+  /// slip, springs decide what follows that, and no word.
+  bool Ends(const FrictionSolution& word, double border, bool shared = false) {
     const ConstraintSet all = touching_.still | touching_.slipping;
     const Trend trend = TrendOf(word, all, [&](const Slack& slack) {
-      const bool alone = !slack.cone || word.springs;  // no other word was looked for
+      const bool alone = shared ? slack.cone && dynamics_.shared().Contains(slack.constraint)
+                                : !slack.cone || word.springs;  // no other word was looked for
       return alone && slack.value < border * scale_ + 2 * SlackOf(slack.constraint);
     });
     return trend.growth < -kNoticed;
