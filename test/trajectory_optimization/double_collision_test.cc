@@ -122,6 +122,21 @@ TEST(DoubleCollision, CostsAreThoseOfTheClosedForm) {
   std::printf("costs of two collisions within %.1e\n", worst);
 }
 
+/// What is least does not depend on the unit of the cost.
+TEST(DoubleCollision, CostsInSmallUnits) {
+  const auto discs = MakeModel("two_discs", {{"wall", kWall}});
+  TrajectoryProblem problem = ProblemOf(Twice(6, true, false), {0.55, 1.1, 1.45});
+  const double cost = OptimizeTrajectory(*discs, problem).cost;
+  for (double unit : {1e-4, 1e-6, 1e-8}) {
+    TrajectoryProblem small = problem;
+    small.effort *= unit;
+    small.weight *= unit;
+    const TrajectoryOptimum found = OptimizeTrajectory(*discs, small);
+    EXPECT_EQ(TrajectoryVerdict::kSmoothMinimum, found.verdict) << found.message;
+    EXPECT_NEAR(unit * cost, found.cost, 1e-7 * unit * cost) << unit;
+  }
+}
+
 /// A minimum that was found stays one where iterations end while its neighbours are tried.
 TEST(DoubleCollision, IterationsThatEndAmongNeighboursLeaveTheValley) {
   const auto discs = MakeModel("two_discs", {{"wall", kWall}});
