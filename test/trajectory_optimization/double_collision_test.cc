@@ -26,8 +26,7 @@ const std::vector<LineProblem::Event> kEvents = {{Eigen::Vector2d(-1, 1), -0.4, 
                                                  {Eigen::Vector2d(0, -1), kWall - 0.2, 1},
                                                  {Eigen::Vector2d(-1, 1), -0.4, 1}};
 
-/// Both discs are at rest, and are to be at rest where they were, the second one by way of the
-/// wall.
+/// Both discs are at rest and are to be so again where they were, the second one by way of the wall.
 LineProblem Twice(int count, bool linear, bool holds) {
   LineProblem line;
   line.mass = Eigen::Vector2d(1, 1);
@@ -45,13 +44,12 @@ LineProblem Twice(int count, bool linear, bool holds) {
 }
 
 /// What is stopped at its goal is there when it is met: as far from the wall as at the begin.
-double CostOf(const LineProblem& line, Instants t) {
+double LeastCostAt(const LineProblem& line, Instants t) {
   if (!line.held.empty()) t[2] = 2 * t[1] - t[0];
   return line.Cost(kEvents, {t[0], t[1], t[2]});
 }
 
-/// The problem of the discs; the search begins with the least effort for collisions at the
-/// instants.
+/// The problem of the discs; the search begins with the least effort for these instants.
 TrajectoryProblem ProblemOf(const LineProblem& line, const Instants& t) {
   LineProblem soft = line;
   if (!line.held.empty()) soft = Twice(line.count, line.linear, false);
@@ -72,8 +70,8 @@ TrajectoryProblem ProblemOf(const LineProblem& line, const Instants& t) {
   return problem;
 }
 
-std::vector<double> TouchdownsOf(const MechanicalSystem& system, const TrajectoryProblem& problem,
-                                 const TrajectoryOptimum& found) {
+std::vector<double> InstantsMet(const MechanicalSystem& system, const TrajectoryProblem& problem,
+                                const TrajectoryOptimum& found) {
   const Unknowns unknowns(system, problem);
   std::vector<double> instants;
   for (const Transition& event : unknowns.Run(found.y, 1e-12, false).transitions) {
@@ -98,12 +96,12 @@ TEST(DoubleCollision, CostsAreThoseOfTheClosedForm) {
         ASSERT_TRUE(found.verdict == TrajectoryVerdict::kSmoothMinimum ||
                     found.verdict == TrajectoryVerdict::kValley)
             << which << ": " << found.message;
-        const std::vector<double> met = TouchdownsOf(*discs, problem, found);
+        const std::vector<double> met = InstantsMet(*discs, problem, found);
         ASSERT_EQ(3u, met.size()) << which;
         const Instants at = {met[0], met[1], met[2]};
         // Conditions are met to 1e-8, and a unit of theirs costs about 0.3.
         const double allowed = holds ? 1e-6 * found.cost : 1e-8 * found.cost;
-        EXPECT_NEAR(CostOf(line, at), found.cost, allowed) << which;
+        EXPECT_NEAR(LeastCostAt(line, at), found.cost, allowed) << which;
         double least = found.cost;
         std::mt19937 random(1);
         std::normal_distribution<double> normal;
@@ -111,11 +109,11 @@ TEST(DoubleCollision, CostsAreThoseOfTheClosedForm) {
           for (double step : {1e-4, 1e-3, 1e-2}) {
             Instants t = at;
             for (double& instant : t) instant += step * normal(random);
-            least = std::min(least, CostOf(line, t));
+            least = std::min(least, LeastCostAt(line, t));
           }
         }
         EXPECT_GT(least, found.cost - allowed) << which;
-        worst = std::max(worst, std::abs(CostOf(line, at) / found.cost - 1));
+        worst = std::max(worst, std::abs(LeastCostAt(line, at) / found.cost - 1));
       }
     }
   }
