@@ -26,7 +26,7 @@ const std::vector<LineProblem::Event> kEvents = {{Eigen::Vector2d(-1, 1), -0.4, 
                                                  {Eigen::Vector2d(0, -1), kWall - 0.2, 1},
                                                  {Eigen::Vector2d(-1, 1), -0.4, 1}};
 
-/// Both discs are at rest and are to be so again where they were, the second one by way of the wall.
+/// Both discs are at rest and are to be so again where they were.
 LineProblem Twice(int count, bool linear, bool holds) {
   LineProblem line;
   line.mass = Eigen::Vector2d(1, 1);
