@@ -35,6 +35,10 @@ constexpr double kFirstDamping = 1e-3;  // of the mean diagonal of H
 /// Curvature is asked where the promised decrease, relative to 1 + L, is below the first, and less
 /// than the second part of it has come.
 constexpr double kNear = 1e-4, kWellPromised = 0.5;
+/// Of a cost that is small beside 1, decreases that are promised count down to this part of it, for
+/// so many steps that make it smaller; below 1e-20 they are rounding.
+constexpr double kFine = 1e-8, kRounding = 1e-20;
+constexpr int kMaxFine = 20;
 
 double MeanCurvature(const PieceModels& models) {
   return std::max(models.pieces.front().hessian.diagonal().mean(), 1e-12);
@@ -90,6 +94,7 @@ bool Search::IsMinimum() const {
 
 void Search::Descend(FacePoint point) {
   double damping = 0, undamped = 0;  // what is promised without
+  int fine = 0;
   for (;;) {
     AskBudget();
     const PieceModels models = ModelsAt(point.y);
@@ -109,7 +114,10 @@ void Search::Descend(FacePoint point) {
     const double none = tolerance_ * (1 + std::abs(point.cost));
     const TrajectoryVerdict verdict = Verdict(models, steps);
     const bool all_solved = verdict != TrajectoryVerdict::kStalled;
-    if (promised <= none && damping == 0 && all_solved) return End(verdict, "");
+    const bool is_least = promised <= none && damping == 0 && all_solved;
+    if (is_least && !(fine < kMaxFine && IsWorthFineSteps(point, promised))) {
+      return End(verdict, "");
+    }
     FacePoint next = point;
     KinkStatus kink = KinkStatus::kNone;
     bool steps_on = Step(models, steps, point, none, damping, &next, &kink);
@@ -131,8 +139,10 @@ void Search::Descend(FacePoint point) {
       point = next;
       damping = damping > kFirstDamping * MeanCurvature(models) ? damping / 10 : 0;
       if (!Take(point, length, static_cast<int>(models.pieces.size()), kink)) return;
+      if (is_least) ++fine;
       continue;
     }
+    if (is_least) return End(verdict, "");
     const double first = kFirstDamping * MeanCurvature(models);
     damping = damping == 0 ? first : 10 * damping;
     if (damping > std::pow(10.0, kMaxDampings) * first) {
@@ -145,6 +155,14 @@ void Search::Descend(FacePoint point) {
                             : "the steps of a piece contradict its order of events");
     }
   }
+}
+
+/// Whether a promise that counts as none beside 1 is much of the cost. With conditions multipliers
+/// ask for more by themselves.
+bool Search::IsWorthFineSteps(const FacePoint& point, double promised) const {
+  return options_.certify && tolerance_ > 0 && unknowns_.problem().conditions.empty() &&
+         promised > std::max(kFine * std::abs(point.cost), kRounding) &&
+         static_cast<int>(result_.iterations.size()) < options_.max_iterations;
 }
 
 std::vector<PieceStep> Search::StepsOf(const PieceModels& models, const Vector& y,

@@ -27,6 +27,7 @@ class Search {
   bool Take(const FacePoint& point, double step, int pieces, KinkStatus kink);
   bool Ended() const;
   bool IsMinimum() const;
+  bool IsWorthFineSteps(const FacePoint& point, double promised) const;
   void Descend(FacePoint point);
   TrajectoryVerdict Verdict(const PieceModels& models, const std::vector<PieceStep>& steps) const;
   std::vector<int> Active(const PieceModel& piece, const PieceStep& step, bool only_near) const;

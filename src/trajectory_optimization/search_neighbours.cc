@@ -58,18 +58,30 @@ void Search::TryNeighbours() {
       best_ = valley;
       multipliers_ = multipliers;
     };
+    const auto is_lower = [&] {
+      const double allowed = std::max(unknowns_.problem().condition_tolerance, valley.violation);
+      return best_.violation <= allowed &&
+             best_.plain < valley.plain - kSame * (1 + std::abs(valley.plain));
+    };
     for (const auto& [contact, to] : Beside(ModelsAt(valley.y), valley.y)) {
       if (to < 1 || to >= static_cast<int>(unknowns_.problem().inputs.grid.size())) continue;
       const FacePoint point = MinimumOnFace(valley, contact, to);
       if (!std::isfinite(point.cost)) continue;
       const double length = (point.y - valley.y).cwiseAbs().maxCoeff();
-      if (!Take(point, length, 2, KinkStatus::kNeighbour)) return back();
-      Solve(point);
-      const bool holds =
-          best_.violation <= std::max(unknowns_.problem().condition_tolerance, valley.violation);
-      found = holds && best_.plain < valley.plain - kSame * (1 + std::abs(valley.plain));
+      const bool taken = Take(point, length, 2, KinkStatus::kNeighbour);
+      try {
+        if (taken) Solve(point);
+      } catch (const BudgetExceeded&) {
+        if (!is_lower()) back();
+        throw;
+      }
+      found = taken && is_lower();
       if (Ended()) {
-        if (!found) back();
+        if (found) return;
+        back();
+        if (result_.verdict == TrajectoryVerdict::kCancelled) return;
+        result_.verdict = verdict;  // that has been shown
+        reason_ = "not all neighbours were tried: " + reason_;
         return;
       }
       if (found) break;

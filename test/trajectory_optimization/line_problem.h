@@ -18,7 +18,7 @@ namespace test {
 /// several events a gap n·q + c closes, and v⁺ = v − (1 + e) M⁻¹ nᵀ (n v)/(n M⁻¹ nᵀ). For given
 /// instants of the events the state is affine in the inputs on a grid, held or led, and the least
 ///   J = r ∫ u² dt + Σ w (x(T) − target)²,      gaps closed at their instants,
-/// is that of a linear system of equations.
+/// is that of a linear system of equations; some of x(T) may be held at their targets.
 struct LineProblem {
   struct Event {
     Vector n;  // [bodies]
@@ -31,17 +31,19 @@ struct LineProblem {
   bool linear = false;    // inputs are led linearly
   double effort = 1;      // r
   Vector weight, target;  // of (q, v) at T
+  std::vector<int> held;  // those of (q, v) that are the target at T
 
   int bodies() const { return static_cast<int>(mass.size()); }
   int inputs() const { return linear ? count + 1 : count; }
 
-  /// The least cost with these events at these instants, in their order; the inputs, too.
+  /// The least cost with these events at these instants, in their order; the inputs, too. ∞ where
+  /// nothing holds all that is to hold.
   double Cost(const std::vector<Event>& events, const std::vector<double>& instants,
               Vector* inputs_found = nullptr) const {
     const int d = bodies(), m = inputs();
     Matrix X = Matrix::Zero(2 * d, m + 1);  // affine in (u, 1)
     X.col(m) = x;
-    Matrix rows = Matrix::Zero(static_cast<Eigen::Index>(events.size()), m + 1);
+    Matrix rows = Matrix::Zero(static_cast<Eigen::Index>(events.size() + held.size()), m + 1);
     double t = 0;
     for (std::size_t i = 0; i < events.size(); ++i) {
       Advance(t, instants[i], &X);
@@ -55,6 +57,11 @@ struct LineProblem {
       X.bottomRows(d) -= (1 + event.e) / event.n.dot(push) * push * speed;
     }
     Advance(t, duration, &X);
+    for (std::size_t i = 0; i < held.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(events.size() + i);
+      rows.row(row) = X.row(held[i]);
+      rows(row, m) -= target(held[i]);
+    }
     // min uᵀRu + |W(Eu + f)|² under A u + b = 0.
     Matrix H = Effort();
     Vector g = Vector::Zero(m);
@@ -73,7 +80,14 @@ struct LineProblem {
     kkt.bottomLeftCorner(k, m) = rows.leftCols(m);
     Vector right(m + k);
     right << -g, -rows.col(m);
-    const Vector u = kkt.fullPivLu().solve(right).head(m);
+    // Rows may depend on each other: who is stopped at its goal stays there.
+    const Vector all = held.empty() ? Vector(kkt.fullPivLu().solve(right))
+                                    : Vector(kkt.completeOrthogonalDecomposition().solve(right));
+    const Vector u = all.head(m);
+    const Vector off = rows.leftCols(m) * u + rows.col(m);
+    if (!held.empty() && !(off.cwiseAbs().maxCoeff() < 1e-9)) {
+      return std::numeric_limits<double>::infinity();
+    }
     if (inputs_found != nullptr) *inputs_found = u;
     return u.dot(H * u) + 2 * g.dot(u) + constant;
   }
