@@ -129,7 +129,7 @@ class Resolution {
   void Settle(const Vector& v_plus, ConstraintSet hit, ConstraintSet resting,
               const InverseInertia* inertia);
   void Hold(const Vector& v_plus, ConstraintSet hit, ConstraintSet held);
-  bool TurnsBack(ConstraintSet hit) const;
+  bool TurnsBack(const Vector& v_plus, ConstraintSet hit) const;
   void WarnOfTouching(ConstraintSet hit);
 
   ContactDynamics& dynamics_;

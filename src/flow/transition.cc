@@ -194,11 +194,13 @@ void Resolution::Settle(const Vector& v_plus, ConstraintSet hit, ConstraintSet r
   Hold(v_plus, hit, selection.mode - compliant_);
 }
 
-/// Whether a contact that is hit approaches again, as others were made rest.
-bool Resolution::TurnsBack(ConstraintSet hit) const {
+/// Whether a contact that is hit, and bounced, approaches again, as others were made rest.
+bool Resolution::TurnsBack(const Vector& v_plus, ConstraintSet hit) const {
   const Vector v = result_.transition.x_plus.tail(d_);
-  for (int i : hit) {
-    if (terms_.jacobian.row(i).dot(v) < -Rounding(i, v)) return true;
+  for (int i : hit - result_.transition.mode_after) {
+    if (!(system_.restitution()(i) > 0)) continue;
+    const auto row = terms_.jacobian.row(i);
+    if (row.dot(v_plus) > 0 && row.dot(v) < -Rounding(i, v)) return true;
   }
   return false;
 }
@@ -299,7 +301,7 @@ void Resolution::Decide() {
   if (doubtful_.Empty()) return Settle(v_plus, hit, resting, known);
   const ResolvedTransition decided = result_;
   Settle(v_plus, hit, resting, known);
-  if (!TurnsBack(hit)) return;
+  if (!TurnsBack(v_plus, hit)) return;
   result_ = decided;  // what rises so slowly rises all the same
   Settle(v_plus, hit, resting - doubtful_, known);
 }
