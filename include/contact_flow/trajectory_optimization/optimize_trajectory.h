@@ -71,7 +71,7 @@ struct TrajectoryOptions {
   /// Promised decrease that counts as none, relative to 1 + J. Where J is small beside 1, without
   /// conditions, steps that make it smaller go on to 1e-8 J.
   double tolerance = 1e-10;
-  bool neighbours = false;   ///< from a valley, adjacent orders of event and input change in turn
+  bool neighbours = false;  ///< from a valley, adjacent orders of event and input change in turn
   std::size_t max_pieces = 720;  ///< that meet at one point
   bool certify = true;           ///< false: minima come without certificate, and a derivative less
   /// Asked after every iteration, with the unknowns; false ends the search.
