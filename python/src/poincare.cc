@@ -126,7 +126,6 @@ Section ToSection(const System& system, const py::handle& spec) {
 constexpr double kSymmetry = 1e-6;  // a larger residual is no symmetry
 
 Matrix OrbitShift(const Return& r, const std::vector<std::string>& translation) {
-  constexpr double kOrbit = 1e-6;  // no orbit is further off, beside the sizes of the motion
   const MechanicalSystem& system = r.system->get();
   const int d = system.dof();
   Matrix shift = Matrix::Zero(2 * d, translation.empty() ? 0 : 2);
@@ -135,7 +134,7 @@ Matrix OrbitShift(const Return& r, const std::vector<std::string>& translation) 
     shift(i, 0) = shift(d + i, 1) = 1;
   }
   const double away = OffOrbit(system, r.start, *r.value, shift);
-  if (!(away <= kOrbit)) {
+  if (!(away <= kOnOrbit)) {
     throw py::value_error("P(x) is " + Number(away) +
                           " times the size of the motion away from x: this is no orbit");
   }

@@ -22,7 +22,7 @@ double OrbitSizes::Of(const VectorRef& gradient) const {
 }
 
 double OrbitSizes::Compare(const VectorRef& difference) const {
-  return difference.size() > 0 ? difference.cwiseQuotient(tangent).cwiseAbs().maxCoeff() : 0;
+  return difference.size() > 0 ? difference.cwiseQuotient(Larger()).cwiseAbs().maxCoeff() : 0;
 }
 
 OrbitSizes SizesOf(const MechanicalSystem& system, const Trajectory& run) {
@@ -65,8 +65,7 @@ double OffOrbit(const MechanicalSystem& system, const VectorRef& x, const Poinca
                 const MatrixRef& neutral) {
   const int d = system.dof();
   const OrbitSizes sizes = SizesOf(system, one.trajectory);
-  const Vector size = sizes.tangent.cwiseMax(sizes.place);
-  const Vector apart = system.Separation(one.x, x).cwiseQuotient(size);
+  const Vector apart = system.Separation(one.x, x), size = sizes.Larger();
   std::vector<int> shifts;
   for (int k = 0; k < neutral.cols(); ++k) {
     if (neutral.col(k).tail(d).isZero(0)) shifts.push_back(k);
@@ -75,9 +74,9 @@ double OffOrbit(const MechanicalSystem& system, const VectorRef& x, const Poinca
   for (std::size_t k = 0; k < shifts.size(); ++k) {
     along.col(static_cast<Eigen::Index>(k)) = neutral.col(shifts[k]).cwiseQuotient(size);
   }
-  if (along.cols() == 0) return apart.cwiseAbs().maxCoeff();
-  const Vector shifted = along * along.completeOrthogonalDecomposition().solve(apart);
-  return (apart - shifted).cwiseAbs().maxCoeff();
+  if (along.cols() == 0) return sizes.Compare(apart);
+  const Vector shift = along.completeOrthogonalDecomposition().solve(apart.cwiseQuotient(size));
+  return sizes.Compare(apart - size.cwiseProduct(along * shift));
 }
 
 }  // namespace contact_flow

@@ -10,9 +10,9 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kMoved = 1e-6;         // of B t = t, relative to B
-constexpr double kOnOrbit = 1e-6;       // no further off an orbit the next return is compared
-constexpr double kSameState = 1e-4;     // of both motions, relative to the state
+constexpr double kMoved = 1e-6;      // of B t = t, relative to B
+constexpr double kSameState = 1e-4;  // of both motions, beside the sizes of the first
+constexpr double kGrowth = 10;  // … or so many times what B makes of the distance from the orbit
 constexpr double kSameTangent = 1e-3;   // … and of their derivatives, relative
 constexpr double kShortOfEvent = 1e-3;  // of the time of return
 
@@ -58,13 +58,19 @@ std::string SymmetryObstacle(const MechanicalSystem& system, const VectorRef& u,
                              const VectorRef& x, const PoincareReturn& result, const BDerivative& B,
                              std::size_t last) {
   const ReturnSymmetry& symmetry = section.symmetry;
+  const OrbitSizes sizes = SizesOf(system, result.trajectory);
+  const auto by_size = [size = sizes.Larger()](const Matrix& tangents) {
+    return Matrix(size.cwiseInverse().asDiagonal() * tangents);  // has no units
+  };
   const Matrix along = symmetry.Along(system);
   Matrix moved;
-  if (Images(B, along, &moved)) {
-    const double apart = Size(moved - along) / std::max(1.0, Size(moved));
+  if (along.cols() > 0 && Images(B, along, &moved)) {
+    const double apart =
+        Size(by_size(moved - along)) / std::max(Size(by_size(along)), Size(by_size(moved)));
     if (!(apart <= kMoved)) return Differ("a motion that starts further along differs", apart);
   }
-  if (!(OffOrbit(system, x, result, Matrix(2 * system.dof(), 0)) <= kOnOrbit)) return "";
+  const double off = OffOrbit(system, x, result, Matrix(2 * system.dof(), 0));
+  if (!(off <= kOnOrbit)) return "";
 
   const Trajectory& run = result.trajectory;
   const Vector y = run.FinalState();
@@ -77,19 +83,27 @@ std::string SymmetryObstacle(const MechanicalSystem& system, const VectorRef& u,
   const Trajectory next = Simulate(system, y, u, result.time + apart, simulate);
   if (!(next.t_end() >= seen)) return "the next return ends: " + next.status.message;
   const Vector here = run.State(seen), there = symmetry.Move(system, way, next.State(seen));
-  const double states = Size(system.Separation(there, here)) / std::max(1.0, Size(here));
-  if (!(states <= kSameState)) return Differ("the next return differs", states);
+  const double states = sizes.Compare(system.Separation(there, here));
+  const Matrix E = symmetry.Exchanged(system), &basis = result.start_basis;
+  Matrix images;
+  double growth = 1;
+  for (Eigen::Index k = 0; Images(B, basis, &images) && k < basis.cols(); ++k) {
+    growth = std::max(growth, Size(by_size(images.col(k))) / Size(by_size(basis.col(k))));
+  }
+  if (!(states <= std::max(kSameState, kGrowth * growth * off))) {
+    return Differ("the next return differs", states);
+  }
 
   if (!SameEvents(run, next, last)) return "";
   const BDerivative second = DifferentiateArcs(system, next, 0, last, options.derivative);
-  const Matrix E = symmetry.Exchanged(system), &basis = result.start_basis;
   for (const double sign : {1.0, -1.0}) {
-    Matrix first_images, images;
+    Matrix first_images;
     if (!second.status.ok() || !Images(B, sign * basis, &first_images) ||
         !Images(second, sign * E * basis, &images)) {
       continue;
     }
-    const double tangents = Size(E * images - first_images) / std::max(1.0, Size(first_images));
+    const double tangents = Size(by_size(E * images - first_images)) /
+                            std::max(Size(by_size(basis)), Size(by_size(first_images)));
     if (!(tangents <= kSameTangent)) {
       return Differ("the derivative of the next return differs", tangents);
     }

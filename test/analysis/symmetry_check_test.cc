@@ -8,6 +8,7 @@
 
 #include "contact_flow/analysis/poincare.h"
 #include "contact_flow/io/robot_file.h"
+#include "test/adversary/rescaled_system.h"
 
 namespace contact_flow {
 namespace {
@@ -86,25 +87,34 @@ TEST(SymmetryCheck, WavesAreNotTheSameFurtherOn) {
   ExpectRefused(ReturnOf(*ball, section, x));
 }
 
-/// The ball comes down on every crest in turn; half a wave further there is none.
+/// The ball comes down on every crest in turn; half a wave further there is none. In units in which
+/// lengths are small numbers, too.
 TEST(SymmetryCheck, TheNextReturnIsCompared) {
   const auto ball = BallOnWaves();
   const double wave = 2 * M_PI / 3, height = 0.45, fall = std::sqrt(2 * height / 9.81);
-  Vector x = Vector::Zero(6);
-  x(0) = M_PI / 6 - wave / 2;
-  x(1) = 0.5;
-  x(3) = wave / (2 * fall);
-  for (const double crests : {1.0, 1.5}) {
-    Section section = Section::Apex(*ball, "base_z");
-    section.symmetry.Shift(*ball, "base_x", -crests * wave);
-    x(3) = crests * wave / (2 * fall);
-    x(0) = M_PI / 6 - crests * wave / 2;
-    const PoincareReturn one = ReturnOf(*ball, section, x);
-    ASSERT_LE((one.x - x).cwiseAbs().maxCoeff(), 1e-9) << crests;
-    if (crests > 1) {
-      ExpectRefused(one);
-    } else {
-      EXPECT_EQ(ReturnStatus::kReturned, one.status) << one.message;
+  for (const double length : {1.0, 1e-6}) {
+    adversary::Units units = adversary::Units::Same(3, 1);
+    units.length.head(2) *= length;
+    units.gap *= length;
+    const adversary::RescaledSystem system(*ball, units);
+    PoincareOptions options;
+    options.simulate = units.Scale(options.simulate);
+    for (const double crests : {1.0, 1.5}) {
+      SCOPED_TRACE(testing::Message() << "length " << length << ", " << crests << " crests");
+      Section section = Section::Apex(system, "base_z");
+      section.symmetry.Shift(system, "base_x", -crests * wave * length);
+      Vector x = Vector::Zero(6);
+      x(0) = M_PI / 6 - crests * wave / 2;
+      x(1) = 0.5;
+      x(3) = crests * wave / (2 * fall);
+      const PoincareReturn one =
+          PoincareMap(system, Vector::Zero(0), section, options).Return(units.State(x));
+      ASSERT_LE((units.Back(one.x) - x).cwiseAbs().maxCoeff(), 1e-8);
+      if (crests > 1) {
+        ExpectRefused(one);
+      } else {
+        EXPECT_EQ(ReturnStatus::kReturned, one.status) << one.message;
+      }
     }
   }
 }

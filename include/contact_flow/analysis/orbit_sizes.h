@@ -22,12 +22,17 @@ struct OrbitSizes {
 
   /// Of a function with this gradient by (δq, δv) [2d]: Σ |g_i| tangent_i, or 1 where that is none.
   double Of(const VectorRef& gradient) const;
-  /// The largest |δ_i| beside its size, δ [2d].
+  /// The larger of both for each of (δq, δv) [2d].
+  Vector Larger() const { return tangent.cwiseMax(place); }
+  /// The largest |δ_i| beside Larger(), δ [2d].
   double Compare(const VectorRef& difference) const;
 };
 
 /// Those of a run.
 OrbitSizes SizesOf(const MechanicalSystem& system, const Trajectory& run);
+
+/// A start that is further off is on no orbit.
+inline constexpr double kOnOrbit = 1e-6;
 
 /// How far P(x) is from x beside the sizes of motion and place, but for what is along those columns
 /// of `neutral` [2d×k] that change no velocity: a robot that walks on is on its orbit.

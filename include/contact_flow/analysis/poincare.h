@@ -82,9 +82,9 @@ struct PoincareOptions {
 /// With a symmetry g in the section, P = g ∘ (first return) and DP = Dg (…); a return at which g is
 /// not one of M, f + c v and the contacts in force is refused; with a derivative also one whose
 /// translation changes the motion, and an orbit whose next return is not the image of this one, to
-/// first order. Tangents of the section keep what
-/// the contact mode holds, slips of sticking contacts among it, and behind an event the gaps of all
-/// contacts that touch: nothing returns across these.
+/// first order.
+/// Tangents of the section keep what the contact mode holds, slips of sticking contacts among it,
+/// and behind an event the gaps of all contacts that touch: nothing returns across these.
 class PoincareMap {
  public:
   /// `system` must outlive the map. Throws std::invalid_argument for a section the system has not.

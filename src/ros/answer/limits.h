@@ -11,7 +11,6 @@ constexpr int kMaxWordLength = 1000, kMaxWords = 10000000, kMaxPrograms = 100000
 constexpr int kMaxMapSize = 64;  // of a map: a quadratic norm of it has 2080 unknowns
 
 /// What they remark upon.
-constexpr double kOnOrbit = 1e-6;  // no fixed point is further off, beside the sizes of the motion
 constexpr double kNeutral = 1e-6;  // a larger residual: no symmetry
 
 }  // namespace contact_flow

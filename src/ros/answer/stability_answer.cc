@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "contact_flow/DecideStability.h"
+#include "contact_flow/analysis/orbit_sizes.h"
 #include "limits.h"
 #include "poincare_answer.h"
 #include "src/ros/message/conversions.h"
