@@ -227,7 +227,10 @@ void ReferenceFlow::Resolve(Vector* x, int trigger, double t, ReferenceRun* run)
         if (after(i) < 0) run->doubt = "an impact leaves an approach";
         continue;
       }
-      if (event.activated.Contains(i) && system_.restitution()(i) > 0) run->settled = true;
+      // What is left of its rate is none, unless the floor alone takes it for rest.
+      const bool floored = std::abs(after(i)) > kGap;
+      const bool bounces = event.activated.Contains(i) && system_.restitution()(i) > 0;
+      if (floored || bounces) run->settled = true;
       candidates.Insert(i);
     }
   }
