@@ -73,9 +73,9 @@ struct OrbitSolution {
 /// more than what the tolerances of the runs let be known of it, and a step gains nothing.
 /// Works through simultaneous touchdowns, where P is piecewise differentiable: the residual tells
 /// events apart that are 1e-13 of the period apart, and is continuous; the derivative takes those
-/// within the simultaneity tolerance as one, and has the pieces of all their orders. Which
-/// conditions are independent is not asked: more than unknowns, or fewer, are solved where they are
-/// consistent.
+/// within the simultaneity tolerance as one, and has the pieces of all their orders.
+/// Which conditions are independent is not asked: more than unknowns, or fewer, are solved where
+/// they are consistent.
 /// Throws std::invalid_argument for unknown parameters and for conditions the system has not.
 OrbitSolution FindOrbit(const OrbitProblem& problem, const OrbitOptions& options = {});
 
