@@ -21,7 +21,7 @@ Chunk = Tuple[int, int, int]
 MAX_ATTEMPTS = 30
 #: The first runs, whose bits are compared.
 PROBES = 4
-LOOK_EVERY = 0.02   #: at the deadline [s]
+LOOK_EVERY = 0.02   #: at the deadline, and while connecting [s]
 
 
 class Mismatch(RuntimeError):
@@ -120,7 +120,7 @@ class Pool:
                     submit(more)
                 continue
             error = future.exception() if future.status == "error" else None
-            if isinstance(error, killed):
+            if isinstance(error, killed) or error is None and self.connected(deadline):
                 attempts[chunk[0]] = attempts.get(chunk[0], 0) + 1
                 if attempts[chunk[0]] < MAX_ATTEMPTS:
                     submit(chunk)
@@ -129,6 +129,13 @@ class Pool:
                 raise error
             raise ConnectionError("the scheduler is lost, or cancelled chunk %d; what is in the directory "
                                   "stays, and is resumed" % chunk[0])
+
+    def connected(self, deadline: float) -> bool:
+        """Whether the client has its scheduler. One that lost its connection for a moment finds it again, or gives
+        it up, by Dask's own timeout; what it had asked for is cancelled in either case."""
+        while self.client.status == "connecting" and time.monotonic() < deadline:
+            time.sleep(LOOK_EVERY)
+        return bool(self.client.status == "running")
 
 
 def sweep_chunks(system: _core.System, request: Request, runs: int, *, threads: int,

@@ -213,6 +213,18 @@ class Workers(Folder):
         self.assertEqual(1, len(killed))
         self.same(swept)
 
+    def test_chunks_are_cancelled(self):
+        _, _, _, client = self.cluster()
+        cancelled = []
+
+        def cancel(done, total, *_):
+            if not cancelled and done > total // 4:
+                cancelled.extend(client.futures)
+                client.cancel([distributed.Future(key, client) for key in cancelled])
+        swept = cf.Model("soft_biped").sweep(PITCH, RUNS, seed=3, client=client, chunk=256, progress=cancel, every=0)
+        self.assertTrue(cancelled)
+        self.same(swept)
+
     def test_the_scheduler_is_killed(self):
         _, scheduler, _, client = self.cluster()
         client.set_metadata("alive", True)
