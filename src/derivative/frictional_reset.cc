@@ -71,7 +71,7 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
                                                        const Vector& v_plus, double scale) const {
   const FrictionProblem& problem = frame_.problem();
   const Vector v_minus = x_.tail(d_), q = x_.head(nq_);
-  const Vector impulse = frame_.Spread(solution.force);
+  const Vector impulse = frame_.Impulse(inertia_, solution.force);
   const Matrix& A = inertia_.terms().jacobian;
   const RowLayout rows(system_);
   const std::vector<int>& parameters = dynamics_.variables().parameters;

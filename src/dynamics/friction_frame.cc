@@ -4,6 +4,7 @@
 
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/model/driven.h"
+#include "contact_flow/model/row_layout.h"
 
 namespace contact_flow {
 namespace {
@@ -37,11 +38,12 @@ FrictionFrame::FrictionFrame(const MechanicalSystem& system, const InverseInerti
   problem_.G = rows_ * reach_;
 }
 
-Vector FrictionFrame::Spread(const Vector& values) const {
+Vector FrictionFrame::Impulse(const InverseInertia& inertia, const Vector& p) const {
   Vector all = Vector::Zero(system_.num_rows());
   for (std::size_t r = 0; r < system_rows_.size(); ++r) {
-    all(system_rows_[r]) = values(static_cast<Eigen::Index>(r));
+    all(system_rows_[r]) = p(static_cast<Eigen::Index>(r));
   }
+  RowLayout(system_).Bilateral(all) = inertia.BilateralForce(Matrix(rows_.transpose() * p)).col(0);
   return all;
 }
 

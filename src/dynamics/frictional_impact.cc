@@ -5,7 +5,6 @@
 
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/model/driven.h"
-#include "contact_flow/model/row_layout.h"
 
 namespace contact_flow {
 namespace {
@@ -54,9 +53,7 @@ FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const Vec
   FrictionalImpact impact;
   impact.springs = found.springs;
   impact.result.v_plus = frame.VelocityAfter(inertia, v_minus, &found);
-  impact.result.impulse = frame.Spread(found.force);
-  RowLayout(system).Bilateral(impact.result.impulse) =
-      inertia.BilateralForce(Matrix(frame.rows().transpose() * found.force)).col(0);
+  impact.result.impulse = frame.Impulse(inertia, found.force);
   for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
     if (found.letters[k] == Letter::kOpen) continue;
     const bool free = problem.contacts[k].dimension == 0;

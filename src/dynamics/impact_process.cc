@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "contact_flow/model/driven.h"
-#include "contact_flow/model/row_layout.h"
 
 namespace contact_flow {
 namespace {
@@ -190,9 +189,7 @@ std::optional<FrictionalImpact> FollowImpact(const MechanicalSystem& system, con
   FrictionalImpact impact;
   const Vector& p = process.impulse();
   impact.result.v_plus = v_minus + frame.reach() * p;
-  impact.result.impulse = frame.Spread(p);
-  RowLayout(system).Bilateral(impact.result.impulse) =
-      inertia.BilateralForce(Matrix(frame.rows().transpose() * p)).col(0);
+  impact.result.impulse = frame.Impulse(inertia, p);
   impact.energy_change = 0.5 * p.dot(frame.rows() * (v_minus + impact.result.v_plus));
   impact.word = J;
   const Vector after = frame.rows() * impact.result.v_plus;

@@ -7,7 +7,6 @@
 
 #include "contact_flow/dynamics/guards.h"
 #include "contact_flow/model/driven.h"
-#include "contact_flow/model/row_layout.h"
 #include "impact_process.h"
 
 namespace contact_flow {
@@ -95,9 +94,7 @@ std::optional<FrictionalImpact> SolveTangentialImpact(const MechanicalSystem& sy
     impact.result.hit.Insert(frame.constraints()[k]);
   }
   impact.result.v_plus = v_minus + frame.reach() * word->force;
-  impact.result.impulse = frame.Spread(word->force);
-  RowLayout(system).Bilateral(impact.result.impulse) =
-      inertia.BilateralForce(Matrix(frame.rows().transpose() * word->force)).col(0);
+  impact.result.impulse = frame.Impulse(inertia, word->force);
   const Vector rates = frame.rows() * (v_minus + impact.result.v_plus);
   impact.energy_change = 0.5 * word->force.dot(rates);
   const double energy = KineticEnergy(inertia.mass(), v_minus) +

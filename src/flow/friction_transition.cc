@@ -82,22 +82,25 @@ void FrictionalResolution::Decide() {
       if (!Slips(i, jump, v_plus)) still.Insert(i);  // the impact elsewhere does not reach it
     }
   }
-  still = still | ImpliedStill(system_, cluster.x_minus, touching, still & touching);
   const Vector rate = terms_.jacobian * v_plus;
+  const auto bounced = [&](int i) {
+    return cluster.activated.Contains(i) && system_.restitution()(i) > 0;
+  };
+  const auto low = [&](int i) { return grazed_.Contains(i) ? Low(i) : 0; };
+  ConstraintSet rising;
+  for (int i : touching - held) {
+    const double rest = std::max({Rounding(i, v_plus), bounced(i) ? 0 : Drift(i), low(i)});
+    if (rate(i) > rest) rising.Insert(i);
+  }
+  still = still | ImpliedStill(system_, cluster.x_minus, touching - rising, still & touching);
   TouchingContacts contacts;
   contacts.slack = ForceSlack(&dynamics_, cluster);
   if (cluster.activated.Empty()) contacts.before = cluster.mode_before;
   ConstraintSet leaving, leaving_hit;
-  for (int i : touching) {
-    const bool bounced = cluster.activated.Contains(i) && system_.restitution()(i) > 0;
-    const double low = grazed_.Contains(i) ? Low(i) : 0;
-    const double rest = std::max({Rounding(i, v_plus), bounced ? 0 : Drift(i), low});
-    if (!held.Contains(i) && rate(i) > rest) {
-      if (!cluster.activated.Empty()) (bounced ? leaving_hit : leaving).Insert(i);
-      continue;
-    }
-    SortRising(i, rate, v_plus, low, &still, &contacts);
+  for (int i : rising) {
+    if (!cluster.activated.Empty()) (bounced(i) ? leaving_hit : leaving).Insert(i);
   }
+  for (int i : touching - rising) SortRising(i, rate, v_plus, low(i), &still, &contacts);
   cluster.x_plus.tail(d_) = v_plus;
   TouchingContacts without = contacts;
   ConstraintSet back = PressedBack(rate, leaving, contacts);

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/finite_difference.h"
@@ -16,7 +18,9 @@ namespace {
 
 using test::AtTolerance;
 using test::Entries;
+using test::Link;
 using test::Robot;
+using test::Slide;
 
 constexpr char kRotor[] =
     "<robot name='rotor'><link name='base'/>"
@@ -159,6 +163,33 @@ TEST(JointFriction, RefusesJointsWithout) {
               std::string(error.what()).find("the URDF gives joint 'hub' no friction (line 1)"))
         << error.what();
   }
+}
+
+/// A falls along a rail, B hangs on it by a slide that a spring presses on its stop. All forces are
+/// vertical, so that the floor's friction matters nothing, and the slide's is against its motion.
+TEST(JointFriction, AnImpactElsewhereLiftsAJointOffItsStop) {
+  const std::string urdf = "<robot name='hung'>" + Link("ground", 0, 0, 0, 0) +
+                           Link("cart", 0, 0, 0, 0) + Link("A", 1, 1, 1, 1) +
+                           Link("B", 1, 1, 1, 1) + Slide("x", "ground", "cart", "1 0 0") +
+                           Slide("z", "cart", "A", "0 0 1") +
+                           "<joint name='j' type='prismatic'><parent link='A'/><child link='B'/>"
+                           "<axis xyz='0 0 1'/><limit lower='-1' upper='0' effort='1' "
+                           "velocity='1'/><dynamics friction='3'/></joint></robot>";
+  std::vector<Vector> ends;
+  for (const char* friction : {"", ", friction: 0.3"}) {
+    const auto robot =
+        Robot(urdf, std::string("constraints: {floor: {kind: plane, link: A, restitution: 0.5") +
+                        friction +
+                        "}}\njoints: {limits: [j], friction: [j]}\nefforts: {press: {kind: "
+                        "joint_spring, joint: j, stiffness: 1, rest: 6}}\nbase: fixed\n");
+    const Vector x = Entries({0, 0.2, 0, 0, 0, 0, 0, 0});  // x, z, j, j_pad
+    const Trajectory run = Simulate(*robot, x, Vector(), 0.3, AtTolerance(1e-11));
+    ASSERT_TRUE(run.status.ok()) << run.status.message;
+    ASSERT_EQ(2u, run.arcs.size()) << friction;
+    ends.push_back(run.FinalState());
+  }
+  EXPECT_NEAR(-1.183179, ends[0](6), 1e-6);
+  EXPECT_TRUE(ends[0].isApprox(ends[1], 1e-9)) << ends[1].transpose();
 }
 
 }  // namespace

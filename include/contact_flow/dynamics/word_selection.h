@@ -50,8 +50,9 @@ class FrictionFrame {
   /// its word are badly conditioned, v⁺ and p by the equations of the word once more.
   Vector VelocityAfter(const InverseInertia& inertia, const Vector& v_minus,
                        FrictionSolution* solution) const;
-  /// Values by row of this frame, as force or impulse of the system [n+l+r], zero elsewhere.
-  Vector Spread(const Vector& values) const;
+  /// The impulse of the system [n+l+r] with p [m] of this frame's rows: zero in those of other
+  /// contacts, and what bilateral constraints answer to it.
+  Vector Impulse(const InverseInertia& inertia, const Vector& p) const;
 
  private:
   const MechanicalSystem& system_;
