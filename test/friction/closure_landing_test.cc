@@ -40,8 +40,9 @@ std::string Foot(const std::string& friction) {
 
 /// The impulses of the closure turn with the body that they hold: their part in Ξ.
 TEST(ClosureLanding, HasTheDerivativeOfAHinge) {
-  const std::string hinge = "<joint name='pivot' type='continuous'><parent link='ground'/>"
-                            "<child link='upper'/><axis xyz='0 1 0'/></joint>";
+  const std::string hinge =
+      "<joint name='pivot' type='continuous'><parent link='ground'/>"
+      "<child link='upper'/><axis xyz='0 1 0'/></joint>";
   for (const char* friction : {"0.4", "no_slip"}) {
     const auto plain = Robot("<robot name='hinged'><link name='ground'/>" + hinge + Links(0),
                              "base: fixed\n" + Foot(friction));
