@@ -8,12 +8,12 @@
 #include "contact_flow/derivative/variation.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/model/effort_limits.h"
+#include "resolved_instants.h"
 #include "validity_margins.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr int kPiecesOfStep = 8;   // each with at most one turn of a share
 constexpr int kThirds = 60;        // of what holds a turn: down to rounding
 constexpr double kAtLimit = 1e-9;  // a share this near to a limit passes it there
 /// Half the distance of a difference quotient, for an input beside max(1, |u|); rounding of r.
@@ -104,14 +104,14 @@ void EffortWatches::WatchTurns(std::size_t k) {
     functions_.Evaluate(x, arc.u, arc.mode, &all);
     return all;
   };
-  std::vector<double> times = {arc.t_begin};
-  for (std::size_t step = 0; step < arc.dense.NumSteps(); ++step) {
-    const double begin = std::max(arc.t_begin, arc.dense.StepBegin(step));
-    const double end = std::min(arc.t_end, arc.dense.StepBegin(step) + arc.dense.StepLength(step));
-    for (int p = 1; p <= kPiecesOfStep && begin < end; ++p) {
-      times.push_back(begin + (end - begin) * p / kPiecesOfStep);
-    }
-  }
+  const double length = kAsideShare * (arc.t_end - arc.t_begin);
+  const auto sample = [&](double t) {
+    const Vector here = shares(t);
+    const double aside = t + length > arc.t_end ? -length : length;
+    const Vector rate = (shares(t + aside) - here) / aside;
+    return GuardSample{here, rate, Vector::Constant(here.size(), kShareRounding)};
+  };
+  const std::vector<double> times = ResolvedInstants(arc, sample);
   ContactDynamics dynamics(system_, arc.u, derivative_.options.variables);
   Vector fall;  // in the piece before
   Vector left = shares(times[0]);

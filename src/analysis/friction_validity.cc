@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "contact_flow/budget.h"
-#include "contact_flow/derivative/variation.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "validity_margins.h"
 
@@ -16,12 +15,6 @@ namespace {
 
 /// Step of difference quotients along a tangent of unit length.
 constexpr double kConeStep = 1e-6;
-/// Forces below this part of the largest are zero, and rates below it of their terms.
-constexpr double kZero = 1e-7;
-/// Of one step, each with at most one turn of a guard.
-constexpr int kConePieces = 8;
-/// Of a piece, down to rounding.
-constexpr int kConeBisections = 45;
 
 void ConsiderGuard(double value, const Eigen::RowVectorXd& gradient, double rate, const Vector& w,
                    double shift, ValidityRadius::Limit limit, int constraint, double t,
@@ -30,12 +23,6 @@ void ConsiderGuard(double value, const Eigen::RowVectorXd& gradient, double rate
   const double terms = gradient.cwiseAbs().dot(w.cwiseAbs()) + std::abs(rate * shift);
   if (!(change < -kMarginNoise * terms)) return;
   Consider(value, change, limit, constraint, t, smallest);
-}
-
-/// The part of Dh F that the sum of its terms leaves.
-bool Moves(const WatchedGuards::Values& at, Eigen::Index guard) {
-  const double terms = at.gradient.row(guard).cwiseAbs().dot(at.field.cwiseAbs());
-  return std::abs(at.rate(guard)) > kZero * terms;
 }
 
 }  // namespace
@@ -60,116 +47,6 @@ FrictionValidity::FrictionValidity(const MechanicalSystem& system, const Traject
     if (of.absorbed) continue;
     WatchEnds(k);
     WatchDips(k);
-  }
-}
-
-bool FrictionValidity::IsZero(const WatchedGuards::Guard& guard, const WatchedGuards::Values& at,
-                              Eigen::Index k) const {
-  const bool is_gap = guard.limit == Limit::kGap, is_slip = guard.limit == Limit::kSlip;
-  const double zero = is_gap    ? trajectory_.gap_tolerance
-                      : is_slip ? trajectory_.speed_tolerance
-                                : kZero * at.force;
-  return at.value(k) <= zero;
-}
-
-/// Whether a slip began at transition k because its force had reached the cone: its rate is zero.
-bool FrictionValidity::BeganAtCone(std::size_t k, int slip) const {
-  const std::vector<int>& guards = trajectory_.transitions[k].guards;
-  const int i = slip < system_.num_constraints() ? -1 : Guards(system_).ConstraintOf(slip);
-  if (i < 0 || trajectory_.transitions[k].mode_before.LetterOf(i) != Letter::kStick) return false;
-  return std::any_of(guards.begin(), guards.end(),
-                     [&](int guard) { return guard == slip || guard == slip + 1; });
-}
-
-/// Guards at the ends of the arc: forces begin anew behind an event, and at the next one guards of
-/// others turn, jump, or the run ends.
-void FrictionValidity::WatchEnds(std::size_t k) {
-  const Arc& arc = trajectory_.arcs[k];
-  Watched& of = arcs_[k];
-  const bool last = k + 1 == arcs_.size();
-  const ConstraintSet bounced =
-      k == 0 ? ConstraintSet::All(system_.num_constraints())
-             : trajectory_.transitions[k - 1].activated | trajectory_.transitions[k - 1].switched;
-  const std::vector<WatchedGuards::Guard>& guards = of.guards->guards();
-  for (std::size_t g = 0; g < guards.size(); ++g) {
-    const auto row = static_cast<Eigen::Index>(g);
-    const auto& [number, constraint, limit] = guards[g];
-    const bool is_gap = limit == Limit::kGap;
-    if (!IsZero(guards[g], of.begin, row)) {
-      of.begins.push_back({limit, constraint, arc.t_begin, of.begin.value(row), of.begin.rate(row),
-                           of.begin.gradient.row(row)});
-    } else if (of.begin.rate(row) > 0 && Moves(of.begin, row) &&
-               !(is_gap && bounced.Contains(constraint)) &&
-               !(k > 0 && BeganAtCone(k - 1, number))) {
-      of.growing.push_back(row);
-    }
-    if (!last) {
-      const Transition& transition = trajectory_.transitions[k];
-      const auto& triggers = transition.guards;
-      const bool named = std::find(triggers.begin(), triggers.end(), number) != triggers.end();
-      const bool touches = is_gap && (transition.activated | transition.switched |
-                                      transition.touching | transition.implied)
-                                         .Contains(constraint);
-      if (named || touches) {
-        if (of.end.rate(row) < 0 && Moves(of.end, row)) of.vanishing.push_back(row);
-        continue;
-      }
-    }
-    // What is zero there stays so, but for what is about to cross it.
-    const bool crosses = last && of.end.rate(row) < 0 && Moves(of.end, row);
-    if (IsZero(guards[g], of.end, row) && !crosses) continue;
-    of.ends.push_back({last ? Limit::kHorizon : limit, constraint, arc.t_end, of.end.value(row),
-                       of.end.rate(row), of.end.gradient.row(row)});
-  }
-}
-
-/// Minima of guards inside the arc, roots of their rates.
-void FrictionValidity::WatchDips(std::size_t k) {
-  const Arc& arc = trajectory_.arcs[k];
-  Watched& of = arcs_[k];
-  const std::vector<WatchedGuards::Guard>& guards = of.guards->guards();
-  Vector x = arc.x_begin;
-  const auto at = [&](double t) {
-    arc.dense.Evaluate(t, x.data());
-    return of.guards->At(x);
-  };
-  std::vector<bool> risen(guards.size());
-  for (std::size_t g = 0; g < guards.size(); ++g) {
-    risen[g] = !IsZero(guards[g], of.begin, static_cast<Eigen::Index>(g));
-  }
-  WatchedGuards::Values before = of.begin;
-  double left = arc.t_begin;
-  const auto look = [&](double right) {
-    const WatchedGuards::Values behind = at(right);
-    for (std::size_t g = 0; g < guards.size(); ++g) {
-      const auto row = static_cast<Eigen::Index>(g);
-      if (risen[g] && before.rate(row) < 0 && behind.rate(row) >= 0) {
-        double low = left, high = right;
-        for (int i = 0; i < kConeBisections; ++i) {
-          const double middle = low + (high - low) / 2;
-          (at(middle).rate(row) < 0 ? low : high) = middle;
-        }
-        const WatchedGuards::Values least = at(high);
-        Arc begin = arc;
-        begin.t_end = high;
-        begin.x_end = x;
-        const Matrix propagator =
-            PropagateArc(of.dynamics.get(), begin, derivative_.options.tolerance);
-        of.dips.push_back({guards[g].limit, guards[g].constraint, high, least.value(row), 0,
-                           least.gradient.row(row) * propagator});
-      }
-      risen[g] = risen[g] || behind.rate(row) > 0;
-    }
-    before = behind;
-    left = right;
-  };
-  for (std::size_t step = 0; step < arc.dense.NumSteps(); ++step) {
-    AskBudget();
-    const double begin = arc.dense.StepBegin(step);
-    const double end = std::min(begin + arc.dense.StepLength(step), arc.t_end);
-    for (int piece = 1; piece <= kConePieces; ++piece) {
-      look(begin + (end - begin) * piece / kConePieces);
-    }
   }
 }
 
@@ -202,6 +79,24 @@ double FrictionValidity::RateChange(const Watched& of, Eigen::Index guard, const
   return (of.guards->At(aside).rate(guard) - rate) * length / kConeStep;
 }
 
+/// ∂(Da_i v)/∂p δp, the change of an approach speed that is `rate` by the parameters of w.
+double FrictionValidity::SpeedChange(const ContactDynamics& dynamics, int constraint,
+                                     const Vector& x, double rate, const Vector& w) const {
+  const std::vector<int>& parameters = dynamics.variables().parameters;
+  if (parameters.empty()) return 0;
+  const int d = system_.dof(), nq = system_.num_positions();
+  const Vector q = x.head(nq), v = x.tail(d);
+  ConstraintTerms terms;
+  system_.Constraints(q, v, &terms);
+  ParameterJacobian by_parameter;
+  system_.DifferentiateImpactByParameters(q, Vector::Zero(d), Vector::Zero(system_.num_rows()), v,
+                                          parameters, &by_parameter);
+  const Vector by = w.tail(static_cast<Eigen::Index>(parameters.size()));
+  // Of a compliant contact that is pressed the guard is −a.
+  const double sign = std::copysign(1, rate * terms.jacobian.row(constraint).dot(v));
+  return sign * by_parameter.constraint.row(constraint).dot(by);
+}
+
 /// Guards that vanish at transition k, for the tangent w before it, have to cross zero.
 void FrictionValidity::CheckCrossings(std::size_t k, const Vector& w,
                                       ValidityRadius* smallest) const {
@@ -210,8 +105,11 @@ void FrictionValidity::CheckCrossings(std::size_t k, const Vector& w,
     const WatchedGuards::Guard& guard = of.guards->guards()[static_cast<std::size_t>(row)];
     const double rate = of.end.rate(row);
     const double time = -of.end.gradient.row(row).dot(w) / rate;
-    const double change =
-        RateChange(of, row, trajectory_.arcs[k].x_end, rate, w + time * of.end.field);
+    const Vector& x = trajectory_.arcs[k].x_end;
+    double change = RateChange(of, row, x, rate, w + time * of.end.field);
+    if (guard.limit == Limit::kGap) {
+      change += SpeedChange(*of.dynamics, guard.constraint, x, rate, w);
+    }
     const Limit limit = guard.limit == Limit::kGap     ? Limit::kApproachSpeed
                         : guard.limit == Limit::kForce ? Limit::kReleaseRate
                                                        : Limit::kSlipRate;
@@ -228,7 +126,10 @@ void FrictionValidity::CheckGrowing(std::size_t k, const Vector& w, double shift
   for (Eigen::Index row : of.growing) {
     const WatchedGuards::Guard& guard = of.guards->guards()[static_cast<std::size_t>(row)];
     const double rate = of.begin.rate(row);
-    const double change = RateChange(of, row, arc.x_begin, rate, w + shift * of.begin.field);
+    double change = RateChange(of, row, arc.x_begin, rate, w + shift * of.begin.field);
+    if (guard.limit == Limit::kGap) {
+      change += SpeedChange(*of.dynamics, guard.constraint, arc.x_begin, rate, w);
+    }
     const Limit limit = guard.limit == Limit::kGap ? Limit::kImpulse : Limit::kSlipRate;
     Consider(rate, change, limit, guard.constraint, arc.t_begin, smallest);
   }

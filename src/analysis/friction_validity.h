@@ -52,12 +52,16 @@ class FrictionValidity {
     double first = 0, last = 0;
   };
 
+  /// Up to which a guard counts as zero.
+  double ZeroOf(const WatchedGuards::Guard& guard, const WatchedGuards::Values& at) const;
   bool IsZero(const WatchedGuards::Guard& guard, const WatchedGuards::Values& at,
               Eigen::Index k) const;
   bool BeganAtCone(std::size_t k, int slip) const;
   void WatchEnds(std::size_t k);
   void WatchDips(std::size_t k);
   Instants InstantsOf(std::size_t k, const Vector& w) const;
+  double SpeedChange(const ContactDynamics& dynamics, int constraint, const Vector& x, double rate,
+                     const Vector& w) const;
   double RateChange(const Watched& of, Eigen::Index guard, const Vector& x, double rate,
                     const Vector& along) const;
   void CheckCrossings(std::size_t k, const Vector& w, ValidityRadius* smallest) const;

@@ -18,8 +18,9 @@ struct GuardDip {
 };
 
 /// The minima of all guards of an arc, by constraint, then time. They are roots of the guard's rate
-/// on the dense motion, told apart down to an eighth of a step; there are none without
-/// SimulateOptions::dense.
-std::vector<GuardDip> FindGuardDips(const MechanicalSystem& system, const Arc& arc);
+/// on the dense motion, told apart where it turns (ResolvedInstants); there are none without
+/// SimulateOptions::dense. A gap below `gap_tolerance` at the begin [m] is leaving zero.
+std::vector<GuardDip> FindGuardDips(const MechanicalSystem& system, const Arc& arc,
+                                    double gap_tolerance);
 
 }  // namespace contact_flow

@@ -80,7 +80,7 @@ std::vector<GrazingEvent> FindNearGrazing(const MechanicalSystem& system,
   const Margins& margins = trajectory.margins;
   if (margins.gap < thresholds.gap || margins.force < thresholds.force) {
     for (const Arc& arc : trajectory.arcs) {
-      for (const GuardDip& dip : FindGuardDips(system, arc)) {
+      for (const GuardDip& dip : FindGuardDips(system, arc, trajectory.gap_tolerance)) {
         const double threshold = dip.is_force ? thresholds.force : thresholds.gap;
         if (!(dip.value < threshold)) continue;
         const Kind kind = dip.is_force ? Kind::kNearRelease : Kind::kNearTouchdown;

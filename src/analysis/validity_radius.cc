@@ -4,8 +4,8 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
+#include "cluster_returns.h"
 #include "contact_flow/budget.h"
 #include "contact_flow/model/driven.h"
 #include "contact_flow/model/row_layout.h"
@@ -46,95 +46,6 @@ std::size_t ArcBehind(const BDerivative& derivative, std::size_t k) {
 }
 
 }  // namespace
-
-const char* LimitName(Limit limit) {
-  switch (limit) {
-    case Limit::kNone:
-      return "none";
-    case Limit::kEventOrder:
-      return "event order";
-    case Limit::kStart:
-      return "start";
-    case Limit::kHorizon:
-      return "horizon";
-    case Limit::kApproachSpeed:
-      return "approach speed";
-    case Limit::kReleaseRate:
-      return "release rate";
-    case Limit::kGap:
-      return "gap";
-    case Limit::kForce:
-      return "force";
-    case Limit::kImpulse:
-      return "impulse";
-    case Limit::kCone:
-      return "cone";
-    case Limit::kSlip:
-      return "slip";
-    case Limit::kSlipRate:
-      return "slip rate";
-    case Limit::kImpulseCone:
-      return "impulse cone";
-    case Limit::kEffort:
-      return "effort";
-  }
-  return "unknown";
-}
-
-std::string Describe(const SystemDescription& description, const ValidityRadius& radius) {
-  if (std::isnan(radius.radius)) return "not known where a slip begins in space";
-  const std::string name =
-      radius.constraint < 0
-          ? ""
-          : "'" + description.constraints[static_cast<std::size_t>(radius.constraint)] + "'";
-  std::ostringstream text;
-  switch (radius.limit) {
-    case Limit::kNone:
-      return "";
-    case Limit::kEventOrder:
-      text << "the events before and at";
-      break;
-    case Limit::kStart:
-      text << "an event leaves the run at its start,";
-      break;
-    case Limit::kHorizon:
-      text << "an event" << (name.empty() ? "" : " of " + name) << " crosses the horizon,";
-      break;
-    case Limit::kApproachSpeed:
-      text << "the touchdown of " << name << " grazes,";
-      break;
-    case Limit::kReleaseRate:
-      text << "the release of " << name << " grazes,";
-      break;
-    case Limit::kGap:
-      text << "the gap of " << name << " closes,";
-      break;
-    case Limit::kForce:
-      text << "the force of " << name << " vanishes,";
-      break;
-    case Limit::kImpulse:
-      text << "an impact lifts " << name << ", or no longer does,";
-      break;
-    case Limit::kCone:
-      text << "the force of " << name << " reaches its cone,";
-      break;
-    case Limit::kSlip:
-      text << "the slip of " << name << " ends,";
-      break;
-    case Limit::kSlipRate:
-      text << "the slip of " << name << " begins or ends at a rate of zero,";
-      break;
-    case Limit::kEffort:
-      text << "the effort '" << radius.effort << "' reaches its limit, or leaves it,";
-      break;
-    case Limit::kImpulseCone:
-      text << "an impact makes " << name << " slip, or no longer does,";
-      break;
-  }
-  text << " t = " << radius.t << " s";
-  if (radius.limit == Limit::kEventOrder) text << " change places";
-  return text.str();
-}
 
 ValidityEstimator::ValidityEstimator(const MechanicalSystem& system, const Trajectory& trajectory,
                                      const BDerivative& derivative)
@@ -188,14 +99,23 @@ void ValidityEstimator::CheckEvent(std::size_t k, const Vector& w, ValidityRadiu
   ConstraintTerms terms;
   system_.Constraints(q, v, &terms);
   ResidualJacobian residual;
-  system_.DifferentiateImpact(q, Vector::Zero(d), Vector::Zero(terms.gap.size()), v, &residual);
+  const Vector no_impulse = Vector::Zero(terms.gap.size());
+  system_.DifferentiateImpact(q, Vector::Zero(d), no_impulse, v, &residual);
+  const std::vector<int>& parameters = dynamics.variables().parameters;
+  const Vector by = w.tail(static_cast<Eigen::Index>(parameters.size()));
+  ParameterJacobian by_parameter;
+  if (!parameters.empty()) {
+    system_.DifferentiateImpactByParameters(q, Vector::Zero(d), no_impulse, v, parameters,
+                                            &by_parameter);
+  }
   for (int i : transition.activated) {
     const double speed = terms.jacobian.row(i).dot(v);
     const double time = -GuardGradient(k, transition.x_minus, i).dot(w) / speed;
     // The input changes at 0.
     const Vector there = w + time * (time > 0 ? later : field);
-    const double change = residual.constraint_q.row(i).dot(there.head(d)) +
-                          terms.jacobian.row(i).dot(there.segment(d, d));
+    double change = residual.constraint_q.row(i).dot(there.head(d)) +
+                    terms.jacobian.row(i).dot(there.segment(d, d));
+    if (!parameters.empty()) change += by_parameter.constraint.row(i).dot(by);
     ConsiderFold(speed, change, Limit::kApproachSpeed, i, transition.t, smallest);
   }
   for (int i : transition.vanishing) {
@@ -325,6 +245,7 @@ ValidityRadius ValidityEstimator::operator()(const VectorRef& direction) const {
     t = now;
     latest = events.empty() ? 0 : events.back().time;
     order = Limit::kEventOrder;
+    ConsiderReturns(system_, derivative_.events[k], w, &smallest);
     const Vector after = derivative_.events[k](w);
     // Of several that are hit one after the other it is not known who bears what.
     const ConstraintSet& hit = derivative_.events[k].transition().activated;

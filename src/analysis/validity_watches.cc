@@ -37,7 +37,7 @@ Eigen::RowVectorXd ValidityEstimator::GuardGradient(std::size_t k, const VectorR
 
 void ValidityEstimator::WatchDips(std::size_t k) {
   const Arc& arc = trajectory_.arcs[k];
-  for (const GuardDip& dip : FindGuardDips(system_, arc)) {
+  for (const GuardDip& dip : FindGuardDips(system_, arc, trajectory_.gap_tolerance)) {
     Arc begin = arc;
     begin.t_end = dip.t;
     begin.x_end.resize(arc.x_begin.size());

@@ -2,11 +2,18 @@
 #include "input_cluster.h"
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 #include <utility>
 
+#include "contact_flow/dynamics/inverse_inertia.h"
+
 namespace contact_flow {
 namespace {
+
+/// A contact rises from an impact that hits others if its speed is above this part of what it is
+/// the difference of, and so many times above what it drifted at.
+constexpr double kRise = 1e-10, kAboveDrift = 10;
 
 /// Collects the parts of one cluster.
 class Union {
@@ -58,6 +65,7 @@ class Union {
       whole_.guards.insert(whole_.guards.end(), part.guards.begin(), part.guards.end());
     }
     hit_ = hit_ | part.activated;
+    CheckRest(part);
     for (EventInstant instant : part.instants) {
       instant.offset += part.t - whole_.t;
       whole_.instants.push_back(instant);
@@ -71,6 +79,24 @@ class Union {
     whole_.energy_change += part.energy_change;
     const int d = system_.dof();
     whole_.x_plus.tail(d) += part.x_plus.tail(d) - part.x_minus.tail(d);
+  }
+
+  /// What the impact of others lifts too slowly to be resolved, and was made rest, is in flight until
+  /// the input changes: by the equations, not in the run.
+  void CheckRest(const Transition& part) {
+    if (part.activated.Empty() || !part.obstacle.ok()) return;
+    const int d = system_.dof(), nq = system_.num_positions();
+    const Vector q = part.x_minus.head(nq), v_minus = part.x_minus.tail(d);
+    const InverseInertia inertia(system_, q, v_minus);
+    const Matrix& A = inertia.terms().jacobian;
+    const Vector v = v_minus + inertia * Vector(A.transpose() * part.impulse);
+    for (int i : part.mode_after - system_.compliant() - part.activated) {
+      const double rate = A.row(i).dot(v), drift = std::abs(A.row(i).dot(v_minus));
+      const double size = A.row(i).cwiseAbs().dot(v.cwiseAbs() + v_minus.cwiseAbs());
+      if (rate > kRise * size + kAboveDrift * drift) {
+        return Refuse(i, "is lifted so slowly by the impact of others that it is made rest");
+      }
+    }
   }
 
   /// Slips in space that begin or end have no sign that tells their order.
