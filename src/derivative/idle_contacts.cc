@@ -62,13 +62,16 @@ Matrix HeldTangents(const ContactDynamics& dynamics, const ConstraintTerms& term
   return rows;
 }
 
-/// What the force of contact i is made of [N], by its gradient and what it is the gradient by.
+/// What the force of contact i is made of [N], by its gradient and what it is the gradient by; an
+/// input counts as 1 at least, so that one that is rounding is none.
 double SizeOf(const ContactDynamics& dynamics, const Vector& gradient, const Vector& x) {
   const MechanicalSystem& system = dynamics.system();
   const int d = system.dof();
   Vector values = Vector::Zero(gradient.size());
   values.segment(d, d) = x.tail(d);
-  if (dynamics.variables().inputs) values.segment(2 * d, dynamics.u().size()) = dynamics.u();
+  if (dynamics.variables().inputs) {
+    values.segment(2 * d, dynamics.u().size()) = dynamics.u().cwiseAbs().cwiseMax(1);
+  }
   const std::vector<int>& parameters = dynamics.variables().parameters;
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     values(values.size() - static_cast<Eigen::Index>(parameters.size() - k)) =
@@ -144,7 +147,8 @@ Status CheckIdleContacts(ContactDynamics* dynamics, const Trajectory& run, std::
   const MechanicalSystem& system = dynamics->system();
   if (arc.dense.Empty() || !(arc.t_begin < arc.t_end)) return {};
   const int n = system.num_constraints(), nq = system.num_positions();
-  Vector x = arc.x_begin, largest = Vector::Zero(n);
+  Vector x = arc.x_begin;
+  double largest = 1;  // IsUndecided looks closer
   ConstraintTerms terms;
   for (const auto& [begin, end] : SpansOf(system, arc)) {
     AskBudget();
@@ -152,10 +156,10 @@ Status CheckIdleContacts(ContactDynamics* dynamics, const Trajectory& run, std::
     system.Constraints(x.head(nq), x.tail(system.dof()), &terms);
     if (!arc.mode.Empty()) dynamics->Evaluate(x, arc.mode);
     const Vector force = arc.mode.Empty() ? Vector::Zero(n) : Vector(dynamics->force().head(n));
-    largest = largest.cwiseMax(force.cwiseAbs());
+    if (n > 0) largest = std::max(largest, force.cwiseAbs().maxCoeff());
     for (int i = 0; i < n; ++i) {
       if (system.compliant().Contains(i)) continue;
-      if (arc.mode.Contains(i) ? !(std::abs(force(i)) <= kIdleForce * largest(i))
+      if (arc.mode.Contains(i) ? !(std::abs(force(i)) <= kIdleForce * largest)
                                : !(std::abs(terms.gap(i)) <= run.gap_tolerance)) {
         continue;
       }

@@ -83,5 +83,18 @@ TEST(IdleContacts, WithoutAnyForce) {
   EXPECT_TRUE(ByForce(*elastic, leaves).status.ok()) << ByForce(*elastic, leaves).status.message;
 }
 
+/// What presses is rounding, as where a search has ended at no effort.
+TEST(IdleContacts, UnderRoundingAlone) {
+  const auto plastic = PlasticBall(0);
+  for (const double u : {-4e-16, 0., -1e-6}) {
+    const Trajectory lands = Simulate(*plastic, Eigen::Vector2d(1, -1), Vector::Constant(1, u), 2);
+    if (u != -1e-6) {
+      ExpectUndecided(ByForce(*plastic, lands).status);
+    } else {
+      EXPECT_TRUE(ByForce(*plastic, lands).status.ok()) << ByForce(*plastic, lands).status.message;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace contact_flow

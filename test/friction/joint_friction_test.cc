@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -162,6 +163,29 @@ TEST(JointFriction, RefusesJointsWithout) {
     EXPECT_NE(std::string::npos,
               std::string(error.what()).find("the URDF gives joint 'hub' no friction (line 1)"))
         << error.what();
+  }
+}
+
+/// The pad's row is that of the stop: an impact that it has no part in.
+TEST(JointFriction, HasADerivativeAtItsOwnStop) {
+  const std::string urdf =
+      "<robot name='slide'>" + Link("ground", 0, 0, 0, 0) + Link("A", 1, 1, 1, 1) +
+      "<joint name='j' type='prismatic'><parent link='ground'/><child link='A'/>"
+      "<axis xyz='1 0 0'/><limit lower='-9' upper='0.1' effort='9' velocity='9'/>"
+      "<dynamics friction='1'/></joint></robot>";
+  for (const double restitution : {0., 0.3}) {
+    std::ostringstream yaml;
+    yaml << "base: fixed\njoints: {limits: [j], friction: [j], restitution: " << restitution
+         << "}\nefforts: {push: {kind: actuator, joint: j, input: u}}\n";
+    const auto robot = Robot(urdf, yaml.str());
+    const auto from = [&](double speed) {
+      return Simulate(*robot, Entries({0, 0, speed, 0}), Entries({5}), 0.15, AtTolerance(1e-12));
+    };
+    const Trajectory run = from(1);
+    const BDerivative B = DifferentiateOutcome(*robot, run);
+    ASSERT_TRUE(B.status.ok()) << restitution << ": " << B.status.message;
+    const Vector quotient = (from(1 + 1e-6).FinalState() - run.FinalState()) / 1e-6;
+    EXPECT_TRUE((B(Vector::Unit(4, 2)) - quotient).isZero(1e-5)) << quotient.transpose();
   }
 }
 

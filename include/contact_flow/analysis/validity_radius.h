@@ -53,11 +53,13 @@ std::string Describe(const SystemDescription& description, const ValidityRadius&
 /// force that holds a contact, is looked at where it is least and at both ends of every arc:
 /// behind an impact or a change of the input forces begin anew. At the impact of one contact it is
 /// the impulses of those that rest, too, and the speeds of those that it lifts. Events of one
-/// cluster are united in any order and set no limit. Not looked at are curvature, the error O(α²)
-/// inside, forces and impulses between the events of one cluster, and changes of release rates by
-/// (δu, δp). With friction the letters belong to the sequence: forces in their cones, slips, and
-/// the impulses of a single touchdown are looked at, too, but the latter not by δp. Efforts are
-/// looked at beside their limits where they turn, and at both ends of every arc.
+/// cluster are united in any order and set no limit, but a contact that one of them sets into
+/// flight has to be there still at the next. Not looked at are curvature, the error O(α²) inside,
+/// forces and impulses between the events of one cluster, changes of release rates by (δu, δp), and
+/// whether a second motion fits beside the one that was taken (Painlevé). With friction the letters
+/// belong to the sequence: forces in their cones, slips, and the impulses of a single touchdown are
+/// looked at, too, but the latter not by δp. Efforts are looked at beside their limits where they
+/// turn, and at both ends of every arc.
 class ValidityEstimator {
  public:
   /// For a derivative that exists. `system`, `trajectory` and `derivative` must outlive this. Costs
