@@ -18,9 +18,9 @@ struct GuardSample {
 };
 
 /// Instants of an arc, its ends included, so close that between two of them each function turns at
-/// most once, as far as that matters: a cubic by values and rates at both meets the value at a place
-/// between, to a share of what it changes by there and of how far it stays from zero. The place is
-/// no simple fraction, so that waves do not pass through the same phase at all three.
+/// most once, as far as that matters: a cubic by values and rates at both meets the value at a
+/// place between, to a share of what it changes by there and of how far it stays from zero. The
+/// place is no simple fraction, so that waves do not pass through the same phase at all three.
 /// `sample(t)` gives a GuardSample.
 template <class Sample>
 std::vector<double> ResolvedInstants(const Arc& arc, const Sample& sample) {

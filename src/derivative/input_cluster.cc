@@ -81,8 +81,8 @@ class Union {
     whole_.x_plus.tail(d) += part.x_plus.tail(d) - part.x_minus.tail(d);
   }
 
-  /// What the impact of others lifts too slowly to be resolved, and was made rest, is in flight until
-  /// the input changes: by the equations, not in the run.
+  /// What the impact of others lifts too slowly to be resolved, and was made rest, is in flight
+  /// until the input changes: by the equations, not in the run.
   void CheckRest(const Transition& part) {
     if (part.activated.Empty() || !part.obstacle.ok()) return;
     const int d = system_.dof(), nq = system_.num_positions();

@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Limits of the radius of validity that lie between instants that are looked at, against closed
-// forms: dips in long steps, in small units, a speed that a slope changes, returns inside a cluster.
+// Limits of the radius of validity between the instants that are looked at, against closed forms:
+// dips in long steps, in small units, a speed that a slope changes, returns inside a cluster.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <sstream>
 #include <string>
 
 #include "contact_flow/analysis/validity_radius.h"
 #include "contact_flow/flow/simulate.h"
+#include "contact_flow/io/robot_file.h"
 #include "contact_flow/model/model_library.h"
 #include "contact_flow/model/model_system.h"
-#include "test/friction/robot_twins.h"
 #include "test/shorthands.h"
 #include "test/test_models.h"
 
@@ -22,8 +23,6 @@ namespace {
 
 using test::AtTolerance;
 using test::Entries;
-using test::Link;
-using test::Robot;
 
 using Limit = ValidityRadius::Limit;
 
@@ -37,11 +36,16 @@ ValidityRadius RadiusOf(const MechanicalSystem& system, const Trajectory& run, c
   return ValidityEstimator(system, run, B)(w);
 }
 
-const std::string kBody = "<robot name='p'>" + Link("b", 1, 1, 1, 1) + "</robot>";
-
-std::string Ground(const std::string& gravity, const std::string& shape) {
-  return "base: planar\ngravity: " + gravity +
-         "\nconstraints: {toe: {kind: height_field, link: b, " + shape + "}}\n";
+/// A body in the plane, whose origin touches a height field of this shape.
+std::unique_ptr<RobotSystem> Over(const std::string& shape, const std::string& gravity,
+                                  const std::string& more = "") {
+  RobotTexts texts;
+  texts.urdf =
+      "<robot name='p'><link name='b'><inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' "
+      "iyy='1' iyz='0' izz='1'/></inertial></link></robot>";
+  texts.yaml = "base: planar\ngravity: " + gravity +
+               "\nconstraints: {toe: {kind: height_field, link: b, " + shape + "}}\n" + more;
+  return LoadRobot(texts);
 }
 
 /// A flight of three steps over waves of which each step passes many: the least gap is 1e-5.
@@ -56,7 +60,7 @@ TEST(MissedLimits, DipsInLongSteps) {
     std::ostringstream shape;
     shape << "amplitude: " << kHeight << ", wave_x: " << waves;
     for (const char* friction : {"", ", friction: 0.5"}) {
-      const auto robot = Robot(kBody, Ground("1", shape.str() + friction));
+      const auto robot = Over(shape.str() + friction, "1");
       const Vector x = Entries({0, kLeast - least, 0, kSpeed, kRise, 0});
       const Trajectory run = Simulate(*robot, x, Vector(), kTime);
       const ValidityRadius found = RadiusOf(*robot, run, -Vector::Unit(6, 1));
@@ -71,8 +75,8 @@ TEST(MissedLimits, ASlopeEndsATouchdown) {
   constexpr double kAcross = 10, kDeep = 1e-4;
   const double normal = std::sqrt(2 * kDeep), time = 1 - normal;
   for (const char* friction : {"", ", friction: 0.5"}) {
-    const auto robot = Robot(kBody, Ground("-1", std::string("slope_x: 0") + friction) +
-                                        "parameters: {slope: toe/slope_x}\n");
+    const auto robot =
+        Over(std::string("slope_x: 0") + friction, "-1", "parameters: {slope: toe/slope_x}\n");
     const Vector x = Entries({-kAcross * time, 0.5 - kDeep, 0, kAcross, -1, 0});
     const Trajectory run = Simulate(*robot, x, Vector(), 1.5, AtTolerance(1e-12));
     ASSERT_EQ(1u, run.transitions.size());

@@ -32,7 +32,7 @@ std::string Links(double origin) {
          std::to_string(0.6 - origin) + " 0 0'/><axis xyz='0 1 0'/></joint></robot>";
 }
 
-std::string Foot(const std::string& friction) {
+std::string LandingTip(const std::string& friction) {
   return "constraints: {tip: {kind: plane, link: lower, point: [0.6, 0, 0], offset: -0.6, "
          "friction: " +
          friction + "}}\n";
@@ -45,11 +45,11 @@ TEST(ClosureLanding, HasTheDerivativeOfAHinge) {
       "<child link='upper'/><axis xyz='0 1 0'/></joint>";
   for (const char* friction : {"0.4", "no_slip"}) {
     const auto plain = Robot("<robot name='hinged'><link name='ground'/>" + hinge + Links(0),
-                             "base: fixed\n" + Foot(friction));
+                             "base: fixed\n" + LandingTip(friction));
     const auto closed = Robot("<robot name='closed'>" + Links(kPivot),
                               "base: planar\nclosures: {pin: {link: upper, point: [-0.2, 0, 0], "
                               "other_link: world, other_point: [0, 0, 0], axes: xz}}\n" +
-                                  Foot(friction));
+                                  LandingTip(friction));
     const double pitch = 0.1, elbow = 0.3, s = std::sin(pitch), c = std::cos(pitch);
     const auto outcome = [&](const auto& robot, const Vector& x, const Vector& w) {
       const Trajectory run = Simulate(*robot, x, Vector(), 0.4, AtTolerance(1e-12));
