@@ -45,7 +45,7 @@ std::unique_ptr<RobotSystem> Over(const std::string& shape, const std::string& g
       "iyy='1' iyz='0' izz='1'/></inertial></link></robot>";
   texts.yaml = "base: planar\ngravity: " + gravity +
                "\nconstraints: {toe: {kind: height_field, link: b, " + shape + "}}\n" + more;
-  return LoadRobot(texts);
+  return MakeRobot(texts);
 }
 
 /// A flight of three steps over waves of which each step passes many: the least gap is 1e-5.
