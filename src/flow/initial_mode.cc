@@ -63,6 +63,26 @@ void RequireOnManifold(const MechanicalSystem& system, const VectorRef& x,
   }
 }
 
+/// Refuses bilateral rows of which one depends on those before: closures that hold the same twice,
+/// or a loop at the end of its reach. Their forces are not unique, and the loop may branch.
+void RequireIndependent(const MechanicalSystem& system, const ConstraintTerms& terms) {
+  constexpr double kRank = 1e-9;
+  Matrix rows = RowLayout(system).Bilateral(terms.jacobian).rowwise().normalized();
+  for (Eigen::Index k = 0; k < rows.rows(); ++k) {
+    for (int twice = 0; twice < 2; ++twice) {  // Gram-Schmidt
+      rows.row(k) -= rows.row(k) * rows.topRows(k).transpose() * rows.topRows(k);
+    }
+    const double left = rows.row(k).norm();
+    if (!(left > kRank)) {
+      throw std::invalid_argument(
+          "bilateral constraint '" + system.description().bilateral[static_cast<std::size_t>(k)] +
+          "' depends on those before it in this state: it holds what they hold, or its loop is "
+          "stretched out; leave it out, or begin elsewhere");
+    }
+    rows.row(k) /= left;
+  }
+}
+
 /// Refuses what contacts with friction would otherwise pass over.
 void RequireWhatFrictionKnows(const MechanicalSystem& system, const SimulateOptions& options) {
   const std::string name = "system '" + system.description().name + "' has friction";
@@ -156,6 +176,7 @@ ContactMode InitialMode(const MechanicalSystem& system, const VectorRef& x, cons
   system.Constraints(x.head(nq), x.tail(d), &terms);
   const Vector rate = terms.jacobian * x.tail(d);
   RequireOnManifold(system, x, terms, rate, options);
+  RequireIndependent(system, terms);
   ConstraintSet candidates, pressed;
   for (int i = 0; i < system.num_constraints(); ++i) {
     const std::string& name = names.constraints[i];

@@ -146,6 +146,33 @@ TEST(RobotKeys, AFourBarLinkageSwingsAsAPendulum) {
   ExpectSlope(system, system.nominal().x, duration, w);
 }
 
+/// Two points beside a hinge's axis, on both of its links, held together: two rows for one freedom,
+/// at each state of the loop, but not beside it.
+TEST(RobotKeys, AClosureThatHoldsAHingeTwiceIsRefusedAtTheStart) {
+  const auto turns = [](const std::string& name, const std::string& parent,
+                        const std::string& child, const std::string& xyz) {
+    return "<joint name=\"" + name + "\" type=\"continuous\"><parent link=\"" + parent +
+           "\"/><child link=\"" + child + "\"/><origin xyz=\"" + xyz +
+           "\"/><axis xyz=\"0 1 0\"/></joint>";
+  };
+  const std::string arm = Mass("upper", 1) + Mass("lower", 1) +
+                          turns("a", "world", "upper", "0 0 0") +
+                          turns("b", "upper", "lower", "0.3 0 0");
+  for (const std::string axes : {"x", "xz"}) {
+    const RobotSystem system =
+        Load(arm,
+             "{closures: {bar: {link: upper, point: [0.4, 0, 0.2], other_link: lower, "
+             "other_point: [0.1, 0, 0.2], axes: " +
+                 axes + "}}, nominal: {positions: {a: 0.3}}}");
+    const auto run = [&] { Simulate(system, system.nominal().x, Vector(0), 0.2); };
+    if (axes == "x") {
+      EXPECT_NO_THROW(run());
+    } else {
+      ExpectWords(test::RefusalOf(run), "bilateral constraint 'bar_z' depends on those before it");
+    }
+  }
+}
+
 TEST(RobotKeys, AGearIsAClosureOfJoints) {
   const RobotSystem system = Load(
       Mass("a", 1) + Mass("b", 2) + ZSlide("a", "a") + ZSlide("b", "b"),
