@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "contact_flow/budget.h"
+#include "contact_flow/dynamics/complementarity.h"
+#include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "validity_margins.h"
 
@@ -103,6 +105,9 @@ void FrictionValidity::CheckCrossings(std::size_t k, const Vector& w,
   const Watched& of = arcs_[k];
   for (Eigen::Index row : of.vanishing) {
     const WatchedGuards::Guard& guard = of.guards->guards()[static_cast<std::size_t>(row)];
+    // |T v| in space: at its end the rate has no derivative.
+    const auto contact = static_cast<std::size_t>(guard.constraint);
+    if (guard.limit == Limit::kSlip && system_.friction()[contact].dimension == 2) continue;
     const double rate = of.end.rate(row);
     const double time = -of.end.gradient.row(row).dot(w) / rate;
     const Vector& x = trajectory_.arcs[k].x_end;
@@ -135,6 +140,26 @@ void FrictionValidity::CheckGrowing(std::size_t k, const Vector& w, double shift
   }
 }
 
+/// Whether the impulses of transition k are shared by contacts whose rows depend on each other: one
+/// share of them tells nothing.
+bool FrictionValidity::SharesImpulses(const Transition& transition) const {
+  const Vector q = transition.x_minus.head(system_.num_positions());
+  const InverseInertia inertia(system_, q, transition.x_minus.tail(system_.dof()));
+  const FrictionFrame frame(system_, inertia, transition.impulse_word);
+  const FrictionProblem& problem = frame.problem();
+  std::vector<int> basis;
+  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+    const int row = problem.Row(k);
+    const Letter letter = transition.impulse_word.LetterOf(frame.constraints()[k]);
+    const int rows = letter == Letter::kStick ? 1 + problem.contacts[k].dimension : 1;
+    for (int r = row; r < row + rows; ++r) {
+      if (Independence(problem.G, basis, r) <= kDependentRow) return true;
+      basis.push_back(r);
+    }
+  }
+  return false;
+}
+
 /// The impulses of transition k, a single touchdown that comes later by `time`, for the tangent w
 /// before it: those of contacts that stick stay in their cones, those of others that rest push.
 void FrictionValidity::CheckImpulses(std::size_t k, const Vector& w, double time,
@@ -143,7 +168,7 @@ void FrictionValidity::CheckImpulses(std::size_t k, const Vector& w, double time
   const int d = system_.dof(), nq = system_.num_positions();
   const Vector along = (w + time * arcs_[k].end.field).head(2 * d);
   const double length = along.norm();
-  if (!(length > 0)) return;
+  if (!(length > 0) || SharesImpulses(transition)) return;
   const Vector aside = system_.Perturb(transition.x_minus, kConeStep / length * along);
   const ContactMode held = transition.mode_before.Without(system_.compliant());
   Vector moved;

@@ -66,6 +66,7 @@ class FrictionValidity {
                     const Vector& along) const;
   void CheckCrossings(std::size_t k, const Vector& w, ValidityRadius* smallest) const;
   void CheckGrowing(std::size_t k, const Vector& w, double shift, ValidityRadius* smallest) const;
+  bool SharesImpulses(const Transition& transition) const;
   void CheckImpulses(std::size_t k, const Vector& w, double time, ValidityRadius* smallest) const;
 
   const MechanicalSystem& system_;

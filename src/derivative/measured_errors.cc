@@ -16,6 +16,8 @@ constexpr double kFiner = 1.0 / 64, kCoarser = 10;
 constexpr double kFinerTangents = 1e-3;
 /// Relative tolerances below this are rounding.
 constexpr double kFinest = 1e-13;
+/// What SimulateOptions admits.
+constexpr double kLeastTolerance = 1e-15, kLargestTolerance = 1e-2;
 /// Both runs may be wrong by nearly the same in some entry. Errors are at least this many times
 /// what differs, and this part of what is estimated of the first run by itself.
 constexpr double kSafety = 3, kByItself = 0.002;
@@ -48,8 +50,9 @@ MeasuredErrors::MeasuredErrors(const MechanicalSystem& system, const VectorRef& 
   } else {
     other.max_step = LongestStep(trajectory) / 2;
   }
-  other.relative_tolerance *= factor;
-  other.absolute_tolerance *= factor;
+  for (double* tolerance : {&other.relative_tolerance, &other.absolute_tolerance}) {
+    *tolerance = std::clamp(*tolerance * factor, kLeastTolerance, kLargestTolerance);
+  }
   other.dense = true;
   other_trajectory_ = Simulate(system, x, input, duration, other);
   BDerivativeOptions tangents = derivative.options;

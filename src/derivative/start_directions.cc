@@ -5,6 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "contact_flow/dynamics/inverse_inertia.h"
+#include "contact_flow/model/driven.h"
 #include "contact_flow/model/row_layout.h"
 
 namespace contact_flow {
@@ -58,7 +60,11 @@ StartDirections::StartDirections(const MechanicalSystem& system, const VectorRef
     const Matrix& by = rate ? by_parameter.constraint : by_parameter.gap;
     rows_.row(row).tail(parameters) = by.row(i);
   }
-  solver_.compute(rows_.leftCols(states_));
+  // No start changes what is driven, the rate of a clock.
+  Matrix moved = rows_.leftCols(states_);
+  const InverseInertia inertia(system, x.head(nq), x.tail(d));
+  for (int j : Driven(inertia.mass())) moved.col(d + j).setZero();
+  solver_.compute(moved);
 }
 
 Vector StartDirections::Project(const VectorRef& w) const {

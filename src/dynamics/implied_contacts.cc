@@ -2,11 +2,13 @@
 #include "implied_contacts.h"
 
 #include <Eigen/QR>
+#include <cmath>
 #include <vector>
 
 #include "contact_flow/dynamics/complementarity.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
+#include "contact_flow/model/driven.h"
 
 namespace contact_flow {
 namespace {
@@ -18,6 +20,26 @@ std::vector<int> Independent(const Matrix& G, const std::vector<int>& rows) {
     if (Independence(G, basis, row) > kDependentRow) basis.push_back(row);
   }
   return basis;
+}
+
+/// Of speeds that the ground gives: below this part of their terms they are the same.
+constexpr double kSameGround = 1e-9;
+
+/// Whether row k depends on those of `basis`, G being the Gram matrix of what is moved, and moves
+/// as they do with what is driven (v with zeros elsewhere): two floors may move apart.
+bool Depends(const Matrix& rows, const Matrix& G, const std::vector<int>& basis, int k,
+             const Vector& driven) {
+  Vector by;
+  if (Independence(G, basis, k, &by) > kDependentRow) return false;
+  if (driven.isZero(0)) return true;
+  const Vector speeds = rows * driven, sizes = rows.cwiseAbs() * driven.cwiseAbs();
+  double apart = speeds(k), size = sizes(k);
+  for (std::size_t j = 0; j < basis.size(); ++j) {
+    const double part = by(static_cast<Eigen::Index>(j));
+    apart -= part * speeds(basis[j]);
+    size += std::abs(part) * sizes(basis[j]);
+  }
+  return std::abs(apart) <= kSameGround * size;
 }
 
 /// Of a Gram matrix whose rows may depend on each other.
@@ -44,11 +66,11 @@ ConstraintSet ImpliedClosed(const MechanicalSystem& system, const Vector& x, Con
     constraints.push_back(i);
   }
   const std::vector<int> basis = Independent(G, members);
+  const Vector v = x.tail(system.dof()), driven = v - Moved(inertia.mass(), v);
   ConstraintSet implied;
   for (std::size_t k = 0; k < constraints.size(); ++k) {
     if (closed.Contains(constraints[k])) continue;
-    const bool depends = Independence(G, basis, static_cast<int>(k)) <= kDependentRow;
-    if (depends) implied.Insert(constraints[k]);
+    if (Depends(A, G, basis, static_cast<int>(k), driven)) implied.Insert(constraints[k]);
   }
   return implied;
 }
@@ -68,13 +90,14 @@ ConstraintSet ImpliedStill(const MechanicalSystem& system, const Vector& x, Cons
     }
   }
   const std::vector<int> basis = Independent(problem.G, held);
+  const Vector v = x.tail(system.dof()), driven = v - Moved(inertia.mass(), v);
   ConstraintSet implied;
   for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
     const int i = frame.constraints()[k], dimension = problem.contacts[k].dimension;
     if (still.Contains(i) || dimension == 0) continue;
     bool all = true;
     for (int j = 1; all && j <= dimension; ++j) {
-      all = Independence(problem.G, basis, problem.Row(k) + j) <= kDependentRow;
+      all = Depends(frame.rows(), problem.G, basis, problem.Row(k) + j, driven);
     }
     if (all) implied.Insert(i);
   }

@@ -120,7 +120,7 @@ TEST(Adversary, WhatWasWrongOnce) {
       {3364, kRight, "a small impulse by projection that counted as none"},
       {11, kRight, "a field at rest that is nothing but rounding"},
       {3458, kRefused, "an estimated error that was no number", "moves"},
-      {426, kRefused, "a contact that holds without a force", "holds without a force"},
+      {426, kRefused, "a contact that holds without a force", "neither pressed nor lifted"},
       {2428, kRefused, "a start that leaves by less than is known",
        "neither leaves nor is pressed"},
       {706, kRefused, "a dip that closes by no more than its error",

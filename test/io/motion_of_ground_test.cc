@@ -2,6 +2,9 @@
 // Motions of ground as YAML gives them: their derivatives beside quotients, terrain, refusals.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "contact_flow/derivative/b_derivative.h"
 #include "test/io/moving_robots.h"
 
 namespace contact_flow {
@@ -35,6 +38,31 @@ TEST(MovingGround, HasTheDerivativeOfQuotients) {
       "{positions: {z: 0.4}, velocities: {x: 0.5, roll: -3}}, parameters: {amplitude: "
       "rim/motion_amplitude, phase: rim/motion_phase, radius: rim/radius}}",
       0.3);
+}
+
+/// A mass on a shaker, z = 1.5 t + A sin ωt: by A it starts elsewhere, and the clock goes on at
+/// its rate.
+TEST(MovingGround, DirectionsAreProjectedAtTheRateOfTheClock) {
+  const double amplitude = 0.02, omega = 2 * 3.14159265358979323846 * 1.5, clock = 0.05, end = 0.3;
+  const RobotSystem robot = Make(
+      Robot(Link("mass", "1") + Joint("z", "prismatic", "world", "mass", "0 0 1")),
+      "{constraints: {mass: {kind: plane, link: mass, motion: {direction: [0, 0, 1], velocity: "
+      "1.5, amplitude: 0.02, frequency: 1.5}}}, parameters: {amplitude: mass/motion_amplitude}}");
+  Vector x(4);  // z, clock
+  x << 1.5 * clock + amplitude * std::sin(omega * clock), clock,
+      1.5 + amplitude * omega * std::cos(omega * clock), 1;
+  SimulateOptions options;
+  options.relative_tolerance = options.absolute_tolerance = 1e-12;
+  const Trajectory run = Simulate(robot, x, robot.nominal().u, end, options);
+  BDerivativeOptions with;
+  with.variables.parameters = ParameterIndices(robot.description(), {"amplitude"});
+  const BDerivative B = DifferentiateOutcome(robot, run, with);
+  ASSERT_TRUE(B.status.ok()) << B.status.message;
+  const Vector w =
+      ProjectAdmissible(robot, x, run.arcs.front().mode, Vector::Unit(5, 4), with.variables);
+  EXPECT_EQ(0, w(3)) << w.transpose();
+  const double later = clock + end, rate = 1.5 + amplitude * omega * std::cos(omega * later);
+  EXPECT_NEAR(std::sin(omega * later) + rate * w(1), B(w)(0), 1e-7) << "the clock is ahead by w(1)";
 }
 
 /// Terrain that contacts are made with moves, too, and is shared.

@@ -58,8 +58,9 @@ std::string Describe(const SystemDescription& description, const ValidityRadius&
 /// forces and impulses between the events of one cluster, changes of release rates by (δu, δp), and
 /// whether a second motion fits beside the one that was taken (Painlevé). With friction the letters
 /// belong to the sequence: forces in their cones, slips, and the impulses of a single touchdown are
-/// looked at, too, but the latter not by δp. Efforts are looked at beside their limits where they
-/// turn, and at both ends of every arc.
+/// looked at, too, but the latter not by δp, nor where contacts share them, and not the rate at
+/// which a slip in space ends. Efforts are looked at beside their limits where they turn, and at
+/// both ends of every arc.
 class ValidityEstimator {
  public:
   /// For a derivative that exists. `system`, `trajectory` and `derivative` must outlive this. Costs

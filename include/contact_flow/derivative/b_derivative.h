@@ -113,8 +113,8 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
 
 /// w [2d+k] projected on the tangent vectors that the initial state admits: those that keep the
 /// constraints of its contact mode and the bilateral ones active, Da_J w_q + ∂a_J/∂p δp = 0 and
-/// D(Da_J v) w + Da_J w_v = 0, by the shortest change of (w_q, w_v). Contacts without slip keep
-/// T v = 0, too; those that stick by friction may begin to slip.
+/// D(Da_J v) w + Da_J w_v = 0, by the shortest change of (w_q, w_v) without driven velocities, the
+/// rates of clocks. Contacts without slip keep T v = 0, too; others that stick may begin to slip.
 Vector ProjectAdmissible(const MechanicalSystem& system, const VectorRef& x, ContactMode mode,
                          const VectorRef& w, const Variables& variables = {});
 

@@ -57,7 +57,7 @@ class HeightGrid {
   template <class S>
   static int Weights(const S& s, int n, S* value, S* rate) {
     const double at = Plain(s);
-    const bool below = at<0, above = at> n - 1;
+    const bool below = !(at >= 0), above = at > n - 1;  // NaN has a cell, too
     const int cell = below ? 0 : above ? n - 2 : std::min(static_cast<int>(at), n - 2);
     const S t = below ? S(0.0) : above ? S(1.0) : S(s - static_cast<double>(cell));
     const S r = 1.0 - t;
