@@ -68,6 +68,17 @@ void ExpectSlopes(const RobotSystem& system, double duration, std::vector<Vector
   }
 }
 
+/// A place that is no number, as a run that fails asks for, has a height that is none.
+TEST(HeightGrid, KnowsNoPlaceThatIsNone) {
+  const HeightGrid grid({0, 0, 1, 1}, Matrix::Ones(3, 3));
+  const double none = std::nan(""), far = 1e300;
+  for (const double x : {none, far, -far}) {
+    double height = 0, slope_x = 0, slope_y = 0;
+    grid.At(x, 0.5, &height, &slope_x, &slope_y);
+    EXPECT_EQ(std::isnan(x), std::isnan(height)) << x;
+  }
+}
+
 /// The spline takes the given heights, is linear where they are, has continuous first and second
 /// derivatives, and is the spline: along one direction, with natural ends, by its own equations.
 TEST(HeightGrid, IsASplineOfClassTwo) {
