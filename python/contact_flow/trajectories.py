@@ -120,7 +120,8 @@ def optimize_trajectory(
     path_reference [K×nq]: a target for each instant. Inputs are held; with linear_inputs they are led
     linearly from instant to instant, the last one to T, where the search begins with input_end. choose_inputs=False keeps the inputs; choose_initial
     names tangents of the start that are chosen, too, choose_parameters parameters, choose_durations
-    intervals (from 0) whose lengths are, and T with them unless keep_horizon; bounds in their order.
+    intervals (from 0) whose lengths are, and T with them unless keep_horizon; bounds in their order, of parameters
+    and lengths themselves, but initial_lower and initial_upper of changes of the start.
 
     conditions are dicts: {'name': 'z', 'value': 1} at T, or with 'lower', 'upper' and 'instant' 1 … K;
     {'touchdown': 'floor', 'value': 0.9} [s], 'occurrence' from 0. method="multiple_shooting" is by Ipopt
