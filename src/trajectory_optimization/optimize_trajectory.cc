@@ -30,9 +30,10 @@ TrajectoryOptimum Search::Go() {
     FacePoint start = At(best_.y);
     if (!std::isfinite(start.cost)) {
       const bool misses = std::isfinite(start.plain);
+      const std::string why = misses ? "" : ModelsAt(best_.y).status.message;
       End(TrajectoryVerdict::kUndefined,
           misses ? "a touchdown of the conditions does not happen in the run that it begins with"
-                 : "the run that it begins with ends early");
+                 : "the run that it begins with ends early" + (why.empty() ? "" : ": " + why));
     } else if (Take(start, 0, 0, KinkStatus::kNone)) {
       Solve(start);
       if (options_.neighbours) TryNeighbours();
