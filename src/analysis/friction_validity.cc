@@ -81,22 +81,18 @@ double FrictionValidity::RateChange(const Watched& of, Eigen::Index guard, const
   return (of.guards->At(aside).rate(guard) - rate) * length / kConeStep;
 }
 
-/// ∂(Da_i v)/∂p δp, the change of an approach speed that is `rate` by the parameters of w.
+/// ∂(Da_i v)/∂p δp, the change of a normal speed by the parameters of w.
 double FrictionValidity::SpeedChange(const ContactDynamics& dynamics, int constraint,
-                                     const Vector& x, double rate, const Vector& w) const {
+                                     const Vector& x, const Vector& w) const {
   const std::vector<int>& parameters = dynamics.variables().parameters;
   if (parameters.empty()) return 0;
   const int d = system_.dof(), nq = system_.num_positions();
-  const Vector q = x.head(nq), v = x.tail(d);
-  ConstraintTerms terms;
-  system_.Constraints(q, v, &terms);
   ParameterJacobian by_parameter;
-  system_.DifferentiateImpactByParameters(q, Vector::Zero(d), Vector::Zero(system_.num_rows()), v,
-                                          parameters, &by_parameter);
+  system_.DifferentiateImpactByParameters(x.head(nq), Vector::Zero(d),
+                                          Vector::Zero(system_.num_rows()), x.tail(d), parameters,
+                                          &by_parameter);
   const Vector by = w.tail(static_cast<Eigen::Index>(parameters.size()));
-  // Of a compliant contact that is pressed the guard is −a.
-  const double sign = std::copysign(1, rate * terms.jacobian.row(constraint).dot(v));
-  return sign * by_parameter.constraint.row(constraint).dot(by);
+  return by_parameter.constraint.row(constraint).dot(by);
 }
 
 /// Guards that vanish at transition k, for the tangent w before it, have to cross zero.
@@ -113,7 +109,7 @@ void FrictionValidity::CheckCrossings(std::size_t k, const Vector& w,
     const Vector& x = trajectory_.arcs[k].x_end;
     double change = RateChange(of, row, x, rate, w + time * of.end.field);
     if (guard.limit == Limit::kGap) {
-      change += SpeedChange(*of.dynamics, guard.constraint, x, rate, w);
+      change += SpeedChange(*of.dynamics, guard.constraint, x, w);
     }
     const Limit limit = guard.limit == Limit::kGap     ? Limit::kApproachSpeed
                         : guard.limit == Limit::kForce ? Limit::kReleaseRate
@@ -133,7 +129,7 @@ void FrictionValidity::CheckGrowing(std::size_t k, const Vector& w, double shift
     const double rate = of.begin.rate(row);
     double change = RateChange(of, row, arc.x_begin, rate, w + shift * of.begin.field);
     if (guard.limit == Limit::kGap) {
-      change += SpeedChange(*of.dynamics, guard.constraint, arc.x_begin, rate, w);
+      change += SpeedChange(*of.dynamics, guard.constraint, arc.x_begin, w);
     }
     const Limit limit = guard.limit == Limit::kGap ? Limit::kImpulse : Limit::kSlipRate;
     Consider(rate, change, limit, guard.constraint, arc.t_begin, smallest);

@@ -60,7 +60,7 @@ class FrictionValidity {
   void WatchEnds(std::size_t k);
   void WatchDips(std::size_t k);
   Instants InstantsOf(std::size_t k, const Vector& w) const;
-  double SpeedChange(const ContactDynamics& dynamics, int constraint, const Vector& x, double rate,
+  double SpeedChange(const ContactDynamics& dynamics, int constraint, const Vector& x,
                      const Vector& w) const;
   double RateChange(const Watched& of, Eigen::Index guard, const Vector& x, double rate,
                     const Vector& along) const;

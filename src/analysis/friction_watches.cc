@@ -8,7 +8,6 @@
 #include "resolved_instants.h"
 
 namespace contact_flow {
-
 namespace {
 
 /// Forces below this part of the largest are zero, and rates below it of their terms.

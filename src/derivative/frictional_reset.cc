@@ -32,18 +32,17 @@ void AddApex(const Eigen::RowVectorXd& pressing, const Matrix& along,
   }
 }
 
-/// The contacts among which an impact is shared: not those at rest whose normal rows meet no other
-/// row, like the pads of joints with friction. These get no impulse, and bound none.
+/// The contacts among which an impact is shared: not those that rest, and whose normal rows meet no
+/// other row, like the pads of joints with friction. These get no impulse, and bound none.
 ConstraintSet Sharing(const MechanicalSystem& system, const InverseInertia& inertia,
-                      ConstraintSet touching, ConstraintSet persisting, const Vector& v_minus) {
+                      ConstraintSet touching, ConstraintSet persisting) {
   const FrictionFrame frame(system, inertia, touching);
   const FrictionProblem& problem = frame.problem();
   ConstraintSet sharing = touching;
   for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
-    const int row = problem.Row(k), i = frame.constraints()[k];
-    const bool meets = (problem.G.row(row).array() != 0).count() > 1;
-    const bool rests = persisting.Contains(i) && frame.rows().row(row).dot(v_minus) == 0;
-    if (rests && !meets) sharing.Erase(i);
+    const int i = frame.constraints()[k];
+    const bool meets = (problem.G.row(problem.Row(k)).array() != 0).count() > 1;
+    if (persisting.Contains(i) && !meets) sharing.Erase(i);
   }
   return sharing;
 }
@@ -62,7 +61,7 @@ FrictionalReset::FrictionalReset(const ContactDynamics& dynamics, const Vector& 
       persisting_(mode.Members().Without(hit)),
       after_(after),
       inertia_(system_, x.head(nq_), x.tail(d_)),
-      frame_(system_, inertia_, Sharing(system_, inertia_, touching, persisting_, x.tail(d_))) {
+      frame_(system_, inertia_, Sharing(system_, inertia_, touching, persisting_)) {
   FrictionProblem& problem = frame_.problem();
   problem.b = frame_.rows() * x.tail(d_);
   for (std::size_t k = 0; k < problem.contacts.size(); ++k) {

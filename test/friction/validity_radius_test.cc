@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "contact_flow/flow/simulate.h"
+#include "contact_flow/model/model_library.h"
 #include "test/friction/friction_case.h"
 #include "test/shorthands.h"
 
@@ -20,6 +21,7 @@ namespace contact_flow {
 namespace {
 
 using test::AtTolerance;
+using test::Entries;
 
 using Limit = ValidityRadius::Limit;
 constexpr double kSmall = 2e-3;  // the sequence of a direction is that of this size
@@ -125,6 +127,43 @@ TEST(FrictionRadius, EndsWhereATouchdownComesIntoTheRun) {
     EXPECT_NEAR(speed * left, lower.radius, 1e-3 * speed * left + 1e-14);
     EXPECT_EQ(Limit::kHorizon, lower.limit);
     EXPECT_TRUE(std::isinf(radius(Vector::Unit(2 * d, z)).radius));
+  }
+}
+
+/// Slips in space that end, and impulses that contacts share, have no margins of their own: what
+/// differences tell of them is rounding, which another tolerance changes.
+TEST(RadiusOfReference, IsTheSameAtAnyTolerance) {
+  struct Case {
+    const char* model;
+    ParameterValues parameters;
+    Vector x, w;
+    double duration;
+  };
+  const Case cases[] = {
+      {"puck",
+       {{"friction", 0.25}, {"force_x", -0.067}},
+       Entries({0, 0, 0, 0.77, 0.67, 0}),
+       Vector::Unit(6, 4),
+       2},
+      {"sliding_rod",
+       {{"half_length", 0.44760840223521065}, {"friction", 0.05}},
+       Entries({-0.0007692088597777318, 0.4898494223531203, 0.20185098089136078,
+                -0.002170977443716599, -0.00017157144103432148, 0.0017272061102506786}),
+       Vector::Unit(6, 2),
+       0.57},
+  };
+  for (const Case& of : cases) {
+    const auto system = MakeModel(of.model, of.parameters);
+    std::vector<double> radii;
+    for (const double tolerance : {1e-8, 1e-9, 1e-10, 1e-11, 1e-12}) {
+      const Trajectory run =
+          Simulate(*system, of.x, system->nominal().u, of.duration, AtTolerance(tolerance));
+      const BDerivative B = DifferentiateOutcome(*system, run);
+      ASSERT_TRUE(B.status.ok()) << of.model << ": " << B.status.message;
+      radii.push_back(ValidityEstimator(*system, run, B)(of.w).radius);
+      EXPECT_NEAR(radii.front(), radii.back(), 1e-4 * radii.front()) << of.model << tolerance;
+    }
+    EXPECT_GT(radii.front(), 0.1) << of.model;
   }
 }
 

@@ -250,6 +250,11 @@ TEST_F(BallConditions, WhatCannotBeMetIsNamed) {
   const TrajectoryOptimum never = Solve();
   EXPECT_EQ(TrajectoryVerdict::kUndefined, never.verdict);
   EXPECT_NE(std::string::npos, never.message.find("touchdown")) << never.message;
+  problem.conditions.clear();
+  problem.x(0) = -0.1;
+  const TrajectoryOptimum below = Solve();
+  EXPECT_EQ(TrajectoryVerdict::kUndefined, below.verdict);
+  EXPECT_NE(std::string::npos, below.message.find("penetrates")) << below.message;
 }
 
 }  // namespace
