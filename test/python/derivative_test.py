@@ -78,6 +78,11 @@ class Derivatives(unittest.TestCase):
         self.assertLess(largest(self.B.error("+body_pitch")), 100 * off + 1e-10)
         self.assertLess(self.B.trust.flow_law, 1e-6)
 
+    def test_error_at_the_least_tolerances(self):
+        for tolerance in (1e-13, 5e-14, 1e-15):
+            run = self.biped.simulate(relative_tolerance=1e-9, absolute_tolerance=tolerance)
+            self.assertLess(largest(run.derivative().error("+body_pitch")), 1e-5)
+
     def test_linearize(self):
         robot = cf.Robot(case.ROBOTS / "monoped.yaml")
         duration = robot.nominal.duration
