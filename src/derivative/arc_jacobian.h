@@ -82,11 +82,13 @@ class ArcJacobian {
     begin->middleCols(d_, d_) *= units_.time;
     begin->rightCols(k_) *= units_.time * units_.time;
   }
-  /// What is rounding of the variables' sources [k]: small beside those without contacts, and
+  /// What is rounding of the variables' sources [k]: small beside those without contacts, beside
+  /// what the contacts push where Differentiate was last, which cancels where they hold a body, and
   /// beside what a parameter of its value could do to the accelerations of the arc, which may be
   /// zero at one place.
   Vector LeastSources() {
     constexpr double kSmall = 1e-6;
+    const Matrix pushes = PushChanges();
     const Vector scale = units_.time * units_.time * units_.length;
     Vector x(x_.size());
     double size = 0;
@@ -105,6 +107,9 @@ class ArcJacobian {
     Vector least(k_);
     for (int i = 0; i < k_; ++i) {
       least(i) = kSmall * scale.cwiseProduct(jacobian.col(2 * d_ + i)).lpNorm<Eigen::Infinity>();
+      if (pushes.size() == 0) continue;
+      const double cancelled = pushes.col(2 * d_ + i).maxCoeff();
+      least(i) = std::max(least(i), kSmall * units_.time * units_.time * cancelled);
     }
     const auto& parameters = dynamics_.variables().parameters;
     for (std::size_t j = 0; j < parameters.size(); ++j) {
@@ -225,16 +230,22 @@ class ArcJacobian {
   /// constraints push, Σ_i |A_iᵀ| |Dλ_i|, cancel where they hold a body or let it slide.
   double RoundingRate() const {
     constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon();
-    if (arc_.mode.Empty() || dynamics_.force_jacobian().rows() == 0) return 0;
+    const Matrix sum = PushChanges();
+    if (sum.size() == 0) return 0;
+    const Vector unit = units_.length.cwiseInverse();
+    const double position = (sum.leftCols(d_) * unit.asDiagonal()).maxCoeff();
+    const double velocity = (sum.middleCols(d_, d_) * unit.asDiagonal()).maxCoeff();
+    return std::max(std::sqrt(kRounding * position), kRounding * velocity);
+  }
+  /// (√M)⁻¹ Σ_i |A_iᵀ| |Dλ_i| by (δq, δv) and the variables where Differentiate was last [d × 2d+k];
+  /// empty without contacts.
+  Matrix PushChanges() const {
+    if (arc_.mode.Empty() || dynamics_.force_jacobian().rows() == 0) return Matrix();
     ConstraintTerms terms;
     const MechanicalSystem& system = dynamics_.system();
     system.Constraints(x_.head(system.num_positions()), x_.tail(d_), &terms);
-    const Vector unit = units_.length.cwiseInverse();
-    const Matrix sum = unit.asDiagonal() * terms.jacobian.cwiseAbs().transpose() *
-                       dynamics_.force_jacobian().leftCols(2 * d_).cwiseAbs();
-    const double position = (sum.leftCols(d_) * unit.asDiagonal()).maxCoeff();
-    const double velocity = (sum.rightCols(d_) * unit.asDiagonal()).maxCoeff();
-    return std::max(std::sqrt(kRounding * position), kRounding * velocity);
+    return units_.length.cwiseInverse().asDiagonal() * terms.jacobian.cwiseAbs().transpose() *
+           dynamics_.force_jacobian().cwiseAbs();
   }
   /// What the entries of [K D S] are multiplied by for the units: √M τ² (√M)⁻¹, … τ … and … τ² S⁻¹.
   void FindScale() {

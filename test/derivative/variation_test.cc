@@ -97,6 +97,24 @@ TEST(Variation, TheToleranceIsKept) {
   }
 }
 
+/// A foot that cannot slip stands on the curved ground between its stones: where these are changes
+/// the split of its force, and its motion not at all. What rounding makes of that needs no steps.
+TEST(Variation, PushesThatCancelAreNoSource) {
+  const auto system = MakeModel("compass_walker");
+  Vector x(8);
+  x << -0.32678561285809793, 0.9798551199538409, 0.2099239836662834, -0.2589277327521208,
+      1.0807381520869308, 0.2310215871711942, -1.103136616913782, -0.2899887602374082;
+  const Trajectory run = Simulate(*system, x, Vector(0), 1.1);
+  const Arc& stance = run.arcs.back();
+  ASSERT_FALSE(stance.mode.Empty());
+  ASSERT_EQ(system->description().parameters[7].name, "stone_left");
+  ContactDynamics dynamics(*system, Vector(0), Variables{false, {7}});
+  VariationStatistics statistics;
+  const Matrix phi = PropagateArc(&dynamics, stance, 1e-9, &statistics);
+  EXPECT_LE(phi.col(8).head(8).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LE(statistics.steps + statistics.rejected_steps, 10);
+}
+
 TEST(Variation, NeedsADenseRun) {
   const auto system = MakeModel("soft_biped");
   SimulateOptions options;
