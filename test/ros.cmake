@@ -30,10 +30,11 @@ target_link_libraries(ros_test contact_flow_ros nlohmann_json::nlohmann_json)
 
 ## ros/X.test, with its client ros/X_test.cc if there is one (else an executable ros/X_test.py)
 
-# Those that ask when something happens: nothing else runs beside them. The others have masters of their
-# own, at ports of their own.
-set(KEEPS_TIME actions attacks bad_requests budgets clients commands faults hostile node policy_tracker prompt
-  service_stress simulator simulator_end simulator_recording simulator_stress sweep)
+# Every test has a master of its own, at a port of its own. Those that ask when something happens, as schedule.cmake
+# takes them: alone, or two at a time.
+set(ALONE attacks budgets clients hostile prompt service_stress)
+set(TWO_AT_A_TIME simulator_recording policy_tracker bad_requests simulator faults sweep actions commands
+  simulator_stress simulator_end node)
 file(GLOB rostests RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS ros/*.test)
 foreach(rostest ${rostests})
   get_filename_component(name ${rostest} NAME_WE)
@@ -48,9 +49,6 @@ foreach(rostest ${rostests})
     endif()
   else()
     add_rostest(${rostest} DEPENDENCIES ${EXECUTABLES})
-  endif()
-  if(name IN_LIST KEEPS_TIME)
-    set_tests_properties(_ctest_${PROJECT_NAME}_rostest_test_ros_${name}.test PROPERTIES RUN_SERIAL ON)
   endif()
 endforeach()
 
