@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/io/samples.h"
 
+#include <algorithm>
 #include <limits>
 #include <ostream>
+#include <string>
 
 #include "contact_flow/budget.h"
 
@@ -31,6 +33,23 @@ std::vector<double> TimesInside(const Arc& arc, double begin, double end, int co
     if (t > arc.t_begin && t < arc.t_end) times.push_back(t);
   }
   return times;
+}
+
+/// A field of a line: in quotes where commas, quotes or ends of lines are in it (RFC 4180).
+std::string Field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted.append(c == '"' ? 2 : 1, c);
+  return quoted + "\"";
+}
+
+/// That of velocity i: its coordinate's by the second, or of what turns where a quaternion does.
+std::string RateUnit(const SystemDescription& description, std::size_t i) {
+  const std::vector<std::string>& names = description.coordinates;
+  const auto at = std::find(names.begin(), names.end(), description.velocities[i]);
+  if (at == names.end()) return "rad/s";
+  const std::string& unit = description.units[static_cast<std::size_t>(at - names.begin())];
+  return (unit.empty() ? "1" : unit) + "/s";
 }
 
 }  // namespace
@@ -66,22 +85,21 @@ Samples SampleTrajectory(const Trajectory& trajectory, int count) {
 void WriteCsv(const SystemDescription& description, const Trajectory& trajectory, int count,
               std::ostream* out) {
   const Samples samples = SampleTrajectory(trajectory, count);
-  const std::size_t nq = description.coordinates.size(), d = description.velocities.size();
   *out << "t [s],mode";
-  for (std::size_t i = 0; i < nq; ++i) {
-    *out << "," << description.coordinates[i] << " [" << description.units[i] << "]";
+  for (std::size_t i = 0; i < description.coordinates.size(); ++i) {
+    *out << "," << Field(description.coordinates[i] + " [" + description.units[i] + "]");
   }
-  for (std::size_t i = 0; i < d; ++i) {
-    const std::string unit = d == nq ? description.units[i] + "/s" : i < d - 3 ? "m/s" : "rad/s";
-    *out << ",d/dt " << description.velocities[i] << " [" << unit << "]";
+  for (std::size_t i = 0; i < description.velocities.size(); ++i) {
+    const std::string unit = RateUnit(description, i);
+    *out << "," << Field("d/dt " + description.velocities[i] + " [" + unit + "]");
   }
   *out << "\n";
   const std::streamsize precision = out->precision(std::numeric_limits<double>::max_digits10);
   for (std::size_t k = 0; k < trajectory.arcs.size(); ++k) {
-    const std::string mode = trajectory.arcs[k].mode.ToString(description.constraints);
+    const std::string mode = Field(trajectory.arcs[k].mode.ToString(description.constraints));
     for (int row = samples.first_of_arc[k]; row < samples.first_of_arc[k + 1]; ++row) {
       if (row % kAskEvery == kAskEvery - 1) AskCaller();
-      *out << samples.t[static_cast<std::size_t>(row)] << ",\"" << mode << "\"";
+      *out << samples.t[static_cast<std::size_t>(row)] << "," << mode;
       for (Eigen::Index j = 0; j < samples.x.cols(); ++j) *out << "," << samples.x(row, j);
       *out << "\n";
     }

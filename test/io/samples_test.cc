@@ -9,7 +9,9 @@
 
 #include "contact_flow/budget.h"
 #include "contact_flow/flow/simulate.h"
+#include "contact_flow/io/robot_file.h"
 #include "contact_flow/model/model_library.h"
+#include "test/model/robots.h"
 
 namespace contact_flow {
 namespace {
@@ -77,13 +79,35 @@ TEST_F(SamplesTest, CsvKeepsEveryBit) {
   std::size_t lines = 0;
   for (; std::getline(in, line); ++lines) last = line;
   EXPECT_EQ(lines, SampleTrajectory(trajectory, 5).t.size());
-  // time,"{…}",x,y,vx,vy: the numbers after the mode.
-  std::istringstream fields(last.substr(last.find("\",") + 2));
+  // time,{…},x,y,vx,vy: the numbers after the mode.
+  std::istringstream fields(last.substr(last.find("},") + 2));
   for (Eigen::Index i = 0; i < 4; ++i) {
     std::string field;
     ASSERT_TRUE(std::getline(fields, field, ','));
     EXPECT_EQ(std::strtod(field.c_str(), nullptr), trajectory.FinalState()(i));
   }
+}
+
+TEST(Csv, RatesHaveTheUnitsOfWhatMoves) {
+  const auto system = LoadRobot(RobotFile("quadruped"));
+  const NominalRun& drop = system->nominal();
+  std::ostringstream out;
+  WriteCsv(system->description(), Simulate(*system, drop.x, drop.u, 0.001), 1, &out);
+  const std::string head = out.str().substr(0, out.str().find('\n'));
+  for (const char* rate : {"base_x [m/s]", "base_wx [rad/s]", "front_left_knee [rad/s]"}) {
+    EXPECT_NE(head.find(std::string(",d/dt ") + rate), std::string::npos) << rate;
+  }
+}
+
+TEST(Csv, NamesAreQuoted) {
+  const auto system = MakeModel("bouncing_ball");
+  SystemDescription named = system->description();
+  named.coordinates[0] = named.velocities[0] = "leg, left";
+  named.constraints[0] = "foot \"a\"";
+  std::ostringstream out;
+  WriteCsv(named, Simulate(*system, system->nominal().x, Vector(0), 0.1), 1, &out);
+  EXPECT_EQ(out.str().find("t [s],mode,\"leg, left ["), 0u) << out.str();
+  EXPECT_NE(out.str().find(",\"d/dt leg, left [m/s]\""), std::string::npos) << out.str();
 }
 
 }  // namespace
