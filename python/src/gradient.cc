@@ -108,7 +108,7 @@ void BindGradient(py::module_* module) {
       .def_property_readonly(
           "inputs",
           [](const py::object& self) { return View(self.cast<Gradient&>().inputs, self); },
-          "By the input of each interval of the grid [K×m].")
+          "By the input of each of the K intervals of the grid that the run meets [K×m].")
       .def_property_readonly("parameters", view(&CostGradient::parameters),
                              "By the parameters asked for.")
       .def_property_readonly("instants", view(&CostGradient::instants),
