@@ -189,11 +189,15 @@ Names StateNames(const SystemDescription& description) {
 Names TangentNames(const SystemDescription& description, const Variables& variables) {
   Names names = description.velocities;
   for (const std::string& velocity : description.velocities) names.push_back("d/dt " + velocity);
+  const auto add = [&](const char* kind, const std::string& name) {
+    const bool taken = std::find(names.begin(), names.end(), name) != names.end();
+    names.push_back(taken ? std::string(kind) + " " + name : name);
+  };
   if (variables.inputs) {
-    names.insert(names.end(), description.inputs.begin(), description.inputs.end());
+    for (const std::string& input : description.inputs) add("input", input);
   }
   for (int index : variables.parameters) {
-    names.push_back(description.parameters[static_cast<std::size_t>(index)].name);
+    add("parameter", description.parameters[static_cast<std::size_t>(index)].name);
   }
   return names;
 }

@@ -46,7 +46,8 @@ Vector ToInput(const System& system, const py::handle& u);
 InputSchedule ToSchedule(const System& system, const py::handle& inputs);
 /// Names of x: coordinates, then "d/dt velocity".
 std::vector<std::string> StateNames(const SystemDescription& description);
-/// Names of tangents: velocities, "d/dt velocity", inputs, parameters that are differentiated by.
+/// Names of tangents: velocities, "d/dt velocity", inputs, parameters that are differentiated by;
+/// "input knee" and "parameter knee" where something before them is called so, too.
 std::vector<std::string> TangentNames(const SystemDescription& description,
                                       const Variables& variables);
 

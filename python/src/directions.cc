@@ -1,8 +1,33 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "directions.h"
 
+#include <algorithm>
+#include <string>
+#include <vector>
+
 namespace contact_flow {
 namespace python {
+namespace {
+
+/// The tangent of that name; "input knee" and "parameter mass" are those of what is called so.
+int IndexOfTangent(const MechanicalSystem& system, const Variables& variables,
+                   const std::string& name) {
+  const std::vector<std::string> names = TangentNames(system.description(), variables);
+  const auto inputs = names.begin() + 2 * system.dof();
+  const auto parameters = inputs + (variables.inputs ? system.num_inputs() : 0);
+  const auto find = [&](const std::string& kind, auto begin, auto end) {
+    if (name.compare(0, kind.size(), kind) != 0) return names.end();
+    const auto at = std::find(begin, end, name.substr(kind.size()));
+    return at == end ? names.end() : at;
+  };
+  auto at = find("", names.begin(), names.end());
+  if (at == names.end()) at = find("input ", inputs, parameters);
+  if (at == names.end()) at = find("parameter ", parameters, names.end());
+  if (at == names.end()) return IndexOf("tangent", name, names);  // which says what is near
+  return static_cast<int>(at - names.begin());
+}
+
+}  // namespace
 
 Vector ToDirection(const MechanicalSystem& system, const Variables& variables,
                    const py::handle& w) {
@@ -16,7 +41,7 @@ Vector ToDirection(const MechanicalSystem& system, const Variables& variables,
       sign = name[0] == '-' ? -1 : 1;
       name.erase(0, 1);
     }
-    return sign * Vector::Unit(cols, IndexOf("tangent", name, names()));
+    return sign * Vector::Unit(cols, IndexOfTangent(system, variables, name));
   }
   if (py::isinstance<py::dict>(w)) {
     const Vector named = ToNamedVector(w, "w", Vector::Zero(cols), names());

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Derivatives and what is made of them: pieces, radii, quotients, gradients that others get wrong."""
+import json
 import math
 import unittest
 
@@ -28,6 +29,25 @@ class Derivatives(unittest.TestCase):
         np.testing.assert_array_equal(B(np.array([w, -w])), [B(w), B(-w)])
         np.testing.assert_allclose(B(w, dt=0.5), B(w) + 0.5 * B.time, rtol=1e-14)
         self.assertGreater(largest(B(w) + B(-w)), 0.1)
+
+    def test_directions_of_what_shares_a_name(self):
+        urdf = ('<robot name="r"><link name="world"/><link name="b"><inertial><mass value="1"/><inertia ixx="1" iyy="1" '
+                'izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="knee" type="prismatic"><parent '
+                'link="world"/><child link="b"/><axis xyz="1 0 0"/><limit lower="-9" upper="9" effort="9" '
+                'velocity="9"/></joint></robot>')
+        robot = cf.Robot.from_strings(urdf, json.dumps({
+            "base": "fixed", "constraints": {}, "nominal": {"duration": 0.5},
+            "efforts": {"knee": {"kind": "servo", "joint": "knee", "input": "knee", "stiffness": 4, "damping": 1}}}))
+        B = robot.simulate().derivative(by=["inputs"])
+        self.assertEqual(("knee", "d/dt knee", "input knee"), B.tangents)
+        np.testing.assert_array_equal(B.direction("-input knee"), [0, 0, -1])
+        np.testing.assert_array_equal(B.direction({"input knee": 2}), [0, 0, 2])
+        np.testing.assert_array_equal(B.direction("+knee"), [1, 0, 0])
+        pendulum = cf.Model("double_pendulum").simulate(duration=0.1).derivative(by=["inputs", "m1"])
+        np.testing.assert_array_equal(pendulum.direction("input shoulder_torque"), [0, 0, 0, 0, 1, 0, 0])
+        np.testing.assert_array_equal(pendulum.direction("+parameter m1"), [0, 0, 0, 0, 0, 0, 1])
+        with self.assertRaises(ValueError):
+            pendulum.direction("input m1")
 
     def test_pieces(self):
         pieces = self.B.pieces()

@@ -11,7 +11,8 @@
 
 namespace contact_flow {
 
-/// A direction of a run under inputs on a grid, of which it meets K intervals. What is empty is zero.
+/// A direction of a run under inputs on a grid, of which it meets K intervals. What is empty is
+/// zero.
 struct RunDirection {
   Vector initial;     ///< (δq, δv) of the initial state [2d]
   Matrix inputs;      ///< δu of each interval, a column each [m×K]
