@@ -11,8 +11,7 @@
 
 namespace contact_flow {
 
-/// A direction of a run under inputs on a grid, of which it meets K intervals. What is empty is
-/// zero.
+/// A direction of a run that meets K intervals of its grid of inputs. What is empty is zero.
 struct RunDirection {
   Vector initial;     ///< (δq, δv) of the initial state [2d]
   Matrix inputs;      ///< δu of each interval, a column each [m×K]

@@ -23,7 +23,7 @@ struct Samples {
 Samples SampleTrajectory(const Trajectory& trajectory, int count);
 
 /// Writes a head line and one line a sample: time, contact mode, coordinates, velocities. Numbers
-/// have 17 digits, so that reading them gives the same bits back; names are quoted as RFC 4180 says.
+/// have 17 digits, so that reading them gives the same bits back; names are quoted as in RFC 4180.
 void WriteCsv(const SystemDescription& description, const Trajectory& trajectory, int count,
               std::ostream* out);
 
