@@ -116,7 +116,8 @@ def optimize_trajectory(
           + ∫ w |slip|² dt while they touch, for each contact with friction and w of `slip`,
 
     without factors ½. Numbers are dicts by name or arrays: target, weight [nq+d]; effort, input_reference,
-    lower, upper [m]; path_target, path_weight [nq]; weights are 1 for each target where they are left out.
+    lower, upper [m], which bound what they name alone; path_target, path_weight [nq]; weights are 1 for each target
+    where they are left out.
     path_reference [K×nq]: a target for each instant. Inputs are held; with linear_inputs they are led
     linearly from instant to instant, the last one to T, where the search begins with input_end. choose_inputs=False keeps the inputs; choose_initial
     names tangents of the start that are chosen, too, choose_parameters parameters, choose_durations

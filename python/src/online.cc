@@ -36,6 +36,7 @@ py::object Passed(const Online& online, const Transition& t) {
   event["mode_after"] = ToNames(t.mode_after, d);
   event["activated"] = ToNames(t.activated, d);
   event["released"] = ToNames(t.released, d);
+  event["switched"] = ToNames(t.switched, d);
   event["impulse"] = t.impulse;
   return std::move(event);
 }
@@ -100,8 +101,8 @@ void BindOnline(py::module_* module) {
           "How close it came so far to an event that did not happen.")
       .def("advance_to", &AdvanceTo, py::arg("t"),
            "Goes on to t [s], or to the first event before or at t, which it returns as a dict\n"
-           "with t, x_minus, x_plus, mode_before, mode_after, activated, released, impulse; else\n"
-           "None.")
+           "with t, x_minus, x_plus, mode_before, mode_after, activated, released, switched (soft\n"
+           "contacts, and knots of references), impulse; else None.")
       .def(
           "set_input",
           [](Online& o, const py::object& u, const py::object& t) {

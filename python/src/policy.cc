@@ -3,6 +3,7 @@
 #include "contact_flow/trajectory_optimization/policy.h"
 
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 #include "contact_flow/io/policy_file.h"
@@ -13,6 +14,8 @@
 namespace contact_flow {
 namespace python {
 namespace {
+
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
 using SharedPolicy = std::shared_ptr<TrackingPolicy>;
 
@@ -49,7 +52,6 @@ SharedPolicy MakeOf(const std::shared_ptr<Run>& run, const py::object& state,
   weights.state = ToWeightVector(state, "state", Vector::Ones(2 * system.dof()), tangents);
   weights.input = ToWeightVector(input, "input", Vector::Ones(system.num_inputs()), d.inputs);
   weights.terminal = ToWeightVector(terminal, "terminal", weights.state, tangents);
-  const Vector none = Vector::Zero(system.num_inputs());
   SharedPolicy policy;
   try {
     policy = std::make_shared<TrackingPolicy>(WithoutLock(
@@ -57,7 +59,8 @@ SharedPolicy MakeOf(const std::shared_ptr<Run>& run, const py::object& state,
   } catch (const NoPolicy& reason) {
     throw NoDerivative(std::string(OutcomeName(reason.status().outcome)) + ": " + reason.what());
   }
-  if (!lower.is_none()) policy->lower = ToNamedVector(lower, "lower", none, d.inputs);
+  const Vector none = Vector::Constant(system.num_inputs(), kUnbounded);
+  if (!lower.is_none()) policy->lower = ToNamedVector(lower, "lower", -none, d.inputs);
   if (!upper.is_none()) policy->upper = ToNamedVector(upper, "upper", none, d.inputs);
   CheckPolicy(*policy);
   return policy;
@@ -135,8 +138,9 @@ void BindTracker(py::module_* module) {
                       "Follows a policy by what it is told of the motion; of one thread at a time.")
       .def("observe", &Observe, py::arg("t"), py::arg("activated") = py::tuple(),
            py::arg("released") = py::tuple(), py::arg("mode") = py::none(),
-           "Contacts touch down, or let go, at t [s], by their names; `mode`: all that touch from\n"
-           "then on, where it is known.")
+           "Contacts touch down, or let go, at t [s], by their names; of soft contacts, which an\n"
+           "event has as `switched`, both as activated. Knots of references need not be told.\n"
+           "`mode`: all that touch from then on, where it is known.")
       .def("input", &InputOf, py::arg("t"), py::arg("x"),
            "The input [m] at t for the state x [nq+d]: u(t) − K (x ⊟ x(t)), within its bounds.")
       .def_property_readonly(
@@ -250,7 +254,7 @@ void BindPolicy(py::module_* module) {
           "intervals: Σ h (δxᵀQδx + δuᵀRδu) + δx(T)ᵀQ_T δx(T), with diagonals `state` [2d],\n"
           "`input` [m] and `terminal` [2d], numbers or dicts by name, 1 where left out (terminal:\n"
           "state). reach: by which each phase goes on beyond its events [s]; lower, upper: of the\n"
-          "inputs. NoDerivative where an interval has none.");
+          "inputs, by name of those named alone. NoDerivative where an interval has none.");
 }
 
 }  // namespace python

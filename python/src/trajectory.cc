@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Trajectories through contact: what contact_flow/trajectories.py asks, and its answer as a dict.
+#include <limits>
 #include <optional>
 
 #include "contact_flow/trajectory_optimization/multiple_shooting.h"
@@ -11,12 +12,14 @@ namespace contact_flow {
 namespace python {
 namespace {
 
-/// A field of the question: numbers by name over zeros, or none.
-Vector Named(const py::dict& asked, const char* field, Eigen::Index size,
+constexpr double kNoBound = std::numeric_limits<double>::infinity();
+
+/// A field of the question: numbers by name over `base`, or none.
+Vector Named(const py::dict& asked, const char* field, const Vector& base,
              const std::vector<std::string>& names) {
   const py::object value = asked[field];
   if (value.is_none()) return Vector();
-  return ToNamedVector(value, field, Vector::Zero(size), names);
+  return ToNamedVector(value, field, base, names);
 }
 
 Vector Numbers(const py::dict& asked, const char* field) {
@@ -31,7 +34,7 @@ void Goals(const py::dict& asked, const char* target_field, const char* weight_f
   const py::object targets = asked[target_field];
   *target = ToNamedVector(targets, target_field, Vector::Zero(size), names);
   if (!asked[weight_field].is_none()) {
-    *weight = Named(asked, weight_field, size, names);
+    *weight = Named(asked, weight_field, Vector::Zero(size), names);
     return;
   }
   *weight = Vector::Zero(size);
@@ -113,9 +116,10 @@ TrajectoryProblem ToProblem(const System& system, const py::dict& asked) {
   problem.inputs = ToSchedule(system, asked["inputs"]);
   problem.duration = ToDuration(system, asked["duration"]);
   Choose(system, asked, &problem);
-  const Vector effort = Named(asked, "effort", m, d.inputs);
-  problem.effort = effort.size() == 0 ? Vector::Zero(m) : effort;
-  problem.input_reference = Named(asked, "input_reference", m, d.inputs);
+  const Vector zero = Vector::Zero(m), unbounded = Vector::Constant(m, kNoBound);
+  const Vector effort = Named(asked, "effort", zero, d.inputs);
+  problem.effort = effort.size() == 0 ? zero : effort;
+  problem.input_reference = Named(asked, "input_reference", zero, d.inputs);
   Goals(asked, "target", "weight", StateNames(d), &problem.target, &problem.weight);
   Goals(asked, "path_target", "path_weight", d.coordinates, &problem.path_target,
         &problem.path_weight);
@@ -125,13 +129,13 @@ TrajectoryProblem ToProblem(const System& system, const py::dict& asked) {
   problem.duration_weight = asked["duration_weight"].cast<double>();
   AddNamedCosts(system, asked, &problem);
   problem.linear_inputs = asked["linear_inputs"].cast<bool>();
-  problem.input_end = Named(asked, "input_end", m, d.inputs);
+  problem.input_end = Named(asked, "input_end", problem.inputs.values.back(), d.inputs);
   for (const auto& condition : asked["conditions"]) {
     problem.conditions.push_back(ToTrajectoryCondition(condition, d));
   }
   problem.condition_tolerance = asked["condition_tolerance"].cast<double>();
-  problem.lower = Named(asked, "lower", m, d.inputs);
-  problem.upper = Named(asked, "upper", m, d.inputs);
+  problem.lower = Named(asked, "lower", -unbounded, d.inputs);
+  problem.upper = Named(asked, "upper", unbounded, d.inputs);
   problem.initial_lower = Numbers(asked, "initial_lower");
   problem.initial_upper = Numbers(asked, "initial_upper");
   problem.parameter_lower = Numbers(asked, "parameter_lower");

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -104,6 +105,19 @@ void MapReader::Read(const std::string& key, std::vector<double>* values) {
   values->clear();
   for (const YAML::Node& entry : *node) {
     values->push_back(Number(key + "[" + std::to_string(values->size()) + "]", entry));
+  }
+}
+
+void MapReader::ReadBounds(const std::string& key, bool upper, std::vector<double>* bounds) {
+  const YAML::Node* node = Find(key);
+  if (!node) return;
+  if (!node->IsSequence()) Fail(key, *node, "a list of numbers");
+  const double infinity = std::numeric_limits<double>::infinity();
+  bounds->clear();
+  for (const YAML::Node& entry : *node) {
+    const bool none = entry.IsScalar() && entry.Scalar() == (upper ? ".inf" : "-.inf");
+    const std::string name = key + "[" + std::to_string(bounds->size()) + "]";
+    bounds->push_back(none ? (upper ? infinity : -infinity) : Number(name, entry));
   }
 }
 

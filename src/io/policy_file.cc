@@ -36,6 +36,7 @@ std::string ListOf(const std::vector<std::string>& names) {
 }
 
 std::string Digits(double number) {
+  if (std::isinf(number)) return number > 0 ? ".inf" : "-.inf";
   char digits[32];
   std::snprintf(digits, sizeof digits, "%.17g", number);
   return digits;
@@ -92,6 +93,13 @@ Value ReadRequired(MapReader* reader, const std::string& key) {
   Value value{};
   reader->Read(key, &value);
   return value;
+}
+
+Vector ReadBounds(MapReader* reader, const std::string& key, bool upper) {
+  std::vector<double> bounds;
+  reader->Require(key);
+  reader->ReadBounds(key, upper, &bounds);
+  return ToVector(bounds);
 }
 
 Vector ReadVector(MapReader* reader, const std::string& key) {
@@ -182,16 +190,19 @@ TrackingPolicy Read(const YAML::Node& document) {
     phases.push_back(ReadPhase(Entry("phases", phases.size()), node, names.constraints,
                                space.num_positions(), space.dof()));
   }
+  std::vector<std::string> instants;
+  reader.Read("instants", &instants);
+  const ConstraintSet of_time = SetOfNames("instants", instants, names.constraints);
   TrackingPolicy policy{std::move(names),
-                        ExtendedReference(space, std::move(inputs), std::move(phases)),
+                        ExtendedReference(space, std::move(inputs), std::move(phases), of_time),
                         {},
                         {},
                         {},
                         {},
                         {}};
   ReadGains(&reader, space.dof(), &policy);
-  policy.lower = ReadVector(&reader, "lower");
-  policy.upper = ReadVector(&reader, "upper");
+  policy.lower = ReadBounds(&reader, "lower", false);
+  policy.upper = ReadBounds(&reader, "upper", true);
   reader.Finish();
   CheckPolicy(policy);
   return policy;
@@ -219,7 +230,11 @@ void WritePolicy(const TrackingPolicy& policy, std::ostream* out) {
        << "\nvelocities: " << ListOf(names.velocities)
        << "\nfactors: " << ListOf(FactorNames(policy.reference.space()))
        << "\nconstraints: " << ListOf(names.constraints) << "\ninputs: " << ListOf(names.inputs)
-       << "\ngrid: " << ListOf(inputs.grid) << "\n";
+       << "\n";
+  if (const ConstraintSet instants = policy.reference.instants(); !instants.Empty()) {
+    *out << "instants: " << ListOf(instants.Names(names.constraints)) << "\n";
+  }
+  *out << "grid: " << ListOf(inputs.grid) << "\n";
   Matrix feed_forward(static_cast<Eigen::Index>(names.inputs.size()),
                       static_cast<Eigen::Index>(inputs.values.size()));
   for (std::size_t k = 0; k < inputs.values.size(); ++k) {

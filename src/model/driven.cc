@@ -20,6 +20,26 @@ Vector Moved(const MatrixRef& mass, const VectorRef& v) {
   return moved;
 }
 
+ConstraintSet DrivenSwitches(const MechanicalSystem& system, const VectorRef& q,
+                             const VectorRef& v) {
+  ConstraintSet switches;
+  if (system.compliant().Empty()) return switches;
+  Matrix mass;
+  Vector force;
+  system.Dynamics(q, v, system.nominal().u, ContactMode(), &mass, &force);
+  const std::vector<int> driven = Driven(mass);
+  if (driven.empty()) return switches;
+  ConstraintTerms terms;
+  system.Constraints(q, v, &terms);
+  for (int i : system.compliant()) {
+    Vector row = terms.jacobian.row(i);
+    const bool moves = row.dot(v) != 0;
+    for (int j : driven) row(j) = 0;
+    if (moves && row.isZero(0)) switches.Insert(i);
+  }
+  return switches;
+}
+
 double KineticSpeed(const MatrixRef& mass, const VectorRef& v) {
   return std::sqrt(std::max(0.0, 2 * KineticEnergy(mass, v)));
 }

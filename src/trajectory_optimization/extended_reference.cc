@@ -11,8 +11,8 @@
 namespace contact_flow {
 namespace {
 
-/// The phases of a run, without tables.
-std::vector<ReferencePhase> PhasesOf(const Trajectory& run) {
+/// The phases of a run, without tables; what comes by the time ends none.
+std::vector<ReferencePhase> PhasesOf(const Trajectory& run, ConstraintSet instants) {
   std::vector<ReferencePhase> phases;
   ReferencePhase phase;
   const auto begin = [&phase](const Arc& arc) {
@@ -27,9 +27,13 @@ std::vector<ReferencePhase> PhasesOf(const Trajectory& run) {
     phase.x_end = run.arcs[k].x_end;
     if (k == run.transitions.size()) break;
     const Transition& event = run.transitions[k];
-    if (event.changes_input && event.mode_after == event.mode_before) continue;
-    phase.activated = event.activated | event.switched;
-    phase.released = event.released;
+    const ContactMode before = event.mode_before.Without(instants);
+    phase.activated = (event.activated | event.switched) - instants;
+    phase.released = event.released - instants;
+    const bool same = event.mode_after.Without(instants) == before;
+    const bool only_instants =
+        !(event.switched & instants).Empty() && (phase.activated | phase.released).Empty();
+    if (same && (event.changes_input || only_instants)) continue;
     phases.push_back(phase);
     begin(run.arcs[k + 1]);
   }
@@ -55,15 +59,20 @@ ExtendedReference::ExtendedReference(const MechanicalSystem& system, const Traje
     throw std::invalid_argument("the reach of a reference must be finite and ≥ 0");
   }
   Validate(system, inputs_);
-  phases_ = PhasesOf(run);
+  const ReferenceTime time(system, run, inputs_);
+  instants_ = time.instants();
+  phases_ = PhasesOf(run, instants_);
   for (std::size_t k = 0; k < phases_.size(); ++k) {
-    TabulatePhase(system, run, inputs_, k > 0 ? reach : 0, reach, &phases_[k]);
+    TabulatePhase(system, run, time, k > 0 ? reach : 0, reach, &phases_[k]);
   }
 }
 
 ExtendedReference::ExtendedReference(ConfigurationSpace space, InputSchedule inputs,
-                                     std::vector<ReferencePhase> phases)
-    : space_(std::move(space)), inputs_(std::move(inputs)), phases_(std::move(phases)) {}
+                                     std::vector<ReferencePhase> phases, ConstraintSet instants)
+    : space_(std::move(space)),
+      inputs_(std::move(inputs)),
+      phases_(std::move(phases)),
+      instants_(instants) {}
 
 int ExtendedReference::PhaseAt(double t) const {
   int phase = 0;

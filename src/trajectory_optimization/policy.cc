@@ -98,10 +98,15 @@ const char* KindName(TrackedEvent::Kind kind) {
 }
 
 PolicyTracker::PolicyTracker(const TrackingPolicy& policy, const TrackerOptions& options)
-    : policy_(policy), options_(options) {}
+    : policy_(policy), options_(options), progress_(policy.reference.phases().size()) {}
 
 const ReferencePhase& PolicyTracker::At(int phase) const {
   return policy_.reference.phases()[static_cast<std::size_t>(phase)];
+}
+
+/// The contacts of a phase.
+ConstraintSet PolicyTracker::ModeAt(int phase) const {
+  return At(phase).mode.Members() - policy_.reference.instants();
 }
 
 /// What touches down or lets go at the end of a phase; nothing at the last one's.
@@ -110,20 +115,47 @@ ConstraintSet PolicyTracker::Expected(int phase) const {
   return At(phase).activated | At(phase).released;
 }
 
+/// Whether all that was expected at the end of the phase has come.
+bool PolicyTracker::IsComplete() const {
+  const Progress& progress = progress_[static_cast<std::size_t>(phase_)];
+  return !Expected(phase_).Empty() && progress.touched == At(phase_).activated &&
+         progress.left == At(phase_).released;
+}
+
 void PolicyTracker::Observe(double t, ConstraintSet activated, ConstraintSet released,
                             std::optional<ConstraintSet> mode) {
   GiveUpLate(t);
-  mode_ = mode;
-  seen_ = seen_ | activated | released;
+  const ConstraintSet instants = policy_.reference.instants();
+  activated = activated - instants;
+  released = released - instants;
+  const ConstraintSet changed = activated | released;
+  if (mode) mode_ = *mode - instants;
+  if (changed.Empty()) return;
+  if (!mode) mode_.reset();
+  seen_ = seen_ | changed;
   // What comes far too early is not what is expected.
   const bool near = !Expected(phase_).Empty() && t >= At(phase_).t_end - options_.patience;
-  const ConstraintSet down = near ? At(phase_).activated : ConstraintSet();
-  const ConstraintSet up = near ? At(phase_).released : ConstraintSet();
-  touched_ = touched_ | (activated & down);
-  left_ = left_ | (released & up);
-  const ConstraintSet extra = (activated - down) | (released - up);
-  const bool complete = near && touched_ == down && left_ == up;
-  if (!(complete && extra.Empty()) && Follow(t, activated | released)) return;
+  Progress& progress = progress_[static_cast<std::size_t>(phase_)];
+  const ConstraintSet down = near ? At(phase_).activated - (progress.told & progress.touched)
+                                  : ConstraintSet();
+  const ConstraintSet up =
+      near ? At(phase_).released - (progress.told & progress.left) : ConstraintSet();
+  progress.touched = progress.touched | (activated & down);
+  progress.left = progress.left | (released & up);
+  const ConstraintSet other_down = activated - down, other_up = released - up;
+  const bool complete = near && IsComplete();
+  if (!(complete && (other_down | other_up).Empty()) && Follow(t, changed)) {
+    return PassComplete(t);
+  }
+  ConstraintSet extra;
+  for (int i : other_down) {
+    TakeBack(i, false);
+    if (!ComeAhead(t, i, true)) extra.Insert(i);
+  }
+  for (int i : other_up) {
+    TakeBack(i, true);
+    if (!ComeAhead(t, i, false)) extra.Insert(i);
+  }
   if (!extra.Empty()) {
     events_.push_back(
         {TrackedEvent::Kind::kExtra, t, std::numeric_limits<double>::quiet_NaN(), extra});
@@ -131,6 +163,35 @@ void PolicyTracker::Observe(double t, ConstraintSet activated, ConstraintSet rel
   if (!complete) return;
   Pass(t);
   seen_ = ConstraintSet();
+  PassComplete(t);
+}
+
+/// Whether a later phase expects this within the patience: it has come for that one.
+bool PolicyTracker::ComeAhead(double t, int contact, bool down) {
+  const int last = static_cast<int>(policy_.reference.phases().size()) - 1;
+  for (int k = phase_ + 1; k < last && At(k).t_end <= t + options_.patience; ++k) {
+    Progress& progress = progress_[static_cast<std::size_t>(k)];
+    ConstraintSet& come = down ? progress.touched : progress.left;
+    const ConstraintSet expected = down ? At(k).activated : At(k).released;
+    if (At(k).t_end < t - options_.patience) continue;
+    if (!expected.Contains(contact) || come.Contains(contact)) continue;
+    come.Insert(contact);
+    progress.told.Insert(contact);
+    Tell(t, At(k).t_end, ConstraintSet({contact}));
+    return true;
+  }
+  return false;
+}
+
+/// What has come for a later phase is undone: it is expected again.
+void PolicyTracker::TakeBack(int contact, bool down) {
+  for (std::size_t k = static_cast<std::size_t>(phase_) + 1; k < progress_.size(); ++k) {
+    ConstraintSet& come = down ? progress_[k].touched : progress_[k].left;
+    if (!come.Contains(contact)) continue;
+    come.Erase(contact);
+    progress_[k].told.Erase(contact);
+    return;
+  }
 }
 
 /// Goes over to the later phase that the robot is in, by events of its own; false: there is none.
@@ -152,7 +213,7 @@ int PolicyTracker::Match(double t, ConstraintSet changed, ConstraintSet mode) co
     on_the_way = on_the_way | Expected(k - 1);
     const double distance = std::abs(At(k).t_begin - t);
     if (At(k).t_begin > t + options_.patience) break;
-    if (At(k).mode.Members() != mode || !(changed - on_the_way).Empty()) continue;
+    if (ModeAt(k) != mode || !(changed - on_the_way).Empty()) continue;
     if (distance > least) continue;
     least = distance;
     best = k;
@@ -160,18 +221,28 @@ int PolicyTracker::Match(double t, ConstraintSet changed, ConstraintSet mode) co
   return best;
 }
 
-/// On to the next phase by what has been seen at t or before; the rest is missed.
-void PolicyTracker::Pass(double t) {
-  const ConstraintSet expected = Expected(phase_), missing = expected - seen_;
-  const double due = At(phase_).t_end, late = t - due;
+void PolicyTracker::Tell(double t, double due, ConstraintSet came) {
+  const double late = t - due;
   const TrackedEvent::Kind kind = std::abs(late) <= options_.on_time ? TrackedEvent::Kind::kOnTime
                                   : late < 0                         ? TrackedEvent::Kind::kEarly
                                                                      : TrackedEvent::Kind::kLate;
-  const ConstraintSet came = expected - missing;
   if (!came.Empty()) events_.push_back({kind, t, due, came});
+}
+
+/// On to the next phase by what has been seen at t or before; the rest is missed.
+void PolicyTracker::Pass(double t) {
+  const ConstraintSet expected =
+      Expected(phase_) - progress_[static_cast<std::size_t>(phase_)].told;
+  const ConstraintSet missing = expected - seen_;
+  const double due = At(phase_).t_end;
+  Tell(t, due, expected - missing);
   if (!missing.Empty()) events_.push_back({TrackedEvent::Kind::kMissed, t, due, missing});
-  touched_ = left_ = ConstraintSet();
   ++phase_;
+}
+
+/// On over phases whose ends have come before they began.
+void PolicyTracker::PassComplete(double t) {
+  while (IsComplete()) Pass(t);
 }
 
 /// What has not come within the patience will not: the reference goes on without, up to the time
@@ -184,20 +255,22 @@ void PolicyTracker::GiveUpLate(double t) {
     const bool by_time = Expected(phase_).Empty();
     if (!over(by_time ? 0 : options_.patience)) return;
     do {
-      const ConstraintSet missing = Expected(phase_) - (touched_ | left_);
+      const Progress& progress = progress_[static_cast<std::size_t>(phase_)];
+      const ConstraintSet missing = Expected(phase_) - (progress.touched | progress.left);
       if (!missing.Empty()) {
         events_.push_back({TrackedEvent::Kind::kMissed, t, At(phase_).t_end, missing});
       }
-      touched_ = left_ = seen_ = ConstraintSet();
+      seen_ = ConstraintSet();
       ++phase_;
-    } while (!by_time && phase_ < last && over(0) && mode_ && *mode_ != At(phase_).mode.Members());
+    } while (!by_time && phase_ < last && over(0) && mode_ && *mode_ != ModeAt(phase_));
+    PassComplete(t);
   }
 }
 
 Vector PolicyTracker::Input(double t, const VectorRef& x) {
   GiveUpLate(t);
   // Contacts that came far too early wait here for their phase.
-  if (mode_ && *mode_ != At(phase_).mode.Members()) Follow(t, {});
+  if (mode_ && *mode_ != ModeAt(phase_) && Follow(t, {})) PassComplete(t);
   const ExtendedReference& reference = policy_.reference;
   const int phase = options_.extend ? phase_ : reference.PhaseAt(t);
   Vector u = reference.Input(t) - policy_.Gain(phase, t) * reference.Error(phase, t, x);

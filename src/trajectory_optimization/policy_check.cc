@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -14,6 +15,7 @@ namespace {
 
 /// Larger numbers are taken from nobody, so none is given.
 constexpr double kLargest = 1e100;
+constexpr double kNoBoundOfInput = std::numeric_limits<double>::infinity();
 /// Of quaternions: rounding of a cubic between two of them is far less.
 constexpr double kNormTolerance = 1e-6;
 
@@ -53,6 +55,11 @@ void RequireVector(const std::string& field, const VectorRef& numbers, Eigen::In
   for (Eigen::Index i = 0; i < size; ++i) {
     RequireNumber(At(field, static_cast<std::size_t>(i)), numbers(i));
   }
+}
+
+/// [size] numbers, or `none` where there is no bound.
+void RequireBounds(const std::string& field, const Vector& bounds, double none, Eigen::Index size) {
+  RequireVector(field, (bounds.array() == none).select(0, bounds), size);
 }
 
 void RequireNames(const std::string& field, const std::vector<std::string>& names,
@@ -124,6 +131,9 @@ void CheckPhases(const TrackingPolicy& policy) {
   const ConfigurationSpace& space = policy.reference.space();
   if (phases.empty()) throw std::invalid_argument("phases is empty, expected one or more");
   const ConstraintSet all = ConstraintSet::All(static_cast<int>(policy.names.constraints.size()));
+  if (!(policy.reference.instants() - all).Empty()) {
+    throw std::invalid_argument("instants has some that constraints does not name");
+  }
   for (std::size_t k = 0; k < phases.size(); ++k) {
     const ReferencePhase& phase = phases[k];
     const std::string field = At("phases", k);
@@ -138,6 +148,9 @@ void CheckPhases(const TrackingPolicy& policy) {
     RequireVector(field + ".x_end", phase.x_end, size);
     if (!((phase.mode | phase.activated | phase.released) - all).Empty()) {
       throw std::invalid_argument(field + " has contacts that constraints does not name");
+    }
+    if (!((phase.activated | phase.released) & policy.reference.instants()).Empty()) {
+      throw std::invalid_argument(field + " ends with one of instants, which end no phase");
     }
     CheckTable(field, phase, space);
     RequireRow(field + ".x_begin", phase, phase.t_begin, phase.x_begin);
@@ -196,8 +209,8 @@ void CheckPolicy(const TrackingPolicy& policy) {
   CheckInputs(policy.reference.inputs(), m);
   CheckPhases(policy);
   CheckGains(policy, m);
-  if (policy.lower.size() > 0) RequireVector("lower", policy.lower, m);
-  if (policy.upper.size() > 0) RequireVector("upper", policy.upper, m);
+  if (policy.lower.size() > 0) RequireBounds("lower", policy.lower, -kNoBoundOfInput, m);
+  if (policy.upper.size() > 0) RequireBounds("upper", policy.upper, kNoBoundOfInput, m);
   for (Eigen::Index i = 0; i < std::min(policy.lower.size(), policy.upper.size()); ++i) {
     if (policy.lower(i) <= policy.upper(i)) continue;
     Fail(At("lower", static_cast<std::size_t>(i)), policy.lower(i), "no more than upper");

@@ -18,9 +18,11 @@ RecedingTracker::RecedingTracker(std::shared_ptr<const TrackingPolicy> policy,
 void RecedingTracker::Observe(double t, ConstraintSet activated, ConstraintSet released,
                               std::optional<ConstraintSet> mode) {
   Begin(t);
-  mode_ = mode;
-  for (int i : activated) ++changes_[static_cast<std::size_t>(i)];
-  for (int i : released) ++changes_[static_cast<std::size_t>(i)];
+  const ConstraintSet instants = first_->reference.instants();
+  if (mode) mode_ = *mode - instants;
+  if (!mode && !((activated | released) - instants).Empty()) mode_.reset();
+  for (int i : activated - instants) ++changes_[static_cast<std::size_t>(i)];
+  for (int i : released - instants) ++changes_[static_cast<std::size_t>(i)];
   tracker_->Observe(t, activated, released, mode);
   if (beside_) beside_->Observe(t, activated, released, mode);
   Collect();
@@ -51,7 +53,8 @@ void RecedingTracker::Offer(HorizonSolution solution) {
 
 /// Whether what has happened is what was to happen by the begin of a solution.
 bool RecedingTracker::IsExpected(const HorizonSolution& solution) const {
-  return changes_ == solution.changes && (!mode_ || *mode_ == solution.mode.Members());
+  const ConstraintSet mode = solution.mode.Members() - first_->reference.instants();
+  return changes_ == solution.changes && (!mode_ || *mode_ == mode);
 }
 
 /// Whether it may yet become so by t.

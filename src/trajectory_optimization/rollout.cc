@@ -5,6 +5,7 @@
 
 #include "contact_flow/budget.h"
 #include "contact_flow/flow/online_flow.h"
+#include "contact_flow/model/driven.h"
 
 namespace contact_flow {
 namespace {
@@ -28,6 +29,8 @@ bool IsAboutToTouch(const MechanicalSystem& system, const Vector& x, const Vecto
 Rollout RollOut(const std::shared_ptr<const MechanicalSystem>& system, PolicyTracker* tracker,
                 const std::vector<double>& times, double end, const Vector& x,
                 const SimulateOptions& options) {
+  const int nq = system->num_positions(), d = system->dof();
+  const ConstraintSet instants = DrivenSwitches(*system, x.head(nq), x.tail(d));
   Rollout out;
   out.changes.assign(static_cast<std::size_t>(system->num_constraints()), 0);
   out.inputs.grid = times;
@@ -37,8 +40,8 @@ Rollout RollOut(const std::shared_ptr<const MechanicalSystem>& system, PolicyTra
     while (flow.AdvanceTo(t)) {
       AskBudget();
       const Transition& event = flow.transition();
-      const ConstraintSet down = event.activated | event.switched;
-      const ConstraintSet up = event.released;
+      const ConstraintSet down = (event.activated | event.switched) - instants;
+      const ConstraintSet up = event.released - instants;
       if ((down | up).Empty()) continue;
       for (int i : down) ++out.changes[static_cast<std::size_t>(i)];
       for (int i : up) ++out.changes[static_cast<std::size_t>(i)];

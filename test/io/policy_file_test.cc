@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -86,6 +87,18 @@ TEST(PolicyFile, RoundTripToTheBit) {
   EXPECT_GT(PolicyOf("driven_ball", 1.2).reference.phases().size(), 1u);
 }
 
+/// Of one input the upper bound alone, of the other none.
+TEST(PolicyFile, BoundsMayBeOfSomeInputsAlone) {
+  const double none = std::numeric_limits<double>::infinity();
+  TrackingPolicy policy = PolicyOf("double_pendulum", 0.3);
+  policy.lower = Eigen::Vector2d(-none, -none);
+  policy.upper = Eigen::Vector2d(3, none);
+  const std::string text = Written(policy);
+  ExpectSame(policy, ReadPolicy(text, "policy"));
+  policy.upper(0) = -none;
+  EXPECT_THROW(CheckPolicy(policy), std::invalid_argument);
+}
+
 std::string PolicyRefusal(const std::string& text) {
   return test::RefusalOf([&] { ReadPolicy(text, "a.yaml"); });
 }
@@ -127,6 +140,7 @@ TEST(PolicyFile, DamagedPoliciesAreRefusedByName) {
       {damaged("rows: [", "rows: [1e300, 1, "), {"gains[0]/rows[0]", "1e300"}},
       {damaged("lower: [-", "lower: ["), {"", ""}},  // 0.1 ≤ 1/3: in order
       {damaged("lower: [-0.1", "lower: [0.5"), {"lower[0]", "0.5"}},
+      {damaged("lower: [-0.1", "lower: [.inf"), {"lower[0]", "'.inf'"}},
       {text + "more: 1\n", {"more", ""}},
       {"", {"contact_flow_policy", ""}},
       {"[", {"a.yaml", ""}},

@@ -258,6 +258,61 @@ TEST_F(BallPolicy, FeetInAnotherOrderAreNotWaitedFor) {
   EXPECT_EQ(0, strange.phase());
 }
 
+/// Phases {}, {0}, {0, 1}: the second foot first. It has come for its phase, and is told once,
+/// unless it lets go again.
+TEST_F(BallPolicy, AFootThatIsAheadIsNotMissed) {
+  TrackingPolicy policy = Made();
+  std::vector<ReferencePhase> phases(3, policy.reference.phases()[0]);
+  const ConstraintSet modes[] = {{}, {0}, {0, 1}};
+  const double ends[] = {0.2, 0.23, 0.8};
+  for (std::size_t k = 0; k < 3; ++k) {
+    phases[k].mode = ContactMode(modes[k]);
+    phases[k].t_begin = k == 0 ? 0 : ends[k - 1];
+    phases[k].t_end = ends[k];
+    phases[k].activated = k < 2 ? ConstraintSet({static_cast<int>(k)}) : ConstraintSet();
+  }
+  policy.reference = ExtendedReference(policy.reference.space(), inputs, phases);
+  using Kind = TrackedEvent::Kind;
+  for (bool told : {false, true}) {
+    const auto mode = [told](ConstraintSet set) {
+      return told ? std::optional<ConstraintSet>(set) : std::nullopt;
+    };
+    PolicyTracker tracker(policy);
+    tracker.Observe(0.19, {1}, {}, mode({1}));
+    EXPECT_EQ(0, tracker.phase());
+    tracker.Input(0.2, Eigen::Vector2d(0.1, -1));
+    tracker.Observe(0.21, {0}, {}, mode({0, 1}));
+    EXPECT_EQ(2, tracker.phase());
+    tracker.Input(0.5, Eigen::Vector2d(0.1, -1));
+    ASSERT_EQ(2u, tracker.events().size());
+    EXPECT_EQ(Kind::kEarly, tracker.events()[0].kind);
+    EXPECT_EQ(0.23, tracker.events()[0].expected);
+    EXPECT_EQ(ConstraintSet({1}), tracker.events()[0].constraints);
+    EXPECT_EQ(Kind::kLate, tracker.events()[1].kind);
+    EXPECT_EQ(ConstraintSet({0}), tracker.events()[1].constraints);
+
+    PolicyTracker again(policy);
+    again.Observe(0.17, {1}, {}, mode({1}));
+    again.Observe(0.18, {}, {1}, mode({}));
+    again.Observe(0.2, {0}, {}, mode({0}));
+    EXPECT_EQ(1, again.phase());
+    again.Observe(0.23, {1}, {}, mode({0, 1}));
+    EXPECT_EQ(2, again.phase());
+    EXPECT_EQ(Kind::kOnTime, again.events().back().kind);
+  }
+}
+
+/// As an event at which the input alone changes: the mode is that of the phase, and of the next.
+TEST_F(BallPolicy, NothingComesOfAnObservationOfNothing) {
+  const TrackingPolicy policy = Made();
+  const double hit = policy.reference.phases()[0].t_end;
+  PolicyTracker tracker(policy);
+  tracker.Observe(hit - 0.05, {}, {}, ConstraintSet());
+  tracker.Observe(hit - 0.04, {}, {});
+  EXPECT_EQ(0, tracker.phase());
+  EXPECT_TRUE(tracker.events().empty());
+}
+
 /// Where a foot that slides comes to rest, nobody tells: the phase ends by its time.
 TEST_F(BallPolicy, PhasesThatEndWithoutAnEventOfContactsEndByTime) {
   TrackingPolicy policy = Made();

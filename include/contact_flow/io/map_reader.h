@@ -29,6 +29,8 @@ class MapReader {
   void Read(const std::string& key, double* values, int count);
   /// A list of numbers.
   void Read(const std::string& key, std::vector<double>* values);
+  /// A list of bounds: numbers, or where there is none .inf of upper ones, -.inf of lower ones.
+  void ReadBounds(const std::string& key, bool upper, std::vector<double>* bounds);
   /// A list of texts, or one text alone.
   void Read(const std::string& key, std::vector<std::string>* values);
   /// A text.

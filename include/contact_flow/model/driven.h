@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "contact_flow/model/mechanical_system.h"
 #include "contact_flow/types.h"
 
 namespace contact_flow {
@@ -17,6 +18,10 @@ inline constexpr double kDrivenInertia = 0x1p120;
 std::vector<int> Driven(const MatrixRef& mass);
 /// v [d] with zeros there: their kinetic energy measures nothing.
 Vector Moved(const MatrixRef& mass, const VectorRef& v);
+/// Compliant constraints of driven coordinates alone, as the knots of a linear reference, which the
+/// clock passes: when they come nothing but these coordinates decides. At (q, v).
+ConstraintSet DrivenSwitches(const MechanicalSystem& system, const VectorRef& q,
+                             const VectorRef& v);
 /// √(vᵀ M v) of what is moved: a speed in the kinetic metric.
 double KineticSpeed(const MatrixRef& mass, const VectorRef& v);
 /// ½ vᵀ M v of what is moved [J].

@@ -14,16 +14,18 @@ namespace contact_flow {
 
 /// A part of a reference between two events of contacts. Its motion is a table that goes on beyond
 /// both its ends; the event at its end has the left limit x_end here and as its right limit the
-/// x_begin of the next phase.
+/// x_begin of the next phase. What comes by the time, as the knots of a linear reference that the
+/// robot follows, is passed inside.
 struct ReferencePhase {
-  ContactMode mode;         ///< J
+  ContactMode mode;         ///< J, at its begin
   double t_begin = 0;       ///< [s]
   double t_end = 0;         ///< [s]
   Vector x_begin;           ///< right limit at its begin [nq+d]
   Vector x_end;             ///< left limit at its end [nq+d]
   ConstraintSet activated;  ///< what touches down at its end, …
   ConstraintSet released;   ///< … and what lets go
-  /// Times of the table [N]; those at which the input changes, and t_begin and t_end, occur twice.
+  /// Times of the table [N]; those at which the input changes, of knots, and t_begin and t_end,
+  /// occur twice.
   std::vector<double> t;
   Matrix x;  ///< states at these [nq+d × N]
   Matrix a;  ///< and v̇; of two at the same time the left limit, then the right one [d × N]
@@ -42,7 +44,7 @@ class ExtendedReference {
                     double reach);
   /// Of phases that were made before, as CheckPolicy wants them.
   ExtendedReference(ConfigurationSpace space, InputSchedule inputs,
-                    std::vector<ReferencePhase> phases);
+                    std::vector<ReferencePhase> phases, ConstraintSet instants = {});
 
   const std::vector<ReferencePhase>& phases() const { return phases_; }  ///< in their order
   /// Index of the phase at t, the earlier one at an event.
@@ -56,11 +58,14 @@ class ExtendedReference {
   const Vector& Input(double t) const;
   const ConfigurationSpace& space() const { return space_; }  ///< of its states
   const InputSchedule& inputs() const { return inputs_; }     ///< its inputs
+  /// Constraints of time alone, DrivenSwitches, which are no contacts.
+  ConstraintSet instants() const { return instants_; }
 
  private:
   ConfigurationSpace space_;
   InputSchedule inputs_;
   std::vector<ReferencePhase> phases_;
+  ConstraintSet instants_;
 };
 
 }  // namespace contact_flow

@@ -41,8 +41,8 @@ struct TrackingPolicy {
   std::vector<int> gain_phases;  ///< the phase in which each begins
   /// Intervals at which the outcome is only piecewise linear: their gains are of one piece.
   std::vector<int> kinked;
-  Vector lower;  ///< of the inputs [m]; empty: none
-  Vector upper;  ///< as lower
+  Vector lower;  ///< of the inputs [m], −∞ of those without; empty: none
+  Vector upper;  ///< as lower, ∞
 
   /// K in a phase at t: of the interval at t if it begins in this phase, else of the nearest one
   /// that does.
@@ -104,7 +104,9 @@ class PolicyTracker {
   /// Where the reference expects several at once, the phase ends with the last. What comes earlier
   /// than by `patience` is not what is expected. Others are passed over where the robot is then in
   /// the mode of a later phase, whose begin is not further from t than `patience`, and which such
-  /// events lead to: feet may come in another order. Else they are extra events.
+  /// events lead to: feet may come in another order. What a later phase expects within `patience`
+  /// has come for it, and is told at once. Else they are extra events. Instants of the reference
+  /// need not be told, and where no contact does anything nothing changes.
   void Observe(double t, ConstraintSet activated, ConstraintSet released,
                std::optional<ConstraintSet> mode = {});
   /// The input at t for the state x [nq+d].
@@ -114,17 +116,29 @@ class PolicyTracker {
   const std::vector<TrackedEvent>& events() const { return events_; }
 
  private:
+  /// What has come of what is expected at the end of a phase.
+  struct Progress {
+    ConstraintSet touched, left;
+    ConstraintSet told;  // of these, ahead of the phase
+  };
+
   const ReferencePhase& At(int phase) const;
+  ConstraintSet ModeAt(int phase) const;
   ConstraintSet Expected(int phase) const;
+  bool IsComplete() const;
   void GiveUpLate(double t);
   bool Follow(double t, ConstraintSet changed);
   int Match(double t, ConstraintSet changed, ConstraintSet mode) const;
+  bool ComeAhead(double t, int contact, bool down);
+  void TakeBack(int contact, bool down);
+  void Tell(double t, double due, ConstraintSet came);
   void Pass(double t);
+  void PassComplete(double t);
 
   const TrackingPolicy& policy_;
   const TrackerOptions options_;
   int phase_ = 0;
-  ConstraintSet touched_, left_;       // of what is expected at the end of the phase
+  std::vector<Progress> progress_;     // by phase
   std::optional<ConstraintSet> mode_;  // that the robot is in, if it is told
   ConstraintSet seen_;                 // what has touched down or let go since then
   std::vector<TrackedEvent> events_;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "analysis_messages.h"
+#include "contact_flow/io/map_reader.h"
 #include "contact_flow/mode_text.h"
 #include "contact_flow/model/configuration_factors.h"
 #include "src/ros/message/conversions.h"
@@ -95,6 +96,7 @@ Policy ToMsg(const TrackingPolicy& policy) {
   m.factors = FactorNames(reference.space());
   m.constraints = names.constraints;
   m.inputs = names.inputs;
+  m.instants = reference.instants().Names(names.constraints);
   m.feed_forward.times = reference.inputs().grid;
   Matrix values(static_cast<Eigen::Index>(reference.inputs().values.size()),
                 static_cast<Eigen::Index>(names.inputs.size()));
@@ -112,8 +114,8 @@ Policy ToMsg(const TrackingPolicy& policy) {
   for (const ReferencePhase& phase : reference.phases()) {
     m.phases.push_back(PhaseMsg(phase, names.constraints, reference.space().num_positions()));
   }
-  m.lower = ToMsg(VectorRef(policy.lower));
-  m.upper = ToMsg(VectorRef(policy.upper));
+  m.lower = ToMsg(VectorRef(policy.lower.cwiseMax(-kLargestNumber)));  // no message has infinities
+  m.upper = ToMsg(VectorRef(policy.upper.cwiseMin(kLargestNumber)));
   return m;
 }
 
@@ -132,8 +134,10 @@ TrackingPolicy FromMsg(const Policy& m) {
       throw std::invalid_argument(At("phases", phases.size()) + "." + error.what());
     }
   }
+  const ConstraintSet instants = SetOfNames("instants", m.instants, m.constraints);
   TrackingPolicy policy{{m.model, m.coordinates, m.units, m.velocities, m.constraints, m.inputs},
-                        ExtendedReference(std::move(space), std::move(inputs), std::move(phases)),
+                        ExtendedReference(std::move(space), std::move(inputs), std::move(phases),
+                                          instants),
                         {},
                         {},
                         {},
