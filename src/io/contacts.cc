@@ -257,6 +257,12 @@ ContactOptions ReadContactOptions(const YAML::Node& map, const RobotModel& model
         const auto shapes = std::count_if(model.shapes.begin(), model.shapes.end(),
                                           [&](const auto& shape) { return shape.link == link; });
         if (shapes > 0) continue;
+        const std::string sole = name + "_sole";
+        if (std::any_of(model.links.begin(), model.links.end(),
+                        [&sole](const auto& other) { return other.name == sole; })) {
+          throw std::invalid_argument("link '" + name + "' has a sole, whose its <collision> is: '" +
+                                      sole + "'");
+        }
         throw std::invalid_argument("link '" + name + "' has no <collision> in the URDF");
       } catch (const std::invalid_argument& error) {
         throw std::invalid_argument("contacts/ground: " + std::string(error.what()) + options.line +

@@ -251,6 +251,7 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
   }
   reader.Read("inputs", &robot.inputs);
   const std::size_t declared = robot.inputs.size();
+  CheckSoledLinks(document["soles"], document["constraints"]);
   ReadConstraints(reader.Child("constraints"), &robot);
   for (const char* key : {"contacts", "contacts_made", "terrain"}) reader.Child(key);  // planned
   const MadeContacts made = PlanContacts(document, folder, robot.model, joints.limited);

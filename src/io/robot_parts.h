@@ -98,6 +98,8 @@ void CentreLimited(const std::vector<std::string>& limited, const RobotModel& mo
 /// (joints left_foot_sole_x, _y, _z), and hands it the link's collision geometry.
 /// Returns the efforts.
 YAML::Node AddSoles(const YAML::Node& map, RobotModel* model);
+/// Throws for constraints of a link that has a sole: they are meant for what touches.
+void CheckSoledLinks(const YAML::Node& soles, const YAML::Node& constraints);
 
 /// Contacts that the YAML asks for, and those of a robot that could fall and has neither
 /// `constraints` nor `contacts`; nothing (count 0) otherwise. Meshes are sought from `folder`.

@@ -64,4 +64,23 @@ YAML::Node AddSoles(const YAML::Node& map, RobotModel* model) {
   return efforts;
 }
 
+void CheckSoledLinks(const YAML::Node& soles, const YAML::Node& constraints) {
+  if (!soles.IsDefined() || !soles.IsMap() || !constraints.IsDefined() || !constraints.IsMap()) {
+    return;
+  }
+  MapReader outer(constraints, "constraints");
+  for (const std::string& name : outer.Keys()) {
+    const YAML::Node map = outer.Child(name);
+    for (const char* key : {"link", "other_link"}) {
+      const YAML::Node link = map.IsMap() ? map[key] : YAML::Node(YAML::NodeType::Undefined);
+      if (!link.IsDefined() || !link.IsScalar() || !soles[link.Scalar()]) continue;
+      const std::string& foot = link.Scalar();
+      throw std::invalid_argument("constraints/" + name + "/" + key + ": '" + foot +
+                                  "' has a sole, which is what touches: write '" + foot +
+                                  "_sole', whose frame is that of '" + foot + "'" +
+                                  MapReader(map, "").Line(key));
+    }
+  }
+}
+
 }  // namespace contact_flow

@@ -14,15 +14,19 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kSameMatrix = 1e-12;       // pieces that differ less, relative, are one
+constexpr double kSameMatrix = 1e-12;       // rows that differ less, relative, are one …
+constexpr double kSameRounding = 1e-15;     // … and so are those that do by rounding of the largest
 constexpr double kOppositeNormals = 1e-12;  // normals that add up to less are opposite
 constexpr double kAgree =
     1e-7;  // jump between pieces, relative, that is an error of the derivative
 constexpr double kNegative =
     1e-10;  // an eigenvalue of P this far below zero, relative, is a rounding error
+constexpr double kDependent =
+    1e-13;  // a variance of which the others leave less than this part is theirs
 const double kPi = std::acos(-1.0);
 
-/// R [n×k] with R Rᵀ = P, k the rank of P.
+/// R [n×k] with R Rᵀ = P, k the rank of P: by Cholesky's method, whose pivots are judged beside the
+/// variances that they are of, so that units do not matter.
 Matrix CovarianceRoot(const MatrixRef& P, int n) {
   if (P.rows() != n || P.cols() != n) {
     throw std::invalid_argument("the covariance needs " + std::to_string(n) + " rows and columns");
@@ -37,10 +41,36 @@ Matrix CovarianceRoot(const MatrixRef& P, int n) {
     throw std::invalid_argument("the covariance has the negative eigenvalue " +
                                 std::to_string(values(0)));
   }
-  // Eigenvalues grow: the last k are kept.
+  Matrix rest = 0.5 * (P + P.transpose()), root(n, n);
+  const Vector variances = rest.diagonal();
   Eigen::Index k = 0;
-  while (k < n && values(n - 1 - k) > kNegative * size * 1e-4) ++k;
-  return spectrum.eigenvectors().rightCols(k) * values.tail(k).cwiseSqrt().asDiagonal();
+  for (; k < n; ++k) {
+    Eigen::Index pivot = -1;
+    double largest = kDependent;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      if (!(variances(i) > 0) || !(rest(i, i) > largest * variances(i))) continue;
+      pivot = i;
+      largest = rest(i, i) / variances(i);
+    }
+    if (pivot < 0) break;
+    root.col(k) = rest.col(pivot) / std::sqrt(rest(pivot, pivot));
+    rest -= root.col(k) * root.col(k).transpose();
+    rest.row(pivot).setZero();
+    rest.col(pivot).setZero();
+  }
+  return root.leftCols(k);
+}
+
+/// Whether all pieces are one, each row by itself: a small one has small kinks.
+bool IsLinear(const PiecewiseLinearMap& map) {
+  const Matrix& first = map.pieces().front().matrix;
+  Vector sizes = Vector::Zero(map.rows()), kinks = sizes;
+  for (const LinearPiece& piece : map.pieces()) {
+    sizes = sizes.cwiseMax(piece.matrix.cwiseAbs().rowwise().maxCoeff());
+    kinks = kinks.cwiseMax((piece.matrix - first).cwiseAbs().rowwise().maxCoeff());
+  }
+  const double rounding = kSameRounding * sizes.maxCoeff();
+  return (kinks.array() <= (kSameMatrix * sizes).array().max(rounding)).all();
 }
 
 bool IsHalfSpaces(const PiecewiseLinearMap& map) {
@@ -136,7 +166,7 @@ OutcomeCovariance PropagateCovariance(const PiecewiseLinearMap& map, const Matri
   const Matrix root = CovarianceRoot(P, map.cols());
   OutcomeCovariance result;
   const Matrix& A = map.pieces().front().matrix;
-  if (map.Kink() <= kSameMatrix * A.cwiseAbs().maxCoeff() || root.cols() == 0) {
+  if (IsLinear(map) || root.cols() == 0) {
     result.mean = Vector::Zero(map.rows());
     result.covariance = A * P * A.transpose();
   } else if (IsHalfSpaces(map)) {

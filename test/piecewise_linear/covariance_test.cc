@@ -76,6 +76,42 @@ TEST(Covariance, OfTwoHalfSpacesIsExact) {
   }
 }
 
+/// (|w₁|, |w₂|), correlated, with standard deviations far apart, as in other units.
+TEST(Covariance, UnitsDoNotMatter) {
+  std::vector<LinearPiece> pieces;
+  for (double a : {1.0, -1.0}) {
+    for (double b : {1.0, -1.0}) {
+      const Matrix piece = Eigen::Vector2d(a, b).asDiagonal();
+      pieces.push_back({piece, piece, {}});
+    }
+  }
+  const PiecewiseLinearMap map(pieces);
+  const double mean = std::sqrt(2 / std::acos(-1.0));
+  Matrix unit(2, 2);
+  unit << 1, 0.5, 0.5, 1;
+  const OutcomeCovariance same = PropagateCovariance(map, unit);
+  ASSERT_EQ(CovarianceMethod::kCubature, same.method);
+  EXPECT_NEAR(mean, same.mean(1), 0.03);
+  for (double small : {1e-3, 1e-7, 1e-9, 1e-30}) {
+    const Eigen::DiagonalMatrix<double, 2> scale(1, small);
+    const OutcomeCovariance result = PropagateCovariance(map, scale * unit * scale);
+    EXPECT_NEAR(same.mean(1), result.mean(1) / small, 1e-9) << small;
+    EXPECT_NEAR(same.covariance(1, 1), result.covariance(1, 1) / (small * small), 1e-9) << small;
+  }
+}
+
+/// A row of 1e-13 with a kink beside one of size 1 without.
+TEST(Covariance, SmallRowsHaveSmallKinks) {
+  Matrix above(2, 2), below(2, 2), cone(1, 2);
+  above << 1, 0, 1e-13, 0;
+  below << 1, 0, -1e-13, 0;
+  cone << 1, 0;
+  const PiecewiseLinearMap map({{above, cone, {}}, {below, -cone, {}}});
+  const OutcomeCovariance result = PropagateCovariance(map, Matrix::Identity(2, 2));
+  EXPECT_EQ(CovarianceMethod::kTruncation, result.method);
+  EXPECT_NEAR(1e-13 * std::sqrt(2 / std::acos(-1.0)), result.mean(1), 1e-25);
+}
+
 TEST(Covariance, OfTheAbsoluteValueIsTheHalfNormals) {
   // |w| for w ~ N(0, σ²): mean σ√(2/π), variance σ²(1 − 2/π).
   const PiecewiseLinearMap absolute =
