@@ -144,7 +144,13 @@ BDerivative DifferentiateOutcome(const MechanicalSystem& system, const Trajector
   BDerivative derivative =
       DifferentiateArcs(system, trajectory, 0, trajectory.arcs.size() - 1, options);
   if (derivative.status.ok()) {
-    derivative.status = CheckEnd(system, trajectory, derivative.trust.state_error);
+    ConstraintSet switches;
+    derivative.status = CheckEnd(system, trajectory, derivative.trust.state_error, &switches);
+    const double duration = trajectory.t_end() - trajectory.t_begin();
+    for (int i : switches) {
+      derivative.start.EndOnSwitch(
+          i, SideOfSwitch(system, trajectory, options.variables, duration, i));
+    }
   }
   return derivative;
 }

@@ -29,7 +29,11 @@ class Passage {
   CostGradient Differentiate() {
     try {
       if (linear_.Make(&gradient_)) {
-        if (cost_.terminal) gradient_.status = CheckEnd(system_, run_, linear_.state_error());
+        ConstraintSet switches;  // at the end: the gradient is that of the side the run is on
+        if (cost_.terminal) {
+          gradient_.status = CheckEnd(system_, run_, linear_.state_error(), &switches);
+        }
+        gradient_.whole = gradient_.whole && switches.Empty();
         if (gradient_.status.ok()) Retreat();
       }
     } catch (const NotPiecewiseLinear& reason) {

@@ -10,6 +10,7 @@
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/dynamics/guards.h"
 #include "contact_flow/dynamics/word_selection.h"
+#include "contact_flow/model/driven.h"
 
 namespace contact_flow {
 namespace {
@@ -36,7 +37,15 @@ class EndOfRun {
     system_.Constraints(q_, v_, &terms_);
   }
 
-  Status Check() {
+  Status Check(ConstraintSet* switches) {
+    if (switches != nullptr) of_time_ = DrivenSwitches(system_, q_, v_);
+    const Status status = CheckAll();
+    if (switches != nullptr) *switches = met_;
+    return status;
+  }
+
+ private:
+  Status CheckAll() {
     for (const Transition& passed : run_.transitions) {
       const Status status = CheckPassed(passed);
       if (!status.ok()) return status;
@@ -53,8 +62,7 @@ class EndOfRun {
     return {};
   }
 
- private:
-  Status CheckPassed(const Transition& passed) const {
+  Status CheckPassed(const Transition& passed) {
     const ConstraintSet hit = passed.activated - system_.compliant();
     const Vector jump = (passed.x_plus - passed.x_minus).tail(system_.dof()).cwiseAbs();
     const bool jumps = !hit.Empty() && !(jump.array() <= error_v_.array()).all();
@@ -69,6 +77,10 @@ class EndOfRun {
     if (jumps) return Jumps(*hit.begin(), passed.t, apart, error);
     if (passed.changes_input || !FieldJumps(passed)) return {};
     const ConstraintSet changed = Changed(passed);
+    if (!changed.Empty() && (changed - of_time_).Empty()) {
+      met_ = met_ | changed;
+      return {};
+    }
     return Bends(changed.Empty() ? -1 : *changed.begin(), passed.t, apart, error);
   }
 
@@ -137,7 +149,7 @@ class EndOfRun {
   }
 
   /// A rigid constraint that is about to be hit, a compliant one about to be passed.
-  Status CheckGap(int i) const {
+  Status CheckGap(int i) {
     const bool compliant = system_.compliant().Contains(i), holds = last_.mode.Contains(i);
     if (holds && !compliant) return {};
     const auto row = terms_.jacobian.row(i);
@@ -154,6 +166,10 @@ class EndOfRun {
     if (!compliant) return Jumps(i, run_.t_end() + apart, apart, error);
     const ContactMode other = holds ? last_.mode.Without(i) : last_.mode.With(i);
     if (!Differ(last_.x_end, last_.mode, last_.x_end, other)) return {};
+    if (of_time_.Contains(i)) {
+      met_.Insert(i);
+      return {};
+    }
     return Bends(i, run_.t_end() + apart, apart, error);
   }
 
@@ -236,13 +252,36 @@ class EndOfRun {
   const Vector error_q_, error_v_;  // of the last state
   const Vector q_, v_;
   ConstraintTerms terms_;
+  ConstraintSet of_time_, met_;  // switches of time, and those at the end
 };
 
 }  // namespace
 
-Status CheckEnd(const MechanicalSystem& system, const Trajectory& run, const Vector& state_error) {
+Status CheckEnd(const MechanicalSystem& system, const Trajectory& run, const Vector& state_error,
+                ConstraintSet* switches) {
+  if (switches != nullptr) *switches = {};
   if (!state_error.allFinite()) return {};
-  return EndOfRun(system, run, state_error).Check();
+  return EndOfRun(system, run, state_error).Check(switches);
+}
+
+Vector SideOfSwitch(const MechanicalSystem& system, const Trajectory& run,
+                    const Variables& variables, double ahead, int constraint) {
+  const int nq = system.num_positions(), d = system.dof();
+  const Vector q = run.FinalState().head(nq), v = run.FinalState().tail(d);
+  ConstraintTerms terms;
+  system.Constraints(q, v, &terms);
+  const Vector row = terms.jacobian.row(constraint);
+  Vector side = Vector::Zero(2 * d + variables.Size(system));
+  side.head(d) = row;
+  side.segment(d, d) = ahead * row;  // rates of clocks are constant
+  const auto parameters = static_cast<Eigen::Index>(variables.parameters.size());
+  if (parameters > 0) {
+    ParameterJacobian by_parameter;
+    system.DifferentiateImpactByParameters(q, Vector::Zero(d), Vector::Zero(terms.gap.size()), v,
+                                           variables.parameters, &by_parameter);
+    side.tail(parameters) = by_parameter.gap.row(constraint);
+  }
+  return run.arcs.back().mode.Contains(constraint) ? Vector(-side) : side;
 }
 
 }  // namespace contact_flow

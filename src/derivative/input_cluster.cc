@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "contact_flow/dynamics/inverse_inertia.h"
+#include "contact_flow/model/driven.h"
 
 namespace contact_flow {
 namespace {
@@ -14,6 +15,9 @@ namespace {
 /// A contact rises from an impact that hits others if its speed is above this part of what it is
 /// the difference of, and so many times above what it drifted at.
 constexpr double kRise = 1e-10, kAboveDrift = 10;
+
+/// Changes of F add up to this part of its entries.
+constexpr double kAdds = 1e-9;
 
 /// Collects the parts of one cluster.
 class Union {
@@ -111,7 +115,11 @@ class Union {
 
   void Check() {
     if (!cluster_.status.ok()) return;
-    if (system_.HasContactEffort()) return Refuse("the effort depends on the contact mode");
+    if (system_.HasContactEffort()) {
+      return Refuse(
+          "the effort depends on the contact mode, as at soft contacts and at knots of linear "
+          "references (kind: cubic has none)");
+    }
     if (system_.num_constraints() + changes_ > ConstraintSet::kMaxConstraints) {
       return Refuse("there are too many constraints");
     }
@@ -156,6 +164,28 @@ bool AreClose(const Transition& before, const Transition& next, double simultane
   return next.t - before.t <= std::max({simultaneity_tolerance, next.tolerance, before.tolerance});
 }
 
+bool AreIndependent(const MechanicalSystem& system, const std::vector<const Transition*>& parts,
+                    const Vector& before, const Vector& after) {
+  if (parts.size() != 2 || parts[0]->changes_input == parts[1]->changes_input) return false;
+  const Transition& input = *parts[parts[0]->changes_input ? 0 : 1];
+  const Transition& event = *parts[parts[0]->changes_input ? 1 : 0];
+  const Vector& x = parts[0]->x_minus;
+  const ConstraintSet of_time =
+      DrivenSwitches(system, x.head(system.num_positions()), x.tail(system.dof()));
+  const ConstraintSet others = event.activated | event.vanishing | event.touching | event.grazed |
+                               (event.released - event.switched) | (event.switched - of_time);
+  if (event.switched.Empty() || !others.Empty() || !event.obstacle.ok()) return false;
+  if (input.mode_before != input.mode_after) return false;
+  ContactDynamics first(system, before), second(system, after);
+  const ContactMode mode = parts[0]->mode_before, other = parts[1]->mode_after;
+  const Vector changes[] = {first.Field(x, mode), first.Field(x, other), second.Field(x, mode),
+                            second.Field(x, other)};
+  const Vector sum = changes[3] - changes[2] - changes[1] + changes[0];
+  Vector sizes = Vector::Zero(sum.size());
+  for (const Vector& change : changes) sizes += change.cwiseAbs();
+  return (sum.array().abs() <= kAdds * sizes.array()).all();
+}
+
 InputCluster UniteWithInput(const MechanicalSystem& system,
                             const std::vector<const Transition*>& transitions) {
   return Union(system, transitions).Make();
@@ -176,6 +206,11 @@ std::vector<InputCluster> FindInputClusters(const MechanicalSystem& system,
     if (changes && contacts) {
       std::vector<const Transition*> parts;
       for (std::size_t k = first; k <= last; ++k) parts.push_back(&all[k]);
+      const std::vector<Arc>& arcs = trajectory.arcs;
+      if (AreIndependent(system, parts, arcs[first].u, arcs[last + 1].u)) {
+        first = last + 1;
+        continue;
+      }
       clusters.push_back(UniteWithInput(system, parts));
       clusters.back().first = first;
       clusters.back().last = last;

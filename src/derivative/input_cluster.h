@@ -29,6 +29,12 @@ struct InputCluster {
 /// Whether `next` comes within the tolerance of simultaneity [s] after `before`.
 bool AreClose(const Transition& before, const Transition& next, double simultaneity_tolerance);
 
+/// Whether these are a change of the input and a switch of time alone (DrivenSwitches), and what
+/// they change of F adds up: then each is an event of its own, as their order does not matter. With
+/// the inputs before and after both.
+bool AreIndependent(const MechanicalSystem& system, const std::vector<const Transition*>& parts,
+                    const Vector& before, const Vector& after);
+
 /// The cluster that these transitions are. Not kOk where a slip in space begins or ends, with an
 /// effort that depends on the contact mode, where contacts touch without force, where one is met
 /// twice, and where one is met only because of the impact of another.

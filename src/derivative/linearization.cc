@@ -70,9 +70,10 @@ std::vector<IntervalLinearization> Linearize(const MechanicalSystem& system,
     const InputCluster* around = clusters.Around(first);
     if (around != nullptr) interval.x_begin = trajectory.arcs[around->last + 1].x_begin;
     interval.derivative = DifferentiateArcs(system, trajectory, first, until, options);
+    ConstraintSet switches;
     if (last + 1 == trajectory.arcs.size() && interval.derivative.status.ok()) {
       interval.derivative.status =
-          CheckEnd(system, trajectory, interval.derivative.trust.state_error);
+          CheckEnd(system, trajectory, interval.derivative.trust.state_error, &switches);
     }
     interval.status = interval.derivative.status;
     if (interval.status.ok()) interval.status = FirstSelectionExists(interval.derivative);
@@ -80,7 +81,7 @@ std::vector<IntervalLinearization> Linearize(const MechanicalSystem& system,
       const Matrix selection = FirstSelection(interval.derivative);
       interval.A = selection.leftCols(tangents);
       interval.B = selection.rightCols(selection.cols() - tangents);
-      interval.is_linear = interval.derivative.IsDifferentiable() &&
+      interval.is_linear = interval.derivative.IsDifferentiable() && switches.Empty() &&
                            !BeginsToSlip(system, trajectory.arcs[first], trajectory);
     }
     intervals.push_back(std::move(interval));

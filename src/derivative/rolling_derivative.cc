@@ -17,8 +17,12 @@
 namespace contact_flow {
 namespace {
 
+/// A clock is moved by more than this part of the tangents.
+constexpr double kMoved = 1e-12;
+
 /// Of now as the end of a run from `begin` on, whose last transitions are these.
-Status CheckNow(OnlineFlow* flow, double begin, const std::vector<Transition>& last) {
+Status CheckNow(OnlineFlow* flow, double begin, const std::vector<Transition>& last,
+                const Variables& variables, const Matrix& tangents) {
   Trajectory run;
   run.transitions = last;
   run.arcs.emplace_back();
@@ -28,7 +32,16 @@ Status CheckNow(OnlineFlow* flow, double begin, const std::vector<Transition>& l
   arc.t_begin = last.empty() ? begin : last.back().t;
   arc.t_end = flow->now();
   arc.x_begin = arc.x_end = flow->State();
-  return CheckEnd(flow->system(), run, Vector::Zero(2 * flow->system().dof()));
+  const MechanicalSystem& system = flow->system();
+  const Vector exact = Vector::Zero(2 * system.dof());
+  ConstraintSet switches;
+  const Status status = CheckEnd(system, run, exact, &switches);
+  for (int i : switches) {
+    const Vector side = SideOfSwitch(system, run, variables, 0, i);
+    const double moved = (side.transpose() * tangents).cwiseAbs().maxCoeff();
+    if (moved > kMoved * tangents.cwiseAbs().maxCoeff()) return CheckEnd(system, run, exact);
+  }
+  return status;
 }
 
 }  // namespace
@@ -126,7 +139,7 @@ RollingDerivative::Reading RollingDerivative::Read(OnlineFlow* flow) {
     try {
       reading.tangents = Propagated(flow->Motion(), flow->now());
       reading.t = flow->now();
-      reading.status = CheckNow(flow, mark_, cluster_);
+      reading.status = CheckNow(flow, mark_, cluster_, options_.variables, reading.tangents);
     } catch (const std::domain_error& error) {
       reading.status = {Outcome::kNotDifferentiable, error.what()};
     }
@@ -155,6 +168,8 @@ void RollingDerivative::Pass(const OnlineFlow& flow) {
   if (!cluster_inputs_.empty() && cluster_inputs_.size() < cluster_.size()) {
     std::vector<const Transition*> parts;
     for (const Transition& part : cluster_) parts.push_back(&part);
+    const Vector &before = cluster_dynamics_->u(), &after = cluster_inputs_.back()->u();
+    if (AreIndependent(system_, parts, before, after)) return Pass(EventMap(dynamics_, transition));
     const InputCluster whole = UniteWithInput(system_, parts);
     status_ = whole.status;
     if (!status_.ok()) return;

@@ -12,6 +12,7 @@
 #include "contact_flow/dynamics/guards.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
+#include "contact_flow/model/driven.h"
 
 namespace contact_flow {
 namespace {
@@ -110,6 +111,7 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
                              "' begins to slip from rest: directions to the other side are "
                              "reversed, which is not followed"};
   }
+  const ConstraintSet of_time = DrivenSwitches(system, q, v);
   ConstraintSet members = mode - system.compliant();
   held_ = members.Size();
   for (int i : members) members_.push_back(i);
@@ -119,6 +121,14 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
       const ContactMode other = mode.Contains(i) ? mode.Without(i) : mode.With(i);
       const Vector jump = dynamics->Field(x, other) - field;
       if (jump.cwiseAbs().maxCoeff() <= kConeNoise * (1 + field.cwiseAbs().maxCoeff())) continue;
+      if (of_time.Contains(i)) {
+        Contact contact = SwitchOf(i, (mode.Contains(i) ? -1 : 1) * gaps.row(i).transpose());
+        const double rate = std::abs(terms.jacobian.row(i).dot(v));
+        const bool alone = touching.Size() == 1 && begins.Empty();
+        if (alone) contact.turn = (mode.Contains(i) ? -1 : 1) / rate * jump;
+        contacts_.push_back(contact);
+        continue;
+      }
       status_ = {Outcome::kNotDifferentiable,
                  Sentence(t, names_[i],
                           " or is at its surface: its force jumps there, and which side a "
@@ -202,6 +212,11 @@ Vector StartCone::operator()(const VectorRef& direction) const {
       throw std::invalid_argument("the direction moves the contact '" + names_[out] +
                                   "', which begins to slip at t = " + std::to_string(t_) +
                                   " s, against that slip: how it is reversed is not followed");
+    }
+    if (IsSwitch(out)) {
+      throw std::invalid_argument("the direction moves the clock over '" + names_[out] +
+                                  "', on which the run begins or ends, to the side that it is "
+                                  "not on: forces jump there");
     }
     throw std::invalid_argument("the direction leads through the constraint '" + names_[out] +
                                 "', which the start at t = " + std::to_string(t_) +

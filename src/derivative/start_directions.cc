@@ -107,6 +107,10 @@ std::string StartDirections::Sentence(const Judgement& judgement) const {
     case Judgement::Kind::kLeavesMode:
       return "leaves the contact mode " + mode_ + " of the start";
     case Judgement::Kind::kLeavesDomain:
+      if (cone_.IsSwitch(judgement.constraint)) {
+        return "moves the clock over " + name() +
+               ", on which the run begins or ends, to the side that it is not on";
+      }
       return "leads through the constraint " + name() + ", which the start touches";
     case Judgement::Kind::kAgainstSlip:
       return "moves the contact " + name() +

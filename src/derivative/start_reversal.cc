@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Slips that begin with the run, and directions that reverse them.
+// Slips that begin with the run, and directions that reverse them; switches of time at its ends.
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "contact_flow/derivative/start_cone.h"
@@ -36,6 +38,26 @@ void StartCone::FollowReversal(ContactDynamics* dynamics, const VectorRef& x, Co
 bool StartCone::Reverses(int constraint) const {
   for (const Contact& contact : contacts_) {
     if (contact.constraint == constraint && contact.slips) return true;
+  }
+  return false;
+}
+
+StartCone::Contact StartCone::SwitchOf(int constraint, const VectorRef& side) {
+  Contact contact;
+  contact.constraint = constraint;
+  contact.speed = std::numeric_limits<double>::infinity();
+  contact.gap = side;
+  contact.rate = Vector::Zero(side.size());
+  return contact;
+}
+
+void StartCone::EndOnSwitch(int constraint, const VectorRef& side) {
+  contacts_.push_back(SwitchOf(constraint, side));
+}
+
+bool StartCone::IsSwitch(int constraint) const {
+  for (const Contact& contact : contacts_) {
+    if (contact.constraint == constraint && std::isinf(contact.speed)) return true;
   }
   return false;
 }

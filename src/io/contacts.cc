@@ -260,8 +260,8 @@ ContactOptions ReadContactOptions(const YAML::Node& map, const RobotModel& model
         const std::string sole = name + "_sole";
         if (std::any_of(model.links.begin(), model.links.end(),
                         [&sole](const auto& other) { return other.name == sole; })) {
-          throw std::invalid_argument("link '" + name + "' has a sole, whose its <collision> is: '" +
-                                      sole + "'");
+          throw std::invalid_argument("link '" + name + "' has a sole, to which its <collision> " +
+                                      "went: write '" + sole + "'");
         }
         throw std::invalid_argument("link '" + name + "' has no <collision> in the URDF");
       } catch (const std::invalid_argument& error) {

@@ -134,25 +134,6 @@ TEST(KinkAtTheEnd, OfGradientsIntervalsAndReadings) {
   }
 }
 
-/// 2 N m/s times the change of the reference's rate is what the force jumps by at its knot.
-TEST(KinkAtTheEnd, OfAKnotOfALinearReference) {
-  const RobotSystem ball =
-      Make(Ball(),
-           "{base: fixed, gravity: 0, efforts: {a: {kind: track, joint: z, feed_forward: u, "
-           "stiffness: 40, damping: 4, reference: {kind: linear, times: [0, 0.2, 0.5, 0.9], "
-           "values: [0, 0.3, -0.2, 0.1]}}}, nominal: {positions: {clock: 0.35}}}");
-  const double knot = 0.15;
-  const BDerivative at = Differentiate(ball, knot);
-  ExpectRefused(at.status, "'knot_2' changes its mode at t = 0.15");
-  const Vector w = Vector::Unit(2 * ball.dof(), ball.dof() - 1);
-  const double later = Quotient(ball, knot, 1e-5, w)(2),
-               earlier = -Quotient(ball, knot, 1e-5, -w)(2);
-  const double rates = 0.3 / 0.4 + 0.5 / 0.3;
-  EXPECT_NEAR(4 * rates, later - earlier, 1e-3);
-  EXPECT_TRUE(Differentiate(ball, knot + 1e-6).status.ok());
-  EXPECT_TRUE(Differentiate(ball, knot - 1e-6).status.ok());
-}
-
 /// What holds without limit lets go of a force: 1 N of 1 kg. What has a coefficient slips first.
 TEST(KinkAtTheEnd, OfAContactWithoutSlipThatLetsGo) {
   const RobotSystem block =

@@ -295,7 +295,7 @@ TEST(RobotKeys, RefuseWithLineValueAndRemedy) {
       {"{soles: {a: {stiffness: 1, mass: 1}}, constraints: {f: {kind: plane, link: a}}}",
        "constraints/f/link: 'a' has a sole, which is what touches: write 'a_sole'"},
       {"{soles: {a: {stiffness: 1, mass: 1}}, contacts: {ground: [a]}}",
-       "link 'a' has a sole, whose its <collision> is: 'a_sole' (line 1)"},
+       "link 'a' has a sole, to which its <collision> went: write 'a_sole' (line 1)"},
       {"closures: {c: {joint: a}}", "'other_joint' is missing"},
       {"closures: {c: {joint: a, other_joint: d}}", "closures/c/other_joint: unknown joint 'd'"},
       {"urdf_faults: strickt", "did you mean 'strict'"},

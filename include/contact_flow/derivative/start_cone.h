@@ -26,6 +26,12 @@ namespace contact_flow {
 /// order, F₋ being the field of that slip (friction, Sec. 4.3):
 ///   w ← w + (F₊ − F₋) Ds w / (Ds F₋).
 /// That is followed for one such contact, where others neither stick nor change meanwhile.
+///
+/// A run that begins on a switch of time alone (DrivenSwitches, the knot of a reference) is on one
+/// side of it. Starts on the other side have the other field until the run's is theirs:
+///   w ← w + (F₊ − F₋) Da w / |ȧ|,
+/// F₋ being the field before the switch. Where other contacts are touched besides, these directions
+/// leave the domain, as do those by which a run no longer ends on its side of a switch.
 class StartCone {
  public:
   /// Of a state that touches nothing else.
@@ -41,12 +47,17 @@ class StartCone {
   /// kOk where the map on the admitted directions is continuous.
   const Status& PiecewiseLinear() const { return piecewise_linear_; }
   bool Empty() const { return contacts_.empty(); }
+  /// The run ends on a switch of time alone: admits the directions w with side·w ≥ 0 [2d+k].
+  void EndOnSwitch(int constraint, const VectorRef& side);
 
   /// The constraint through which w [2d+k] leaves the domain; −1: none.
   int Leaves(const VectorRef& w) const;
   /// Whether it is a contact of the mode that begins to slip: what Leaves then says is that w would
   /// reverse that slip.
   bool Reverses(int constraint) const;
+  /// Whether it is a switch of time alone: what Leaves then says is that w moves the clock over it,
+  /// at the begin or the end of the run.
+  bool IsSwitch(int constraint) const;
   /// w after what happens at the start. Throws std::invalid_argument, naming the constraint, for a
   /// direction that leaves the domain, and std::domain_error where the impact would lift a contact
   /// of the mode.
@@ -83,13 +94,14 @@ class StartCone {
     int constraint = 0;
     bool slips = false;       // it is in the mode and begins to slip; its gap stands for σ T v
     double slip = 0;          // σ T v, which counts as none [m/s]
-    double speed = 0;         // Da_i v, 0 at rest [m/s]
+    double speed = 0;         // Da_i v, 0 at rest, ∞ of switches of time [m/s]
     double acceleration = 0;  // ä_i, of those at rest [m/s²]
     Vector gap;               // Da_i and ∂a_i/∂p [2d+k]
     Vector rate;              // D(Da_i v) [2d+k]
     Vector turn;  // (F₊ − F₋)/(σ Ds F₋), or empty where it is not followed [2d+k]
     bool at_rest() const { return speed == 0; }
   };
+  static Contact SwitchOf(int constraint, const VectorRef& side);
   bool Closes(const Contact& contact, const VectorRef& w) const;
   void FollowReversal(ContactDynamics* dynamics, const VectorRef& x, ContactMode mode,
                       Contact* contact) const;
