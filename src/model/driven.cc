@@ -3,8 +3,38 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace contact_flow {
+namespace {
+
+/// The dynamics of a system at a state, by which velocities are found that nothing changes.
+class Changes {
+ public:
+  Changes(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v,
+          ContactMode mode) {
+    const Vector& u = system.nominal().u;
+    system.Dynamics(q, v, u, mode, &mass_, &force_);
+    system.DifferentiateDynamics(q, v, u, mode, Vector::Ones(system.dof()),
+                                 Vector::Zero(system.num_rows()), &jacobian_);
+  }
+
+  /// Whether M v̇ = f has a row of velocity j alone, without a force, whatever the state.
+  bool None(int j) const {
+    Vector row = mass_.row(j);
+    row(j) = 0;
+    return row.isZero(0) && force_(j) == 0 && jacobian_.momentum_q.row(j).isZero(0) &&
+           jacobian_.momentum_v.row(j).isZero(0) && jacobian_.momentum_u.row(j).isZero(0);
+  }
+  bool IsDriven(int j) const { return mass_(j, j) == kDrivenInertia; }
+
+ private:
+  Matrix mass_;
+  Vector force_;
+  ResidualJacobian jacobian_;
+};
+
+}  // namespace
 
 std::vector<int> Driven(const MatrixRef& mass) {
   std::vector<int> driven;
@@ -24,18 +54,27 @@ ConstraintSet DrivenSwitches(const MechanicalSystem& system, const VectorRef& q,
                              const VectorRef& v) {
   ConstraintSet switches;
   if (system.compliant().Empty()) return switches;
-  Matrix mass;
-  Vector force;
-  system.Dynamics(q, v, system.nominal().u, ContactMode(), &mass, &force);
-  const std::vector<int> driven = Driven(mass);
-  if (driven.empty()) return switches;
   ConstraintTerms terms;
   system.Constraints(q, v, &terms);
+  std::vector<std::pair<int, int>> candidates;  // constraint, coordinate
   for (int i : system.compliant()) {
-    Vector row = terms.jacobian.row(i);
-    const bool moves = row.dot(v) != 0;
-    for (int j : driven) row(j) = 0;
-    if (moves && row.isZero(0)) switches.Insert(i);
+    Eigen::Index j = 0;
+    Vector row = terms.jacobian.row(i).cwiseAbs();
+    if (!(row.maxCoeff(&j) > 0)) continue;
+    row(j) = 0;
+    if (row.isZero(0) && v(j) != 0) candidates.emplace_back(i, static_cast<int>(j));
+  }
+  if (candidates.empty()) return switches;
+  const Changes open(system, q, v, {}), closed(system, q, v, ContactMode(system.compliant()));
+  for (const auto& [i, j] : candidates) {
+    bool held = false;  // by other constraints
+    for (Eigen::Index row = 0; row < terms.jacobian.rows(); ++row) {
+      const bool compliant =
+          row < system.num_constraints() && system.compliant().Contains(static_cast<int>(row));
+      held = held || (!compliant && terms.jacobian(row, j) != 0);
+    }
+    const bool steady = (open.None(j) && closed.None(j) && !held) || open.IsDriven(j);
+    if (steady) switches.Insert(i);
   }
   return switches;
 }

@@ -134,7 +134,7 @@ TEST(KnotsAtInstants, WhereChangesDoNotAddUpTheyAreRefused) {
 }
 
 TEST(KnotsAtInstants, WhereAMarkIsSetAndRead) {
-  const auto system = std::make_shared<const RobotSystem>(Follower());
+  const std::shared_ptr<const RobotSystem> system(new RobotSystem(Follower()));
   OnlineFlow flow(system, 0, system->nominal().x, Vector::Constant(1, 1), Tight());
   flow.KeepMotion(true);
   while (flow.AdvanceTo(0.2)) {
@@ -158,7 +158,7 @@ TEST(KnotsAtInstants, WhereAMarkIsSetAndRead) {
 /// What follows a reference that it is on feeds nothing back, though nobody tells of its knots, nor
 /// behind its last one or before its first.
 TEST(KnotsAtInstants, AreNoEventsOfAPolicy) {
-  const auto system = std::make_shared<const RobotSystem>(Follower());
+  const std::shared_ptr<const RobotSystem> system(new RobotSystem(Follower()));
   const InputSchedule inputs = Grid({0, 0.2, 0.3, 0.5});
   const Trajectory run = Simulate(*system, system->nominal().x, inputs, 1.0, Tight());
   TrackingWeights weights{Vector::Constant(4, 1000), Vector::Constant(1, 0.01), Vector::Ones(4)};

@@ -18,8 +18,9 @@ inline constexpr double kDrivenInertia = 0x1p120;
 std::vector<int> Driven(const MatrixRef& mass);
 /// v [d] with zeros there: their kinetic energy measures nothing.
 Vector Moved(const MatrixRef& mass, const VectorRef& v);
-/// Compliant constraints of driven coordinates alone, as the knots of a linear reference, which the
-/// clock passes: when they come nothing but these coordinates decides. At (q, v).
+/// Compliant constraints of a clock alone, as the knots of a linear reference: each of a coordinate
+/// whose velocity is not 0, and which no force and no constraint changes, as far as (q, v) tells.
+/// When they come nothing else decides.
 ConstraintSet DrivenSwitches(const MechanicalSystem& system, const VectorRef& q,
                              const VectorRef& v);
 /// √(vᵀ M v) of what is moved: a speed in the kinetic metric.
