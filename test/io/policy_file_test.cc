@@ -140,7 +140,7 @@ TEST(PolicyFile, DamagedPoliciesAreRefusedByName) {
       {damaged("rows: [", "rows: [1e300, 1, "), {"gains[0]/rows[0]", "1e300"}},
       {damaged("lower: [-", "lower: ["), {"", ""}},  // 0.1 ≤ 1/3: in order
       {damaged("lower: [-0.1", "lower: [0.5"), {"lower[0]", "0.5"}},
-      {damaged("lower: [-0.1", "lower: [.inf"), {"lower[0]", "'.inf'"}},
+      {damaged("lower: [-0.1", "lower: [.inf"), {"lower[0]", "'.inf"}},
       {text + "more: 1\n", {"more", ""}},
       {"", {"contact_flow_policy", ""}},
       {"[", {"a.yaml", ""}},
