@@ -1,10 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "frame_words.h"
 
-#include <limits>
+#include <algorithm>
 #include <sstream>
 
 namespace contact_flow {
+namespace {
+
+/// A motion that differs from that of the letters until now by less than this is theirs, relative.
+constexpr double kSameAsBefore = 1e-6;
+
+}  // namespace
 
 ContactMode ModeOfWord(const FrictionFrame& frame, const FrictionSolution& word) {
   ContactMode mode;
@@ -39,21 +45,39 @@ std::string TellWords(const MechanicalSystem& system, const FrictionFrame& frame
   return told.str();
 }
 
-ContactMode ChooseWord(const FrictionFrame& frame, const std::vector<FrictionSolution>& words,
-                       ConstraintSet varying, ContactMode before) {
-  const FrictionSolution* least = nullptr;
-  double smallest = std::numeric_limits<double>::infinity();
-  for (const FrictionSolution& word : words) {
+ContactMode ChooseWord(const FrictionFrame& frame, const std::vector<FrictionSolution>& all,
+                       const std::vector<FrictionSolution>& words, ConstraintSet varying,
+                       ContactMode before) {
+  const auto same = [&](const FrictionSolution& word) {
     const ContactMode mode = ModeOfWord(frame, word);
-    bool same = true;
-    for (int i : varying) same = same && mode.LetterOf(i) == before.LetterOf(i);
-    if (same) return mode;
-    const double size = word.force.dot(frame.problem().G * word.force);
-    if (least != nullptr && !(size < smallest)) continue;
-    least = &word;
-    smallest = size;
+    for (int i : varying) {
+      if (mode.LetterOf(i) != before.LetterOf(i)) return false;
+    }
+    return true;
+  };
+  const auto kept = std::find_if(words.begin(), words.end(), same);
+  if (kept != words.end()) return ModeOfWord(frame, *kept);
+  // Forces of the letters until now vanish here: what they leave is their motion.
+  const auto until_now = std::find_if(all.begin(), all.end(), same);
+  if (until_now != all.end()) {
+    const Vector& result = until_now->result;
+    const double scale = frame.problem().b.cwiseAbs().maxCoeff();
+    const auto apart = [&](const FrictionSolution& word) {
+      return (word.result - result).cwiseAbs().maxCoeff();
+    };
+    const auto nearest =
+        std::min_element(words.begin(), words.end(), [&](const auto& a, const auto& b) {
+          return apart(a) < apart(b);
+        });
+    if (apart(*nearest) <= kSameAsBefore * scale) return ModeOfWord(frame, *nearest);
   }
-  return ModeOfWord(frame, *least);
+  const auto size = [&](const FrictionSolution& word) {
+    return word.force.dot(frame.problem().G * word.force);
+  };
+  return ModeOfWord(frame, *std::min_element(words.begin(), words.end(), [&](const auto& a,
+                                                                            const auto& b) {
+    return size(a) < size(b);
+  }));
 }
 
 }  // namespace contact_flow

@@ -16,9 +16,11 @@ ContactMode ModeOfWord(const FrictionFrame& frame, const FrictionSolution& word)
 std::string TellWords(const MechanicalSystem& system, const FrictionFrame& frame,
                       const std::vector<FrictionSolution>& words, ConstraintSet contacts);
 
-/// Of words of several motions the one in which the contacts of `varying` have the letters of
-/// `before`, else that of the smallest forces.
-ContactMode ChooseWord(const FrictionFrame& frame, const std::vector<FrictionSolution>& words,
-                       ConstraintSet varying, ContactMode before);
+/// Of words of several motions, all those that fit, and among them those that go on, the one in
+/// which the contacts of `varying` have the letters of `before`; else the one that has their motion
+/// at this instant; else that of the smallest forces.
+ContactMode ChooseWord(const FrictionFrame& frame, const std::vector<FrictionSolution>& all,
+                       const std::vector<FrictionSolution>& words, ConstraintSet varying,
+                       ContactMode before);
 
 }  // namespace contact_flow

@@ -108,6 +108,11 @@ bool SolveWord(const FrictionProblem& problem, FrictionSolution* solution, bool 
 }
 
 std::vector<FrictionSolution> SolveFriction(const FrictionProblem& problem, double border) {
+  return SolveFrictionFrom(problem, border, {});
+}
+
+std::vector<FrictionSolution> SolveFrictionFrom(const FrictionProblem& problem, double border,
+                                                const std::vector<Letter>& before) {
   std::vector<FrictionSolution> solutions = {WithoutForces(problem, problem.b)};
   for (const std::vector<std::size_t>& group : Groups(problem)) {
     FrictionProblem part;
@@ -119,6 +124,10 @@ std::vector<FrictionSolution> SolveFriction(const FrictionProblem& problem, doub
     const auto m = static_cast<Eigen::Index>(rows.size());
     part.G.resize(m, m);
     part.b.resize(m);
+    std::vector<Letter> letters;
+    for (std::size_t i : group) {
+      if (!before.empty()) letters.push_back(before[i]);
+    }
     if (problem.slack.size() > 0) part.slack.resize(static_cast<Eigen::Index>(group.size()));
     for (Eigen::Index k = 0; k < part.slack.size(); ++k) {
       part.slack(k) = problem.slack(static_cast<Eigen::Index>(group[static_cast<std::size_t>(k)]));
@@ -135,7 +144,7 @@ std::vector<FrictionSolution> SolveFriction(const FrictionProblem& problem, doub
       }
     }
     std::vector<FrictionSolution> all;
-    for (const FrictionSolution& found : SolveGroup(part, border)) {
+    for (const FrictionSolution& found : SolveGroup(part, border, letters)) {
       for (FrictionSolution whole : solutions) {
         whole.many = whole.many || found.many;
         whole.springs = whole.springs || found.springs;

@@ -8,6 +8,7 @@
 #include "contact_flow/dynamics/guards.h"
 #include "dependent_rows.h"
 #include "frame_words.h"
+#include "friction_group.h"
 #include "turning_onset.h"
 #include "word_ahead.h"
 #include "word_trend.h"
@@ -49,6 +50,7 @@ class Words {
     for (std::size_t k = 0; k < frame_.constraints().size(); ++k) {
       const int i = frame_.constraints()[k];
       FrictionContact& contact = problem.contacts[k];
+      before_.push_back(touching.before.LetterOf(i));
       // |A P h| ≤ |√P Aᵀ| |√P h|
       rounding_(i) = kRounding * std::sqrt(problem.G(row, row)) * size;
       problem.slack(static_cast<Eigen::Index>(k)) =
@@ -66,7 +68,7 @@ class Words {
   }
 
   ContactMode Find(double border, WordConventions* by) {
-    const std::vector<FrictionSolution> all = SolveFriction(frame_.problem(), border);
+    const std::vector<FrictionSolution> all = SolveFrictionFrom(frame_.problem(), border, before_);
     const ContactMode found = FindAmong(all, border, by);
     for (const FrictionSolution& word : all) {
       if (!word.turns || ModeOf(word) != found) continue;
@@ -147,9 +149,10 @@ class Words {
     if (by != nullptr) {
       by->smallest = true;
       by->motions = TellWords(system_, frame_, fitting.empty() ? all : fitting, varying);
-      return ChooseWord(frame_, fitting.empty() ? all : fitting, varying, touching_.before);
+      return ChooseWord(frame_, all, fitting.empty() ? all : fitting, varying, touching_.before);
     }
-    Refuse(FrictionRefusal::Kind::kIndeterminate,
+    Refuse(fitting.empty() && Dependent() ? FrictionRefusal::Kind::kIndeterminateForces
+                                          : FrictionRefusal::Kind::kIndeterminate,
            (fitting.empty() ? "none of the words goes on to hold: "
                             : "several motions fit, each of which goes on: ") +
                TellWords(system_, frame_, all, varying));
@@ -239,7 +242,7 @@ class Words {
     message << "contacts "
             << (touching_.still | touching_.slipping).ToString(system_.description().constraints)
             << ": " << what;
-    if (Dependent() && !AllSlip()) {
+    if (Dependent() && !AllSlip() && kind != FrictionRefusal::Kind::kIndeterminate) {
       message << "; the rows of what sticks are dependent, forces are not unique";
       kind = FrictionRefusal::Kind::kIndeterminateForces;
     }
@@ -335,7 +338,8 @@ class Words {
   const int nq_, d_;
   FrictionFrame frame_;
   double scale_ = 0;  // largest acceleration of a row
-  Vector rounding_;   // of accelerations, by constraint
+  std::vector<Letter> before_;
+  Vector rounding_;  // of accelerations, by constraint
   ConstraintTerms terms_;
 };
 
