@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <sstream>
 
+#include "contact_flow/dynamics/guards.h"
+#include "row_units.h"
+
 namespace contact_flow {
 namespace {
 
@@ -20,6 +23,21 @@ ContactMode ModeOfWord(const FrictionFrame& frame, const FrictionSolution& word)
     mode.Set(frame.constraints()[k], free ? Letter::kSlip : letter);
   }
   return mode;
+}
+
+void SetSlips(const TouchingContacts& touching, const VectorRef& v, FrictionFrame* frame) {
+  FrictionProblem& problem = frame->problem();
+  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+    FrictionContact& contact = problem.contacts[k];
+    const int i = frame->constraints()[k];
+    contact.slips = touching.slipping.Contains(i) && contact.dimension > 0;
+    if (!contact.slips) continue;
+    if (contact.dimension == 2) {
+      contact.direction = (frame->rows().middleRows<2>(problem.Row(k) + 1) * v).normalized();
+    } else {
+      contact.direction(0) = SlipSign(touching.slipping.LetterOf(i));
+    }
+  }
 }
 
 std::string TellWords(const MechanicalSystem& system, const FrictionFrame& frame,
@@ -60,10 +78,11 @@ ContactMode ChooseWord(const FrictionFrame& frame, const std::vector<FrictionSol
   // Forces of the letters until now vanish here: what they leave is their motion.
   const auto until_now = std::find_if(all.begin(), all.end(), same);
   if (until_now != all.end()) {
-    const Vector& result = until_now->result;
-    const double scale = frame.problem().b.cwiseAbs().maxCoeff();
+    const RowUnits units(frame.problem());
+    const Vector result = until_now->result;
+    const double scale = units.Largest(frame.problem().b);
     const auto apart = [&](const FrictionSolution& word) {
-      return (word.result - result).cwiseAbs().maxCoeff();
+      return units.Largest(word.result - result);
     };
     const auto nearest =
         std::min_element(words.begin(), words.end(), [&](const auto& a, const auto& b) {

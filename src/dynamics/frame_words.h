@@ -11,6 +11,9 @@ namespace contact_flow {
 /// The letters of a solution as a contact mode of the system.
 ContactMode ModeOfWord(const FrictionFrame& frame, const FrictionSolution& word);
 
+/// Tells the contacts of the frame that slip, and their directions at the velocity v.
+void SetSlips(const TouchingContacts& touching, const VectorRef& v, FrictionFrame* frame);
+
 /// The words of accelerations, and for some contacts how they rise, or with what they press:
 /// motions that could go on.
 std::string TellWords(const MechanicalSystem& system, const FrictionFrame& frame,

@@ -132,12 +132,17 @@ bool ContactDynamics::FindSlidingDependence() {
   const RowBasis basis = FindRowBasis(G);
   const Eigen::Index k = G.rows(), r = k - basis.freedom.cols();
   if (r == k) return false;
-  const Vector unit = G.diagonal().cwiseSqrt().cwiseInverse();
+  // Units of the columns by what they push: that of a pad has the friction of its joint.
+  const Vector pushes = at_->push.colwise().norm();
+  const Vector unit = G.diagonal().cwiseSqrt().cwiseMax(pushes).cwiseInverse();
   Matrix H(r, k), rows = Matrix::Zero(r, k);
   for (Eigen::Index i = 0; i < r; ++i) {
     const int row = basis.rows[static_cast<std::size_t>(i)];
-    H.row(i) = unit(row) * at_->delassus_inverse.row(row) * unit.asDiagonal();
-    rows(i, row) = unit(row);
+    H.row(i) = at_->delassus_inverse.row(row) * unit.asDiagonal();
+    const double largest = H.row(i).cwiseAbs().maxCoeff();
+    if (!(largest > 0)) return false;
+    rows(i, row) = 1 / largest;
+    H.row(i) /= largest;
   }
   Eigen::FullPivLU<Matrix> factor(H);
   factor.setThreshold(kDependentRow);
@@ -148,8 +153,13 @@ bool ContactDynamics::FindSlidingDependence() {
   const Matrix any = unit.asDiagonal() * H.completeOrthogonalDecomposition().solve(rows);
   const Matrix& Z = at_->freedom;
   at_->generalized = any - Z * (Z.transpose() * Z).ldlt().solve(Z.transpose() * any);
-  const double size = (at_->push.cwiseAbs() * Z.cwiseAbs()).maxCoeff();
-  if ((at_->push * Z).cwiseAbs().maxCoeff() <= kNoSharedPush * size) return true;
+  bool pushes_none = true;
+  for (Eigen::Index j = 0; j < Z.cols(); ++j) {
+    const double size = (at_->push.cwiseAbs() * Z.col(j).cwiseAbs()).maxCoeff();
+    const double left = (at_->push * Z.col(j)).cwiseAbs().maxCoeff();
+    pushes_none = pushes_none && left <= kNoSharedPush * size;
+  }
+  if (pushes_none) return true;
   at_->freedom = basis.freedom;
   NoteShared();
   at_->springs = at_->shared;
@@ -167,7 +177,9 @@ bool ContactDynamics::FindSlidingDependence() {
 void ContactDynamics::NoteShared() {
   at_->shared = ConstraintSet();
   for (Eigen::Index j = 0; j < at_->freedom.cols(); ++j) {
-    const auto column = at_->freedom.col(j).cwiseAbs();
+    // By what each of them pushes.
+    const Vector column =
+        at_->freedom.col(j).cwiseAbs().cwiseProduct(at_->reach.colwise().norm().transpose());
     const double part = kNoSharedPart * column.maxCoeff();
     for (int i : at_->mode - system_.compliant()) {
       const Friction& friction = system_.friction()[i];
