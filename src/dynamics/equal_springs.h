@@ -17,8 +17,8 @@ std::optional<FrictionSolution> SolveEqualSprings(const FrictionProblem& problem
 
 /// Makes a solution that SolveEqualSprings found the limit itself, by the equations of its word,
 ///   y_R = 0,      Zᵀ λ_R = 0 for all Z with A_Rᵀ Z = 0,
-/// R the rows that vanish in it: what presses together rests together, to rounding. False, and as it
-/// was, where these do not determine it.
+/// R the rows that vanish in it: what presses together rests together, to rounding. False, and as
+/// it was, where these do not determine it.
 bool SolveStiffSprings(const FrictionProblem& problem, FrictionSolution* solution);
 
 }  // namespace contact_flow

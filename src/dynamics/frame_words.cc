@@ -63,9 +63,10 @@ std::string TellWords(const MechanicalSystem& system, const FrictionFrame& frame
   return told.str();
 }
 
-ContactMode ChooseWord(const FrictionFrame& frame, const std::vector<FrictionSolution>& all,
-                       const std::vector<FrictionSolution>& words, ConstraintSet varying,
-                       ContactMode before) {
+std::optional<ContactMode> KeptWord(const FrictionFrame& frame,
+                                    const std::vector<FrictionSolution>& all,
+                                    const std::vector<FrictionSolution>& words,
+                                    ConstraintSet varying, ContactMode before) {
   const auto same = [&](const FrictionSolution& word) {
     const ContactMode mode = ModeOfWord(frame, word);
     for (int i : varying) {
@@ -77,26 +78,31 @@ ContactMode ChooseWord(const FrictionFrame& frame, const std::vector<FrictionSol
   if (kept != words.end()) return ModeOfWord(frame, *kept);
   // Forces of the letters until now vanish here: what they leave is their motion.
   const auto until_now = std::find_if(all.begin(), all.end(), same);
-  if (until_now != all.end()) {
-    const RowUnits units(frame.problem());
-    const Vector result = until_now->result;
-    const double scale = units.Largest(frame.problem().b);
-    const auto apart = [&](const FrictionSolution& word) {
-      return units.Largest(word.result - result);
-    };
-    const auto nearest =
-        std::min_element(words.begin(), words.end(), [&](const auto& a, const auto& b) {
-          return apart(a) < apart(b);
-        });
-    if (apart(*nearest) <= kSameAsBefore * scale) return ModeOfWord(frame, *nearest);
-  }
+  if (until_now == all.end() || words.empty()) return std::nullopt;
+  const RowUnits units(frame.problem());
+  const auto apart = [&](const FrictionSolution& word) {
+    return units.Largest(word.result - until_now->result);
+  };
+  const auto nearest =
+      std::min_element(words.begin(), words.end(),
+                       [&](const auto& a, const auto& b) { return apart(a) < apart(b); });
+  const double scale = units.Largest(frame.problem().b);
+  if (!(apart(*nearest) <= kSameAsBefore * scale)) return std::nullopt;
+  return ModeOfWord(frame, *nearest);
+}
+
+ContactMode ChooseWord(const FrictionFrame& frame, const std::vector<FrictionSolution>& all,
+                       const std::vector<FrictionSolution>& words, ConstraintSet varying,
+                       ContactMode before) {
+  const auto kept = KeptWord(frame, all, words, varying, before);
+  if (kept) return *kept;
   const auto size = [&](const FrictionSolution& word) {
     return word.force.dot(frame.problem().G * word.force);
   };
-  return ModeOfWord(frame, *std::min_element(words.begin(), words.end(), [&](const auto& a,
-                                                                            const auto& b) {
-    return size(a) < size(b);
-  }));
+  return ModeOfWord(frame, *std::min_element(words.begin(), words.end(),
+                                             [&](const auto& a, const auto& b) {
+                                               return size(a) < size(b);
+                                             }));
 }
 
 }  // namespace contact_flow

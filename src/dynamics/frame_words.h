@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,8 +21,14 @@ std::string TellWords(const MechanicalSystem& system, const FrictionFrame& frame
                       const std::vector<FrictionSolution>& words, ConstraintSet contacts);
 
 /// Of words of several motions, all those that fit, and among them those that go on, the one in
-/// which the contacts of `varying` have the letters of `before`; else the one that has their motion
-/// at this instant; else that of the smallest forces.
+/// which the contacts of `varying` have the letters of `before`, or else the one that has their
+/// motion at this instant.
+std::optional<ContactMode> KeptWord(const FrictionFrame& frame,
+                                    const std::vector<FrictionSolution>& all,
+                                    const std::vector<FrictionSolution>& words,
+                                    ConstraintSet varying, ContactMode before);
+
+/// This one, or else that of the smallest forces.
 ContactMode ChooseWord(const FrictionFrame& frame, const std::vector<FrictionSolution>& all,
                        const std::vector<FrictionSolution>& words, ConstraintSet varying,
                        ContactMode before);

@@ -46,7 +46,7 @@ class Group {
       : problem_(problem), border_(border), before_(before), implied_(problem) {
     scale_ = problem.b.cwiseAbs().maxCoeff();
     if (!(scale_ > 0)) scale_ = 1;
-    for (const FrictionContact& contact : problem.contacts) alphabet_.push_back(AlphabetOf(contact));
+    for (const FrictionContact& one : problem.contacts) alphabet_.push_back(AlphabetOf(one));
     const double may_miss = problem.slack.size() > 0 ? problem.slack.maxCoeff() : 0;
     room_ = std::max(kRoom, kManyBorders * border) + 2 * may_miss / scale_;
   }
@@ -200,7 +200,7 @@ class Group {
     return !((one.result - other.result).cwiseAbs().maxCoeff() <= room_ * scale_);
   }
 
-  /// What springs came to, with the motions beside it that words decide, in which contacts rise that
+  /// What springs came to, and the motions beside it that words decide, in which contacts rise that
   /// press where forces are shared. Where words of shared forces fit beside it springs decided.
   std::vector<FrictionSolution> WithRigid(FrictionSolution springs,
                                           const std::vector<FrictionSolution>& words) const {

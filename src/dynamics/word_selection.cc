@@ -126,8 +126,10 @@ class Words {
       const auto ahead = FindWordAhead(&dynamics_, x_, touching_, most, border);
       return ahead ? ahead->mode : most;
     }
-    // Where one motion ends and another one is left, this one follows.
-    if (fitting.size() < all.size()) {
+    // Where the motion until now ends and another one is left, this one follows.
+    const bool kept = fitting.size() > 1 && !touching_.before.Empty() &&
+                      KeptWord(frame_, all, fitting, varying, touching_.before);
+    if (!kept && fitting.size() < all.size()) {
       if (const std::optional<ContactMode> ahead = AheadOfAll(all, border)) {
         if (by != nullptr) by->ahead = true;
         return *ahead;
@@ -283,8 +285,7 @@ class Words {
       }
       const bool begins = !contact.slips && contact.dimension == 1 && letter != Letter::kStick;
       if (begins) {
-        const double slip = units_->rate()(row + 1) * rate(tangential);
-        slacks.push_back({i, SlipSign(letter) * slip, false});
+        slacks.push_back({i, SlipSign(letter) * units_->rate()(row + 1) * rate(tangential), false});
       } else if (turns && !contact.slips && contact.dimension == 2 && letter == Letter::kSlip) {
         const Vector slip = terms_.jacobian.middleRows<2>(tangential) * x.tail(d_);
         slacks.push_back({i, slip.normalized().dot(rate.segment<2>(tangential)), false});

@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <sstream>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -13,6 +12,7 @@
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/simulate.h"
 #include "test/friction/robot_twins.h"
+#include "test/refusal.h"
 #include "test/shorthands.h"
 
 namespace contact_flow {
@@ -38,20 +38,15 @@ std::string OnFeet(const std::string& base, double j, const std::string& feet) {
          std::to_string(j) + "}, velocities: {j: -1.7}}\nconstraints:\n" + feet;
 }
 
-std::string Foot(int k, double x, double y, const std::string& friction) {
+std::string FootAt(int k, double x, double y, const std::string& friction) {
   std::ostringstream foot;
   foot << "  f" << k << ": {kind: plane, link: box, point: [" << x << ", " << y
        << ", -0.2876], friction: " << friction << "}\n";
   return foot.str();
 }
 
-std::string RefusalOf(const MechanicalSystem& robot) {
-  try {
-    Simulate(robot, robot.nominal().x, Vector(), 0.01);
-  } catch (const std::invalid_argument& refused) {
-    return refused.what();
-  }
-  return "";
+std::string RefusedStart(const MechanicalSystem& robot) {
+  return test::RefusalOf([&] { Simulate(robot, robot.nominal().x, Vector(), 0.01); });
 }
 
 /// Both feet stick, strictly inside their cones, or both rise: as a start that is refused, as it is
@@ -59,10 +54,9 @@ std::string RefusalOf(const MechanicalSystem& robot) {
 TEST(SeveralMotions, OfDependentFeetAreRefusedAsAStart) {
   const std::string pairs[][2] = {{"1", "0"}, {"1", "0.75"}};
   for (const auto& friction : pairs) {
-    const auto robot =
-        Robot(BoxWithSlider(), OnFeet("planar", -0.119, Foot(0, -0.2, 0, friction[0]) +
-                                                            Foot(1, 0.2, 0, friction[1])));
-    const std::string told = RefusalOf(*robot);
+    const std::string feet = FootAt(0, -0.2, 0, friction[0]) + FootAt(1, 0.2, 0, friction[1]);
+    const auto robot = Robot(BoxWithSlider(), OnFeet("planar", -0.119, feet));
+    const std::string told = RefusedStart(*robot);
     EXPECT_NE(std::string::npos, told.find("several motions fit")) << told;
     EXPECT_NE(std::string::npos, told.find("'oo'")) << told;
   }
@@ -72,12 +66,13 @@ TEST(SeveralMotions, OfDependentFeetAreRefusedAsAStart) {
 TEST(SeveralMotions, OfFeetInSpaceAreRefusedAsAStart) {
   for (const std::string& friction : {"1", "no_slip"}) {
     for (const int count : {3, 4, 6}) {
-      std::string feet = Foot(0, -0.2, -0.1, friction) + Foot(1, -0.2, 0.1, friction);
-      if (count == 3) feet += Foot(2, 0.2, 0, friction);
-      if (count > 3) feet += Foot(2, 0.2, -0.1, friction) + Foot(3, 0.2, 0.1, friction);
-      if (count > 4) feet += Foot(4, 0, 0.1, friction) + Foot(5, 0, -0.1, friction);
+      std::string feet = FootAt(0, -0.2, -0.1, friction) + FootAt(1, -0.2, 0.1, friction);
+      if (count == 3) feet += FootAt(2, 0.2, 0, friction);
+      if (count > 3) feet += FootAt(2, 0.2, -0.1, friction) + FootAt(3, 0.2, 0.1, friction);
+      if (count > 4) feet += FootAt(4, 0, 0.1, friction) + FootAt(5, 0, -0.1, friction);
       const auto robot = Robot(BoxWithSlider(), OnFeet("floating", -0.11, feet));
-      const std::string told = RefusalOf(*robot), letters(static_cast<std::size_t>(count), 's');
+      const std::string told = RefusedStart(*robot);
+      const std::string letters(static_cast<std::size_t>(count), 's');
       EXPECT_NE(std::string::npos, told.find("several motions fit")) << count << told;
       EXPECT_NE(std::string::npos, told.find("'" + letters + "'")) << count << told;
     }
@@ -87,8 +82,8 @@ TEST(SeveralMotions, OfFeetInSpaceAreRefusedAsAStart) {
 /// Along a run the motion goes on in which forces are continuous: that of both feet, where one
 /// lets go, is that of the other, though both could rise at once. It is told, without derivative.
 TEST(SeveralMotions, ARunKeepsTheOneItWasIn) {
-  const auto robot = Robot(BoxWithSlider(), OnFeet("planar", -0.06, Foot(0, -0.2, 0, "1") +
-                                                                        Foot(1, 0.2, 0, "0.75")));
+  const std::string feet = FootAt(0, -0.2, 0, "1") + FootAt(1, 0.2, 0, "0.75");
+  const auto robot = Robot(BoxWithSlider(), OnFeet("planar", -0.06, feet));
   const Vector x = robot->nominal().x;
   const Trajectory run = Simulate(*robot, x, Vector(), 0.05, AtTolerance(1e-11));
   ASSERT_TRUE(run.status.ok()) << run.status.message;
@@ -164,8 +159,7 @@ Trajectory LandOnARamp(double length, double mass) {
   return Simulate(*robot, robot->nominal().x, Vector(), 0.45, AtTolerance(1e-9));
 }
 
-/// What a torque or a force of a joint is beside those of contacts is a matter of units: words are
-/// not.
+/// How large the force of a joint is beside those of contacts depends on units. Words do not.
 TEST(SeveralMotions, JointFrictionIsTheSameInAnyUnits) {
   const auto words = [](const Trajectory& run) {
     std::string all;
