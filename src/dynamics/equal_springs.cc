@@ -4,6 +4,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <vector>
+
+#include "dependent_rows.h"
 
 namespace contact_flow {
 namespace {
@@ -22,6 +25,9 @@ constexpr int kNewtonSteps = 100;
 constexpr double kLeastSpring = 1e-6;
 /// Residuals below this are rounding, relative; larger ones than the second are none that count.
 constexpr double kConverged = 1e-14, kSpringsSolved = 1e-9;
+/// Of the limit of a word: its equations are singular below this pivot, and its motion is that of
+/// the springs found up to this, relative.
+constexpr double kSpringPivot = 1e-9, kSameSprings = 1e-8;
 
 /// The residual λ − proj(λ − r y) and its Jacobian.
 class Springs {
@@ -201,6 +207,59 @@ std::optional<FrictionSolution> SolveEqualSprings(const FrictionProblem& problem
     return solution;
   }
   return std::nullopt;
+}
+
+bool SolveStiffSprings(const FrictionProblem& problem, FrictionSolution* solution) {
+  std::vector<int> rows;
+  Matrix columns = Matrix::Zero(problem.b.size(), problem.b.size());
+  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
+    const Letter letter = solution->letters[i];
+    if (letter == Letter::kOpen) continue;
+    const FrictionContact& contact = problem.contacts[i];
+    const int row = problem.Row(i), held = letter == Letter::kStick ? contact.dimension : 0;
+    if (letter != Letter::kStick) {
+      columns.block(row + 1, static_cast<Eigen::Index>(rows.size()), contact.dimension, 1) =
+          -contact.coefficient * solution->directions[i].head(contact.dimension);
+    }
+    for (int k = 0; k <= held; ++k) {
+      columns(row + k, static_cast<Eigen::Index>(rows.size())) = 1;
+      rows.push_back(row + k);
+    }
+  }
+  const auto m = static_cast<Eigen::Index>(rows.size());
+  if (m == 0) return false;
+  const Matrix W = columns.leftCols(m);
+  Matrix block(m, m);
+  for (Eigen::Index i = 0; i < m; ++i) {
+    for (Eigen::Index j = 0; j < m; ++j) {
+      block(i, j) = problem.G(rows[static_cast<std::size_t>(i)], rows[static_cast<std::size_t>(j)]);
+    }
+  }
+  const RowBasis basis = FindRowBasis(block);
+  const auto r = static_cast<Eigen::Index>(basis.rows.size());
+  if (r == m) return false;
+  const Vector unit = block.diagonal().cwiseSqrt().cwiseInverse();
+  const Matrix push = problem.G * W;
+  Matrix equations(m, m);
+  Vector right = Vector::Zero(m);
+  for (Eigen::Index k = 0; k < r; ++k) {
+    const int place = basis.rows[static_cast<std::size_t>(k)];
+    const int row = rows[static_cast<std::size_t>(place)];
+    equations.row(k) = unit(place) * push.row(row) * unit.asDiagonal();
+    right(k) = -unit(place) * problem.b(row);
+  }
+  equations.bottomRows(m - r) = basis.freedom.transpose() * unit.asDiagonal();
+  for (Eigen::Index k = r; k < m; ++k) equations.row(k).normalize();
+  Eigen::FullPivLU<Matrix> factor(equations);
+  factor.setThreshold(kSpringPivot);
+  if (!equations.allFinite() || factor.rank() < m) return false;
+  const Vector force = W * (unit.asDiagonal() * factor.solve(right));
+  const Vector result = problem.G * force + problem.b;
+  const double scale = problem.b.cwiseAbs().maxCoeff();
+  if (!((result - solution->result).cwiseAbs().maxCoeff() <= kSameSprings * scale)) return false;
+  solution->force = force;
+  solution->result = result;
+  return true;
 }
 
 }  // namespace contact_flow

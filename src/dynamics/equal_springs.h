@@ -15,4 +15,10 @@ namespace contact_flow {
 /// about 1e-11 in y and 1e-9 in λ. `springs` is set. None where the method does not converge.
 std::optional<FrictionSolution> SolveEqualSprings(const FrictionProblem& problem);
 
+/// Makes a solution that SolveEqualSprings found the limit itself, by the equations of its word,
+///   y_R = 0,      Zᵀ λ_R = 0 for all Z with A_Rᵀ Z = 0,
+/// R the rows that vanish in it: what presses together rests together, to rounding. False, and as
+/// it was, where these do not determine it.
+bool SolveStiffSprings(const FrictionProblem& problem, FrictionSolution* solution);
+
 }  // namespace contact_flow

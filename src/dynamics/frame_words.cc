@@ -1,10 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "frame_words.h"
 
-#include <limits>
+#include <algorithm>
 #include <sstream>
 
+#include "contact_flow/dynamics/guards.h"
+#include "row_units.h"
+
 namespace contact_flow {
+namespace {
+
+/// A motion that differs from that of the letters until now by less than this is theirs, relative.
+constexpr double kSameAsBefore = 1e-6;
+
+}  // namespace
 
 ContactMode ModeOfWord(const FrictionFrame& frame, const FrictionSolution& word) {
   ContactMode mode;
@@ -14,6 +23,21 @@ ContactMode ModeOfWord(const FrictionFrame& frame, const FrictionSolution& word)
     mode.Set(frame.constraints()[k], free ? Letter::kSlip : letter);
   }
   return mode;
+}
+
+void SetSlips(const TouchingContacts& touching, const VectorRef& v, FrictionFrame* frame) {
+  FrictionProblem& problem = frame->problem();
+  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+    FrictionContact& contact = problem.contacts[k];
+    const int i = frame->constraints()[k];
+    contact.slips = touching.slipping.Contains(i) && contact.dimension > 0;
+    if (!contact.slips) continue;
+    if (contact.dimension == 2) {
+      contact.direction = (frame->rows().middleRows<2>(problem.Row(k) + 1) * v).normalized();
+    } else {
+      contact.direction(0) = SlipSign(touching.slipping.LetterOf(i));
+    }
+  }
 }
 
 std::string TellWords(const MechanicalSystem& system, const FrictionFrame& frame,
@@ -39,21 +63,46 @@ std::string TellWords(const MechanicalSystem& system, const FrictionFrame& frame
   return told.str();
 }
 
-ContactMode ChooseWord(const FrictionFrame& frame, const std::vector<FrictionSolution>& words,
-                       ConstraintSet varying, ContactMode before) {
-  const FrictionSolution* least = nullptr;
-  double smallest = std::numeric_limits<double>::infinity();
-  for (const FrictionSolution& word : words) {
+std::optional<ContactMode> KeptWord(const FrictionFrame& frame,
+                                    const std::vector<FrictionSolution>& all,
+                                    const std::vector<FrictionSolution>& words,
+                                    ConstraintSet varying, ContactMode before) {
+  const auto same = [&](const FrictionSolution& word) {
     const ContactMode mode = ModeOfWord(frame, word);
-    bool same = true;
-    for (int i : varying) same = same && mode.LetterOf(i) == before.LetterOf(i);
-    if (same) return mode;
-    const double size = word.force.dot(frame.problem().G * word.force);
-    if (least != nullptr && !(size < smallest)) continue;
-    least = &word;
-    smallest = size;
-  }
-  return ModeOfWord(frame, *least);
+    for (int i : varying) {
+      if (mode.LetterOf(i) != before.LetterOf(i)) return false;
+    }
+    return true;
+  };
+  const auto kept = std::find_if(words.begin(), words.end(), same);
+  if (kept != words.end()) return ModeOfWord(frame, *kept);
+  // Forces of the letters until now vanish here: what they leave is their motion.
+  const auto until_now = std::find_if(all.begin(), all.end(), same);
+  if (until_now == all.end() || words.empty()) return std::nullopt;
+  const RowUnits units(frame.problem());
+  const auto apart = [&](const FrictionSolution& word) {
+    return units.Largest(word.result - until_now->result);
+  };
+  const auto nearest =
+      std::min_element(words.begin(), words.end(),
+                       [&](const auto& a, const auto& b) { return apart(a) < apart(b); });
+  const double scale = units.Largest(frame.problem().b);
+  if (!(apart(*nearest) <= kSameAsBefore * scale)) return std::nullopt;
+  return ModeOfWord(frame, *nearest);
+}
+
+ContactMode ChooseWord(const FrictionFrame& frame, const std::vector<FrictionSolution>& all,
+                       const std::vector<FrictionSolution>& words, ConstraintSet varying,
+                       ContactMode before) {
+  const auto kept = KeptWord(frame, all, words, varying, before);
+  if (kept) return *kept;
+  const auto size = [&](const FrictionSolution& word) {
+    return word.force.dot(frame.problem().G * word.force);
+  };
+  return ModeOfWord(frame, *std::min_element(words.begin(), words.end(),
+                                             [&](const auto& a, const auto& b) {
+                                               return size(a) < size(b);
+                                             }));
 }
 
 }  // namespace contact_flow

@@ -14,12 +14,11 @@
 #include "only_solution.h"
 #include "slip_directions.h"
 #include "turning_onset.h"
+#include "word_margins.h"
 
 namespace contact_flow {
 namespace {
 
-/// Motions that differ by less than this are one, and a slack above this is room, relative.
-constexpr double kSameGroupMotion = 1e-8, kRoom = 1e-7;
 /// A solution with that much room beside `border` is not near another word's.
 constexpr double kManyBorders = 1e4;
 /// What inequalities of a solution that springs found may miss, relative.
@@ -27,81 +26,11 @@ constexpr double kMissed = 1e-9;
 /// With dependent rows, contacts of which all words are tried.
 constexpr std::size_t kMaxDependentContacts = 4;
 
-/// The letters that a contact may have.
-std::vector<Letter> Alphabet(const FrictionContact& contact) {
-  if (contact.dimension == 0 || (contact.slips && contact.dimension == 2)) {
-    return {Letter::kOpen, Letter::kSlip};
-  }
-  if (contact.slips) {
-    return {Letter::kOpen, contact.direction(0) > 0 ? Letter::kForward : Letter::kBackward};
-  }
-  if (std::isinf(contact.coefficient)) return {Letter::kOpen, Letter::kStick};
-  if (contact.dimension == 1) {
-    return {Letter::kOpen, Letter::kStick, Letter::kForward, Letter::kBackward};
-  }
-  return {Letter::kOpen, Letter::kStick, Letter::kSlip};
-}
-
-bool Slips(Letter letter) { return letter != Letter::kOpen && letter != Letter::kStick; }
-
-/// The slack of the tightest inequality, with what it may miss, relative to `scale`.
-double Margin(const FrictionProblem& problem, const FrictionSolution& s, double scale) {
-  double margin = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
-    const FrictionContact& contact = problem.contacts[i];
-    const int row = problem.Row(i);
-    const double gain = problem.G(row, row);
-    const Vector& share = s.interior.size() > 0 ? s.interior : s.force;
-    const auto force = share.segment(row + 1, contact.dimension);
-    const auto slip = s.result.segment(row + 1, contact.dimension);
-    const double may_miss = problem.slack.size() > 0 ? problem.slack(static_cast<int>(i)) : 0;
-    if (s.letters[i] == Letter::kOpen) {
-      margin = std::min(margin, s.result(row) + may_miss);
-      continue;
-    }
-    const bool cone = s.letters[i] == Letter::kStick && std::isfinite(contact.coefficient);
-    // The apex of the cone: both vanish together.
-    const double pushes = cone ? contact.coefficient * share(row) - force.norm() : share(row);
-    margin = std::min(margin, gain * pushes + may_miss);
-    if (Slips(s.letters[i]) && contact.dimension > 0 && !contact.slips) {
-      margin = std::min(margin, s.directions[i].head(contact.dimension).dot(slip) + may_miss);
-    }
-  }
-  return margin / scale;
-}
-
-/// The slack of contact i alone, relative.
-double SlackOf(const FrictionProblem& problem, const FrictionSolution& s, std::size_t i) {
-  const FrictionContact& contact = problem.contacts[i];
-  const int row = problem.Row(i);
-  const Vector& share = s.interior.size() > 0 ? s.interior : s.force;
-  const bool cone = s.letters[i] == Letter::kStick && std::isfinite(contact.coefficient);
-  const double slack =
-      cone ? contact.coefficient * share(row) - share.segment(row + 1, contact.dimension).norm()
-           : share(row);
-  return problem.G(row, row) * slack;
-}
-
-/// Whether `other` is the motion of `word` with less contact, or less that sticks, where `word` has
-/// room for it: a box on a diagonal of its face.
-bool Covers(const FrictionProblem& problem, const FrictionSolution& word,
-            const FrictionSolution& other, double scale) {
-  if (word.many || word.letters == other.letters) return false;
-  if ((word.result - other.result).cwiseAbs().maxCoeff() > kSameGroupMotion * scale) return false;
-  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
-    if (word.letters[i] == other.letters[i]) continue;
-    const bool less = word.letters[i] == Letter::kStick || other.letters[i] == Letter::kOpen;
-    if (!less || word.letters[i] == Letter::kOpen) return false;
-    if (!(SlackOf(problem, word, i) > kRoom * scale)) return false;
-  }
-  return true;
-}
-
 /// The word in which all that may stick does, where that decides the motion.
 std::optional<FrictionSolution> AllStick(const FrictionProblem& problem, double scale) {
   FrictionSolution word;
   for (const FrictionContact& contact : problem.contacts) {
-    const std::vector<Letter> letters = Alphabet(contact);
+    const std::vector<Letter> letters = AlphabetOf(contact);
     word.letters.push_back(letters[1]);
     word.directions.push_back(contact.direction);
   }
@@ -113,11 +42,11 @@ std::optional<FrictionSolution> AllStick(const FrictionProblem& problem, double 
 /// The words of a group of contacts that feel each other, one after the other.
 class Group {
  public:
-  Group(const FrictionProblem& problem, double border)
-      : problem_(problem), border_(border), implied_(problem) {
+  Group(const FrictionProblem& problem, double border, const std::vector<Letter>& before)
+      : problem_(problem), border_(border), before_(before), implied_(problem) {
     scale_ = problem.b.cwiseAbs().maxCoeff();
     if (!(scale_ > 0)) scale_ = 1;
-    for (const FrictionContact& contact : problem.contacts) alphabet_.push_back(Alphabet(contact));
+    for (const FrictionContact& one : problem.contacts) alphabet_.push_back(AlphabetOf(one));
     const double may_miss = problem.slack.size() > 0 ? problem.slack.maxCoeff() : 0;
     room_ = std::max(kRoom, kManyBorders * border) + 2 * may_miss / scale_;
   }
@@ -146,15 +75,15 @@ class Group {
         return turning && one.letters == turning->letters;
       });
       if (turning && !known) apart.push_back(*turning);
-      if (Decided(apart)) return apart;
+      if (Decided(apart) || SeveralMotions(apart)) return apart;
     } else if (stuck_ && stuck->margin > room_) {
-      return {std::move(*stuck)};
+      return WithOthers({std::move(*stuck)});
     } else if (turning) {
-      return {std::move(*stuck), std::move(*turning)};
+      return WithOthers({std::move(*stuck), std::move(*turning)});
     }
     std::optional<FrictionSolution> springs = SolveEqualSprings(problem_);
     if (!springs) return apart;
-    return {WithoutSprings(std::move(*springs))};
+    return WithOthers(WithRigid(WithoutSprings(std::move(*springs)), apart));
   }
 
  private:
@@ -257,6 +186,73 @@ class Group {
     return !all.empty();
   }
 
+  /// Whether these are motions of their own, none of which shares of forces decide.
+  bool SeveralMotions(const std::vector<FrictionSolution>& all) const {
+    bool several = false;
+    for (const FrictionSolution& one : all) {
+      if (one.many) return false;
+      several = several || Apart(one, all.front());
+    }
+    return several;
+  }
+
+  bool Apart(const FrictionSolution& one, const FrictionSolution& other) const {
+    return !((one.result - other.result).cwiseAbs().maxCoeff() <= room_ * scale_);
+  }
+
+  /// What springs came to, and the motions beside it that words decide, in which contacts rise that
+  /// press where forces are shared. Where words of shared forces fit beside it springs decided.
+  std::vector<FrictionSolution> WithRigid(FrictionSolution springs,
+                                          const std::vector<FrictionSolution>& words) const {
+    std::vector<FrictionSolution> all = {std::move(springs)};
+    for (const FrictionSolution& one : words) {
+      if (!(one.margin > room_)) continue;
+      if (one.many) all.front().springs = true;
+      const bool beside = std::all_of(words.begin(), words.end(), [&](const auto& word) {
+        return !word.many || RisesBeside(problem_, one, word, scale_);
+      });
+      if (one.many || !beside || !RisesBeside(problem_, one, all.front(), scale_)) continue;
+      all.push_back(one);
+    }
+    return all;
+  }
+
+  /// Where not all words are tried: with those of all open, and of the letters until now, that fit
+  /// with room and are other motions.
+  std::vector<FrictionSolution> WithOthers(std::vector<FrictionSolution> found) const {
+    if (problem_.contacts.size() <= kMaxDependentContacts) return found;
+    const std::vector<Letter> open(problem_.contacts.size(), Letter::kOpen);
+    for (const std::vector<Letter>& letters : {open, before_}) {
+      std::optional<FrictionSolution> word = Given(letters);
+      if (!word || word->many || !(word->margin > room_)) continue;
+      const bool known = std::any_of(found.begin(), found.end(),
+                                     [&](const auto& one) { return !Apart(*word, one); });
+      if (!known) found.push_back(std::move(*word));
+    }
+    return found;
+  }
+
+  /// The word with these letters, where contacts may have them and directions are known.
+  std::optional<FrictionSolution> Given(const std::vector<Letter>& letters) const {
+    if (letters.size() != problem_.contacts.size()) return std::nullopt;
+    FrictionSolution word;
+    word.letters = letters;
+    for (std::size_t i = 0; i < letters.size(); ++i) {
+      const FrictionContact& contact = problem_.contacts[i];
+      const std::vector<Letter>& may = alphabet_[i];
+      if (std::find(may.begin(), may.end(), letters[i]) == may.end()) return std::nullopt;
+      if (letters[i] == Letter::kSlip && contact.dimension == 2 && !contact.slips) {
+        return std::nullopt;
+      }
+      word.directions.push_back(contact.direction);
+      if (letters[i] == Letter::kForward) word.directions[i] = {1, 0};
+      if (letters[i] == Letter::kBackward) word.directions[i] = {-1, 0};
+    }
+    if (!SolveWord(problem_, &word)) return std::nullopt;
+    word.margin = Margin(problem_, word, scale_);
+    return word;
+  }
+
   /// The same motion by its word alone, where that decides it. Without room other words may meet
   /// there, which are not looked for: then it counts as one of springs.
   FrictionSolution WithoutSprings(FrictionSolution springs) const {
@@ -267,6 +263,7 @@ class Group {
     FrictionSolution word = springs;
     const bool decides = SolveWord(problem_, &word) && !word.many;
     FrictionSolution& found = decides && Decided({springs, word}) ? word : springs;
+    if (&found == &springs) SolveStiffSprings(problem_, &springs);
     found.margin = Margin(problem_, found, scale_);
     found.springs = &found == &springs || !(found.margin > room_);
     return std::move(found);
@@ -301,6 +298,7 @@ class Group {
 
   const FrictionProblem& problem_;
   const double border_;
+  const std::vector<Letter>& before_;
   const ImpliedLetters implied_;
   double scale_, room_;
   std::vector<std::vector<Letter>> alphabet_;
@@ -320,7 +318,8 @@ FrictionSolution WithoutForces(const FrictionProblem& problem, const Vector& res
   return none;
 }
 
-std::vector<FrictionSolution> SolveGroup(const FrictionProblem& problem, double border) {
+std::vector<FrictionSolution> SolveGroup(const FrictionProblem& problem, double border,
+                                         const std::vector<Letter>& before) {
   const std::size_t n = problem.contacts.size();
   if (n > kMaxCoupledContacts) {
     throw std::domain_error(std::to_string(n) +
@@ -331,7 +330,7 @@ std::vector<FrictionSolution> SolveGroup(const FrictionProblem& problem, double 
       (problem.b.cwiseAbs().array() <= problem.rounding.array()).all()) {
     return {WithoutForces(problem, Vector::Zero(problem.b.size()))};
   }
-  return Group(problem, border).Solve();
+  return Group(problem, border, before).Solve();
 }
 
 }  // namespace contact_flow

@@ -7,8 +7,14 @@
 
 namespace contact_flow {
 
-/// SolveFriction of contacts that all feel each other, directly or through others.
-std::vector<FrictionSolution> SolveGroup(const FrictionProblem& problem, double border);
+/// SolveFriction with the letters until now, by contact, which are tried where not all words are:
+/// where more than four contacts depend on each other. Empty for none.
+std::vector<FrictionSolution> SolveFrictionFrom(const FrictionProblem& problem, double border,
+                                                const std::vector<Letter>& before);
+
+/// The same of contacts that all feel each other, directly or through others.
+std::vector<FrictionSolution> SolveGroup(const FrictionProblem& problem, double border,
+                                         const std::vector<Letter>& before);
 
 /// All contacts open; `result` is what follows.
 FrictionSolution WithoutForces(const FrictionProblem& problem, const Vector& result);

@@ -9,6 +9,7 @@
 
 #include "dependent_words.h"
 #include "friction_group.h"
+#include "row_units.h"
 
 namespace contact_flow {
 namespace {
@@ -45,15 +46,8 @@ std::vector<std::vector<std::size_t>> Groups(const FrictionProblem& problem) {
   return groups;
 }
 
-}  // namespace
-
-int FrictionProblem::Row(std::size_t contact) const {
-  int row = 0;
-  for (std::size_t i = 0; i < contact; ++i) row += 1 + contacts[i].dimension;
-  return row;
-}
-
-bool SolveWord(const FrictionProblem& problem, FrictionSolution* solution, bool share) {
+/// SolveWord of a problem whose rows can be compared.
+bool SolveWordOnScale(const FrictionProblem& problem, FrictionSolution* solution, bool share) {
   const Eigen::Index size = problem.b.size();
   Matrix columns = Matrix::Zero(size, size);
   std::vector<int> rows;
@@ -107,7 +101,28 @@ bool SolveWord(const FrictionProblem& problem, FrictionSolution* solution, bool 
   return solution->force.allFinite();
 }
 
+}  // namespace
+
+int FrictionProblem::Row(std::size_t contact) const {
+  int row = 0;
+  for (std::size_t i = 0; i < contact; ++i) row += 1 + contacts[i].dimension;
+  return row;
+}
+
+bool SolveWord(const FrictionProblem& problem, FrictionSolution* solution, bool share) {
+  const RowUnits units(problem);
+  if (!units.Any()) return SolveWordOnScale(problem, solution, share);
+  const bool solved = SolveWordOnScale(units.Scaled(problem), solution, share);
+  if (solved) units.Return(solution);
+  return solved;
+}
+
 std::vector<FrictionSolution> SolveFriction(const FrictionProblem& problem, double border) {
+  return SolveFrictionFrom(problem, border, {});
+}
+
+std::vector<FrictionSolution> SolveFrictionFrom(const FrictionProblem& problem, double border,
+                                                const std::vector<Letter>& before) {
   std::vector<FrictionSolution> solutions = {WithoutForces(problem, problem.b)};
   for (const std::vector<std::size_t>& group : Groups(problem)) {
     FrictionProblem part;
@@ -119,6 +134,10 @@ std::vector<FrictionSolution> SolveFriction(const FrictionProblem& problem, doub
     const auto m = static_cast<Eigen::Index>(rows.size());
     part.G.resize(m, m);
     part.b.resize(m);
+    std::vector<Letter> letters;
+    for (std::size_t i : group) {
+      if (!before.empty()) letters.push_back(before[i]);
+    }
     if (problem.slack.size() > 0) part.slack.resize(static_cast<Eigen::Index>(group.size()));
     for (Eigen::Index k = 0; k < part.slack.size(); ++k) {
       part.slack(k) = problem.slack(static_cast<Eigen::Index>(group[static_cast<std::size_t>(k)]));
@@ -135,7 +154,10 @@ std::vector<FrictionSolution> SolveFriction(const FrictionProblem& problem, doub
       }
     }
     std::vector<FrictionSolution> all;
-    for (const FrictionSolution& found : SolveGroup(part, border)) {
+    const RowUnits units(part);
+    if (units.Any()) part = units.Scaled(part);
+    for (FrictionSolution& found : SolveGroup(part, border, letters)) {
+      if (units.Any()) units.Return(&found);
       for (FrictionSolution whole : solutions) {
         whole.many = whole.many || found.many;
         whole.springs = whole.springs || found.springs;

@@ -41,10 +41,10 @@ std::vector<ForceCone> SharedCones(const MechanicalSystem& system, ContactMode m
   return cones;
 }
 
-/// By the right sides of all rows the forces of the `loaded` ones with H λ = rows · right and
-/// Zᵀ λ = 0 for all Z with A_Fᵀ Z = 0, F the loaded ones: λ_F = A_F ξ. G = A P Aᵀ; empty where they
-/// are not determined.
-Matrix SpringInverse(const Matrix& G, const Matrix& H, const Matrix& rows,
+/// By the right sides of all rows the forces λ = unit ∘ ξ of the `loaded` ones with
+/// H ξ = rows · right and Zᵀ λ = 0 for all Z with A_Fᵀ Z = 0, F the loaded ones: they are in the
+/// range of A_F. G = A P Aᵀ; empty where they are not determined.
+Matrix SpringInverse(const Matrix& G, const Matrix& H, const Vector& units, const Matrix& rows,
                      const std::vector<bool>& loaded) {
   std::vector<int> places;
   for (std::size_t k = 0; k < loaded.size(); ++k) {
@@ -52,7 +52,9 @@ Matrix SpringInverse(const Matrix& G, const Matrix& H, const Matrix& rows,
   }
   const auto f = static_cast<Eigen::Index>(places.size());
   Matrix block(f, f), part(H.rows(), f);
+  Vector unit(f);
   for (Eigen::Index i = 0; i < f; ++i) {
+    unit(i) = units(places[static_cast<std::size_t>(i)]);
     part.col(i) = H.col(places[static_cast<std::size_t>(i)]);
     for (Eigen::Index j = 0; j < f; ++j) {
       block(i, j) = G(places[static_cast<std::size_t>(i)], places[static_cast<std::size_t>(j)]);
@@ -60,7 +62,6 @@ Matrix SpringInverse(const Matrix& G, const Matrix& H, const Matrix& rows,
   }
   const RowBasis basis = FindRowBasis(block);
   if (f - basis.freedom.cols() != H.rows()) return {};
-  const Vector unit = block.diagonal().cwiseSqrt().cwiseInverse();
   Matrix springs(f, f), right = Matrix::Zero(f, G.rows());
   springs << part, basis.freedom.transpose() * unit.asDiagonal();
   right.topRows(H.rows()) = rows;
@@ -74,10 +75,10 @@ Matrix SpringInverse(const Matrix& G, const Matrix& H, const Matrix& rows,
 
 /// Where forces that are not unique push: those of equal springs, without contacts that would pull
 /// where the rows have the right sides `right`. `slack` is the least of all.
-Matrix ShareAsSprings(const Matrix& G, const Matrix& H, const Matrix& rows, const Vector& right,
-                      const std::vector<ForceCone>& cones, double* slack) {
+Matrix ShareAsSprings(const Matrix& G, const Matrix& H, const Vector& unit, const Matrix& rows,
+                      const Vector& right, const std::vector<ForceCone>& cones, double* slack) {
   std::vector<bool> loaded(static_cast<std::size_t>(G.rows()), true);
-  Matrix inverse = SpringInverse(G, H, rows, loaded);
+  Matrix inverse = SpringInverse(G, H, unit, rows, loaded);
   if (inverse.size() == 0) return inverse;
   *slack = LeastSlack(cones, inverse * right);
   for (std::size_t k = 0; k < cones.size(); ++k) {
@@ -93,7 +94,7 @@ Matrix ShareAsSprings(const Matrix& G, const Matrix& H, const Matrix& rows, cons
     for (int j = 0; j < pulls->dimension; ++j) {
       loaded[static_cast<std::size_t>(pulls->tangential + j)] = false;
     }
-    Matrix others = SpringInverse(G, H, rows, loaded);
+    Matrix others = SpringInverse(G, H, unit, rows, loaded);
     if (others.size() == 0) break;  // no share pushes alone
     inverse = std::move(others);
   }
@@ -132,12 +133,17 @@ bool ContactDynamics::FindSlidingDependence() {
   const RowBasis basis = FindRowBasis(G);
   const Eigen::Index k = G.rows(), r = k - basis.freedom.cols();
   if (r == k) return false;
-  const Vector unit = G.diagonal().cwiseSqrt().cwiseInverse();
+  // Units of the columns by what they push: that of a pad has the friction of its joint.
+  const Vector pushes = at_->push.colwise().norm();
+  const Vector unit = G.diagonal().cwiseSqrt().cwiseMax(pushes).cwiseInverse();
   Matrix H(r, k), rows = Matrix::Zero(r, k);
   for (Eigen::Index i = 0; i < r; ++i) {
     const int row = basis.rows[static_cast<std::size_t>(i)];
-    H.row(i) = unit(row) * at_->delassus_inverse.row(row) * unit.asDiagonal();
-    rows(i, row) = unit(row);
+    H.row(i) = at_->delassus_inverse.row(row) * unit.asDiagonal();
+    const double largest = H.row(i).cwiseAbs().maxCoeff();
+    if (!(largest > 0)) return false;
+    rows(i, row) = 1 / largest;
+    H.row(i) /= largest;
   }
   Eigen::FullPivLU<Matrix> factor(H);
   factor.setThreshold(kDependentRow);
@@ -148,8 +154,13 @@ bool ContactDynamics::FindSlidingDependence() {
   const Matrix any = unit.asDiagonal() * H.completeOrthogonalDecomposition().solve(rows);
   const Matrix& Z = at_->freedom;
   at_->generalized = any - Z * (Z.transpose() * Z).ldlt().solve(Z.transpose() * any);
-  const double size = (at_->push.cwiseAbs() * Z.cwiseAbs()).maxCoeff();
-  if ((at_->push * Z).cwiseAbs().maxCoeff() <= kNoSharedPush * size) return true;
+  bool pushes_none = true;
+  for (Eigen::Index j = 0; j < Z.cols(); ++j) {
+    const double size = (at_->push.cwiseAbs() * Z.col(j).cwiseAbs()).maxCoeff();
+    const double left = (at_->push * Z.col(j)).cwiseAbs().maxCoeff();
+    pushes_none = pushes_none && left <= kNoSharedPush * size;
+  }
+  if (pushes_none) return true;
   at_->freedom = basis.freedom;
   NoteShared();
   at_->springs = at_->shared;
@@ -157,7 +168,8 @@ bool ContactDynamics::FindSlidingDependence() {
   mass_factor_.SolveL(motion);
   const Vector right = -at_->bias - at_->reach.transpose() * motion;
   at_->generalized = ShareAsSprings(
-      G, H, rows, right, SharedCones(system_, at_->mode, at_->shared, at_->active), &shared_slack_);
+      G, H, unit, rows, right, SharedCones(system_, at_->mode, at_->shared, at_->active),
+      &shared_slack_);
   if (at_->generalized.size() > 0) return true;
   at_->generalized.setZero(k, k);
   at_->regular = false;
@@ -167,7 +179,9 @@ bool ContactDynamics::FindSlidingDependence() {
 void ContactDynamics::NoteShared() {
   at_->shared = ConstraintSet();
   for (Eigen::Index j = 0; j < at_->freedom.cols(); ++j) {
-    const auto column = at_->freedom.col(j).cwiseAbs();
+    // By what each of them pushes.
+    const Vector column =
+        at_->freedom.col(j).cwiseAbs().cwiseProduct(at_->reach.colwise().norm().transpose());
     const double part = kNoSharedPart * column.maxCoeff();
     for (int i : at_->mode - system_.compliant()) {
       const Friction& friction = system_.friction()[i];

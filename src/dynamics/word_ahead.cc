@@ -5,9 +5,9 @@
 #include <cmath>
 #include <vector>
 
-#include "contact_flow/dynamics/guards.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "frame_words.h"
+#include "row_units.h"
 
 namespace contact_flow {
 namespace {
@@ -29,23 +29,14 @@ std::optional<WordAhead> OnlyWord(ContactDynamics* dynamics, const Vector& x,
   FrictionFrame frame(system, inertia, touching.still | touching.slipping);
   FrictionProblem& problem = frame.problem();
   problem.b = frame.rows() * inertia.FreeAcceleration() + frame.bias();
-  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
-    FrictionContact& contact = problem.contacts[k];
-    const int i = frame.constraints()[k], row = problem.Row(k) + 1;
-    contact.slips = touching.slipping.Contains(i) && contact.dimension > 0;
-    if (!contact.slips) continue;
-    if (contact.dimension == 2) {
-      contact.direction = (frame.rows().middleRows<2>(row) * x.tail(d)).normalized();
-    } else {
-      contact.direction(0) = SlipSign(touching.slipping.LetterOf(i));
-    }
-  }
+  SetSlips(touching, x.tail(d), &frame);
   std::optional<WordAhead> found;
-  const double scale = problem.b.cwiseAbs().maxCoeff();
+  const RowUnits units(problem);
+  const double scale = units.Largest(problem.b);
   for (FrictionSolution& word : SolveFriction(problem, border)) {
     const ContactMode mode = ModeOfWord(frame, word);
     const auto apart = [&] {
-      return (word.result - found->solution.result).cwiseAbs().maxCoeff() / scale;
+      return units.Largest(word.result - found->solution.result) / scale;
     };
     const bool fits = !word.many && word.margin >= -kMissedAhead;
     if (!fits || (found && (mode != found->mode || apart() > kSameMotionAhead))) {

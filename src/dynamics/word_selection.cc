@@ -3,11 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <sstream>
 
 #include "contact_flow/dynamics/guards.h"
 #include "dependent_rows.h"
 #include "frame_words.h"
+#include "friction_group.h"
+#include "row_units.h"
 #include "turning_onset.h"
 #include "word_ahead.h"
 #include "word_trend.h"
@@ -21,8 +24,6 @@ constexpr double kAhead = 1e-6;
 constexpr double kBegun = 1e-9;
 /// Inequalities with more than this slack, relative, hold for a while.
 constexpr double kStrict = 1e-7;
-/// What accelerations of rows are known to, relative to those of the whole.
-constexpr double kRounding = 1e-13;
 /// What shrinks by so many roundings is no rounding of forces that are larger than their sum.
 constexpr double kNoticed = 1e3;
 
@@ -41,32 +42,20 @@ class Words {
     FrictionProblem& problem = frame_.problem();
     const Vector free = inertia.FreeAcceleration();
     problem.b = A * free + frame_.bias();
-    scale_ = problem.b.size() > 0 ? problem.b.cwiseAbs().maxCoeff() : 0;
-    const double size = std::sqrt(free.dot(inertia.mass() * free));
-    problem.slack.resize(static_cast<Eigen::Index>(problem.contacts.size()));
-    rounding_ = Vector::Zero(system_.num_constraints());
-    int row = 0;
+    units_.emplace(problem);
+    scale_ = units_->Largest(problem.b);
+    rounding_ = AccelerationRounding(problem, *units_, free.dot(inertia.mass() * free));
+    problem.slack = rounding_;
     for (std::size_t k = 0; k < frame_.constraints().size(); ++k) {
       const int i = frame_.constraints()[k];
-      FrictionContact& contact = problem.contacts[k];
-      // |A P h| ≤ |√P Aᵀ| |√P h|
-      rounding_(i) = kRounding * std::sqrt(problem.G(row, row)) * size;
-      problem.slack(static_cast<Eigen::Index>(k)) =
-          rounding_(i) + (touching.slack.size() > 0 ? touching.slack(i) : 0);
-      if (touching.slipping.Contains(i) && contact.dimension > 0) {
-        contact.slips = true;
-        if (contact.dimension == 1) {
-          contact.direction(0) = SlipSign(touching.slipping.LetterOf(i));
-        } else {
-          contact.direction = (A.middleRows<2>(row + 1) * x.tail(d_)).normalized();
-        }
-      }
-      row += 1 + contact.dimension;
+      before_.push_back(touching.before.LetterOf(i));
+      if (touching.slack.size() > 0) problem.slack(static_cast<int>(k)) += touching.slack(i);
     }
+    SetSlips(touching, x.tail(d_), &frame_);
   }
 
   ContactMode Find(double border, WordConventions* by) {
-    const std::vector<FrictionSolution> all = SolveFriction(frame_.problem(), border);
+    const std::vector<FrictionSolution> all = SolveFrictionFrom(frame_.problem(), border, before_);
     const ContactMode found = FindAmong(all, border, by);
     for (const FrictionSolution& word : all) {
       if (!word.turns || ModeOf(word) != found) continue;
@@ -137,8 +126,10 @@ class Words {
       const auto ahead = FindWordAhead(&dynamics_, x_, touching_, most, border);
       return ahead ? ahead->mode : most;
     }
-    // Where one motion ends and another one is left, this one follows.
-    if (fitting.size() < all.size()) {
+    // Where the motion until now ends and another one is left, this one follows.
+    const bool kept = fitting.size() > 1 && !touching_.before.Empty() &&
+                      KeptWord(frame_, all, fitting, varying, touching_.before);
+    if (!kept && fitting.size() < all.size()) {
       if (const std::optional<ContactMode> ahead = AheadOfAll(all, border)) {
         if (by != nullptr) by->ahead = true;
         return *ahead;
@@ -147,9 +138,10 @@ class Words {
     if (by != nullptr) {
       by->smallest = true;
       by->motions = TellWords(system_, frame_, fitting.empty() ? all : fitting, varying);
-      return ChooseWord(frame_, fitting.empty() ? all : fitting, varying, touching_.before);
+      return ChooseWord(frame_, all, fitting.empty() ? all : fitting, varying, touching_.before);
     }
-    Refuse(FrictionRefusal::Kind::kIndeterminate,
+    Refuse(fitting.empty() && Dependent() ? FrictionRefusal::Kind::kIndeterminateForces
+                                          : FrictionRefusal::Kind::kIndeterminate,
            (fitting.empty() ? "none of the words goes on to hold: "
                             : "several motions fit, each of which goes on: ") +
                TellWords(system_, frame_, all, varying));
@@ -161,7 +153,7 @@ class Words {
 
   bool OneMotion(const std::vector<FrictionSolution>& all) const {
     return std::all_of(all.begin(), all.end(), [&](const FrictionSolution& word) {
-      return (word.result - all.front().result).cwiseAbs().maxCoeff() <= kSameMotion * scale_;
+      return units_->Largest(word.result - all.front().result) <= kSameMotion * scale_;
     });
   }
 
@@ -239,7 +231,7 @@ class Words {
     message << "contacts "
             << (touching_.still | touching_.slipping).ToString(system_.description().constraints)
             << ": " << what;
-    if (Dependent() && !AllSlip()) {
+    if (Dependent() && !AllSlip() && kind != FrictionRefusal::Kind::kIndeterminate) {
       message << "; the rows of what sticks are dependent, forces are not unique";
       kind = FrictionRefusal::Kind::kIndeterminateForces;
     }
@@ -248,10 +240,16 @@ class Words {
 
   ContactMode ModeOf(const FrictionSolution& word) const { return ModeOfWord(frame_, word); }
 
-  double SlackOf(int constraint) const {
+  /// Of the normal row of contact k, in comparable units.
+  double Rate(std::size_t k) const { return units_->rate()(frame_.problem().Row(k)); }
+
+  /// Of a constraint the value by contact, in these units.
+  double Of(const Vector& values, int constraint) const {
     const std::vector<int>& all = frame_.constraints();
-    return frame_.problem().slack(std::find(all.begin(), all.end(), constraint) - all.begin());
+    const auto k = std::find(all.begin(), all.end(), constraint) - all.begin();
+    return Rate(static_cast<std::size_t>(k)) * values(k);
   }
+  double SlackOf(int constraint) const { return Of(frame_.problem().slack, constraint); }
   /// What a slack that is nearly used up is below, of a contact.
   double Nearly(int constraint) const { return kStrict * scale_ + 2 * SlackOf(constraint); }
 
@@ -267,27 +265,27 @@ class Words {
       if (!varying.Contains(i)) continue;
       const FrictionContact& contact = frame_.problem().contacts[k];
       const int row = frame_.problem().Row(k);
-      const double gain = frame_.problem().G(row, row);
+      const double gain = Rate(k) * frame_.problem().G(row, row);
       const Letter letter = mode.LetterOf(i);
       if (letter == Letter::kOpen) {
-        slacks.push_back({i, rate(i), false});
+        slacks.push_back({i, Rate(k) * rate(i), false});
         continue;
       }
       const int tangential = contact.dimension > 0 ? system_.friction()[i].row : 0;
       if (dynamics_.shared().Contains(i)) {
         slacks.push_back({i, gain * dynamics_.shared_margin(), letter == Letter::kStick});
       } else if (letter == Letter::kStick && std::isfinite(contact.coefficient)) {
-        slacks.push_back({i,
-                          gain * (contact.coefficient * force(i) -
-                                  force.segment(tangential, contact.dimension).norm()),
-                          true});
+        const double cone = contact.coefficient * force(i) -
+                            force.segment(tangential, contact.dimension).norm();
+        const double unit = units_->force()(row) / units_->force()(row + 1);
+        slacks.push_back({i, gain * unit * cone, true});
         continue;
       } else {
         slacks.push_back({i, gain * force(i), false});
       }
       const bool begins = !contact.slips && contact.dimension == 1 && letter != Letter::kStick;
       if (begins) {
-        slacks.push_back({i, SlipSign(letter) * rate(tangential), false});
+        slacks.push_back({i, SlipSign(letter) * units_->rate()(row + 1) * rate(tangential), false});
       } else if (turns && !contact.slips && contact.dimension == 2 && letter == Letter::kSlip) {
         const Vector slip = terms_.jacobian.middleRows<2>(tangential) * x.tail(d_);
         slacks.push_back({i, slip.normalized().dot(rate.segment<2>(tangential)), false});
@@ -322,7 +320,7 @@ class Words {
     trend.accelerations.col(1) = dynamics_.acceleration();
     for (std::size_t k = 0; k < now.size(); ++k) {
       if (!nearly(now[k])) continue;
-      const double rounding = 1e-300 + rounding_(now[k].constraint);
+      const double rounding = 1e-300 + Of(rounding_, now[k].constraint);
       trend.growth = std::min(trend.growth, (later[k].value - now[k].value) / rounding);
     }
     return trend;
@@ -335,7 +333,9 @@ class Words {
   const int nq_, d_;
   FrictionFrame frame_;
   double scale_ = 0;  // largest acceleration of a row
-  Vector rounding_;   // of accelerations, by constraint
+  std::optional<RowUnits> units_;
+  std::vector<Letter> before_;
+  Vector rounding_;  // of accelerations, by contact
   ConstraintTerms terms_;
 };
 

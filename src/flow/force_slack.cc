@@ -8,6 +8,7 @@
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "src/dynamics/guard_gradients.h"
+#include "src/dynamics/row_units.h"
 
 namespace contact_flow {
 namespace {
@@ -34,6 +35,11 @@ Vector ForceSlack(ContactDynamics* dynamics, const Transition& transition) {
   const double known = kInstant * std::max(1.0, std::abs(transition.t));
   const GuardGradients gradients(dynamics, x, mode, transition.guards.front());
   const InverseInertia inertia(system, x.head(system.num_positions()), x.tail(system.dof()));
+  const FrictionFrame frame(system, inertia, mode);
+  ConstraintSet alone;
+  for (std::size_t k = 0; k < frame.constraints().size(); ++k) {
+    if (StandsAlone(frame.problem(), k)) alone.Insert(frame.constraints()[k]);
+  }
   for (int guard : transition.guards) {
     if (!forces.Contains(guard)) continue;
     const int i = guards.ConstraintOf(guard);
@@ -47,7 +53,8 @@ Vector ForceSlack(ContactDynamics* dynamics, const Transition& transition) {
     for (int j : all ? shared : ConstraintSet({i})) {
       const Matrix row = inertia.terms().jacobian.row(j).transpose();
       const double mu = system.friction()[j].coefficient;
-      const double cone = guards.IsNormal(guard) || mu == 0 ? 1 : std::max(1.0, 1 / mu);
+      double cone = guards.IsNormal(guard) || mu == 0 ? 1 : 1 / mu;
+      if (!alone.Contains(j)) cone = std::max(1.0, cone);
       slack(j) += (row.transpose() * (inertia * row))(0) * missed * cone;
     }
   }
@@ -61,7 +68,9 @@ double LargestAcceleration(const ContactDynamics& dynamics, const Vector& x,
                                dynamics.u(), ContactMode());
   const FrictionFrame frame(system, inertia, touching);
   if (frame.bias().size() == 0) return 0;
-  return (frame.rows() * inertia.FreeAcceleration() + frame.bias()).cwiseAbs().maxCoeff();
+  FrictionProblem problem = frame.problem();
+  problem.b = frame.rows() * inertia.FreeAcceleration() + frame.bias();
+  return RowUnits(problem).Largest(problem.b);
 }
 
 }  // namespace contact_flow

@@ -66,8 +66,8 @@ struct FrictionSolution {
 /// of its face) only the one that sticks, and is closed, is listed; slips that begin there in space
 /// are found if they have one direction, and are not looked for where all sticks with room. Where
 /// no word decides the motion, as that of a face that slides and turns, or more than four contacts
-/// depend on each other, the solution is that of equal springs, if it is found; others are not
-/// looked for. Throws std::domain_error beyond kMaxCoupledContacts that feel each other.
+/// depend on each other, the solution is that of equal springs, if it is found, beside motions in
+/// which contacts rise. Throws std::domain_error beyond kMaxCoupledContacts that feel each other.
 std::vector<FrictionSolution> SolveFriction(const FrictionProblem& problem, double border = 1e-11);
 
 /// Contacts that are tried together.

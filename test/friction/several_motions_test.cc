@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Bodies on more feet than they have freedom: motions that all fit are told, impacts are those of
+// the laws to rounding, and words do not depend on units.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/flow/simulate.h"
+#include "test/friction/robot_twins.h"
+#include "test/refusal.h"
+#include "test/shorthands.h"
+
+namespace contact_flow {
+namespace {
+
+using test::AtTolerance;
+using test::Link;
+using test::Robot;
+
+/// A light box whose heavy slider is pulled by a spring, down and to the side.
+std::string BoxWithSlider() {
+  return "<robot name='box'>" + Link("box", 0.194, 0.00265, 0.00265, 0.00265) +
+         Link("slider", 7.894, 0.0789, 0.0789, 0.0789) +
+         "<joint name='j' type='prismatic'><parent link='box'/><child link='slider'/>"
+         "<origin xyz='0.0655 0 0'/><axis xyz='0.98827 0 -0.15275'/>"
+         "<limit lower='-9' upper='9' effort='1e9' velocity='1e9'/></joint></robot>";
+}
+
+std::string OnFeet(const std::string& base, double j, const std::string& feet) {
+  return "base: " + base +
+         "\nefforts: {spring: {kind: joint_spring, joint: j, stiffness: 238.6, rest: -0.03936}}\n"
+         "nominal: {positions: {base_z: 0.2876, j: " +
+         std::to_string(j) + "}, velocities: {j: -1.7}}\nconstraints:\n" + feet;
+}
+
+std::string FootAt(int k, double x, double y, const std::string& friction) {
+  std::ostringstream foot;
+  foot << "  f" << k << ": {kind: plane, link: box, point: [" << x << ", " << y
+       << ", -0.2876], friction: " << friction << "}\n";
+  return foot.str();
+}
+
+std::string RefusedStart(const MechanicalSystem& robot) {
+  return test::RefusalOf([&] { Simulate(robot, robot.nominal().x, Vector(), 0.01); });
+}
+
+/// Both feet stick, strictly inside their cones, or both rise: as a start that is refused, as it is
+/// where one foot has no friction and rows are independent.
+TEST(SeveralMotions, OfDependentFeetAreRefusedAsAStart) {
+  const std::string pairs[][2] = {{"1", "0"}, {"1", "0.75"}};
+  for (const auto& friction : pairs) {
+    const std::string feet = FootAt(0, -0.2, 0, friction[0]) + FootAt(1, 0.2, 0, friction[1]);
+    const auto robot = Robot(BoxWithSlider(), OnFeet("planar", -0.119, feet));
+    const std::string told = RefusedStart(*robot);
+    EXPECT_NE(std::string::npos, told.find("several motions fit")) << told;
+    EXPECT_NE(std::string::npos, told.find("'oo'")) << told;
+  }
+}
+
+/// The same in space, and with more feet than words are tried of.
+TEST(SeveralMotions, OfFeetInSpaceAreRefusedAsAStart) {
+  for (const std::string& friction : {"1", "no_slip"}) {
+    for (const int count : {3, 4, 6}) {
+      std::string feet = FootAt(0, -0.2, -0.1, friction) + FootAt(1, -0.2, 0.1, friction);
+      if (count == 3) feet += FootAt(2, 0.2, 0, friction);
+      if (count > 3) feet += FootAt(2, 0.2, -0.1, friction) + FootAt(3, 0.2, 0.1, friction);
+      if (count > 4) feet += FootAt(4, 0, 0.1, friction) + FootAt(5, 0, -0.1, friction);
+      const auto robot = Robot(BoxWithSlider(), OnFeet("floating", -0.11, feet));
+      const std::string told = RefusedStart(*robot);
+      const std::string letters(static_cast<std::size_t>(count), 's');
+      EXPECT_NE(std::string::npos, told.find("several motions fit")) << count << told;
+      EXPECT_NE(std::string::npos, told.find("'" + letters + "'")) << count << told;
+    }
+  }
+}
+
+/// Along a run the motion goes on in which forces are continuous: that of both feet, where one
+/// lets go, is that of the other, though both could rise at once. It is told, without derivative.
+TEST(SeveralMotions, ARunKeepsTheOneItWasIn) {
+  const std::string feet = FootAt(0, -0.2, 0, "1") + FootAt(1, 0.2, 0, "0.75");
+  const auto robot = Robot(BoxWithSlider(), OnFeet("planar", -0.06, feet));
+  const Vector x = robot->nominal().x;
+  const Trajectory run = Simulate(*robot, x, Vector(), 0.05, AtTolerance(1e-11));
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  ASSERT_EQ(1u, run.transitions.size());
+  EXPECT_EQ("ss", run.arcs[0].mode.Word(2));
+  EXPECT_EQ("so", run.arcs[1].mode.Word(2));
+  ContactDynamics dynamics(*robot, Vector());
+  const Transition& event = run.transitions[0];
+  dynamics.Evaluate(event.x_minus, event.mode_before);
+  const double before = dynamics.force()(0);
+  dynamics.Evaluate(event.x_plus, event.mode_after);
+  EXPECT_NEAR(before, dynamics.force()(0), 1e-6 * before);
+  bool told = false;
+  for (const auto& warning : run.warnings) {
+    told = told || warning.code == Outcome::kPainleveIndeterminate;
+  }
+  EXPECT_TRUE(told);
+  EXPECT_EQ(Outcome::kPainleveIndeterminate, DifferentiateOutcome(*robot, run).status.outcome);
+}
+
+/// A box that falls exactly flat on points of unequal friction: by Newton's law each leaves with
+/// −γ of its speed, so it does not turn, and all land again together. Springs of a stiffness that
+/// is finite left 1e-11 rad/s, and one point landed first.
+TEST(SeveralMotions, AFlatBoxLandsFlatAgain) {
+  const std::vector<std::vector<double>> frictions = {{0.3, 0.5, 0.8}, {0.2, 0.3, 0.5, 0.8}};
+  for (const std::vector<double>& friction : frictions) {
+    std::ostringstream yaml;
+    yaml << "base: planar\nnominal: {positions: {base_z: 0.3}, velocities: {base_x: -1.6}}\n"
+         << "constraints:\n";
+    for (std::size_t k = 0; k < friction.size(); ++k) {
+      const double last = static_cast<double>(friction.size() - 1);
+      yaml << "  f" << k << ": {kind: plane, link: box, restitution: 0.6, friction: "
+           << friction[k] << ", point: [" << -0.15 + 0.3 * static_cast<double>(k) / last
+           << ", 0, -0.2]}\n";
+    }
+    const auto robot =
+        Robot("<robot name='flat'>" + Link("box", 2, 0.05, 0.05, 0.05) + "</robot>", yaml.str());
+    const Trajectory run = Simulate(*robot, robot->nominal().x, Vector(), 0.33);
+    ASSERT_TRUE(run.status.ok()) << run.status.message;
+    ASSERT_EQ(2u, run.transitions.size());
+    for (const Transition& event : run.transitions) {
+      EXPECT_EQ(static_cast<int>(friction.size()), event.activated.Size());
+      EXPECT_NEAR(0, event.x_plus(5), 1e-13);
+    }
+  }
+}
+
+/// A box on two feet with a slider whose joint has friction, on a ramp, in units of length and mass
+/// [m and kg over those], which lands, slides, and stops.
+Trajectory LandOnARamp(double length, double mass) {
+  std::ostringstream urdf, yaml;
+  urdf.precision(17);
+  yaml.precision(17);
+  const double L = length, m = mass, inertia = mass * length * length;
+  urdf << "<robot name='box'>"
+       << Link("box", 0.608 * m, 0.006 * inertia, 0.006 * inertia, 0.006 * inertia)
+       << Link("slider", 1.77 * m, 0.0177 * inertia, 0.0177 * inertia, 0.0177 * inertia)
+       << "<joint name='j' type='prismatic'><parent link='box'/><child link='slider'/><origin xyz='"
+       << 0.0553 * L << " 0 0'/><axis xyz='0.563 0 -0.8265'/><limit lower='-1e9' upper='1e9' "
+       << "effort='1e9' velocity='1e9'/><dynamics friction='" << 10 * m * L
+       << "'/></joint></robot>";
+  yaml << "base: planar\ngravity: " << 9.81 * L << "\njoints: {friction: all}\n"
+       << "efforts: {spring: {kind: joint_spring, joint: j, stiffness: " << 280 * m
+       << ", damping: " << m << ", rest: " << 0.0137 * L << "}}\n"
+       << "nominal: {positions: {base_z: " << 0.35 * L << ", base_pitch: -0.359}, velocities: "
+       << "{base_x: " << -1.84 * L << ", j: " << 1.407 * L << "}}\nconstraints:\n";
+  for (const double side : {-1., 1.}) {
+    yaml << "  " << (side < 0 ? "l" : "r") << ": {kind: plane, link: box, friction: "
+         << (side < 0 ? 0.8 : 0.63) << ", point: [" << side * 0.1726 * L << ", 0, " << -0.1983 * L
+         << "], normal: [-0.386, 0, 0.9224]}\n";
+  }
+  const auto robot = Robot(urdf.str(), yaml.str());
+  return Simulate(*robot, robot->nominal().x, Vector(), 0.45, AtTolerance(1e-9));
+}
+
+/// How large the force of a joint is beside those of contacts depends on units. Words do not.
+TEST(SeveralMotions, JointFrictionIsTheSameInAnyUnits) {
+  const auto words = [](const Trajectory& run) {
+    std::string all;
+    for (const Arc& arc : run.arcs) all += arc.mode.Word(3) + " ";
+    return all;
+  };
+  const Trajectory run = LandOnARamp(1, 1);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  EXPECT_EQ('s', run.arcs.back().mode.Word(3)[0]);
+  const double units[][2] = {{1e3, 1e3}, {1e3, 1}, {1, 1e6}, {1e-3, 1e-3}};
+  for (const auto& unit : units) {
+    const Trajectory other = LandOnARamp(unit[0], unit[1]);
+    ASSERT_TRUE(other.status.ok()) << unit[0] << ' ' << unit[1] << other.status.message;
+    EXPECT_EQ(words(run), words(other)) << unit[0] << ' ' << unit[1];
+    // base_x and base_z, as far as runs at this tolerance agree
+    for (int k : {0, 1}) {
+      EXPECT_NEAR(run.FinalState()(k), other.FinalState()(k) / unit[0], 1e-5) << unit[0];
+    }
+  }
+}
+
+}  // namespace
+}  // namespace contact_flow
