@@ -2,12 +2,16 @@
 // Sums of squares at the instants of the grid and of the conditions, to first order; what has the
 // length of an interval as a factor, and that is an unknown, is the square of √h times a residual.
 #include <algorithm>
+#include <string>
 #include <vector>
 
 #include "model_builder.h"
 
 namespace contact_flow {
 namespace {
+
+/// Velocities that change by less than this part of the largest change do not jump.
+constexpr double kNoJump = 1e-9;
 
 /// Adds Σ w_i r_i² with the derivative D of r.
 void AddSquares(const Vector& weight, const Vector& error, const Matrix& D, PieceModel* model) {
@@ -78,9 +82,9 @@ Matrix ModelBuilder::StateRates(const Vector& x, const Matrix& W) const {
   return D;
 }
 
-/// Whether the state at t_{k+1} costs anything, or is to hold a condition.
+/// Whether the state at t_{k+1} may cost anything, or is to hold a condition.
 bool ModelBuilder::Asks(std::size_t k) const {
-  return unknowns_.HasPathCost() ||
+  return k + 1 == problem_.inputs.grid.size() || unknowns_.HasPathCost() ||
          std::any_of(problem_.conditions.begin(), problem_.conditions.end(),
                      [&](const TrajectoryCondition& condition) {
                        return condition.kind == TrajectoryCondition::Kind::kState &&
@@ -139,15 +143,37 @@ bool ModelBuilder::AddTouchdowns(PieceModel* model, Status* status) const {
   return true;
 }
 
-/// Whether a condition asks for a velocity at t_{k+1}.
-bool ModelBuilder::NeedsVelocityAt(std::size_t k) const {
+/// What asks for a velocity at t_{k+1} that this event makes jump, or, at T, for an impulse that
+/// comes or not; empty where nothing does.
+std::string ModelBuilder::AskedJump(std::size_t k, const EventMap& event) const {
+  const Transition& transition = event.transition();
+  const int nq = system_.num_positions(), number = static_cast<int>(k) + 1;
+  const SystemDescription& names = system_.description();
+  const Vector jump = (transition.x_plus - transition.x_minus).tail(system_.dof()).cwiseAbs();
+  // What happens between several impacts the whole of their jumps does not tell.
+  const bool several = transition.activated.Size() > 1;
+  const auto jumps = [&](int i) {
+    return i >= nq && (several || jump(i - nq) > kNoJump * jump.maxCoeff());
+  };
   for (const TrajectoryCondition& condition : problem_.conditions) {
-    if (condition.kind == TrajectoryCondition::Kind::kState &&
-        condition.number == static_cast<int>(k) + 1 && condition.index >= system_.num_positions()) {
-      return true;
-    }
+    const bool state = condition.kind == TrajectoryCondition::Kind::kState;
+    if (!state || condition.number != number || !jumps(condition.index)) continue;
+    return "a condition on a velocity, " + condition.Describe(names, problem_.inputs.grid.size()) +
+           ",";
   }
-  return false;
+  if (number != static_cast<int>(problem_.inputs.grid.size())) return "";
+  for (int i = nq; i < problem_.weight.size(); ++i) {
+    if (problem_.weight(i) == 0 || !jumps(i)) continue;
+    TrajectoryCondition asked;
+    asked.index = i;
+    asked.number = number;
+    return "the cost of " + asked.Describe(names, problem_.inputs.grid.size());
+  }
+  for (int i : transition.activated) {
+    if (problem_.impulse_weight.size() == 0 || problem_.impulse_weight(i) == 0) continue;
+    return "the cost of impulses of '" + names.constraints[static_cast<std::size_t>(i)] + "'";
+  }
+  return "";
 }
 
 }  // namespace contact_flow
