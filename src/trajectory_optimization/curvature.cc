@@ -47,9 +47,14 @@ void Curvature::Learn(const Vector& y, const PieceModels& models) {
       return other.order == seen.back().order;
     });
     if (before == seen_.end()) continue;
-    Update(y - y_, piece.gradient - before->gradient, piece.hessian);
+    const Vector s = y - y_, change = piece.gradient - before->gradient;
+    Update(s, change, piece.hessian);
+    if (whole_.size() == 0) whole_ = piece.hessian;
+    UpdateWhole(s, change);
+    last_ = piece.hessian;
     learnt = true;
   }
+  if (!learnt) whole_.resize(0, 0);
   seen_ = std::move(seen);
   y_ = y;
 }
@@ -66,6 +71,23 @@ void Curvature::Update(const Vector& s, const Vector& change, const Matrix& hess
   const Vector off = left - rest_ * s;
   rest_ += (off * change.transpose() + change * off.transpose()) / secant -
            off.dot(s) / (secant * secant) * change * change.transpose();
+}
+
+void Curvature::UpdateWhole(const Vector& s, const Vector& change) {
+  const double secant = change.dot(s);
+  const Vector known = whole_ * s;
+  const double now = s.dot(known);
+  if (!(secant > kLeastSecant * change.norm() * s.norm()) || !(now > 0)) return;
+  whole_ += change * change.transpose() / secant - known * known.transpose() / now;
+}
+
+bool Curvature::Replace(PieceModels* models) const {
+  if (whole_.size() == 0) return false;
+  for (PieceModel& piece : models->pieces) {
+    piece.hessian += whole_ - last_;
+    if (!IsPositive(piece.hessian)) return false;
+  }
+  return true;
 }
 
 bool Curvature::Add(PieceModels* models) const {

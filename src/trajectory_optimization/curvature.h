@@ -9,7 +9,8 @@ namespace contact_flow {
 
 /// What the second order of Gauss and Newton leaves out, C ≈ ∇²L − H, learnt from the gradients of
 /// successive iterates on pieces with the same order of events (the secant update of Dennis, Gay
-/// and Welsch's NL2SOL, sized).
+/// and Welsch's NL2SOL, sized); and ∇²L itself, by the update of Broyden, Fletcher, Goldfarb and
+/// Shanno from H on, as long as the order stays.
 class Curvature {
  public:
   /// An iterate with its models.
@@ -18,6 +19,8 @@ class Curvature {
   void Forget() { seen_.clear(); }
   /// H + C in place of H, lifted where it is not positive definite; false where there is no C.
   bool Add(PieceModels* models) const;
+  /// What was learnt of ∇²L in place of H; false where there is none, or not positive definite.
+  bool Replace(PieceModels* models) const;
 
  private:
   struct Seen {
@@ -26,7 +29,10 @@ class Curvature {
   };
   void Update(const Vector& s, const Vector& change, const Matrix& hessian);
 
-  Matrix rest_;  // C, or empty
+  void UpdateWhole(const Vector& s, const Vector& change);
+
+  Matrix rest_;         // C, or empty
+  Matrix whole_, last_;  // ∇²L, or empty, and H of its piece
   Vector y_;
   std::vector<Seen> seen_;
 };

@@ -324,14 +324,19 @@ void ModelBuilder::AddLandings(std::size_t k, const Matrix& W) {
 }
 
 /// Successive events stay in their order, but for changes of the input, which do so anyway, and
-/// those of one cluster that is C¹. With friction steps are not kept in order: what coincides there
+/// those of one cluster that is C¹, and, at T, where the cost jumps: that is no kink to go along.
+/// With friction steps are not kept in order: what coincides there
 /// is differentiated where it has one piece alone.
 void ModelBuilder::AddOrders(PieceModel* model) const {
   if (system_.HasFriction()) return;
+  const EventName end{-1, static_cast<int>(problem_.inputs.grid.size())};
+  const ConstraintSet jumping = JumpingAtEnd();
   for (std::size_t i = 0; i + 1 < events_.size(); ++i) {
     const EventTime &first = events_[i], &second = events_[i + 1];
     if (first.name.constraint < 0 && second.name.constraint < 0) continue;
     if (first.smooth >= 0 && first.smooth == second.smooth) continue;
+    if (first.name == end && jumping.Contains(second.name.constraint)) continue;
+    if (second.name == end && jumping.Contains(first.name.constraint)) continue;
     OrderRow row;
     row.first = first.name;
     row.second = second.name;

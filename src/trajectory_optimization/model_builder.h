@@ -49,6 +49,7 @@ class ModelBuilder {
   void AddEnd(const Matrix& W, PieceModel* model);
   void AddNext(const Matrix& W);
   std::string AskedJump(std::size_t k, const EventMap& event) const;
+  ConstraintSet JumpingAtEnd() const;
   bool AddCluster(const EventMap& event, const std::vector<int>& order, const Matrix& before,
                   const Matrix& after, std::size_t* passed, PieceModel* model,
                   Status* status) const;

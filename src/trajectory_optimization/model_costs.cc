@@ -2,9 +2,11 @@
 // Sums of squares at the instants of the grid and of the conditions, to first order; what has the
 // length of an interval as a factor, and that is an unknown, is the square of √h times a residual.
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
+#include "contact_flow/dynamics/inverse_inertia.h"
 #include "model_builder.h"
 
 namespace contact_flow {
@@ -174,6 +176,38 @@ std::string ModelBuilder::AskedJump(std::size_t k, const EventMap& event) const 
     return "the cost of impulses of '" + names.constraints[static_cast<std::size_t>(i)] + "'";
   }
   return "";
+}
+
+/// Contacts whose impacts, by M⁻¹ Daᵀ at T, change a velocity that is asked for there, or
+/// cost by their impulses; all of them where a cost on the way is not differentiated there.
+ConstraintSet ModelBuilder::JumpingAtEnd() const {
+  const int nq = system_.num_positions(), d = system_.dof();
+  const int count = static_cast<int>(problem_.inputs.grid.size());
+  std::vector<bool> asked(static_cast<std::size_t>(d), false);
+  for (int i = 0; i < d && problem_.weight.size() > 0; ++i) {
+    asked[static_cast<std::size_t>(i)] = problem_.weight(nq + i) > 0;
+  }
+  for (const TrajectoryCondition& condition : problem_.conditions) {
+    const bool at_end =
+        condition.kind == TrajectoryCondition::Kind::kState && condition.number == count;
+    if (at_end && condition.index >= nq) {
+      asked[static_cast<std::size_t>(condition.index - nq)] = true;
+    }
+  }
+  const Vector& x = run_.FinalState();
+  const InverseInertia inertia(system_, x.head(nq), x.tail(d));
+  ConstraintSet jumping;
+  for (int i = 0; i < system_.num_constraints(); ++i) {
+    const bool impulse = problem_.impulse_weight.size() > 0 && problem_.impulse_weight(i) > 0;
+    bool jumps = impulse || unknowns_.HasRunningCost();
+    const Vector reach = inertia * Matrix(inertia.terms().jacobian.row(i).transpose());
+    for (int j = 0; j < d && !system_.compliant().Contains(i); ++j) {
+      const bool is = std::abs(reach(j)) > kNoJump * reach.cwiseAbs().maxCoeff();
+      jumps = jumps || (is && asked[static_cast<std::size_t>(j)]);
+    }
+    if (jumps) jumping.Insert(i);
+  }
+  return jumping;
 }
 
 }  // namespace contact_flow

@@ -147,21 +147,25 @@ void Search::Descend(FacePoint point) {
       steps_on = Step(models, steps, point, none, damping, &next, &kink);
     }
     const bool near = damping == 0 && promised <= kNear * (1 + std::abs(point.cost));
-    if (near && (slow || is_least ||
-                 !(steps_on && point.cost - next.cost >= kWellPromised * promised))) {
-      PieceModels curved = models;
+    const auto try_curved = [&](const PieceModels& curved) {
       FacePoint other;
       KinkStatus its_kink = KinkStatus::kNone;
-      if (curvature_.Add(&curved)) {
-        const std::vector<PieceStep> its_steps = StepsOf(curved, point.y, 0);
-        const bool promises = !is_least || is_fine || PromisedBy(its_steps) > none;
-        if (promises && Step(curved, its_steps, point, none, 0, &other, &its_kink) &&
-            (!steps_on || other.cost < next.cost)) {
-          next = other;
-          kink = its_kink;
-          steps_on = true;
-        }
-      }
+      const std::vector<PieceStep> its_steps = StepsOf(curved, point.y, 0);
+      if (is_least && !is_fine && !(PromisedBy(its_steps) > none)) return;
+      if (!Step(curved, its_steps, point, none, 0, &other, &its_kink)) return;
+      if (steps_on && !(other.cost < next.cost)) return;
+      next = other;
+      kink = its_kink;
+      steps_on = true;
+    };
+    if (near && (!is_least || is_fine) &&
+        !(steps_on && point.cost - next.cost >= kWellPromised * promised)) {
+      PieceModels curved = models;
+      if (curvature_.Add(&curved)) try_curved(curved);
+    }
+    if (near && (slow || is_least)) {
+      PieceModels curved = models;
+      if (curvature_.Replace(&curved)) try_curved(curved);
     }
     // What the learnt curvature promises beyond H counts where it comes.
     if (is_least && !is_fine && !(steps_on && point.cost - next.cost > none)) {
