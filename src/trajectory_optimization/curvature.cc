@@ -35,13 +35,29 @@ std::vector<EventName> OrderOf(const PieceModel& piece) {
   return order;
 }
 
+/// Σ z_r (row_r − what it was), for rows that are known.
+Vector TurnOfRows(const std::vector<OrderRow>& before, const PieceModel& piece, const Vector& z) {
+  const std::vector<OrderRow>& now = piece.orders;
+  Vector sum = Vector::Zero(piece.gradient.size());
+  for (std::size_t r = 0; r < now.size(); ++r) {
+    const double weight = z(static_cast<Eigen::Index>(r));
+    if (weight == 0) continue;
+    for (const OrderRow& other : before) {
+      const bool same = other.first == now[r].first && other.second == now[r].second;
+      if (same) sum += weight * (now[r].row - other.row).transpose();
+    }
+  }
+  return sum;
+}
+
 }  // namespace
 
-void Curvature::Learn(const Vector& y, const PieceModels& models) {
+void Curvature::Learn(const Vector& y, const PieceModels& models,
+                      const std::vector<Vector>& multipliers) {
   std::vector<Seen> seen;
   bool learnt = false;
   for (const PieceModel& piece : models.pieces) {
-    seen.push_back({OrderOf(piece), piece.gradient});
+    seen.push_back({OrderOf(piece), piece.gradient, piece.orders});
     if (learnt) continue;
     const auto before = std::find_if(seen_.begin(), seen_.end(), [&](const Seen& other) {
       return other.order == seen.back().order;
@@ -50,8 +66,7 @@ void Curvature::Learn(const Vector& y, const PieceModels& models) {
     const Vector s = y - y_, change = piece.gradient - before->gradient;
     Update(s, change, piece.hessian);
     if (whole_.size() == 0) whole_ = piece.hessian;
-    UpdateWhole(s, change);
-    last_ = piece.hessian;
+    UpdateWhole(s, change - TurnOfRows(before->rows, piece, multipliers[seen.size() - 1]));
     learnt = true;
   }
   if (!learnt) whole_.resize(0, 0);
@@ -82,11 +97,8 @@ void Curvature::UpdateWhole(const Vector& s, const Vector& change) {
 }
 
 bool Curvature::Replace(PieceModels* models) const {
-  if (whole_.size() == 0) return false;
-  for (PieceModel& piece : models->pieces) {
-    piece.hessian += whole_ - last_;
-    if (!IsPositive(piece.hessian)) return false;
-  }
+  if (whole_.size() == 0 || !IsPositive(whole_)) return false;
+  for (PieceModel& piece : models->pieces) piece.hessian = whole_;
   return true;
 }
 

@@ -34,7 +34,8 @@ Trajectory BeyondEnd(const Unknowns& unknowns, const Vector& y, const std::vecto
       return event.constraint < 0 && event.number == end;
     };
     if (!is_end(pair.first) && !is_end(pair.second)) continue;
-    beyond = std::max(beyond, kMoreApart * std::abs(pair.slack) + kMoreHorizon * unknowns.Horizon(y));
+    const double apart = kMoreApart * std::abs(pair.slack);
+    beyond = std::max(beyond, apart + kMoreHorizon * unknowns.Horizon(y));
   }
   if (beyond == 0) return {};
   ++*simulations;

@@ -34,8 +34,8 @@ bool Prefers(const FacePoint& from, const FacePoint& kept, const FacePoint& othe
 }
 constexpr double kFirstDamping = 1e-3;  // of the mean diagonal of H
 /// Curvature is asked where the promised decrease, relative to 1 + L, is below the first, and less
-/// than the second part of it has come, or it is more than the third part of the one before: H may
-/// be too small, or too large, which keeps all that it promises.
+/// than the second part of it has come: H may be too small. It may be too large as well, which
+/// keeps all that it promises, where more than the third part of what was promised before still is.
 constexpr double kNear = 1e-4, kWellPromised = 0.5, kSlow = 0.1;
 /// Of a cost that is small beside 1, decreases that are promised count down to this part of it, for
 /// so many steps that make it smaller; below 1e-20 they are rounding.
@@ -129,8 +129,12 @@ void Search::Descend(FacePoint point) {
       return End(first ? TrajectoryVerdict::kUndefined : TrajectoryVerdict::kStalled,
                  models.status.message);
     }
-    if (damping == 0) curvature_.Learn(point.y, models);
     const std::vector<PieceStep> steps = StepsOf(models, point.y, damping);
+    if (damping == 0) {
+      std::vector<Vector> multipliers;
+      for (const PieceStep& step : steps) multipliers.push_back(step.multipliers);
+      curvature_.Learn(point.y, models, multipliers);
+    }
     const double promised = PromisedBy(steps);
     const bool slow = damping == 0 && promised > kSlow * before;
     if (damping == 0) undamped = before = promised;
@@ -163,7 +167,7 @@ void Search::Descend(FacePoint point) {
       PieceModels curved = models;
       if (curvature_.Add(&curved)) try_curved(curved);
     }
-    if (near && (slow || is_least)) {
+    if (damping == 0 && (slow || is_least)) {
       PieceModels curved = models;
       if (curvature_.Replace(&curved)) try_curved(curved);
     }

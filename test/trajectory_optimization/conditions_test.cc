@@ -219,8 +219,8 @@ TEST_F(BallConditions, DurationsAndHorizonMayBeChosen) {
   EXPECT_NEAR(2 + 5 * 2, kept.cost, 1e-6);
 }
 
-/// Where lengths cost little beside what Gauss and Newton count, ∇²J is learnt: the least is that of
-/// L-BFGS with a closed form of J.
+/// Where lengths cost little beside what Gauss and Newton count, ∇²J is learnt: the least is that
+/// of L-BFGS with a closed form of J.
 TEST_F(BallConditions, ShallowDurationsAreFound) {
   const auto heavy =
       MakeModel("driven_ball", {{"mass", 2.0}, {"gravity", 4.0}, {"restitution", 1.0}});

@@ -72,8 +72,8 @@ TEST_F(BallToTheFloor, IsRefusedWhereTheVelocityThereCosts) {
   Begin(test::kBallGravity - 8);
   const TrajectoryOptimum found = OptimizeTrajectory(*system, problem);
   EXPECT_EQ(TrajectoryVerdict::kUndefined, found.verdict);
-  EXPECT_NE(std::string::npos, found.message.find("the cost of d/dt z at the end is not continuous"))
-      << found.message;
+  const char* what = "the cost of d/dt z at the end is not continuous";
+  EXPECT_NE(std::string::npos, found.message.find(what)) << found.message;
 }
 
 }  // namespace

@@ -72,8 +72,8 @@ double TimeOf(const Trajectory& run, const EventName& event);
 double TimeBetween(const Trajectory& run, const std::vector<double>& grid, const EventName& first,
                    const EventName& second);
 
-/// "touchdown 1 of 'floor'", "the input change at t = 0.7 s" or "the end", `grid` being that of the
-/// run.
+/// "touchdown 1 of 'floor'", "the input change at t = 0.7 s" or "the end",
+/// in a run with this grid.
 std::string Describe(const Unknowns& unknowns, const std::vector<double>& grid,
                      const EventName& event);
 
