@@ -122,11 +122,11 @@ double ToNumber(const py::handle& value, const char* field) {
   }
 }
 
-int ToCount(const py::handle& value, const char* field) {
+int ToCount(const py::handle& value, const char* field, int least) {
   const double count = ToNumber(value, field);
-  if (!(count >= 1) || count > std::numeric_limits<int>::max() || count != std::floor(count)) {
-    throw py::value_error(std::string(field) + " is " + Number(count) +
-                          ", expected a whole number ≥ 1");
+  if (!(count >= least) || count > std::numeric_limits<int>::max() || count != std::floor(count)) {
+    throw py::value_error(std::string(field) + " is " + py::str(value).cast<std::string>() +
+                          ", expected a whole number ≥ " + std::to_string(least));
   }
   return static_cast<int>(count);
 }

@@ -30,9 +30,10 @@ Matrix ToMatrix(const py::handle& value, const char* field, Eigen::Index cols = 
 Vector ToNamedVector(const py::handle& value, const char* field, const Vector& base,
                      const std::vector<std::string>& names);
 
-/// A number, or a count ≥ 1. Throws TypeError and ValueError, naming `field`, for what is none.
+/// A number, or a count ≥ `least`. Throws TypeError and ValueError, naming `field`, for what is
+/// neither of them.
 double ToNumber(const py::handle& value, const char* field);
-int ToCount(const py::handle& value, const char* field);
+int ToCount(const py::handle& value, const char* field, int least = 1);
 /// A duration [s] ≥ 0; None: the nominal one.
 double ToDuration(const System& system, const py::handle& duration);
 /// Throws ValueError unless `seconds` > 0, infinite where there is no limit.

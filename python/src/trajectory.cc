@@ -211,7 +211,7 @@ py::dict OptimizeMotion(const std::shared_ptr<System>& system, const py::dict& a
   CheckMaxSeconds(max_seconds);
   const TrajectoryProblem problem = ToProblem(*system, asked);
   TrajectoryOptions options;
-  options.max_iterations = ToCount(asked["max_iterations"], "max_iterations");
+  options.max_iterations = ToCount(asked["max_iterations"], "max_iterations", 0);
   options.tolerance = ToNumber(asked["tolerance"], "tolerance");
   options.neighbours = asked["neighbours"].cast<bool>();
   const bool by_shooting = asked["method"].cast<std::string>() == "multiple_shooting";

@@ -31,14 +31,16 @@ void Certify(const Unknowns& unknowns, const PieceModels& models, const Vector& 
   const std::vector<double> grid = unknowns.Inputs(y).grid;
   Matrix G(y.size(), static_cast<Eigen::Index>(models.pieces.size()));
   std::vector<bool> bounded(static_cast<std::size_t>(y.size()), false);
+  Eigen::Index count = 0;  // of pieces that steps within the bounds lead into
   for (std::size_t i = 0; i < models.pieces.size(); ++i) {
     const PieceModel& piece = models.pieces[i];
     const PieceStep step =
         SolvePiece(piece, y, unknowns.lower(), unknowns.upper(), OrderRule::kKeep);
+    if (!step.reachable) continue;
     PieceProof certificate;
     certificate.label = piece.label;
     certificate.decrease = step.decrease;
-    G.col(static_cast<Eigen::Index>(i)) = piece.gradient;
+    G.col(count++) = piece.gradient;
     if (step.solved) {
       Vector rest = piece.gradient;
       for (std::size_t r = 0; r < piece.orders.size(); ++r) {
@@ -61,6 +63,8 @@ void Certify(const Unknowns& unknowns, const PieceModels& models, const Vector& 
   for (Eigen::Index k = 0; k < y.size(); ++k) {
     if (bounded[static_cast<std::size_t>(k)]) G.row(k).setZero();
   }
+  if (count == 0) return;
+  G.conservativeResize(Eigen::NoChange, count);
   const Vector weights = HullWeights(G);
   for (std::size_t i = 0; i < result->certificate.size(); ++i) {
     result->certificate[i].hull_weight = weights(static_cast<Eigen::Index>(i));

@@ -35,21 +35,41 @@ std::vector<EventName> OrderOf(const PieceModel& piece) {
   return order;
 }
 
+/// Σ z_r (row_r − what it was), for rows that are known.
+Vector TurnOfRows(const std::vector<OrderRow>& before, const PieceModel& piece, const Vector& z) {
+  const std::vector<OrderRow>& now = piece.orders;
+  Vector sum = Vector::Zero(piece.gradient.size());
+  for (std::size_t r = 0; r < now.size(); ++r) {
+    const double weight = z(static_cast<Eigen::Index>(r));
+    if (weight == 0) continue;
+    for (const OrderRow& other : before) {
+      const bool same = other.first == now[r].first && other.second == now[r].second;
+      if (same) sum += weight * (now[r].row - other.row).transpose();
+    }
+  }
+  return sum;
+}
+
 }  // namespace
 
-void Curvature::Learn(const Vector& y, const PieceModels& models) {
+void Curvature::Learn(const Vector& y, const PieceModels& models,
+                      const std::vector<Vector>& multipliers) {
   std::vector<Seen> seen;
   bool learnt = false;
   for (const PieceModel& piece : models.pieces) {
-    seen.push_back({OrderOf(piece), piece.gradient});
+    seen.push_back({OrderOf(piece), piece.gradient, piece.orders});
     if (learnt) continue;
     const auto before = std::find_if(seen_.begin(), seen_.end(), [&](const Seen& other) {
       return other.order == seen.back().order;
     });
     if (before == seen_.end()) continue;
-    Update(y - y_, piece.gradient - before->gradient, piece.hessian);
+    const Vector s = y - y_, change = piece.gradient - before->gradient;
+    Update(s, change, piece.hessian);
+    if (whole_.size() == 0) whole_ = piece.hessian;
+    UpdateWhole(s, change - TurnOfRows(before->rows, piece, multipliers[seen.size() - 1]));
     learnt = true;
   }
+  if (!learnt) whole_.resize(0, 0);
   seen_ = std::move(seen);
   y_ = y;
 }
@@ -66,6 +86,20 @@ void Curvature::Update(const Vector& s, const Vector& change, const Matrix& hess
   const Vector off = left - rest_ * s;
   rest_ += (off * change.transpose() + change * off.transpose()) / secant -
            off.dot(s) / (secant * secant) * change * change.transpose();
+}
+
+void Curvature::UpdateWhole(const Vector& s, const Vector& change) {
+  const double secant = change.dot(s);
+  const Vector known = whole_ * s;
+  const double now = s.dot(known);
+  if (!(secant > kLeastSecant * change.norm() * s.norm()) || !(now > 0)) return;
+  whole_ += change * change.transpose() / secant - known * known.transpose() / now;
+}
+
+bool Curvature::Replace(PieceModels* models) const {
+  if (whole_.size() == 0 || !IsPositive(whole_)) return false;
+  for (PieceModel& piece : models->pieces) piece.hessian = whole_;
+  return true;
 }
 
 bool Curvature::Add(PieceModels* models) const {

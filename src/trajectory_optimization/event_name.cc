@@ -24,7 +24,9 @@ double TimeOf(const Trajectory& run, const EventName& event) {
 double TimeBetween(const Trajectory& run, const std::vector<double>& grid, const EventName& first,
                    const EventName& second) {
   const auto time = [&](const EventName& event) {
-    return event.constraint < 0 ? grid[static_cast<std::size_t>(event.number)] : TimeOf(run, event);
+    if (event.constraint >= 0) return TimeOf(run, event);
+    const auto instant = static_cast<std::size_t>(event.number);
+    return instant < grid.size() ? grid[instant] : std::numeric_limits<double>::quiet_NaN();
   };
   return time(second) - time(first);
 }
@@ -33,7 +35,9 @@ std::string Describe(const Unknowns& unknowns, const std::vector<double>& grid,
                      const EventName& event) {
   std::ostringstream text;
   text.precision(9);
-  if (event.constraint < 0) {
+  if (event.constraint < 0 && event.number == static_cast<int>(grid.size())) {
+    text << "the end";
+  } else if (event.constraint < 0) {
     text << "the input change at t = " << grid[static_cast<std::size_t>(event.number)] << " s";
   } else {
     const auto& names = unknowns.system().description().constraints;

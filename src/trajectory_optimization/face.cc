@@ -19,6 +19,30 @@ constexpr double kTogether = 2e-14;
 /// … and that are good enough where Newton's method does not come closer.
 constexpr double kClose = 1e-11;
 
+/// How much longer runs are that are to meet at T what was not far from it, beside the times apart
+/// and the horizon.
+constexpr double kMoreApart = 2, kMoreHorizon = 1e-3;
+
+/// The run beyond T where these pairs ask for a touchdown there, which may be behind it; else one
+/// without arcs.
+Trajectory BeyondEnd(const Unknowns& unknowns, const Vector& y, const std::vector<OrderRow>& pairs,
+                     long* simulations) {
+  const int end = static_cast<int>(unknowns.problem().inputs.grid.size());
+  double beyond = 0;
+  for (const OrderRow& pair : pairs) {
+    const auto is_end = [&](const EventName& event) {
+      return event.constraint < 0 && event.number == end;
+    };
+    if (!is_end(pair.first) && !is_end(pair.second)) continue;
+    const double apart = kMoreApart * std::abs(pair.slack);
+    beyond = std::max(beyond, apart + kMoreHorizon * unknowns.Horizon(y));
+  }
+  if (beyond == 0) return {};
+  ++*simulations;
+  return unknowns.RunBeyond(*unknowns.SystemAt(y), y,
+                            unknowns.problem().simulate.simultaneity_tolerance, false, beyond);
+}
+
 }  // namespace
 
 void CheckBudget(const Status& status) {
@@ -56,11 +80,13 @@ FacePoint Evaluate(const Unknowns& unknowns, const Multipliers& multipliers, con
     // A touchdown that is asked for and does not happen has no value.
     if (std::isfinite(cost) && point.values.allFinite()) point.cost = cost;
     if (apart != nullptr) {
-      const std::vector<double> grid = unknowns.Inputs(y).grid;
+      std::vector<double> grid = unknowns.Inputs(y).grid;
+      const Trajectory longer = BeyondEnd(unknowns, y, pairs, simulations);
+      if (!longer.arcs.empty()) grid.push_back(grid.front() + unknowns.Horizon(y));
       apart->resize(static_cast<Eigen::Index>(pairs.size()));
       for (std::size_t i = 0; i < pairs.size(); ++i) {
         (*apart)(static_cast<Eigen::Index>(i)) =
-            TimeBetween(run, grid, pairs[i].first, pairs[i].second);
+            TimeBetween(longer.arcs.empty() ? run : longer, grid, pairs[i].first, pairs[i].second);
       }
     }
   } catch (const std::invalid_argument&) {  // a start that is none

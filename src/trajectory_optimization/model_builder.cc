@@ -6,6 +6,7 @@
 
 #include "contact_flow/budget.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "next_touchdown.h"
 
 namespace contact_flow {
 namespace {
@@ -46,6 +47,8 @@ ModelBuilder::ModelBuilder(const Unknowns& unknowns, const MechanicalSystem& sys
       inputs_(unknowns.Inputs(y)),
       values_(ConditionValues(unknowns, run, states_)),
       moves_(!problem_.choose_durations.empty()) {
+  inputs_.grid.push_back(inputs_.grid.front() + unknowns.Horizon(y));
+  inputs_.values.push_back(Vector(inputs_.values.back()));
   std::size_t passed = 0;
   for (const EventMap& event : derivative.events) {
     if (event.absorbed()) {
@@ -57,6 +60,7 @@ ModelBuilder::ModelBuilder(const Unknowns& unknowns, const MechanicalSystem& sys
     if (event.num_input_changes() == 0 && event.transition().changes_input) ++passed;
     orders_.push_back(Orders(event, derivative.options.kink_tolerance, asked));
   }
+  beyond_ = passed == problem_.inputs.grid.size();
 }
 
 std::size_t ModelBuilder::Count() const {
@@ -90,16 +94,14 @@ bool ModelBuilder::Build(std::size_t number, PieceModel* model, Status* status) 
     if (!event.absorbed() && !PassEvent(k, order, &passed, &W, model, status)) return false;
     if (run_.transitions[k].changes_input) {
       AddInput(++interval);
-      SetInput(interval, &W);
+      if (interval < problem_.inputs.grid.size()) SetInput(interval, &W);
     }
   }
-  if (moves_) {
-    const Eigen::RowVectorXd shift = unknowns_.InstantRow(problem_.inputs.grid.size());
-    W.topRows(2 * system_.dof()) += FieldAt(run_.arcs.size() - 1, true) * shift;
-  }
-  AddState(passed, W, model);
-  AddOrders(model);
+  if (!beyond_) AddEnd(W, model);
   model->times = events_;
+  if (!beyond_) AddNext(W);
+  AddOrders(model);
+  events_ = model->times;
   return AddTouchdowns(model, status) && AddRunning(model, status);
 }
 
@@ -202,16 +204,18 @@ bool ModelBuilder::AddCluster(const EventMap& event, const std::vector<int>& ord
   for (std::size_t i = 0; i < order.size(); ++i) {
     if (!event.IsInputChange(order[i])) continue;
     const std::size_t at = (*passed)++;
-    if (NeedsVelocityAt(at)) {
+    const std::string jump = AskedJump(at, event);
+    if (!jump.empty()) {
       *status = {Outcome::kNotDifferentiable,
-                 "a condition on a velocity is not continuous where a contact is met at the "
-                 "same instant of the grid"};
+                 jump + " is not continuous where " +
+                     event.ActivatedConstraints().ToString(system_.description().constraints) +
+                     " is met at the same instant"};
       return false;
     }
     const bool first = i < changes && event.IsInputChange(order[0]);
     const bool last = i + changes >= order.size() && event.IsInputChange(order.back());
     const bool between = !first && !last;
-    if (between && (unknowns_.HasPathCost() || !problem_.conditions.empty())) {
+    if (between && (Asks(at) || !problem_.conditions.empty())) {
       *status = {Outcome::kNotDifferentiable,
                  "a cost of positions on the way is not differentiated where the input changes "
                  "between two simultaneous touchdowns"};
@@ -220,6 +224,30 @@ bool ModelBuilder::AddCluster(const EventMap& event, const std::vector<int>& ord
     AddState(at, first ? before : after, model);
   }
   return true;
+}
+
+/// The state at T, an instant like those of the grid.
+void ModelBuilder::AddEnd(const Matrix& W, PieceModel* model) {
+  const std::size_t count = problem_.inputs.grid.size();
+  Matrix at_end = W;
+  if (moves_) {
+    at_end.topRows(2 * system_.dof()) +=
+        FieldAt(run_.arcs.size() - 1, true) * unknowns_.InstantRow(count);
+  }
+  AddState(count - 1, at_end, model);
+  AddInput(count);
+}
+
+/// The touchdown that would come next behind T, as the state there tells; W is that at fixed T.
+void ModelBuilder::AddNext(const Matrix& W) {
+  const std::optional<NextTouchdown> next = TouchdownBehind(system_, run_);
+  if (!next || next->after > unknowns_.Length(y_, problem_.inputs.grid.size() - 1)) return;
+  const auto d = static_cast<Eigen::Index>(system_.dof());
+  EventTime timed;
+  timed.name = {next->constraint, occurrences_[next->constraint]};
+  timed.t = run_.t_end() + next->after;
+  timed.row = next->row * (W.topRows(d) + next->after * W.middleRows(d, d)) / -next->rate;
+  events_.push_back(timed);
 }
 
 /// Where inputs are led linearly they only turn at an instant: events pass it without a kink,
@@ -296,14 +324,19 @@ void ModelBuilder::AddLandings(std::size_t k, const Matrix& W) {
 }
 
 /// Successive events stay in their order, but for changes of the input, which do so anyway, and
-/// those of one cluster that is C¹. With friction steps are not kept in order: what coincides there
+/// those of one cluster that is C¹, and, at T, where the cost jumps: that is no kink to go along.
+/// With friction steps are not kept in order: what coincides there
 /// is differentiated where it has one piece alone.
 void ModelBuilder::AddOrders(PieceModel* model) const {
   if (system_.HasFriction()) return;
+  const EventName end{-1, static_cast<int>(problem_.inputs.grid.size())};
+  const ConstraintSet jumping = JumpingAtEnd();
   for (std::size_t i = 0; i + 1 < events_.size(); ++i) {
     const EventTime &first = events_[i], &second = events_[i + 1];
     if (first.name.constraint < 0 && second.name.constraint < 0) continue;
     if (first.smooth >= 0 && first.smooth == second.smooth) continue;
+    if (first.name == end && jumping.Contains(second.name.constraint)) continue;
+    if (second.name == end && jumping.Contains(first.name.constraint)) continue;
     OrderRow row;
     row.first = first.name;
     row.second = second.name;

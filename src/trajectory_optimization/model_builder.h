@@ -19,7 +19,7 @@ void AddSquare(double weight, double r, const Eigen::RowVectorXd& row, PieceMode
 /// fixed times; what happens at an instant t_k that moves sees W + F δt_k.
 class ModelBuilder {
  public:
-  /// All of these must outlive it; `system` is that of y.
+  /// All of these must outlive it; `system` is that of y, `run` a Run or a RunBeyond.
   ModelBuilder(const Unknowns& unknowns, const MechanicalSystem& system, const Vector& y,
                const Multipliers& multipliers, const Trajectory& run,
                const BDerivative& derivative);
@@ -46,6 +46,10 @@ class ModelBuilder {
                  const Eigen::RowVectorXd& shift);
   void AddLandings(std::size_t k, const Matrix& W);
   void AddOrders(PieceModel* model) const;
+  void AddEnd(const Matrix& W, PieceModel* model);
+  void AddNext(const Matrix& W);
+  std::string AskedJump(std::size_t k, const EventMap& event) const;
+  ConstraintSet JumpingAtEnd() const;
   bool AddCluster(const EventMap& event, const std::vector<int>& order, const Matrix& before,
                   const Matrix& after, std::size_t* passed, PieceModel* model,
                   Status* status) const;
@@ -57,7 +61,6 @@ class ModelBuilder {
   void AddCondition(std::size_t i, const Eigen::RowVectorXd& row, PieceModel* model) const;
   bool AddTouchdowns(PieceModel* model, Status* status) const;
   Matrix StateRates(const Vector& x, const Matrix& W) const;
-  bool NeedsVelocityAt(std::size_t k) const;
   bool Asks(std::size_t k) const;
 
   // model_events.cc: costs by name.
@@ -76,9 +79,10 @@ class ModelBuilder {
   const Trajectory& run_;
   const BDerivative& derivative_;
   const Matrix states_;
-  const InputSchedule inputs_;
+  InputSchedule inputs_;
   Vector values_;                                      // of the conditions
   bool moves_ = false;                                 // instants of the grid may
+  bool beyond_ = false;                                // the run goes on behind T
   std::vector<std::vector<std::vector<int>>> orders_;  // of each event map
   std::vector<EventTime> events_;
   std::map<int, int> occurrences_;

@@ -2,12 +2,18 @@
 // Sums of squares at the instants of the grid and of the conditions, to first order; what has the
 // length of an interval as a factor, and that is an unknown, is the square of √h times a residual.
 #include <algorithm>
+#include <cmath>
+#include <string>
 #include <vector>
 
+#include "contact_flow/dynamics/inverse_inertia.h"
 #include "model_builder.h"
 
 namespace contact_flow {
 namespace {
+
+/// Velocities that change by less than this part of the largest change do not jump.
+constexpr double kNoJump = 1e-9;
 
 /// Adds Σ w_i r_i² with the derivative D of r.
 void AddSquares(const Vector& weight, const Vector& error, const Matrix& D, PieceModel* model) {
@@ -78,9 +84,9 @@ Matrix ModelBuilder::StateRates(const Vector& x, const Matrix& W) const {
   return D;
 }
 
-/// Whether the state at t_{k+1} costs anything, or is to hold a condition.
+/// Whether the state at t_{k+1} may cost anything, or is to hold a condition.
 bool ModelBuilder::Asks(std::size_t k) const {
-  return unknowns_.HasPathCost() ||
+  return k + 1 == problem_.inputs.grid.size() || unknowns_.HasPathCost() ||
          std::any_of(problem_.conditions.begin(), problem_.conditions.end(),
                      [&](const TrajectoryCondition& condition) {
                        return condition.kind == TrajectoryCondition::Kind::kState &&
@@ -139,15 +145,69 @@ bool ModelBuilder::AddTouchdowns(PieceModel* model, Status* status) const {
   return true;
 }
 
-/// Whether a condition asks for a velocity at t_{k+1}.
-bool ModelBuilder::NeedsVelocityAt(std::size_t k) const {
+/// What asks for a velocity at t_{k+1} that this event makes jump, or, at T, for an impulse that
+/// comes or not; empty where nothing does.
+std::string ModelBuilder::AskedJump(std::size_t k, const EventMap& event) const {
+  const Transition& transition = event.transition();
+  const int nq = system_.num_positions(), number = static_cast<int>(k) + 1;
+  const SystemDescription& names = system_.description();
+  const Vector jump = (transition.x_plus - transition.x_minus).tail(system_.dof()).cwiseAbs();
+  // What happens between several impacts the whole of their jumps does not tell.
+  const bool several = transition.activated.Size() > 1;
+  const auto jumps = [&](int i) {
+    return i >= nq && (several || jump(i - nq) > kNoJump * jump.maxCoeff());
+  };
   for (const TrajectoryCondition& condition : problem_.conditions) {
-    if (condition.kind == TrajectoryCondition::Kind::kState &&
-        condition.number == static_cast<int>(k) + 1 && condition.index >= system_.num_positions()) {
-      return true;
+    const bool state = condition.kind == TrajectoryCondition::Kind::kState;
+    if (!state || condition.number != number || !jumps(condition.index)) continue;
+    return "a condition on a velocity, " + condition.Describe(names, problem_.inputs.grid.size()) +
+           ",";
+  }
+  if (number != static_cast<int>(problem_.inputs.grid.size())) return "";
+  for (int i = nq; i < problem_.weight.size(); ++i) {
+    if (problem_.weight(i) == 0 || !jumps(i)) continue;
+    TrajectoryCondition asked;
+    asked.index = i;
+    asked.number = number;
+    return "the cost of " + asked.Describe(names, problem_.inputs.grid.size());
+  }
+  for (int i : transition.activated) {
+    if (problem_.impulse_weight.size() == 0 || problem_.impulse_weight(i) == 0) continue;
+    return "the cost of impulses of '" + names.constraints[static_cast<std::size_t>(i)] + "'";
+  }
+  return "";
+}
+
+/// Contacts whose impacts, by M⁻¹ Daᵀ at T, change a velocity that is asked for there, or
+/// cost by their impulses; all of them where a cost on the way is not differentiated there.
+ConstraintSet ModelBuilder::JumpingAtEnd() const {
+  const int nq = system_.num_positions(), d = system_.dof();
+  const int count = static_cast<int>(problem_.inputs.grid.size());
+  std::vector<bool> asked(static_cast<std::size_t>(d), false);
+  for (int i = 0; i < d && problem_.weight.size() > 0; ++i) {
+    asked[static_cast<std::size_t>(i)] = problem_.weight(nq + i) > 0;
+  }
+  for (const TrajectoryCondition& condition : problem_.conditions) {
+    const bool at_end =
+        condition.kind == TrajectoryCondition::Kind::kState && condition.number == count;
+    if (at_end && condition.index >= nq) {
+      asked[static_cast<std::size_t>(condition.index - nq)] = true;
     }
   }
-  return false;
+  const Vector& x = run_.FinalState();
+  const InverseInertia inertia(system_, x.head(nq), x.tail(d));
+  ConstraintSet jumping;
+  for (int i = 0; i < system_.num_constraints(); ++i) {
+    const bool impulse = problem_.impulse_weight.size() > 0 && problem_.impulse_weight(i) > 0;
+    bool jumps = impulse || unknowns_.HasRunningCost();
+    const Vector reach = inertia * Matrix(inertia.terms().jacobian.row(i).transpose());
+    for (int j = 0; j < d && !system_.compliant().Contains(i); ++j) {
+      const bool is = std::abs(reach(j)) > kNoJump * reach.cwiseAbs().maxCoeff();
+      jumps = jumps || (is && asked[static_cast<std::size_t>(j)]);
+    }
+    if (jumps) jumping.Insert(i);
+  }
+  return jumping;
 }
 
 }  // namespace contact_flow

@@ -4,12 +4,17 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "contact_flow/budget.h"
 #include "model_builder.h"
+#include "next_touchdown.h"
 
 namespace contact_flow {
 namespace {
+
+/// A run that meets a contact at its end goes on for so many times what counts as one instant.
+constexpr double kBeyond = 20;
 
 /// With friction pieces are not orders of events: not kOk where there are several.
 Status CheckFriction(const BDerivative& derivative) {
@@ -23,22 +28,19 @@ Status CheckFriction(const BDerivative& derivative) {
   return {};
 }
 
-}  // namespace
-
-PieceModels MakePieceModels(const Unknowns& unknowns, const Vector& y, std::size_t max_pieces,
-                            const Multipliers& multipliers) {
+/// The models of a run.
+PieceModels ModelsOf(const Unknowns& unknowns, const MechanicalSystem& system, const Vector& y,
+                     std::size_t max_pieces, const Multipliers& multipliers,
+                     const Trajectory& run) {
   PieceModels models;
   const TrajectoryProblem& problem = unknowns.problem();
-  const std::shared_ptr<const MechanicalSystem> system = unknowns.SystemAt(y);
-  const Trajectory run = unknowns.Run(
-      *system, y, std::max(problem.kink_interval, problem.simulate.simultaneity_tolerance), true);
   models.status = run.status;
   if (!run.status.ok()) return models;
   BDerivativeOptions options = problem.derivative;
   options.variables = {};
   options.variables.inputs = true;
   options.variables.parameters = problem.choose_parameters;
-  const BDerivative derivative = DifferentiateOutcome(*system, run, options);
+  const BDerivative derivative = DifferentiateOutcome(system, run, options);
   models.status = derivative.PiecewiseLinear();
   if (!models.status.ok()) return models;
   // Where neither start nor surfaces move, what touches and leaves does so all the same.
@@ -48,7 +50,7 @@ PieceModels MakePieceModels(const Unknowns& unknowns, const Vector& y, std::size
                      "the run starts where contacts touch: not all directions are admitted"};
     return models;
   }
-  if (system->HasFriction()) {
+  if (system.HasFriction()) {
     models.status = CheckFriction(derivative);
     if (!models.status.ok()) return models;
   }
@@ -60,7 +62,7 @@ PieceModels MakePieceModels(const Unknowns& unknowns, const Vector& y, std::size
                          std::to_string(options.max_activations_for_pieces)};
     return models;
   }
-  ModelBuilder builder(unknowns, *system, y, multipliers, run, derivative);
+  ModelBuilder builder(unknowns, system, y, multipliers, run, derivative);
   models.cost = builder.Cost();
   if (!std::isfinite(models.cost)) {
     models.status = {Outcome::kNotDifferentiable, "a touchdown of the conditions does not happen"};
@@ -85,6 +87,28 @@ PieceModels MakePieceModels(const Unknowns& unknowns, const Vector& y, std::size
     }
   }
   return models;
+}
+
+}  // namespace
+
+PieceModels MakePieceModels(const Unknowns& unknowns, const Vector& y, std::size_t max_pieces,
+                            const Multipliers& multipliers) {
+  const TrajectoryProblem& problem = unknowns.problem();
+  const std::shared_ptr<const MechanicalSystem> system = unknowns.SystemAt(y);
+  const double together = std::max(problem.kink_interval, problem.simulate.simultaneity_tolerance);
+  const Trajectory run = unknowns.Run(*system, y, together, true);
+  const auto models_of = [&](const Trajectory& of) {
+    return ModelsOf(unknowns, *system, y, max_pieces, multipliers, of);
+  };
+  const bool may_meet = run.status.ok() && !system->HasFriction() && !unknowns.HasRunningCost();
+  if (!may_meet || !IsMetAtEnd(*system, run, together)) return models_of(run);
+  const Trajectory longer = unknowns.RunBeyond(*system, y, together, true, kBeyond * together);
+  PieceModels both = models_of(longer);
+  if (both.status.ok()) return both;
+  // Where the cost jumps at T there is the side that the run is on.
+  PieceModels side = models_of(run);
+  if (!side.status.ok() && longer.status.ok()) side.status = both.status;
+  return side;
 }
 
 }  // namespace contact_flow

@@ -15,6 +15,18 @@ namespace {
 /// Pivots of H below this part of the largest are rounding; H is then lifted by this part.
 constexpr double kSingularStep = 1e-13, kLift = 1e-9;
 
+const char* Sentence(QuadraticFailure failure) {
+  switch (failure) {
+    case QuadraticFailure::kContradiction:
+      return "no step within the bounds keeps the order of events of a piece";
+    case QuadraticFailure::kNotFinite:
+      return "the first or second order of a piece is not finite";
+    case QuadraticFailure::kUnfinished:
+      return "the step of a piece was not found: too many bounds and orders were tried";
+  }
+  return "";
+}
+
 }  // namespace
 
 Eigen::LLT<Matrix> FactorOf(const Matrix& H) {
@@ -42,7 +54,10 @@ PieceStep SolvePiece(const PieceModel& piece, const Vector& y, const Vector& low
   step.d = Vector::Zero(n);
   step.multipliers = Vector::Zero(static_cast<Eigen::Index>(piece.orders.size()));
   step.bounded.assign(static_cast<std::size_t>(n), false);
-  if (factor.info() != Eigen::Success) return step;
+  if (factor.info() != Eigen::Success) {
+    step.failure = Sentence(QuadraticFailure::kNotFinite);
+    return step;
+  }
   std::vector<std::size_t> rows;
   QuadraticProgram program{factor, piece.gradient, lower - y, upper - y, {}, {}, {}};
   for (std::size_t r = 0; r < piece.orders.size(); ++r) {
@@ -58,8 +73,13 @@ PieceStep SolvePiece(const PieceModel& piece, const Vector& y, const Vector& low
     program.A.row(i) = order.row;
     program.b(i) = order.slack;
   }
-  const std::optional<QuadraticSolution> solution = Solve(program);
-  if (!solution) return step;
+  QuadraticFailure why;
+  const std::optional<QuadraticSolution> solution = Solve(program, &why);
+  if (!solution) {
+    step.failure = Sentence(why);
+    step.reachable = why != QuadraticFailure::kContradiction;
+    return step;
+  }
   step.d = solution->d;
   step.bounded = solution->bounded;
   for (std::size_t i = 0; i < rows.size(); ++i) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Cholesky>
+#include <string>
 #include <vector>
 
 #include "contact_flow/trajectory_optimization/piece_models.h"
@@ -11,7 +12,9 @@ namespace contact_flow {
 
 /// The step that one piece asks for, with the multipliers that certify it.
 struct PieceStep {
-  bool solved = false;  ///< false: the rows contradict each other, or H is not positive definite
+  bool solved = false;     ///< false: there is none
+  std::string failure;     ///< and why, as a sentence
+  bool reachable = true;   ///< false: no step within the bounds leads into the piece
   Vector d;             ///< [n]
   double decrease = 0;  ///< −(gᵀd + ½ dᵀHd), what is promised
   Vector multipliers;   ///< z ≥ 0 of the order rows, of any sign for equalities [h]; J rises by z

@@ -283,13 +283,24 @@ std::shared_ptr<const MechanicalSystem> Unknowns::SystemAt(const Vector& y) cons
 
 Trajectory Unknowns::Run(const MechanicalSystem& system, const Vector& y,
                          double simultaneity_tolerance, bool dense) const {
+  return RunBeyond(system, y, simultaneity_tolerance, dense, 0);
+}
+
+Trajectory Unknowns::RunBeyond(const MechanicalSystem& system, const Vector& y,
+                               double simultaneity_tolerance, bool dense, double beyond) const {
   SimulateOptions options = problem_.simulate;
   options.simultaneity_tolerance = simultaneity_tolerance;
   options.dense = dense;
   if (!(Length(y, problem_.inputs.grid.size() - 1) > problem_.kink_interval)) {
     throw std::invalid_argument("the durations leave nothing to the last interval");
   }
-  return Simulate(system, InitialState(y), Inputs(y), Horizon(y), options);
+  InputSchedule inputs = Inputs(y);
+  const double horizon = Horizon(y);
+  if (beyond > 0) {
+    inputs.grid.push_back(inputs.grid.front() + horizon);
+    inputs.values.push_back(Vector(inputs.values.back()));
+  }
+  return Simulate(system, InitialState(y), inputs, horizon + beyond, options);
 }
 
 Trajectory Unknowns::Run(const Vector& y, double simultaneity_tolerance, bool dense) const {

@@ -72,7 +72,7 @@ Matrix Unknowns::States(const Trajectory& run) const {
   for (std::size_t i = 0; i < run.transitions.size(); ++i) {
     if (run.transitions[i].changes_input) states.col(k++) = run.arcs[i].x_end;
   }
-  states.col(static_cast<Eigen::Index>(count) - 1) = run.FinalState();
+  if (k < states.cols()) states.rightCols<1>() = run.FinalState();
   return states;
 }
 

@@ -14,7 +14,8 @@ namespace {
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 /// A normal whose part outside the active ones is below this, relative, depends on them.
 constexpr double kDependent = 1e-11;
-/// Violations below this part of the terms of a constraint are rounding.
+/// Violations below this part of the terms of a constraint are rounding; where a constraint depends
+/// on the active ones, of the terms that the steps so far have had.
 constexpr double kMet = 1e-12;
 /// Active sets that are tried, for each constraint.
 constexpr int kRounds = 50;
@@ -27,25 +28,36 @@ class DualActiveSet {
     J_ = program.H.matrixU().solve(Matrix::Identity(n_, n_));
     R_ = Matrix::Zero(n_, n_);
     d_ = -program.H.solve(program.g);
+    farthest_ = d_.cwiseAbs();
     sign_.assign(static_cast<std::size_t>(m_), 1);
     active_at_.assign(static_cast<std::size_t>(m_ + 2 * n_), false);
   }
 
-  std::optional<QuadraticSolution> Run() {
+  std::optional<QuadraticSolution> Run(QuadraticFailure* why) {
+    *why = QuadraticFailure::kNotFinite;
     if (!d_.allFinite() || !J_.allFinite()) return {};
+    *why = QuadraticFailure::kContradiction;
+    for (Eigen::Index k = 0; k < n_; ++k) {
+      if (!Fixed(k)) continue;
+      if (!Activate(Value(m_ + k) < 0 ? m_ + k : m_ + n_ + k)) return {};
+    }
     for (Eigen::Index i = 0; i < m_; ++i) {
       if (!program_.equal[static_cast<std::size_t>(i)]) continue;
       if (Value(i) > 0) sign_[static_cast<std::size_t>(i)] = -1;
-      const bool met = std::abs(Value(i)) <= kMet * Terms(i);
+      const bool met = std::abs(Value(i)) <= kMet * std::max(Terms(i), FarthestTerms(i));
       if (!Activate(i) && !met) return {};
     }
     const long limit = kRounds * static_cast<long>(m_ + 2 * n_) + 100;
     for (long round = 0; round < limit; ++round) {
       AskBudget();
       const Eigen::Index worst = MostViolated();
-      if (worst < 0) return Take();
+      if (worst < 0) {
+        *why = QuadraticFailure::kNotFinite;
+        return Take();
+      }
       if (!Activate(worst)) return {};
     }
+    *why = QuadraticFailure::kUnfinished;
     return {};
   }
 
@@ -63,16 +75,23 @@ class DualActiveSet {
     const Eigen::Index k = (i - m_) % n_;
     return i < m_ + n_ ? d_(k) - program_.lower(k) : program_.upper(k) - d_(k);
   }
-  double Terms(Eigen::Index i) const {
-    if (i < m_) {
-      return program_.A.row(i).cwiseAbs().dot(d_.cwiseAbs()) + std::abs(program_.b(i));
-    }
+  double Terms(Eigen::Index i) const { return TermsOf(i, d_.cwiseAbs()); }
+  double FarthestTerms(Eigen::Index i) const { return TermsOf(i, farthest_); }
+  double TermsOf(Eigen::Index i, const Vector& size) const {
+    if (i < m_) return program_.A.row(i).cwiseAbs().dot(size) + std::abs(program_.b(i));
     const Eigen::Index k = (i - m_) % n_;
     const double bound = i < m_ + n_ ? program_.lower(k) : program_.upper(k);
-    return std::abs(d_(k)) + (std::isfinite(bound) ? std::abs(bound) : 0);
+    return size(k) + (std::isfinite(bound) ? std::abs(bound) : 0);
   }
+  /// Whether both bounds of entry k are one number.
+  bool Fixed(Eigen::Index k) const { return program_.lower(k) == program_.upper(k); }
   bool Equality(Eigen::Index i) const {
-    return i < m_ && program_.equal[static_cast<std::size_t>(i)];
+    return i < m_ ? program_.equal[static_cast<std::size_t>(i)] : Fixed((i - m_) % n_);
+  }
+  bool Depends(Eigen::Index i) const {
+    const Vector along = J_.transpose() * Normal(i);
+    const double free = along.tail(n_ - static_cast<Eigen::Index>(active_.size())).squaredNorm();
+    return free <= kDependent * kDependent * along.squaredNorm();
   }
 
   /// By the distance in the metric of H; −1 where all are met.
@@ -83,6 +102,7 @@ class DualActiveSet {
       if (active_at_[static_cast<std::size_t>(i)] || Equality(i)) continue;
       const double value = Value(i);
       if (!(value < -kMet * Terms(i))) continue;
+      if (value >= -kMet * FarthestTerms(i) && Depends(i)) continue;
       const double reach = i < m_ ? (J_.transpose() * program_.A.row(i).transpose()).norm()
                                   : J_.row((i - m_) % n_).norm();
       const double distance = -value / std::max(reach, 1e-300);
@@ -121,6 +141,7 @@ class DualActiveSet {
       const double step = std::min(dual, primal);
       if (!std::isfinite(step)) return false;
       if (!depends) d_ += step * (J_.rightCols(n_ - q) * along.tail(n_ - q));
+      farthest_ = farthest_.cwiseMax(d_.cwiseAbs());
       for (Eigen::Index k = 0; k < q; ++k) multipliers_[k] -= step * answer(k);
       multiplier += step;
       if (step == primal) {
@@ -186,6 +207,7 @@ class DualActiveSet {
   Matrix J_;  // L⁻ᵀ Q: normals of the active set are J⁻ᵀ [R; 0]
   Matrix R_;
   Vector d_;
+  Vector farthest_;  // the largest |d| on the way [n]
   std::vector<double> sign_;  // of equalities, so that they are violated to the negative side
   std::vector<Eigen::Index> active_;
   std::vector<double> multipliers_;
@@ -194,8 +216,9 @@ class DualActiveSet {
 
 }  // namespace
 
-std::optional<QuadraticSolution> Solve(const QuadraticProgram& program) {
-  return DualActiveSet(program).Run();
+std::optional<QuadraticSolution> Solve(const QuadraticProgram& program, QuadraticFailure* why) {
+  QuadraticFailure failure;
+  return DualActiveSet(program).Run(why != nullptr ? why : &failure);
 }
 
 }  // namespace contact_flow

@@ -13,7 +13,7 @@ namespace contact_flow {
 struct QuadraticProgram {
   const Eigen::LLT<Matrix>& H;  ///< [n×n], positive definite
   const Vector& g;              ///< [n]
-  Vector lower, upper;          ///< [n], infinite where there is none
+  Vector lower, upper;          ///< [n], infinite where there is none; equal: an equality
   Matrix A;                     ///< [m×n]
   Vector b;                     ///< [m]
   std::vector<bool> equal;      ///< [m]
@@ -25,9 +25,17 @@ struct QuadraticSolution {
   std::vector<bool> bounded;  ///< entries that are held at a bound [n]
 };
 
+/// Why there is none.
+enum class QuadraticFailure {
+  kContradiction,  ///< the constraints exclude each other
+  kNotFinite,      ///< a number is none
+  kUnfinished,     ///< too many active sets were tried
+};
+
 /// By the dual active set of Goldfarb and Idnani (Math. Prog. 27, 1983): from the minimum without
 /// constraints, one violated constraint after another becomes active, O(n²) each.
-/// Nothing where the constraints contradict each other.
-[[nodiscard]] std::optional<QuadraticSolution> Solve(const QuadraticProgram& program);
+/// Nothing where there is no solution, with the reason in `why`.
+[[nodiscard]] std::optional<QuadraticSolution> Solve(const QuadraticProgram& program,
+                                                     QuadraticFailure* why = nullptr);
 
 }  // namespace contact_flow

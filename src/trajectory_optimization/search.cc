@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <stdexcept>
 
@@ -33,12 +34,35 @@ bool Prefers(const FacePoint& from, const FacePoint& kept, const FacePoint& othe
 }
 constexpr double kFirstDamping = 1e-3;  // of the mean diagonal of H
 /// Curvature is asked where the promised decrease, relative to 1 + L, is below the first, and less
-/// than the second part of it has come.
-constexpr double kNear = 1e-4, kWellPromised = 0.5;
+/// than the second part of it has come: H may be too small. It may be too large as well, which
+/// keeps all that it promises, where more than the third part of what was promised before still is.
+constexpr double kNear = 1e-4, kWellPromised = 0.5, kSlow = 0.1;
 /// Of a cost that is small beside 1, decreases that are promised count down to this part of it, for
 /// so many steps that make it smaller; below 1e-20 they are rounding.
 constexpr double kFine = 1e-8, kRounding = 1e-20;
 constexpr int kMaxFine = 20;
+
+/// Why a piece has no step, or all have none; empty where they have. A piece that no step leads
+/// into does not count beside others.
+std::string Unsolved(const std::vector<PieceStep>& steps) {
+  std::string unreachable;
+  bool any = false;
+  for (const PieceStep& step : steps) {
+    any = any || step.solved;
+    if (step.solved) continue;
+    if (step.reachable) return step.failure;
+    unreachable = step.failure;
+  }
+  return any ? "" : unreachable;
+}
+
+double PromisedBy(const std::vector<PieceStep>& steps) {
+  double promised = 0;
+  for (const PieceStep& step : steps) {
+    if (step.solved) promised = std::max(promised, step.decrease);
+  }
+  return promised;
+}
 
 double MeanCurvature(const PieceModels& models) {
   return std::max(models.pieces.front().hessian.diagonal().mean(), 1e-12);
@@ -94,6 +118,7 @@ bool Search::IsMinimum() const {
 
 void Search::Descend(FacePoint point) {
   double damping = 0, undamped = 0;  // what is promised without
+  double before = std::numeric_limits<double>::infinity();  // … by the iterate before
   int fine = 0;
   for (;;) {
     AskBudget();
@@ -104,42 +129,58 @@ void Search::Descend(FacePoint point) {
       return End(first ? TrajectoryVerdict::kUndefined : TrajectoryVerdict::kStalled,
                  models.status.message);
     }
-    if (damping == 0) curvature_.Learn(point.y, models);
     const std::vector<PieceStep> steps = StepsOf(models, point.y, damping);
-    double promised = 0;
-    for (const PieceStep& step : steps) {
-      if (step.solved) promised = std::max(promised, step.decrease);
+    if (damping == 0) {
+      std::vector<Vector> multipliers;
+      for (const PieceStep& step : steps) multipliers.push_back(step.multipliers);
+      curvature_.Learn(point.y, models, multipliers);
     }
-    if (damping == 0) undamped = promised;
+    const double promised = PromisedBy(steps);
+    const bool slow = damping == 0 && promised > kSlow * before;
+    if (damping == 0) undamped = before = promised;
     const double none = tolerance_ * (1 + std::abs(point.cost));
     const TrajectoryVerdict verdict = Verdict(models, steps);
     const bool all_solved = verdict != TrajectoryVerdict::kStalled;
     const bool is_least = promised <= none && damping == 0 && all_solved;
-    if (is_least && !(fine < kMaxFine && IsWorthFineSteps(point, promised))) {
-      return End(verdict, "");
-    }
+    const bool is_fine = is_least && fine < kMaxFine && IsWorthFineSteps(point, promised);
+    if (is_least && !is_fine && !MayGoOn()) return End(verdict, "");
     FacePoint next = point;
     KinkStatus kink = KinkStatus::kNone;
-    bool steps_on = Step(models, steps, point, none, damping, &next, &kink);
+    bool steps_on = false;
+    if (!is_least || is_fine) {
+      steps_on = Step(models, steps, point, none, damping, &next, &kink);
+    }
     const bool near = damping == 0 && promised <= kNear * (1 + std::abs(point.cost));
-    if (near && !(steps_on && point.cost - next.cost >= kWellPromised * promised)) {
-      PieceModels curved = models;
+    const auto try_curved = [&](const PieceModels& curved) {
       FacePoint other;
       KinkStatus its_kink = KinkStatus::kNone;
-      if (curvature_.Add(&curved) &&
-          Step(curved, StepsOf(curved, point.y, 0), point, none, 0, &other, &its_kink) &&
-          (!steps_on || other.cost < next.cost)) {
-        next = other;
-        kink = its_kink;
-        steps_on = true;
-      }
+      const std::vector<PieceStep> its_steps = StepsOf(curved, point.y, 0);
+      if (is_least && !is_fine && !(PromisedBy(its_steps) > none)) return;
+      if (!Step(curved, its_steps, point, none, 0, &other, &its_kink)) return;
+      if (steps_on && !(other.cost < next.cost)) return;
+      next = other;
+      kink = its_kink;
+      steps_on = true;
+    };
+    if (near && (!is_least || is_fine) &&
+        !(steps_on && point.cost - next.cost >= kWellPromised * promised)) {
+      PieceModels curved = models;
+      if (curvature_.Add(&curved)) try_curved(curved);
+    }
+    if (damping == 0 && (slow || is_least)) {
+      PieceModels curved = models;
+      if (curvature_.Replace(&curved)) try_curved(curved);
+    }
+    // What the learnt curvature promises beyond H counts where it comes.
+    if (is_least && !is_fine && !(steps_on && point.cost - next.cost > none)) {
+      return End(verdict, "");
     }
     if (steps_on) {
       const double length = (next.y - point.y).cwiseAbs().maxCoeff();
       point = next;
       damping = damping > kFirstDamping * MeanCurvature(models) ? damping / 10 : 0;
       if (!Take(point, length, static_cast<int>(models.pieces.size()), kink)) return;
-      if (is_least) ++fine;
+      if (is_fine) ++fine;
       continue;
     }
     if (is_least) return End(verdict, "");
@@ -151,8 +192,7 @@ void Search::Descend(FacePoint point) {
         return End(verdict, "");
       }
       return End(TrajectoryVerdict::kStalled,
-                 all_solved ? "no step makes the cost smaller"
-                            : "the steps of a piece contradict its order of events");
+                 all_solved ? "no step makes the cost smaller" : Unsolved(steps));
     }
   }
 }
@@ -160,8 +200,13 @@ void Search::Descend(FacePoint point) {
 /// Whether a promise that counts as none beside 1 is much of the cost. With conditions multipliers
 /// ask for more by themselves.
 bool Search::IsWorthFineSteps(const FacePoint& point, double promised) const {
-  return options_.certify && tolerance_ > 0 && unknowns_.problem().conditions.empty() &&
-         promised > std::max(kFine * std::abs(point.cost), kRounding) &&
+  return MayGoOn() && unknowns_.problem().conditions.empty() &&
+         promised > std::max(kFine * std::abs(point.cost), kRounding);
+}
+
+/// Whether steps beyond a minimum are asked for.
+bool Search::MayGoOn() const {
+  return options_.certify && tolerance_ > 0 &&
          static_cast<int>(result_.iterations.size()) < options_.max_iterations;
 }
 
@@ -177,9 +222,7 @@ std::vector<PieceStep> Search::StepsOf(const PieceModels& models, const Vector& 
 
 TrajectoryVerdict Search::Verdict(const PieceModels& models,
                                   const std::vector<PieceStep>& steps) const {
-  for (const PieceStep& step : steps) {
-    if (!step.solved) return TrajectoryVerdict::kStalled;
-  }
+  if (!Unsolved(steps).empty()) return TrajectoryVerdict::kStalled;
   return models.pieces.size() > 1 ? TrajectoryVerdict::kValley : TrajectoryVerdict::kSmoothMinimum;
 }
 

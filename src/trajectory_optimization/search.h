@@ -28,6 +28,7 @@ class Search {
   bool Ended() const;
   bool IsMinimum() const;
   bool IsWorthFineSteps(const FacePoint& point, double promised) const;
+  bool MayGoOn() const;
   void Descend(FacePoint point);
   TrajectoryVerdict Verdict(const PieceModels& models, const std::vector<PieceStep>& steps) const;
   std::vector<int> Active(const PieceModel& piece, const PieceStep& step, bool only_near) const;

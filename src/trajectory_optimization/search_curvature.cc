@@ -21,6 +21,8 @@ constexpr double kLeastCurvature = 1e-6;
 constexpr double kQuotient = 1e-4;
 /// Curvature above this part of −H is rounding of quotients.
 constexpr double kNegative = -1e-3;
+/// … and steps of Newton count with this part of H at least.
+constexpr double kLeastNewton = 1e-3;
 constexpr int kMaxTrustHalvings = 24;
 
 /// Whether both have the same events in the same order.
@@ -47,7 +49,8 @@ Vector Forces(const PieceModel& at, const PieceModel& piece, const PieceStep& st
 }  // namespace
 
 /// A point with less cost than a minimum of the first order, along a direction of negative
-/// curvature of L; false where there is none. By the method of Lanczos on C in
+/// curvature of L, or, without one, of the step of Newton within the directions that were asked: H
+/// may be much larger than ∇²L. False where there is none. By the method of Lanczos on C in
 ///   ∇²(L − Σ z (t_second − t_first)) = H + C
 /// in the metric of H, along the faces and bounds that hold the minimum. Products are quotients.
 bool Search::Escape(FacePoint* point) {
@@ -89,6 +92,7 @@ bool Search::Escape(FacePoint* point) {
   if (factor.info() != Eigen::Success) return false;
   const auto direction = [&](const Vector& s) -> Vector { return N * factor.matrixU().solve(s); };
   const Vector force = piece.gradient - Forces(piece, piece, step);
+  const Vector pull = factor.matrixL().solve(N.transpose() * force);
   /// (I + H^{-1/2} C H^{-1/2}) s; empty where the piece ends.
   const auto product = [&](const Vector& s) -> Vector {
     const Vector d = direction(s);
@@ -110,7 +114,7 @@ bool Search::Escape(FacePoint* point) {
   s.normalize();
   const Eigen::Index most = std::min<Eigen::Index>(kMaxProducts, N.cols());
   Matrix basis(N.cols(), most), products(N.cols(), most);
-  Vector lowest;
+  Vector lowest, inner;
   for (Eigen::Index k = 0; k < most; ++k) {
     AskBudget();
     basis.col(k) = s;
@@ -121,17 +125,23 @@ bool Search::Escape(FacePoint* point) {
     const Matrix projected = known.transpose() * products.leftCols(k + 1);
     const Eigen::SelfAdjointEigenSolver<Matrix> ritz(0.5 * (projected + projected.transpose()));
     if (ritz.eigenvalues()(0) < kNegative) lowest = known * ritz.eigenvectors().col(0);
+    const Vector down = -ritz.eigenvectors().transpose() * (known.transpose() * pull);
+    inner = known * ritz.eigenvectors() *
+            (down.array() / ritz.eigenvalues().array().max(kLeastNewton)).matrix();
     s = next - known * (known.transpose() * next);
     s -= known * (known.transpose() * s).eval();
     if (!(s.norm() > kQuotient * next.norm())) break;
     s.normalize();
   }
-  if (lowest.size() == 0) return false;
+  const double none = tolerance_ * (1 + std::abs(best_.cost));
+  const bool negative = lowest.size() > 0;
+  if (!negative && !(inner.size() > 0 && -0.5 * pull.dot(inner) > none)) return false;
   // Plain runs decide.
-  Vector d = direction(lowest);
-  d *= (1 + y.cwiseAbs().maxCoeff()) / d.cwiseAbs().maxCoeff();
+  Vector d = direction(negative ? lowest : inner);
+  if (negative) d *= (1 + y.cwiseAbs().maxCoeff()) / d.cwiseAbs().maxCoeff();
   FacePoint least = best_;
   for (double sign : {1.0, -1.0}) {
+    if (!negative && sign < 0) break;
     double alpha = sign;
     for (int halving = 0; halving < kMaxTrustHalvings; ++halving, alpha /= 2) {
       const Vector to = Clamped(y + alpha * d);
@@ -140,6 +150,7 @@ bool Search::Escape(FacePoint* point) {
                                                            held, to, &result_.simulations);
       if (!(trial.cost < least.cost - tolerance_ * (1 + std::abs(least.cost)))) continue;
       least = trial;
+      if (!negative) break;
     }
   }
   if (!(least.cost < best_.cost)) return false;

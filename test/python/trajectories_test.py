@@ -183,6 +183,10 @@ class Trajectories(unittest.TestCase):
             ball.optimize_trajectory(GRID, {"z": 1}, effort=[0.01], progress=fail)
         late = ball.optimize_trajectory(GRID, {"z": 1}, effort=[0.01], max_seconds_total=1e-6)
         self.assertEqual("cancelled", late.verdict)
+        first = ball.optimize_trajectory(GRID, {"z": 1}, effort=[0.01], max_iterations=0)
+        self.assertEqual("max iterations", first.verdict)
+        self.assertEqual(1, len(first.iterations))
+        self.assertIn("max_iterations = 0 were made", first.message)
 
     def test_interrupted(self):
         with subprocess.Popen([sys.executable, "-c", PROGRAM], stdout=subprocess.PIPE, text=True) as child:
@@ -217,7 +221,7 @@ class Trajectories(unittest.TestCase):
                 (ValueError, lambda: ask(GRID, input_end=[0.0]), "linear_inputs"),
                 (ValueError, lambda: ask(GRID, method="shooting"), "method is 'shooting', expected one of pieces, multiple_shooting"),
                 (ValueError, lambda: ask(GRID, segments=[1]), "segments and states are those of"),
-                (ValueError, lambda: ask(GRID, max_iterations=0), "max_iterations is 0"),
+                (ValueError, lambda: ask(GRID, max_iterations=-1), "max_iterations is -1, expected a whole number ≥ 0"),
                 (ValueError, lambda: ask(GRID, max_seconds_total=0), "max_seconds is 0"),
                 (TypeError, lambda: ask(GRID, relative_tolerence=1e-3), "did you mean 'relative_tolerance'"),
                 (ValueError, lambda: ask(cf.Grid([0, 0.5], [[0.0], [0.0]]), {"z": 1}, duration=0.4), "horizon must lie behind"),

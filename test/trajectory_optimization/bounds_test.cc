@@ -88,5 +88,39 @@ TEST(TrajectoryBounds, NoDirectionWithinThemLowersTheCost) {
   EXPECT_GT(bounded, 0);
 }
 
+/// Bounds that are equal hold what they bound, whatever rounding says: the disc that pushes another
+/// has no force across.
+TEST(TrajectoryBounds, EqualOnesHoldBesideAContact) {
+  const std::unique_ptr<MechanicalSystem> discs = MakeModel("two_discs", {{"wall", 0.5}});
+  TrajectoryProblem problem;
+  problem.x.resize(8);
+  problem.x << -0.95, -2, -1, -1, 0, 0, 0, 0;
+  problem.duration = 1;
+  problem.effort = Vector::Constant(2, 0.05);
+  problem.weight = problem.target = Vector::Zero(8);
+  problem.weight.head(4) << 0, 1, 1, 1;
+  problem.target.head(4) << 0, -1.5, -0.8, 0;
+  const double half = 1e-9;
+  const double starts[3][5] = {{0.65, 7.0, 7.53, 2.09, 0.1},
+                               {3.86, 1.46, 7.77, 7.18, 7.69},
+                               {4.83, 4.12, 6.66, 5.22, 1.99}};
+  for (const auto& forces : starts) {
+    problem.inputs = {};
+    for (int k = 0; k < 5; ++k) {
+      problem.inputs.grid.push_back(k / 5.0);
+      problem.inputs.values.push_back(Eigen::Vector2d(0, forces[k]));
+    }
+    problem.lower = Eigen::Vector2d(-half, -20);
+    problem.upper = Eigen::Vector2d(half, 20);
+    const TrajectoryOptimum open = OptimizeTrajectory(*discs, problem);
+    problem.lower(0) = problem.upper(0) = 0;
+    const TrajectoryOptimum held = OptimizeTrajectory(*discs, problem);
+    ASSERT_EQ(TrajectoryVerdict::kValley, held.verdict) << held.message;
+    EXPECT_EQ(TrajectoryVerdict::kValley, open.verdict) << open.message;
+    EXPECT_NEAR(open.cost, held.cost, 1e-7);
+    for (const Vector& u : held.inputs.values) EXPECT_EQ(0, u(0));
+  }
+}
+
 }  // namespace
 }  // namespace contact_flow

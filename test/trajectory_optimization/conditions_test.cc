@@ -219,6 +219,30 @@ TEST_F(BallConditions, DurationsAndHorizonMayBeChosen) {
   EXPECT_NEAR(2 + 5 * 2, kept.cost, 1e-6);
 }
 
+/// Where lengths cost little beside what Gauss and Newton count, ∇²J is learnt: the least is that
+/// of L-BFGS with a closed form of J.
+TEST_F(BallConditions, ShallowDurationsAreFound) {
+  const auto heavy =
+      MakeModel("driven_ball", {{"mass", 2.0}, {"gravity", 4.0}, {"restitution", 1.0}});
+  TrajectoryProblem shallow;
+  shallow.x = Eigen::Vector2d(3.1, 0);
+  shallow.inputs.grid = {0, 0.39, 0.55};
+  for (double u : {4.8, -3.2, -5.8}) shallow.inputs.values.push_back(Vector::Constant(1, u));
+  shallow.duration = 0.85;
+  shallow.effort = Vector::Constant(1, 0.0753);
+  shallow.input_reference = Vector::Constant(1, 3);
+  shallow.weight = Eigen::Vector2d(4.45, 19.93);
+  shallow.target = Eigen::Vector2d(2.39, -2.14);
+  shallow.duration_weight = 2.54;
+  shallow.lower = Vector::Constant(1, -6.6);
+  shallow.upper = Vector::Constant(1, 4.8);
+  shallow.choose_durations = {0, 2};
+  const TrajectoryOptimum found = OptimizeTrajectory(*heavy, shallow);
+  EXPECT_EQ(TrajectoryVerdict::kSmoothMinimum, found.verdict) << found.message;
+  EXPECT_NEAR(1.7432240033507, found.cost, 1e-9);
+  EXPECT_LT(found.iterations.size(), 100u);
+}
+
 /// The restitution by which a ball that falls is at 0.5 m at the end: γ g τ (T − τ) − g (T − τ)²/2.
 TEST_F(BallConditions, ParametersMayBeChosen) {
   problem.choose_inputs = false;

@@ -114,5 +114,28 @@ TEST(QuadraticProgram, ContradictionsAreRefused) {
   EXPECT_LT((corner->d - one).norm(), 1e-12);
 }
 
+/// An entry whose bounds are one number stays there beside a row that is active.
+TEST(QuadraticProgram, EqualBoundsContradictNothing) {
+  for (unsigned seed = 1; seed <= 100; ++seed) {
+    Numbers numbers{std::mt19937(seed), {}};
+    const int n = 4;
+    const Matrix root = numbers.Draw(n, n);
+    Matrix H = root * root.transpose();
+    H.diagonal().array() += 1e-3;
+    const Eigen::LLT<Matrix> factor(H);
+    const Vector g = numbers.Draw(n);
+    QuadraticProgram program{factor, g, Vector::Constant(n, -kInfinity),
+                             Vector::Constant(n, kInfinity), numbers.Draw(1, n), Vector::Zero(1),
+                             {false}};
+    program.lower(0) = program.upper(0) = 0;
+    program.lower(1) = program.upper(1) = 1e-17;
+    const std::optional<QuadraticSolution> solution = Solve(program);
+    ASSERT_TRUE(solution) << seed;
+    EXPECT_EQ(0, solution->d(0));
+    EXPECT_EQ(1e-17, solution->d(1));
+    EXPECT_TRUE(solution->bounded[0] && solution->bounded[1]);
+  }
+}
+
 }  // namespace
 }  // namespace contact_flow

@@ -15,7 +15,7 @@ namespace contact_flow {
 /// An event of a run by what stays the same when the run changes a little.
 struct EventName {
   int constraint = -1;  ///< that is met, or −1: the input changes
-  int number = 0;       ///< its times so far; for an input the instant of the grid, from 1
+  int number = 0;  ///< its times so far; for an input the instant of the grid, 1 … K, the end
   /// Same event.
   bool operator==(const EventName& o) const {
     return constraint == o.constraint && number == o.number;
@@ -67,11 +67,13 @@ PieceModels MakePieceModels(const Unknowns& unknowns, const Vector& y, std::size
 /// When a constraint is met in a run [s]; NaN where it is not.
 double TimeOf(const Trajectory& run, const EventName& event);
 
-/// t_second − t_first of events in a run with this grid [s]; NaN where one does not happen.
+/// t_second − t_first of events in a run with this grid, or with T behind it [s]; NaN where one
+/// does not happen.
 double TimeBetween(const Trajectory& run, const std::vector<double>& grid, const EventName& first,
                    const EventName& second);
 
-/// "touchdown 1 of 'floor'" or "the input change at t = 0.7 s", `grid` being that of the run.
+/// "touchdown 1 of 'floor'", "the input change at t = 0.7 s" or "the end",
+/// in a run with this grid.
 std::string Describe(const Unknowns& unknowns, const std::vector<double>& grid,
                      const EventName& event);
 

@@ -158,13 +158,16 @@ class Unknowns {
   /// and durations that are none.
   Trajectory Run(const MechanicalSystem& system, const Vector& y, double simultaneity_tolerance,
                  bool dense) const;
-  /// The same of its own SystemAt(y).
+  /// The same run, of which T is one more instant of the grid, for `beyond` > 0 longer [s].
+  Trajectory RunBeyond(const MechanicalSystem& system, const Vector& y,
+                       double simultaneity_tolerance, bool dense, double beyond) const;
+  /// Run of its own SystemAt(y).
   Trajectory Run(const Vector& y, double simultaneity_tolerance, bool dense) const;
   /// J of a run without power, impulses and slip, by its States.
   double Cost(const Vector& y, const Matrix& states) const;
   /// J of a run with its motion, if there is a cost of power or slip, else of any run.
   double Cost(const Vector& y, const Trajectory& run) const;
-  /// x at t_1, …, t_K, left limits [nq+d × K].
+  /// x at t_1, …, t_K, left limits, of a Run or a RunBeyond [nq+d × K].
   Matrix States(const Trajectory& run) const;
   /// ū of interval k [m].
   Vector InputReference(std::size_t k) const;
