@@ -185,14 +185,16 @@ RollingDerivative::Reading RollingDerivative::Read(OnlineFlow* flow) {
   if (status_.ok()) {
     try {
       const Arc motion = flow->Motion();
+      Vector push_reach = push_reach_;
       if (flow->now() > node_ && !motion.dense.Empty()) {
         const Arc slice = Slice(motion, flow->now());
-        Vector push_reach = push_reach_;
         reading.status = CheckSlice(slice, false);
         reading.tangents = Propagated(slice, &push_reach);
-        if (reading.status.ok()) reading.status = CheckHolds(motion, push_reach, flow->now());
       }
       reading.t = flow->now();
+      if (reading.status.ok() && flow->now() > arc_begin_) {
+        reading.status = CheckHolds(motion, push_reach, flow->now());
+      }
       if (reading.status.ok()) reading.status = CheckNow(flow, mark_, cluster_);
     } catch (const std::domain_error& error) {
       reading.status = {Outcome::kNotDifferentiable, error.what()};

@@ -196,6 +196,7 @@ TEST(RollingDerivative, IsRefusedLikeThatOfTheRun) {
                {block(0, 0, 4), block(0.1, 0, 4), friction, "does not slip one way"},
                {puck(4), puck(1), {}, "share their forces"}};
   for (const auto& c : cases) {
+    SCOPED_TRACE(c.why);
     const Eigen::Index n = 2 * c.refused->dof() + c.variables.Size(*c.refused);
     const Vector w = n == 6 ? Vector::Unit(n, 0) : Vector::Unit(n, n - 1);
     BDerivativeOptions options;
