@@ -11,6 +11,7 @@
 #include "contact_flow/flow/corner_functions.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/model/driven.h"
+#include "propagation_verdict.h"
 
 namespace contact_flow {
 
@@ -135,11 +136,12 @@ class ArcJacobian {
   double StateUnit() const { return units_.length.maxCoeff() * std::max(1.0, units_.time); }
 
   /// [K D] [d×2d] and S [d×k] at time t, column-major into `out` and `source`; where they jump
-  /// those before it, or behind.
+  /// those before it, or behind. Refuses where one is no number.
   void At(double t, double* out, double* source, bool behind = false) {
     arc_.dense.Evaluate(BesideBreak(Time(t), behind), x_.data());
     dynamics_.Differentiate(x_, arc_.mode);
     const Matrix& jacobian = dynamics_.acceleration_jacobian();
+    if (!std::isfinite(jacobian.sum())) RefuseNoNumber(dynamics_, Time(t));
     Eigen::Map<Matrix> KD(out, d_, 2 * d_);
     KD = jacobian.leftCols(2 * d_);
     if (k_ > 0) Eigen::Map<Matrix>(source, d_, k_) = jacobian.rightCols(k_);

@@ -141,8 +141,13 @@ void BDerivative::CarryNeglected() {
 
 BDerivative DifferentiateOutcome(const MechanicalSystem& system, const Trajectory& trajectory,
                                  const BDerivativeOptions& options) {
+  return DifferentiateOutcome(system, trajectory, options, {});
+}
+
+BDerivative DifferentiateOutcome(const MechanicalSystem& system, const Trajectory& trajectory,
+                                 const BDerivativeOptions& options, const InputCones& cones) {
   BDerivative derivative =
-      DifferentiateArcs(system, trajectory, 0, trajectory.arcs.size() - 1, options);
+      DifferentiateArcs(system, trajectory, 0, trajectory.arcs.size() - 1, options, cones);
   if (derivative.status.ok()) {
     ConstraintSet switches;
     derivative.status = CheckEnd(system, trajectory, derivative.trust.state_error, &switches);
@@ -157,10 +162,10 @@ BDerivative DifferentiateOutcome(const MechanicalSystem& system, const Trajector
 
 BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& trajectory,
                               std::size_t first, std::size_t last,
-                              const BDerivativeOptions& options) {
+                              const BDerivativeOptions& options, const InputCones& cones) {
   BDerivative derivative;
   derivative.options = options;
-  RunPreparation run(system, trajectory, first, last, options.variables);
+  RunPreparation run(system, trajectory, first, last, options.variables, cones);
   if (!run.Begin(&derivative)) return derivative;
   const ArcProduct carry = [&derivative](std::size_t k, Matrix* columns) {
     *columns = derivative.arcs[k] * *columns;

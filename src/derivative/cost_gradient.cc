@@ -19,12 +19,13 @@ namespace {
 class Passage {
  public:
   Passage(const MechanicalSystem& system, const Trajectory& trajectory, const RunCost& cost,
-          const BDerivativeOptions& options, const RunDirection* direction)
+          const BDerivativeOptions& options, const RunDirection* direction,
+          const InputCones& cones)
       : system_(system),
         run_(trajectory),
         cost_(cost),
         d2_(2 * system.dof()),
-        linear_(system, trajectory, cost, options, direction) {}
+        linear_(system, trajectory, cost, options, direction, cones) {}
 
   CostGradient Differentiate() {
     try {
@@ -259,10 +260,16 @@ double CostGradient::Along(const RunDirection& w) const {
 CostGradient DifferentiateCost(const MechanicalSystem& system, const Trajectory& trajectory,
                                const RunCost& cost, const BDerivativeOptions& options,
                                const RunDirection* direction) {
+  return DifferentiateCost(system, trajectory, cost, options, direction, {});
+}
+
+CostGradient DifferentiateCost(const MechanicalSystem& system, const Trajectory& trajectory,
+                               const RunCost& cost, const BDerivativeOptions& options,
+                               const RunDirection* direction, const InputCones& cones) {
   if (!cost.terminal && !cost.HasRate()) {
     throw std::invalid_argument("cost: nothing costs anything");
   }
-  return Passage(system, trajectory, cost, options, direction).Differentiate();
+  return Passage(system, trajectory, cost, options, direction, cones).Differentiate();
 }
 
 }  // namespace contact_flow

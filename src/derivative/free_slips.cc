@@ -82,9 +82,10 @@ bool SlipsOneWay(const MechanicalSystem& system, const Arc& arc, int i) {
   };
   for (std::size_t step = 0; step < arc.dense.NumSteps(); ++step) {
     AskBudget();
-    const double t = arc.dense.StepBegin(step), length = arc.dense.StepLength(step);
+    const double t = std::max(arc.dense.StepBegin(step), arc.t_begin);
+    const double end = arc.dense.StepBegin(step) + arc.dense.StepLength(step);
     for (int piece = 1; piece <= kPieces; ++piece) {
-      const double right = std::min(t + length * piece / kPieces, arc.t_end);
+      const double right = std::min(t + (end - t) * piece / kPieces, arc.t_end);
       if (!look(right, slip.At(right))) return false;
     }
   }

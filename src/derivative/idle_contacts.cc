@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "idle_contacts.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -11,6 +10,7 @@
 #include "contact_flow/budget.h"
 #include "contact_flow/flow/corner_functions.h"
 #include "contact_flow/model/row_layout.h"
+#include "held_tangents.h"
 
 namespace contact_flow {
 namespace {
@@ -19,48 +19,6 @@ namespace {
 constexpr double kIdleForce = 1e-9, kNoGradient = 1e-7;
 /// A slip is none below this part of the velocity.
 constexpr double kNoSlipPart = 1e-9;
-/// Steps that last no longer than this part of their arc tell nothing.
-constexpr double kShortPart = 1e-8;
-
-/// w without its part in the span of some rows.
-Vector Without(const Matrix& rows, const Vector& w) {
-  if (rows.rows() == 0) return w;
-  const Matrix columns = rows.transpose();
-  return w - columns * columns.completeOrthogonalDecomposition().solve(w);
-}
-
-/// What is held admits: δa = 0 and δ(Da v) = 0 of rows that are closed, δ(T v) = 0 of tangential
-/// ones that are still [rows × 2d+k].
-Matrix HeldTangents(const ContactDynamics& dynamics, const ConstraintTerms& terms,
-                    const std::vector<int>& closed, const std::vector<int>& still, const Vector& q,
-                    const Vector& v) {
-  const MechanicalSystem& system = dynamics.system();
-  const int d = system.dof(), k = dynamics.num_variables();
-  const std::vector<int>& parameters = dynamics.variables().parameters;
-  const auto p = static_cast<Eigen::Index>(parameters.size());
-  const Vector no_jump = Vector::Zero(d), no_impulse = Vector::Zero(terms.gap.size());
-  ResidualJacobian residual;
-  system.DifferentiateImpact(q, no_jump, no_impulse, v, &residual);
-  ParameterJacobian by;
-  if (p > 0) system.DifferentiateImpactByParameters(q, no_jump, no_impulse, v, parameters, &by);
-  Matrix rows =
-      Matrix::Zero(static_cast<Eigen::Index>(2 * closed.size() + still.size()), 2 * d + k);
-  Eigen::Index row = 0;
-  for (int i : closed) {
-    rows.row(row).head(d) = terms.jacobian.row(i);
-    if (p > 0) rows.row(row).tail(p) = by.gap.row(i);
-    ++row;
-  }
-  for (const std::vector<int>& all : {closed, still}) {
-    for (int i : all) {
-      rows.row(row).head(d) = residual.constraint_q.row(i);
-      rows.row(row).segment(d, d) = terms.jacobian.row(i);
-      if (p > 0) rows.row(row).tail(p) = by.constraint.row(i);
-      ++row;
-    }
-  }
-  return rows;
-}
 
 /// What the force of contact i is made of [N], by its gradient and what it is the gradient by; an
 /// input counts as 1 at least, so that one that is rounding is none.
@@ -81,13 +39,14 @@ double SizeOf(const ContactDynamics& dynamics, const Vector& gradient, const Vec
 }
 
 /// Where forces may begin to vanish: an arc as a whole, where f has no corners, else its steps.
-std::vector<std::pair<double, double>> SpansOf(const MechanicalSystem& system, const Arc& arc) {
+std::vector<std::pair<double, double>> SpansOf(const MechanicalSystem& system, const Arc& arc,
+                                               double instant) {
   if (CornerFunctions(system).Empty()) return {{arc.t_begin, arc.t_end}};
   std::vector<std::pair<double, double>> spans;
   for (std::size_t k = 0; k < arc.dense.NumSteps(); ++k) {
     const double begin = std::max(arc.t_begin, arc.dense.StepBegin(k));
     const double end = std::min(arc.t_end, arc.dense.StepBegin(k) + arc.dense.StepLength(k));
-    if (end - begin > kShortPart * (arc.t_end - arc.t_begin)) spans.emplace_back(begin, end);
+    if (end - begin > instant) spans.emplace_back(begin, end);
   }
   return spans;
 }
@@ -108,7 +67,7 @@ ContactMode Holding(const MechanicalSystem& system, const ConstraintTerms& terms
 }
 
 /// Whether contact i is idle at x, and its force, were it held, may take either sign.
-bool IsUndecided(ContactDynamics* dynamics, const Trajectory& run, const Vector& x,
+bool IsUndecided(ContactDynamics* dynamics, const ArcInRun& run, const Vector& x,
                  ContactMode mode, int i) {
   const MechanicalSystem& system = dynamics->system();
   const Vector q = x.head(system.num_positions()), v = x.tail(system.dof());
@@ -125,7 +84,7 @@ bool IsUndecided(ContactDynamics* dynamics, const Trajectory& run, const Vector&
     for (int row : all) rows.row(count++) = terms.jacobian.row(row);
   }
   const Vector own = terms.jacobian.row(i).transpose();
-  if (Without(rows, own).norm() <= kNoGradient * own.norm()) return false;  // they hold it, too
+  if (WithoutSpan(rows, own).norm() <= kNoGradient * own.norm()) return false;  // they hold it, too
   closed.push_back(i);
   const ContactMode held = Holding(system, terms, v, mode, i);
   const double rate = dynamics->ForceRate(x, held, i);
@@ -135,22 +94,21 @@ bool IsUndecided(ContactDynamics* dynamics, const Trajectory& run, const Vector&
   const double size = SizeOf(*dynamics, gradient, x);
   if (!gradient.allFinite() || !(std::abs(force) <= kIdleForce * size)) return false;
   // It has just begun, or is about to end: in an arc as short as that it is not yet more.
-  if (!(std::abs(rate) * (run.t_end() - run.t_begin()) <= kNoGradient * size)) return false;
-  const Vector free = Without(HeldTangents(*dynamics, terms, closed, still, q, v), gradient);
+  if (!(std::abs(rate) * run.duration <= kNoGradient * size)) return false;
+  const Vector free = WithoutSpan(HeldTangents(*dynamics, terms, closed, still, q, v), gradient);
   return free.cwiseAbs().maxCoeff() > kNoGradient * gradient.cwiseAbs().maxCoeff();
 }
 
 }  // namespace
 
-Status CheckIdleContacts(ContactDynamics* dynamics, const Trajectory& run, std::size_t k) {
-  const Arc& arc = run.arcs[k];
+Status CheckIdleContacts(ContactDynamics* dynamics, const Arc& arc, const ArcInRun& run) {
   const MechanicalSystem& system = dynamics->system();
   if (arc.dense.Empty() || !(arc.t_begin < arc.t_end)) return {};
   const int n = system.num_constraints(), nq = system.num_positions();
   Vector x = arc.x_begin;
   double largest = 1;  // IsUndecided looks closer
   ConstraintTerms terms;
-  for (const auto& [begin, end] : SpansOf(system, arc)) {
+  for (const auto& [begin, end] : SpansOf(system, arc, run.instant)) {
     AskBudget();
     arc.dense.Evaluate(0.5 * (begin + end), x.data());
     system.Constraints(x.head(nq), x.tail(system.dof()), &terms);

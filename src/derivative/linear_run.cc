@@ -28,7 +28,7 @@ void RequireDirectionSize(Eigen::Index size, Eigen::Index needed, const char* na
 
 LinearRun::LinearRun(const MechanicalSystem& system, const Trajectory& trajectory,
                      const RunCost& cost, const BDerivativeOptions& options,
-                     const RunDirection* direction)
+                     const RunDirection* direction, const InputCones& cones)
     : system_(system),
       run_(trajectory),
       cost_(cost),
@@ -37,7 +37,7 @@ LinearRun::LinearRun(const MechanicalSystem& system, const Trajectory& trajector
       parameters_(static_cast<Eigen::Index>(options.variables.parameters.size())),
       inputs_(options.variables.inputs ? system.num_inputs() : 0),
       intervals_(CountIntervals(trajectory)),
-      preparation_(system, trajectory, 0, trajectory.arcs.size() - 1, options.variables) {
+      preparation_(system, trajectory, 0, trajectory.arcs.size() - 1, options.variables, cones) {
   derivative_.options = options;
   if (direction == nullptr) return;
   RequireDirectionSize(direction->initial.size(), d2_, "initial");

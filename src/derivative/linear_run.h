@@ -16,7 +16,8 @@ class LinearRun {
  public:
   /// All must outlive it; `direction` may be null. Throws std::invalid_argument for its sizes.
   LinearRun(const MechanicalSystem& system, const Trajectory& trajectory, const RunCost& cost,
-            const BDerivativeOptions& options, const RunDirection* direction);
+            const BDerivativeOptions& options, const RunDirection* direction,
+            const InputCones& cones);
 
   /// Makes it, and fills what the gradient knows of it; false with its status where there is none.
   /// Throws like EventMap, and NotPiecewiseLinear.

@@ -44,7 +44,8 @@ bool BeginsToSlip(const MechanicalSystem& system, const Arc& arc, const Trajecto
 
 std::vector<IntervalLinearization> Linearize(const MechanicalSystem& system,
                                              const Trajectory& trajectory,
-                                             BDerivativeOptions options) {
+                                             BDerivativeOptions options,
+                                             const InputCones& cones) {
   options.variables = {true, {}};
   const int tangents = 2 * system.dof();
   BudgetStage stage("the intervals of the input");
@@ -69,7 +70,7 @@ std::vector<IntervalLinearization> Linearize(const MechanicalSystem& system,
     }
     const InputCluster* around = clusters.Around(first);
     if (around != nullptr) interval.x_begin = trajectory.arcs[around->last + 1].x_begin;
-    interval.derivative = DifferentiateArcs(system, trajectory, first, until, options);
+    interval.derivative = DifferentiateArcs(system, trajectory, first, until, options, cones);
     ConstraintSet switches;
     if (last + 1 == trajectory.arcs.size() && interval.derivative.status.ok()) {
       interval.derivative.status =

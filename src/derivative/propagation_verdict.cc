@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "propagation_verdict.h"
 
+#include <cmath>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace contact_flow {
 namespace {
@@ -25,6 +27,40 @@ std::string Span(const Arc& arc) {
 void RefuseUnresolved(double t) {
   std::ostringstream message;
   message << "the variational equation cannot be resolved at t = " << t << " s";
+  throw std::domain_error(message.str());
+}
+
+void RefuseNoNumber(const ContactDynamics& dynamics, double t) {
+  const MechanicalSystem& system = dynamics.system();
+  const SystemDescription& names = system.description();
+  const Matrix& jacobian = dynamics.acceleration_jacobian();
+  std::vector<std::string> variables = names.velocities;
+  for (const std::string& name : names.velocities) variables.push_back("the rate of " + name);
+  if (dynamics.variables().inputs) {
+    variables.insert(variables.end(), names.inputs.begin(), names.inputs.end());
+  }
+  for (int i : dynamics.variables().parameters) {
+    variables.push_back(names.parameters[static_cast<std::size_t>(i)].name);
+  }
+  std::ostringstream message;
+  message.precision(12);
+  message << "at t = " << t << " s the derivative of an acceleration is no number";
+  for (Eigen::Index c = 0; c < jacobian.cols(); ++c) {
+    for (Eigen::Index r = 0; r < jacobian.rows(); ++r) {
+      if (std::isfinite(jacobian(r, c))) continue;
+      const auto by = static_cast<std::size_t>(c);
+      message << ": that of '" << names.velocities[static_cast<std::size_t>(r)] << "' by '"
+              << variables[by] << "'";
+      throw std::domain_error(message.str());
+    }
+  }
+  throw std::domain_error(message.str());
+}
+
+void RefuseNoError(double t) {
+  std::ostringstream message;
+  message.precision(12);
+  message << "the error of the tangents from t = " << t << " s on is no number";
   throw std::domain_error(message.str());
 }
 

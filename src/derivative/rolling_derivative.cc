@@ -9,7 +9,9 @@
 #include "contact_flow/derivative/event_map.h"
 #include "contact_flow/derivative/start_cone.h"
 #include "contact_flow/derivative/variation.h"
+#include "arc_checks.h"
 #include "end_event.h"
+#include "event_laws.h"
 #include "frictional_reset.h"
 #include "input_cluster.h"
 #include "touching_contacts.h"
@@ -19,6 +21,8 @@ namespace {
 
 /// A clock is moved by more than this part of the tangents.
 constexpr double kMoved = 1e-12;
+/// What lasts no longer tells nothing of slopes [s].
+constexpr double kInstant = 1e-9;
 
 /// Of now as the end of a run from `begin` on, whose last transitions are these.
 Status CheckNow(OnlineFlow* flow, double begin, const std::vector<Transition>& last,
@@ -50,11 +54,13 @@ RollingDerivative::RollingDerivative(OnlineFlow* flow, const Matrix& directions,
                                      const BDerivativeOptions& options, const SimulateOptions& run)
     : system_(flow->system()),
       options_(options),
-      simultaneity_tolerance_(run.simultaneity_tolerance),
+      run_(run),
       directions_(directions),
       mark_(flow->now()),
       node_(mark_),
-      tangents_(directions) {
+      tangents_(directions),
+      arc_begin_(mark_),
+      push_reach_(Vector::Zero(system_.num_constraints())) {
   const int size = 2 * system_.dof() + options.variables.Size(system_);
   if (directions.rows() != size || directions.cols() < 1) {
     throw std::invalid_argument("the directions are " + std::to_string(directions.rows()) + " × " +
@@ -97,8 +103,7 @@ double RollingDerivative::SliceEnd() const {
   return end > node_ ? end : (n + 1) / kSliceRate;
 }
 
-Matrix RollingDerivative::Propagated(const Arc& motion, double end) {
-  if (!(end > node_) || motion.dense.Empty()) return tangents_;
+Arc RollingDerivative::Slice(const Arc& motion, double end) const {
   Arc slice;
   slice.mode = motion.mode;
   slice.u = motion.u;
@@ -108,7 +113,37 @@ Matrix RollingDerivative::Propagated(const Arc& motion, double end) {
   slice.x_begin = slice.x_end = motion.x_begin;
   slice.dense.Evaluate(node_, slice.x_begin.data());
   slice.dense.Evaluate(end, slice.x_end.data());
-  return PropagateArc(DynamicsAt(motion.u), slice, options_.tolerance) * tangents_;
+  return slice;
+}
+
+Status RollingDerivative::CheckSlice(const Arc& slice, bool forces_decide) {
+  ContactDynamics* dynamics = DynamicsAt(slice.u);
+  ArcInRun in_run;
+  in_run.gap_tolerance = run_.gap_tolerance;
+  in_run.speed_tolerance = run_.speed_tolerance;
+  in_run.absolute_tolerance = run_.absolute_tolerance;
+  in_run.duration = slice.t_end - mark_;
+  in_run.instant = kInstant;
+  in_run.forces_decide = forces_decide;
+  const Status status = CheckArc(dynamics, slice, in_run);
+  if (node_ == arc_begin_) face_ = CheckSlidingFace(dynamics, slice, run_.gap_tolerance);
+  return status;
+}
+
+Matrix RollingDerivative::Propagated(const Arc& slice, Vector* push_reach) {
+  VariationStatistics statistics;
+  const Matrix phi = PropagateArc(DynamicsAt(slice.u), slice, options_.tolerance, &statistics);
+  *push_reach = push_reach->cwiseMax(statistics.push_reach);
+  return phi * tangents_;
+}
+
+Status RollingDerivative::CheckHolds(const Arc& motion, const Vector& push_reach,
+                                     double end) const {
+  if (!face_.ok()) return face_;
+  Arc arc = motion;
+  arc.t_begin = arc_begin_;
+  arc.t_end = end;
+  return CheckPushes(system_, arc, push_reach, run_.absolute_tolerance);
 }
 
 void RollingDerivative::Follow(OnlineFlow* flow, bool passed) {
@@ -119,13 +154,13 @@ void RollingDerivative::Follow(OnlineFlow* flow, bool passed) {
       while (node_ < motion.t_end && !motion.dense.Empty()) {
         const double end = passed ? std::min(SliceEnd(), motion.t_end) : SliceEnd();
         if (end > motion.t_end) break;
-        tangents_ = Propagated(motion, end);
+        const Arc slice = Slice(motion, end);
+        status_ = CheckSlice(slice, false);
+        if (!status_.ok()) break;
+        tangents_ = Propagated(slice, &push_reach_);
         node_ = end;
       }
-      if (passed) {
-        Pass(*flow);
-        if (status_.ok()) node_ = flow->now();
-      }
+      if (passed && status_.ok()) PassArc(*flow, motion);
     } catch (const std::domain_error& error) {
       status_ = {Outcome::kNotDifferentiable, error.what()};
     }
@@ -133,13 +168,48 @@ void RollingDerivative::Follow(OnlineFlow* flow, bool passed) {
   flow->Forget(status_.ok() ? node_ : flow->now());
 }
 
+void RollingDerivative::PassArc(const OnlineFlow& flow, const Arc& motion) {
+  const Transition& transition = flow.transition();
+  const bool inside = !cluster_.empty() && IsClose(transition) &&
+                      (transition.changes_input || !cluster_inputs_.empty());
+  if (!inside) status_ = CheckHolds(motion, push_reach_, motion.t_end);
+  if (!inside && status_.ok() && !motion.dense.Empty() && ForcesDecide(system_, transition)) {
+    Arc last = motion;
+    const double step = last.dense.StepBegin(last.dense.NumSteps() - 1);
+    last.t_begin = std::max(arc_begin_, step);
+    last.dense = motion.dense.Between(last.t_begin, motion.t_end);
+    last.dense.Evaluate(last.t_begin, last.x_begin.data());
+    status_ = CheckSlice(last, true);
+  }
+  if (status_.ok()) Pass(flow);
+  if (!status_.ok()) return;
+  node_ = arc_begin_ = flow.now();
+  push_reach_.setZero();
+  face_ = {};
+}
+
+bool RollingDerivative::IsClose(const Transition& transition) const {
+  return AreClose(cluster_.back(), transition, run_.simultaneity_tolerance);
+}
+
 RollingDerivative::Reading RollingDerivative::Read(OnlineFlow* flow) {
   Reading reading{node_, tangents_, {}, status_};
   if (status_.ok()) {
     try {
-      reading.tangents = Propagated(flow->Motion(), flow->now());
+      const Arc motion = flow->Motion();
+      Vector push_reach = push_reach_;
+      if (flow->now() > node_ && !motion.dense.Empty()) {
+        const Arc slice = Slice(motion, flow->now());
+        reading.status = CheckSlice(slice, false);
+        reading.tangents = Propagated(slice, &push_reach);
+      }
       reading.t = flow->now();
-      reading.status = CheckNow(flow, mark_, cluster_, options_.variables, reading.tangents);
+      if (reading.status.ok() && flow->now() > arc_begin_) {
+        reading.status = CheckHolds(motion, push_reach, flow->now());
+      }
+      if (reading.status.ok()) {
+        reading.status = CheckNow(flow, mark_, cluster_, options_.variables, reading.tangents);
+      }
     } catch (const std::domain_error& error) {
       reading.status = {Outcome::kNotDifferentiable, error.what()};
     }
@@ -154,16 +224,17 @@ void RollingDerivative::Pass(const OnlineFlow& flow) {
   const Transition& transition = flow.transition();
   status_ = CheckTransition(transition);
   if (!status_.ok()) return;
-  if (cluster_.empty() || !AreClose(cluster_.back(), transition, simultaneity_tolerance_)) {
+  if (cluster_.empty() || !IsClose(transition)) {
     cluster_.clear();
     cluster_inputs_.clear();
     before_cluster_ = tangents_;
     cluster_dynamics_ = dynamics_;
   }
   cluster_.push_back(transition);
+  std::shared_ptr<ContactDynamics> after = dynamics_;
   if (transition.changes_input) {
-    cluster_inputs_.push_back(
-        std::make_shared<ContactDynamics>(system_, flow.NextInput(), options_.variables));
+    after = std::make_shared<ContactDynamics>(system_, flow.NextInput(), options_.variables);
+    cluster_inputs_.push_back(after);
   }
   if (!cluster_inputs_.empty() && cluster_inputs_.size() < cluster_.size()) {
     std::vector<const Transition*> parts;
@@ -174,13 +245,20 @@ void RollingDerivative::Pass(const OnlineFlow& flow) {
     status_ = whole.status;
     if (!status_.ok()) return;
     tangents_ = before_cluster_;
-    return Pass(EventMap(cluster_dynamics_, whole.transition, cluster_inputs_));
+    return Pass(EventMap(cluster_dynamics_, whole.transition, cluster_inputs_),
+                cluster_dynamics_.get(), cluster_inputs_.back().get());
   }
-  Pass(EventMap(dynamics_, transition));
+  Pass(EventMap(dynamics_, transition), dynamics_.get(), after.get());
 }
 
-void RollingDerivative::Pass(const EventMap& event) {
+void RollingDerivative::Pass(const EventMap& event, ContactDynamics* before,
+                             ContactDynamics* after) {
   status_ = event.status();
+  Trust trust;
+  EventResidual residual;
+  if (status_.ok()) {
+    status_ = CheckEventLaws(before, after, event.transition(), event, &trust, &residual);
+  }
   if (status_.ok()) status_ = CheckTouching(dynamics_.get(), event.transition(), tangents_);
   if (!status_.ok()) return;
   for (int j = 0; j < tangents_.cols(); ++j) tangents_.col(j) = event(tangents_.col(j));

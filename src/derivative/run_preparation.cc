@@ -7,11 +7,7 @@
 #include <utility>
 
 #include "contact_flow/budget.h"
-#include "free_slips.h"
-#include "idle_contacts.h"
-#include "resting_corners.h"
 #include "run_law.h"
-#include "src/dynamics/implied_contacts.h"
 #include "touching_contacts.h"
 
 namespace contact_flow {
@@ -27,6 +23,9 @@ Status CheckTransition(const Transition& transition) {
 }
 
 namespace {
+
+/// A step that lasts no longer than this part of its arc is an instant.
+constexpr double kInstant = 1e-8;
 
 /// The first transition before arc `last` at which the outcome is discontinuous; the maps up to it.
 Status FirstJump(const Trajectory& trajectory,
@@ -46,80 +45,17 @@ Status FirstJump(const Trajectory& trajectory,
   return {};
 }
 
-/// A force that is known all along an arc to less than this part of the absolute tolerance
-/// may be anything.
-constexpr double kIdle = 1e-3;
-
-/// Not kOk where a contact holds without a force that would keep it: it may as well let go.
-Status CheckPushes(const MechanicalSystem& system, const Arc& arc,
-                   const VariationStatistics& statistics, double absolute_tolerance) {
-  if (arc.t_end == arc.t_begin) return {};
-  for (int i : arc.mode - system.compliant()) {
-    if (statistics.push_reach(i) > kIdle * absolute_tolerance) continue;
-    std::ostringstream message;
-    message.precision(12);
-    message << "from t = " << arc.t_begin << " s to " << arc.t_end << " s the contact '"
-            << system.description().constraints[i]
-            << "' holds without a force: whether it does in a perturbed run is decided by nothing "
-               "that is known here";
-    return {Outcome::kNotDifferentiable, message.str()};
-  }
-  return {};
-}
-
-/// Contacts of a face beside those that carry it while it slides in space: they could as well.
-ConstraintSet IdleCorners(const MechanicalSystem& system, const Arc& arc, double gap_tolerance) {
-  const auto turns = [&](int i) {
-    return system.friction()[i].dimension == 2 && system.friction()[i].coefficient > 0;
-  };
-  bool slides = false;
-  for (int i : arc.mode) slides = slides || (turns(i) && arc.mode.LetterOf(i) == Letter::kSlip);
-  if (!slides) return {};
-  ConstraintTerms terms;
-  system.Constraints(arc.x_begin.head(system.num_positions()), arc.x_begin.tail(system.dof()),
-                     &terms);
-  ConstraintSet near;
-  for (int i = 0; i < system.num_constraints(); ++i) {
-    const bool beside = !arc.mode.Contains(i) && !system.compliant().Contains(i) && turns(i);
-    if (beside && std::abs(terms.gap(i)) <= gap_tolerance) near.Insert(i);
-  }
-  return near.Empty() ? near : ImpliedClosed(system, arc.x_begin, arc.mode, near);
-}
-
-/// Not kOk where a face slides in space: how its forces are shared is not unique, and it decides as
-/// soon as the face turns.
-Status CheckSlidingFace(ContactDynamics* dynamics, const Arc& arc, double gap_tolerance) {
-  const MechanicalSystem& system = dynamics->system();
-  if (!system.HasFriction()) return {};
-  dynamics->Evaluate(arc.x_begin, arc.mode);
-  const std::string from = "from t = " + std::to_string(arc.t_begin) + " s on the contacts ";
-  const ConstraintSet idle = IdleCorners(system, arc, gap_tolerance);
-  if (!dynamics->springs().Empty() || !idle.Empty()) {
-    const ConstraintSet face = idle.Empty() ? dynamics->springs() : arc.mode | idle;
-    return {Outcome::kIndeterminateForces,
-            from + face.ToString(system.description().constraints) +
-                " share forces that decide the motion: another share is as possible"};
-  }
-  for (int i : dynamics->shared()) {
-    const Friction& friction = system.friction()[i];
-    const bool turns = friction.dimension == 2 && friction.coefficient > 0;
-    if (!turns || arc.mode.LetterOf(i) != Letter::kSlip) continue;
-    return {Outcome::kNotDifferentiable,
-            from + dynamics->shared().ToString(system.description().constraints) +
-                " slide without turning and share their forces: a run that turns is not unique"};
-  }
-  return {};
-}
-
 }  // namespace
 
 RunPreparation::RunPreparation(const MechanicalSystem& system, const Trajectory& trajectory,
-                               std::size_t first, std::size_t last, const Variables& variables)
+                               std::size_t first, std::size_t last, const Variables& variables,
+                               InputCones cones)
     : system_(system),
       run_(trajectory),
       first_(first),
       last_(last),
       variables_(variables),
+      cones_(std::move(cones)),
       clusters_(system, trajectory),
       dynamics_(last + 1),
       residuals_(last - first) {
@@ -190,17 +126,29 @@ bool RunPreparation::MakeEvents(BDerivative* derivative) {
   return true;
 }
 
+ArcInRun RunPreparation::InRun(std::size_t k) const {
+  ArcInRun in_run;
+  in_run.gap_tolerance = run_.gap_tolerance;
+  in_run.speed_tolerance = run_.speed_tolerance;
+  in_run.absolute_tolerance = run_.absolute_tolerance;
+  in_run.duration = run_.t_end() - run_.t_begin();
+  in_run.instant = kInstant * (run_.arcs[k].t_end - run_.arcs[k].t_begin);
+  in_run.forces_decide = k < run_.transitions.size() && ForcesDecide(system_, run_.transitions[k]);
+  if (cones_.empty()) return in_run;
+  std::size_t interval = 0;
+  for (std::size_t j = 0; j < k; ++j) interval += run_.transitions[j].changes_input ? 1 : 0;
+  in_run.inputs = cones_[interval];
+  return in_run;
+}
+
 Status RunPreparation::CheckBefore(std::size_t k) const {
-  Status status = CheckFreeSlips(*dynamics_[k], run_.arcs[k]);
-  if (status.ok()) status = CheckRestingCorners(*dynamics_[k], run_.arcs[k]);
-  if (!status.ok()) return status;
-  return CheckIdleContacts(dynamics_[k].get(), run_, k);
+  return CheckArc(dynamics_[k].get(), run_.arcs[k], InRun(k));
 }
 
 Status RunPreparation::CheckAfter(std::size_t k, const VariationStatistics& statistics) {
   const Status status = CheckSlidingFace(dynamics_[k].get(), run_.arcs[k], run_.gap_tolerance);
   if (!status.ok()) return status;
-  return CheckPushes(system_, run_.arcs[k], statistics, run_.absolute_tolerance);
+  return CheckPushes(system_, run_.arcs[k], statistics.push_reach, run_.absolute_tolerance);
 }
 
 Status RunPreparation::CheckTouchingContacts(const BDerivative& derivative,

@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "arc_checks.h"
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/variation.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
@@ -22,9 +23,9 @@ using ArcProduct = std::function<void(std::size_t k, Matrix* columns)>;
 /// are the same in all. System and trajectory must outlive it.
 class RunPreparation {
  public:
-  /// From the beginning of arc `first` to the end of arc `last`.
+  /// From the beginning of arc `first` to the end of arc `last`; the cones are of all the run.
   RunPreparation(const MechanicalSystem& system, const Trajectory& trajectory, std::size_t first,
-                 std::size_t last, const Variables& variables);
+                 std::size_t last, const Variables& variables, InputCones cones);
 
   /// Fills what a derivative knows of its start; false where its status is not kOk.
   bool Begin(BDerivative* derivative);
@@ -49,10 +50,13 @@ class RunPreparation {
   Vector EndField() const;
 
  private:
+  ArcInRun InRun(std::size_t k) const;
+
   const MechanicalSystem& system_;
   const Trajectory& run_;
   const std::size_t first_, last_;
   const Variables variables_;
+  const InputCones cones_;
   const InputClusters clusters_;
   std::vector<std::shared_ptr<ContactDynamics>> dynamics_;
   std::vector<EventResidual> residuals_;

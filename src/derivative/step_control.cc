@@ -61,7 +61,7 @@ bool StepControl::Learn(double error, double length) {
     const double seen = std::pow(error / rule_->error, 1.0 / (2 * rule_->stages + 1)) / length;
     rate_ = std::max(seen, kSlackening * rate_);
   }
-  if (!small) rate_ *= finite ? 1.1 : 10;
+  if (!small) rate_ = finite ? 1.1 * rate_ : std::max(10 * rate_, 1 / length);
   return small;
 }
 

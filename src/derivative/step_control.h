@@ -11,6 +11,7 @@
 #include "flow_law.h"
 #include "gauss_legendre.h"
 #include "motion_pace.h"
+#include "propagation_verdict.h"
 
 namespace contact_flow {
 
@@ -95,6 +96,7 @@ void StepControl::Walk(const Matrix& begin, const Vector& field, W* walker,
     const double rest = stop - t;
     const double length = ChooseStep(t, rest, *walker);
     const double error = walker->Try(t, length, *rule_);
+    if (std::isnan(error)) RefuseNoError(jacobian_.Time(t));
     bool good = Learn(error, length);
     if (good) {
       walker->NoteLaw(&law_);

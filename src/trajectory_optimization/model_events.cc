@@ -70,7 +70,7 @@ bool ModelBuilder::AddRunning(PieceModel* model, Status* status) const {
   }
   const CostGradient gradient =
       DifferentiateCost(system_, run_, RunningRate(problem_, system_), derivative_.options,
-                        several ? &direction : nullptr);
+                        several ? &direction : nullptr, unknowns_.ConesOfInputs(y_));
   *status = gradient.status;
   if (!status->ok()) return false;
   const std::size_t count = problem_.inputs.grid.size();

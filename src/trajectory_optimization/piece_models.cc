@@ -40,7 +40,8 @@ PieceModels ModelsOf(const Unknowns& unknowns, const MechanicalSystem& system, c
   options.variables = {};
   options.variables.inputs = true;
   options.variables.parameters = problem.choose_parameters;
-  const BDerivative derivative = DifferentiateOutcome(system, run, options);
+  const BDerivative derivative =
+      DifferentiateOutcome(system, run, options, unknowns.ConesOfInputs(y));
   models.status = derivative.PiecewiseLinear();
   if (!models.status.ok()) return models;
   // Where neither start nor surfaces move, what touches and leaves does so all the same.

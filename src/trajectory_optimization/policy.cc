@@ -32,7 +32,7 @@ void RequireWeights(const Vector& weights, Eigen::Index size, bool positive,
 
 TrackingPolicy MakePolicy(const MechanicalSystem& system, const Trajectory& run,
                           const InputSchedule& inputs, double reach, const TrackingWeights& weights,
-                          const BDerivativeOptions& options) {
+                          const BDerivativeOptions& options, const InputCones& cones) {
   if (system.num_inputs() == 0) {
     throw std::invalid_argument("the model has no inputs: there is nothing to steer with");
   }
@@ -48,7 +48,7 @@ TrackingPolicy MakePolicy(const MechanicalSystem& system, const Trajectory& run,
                         {},
                         {},
                         {}};
-  const std::vector<IntervalLinearization> intervals = Linearize(system, run, options);
+  const std::vector<IntervalLinearization> intervals = Linearize(system, run, options, cones);
   policy.gains.resize(intervals.size());
   Matrix P = weights.terminal.asDiagonal();
   for (std::size_t k = intervals.size(); k-- > 0;) {

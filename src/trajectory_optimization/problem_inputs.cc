@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The inputs of a problem, that are held or led linearly.
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -125,6 +127,26 @@ Matrix Unknowns::InputRows(const Vector& y, std::size_t k) const {
   }
   rows.row(2 * inputs_) = instant_rows_[k];
   return rows;
+}
+
+InputCones Unknowns::ConesOfInputs(const Vector& y) const {
+  constexpr double kOnBound = 1e-12;  // beside max(1, |bound|)
+  const auto on = [&](double bound, int i) {
+    return std::abs(y(i) - bound) <= kOnBound * std::max(1.0, std::abs(bound));
+  };
+  InputCones cones;
+  for (std::size_t k = 0; k < problem_.inputs.grid.size(); ++k) {
+    const Matrix rows = InputRows(y, k);
+    Matrix cone = Matrix::Zero(rows.rows(), 1 + 2 * size_);  // the first allows no change at all
+    Eigen::Index count = 1;
+    for (int i = 0; i < size_; ++i) {
+      if (rows.col(i).isZero(0)) continue;
+      if (!on(upper_(i), i)) cone.col(count++) = rows.col(i);
+      if (!on(lower_(i), i)) cone.col(count++) = -rows.col(i);
+    }
+    cones.push_back(cone.leftCols(count));
+  }
+  return cones;
 }
 
 Vector Unknowns::WithoutClock(const Vector& x) const {

@@ -91,8 +91,10 @@ class WindowSolve {
     SimulateOptions dense = problem.simulate;
     dense.dense = true;
     const Trajectory run = Simulate(system, problem.x, problem.inputs, problem.duration, dense);
+    const Unknowns unknowns(system, problem);
     TrackingPolicy policy =
-        MakePolicy(system, run, problem.inputs, options.reach, options.weights, problem.derivative);
+        MakePolicy(system, run, problem.inputs, options.reach, options.weights, problem.derivative,
+                   unknowns.ConesOfInputs(unknowns.Start()));
     policy.lower = problem.lower;
     policy.upper = problem.upper;
     return policy;

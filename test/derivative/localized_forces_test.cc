@@ -308,5 +308,24 @@ TEST(LocalizedForces, RandomOnes) {
   EXPECT_LE(refused, kSeeds / 100);
 }
 
+/// A ground that is nothing here, beyond numbers: the force is 0 and its slope, 0 · ∞, is none. The
+/// tangents are refused for that, and end.
+TEST(LocalizedForces, WithASlopeThatIsNoNumberAreRefused) {
+  Term ground;
+  ground.gust = false;
+  ground.amplitude = 1e300;
+  ground.width = 1e-300;
+  ground.push = Vector::Ones(1);
+  ground.along = Matrix(Eigen::RowVector2d(1, 0));
+  ground.centre = Vector::Constant(1, -1);
+  const LocalizedForces system(ConfigurationSpace(1), Vector::Zero(1), Matrix::Zero(1, 2),
+                               {ground});
+  const Trajectory run = Simulate(system, Vector::Zero(2), Vector(0), 1);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  const Status status = DifferentiateOutcome(system, run).status;
+  EXPECT_EQ(Outcome::kNotDifferentiable, status.outcome);
+  EXPECT_NE(std::string::npos, status.message.find("that of 'v' by 'v'")) << status.message;
+}
+
 }  // namespace
 }  // namespace contact_flow

@@ -97,6 +97,11 @@ class BDerivative {
   Vector First(const VectorRef& w) const;
 };
 
+/// The changes of the inputs that matter on each interval of the input: the cone of these columns
+/// [m × ·]. Empty: all. An effort that an input puts right on its limit has a derivative where no
+/// other change leads beyond: that of the side within.
+using InputCones = std::vector<Matrix>;
+
 /// Not kOk where a transition has no first-order map because of what it is: bounces that were
 /// completed to sticking, and what Transition::obstacle says.
 Status CheckTransition(const Transition& transition);
@@ -106,10 +111,14 @@ Status CheckTransition(const Transition& transition);
 /// status is passed on.
 BDerivative DifferentiateOutcome(const MechanicalSystem& system, const Trajectory& trajectory,
                                  const BDerivativeOptions& options = {});
-/// The same from the beginning of arc `first` to the end of arc `last`.
+/// The same for changes of the inputs in these cones; for others B(w) is not to be asked.
+BDerivative DifferentiateOutcome(const MechanicalSystem& system, const Trajectory& trajectory,
+                                 const BDerivativeOptions& options, const InputCones& cones);
+/// The first from the beginning of arc `first` to the end of arc `last`.
 BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& trajectory,
                               std::size_t first, std::size_t last,
-                              const BDerivativeOptions& options = {});
+                              const BDerivativeOptions& options = {},
+                              const InputCones& cones = {});
 
 /// w [2d+k] projected on the tangent vectors that the initial state admits: those that keep the
 /// constraints of its contact mode and the bilateral ones active, Da_J w_q + ∂a_J/∂p δp = 0 and

@@ -61,5 +61,9 @@ struct CostGradient {
 CostGradient DifferentiateCost(const MechanicalSystem& system, const Trajectory& trajectory,
                                const RunCost& cost, const BDerivativeOptions& options = {},
                                const RunDirection* direction = nullptr);
+/// The same for changes of the inputs in these cones: of others it tells nothing.
+CostGradient DifferentiateCost(const MechanicalSystem& system, const Trajectory& trajectory,
+                               const RunCost& cost, const BDerivativeOptions& options,
+                               const RunDirection* direction, const InputCones& cones);
 
 }  // namespace contact_flow

@@ -26,9 +26,11 @@ struct IntervalLinearization {
   BDerivative derivative;  ///< of the interval
 };
 
-/// Linearizes a trajectory by the intervals of its input grid; `system` must outlive the result.
+/// Linearizes a trajectory by the intervals of its input grid, for changes of the inputs in the
+/// cones; `system` must outlive the result.
 std::vector<IntervalLinearization> Linearize(const MechanicalSystem& system,
                                              const Trajectory& trajectory,
-                                             BDerivativeOptions options = {});
+                                             BDerivativeOptions options = {},
+                                             const InputCones& cones = {});
 
 }  // namespace contact_flow

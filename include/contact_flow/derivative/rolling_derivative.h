@@ -14,7 +14,8 @@ namespace contact_flow {
 /// OnlineFlow goes on:
 ///   B(w_j) = Φ_N ∘ B_N ∘ … ∘ B_1 ∘ Φ_0 w_j,   now · w_j = columns [2d+k × m],
 /// each factor applied as the motion passes it. What DifferentiateOutcome gives for the whole of
-/// the motion, up to the tolerance; the cost of a call does not grow with the time since the mark.
+/// the motion, up to the tolerance, and refused for the same reasons; the cost of a call does not
+/// grow with the time since the mark.
 ///
 /// Arcs are propagated slice by slice, each of which ends at a multiple of 1/kSliceRate or with its
 /// arc. What has passed since the last one ended is propagated for a reading, and then forgotten.
@@ -59,20 +60,34 @@ class RollingDerivative {
  private:
   /// Where the slice that begins at node_ ends, unless the arc does before.
   double SliceEnd() const;
-  /// The tangents at `end` ≥ node_, in the arc of the motion.
-  Matrix Propagated(const Arc& motion, double end);
+  /// The arc of the motion from node_ to `end`.
+  Arc Slice(const Arc& motion, double end) const;
+  /// Not kOk where a slice may not be differentiated; `forces_decide` as in ArcInRun.
+  Status CheckSlice(const Arc& slice, bool forces_decide);
+  /// The tangents at the end of a slice; the reach of forces along the arc grows by it.
+  Matrix Propagated(const Arc& slice, Vector* push_reach);
+  /// Not kOk where a contact of the present arc, in which forces have this reach up to `end`, holds
+  /// without one, or slides in a face.
+  Status CheckHolds(const Arc& motion, const Vector& push_reach, double end) const;
   void Start(OnlineFlow* flow, const SimulateOptions& run);
+  /// The end of the arc of the motion, and the transition there.
+  void PassArc(const OnlineFlow& flow, const Arc& motion);
   void Pass(const OnlineFlow& flow);
-  void Pass(const EventMap& event);
+  /// Whether it is of the cluster of the last ones.
+  bool IsClose(const Transition& transition) const;
+  void Pass(const EventMap& event, ContactDynamics* before, ContactDynamics* after);
   ContactDynamics* DynamicsAt(const Vector& u);
 
   const MechanicalSystem& system_;
   const BDerivativeOptions options_;
-  const double simultaneity_tolerance_;
+  const SimulateOptions run_;
   const Matrix directions_;
   const double mark_;
   double node_;      // where the last slice has ended
   Matrix tangents_;  // there [2d+k × m]
+  double arc_begin_;   // of the present arc, or the mark
+  Vector push_reach_;  // of forces from arc_begin_ to node_ [n]
+  Status face_;        // whether it begins with a face that slides
   Status status_;
   /// The last transitions, each close to the one before, and the tangents before them: where the
   /// input changes among them they are one cluster, which takes the place of their own maps.

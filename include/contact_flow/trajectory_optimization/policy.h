@@ -64,10 +64,11 @@ class NoPolicy : public std::domain_error {
 /// The policy of a trajectory made with SimulateOptions::dense under these inputs. Gains by the
 /// linear regulator along the exact derivatives of the intervals, saltations inside; the reference
 /// goes on by `reach` [s] beyond its events. Throws std::invalid_argument for sizes and signs and
-/// as ExtendedReference does, and NoPolicy where an interval has no derivative.
+/// as ExtendedReference does, and NoPolicy where an interval has no derivative by the changes of
+/// its input in the cones.
 TrackingPolicy MakePolicy(const MechanicalSystem& system, const Trajectory& run,
                           const InputSchedule& inputs, double reach, const TrackingWeights& weights,
-                          const BDerivativeOptions& options = {});
+                          const BDerivativeOptions& options = {}, const InputCones& cones = {});
 
 /// Throws std::invalid_argument, naming field and value, for a policy that is not in order: sizes,
 /// times that do not rise, phases that do not follow each other, gains without an interval.

@@ -64,8 +64,8 @@ struct LimitsOf<Kind, std::void_t<decltype(Kind::kLimits)>>
 ///                                             e₀ is f between the lines ± stall − stall q̇/speed,
 ///                                             then within ± limit. e is continuous there, and
 ///                                             where it passes the integrator ends a step
-///                                             (EffortLimits); for an effort that rests on one
-///                                             ∂e/∂u is no number
+///                                             (EffortLimits); derivatives right on a limit are
+///                                             those of the side within it
 template <class Kind>
 class EffortOf final : public EffortElement {
   static constexpr int N = 3 * Kind::kPoints + Kind::kJoints;
@@ -73,7 +73,8 @@ class EffortOf final : public EffortElement {
   static constexpr bool kFollows = FollowsReference<Kind>::value;
   static constexpr int kLimits = LimitsOf<Kind>::value;
   static constexpr double kUnlimited = ElementFields::kUnlimited;
-  enum class Place { kInside, kOn, kBeyond };  ///< of an effort beside two bounds
+  /// An effort is on a bound within this part of the room between both: its rounding.
+  static constexpr double kOnBound = std::numeric_limits<double>::epsilon();
 
  public:
   void Evaluate(const double* z, const double* rate, const double* u, double* e) const override {
@@ -117,14 +118,13 @@ class EffortOf final : public EffortElement {
     Refer(Z[N - 1], u, W);
     Kind::Effort(number, Z, R, W, E);
     if (kFollows) E[N - 1] = S(0.0);
-    const bool at_limit = Saturate(number, R, E);
+    Saturate(number, R, E);
     for (int i = 0; i < N; ++i) {
       e[i] = E[i].value;
       for (int k = 0; k < N; ++k) by_z[i + k * N] = E[i].d[k];
       for (int k = 0; k < N; ++k) by_rate[i + k * N] = E[i].d[N + k];
       for (int k = 0; k < U; ++k) by_u[i + k * N] = E[i].d[2 * N + k];
     }
-    for (int k = 0; k < U && at_limit; ++k) by_u[k * N] = std::numeric_limits<double>::quiet_NaN();
   }
 
   void DifferentiateByNumber(const double* z, const double* rate, const double* u, int k,
@@ -167,31 +167,36 @@ class EffortOf final : public EffortElement {
     const S& stall = number[kLimits + 2];
     return stall < S(kUnlimited) ? stall : number[kLimits];
   }
-  /// Keeps e₀ in [low, high]; where it was.
+  static void SetValue(double value, double* x) { *x = value; }
+  template <int K>
+  static void SetValue(const Dual<double, K>& value, Dual<double, K>* x) {
+    x->value = value.value;
+  }
+  /// Keeps e₀ in [low, high]; on a bound with its own derivatives.
   template <class S>
-  static Place Keep(const S& low, const S& high, S* e) {
-    if (e[0] < high && low < e[0]) return Place::kInside;
-    const bool beyond = high < e[0] || e[0] < low;
-    e[0] = low < e[0] ? high : low;
-    return beyond ? Place::kBeyond : Place::kOn;
+  static void Keep(const S& low, const S& high, S* e) {
+    if (e[0] < high && low < e[0]) return;
+    const S& bound = low < e[0] ? high : low;
+    const S width = kOnBound * (high - low);
+    if (e[0] - high <= width && low - e[0] <= width) {
+      SetValue(bound, e);
+    } else {
+      e[0] = bound;
+    }
   }
   template <class S>
-  static Place KeepBetweenLines(const S* number, const S* rate, S* e) {
-    if (!(number[kLimits + 1] < S(kUnlimited))) return Place::kInside;
+  static void KeepBetweenLines(const S* number, const S* rate, S* e) {
+    if (!(number[kLimits + 1] < S(kUnlimited))) return;
     const S& stall = Stall(number);
     const S lost = stall * (rate[0] / number[kLimits + 1]);
-    return Keep(S(-stall - lost), S(stall - lost), e);
+    Keep(S(-stall - lost), S(stall - lost), e);
   }
-  /// Keeps e₀ within its limits; whether it is right on one.
   template <class S>
-  static bool Saturate(const S* number, const S* rate, S* e) {
+  static void Saturate(const S* number, const S* rate, S* e) {
     if constexpr (kLimits >= 0) {
-      const Place line = KeepBetweenLines(number, rate, e);
-      const Place size = Keep(S(-number[kLimits]), number[kLimits], e);
-      return line == Place::kInside ? size == Place::kOn
-                                    : line == Place::kOn && size != Place::kBeyond;
+      KeepBetweenLines(number, rate, e);
+      Keep(S(-number[kLimits]), number[kLimits], e);
     }
-    return false;
   }
   /// r and ∂r/∂clock behind the inputs.
   template <class S>
