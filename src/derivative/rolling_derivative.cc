@@ -239,8 +239,10 @@ void RollingDerivative::Pass(const OnlineFlow& flow) {
   if (!cluster_inputs_.empty() && cluster_inputs_.size() < cluster_.size()) {
     std::vector<const Transition*> parts;
     for (const Transition& part : cluster_) parts.push_back(&part);
-    const Vector &before = cluster_dynamics_->u(), &after = cluster_inputs_.back()->u();
-    if (AreIndependent(system_, parts, before, after)) return Pass(EventMap(dynamics_, transition));
+    const Vector &u_before = cluster_dynamics_->u(), &u_after = cluster_inputs_.back()->u();
+    if (AreIndependent(system_, parts, u_before, u_after)) {
+      return Pass(EventMap(dynamics_, transition), dynamics_.get(), after.get());
+    }
     const InputCluster whole = UniteWithInput(system_, parts);
     status_ = whole.status;
     if (!status_.ok()) return;
