@@ -97,7 +97,7 @@ void Curvature::UpdateWhole(const Vector& s, const Vector& change) {
 }
 
 bool Curvature::Replace(PieceModels* models) const {
-  if (whole_.size() == 0 || !IsPositive(whole_)) return false;
+  if (whole_.size() == 0) return false;
   for (PieceModel& piece : models->pieces) piece.hessian = whole_;
   return true;
 }

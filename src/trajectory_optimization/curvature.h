@@ -10,8 +10,8 @@ namespace contact_flow {
 /// What the second order of Gauss and Newton leaves out, C ≈ ∇²L − H, learnt from the gradients of
 /// successive iterates on pieces with the same order of events (the secant update of Dennis, Gay
 /// and Welsch's NL2SOL, sized); and ∇²(L − Σ z (t_second − t_first)) itself, which along the face
-/// is the same for all pieces that meet there, by the update of Broyden, Fletcher, Goldfarb and Shanno
-/// from H on, as long as the order stays.
+/// is the same for all pieces that meet there, by the update of Broyden, Fletcher, Goldfarb and
+/// Shanno from H on, as long as the order stays.
 class Curvature {
  public:
   /// An iterate with its models, and the multipliers z of the order rows of each.

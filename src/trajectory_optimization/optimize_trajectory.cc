@@ -37,7 +37,13 @@ TrajectoryOptimum Search::Go() {
     } else if (Take(start, 0, 0, KinkStatus::kNone)) {
       Solve(start);
       if (options_.neighbours) TryNeighbours();
-      for (int i = 0; i < kMaxEscapes && options_.certify && IsMinimum() && Escape(&start); ++i) {
+      for (int i = 0; options_.certify && IsMinimum() && Escape(&start); ++i) {
+        if (i == kMaxEscapes) {
+          End(TrajectoryVerdict::kStalled,
+              "the cost falls on along a flat bend: the second order promises more than the "
+              "tolerance yet");
+          break;
+        }
         const double length = (start.y - best_.y).cwiseAbs().maxCoeff();
         if (!Take(start, length, 0, KinkStatus::kNone)) break;
         Solve(start);

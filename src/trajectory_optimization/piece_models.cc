@@ -101,8 +101,17 @@ PieceModels MakePieceModels(const Unknowns& unknowns, const Vector& y, std::size
   const auto models_of = [&](const Trajectory& of) {
     return ModelsOf(unknowns, *system, y, max_pieces, multipliers, of);
   };
-  const bool may_meet = run.status.ok() && !system->HasFriction() && !unknowns.HasRunningCost();
+  const bool may_meet = run.status.ok() && !system->HasFriction();
   if (!may_meet || !IsMetAtEnd(*system, run, together)) return models_of(run);
+  if (unknowns.HasRunningCost()) {
+    PieceModels one = models_of(run);
+    if (one.status.outcome == Outcome::kDiscontinuous) {
+      one.status.message =
+          "a cost of power is not differentiated where a contact is met at the end: " +
+          one.status.message;
+    }
+    return one;
+  }
   const Trajectory longer = unknowns.RunBeyond(*system, y, together, true, kBeyond * together);
   PieceModels both = models_of(longer);
   if (both.status.ok()) return both;
