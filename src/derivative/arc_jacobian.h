@@ -239,8 +239,8 @@ class ArcJacobian {
     const double velocity = (sum.middleCols(d_, d_) * unit.asDiagonal()).maxCoeff();
     return std::max(std::sqrt(kRounding * position), kRounding * velocity);
   }
-  /// (√M)⁻¹ Σ_i |A_iᵀ| |Dλ_i| by (δq, δv) and the variables where Differentiate was last [d × 2d+k];
-  /// empty without contacts.
+  /// (√M)⁻¹ Σ_i |A_iᵀ| |Dλ_i| by (δq, δv) and the variables where Differentiate was last
+  /// [d × 2d+k]; empty without contacts.
   Matrix PushChanges() const {
     if (arc_.mode.Empty() || dynamics_.force_jacobian().rows() == 0) return Matrix();
     ConstraintTerms terms;
