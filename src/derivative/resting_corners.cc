@@ -24,7 +24,7 @@ constexpr double kProbe = 1e-6, kAside = 1e-7;
 constexpr double kFarthest = 1e-3;
 /// Entries of DF that differ by no more, beside their sizes, beside the largest of their column and
 /// of all, are the same.
-constexpr double kSameSlope = 1e-7, kNoCorner = 1e-9, kRounding = 1e-13;
+constexpr double kSameSlope = 1e-7, kNoCorner = 1e-9, kCancelled = 1e-13;
 
 /// The two sides of a corner on which the motion rests.
 class RestingCorner {
@@ -80,7 +80,7 @@ class RestingCorner {
     const Matrix free = JacobianAt(Vector::Zero(NumTangents()), ContactMode()).topRows(d);
     const auto floors = [](const Matrix& entries) {
       const Eigen::RowVectorXd columns = kNoCorner * entries.colwise().maxCoeff();
-      return Eigen::RowVectorXd(columns.array() + kRounding * entries.maxCoeff());
+      return Eigen::RowVectorXd(columns.array() + kCancelled * entries.maxCoeff());
     };
     const Eigen::RowVectorXd motion = floors(size.topRows(d).cwiseMax(free.cwiseAbs()));
     const Eigen::Index forces = size.rows() - d;

@@ -25,7 +25,7 @@ Status CheckTransition(const Transition& transition) {
 namespace {
 
 /// A step that lasts no longer than this part of its arc is an instant.
-constexpr double kInstant = 1e-8;
+constexpr double kInstantPart = 1e-8;
 
 /// The first transition before arc `last` at which the outcome is discontinuous; the maps up to it.
 Status FirstJump(const Trajectory& trajectory,
@@ -132,7 +132,7 @@ ArcInRun RunPreparation::InRun(std::size_t k) const {
   in_run.speed_tolerance = run_.speed_tolerance;
   in_run.absolute_tolerance = run_.absolute_tolerance;
   in_run.duration = run_.t_end() - run_.t_begin();
-  in_run.instant = kInstant * (run_.arcs[k].t_end - run_.arcs[k].t_begin);
+  in_run.instant = kInstantPart * (run_.arcs[k].t_end - run_.arcs[k].t_begin);
   in_run.forces_decide = k < run_.transitions.size() && ForcesDecide(system_, run_.transitions[k]);
   if (cones_.empty()) return in_run;
   std::size_t interval = 0;

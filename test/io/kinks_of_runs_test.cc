@@ -20,6 +20,7 @@ namespace {
 
 using test::Ball;
 using test::Block;
+using test::ExpectRefused;
 using test::Make;
 using test::Tight;
 
@@ -40,10 +41,6 @@ Vector Quotient(const RobotSystem& system, double duration, double alpha, const 
     return Simulate(system, x, system.nominal().u, duration, Tight()).FinalState();
   };
   return (end(alpha * w) - end(0 * w)) / alpha;
-}
-void ExpectRefused(const Status& status, const std::string& why) {
-  EXPECT_EQ(Outcome::kNotDifferentiable, status.outcome) << status.message;
-  EXPECT_NE(std::string::npos, status.message.find(why)) << status.message;
 }
 
 /// 1 kg that slides at 1 m/s, pressed by 4 N with coefficient 1: v = 1 m/s − 4 m/s² t.

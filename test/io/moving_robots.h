@@ -41,6 +41,10 @@ inline BDerivative DifferentiateByAll(const RobotSystem& system, const Trajector
   return DifferentiateOutcome(system, run, options);
 }
 
+inline void ExpectRefused(const Status& status, const std::string& why) {
+  EXPECT_EQ(Outcome::kNotDifferentiable, status.outcome) << status.message;
+  EXPECT_NE(std::string::npos, status.message.find(why)) << status.message;
+}
 /// One-sided quotients of runs at 1e-12 in each direction (δq, δv, δp), the clock among them.
 inline void ExpectQuotients(const std::string& urdf, const std::string& yaml, double duration) {
   const RobotSystem system = Make(urdf, yaml);

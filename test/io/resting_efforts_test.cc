@@ -21,6 +21,7 @@ namespace {
 
 using test::Ball;
 using test::Block;
+using test::ExpectRefused;
 using test::Joint;
 using test::Link;
 using test::Make;
@@ -29,14 +30,10 @@ using test::RunOf;
 using test::Text;
 using test::Tight;
 
-BDerivative Differentiate(const RobotSystem& system, double duration, bool inputs = false) {
+BDerivative DerivativeOf(const RobotSystem& system, double duration, bool inputs = false) {
   BDerivativeOptions options;
   options.variables.inputs = inputs;
   return DifferentiateOutcome(system, RunOf(system, duration), options);
-}
-void ExpectRefused(const Status& status, const std::string& why) {
-  EXPECT_EQ(Outcome::kNotDifferentiable, status.outcome) << status.message;
-  EXPECT_NE(std::string::npos, status.message.find(why)) << status.message;
 }
 std::shared_ptr<const RobotSystem> Share(const std::string& urdf, const std::string& yaml) {
   return std::shared_ptr<const RobotSystem>(new RobotSystem(Make(urdf, yaml)));
@@ -75,7 +72,7 @@ TEST(RestingOnALimit, WhereNothingMoves) {
     for (const double height : {0.0, 0.3}) {
       for (const double limit : {5.0, 5.001, 4.999}) {
         const RobotSystem ball = Make(Ball(), Held(limit, gains, height));
-        const BDerivative B = Differentiate(ball, 0.5);
+        const BDerivative B = DerivativeOf(ball, 0.5);
         ASSERT_TRUE(B.status.ok()) << B.status.message;
         ASSERT_TRUE(B.arcs.back().allFinite());
         if (height == 0) continue;  // no direction is admitted
@@ -97,13 +94,13 @@ TEST(RestingOnALimit, OfAServoOnItsStop) {
   const RobotSystem ball = Make(
       Ball(), AboveStop("a: {kind: servo, joint: z, input: u, stiffness: 10, limit: 5}",
                         "nominal: {positions: {z: 0.3}, inputs: {u: -0.5}}"));
-  const BDerivative B = Differentiate(ball, 0.5, true);
+  const BDerivative B = DerivativeOf(ball, 0.5, true);
   ASSERT_TRUE(B.status.ok()) << B.status.message;
   EXPECT_LT(B(Vector::Unit(3, 2)).norm(), 1e-9);
 }
 
 /// Where the force lifts the ball it matters when: a pull of 40 N/m · 0.3 m/s rises to the 5 N of
-/// the servo. With a limit that is higher it comes later by the input, with a lower one it does not.
+/// the servo. With a higher limit it comes later by the input, with a lower one it does not.
 TEST(RestingOnALimit, WhereTheForceDecides) {
   for (const double limit : {5.0, 5.001, 4.999}) {
     const std::string yaml =
@@ -143,7 +140,7 @@ TEST(RestingOnALimit, BesideAStiffSpring) {
       "{base: fixed, gravity: 0, efforts: {spring: {kind: joint_spring, joint: z, stiffness: 1e6, "
       "damping: 100, rest: -5e-6}, a: {kind: actuator, joint: z, input: u, limit: 5}}, feedback: "
       "{gains: {u: {positions: {z: 7}}}}, nominal: {inputs: {u: 5}}}");
-  ExpectRefused(Differentiate(ball, 0.1).status, "the effort 'a' is right on its limit");
+  ExpectRefused(DerivativeOf(ball, 0.1).status, "the effort 'a' is right on its limit");
 }
 
 /// 1 kg that its motor just holds, saturated: v' = −5/4 v upward, and 0 downward.
@@ -225,7 +222,7 @@ TEST(RestingOnALimit, OfAMotorOnItsStopWhileOthersMove) {
         "{spring: {kind: joint_spring, joint: x, stiffness: 30}, motor: {kind: servo, joint: a, "
         "input: u, stiffness: 100, damping: 1, " +
             limit + "}}, nominal: {positions: {x: 0.1}, inputs: {u: -1}}}");
-    const BDerivative B = Differentiate(robot, t);
+    const BDerivative B = DerivativeOf(robot, t);
     ASSERT_TRUE(B.status.ok()) << limit << B.status.message;
     const Vector by_x = B(Vector::Unit(4, 0)), by_v = B(Vector::Unit(4, 2));
     EXPECT_NEAR(std::cos(omega * t), by_x(0), 1e-7);
