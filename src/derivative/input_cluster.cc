@@ -164,6 +164,14 @@ bool AreClose(const Transition& before, const Transition& next, double simultane
   return next.t - before.t <= std::max({simultaneity_tolerance, next.tolerance, before.tolerance});
 }
 
+bool HoldsAll(ContactDynamics* dynamics, const Vector& x, ContactMode mode) {
+  dynamics->Evaluate(x, mode);
+  for (int i : mode - dynamics->system().compliant()) {
+    if (!(dynamics->force()(i) > 0)) return false;
+  }
+  return true;
+}
+
 bool AreIndependent(const MechanicalSystem& system, const std::vector<const Transition*>& parts,
                     const Vector& before, const Vector& after) {
   if (parts.size() != 2 || parts[0]->changes_input == parts[1]->changes_input) return false;
@@ -178,6 +186,9 @@ bool AreIndependent(const MechanicalSystem& system, const std::vector<const Tran
   if (input.mode_before != input.mode_after) return false;
   ContactDynamics first(system, before), second(system, after);
   const ContactMode mode = parts[0]->mode_before, other = parts[1]->mode_after;
+  for (ContactDynamics* dynamics : {&first, &second}) {
+    if (!HoldsAll(dynamics, x, mode) || !HoldsAll(dynamics, x, other)) return false;
+  }
   const Vector changes[] = {first.Field(x, mode), first.Field(x, other), second.Field(x, mode),
                             second.Field(x, other)};
   const Vector sum = changes[3] - changes[2] - changes[1] + changes[0];

@@ -29,9 +29,12 @@ struct InputCluster {
 /// Whether `next` comes within the tolerance of simultaneity [s] after `before`.
 bool AreClose(const Transition& before, const Transition& next, double simultaneity_tolerance);
 
-/// Whether these are a change of the input and a switch of time alone (DrivenSwitches), and what
-/// they change of F adds up: then each is an event of its own, as their order does not matter. With
-/// the inputs before and after both.
+/// Whether all rigid contacts of a mode are pressed.
+bool HoldsAll(ContactDynamics* dynamics, const Vector& x, ContactMode mode);
+
+/// Whether these are a change of the input and a switch of time alone (DrivenSwitches), what they
+/// change of F adds up, and all contacts stay pressed in between: then each is an event of its own,
+/// as their order does not matter. With the inputs before and after both.
 bool AreIndependent(const MechanicalSystem& system, const std::vector<const Transition*>& parts,
                     const Vector& before, const Vector& after);
 

@@ -13,6 +13,7 @@
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/model/driven.h"
+#include "input_cluster.h"
 
 namespace contact_flow {
 namespace {
@@ -120,11 +121,15 @@ StartCone::StartCone(ContactDynamics* dynamics, const VectorRef& x, ContactMode 
     if (system.compliant().Contains(i)) {
       const ContactMode other = mode.Contains(i) ? mode.Without(i) : mode.With(i);
       const Vector jump = dynamics->Field(x, other) - field;
-      if (jump.cwiseAbs().maxCoeff() <= kConeNoise * (1 + field.cwiseAbs().maxCoeff())) continue;
+      const bool same =
+          jump.cwiseAbs().maxCoeff() <= kConeNoise * (1 + field.cwiseAbs().maxCoeff());
+      // On its other side contacts of the mode may be lifted.
+      const bool held = !of_time.Contains(i) || HoldsAll(dynamics, x, other);
+      if (same && held) continue;
       if (of_time.Contains(i)) {
         Contact contact = SwitchOf(i, (mode.Contains(i) ? -1 : 1) * gaps.row(i).transpose());
         const double rate = std::abs(terms.jacobian.row(i).dot(v));
-        const bool alone = touching.Size() == 1 && begins.Empty();
+        const bool alone = touching.Size() == 1 && begins.Empty() && held;
         if (alone) contact.turn = (mode.Contains(i) ? -1 : 1) / rate * jump;
         contacts_.push_back(contact);
         continue;

@@ -81,6 +81,23 @@ TEST(KnotsAtInstants, WhereTheRunBegins) {
   }
 }
 
+/// A ball on the floor, which the reference lifts before the knot and presses behind it: what
+/// starts before bounces first, which is not followed.
+TEST(KnotsAtInstants, WhereAContactIsLiftedOnTheOtherSide) {
+  const RobotSystem ball =
+      Make(Ball(),
+           "{base: fixed, gravity: 0, constraints: {floor: {kind: lower_limit, joint: z, lower: "
+           "0, restitution: 0.5}}, efforts: {a: {kind: track, joint: z, feed_forward: u, "
+           "stiffness: 1, damping: 10, reference: {kind: linear, times: [0, 0.2, 0.5], values: "
+           "[0, 0.2, -0.1]}}}, nominal: {positions: {z: 0, clock: 0.2}}}");
+  const Trajectory run = Simulate(ball, ball.nominal().x, ball.nominal().u, 0.1, Tight());
+  ASSERT_TRUE(run.arcs.front().mode.Contains(0));
+  const BDerivative B = DifferentiateOutcome(ball, run, {});
+  ASSERT_TRUE(B.status.ok()) << B.status.message;
+  EXPECT_TRUE(B(Vector::Unit(4, 1)).isApprox(Vector::Unit(4, 1), 1e-9));
+  EXPECT_THROW(B(-Vector::Unit(4, 1)), std::invalid_argument);
+}
+
 TEST(KnotsAtInstants, WhereTheRunEnds) {
   const Case given{Follower("", 0.35), 0.15, Grid({0})};
   const BDerivative B = given.Differentiate();
