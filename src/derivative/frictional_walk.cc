@@ -16,7 +16,7 @@ namespace {
 
 /// A direction does not move a slip, relative to the sizes of D(T v) and w.
 constexpr double kUnmoved = 1e-11;
-constexpr double kRounded = 1e-15;   // of the largest entries: what the arcs before leave of zeros
+constexpr double kRounded = 1e-14;   // of the largest entries: what the arcs before leave of zeros
 constexpr double kSameTime = 1e-12;  // then touchdowns come first, relative
 constexpr int kRoundsForEach = 4;    // contact, at most
 

@@ -181,5 +181,45 @@ TEST(SeveralMotions, JointFrictionIsTheSameInAnyUnits) {
   }
 }
 
+constexpr char kSlidingCart[] =
+    "<robot name='cart'><link name='b'><inertial><mass value='0.2391'/><inertia ixx='0.001797' "
+    "ixy='0' ixz='0' iyy='0.001797' iyz='0' izz='0.001797'/></inertial></link><link name='s'>"
+    "<inertial><mass value='0.2283'/><inertia ixx='0.002283' ixy='0' ixz='0' iyy='0.002283' "
+    "iyz='0' izz='0.002283'/></inertial></link><joint name='j' type='prismatic'>"
+    "<parent link='b'/><child link='s'/><origin xyz='0.03409 0 0'/><axis xyz='0.8583 0 -0.5132'/>"
+    "<limit lower='-1e5' upper='1e5' effort='1e9' velocity='1e9'/><dynamics friction='2'/>"
+    "</joint></robot>";
+constexpr char kSlidingCartYaml[] =
+    "base: planar\njoints: {friction: all}\n"
+    "efforts: {s: {kind: joint_spring, joint: j, stiffness: 130.9, rest: -0.009277}}\n"
+    "nominal: {positions: {base_z: 0.4835}, velocities: {base_x: -1.248, j: 0.682}}\n"
+    "constraints:\n"
+    "  l: {kind: plane, friction: 0.002827, link: b, point: [-0.1502, 0, -0.2867], "
+    "normal: [0.3031, 0, 0.953]}\n"
+    "  r: {kind: plane, friction: 1.2, link: b, point: [0.1502, 0, -0.2867], "
+    "normal: [0.3031, 0, 0.953]}\n";
+
+/// Feet that stick stay so where the joint above them stops: what rounding leaves of their slips
+/// along the arc before was taken for slips of the perturbed run, for which no forces fit.
+TEST(SeveralMotions, AJointThatStopsOverFlatFeetHasADerivative) {
+  const auto robot = Robot(kSlidingCart, kSlidingCartYaml);
+  const Vector x = robot->nominal().x;
+  const auto end = [&](const Vector& start) {
+    return Simulate(*robot, start, Vector(), 0.35, AtTolerance(1e-12));
+  };
+  const Trajectory run = end(x);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  ASSERT_EQ("sss", run.arcs.back().mode.Word(3));
+  const BDerivative B = DifferentiateOutcome(*robot, run);
+  ASSERT_TRUE(B.status.ok()) << B.status.message;
+  for (const double sign : {-1., 1.}) {
+    const Vector w = sign * Vector::Unit(10, 8);  // of the joint's rate
+    constexpr double kPart = 1e-6;
+    const Vector quotient = (end(x + kPart * w).FinalState() - run.FinalState()) / kPart;
+    // Of first order in the part, beside the runs' own errors over it.
+    EXPECT_LT((quotient - B(w)).cwiseAbs().maxCoeff(), 1e-3) << sign;
+  }
+}
+
 }  // namespace
 }  // namespace contact_flow
