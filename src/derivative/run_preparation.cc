@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "contact_flow/budget.h"
@@ -59,6 +61,13 @@ RunPreparation::RunPreparation(const MechanicalSystem& system, const Trajectory&
       clusters_(system, trajectory),
       dynamics_(last + 1),
       residuals_(last - first) {
+  const std::size_t inputs = 1 + static_cast<std::size_t>(std::count_if(
+                                     run_.transitions.begin(), run_.transitions.end(),
+                                     [](const Transition& event) { return event.changes_input; }));
+  if (!cones_.empty() && cones_.size() < inputs) {
+    throw std::invalid_argument("cones of " + std::to_string(cones_.size()) +
+                                " inputs, for a run that meets " + std::to_string(inputs));
+  }
   // One for each input: the event maps keep theirs.
   const std::vector<Arc>& arcs = run_.arcs;
   for (std::size_t k = first; k <= last; ++k) {

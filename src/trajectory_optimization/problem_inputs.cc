@@ -146,6 +146,7 @@ InputCones Unknowns::ConesOfInputs(const Vector& y) const {
     }
     cones.push_back(cone.leftCols(count));
   }
+  cones.push_back(Matrix(cones.back()));  // beyond the horizon, where the last input goes on
   return cones;
 }
 

@@ -97,9 +97,9 @@ class BDerivative {
   Vector First(const VectorRef& w) const;
 };
 
-/// The changes of the inputs that matter on each interval of the input: the cone of these columns
-/// [m × ·]. Empty: all. An effort that an input puts right on its limit has a derivative where no
-/// other change leads beyond: that of the side within.
+/// The changes of the inputs that matter on each interval of the input, at least those that the run
+/// meets: the cone of these columns [m × ·]. Empty: all. An effort that an input puts right on its
+/// limit has a derivative where no other change leads beyond: that of the side within.
 using InputCones = std::vector<Matrix>;
 
 /// Not kOk where a transition has no first-order map because of what it is: bounces that were

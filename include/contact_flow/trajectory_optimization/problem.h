@@ -132,7 +132,8 @@ class Unknowns {
   const Eigen::RowVectorXd& InstantRow(std::size_t k) const { return instant_rows_[k]; }
   /// The derivative by y of the inputs that are held on interval k [· × n].
   Matrix InputRows(const Vector& y, std::size_t k) const;
-  /// The changes of the inputs at y that the bounds of y allow: an unknown on a bound goes inside.
+  /// The changes of the inputs at y that the bounds of y allow, of each interval and beyond the
+  /// horizon: an unknown on a bound goes inside.
   InputCones ConesOfInputs(const Vector& y) const;
   /// Values in the problem.
   Vector Start() const;
