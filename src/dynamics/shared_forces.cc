@@ -22,6 +22,8 @@ constexpr double kSmallPivot = 1e-9;
 constexpr double kPivotRounding = 1e-14;
 /// Entries of Z that are rounding, and a push of it that is none, relative.
 constexpr double kNoSharedPart = 1e-7, kNoSharedPush = 1e-6;
+/// A column that pushes more than this many times its row has units of its own.
+constexpr double kLargePush = 100;
 /// A pull of springs that is rounding, relative.
 constexpr double kNoPull = 1e-12;
 
@@ -133,16 +135,21 @@ bool ContactDynamics::FindSlidingDependence() {
   const RowBasis basis = FindRowBasis(G);
   const Eigen::Index k = G.rows(), r = k - basis.freedom.cols();
   if (r == k) return false;
-  // Units of the columns by what they push: that of a pad has the friction of its joint.
-  const Vector pushes = at_->push.colwise().norm();
-  const Vector unit = G.diagonal().cwiseSqrt().cwiseMax(pushes).cwiseInverse();
+  // The column of a pad has the friction of its joint, in any units: then by what it pushes.
+  Vector size = G.diagonal().cwiseSqrt();
+  for (Eigen::Index j = 0; j < k; ++j) {
+    const double pushes = at_->push.col(j).norm();
+    if (pushes > kLargePush * size(j)) size(j) = pushes;
+  }
+  const Vector unit = size.cwiseInverse();
   Matrix H(r, k), rows = Matrix::Zero(r, k);
   for (Eigen::Index i = 0; i < r; ++i) {
     const int row = basis.rows[static_cast<std::size_t>(i)];
-    H.row(i) = at_->delassus_inverse.row(row) * unit.asDiagonal();
+    rows(i, row) = 1 / std::sqrt(G(row, row));
+    H.row(i) = rows(i, row) * at_->delassus_inverse.row(row) * unit.asDiagonal();
     const double largest = H.row(i).cwiseAbs().maxCoeff();
-    if (!(largest > 0)) return false;
-    rows(i, row) = 1 / largest;
+    if (!(largest > 0) || largest * kLargePush >= 1) continue;
+    rows(i, row) /= largest;
     H.row(i) /= largest;
   }
   Eigen::FullPivLU<Matrix> factor(H);
@@ -154,13 +161,8 @@ bool ContactDynamics::FindSlidingDependence() {
   const Matrix any = unit.asDiagonal() * H.completeOrthogonalDecomposition().solve(rows);
   const Matrix& Z = at_->freedom;
   at_->generalized = any - Z * (Z.transpose() * Z).ldlt().solve(Z.transpose() * any);
-  bool pushes_none = true;
-  for (Eigen::Index j = 0; j < Z.cols(); ++j) {
-    const double size = (at_->push.cwiseAbs() * Z.col(j).cwiseAbs()).maxCoeff();
-    const double left = (at_->push * Z.col(j)).cwiseAbs().maxCoeff();
-    pushes_none = pushes_none && left <= kNoSharedPush * size;
-  }
-  if (pushes_none) return true;
+  const double most = (at_->push.cwiseAbs() * Z.cwiseAbs()).maxCoeff();
+  if ((at_->push * Z).cwiseAbs().maxCoeff() <= kNoSharedPush * most) return true;
   at_->freedom = basis.freedom;
   NoteShared();
   at_->springs = at_->shared;
@@ -179,9 +181,7 @@ bool ContactDynamics::FindSlidingDependence() {
 void ContactDynamics::NoteShared() {
   at_->shared = ConstraintSet();
   for (Eigen::Index j = 0; j < at_->freedom.cols(); ++j) {
-    // By what each of them pushes.
-    const Vector column =
-        at_->freedom.col(j).cwiseAbs().cwiseProduct(at_->reach.colwise().norm().transpose());
+    const auto column = at_->freedom.col(j).cwiseAbs();
     const double part = kNoSharedPart * column.maxCoeff();
     for (int i : at_->mode - system_.compliant()) {
       const Friction& friction = system_.friction()[i];
