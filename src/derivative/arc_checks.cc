@@ -58,8 +58,8 @@ Status CheckArc(ContactDynamics* dynamics, const Arc& arc, const ArcInRun& in_ru
   return CheckIdleContacts(dynamics, arc, in_run);
 }
 
-Status CheckPushes(const MechanicalSystem& system, const Arc& arc,
-                   const Vector& push_reach, double absolute_tolerance) {
+Status CheckPushes(const MechanicalSystem& system, const Arc& arc, const Vector& push_reach,
+                   double absolute_tolerance) {
   if (arc.t_end == arc.t_begin) return {};
   for (int i : arc.mode - system.compliant()) {
     if (push_reach(i) > kIdle * absolute_tolerance) continue;

@@ -19,8 +19,7 @@ namespace {
 class Passage {
  public:
   Passage(const MechanicalSystem& system, const Trajectory& trajectory, const RunCost& cost,
-          const BDerivativeOptions& options, const RunDirection* direction,
-          const InputCones& cones)
+          const BDerivativeOptions& options, const RunDirection* direction, const InputCones& cones)
       : system_(system),
         run_(trajectory),
         cost_(cost),

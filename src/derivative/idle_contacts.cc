@@ -67,8 +67,8 @@ ContactMode Holding(const MechanicalSystem& system, const ConstraintTerms& terms
 }
 
 /// Whether contact i is idle at x, and its force, were it held, may take either sign.
-bool IsUndecided(ContactDynamics* dynamics, const ArcInRun& run, const Vector& x,
-                 ContactMode mode, int i) {
+bool IsUndecided(ContactDynamics* dynamics, const ArcInRun& run, const Vector& x, ContactMode mode,
+                 int i) {
   const MechanicalSystem& system = dynamics->system();
   const Vector q = x.head(system.num_positions()), v = x.tail(system.dof());
   ConstraintTerms terms;

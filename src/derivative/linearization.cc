@@ -44,8 +44,7 @@ bool BeginsToSlip(const MechanicalSystem& system, const Arc& arc, const Trajecto
 
 std::vector<IntervalLinearization> Linearize(const MechanicalSystem& system,
                                              const Trajectory& trajectory,
-                                             BDerivativeOptions options,
-                                             const InputCones& cones) {
+                                             BDerivativeOptions options, const InputCones& cones) {
   options.variables = {true, {}};
   const int tangents = 2 * system.dof();
   BudgetStage stage("the intervals of the input");

@@ -6,10 +6,10 @@
 #include <stdexcept>
 #include <string>
 
+#include "arc_checks.h"
 #include "contact_flow/derivative/event_map.h"
 #include "contact_flow/derivative/start_cone.h"
 #include "contact_flow/derivative/variation.h"
-#include "arc_checks.h"
 #include "end_event.h"
 #include "event_laws.h"
 #include "frictional_reset.h"

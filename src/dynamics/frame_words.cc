@@ -99,10 +99,9 @@ ContactMode ChooseWord(const FrictionFrame& frame, const std::vector<FrictionSol
   const auto size = [&](const FrictionSolution& word) {
     return word.force.dot(frame.problem().G * word.force);
   };
-  return ModeOfWord(frame, *std::min_element(words.begin(), words.end(),
-                                             [&](const auto& a, const auto& b) {
-                                               return size(a) < size(b);
-                                             }));
+  return ModeOfWord(
+      frame, *std::min_element(words.begin(), words.end(),
+                               [&](const auto& a, const auto& b) { return size(a) < size(b); }));
 }
 
 }  // namespace contact_flow

@@ -169,9 +169,9 @@ bool ContactDynamics::FindSlidingDependence() {
   Vector motion = applied_;
   mass_factor_.SolveL(motion);
   const Vector right = -at_->bias - at_->reach.transpose() * motion;
-  at_->generalized = ShareAsSprings(
-      G, H, unit, rows, right, SharedCones(system_, at_->mode, at_->shared, at_->active),
-      &shared_slack_);
+  at_->generalized =
+      ShareAsSprings(G, H, unit, rows, right,
+                     SharedCones(system_, at_->mode, at_->shared, at_->active), &shared_slack_);
   if (at_->generalized.size() > 0) return true;
   at_->generalized.setZero(k, k);
   at_->regular = false;

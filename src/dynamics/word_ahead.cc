@@ -35,9 +35,7 @@ std::optional<WordAhead> OnlyWord(ContactDynamics* dynamics, const Vector& x,
   const double scale = units.Largest(problem.b);
   for (FrictionSolution& word : SolveFriction(problem, border)) {
     const ContactMode mode = ModeOfWord(frame, word);
-    const auto apart = [&] {
-      return units.Largest(word.result - found->solution.result) / scale;
-    };
+    const auto apart = [&] { return units.Largest(word.result - found->solution.result) / scale; };
     const bool fits = !word.many && word.margin >= -kMissedAhead;
     if (!fits || (found && (mode != found->mode || apart() > kSameMotionAhead))) {
       return std::nullopt;

@@ -275,8 +275,8 @@ class Words {
       if (dynamics_.shared().Contains(i)) {
         slacks.push_back({i, gain * dynamics_.shared_margin(), letter == Letter::kStick});
       } else if (letter == Letter::kStick && std::isfinite(contact.coefficient)) {
-        const double cone = contact.coefficient * force(i) -
-                            force.segment(tangential, contact.dimension).norm();
+        const double cone =
+            contact.coefficient * force(i) - force.segment(tangential, contact.dimension).norm();
         const double unit = units_->force()(row) / units_->force()(row + 1);
         slacks.push_back({i, gain * unit * cone, true});
         continue;

@@ -14,8 +14,8 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kSameMatrix = 1e-12;       // rows that differ less, relative, are one …
-constexpr double kSameRounding = 1e-15;     // … and so are those that do by rounding of the largest
+constexpr double kSameMatrix = 1e-12;    // rows that differ less, relative, are one …
+constexpr double kSameRounding = 1e-15;  // … and so are those that do by rounding of the largest
 constexpr double kOppositeNormals = 1e-12;  // normals that add up to less are opposite
 constexpr double kAgree =
     1e-7;  // jump between pieces, relative, that is an error of the derivative

@@ -12,11 +12,11 @@ namespace contact_flow {
 
 /// The step that one piece asks for, with the multipliers that certify it.
 struct PieceStep {
-  bool solved = false;     ///< false: there is none
-  std::string failure;     ///< and why, as a sentence
-  bool reachable = true;   ///< false: no step within the bounds leads into the piece
-  Vector d;             ///< [n]
-  double decrease = 0;  ///< −(gᵀd + ½ dᵀHd), what is promised
+  bool solved = false;    ///< false: there is none
+  std::string failure;    ///< and why, as a sentence
+  bool reachable = true;  ///< false: no step within the bounds leads into the piece
+  Vector d;               ///< [n]
+  double decrease = 0;    ///< −(gᵀd + ½ dᵀHd), what is promised
   Vector multipliers;   ///< z ≥ 0 of the order rows, of any sign for equalities [h]; J rises by z
                         ///< for each second into the piece where its row is active [1/s]
   double residual = 0;  ///< |g + Hd − Aᵀz| on unknowns off their bounds, largest entry

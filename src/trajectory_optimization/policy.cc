@@ -136,8 +136,8 @@ void PolicyTracker::Observe(double t, ConstraintSet activated, ConstraintSet rel
   // What comes far too early is not what is expected.
   const bool near = !Expected(phase_).Empty() && t >= At(phase_).t_end - options_.patience;
   Progress& progress = progress_[static_cast<std::size_t>(phase_)];
-  const ConstraintSet down = near ? At(phase_).activated - (progress.told & progress.touched)
-                                  : ConstraintSet();
+  const ConstraintSet down =
+      near ? At(phase_).activated - (progress.told & progress.touched) : ConstraintSet();
   const ConstraintSet up =
       near ? At(phase_).released - (progress.told & progress.left) : ConstraintSet();
   progress.touched = progress.touched | (activated & down);

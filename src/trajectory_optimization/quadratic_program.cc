@@ -207,7 +207,7 @@ class DualActiveSet {
   Matrix J_;  // L⁻ᵀ Q: normals of the active set are J⁻ᵀ [R; 0]
   Matrix R_;
   Vector d_;
-  Vector farthest_;  // the largest |d| on the way [n]
+  Vector farthest_;           // the largest |d| on the way [n]
   std::vector<double> sign_;  // of equalities, so that they are violated to the negative side
   std::vector<Eigen::Index> active_;
   std::vector<double> multipliers_;

@@ -117,7 +117,7 @@ bool Search::IsMinimum() const {
 }
 
 void Search::Descend(FacePoint point) {
-  double damping = 0, undamped = 0;  // what is promised without
+  double damping = 0, undamped = 0;                         // what is promised without
   double before = std::numeric_limits<double>::infinity();  // … by the iterate before
   int fine = 0;
   for (;;) {

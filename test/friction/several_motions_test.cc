@@ -115,9 +115,8 @@ TEST(SeveralMotions, AFlatBoxLandsFlatAgain) {
          << "constraints:\n";
     for (std::size_t k = 0; k < friction.size(); ++k) {
       const double last = static_cast<double>(friction.size() - 1);
-      yaml << "  f" << k << ": {kind: plane, link: box, restitution: 0.6, friction: "
-           << friction[k] << ", point: [" << -0.15 + 0.3 * static_cast<double>(k) / last
-           << ", 0, -0.2]}\n";
+      yaml << "  f" << k << ": {kind: plane, link: box, restitution: 0.6, friction: " << friction[k]
+           << ", point: [" << -0.15 + 0.3 * static_cast<double>(k) / last << ", 0, -0.2]}\n";
     }
     const auto robot =
         Robot("<robot name='flat'>" + Link("box", 2, 0.05, 0.05, 0.05) + "</robot>", yaml.str());
@@ -151,9 +150,9 @@ Trajectory LandOnARamp(double length, double mass) {
        << "nominal: {positions: {base_z: " << 0.35 * L << ", base_pitch: -0.359}, velocities: "
        << "{base_x: " << -1.84 * L << ", j: " << 1.407 * L << "}}\nconstraints:\n";
   for (const double side : {-1., 1.}) {
-    yaml << "  " << (side < 0 ? "l" : "r") << ": {kind: plane, link: box, friction: "
-         << (side < 0 ? 0.8 : 0.63) << ", point: [" << side * 0.1726 * L << ", 0, " << -0.1983 * L
-         << "], normal: [-0.386, 0, 0.9224]}\n";
+    yaml << "  " << (side < 0 ? "l" : "r")
+         << ": {kind: plane, link: box, friction: " << (side < 0 ? 0.8 : 0.63) << ", point: ["
+         << side * 0.1726 * L << ", 0, " << -0.1983 * L << "], normal: [-0.386, 0, 0.9224]}\n";
   }
   const auto robot = Robot(urdf.str(), yaml.str());
   return Simulate(*robot, robot->nominal().x, Vector(), 0.45, AtTolerance(1e-9));

@@ -24,12 +24,13 @@ using test::Tight;
 
 /// 1 kg that follows a reference whose rate jumps at 0.2 s and 0.5 s, and at its end.
 RobotSystem Follower(const std::string& more = "", double clock = 0) {
-  return Make(Ball(), "{base: fixed, gravity: 0, efforts: {a: {kind: track, joint: z, "
-                      "feed_forward: u, stiffness: 40, damping: 4, " +
-                          more +
-                          "reference: {kind: linear, times: [0, 0.2, 0.5, 0.9], values: [0, 0.3, "
-                          "-0.2, 0.1]}}}, nominal: {positions: {z: 0.1, clock: " +
-                          std::to_string(clock) + "}, inputs: {u: 1}}}");
+  return Make(Ball(),
+              "{base: fixed, gravity: 0, efforts: {a: {kind: track, joint: z, "
+              "feed_forward: u, stiffness: 40, damping: 4, " +
+                  more +
+                  "reference: {kind: linear, times: [0, 0.2, 0.5, 0.9], values: [0, 0.3, "
+                  "-0.2, 0.1]}}}, nominal: {positions: {z: 0.1, clock: " +
+                  std::to_string(clock) + "}, inputs: {u: 1}}}");
 }
 
 /// One input, or those of a grid.

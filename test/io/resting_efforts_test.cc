@@ -61,8 +61,8 @@ std::string AboveStop(const std::string& efforts, const std::string& more) {
 /// Its drive, pushed by a feedback whose reference is the stop, with the input right on the limit.
 std::string Held(double limit, const std::string& gains, double height) {
   return AboveStop("a: {kind: actuator, joint: z, input: u, limit: " + Text(limit) + "}",
-                   "feedback: {gains: {u: {" + gains + "}}}, nominal: {positions: {z: " +
-                       Text(height) + "}, inputs: {u: 5}}");
+                   "feedback: {gains: {u: {" + gains +
+                       "}}}, nominal: {positions: {z: " + Text(height) + "}, inputs: {u: 5}}");
 }
 
 /// The ball falls onto the stop, or stands there, and its drive pushes less than its weight: it
@@ -91,9 +91,9 @@ TEST(RestingOnALimit, WhereNothingMoves) {
 
 /// By the input, too: on the stop its force changes, and nothing else.
 TEST(RestingOnALimit, OfAServoOnItsStop) {
-  const RobotSystem ball = Make(
-      Ball(), AboveStop("a: {kind: servo, joint: z, input: u, stiffness: 10, limit: 5}",
-                        "nominal: {positions: {z: 0.3}, inputs: {u: -0.5}}"));
+  const RobotSystem ball =
+      Make(Ball(), AboveStop("a: {kind: servo, joint: z, input: u, stiffness: 10, limit: 5}",
+                             "nominal: {positions: {z: 0.3}, inputs: {u: -0.5}}"));
   const BDerivative B = DerivativeOf(ball, 0.5, true);
   ASSERT_TRUE(B.status.ok()) << B.status.message;
   EXPECT_LT(B(Vector::Unit(3, 2)).norm(), 1e-9);
@@ -238,9 +238,10 @@ TEST(RestingOnALimit, WhereTheBoundIsTheLimit) {
   for (const double gear : {3.0, -3.0}) {
     for (const bool led : {false, true}) {
       const RobotSystem ball =
-          Make(Ball(), "{base: fixed, gravity: 0, efforts: {a: {kind: actuator, joint: z, input: "
-                       "u, gear: " +
-                           Text(gear) + ", limit: 0.3}}}");
+          Make(Ball(),
+               "{base: fixed, gravity: 0, efforts: {a: {kind: actuator, joint: z, input: "
+               "u, gear: " +
+                   Text(gear) + ", limit: 0.3}}}");
       TrajectoryProblem problem;
       problem.x = Vector::Zero(2);
       problem.inputs.grid = {0, 0.5};
@@ -265,13 +266,13 @@ TEST(RestingOnALimit, WhereTheBoundIsTheLimit) {
         const Vector on = Vector::Constant(2, gear > 0 ? 0.1 : -0.1);
         const TrackingWeights weights{Vector::Ones(2), Vector::Ones(1), Vector::Ones(2)};
         EXPECT_THROW(MakePolicy(ball, run, found.inputs, 0.1, weights), NoPolicy);
-        const TrackingPolicy policy = MakePolicy(ball, run, found.inputs, 0.1, weights, {},
-                                                 unknowns.ConesOfInputs(on));
+        const TrackingPolicy policy =
+            MakePolicy(ball, run, found.inputs, 0.1, weights, {}, unknowns.ConesOfInputs(on));
         EXPECT_GT(policy.gains[0].cwiseAbs().maxCoeff(), 0.1);
         // What leads beyond counts.
-        EXPECT_THROW(MakePolicy(ball, run, found.inputs, 0.1, weights, {},
-                                unknowns.ConesOfInputs(-on)),
-                     NoPolicy);
+        EXPECT_THROW(
+            MakePolicy(ball, run, found.inputs, 0.1, weights, {}, unknowns.ConesOfInputs(-on)),
+            NoPolicy);
       }
     }
   }

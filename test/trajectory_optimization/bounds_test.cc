@@ -101,9 +101,8 @@ TEST(TrajectoryBounds, EqualOnesHoldBesideAContact) {
   problem.weight.head(4) << 0, 1, 1, 1;
   problem.target.head(4) << 0, -1.5, -0.8, 0;
   const double half = 1e-9;
-  const double starts[3][5] = {{0.65, 7.0, 7.53, 2.09, 0.1},
-                               {3.86, 1.46, 7.77, 7.18, 7.69},
-                               {4.83, 4.12, 6.66, 5.22, 1.99}};
+  const double starts[3][5] = {
+      {0.65, 7.0, 7.53, 2.09, 0.1}, {3.86, 1.46, 7.77, 7.18, 7.69}, {4.83, 4.12, 6.66, 5.22, 1.99}};
   for (const auto& forces : starts) {
     problem.inputs = {};
     for (int k = 0; k < 5; ++k) {

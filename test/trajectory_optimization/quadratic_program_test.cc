@@ -124,8 +124,12 @@ TEST(QuadraticProgram, EqualBoundsContradictNothing) {
     H.diagonal().array() += 1e-3;
     const Eigen::LLT<Matrix> factor(H);
     const Vector g = numbers.Draw(n);
-    QuadraticProgram program{factor, g, Vector::Constant(n, -kInfinity),
-                             Vector::Constant(n, kInfinity), numbers.Draw(1, n), Vector::Zero(1),
+    QuadraticProgram program{factor,
+                             g,
+                             Vector::Constant(n, -kInfinity),
+                             Vector::Constant(n, kInfinity),
+                             numbers.Draw(1, n),
+                             Vector::Zero(1),
                              {false}};
     program.lower(0) = program.upper(0) = 0;
     program.lower(1) = program.upper(1) = 1e-17;

@@ -117,8 +117,7 @@ BDerivative DifferentiateOutcome(const MechanicalSystem& system, const Trajector
 /// The first from the beginning of arc `first` to the end of arc `last`.
 BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& trajectory,
                               std::size_t first, std::size_t last,
-                              const BDerivativeOptions& options = {},
-                              const InputCones& cones = {});
+                              const BDerivativeOptions& options = {}, const InputCones& cones = {});
 
 /// w [2d+k] projected on the tangent vectors that the initial state admits: those that keep the
 /// constraints of its contact mode and the bilateral ones active, Da_J w_q + ∂a_J/∂p δp = 0 and

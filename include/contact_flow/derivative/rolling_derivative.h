@@ -83,8 +83,8 @@ class RollingDerivative {
   const SimulateOptions run_;
   const Matrix directions_;
   const double mark_;
-  double node_;      // where the last slice has ended
-  Matrix tangents_;  // there [2d+k × m]
+  double node_;        // where the last slice has ended
+  Matrix tangents_;    // there [2d+k × m]
   double arc_begin_;   // of the present arc, or the mark
   Vector push_reach_;  // of forces from arc_begin_ to node_ [n]
   Status face_;        // whether it begins with a face that slides

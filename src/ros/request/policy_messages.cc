@@ -135,14 +135,14 @@ TrackingPolicy FromMsg(const Policy& m) {
     }
   }
   const ConstraintSet instants = SetOfNames("instants", m.instants, m.constraints);
-  TrackingPolicy policy{{m.model, m.coordinates, m.units, m.velocities, m.constraints, m.inputs},
-                        ExtendedReference(std::move(space), std::move(inputs), std::move(phases),
-                                          instants),
-                        {},
-                        {},
-                        {},
-                        {},
-                        {}};
+  TrackingPolicy policy{
+      {m.model, m.coordinates, m.units, m.velocities, m.constraints, m.inputs},
+      ExtendedReference(std::move(space), std::move(inputs), std::move(phases), instants),
+      {},
+      {},
+      {},
+      {},
+      {}};
   for (std::size_t k = 0; k < m.gains.size(); ++k) {
     policy.gains.push_back(ToMatrix(At("gains", k) + ".K", m.gains[k].K));
     policy.gain_phases.push_back(static_cast<int>(m.gains[k].phase));
