@@ -18,15 +18,17 @@ constexpr int kMaxSteps = 20000, kProcessBisections = 60;
 /// Forces that are rounding, relative, and energy.
 constexpr double kProcessRounding = 1e-10;
 
-/// Velocities and impulses of the frame's rows along the normal impulse of one of its contacts.
+/// Velocities and impulses of the frame's rows along the normal impulse of one of its contacts,
+/// while the others, but those that are `free`, are held.
 class Process {
  public:
-  Process(const FrictionFrame& frame, ContactMode J, std::size_t jammed, const Vector& rates)
+  Process(const FrictionFrame& frame, ContactMode J, std::size_t jammed, const Vector& rates,
+          ConstraintSet free)
       : problem_(frame.problem()), jammed_(jammed), row_(problem_.Row(jammed)), rates_(rates) {
     for (std::size_t k = 0; k < problem_.contacts.size(); ++k) {
       const FrictionContact& contact = problem_.contacts[k];
       const int row = problem_.Row(k);
-      if (k == jammed) continue;
+      if (k == jammed || free.Contains(frame.constraints()[k])) continue;
       const bool sticks = J.LetterOf(frame.constraints()[k]) == Letter::kStick;
       Held held{row, Vector::Zero(rates.size())};
       held.push(row) = 1;
@@ -160,15 +162,29 @@ class Process {
   std::vector<Held> held_;
 };
 
-/// Whether the impulses of what is held push, and of what sticks are in their cones.
-bool Admissible(const FrictionProblem& problem, const Vector& impulse) {
+/// The contact that is pulled most, or −1.
+int Pulled(const FrictionProblem& problem, const Vector& impulse) {
+  double least = -kProcessRounding * impulse.cwiseAbs().maxCoeff();
+  int pulled = -1;
+  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+    if (!(impulse(problem.Row(k)) < least)) continue;
+    least = impulse(problem.Row(k));
+    pulled = static_cast<int>(k);
+  }
+  return pulled;
+}
+
+/// Whether impulses of what sticks are in their cones, and what is free does not approach.
+bool Admissible(const FrictionFrame& frame, const Vector& impulse, ConstraintSet free) {
+  const FrictionProblem& problem = frame.problem();
+  const Vector rates = problem.G * impulse;
   const double rounding = kProcessRounding * impulse.cwiseAbs().maxCoeff();
   for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
     const FrictionContact& contact = problem.contacts[k];
     const int row = problem.Row(k);
     const double cone = contact.coefficient * impulse(row);
-    if (impulse(row) < -rounding) return false;
     if (impulse.segment(row + 1, contact.dimension).norm() > cone + rounding) return false;
+    if (free.Contains(frame.constraints()[k]) && !(rates(row) >= 0)) return false;
   }
   return impulse.allFinite();
 }
@@ -184,21 +200,31 @@ std::optional<FrictionalImpact> FollowImpact(const MechanicalSystem& system, con
   while (frame.constraints()[place] != jammed) ++place;
   Vector rates = frame.rows() * v_minus;
   for (std::size_t k = 0; k < problem.contacts.size(); ++k) rates(problem.Row(k)) = 0;
-  Process process(frame, J, place, rates);
-  if (!process.Run() || !Admissible(problem, process.impulse())) return std::nullopt;
+  ConstraintSet free;
+  Vector p;
+  for (;;) {  // what would be pulled is let go
+    Process process(frame, J, place, rates, free);
+    if (!process.Run()) return std::nullopt;
+    p = process.impulse();
+    const int pulled = Pulled(problem, p);
+    if (pulled < 0) break;
+    const int contact = frame.constraints()[static_cast<std::size_t>(pulled)];
+    if (contact == jammed || free.Contains(contact)) return std::nullopt;
+    free.Insert(contact);
+  }
+  if (!Admissible(frame, p, free)) return std::nullopt;
   FrictionalImpact impact;
-  const Vector& p = process.impulse();
   impact.result.v_plus = v_minus + frame.reach() * p;
   impact.result.impulse = frame.Impulse(inertia, p);
   impact.energy_change = 0.5 * p.dot(frame.rows() * (v_minus + impact.result.v_plus));
-  impact.word = J;
+  impact.word = J.Without(free);
   const Vector after = frame.rows() * impact.result.v_plus;
   const auto slip = [&](const Vector& v) {
     return v.segment(problem.Row(place) + 1, problem.contacts[place].dimension).norm();
   };
   const bool sticks = slip(after) <= 1e3 * kEnded * slip(rates);
   if (sticks) impact.word.Set(jammed, Letter::kStick);
-  impact.result.hit = J.Members();
+  impact.result.hit = J.Members() - free;
   const double energy = KineticEnergy(inertia.mass(), v_minus) + p.cwiseAbs().dot(rates.cwiseAbs());
   if (!impact.result.v_plus.allFinite() || impact.energy_change > kProcessRounding * energy) {
     return std::nullopt;
