@@ -25,6 +25,7 @@ foreach(list ALONE TWO_AT_A_TIME)
   list(TRANSFORM ${list} APPEND .test)
 endforeach()
 set_tests_properties(${ALONE} PROPERTIES RUN_SERIAL ON)
+set_tests_properties(_ctest_${PROJECT_NAME}_rostest_test_ros_pages.test PROPERTIES TIMEOUT 900)   # every printed command
 set(others ${tests})
 foreach(folder adversary fuzz)
   get_property(more DIRECTORY ${folder} PROPERTY TESTS)
