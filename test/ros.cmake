@@ -33,7 +33,7 @@ target_link_libraries(ros_test contact_flow_ros nlohmann_json::nlohmann_json)
 # Every test has a master of its own, at a port of its own. Those that ask when something happens, as schedule.cmake
 # takes them: alone, or two at a time.
 set(ALONE attacks budgets clients hostile prompt service_stress)
-set(TWO_AT_A_TIME simulator_recording policy_tracker bad_requests simulator faults sweep actions commands
+set(TWO_AT_A_TIME simulator_recording policy_tracker bad_requests simulator faults sweep trajectory actions commands
   simulator_stress simulator_end node)
 file(GLOB rostests RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS ros/*.test)
 foreach(rostest ${rostests})
