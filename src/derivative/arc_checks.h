@@ -7,6 +7,9 @@
 
 namespace contact_flow {
 
+/// A step that lasts no longer than this part of its arc is an instant.
+inline constexpr double kInstantPart = 1e-8;
+
 /// What an arc, or a slice of one, is to know of the run around it.
 struct ArcInRun {
   double gap_tolerance = 0;       ///< of the run [m]

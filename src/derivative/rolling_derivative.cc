@@ -21,8 +21,6 @@ namespace {
 
 /// A clock is moved by more than this part of the tangents.
 constexpr double kMoved = 1e-12;
-/// What lasts no longer tells nothing of slopes [s].
-constexpr double kShortest = 1e-9;
 
 /// Of now as the end of a run from `begin` on, whose last transitions are these.
 Status CheckNow(OnlineFlow* flow, double begin, const std::vector<Transition>& last,
@@ -123,7 +121,7 @@ Status RollingDerivative::CheckSlice(const Arc& slice, bool forces_decide) {
   in_run.speed_tolerance = run_.speed_tolerance;
   in_run.absolute_tolerance = run_.absolute_tolerance;
   in_run.duration = slice.t_end - mark_;
-  in_run.instant = kShortest;
+  in_run.instant = kInstantPart * (slice.t_end - arc_begin_);
   in_run.forces_decide = forces_decide;
   const Status status = CheckArc(dynamics, slice, in_run);
   if (node_ == arc_begin_) face_ = CheckSlidingFace(dynamics, slice, run_.gap_tolerance);

@@ -26,9 +26,6 @@ Status CheckTransition(const Transition& transition) {
 
 namespace {
 
-/// A step that lasts no longer than this part of its arc is an instant.
-constexpr double kInstantPart = 1e-8;
-
 /// The first transition before arc `last` at which the outcome is discontinuous; the maps up to it.
 Status FirstJump(const Trajectory& trajectory,
                  const std::vector<std::shared_ptr<ContactDynamics>>& dynamics, std::size_t last,

@@ -12,6 +12,7 @@
 #include "src/dynamics/impact_process.h"
 #include "test/friction/systems/rod.h"
 #include "test/friction/systems/tip.h"
+#include "test/friction/systems/tips.h"
 #include "test/shorthands.h"
 
 namespace contact_flow {
@@ -139,6 +140,30 @@ TEST(Jam, InSpaceTurnsTheSlip) {
     before = off;
   }
   EXPECT_LT(before, 1e-3);
+}
+
+/// Two tips: the first jams, p = (t, n) with (5 t + 1.5 n, 1.5 t + n) = (−1, 0), and throws up the
+/// other one, which slips beside it: by 0.3 n. To hold that down it would have to be pulled.
+TEST(Jam, LetsGoWhatItWouldPull) {
+  Eigen::Matrix4d reach = Eigen::Matrix4d::Identity();  // M⁻¹ of x1, z1, x2, z2
+  reach(0, 0) = 5;
+  reach(0, 1) = reach(1, 0) = 1.5;
+  reach(1, 3) = reach(3, 1) = 0.3;
+  const Eigen::Matrix4d mass = reach.inverse();
+  ParameterValues values = {{"mu0", 1}, {"mu1", 0.2}};
+  for (int i = 0; i < 16; ++i) values["m" + std::to_string(i)] = mass(i / 4, i % 4);
+  const auto tips = MakeSystem<test::Tips<2>>(values);
+  const Vector v = Eigen::Vector4d(1, 0, 1, 0);
+  ContactMode slide;
+  slide.Set(0, Letter::kForward);
+  slide.Set(1, Letter::kForward);
+  const std::optional<FrictionalImpact> impact = FollowImpact(*tips, Vector::Zero(4), v, slide, 0);
+  ASSERT_TRUE(impact);
+  EXPECT_EQ("so", impact->word.Word(2));
+  EXPECT_EQ(ConstraintSet({0}), impact->result.hit);
+  EXPECT_TRUE(impact->result.v_plus.isApprox(Eigen::Vector4d(0, 0, 1, 0.3 * 6 / 11), 1e-9))
+      << impact->result.v_plus.transpose();
+  EXPECT_NEAR(-2.0 / 11, impact->energy_change, 1e-9);
 }
 
 }  // namespace
