@@ -77,11 +77,11 @@ double FaceLaw(const MechanicalSystem& system, const Variables& variables, const
   if (m < 2 || m > kMaxComparedActivations || !map.PiecewiseLinear(order).ok()) return 0;
   Matrix times = map.Times(order);
   const Matrix selection = map.Selection(order);
-  // Where a change of the input may let a contact go before it is held by an impact, or after, that
-  // is so for tangents that keep it closed.
+  // Which contacts an impact lifts beside another, or a change of the input before it, is so for
+  // tangents that keep closed what is held.
   Matrix admitted;
-  if (map.num_input_changes() > 0) {
-    const Transition& cluster = map.transition();
+  const Transition& cluster = map.transition();
+  if (!cluster.mode_before.Empty()) {
     admitted = Matrix::Identity(selection.cols(), selection.cols());
     for (Eigen::Index j = 0; j < admitted.cols(); ++j) {
       admitted.col(j) = ProjectAdmissible(system, cluster.x_minus, cluster.mode_before,
