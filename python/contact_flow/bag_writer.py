@@ -94,7 +94,7 @@ def transition_of(event: _core.Event, run: _core.Run, msg: Any) -> Any:
 
 def arc_samples(run: _core.Run, arc: _core.Arc) -> Tuple[Array, Array]:
     """Both ends of an arc, and the instants of the run inside."""
-    t = np.linspace(run.t_begin, run.t_end, SAMPLES)
+    t = run.t_begin + (run.t_end - run.t_begin) * np.arange(SAMPLES) / (SAMPLES - 1.0)
     t = t[(t > arc.t_begin) & (t < arc.t_end)]
     inside = run.x(t)
     return np.concatenate([[arc.t_begin], t, [arc.t_end]]), np.vstack([arc.x_begin, inside, arc.x_end])

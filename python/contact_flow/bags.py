@@ -77,11 +77,11 @@ def inputs_of(request: Any, system: _core.System) -> Union[Array, Grid]:
     """The constant input, or that of the grid."""
     u = np.array(request.input or system.nominal.u, dtype=float)
     grid = request.input_grid
-    if not grid.times:
+    if not grid.times and not grid.values.data:
         return u
     values = np.array(grid.values.data, dtype=float).reshape((-1, len(system.inputs))) if grid.values.data \
         else np.tile(u, (len(grid.times), 1))
-    return Grid(grid.times, values)
+    return Grid(grid.times or [0], values)
 
 
 def answer(topic: str, message: Any, description: Any) -> Recorded:

@@ -4,6 +4,7 @@
 
 #include "contact_flow/derivative/cost_gradient.h"
 #include "convert.h"
+#include "directions.h"
 #include "pickles.h"
 #include "unlocked.h"
 
@@ -71,12 +72,16 @@ Gradient DifferentiateRunCost(const std::shared_ptr<Run>& run, const py::dict& t
   }
   const bool along = w.initial.size() + w.inputs.size() + w.parameters.size() > 0;
   const RunCost made = cost.Make(system);
+  const Arc& first = run->trajectory.arcs.front();
+  const StartDirections starts(system, first.x_begin, first.mode, StartCone(), o.variables);
+  CheckAdmitted(starts, w.AtStart(system, o.variables), "direction");
   Gradient gradient;
   gradient.run = run;
   gradient.variables = o.variables;
   gradient.value = WithoutLock(
       [&] { return DifferentiateCost(system, run->trajectory, made, o, along ? &w : nullptr); },
       max_seconds);
+  gradient.value.KeepStart(system, o.variables, starts);
   gradient.inputs = gradient.value.inputs.transpose();
   gradient.question = Question::Call(
       py::cast(run), "gradient", OwnCopy(target), OwnCopy(weight), OwnCopy(path_target),

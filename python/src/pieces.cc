@@ -30,6 +30,7 @@ PiecewiseLinearMap FromPairs(const py::iterable& pairs) {
       piece.cone = items[1].is_none() ? Matrix(0, piece.matrix.cols())
                                       : ToMatrix(items[1], "cone", piece.matrix.cols());
     }
+    if (piece.matrix.size() == 0) throw py::value_error("a piece has a matrix without entries");
     if (!piece.matrix.allFinite() || !piece.cone.allFinite()) {
       throw py::value_error("a piece has numbers that are not finite");
     }
@@ -38,7 +39,7 @@ PiecewiseLinearMap FromPairs(const py::iterable& pairs) {
       throw py::value_error("the matrices of the pieces are not of one size");
     }
     for (Eigen::Index k = 0; k < piece.cone.rows(); ++k) {
-      const double norm = piece.cone.row(k).norm();
+      const double norm = piece.cone.row(k).stableNorm();
       if (norm == 0) throw py::value_error("a cone has a normal that is zero");
       piece.cone.row(k) /= norm;
     }

@@ -157,7 +157,8 @@ bool FrictionValidity::SharesImpulses(const Transition& transition) const {
 }
 
 /// The impulses of transition k, a single touchdown that comes later by `time`, for the tangent w
-/// before it: those of contacts that stick stay in their cones, those of others that rest push.
+/// before it: those of contacts that stick stay in their cones, those of others that rest push,
+/// and what slips slips on.
 void FrictionValidity::CheckImpulses(std::size_t k, const Vector& w, double time,
                                      ValidityRadius* smallest) const {
   const Transition& transition = trajectory_.transitions[k];
@@ -167,14 +168,15 @@ void FrictionValidity::CheckImpulses(std::size_t k, const Vector& w, double time
   if (!(length > 0) || SharesImpulses(transition)) return;
   const Vector aside = system_.Perturb(transition.x_minus, kConeStep / length * along);
   const ContactMode held = transition.mode_before.Without(system_.compliant());
-  Vector moved;
+  ImpactResult result;
   try {
-    moved = SolveFrictionalImpact(system_, aside.head(nq), aside.tail(d),
-                                  held | transition.activated, held)
-                .result.impulse;
+    result = SolveFrictionalImpact(system_, aside.head(nq), aside.tail(d),
+                                   held | transition.activated, held)
+                 .result;
   } catch (const FrictionRefusal&) {
     return;
   }
+  const Vector& moved = result.impulse;
   const Vector& p = transition.impulse;
   const auto margin = [&](const Vector& impulse, int i, bool cone) {
     const Friction& friction = system_.friction()[i];
@@ -187,12 +189,22 @@ void FrictionValidity::CheckImpulses(std::size_t k, const Vector& w, double time
     const double change = (margin(moved, i, cone) - now) * length / kConeStep;
     Consider(now, change, limit, i, transition.t, smallest);
   };
+  const auto slip = [&](const Vector& x, const Vector& v_plus, const Friction& friction) {
+    ConstraintTerms terms;
+    system_.Constraints(x.head(nq), v_plus, &terms);
+    return (terms.jacobian.middleRows(friction.row, friction.dimension) * v_plus).norm();
+  };
   for (int i : transition.impulse_word) {
     if (!transition.activated.Contains(i)) consider(i, false, Limit::kImpulse);
     const Friction& friction = system_.friction()[i];
-    const bool sticks = transition.impulse_word.LetterOf(i) == Letter::kStick;
-    if (!sticks || friction.dimension == 0 || std::isinf(friction.coefficient)) continue;
-    consider(i, true, Limit::kImpulseCone);
+    if (friction.dimension == 0 || std::isinf(friction.coefficient)) continue;
+    if (transition.impulse_word.LetterOf(i) == Letter::kStick) {
+      consider(i, true, Limit::kImpulseCone);
+      continue;
+    }
+    const double now = slip(transition.x_minus, transition.x_plus.tail(d), friction);
+    const double change = (slip(aside, result.v_plus, friction) - now) * length / kConeStep;
+    Consider(now, change, Limit::kImpulseCone, i, transition.t, smallest);
   }
 }
 

@@ -228,16 +228,20 @@ class ArcJacobian {
     units_.time = rate > 0 ? std::clamp(length, 1 / rate, kLongest / rate) : length;
     FindScale();
   }
-  /// The rate [1/s] that rounding of [K D] makes where Differentiate was last: the changes of what
-  /// constraints push, Σ_i |A_iᵀ| |Dλ_i|, cancel where they hold a body or let it slide.
+  /// The rate [1/s] that rounding of [K D] makes where Differentiate was last: accelerations that an
+  /// angle does not change are sums that it does; the changes of what constraints push,
+  /// Σ_i |A_iᵀ| |Dλ_i|, cancel where they hold a body or let it slide.
   double RoundingRate() const {
     constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon();
+    const double turned =
+        units_.length.cwiseProduct(dynamics_.acceleration()).lpNorm<Eigen::Infinity>() /
+        units_.length.minCoeff();
     const Matrix sum = PushChanges();
-    if (sum.size() == 0) return 0;
+    if (sum.size() == 0) return std::sqrt(kRounding * turned);
     const Vector unit = units_.length.cwiseInverse();
     const double position = (sum.leftCols(d_) * unit.asDiagonal()).maxCoeff();
     const double velocity = (sum.middleCols(d_, d_) * unit.asDiagonal()).maxCoeff();
-    return std::max(std::sqrt(kRounding * position), kRounding * velocity);
+    return std::max(std::sqrt(kRounding * std::max(turned, position)), kRounding * velocity);
   }
   /// (√M)⁻¹ Σ_i |A_iᵀ| |Dλ_i| where Differentiate was last, by (δq, δv) and the variables
   /// [d × 2d+k]; empty without contacts.

@@ -28,7 +28,13 @@ class FrictionalWalk {
 
  private:
   /// Whether the slip of contact i vanishes at the base point.
-  bool Still(int i) const { return still_.Contains(i) || point_.SlipVanishes(i); }
+  bool Still(int i) const {
+    return still_.Contains(i) || (!SlipsOn(i) && point_.SlipVanishes(i));
+  }
+  /// Without an impact what slips stops at an instant of its own, here or however shortly behind.
+  bool SlipsOn(int i) const {
+    return transition_.activated.Empty() && transition_.mode_before.Contains(i);
+  }
   /// D(T v) w of contact i in the plane, or 0 where w does not move it.
   double Moves(int i) const;
   /// w lies on the positive side of `row`, whose entries are sums of terms of this size.

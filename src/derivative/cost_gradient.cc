@@ -15,6 +15,9 @@
 namespace contact_flow {
 namespace {
 
+/// Rounding of speeds, beside those that accelerations make in the time of the run.
+constexpr double kSpeedRounding = 1e-14;
+
 /// The passage of the covector λ through a run, backward.
 class Passage {
  public:
@@ -153,6 +156,21 @@ class Passage {
     lambda->segment(d2_, linear_.inputs()).setZero();
   }
 
+  /// By what the error of the state leaves l unknown at the end of an arc. Speeds that contacts hold
+  /// at zero are sums of what would be without them, and rounding is all that is left of these.
+  double UnknownRate(std::size_t k) {
+    const Arc& arc = run_.arcs[k];
+    const Eigen::Index d = d2_ / 2;
+    time_ = arc.t_end;
+    ContactDynamics free(system_, arc.u);
+    const double length = run_.t_end() - run_.t_begin();
+    Vector error = linear_.state_error();
+    error.tail(d) +=
+        kSpeedRounding * length * free.Field(arc.x_end, ContactMode()).segment(d, d).cwiseAbs();
+    const Vector disturbed = system_.Perturb(arc.x_end, error);
+    return std::abs(Rate(disturbed, arc.u, arc.mode) - Rate(arc.x_end, arc.u, arc.mode));
+  }
+
   /// λᵀF + l changes by ∫ ∂l/∂t along an arc; F at its end as the tangents carry it there, so that
   /// errors of the state do not count.
   void PassArc(std::size_t k, Vector* lambda) {
@@ -164,6 +182,7 @@ class Passage {
     // Sources of variables are no part of F.
     arc.Backward(lambda);
     const Vector earlier = lambda->head(d2_).cwiseProduct(arc.begin().field);
+    if (cost_.HasRate()) unknown_rate_ = std::max(unknown_rate_, UnknownRate(k));
     NoteLaw(later.sum() + arc.end().rate - arc.drift() - earlier.sum() - arc.begin().rate,
             later.lpNorm<1>() + earlier.lpNorm<1>() + std::abs(arc.end().rate) +
                 std::abs(arc.begin().rate));
@@ -219,7 +238,8 @@ class Passage {
 
   void NoteLaw(double residual, double size) {
     law_size_ = std::max(law_size_, size);
-    if (law_size_ > 0) gradient_.law = std::max(gradient_.law, std::abs(residual) / law_size_);
+    const double left = std::max(0.0, std::abs(residual) - unknown_rate_);
+    if (law_size_ > 0) gradient_.law = std::max(gradient_.law, left / law_size_);
   }
   void CheckTransposed() const {
     if (gradient_.law <= kLawLimit) return;
@@ -237,10 +257,28 @@ class Passage {
   const Eigen::Index d2_;
   LinearRun linear_;
   CostGradient gradient_;
-  double time_ = 0, law_size_ = 0;
+  double time_ = 0, law_size_ = 0, unknown_rate_ = 0;
 };
 
 }  // namespace
+
+Vector RunDirection::AtStart(const MechanicalSystem& system, const Variables& variables) const {
+  const int d2 = 2 * system.dof(), m = system.num_inputs();
+  Vector w = Vector::Zero(d2 + variables.Size(system));
+  if (initial.size() > 0) w.head(d2) = initial;
+  if (variables.inputs && inputs.size() > 0) w.segment(d2, m) = inputs.col(0);
+  if (parameters.size() > 0) w.tail(parameters.size()) = parameters;
+  return w;
+}
+
+void CostGradient::KeepStart(const MechanicalSystem& system, const Variables& variables,
+                             const StartDirections& starts) {
+  if (!status.ok() || starts.KeepsAll()) return;
+  const RunDirection by = {initial, inputs, parameters};
+  const Vector kept = starts.Projector().transpose() * by.AtStart(system, variables);
+  initial = kept.head(initial.size());
+  parameters = kept.tail(parameters.size());
+}
 
 double CostGradient::Along(const RunDirection& w) const {
   RequireDirectionSize(w.initial.size(), initial.size(), "initial");

@@ -23,6 +23,8 @@ namespace {
 constexpr double kManyBorders = 1e4;
 /// What inequalities of a solution that springs found may miss, relative.
 constexpr double kMissed = 1e-9;
+/// What rates that springs should hold may keep, relative.
+constexpr double kUnmet = 1e-6;
 /// With dependent rows, contacts of which all words are tried.
 constexpr std::size_t kMaxDependentContacts = 4;
 
@@ -83,7 +85,9 @@ class Group {
     }
     std::optional<FrictionSolution> springs = SolveEqualSprings(problem_);
     if (!springs) return apart;
-    return WithOthers(WithRigid(WithoutSprings(std::move(*springs)), apart));
+    FrictionSolution found = WithoutSprings(std::move(*springs));
+    if (!HasLimit(found)) return apart;
+    return WithOthers(WithRigid(std::move(found), apart));
   }
 
  private:
@@ -132,7 +136,7 @@ class Group {
     std::optional<FrictionSolution> springs = SolveEqualSprings(problem_);
     if (!springs) return {};
     FrictionSolution found = WithoutSprings(std::move(*springs));
-    if (!(found.margin >= -kMissed)) return {};
+    if (!(found.margin >= -kMissed) || !HasLimit(found)) return {};
     return {std::move(found)};
   }
 
@@ -267,6 +271,19 @@ class Group {
     found.margin = Margin(problem_, found, scale_);
     found.springs = &found == &springs || !(found.margin > room_);
     return std::move(found);
+  }
+
+  /// Whether contacts that push stay closed, and those that stick do not slide: where bodies jam
+  /// springs have no limit, however stiff they are.
+  bool HasLimit(const FrictionSolution& found) const {
+    double left = 0;
+    for (std::size_t i = 0; i < found.letters.size(); ++i) {
+      if (found.letters[i] == Letter::kOpen) continue;
+      const bool sticks = found.letters[i] == Letter::kStick;
+      const int rows = sticks ? 1 + problem_.contacts[i].dimension : 1;
+      left = std::max(left, found.result.segment(problem_.Row(i), rows).lpNorm<Eigen::Infinity>());
+    }
+    return left <= kUnmet * scale_;
   }
 
   /// Springs creep where the share of a contact reaches its cone although the bodies hold it: a

@@ -34,8 +34,9 @@ Matrix Root(const DrawPart& part) {
   const auto n = static_cast<Eigen::Index>(part.names.size());
   Check(part, P.rows() == n && P.cols() == n && P.allFinite(),
         "the covariance needs " + std::to_string(n) + " rows and columns of finite numbers");
-  const double size = P.cwiseAbs().maxCoeff();
-  Check(part, (P - P.transpose()).cwiseAbs().maxCoeff() <= 1e-9 * size,
+  const Vector sizes = P.diagonal().cwiseAbs().cwiseSqrt();
+  const Matrix limits = 1e-9 * sizes * sizes.transpose();
+  Check(part, ((P - P.transpose()).cwiseAbs().array() <= limits.array()).all(),
         "the covariance is not symmetric");
   Matrix L = Matrix::Zero(n, n);
   for (Eigen::Index j = 0; j < n; ++j) {

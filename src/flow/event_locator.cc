@@ -18,8 +18,8 @@ constexpr int kMaxGapSamples = 4000, kMaxForceSamples = 400;
 constexpr double kBusy = 0.2, kBusyGrowth = 1.5;
 /// Rounding of a slip, relative to the velocities.
 constexpr double kSlipRounding = 1e-13;
-/// Rounding of a gap, relative to |Da||q|. It is looked at where rows as long as kLongRow would
-/// make it matter.
+/// Rounding of a gap, relative to itself and to |Da||q|. The latter is looked at where rows as long
+/// as kLongRow would make it matter.
 constexpr double kGapRounding = 1e-15, kLongRow = 100;
 
 }  // namespace
@@ -138,14 +138,14 @@ void EventLocator::SearchGaps(ConstraintSet gaps, bool free, LocatedEvent* event
   }
   AskBudget();
   if (!stepper_->extended()) stepper_->Extend();
-  for (int i : gaps) floors_(i) = floor_;
+  for (int i : gaps) floors_(i) = std::max(floor_, kGapRounding * std::abs(begin_->gap(i)));
   const MechanicalSystem& system = dynamics_->system();
   const auto q = stepper_->end().head(system.num_positions());
   const double size = q.lpNorm<Eigen::Infinity>();
   if (floor_ < kGapRounding * kLongRow * (1 + size)) {
     system.Constraints(q, stepper_->end().tail(system.dof()), &terms_);
     for (int i : gaps) {
-      floors_(i) = std::max(floor_, kGapRounding * size * terms_.jacobian.row(i).lpNorm<1>());
+      floors_(i) = std::max(floors_(i), kGapRounding * size * terms_.jacobian.row(i).lpNorm<1>());
     }
   }
   search_.Run({gaps, floors_.data(), true, !affine_, pieces, kMaxGapSamples, false, FallingOn(gaps),

@@ -119,6 +119,7 @@ class Resolution {
   }
   void Touch(int i, double slope);
   void NoteUnresolvedDip(int i, double slope);
+  bool HasLetGo(int i, double rate) const;
   void Warn(Outcome code, const std::string& message) {
     result_.warnings.push_back({code, result_.transition.t, message});
   }

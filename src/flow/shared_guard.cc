@@ -62,7 +62,8 @@ void SearchSharedMargin(int guard, double floor,
       ends.push_back(std::move(middle));
       continue;
     }
-    if (!(lowest < -noise)) {  // clear, or too short to tell
+    // Clear, or too short to tell; what is amiss at the begin alone was taken for none there.
+    if (!(std::min(middle.value, end.value) < -noise)) {
       begin = std::move(ends.back());
       ends.pop_back();
       continue;

@@ -109,6 +109,12 @@ void Resolution::NoteUnresolvedDip(int i, double slope) {
   transition().obstacle = {Outcome::kGrazing, Sentence(what.str())};
 }
 
+/// A projection would hold again what rises, however slowly.
+bool Resolution::HasLetGo(int i, double rate) const {
+  return rules_.impact_law == ImpactLaw::kProjection &&
+         rate > Rounding(i, result_.transition.x_minus.tail(d_));
+}
+
 void Resolution::Collect(int trigger) {
   const double coordinates = transition().x_minus.head(nq_).cwiseAbs().maxCoeff();
   const double asked = rules_.simultaneity_tolerance;
@@ -135,7 +141,8 @@ void Resolution::Collect(int trigger) {
       margin = std::min(margin, -slope);
     } else if (!member && !compliant_.Contains(i) && std::abs(slope) <= slow) {
       const double floor = kRounding * coordinates * terms_.jacobian.row(i).cwiseAbs().maxCoeff();
-      if (std::abs(value) <= std::max(rules_.gap_tolerance, floor)) touching_.Insert(i);
+      const bool touches = std::abs(value) <= std::max(rules_.gap_tolerance, floor);
+      if (touches && !HasLetGo(i, slope)) touching_.Insert(i);
     }
   }
   touching_ = touching_ - transition().grazed;

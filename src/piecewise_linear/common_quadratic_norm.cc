@@ -100,10 +100,15 @@ double QuadraticRate(const std::vector<Matrix>& matrices, const MatrixRef& P) {
   for (const Matrix& A : matrices) {
     AskBudget();
     if (A.rows() != n || A.cols() != n || !A.allFinite()) return kInfinity;
-    const Matrix moved = root * A * inverse;
+    Matrix moved = root * A * inverse;
+    if (!moved.allFinite()) return kInfinity;
+    const double largest = moved.cwiseAbs().maxCoeff();
+    if (largest == 0) continue;
+    const double unit = std::ldexp(1, std::ilogb(largest));  // squares neither overflow nor vanish
+    moved /= unit;
     const Eigen::SelfAdjointEigenSolver<Matrix> gain(moved.transpose() * moved,
                                                      Eigen::EigenvaluesOnly);
-    rate = std::max(rate, std::sqrt(std::max(0.0, gain.eigenvalues()(n - 1))));
+    rate = std::max(rate, unit * std::sqrt(std::max(0.0, gain.eigenvalues()(n - 1))));
   }
   return rate;
 }

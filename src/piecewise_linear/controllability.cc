@@ -231,6 +231,7 @@ std::vector<Vector> Preimages(const PiecewiseLinearMap& map, const VectorRef& y,
 
 ControllabilityReport AssessControllability(const PiecewiseLinearMap& map,
                                             const ControllabilityOptions& options) {
+  RequireEntries(map);
   const BudgetStage whole("the controllability of a map");
   ControllabilityReport report;
   std::mt19937 generator(1);

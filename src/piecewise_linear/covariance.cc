@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -21,9 +22,34 @@ constexpr double kAgree =
     1e-7;  // jump between pieces, relative, that is an error of the derivative
 constexpr double kNegative =
     1e-10;  // an eigenvalue of P this far below zero, relative, is a rounding error
+constexpr double kSymmetric = 1e-9;          // of entries that mirror each other, relative
+constexpr double kVarianceRounding = 1e-15;  // of all entries beside the largest
 constexpr double kDependent =
     1e-13;  // a variance of which the others leave less than this part is theirs
 const double kPi = std::acos(-1.0);
+
+/// Throws std::invalid_argument unless P is symmetric and has no negative eigenvalue, both beside
+/// the variances of its rows, so that units do not matter, and beside rounding of the largest.
+void RequireCovariance(const MatrixRef& P) {
+  const double rounding = kVarianceRounding * P.cwiseAbs().maxCoeff();
+  const Vector sizes = (P.diagonal().cwiseMax(0).array() + rounding).sqrt();
+  const Matrix limits = kSymmetric * sizes * sizes.transpose();
+  const Matrix difference = (P - P.transpose()).cwiseAbs();
+  if (!P.allFinite() || (difference.array() > limits.array() + rounding).any()) {
+    throw std::invalid_argument("the covariance is not finite and symmetric");
+  }
+  if (P.isZero(0)) return;
+  Matrix scaled = P;
+  scaled.diagonal().array() += rounding;
+  scaled.array() /= (sizes * sizes.transpose()).array();
+  const Eigen::SelfAdjointEigenSolver<Matrix> spectrum(scaled, Eigen::EigenvaluesOnly);
+  if (spectrum.eigenvalues()(0) >= -kNegative) return;
+  const Eigen::SelfAdjointEigenSolver<Matrix> plain(P, Eigen::EigenvaluesOnly);
+  std::ostringstream message;
+  message << "the covariance has the negative eigenvalue " << plain.eigenvalues()(0)
+          << "; beside the standard deviations of its rows " << spectrum.eigenvalues()(0);
+  throw std::invalid_argument(message.str());
+}
 
 /// R [n×k] with R Rᵀ = P, k the rank of P: by Cholesky's method, whose pivots are judged beside the
 /// variances that they are of, so that units do not matter.
@@ -31,16 +57,7 @@ Matrix CovarianceRoot(const MatrixRef& P, int n) {
   if (P.rows() != n || P.cols() != n) {
     throw std::invalid_argument("the covariance needs " + std::to_string(n) + " rows and columns");
   }
-  const double size = P.cwiseAbs().maxCoeff();
-  if (!P.allFinite() || (P - P.transpose()).cwiseAbs().maxCoeff() > 1e-9 * size) {
-    throw std::invalid_argument("the covariance is not finite and symmetric");
-  }
-  const Eigen::SelfAdjointEigenSolver<Matrix> spectrum(P);
-  const Vector& values = spectrum.eigenvalues();
-  if (values(0) < -kNegative * size) {
-    throw std::invalid_argument("the covariance has the negative eigenvalue " +
-                                std::to_string(values(0)));
-  }
+  RequireCovariance(P);
   Matrix rest = 0.5 * (P + P.transpose()), root(n, n);
   const Vector variances = rest.diagonal();
   Eigen::Index k = 0;
@@ -163,6 +180,7 @@ OutcomeCovariance PropagateCovariance(const PiecewiseLinearMap& map, const Matri
     throw std::invalid_argument("rotations is " + std::to_string(options.rotations) +
                                 ", expected ≥ 1");
   }
+  RequireEntries(map);
   const Matrix root = CovarianceRoot(P, map.cols());
   OutcomeCovariance result;
   const Matrix& A = map.pieces().front().matrix;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <sstream>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "cone_interior.h"
@@ -94,6 +95,12 @@ double PiecewiseLinearMap::Kink() const {
     kink = std::max(kink, (piece.matrix - pieces_.front().matrix).cwiseAbs().maxCoeff());
   }
   return kink;
+}
+
+void RequireEntries(const PiecewiseLinearMap& map) {
+  if (map.rows() > 0 && map.cols() > 0) return;
+  throw std::invalid_argument("the map is " + std::to_string(map.rows()) + "×" +
+                              std::to_string(map.cols()) + ": it has no entries");
 }
 
 }  // namespace contact_flow

@@ -2,6 +2,7 @@
 #include "contact_flow/trajectory_optimization/multiple_shooting.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <sstream>
 #include <stdexcept>
@@ -10,10 +11,14 @@
 #include "contact_flow/budget.h"
 #include "contact_flow/trajectory_optimization/merit.h"
 #include "nonlinear_program.h"
+#include "piece_step.h"
 #include "shooting_segments.h"
 
 namespace contact_flow {
 namespace {
+
+/// A decrease that pieces promise, relative to 1 + J, beyond which a point is no minimum.
+constexpr double kPromisedByPieces = 1e-8;
 
 /// One search.
 class Shooting {
@@ -115,6 +120,7 @@ class Shooting {
     message << solution.message << " by Ipopt, " << segments_.size() << " segments, after "
             << std::max<std::size_t>(result_.iterations.size(), 1) - 1 << " iterations";
     AddRun(&message);
+    AskPieces(&message);
     if (solution.status != Status::kConverged && !segments_.reason().empty())
       message << ": " << segments_.reason();
     result_.message = message.str();
@@ -145,6 +151,25 @@ class Shooting {
         Violations(whole_.problem().conditions, result_.condition_values).maxCoeff();
     if (missed <= problem_.condition_tolerance) return;
     *message << "; one run through all segments misses a condition by " << missed;
+  }
+
+  /// Ipopt converges beside the largest gradient that it has seen: what is left for others is asked
+  /// of the pieces there. With conditions these would need multipliers of their own.
+  void AskPieces(std::ostringstream* message) {
+    if (result_.verdict != TrajectoryVerdict::kSmoothMinimum || !problem_.conditions.empty()) return;
+    const PieceModels models = MakePieceModels(whole_, result_.y, options_.max_pieces);
+    ++segments_.derivatives;
+    if (!models.status.ok()) return;
+    double promised = 0;
+    for (const PieceModel& piece : models.pieces) {
+      const PieceStep step =
+          SolvePiece(piece, result_.y, whole_.lower(), whole_.upper(), OrderRule::kKeep);
+      if (step.solved) promised = std::max(promised, step.decrease);
+    }
+    if (promised <= kPromisedByPieces * (1 + std::abs(result_.cost))) return;
+    result_.verdict = TrajectoryVerdict::kStalled;
+    *message << "; it is no minimum yet: pieces promise to lower the cost by " << promised
+             << ", which method pieces would do from here";
   }
 
   const TrajectoryProblem& problem_;

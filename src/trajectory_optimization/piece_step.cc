@@ -12,7 +12,8 @@
 namespace contact_flow {
 namespace {
 
-/// Pivots of H below this part of the largest are rounding; H is then lifted by this part.
+/// Pivots of H below this part of their diagonal entries are rounding; these are then lifted by this
+/// part. Each beside its own, since unknowns have units of their own.
 constexpr double kSingularStep = 1e-13, kLift = 1e-9;
 
 const char* Sentence(QuadraticFailure failure) {
@@ -32,13 +33,16 @@ const char* Sentence(QuadraticFailure failure) {
 Eigen::LLT<Matrix> FactorOf(const Matrix& H) {
   AskBudget();
   Eigen::LLT<Matrix> factor(H);
-  const double largest = H.diagonal().cwiseAbs().maxCoeff();
+  const Vector sizes = H.diagonal().cwiseAbs();
+  const double largest = sizes.maxCoeff();
   const auto pivots = factor.matrixLLT().diagonal().array().square();
-  const bool regular =
-      factor.info() == Eigen::Success && pivots.minCoeff() > kSingularStep * pivots.maxCoeff();
+  const bool regular = factor.info() == Eigen::Success &&
+                       (sizes.array() > 0 && pivots > kSingularStep * sizes.array()).all();
   if (regular || !std::isfinite(largest)) return factor;
   Matrix lifted = H;
-  lifted.diagonal().array() += largest > 0 ? kLift * largest : 1;
+  for (Eigen::Index i = 0; i < H.rows(); ++i) {
+    lifted(i, i) += sizes(i) > 0 ? kLift * sizes(i) : (largest > 0 ? kLift * largest : 1);
+  }
   factor.compute(lifted);
   return factor;
 }

@@ -9,13 +9,11 @@
 namespace contact_flow {
 namespace {
 
-constexpr int kMaxUpdates = 25;
+constexpr int kMaxUpdates = 60;
 /// The first ρ brings a condition to this part of what it would be missed by without.
 constexpr double kFirstPart = 1e-2;
-/// Directions without curvature of their own count with this part of the mean one.
-constexpr double kLeastOnFace = 1e-3;
 /// A condition whose gap does not fall to this part has its ρ raised by that factor.
-constexpr double kFall = 0.25, kRaise = 10, kMostRaised = 1e6;
+constexpr double kFall = 0.25, kRaise = 10, kMostRaised = 1e18;
 /// Gaps below this part of the tolerance are no longer reduced.
 constexpr double kEnough = 1e-2;
 constexpr double kLeastTolerance = 1e-16;
@@ -56,7 +54,8 @@ void Search::Solve(FacePoint point) {
   End(TrajectoryVerdict::kInfeasible, WorstCondition());
 }
 
-/// λ = 0, and ρ by what Σ c_i²/H_ii says of how easily each condition is met.
+/// λ = 0, and ρ by what Σ c_i²/H_ii says of how easily each condition is met by unknowns that cost;
+/// how far others are to go for it has no scale in their units.
 bool Search::BeginMultipliers(const FacePoint& point) {
   const PieceModels models = ModelsAt(point.y);
   if (!models.status.ok()) {
@@ -65,8 +64,7 @@ bool Search::BeginMultipliers(const FacePoint& point) {
   }
   const PieceModel& piece = models.pieces.front();
   const Vector diagonal = piece.hessian.diagonal();
-  const double least = diagonal.mean() > 0 ? kLeastOnFace * diagonal.mean() : 1;
-  const Vector ease = diagonal.cwiseMax(least).cwiseInverse();
+  const Vector ease = (diagonal.array() > 0).select(diagonal.cwiseInverse(), 0.0);
   const Eigen::Index count = piece.conditions.rows();
   multipliers_.lambda = Vector::Zero(count);
   multipliers_.rho = Vector::Ones(count);

@@ -223,6 +223,25 @@ TEST(Trajectories, TheImpactLawIsAnOption) {
   EXPECT_LT(literal.transitions.back().impulse.minCoeff(), 0) << "the projection holds and pulls";
 }
 
+/// A wall that is met first lets go of what then falls on the floor, however shortly behind.
+TEST(Trajectories, TheProjectionHoldsNothingThatHasLetGo) {
+  const auto corner = MakeModel("corner", {{"angle", 1.380844185017728}, {"restitution", 0}});
+  for (const double early : {1e-2, 1e-3, 1e-5, 1e-6, 1e-7}) {
+    const Vector x = corner->nominal().x + early * Eigen::Vector4d(-1, 0.3, 0, 0);
+    Vector ends[2];
+    for (const ImpactLaw law : test::kImpactLaws) {
+      SimulateOptions options = test::Tight();
+      options.impact_law = law;
+      const Trajectory run =
+          Simulate(*corner, x, corner->nominal().u, corner->nominal().duration, options);
+      ASSERT_EQ(2u, run.transitions.size()) << early;
+      EXPECT_NEAR(0.79026, run.transitions.back().x_plus(2), early) << early;
+      ends[law == ImpactLaw::kProjection] = run.FinalState();
+    }
+    EXPECT_LT((ends[0] - ends[1]).norm(), 1e-9) << early;
+  }
+}
+
 TEST(Refusals, NameFieldAndValue) {
   const auto system = MakeModel("soft_biped");
   const Vector nominal = system->nominal().x;

@@ -15,6 +15,7 @@
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
 #include "test/friction/friction_case.h"
+#include "test/friction/systems/two_wheels.h"
 #include "test/shorthands.h"
 
 namespace contact_flow {
@@ -132,6 +133,27 @@ TEST(FrictionRadius, EndsWhereATouchdownComesIntoTheRun) {
 
 /// Slips in space that end, and impulses that contacts share, have no margins of their own: what
 /// differences tell of them is rounding, which another tolerance changes.
+/// A wheel bounces and slips through its impact, which takes (1 + e) v μ (1 + r²/I) of its slip: with
+/// so much less at the start it sticks in the impact.
+TEST(FrictionRadius, EndsWhereASlippingImpactWouldStick) {
+  using test::TwoWheels;
+  const auto wheels = MakeSystem<TwoWheels>({{"restitution", 0.5}});
+  const double height = 0.05, fall = std::sqrt(2 * test::kGravity * height);
+  const double inertia = TwoWheels::kRadius * TwoWheels::kRadius / TwoWheels::kInertia;
+  const double taken = 1.5 * fall * TwoWheels::kMu * (1 + inertia);
+  for (const double left : {0.1, 0.02, 0.002, -0.02}) {
+    const Vector x = Entries({0, height, 0, 0, 10, 0, taken + left, 0, 0, 0, 0, 0});
+    const Trajectory run = Simulate(*wheels, x, Vector(0), 0.15, AtTolerance(1e-11));
+    ASSERT_EQ(1u, run.transitions.size());
+    const BDerivative B = DifferentiateOutcome(*wheels, run);
+    ASSERT_TRUE(B.status.ok()) << B.status.message;
+    const ValidityEstimator radius(*wheels, run, B);
+    const ValidityRadius found = radius(Vector::Unit(12, 6) * (left > 0 ? -1 : 1));
+    EXPECT_EQ(Limit::kImpulseCone, found.limit) << left;
+    EXPECT_NEAR(std::abs(left), found.radius, 1e-6) << left;
+  }
+}
+
 TEST(RadiusOfReference, IsTheSameAtAnyTolerance) {
   struct Case {
     const char* model;

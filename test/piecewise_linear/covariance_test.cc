@@ -11,6 +11,7 @@
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
+#include "contact_flow/piecewise_linear/controllability.h"
 #include "test/analysis/random_conewise.h"
 
 namespace contact_flow {
@@ -213,6 +214,22 @@ TEST(Covariance, RefusesWhatIsNone) {
   P << 1, 0.5, 0, 1;
   EXPECT_THROW(PropagateCovariance(map, P), std::invalid_argument);
   EXPECT_THROW(PropagateCovariance(map, Matrix::Identity(3, 3)), std::invalid_argument);
+  // Beside a variance of 1e6 what is amiss between two of 1e-6 is as wrong.
+  const PiecewiseLinearMap of_three = PiecewiseLinearMap::Linear(Matrix::Identity(3, 3));
+  Matrix Q = Eigen::Vector3d(1e6, 1e-6, 1e-6).asDiagonal();
+  EXPECT_NO_THROW(PropagateCovariance(of_three, Q));
+  Q(1, 2) = Q(2, 1) = 2e-6;
+  EXPECT_THROW(PropagateCovariance(of_three, Q), std::invalid_argument);
+  Q(1, 2) = 5e-7;
+  Q(2, 1) = -5e-7;
+  EXPECT_THROW(PropagateCovariance(of_three, Q), std::invalid_argument);
+  // Of nothing there is none, and nothing is read behind the end.
+  for (const Matrix& none : {Matrix(0, 3), Matrix(3, 0)}) {
+    const PiecewiseLinearMap empty = PiecewiseLinearMap::Linear(none);
+    const Matrix any = Matrix::Identity(none.cols(), none.cols());
+    EXPECT_THROW(PropagateCovariance(empty, any), std::invalid_argument);
+    EXPECT_THROW(AssessControllability(empty), std::invalid_argument);
+  }
 }
 
 }  // namespace

@@ -246,6 +246,30 @@ class OthersGetWrong(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "direction"):
             ball.gradient({"z": 0}, direction=[1, 2, 3])
 
+    def test_gradient_of_a_start_in_contact(self):
+        """By what moves the contact that the block stands on: with the contact kept, as of runs from there."""
+        block = cf.Model("rocking_block")
+        run = block.simulate()
+        rates = block.velocities[0], block.velocities[-1]
+        target = {rates[0]: 0.1, rates[1]: 0.3}
+        gradient = run.gradient(target, by=["state", "width", "height"])
+        derivative = run.derivative(by=["state", "width", "height"])
+        rows = [block.state_names.index(name) for name in target]
+
+        def cost(system, start):
+            end = system.simulate(start, run.duration, relative_tolerance=1e-12, absolute_tolerance=1e-12)
+            return 0.5 * sum((end.final_state[i] - value) ** 2 for i, value in zip(rows, target.values()))
+
+        for k, name in enumerate(("width", "height")):
+            kept = derivative.project("+" + name)
+            step = 1e-5
+            costs = [cost(block.with_parameters(**{name: block.parameters[name] + sign * step}),
+                          block.perturb(run.x0, sign * step * kept[:2 * block.dof])) for sign in (1, -1)]
+            self.assertAlmostEqual(gradient.parameters[k], (costs[0] - costs[1]) / (2 * step), places=5)
+            self.assertAlmostEqual(0, gradient.initial @ kept[:2 * block.dof], places=6)
+        with self.assertRaisesRegex(ValueError, "leaves the contact mode"):
+            run.gradient(target, direction=np.eye(2 * block.dof)[1])
+
     def test_two_balls(self):
         """A head-on collision: of equal elastic balls the one goes on where the other one was, so that
         dx₁(T)/dx₁ = 0 and dx₁(T)/dx₂ = 1; time-stepping gives 1 and 0."""

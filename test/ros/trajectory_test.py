@@ -132,6 +132,19 @@ class Trajectory(unittest.TestCase):
         self.assertTrue(result.success, result.message)
         self.assertAlmostEqual(result.result.cost, 0.311849942, places=7)
 
+    def test_double_collision(self):
+        """The other disc bounces off the wall and is stopped by a second collision: the least cost over the three instants,
+        0.381143, 1.020583 and 1.658868 s, of the linear system of equations for its inputs
+        (test/trajectory_optimization/double_collision_test.cc), found apart from it."""
+        start = [1.34, 5.49, 0.87, -4.15, 0.24, 4.61]
+        values = RowMajorMatrix(rows=6, cols=2, data=[force for y in start for force in (0, y)])
+        found = self.ask_of("near_a_wall", TrajectoryRequest(
+            duration=2, state=InitialState(q=[0, -0.8, 0, -0.1], v=[0, 0, 0, 0]),
+            input_grid=InputGrid(times=[k / 3 for k in range(6)], values=values),
+            lower=[0, -math.inf], upper=[0, math.inf], effort=[0.01, 0.01], outcomes=["y1", "y2", "d/dt y1", "d/dt y2"],
+            targets=[-0.8, -0.1, 0, 0], weights=[1, 10, 1, 1])).result
+        self.assertAlmostEqual(found.cost, 0.118966818, places=8)
+
     def ask_of(self, node, request):
         action = actionlib.SimpleActionClient(node + "/optimize_trajectory", OptimizeTrajectoryAction)
         self.assertTrue(action.wait_for_server(rospy.Duration(20)))

@@ -42,6 +42,33 @@ TEST(MultipleShooting, WithoutIpoptItIsRefused) {
   }
 }
 
+/// Free flight to a goal that costs 10⁸: Ipopt converges beside such gradients before efforts count.
+TEST(MultipleShooting, IsNoMinimumWherePiecesPromiseMore) {
+  if (!HaveIpopt()) GTEST_SKIP() << "built without Ipopt";
+  const auto ball = MakeModel("driven_ball");
+  TrajectoryProblem problem;
+  problem.x = Eigen::Vector2d(4, 0);
+  problem.duration = 0.8;
+  for (const double t : {0.0, 0.2, 0.35, 0.6}) {
+    problem.inputs.grid.push_back(t);
+    problem.inputs.values.push_back(Vector::Zero(1));
+  }
+  problem.linear_inputs = true;
+  problem.effort = Vector::Constant(1, 0.01);
+  problem.target = Eigen::Vector2d(3, 1);
+  for (const double weight : {1.0, 1e4, 1e8, 1e10}) {
+    problem.weight = Vector::Constant(2, weight);
+    const double least = OptimizeTrajectory(*ball, problem).cost;
+    const TrajectoryOptimum found = OptimizeByShooting(*ball, problem);
+    if (found.verdict == TrajectoryVerdict::kSmoothMinimum) {
+      EXPECT_NEAR(least, found.cost, 1e-7) << weight;
+    } else {
+      EXPECT_NE(std::string::npos, found.message.find("pieces promise")) << found.message;
+      EXPECT_GT(weight, 1e4);
+    }
+  }
+}
+
 /// The rows and J by inputs and states, through an impact, against extrapolated quotients.
 TEST(MultipleShooting, SegmentsHaveTheSlopesOfTheirRuns) {
   const auto ball = MakeModel("driven_ball", {{"mass", 2}, {"restitution", 0.8}});

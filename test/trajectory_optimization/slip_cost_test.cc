@@ -5,7 +5,9 @@
 
 #include <cmath>
 #include <random>
+#include <string>
 
+#include "contact_flow/io/robot_file.h"
 #include "contact_flow/model/model_library.h"
 #include "contact_flow/trajectory_optimization/optimize_trajectory.h"
 #include "test/trajectory_optimization/cost_at.h"
@@ -51,6 +53,29 @@ TEST(SlipCost, OfABlockThatStopsInClosedForm) {
     // u at all times by as much: where inputs are led, at both ends.
     const double slope = models.pieces.front().gradient.sum();
     EXPECT_NEAR(0.5 * std::pow(speed, 3) / (3 * b * b) / mass, slope, 1e-9);
+  }
+}
+
+/// Fingers that hold a box stick to it: their speeds are rounding alone, and so is what they cost.
+TEST(SlipCost, OfFingersThatHold) {
+  const auto gripper =
+      LoadRobot(std::string(CONTACT_FLOW_TEST_DATA) + "/../../config/robots/gripper_friction.yaml");
+  const NominalRun& nominal = gripper->nominal();
+  TrajectoryProblem problem;
+  problem.x = nominal.x;
+  problem.duration = 0.3;
+  problem.inputs.grid = {0, 0.12, 0.21};
+  problem.inputs.values.assign(3, nominal.u);
+  problem.effort = Vector::Zero(gripper->num_inputs());
+  problem.weight = problem.target = Vector::Zero(gripper->state_size());
+  for (int tip = 0; tip < 2; ++tip) {
+    problem.slip_weight = Vector::Zero(gripper->num_constraints());
+    problem.slip_weight(tip) = 1e3;
+    const Unknowns unknowns(*gripper, problem);
+    const PieceModels models = MakePieceModels(unknowns, unknowns.Start());
+    ASSERT_TRUE(models.status.ok()) << models.status.message;
+    EXPECT_LT(models.cost, 1e-20);
+    EXPECT_LT(models.pieces.front().gradient.cwiseAbs().maxCoeff(), 1e-10);
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/run_cost.h"
+#include "contact_flow/derivative/start_directions.h"
 #include "contact_flow/derivative/variation.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/model/mechanical_system.h"
@@ -16,6 +17,9 @@ struct RunDirection {
   Vector initial;     ///< (δq, δv) of the initial state [2d]
   Matrix inputs;      ///< δu of each interval, a column each [m×K]
   Vector parameters;  ///< δp, of BDerivativeOptions::variables [k_p]
+
+  /// What it is at the start: (δq, δv, δu, δp) with the input of the first interval [2d+k].
+  Vector AtStart(const MechanicalSystem& system, const Variables& variables) const;
 };
 
 /// The gradient of the cost J of a run (RunCost) by all that a run may be given, at the price of
@@ -52,6 +56,11 @@ struct CostGradient {
 
   /// D J(w): the inner product. Throws std::invalid_argument for sizes.
   double Along(const RunDirection& w) const;
+  /// By initial state and parameters as a start in contact admits them: of each entry what its
+  /// projected direction does (StartDirections::Project). Along directions that keep the contact
+  /// mode of the start nothing changes.
+  void KeepStart(const MechanicalSystem& system, const Variables& variables,
+                 const StartDirections& starts);
 };
 
 /// Differentiates the cost of a trajectory made with SimulateOptions::dense. The tolerance, the

@@ -60,4 +60,7 @@ class PiecewiseLinearMap {
   std::vector<LinearPiece> pieces_;
 };
 
+/// Throws std::invalid_argument for a map without a row or without a column.
+void RequireEntries(const PiecewiseLinearMap& map);
+
 }  // namespace contact_flow

@@ -19,7 +19,7 @@ namespace ros_interface {
 namespace {
 
 constexpr int kMaxRotations = 1000000, kMaxSeed = 2000000000;
-constexpr double kAdmissible = 1e-9;  // of the covariance, relative
+constexpr double kAdmissible = 1e-9;  // of a column of the covariance, relative
 
 Matrix ResolveCovariance(const CovarianceRequest& request, int n) {
   if (request.deviations.empty() == request.covariance.data.empty()) {
@@ -59,7 +59,7 @@ void CheckAdmissible(const Setup& setup, const ResolvedRun& run, const Matrix& P
   for (Eigen::Index k = 0; k < P.cols(); ++k) {
     const Vector w = P.col(k);
     const Vector kept = ProjectAdmissible(*setup.system, run.x, mode, w, variables);
-    if ((kept - w).cwiseAbs().maxCoeff() <= kAdmissible * P.cwiseAbs().maxCoeff()) continue;
+    if ((kept - w).cwiseAbs().maxCoeff() <= kAdmissible * w.cwiseAbs().maxCoeff()) continue;
     throw std::invalid_argument("the covariance leaves the contact mode " +
                                 mode.ToString(setup.system->description().constraints) +
                                 " of the initial state: column " + std::to_string(k) +

@@ -96,17 +96,6 @@ bool ResolveDirection(const Setup& setup, const GradientRequest& request, const 
   return direction->initial.size() + direction->inputs.size() + direction->parameters.size() > 0;
 }
 
-/// (δq, δv, δu, δp) at the start.
-Vector AtStart(const Vector& initial, const Matrix& inputs, const Vector& parameters,
-               const MechanicalSystem& system, const Variables& variables) {
-  const int d2 = 2 * system.dof(), m = system.num_inputs();
-  Vector w = Vector::Zero(d2 + variables.Size(system));
-  if (initial.size() > 0) w.head(d2) = initial;
-  if (inputs.size() > 0) w.segment(d2, m) = inputs.col(0);
-  if (parameters.size() > 0) w.tail(parameters.size()) = parameters;
-  return w;
-}
-
 }  // namespace
 
 GradientResult Answer(const Setup& setup, const GradientRequest& request) {
@@ -122,13 +111,14 @@ GradientResult Answer(const Setup& setup, const GradientRequest& request) {
   const ContactMode mode = InitialMode(system, run.x, run.input.values.front(), run.options);
   const StartDirections starts(system, run.x, mode, StartCone(), options.variables);
   // As by b_derivative: a direction that leaves the contact mode of the start is none.
-  const StartDirections::Judgement judgement = starts.Judge(AtStart(
-      direction.initial, direction.inputs, direction.parameters, system, options.variables));
+  const StartDirections::Judgement judgement =
+      starts.Judge(direction.AtStart(system, options.variables));
   if (!judgement.ok()) throw std::invalid_argument("direction " + starts.Sentence(judgement));
 
   const Trajectory trajectory = Simulate(system, run.x, run.input, run.duration, run.options);
-  const CostGradient J =
+  CostGradient J =
       DifferentiateCost(system, trajectory, cost, options, along ? &direction : nullptr);
+  J.KeepStart(system, options.variables, starts);
   GradientResult result;
   result.model = names.name;
   result.velocities = names.velocities;
@@ -139,11 +129,9 @@ GradientResult Answer(const Setup& setup, const GradientRequest& request) {
   WarnOfRun(trajectory, &result);
   if (!J.status.ok()) return result;
   result.cost = J.cost;
-  const Vector admitted = starts.Projector().transpose() *
-                          AtStart(J.initial, J.inputs, J.parameters, system, options.variables);
-  result.by_state = ToMsg(VectorRef(admitted.head(2 * system.dof())));
+  result.by_state = ToMsg(VectorRef(J.initial));
   result.by_inputs = ToMsg(MatrixRef(Matrix(J.inputs.transpose())));
-  result.by_parameters = ToMsg(VectorRef(admitted.tail(J.parameters.size())));
+  result.by_parameters = ToMsg(VectorRef(J.parameters));
   result.by_instants = ToMsg(VectorRef(J.instants));
   result.by_duration = J.horizon;
   result.whole = J.whole;

@@ -78,7 +78,7 @@ PiecewiseLinearMap ToMap(const std::string& field, const std::vector<DerivativeP
                                   " columns, the matrix " + std::to_string(piece.matrix.cols()));
     }
     for (Eigen::Index r = 0; r < piece.cone.rows(); ++r) {
-      const double length = piece.cone.row(r).norm();
+      const double length = piece.cone.row(r).stableNorm();
       if (!(length > 0)) {
         throw std::invalid_argument(name + ".cone: row " + std::to_string(r) +
                                     " is zero, which is no half-space");

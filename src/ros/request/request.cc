@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "request.h"
 
+#include <algorithm>
+#include <cstddef>
+#include <stdexcept>
+#include <string>
+
 namespace contact_flow {
 namespace ros_interface {
 
@@ -43,9 +48,27 @@ AskedDerivativeOptions FromMsg(const DerivativeOptions& m) {
   return asked;
 }
 
+namespace {
+
+/// A row for each instant, a column for each input, where the matrix tells its shape.
+void CheckShape(const MechanicalSystem& system, const InputGrid& grid) {
+  const RowMajorMatrix& values = grid.values;
+  if (values.rows == 0 && values.cols == 0) return;
+  const std::size_t count = std::max<std::size_t>(1, grid.times.size());
+  const auto m = static_cast<std::size_t>(system.num_inputs());
+  if (values.data.empty() && (values.rows == 0 || values.cols == 0)) return;
+  if (values.rows == count && values.cols == m) return;
+  throw std::invalid_argument("input_grid.values is " + std::to_string(values.rows) + " × " +
+                              std::to_string(values.cols) + ", expected " + std::to_string(count) +
+                              " instants × " + std::to_string(m) + " inputs");
+}
+
+}  // namespace
+
 ResolvedRun ResolveRun(const Setup& setup, double duration, const InitialState& state,
                        const std::vector<double>& input, const InputGrid& input_grid,
                        const SimulationOptions& options) {
+  CheckShape(*setup.system, input_grid);
   AskedRun asked;
   asked.duration = duration;
   asked.state = FromMsg(state);
