@@ -12,6 +12,7 @@
 #include "dependent_words.h"
 #include "equal_springs.h"
 #include "only_solution.h"
+#include "searched_words.h"
 #include "slip_directions.h"
 #include "turning_onset.h"
 #include "word_margins.h"
@@ -28,19 +29,6 @@ constexpr double kUnmet = 1e-6;
 /// With dependent rows, contacts of which all words are tried.
 constexpr std::size_t kMaxDependentContacts = 4;
 
-/// The word in which all that may stick does, where that decides the motion.
-std::optional<FrictionSolution> AllStick(const FrictionProblem& problem, double scale) {
-  FrictionSolution word;
-  for (const FrictionContact& contact : problem.contacts) {
-    const std::vector<Letter> letters = AlphabetOf(contact);
-    word.letters.push_back(letters[1]);
-    word.directions.push_back(contact.direction);
-  }
-  if (!SolveWord(problem, &word) || word.many) return std::nullopt;
-  word.margin = Margin(problem, word, scale);
-  return word;
-}
-
 /// The words of a group of contacts that feel each other, one after the other.
 class Group {
  public:
@@ -56,13 +44,21 @@ class Group {
   std::vector<FrictionSolution> Solve() {
     // Most often one of those without directions to find is shown to be the only one.
     if (!implied_.Any()) {
+      if (problem_.contacts.size() > kMaxTriedContacts) return Searched();
       if (Search(false)) return {solutions_.back()};
       solutions_.clear();
+      if (problem_.contacts.size() > kMaxDependentContacts) {  // slips in space have many starts
+        std::vector<FrictionSolution> found = SearchWords(problem_, border_, room_, before_);
+        const bool only = found.size() == 1 && !found.front().springs;
+        if (only && found.front().margin > room_) return found;
+      }
       if (Search(true)) return {solutions_.back()};
       return solutions_.empty() ? Missed() : solutions_;
     }
     std::vector<FrictionSolution> apart;
-    std::optional<FrictionSolution> stuck = AllStick(problem_, scale_);
+    std::optional<FrictionSolution> stuck =
+        SolveLetters(problem_, StickingLetters(problem_), scale_);
+    if (stuck && stuck->many) stuck.reset();
     stuck_ = stuck && stuck->margin > kRoom;  // with room
     std::optional<FrictionSolution> turning;
     if (stuck && !stuck_ && stuck->margin >= -border_) {
@@ -129,6 +125,12 @@ class Group {
       if (Offer(std::move(found))) return true;
     }
     return false;
+  }
+
+  /// More contacts than all words are tried of.
+  std::vector<FrictionSolution> Searched() const {
+    std::vector<FrictionSolution> found = SearchWords(problem_, border_, room_, before_);
+    return found.empty() || !found.front().springs ? found : WithOthers(std::move(found));
   }
 
   /// Where no start of the search came to a solution, springs may.
@@ -227,34 +229,13 @@ class Group {
     if (problem_.contacts.size() <= kMaxDependentContacts) return found;
     const std::vector<Letter> open(problem_.contacts.size(), Letter::kOpen);
     for (const std::vector<Letter>& letters : {open, before_}) {
-      std::optional<FrictionSolution> word = Given(letters);
+      std::optional<FrictionSolution> word = SolveLetters(problem_, letters, scale_);
       if (!word || word->many || !(word->margin > room_)) continue;
       const bool known = std::any_of(found.begin(), found.end(),
                                      [&](const auto& one) { return !Apart(*word, one); });
       if (!known) found.push_back(std::move(*word));
     }
     return found;
-  }
-
-  /// The word with these letters, where contacts may have them and directions are known.
-  std::optional<FrictionSolution> Given(const std::vector<Letter>& letters) const {
-    if (letters.size() != problem_.contacts.size()) return std::nullopt;
-    FrictionSolution word;
-    word.letters = letters;
-    for (std::size_t i = 0; i < letters.size(); ++i) {
-      const FrictionContact& contact = problem_.contacts[i];
-      const std::vector<Letter>& may = alphabet_[i];
-      if (std::find(may.begin(), may.end(), letters[i]) == may.end()) return std::nullopt;
-      if (letters[i] == Letter::kSlip && contact.dimension == 2 && !contact.slips) {
-        return std::nullopt;
-      }
-      word.directions.push_back(contact.direction);
-      if (letters[i] == Letter::kForward) word.directions[i] = {1, 0};
-      if (letters[i] == Letter::kBackward) word.directions[i] = {-1, 0};
-    }
-    if (!SolveWord(problem_, &word)) return std::nullopt;
-    word.margin = Margin(problem_, word, scale_);
-    return word;
   }
 
   /// The same motion by its word alone, where that decides it. Without room other words may meet
@@ -339,9 +320,10 @@ std::vector<FrictionSolution> SolveGroup(const FrictionProblem& problem, double 
                                          const std::vector<Letter>& before) {
   const std::size_t n = problem.contacts.size();
   if (n > kMaxCoupledContacts) {
-    throw std::domain_error(std::to_string(n) +
-                            " contacts with friction feel each other: at most " +
-                            std::to_string(kMaxCoupledContacts) + " are decided together");
+    throw std::domain_error(
+        std::to_string(n) + " contacts with friction feel each other at once, at most " +
+        std::to_string(kMaxCoupledContacts) +
+        " are decided together: give the bodies fewer points (`vertices: 4` of `contacts`)");
   }
   if (problem.rounding.size() > 0 &&
       (problem.b.cwiseAbs().array() <= problem.rounding.array()).all()) {

@@ -150,6 +150,31 @@ std::vector<FrictionSolution> AllRoots(Directions f) {
   return found;
 }
 
+/// Newton's method for the directions of slip, from *psi on. Whether it converges.
+bool IterateSlips(Directions* f, double scale, Vector* psi) {
+  const Eigen::Index size = psi->size();
+  Vector value = (*f)(*psi);
+  for (int step = 0; step < kSlipNewtonSteps && value.allFinite(); ++step) {
+    if (value.cwiseAbs().maxCoeff() <= kConvergedSlip * scale) break;
+    Matrix slope(size, size);
+    for (Eigen::Index k = 0; k < size; ++k) {
+      Vector moved = *psi;
+      moved(k) += kQuotient;
+      slope.col(k) = ((*f)(moved)-value) / kQuotient;
+    }
+    const Vector change = -slope.partialPivLu().solve(value);
+    double part = 1;
+    Vector next = (*f)(*psi + change);
+    while (part > 1e-3 && !(next.norm() < value.norm())) {
+      part *= 0.5;
+      next = (*f)(*psi + part * change);
+    }
+    *psi += part * change;
+    value = next;
+  }
+  return value.cwiseAbs().maxCoeff() <= 1e3 * kConvergedSlip * scale;
+}
+
 std::vector<FrictionSolution> NewtonRoots(Directions f, Eigen::Index size, double scale) {
   std::vector<FrictionSolution> found;
   std::vector<Vector> roots;
@@ -163,26 +188,7 @@ std::vector<FrictionSolution> NewtonRoots(Directions f, Eigen::Index size, doubl
     for (Eigen::Index k = 0; k < size; ++k, digits /= each) {
       psi(k) = kOffset + kTurn * static_cast<double>(digits % each) / each;
     }
-    Vector value = f(psi);
-    for (int step = 0; step < kSlipNewtonSteps && value.allFinite(); ++step) {
-      if (value.cwiseAbs().maxCoeff() <= kConvergedSlip * scale) break;
-      Matrix slope(size, size);
-      for (Eigen::Index k = 0; k < size; ++k) {
-        Vector moved = psi;
-        moved(k) += kQuotient;
-        slope.col(k) = (f(moved) - value) / kQuotient;
-      }
-      Vector change = -slope.partialPivLu().solve(value);
-      double part = 1;
-      Vector next = f(psi + change);
-      while (part > 1e-3 && !(next.norm() < value.norm())) {
-        part *= 0.5;
-        next = f(psi + part * change);
-      }
-      psi += part * change;
-      value = next;
-    }
-    if (!(value.cwiseAbs().maxCoeff() <= 1e3 * kConvergedSlip * scale)) continue;
+    if (!IterateSlips(&f, scale, &psi)) continue;
     f(psi);
     bool known = false;
     for (const FrictionSolution& other : found) {
@@ -217,6 +223,26 @@ std::vector<FrictionSolution> FindCommonSlip(const FrictionProblem& problem,
                 }
               });
   return found;
+}
+
+bool PolishSlips(const FrictionProblem& problem, FrictionSolution* word) {
+  std::vector<int> unknown;
+  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
+    const FrictionContact& contact = problem.contacts[i];
+    const bool turns = word->letters[i] == Letter::kSlip && contact.dimension == 2;
+    if (turns && !contact.slips) unknown.push_back(static_cast<int>(i));
+  }
+  if (unknown.empty()) return SolveWord(problem, word);
+  Vector psi(static_cast<Eigen::Index>(unknown.size()));
+  for (Eigen::Index k = 0; k < psi.size(); ++k) {
+    const Eigen::Vector2d& d = word->directions[static_cast<std::size_t>(unknown[k])];
+    psi(k) = std::atan2(d(1), d(0));
+  }
+  Directions f(problem, *word, unknown);
+  if (!IterateSlips(&f, problem.b.cwiseAbs().maxCoeff(), &psi)) return false;
+  f(psi);
+  *word = f.solution();
+  return true;
 }
 
 }  // namespace contact_flow

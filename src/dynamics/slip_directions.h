@@ -21,4 +21,8 @@ std::vector<FrictionSolution> FindCommonSlip(const FrictionProblem& problem,
                                              const FrictionSolution& word,
                                              const std::vector<int>& unknown);
 
+/// Solves a word whose directions of slips that begin in space are nearly those of y_t, and makes
+/// them these, by Newton's method. False, and as it was, where it does not converge.
+bool PolishSlips(const FrictionProblem& problem, FrictionSolution* word);
+
 }  // namespace contact_flow

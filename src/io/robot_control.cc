@@ -84,6 +84,14 @@ void NormalizeQuaternions(const RobotModel& model, const std::string& name, cons
   }
 }
 
+void ReadInputs(MapReader* reader, std::vector<std::string>* inputs) {
+  reader->Read("inputs", inputs);
+  for (auto it = inputs->begin(); it != inputs->end(); ++it) {
+    if (std::find(inputs->begin(), it, *it) == it) continue;
+    throw std::invalid_argument("inputs names '" + *it + "' twice" + reader->Line("inputs"));
+  }
+}
+
 bool FollowsTime(const YAML::Node& efforts) {
   if (!efforts.IsDefined() || !efforts.IsMap()) return false;
   for (const auto& effort : efforts) {
@@ -94,9 +102,16 @@ bool FollowsTime(const YAML::Node& efforts) {
 
 void ReadEfforts(const YAML::Node& map, RobotDescription* robot) {
   ForEach(map, "efforts", [&](const std::string& name, MapReader* reader) {
+    for (const auto& other : robot->efforts) {
+      if (other->parts.name != name) continue;
+      throw std::invalid_argument("efforts/" + name +
+                                  " is made by `soles` or `joints`, too: rename it" +
+                                  other->parts.where);
+    }
     const std::string kind = ReadKind(reader, EffortKinds());
     std::unique_ptr<EffortElement> element = MakeEffort(kind);
     element->parts.name = name;
+    element->parts.where = reader->Line("");
     YamlFields fields(robot->model, reader, &robot->inputs, &element->parts);
     ReadEffort(kind, &fields);
     CheckSpeedLimit(element->parts, *reader);

@@ -49,54 +49,6 @@ void ReadConstraints(const YAML::Node& map, RobotDescription* robot) {
     }
     robot->constraints.push_back(std::move(element));
   });
-  if (robot->constraints.size() > ConstraintSet::kMaxConstraints) {
-    throw std::invalid_argument("constraints: more than " +
-                                std::to_string(ConstraintSet::kMaxConstraints));
-  }
-}
-
-/// The range of a number that must be in both. (Zero, in the unit interval but not positive, is
-/// then refused where it is set.)
-Range Stricter(Range a, Range b) {
-  for (const Range range : {Range::kUnitInterval, Range::kPositive, Range::kNonNegative}) {
-    if (a == range || b == range) return range;
-  }
-  return Range::kAny;
-}
-
-void ReadParameters(const YAML::Node& map, RobotDescription* robot) {
-  const std::vector<ExposedNumber> all = ListNumbers(*robot);
-  std::vector<std::string> names;
-  for (const ExposedNumber& number : all) names.push_back(number.parameter.name);
-  MapReader reader(map, "parameters");
-  for (const std::string& key : reader.Keys()) {
-    std::vector<std::string> places;
-    reader.Read(key, &places);
-    if (places.empty()) {
-      throw std::invalid_argument("parameters/" + key + " names no number" + reader.Line(key));
-    }
-    ExposedNumber exposed;
-    for (const std::string& place : places) {
-      const auto it = std::find(names.begin(), names.end(), place);
-      if (it == names.end()) {
-        throw std::invalid_argument("parameters/" + key + ": " +
-                                    UnknownName("number", place, names) + reader.Line(key));
-      }
-      const ExposedNumber& found = all[it - names.begin()];
-      if (exposed.places.empty()) {
-        exposed = found;
-        exposed.parameter.name = key;
-        continue;
-      }
-      if (found.parameter.value != exposed.parameter.value) {
-        throw std::invalid_argument("parameters/" + key + ": '" + place +
-                                    "' is not equal to the numbers before it" + reader.Line(key));
-      }
-      exposed.range = Stricter(exposed.range, found.range);
-      exposed.places.push_back(found.places[0]);
-    }
-    robot->parameters.push_back(exposed);
-  }
 }
 
 void ReadNominal(const YAML::Node& map, const std::vector<std::string>& limited,
@@ -249,7 +201,7 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
     robot.model.warnings.push_back("gravity is negative and pulls upward: downward is positive" +
                                    reader.Line("gravity"));
   }
-  reader.Read("inputs", &robot.inputs);
+  ReadInputs(&reader, &robot.inputs);
   const std::size_t declared = robot.inputs.size();
   CheckSoledLinks(document["soles"], document["constraints"]);
   ReadConstraints(reader.Child("constraints"), &robot);
@@ -258,6 +210,8 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
   ReadConstraints(made.constraints, &robot);
   ReadConstraints(joints.constraints, &robot);
   for (auto& brake : joints.brakes) robot.constraints.push_back(std::move(brake));
+  ConstraintCounts counts{made.count, static_cast<int>(joints.constraints.size()),
+                          static_cast<int>(joints.brakes.size()), 0};
   if (moves) DriveClock(&robot);
   std::vector<std::string>* warnings = &robot.model.warnings;
   warnings->insert(warnings->end(), made.warnings.begin(), made.warnings.end());
@@ -267,6 +221,8 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
   ReadEfforts(springs, &robot);
   ReadEfforts(joints.efforts, &robot);
   AddSwitches(&robot);
+  counts.switches = static_cast<int>(robot.switches.size());
+  CheckRoom(counts, document, &robot);
   ReadWeightShare(reader.Child("gravity_compensation"), &robot);
   if (reader.Has("inputs") && robot.inputs.size() > declared) {
     const std::vector<std::string> names(robot.inputs.begin(), robot.inputs.begin() + declared);

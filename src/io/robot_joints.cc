@@ -31,13 +31,17 @@ std::vector<Traits> Chosen(MapReader* reader, const std::string& key, const Robo
   }
   if (all) return chosen;
   for (const std::string& name : asked) {
+    const auto same = [&](const Traits& other) { return other.name == name; };
+    if (std::any_of(chosen.begin(), chosen.end(), same)) {
+      throw std::invalid_argument("joints/" + key + " names '" + name + "' twice" +
+                                  reader->Line(key));
+    }
     try {
       model.FindCoordinate(name);
     } catch (const std::invalid_argument& error) {
       throw std::invalid_argument("joints/" + key + ": " + error.what() + reader->Line(key));
     }
-    const auto joint = std::find_if(model.traits.begin(), model.traits.end(),
-                                    [&](const Traits& other) { return other.name == name; });
+    const auto joint = std::find_if(model.traits.begin(), model.traits.end(), same);
     if (joint == model.traits.end() || !has(*joint)) {
       throw std::invalid_argument("joints/" + key + ": the URDF gives joint '" + name + "' no " +
                                   what + reader->Line(key));

@@ -21,6 +21,11 @@ void ForEach(const YAML::Node& map, const std::string& name, Read&& read) {
   }
 }
 
+/// The list of the key `inputs` of the robot's map, each once.
+void ReadInputs(MapReader* reader, std::vector<std::string>* inputs);
+/// The map of the key `parameters`: names of numbers by name of parameter. A number has one.
+void ReadParameters(const YAML::Node& map, RobotDescription* robot);
+
 /// Reads the kind of an element, which must be one of `kinds`.
 std::string ReadKind(MapReader* reader, const std::vector<std::string>& kinds);
 /// Numbers by name into `values`, in the order of `names`.
@@ -105,5 +110,14 @@ void CheckSoledLinks(const YAML::Node& soles, const YAML::Node& constraints);
 /// `constraints` nor `contacts`; nothing (count 0) otherwise. Meshes are sought from `folder`.
 MadeContacts PlanContacts(const YAML::Node& document, const std::string& folder,
                           const RobotModel& model, const std::vector<std::string>& limited = {});
+
+/// Constraints that do not come from the key `constraints`.
+struct ConstraintCounts {
+  int contacts = 0, stops = 0, brakes = 0, switches = 0;
+};
+/// Throws where the robot has more constraints, with friction and without, than a system may have;
+/// says what counts, where it is from (`document`) and what to do. Warns where contacts without
+/// friction would need more room than there is.
+void CheckRoom(const ConstraintCounts& counts, const YAML::Node& document, RobotDescription* robot);
 
 }  // namespace contact_flow

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/model/parameter_values.h"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
@@ -43,7 +44,13 @@ void CheckParameter(const std::string& model, const std::string& parameter, doub
 void CheckParameterNames(const std::string& model, const ParameterValues& values,
                          const std::vector<Parameter>& known) {
   std::vector<std::string> names;
-  for (const Parameter& parameter : known) names.push_back(parameter.name);
+  for (const Parameter& parameter : known) {
+    if (std::find(names.begin(), names.end(), parameter.name) != names.end()) {
+      throw std::invalid_argument("model '" + model + "' has two parameters '" + parameter.name +
+                                  "'");
+    }
+    names.push_back(parameter.name);
+  }
   for (const auto& entry : values) {
     bool found = false;
     for (const std::string& name : names) found = found || name == entry.first;

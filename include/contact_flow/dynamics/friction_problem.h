@@ -70,8 +70,11 @@ struct FrictionSolution {
 /// which contacts rise. Throws std::domain_error beyond kMaxCoupledContacts that feel each other.
 std::vector<FrictionSolution> SolveFriction(const FrictionProblem& problem, double border = 1e-11);
 
-/// Contacts that are tried together.
-constexpr int kMaxCoupledContacts = 8;
+/// Contacts of which all words are tried; of more with independent rows words are searched, and
+/// `springs` says where others were not looked for.
+constexpr int kMaxTriedContacts = 8;
+/// Contacts that are decided together.
+constexpr int kMaxCoupledContacts = 32;
 
 /// The solution of one word with given directions of slip, whether or not it is admissible; the
 /// letters' forces by (F3). Where its rows are dependent the forces farthest from the borders, see

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/model/rigid_body/robot_description.h"
 
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+
 #include "moving_constraint.h"
 
 namespace contact_flow {
@@ -131,6 +136,20 @@ void SetNumber(const NumberPlace& place, double value, RobotDescription* robot) 
   } else {
     const int row = kRow[place.number - 4], column = kColumn[place.number - 4];
     inertia.central(row, column) = inertia.central(column, row) = value;
+  }
+}
+
+void CheckPlaces(const std::vector<ExposedNumber>& parameters) {
+  std::map<std::tuple<Owner, int, int>, std::string> owners;
+  for (const ExposedNumber& number : parameters) {
+    const std::string& name = number.parameter.name;
+    for (const NumberPlace& place : number.places) {
+      const auto key = std::make_tuple(place.owner, place.index, place.number);
+      const auto [owner, first] = owners.emplace(key, name);
+      if (first) continue;
+      throw std::invalid_argument("parameter '" + name + "' has a number that parameter '" +
+                                  owner->second + "' has already: a number has one parameter");
+    }
   }
 }
 

@@ -14,6 +14,7 @@ RobotSystem::RobotSystem(RobotDescription robot, const ParameterValues& values)
     : robot_(std::move(robot)) {
   Describe();
   CheckParameterNames(description_.name, values, description_.parameters);
+  CheckPlaces(robot_.parameters);
   for (std::size_t i = 0; i < robot_.parameters.size(); ++i) {
     ExposedNumber& number = robot_.parameters[i];
     const auto it = values.find(number.parameter.name);

@@ -71,5 +71,8 @@ struct RobotDescription {
 std::vector<ExposedNumber> ListNumbers(const RobotDescription& robot);
 double GetNumber(const RobotDescription& robot, const NumberPlace& place);
 void SetNumber(const NumberPlace& place, double value, RobotDescription* robot);
+/// Throws std::invalid_argument where a place is there twice, in one parameter or in two: the last
+/// value would count, and derivatives by the others be wrong.
+void CheckPlaces(const std::vector<ExposedNumber>& parameters);
 
 }  // namespace contact_flow

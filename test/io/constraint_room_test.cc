@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Robots of more constraints than there is room for are refused when they are loaded.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+#include "contact_flow/dynamics/guards.h"
+#include "test/io/controlled_robots.h"
+
+namespace contact_flow {
+namespace {
+
+using test::Joint;
+using test::Link;
+using test::Make;
+using test::Refusal;
+
+/// A body that flies, with `count` masses on slides that have stops.
+std::string Sleds(int count) {
+  std::string content = Link("m0", "1");
+  for (int k = 1; k <= count; ++k) {
+    const std::string name = "m" + std::to_string(k);
+    content += Link(name, "1") + Joint("j" + std::to_string(k), "prismatic", "m0", name, "1 0 0");
+  }
+  return "<robot name=\"r\">" + content + "</robot>";
+}
+
+/// `count` points of the body above a floor.
+std::string Points(const std::string& name, int count, const std::string& more) {
+  std::string text;
+  for (int k = 0; k < count; ++k) {
+    text += "  " + name + std::to_string(k) + ": {kind: plane, link: m0, offset: -2" + more + "}\n";
+  }
+  return text;
+}
+
+void ExpectWords(const std::string& answer, const std::vector<const char*>& words) {
+  EXPECT_NE("", answer);
+  for (const char* word : words) EXPECT_NE(std::string::npos, answer.find(word)) << answer;
+}
+
+TEST(ConstraintRoom, IsAskedForWhenARobotIsLoaded) {
+  const std::string urdf = Sleds(0), head = "base: floating\nconstraints:\n";
+  const std::string few = head + Points("c", 42, ", friction: 0.5");
+  ASSERT_EQ("", Refusal(urdf, few));
+  EXPECT_EQ(126, Guards(Make(urdf, few)).size());
+  ExpectWords(Refusal(urdf, head + Points("c", 43, ", friction: 0.5")),
+              {"43 constraints (43 of `constraints` (line 3))", "of which 43 have friction", "129",
+               "128 at most", "leave out friction"});
+  ASSERT_EQ("", Refusal(urdf, head + Points("c", 128, "")));
+  ExpectWords(Refusal(urdf, head + Points("c", 129, "")),
+              {"129 constraints", "line 3", "at most 128", "leave out `constraints`"});
+}
+
+TEST(ConstraintRoom, SaysWhatCounts) {
+  const std::string urdf = Sleds(31),
+                    head = "base: floating\njoints:\n  limits: all\nconstraints:\n";
+  ASSERT_EQ("", Refusal(urdf, head + Points("c", 22, ", friction: 0.5")));
+  const std::string yaml = head + Points("c", 23, ", friction: 0.5");
+  ExpectWords(
+      Refusal(urdf, yaml),
+      {"85 constraints (23 of `constraints` (line 5), 62 stops of `joints/limits` (line 3))",
+       "of which 23 have friction", "131", "128 at most", "list the joints"});
+  const std::string answer = test::RefusalOf([&] { MakeRobot({urdf, yaml, "robots/sleds.yaml"}); });
+  EXPECT_EQ(0u, answer.find("robots/sleds.yaml: 85 constraints")) << answer;
+}
+
+TEST(ConstraintRoom, CountsContactsThatAreMade) {
+  const std::string urdf =
+      "<robot name=\"r\"><link name=\"a\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" "
+      "iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial><collision><geometry><box "
+      "size=\"1 1 1\"/></geometry></collision></link></robot>";
+  std::string yaml = "base: floating\ncontacts: {ground: all, friction: 0.5}\nconstraints:\n";
+  for (int k = 0; k < 35; ++k) {
+    yaml += "  c" + std::to_string(k) + ": {kind: plane, link: a, offset: -9, friction: 0.1}\n";
+  }
+  ExpectWords(Refusal(urdf, yaml),
+              {"43 constraints (35 of `constraints` (line 4), 8 of `contacts` (line 2))",
+               "fewer `vertices`"});
+}
+
+/// Contacts without friction that share forces have a guard only beside few others.
+TEST(ConstraintRoom, WarnsWhereSharedForcesHaveNone) {
+  const std::string urdf = Sleds(20),
+                    head = "base: floating\njoints: {limits: all}\nconstraints:\n";
+  const auto warned = [&](const std::string& yaml) {
+    const std::vector<std::string> warnings = Make(urdf, yaml).robot().model.warnings;
+    return std::any_of(warnings.begin(), warnings.end(), [](const std::string& warning) {
+      return warning.find("`friction: 0`") != std::string::npos &&
+             warning.find("at most 42") != std::string::npos;
+    });
+  };
+  const std::string rough = Points("r", 1, ", friction: 0.5");
+  EXPECT_TRUE(warned(head + Points("c", 3, "") + rough));
+  EXPECT_FALSE(warned(head + Points("c", 3, "")));
+  EXPECT_FALSE(warned(head + Points("c", 2, "") + rough));
+  EXPECT_FALSE(warned(head + Points("c", 3, ", friction: 0") + rough));
+}
+
+}  // namespace
+}  // namespace contact_flow
