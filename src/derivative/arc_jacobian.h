@@ -228,8 +228,8 @@ class ArcJacobian {
     units_.time = rate > 0 ? std::clamp(length, 1 / rate, kLongest / rate) : length;
     FindScale();
   }
-  /// The rate [1/s] that rounding of [K D] makes where Differentiate was last: accelerations that an
-  /// angle does not change are sums that it does; the changes of what constraints push,
+  /// The rate [1/s] that rounding of [K D] makes where Differentiate was last: accelerations that
+  /// an angle does not change are sums that it does; the changes of what constraints push,
   /// Σ_i |A_iᵀ| |Dλ_i|, cancel where they hold a body or let it slide.
   double RoundingRate() const {
     constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon();

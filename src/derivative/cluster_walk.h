@@ -28,9 +28,7 @@ class FrictionalWalk {
 
  private:
   /// Whether the slip of contact i vanishes at the base point.
-  bool Still(int i) const {
-    return still_.Contains(i) || (!SlipsOn(i) && point_.SlipVanishes(i));
-  }
+  bool Still(int i) const { return still_.Contains(i) || (!SlipsOn(i) && point_.SlipVanishes(i)); }
   /// Without an impact what slips stops at an instant of its own, here or however shortly behind.
   bool SlipsOn(int i) const {
     return transition_.activated.Empty() && transition_.mode_before.Contains(i);

@@ -156,8 +156,8 @@ class Passage {
     lambda->segment(d2_, linear_.inputs()).setZero();
   }
 
-  /// By what the error of the state leaves l unknown at the end of an arc. Speeds that contacts hold
-  /// at zero are sums of what would be without them, and rounding is all that is left of these.
+  /// By what the error of the state leaves l unknown at the end of an arc. Speeds that contacts
+  /// hold at zero are sums of what would be without them, and rounding is all that is left.
   double UnknownRate(std::size_t k) {
     const Arc& arc = run_.arcs[k];
     const Eigen::Index d = d2_ / 2;

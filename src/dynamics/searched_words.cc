@@ -112,8 +112,8 @@ class WordSearch {
     return may;
   }
 
-  /// Adds the words that meet on the border which a solution lies on. False where some were not
-  /// tried.
+  /// Adds the words that meet on the border which a solution lies on. False where not all of them
+  /// were tried.
   bool TryMeeting(const FrictionSolution& at) {
     const std::size_t n = problem_.contacts.size();
     std::vector<std::vector<std::pair<Letter, Eigen::Vector2d>>> may(n);

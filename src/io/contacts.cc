@@ -10,7 +10,6 @@
 #include <stdexcept>
 
 #include "contact_flow/io/map_reader.h"
-#include "contact_flow/io/mesh_file.h"
 #include "contact_flow/model/rigid_body/kinematics.h"
 #include "robot_parts.h"
 
@@ -49,30 +48,22 @@ bool IsNamed(const ContactOptions& options, const std::string& link) {
 }
 
 /// Vertices of a mesh, or none with a warning.
-std::vector<Vec3<double>> VerticesOf(const RobotModel::Shape& shape, const std::string& link,
-                                     bool asked, const std::string& folder, MadeContacts* made) {
-  std::string wrong;
-  const std::string path = FindMesh(shape.mesh, folder);
-  if (path.empty()) {
-    wrong = "its mesh '" + shape.mesh + "' is not found";
-  } else {
-    try {
-      return ReadMeshVertices(path);
-    } catch (const std::invalid_argument& error) {
-      wrong = error.what();
-    }
-  }
-  wrong = "link '" + link + "' (line " + std::to_string(shape.line) + " of the URDF): " + wrong;
+const std::vector<Vec3<double>>& VerticesOf(const RobotModel::Shape& shape, const std::string& link,
+                                            bool asked, ContactMeshes* meshes, MadeContacts* made) {
+  const ContactMeshes::Mesh& mesh = meshes->Take(shape.mesh);
+  if (mesh.wrong.empty()) return mesh.vertices;
+  const std::string wrong =
+      "link '" + link + "' (line " + std::to_string(shape.line) + " of the URDF): " + mesh.wrong;
   if (asked) {
     throw std::invalid_argument("contacts: " + wrong +
-                                "; set ROS_PACKAGE_PATH, or take the link out of contacts/ground");
+                                "; else take the link out of contacts/ground");
   }
   made->warnings.push_back(wrong + "; this shape makes no contacts");
-  return {};
+  return mesh.vertices;
 }
 
 /// The points of every body that may be asked for.
-Hulls AllHulls(const RobotModel& model, const ContactOptions& options, const std::string& folder,
+Hulls AllHulls(const RobotModel& model, const ContactOptions& options, ContactMeshes* meshes,
                MadeContacts* made) {
   Hulls hulls;
   for (const RobotModel::Shape& shape : model.shapes) {
@@ -81,7 +72,7 @@ Hulls AllHulls(const RobotModel& model, const ContactOptions& options, const std
     if (link.body < 0 || (!options.all && !options.feet && !named)) continue;
     std::vector<Vec3<double>> vertices;
     if (shape.kind == RobotModel::Shape::Kind::kMesh) {
-      vertices = VerticesOf(shape, link.name, named, folder, made);
+      vertices = VerticesOf(shape, link.name, named, meshes, made);
     }
     const ContactHull points = ShapePoints(model, shape, vertices);
     ContactHull* hull = &hulls[link.body];
@@ -248,6 +239,10 @@ ContactOptions ReadContactOptions(const YAML::Node& map, const RobotModel& model
   std::vector<std::string> ground;
   reader.Require("ground");
   reader.Read("ground", &ground);
+  if (ground.empty()) {
+    throw std::invalid_argument("contacts/ground is an empty list" + options.line +
+                                "; expected feet, all, none, or links with collision geometry");
+  }
   options.feet = ground == std::vector<std::string>{"feet"};
   options.all = ground == std::vector<std::string>{"all"};
   if (!options.feet && !options.all && ground != std::vector<std::string>{"none"}) {
@@ -289,12 +284,17 @@ ContactOptions ReadContactOptions(const YAML::Node& map, const RobotModel& model
 }
 
 MadeContacts MakeContacts(const RobotModel& model, const Vector& q, const ContactOptions& options,
-                          const std::string& folder) {
+                          ContactMeshes* meshes) {
   MadeContacts made;
   made.constraints = YAML::Node(YAML::NodeType::Map);
   TreeState<double> state(model.tree);
   UpdatePositions(model.tree, q.data(), &state);
-  Hulls hulls = AllHulls(model, options, folder, &made);
+  for (const std::string& name : options.links) {
+    if (model.FindLink(name).body >= 0) continue;
+    made.warnings.push_back("contacts/ground: link '" + name + "' does not move, and makes none" +
+                            options.line);
+  }
+  Hulls hulls = AllHulls(model, options, meshes, &made);
   for (auto& entry : hulls) DropHidden(model, &entry.second);
   if (options.feet) KeepFeet(model, state, &hulls);
   made.lowest = HUGE_VAL;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "contact_meshes.h"
 #include "contact_points.h"
 
 namespace contact_flow {
@@ -14,7 +15,7 @@ namespace contact_flow {
 ///
 ///   contacts:
 ///     ground: feet            # feet, all, none, or a list of links
-///     height: 0               # of the ground [m]
+///     height: 0               # of the ground without a terrain [m]
 ///     restitution: 0
 ///     friction: 0.8           # or no_slip; without it, none, but where the terrain says so
 ///     vertices: 16            # most points of one body, where its shapes have more
@@ -64,10 +65,9 @@ struct MadeContacts {
   std::vector<std::string> warnings;  ///< what stands for what, and what was left out
 };
 
-/// Contacts of a robot with the ground; `q` is where feet are looked for. Meshes are sought by
-/// FindMesh: one that is missing is a warning, and an error where its link is asked for by name.
-/// More than 64 are an error.
+/// Contacts of a robot with the ground; `q` is where feet are looked for. A mesh that is missing is
+/// a warning, and an error where its link is asked for by name. More than 128 are an error.
 MadeContacts MakeContacts(const RobotModel& model, const Vector& q, const ContactOptions& options,
-                          const std::string& folder);
+                          ContactMeshes* meshes);
 
 }  // namespace contact_flow

@@ -52,9 +52,43 @@ MadeContacts ReadMade(const YAML::Node& map) {
   return made;
 }
 
+/// A plan without contacts: what that means, why, and what was said of its shapes.
+MadeContacts NoContacts(const std::string& meaning, std::vector<std::string> shapes) {
+  MadeContacts none;
+  std::string why = "no collision geometry of the URDF could be used";
+  if (!shapes.empty()) {
+    why += ": " + shapes[0];
+    if (shapes.size() > 1) why += "; and " + std::to_string(shapes.size() - 1) + " more below";
+    shapes.erase(shapes.begin());
+  }
+  none.warnings.push_back("NO CONTACTS: " + meaning + ": " + why);
+  none.warnings.insert(none.warnings.end(), shapes.begin(), shapes.end());
+  return none;
+}
+
+const char kFalls[] = "this robot falls through everything";
+
+/// The contacts that a map `contacts` asks for.
+MadeContacts AskedContacts(const YAML::Node& document, const RobotModel& model, const Vector& q,
+                           const YAML::Node& terrain, ContactMeshes* meshes) {
+  ContactOptions options = ReadContactOptions(document["contacts"], model);
+  options.terrain = terrain;
+  if (terrain.IsMap() && options.height != 0) {
+    throw std::invalid_argument(
+        "contacts/height is given beside a terrain, whose surfaces say themselves where they are: "
+        "take one of them out" +
+        MapReader(document["contacts"], "contacts").Line("height"));
+  }
+  const MadeContacts made = MakeContacts(model, q, options, meshes);
+  const bool asked = options.feet || options.all || !options.links.empty();
+  if (made.count > 0 || !asked) return made;
+  const bool falls = CanFall(model) && !document["constraints"];
+  return NoContacts(falls ? kFalls : "contacts/ground makes none" + options.line, made.warnings);
+}
+
 /// All contacts, with fewer points where there are too many, or else the feet.
-MadeContacts UsualContacts(const RobotModel& model, const Vector& q, const std::string& folder,
-                           const YAML::Node& terrain) {
+MadeContacts UsualContacts(const RobotModel& model, const Vector& q, const YAML::Node& terrain,
+                           ContactMeshes* meshes) {
   const struct {
     bool feet;
     long vertices;
@@ -67,8 +101,12 @@ MadeContacts UsualContacts(const RobotModel& model, const Vector& q, const std::
     options.vertices = way.vertices;
     options.terrain = terrain;
     try {
-      MadeContacts made = MakeContacts(model, q, options, folder);
-      if (made.count == 0) break;
+      MadeContacts made = MakeContacts(model, q, options, meshes);
+      if (made.count == 0) {
+        made = NoContacts(kFalls, made.warnings);
+        made.warnings[0] += "; or write `constraints`";
+        return made;
+      }
       made.warnings.push_back(
           std::string(terrain.IsMap() ? "`contacts` is not given: "
                                       : "neither `constraints` nor `contacts` is given: ") +
@@ -85,10 +123,7 @@ MadeContacts UsualContacts(const RobotModel& model, const Vector& q, const std::
     }
   }
   MadeContacts none;
-  none.warnings.push_back(
-      "NO CONTACTS: this robot falls through everything: " +
-      (refusal.empty() ? "no collision geometry of the URDF could be used; write `constraints`"
-                       : refusal));
+  none.warnings.push_back(std::string("NO CONTACTS: ") + kFalls + ": " + refusal);
   return none;
 }
 
@@ -117,14 +152,11 @@ MadeContacts PlanContacts(const YAML::Node& document, const std::string& folder,
   if (document["contacts_made"]) return ReadMade(document["contacts_made"]);
   const Vector q = NominalPositions(document, model, limited);
   const YAML::Node terrain = ReadTerrain(document["terrain"], folder);
-  if (document["contacts"]) {
-    ContactOptions options = ReadContactOptions(document["contacts"], model);
-    options.terrain = terrain;
-    return MakeContacts(model, q, options, folder);
-  }
+  ContactMeshes meshes(folder);
+  if (document["contacts"]) return AskedContacts(document, model, q, terrain, &meshes);
   const bool asked = terrain.IsMap();
   if (!asked && (document["constraints"] || !CanFall(model))) return MadeContacts();
-  return UsualContacts(model, q, folder, terrain);
+  return UsualContacts(model, q, terrain, &meshes);
 }
 
 }  // namespace contact_flow

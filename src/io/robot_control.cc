@@ -115,6 +115,7 @@ void ReadEfforts(const YAML::Node& map, RobotDescription* robot) {
     YamlFields fields(robot->model, reader, &robot->inputs, &element->parts);
     ReadEffort(kind, &fields);
     CheckSpeedLimit(element->parts, *reader);
+    if (kind == "actuator") CheckGear(element->parts, *reader);
     robot->efforts.push_back(std::move(element));
   });
 }

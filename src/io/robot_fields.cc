@@ -123,6 +123,13 @@ void YamlFields::Input(const std::string& key) {
   reader_->Require(key);
   reader_->Read(key, &name);
   const auto it = std::find(inputs_->begin(), inputs_->end(), name);
+  double number = 0;
+  if (it == inputs_->end() && YAML::convert<double>::decode(YAML::Node(name), number)) {
+    throw std::invalid_argument(parts_->name + "/" + key + " is " + name +
+                                ", expected the name of an input: its value is of "
+                                "nominal/inputs, or of a schedule" +
+                                reader_->Line(key));
+  }
   parts_->inputs.push_back(static_cast<int>(it - inputs_->begin()));
   if (it == inputs_->end()) inputs_->push_back(name);
 }

@@ -30,6 +30,7 @@ void ReadConstraints(const YAML::Node& map, RobotDescription* robot) {
     element->parts.where = reader->Line("");
     YamlFields fields(robot->model, reader, &robot->inputs, &element->parts);
     ReadConstraint(kind, &fields);
+    if (kind == "stairs") CheckStairs(element->parts, *reader);
     if (reader->Has("motion")) element = ReadMotion(reader, robot->model, std::move(element));
     Parameter& restitution = element->restitution;
     reader->Read("restitution", &restitution.value);
@@ -168,10 +169,10 @@ void KeepMeshContacts(RobotTexts* texts) {
     AddBrakePads(document["joints"], &robot.model);
     const JointChoices joints = ReadJoints(document["joints"], &robot);
     const MadeContacts made = PlanContacts(document, texts->folder, robot.model, joints.limited);
-    if (made.count == 0) return;
+    if (made.count == 0 && made.warnings.empty()) return;
     YAML::Node kept;
     kept["contacts_made"]["constraints"] = made.constraints;
-    kept["contacts_made"]["lowest"] = made.lowest;
+    if (made.count > 0) kept["contacts_made"]["lowest"] = made.lowest;
     for (const std::string& warning : made.warnings) {
       kept["contacts_made"]["warnings"].push_back(warning);
     }
@@ -204,6 +205,7 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
   ReadInputs(&reader, &robot.inputs);
   const std::size_t declared = robot.inputs.size();
   CheckSoledLinks(document["soles"], document["constraints"]);
+  CheckSoles(document, robot.model);
   ReadConstraints(reader.Child("constraints"), &robot);
   for (const char* key : {"contacts", "contacts_made", "terrain"}) reader.Child(key);  // planned
   const MadeContacts made = PlanContacts(document, folder, robot.model, joints.limited);

@@ -18,6 +18,16 @@ bool Moves(const RobotModel& model, const std::string& joint) {
   return std::find(names.begin(), names.end(), joint) != names.end();
 }
 
+/// Throws where the number that a key asks for is negative in the URDF.
+void RefuseNegative(const MapReader& reader, const std::string& key, const Traits& joint,
+                    double number) {
+  if (!(number < 0)) return;
+  std::ostringstream text;
+  text << "joints/" << key << ": the URDF gives joint '" << joint.name << "' the " << key << " "
+       << number << ", which would drive it: correct its <dynamics>, or name the others";
+  throw std::invalid_argument(text.str() + reader.Line(key));
+}
+
 /// The joints that a key names: `all` that have what is asked for, or a list, which must have it.
 template <class Has>
 std::vector<Traits> Chosen(MapReader* reader, const std::string& key, const RobotModel& model,
@@ -27,6 +37,11 @@ std::vector<Traits> Chosen(MapReader* reader, const std::string& key, const Robo
   const bool all = asked == std::vector<std::string>{"all"};
   std::vector<Traits> chosen;
   for (const Traits& joint : model.traits) {
+    const bool named = std::find(asked.begin(), asked.end(), joint.name) != asked.end();
+    if ((all && Moves(model, joint.name)) || named) {
+      if (key == "damping") RefuseNegative(*reader, key, joint, joint.damping);
+      if (key == "friction") RefuseNegative(*reader, key, joint, joint.friction);
+    }
     if (all && Moves(model, joint.name) && has(joint)) chosen.push_back(joint);
   }
   if (all) return chosen;

@@ -106,6 +106,12 @@ YAML::Node AddSoles(const YAML::Node& map, RobotModel* model);
 /// Throws for constraints of a link that has a sole: they are meant for what touches.
 void CheckSoledLinks(const YAML::Node& soles, const YAML::Node& constraints);
 
+/// These throw for what can be read and makes no sense: stairs none of whose steps rises; an
+/// actuator whose input does nothing; soles that touch nothing.
+void CheckStairs(const ElementParts& parts, const MapReader& reader);
+void CheckGear(const ElementParts& parts, const MapReader& reader);
+void CheckSoles(const YAML::Node& document, const RobotModel& model);
+
 /// Contacts that the YAML asks for, and those of a robot that could fall and has neither
 /// `constraints` nor `contacts`; nothing (count 0) otherwise. Meshes are sought from `folder`.
 MadeContacts PlanContacts(const YAML::Node& document, const std::string& folder,

@@ -139,6 +139,12 @@ YAML::Node ReadTerrain(const YAML::Node& value, const std::string& folder) {
     }
   }
   MapReader reader(value, "terrain");
+  if (reader.Keys().empty()) {
+    throw std::invalid_argument(
+        "terrain holds no surface: name one, as floor: {kind: plane}, or "
+        "take the terrain out, for contacts with the plane z = 0" +
+        reader.Line(""));
+  }
   YAML::Node terrain(YAML::NodeType::Map);
   for (const std::string& name : reader.Keys()) {
     const YAML::Node surface = reader.Child(name);

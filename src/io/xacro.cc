@@ -14,6 +14,7 @@
 #include <stdexcept>
 
 #include "contact_flow/model/rigid_body/urdf_loader.h"
+#include "src/model/rigid_body/urdf_xacro.h"
 
 extern char** environ;
 
@@ -60,8 +61,15 @@ bool Drain(const Pipe (&pipes)[2], std::string (&texts)[2]) {
   return true;
 }
 
-/// Whether there is a tag of xacro outside of comments.
+/// Whether xacro has something to do; of a text that is no XML, whether there is a tag of xacro
+/// outside of comments.
 bool UsesXacro(const std::string& text) {
+  if (text.find("<xacro:") == std::string::npos) return false;
+  try {
+    CheckUrdfText(text);
+    return FindXacro(ReadXml(text)).runs;
+  } catch (const std::invalid_argument&) {  // xacro tells of it
+  }
   for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos; ++at) {
     if (text.compare(at, 7, "<xacro:") == 0) return true;
     if (text.compare(at, 4, "<!--") == 0) at = text.find("-->", at);

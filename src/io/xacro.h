@@ -5,7 +5,8 @@
 
 namespace contact_flow {
 
-/// Whether a file is to be run through xacro: by its name, or because its text uses it.
+/// Whether a file is to be run through xacro: by its name, or because its text is a program for it
+/// (a call of a macro that nothing defines is none: what xacro left over, which ParseUrdf judges).
 bool IsXacro(const std::string& path, const std::string& text);
 
 /// What the program `xacro` makes of the file. Throws std::invalid_argument with what it says,

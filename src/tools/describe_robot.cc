@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <iostream>
 #include <stdexcept>
+#include <utility>
 
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_summary.h"
@@ -74,9 +75,9 @@ int Run(int count, char** words) {
     document["contacts"]["ground"] = ground;
     if (!vertices.empty()) document["contacts"]["vertices"] = vertices;
   }
-  const RobotDescription robot = ParseRobot(texts.urdf, document, texts.folder);
+  RobotDescription robot = ParseRobot(texts.urdf, document, texts.folder);
   std::cout << DescribeRobot(robot, document, urdf_path, texts.folder);
-  const RobotSystem system(ParseRobot(texts.urdf, document, texts.folder), {});
+  const RobotSystem system(std::move(robot), {});
   InitialMode(system, system.nominal().x, system.nominal().u);  // that it can be run
   return 0;
 }

@@ -156,7 +156,8 @@ class Shooting {
   /// Ipopt converges beside the largest gradient that it has seen: what is left for others is asked
   /// of the pieces there. With conditions these would need multipliers of their own.
   void AskPieces(std::ostringstream* message) {
-    if (result_.verdict != TrajectoryVerdict::kSmoothMinimum || !problem_.conditions.empty()) return;
+    if (result_.verdict != TrajectoryVerdict::kSmoothMinimum || !problem_.conditions.empty())
+      return;
     const PieceModels models = MakePieceModels(whole_, result_.y, options_.max_pieces);
     ++segments_.derivatives;
     if (!models.status.ok()) return;

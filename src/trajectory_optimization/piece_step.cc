@@ -12,8 +12,8 @@
 namespace contact_flow {
 namespace {
 
-/// Pivots of H below this part of their diagonal entries are rounding; these are then lifted by this
-/// part. Each beside its own, since unknowns have units of their own.
+/// Pivots of H below this part of their diagonal entries are rounding; these are then lifted by
+/// this part. Each beside its own, since unknowns have units of their own.
 constexpr double kSingularStep = 1e-13, kLift = 1e-9;
 
 const char* Sentence(QuadraticFailure failure) {

@@ -55,8 +55,8 @@ Vector Sliding(bool first, bool second) {
   return test::Entries({0.16, 0, 0.16, 0, first ? -0.7 : 0.0, 0, second ? -0.7 : 0.0, 0});
 }
 
-/// Both reach their walls at one instant. A direction that keeps the balls on the floor changes each
-/// as if it were alone; which selection has the other lifted off the floor is another matter.
+/// Both reach their walls at one instant. A direction that keeps the balls on the floor changes
+/// each as if it were alone; which selection has the other lifted off the floor does not matter.
 TEST(SideBySide, EachBallHasItsOwnDerivative) {
   constexpr std::array<int, 4> kOfFirst = {0, 1, 4, 5}, kOfSecond = {2, 3, 6, 7};
   for (const double lean : {0.5, 0.3, 0.0}) {

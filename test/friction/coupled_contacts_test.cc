@@ -21,7 +21,7 @@ using test::Tight;
 constexpr double kWeightOfOne = 9.81;
 
 /// A disc of 1 kg, 0.05 m above `count` points on a circle about its centre.
-RobotSystem Plate(int count, double friction) {
+RobotSystem PlateOf(int count, double friction) {
   const std::string urdf =
       "<robot name=\"plate\"><link name=\"plate\"><inertial><mass value=\"1\"/><inertia "
       "ixx=\"0.02\" iyy=\"0.02\" izz=\"0.04\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>"
@@ -58,7 +58,7 @@ double Missed(const FrictionProblem& problem, const FrictionSolution& found) {
 }
 
 /// Contacts that stick to each other, with independent rows.
-FrictionProblem Drawn(unsigned seed, int count, int dimension, double coupling) {
+FrictionProblem Coupled(unsigned seed, int count, int dimension, double coupling) {
   std::mt19937 generator(seed);
   std::normal_distribution<double> normal;
   const int rows = count * (1 + dimension);
@@ -83,7 +83,7 @@ TEST(CoupledContacts, SearchedWordsAreThoseOfAll) {
   int only = 0;
   for (unsigned seed = 1; seed <= 40; ++seed) {
     SCOPED_TRACE(seed);
-    const FrictionProblem problem = Drawn(seed, 5, 1, 0.5);
+    const FrictionProblem problem = Coupled(seed, 5, 1, 0.5);
     const auto all = SolveFriction(problem);
     const auto found = SearchWords(problem, 1e-11, 1e-7, {});
     ASSERT_FALSE(found.empty());
@@ -104,7 +104,7 @@ TEST(CoupledContacts, SearchedWordsAreThoseOfAll) {
 /// A contact right between two letters has both.
 TEST(CoupledContacts, WordsThatMeetAreAllListed) {
   for (const int count : {6, 12}) {
-    FrictionProblem problem = Drawn(3, count, 1, 0.1);
+    FrictionProblem problem = Coupled(3, count, 1, 0.1);
     for (FrictionContact& contact : problem.contacts) contact.coefficient = 0.2;
     FrictionSolution at = SolveFriction(problem).front();
     ASSERT_FALSE(at.springs);
@@ -130,7 +130,7 @@ TEST(CoupledContacts, ManyInSpaceAreDecided) {
     int only = 0;
     for (unsigned seed = 1; seed <= 5; ++seed) {
       SCOPED_TRACE(seed + 100 * count);
-      const FrictionProblem problem = Drawn(seed, count, 2, 0.3);
+      const FrictionProblem problem = Coupled(seed, count, 2, 0.3);
       const auto all = SolveFriction(problem);
       ASSERT_FALSE(all.empty());
       for (const FrictionSolution& one : all) EXPECT_LT(Missed(problem, one), 1e-9);
@@ -138,11 +138,11 @@ TEST(CoupledContacts, ManyInSpaceAreDecided) {
     }
     EXPECT_GT(only, 0) << count;
   }
-  EXPECT_THROW(SolveFriction(Drawn(1, 33, 2, 0.3)), std::domain_error);
+  EXPECT_THROW(SolveFriction(Coupled(1, 33, 2, 0.3)), std::domain_error);
 }
 
-/// A disc lands flat with a speed along the floor, whose friction takes μ of the impulse: it goes on
-/// with v − μ √(2 g h), and stops. It ended with NON_FINITE on more than eight points.
+/// A disc lands flat with a speed along the floor, whose friction takes μ of the impulse: it goes
+/// on with v − μ √(2 g h), and stops. It ended with NON_FINITE on more than eight points.
 TEST(CoupledContacts, PlateLandsSlidesAndStops) {
   constexpr double kFriction = 0.3, kSpeed = 1.2, kDrop = 0.1;
   const double fall = std::sqrt(2 * kDrop / kWeightOfOne);
@@ -151,7 +151,7 @@ TEST(CoupledContacts, PlateLandsSlidesAndStops) {
   const double way = kSpeed * fall + after * stop / 2;
   for (const int count : {9, 12, 16}) {
     SCOPED_TRACE(count);
-    const RobotSystem plate = Plate(count, kFriction);
+    const RobotSystem plate = PlateOf(count, kFriction);
     Vector x = plate.nominal().x;
     x(7) = kSpeed;
     const Trajectory run = Simulate(plate, x, Vector::Zero(0), fall + stop + 0.1, Tight());
@@ -164,7 +164,7 @@ TEST(CoupledContacts, PlateLandsSlidesAndStops) {
 
 /// A start on all points, which stick; and the load is on all.
 TEST(CoupledContacts, PlateStands) {
-  const RobotSystem plate = Plate(16, 0.8);
+  const RobotSystem plate = PlateOf(16, 0.8);
   Vector x = plate.nominal().x;
   x(2) = 0.05;
   const Trajectory run = Simulate(plate, x, Vector::Zero(0), 0.5, Tight());
@@ -177,7 +177,7 @@ TEST(CoupledContacts, PlateStands) {
 TEST(CoupledContacts, PlateTurnsAndStops) {
   constexpr double kFriction = 0.2, kSpin = 3, kTurn = 0.04;
   const double slow = kFriction * kWeightOfOne * 0.2 / kTurn, stop = kSpin / slow;
-  const RobotSystem plate = Plate(12, kFriction);
+  const RobotSystem plate = PlateOf(12, kFriction);
   Vector x = plate.nominal().x;
   x(2) = 0.05;
   x(plate.num_positions() + 5) = kSpin;

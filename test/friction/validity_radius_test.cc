@@ -131,10 +131,8 @@ TEST(FrictionRadius, EndsWhereATouchdownComesIntoTheRun) {
   }
 }
 
-/// Slips in space that end, and impulses that contacts share, have no margins of their own: what
-/// differences tell of them is rounding, which another tolerance changes.
-/// A wheel bounces and slips through its impact, which takes (1 + e) v μ (1 + r²/I) of its slip: with
-/// so much less at the start it sticks in the impact.
+/// A wheel bounces and slips through its impact, which takes (1 + e) v μ (1 + r²/I) of its slip:
+/// with so much less at the start it sticks in the impact.
 TEST(FrictionRadius, EndsWhereASlippingImpactWouldStick) {
   using test::TwoWheels;
   const auto wheels = MakeSystem<TwoWheels>({{"restitution", 0.5}});
@@ -154,6 +152,8 @@ TEST(FrictionRadius, EndsWhereASlippingImpactWouldStick) {
   }
 }
 
+/// Slips in space that end, and impulses that contacts share, have no margins of their own: what
+/// differences tell of them is rounding, which another tolerance changes.
 TEST(RadiusOfReference, IsTheSameAtAnyTolerance) {
   struct Case {
     const char* model;

@@ -35,7 +35,7 @@ std::string Points(const std::string& name, int count, const std::string& more) 
   return text;
 }
 
-void ExpectWords(const std::string& answer, const std::vector<const char*>& words) {
+void ExpectNamed(const std::string& answer, const std::vector<const char*>& words) {
   EXPECT_NE("", answer);
   for (const char* word : words) EXPECT_NE(std::string::npos, answer.find(word)) << answer;
 }
@@ -45,11 +45,11 @@ TEST(ConstraintRoom, IsAskedForWhenARobotIsLoaded) {
   const std::string few = head + Points("c", 42, ", friction: 0.5");
   ASSERT_EQ("", Refusal(urdf, few));
   EXPECT_EQ(126, Guards(Make(urdf, few)).size());
-  ExpectWords(Refusal(urdf, head + Points("c", 43, ", friction: 0.5")),
+  ExpectNamed(Refusal(urdf, head + Points("c", 43, ", friction: 0.5")),
               {"43 constraints (43 of `constraints` (line 3))", "of which 43 have friction", "129",
                "128 at most", "leave out friction"});
   ASSERT_EQ("", Refusal(urdf, head + Points("c", 128, "")));
-  ExpectWords(Refusal(urdf, head + Points("c", 129, "")),
+  ExpectNamed(Refusal(urdf, head + Points("c", 129, "")),
               {"129 constraints", "line 3", "at most 128", "leave out `constraints`"});
 }
 
@@ -58,7 +58,7 @@ TEST(ConstraintRoom, SaysWhatCounts) {
                     head = "base: floating\njoints:\n  limits: all\nconstraints:\n";
   ASSERT_EQ("", Refusal(urdf, head + Points("c", 22, ", friction: 0.5")));
   const std::string yaml = head + Points("c", 23, ", friction: 0.5");
-  ExpectWords(
+  ExpectNamed(
       Refusal(urdf, yaml),
       {"85 constraints (23 of `constraints` (line 5), 62 stops of `joints/limits` (line 3))",
        "of which 23 have friction", "131", "128 at most", "list the joints"});
@@ -75,7 +75,7 @@ TEST(ConstraintRoom, CountsContactsThatAreMade) {
   for (int k = 0; k < 35; ++k) {
     yaml += "  c" + std::to_string(k) + ": {kind: plane, link: a, offset: -9, friction: 0.1}\n";
   }
-  ExpectWords(Refusal(urdf, yaml),
+  ExpectNamed(Refusal(urdf, yaml),
               {"43 constraints (35 of `constraints` (line 4), 8 of `contacts` (line 2))",
                "fewer `vertices`"});
 }

@@ -24,7 +24,7 @@ long JacobiansOf(const RobotSystem& system, const Trajectory& run,
   return gradient.statistics.jacobians;
 }
 
-std::string Body(int number, double mass, double inertia) {
+std::string FallingBody(int number, double mass, double inertia) {
   const std::string name = "b" + std::to_string(number), m = std::to_string(mass),
                     i = std::to_string(inertia);
   return "<link name='" + name + "'><inertial><mass value='" + m + "'/><inertia ixx='" + i +
@@ -42,7 +42,7 @@ TEST(FreeFlightCost, OfBodiesInThePlane) {
     const int count = 1 + trial % 3;
     std::string links, positions, velocities;
     for (int k = 0; k < count; ++k) {
-      links += Body(k, 0.01 + 2 * unit(random), 1e-4 + 0.02 * unit(random));
+      links += FallingBody(k, 0.01 + 2 * unit(random), 1e-4 + 0.02 * unit(random));
       const std::string name = "b" + std::to_string(k) + "_";
       positions += (k > 0 ? ", " : "") + name + "x: " + std::to_string(0.2 * unit(random)) + ", " +
                    name + "y: " + std::to_string(-1 + 0.5 * unit(random)) + ", " + name +

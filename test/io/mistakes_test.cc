@@ -283,7 +283,7 @@ class Xacro : public testing::Test {
 
 TEST_F(Xacro, IsRunOnFilesThatNeedIt) {
   EXPECT_TRUE(IsXacro("a.urdf.xacro", ""));
-  EXPECT_TRUE(IsXacro("a.urdf", "<robot><xacro:leg/></robot>"));
+  EXPECT_TRUE(IsXacro("a.urdf", "<robot><xacro:macro name=\"leg\"/><xacro:leg/></robot>"));
   EXPECT_FALSE(IsXacro("a.urdf", "<robot><!-- <xacro:leg/> --></robot>"));
   Install("echo \"<robot name='made'/>\"; cat \"$1\" > /dev/null");
   EXPECT_EQ("<robot name='made'/>\n", ReadUrdf(file_).urdf);

@@ -20,8 +20,8 @@ const char kSprings[] =
     "  s: {kind: joint_spring, joint: shoulder, stiffness: 5}\n"
     "  t: {kind: joint_spring, joint: elbow, stiffness: 5}\n";
 
-void ExpectRefused(const std::string& urdf, const std::string& yaml,
-                   const std::vector<const char*>& words) {
+void ExpectAnswer(const std::string& urdf, const std::string& yaml,
+                  const std::vector<const char*>& words) {
   const std::string answer = Refusal(urdf, yaml);
   EXPECT_NE("", answer) << yaml;
   for (const char* word : words) {
@@ -32,24 +32,24 @@ void ExpectRefused(const std::string& urdf, const std::string& yaml,
 /// The first one's value was told, and overwritten by the second one's.
 TEST(RobotParameters, HaveNumbersOfTheirOwn) {
   const std::string springs = kSprings;
-  ExpectRefused(Arm(),
-                springs +
-                    "parameters:\n  stiffness: [s/stiffness, t/stiffness]\n"
-                    "  knee: t/stiffness\n",
-                {"parameters/knee", "'t/stiffness'", "'stiffness'", "already", "line 7"});
-  ExpectRefused(Arm(), springs + "parameters:\n  k: [s/stiffness, t/stiffness, s/stiffness]\n",
-                {"parameters/k names 's/stiffness' twice", "line 6"});
-  ExpectRefused(Arm(), springs + "parameters: {m: links/upper/mass, k: links/upper/mass}",
-                {"parameters/k", "'links/upper/mass'", "'m'", "line 5"});
-  ExpectRefused(Arm(), springs + "parameters: {g: gravity, down: gravity}",
-                {"parameters/down", "'g'"});
-  ExpectRefused(Arm(),
-                springs +
-                    "constraints:\n"
-                    "  a: {kind: upper_limit, joint: shoulder, upper: 2}\n"
-                    "  b: {kind: upper_limit, joint: elbow, upper: 2}\n"
-                    "parameters: {all: [a/restitution, b/restitution], one: b/restitution}",
-                {"parameters/one", "'b/restitution'", "'all'", "line 8"});
+  ExpectAnswer(Arm(),
+               springs +
+                   "parameters:\n  stiffness: [s/stiffness, t/stiffness]\n"
+                   "  knee: t/stiffness\n",
+               {"parameters/knee", "'t/stiffness'", "'stiffness'", "already", "line 7"});
+  ExpectAnswer(Arm(), springs + "parameters:\n  k: [s/stiffness, t/stiffness, s/stiffness]\n",
+               {"parameters/k names 's/stiffness' twice", "line 6"});
+  ExpectAnswer(Arm(), springs + "parameters: {m: links/upper/mass, k: links/upper/mass}",
+               {"parameters/k", "'links/upper/mass'", "'m'", "line 5"});
+  ExpectAnswer(Arm(), springs + "parameters: {g: gravity, down: gravity}",
+               {"parameters/down", "'g'"});
+  ExpectAnswer(Arm(),
+               springs +
+                   "constraints:\n"
+                   "  a: {kind: upper_limit, joint: shoulder, upper: 2}\n"
+                   "  b: {kind: upper_limit, joint: elbow, upper: 2}\n"
+                   "parameters: {all: [a/restitution, b/restitution], one: b/restitution}",
+               {"parameters/one", "'b/restitution'", "'all'", "line 8"});
 }
 
 /// Each value reaches its number alone, and the derivative by it is that of quotients.
@@ -74,8 +74,8 @@ TEST(RobotParameters, NameOneNumber) {
       "stiffness: 9, length: 0.2}}\n"
       "nominal: {positions: {shoulder: 0.5, elbow: 0.5}}\n";
   ASSERT_EQ("", Refusal(Arm(), both + "parameters: {k: post/stiffness}"));
-  ExpectRefused(Arm(), both + "parameters: {k: post/length}",
-                {"parameters/k", "'post/length'", "two numbers", "line 5"});
+  ExpectAnswer(Arm(), both + "parameters: {k: post/length}",
+               {"parameters/k", "'post/length'", "two numbers", "line 5"});
 }
 
 /// Robots that are made without a file are asked, too.
@@ -97,10 +97,10 @@ TEST(RobotParameters, OfDescriptionsHaveNumbersOfTheirOwn) {
 
 /// An input twice was a second one that moves nothing.
 TEST(RobotParameters, InputsAreNamedOnce) {
-  ExpectRefused(Arm(),
-                "base: fixed\ninputs: [u, w, u]\n"
-                "efforts: {a: {kind: actuator, joint: elbow, input: u}}",
-                {"inputs names 'u' twice", "line 2"});
+  ExpectAnswer(Arm(),
+               "base: fixed\ninputs: [u, w, u]\n"
+               "efforts: {a: {kind: actuator, joint: elbow, input: u}}",
+               {"inputs names 'u' twice", "line 2"});
 }
 
 /// Joints with friction that are named twice had it twice; efforts of one name were two.
@@ -110,12 +110,12 @@ TEST(RobotParameters, MadeElementsAreNamedOnce) {
       "<joint name=\"j\" type=\"continuous\"><parent link=\"world\"/><child link=\"a\"/><axis "
       "xyz=\"0 1 0\"/><dynamics damping=\"0.1\" friction=\"0.2\"/></joint>");
   ASSERT_EQ("", Refusal(urdf, "base: fixed\njoints: {friction: [j], damping: [j]}"));
-  ExpectRefused(urdf, "base: fixed\njoints: {friction: [j, j]}",
-                {"joints/friction names 'j' twice", "line 2"});
-  ExpectRefused(urdf,
-                "base: fixed\njoints: {damping: all}\nefforts:\n"
-                "  j_damping: {kind: joint_spring, joint: j, stiffness: 1}",
-                {"efforts/j_damping", "`joints`", "rename", "line 4"});
+  ExpectAnswer(urdf, "base: fixed\njoints: {friction: [j, j]}",
+               {"joints/friction names 'j' twice", "line 2"});
+  ExpectAnswer(urdf,
+               "base: fixed\njoints: {damping: all}\nefforts:\n"
+               "  j_damping: {kind: joint_spring, joint: j, stiffness: 1}",
+               {"efforts/j_damping", "`joints`", "rename", "line 4"});
 }
 
 /// No robot that is shipped has two numbers of one name.

@@ -42,7 +42,8 @@ TEST(MultipleShooting, WithoutIpoptItIsRefused) {
   }
 }
 
-/// Free flight to a goal that costs 10⁸: Ipopt converges beside such gradients before efforts count.
+/// Free flight to a goal that costs 10⁸: Ipopt converges beside such gradients before efforts count
+/// for anything.
 TEST(MultipleShooting, IsNoMinimumWherePiecesPromiseMore) {
   if (!HaveIpopt()) GTEST_SKIP() << "built without Ipopt";
   const auto ball = MakeModel("driven_ball");

@@ -76,8 +76,8 @@ TEST(UnitsOfUnknowns, InitialStateBesideForces) {
   }
 }
 
-/// Conditions beside an unknown that costs nothing of its own: of a heavier ball forces cost as much
-/// less as they are larger, and nothing else changes.
+/// Conditions beside an unknown that costs nothing of its own: of a heavier ball forces cost as
+/// much less as they are larger, and nothing else changes.
 class HeavyBalls : public testing::TestWithParam<double> {
  protected:
   HeavyBalls()

@@ -10,6 +10,8 @@
 
 #include "contact_flow/model/rigid_body/kinematics.h"
 #include "urdf_repair.h"
+#include "urdf_spelling.h"
+#include "urdf_xacro.h"
 #include "urdf_xml.h"
 
 namespace contact_flow {
@@ -164,11 +166,9 @@ UrdfSource SortUrdf(const std::string& text, UrdfFaults faults, Findings* findin
   source.text = text;
   const XmlElement root = ReadXml(text);
   std::map<std::string, int> passed_over;
-  int xacro = 0;
   for (const XmlElement& part : root.children) {
     const bool link = part.name == "link";
     if (!link && part.name != "joint") {
-      if (part.name.compare(0, 6, "xacro:") == 0) ++xacro;
       if (part.name != "material") ++passed_over[part.name.substr(0, 60)];
       Blank(part, &source.text);
       continue;
@@ -196,9 +196,18 @@ UrdfSource SortUrdf(const std::string& text, UrdfFaults faults, Findings* findin
       }
     }
   }
-  if (xacro > 0) {
+  const XacroTags xacro = FindXacro(root);
+  if (xacro.runs) {
     findings->errors.push_back("the file holds xacro macros: run xacro on it first");
-  } else if (!passed_over.empty()) {
+  } else if (!xacro.undefined.empty()) {
+    findings->errors.push_back(UndefinedMacro(xacro.undefined));
+  }
+  if (xacro.passed_over > 0 && !xacro.needed()) {
+    findings->warnings.push_back("passed over: " + std::to_string(xacro.passed_over) +
+                                 " calls of xacro's macros in parts that are not read, the first " +
+                                 xacro.passed_over_one);
+  }
+  if (!xacro.needed() && !passed_over.empty()) {
     std::string list;
     for (const auto& entry : passed_over) {
       list += (list.empty() ? "" : ", ") + std::to_string(entry.second) + " <" + entry.first + ">";
@@ -206,6 +215,7 @@ UrdfSource SortUrdf(const std::string& text, UrdfFaults faults, Findings* findin
     findings->warnings.push_back("passed over: " + list);
   }
   auto& told = faults == UrdfFaults::kStrict ? findings->errors : findings->warnings;
+  for (const std::string& name : FindUnknownNames(root)) told.push_back(name);
   for (const std::string& repair : RepairUrdf(root, &source.text)) told.push_back(repair);
   TrimValues(&source.text);
   return source;

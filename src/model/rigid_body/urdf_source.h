@@ -25,7 +25,8 @@ struct UrdfSource {
 
 /// Sorts a URDF that CheckUrdfText has passed: numbers that are none are errors with their line;
 /// visual geometry, transmissions, simulators' tags and all else that is not read is taken out,
-/// collision geometry is read. What RepairUrdf does is an error where faults are strict.
+/// collision geometry is read. What RepairUrdf does, and names that FindUnknownNames finds, are
+/// errors where faults are strict.
 UrdfSource SortUrdf(const std::string& text, UrdfFaults faults, Findings* findings);
 
 }  // namespace contact_flow

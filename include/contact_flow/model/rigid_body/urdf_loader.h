@@ -32,8 +32,8 @@ const std::vector<std::string>& UrdfFaultsNames();
 /// positive definite, but of no distribution of mass (a principal moment above the sum of the
 /// others), is used as it is. Mass zero is nothing, whatever its inertia; inertia zero is a point.
 /// A joint that moves no mass is held at zero: nothing else feels it. All this is told in
-/// `warnings`, as are limits, damping and friction of joints, which are for others. A mimic joint
-/// goes into `mimics`.
+/// `warnings`, as are tags and attributes of links and joints that nothing is known to read; and
+/// limits, damping and friction of joints, which are for others. A mimic joint goes into `mimics`.
 ///
 /// Only links, their inertials and collisions, and joints are read. Everything else throws one
 /// std::invalid_argument with all findings, each with link or joint and what to do: text that is no
