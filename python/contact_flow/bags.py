@@ -10,6 +10,7 @@ and runs into bags. Needs ROS's rosbag.
 from __future__ import annotations
 
 import os
+import warnings
 from typing import Any, Dict, List, NamedTuple, Tuple, Union
 
 import numpy as np
@@ -22,6 +23,13 @@ from .sections import Grid
 __all__ = ["Recorded", "runs", "write"]
 
 Array = NDArray[np.float64]
+
+
+BEHIND = 1e-9  #: an event this near to the end of a simulator's epoch [s], relative, is passed there
+
+
+class NoStart(ValueError):
+    """A record does not tell where its run begins."""
 
 
 class Recorded(NamedTuple):
@@ -59,8 +67,8 @@ def start_of(request: Any, result: Any, system: _core.System) -> Array:
     """x(0) of a request: numbers, some by name, or where it was projected on what must hold, the first sample."""
     state, x, nq = request.state, system.nominal.x.copy(), system.num_positions
     if state.project:
-        if not result.t:
-            raise ValueError("the start was projected, and the result has no samples")
+        if not getattr(result, "t", ()):
+            raise NoStart("its start was projected, and it has no samples that tell where to")
         return np.array(list(result.q.data[:result.q.cols]) + list(result.v.data[:result.v.cols]))
     if state.q:
         x[:nq] = state.q
@@ -142,10 +150,23 @@ class Epochs:
                 values.append(list(taken.input))
             else:
                 values[-1] = list(taken.input)
-        run = system.simulate(list(epoch.q) + list(epoch.v), state.t - epoch.t,
-                              Grid(times, np.array(values).reshape((len(times), -1))),
-                              **options_of(self.description.options, self.description.options))
-        self.found.append(recorded(self.topic, ("state",), run, list(state.q) + list(state.v)))
+        grid = Grid(times, np.array(values).reshape((len(times), -1)))
+
+        def simulate(duration: float) -> _core.Run:
+            return system.simulate(list(epoch.q) + list(epoch.v), duration, grid,
+                                   **options_of(self.description.options, self.description.options))
+
+        duration, end = state.t - epoch.t, np.array(list(state.q) + list(state.v))
+        found = recorded(self.topic, ("state",), simulate(duration), end.tolist())
+        # A run ends before an event at its end, a simulator that stops there is behind it.
+        if not found.same:
+            for event in simulate(duration + BEHIND * (1 + duration)).events:
+                if abs(event.t - duration) > BEHIND * (1 + duration) or len(event.x_plus) != len(end):
+                    continue
+                difference = float(np.max(np.abs(event.x_plus - end)))
+                if difference < found.difference:
+                    found = found._replace(difference=difference, same=difference == 0)
+        self.found.append(found)
         self.epoch = None
 
 
@@ -167,7 +188,10 @@ def runs(path: Union[str, "os.PathLike[str]"]) -> List[Recorded]:
                 else:
                     description = message
             elif kind in ("SimulationRecord", "DerivativeRecord") and description is not None:
-                found.append(answer(topic, message, description))
+                try:
+                    found.append(answer(topic, message, description))
+                except NoStart as reason:
+                    warnings.warn("%s in %s is left out: %s" % (topic, os.fspath(path), reason))
             elif kind:
                 epochs.take(topic, message)
     epochs.end()

@@ -21,6 +21,9 @@ constexpr double kTimeRounding = 1e-15, kGapRounding = 1e-15, kRateRounding = 1e
 constexpr double kSameEndField = 1e-6, kNoJump = 1e-9;
 /// A slip that would take longer to stop than this part of the run creeps; the same of a force.
 constexpr double kCreeping = 1e-6;
+/// A gap is not known to miss zero within this many absolute tolerances, as along a run; and
+/// accelerations of gaps below this part of their terms may be none.
+constexpr double kGrazeReach = 10, kNoCurvature = 1e-9;
 
 /// The end of a run beside the events that are as near to it as their instants are known.
 class EndOfRun {
@@ -51,7 +54,8 @@ class EndOfRun {
       if (!status.ok()) return status;
     }
     for (int i = 0; i < system_.num_constraints(); ++i) {
-      const Status status = CheckGap(i);
+      Status status = CheckGraze(i);
+      if (status.ok()) status = CheckGap(i);
       if (!status.ok()) return status;
     }
     for (int i : last_.mode) {
@@ -145,6 +149,50 @@ class EndOfRun {
       return !((after - before).array().abs() <= sizes).all();  // NaN, too
     } catch (const FrictionRefusal&) {
       return true;
+    }
+  }
+
+  /// A gap that came down to zero and opens again, as near to the end as gaps are known: runs that
+  /// touch before have another velocity, by the square root of what they differ in.
+  Status CheckGraze(int i) const {
+    const bool compliant = system_.compliant().Contains(i), holds = last_.mode.Contains(i);
+    if ((holds && !compliant) || last_.dense.Empty()) return {};
+    const double sign = Guards::GapSign(i, last_.mode);
+    const auto row = terms_.jacobian.row(i);
+    const double reach = kGrazeReach * run_.absolute_tolerance + row.cwiseAbs().dot(error_q_);
+    const double gap = sign * terms_.gap(i), rate = sign * row.dot(v_);
+    if (!(std::abs(gap) <= reach)) return {};
+    const double opens = sign * Opening(i);
+    if (!(opens > 0) || rate * rate > 2 * opens * (gap + reach)) return {};
+    // Where it would be twice as high, it was.
+    const double before = run_.t_end() - std::sqrt(4 * reach / opens);
+    const Vector x = run_.State(std::max(before, run_.t_begin()));
+    ConstraintTerms terms;
+    system_.Constraints(x.head(system_.num_positions()), x.tail(system_.dof()), &terms);
+    if (!(sign * terms.gap(i) > reach)) return {};
+    const ContactMode other = holds ? last_.mode.Without(i) : last_.mode.With(i);
+    if (compliant && !Differ(last_.x_end, last_.mode, last_.x_end, other)) return {};
+    std::ostringstream message;
+    message.precision(12);
+    message << "constraint '" << system_.description().constraints[i]
+            << "' is touched at t = " << run_.t_end() - rate / opens << " s with normal velocity "
+            << rate
+            << " m/s, and the run ends there as far as it is known: grazing, not admissible";
+    return {Outcome::kGrazing, message.str()};
+  }
+
+  /// The acceleration of gap i at the end, 0 where it may be none.
+  double Opening(int i) const {
+    try {
+      ContactDynamics dynamics(system_, last_.u);
+      dynamics.Evaluate(last_.x_end, last_.mode);
+      const auto row = terms_.jacobian.row(i);
+      const Vector& acceleration = dynamics.acceleration();
+      const double size = row.cwiseAbs().dot(acceleration.cwiseAbs()) + std::abs(terms_.bias(i));
+      const double opening = row.dot(acceleration) + terms_.bias(i);
+      return std::abs(opening) > kNoCurvature * size ? opening : 0;
+    } catch (const FrictionRefusal&) {
+      return 0;
     }
   }
 

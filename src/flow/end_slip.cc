@@ -48,8 +48,10 @@ bool Flow::EndSlips() {
     const double rest = std::min(resolved * size, options_.speed_tolerance);
     if (!(slip.rate < 0) || slip.value > rest || again) continue;
     trigger_ = guard;
+    const bool stepped = !arc_begun_;
     arc_begun_ = false;
     const bool passed = PassTransition();
+    if (passed) NoteGrazes(stepped);
     new_arc_ = true;
     return passed;
   }

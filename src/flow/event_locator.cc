@@ -7,6 +7,7 @@
 #include "contact_flow/budget.h"
 #include "guard_interpolant.h"
 #include "shared_guard.h"
+#include "step_constants.h"
 
 namespace contact_flow {
 namespace {
@@ -18,9 +19,8 @@ constexpr int kMaxGapSamples = 4000, kMaxForceSamples = 400;
 constexpr double kBusy = 0.2, kBusyGrowth = 1.5;
 /// Rounding of a slip, relative to the velocities.
 constexpr double kSlipRounding = 1e-13;
-/// Rounding of a gap, relative to itself and to |Da||q|. The latter is looked at where rows as long
-/// as kLongRow would make it matter.
-constexpr double kGapRounding = 1e-15, kLongRow = 100;
+/// The rounding of a gap by |Da||q| is looked at where rows as long as this would make it matter.
+constexpr double kLongRow = 100;
 
 }  // namespace
 
@@ -138,14 +138,14 @@ void EventLocator::SearchGaps(ConstraintSet gaps, bool free, LocatedEvent* event
   }
   AskBudget();
   if (!stepper_->extended()) stepper_->Extend();
-  for (int i : gaps) floors_(i) = std::max(floor_, kGapRounding * std::abs(begin_->gap(i)));
+  for (int i : gaps) floors_(i) = std::max(floor_, kGapNoise * std::abs(begin_->gap(i)));
   const MechanicalSystem& system = dynamics_->system();
   const auto q = stepper_->end().head(system.num_positions());
   const double size = q.lpNorm<Eigen::Infinity>();
-  if (floor_ < kGapRounding * kLongRow * (1 + size)) {
+  if (floor_ < kGapNoise * kLongRow * (1 + size)) {
     system.Constraints(q, stepper_->end().tail(system.dof()), &terms_);
     for (int i : gaps) {
-      floors_(i) = std::max(floors_(i), kGapRounding * size * terms_.jacobian.row(i).lpNorm<1>());
+      floors_(i) = std::max(floors_(i), kGapNoise * size * terms_.jacobian.row(i).lpNorm<1>());
     }
   }
   search_.Run({gaps, floors_.data(), true, !affine_, pieces, kMaxGapSamples, false, FallingOn(gaps),
@@ -196,6 +196,16 @@ void EventLocator::SearchSlips(ConstraintSet slips, LocatedEvent* event) {
               event);
 }
 
+/// A gap that came down to its floor and turns exactly where the step begins, which is inside no
+/// piece; or −1.
+int EventLocator::TurnsAtBegin() const {
+  for (int i : guards_.OfGaps(mode_) - ignored_ - margins_.low) {
+    if (begin_->rate(i) != 0 || std::abs(begin_->gap(i)) > floor_) continue;
+    if (guards_.OfMotion(i, mode_, *end_).rate > 0) return i;
+  }
+  return -1;
+}
+
 LocatedEvent EventLocator::Locate(Stepper* stepper, ContactMode mode, const GapSample& begin,
                                   const GapSample& end, bool free) {
   stepper_ = stepper;
@@ -206,6 +216,7 @@ LocatedEvent EventLocator::Locate(Stepper* stepper, ContactMode mode, const GapS
   pushes_ = guards_.OfForces(mode, dynamics_->shared());
   slips_ = guards_.OfSlips(mode);
   LocatedEvent event;
+  if (const int turning = TurnsAtBegin(); turning >= 0) return {true, 0, turning, true};
   LocatedEvent pull;
   ConstraintSet forces;
   if (!rigid_.Empty()) {

@@ -116,7 +116,7 @@ void Flow::BeginArc() {
   locator_.BeginArc();
   stepper_->Begin(x_);
   SampleGaps(system_, x_, dynamics_.acceleration(), &terms_, &gaps_begin_);
-  guard_margins_.low = locator_.Low(gaps_begin_);
+  guard_margins_.low = LowAtBegin();
   FindImplied();
   drifts_ = Drifts();
   WarnOfSharedForces();
@@ -275,6 +275,7 @@ bool Flow::Accept() {
   if (trigger_ >= 0) {
     arc_begun_ = false;
     const bool passed = PassTransition();
+    if (passed) NoteGrazes(true);
     new_arc_ = true;  // only now: its rules look back at the arc that has come to its end
     return passed;
   }
@@ -312,6 +313,7 @@ bool Flow::Cut(double t) {
 }
 
 bool Flow::ChangeInput(const VectorRef& u) {
+  const bool stepped = !arc_begun_;
   dynamics_.SetInput(u);
   arc_begun_ = false;
   ResolvedTransition resolved = system_.HasFriction()
@@ -323,6 +325,7 @@ bool Flow::ChangeInput(const VectorRef& u) {
   transition_ = std::move(resolved.transition);
   x_ = transition_.x_plus;
   last_transition_ = t_;
+  NoteGrazes(stepped);
   if (!new_arc_) start_error_.Continue(t_ - arc_begin_, arc_error_);
   new_arc_ = true;
   ++transitions_;

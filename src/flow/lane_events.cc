@@ -137,20 +137,20 @@ bool LaneRuns::PassTransition(int k) {
   return held <= 1e6 * options_.max_megabytes;
 }
 
-/// False where a contact opens again that nearly touched.
+/// False where a contact opens again that nearly touched, or may graze.
 bool LaneRuns::TallyTransition(int k, const Transition& transition) {
   Lane& run = lane(k);
   run.start_error = arc_error_;
-  if (transition.activated.Empty()) return true;
   const Vector v_minus = transition.x_minus.tail(d_);
   system_.Constraints(transition.x_minus.head(d_), v_minus, &terms_);
+  for (int i : ConstraintSet::All(n_) - run.mode - transition.activated - transition.mode_before) {
+    if (!(terms_.gap(i) > kTouchReach * options_.absolute_tolerance)) return false;
+  }
+  if (transition.activated.Empty()) return true;
   Matrix rows(transition.activated.Size(), d_);
   Eigen::Index row = 0;
   for (int i : transition.activated) rows.row(row++) = terms_.jacobian.row(i);
   run.start_error.AddImpact(rows, rows * v_minus, transition.x_plus.tail(d_) - v_minus);
-  for (int i : ConstraintSet::All(n_) - run.mode - transition.activated - transition.mode_before) {
-    if (!(terms_.gap(i) > options_.absolute_tolerance)) return false;
-  }
   return true;
 }
 

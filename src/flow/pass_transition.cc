@@ -243,7 +243,11 @@ void Flow::FindImplied() {
   implied_.Find(system_, x_, dynamics_.u(), rigid, near, gaps_begin_.gap);
   // Nor has one that was just let off: it is on its way.
   if (last_transition_ && *last_transition_ == t_) {
-    implied_.Add(transition_.grazed - mode_ - system_.compliant(), gaps_begin_.gap);
+    ConstraintSet off = transition_.grazed - mode_ - system_.compliant();
+    for (int i : off) {  // others have thrown it down
+      if (gaps_begin_.rate(i) < -options_.speed_tolerance) off.Erase(i);
+    }
+    implied_.Add(off, gaps_begin_.gap);
   }
   locator_.Ignore(implied_.constraints());
 }

@@ -13,6 +13,10 @@ inline constexpr double kLargestGrowth = 6, kSmallestGrowth = 1.0 / 3;
 inline constexpr double kSmallestStep = 1e-14;
 /// A step whose error is below this could be more than four times as long.
 inline constexpr double kFreeError = 1e-6;
+/// A gap that opens again this many floors above zero cannot be told from one that touches.
+inline constexpr double kTouchReach = 10;
+/// Rounding of a gap, relative to |Da||q|.
+inline constexpr double kGapNoise = 1e-15;
 /// Part of a step that is repeated for a guard's sake.
 inline constexpr double kLeastPart = 0.1, kLargestPart = 0.9;
 /// The same where its zero was none.

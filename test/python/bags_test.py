@@ -121,6 +121,29 @@ class Bags(unittest.TestCase):
         self.assertLess(found[1].difference, 1e-12)       # 1.8 − 1.2 is not 0.6, to the bit
         self.assertEqual(2.0, found[1].run.system.parameters["mass"])
 
+    def test_an_epoch_that_ends_at_an_event(self):
+        """The simulator stops behind it; grids may have values alone; starts that nothing tells are left out."""
+        ball = cf.Model("bouncing_ball")
+        bounce = ball.simulate().events[0]
+        driven = cf.Model("driven_ball")
+        pushed = driven.simulate(duration=0.5, inputs=[0.7])
+        gridded = msg.SimulationRecord(result=ended(pushed, msg.ContactTrajectory))
+        gridded.request.duration = 0.5
+        gridded.request.input_grid = msg.InputGrid(values=msg.RowMajorMatrix(1, 1, [0.7]))
+        projected = msg.DerivativeRecord(result=ended(pushed, msg.OutcomeDerivative))
+        projected.request.state.project = True
+        nominal, nq = ball.nominal.x, ball.num_positions
+        with self.assertWarnsRegex(UserWarning, "projected"):
+            found = self.write(
+                ("/n/model_description", description(driven)), ("/n/record/simulation", gridded),
+                ("/n/record/derivative", projected), ("/s/online_model", description(ball)),
+                ("/s/epoch", msg.SimulatorEpoch(epoch=1, t=0.0, q=nominal[:nq].tolist(), v=nominal[nq:].tolist())),
+                ("/s/state", msg.HybridState(epoch=1, t=bounce.t, q=bounce.x_plus[:nq].tolist(),
+                                             v=bounce.x_plus[nq:].tolist())))
+        self.assertEqual(2, len(found))
+        self.assertTrue(found[0].same, found[0])
+        self.assertLess(found[1].difference, 1e-9)
+
     def test_written_and_read(self):
         """Of models, robots, with a grid, friction, options: each run is the same again, to the bit."""
         ball, robot = cf.Model("driven_ball", restitution=0.5), cf.Robot(case.ROBOTS / "monoped.yaml", body_mass=3.5)

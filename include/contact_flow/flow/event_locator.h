@@ -106,6 +106,7 @@ class EventLocator {
   double AtHand(int guard) const;
   bool IsShared(int guard) const;
   ConstraintSet FallingOn(ConstraintSet gaps) const;
+  int TurnsAtBegin() const;
   ConstraintSet OpenGaps(bool free) const;
   void FindForceFloors();
   bool ScreenForces(bool probed, ConstraintSet* open, LocatedEvent* pull, LocatedEvent* event);

@@ -141,6 +141,11 @@ class Flow {
   void TallyStep();
   void TallyTransition();
   void NoteUnresolvedReturn(int i, double gap, double rate);
+  ConstraintSet LowAtBegin() const;
+  void RememberTouched();
+  void NoteGrazes(bool stepped);
+  bool Grazes(int i, bool stepped, double floor, double noise, double rounding) const;
+  void NoteGraze(int i);
   void MakeImplicit();
   void ConsiderMethod();
   void ChangeMethod(Stepper* stepper);
