@@ -321,7 +321,7 @@ const FrictionalReset::Branch& FrictionalReset::Choose(
     double beyond = 0;
     for (Eigen::Index k = 0; k < branch.borders.rows(); ++k) {
       const auto row = branch.borders.row(k);
-      fits = fits && row.dot(w) >= -kAcross * row.cwiseAbs().dot(sizes);
+      fits = fits && row.dot(w) >= -kAcross * row.cwiseAbs().dot(sizes.head(row.size()));
       const double size = row.cwiseAbs().maxCoeff() * sizes.maxCoeff();
       if (row.dot(w) < 0) beyond = std::max(beyond, -row.dot(w) / size);
     }
