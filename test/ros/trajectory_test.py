@@ -141,7 +141,7 @@ class Trajectory(unittest.TestCase):
         found = self.ask_of("near_a_wall", TrajectoryRequest(
             duration=2, state=InitialState(q=[0, -0.8, 0, -0.1], v=[0, 0, 0, 0]),
             input_grid=InputGrid(times=[k / 3 for k in range(6)], values=values),
-            lower=[0, -math.inf], upper=[0, math.inf], effort=[0.01, 0.01], outcomes=["y1", "y2", "d/dt y1", "d/dt y2"],
+            lower=[0, -1000], upper=[0, 1000], effort=[0.01, 0.01], outcomes=["y1", "y2", "d/dt y1", "d/dt y2"],
             targets=[-0.8, -0.1, 0, 0], weights=[1, 10, 1, 1])).result
         self.assertAlmostEqual(found.cost, 0.118966818, places=8)
 
