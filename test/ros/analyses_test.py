@@ -259,7 +259,9 @@ class Controllability(unittest.TestCase):
         self.assertIn("has no inputs", answer.message)
         for fields, part in (({"reached": ["elbo"]}, "elbow"),
                              ({"rank_tolerance": -1.0}, "rank_tolerance"),
-                             ({"input_grid": InputGrid(times=[0, 0.2, 0.1])}, "0.1")):
+                             ({"input_grid": InputGrid(times=[0, 0.2, 0.1])}, "0.1"),
+                             ({"input_grid": InputGrid(times=[0, 0.2, 0.3], values=RowMajorMatrix(2, 3, [0.0] * 6))},
+                              "2 × 3, expected 3 instants × 2 inputs")):
             answer = Client("pendulum").assess_controllability(**fields)
             self.assertFalse(answer.success, fields)
             self.assertIn(part, answer.message)

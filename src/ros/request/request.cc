@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 
@@ -58,6 +59,9 @@ void CheckShape(const MechanicalSystem& system, const InputGrid& grid) {
   const auto m = static_cast<std::size_t>(system.num_inputs());
   if (values.data.empty() && (values.rows == 0 || values.cols == 0)) return;
   if (values.rows == count && values.cols == m) return;
+  // Of one input, or at one instant, a row is as good as a column.
+  const std::uint64_t entries = std::uint64_t{values.rows} * values.cols;
+  if ((count == 1 || m == 1) && entries == count * m) return;
   throw std::invalid_argument("input_grid.values is " + std::to_string(values.rows) + " × " +
                               std::to_string(values.cols) + ", expected " + std::to_string(count) +
                               " instants × " + std::to_string(m) + " inputs");
