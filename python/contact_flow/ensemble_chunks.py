@@ -6,6 +6,7 @@ import hashlib
 import importlib
 import pickle
 import time
+from concurrent.futures import CancelledError
 from functools import lru_cache
 from itertools import islice
 from typing import Any, Callable, Dict, List, Optional, Tuple
@@ -72,6 +73,24 @@ def check_worker(payload: bytes) -> str:
     return ""
 
 
+def answer_of(future: Any) -> Any:
+    """What a future that is done has brought, or None. A scheduler that is lost cancels those that are finished, too,
+    until their answers are here."""
+    if future.status != "finished":
+        return None
+    try:
+        return future.result()
+    except CancelledError:
+        return None
+    finally:
+        future.release()
+
+
+def lost(chunk: Chunk) -> ConnectionError:
+    return ConnectionError("the scheduler is lost, or cancelled chunk %d; what is in the directory stays, and is resumed"
+                           % chunk[0])
+
+
 class Pool:
     """Chunks in the hands of Dask's workers, a few each. A worker's death costs the chunk it had."""
 
@@ -95,6 +114,8 @@ class Pool:
         done = distributed.as_completed()
 
         def submit(chunk: Chunk) -> None:
+            if not self.connected(deadline):
+                raise lost(chunk)
             future = self.client.submit(run_task, self.payload, chunk[1], chunk[2], pure=False)
             futures[future.key] = chunk
             done.add(future)
@@ -112,9 +133,8 @@ class Pool:
                 time.sleep(LOOK_EVERY)
             future = next(done)
             chunk = futures.pop(future.key)
-            if future.status == "finished":
-                answer = future.result()
-                future.release()
+            answer = answer_of(future)
+            if answer is not None:
                 yield chunk, answer
                 for more in islice(left, 1):
                     submit(more)
@@ -127,8 +147,7 @@ class Pool:
                     continue
             if error is not None:
                 raise error
-            raise ConnectionError("the scheduler is lost, or cancelled chunk %d; what is in the directory "
-                                  "stays, and is resumed" % chunk[0])
+            raise lost(chunk)
 
     def connected(self, deadline: float) -> bool:
         """Whether the client has its scheduler. One that lost its connection for a moment finds it again, or gives

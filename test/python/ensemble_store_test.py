@@ -14,6 +14,8 @@ import tempfile
 import threading
 import time
 import unittest
+import unittest.mock
+from concurrent.futures import CancelledError
 
 import numpy as np
 
@@ -223,6 +225,20 @@ class Workers(Folder):
                 client.cancel([distributed.Future(key, client) for key in cancelled])
         swept = cf.Model("soft_biped").sweep(PITCH, RUNS, seed=3, client=client, chunk=256, progress=cancel, every=0)
         self.assertTrue(cancelled)
+        self.same(swept)
+
+    def test_chunks_are_cancelled_when_they_are_finished(self):
+        _, _, _, client = self.cluster()
+        result, cancelled = distributed.Future.result, []
+
+        def cancel(future, *arguments):
+            if len(cancelled) < 3 and future.key not in cancelled:
+                cancelled.append(future.key)
+                raise CancelledError(future.key)
+            return result(future, *arguments)
+        with unittest.mock.patch.object(distributed.Future, "result", cancel):
+            swept = cf.Model("soft_biped").sweep(PITCH, RUNS, seed=3, client=client, chunk=256)
+        self.assertEqual(3, len(cancelled))
         self.same(swept)
 
     def test_the_scheduler_is_killed(self):
