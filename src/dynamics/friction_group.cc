@@ -137,6 +137,9 @@ class Group {
   std::vector<FrictionSolution> Missed() const {
     std::optional<FrictionSolution> springs = SolveEqualSprings(problem_);
     if (!springs) return {};
+    FrictionSolution word = *springs;
+    const bool polished = PolishSlips(problem_, &word) && !word.many;
+    if (polished && Margin(problem_, word, scale_) >= -kMissed) *springs = std::move(word);
     FrictionSolution found = WithoutSprings(std::move(*springs));
     if (!(found.margin >= -kMissed) || !HasLimit(found)) return {};
     return {std::move(found)};

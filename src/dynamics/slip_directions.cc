@@ -6,6 +6,9 @@
 #include <cmath>
 
 #include "contact_flow/budget.h"
+#include "slip_circle.h"
+#include "slip_newton.h"
+#include "slip_pairs.h"
 
 namespace contact_flow {
 namespace {
@@ -143,15 +146,25 @@ void ForAllRoots(const At& at, const Add& add) {
   }
 }
 
-std::vector<FrictionSolution> AllRoots(Directions f) {
+/// Those that Newton's method leads to from `starts`.
+std::vector<FrictionSolution> SlipsFrom(std::vector<FrictionSolution> starts,
+                                        const FrictionProblem& problem,
+                                        const std::vector<int>& unknown) {
   std::vector<FrictionSolution> found;
-  ForAllRoots([&](double psi) { return f(Vector::Constant(1, psi))(0); },
-              [&] { found.push_back(f.solution()); });
+  for (FrictionSolution& start : starts) {
+    AskBudget();
+    if (!SolveSlipEquations(problem, unknown, &start)) continue;
+    const bool known = std::any_of(found.begin(), found.end(), [&](const FrictionSolution& other) {
+      return (other.force - start.force).cwiseAbs().maxCoeff() <=
+             kSame * other.force.cwiseAbs().maxCoeff();
+    });
+    if (!known) found.push_back(std::move(start));
+  }
   return found;
 }
 
-/// Newton's method for the directions of slip, from *psi on. Whether it converges.
-bool IterateSlips(Directions* f, double scale, Vector* psi) {
+/// Newton's method for the directions of slip, damped, from *psi on.
+void IterateSlips(Directions* f, double scale, Vector* psi) {
   const Eigen::Index size = psi->size();
   Vector value = (*f)(*psi);
   for (int step = 0; step < kSlipNewtonSteps && value.allFinite(); ++step) {
@@ -172,12 +185,11 @@ bool IterateSlips(Directions* f, double scale, Vector* psi) {
     *psi += part * change;
     value = next;
   }
-  return value.cwiseAbs().maxCoeff() <= 1e3 * kConvergedSlip * scale;
 }
 
-std::vector<FrictionSolution> NewtonRoots(Directions f, Eigen::Index size, double scale) {
+/// What a grid of directions for all contacts leads to.
+std::vector<FrictionSolution> SlipsOfGrid(Directions f, Eigen::Index size, double scale) {
   std::vector<FrictionSolution> found;
-  std::vector<Vector> roots;
   const int each = size >= kMost ? kStartsOfMost : size >= kMany ? kStartsOfMany : kStarts;
   long starts = 1;
   for (Eigen::Index k = 0; k < size; ++k) starts *= each;
@@ -188,14 +200,8 @@ std::vector<FrictionSolution> NewtonRoots(Directions f, Eigen::Index size, doubl
     for (Eigen::Index k = 0; k < size; ++k, digits /= each) {
       psi(k) = kOffset + kTurn * static_cast<double>(digits % each) / each;
     }
-    if (!IterateSlips(&f, scale, &psi)) continue;
-    f(psi);
-    bool known = false;
-    for (const FrictionSolution& other : found) {
-      known = known || (other.force - f.solution().force).cwiseAbs().maxCoeff() <=
-                           kSame * (1e-300 + other.force.cwiseAbs().maxCoeff());
-    }
-    if (!known) found.push_back(f.solution());
+    IterateSlips(&f, scale, &psi);
+    if (f(psi).allFinite()) found.push_back(f.solution());
   }
   return found;
 }
@@ -205,9 +211,18 @@ std::vector<FrictionSolution> NewtonRoots(Directions f, Eigen::Index size, doubl
 std::vector<FrictionSolution> FindSlipDirections(const FrictionProblem& problem,
                                                  const FrictionSolution& word,
                                                  const std::vector<int>& unknown) {
-  const Directions f(problem, word, unknown);
-  if (unknown.size() == 1) return AllRoots(f);
-  return NewtonRoots(f, static_cast<Eigen::Index>(unknown.size()), problem.b.cwiseAbs().maxCoeff());
+  std::vector<FrictionSolution> starts;
+  if (unknown.size() == 1) {
+    for (const Eigen::Vector2d& d : SlipDirectionsOfOne(problem, word, unknown.front())) {
+      starts.push_back(word);
+      starts.back().directions[static_cast<std::size_t>(unknown.front())] = d;
+    }
+  } else if (unknown.size() > 2 || !SlipDirectionsOfTwo(problem, word, unknown, &starts)) {
+    starts =
+        SlipsOfGrid(Directions(problem, word, unknown), static_cast<Eigen::Index>(unknown.size()),
+                    problem.b.cwiseAbs().maxCoeff());
+  }
+  return SlipsFrom(std::move(starts), problem, unknown);
 }
 
 std::vector<FrictionSolution> FindCommonSlip(const FrictionProblem& problem,
@@ -233,16 +248,23 @@ bool PolishSlips(const FrictionProblem& problem, FrictionSolution* word) {
     if (turns && !contact.slips) unknown.push_back(static_cast<int>(i));
   }
   if (unknown.empty()) return SolveWord(problem, word);
-  Vector psi(static_cast<Eigen::Index>(unknown.size()));
-  for (Eigen::Index k = 0; k < psi.size(); ++k) {
-    const Eigen::Vector2d& d = word->directions[static_cast<std::size_t>(unknown[k])];
-    psi(k) = std::atan2(d(1), d(0));
+  FrictionSolution polished = *word;
+  bool found = SolveSlipEquations(problem, unknown, &polished);
+  if (!found) {  // from farther away
+    Vector psi(static_cast<Eigen::Index>(unknown.size()));
+    for (Eigen::Index k = 0; k < psi.size(); ++k) {
+      const Eigen::Vector2d& d =
+          word->directions[static_cast<std::size_t>(unknown[static_cast<std::size_t>(k)])];
+      psi(k) = std::atan2(d(1), d(0));
+    }
+    Directions f(problem, *word, unknown);
+    IterateSlips(&f, problem.b.cwiseAbs().maxCoeff(), &psi);
+    f(psi);
+    polished = f.solution();
+    found = SolveSlipEquations(problem, unknown, &polished);
   }
-  Directions f(problem, *word, unknown);
-  if (!IterateSlips(&f, problem.b.cwiseAbs().maxCoeff(), &psi)) return false;
-  f(psi);
-  *word = f.solution();
-  return true;
+  if (found) *word = std::move(polished);
+  return found;
 }
 
 }  // namespace contact_flow

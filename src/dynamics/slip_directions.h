@@ -10,8 +10,8 @@ namespace contact_flow {
 /// The solutions of one word in which the contacts `unknown`, in space, begin to slip: their
 /// directions d(ψ) = (cos ψ, sin ψ) are those of y_t,
 ///   (F5)  0 = d⊥ · y_t,  d · y_t ≥ 0.
-/// One unknown: every root that changes sign between samples of the circle, and pairs of roots
-/// between two of them. Several: Newton's method from a grid.
+/// One unknown: all roots (SlipDirectionsOfOne). Two: all that elimination finds
+/// (SlipDirectionsOfTwo), else what Newton's method finds from a grid, as of more. To rounding.
 std::vector<FrictionSolution> FindSlipDirections(const FrictionProblem& problem,
                                                  const FrictionSolution& word,
                                                  const std::vector<int>& unknown);
