@@ -103,10 +103,12 @@ class Words {
     std::vector<FrictionSolution> fitting;
     std::vector<ContactMode> lasting;
     std::vector<Trend> trends;
+    bool end = !Dependent();
     for (const FrictionSolution& word : all) {
       Trend trend = TrendOf(word, varying, [&](const Slack& slack) {
         return slack.value < Nearly(slack.constraint);
       });
+      end = end && trend.growth < -kNoticed;
       if (trend.growth > 0) fitting.push_back(word);
       if (trend.growth < -1) continue;
       lasting.push_back(ModeOf(word));
@@ -134,6 +136,10 @@ class Words {
         if (by != nullptr) by->ahead = true;
         return *ahead;
       }
+    }
+    if (end) {
+      Refuse(FrictionRefusal::Kind::kInconsistent,
+             "none of the words goes on to hold: " + TellWords(system_, frame_, all, varying));
     }
     if (by != nullptr) {
       by->smallest = true;

@@ -13,8 +13,22 @@ namespace contact_flow {
 /// Sets x_end_ to the state at the event; returns its time after the beginning of the step, or
 /// nothing where the guard of a force has hardly fallen there, or an implicit step is not solved.
 std::optional<double> Flow::StepOntoEvent(const LocatedEvent& event, double length) {
+  const std::optional<double> reached = StepOntoLevel(event, length, event.theta * length, 0);
+  const ConstraintSet low = guards_.OfGaps(mode_) & locator_.margins().low;
+  if (!reached || *reached > kTaylorReach || !low.Contains(event.constraint)) return reached;
+  // What let go within its floor below its surface may rise by less than that, and not pass its
+  // surface: it comes back to where it began.
+  const GuardJet begin = guards_.OfMotion(event.constraint, mode_, gaps_begin_);
+  if (!(begin.value < 0) || !(begin.acceleration > 0)) return reached;
+  const std::optional<double> later = StepOntoLevel(event, length, length, begin.value);
+  if (later && *later > *reached) return later;
+  return StepOntoLevel(event, length, event.theta * length, 0);
+}
+
+/// The same for the guard's passage of `level`, from a length s on.
+std::optional<double> Flow::StepOntoLevel(const LocatedEvent& event, double length, double s,
+                                          double level) {
   const int i = event.constraint;
-  double s = event.theta * length;
   double nearest = s, least = std::numeric_limits<double>::infinity();
   const auto step_to = [&](double end) {
     locator_.BeginStep();
@@ -32,7 +46,7 @@ std::optional<double> Flow::StepOntoEvent(const LocatedEvent& event, double leng
       SampleEnd(&gaps_end_);
       at = guards_.OfMotion(i, mode_, gaps_end_);
     }
-    const double value = event.touch ? at.rate : at.value;
+    const double value = event.touch ? at.rate : at.value - level;
     const double slope = event.touch ? at.acceleration : at.rate;
     if (std::abs(value) > least) {  // where the guard grazes, rounding sends Newton anywhere
       step_to(s = nearest);

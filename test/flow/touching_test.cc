@@ -87,6 +87,47 @@ TEST(Releases, ForcesThatVanishAtOnceAreDecidedTogether) {
   }
 }
 
+/// A mass over a floor, on a lift that fades.
+struct FadingLift : test::UnitMasses<2, 1> {
+  static constexpr const char* kName = "fading_lift";
+  static constexpr std::array<const char*, 2> kCoordinates = {"z", "clock"};
+  static constexpr std::array<const char*, 2> kUnits = {"m", "s"};
+  static constexpr std::array<const char*, 1> kConstraintNames = {"floor"};
+  template <class P>
+  struct Parameters {
+    P lift = 6e-3, fade = 2e4;
+    template <class V>
+    void Visit(V&& visit) {
+      visit(lift, "lift", "N", "force at the beginning", Range::kAny);
+      visit(fade, "fade", "N/s", "what it loses in time", Range::kAny);
+    }
+  };
+  template <class P, class S>
+  static void Force(const Parameters<P>& p, const Eigen::Matrix<S, 2, 1>& q,
+                    const Eigen::Matrix<S, 2, 1>&, const Eigen::Matrix<S, 0, 1>&,
+                    Eigen::Matrix<S, 2, 1>* f) {
+    (*f)(0) = p.lift - p.fade * q(1);
+    (*f)(1) = S(0.0);
+  }
+  template <class P, class S>
+  static void Gaps(const P&, const Eigen::Matrix<S, 2, 1>& q, Eigen::Matrix<S, 1, 1>* a) {
+    (*a)(0) = q(0);
+  }
+};
+
+/// z = lift t²/2 − fade t³/6: it is back after 3 lift/fade, having risen by less than can be told.
+TEST(Releases, WhatHardlyRisesComesBackWhereItBegan) {
+  const auto system = test::Make<FadingLift>({});
+  Vector x = Vector::Zero(4);
+  x(3) = 1;
+  const Trajectory run = Simulate(system, x, Vector(0), 1e-2);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  ASSERT_EQ(1u, run.transitions.size());
+  EXPECT_NEAR(3 * 6e-3 / 2e4, run.transitions[0].t, 1e-9);
+  EXPECT_EQ(ContactMode({0}), run.transitions[0].mode_after);
+  EXPECT_NEAR(0, run.FinalState()(0), 1e-14);
+}
+
 /// Three equal balls in a row on a line; the last two may be pressed together.
 struct Row : test::UnitMasses<3, 2> {
   static constexpr const char* kName = "row";

@@ -109,6 +109,8 @@ class Flow {
   bool Penetrates();
   bool Attempt(double end, double* h, bool* rejected);
   std::optional<double> StepOntoEvent(const LocatedEvent& event, double length);
+  std::optional<double> StepOntoLevel(const LocatedEvent& event, double length, double s,
+                                      double level);
   double StepOntoCorner(double error, double* length);
   double Retry(double length);
   double NewtonOntoCorner(const CornerLocator::Zero& zero, double s, double* length);
