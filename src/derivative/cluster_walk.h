@@ -33,8 +33,9 @@ class FrictionalWalk {
   bool SlipsOn(int i) const {
     return transition_.activated.Empty() && transition_.mode_before.Contains(i);
   }
-  /// D(T v) w of contact i in the plane, or 0 where w does not move it.
-  double Moves(int i) const;
+  /// D(T v) w of contact i in the plane, or 0 where w does not move it; D(A v) w of a row.
+  double Moves(int i) const { return MovesRow(system_.friction()[i].row); }
+  double MovesRow(int row) const;
   /// w lies on the positive side of `row`, whose entries are sums of terms of this size.
   void Decide(const Eigen::RowVectorXd& row, double size);
   /// The decisions among directions w at fixed instants of the input.
@@ -56,8 +57,16 @@ class FrictionalWalk {
   /// Contacts of the same body that an event brings along: what lands, or stops, with it.
   ConstraintSet Along(const WalkGuard& c) const;
   void Land(int i, ConstraintSet along);
+  /// What rises there with a speed of first order, and is pressed back, lands again at once.
+  void LandAgain(ConstraintSet open);
   /// What bounces of plastic contacts add, by their restitutions.
   void AddBounces();
+  /// What may be in contact there.
+  ConstraintSet Closed() const {
+    return ((landed_.Empty() ? mode_.Members() : landed_) | hovering_) - released_;
+  }
+  /// The same, by their slips; one that vanishes begins where w moves it, if `moved`.
+  TouchingContacts Touching(bool moved);
   /// The word at the base point for runs perturbed along w, in which those of `free` may let go.
   void SelectNext(ConstraintSet free = {});
   /// What is to let go, and has no force at the base point, holds until its own release: an event

@@ -41,7 +41,7 @@ class OrderWalk {
   /// Passes the activation of i; false with a status where that depends on what is not known.
   bool Step(int i, State* state) {
     const ImpactReset* reset = nullptr;
-    const ConstraintSet closed = map_.StageAt(state->S).mode - map_.system_->compliant();
+    const ConstraintSet closed = map_.StageAt(state->S).mode - map_.Aside();
     map_.Activate(state->S, i, &reset);
     const EventMap::Passage& passage = map_.PassageAt(state->S, closed, i);
     state->S.Insert(i);

@@ -59,17 +59,17 @@ void EventMap::AddInstant(ConstraintSet S, const Vector& v, const SparseRows* ra
   if (instants_.count(S) > 0) return;
   Instant& instant = instants_[S];
   instant.v = v;
-  const ConstraintSet compliant = system_->compliant();
+  const ConstraintSet aside = Aside();
   if (S.Empty()) {
-    instant.resting = (transition_.mode_before - compliant) | transition_.touching;
+    instant.resting = (transition_.mode_before - aside) | transition_.touching;
   } else {
     ConstraintSet elastic;  // members of S that have bounced
     for (int j : S& transition_.activated) {
       if (system_->restitution()(j) > 0) elastic.Insert(j);
     }
-    const ConstraintSet rested = (transition_.mode_before - compliant) | transition_.touching;
+    const ConstraintSet rested = (transition_.mode_before - aside) | transition_.touching;
     instant.resting = Resting(v, rested | (S & transition_.activated), elastic);
-    if (S == events_) instant.resting = instant.resting | (transition_.mode_after - compliant);
+    if (S == events_) instant.resting = instant.resting | (transition_.mode_after - aside);
   }
   if (geometry_ == nullptr) return;  // nothing happens in it
   instant.rates.by_q = rates_q != nullptr ? *rates_q : geometry_->RatesBy(v);
@@ -87,13 +87,14 @@ void EventMap::AddInstant(ConstraintSet S, const Vector& v, const SparseRows* ra
 
 /// Where all that is closed pushes clearly there is no choice, and ρ is known.
 bool EventMap::PushAll(ConstraintSet S, ConstraintSet closed, Stage* stage) const {
-  const ConstraintSet after = transition_.mode_after - system_->compliant();
+  const ConstraintSet after = transition_.mode_after - Aside();
   const bool last = S == events_ && (after - closed).Empty();
-  if (S.Empty() || last || closed.Empty() || system_->HasContactEffort()) return false;
+  const bool rough = system_->HasFriction();
+  if (S.Empty() || last || closed.Empty() || system_->HasContactEffort() || rough) return false;
   if (!geometry_->HasProducts()) return false;
   const int d = system_->dof();
   Vector acceleration;
-  const ContactMode mode(closed | Pressed(S));
+  const ContactMode mode = ModeAside(S).Union(ContactMode(closed));
   const bool clear = geometry_->Accelerate(DynamicsAfter(S).u(), stage->v, mode,
                                            InstantAt(S).rates.by_q, &acceleration);
   if (!clear) return false;
@@ -115,10 +116,10 @@ const EventMap::Stage& EventMap::StageAt(ConstraintSet S, ConstraintSet closed) 
   const ContactMode after = transition_.mode_after;
   if (S.Empty()) {
     stage.mode = transition_.mode_before;
-  } else if (S == events_ && (after - system_->compliant() - closed).Empty()) {
+  } else if (S == events_ && (after - Aside() - closed).Empty()) {
     stage.mode = after;
   } else {
-    stage.mode = SelectContactMode(&DynamicsAfter(S), x, closed, 0, Pressed(S));
+    stage.mode = SelectContactMode(&DynamicsAfter(S), x, closed, 0, ModeAside(S));
   }
   stage.field.setOnes(size());
   stage.field.head(width()) = DynamicsAfter(S).Field(x, stage.mode);
@@ -142,7 +143,7 @@ const EventMap::Passage& EventMap::PassageAt(ConstraintSet S, ConstraintSet clos
   const ImpactResult impact = SolveImpact(*system_, *geometry_->inertia(), before.v,
                                           before.resting.With(i), transition_.impact_law);
   const ConstraintSet rests =
-      S.With(i) == events_ ? transition_.mode_after - system_->compliant() : ConstraintSet();
+      S.With(i) == events_ ? transition_.mode_after - Aside() : ConstraintSet();
   const ImpactResult whole = MadeRest(*system_, q_, *geometry_, known_, rests, impact);
   std::shared_ptr<const ImpactReset::Terms> terms;
   if (geometry_->HasProducts()) terms = geometry_->Terms(whole, before.rates.by_q, size());
@@ -274,14 +275,14 @@ void EventMap::FindDisturbed(ConstraintSet S, ConstraintSet closed, int i,
 }
 
 const EventMap::Stage& EventMap::Activate(ConstraintSet S, int i, const ImpactReset** reset) const {
-  const ConstraintSet compliant = system_->compliant();
-  const Passage& passage = PassageAt(S, StageAt(S).mode - compliant, i);
+  const ConstraintSet aside = Aside();
+  const Passage& passage = PassageAt(S, StageAt(S).mode - aside, i);
   const Stage& stage = StageAt(S.With(i));
   *reset = &passage.reset;
   // A contact that let go at an earlier stage and holds again at this one has opened by O(|w|²) and
   // falls back with a speed O(|w|): its plastic impact is one more reset, and where the map is
   // linear its time does not matter.
-  const ConstraintSet held = stage.mode - compliant;
+  const ConstraintSet held = stage.mode - aside;
   ConstraintSet at_rest = passage.held.With(i);
   if (passage.disturbed.Contains(i)) at_rest.Erase(i);
   const ConstraintSet regained = held - at_rest;

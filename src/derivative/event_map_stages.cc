@@ -8,6 +8,7 @@
 #include "contact_flow/derivative/event_map.h"
 #include "contact_flow/model/driven.h"
 #include "contact_flow/model/row_layout.h"
+#include "friction_part.h"
 #include "frictional_event.h"
 
 namespace contact_flow {
@@ -47,7 +48,8 @@ EventMap::EventMap(std::shared_ptr<ContactDynamics> dynamics, const Transition& 
 void EventMap::Begin() {
   const Vector v_minus = transition_.x_minus.tail(system_->dof());
   AddGuards(v_minus);
-  if (system_->HasFriction()) {
+  const bool moves = !(events_.Empty() && transition_.vanishing.Empty());
+  if (system_->HasFriction() && !(moves && !FrictionTakesPart(dynamics_.get(), transition_))) {
     std::vector<Vector> inputs;
     for (const auto& dynamics : later_) inputs.push_back(dynamics->u());
     auto event = std::make_shared<FrictionalEvent>(dynamics_, transition_, std::move(inputs));
@@ -60,7 +62,7 @@ void EventMap::Begin() {
   activated_ = Members(events_);
   if (!events_.Empty()) {
     sparse_guards_ = SparseRows(guards_);
-    geometry_ = std::make_shared<ClusterGeometry>(*dynamics_, transition_);
+    geometry_ = std::make_shared<ClusterGeometry>(*dynamics_, WithoutAside());
     MeasureRest(v_minus);
   }
   AddInstant(ConstraintSet(), v_minus);
@@ -96,14 +98,14 @@ void EventMap::MeasureRest(const Vector& v) {
   for (int i : transition_.activated) {
     approach = std::max(approach, std::abs(geometry_->Rate(i, v)) / mobility(i));
   }
-  for (int j : transition_.mode_before - system_->compliant()) {
+  for (int j : transition_.mode_before - Aside()) {
     drift = std::max(drift, std::abs(geometry_->Rate(j, v)) / mobility(j));
   }
   const Matrix& mass = geometry_->inertia()->mass();
   double speed = KineticSpeed(mass, v);  // in the kinetic metric
   if (!Driven(mass).empty()) {
     const Vector driven = v - Moved(mass, v);
-    for (int i : transition_.activated | (transition_.mode_before - system_->compliant())) {
+    for (int i : transition_.activated | (transition_.mode_before - Aside())) {
       speed = std::max(speed, std::abs(geometry_->Rate(i, driven)) / mobility(i));
     }
   }
@@ -133,15 +135,33 @@ void EventMap::AddReleases() {
   events_ = transition_.vanishing;
 }
 
-ConstraintSet EventMap::Pressed(ConstraintSet events) const {
+ConstraintSet EventMap::Aside() const {
+  return system_->compliant() | (transition_.mode_before & ContactsWithFriction(*system_));
+}
+
+ContactMode EventMap::ModeAside(ConstraintSet events) const {
   const ConstraintSet before = transition_.mode_before & system_->compliant();
   const ConstraintSet switched = events & transition_.switched;
-  return (before - switched) | (switched - before);
+  const ContactMode pressed((before - switched) | (switched - before));
+  if (!system_->HasFriction()) return pressed;
+  return transition_.mode_before.Among(ContactsWithFriction(*system_)).Union(pressed);
+}
+
+/// The transition without the contacts with friction that go on aside.
+Transition EventMap::WithoutAside() const {
+  Transition own = transition_;
+  const ConstraintSet rough = ContactsWithFriction(*system_);
+  own.mode_before = own.mode_before.Without(rough);
+  own.mode_after = own.mode_after.Without(rough);
+  return own;
 }
 
 void EventMap::Classify() {
   if (!status_.ok()) return;
-  cluster_ = ClassifyCluster(dynamics_.get(), transition_, geometry_.get());
+  cluster_ = ClassifyCluster(dynamics_.get(), WithoutAside(), geometry_.get());
+  for (OrderOutcome& outcome : cluster_.outcomes) {
+    outcome.mode_after = ModeAside(events_).Union(outcome.mode_after);
+  }
   status_ = cluster_.status;
   decoupled_ = cluster_.decoupled;
 }

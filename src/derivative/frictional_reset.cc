@@ -11,13 +11,15 @@
 namespace contact_flow {
 namespace {
 
-/// How closely the inequalities of the impact have to hold, relative.
-constexpr double kResetBorder = 1e-9;
+/// How closely the inequalities of the impact have to hold, relative: at least, and in tolerances.
+constexpr double kResetBorder = 1e-9, kKnownSpeed = 10;
 /// A direction lies on the wrong side of a border by more than this, relative.
 constexpr double kAcross = 1e-9;
 /// Where it is on the wrong side of a border of each branch, one that it misses by less than this
 /// is its own: what w should not move is moved by the errors of w. Branches are the same there.
 constexpr double kNearby = 1e-7;
+/// What no tangent that keeps the contacts moves, relative.
+constexpr double kKept = 1e-8;
 
 /// The cone |λ_t| ≤ μ λ_n around λ = 0, by rows of μ λ_n and λ_t. In space by the part of it in
 /// which |λ_1| + |λ_2| ≤ μ λ_n: elsewhere no branch is found.
@@ -32,36 +34,22 @@ void AddApex(const Eigen::RowVectorXd& pressing, const Matrix& along,
   }
 }
 
-/// The contacts among which an impact is shared: not those that rest, and whose normal rows meet no
-/// other row, like the pads of joints with friction. These get no impulse, and bound none.
-ConstraintSet Sharing(const MechanicalSystem& system, const InverseInertia& inertia,
-                      ConstraintSet touching, ConstraintSet persisting) {
-  const FrictionFrame frame(system, inertia, touching);
-  const FrictionProblem& problem = frame.problem();
-  ConstraintSet sharing = touching;
-  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
-    const int i = frame.constraints()[k];
-    const bool meets = (problem.G.row(problem.Row(k)).array() != 0).count() > 1;
-    if (persisting.Contains(i) && !meets) sharing.Erase(i);
-  }
-  return sharing;
-}
-
 }  // namespace
 
 FrictionalReset::FrictionalReset(const ContactDynamics& dynamics, const Vector& x,
                                  ConstraintSet touching, int hit, ContactMode mode,
-                                 ConstraintSet after)
+                                 const Transition& cluster)
     : dynamics_(dynamics),
       system_(dynamics.system()),
       x_(x),
       d_(system_.dof()),
       nq_(system_.num_positions()),
       size_(2 * d_ + dynamics.num_variables()),
+      border_(std::max(kResetBorder, kKnownSpeed * cluster.relative_tolerance)),
       persisting_(mode.Members().Without(hit)),
-      after_(after),
+      after_(cluster.mode_after),
       inertia_(system_, x.head(nq_), x.tail(d_)),
-      frame_(system_, inertia_, Sharing(system_, inertia_, touching, persisting_)) {
+      frame_(system_, inertia_, Sharing(system_, inertia_, x, touching, persisting_)) {
   FrictionProblem& problem = frame_.problem();
   problem.b = frame_.rows() * x.tail(d_);
   for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
@@ -70,11 +58,12 @@ FrictionalReset::FrictionalReset(const ContactDynamics& dynamics, const Vector& 
   }
   problem.rounding = frame_.RateRounding(inertia_, x.tail(d_), mode.Among(persisting_));
   const double scale = problem.b.cwiseAbs().maxCoeff();
-  std::vector<FrictionSolution> all = SolveFriction(problem, kResetBorder);
+  std::vector<FrictionSolution> all = SolveFriction(problem, border_);
   if (all.empty()) throw std::domain_error("an impact of the perturbed run has no solution");
   if (all.front().springs) {
     throw std::domain_error("an impact of the perturbed run depends on how impulses are shared");
   }
+  CheckBrushed(all.front(), hit, scale);
   for (FrictionSolution& solution : all) {
     const Vector v_plus = frame_.VelocityAfter(inertia_, x.tail(d_), &solution);
     if (branches_.empty()) v_plus_ = v_plus;
@@ -242,11 +231,15 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
     rate.rightCols(size_ - first_parameter) += parameter_after.constraint;
     old_rate.rightCols(size_ - first_parameter) += parameter_before.constraint;
   }
+  // At rest, whoever moves w, is what no tangent moves that keeps the contacts: it bounds none.
+  const Matrix kept = KeptRows(A, old_rate, parameter_before);
   std::vector<Eigen::RowVectorXd> borders;
   const auto offer = [&](double value, const Eigen::RowVectorXd& gradient) {
-    if (std::abs(value) <= kResetBorder * scale) borders.push_back(gradient);
+    if (std::abs(value) > border_ * scale) return;
+    const double left = (gradient - gradient * kept * kept.transpose()).norm();
+    if (left > kKept * gradient.norm()) borders.push_back(gradient);
   };
-  if (shared && !(solution.margin > kResetBorder)) {
+  if (shared && !(solution.margin > border_)) {
     throw std::domain_error("an impact of contacts that share impulses is on a border of theirs");
   }
   for (std::size_t k = 0; k < problem.contacts.size() && !shared; ++k) {
@@ -255,11 +248,6 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
     const Letter letter = solution.letters[k];
     const double gain = problem.G(row, row);
     if (letter == Letter::kOpen) {
-      // At rest, whoever moves w: N w is zero.
-      if (persisting_.Contains(i) &&
-          solution.result.segment(row, 1 + contact.dimension).isZero(0)) {
-        continue;
-      }
       const double restitution = persisting_.Contains(i) ? 0 : system_.restitution()(i);
       offer(solution.result(row), rate.row(i) + restitution * old_rate.row(i));
       continue;
@@ -272,7 +260,7 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
       const double size = tangential.norm();
       const auto push = solved.middleRows(d_ + place + 1, contact.dimension);
       Eigen::RowVectorXd cone = contact.coefficient * normal;
-      const double apex = kResetBorder * scale / gain;
+      const double apex = border_ * scale / gain;
       if (size <= apex && contact.coefficient * solution.force(row) <= apex) {
         AddApex(gain * cone, gain * push, &borders);
         continue;

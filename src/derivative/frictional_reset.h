@@ -6,6 +6,7 @@
 
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/dynamics/word_selection.h"
+#include "contact_flow/flow/trajectory.h"
 
 namespace contact_flow {
 
@@ -26,10 +27,11 @@ class FrictionalReset {
     Vector bounce;
   };
 
-  /// `hit` approaches, the others of `touching` rest; `mode` is the contact mode before, `after`
-  /// the one that the cluster ends with.
+  /// `hit` approaches, the others of `touching` rest; `mode` is the contact mode before. Throws
+  /// std::domain_error where a contact that rests is pushed or lifted, but so little that
+  /// perturbations of that size decide whether it is.
   FrictionalReset(const ContactDynamics& dynamics, const Vector& x, ConstraintSet touching, int hit,
-                  ContactMode mode, ConstraintSet after);
+                  ContactMode mode, const Transition& cluster);
 
   const Vector& v_plus() const { return v_plus_; }
   /// The branch of w, whose entries are sums of terms of these `sizes`; `decide` is told each
@@ -39,12 +41,17 @@ class FrictionalReset {
 
  private:
   Branch Differentiate(const FrictionSolution& solution, const Vector& v_plus, double scale) const;
+  Matrix KeptRows(const Matrix& A, const Matrix& rate, const ParameterJacobian& by_parameter) const;
+  static ConstraintSet Sharing(const MechanicalSystem& system, const InverseInertia& inertia,
+                               const Vector& x, ConstraintSet touching, ConstraintSet persisting);
+  void CheckBrushed(const FrictionSolution& solution, int hit, double scale) const;
   Vector FreeSlip(int i, const Vector& v_plus) const;
 
   const ContactDynamics& dynamics_;
   const MechanicalSystem& system_;
   const Vector x_;
   const int d_, nq_, size_;
+  const double border_;  // how closely the inequalities of the impact have to hold, relative
   const ConstraintSet persisting_, after_;
   const InverseInertia inertia_;
   FrictionFrame frame_;
@@ -58,6 +65,12 @@ class FrictionalReset {
 /// D(A v) of all rows of the system [n+l+r × 2d+k].
 Matrix StopProjection(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
                       ConstraintSet stopping, const Matrix& rate_jacobian);
+
+/// The same of contacts in `landing` that rose with a speed of first order, and are pressed back:
+/// whatever the bounces were, impulses along their columns of W bring them to rest, and their
+/// slips, where they stick.
+Matrix LandingProjection(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
+                         ConstraintSet landing, const Matrix& rate_jacobian);
 
 /// A⁻¹ B; where rows of A depend on others, one of the solutions. Rows and columns
 /// are scaled by `unit`.

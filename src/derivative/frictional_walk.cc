@@ -71,8 +71,8 @@ FrictionalPath FrictionalWalk::Take() {
   return path_;
 }
 
-double FrictionalWalk::Moves(int i) const {
-  const auto row = point_.rate_jacobian().row(system_.friction()[i].row);
+double FrictionalWalk::MovesRow(int k) const {
+  const auto row = point_.rate_jacobian().row(k);
   const double moved = row.dot(path_.matrix * w_);
   const double known = kUnmoved * row.cwiseAbs().dot(sizes_.head(size_));
   const double rounding = kRounded * row.cwiseAbs().maxCoeff() * sizes_.maxCoeff();

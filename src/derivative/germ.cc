@@ -39,7 +39,7 @@ Matrix Block(const Matrix& G, ConstraintSet rows, ConstraintSet columns, Constra
 
 Germ::Germ(const EventMap& map, const VectorRef& w)
     : map_(map), w_(w), stage_(&map.StageAt(ConstraintSet())) {
-  closed_ = stage_->mode - map.system_->compliant();
+  closed_ = stage_->mode - map.Aside();
 }
 
 double Germ::Rate(int j) const { return map_.InstantAt(S_).rates.Along(j, w_); }
@@ -113,7 +113,7 @@ Germ::Next Germ::FindNext() const {
 
 void Germ::OfferReleases(Next* next) const {
   if (!lists_events_ || pending_.Empty()) return;
-  const ContactMode mode(stage_->mode | pending_);
+  const ContactMode mode = stage_->mode.Union(ContactMode(pending_));
   ContactDynamics& dynamics = map_.DynamicsAfter(S_);
   dynamics.Differentiate(map_.State(stage_->v), mode);
   const Matrix gradient = dynamics.force_jacobian();
@@ -171,7 +171,7 @@ void Germ::Enter(ConstraintSet candidates) {
     if (gap == 0 && std::abs(Rate(j)) <= RateNoise(j)) candidates.Insert(j);
   }
   stage_ = &map_.StageAt(S_, candidates & map_.InstantAt(S_).resting);
-  closed_ = stage_->mode - map_.system_->compliant();
+  closed_ = stage_->mode - map_.Aside();
   for (int j : closed_) gaps_.erase(j);
   for (int j : candidates - closed_) {
     gaps_[j] = 0;
@@ -236,7 +236,7 @@ void Germ::PassClosing(int j) {
       Refuse(j, "bounces without coming to rest");
     }
     // Plastic impacts of coupled contacts that go on and on: at their end all rest.
-    for (int i : map_.transition_.mode_after - map_.system_->compliant()) gaps_[i] = 0;
+    for (int i : map_.transition_.mode_after - map_.Aside()) gaps_[i] = 0;
     return Rest(j);
   }
   if (Rate(j) >= -RateNoise(j)) return Rest(j);
@@ -305,7 +305,7 @@ Vector Germ::Run(std::vector<PerturbedEvent>* events) {
         told = closed_.Contains(next.constraint);
     }
     if (!lists_events_ || !told) continue;
-    event.mode = ContactMode((stage_->mode | pending_) - released_);
+    event.mode = stage_->mode.Union(ContactMode(pending_)).Without(released_);
     events->push_back(event);
   }
   CheckEnd();

@@ -20,8 +20,11 @@ Matrix SolveConsistent(const Matrix& A, const Vector& unit, const Matrix& B) {
   return unit.asDiagonal() * factor.solve(unit.asDiagonal() * B);
 }
 
-Matrix StopProjection(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
-                      ConstraintSet stopping, const Matrix& rate_jacobian) {
+namespace {
+
+/// What ends the slips of `stopping`, and the normal rates of `landing`.
+Matrix EndRates(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
+                ConstraintSet stopping, ConstraintSet landing, const Matrix& rate_jacobian) {
   const MechanicalSystem& system = dynamics->system();
   const int d = system.dof(), nq = system.num_positions();
   const InverseInertia inertia(system, x.head(nq), x.tail(d));
@@ -31,6 +34,7 @@ Matrix StopProjection(ContactDynamics* dynamics, const Vector& x, ContactMode mo
   for (int i : mode - system.compliant()) {
     const Friction& friction = system.friction()[i];
     const Letter letter = mode.LetterOf(i);
+    if (landing.Contains(i)) stopped.push_back(static_cast<int>(rows.size()));
     rows.push_back(i);
     pushes.push_back(A.row(i).transpose());
     if (letter == Letter::kStick) {
@@ -68,6 +72,18 @@ Matrix StopProjection(ContactDynamics* dynamics, const Vector& x, ContactMode mo
       reach * (ranks.rank() < m ? SolveConsistent(H, unit, wanted)
                                 : Matrix(H.partialPivLu().solve(wanted)));
   return projection;
+}
+
+}  // namespace
+
+Matrix StopProjection(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
+                      ConstraintSet stopping, const Matrix& rate_jacobian) {
+  return EndRates(dynamics, x, mode, stopping, {}, rate_jacobian);
+}
+
+Matrix LandingProjection(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
+                         ConstraintSet landing, const Matrix& rate_jacobian) {
+  return EndRates(dynamics, x, mode, landing, landing, rate_jacobian);
 }
 
 Matrix RateJacobian(const ContactDynamics& dynamics, const Vector& x) {

@@ -33,7 +33,10 @@ TouchingFrame::TouchingFrame(const MechanicalSystem& system, const InverseInerti
   A = inertia.Rows(touching);
   Y = inertia * A.transpose();
   G = A * Y;
-  reaction_ = inertia.BilateralForce(A.transpose());
+  reaction_ = Matrix::Zero(system.num_rows() - num_constraints_, A.rows());
+  if (system.num_bilateral() > 0) {
+    reaction_.topRows(system.num_bilateral()) = inertia.BilateralForce(A.transpose());
+  }
   int row = 0;
   for (int i : touching) row_[static_cast<std::size_t>(i)] = row++;
 }

@@ -34,7 +34,7 @@ class TouchingFrame {
 
  private:
   Vector restitution_;
-  Matrix reaction_;  // of the bilateral constraints, per impulse [l×k]
+  Matrix reaction_;  // of the bilateral constraints, per impulse, and none of friction [l+r×k]
   std::vector<int> row_;
   int num_constraints_;
 };

@@ -54,7 +54,7 @@ void FrictionalWalk::Land(int i, ConstraintSet along) {
   pending_ = pending_ - along.With(i);
   const ConstraintSet touching = mode_.Members().With(i) | along;
   released_ = released_ - touching;
-  const FrictionalReset reset(dynamics_, point_.x(), touching, i, mode_, transition_.mode_after);
+  const FrictionalReset reset(dynamics_, point_.x(), touching, i, mode_, transition_);
   const FrictionalReset::Branch& branch =
       reset.Choose(path_.matrix * w_, sizes_, [&](const Eigen::RowVectorXd& row) {
         Decide(row * path_.matrix, row.norm() * path_.matrix.norm());
@@ -83,6 +83,32 @@ void FrictionalWalk::Land(int i, ConstraintSet along) {
     const bool free = bounces || !branch.word.Contains(j);
     if (free && point_.Leaves(j) > 0) lifted_.Insert(j);
   }
+  LandAgain((mode_.Members() | hovering_) - along.With(i) - branch.word - lifted_);
+}
+
+void FrictionalWalk::LandAgain(ConstraintSet open) {
+  ConstraintSet back;
+  for (int j : open) {
+    if (MovesRow(j) != 0) back.Insert(j);
+  }
+  if (back.Empty()) return;
+  const ContactMode word = SelectWord(&dynamics_, point_.x(), Touching(false), kBorder);
+  back = back & word;
+  back = back - point_.Forceless(word, back);
+  if (back.Empty()) return;
+  const bool last = pending_.Empty() && changes_ == inputs_.size();
+  for (int j : back) {
+    const bool stays = last || transition_.mode_after.Contains(j);
+    if (stays && system_.restitution()(j) < 1) continue;
+    throw std::domain_error("a perturbed run lifts contact '" +
+                            system_.description().constraints[j] +
+                            (stays ? "', which bounces without coming to rest"
+                                   : "', which is pressed back before it leaves"));
+  }
+  const Matrix landing =
+      LandingProjection(&dynamics_, point_.x(), word, back, point_.rate_jacobian());
+  path_.matrix = landing * path_.matrix;
+  sizes_.head(size_) = (landing.cwiseAbs() * sizes_.head(size_)).eval();
 }
 
 void FrictionalWalk::AddBounces() {
@@ -98,12 +124,10 @@ void FrictionalWalk::AddBounces() {
   }
 }
 
-void FrictionalWalk::SelectNext(ConstraintSet free) {
+TouchingContacts FrictionalWalk::Touching(bool moved) {
   TouchingContacts contacts;
   contacts.slack = slack_;
-  const ConstraintSet touching = landed_.Empty() ? mode_.Members() : landed_;
-  const ConstraintSet closed = (touching | hovering_) - released_;
-  for (int i : closed) {
+  for (int i : Closed()) {
     if (lifted_.Contains(i)) continue;
     const Friction& friction = system_.friction()[i];
     if (friction.dimension == 0 || friction.coefficient == 0) {
@@ -119,14 +143,20 @@ void FrictionalWalk::SelectNext(ConstraintSet free) {
     } else if (!Still(i)) {
       contacts.slipping.Set(i,
                             point_.rate()(friction.row) > 0 ? Letter::kForward : Letter::kBackward);
-    } else if (const double moved = just_stopped_.Contains(i) ? 0 : Moves(i); moved != 0) {
-      const double sign = moved > 0 ? 1 : -1;
+    } else if (const double slip = moved && !just_stopped_.Contains(i) ? Moves(i) : 0; slip != 0) {
+      const double sign = slip > 0 ? 1 : -1;
       Decide(sign * point_.rate_jacobian().row(friction.row) * path_.matrix, 0);
-      contacts.slipping.Set(i, moved > 0 ? Letter::kForward : Letter::kBackward);
+      contacts.slipping.Set(i, slip > 0 ? Letter::kForward : Letter::kBackward);
     } else {
       contacts.still.Insert(i);
     }
   }
+  return contacts;
+}
+
+void FrictionalWalk::SelectNext(ConstraintSet free) {
+  const TouchingContacts contacts = Touching(true);
+  const ConstraintSet closed = Closed();
   mode_ = SelectWord(&dynamics_, point_.x(), contacts, kBorder);
   released_ = released_ | (free - mode_);
   HoldForceless(contacts, (closed & releasing_) - lifted_ - (free - mode_));

@@ -37,11 +37,11 @@ class ForceModes {
   /// `inertia` is that at q; `applied` and `bias` are f + c v [d] and Ȧ v [n+l] at x.
   ForceModes(ContactDynamics* dynamics, const InverseInertia& inertia, const Vector& applied,
              const Vector& bias, const VectorRef& x, ConstraintSet candidates,
-             double time_tolerance, ConstraintSet pressed)
+             double time_tolerance, ContactMode beside)
       : dynamics_(*dynamics),
         system_(dynamics->system()),
         x_(x),
-        pressed_(pressed),
+        beside_(beside),
         time_tolerance_(time_tolerance) {
     members_.reserve(static_cast<std::size_t>(candidates.Size()));
     for (int i : candidates) members_.push_back(i);
@@ -104,7 +104,7 @@ class ForceModes {
   int rows() const { return static_cast<int>(members_.size()); }
 
   ContactMode Mode(const std::vector<int>& rows) const {
-    ContactMode mode(pressed_);
+    ContactMode mode = beside_;
     for (int row : rows) mode.Insert(members_[row]);
     return mode;
   }
@@ -265,7 +265,7 @@ class ForceModes {
   ContactDynamics& dynamics_;
   const MechanicalSystem& system_;
   const Vector x_;
-  const ConstraintSet pressed_;
+  const ContactMode beside_;
   const double time_tolerance_;
   std::vector<int> members_;
   Matrix G_;
@@ -278,43 +278,54 @@ class ForceModes {
   std::vector<int> degenerate_;
 };
 
-}  // namespace
-
-ModeSelection SelectMode(ContactDynamics* dynamics, const VectorRef& x, ConstraintSet candidates,
-                         double time_tolerance, ConstraintSet pressed,
-                         const InverseInertia* inertia) {
+ModeSelection SelectBeside(ContactDynamics* dynamics, const VectorRef& x, ConstraintSet candidates,
+                           double time_tolerance, ContactMode beside,
+                           const InverseInertia* inertia) {
   ModeSelection selection;
   if (candidates.Empty()) {
-    selection.mode = ContactMode(pressed);
-  } else if (dynamics->PushClearly(x, candidates, pressed)) {
-    selection.mode = ContactMode(candidates | pressed);
+    selection.mode = beside;
+  } else if (dynamics->PushClearly(x, candidates, beside)) {
+    selection.mode = ContactMode(candidates | beside);
   } else if (dynamics->system().HasContactEffort()) {
-    selection.mode = SelectByEffort(dynamics, x, candidates, time_tolerance, pressed);
+    selection.mode = SelectByEffort(dynamics, x, candidates, time_tolerance, beside);
   } else {
     const MechanicalSystem& system = dynamics->system();
     const auto q = x.head(system.num_positions()), v = x.tail(system.dof());
     if (inertia == nullptr) {
       const InverseInertia own(system, q, v, dynamics->u(), ContactMode());
       selection = ForceModes(dynamics, own, own.applied(), own.terms().bias, x, candidates,
-                             time_tolerance, pressed)
+                             time_tolerance, beside)
                       .Find();
     } else {
       Vector applied;
       ConstraintTerms terms;
       system.Dynamics(q, v, dynamics->u(), ContactMode(), nullptr, &applied);
       system.Constraints(q, v, &terms);
-      selection = ForceModes(dynamics, *inertia, applied, terms.bias, x, candidates, time_tolerance,
-                             pressed)
-                      .Find();
+      selection =
+          ForceModes(dynamics, *inertia, applied, terms.bias, x, candidates, time_tolerance, beside)
+              .Find();
     }
   }
   return selection;
+}
+
+}  // namespace
+
+ModeSelection SelectMode(ContactDynamics* dynamics, const VectorRef& x, ConstraintSet candidates,
+                         double time_tolerance, ConstraintSet pressed,
+                         const InverseInertia* inertia) {
+  return SelectBeside(dynamics, x, candidates, time_tolerance, ContactMode(pressed), inertia);
 }
 
 ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x,
                               ConstraintSet candidates, double time_tolerance,
                               ConstraintSet pressed) {
   return SelectMode(dynamics, x, candidates, time_tolerance, pressed).mode;
+}
+
+ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x,
+                              ConstraintSet candidates, double time_tolerance, ContactMode beside) {
+  return SelectBeside(dynamics, x, candidates, time_tolerance, beside, nullptr).mode;
 }
 
 }  // namespace contact_flow

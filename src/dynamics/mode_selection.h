@@ -48,5 +48,8 @@ ModeSelection SelectMode(ContactDynamics* dynamics, const VectorRef& x, Constrai
 ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x,
                               ConstraintSet candidates, double time_tolerance,
                               ConstraintSet pressed = ConstraintSet());
+/// The same beside contacts of a mode, which keep their letters.
+ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x,
+                              ConstraintSet candidates, double time_tolerance, ContactMode beside);
 
 }  // namespace contact_flow

@@ -58,6 +58,7 @@ ModelBuilder::ModelBuilder(const Unknowns& unknowns, const MechanicalSystem& sys
     bool asked = false;
     for (int i = 0; i < event.num_input_changes(); ++i) asked = Asks(passed++) || asked;
     if (event.num_input_changes() == 0 && event.transition().changes_input) ++passed;
+    asked = asked && !system_.HasFriction();  // steps are not kept in order
     orders_.push_back(Orders(event, derivative.options.kink_tolerance, asked));
   }
   beyond_ = passed == problem_.inputs.grid.size();
@@ -168,7 +169,7 @@ bool ModelBuilder::PassEvent(std::size_t k, const std::vector<int>& order, std::
   if (event.num_input_changes() == 0) {
     if (!AddImpulses(k, order, *passed, *W, model, status)) return false;
     AddEvents(k, order, 0, *W, Eigen::RowVectorXd::Zero(W->cols()));
-    if (system_.HasFriction()) AddLandings(k, *W);
+    if (order.empty() && system_.HasFriction()) AddLandings(k, *W);
     W->topRows(d2) = (selection * *W).eval();
     if (event.transition().changes_input) PassChange(k, passed, W, model);
     return true;

@@ -109,8 +109,9 @@ struct FrictionalPath;
 /// n + k of an order, n being the number of constraints; they happen in this order. Their instants
 /// do not move with w, but by δt_k where that is given.
 ///
-/// With friction all of it is answered by a FrictionalEvent, whose pieces are not orders: then
-/// activated() is empty, and Selection, Cone and Times are those of one piece.
+/// Where friction takes part (FrictionTakesPart) all of it is answered by a FrictionalEvent, whose
+/// pieces are not orders: then activated() is empty, and Selection, Cone and Times are those of one
+/// piece. Where it does not, whatever else the system has, contacts with friction go on aside.
 class EventMap {
  public:
   /// `dynamics` is scratch that the maps of a trajectory share; its system must outlive the map.
@@ -270,8 +271,12 @@ class EventMap {
   int size() const { return static_cast<int>(guards_.cols()); }
   /// Of the tangents that are given, 2d+k.
   int width() const { return size() - num_input_changes(); }
-  /// The compliant constraints that are pressed after the events in S.
-  ConstraintSet Pressed(ConstraintSet events) const;
+  /// Contacts that are no part of the impacts: the compliant ones, and those with friction, which
+  /// keep their letters.
+  ConstraintSet Aside() const;
+  /// Those of them that press after the events in S.
+  ContactMode ModeAside(ConstraintSet events) const;
+  Transition WithoutAside() const;
   Vector State(const Vector& v) const;
   void MeasureRest(const Vector& v);
   void AddGuards(const Vector& v_minus);
@@ -281,7 +286,7 @@ class EventMap {
   std::shared_ptr<ContactDynamics> dynamics_;
   std::vector<std::shared_ptr<ContactDynamics>> later_;  // after each change of the input
   const MechanicalSystem* system_;
-  std::shared_ptr<const FrictionalEvent> friction_;  // null without friction
+  std::shared_ptr<const FrictionalEvent> friction_;  // null where friction takes no part
   Transition transition_;
   ConstraintSet events_;  // I_a, switches, and a release with a jump of the field
   Vector q_;
