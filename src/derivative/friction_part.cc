@@ -13,7 +13,7 @@ namespace contact_flow {
 namespace {
 
 /// Coordinates are moved by this much for entries that vanish at one state alone, so often.
-constexpr double kMoved = 1e-3;
+constexpr double kStatesApart = 1e-3;
 constexpr int kStatesBeside = 3;
 /// A force that an impact elsewhere leaves as it was, relative.
 constexpr double kSameForce = 1e-9;
@@ -48,15 +48,15 @@ class Connections {
 };
 
 /// Whether no coordinate moves contacts of both sets, at x or around.
-bool Apart(const MechanicalSystem& system, const Vector& x, ConstraintSet one,
-           ConstraintSet other) {
+bool ShareNothing(const MechanicalSystem& system, const Vector& x, ConstraintSet one,
+                  ConstraintSet other) {
   const int nq = system.num_positions(), d = system.dof();
   std::mt19937 random(11);
   std::normal_distribution<double> normal;
   Matrix mass = Matrix::Zero(d, d), rows = Matrix::Zero(system.num_rows(), d);
   for (int sample = 0; sample <= kStatesBeside; ++sample) {
     Vector w = Vector::Zero(2 * d);
-    for (double& entry : w.head(d)) entry = sample == 0 ? 0 : kMoved * normal(random);
+    for (double& entry : w.head(d)) entry = sample == 0 ? 0 : kStatesApart * normal(random);
     const Vector state = system.Perturb(x, w);
     const InverseInertia inertia(system, state.head(nq), state.tail(d));
     mass += inertia.mass().cwiseAbs();
@@ -119,7 +119,7 @@ bool LeaveForces(ContactDynamics* dynamics, const Transition& transition, Constr
 }
 
 /// Whether the motion of contacts tells all of their forces.
-bool AreIndependent(const MechanicalSystem& system, const Vector& x, ConstraintSet contacts) {
+bool TellForces(const MechanicalSystem& system, const Vector& x, ConstraintSet contacts) {
   if (contacts.Size() < 2) return true;
   const int nq = system.num_positions(), d = system.dof();
   const InverseInertia inertia(system, x.head(nq), x.tail(d));
@@ -156,9 +156,9 @@ bool FrictionTakesPart(ContactDynamics* dynamics, const Transition& transition) 
   const ConstraintSet aside = before & rough;
   if (!(acting & rough).Empty() || before.Among(aside) != after.Among(aside)) return true;
   const ConstraintSet events = (before - aside) | acting;
-  if (!AreIndependent(system, transition.x_minus, events)) return true;
+  if (!TellForces(system, transition.x_minus, events)) return true;
   if (aside.Empty()) return false;
-  return !Apart(system, transition.x_minus, events, aside) ||
+  return !ShareNothing(system, transition.x_minus, events, aside) ||
          !LeaveForces(dynamics, transition, aside);
 }
 

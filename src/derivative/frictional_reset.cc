@@ -19,7 +19,7 @@ constexpr double kAcross = 1e-9;
 /// is its own: what w should not move is moved by the errors of w. Branches are the same there.
 constexpr double kNearby = 1e-7;
 /// What no tangent that keeps the contacts moves, relative.
-constexpr double kKept = 1e-8;
+constexpr double kLeft = 1e-8;
 
 /// The cone |λ_t| ≤ μ λ_n around λ = 0, by rows of μ λ_n and λ_t. In space by the part of it in
 /// which |λ_1| + |λ_2| ≤ μ λ_n: elsewhere no branch is found.
@@ -237,7 +237,7 @@ FrictionalReset::Branch FrictionalReset::Differentiate(const FrictionSolution& s
   const auto offer = [&](double value, const Eigen::RowVectorXd& gradient) {
     if (std::abs(value) > border_ * scale) return;
     const double left = (gradient - gradient * kept * kept.transpose()).norm();
-    if (left > kKept * gradient.norm()) borders.push_back(gradient);
+    if (left > kLeft * gradient.norm()) borders.push_back(gradient);
   };
   if (shared && !(solution.margin > border_)) {
     throw std::domain_error("an impact of contacts that share impulses is on a border of theirs");

@@ -31,7 +31,8 @@ std::vector<OrderOutcome> ListOrderOutcomes(ContactDynamics* dynamics,
   };
   rules.shut = transition.touching;
   std::vector<OrderOutcome> outcomes = ImpactSequences(dynamics, transition, frame, rules).outcomes;
-  if (transition.touching.Empty()) return outcomes;
+  const int several = (transition.activated | transition.touching).Size();
+  if (transition.touching.Empty() || several > kMaxOrderedActivations) return outcomes;
   rules.shut = ConstraintSet();
   for (const OrderOutcome& open : ImpactSequences(dynamics, transition, frame, rules).outcomes) {
     outcomes.push_back(open);

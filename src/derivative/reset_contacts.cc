@@ -10,11 +10,11 @@
 namespace contact_flow {
 namespace {
 
-/// A contact that rests, and moves with less than this part of the speed of approach, may rest, both
-/// in the kinetic metric.
+/// A contact that rests, and moves with less than this part of the speed of approach, may rest,
+/// both in the kinetic metric.
 constexpr double kBrushed = 1e-6;
 /// Coordinates are moved by this for what vanishes at one state alone.
-constexpr double kBeside = 1e-3;
+constexpr double kMovedBeside = 1e-3;
 
 /// What the normal rows of contacts meet: whether any other row of the frame, by contact.
 std::vector<bool> Meetings(const FrictionFrame& frame) {
@@ -44,7 +44,7 @@ ConstraintSet FrictionalReset::Sharing(const MechanicalSystem& system,
     if (beside.empty()) {
       const int nq = system.num_positions(), d = system.dof();
       Vector w = Vector::Zero(2 * d);
-      for (int j = 0; j < d; ++j) w(j) = kBeside * std::cos(1.0 + j);
+      for (int j = 0; j < d; ++j) w(j) = kMovedBeside * std::cos(1.0 + j);
       const Vector moved = system.Perturb(x, w);
       const InverseInertia there(system, moved.head(nq), moved.tail(d));
       beside = Meetings(FrictionFrame(system, there, touching));

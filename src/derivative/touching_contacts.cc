@@ -32,7 +32,7 @@ bool JudgeTouching(ContactDynamics* dynamics, const Transition& transition,
   }
   bool followed = open.Size() <= static_cast<int>(kMaxOpened);
   double apart = 0;
-  for (std::size_t k = 1; k < later.size(); ++k) {
+  for (std::size_t k = 1; k < later.size() && apart == 0; ++k) {
     rules.shut = transition.touching - later[k];
     const ImpactSequences sequences(dynamics, transition, frame, rules);
     followed = followed && sequences.all;
@@ -51,7 +51,6 @@ bool JudgeTouching(ContactDynamics* dynamics, const Transition& transition,
           << ", all at once by Newton's law (simultaneous Newton-Moreau): ";
   if (apart > 0) {
     message << "where they touch a little later the impacts come one after another, to velocities "
-               "up to "
             << apart << " apart; the outcome is discontinuous here";
     report->contact_class = ContactClass::kOrderDependent;
     report->status = {Outcome::kDiscontinuous, message.str()};

@@ -91,6 +91,12 @@ std::optional<ContactMode> KeptWord(const FrictionFrame& frame,
   return ModeOfWord(frame, *nearest);
 }
 
+bool AllSlip(const FrictionFrame& frame) {
+  const std::vector<FrictionContact>& all = frame.problem().contacts;
+  return std::all_of(all.begin(), all.end(),
+                     [](const auto& contact) { return contact.slips || contact.dimension == 0; });
+}
+
 ContactMode ChooseWord(const FrictionFrame& frame, const std::vector<FrictionSolution>& all,
                        const std::vector<FrictionSolution>& words, ConstraintSet varying,
                        ContactMode before) {

@@ -28,6 +28,9 @@ std::optional<ContactMode> KeptWord(const FrictionFrame& frame,
                                     const std::vector<FrictionSolution>& words,
                                     ConstraintSet varying, ContactMode before);
 
+/// Whether nothing sticks in any word: then all of them are tried.
+bool AllSlip(const FrictionFrame& frame);
+
 /// This one, or else that of the smallest forces.
 ContactMode ChooseWord(const FrictionFrame& frame, const std::vector<FrictionSolution>& all,
                        const std::vector<FrictionSolution>& words, ConstraintSet varying,

@@ -72,7 +72,7 @@ class Words {
   ContactMode FindAmong(const std::vector<FrictionSolution>& all, double border,
                         WordConventions* by) {
     if (all.empty()) {
-      Refuse(FrictionRefusal::Kind::kInconsistent, Dependent() && !AllSlip()
+      Refuse(FrictionRefusal::Kind::kInconsistent, Dependent() && !AllSlip(frame_)
                                                        ? "no word was found whose forces fit"
                                                        : "no contact forces exist");
     }
@@ -137,17 +137,14 @@ class Words {
         return *ahead;
       }
     }
-    if (end) {
-      Refuse(FrictionRefusal::Kind::kInconsistent,
-             "none of the words goes on to hold: " + TellWords(system_, frame_, all, varying));
-    }
-    if (by != nullptr) {
+    if (by != nullptr && !end) {
       by->smallest = true;
       by->motions = TellWords(system_, frame_, fitting.empty() ? all : fitting, varying);
       return ChooseWord(frame_, all, fitting.empty() ? all : fitting, varying, touching_.before);
     }
-    Refuse(fitting.empty() && Dependent() ? FrictionRefusal::Kind::kIndeterminateForces
-                                          : FrictionRefusal::Kind::kIndeterminate,
+    Refuse(end                              ? FrictionRefusal::Kind::kInconsistent
+           : fitting.empty() && Dependent() ? FrictionRefusal::Kind::kIndeterminateForces
+                                            : FrictionRefusal::Kind::kIndeterminate,
            (fitting.empty() ? "none of the words goes on to hold: "
                             : "several motions fit, each of which goes on: ") +
                TellWords(system_, frame_, all, varying));
@@ -223,13 +220,6 @@ class Words {
                "presses as soon as it lets go");
   }
 
-  /// Then all words are tried, and nothing sticks in any.
-  bool AllSlip() const {
-    const std::vector<FrictionContact>& all = frame_.problem().contacts;
-    return std::all_of(all.begin(), all.end(),
-                       [](const auto& contact) { return contact.slips || contact.dimension == 0; });
-  }
-
   bool Dependent() const { return HasDependentRows(frame_.problem().G); }
 
   [[noreturn]] void Refuse(FrictionRefusal::Kind kind, const std::string& what) const {
@@ -237,7 +227,7 @@ class Words {
     message << "contacts "
             << (touching_.still | touching_.slipping).ToString(system_.description().constraints)
             << ": " << what;
-    if (Dependent() && !AllSlip() && kind != FrictionRefusal::Kind::kIndeterminate) {
+    if (Dependent() && !AllSlip(frame_) && kind != FrictionRefusal::Kind::kIndeterminate) {
       message << "; the rows of what sticks are dependent, forces are not unique";
       kind = FrictionRefusal::Kind::kIndeterminateForces;
     }

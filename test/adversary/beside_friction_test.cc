@@ -128,7 +128,7 @@ Trajectory RunOf(const MechanicalSystem& system, const Case& c, const Vector& x,
   return Simulate(system, x, c.schedule, c.duration, options);
 }
 
-double Largest(const Vector& x) { return x.cwiseAbs().maxCoeff(); }
+double LargestEntry(const Vector& x) { return x.cwiseAbs().maxCoeff(); }
 
 /// Seeds of which every one had another derivative beside a puck 100 m away than without it, or
 /// none: contacts at rest that others' impacts hardly touch, and several that land at once.
@@ -165,12 +165,12 @@ TEST(BesideFriction, DerivativesAreThoseWithout) {
         w = ProjectAdmissible(*c.system, c.x, own.initial_mode, w);
         const Vector wide = system.Join(w, Vector::Zero(4));
         const Vector expected = own(w), found = system.Own(B(wide));
-        EXPECT_LE(Largest(found - expected), kSame * (1 + Largest(expected))) << what;
+        EXPECT_LE(LargestEntry(found - expected), kSame * (1 + LargestEntry(expected))) << what;
         ++compared;
         if (ReadClusters(B, wide).inner_radius >= kStep) continue;  // in another order than B
         const Vector moved = RunOf(system, c, x + kStep * wide, 1e-12).FinalState();
-        EXPECT_LE(Largest(system.Own((moved - end) / kStep) - found),
-                  kQuotient * (1 + Largest(found)))
+        EXPECT_LE(LargestEntry(system.Own((moved - end) / kStep) - found),
+                  kQuotient * (1 + LargestEntry(found)))
             << what;
       }
     }

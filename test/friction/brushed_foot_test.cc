@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A body slides upright on one foot, with friction, and bumps into a wall with its head. The impact
-// neither presses the foot nor lifts it where the body is upright; it presses it for one sign of the
-// pitch and lifts it for the other, and then the weight brings it back at once.
+// neither presses the foot nor lifts it where the body is upright; it presses it for one sign of
+// the pitch and lifts it for the other, and then the weight brings it back at once.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -35,18 +35,18 @@ Vector Standing(double pitch) {
   return x;
 }
 
-Trajectory Slide(const RobotSystem& body, const Vector& x) {
+Trajectory SlideToWall(const RobotSystem& body, const Vector& x) {
   SimulateOptions options;
   options.relative_tolerance = options.absolute_tolerance = 1e-11;
   return Simulate(body, x, InputSchedule::Constant(Vector(0)), kDuration, options);
 }
 
 double PitchAtWall(const RobotSystem& body, double pitch) {
-  return Slide(body, Standing(pitch)).transitions.front().x_minus(2);
+  return SlideToWall(body, Standing(pitch)).transitions.front().x_minus(2);
 }
 
 /// The pitch of the beginning with which the body is upright at the wall.
-double Upright(const RobotSystem& body) {
+double UprightPitch(const RobotSystem& body) {
   double before = 0, pitch = 1e-4;
   double left = PitchAtWall(body, before), now = PitchAtWall(body, pitch);
   for (int k = 0; k < 8 && now != left && now != 0; ++k) {
@@ -61,8 +61,8 @@ double Upright(const RobotSystem& body) {
 
 TEST(BrushedFoot, IsPressedOrComesBackByItsWeight) {
   const std::unique_ptr<RobotSystem> body = MakeBody();
-  const Vector x = Standing(Upright(*body));
-  const Trajectory run = Slide(*body, x);
+  const Vector x = Standing(UprightPitch(*body));
+  const Trajectory run = SlideToWall(*body, x);
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   ASSERT_EQ(run.transitions.size(), 1u);
   EXPECT_LE(std::abs(run.transitions.front().impulse(0)), 1e-9);
@@ -81,7 +81,7 @@ TEST(BrushedFoot, IsPressedOrComesBackByItsWeight) {
         const double z = kFootHeight * (std::cos(moved(2)) - 1);  // the foot stays on the floor
         moved(1) = z;
         moved(4) = -kFootHeight * std::sin(moved(2)) * v(2);
-        const Vector quotient = (Slide(*body, moved).FinalState() - run.FinalState()) / step;
+        const Vector quotient = (SlideToWall(*body, moved).FinalState() - run.FinalState()) / step;
         const double off = (quotient - B(w)).cwiseAbs().maxCoeff();
         EXPECT_LE(off, 20 * step) << "entry " << entry << ", sign " << sign << ", step " << step;
         if (last > 0) EXPECT_LE(off, 0.5 * last);

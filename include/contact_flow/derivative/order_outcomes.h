@@ -33,7 +33,8 @@ inline constexpr std::size_t kMaxListedOrders = 50000;
 /// contacts that rest. A constraint that bounced or was lifted may be met again; one at rest whose
 /// force would pull opens, by O(|w|²) only, takes no part in the next impact, and is met right
 /// after it if that pushes it. Contacts that touch without force (Transition::touching) rest in the
-/// first outcomes, and do not touch yet in those behind them, where they are hit like any other.
+/// first outcomes, and do not touch yet in those behind them, where they are hit like any other;
+/// these are not listed where they are more than kMaxOrderedActivations with the activations.
 /// Empty for more than kMaxOrderedActivations activations. A list of kMaxListedOrders entries
 /// may lack others.
 std::vector<OrderOutcome> ListOrderOutcomes(ContactDynamics* dynamics,
