@@ -36,7 +36,7 @@ function(contact_flow_gtest name)
   endif()
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)   # a quarter less to compile; the library keeps -O3
   if(ARGC GREATER 6)
-    contact_flow_precompile(${name} <gtest/gtest.h>)
+    contact_flow_precompile_test(${name})
     contact_flow_units(${name} 7)   # so small that two cores share a folder
   endif()
 endfunction()
