@@ -291,7 +291,7 @@ void BindDerivative(py::module_* module) {
       .def_property_readonly(
           "time",
           [](const py::object& self) { return View(self.cast<Derivative&>().map.time, self); },
-          "By the horizon: F(x(T)) [2d].")
+          "By the horizon: F(x(T)) [2d]; of shorter ones, where the input changes at T.")
       .def_property_readonly(
           "trust", [](const Derivative& d) { return d.map.trust; },
           "The laws it was held to, and the errors that are left.")

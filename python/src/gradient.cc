@@ -119,7 +119,8 @@ void BindGradient(py::module_* module) {
       .def_property_readonly("instants", view(&CostGradient::instants),
                              "By the instants when the input changes [K−1].")
       .def_property_readonly(
-          "duration", [](const Gradient& g) { return g.value.horizon; }, "By the duration.")
+          "duration", [](const Gradient& g) { return g.value.horizon; },
+          "By the duration; nan where\nthe input changes at its end.")
       .def_property_readonly(
           "whole", [](const Gradient& g) { return g.value.whole; },
           "False: the gradient of the direction's piece alone.")

@@ -57,6 +57,11 @@ Vector BDerivative::operator()(const VectorRef& w) const {
 }
 
 Vector BDerivative::operator()(double dt, const VectorRef& w) const {
+  if (dt > 0 && input_changes_at_end) {
+    throw std::domain_error(
+        "the input changes at the end T: longer runs, dt > 0, have another derivative than shorter "
+        "ones; ask a run that ends behind T for it");
+  }
   return dt * time + (*this)(w);
 }
 
@@ -194,6 +199,7 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
     derivative.status = run.CheckTouchingContacts(derivative, carry);
     if (!derivative.status.ok()) return derivative;
     derivative.time = run.EndField();
+    derivative.input_changes_at_end = trajectory.input_changes_at_end;
     derivative.status = run.CheckLaw(carry, &derivative);
     if (!derivative.status.ok()) return derivative;
     derivative.CarryNeglected();

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -123,6 +124,7 @@ class Passage {
     }
     gradient_.horizon = lambda.head(d2_).dot(linear_.derivative().time) +
                         linear_.arc(run_.arcs.size() - 1).end().rate;
+    if (run_.input_changes_at_end) gradient_.horizon = std::numeric_limits<double>::quiet_NaN();
     const Eigen::Index count = linear_.intervals();
     gradient_.inputs = Matrix::Zero(linear_.inputs(), linear_.inputs() > 0 ? count : 0);
     gradient_.instants = Vector::Zero(count - 1);

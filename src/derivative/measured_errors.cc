@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 
@@ -14,6 +15,7 @@ namespace {
 constexpr double kFiner = 1.0 / 64, kCoarser = 10;
 /// … of its tangents, whose errors fall in leaps.
 constexpr double kFinerTangents = 1e-3;
+constexpr double kMostSteps = 8;
 /// Relative tolerances below this are rounding.
 constexpr double kFinest = 1e-13;
 /// What SimulateOptions admits.
@@ -22,14 +24,20 @@ constexpr double kLeastTolerance = 1e-15, kLargestTolerance = 1e-2;
 /// what differs, and this part of what is estimated of the first run by itself.
 constexpr double kSafety = 3, kByItself = 0.002;
 
-double LongestStep(const Trajectory& run) {
-  double longest = 0;
+/// Half the longest step of the arc in which that is the shortest, so that no arc is repeated as it
+/// was; but not so short that there would be more than kMostSteps times as many.
+double HalfStep(const Trajectory& run) {
+  double shortest = std::numeric_limits<double>::infinity(), steps = 0;
   for (const Arc& arc : run.arcs) {
+    double longest = 0;
     for (std::size_t k = 0; k < arc.dense.NumSteps(); ++k) {
       longest = std::max(longest, arc.dense.StepLength(k));
     }
+    if (longest > 0) shortest = std::min(shortest, longest);
+    steps += static_cast<double>(arc.dense.NumSteps());
   }
-  return longest;
+  if (steps == 0) return 0;
+  return std::max(shortest / 2, (run.t_end() - run.t_begin()) / (kMostSteps * steps));
 }
 
 Vector Measured(double safety, const Vector& differs, const Vector& by_itself) {
@@ -48,7 +56,7 @@ MeasuredErrors::MeasuredErrors(const MechanicalSystem& system, const VectorRef& 
   if (factor > 0.5) {
     factor = kCoarser;
   } else {
-    other.max_step = LongestStep(trajectory) / 2;
+    other.max_step = HalfStep(trajectory);
   }
   for (double* tolerance : {&other.relative_tolerance, &other.absolute_tolerance}) {
     *tolerance = std::clamp(*tolerance * factor, kLeastTolerance, kLargestTolerance);

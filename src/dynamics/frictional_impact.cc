@@ -5,6 +5,7 @@
 
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/model/driven.h"
+#include "row_units.h"
 
 namespace contact_flow {
 namespace {
@@ -14,13 +15,30 @@ constexpr double kSameImpact = 1e-8;
 /// Energy that an impact may gain by rounding, relative.
 constexpr double kEnergyRounding = 1e-10;
 
+/// The contacts that an impact is shared among: not those that do not approach and whose normal
+/// rows no other row feels, like the pads of joints with friction. These get no impulse.
+ConstraintSet Bearing(const MechanicalSystem& system, const InverseInertia& inertia,
+                      const VectorRef& v, ConstraintSet touching, ContactMode before) {
+  const FrictionFrame frame(system, inertia, touching);
+  const FrictionProblem& problem = frame.problem();
+  const Vector rate = frame.rows() * v, rounding = frame.RateRounding(inertia, v, before);
+  ConstraintSet bearing = touching;
+  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+    const int row = problem.Row(k);
+    if (rate(row) >= -rounding(row) && StandsAlone(problem, k)) {
+      bearing.Erase(frame.constraints()[k]);
+    }
+  }
+  return bearing;
+}
+
 }  // namespace
 
 FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const VectorRef& q,
                                        const VectorRef& v_minus, ConstraintSet touching,
                                        ContactMode before_impact, WordConventions* by) {
   const InverseInertia inertia(system, q, v_minus);
-  FrictionFrame frame(system, inertia, touching);
+  FrictionFrame frame(system, inertia, Bearing(system, inertia, v_minus, touching, before_impact));
   FrictionProblem& problem = frame.problem();
   const Vector before = frame.rows() * v_minus;
   problem.b = before;

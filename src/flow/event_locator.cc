@@ -19,6 +19,8 @@ constexpr int kMaxGapSamples = 4000, kMaxForceSamples = 400;
 constexpr double kBusy = 0.2, kBusyGrowth = 1.5;
 /// Rounding of a slip, relative to the velocities.
 constexpr double kSlipRounding = 1e-13;
+/// A contact that was held may be left so far from its surface, relative to |Da||q|.
+constexpr double kHeldNoise = 1e-14;
 /// The rounding of a gap by |Da||q| is looked at where rows as long as this would make it matter.
 constexpr double kLongRow = 100;
 
@@ -145,7 +147,8 @@ void EventLocator::SearchGaps(ConstraintSet gaps, bool free, LocatedEvent* event
   if (floor_ < kGapNoise * kLongRow * (1 + size)) {
     system.Constraints(q, stepper_->end().tail(system.dof()), &terms_);
     for (int i : gaps) {
-      floors_(i) = std::max(floors_(i), kGapNoise * size * terms_.jacobian.row(i).lpNorm<1>());
+      const double noise = margins_.low.Contains(i) ? kHeldNoise : kGapNoise;
+      floors_(i) = std::max(floors_(i), noise * size * terms_.jacobian.row(i).lpNorm<1>());
     }
   }
   search_.Run({gaps, floors_.data(), true, !affine_, pieces, kMaxGapSamples, false, FallingOn(gaps),

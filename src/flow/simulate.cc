@@ -140,6 +140,10 @@ Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x,
       tolerance = std::max(tolerance, passed.tolerance);
     }
   }
+  if (next < schedule.grid.size() && flow.status().ok()) {
+    const bool at_end = schedule.grid[next] - end <= kTimeRounding * std::max(1.0, std::abs(end));
+    trajectory.input_changes_at_end = at_end && schedule.values[next] != schedule.values[next - 1];
+  }
   trajectory.status = flow.status();
   trajectory.warnings = flow.warnings();
   trajectory.num_warnings = flow.num_warnings();

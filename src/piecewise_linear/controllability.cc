@@ -22,7 +22,8 @@ constexpr double kClear = 1e-7;  // a unit preimage this near to a face is not c
 constexpr int kGenericTries = 100;
 constexpr int kDegreeChecks = 3;  // generic y whose degrees must agree
 constexpr Eigen::Index kManyColumns = 2048;
-constexpr double kAttained = 1e-6;  // share of y that a linear program must attain
+/// Share of y that a linear program must attain by w up to this size, in balanced units.
+constexpr double kAttained = 1e-6, kFarthest = 1e4;
 
 Vector RandomUnit(Eigen::Index n, std::mt19937* generator) {
   std::normal_distribution<double> normal;
@@ -54,18 +55,32 @@ Matrix Images(const PiecewiseLinearMap& map) {
   return upper.transpose();
 }
 
-/// Is y = f(w) for some w? Per piece, max t subject to A w = t y, w ∈ C, |w_k| ≤ 1, t ≤ 1. True
-/// when the programs do not tell.
+/// Units of rows and columns in which the largest entries of all pieces are 1, where not all are 0.
+void Balance(const PiecewiseLinearMap& map, Vector* rows, Vector* columns) {
+  Matrix largest = Matrix::Zero(map.rows(), map.cols());
+  for (const LinearPiece& piece : map.pieces()) {
+    largest = largest.cwiseMax(piece.matrix.cwiseAbs());
+  }
+  const auto units = [](const Vector& sizes) {
+    return Vector((sizes.array() > 0).select(sizes, 1.0));
+  };
+  *rows = units(largest.rowwise().maxCoeff());
+  const Matrix scaled = rows->cwiseInverse().asDiagonal() * largest;
+  *columns = units(scaled.colwise().maxCoeff().transpose()).cwiseInverse();
+}
+
+/// Is y = f(w) for some w? Per piece, max t subject to A w = t y, w ∈ C, |w_k| ≤ kFarthest, t ≤ 1.
+/// True when the programs do not tell.
 bool IsAttained(const PiecewiseLinearMap& map, const Vector& y) {
   if (!HaveLinearPrograms()) return true;
   const int m = map.cols(), r = map.rows();
   for (const LinearPiece& piece : map.pieces()) {
     AskBudget();
     const int h = static_cast<int>(piece.cone.rows());
-    const double scale = std::max(piece.matrix.cwiseAbs().maxCoeff(), 1e-300);
     Matrix rows(h + 2 * r, m + 1);
-    rows << piece.cone, Matrix::Zero(h, 1), piece.matrix / scale, -y, -piece.matrix / scale, y;
-    const Vector upper = Vector::Ones(m + 1);
+    rows << piece.cone, Matrix::Zero(h, 1), piece.matrix, -y, -piece.matrix, y;
+    Vector upper = Vector::Constant(m + 1, kFarthest);
+    upper(m) = 1;
     Vector lower = -upper;
     lower(m) = 0;
     const std::optional<LinearOptimum> best =
@@ -75,12 +90,16 @@ bool IsAttained(const PiecewiseLinearMap& map, const Vector& y) {
   return false;
 }
 
-/// Looks for a y that f does not attain: opposite to the middle of each piece's
-/// image, then at random.
+/// Looks for a y that f does not attain: opposite to the middle of each piece's image, then at
+/// random, in units of which none decides.
 void SeekUnattained(const PiecewiseLinearMap& map, const ControllabilityOptions& options,
                     std::mt19937* generator, ControllabilityReport* report) {
-  const PiecewiseLinearMap onto =
+  Vector rows, columns;
+  const PiecewiseLinearMap reached =
       InBases(map, report->reachable, Matrix::Identity(map.cols(), map.cols()));
+  Balance(reached, &rows, &columns);
+  const PiecewiseLinearMap onto =
+      InBases(reached, Matrix(rows.cwiseInverse().asDiagonal()), Matrix(columns.asDiagonal()));
   std::vector<Vector> candidates;
   for (const LinearPiece& piece : onto.pieces()) {
     AskBudget();
@@ -99,7 +118,7 @@ void SeekUnattained(const PiecewiseLinearMap& map, const ControllabilityOptions&
     if (options.cancelled && options.cancelled()) return;
     if (IsAttained(onto, y)) continue;
     report->verdict = ControllabilityVerdict::kNotControllable;
-    report->unattained = report->reachable * y;
+    report->unattained = (report->reachable * rows.cwiseProduct(y)).normalized();
     return;
   }
 }

@@ -62,6 +62,23 @@ OrbitOptions In(const Units& units) {
   return options;
 }
 
+/// What has been held is off its surface by the rounding of its units, which is no touchdown.
+TEST(OrbitUnits, WhatLetsGoDoesNotTouchDownAgainInAny) {
+  const auto model = MakeModel("hopping_trot", {});
+  for (const double length : {1.0, 1e3, 1e4, 1e6}) {
+    for (const double tolerance : {1e-9, 1e-10, 1e-11, 1e-12}) {
+      const Units units = TrotUnits(length, 1);
+      const OtherUnits trot(MakeModel("hopping_trot", {}), units);
+      SimulateOptions options;
+      options.relative_tolerance = options.absolute_tolerance = tolerance;
+      const Trajectory run =
+          Simulate(trot, units.State(model->nominal().x), Vector(0), 0.8, options);
+      ASSERT_TRUE(run.status.ok()) << run.status.message;
+      EXPECT_EQ(2u, run.transitions.size()) << "length " << length << ", to " << tolerance;
+    }
+  }
+}
+
 TEST(OrbitUnits, OnePathInAny) {
   const Units same = TrotUnits(1, 1);
   const OrbitSolution natural = FindOrbit(Trot(same), In(same));

@@ -219,6 +219,35 @@ TEST(Controllability, MoreInputsThanStatesNeedASquareRestriction) {
   }
 }
 
+/// (w₁, w₂) ↦ (w₁, unit g), where g is w₂ from 0 on, 0 down to −|w₁|, and w₂ + |w₁| below: onto,
+/// though not regular.
+TEST(Controllability, NoUnitMakesAStateUnreached) {
+  for (const double unit : {1.0, 1e3, 1e-3, 1e-5, 1e-7, 1e-9}) {
+    Matrix same = Matrix::Zero(2, 2), flat = same;
+    same.diagonal() << 1, unit;
+    flat(0, 0) = 1;
+    std::vector<LinearPiece> pieces(5);
+    pieces[0].matrix = same;
+    pieces[0].cone = Eigen::RowVector2d(0, 1);
+    for (int k = 0; k < 2; ++k) {
+      const double side = k == 0 ? 1 : -1;
+      LinearPiece& still = pieces[static_cast<std::size_t>(1 + 2 * k)];
+      still.matrix = flat;
+      still.cone.resize(3, 2);
+      still.cone << 0, -1, side, 1, side, 0;
+      LinearPiece& below = pieces[static_cast<std::size_t>(2 + 2 * k)];
+      below.matrix = same;
+      below.matrix(1, 0) = unit * side;
+      below.cone.resize(2, 2);
+      below.cone << -side, -1, side, 0;
+    }
+    for (LinearPiece& piece : pieces) piece.cone.rowwise().normalize();
+    const ControllabilityReport report = AssessControllability(PiecewiseLinearMap(pieces));
+    EXPECT_NE(ControllabilityVerdict::kNotControllable, report.verdict)
+        << "unit " << unit << ": " << report.message;
+  }
+}
+
 TEST(Controllability, WhatNoInputReachesIsNamed) {
   if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
   // (w₁, w₂) ↦ |w₁| + |w₂| is never negative, whatever the restriction.

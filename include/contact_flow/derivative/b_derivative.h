@@ -44,6 +44,8 @@ class BDerivative {
   StartCone start;           ///< directions into contacts that the start touches
   StartStop start_stop;      ///< what sticks at the start and is made to slip is stopped
   Vector time;               ///< F(φ(T, x)) [2d]
+  /// The input changes at T: `time` is that of shorter runs, longer ones have another.
+  bool input_changes_at_end = false;
   std::vector<Matrix> arcs;  ///< Φ_0 … Φ_N [2d+k × 2d+k]
   /// B_1 … B_N. Where changes of the input coincide with events of contacts, the first of these
   /// transitions has the map of all, and the others have the identity (EventMap::absorbed).
@@ -65,7 +67,8 @@ class BDerivative {
   /// std::invalid_argument for a direction that leaves the domain at the start, naming the
   /// constraint, and std::domain_error like EventMap, or where the status is not kOk.
   Vector operator()(const VectorRef& w) const;
-  /// The same with a change of the horizon.
+  /// The same with a change of the horizon; std::domain_error for a longer one where the input
+  /// changes at T.
   Vector operator()(double dt, const VectorRef& w) const;
   /// w behind what happens at the start, [2d+k]: impacts with a speed of first order, slips that
   /// stop. Throws as above.

@@ -39,7 +39,7 @@ struct CostGradient {
   Matrix inputs;       ///< by the input of each interval of the grid, where asked for [m×K]
   Vector parameters;   ///< by the parameters asked for [k_p]
   Vector instants;     ///< by the instants when the input changes [K−1]
-  double horizon = 0;  ///< by T
+  double horizon = 0;  ///< by T; NaN where the input changes there: there are two
   /// False: it is the gradient of the direction's piece alone, or of the directions that a start
   /// which touches contacts admits.
   bool whole = true;

@@ -124,6 +124,7 @@ struct Trajectory {
   static constexpr long kMaxWarnings = 100;  ///< that are kept
   /// The one it was made with, or the largest that the errors of the instants asked for [s].
   double simultaneity_tolerance = 0;
+  bool input_changes_at_end = false;  ///< at the end itself, as for all runs that are longer
   ImpactLaw impact_law = ImpactLaw::kComplementarity;       ///< the one it was made with
   IntegrationMethod method = IntegrationMethod::kExplicit;  ///< the one it was made with
   /// Those it was made with, as in SimulateOptions.
