@@ -70,7 +70,8 @@ void FrictionalReset::CheckBrushed(const FrictionSolution& solution, int hit, do
         solution.letters[k] == Letter::kOpen ? solution.result(row) : gain * solution.force(row);
     const bool border = moved <= border_ * scale,
                clear = moved > kBrushed * approach * std::sqrt(gain);
-    if (!persisting_.Contains(i) || border || clear) continue;
+    // What is pressed afterwards comes back at once where it is lifted: as if it was held.
+    if (!persisting_.Contains(i) || after_.Contains(i) || border || clear) continue;
     throw std::domain_error("the impact of '" + names[hit] + "' moves '" + names[i] +
                             "', which rests, so little that perturbations of that size decide "
                             "whether it does: there are two derivatives, and neither holds for "

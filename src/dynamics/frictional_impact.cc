@@ -18,10 +18,11 @@ constexpr double kEnergyRounding = 1e-10;
 /// The contacts that an impact is shared among: not those that do not approach and whose normal
 /// rows no other row feels, like the pads of joints with friction. These get no impulse.
 ConstraintSet Bearing(const MechanicalSystem& system, const InverseInertia& inertia,
-                      const VectorRef& v, ConstraintSet touching, ContactMode before) {
+                      const VectorRef& v, ConstraintSet touching) {
   const FrictionFrame frame(system, inertia, touching);
   const FrictionProblem& problem = frame.problem();
-  const Vector rate = frame.rows() * v, rounding = frame.RateRounding(inertia, v, before);
+  const Vector rate = frame.rows() * v;
+  const Vector rounding = frame.RateRounding(inertia, v, ContactMode());
   ConstraintSet bearing = touching;
   for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
     const int row = problem.Row(k);
@@ -29,7 +30,7 @@ ConstraintSet Bearing(const MechanicalSystem& system, const InverseInertia& iner
       bearing.Erase(frame.constraints()[k]);
     }
   }
-  return bearing;
+  return bearing.Empty() ? touching : bearing;
 }
 
 }  // namespace
@@ -38,7 +39,7 @@ FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const Vec
                                        const VectorRef& v_minus, ConstraintSet touching,
                                        ContactMode before_impact, WordConventions* by) {
   const InverseInertia inertia(system, q, v_minus);
-  FrictionFrame frame(system, inertia, Bearing(system, inertia, v_minus, touching, before_impact));
+  FrictionFrame frame(system, inertia, Bearing(system, inertia, v_minus, touching));
   FrictionProblem& problem = frame.problem();
   const Vector before = frame.rows() * v_minus;
   problem.b = before;
