@@ -45,6 +45,7 @@ FrictionalReset::FrictionalReset(const ContactDynamics& dynamics, const Vector& 
       d_(system_.dof()),
       nq_(system_.num_positions()),
       size_(2 * d_ + dynamics.num_variables()),
+      t_(cluster.t),
       border_(std::max(kResetBorder, kKnownSpeed * cluster.relative_tolerance)),
       persisting_(mode.Members().Without(hit)),
       after_(cluster.mode_after),

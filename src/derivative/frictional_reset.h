@@ -51,6 +51,7 @@ class FrictionalReset {
   const MechanicalSystem& system_;
   const Vector x_;
   const int d_, nq_, size_;
+  const double t_;
   const double border_;  // how closely the inequalities of the impact have to hold, relative
   const ConstraintSet persisting_, after_;
   const InverseInertia inertia_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -15,6 +16,8 @@ namespace {
 
 constexpr double kTimeRounding = 1e-14;  // of instants, relative
 constexpr std::size_t kFewEvents = 3;    // what there is room for at once
+/// An instant of the input that is no farther from the end than this, relative, is the end.
+constexpr double kAtEnd = 4 * std::numeric_limits<double>::epsilon();
 
 Arc ArcFrom(const Flow& flow) {
   Arc arc;
@@ -118,9 +121,10 @@ Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x,
   trajectory.arcs.push_back(ArcFrom(flow));
   TrajectorySize size(system, options.max_megabytes);
   std::size_t next = 1;  // of the schedule
+  const double same = kAtEnd * std::max(std::abs(begin), std::abs(end));
   try {
     while (flow.status().ok() && flow.t() < end) {
-      const bool changes = next < schedule.grid.size() && schedule.grid[next] < end;
+      const bool changes = next < schedule.grid.size() && schedule.grid[next] < end - same;
       const double segment_end = changes ? schedule.grid[next] : end;
       const bool passed =
           FlowArc(&flow, segment_end, end, options.dense, &size, &trajectory.arcs.back()) ||
@@ -141,8 +145,8 @@ Trajectory Simulate(const MechanicalSystem& system, const VectorRef& x,
     }
   }
   if (next < schedule.grid.size() && flow.status().ok()) {
-    const bool at_end = schedule.grid[next] - end <= kTimeRounding * std::max(1.0, std::abs(end));
-    trajectory.input_changes_at_end = at_end && schedule.values[next] != schedule.values[next - 1];
+    trajectory.input_changes_at_end =
+        schedule.grid[next] <= end + same && schedule.values[next] != schedule.values[next - 1];
   }
   trajectory.status = flow.status();
   trajectory.warnings = flow.warnings();

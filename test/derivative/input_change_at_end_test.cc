@@ -42,6 +42,12 @@ TEST(InputChangeAtEnd, LongerRunsAreRefused) {
     return end(0);
   };
   EXPECT_TRUE(std::isnan(DifferentiateCost(*ball, run, cost).horizon));
+  // The end is an instant that its rounding tells apart from it, too: 0.1 + 0.2 > 0.3.
+  for (const double end : {0.1 + 0.2, std::nextafter(kEnd, 0)}) {
+    const BDerivative near = DifferentiateOutcome(*ball, run_to(schedule, end));
+    EXPECT_THROW(near(1, none), std::domain_error);
+    EXPECT_LE((shorter - near(-1, none)).cwiseAbs().maxCoeff(), 1e-4);
+  }
   // Where it stays, or changes elsewhere, both sides are one.
   for (const Trajectory& other : {run_to(Pushed(20, 20), kEnd), run_to(schedule, kEnd + 0.1)}) {
     const BDerivative both = DifferentiateOutcome(*ball, other);

@@ -91,5 +91,28 @@ TEST(BrushedFoot, IsPressedOrComesBackByItsWeight) {
   }
 }
 
+/// Pressed by less than what decides, and by more: the friction of such a push is felt by the head,
+/// so that runs which lift the foot have another derivative.
+TEST(BrushedFoot, HasTwoDerivativesBesideUpright) {
+  const std::unique_ptr<RobotSystem> body = MakeBody();
+  const double upright = UprightPitch(*body);
+  for (const double off : {1e-8, -1e-8, 1e-7, 1e-6}) {
+    const BDerivative B = DifferentiateOutcome(*body, SlideToWall(*body, Standing(upright + off)));
+    EXPECT_FALSE(B.status.ok()) << off;
+    EXPECT_NE(std::string::npos, B.status.message.find("two derivatives")) << B.status.message;
+  }
+  const Vector x = Standing(upright + 1e-5);
+  const Trajectory run = SlideToWall(*body, x);
+  const BDerivative B = DifferentiateOutcome(*body, run);
+  ASSERT_TRUE(B.status.ok()) << B.status.message;
+  const Vector w = ProjectAdmissible(*body, x, B.initial_mode, Vector::Unit(6, 2));
+  for (const double step : {1e-6, -1e-6}) {
+    Vector moved = Standing(upright + 1e-5 + step);
+    moved.tail(3) += (x + step * w - moved).tail(3);
+    const Vector quotient = (SlideToWall(*body, moved).FinalState() - run.FinalState()) / step;
+    EXPECT_LE((quotient - B(w)).cwiseAbs().maxCoeff(), 1e-3) << step;
+  }
+}
+
 }  // namespace
 }  // namespace contact_flow
