@@ -32,9 +32,6 @@ constexpr double kRateReach = 0.3;
 constexpr double kMarginPrecision = 0.5;
 /// Rounding of a guard, relative to its size: a state of several terms, and a formula of them.
 constexpr double kGuardRounding = 1e-14;
-/// A gap that falls by less than this part of a floor before it opens again stands still: a contact
-/// that was let go together with others has a speed of the order of rounding.
-constexpr double kStandsStill = 1e-3;
 
 /// Root of a function with a sign change in [a, b], to rounding.
 template <class Function>

@@ -26,6 +26,9 @@ inline constexpr double kDeep = 100, kUnresolved = 10;
 /// An event is moved this far by one Euler step [s]: error ~1e-18.
 inline constexpr double kTaylorReach = 1e-9;
 inline constexpr int kMaxNewton = 40;  // steps towards an event: a double zero takes most
+/// A gap that falls by less than this part of a floor before it opens again stands still: a contact
+/// that was let go together with others has a speed of the order of rounding.
+inline constexpr double kStandsStill = 1e-3;
 /// A force at an event is below this part of what it was where the step began; unless the step is
 /// as short as this, relative to max(1, t): where forces jump, they do so here.
 inline constexpr double kPhantom = 0.1, kShortest = 1e-12;

@@ -17,11 +17,17 @@ std::optional<double> Flow::StepOntoEvent(const LocatedEvent& event, double leng
   const ConstraintSet low = guards_.OfGaps(mode_) & locator_.margins().low;
   if (!reached || *reached > kTaylorReach || !low.Contains(event.constraint)) return reached;
   // What let go within its floor below its surface may rise by less than that, and not pass its
-  // surface: it comes back to where it began.
+  // surface: it comes back to where it began. What approaches there has touched.
   const GuardJet begin = guards_.OfMotion(event.constraint, mode_, gaps_begin_);
+  const double still = kStandsStill * options_.absolute_tolerance;
   if (!(begin.value < 0) || !(begin.acceleration > 0)) return reached;
+  if (begin.rate < 0 && begin.rate * begin.rate > 2 * still * begin.acceleration) return reached;
   const std::optional<double> later = StepOntoLevel(event, length, length, begin.value);
-  if (later && *later > *reached) return later;
+  if (later && *later > *reached) {
+    SampleGaps(system_, x_end_, stepper_->end_field().tail(system_.dof()), &terms_, &gaps_end_);
+    const GuardJet end = guards_.OfMotion(event.constraint, mode_, gaps_end_);
+    if (end.rate < 0 && std::abs(end.value - begin.value) <= still) return later;
+  }
   return StepOntoLevel(event, length, event.theta * length, 0);
 }
 

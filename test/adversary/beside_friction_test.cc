@@ -178,6 +178,26 @@ TEST(BesideFriction, DerivativesAreThoseWithout) {
   EXPECT_EQ(compared, 9 * static_cast<int>(std::size(kSeeds)));
 }
 
+/// Seeds whose contacts, just hit and a rounding below their surfaces, approach others and slow down
+/// as they do: they were taken for contacts that let go, and fell through.
+TEST(BesideFriction, RunsAreThoseWithout) {
+  for (const std::uint64_t seed : {4406, 4626, 4713, 5201, 5683}) {
+    for (const double tolerance : {1e-9, 1e-10, 1e-11}) {
+      const Case c = Generate(seed);
+      ASSERT_TRUE(c.skipped.empty()) << seed;
+      const BesidePuck beside(*c.system, 100);
+      SimulateOptions options;
+      options.relative_tolerance = options.absolute_tolerance = tolerance;
+      options.complete_zeno = true;
+      const Trajectory alone = Simulate(*c.system, c.x, c.schedule, c.duration, options);
+      const Vector x = beside.Join(c.x, Vector::Zero(4));
+      const Trajectory run = Simulate(beside, x, c.schedule, c.duration, options);
+      ASSERT_TRUE(alone.status.ok()) << seed << ": " << alone.status.message;
+      ASSERT_TRUE(run.status.ok()) << seed << ": " << run.status.message;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace adversary
 }  // namespace contact_flow
