@@ -32,7 +32,8 @@ bool JudgeTouching(ContactDynamics* dynamics, const Transition& transition,
   }
   bool followed = open.Size() <= static_cast<int>(kMaxOpened);
   double apart = 0;
-  for (std::size_t k = 1; k < later.size() && apart == 0; ++k) {
+  // One that is apart decides, and so does one that is not followed to its end.
+  for (std::size_t k = 1; k < later.size() && apart == 0 && (followed || k == 1); ++k) {
     rules.shut = transition.touching - later[k];
     const ImpactSequences sequences(dynamics, transition, frame, rules);
     followed = followed && sequences.all;

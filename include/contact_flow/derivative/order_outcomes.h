@@ -36,7 +36,7 @@ inline constexpr std::size_t kMaxListedOrders = 50000;
 /// first outcomes, and do not touch yet in those behind them, where they are hit like any other;
 /// these are not listed where they are more than kMaxOrderedActivations with the activations.
 /// Empty for more than kMaxOrderedActivations activations. A list of kMaxListedOrders entries
-/// may lack others.
+/// may lack others, and so may one of 2 for each order.
 std::vector<OrderOutcome> ListOrderOutcomes(ContactDynamics* dynamics,
                                             const Transition& transition);
 
