@@ -178,8 +178,8 @@ TEST(BesideFriction, DerivativesAreThoseWithout) {
   EXPECT_EQ(compared, 9 * static_cast<int>(std::size(kSeeds)));
 }
 
-/// Seeds whose contacts, just hit and a rounding below their surfaces, approach others and slow down
-/// as they do: they were taken for contacts that let go, and fell through.
+/// Seeds whose contacts, a rounding below their surfaces, approach and slow down as they do: they
+/// were taken for contacts that let go, and fell through.
 TEST(BesideFriction, RunsAreThoseWithout) {
   for (const std::uint64_t seed : {4406, 4626, 4713, 5201, 5683}) {
     for (const double tolerance : {1e-9, 1e-10, 1e-11}) {

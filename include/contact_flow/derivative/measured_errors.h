@@ -7,7 +7,7 @@
 namespace contact_flow {
 
 /// The errors of an outcome x(T) and of its derivative B, measured: the run is made and
-/// differentiated once more with a small part of its tolerances and half of its longest step; what
+/// differentiated once more with a small part of its tolerances and shorter steps in every arc; what
 /// differs is the error of the first. It costs such a run. Trust and BDerivative::Error cost nearly
 /// nothing, and may be a thousand times as large. Where tolerances cannot be smaller the other run
 /// has larger ones, and errors are less than what differs.
