@@ -7,8 +7,9 @@
 namespace contact_flow {
 
 /// The errors of an outcome x(T) and of its derivative B, measured: the run is made and
-/// differentiated once more with a small part of its tolerances and shorter steps in every arc; what
-/// differs is the error of the first. It costs such a run. Trust and BDerivative::Error cost nearly
+/// differentiated once more with a small part of its tolerances and shorter steps in each arc; what
+/// differs is the error of the first. It costs a few such runs: up to eight times as many steps are
+/// made where some arcs are much shorter than others. Trust and BDerivative::Error cost nearly
 /// nothing, and may be a thousand times as large. Where tolerances cannot be smaller the other run
 /// has larger ones, and errors are less than what differs.
 class MeasuredErrors {
