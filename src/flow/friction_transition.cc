@@ -194,9 +194,7 @@ void FrictionalResolution::Note(int guard, double slope) {
 void FrictionalResolution::NoteTouch(int i, double slope) {
   Transition& cluster = result_.transition;
   // The same event at the same time: it opens too slowly to be taken for a touch without speed.
-  const double slow = rules_.stalled || all_hit_
-                          ? 0
-                          : std::min(rules_.speed_tolerance, 1e3 * rules_.absolute_tolerance);
+  const double slow = rules_.stalled || all_hit_ ? 0 : Unresolved();
   const double still = std::max(Rounding(i, cluster.x_minus.tail(d_)), slow);
   if (slope < -still) {
     cluster.activated.Insert(i);

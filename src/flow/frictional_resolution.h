@@ -45,10 +45,11 @@ class FrictionalResolution {
   void Decide();
   /// Where nothing but the input changes.
   void DecideInput();
-  /// Where a slip becomes singular: it ends by an impact without collision, or the contact lets go.
-  /// False where that cannot be.
+  /// Where a slip becomes singular: it ends by an impact without collision, the contact lets go, or
+  /// a slip that is too slow to be told from rest sticks. False where that cannot be.
   bool EndSlip(int jammed) { return EndSlip(jammed, result_.transition.mode_before); }
   bool LetGo(int i);
+  bool Settle(int i);
   void TellOfSingularSlip(int i, Outcome outcome, const std::string& what);
   ResolvedTransition Take() { return std::move(result_); }
 
@@ -63,6 +64,10 @@ class FrictionalResolution {
       if (std::abs(rate(k)) > Rounding(k, v)) return true;
     }
     return false;
+  }
+  /// Speeds up to this are not told from rest.
+  double Unresolved() const {
+    return std::min(rules_.speed_tolerance, 1e3 * rules_.absolute_tolerance);
   }
   /// A contact that rested before may have drifted by the integrator's error.
   double Drift(int i) const {

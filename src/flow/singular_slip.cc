@@ -121,6 +121,23 @@ bool FrictionalResolution::LetGo(int i) {
   return true;
 }
 
+bool FrictionalResolution::Settle(int i) {
+  Transition& cluster = result_.transition;
+  const Vector v = cluster.x_minus.tail(d_);
+  const Friction& friction = system_.friction()[i];
+  const double slip = rate_.segment(friction.row, friction.dimension).norm();
+  if (!(slip <= Unresolved())) return false;
+  TouchingContacts contacts;
+  const ConstraintSet still = cluster.mode_before.Sticking().With(i);
+  for (int j : cluster.mode_before) Sort(j, rate_, v, still, &contacts);
+  SetLetters(contacts);
+  if (cluster.mode_after.LetterOf(i) != Letter::kStick) return false;
+  std::ostringstream what;
+  what << "it sticks, having slipped by no more than " << slip << " m/s";
+  TellOfSingularSlip(i, Outcome::kPainleveCrossing, what.str());
+  return true;
+}
+
 std::optional<ResolvedTransition> ResolveJam(ContactDynamics* dynamics, double t, const Vector& x,
                                              ContactMode mode, const TransitionRules& rules) {
   for (int i : Slips(dynamics, x, mode)) {
@@ -142,6 +159,11 @@ ResolvedTransition ResolveSingularSlip(ContactDynamics* dynamics, double t, cons
     auto open =
         Try(dynamics, t, x, mode, rules, [i](FrictionalResolution* r) { return r->LetGo(i); });
     if (open) return *open;
+  }
+  for (int i : slips) {
+    auto rest =
+        Try(dynamics, t, x, mode, rules, [i](FrictionalResolution* r) { return r->Settle(i); });
+    if (rest) return *rest;
   }
   FrictionalResolution resolution(dynamics, t, x, mode, rules);
   if (!slips.empty()) {
