@@ -292,7 +292,7 @@ double LogGrowth(const PiecewiseLinearMap& map, Vector y, int steps) {
 TEST(StabilityOfRandomMaps, NeverContradictsSimulation) {
   if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
   std::mt19937 generator(11);
-  constexpr int kMaps = 1000, kStarts = 20, kSteps = 400;
+  constexpr int kMaps = 500, kStarts = 20, kSteps = 400;
   int stable = 0, unstable = 0, undetermined = 0;
   StabilityOptions options;
   options.max_words = 500;
