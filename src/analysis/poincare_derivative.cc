@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The B-derivative of a return that was found.
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -53,17 +54,20 @@ ConstraintSet PoincareMap::Touching(const VectorRef& x) const {
   return TouchingAt(system_, x, options_.simulate.gap_tolerance);
 }
 
-/// Does an event lie within the simultaneity tolerance of the return, before or behind it?
+/// Does an event lie within its simultaneity tolerance of the return, before or behind it?
 bool PoincareMap::AtAnEvent(const VectorRef& x, const PoincareReturn& result) const {
-  const double tolerance =
-      std::max(2 * result.trajectory.simultaneity_tolerance, kAtOnce * result.time);
+  const double instant = kAtOnce * result.time;
   const auto near = [&](const std::vector<Transition>& events) {
-    return !events.empty() && result.time - events.back().t <= tolerance;
+    return std::any_of(events.begin(), events.end(), [&](const Transition& event) {
+      return std::abs(result.time - event.t) <= std::max(2 * event.tolerance, instant);
+    });
   };
   if (near(result.trajectory.transitions)) return true;
+  // No event behind the return is known yet: those before it tell how uncertain one may be.
   SimulateOptions options = options_.simulate;
   options.dense = false;
-  const Trajectory beyond = Simulate(system_, x, u_, result.time + tolerance, options);
+  const double ahead = std::max(2 * result.trajectory.simultaneity_tolerance, instant);
+  const Trajectory beyond = Simulate(system_, x, u_, result.time + ahead, options);
   return !beyond.status.ok() || near(beyond.transitions);
 }
 

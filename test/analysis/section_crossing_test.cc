@@ -3,11 +3,13 @@
 // behind the start, and those at the instant of a touchdown.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <string>
 
 #include "contact_flow/analysis/poincare.h"
 #include "contact_flow/model/model_library.h"
+#include "test_models.h"
 
 namespace contact_flow {
 namespace {
@@ -90,6 +92,54 @@ TEST(SectionCrossing, RestitutionOfAPlasticSectionIsRefused) {
   const PoincareReturn by_gravity = behind("gravity");
   ASSERT_EQ(ReturnStatus::kReturned, by_gravity.status) << by_gravity.message;
   EXPECT_NEAR(-0.05, by_gravity.return_time(Vector::Unit(5, 4))(0), 1e-10);  // T = √(2 z/g)
+}
+
+/// Oscillators about y₁ = 1 and y₂ = −1 above floors: the first starts again from its floor, the second stays there.
+struct TwoOscillators : test::UnitMasses<2, 2> {
+  static constexpr const char* kName = "two_oscillators";
+  static constexpr std::array<const char*, 2> kCoordinates = {"y1", "y2"};
+  static constexpr std::array<const char*, 2> kUnits = {"m", "m"};
+  static constexpr std::array<const char*, 2> kConstraintNames = {"floor1", "floor2"};
+  template <class P>
+  struct Parameters {
+    template <class V>
+    void Visit(V&&) {}
+  };
+  template <class P, class S>
+  static void Force(const Parameters<P>&, const Eigen::Matrix<S, 2, 1>& q,
+                    const Eigen::Matrix<S, 2, 1>&, const Eigen::Matrix<S, 0, 1>&,
+                    Eigen::Matrix<S, 2, 1>* f) {
+    (*f)(0) = S(1) - q(0);
+    (*f)(1) = S(-1) - q(1);
+  }
+  template <class P, class S>
+  static void Gaps(const P&, const Eigen::Matrix<S, 2, 1>& q, Eigen::Matrix<S, 2, 1>* a) {
+    *a = q;
+  }
+};
+
+/// A return coincides with an event within the error of that event's instant. Others may be less certain: the first
+/// touches at a speed of 1e-3, the second at 2.8 right before the return.
+TEST(SectionCrossing, BesideAnEventIsJudgedByTheErrorOfThatOne) {
+  const ModelSystem<TwoOscillators> system({});
+  const double slow = 1 + 1e-6, quick = 3, when = 2.4;
+  const auto returned = [&](double behind) {
+    Vector x(4);
+    const double one = std::acos(-1 / slow) - 2, two = std::acos(1 / quick) - when;
+    x << 1 + slow * std::cos(one), -1 + quick * std::cos(two), -slow * std::sin(one),
+        -quick * std::sin(two);
+    Section section;
+    section.kind = Section::Kind::kTime;
+    section.value = when + behind;
+    PoincareOptions options;
+    options.simulate.relative_tolerance = options.simulate.absolute_tolerance = 1e-7;
+    return PoincareMap(system, Vector(0), section, options).Return(x);
+  };
+  const PoincareReturn beside = returned(1e-6);
+  EXPECT_GT(beside.trajectory.simultaneity_tolerance, 2e-6);
+  ASSERT_EQ(ReturnStatus::kReturned, beside.status) << beside.message;
+  EXPECT_NEAR(0, beside.map(Vector::Unit(4, 1)).norm(), 1e-7);  // it stays on its floor
+  EXPECT_EQ(ReturnStatus::kNoDerivative, returned(1e-8).status);
 }
 
 }  // namespace
