@@ -23,7 +23,7 @@ void ContactDynamics::AddFriction() {
       RowLayout(system_).AddTangential(i, &at_->active);
     } else if (friction.dimension > 0 &&
                (friction.coefficient > 0 || !by_parameter.row(i).isZero(0))) {
-      Sliding sliding{i, column, friction};
+      Sliding sliding{i, column, friction, Eigen::Vector2d::Zero(), 0, {}};
       sliding.direction(0) = SlipSign(letter);
       at_->turning = at_->turning || friction.dimension == 2 || !(friction.coefficient > 0);
       at_->sliding.push_back(sliding);

@@ -155,7 +155,7 @@ void EventLocator::SearchGaps(ConstraintSet gaps, bool free, LocatedEvent* event
                margins_.low},
               &margins_.gap, event);
   margins_.piece = std::min(h * search_.finest(), 2 * margins_.piece);
-  if (search_.samples() > kBusy * kMaxGapSamples) {
+  if (static_cast<double>(search_.samples()) > kBusy * kMaxGapSamples) {
     event->growth = std::min(event->growth, kBusyGrowth);
   }
 }

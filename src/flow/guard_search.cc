@@ -104,7 +104,8 @@ void GuardSearch::Report(int i, double theta, bool touch) {
 
 /// A number in [−1, 1) that is different each time, for places that must not follow a pattern.
 double GuardSearch::Irregular() const {
-  return 2 * (samples_ * kGolden - std::floor(samples_ * kGolden)) - 1;
+  const double turns = static_cast<double>(samples_) * kGolden;
+  return 2 * (turns - std::floor(turns)) - 1;
 }
 
 /// Samples the pieces' ends, in the slots from the last one's, 1, to the first one's.

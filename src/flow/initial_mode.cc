@@ -158,8 +158,10 @@ void Validate(const SimulateOptions& options) {
     Refuse("simultaneity_tolerance", options.simultaneity_tolerance, "finite and not negative");
   }
   if (!(options.max_step >= 0)) Refuse("max_step", options.max_step, "not negative");
-  if (options.max_steps < 1) Refuse("max_steps", options.max_steps, "at least 1");
-  if (options.max_events < 0) Refuse("max_events", options.max_events, "not negative");
+  if (options.max_steps < 1)
+    Refuse("max_steps", static_cast<double>(options.max_steps), "at least 1");
+  if (options.max_events < 0)
+    Refuse("max_events", static_cast<double>(options.max_events), "not negative");
 }
 
 ContactMode InitialMode(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u,

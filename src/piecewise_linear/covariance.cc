@@ -132,9 +132,10 @@ void Cubature(const PiecewiseLinearMap& map, const Matrix& root, const Covarianc
               OutcomeCovariance* result) {
   const Eigen::Index k = root.cols(), r = map.rows();
   const int count = k == 1 ? 1 : std::max(2, options.rotations);
-  // E ρ and E ρ² of the χ distribution with k degrees of freedom.
-  const double first = std::sqrt(2.0) * std::exp(std::lgamma(0.5 * (k + 1)) - std::lgamma(0.5 * k));
+  // E ρ and E ρ² of the χ distribution with k degrees of freedom; E ρ² = k.
   const double second = static_cast<double>(k);
+  const double first =
+      std::sqrt(2.0) * std::exp(std::lgamma(0.5 * (second + 1)) - std::lgamma(0.5 * second));
   const BudgetStage stage("the cubature");
   std::mt19937 generator(options.seed);
   Vector mean = Vector::Zero(r), mean_square = Vector::Zero(r);
@@ -148,8 +149,8 @@ void Cubature(const PiecewiseLinearMap& map, const Matrix& root, const Covarianc
       for (double sign : {1.0, -1.0}) {
         AskBudget();
         const Vector value = map(sign * directions.col(i));
-        one_mean += first / (2.0 * k) * value;
-        one_moment += second / (2.0 * k) * value * value.transpose();
+        one_mean += first / (2 * second) * value;
+        one_moment += 0.5 * value * value.transpose();
         ++result->points;
       }
     }

@@ -19,7 +19,8 @@ Vector HullWeights(const Matrix& G) {
   const Matrix M = squares / s + Matrix::Ones(count, count);
   const std::optional<ComplementaritySolution> found =
       SolveComplementarity(M, -Vector::Ones(count));
-  if (!found || !(found->z.sum() > 0)) return Vector::Constant(count, 1.0 / count);
+  if (!found || !(found->z.sum() > 0))
+    return Vector::Constant(count, 1 / static_cast<double>(count));
   return found->z / found->z.sum();
 }
 

@@ -68,8 +68,9 @@ RobotSystem::Shelf::~Shelf() { delete scratch.load(); }
 
 void RobotSystem::CheckElements() const {
   const RobotModel& model = robot_.model;
+  const int count = static_cast<int>(all_constraints_.size());
   const int clock = model.clock >= 0 ? model.ClockCoordinate().v : -1;
-  for (std::size_t i = 0; i < all_constraints_.size(); ++i) {
+  for (int i = 0; i < count; ++i) {
     const std::vector<int>& columns = constraint_geometry_[i].columns();
     const bool of_time = columns.size() == 1 && columns[0] == clock && constraint(i).Touches();
     if (!columns.empty() && !of_time) continue;
@@ -86,22 +87,22 @@ void RobotSystem::CheckElements() const {
   Constraints(q, v, &terms);
   const Vector moved = Perturb(nominal_.x, Vector::LinSpaced(2 * dof(), 0.01, 0.02));
   Constraints(moved.head(num_positions()), v, &around);
-  const auto pushed = [&](const ConstraintTerms& at, std::size_t i) {  // all but the clock
-    Vector row = at.jacobian.row(static_cast<Eigen::Index>(i));
-    if (clock >= 0 && constraint(static_cast<int>(i)).Touches()) row(clock) = 0;
+  const auto pushed = [&](const ConstraintTerms& at, int i) {  // all but the clock
+    Vector row = at.jacobian.row(i);
+    if (clock >= 0 && constraint(i).Touches()) row(clock) = 0;
     return row;
   };
-  for (std::size_t i = 0; i < all_constraints_.size(); ++i) {
+  for (int i = 0; i < count; ++i) {
     bool finite = std::isfinite(terms.gap(i)) && std::isfinite(terms.bias(i)) &&
                   terms.jacobian.row(i).allFinite();
-    const int row = slip_row(static_cast<int>(i)), rows = constraint(static_cast<int>(i)).slip.rows;
+    const int row = slip_row(i), rows = constraint(i).slip.rows;
     for (int r = row; rows > 0 && r < row + rows; ++r) {
       finite = finite && std::isfinite(terms.bias(r)) && terms.jacobian.row(r).allFinite();
     }
     // An arm that hangs straight above the floor moves its tip along it, but only there.
     const bool still = pushed(terms, i).isZero(0);
     if (finite && (!still || (terms.gap(i) > 0 && !pushed(around, i).isZero(0)))) continue;
-    const bool closes = static_cast<int>(i) >= num_constraints();
+    const bool closes = i >= num_constraints();
     throw std::invalid_argument(
         (closes ? "closure '" : "constraint '") + constraint(i).parts.name +
         "' is degenerate in the nominal state" + constraint(i).parts.where + ": " +
@@ -212,7 +213,7 @@ void RobotSystem::Constraints(const VectorRef& q, const VectorRef& v,
   const Loan loan(this);
   Scratch* s = loan.get();
   const RigidBodyTree& tree = robot_.model.tree;
-  const auto count = static_cast<Eigen::Index>(all_constraints_.size());
+  const int count = static_cast<int>(all_constraints_.size());
   terms->gap.setZero(count + num_tangential_);
   terms->bias.resize(count + num_tangential_);
   terms->jacobian.setZero(count + num_tangential_, tree.dof());
@@ -220,7 +221,7 @@ void RobotSystem::Constraints(const VectorRef& q, const VectorRef& v,
   const Vec3<double> weightless = Vec3<double>::Zero();
   s->MoveTo(tree, q.data(), v.data());
   UpdateAccelerations<double>(tree, weightless, nullptr, &s->state);
-  for (Eigen::Index i = 0; i < count; ++i) {
+  for (int i = 0; i < count; ++i) {
     const ElementGeometry& geometry = constraint_geometry_[i];
     geometry.Place(s->state, q.data(), &s->motion);
     geometry.Move(s->state, v.data(), &s->motion);
@@ -235,7 +236,7 @@ void RobotSystem::Constraints(const VectorRef& q, const VectorRef& v,
         terms->jacobian(i, geometry.columns()[c]) += gradient[k] * s->rows.z_q(k, c);
       }
     }
-    if (slip_row(static_cast<int>(i)) >= 0) AddSlipTerms(static_cast<int>(i), s, terms);
+    if (slip_row(i) >= 0) AddSlipTerms(i, s, terms);
   }
 }
 
