@@ -105,6 +105,43 @@ TEST(JointsAtStops, AnImpactAcrossLeavesAJointStuck) {
   }
 }
 
+/// A speed that is given to a joint which sticks is ended by its friction alone, along M⁻¹ of that
+/// joint, in any units: the frictions of others are what they were.
+TEST(JointsAtStops, OtherPadsDoNotFeelAStop) {
+  for (const double mass : {1., 1e9}) {
+    const std::string most = std::to_string(20 * mass), m = std::to_string(mass),
+                      inertia = std::to_string(0.02 * mass);
+    std::string urdf = "<robot name='r'><link name='l'/>", parent = "l";
+    for (const char* n : {"0", "1", "2"}) {
+      urdf += "<link name='l" + std::string(n) +
+              "'><inertial><origin xyz='0 0 -0.15'/><mass value='" + m + "'/><inertia ixx='" +
+              inertia + "' iyy='" + inertia + "' izz='" + inertia +
+              "' ixy='0' ixz='0' iyz='0'/></inertial></link><joint name='j" + n +
+              "' type='continuous'><parent link='" + parent + "'/><child link='l" + n +
+              "'/><origin xyz='0 0 -0.3'/><axis xyz='0 1 0'/><dynamics friction='" +
+              (parent == "l" ? most : m) + "'/></joint>";
+      parent = "l" + std::string(n);
+    }
+    const auto robot = Robot(urdf + "</robot>",
+                             "base: fixed\ngravity: 0\njoints: {friction: all}\nnominal: "
+                             "{positions: {j1: 0.2, j2: -0.4}, velocities: {j1: 1, j2: 0.8}}\n");
+    const auto from = [&](double speed) {
+      const Vector x = robot->nominal().x + speed * Vector::Unit(12, 6);
+      return Simulate(*robot, x, Vector(), 1e-4, AtTolerance(1e-12));
+    };
+    const Trajectory run = from(0);
+    ASSERT_EQ("s++", run.arcs.front().mode.Word(3));
+    const BDerivative B = DifferentiateOutcome(*robot, run);
+    ASSERT_TRUE(B.status.ok()) << B.status.message;
+    for (const double sign : {1., -1.}) {
+      constexpr double kStep = 1e-5;
+      const Vector quotient = (from(sign * kStep).FinalState() - run.FinalState()) / kStep;
+      EXPECT_TRUE((B(sign * Vector::Unit(12, 6)) - quotient).isZero(1e-3))
+          << mass << ": " << quotient.transpose();
+    }
+  }
+}
+
 /// Its stop and five pads that feel each other: complementarity and Coulomb's law as they are.
 TEST(JointsAtStops, MotionsBesideManyPadsFollowTheLaws) {
   constexpr int kJoints = 5;
