@@ -272,6 +272,19 @@ class ArcJacobian {
       const double change = dynamics_.force_jacobian().row(i).head(2 * d_).lpNorm<1>();
       if (force > push_reach_(i) * change) push_reach_(i) = force / change;
     }
+    NoteSharedPushes();
+  }
+  /// What shares no force of its own may still be held by the others that it shares with.
+  void NoteSharedPushes() {
+    constexpr double kNoShare = 1e-6;  // of the largest force
+    const Vector& force = dynamics_.force();
+    for (int i : dynamics_.shared()) {
+      if (force(i) > kNoShare * force.cwiseAbs().maxCoeff()) continue;
+      const double margin = dynamics_.shared_margin();
+      const auto moved = dynamics_.shared_gradient().transpose() * dynamics_.force_jacobian();
+      const double change = moved.head(2 * d_).template lpNorm<1>();
+      if (margin > push_reach_(i) * change) push_reach_(i) = margin / change;
+    }
   }
 
   ContactDynamics& dynamics_;

@@ -42,6 +42,9 @@ class FrictionalWalk {
   Matrix Rows() const;
   /// Contacts that stick where the cluster begins, and that w moves: by the projection (F7).
   void SettleSticking();
+  /// Contacts that leave their cones where the cluster does nothing else, with an acceleration that
+  /// jumps: a stick that lets go as it reaches its cone.
+  ConstraintSet Bursting();
   std::vector<WalkGuard> GuardsHere();
   /// The first-order instant of a guard as a row by (w, δt).
   Eigen::RowVectorXd TimeOf(const WalkGuard& guard) const;
@@ -96,6 +99,7 @@ class FrictionalWalk {
   ContactMode mode_;
   ConstraintSet pending_;          // touchdowns to come
   ConstraintSet releasing_;        // forces that are to vanish
+  ConstraintSet bursting_;         // see Bursting
   ConstraintSet released_;         // without slip
   ConstraintSet hovering_;         // let go without acceleration
   ConstraintSet dropped_;          // let go with one

@@ -47,6 +47,7 @@ FrictionalWalk::FrictionalWalk(ContactDynamics* dynamics, const Transition& tran
     if (guards_.OfSlips(mode_).Contains(g)) still_.Insert(guards_.ConstraintOf(g));
   }
   releasing_ = transition.vanishing;
+  bursting_ = Bursting();
   slack_ = ForceSlack(&dynamics_, transition);
   SettleSticking();
 }
@@ -111,8 +112,19 @@ void FrictionalWalk::SettleSticking() {
       path_.matrix;
 }
 
+ConstraintSet FrictionalWalk::Bursting() {
+  ConstraintSet bursting;
+  for (int g : transition_.guards) {
+    if (guards_.KindOf(g, mode_) != GuardKind::kCone) return {};
+    const int i = guards_.ConstraintOf(g);
+    if (!transition_.mode_after.Contains(i)) bursting.Insert(i);
+  }
+  const bool alone = transition_.activated.Empty() && transition_.grazed.Empty() && inputs_.empty();
+  return alone ? bursting : ConstraintSet();
+}
+
 std::vector<WalkGuard> FrictionalWalk::GuardsHere() {
-  ContactsAhead ahead{pending_, {}, releasing_};
+  ContactsAhead ahead{pending_, {}, releasing_, bursting_};
   for (int i : mode_.SlippingInPlane()) {
     if (Still(i)) ahead.stopping.Insert(i);
   }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <Eigen/LU>
 #include <Eigen/QR>
+#include <cmath>
+#include <limits>
+#include <vector>
 
 #include "contact_flow/dynamics/guards.h"
 #include "frictional_reset.h"
@@ -21,6 +24,16 @@ Matrix SolveConsistent(const Matrix& A, const Vector& unit, const Matrix& B) {
 }
 
 namespace {
+
+/// Whether nothing that pushes moves row k but its own column: it keeps its rate without a push. So
+/// the pads of joints that slip, whose columns are in units of their own.
+bool Unmoved(const Matrix& H, const Vector& gain, Eigen::Index k) {
+  const double felt = std::numeric_limits<double>::epsilon();
+  for (Eigen::Index j = 0; j < H.cols(); ++j) {
+    if (j != k && std::abs(H(k, j)) > felt * std::sqrt(gain(k) * gain(j))) return false;
+  }
+  return true;
+}
 
 /// What ends the slips of `stopping`, and the normal rates of `landing`.
 Matrix EndRates(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
@@ -63,14 +76,21 @@ Matrix EndRates(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
     wanted.row(place) = rate_jacobian.row(rows[static_cast<std::size_t>(place)]);
   }
   Matrix projection = Matrix::Identity(rate_jacobian.cols(), rate_jacobian.cols());
-  const Matrix H = active * reach;
-  const Matrix gram = active * (inertia * active.transpose());
-  const Vector unit = gram.diagonal().cwiseSqrt().cwiseInverse();
+  const Matrix all = active * reach;
+  const Vector gain = (active * (inertia * active.transpose())).diagonal();
+  std::vector<Eigen::Index> pushing;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    if (!wanted.row(k).isZero(0) || !Unmoved(all, gain, k)) pushing.push_back(k);
+  }
+  const auto n = static_cast<Eigen::Index>(pushing.size());
+  if (n == 0) return projection;
+  const Matrix H = all(pushing, pushing), asked = wanted(pushing, Eigen::all);
+  const Vector unit = gain(pushing).cwiseSqrt().cwiseInverse();
   Eigen::FullPivLU<Matrix> ranks(unit.asDiagonal() * H * unit.asDiagonal());
   ranks.setThreshold(kDependent);
   projection.middleRows(d, d) -=
-      reach * (ranks.rank() < m ? SolveConsistent(H, unit, wanted)
-                                : Matrix(H.partialPivLu().solve(wanted)));
+      reach(Eigen::all, pushing) *
+      (ranks.rank() < n ? SolveConsistent(H, unit, asked) : Matrix(H.partialPivLu().solve(asked)));
   return projection;
 }
 

@@ -29,15 +29,18 @@ std::vector<WalkGuard> GuardsAhead(ContactDynamics* dynamics, const WalkPoint& p
     if (rate < -kGuardBorder * point.acceleration()) guards.push_back({Kind::kStop, i, slip, rate});
   }
   const bool jumps = !ahead.landing.Empty() || !NeverSlipping(system, ahead.releasing).Empty();
-  if (ahead.releasing.Empty() || !jumps) return guards;
+  const bool follows = jumps && !ahead.releasing.Empty();
+  if (!follows && ahead.bursting.Empty()) return guards;
   const auto add = [&](Kind kind, int i, const Eigen::RowVectorXd& gradient) {
     const double rate = gradient.dot(field);
     if (rate < -kGuardBorder * gradient.norm() * field.norm()) {
       guards.push_back({kind, i, gradient, rate});
     }
   };
-  for (int i : point.AtCone(mode)) add(Kind::kOnset, i, point.ConeGradient(mode, i));
-  for (int i : ahead.releasing& mode) {
+  for (int i : point.AtCone(mode)) {
+    if (follows || ahead.bursting.Contains(i)) add(Kind::kOnset, i, point.ConeGradient(mode, i));
+  }
+  for (int i : follows ? ahead.releasing& mode : ConstraintSet()) {
     dynamics->Differentiate(point.x(), mode);
     add(Kind::kRelease, i, dynamics->force_jacobian().row(i));
   }

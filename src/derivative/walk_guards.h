@@ -12,6 +12,7 @@ struct ContactsAhead {
   ConstraintSet landing;    ///< touch
   ConstraintSet stopping;   ///< have no slip left, with a letter that slips
   ConstraintSet releasing;  ///< have no force left
+  ConstraintSet bursting;   ///< are on their cones, where the acceleration jumps
 };
 
 /// A guard that is zero at the base point and vanishes for perturbed runs nearby.
@@ -24,7 +25,7 @@ struct WalkGuard {
 
 /// The guards of the mode that vanish, touchdowns first. Forces that vanish and cones that are
 /// reached change nothing to first order by themselves: they are told where a jump follows them,
-/// a touchdown or the release of what never slips.
+/// a touchdown or the release of what never slips, or is theirs.
 std::vector<WalkGuard> GuardsAhead(ContactDynamics* dynamics, const WalkPoint& point,
                                    ContactMode mode, const ContactsAhead& ahead);
 

@@ -9,6 +9,7 @@
 
 #include "dependent_words.h"
 #include "friction_group.h"
+#include "known_pads.h"
 #include "row_units.h"
 
 namespace contact_flow {
@@ -121,8 +122,11 @@ std::vector<FrictionSolution> SolveFriction(const FrictionProblem& problem, doub
   return SolveFrictionFrom(problem, border, {});
 }
 
-std::vector<FrictionSolution> SolveFrictionFrom(const FrictionProblem& problem, double border,
-                                                const std::vector<Letter>& before) {
+namespace {
+
+/// Group by group.
+std::vector<FrictionSolution> SolveGroups(const FrictionProblem& problem, double border,
+                                          const std::vector<Letter>& before) {
   std::vector<FrictionSolution> solutions = {WithoutForces(problem, problem.b)};
   for (const std::vector<std::size_t>& group : Groups(problem)) {
     FrictionProblem part;
@@ -180,6 +184,17 @@ std::vector<FrictionSolution> SolveFrictionFrom(const FrictionProblem& problem, 
     }
     solutions = std::move(all);
   }
+  return solutions;
+}
+
+}  // namespace
+
+std::vector<FrictionSolution> SolveFrictionFrom(const FrictionProblem& problem, double border,
+                                                const std::vector<Letter>& before) {
+  const KnownPads pads(problem);
+  std::vector<FrictionSolution> solutions =
+      SolveGroups(pads.Rest(), border, pads.LettersOf(before));
+  for (FrictionSolution& solution : solutions) solution = pads.Whole(solution);
   return solutions;
 }
 

@@ -77,7 +77,7 @@ ConstraintSet ImpliedClosed(const MechanicalSystem& system, const Vector& x, Con
 
 ConstraintSet ImpliedStill(const MechanicalSystem& system, const Vector& x, ConstraintSet closed,
                            ConstraintSet still) {
-  if (still.Empty() || (closed - still).Empty()) return {};
+  if ((closed - still).Empty()) return {};
   const int nq = system.num_positions();
   const InverseInertia inertia(system, x.head(nq), x.tail(system.dof()));
   const FrictionFrame frame(system, inertia, closed);

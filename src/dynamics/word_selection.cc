@@ -10,6 +10,7 @@
 #include "dependent_rows.h"
 #include "frame_words.h"
 #include "friction_group.h"
+#include "known_pads.h"
 #include "row_units.h"
 #include "turning_onset.h"
 #include "word_ahead.h"
@@ -220,7 +221,7 @@ class Words {
                "presses as soon as it lets go");
   }
 
-  bool Dependent() const { return HasDependentRows(frame_.problem().G); }
+  bool Dependent() const { return HasDependentRows(KnownPads(frame_.problem()).Rest().G); }
 
   [[noreturn]] void Refuse(FrictionRefusal::Kind kind, const std::string& what) const {
     std::ostringstream message;

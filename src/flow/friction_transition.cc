@@ -5,6 +5,7 @@
 #include <limits>
 #include <sstream>
 
+#include "contact_flow/model/driven.h"
 #include "force_slack.h"
 #include "frictional_resolution.h"
 #include "guard_zeros.h"
@@ -13,6 +14,12 @@
 #include "stop_in_space.h"
 
 namespace contact_flow {
+namespace {
+
+/// A pull that is none of rounding, relative to the largest acceleration of a gap.
+constexpr double kPulled = 1e-7;
+
+}  // namespace
 
 void FrictionalResolution::Collect(int trigger) {
   Transition& cluster = result_.transition;
@@ -57,7 +64,8 @@ void FrictionalResolution::Decide() {
     if (std::abs(terms_.gap(i)) > rules_.gap_tolerance) continue;
     if (std::abs(rate_(i)) <= Rounding(i, v_minus)) touching.Insert(i);
   }
-  touching = touching | AddImplied(touching);
+  implied_ = AddImplied(touching);
+  touching = touching | implied_;
   const ConstraintSet beside = touching - before - cluster.activated;
   Vector v_plus = v_minus;
   ConstraintSet held;  // by the impact
@@ -77,10 +85,8 @@ void FrictionalResolution::Decide() {
       const bool bounces = cluster.activated.Contains(i) && system_.restitution()(i) > 0;
       if (!bounces) held.Insert(i);
     }
-    const Vector jump = terms_.jacobian * (v_plus - v_minus);
-    for (int i : (cluster.mode_before.Sticking() | stopped_) - impact.word) {
-      if (!Slips(i, jump, v_plus)) still.Insert(i);  // the impact elsewhere does not reach it
-    }
+    const ConstraintSet elsewhere = (cluster.mode_before.Sticking() | stopped_) - impact.word;
+    still = still | LeftStill(elsewhere, v_plus - v_minus);
   }
   const Vector rate = terms_.jacobian * v_plus;
   const auto bounced = [&](int i) {
@@ -128,6 +134,54 @@ void FrictionalResolution::Decide() {
   }
   TellOfRest(back & cluster.mode_after);
   cluster.touching = beside & (cluster.impulse_word | cluster.mode_after);
+  TellOfApex((beside & cluster.mode_after) - implied_ - grazed_);
+}
+
+/// Those of `contacts` that a jump of the velocity does not make slip: by more than rounding, in
+/// the kinetic metric, as the slip of a joint is a velocity alone.
+ConstraintSet FrictionalResolution::LeftStill(ConstraintSet contacts, const Vector& jump) const {
+  ConstraintSet left;
+  if (contacts.Empty()) return left;
+  const Vector& x = result_.transition.x_minus;
+  const InverseInertia inertia(system_, x.head(nq_), x.tail(d_));
+  const Vector v_plus = x.tail(d_) + jump;
+  const double speed = KineticSpeed(inertia.mass(), jump);
+  for (int i : contacts) {
+    const Friction& friction = system_.friction()[i];
+    bool slips = false;
+    for (int k = friction.row; k < friction.row + friction.dimension; ++k) {
+      const auto row = terms_.jacobian.row(k);
+      const double gain = row.dot(Vector(inertia * Vector(row.transpose())));
+      const double rounding = std::max(Rounding(k, v_plus), kRounding * std::sqrt(gain) * speed);
+      slips = slips || std::abs(row.dot(jump)) > rounding;
+    }
+    if (!slips) left.Insert(i);
+  }
+  return left;
+}
+
+/// Contacts that are `closed` by no impact although they were pulled back: within the tolerance of
+/// the surface their rise has ended just here, as a slip that holds them ends. Bounces lower than
+/// that follow, and accumulate.
+void FrictionalResolution::TellOfApex(ConstraintSet closed) {
+  if (acceleration_.size() == 0) return;
+  const double least = -kPulled * acceleration_.cwiseAbs().maxCoeff();
+  for (int i : closed) {
+    if (!(acceleration_(i) < least)) closed.Erase(i);
+  }
+  if (closed.Empty()) return;
+  double height = 0;
+  for (int i : closed) height = std::max(height, terms_.gap(i));
+  std::ostringstream message;
+  message.precision(12);
+  message << "at t = " << result_.transition.t << " s contacts "
+          << closed.ToString(system_.description().constraints) << " have stopped, up to " << height
+          << " m from touching, where they would be pulled back to ever lower bounces: they are "
+             "taken to rest";
+  if (result_.transition.obstacle.ok()) {
+    result_.transition.obstacle = {Outcome::kZeno, message.str()};
+  }
+  result_.warnings.push_back({Outcome::kZeno, result_.transition.t, message.str()});
 }
 
 /// Whether one of them, which bounced, approaches again, as others were made rest.

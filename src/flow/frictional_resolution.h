@@ -57,14 +57,7 @@ class FrictionalResolution {
   double Rounding(int row, const Vector& v) const {
     return kRounding * terms_.jacobian.row(row).cwiseAbs().dot(v.cwiseAbs());
   }
-  /// Whether the slip of contact i is more than rounding, `rate` being that of all rows.
-  bool Slips(int i, const Vector& rate, const Vector& v) const {
-    const Friction& friction = system_.friction()[i];
-    for (int k = friction.row; k < friction.row + friction.dimension; ++k) {
-      if (std::abs(rate(k)) > Rounding(k, v)) return true;
-    }
-    return false;
-  }
+  ConstraintSet LeftStill(ConstraintSet contacts, const Vector& jump) const;
   /// Speeds up to this are not told from rest.
   double Unresolved() const {
     return std::min(rules_.speed_tolerance, 1e3 * rules_.absolute_tolerance);
@@ -94,6 +87,7 @@ class FrictionalResolution {
                             const TouchingContacts& resting);
   bool TurnsBack(ConstraintSet bounced) const;
   void TellOfRest(ConstraintSet pressed_back);
+  void TellOfApex(ConstraintSet closed);
   void NoteSprings(ConstraintSet contacts, const char* forces);
   void NoteLookAhead(ConstraintSet contacts);
   void NoteSeveralMotions(const std::string& motions);
@@ -121,6 +115,7 @@ class FrictionalResolution {
   Vector rate_;              // of all rows
   ConstraintSet stopped_;    // whose slip ends here
   ConstraintSet grazed_;     // touched without speed
+  ConstraintSet implied_;    // brought along by others
   ConstraintSet ended_;      // whose slip ends with a rise that is made rest
   ContactMode resting_;      // what is made rest: the mode after, with these sticking
   bool all_hit_ = false;     // no touch counts as one without speed

@@ -10,6 +10,7 @@
 #include "contact_flow/flow/flow.h"
 #include "src/clocks.h"
 #include "src/dynamics/implied_contacts.h"
+#include "src/dynamics/known_pads.h"
 #include "step_constants.h"
 
 namespace contact_flow {
@@ -80,8 +81,11 @@ void Flow::WarnOfSharedForces() {
   const ConstraintSet shared = dynamics_.shared() - dynamics_.springs();
   if (!(shared - shared_).Empty()) {
     shared_ = shared_ | shared;
-    tell(shared,
-         "the motion is. Those told of are the admissible ones with the smallest sum of squares");
+    const ConstraintSet told = SharedBesidePads(system_, x_, mode_, shared);
+    if (!told.Empty()) {
+      tell(told,
+           "the motion is. Those told of are the admissible ones with the smallest sum of squares");
+    }
   }
   if (!(dynamics_.springs() - springs_).Empty()) {
     springs_ = springs_ | dynamics_.springs();
