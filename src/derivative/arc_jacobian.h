@@ -61,14 +61,12 @@ class ArcJacobian {
   void ChooseUnits(double rate, Matrix* begin) {
     if (k_ == 0) return ChooseTime(rate, begin);
     ChooseTime(rate);
+    const Vector least = LeastSources();
     Vector largest = Vector::Zero(k_);
-    const auto look = [&](double part) {
+    for (const double part : {1.0, 0.5, 0.0}) {
       At(part * duration(), begin->data(), begin->data() + 2 * d_ * d_);
       largest = largest.cwiseMax(begin->rightCols(k_).cwiseAbs().colwise().maxCoeff().transpose());
-    };
-    for (const double part : {1.0, 0.5}) look(part);
-    const Vector least = LeastSources();
-    look(0);  // again: the free motion was looked at meanwhile
+    }
     for (int i = 0; i < k_; ++i) {
       const double unit = std::max(largest(i), least(i));  // looks may miss what is rounding
       units_.source(i) = unit > 0 ? unit : 1;
@@ -84,33 +82,37 @@ class ArcJacobian {
     begin->rightCols(k_) *= units_.time * units_.time;
   }
   /// What is rounding of the variables' sources [k]: small beside those without contacts, beside
-  /// what the contacts push where Differentiate was last, which cancels where they hold a body, and
-  /// beside what a parameter of its value could do to the accelerations of the arc, which may be
-  /// zero at one place.
+  /// what the contacts push, which cancels where they hold a body, and beside what a parameter of
+  /// its value could do to the accelerations of the arc, which may be zero at one place. Looked at
+  /// are its ends and its middle, and that of each piece between its breaks: an input may move
+  /// nothing before one, where its effort is on a limit, and what is held behind it.
   Vector LeastSources() {
     constexpr double kSmall = 1e-6;
-    const Matrix pushes = PushChanges();
-    const Vector scale = units_.time * units_.time * units_.length;
-    Vector x(x_.size());
+    Vector least = Vector::Zero(k_);
     double size = 0;
+    const Vector scale = units_.time * units_.time * units_.length;
     const auto look = [&](double time) {
-      arc_.dense.Evaluate(time, x.data());
-      dynamics_.Evaluate(x, ContactMode());
-      const Vector acceleration = scale.cwiseProduct(dynamics_.acceleration());
-      size = std::max(size, acceleration.lpNorm<Eigen::Infinity>());
+      arc_.dense.Evaluate(BesideBreak(time, false), x_.data());
+      dynamics_.Differentiate(x_, arc_.mode);
+      const Matrix pushes = PushChanges();
+      dynamics_.Differentiate(x_, ContactMode());
+      const Matrix& jacobian = dynamics_.acceleration_jacobian();
+      size = std::max(size, scale.cwiseProduct(dynamics_.acceleration()).lpNorm<Eigen::Infinity>());
+      for (int i = 0; i < k_; ++i) {
+        const double free = scale.cwiseProduct(jacobian.col(2 * d_ + i)).lpNorm<Eigen::Infinity>();
+        least(i) = std::max(least(i), kSmall * free);
+        if (pushes.size() == 0) continue;
+        const double cancelled = pushes.col(2 * d_ + i).maxCoeff();
+        least(i) = std::max(least(i), kSmall * units_.time * units_.time * cancelled);
+      }
     };
+    look(arc_.t_begin);
     look(arc_.t_end);
     look(0.5 * (arc_.t_begin + arc_.t_end));
-    dynamics_.Differentiate(arc_.x_begin, ContactMode());
-    const Matrix& jacobian = dynamics_.acceleration_jacobian();
-    const Vector acceleration = scale.cwiseProduct(dynamics_.acceleration());
-    size = std::max(size, acceleration.lpNorm<Eigen::Infinity>());
-    Vector least(k_);
-    for (int i = 0; i < k_; ++i) {
-      least(i) = kSmall * scale.cwiseProduct(jacobian.col(2 * d_ + i)).lpNorm<Eigen::Infinity>();
-      if (pushes.size() == 0) continue;
-      const double cancelled = pushes.col(2 * d_ + i).maxCoeff();
-      least(i) = std::max(least(i), kSmall * units_.time * units_.time * cancelled);
+    for (std::size_t j = 0; j <= breaks_.size() && !breaks_.empty(); ++j) {
+      const double begin = j == 0 ? arc_.t_begin : breaks_[j - 1];
+      const double end = j == breaks_.size() ? arc_.t_end : breaks_[j];
+      look(0.5 * (begin + end));
     }
     const auto& parameters = dynamics_.variables().parameters;
     for (std::size_t j = 0; j < parameters.size(); ++j) {

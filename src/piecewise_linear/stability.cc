@@ -120,7 +120,8 @@ class WordSearch {
         const double gain = size > 0 && known ? norm : GainBound(next, threshold, false, &budget_);
         if (gain < threshold) {
           done_gain_ = std::max(done_gain_, gain);
-          done_rate_ = std::max(done_rate_, std::pow(gain, 1.0 / next.pieces.size()));
+          done_rate_ =
+              std::max(done_rate_, std::pow(gain, 1 / static_cast<double>(next.pieces.size())));
           done_.push_back(next.pieces);
           continue;
         }
