@@ -9,7 +9,7 @@
 
 #include "contact_flow/analysis/poincare.h"
 #include "contact_flow/model/model_library.h"
-#include "test_models.h"
+#include "test/test_models.h"
 
 namespace contact_flow {
 namespace {
