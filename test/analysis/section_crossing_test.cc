@@ -118,8 +118,8 @@ struct TwoOscillators : test::UnitMasses<2, 2> {
   }
 };
 
-/// A return coincides with an event within the error of that event's instant. Others may be less certain: the first
-/// touches at a speed of 1e-3, the second at 2.8 right before the return.
+/// A return coincides with an event within the error of that event's instant. Others may be less
+/// certain: the first touches at a speed of 1e-3, the second at 2.8 right before the return.
 TEST(SectionCrossing, BesideAnEventIsJudgedByTheErrorOfThatOne) {
   const ModelSystem<TwoOscillators> system({});
   const double slow = 1 + 1e-6, quick = 3, when = 2.4;
