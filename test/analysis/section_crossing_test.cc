@@ -94,7 +94,8 @@ TEST(SectionCrossing, RestitutionOfAPlasticSectionIsRefused) {
   EXPECT_NEAR(-0.05, by_gravity.return_time(Vector::Unit(5, 4))(0), 1e-10);  // T = √(2 z/g)
 }
 
-/// Oscillators about y₁ = 1 and y₂ = −1 above floors: the first starts again from its floor, the second stays there.
+/// Oscillators about y₁ = 1 and y₂ = −1 above floors: the first starts again from its floor, the
+/// second stays there.
 struct TwoOscillators : test::UnitMasses<2, 2> {
   static constexpr const char* kName = "two_oscillators";
   static constexpr std::array<const char*, 2> kCoordinates = {"y1", "y2"};
