@@ -42,9 +42,9 @@ class FrictionalWalk {
   Matrix Rows() const;
   /// Contacts that stick where the cluster begins, and that w moves: by the projection (F7).
   void SettleSticking();
-  /// Contacts that leave their cones where the cluster does nothing else, with an acceleration that
-  /// jumps: a stick that lets go as it reaches its cone.
-  ConstraintSet Bursting();
+  /// Contacts that let go as they reach their cones, with an acceleration that jumps, where the
+  /// cluster does nothing else.
+  ConstraintSet Bursting() const;
   std::vector<WalkGuard> GuardsHere();
   /// The first-order instant of a guard as a row by (w, δt).
   Eigen::RowVectorXd TimeOf(const WalkGuard& guard) const;

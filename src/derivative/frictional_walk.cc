@@ -112,12 +112,14 @@ void FrictionalWalk::SettleSticking() {
       path_.matrix;
 }
 
-ConstraintSet FrictionalWalk::Bursting() {
+ConstraintSet FrictionalWalk::Bursting() const {
   ConstraintSet bursting;
   for (int g : transition_.guards) {
-    if (guards_.KindOf(g, mode_) != GuardKind::kCone) return {};
     const int i = guards_.ConstraintOf(g);
-    if (!transition_.mode_after.Contains(i)) bursting.Insert(i);
+    // Beside one that begins to slip here, the instant depends on which is first.
+    const bool lets_go = !transition_.mode_after.Contains(i);
+    if (guards_.KindOf(g, mode_) != GuardKind::kCone || !lets_go) return {};
+    bursting.Insert(i);
   }
   const bool alone = transition_.activated.Empty() && transition_.grazed.Empty() && inputs_.empty();
   return alone ? bursting : ConstraintSet();
