@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """sweep: runs are those of simulate, statistics those of the runs; watched, cancelled, refused, limited, recorded."""
+import contextlib
 import os
 import subprocess
 import time
@@ -254,13 +255,14 @@ class Sweep(unittest.TestCase):
 
 
 def threads_of(node):
-    """Niceness of each thread of a node."""
+    """Niceness of each thread of a node. A thread that ends meanwhile is passed over."""
     uri = rosgraph.Master("/sweep_test").lookupNode("/" + node)
     pid = xmlrpc.client.ServerProxy(uri).getPid("/sweep_test")[2]
     niceness = []
     for thread in os.listdir("/proc/%d/task" % pid):
-        with open("/proc/%d/task/%s/stat" % (pid, thread)) as stat:
-            niceness.append(int(stat.read().rsplit(")", 1)[1].split()[16]))
+        with contextlib.suppress(FileNotFoundError, ProcessLookupError):
+            with open("/proc/%d/task/%s/stat" % (pid, thread)) as stat:
+                niceness.append(int(stat.read().rsplit(")", 1)[1].split()[16]))
     return niceness
 
 
