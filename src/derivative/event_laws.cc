@@ -134,7 +134,9 @@ void AssessImpact(const MechanicalSystem& system, const Transition& transition, 
   };
   const double speed = size(momentum) + size(later_momentum);
   if (speed > 0) {
-    const Vector given = inertia.mass() * (v_plus - v) - A.transpose() * transition.impulse;
+    Vector impulse = transition.impulse;
+    if (transition.rest_impulse.size() > 0) impulse += transition.rest_impulse;
+    const Vector given = inertia.mass() * (v_plus - v) - A.transpose() * impulse;
     trust->momentum = size(Moved(inertia.mass(), given)) / speed;
   }
   const Vector& restitution = system.restitution();

@@ -6,6 +6,7 @@
 #include "bounce_to_rest.h"
 #include "cluster_walk.h"
 #include "frictional_reset.h"
+#include "rest_reset.h"
 #include "src/dynamics/implied_contacts.h"
 
 namespace contact_flow {
@@ -66,10 +67,17 @@ void FrictionalWalk::Land(int i, ConstraintSet along) {
   sizes_.head(size_) = (branch.jacobian.cwiseAbs() * sizes_.head(size_)).eval();
   Vector struck = point_.x();
   struck.tail(d_) = reset.v_plus();
+  const ContactMode rested = transition_.rested;
+  if (!rested.Empty()) {
+    const RestReset rest = ResetToRest(dynamics_, struck, rested);
+    path_.matrix = rest.jacobian * path_.matrix;
+    sizes_.head(size_) = (rest.jacobian.cwiseAbs() * sizes_.head(size_)).eval();
+    struck.tail(d_) = rest.v_plus;
+  }
   point_.MoveTo(struck);
-  still_ = (still_ - branch.word) | branch.word.Sticking();
+  still_ = (still_ - branch.word) | branch.word.Sticking() | rested.Sticking();
   landed_ = touching;
-  for (int j : still_ - branch.word) {  // an impact elsewhere may throw it along
+  for (int j : still_ - branch.word - rested) {  // an impact elsewhere may throw it along
     if (!point_.SlipVanishes(j)) still_.Erase(j);
   }
   // What has let go before, by less than to first order, and is driven back is hit at once.
@@ -83,7 +91,7 @@ void FrictionalWalk::Land(int i, ConstraintSet along) {
     const bool free = bounces || !branch.word.Contains(j);
     if (free && point_.Leaves(j) > 0) lifted_.Insert(j);
   }
-  LandAgain((mode_.Members() | hovering_) - along.With(i) - branch.word - lifted_);
+  LandAgain((mode_.Members() | hovering_) - along.With(i) - branch.word - rested - lifted_);
 }
 
 void FrictionalWalk::LandAgain(ConstraintSet open) {

@@ -73,42 +73,6 @@ void FrictionalResolution::SortRising(int i, const Vector& rate, const Vector& v
   Sort(i, rate, v, *still, contacts);
 }
 
-/// Those of `leaving` that the motion of the others presses back before they have risen to what
-/// the integration resolves: a touchdown that follows is where they are, and each throws another
-/// one up. They rest. The state is that after the impact.
-ConstraintSet FrictionalResolution::PressedBack(const Vector& rate, ConstraintSet leaving,
-                                                const TouchingContacts& resting) {
-  ConstraintSet back;
-  if (leaving.Empty()) return back;
-  const Vector& x = result_.transition.x_plus;
-  try {
-    WordConventions by;
-    dynamics_.Evaluate(x, SelectWord(&dynamics_, x, resting, kBorder, &by));
-  } catch (const FrictionRefusal&) {
-    return back;
-  }
-  const Vector acceleration = terms_.jacobian * dynamics_.acceleration() + terms_.bias;
-  for (int i : leaving) {
-    if (!(rate(i) * rate(i) <= -2 * acceleration(i) * rules_.reach_tolerance)) continue;
-    back.Insert(i);
-    fastest_rise_ = std::max(fastest_rise_, rate(i));
-  }
-  return back;
-}
-
-void FrictionalResolution::TellOfRest(ConstraintSet pressed_back) {
-  if (pressed_back.Empty() || !Notable()) return;
-  std::ostringstream message;
-  message.precision(12);
-  message << "at t = " << result_.transition.t << " s contacts "
-          << pressed_back.ToString(system_.description().constraints)
-          << ", which would rise at up to " << fastest_rise_
-          << " m/s and be pressed back at once, are taken to rest: "
-          << result_.transition.energy_lost << " J are lost";
-  result_.transition.obstacle = {Outcome::kZeno, message.str()};
-  result_.warnings.push_back({Outcome::kZeno, result_.transition.t, message.str()});
-}
-
 /// The motion goes on, and has no derivative.
 void FrictionalResolution::NoteSprings(ConstraintSet contacts, const char* forces) {
   std::ostringstream message;
@@ -188,11 +152,13 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
   for (int i : ended_& cluster.mode_after.SlippingInPlane()) resting_.Set(i, Letter::kStick);
   const ConstraintSet begins = BeginInSpace(system_, contacts.still, cluster.mode_after);
   if (begins.Empty()) return Rest({});
-  if (cluster.obstacle.ok() && !OnlyBegins(begins)) {
+  if (cluster.obstacle.ok() && (!OnlyBegins(begins) || begins.Size() > 1)) {
+    const char* how = OnlyBegins(begins) ? " begin to slip in space at one instant"
+                                         : " begin to slip in space by an impact, or where others "
+                                           "let go, land or stop";
     cluster.obstacle = {Outcome::kNotPiecewiseLinear,
-                        "contacts " + begins.ToString(system_.description().constraints) +
-                            " begin to slip in space by an impact, or where others let go, land or "
-                            "stop: derivatives across that are not offered"};
+                        "contacts " + begins.ToString(system_.description().constraints) + how +
+                            ": derivatives across that are not offered"};
   }
   ConstraintSet reached;  // whose forces are on their cones
   for (int g : cluster.guards) reached.Insert(guards_.ConstraintOf(g));
@@ -331,17 +297,6 @@ bool FrictionalResolution::OnlyBegins(ConstraintSet begins) const {
   }
   return sticking && cluster.activated.Empty() && grazed_.Empty() && stopped_.Empty() &&
          (begins - cluster.mode_before.Sticking()).Empty();
-}
-
-void FrictionalResolution::Rest(const std::map<int, Eigen::Vector2d>& onsets) {
-  Vector& x = result_.transition.x_plus;
-  const auto energy = [&] {
-    const InverseInertia inertia(system_, x.head(nq_), x.tail(d_));
-    return KineticEnergy(inertia.mass(), x.tail(d_));
-  };
-  const double before = Notable() ? energy() : 0;
-  MakeRest(system_, resting_, onsets, &x);
-  if (Notable()) result_.transition.energy_lost += before - energy();
 }
 
 }  // namespace contact_flow

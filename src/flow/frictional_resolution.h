@@ -87,6 +87,7 @@ class FrictionalResolution {
                             const TouchingContacts& resting);
   bool TurnsBack(ConstraintSet bounced) const;
   void TellOfRest(ConstraintSet pressed_back);
+  bool BouncesTurnNothing() const;
   void TellOfApex(ConstraintSet closed);
   void NoteSprings(ConstraintSet contacts, const char* forces);
   void NoteLookAhead(ConstraintSet contacts);
@@ -120,6 +121,8 @@ class FrictionalResolution {
   ContactMode resting_;      // what is made rest: the mode after, with these sticking
   bool all_hit_ = false;     // no touch counts as one without speed
   double fastest_rise_ = 0;  // that is made rest after an impact [m/s]
+  Vector risen_;             // rates of all rows before that
+  Vector bounces_change_;    // what they gain meanwhile, at most
   ResolvedTransition result_;
 };
 

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "frictional_rest.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-#include <vector>
 
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/model/driven.h"
+#include "contact_flow/model/row_layout.h"
 #include "slip_onset.h"
 #include "src/dynamics/implied_contacts.h"
+#include "src/dynamics/rest_impulse.h"
 
 namespace contact_flow {
 namespace {
@@ -55,31 +55,20 @@ std::optional<FrictionalRest> RestOfBounces(ContactDynamics* dynamics, const Tra
 
   const double still = kNoSlip * std::max(v.norm(), last.x_minus.tail(d).norm());
   const ConstraintSet sticking = last.mode_before.Sticking() | last.mode_after.Sticking();
-  std::vector<Eigen::RowVectorXd> rows, forces;  // A, and along what they push
+  ContactMode word;
   for (int i : rest.closed) {
     const Friction& friction = system.friction()[i];
-    rows.push_back(terms.jacobian.row(i));
-    forces.push_back(rows.back());
-    const auto tangents = terms.jacobian.middleRows(friction.row, friction.dimension);
-    const Vector slip = tangents * v;
+    const Vector slip = terms.jacobian.middleRows(friction.row, friction.dimension) * v;
     const bool sticks = sticking.Contains(i) || !(slip.norm() > still);
-    if (!sticks) forces.back() -= friction.coefficient / slip.norm() * slip.transpose() * tangents;
-    for (int k = 0; sticks && k < friction.dimension; ++k) {
-      rows.push_back(tangents.row(k));
-      forces.push_back(rows.back());
-    }
-  }
-  Matrix A(static_cast<Eigen::Index>(rows.size()), d), W = A;
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    A.row(static_cast<Eigen::Index>(k)) = rows[k];
-    W.row(static_cast<Eigen::Index>(k)) = forces[k];
+    word.Set(i, sticks ? Letter::kStick : LetterOf(friction, slip.size() > 0 ? slip(0) : 0));
   }
   const InverseInertia inertia(system, x.head(nq), v);
-  const Matrix reach = inertia * W.transpose();
-  const Vector p = (A * reach).completeOrthogonalDecomposition().solve(-A * v);
-  rest.v_plus = v + reach * p;
+  const RestImpulse impulse = BringToRest(system, inertia, v, word);
+  rest.v_plus = impulse.v_plus;
   if (!rest.v_plus.allFinite()) return std::nullopt;
-  rest.energy_lost = -0.5 * p.dot(W * (v + rest.v_plus));  // seen from the surfaces
+  Vector pushed = impulse.impulse;
+  RowLayout(system).Bilateral(pushed).setZero();
+  rest.energy_lost = -0.5 * pushed.dot(terms.jacobian * (v + rest.v_plus));  // from the surfaces
 
   x.tail(d) = rest.v_plus;
   TouchingContacts contacts;

@@ -112,10 +112,11 @@ bool SlipsGoOn(ContactDynamics* dynamics, Vector x, ContactMode mode, ContactMod
                const std::map<int, Eigen::Vector2d>& directions, double speed) {
   const MechanicalSystem& system = dynamics->system();
   const int nq = system.num_positions(), d = system.dof();
-  const auto begun = [&](double turned) {
+  // A state whose slips begin, turned by an angle. A slip this small follows the motion at once:
+  // it is given, wherever the state is.
+  const auto begun = [&](Vector y, double turned) {
     std::map<int, Eigen::Vector2d> onsets = directions;
     for (auto& [i, onset] : onsets) onset = speed * (Eigen::Rotation2Dd(turned) * onset);
-    Vector y = x;
     MakeRest(system, rest, onsets, &y);
     return y;
   };
@@ -125,18 +126,24 @@ bool SlipsGoOn(ContactDynamics* dynamics, Vector x, ContactMode mode, ContactMod
     system.Constraints(at.head(nq), at.tail(d), &terms);
     return Vector(terms.jacobian * dynamics->acceleration() + terms.bias);
   };
-  if (directions.size() == 1) {
-    const auto& [i, along] = *directions.begin();
-    const Eigen::Vector2d across(-along(1), along(0));
-    const Vector turn = accelerations(begun(kTurnedAside)) - accelerations(begun(-kTurnedAside));
-    if (across.dot(turn.segment<2>(system.friction()[i].row)) > 0) return false;
-  }
-  x = begun(0);
+  x = begun(x, 0);
   const Vector field = dynamics->Field(x, mode).head(2 * d);
   const double part = kAhead * (1 + x.cwiseAbs().maxCoeff());
   const Vector later = system.Perturb(x, part / (1e-300 + field.cwiseAbs().maxCoeff()) * field);
-  const Vector now = accelerations(x), change = accelerations(later) - now;
+  const Vector now = accelerations(x), change = accelerations(begun(later, 0)) - now;
   const double rounding = kNoChange * now.cwiseAbs().maxCoeff();
+  if (directions.size() == 1) {
+    const auto& [i, along] = *directions.begin();
+    const Eigen::Vector2d across(-along(1), along(0));
+    const int row = system.friction()[i].row;
+    const Vector all =
+        accelerations(begun(x, kTurnedAside)) - accelerations(begun(x, -kTurnedAside));
+    const Eigen::Vector2d turn = all.segment<2>(row), changed = change.segment<2>(row);
+    if (across.dot(turn) > 0) return false;
+    // The direction that it turns to has no acceleration across.
+    const double turned = across.dot(turn) < 0 ? across.dot(changed) / across.dot(turn) : 0;
+    return !(along.dot(changed) - turned * along.dot(turn) < -rounding);
+  }
   return std::all_of(directions.begin(), directions.end(), [&](const auto& slip) {
     return !(slip.second.dot(change.segment<2>(system.friction()[slip.first].row)) < -rounding);
   });

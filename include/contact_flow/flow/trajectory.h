@@ -73,6 +73,11 @@ struct Transition {
   /// bounces too low to be resolved.
   bool completes_zeno = false;
   double energy_lost = 0;  ///< kinetic energy that making small speeds rest took here [J]
+  /// With friction: the mode that contacts come to rest in which the impact would throw up, to be
+  /// pressed back at once; empty where there are none, or where how they bounce may decide.
+  ContactMode rested;
+  /// What brings them to rest, in the sum of all bounces, beside `impulse` [n+l+r], or empty.
+  Vector rest_impulse;
   /// Not kOk: why there is no derivative across this transition, whatever the rest of it is like.
   Status obstacle;
   /// The input changes here, at an instant of its grid, and contacts that would
