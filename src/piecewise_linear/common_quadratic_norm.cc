@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -15,11 +16,17 @@ namespace contact_flow {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kLargestNormCondition = 1e12;  // of a P that is to be trusted in double precision
+/// Of a P that is to be trusted in double precision, with ones on its diagonal: in other units of y
+/// it is the same.
+constexpr double kLargestNormCondition = 1e12;
 constexpr int kMaxNormCentres = 60, kMaxNormNewton = 30;
 constexpr double kNormCentred = 0.3;  // Newton decrement at which γ may be lowered
 constexpr double kNormTowards = 0.1;  // γ ← (1 − θ) rate² + θ γ
 constexpr double kSlowNorm = 1e-4;    // relative gain per centre at which to stop
+/// From a P further from I than this the search begins again, in coordinates in which it is I.
+constexpr double kFarNorm = 1e4;
+constexpr int kMaxNormStarts = 6;
+constexpr double kWorthNormStart = 1e-3;  // relative gain of one that is worth another
 
 /// The barrier −Σ log det(γP − A_iᵀPA_i) − log det P − log det(I − P) in the entries of P on and
 /// above the diagonal, N = n(n+1)/2 of them.
@@ -84,37 +91,9 @@ class Barrier {
   const int n_;
 };
 
-}  // namespace
-
-double QuadraticRate(const std::vector<Matrix>& matrices, const MatrixRef& P) {
-  const Eigen::Index n = P.rows();
-  if (n == 0 || P.cols() != n || !P.allFinite()) return kInfinity;
-  const double scale = P.cwiseAbs().maxCoeff();
-  if (!((P - P.transpose()).cwiseAbs().maxCoeff() <= 1e-12 * scale)) return kInfinity;
-  const Eigen::SelfAdjointEigenSolver<Matrix> spectrum(P);
-  const Vector& values = spectrum.eigenvalues();
-  if (!(values(0) * kLargestNormCondition > values(n - 1)) || !(values(0) > 0)) return kInfinity;
-  const Matrix root = values.cwiseSqrt().asDiagonal() * spectrum.eigenvectors().transpose();
-  const Matrix inverse = spectrum.eigenvectors() * values.cwiseSqrt().cwiseInverse().asDiagonal();
-  double rate = 0;
-  for (const Matrix& A : matrices) {
-    AskBudget();
-    if (A.rows() != n || A.cols() != n || !A.allFinite()) return kInfinity;
-    Matrix moved = root * A * inverse;
-    if (!moved.allFinite()) return kInfinity;
-    const double largest = moved.cwiseAbs().maxCoeff();
-    if (largest == 0) continue;
-    const double unit = std::ldexp(1, std::ilogb(largest));  // squares neither overflow nor vanish
-    moved /= unit;
-    const Eigen::SelfAdjointEigenSolver<Matrix> gain(moved.transpose() * moved,
-                                                     Eigen::EigenvaluesOnly);
-    rate = std::max(rate, unit * std::sqrt(std::max(0.0, gain.eigenvalues()(n - 1))));
-  }
-  return rate;
-}
-
-CommonQuadraticNorm FindCommonQuadraticNorm(const std::vector<Matrix>& matrices, double good_enough,
-                                            const std::function<bool()>& cancelled) {
+/// The search from I.
+CommonQuadraticNorm SeekNorm(const std::vector<Matrix>& matrices, double good_enough,
+                             const std::function<bool()>& cancelled) {
   const Eigen::Index n = matrices.front().rows();
   CommonQuadraticNorm best;
   best.P = Matrix::Identity(n, n);
@@ -143,6 +122,64 @@ CommonQuadraticNorm FindCommonQuadraticNorm(const std::vector<Matrix>& matrices,
     const double lowered = (1 - kNormTowards) * rate * rate + kNormTowards * gamma;
     if (!(lowered < (1 - kSlowNorm) * gamma)) return best;
     gamma = lowered;
+  }
+  return best;
+}
+
+}  // namespace
+
+double QuadraticRate(const std::vector<Matrix>& matrices, const MatrixRef& P) {
+  const Eigen::Index n = P.rows();
+  if (n == 0 || P.cols() != n || !P.allFinite()) return kInfinity;
+  if (!(P.diagonal().minCoeff() > 0)) return kInfinity;
+  const Vector sizes = P.diagonal().cwiseSqrt();
+  const Matrix unit_P = sizes.cwiseInverse().asDiagonal() * P * sizes.cwiseInverse().asDiagonal();
+  if (!((unit_P - unit_P.transpose()).cwiseAbs().maxCoeff() <= 1e-12)) return kInfinity;
+  const Eigen::SelfAdjointEigenSolver<Matrix> spectrum(unit_P);
+  const Vector& values = spectrum.eigenvalues();
+  if (!(values(0) * kLargestNormCondition > values(n - 1)) || !(values(0) > 0)) return kInfinity;
+  const Matrix root =
+      values.cwiseSqrt().asDiagonal() * spectrum.eigenvectors().transpose() * sizes.asDiagonal();
+  const Matrix inverse = sizes.cwiseInverse().asDiagonal() * spectrum.eigenvectors() *
+                         values.cwiseSqrt().cwiseInverse().asDiagonal();
+  double rate = 0;
+  for (const Matrix& A : matrices) {
+    AskBudget();
+    if (A.rows() != n || A.cols() != n || !A.allFinite()) return kInfinity;
+    Matrix moved = root * A * inverse;
+    if (!moved.allFinite()) return kInfinity;
+    const double largest = moved.cwiseAbs().maxCoeff();
+    if (largest == 0) continue;
+    const double unit = std::ldexp(1, std::ilogb(largest));  // squares neither overflow nor vanish
+    moved /= unit;
+    const Eigen::SelfAdjointEigenSolver<Matrix> gain(moved.transpose() * moved,
+                                                     Eigen::EigenvaluesOnly);
+    rate = std::max(rate, unit * std::sqrt(std::max(0.0, gain.eigenvalues()(n - 1))));
+  }
+  return rate;
+}
+
+CommonQuadraticNorm FindCommonQuadraticNorm(const std::vector<Matrix>& matrices, double good_enough,
+                                            const std::function<bool()>& cancelled) {
+  CommonQuadraticNorm best = SeekNorm(matrices, good_enough, cancelled);
+  for (int start = 1; start < kMaxNormStarts; ++start) {
+    if (!(best.rate > good_enough) || (cancelled && cancelled())) break;
+    const Eigen::LLT<Matrix> factor(best.P);
+    const Vector sizes = Eigen::SelfAdjointEigenSolver<Matrix>(best.P).eigenvalues();
+    if (factor.info() != Eigen::Success || !(sizes.maxCoeff() > kFarNorm * sizes.minCoeff())) break;
+    const Matrix T = factor.matrixU();
+    const Matrix inverse = T.inverse();
+    std::vector<Matrix> moved;
+    for (const Matrix& A : matrices) moved.push_back(T * A * inverse);
+    const CommonQuadraticNorm next = SeekNorm(moved, good_enough, cancelled);
+    Matrix P = T.transpose() * next.P * T;
+    P = 0.5 * (P + P.transpose()).eval();
+    const double rate = QuadraticRate(matrices, P);
+    if (!(rate < best.rate)) break;
+    const bool is_worth_another = rate < (1 - kWorthNormStart) * best.rate;
+    best.P = P / P.cwiseAbs().maxCoeff();
+    best.rate = rate;
+    if (!is_worth_another) break;
   }
   return best;
 }

@@ -2,14 +2,12 @@
 // The matrix inequalities of feedbacks, in unknowns of one vector.
 #include "feedback_gains.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
-#include <complex>
 #include <string>
 
+#include "balance.h"
 #include "common_quadratic_norm.h"
-#include "contact_flow/piecewise_linear/descent.h"
 #include "matrix_inequalities.h"
 
 namespace contact_flow {
@@ -19,16 +17,6 @@ namespace {
 struct Pair {
   Matrix A, B;
 };
-
-/// Sizes of the inputs' effects: the largest column of all B_i, 1 where an input has none.
-Vector InputSizes(const PiecewiseLinearMap& step) {
-  const int n = step.rows(), m = step.cols() - n;
-  Vector sizes = Vector::Zero(m);
-  for (const LinearPiece& piece : step.pieces()) {
-    sizes = sizes.cwiseMax(piece.matrix.rightCols(m).colwise().norm().transpose());
-  }
-  return (sizes.array() > 0).select(sizes, 1);
-}
 
 std::vector<Pair> PairsOf(const PiecewiseLinearMap& step, const Vector& sizes) {
   const int n = step.rows(), m = step.cols() - n;
@@ -82,35 +70,12 @@ Matrix InverseOf(const Matrix& Q) {
   return 0.5 * (P + P.transpose());
 }
 
-/// The largest of the moduli of the eigenvalues of A_i + B_iK, and its gradient by K.
-CostValue LargestEigenvalue(const std::vector<Pair>& pairs, const Vector& y) {
-  using Complex = std::complex<double>;
-  const Eigen::Index n = pairs.front().A.rows(), m = pairs.front().B.cols();
-  const Eigen::Map<const Matrix> K(y.data(), m, n);
-  CostValue value;
-  for (const Pair& pair : pairs) {
-    const Eigen::EigenSolver<Matrix> spectrum(pair.A + pair.B * K);
-    Eigen::Index k = 0;
-    const double size = spectrum.eigenvalues().cwiseAbs().maxCoeff(&k);
-    if (!(size > value.cost)) continue;
-    value.cost = size;
-    // d|λ| = Re(λ̄ wᵀ dM v) / |λ|, w the row of the inverse of the eigenvectors.
-    const Eigen::MatrixXcd vectors = spectrum.eigenvectors();
-    const Eigen::RowVectorXcd w = vectors.inverse().row(k);
-    const Complex turn = std::conj(spectrum.eigenvalues()(k)) / size;
-    const Matrix gradient = (turn * (w * pair.B).transpose() * vectors.col(k).transpose()).real();
-    value.map = PiecewiseLinearMap::Linear(gradient.reshaped().transpose());
-    value.has_map = gradient.allFinite();
-  }
-  return value;
-}
-
 }  // namespace
 
 GainsAndNorm FindGainsAndNorm(const PiecewiseLinearMap& step, bool one_for_each, double good_enough,
                               const std::function<bool()>& cancelled) {
   const int n = step.rows(), m = step.cols() - n;
-  const Vector sizes = InputSizes(step);
+  const Vector sizes = EffectsOfInputs(step);
   const std::vector<Pair> pairs = PairsOf(step, sizes);
   const int gains = one_for_each ? static_cast<int>(pairs.size()) : 1;
   const JointUnknowns unknowns(n, m, gains);
@@ -155,23 +120,6 @@ GainsAndNorm FindGainsAndNorm(const PiecewiseLinearMap& step, bool one_for_each,
   }
   found.P /= found.P.cwiseAbs().maxCoeff();
   return found;
-}
-
-Matrix FindGainOfPieces(const PiecewiseLinearMap& step, const Matrix& start,
-                        const std::function<bool()>& cancelled) {
-  const Vector sizes = InputSizes(step);
-  const std::vector<Pair> pairs = PairsOf(step, sizes);
-  const Matrix scaled = sizes.asDiagonal() * start;
-  DescentOptions options;
-  options.progress = [&](const DescentIteration&, const Vector&) {
-    return !cancelled || !cancelled();
-  };
-  const NonsmoothCost cost = [&](const Vector& y, CostQuery) {
-    return LargestEigenvalue(pairs, y);
-  };
-  const DescentResult found = Minimize(cost, scaled.reshaped(), options);
-  return sizes.cwiseInverse().asDiagonal() *
-         Eigen::Map<const Matrix>(found.y.data(), start.rows(), start.cols());
 }
 
 }  // namespace contact_flow

@@ -20,10 +20,4 @@ struct GainsAndNorm {
 GainsAndNorm FindGainsAndNorm(const PiecewiseLinearMap& step, bool one_for_each, double good_enough,
                               const std::function<bool()>& cancelled);
 
-/// One gain K for all pieces, from `start`, of a small largest modulus of the eigenvalues of all
-/// A_i + B_iK: a descent, as that is not smooth. What comes of going from piece to piece is left to
-/// be proven.
-Matrix FindGainOfPieces(const PiecewiseLinearMap& step, const Matrix& start,
-                        const std::function<bool()>& cancelled);
-
 }  // namespace contact_flow

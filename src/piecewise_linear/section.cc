@@ -63,6 +63,25 @@ double FromUnipotent(const Matrix& J) {
   return away;
 }
 
+/// An orthonormal basis as near to axes as those of its space are: by its projection alone, so that
+/// states of unlike units are mixed no more than they are there.
+Matrix NearAxes(const Matrix& basis) {
+  if (basis.cols() == 0 || basis.rows() == basis.cols()) {
+    return Matrix::Identity(basis.rows(), basis.cols());
+  }
+  const Eigen::ColPivHouseholderQR<Matrix> pivots(basis.transpose());
+  Matrix axes = Matrix::Zero(basis.rows(), basis.cols());
+  std::vector<Eigen::Index> chosen;
+  for (Eigen::Index c = 0; c < basis.cols(); ++c) {
+    chosen.push_back(pivots.colsPermutation().indices()(c));
+  }
+  std::sort(chosen.begin(), chosen.end());
+  for (Eigen::Index c = 0; c < basis.cols(); ++c) {
+    axes(chosen[static_cast<std::size_t>(c)], c) = 1;
+  }
+  return NearestBasis(basis, axes);
+}
+
 PiecewiseLinearMap LeftMultiply(const Matrix& left, const PiecewiseLinearMap& map) {
   std::vector<LinearPiece> pieces = map.pieces();
   for (LinearPiece& piece : pieces) piece.matrix = (left * piece.matrix).eval();
@@ -152,7 +171,7 @@ ReducedMap SetAside(const PiecewiseLinearMap& map, const MatrixRef& neutral) {
   const Eigen::Index n = map.rows(), inputs = map.cols() - n;
   if (inputs < 0) throw std::invalid_argument("only a map of a space into itself can be reduced");
   const Matrix N = Orthonormal(neutral, n);
-  const Matrix Q = NullSpace(N.transpose());
+  const Matrix Q = NearAxes(NullSpace(N.transpose()));
   Matrix start = Matrix::Zero(n + inputs, Q.cols() + inputs);
   start.topLeftCorner(n, Q.cols()) = Q;
   start.bottomRightCorner(inputs, inputs).setIdentity();

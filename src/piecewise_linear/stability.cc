@@ -12,6 +12,7 @@
 #include <string>
 #include <utility>
 
+#include "balance.h"
 #include "common_quadratic_norm.h"
 #include "cone_interior.h"
 #include "contact_flow/budget.h"
@@ -230,6 +231,7 @@ StabilityReport AssessStability(const PiecewiseLinearMap& map, const StabilityOp
   };
   MapConsistencyOptions consistency = options.consistency;
   if (!consistency.cancelled) consistency.cancelled = options.cancelled;
+  const Vector sizes = BalancedSizes(map);
   report.consistency = CheckConsistency(map, consistency);
   if (!report.consistency.usable) {
     report.message = "undetermined: " + report.consistency.message;
@@ -244,12 +246,18 @@ StabilityReport AssessStability(const PiecewiseLinearMap& map, const StabilityOp
       contracts(StabilityTest::kNormInfinity, report.norm_infinity, Matrix())) {
     return report;
   }
+  // From here on in units in which neither numbers nor cones differ for those of the caller.
+  const PiecewiseLinearMap balanced = InSizes(map, sizes, sizes);
   const CommonQuadraticNorm quadratic =
-      FindCommonQuadraticNorm(MatricesOf(map), kGoodEnough, options.cancelled);
+      FindCommonQuadraticNorm(MatricesOf(balanced), kGoodEnough, options.cancelled);
   report.norm_quadratic = std::min(report.norm_two, quadratic.rate);
   report.growth_above = std::min(report.growth_above, report.norm_quadratic);
-  if (contracts(StabilityTest::kQuadraticNorm, quadratic.rate, quadratic.P)) return report;
-  WordSearch(map, Root(quadratic.P), options, &report).Go();
+  if (contracts(StabilityTest::kQuadraticNorm, quadratic.rate, quadratic.P)) {
+    report.certificate = CertificateInUnits(report.certificate, sizes);
+    return report;
+  }
+  WordSearch(balanced, Root(quadratic.P), options, &report).Go();
+  report.certificate = CertificateInUnits(report.certificate, sizes);
   return report;
 }
 

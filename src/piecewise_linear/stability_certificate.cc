@@ -10,6 +10,7 @@
 #include <map>
 #include <utility>
 
+#include "balance.h"
 #include "common_quadratic_norm.h"
 #include "cone_interior.h"
 #include "contact_flow/budget.h"
@@ -19,7 +20,7 @@ namespace contact_flow {
 namespace {
 
 constexpr double kRounding = 1e-9;         // a claimed bound may be this much too good
-constexpr double kLargestCondition = 1e8;  // of T
+constexpr double kLargestCondition = 1e8;  // of T with columns of length 1
 /// Longer words are rejected: each piece of one is a call inside the call for the piece before.
 constexpr std::size_t kLongestWord = 1000;
 
@@ -123,8 +124,9 @@ class WordCheck {
 bool WordsHold(const PiecewiseLinearMap& map, const StabilityCertificate& certificate,
                const StabilityOptions& options) {
   const Matrix& T = certificate.norm;
-  if (T.rows() != map.rows() || T.cols() != map.rows() || !T.allFinite()) return false;
-  const Vector sizes = Eigen::JacobiSVD<Matrix>(T).singularValues();
+  if (!T.allFinite()) return false;
+  if (!(T.colwise().norm().minCoeff() > 0)) return false;
+  const Vector sizes = Eigen::JacobiSVD<Matrix>(T.colwise().normalized()).singularValues();
   if (!(sizes(0) <= kLargestCondition * sizes(sizes.size() - 1)) || !(sizes(0) > 0)) return false;
   if (certificate.words.empty() || !AreWordsOf(map, certificate.words)) return false;
   return WordCheck(map, certificate, options).Holds();
@@ -162,38 +164,57 @@ bool MapsIntoItself(const PiecewiseLinearMap& map, const StabilityCertificate& c
   return std::abs(growth - certificate.bound) <= kInCone * (1 + std::abs(growth));
 }
 
-bool VerifyCertificate(const PiecewiseLinearMap& map, const StabilityCertificate& certificate,
+StabilityCertificate CertificateInUnits(StabilityCertificate certificate, const Vector& sizes) {
+  if (certificate.test == StabilityTest::kQuadraticNorm) {
+    certificate.norm = FormInUnits(certificate.norm, sizes);
+  }
+  if (certificate.test == StabilityTest::kWords) {
+    certificate.norm = RowsInUnits(certificate.norm, sizes);
+  }
+  const StabilityTest test = certificate.test;
+  if (test == StabilityTest::kGrowingRay || test == StabilityTest::kGrowingPlane) {
+    certificate.directions = (sizes.asDiagonal() * certificate.directions).eval();
+    certificate.directions /= certificate.directions.norm();
+  }
+  return certificate;
+}
+
+bool VerifyCertificate(const PiecewiseLinearMap& map, const StabilityCertificate& given,
                        const StabilityOptions& options) {
   CheckOptions(options);
   if (map.pieces().empty() || map.rows() != map.cols()) return false;
-  const double bound = certificate.bound;
+  const double bound = given.bound;
   if (!std::isfinite(bound) || bound < 0) return false;
   for (const LinearPiece& piece : map.pieces()) {
     if (!piece.matrix.allFinite() || !piece.cone.allFinite()) return false;
   }
+  // What is small beside a direction, or within a cone, is so in balanced units alone.
+  const Vector sizes = BalancedSizes(map), inverse = sizes.cwiseInverse();
   if (!CheckConsistency(map, options.consistency).usable) return false;
   const bool contracts = bound<1 - options.margin, grows = bound> 1 + options.margin;
-  const Matrix& directions = certificate.directions;
-  switch (certificate.test) {
+  const Matrix& directions = given.directions;
+  switch (given.test) {
     case StabilityTest::kNone:
       return false;
     case StabilityTest::kNormOne:
     case StabilityTest::kNormTwo:
     case StabilityTest::kNormInfinity:
-      return contracts && LargestNorm(map, certificate.test) <= bound + kRounding;
+      return contracts && LargestNorm(map, given.test) <= bound + kRounding;
     case StabilityTest::kQuadraticNorm: {
       std::vector<Matrix> matrices;
       for (const LinearPiece& piece : map.pieces()) matrices.push_back(piece.matrix);
-      return contracts && QuadraticRate(matrices, certificate.norm) <= bound + kRounding;
+      return contracts && QuadraticRate(matrices, given.norm) <= bound + kRounding;
     }
     case StabilityTest::kWords:
-      return contracts && WordsHold(map, certificate, options);
+      return contracts && given.norm.rows() == map.rows() && given.norm.cols() == map.rows() &&
+             WordsHold(InSizes(map, sizes, sizes), CertificateInUnits(given, inverse), options);
     case StabilityTest::kGrowingRay:
     case StabilityTest::kGrowingPlane:
-      return grows && certificate.words.size() == 1 && AreWordsOf(map, certificate.words) &&
-             directions.rows() == map.rows() && directions.allFinite() && directions.cols() >= 1 &&
-             directions.cols() <= (certificate.test == StabilityTest::kGrowingRay ? 1 : 2) &&
-             MapsIntoItself(map, certificate);
+      return grows && given.words.size() == 1 && AreWordsOf(map, given.words) &&
+             directions.rows() == map.rows() && directions.allFinite() &&
+             directions.cwiseAbs().sum() > 0 && directions.cols() >= 1 &&
+             directions.cols() <= (given.test == StabilityTest::kGrowingRay ? 1 : 2) &&
+             MapsIntoItself(InSizes(map, sizes, sizes), CertificateInUnits(given, inverse));
   }
   return false;
 }

@@ -4,26 +4,33 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "balance.h"
 #include "common_quadratic_norm.h"
 #include "cone_interior.h"
 #include "contact_flow/budget.h"
 #include "contact_flow/piecewise_linear/section.h"
 #include "feedback_gains.h"
+#include "gain_of_words.h"
+#include "loop_growth.h"
+#include "stability_certificate.h"
 
 namespace contact_flow {
 namespace {
 
-constexpr std::size_t kMaxFaces = 8;  // 2⁸ regions of a law
-constexpr int kMaxRounds = 10;        // of kinks and norm in turn
-constexpr double kWorthwhile = 1e-3;  // of the rate, relative, for which a round is worth it
-constexpr double kSameFace = 1e-9;    // distance of unit normals
-constexpr double kRankOne = 1e-6;     // a jump, relative, that is more than one of its face
+constexpr std::size_t kMaxFaces = 8;   // 2⁸ regions of a law
+constexpr std::size_t kMaxStarts = 9;  // of descents
+constexpr int kMaxRounds = 10;         // of kinks and norm in turn
+constexpr double kWorthwhile = 1e-3;   // of the rate, relative, for which a round is worth it
+constexpr int kMaxWordRounds = 4;      // of gains and the words that they do not contract
+constexpr double kSameFace = 1e-9;     // distance of unit normals
+constexpr double kRankOne = 1e-6;      // a jump, relative, that is more than one of its face
 
 Matrix Stacked(const Matrix& above, const Matrix& below) {
   Matrix rows(above.rows() + below.rows(), below.cols());
@@ -196,6 +203,54 @@ StabilizingFeedback Decide(const Candidate& candidate, const StabilityOptions& o
   return result;
 }
 
+/// One gain for all pieces where no norm is common to its loops: that of the least certified growth
+/// among those that words suggest. Words are those that were met, each piece first.
+Matrix GainByWords(const PiecewiseLinearMap& step, const Matrix& first, bool is_first_good,
+                   const FeedbackOptions& options) {
+  // The descent has several ends: from the gain for all pieces, and from that for each alone.
+  std::vector<Matrix> starts = {first};
+  std::vector<std::vector<int>> words;
+  for (std::size_t i = 0; i < step.pieces().size(); ++i) {
+    words.push_back({static_cast<int>(i)});
+    if (starts.size() == kMaxStarts) continue;
+    starts.push_back(FindGainsAndNorm(PiecewiseLinearMap::Linear(step.pieces()[i].matrix), false,
+                                      options.good_enough, options.stability.cancelled)
+                         .gains.front());
+  }
+  const StabilityOptions& stability = options.stability;
+  Matrix best = first;
+  double least = std::numeric_limits<double>::infinity();
+  if (is_first_good) {
+    least = GrowthOf(step, first, GrowthAlong(step, words, first), stability).above;
+  }
+  for (int round = 0; round < kMaxWordRounds; ++round) {
+    const GainOfWords found = FindGainOfWords(step, words, starts, stability.cancelled);
+    const LoopGrowth growth = GrowthOf(step, found.gain, found.growth, stability);
+    if (growth.above < least) {
+      least = growth.above;
+      best = found.gain;
+    }
+    if (growth.word.empty()) break;
+    words.push_back(growth.word);
+    starts = {found.gain};
+  }
+  return best;
+}
+
+StabilizingFeedback Search(const PiecewiseLinearMap& step, const FeedbackOptions& options) {
+  const Candidate linear = Linear(step, options);
+  if (step.pieces().size() == 1) return Decide(linear, options.stability);
+  if (options.piecewise) return Decide(Piecewise(step, linear, options), options.stability);
+  const StabilizingFeedback result = Decide(linear, options.stability);
+  const bool has_norm = result.certificate.test == StabilityTest::kQuadraticNorm;
+  if (result.certified && has_norm) return result;
+  const Matrix gain =
+      GainByWords(step, linear.law.pieces().front().matrix, result.certified, options);
+  const StabilizingFeedback other =
+      Decide(Judge(step, PiecewiseLinearMap::Linear(gain), linear.P, options), options.stability);
+  return other.certified ? other : result;
+}
+
 }  // namespace
 
 PiecewiseLinearMap ClosedLoop(const PiecewiseLinearMap& step, const PiecewiseLinearMap& law) {
@@ -219,22 +274,23 @@ StabilizingFeedback FindStabilizingFeedback(const PiecewiseLinearMap& step,
   if (step.pieces().empty() || step.rows() == 0 || step.cols() <= step.rows()) {
     throw std::invalid_argument("a feedback needs a map of states and inputs to states");
   }
+  // In units in which states pass as much as they get and inputs have effects of 1.
+  const Vector states = BalancedSizes(step);
+  Vector all(step.cols());
+  all << states, Vector::Ones(step.cols() - step.rows());
+  const Vector inputs = EffectsOfInputs(InSizes(step, states, all)).cwiseInverse();
+  all.tail(inputs.size()) = inputs;
   const MapConsistency consistency = CheckConsistency(step, options.stability.consistency);
   if (!consistency.usable) {
     StabilizingFeedback none;
     none.message = "no feedback: " + consistency.message;
     return none;
   }
-  const Candidate linear = Linear(step, options);
-  if (step.pieces().size() == 1) return Decide(linear, options.stability);
-  if (options.piecewise) return Decide(Piecewise(step, linear, options), options.stability);
-  const StabilizingFeedback result = Decide(linear, options.stability);
-  if (result.certified) return result;
-  const Matrix gain =
-      FindGainOfPieces(step, linear.law.pieces().front().matrix, options.stability.cancelled);
-  const StabilizingFeedback other =
-      Decide(Judge(step, PiecewiseLinearMap::Linear(gain), linear.P, options), options.stability);
-  return other.certified ? other : result;
+  StabilizingFeedback found = Search(InSizes(step, states, all), options);
+  found.law = InSizes(found.law, inputs.cwiseInverse(), states.cwiseInverse());
+  found.closed = InSizes(found.closed, states.cwiseInverse(), states.cwiseInverse());
+  found.certificate = CertificateInUnits(found.certificate, states);
+  return found;
 }
 
 }  // namespace contact_flow

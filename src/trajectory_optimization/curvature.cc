@@ -6,27 +6,35 @@
 #include <cmath>
 
 #include "contact_flow/budget.h"
+#include "piece_step.h"
 
 namespace contact_flow {
 namespace {
 
 /// Changes of the gradient below this part of it are not compared: tangents are right to 1e-11.
 constexpr double kNoise = 1e-7;
-/// Secants need a curvature of more than this, relative to the lengths of both changes.
+/// Secants need a curvature of more than this, relative to the lengths of both changes beside the
+/// diagonal of H.
 constexpr double kLeastSecant = 1e-6;
-/// Pivots below this part of the largest are none.
+/// Pivots below this part of their diagonal entries are none.
 constexpr double kSingular = 1e-12;
 
-/// H + C that is not positive definite is lifted by this part of the mean of H, and by ten times
-/// more in turn.
+/// H + C that is not positive definite is lifted by this part of the diagonal of H, and by ten
+/// times more in turn.
 constexpr double kFirstLift = 1e-3;
 constexpr int kMaxLifts = 7;
+
+/// Whether a step and the change of the gradient along it tell of curvature, by each √H_ii.
+bool IsSecant(const Vector& s, const Vector& change, const Vector& roots) {
+  const double lengths = s.cwiseProduct(roots).norm() * change.cwiseQuotient(roots).norm();
+  return change.dot(s) > kLeastSecant * lengths;
+}
 
 bool IsPositive(const Matrix& H) {
   const Eigen::LLT<Matrix> factor(H);
   if (factor.info() != Eigen::Success) return false;
   const auto pivots = factor.matrixLLT().diagonal().array().square();
-  return pivots.minCoeff() > kSingular * pivots.maxCoeff();
+  return (pivots > kSingular * H.diagonal().array()).all();
 }
 
 std::vector<EventName> OrderOf(const PieceModel& piece) {
@@ -76,10 +84,13 @@ void Curvature::Learn(const Vector& y, const PieceModels& models,
 
 void Curvature::Update(const Vector& s, const Vector& change, const Matrix& hessian) {
   const double secant = change.dot(s);
-  const double scale = (hessian * s).cwiseAbs().maxCoeff() + change.cwiseAbs().maxCoeff();
-  if (!(secant > kLeastSecant * change.norm() * s.norm())) return;
+  const Vector roots = SizesOfCurvature(hessian).cwiseSqrt();
+  const auto largest = [&](const Vector& g) {
+    return g.cwiseQuotient(roots).cwiseAbs().maxCoeff();
+  };
+  if (!IsSecant(s, change, roots)) return;
   const Vector left = change - hessian * s;  // what C s should be
-  if (!(left.cwiseAbs().maxCoeff() > kNoise * scale)) return;
+  if (!(largest(left) > kNoise * (largest(hessian * s) + largest(change)))) return;
   if (rest_.size() == 0) rest_ = Matrix::Zero(s.size(), s.size());
   const double now = s.dot(rest_ * s);
   if (now != 0) rest_ *= std::min(1.0, std::abs(s.dot(left) / now));
@@ -92,7 +103,7 @@ void Curvature::UpdateWhole(const Vector& s, const Vector& change) {
   const double secant = change.dot(s);
   const Vector known = whole_ * s;
   const double now = s.dot(known);
-  if (!(secant > kLeastSecant * change.norm() * s.norm()) || !(now > 0)) return;
+  if (!IsSecant(s, change, SizesOfCurvature(whole_).cwiseSqrt()) || !(now > 0)) return;
   whole_ += change * change.transpose() / secant - known * known.transpose() / now;
 }
 
@@ -106,14 +117,14 @@ bool Curvature::Add(PieceModels* models) const {
   if (rest_.size() == 0) return false;
   double lift = 0;  // the same for all pieces
   for (PieceModel& piece : models->pieces) {
-    const double mean = std::max(piece.hessian.diagonal().mean(), 1e-300);
+    const Vector sizes = SizesOfCurvature(piece.hessian);
     piece.hessian += rest_;
-    piece.hessian.diagonal().array() += lift;
+    piece.hessian.diagonal() += lift * sizes;
     for (int tries = 0; !IsPositive(piece.hessian); ++tries) {
       AskBudget();
       if (tries == kMaxLifts) return false;
-      const double more = lift > 0 ? 9 * lift : kFirstLift * mean;
-      piece.hessian.diagonal().array() += more;
+      const double more = lift > 0 ? 9 * lift : kFirstLift;
+      piece.hessian.diagonal() += more * sizes;
       lift += more;
     }
   }

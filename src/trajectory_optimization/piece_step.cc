@@ -30,6 +30,12 @@ const char* Sentence(QuadraticFailure failure) {
 
 }  // namespace
 
+Vector SizesOfCurvature(const Matrix& H) {
+  const Vector sizes = H.diagonal().cwiseAbs();
+  const double largest = sizes.size() > 0 ? sizes.maxCoeff() : 0;
+  return (sizes.array() > 0).select(sizes, largest > 0 ? largest : 1.0);
+}
+
 Eigen::LLT<Matrix> FactorOf(const Matrix& H) {
   AskBudget();
   Eigen::LLT<Matrix> factor(H);
@@ -40,9 +46,7 @@ Eigen::LLT<Matrix> FactorOf(const Matrix& H) {
                        (sizes.array() > 0 && pivots > kSingularStep * sizes.array()).all();
   if (regular || !std::isfinite(largest)) return factor;
   Matrix lifted = H;
-  for (Eigen::Index i = 0; i < H.rows(); ++i) {
-    lifted(i, i) += sizes(i) > 0 ? kLift * sizes(i) : (largest > 0 ? kLift * largest : 1);
-  }
+  lifted.diagonal() += (largest > 0 ? kLift : 1) * SizesOfCurvature(H);
   factor.compute(lifted);
   return factor;
 }
@@ -52,7 +56,7 @@ PieceStep SolvePiece(const PieceModel& piece, const Vector& y, const Vector& low
                      double damping) {
   const Eigen::Index n = y.size();
   Matrix H = piece.hessian;
-  H.diagonal().array() += damping;
+  H.diagonal() += damping * SizesOfCurvature(H);
   const Eigen::LLT<Matrix> factor = FactorOf(H);
   PieceStep step;
   step.d = Vector::Zero(n);

@@ -23,7 +23,11 @@ struct PieceStep {
   std::vector<bool> bounded;  ///< unknowns that stay at a bound [n]
 };
 
-/// The factor of H, or of H with a small multiple of the identity where H is singular to rounding:
+/// The curvature that each unknown has by itself, in its own units: |H_ii|, the largest of all
+/// where that is 0.
+Vector SizesOfCurvature(const Matrix& H);
+
+/// The factor of H, or of H with a small part of each of its sizes where H is singular to rounding:
 /// a cost that leaves directions free, as one without effort. Its info() is Eigen::Success unless H
 /// is not finite.
 Eigen::LLT<Matrix> FactorOf(const Matrix& H);
@@ -34,8 +38,9 @@ enum class OrderRule {
   kIgnore,  ///< the step may leave the piece
 };
 
-/// min gᵀd + ½ dᵀ(H + damping I)d with lower ≤ y + d ≤ upper and the order rows; those in `equal`
-/// are met with equality whatever the rule.
+/// min gᵀd + ½ dᵀ(H + damping S)d with lower ≤ y + d ≤ upper and the order rows, S the diagonal of
+/// SizesOfCurvature: other units of y damp the same. Those in `equal` are met with equality
+/// whatever the rule.
 PieceStep SolvePiece(const PieceModel& piece, const Vector& y, const Vector& lower,
                      const Vector& upper, OrderRule rule, const std::vector<int>& equal = {},
                      double damping = 0);

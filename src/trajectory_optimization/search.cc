@@ -32,7 +32,7 @@ bool Prefers(const FacePoint& from, const FacePoint& kept, const FacePoint& othe
   return !std::isfinite(other.cost) ||
          from.cost - kept.cost >= kPartToKeep * (from.cost - other.cost);
 }
-constexpr double kFirstDamping = 1e-3;  // of the mean diagonal of H
+constexpr double kFirstDamping = 1e-3;  // of the diagonal of H
 /// Curvature is asked where the promised decrease, relative to 1 + L, is below the first, and less
 /// than the second part of it has come: H may be too small. It may be too large as well, which
 /// keeps all that it promises, where more than the third part of what was promised before still is.
@@ -62,10 +62,6 @@ double PromisedBy(const std::vector<PieceStep>& steps) {
     if (step.solved) promised = std::max(promised, step.decrease);
   }
   return promised;
-}
-
-double MeanCurvature(const PieceModels& models) {
-  return std::max(models.pieces.front().hessian.diagonal().mean(), 1e-12);
 }
 
 }  // namespace
@@ -178,15 +174,14 @@ void Search::Descend(FacePoint point) {
     if (steps_on) {
       const double length = (next.y - point.y).cwiseAbs().maxCoeff();
       point = next;
-      damping = damping > kFirstDamping * MeanCurvature(models) ? damping / 10 : 0;
+      damping = damping > kFirstDamping ? damping / 10 : 0;
       if (!Take(point, length, static_cast<int>(models.pieces.size()), kink)) return;
       if (is_fine) ++fine;
       continue;
     }
     if (is_least) return End(verdict, "");
-    const double first = kFirstDamping * MeanCurvature(models);
-    damping = damping == 0 ? first : 10 * damping;
-    if (damping > std::pow(10.0, kMaxDampings) * first) {
+    damping = damping == 0 ? kFirstDamping : 10 * damping;
+    if (damping > std::pow(10.0, kMaxDampings) * kFirstDamping) {
       // Where more than what was asked for is tried, for the conditions, what is found counts.
       if (undamped <= options_.tolerance * (1 + std::abs(point.cost)) && all_solved) {
         return End(verdict, "");

@@ -14,16 +14,34 @@ namespace {
 
 /// Products with ∇²L are asked for this often at most.
 constexpr int kMaxProducts = 8;
-/// H counts with this part of its mean diagonal where it has less.
+/// H counts with this part of its diagonal where it has less.
 constexpr double kLeastCurvature = 1e-6;
-/// Steps of quotients, by which L rises by half its square relative to 1 + L; and at most this
-/// part of 1 + |y|.
+/// Steps of quotients, by which L rises by half its square relative to 1 + L; and at most this part
+/// of how far an unknown reaches.
 constexpr double kQuotient = 1e-4;
 /// Curvature above this part of −H is rounding of quotients.
 constexpr double kNegative = -1e-3;
 /// … and steps of Newton count with this part of H at least.
 constexpr double kLeastNewton = 1e-3;
 constexpr int kMaxTrustHalvings = 24;
+
+/// An unknown is moved by what makes the cost rise by about itself, but not by many times what it
+/// is; of one that is 0 curvature that would let it go this much further than others is rounding.
+constexpr double kTimes = 10, kNoCurvature = 1e8;
+
+/// How far each unknown can be moved before that is another problem, by its value and by what its
+/// curvature suggests.
+Vector ReachOf(const Vector& y, const Vector& by_curvature) {
+  const double others = 1 + y.cwiseAbs().maxCoeff();
+  Vector reach = y.cwiseAbs();
+  for (Eigen::Index i = 0; i < y.size(); ++i) {
+    const double most = reach(i) > 0                              ? kTimes * reach(i)
+                        : by_curvature(i) > kNoCurvature * others ? others
+                                                                  : by_curvature(i);
+    reach(i) += std::min(by_curvature(i), most);
+  }
+  return reach;
+}
 
 /// Whether both have the same events in the same order.
 bool SameOrder(const PieceModel& a, const PieceModel& b) {
@@ -85,9 +103,15 @@ bool Search::Escape(FacePoint* point) {
     N = (N * Q.rightCols(count - qr.rank())).eval();
   }
   if (N.cols() == 0) return false;
-  Matrix H = N.transpose() * piece.hessian * N;
-  const double mean = H.diagonal().mean();
-  H.diagonal().array() += mean > 0 ? kLeastCurvature * mean : 1;
+  const Vector sizes = SizesOfCurvature(piece.hessian);
+  Matrix H = piece.hessian;
+  H.diagonal() += (piece.hessian.isZero(0) ? 1 : kLeastCurvature) * sizes;
+  H = (N.transpose() * H * N).eval();
+  const Vector reach =
+      ReachOf(y, std::sqrt(1 + std::abs(models.cost)) * sizes.cwiseSqrt().cwiseInverse());
+  const auto whole = [&](const Vector& d) {
+    return 1 / d.cwiseQuotient(reach).cwiseAbs().maxCoeff();
+  };
   const Eigen::LLT<Matrix> factor(H);
   if (factor.info() != Eigen::Success) return false;
   const auto direction = [&](const Vector& s) -> Vector { return N * factor.matrixU().solve(s); };
@@ -96,8 +120,7 @@ bool Search::Escape(FacePoint* point) {
   /// (I + H^{-1/2} C H^{-1/2}) s; empty where the piece ends.
   const auto product = [&](const Vector& s) -> Vector {
     const Vector d = direction(s);
-    const double h = std::min(kQuotient * std::sqrt(1 + std::abs(models.cost)),
-                              kQuotient * (1 + y.cwiseAbs().maxCoeff()) / d.cwiseAbs().maxCoeff());
+    const double h = kQuotient * std::min(std::sqrt(1 + std::abs(models.cost)), whole(d));
     const PieceModels beside = ModelsAt(Clamped(y + h * d));
     if (!beside.status.ok()) return {};
     for (const PieceModel& other : beside.pieces) {
@@ -138,7 +161,7 @@ bool Search::Escape(FacePoint* point) {
   if (!negative && !(inner.size() > 0 && -0.5 * pull.dot(inner) > none)) return false;
   // Plain runs decide.
   Vector d = direction(negative ? lowest : inner);
-  if (negative) d *= (1 + y.cwiseAbs().maxCoeff()) / d.cwiseAbs().maxCoeff();
+  if (negative) d *= whole(d);
   FacePoint least = best_;
   for (double sign : {1.0, -1.0}) {
     if (!negative && sign < 0) break;

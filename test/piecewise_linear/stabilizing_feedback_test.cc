@@ -4,16 +4,20 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "contact_flow/analysis/step_feedback.h"
 #include "contact_flow/model/model_library.h"
 #include "contact_flow/piecewise_linear/linear_program.h"
+#include "test/adversary/rescaled_system.h"
 #include "test/analysis/random_conewise.h"
 
 namespace contact_flow {
@@ -120,29 +124,109 @@ TEST(StabilizingFeedback, RefusesWhatIsNoStep) {
 
 /// The trot on a narrow stance, with a torque that is set at each apex.
 struct NarrowTrot {
-  std::unique_ptr<MechanicalSystem> system = MakeModel("steered_trot", {{"hip_offset", 0.25}});
-  Section section = Section::Apex(*system, "body_z");
+  std::unique_ptr<MechanicalSystem> system;
+  Section section;
   PoincareReturn orbit;
   ReducedMap step;
   StepFeedback feedback;
 
-  NarrowTrot() {
+  explicit NarrowTrot(double hip_offset = 0.25)
+      : system(MakeModel("steered_trot", {{"hip_offset", hip_offset}})),
+        section(Section::Apex(*system, "body_z")) {
     const NominalRun& nominal = system->nominal();
     PoincareOptions options;
     options.derivative.variables.inputs = true;
     orbit = PoincareMap(*system, nominal.u, section, options).Return(nominal.x);
-    Matrix horizontal = Matrix::Zero(14, 2);  // a shift of body and feet, and its rate
-    horizontal.block(0, 0, 3, 1).setOnes();
-    horizontal.block(7, 1, 3, 1).setOnes();
-    step = ControlledReturn(*system, orbit, horizontal, {0});
+    step = ControlledReturn(*system, orbit, Horizontal(), {0});
     feedback = {nominal.x, nominal.u, step.basis, {0}, {}};
   }
 
+  /// A shift of body and feet, and its rate.
+  static Matrix Horizontal() {
+    Matrix horizontal = Matrix::Zero(14, 2);
+    horizontal.block(0, 0, 3, 1).setOnes();
+    horizontal.block(7, 1, 3, 1).setOnes();
+    return horizontal;
+  }
+  adversary::Units UnitsOf(double length, double time) const {
+    adversary::Units units = adversary::Units::Same(7, system->num_constraints());
+    units.length.head(6) *= length;
+    units.gap *= length;
+    units.time = time;
+    return units;
+  }
+  /// The same step in other units of length and time.
+  ReducedMap StepIn(double length, double time) const {
+    const adversary::Units units = UnitsOf(length, time);
+    const adversary::RescaledSystem rescaled(*system, units);
+    PoincareOptions options;
+    options.horizon *= time;
+    options.shortest *= time;
+    options.simulate = units.Scale(options.simulate);
+    options.derivative.variables.inputs = true;
+    const NominalRun& nominal = system->nominal();
+    return ControlledReturn(
+        rescaled, PoincareMap(rescaled, nominal.u, section, options).Return(units.State(nominal.x)),
+        Horizontal(), {0});
+  }
   Vector At(const Vector& z) const { return system->Perturb(feedback.x, step.basis * z); }
   FollowedOrbit Run(const Vector& z, int count) const {
     return Follow(*system, section, feedback, At(z), count, {}, 10);
   }
 };
+
+/// The same trot in other units of length and time: one rate, one law.
+TEST(StabilizingFeedback, OfTheNarrowTrotIsOneInAllUnits) {
+  if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
+  const NarrowTrot trot;
+  FeedbackOptions settings;
+  settings.piecewise = true;
+  const StabilizingFeedback natural = FindStabilizingFeedback(trot.step.map, settings);
+  const Matrix gains = natural.law.pieces().front().matrix * trot.step.basis.transpose();
+  for (const auto& [length, time] : std::vector<std::pair<double, double>>{
+           {1e-3, std::sqrt(1e-3)}, {1e-4, 1}, {1e-4, 1e-2}, {1e3, 1}, {1, 1e3}}) {
+    SCOPED_TRACE(testing::Message() << "length " << length << ", time " << time);
+    const ReducedMap step = trot.StepIn(length, time);
+    const StabilizingFeedback found = FindStabilizingFeedback(step.map, settings);
+    ASSERT_TRUE(found.certified) << found.message;
+    EXPECT_TRUE(VerifyCertificate(found.closed, found.certificate));
+    EXPECT_NEAR(natural.rate, found.rate, 1e-6);
+    const adversary::Units units = trot.UnitsOf(length, time);
+    Vector sizes(14);
+    sizes << units.length, units.length / time;
+    const Matrix back = found.law.pieces().front().matrix * step.basis.transpose() *
+                        sizes.asDiagonal() * trot.step.basis;
+    EXPECT_LE((back - gains * trot.step.basis).norm(), 1e-6 * gains.norm());
+  }
+}
+
+double LargestModulus(const PiecewiseLinearMap& closed) {
+  double largest = 0;
+  for (const LinearPiece& piece : closed.pieces()) {
+    largest = std::max(largest, piece.matrix.eigenvalues().cwiseAbs().maxCoeff());
+  }
+  return largest;
+}
+
+/// One gain for both pieces contracts as fast as any that was ever found, from wherever descents
+/// begin: in other units, and on a stance on which all first descents end with a loop that grows.
+TEST(StabilizingFeedback, OfOneGainIsTheBestOfManyDescents) {
+  if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
+  const NarrowTrot trot, narrower(0.2);
+  const struct {
+    const ReducedMap step;
+    double modulus;  // the smallest of a thousand descents
+  } cases[] = {{trot.step, 0.75812},
+               {trot.StepIn(1e-3, std::sqrt(1e-3)), 0.75812},
+               {trot.StepIn(1, 1e3), 0.75812},
+               {narrower.step, 0.78228}};
+  for (const auto& c : cases) {
+    const StabilizingFeedback found = FindStabilizingFeedback(c.step.map);
+    ASSERT_TRUE(found.certified) << found.message;
+    EXPECT_TRUE(VerifyCertificate(found.closed, found.certificate));
+    EXPECT_NEAR(c.modulus, LargestModulus(found.closed), 2e-3 * c.modulus);
+  }
+}
 
 /// Unit directions, the same in each run.
 std::vector<Vector> Directions(int count, int n) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <vector>
 
 #include "contact_flow/model/model_library.h"
 #include "contact_flow/trajectory_optimization/optimize_trajectory.h"
@@ -73,6 +74,29 @@ TEST(UnitsOfUnknowns, InitialStateBesideForces) {
     const TrajectoryOptimum found = OptimizeTrajectory(*ball, problem);
     EXPECT_EQ(TrajectoryVerdict::kSmoothMinimum, found.verdict) << found.message;
     EXPECT_NEAR(0.1783603814, found.cost, 1e-8) << unit.mass << ", " << unit.length;
+  }
+}
+
+/// Steps are damped beside the curvature of each unknown: the costs of all iterates are the same.
+TEST(UnitsOfUnknowns, OnePathOfCosts) {
+  std::vector<double> natural;
+  for (const Units& unit : kUnits) {
+    SCOPED_TRACE(testing::Message() << unit.mass << ", " << unit.length << ", " << unit.time);
+    const double force = unit.mass * unit.length / (unit.time * unit.time);
+    const auto ball = MakeModel("driven_ball", ParametersIn(unit));
+    TrajectoryProblem problem = BallIn(unit);
+    problem.choose_durations = {3};
+    problem.duration_lower = Vector::Constant(1, 0.2 * unit.time);
+    problem.duration_upper = 2 * problem.duration_lower;
+    problem.inputs.values[1](0) = 30 * force;
+    problem.inputs.values[2](0) = -20 * force;
+    const TrajectoryOptimum found = OptimizeTrajectory(*ball, problem);
+    EXPECT_EQ(TrajectoryVerdict::kSmoothMinimum, found.verdict) << found.message;
+    std::vector<double> costs;
+    for (const TrajectoryIteration& iteration : found.iterations) costs.push_back(iteration.cost);
+    if (natural.empty()) natural = costs;
+    ASSERT_EQ(natural.size(), costs.size());
+    for (std::size_t k = 0; k < costs.size(); ++k) EXPECT_NEAR(1, costs[k] / natural[k], 1e-6) << k;
   }
 }
 

@@ -34,8 +34,10 @@ PiecewiseLinearMap ClosedLoop(const PiecewiseLinearMap& step, const PiecewiseLin
 ///   Linear, κ = K x: gain and norm at once, by linear matrix inequalities in Q = P⁻¹, Y = K Q,
 ///     [ρQ  (A_iQ + B_iY)ᵀ ; A_iQ + B_iY  ρQ] > 0   ⇔   |A_i + B_iK|_P < ρ   for all i,
 ///   with the smallest ρ: where that is < 1, K is found and P is its certificate. Else the largest
-///   eigenvalue of all A_i + B_iK is made small by descent, and words of pieces that can follow
-///   one another (AssessStability) are the certificate, if they are one.
+///   eigenvalue of all A_i + B_iK is made small by descents, from the gains for all pieces and for
+///   each alone, then from around the best end. Words of pieces that can follow one another
+///   (AssessStability) are the certificate, if they are one; a word by which the loop grows more
+///   counts in further descents, and the gain of the smallest growth that is proven is the law.
 ///   Piecewise, κ = K x + Σ_h k_h max(0, −c_h x), c_h = C_h + D_h K: continuous, with a gain of its
 ///   own on each side of each face. For given k_h this is a linear law for the map
 ///   (x, v) ↦ f(x, v + Σ_h k_h max(0, −(C_h x + D_h v))), found as above. The k_h are those that
