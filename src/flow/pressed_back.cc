@@ -49,7 +49,7 @@ ConstraintSet FrictionalResolution::PressedBack(const Vector& rate, ConstraintSe
 
 void FrictionalResolution::TellOfRest(ConstraintSet pressed_back) {
   if (pressed_back.Empty()) return;
-  const bool known = BouncesTurnNothing();
+  const bool known = Notable() ? result_.transition.rest_impulse.size() > 0 : BouncesTurnNothing();
   if (known) result_.transition.rested = resting_;
   if (!Notable()) return;
   std::ostringstream message;
@@ -98,15 +98,19 @@ void FrictionalResolution::Rest(const std::map<int, Eigen::Vector2d>& onsets) {
   Vector& x = result_.transition.x_plus;
   if (!Notable()) return MakeRest(system_, resting_, onsets, &x);
   const InverseInertia inertia(system_, x.head(nq_), x.tail(d_));
-  const double before = KineticEnergy(inertia.mass(), x.tail(d_));
-  const RestImpulse rest = BringToRest(system_, inertia, x.tail(d_), resting_);
-  if (rest.v_plus.allFinite()) {
-    x.tail(d_) = rest.v_plus;
-    Vector& impulse = result_.transition.rest_impulse;  // letters may be chosen anew
+  const Vector v = x.tail(d_);
+  const RestImpulse rest = BringToRest(system_, inertia, v, resting_);
+  x.tail(d_) = rest.v_plus;
+  Vector& impulse = result_.transition.rest_impulse;  // letters may be chosen anew
+  if (rest.v_plus.allFinite() && BouncesTurnNothing()) {
     impulse = impulse.size() > 0 ? Vector(impulse + rest.impulse) : rest.impulse;
+  } else {
+    x.tail(d_) = v;
+    impulse = Vector();
   }
   MakeRest(system_, resting_, onsets, &x);
-  result_.transition.energy_lost += before - KineticEnergy(inertia.mass(), x.tail(d_));
+  result_.transition.energy_lost +=
+      KineticEnergy(inertia.mass(), v) - KineticEnergy(inertia.mass(), x.tail(d_));
 }
 
 }  // namespace contact_flow
