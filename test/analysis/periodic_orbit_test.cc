@@ -228,7 +228,7 @@ TEST(PeriodicOrbit, LongSimulationAgreesWithTheCertificates) {
       w = orbit.start_basis * (orbit.start_basis.transpose() * w);
       const double deviation = DeviationAfterFifty(trot, trot.x + kSize * w.normalized());
       if (stable) {
-        // A norm contracts by 0.619 a period: nothing is left but what a run misses, times its condition.
+        // A norm contracts by 0.619 a period: what is left is what runs miss, times its condition.
         EXPECT_LE(deviation, 0.3 * kSize) << trial;
       } else {
         EXPECT_GE(deviation, 1e2 * kSize) << trial;

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A slip in space that begins, and goes on.
+#include <gtest/gtest.h>
+
+#include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/derivative/finite_difference.h"
+#include "contact_flow/flow/simulate.h"
+#include "contact_flow/io/robot_file.h"
+#include "test/shorthands.h"
+
+namespace contact_flow {
+namespace {
+
+/// A tumbling body falls on a point that sticks, slips and sticks, until the force there reaches
+/// its cone: one motion alone goes on, whatever its instant is located to.
+TEST(OnsetAhead, OneContactThatReachesItsConeHasOneMotion) {
+  RobotTexts texts;
+  texts.urdf =
+      "<robot name='body'><link name='b'><inertial><origin xyz='0 0 0'/><mass value='0.45415'/>"
+      "<inertia ixx='0.0064479' ixy='-0.00322381' ixz='0.00036938' iyy='0.00626154' "
+      "iyz='0.00175967' izz='0.00937233'/></inertial></link></robot>";
+  texts.yaml =
+      "{base: floating, gravity: 9.81, nominal: {duration: 0.5}, constraints: {corner: {kind: "
+      "plane, link: b, point: [-0.182917, 0.0910514, 0.0685332], friction: 0.771}}}";
+  const auto body = MakeRobot(texts);
+  const Vector x = test::Entries({0, 0, -0.013822355278, 0.170326742861, 0.891268712463,
+                                  -0.371096206481, -0.197272524623, -1.42018867021, 0.27117889966,
+                                  -1.87411701516, 0.461639879109, 0.869864313670, -1.83554544670});
+  for (const double tolerance : {1e-9, 1e-11}) {
+    SimulateOptions options = test::AtTolerance(tolerance);
+    options.dense = true;
+    const double duration = 0.25;
+    const Trajectory run = Simulate(*body, x, Vector::Zero(0), duration, options);
+    ASSERT_TRUE(run.status.ok()) << run.status.message;
+    ASSERT_EQ("l", run.arcs.back().mode.Word(1));
+    ASSERT_EQ("s", run.arcs[run.arcs.size() - 2].mode.Word(1));
+    const BDerivative B = DifferentiateOutcome(*body, run);
+    ASSERT_TRUE(B.status.ok()) << B.status.message;
+    const Vector w =
+        test::Entries({0.3, -0.2, 0.5, 0.1, 0.4, -0.3, 0.2, 0.6, -0.1, 0.5, -0.4, 0.3});
+    const QuotientReport report =
+        CompareWithQuotients(*body, x, Vector::Zero(0), duration, w, B(w), {1e-4, 1e-5, 1e-6});
+    const double first = report.samples[0].error;
+    EXPECT_LT(first, 1e-3 * B(w).norm());
+    EXPECT_NEAR(0.1, report.samples[1].error / first, 0.02);
+    EXPECT_LT(report.samples[2].error / first, 0.02);
+  }
+}
+
+}  // namespace
+}  // namespace contact_flow
