@@ -164,7 +164,8 @@ void BindEvents(py::module_* module) {
           "Time between its first and last event [s].")
       .def_property_readonly(
           "energy_lost", [](const EventOf& e) { return e.get().energy_lost; },
-          "By making small speeds rest [J].")
+          "Kinetic energy that making small speeds rest takes [J]; below zero where "
+          "forces give more during the bounces that it stands for.")
       .def_property_readonly(
           "obstacle", [](const EventOf& e) { return e.get().obstacle; },
           "Why there is no derivative across it, where there is none.")
