@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "rest_reset.h"
 
-#include <Eigen/QR>
 #include <vector>
 
 #include "contact_flow/model/driven.h"

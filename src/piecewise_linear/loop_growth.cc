@@ -55,7 +55,8 @@ LoopGrowth GrowthOf(const PiecewiseLinearMap& step, const Matrix& gain, double b
     growth.above = std::min({growth.above, tried * report.growth_above,
                              is_stable ? tried : std::numeric_limits<double>::infinity()});
     low = std::max({low, tried * report.growth_below, is_stable ? 0 : tried});
-    if (report.verdict == StabilityVerdict::kUnstable && tried > unproven) {
+    const bool grows = report.verdict == StabilityVerdict::kUnstable && tried > unproven;
+    if (grows && !report.certificate.words.empty()) {
       growth.word = WordOfStep(step, gain, closed, report.certificate.words.front());
     }
     if (!(growth.above > (1 + kNearer) * low)) break;

@@ -5,11 +5,15 @@
 #include <algorithm>
 #include <memory>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/finite_difference.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
+#include "src/derivative/rest_reset.h"
+#include "src/dynamics/rest_impulse.h"
 #include "test/model/robots.h"
 
 namespace contact_flow {
@@ -59,6 +63,51 @@ TEST_F(PressedBack, DerivativesAreThoseOfBouncesThatAreResolved) {
   }
   EXPECT_GE(rested, 4);
   EXPECT_GE(confirmed, 4);
+}
+
+/// DR of a rest, with slips in space and coefficients of friction, beside central differences of v⁺;
+/// speeds of 1 m/s show its terms by impulses, which are tiny for the rises of runs.
+TEST_F(PressedBack, ResetHasTheDerivativeOfItsVelocity) {
+  const std::vector<std::string> names = {"friction", "trunk_mass"};
+  Variables variables;
+  Vector values(2);
+  const auto& all = robot_->description().parameters;
+  for (int j = 0; j < 2; ++j) {
+    for (std::size_t at = 0; at < all.size(); ++at) {
+      if (all[at].name != names[static_cast<std::size_t>(j)]) continue;
+      variables.parameters.push_back(static_cast<int>(at));
+      values(j) = all[at].value;
+    }
+  }
+  ASSERT_EQ(2u, variables.parameters.size());
+  const int d = robot_->dof(), nq = robot_->num_positions();
+  const int k = 2;
+  ContactMode mode;
+  mode.Set(0, Letter::kSlip);
+  mode.Set(1, Letter::kStick);
+  mode.Set(2, Letter::kSlip);
+  Vector x = robot_->nominal().x;
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  for (double& rate : x.tail(d)) rate = normal(random);
+  const ContactDynamics dynamics(*robot_, robot_->nominal().u, variables);
+  const RestReset reset = ResetToRest(dynamics, x, mode);
+  const auto rest = [&](const Vector& w) {
+    const auto robot =
+        LoadRobot(RobotFile("quadruped_friction"),
+                  {{names[0], values(0) + w(2 * d)}, {names[1], values(1) + w(2 * d + 1)}});
+    const Vector y = robot->Perturb(x, w.head(2 * d));
+    const InverseInertia inertia(*robot, y.head(nq), y.tail(d));
+    return BringToRest(*robot, inertia, y.tail(d), mode).v_plus;
+  };
+  EXPECT_LT((reset.v_plus - rest(Vector::Zero(2 * d + k))).norm(), 1e-12);
+  constexpr double kStep = 1e-5;
+  for (int j = 0; j < 2 * d + k; ++j) {
+    const Vector w = kStep * Vector::Unit(2 * d + k, j);
+    const Vector quotient = (rest(w) - rest(-w)) / (2 * kStep);
+    const Vector told = reset.jacobian.col(j).segment(d, d);
+    EXPECT_LT((quotient - told).norm(), 1e-6 * (1 + told.norm())) << "column " << j;
+  }
 }
 
 }  // namespace
