@@ -65,8 +65,8 @@ TEST_F(PressedBack, DerivativesAreThoseOfBouncesThatAreResolved) {
   EXPECT_GE(confirmed, 4);
 }
 
-/// DR of a rest, with slips in space and coefficients of friction, beside central differences of v⁺;
-/// speeds of 1 m/s show its terms by impulses, which are tiny for the rises of runs.
+/// DR of a rest, with slips in space and coefficients of friction, beside differences of v⁺: speeds
+/// of 1 m/s show its terms by impulses, which are tiny for the rises of runs.
 TEST_F(PressedBack, ResetHasTheDerivativeOfItsVelocity) {
   const std::vector<std::string> names = {"friction", "trunk_mass"};
   Variables variables;
