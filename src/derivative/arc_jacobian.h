@@ -55,6 +55,10 @@ class ArcJacobian {
     FindBreaks();
   }
 
+  /// The rate of the tangents where the arc begins, [K D] being `begin`, by which their unit of time
+  /// is chosen; or that in its middle if it is less, where the arc is long beside it: that of a slip
+  /// that begins in space is gone at once. In the units of the system.
+  double LastingRate(Matrix* begin);
   /// Chooses the unit of time for tangents of this rate [1/s]: the length of the arc, unless it is
   /// far from the time in which they change; then those of the variables, by a few looks. `begin`
   /// is what At(0) gave before, and is what it gives now.
@@ -178,14 +182,19 @@ class ArcJacobian {
     return tau * tau * units_.length.cwiseProduct(free).lpNorm<1>();
   }
 
-  /// A propagator of (y, ẏ) in these units becomes one of (δq, δv) in those of the system.
+  /// A propagator of (y, ẏ) in these units becomes one of (δq, δv) in those of the system, from
+  /// where the velocity is `begin` to where it is `end`: that of the whole arc, or of a part.
   void ToVelocities(Matrix* phi) const {
+    const int d = d_;
+    ToVelocities(phi, arc_.x_begin.tail(d), arc_.x_end.tail(d));
+  }
+  void ToVelocities(Matrix* phi, const VectorRef& begin, const VectorRef& end) const {
     Vector unit(2 * d_ + k_);
     unit << units_.length, units_.time * units_.length, units_.source;
     *phi = (unit.cwiseInverse().asDiagonal() * *phi * unit.asDiagonal()).eval();
     if (space_.IsFlat()) return;
-    phi->middleRows(d_, d_) += space_.Bracket(arc_.x_end.tail(d_)) * phi->topRows(d_);
-    phi->leftCols(d_) -= phi->middleCols(d_, d_) * space_.Bracket(arc_.x_begin.tail(d_));
+    phi->middleRows(d_, d_) += space_.Bracket(end) * phi->topRows(d_);
+    phi->leftCols(d_) -= phi->middleCols(d_, d_) * space_.Bracket(begin);
   }
 
   /// The state and F there as a tangent in the units of the system.
@@ -330,6 +339,16 @@ inline double FastestRate(const Matrix& jacobian) {
     now /= factor;
   }
   return std::exp(growth / (kIterations - kDiscarded));
+}
+
+inline double ArcJacobian::LastingRate(Matrix* begin) {
+  constexpr double kLong = 1e4;
+  const double rate = FastestRate(begin->leftCols(2 * d_));
+  if (rate * duration() < kLong) return rate;
+  At(duration() / 2, begin->data(), begin->data() + 2 * d_ * d_);
+  const double later = FastestRate(begin->leftCols(2 * d_));
+  At(0, begin->data(), begin->data() + 2 * d_ * d_);
+  return later > 0 ? std::min(rate, later) : rate;
 }
 
 }  // namespace contact_flow

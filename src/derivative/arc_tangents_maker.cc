@@ -48,14 +48,14 @@ class ArcTangentsMaker {
   // As StepControl asks for:
 
   /// What few tangents cost: a factorization, or some rounds.
-  double Cost(const GaussLegendre& rule, double length, double fastest) const {
+  double Cost(const CollocationRule& rule, double length, double fastest) const {
     const double n = rule.stages * d_;
     const bool factorized = n <= CollocationStep::kDirect || length * fastest > kFactorized;
     return factorized ? n * n * n / 3 : kRounds * n * 4 * d_;
   }
 
   /// Fills the step from t on and follows it.
-  double Try(double t, double h, const GaussLegendre& rule) {
+  double Try(double t, double h, const CollocationRule& rule) {
     const int s = rule.stages;
     step_ = std::make_unique<CollocationStep>(d_, k_, rule, h);
     nodes_.resize(static_cast<std::size_t>(s));
@@ -75,7 +75,7 @@ class ArcTangentsMaker {
     next_ = followed_;
     step_->Advance(&next_, accelerations_);
     Look(t + h, &end_);
-    const GaussLegendre::Point& point = control_.NextGap(rule);
+    const CollocationRule::Point& point = control_.NextGap(rule);
     Look(t + point.at * h, &between_);
     size_ = std::max(1.0, next_.col(kTangent).head(2 * d_).cwiseAbs().maxCoeff());
     if (k_ > 0) {
@@ -146,7 +146,7 @@ class ArcTangentsMaker {
   void Begin() {
     Matrix& KDS = begin_.jacobian;
     Look(0, KDS.data(), KDS.data() + 2 * d_ * d_);
-    jacobian_.ChooseTime(FastestRate(KDS.leftCols(2 * d_)), &KDS);
+    jacobian_.ChooseTime(jacobian_.LastingRate(&KDS), &KDS);
     jacobian_.Field(&begin_.field);
     begin_.system_field = jacobian_.SystemField();
     const ArcUnits& units = jacobian_.units();
@@ -199,8 +199,8 @@ class ArcTangentsMaker {
 
   /// l, and what it changes by along the tangent, as the nodes interpolate them: their quadrature
   /// is off by about the square of that.
-  double CostError(const GaussLegendre::Point& point, const Matrix& tangents) {
-    const GaussLegendre& rule = step_->rule();
+  double CostError(const CollocationRule::Point& point, const Matrix& tangents) {
+    const CollocationRule& rule = step_->rule();
     const int s = rule.stages;
     Matrix values(s, 2);
     for (int i = 0; i < s; ++i) {
@@ -224,7 +224,8 @@ class ArcTangentsMaker {
                                  off(end_, rule.at_end, next_.col(kTangent).head(d2)));
     const double inside = off(between_, point.value, tangents.col(kTangent).head(d2));
     const double relative = std::max(ends, inside / point.weight);
-    const double error = rule.error * std::pow(relative / rule.defect, 2);
+    const double error =
+        rule.error * std::pow(relative / rule.defect, rule.stiff ? 2 - 1.0 / rule.stages : 2);
     return StepControl::Shapeless(ends, inside, point) ? std::max(error, inside * inside) : error;
   }
   void NoteSlope(const Place& place, const Vector& tangent) {
@@ -233,7 +234,7 @@ class ArcTangentsMaker {
   }
 
   void AddCost() {
-    const GaussLegendre& rule = step_->rule();
+    const CollocationRule& rule = step_->rule();
     const double seconds = jacobian_.units().time * step_->length();
     const bool inputs = dynamics_.variables().inputs;
     if (made_.by_variables_.size() == 0) made_.by_variables_ = Vector::Zero(k_);

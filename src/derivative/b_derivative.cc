@@ -177,23 +177,23 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
   };
   try {
     if (!run.MakeEvents(&derivative)) return derivative;
-    std::vector<double> errors;
+    std::vector<PropagationErrors> errors;
     BudgetStage propagation("the tangents of the arcs", last - first + 1);
     for (std::size_t k = first; k <= last; ++k, propagation.Next()) {
       if (run.clusters().Around(k) != nullptr) {
         const int size = run.size();
         derivative.arcs.push_back(Matrix::Identity(size, size));
-        errors.push_back(0);
+        errors.emplace_back();
         continue;
       }
       derivative.status = run.CheckBefore(k);
       if (!derivative.status.ok()) return derivative;
       VariationStatistics statistics;
-      derivative.arcs.push_back(
-          PropagateArc(run.dynamics(k), trajectory.arcs[k], options.tolerance, &statistics));
+      errors.emplace_back();
+      derivative.arcs.push_back(PropagateArc(run.dynamics(k), trajectory.arcs[k], options.tolerance,
+                                             &statistics, &errors.back()));
       derivative.status = run.CheckAfter(k, statistics);
       if (!derivative.status.ok()) return derivative;
-      errors.push_back(statistics.error_estimate);
       derivative.trust.flow_law = std::max(derivative.trust.flow_law, statistics.flow_law_residual);
     }
     derivative.status = run.CheckTouchingContacts(derivative, carry);

@@ -12,8 +12,8 @@ namespace contact_flow {
 Collocation::Collocation(int d, int k)
     : d_(d),
       k_(k),
-      nodes_(d, 2 * d * GaussLegendre::kMaxStages),
-      sources_(d, k * GaussLegendre::kMaxStages) {}
+      nodes_(d, 2 * d * CollocationRule::kMaxStages),
+      sources_(d, k * CollocationRule::kMaxStages) {}
 
 bool Collocation::Solve(double h) {
   FindSpans();
@@ -183,7 +183,7 @@ void Collocation::Acceleration(const Vector& weights, Vector* acceleration) {
   acceleration->noalias() = rows_.combination().lazyProduct(mixed_);
 }
 
-void Collocation::Tangent(double h, const GaussLegendre::Point& point, Vector* tangent) {
+void Collocation::Tangent(double h, const CollocationRule::Point& point, Vector* tangent) {
   const auto q = start_.head(d_), v = start_.segment(d_, d_);
   tangent->resize(2 * d_);
   Acceleration(point.twice, &integral_);

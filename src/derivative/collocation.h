@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "collocation_rule.h"
 #include "contact_flow/types.h"
-#include "gauss_legendre.h"
 #include "row_span.h"
 
 namespace contact_flow {
 
-/// One step of Gauss–Legendre collocation for the tangents of ÿ = K y + D ẏ + S (δu, δp): from
+/// One step of collocation for the tangents of ÿ = K y + D ẏ + S (δu, δp): from
 /// [K_i D_i] [d×2d] and S_i [d×k] at the nodes, their accelerations Y_i [d × 2d+k] there.
 class Collocation {
  public:
   Collocation(int d, int k);
 
   /// Before a step: its rule.
-  void SetRule(const GaussLegendre& rule) { rule_ = &rule; }
-  const GaussLegendre& rule() const { return *rule_; }
+  void SetRule(const CollocationRule& rule) { rule_ = &rule; }
+  const CollocationRule& rule() const { return *rule_; }
   /// [K_i D_i] at node i, to be filled.
   Eigen::Map<Matrix> Node(int i) { return {nodes_.data() + i * 2 * d_ * d_, d_, 2 * d_}; }
   /// … and S_i.
@@ -41,7 +41,7 @@ class Collocation {
   /// Its acceleration Σ_j weights_j Y_j r [d].
   void Acceleration(const Vector& weights, Vector* acceleration);
   /// Its (y, ẏ) [2d] at a point of the step.
-  void Tangent(double h, const GaussLegendre::Point& point, Vector* tangent);
+  void Tangent(double h, const CollocationRule::Point& point, Vector* tangent);
 
  private:
   /// Only independent rows and columns enter the linear system. What holds on one step mostly does
@@ -62,7 +62,7 @@ class Collocation {
 
   const int d_;
   const int k_;
-  const GaussLegendre* rule_ = nullptr;
+  const CollocationRule* rule_ = nullptr;
   Matrix nodes_;    // [K_i D_i], i = 1 … s, side by side
   Matrix sources_;  // the variables' parts, likewise
   Matrix system_matrix_;

@@ -34,7 +34,7 @@ class Convergence {
 
 }  // namespace
 
-CollocationStep::CollocationStep(int d, int k, const GaussLegendre& rule, double h)
+CollocationStep::CollocationStep(int d, int k, const CollocationRule& rule, double h)
     : d_(d),
       k_(k),
       rule_(&rule),

@@ -4,12 +4,12 @@
 #include <Eigen/LU>
 #include <memory>
 
+#include "collocation_rule.h"
 #include "contact_flow/types.h"
-#include "gauss_legendre.h"
 
 namespace contact_flow {
 
-/// One step of Gauss–Legendre collocation for few tangents of ÿ = K y + D ẏ + S (δu, δp), forward,
+/// One step of collocation for few tangents of ÿ = K y + D ẏ + S (δu, δp), forward,
 /// and the same step transposed. The accelerations at its nodes,
 ///   Y_i = K_i (y + c_i h ẏ + h² Σ_j (a²)_ij Y_j) + D_i (ẏ + h Σ_j a_ij Y_j) + S_i (δu, δp),
 /// are found by a factorization, which is kept; where there are many, by iteration, which needs no
@@ -21,14 +21,14 @@ class CollocationStep {
   /// step, which take as many rounds each.
   static constexpr int kDirect = 200;
 
-  CollocationStep(int d, int k, const GaussLegendre& rule, double h);
+  CollocationStep(int d, int k, const CollocationRule& rule, double h);
 
   /// [K_i D_i] [d×2d] and S_i [d×k] at node i, to be filled.
   Eigen::Map<Matrix> Node(int i) { return {nodes_.data() + i * 2 * d_ * d_, d_, 2 * d_}; }
   Eigen::Map<Matrix> Source(int i) { return {sources_.data() + i * k_ * d_, d_, k_}; }
   /// What a running cost changes with (y, ẏ) at the nodes, weights of the rule included [2d×s].
   void SetCost(Matrix gradients) { cost_ = std::move(gradients); }
-  const GaussLegendre& rule() const { return *rule_; }
+  const CollocationRule& rule() const { return *rule_; }
   double length() const { return h_; }
 
   /// For the columns w [2d+k × c] at its beginning the accelerations at the nodes [d × s c], node
@@ -50,7 +50,7 @@ class CollocationStep {
 
   int d_;
   int k_;
-  const GaussLegendre* rule_;
+  const CollocationRule* rule_;
   double h_;
   Matrix nodes_;    // [K_i D_i], i = 1 … s, side by side
   Matrix sources_;  // S_i, likewise

@@ -5,10 +5,11 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 #include "contact_flow/budget.h"
-#include "contact_flow/fixed_size.h"
 #include "event_order.h"
+#include "propagator_change.h"
 #include "reset_error.h"
 
 namespace contact_flow {
@@ -16,11 +17,6 @@ namespace {
 
 /// Transitions closer than this part of the run are asked for their order.
 constexpr double kClose = 1e-3;
-/// Second derivatives of the field are taken once in so many steps of an arc, not more often than.
-constexpr std::size_t kStepsOfPart = 8, kMostParts = 8;
-/// Distance of the quotients of Jacobians: so many times the error, no further than this part of
-/// 1 + |x|.
-constexpr double kMagnified = 1e4, kStep = 1e-5;
 /// An error that is estimated as ε, relative, is about kOrder ε^{9/8}; of one step at least this.
 constexpr double kOrder = 5, kUnitRounding = 4e-16;
 /// … and of implicit steps, whose iteration leaves what has no order, this part.
@@ -82,48 +78,6 @@ Vector ArcError(const Arc& arc) {
     e = std::max(std::min(1.0, left) * e, std::min(e, steps * kUnitRounding * scale));
   }
   return error;
-}
-
-/// [d × 2d+k] the change of the accelerations' Jacobian between x and x ⊞ e, by a quotient.
-Matrix JacobianChange(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
-                      const Vector& e) {
-  const double size = e.cwiseAbs().maxCoeff();
-  if (!(size > 0) || !std::isfinite(size)) return Matrix();
-  const double step = std::min(kMagnified, kStep * (1 + x.cwiseAbs().maxCoeff()) / size);
-  dynamics->Differentiate(x, mode);
-  Matrix change = -dynamics->acceleration_jacobian();
-  dynamics->Differentiate(dynamics->system().Perturb(x, step * e), mode);
-  change += dynamics->acceleration_jacobian();
-  return change / step;
-}
-
-/// What an error e [2d] along an arc changes in Φ [2d × 2d+k]: velocities by
-///   ∫ D²F[e, Φ w] dt ≈ Σ_j T_j D²F_j e (I + Φ) / 2,
-/// and positions by what is left of T times that. D²F is taken in the middle of parts T_j of
-/// equally many steps each: where a force is felt over a part of the way alone, the steps tell.
-Matrix PropagatorChange(ContactDynamics* dynamics, const Arc& arc, const Matrix& Phi,
-                        const Vector& e) {
-  const int d = dynamics->system().dof();
-  Matrix change = Matrix::Zero(2 * d, Phi.cols());
-  if (!(arc.t_end > arc.t_begin)) return change;
-  const std::size_t steps = arc.dense.NumSteps();
-  const std::size_t parts = std::clamp<std::size_t>(steps / kStepsOfPart, 1, kMostParts);
-  Matrix carried;
-  Vector x = arc.x_begin;
-  for (std::size_t j = 0; j < parts; ++j) {
-    const std::size_t first = j * steps / parts, behind = (j + 1) * steps / parts;
-    const double begin = j == 0 ? arc.t_begin : arc.dense.StepBegin(first);
-    const double end = j + 1 == parts ? arc.t_end : arc.dense.StepBegin(behind);
-    const double middle = begin + (end - begin) / 2;
-    arc.dense.Evaluate(middle, x.data());
-    const Matrix bend = JacobianChange(dynamics, x, arc.mode, e);
-    if (bend.size() == 0) return change;
-    MultiplyFewRows(1, bend, Phi, &carried);
-    carried = (end - begin) / 2 * (bend + carried);
-    change.bottomRows(d) += carried;
-    change.topRows(d) += (arc.t_end - middle) * carried;
-  }
-  return change;
 }
 
 /// Of a propagator as it is computed, relative.
@@ -236,7 +190,7 @@ class StateErrors {
 
 void EstimateErrors(const Trajectory& trajectory, std::size_t first,
                     const std::vector<std::shared_ptr<ContactDynamics>>& dynamics,
-                    const std::vector<double>& propagator_errors, BDerivative* derivative) {
+                    const std::vector<PropagationErrors>& propagation, BDerivative* derivative) {
   const MechanicalSystem& system = dynamics.front()->system();
   const int tangents = 2 * system.dof();
   const Eigen::Index size = derivative->arcs.front().rows();
@@ -247,14 +201,25 @@ void EstimateErrors(const Trajectory& trajectory, std::size_t first,
   derivative->part_bends.clear();
   for (std::size_t k = 0; k < derivative->arcs.size(); ++k) {
     AskBudget();
-    const Matrix& Phi = derivative->arcs[k];
-    errors.PassArc(k, [&](Probes* probes) {
-      for (Vector& probe : *probes) Carry(Phi, &probe, &buffer);
-    });
-    const Vector e = Signed(0, 4 * k, RootMeanSquare(errors.probes()).head(tangents));
-    derivative->part_errors.push_back(propagator_errors[k]);
     const Arc& arc = trajectory.arcs[first + k];
-    derivative->part_bends.push_back(PropagatorChange(dynamics[k].get(), arc, Phi, e));
+    std::vector<ArcPart> parts = propagation[k].parts;
+    if (parts.empty()) parts.push_back({arc.t_begin, arc.t_end, derivative->arcs[k]});
+    std::vector<Vector> e;
+    const auto note = [&] {
+      e.push_back(Signed(0, 4 * k, RootMeanSquare(errors.probes()).head(tangents)));
+    };
+    errors.PassArc(k, [&](Probes* probes) {
+      for (const ArcPart& part : parts) {
+        for (Vector& probe : *probes) Carry(part.phi, &probe, &buffer);
+        if (e.size() + 1 < parts.size()) note();
+      }
+    });
+    note();
+    derivative->part_errors.push_back(propagation[k].relative);
+    Matrix bend = PropagatorChange(dynamics[k].get(), arc, parts, e);
+    const Matrix& law = propagation[k].law;
+    if (law.size() > 0) bend += kPropagatorSafety * law.topRows(tangents);
+    derivative->part_bends.push_back(std::move(bend));
     if (k + 1 == derivative->arcs.size()) break;
     if (derivative->events[k].absorbed()) {  // one with that before
       derivative->part_errors.push_back(0);

@@ -43,6 +43,12 @@ double FlowLaw::Note(double size) {
   return last_;
 }
 
+Vector FlowLaw::Defect() const {
+  const double explained = kAllowed * tolerance_ * per_noise_;
+  if (last_ <= explained) return Vector::Zero(difference_.size());
+  return (1 - explained / last_) * difference_;
+}
+
 bool FlowLaw::Holds(const MatrixRef& jacobian, double state) {
   double largest = 1;
   for (Eigen::Index r = 0; r < jacobian.rows(); ++r) {

@@ -31,6 +31,11 @@ class FlowLaw {
   /// Takes over the last residual.
   void Accept() { total_ += last_; }
 
+  /// Of the last residual, accepted by Holds, step F₀ − F₁ [2d], but for the part that errors of the
+  /// state of the tolerance explain.
+  Vector Defect() const;
+  /// The size of F at the beginning of the arc.
+  double size() const { return size_; }
   /// Σ of the residuals accepted.
   double total() const { return total_; }
   /// The error of the state that explains them.

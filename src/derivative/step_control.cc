@@ -9,8 +9,9 @@
 namespace contact_flow {
 namespace {
 
-/// Beyond this many times the step that would resolve the fastest mode, collocation loses its order
-/// in it, and the error estimate its truth (measured: config/robots against tolerance 1e-13).
+/// Beyond this many times the step that would resolve the fastest mode, collocation of Gauss and
+/// Legendre loses its order in it, and the error estimate its truth (measured: config/robots
+/// against tolerance 1e-13).
 constexpr double kStiffReach = 3;
 constexpr double kSlackening = 0.6;  // most by which the rate falls from one step to the next
 constexpr double kReach = 0.9;       // part of the longest acceptable step that is taken
@@ -20,6 +21,8 @@ constexpr long kMaxSteps = 1000000;
 constexpr double kSmallestStep = 1e-13;  // relative to the arc
 /// The defect inside a step beside what it is at its ends, where collocation keeps its order.
 constexpr double kShape = 30;
+/// An error below this part of the tolerance may be that of rounding.
+constexpr double kRounding = 1e-3;
 constexpr double kGolden = 0.6180339887498949;
 
 }  // namespace
@@ -46,20 +49,24 @@ void StepControl::Begin(const Matrix& begin, const Vector& field) {
   rate_ = std::max(fastest_, std::min(base_rate, 2 * fastest_));
 }
 
-double StepControl::Reach(double t, const GaussLegendre& rule) const {
-  const int s = rule.stages;
-  const double angle = kReach * std::pow(tolerance_ / rule.error, 1.0 / (2 * s + 1));
-  double reach = std::min(longest_, jacobian_.Units(pace_.Reach(jacobian_.Time(t), s)));
+double StepControl::Reach(double t, const CollocationRule& rule) const {
+  const double angle = kReach * std::pow(tolerance_ / rule.error, 1.0 / rule.power);
+  double reach = std::min(longest_, jacobian_.Units(pace_.Reach(jacobian_.Time(t), rule.stages)));
   if (rate_ > 0) reach = std::min(reach, angle / rate_);
-  if (fastest_ > 0) reach = std::min(reach, kStiffReach * angle / fastest_);
+  if (fastest_ > 0 && !rule.stiff) reach = std::min(reach, kStiffReach * angle / fastest_);
   return reach;
 }
 
 bool StepControl::Learn(double error, double length) {
   const bool finite = std::isfinite(error), small = error <= tolerance_;
   if (finite) {
-    const double seen = std::pow(error / rule_->error, 1.0 / (2 * rule_->stages + 1)) / length;
-    rate_ = std::max(seen, kSlackening * rate_);
+    const double seen = std::pow(error / rule_->error, 1.0 / rule_->power) / length;
+    // In a step beyond what would resolve the fastest mode, it has decayed, and what is left of it
+    // is rounding, which tells no rate.
+    const bool resolves =
+        fastest_ * length <= std::pow(tolerance_ / rule_->error, 1.0 / rule_->power);
+    const bool tells = resolves || error > kRounding * tolerance_;
+    rate_ = std::max(tells ? seen : 0, kSlackening * rate_);
   }
   if (!small) rate_ = finite ? 1.1 * rate_ : std::max(10 * rate_, 1 / length);
   return small;
@@ -96,21 +103,21 @@ void StepControl::Finish(VariationStatistics* statistics) const {
   JudgeFlowLaw(arc_, law_);
 }
 
-const GaussLegendre::Point& StepControl::NextGap(const GaussLegendre& rule) {
+const CollocationRule::Point& StepControl::NextGap(const CollocationRule& rule) {
   golden_ += kGolden;
   golden_ -= std::floor(golden_);
   return rule.between[static_cast<std::size_t>(golden_ * (rule.stages - 1))];
 }
 
-double StepControl::Error(const GaussLegendre& rule, double ends, double inside,
-                          const GaussLegendre::Point& point) {
-  const int s = rule.stages;
+double StepControl::Error(const CollocationRule& rule, double ends, double inside,
+                          const CollocationRule::Point& point) {
   const double relative = std::max(ends, inside / point.weight);
-  const double error = rule.error * std::pow(relative / rule.defect, (2.0 * s + 1) / (s + 1));
+  const double power = static_cast<double>(rule.power) / (rule.stages + 1);
+  const double error = rule.error * std::pow(relative / rule.defect, power);
   return Shapeless(ends, inside, point) ? std::max(error, inside) : error;
 }
 
-bool StepControl::Shapeless(double ends, double inside, const GaussLegendre::Point& point) {
+bool StepControl::Shapeless(double ends, double inside, const CollocationRule::Point& point) {
   return inside / point.weight > kShape * ends;
 }
 

@@ -6,10 +6,10 @@
 #include <limits>
 
 #include "arc_jacobian.h"
+#include "collocation_rule.h"
 #include "contact_flow/budget.h"
 #include "contact_flow/derivative/variation.h"
 #include "flow_law.h"
-#include "gauss_legendre.h"
 #include "motion_pace.h"
 #include "propagation_verdict.h"
 
@@ -20,10 +20,10 @@ double MixedEntry(int i);
 
 /// The steps of the tangents along an arc: stages and length of each, whether it is good enough,
 /// and when the arc is refused. PropagateArc and ArcTangents walk by it. Their walker W has
-///   double Cost(const GaussLegendre& rule, double length, double fastest): multiplications for one
-///     such step without its Jacobians, where the fastest mode has that rate;
-///   double Try(double t, double length, const GaussLegendre& rule): makes the step, not yet to be
-///     relied on; its error, infinite where it is not determined;
+///   double Cost(const CollocationRule& rule, double length, double fastest): multiplications for
+///     one such step without its Jacobians, where the fastest mode has that rate;
+///   double Try(double t, double length, const CollocationRule& rule): makes the step, not yet to
+///     be relied on; its error, infinite where it is not determined;
 ///   void NoteLaw(FlowLaw* law): the residual of that step;
 ///   const Matrix& End(): [K D S] where it ends;
 ///   void Accept(): takes it over;
@@ -38,25 +38,31 @@ class StepControl {
   template <class W>
   void Walk(const Matrix& begin, const Vector& field, W* walker, VariationStatistics* statistics);
 
+  /// Σ of the estimated errors of the steps.
+  double error() const { return error_; }
+
   /// One of the gaps between the nodes, another one each time.
-  const GaussLegendre::Point& NextGap(const GaussLegendre& rule);
+  const CollocationRule::Point& NextGap(const CollocationRule& rule);
   /// Error of a step that leaves the defect h·δ `ends` at its ends and `inside` at `point`, both
   /// relative to the tangents.
-  static double Error(const GaussLegendre& rule, double ends, double inside,
-                      const GaussLegendre::Point& point);
+  static double Error(const CollocationRule& rule, double ends, double inside,
+                      const CollocationRule::Point& point);
   /// Whether a defect inside has not the shape that it has where all is smooth, so that collocation
   /// has not its order.
-  static bool Shapeless(double ends, double inside, const GaussLegendre::Point& point);
+  static bool Shapeless(double ends, double inside, const CollocationRule::Point& point);
 
  private:
   /// One Jacobian, with its part of the linear system, costs about as much as this many
   /// multiplications for each of its entries (measured).
   static constexpr double kJacobianCost = 50;
+  /// Rules for decays that are fast beside the step are taken where others cost so many times as
+  /// much.
+  static constexpr double kStiffGain = 4;
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
   void Begin(const Matrix& begin, const Vector& field);
   /// The longest step with this rule at t.
-  double Reach(double t, const GaussLegendre& rule) const;
+  double Reach(double t, const CollocationRule& rule) const;
   /// Chooses stages and length of the next step so that what is left of the arc costs least.
   template <class W>
   double ChooseStep(double t, double rest, const W& walker);
@@ -76,8 +82,8 @@ class StepControl {
   const int d_;
   MotionPace pace_;
   FlowLaw law_;
-  const GaussLegendre* rule_ = nullptr;
-  double rate_ = 0;             // r of the tangents: a step's error is error_s·(r h)^{2s+1}
+  const CollocationRule* rule_ = nullptr;
+  double rate_ = 0;             // r of the tangents: a step's error is error·(r h)^power
   double fastest_ = 0;          // rate of a mode at the beginning of the step
   double longest_ = kInfinity;  // step that the flow law allows
   double error_ = 0;            // Σ of the estimates of the steps
@@ -118,16 +124,18 @@ void StepControl::Walk(const Matrix& begin, const Vector& field, W* walker,
 template <class W>
 double StepControl::ChooseStep(double t, double rest, const W& walker) {
   double least = kInfinity, length = rest;
-  for (int s = GaussLegendre::kMinStages; s <= GaussLegendre::kMaxStages; ++s) {
-    const GaussLegendre& rule = GaussLegendre::WithStages(s);
+  const auto consider = [&](const CollocationRule& rule, double factor) {
     const double steps = std::ceil(std::max(1.0, rest / Reach(t, rule)));
-    const double cost =
-        steps * (walker.Cost(rule, rest / steps, fastest_) + (s + 2) * kJacobianCost * 2 * d_ * d_);
-    if (cost < least) {
-      least = cost;
-      length = rest / steps;
-      rule_ = &rule;
-    }
+    const double jacobians = (rule.stages + 2) * kJacobianCost * 2 * d_ * d_;
+    const double cost = factor * steps * (walker.Cost(rule, rest / steps, fastest_) + jacobians);
+    if (!(cost < least)) return;
+    least = cost;
+    length = rest / steps;
+    rule_ = &rule;
+  };
+  for (int s = CollocationRule::kMinStages; s <= CollocationRule::kMaxStages; ++s) {
+    consider(CollocationRule::GaussLegendre(s), 1);
+    consider(CollocationRule::RadauIIA(s), kStiffGain);
   }
   return length;
 }

@@ -26,25 +26,6 @@ Real RadauPolynomial(int s, Real theta) {
   return now - before;
 }
 
-/// Its zeros, by bisection; 1 is the last.
-RealVector Nodes(int s) {
-  constexpr int kScan = 1000, kHalvings = 70;
-  RealVector c(s);
-  int found = 0;
-  for (int k = 0; k + 1 < kScan; ++k) {
-    Real left = Real(k) / kScan, right = Real(k + 1) / kScan;
-    const bool negative = RadauPolynomial(s, left) < 0;
-    if (negative == (RadauPolynomial(s, right) < 0)) continue;
-    for (int half = 0; half < kHalvings; ++half) {
-      const Real middle = (left + right) / 2;
-      (RadauPolynomial(s, middle) < 0) == negative ? left = middle : right = middle;
-    }
-    c(found++) = (left + right) / 2;
-  }
-  c(s - 1) = 1;
-  return c;
-}
-
 RealVector Monomials(int count, Real theta) {
   RealVector values(count);
   values(0) = 1;
@@ -123,7 +104,8 @@ void Diagonalize(const RealMatrix& inverse, RadauRule* rule) {
 RadauRule Make(int s, const std::array<double, 2>& check) {
   RadauRule rule;
   rule.stages = s;
-  const RealVector c = Nodes(s);
+  const std::vector<Real> nodes = RadauNodes(s);
+  const RealVector c = Eigen::Map<const RealVector>(nodes.data(), s);
   rule.c = c.cast<double>();
   const RealMatrix extension = Extension(c);
   RealMatrix inverse(s, s);
@@ -146,6 +128,23 @@ RadauRule Make(int s, const std::array<double, 2>& check) {
 }
 
 }  // namespace
+
+std::vector<long double> RadauNodes(int s) {
+  constexpr int kScan = 1000, kHalvings = 70;
+  std::vector<Real> nodes;
+  for (int k = 0; k + 1 < kScan; ++k) {
+    Real left = Real(k) / kScan, right = Real(k + 1) / kScan;
+    const bool negative = RadauPolynomial(s, left) < 0;
+    if (negative == (RadauPolynomial(s, right) < 0)) continue;
+    for (int half = 0; half < kHalvings; ++half) {
+      const Real middle = (left + right) / 2;
+      (RadauPolynomial(s, middle) < 0) == negative ? left = middle : right = middle;
+    }
+    nodes.push_back((left + right) / 2);
+  }
+  nodes.push_back(1);
+  return nodes;
+}
 
 const RadauRule& RadauRule::WithStages(int s) {
   // Between the nodes, where guards are looked at, too: see StagePlaces.

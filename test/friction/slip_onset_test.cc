@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/derivative/variation.h"
 #include "contact_flow/flow/online_flow.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_system.h"
@@ -203,6 +204,19 @@ TEST(SlipOnset, HasTheDerivativeOfItsForces) {
       EXPECT_LT((derivative.segment<2>(0) - (up.x - down.x) / (2 * step)).norm(), 2e-6) << k;
     }
   }
+}
+
+/// Behind the onset a turn of the slip decays at the rate k/|s|, which is 1e12/s at first and falls
+/// with 1/τ²: steps that followed it would be as many.
+TEST(SlipOnset, HasTangentsOfFewSteps) {
+  const auto system = MakeSystem<Tug>({});
+  const SimulateOptions options = test::AtTolerance(1e-12);
+  const Trajectory run = Simulate(*system, system->nominal().x, Vector::Zero(2), 0.8, options);
+  ASSERT_EQ(2u, run.arcs.size());
+  ContactDynamics dynamics(*system, Vector::Zero(2));
+  VariationStatistics statistics;
+  PropagateArc(&dynamics, run.arcs.back(), 1e-12, &statistics);
+  EXPECT_LT(statistics.steps + statistics.rejected_steps, 1000);
 }
 
 /// One motion in other units of time, T seconds. A point falls, lands vertically at T √0.02, and

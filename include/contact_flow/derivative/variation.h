@@ -31,7 +31,8 @@ struct VariationStatistics {
 /// equation is of second order again, with K + D ad_v − ad_v̇ for K and D − ad_v for D.
 ///
 /// The equation is linear, so it is solved by Gauss–Legendre collocation (2 to 10 stages, order 4
-/// to 20, chosen with the step for least work) with steps of its own: the accelerations at the
+/// to 20, chosen with the step for least work), or by Radau IIA (order 3 to 19) where decays are
+/// fast beside the step, with steps of its own: the accelerations at the
 /// nodes solve one linear system a step, over those coordinates only that others do not determine
 /// (a contact, a conserved momentum). The tangents have their own error control, `tolerance`
 /// relative to the largest entry of the propagator, in units in which entries compare whatever

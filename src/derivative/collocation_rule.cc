@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "gauss_legendre.h"
+#include "collocation_rule.h"
 
 #include <boost/math/special_functions/factorials.hpp>
 #include <boost/math/special_functions/legendre.hpp>
 #include <cmath>
 #include <vector>
+
+#include "contact_flow/flow/radau_rule.h"
 
 namespace contact_flow {
 namespace {
@@ -26,7 +28,7 @@ long double Integral(const Polynomial& p, long double x) {
 }
 
 /// The zeros of the Legendre polynomial of degree s, moved to [0, 1].
-std::vector<long double> Nodes(int s) {
+std::vector<long double> LegendreNodes(int s) {
   std::vector<long double> nodes;
   for (long double zero : boost::math::legendre_p_zeros<long double>(s)) {
     nodes.push_back((1 + zero) / 2);
@@ -55,10 +57,10 @@ Polynomial Basis(const std::vector<long double>& nodes, std::size_t j) {
 /// symmetry may favour.
 constexpr long double kBetween = 0.56L;
 
-GaussLegendre::Point MakePoint(const std::vector<long double>& nodes, long double at,
-                               const Matrix& a) {
+CollocationRule::Point MakePoint(const std::vector<long double>& nodes, long double at,
+                                 const Matrix& a) {
   const int s = static_cast<int>(nodes.size());
-  GaussLegendre::Point point;
+  CollocationRule::Point point;
   point.at = static_cast<double>(at);
   point.value.resize(s);
   point.once.resize(s);
@@ -74,18 +76,22 @@ GaussLegendre::Point MakePoint(const std::vector<long double>& nodes, long doubl
   return point;
 }
 
-GaussLegendre Make(int s) {
-  const std::vector<long double> nodes = Nodes(s);
-  GaussLegendre rule;
+/// The rule with these nodes, whose R(z), its step for ẏ = λy, has a numerator of degree `lower`.
+CollocationRule Make(const std::vector<long double>& nodes, int lower) {
+  const int s = static_cast<int>(nodes.size());
+  CollocationRule rule;
   rule.stages = s;
+  rule.stiff = lower < s;
   for (Vector* v : {&rule.c, &rule.b, &rule.at_end}) v->resize(s);
   rule.a.resize(s, s);
+  long double product = 1;
   for (int j = 0; j < s; ++j) {
     const Polynomial basis = Basis(nodes, j);
     rule.c(j) = static_cast<double>(nodes[j]);
     rule.b(j) = static_cast<double>(Integral(basis, 1));
     rule.at_end(j) = static_cast<double>(Evaluate(basis, 1));
     for (int i = 0; i < s; ++i) rule.a(i, j) = static_cast<double>(Integral(basis, nodes[i]));
+    product *= nodes[j];
   }
   rule.twice = rule.a * rule.a;
   rule.twice_end = rule.a.transpose() * rule.b;
@@ -94,18 +100,29 @@ GaussLegendre Make(int s) {
     const long double at = nodes[i] + kBetween * (nodes[i + 1] - nodes[i]);
     rule.between.push_back(MakePoint(nodes, at, rule.a));
   }
-  const double one = boost::math::factorial<double>(s), two = boost::math::factorial<double>(2 * s);
-  rule.defect = one / two;
-  rule.error = one * one / (two * two * (2 * s + 1));
+  using boost::math::factorial;
+  rule.power = s + lower + 1;
+  rule.defect = static_cast<double>(product) / factorial<double>(s);
+  rule.error = factorial<double>(s) * factorial<double>(lower) /
+               (factorial<double>(s + lower) * factorial<double>(rule.power));
   return rule;
 }
 
 }  // namespace
 
-const GaussLegendre& GaussLegendre::WithStages(int stages) {
-  static const std::vector<GaussLegendre> rules = [] {
-    std::vector<GaussLegendre> all;
-    for (int s = kMinStages; s <= kMaxStages; ++s) all.push_back(Make(s));
+const CollocationRule& CollocationRule::GaussLegendre(int stages) {
+  static const std::vector<CollocationRule> rules = [] {
+    std::vector<CollocationRule> all;
+    for (int s = kMinStages; s <= kMaxStages; ++s) all.push_back(Make(LegendreNodes(s), s));
+    return all;
+  }();
+  return rules[stages - kMinStages];
+}
+
+const CollocationRule& CollocationRule::RadauIIA(int stages) {
+  static const std::vector<CollocationRule> rules = [] {
+    std::vector<CollocationRule> all;
+    for (int s = kMinStages; s <= kMaxStages; ++s) all.push_back(Make(RadauNodes(s), s - 1));
     return all;
   }();
   return rules[stages - kMinStages];
