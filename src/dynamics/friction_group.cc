@@ -279,11 +279,11 @@ class Group {
       const bool begins = Slips(word.letters[i]) && contact.dimension > 0 && !contact.slips;
       if (!begins || !(contact.coefficient > 0)) continue;
       const auto slip = word.result.segment(problem_.Row(i) + 1, contact.dimension);
-      if (slip.norm() <= kSameGroupMotion * scale_) word.letters[i] = Letter::kStick;
+      if (slip.norm() <= kUnmet * scale_) word.letters[i] = Letter::kStick;
     }
     if (word.letters == springs->letters) return;
     FrictionSolution stuck = word;
-    if (!SolveWord(problem_, &stuck) || !Decided({*springs, stuck})) return;
+    if (!SolveWord(problem_, &stuck) || !(stuck.many || Decided({*springs, stuck}))) return;
     if (!(Margin(problem_, stuck, scale_) >= -border_)) return;
     springs->letters = implied_.Stuck(word.letters);
   }

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "cone_springs.h"
 #include "contact_flow/dynamics/complementarity.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "dependent_rows.h"
@@ -15,8 +16,10 @@
 namespace contact_flow {
 namespace {
 
-/// A pivot of a sliding mode below this part of the largest makes it worth to look.
-constexpr double kSmallPivot = 1e-9;
+/// A pivot of a sliding mode below this part of the largest makes it worth to look: where a row is
+/// dependent two pivots, of which one is the small part that slips have across each other, have the
+/// product of rounding, and three may be.
+constexpr double kSmallPivot = 1e-4;
 /// Where all stick, rounding of a pivot relative to its row, over the smallest part that others
 /// left of theirs before.
 constexpr double kPivotRounding = 1e-14;
@@ -75,14 +78,25 @@ Matrix SpringInverse(const Matrix& G, const Matrix& H, const Vector& units, cons
   return inverse;
 }
 
-/// Where forces that are not unique push: those of equal springs, without contacts that would pull
-/// where the rows have the right sides `right`. `slack` is the least of all.
+/// Where forces that are not unique push: those of equal springs in their cones, where the rows
+/// have the right sides `right`; if there are none, without contacts that would pull. `slack` is
+/// the least of all without cones.
 Matrix ShareAsSprings(const Matrix& G, const Matrix& H, const Vector& unit, const Matrix& rows,
                       const Vector& right, const std::vector<ForceCone>& cones, double* slack) {
   std::vector<bool> loaded(static_cast<std::size_t>(G.rows()), true);
   Matrix inverse = SpringInverse(G, H, unit, rows, loaded);
   if (inverse.size() == 0) return inverse;
   *slack = LeastSlack(cones, inverse * right);
+  if (*slack >= 0) return inverse;
+  Matrix range(G.rows(), H.rows());
+  const RowBasis basis = FindRowBasis(G);
+  for (Eigen::Index i = 0; i < H.rows(); ++i) {
+    const int row = basis.rows[static_cast<std::size_t>(i)];
+    range.col(i) = G.col(row) / std::sqrt(G(row, row));
+  }
+  const Matrix by_force = H * unit.cwiseInverse().asDiagonal();
+  Matrix in_cones = SolveConeSprings({by_force, range, rows, cones}, right);
+  if (in_cones.size() > 0) return in_cones;
   for (std::size_t k = 0; k < cones.size(); ++k) {
     const Vector force = inverse * right;
     const ForceCone* pulls = nullptr;
@@ -159,7 +173,7 @@ bool ContactDynamics::FindSlidingDependence() {
   NoteShared();
   if (at_->shared.Empty()) return false;
   const Matrix any = unit.asDiagonal() * H.completeOrthogonalDecomposition().solve(rows);
-  const Matrix& Z = at_->freedom;
+  const Matrix Z = at_->freedom;
   at_->generalized = any - Z * (Z.transpose() * Z).ldlt().solve(Z.transpose() * any);
   const double most = (at_->push.cwiseAbs() * Z.cwiseAbs()).maxCoeff();
   if ((at_->push * Z).cwiseAbs().maxCoeff() <= kNoSharedPush * most) return true;
@@ -172,6 +186,7 @@ bool ContactDynamics::FindSlidingDependence() {
   at_->generalized =
       ShareAsSprings(G, H, unit, rows, right,
                      SharedCones(system_, at_->mode, at_->shared, at_->active), &shared_slack_);
+  at_->freedom = Z;
   if (at_->generalized.size() > 0) return true;
   at_->generalized.setZero(k, k);
   at_->regular = false;

@@ -41,7 +41,7 @@ void FrictionalResolution::Sort(int i, const Vector& rate, const Vector& v, Cons
   const auto slip = rate.segment(friction.row, friction.dimension);
   double rounding = 0;
   for (int k = 0; k < friction.dimension; ++k) {
-    rounding = std::max(rounding, Rounding(friction.row + k, v));
+    rounding = std::max(rounding, SlipRounding(friction.row + k, v));
   }
   if (std::isinf(friction.coefficient) || still.Contains(i) || slip.norm() <= rounding) {
     const Letter letter = result_.transition.mode_before.LetterOf(i);
@@ -117,7 +117,7 @@ void FrictionalResolution::NoteSmallest(ConstraintSet contacts) {
 
 /// Where a rise is made rest, that turns slips which are no faster: their letters, and those of
 /// others, are chosen once more, as the state is told with them.
-void FrictionalResolution::SetLetters(const TouchingContacts& contacts) {
+void FrictionalResolution::SetLettersAsRested(const TouchingContacts& contacts) {
   const Vector v = result_.transition.x_plus.tail(d_);
   ChooseLetters(contacts);
   if (!Notable()) return;
@@ -283,6 +283,7 @@ void FrictionalResolution::BeginSlips(const std::map<int, Eigen::Vector2d>& dire
   for (auto& [i, onset] : onsets) {
     onset = face ? gained.segment<2>(system_.friction()[i].row) * (least / slowest)
                  : Eigen::Vector2d(least * speeds.at(i) * directions.at(i));
+    onset_ = std::max(onset_, onset.norm());
   }
   Rest(onsets);
 }

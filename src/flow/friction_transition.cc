@@ -85,6 +85,7 @@ void FrictionalResolution::Decide() {
       const bool bounces = cluster.activated.Contains(i) && system_.restitution()(i) > 0;
       if (!bounces) held.Insert(i);
     }
+    FindJumpRounding(touching, v_plus - v_minus);
     const ConstraintSet elsewhere = (cluster.mode_before.Sticking() | stopped_) - impact.word;
     still = still | LeftStill(elsewhere, v_plus - v_minus);
   }
@@ -137,23 +138,30 @@ void FrictionalResolution::Decide() {
   TellOfApex((beside & cluster.mode_after) - implied_ - grazed_);
 }
 
-/// Those of `contacts` that a jump of the velocity does not make slip: by more than rounding, in
-/// the kinetic metric, as the slip of a joint is a velocity alone.
-ConstraintSet FrictionalResolution::LeftStill(ConstraintSet contacts, const Vector& jump) const {
-  ConstraintSet left;
-  if (contacts.Empty()) return left;
+void FrictionalResolution::FindJumpRounding(ConstraintSet touching, const Vector& jump) {
   const Vector& x = result_.transition.x_minus;
   const InverseInertia inertia(system_, x.head(nq_), x.tail(d_));
-  const Vector v_plus = x.tail(d_) + jump;
   const double speed = KineticSpeed(inertia.mass(), jump);
+  jump_rounding_ = Vector::Zero(system_.num_rows());
+  for (int i : touching) {
+    const Friction& friction = system_.friction()[i];
+    for (int k = friction.row; k < friction.row + friction.dimension; ++k) {
+      const auto row = terms_.jacobian.row(k);
+      const double gain = row.dot(Vector(inertia * Vector(row.transpose())));
+      jump_rounding_(k) = kRounding * std::sqrt(gain) * speed;
+    }
+  }
+}
+
+/// Those of `contacts` that a jump of the velocity does not make slip: by more than rounding.
+ConstraintSet FrictionalResolution::LeftStill(ConstraintSet contacts, const Vector& jump) const {
+  ConstraintSet left;
+  const Vector v_plus = result_.transition.x_minus.tail(d_) + jump;
   for (int i : contacts) {
     const Friction& friction = system_.friction()[i];
     bool slips = false;
     for (int k = friction.row; k < friction.row + friction.dimension; ++k) {
-      const auto row = terms_.jacobian.row(k);
-      const double gain = row.dot(Vector(inertia * Vector(row.transpose())));
-      const double rounding = std::max(Rounding(k, v_plus), kRounding * std::sqrt(gain) * speed);
-      slips = slips || std::abs(row.dot(jump)) > rounding;
+      slips = slips || std::abs(terms_.jacobian.row(k).dot(jump)) > SlipRounding(k, v_plus);
     }
     if (!slips) left.Insert(i);
   }

@@ -57,6 +57,11 @@ class FrictionalResolution {
   double Rounding(int row, const Vector& v) const {
     return kRounding * terms_.jacobian.row(row).cwiseAbs().dot(v.cwiseAbs());
   }
+  /// Also of what an impact leaves of a slip: beside its jump, in the kinetic metric.
+  double SlipRounding(int row, const Vector& v) const {
+    return std::max(Rounding(row, v), jump_rounding_.size() > 0 ? jump_rounding_(row) : 0);
+  }
+  void FindJumpRounding(ConstraintSet touching, const Vector& jump);
   ConstraintSet LeftStill(ConstraintSet contacts, const Vector& jump) const;
   /// Speeds up to this are not told from rest.
   double Unresolved() const {
@@ -95,6 +100,8 @@ class FrictionalResolution {
   void NoteSmallest(ConstraintSet contacts);
   bool EndSlip(int jammed, ContactMode word);
   void SetLetters(const TouchingContacts& contacts);
+  void SetLettersAsRested(const TouchingContacts& contacts);
+  ConstraintSet TooSlow(ContactMode slips, const Vector& begin) const;
   void SetLettersOrEndSlip(const TouchingContacts& contacts);
   void ChooseLetters(const TouchingContacts& contacts);
   bool OnlyBegins(ConstraintSet begins) const;
@@ -114,12 +121,14 @@ class FrictionalResolution {
   ConstraintTerms terms_;
   Vector acceleration_;      // of the gaps, in the mode before [n]
   Vector rate_;              // of all rows
+  Vector jump_rounding_;     // of slips after an impact, by row
   ConstraintSet stopped_;    // whose slip ends here
   ConstraintSet grazed_;     // touched without speed
   ConstraintSet implied_;    // brought along by others
   ConstraintSet ended_;      // whose slip ends with a rise that is made rest
   ContactMode resting_;      // what is made rest: the mode after, with these sticking
   bool all_hit_ = false;     // no touch counts as one without speed
+  double onset_ = 0;         // of the fastest slip in space that begins [m/s]
   double fastest_rise_ = 0;  // that is made rest after an impact [m/s]
   Vector risen_;             // rates of all rows before that
   Vector bounces_change_;    // what they gain meanwhile, at most

@@ -30,10 +30,10 @@ class RowSolver;
 /// corners of one body that stick) v̇ is unique, and forces are not: λ is then the admissible one,
 /// inside its cones, with the smallest sum of squares [N²], or the smallest of all where none is
 /// admissible; and shared_margin() tells how far from that. Where v̇ depends on how forces are
-/// shared (such a face slides and turns) they are those of equal springs, infinitely stiff: Zᵀ λ =
-/// 0 for all Z with A_Jᵀ Z = 0; there is no derivative. Holds all scratch, and the factors of the
-/// last few modes, which derivatives go to and fro between: calls do not allocate after the first
-/// in each of these. One object per thread; results are valid until the next call. A singular M, or
+/// shared (such a face slides and turns) they are those of equal springs, infinitely stiff, in
+/// their cones: Zᵀ λ = 0 for all Z with A_Jᵀ Z = 0 inside all; there is no derivative. Holds all
+/// scratch, and the factors of the last few modes: calls do not allocate after the first in each
+/// of these. One object per thread; results are valid until the next call. A singular M, or
 /// A_J M⁻¹ A_Jᵀ without friction, gives NaN (Assumption 3 fails).
 class ContactDynamics {
  public:
