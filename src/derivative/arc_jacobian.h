@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "contact_flow/dynamics/contact_dynamics.h"
-#include "contact_flow/fixed_size.h"
 #include "contact_flow/flow/corner_functions.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/model/driven.h"
+#include "fastest_rate.h"
 #include "propagation_verdict.h"
 
 namespace contact_flow {
@@ -55,9 +55,9 @@ class ArcJacobian {
     FindBreaks();
   }
 
-  /// The rate of the tangents where the arc begins, [K D] being `begin`, by which their unit of time
-  /// is chosen; or that in its middle if it is less, where the arc is long beside it: that of a slip
-  /// that begins in space is gone at once. In the units of the system.
+  /// The rate [1/s] of the tangents where the arc begins, [K D] being `begin`, by which their unit
+  /// of time is chosen; or that in its middle if it is less, where the arc is long beside it: that
+  /// of a slip that begins in space is gone at once.
   double LastingRate(Matrix* begin);
   /// Chooses the unit of time for tangents of this rate [1/s]: the length of the arc, unless it is
   /// far from the time in which they change; then those of the variables, by a few looks. `begin`
@@ -312,34 +312,6 @@ class ArcJacobian {
   double beside_ = 0;           // this far from them the state is on one side [s]
   long count_ = 0;
 };
-
-/// The fastest rate [1/s] of ÿ = K y + D ẏ, jacobian = [K D]: the spectral radius of its companion
-/// matrix, by power iteration. An estimate, to begin with.
-inline double FastestRate(const Matrix& jacobian) {
-  constexpr int kIterations = 16, kDiscarded = 4, kBetweenNorms = 4;
-  const Eigen::Index d = jacobian.rows();
-  Vector y(4 * d);  // and the one before, by turns
-  double *from = y.data(), *to = from + 2 * d;
-  for (Eigen::Index i = 0; i < 2 * d; ++i) from[i] = 1 + 0.37 * static_cast<double>(i % 5);
-  double growth = 0;
-  for (int k = kBetweenNorms; k <= kIterations; k += kBetweenNorms) {
-    WithFixedSize(static_cast<int>(d), [&](auto rows) {
-      for (int l = 0; l < kBetweenNorms; ++l) {
-        std::copy(from + d, from + 2 * d, to);
-        ColumnSum sum(rows, to + d);
-        for (Eigen::Index c = 0; c < 2 * d; ++c) sum.Add(from[c], jacobian.data() + c * d);
-        sum.WriteTo(to + d);
-        std::swap(from, to);
-      }
-    });
-    Eigen::Map<Vector> now(from, 2 * d);
-    const double factor = now.norm();
-    if (!(factor > 0) || !std::isfinite(factor)) return 0;
-    if (k > kDiscarded) growth += std::log(factor);
-    now /= factor;
-  }
-  return std::exp(growth / (kIterations - kDiscarded));
-}
 
 inline double ArcJacobian::LastingRate(Matrix* begin) {
   constexpr double kLong = 1e4;

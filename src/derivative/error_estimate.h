@@ -21,10 +21,9 @@ namespace contact_flow {
 /// with ε_k from Arc::error, less by the order that the integrator goes on with beyond its
 /// estimate, and a selection Ξ_k of each event, for a few vectors of signs s, whose mean square
 /// counts: a sum of independent errors without a matrix product. They make the factors of the
-/// derivative wrong, too: a propagator by D²F e in the middle of each of its parts; a reset by the change of
-/// the speed of approach. Where they leave the order of two events unknown, the
-/// derivative's status says so
-/// (CheckOrder). A matrix product and two Jacobians an arc.
+/// derivative wrong, too: a propagator by D²F e in the middle of each of its parts; a reset by the
+/// change of the speed of approach. Where they leave the order of two events unknown, the
+/// derivative's status says so (CheckOrder). A matrix product and two Jacobians an arc.
 void EstimateErrors(const Trajectory& trajectory, std::size_t first,
                     const std::vector<std::shared_ptr<ContactDynamics>>& dynamics,
                     const std::vector<PropagationErrors>& propagation, BDerivative* derivative);

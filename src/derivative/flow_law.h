@@ -31,8 +31,8 @@ class FlowLaw {
   /// Takes over the last residual.
   void Accept() { total_ += last_; }
 
-  /// Of the last residual, accepted by Holds, step F₀ − F₁ [2d], but for the part that errors of the
-  /// state of the tolerance explain.
+  /// Of the last residual, accepted by Holds, step F₀ − F₁ [2d], but for the part that errors of
+  /// the state of the tolerance explain.
   Vector Defect() const;
   /// The size of F at the beginning of the arc.
   double size() const { return size_; }

@@ -16,7 +16,7 @@ namespace contact_flow {
 /// of equally many steps of the run: where a force is felt over a part of the way alone, the steps
 /// tell. Parts behind carry it on by their propagators.
 ///
-/// Where a contact slips in space at the speed s, what turns s decays at the rate of about μλ/(m s):
+/// Where a contact slips in space at the speed s, what turns s decays at a rate of about μλ/(m s):
 /// where that is fast beside T_j, errors, tangents and what they change there are smaller by it.
 Matrix PropagatorChange(ContactDynamics* dynamics, const Arc& arc,
                         const std::vector<ArcPart>& parts, const std::vector<Vector>& e);

@@ -22,7 +22,7 @@ constexpr double kSmallestStep = 1e-13;  // relative to the arc
 /// The defect inside a step beside what it is at its ends, where collocation keeps its order.
 constexpr double kShape = 30;
 /// An error below this part of the tolerance may be that of rounding.
-constexpr double kRounding = 1e-3;
+constexpr double kNoError = 1e-3;
 constexpr double kGolden = 0.6180339887498949;
 
 }  // namespace
@@ -65,7 +65,7 @@ bool StepControl::Learn(double error, double length) {
     // is rounding, which tells no rate.
     const bool resolves =
         fastest_ * length <= std::pow(tolerance_ / rule_->error, 1.0 / rule_->power);
-    const bool tells = resolves || error > kRounding * tolerance_;
+    const bool tells = resolves || error > kNoError * tolerance_;
     rate_ = std::max(tells ? seen : 0, kSlackening * rate_);
   }
   if (!small) rate_ = finite ? 1.1 * rate_ : std::max(10 * rate_, 1 / length);

@@ -55,8 +55,7 @@ class StepControl {
   /// One Jacobian, with its part of the linear system, costs about as much as this many
   /// multiplications for each of its entries (measured).
   static constexpr double kJacobianCost = 50;
-  /// Rules for decays that are fast beside the step are taken where others cost so many times as
-  /// much.
+  /// Rules for decays that are fast beside the step are taken where others cost so much more.
   static constexpr double kStiffGain = 4;
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
 

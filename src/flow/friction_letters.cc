@@ -152,13 +152,11 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
   for (int i : ended_& cluster.mode_after.SlippingInPlane()) resting_.Set(i, Letter::kStick);
   const ConstraintSet begins = BeginInSpace(system_, contacts.still, cluster.mode_after);
   if (begins.Empty()) return Rest({});
-  if (cluster.obstacle.ok() && (!OnlyBegins(begins) || begins.Size() > 1)) {
-    const char* how = OnlyBegins(begins) ? " begin to slip in space at one instant"
-                                         : " begin to slip in space by an impact, or where others "
-                                           "let go, land or stop";
+  if (cluster.obstacle.ok() && !OnlyBegins(begins)) {
     cluster.obstacle = {Outcome::kNotPiecewiseLinear,
-                        "contacts " + begins.ToString(system_.description().constraints) + how +
-                            ": derivatives across that are not offered"};
+                        "contacts " + begins.ToString(system_.description().constraints) +
+                            " begin to slip in space by an impact, or where others let go, land or "
+                            "stop: derivatives across that are not offered"};
   }
   ConstraintSet reached;  // whose forces are on their cones
   for (int g : cluster.guards) reached.Insert(guards_.ConstraintOf(g));

@@ -9,7 +9,7 @@
 
 namespace contact_flow {
 
-/// The nodes of Radau IIA with s stages: the zeros of P_s − P_{s−1}, moved to [0, 1]; the last is 1.
+/// The nodes of Radau IIA with s stages: the zeros of P_s − P_{s−1} moved to [0, 1]; the last is 1.
 std::vector<long double> RadauNodes(int s);
 
 /// The coefficients of Radau IIA with s stages (3 or 5), order 2s − 1 (Hairer & Wanner II, Sec.
