@@ -57,6 +57,7 @@ class FrictionalResolution {
   double Rounding(int row, const Vector& v) const {
     return kRounding * terms_.jacobian.row(row).cwiseAbs().dot(v.cwiseAbs());
   }
+  double SlipRounding(const Friction& friction, const Vector& v) const;
   ConstraintSet LeftStill(ConstraintSet contacts, const Vector& jump) const;
   /// Speeds up to this are not told from rest.
   double Unresolved() const {
@@ -100,6 +101,7 @@ class FrictionalResolution {
   bool OnlyBegins(ConstraintSet begins) const;
   std::optional<std::map<int, Eigen::Vector2d>> OtherDirections(const TouchingContacts& contacts,
                                                                 ConstraintSet begins);
+  void ObstructHalted();
   void ObstructTurning(ConstraintSet still);
   void ReleasePulling();
   std::map<int, double> SpeedsOf(const std::map<int, Eigen::Vector2d>& directions) const;
@@ -118,6 +120,7 @@ class FrictionalResolution {
   ConstraintSet grazed_;     // touched without speed
   ConstraintSet implied_;    // brought along by others
   ConstraintSet ended_;      // whose slip ends with a rise that is made rest
+  ConstraintSet halted_;     // whose slip, of some speed, ends with what is made rest
   ContactMode resting_;      // what is made rest: the mode after, with these sticking
   bool all_hit_ = false;     // no touch counts as one without speed
   double fastest_rise_ = 0;  // that is made rest after an impact [m/s]
