@@ -133,9 +133,10 @@ void AssessImpact(const MechanicalSystem& system, const Transition& transition, 
     return momentum.norm();
   };
   const double speed = size(momentum) + size(later_momentum);
+  const bool rests = transition.rest_impulse.size() > 0;
   if (speed > 0) {
     Vector impulse = transition.impulse;
-    if (transition.rest_impulse.size() > 0) impulse += transition.rest_impulse;
+    if (rests) impulse += transition.rest_impulse;
     const Vector given = inertia.mass() * (v_plus - v) - A.transpose() * impulse;
     trust->momentum = size(Moved(inertia.mass(), given)) / speed;
   }
@@ -143,10 +144,14 @@ void AssessImpact(const MechanicalSystem& system, const Transition& transition, 
   for (int i : touching) {
     if (restitution(i) != restitution(*touching.begin()) || restitution(i) > 1) return;
   }
+  // Of the impact alone: bounces that are made to rest may win the work of forces between them.
+  Vector struck = v_plus;
+  if (rests) struck -= mass.Solved(A.transpose() * transition.rest_impulse);
+  const Vector struck_momentum = inertia.mass() * Moved(inertia.mass(), struck);
   // What is driven is pushed, too, and gives or takes the work of that.
   const Vector push = A.transpose() * transition.impulse;
   const double given = push.dot(v - Moved(inertia.mass(), v));
-  const double energy = v.dot(momentum), later = v_plus.dot(later_momentum) + 2 * given;
+  const double energy = v.dot(momentum), later = struck.dot(struck_momentum) + 2 * given;
   const double size_of_both = energy + 2 * std::abs(given);
   if (size_of_both > 0) trust->energy = std::max(0.0, (later - energy) / size_of_both);
 }

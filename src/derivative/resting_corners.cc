@@ -40,11 +40,13 @@ class RestingCorner {
         question_(question),
         value_(ValueAt(Vector::Zero(NumTangents()))) {}
 
-  /// Whether what is asked for moves the run to two sides, on which DF is another one. What nothing
-  /// moves but parameters has one side only where none of these is a variable.
+  /// Whether what is asked for moves the run to two sides, on which DF is another one. An effort
+  /// that nothing moves but parameters has one side only where none of these is a variable. At a
+  /// knot the third derivative across it jumps, which DF has times the rate of the place: that is 0
+  /// where nothing moves the place, whatever parameters do.
   bool HasTwoSides() const {
     Vector aside;
-    if (!MovedBy(&aside)) return !variables_.parameters.empty();
+    if (!MovedBy(&aside)) return !IsKnot() && !variables_.parameters.empty();
     try {
       const Side one = SideOf(aside), other = SideOf(-aside);
       const Matrix admitted = Admitted();
@@ -98,7 +100,7 @@ class RestingCorner {
   /// Whether all inputs that matter leave the function where it is or move it to the inner side of
   /// a limit, where the jump by the inputs is `jump`.
   bool MovesInward(const Matrix& jump, const Matrix& sizes) const {
-    if (question_.inputs.cols() == 0 || function_ >= functions_.num_efforts()) return false;
+    if (question_.inputs.cols() == 0 || IsKnot()) return false;
     for (Eigen::Index j = 0; j < question_.inputs.cols(); ++j) {
       const Vector input = question_.inputs.col(j);
       if (IsSmall(jump * input, sizes * input.cwiseAbs())) continue;
@@ -114,6 +116,8 @@ class RestingCorner {
     const Matrix all = Matrix::Identity(difference.cols(), difference.cols());
     return IsSmall(difference, Sizes(side, side, all));
   }
+
+  bool IsKnot() const { return function_ >= functions_.num_efforts(); }
 
   /// Of the state, then of the input.
   Eigen::Index NumTangents() const { return 2 * system_.dof() + arc_.u.size(); }

@@ -30,6 +30,14 @@ constexpr double kTurned = 1e-6;
 
 }  // namespace
 
+double FrictionalResolution::SlipRounding(const Friction& friction, const Vector& v) const {
+  double rounding = 0;
+  for (int k = 0; k < friction.dimension; ++k) {
+    rounding = std::max(rounding, SlipRounding(friction.row + k, v));
+  }
+  return rounding;
+}
+
 /// Whether contact i is still, or slips, and which way.
 void FrictionalResolution::Sort(int i, const Vector& rate, const Vector& v, ConstraintSet still,
                                 TouchingContacts* contacts) const {
@@ -39,11 +47,8 @@ void FrictionalResolution::Sort(int i, const Vector& rate, const Vector& v, Cons
     return;
   }
   const auto slip = rate.segment(friction.row, friction.dimension);
-  double rounding = 0;
-  for (int k = 0; k < friction.dimension; ++k) {
-    rounding = std::max(rounding, SlipRounding(friction.row + k, v));
-  }
-  if (std::isinf(friction.coefficient) || still.Contains(i) || slip.norm() <= rounding) {
+  const bool none = slip.norm() <= SlipRounding(friction, v);
+  if (std::isinf(friction.coefficient) || still.Contains(i) || none) {
     const Letter letter = result_.transition.mode_before.LetterOf(i);
     const bool begun = (letter == Letter::kForward || letter == Letter::kBackward) &&
                        !still.Contains(i) && result_.transition.activated.Empty();
@@ -115,28 +120,46 @@ void FrictionalResolution::NoteSmallest(ConstraintSet contacts) {
   result_.warnings.push_back({Outcome::kAmbiguousImpact, result_.transition.t, message.str()});
 }
 
-/// Where a rise is made rest, that turns slips which are no faster: their letters, and those of
-/// others, are chosen once more, as the state is told with them.
+/// Where a rise is made rest, that turns or ends slips which are no faster: their letters, and
+/// those of others, are chosen once more, as the state is told with them.
 void FrictionalResolution::SetLettersAsRested(const TouchingContacts& contacts) {
   const Vector v = result_.transition.x_plus.tail(d_);
+  halted_ = ConstraintSet();
   ChooseLetters(contacts);
-  if (!Notable()) return;
   const Vector rested = result_.transition.x_plus.tail(d_);
   TouchingContacts now = contacts;
   bool turned = false;
   for (int i : contacts.slipping& result_.transition.mode_after) {
     const Friction& friction = system_.friction()[i];
+    if (friction.dimension == 0 || friction.coefficient == 0) continue;
     const auto rows = terms_.jacobian.middleRows(friction.row, friction.dimension);
     const Vector before = rows * v, slip = rows * rested;
-    if (friction.dimension == 2) {
+    const double rounding = SlipRounding(friction, v);
+    if (before.norm() > rounding && slip.norm() <= rounding) {
+      now.slipping.Erase(i);
+      now.still.Insert(i);
+      halted_.Insert(i);
+    } else if (!Notable()) {
+      continue;
+    } else if (friction.dimension == 2) {
       turned = turned || (slip.normalized() - before.normalized()).norm() > kTurned;
-    } else if (friction.dimension == 1 && before(0) * slip(0) < 0 &&
-               std::abs(slip(0)) > Rounding(friction.row, rested)) {
+    } else if (before(0) * slip(0) < 0 && std::abs(slip(0)) > Rounding(friction.row, rested)) {
       now.slipping.Set(i, slip(0) > 0 ? Letter::kForward : Letter::kBackward);
       turned = true;
     }
   }
-  if (turned) ChooseLetters(now);
+  if (turned || !halted_.Empty()) ChooseLetters(now);
+  if (!halted_.Empty() && result_.transition.obstacle.ok()) ObstructHalted();
+}
+
+/// What ended the slips is not resolved: how they come to rest depends on bounces not followed.
+void FrictionalResolution::ObstructHalted() {
+  std::ostringstream message;
+  message.precision(12);
+  message << "at t = " << result_.transition.t << " s slips of contacts "
+          << halted_.ToString(system_.description().constraints)
+          << " end with motions too slow to be resolved, which are taken to rest";
+  result_.transition.obstacle = {Outcome::kZeno, message.str()};
 }
 
 void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {

@@ -61,6 +61,7 @@ class FrictionalResolution {
   double SlipRounding(int row, const Vector& v) const {
     return std::max(Rounding(row, v), jump_rounding_.size() > 0 ? jump_rounding_(row) : 0);
   }
+  double SlipRounding(const Friction& friction, const Vector& v) const;
   void FindJumpRounding(ConstraintSet touching, const Vector& jump);
   ConstraintSet LeftStill(ConstraintSet contacts, const Vector& jump) const;
   /// Speeds up to this are not told from rest.
@@ -107,6 +108,7 @@ class FrictionalResolution {
   bool OnlyBegins(ConstraintSet begins) const;
   std::optional<std::map<int, Eigen::Vector2d>> OtherDirections(const TouchingContacts& contacts,
                                                                 ConstraintSet begins);
+  void ObstructHalted();
   void ObstructTurning(ConstraintSet still);
   void ReleasePulling();
   std::map<int, double> SpeedsOf(const std::map<int, Eigen::Vector2d>& directions) const;
@@ -126,6 +128,7 @@ class FrictionalResolution {
   ConstraintSet grazed_;     // touched without speed
   ConstraintSet implied_;    // brought along by others
   ConstraintSet ended_;      // whose slip ends with a rise that is made rest
+  ConstraintSet halted_;     // whose slip, of some speed, ends with what is made rest
   ContactMode resting_;      // what is made rest: the mode after, with these sticking
   bool all_hit_ = false;     // no touch counts as one without speed
   double onset_ = 0;         // of the fastest slip in space that begins [m/s]

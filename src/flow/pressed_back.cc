@@ -73,7 +73,7 @@ void FrictionalResolution::TellOfRest(ConstraintSet pressed_back) {
 bool FrictionalResolution::BouncesTurnNothing() const {
   const Transition& cluster = result_.transition;
   const bool alone = cluster.activated.Size() == 1 && cluster.guards.size() == 1 &&
-                     grazed_.Empty() && stopped_.Empty() && implied_.Empty();
+                     grazed_.Empty() && stopped_.Empty() && implied_.Empty() && halted_.Empty();
   if (!alone || !cluster.obstacle.ok() || resting_ != cluster.mode_after) return false;
   const Vector now = terms_.jacobian * cluster.x_plus.tail(d_);
   const Vector change = bounces_change_ + (now - risen_).cwiseAbs();

@@ -191,28 +191,32 @@ ContactHull Reduced(const RobotModel& model, const ContactHull& hull, const Cont
   return result;
 }
 
-/// The constraint of a point with a surface of the terrain; null: with the plane z = height.
+/// The constraint of a point with a surface of the terrain; null: with the plane z = height. What
+/// the surface says itself goes before the options. Its nodes are shared, and never written to.
 YAML::Node ToYaml(const RobotModel& model, const ContactPoint& point, const ContactOptions& options,
                   const YAML::Node& surface) {
   const std::string& link = model.links[point.link].name;
-  YAML::Node map;
-  map["kind"] = "plane";
-  if (surface.IsMap()) {
-    for (const auto& entry : surface) map[entry.first.Scalar()] = entry.second;
-  } else if (options.height != 0) {
-    map["offset"] = options.height;
-  }
-  if (map["kind"].Scalar() != "plane" && point.radius != 0) {
+  const std::string kind = surface.IsMap() ? surface["kind"].Scalar() : "plane";
+  if (kind != "plane" && point.radius != 0) {
     throw std::invalid_argument("terrain: link '" + link + "' is round, and the distance of a " +
                                 "sphere or wheel to a height field has no formula: write "
                                 "constraints for points of it");
   }
-  if (point.rim) map["kind"] = "rim";
+  YAML::Node map;
+  map["kind"] = point.rim ? "rim" : kind;
+  if (surface.IsMap()) {
+    for (const auto& entry : surface) {
+      const std::string key = entry.first.Scalar();
+      if (key != "kind") map[key] = entry.second;
+    }
+  } else if (options.height != 0) {
+    map["offset"] = options.height;
+  }
   map["link"] = link;
   if (!point.point.isZero(5e-10)) map["point"] = Vector3(point.point);
   if (point.rim) map["axis"] = Vector3(point.axis);
   if (point.radius != 0) map["radius"] = point.radius;
-  if (options.restitution != 0) map["restitution"] = options.restitution;
+  if (options.restitution != 0 && !map["restitution"]) map["restitution"] = options.restitution;
   if (options.friction.IsDefined() && !options.friction.IsNull() && !map["friction"]) {
     map["friction"] = YAML::Clone(options.friction);
   }

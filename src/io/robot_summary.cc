@@ -89,7 +89,7 @@ std::string DescribeRobot(const RobotDescription& robot, const YAML::Node& docum
         key == "constraints") {  // written below
       continue;
     }
-    answer[key] = entry.second;
+    answer[key] = YAML::Clone(entry.second);  // `nominal` is written to
   }
   std::vector<std::string> limited;
   for (const RobotModel::JointTraits& joint : model.traits) {

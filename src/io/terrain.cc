@@ -106,7 +106,7 @@ void CheckSurface(const std::string& name, const YAML::Node& surface) {
   }
   int index = 0;
   reader.Read("kind", {"plane", "box", "height_field", "height_map", "stairs"}, &index);
-  for (const char* key : {"link", "point", "radius"}) {
+  for (const char* key : {"link", "point", "radius", "axis"}) {
     if (!reader.Has(key)) continue;
     throw std::invalid_argument("terrain/" + name + "/" + key +
                                 " is of a contact, not of the terrain: take it out" +

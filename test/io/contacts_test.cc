@@ -9,6 +9,7 @@
 #include <fstream>
 #include <random>
 
+#include "contact_flow/io/robot_summary.h"
 #include "test/io/contact_robots.h"
 
 namespace contact_flow {
@@ -78,6 +79,53 @@ TEST(Contacts, OfAWheelAreItsRims) {
     const double along = (body * Vec3<double>(0, 1, 0))(2);
     EXPECT_NEAR(q(2) - 0.05 * std::abs(along) - 0.3 * std::sqrt(1 - along * along),
                 LowestGap(system, q), 1e-8);  // YAML holds 1e-9
+  }
+}
+
+/// The same over the surfaces of a terrain, which say their own restitution, beside a box; what
+/// is made of the YAML leaves it as it is.
+TEST(Contacts, OfAWheelOnATerrainAreItsRims) {
+  const std::string urdf =
+      UnitLink("a", Collision("<box size=\"0.2 0.2 0.2\"/>")) +
+      UnitLink("wheel", Collision("<cylinder radius=\"0.3\" length=\"0.1\"/>",
+                                  "<origin xyz=\"0 0 0\" rpy=\"1.5707963267948966 0 0\"/>")) +
+      "<joint name=\"j\" type=\"continuous\"><parent link=\"a\"/><child link=\"wheel\"/>"
+      "<axis xyz=\"0 1 0\"/></joint>";
+  const std::string yaml =
+      "{base: floating, contacts: {ground: all, restitution: 0.2}, terrain: {ramp: {kind: plane, "
+      "normal: [-1, 0, 2], offset: -0.3, restitution: 0.5}, floor: {kind: plane}}, nominal: "
+      "{velocities: {base_x: 1}}}";
+  const YAML::Node document = YAML::Load(yaml);
+  const RobotDescription robot = ParseRobot(test::UnboundRobot(urdf), document);
+  EXPECT_FALSE(DescribeRobot(robot, document, "r.urdf", "").empty());
+  EXPECT_EQ(YAML::Dump(YAML::Load(yaml)), YAML::Dump(document));
+  const RobotSystem system(Parse(urdf, yaml), {});
+  const auto& names = system.description().constraints;
+  ASSERT_EQ(20u, names.size());
+  std::mt19937 generator(3);
+  std::normal_distribution<double> normal;
+  for (int k = 0; k < 100; ++k) {
+    Vector q(8);
+    for (int i = 0; i < 8; ++i) q(i) = normal(generator);
+    q.segment<4>(3).normalize();
+    const Eigen::Quaterniond body(q(3), q(4), q(5), q(6));
+    ConstraintTerms terms;
+    system.Constraints(q, Vector::Zero(system.dof()), &terms);
+    for (const bool ramp : {false, true}) {
+      const Vec3<double> up = ramp ? Vec3<double>(Vec3<double>(-1, 0, 2) / std::sqrt(5.))
+                                   : Vec3<double>(Vec3<double>::UnitZ());
+      double lowest = HUGE_VAL;
+      for (int i = 0; i < 20; ++i) {
+        const std::string& name = names[static_cast<std::size_t>(i)];
+        if ((name.find("_ramp") != std::string::npos) != ramp) continue;
+        EXPECT_EQ(ramp ? 0.5 : 0.2, system.restitution()(i)) << name;
+        if (name.find("wheel") == 0) lowest = std::min(lowest, terms.gap(i));
+      }
+      const double along = up.dot(body * Vec3<double>(0, 1, 0));
+      EXPECT_NEAR(up.dot(q.head<3>()) + (ramp ? 0.3 : 0) - 0.05 * std::abs(along) -
+                      0.3 * std::sqrt(1 - along * along),
+                  lowest, 1e-8);
+    }
   }
 }
 
@@ -230,6 +278,7 @@ TEST(Contacts, AreMadeWithEverySurfaceOfATerrain) {
       {"{a: {kind: mesh}}", "terrain/a/kind 'mesh' has edges"},
       {"{a: {kind: plain}}", "unknown terrain/a/kind 'plain'; did you mean 'plane'?"},
       {"{a: {kind: plane, radius: 1}}", "terrain/a/radius is of a contact"},
+      {"{a: {kind: plane, axis: [1, 0, 0]}}", "terrain/a/axis is of a contact"},
       {"{a: {normal: [0, 0, 1]}}", "terrain/a: 'kind' is missing"},
       {"{a: {kind: height_field}}", "link 'foot' is round"},
       {"nowhere.yaml", "nowhere.yaml"},

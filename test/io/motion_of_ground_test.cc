@@ -40,6 +40,36 @@ TEST(MovingGround, HasTheDerivativeOfQuotients) {
       0.3);
 }
 
+/// A carriage lands on a plane that rises at 0.3 m/s, at 1.7e-4 m/s beside it, which throws up a
+/// mass that is pressed to its stop: at once back, it is taken to rest. The work of the plane on
+/// that is no gain of the impact. All of z takes m (v − w + g T) from the plane until T, with the
+/// speed w at the start, and so x loses μ times that.
+TEST(MovingGround, WorksOnWhatItMakesRest) {
+  const double mu = 0.3, moved = 2, all = 2.5, end = 0.2;
+  const RobotSystem robot = Make(
+      Robot(Link("mid", "0.5") + Link("carriage", "1") + Link("mass", "1") +
+            Joint("x", "prismatic", "world", "mid", "1 0 0") +
+            Joint("z", "prismatic", "mid", "carriage", "0 0 1") +
+            Joint("lift", "prismatic", "carriage", "mass", "0 0 1")),
+      "{gravity: 0.1, constraints: {foot: {kind: plane, link: carriage, friction: 0.3, motion: "
+      "{direction: [0, 0, 1], velocity: 0.3}}, stop: {kind: upper_limit, joint: lift, upper: "
+      "0}}, efforts: {press: {kind: actuator, joint: lift, input: u}}, nominal: {positions: "
+      "{z: 1.e-7}, velocities: {x: 0.05, z: 0.2999}, inputs: {u: 1000}}}");
+  Vector x = robot.nominal().x;
+  const Trajectory run = Simulate(robot, x, robot.nominal().u, end);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  ASSERT_EQ(1u, run.transitions.size());
+  ASSERT_GT(run.transitions[0].rest_impulse.size(), 0);
+  const int d = robot.dof();
+  EXPECT_NEAR(0.05 - mu * moved / all * (1e-4 + 0.1 * end), run.FinalState().tail(d)(0), 1e-8);
+  const BDerivative B = DifferentiateOutcome(robot, run);
+  ASSERT_TRUE(B.status.ok()) << B.status.message;
+  EXPECT_LT(B.trust.energy, 1e-9);
+  const Vector by_height = B(Vector::Unit(2 * d, 1)), by_speed = B(Vector::Unit(2 * d, d + 1));
+  EXPECT_NEAR(0, by_height(d), 1e-5);
+  EXPECT_NEAR(mu * moved / all, by_speed(d), 1e-5);
+}
+
 /// A mass on a shaker, z = 1.5 t + A sin ωt: by A it starts elsewhere, and the clock goes on at
 /// its rate.
 TEST(MovingGround, DirectionsAreProjectedAtTheRateOfTheClock) {

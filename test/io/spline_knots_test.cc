@@ -132,6 +132,30 @@ TEST(SplineKnots, OfGroundThatMoves) {
   }
 }
 
+/// A motion in the plane y = 0 along a line of the grid. Parameters may move the ground across it:
+/// what jumps there is of second order.
+TEST(SplineKnots, OfGroundThatIsSlidOnAlongAKnot) {
+  const std::string ground =
+      "kind: height_map, origin: [-1, -0.5], step: [0.3, 0.5], heights: [[0, 0.2, 0, 0.1, 0, 0.1, "
+      "0.1, 0], [0, 0.1, 0, 0.15, 0, 0.2, 0, 0.1], [0.1, 0, 0.2, 0, 0.1, 0, 0.2, 0]]";
+  const struct {
+    const char *more, *parameter;
+  } cases[] = {
+      {", friction: 0.2", "block/friction"},
+      {", motion: {direction: [0, 1, 0], velocity: 0}", "block/motion_velocity"},
+      {", motion: {direction: [1, 0, 0], velocity: 0.3}", "block/motion_direction_y"},
+  };
+  for (const auto& [more, parameter] : cases) {
+    SCOPED_TRACE(parameter);
+    test::ExpectQuotients(Block(),
+                          "{constraints: {block: {link: block, " + ground + more +
+                              "}}, nominal: {positions: {x: -0.13, z: 0.3}, velocities: {x: 2.3, "
+                              "z: -1}}, parameters: {g: gravity, p: " +
+                              parameter + "}}",
+                          0.3);
+  }
+}
+
 /// Steps end at the knots, whatever the tolerance; also where a run is cut into commands.
 TEST(SplineKnots, EndSteps) {
   const RobotSystem system = Make(
