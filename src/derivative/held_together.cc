@@ -22,6 +22,8 @@ namespace {
 constexpr double kTogether = 1e-6;
 /// Entries of combinations that are rounding, relative: by velocities rows are dependent to this.
 constexpr double kNoEntry = 1e-9, kNoVelocity = 1e-5;
+/// Speeds that are rounding, or what contacts drift by, relative to the largest.
+constexpr double kNoSpeed = 1e-7;
 
 /// The rows whose rates are held at zero in a mode.
 std::vector<int> AtRest(const MechanicalSystem& system, ContactMode mode) {
@@ -119,14 +121,21 @@ HeldTogether::Instant HeldTogether::At(ContactDynamics* dynamics, const Vector& 
   const std::vector<int> held = AtRest(system, mode);
   const Matrix mass = MassAt(*dynamics, x, mode);
   std::vector<Eigen::RowVectorXd> rows, terms;
-  const auto add = [&](const std::vector<int>& of, const Matrix& gradients, int first) {
+  // Rates at velocities that are rounding.
+  Vector slow = x;
+  const double speed = kNoSpeed * x.tail(d).cwiseAbs().maxCoeff();
+  for (int j = 0; j < d; ++j) slow(system.num_positions() + j) = speed * (1 + 0.3 * std::sin(j));
+  const auto add = [&](const std::vector<int>& of, const Matrix& gradients, int first,
+                       const Matrix& rounding) {
     const Matrix Z = BasisOf(gradients.middleCols(first, d), mass).freedom;
     for (Eigen::Index j = 0; j < Z.cols(); ++j) {
       Eigen::RowVectorXd row = Z.col(j).transpose() * gradients;
       const Eigen::RowVectorXd sum = Z.col(j).cwiseAbs().transpose() * gradients.cwiseAbs();
+      const Eigen::RowVectorXd slowest = Z.col(j).cwiseAbs().transpose() * rounding.cwiseAbs();
       for (Eigen::Index c = 0; c < row.size(); ++c) {
         const bool keeps = c >= first && c < first + d;
-        if (std::abs(row(c)) <= (keeps ? kNoVelocity : kNoEntry) * sum(c)) row(c) = 0;
+        const double noise = keeps ? kNoVelocity * sum(c) : kNoEntry * sum(c) + slowest(c);
+        if (std::abs(row(c)) <= noise) row(c) = 0;
       }
       if (row.isZero(0)) continue;
       ConstraintSet sharing;
@@ -143,8 +152,14 @@ HeldTogether::Instant HeldTogether::At(ContactDynamics* dynamics, const Vector& 
       instant.sharing.push_back(sharing.ToString(system.description().constraints));
     }
   };
-  if (closed.size() > 1) add(closed, RowsOf(GapJacobian(*dynamics, x), closed), 0);
-  if (held.size() > 1) add(held, RowsOf(RateJacobian(*dynamics, x), held), d);
+  if (closed.size() > 1) {
+    const Matrix gaps = RowsOf(GapJacobian(*dynamics, x), closed);
+    add(closed, gaps, 0, Matrix::Zero(gaps.rows(), gaps.cols()));
+  }
+  if (held.size() > 1) {
+    add(held, RowsOf(RateJacobian(*dynamics, x), held), d,
+        RowsOf(RateJacobian(*dynamics, slow), held));
+  }
   instant.rows.resize(static_cast<Eigen::Index>(rows.size()), 2 * d + dynamics->num_variables());
   instant.terms.resizeLike(instant.rows);
   for (std::size_t r = 0; r < rows.size(); ++r) {
