@@ -21,7 +21,7 @@ namespace {
 /// relative to the terms of the rates.
 constexpr double kTogether = 1e-6;
 /// Entries of combinations that are rounding, relative: by velocities rows are dependent to this.
-constexpr double kNoEntry = 1e-9, kNoVelocity = 1e-5;
+constexpr double kNoEntry = 1e-9, kNoHeldVelocity = 1e-5;
 /// Speeds that are rounding, or what contacts drift by, relative to the largest.
 constexpr double kNoSpeed = 1e-7;
 
@@ -134,7 +134,7 @@ HeldTogether::Instant HeldTogether::At(ContactDynamics* dynamics, const Vector& 
       const Eigen::RowVectorXd slowest = Z.col(j).cwiseAbs().transpose() * rounding.cwiseAbs();
       for (Eigen::Index c = 0; c < row.size(); ++c) {
         const bool keeps = c >= first && c < first + d;
-        const double noise = keeps ? kNoVelocity * sum(c) : kNoEntry * sum(c) + slowest(c);
+        const double noise = keeps ? kNoHeldVelocity * sum(c) : kNoEntry * sum(c) + slowest(c);
         if (std::abs(row(c)) <= noise) row(c) = 0;
       }
       if (row.isZero(0)) continue;

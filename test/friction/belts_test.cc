@@ -18,7 +18,7 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kSpeed = 0.5, kTime = 0.5;  // of the belts [m/s], of runs [s]
+constexpr double kBeltSpeed = 0.5, kBeltTime = 0.5;  // of the belts [m/s], of runs [s]
 
 struct Belts {
   std::string left = "0.3", right = "0.8";  // friction
@@ -37,7 +37,7 @@ struct Belts {
       const bool first = foot == std::string("left");
       yaml << "  " << foot << ": {kind: plane, link: b, point: [" << (first ? -0.1 : 0.1) * size
            << ", 0, " << -0.05 * size << "], friction: " << (first ? left : right)
-           << ", motion: {direction: [1, 0, 0], velocity: " << kSpeed * size << "}}\n";
+           << ", motion: {direction: [1, 0, 0], velocity: " << kBeltSpeed * size << "}}\n";
     }
     yaml << (together ? "parameters: {v: [left/motion_velocity, right/motion_velocity]}\n"
                       : "parameters: {v1: left/motion_velocity, v2: right/motion_velocity}\n");
@@ -63,8 +63,8 @@ BDerivative ByAll(const MechanicalSystem& system, const Trajectory& run) {
   return DifferentiateOutcome(system, run, options);
 }
 
-Trajectory RunOf(const MechanicalSystem& system, const Vector& x) {
-  return Simulate(system, x, Vector(0), kTime, SimulateOptions());
+Trajectory RunOnBelts(const MechanicalSystem& system, const Vector& x) {
+  return Simulate(system, x, Vector(0), kBeltTime, SimulateOptions());
 }
 
 class BoxOnBelts : public testing::TestWithParam<std::tuple<double, double>> {};
@@ -76,7 +76,7 @@ TEST_P(BoxOnBelts, TellsNoDerivativeByOneSpeed) {
   Belts belts;
   belts.size = size;
   const auto system = belts.Make();
-  const Trajectory run = RunOf(*system, belts.Start(*system, speed));
+  const Trajectory run = RunOnBelts(*system, belts.Start(*system, speed));
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   ASSERT_EQ("ss", run.arcs.back().mode.Word(2));
   const BDerivative B = ByAll(*system, run);
@@ -99,8 +99,9 @@ TEST_P(BoxOnBelts, TellsNoDerivativeByOneSpeed) {
   Vector both = Vector::Zero(10);
   both.tail(2).setOnes();
   const double alpha = 1e-5 * size;
-  const auto moved = belts.Make({{"v1", kSpeed * size + alpha}, {"v2", kSpeed * size + alpha}});
-  const Trajectory other = RunOf(*moved, belts.Start(*moved, speed));
+  const auto moved =
+      belts.Make({{"v1", kBeltSpeed * size + alpha}, {"v2", kBeltSpeed * size + alpha}});
+  const Trajectory other = RunOnBelts(*moved, belts.Start(*moved, speed));
   const Vector quotient = (other.FinalState() - run.FinalState()) / alpha;
   EXPECT_LT((quotient - B(both)).cwiseAbs().maxCoeff(), 1e-4);
 }
@@ -119,13 +120,13 @@ TEST(Belts, GradientIsByBothSpeeds) {
     Belts belts;
     belts.together = together;
     const auto system = belts.Make();
-    const Trajectory run = RunOf(*system, belts.Start(*system, kSpeed));
+    const Trajectory run = RunOnBelts(*system, belts.Start(*system, kBeltSpeed));
     BDerivativeOptions options;
     options.variables.parameters = {0};
     if (!together) options.variables.parameters.push_back(1);
     const CostGradient gradient = DifferentiateCost(*system, run, cost, options, nullptr);
     EXPECT_EQ(together, gradient.status.ok()) << gradient.status.message;
-    if (together) EXPECT_NEAR(kTime, gradient.parameters(0), 1e-9);
+    if (together) EXPECT_NEAR(kBeltTime, gradient.parameters(0), 1e-9);
   }
 }
 
@@ -134,7 +135,7 @@ TEST(Belts, StartsOfFeetThatNeverSlip) {
   Belts belts;
   belts.left = belts.right = "no_slip";
   const auto system = belts.Make();
-  const Vector x = belts.Start(*system, kSpeed);
+  const Vector x = belts.Start(*system, kBeltSpeed);
   const ContactMode mode = InitialMode(*system, x, Vector(0));
   Variables variables;
   variables.parameters = {0, 1};

@@ -17,7 +17,7 @@
 namespace contact_flow {
 namespace {
 
-constexpr double kAxles = 0.8, kStiffness = 20, kDuration = 0.4;  // [m], [Nm/rad], [s]
+constexpr double kAxles = 0.8, kServoStiffness = 20, kDriveTime = 0.4;  // [m], [Nm/rad], [s]
 
 /// A wheel behind and two in front, each steered by a servo.
 std::unique_ptr<RobotSystem> Car(const std::string& friction) {
@@ -115,7 +115,7 @@ Trajectory Drive(const MechanicalSystem& system, double left, double right, doub
   SimulateOptions options;
   options.relative_tolerance = options.absolute_tolerance = tolerance;
   options.max_seconds = 20;
-  return Simulate(system, Rolling(system), (Vector(2) << left, right).finished(), kDuration,
+  return Simulate(system, Rolling(system), (Vector(2) << left, right).finished(), kDriveTime,
                   options);
 }
 
@@ -129,7 +129,7 @@ TEST(SteeredWheels, LoseWhatFrictionTakes) {
       ASSERT_TRUE(run.status.ok()) << run.status.message;
       EXPECT_FALSE(run.transitions.empty());
       const double lost = Energy(*car, Rolling(*car)) - Energy(*car, run.FinalState());
-      const double servos = 0.5 * kStiffness * (left * left + right * right);  // at most
+      const double servos = 0.5 * kServoStiffness * (left * left + right * right);  // at most
       EXPECT_NEAR(lost, -FrictionWork(*car, run), servos + 1e-4) << left << ' ' << right;
       EXPECT_GT(run.FinalState()(Velocity(*car, "base_x")), 0.9);
       EXPECT_EQ(Outcome::kNotPiecewiseLinear, DifferentiateOutcome(*car, run).status.outcome);

@@ -21,8 +21,8 @@ class HeldTogether {
  public:
   /// Of an arc that asks nothing.
   HeldTogether() = default;
-  /// Of this one; it is asked at the ends of so many parts. `dynamics` is scratch, its tangents have
-  /// the `tolerance` of PropagateArc.
+  /// Of this one; it is asked at the ends of so many parts. `dynamics` is scratch, its tangents
+  /// have the `tolerance` of PropagateArc.
   HeldTogether(ContactDynamics* dynamics, const Arc& arc, double tolerance, int parts = 8);
 
   bool Empty() const { return instants_.empty(); }
