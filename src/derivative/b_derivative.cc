@@ -47,12 +47,24 @@ Vector BDerivative::Begin(const VectorRef& w) const {
   return start_stop(begun, start.Brushed(begun));
 }
 
-Vector BDerivative::First(const VectorRef& w) const { return arcs.front() * Begin(w); }
+Vector BDerivative::Along(std::size_t k, const Vector& w) const {
+  if (k < held.size()) held[k].Require(w);
+  return arcs[k] * w;
+}
+
+Vector BDerivative::First(const VectorRef& w) const { return Along(0, Begin(w)); }
+
+Status BDerivative::Together() const {
+  for (const HeldTogether& arc : held) {
+    if (!arc.Whole().ok()) return arc.Whole();
+  }
+  return {};
+}
 
 Vector BDerivative::operator()(const VectorRef& w) const {
   const BudgetStage stage("the derivative along a direction");
   Vector tangent = First(w);
-  for (std::size_t k = 0; k < events.size(); ++k) tangent = arcs[k + 1] * events[k](tangent);
+  for (std::size_t k = 0; k < events.size(); ++k) tangent = Along(k + 1, events[k](tangent));
   return tangent.head(time.size());
 }
 
@@ -71,13 +83,14 @@ std::vector<ContactMode> BDerivative::PerturbedModes(const VectorRef& w) const {
   for (std::size_t k = 0; k < events.size(); ++k) {
     const std::vector<ContactMode> passed = events[k].PerturbedModes(tangent);
     modes.insert(modes.end(), passed.begin(), passed.end());
-    tangent = arcs[k + 1] * events[k](tangent);
+    tangent = Along(k + 1, events[k](tangent));
   }
   return modes;
 }
 
 bool BDerivative::IsDifferentiable() const {
-  if (!status.ok() || !start.Empty() || !start_stop.PiecewiseLinear().ok()) return false;
+  if (!status.ok() || !Together().ok() || !start.Empty() || !start_stop.PiecewiseLinear().ok())
+    return false;
   for (const EventMap& event : events) {
     if (!event.IsDifferentiable(options.kink_tolerance)) return false;
   }
@@ -86,6 +99,7 @@ bool BDerivative::IsDifferentiable() const {
 
 Status BDerivative::PiecewiseLinear() const {
   if (!status.ok()) return status;
+  if (const Status together = Together(); !together.ok()) return together;
   if (!start.PiecewiseLinear().ok()) return start.PiecewiseLinear();
   if (const Status stops = start_stop.PiecewiseLinear(); !stops.ok()) return stops;
   for (const EventMap& event : events) {
@@ -95,6 +109,8 @@ Status BDerivative::PiecewiseLinear() const {
 }
 
 PiecewiseLinearMap BDerivative::FirstPieces() const {
+  if (const Status together = Together(); !together.ok())
+    throw NotPiecewiseLinear(together.message);
   if (!start.PiecewiseLinear().ok()) throw NotPiecewiseLinear(start.PiecewiseLinear().message);
   if (const Status stops = start_stop.PiecewiseLinear(); !stops.ok()) {
     throw NotPiecewiseLinear(stops.message);
@@ -183,6 +199,7 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
       if (run.clusters().Around(k) != nullptr) {
         const int size = run.size();
         derivative.arcs.push_back(Matrix::Identity(size, size));
+        derivative.held.emplace_back();
         errors.emplace_back();
         continue;
       }
@@ -194,6 +211,7 @@ BDerivative DifferentiateArcs(const MechanicalSystem& system, const Trajectory& 
                                              &statistics, &errors.back()));
       derivative.status = run.CheckAfter(k, statistics);
       if (!derivative.status.ok()) return derivative;
+      derivative.held.emplace_back(run.dynamics(k), trajectory.arcs[k], options.tolerance);
       derivative.trust.flow_law = std::max(derivative.trust.flow_law, statistics.flow_law_residual);
     }
     derivative.status = run.CheckTouchingContacts(derivative, carry);

@@ -103,7 +103,7 @@ bool OrderMatters(const EventMap& map, const std::vector<EventInstant>& instants
 ClusterReading ReadClusters(const BDerivative& derivative, const VectorRef& w) {
   ClusterReading reading;
   reading.inner_radius = derivative.start.InnerRadius(w);
-  Vector tangent = derivative.arcs.front() * derivative.Begin(w), in_order = tangent;
+  Vector tangent = derivative.Along(0, derivative.Begin(w)), in_order = tangent;
   if (reading.inner_radius > 0) {
     in_order = derivative.arcs.front() * derivative.start.Unturned(w);
   }
@@ -131,7 +131,7 @@ ClusterReading ReadClusters(const BDerivative& derivative, const VectorRef& w) {
       if (radius > 0) in_order.setConstant(kUnknown);
       if (in_order.allFinite()) in_order = map(in_order);
     }
-    tangent = derivative.arcs[k + 1] * after;
+    tangent = derivative.Along(k + 1, after);
     in_order = derivative.arcs[k + 1] * in_order;
   }
   reading.in_order = in_order.head(derivative.time.size());

@@ -55,7 +55,7 @@ Vector GridDerivative::Follow(const VectorRef& dx, const MatrixRef& du, const Ve
     } else if (!interval.start_stop.Empty()) {
       w = interval.start_stop.matrix() * w;  // what sticks does so already, to rounding
     }
-    w = interval.arcs.front() * w;
+    w = interval.Along(0, w);
     for (std::size_t j = 0; j < interval.events.size(); ++j) {
       const EventMap& event = interval.events[j];
       const Eigen::Index changes = event.absorbed() ? 0 : event.num_input_changes();
@@ -65,7 +65,7 @@ Vector GridDerivative::Follow(const VectorRef& dx, const MatrixRef& du, const Ve
         const std::vector<ContactMode> passed = event.PerturbedModes(w);
         modes->insert(modes->end(), passed.begin(), passed.end());
       }
-      w = interval.arcs[j + 1] * event(w, shift);
+      w = interval.Along(j + 1, event(w, shift));
     }
     if (k + 1 < count && dt.size() > 0) {
       const Vector& jump = jumps_[static_cast<std::size_t>(k)];

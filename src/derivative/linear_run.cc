@@ -119,6 +119,8 @@ bool LinearRun::MakeArcs() {
     if (inside) continue;
     derivative_.status = preparation_.CheckAfter(k, statistics);
     if (!derivative_.status.ok()) return false;
+    const HeldTogether held(preparation_.dynamics(k), run_.arcs[k], derivative_.options.tolerance);
+    if (!held.Whole().ok()) return Refuse(held.Whole().message);
   }
   return true;
 }

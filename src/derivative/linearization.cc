@@ -11,6 +11,7 @@ namespace {
 
 /// kOk where the first order of activations of every event has a selection.
 Status FirstSelectionExists(const BDerivative& derivative) {
+  if (const Status together = derivative.Together(); !together.ok()) return together;
   if (!derivative.start.PiecewiseLinear().ok()) return derivative.start.PiecewiseLinear();
   for (const EventMap& event : derivative.events) {
     const Status linear = event.PiecewiseLinear(event.activated());

@@ -8,6 +8,7 @@
 
 #include "arc_checks.h"
 #include "contact_flow/derivative/event_map.h"
+#include "contact_flow/derivative/held_together.h"
 #include "contact_flow/derivative/start_cone.h"
 #include "contact_flow/derivative/variation.h"
 #include "end_event.h"
@@ -132,6 +133,9 @@ Matrix RollingDerivative::Propagated(const Arc& slice, Vector* push_reach) {
   VariationStatistics statistics;
   const Matrix phi = PropagateArc(DynamicsAt(slice.u), slice, options_.tolerance, &statistics);
   *push_reach = push_reach->cwiseMax(statistics.push_reach);
+  const HeldTogether held(DynamicsAt(slice.u), slice, options_.tolerance, 1);
+  for (Eigen::Index j = 0; j < tangents_.cols() && !held.Empty(); ++j)
+    held.Require(tangents_.col(j));
   return phi * tangents_;
 }
 

@@ -14,6 +14,8 @@ namespace {
 
 /// What is left of a direction below this part of its largest entry is rounding.
 constexpr double kKept = 1e-9;
+/// Rows that a direction should keep are left by it beyond this part of their terms.
+constexpr double kApart = 1e-8;
 
 }  // namespace
 
@@ -83,6 +85,18 @@ Matrix StartDirections::Projector() const {
   return projector;
 }
 
+/// Whether no change of the state would keep J, as rows of it depend on each other and are at odds
+/// along w, which Project has left as it is.
+bool StartDirections::MovesApart(const Vector& w) const {
+  if (KeepsAll()) return false;
+  const Vector left = rows_ * w;
+  const double size = kApart * w.lpNorm<Eigen::Infinity>();
+  for (Eigen::Index r = 0; r < left.size(); ++r) {
+    if (std::abs(left(r)) > size * rows_.row(r).lpNorm<1>()) return true;
+  }
+  return false;
+}
+
 StartDirections::Judgement StartDirections::Judge(const VectorRef& w) const {
   using Kind = Judgement::Kind;
   if (!w.allFinite()) {
@@ -92,6 +106,7 @@ StartDirections::Judgement StartDirections::Judge(const VectorRef& w) const {
   if (change > kKept * w.lpNorm<Eigen::Infinity>()) return {Kind::kLeavesMode, -1};
   Vector complete = Vector::Zero(rows_.cols());
   complete.head(w.size()) = w;
+  if (MovesApart(complete)) return {Kind::kLeavesMode, -1};
   const int out = cone_.Leaves(complete);
   if (out < 0) return {};
   return {cone_.Reverses(out) ? Kind::kAgainstSlip : Kind::kLeavesDomain, out};

@@ -5,6 +5,7 @@
 
 #include "contact_flow/dynamics/guards.h"
 #include "contact_flow/flow/flow.h"
+#include "held_apart.h"
 #include "singular_slip.h"
 
 namespace contact_flow {
@@ -64,6 +65,7 @@ ResolvedTransition Flow::ResolveAtEvent() {
     return ResolveTransition(&dynamics_, t_, x_, mode_, trigger_, Rules());
   }
   if (jam_) return *std::exchange(jam_, std::nullopt);
+  if (!apart_.Empty()) return ResolveHeldApart(&dynamics_, t_, x_, mode_, apart_, Rules());
   if (std::exchange(singular_slip_, false)) {
     return ResolveSingularSlip(&dynamics_, t_, x_, mode_, Rules());
   }

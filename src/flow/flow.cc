@@ -118,7 +118,7 @@ void Flow::BeginArc() {
   SampleGaps(system_, x_, dynamics_.acceleration(), &terms_, &gaps_begin_);
   guard_margins_.low = LowAtBegin();
   FindImplied();
-  drifts_ = Drifts();
+  drifts_ = Drifts(x_, gaps_begin_);
   WarnOfSharedForces();
   if (system_.HasFriction()) {
     dynamics_.Evaluate(x_, mode_);
@@ -128,21 +128,6 @@ void Flow::BeginArc() {
   arc_begun_ = true;
 }
 
-bool Flow::Penetrates() {
-  const double depth =
-      std::max(kDeep * options_.gap_tolerance, kUnresolved * options_.absolute_tolerance);
-  for (int i = 0; i < system_.num_constraints(); ++i) {
-    if (!(gaps_begin_.gap(i) < -depth) || mode_.Contains(i)) continue;
-    if (system_.compliant().Contains(i) || implied_.constraints().Contains(i)) continue;
-    std::ostringstream reason;
-    reason << "constraint '" << system_.description().constraints[i] << "' is penetrated by "
-           << -gaps_begin_.gap(i) << ": its touchdowns follow each other too quickly to be located";
-    Stop(Outcome::kChatter, reason.str());
-    return true;
-  }
-  return false;
-}
-
 bool Flow::Propose(double end) {
   if (!status_.ok()) return false;
   if (!arc_begun_) BeginArc();
@@ -150,6 +135,7 @@ bool Flow::Propose(double end) {
   trigger_ = -1;
   jam_.reset();
   singular_slip_ = false;
+  apart_ = ConstraintSet();
   quick_next_ = quick_;
   stepper_->Restart();
   double h = h_;
@@ -210,6 +196,12 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
     return false;
   }
   SampleEnd(&gaps_end_);
+  misfit_ = HeldMisfit();
+  if (misfit_ > kImpliedOvershoot && length > kShortest * std::max(1.0, t_)) {
+    *rejected = true;
+    *h = 0.5 * length;
+    return false;
+  }
   const LocatedEvent event =
       locator_.Locate(stepper_, mode_, gaps_begin_, gaps_end_, error < kFreeError);
   if (!event.found && event.theta < 1) {  // the step is too long for a guard
@@ -235,6 +227,7 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
     trigger_ = StoppedInSpace();
     singular_slip_ = trigger_ < 0 && regular_slip_ && !regular_end_;
     if (singular_slip_) trigger_ = *(mode_ - mode_.Sticking()).begin();
+    if (trigger_ < 0) trigger_ = HeldApart();
     const double growth = kSafety * stepper_->Growth(error);
     const double largest = std::min(*rejected ? 1.0 : kLargestGrowth, event.growth);
     h_next_ = length * std::min(std::max(growth, kSmallestGrowth), largest);
@@ -276,7 +269,7 @@ bool Flow::Accept() {
     arc_begun_ = false;
     const bool passed = PassTransition();
     if (passed) NoteGrazes(true);
-    new_arc_ = true;  // only now: its rules look back at the arc that has come to its end
+    new_arc_ = passed || !status_.ok();  // now: its rules look back at the arc that has ended
     return passed;
   }
   h_ = h_next_;
@@ -284,7 +277,7 @@ bool Flow::Accept() {
   locator_.EndStep();
   regular_slip_ = regular_end_;
   std::swap(gaps_begin_, gaps_end_);
-  drifts_ = Drifts();
+  drifts_ = Drifts(x_, gaps_begin_);
   if (options_.method == IntegrationMethod::kAutomatic) ConsiderMethod();
   return false;
 }

@@ -130,6 +130,7 @@ bool Flow::PassTransition() {
     status_ = resolved.status;
     return false;
   }
+  if (!TakesOtherWord(resolved)) return false;
   margins_.cluster_spread = std::max(margins_.cluster_spread, resolved.transition.spread);
   if (last_transition_) {
     margins_.event_interval = std::min(margins_.event_interval, t_ - *last_transition_);

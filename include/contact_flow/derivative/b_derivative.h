@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "contact_flow/derivative/event_map.h"
+#include "contact_flow/derivative/held_together.h"
 #include "contact_flow/derivative/start_cone.h"
 #include "contact_flow/derivative/start_stop.h"
 #include "contact_flow/derivative/trust.h"
@@ -46,7 +47,8 @@ class BDerivative {
   Vector time;               ///< F(φ(T, x)) [2d]
   /// The input changes at T: `time` is that of shorter runs, longer ones have another.
   bool input_changes_at_end = false;
-  std::vector<Matrix> arcs;  ///< Φ_0 … Φ_N [2d+k × 2d+k]
+  std::vector<Matrix> arcs;        ///< Φ_0 … Φ_N [2d+k × 2d+k]
+  std::vector<HeldTogether> held;  ///< what each of these asks of the directions
   /// B_1 … B_N. Where changes of the input coincide with events of contacts, the first of these
   /// transitions has the map of all, and the others have the identity (EventMap::absorbed).
   std::vector<EventMap> events;
@@ -73,10 +75,14 @@ class BDerivative {
   /// w behind what happens at the start, [2d+k]: impacts with a speed of first order, slips that
   /// stop. Throws as above.
   Vector Begin(const VectorRef& w) const;
+  /// Φ_k w of one arc. Throws std::domain_error where w moves apart what it holds (HeldTogether).
+  Vector Along(std::size_t k, const Vector& w) const;
   /// Estimated error of B(w) [2d], absolute.
   Vector Error(const VectorRef& w) const;
   /// Contact modes the perturbed run passes through, to first order, for the direction w.
   std::vector<ContactMode> PerturbedModes(const VectorRef& w) const;
+  /// kOk where no direction moves apart what an arc holds on dependent rows.
+  Status Together() const;
   /// kOk where B is piecewise linear on the directions that the start admits, or why it is not.
   Status PiecewiseLinear() const;
   /// True when all selections agree and every direction is admitted: the outcome is C¹ here.

@@ -32,7 +32,8 @@ class StartDirections {
     /// Why not.
     enum class Kind {
       kAdmitted,      ///< it may
-      kLeavesMode,    ///< a contact of J opens or is entered, by w or its rate
+      kLeavesMode,    ///< a contact of J opens or is entered, by w or its rate, also where no
+                      ///< state keeps J, as its rows are dependent
       kLeavesDomain,  ///< w leads through a constraint that the start touches outside J
       kAgainstSlip,   ///< w reverses a contact that begins to slip at the start
     };
@@ -54,6 +55,8 @@ class StartDirections {
   bool KeepsAll() const { return rows_.rows() == 0; }
 
  private:
+  bool MovesApart(const Vector& w) const;
+
   int states_ = 0;  // 2d
   Matrix rows_;     // gradients of what J keeps at zero [· × 2d+k]
   Eigen::CompleteOrthogonalDecomposition<Matrix> solver_;  // of their first 2d columns

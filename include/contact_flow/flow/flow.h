@@ -99,7 +99,11 @@ class Flow {
   void FieldAt(int place, const double* x, double* xdot);
   void SampleEnd(GapSample* sample);
   void FinishStep();
-  bool Drifts() const;
+  bool Drifts(const Vector& x, const GapSample& sample) const;
+  double SlowDrift() const;
+  double HeldMisfit();
+  int HeldApart();
+  bool TakesOtherWord(const ResolvedTransition& resolved);
   bool ClockIsDue() const;
   double ReadClock();
   bool WithinBudget();
@@ -187,6 +191,7 @@ class Flow {
   GapSample gaps_begin_;
   bool drifts_ = false;       // contacts have left their surfaces by more than they may
   bool regular_slip_ = true;  // where the step begins, see ContactDynamics::slips_regularly
+  double held_reach_ = 1;     // of what dependent rows may drift to
   GuardMargins guard_margins_;
   QuickGuard quick_;
   Status status_;
@@ -201,6 +206,8 @@ class Flow {
   std::optional<ResolvedTransition> jam_;  // where a slip ends by an impact at the node itself
   bool regular_end_ = true;                // as regular_slip_, where the proposal ends
   bool singular_slip_ = false;             // it ends where a slip becomes singular
+  double misfit_ = 0;    // what it leaves of rates that are held, in what they may drift to
+  ConstraintSet apart_;  // contacts held on dependent rows that it moves apart; it ends there
   Vector x_end_;
   GapSample gaps_end_;
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <vector>
+
 #include "contact_flow/contact_mode.h"
 #include "contact_flow/model/mechanical_system.h"
 #include "contact_flow/types.h"
@@ -18,9 +20,20 @@ bool HasStateManifold(const MechanicalSystem& system);
 bool ProjectState(const MechanicalSystem& system, Vector* x);
 
 /// The same with the contacts of `held`: a_i = 0 and Da_i v = 0 besides, and T v = 0 of those that
-/// stick. Undoes what resting
-/// contacts have drifted, of the order of the integrator's error, so that the state is an initial
-/// one. False when it does not converge: x is then as it was.
+/// stick. Undoes what resting contacts have drifted, of the order of the integrator's error, so
+/// that the state is an initial one. Rates that rows which depend on each other cannot have, as
+/// they are at odds, stay. False when it does not converge: x is then as it was.
 bool ProjectContacts(const MechanicalSystem& system, ContactMode held, Vector* x);
+
+/// What that would do to v at (q, v), q staying as it is.
+struct HeldRates {
+  std::vector<int> rows;  ///< that are held
+  Vector left;            ///< their rates behind it, which no change of v takes away
+  Vector change;          ///< of v [d]
+  /// Kinetic size of the change, beside that which takes away the rate of a single row, the largest
+  /// of them: large where rows are nearly dependent and at odds.
+  double amplified = 0;
+};
+HeldRates RatesOfHeld(const MechanicalSystem& system, ContactMode held, const Vector& x);
 
 }  // namespace contact_flow
