@@ -16,8 +16,7 @@ namespace {
 TEST(LoosenedGrip, HasTheDerivativeOfTwoSlipsThatBegin) {
   const auto gripper =
       LoadRobot(RobotFile("gripper_friction"), {{"friction", 0.66}, {"box_mass", 0.9}});
-  const InputSchedule grip{{0.0, 0.1},
-                           {test::Entries({10, -10}), test::Entries({6.370, -6.298})}};
+  const InputSchedule grip{{0.0, 0.1}, {test::Entries({10, -10}), test::Entries({6.370, -6.298})}};
   const Vector x = gripper->nominal().x;
   const int d = gripper->dof();
   const auto outcome = [&](const Vector& start, double tolerance) {

@@ -78,7 +78,7 @@ Vector Rolling(const MechanicalSystem& system) {
   return x;
 }
 
-double Energy(const MechanicalSystem& system, const Vector& x) {
+double KineticEnergy(const MechanicalSystem& system, const Vector& x) {
   Matrix mass;
   Vector force;
   system.Dynamics(x.head(system.num_positions()), x.tail(system.dof()),
@@ -128,7 +128,8 @@ TEST(SteeredWheels, LoseWhatFrictionTakes) {
       const Trajectory run = Drive(*car, left, right, tolerance);
       ASSERT_TRUE(run.status.ok()) << run.status.message;
       EXPECT_FALSE(run.transitions.empty());
-      const double lost = Energy(*car, Rolling(*car)) - Energy(*car, run.FinalState());
+      const double lost =
+          KineticEnergy(*car, Rolling(*car)) - KineticEnergy(*car, run.FinalState());
       const double servos = 0.5 * kServoStiffness * (left * left + right * right);  // at most
       EXPECT_NEAR(lost, -FrictionWork(*car, run), servos + 1e-4) << left << ' ' << right;
       EXPECT_GT(run.FinalState()(Velocity(*car, "base_x")), 0.9);
@@ -172,9 +173,9 @@ TEST(SteeredWheels, ProjectionKeepsWhatIsAtOdds) {
   for (std::size_t k = 0; k < names.size(); ++k) {
     if (names[k] == "steer1") x(static_cast<Eigen::Index>(k)) = 1e-6;
   }
-  const double before = Energy(*car, x);
+  const double before = KineticEnergy(*car, x);
   ASSERT_TRUE(ProjectContacts(*car, mode, &x));
-  EXPECT_NEAR(before, Energy(*car, x), 1e-5);
+  EXPECT_NEAR(before, KineticEnergy(*car, x), 1e-5);
 }
 
 }  // namespace
