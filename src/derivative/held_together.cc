@@ -22,7 +22,8 @@ namespace {
 constexpr double kTogether = 1e-6;
 /// Entries of combinations that are rounding, relative: by velocities rows are dependent to this.
 constexpr double kNoEntry = 1e-9, kNoHeldVelocity = 1e-5;
-/// Speeds that are rounding, or what contacts drift by, relative to the largest.
+/// Speeds that are rounding, or what contacts drift by, relative to the largest, and to those that
+/// the forces on a body without contacts would give it along the arc.
 constexpr double kNoSpeed = 1e-7;
 
 /// The rows whose rates are held at zero in a mode.
@@ -112,7 +113,7 @@ Matrix Kept(const ContactDynamics& dynamics, const Vector& x, ContactMode mode) 
 }  // namespace
 
 HeldTogether::Instant HeldTogether::At(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
-                                       double t) {
+                                       double t, double pace) {
   const MechanicalSystem& system = dynamics->system();
   const int d = system.dof();
   Instant instant;
@@ -123,7 +124,7 @@ HeldTogether::Instant HeldTogether::At(ContactDynamics* dynamics, const Vector& 
   std::vector<Eigen::RowVectorXd> rows, terms;
   // Rates at velocities that are rounding.
   Vector slow = x;
-  const double speed = kNoSpeed * x.tail(d).cwiseAbs().maxCoeff();
+  const double speed = kNoSpeed * std::max(pace, x.tail(d).cwiseAbs().maxCoeff());
   for (int j = 0; j < d; ++j) slow(system.num_positions() + j) = speed * (1 + 0.3 * std::sin(j));
   const auto add = [&](const std::vector<int>& of, const Matrix& gradients, int first,
                        const Matrix& rounding) {
@@ -173,13 +174,15 @@ HeldTogether::HeldTogether(ContactDynamics* dynamics, const Arc& arc, double tol
   const MechanicalSystem& system = dynamics->system();
   if (!system.HasFriction() || (arc.mode - system.compliant()).Empty()) return;
   if (arc.t_end == arc.t_begin || arc.dense.Empty()) parts = 0;
-  std::vector<Instant> all = {At(dynamics, arc.x_begin, arc.mode, arc.t_begin)};
+  dynamics->Evaluate(arc.x_begin, ContactMode());
+  const double pace = (arc.t_end - arc.t_begin) * dynamics->acceleration().cwiseAbs().maxCoeff();
+  std::vector<Instant> all = {At(dynamics, arc.x_begin, arc.mode, arc.t_begin, pace)};
   Vector x = arc.x_begin;
   for (int part = 1; part <= parts; ++part) {
     const double t =
         part == parts ? arc.t_end : arc.t_begin + part * (arc.t_end - arc.t_begin) / parts;
     arc.dense.Evaluate(t, x.data());
-    all.push_back(At(dynamics, part == parts ? arc.x_end : x, arc.mode, t));
+    all.push_back(At(dynamics, part == parts ? arc.x_end : x, arc.mode, t, pace));
   }
   const auto asks = [](const Instant& instant) { return instant.rows.rows() > 0; };
   if (std::none_of(all.begin(), all.end(), asks)) return;

@@ -35,14 +35,17 @@ class ArcParts {
   std::size_t most_ = 8;        // of a part
 };
 
+/// The contacts that slip in space in a mode, with friction.
+ConstraintSet SlipsInSpace(const MechanicalSystem& system, ContactMode mode);
+
 /// What may be wrong with the propagator of an arc.
 struct PropagationErrors {
-  /// As its steps estimate it, relative to its largest entries.
+  /// As its steps estimate it, and what they leave of Φ F = F, relative to its largest entries.
   double relative = 0;
-  /// What each step leaves of Φ F = F, with a sign of its own, carried to the end of the arc: the
-  /// change of Φ that would explain it [2d+k × 2d+k].
+  /// Where contacts slip in space, what each step leaves of Φ F = F is here instead, with a sign of
+  /// its own, carried to the end of the arc: the change of Φ that would explain it [2d+k × 2d+k].
   Matrix law;
-  std::vector<ArcPart> parts;
+  std::vector<ArcPart> parts;  // there, else none
 };
 
 /// PropagateArc with its errors.

@@ -22,15 +22,12 @@ constexpr double kMagnified = 1e4, kStep = 1e-5, kPartOfSlip = 0.1, kMostOfSlip 
 constexpr double kFast = 10;
 
 /// The contacts that slip in space along an arc.
-class SlipsInSpace {
+class FollowedSlips {
  public:
-  SlipsInSpace(ContactDynamics* dynamics, ContactMode mode) : dynamics_(*dynamics), mode_(mode) {
+  FollowedSlips(ContactDynamics* dynamics, ContactMode mode) : dynamics_(*dynamics), mode_(mode) {
     const MechanicalSystem& system = dynamics->system();
-    if (!system.HasFriction()) return;
-    for (int i : mode - system.compliant()) {
-      const Friction& friction = system.friction()[i];
-      const bool slips = friction.dimension == 2 && friction.coefficient > 0;
-      if (slips && mode.LetterOf(i) == Letter::kSlip) rows_.push_back(friction.row);
+    for (int i : SlipsInSpace(system, mode)) {
+      rows_.push_back(system.friction()[i].row);
     }
   }
 
@@ -162,7 +159,7 @@ class ChangeOfArc {
   ContactDynamics& dynamics_;
   const Arc& arc_;
   const int d_;
-  SlipsInSpace slips_;
+  FollowedSlips slips_;
   Vector x_;
 };
 

@@ -23,6 +23,8 @@ constexpr double kSmallestStep = 1e-13;  // relative to the arc
 constexpr double kShape = 30;
 /// An error below this part of the tolerance may be that of rounding.
 constexpr double kNoError = 1e-3;
+/// Rates that are fast beside an arc, times its length.
+constexpr double kDecays = 1e4;
 constexpr double kGolden = 0.6180339887498949;
 
 }  // namespace
@@ -61,11 +63,9 @@ bool StepControl::Learn(double error, double length) {
   const bool finite = std::isfinite(error), small = error <= tolerance_;
   if (finite) {
     const double seen = std::pow(error / rule_->error, 1.0 / rule_->power) / length;
-    // In a step beyond what would resolve the fastest mode, it has decayed, and what is left of it
-    // is rounding, which tells no rate.
-    const bool resolves =
-        fastest_ * length <= std::pow(tolerance_ / rule_->error, 1.0 / rule_->power);
-    const bool tells = resolves || error > kNoError * tolerance_;
+    // Where modes decay that are fast beside the arc, what is left of them is rounding, which
+    // tells no rate.
+    const bool tells = error > kNoError * tolerance_ || fastest_ * jacobian_.duration() < kDecays;
     rate_ = std::max(tells ? seen : 0, kSlackening * rate_);
   }
   if (!small) rate_ = finite ? 1.1 * rate_ : std::max(10 * rate_, 1 / length);

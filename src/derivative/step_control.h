@@ -56,7 +56,7 @@ class StepControl {
   /// multiplications for each of its entries (measured).
   static constexpr double kJacobianCost = 50;
   /// Rules for decays that are fast beside the step are taken where others cost so much more.
-  static constexpr double kStiffGain = 4;
+  static constexpr double kStiffGain = 30;
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
   void Begin(const Matrix& begin, const Vector& field);
@@ -132,10 +132,10 @@ double StepControl::ChooseStep(double t, double rest, const W& walker) {
     length = rest / steps;
     rule_ = &rule;
   };
-  for (int s = CollocationRule::kMinStages; s <= CollocationRule::kMaxStages; ++s) {
-    consider(CollocationRule::GaussLegendre(s), 1);
-    consider(CollocationRule::RadauIIA(s), kStiffGain);
-  }
+  constexpr int kFirst = CollocationRule::kMinStages, kLast = CollocationRule::kMaxStages;
+  for (int s = kFirst; s <= kLast; ++s) consider(CollocationRule::GaussLegendre(s), 1);
+  if (rest <= kStiffGain * length) return length;
+  for (int s = kFirst; s <= kLast; ++s) consider(CollocationRule::RadauIIA(s), kStiffGain);
   return length;
 }
 

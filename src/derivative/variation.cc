@@ -23,6 +23,9 @@ Vector Mixture(int size, int first, int count) {
   return mixture;
 }
 
+/// What a slip in space leaves of the flow law is that of the state, but for so many tolerances.
+constexpr double kLawOfTangents = 100;
+
 /// Steps of the variational equation along one arc.
 class Propagation {
  public:
@@ -30,6 +33,8 @@ class Propagation {
       : d_(dynamics->system().dof()),
         k_(dynamics->num_variables()),
         arc_(arc),
+        tolerance_(tolerance),
+        slips_(!SlipsInSpace(dynamics->system(), arc.mode).Empty()),
         jacobian_(dynamics, arc),
         control_(&jacobian_, arc, tolerance),
         collocation_(d_, k_),
@@ -104,11 +109,7 @@ class Propagation {
 
   void Accept() {
     phi_.swap(next_);
-    parts_.Add(jacobian_.Time(t_), jacobian_.Time(t_ + h_), step_, phi_);
-    const double sign = MixedEntry(steps_++) > 0 ? 1 : -1;
-    law_left_ =
-        (step_.topLeftCorner(2 * d_, 2 * d_).lazyProduct(law_left_) + sign * flow_law_->Defect())
-            .eval();
+    if (slips_) NoteErrors();
     begin_.swap(end_);
     field_begin_.swap(field_end_);
     carried_.noalias() = step_ * tangent_;
@@ -133,18 +134,29 @@ class Propagation {
     collocation_.FindSpan(begin_.leftCols(2 * d_), begin_.rightCols(k_));
   }
 
+  /// Of a step that is accepted.
+  void NoteErrors() {
+    parts_.Add(jacobian_.Time(t_), jacobian_.Time(t_ + h_), step_, phi_);
+    const double sign = MixedEntry(steps_++) > 0 ? 1 : -1;
+    law_left_ =
+        (step_.topLeftCorner(2 * d_, 2 * d_).lazyProduct(law_left_) + sign * flow_law_->Defect())
+            .eval();
+  }
+
   /// In the coordinates and units of the system. What is left of the law is for the tangents of the
   /// size of F, where those of coordinates and of rates are of one kind by the length of the arc.
   void TakeErrors(PropagationErrors* errors) {
     if (errors == nullptr) return;
+    errors->relative = control_.error() + flow_law_->total();
+    if (!slips_) return;
+    errors->relative = control_.error() + std::min(flow_law_->total(), kLawOfTangents * tolerance_);
     Vector entries = Mixture(step_.cols(), 0, 2 * d_).cwiseSign();
     entries.segment(d_, d_) *= jacobian_.duration();
-    const double size = (entries.head(2 * d_).cwiseProduct(field_first_)).lpNorm<1>();
+    const double size = entries.head(2 * d_).cwiseProduct(field_first_).lpNorm<1>();
     errors->law = Matrix::Zero(step_.rows(), step_.cols());
     errors->law.topRows(2 * d_) =
         law_left_ / std::max(size, flow_law_->size()) * entries.transpose();
     jacobian_.ToVelocities(&errors->law);
-    errors->relative = control_.error();
     errors->parts = parts_.Take(arc_.t_begin, arc_.t_end, phi_);
     const auto velocity = [&](double t) {
       Vector x = arc_.x_begin;
@@ -199,6 +211,8 @@ class Propagation {
   const int d_;
   const int k_;
   const Arc& arc_;
+  const double tolerance_;
+  const bool slips_;  // in space
   ArcJacobian jacobian_;
   StepControl control_;
   Collocation collocation_;

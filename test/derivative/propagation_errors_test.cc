@@ -45,15 +45,15 @@ TEST(ArcParts, AreTheArcWhateverTheNumberOfSteps) {
   }
 }
 
-/// A robot whose base turns: the parts are propagators of (δq, δv), which where velocities are
-/// those of a body are not those of (δq, δq̇).
+/// A robot whose base turns, and whose feet slip: the parts are propagators of (δq, δv), which
+/// where velocities are those of a body are not those of (δq, δq̇).
 TEST(PropagationErrors, HavePartsThatMakeThePropagator) {
-  const auto robot = LoadRobot(RobotFile("quadruped"));
+  const auto robot = LoadRobot(RobotFile("quadruped_friction"));
   Vector x = robot->nominal().x;
-  x.segment(robot->num_positions() + 3, 3) << 3, -2, 1;
-  SimulateOptions options = test::AtTolerance(1e-10);
+  x.segment(robot->num_positions(), 6) << 0.5, -0.4, 0, 0.3, -0.2, 0.1;
+  SimulateOptions options = test::AtTolerance(1e-9);
   options.dense = true;
-  const Trajectory run = Simulate(*robot, x, robot->nominal().u, 0.1, options);
+  const Trajectory run = Simulate(*robot, x, robot->nominal().u, 0.05, options);
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   ContactDynamics dynamics(*robot, robot->nominal().u);
   std::size_t most = 0;
@@ -61,9 +61,10 @@ TEST(PropagationErrors, HavePartsThatMakeThePropagator) {
     PropagationErrors errors;
     VariationStatistics statistics;
     const Matrix phi = PropagateArc(&dynamics, arc, 1e-12, &statistics, &errors);
+    if (errors.parts.empty()) continue;
     Matrix product = Matrix::Identity(phi.rows(), phi.cols());
     for (const ArcPart& part : errors.parts) product = part.phi * product;
-    EXPECT_LT((product - phi).cwiseAbs().maxCoeff(), 1e-10 * phi.cwiseAbs().maxCoeff());
+    EXPECT_LT((product - phi).cwiseAbs().maxCoeff(), 1e-8 * phi.cwiseAbs().maxCoeff());
     most = std::max(most, errors.parts.size());
     EXPECT_LE(errors.relative, statistics.error_estimate);
   }

@@ -41,7 +41,8 @@ class HeldTogether {
     std::vector<std::string> sharing;  // the contacts of each row
     Matrix phi;                        // from the beginning of the arc on [2d+k × 2d+k]
   };
-  static Instant At(ContactDynamics* dynamics, const Vector& x, ContactMode mode, double t);
+  static Instant At(ContactDynamics* dynamics, const Vector& x, ContactMode mode, double t,
+                    double pace);
   static std::string Sentence(double t, const std::string& contacts);
   void Judge(const Matrix& kept);
 
