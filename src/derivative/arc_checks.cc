@@ -11,6 +11,7 @@
 #include "idle_contacts.h"
 #include "resting_corners.h"
 #include "src/dynamics/implied_contacts.h"
+#include "src/dynamics/slips_in_space.h"
 
 namespace contact_flow {
 namespace {
@@ -86,10 +87,7 @@ Status CheckSlidingFace(ContactDynamics* dynamics, const Arc& arc, double gap_to
             from + face.ToString(system.description().constraints) +
                 " share forces that decide the motion: another share is as possible"};
   }
-  for (int i : dynamics->shared()) {
-    const Friction& friction = system.friction()[i];
-    const bool turns = friction.dimension == 2 && friction.coefficient > 0;
-    if (!turns || arc.mode.LetterOf(i) != Letter::kSlip) continue;
+  if (!(SlipsInSpace(system, arc.mode) & dynamics->shared()).Empty()) {
     return {Outcome::kNotDifferentiable,
             from + dynamics->shared().ToString(system.description().constraints) +
                 " slide without turning and share their forces: a run that turns is not unique"};

@@ -12,6 +12,7 @@
 #include "contact_flow/model/driven.h"
 #include "fastest_rate.h"
 #include "propagation_verdict.h"
+#include "src/dynamics/slips_in_space.h"
 
 namespace contact_flow {
 
@@ -49,6 +50,8 @@ class ArcJacobian {
         d_(space_.dof()),
         k_(dynamics->num_variables()),
         x_(dynamics->system().state_size()),
+        slips_in_space_(
+            !(SlipsInSpace(dynamics->system(), arc.mode) - dynamics->system().compliant()).Empty()),
         units_(*dynamics, arc),
         push_reach_(Vector::Zero(dynamics->system().num_constraints())) {
     FindScale();
@@ -205,6 +208,7 @@ class ArcJacobian {
     return field;
   }
   const ArcUnits& units() const { return units_; }
+  bool slips_in_space() const { return slips_in_space_; }
   long count() const { return count_; }
   const Vector& push_reach() const { return push_reach_; }  ///< see VariationStatistics [n]
 
@@ -304,6 +308,7 @@ class ArcJacobian {
   const int d_;
   const int k_;
   Vector x_;
+  const bool slips_in_space_;
   ArcUnits units_;
   Matrix scale_;  // [d × 2d+k]
   Vector push_reach_;

@@ -22,9 +22,9 @@ namespace {
 constexpr double kTogether = 1e-6;
 /// Entries of combinations that are rounding, relative: by velocities rows are dependent to this.
 constexpr double kNoEntry = 1e-9, kNoHeldVelocity = 1e-5;
-/// Speeds that are rounding, or what contacts drift by, relative to the largest, and to those that
-/// the forces on a body without contacts would give it along the arc.
-constexpr double kNoSpeed = 1e-7;
+/// Speeds that are rounding, or what contacts drift by, relative to the largest; to the error of
+/// the arc; and to those that forces would give the bodies along it without contacts.
+constexpr double kNoSpeed = 1e-7, kDrifts = 10, kRoundingOfSpeed = 1e-13;
 
 /// The rows whose rates are held at zero in a mode.
 std::vector<int> AtRest(const MechanicalSystem& system, ContactMode mode) {
@@ -113,7 +113,7 @@ Matrix Kept(const ContactDynamics& dynamics, const Vector& x, ContactMode mode) 
 }  // namespace
 
 HeldTogether::Instant HeldTogether::At(ContactDynamics* dynamics, const Vector& x, ContactMode mode,
-                                       double t, double pace) {
+                                       double t, double least) {
   const MechanicalSystem& system = dynamics->system();
   const int d = system.dof();
   Instant instant;
@@ -124,7 +124,7 @@ HeldTogether::Instant HeldTogether::At(ContactDynamics* dynamics, const Vector& 
   std::vector<Eigen::RowVectorXd> rows, terms;
   // Rates at velocities that are rounding.
   Vector slow = x;
-  const double speed = kNoSpeed * std::max(pace, x.tail(d).cwiseAbs().maxCoeff());
+  const double speed = std::max(least, kNoSpeed * x.tail(d).cwiseAbs().maxCoeff());
   for (int j = 0; j < d; ++j) slow(system.num_positions() + j) = speed * (1 + 0.3 * std::sin(j));
   const auto add = [&](const std::vector<int>& of, const Matrix& gradients, int first,
                        const Matrix& rounding) {
@@ -175,14 +175,18 @@ HeldTogether::HeldTogether(ContactDynamics* dynamics, const Arc& arc, double tol
   if (!system.HasFriction() || (arc.mode - system.compliant()).Empty()) return;
   if (arc.t_end == arc.t_begin || arc.dense.Empty()) parts = 0;
   dynamics->Evaluate(arc.x_begin, ContactMode());
-  const double pace = (arc.t_end - arc.t_begin) * dynamics->acceleration().cwiseAbs().maxCoeff();
-  std::vector<Instant> all = {At(dynamics, arc.x_begin, arc.mode, arc.t_begin, pace)};
+  double least =
+      kRoundingOfSpeed * (arc.t_end - arc.t_begin) * dynamics->acceleration().cwiseAbs().maxCoeff();
+  if (arc.error.size() > 0) {
+    least = std::max(least, kDrifts * arc.error.tail(system.dof()).maxCoeff());
+  }
+  std::vector<Instant> all = {At(dynamics, arc.x_begin, arc.mode, arc.t_begin, least)};
   Vector x = arc.x_begin;
   for (int part = 1; part <= parts; ++part) {
     const double t =
         part == parts ? arc.t_end : arc.t_begin + part * (arc.t_end - arc.t_begin) / parts;
     arc.dense.Evaluate(t, x.data());
-    all.push_back(At(dynamics, part == parts ? arc.x_end : x, arc.mode, t, pace));
+    all.push_back(At(dynamics, part == parts ? arc.x_end : x, arc.mode, t, least));
   }
   const auto asks = [](const Instant& instant) { return instant.rows.rows() > 0; };
   if (std::none_of(all.begin(), all.end(), asks)) return;
@@ -227,8 +231,7 @@ void HeldTogether::Require(const VectorRef& w) const {
       if (std::abs(moved(r)) <= kTogether * terms(r)) continue;
       throw std::domain_error(Sentence(instant.t, instant.sharing[static_cast<std::size_t>(r)]) +
                               ", and the direction moves them apart: no velocity holds all of "
-                              "them, and which one slips "
-                              "or lets go is not followed");
+                              "them, and which one slips or lets go is not followed");
     }
   }
 }

@@ -27,17 +27,6 @@ void ArcParts::Join() {
   most_ *= 2;
 }
 
-ConstraintSet SlipsInSpace(const MechanicalSystem& system, ContactMode mode) {
-  ConstraintSet slips;
-  if (!system.HasFriction()) return slips;
-  for (int i : mode - system.compliant()) {
-    const Friction& friction = system.friction()[i];
-    const bool in_space = friction.dimension == 2 && friction.coefficient > 0;
-    if (in_space && mode.LetterOf(i) == Letter::kSlip) slips.Insert(i);
-  }
-  return slips;
-}
-
 std::vector<ArcPart> ArcParts::Take(double t_begin, double t_end, const Matrix& phi) {
   if (parts_.size() <= 1) return {{t_begin, t_end, phi}};
   return std::move(parts_);

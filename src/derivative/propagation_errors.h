@@ -35,9 +35,6 @@ class ArcParts {
   std::size_t most_ = 8;        // of a part
 };
 
-/// The contacts that slip in space in a mode, with friction.
-ConstraintSet SlipsInSpace(const MechanicalSystem& system, ContactMode mode);
-
 /// What may be wrong with the propagator of an arc.
 struct PropagationErrors {
   /// As its steps estimate it, and what they leave of Φ F = F, relative to its largest entries.

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "contact_flow/fixed_size.h"
+#include "src/dynamics/slips_in_space.h"
 
 namespace contact_flow {
 namespace {
@@ -26,7 +27,7 @@ class FollowedSlips {
  public:
   FollowedSlips(ContactDynamics* dynamics, ContactMode mode) : dynamics_(*dynamics), mode_(mode) {
     const MechanicalSystem& system = dynamics->system();
-    for (int i : SlipsInSpace(system, mode)) {
+    for (int i : SlipsInSpace(system, mode) - system.compliant()) {
       rows_.push_back(system.friction()[i].row);
     }
   }

@@ -21,10 +21,6 @@ constexpr long kMaxSteps = 1000000;
 constexpr double kSmallestStep = 1e-13;  // relative to the arc
 /// The defect inside a step beside what it is at its ends, where collocation keeps its order.
 constexpr double kShape = 30;
-/// An error below this part of the tolerance may be that of rounding.
-constexpr double kNoError = 1e-3;
-/// Rates that are fast beside an arc, times its length.
-constexpr double kDecays = 1e4;
 constexpr double kGolden = 0.6180339887498949;
 
 }  // namespace
@@ -63,9 +59,10 @@ bool StepControl::Learn(double error, double length) {
   const bool finite = std::isfinite(error), small = error <= tolerance_;
   if (finite) {
     const double seen = std::pow(error / rule_->error, 1.0 / rule_->power) / length;
-    // Where modes decay that are fast beside the arc, what is left of them is rounding, which
-    // tells no rate.
-    const bool tells = error > kNoError * tolerance_ || fastest_ * jacobian_.duration() < kDecays;
+    // The turn of a slip in space has decayed in a step that is long beside it: what is left of it
+    // is rounding, which tells no rate as long as it is small.
+    const bool decayed = jacobian_.slips_in_space() && fastest_ * length > 1;
+    const bool tells = !small || !decayed;
     rate_ = std::max(tells ? seen : 0, kSlackening * rate_);
   }
   if (!small) rate_ = finite ? 1.1 * rate_ : std::max(10 * rate_, 1 / length);

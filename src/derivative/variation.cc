@@ -24,7 +24,7 @@ Vector Mixture(int size, int first, int count) {
 }
 
 /// What a slip in space leaves of the flow law is that of the state, but for so many tolerances.
-constexpr double kLawOfTangents = 100;
+constexpr double kLawOfTangents = 10;
 
 /// Steps of the variational equation along one arc.
 class Propagation {
@@ -34,7 +34,6 @@ class Propagation {
         k_(dynamics->num_variables()),
         arc_(arc),
         tolerance_(tolerance),
-        slips_(!SlipsInSpace(dynamics->system(), arc.mode).Empty()),
         jacobian_(dynamics, arc),
         control_(&jacobian_, arc, tolerance),
         collocation_(d_, k_),
@@ -109,7 +108,7 @@ class Propagation {
 
   void Accept() {
     phi_.swap(next_);
-    if (slips_) NoteErrors();
+    if (jacobian_.slips_in_space()) NoteErrors();
     begin_.swap(end_);
     field_begin_.swap(field_end_);
     carried_.noalias() = step_ * tangent_;
@@ -148,7 +147,7 @@ class Propagation {
   void TakeErrors(PropagationErrors* errors) {
     if (errors == nullptr) return;
     errors->relative = control_.error() + flow_law_->total();
-    if (!slips_) return;
+    if (!jacobian_.slips_in_space()) return;
     errors->relative = control_.error() + std::min(flow_law_->total(), kLawOfTangents * tolerance_);
     Vector entries = Mixture(step_.cols(), 0, 2 * d_).cwiseSign();
     entries.segment(d_, d_) *= jacobian_.duration();
@@ -212,7 +211,6 @@ class Propagation {
   const int k_;
   const Arc& arc_;
   const double tolerance_;
-  const bool slips_;  // in space
   ArcJacobian jacobian_;
   StepControl control_;
   Collocation collocation_;

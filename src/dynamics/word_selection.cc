@@ -12,6 +12,7 @@
 #include "friction_group.h"
 #include "known_pads.h"
 #include "row_units.h"
+#include "slips_in_space.h"
 #include "turning_onset.h"
 #include "word_ahead.h"
 #include "word_trend.h"
@@ -183,12 +184,7 @@ class Words {
   }
 
   bool BeginsInSpace(ContactMode mode) const {
-    for (int i : mode& touching_.still) {
-      const Friction& friction = system_.friction()[i];
-      const bool turns = friction.dimension == 2 && friction.coefficient > 0;
-      if (turns && mode.LetterOf(i) == Letter::kSlip) return true;
-    }
-    return false;
+    return !(SlipsInSpace(system_, mode) & touching_.still).Empty();
   }
 
   /// Of a single word: whether its force, or gap, is used up and goes on to shrink; or, of forces

@@ -113,10 +113,9 @@ ResolvedTransition ResolveHeldApart(ContactDynamics* dynamics, double t, const V
     if (transition.mode_after.LetterOf(i) == Letter::kStick) continue;
     transition.guards.push_back(guards.OfFriction(i));
   }
-  transition.obstacle = {Outcome::kNotPiecewiseLinear,
-                         ApartSentence(system, t, apart,
-                                       ": derivatives across that are not "
-                                       "offered")};
+  transition.obstacle = {
+      Outcome::kNotPiecewiseLinear,
+      ApartSentence(system, t, apart, ": derivatives across that are not offered")};
   return result;
 }
 

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "contact_flow/flow/flow.h"
+#include "src/dynamics/slips_in_space.h"
 
 namespace contact_flow {
 namespace {
@@ -63,14 +64,7 @@ bool Flow::WouldStick(int i) {
 }
 
 ConstraintSet Flow::SlidingInSpace() const {
-  ConstraintSet sliding;
-  if (!system_.HasFriction()) return sliding;
-  for (int i : mode_ - system_.compliant()) {
-    const Friction& friction = system_.friction()[i];
-    const bool slides = friction.dimension == 2 && friction.coefficient > 0;
-    if (slides && mode_.LetterOf(i) == Letter::kSlip) sliding.Insert(i);
-  }
-  return sliding;
+  return SlipsInSpace(system_, mode_) - system_.compliant();
 }
 
 }  // namespace contact_flow

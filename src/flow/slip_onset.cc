@@ -6,6 +6,7 @@
 
 #include "contact_flow/dynamics/guards.h"
 #include "src/dynamics/implied_contacts.h"
+#include "src/dynamics/slips_in_space.h"
 #include "src/dynamics/word_ahead.h"
 
 namespace contact_flow {
@@ -25,13 +26,7 @@ constexpr double kTurnedAside = 1e-4;
 }  // namespace
 
 ConstraintSet BeginInSpace(const MechanicalSystem& system, ConstraintSet still, ContactMode word) {
-  ConstraintSet begins;
-  for (int i : word& still) {
-    const Friction& friction = system.friction()[i];
-    const bool in_space = friction.dimension == 2 && friction.coefficient > 0;
-    if (in_space && word.LetterOf(i) == Letter::kSlip) begins.Insert(i);
-  }
-  return begins;
+  return SlipsInSpace(system, word) & still;
 }
 
 std::map<int, Eigen::Vector2d> HeldDirections(ContactDynamics* dynamics, const Vector& x,

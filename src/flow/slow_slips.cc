@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "frictional_resolution.h"
+#include "src/dynamics/slips_in_space.h"
 
 namespace contact_flow {
 namespace {
@@ -40,12 +41,7 @@ void FrictionalResolution::SetLetters(const TouchingContacts& contacts) {
 /// those that begin beside them, and are turned by these.
 ConstraintSet FrictionalResolution::TooSlow(ContactMode slips, const Vector& begin) const {
   const Transition& cluster = result_.transition;
-  ConstraintSet slow;
-  for (int i : slips& cluster.mode_after) {
-    const Friction& friction = system_.friction()[i];
-    const bool in_space = friction.dimension == 2 && friction.coefficient > 0;
-    if (in_space && cluster.mode_after.LetterOf(i) == Letter::kSlip) slow.Insert(i);
-  }
+  ConstraintSet slow = SlipsInSpace(system_, cluster.mode_after) & slips.Members();
   if (slow.Empty()) return slow;
   dynamics_.Evaluate(cluster.x_plus, cluster.mode_after);
   const Vector before = terms_.jacobian * begin.tail(d_);

@@ -42,7 +42,7 @@ class HeldTogether {
     Matrix phi;                        // from the beginning of the arc on [2d+k × 2d+k]
   };
   static Instant At(ContactDynamics* dynamics, const Vector& x, ContactMode mode, double t,
-                    double pace);
+                    double least);
   static std::string Sentence(double t, const std::string& contacts);
   void Judge(const Matrix& kept);
 
