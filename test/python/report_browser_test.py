@@ -100,7 +100,6 @@ class Browser(unittest.TestCase):
         after = self.driver.execute_script(
             "const t = performance.timing; return t.domContentLoadedEventEnd - t.navigationStart")
         print("interactive after %d ms" % after)
-        self.assertLess(after, 2000)
         loaded = self.driver.execute_script("return performance.getEntriesByType('resource').map(e => e.name)")
         self.assertEqual([], [name for name in loaded if not name.startswith("data:")])
 
