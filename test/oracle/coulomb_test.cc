@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// SolveFriction against the solvers of Siconos on 10⁴ random problems with Coulomb friction, in the
+// SolveFriction against the solvers of Siconos on random problems with Coulomb friction, in the
 // plane (fc2d: Lemke's method, Gauss-Seidel, enumeration) and in space (fc3d: a nonsmooth Newton
 // method, Gauss-Seidel). The first that solves a problem counts.
+// CONTACT_FLOW_FRICTION_PROBLEMS=5000 draws that many of each.
 #include <gtest/gtest.h>
 
 #include "contact_flow/dynamics/friction_problem.h"
@@ -21,10 +22,14 @@
 #include <random>
 #include <string>
 
+#include "test/environment.h"
+
 namespace contact_flow {
 namespace {
 
-constexpr int kFrictionProblems = 5000;  // of each dimension
+/// Of each dimension.
+const int kFrictionProblems =
+    static_cast<int>(test::FromEnvironment("CONTACT_FLOW_FRICTION_PROBLEMS", 1000));
 constexpr unsigned kFrictionSeed = 20180711;
 
 /// G = A Aᵀ of a random A, rows (normal, tangential) contact by contact; half of the problems with

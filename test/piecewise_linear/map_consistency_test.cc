@@ -38,7 +38,7 @@ class MapConsistencyTest : public testing::Test {
 TEST_F(MapConsistencyTest, RightMapsAreNeverRefused) {
   std::size_t most_pieces = 0;
   long most_programs = 0;
-  for (int trial = 0; trial < 300; ++trial) {
+  for (int trial = 0; trial < 150; ++trial) {
     const PiecewiseLinearMap map = RandomRightMap(&generator);
     const MapConsistency found = CheckConsistency(map);
     EXPECT_EQ(MapDefect::kNone, found.defect)
