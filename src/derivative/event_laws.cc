@@ -58,6 +58,17 @@ double DirectionNoise(const MechanicalSystem& system, const Transition& transiti
   return noise;
 }
 
+/// What the speed does to the field that a slip in space is given to begin with, which without
+/// impact is the one change of the state: as much as that speed again.
+double OnsetNoise(ContactDynamics* after, const Transition& transition, const Vector& field) {
+  const ConstraintSet begins = transition.mode_before.Sticking() - transition.mode_after.Sticking();
+  if (begins.Empty() || !transition.activated.Empty()) return 0;
+  Vector x = transition.x_plus;
+  auto v = x.tail(after->system().dof());
+  v += v - transition.x_minus.tail(v.size());
+  return (after->Field(x, transition.mode_after) - field).lpNorm<Eigen::Infinity>();
+}
+
 /// B(F⁻) = F⁺: a run that is late by δt meets the transition late by δt, and is late after it.
 double EventLaw(ContactDynamics* before, ContactDynamics* after, const Transition& transition,
                 const EventMap& map, EventResidual* residual) {
@@ -67,7 +78,9 @@ double EventLaw(ContactDynamics* before, ContactDynamics* after, const Transitio
   residual->value = map(field, -Vector::Ones(map.num_input_changes())) - field_after;
   residual->size = std::max(field.cwiseAbs().maxCoeff(), field_after.cwiseAbs().maxCoeff());
   const double left = RelativeResidual(residual->value, residual->size);
-  return std::max(0.0, left - DirectionNoise(before->system(), transition));
+  double noise = DirectionNoise(before->system(), transition);
+  if (left > kLawLimit) noise += OnsetNoise(after, transition, field_after) / residual->size;
+  return std::max(0.0, left - noise);
 }
 
 /// Selections of orders that differ by one exchange agree where the two events come at once.

@@ -2,10 +2,13 @@
 // A slip in space that begins, and goes on.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/finite_difference.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
+#include "test/model/robots.h"
 #include "test/shorthands.h"
 
 namespace contact_flow {
@@ -45,6 +48,28 @@ TEST(OnsetAhead, OneContactThatReachesItsConeHasOneMotion) {
     EXPECT_NEAR(0.1, report.samples[1].error / first, 0.02);
     EXPECT_LT(report.samples[2].error / first, 0.02);
   }
+}
+
+/// The speed of 1e-8 m/s that a slip is given to begin with changes the forces of stiff servos by
+/// 1e-6 of what they are: the law of the event counts it.
+TEST(OnsetAhead, TheSpeedOfABeginningMayMoveStiffServos) {
+  const auto robot = LoadRobot(RobotFile("quadruped_friction"));
+  Vector x = robot->nominal().x;
+  x.segment<6>(robot->num_positions()) +=
+      test::Entries({0.048, 1.314, -0.007, 0.048, 0.133, 0.187});
+  const Vector u = robot->nominal().u;
+  const double duration = 0.26;
+  SimulateOptions options;
+  options.dense = true;
+  const Trajectory run = Simulate(*robot, x, u, duration, options);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  ASSERT_EQ("lsss", run.arcs.back().mode.Word(4));
+  const BDerivative B = DifferentiateOutcome(*robot, run);
+  ASSERT_TRUE(B.status.ok()) << B.status.message;
+  Vector w(2 * robot->dof());
+  for (int k = 0; k < w.size(); ++k) w(k) = std::sin(k + 1.0) * (k < robot->dof() ? 0.1 : 1);
+  const QuotientReport report = CompareWithQuotients(*robot, x, u, duration, w, B(w), {1e-5, 1e-6});
+  EXPECT_LT(report.samples.back().error, 1e-4 * B(w).norm()) << report.samples.front().error;
 }
 
 }  // namespace
