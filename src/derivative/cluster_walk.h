@@ -51,8 +51,13 @@ class FrictionalWalk {
   /// The guard that vanishes next; false when none is left.
   bool Next();
   void Pass(const WalkGuard& guard, ConstraintSet along);
-  /// A slip that begins in space has no direction among these events.
-  void CheckOnset() const;
+  /// A slip that begins in space has no direction among these events: in none of the mode but
+  /// `except`.
+  void CheckOnset(ConstraintSet except = {}) const;
+  /// Those of the mode before that slip.
+  ConstraintSet SlippedBefore() const {
+    return transition_.mode_before.Members() - transition_.mode_before.Sticking();
+  }
   bool IsPulledBack(int i, ContactMode mode) const;
   /// Contacts that let go among these events with an acceleration, and that a later one pulls back
   /// touch again, with a speed of first order.

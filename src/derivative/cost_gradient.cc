@@ -67,15 +67,6 @@ class Passage {
     time_ = transition.t;
     Vector x = transition.x_minus;
     double last = Rate(x, run_.arcs[k].u, transition.mode_before);
-    if (piece.velocities.size() != piece.order.size()) {
-      const double after = Rate(transition.x_plus, run_.arcs[k].u, transition.mode_after);
-      if (transition.activated.Size() < 2 || piece.order.empty()) return delays;
-      std::ostringstream message;
-      message << "at t = " << time_ << " s several contacts with friction land at once, and the "
-              << "running cost jumps by " << after - last
-              << ": what it is between them is not known";
-      throw std::domain_error(message.str());
-    }
     for (std::size_t i = 0; i < piece.velocities.size(); ++i) {
       x.tail(system_.dof()) = piece.velocities[i];
       const bool is_last = i + 1 == piece.velocities.size();

@@ -31,15 +31,10 @@ EventPiece EventMap::PieceAlong(const VectorRef& w) const {
     piece.times = std::move(path.times);
     piece.times_by_instants = std::move(path.times_by_instants);
     piece.modes = std::move(path.modes);
-    if (transition_.activated.Size() != 1) return piece;
-    // v changes at the touchdown alone.
-    bool met = false;
+    piece.velocities = std::move(path.velocities);
     const ContactDynamics* dynamics = dynamics_.get();
     for (int i : piece.order) {
       if (IsInputChange(i)) dynamics = later_[i - system_->num_constraints()].get();
-      met = met || transition_.activated.Contains(i);
-      piece.velocities.push_back(
-          (met ? transition_.x_plus : transition_.x_minus).tail(system_->dof()));
       piece.inputs.push_back(dynamics->u());
     }
     return piece;

@@ -100,6 +100,10 @@ FrictionalPath FrictionalEvent::Follow(const VectorRef& w, const VectorRef& dt) 
   try {
     FrictionalPath path = WalkThrough(dynamics_.get(), transition_, inputs_, direction, dt);
     HoldCone(direction, &path);
+    if (!path.matrix.allFinite()) {
+      message << "has a derivative that is not finite";
+      throw std::domain_error(message.str());
+    }
     const Vector end = transition_.x_plus.tail(system_->dof());
     const double apart = (path.v_plus - end).cwiseAbs().maxCoeff();
     const double size =

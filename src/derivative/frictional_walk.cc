@@ -153,6 +153,7 @@ bool FrictionalWalk::Next() {
     const double later = (times[k] - times[first]).dot(w_);
     if (later < -kSameTime * times[first].cwiseAbs().dot(sizes_)) first = k;
   }
+  CheckOnset(SlippedBefore());
   const WalkGuard& c = guards[first];
   const ConstraintSet along = Along(c);
   for (std::size_t k = 0; k < times.size(); ++k) {
@@ -171,6 +172,7 @@ bool FrictionalWalk::Next() {
   sizes_.head(size_) += moved * after.cwiseAbs();
   path_.guards.push_back(c.constraint);
   path_.modes.push_back(mode_);
+  path_.velocities.push_back(point_.v());
   path_.times.conservativeResize(path_.times.rows() + 1, Eigen::NoChange);
   path_.times.bottomRows(1) = tau;
   return true;

@@ -16,6 +16,7 @@ struct FrictionalPath {
   Matrix cone;                     ///< decisions: rows with cone·w ≥ 0 [· × 2d+k]
   std::vector<int> guards;         ///< constraints, or n + c, in the order in which they vanish
   std::vector<ContactMode> modes;  ///< after each of them
+  std::vector<Vector> velocities;  ///< v after each of them, at the base point [d]
   Matrix times;                    ///< first-order changes of their instants, a row each
   Matrix times_by_instants;        ///< … by δt
   Vector v_plus;                   ///< velocity behind them, at the base point [d]

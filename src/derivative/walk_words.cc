@@ -18,8 +18,8 @@ constexpr double kSameField = 1e-6;  // identities change the field by what even
 
 }  // namespace
 
-void FrictionalWalk::CheckOnset() const {
-  for (int i : mode_) {
+void FrictionalWalk::CheckOnset(ConstraintSet except) const {
+  for (int i : mode_.Members() - except) {
     const bool in_space =
         mode_.LetterOf(i) == Letter::kSlip && system_.friction()[i].dimension == 2;
     if (!in_space || system_.friction()[i].coefficient == 0 || !point_.SlipVanishes(i)) continue;

@@ -5,10 +5,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 
 #include "contact_flow/flow/simulate.h"
+#include "contact_flow/model/model_library.h"
+#include "contact_flow/model/model_system.h"
 #include "test/friction/friction_case.h"
+#include "test/friction/systems/tips.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
@@ -75,6 +80,53 @@ TEST(CostGradientWithFriction, AgreesWithReferences) {
     }
   }
   EXPECT_GT(compared, 30);
+}
+
+/// J = ½ ∫ r u² dt changes by ½ r (u₀² − u₁²) with the instant of the grid, whatever moves: also
+/// where a slip ends there, and goes on or not.
+TEST(CostGradientWithFriction, ByAnInstantAtWhichASlipEnds) {
+  const auto block = MakeModel("block_on_incline",
+                               {{"incline", 0}, {"gravity", 10}, {"friction", 0.5}, {"mass", 1}});
+  constexpr double kStop = 0.4, kEnd = 0.9, kWeight = 1.5;
+  Vector x = Vector::Zero(6);
+  x(3) = 2;
+  x(5) = 1;  // the clock
+  QuadraticCost effort;
+  effort.input_weight = Vector::Constant(1, kWeight);
+  for (const double push : {8.0, 3.0, -3.0, -7.0}) {
+    const Vector none = Vector::Zero(1), f = Vector::Constant(1, push);
+    const Trajectory run = Simulate(*block, x, {{0, kStop}, {none, f}}, kEnd, test::Tight());
+    ASSERT_TRUE(run.status.ok()) << run.status.message;
+    for (const double faster : {1.0, -1.0}) {
+      RunDirection w;
+      w.initial = faster * Vector::Unit(6, 3);
+      const CostGradient J = DifferentiateCost(*block, run, effort.Make(*block), Options(), &w);
+      ASSERT_TRUE(J.status.ok()) << push << ": " << J.status.message;
+      ASSERT_EQ(1, J.instants.size());
+      EXPECT_NEAR(-kWeight * push * push / 2, J.instants(0), 1e-9) << push << ", " << faster;
+    }
+  }
+}
+
+/// Two masses fall from h and land at once: J = ½ ∫ s v² dt = s g² τ³/6, τ = √(2h/g), of each.
+TEST(CostGradientWithFriction, OfSpeedsThatEndInTwoLandingsAtOnce) {
+  constexpr double kGravity = 10, kHeight = 0.2;
+  const double tau = std::sqrt(2 * kHeight / kGravity);
+  const auto tips = MakeSystem<test::Tips<2>>(
+      {{"f0", 0}, {"f1", -kGravity}, {"f2", 0}, {"f3", -kGravity}, {"mu0", 0.5}, {"mu1", 0.4}});
+  Vector x = Vector::Zero(8);
+  x(1) = x(3) = kHeight;
+  QuadraticCost speed;
+  speed.state_weight = Vector::Zero(8);
+  speed.state_weight(5) = 1;
+  speed.state_weight(7) = 3;
+  const Trajectory run = Simulate(*tips, x, Vector(), 0.5, test::Tight());
+  ASSERT_EQ(1u, run.transitions.size());
+  ASSERT_EQ(2, run.transitions[0].activated.Size());
+  const CostGradient J = DifferentiateCost(*tips, run, speed.Make(*tips), Options());
+  ASSERT_TRUE(J.status.ok()) << J.status.message;
+  EXPECT_NEAR(1 * kGravity * tau / 2, J.initial(1), 1e-8);
+  EXPECT_NEAR(3 * kGravity * tau / 2, J.initial(3), 1e-8);
 }
 
 }  // namespace

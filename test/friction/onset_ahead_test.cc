@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/finite_difference.h"
@@ -70,6 +72,54 @@ TEST(OnsetAhead, TheSpeedOfABeginningMayMoveStiffServos) {
   for (int k = 0; k < w.size(); ++k) w(k) = std::sin(k + 1.0) * (k < robot->dof() ? 0.1 : 1);
   const QuotientReport report = CompareWithQuotients(*robot, x, u, duration, w, B(w), {1e-5, 1e-6});
   EXPECT_LT(report.samples.back().error, 1e-4 * B(w).norm()) << report.samples.front().error;
+}
+
+/// A mass on three slides.
+std::string OnSlides(const std::string& name, const std::string& place, double mass) {
+  const std::string x = "<joint type='prismatic' name='" + name;
+  return "<link name='" + name + "x'/><link name='" + name + "y'/><link name='" + name +
+         "'><inertial><mass value='" + std::to_string(mass) +
+         "'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link>" + x +
+         "_x'><parent link='world'/><child link='" + name + "x'/><origin xyz='" + place +
+         "'/><axis xyz='1 0 0'/></joint>" + x + "_y'><parent link='" + name + "x'/><child link='" +
+         name + "y'/><axis xyz='0 1 0'/></joint>" + x + "_z'><parent link='" + name +
+         "y'/><child link='" + name + "'/><axis xyz='0 0 1'/></joint>";
+}
+
+/// Two masses fall beside a third that stands, and push it by dampers, one to the right, the other
+/// to the left half as much; they land at once. Where the weak one lands first, the other makes the
+/// third slip in between: that is refused. It was not a number.
+TEST(OnsetAhead, BetweenTwoLandingsIsRefused) {
+  RobotTexts texts;
+  texts.urdf = "<robot name='r'><link name='world'/>" + OnSlides("left", "-1 0 0", 2) +
+               OnSlides("middle", "0 0 0", 2) + OnSlides("right", "1 0 0", 1) + "</robot>";
+  texts.yaml =
+      "{base: fixed, constraints: {left: {kind: plane, link: left, point: [0, 0, 0], friction: "
+      "0.3}, middle: {kind: plane, link: middle, point: [0, 0, 0], friction: 0.08}, right: {kind: "
+      "plane, link: right, point: [0, 0, 0], friction: 0.3}}, efforts: {push: {kind: point_spring, "
+      "link: middle, point: [0, 0, 0], other_link: left, other_point: [0, 0, 1], length: 0, "
+      "stiffness: 0, damping: 2}, hold: {kind: point_spring, link: middle, point: [0, 0, 0], "
+      "other_link: right, other_point: [0, 0, 1], length: 0, stiffness: 0, damping: 1}}}";
+  const auto robot = MakeRobot(texts);
+  Vector x = Vector::Zero(18);
+  x(2) = x(8) = 0.3;
+  const Vector u = Vector::Zero(0);
+  const double duration = 0.3;
+  const Trajectory run = Simulate(*robot, x, u, duration, test::Tight());
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  ASSERT_EQ(2, run.transitions.front().activated.Size());
+  ASSERT_EQ("sss", run.arcs.back().mode.Word(3));
+  const BDerivative B = DifferentiateOutcome(*robot, run);
+  ASSERT_TRUE(B.status.ok()) << B.status.message;
+  EXPECT_FALSE(B.IsDifferentiable());
+  Vector w = Vector::Zero(18);
+  w(0) = 0.3;
+  w(8) = 1;  // the right one lands later
+  const QuotientReport report = CompareWithQuotients(*robot, x, u, duration, w, B(w), {1e-4, 1e-5});
+  EXPECT_LT(report.samples[0].error, 1e-2);
+  EXPECT_NEAR(0.1, report.samples[1].error / report.samples[0].error, 0.02);
+  w(8) = -1;
+  EXPECT_THROW(B(w), std::domain_error);
 }
 
 }  // namespace

@@ -70,8 +70,7 @@ struct EventPiece {
   std::vector<int> order;    ///< its events, as in EventMap; with friction those of TimesOfPieces
   Matrix times;              ///< first-order changes of their instants [· × 2d+k]
   Matrix times_by_instants;  ///< … by δt [· × c]
-  /// v after each of them [d] and the input from there on [m]; empty with friction, but for a
-  /// single touchdown.
+  /// v after each of them [d] and the input from there on [m].
   std::vector<Vector> velocities;
   std::vector<Vector> inputs;      ///< as velocities
   std::vector<ContactMode> modes;  ///< after them
