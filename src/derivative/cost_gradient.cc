@@ -82,16 +82,21 @@ class Passage {
   /// Returns what that costs for each second.
   double PassRelease(std::size_t k, Vector* lambda) {
     const Transition& event = linear_.derivative().events[k].transition();
-    if (!cost_.running_in_mode || event.changes_input || event.released.Empty()) return 0;
-    if (!event.activated.Empty()) return 0;  // it lets go at the touchdown
+    if (!cost_.running_in_mode || event.released.Empty()) return 0;
+    const ConstraintSet own = event.vanishing & event.released;  // by a force that vanishes
+    const bool alone = event.activated.Empty() && !event.changes_input;
+    if (own.Empty() && !alone) return 0;  // it lets go at the touchdown, or as the input changes
     const Vector &x = event.x_minus, &u = run_.arcs[k].u;
     time_ = event.t;
-    const double jump = Rate(x, u, event.mode_before) - Rate(x, u, event.mode_after);
+    const ContactMode after = alone ? event.mode_after : event.mode_before.Without(own);
+    const double jump = Rate(x, u, event.mode_before) - Rate(x, u, after);
     if (jump == 0) return 0;
-    if (event.released.Size() > 1) {
+    if (!alone || own.Size() != 1 || event.released != own) {
       std::ostringstream message;
-      message << "at t = " << time_ << " s several contacts let go at once, and the running cost "
-              << "jumps by " << -jump << ": what it is between them is not known";
+      message << "at t = " << time_ << " s contacts "
+              << event.released.ToString(system_.description().constraints)
+              << " let go at once, or with other events, and the running cost jumps by " << -jump
+              << ": what it is between them is not known";
       throw std::domain_error(message.str());
     }
     ContactDynamics dynamics(system_, u, linear_.derivative().options.variables);

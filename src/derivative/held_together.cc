@@ -20,6 +20,8 @@ namespace {
 /// What a direction moves apart by less than this is rounding, or an error of its tangents,
 /// relative to the terms of the rates.
 constexpr double kTogether = 1e-6;
+/// Entries of tangents that are rounding, relative to the largest.
+constexpr double kNoTangent = 1e-7;
 /// Entries of combinations that are rounding, relative: by velocities rows are dependent to this.
 constexpr double kNoEntry = 1e-9, kNoHeldVelocity = 1e-5;
 /// Speeds that are rounding, or what contacts drift by, relative to the largest; to the error of
@@ -227,8 +229,10 @@ void HeldTogether::Require(const VectorRef& w) const {
   for (const Instant& instant : instants_) {
     const Vector tangent = instant.phi * w;
     const Vector moved = instant.rows * tangent, terms = instant.terms * tangent.cwiseAbs();
+    const double noise = kNoTangent * tangent.cwiseAbs().maxCoeff();
     for (Eigen::Index r = 0; r < moved.size(); ++r) {
-      if (std::abs(moved(r)) <= kTogether * terms(r)) continue;
+      const double rounding = noise * instant.rows.row(r).cwiseAbs().maxCoeff();
+      if (std::abs(moved(r)) <= std::max(kTogether * terms(r), rounding)) continue;
       throw std::domain_error(Sentence(instant.t, instant.sharing[static_cast<std::size_t>(r)]) +
                               ", and the direction moves them apart: no velocity holds all of "
                               "them, and which one slips or lets go is not followed");

@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <string>
 
 #include "contact_flow/flow/simulate.h"
+#include "contact_flow/io/robot_file.h"
 #include "contact_flow/model/model_library.h"
 #include "contact_flow/model/model_system.h"
 #include "test/friction/friction_case.h"
@@ -127,6 +129,49 @@ TEST(CostGradientWithFriction, OfSpeedsThatEndInTwoLandingsAtOnce) {
   ASSERT_TRUE(J.status.ok()) << J.status.message;
   EXPECT_NEAR(1 * kGravity * tau / 2, J.initial(1), 1e-8);
   EXPECT_NEAR(3 * kGravity * tau / 2, J.initial(3), 1e-8);
+}
+
+/// A mass is pulled off the floor by a spring whose other end rises: what it costs to touch ends at
+/// an instant of its own, or, where the input changes at that instant, at the first of the two.
+TEST(CostGradientWithFriction, OfWhatALiftOffEndsIsRefusedWhereTheInputChanges) {
+  const auto slide = [](const std::string& name) {
+    return "<link name='" + name +
+           "'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/>"
+           "</inertial></link><joint type='prismatic' name='" +
+           name + "_z'><parent link='world'/><child link='" + name +
+           "'/><axis xyz='0 0 1'/></joint>";
+  };
+  RobotTexts texts;
+  texts.urdf = "<robot name='r'><link name='world'/>" + slide("low") + slide("high") + "</robot>";
+  texts.yaml =
+      "{base: fixed, gravity: 10, constraints: {floor: {kind: plane, link: low, point: [0, 0, "
+      "0]}}, "
+      "efforts: {up: {kind: actuator, joint: high_z, input: u}, spring: {kind: "
+      "point_spring, link: low, point: [0, 0, 0], other_link: high, other_point: [0, 0, 1], "
+      "length: 1, stiffness: 40, damping: 0}}}";
+  const auto robot = MakeRobot(texts);
+  Vector x = Vector::Zero(4);
+  x(2) = 1;  // joints are in the order of their names
+  RunCost touch;
+  touch.running_in_mode = [](double, const Vector&, const Vector&, ContactMode mode,
+                             CostRate* rate) {
+    rate->value = mode.Contains(0) ? 1 : 0;
+    rate->by_state.setZero();
+    rate->by_input.setZero();
+  };
+  const auto gradient = [&](const InputSchedule& inputs) {
+    const Trajectory run = Simulate(*robot, x, inputs, 0.4, test::Tight());
+    EXPECT_EQ("o", run.arcs.back().mode.Word(1)) << run.status.message;
+    return DifferentiateCost(*robot, run, touch, Options());
+  };
+  const InputSchedule held{{0}, {Vector::Constant(1, 30)}};
+  const Trajectory run = Simulate(*robot, x, held, 0.4, test::Tight());
+  ASSERT_EQ(1u, run.transitions.size());
+  EXPECT_TRUE(gradient(held).status.ok());
+  const CostGradient J =
+      gradient({{0, run.transitions[0].t}, {Vector::Constant(1, 30), Vector::Constant(1, 20)}});
+  EXPECT_FALSE(J.status.ok());
+  EXPECT_NE(std::string::npos, J.status.message.find("floor")) << J.status.message;
 }
 
 }  // namespace
