@@ -51,8 +51,7 @@ class FrictionalWalk {
   /// The guard that vanishes next; false when none is left.
   bool Next();
   void Pass(const WalkGuard& guard, ConstraintSet along);
-  /// A slip that begins in space has no direction among these events: in none of the mode but
-  /// `except`.
+  /// A slip that begins in space has no direction among these events, but for `except`.
   void CheckOnset(ConstraintSet except = {}) const;
   /// Those of the mode before that slip.
   ConstraintSet SlippedBefore() const {

@@ -54,8 +54,7 @@ TEST(DropsWithFriction, RunToTheirEnd) {
   const struct {
     const char* robot;
     std::vector<int> seeds;
-  } drops[] = {{"quadruped", {0, 1, 2, 3, 4}},
-               {"humanoid", {0, 9, 26, 98, 122, 158}}};
+  } drops[] = {{"quadruped", {0, 1, 2, 3, 4}}, {"humanoid", {0, 9, 26, 98, 122, 158}}};
   const bool count = std::getenv("CONTACT_FLOW_DROPS") != nullptr;
   for (const auto& drop : drops) {
     RobotTexts texts = ReadRobotTexts(DropFile(drop.robot));

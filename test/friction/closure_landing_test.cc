@@ -74,8 +74,7 @@ TEST(ClosureLanding, HasTheDerivativeOfAHinge) {
 }
 
 /// A four-bar flies, with friction at one joint, until another is stopped: both hold the loop from
-/// there on, on rows that depend on each other. What directions leave of it is rounding, and no
-/// motion.
+/// there on, on rows that depend on each other. What directions leave of its motion is rounding.
 TEST(ClosureLanding, StoppedFourBarKeepsItsDirections) {
   const double crank = 0.1, coupler = 0.28, rocker = 0.22, base = 0.3;
   const double angle = 1.2;  // of the crank, from straight down
