@@ -66,7 +66,8 @@ double OnsetNoise(ContactDynamics* after, const Transition& transition, const Ve
   Vector x = transition.x_plus;
   auto v = x.tail(after->system().dof());
   v += v - transition.x_minus.tail(v.size());
-  return (after->Field(x, transition.mode_after) - field).lpNorm<Eigen::Infinity>();
+  const double noise = (after->Field(x, transition.mode_after) - field).lpNorm<Eigen::Infinity>();
+  return std::isfinite(noise) ? noise : 0;
 }
 
 /// B(F⁻) = F⁺: a run that is late by δt meets the transition late by δt, and is late after it.

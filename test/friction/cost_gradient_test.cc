@@ -10,10 +10,10 @@
 #include <string>
 
 #include "contact_flow/flow/simulate.h"
-#include "contact_flow/io/robot_file.h"
 #include "contact_flow/model/model_library.h"
 #include "contact_flow/model/model_system.h"
 #include "test/friction/friction_case.h"
+#include "test/friction/robot_twins.h"
 #include "test/friction/systems/tips.h"
 #include "test/shorthands.h"
 
@@ -134,24 +134,15 @@ TEST(CostGradientWithFriction, OfSpeedsThatEndInTwoLandingsAtOnce) {
 /// A mass is pulled off the floor by a spring whose other end rises: what it costs to touch ends at
 /// an instant of its own, or, where the input changes at that instant, at the first of the two.
 TEST(CostGradientWithFriction, OfWhatALiftOffEndsIsRefusedWhereTheInputChanges) {
-  const auto slide = [](const std::string& name) {
-    return "<link name='" + name +
-           "'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/>"
-           "</inertial></link><joint type='prismatic' name='" +
-           name + "_z'><parent link='world'/><child link='" + name +
-           "'/><axis xyz='0 0 1'/></joint>";
-  };
-  RobotTexts texts;
-  texts.urdf = "<robot name='r'><link name='world'/>" + slide("low") + slide("high") + "</robot>";
-  texts.yaml =
-      "{base: fixed, gravity: 10, constraints: {floor: {kind: plane, link: low, point: [0, 0, "
-      "0]}}, "
-      "efforts: {up: {kind: actuator, joint: high_z, input: u}, spring: {kind: "
+  const auto robot = test::Robot(
+      "<robot name='r'><link name='world'/>" + test::OnSlides("low", 1) +
+          test::OnSlides("high", 1) + "</robot>",
+      "{base: fixed, gravity: 10, constraints: {floor: {kind: plane, link: low, point: [0, 0, 0], "
+      "friction: 0.5}}, efforts: {up: {kind: actuator, joint: high_z, input: u}, spring: {kind: "
       "point_spring, link: low, point: [0, 0, 0], other_link: high, other_point: [0, 0, 1], "
-      "length: 1, stiffness: 40, damping: 0}}}";
-  const auto robot = MakeRobot(texts);
-  Vector x = Vector::Zero(4);
-  x(2) = 1;  // joints are in the order of their names
+      "length: 1, stiffness: 40, damping: 0}}}");
+  Vector x = Vector::Zero(12);
+  x(8) = 1;  // joints are in the order of their names
   RunCost touch;
   touch.running_in_mode = [](double, const Vector&, const Vector&, ContactMode mode,
                              CostRate* rate) {

@@ -4,12 +4,12 @@
 
 #include <cmath>
 #include <stdexcept>
-#include <string>
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/finite_difference.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
+#include "test/friction/robot_twins.h"
 #include "test/model/robots.h"
 #include "test/shorthands.h"
 
@@ -74,34 +74,22 @@ TEST(OnsetAhead, TheSpeedOfABeginningMayMoveStiffServos) {
   EXPECT_LT(report.samples.back().error, 1e-4 * B(w).norm()) << report.samples.front().error;
 }
 
-/// A mass on three slides.
-std::string OnSlides(const std::string& name, const std::string& place, double mass) {
-  const std::string x = "<joint type='prismatic' name='" + name;
-  return "<link name='" + name + "x'/><link name='" + name + "y'/><link name='" + name +
-         "'><inertial><mass value='" + std::to_string(mass) +
-         "'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link>" + x +
-         "_x'><parent link='world'/><child link='" + name + "x'/><origin xyz='" + place +
-         "'/><axis xyz='1 0 0'/></joint>" + x + "_y'><parent link='" + name + "x'/><child link='" +
-         name + "y'/><axis xyz='0 1 0'/></joint>" + x + "_z'><parent link='" + name +
-         "y'/><child link='" + name + "'/><axis xyz='0 0 1'/></joint>";
-}
-
 /// Two masses fall beside a third that stands, and push it by dampers, one to the right, the other
 /// to the left half as much; they land at once. Where the weak one lands first, the other makes the
 /// third slip in between: that is refused. It was not a number.
 TEST(OnsetAhead, BetweenTwoLandingsIsRefused) {
-  RobotTexts texts;
-  texts.urdf = "<robot name='r'><link name='world'/>" + OnSlides("left", "-1 0 0", 2) +
-               OnSlides("middle", "0 0 0", 2) + OnSlides("right", "1 0 0", 1) + "</robot>";
-  texts.yaml =
+  const auto robot = test::Robot(
+      "<robot name='r'><link name='world'/>" + test::OnSlides("left", 2) +
+          test::OnSlides("middle", 2) + test::OnSlides("right", 1) + "</robot>",
       "{base: fixed, constraints: {left: {kind: plane, link: left, point: [0, 0, 0], friction: "
       "0.3}, middle: {kind: plane, link: middle, point: [0, 0, 0], friction: 0.08}, right: {kind: "
       "plane, link: right, point: [0, 0, 0], friction: 0.3}}, efforts: {push: {kind: point_spring, "
       "link: middle, point: [0, 0, 0], other_link: left, other_point: [0, 0, 1], length: 0, "
       "stiffness: 0, damping: 2}, hold: {kind: point_spring, link: middle, point: [0, 0, 0], "
-      "other_link: right, other_point: [0, 0, 1], length: 0, stiffness: 0, damping: 1}}}";
-  const auto robot = MakeRobot(texts);
+      "other_link: right, other_point: [0, 0, 1], length: 0, stiffness: 0, damping: 1}}}");
   Vector x = Vector::Zero(18);
+  x(0) = -1;
+  x(6) = 1;
   x(2) = x(8) = 0.3;
   const Vector u = Vector::Zero(0);
   const double duration = 0.3;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cmath>
 #include <memory>
+#include <sstream>
 #include <string>
 
 #include "contact_flow/io/robot_file.h"
@@ -32,6 +34,14 @@ inline std::string Slide(const std::string& name, const std::string& parent,
   return "<joint name=\"" + name + "\" type=\"prismatic\"><parent link=\"" + parent +
          "\"/><child link=\"" + child + "\"/><axis xyz=\"" + axis +
          "\"/><limit lower=\"-100\" upper=\"100\" effort=\"1\" velocity=\"1\"/></joint>\n";
+}
+
+/// A mass on slides from the link "world": coordinates name_x, name_y, name_z.
+inline std::string OnSlides(const std::string& name, double mass) {
+  return Link(name + "x", 0, 0, 0, 0) + Link(name + "y", 0, 0, 0, 0) + Link(name, mass, 1, 1, 1) +
+         Slide(name + "_x", "world", name + "x", "1 0 0") +
+         Slide(name + "_y", name + "x", name + "y", "0 1 0") +
+         Slide(name + "_z", name + "y", name, "0 0 1");
 }
 
 inline std::unique_ptr<RobotSystem> Robot(const std::string& urdf, const std::string& yaml) {
