@@ -10,6 +10,7 @@
 
 #include "contact_flow/budget.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/dynamics/guards.h"
 #include "end_event.h"
 #include "linear_run.h"
 
@@ -18,6 +19,8 @@ namespace {
 
 /// Rounding of speeds, beside those that accelerations make in the time of the run.
 constexpr double kSpeedRounding = 1e-14;
+/// A force that vanishes in this part of the run has vanished.
+constexpr double kLeftForce = 1e-6;
 
 /// The passage of the covector λ through a run, backward.
 class Passage {
@@ -78,32 +81,46 @@ class Passage {
     return delays;
   }
 
+  /// Those that a transition lets go by a guard of their own.
+  ConstraintSet LetGo(const Transition& event) const {
+    ConstraintSet own = event.vanishing;
+    const Guards guards(system_);
+    for (int g : event.guards) own.Insert(guards.ConstraintOf(g));
+    return own & event.released;
+  }
+
   /// A contact lets go, and what it costs while it touches ends with it: later by −Dλ w / (Dλ F).
   /// Returns what that costs for each second.
   double PassRelease(std::size_t k, Vector* lambda) {
     const Transition& event = linear_.derivative().events[k].transition();
     if (!cost_.running_in_mode || event.released.Empty()) return 0;
-    const ConstraintSet own = event.vanishing & event.released;  // by a force that vanishes
+    const ConstraintSet own = LetGo(event);
     const bool alone = event.activated.Empty() && !event.changes_input;
     if (own.Empty() && !alone) return 0;  // it lets go at the touchdown, or as the input changes
-    const Vector &x = event.x_minus, &u = run_.arcs[k].u;
+    const Arc& arc = run_.arcs[k];
+    const Vector& x = event.x_minus;
     time_ = event.t;
     const ContactMode after = alone ? event.mode_after : event.mode_before.Without(own);
-    const double jump = Rate(x, u, event.mode_before) - Rate(x, u, after);
+    const double jump = Rate(x, arc.u, event.mode_before) - Rate(x, arc.u, after);
     if (jump == 0) return 0;
-    if (!alone || own.Size() != 1 || event.released != own) {
+    ContactDynamics dynamics(system_, arc.u, linear_.derivative().options.variables);
+    const Vector field = dynamics.Field(x, event.mode_before);
+    dynamics.Differentiate(x, event.mode_before);
+    const int i = *event.released.begin();
+    const Vector gradient = dynamics.force_jacobian().row(i).transpose();
+    const double rate = gradient.dot(field);
+    // At a cone it may let go while it pushes.
+    const double left = kLeftForce * std::abs(rate) * (run_.t_end() - run_.t_begin());
+    const bool vanishes = std::abs(dynamics.force()(i)) <= left;
+    if (!alone || own.Size() != 1 || event.released != own || !vanishes) {
       std::ostringstream message;
       message << "at t = " << time_ << " s contacts "
               << event.released.ToString(system_.description().constraints)
-              << " let go at once, or with other events, and the running cost jumps by " << -jump
-              << ": what it is between them is not known";
+              << " let go at once, with other events, or while they push, and the running cost "
+              << "jumps by " << -jump << ": what it is between them is not known";
       throw std::domain_error(message.str());
     }
-    ContactDynamics dynamics(system_, u, linear_.derivative().options.variables);
-    const Vector field = dynamics.Field(x, event.mode_before);
-    dynamics.Differentiate(x, event.mode_before);
-    const Vector gradient = dynamics.force_jacobian().row(*event.released.begin()).transpose();
-    *lambda -= jump / gradient.dot(field) * gradient;
+    *lambda -= jump / rate * gradient;
     return jump;
   }
 

@@ -158,7 +158,15 @@ TEST(CostGradientWithFriction, OfWhatALiftOffEndsIsRefusedWhereTheInputChanges) 
   const InputSchedule held{{0}, {Vector::Constant(1, 30)}};
   const Trajectory run = Simulate(*robot, x, held, 0.4, test::Tight());
   ASSERT_EQ(1u, run.transitions.size());
-  EXPECT_TRUE(gradient(held).status.ok());
+  const CostGradient alone = gradient(held);
+  ASSERT_TRUE(alone.status.ok()) << alone.status.message;
+  constexpr double kStep = 1e-5;
+  const auto lets_go = [&](double faster) {
+    Vector moved = x;
+    moved(8) += faster;
+    return Simulate(*robot, moved, held, 0.4, test::Tight()).transitions.at(0).t;
+  };
+  EXPECT_NEAR((lets_go(kStep) - lets_go(-kStep)) / (2 * kStep), alone.initial(8), 1e-7);
   const CostGradient J =
       gradient({{0, run.transitions[0].t}, {Vector::Constant(1, 30), Vector::Constant(1, 20)}});
   EXPECT_FALSE(J.status.ok());
