@@ -9,7 +9,9 @@
 
 Ctrl-C cancels the goal. Prints the result in YAML. Exit code: 0 when it was found, 1 when not, 2 for wrong use.
 """
+import signal
 import sys
+import threading
 import time
 
 import actionlib
@@ -107,13 +109,19 @@ def main(arguments):
         print("no action server %s" % name, file=sys.stderr)
         return 1
     bar = Bar()
+    interrupted = threading.Event()  # also while the goal is sent
+
+    def interrupt(*_):
+        interrupted.set()
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # a second Ctrl-C ends this script
+
+    signal.signal(signal.SIGINT, interrupt)
     client.send_goal(goal, feedback_cb=bar.show)
-    try:
-        # A result that comes before send_goal has returned is known to its handle alone.
-        while not client.wait_for_result(rospy.Duration(0.2)) and \
-                client.gh.get_comm_state() != actionlib.CommState.DONE:
-            pass
-    except KeyboardInterrupt:
+    # A result that comes before send_goal has returned is known to its handle alone.
+    while not client.wait_for_result(rospy.Duration(0.2)) and \
+            client.gh.get_comm_state() != actionlib.CommState.DONE and not interrupted.is_set():
+        pass
+    if interrupted.is_set():
         client.cancel_goal()
         client.wait_for_result(rospy.Duration(30))
     result = client.get_result()
