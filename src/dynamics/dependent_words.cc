@@ -63,7 +63,7 @@ bool ImpliedLetters::Depends(int row, const std::vector<int>& basis) const {
   }
   const Vector parts = BlockOf(problem_.G, basis).ldlt().solve(coupling);
   const double scale = problem_.b.size() > 0 ? problem_.b.cwiseAbs().maxCoeff() : 0;
-  return std::abs(problem_.b(row) - parts.dot(asked)) <= kBroken * scale;
+  return std::abs(problem_.b(row) - parts.dot(asked)) <= kConsistent * scale;
 }
 
 bool ImpliedLetters::Dependent(const std::vector<Letter>& letters) const {
