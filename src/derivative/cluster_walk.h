@@ -63,6 +63,8 @@ class FrictionalWalk {
   void CheckDropped();
   /// Contacts of the same body that an event brings along: what lands, or stops, with it.
   ConstraintSet Along(const WalkGuard& c) const;
+  /// A direction by parameters may part what dependent rows tie: `later` has an event of its own.
+  void Part(const WalkGuard& c, int later, ConstraintSet* along);
   void Land(int i, ConstraintSet along);
   /// What rises there with a speed of first order, and is pressed back, lands again at once.
   void LandAgain(ConstraintSet open);
@@ -84,8 +86,8 @@ class FrictionalWalk {
   void Drop(ConstraintSet gone);
   /// Slips in space that end at the base point, all at once: their order does not matter.
   void StopInSpace();
-  /// Guards that are identities change the word alone: where the input changes, too, that is
-  /// looked at, as its changes may lead to other words.
+  /// Guards that are identities change the word alone: where the input changes, or ties are parted,
+  /// that is looked at, as these may lead to other words.
   void FinishWord();
 
   ContactDynamics& dynamics_;
@@ -110,6 +112,7 @@ class FrictionalWalk {
   ConstraintSet landed_, lifted_;  // by the last touchdown: what took part, and what left
   ConstraintSet still_;            // known to have no slip at the base point
   ConstraintSet just_stopped_;
+  bool parted_ = false;      // what depends on another has had an event of its own
   std::size_t changes_ = 0;  // of the input, so far
   /// A plastic contact that landed, with the speed of its bounce [width] and what that adds [d].
   struct Bounce {

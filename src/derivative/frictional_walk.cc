@@ -18,7 +18,8 @@ namespace {
 constexpr double kUnmoved = 1e-11;
 constexpr double kRounded = 1e-14;   // of the largest entries: what the arcs before leave of zeros
 constexpr double kSameTime = 1e-12;  // then touchdowns come first, relative
-constexpr int kRoundsForEach = 4;    // contact, at most
+constexpr double kSameInstant = 1e-6;  // what parts instants of dependent rows by less is rounding
+constexpr int kRoundsForEach = 4;      // contact, at most
 
 }  // namespace
 
@@ -155,7 +156,13 @@ bool FrictionalWalk::Next() {
   }
   CheckOnset(SlippedBefore());
   const WalkGuard& c = guards[first];
-  const ConstraintSet along = Along(c);
+  ConstraintSet along = Along(c);
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    if (guards[k].kind != c.kind || !along.Contains(guards[k].constraint)) continue;
+    const double size = (times[k].cwiseAbs() + times[first].cwiseAbs()).dot(sizes_);
+    if ((times[k] - times[first]).dot(w_) > kSameInstant * size)
+      Part(c, guards[k].constraint, &along);
+  }
   for (std::size_t k = 0; k < times.size(); ++k) {
     const bool same = guards[k].kind == c.kind && along.Contains(guards[k].constraint);
     if (k == first || same) continue;
@@ -176,6 +183,17 @@ bool FrictionalWalk::Next() {
   path_.times.conservativeResize(path_.times.rows() + 1, Eigen::NoChange);
   path_.times.bottomRows(1) = tau;
   return true;
+}
+
+void FrictionalWalk::Part(const WalkGuard& c, int later, ConstraintSet* along) {
+  if (c.kind == WalkGuard::Kind::kTouchdown) {
+    const auto& names = system_.description().constraints;
+    throw std::domain_error("a perturbed run parts the touchdowns of contacts '" +
+                            names[c.constraint] + "' and '" + names[later] +
+                            "', whose rows depend on each other: the later one is not followed");
+  }
+  along->Erase(later);
+  parted_ = true;
 }
 
 void FrictionalWalk::Pass(const WalkGuard& guard, ConstraintSet along) {

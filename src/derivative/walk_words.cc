@@ -215,7 +215,7 @@ void FrictionalWalk::StopInSpace() {
 void FrictionalWalk::FinishWord() {
   const ContactMode after = transition_.mode_after;
   if (mode_ == after) return;
-  if (!inputs_.empty()) {
+  if (!inputs_.empty() || parted_) {
     const Vector field = dynamics_.Field(point_.x(), mode_);
     const Vector apart = field - dynamics_.Field(point_.x(), after);
     if (apart.cwiseAbs().maxCoeff() > kSameField * (1 + field.cwiseAbs().maxCoeff())) {

@@ -24,6 +24,7 @@ struct Belts {
   std::string left = "0.3", right = "0.8";  // friction
   bool together = false;                    // one parameter for both speeds
   double size = 1;                          // of a metre
+  double pull = 0;                          // along the belts, in weights
 
   std::unique_ptr<RobotSystem> Make(const ParameterValues& values = {}) const {
     RobotTexts texts;
@@ -39,7 +40,9 @@ struct Belts {
            << ", 0, " << -0.05 * size << "], friction: " << (first ? left : right)
            << ", motion: {direction: [1, 0, 0], velocity: " << kBeltSpeed * size << "}}\n";
     }
-    yaml << (together ? "parameters: {v: [left/motion_velocity, right/motion_velocity]}\n"
+    yaml << "efforts: {pull: {kind: constant_force, link: b, force: [" << pull * 9.81 * size
+         << ", 0, 0]}}\n"
+         << (together ? "parameters: {v: [left/motion_velocity, right/motion_velocity]}\n"
                       : "parameters: {v1: left/motion_velocity, v2: right/motion_velocity}\n");
     texts.urdf = urdf.str();
     texts.yaml = yaml.str();
@@ -108,6 +111,40 @@ TEST_P(BoxOnBelts, TellsNoDerivativeByOneSpeed) {
 
 INSTANTIATE_TEST_SUITE_P(FromRestAndSlip, BoxOnBelts,
                          testing::Combine(testing::Values(0.5, 0.3), testing::Values(1.0, 1e-3)));
+
+/// A force pulls the box back that slides against it on both belts: its slips end at once, and
+/// begin again the other way. Where the belts differ a little, one foot is turned before the other,
+/// and between the two friction is that of neither word. No stop is in sight: each belt has its
+/// derivative, on either side.
+TEST(Belts, SlipsThatTurnOneAfterTheOther) {
+  Belts belts;
+  belts.left = "0.1";
+  belts.right = "0.3";
+  belts.pull = -0.6;
+  const auto system = belts.Make();
+  const Vector x = belts.Start(*system, 1.2);
+  const Trajectory run = RunOnBelts(*system, x);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  ASSERT_EQ(2u, run.arcs.size());
+  ASSERT_EQ("++", run.arcs[0].mode.Word(2));
+  ASSERT_EQ("--", run.arcs[1].mode.Word(2));
+  const BDerivative B = ByAll(*system, run);
+  ASSERT_TRUE(B.status.ok()) << B.status.message;
+  constexpr double kStep = 1e-6;
+  for (const double by : {1.0, -1.0}) {
+    for (const char* which : {"v1", "v2"}) {
+      Vector w = Vector::Zero(10);
+      w(which == std::string("v1") ? 8 : 9) = by;
+      const auto moved = belts.Make({{which, kBeltSpeed + kStep * by}});
+      const Trajectory other = RunOnBelts(*moved, x);
+      ASSERT_EQ(3u, other.arcs.size()) << which << ' ' << by;
+      const Vector quotient = (other.FinalState() - run.FinalState()) / kStep;
+      EXPECT_LT((quotient - B(w)).cwiseAbs().maxCoeff(), 1e-4) << which << ' ' << by << "\n"
+                                                               << quotient.transpose() << "\n"
+                                                               << B(w).transpose();
+    }
+  }
+}
 
 /// What one belt does to the box is no part of a gradient; what both do is.
 TEST(Belts, GradientIsByBothSpeeds) {
