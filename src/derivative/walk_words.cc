@@ -77,7 +77,7 @@ void FrictionalWalk::Land(int i, ConstraintSet along) {
   point_.MoveTo(struck);
   still_ = (still_ - branch.word) | branch.word.Sticking() | rested.Sticking();
   landed_ = touching;
-  for (int j : still_ - branch.word - rested) {  // an impact elsewhere may throw it along
+  for (int j : still_ - branch.word - rested.Sticking()) {  // an impact elsewhere throws it along
     if (!point_.SlipVanishes(j)) still_.Erase(j);
   }
   // What has let go before, by less than to first order, and is driven back is hit at once.
