@@ -11,6 +11,7 @@
 #include "event_order.h"
 #include "propagator_change.h"
 #include "reset_error.h"
+#include "src/dynamics/slips_in_space.h"
 
 namespace contact_flow {
 namespace {
@@ -166,10 +167,23 @@ class StateErrors {
     last_shifts_ = close ? Shifts(k) : std::vector<double>();
     Vector buffer(reset.rows());
     for (Vector& probe : probes_) Carry(reset, &probe, &buffer);
+    AddOnset(transition, k);
     return status;
   }
 
  private:
+  /// The speed that slips in space are given to begin with, without impact all that changes.
+  void AddOnset(const Transition& transition, std::size_t k) {
+    const MechanicalSystem& system = dynamics_[k]->system();
+    const ConstraintSet begins =
+        SlipsInSpace(system, transition.mode_after) - SlipsInSpace(system, transition.mode_before);
+    if (begins.Empty() || !transition.activated.Empty()) return;
+    const int d = system.dof();
+    const Vector given = transition.x_plus.tail(d) - transition.x_minus.tail(d);
+    for (int j = 0; j < kProbes; ++j) {
+      probes_[j].segment(d, d) += Sign(j, 4 * k + 2, -1) * given;
+    }
+  }
   std::vector<double> Shifts(std::size_t k) const {
     const Eigen::RowVectorXd by = InstantGradient(dynamics_[k].get(), events_[k].transition());
     std::vector<double> all;

@@ -118,11 +118,13 @@ void Flow::BeginArc() {
   SampleGaps(system_, x_, dynamics_.acceleration(), &terms_, &gaps_begin_);
   guard_margins_.low = LowAtBegin();
   FindImplied();
+  thrown_ = ThrownDown();
   drifts_ = Drifts(x_, gaps_begin_);
   WarnOfSharedForces();
   if (system_.HasFriction()) {
     dynamics_.Evaluate(x_, mode_);
     regular_slip_ = dynamics_.slips_regularly();
+    MeetTurns();
   }
   h_ = kFirstStep * stepper_->GuessStep(options_.relative_tolerance, options_.absolute_tolerance);
   arc_begun_ = true;
@@ -196,14 +198,19 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
     return false;
   }
   SampleEnd(&gaps_end_);
+  if (OutgrowsTurn()) {
+    *rejected = true;
+    *h = kPhantomPart * length;
+    return false;
+  }
   misfit_ = HeldMisfit();
   if (misfit_ > kImpliedOvershoot && length > kShortest * std::max(1.0, t_)) {
     *rejected = true;
     *h = 0.5 * length;
     return false;
   }
-  const LocatedEvent event =
-      locator_.Locate(stepper_, mode_, gaps_begin_, gaps_end_, error < kFreeError);
+  LocatedEvent event = locator_.Locate(stepper_, mode_, gaps_begin_, gaps_end_, error < kFreeError);
+  if (thrown_ >= 0) event = {true, 0, thrown_};
   if (!event.found && event.theta < 1) {  // the step is too long for a guard
     too_quick_ = event.constraint;
     *rejected = true;
@@ -278,7 +285,7 @@ bool Flow::Accept() {
   regular_slip_ = regular_end_;
   std::swap(gaps_begin_, gaps_end_);
   drifts_ = Drifts(x_, gaps_begin_);
-  if (options_.method == IntegrationMethod::kAutomatic) ConsiderMethod();
+  if (options_.method != IntegrationMethod::kImplicit) ConsiderMethod();
   return false;
 }
 

@@ -49,6 +49,18 @@ ConstraintSet Flow::LowAtBegin() const {
   return low;
 }
 
+/// A contact that has touched and that another impact throws down again, yet which its acceleration
+/// turns back before it is below its floor, where no guard tells of it: it is hit, or −1.
+int Flow::ThrownDown() const {
+  for (int i : guard_margins_.low - mode_ - system_.compliant() - implied_.constraints()) {
+    const double gap = gaps_begin_.gap(i), rate = gaps_begin_.rate(i);
+    const double opens = gaps_begin_.acceleration(i);
+    if (!(rate < -options_.speed_tolerance) || !(opens > 0)) continue;
+    if (gap <= rate * rate / (2 * opens)) return i;
+  }
+  return -1;
+}
+
 /// What touched at the transition that was passed: its gap is not above its floor from then on.
 void Flow::RememberTouched() {
   const Transition& passed = transition_;

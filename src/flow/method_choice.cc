@@ -13,6 +13,8 @@ constexpr int kRadauStages = 5;
 /// well; after so many in a row it does.
 constexpr double kSoft = 2;
 constexpr int kSoftSteps = 3;
+/// A slip in space of so many absolute tolerances has only begun.
+constexpr double kBegun = 1e3;
 
 }  // namespace
 
@@ -36,9 +38,11 @@ void Flow::MakeImplicit() {
   locator_.SetPlaces(stepper_->places());
 }
 
-/// After a step that ends at no event, where the method is automatic.
+/// After a step that ends at no event. The explicit method is left for stiffness where the method
+/// is automatic, and comes back from a slip that has begun.
 void Flow::ConsiderMethod() {
   const bool implicit = ProposesImplicit();
+  if (!implicit && options_.method == IntegrationMethod::kExplicit) return;
   const bool speaks =
       implicit ? implicit_->Stiffness() < kSoft : explicit_.stiffness() > Dop853::kStable;
   if (speaks) {
@@ -54,6 +58,21 @@ void Flow::ConsiderMethod() {
   } else {
     if (!implicit_) MakeImplicit();
     ChangeMethod(implicit_.get());
+  }
+}
+
+/// Where an arc begins with a slip in space as slow as one that has only begun, steps are implicit:
+/// its direction turns to where it is pulled at a rate that falls from 1e12/s on, and the explicit
+/// method, whose steps stability limits then, makes errors of several tolerances that it does not
+/// tell.
+void Flow::MeetTurns() {
+  if (ProposesImplicit()) return;
+  for (int i : SlidingInSpace()) {
+    const double slip = gaps_begin_.rate.segment<2>(system_.friction()[i].row).norm();
+    if (slip > kBegun * options_.absolute_tolerance) continue;
+    if (!implicit_) MakeImplicit();
+    for_change_ = against_change_ = 0;
+    return ChangeMethod(implicit_.get());
   }
 }
 

@@ -100,8 +100,13 @@ bool Flow::GoesOn() {
                          std::min(kLongestStall, std::max(kNoTime * std::abs(t_),
                                                           kNoTimeApart * transition_.tolerance));
   stalls_ = again ? stalls_ + 1 : 0;
+  const bool changed = transition_.mode_before != transition_.mode_after ||
+                       !transition_.activated.Empty() || transition_.changes_input;
+  const bool soon =
+      last_transition_ && t_ - *last_transition_ <= kLongestStall * std::max(1.0, std::abs(t_));
+  idle_ = soon && !changed ? idle_ + 1 : 0;
   last_trigger_ = trigger_;
-  if (stalls_ <= kStallsForEach * (system_.num_constraints() + 4)) return true;
+  if (std::max(stalls_, idle_) <= kStallsForEach * (system_.num_constraints() + 4)) return true;
   const std::string& name = system_.description().constraints[guards_.ConstraintOf(trigger_)];
   Stop(system_.HasFriction() ? Outcome::kChatter : Outcome::kBudgetExceeded,
        "events of constraint '" + name + "' follow each other without time between them");

@@ -16,6 +16,8 @@ constexpr double kSlipPart = 0.5, kStopped = 1e-12, kPartOfTolerance = 1e-3, kNo
 /// A slip below the tolerance counts as ended where the contact sticks with this part of its cone
 /// to spare: near the border it would end ever more slowly, and the steps are as short as before.
 constexpr double kSpare = 1e-9;
+/// A slip that is so many times as fast at the end of a step turns by another rate there.
+constexpr double kOutgrown = 10;
 /// In an arc as young as kYoung a slip counts as ended with less time to its end: one that has just
 /// begun may lose speed while it turns into its direction. Both times are relative to max(1, t).
 constexpr double kYoung = 1e-10, kNoTimeOfYoung = 1e-13;
@@ -31,6 +33,19 @@ double Flow::SlipInSpaceLimit() const {
                                 gaps_begin_.acceleration.segment<2>(row).norm());
   }
   return limit;
+}
+
+/// Whether an implicit step leads from a slip in space that has hardly begun to one that is far
+/// faster. The rate at which its direction turns, μ λ / |slip|, falls by as much meanwhile, and the
+/// error that is estimated by the rate at the beginning says nothing of the end.
+bool Flow::OutgrowsTurn() const {
+  if (!ProposesImplicit()) return false;
+  for (int i : SlidingInSpace()) {
+    const int row = system_.friction()[i].row;
+    const double begin = gaps_begin_.rate.segment<2>(row).norm();
+    if (gaps_end_.rate.segment<2>(row).norm() > kOutgrown * begin) return true;
+  }
+  return false;
 }
 
 /// The guard of a contact in space whose slip has ended at the end of the step, or −1.

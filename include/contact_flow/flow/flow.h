@@ -138,6 +138,7 @@ class Flow {
   int ImpliedThatMoved(double reaches) const;
   void ForgetRisen();
   double SlipInSpaceLimit() const;
+  bool OutgrowsTurn() const;
   int StoppedInSpace();
   bool EndSlipByImpact();
   bool CrossesSingularSlip(double length) const;
@@ -148,6 +149,7 @@ class Flow {
   void TallyTransition();
   void NoteUnresolvedReturn(int i, double gap, double rate);
   ConstraintSet LowAtBegin() const;
+  int ThrownDown() const;
   void RememberTouched();
   void NoteGrazes(bool stepped);
   bool Grazes(int i, bool stepped, double floor, double noise, double rounding) const;
@@ -155,6 +157,7 @@ class Flow {
   void MakeImplicit();
   void ConsiderMethod();
   void ChangeMethod(Stepper* stepper);
+  void MeetTurns();
 
   /// Up to `end` [s] no step is longer than `step` [s]: a guard was seen there that is quicker.
   struct QuickGuard {
@@ -206,6 +209,7 @@ class Flow {
   std::optional<ResolvedTransition> jam_;  // where a slip ends by an impact at the node itself
   bool regular_end_ = true;                // as regular_slip_, where the proposal ends
   bool singular_slip_ = false;             // it ends where a slip becomes singular
+  int thrown_ = -1;  // a contact that is hit where the arc begins, and turns back within its floor
   double misfit_ = 0;    // what it leaves of rates that are held, in what they may drift to
   ConstraintSet apart_;  // contacts held on dependent rows that it moves apart; it ends there
   Vector x_end_;
@@ -225,6 +229,7 @@ class Flow {
   ConstraintSet shared_, springs_;  // warned of
   ImpliedGaps implied_;  // touching constraints that mode_ implies: no guards on this arc
   int stalls_ = 0;       // transitions in a row without time between them
+  int idle_ = 0;         // the same, of those that change nothing
   int last_trigger_ = -1;
   long attempts_ = 0, steps_ = 0, transitions_ = 0;
   long implicit_steps_ = 0;
