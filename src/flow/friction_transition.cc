@@ -128,7 +128,8 @@ void FrictionalResolution::Decide() {
   };
   try {
     SetLettersOrEndSlip(contacts);
-    if (!back.Empty() && TurnsBack(leaving_hit)) let_rise();
+    const ConstraintSet hit = leaving_hit | (cluster.activated - cluster.mode_after);
+    if (!back.Empty() && TurnsBack(hit)) let_rise();
   } catch (const FrictionRefusal&) {
     if (back.Empty()) throw;
     let_rise();  // the slips of a rise may fit no word
@@ -192,10 +193,10 @@ void FrictionalResolution::TellOfApex(ConstraintSet closed) {
   result_.warnings.push_back({Outcome::kZeno, result_.transition.t, message.str()});
 }
 
-/// Whether one of them, which bounced, approaches again, as others were made rest.
-bool FrictionalResolution::TurnsBack(ConstraintSet bounced) const {
+/// Whether one of them, which was hit and leaves, approaches again, as others were made rest.
+bool FrictionalResolution::TurnsBack(ConstraintSet hit) const {
   const Vector v = result_.transition.x_plus.tail(d_);
-  for (int i : bounced) {
+  for (int i : hit) {
     if (terms_.jacobian.row(i).dot(v) < -Rounding(i, v)) return true;
   }
   return false;

@@ -91,7 +91,7 @@ class FrictionalResolution {
                   TouchingContacts* contacts) const;
   ConstraintSet PressedBack(const Vector& rate, ConstraintSet leaving,
                             const TouchingContacts& resting);
-  bool TurnsBack(ConstraintSet bounced) const;
+  bool TurnsBack(ConstraintSet hit) const;
   void TellOfRest(ConstraintSet pressed_back);
   bool BouncesTurnNothing() const;
   void TellOfApex(ConstraintSet closed);
@@ -103,6 +103,8 @@ class FrictionalResolution {
   void SetLetters(const TouchingContacts& contacts);
   void SetLettersAsRested(const TouchingContacts& contacts);
   ConstraintSet TooSlow(ContactMode slips, const Vector& begin) const;
+  void StickWhatDies(const TouchingContacts& contacts, const Vector& begin);
+  bool ForcesFit(const Vector& x, ContactMode mode) const;
   void SetLettersOrEndSlip(const TouchingContacts& contacts);
   void ChooseLetters(const TouchingContacts& contacts);
   bool OnlyBegins(ConstraintSet begins) const;
