@@ -63,8 +63,7 @@ void Flow::ConsiderMethod() {
 
 /// Where an arc begins with a slip in space as slow as one that has only begun, steps are implicit:
 /// its direction turns to where it is pulled at a rate that falls from 1e12/s on, and the explicit
-/// method, whose steps stability limits then, makes errors of several tolerances that it does not
-/// tell.
+/// method, whose steps stability limits then, makes errors of some tolerances that are not told.
 void Flow::MeetTurns() {
   if (ProposesImplicit()) return;
   for (int i : SlidingInSpace()) {

@@ -63,9 +63,9 @@ TEST(TelescopicLegs, GoOnThroughUpright) {
   }
 }
 
-/// One foot sticks as the other lands, which throws it up at 6e-7 m/s and makes it slip. The rise is
-/// made rest, the slip goes on: perturbations do not choose its direction. It was taken for one that
-/// begins, and the derivative was 5e-4 of its size off along half of all directions.
+/// One foot sticks as the other lands, which throws it up at 6e-7 m/s and makes it slip. The rise
+/// is made rest, the slip goes on: perturbations do not choose its direction. It was taken for one
+/// that begins, and the derivative was 5e-4 of its size off along half of all directions.
 TEST(TelescopicLegs, ASlipBehindARiseThatIsMadeRestHasItsDirection) {
   const auto body = LeggedBody();
   const Vector x = test::Entries({0, 0.43743967597, -0.02208094314, -0.00986429067, -0.00704074239,
