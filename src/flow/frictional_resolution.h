@@ -92,6 +92,7 @@ class FrictionalResolution {
   ConstraintSet PressedBack(const Vector& rate, ConstraintSet leaving,
                             const TouchingContacts& resting);
   bool TurnsBack(ConstraintSet bounced) const;
+  ConstraintSet UnresolvedSlips() const;
   void TellOfRest(ConstraintSet pressed_back);
   bool BouncesTurnNothing() const;
   void TellOfApex(ConstraintSet closed);
@@ -121,20 +122,21 @@ class FrictionalResolution {
   const TransitionRules& rules_;
   const int nq_, d_;
   ConstraintTerms terms_;
-  Vector acceleration_;      // of the gaps, in the mode before [n]
-  Vector rate_;              // of all rows
-  Vector jump_rounding_;     // of slips after an impact, by row
-  ConstraintSet stopped_;    // whose slip ends here
-  ConstraintSet grazed_;     // touched without speed
-  ConstraintSet implied_;    // brought along by others
-  ConstraintSet ended_;      // whose slip ends with a rise that is made rest
-  ConstraintSet halted_;     // whose slip, of some speed, ends with what is made rest
-  ContactMode resting_;      // what is made rest: the mode after, with these sticking
-  bool all_hit_ = false;     // no touch counts as one without speed
-  double onset_ = 0;         // of the fastest slip in space that begins [m/s]
-  double fastest_rise_ = 0;  // that is made rest after an impact [m/s]
-  Vector risen_;             // rates of all rows before that
-  Vector bounces_change_;    // what they gain meanwhile, at most
+  Vector acceleration_;       // of the gaps, in the mode before [n]
+  Vector rate_;               // of all rows
+  Vector jump_rounding_;      // of slips after an impact, by row
+  ConstraintSet stopped_;     // whose slip ends here
+  ConstraintSet grazed_;      // touched without speed
+  ConstraintSet implied_;     // brought along by others
+  ConstraintSet ended_;       // whose slip ends with a rise that is made rest
+  ConstraintSet unresolved_;  // that slip too slowly for it to tell how, where the input changes
+  ConstraintSet halted_;      // whose slip, of some speed, ends with what is made rest
+  ContactMode resting_;       // what is made rest: the mode after, with these sticking
+  bool all_hit_ = false;      // no touch counts as one without speed
+  double onset_ = 0;          // of the fastest slip in space that begins [m/s]
+  double fastest_rise_ = 0;   // that is made rest after an impact [m/s]
+  Vector risen_;              // rates of all rows before that
+  Vector bounces_change_;     // what they gain meanwhile, at most
   ResolvedTransition result_;
 };
 

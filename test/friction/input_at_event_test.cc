@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Changes of the input at, or within rounding of, the instants of events with friction: runs beside
+// closed forms.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "contact_flow/derivative/grid_derivative.h"
+#include "contact_flow/flow/simulate.h"
+#include "contact_flow/model/model_system.h"
+#include "test/friction/systems/flat_box.h"
+#include "test/shorthands.h"
+
+namespace contact_flow {
+namespace {
+
+using test::AtTolerance;
+using test::kGravity;
+
+/// How far a change is from its event [s]: none, roundings, and more on both sides.
+std::vector<double> Offsets(double at) {
+  const double last = std::nextafter(at, 2 * at) - at;  // of its digits
+  std::vector<double> offsets = {0};
+  for (const double far : {last, 2 * last, 1e-15, 1e-14, 1e-12, 1e-10, 1e-8, 1e-6}) {
+    offsets.push_back(far);
+    offsets.push_back(-far);
+  }
+  return offsets;
+}
+
+/// A box on two corners is pushed at the floor by F = r t, and begins to slip where F = μ m g, with
+/// no acceleration at first: that is rounding, of either sign. There the push changes by u. With s
+/// the time since then, it goes on as
+///   u > 0:            m v = r s²/2 + u s,
+///   −2 μ m g < u < 0: m v = r (s + u/r)²/2 from s = −u/r on,
+///   u < −2 μ m g:     m v = r s²/2 + (u + 2 μ m g) s.
+TEST(InputAtEvent, BoxThatHasJustBegunToSlip) {
+  constexpr double kMass = 2, kRate = 20, kAfter = 0.3;
+  for (const double mu : {0.2, 0.3, 0.41, 0.53}) {
+    const double held = mu * kMass * kGravity, at = held / kRate;
+    const auto box = MakeSystem<test::FlatBox>({{"mass", kMass},
+                                                {"rate", kRate},
+                                                {"friction", mu},
+                                                {"arm", 0},
+                                                {"width", 2},
+                                                {"height", 0.2}});
+    for (const double u : {4.0, -3.0, -2 * held - 5}) {
+      const double s = u < 0 && u > -2 * held ? kAfter + u / kRate : kAfter;
+      const double push = u > 0 ? u : u > -2 * held ? 0 : u + 2 * held;
+      const double v = (0.5 * kRate * s * s + push * s) / kMass;
+      for (const double tolerance : {1e-9, 1e-12}) {
+        for (const double offset : Offsets(at)) {
+          const InputSchedule schedule{{0, at + offset}, {Vector::Zero(1), Vector::Constant(1, u)}};
+          const Trajectory run =
+              Simulate(*box, box->nominal().x, schedule, at + kAfter, AtTolerance(tolerance));
+          ASSERT_TRUE(run.status.ok())
+              << mu << ", " << u << ", " << offset << ": " << run.status.message;
+          // Some 1e-6 s later the slip has a speed, and ends first.
+          const std::size_t most = offset < 1e-7 ? 3 : 4;
+          EXPECT_LE(run.transitions.size(), most) << mu << ", " << u << ", " << offset;
+          const double near = 1e-8 + 20 * std::abs(offset);  // accelerations are less
+          EXPECT_NEAR(v, run.FinalState()(4), near) << mu << ", " << u << ", " << offset;
+        }
+      }
+    }
+  }
+}
+
+/// The same of a tall and narrow box, u = −2 μ m g − 5 N: pushed so, it would tip if it went on to
+/// slip forward, however slowly. By u and by the instant of the change,
+///   ∂v/∂u = s/m,      ∂v/∂t = −(u + 2 μ m g)/m.
+TEST(InputAtEvent, TallBoxThatIsPushedBackAsItBeginsToSlip) {
+  constexpr double kMass = 2, kRate = 20, kAfter = 0.3;
+  for (const double mu : {0.41, 0.53}) {
+    const double held = mu * kMass * kGravity, at = held / kRate, back = -5;
+    const auto box =
+        MakeSystem<test::FlatBox>({{"mass", kMass}, {"rate", kRate}, {"friction", mu}, {"arm", 0}});
+    for (const double tolerance : {1e-9, 1e-12}) {
+      for (const double offset : Offsets(at)) {
+        if (offset > 1e-7) continue;  // it slips forward
+        const InputSchedule schedule{{0, at + offset},
+                                     {Vector::Zero(1), Vector::Constant(1, back - 2 * held)}};
+        const Trajectory run =
+            Simulate(*box, box->nominal().x, schedule, at + kAfter, AtTolerance(tolerance));
+        ASSERT_TRUE(run.status.ok()) << mu << ", " << offset << ": " << run.status.message;
+        EXPECT_LE(run.transitions.size(), 2u) << mu << ", " << offset;
+        const GridDerivative B(*box, run);
+        ASSERT_TRUE(B.status().ok()) << mu << ", " << offset << ": " << B.status().message;
+        const Vector none = Vector::Zero(8);
+        Matrix du(1, 2);
+        du << 0, 1;
+        EXPECT_NEAR(kAfter / kMass, B(none, du)(4), 1e-6) << mu << ", " << offset;
+        for (const double later : {1.0, -1.0}) {
+          const Vector by = B(none, Matrix::Zero(1, 2), Vector::Constant(1, later));
+          EXPECT_NEAR(-back / kMass * later, by(4), 1e-4) << mu << ", " << offset << ", " << later;
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace contact_flow
