@@ -201,36 +201,6 @@ bool FrictionalResolution::TurnsBack(ConstraintSet bounced) const {
   return false;
 }
 
-/// The sign of a slip in the plane that is not told from none is no direction: the next input
-/// decides whether it goes on.
-ConstraintSet FrictionalResolution::UnresolvedSlips() const {
-  const Transition& cluster = result_.transition;
-  const Vector v = cluster.x_minus.tail(d_);
-  ConstraintSet slow;
-  for (int i : cluster.mode_before.SlippingInPlane()) {
-    const int row = system_.friction()[i].row;
-    const double rest = UnresolvedSlip(rules_, terms_.jacobian.row(row).norm(), v.norm());
-    if (std::abs(rate_(row)) <= std::max(rest, SlipRounding(row, v))) slow.Insert(i);
-  }
-  return slow;
-}
-
-void FrictionalResolution::DecideInput() {
-  TouchingContacts contacts;
-  const Vector v = result_.transition.x_minus.tail(d_);
-  const ContactMode mode = result_.transition.mode_before;
-  unresolved_ = UnresolvedSlips();
-  const ConstraintSet still = mode.Sticking() | unresolved_;
-  for (int i = 0; i < system_.num_constraints(); ++i) {
-    const bool touches =
-        std::abs(terms_.gap(i)) <= rules_.gap_tolerance && std::abs(rate_(i)) <= Rounding(i, v);
-    if (mode.Contains(i) || touches) Sort(i, rate_, v, still, &contacts);
-  }
-  contacts.before = mode;
-  SetLettersOrEndSlip(contacts);
-  result_.transition.touching = result_.transition.mode_after - mode;
-}
-
 /// Contacts that the others of one body bring along, a gap that is a sum of theirs: they land
 /// with them, or touch.
 ConstraintSet FrictionalResolution::AddImplied(ConstraintSet touching) {
@@ -319,17 +289,6 @@ ResolvedTransition ResolveFriction(ContactDynamics* dynamics, double t, const Ve
   hit.warnings.insert(hit.warnings.begin(), result.warnings.begin(), result.warnings.end());
   hit.transition.obstacle = result.transition.obstacle;  // its speed is not known well enough
   return hit;
-}
-
-ResolvedTransition ResolveFrictionalInput(ContactDynamics* dynamics, double t, const Vector& x,
-                                          ContactMode mode, const TransitionRules& rules) {
-  FrictionalResolution resolution(dynamics, t, x, mode, rules);
-  const Status status = Guarded(t, [&] { resolution.DecideInput(); });
-  ResolvedTransition result = resolution.Take();
-  result.status = status;
-  result.transition.changes_input = true;
-  result.transition.released = mode - result.transition.mode_after;
-  return result;
 }
 
 }  // namespace contact_flow

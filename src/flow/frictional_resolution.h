@@ -92,7 +92,8 @@ class FrictionalResolution {
   ConstraintSet PressedBack(const Vector& rate, ConstraintSet leaving,
                             const TouchingContacts& resting);
   bool TurnsBack(ConstraintSet bounced) const;
-  ConstraintSet UnresolvedSlips() const;
+  ConstraintSet UnresolvedSlips(ConstraintSet contacts) const;
+  ConstraintSet Unrisen(const TouchingContacts& contacts);
   void TellOfRest(ConstraintSet pressed_back);
   bool BouncesTurnNothing() const;
   void TellOfApex(ConstraintSet closed);

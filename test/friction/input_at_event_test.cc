@@ -10,6 +10,7 @@
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_system.h"
 #include "test/friction/systems/flat_box.h"
+#include "test/friction/systems/lifted_mass.h"
 #include "test/shorthands.h"
 
 namespace contact_flow {
@@ -95,6 +96,45 @@ TEST(InputAtEvent, TallBoxThatIsPushedBackAsItBeginsToSlip) {
           const Vector by = B(none, Matrix::Zero(1, 2), Vector::Constant(1, later));
           EXPECT_NEAR(-back / kMass * later, by(4), 1e-4) << mu << ", " << offset << ", " << later;
         }
+      }
+    }
+  }
+}
+
+/// A point at rest is lifted by r t, and lets go where that is its weight: it rises by r s³/6. Up
+/// to 1e-6 s before or behind, it is pressed down by P and pushed along by f > μ P, and slides:
+///   v = (f − μ P) s + μ r s²/2,      ∂v/∂f = s,      ∂v/∂P = −μ s,      ∂v/∂t = −(f − μ P).
+/// What it has risen by until then is none.
+TEST(InputAtEvent, PointThatHasJustLetGoIsPressedBack) {
+  constexpr double kRate = 20, kMu = 0.5, kAfter = 0.3, kPush = 8, kPress = 10;
+  constexpr double kGains = kPush - kMu * kPress;
+  const auto point =
+      MakeSystem<test::LiftedMass>({{"rate", kRate}, {"friction", kMu}, {"gravity", kGravity}});
+  const double at = kGravity / kRate, s = kAfter;
+  for (const double tolerance : {1e-9, 1e-12}) {
+    for (const double offset : Offsets(at)) {
+      const InputSchedule schedule{{0, at + offset},
+                                   {Vector::Zero(2), test::Entries({kPush, -kPress})}};
+      const Trajectory run =
+          Simulate(*point, point->nominal().x, schedule, at + s, AtTolerance(tolerance));
+      ASSERT_TRUE(run.status.ok()) << offset << ": " << run.status.message;
+      EXPECT_LE(run.transitions.size(), 2u) << offset;
+      EXPECT_TRUE(run.warnings.empty()) << offset << ": " << run.warnings.front().message;
+      const double near = 1e-9 + 10 * std::abs(offset);
+      EXPECT_NEAR(kGains * s + 0.5 * kMu * kRate * s * s, run.FinalState()(3), near) << offset;
+      EXPECT_NEAR(0, run.FinalState()(1), 1e-15) << offset;
+      const GridDerivative B(*point, run);
+      ASSERT_TRUE(B.status().ok()) << offset << ": " << B.status().message;
+      const Vector none = Vector::Zero(6);
+      const Matrix same = Matrix::Zero(2, 2);
+      Matrix du = same;
+      du.col(1) = test::Entries({1, 0});
+      EXPECT_NEAR(s, B(none, du)(3), 1e-9 + 2 * std::abs(offset)) << offset;
+      du.col(1) = test::Entries({0, -1});
+      EXPECT_NEAR(-kMu * s, B(none, du)(3), 1e-9 + 2 * std::abs(offset)) << offset;
+      for (const double later : {1.0, -1.0}) {
+        const double by = B(none, same, Vector::Constant(1, later))(3);
+        EXPECT_NEAR(-kGains * later, by, 1e-9 + 20 * std::abs(offset)) << offset;
       }
     }
   }
