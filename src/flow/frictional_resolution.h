@@ -11,6 +11,7 @@
 #include "contact_flow/dynamics/guards.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/transition.h"
+#include "guard_zeros.h"
 #include "resolution.h"
 
 namespace contact_flow {
@@ -82,6 +83,7 @@ class FrictionalResolution {
   /// Whether what is made rest is worth a word.
   bool Notable() const { return fastest_rise_ > kNotable * rules_.speed_tolerance; }
   ConstraintSet AddImplied(ConstraintSet touching);
+  bool StopsBefore(int guard, const GuardZero& zero, int trigger, const GuardZero& located) const;
   void Note(int guard, double slope);
   void NoteTouch(int i, double slope);
   void Obstruct(int i, const char* what, double slope, const char* unit);
