@@ -140,10 +140,10 @@ TEST(InputAtEvent, PointThatHasJustLetGoIsPressedBack) {
   }
 }
 
-/// A box on two corners slides, and stops where it is pushed: by F > μ m g, or back, F < −μ m g. The
-/// change ends its slips, both of them, where it comes before by rounding. With δ = v at the instant
-/// of the change, or 0 where it has stopped, a = (F − μ m g)/m and b = (F + μ m g)/m,
-///   δv(T) = δ − a δt,      δv(T) = b (δ/a − δt).
+/// A box on two corners slides, and stops where it is pushed: by F > μ m g, or back, F < −μ m g.
+/// Where the change comes before by rounding, it ends both slips. With δ = v at the instant of the
+/// change, or 0 where it has stopped, a = F/m − μ g and b = F/m + μ g,
+///   δv(T) = δ − a δt,      δv(T) = b (δ/a − δt)      for a push, and back.
 TEST(InputAtEvent, BoxThatIsPushedWhereItStops) {
   constexpr double kMass = 2, kMu = 0.4, kSpeed = 1.1, kAfter = 0.3, kSlows = kMu * kGravity;
   const auto box = MakeSystem<test::FlatBox>(
