@@ -33,8 +33,9 @@ class FrictionalWalk {
   bool SlipsOn(int i) const {
     return transition_.activated.Empty() && transition_.mode_before.Contains(i);
   }
-  /// D(T v) w of contact i in the plane, or 0 where w does not move it; D(A v) w of a row.
-  double Moves(int i) const { return MovesRow(system_.friction()[i].row); }
+  /// D(T v) w of contact i in the plane, or 0 where w does not move it, as where it has only just
+  /// begun to slip and has no acceleration; D(A v) w of a row.
+  double Moves(int i) const;
   double MovesRow(int row) const;
   /// w lies on the positive side of `row`, whose entries are sums of terms of this size.
   void Decide(const Eigen::RowVectorXd& row, double size);
@@ -114,6 +115,7 @@ class FrictionalWalk {
   ConstraintSet just_stopped_;
   bool parted_ = false;      // what depends on another has had an event of its own
   std::size_t changes_ = 0;  // of the input, so far
+  double passed_ = 0;        // first-order time between the events so far, both ways
   /// A plastic contact that landed, with the speed of its bounce [width] and what that adds [d].
   struct Bounce {
     int constraint;

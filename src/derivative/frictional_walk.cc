@@ -170,6 +170,7 @@ bool FrictionalWalk::Next() {
   }
   const Eigen::RowVectorXd tau = times[first];
   const double moved = std::abs(tau.dot(w_));
+  passed_ += moved;
   path_.matrix += field * tau;
   sizes_.head(size_) += moved * field.cwiseAbs();
   Pass(c, along);

@@ -42,6 +42,11 @@ void FrictionalWalk::CheckDropped() {
   }
 }
 
+double FrictionalWalk::Moves(int i) const {
+  const double slip = MovesRow(system_.friction()[i].row);
+  return std::abs(slip) <= kHovers * point_.acceleration() * passed_ ? 0 : slip;
+}
+
 ConstraintSet FrictionalWalk::Along(const WalkGuard& c) const {
   if (c.kind == WalkGuard::Kind::kTouchdown) {
     return ImpliedClosed(system_, point_.x(), mode_.Members().With(c.constraint),

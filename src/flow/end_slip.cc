@@ -6,6 +6,7 @@
 #include "contact_flow/dynamics/guards.h"
 #include "contact_flow/flow/flow.h"
 #include "held_apart.h"
+#include "resolution.h"
 #include "singular_slip.h"
 
 namespace contact_flow {
@@ -13,6 +14,24 @@ namespace {
 
 /// Steps over a singular slip are repeated until they are as short as this, relative to max(1, t).
 constexpr double kCrossing = 1e-10;
+/// A look ahead moves the state by this part of its size.
+constexpr double kLookAhead = 1e-6;
+
+/// Whether a slip that is none yet, or no longer, falls a little later as well: it ends. One that
+/// has only just begun has no acceleration but rounding, and gains some.
+bool FallsOn(int guard, const Guards& guards, ContactMode mode, const Vector& x,
+             ContactDynamics* dynamics) {
+  const MechanicalSystem& system = dynamics->system();
+  const int d = system.dof(), nq = system.num_positions();
+  const Vector field = dynamics->Field(x, mode).head(2 * d);
+  const double step =
+      kLookAhead * (1 + x.cwiseAbs().maxCoeff()) / (1e-300 + field.cwiseAbs().maxCoeff());
+  const Vector later = system.Perturb(x, step * field);
+  dynamics->Evaluate(later, mode);
+  ConstraintTerms terms;
+  system.Constraints(later.head(nq), later.tail(d), &terms);
+  return guards.OfMotion(guard, mode, terms, later.tail(d), dynamics->acceleration()).rate < 0;
+}
 
 }  // namespace
 
@@ -38,16 +57,16 @@ bool Flow::EndSlips() {
   if (sliding.Empty()) return false;
   const Vector v = x_.tail(system_.dof());
   dynamics_.Evaluate(x_, mode_);
+  const Vector acceleration = dynamics_.acceleration();
   system_.Constraints(x_.head(system_.num_positions()), v, &terms_);
-  // What integration leaves of it, but no more than what counts as rest: it is not taken away.
-  const double resolved = options_.absolute_tolerance + options_.relative_tolerance * v.norm();
   for (int i : sliding) {
     const int guard = guards_.OfFriction(i);
-    const GuardJet slip = guards_.OfMotion(guard, mode_, terms_, v, dynamics_.acceleration());
+    const GuardJet slip = guards_.OfMotion(guard, mode_, terms_, v, acceleration);
     const bool again = last_transition_ && *last_transition_ == t_ && last_trigger_ == guard;
     const double size = terms_.jacobian.row(system_.friction()[i].row).norm();
-    const double rest = std::min(resolved * size, options_.speed_tolerance);
+    const double rest = UnresolvedSlip(options_, size, v.norm());  // it is not taken away
     if (!(slip.rate < 0) || slip.value > rest || again) continue;
+    if (!FallsOn(guard, guards_, mode_, x_, &dynamics_)) continue;
     trigger_ = guard;
     const bool stepped = !arc_begun_;
     arc_begun_ = false;

@@ -170,9 +170,13 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
   if (by.ahead) NoteLookAhead(contacts.still | contacts.slipping);
   if (by.smallest) NoteSeveralMotions(by.motions);
   if (by.turns) ObstructTurning(contacts.still);
-  // The slip of a rise that is made rest ends with it, whatever begins then.
+  // The slip of a rise that is made rest ends with it, whatever begins then; one that is not told
+  // from none, where another begins.
   resting_ = cluster.mode_after;
-  for (int i : ended_& cluster.mode_after.SlippingInPlane()) resting_.Set(i, Letter::kStick);
+  for (int i : (ended_ | unresolved_) & cluster.mode_after.SlippingInPlane()) {
+    const bool goes_on = cluster.mode_before.LetterOf(i) == cluster.mode_after.LetterOf(i);
+    if (ended_.Contains(i) || !goes_on) resting_.Set(i, Letter::kStick);
+  }
   const ConstraintSet begins = BeginInSpace(system_, contacts.still, cluster.mode_after);
   if (begins.Empty()) return Rest({});
   if (cluster.obstacle.ok() && !OnlyBegins(begins)) {

@@ -18,6 +18,8 @@ namespace {
 
 /// A pull that is none of rounding, relative to the largest acceleration of a gap.
 constexpr double kPulled = 1e-7;
+/// Slips of one face end at one instant, but for this.
+constexpr double kAlike = 1.01;
 
 }  // namespace
 
@@ -26,7 +28,8 @@ void FrictionalResolution::Collect(int trigger) {
   const ContactMode mode = cluster.mode_before;
   const GuardZeros zeros(&dynamics_, cluster.x_minus, mode, trigger, rules_);
   acceleration_ = zeros.acceleration();
-  const double own = zeros.At(trigger).error;
+  const GuardZero located = zeros.At(trigger);
+  const double own = located.error;
   if (zeros.SlipInSpaceEnds()) {
     const int i = guards_.ConstraintOf(trigger);
     stopped_ = StoppedTogether(system_, terms_, dynamics_.acceleration(), i, &cluster);
@@ -42,7 +45,8 @@ void FrictionalResolution::Collect(int trigger) {
     const double within =
         asked > 0 ? -zero.slope * asked
                   : std::min(zero.reach, -zero.slope * kInstantErrors * (own + zero.error));
-    if (g != trigger && !(zero.slope < 0 && std::abs(zero.value) <= within)) continue;
+    const bool here = zero.slope < 0 && std::abs(zero.value) <= within;
+    if (g != trigger && !here && !StopsBefore(g, zero, trigger, located)) continue;
     const double offset = zero.slope != 0 ? -zero.value / zero.slope : 0;
     order.emplace_back(offset, g);
     first = std::min(first, offset);
@@ -53,6 +57,20 @@ void FrictionalResolution::Collect(int trigger) {
   std::sort(order.begin(), order.end());
   for (const auto& [offset, guard] : order) cluster.guards.push_back(guard);
   cluster.spread = std::max(0.0, last - first);
+}
+
+/// Where a slip ends a little before its speed is zero, as the input changes next: whether that of
+/// `guard` is no later, and no faster than what is told from none. A face stops as a whole.
+bool FrictionalResolution::StopsBefore(int guard, const GuardZero& zero, int trigger,
+                                       const GuardZero& located) const {
+  const ContactMode mode = result_.transition.mode_before;
+  const ConstraintSet slips = guards_.OfSlips(mode);
+  if (!slips.Contains(guard) || !slips.Contains(trigger)) return false;
+  if (!(zero.slope < 0) || !(located.slope < 0) || !(located.value > 0)) return false;
+  const int row = system_.friction()[guards_.ConstraintOf(guard)].row;
+  const double speed = result_.transition.x_minus.tail(d_).norm();
+  const double rest = UnresolvedSlip(rules_, terms_.jacobian.row(row).norm(), speed);
+  return zero.value <= rest && zero.value * -located.slope <= kAlike * located.value * -zero.slope;
 }
 
 void FrictionalResolution::Decide() {
@@ -202,20 +220,6 @@ bool FrictionalResolution::TurnsBack(ConstraintSet hit) const {
   return false;
 }
 
-void FrictionalResolution::DecideInput() {
-  TouchingContacts contacts;
-  const Vector v = result_.transition.x_minus.tail(d_);
-  const ContactMode mode = result_.transition.mode_before;
-  for (int i = 0; i < system_.num_constraints(); ++i) {
-    const bool touches =
-        std::abs(terms_.gap(i)) <= rules_.gap_tolerance && std::abs(rate_(i)) <= Rounding(i, v);
-    if (mode.Contains(i) || touches) Sort(i, rate_, v, mode.Sticking(), &contacts);
-  }
-  contacts.before = mode;
-  SetLettersOrEndSlip(contacts);
-  result_.transition.touching = result_.transition.mode_after - mode;
-}
-
 /// Contacts that the others of one body bring along, a gap that is a sum of theirs: they land
 /// with them, or touch.
 ConstraintSet FrictionalResolution::AddImplied(ConstraintSet touching) {
@@ -304,17 +308,6 @@ ResolvedTransition ResolveFriction(ContactDynamics* dynamics, double t, const Ve
   hit.warnings.insert(hit.warnings.begin(), result.warnings.begin(), result.warnings.end());
   hit.transition.obstacle = result.transition.obstacle;  // its speed is not known well enough
   return hit;
-}
-
-ResolvedTransition ResolveFrictionalInput(ContactDynamics* dynamics, double t, const Vector& x,
-                                          ContactMode mode, const TransitionRules& rules) {
-  FrictionalResolution resolution(dynamics, t, x, mode, rules);
-  const Status status = Guarded(t, [&] { resolution.DecideInput(); });
-  ResolvedTransition result = resolution.Take();
-  result.status = status;
-  result.transition.changes_input = true;
-  result.transition.released = mode - result.transition.mode_after;
-  return result;
 }
 
 }  // namespace contact_flow

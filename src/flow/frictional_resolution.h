@@ -11,6 +11,7 @@
 #include "contact_flow/dynamics/guards.h"
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/transition.h"
+#include "guard_zeros.h"
 #include "resolution.h"
 
 namespace contact_flow {
@@ -82,6 +83,7 @@ class FrictionalResolution {
   /// Whether what is made rest is worth a word.
   bool Notable() const { return fastest_rise_ > kNotable * rules_.speed_tolerance; }
   ConstraintSet AddImplied(ConstraintSet touching);
+  bool StopsBefore(int guard, const GuardZero& zero, int trigger, const GuardZero& located) const;
   void Note(int guard, double slope);
   void NoteTouch(int i, double slope);
   void Obstruct(int i, const char* what, double slope, const char* unit);
@@ -92,6 +94,8 @@ class FrictionalResolution {
   ConstraintSet PressedBack(const Vector& rate, ConstraintSet leaving,
                             const TouchingContacts& resting);
   bool TurnsBack(ConstraintSet hit) const;
+  ConstraintSet UnresolvedSlips(ConstraintSet contacts) const;
+  ConstraintSet Unrisen(const TouchingContacts& contacts);
   void TellOfRest(ConstraintSet pressed_back);
   bool BouncesTurnNothing() const;
   void TellOfApex(ConstraintSet closed);
@@ -123,20 +127,21 @@ class FrictionalResolution {
   const TransitionRules& rules_;
   const int nq_, d_;
   ConstraintTerms terms_;
-  Vector acceleration_;      // of the gaps, in the mode before [n]
-  Vector rate_;              // of all rows
-  Vector jump_rounding_;     // of slips after an impact, by row
-  ConstraintSet stopped_;    // whose slip ends here
-  ConstraintSet grazed_;     // touched without speed
-  ConstraintSet implied_;    // brought along by others
-  ConstraintSet ended_;      // whose slip ends with a rise that is made rest
-  ConstraintSet halted_;     // whose slip, of some speed, ends with what is made rest
-  ContactMode resting_;      // what is made rest: the mode after, with these sticking
-  bool all_hit_ = false;     // no touch counts as one without speed
-  double onset_ = 0;         // of the fastest slip in space that begins [m/s]
-  double fastest_rise_ = 0;  // that is made rest after an impact [m/s]
-  Vector risen_;             // rates of all rows before that
-  Vector bounces_change_;    // what they gain meanwhile, at most
+  Vector acceleration_;       // of the gaps, in the mode before [n]
+  Vector rate_;               // of all rows
+  Vector jump_rounding_;      // of slips after an impact, by row
+  ConstraintSet stopped_;     // whose slip ends here
+  ConstraintSet grazed_;      // touched without speed
+  ConstraintSet implied_;     // brought along by others
+  ConstraintSet ended_;       // whose slip ends with a rise that is made rest
+  ConstraintSet unresolved_;  // that slip too slowly for it to tell how, where the input changes
+  ConstraintSet halted_;      // whose slip, of some speed, ends with what is made rest
+  ContactMode resting_;       // what is made rest: the mode after, with these sticking
+  bool all_hit_ = false;      // no touch counts as one without speed
+  double onset_ = 0;          // of the fastest slip in space that begins [m/s]
+  double fastest_rise_ = 0;   // that is made rest after an impact [m/s]
+  Vector risen_;              // rates of all rows before that
+  Vector bounces_change_;     // what they gain meanwhile, at most
   ResolvedTransition result_;
 };
 

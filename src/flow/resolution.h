@@ -31,6 +31,14 @@ inline constexpr double kAccumulated = 1e3;
 /// A gap that closes by less than this part of the tolerances, and opens, is not known to close.
 inline constexpr double kUnknownDip = 1e-2;
 
+/// What integration leaves of a slip, by a row of T of this norm at velocities of this norm, but no
+/// more than what counts as rest: it is not told from none. Of options, or rules.
+template <class Tolerances>
+double UnresolvedSlip(const Tolerances& by, double row, double speed) {
+  return std::min((by.absolute_tolerance + by.relative_tolerance * speed) * row,
+                  by.speed_tolerance);
+}
+
 /// Resolves one cluster, in the order of its methods.
 class Resolution {
  public:
