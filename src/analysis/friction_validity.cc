@@ -10,6 +10,7 @@
 #include "contact_flow/dynamics/complementarity.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/dynamics/word_selection.h"
+#include "row_accelerations.h"
 #include "validity_margins.h"
 
 namespace contact_flow {
@@ -40,6 +41,7 @@ FrictionValidity::FrictionValidity(const MechanicalSystem& system, const Traject
     AskBudget();
     const Arc& arc = trajectory.arcs[k];
     Watched& of = arcs_[k];
+    of.mode = arc.mode;
     of.dynamics = std::make_unique<ContactDynamics>(system, arc.u, derivative.options.variables);
     of.guards = std::make_unique<WatchedGuards>(of.dynamics.get(), arc.x_begin, arc.mode);
     // An arc inside a cluster has no length.
@@ -71,9 +73,15 @@ FrictionValidity::Instants FrictionValidity::InstantsOf(std::size_t k, const Vec
   return instants;
 }
 
-/// d(dh/dt) along a tangent.
+/// d(dh/dt) along a tangent: of a slip in the plane, d/dt T v, also by (δu, δp).
 double FrictionValidity::RateChange(const Watched& of, Eigen::Index guard, const Vector& x,
                                     double rate, const Vector& along) const {
+  const WatchedGuards::Guard& at = of.guards->guards()[static_cast<std::size_t>(guard)];
+  const Friction& friction = system_.friction()[static_cast<std::size_t>(at.constraint)];
+  if (at.limit == Limit::kSlip && friction.dimension == 1) {
+    const double sign = SlipSign(of.mode.LetterOf(at.constraint));
+    return sign * RowAccelerations(of.dynamics.get(), x, of.mode).Gradient(friction.row).dot(along);
+  }
   const Vector tangent = along.head(2 * system_.dof());
   const double length = tangent.norm();
   if (!(length > 0)) return 0;

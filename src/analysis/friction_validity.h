@@ -40,6 +40,7 @@ class FrictionValidity {
   /// What is watched of one arc.
   struct Watched {
     bool absorbed = false;  // by the cluster before it: without length
+    ContactMode mode;
     std::unique_ptr<ContactDynamics> dynamics;
     std::unique_ptr<WatchedGuards> guards;
     WatchedGuards::Values begin, end;
@@ -52,10 +53,13 @@ class FrictionValidity {
     double first = 0, last = 0;
   };
 
-  /// Up to which a guard counts as zero.
-  double ZeroOf(const WatchedGuards::Guard& guard, const WatchedGuards::Values& at) const;
-  bool IsZero(const WatchedGuards::Guard& guard, const WatchedGuards::Values& at,
-              Eigen::Index k) const;
+  /// Up to which a guard counts as zero: where an event of guards was located, to what that leaves
+  /// of them, else to rounding.
+  double ZeroOf(const WatchedGuards::Guard& guard, const WatchedGuards::Values& at,
+                bool located) const;
+  bool BeginsAtZero(std::size_t k, Eigen::Index guard) const;
+  bool EndsAtZero(std::size_t k, Eigen::Index guard) const;
+  bool BeginsLocated(std::size_t k) const;
   bool BeganAtCone(std::size_t k, int slip) const;
   void WatchEnds(std::size_t k);
   void WatchDips(std::size_t k);

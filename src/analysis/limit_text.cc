@@ -66,7 +66,7 @@ std::string Describe(const SystemDescription& description, const ValidityRadius&
       text << "the touchdown of " << name << " grazes,";
       break;
     case Limit::kReleaseRate:
-      text << "the release of " << name << " grazes,";
+      text << "the release of " << name << " grazes, or does not happen,";
       break;
     case Limit::kGap:
       text << "the gap of " << name << " closes,";

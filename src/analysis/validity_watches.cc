@@ -5,6 +5,7 @@
 
 #include "contact_flow/analysis/validity_radius.h"
 #include "contact_flow/derivative/variation.h"
+#include "departures.h"
 #include "guard_dips.h"
 #include "src/dynamics/guard_gradients.h"
 
@@ -55,7 +56,7 @@ void ValidityEstimator::WatchDips(std::size_t k) {
 }
 
 /// Forces jump at impacts and where the input changes, and those of contacts that close begin
-/// there: the first value of each counts.
+/// there: the first value of each counts. So does what lifts a contact from there on.
 void ValidityEstimator::WatchBegin(std::size_t k) {
   const Arc& arc = trajectory_.arcs[k];
   const Guards guards(system_);
@@ -73,6 +74,10 @@ void ValidityEstimator::WatchBegin(std::size_t k) {
     watch.rate = at.rate;
     watch.gradient = GuardGradient(k, arc.x_begin, i);
     begins_[k].push_back(std::move(watch));
+  }
+  for (const Departure& of : FindDepartures(dynamics_[k].get(), trajectory_, derivative_, k)) {
+    begins_[k].push_back(
+        {Limit::kReleaseRate, of.constraint, arc.t_begin, of.value, of.gradient, of.rate});
   }
 }
 

@@ -37,8 +37,16 @@ class FrictionalWalk {
   /// begun to slip and has no acceleration; D(A v) w of a row.
   double Moves(int i) const;
   double MovesRow(int row) const;
-  /// w lies on the positive side of `row`, whose entries are sums of terms of this size.
-  void Decide(const Eigen::RowVectorXd& row, double size);
+  /// w lies on the positive side of `row`, whose entries are sums of terms of these sizes.
+  void Decide(Eigen::RowVectorXd row, const Eigen::RowVectorXd& sizes);
+  void DecideAlong(const Eigen::RowVectorXd& row) {
+    Decide(row * path_.matrix, row.cwiseAbs() * path_.matrix.cwiseAbs());
+  }
+  /// Sizes of terms behind a reset: what it makes zero is the sum of what was there.
+  void GrowSizes(const Matrix& reset) {
+    const Vector before = sizes_.head(size_);
+    sizes_.head(size_) = (reset.cwiseAbs() * before).cwiseMax(before);
+  }
   /// The decisions among directions w at fixed instants of the input.
   Matrix Rows() const;
   /// Contacts that stick where the cluster begins, and that w moves: by the projection (F7).

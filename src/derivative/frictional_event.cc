@@ -15,7 +15,9 @@
 #include "contact_flow/flow/simulate.h"
 #include "input_cluster.h"
 #include "landing_orders.h"
+#include "path_search.h"
 #include "src/dynamics/implied_contacts.h"
+#include "tangent_sizes.h"
 #include "walk_point.h"
 
 namespace contact_flow {
@@ -23,56 +25,36 @@ namespace {
 
 /// Velocities are the same below this, relative.
 constexpr double kNoRate = 1e-9;
-/// Those behind a perturbed run's events and the run's own, below this, and as many tolerances.
-constexpr double kSameOutcome = 1e-6, kUnresolved = 1e3;
-/// Pieces are looked for beyond what so many rays from inside a cone meet first, for each of its
-/// facets, and along so many directions anywhere.
-constexpr int kRays = 6, kBlindDirections = 200;
-/// Rays go on by this much beyond a facet, relative: the cone behind it may be thin.
-constexpr double kBeyond = 1e-3;
+/// Those behind a perturbed run's events and the run's own, below this, and as many tolerances,
+/// and what they change by while the events last, so many times.
+constexpr double kSameOutcome = 1e-6, kUnresolved = 1e3, kSpreads = 10;
 /// A direction lies on a facet, relative.
 constexpr double kOnFacet = 1e-9;
 constexpr std::size_t kMaxPieces = 5000;
 
-/// How far it is from w, inside the cone, to its first facet along a ray, or `most`.
-double Reach(const Matrix& cone, const Vector& w, const Vector& along, double most) {
-  const Vector slope = cone * along, height = cone * w;
-  for (Eigen::Index row = 0; row < cone.rows(); ++row) {
-    if (slope(row) < 0) most = std::min(most, std::max(height(row), 0.0) / -slope(row));
-  }
-  return most;
-}
-
-/// Shoots rays from w, inside the cone, to its facets and at random, and adds what is just beyond.
-template <class Draw, class Add>
-void AcrossFacets(const Matrix& cone, Vector w, const Draw& draw, const Add& add) {
-  for (Eigen::Index ray = 0; ray < kRays * cone.rows(); ++ray) {
-    AskBudget();
-    const Vector aside = draw();
-    const double ahead = Reach(cone, w, aside, 1), back = Reach(cone, w, -aside, 1);
-    w += 0.5 * (ahead - back) * aside;  // to the middle: w may have been close to a facet
-    Vector along = draw();
-    if (ray % 2 == 0) along = 0.1 * along - cone.row(ray / 2 % cone.rows()).transpose();
-    const double reach = Reach(cone, w, along, std::numeric_limits<double>::infinity());
-    if (std::isfinite(reach)) add(w + (1 + kBeyond) * reach * along);
-  }
-}
-
-/// An orthonormal basis of the gradients of gaps and gap rates of what the mode before holds, to
-/// which directions of runs that hold it are orthogonal [2d+k × ·].
-Matrix HeldDirections(ContactDynamics* dynamics, const Transition& transition) {
+/// Orthonormal bases, in sizes, of the gradients of gaps and gap rates of what the mode before
+/// holds [2d+k × ·], and of the directions that hold it, which are orthogonal to these.
+void FindHeld(ContactDynamics* dynamics, const Transition& transition, const Vector& sizes,
+              Matrix* held, Matrix* holding) {
   const WalkPoint point(dynamics, transition);
-  const int size = static_cast<int>(point.gap_jacobian().cols());
-  const ConstraintSet held = transition.mode_before;
-  if (held.Empty()) return Matrix::Zero(size, 0);
-  Matrix gradients(size, 2 * held.Size());
+  const Eigen::Index size = sizes.size();
+  const ConstraintSet contacts = transition.mode_before;
+  Matrix gradients(size, 2 * contacts.Size());
   Eigen::Index k = 0;
-  for (int i : held) {
-    gradients.col(k++) = point.gap_jacobian().row(i).normalized();
-    gradients.col(k++) = point.rate_jacobian().row(i).normalized();
+  for (int i : contacts) {
+    for (const auto& row : {point.gap_jacobian().row(i), point.rate_jacobian().row(i)}) {
+      gradients.col(k++) = row.transpose().cwiseProduct(sizes).normalized();
+    }
   }
-  Eigen::ColPivHouseholderQR<Matrix> factor(gradients);
-  return factor.householderQ() * Matrix::Identity(size, factor.rank());
+  Matrix basis = Matrix::Identity(size, size);
+  Eigen::Index rank = 0;
+  if (k > 0) {
+    const Eigen::ColPivHouseholderQR<Matrix> factor(gradients);
+    basis = factor.householderQ();
+    rank = factor.rank();
+  }
+  *held = basis.leftCols(rank);
+  *holding = basis.rightCols(size - rank);
 }
 
 }  // namespace
@@ -85,7 +67,8 @@ FrictionalEvent::FrictionalEvent(std::shared_ptr<ContactDynamics> dynamics,
       transition_(transition),
       inputs_(std::move(inputs)),
       size_(2 * system_->dof() + dynamics_->num_variables()),
-      held_(HeldDirections(dynamics_.get(), transition)) {
+      sizes_(TangentSizes(dynamics_.get(), transition.x_minus, transition.mode_before)) {
+  FindHeld(dynamics_.get(), transition, sizes_, &held_, &holding_);
   if (transition_.activated.Size() > 1) Classify();
 }
 
@@ -99,7 +82,7 @@ FrictionalPath FrictionalEvent::Follow(const VectorRef& w, const VectorRef& dt) 
   message << "at t = " << transition_.t << " s the perturbed run ";
   try {
     FrictionalPath path = WalkThrough(dynamics_.get(), transition_, inputs_, direction, dt);
-    HoldCone(direction, &path);
+    HoldCone(&path);
     if (!path.matrix.allFinite()) {
       message << "has a derivative that is not finite";
       throw std::domain_error(message.str());
@@ -108,7 +91,13 @@ FrictionalPath FrictionalEvent::Follow(const VectorRef& w, const VectorRef& dt) 
     const double apart = (path.v_plus - end).cwiseAbs().maxCoeff();
     const double size =
         end.cwiseAbs().maxCoeff() + transition_.x_minus.tail(system_->dof()).cwiseAbs().maxCoeff();
-    if (apart <= kSameOutcome * size + kUnresolved * transition_.absolute_tolerance) return path;
+    // Where all stop at once nothing else has a size.
+    const Vector field = dynamics_->Field(transition_.x_minus, transition_.mode_before);
+    const double within = field.segment(system_->dof(), system_->dof()).cwiseAbs().maxCoeff() *
+                          kSpreads * transition_.spread;
+    if (apart <= kSameOutcome * size + kUnresolved * transition_.absolute_tolerance + within) {
+      return path;
+    }
     message << "ends its events with other velocities, " << apart
             << " apart: their order decides the outcome, which is discontinuous here";
   } catch (const FrictionRefusal& reason) {
@@ -118,63 +107,28 @@ FrictionalPath FrictionalEvent::Follow(const VectorRef& w, const VectorRef& dt) 
 }
 
 /// The part of w that leaves held what the mode before holds.
-Vector FrictionalEvent::Held(const Vector& w) const { return w - held_ * (held_.transpose() * w); }
+Vector FrictionalEvent::Held(const Vector& w) const {
+  const Vector y = w.cwiseQuotient(sizes_);
+  return sizes_.cwiseProduct(y - held_ * (held_.transpose() * y));
+}
 
 /// Decisions among directions that hold what the mode before holds; others are none.
-void FrictionalEvent::HoldCone(const Vector& w, FrictionalPath* path) const {
+void FrictionalEvent::HoldCone(FrictionalPath* path) const {
   Matrix cone(path->cone.rows(), size_);
   Eigen::Index rows = 0;
-  path->margin = std::numeric_limits<double>::infinity();
   for (Eigen::Index k = 0; k < path->cone.rows(); ++k) {
-    const Vector row = Held(path->cone.row(k).transpose());
-    if (row.norm() <= kOnFacet) continue;
-    cone.row(rows) = row.normalized().transpose();
-    path->margin = std::min(path->margin, cone.row(rows++).dot(w) / w.norm());
+    const Vector row = path->cone.row(k).transpose().cwiseProduct(sizes_).normalized();
+    const Vector held = row - held_ * (held_.transpose() * row);
+    if (held.norm() <= kOnFacet) continue;
+    const Vector back = held.cwiseQuotient(sizes_);
+    cone.row(rows++) = back.transpose() / back.stableNorm();
   }
   path->cone = cone.topRows(rows);
 }
 
 std::vector<FrictionalPath> FrictionalEvent::Paths(std::size_t max_pieces) const {
-  std::vector<FrictionalPath> paths;
-  std::vector<Vector> inside;  // directions that led to them
-  // The same path may have several cones.
-  const auto known = [&](const FrictionalPath& path, const Vector& w) {
-    return std::any_of(paths.begin(), paths.end(), [&](const FrictionalPath& other) {
-      return other.guards == path.guards && other.modes == path.modes &&
-             ((other.cone * w).array() >= -kOnFacet * w.norm()).all() &&
-             (other.matrix - path.matrix).cwiseAbs().maxCoeff() <=
-                 1e-9 * (1 + path.matrix.cwiseAbs().maxCoeff());
-    });
-  };
-  const auto add = [&](const Vector& w) {
-    const Vector held = Held(w);
-    FrictionalPath path = Follow(held);
-    const bool decided = path.cone.rows() == 0 || path.margin > kOnFacet;
-    if (!decided || known(path, held)) return;
-    if (paths.size() >= max_pieces) {
-      throw std::length_error("a cluster with friction has more than " +
-                              std::to_string(max_pieces) + " pieces");
-    }
-    paths.push_back(std::move(path));
-    inside.push_back(held);
-  };
-  // Across every facet of every cone found so far, from several places inside it.
-  std::mt19937 random(20);
-  std::normal_distribution<double> normal;
-  const auto draw = [&] {
-    Vector w(size_);
-    for (double& entry : w) entry = normal(random);
-    return w;
-  };
-  std::size_t k = 0;
-  for (int blind = 0; blind < kBlindDirections; ++blind) {
-    for (; k < paths.size(); ++k) {
-      const Matrix cone = paths[k].cone;  // a copy: paths move
-      AcrossFacets(cone, inside[k], draw, add);
-    }
-    add(draw());  // what facets did not lead to
-  }
-  return paths;
+  const auto follow = [this](const Vector& w) { return Follow(w); };
+  return PathSearch(follow, sizes_, holding_, max_pieces).Take();
 }
 
 std::vector<PerturbedEvent> FrictionalEvent::Events(const VectorRef& w) const {
@@ -231,7 +185,9 @@ double FrictionalEvent::Kink() const {
     const std::vector<FrictionalPath> paths = Paths(kMaxPieces);
     double kink = 0;
     for (const FrictionalPath& path : paths) {
-      kink = std::max(kink, (path.matrix - paths.front().matrix).cwiseAbs().maxCoeff());
+      const Matrix apart = sizes_.cwiseInverse().asDiagonal() *
+                           (path.matrix - paths.front().matrix) * sizes_.asDiagonal();
+      kink = std::max(kink, apart.cwiseAbs().maxCoeff());
     }
     return kink;
   } catch (const std::exception&) {

@@ -30,14 +30,14 @@ class FrictionalEvent {
   FrictionalPath Follow(const VectorRef& w, const VectorRef& dt) const;
   /// … with them in time.
   FrictionalPath Follow(const VectorRef& w) const { return Follow(w, InTime()); }
-  /// All paths, from cone to cone. Throws std::length_error beyond `max_pieces`.
+  /// All paths, whose cones cover all directions (PathSearch).
   std::vector<FrictionalPath> Paths(std::size_t max_pieces) const;
   /// What happens to the run perturbed along w, to first order.
   std::vector<PerturbedEvent> Events(const VectorRef& w) const;
   PiecewiseLinearMap Map() const;
   /// Of the pieces of Map().
   std::vector<PieceTimes> Times() const;
-  /// Largest entry by which two pieces differ, NaN where they are not known.
+  /// Largest entry by which two pieces differ, in sizes; NaN where they are not known.
   double Kink() const;
   int size() const { return size_; }
 
@@ -45,7 +45,7 @@ class FrictionalEvent {
   Vector InTime() const { return Vector::Zero(static_cast<Eigen::Index>(inputs_.size())); }
   void Classify();
   Vector Held(const Vector& w) const;
-  void HoldCone(const Vector& w, FrictionalPath* path) const;
+  void HoldCone(FrictionalPath* path) const;
   void FindModeAfter(OrderOutcome* outcome) const;
   std::vector<Vector> Around() const;
   bool LandAsOne() const;
@@ -57,7 +57,10 @@ class FrictionalEvent {
   Transition transition_;
   std::vector<Vector> inputs_;
   int size_ = 0;
-  Matrix held_;  // orthonormal: directions that open or close what the mode holds [2d+k × ·]
+  Vector sizes_;  // of the entries of w, whatever the units [2d+k]
+  // Orthonormal, in sizes: directions that open or close what the mode before holds, and those that
+  // hold it [2d+k × ·].
+  Matrix held_, holding_;
   Status status_;
   std::vector<OrderOutcome> outcomes_;
 };

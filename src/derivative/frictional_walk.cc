@@ -42,7 +42,6 @@ FrictionalWalk::FrictionalWalk(ContactDynamics* dynamics, const Transition& tran
       pending_(transition.activated) {
   path_.matrix = Matrix::Identity(size_, width_);
   path_.times.resize(0, width_);
-  path_.margin = std::numeric_limits<double>::infinity();
   still_ = mode_.Sticking();
   for (int g : transition.guards) {
     if (guards_.OfSlips(mode_).Contains(g)) still_.Insert(guards_.ConstraintOf(g));
@@ -81,19 +80,19 @@ double FrictionalWalk::MovesRow(int k) const {
   return std::abs(moved) <= std::max(known, rounding) ? 0 : moved;
 }
 
-void FrictionalWalk::Decide(const Eigen::RowVectorXd& row, double size) {
-  const double norm = row.norm();
-  if (!(norm > kUnmoved * size)) return;
-  decisions_.push_back(row / norm);
-  path_.margin = std::min(path_.margin, decisions_.back().dot(w_) / w_.norm());
+void FrictionalWalk::Decide(Eigen::RowVectorXd row, const Eigen::RowVectorXd& sizes) {
+  for (Eigen::Index c = 0; c < row.size(); ++c) {
+    if (std::abs(row(c)) <= kUnmoved * sizes(c)) row(c) = 0;
+  }
+  if (!row.isZero(0)) decisions_.push_back(row);
 }
 
 Matrix FrictionalWalk::Rows() const {
   Matrix rows(static_cast<Eigen::Index>(decisions_.size()), size_);
   Eigen::Index count = 0;
   for (const Eigen::RowVectorXd& decision : decisions_) {
-    const double norm = decision.head(size_).norm();
-    if (norm > kUnmoved) rows.row(count++) = decision.head(size_) / norm;
+    const double norm = decision.head(size_).stableNorm();
+    if (norm > 0) rows.row(count++) = decision.head(size_) / norm;
   }
   return rows.topRows(count);
 }
@@ -166,7 +165,7 @@ bool FrictionalWalk::Next() {
   for (std::size_t k = 0; k < times.size(); ++k) {
     const bool same = guards[k].kind == c.kind && along.Contains(guards[k].constraint);
     if (k == first || same) continue;
-    Decide(times[k] - times[first], times[k].norm() + times[first].norm());
+    Decide(times[k] - times[first], times[k].cwiseAbs() + times[first].cwiseAbs());
   }
   const Eigen::RowVectorXd tau = times[first];
   const double moved = std::abs(tau.dot(w_));

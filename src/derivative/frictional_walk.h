@@ -20,7 +20,6 @@ struct FrictionalPath {
   Matrix times;                    ///< first-order changes of their instants, a row each
   Matrix times_by_instants;        ///< … by δt
   Vector v_plus;                   ///< velocity behind them, at the base point [d]
-  double margin = 0;               ///< smallest cone·w of the w that led here, relative
 };
 
 /// Follows the run perturbed along w through a cluster, from guard to guard, in the order of their

@@ -61,22 +61,20 @@ void FrictionalWalk::Land(int i, ConstraintSet along) {
   const ConstraintSet touching = mode_.Members().With(i) | along;
   released_ = released_ - touching;
   const FrictionalReset reset(dynamics_, point_.x(), touching, i, mode_, transition_);
-  const FrictionalReset::Branch& branch =
-      reset.Choose(path_.matrix * w_, sizes_, [&](const Eigen::RowVectorXd& row) {
-        Decide(row * path_.matrix, row.norm() * path_.matrix.norm());
-      });
+  const FrictionalReset::Branch& branch = reset.Choose(
+      path_.matrix * w_, sizes_, [&](const Eigen::RowVectorXd& row) { DecideAlong(row); });
   if (branch.bounce.size() > 0) {
     bounces_.push_back({i, branch.bounce_speed * path_.matrix, branch.bounce});
   }
   path_.matrix = branch.jacobian * path_.matrix;
-  sizes_.head(size_) = (branch.jacobian.cwiseAbs() * sizes_.head(size_)).eval();
+  GrowSizes(branch.jacobian);
   Vector struck = point_.x();
   struck.tail(d_) = reset.v_plus();
   const ContactMode rested = transition_.rested;
   if (!rested.Empty()) {
     const RestReset rest = ResetToRest(dynamics_, struck, rested);
     path_.matrix = rest.jacobian * path_.matrix;
-    sizes_.head(size_) = (rest.jacobian.cwiseAbs() * sizes_.head(size_)).eval();
+    GrowSizes(rest.jacobian);
     struck.tail(d_) = rest.v_plus;
   }
   point_.MoveTo(struck);
@@ -121,7 +119,7 @@ void FrictionalWalk::LandAgain(ConstraintSet open) {
   const Matrix landing =
       LandingProjection(&dynamics_, point_.x(), word, back, point_.rate_jacobian());
   path_.matrix = landing * path_.matrix;
-  sizes_.head(size_) = (landing.cwiseAbs() * sizes_.head(size_)).eval();
+  GrowSizes(landing);
 }
 
 void FrictionalWalk::AddBounces() {
@@ -158,7 +156,7 @@ TouchingContacts FrictionalWalk::Touching(bool moved) {
                             point_.rate()(friction.row) > 0 ? Letter::kForward : Letter::kBackward);
     } else if (const double slip = moved && !just_stopped_.Contains(i) ? Moves(i) : 0; slip != 0) {
       const double sign = slip > 0 ? 1 : -1;
-      Decide(sign * point_.rate_jacobian().row(friction.row) * path_.matrix, 0);
+      DecideAlong(sign * point_.rate_jacobian().row(friction.row));
       contacts.slipping.Set(i, slip > 0 ? Letter::kForward : Letter::kBackward);
     } else {
       contacts.still.Insert(i);

@@ -10,14 +10,18 @@
 #include <cstdlib>
 #include <iostream>
 #include <map>
+#include <memory>
 #include <numeric>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "test/adversary/rescaled_system.h"
 #include "test/environment.h"
 #include "test/friction/systems/drawn_contacts.h"
+#include "test/friction/systems/tips.h"
+#include "test/shorthands.h"
 
 namespace contact_flow {
 namespace {
@@ -183,6 +187,129 @@ INSTANTIATE_TEST_SUITE_P(Rows, FrictionInOtherUnits, testing::Values(1, 2),
                          [](const testing::TestParamInfo<int>& info) {
                            return info.param == 1 ? "InThePlane" : "InSpace";
                          });
+
+/// Two or three tips, coupled by springs and dampers, each of which lands, stops, or turns about
+/// kTogether s after the start, all at once.
+constexpr double kTogether = 0.15, kEndOfCluster = 0.25;
+
+struct Together {
+  std::unique_ptr<MechanicalSystem> system;
+  Vector x;  // empty: none found
+};
+
+/// When what contact i does happens first, NaN: never.
+double InstantOf(const Trajectory& run, int i) {
+  for (const Transition& event : run.transitions) {
+    const bool changes = event.mode_before.LetterOf(i) != event.mode_after.LetterOf(i);
+    if (!changes && !event.activated.Contains(i)) continue;
+    for (const EventInstant& instant : event.instants) {
+      if (instant.constraint == i) return event.t + instant.offset;
+    }
+    return event.t;
+  }
+  return std::nan("");
+}
+
+template <int N>
+Together DrawTogether(unsigned seed) {
+  test::Dice dice(seed);
+  ParameterValues values = {{"stiffness", dice.Uniform(0, 10)}, {"damping", dice.Uniform(0, 3)}};
+  Vector x = Vector::Zero(4 * N);
+  std::vector<int> knobs;  // by which each is put right
+  for (int i = 0; i < N; ++i) {
+    const Matrix S = dice.Normals(2, 2, 0.3);
+    const Matrix mass =
+        std::exp(0.5 * dice.Normal()) * (Matrix::Identity(2, 2) + S * S.transpose());
+    for (int k = 0; k < 4; ++k) {
+      values["m" + std::to_string((2 * i + k / 2) * 2 * N + 2 * i + k % 2)] = mass(k / 2, k % 2);
+    }
+    const double mu = dice.Uniform(0.2, 0.8), hold = 9 * mu * mass(1, 1), kind = dice.Uniform(0, 3);
+    const double way = dice.Chance(0.5) ? 1 : -1;
+    values["mu" + std::to_string(i)] = mu;
+    values["f" + std::to_string(2 * i + 1)] = -9 * mass(1, 1);
+    const bool lands = kind<1, turns = kind> 2;
+    values["f" + std::to_string(2 * i)] = lands   ? 3 * dice.Normal()
+                                          : turns ? -way * dice.Uniform(1.3, 2.3) * hold
+                                                  : dice.Uniform(-0.5, 0.5) * hold;
+    knobs.push_back(lands ? 2 * i + 1 : 2 * N + 2 * i);
+    if (lands) x(2 * i + 1) = 0.13;
+    x(2 * N + 2 * i) = lands ? dice.Normal() : way * 9 * mu * kTogether * (turns ? 3 : 1);
+    if (lands) x(2 * N + 2 * i + 1) = -0.2;
+  }
+  Together drawn{MakeSystem<test::Tips<N>>(values), Vector()};
+  const auto late = [&](const Vector& start) {
+    const Trajectory run = Simulate(*drawn.system, start, Vector(0), 0.6, test::Tight());
+    return Vector(Vector::NullaryExpr(
+        N, [&](Eigen::Index i) { return InstantOf(run, static_cast<int>(i)) - kTogether; }));
+  };
+  for (int step = 0; step < 12; ++step) {
+    const Vector miss = late(x);
+    if (!miss.allFinite()) return drawn;
+    if (miss.cwiseAbs().maxCoeff() < 1e-12) {
+      drawn.x = x;
+      return drawn;
+    }
+    Matrix J(N, N);
+    for (int j = 0; j < N; ++j) {
+      J.col(j) = (late(x + 1e-6 * Vector::Unit(4 * N, knobs[j])) - miss) / 1e-6;
+    }
+    const Vector by = J.partialPivLu().solve(miss);
+    for (int j = 0; j < N; ++j) x(knobs[j]) -= by(j);
+  }
+  return drawn;
+}
+
+/// The number of pieces, which tell B(w) of any w; −1 where there is no derivative.
+template <int N>
+int PiecesIn(const MechanicalSystem& system, const Units& units, const Vector& x, unsigned seed) {
+  SimulateOptions options = test::Tight();
+  options.simultaneity_tolerance = 1e-8;
+  const Trajectory run =
+      Simulate(system, units.State(x), Vector(0), kEndOfCluster * units.time, units.Scale(options));
+  const BDerivative B = DifferentiateOutcome(system, run);
+  if (!B.status.ok()) return -1;
+  const PiecewiseLinearMap map = B.Pieces();
+  test::Dice dice(seed);
+  for (int k = 0; k < 60; ++k) {
+    Vector w = dice.Normals(4 * N, 1, 1);
+    for (int i : B.initial_mode) w(2 * i + 1) = w(2 * N + 2 * i + 1) = 0;
+    const Vector y = units.State(w), by = units.Back(B(y));
+    EXPECT_LE((units.Back(map(y)) - by).cwiseAbs().maxCoeff(), 1e-6 * by.cwiseAbs().maxCoeff())
+        << w.transpose();
+  }
+  return static_cast<int>(map.pieces().size());
+}
+
+template <int N>
+void JudgePieces(unsigned seed, int* judged) {
+  const Together drawn = DrawTogether<N>(seed);
+  if (drawn.x.size() == 0) return;
+  SCOPED_TRACE(std::to_string(N) + " tips, seed " + std::to_string(seed));
+  const int pieces = PiecesIn<N>(*drawn.system, Units::Same(2 * N, N), drawn.x, seed);
+  test::Dice dice(seed + 7000);
+  const auto power = [&dice] { return std::exp2(std::round(dice.Uniform(-10, 10))); };
+  for (int k = 0; k < 2 && pieces > 0; ++k) {
+    Units units = Units::Same(2 * N, N);
+    for (double& length : units.length) length = power();
+    for (double& gap : units.gap) gap = power();
+    units.mass = power();
+    units.time = power();
+    const int others = PiecesIn<N>(RescaledSystem(*drawn.system, units), units, drawn.x, seed);
+    if (others < 0) continue;  // velocities that vanish together have no size in these units
+    EXPECT_EQ(pieces, others);
+    ++*judged;
+  }
+}
+
+/// Each coordinate, gap, mass and time in units of its own, up to 1000 times larger or smaller.
+TEST(FrictionalClusterInOtherUnits, HasAsManyPieces) {
+  int judged = 0;
+  for (unsigned seed = 1; seed <= 11; ++seed) {
+    JudgePieces<2>(seed, &judged);
+    JudgePieces<3>(seed, &judged);
+  }
+  EXPECT_GT(judged, 20);
+}
 
 }  // namespace
 }  // namespace contact_flow
