@@ -159,8 +159,8 @@ bool FrictionalWalk::Next() {
   for (std::size_t k = 0; k < times.size(); ++k) {
     if (guards[k].kind != c.kind || !along.Contains(guards[k].constraint)) continue;
     const double size = (times[k].cwiseAbs() + times[first].cwiseAbs()).dot(sizes_);
-    if ((times[k] - times[first]).dot(w_) > kSameInstant * size)
-      Part(c, guards[k].constraint, &along);
+    const bool later = (times[k] - times[first]).dot(w_) > kSameInstant * size;
+    if (later) Part(c, guards[k].constraint, &along);
   }
   for (std::size_t k = 0; k < times.size(); ++k) {
     const bool same = guards[k].kind == c.kind && along.Contains(guards[k].constraint);
