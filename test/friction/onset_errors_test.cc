@@ -7,8 +7,8 @@
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/flow/simulate.h"
-#include "test/friction/systems/drawn_contacts.h"
 #include "test/friction/robot_twins.h"
+#include "test/friction/systems/drawn_contacts.h"
 #include "test/shorthands.h"
 
 namespace contact_flow {
