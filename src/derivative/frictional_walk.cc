@@ -42,6 +42,7 @@ FrictionalWalk::FrictionalWalk(ContactDynamics* dynamics, const Transition& tran
       pending_(transition.activated) {
   path_.matrix = Matrix::Identity(size_, width_);
   path_.times.resize(0, width_);
+  passed_ = Vector::Zero(size_);
   still_ = mode_.Sticking();
   for (int g : transition.guards) {
     if (guards_.OfSlips(mode_).Contains(g)) still_.Insert(guards_.ConstraintOf(g));
@@ -169,7 +170,7 @@ bool FrictionalWalk::Next() {
   }
   const Eigen::RowVectorXd tau = times[first];
   const double moved = std::abs(tau.dot(w_));
-  passed_ += moved;
+  passed_ += moved * field.cwiseAbs();
   path_.matrix += field * tau;
   sizes_.head(size_) += moved * field.cwiseAbs();
   Pass(c, along);

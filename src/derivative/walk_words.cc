@@ -43,8 +43,10 @@ void FrictionalWalk::CheckDropped() {
 }
 
 double FrictionalWalk::Moves(int i) const {
-  const double slip = MovesRow(system_.friction()[i].row);
-  return std::abs(slip) <= kHovers * point_.acceleration() * passed_ ? 0 : slip;
+  const int row = system_.friction()[i].row;
+  const double slip = MovesRow(row);
+  const double gained = point_.rate_jacobian().row(row).cwiseAbs().dot(passed_);
+  return std::abs(slip) <= kHovers * gained ? 0 : slip;
 }
 
 ConstraintSet FrictionalWalk::Along(const WalkGuard& c) const {

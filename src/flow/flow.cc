@@ -198,19 +198,18 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
     return false;
   }
   SampleEnd(&gaps_end_);
-  if (OutgrowsTurn()) {
-    *rejected = true;
-    *h = kPhantomPart * length;
-    return false;
-  }
   misfit_ = HeldMisfit();
-  if (misfit_ > kImpliedOvershoot && length > kShortest * std::max(1.0, t_)) {
+  const bool apart = misfit_ > kImpliedOvershoot && length > kShortest * std::max(1.0, t_);
+  if (apart || OutgrowsTurn()) {
     *rejected = true;
-    *h = 0.5 * length;
+    *h = (apart ? 0.5 : kPhantomPart) * length;
     return false;
   }
   LocatedEvent event = locator_.Locate(stepper_, mode_, gaps_begin_, gaps_end_, error < kFreeError);
-  if (thrown_ >= 0) event = {true, 0, thrown_};
+  if (thrown_ >= 0) {
+    const double fall = -gaps_begin_.gap(thrown_) / gaps_begin_.rate(thrown_);
+    event = {true, std::clamp(fall / length, 0.0, 1.0), thrown_};
+  }
   if (!event.found && event.theta < 1) {  // the step is too long for a guard
     too_quick_ = event.constraint;
     *rejected = true;
