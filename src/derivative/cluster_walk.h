@@ -123,7 +123,7 @@ class FrictionalWalk {
   ConstraintSet just_stopped_;
   bool parted_ = false;      // what depends on another has had an event of its own
   std::size_t changes_ = 0;  // of the input, so far
-  Vector passed_;            // sizes of what fields have done between events so far [2d+k]
+  Vector passed_;            // sizes of what fields, and forces, did between events so far [2d+k]
   /// A plastic contact that landed, with the speed of its bounce [width] and what that adds [d].
   struct Bounce {
     int constraint;

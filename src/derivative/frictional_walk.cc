@@ -139,6 +139,7 @@ Eigen::RowVectorXd FrictionalWalk::TimeOf(const WalkGuard& guard) const {
 }
 
 bool FrictionalWalk::Next() {
+  const Vector free = dynamics_.Field(point_.x(), ContactMode());
   const Vector field = dynamics_.Field(point_.x(), mode_);
   std::vector<WalkGuard> guards = GuardsHere();
   std::vector<Eigen::RowVectorXd> times;
@@ -170,7 +171,7 @@ bool FrictionalWalk::Next() {
   }
   const Eigen::RowVectorXd tau = times[first];
   const double moved = std::abs(tau.dot(w_));
-  passed_ += moved * field.cwiseAbs();
+  passed_ += moved * (field.cwiseAbs() + free.cwiseAbs());
   path_.matrix += field * tau;
   sizes_.head(size_) += moved * field.cwiseAbs();
   Pass(c, along);
