@@ -72,7 +72,11 @@ class FrictionalWalk {
   void CheckDropped();
   /// Contacts of the same body that an event brings along: what lands, or stops, with it.
   ConstraintSet Along(const WalkGuard& c) const;
-  /// A direction by parameters may part what dependent rows tie: `later` has an event of its own.
+  /// Those of `along` that w moves at the instant of c: a direction may part what dependent rows
+  /// tie, by parameters, or as they depend at one posture alone.
+  ConstraintSet PartedFrom(const WalkGuard& c, ConstraintSet along, const Eigen::RowVectorXd& tau,
+                           const Vector& field) const;
+  /// `later` has an event of its own; what follows is known where nothing sticks.
   void Part(const WalkGuard& c, int later, ConstraintSet* along);
   void Land(int i, ConstraintSet along);
   /// What rises there with a speed of first order, and is pressed back, lands again at once.

@@ -75,7 +75,7 @@ FrictionalEvent::FrictionalEvent(std::shared_ptr<ContactDynamics> dynamics,
 FrictionalPath FrictionalEvent::Follow(const VectorRef& w, const VectorRef& dt) const {
   Vector direction = w;
   if (!(direction.norm() > 0) && dt.isZero(0)) {  // any path
-    direction = Held(Vector::LinSpaced(size_, 1, 2));
+    direction = AnyDirection();
   }
   std::ostringstream message;
   message.precision(12);
@@ -104,6 +104,20 @@ FrictionalPath FrictionalEvent::Follow(const VectorRef& w, const VectorRef& dt) 
     message << "is not decided: " << reason.what();
   }
   throw std::domain_error(message.str());
+}
+
+/// One that leaves held what the mode before holds, if it can without parameters and inputs: these
+/// may part what depends on each other.
+Vector FrictionalEvent::AnyDirection() const {
+  constexpr double kNone = 1e-9;
+  const Vector w = Vector::LinSpaced(size_, 1, 2), y = w.cwiseQuotient(sizes_);
+  Matrix fixed(size_, held_.cols() + dynamics_->num_variables());
+  fixed << held_, Matrix::Identity(size_, size_).rightCols(dynamics_->num_variables());
+  if (fixed.cols() == held_.cols()) return Held(w);
+  const Eigen::ColPivHouseholderQR<Matrix> factor(fixed);
+  const Matrix basis = Matrix(factor.householderQ()).leftCols(factor.rank());
+  const Vector moved = y - basis * (basis.transpose() * y);
+  return moved.norm() > kNone * y.norm() ? Vector(sizes_.cwiseProduct(moved)) : Held(w);
 }
 
 /// The part of w that leaves held what the mode before holds.

@@ -44,6 +44,7 @@ class FrictionalEvent {
  private:
   Vector InTime() const { return Vector::Zero(static_cast<Eigen::Index>(inputs_.size())); }
   void Classify();
+  Vector AnyDirection() const;
   Vector Held(const Vector& w) const;
   void HoldCone(FrictionalPath* path) const;
   void FindModeAfter(OrderOutcome* outcome) const;

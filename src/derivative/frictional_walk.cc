@@ -157,19 +157,14 @@ bool FrictionalWalk::Next() {
   }
   CheckOnset(SlippedBefore());
   const WalkGuard& c = guards[first];
+  const Eigen::RowVectorXd tau = times[first];
   ConstraintSet along = Along(c);
-  for (std::size_t k = 0; k < times.size(); ++k) {
-    if (guards[k].kind != c.kind || !along.Contains(guards[k].constraint)) continue;
-    const double size = (times[k].cwiseAbs() + times[first].cwiseAbs()).dot(sizes_);
-    const bool later = (times[k] - times[first]).dot(w_) > kSameInstant * size;
-    if (later) Part(c, guards[k].constraint, &along);
-  }
+  for (int j : PartedFrom(c, along, tau, field)) Part(c, j, &along);
   for (std::size_t k = 0; k < times.size(); ++k) {
     const bool same = guards[k].kind == c.kind && along.Contains(guards[k].constraint);
     if (k == first || same) continue;
     Decide(times[k] - times[first], times[k].cwiseAbs() + times[first].cwiseAbs());
   }
-  const Eigen::RowVectorXd tau = times[first];
   const double moved = std::abs(tau.dot(w_));
   passed_ += moved * (field.cwiseAbs() + free.cwiseAbs());
   path_.matrix += field * tau;
@@ -187,10 +182,29 @@ bool FrictionalWalk::Next() {
   return true;
 }
 
+ConstraintSet FrictionalWalk::PartedFrom(const WalkGuard& c, ConstraintSet along,
+                                         const Eigen::RowVectorXd& tau, const Vector& field) const {
+  ConstraintSet parted;
+  const double delay = tau.dot(w_);
+  const Vector now = path_.matrix * w_ + delay * field;
+  const Vector sizes = sizes_.head(size_) + std::abs(delay) * field.cwiseAbs();
+  const bool lands = c.kind == WalkGuard::Kind::kTouchdown;
+  for (int j : along) {
+    const Friction& friction = system_.friction()[j];
+    const Matrix rows = lands ? Matrix(point_.gap_jacobian().row(j))
+                              : point_.rate_jacobian().middleRows(friction.row, friction.dimension);
+    const Vector moved = (rows * now).cwiseAbs(), known = kSameInstant * (rows.cwiseAbs() * sizes);
+    if ((moved.array() > known.array()).any()) parted.Insert(j);
+  }
+  return parted;
+}
+
 void FrictionalWalk::Part(const WalkGuard& c, int later, ConstraintSet* along) {
-  if (c.kind == WalkGuard::Kind::kTouchdown) {
+  const bool lands = c.kind == WalkGuard::Kind::kTouchdown;
+  if (lands || !mode_.Sticking().Empty() || !Still(later)) {
     const auto& names = system_.description().constraints;
-    throw std::domain_error("a perturbed run parts the touchdowns of contacts '" +
+    throw std::domain_error("a perturbed run parts the " +
+                            std::string(lands ? "touchdowns" : "stops") + " of contacts '" +
                             names[c.constraint] + "' and '" + names[later] +
                             "', whose rows depend on each other: the later one is not followed");
   }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <stdexcept>
 #include <string>
 
 #include "contact_flow/derivative/b_derivative.h"
@@ -116,6 +117,50 @@ TEST(TelescopicLegs, ATripodSticksWhereItCannotSlip) {
   const Trajectory run = Simulate(*tripod, x, Vector(0), 1, SimulateOptions());
   EXPECT_TRUE(run.status.ok()) << run.status.message;
   EXPECT_LT(run.transitions.size(), 200u);
+}
+
+/// Three feet on one plane turn their slips at one posture; where the ground under one is lifted,
+/// each two at a posture of their own. What follows where the third sticks is not known: directions
+/// by that height are refused, where they were 6e-2 off; others have their derivative.
+TEST(TelescopicLegs, AGroundOfItsOwnPartsTheStopsOfThreeFeet) {
+  std::string urdf =
+      "<robot name='r'>" + test::Link("body", 2.96694, 0.0807767, 0.0807767, 0.0807767);
+  std::string feet, springs;
+  const char* places[] = {"-0.2 0 -0.05", "0 0 -0.05", "0.2 0 -0.05"};
+  for (int k = 0; k < 3; ++k) {
+    const std::string leg = "leg" + std::to_string(k);
+    urdf += Leg(leg, "prismatic", places[k], test::Link(leg, 0.2, 0.001, 0.001, 0.001));
+    feet +=
+        leg + ": {kind: plane, link: " + leg + ", point: [0, 0, -0.179412], friction: 0.797154}, ";
+    springs += Spring(leg, 216.599) + ", ";
+  }
+  const auto body = test::Robot(urdf + "</robot>", "{base: planar, gravity: 9.81, constraints: {" +
+                                                       feet + "}, efforts: {" + springs +
+                                                       "}, parameters: {height: leg1/offset}}");
+  const Vector x = test::Entries({0, 0.4025267, 0.231914, 0, 0, 0, -0.7436037, 0.3127827, 0.4028347,
+                                  0.01297536, 0.279309, -0.6324366});
+  SimulateOptions options = test::AtTolerance(1e-11);
+  options.dense = true;
+  const auto outcome = [&](const Vector& start) {
+    return Simulate(*body, start, Vector(0), 0.46, options);
+  };
+  const Trajectory run = outcome(x);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  ASSERT_EQ("+s-", run.transitions.back().mode_before.Word(3));
+  ASSERT_EQ("-s+", run.transitions.back().mode_after.Word(3));
+  BDerivativeOptions by;
+  by.variables.parameters = {0};
+  const BDerivative B = DifferentiateOutcome(*body, run, by);
+  ASSERT_TRUE(B.status.ok()) << B.status.message;
+  EXPECT_THROW(B(Vector::Unit(13, 12)), std::domain_error);
+  EXPECT_THROW(B(-Vector::Unit(13, 12)), std::domain_error);
+  constexpr double kStep = 1e-6;
+  for (const int k : {1, 2, 7, 8}) {
+    const Vector w = Vector::Unit(12, k);
+    const Vector quotient =
+        (outcome(x + kStep * w).FinalState() - outcome(x - kStep * w).FinalState()) / (2 * kStep);
+    EXPECT_LT((quotient - B(Vector::Unit(13, k))).norm(), 1e-4 * (1 + quotient.norm())) << k;
+  }
 }
 
 /// A plastic foot, hit beside two that stick, leaves; these would rise at 2e-7 m/s and be pressed
