@@ -8,6 +8,7 @@
 #include "contact_flow/flow/flow.h"
 #include "guarded.h"
 #include "step_constants.h"
+#include "thrown_down.h"
 
 namespace contact_flow {
 namespace {
@@ -53,10 +54,7 @@ ConstraintSet Flow::LowAtBegin() const {
 /// turns back before it is below its floor, where no guard tells of it: it is hit, or −1.
 int Flow::ThrownDown() const {
   for (int i : guard_margins_.low - mode_ - system_.compliant() - implied_.constraints()) {
-    const double gap = gaps_begin_.gap(i), rate = gaps_begin_.rate(i);
-    const double opens = gaps_begin_.acceleration(i);
-    if (!(rate < -options_.speed_tolerance) || !(opens > 0)) continue;
-    if (gap <= rate * rate / (2 * opens)) return i;
+    if (IsThrownDown(gaps_begin_, i, options_.speed_tolerance)) return i;
   }
   return -1;
 }

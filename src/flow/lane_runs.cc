@@ -10,6 +10,7 @@
 #include "resolution.h"
 #include "src/clocks.h"
 #include "step_constants.h"
+#include "thrown_down.h"
 
 namespace contact_flow {
 namespace {
@@ -163,7 +164,7 @@ bool LaneRuns::BeginArc(int k) {
   SampleGaps(system_, run.x, dynamics_.acceleration(), &terms_, &run.begin);
   run.margins.low = locator_.Low(run.begin);
   Write(run.x.data(), 2 * d_, arrays_.x, k);
-  if (Implies(run) || Drifts(k)) return false;
+  if (MayBeThrownDown(run.begin, run.mode, options_) || Implies(run) || Drifts(k)) return false;
   run.h = kFirstStep * starter_.GuessStep(options_.relative_tolerance, options_.absolute_tolerance);
   run.evaluations += dynamics_.evaluations() - before;
   for (int i = 0; i < 2 * d_; ++i) arrays_.tally[i * width_ + k] = 0;

@@ -5,7 +5,8 @@ namespace contact_flow {
 
 /// How the motion between events is integrated.
 enum class IntegrationMethod {
-  /// DOP853, of order 8: steps for accuracy, and for stability where forces are stiff.
+  /// DOP853, of order 8: steps for accuracy, and for stability where forces are stiff. Behind a
+  /// slip in space that has only just begun steps are implicit, too, as long as it turns quickly.
   kExplicit,
   /// Radau IIA of 5 stages and order 9, L-stable: steps for accuracy alone, each at the cost of
   /// about three explicit ones and a Jacobian.
