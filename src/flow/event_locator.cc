@@ -228,7 +228,7 @@ LocatedEvent EventLocator::Locate(Stepper* stepper, ContactMode mode, const GapS
     if (!ScreenForces(free, &forces, &pull, &event)) return event;
   }
   for (int i : margins_.low) {
-    if (Guards::GapSign(i, mode) * begin.gap(i) > floor_) margins_.low.Erase(i);
+    if (Guards::GapSign(i, mode) * begin.gap(i) > kTouchReach * floor_) margins_.low.Erase(i);
   }
   const ConstraintSet gaps = OpenGaps(free);
   if (!gaps.Empty()) SearchGaps(gaps, free, &event);

@@ -266,10 +266,8 @@ bool Flow::Accept() {
   t_ = end_;
   x_ = x_end_;
   guard_margins_ = locator_.margins();
-  if (trigger_ < 0) {
-    trigger_ = ImpliedThatMoved(1);
-    ForgetRisen();
-  }
+  if (trigger_ < 0) trigger_ = ImpliedThatMoved(1);
+  if (!jam_) ForgetRisen();
   quick_ = quick_next_;
   if (trigger_ >= 0) {
     arc_begun_ = false;

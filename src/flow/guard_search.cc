@@ -52,7 +52,8 @@ GuardSearch::GuardSearch(int n, Sampler sampler, Values values)
       values_(n, kSlots + 2),
       rates_(n, kSlots + 2),
       bend_(n),
-      turn_(n) {}
+      turn_(n),
+      sunk_(n) {}
 
 void GuardSearch::Sample(int slot) {
   ++samples_;
@@ -145,6 +146,10 @@ void GuardSearch::Run(const GuardQuery& query, double* margin, LocatedEvent* eve
   int top = std::min(query.pieces, kMaxPieces);
   shortest_ = std::ldexp(1.0 / top, -kQuickHalvings);
   Divide(top);
+  for (int i : query.guards) {
+    const bool sunk = query.touches && query.low.Contains(i) && values_(i, 0) < -query.floor[i];
+    sunk_(i) = sunk ? -values_(i, 0) : 0;
+  }
   while (top > 0 && theta_[0] < event->theta) {
     if (samples_ > query.max_samples) {
       event->found = false;
@@ -215,9 +220,10 @@ bool GuardSearch::Settle(int i, int middle, int end, bool last) {
 void GuardSearch::SearchHalf(int i, const Node& begin, const Node& end, double lower_bound) {
   const double floor = query_->floor[i];
   const bool dips = begin.rate < 0 && end.rate > 0;
-  // A guard below zero by less than this has not vanished.
+  // A guard below zero by less than this has not vanished. One that was left below its floor by
+  // the event that the step begins with has not come down.
   const bool falls_on = end.theta == 1 && end.rate < 0 && query_->falling.Contains(i);
-  const double least = falls_on ? kStandsStill * floor : floor;
+  const double least = sunk_(i) + (falls_on || sunk_(i) > 0 ? kStandsStill * floor : floor);
   if (end.value >= -least && (!dips || lower_bound > std::max(kTouchReach * floor, *margin_))) {
     return;
   }

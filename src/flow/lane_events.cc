@@ -38,7 +38,7 @@ bool LaneRuns::SettleOnto(int k) {
   run.nearest = run.s;
   run.least = std::abs(value);
   const double correction = slope != 0 ? -value / slope : 0;
-  if (std::abs(correction) <= kTaylorReach || !std::isfinite(correction)) {
+  if (std::abs(correction) <= EulerReach(run.length) || !std::isfinite(correction)) {
     if (std::isfinite(correction)) {
       x_end_ += correction * view_.end_field();
       run.s += correction;

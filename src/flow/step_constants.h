@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
+
 /// What a Flow and the lanes of a batch take their steps by.
 namespace contact_flow {
 
@@ -23,8 +25,10 @@ inline constexpr double kLeastPart = 0.1, kLargestPart = 0.9;
 inline constexpr double kPhantomPart = 0.3;
 /// A gap that is deeper penetrates, of the gap's and the absolute tolerance.
 inline constexpr double kDeep = 100, kUnresolved = 10;
-/// An event is moved this far by one Euler step [s]: error ~1e-18.
-inline constexpr double kTaylorReach = 1e-9;
+/// An event is moved this far by one Euler step, of the step that holds it and at most [s]: error
+/// ~1e-18 beside motion that takes a second.
+inline constexpr double kTaylorPart = 1e-7, kTaylorReach = 1e-9;
+inline double EulerReach(double length) { return std::min(kTaylorReach, kTaylorPart * length); }
 inline constexpr int kMaxNewton = 40;  // steps towards an event: a double zero takes most
 /// A gap that falls by less than this part of a floor before it opens again stands still: a contact
 /// that was let go together with others has a speed of the order of rounding.

@@ -15,7 +15,7 @@ namespace contact_flow {
 std::optional<double> Flow::StepOntoEvent(const LocatedEvent& event, double length) {
   const std::optional<double> reached = StepOntoLevel(event, length, event.theta * length, 0);
   const ConstraintSet low = guards_.OfGaps(mode_) & locator_.margins().low;
-  if (!reached || *reached > kTaylorReach || !low.Contains(event.constraint)) return reached;
+  if (!reached || *reached > EulerReach(length) || !low.Contains(event.constraint)) return reached;
   // What let go within its floor below its surface may rise by less than that, and not pass its
   // surface: it comes back to where it began. What approaches there has touched.
   const GuardJet begin = guards_.OfMotion(event.constraint, mode_, gaps_begin_);
@@ -62,7 +62,7 @@ std::optional<double> Flow::StepOntoLevel(const LocatedEvent& event, double leng
     nearest = s;
     least = std::abs(value);
     const double correction = slope != 0 ? -value / slope : 0;
-    if (std::abs(correction) <= kTaylorReach || !std::isfinite(correction)) {
+    if (std::abs(correction) <= EulerReach(length) || !std::isfinite(correction)) {
       if (std::isfinite(correction)) {
         x_end_ += correction * stepper_->end_field();
         s += correction;

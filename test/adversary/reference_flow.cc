@@ -207,7 +207,8 @@ void ReferenceFlow::Resolve(Vector* x, int trigger, double t, ReferenceRun* run)
   ConstraintSet near;
   for (int i = 0; i < n; ++i) {
     if (mode_.Contains(i)) continue;
-    const double small = kGap + kGap * std::abs(rate(i));
+    // What approaches slowly may be far in time.
+    const double small = rate(i) < -kRest ? kRounding - 2 * kGap * rate(i) : 2 * kGap;
     if (i != trigger && terms.gap(i) > small) continue;
     if (rate(i) < -kRest) {
       event.activated.Insert(i);

@@ -70,7 +70,8 @@ class ReferenceFlow {
   void PutInContact(Vector* x, ConstraintSet held);
 
  private:
-  static constexpr double kRest = 1e-10;  // counts as resting [m/s]
+  static constexpr double kRest = 1e-10;      // counts as resting [m/s]
+  static constexpr double kRounding = 2e-15;  // of a gap [m]
   struct Event {
     double s = 0;
     int constraint = -1;

@@ -104,6 +104,7 @@ class GuardSearch {
   std::array<double, kSlots> theta_;
   std::array<ConstraintSet, kSlots> open_;  // the guards that are not settled on the piece before
   Vector bend_, turn_;                      // [n] see Learn
+  Vector sunk_;                             // [n] how far below −floor those that are low begin
   double shortest_ = 0;
   double sampled_event_ = -1;  // the θ of the last column
   long samples_ = 0;
