@@ -150,7 +150,7 @@ TEST(Adversary, IsNotContradicted) {
   const int threads = static_cast<int>(Environment("CONTACT_FLOW_ADVERSARY_THREADS", 1));
   if (Environment("CONTACT_FLOW_ADVERSARY_PRINT", 0) != 0) {
     for (long k = 0; k < systems; ++k) {
-      const Case c = Generate(static_cast<std::uint64_t>(seed + k));
+      const Case c = GenerateWithOptions(static_cast<std::uint64_t>(seed + k));
       const Verdict verdict = Judge(c);
       std::cout << Print(c) << Name(verdict.kind) << ": " << verdict.reason << " " << verdict.detail
                 << "\n";

@@ -78,7 +78,7 @@ Campaign RunCampaign(std::uint64_t first_seed, long systems, int threads) {
       Verdict verdict;
       std::string generator;
       try {
-        const Case c = Generate(seed);
+        const Case c = GenerateWithOptions(seed);
         generator = c.generator;
         verdict = Judge(c);
       } catch (const std::exception& error) {

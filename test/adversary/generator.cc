@@ -346,5 +346,16 @@ Case Generate(std::uint64_t seed) {
   return result;
 }
 
+Case GenerateWithOptions(std::uint64_t seed) {
+  Case result = Generate(seed);
+  Draw draw(~seed);
+  const double parts[] = {1, 1, 1, 1e-4, 1e-3, 1e-2, 1e2};
+  result.absolute_part = parts[draw.Below(7)];
+  const IntegrationMethod methods[] = {IntegrationMethod::kAutomatic, IntegrationMethod::kAutomatic,
+                                       IntegrationMethod::kExplicit, IntegrationMethod::kImplicit};
+  result.method = methods[draw.Below(4)];
+  return result;
+}
+
 }  // namespace adversary
 }  // namespace contact_flow

@@ -26,9 +26,11 @@ struct Case {
   InputSchedule schedule;
   double duration = 1;
   ImpactLaw law = ImpactLaw::kComplementarity;
-  double event_time = 0;  ///< of the event that was built [s]
-  double delay = 0;       ///< between events that are nearly simultaneous, else 0 [s]
-  double tolerance = 1e-9;
+  double event_time = 0;     ///< of the event that was built [s]
+  double delay = 0;          ///< between events that are nearly simultaneous, else 0 [s]
+  double tolerance = 1e-9;   ///< relative
+  double absolute_part = 1;  ///< of it, the absolute one
+  IntegrationMethod method = IntegrationMethod::kAutomatic;
 };
 
 /// The names of all generators; seed s belongs to number s mod size.
@@ -36,6 +38,8 @@ const std::vector<std::string>& GeneratorNames();
 
 /// The same case for the same seed.
 Case Generate(std::uint64_t seed);
+/// The same, of which some run by other methods, and by an absolute tolerance of its own.
+Case GenerateWithOptions(std::uint64_t seed);
 
 /// All numbers of a case, to be read by people.
 std::string Print(const Case& c);

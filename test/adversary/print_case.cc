@@ -28,7 +28,8 @@ std::string Print(const Case& c) {
   out << ": " << k.dof() << " coordinates, " << k.gaps.size() << " constraints, " << k.input.cols()
       << " inputs, duration " << c.duration << ", event at " << c.event_time << ", delay "
       << c.delay << ", law " << (c.law == ImpactLaw::kProjection ? "projection" : "complementarity")
-      << ", tolerance " << c.tolerance << "\nx = " << c.x.transpose().format(kRow)
+      << ", tolerance " << c.tolerance << ", absolute " << c.absolute_part * c.tolerance
+      << ", method " << static_cast<int>(c.method) << "\nx = " << c.x.transpose().format(kRow)
       << "\nmass = " << k.mass.format(kRow) << "\n";
   for (const Matrix& slope : k.mass_slopes) out << "  slope " << slope.format(kRow) << "\n";
   out << "load = " << k.load.transpose().format(kRow)

@@ -44,7 +44,9 @@ ReferenceRun Trial::Reference(const Vector& w, ConstraintSet kept, Steps steps) 
 
 Trajectory Trial::Simulated(double max_step) const {
   SimulateOptions options;
-  options.relative_tolerance = options.absolute_tolerance = c_.tolerance;
+  options.relative_tolerance = c_.tolerance;
+  options.absolute_tolerance = c_.absolute_part * c_.tolerance;
+  options.method = c_.method;
   options.impact_law = c_.law;
   options.max_step = max_step;
   options.max_seconds = 20;
