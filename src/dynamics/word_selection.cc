@@ -57,7 +57,11 @@ class Words {
   }
 
   ContactMode Find(double border, WordConventions* by) {
-    const std::vector<FrictionSolution> all = SolveFrictionFrom(frame_.problem(), border, before_);
+    std::vector<FrictionSolution> all = SolveFrictionFrom(frame_.problem(), border, before_);
+    const auto ended = std::remove_if(all.begin(), all.end(), [this](const FrictionSolution& word) {
+      return touching_.ended && word.letters == before_;
+    });
+    if (ended != all.begin()) all.erase(ended, all.end());
     const ContactMode found = FindAmong(all, border, by);
     for (const FrictionSolution& word : all) {
       if (!word.turns || ModeOf(word) != found) continue;

@@ -121,6 +121,7 @@ void FrictionalResolution::Decide() {
   TouchingContacts contacts;
   contacts.slack = ForceSlack(&dynamics_, cluster);
   if (cluster.activated.Empty()) contacts.before = cluster.mode_before;
+  contacts.ended = rules_.stalled && cluster.activated.Empty() && !grazed_.Empty();
   ConstraintSet leaving, leaving_hit;
   for (int i : rising) {
     if (!cluster.activated.Empty()) (bounced(i) ? leaving_hit : leaving).Insert(i);

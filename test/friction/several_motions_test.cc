@@ -10,6 +10,7 @@
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/simulate.h"
 #include "test/friction/robot_twins.h"
 #include "test/refusal.h"
@@ -102,6 +103,34 @@ TEST(SeveralMotions, ARunKeepsTheOneItWasIn) {
   }
   EXPECT_TRUE(told);
   EXPECT_EQ(Outcome::kPainleveIndeterminate, DifferentiateOutcome(*robot, run).status.outcome);
+}
+
+/// Feet that graze are let go, as they were until now, though they could be pressed as well. Where
+/// they touch again in no time, that motion does not go on, and one of those follows: such a run
+/// ended as CHATTER.
+TEST(SeveralMotions, AnotherOneFollowsTheOneThatEndsAtOnce) {
+  const std::string feet = FootAt(0, -0.2, 0, "1") + FootAt(1, 0.2, 0, "0.75");
+  const auto robot = Robot(BoxWithSlider(), OnFeet("planar", -0.119, feet));
+  ContactDynamics dynamics(*robot, Vector());
+  const Vector x = robot->nominal().x;
+  TouchingContacts touching;
+  touching.still = ConstraintSet({0, 1});
+  WordConventions by;
+  const ContactMode kept = SelectWord(&dynamics, x, touching, 1e-9, &by);
+  ASSERT_TRUE(by.smallest);
+  ASSERT_EQ("oo", kept.Word(2));
+  touching.ended = true;
+  const ContactMode other = SelectWord(&dynamics, x, touching, 1e-9, &by);
+  EXPECT_FALSE(other.Empty());
+  dynamics.Evaluate(x, other);
+  EXPECT_GT(dynamics.force().head(2).sum(), 0.1);  // [N]
+  // Alone it stays.
+  const Vector pulled = robot->Perturb(x, 0.119 * Vector::Unit(2 * robot->dof(), 3));
+  touching.ended = false;
+  const ContactMode only = SelectWord(&dynamics, pulled, touching, 1e-9, &by);
+  touching.before = only;
+  touching.ended = true;
+  EXPECT_EQ(only, SelectWord(&dynamics, pulled, touching, 1e-9, &by));
 }
 
 /// A box that falls exactly flat on points of unequal friction: by Newton's law each leaves with

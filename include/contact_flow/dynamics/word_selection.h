@@ -72,6 +72,8 @@ struct TouchingContacts {
   Vector slack;
   /// The letters until now, unless an impact has come between: where several motions go on, theirs.
   ContactMode before;
+  /// They have ended at once again and again: another motion follows, if one fits.
+  bool ended = false;
 };
 
 /// What decided a word beside the laws: a convention, that is to be told.
