@@ -303,8 +303,10 @@ class Builder {
       case_.schedule.grid = {0, std::max(1e-6, t)};
       case_.schedule.values = {u, later};
     }
-    if (draw_.Chance(0.08)) case_.law = ImpactLaw::kProjection;
-    if (draw_.Chance(0.2)) case_.tolerance = 1e-12;
+    if (draw_.Chance(0.08)) case_.options.impact_law = ImpactLaw::kProjection;
+    SimulateOptions& options = case_.options;
+    options.max_seconds = 20;
+    if (draw_.Chance(0.2)) options.relative_tolerance = options.absolute_tolerance = 1e-12;
   }
 
   /// The state from which the motion comes to the event; else why there is none.
@@ -349,11 +351,17 @@ Case Generate(std::uint64_t seed) {
 Case GenerateWithOptions(std::uint64_t seed) {
   Case result = Generate(seed);
   Draw draw(~seed);
+  SimulateOptions& options = result.options;
   const double parts[] = {1, 1, 1, 1e-4, 1e-3, 1e-2, 1e2};
-  result.absolute_part = parts[draw.Below(7)];
+  options.absolute_tolerance *= parts[draw.Below(7)];
   const IntegrationMethod methods[] = {IntegrationMethod::kAutomatic, IntegrationMethod::kAutomatic,
                                        IntegrationMethod::kExplicit, IntegrationMethod::kImplicit};
-  result.method = methods[draw.Below(4)];
+  options.method = methods[draw.Below(4)];
+  const double others[] = {1, 1, 1, 1e-2, 1e2};
+  options.gap_tolerance *= others[draw.Below(5)];
+  options.speed_tolerance *= others[draw.Below(5)];
+  const double together[] = {0, 0, 0, 1e-10, 1e-8};
+  options.simultaneity_tolerance = together[draw.Below(5)];
   return result;
 }
 

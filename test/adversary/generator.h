@@ -25,12 +25,9 @@ struct Case {
   Vector x;  ///< [2d]
   InputSchedule schedule;
   double duration = 1;
-  ImpactLaw law = ImpactLaw::kComplementarity;
-  double event_time = 0;     ///< of the event that was built [s]
-  double delay = 0;          ///< between events that are nearly simultaneous, else 0 [s]
-  double tolerance = 1e-9;   ///< relative
-  double absolute_part = 1;  ///< of it, the absolute one
-  IntegrationMethod method = IntegrationMethod::kAutomatic;
+  double event_time = 0;    ///< of the event that was built [s]
+  double delay = 0;         ///< between events that are nearly simultaneous, else 0 [s]
+  SimulateOptions options;  ///< in units of order 1
 };
 
 /// The names of all generators; seed s belongs to number s mod size.
@@ -38,7 +35,7 @@ const std::vector<std::string>& GeneratorNames();
 
 /// The same case for the same seed.
 Case Generate(std::uint64_t seed);
-/// The same, of which some run by other methods, and by an absolute tolerance of its own.
+/// The same, of which some run by other methods, and by tolerances that are not the usual ones.
 Case GenerateWithOptions(std::uint64_t seed);
 
 /// All numbers of a case, to be read by people.

@@ -134,7 +134,7 @@ class Court {
     const Vector x = c_.units.Back(run_.FinalState());
     const double gain = 1 + B_.arcs.size();
     const double off = (x - base_.x).cwiseAbs().maxCoeff() / (1 + base_.x.cwiseAbs().maxCoeff());
-    if (off <= kSameState * gain * std::max(1.0, c_.tolerance / 1e-9)) return true;
+    if (off <= kSameState * gain * std::max(1.0, c_.options.relative_tolerance / 1e-9)) return true;
     const double stated = c_.units.Back(B_.trust.state_error).cwiseAbs().maxCoeff();
     if (off <= stated / (1 + base_.x.cwiseAbs().maxCoeff())) {
       Skip("a motion that multiplies errors, as its estimate says");

@@ -18,7 +18,7 @@ Trajectory RunAt(const Case& c, const RescaledSystem& system, double tolerance,
                  IntegrationMethod method) {
   SimulateOptions options;
   options.absolute_tolerance = tolerance;
-  options.impact_law = c.law;
+  options.impact_law = c.options.impact_law;
   options = c.units.Scale(options);
   options.relative_tolerance = tolerance;
   options.method = method;

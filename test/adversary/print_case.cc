@@ -25,12 +25,15 @@ std::string Print(const Case& c) {
     return out.str();
   }
   const Coefficients& k = c.system->coefficients();
+  const SimulateOptions& o = c.options;
   out << ": " << k.dof() << " coordinates, " << k.gaps.size() << " constraints, " << k.input.cols()
       << " inputs, duration " << c.duration << ", event at " << c.event_time << ", delay "
-      << c.delay << ", law " << (c.law == ImpactLaw::kProjection ? "projection" : "complementarity")
-      << ", tolerance " << c.tolerance << ", absolute " << c.absolute_part * c.tolerance
-      << ", method " << static_cast<int>(c.method) << "\nx = " << c.x.transpose().format(kRow)
-      << "\nmass = " << k.mass.format(kRow) << "\n";
+      << c.delay << ", law "
+      << (o.impact_law == ImpactLaw::kProjection ? "projection" : "complementarity")
+      << ", tolerances: relative " << o.relative_tolerance << ", absolute " << o.absolute_tolerance
+      << ", gap " << o.gap_tolerance << ", speed " << o.speed_tolerance << ", simultaneity "
+      << o.simultaneity_tolerance << "; method " << static_cast<int>(o.method)
+      << "\nx = " << c.x.transpose().format(kRow) << "\nmass = " << k.mass.format(kRow) << "\n";
   for (const Matrix& slope : k.mass_slopes) out << "  slope " << slope.format(kRow) << "\n";
   out << "load = " << k.load.transpose().format(kRow)
       << "\nstiffness = " << k.stiffness.format(kRow) << "\ndamping = " << k.damping.format(kRow)

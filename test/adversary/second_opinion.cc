@@ -17,7 +17,7 @@ std::string SecondOpinion(const Case& c, const Vector& w, const Vector& predicti
   options.simultaneity_tolerance = 1e-13;
   options.gap_tolerance = 1e-12;
   options.speed_tolerance = 1e-10;
-  options.impact_law = c.law;
+  options.impact_law = c.options.impact_law;
   options = c.units.Scale(options);
   options.relative_tolerance = 1e-13;
   InputSchedule schedule = c.schedule, moved = c.schedule;

@@ -34,7 +34,7 @@ Trajectory Moved(const Case& c, double absolute) {
   SimulateOptions options;
   options.relative_tolerance = 1e-9;
   options.absolute_tolerance = absolute;
-  options.impact_law = c.law;
+  options.impact_law = c.options.impact_law;
   return Simulate(*c.system, c.x, c.schedule, c.duration, options);
 }
 

@@ -9,7 +9,7 @@ namespace {
 
 ReferenceOptions OptionsOf(const Case& c, Trial::Steps steps) {
   ReferenceOptions options;
-  options.law = c.law;
+  options.law = c.options.impact_law;
   if (steps == Trial::kFine) {
     options.largest_step *= 0.37;
     options.feature *= 0.5;
@@ -43,13 +43,8 @@ ReferenceRun Trial::Reference(const Vector& w, ConstraintSet kept, Steps steps) 
 }
 
 Trajectory Trial::Simulated(double max_step) const {
-  SimulateOptions options;
-  options.relative_tolerance = c_.tolerance;
-  options.absolute_tolerance = c_.absolute_part * c_.tolerance;
-  options.method = c_.method;
-  options.impact_law = c_.law;
+  SimulateOptions options = c_.options;
   options.max_step = max_step;
-  options.max_seconds = 20;
   options = c_.units.Scale(options);
   InputSchedule schedule = c_.schedule;
   for (double& t : schedule.grid) t *= c_.units.time;
