@@ -147,6 +147,9 @@ bool Flow::PassTransition() {
   }
   for (const Warning& warning : resolved.warnings) Warn(warning.code, warning.message);
   transition_ = std::move(resolved.transition);
+  NoteHeldDown();
+  held_down_ = resolved.held_down;
+  held_until_ = t_ + resolved.held_interval;
   last_transition_ = t_;
   ++transitions_;
   mode_ = transition_.mode_after;
@@ -168,6 +171,27 @@ bool Flow::PassTransition() {
          << " s (Zeno)";
   Stop(Outcome::kZeno, reason.str());
   return true;
+}
+
+/// A contact that an impact would have thrown up, too slowly to be resolved, takes part in the next
+/// one as if it had never left: had it been above its surface, however little, they would have come
+/// one after the other, with another outcome.
+void Flow::NoteHeldDown() {
+  if (held_down_.Empty() || t_ >= held_until_ || transition_.activated.Empty()) return;
+  ConstraintSet hit;
+  for (int i : held_down_) {
+    if (transition_.impulse(i) > 0) hit.Insert(i);
+  }
+  if (hit.Empty()) return;
+  std::ostringstream reason;
+  reason.precision(12);
+  reason << "at t = " << t_ << " s contacts " << hit.ToString(system_.description().constraints)
+         << ", which the last impact would have thrown up until t = " << held_until_
+         << " s, too slowly to be resolved, are hit together with "
+         << transition_.activated.ToString(system_.description().constraints)
+         << ": one after the other may have another outcome, it is not continuous here";
+  transition_.obstacle = {Outcome::kDiscontinuous, reason.str()};
+  Warn(Outcome::kDiscontinuous, reason.str());
 }
 
 /// What the errors of the last arc become by its event. Those of longer ago are those of all events

@@ -228,14 +228,20 @@ void Resolution::Hold(const Vector& v_plus, ConstraintSet hit, ConstraintSet hel
       result_.rest_speed = rate(i);
       rising = i;
     }
+    if (!hit.Contains(i) && rate(i) > kAboveDrift * std::max(size, std::abs(rate_(i)))) {
+      result_.held_down.Insert(i);
+    }
   }
   if (!(residual > size)) return;
   const ImpactResult rest = PlasticImpact(system_, transition().x_minus.head(nq_), v_plus, held);
-  if (rising >= 0) {
-    dynamics_.Evaluate(transition().x_plus, transition().mode_after.Without(rising));
-    const double back =
-        -(terms_.jacobian.row(rising) * dynamics_.acceleration())(0) - terms_.bias(rising);
-    result_.rest_interval = back > 0 ? 2 * result_.rest_speed / back : 0;
+  const auto interval = [&](int i) {
+    dynamics_.Evaluate(transition().x_plus, transition().mode_after.Without(i));
+    const double back = -(terms_.jacobian.row(i) * dynamics_.acceleration())(0) - terms_.bias(i);
+    return back > 0 ? 2 * rate(i) / back : 0;
+  };
+  if (rising >= 0) result_.rest_interval = interval(rising);
+  for (int i : result_.held_down) {
+    result_.held_interval = std::max(result_.held_interval, interval(i));
   }
   transition().x_plus.tail(d_) = rest.v_plus;
   const Vector change = rest.v_plus - v_plus;

@@ -131,6 +131,8 @@ TEST(Adversary, WhatWasWrongOnce) {
        "by projection, a contact that had let go and was held at another's impact"},
       {2457, kRefused, "events whose order errors of the state do not tell",
        "their order is not known"},
+      {100702, kRefused, "a contact that is thrown up, 3e-18 m, when the next one is hit",
+       "too slowly to be resolved"},
       {601756, kRefused, "a crash: bounces made rest behind an impact that lifts all",
        "accumulate"},
   };

@@ -17,7 +17,7 @@ void Fall(const double* x, double* xdot) {
 
 class Tallies : public testing::Test {
  protected:
-  Tallies() : ball_(MakeModel("bouncing_ball")), stepper_(2, Fall) {
+  Tallies() : ball_(MakeModel("driven_ball")), stepper_(2, Fall) {
     Vector x(2);
     x << 1, -2;
     stepper_.Begin(x);

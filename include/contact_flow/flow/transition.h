@@ -37,6 +37,9 @@ struct ResolvedTransition {
   /// The largest speed at which a contact would have risen that was made rest [m/s], and the time
   /// until it would have been back [s].
   double rest_speed = 0, rest_interval = 0;
+  /// Those that would rise at more than rounding, however slowly, and for how long at most [s].
+  ConstraintSet held_down;
+  double held_interval = 0;
   Status status;
   std::vector<Warning> warnings;
 };
