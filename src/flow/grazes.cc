@@ -34,18 +34,23 @@ double NoiseOf(const ConstraintTerms& terms, int i, const VectorRef& acceleratio
 
 }  // namespace
 
+/// Whether gap i is near above its floor, and does not fall to speak of.
+bool Flow::StandsNear(int i) const {
+  const double floor = options_.absolute_tolerance;
+  const GuardJet at = guards_.OfMotion(i, mode_, gaps_begin_);
+  if (at.value > kTouchReach * floor) return false;
+  return at.rate >= 0 ||
+         at.rate * at.rate <= 2 * kStandsStill * floor * std::max(at.acceleration, 0.0);
+}
+
 /// The gaps that begin an arc within their floors, or where they have just touched: below, or near
 /// above with no speed to speak of. But for those that come down to it from above and open again by
 /// themselves: they are about to graze.
 ConstraintSet Flow::LowAtBegin() const {
   ConstraintSet low = locator_.Low(gaps_begin_);
   if (steps_ == 0) return low;
-  const double floor = options_.absolute_tolerance;
-  for (int i : guard_margins_.low - mode_.Without(system_.compliant())) {
-    const GuardJet at = guards_.OfMotion(i, mode_, gaps_begin_);
-    const double dip = at.rate < 0 ? at.rate * at.rate / (2 * std::max(at.acceleration, 0.0)) : 0;
-    const bool stands = at.value <= kTouchReach * floor && dip <= kStandsStill * floor;
-    if (gaps_begin_.gap(i) < 0 || stands) low.Insert(i);
+  for (int i : guard_margins_.low - low - mode_.Without(system_.compliant())) {
+    if (gaps_begin_.gap(i) < 0 || StandsNear(i)) low.Insert(i);
   }
   const auto acceleration = stepper_->begin_field().tail(system_.dof());
   for (int i : low - guard_margins_.low - mode_.Without(system_.compliant())) {

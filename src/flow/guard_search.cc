@@ -120,8 +120,12 @@ void GuardSearch::Divide(int pieces) {
   for (int k = 1; k <= pieces; ++k) {
     place(pieces + 1 - k, k < pieces ? (k + kJitter * Irregular()) / pieces : 1);
   }
-  for (int i : query_->guards) bend_(i) = query_->floor[i] * query_->floor[i];
-  for (int i : query_->guards) turn_(i) = 0;
+  for (int i : query_->guards) {
+    bend_(i) = query_->floor[i] * query_->floor[i];
+    turn_(i) = sunk_(i) = 0;
+    const bool below = query_->touches && values_(i, 0) < -query_->floor[i];
+    if (below && query_->low.Contains(i)) sunk_(i) = -values_(i, 0);
+  }
   for (int slot = pieces; slot > 1; --slot) {
     const int before = slot == pieces ? 0 : slot + 1;
     for (int i : query_->guards) Learn(i, At(i, before), At(i, slot), At(i, slot - 1));
@@ -146,10 +150,6 @@ void GuardSearch::Run(const GuardQuery& query, double* margin, LocatedEvent* eve
   int top = std::min(query.pieces, kMaxPieces);
   shortest_ = std::ldexp(1.0 / top, -kQuickHalvings);
   Divide(top);
-  for (int i : query.guards) {
-    const bool sunk = query.touches && query.low.Contains(i) && values_(i, 0) < -query.floor[i];
-    sunk_(i) = sunk ? -values_(i, 0) : 0;
-  }
   while (top > 0 && theta_[0] < event->theta) {
     if (samples_ > query.max_samples) {
       event->found = false;

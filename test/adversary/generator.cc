@@ -298,15 +298,13 @@ class Builder {
     if (r_.inputs) {
       const double offsets[] = {0, 0, 1e-9, -1e-9, 1e-6, -1e-6, 0.01, -0.01};
       const double t = before + offsets[draw_.Below(8)];
-      Vector later = u;
-      for (int j = 0; j < u.size(); ++j) later(j) = draw_.Normal();
+      const Vector later = u.unaryExpr([this](double) { return draw_.Normal(); });
       case_.schedule.grid = {0, std::max(1e-6, t)};
       case_.schedule.values = {u, later};
     }
     if (draw_.Chance(0.08)) case_.options.impact_law = ImpactLaw::kProjection;
-    SimulateOptions& options = case_.options;
-    options.max_seconds = 20;
-    if (draw_.Chance(0.2)) options.relative_tolerance = options.absolute_tolerance = 1e-12;
+    const double tolerance = draw_.Chance(0.2) ? 1e-12 : 1e-9;
+    case_.options.relative_tolerance = case_.options.absolute_tolerance = tolerance;
   }
 
   /// The state from which the motion comes to the event; else why there is none.
@@ -345,23 +343,6 @@ Case Generate(std::uint64_t seed) {
   result.generator = name;
   Draw draw(seed);
   Builder(maker(&draw), &result, &draw).Build();
-  return result;
-}
-
-Case GenerateWithOptions(std::uint64_t seed) {
-  Case result = Generate(seed);
-  Draw draw(~seed);
-  SimulateOptions& options = result.options;
-  const double parts[] = {1, 1, 1, 1e-4, 1e-3, 1e-2, 1e2};
-  options.absolute_tolerance *= parts[draw.Below(7)];
-  const IntegrationMethod methods[] = {IntegrationMethod::kAutomatic, IntegrationMethod::kAutomatic,
-                                       IntegrationMethod::kExplicit, IntegrationMethod::kImplicit};
-  options.method = methods[draw.Below(4)];
-  const double others[] = {1, 1, 1, 1e-2, 1e2};
-  options.gap_tolerance *= others[draw.Below(5)];
-  options.speed_tolerance *= others[draw.Below(5)];
-  const double together[] = {0, 0, 0, 1e-10, 1e-8};
-  options.simultaneity_tolerance = together[draw.Below(5)];
   return result;
 }
 

@@ -45,6 +45,7 @@ ReferenceRun Trial::Reference(const Vector& w, ConstraintSet kept, Steps steps) 
 Trajectory Trial::Simulated(double max_step) const {
   SimulateOptions options = c_.options;
   options.max_step = max_step;
+  options.max_seconds = 20;
   options = c_.units.Scale(options);
   InputSchedule schedule = c_.schedule;
   for (double& t : schedule.grid) t *= c_.units.time;

@@ -150,6 +150,7 @@ class Flow {
   void TallyTransition();
   void NoteUnresolvedReturn(int i, double gap, double rate);
   ConstraintSet LowAtBegin() const;
+  bool StandsNear(int i) const;
   int ThrownDown() const;
   void RememberTouched();
   void NoteGrazes(bool stepped);
