@@ -49,11 +49,15 @@ bool Flow::StandsNear(int i) const {
 ConstraintSet Flow::LowAtBegin() const {
   ConstraintSet low = locator_.Low(gaps_begin_);
   if (steps_ == 0) return low;
-  for (int i : guard_margins_.low - low - mode_.Without(system_.compliant())) {
-    if (gaps_begin_.gap(i) < 0 || StandsNear(i)) low.Insert(i);
+  const ContactMode rigid = mode_.Without(system_.compliant());
+  const ConstraintSet touched = guard_margins_.low;
+  if (touched != low) {
+    for (int i : touched - low - rigid) {
+      if (gaps_begin_.gap(i) < 0 || StandsNear(i)) low.Insert(i);
+    }
   }
   const auto acceleration = stepper_->begin_field().tail(system_.dof());
-  for (int i : low - guard_margins_.low - mode_.Without(system_.compliant())) {
+  for (int i : low - touched - rigid) {
     const GuardJet at = guards_.OfMotion(i, mode_, gaps_begin_);
     if (at.rate < 0 && at.acceleration > NoiseOf(terms_, i, acceleration)) low.Erase(i);
   }

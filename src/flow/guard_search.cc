@@ -51,9 +51,7 @@ GuardSearch::GuardSearch(int n, Sampler sampler, Values values)
       values_alone_(std::move(values)),
       values_(n, kSlots + 2),
       rates_(n, kSlots + 2),
-      bend_(n),
-      turn_(n),
-      sunk_(n) {}
+      seen_(n, 3) {}
 
 void GuardSearch::Sample(int slot) {
   ++samples_;
@@ -121,10 +119,10 @@ void GuardSearch::Divide(int pieces) {
     place(pieces + 1 - k, k < pieces ? (k + kJitter * Irregular()) / pieces : 1);
   }
   for (int i : query_->guards) {
-    bend_(i) = query_->floor[i] * query_->floor[i];
-    turn_(i) = sunk_(i) = 0;
+    seen_(i, kBend) = query_->floor[i] * query_->floor[i];
+    seen_(i, kTurn) = seen_(i, kSunk) = 0;
     const bool below = query_->touches && values_(i, 0) < -query_->floor[i];
-    if (below && query_->low.Contains(i)) sunk_(i) = -values_(i, 0);
+    if (below && query_->low.Contains(i)) seen_(i, kSunk) = -values_(i, 0);
   }
   for (int slot = pieces; slot > 1; --slot) {
     const int before = slot == pieces ? 0 : slot + 1;
@@ -136,8 +134,8 @@ void GuardSearch::Divide(int pieces) {
 void GuardSearch::Learn(int i, const Node& a, const Node& m, const Node& b) {
   const double slope = (b.value - a.value) / (b.theta - a.theta);
   const double bend = m.value - a.value - slope * (m.theta - a.theta), turn = m.rate - slope;
-  bend_(i) += bend * bend;
-  turn_(i) += turn * turn;
+  seen_(i, kBend) += bend * bend;
+  seen_(i, kTurn) += turn * turn;
 }
 
 void GuardSearch::Run(const GuardQuery& query, double* margin, LocatedEvent* event) {
@@ -186,7 +184,7 @@ bool GuardSearch::Settle(int i, int middle, int end, bool last) {
   const double length = b.theta - a.theta;
   Learn(i, a, m, b);
   const bool quick = query_->quick && length > shortest_ && !last &&
-                     length * length * turn_(i) > kPhase * kPhase * bend_(i);
+                     length * length * seen_(i, kTurn) > kPhase * kPhase * seen_(i, kBend);
   if (quick) return false;
   const CubicPiece whole(length, a.value, a.rate, b.value, b.rate);
   const double s = (m.theta - a.theta) / length;
@@ -223,7 +221,8 @@ void GuardSearch::SearchHalf(int i, const Node& begin, const Node& end, double l
   // A guard below zero by less than this has not vanished. One that was left below its floor by
   // the event that the step begins with has not come down.
   const bool falls_on = end.theta == 1 && end.rate < 0 && query_->falling.Contains(i);
-  const double least = sunk_(i) + (falls_on || sunk_(i) > 0 ? kStandsStill * floor : floor);
+  const double sunk = seen_(i, kSunk);
+  const double least = falls_on || sunk > 0 ? sunk + kStandsStill * floor : floor;
   if (end.value >= -least && (!dips || lower_bound > std::max(kTouchReach * floor, *margin_))) {
     return;
   }

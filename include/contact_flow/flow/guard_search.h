@@ -103,8 +103,9 @@ class GuardSearch {
   Matrix values_, rates_;  // [n × slots + 2]
   std::array<double, kSlots> theta_;
   std::array<ConstraintSet, kSlots> open_;  // the guards that are not settled on the piece before
-  Vector bend_, turn_;                      // [n] see Learn
-  Vector sunk_;                             // [n] how far below −floor those that are low begin
+  // How quick guards are, see Learn; how far below −floor those that are low begin.
+  enum { kBend, kTurn, kSunk };
+  Matrix seen_;  // [n×3]
   double shortest_ = 0;
   double sampled_event_ = -1;  // the θ of the last column
   long samples_ = 0;
