@@ -40,8 +40,8 @@ py::object StabilityOf(const Return& r, const std::vector<std::string>& translat
                        const py::kwargs& options);
 
 /// The tangents of a common shift of the coordinates of these names, and of its rate [2d×2], or
-/// none [2d×0]. Throws ValueError where P(x) is not x but for such a shift, and where the next return
-/// is another.
+/// none [2d×0]. Throws ValueError where P(x) is not x but for such a shift, and where the next
+/// return is another.
 Matrix OrbitShift(const Return& r, const std::vector<std::string>& translation);
 /// Throws ValueError where what was set aside is no symmetry.
 void RequireSymmetry(const ReducedMap& rest);

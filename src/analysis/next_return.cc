@@ -8,7 +8,7 @@ namespace contact_flow {
 namespace {
 
 constexpr double kSameWay = 1e-4;  // of one return and the next, beside the size of the motion
-constexpr double kGrowth = 10;  // … or so many times what DP makes of the distance from the orbit
+constexpr double kGrown = 10;  // … or so many times what DP makes of the distance from the orbit
 
 /// The largest growth of a tangent by DP, in sizes.
 double GrowthOf(const PiecewiseLinearMap& map, const Vector& sizes) {
@@ -35,7 +35,7 @@ std::string NextReturnDiffers(const MechanicalSystem& system, const PoincareMap&
   const double apart =
       std::max(sizes.Compare(next_way - way), std::abs(next.time - one.time) / sizes.time);
   const double off = OffOrbit(system, x, one, neutral);
-  if (apart <= std::max(kSameWay, kGrowth * GrowthOf(one.map, sizes.Larger()) * off)) return "";
+  if (apart <= std::max(kSameWay, kGrown * GrowthOf(one.map, sizes.Larger()) * off)) return "";
   std::ostringstream text;
   text.precision(3);
   text << "the next return differs by " << apart << ", relative";

@@ -120,8 +120,8 @@ TEST(SymmetryCheck, TheNextReturnIsCompared) {
   }
 }
 
-/// A ball that bounces without loss on a level tread returns further on, but its second bounce is on
-/// the next tread, where that is wide no more; nothing at the first return tells.
+/// A ball that bounces without loss on a level tread returns further on, but its second bounce is
+/// on the next tread where the first one ends before; nothing at the first return tells.
 TEST(SymmetryCheck, TranslationEndsWhereTheTreadDoes) {
   const double height = 0.45, speed = 1, way = speed * 2 * std::sqrt(2 * height / 9.81);
   Matrix along = Matrix::Zero(6, 2);
