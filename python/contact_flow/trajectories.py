@@ -112,7 +112,7 @@ def optimize_trajectory(
       J = Σ h_k effort (u_k − input_reference)² + Σ h_k path_weight (q(t_{k+1}) − path_target)²
           + Σ weight (x(T) − target)² + duration_weight T
           + ∫ w (u v)² dt for each (input u, velocity v, w) of `power`
-          + Σ w p² over the touchdowns of each contact and w of `impulse`
+          + Σ w p² over the impulses of each contact, as others touch down too, and w of `impulse`
           + ∫ w |slip|² dt while they touch, for each contact with friction and w of `slip`,
 
     without factors ½. Numbers are dicts by name or arrays: target, weight [nq+d]; effort, input_reference,
@@ -122,7 +122,8 @@ def optimize_trajectory(
     linearly from instant to instant, the last one to T, where the search begins with input_end. choose_inputs=False keeps the inputs; choose_initial
     names tangents of the start that are chosen, too, choose_parameters parameters, choose_durations
     intervals (from 0) whose lengths are, and T with them unless keep_horizon; bounds in their order, of parameters
-    and lengths themselves, but initial_lower and initial_upper of changes of the start.
+    and lengths themselves, but initial_lower and initial_upper of changes of the start. Lengths without bounds keep
+    within a tenth and ten times of what they are.
 
     conditions are dicts: {'name': 'z', 'value': 1} at T, or with 'lower', 'upper' and 'instant' 1 … K;
     {'touchdown': 'floor', 'value': 0.9} [s], 'occurrence' from 0. method="multiple_shooting" is by Ipopt

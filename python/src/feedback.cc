@@ -44,9 +44,14 @@ Feedback FindFeedback(const std::shared_ptr<Poincare>& map, const py::object& x,
   if (one->status != ReturnStatus::kReturned) {
     throw NoDerivative(std::string(ReturnStatusName(one->status)) + ": " + one->message);
   }
-  const Matrix shift = OrbitShift(
-      {map->system, one, step.x, options.simulate, map->section.kind == Section::Kind::kEvent},
-      translation);
+  const Matrix shift = OrbitShift({map->system,
+                                   one,
+                                   step.x,
+                                   options.simulate,
+                                   map->section.kind == Section::Kind::kEvent,
+                                   {},
+                                   map},
+                                  translation);
   const ReducedMap controlled = ControlledReturn(system.get(), *one, shift, step.inputs);
   RequireSymmetry(controlled);
   step.basis = controlled.basis;

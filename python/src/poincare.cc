@@ -52,7 +52,8 @@ Return Returns(const SharedMap& map, const py::object& x, bool differentiate) {
           start,
           map->options.simulate,
           map->section.kind == Section::Kind::kEvent,
-          Question::Call(py::cast(map), "__call__", start, differentiate)};
+          Question::Call(py::cast(map), "__call__", start, differentiate),
+          map};
 }
 
 /// The run to the return.
@@ -137,6 +138,14 @@ Matrix OrbitShift(const Return& r, const std::vector<std::string>& translation) 
   if (!(away <= kOnOrbit)) {
     throw py::value_error("P(x) is " + Number(away) +
                           " times the size of the motion away from x: this is no orbit");
+  }
+  if (r.map == nullptr) return shift;
+  const std::string differs = WithoutLock([&] {
+    const PoincareMap map(system, r.map->u, r.map->section, r.map->options);
+    return NextReturnDiffers(system, map, r.start, *r.value, shift);
+  });
+  if (!differs.empty()) {
+    throw py::value_error("translation is no symmetry of the motion: " + differs);
   }
   return shift;
 }

@@ -31,6 +31,7 @@ struct Return {
   SimulateOptions options;  // of its run
   bool at_event = false;    // the section is one: the run ends behind it
   Question question = {};
+  std::shared_ptr<const Poincare> map = {};  // whose first return it is; none of an orbit's closing
 };
 
 /// The stability of the orbit through the start of a return, but for translations along the
@@ -39,7 +40,8 @@ py::object StabilityOf(const Return& r, const std::vector<std::string>& translat
                        const py::kwargs& options);
 
 /// The tangents of a common shift of the coordinates of these names, and of its rate [2d×2], or
-/// none [2d×0]. Throws ValueError where P(x) is not x but for such a shift.
+/// none [2d×0]. Throws ValueError where P(x) is not x but for such a shift, and where the next
+/// return is another.
 Matrix OrbitShift(const Return& r, const std::vector<std::string>& translation);
 /// Throws ValueError where what was set aside is no symmetry.
 void RequireSymmetry(const ReducedMap& rest);

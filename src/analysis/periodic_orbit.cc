@@ -2,11 +2,13 @@
 #include "contact_flow/analysis/periodic_orbit.h"
 
 #include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "clock_rates.h"
 #include "contact_flow/analysis/orbit_sizes.h"
 #include "contact_flow/piecewise_linear/section.h"
 #include "retraction.h"
@@ -91,7 +93,7 @@ class OrbitEquation {
       touching_ = TouchingAt(*system_, x, options_.simulate.gap_tolerance);
     }
     const Matrix basis = AdmissibleBasis(*system_, x, mode_, options_.derivative.variables,
-                                         touching_, problem_.section.symmetry.Slice(*system_));
+                                         touching_, KeptRows(orbit.trajectory));
     // Steps are short, and singular values small, beside the sizes of the unknowns.
     const Matrix in_sizes = column_.cwiseInverse().asDiagonal() * basis;
     const Matrix orthonormal = Eigen::HouseholderQR<Matrix>(in_sizes).householderQ() *
@@ -133,6 +135,24 @@ class OrbitEquation {
   }
 
  private:
+  /// Rows of (δq, δv) that steps keep: the slice of the symmetry, and rates of clocks that no
+  /// condition asks for, which are no unknowns.
+  Matrix KeptRows(const Trajectory& run) const {
+    std::vector<int> clocks = ClockRates(*system_, run);
+    const auto asked = [this](int j) {
+      return std::any_of(problem_.conditions.begin(), problem_.conditions.end(),
+                         [j](const OrbitCondition& condition) {
+                           return condition.kind == OrbitCondition::Kind::kVelocity &&
+                                  condition.index == j;
+                         });
+    };
+    clocks.erase(std::remove_if(clocks.begin(), clocks.end(), asked), clocks.end());
+    const Matrix slice = problem_.section.symmetry.Slice(*system_);
+    Matrix rows(slice.rows() + static_cast<Eigen::Index>(clocks.size()), 2 * system_->dof());
+    rows << slice, RateRows(clocks, system_->dof());
+    return rows;
+  }
+
   int count() const { return static_cast<int>(problem_.unknown_parameters.size()); }
 
   void AddEvents(const OrbitCondition& condition) {

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "clock_rates.h"
 #include "contact_flow/budget.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/piecewise_linear/section.h"
@@ -86,6 +87,9 @@ PoincareReturn PoincareMap::Return(const VectorRef& x, bool differentiate) const
         ImageOf(system_, u_, section_.symmetry, result.trajectory.FinalState(), end, result.x).mode;
   }
   result.end_basis = Basis(result.x, end);
+  const Matrix clocks = RateRows(ClockRates(system_, result.trajectory), system_.dof());
+  result.start_basis = Keeping(result.start_basis, clocks);
+  result.end_basis = Keeping(result.end_basis, clocks);
   if (result.end_basis.cols() == result.start_basis.cols()) {
     result.end_basis = NearestBasis(result.end_basis, result.start_basis);
   }

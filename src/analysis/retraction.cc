@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/dynamics/inverse_inertia.h"
+#include "contact_flow/model/driven.h"
 #include "contact_flow/model/row_layout.h"
 #include "contact_flow/piecewise_linear/section.h"
 
@@ -95,15 +97,18 @@ void Retract(const MechanicalSystem& system, ContactMode mode, Vector* x, Constr
   if (closed.empty()) return;
   Vector moved = *x;
   ConstraintTerms terms;
+  const InverseInertia inertia(system, x->head(nq), x->tail(d));
+  const std::vector<int> driven = Driven(inertia.mass());  // of these the state is kept
   for (int step = 0; step < kMaxRetractions; ++step) {
     system.Constraints(moved.head(nq), moved.tail(d), &terms);
-    const Matrix A = SelectedRows(terms.jacobian, closed),
-                 rates = SelectedRows(terms.jacobian, still);
+    Matrix A = SelectedRows(terms.jacobian, closed), rates = SelectedRows(terms.jacobian, still);
+    const Vector speeds = rates * moved.tail(d);
+    for (int j : driven) A.col(j).setZero(), rates.col(j).setZero();
     const Vector gap = SelectedRows(terms.gap, closed);
     Vector change = Vector::Zero(2 * d);
     change.head(d) = -A.completeOrthogonalDecomposition().solve(gap);
     if (rates.rows() > 0) {
-      change.tail(d) = -rates.completeOrthogonalDecomposition().solve(rates * moved.tail(d));
+      change.tail(d) = -rates.completeOrthogonalDecomposition().solve(speeds);
     }
     if (!change.allFinite()) return;
     moved = system.Perturb(moved, change);

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "contact_flow/analysis/orbit_sizes.h"
 #include "contact_flow/analysis/poincare.h"
 #include "contact_flow/io/robot_file.h"
 #include "test/adversary/rescaled_system.h"
@@ -116,6 +117,34 @@ TEST(SymmetryCheck, TheNextReturnIsCompared) {
         EXPECT_EQ(ReturnStatus::kReturned, one.status) << one.message;
       }
     }
+  }
+}
+
+/// A ball that bounces without loss on a level tread returns further on, but its second bounce is
+/// on the next tread where the first one ends before; nothing at the first return tells.
+TEST(SymmetryCheck, TranslationEndsWhereTheTreadDoes) {
+  const double height = 0.45, speed = 1, way = speed * 2 * std::sqrt(2 * height / 9.81);
+  Matrix along = Matrix::Zero(6, 2);
+  along(0, 0) = along(3, 1) = 1;
+  Vector x = Vector::Zero(6);
+  x(1) = height;
+  x(3) = speed;
+  for (const bool ends : {false, true}) {
+    SCOPED_TRACE(ends ? "the tread ends" : "the tread goes on");
+    RobotTexts texts;
+    texts.urdf = "<robot name=\"ball\">" + Link("ball", "0") + "</robot>";
+    texts.yaml =
+        "{base: planar, constraints: {floor: {kind: stairs, link: ball, point: [0, 0, 0], rise: "
+        "0.1, run: 5, riser: 0.02, direction: [1, 0, 0], first: " +
+        std::to_string((ends ? 1.2 : 2.2) * way) + ", last: 50, restitution: 1}}}";
+    const auto ball = MakeRobot(texts);
+    const PoincareMap map(*ball, Vector::Zero(0), Section::Apex(*ball, "base_z"), {});
+    const PoincareReturn one = map.Return(x);
+    ASSERT_EQ(ReturnStatus::kReturned, one.status) << one.message;
+    ASSERT_NEAR(way, one.x(0), 1e-9);
+    EXPECT_LE(OffOrbit(*ball, x, one, along), 1e-9);
+    const std::string differs = NextReturnDiffers(*ball, map, x, one, along);
+    EXPECT_EQ(ends, !differs.empty()) << differs;
   }
 }
 

@@ -109,6 +109,26 @@ class Orbits(unittest.TestCase):
         self.assertAlmostEqual(0.8, orbit.period, places=9)
         self.assertTrue(orbit.stability(translation=["base_x"]).stable)
 
+    def test_a_trot_that_comes_to_stairs_is_none(self):
+        """Every return of a trot that moves on is like the first, but for the stairs in its way."""
+        flat = cf.Robot(case.ROBOTS / "hopping_trot.yaml")
+        plane, stairs = "left_foot: {kind: plane, link: left_foot}", (
+            "left_foot: {kind: stairs, link: left_foot, point: [0, 0, 0], rise: 0.05, run: 1, riser: 0.02, "
+            "direction: [1, 0, 0], first: 1, last: 5}")
+        self.assertIn(plane, flat.yaml)
+        rough = cf.Robot.from_strings(flat.urdf, flat.yaml.replace(plane, stairs))
+        for robot, base_x, alike in ((flat, 0.9, True), (rough, -9.0, True), (rough, 0.9, False)):
+            x = robot.nominal.x.copy()
+            x[0], x[robot.state_names.index("d/dt base_x")] = base_x, 0.5
+            back = robot.poincare(cf.Apex("base_z"))(x)
+            self.assertAlmostEqual(base_x + 0.4, back.x[0], places=9)
+            with self.subTest(robot=robot.yaml == flat.yaml, base_x=base_x):
+                if alike:
+                    self.assertTrue(back.stability(translation=["base_x"]).stable)
+                    continue
+                with self.assertRaisesRegex(ValueError, "next return differs"):
+                    back.stability(translation=["base_x"])
+
     def test_finds_the_trot(self):
         system, x = trot("hopping_trot_stable")
         wanted = system.parameters

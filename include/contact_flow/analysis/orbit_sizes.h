@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <string>
+
 #include "contact_flow/analysis/poincare.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/model/mechanical_system.h"
@@ -38,5 +40,11 @@ inline constexpr double kOnOrbit = 1e-6;
 /// of `neutral` [2d×k] that change no velocity: a robot that walks on is on its orbit.
 double OffOrbit(const MechanicalSystem& system, const VectorRef& x, const PoincareReturn& one,
                 const MatrixRef& neutral);
+
+/// Why P(x), further along `neutral` than x, is not on the orbit of x: the next return of `map` is
+/// another, as where the ground is. Empty where nothing tells, and where P(x) is no further.
+std::string NextReturnDiffers(const MechanicalSystem& system, const PoincareMap& map,
+                              const VectorRef& x, const PoincareReturn& one,
+                              const MatrixRef& neutral);
 
 }  // namespace contact_flow

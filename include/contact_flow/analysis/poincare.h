@@ -48,8 +48,8 @@ struct PoincareReturn {
   PiecewiseLinearMap map;          ///< DP on all tangents (δq, δv, δu, δp) [2d × 2d+k]
   PiecewiseLinearMap return_time;  ///< its derivative [1 × 2d+k]
   PiecewiseLinearMap extended;  ///< rows of DP, of the return time and of the event times together
-  /// Orthonormal, of the admissible tangents of the section [2d×·]; of one size they are turned to
-  /// agree, so that on an orbit they are the same.
+  /// Orthonormal, of the admissible tangents of the section [2d×·], but for rates of clocks; of one
+  /// size they are turned to agree, so that on an orbit they are the same.
   Matrix start_basis;
   Matrix end_basis;            ///< the same at the return
   PiecewiseLinearMap reduced;  ///< endᵀ DP start: no spurious zero

@@ -89,8 +89,8 @@ StepFeedbackResult Answer(const Setup& setup, const StepFeedbackRequest& request
   const std::vector<int> inputs = ResolveFedInputs(names, request.inputs);
   question.options.derivative.variables = {};
   question.options.derivative.variables.inputs = true;
-  const PoincareReturn one =
-      PoincareMap(system, question.u, question.section, question.options).Return(question.x);
+  const PoincareMap map(system, question.u, question.section, question.options);
+  const PoincareReturn one = map.Return(question.x);
   if (one.status == ReturnStatus::kRefused) throw std::invalid_argument(one.message);
   StepFeedbackResult result;
   result.model = names.name;
@@ -107,6 +107,14 @@ StepFeedbackResult Answer(const Setup& setup, const StepFeedbackRequest& request
     off_orbit = OffOrbit(system, question.x, one, question.neutral);
   }
   if (one.status != ReturnStatus::kReturned) return result;
+  const std::string differs =
+      off_orbit > kOnOrbit ? "" : NextReturnDiffers(system, map, question.x, one, question.neutral);
+  if (!differs.empty()) {
+    Warn(MakeWarning(ResultWarning::NOT_NEUTRAL,
+                     "the neutral directions are none of the motion: " + differs),
+         &result);
+    return result;
+  }
   const ReducedMap controlled = ControlledReturn(system, one, question.neutral, inputs);
   result.basis = ToMsg(MatrixRef(controlled.basis));
   result.neutral_residual = controlled.residual;

@@ -193,9 +193,17 @@ ReturnQuestion ResolveReturn(const Setup& setup, const PoincareRequest& request)
 AssessedReturn AssessReturn(const Setup& setup, const PoincareRequest& request) {
   const MechanicalSystem& system = *setup.system;
   const ReturnQuestion asked = ResolveReturn(setup, request);
-  PoincareReturn one = PoincareMap(system, asked.u, asked.section, asked.options).Return(asked.x);
+  const PoincareMap map(system, asked.u, asked.section, asked.options);
+  PoincareReturn one = map.Return(asked.x);
   if (one.status == ReturnStatus::kRefused) throw std::invalid_argument(one.message);
-  return Reduce(system, asked.x, std::move(one), asked.neutral);
+  AssessedReturn assessed = Reduce(system, asked.x, std::move(one), asked.neutral);
+  if (!assessed.reducible || assessed.off_orbit > kOnOrbit) return assessed;
+  const std::string differs = NextReturnDiffers(system, map, asked.x, assessed.one, asked.neutral);
+  if (!differs.empty()) {
+    assessed.warnings.push_back(MakeWarning(
+        ResultWarning::NOT_NEUTRAL, "the neutral directions are none of the motion: " + differs));
+  }
+  return assessed;
 }
 
 PoincareResult ToMsg(const MechanicalSystem& system, const AssessedReturn& assessed) {
