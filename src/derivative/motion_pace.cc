@@ -26,6 +26,7 @@ MotionPace::MotionPace(const DenseArc& dense) {
   const std::size_t n = dense.NumSteps();
   if (n == 0) return;
   span_ = dense.StepBegin(n - 1) + dense.StepLength(n - 1) - dense.StepBegin(0);
+  if (!(span_ > 0)) span_ = kUnknown;  // an event that is moved along the field from the beginning
   double longest = 0;
   for (std::size_t k = 0; k < n; ++k) longest = std::max(longest, dense.StepLength(k));
   const auto is_longest = [&](std::size_t k) {

@@ -135,6 +135,8 @@ double StepControl::ChooseStep(double t, double rest, const W& walker) {
   };
   constexpr int kFirst = CollocationRule::kMinStages, kLast = CollocationRule::kMaxStages;
   for (int s = kFirst; s <= kLast; ++s) consider(CollocationRule::GaussLegendre(s), 1);
+  // No length is known where rates are not finite.
+  if (!(least < kInfinity)) RefuseUnresolved(jacobian_.Time(t));
   if (!jacobian_.slips_in_space() || rest <= kStiffGain * length) return length;
   for (int s = kFirst; s <= kLast; ++s) consider(CollocationRule::RadauIIA(s), kStiffGain);
   return length;

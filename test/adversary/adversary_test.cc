@@ -146,6 +146,13 @@ TEST(Adversary, WhatWasWrongOnce) {
   }
 }
 
+/// An arc that is no step, but an event 6e-11 s later, moved there along the field: its derivative
+/// was a null pointer.
+TEST(Adversary, ArcsWithoutAStepHaveDerivatives) {
+  const Verdict verdict = Judge(GenerateWithOptions(400921));
+  EXPECT_EQ(Verdict::Kind::kRight, verdict.kind) << verdict.reason << " " << verdict.detail;
+}
+
 TEST(Adversary, IsNotContradicted) {
   const long systems = Environment("CONTACT_FLOW_ADVERSARY_SYSTEMS", 200);
   const long seed = Environment("CONTACT_FLOW_ADVERSARY_SEED", 1);
