@@ -218,8 +218,9 @@ void Resolution::Hold(const Vector& v_plus, ConstraintSet hit, ConstraintSet hel
   double residual = 0, size = 0;
   int rising = -1;
   for (int i : held) {
+    const double rounding = Rounding(i, transition().x_minus.tail(d_));
     residual = std::max(residual, std::abs(rate(i)));
-    size = std::max(size, Rounding(i, transition().x_minus.tail(d_)));
+    size = std::max(size, rounding);
     // Not what it drifted at before, within the integrator's tolerance.
     const bool rises =
         !hit.Contains(i) && rate(i) > kNotable * rules_.speed_tolerance &&
@@ -228,7 +229,7 @@ void Resolution::Hold(const Vector& v_plus, ConstraintSet hit, ConstraintSet hel
       result_.rest_speed = rate(i);
       rising = i;
     }
-    if (!hit.Contains(i) && rate(i) > kAboveDrift * std::max(size, std::abs(rate_(i)))) {
+    if (!hit.Contains(i) && rate(i) > kAboveDrift * std::max(rounding, std::abs(rate_(i)))) {
       result_.held_down.Insert(i);
     }
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The options by which random runs are made: half of each are the usual ones.
+// The options by which random runs are made: about half of each are the usual ones.
 #include "test/adversary/draw.h"
 #include "test/adversary/generator.h"
 

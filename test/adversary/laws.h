@@ -22,9 +22,9 @@ std::string BrokenEnergyLaw(const MechanicalSystem& system, const Trajectory& ru
 std::string BrokenHomogeneity(const BDerivative& B, const Vector& w, const Units& units);
 
 /// A start that is moved along its own flow moves the end along its: B(F(x₀)) = F(φ(T, x₀)), in a
-/// run of one input. Sizes as above.
+/// run of one input. Sizes as above. `loose`: what a run at tolerance 1e-9 may miss, so many times.
 std::string BrokenFlowLaw(const MechanicalSystem& system, const Trajectory& run,
-                          const BDerivative& B, const Units& units);
+                          const BDerivative& B, const Units& units, double loose);
 
 }  // namespace adversary
 }  // namespace contact_flow

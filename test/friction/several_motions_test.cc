@@ -133,6 +133,30 @@ TEST(SeveralMotions, AnotherOneFollowsTheOneThatEndsAtOnce) {
   EXPECT_EQ(only, SelectWord(&dynamics, pulled, touching, 1e-9, &by));
 }
 
+/// A rod of two links that a spring holds together touches down faster and faster, each time let
+/// go by its slip, until it is let go with no speed, and touches in no time. It is pressed then.
+TEST(SeveralMotions, ARodThatChattersIsPressed) {
+  const auto robot =
+      Robot("<robot name='rod'>" + Link("upper", 1, 0.1, 0.0816, 0.1) +
+                Link("lower", 0.3, 0.005, 0.005, 0.005) +
+                "<joint name='j' type='revolute'><parent link='upper'/><child link='lower'/>"
+                "<origin xyz='0 0 -0.3'/><axis xyz='0 1 0'/>"
+                "<limit lower='-3' upper='3' effort='1' velocity='1'/></joint></robot>",
+            "base: planar\nconstraints: {tip: {kind: plane, link: lower, point: [0, 0, -0.2], "
+            "friction: 2.17}}\nefforts: {s: {kind: joint_spring, joint: j, stiffness: 95.3}}\n"
+            "nominal: {positions: {base_z: 0.5117, base_pitch: 0.21, j: -0.08}, velocities: "
+            "{base_x: -1.48, base_z: -0.95, base_pitch: -2.16, j: 5.13}}\n");
+  const Trajectory run = Simulate(*robot, robot->nominal().x, Vector(), 0.3);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  int pressed = 0;
+  for (std::size_t k = 1; k < run.transitions.size(); ++k) {
+    const Transition &before = run.transitions[k - 1], &event = run.transitions[k];
+    if (event.t > before.t || before.grazed.Empty() || event.grazed.Empty()) continue;
+    pressed += event.mode_before.Empty() && !event.mode_after.Empty();
+  }
+  EXPECT_EQ(1, pressed);
+}
+
 /// A box that falls exactly flat on points of unequal friction: by Newton's law each leaves with
 /// −γ of its speed, so it does not turn, and all land again together. Springs of a stiffness that
 /// is finite left 1e-11 rad/s, and one point landed first.

@@ -35,6 +35,7 @@ struct GuardQuery {
   /// Those that go on below −floor behind the step, if they are below zero at its end.
   ConstraintSet falling = {};
   /// Those that have not been above their floors: their dips count only in steps that begin there.
+  /// Of gaps that begin below −floor only what falls further counts.
   ConstraintSet low = {};
 };
 
