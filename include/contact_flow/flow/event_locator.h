@@ -22,8 +22,8 @@ struct GuardMargins {
   double gap = std::numeric_limits<double>::infinity();    ///< [m]
   double force = std::numeric_limits<double>::infinity();  ///< [N]
   double piece = std::numeric_limits<double>::infinity();  ///< [s]
-  /// The gaps that have touched as the arc begins, or begin within their floor, until they are above
-  /// ten of them.
+  /// The gaps that have touched as the arc begins, or begin within their floor, until they are ten
+  /// floors above it.
   ConstraintSet low;
 };
 
@@ -56,12 +56,13 @@ struct GuardMargins {
 /// step, however quickly, are found far beyond, down to the floor; and a dip counts as soon as a
 /// probe sees the slope around it.
 ///
-/// A zero counts only if the guard falls below −floor after it, or below where the last event left a
-/// gap that was lower: in the step, or behind it, as a gap that is below zero tells by its rate and
-/// acceleration there, and a force by having come from above its floor. The floor stands for what the integrator cannot resolve. Of a gap it is the
-/// absolute tolerance. Of a force it is the relative tolerance of the forces in the mode, as this
-/// contact would feel them, λ_j √(G_jj/G_ii), and a millionth of the pull that moves the gap by the
-/// absolute tolerance in one step, 2 tolerance/(G_ii h²): no unit decides.
+/// A zero counts only if the guard falls below −floor after it, or below where the last event left
+/// a gap that was lower: in the step, or behind it, as a gap that is below zero tells by its rate
+/// and acceleration there, and a force by having come from above its floor. The floor stands for
+/// what the integrator cannot resolve. Of a gap it is the absolute tolerance. Of a force it is the
+/// relative tolerance of the forces in the mode, as this contact would feel them, λ_j √(G_jj/G_ii),
+/// and a millionth of the pull that moves the gap by the absolute tolerance in one step,
+/// 2 tolerance/(G_ii h²): no unit decides.
 class EventLocator {
  public:
   static constexpr double kGapExtent = 1.0 / 6, kGapExtentFree = 1.0 / 12;
