@@ -40,6 +40,9 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND CMAKE_CXX_COMPILER_ID STREQ
     PROPERTIES COMPILE_OPTIONS "${LANE_OPTIONS};-mavx2;${LANE_MOVES}")
   set_source_files_properties(src/flow/lanes_avx512.cc
     PROPERTIES COMPILE_OPTIONS "${LANE_OPTIONS};-mavx512f;-mfma")
+  set_source_files_properties(src/derivative/dense_solve_avx2.cc PROPERTIES COMPILE_OPTIONS "-O3;-mavx2;-mfma")
+  set_source_files_properties(src/derivative/dense_solve.cc src/derivative/dense_solve_avx2.cc
+    PROPERTIES COMPILE_DEFINITIONS CONTACT_FLOW_HAVE_AVX2=1 SKIP_UNITY_BUILD_INCLUSION ON)
 endif()
 target_compile_definitions(contact_flow PUBLIC CONTACT_FLOW_HAVE_CLP=${CLP_FOUND})
 if(CLP_FOUND)
@@ -53,7 +56,7 @@ endif()
 contact_flow_precompile(contact_flow)
 # Example models alone: GCC inlines less in a large unit, and a trot takes 6 % more instructions (test/instructions); robots take 1 % more.
 contact_flow_units(contact_flow 8 src/model/example)
-set_source_files_properties(src/flow/lanes_avx2.cc src/flow/lanes_avx512.cc
+set_source_files_properties(src/flow/lanes_avx2.cc src/flow/lanes_avx512.cc src/derivative/dense_solve_avx2.cc
   PROPERTIES SKIP_PRECOMPILE_HEADERS ON)   # other instructions
 # Known to one file alone.
 set_source_files_properties(src/trajectory_optimization/ipopt_adapter.cc

@@ -87,8 +87,8 @@ class ArcTangentsMaker {
     tangents.topRows(2 * d_) =
         step_->Tangents(followed_, accelerations_, point.at, point.once, point.twice);
     const Matrix inside = Defect(between_, tangents, point.value);
-    const double error = StepControl::Error(
-        rule, h * std::max(Relative(at_begin), Relative(at_end)), h * Relative(inside), point);
+    const double error = control_.Error(rule, h * std::max(Relative(at_begin), Relative(at_end)),
+                                        h * Relative(inside), point);
     return cost_ != nullptr ? std::max(error, CostError(point, tangents)) : error;
   }
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "collocation.h"
 
-#include <Eigen/LU>
 #include <type_traits>
 
 #include "block_solve.h"
 #include "contact_flow/fixed_size.h"
+#include "dense_solve.h"
 
 namespace contact_flow {
 
@@ -114,8 +114,7 @@ bool Collocation::SolveAccelerations() {
   bool solved = false;
   WithFixedSize(m, [&](auto rows) {
     if constexpr (std::is_same_v<decltype(rows), int>) {
-      const Eigen::PartialPivLU<Eigen::Ref<Matrix>> factor(system_matrix_);  // in place
-      accelerations_ = factor.solve(accelerations_);
+      SolveDense(&system_matrix_, &accelerations_);
       solved = true;
     } else {
       solved =

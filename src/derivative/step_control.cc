@@ -14,6 +14,7 @@ namespace {
 /// against tolerance 1e-13).
 constexpr double kStiffReach = 3;
 constexpr double kSlackening = 0.6;  // most by which the rate falls from one step to the next
+constexpr double kRounding = 1e-13;  // of a defect h·δ, of the tangents and of h times the rate
 constexpr double kReach = 0.9;       // part of the longest acceptable step that is taken
 /// DOP853 at tolerance ε takes steps of about ε^{1/8}·kBaseReach over the fastest rate it sees.
 constexpr double kBaseReach = 8;
@@ -37,6 +38,13 @@ StepControl::StepControl(ArcJacobian* jacobian, const Arc& arc, double tolerance
       pace_(arc.dense),
       law_(tolerance) {}
 
+double StepControl::Factor(const CollocationRule& rule) const {
+  return rule.stiff && !jacobian_.slips_in_space() ? rule.defect : rule.error;
+}
+double StepControl::Power(const CollocationRule& rule) const {
+  return rule.stiff && !jacobian_.slips_in_space() ? rule.stages + 1 : rule.power;
+}
+
 void StepControl::Begin(const Matrix& begin, const Vector& field) {
   law_.Begin(field, jacobian_.FreeSize());
   fastest_ = FastestRate(begin.leftCols(2 * d_));
@@ -48,7 +56,7 @@ void StepControl::Begin(const Matrix& begin, const Vector& field) {
 }
 
 double StepControl::Reach(double t, const CollocationRule& rule) const {
-  const double angle = kReach * std::pow(tolerance_ / rule.error, 1.0 / rule.power);
+  const double angle = kReach * std::pow(tolerance_ / Factor(rule), 1.0 / Power(rule));
   double reach = std::min(longest_, jacobian_.Units(pace_.Reach(jacobian_.Time(t), rule.stages)));
   if (rate_ > 0) reach = std::min(reach, angle / rate_);
   if (fastest_ > 0 && !rule.stiff) reach = std::min(reach, kStiffReach * angle / fastest_);
@@ -58,11 +66,11 @@ double StepControl::Reach(double t, const CollocationRule& rule) const {
 bool StepControl::Learn(double error, double length) {
   const bool finite = std::isfinite(error), small = error <= tolerance_;
   if (finite) {
-    const double seen = std::pow(error / rule_->error, 1.0 / rule_->power) / length;
-    // The turn of a slip in space has decayed in a step that is long beside it: what is left of it
-    // is rounding, which tells no rate as long as it is small.
-    const bool decayed = jacobian_.slips_in_space() && fastest_ * length > 1;
-    const bool tells = !small || !decayed;
+    const double angle = std::pow(error / Factor(*rule_), 1.0 / Power(*rule_));
+    // What has decayed in a step that is long beside it leaves rounding, which tells no rate.
+    const double defect = rule_->defect * std::pow(angle, rule_->stages + 1.0);
+    const bool tells = !small || defect > kRounding * std::max(1.0, fastest_ * length);
+    const double seen = angle / length;
     rate_ = std::max(tells ? seen : 0, kSlackening * rate_);
   }
   if (!small) rate_ = finite ? 1.1 * rate_ : std::max(10 * rate_, 1 / length);
@@ -107,10 +115,10 @@ const CollocationRule::Point& StepControl::NextGap(const CollocationRule& rule) 
 }
 
 double StepControl::Error(const CollocationRule& rule, double ends, double inside,
-                          const CollocationRule::Point& point) {
+                          const CollocationRule::Point& point) const {
   const double relative = std::max(ends, inside / point.weight);
-  const double power = static_cast<double>(rule.power) / (rule.stages + 1);
-  const double error = rule.error * std::pow(relative / rule.defect, power);
+  const double power = Power(rule) / (rule.stages + 1);
+  const double error = Factor(rule) * std::pow(relative / rule.defect, power);
   return Shapeless(ends, inside, point) ? std::max(error, inside) : error;
 }
 

@@ -45,8 +45,8 @@ class StepControl {
   const CollocationRule::Point& NextGap(const CollocationRule& rule);
   /// Error of a step that leaves the defect h·δ `ends` at its ends and `inside` at `point`, both
   /// relative to the tangents.
-  static double Error(const CollocationRule& rule, double ends, double inside,
-                      const CollocationRule::Point& point);
+  double Error(const CollocationRule& rule, double ends, double inside,
+               const CollocationRule::Point& point) const;
   /// Whether a defect inside has not the shape that it has where all is smooth, so that collocation
   /// has not its order.
   static bool Shapeless(double ends, double inside, const CollocationRule::Point& point);
@@ -55,12 +55,16 @@ class StepControl {
   /// One Jacobian, with its part of the linear system, costs about as much as this many
   /// multiplications for each of its entries (measured).
   static constexpr double kJacobianCost = 50;
-  /// Where contacts slip in space, rules for decays that are fast beside the step are taken where
-  /// others cost so much more. Elsewhere their estimates are rough: off by up to 2.3 (measured).
-  static constexpr double kStiffGain = 4;
+  /// Rules for decays that are fast beside the step are taken where others cost so much more.
+  static constexpr double kStiffGain = 2;
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
   void Begin(const Matrix& begin, const Vector& field);
+  /// The error of a step is taken for Factor·(r h)^Power: that of its rule. Stiff rules have less
+  /// than their order in what decays within the step: there it is the defect itself, but for the one
+  /// turn of a slip in space, whose rate is beyond what a defect resolves (1e12/s).
+  double Factor(const CollocationRule& rule) const;
+  double Power(const CollocationRule& rule) const;
   /// The longest step with this rule at t.
   double Reach(double t, const CollocationRule& rule) const;
   /// Chooses stages and length of the next step so that what is left of the arc costs least.
@@ -137,7 +141,7 @@ double StepControl::ChooseStep(double t, double rest, const W& walker) {
   for (int s = kFirst; s <= kLast; ++s) consider(CollocationRule::GaussLegendre(s), 1);
   // No length is known where rates are not finite.
   if (!(least < kInfinity)) RefuseUnresolved(jacobian_.Time(t));
-  if (!jacobian_.slips_in_space() || rest <= kStiffGain * length) return length;
+  if (rest <= kStiffGain * length) return length;
   for (int s = kFirst; s <= kLast; ++s) consider(CollocationRule::RadauIIA(s), kStiffGain);
   return length;
 }

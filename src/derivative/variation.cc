@@ -96,8 +96,8 @@ class Propagation {
     const CollocationRule::Point& point = control_.NextGap(rule);
     jacobian_.At(t + point.at * h, between_.data(), between_.data() + 2 * d_ * d_);
     const Defects mixed = MixedDefects(h, point);
-    return StepControl::Error(rule, h * std::max(Relative(moved), mixed.begin), h * mixed.inside,
-                              point);
+    return control_.Error(rule, h * std::max(Relative(moved), mixed.begin), h * mixed.inside,
+                          point);
   }
 
   void NoteLaw(FlowLaw* law) {

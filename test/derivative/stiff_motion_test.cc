@@ -5,9 +5,11 @@
 
 #include <cmath>
 #include <memory>
+#include <vector>
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/finite_difference.h"
+#include "contact_flow/derivative/variation.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
 #include "test/model/hard_quadruped.h"
@@ -76,6 +78,43 @@ TEST(StiffMotion, DerivativesAreThoseOfQuotients) {
     EXPECT_TRUE(std::abs(report.slope - 1) < 0.1 || report.samples[0].error < 1e-5 * size)
         << j << ": slope " << report.slope << ", errors " << report.samples[0].error << ' '
         << report.samples[1].error << ' ' << report.samples[2].error;
+  }
+}
+
+/// In flight with the trunk turning: the tangents of one arc, by few steps, are the product of those
+/// of a thousand arcs, each short beside every decay. Entries compare by the largest of their block,
+/// δq or δv by δq or δv.
+TEST(StiffMotion, TangentsTakeFewSteps) {
+  for (const double gain : {10, 100}) {
+    const auto robot = HardQuadruped(gain);
+    Vector x = robot->nominal().x;
+    for (int j = 0; j < 18; ++j) x(19 + j) = 0.3 * std::sin(j + 1.0);
+    const Vector u = robot->nominal().u;
+    const double duration = 0.1;
+    const int pieces = static_cast<int>(100 * gain);
+    std::vector<double> times;
+    for (int k = 0; k < pieces; ++k) times.push_back(duration * k / pieces);
+    const SimulateOptions tight = With(IntegrationMethod::kImplicit, 1e-12);
+    const Trajectory one = Simulate(*robot, x, u, duration, tight);
+    const Trajectory many = Simulate(
+        *robot, x, InputSchedule{times, std::vector<Vector>(times.size(), u)}, duration, tight);
+    ASSERT_EQ(1u, one.arcs.size());
+    ASSERT_EQ(times.size(), many.arcs.size());
+    ContactDynamics dynamics(*robot, u);
+    Matrix exact = Matrix::Identity(36, 36);
+    for (const Arc& arc : many.arcs) exact = PropagateArc(&dynamics, arc, 1e-13) * exact;
+    for (const double tolerance : {1e-6, 1e-9}) {
+      VariationStatistics statistics;
+      const Matrix error = PropagateArc(&dynamics, one.arcs[0], tolerance, &statistics) - exact;
+      EXPECT_LT(statistics.steps + statistics.rejected_steps, 40) << gain;
+      for (int row : {0, 18}) {
+        for (int column : {0, 18}) {
+          const double relative = error.block(row, column, 18, 18).cwiseAbs().maxCoeff() /
+                                  exact.block(row, column, 18, 18).cwiseAbs().maxCoeff();
+          EXPECT_LT(relative, statistics.error_estimate) << gain << ' ' << row << ' ' << column;
+        }
+      }
+    }
   }
 }
 
