@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Compiled for AVX2 and FMA. Its Eigen has another name, so that no function compiled here takes the
-// place of one that all machines run; nothing else of the library is included.
+// Compiled for AVX2 and FMA. Its Eigen has another name, so that no function compiled here takes
+// the place of one that all machines run; nothing else of the library is included.
 #if CONTACT_FLOW_HAVE_AVX2
 
 #define Eigen EigenForAvx2
@@ -19,4 +19,5 @@ void SolveDenseAvx2(double* A, double* B, int n, int columns) {
 
 }  // namespace contact_flow
 
+#undef Eigen
 #endif

@@ -14,8 +14,9 @@ namespace {
 /// against tolerance 1e-13).
 constexpr double kStiffReach = 3;
 constexpr double kSlackening = 0.6;  // most by which the rate falls from one step to the next
-constexpr double kRounding = 1e-13;  // of a defect h·δ, of the tangents and of h times the rate
 constexpr double kReach = 0.9;       // part of the longest acceptable step that is taken
+/// Rounding of a defect h·δ, relative to the tangents times h times the fastest rate.
+constexpr double kDefectRounding = 1e-13;
 /// DOP853 at tolerance ε takes steps of about ε^{1/8}·kBaseReach over the fastest rate it sees.
 constexpr double kBaseReach = 8;
 constexpr long kMaxSteps = 1000000;
@@ -69,7 +70,7 @@ bool StepControl::Learn(double error, double length) {
     const double angle = std::pow(error / Factor(*rule_), 1.0 / Power(*rule_));
     // What has decayed in a step that is long beside it leaves rounding, which tells no rate.
     const double defect = rule_->defect * std::pow(angle, rule_->stages + 1.0);
-    const bool tells = !small || defect > kRounding * std::max(1.0, fastest_ * length);
+    const bool tells = !small || defect > kDefectRounding * std::max(1.0, fastest_ * length);
     const double seen = angle / length;
     rate_ = std::max(tells ? seen : 0, kSlackening * rate_);
   }

@@ -61,8 +61,8 @@ class StepControl {
 
   void Begin(const Matrix& begin, const Vector& field);
   /// The error of a step is taken for Factor·(r h)^Power: that of its rule. Stiff rules have less
-  /// than their order in what decays within the step: there it is the defect itself, but for the one
-  /// turn of a slip in space, whose rate is beyond what a defect resolves (1e12/s).
+  /// than their order in what decays within the step: there it is the defect itself, but for the
+  /// one turn of a slip in space, whose rate is beyond what a defect resolves (1e12/s).
   double Factor(const CollocationRule& rule) const;
   double Power(const CollocationRule& rule) const;
   /// The longest step with this rule at t.

@@ -66,6 +66,11 @@ bool ModelBuilder::AddRunning(PieceModel* model, Status* status) const {
                  "an event coincides with one"};
       return false;
     }
+    if (!HaveLinearPrograms()) {
+      *status = {Outcome::kNotDifferentiable,
+                 "a direction inside a piece is found by linear programs: built without Clp"};
+      return false;
+    }
     direction = Inside(*model);
   }
   const CostGradient gradient =

@@ -10,6 +10,7 @@
 #include "contact_flow/piecewise_linear/controllability.h"
 #include "contact_flow/piecewise_linear/covariance.h"
 #include "contact_flow/piecewise_linear/descent.h"
+#include "contact_flow/piecewise_linear/linear_program.h"
 #include "contact_flow/piecewise_linear/newton.h"
 #include "contact_flow/piecewise_linear/stability.h"
 #include "random_conewise.h"
@@ -34,6 +35,7 @@ PiecewiseLinearMap LargeMap() {
 }
 
 TEST(Budget, EndsStability) {
+  if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
   const PiecewiseLinearMap map = LargeMap();
   ASSERT_EQ(map.pieces().size(), 64u);
   ExpectEndsInTime([&] { AssessStability(map); }, {0.01, 0.3, 1, 3});
@@ -43,6 +45,7 @@ TEST(Budget, EndsStability) {
 }
 
 TEST(Budget, EndsControllability) {
+  if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
   const PiecewiseLinearMap map = LargeMap();
   ExpectEndsInTime([&] { AssessControllability(map); }, {0.01, 0.3});
   ControllabilityOptions believed;

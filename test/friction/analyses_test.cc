@@ -20,6 +20,7 @@
 #include "contact_flow/piecewise_linear/controllability.h"
 #include "contact_flow/piecewise_linear/covariance.h"
 #include "contact_flow/piecewise_linear/descent.h"
+#include "contact_flow/piecewise_linear/linear_program.h"
 #include "contact_flow/piecewise_linear/section.h"
 #include "contact_flow/piecewise_linear/stability.h"
 #include "test/friction/friction_case.h"
@@ -59,6 +60,7 @@ constexpr double kStep = 1e-5, kCentral = 3e-6, kOneSided = 1e-3;
 
 /// Each interval begins and ends in stick or in slip, and holds a change or none.
 TEST(FrictionAnalyses, IntervalsOfInputsAreLinearized) {
+  if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
   const SystemPointer block = SwungBlock();
   const InputSchedule inputs{
       {0, 0.2, 0.6, 0.9, 1.15, 1.6, 1.9},
@@ -110,6 +112,7 @@ TEST(FrictionAnalyses, IntervalsOfInputsAreLinearized) {
 
 /// While it slips both position and speed obey, after a stop the speed does not.
 TEST(FrictionAnalyses, ControllabilityIsLostByAStop) {
+  if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
   const SystemPointer block = SwungBlock();
   const InputSchedule inputs{{0, 0.25, 0.5}, std::vector<Vector>(3, Vector::Zero(1))};
   const auto reachable = [&](double duration, const std::string& word) {
@@ -224,6 +227,7 @@ TEST(FrictionAnalyses, StickSlipOscillationIsFoundAndStable) {
 /// A block let go on a slope beyond its friction: along its slip as runs say, against it κ times as
 /// much, (sin φ − μ cos φ) / (sin φ + μ cos φ), and turned back.
 TEST(FrictionAnalyses, SlipThatBeginsIsTurnedBack) {
+  if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
   const SystemPointer block = MakeModel("block_on_incline", {{"incline", 0.5}, {"friction", 0.3}});
   const Vector x = AtRest(0), u = Vector::Zero(1);
   const Trajectory run = Simulate(*block, x, u, 0.5, Tight());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Onto, one-to-one, folded: maps whose nature is known, or known from winding numbers and samples.
 #include "contact_flow/piecewise_linear/controllability.h"
+#include "contact_flow/piecewise_linear/linear_program.h"
 
 #include <gtest/gtest.h>
 
@@ -31,6 +32,7 @@ PiecewiseLinearMap Winding(int rays, int times) {
 }
 
 TEST(Controllability, DegreeTwoIsCoherentlyOrientedButNoHomeomorphism) {
+  if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
   const PiecewiseLinearMap twice = Winding(8, 2);
   const ControllabilityReport report = AssessControllability(twice);
   EXPECT_EQ(8, report.pieces) << report.message;
@@ -116,6 +118,7 @@ Turning TurnAround(const PiecewiseLinearMap& map) {
 }
 
 TEST(Controllability, RandomMapsOfThePlaneAgainstTheirWinding) {
+  if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
   std::mt19937 generator(6);
   int homeomorphisms = 0, unattained = 0, wound = 0;
   for (int trial = 0; trial < 300; ++trial) {
@@ -154,6 +157,7 @@ TEST(Controllability, RandomMapsOfThePlaneAgainstTheirWinding) {
 }
 
 TEST(Controllability, RandomMapsInSpaceAgainstSamples) {
+  if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
   std::mt19937 generator(7);
   int homeomorphisms = 0, others = 0;
   for (int trial = 0; trial < 60; ++trial) {
@@ -267,6 +271,7 @@ TEST(Controllability, WhatNoInputReachesIsNamed) {
 }
 
 TEST(Controllability, LostDimensionsAreSetAside) {
+  if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
   // A plastic contact: the image lies in a plane of ℝ⁴.
   std::mt19937 generator(8);
   const Matrix plane = test::RandomMatrix(4, 2, &generator);

@@ -84,6 +84,7 @@ TEST(Kinks, AreValleysOrRidges) {
 }
 
 TEST(Descent, FindsMinimaOnAndOffKinks) {
+  if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
   std::mt19937 generator(2);
   for (int trial = 0; trial < 20; ++trial) {
     const int n = 2 + trial % 3;

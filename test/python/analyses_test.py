@@ -143,6 +143,7 @@ class Orbits(unittest.TestCase):
         self.assertAlmostEqual(0.8, orbit.period, delta=1e-10)
         self.assertEqual("stable", orbit.stability(SHIFT).verdict)
 
+    @case.needs_linear_programs
     def test_feedback(self):
         trot = cf.Model("steered_trot", hip_offset=0.25)
         apexes = trot.poincare(cf.Apex("body_z"))
@@ -208,6 +209,7 @@ class Orbits(unittest.TestCase):
 class Maps(unittest.TestCase):
     """Of maps of one's own, against what is known of them."""
 
+    @case.needs_linear_programs
     def test_of_two_half_planes(self):
         # x ↦ a x for x ≥ 0, b x for x ≤ 0
         for a, b, verdict in ((0.5, 0.9, "stable"), (0.5, 1.2, "unstable"), (-0.5, -1.5, "stable")):
@@ -226,6 +228,7 @@ class Maps(unittest.TestCase):
         self.assertEqual("undetermined", gap.stability().verdict)
         self.assertIsNone(gap.stability().stable)
 
+    @case.needs_linear_programs
     def test_controllability(self):
         absolute = cf.PiecewiseLinearMap([([[1.0]], [[1.0]]), ([[-1.0]], [[-1.0]])])   # |x|
         report = absolute.controllability()

@@ -10,6 +10,11 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+import contact_flow as cf
+
+#: of tests
+needs_linear_programs = unittest.skipUnless(cf.have_linear_programs(), "built without Clp")
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DATA = ROOT / "test" / "data"
 ROBOTS = ROOT / "config" / "robots"

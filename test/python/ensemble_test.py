@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Sweeps from Python: draws against numpy, runs against simulate, statistics, pictures, misuse."""
+import importlib.util
 import json
 import pathlib
 import pickle
@@ -167,6 +168,7 @@ class Runs(unittest.TestCase):
 
 
 class Pictures(unittest.TestCase):
+    @unittest.skipUnless(importlib.util.find_spec("matplotlib"), "matplotlib is not installed")
     def test_they_show_what_there_is(self):
         import matplotlib
         matplotlib.use("Agg")

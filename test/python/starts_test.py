@@ -54,6 +54,7 @@ class StartsInContact(unittest.TestCase):
         self.assertGreater(largest(w[:-1]), 0)
         self.assertGreater(B.compare(w, [1e-3, 1e-4, 1e-5]).slope, 0.9)
 
+    @case.needs_linear_programs
     def test_matrices_are_those_of_projections(self):
         B = cf.Model("sliding_rod").simulate(duration=0.05).derivative()
         P = np.array([B.project(e) for e in np.eye(6)]).T

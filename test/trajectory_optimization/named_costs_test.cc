@@ -9,6 +9,7 @@
 #include <random>
 
 #include "contact_flow/model/model_library.h"
+#include "contact_flow/piecewise_linear/linear_program.h"
 #include "contact_flow/trajectory_optimization/optimize_trajectory.h"
 #include "src/dynamics/impulse_jacobian.h"
 #include "test/derivative/input_cases.h"
@@ -91,6 +92,7 @@ void CheckSlopes(const Unknowns& unknowns, unsigned seed, std::size_t pieces) {
 }
 
 TEST(NamedCosts, HaveTheSlopesOfPlainRuns) {
+  if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
   const auto ball = MakeModel("driven_ball");
   for (const bool at_the_change : {false, true}) {
     for (const bool power : {true, false}) {

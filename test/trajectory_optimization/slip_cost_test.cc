@@ -9,6 +9,7 @@
 
 #include "contact_flow/io/robot_file.h"
 #include "contact_flow/model/model_library.h"
+#include "contact_flow/piecewise_linear/linear_program.h"
 #include "contact_flow/trajectory_optimization/optimize_trajectory.h"
 #include "test/trajectory_optimization/cost_at.h"
 
@@ -58,6 +59,7 @@ TEST(SlipCost, OfABlockThatStopsInClosedForm) {
 
 /// Fingers that hold a box stick to it: their speeds are rounding alone, and so is what they cost.
 TEST(SlipCost, OfFingersThatHold) {
+  if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
   const auto gripper =
       LoadRobot(std::string(CONTACT_FLOW_TEST_DATA) + "/../../config/robots/gripper_friction.yaml");
   const NominalRun& nominal = gripper->nominal();
