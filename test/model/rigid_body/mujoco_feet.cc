@@ -6,13 +6,8 @@
 #include <vector>
 
 namespace contact_flow {
-namespace {
 
-constexpr double kRadius = 0.02;  // of the feet of config/robots [m]
-
-}  // namespace
-
-std::unique_ptr<MujocoModel> OnFeetInMujoco(const RobotSystem& system, int condim) {
+std::unique_ptr<MujocoModel> OnFeetInMujoco(const RobotSystem& system, int condim, double radius) {
   const RobotModel& model = system.robot().model;
   std::vector<std::string> inside(model.tree.num_bodies() + 1);
   char geom[240];
@@ -25,7 +20,7 @@ std::unique_ptr<MujocoModel> OnFeetInMujoco(const RobotSystem& system, int condi
     std::snprintf(geom, sizeof(geom),
                   "<geom type=\"sphere\" size=\"%g\" pos=\"%.17g %.17g %.17g\" condim=\"%d\" "
                   "friction=\"%.17g 0 0\"/>",
-                  kRadius, foot.local(0), foot.local(1), foot.local(2), condim, friction);
+                  radius, foot.local(0), foot.local(1), foot.local(2), condim, friction);
     inside[foot.body] += geom;
   }
   return std::make_unique<MujocoModel>(model.tree, "<option cone=\"elliptic\"/>", inside);

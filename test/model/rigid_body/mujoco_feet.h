@@ -8,8 +8,9 @@
 
 namespace contact_flow {
 
-/// A robot in MuJoCo with a sphere at the point of each of its contacts, above a floor: `condim` 1
-/// without friction, 3 with that of the contacts, by elliptic cones.
-std::unique_ptr<MujocoModel> OnFeetInMujoco(const RobotSystem& system, int condim);
+/// A robot in MuJoCo with a sphere of this radius [m] at the point of each of its contacts, above a
+/// floor: `condim` 1 without friction, 3 with that of the contacts, by elliptic cones.
+std::unique_ptr<MujocoModel> OnFeetInMujoco(const RobotSystem& system, int condim,
+                                            double radius = 0.02);
 
 }  // namespace contact_flow
