@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A humanoid (36 degrees of freedom, thirty servos, eight point contacts) that falls on its feet,
 // for half a second: run and Jacobian beside MuJoCo's steps and chain of mjd_transitionFD. Errors
-// are each against the own model's motion: contact here is rigid, there it is soft. Argument: a drop.
+// are each against the own model's motion: contact is rigid here, soft there. Argument: a drop.
 #include <yaml-cpp/yaml.h>
 
 #include <cstdio>
