@@ -14,6 +14,7 @@
 #include "contact_flow/derivative/start_directions.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
+#include "contact_flow/piecewise_linear/linear_program.h"
 
 namespace contact_flow {
 namespace {
@@ -148,6 +149,7 @@ TEST(Belts, SlipsThatTurnOneAfterTheOther) {
 
 /// What one belt does to the box is no part of a gradient; what both do is.
 TEST(Belts, GradientIsByBothSpeeds) {
+  if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
   RunCost cost;
   cost.terminal = [](const Vector& x, Vector* by_state) {
     *by_state = Vector::Unit(x.size(), 0);

@@ -12,6 +12,7 @@
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_library.h"
 #include "contact_flow/model/model_system.h"
+#include "contact_flow/piecewise_linear/linear_program.h"
 #include "test/friction/friction_case.h"
 #include "test/friction/robot_twins.h"
 #include "test/friction/systems/tips.h"
@@ -134,6 +135,7 @@ TEST(CostGradientWithFriction, OfSpeedsThatEndInTwoLandingsAtOnce) {
 /// A mass is pulled off the floor by a spring whose other end rises: what it costs to touch ends at
 /// an instant of its own, or, where the input changes at that instant, at the first of the two.
 TEST(CostGradientWithFriction, OfWhatALiftOffEndsIsRefusedWhereTheInputChanges) {
+  if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
   const auto robot = test::Robot(
       "<robot name='r'><link name='world'/>" + test::OnSlides("low", 1) +
           test::OnSlides("high", 1) + "</robot>",

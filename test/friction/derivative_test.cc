@@ -4,6 +4,7 @@
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/flow/simulate.h"
+#include "contact_flow/piecewise_linear/linear_program.h"
 #include "test/friction/friction_case.h"
 
 namespace contact_flow {
@@ -69,6 +70,7 @@ TEST_P(FrictionDerivative, ByFrictionAndRestitution) {
 
 /// The whole map says what one direction says.
 TEST_P(FrictionDerivative, PiecesAgreeWithQuotients) {
+  if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
   const test::FrictionCase c(GetParam());
   if (c.derivatives.empty()) return;
   const BDerivative B = DifferentiateOutcome(*c.system, Run(c));

@@ -6,6 +6,7 @@
 
 #include "contact_flow/analysis/poincare.h"
 #include "contact_flow/model/model_library.h"
+#include "contact_flow/piecewise_linear/linear_program.h"
 #include "test/shorthands.h"
 
 namespace contact_flow {
@@ -28,6 +29,7 @@ PoincareOptions TightReturns() {
 
 /// Beside returns of starts nearby, which slip and are stopped, in their own time.
 TEST(ReturnsWithFriction, OfAStartThatSticks) {
+  if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
   const auto rod = MakeModel("sliding_rod", {{"friction", 1.2}});
   const Section sections[] = {Section::After(0.4), Section::Coordinate(*rod, "theta", 0.45, 1)};
   for (const Section& section : sections) {

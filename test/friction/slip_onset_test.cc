@@ -13,6 +13,7 @@
 #include "contact_flow/flow/online_flow.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/model_system.h"
+#include "contact_flow/piecewise_linear/linear_program.h"
 #include "test/friction/systems/contact_parameters.h"
 #include "test/friction/systems/tip.h"
 #include "test/shorthands.h"
@@ -182,6 +183,7 @@ Tugged Integrate(const Eigen::Vector2d& pull, double friction, double duration) 
 /// Where nothing but slip begins the event is the identity (friction, 4.1): the derivative by a
 /// constant pull and by friction beside central quotients of another integration.
 TEST(SlipOnset, HasTheDerivativeOfItsForces) {
+  if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
   const auto system = MakeSystem<Tug>({});
   for (const double tolerance : {1e-9, 1e-11}) {
     SimulateOptions options;

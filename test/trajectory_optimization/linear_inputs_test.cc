@@ -9,6 +9,7 @@
 #include <random>
 
 #include "contact_flow/model/model_library.h"
+#include "contact_flow/piecewise_linear/linear_program.h"
 #include "contact_flow/trajectory_optimization/optimize_trajectory.h"
 #include "test/derivative/input_cases.h"
 #include "test/trajectory_optimization/line_problem_runs.h"
@@ -125,6 +126,7 @@ TEST(LinearInputs, GradientsByEverythingAreThoseOfRuns) {
 /// those of both sides. Where positions at the instants cost, that instant's is one: it is met
 /// before or behind the impact.
 TEST(LinearInputs, AnInstantAtATouchdownIsNoKink) {
+  if (!HaveLinearPrograms()) GTEST_SKIP() << "built without Clp";
   int coincidences = 0, slopes = 0;
   for (int seed = 0; seed < 12; ++seed) {
     WithLinearInputs random(seed);
