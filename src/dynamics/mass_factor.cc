@@ -11,7 +11,7 @@ namespace {
 /// Fewer coordinates than these are not worth a look.
 constexpr Eigen::Index kLeast = 12;
 /// Multiplications of the dense factor, d³/6, for one of the sparse: it pays from here on.
-constexpr double kGain = 4;
+constexpr double kGain = 3;
 constexpr int kWord = 64;
 
 }  // namespace

@@ -127,8 +127,9 @@ ReferencePhase ReadPhase(const std::string& field, const YAML::Node& node,
   phase.t_end = ReadRequired<double>(&reader, "t_end");
   phase.x_begin = ReadVector(&reader, "x_begin");
   phase.x_end = ReadVector(&reader, "x_end");
-  for (auto [key, contacts] : {std::make_pair("activated", &phase.activated),
-                               std::make_pair("released", &phase.released)}) {
+  const std::pair<const char*, ConstraintSet*> sets[] = {{"activated", &phase.activated},
+                                                         {"released", &phase.released}};
+  for (const auto& [key, contacts] : sets) {
     *contacts = SetOfNames(field + "/" + key, ReadRequired<std::vector<std::string>>(&reader, key),
                            constraints);
   }
