@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact_flow/dynamics/mass_factor.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "solve_columns.h"
@@ -24,21 +25,32 @@ void MassFactor::Compute(const Matrix& mass) {
 }
 
 /// What column k has above its diagonal its parent, the last of these rows, gets, too: elimination
-/// from the last to the first fills that in.
+/// from the last to the first fills that in. While M has the zeros that it had, all is as found.
 bool MassFactor::FindPattern(const Matrix& mass) {
   const int d = static_cast<int>(mass.rows());
   const int words = (d + kWord - 1) / kWord;
-  bits_.assign(static_cast<std::size_t>(d) * words, 0);
-  begin_.assign(d + 1, 0);
+  const std::ptrdiff_t size = static_cast<std::ptrdiff_t>(d) * words;
+  // The factor's, those of the M that it was found for, and those of this M.
+  const bool found = static_cast<std::ptrdiff_t>(bits_.size()) == 3 * size;
+  if (!found) bits_.resize(static_cast<std::size_t>(3 * size));
+  std::uint64_t *filled = bits_.data(), *before = filled + size, *now = before + size;
+  std::fill(now, now + size, 0);
+  for (int k = 0; k < d; ++k) {
+    const double* column = mass.data() + static_cast<std::ptrdiff_t>(k) * d;
+    std::uint64_t* own = now + static_cast<std::ptrdiff_t>(k) * words;
+    for (int i = 0; i < k; ++i) {
+      own[i / kWord] |= static_cast<std::uint64_t>(column[i] != 0) << (i % kWord);
+    }
+  }
+  if (found && std::equal(now, now + size, before)) return !begin_.empty();
+  std::copy(now, now + size, before);
+  std::copy(now, now + size, filled);
+  begin_.clear();
   rows_.clear();
   double work = 0;
   const double most = std::pow(d, 3) / 6 / kGain;
   for (int k = d - 1; k >= 0; --k) {
-    std::uint64_t* own = &bits_[static_cast<std::size_t>(k) * words];
-    const double* column = mass.data() + static_cast<std::ptrdiff_t>(k) * d;
-    for (int i = 0; i < k; ++i) {
-      if (column[i] != 0) own[i / kWord] |= std::uint64_t{1} << (i % kWord);
-    }
+    const std::uint64_t* own = filled + static_cast<std::ptrdiff_t>(k) * words;
     int count = 0, parent = -1;
     for (int w = 0; w < words; ++w) {
       if (own[w] == 0) continue;
@@ -48,14 +60,15 @@ bool MassFactor::FindPattern(const Matrix& mass) {
     work += 0.5 * count * (count + 3);
     if (work > most) return false;
     if (parent < 0) continue;
-    std::uint64_t* other = &bits_[static_cast<std::size_t>(parent) * words];
+    std::uint64_t* other = filled + static_cast<std::ptrdiff_t>(parent) * words;
     for (int w = 0; w < words; ++w) other[w] |= own[w];
     other[parent / kWord] &= ~(std::uint64_t{1} << (parent % kWord));
   }
+  begin_.assign(d + 1, 0);
   for (int k = 0; k < d; ++k) {
     begin_[k] = static_cast<int>(rows_.size());
     for (int w = 0; w < words; ++w) {
-      for (std::uint64_t rest = bits_[static_cast<std::size_t>(k) * words + w]; rest != 0;
+      for (std::uint64_t rest = filled[static_cast<std::ptrdiff_t>(k) * words + w]; rest != 0;
            rest &= rest - 1) {
         rows_.push_back(w * kWord + __builtin_ctzll(rest));
       }
