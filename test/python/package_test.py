@@ -16,6 +16,8 @@ import sys
 import tempfile
 import unittest
 
+import numpy as np
+
 import contact_flow as cf
 import case
 from contact_flow import _core
@@ -94,6 +96,8 @@ class Documentation(unittest.TestCase):
                 self.assertGreater(len(text.strip().split("\n")), 1, name + "." + method)
 
     def test_doctests(self):
+        if int(np.__version__.split(".")[0]) > 1:
+            np.set_printoptions(legacy="1.25")   # 1.2, not np.float64(1.2)
         attempted = 0
         for name in MODULES:
             module = importlib.import_module(name)

@@ -299,7 +299,7 @@ class Misuse(unittest.TestCase):
         self.check(ValueError, "relative_tolerance", lambda: biped.simulate(relative_tolerance=-1))
         self.check(TypeError, "max_steps is 1.5", lambda: biped.simulate(max_steps=1.5))
         self.assertTrue(biped.simulate(dense=np.bool_(True)).options["dense"])
-        self.check(TypeError, "max_steps is True", lambda: biped.simulate(max_steps=np.bool_(True)))
+        self.check(TypeError, r"max_steps is (np\.)?True", lambda: biped.simulate(max_steps=np.bool_(True)))
         self.check(TypeError, "complete_zeno is 'no'", lambda: biped.simulate(complete_zeno="no"))
         self.check(ValueError, "impact_law.*projection", lambda: biped.simulate(impact_law="projectio"))
         self.check(ValueError, "method.*implicit", lambda: biped.simulate(method="implizit"))

@@ -9,6 +9,14 @@
 namespace contact_flow {
 namespace test {
 
+/// The first K names.
+template <std::size_t K>
+constexpr std::array<const char*, K> First(const std::array<const char*, 6>& all) {
+  std::array<const char*, K> names{};
+  for (std::size_t i = 0; i < K; ++i) names[i] = all[i];
+  return names;
+}
+
 /// N = 2 or 3 tips over a floor in the plane, coupled by a constant mass matrix, and neighbours by
 /// a spring and a damper between their x.
 template <int N>
@@ -17,12 +25,6 @@ struct Tips {
   static constexpr const char* kSummary = "coupled tips";
   static constexpr int kDof = 2 * N, kConstraints = N, kInputs = 0, kSlipDimension = 1;
   static constexpr bool kConstantMass = true, kAffineConstraints = true;
-  template <std::size_t K>
-  static constexpr std::array<const char*, K> First(const std::array<const char*, 6>& all) {
-    std::array<const char*, K> names{};
-    for (std::size_t i = 0; i < K; ++i) names[i] = all[i];
-    return names;
-  }
   static constexpr auto kCoordinates = First<2 * N>({"x1", "z1", "x2", "z2", "x3", "z3"});
   static constexpr auto kUnits = First<2 * N>({"m", "m", "m", "m", "m", "m"});
   static constexpr auto kConstraintNames = First<N>({"first", "second", "third", "", "", ""});
