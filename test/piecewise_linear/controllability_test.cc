@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Onto, one-to-one, folded: maps whose nature is known, or known from winding numbers and samples.
 #include "contact_flow/piecewise_linear/controllability.h"
-#include "contact_flow/piecewise_linear/linear_program.h"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +8,7 @@
 #include <cmath>
 #include <random>
 
+#include "contact_flow/piecewise_linear/linear_program.h"
 #include "test/analysis/random_conewise.h"
 
 namespace contact_flow {

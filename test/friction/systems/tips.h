@@ -9,13 +9,20 @@
 namespace contact_flow {
 namespace test {
 
-/// The first K names.
-template <std::size_t K>
-constexpr std::array<const char*, K> First(const std::array<const char*, 6>& all) {
-  std::array<const char*, K> names{};
-  for (std::size_t i = 0; i < K; ++i) names[i] = all[i];
-  return names;
-}
+template <int N>
+struct TipNames;
+template <>
+struct TipNames<2> {
+  static constexpr std::array<const char*, 4> kCoordinates = {"x1", "z1", "x2", "z2"};
+  static constexpr std::array<const char*, 4> kUnits = {"m", "m", "m", "m"};
+  static constexpr std::array<const char*, 2> kConstraints = {"first", "second"};
+};
+template <>
+struct TipNames<3> {
+  static constexpr std::array<const char*, 6> kCoordinates = {"x1", "z1", "x2", "z2", "x3", "z3"};
+  static constexpr std::array<const char*, 6> kUnits = {"m", "m", "m", "m", "m", "m"};
+  static constexpr std::array<const char*, 3> kConstraints = {"first", "second", "third"};
+};
 
 /// N = 2 or 3 tips over a floor in the plane, coupled by a constant mass matrix, and neighbours by
 /// a spring and a damper between their x.
@@ -25,9 +32,9 @@ struct Tips {
   static constexpr const char* kSummary = "coupled tips";
   static constexpr int kDof = 2 * N, kConstraints = N, kInputs = 0, kSlipDimension = 1;
   static constexpr bool kConstantMass = true, kAffineConstraints = true;
-  static constexpr auto kCoordinates = First<2 * N>({"x1", "z1", "x2", "z2", "x3", "z3"});
-  static constexpr auto kUnits = First<2 * N>({"m", "m", "m", "m", "m", "m"});
-  static constexpr auto kConstraintNames = First<N>({"first", "second", "third", "", "", ""});
+  static constexpr auto kCoordinates = TipNames<N>::kCoordinates;
+  static constexpr auto kUnits = TipNames<N>::kUnits;
+  static constexpr auto kConstraintNames = TipNames<N>::kConstraints;
   static constexpr std::array<const char*, 0> kInputNames = {};
 
   template <class P>
