@@ -4,6 +4,7 @@
 // are each against the own model's motion: contact is rigid here, soft there. Argument: a drop.
 #include <yaml-cpp/yaml.h>
 
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
@@ -26,8 +27,8 @@ namespace {
 
 constexpr double kDuration = 0.5;  // [s]
 constexpr int kDrop = 17;          // lands on heels and toes of both feet, and lets go
-constexpr std::size_t kJudged =
-    2;  // the tolerance whose derivative is judged; looser ones have none
+/// The tolerance whose derivative is judged, 1e-6; looser ones have none.
+constexpr std::size_t kJudged = 2;
 constexpr double kRadius = 0.005;  // of what the feet stand on [m]
 
 /// The robot with spheres for the points under its feet, as far down.

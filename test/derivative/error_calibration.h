@@ -90,14 +90,17 @@ class Calibration {
     }
   }
 
-  /// At most one of a hundred true errors is above what is estimated or measured, and at most one
-  /// of twenty a hundred times below what is measured, of `least` or more.
-  void Expect(int least) const {
+  /// At most one of a hundred true errors, of `least`, is above what is estimated or measured.
+  void ExpectEnough(int least) const {
     Print();
     ExpectAbove(state_, least / 2);
     ExpectAbove(derivative_, least);
     ExpectAbove(measured_state_, least / 2);
     ExpectAbove(measured_derivative_, least);
+  }
+  /// … and at most one of twenty a hundred times below what is measured.
+  void Expect(int least) const {
+    ExpectEnough(least);
     EXPECT_LE(measured_state_.far, measured_state_.count / 20) << name_;
     EXPECT_LE(measured_derivative_.far, measured_derivative_.count / 20) << name_;
   }

@@ -16,6 +16,7 @@
 
 #include "contact_flow/model/model_library.h"
 #include "test/derivative/localized_forces.h"
+#include "test/model/hard_quadruped.h"
 
 namespace contact_flow {
 namespace {
@@ -129,6 +130,29 @@ TEST(ErrorCalibration, OfTheImplicitMethod) {
       },
       &c);
   c.Expect(200);
+}
+
+/// Tangents whose fast parts have decayed, in flight and behind touchdowns. Estimates are large:
+/// they keep what every step adds, of which most has decayed at the end.
+TEST(ErrorCalibration, OfHardServos) {
+  Calibration c("hard servos");
+  for (const double gain : {10, 100}) {
+    const auto robot = HardQuadruped(gain);
+    for (int seed = 0; seed < 8; ++seed) {
+      std::mt19937 random(seed * 31 + 5);
+      std::normal_distribution<double> normal;
+      Vector w = Vector::Zero(36);
+      for (int j = 3; j < 36; ++j) w(j) = 0.05 * normal(random);
+      CalibrationCase run;
+      run.system = robot.get();
+      run.x = robot->Perturb(robot->nominal().x, w);
+      run.input = InputSchedule::Constant(robot->nominal().u);
+      run.duration = 0.1 + 0.02 * seed;
+      run.options.method = run.reference.method = IntegrationMethod::kImplicit;
+      for (double tolerance : kTolerances) c.Add(run, tolerance, seed);
+    }
+  }
+  c.ExpectEnough(12);
 }
 
 TEST(ErrorCalibration, OfGusts) {

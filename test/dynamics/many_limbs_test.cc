@@ -5,6 +5,8 @@
 
 #include <cmath>
 #include <memory>
+#include <utility>
+#include <vector>
 
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/dynamics/impact.h"
@@ -64,6 +66,26 @@ TEST(MassFactors, FillIn) {
   ASSERT_TRUE(factor.regular());  // diagonally dominant
   const Vector b = Mixture(40, 2);
   EXPECT_LT((A * factor.Solved(b) - b).cwiseAbs().maxCoeff(), 1e-14);
+}
+
+/// One factor, as a run has it: other numbers, other zeros, none, other sizes, and back.
+TEST(MassFactors, FollowZerosThatChange) {
+  const auto with = [](int d, std::vector<std::pair<int, int>> pairs) {
+    Matrix A = 20 * Matrix::Identity(d, d);
+    for (const auto& [i, j] : pairs) A(i, j) = A(j, i) = 3 + 0.1 * i;
+    return A;
+  };
+  const Matrix some = with(40, {{39, 5}, {30, 7}, {7, 4}}), more = with(40, {{39, 5}, {38, 6}});
+  const Matrix full = some + Matrix::Constant(40, 40, 0.1), small = with(20, {{19, 3}});
+  MassFactor factor;
+  int step = 0;
+  for (const Matrix& A :
+       {some, Matrix(2 * some), more, full, Matrix(2 * full), some, small, more}) {
+    factor.Compute(A);
+    EXPECT_EQ((A.array() != 0).count() < A.size(), factor.sparse()) << step;
+    const Vector b = Mixture(A.rows(), 2);
+    EXPECT_LT((A * factor.Solved(b) - b).cwiseAbs().maxCoeff(), 1e-13) << step++;
+  }
 }
 
 TEST(MassFactors, AreDenseWhereMIs) {
