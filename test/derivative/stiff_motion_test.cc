@@ -82,8 +82,8 @@ TEST(StiffMotion, DerivativesAreThoseOfQuotients) {
 }
 
 /// In flight with the trunk turning: the tangents of one arc, by few steps, are the product of
-/// those of thousands, each short beside every decay. Entries compare by the largest of their block,
-/// δq or δv by δq or δv.
+/// those of thousands, each short beside every decay. Entries compare by the largest of their
+/// block, δq or δv by δq or δv.
 TEST(StiffMotion, TangentsTakeFewSteps) {
   for (const double gain : {10, 100}) {
     const auto robot = HardQuadruped(gain);
