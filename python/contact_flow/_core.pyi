@@ -859,7 +859,8 @@ class System:
     def assumptions_over(self, half_width: ArrayLike, x: Optional[State] = None,
         u: Optional[Input] = None, samples: int = 200, seed: int = 1) -> Dict[str, Any]: ...
     def poincare(self, section: Section, u: Optional[Input] = None, by: Sequence[str] = ('state',),
-        horizon: float = 10.0, shortest: float = 0.001, **options: Any) -> PoincareMap: ...
+        horizon: float = 10.0, shortest: float = 0.001, max_seconds_total: float = ...,
+        **options: Any) -> PoincareMap: ...
     def optimize(self, unknowns: Sequence[str], target: Mapping[str, float],
         weight: Optional[State] = None, effort: Optional[Input] = None, x0: Optional[State] = None,
         duration: Optional[float] = None, u: Optional[Input] = None, tolerance: float = 1e-08,

@@ -140,9 +140,9 @@ double ToDuration(const System& system, const py::handle& duration) {
   return seconds;
 }
 
-void CheckMaxSeconds(double seconds) {
+void CheckMaxSeconds(double seconds, const char* name) {
   if (seconds > 0) return;
-  throw py::value_error("max_seconds is " + Number(seconds) + ", expected a number > 0");
+  throw py::value_error(std::string(name) + " is " + Number(seconds) + ", expected a number > 0");
 }
 
 Vector ToState(const System& system, const py::handle& x) {

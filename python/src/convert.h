@@ -37,7 +37,7 @@ int ToCount(const py::handle& value, const char* field, int least = 1);
 /// A duration [s] ≥ 0; None: the nominal one.
 double ToDuration(const System& system, const py::handle& duration);
 /// Throws ValueError unless `seconds` > 0, infinite where there is no limit.
-void CheckMaxSeconds(double seconds);
+void CheckMaxSeconds(double seconds, const char* name = "max_seconds");
 
 /// The state (q, v) of the argument: None: the nominal one; names: over the nominal one.
 Vector ToState(const System& system, const py::handle& x);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Run.derivative, and the derivative on directions: values, errors, modes, radii, quotients.
 #include <cmath>
-#include <limits>
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/cluster_reading.h"
@@ -17,7 +16,6 @@ namespace {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using Shared = std::shared_ptr<Derivative>;
-constexpr double kForever = std::numeric_limits<double>::infinity();  // [s]
 
 Shared DifferentiateRun(const std::shared_ptr<const Run>& run, const BDerivativeOptions& o,
                         double max_seconds) {

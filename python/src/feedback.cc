@@ -40,7 +40,8 @@ Feedback FindFeedback(const std::shared_ptr<Poincare>& map, const py::object& x,
   options.derivative.variables = {};
   options.derivative.variables.inputs = true;
   const auto one = std::make_shared<PoincareReturn>(WithoutLock(
-      [&] { return PoincareMap(system.get(), map->u, map->section, options).Return(step.x); }));
+      [&] { return PoincareMap(system.get(), map->u, map->section, options).Return(step.x); },
+      map->max_seconds));
   if (one->status != ReturnStatus::kReturned) {
     throw NoDerivative(std::string(ReturnStatusName(one->status)) + ": " + one->message);
   }
@@ -59,7 +60,8 @@ Feedback FindFeedback(const std::shared_ptr<Poincare>& map, const py::object& x,
   FeedbackOptions settings;
   settings.piecewise = piecewise;
   settings.good_enough = good_enough;
-  feedback.found = WithoutLock([&] { return FindStabilizingFeedback(controlled.map, settings); });
+  feedback.found = WithoutLock([&] { return FindStabilizingFeedback(controlled.map, settings); },
+                               map->max_seconds);
   step.law = feedback.found.law;
   py::list set;
   for (int k : step.inputs) set.append(names[static_cast<std::size_t>(k)]);
@@ -78,9 +80,12 @@ FollowedOrbit FollowFrom(const Feedback& f, const py::object& x, int returns, do
     throw py::value_error("returns is " + std::to_string(returns) + ", expected ≥ 0");
   }
   RequireLaw(f.step.law);
-  return WithoutLock([&] {
-    return Follow(f.system().get(), f.map->section, f.step, start, returns, f.map->options, lost);
-  });
+  return WithoutLock(
+      [&] {
+        return Follow(f.system().get(), f.map->section, f.step, start, returns, f.map->options,
+                      lost);
+      },
+      f.map->max_seconds);
 }
 
 /// Rows of equal length.

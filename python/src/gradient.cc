@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Run.gradient: what a run costs, and its gradient by all that it was given.
-#include <limits>
 
 #include "contact_flow/derivative/cost_gradient.h"
 #include "convert.h"
@@ -144,7 +143,7 @@ void BindGradient(py::module_* module) {
            py::arg("effort_reference") = py::none(),
            py::arg("by") = py::make_tuple("state", "inputs"), py::arg("direction") = py::none(),
            py::arg("direction_inputs") = py::none(), py::arg("direction_parameters") = py::none(),
-           py::arg("max_seconds") = std::numeric_limits<double>::infinity(),
+           py::arg("max_seconds") = kForever,
            "The gradient of ½ Σ w_i (x_i(T) − target_i)² + ½ ∫ Σ s_i (x_i − path_target_i)² +\n"
            "Σ r_j (u_j − effort_reference_j)² dt, as a CostGradient, by initial state, inputs of\n"
            "all intervals and the parameters in `by` at once. Targets by name; weights by name,\n"

@@ -88,8 +88,8 @@ Orbit FixedPoint(const std::shared_ptr<Poincare>& shared, const py::object& x0,
   options.poincare = map.options;
   options.newton.tolerance = tolerance;
   options.newton.max_iterations = max_iterations;
-  auto solution =
-      std::make_shared<OrbitSolution>(WithoutLock([&] { return FindOrbit(problem, options); }));
+  auto solution = std::make_shared<OrbitSolution>(
+      WithoutLock([&] { return FindOrbit(problem, options); }, map.max_seconds));
   return {system.With(solution->parameters), std::move(solution), map.options.simulate,
           map.section.kind == Section::Kind::kEvent,
           Question::Call(py::cast(shared), "fixed_point", problem.x, free, conditions, tolerance,

@@ -18,7 +18,8 @@ using SharedMap = std::shared_ptr<Poincare>;
 
 SharedMap MakePoincare(const std::shared_ptr<System>& system, const py::object& section,
                        const py::object& u, const py::object& by, double horizon, double shortest,
-                       py::kwargs keywords) {
+                       double max_seconds_total, py::kwargs keywords) {
+  CheckMaxSeconds(max_seconds_total, "max_seconds_total");
   auto map = std::make_shared<Poincare>();
   const py::kwargs given = py::dict(**keywords);
   const py::object variables = py::isinstance<py::str>(by) ? by : py::object(py::tuple(by));
@@ -36,6 +37,7 @@ SharedMap MakePoincare(const std::shared_ptr<System>& system, const py::object& 
   }
   map->options.horizon = horizon;
   map->options.shortest = shortest;
+  map->max_seconds = max_seconds_total;
   Validate(system->get(), map->section);
   map->question = Question::Call(py::cast(system), "poincare", section, map->u, variables, horizon,
                                  shortest, **given);
@@ -45,10 +47,12 @@ SharedMap MakePoincare(const std::shared_ptr<System>& system, const py::object& 
 Return Returns(const SharedMap& map, const py::object& x, bool differentiate) {
   const Vector start = ToState(*map->system, x);
   return {map->system,
-          std::make_shared<PoincareReturn>(WithoutLock([&] {
-            return PoincareMap(map->system->get(), map->u, map->section, map->options)
-                .Return(start, differentiate);
-          })),
+          std::make_shared<PoincareReturn>(WithoutLock(
+              [&] {
+                return PoincareMap(map->system->get(), map->u, map->section, map->options)
+                    .Return(start, differentiate);
+              },
+              map->max_seconds)),
           start,
           map->options.simulate,
           map->section.kind == Section::Kind::kEvent,
@@ -140,10 +144,12 @@ Matrix OrbitShift(const Return& r, const std::vector<std::string>& translation) 
                           " times the size of the motion away from x: this is no orbit");
   }
   if (r.map == nullptr) return shift;
-  const std::string differs = WithoutLock([&] {
-    const PoincareMap map(system, r.map->u, r.map->section, r.map->options);
-    return NextReturnDiffers(system, map, r.start, *r.value, shift);
-  });
+  const std::string differs = WithoutLock(
+      [&] {
+        const PoincareMap map(system, r.map->u, r.map->section, r.map->options);
+        return NextReturnDiffers(system, map, r.start, *r.value, shift);
+      },
+      r.map->max_seconds);
   if (!differs.empty()) {
     throw py::value_error("translation is no symmetry of the motion: " + differs);
   }
@@ -240,10 +246,11 @@ void BindPoincare(py::module_* module) {
   py::class_<System, std::shared_ptr<System>>(module->attr("System"))
       .def("poincare", &MakePoincare, py::arg("section"), py::arg("u") = py::none(),
            py::arg("by") = py::make_tuple("state"), py::arg("horizon") = usual.horizon,
-           py::arg("shortest") = usual.shortest,
+           py::arg("shortest") = usual.shortest, py::arg("max_seconds_total") = kForever,
            "The first return map of a section: Crossing, Apex, Touchdown or After. `by` as in\n"
            "Run.derivative, `horizon` the longest return [s], crossings before `shortest` [s] are\n"
-           "the start itself. Options of runs (tolerances of 1e-12 here) and of derivatives.");
+           "the start itself. Options of runs (tolerances of 1e-12 here) and of derivatives.\n"
+           "BudgetExceeded where one answer takes longer than `max_seconds_total`.");
 }
 
 }  // namespace python

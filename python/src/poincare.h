@@ -20,6 +20,7 @@ struct Poincare {
   Section section;
   py::object spec;  // as it was given
   PoincareOptions options;
+  double max_seconds;  // of each answer, by the clock
   Question question;
 };
 

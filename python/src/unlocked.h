@@ -50,11 +50,13 @@ class Unlocking {
   }
 };
 
+inline constexpr double kForever = std::numeric_limits<double>::infinity();  // [s]
+
 /// While it lives, the thread does not hold the interpreter's lock, and what it computes ends soon
 /// after Ctrl-C, or after `max_seconds` [s], by a budget. A signal is looked for every 50 ms.
 class Unlocked {
  public:
-  explicit Unlocked(double max_seconds = std::numeric_limits<double>::infinity())
+  explicit Unlocked(double max_seconds = kForever)
       : scope_(Budget(Limits(max_seconds))) {}
 
   /// Throws what a signal handler has raised, KeyboardInterrupt mostly.
@@ -91,7 +93,7 @@ class Unlocked {
 /// work() without the interpreter's lock. Throws what a signal handler has raised meanwhile, and
 /// BudgetExceeded after `max_seconds` [s] where `work` does.
 template <class Work>
-auto WithoutLock(Work&& work, double max_seconds = std::numeric_limits<double>::infinity()) {
+auto WithoutLock(Work&& work, double max_seconds = kForever) {
   Unlocked unlocked(max_seconds);
   try {
     auto result = work();

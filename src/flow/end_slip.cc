@@ -40,11 +40,11 @@ bool Flow::CrossesSingularSlip(double length) const {
   return regular_slip_ && !regular_end_ && length > kCrossing * std::max(1.0, t_);
 }
 
-/// Where no step is small enough: the proposal is an impact at the node that ends a slip whose
-/// force grows without bound. False where there is none.
+/// Where no step is small enough: the proposal is a transition at the node, most often an impact
+/// that ends a slip whose force grows without bound. False where there is none.
 bool Flow::EndSlipByImpact() {
   if (!system_.HasFriction()) return false;
-  jam_ = ResolveJam(&dynamics_, t_, x_, mode_, Rules());
+  jam_ = ResolveUnresolvedSlip(&dynamics_, t_, x_, mode_, Rules());
   if (!jam_) return false;
   x_end_ = x_;
   end_ = t_;

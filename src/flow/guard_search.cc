@@ -121,7 +121,7 @@ void GuardSearch::Divide(int pieces) {
   for (int i : query_->guards) {
     seen_(i, kBend) = query_->floor[i] * query_->floor[i];
     seen_(i, kTurn) = seen_(i, kSunk) = 0;
-    const bool below = query_->touches && values_(i, 0) < -query_->floor[i];
+    const bool below = query_->touches && values_(i, 0) < 0;
     if (below && query_->low.Contains(i)) seen_(i, kSunk) = -values_(i, 0);
   }
   for (int slot = pieces; slot > 1; --slot) {
@@ -218,11 +218,11 @@ bool GuardSearch::Settle(int i, int middle, int end, bool last) {
 void GuardSearch::SearchHalf(int i, const Node& begin, const Node& end, double lower_bound) {
   const double floor = query_->floor[i];
   const bool dips = begin.rate < 0 && end.rate > 0;
-  // A guard below zero by less than this has not vanished. One that was left below its floor by
-  // the event that the step begins with has not come down.
+  // A guard below zero by less than this has not vanished. One that was left below zero by the
+  // event that the step begins with has not come down.
   const bool falls_on = end.theta == 1 && end.rate < 0 && query_->falling.Contains(i);
   const double sunk = seen_(i, kSunk);
-  const double least = falls_on || sunk > 0 ? sunk + kStandsStill * floor : floor;
+  const double least = falls_on || sunk > floor ? sunk + kStandsStill * floor : floor;
   if (end.value >= -least && (!dips || lower_bound > std::max(kTouchReach * floor, *margin_))) {
     return;
   }

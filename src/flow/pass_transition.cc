@@ -16,7 +16,6 @@
 namespace contact_flow {
 namespace {
 
-constexpr int kStallsToInsist = 2;
 constexpr int kStallsForEach = 4;  // constraint, before the run ends
 /// Rounding of a rate Da_i v, relative to its terms.
 constexpr double kNoSpeed = 1e-12;

@@ -43,6 +43,19 @@ std::optional<ResolvedTransition> Try(ContactDynamics* dynamics, double t, const
   return result;
 }
 
+/// The same of the first of `slips` that it succeeds for.
+std::optional<ResolvedTransition> TryEach(ContactDynamics* dynamics, double t, const Vector& x,
+                                          ContactMode mode, const TransitionRules& rules,
+                                          const std::vector<int>& slips,
+                                          bool (FrictionalResolution::*decide)(int)) {
+  for (int i : slips) {
+    auto found = Try(dynamics, t, x, mode, rules,
+                     [&](FrictionalResolution* resolution) { return (resolution->*decide)(i); });
+    if (found) return found;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 void FrictionalResolution::TellOfSingularSlip(int i, Outcome outcome, const std::string& what) {
@@ -151,19 +164,27 @@ std::optional<ResolvedTransition> ResolveJam(ContactDynamics* dynamics, double t
   return std::nullopt;
 }
 
+std::optional<ResolvedTransition> ResolveUnresolvedSlip(ContactDynamics* dynamics, double t,
+                                                        const Vector& x, ContactMode mode,
+                                                        const TransitionRules& rules) {
+  if (auto jam = ResolveJam(dynamics, t, x, mode, rules)) return jam;
+  const std::vector<int> slips = Slips(dynamics, x, mode);
+  std::vector<int> pulled = slips;
+  const Vector force = dynamics->force();
+  pulled.erase(std::remove_if(pulled.begin(), pulled.end(), [&](int i) { return !(force(i) < 0); }),
+               pulled.end());
+  if (auto open = TryEach(dynamics, t, x, mode, rules, pulled, &FrictionalResolution::LetGo)) {
+    return open;
+  }
+  return TryEach(dynamics, t, x, mode, rules, slips, &FrictionalResolution::Settle);
+}
+
 ResolvedTransition ResolveSingularSlip(ContactDynamics* dynamics, double t, const Vector& x,
                                        ContactMode mode, const TransitionRules& rules) {
   if (auto jam = ResolveJam(dynamics, t, x, mode, rules)) return *jam;
   const std::vector<int> slips = Slips(dynamics, x, mode);
-  for (int i : slips) {
-    auto open =
-        Try(dynamics, t, x, mode, rules, [i](FrictionalResolution* r) { return r->LetGo(i); });
-    if (open) return *open;
-  }
-  for (int i : slips) {
-    auto rest =
-        Try(dynamics, t, x, mode, rules, [i](FrictionalResolution* r) { return r->Settle(i); });
-    if (rest) return *rest;
+  for (const auto decide : {&FrictionalResolution::LetGo, &FrictionalResolution::Settle}) {
+    if (auto found = TryEach(dynamics, t, x, mode, rules, slips, decide)) return *found;
   }
   FrictionalResolution resolution(dynamics, t, x, mode, rules);
   if (!slips.empty()) {

@@ -13,6 +13,12 @@ namespace contact_flow {
 std::optional<ResolvedTransition> ResolveJam(ContactDynamics* dynamics, double t, const Vector& x,
                                              ContactMode mode, const TransitionRules& rules);
 
+/// Where forces vary so quickly that no step resolves them, at (t, x): the same; or a contact whose
+/// force pulls by now lets go; or a slip that is not told from rest ends. Nothing where none fits.
+std::optional<ResolvedTransition> ResolveUnresolvedSlip(ContactDynamics* dynamics, double t,
+                                                        const Vector& x, ContactMode mode,
+                                                        const TransitionRules& rules);
+
 /// Where det(A_J M⁻¹ W_J) of a slipping mode passes zero at (t, x) more than one motion fits from
 /// here on: slip, which no contact that gives way a little follows; an impact that ends it; and
 /// the contact that lets go. The limit of contacts ever stiffer is the impact, which is followed;

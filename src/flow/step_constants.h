@@ -54,5 +54,7 @@ inline constexpr double kDrift = 0.1, kSlowDrift = 1e-2;
 inline constexpr double kImpliedReach = 10;  // [absolute tolerances] an implied contact may drift
 /// Events so close do not go on: relative to the time, or to what counts as simultaneous.
 inline constexpr double kNoTime = 1e-14, kNoTimeApart = 1e-2, kLongestStall = 1e-9;  // [s] the last
+/// An event that has come again at one time so often is decided the other way.
+inline constexpr int kStallsToInsist = 2;
 
 }  // namespace contact_flow

@@ -15,18 +15,15 @@ namespace contact_flow {
 std::optional<double> Flow::StepOntoEvent(const LocatedEvent& event, double length) {
   const std::optional<double> reached = StepOntoLevel(event, length, event.theta * length, 0);
   const ConstraintSet low = guards_.OfGaps(mode_) & locator_.margins().low;
-  if (!reached || *reached > EulerReach(length) || !low.Contains(event.constraint)) return reached;
-  // What let go within its floor below its surface may rise by less than that, and not pass its
-  // surface: it comes back to where it began. What approaches there has touched.
+  if (!reached || event.touch || !low.Contains(event.constraint)) return reached;
   const GuardJet begin = guards_.OfMotion(event.constraint, mode_, gaps_begin_);
   const double still = kStandsStill * options_.absolute_tolerance;
-  if (!(begin.value < 0) || !(begin.acceleration > 0)) return reached;
-  if (begin.rate < 0 && begin.rate * begin.rate > 2 * still * begin.acceleration) return reached;
-  const std::optional<double> later = StepOntoLevel(event, length, length, begin.value);
+  const std::optional<double> level = LevelOfReturn(event.constraint, begin, *reached, length);
+  if (!level) return reached;
+  const std::optional<double> later = StepOntoLevel(event, length, length, *level);
   if (later && *later > *reached) {
-    SampleGaps(system_, x_end_, stepper_->end_field().tail(system_.dof()), &terms_, &gaps_end_);
-    const GuardJet end = guards_.OfMotion(event.constraint, mode_, gaps_end_);
-    if (end.rate < 0 && std::abs(end.value - begin.value) <= still) return later;
+    const GuardJet end = GapAtEnd(event.constraint);
+    if (end.rate < 0 && std::abs(end.value - *level) <= still) return later;
   }
   return StepOntoLevel(event, length, event.theta * length, 0);
 }
@@ -81,6 +78,30 @@ std::optional<double> Flow::StepOntoLevel(const LocatedEvent& event, double leng
     if (before > 0 && !falls && tells) return std::nullopt;
   }
   return std::max(s, 0.0);
+}
+
+/// The level at which a gap that begins the step below its surface has come back, where it passes
+/// that nowhere, having let go within its floor below it: it is as low as it began. One that has
+/// come back again and again at this time, its acceleration being none, falls first by what stands
+/// still. Nothing for one that passes its surface at `reached`, and for one that has touched.
+std::optional<double> Flow::LevelOfReturn(int i, const GuardJet& begin, double reached,
+                                          double length) {
+  if (!(begin.value < 0)) return std::nullopt;
+  const double still = kStandsStill * options_.absolute_tolerance;
+  if (reached > EulerReach(length)) {
+    const bool turns = begin.rate > 0 && !(GapAtEnd(i).rate < 0);
+    return turns ? std::optional(begin.value) : std::nullopt;
+  }
+  if (stalls_ >= kStallsToInsist && i == last_trigger_) return begin.value - still;
+  const bool opens = begin.acceleration > 0;
+  const bool slow = !(begin.rate < 0) || begin.rate * begin.rate <= 2 * still * begin.acceleration;
+  return opens && slow ? std::optional(begin.value) : std::nullopt;
+}
+
+/// Of gap i at x_end_.
+GuardJet Flow::GapAtEnd(int i) {
+  SampleGaps(system_, x_end_, stepper_->end_field().tail(system_.dof()), &terms_, &gaps_end_);
+  return guards_.OfMotion(i, mode_, gaps_end_);
 }
 
 }  // namespace contact_flow

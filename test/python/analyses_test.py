@@ -56,6 +56,16 @@ class Pad(cf.Formulas):
 
 
 class Orbits(unittest.TestCase):
+    def test_an_answer_has_a_budget(self):
+        system, x = trot("hopping_trot_stable")
+        section = cf.Apex("body_z")
+        with self.assertRaises(cf.BudgetExceeded):
+            system.poincare(section, max_seconds_total=1e-9)(x)
+        with self.assertRaises(cf.BudgetExceeded):
+            system.poincare(section, max_seconds_total=1e-9).fixed_point(x)
+        with self.assertRaisesRegex(ValueError, "max_seconds_total is 0"):
+            system.poincare(section, max_seconds_total=0)
+
     def test_a_touchdown_on_a_pad_is_a_section(self):
         """Back after the pressing and the flight, at the same speed v: T = 2 v/g + 2 (π − atan(ω v/g))/ω."""
         for v in (0.5, 2.0, 5.0):

@@ -115,6 +115,8 @@ class Flow {
   std::optional<double> StepOntoEvent(const LocatedEvent& event, double length);
   std::optional<double> StepOntoLevel(const LocatedEvent& event, double length, double s,
                                       double level);
+  std::optional<double> LevelOfReturn(int i, const GuardJet& begin, double reached, double length);
+  GuardJet GapAtEnd(int i);
   double StepOntoCorner(double error, double* length);
   double Retry(double length);
   double NewtonOntoCorner(const CornerLocator::Zero& zero, double s, double* length);
