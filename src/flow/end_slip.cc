@@ -78,7 +78,8 @@ bool Flow::EndSlips() {
   return false;
 }
 
-/// The transition at the event of the proposal. A slip whose force ends in a pole has jammed.
+/// The transition at the event of the proposal. A slip whose force ends in a pole has jammed; one
+/// beside which no forces exist may be none that is told from rest.
 ResolvedTransition Flow::ResolveAtEvent() {
   if (!system_.HasFriction()) {
     return ResolveTransition(&dynamics_, t_, x_, mode_, trigger_, Rules());
@@ -89,6 +90,12 @@ ResolvedTransition Flow::ResolveAtEvent() {
     return ResolveSingularSlip(&dynamics_, t_, x_, mode_, Rules());
   }
   ResolvedTransition resolved = ResolveFriction(&dynamics_, t_, x_, mode_, trigger_, Rules());
+  const Outcome outcome = resolved.status.outcome;
+  const bool none =
+      outcome == Outcome::kPainleveInconsistent || outcome == Outcome::kIndeterminateForces;
+  if (none && resolved.transition.activated.Empty()) {
+    if (auto other = ResolveUnresolvedSlip(&dynamics_, t_, x_, mode_, Rules())) return *other;
+  }
   const int i = guards_.ConstraintOf(trigger_);
   const bool pole = guards_.IsNormal(trigger_) && (mode_ - mode_.Sticking()).Contains(i) &&
                     resolved.transition.grazed.Contains(i);
