@@ -250,7 +250,7 @@ void BindPoincare(py::module_* module) {
            "The first return map of a section: Crossing, Apex, Touchdown or After. `by` as in\n"
            "Run.derivative, `horizon` the longest return [s], crossings before `shortest` [s] are\n"
            "the start itself. Options of runs (tolerances of 1e-12 here) and of derivatives.\n"
-           "BudgetExceeded where one answer takes longer than `max_seconds_total`.");
+           "An answer that takes longer than `max_seconds_total` ends, and says so.");
 }
 
 }  // namespace python
