@@ -49,7 +49,8 @@ TEST_P(Drops, RunToTheirEnd) {
 INSTANTIATE_TEST_SUITE_P(Robots, Drops, testing::Values("quadruped", "humanoid"));
 
 /// The same with friction 0.8: point feet that slip, stick and let go; flat feet that land level,
-/// whose shares decide; stiff ones, whose tiny slips jam. With CONTACT_FLOW_DROPS outcomes are counted, as not all of so many end.
+/// whose shares decide; stiff ones, whose tiny slips jam. With CONTACT_FLOW_DROPS outcomes are
+/// counted, as not all of so many end.
 TEST(DropsWithFriction, RunToTheirEnd) {
   const struct {
     const char* robot;
