@@ -13,7 +13,8 @@ MARGINS = (("approach_speed", "Every touchdown comes with %s or more: the nearer
            ("gap", "Every contact that stays open keeps a gap of %s or more where it dips.", "m"),
            ("force", "Every contact that holds is pressed by %s or more where its force dips.", "N"),
            ("event_interval", "Events are %s or more apart.", "s"),
-           ("cluster_spread", "Events that count as one are up to %s apart.", "s"))
+           ("cluster_spread", "Events that count as one are up to %s apart.", "s"),
+           ("painleve", "Slips are regular by %s or more of what they are without friction (Painlevé: 0).", ""))
 
 
 def margins(run: _core.Run) -> List[str]:
@@ -22,7 +23,7 @@ def margins(run: _core.Run) -> List[str]:
     for name, sentence, unit in MARGINS:
         value = getattr(run.margins, name)
         if math.isfinite(value) and not (name == "cluster_spread" and value == 0):
-            found.append(sentence % ("%.4g %s" % (value, unit)))
+            found.append(sentence % ("%.4g %s" % (value, unit)).strip())
     return found or ["Nothing came near to an event that did not happen."]
 
 

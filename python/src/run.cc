@@ -137,8 +137,13 @@ void BindParts(py::module_* module) {
       .def_readonly("force", &Margins::force, "Smallest force that kept pushing [N].")
       .def_readonly("event_interval", &Margins::event_interval, "Between two transitions [s].")
       .def_readonly("cluster_spread", &Margins::cluster_spread, "Largest of a cluster [s].")
+      .def_readonly(
+          "painleve", &Margins::painleve,
+          "With friction: least det(A M⁻¹ W) of what slips, over the same without: below 0\n"
+          "forces are not unique, or none exist.")
       .def(PickledFields(&Margins::approach_speed, &Margins::release_rate, &Margins::gap,
-                         &Margins::force, &Margins::event_interval, &Margins::cluster_spread))
+                         &Margins::force, &Margins::event_interval, &Margins::cluster_spread,
+                         &Margins::painleve))
       .def("__repr__", [](const Margins& m) {
         return "<Margins approach_speed " + Number(m.approach_speed) + ", release_rate " +
                Number(m.release_rate) + ", gap " + Number(m.gap) + ", force " + Number(m.force) +

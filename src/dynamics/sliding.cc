@@ -57,14 +57,16 @@ void ContactDynamics::FactorizeSliding(const VectorRef& x) {
   at_->regular = at_->regular && factor.allFinite() && factor.diagonal().cwiseAbs().minCoeff() > 0;
 }
 
-/// By signs, as the product of many pivots may overflow.
-bool ContactDynamics::slips_regularly() const {
-  if (at_ == nullptr || at_->sliding.empty() || at_->dependent) return true;
-  bool positive = at_->sliding_factor.permutationP().determinant() > 0;
-  for (const double pivot : at_->sliding_factor.matrixLU().diagonal()) {
-    if (pivot < 0) positive = !positive;
+/// Pivot by pivot, as their product may overflow.
+double ContactDynamics::slip_regularity() const {
+  if (at_ == nullptr || at_->sliding.empty() || at_->dependent) {
+    return std::numeric_limits<double>::infinity();
   }
-  return positive;
+  double product = at_->sliding_factor.permutationP().determinant();
+  for (Eigen::Index k = 0; k < at_->reach.cols(); ++k) {
+    product *= at_->sliding_factor.matrixLU()(k, k) / at_->reach.col(k).squaredNorm();
+  }
+  return product;
 }
 
 void ContactDynamics::AddSlidingForce() {

@@ -35,9 +35,16 @@ bool FallsOn(int guard, const Guards& guards, ContactMode mode, const Vector& x,
 
 }  // namespace
 
+/// Where the arc ends.
+void Flow::NoteSlipRegularity() {
+  if ((mode_ - mode_.Sticking()).Empty()) return;
+  dynamics_.Evaluate(x_, mode_);
+  margins_.painleve = std::min(margins_.painleve, dynamics_.slip_regularity());
+}
+
 /// Whether the slip becomes singular in the step that has just been made, to be approached.
 bool Flow::CrossesSingularSlip(double length) const {
-  return regular_slip_ && !regular_end_ && length > kCrossing * std::max(1.0, t_);
+  return !(regular_slip_ < 0) && regular_end_ < 0 && length > kCrossing * std::max(1.0, t_);
 }
 
 /// Where no step is small enough: the proposal is a transition at the node, most often an impact

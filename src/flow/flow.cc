@@ -123,7 +123,8 @@ void Flow::BeginArc() {
   WarnOfSharedForces();
   if (system_.HasFriction()) {
     dynamics_.Evaluate(x_, mode_);
-    regular_slip_ = dynamics_.slips_regularly();
+    regular_slip_ = dynamics_.slip_regularity();
+    margins_.painleve = std::min(margins_.painleve, regular_slip_);
     MeetTurns();
   }
   h_ = kFirstStep * stepper_->GuessStep(options_.relative_tolerance, options_.absolute_tolerance);
@@ -191,7 +192,7 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
     Stop(Outcome::kNonFinite, "the bilateral constraints cannot be met");
     return false;
   }
-  regular_end_ = dynamics_.slips_regularly();
+  regular_end_ = dynamics_.slip_regularity();
   if (CrossesSingularSlip(length)) {
     *rejected = true;
     *h = 0.5 * length;
@@ -231,7 +232,7 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
     x_end_ = stepper_->end();
     end_ = length == rest ? end : t_ + length;
     trigger_ = StoppedInSpace();
-    singular_slip_ = trigger_ < 0 && regular_slip_ && !regular_end_;
+    singular_slip_ = trigger_ < 0 && !(regular_slip_ < 0) && regular_end_ < 0;
     if (singular_slip_) trigger_ = *(mode_ - mode_.Sticking()).begin();
     if (trigger_ < 0) trigger_ = HeldApart();
     const double growth = kSafety * stepper_->Growth(error);
@@ -280,6 +281,7 @@ bool Flow::Accept() {
   stepper_->Advance();
   locator_.EndStep();
   regular_slip_ = regular_end_;
+  margins_.painleve = std::min(margins_.painleve, regular_slip_);
   std::swap(gaps_begin_, gaps_end_);
   drifts_ = Drifts(x_, gaps_begin_);
   if (options_.method != IntegrationMethod::kImplicit) ConsiderMethod();

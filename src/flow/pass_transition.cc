@@ -126,6 +126,7 @@ bool Flow::PassTransition() {
   if (system_.HasFriction()) {
     ReadClock();
     next_clock_reading_ = kAtOnce;
+    NoteSlipRegularity();
   }
   ResolvedTransition resolved = ResolveAtEvent();
   margins_.approach_speed = std::min(margins_.approach_speed, resolved.approach_speed);

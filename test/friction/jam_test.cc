@@ -53,6 +53,35 @@ RodState CompliantRun(RodState y, double duration, double stiffness) {
   return y;
 }
 
+/// 1 − μ G_nt/G_nn of the foot's slip backward.
+double Regularity(double theta) {
+  const double l = kHalfLength, s = std::sin(theta), c = std::cos(theta);
+  return 1 - kRodFriction * l * l * s * c / (kRodInertia + l * l * s * s);
+}
+
+TEST(Jam, MarginsTellHowNearASlipComesToIt) {
+  const auto rod = MakeSystem<test::Rod>({{"mu0", kRodFriction},
+                                          {"mu1", kRodFriction},
+                                          {"mass", 1},
+                                          {"half_length", kHalfLength},
+                                          {"gravity", kGravity}});
+  const double l = kHalfLength, slip = -2;
+  for (const double theta : {0.1, 0.9, 1.2}) {
+    for (const double rate : {-0.5, 0.5}) {
+      const double s = std::sin(theta), c = std::cos(theta);
+      const RodState start = {0, l * c, theta, slip + l * c * rate, -l * s * rate, rate};
+      const Vector x = Eigen::Map<const Vector>(start.data(), 6);
+      const Trajectory run = Simulate(*rod, x, Vector::Zero(0), 0.002);
+      ASSERT_TRUE(run.status.ok()) << run.status.message;
+      ASSERT_EQ("-o", run.arcs.back().mode.Word(2));
+      const double least = std::min(Regularity(theta), Regularity(run.State(run.t_end())(2)));
+      EXPECT_NEAR(least, run.margins.painleve, 1e-12) << theta << ' ' << rate;
+    }
+  }
+  const Trajectory standing = Simulate(*rod, rod->nominal().x, Vector::Zero(0), 1e-6);
+  EXPECT_EQ(Margins::kNone, standing.margins.painleve);  // it slips nowhere
+}
+
 TEST(Jam, IsTheLimitOfFloorsThatGiveWay) {
   const auto rod = MakeSystem<test::Rod>({{"mu0", kRodFriction},
                                           {"mu1", kRodFriction},
@@ -71,6 +100,7 @@ TEST(Jam, IsTheLimitOfFloorsThatGiveWay) {
     EXPECT_EQ("-o", run.arcs.front().mode.Word(2)) << rate;
     EXPECT_EQ(Outcome::kPainleveCrossing, jam.obstacle.outcome) << jam.obstacle.message;
     EXPECT_FALSE(run.warnings.empty());
+    EXPECT_NEAR(0, run.margins.painleve, 1e-3);
     // 2 ms later.
     const double T = jam.t + 2e-3;
     const Vector rigid = run.State(T);

@@ -107,9 +107,10 @@ class ContactDynamics {
     }
   }
 
-  /// Whether det(A_J M⁻¹ W_J) > 0 where it was last evaluated, as it is without slip. Where it
-  /// passes zero along a motion that slips, that is no longer the only one, or ends (Painlevé).
-  bool slips_regularly() const;
+  /// det(A_J M⁻¹ W_J), over the product of the diagonal of A_J M⁻¹ A_Jᵀ, where it was last
+  /// evaluated; for one contact 1 − μ G_nt/G_nn, the slip forward. +∞ without slip. Where it passes
+  /// zero along a motion that slips, that is no longer the only one, or ends (Painlevé).
+  double slip_regularity() const;
 
   /// Calls of Evaluate so far.
   long evaluations() const { return evaluations_; }

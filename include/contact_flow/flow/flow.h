@@ -143,6 +143,7 @@ class Flow {
   bool OutgrowsTurn() const;
   int StoppedInSpace();
   bool EndSlipByImpact();
+  void NoteSlipRegularity();
   bool CrossesSingularSlip(double length) const;
   ResolvedTransition ResolveAtEvent();
   bool WouldStick(int i);
@@ -196,9 +197,9 @@ class Flow {
   bool arc_begun_ = false;
   double h_ = 0;  // the step that the error control suggests
   GapSample gaps_begin_;
-  bool drifts_ = false;       // contacts have left their surfaces by more than they may
-  bool regular_slip_ = true;  // where the step begins, see ContactDynamics::slips_regularly
-  double held_reach_ = 1;     // of what dependent rows may drift to
+  bool drifts_ = false;      // contacts have left their surfaces by more than they may
+  double regular_slip_ = 0;  // where the step begins, see ContactDynamics::slip_regularity
+  double held_reach_ = 1;    // of what dependent rows may drift to
   GuardMargins guard_margins_;
   QuickGuard quick_;
   Status status_;
@@ -211,7 +212,7 @@ class Flow {
   int too_quick_ = -1;  // the guard that the last attempt did not resolve
   int trigger_ = -1;
   std::optional<ResolvedTransition> jam_;  // where a slip ends by an impact at the node itself
-  bool regular_end_ = true;                // as regular_slip_, where the proposal ends
+  double regular_end_ = 0;                 // as regular_slip_, where the proposal ends
   bool singular_slip_ = false;             // it ends where a slip becomes singular
   int thrown_ = -1;  // a contact that is hit where the arc begins, and turns back within its floor
   double misfit_ = 0;    // what it leaves of rates that are held, in what they may drift to

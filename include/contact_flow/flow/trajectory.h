@@ -100,6 +100,9 @@ struct Margins {
   double force = kNone;           ///< smallest interior minimum of a force that kept pushing [N]
   double event_interval = kNone;  ///< smallest time between two transitions [s]
   double cluster_spread = 0;      ///< largest spread of a cluster [s]
+  /// With friction: the least ContactDynamics::slip_regularity at ends of steps and of arcs. Below
+  /// zero forces beside the slip are not unique, or none exist (Painlevé).
+  double painleve = kNone;
 };
 
 /// How much work a run took.
