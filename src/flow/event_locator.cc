@@ -56,7 +56,7 @@ EventLocator::EventLocator(ContactDynamics* dynamics, double absolute_tolerance,
       forces_(guards_.size(), StagePlaces::kMost),
       x_(dynamics->system().state_size()),
       floors_(Vector::Constant(guards_.size(), floor_)),
-      gain_(dynamics->system().num_rows()) {}
+      gain_(Vector::Zero(dynamics->system().num_rows())) {}
 
 /// The guards of a set, gaps or forces, on the continuous extension, and their rates by θ.
 void EventLocator::Sample(double theta, ConstraintSet set, double* value, double* rate) {

@@ -60,14 +60,22 @@ void EventLocator::FindForceFloors() {
     largest = std::max(largest, values.cwiseAbs().maxCoeff() * std::sqrt(gain_(i)));
   }
   const double h = stepper_->step();
+  const auto rounding = [&](double gain) {
+    return relative_tolerance_ * largest / std::sqrt(gain);
+  };
+  const auto quiet = [&](double gain) { return kQuietPull * 2 * floor_ / (gain * h * h); };
   for (int g : pushes_) {
-    const double gain = gain_(guards_.ConstraintOf(g));
+    const int i = guards_.ConstraintOf(g);
+    const Friction& friction = dynamics_->system().friction()[i];
+    if (guards_.IsNormal(g) || !std::isfinite(friction.coefficient)) {
+      floors_(g) = rounding(gain_(i)) + quiet(gain_(i));
+      continue;
+    }
+    // A cone is a sum of λ_n times μ and of λ_t; what is beyond it moves the slip.
+    double tangential = gain_.segment(friction.row, friction.dimension).minCoeff();
+    if (!(tangential > 0)) tangential = gain_(i);
     floors_(g) =
-        relative_tolerance_ * largest / std::sqrt(gain) + kQuietPull * 2 * floor_ / (gain * h * h);
-    if (guards_.IsNormal(g)) continue;
-    // A cone is a sum of λ_n times μ and of λ_t.
-    const double mu = dynamics_->system().friction()[guards_.ConstraintOf(g)].coefficient;
-    if (std::isfinite(mu)) floors_(g) *= 1 + mu;
+        friction.coefficient * rounding(gain_(i)) + rounding(tangential) + quiet(tangential);
   }
 }
 

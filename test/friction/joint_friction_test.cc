@@ -62,6 +62,42 @@ TEST(JointFriction, RotorStopsAndStays) {
   EXPECT_NEAR(-speed * stop / 2 / (kHubFriction - u), by(5), 1e-8) << "by τ";
 }
 
+/// A pendulum held by its hinge, under a torque that grows until it breaks away, in any unit of mass.
+/// A cone of 1e-9 N m was taken for zero: light ones stuck for longer.
+TEST(JointFriction, DoesNotDependOnTheUnitOfMass) {
+  std::vector<double> instants;
+  Vector end;
+  for (const double unit : {1.0, 0x1p-30, 0x1p30}) {
+    std::ostringstream urdf, yaml;
+    urdf.precision(17);
+    yaml.precision(17);
+    urdf << "<robot name='r'><link name='base'/><link name='wheel'><inertial><mass value='" << unit
+         << "'/><inertia ixx='0' ixy='0' ixz='0' iyy='" << 0.2 * unit
+         << "' iyz='0' izz='0'/></inertial></link><joint name='hub' type='continuous'>"
+         << "<parent link='base'/><child link='wheel'/><axis xyz='0 1 0'/><dynamics friction='"
+         << 2 * unit << "'/></joint></robot>";
+    yaml << "joints: {friction: all}\nefforts: {motor: {kind: track, joint: hub, feed_forward: "
+            "torque, "
+         << "stiffness: " << 50 * unit << ", damping: " << unit
+         << ", reference: {times: [0, 0.3, 0.6, 0.9, 1.2], values: [0, 0.0399, 0.0401, 0.2, -0.3], "
+         << "kind: cubic}}}\n";
+    const auto robot = Robot(urdf.str(), yaml.str());
+    const Trajectory run = Simulate(*robot, robot->nominal().x, robot->nominal().u, 1.2);
+    ASSERT_TRUE(run.status.ok()) << run.status.message;
+    if (end.size() == 0) {
+      for (const Transition& transition : run.transitions) instants.push_back(transition.t);
+      ASSERT_GE(instants.size(), 3u);
+      end = run.FinalState();
+      continue;
+    }
+    ASSERT_EQ(instants.size(), run.transitions.size()) << unit;
+    for (std::size_t k = 0; k < instants.size(); ++k) {
+      EXPECT_NEAR(instants[k], run.transitions[k].t, 1e-10) << unit << ' ' << k;
+    }
+    EXPECT_LE((run.FinalState() - end).cwiseAbs().maxCoeff(), 1e-10) << unit;
+  }
+}
+
 /// At rest it holds up to τ, and beyond turns with what is left.
 TEST(JointFriction, RotorHoldsAndBreaksAway) {
   const auto robot = Robot(kRotor, kRotorYaml);

@@ -142,7 +142,7 @@ class EventLocator {
   ConstraintTerms terms_;
   Vector x_;
   Vector floors_;  // [guards]
-  Vector gain_;    // G_ii of the members [n+l]
+  Vector gain_;    // G_ii of the rows that are held [n+l+r]
   GuardMargins margins_;
 };
 
