@@ -62,8 +62,8 @@ TEST(JointFriction, RotorStopsAndStays) {
   EXPECT_NEAR(-speed * stop / 2 / (kHubFriction - u), by(5), 1e-8) << "by τ";
 }
 
-/// A pendulum held by its hinge, under a torque that grows until it breaks away, in any unit of mass.
-/// A cone of 1e-9 N m was taken for zero: light ones stuck for longer.
+/// A wheel held by its hub, under a torque that grows until it breaks away, in any unit of mass. A
+/// cone of 1e-9 N m was taken for zero: light ones stuck for longer.
 TEST(JointFriction, DoesNotDependOnTheUnitOfMass) {
   std::vector<double> instants;
   Vector end;
