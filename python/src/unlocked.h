@@ -56,8 +56,7 @@ inline constexpr double kForever = std::numeric_limits<double>::infinity();  // 
 /// after Ctrl-C, or after `max_seconds` [s], by a budget. A signal is looked for every 50 ms.
 class Unlocked {
  public:
-  explicit Unlocked(double max_seconds = kForever)
-      : scope_(Budget(Limits(max_seconds))) {}
+  explicit Unlocked(double max_seconds = kForever) : scope_(Budget(Limits(max_seconds))) {}
 
   /// Throws what a signal handler has raised, KeyboardInterrupt mostly.
   void Rethrow() {
