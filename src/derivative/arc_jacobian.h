@@ -6,37 +6,15 @@
 #include <limits>
 #include <vector>
 
+#include "arc_units.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/corner_functions.h"
 #include "contact_flow/flow/trajectory.h"
-#include "contact_flow/model/driven.h"
 #include "fastest_rate.h"
 #include "propagation_verdict.h"
 #include "src/dynamics/slips_in_space.h"
 
 namespace contact_flow {
-
-/// Units in which the tangents of an arc are of one kind, whatever those of the system are: kinetic
-/// ones for coordinates, y_i √M_ii, where the arc begins, and a time τ.
-struct ArcUnits {
-  Vector length;    ///< √M_ii [d]
-  double time = 1;  ///< τ [s]
-  Vector source;    ///< of the variables [k]: the largest entry of τ² √M S at a few places
-
-  /// Those of an arc, but for the time.
-  ArcUnits(const ContactDynamics& dynamics, const Arc& arc) {
-    constexpr double kTiny = 1e-150;  // a coordinate without inertia
-    const MechanicalSystem& system = dynamics.system();
-    const int d = system.dof();
-    Matrix mass;
-    Vector force;
-    system.Dynamics(arc.x_begin.head(system.num_positions()), arc.x_begin.tail(d), dynamics.u(),
-                    arc.mode, &mass, &force);
-    length = mass.diagonal().cwiseAbs().cwiseMax(kTiny).cwiseSqrt();
-    for (int j : Driven(mass)) length(j) = 1;
-    source = Vector::Ones(dynamics.num_variables());
-  }
-};
 
 /// The coefficients of the variational equation along an arc, in the coordinates (y, ẏ), y = δq, in
 /// which it is of second order on every configuration space: ÿ = K y + D ẏ + S (δu, δp). All in the

@@ -259,7 +259,7 @@ ReferenceRun ReferenceFlow::Run(Vector x, const InputSchedule& schedule, double 
     Resolve(&x, -1, t, &run);
   }
   std::size_t input = 0;
-  long steps = 0;
+  long steps = 0, idle = 0;
   while (run.doubt.empty() && t < end) {
     const double next =
         input + 1 < schedule.grid.size() ? std::min(schedule.grid[input + 1], end) : end;
@@ -314,6 +314,9 @@ ReferenceRun ReferenceFlow::Run(Vector x, const InputSchedule& schedule, double 
     x = z;
     t += s;
     Resolve(&x, event.constraint, t, &run);
+    const ReferenceEvent& last = run.events.back();
+    idle = last.activated.Empty() && last.before == last.after ? idle + 1 : 0;
+    if (idle > options_.max_idle) run.doubt = "events that change nothing";
     h = options_.largest_step;
     if (static_cast<long>(run.events.size()) > options_.max_events) run.doubt = "too many events";
   }

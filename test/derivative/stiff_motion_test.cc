@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <memory>
+#include <sstream>
 #include <vector>
 
 #include "contact_flow/derivative/b_derivative.h"
@@ -16,6 +17,38 @@
 
 namespace contact_flow {
 namespace {
+
+/// A damped slide that a force of time pushes, m ẍ = F(t) − k x − c ẋ, by the instant at which it
+/// does, with m, F, k and c in any unit of mass. The unit of the clock's tangents is none of mass:
+/// beside 2^-24 kg derivatives were 0.
+TEST(StiffMotion, DerivativesByTimeDoNotDependOnTheUnitOfMass) {
+  std::vector<Vector> columns;
+  for (const double unit : {1.0, 0x1p-24, 0x1p-30, 0x1p30}) {
+    std::ostringstream urdf, yaml;
+    urdf.precision(17);
+    yaml.precision(17);
+    urdf << "<robot name='r'><link name='base'/><link name='l'><inertial><mass value='" << unit
+         << "'/><inertia ixx='" << unit << "' iyy='" << unit << "' izz='" << unit
+         << "' ixy='0' ixz='0' iyz='0'/></inertial></link><joint name='x' type='prismatic'>"
+         << "<parent link='base'/><child link='l'/><axis xyz='1 0 0'/>"
+         << "<limit lower='-3' upper='3' effort='1' velocity='1'/></joint></robot>";
+    yaml << "base: fixed\nefforts: {push: {kind: timed_force, link: l, point: [0, 0, 0], force: ["
+         << unit << ", 0, 0], reference: {times: [0.13, 0.3, 0.43], values: [-0.23, -0.6, -0.37], "
+         << "kind: cubic}}, damper: {kind: joint_spring, joint: x, stiffness: " << 2500 * unit
+         << ", damping: " << 3e5 * unit << "}}\n";
+    const auto robot = MakeRobot({urdf.str(), yaml.str()});
+    const Vector &x = robot->nominal().x, &u = robot->nominal().u;
+    const Trajectory run = Simulate(*robot, x, u, 0.2, With(IntegrationMethod::kImplicit, 1e-9));
+    ASSERT_TRUE(run.status.ok()) << run.status.message;
+    const BDerivative B = DifferentiateOutcome(*robot, run);
+    ASSERT_TRUE(B.status.ok()) << B.status.message;
+    columns.push_back(B(Vector::Unit(4, 1)));
+  }
+  EXPECT_GT(std::abs(columns[0](0)), 4e-7);
+  for (const Vector& column : columns) {
+    EXPECT_LT((column - columns[0]).lpNorm<Eigen::Infinity>(), 1e-10) << column.transpose();
+  }
+}
 
 /// A touchdown and what follows it: columns of the derivative by state and parameters beside those
 /// of an explicit run at 1e-12.
