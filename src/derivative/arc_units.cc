@@ -25,24 +25,27 @@ ArcUnits::ArcUnits(const ContactDynamics& dynamics, const Arc& arc) {
   system.Dynamics(q, v, dynamics.u(), arc.mode, &mass, &force);
   length = mass.diagonal().cwiseAbs().cwiseMax(kTiny).cwiseSqrt();
   source = Vector::Ones(dynamics.num_variables());
-  Eigen::ArrayX<bool> driven = Eigen::ArrayX<bool>::Constant(d, false), clock = driven;
-  for (int j : Driven(mass)) {
-    driven(j) = true;
-    length(j) = 1;
-  }
+  const std::vector<int> driven = Driven(mass);
+  for (int j : driven) length(j) = 1;
+  if (!(length.maxCoeff() > kApartFromBodies * length.minCoeff())) return;
+  const auto is_driven = [&](int j) {
+    return std::find(driven.begin(), driven.end(), j) != driven.end();
+  };
+  std::vector<int> alone;
   double bodies = 0, clocks = 0;  // the largest units
   for (int j = 0; j < d; ++j) {
-    const bool alone = mass.col(j).cwiseAbs().sum() == std::abs(mass(j, j));
-    clock(j) = driven(j) || (alone && force(j) == 0);
-    double& largest = clock(j) ? clocks : bodies;
+    const bool coupled = mass.col(j).cwiseAbs().sum() > std::abs(mass(j, j));
+    const bool clock = is_driven(j) || (force(j) == 0 && !coupled);
+    if (clock) alone.push_back(j);
+    double& largest = clock ? clocks : bodies;
     largest = std::max(largest, length(j));
   }
   if (!(bodies > 0) || !(clocks > kApartFromBodies * bodies)) return;
   ConstraintTerms terms;
   system.Constraints(q, v, &terms);
-  for (int j = 0; j < d; ++j) {
-    const bool moved = !driven(j) && !terms.jacobian.col(j).isZero(0);
-    if (clock(j) && !moved && length(j) > kApartFromBodies * bodies) length(j) = bodies;
+  for (int j : alone) {
+    const bool moved = !is_driven(j) && !terms.jacobian.col(j).isZero(0);
+    if (!moved && length(j) > kApartFromBodies * bodies) length(j) = bodies;
   }
 }
 
