@@ -315,7 +315,8 @@ ReferenceRun ReferenceFlow::Run(Vector x, const InputSchedule& schedule, double 
     t += s;
     Resolve(&x, event.constraint, t, &run);
     const ReferenceEvent& last = run.events.back();
-    idle = last.activated.Empty() && last.before == last.after ? idle + 1 : 0;
+    const bool changed = !last.activated.Empty() || last.before != last.after;
+    idle = changed || s > options_.no_time ? 0 : idle + 1;
     if (idle > options_.max_idle) run.doubt = "events that change nothing";
     h = options_.largest_step;
     if (static_cast<long>(run.events.size()) > options_.max_events) run.doubt = "too many events";

@@ -29,7 +29,8 @@ struct ReferenceOptions {
   double tolerance = 1e-13;    ///< of a step, relative to max(1, |x|)
   double feature = 0.5;        ///< largest step in units of RandomSystem::TimeScale
   long max_events = 400;
-  long max_idle = 10;  ///< in a row that change no mode and no velocity
+  long max_idle = 10;     ///< in a row that change no mode and no velocity
+  double no_time = 1e-9;  ///< and are no further apart [s]
   long max_steps = 20000;
   ImpactLaw law = ImpactLaw::kComplementarity;
 };
