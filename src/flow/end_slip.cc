@@ -49,7 +49,7 @@ bool Flow::CrossesSingularSlip(double length) const {
 
 /// Where no step is small enough: the proposal is a transition at the node, most often an impact
 /// that ends a slip whose force grows without bound. False where there is none.
-bool Flow::EndSlipByImpact() {
+bool Flow::EndSlipAtNode() {
   if (!system_.HasFriction()) return false;
   jam_ = ResolveUnresolvedSlip(&dynamics_, t_, x_, mode_, Rules());
   if (!jam_) return false;

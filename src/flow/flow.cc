@@ -170,7 +170,7 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
   const double knot = TimeToKnot();
   double length = std::min({*h, limit, rest, knot});
   if (!(length > kSmallestStep * std::max(1.0, t_)) && length < rest) {
-    if (EndSlipByImpact()) return true;
+    if (EndSlipAtNode()) return true;
     StopWithoutSteps();
     return false;
   }

@@ -84,7 +84,8 @@ TEST(MassFactors, FollowZerosThatChange) {
     factor.Compute(A);
     EXPECT_EQ((A.array() != 0).count() < A.size(), factor.sparse()) << step;
     const Vector b = Mixture(A.rows(), 2);
-    EXPECT_LT((A * factor.Solved(b) - b).cwiseAbs().maxCoeff(), 1e-13) << step++;
+    EXPECT_LT((A * factor.Solved(b) - b).cwiseAbs().maxCoeff(), 1e-13) << step;
+    ++step;
   }
 }
 

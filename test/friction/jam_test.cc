@@ -53,6 +53,21 @@ RodState CompliantRun(RodState y, double duration, double stiffness) {
   return y;
 }
 
+std::unique_ptr<MechanicalSystem> SteepRod() {
+  return MakeSystem<test::Rod>({{"mu0", kRodFriction},
+                                {"mu1", kRodFriction},
+                                {"mass", 1},
+                                {"half_length", kHalfLength},
+                                {"gravity", kGravity}});
+}
+
+/// The foot on the ground, slipping backward at 2 m/s.
+RodState OnFoot(double theta, double rate) {
+  constexpr double kSlip = -2;
+  const double l = kHalfLength, s = std::sin(theta), c = std::cos(theta);
+  return {0, l * c, theta, kSlip + l * c * rate, -l * s * rate, rate};
+}
+
 /// 1 − μ G_nt/G_nn of the foot's slip backward.
 double Regularity(double theta) {
   const double l = kHalfLength, s = std::sin(theta), c = std::cos(theta);
@@ -60,16 +75,10 @@ double Regularity(double theta) {
 }
 
 TEST(Jam, MarginsTellHowNearASlipComesToIt) {
-  const auto rod = MakeSystem<test::Rod>({{"mu0", kRodFriction},
-                                          {"mu1", kRodFriction},
-                                          {"mass", 1},
-                                          {"half_length", kHalfLength},
-                                          {"gravity", kGravity}});
-  const double l = kHalfLength, slip = -2;
+  const auto rod = SteepRod();
   for (const double theta : {0.1, 0.9, 1.2}) {
     for (const double rate : {-0.5, 0.5}) {
-      const double s = std::sin(theta), c = std::cos(theta);
-      const RodState start = {0, l * c, theta, slip + l * c * rate, -l * s * rate, rate};
+      const RodState start = OnFoot(theta, rate);
       const Vector x = Eigen::Map<const Vector>(start.data(), 6);
       const Trajectory run = Simulate(*rod, x, Vector::Zero(0), 0.002);
       ASSERT_TRUE(run.status.ok()) << run.status.message;
@@ -83,15 +92,9 @@ TEST(Jam, MarginsTellHowNearASlipComesToIt) {
 }
 
 TEST(Jam, IsTheLimitOfFloorsThatGiveWay) {
-  const auto rod = MakeSystem<test::Rod>({{"mu0", kRodFriction},
-                                          {"mu1", kRodFriction},
-                                          {"mass", 1},
-                                          {"half_length", kHalfLength},
-                                          {"gravity", kGravity}});
-  const double theta = 0.78, slip = -2;
+  const auto rod = SteepRod();
   for (const double rate : {-3.3, -4.0}) {
-    const double s = std::sin(theta), c = std::cos(theta), l = kHalfLength;
-    const RodState start = {0, l * c, theta, slip + l * c * rate, -l * s * rate, rate};
+    const RodState start = OnFoot(0.78, rate);
     const Vector x = Eigen::Map<const Vector>(start.data(), 6);
     const Trajectory run = Simulate(*rod, x, Vector::Zero(0), 0.01);
     ASSERT_TRUE(run.status.ok()) << run.status.message;

@@ -76,11 +76,10 @@ TEST(JointFriction, DoesNotDependOnTheUnitOfMass) {
          << "' iyz='0' izz='0'/></inertial></link><joint name='hub' type='continuous'>"
          << "<parent link='base'/><child link='wheel'/><axis xyz='0 1 0'/><dynamics friction='"
          << 2 * unit << "'/></joint></robot>";
-    yaml << "joints: {friction: all}\nefforts: {motor: {kind: track, joint: hub, feed_forward: "
-            "torque, "
-         << "stiffness: " << 50 * unit << ", damping: " << unit
-         << ", reference: {times: [0, 0.3, 0.6, 0.9, 1.2], values: [0, 0.0399, 0.0401, 0.2, -0.3], "
-         << "kind: cubic}}}\n";
+    yaml << "joints: {friction: all}\n"
+         << "efforts: {motor: {kind: track, joint: hub, feed_forward: torque, stiffness: "
+         << 50 * unit << ", damping: " << unit << ", reference: {kind: cubic, "
+         << "times: [0, 0.3, 0.6, 0.9, 1.2], values: [0, 0.0399, 0.0401, 0.2, -0.3]}}}\n";
     const auto robot = Robot(urdf.str(), yaml.str());
     const Trajectory run = Simulate(*robot, robot->nominal().x, robot->nominal().u, 1.2);
     ASSERT_TRUE(run.status.ok()) << run.status.message;

@@ -142,7 +142,7 @@ class Flow {
   double SlipInSpaceLimit() const;
   bool OutgrowsTurn() const;
   int StoppedInSpace();
-  bool EndSlipByImpact();
+  bool EndSlipAtNode();
   void NoteSlipRegularity();
   bool CrossesSingularSlip(double length) const;
   ResolvedTransition ResolveAtEvent();
@@ -211,7 +211,7 @@ class Flow {
   QuickGuard quick_next_;
   int too_quick_ = -1;  // the guard that the last attempt did not resolve
   int trigger_ = -1;
-  std::optional<ResolvedTransition> jam_;  // where a slip ends by an impact at the node itself
+  std::optional<ResolvedTransition> jam_;  // where a slip ends at the node itself
   double regular_end_ = 0;                 // as regular_slip_, where the proposal ends
   bool singular_slip_ = false;             // it ends where a slip becomes singular
   int thrown_ = -1;  // a contact that is hit where the arc begins, and turns back within its floor

@@ -3,6 +3,7 @@
 every kind, limits, closures, controllers. Nothing in them is chosen for what is known of the code."""
 import json
 import math
+import re
 from dataclasses import dataclass
 from typing import Any, Dict, List
 
@@ -19,6 +20,21 @@ class Draft:
     def text(self) -> str:
         """The YAML, as JSON, which is YAML, too."""
         return json.dumps(self.yaml)
+
+    def in_masses(self, unit: float) -> "Draft":
+        """The same robot where 1 kg has the number `unit`: it moves as before. A power of two rounds nothing."""
+        def scaled(match: Any) -> str:
+            return f'{match[1]}="{float(match[2]) * unit!r}"'
+
+        urdf = re.sub(r'(mass value|\bi[xyz][xyz]|friction)="([^"]*)"', scaled, self.urdf)
+        yaml = json.loads(self.text())
+        for effort in yaml["efforts"].values():
+            for key in ("stiffness", "damping", "limit", "linear", "quadratic"):
+                if key in effort:
+                    effort[key] *= unit
+            if "force" in effort:
+                effort["force"] = [force * unit for force in effort["force"]]
+        return Draft(urdf, yaml, self.duration)
 
 
 def _numbers(values: Any) -> str:
@@ -181,4 +197,11 @@ def draw(seed: int) -> Draft:
         if f"stop_{joint}" in yaml["constraints"]:
             positions[joint] = round(float(yaml["constraints"][f"stop_{joint}"]["upper"] - rng.uniform(0.02, 0.5)), 4)
     yaml["nominal"] = {"positions": positions, "velocities": {}}
+    brakes = [joint for joint in joints if rng.random() < 0.15]
+    for joint in brakes:
+        start = urdf.index(f'<joint name="{joint}"')
+        at = urdf.index("</joint>", start)
+        urdf = f'{urdf[:at]}<dynamics friction="{rng.uniform(0.05, 3):.4g}"/>{urdf[at:]}'
+    if brakes:
+        yaml["joints"] = {"friction": brakes}
     return Draft(urdf, yaml, duration)

@@ -125,6 +125,27 @@ def try_chain(robot: cf.Robot, B: Any, run: Any, draft: Draft, rng: np.random.Ge
         verdict.contradictions.append(f"chain rule at {at}: off by {error:.2e}, stated {stated:.1e}")
 
 
+def try_units(draft: Draft, run: Any, B: Any, w: np.ndarray, verdict: Verdict) -> None:
+    """The run and one direction beside those of the same robot in other units of mass."""
+    b, stated = B(w), float(np.linalg.norm(B.error(w)))
+    for unit in (2.0 ** -30, 2.0 ** 15):
+        scaled = draft.in_masses(unit)
+        robot = cf.Robot.from_strings(scaled.urdf, scaled.text())
+        other = robot.simulate(robot.nominal.x, draft.duration, **OPTIONS)
+        derivative = other.derivative(**DERIVATIVE) if other.status.ok else None
+        if derivative is None or not derivative.status.ok:
+            verdict.counts["unit of mass with another outcome"] += 1
+            continue
+        apart = float(np.linalg.norm(other.final_state - run.final_state))
+        error = float(np.linalg.norm(derivative(w) - b))
+        told = 3 * (stated + float(np.linalg.norm(derivative.error(w))))
+        right = apart <= 1e-7 and error <= min(1e-4, 1e-6 + told) * (1 + float(np.linalg.norm(b)))
+        verdict.counts["unit of mass right" if right else "unit of mass wrong"] += 1
+        if not right:
+            verdict.contradictions.append(f"1 kg = {unit}: states {apart:.2e} apart, derivatives {error:.2e} of "
+                                          f"{np.linalg.norm(b):.2e}, told {told / 3:.1e}")
+
+
 def judge(seed: int) -> Verdict:
     """The robot of this seed, held against runs beside it."""
     verdict = Verdict()
@@ -159,6 +180,11 @@ def judge(seed: int) -> Verdict:
         for sign in (1, -1):
             try_direction(robot, B, run.final_state, draft, sign * w, verdict, f"direction {k}{'+-'[sign < 0]}")
     try_chain(robot, B, run, draft, rng, verdict)
+    try:
+        w = rng.normal(size=n)
+        try_units(draft, run, B, w / np.linalg.norm(w), verdict)
+    except (ValueError, RuntimeError):
+        verdict.counts["unit of mass refused"] += 1
     return verdict
 
 
