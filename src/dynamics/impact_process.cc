@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "impact_process.h"
 
-#include <Eigen/LU>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -14,53 +14,63 @@ namespace {
 
 /// A step changes the slip by this part of it; a slip of this part of the first has ended.
 constexpr double kPart = 0.02, kLeastPart = 1e-9, kEnded = 1e-9;
-constexpr int kMaxSteps = 20000, kProcessBisections = 60;
+/// Beside the gain without friction.
+constexpr double kNearlySingular = 1e-3;
+/// A slip is told from none by this part of the jammed one.
+constexpr double kSlipBegun = 1e-9;
+constexpr int kMaxSteps = 20000, kProcessBisections = 60, kMaxRounds = 1000;
 /// Forces that are rounding, relative, and energy.
 constexpr double kProcessRounding = 1e-10;
 
-/// Velocities and impulses of the frame's rows along the normal impulse of one of its contacts,
-/// while the others, but those that are `free`, are held.
+/// What the contacts of an impact process do that are not the jammed one: they are held, but those
+/// that are free, or slip although J lets them stick.
+struct Others {
+  ConstraintSet free, slipping;
+};
+
+/// Velocities and impulses of the frame's rows along the normal impulse of one of its contacts.
 class Process {
  public:
   Process(const FrictionFrame& frame, ContactMode J, std::size_t jammed, const Vector& rates,
-          ConstraintSet free)
+          const Others& others)
       : problem_(frame.problem()), jammed_(jammed), row_(problem_.Row(jammed)), rates_(rates) {
     for (std::size_t k = 0; k < problem_.contacts.size(); ++k) {
-      const FrictionContact& contact = problem_.contacts[k];
-      const int row = problem_.Row(k);
-      if (k == jammed || free.Contains(frame.constraints()[k])) continue;
-      const bool sticks = J.LetterOf(frame.constraints()[k]) == Letter::kStick;
-      Held held{row, Vector::Zero(rates.size())};
-      held.push(row) = 1;
-      if (!sticks && contact.dimension > 0) {
-        const auto slip = rates.segment(row + 1, contact.dimension);
-        held.push.segment(row + 1, contact.dimension) = -contact.coefficient * slip / slip.norm();
-      }
-      held_.push_back(held);
-      for (int j = 1; sticks && j <= contact.dimension; ++j) {
-        held_.push_back({row + j, Vector::Unit(rates.size(), row + j)});
+      const int i = frame.constraints()[k];
+      if (k == jammed || others.free.Contains(i)) continue;
+      held_.push_back({problem_.Row(k), Vector::Unit(rates.size(), problem_.Row(k))});
+      const int dimension = problem_.contacts[k].dimension;
+      if (J.LetterOf(i) != Letter::kStick || others.slipping.Contains(i)) {
+        if (dimension > 0) slips_.push_back({k, held_.size() - 1, Vector::Zero(dimension)});
+        if (J.LetterOf(i) == Letter::kStick) begin_.push_back(slips_.size() - 1);
+      } else {
+        HoldTangents(k);
       }
     }
     impulse_ = Vector::Zero(rates.size());
   }
 
-  /// False where the process does not begin, or end.
+  /// False where the process does not begin, or end. The instant at which the slip is singular is
+  /// not known to the last digit: until N v falls, the slip turns without it.
   bool Run() {
     const double first = Slip(rates_).norm();
-    if (!(first > 0)) return false;
+    if (!(first > 0) || !BeginSlips()) return false;
+    const double nearly = kNearlySingular * problem_.G(row_, row_);
     double part = kPart;
+    bool falls = false;
     for (int step = 0; step < kMaxSteps; ++step) {
       const double slip = Slip(rates_).norm();
       if (slip <= kEnded * first) return Stick();
       const Vector slope = Slope(rates_);
       if (slope.size() == 0) return false;
       const Vector rate = problem_.G * slope;
-      if (step == 0 && !(rate(row_) < 0)) return false;
+      if (!falls && !(rate(row_) < nearly)) return false;
+      falls = falls || rate(row_) < 0;
+      top_ = std::max(top_, rates_(row_));
       const double length = part * slip / (1e-300 + Slip(rate).norm());
       const Vector next = impulse_ + Change(length);
       const Vector rates = Rates(next);
-      if (!(rates(row_) < 0)) {
-        if (step > 0) {
+      if (falls && !(rates(row_) < top_)) {
+        if (rates_(row_) < top_) {
           Return(length);
           return true;
         }
@@ -83,14 +93,33 @@ class Process {
     int row;      // whose rate stays
     Vector push;  // of its multiplier, by row
   };
+  struct Slipping {
+    std::size_t contact, held;  // its place among `held_`
+    Vector direction;           // in which it begins, where it has none yet
+  };
 
-  Vector Slip(const Vector& rates) const {
-    return rates.segment(row_ + 1, problem_.contacts[jammed_].dimension);
+  void HoldTangents(std::size_t k) {
+    const int row = problem_.Row(k);
+    for (int j = 1; j <= problem_.contacts[k].dimension; ++j) {
+      held_.push_back({row + j, Vector::Unit(rates_.size(), row + j)});
+    }
   }
+  Vector SlipOf(std::size_t k, const Vector& rates) const {
+    return rates.segment(problem_.Row(k) + 1, problem_.contacts[k].dimension);
+  }
+  Vector Slip(const Vector& rates) const { return SlipOf(jammed_, rates); }
   Vector Rates(const Vector& impulse) const { return rates_ + problem_.G * (impulse - impulse_); }
 
-  /// Impulses of all rows for `push` of the jammed contact, so that what is held stays; none where
-  /// they are not determined.
+  /// Nᵀ − μ Tᵀ d of contact k.
+  Vector Push(std::size_t k, const Vector& direction) const {
+    Vector push = Vector::Unit(rates_.size(), problem_.Row(k));
+    const FrictionContact& contact = problem_.contacts[k];
+    push.segment(problem_.Row(k) + 1, contact.dimension) = -contact.coefficient * direction;
+    return push;
+  }
+
+  /// Impulses of all rows for `push` of the jammed contact, so that what is held stays, the least
+  /// where rows depend on one another; none where nothing holds it.
   Vector WithHeld(Vector push) const {
     const auto m = static_cast<Eigen::Index>(held_.size());
     if (m == 0) return push;
@@ -104,22 +133,56 @@ class Process {
       A.row(k) = moves.row(row);
       right(k) = -moved(row);
     }
-    const Eigen::FullPivLU<Matrix> factor(A);
-    if (!factor.isInvertible()) return {};
-    return push + columns * factor.solve(right);
+    const Eigen::CompleteOrthogonalDecomposition<Matrix> factor(A);
+    const Vector held = factor.solve(right);
+    if (factor.rank() < m && (A * held - right).norm() > kProcessRounding * right.norm()) return {};
+    return push + columns * held;
   }
 
-  /// dp/dp_n where the slip has these rates.
-  Vector Slope(const Vector& rates) const {
-    const FrictionContact& contact = problem_.contacts[jammed_];
-    Vector push = Vector::Unit(rates.size(), row_);
+  /// dp/dp_n where the contacts slip with these rates.
+  Vector Slope(const Vector& rates) {
+    for (const Slipping& other : slips_) {
+      const Vector slip = SlipOf(other.contact, rates);
+      const bool begins = !(slip.norm() > kSlipBegun * Slip(rates).norm());
+      held_[other.held].push =
+          Push(other.contact, begins ? other.direction : Vector(slip / slip.norm()));
+    }
     const Vector slip = Slip(rates);
-    push.segment(row_ + 1, contact.dimension) = -contact.coefficient * slip / slip.norm();
-    return WithHeld(std::move(push));
+    return WithHeld(Push(jammed_, slip / slip.norm()));
+  }
+
+  /// The directions of slips that begin: in which each gains speed, against its own force. Of a
+  /// gain r − K d that is the d which r − K d + s d points along, for any s; iterations contract
+  /// where s is at least |K d|.
+  bool BeginSlips() {
+    std::vector<Vector> first(begin_.size());
+    std::vector<double> shift(begin_.size(), 0);
+    for (int round = 0; round < kMaxRounds; ++round) {
+      const Vector slope = Slope(rates_);
+      if (slope.size() == 0) return false;
+      const Vector rate = problem_.G * slope;
+      double change = 0;
+      for (std::size_t k = 0; k < begin_.size(); ++k) {
+        Slipping& other = slips_[begin_[k]];
+        const Vector gained = SlipOf(other.contact, rate);
+        if (round == 0) first[k] = gained;
+        shift[k] = std::max(shift[k], (gained - first[k]).norm());
+        const Vector next = (gained + shift[k] * other.direction).normalized();
+        change = std::max(change, (next - other.direction).norm());
+        other.direction = next;
+      }
+      if (change <= kProcessRounding) return Gain(rate);
+    }
+    return false;
+  }
+  bool Gain(const Vector& rate) const {
+    return std::all_of(begin_.begin(), begin_.end(), [&](std::size_t k) {
+      return SlipOf(slips_[k].contact, rate).dot(slips_[k].direction) > 0;
+    });
   }
 
   /// Runge and Kutta's step.
-  Vector Change(double length) const {
+  Vector Change(double length) {
     const Vector a = Slope(rates_), b = Slope(rates_ + length / 2 * (problem_.G * a)),
                  c = Slope(rates_ + length / 2 * (problem_.G * b)),
                  d = Slope(rates_ + length * (problem_.G * c));
@@ -131,7 +194,7 @@ class Process {
     double low = 0, high = length;
     for (int k = 0; k < kProcessBisections; ++k) {
       const double middle = 0.5 * (low + high);
-      (Rates(impulse_ + Change(middle))(row_) < 0 ? low : high) = middle;
+      (Rates(impulse_ + Change(middle))(row_) < top_ ? low : high) = middle;
     }
     impulse_ += Change(high);
   }
@@ -139,12 +202,7 @@ class Process {
   /// The slip has ended: by what keeps it so until N v = 0.
   bool Stick() {
     const FrictionContact& contact = problem_.contacts[jammed_];
-    Held slip{0, {}};
-    for (int j = 1; j <= contact.dimension; ++j) {
-      slip.row = row_ + j;
-      slip.push = Vector::Unit(rates_.size(), row_ + j);
-      held_.push_back(slip);
-    }
+    HoldTangents(jammed_);
     const Vector slope = WithHeld(Vector::Unit(rates_.size(), row_));
     if (slope.size() == 0) return false;
     const double cone = contact.coefficient * slope(row_);
@@ -159,7 +217,10 @@ class Process {
   const std::size_t jammed_;
   const int row_;
   Vector rates_, impulse_;  // of the rows
+  double top_ = 0;          // the highest N v so far, none but for rounding
   std::vector<Held> held_;
+  std::vector<Slipping> slips_;     // the others
+  std::vector<std::size_t> begin_;  // those of them that do not slip yet
 };
 
 /// The contact that is pulled most, or −1.
@@ -174,16 +235,25 @@ int Pulled(const FrictionProblem& problem, const Vector& impulse) {
   return pulled;
 }
 
-/// Whether impulses of what sticks are in their cones, and what is free does not approach.
-bool Admissible(const FrictionFrame& frame, const Vector& impulse, ConstraintSet free) {
+/// What is held outside its cone.
+ConstraintSet LeaveCones(const FrictionFrame& frame, const Vector& impulse) {
   const FrictionProblem& problem = frame.problem();
-  const Vector rates = problem.G * impulse;
   const double rounding = kProcessRounding * impulse.cwiseAbs().maxCoeff();
+  ConstraintSet leave;
   for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
     const FrictionContact& contact = problem.contacts[k];
     const int row = problem.Row(k);
-    const double cone = contact.coefficient * impulse(row);
-    if (impulse.segment(row + 1, contact.dimension).norm() > cone + rounding) return false;
+    const double held = impulse.segment(row + 1, contact.dimension).norm();
+    if (held > contact.coefficient * impulse(row) + rounding) leave.Insert(frame.constraints()[k]);
+  }
+  return leave;
+}
+
+/// Whether what is free does not approach.
+bool StaysApart(const FrictionFrame& frame, const Vector& impulse, ConstraintSet free) {
+  const Vector rates = frame.problem().G * impulse;
+  for (std::size_t k = 0; k < frame.problem().contacts.size(); ++k) {
+    const int row = frame.problem().Row(k);
     if (free.Contains(frame.constraints()[k]) && !(rates(row) >= 0)) return false;
   }
   return impulse.allFinite();
@@ -200,31 +270,40 @@ std::optional<FrictionalImpact> FollowImpact(const MechanicalSystem& system, con
   while (frame.constraints()[place] != jammed) ++place;
   Vector rates = frame.rows() * v_minus;
   for (std::size_t k = 0; k < problem.contacts.size(); ++k) rates(problem.Row(k)) = 0;
-  ConstraintSet free;
+  Others others;
   Vector p;
-  for (;;) {  // what would be pulled is let go
-    Process process(frame, J, place, rates, free);
+  for (;;) {  // what would be pulled is let go, and what leaves its cone slips
+    Process process(frame, J, place, rates, others);
     if (!process.Run()) return std::nullopt;
     p = process.impulse();
     const int pulled = Pulled(problem, p);
-    if (pulled < 0) break;
-    const int contact = frame.constraints()[static_cast<std::size_t>(pulled)];
-    if (contact == jammed || free.Contains(contact)) return std::nullopt;
-    free.Insert(contact);
+    const ConstraintSet leave = LeaveCones(frame, p);
+    if (pulled < 0 && leave.Empty()) break;
+    ConstraintSet& changed = pulled < 0 ? others.slipping : others.free;
+    const ConstraintSet found =
+        pulled < 0 ? leave : ConstraintSet{frame.constraints()[static_cast<std::size_t>(pulled)]};
+    if (found.Contains(jammed) || (found - changed).Empty()) return std::nullopt;
+    changed = changed | found;
   }
-  if (!Admissible(frame, p, free)) return std::nullopt;
+  if (!StaysApart(frame, p, others.free)) return std::nullopt;
   FrictionalImpact impact;
   impact.result.v_plus = v_minus + frame.reach() * p;
   impact.result.impulse = frame.Impulse(inertia, p);
   impact.energy_change = 0.5 * p.dot(frame.rows() * (v_minus + impact.result.v_plus));
-  impact.word = J.Without(free);
+  impact.word = J.Without(others.free);
   const Vector after = frame.rows() * impact.result.v_plus;
   const auto slip = [&](const Vector& v) {
     return v.segment(problem.Row(place) + 1, problem.contacts[place].dimension).norm();
   };
   const bool sticks = slip(after) <= 1e3 * kEnded * slip(rates);
   if (sticks) impact.word.Set(jammed, Letter::kStick);
-  impact.result.hit = J.Members() - free;
+  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+    const int i = frame.constraints()[k];
+    if (!(others.slipping - others.free).Contains(i)) continue;
+    const Letter letter = after(problem.Row(k) + 1) > 0 ? Letter::kForward : Letter::kBackward;
+    impact.word.Set(i, problem.contacts[k].dimension == 1 ? letter : Letter::kSlip);
+  }
+  impact.result.hit = J.Members() - others.free;
   const double energy = KineticEnergy(inertia.mass(), v_minus) + p.cwiseAbs().dot(rates.cwiseAbs());
   if (!impact.result.v_plus.allFinite() || impact.energy_change > kProcessRounding * energy) {
     return std::nullopt;

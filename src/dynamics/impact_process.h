@@ -7,9 +7,9 @@
 
 namespace contact_flow {
 
-/// The first account of SolveTangentialImpact; contacts that would have to pull are let go. Nothing
-/// where N v does not fall, or does not return, a slip that has ended would leave its cone, or what
-/// was let go approaches.
+/// The first account of SolveTangentialImpact; contacts that would have to pull are let go, and
+/// what sticks and leaves its cone slips from the beginning. Nothing where N v does not fall, or
+/// does not return, a slip that has ended would leave its cone, or what was let go approaches.
 std::optional<FrictionalImpact> FollowImpact(const MechanicalSystem& system, const VectorRef& q,
                                              const VectorRef& v_minus, ContactMode J, int jammed);
 

@@ -11,9 +11,9 @@ namespace contact_flow {
 /// the shortest answer of rigid bodies where the force of a slip grows without bound (dynamic
 /// jam, Painlevé). Followed along its normal impulse p, as Darboux and Keller do,
 ///   dv/dp = P (Nᵀ − μ Tᵀ d),   d = T v / |T v|,   until N v = 0 again,
-/// P being M⁻¹ inside what the other members of J hold: N v of all, T v of what sticks; what slips
-/// on adds its own −μ Tᵀ d. A slip that comes to its end sticks. To 1e-8 of the velocities. Where
-/// that does not end, or another contact would have to pull, by impulses alone:
+/// P being M⁻¹ inside what the other members of J hold: N v of all, T v of what sticks; what slips,
+/// or begins to, adds its own −μ Tᵀ d. A slip that comes to its end sticks. To 1e-8 of the
+/// velocities. Where that does not end, or another contact would have to pull, by impulses alone:
 ///   M (v⁺ − v⁻) = A_Kᵀ p + Bᵀ r,   N v⁺ = 0,   T v⁺ = 0 for `jammed` and for what sticks in J,
 ///   p_n ≥ 0,   |p_t| ≤ μ p_n,   p_t = −μ p_n d of what slips on,
 /// with the rows of the members of J that it finds pressed, or the p ≠ 0 of the impact law (F6),

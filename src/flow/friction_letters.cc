@@ -196,8 +196,10 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
     }
   }
   if (directions.empty()) {
-    directions =
-        OnsetDirections(&dynamics_, cluster.x_plus, contacts, cluster.mode_after, begins, kBorder);
+    WordConventions of_directions;
+    directions = OnsetDirections(&dynamics_, cluster.x_plus, contacts, cluster.mode_after, begins,
+                                 kBorder, &of_directions);
+    if (of_directions.smallest) NoteSeveralMotions(of_directions.motions);
   }
   BeginSlips(directions);
   if (by.springs) ReleasePulling();

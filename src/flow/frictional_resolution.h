@@ -51,6 +51,8 @@ class FrictionalResolution {
   bool EndSlip(int jammed) { return EndSlip(jammed, result_.transition.mode_before); }
   bool LetGo(int i);
   bool Settle(int i);
+  /// Letters by the forces here, whatever they were a moment before. False where they stay.
+  bool ChooseAgain();
   void TellOfSingularSlip(int i, Outcome outcome, const std::string& what);
   ResolvedTransition Take() { return std::move(result_); }
 

@@ -151,6 +151,16 @@ bool FrictionalResolution::Settle(int i) {
   return true;
 }
 
+bool FrictionalResolution::ChooseAgain() {
+  const Transition& cluster = result_.transition;
+  TouchingContacts contacts;
+  for (int j : cluster.mode_before) {
+    Sort(j, rate_, cluster.x_minus.tail(d_), cluster.mode_before.Sticking(), &contacts);
+  }
+  SetLetters(contacts);
+  return !(cluster.mode_after == cluster.mode_before);
+}
+
 std::optional<ResolvedTransition> ResolveJam(ContactDynamics* dynamics, double t, const Vector& x,
                                              ContactMode mode, const TransitionRules& rules) {
   for (int i : Slips(dynamics, x, mode)) {
@@ -176,7 +186,11 @@ std::optional<ResolvedTransition> ResolveUnresolvedSlip(ContactDynamics* dynamic
   if (auto open = TryEach(dynamics, t, x, mode, rules, pulled, &FrictionalResolution::LetGo)) {
     return open;
   }
-  return TryEach(dynamics, t, x, mode, rules, slips, &FrictionalResolution::Settle);
+  if (auto rest = TryEach(dynamics, t, x, mode, rules, slips, &FrictionalResolution::Settle)) {
+    return rest;
+  }
+  return Try(dynamics, t, x, mode, rules,
+             [](FrictionalResolution* resolution) { return resolution->ChooseAgain(); });
 }
 
 ResolvedTransition ResolveSingularSlip(ContactDynamics* dynamics, double t, const Vector& x,

@@ -14,7 +14,8 @@ std::optional<ResolvedTransition> ResolveJam(ContactDynamics* dynamics, double t
                                              ContactMode mode, const TransitionRules& rules);
 
 /// Where forces vary so quickly that no step resolves them, at (t, x): the same; or a contact whose
-/// force pulls by now lets go; or a slip that is not told from rest ends. Nothing where none fits.
+/// force pulls by now lets go; or a slip that is not told from rest ends; or forces have passed
+/// their bounds within the last step. Nothing where none fits.
 std::optional<ResolvedTransition> ResolveUnresolvedSlip(ContactDynamics* dynamics, double t,
                                                         const Vector& x, ContactMode mode,
                                                         const TransitionRules& rules);

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <limits>
 
 #include "contact_flow/dynamics/guards.h"
 #include "src/dynamics/implied_contacts.h"
@@ -43,7 +44,8 @@ std::map<int, Eigen::Vector2d> HeldDirections(ContactDynamics* dynamics, const V
 
 std::map<int, Eigen::Vector2d> OnsetDirections(ContactDynamics* dynamics, const Vector& x,
                                                const TouchingContacts& touching, ContactMode word,
-                                               ConstraintSet begins, double border) {
+                                               ConstraintSet begins, double border,
+                                               WordConventions* by) {
   const MechanicalSystem& system = dynamics->system();
   const int nq = system.num_positions(), d = system.dof();
   const InverseInertia inertia(system, x.head(nq), x.tail(d), dynamics->u(), ContactMode());
@@ -63,9 +65,10 @@ std::map<int, Eigen::Vector2d> OnsetDirections(ContactDynamics* dynamics, const 
       contact.direction(0) = SlipSign(touching.slipping.LetterOf(i));
     }
   }
-  std::map<int, Eigen::Vector2d> directions;
+  std::map<int, Eigen::Vector2d> directions, smallest;
   bool unique = true;
-  double fastest = 0;  // acceleration of a slip that begins
+  double least = std::numeric_limits<double>::infinity();  // forces, as λᵀ A M⁻¹ Aᵀ λ
+  double fastest = 0;                                      // acceleration of a slip that begins
   for (const FrictionSolution& found : SolveFriction(problem, border)) {
     bool same = true;
     for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
@@ -74,9 +77,13 @@ std::map<int, Eigen::Vector2d> OnsetDirections(ContactDynamics* dynamics, const 
       same = same && letter == word.LetterOf(frame.constraints()[k]);
     }
     if (!same) continue;
+    const double forces = found.force.dot(problem.G * found.force);
+    const bool smaller = forces < least;
+    if (smaller) least = forces;
     for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
       const int i = frame.constraints()[k];
       if (!begins.Contains(i)) continue;
+      if (smaller) smallest[i] = found.directions[k];
       const auto [at, fresh] = directions.emplace(i, found.directions[k]);
       unique = unique && (fresh || (at->second - found.directions[k]).norm() < kSameDirection);
       fastest = std::max(fastest, found.result.segment<2>(problem.Row(k) + 1).norm());
@@ -94,6 +101,12 @@ std::map<int, Eigen::Vector2d> OnsetDirections(ContactDynamics* dynamics, const 
         if (begins.Contains(i)) directions[i] = ahead->solution.directions[k];
       }
     }
+  }
+  if (!unique && by != nullptr) {
+    by->smallest = true;
+    by->motions = "contacts " + begins.ToString(system.description().constraints) +
+                  " begin to slip in space in several directions";
+    return smallest;
   }
   if (directions.empty() || !unique) {
     throw FrictionRefusal(FrictionRefusal::Kind::kSlipFromRestInSpace,

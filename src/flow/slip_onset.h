@@ -18,10 +18,12 @@ std::map<int, Eigen::Vector2d> HeldDirections(ContactDynamics* dynamics, const V
 
 /// The directions in which the contacts `begins` in space begin to slip, where `word` was selected
 /// for these touching contacts: y_t/|y_t| of (F4), which is simple at the border of the cone, too.
-/// Throws FrictionRefusal where it is not unique.
+/// Where it is not unique, those of the smallest forces, of which `by` tells; FrictionRefusal where
+/// nobody asks.
 std::map<int, Eigen::Vector2d> OnsetDirections(ContactDynamics* dynamics, const Vector& x,
                                                const TouchingContacts& touching, ContactMode word,
-                                               ConstraintSet begins, double border);
+                                               ConstraintSet begins, double border,
+                                               WordConventions* by = nullptr);
 
 /// Whether slips that begin in these directions from x on, where `rest` is what is still but for
 /// them, speed up as the motion of `mode` goes on, and one that is alone turns back to its

@@ -55,7 +55,8 @@ TEST(DropsWithFriction, RunToTheirEnd) {
   const struct {
     const char* robot;
     std::vector<int> seeds;
-  } drops[] = {{"quadruped", {0, 1, 2, 3, 4}}, {"humanoid", {0, 9, 26, 71, 98, 99, 122, 157, 158}}};
+  } drops[] = {{"quadruped", {0, 1, 2, 3, 4}},
+               {"humanoid", {0, 9, 26, 71, 98, 99, 122, 157, 158, 2063, 2070, 2159}}};
   const bool count = std::getenv("CONTACT_FLOW_DROPS") != nullptr;
   for (const auto& drop : drops) {
     RobotTexts texts = ReadRobotTexts(DropFile(drop.robot));

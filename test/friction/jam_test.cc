@@ -175,6 +175,32 @@ TEST(Jam, InSpaceTurnsTheSlip) {
   EXPECT_LT(before, 1e-3);
 }
 
+/// Where the force of a slip has no bound is not known to the last digit: a slip that turns into
+/// falling jams a little before, as it does a little behind.
+TEST(Jam, BeginsNearTheSingularSlip) {
+  Eigen::Matrix3d reach;  // M⁻¹
+  reach << 2, 0, 1.2, 0, 6, 0.6, 1.2, 0.6, 1;
+  const Eigen::Matrix3d mass = reach.inverse();
+  ParameterValues values = {{"mu0", 1}};
+  for (int i = 0; i < 9; ++i) values["m" + std::to_string(i)] = mass(i / 3, i % 3);
+  const auto tip = MakeSystem<test::Tip<3>>(values);
+  ContactMode slides;
+  slides.Set(0, Letter::kSlip);
+  // 1.2 cos θ + 0.6 sin θ = 1: cos(θ − φ) = 1/√1.8, tan φ = 1/2.
+  const double singular = std::atan(0.5) - std::acos(1 / std::sqrt(1.8));
+  const auto impact_at = [&](double theta) {
+    const Vector v = Eigen::Vector3d(std::cos(theta), std::sin(theta), 0);
+    return FollowImpact(*tip, Vector::Zero(3), v, slides, 0);
+  };
+  const auto behind = impact_at(singular + 1e-6), before = impact_at(singular - 1e-6);
+  ASSERT_TRUE(behind && before);
+  EXPECT_NEAR(0, before->result.v_plus(2), 1e-9);
+  EXPECT_GT(before->result.impulse(0), 0.1);
+  EXPECT_LT((before->result.v_plus - behind->result.v_plus).norm(), 1e-4);
+  EXPECT_LT((before->result.impulse - behind->result.impulse).norm(), 1e-4);
+  EXPECT_FALSE(impact_at(singular - 1e-2));  // a slip that goes on
+}
+
 /// Two tips: the first jams, p = (t, n) with (5 t + 1.5 n, 1.5 t + n) = (−1, 0), and throws up the
 /// other one, which slips beside it: by 0.3 n. To hold that down it would have to be pulled.
 TEST(Jam, LetsGoWhatItWouldPull) {
@@ -197,6 +223,32 @@ TEST(Jam, LetsGoWhatItWouldPull) {
   EXPECT_TRUE(impact->result.v_plus.isApprox(Eigen::Vector4d(0, 0, 1, 0.3 * 6 / 11), 1e-9))
       << impact->result.v_plus.transpose();
   EXPECT_NEAR(-2.0 / 11, impact->energy_change, 1e-9);
+}
+
+/// Two tips: the first jams, presses the other one down by 0.3 n and moves it by 0.3 n, which
+/// friction of 0.5 does not hold: p2 = (−0.15 n, 0.3 n). With what that gives back,
+/// (5 t + 1.5 n, 1.5 t + 0.865 n) = (−1, 0).
+TEST(Jam, MovesWhatItPushesOutOfItsCone) {
+  Eigen::Matrix4d reach = Eigen::Matrix4d::Identity();  // M⁻¹ of x1, z1, x2, z2
+  reach(0, 0) = 5;
+  reach(0, 1) = reach(1, 0) = 1.5;
+  reach(1, 2) = reach(2, 1) = 0.3;
+  reach(1, 3) = reach(3, 1) = -0.3;
+  const Eigen::Matrix4d mass = reach.inverse();
+  ParameterValues values = {{"mu0", 1}, {"mu1", 0.5}};
+  for (int i = 0; i < 16; ++i) values["m" + std::to_string(i)] = mass(i / 4, i % 4);
+  const auto tips = MakeSystem<test::Tips<2>>(values);
+  ContactMode word;
+  word.Set(0, Letter::kForward);
+  word.Set(1, Letter::kStick);
+  const Vector v = Eigen::Vector4d(1, 0, 0, 0);
+  const std::optional<FrictionalImpact> impact = FollowImpact(*tips, Vector::Zero(4), v, word, 0);
+  ASSERT_TRUE(impact);
+  const double t = -0.865 / 1.5, n = 1 / (-5 * t - 1.5);
+  EXPECT_EQ("s+", impact->word.Word(2));
+  EXPECT_TRUE(impact->result.v_plus.isApprox(Eigen::Vector4d(0, 0, 0.15 * n, 0), 1e-8))
+      << impact->result.v_plus.transpose();
+  EXPECT_NEAR((t * n - 0.15 * n * 0.15 * n) / 2, impact->energy_change, 1e-8);
 }
 
 }  // namespace
