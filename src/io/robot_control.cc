@@ -120,6 +120,23 @@ void ReadEfforts(const YAML::Node& map, RobotDescription* robot) {
   });
 }
 
+/// Beside friction what switches is not offered.
+void RefuseFriction(const RobotDescription& robot) {
+  const auto& constraints = robot.constraints;
+  const auto rubs = std::find_if(constraints.begin(), constraints.end(),
+                                 [](const auto& element) { return element->slip.rows > 0; });
+  if (rubs == constraints.end()) return;
+  for (const auto& effort : robot.efforts) {
+    if (!effort->parts.reference || effort->parts.reference->Switches().empty()) continue;
+    throw std::invalid_argument(
+        "efforts/" + effort->parts.name +
+        "/reference is linear: its rate jumps, which is not offered beside friction ('" +
+        (*rubs)->parts.name +
+        "' has it). Take kind: blended, whose corners last for `blend` [s], or cubic" +
+        effort->parts.where);
+  }
+}
+
 void AddSwitches(RobotDescription* robot) {
   std::map<double, int> instants;  // to the constraint
   for (const auto& effort : robot->efforts) {
@@ -127,13 +144,14 @@ void AddSwitches(RobotDescription* robot) {
     for (double t : effort->parts.reference->Switches()) instants[t] = 0;
   }
   if (instants.empty()) return;
+  RefuseFriction(*robot);
   const std::size_t most = ConstraintSet::kMaxConstraints;
   if (robot->constraints.size() + instants.size() > most) {
     throw std::invalid_argument("efforts: linear references switch at " +
                                 std::to_string(instants.size()) + " instants, which with " +
                                 std::to_string(robot->constraints.size()) +
                                 " constraints are more than " + std::to_string(most) +
-                                ": take kind: cubic, which has no switches");
+                                ": take kind: cubic or blended, which have no switches");
   }
   int count = 0;
   for (auto& [t, index] : instants) {

@@ -57,16 +57,23 @@ void YamlFields::Reference(const std::string& key) {
   MapReader reader(reader_->Child(key), name);
   int kind = 1;
   bool periodic = false;
+  double blend = 0;
   std::vector<double> times, values;
   for (const char* required : {"times", "values"}) reader.Require(required);
   reader.Read("times", &times);
   reader.Read("values", &values);
   reader.Read("kind", TimeFunction::KindNames(), &kind);
   reader.Read("periodic", &periodic);
+  const bool blended = static_cast<TimeFunction::Kind>(kind) == TimeFunction::Kind::kBlended;
+  if (blended) reader.Require("blend");
+  reader.Read("blend", &blend);
   reader.Finish();
+  if (!blended && reader.Has("blend")) {
+    throw std::invalid_argument(name + "/blend is of kind: blended alone" + reader.Line("blend"));
+  }
   try {
     parts_->reference = std::make_shared<const TimeFunction>(static_cast<TimeFunction::Kind>(kind),
-                                                             times, values, periodic);
+                                                             times, values, periodic, blend);
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument(name + ": " + error.what() + reader_->Line(key));
   }

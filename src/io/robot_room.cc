@@ -46,7 +46,7 @@ std::string Remedy(const ConstraintCounts& counts, int written, bool friction) {
   };
   add(counts.contacts > 0, "name fewer links, or fewer `vertices`, in `contacts`");
   add(counts.stops > 0 || counts.brakes > 0, "list the joints that need them in `joints`");
-  add(counts.switches > 0, "take references of kind cubic, which have no switches");
+  add(counts.switches > 0, "take references of kind cubic or blended, which have no switches");
   add(written > 0, "leave out `constraints` that are not needed");
   add(friction, "leave out friction where nothing slips or sticks");
   return remedy;

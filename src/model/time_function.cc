@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -35,7 +36,8 @@ void Check(TimeFunction::Kind kind, const std::vector<double>& times,
   }
   if (!periodic) return;
   if (kind == TimeFunction::Kind::kLinear) {
-    refuse("it is linear and periodic: its rate would jump without end; take kind: cubic");
+    refuse(
+        "it is linear and periodic: its rate would jump without end; take kind: cubic, or blended");
   }
   if (times.size() < 4) refuse("a periodic one needs four times at least");
   if (values.front() != values.back()) {
@@ -47,16 +49,20 @@ void Check(TimeFunction::Kind kind, const std::vector<double>& times,
 }  // namespace
 
 const std::vector<std::string>& TimeFunction::KindNames() {
-  static const std::vector<std::string> names = {"linear", "cubic"};
+  static const std::vector<std::string> names = {"linear", "cubic", "blended"};
   return names;
 }
 
 TimeFunction::TimeFunction(Kind kind, std::vector<double> times, std::vector<double> values,
-                           bool periodic)
+                           bool periodic, double blend)
     : kind_(kind), times_(std::move(times)), values_(std::move(values)), periodic_(periodic) {
   Check(kind_, times_, values_, periodic_);
   if (kind_ == Kind::kCubic) {
     Spline();
+    return;
+  }
+  if (kind_ == Kind::kBlended) {
+    Blend(blend);
     return;
   }
   for (std::size_t k = 0; k + 1 < times_.size(); ++k) {
@@ -72,11 +78,11 @@ std::vector<double> TimeFunction::Switches() const {
 }
 
 double TimeFunction::NextKnot(double t) const {
-  if (kind_ != Kind::kCubic) return std::numeric_limits<double>::infinity();
+  if (kind_ == Kind::kLinear) return std::numeric_limits<double>::infinity();
   const double lap = Laps(t) * period();
-  const auto next = std::upper_bound(times_.begin(), times_.end(), t - lap);
-  if (next != times_.end()) return *next + lap;
-  return periodic_ ? times_[1] + lap + period() : std::numeric_limits<double>::infinity();
+  const auto next = std::upper_bound(knots_.begin(), knots_.end(), t - lap);
+  if (next != knots_.end()) return *next + lap;
+  return periodic_ ? knots_[1] + lap + period() : std::numeric_limits<double>::infinity();
 }
 
 /// With slopes m_k and steps h_k, r̈ is continuous where
@@ -103,6 +109,7 @@ void TimeFunction::Spline() {
   matrix.setFromTriplets(entries.begin(), entries.end());
   const Eigen::SparseLU<Eigen::SparseMatrix<double>> factor(matrix);
   const Vector m = factor.solve(right);
+  knots_ = times_;
   pieces_.push_back({times_[0], {values_[0], 0, 0, 0}});
   for (int k = 0; k < n; ++k) {
     const double first = m(k), last = m((k + 1) % unknowns), slope = delta(k) / h(k);
@@ -113,15 +120,71 @@ void TimeFunction::Spline() {
   pieces_.push_back({times_.back(), {values_.back(), 0, 0, 0}});
 }
 
+/// Lines of slopes m_k, between them parabolas with r̈ = Δm/b; where it is at rest at an end, the
+/// line beside it is as much steeper as it has b/2 less.
+void TimeFunction::Blend(double b) {
+  const std::size_t n = times_.size() - 1;  // lines
+  if (!(b > 0) || !std::isfinite(b)) {
+    std::ostringstream message;
+    message << "blend is " << b << " s: it must be positive";
+    throw std::invalid_argument(message.str());
+  }
+  const double first = periodic_ ? b / 2 : b, last = first;  // what blends take of the end lines
+  std::vector<double> slopes(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    const double before = k == 0 ? first : b / 2, behind = k + 1 == n ? last : b / 2;
+    const double length = times_[k + 1] - times_[k];
+    if (!(before + behind <= length)) {
+      std::ostringstream message;
+      message << "blend is " << b << " s: its blends overlap between times " << k + 1 << " and "
+              << k + 2 << ", which are " << length << " s apart and would have to be "
+              << before + behind << " s";
+      throw std::invalid_argument(message.str());
+    }
+    const double shift = (before - b / 2) + (behind - b / 2);  // all of it at an end, by half
+    slopes[k] = (values_[k + 1] - values_[k]) / (length - shift);
+  }
+  const auto add = [this](double begin, double value, double rate, double bend) {
+    knots_.push_back(begin);
+    pieces_.push_back({begin, {value, rate, bend / 2, 0}});
+  };
+  pieces_.push_back({times_[0], {values_[0], 0, 0, 0}});
+  if (periodic_) {  // the second half of the blend that goes round
+    const double bend = (slopes.front() - slopes.back()) / b;
+    const double rate = (slopes.front() + slopes.back()) / 2;
+    add(times_[0], values_[0] + bend * b * b / 8, rate, bend);
+  } else {
+    add(times_[0], values_[0], 0, slopes.front() / b);
+  }
+  for (std::size_t k = 0; k < n; ++k) {
+    // Each line leads to the value at its end; the last one that stops there, half a blend before.
+    const bool stops = k + 1 == n && !periodic_;
+    const double line = times_[k] + (k == 0 ? first : b / 2), reached = stops ? b / 2 : 0;
+    const auto on_line = [&](double t) {
+      return values_[k + 1] + slopes[k] * (t - (times_[k + 1] - reached));
+    };
+    add(line, on_line(line), slopes[k], 0);
+    if (stops) {
+      const double blend = times_[n] - b;
+      add(blend, on_line(blend), slopes[k], -slopes[k] / b);
+      continue;
+    }
+    const double blend = times_[k + 1] - b / 2, next = k + 1 < n ? slopes[k + 1] : slopes.front();
+    add(blend, on_line(blend), slopes[k], (next - slopes[k]) / b);
+  }
+  knots_.push_back(times_[n]);
+  pieces_.push_back({times_[n], {values_[n], 0, 0, 0}});
+}
+
 double TimeFunction::Laps(double t) const {
   return periodic_ ? std::floor((t - times_.front()) / period()) : 0;
 }
 
 int TimeFunction::Find(double t) const {
-  const auto next = std::upper_bound(times_.begin(), times_.end(), t);
-  const int k = static_cast<int>(next - times_.begin());
+  const auto next = std::upper_bound(knots_.begin(), knots_.end(), t);
+  const int k = static_cast<int>(next - knots_.begin());
   // Rounding of a lap may leave its piece.
-  return periodic_ ? std::clamp(k, 1, static_cast<int>(times_.size()) - 1) : k;
+  return periodic_ ? std::clamp(k, 1, static_cast<int>(knots_.size()) - 1) : k;
 }
 
 }  // namespace contact_flow
