@@ -71,7 +71,7 @@ def main():
     print("\nfiles below the goal of their folder, and their lines that nothing reached:")
     for path, lines in sorted(found.items()):
         missed = [number for number, count in lines.items() if count == 0]
-        share = 100 * (1 - len(missed) / len(lines))
+        share = 100 * (1 - len(missed) / max(1, len(lines)))
         if share < below[folder_of(path)]:
             print("%s  %.0f%%: %s" % (path, share, ranges(missed)))
 
