@@ -85,10 +85,21 @@ def _times(rng: np.random.Generator, duration: float) -> List[float]:
 def _reference(rng: np.random.Generator, duration: float, size: float) -> Dict[str, Any]:
     times = _times(rng, duration)
     values = [round(float(v), 4) for v in rng.uniform(-size, size, len(times))]
-    periodic = len(times) >= 4 and rng.random() < 0.3
-    if periodic:
+    reference: Dict[str, Any] = {"times": times, "values": values}
+    if len(times) >= 4 and rng.random() < 0.3:
         values[-1] = values[0]
-    return {"times": times, "values": values, "periodic": True} if periodic else {"times": times, "values": values}
+        reference["periodic"] = True
+    return reference
+
+
+def _led(rng: np.random.Generator, duration: float, size: float) -> Dict[str, Any]:
+    """A reference of an effort: a spline, or lines with blends."""
+    reference = _reference(rng, duration, size)
+    if rng.random() < 0.4:
+        times = reference["times"]
+        shortest = min(b - a for a, b in zip(times, times[1:]))
+        reference.update(kind="blended", blend=round(float(rng.uniform(0.1, 0.6)) * shortest, 6))
+    return reference
 
 
 def _motion(rng: np.random.Generator, planar: bool, duration: float) -> Dict[str, Any]:
@@ -145,7 +156,7 @@ def _effort(rng: np.random.Generator, joint: str, duration: float) -> Dict[str, 
     if kind == "pd":
         effort.update(position=f"{joint}_q", velocity=f"{joint}_v", feed_forward=f"{joint}_e")
     if kind == "track":
-        effort.update(feed_forward=f"{joint}_e", reference=_reference(rng, duration, 0.5))
+        effort.update(feed_forward=f"{joint}_e", reference=_led(rng, duration, 0.5))
     if kind != "joint_spring" and rng.random() < 0.4:
         effort["limit"] = round(math.exp(rng.uniform(0, 3)), 3)
     return effort
@@ -186,7 +197,7 @@ def draw(seed: int) -> Draft:
     if rng.random() < 0.2:
         yaml["efforts"]["gust"] = {"kind": "timed_force", "link": str(rng.choice(bodies)), "point": _point(rng, planar),
                                    "force": [round(float(f), 3) for f in rng.normal(0, 8, 3)],
-                                   "reference": _reference(rng, duration, 1)}
+                                   "reference": _led(rng, duration, 1)}
     if rng.random() < 0.2:
         yaml["efforts"]["air"] = {"kind": "drag", "link": str(rng.choice(bodies)), "point": _point(rng, planar),
                                   "linear": 0.3, "quadratic": 0.2}
