@@ -68,11 +68,13 @@ int Flow::StoppedInSpace() {
   return -1;
 }
 
-/// Whether contact i sticks at the end of the step, where its slip has all but ended.
+/// Whether contact i sticks at the end of the step, where its slip has all but ended. Of contacts
+/// that share forces those told are of one share of many: there is one that holds, or none.
 bool Flow::WouldStick(int i) {
   ContactMode word = mode_;
   word.Set(i, Letter::kStick);
   dynamics_.Evaluate(x_end_, word);
+  if (dynamics_.shared().Contains(i)) return dynamics_.shared_margin() > 0;
   const Vector& force = dynamics_.force();
   const Friction& friction = system_.friction()[i];
   return (1 - kSpare) * friction.coefficient * force(i) >= force.segment<2>(friction.row).norm();
