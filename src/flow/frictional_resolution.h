@@ -51,8 +51,9 @@ class FrictionalResolution {
   bool EndSlip(int jammed) { return EndSlip(jammed, result_.transition.mode_before); }
   bool LetGo(int i);
   bool Settle(int i);
-  /// Letters by the forces here, whatever they were a moment before. False where they stay.
-  bool ChooseAgain();
+  /// Letters by the forces here, whatever they were a moment before, beside the slip of contact i.
+  /// False where they stay.
+  bool ChooseAgain(int i);
   void TellOfSingularSlip(int i, Outcome outcome, const std::string& what);
   ResolvedTransition Take() { return std::move(result_); }
 

@@ -151,14 +151,17 @@ bool FrictionalResolution::Settle(int i) {
   return true;
 }
 
-bool FrictionalResolution::ChooseAgain() {
+bool FrictionalResolution::ChooseAgain(int i) {
   const Transition& cluster = result_.transition;
   TouchingContacts contacts;
   for (int j : cluster.mode_before) {
     Sort(j, rate_, cluster.x_minus.tail(d_), cluster.mode_before.Sticking(), &contacts);
   }
   SetLetters(contacts);
-  return !(cluster.mode_after == cluster.mode_before);
+  if (cluster.mode_after == cluster.mode_before) return false;
+  TellOfSingularSlip(i, Outcome::kPainleveCrossing,
+                     "forces beside it pass their bounds too quickly to be resolved");
+  return true;
 }
 
 std::optional<ResolvedTransition> ResolveJam(ContactDynamics* dynamics, double t, const Vector& x,
@@ -186,11 +189,10 @@ std::optional<ResolvedTransition> ResolveUnresolvedSlip(ContactDynamics* dynamic
   if (auto open = TryEach(dynamics, t, x, mode, rules, pulled, &FrictionalResolution::LetGo)) {
     return open;
   }
-  if (auto rest = TryEach(dynamics, t, x, mode, rules, slips, &FrictionalResolution::Settle)) {
-    return rest;
+  for (const auto decide : {&FrictionalResolution::Settle, &FrictionalResolution::ChooseAgain}) {
+    if (auto found = TryEach(dynamics, t, x, mode, rules, slips, decide)) return found;
   }
-  return Try(dynamics, t, x, mode, rules,
-             [](FrictionalResolution* resolution) { return resolution->ChooseAgain(); });
+  return std::nullopt;
 }
 
 ResolvedTransition ResolveSingularSlip(ContactDynamics* dynamics, double t, const Vector& x,

@@ -68,14 +68,18 @@ int Flow::StoppedInSpace() {
   return -1;
 }
 
-/// Whether contact i sticks at the end of the step, where its slip has all but ended. Of contacts
-/// that share forces those told are of one share of many: there is one that holds, or none.
+/// Whether contact i sticks at the end of the step, where its slip has all but ended. Two points of
+/// a body share the force along their line, of which one share is told: one that holds is there, or
+/// none. Of faces springs decide (SelectWord), whose share this is.
 bool Flow::WouldStick(int i) {
   ContactMode word = mode_;
   word.Set(i, Letter::kStick);
   dynamics_.Evaluate(x_end_, word);
-  if (dynamics_.shared().Contains(i)) return dynamics_.shared_margin() > 0;
   const Vector& force = dynamics_.force();
+  const ConstraintSet shared = dynamics_.shared();
+  if (shared.Contains(i) && shared.Size() == 2) {
+    return dynamics_.shared_margin() > kSpare * force.cwiseAbs().maxCoeff();
+  }
   const Friction& friction = system_.friction()[i];
   return (1 - kSpare) * friction.coefficient * force(i) >= force.segment<2>(friction.row).norm();
 }

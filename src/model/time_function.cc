@@ -15,6 +15,17 @@ namespace contact_flow {
 namespace {
 
 constexpr std::size_t kMostTimes = 10000;
+constexpr double kKnotRounding = 1e-14;  // of instants, relative
+
+std::string Short(double number) {
+  std::ostringstream text;
+  text << number;
+  return text.str();
+}
+
+[[noreturn]] void RefuseBlend(double blend, const std::string& why) {
+  throw std::invalid_argument("blend is " + Short(blend) + " s: " + why);
+}
 
 void Check(TimeFunction::Kind kind, const std::vector<double>& times,
            const std::vector<double>& values, bool periodic) {
@@ -57,14 +68,9 @@ TimeFunction::TimeFunction(Kind kind, std::vector<double> times, std::vector<dou
                            bool periodic, double blend)
     : kind_(kind), times_(std::move(times)), values_(std::move(values)), periodic_(periodic) {
   Check(kind_, times_, values_, periodic_);
-  if (kind_ == Kind::kCubic) {
-    Spline();
-    return;
-  }
-  if (kind_ == Kind::kBlended) {
-    Blend(blend);
-    return;
-  }
+  if (kind_ == Kind::kCubic) Spline();
+  if (kind_ == Kind::kBlended) Blend(blend);
+  if (kind_ != Kind::kLinear) return;
   for (std::size_t k = 0; k + 1 < times_.size(); ++k) {
     const double slope = (values_[k + 1] - values_[k]) / (times_[k + 1] - times_[k]);
     pieces_.push_back({times_[k], {values_[k], slope, 0, 0}});
@@ -124,56 +130,46 @@ void TimeFunction::Spline() {
 /// line beside it is as much steeper as it has b/2 less.
 void TimeFunction::Blend(double b) {
   const std::size_t n = times_.size() - 1;  // lines
-  if (!(b > 0) || !std::isfinite(b)) {
-    std::ostringstream message;
-    message << "blend is " << b << " s: it must be positive";
-    throw std::invalid_argument(message.str());
-  }
-  const double first = periodic_ ? b / 2 : b, last = first;  // what blends take of the end lines
+  if (!(b > 0) || !std::isfinite(b)) RefuseBlend(b, "it must be positive");
+  const double end = periodic_ ? b / 2 : b;  // what a blend takes of the line at an end
   std::vector<double> slopes(n);
   for (std::size_t k = 0; k < n; ++k) {
-    const double before = k == 0 ? first : b / 2, behind = k + 1 == n ? last : b / 2;
+    const double taken = (k == 0 ? end : b / 2) + (k + 1 == n ? end : b / 2);
     const double length = times_[k + 1] - times_[k];
-    if (!(before + behind <= length)) {
-      std::ostringstream message;
-      message << "blend is " << b << " s: its blends overlap between times " << k + 1 << " and "
-              << k + 2 << ", which are " << length << " s apart and would have to be "
-              << before + behind << " s";
-      throw std::invalid_argument(message.str());
+    const double rounding = kKnotRounding * (std::abs(times_[k]) + std::abs(times_[k + 1]));
+    if (!(taken <= length + rounding)) {
+      RefuseBlend(b, "blends overlap between times " + std::to_string(k + 1) + " and " +
+                         std::to_string(k + 2) + ", of whose " + Short(length) + " s they take " +
+                         Short(taken));
     }
-    const double shift = (before - b / 2) + (behind - b / 2);  // all of it at an end, by half
-    slopes[k] = (values_[k + 1] - values_[k]) / (length - shift);
+    slopes[k] = (values_[k + 1] - values_[k]) / (length - (taken - b));
   }
+  // Where lines are of length 0 knots fall together, whatever rounding makes of them.
   const auto add = [this](double begin, double value, double rate, double bend) {
+    if (!knots_.empty()) begin = std::max(begin, knots_.back());
     knots_.push_back(begin);
     pieces_.push_back({begin, {value, rate, bend / 2, 0}});
   };
   pieces_.push_back({times_[0], {values_[0], 0, 0, 0}});
   if (periodic_) {  // the second half of the blend that goes round
     const double bend = (slopes.front() - slopes.back()) / b;
-    const double rate = (slopes.front() + slopes.back()) / 2;
-    add(times_[0], values_[0] + bend * b * b / 8, rate, bend);
+    add(times_[0], values_[0] + bend * b * b / 8, (slopes.front() + slopes.back()) / 2, bend);
   } else {
     add(times_[0], values_[0], 0, slopes.front() / b);
   }
   for (std::size_t k = 0; k < n; ++k) {
-    // Each line leads to the value at its end; the last one that stops there, half a blend before.
+    // A line leads to the value at its end; the last one that stops there, half a blend before.
     const bool stops = k + 1 == n && !periodic_;
-    const double line = times_[k] + (k == 0 ? first : b / 2), reached = stops ? b / 2 : 0;
+    const double next = stops ? 0 : slopes[(k + 1) % n];
+    const double line = times_[k] + (k == 0 ? end : b / 2);
+    const double blend = times_[k + 1] - (stops ? b : b / 2);
     const auto on_line = [&](double t) {
-      return values_[k + 1] + slopes[k] * (t - (times_[k + 1] - reached));
+      return values_[k + 1] + slopes[k] * (t - times_[k + 1] + (stops ? b / 2 : 0));
     };
     add(line, on_line(line), slopes[k], 0);
-    if (stops) {
-      const double blend = times_[n] - b;
-      add(blend, on_line(blend), slopes[k], -slopes[k] / b);
-      continue;
-    }
-    const double blend = times_[k + 1] - b / 2, next = k + 1 < n ? slopes[k + 1] : slopes.front();
     add(blend, on_line(blend), slopes[k], (next - slopes[k]) / b);
   }
-  knots_.push_back(times_[n]);
-  pieces_.push_back({times_[n], {values_[n], 0, 0, 0}});
+  add(times_[n], values_[n], 0, 0);
 }
 
 double TimeFunction::Laps(double t) const {

@@ -3,12 +3,14 @@
 // CONTACT_FLOW_DROPS=200 drops that many of each.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <map>
 #include <string>
 #include <vector>
 
+#include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
 #include "test/model/random_drop.h"
@@ -83,6 +85,27 @@ TEST(DropsWithFriction, RunToTheirEnd) {
       std::printf("%s: %d %s\n", drop.robot, number, outcome.c_str());
     }
   }
+}
+
+/// As a slip jams, the force of another foot passes its cone within the last digit of time: it is
+/// told, and has no derivative.
+TEST(DropsWithFriction, ForcesThatPassTheirBoundsTooQuicklyAreTold) {
+  RobotTexts texts = ReadRobotTexts(DropFile("humanoid"));
+  AddFriction(0.8, &texts.yaml);
+  const auto system = MakeRobot(texts);
+  const Trajectory run = Simulate(*system, RandomDrop(*system, 2070), system->nominal().u, 1.0);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  const auto passed = [](const Transition& transition) {
+    return transition.obstacle.message.find("pass their bounds") != std::string::npos;
+  };
+  const auto at = std::find_if(run.transitions.begin(), run.transitions.end(), passed);
+  ASSERT_NE(run.transitions.end(), at);
+  EXPECT_EQ(Outcome::kPainleveCrossing, at->obstacle.outcome) << at->obstacle.message;
+  EXPECT_FALSE(at->mode_after == at->mode_before);
+  EXPECT_TRUE(std::any_of(run.warnings.begin(), run.warnings.end(), [&](const Warning& warning) {
+    return warning.message == at->obstacle.message;
+  }));
+  EXPECT_FALSE(DifferentiateOutcome(*system, run).status.ok());
 }
 
 }  // namespace

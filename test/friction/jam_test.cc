@@ -121,6 +121,14 @@ TEST(Jam, IsTheLimitOfFloorsThatGiveWay) {
   }
 }
 
+/// Parameters of tips with this M⁻¹.
+ParameterValues WithReach(const Matrix& reach, ParameterValues values) {
+  const Matrix mass = reach.inverse();
+  const Eigen::Index d = mass.rows();
+  for (Eigen::Index i = 0; i < d * d; ++i) values["m" + std::to_string(i)] = mass(i / d, i % d);
+  return values;
+}
+
 using TipState = std::array<double, 4>;  // z, and the velocity of a tip in space
 
 /// Presses and turns as on a spring with so much damping that it gives nothing back.
@@ -147,12 +155,9 @@ TipState DampedSlide(const Eigen::Matrix3d& reach, TipState y, double stiffness,
 /// The slip turns until it presses no more: no single impulse of a jammed slip does that, the
 /// process along it does.
 TEST(Jam, InSpaceTurnsTheSlip) {
-  Eigen::Matrix3d reach;  // M⁻¹
+  Eigen::Matrix3d reach;
   reach << 5, 2, 0.9, 2, 5, 1.2, 0.9, 1.2, 1;
-  const Eigen::Matrix3d mass = reach.inverse();
-  ParameterValues values = {{"mu0", 1}};
-  for (int i = 0; i < 9; ++i) values["m" + std::to_string(i)] = mass(i / 3, i % 3);
-  const auto tip = MakeSystem<test::Tip<3>>(values);
+  const auto tip = MakeSystem<test::Tip<3>>(WithReach(reach, {{"mu0", 1}}));
   const Vector q = Vector::Zero(3), v = Eigen::Vector3d(1, 0.2, 0);
   ContactMode slides;
   slides.Set(0, Letter::kSlip);
@@ -178,12 +183,9 @@ TEST(Jam, InSpaceTurnsTheSlip) {
 /// Where the force of a slip has no bound is not known to the last digit: a slip that turns into
 /// falling jams a little before, as it does a little behind.
 TEST(Jam, BeginsNearTheSingularSlip) {
-  Eigen::Matrix3d reach;  // M⁻¹
+  Eigen::Matrix3d reach;
   reach << 2, 0, 1.2, 0, 6, 0.6, 1.2, 0.6, 1;
-  const Eigen::Matrix3d mass = reach.inverse();
-  ParameterValues values = {{"mu0", 1}};
-  for (int i = 0; i < 9; ++i) values["m" + std::to_string(i)] = mass(i / 3, i % 3);
-  const auto tip = MakeSystem<test::Tip<3>>(values);
+  const auto tip = MakeSystem<test::Tip<3>>(WithReach(reach, {{"mu0", 1}}));
   ContactMode slides;
   slides.Set(0, Letter::kSlip);
   // 1.2 cos θ + 0.6 sin θ = 1: cos(θ − φ) = 1/√1.8, tan φ = 1/2.
@@ -204,14 +206,11 @@ TEST(Jam, BeginsNearTheSingularSlip) {
 /// Two tips: the first jams, p = (t, n) with (5 t + 1.5 n, 1.5 t + n) = (−1, 0), and throws up the
 /// other one, which slips beside it: by 0.3 n. To hold that down it would have to be pulled.
 TEST(Jam, LetsGoWhatItWouldPull) {
-  Eigen::Matrix4d reach = Eigen::Matrix4d::Identity();  // M⁻¹ of x1, z1, x2, z2
+  Eigen::Matrix4d reach = Eigen::Matrix4d::Identity();  // of x1, z1, x2, z2
   reach(0, 0) = 5;
   reach(0, 1) = reach(1, 0) = 1.5;
   reach(1, 3) = reach(3, 1) = 0.3;
-  const Eigen::Matrix4d mass = reach.inverse();
-  ParameterValues values = {{"mu0", 1}, {"mu1", 0.2}};
-  for (int i = 0; i < 16; ++i) values["m" + std::to_string(i)] = mass(i / 4, i % 4);
-  const auto tips = MakeSystem<test::Tips<2>>(values);
+  const auto tips = MakeSystem<test::Tips<2>>(WithReach(reach, {{"mu0", 1}, {"mu1", 0.2}}));
   const Vector v = Eigen::Vector4d(1, 0, 1, 0);
   ContactMode slide;
   slide.Set(0, Letter::kForward);
@@ -229,15 +228,12 @@ TEST(Jam, LetsGoWhatItWouldPull) {
 /// friction of 0.5 does not hold: p2 = (−0.15 n, 0.3 n). With what that gives back,
 /// (5 t + 1.5 n, 1.5 t + 0.865 n) = (−1, 0).
 TEST(Jam, MovesWhatItPushesOutOfItsCone) {
-  Eigen::Matrix4d reach = Eigen::Matrix4d::Identity();  // M⁻¹ of x1, z1, x2, z2
+  Eigen::Matrix4d reach = Eigen::Matrix4d::Identity();  // of x1, z1, x2, z2
   reach(0, 0) = 5;
   reach(0, 1) = reach(1, 0) = 1.5;
   reach(1, 2) = reach(2, 1) = 0.3;
   reach(1, 3) = reach(3, 1) = -0.3;
-  const Eigen::Matrix4d mass = reach.inverse();
-  ParameterValues values = {{"mu0", 1}, {"mu1", 0.5}};
-  for (int i = 0; i < 16; ++i) values["m" + std::to_string(i)] = mass(i / 4, i % 4);
-  const auto tips = MakeSystem<test::Tips<2>>(values);
+  const auto tips = MakeSystem<test::Tips<2>>(WithReach(reach, {{"mu0", 1}, {"mu1", 0.5}}));
   ContactMode word;
   word.Set(0, Letter::kForward);
   word.Set(1, Letter::kStick);

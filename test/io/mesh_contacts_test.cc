@@ -2,13 +2,18 @@
 // Contacts from meshes: the vertices that are kept, against all of them; files that are missing.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "contact_flow/io/mesh_file.h"
 #include "test/io/contact_robots.h"
+#include "test/refusal.h"
 
 namespace contact_flow {
 namespace {
@@ -103,6 +108,72 @@ TEST_F(ContactsOfMeshes, AreFoundInThePackagesAroundTheUrdf) {
   EXPECT_EQ(folder_ + "egg.stl", FindMesh("contacts_test_egg.stl", folder));
   EXPECT_EQ("", FindMesh("package://" + package + "no.stl", folder));
   EXPECT_EQ(900u, ReadMeshVertices(folder_ + "egg.stl").size());
+}
+
+/// 80 bytes that say anything, "solid", too; a count; and a normal, three corners and two bytes of
+/// each triangle.
+TEST_F(ContactsOfMeshes, MayBeBinary) {
+  const auto append = [](float number, std::string* bytes) {
+    char four[4];
+    std::memcpy(four, &number, 4);
+    bytes->append(four, 4);
+  };
+  for (const std::string header : {"made by a program", "solid egg"}) {
+    std::string bytes = header + std::string(80 - header.size(), ' ');
+    bytes += std::string("\x2c\x01\0\0", 4);  // 300
+    for (std::size_t k = 0; k < points_.size(); ++k) {
+      if (k % 3 == 0) bytes += std::string(12, '\0');
+      for (double entry : points_[k]) append(static_cast<float>(entry), &bytes);
+      if (k % 3 == 2) bytes += std::string(2, '\0');
+    }
+    const std::string path = folder_ + "binary.stl";
+    std::ofstream(path, std::ios::binary) << bytes;
+    const std::vector<Vec3<double>> read = ReadMeshVertices(path);
+    ASSERT_EQ(points_.size(), read.size()) << header;
+    for (std::size_t k = 0; k < read.size(); ++k) {
+      EXPECT_LT((read[k] - points_[k]).norm(), 1e-7) << k;
+    }
+    std::ofstream(path, std::ios::binary) << bytes.substr(0, bytes.size() - 1);
+    const std::string cut = test::RefusalOf([&] { ReadMeshVertices(path); });
+    EXPECT_NE(std::string::npos, cut.find("there are no vertices")) << cut;
+    std::remove(path.c_str());
+  }
+}
+
+/// COLLADA with a node that is turned a quarter about z and moved, in a file whose "up" is y, which
+/// is passed over; where there is no assimp the message says so.
+TEST_F(ContactsOfMeshes, MayBeOfOtherFormats) {
+  const std::string path = folder_ + "plate.dae";
+  std::ofstream(path) << R"(<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><up_axis>Y_UP</up_axis></asset>
+<library_geometries><geometry id="g"><mesh>
+<source id="p"><float_array id="a" count="9">0 0 0 0.5 0 0 0 0.25 0</float_array>
+<technique_common><accessor source="#a" count="3" stride="3"><param name="X" type="float"/>
+<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node><translate>1 2 3</translate>
+<node><rotate>0 0 1 90</rotate><instance_geometry url="#g"/></node></node></visual_scene>
+</library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>
+)";
+  std::vector<Vec3<double>> read;
+  const std::string refusal = test::RefusalOf([&] { read = ReadMeshVertices(path); });
+  if (refusal.find("no assimp") != std::string::npos) GTEST_SKIP() << "built without assimp";
+  ASSERT_EQ("", refusal);
+  ASSERT_EQ(3u, read.size());
+  const Vec3<double> expected[] = {{1, 2, 3}, {1, 2.5, 3}, {0.75, 2, 3}};
+  for (const Vec3<double>& corner : expected) {
+    const bool there = std::any_of(read.begin(), read.end(), [&](const Vec3<double>& vertex) {
+      return (vertex - corner).norm() < 1e-6;
+    });
+    EXPECT_TRUE(there) << corner.transpose();
+  }
+  std::ofstream(path) << "no mesh";
+  const std::string damaged = test::RefusalOf([&] { ReadMeshVertices(path); });
+  EXPECT_NE(std::string::npos, damaged.find("plate.dae")) << damaged;
+  std::remove(path.c_str());
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // Functions of time, and robots that follow them, against closed forms.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "test/io/controlled_robots.h"
@@ -89,6 +90,31 @@ TEST(TimeFunctions, BlendedOnesLeadTheirRateFromLineToLine) {
   }
 }
 
+/// Where blends fill the time between two knots, which 0.1 s are not exactly, lines have no length.
+TEST(TimeFunctions, BlendedOnesMayHaveNoLines) {
+  const std::vector<double> times = {0.1, 0.2, 0.3, 0.4, 0.5}, values = {0, 1, -1, 2, 0};
+  const TimeFunction r(TimeFunction::Kind::kBlended, times, values, true, 0.1);
+  double last = 0.1;
+  for (double t = r.NextKnot(0.1); t < 0.5; last = t, t = r.NextKnot(t)) {
+    EXPECT_GE(t, last);
+    for (const double at : {t - 1e-9, t, t + 1e-9}) {
+      const auto nearest = std::min_element(times.begin(), times.end(), [&](double a, double b) {
+        return std::abs(a - at) < std::abs(b - at);
+      });
+      const std::size_t k = static_cast<std::size_t>(nearest - times.begin()) % 4;
+      const double before = (values[k] - values[(k + 3) % 4]) / 0.1;
+      const double behind = (values[k + 1] - values[k]) / 0.1, s = at - *nearest;
+      double value = 0, rate = 0;
+      r.At(at, 0, &value, &rate);
+      // r = r_k + Δṙ b/8 + ṙ s + Δṙ s²/(2 b) about each time.
+      const double expected = values[k] + (behind - before) * 0.0125 + (before + behind) / 2 * s +
+                              (behind - before) * s * s / 0.2;
+      EXPECT_NEAR(expected, value, 1e-12) << at;
+      EXPECT_NEAR((before + behind) / 2 + (behind - before) * s / 0.1, rate, 1e-6) << at;
+    }
+  }
+}
+
 TEST(TimeFunctions, RefuseWhatIsNone) {
   using Kind = TimeFunction::Kind;
   EXPECT_THROW(TimeFunction(Kind::kCubic, {0, 1}, {0}, false), std::invalid_argument);
@@ -103,14 +129,19 @@ TEST(TimeFunctions, RefuseWhatIsNone) {
   }
 }
 
+/// What holds the cart below, by a reference of this kind.
+std::string HeldCart(const std::string& kind) {
+  return "{efforts: {hold: {kind: track, joint: x, feed_forward: f, stiffness: 30, damping: 4, "
+         "reference: {" +
+         kind +
+         ", times: [0, 0.4, 0.7], values: [0, 0.2, -0.1]}}}, nominal: {positions: {x: 0.05}, "
+         "inputs: {f: 0.7}}, parameters: {k: hold/stiffness, c: hold/damping}}";
+}
+
 /// A cart held by k (r − x) + c (ṙ − ẋ): y = x − r swings as ÿ = −(k y + c ẏ)/m on each line of r,
 /// and ẏ jumps by −Δṙ at its times. 2 ζ ω = c/m, ω² = k/m.
 TEST(References, ALinearOneIsFollowedThroughItsSwitches) {
-  const std::string yaml =
-      "{efforts: {hold: {kind: track, joint: x, feed_forward: f, stiffness: 30, damping: 4, "
-      "reference: {kind: linear, times: [0, 0.4, 0.7], values: [0, 0.2, -0.1]}}}, "
-      "nominal: {positions: {x: 0.05}, inputs: {f: 0.7}}, parameters: {k: hold/stiffness, c: "
-      "hold/damping}}";
+  const std::string yaml = HeldCart("kind: linear");
   const RobotSystem system = Make(Cart(), yaml);
   ASSERT_EQ((std::vector<std::string>{"x", "clock"}), system.description().coordinates);
   const double m = 2, k = 30, c = 4, f = 0.7, duration = 1.1;
@@ -138,11 +169,7 @@ TEST(References, ALinearOneIsFollowedThroughItsSwitches) {
 
 /// The same led through blends of 0.1 s, where ÿ = −(k y + c ẏ)/m − r̈: no events.
 TEST(References, ABlendedOneIsFollowedThroughItsCorners) {
-  const std::string yaml =
-      "{efforts: {hold: {kind: track, joint: x, feed_forward: f, stiffness: 30, damping: 4, "
-      "reference: {kind: blended, blend: 0.1, times: [0, 0.4, 0.7], values: [0, 0.2, -0.1]}}}, "
-      "nominal: {positions: {x: 0.05}, inputs: {f: 0.7}}, parameters: {k: hold/stiffness, c: "
-      "hold/damping}}";
+  const std::string yaml = HeldCart("kind: blended, blend: 0.1");
   const RobotSystem system = Make(Cart(), yaml);
   const double m = 2, k = 30, c = 4, f = 0.7, duration = 1.1, b = 0.1;
   const Trajectory run =
