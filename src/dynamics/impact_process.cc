@@ -4,6 +4,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -60,20 +61,19 @@ class Process {
     for (int step = 0; step < kMaxSteps; ++step) {
       const double slip = Slip(rates_).norm();
       if (slip <= kEnded * first) return Stick();
-      const Vector slope = Slope(rates_);
-      if (slope.size() == 0) return false;
-      const Vector rate = problem_.G * slope;
+      const std::optional<Vector> slope = Slope(rates_);
+      if (!slope) return false;
+      const Vector rate = problem_.G * *slope;
       if (!falls && !(rate(row_) < nearly)) return false;
       falls = falls || rate(row_) < 0;
       top_ = std::max(top_, rates_(row_));
       const double length = part * slip / (1e-300 + Slip(rate).norm());
-      const Vector next = impulse_ + Change(length);
+      const std::optional<Vector> change = Change(length);
+      if (!change) return false;
+      const Vector next = impulse_ + *change;
       const Vector rates = Rates(next);
       if (falls && !(rates(row_) < top_)) {
-        if (rates_(row_) < top_) {
-          Return(length);
-          return true;
-        }
+        if (rates_(row_) < top_) return Return(length);
         part *= 0.5;  // it falls for less than a step
         if (part < kLeastPart) return false;
         --step;
@@ -120,7 +120,7 @@ class Process {
 
   /// Impulses of all rows for `push` of the jammed contact, so that what is held stays, the least
   /// where rows depend on one another; none where nothing holds it.
-  Vector WithHeld(Vector push) const {
+  std::optional<Vector> WithHeld(Vector push) const {
     const auto m = static_cast<Eigen::Index>(held_.size());
     if (m == 0) return push;
     Matrix columns(push.size(), m), A(m, m);
@@ -135,12 +135,14 @@ class Process {
     }
     const Eigen::CompleteOrthogonalDecomposition<Matrix> factor(A);
     const Vector held = factor.solve(right);
-    if (factor.rank() < m && (A * held - right).norm() > kProcessRounding * right.norm()) return {};
-    return push + columns * held;
+    if (factor.rank() < m && (A * held - right).norm() > kProcessRounding * right.norm()) {
+      return std::nullopt;
+    }
+    return Vector(push + columns * held);
   }
 
   /// dp/dp_n where the contacts slip with these rates.
-  Vector Slope(const Vector& rates) {
+  std::optional<Vector> Slope(const Vector& rates) {
     for (const Slipping& other : slips_) {
       const Vector slip = SlipOf(other.contact, rates);
       const bool begins = !(slip.norm() > kSlipBegun * Slip(rates).norm());
@@ -158,9 +160,9 @@ class Process {
     std::vector<Vector> first(begin_.size());
     std::vector<double> shift(begin_.size(), 0);
     for (int round = 0; round < kMaxRounds; ++round) {
-      const Vector slope = Slope(rates_);
-      if (slope.size() == 0) return false;
-      const Vector rate = problem_.G * slope;
+      const std::optional<Vector> slope = Slope(rates_);
+      if (!slope) return false;
+      const Vector rate = problem_.G * *slope;
       double change = 0;
       for (std::size_t k = 0; k < begin_.size(); ++k) {
         Slipping& other = slips_[begin_[k]];
@@ -182,34 +184,43 @@ class Process {
   }
 
   /// Runge and Kutta's step.
-  Vector Change(double length) {
-    const Vector a = Slope(rates_), b = Slope(rates_ + length / 2 * (problem_.G * a)),
-                 c = Slope(rates_ + length / 2 * (problem_.G * b)),
-                 d = Slope(rates_ + length * (problem_.G * c));
-    return length / 6 * (a + 2 * b + 2 * c + d);
+  std::optional<Vector> Change(double length) {
+    constexpr double kNodes[] = {0, 0.5, 0.5, 1}, kWeights[] = {1, 2, 2, 1};
+    Vector slope = Vector::Zero(rates_.size()), sum = slope;
+    for (int k = 0; k < 4; ++k) {
+      const std::optional<Vector> next = Slope(rates_ + kNodes[k] * length * (problem_.G * slope));
+      if (!next) return std::nullopt;
+      slope = *next;
+      sum += kWeights[k] / 6 * slope;
+    }
+    return Vector(length * sum);
   }
 
   /// The part of a step at whose end N v = 0.
-  void Return(double length) {
+  bool Return(double length) {
     double low = 0, high = length;
     for (int k = 0; k < kProcessBisections; ++k) {
       const double middle = 0.5 * (low + high);
-      (Rates(impulse_ + Change(middle))(row_) < top_ ? low : high) = middle;
+      const std::optional<Vector> change = Change(middle);
+      if (!change) return false;
+      (Rates(impulse_ + *change)(row_) < top_ ? low : high) = middle;
     }
-    impulse_ += Change(high);
+    const std::optional<Vector> change = Change(high);
+    if (change) impulse_ += *change;
+    return change.has_value();
   }
 
   /// The slip has ended: by what keeps it so until N v = 0.
   bool Stick() {
     const FrictionContact& contact = problem_.contacts[jammed_];
     HoldTangents(jammed_);
-    const Vector slope = WithHeld(Vector::Unit(rates_.size(), row_));
-    if (slope.size() == 0) return false;
-    const double cone = contact.coefficient * slope(row_);
-    if (slope.segment(row_ + 1, contact.dimension).norm() > cone) return false;
-    const double rate = problem_.G.row(row_).dot(slope);
+    const std::optional<Vector> slope = WithHeld(Vector::Unit(rates_.size(), row_));
+    if (!slope) return false;
+    const double cone = contact.coefficient * (*slope)(row_);
+    if (slope->segment(row_ + 1, contact.dimension).norm() > cone) return false;
+    const double rate = problem_.G.row(row_).dot(*slope);
     if (!(rate > 0)) return false;
-    impulse_ += -rates_(row_) / rate * slope;
+    impulse_ += -rates_(row_) / rate * *slope;
     return true;
   }
 

@@ -247,5 +247,25 @@ TEST(Jam, MovesWhatItPushesOutOfItsCone) {
   EXPECT_NEAR((t * n - 0.15 * n * 0.15 * n) / 2, impact->energy_change, 1e-8);
 }
 
+/// The jammed tip presses down the second, which slips backward and is turned within a step.
+/// Forward it is singular itself, 1 − μ/2 = 0: no force holds it down, and there is no impact.
+TEST(Jam, EndsWhereAnotherSlipIsSingularWithinAStep) {
+  Matrix reach = Matrix::Identity(6, 6);  // of x1, z1, x2, z2, x3, z3
+  reach(0, 0) = 5;
+  reach(0, 1) = reach(1, 0) = 1.5;
+  reach(0, 2) = reach(2, 0) = -0.3;
+  reach(1, 3) = reach(3, 1) = -0.3;
+  reach(2, 3) = reach(3, 2) = 0.5;
+  const auto tips = MakeSystem<test::Tips<3>>(WithReach(reach, {{"mu0", 1}, {"mu1", 2}}));
+  ContactMode word;
+  word.Set(0, Letter::kForward);
+  word.Set(1, Letter::kBackward);
+  word.Set(2, Letter::kStick);
+  Vector v = Vector::Zero(6);
+  v(0) = 1;
+  v(2) = -0.001;
+  EXPECT_FALSE(FollowImpact(*tips, Vector::Zero(6), v, word, 0));
+}
+
 }  // namespace
 }  // namespace contact_flow
