@@ -66,6 +66,9 @@ class FrictionalWalk {
   ConstraintSet SlippedBefore() const {
     return transition_.mode_before.Members() - transition_.mode_before.Sticking();
   }
+  /// Where contacts begin to slip in space behind the last event: their directions are the run's,
+  /// whose slips are a little more than none.
+  void BeginInRun();
   bool IsPulledBack(int i, ContactMode mode) const;
   /// Contacts that let go among these events with an acceleration, and that a later one pulls back
   /// touch again, with a speed of first order.

@@ -138,7 +138,8 @@ void AssessImpact(const MechanicalSystem& system, const Transition& transition, 
       ScaledCondition(delassus, factor.info() == Eigen::Success, factor.matrixLLT().diagonal()));
   if (transition.activated.Empty()) return;
   const Matrix& A = inertia.terms().jacobian;
-  const Vector v_plus = transition.x_plus.tail(d);
+  Vector v_plus = transition.x_plus.tail(d);
+  if (transition.begun.size() > 0) v_plus -= transition.begun;
   // In the kinetic metric, where momenta of all units compare: |M Δv − Aᵀp| beside |M v|.
   const Vector momentum = inertia.mass() * Moved(inertia.mass(), v),
                later_momentum = inertia.mass() * Moved(inertia.mass(), v_plus);

@@ -170,6 +170,7 @@ bool FrictionalWalk::Next() {
   path_.matrix += field * tau;
   sizes_.head(size_) += moved * field.cwiseAbs();
   Pass(c, along);
+  BeginInRun();
   CheckDropped();
   const Vector after = dynamics_.Field(point_.x(), mode_);
   path_.matrix -= after * tau;

@@ -8,6 +8,7 @@
 #include "frictional_reset.h"
 #include "rest_reset.h"
 #include "src/dynamics/implied_contacts.h"
+#include "src/dynamics/slips_in_space.h"
 
 namespace contact_flow {
 namespace {
@@ -25,6 +26,13 @@ void FrictionalWalk::CheckOnset(ConstraintSet except) const {
     if (!in_space || system_.friction()[i].coefficient == 0 || !point_.SlipVanishes(i)) continue;
     throw std::domain_error("a perturbed run begins to slip in space at contact '" +
                             system_.description().constraints[i] + "'");
+  }
+}
+
+void FrictionalWalk::BeginInRun() {
+  if (mode_ != transition_.mode_after) return;
+  for (int i : SlipsInSpace(system_, mode_)) {
+    if (point_.SlipVanishes(i)) return point_.MoveTo(transition_.x_plus);
   }
 }
 

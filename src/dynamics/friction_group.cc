@@ -28,6 +28,8 @@ constexpr double kMissed = 1e-9;
 constexpr double kUnmet = 1e-6;
 /// With dependent rows, contacts of which all words are tried.
 constexpr std::size_t kMaxDependentContacts = 4;
+/// … and of more where springs decide nothing, if these are no more.
+constexpr double kMostWords = 1000;
 
 /// The words of a group of contacts that feel each other, one after the other.
 class Group {
@@ -80,9 +82,9 @@ class Group {
       return WithOthers({std::move(*stuck), std::move(*turning)});
     }
     std::optional<FrictionSolution> springs = SolveEqualSprings(problem_);
-    if (!springs) return apart;
+    if (!springs) return WithoutLimit(std::move(apart));
     FrictionSolution found = WithoutSprings(std::move(*springs));
-    if (!HasLimit(found)) return apart;
+    if (!HasLimit(found)) return WithoutLimit(std::move(apart));
     return WithOthers(WithRigid(std::move(found), apart));
   }
 
@@ -99,6 +101,17 @@ class Group {
       while (i < n && ++place[i] == alphabet_[i].size()) place[i++] = 0;
       if (i == n) return false;
     }
+  }
+
+  /// Where springs decide nothing: the first word that fits with room, of more than were tried.
+  std::vector<FrictionSolution> WithoutLimit(std::vector<FrictionSolution> found) {
+    double words = 1;
+    for (const std::vector<Letter>& letters : alphabet_)
+      words *= static_cast<double>(letters.size());
+    if (problem_.contacts.size() <= kMaxDependentContacts || words > kMostWords) return found;
+    if (any_ = true; !Search(true)) return Uncovered();
+    solutions_.back().springs = true;
+    return WithOthers({solutions_.back()});
   }
 
   bool Try(const std::vector<std::size_t>& place, bool all) {
@@ -180,9 +193,8 @@ class Group {
       if (!covered) apart.push_back(one);
     }
     const auto held = [&](const FrictionSolution& one) { return !SlipsMayBegin(problem_, one); };
-    if (!std::all_of(apart.begin(), apart.end(), held)) {
-      apart.erase(std::remove_if(apart.begin(), apart.end(), held), apart.end());
-    }
+    if (std::all_of(apart.begin(), apart.end(), held)) return apart;
+    apart.erase(std::remove_if(apart.begin(), apart.end(), held), apart.end());
     return apart;
   }
 
@@ -288,13 +300,13 @@ class Group {
     springs->letters = implied_.Stuck(word.letters);
   }
 
-  /// Takes what fits. Whether it is the only one.
+  /// Takes what fits. Whether it is the only one, or the first that was asked for.
   bool Offer(FrictionSolution found) {
     found.margin = Margin(problem_, found, scale_);
     if (!(found.margin >= -border_)) return false;
     solutions_.push_back(std::move(found));
     const FrictionSolution& last = solutions_.back();
-    return !implied_.Any() && last.margin > room_ && IsOnlySolution(problem_, last);
+    return last.margin > room_ && (any_ || (!implied_.Any() && IsOnlySolution(problem_, last)));
   }
 
   const FrictionProblem& problem_;
@@ -303,7 +315,7 @@ class Group {
   const ImpliedLetters implied_;
   double scale_, room_;
   std::vector<std::vector<Letter>> alphabet_;
-  bool stuck_ = false;
+  bool stuck_ = false, any_ = false;
   std::vector<FrictionSolution> solutions_;
 };
 

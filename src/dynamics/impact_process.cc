@@ -87,6 +87,8 @@ class Process {
   }
 
   const Vector& impulse() const { return impulse_; }
+  /// dp/dp_n at the beginning.
+  const std::optional<Vector>& first() const { return first_; }
 
  private:
   struct Held {
@@ -173,7 +175,9 @@ class Process {
         change = std::max(change, (next - other.direction).norm());
         other.direction = next;
       }
-      if (change <= kProcessRounding) return Gain(rate);
+      if (change > kProcessRounding) continue;
+      first_ = slope;
+      return Gain(rate);
     }
     return false;
   }
@@ -228,7 +232,8 @@ class Process {
   const std::size_t jammed_;
   const int row_;
   Vector rates_, impulse_;  // of the rows
-  double top_ = 0;          // the highest N v so far, none but for rounding
+  std::optional<Vector> first_;
+  double top_ = 0;  // the highest N v so far, none but for rounding
   std::vector<Held> held_;
   std::vector<Slipping> slips_;     // the others
   std::vector<std::size_t> begin_;  // those of them that do not slip yet
@@ -260,6 +265,21 @@ ConstraintSet LeaveCones(const FrictionFrame& frame, const Vector& impulse) {
   return leave;
 }
 
+/// What these impulses pull is let go, and what they move out of its cone slips: whether there is
+/// such; nothing where there is, but no more to let go.
+std::optional<bool> Adapt(const FrictionFrame& frame, int jammed, const Vector& impulse,
+                          Others* others) {
+  const int pulled = Pulled(frame.problem(), impulse);
+  const ConstraintSet leave = LeaveCones(frame, impulse);
+  if (pulled < 0 && leave.Empty()) return false;
+  ConstraintSet& changed = pulled < 0 ? others->slipping : others->free;
+  const ConstraintSet found =
+      pulled < 0 ? leave : ConstraintSet{frame.constraints()[static_cast<std::size_t>(pulled)]};
+  if (found.Contains(jammed) || (found - changed).Empty()) return std::nullopt;
+  changed = changed | found;
+  return true;
+}
+
 /// Whether what is free does not approach.
 bool StaysApart(const FrictionFrame& frame, const Vector& impulse, ConstraintSet free) {
   const Vector rates = frame.problem().G * impulse;
@@ -283,18 +303,16 @@ std::optional<FrictionalImpact> FollowImpact(const MechanicalSystem& system, con
   for (std::size_t k = 0; k < problem.contacts.size(); ++k) rates(problem.Row(k)) = 0;
   Others others;
   Vector p;
-  for (;;) {  // what would be pulled is let go, and what leaves its cone slips
+  for (
+      ;
+      ;) {  // beside others that are held, nothing may jam: of these some may not hold from the first
     Process process(frame, J, place, rates, others);
-    if (!process.Run()) return std::nullopt;
-    p = process.impulse();
-    const int pulled = Pulled(problem, p);
-    const ConstraintSet leave = LeaveCones(frame, p);
-    if (pulled < 0 && leave.Empty()) break;
-    ConstraintSet& changed = pulled < 0 ? others.slipping : others.free;
-    const ConstraintSet found =
-        pulled < 0 ? leave : ConstraintSet{frame.constraints()[static_cast<std::size_t>(pulled)]};
-    if (found.Contains(jammed) || (found - changed).Empty()) return std::nullopt;
-    changed = changed | found;
+    const bool ends = process.Run();
+    if (!ends && !process.first()) return std::nullopt;
+    p = ends ? process.impulse() : *process.first();
+    const std::optional<bool> adapted = Adapt(frame, jammed, p, &others);
+    if (!adapted || (!*adapted && !ends)) return std::nullopt;
+    if (!*adapted) break;
   }
   if (!StaysApart(frame, p, others.free)) return std::nullopt;
   FrictionalImpact impact;

@@ -10,6 +10,7 @@
 #include "frictional_resolution.h"
 #include "slip_onset.h"
 #include "src/dynamics/implied_contacts.h"
+#include "src/dynamics/slips_in_space.h"
 #include "src/dynamics/turning_onset.h"
 
 namespace contact_flow {
@@ -179,11 +180,11 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
   }
   const ConstraintSet begins = BeginInSpace(system_, contacts.still, cluster.mode_after);
   if (begins.Empty()) return Rest({});
-  if (cluster.obstacle.ok() && !OnlyBegins(begins)) {
+  if (cluster.obstacle.ok() && !OnlyBegins(begins) && !OneJump()) {
     cluster.obstacle = {Outcome::kNotPiecewiseLinear,
                         "contacts " + begins.ToString(system_.description().constraints) +
-                            " begin to slip in space by an impact, or where others let go, land or "
-                            "stop: derivatives across that are not offered"};
+                            " begin to slip in space where several events coincide, another slip "
+                            "stops, or contacts graze: derivatives across that are not offered"};
   }
   ConstraintSet reached;  // whose forces are on their cones
   for (int g : cluster.guards) reached.Insert(guards_.ConstraintOf(g));
@@ -307,12 +308,25 @@ void FrictionalResolution::BeginSlips(const std::map<int, Eigen::Vector2d>& dire
   }
   const double least = std::max(size, kOnsetTime * std::max(1.0, cluster.t) * fastest);
   face = face && slowest > kSlowest * fastest;
+  std::map<int, Eigen::Vector2d> none;
   for (auto& [i, onset] : onsets) {
+    none[i].setZero();
     onset = face ? gained.segment<2>(system_.friction()[i].row) * (least / slowest)
                  : Eigen::Vector2d(least * speeds.at(i) * directions.at(i));
     onset_ = std::max(onset_, onset.norm());
   }
   Rest(onsets);
+  Vector still = cluster.x_plus;
+  MakeRest(system_, resting_, none, &still);
+  result_.transition.begun = cluster.x_plus.tail(d_) - still.tail(d_);
+}
+
+/// Whether what happens is one event that is no graze, nor a stop in space: perturbed runs pass it
+/// at instants of their own, with the same jump.
+bool FrictionalResolution::OneJump() const {
+  const Transition& cluster = result_.transition;
+  const bool stops = !(SlipsInSpace(system_, cluster.mode_before) & stopped_).Empty();
+  return cluster.guards.size() == 1 && grazed_.Empty() && !stops;
 }
 
 /// Whether nothing happens but that contacts that stick begin to slip, by forces that reach their

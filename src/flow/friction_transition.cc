@@ -129,7 +129,7 @@ void FrictionalResolution::Decide() {
   for (int i : touching - rising) SortRising(i, rate, v_plus, low(i), &still, &contacts);
   cluster.x_plus.tail(d_) = v_plus;
   TouchingContacts without = contacts;
-  ConstraintSet back = PressedBack(rate, leaving, contacts);
+  ConstraintSet back = PressedBack(rate, leaving, still, contacts);
   for (int i : back) SortRising(i, rate, v_plus, rate(i), &still, &contacts);
   ended_ = back & contacts.still;
   // The same event at the same time: what would let go does.

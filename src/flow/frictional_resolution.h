@@ -94,8 +94,8 @@ class FrictionalResolution {
             TouchingContacts* contacts) const;
   void SortRising(int i, const Vector& rate, const Vector& v, double low, ConstraintSet* still,
                   TouchingContacts* contacts) const;
-  ConstraintSet PressedBack(const Vector& rate, ConstraintSet leaving,
-                            const TouchingContacts& resting);
+  ConstraintSet PressedBack(const Vector& rate, ConstraintSet leaving, ConstraintSet still,
+                            TouchingContacts resting);
   bool TurnsBack(ConstraintSet hit) const;
   ConstraintSet UnresolvedSlips(ConstraintSet contacts) const;
   ConstraintSet Unrisen(const TouchingContacts& contacts);
@@ -114,6 +114,7 @@ class FrictionalResolution {
   bool ForcesFit(const Vector& x, ContactMode mode) const;
   void SetLettersOrEndSlip(const TouchingContacts& contacts);
   void ChooseLetters(const TouchingContacts& contacts);
+  bool OneJump() const;
   bool OnlyBegins(ConstraintSet begins) const;
   std::optional<std::map<int, Eigen::Vector2d>> OtherDirections(const TouchingContacts& contacts,
                                                                 ConstraintSet begins);

@@ -22,29 +22,35 @@ constexpr double kGoesOn = 3, kKeepsDirection = 1e3;
 
 /// Those of `leaving` that the motion of the others presses back before they have risen to what
 /// the integration resolves: a touchdown that follows is where they are, and each throws another
-/// one up. They rest. The state is that after the impact.
+/// one up. They rest, and may press back further ones. The state is that after the impact.
 ConstraintSet FrictionalResolution::PressedBack(const Vector& rate, ConstraintSet leaving,
-                                                const TouchingContacts& resting) {
+                                                ConstraintSet still, TouchingContacts resting) {
   ConstraintSet back;
   if (leaving.Empty()) return back;
   const Vector& x = result_.transition.x_plus;
-  try {
-    WordConventions by;
-    dynamics_.Evaluate(x, SelectWord(&dynamics_, x, resting, kRestingBorder, &by));
-  } catch (const FrictionRefusal&) {
-    return back;
-  }
-  const Vector acceleration = terms_.jacobian * dynamics_.acceleration() + terms_.bias;
-  double longest = 0;
-  for (int i : leaving) {
-    if (!(rate(i) * rate(i) <= -2 * acceleration(i) * rules_.reach_tolerance)) continue;
-    back.Insert(i);
-    fastest_rise_ = std::max(fastest_rise_, rate(i));
-    longest = std::max(longest, -2 * rate(i) / acceleration(i));
-  }
+  const Vector v = x.tail(d_);
   risen_ = rate;
-  bounces_change_ = longest * acceleration.cwiseAbs();
-  return back;
+  bounces_change_ = Vector::Zero(system_.num_rows());
+  while (true) {
+    try {
+      WordConventions by;
+      dynamics_.Evaluate(x, SelectWord(&dynamics_, x, resting, kRestingBorder, &by));
+    } catch (const FrictionRefusal&) {
+      return back;
+    }
+    const Vector acceleration = terms_.jacobian * dynamics_.acceleration() + terms_.bias;
+    const ConstraintSet before = back;
+    double longest = 0;
+    for (int i : leaving - before) {
+      if (!(rate(i) * rate(i) <= -2 * acceleration(i) * rules_.reach_tolerance)) continue;
+      back.Insert(i);
+      fastest_rise_ = std::max(fastest_rise_, rate(i));
+      longest = std::max(longest, -2 * rate(i) / acceleration(i));
+      SortRising(i, rate, v, rate(i), &still, &resting);
+    }
+    if (back == before) return back;
+    bounces_change_ += longest * acceleration.cwiseAbs();
+  }
 }
 
 void FrictionalResolution::TellOfRest(ConstraintSet pressed_back) {

@@ -2,6 +2,7 @@
 // More contacts that feel each other than all words are tried of.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -47,14 +48,55 @@ double Missed(const FrictionProblem& problem, const FrictionSolution& found) {
     const double gain = problem.G(row, row), force = found.force(row);
     const Vector pull = found.force.segment(row + 1, contact.dimension);
     const Vector slip = y.segment(row + 1, contact.dimension);
-    const double against =
-        (pull + contact.coefficient * force * (slip.norm() > 0 ? Vector(slip.normalized()) : slip))
-            .norm();
+    const Vector still = Vector::Zero(contact.dimension);
+    const Vector way = contact.slips     ? Vector(contact.direction.head(contact.dimension))
+                       : slip.norm() > 0 ? Vector(slip.normalized())
+                                         : still;
+    const double against = gain * (pull + contact.coefficient * force * way).norm();
     missed = std::max({missed, -y(row), -gain * force, std::min(std::abs(y(row)), gain * force),
                        gain * (pull.norm() - contact.coefficient * force),
-                       std::min(slip.norm(), gain * against)});
+                       contact.slips ? against : std::min(slip.norm(), against)});
   }
   return missed / problem.b.cwiseAbs().maxCoeff();
+}
+
+/// Three legs on two points each, u and u + Ω × e of a rod along e, that feel each other a little.
+FrictionProblem LegsOnTwoPoints(unsigned seed) {
+  constexpr int kLegs = 3, kOfLeg = 5, kDof = kLegs * kOfLeg;
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform(0, 1);
+  Matrix rows = Matrix::Zero(6 * kLegs, kDof), root = Matrix::Zero(kDof, kDof + kOfLeg);
+  for (int k = 0; k < kLegs; ++k) {
+    Eigen::Vector3d rod;  // normal, tangential
+    for (double& entry : rod) entry = normal(random);
+    rod(0) *= 0.1;
+    const Eigen::Vector3d across = rod.unitOrthogonal();
+    rows.block<3, 3>(6 * k, kOfLeg * k).setIdentity();
+    rows.block<3, 3>(6 * k + 3, kOfLeg * k).setIdentity();
+    rows.block<3, 1>(6 * k + 3, kOfLeg * k + 3) = across;
+    rows.block<3, 1>(6 * k + 3, kOfLeg * k + 4) = rod.normalized().cross(across);
+    for (double& entry : root.block<kOfLeg, kOfLeg>(kOfLeg * k, kOfLeg * k).reshaped()) {
+      entry = normal(random);
+    }
+  }
+  for (double& entry : root.rightCols<kOfLeg>().reshaped()) entry = 0.3 * normal(random);
+  const Matrix gain = root * root.transpose() + 0.1 * Matrix::Identity(kDof, kDof);
+  FrictionProblem problem;
+  problem.G = rows * gain * rows.transpose();
+  Vector pull(kDof);
+  for (int j = 0; j < kDof; ++j) pull(j) = 10 * normal(random) - (j % kOfLeg == 0 ? 15 : 0);
+  problem.b = rows * pull;
+  for (int k = 0; k < 2 * kLegs; ++k) {
+    FrictionContact contact;
+    contact.coefficient = 0.8;
+    contact.dimension = 2;
+    contact.slips = k % 2 == 0 && uniform(random) < 0.5;
+    const double angle = 2 * M_PI * uniform(random);
+    if (contact.slips) contact.direction = {std::cos(angle), std::sin(angle)};
+    problem.contacts.push_back(contact);
+  }
+  return problem;
 }
 
 /// Contacts that stick to each other, with independent rows.
@@ -105,7 +147,7 @@ TEST(CoupledContacts, SearchedWordsAreThoseOfAll) {
 TEST(CoupledContacts, WordsThatMeetAreAllListed) {
   for (const int count : {6, 12}) {
     FrictionProblem problem = Coupled(3, count, 1, 0.1);
-    for (FrictionContact& contact : problem.contacts) contact.coefficient = 0.2;
+    for (FrictionContact& contact : problem.contacts) contact.coefficient = 0.8;
     FrictionSolution at = SolveFriction(problem).front();
     ASSERT_FALSE(at.springs);
     // The first contact neither presses nor rises.
@@ -186,6 +228,19 @@ TEST(CoupledContacts, PlateTurnsAndStops) {
   const double angle = 2 * std::atan2(run.FinalState()(6), run.FinalState()(3));
   EXPECT_NEAR(kSpin * stop / 2, angle, 1e-8);
   EXPECT_LT(run.FinalState().tail(6).norm(), 1e-8);
+}
+
+/// Where equal springs under all of them find nothing, a word that fits is found all the same.
+TEST(CoupledContacts, OnTwoPointsOfEachLegHaveForces) {
+  int solved = 0;
+  for (unsigned seed = 241; seed <= 260; ++seed) {
+    SCOPED_TRACE(seed);
+    const FrictionProblem problem = LegsOnTwoPoints(seed);
+    const std::vector<FrictionSolution> found = SolveFriction(problem);
+    for (const FrictionSolution& one : found) EXPECT_LT(Missed(problem, one), 1e-8);
+    solved += !found.empty();
+  }
+  EXPECT_EQ(20, solved);
 }
 
 }  // namespace

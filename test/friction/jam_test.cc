@@ -247,6 +247,25 @@ TEST(Jam, MovesWhatItPushesOutOfItsCone) {
   EXPECT_NEAR((t * n - 0.15 * n * 0.15 * n) / 2, impact->energy_change, 1e-8);
 }
 
+/// A tip jams as long as nothing holds the second one beside it, which friction does not.
+TEST(Jam, BeginsBesideWhatDoesNotHold) {
+  Eigen::Matrix4d reach = Eigen::Matrix4d::Identity();  // of x1, z1, x2, z2
+  reach(0, 0) = 5;
+  reach(0, 1) = reach(1, 0) = 1.5;
+  reach(0, 2) = reach(2, 0) = 1.6;
+  reach(1, 2) = reach(2, 1) = 0.8;
+  const auto tips = MakeSystem<test::Tips<2>>(WithReach(reach, {{"mu0", 1}, {"mu1", 0.5}}));
+  ContactMode word;
+  word.Set(0, Letter::kForward);
+  word.Set(1, Letter::kStick);
+  const Vector v = Eigen::Vector4d(1, 0, 0, 0);
+  const std::optional<FrictionalImpact> impact = FollowImpact(*tips, Vector::Zero(4), v, word, 0);
+  ASSERT_TRUE(impact);  // (5 t + 1.5 n, 1.5 t + n) = (−1, 0)
+  EXPECT_EQ("s-", impact->word.Word(2));
+  EXPECT_TRUE(impact->result.v_plus.isApprox(Eigen::Vector4d(0, 0, -1.6 / 11, 0), 1e-8))
+      << impact->result.v_plus.transpose();
+}
+
 /// The jammed tip presses down the second, which slips backward and is turned within a step.
 /// Forward it is singular itself, 1 − μ/2 = 0: no force holds it down, and there is no impact.
 TEST(Jam, EndsWhereAnotherSlipIsSingularWithinAStep) {

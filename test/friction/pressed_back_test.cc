@@ -14,6 +14,7 @@
 #include "contact_flow/io/robot_file.h"
 #include "src/derivative/rest_reset.h"
 #include "src/dynamics/rest_impulse.h"
+#include "test/friction/systems/tips.h"
 #include "test/model/robots.h"
 
 namespace contact_flow {
@@ -108,6 +109,31 @@ TEST_F(PressedBack, ResetHasTheDerivativeOfItsVelocity) {
     const Vector told = reset.jacobian.col(j).segment(d, d);
     EXPECT_LT((quotient - told).norm(), 1e-6 * (1 + told.norm())) << "column " << j;
   }
+}
+
+/// A landing throws up two tips that stand. Beside what has landed the second is pulled up, and
+/// pressed back only by the first, once that rests again: both rest.
+TEST(PressedBackOfTips, OneThatRestsPressesAnother) {
+  Matrix reach = Matrix::Identity(6, 6);  // of x0, z0, x1, z1, x2, z2
+  const auto couple = [&](int i, int j, double by) { reach(i, j) = reach(j, i) = by; };
+  couple(1, 3, 0.01);
+  couple(1, 5, 0.01);
+  couple(3, 5, -0.5);
+  const Matrix mass = reach.inverse();
+  Vector free(6);
+  free << 0, -10, 0, -10, 0, 1;
+  const Vector force = mass * free;
+  ParameterValues values;
+  for (int i = 0; i < 36; ++i) values["m" + std::to_string(i)] = mass(i / 6, i % 6);
+  for (int i = 0; i < 6; ++i) values["f" + std::to_string(i)] = force(i);
+  const auto tips = MakeSystem<test::Tips<3>>(values);
+  Vector x = Vector::Zero(12);
+  x(1) = 1e-6;   // above the floor
+  x(7) = -5e-3;  // its rate
+  const Trajectory run = Simulate(*tips, x, Vector(), 0.1);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  ASSERT_EQ(1u, run.transitions.size());
+  EXPECT_EQ("sss", run.transitions[0].mode_after.Word(3));
 }
 
 }  // namespace

@@ -78,6 +78,8 @@ struct Transition {
   ContactMode rested;
   /// What brings them to rest, in the sum of all bounces, beside `impulse` [n+l+r], or empty.
   Vector rest_impulse;
+  /// The part of v⁺ with which slips in space begin, to have a direction [d], or empty.
+  Vector begun;
   /// Not kOk: why there is no derivative across this transition, whatever the rest of it is like.
   Status obstacle;
   /// The input changes here, at an instant of its grid, and contacts that would
