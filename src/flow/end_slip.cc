@@ -56,6 +56,7 @@ bool Flow::EndSlipAtNode() {
   x_end_ = x_;
   end_ = t_;
   trigger_ = *(mode_ - mode_.Sticking()).begin();
+  quick_next_ = {};  // what was quick here is over
   return true;
 }
 

@@ -23,7 +23,7 @@ constexpr double kNoSpeed = 1e-12;
 /// What moves no mass at x, as a text that follows; "" where M is regular.
 std::string SingularMass(const MechanicalSystem& system, const Vector& x, const Vector& u,
                          ContactMode mode) {
-  constexpr double kSingular = 1e-14;  // beside the diagonal
+  constexpr double kSingular = 1e-11;  // beside the diagonal, nearly
   constexpr double kPart = 0.1;        // of the largest entry of what moves together
   const int nq = system.num_positions(), d = system.dof();
   Matrix mass;
@@ -40,7 +40,7 @@ std::string SingularMass(const MechanicalSystem& system, const Vector& x, const 
     if (moved(i) < kPart * moved.maxCoeff()) continue;
     names += (names.empty() ? "'" : ", '") + system.description().velocities[i] + "'";
   }
-  return "; the mass matrix is singular there: " + names +
+  return "; the mass matrix is nearly singular there: " + names +
          " can move together and move no mass. Give what they carry an inertia, or begin elsewhere";
 }
 
