@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "contact_flow/budget.h"
+#include "contact_flow/dynamics/inverse_inertia.h"
 #include "event_order.h"
 #include "propagator_change.h"
 #include "reset_error.h"
-#include "src/dynamics/slips_in_space.h"
 
 namespace contact_flow {
 namespace {
@@ -172,14 +172,18 @@ class StateErrors {
   }
 
  private:
-  /// The speed that slips in space are given to begin with, without impact all that changes.
+  /// The speed that slips in space are given to begin with, and what bounces that are made rest may
+  /// have changed by turning slips.
   void AddOnset(const Transition& transition, std::size_t k) {
     const MechanicalSystem& system = dynamics_[k]->system();
-    const ConstraintSet begins =
-        SlipsInSpace(system, transition.mode_after) - SlipsInSpace(system, transition.mode_before);
-    if (begins.Empty() || !transition.activated.Empty()) return;
-    const int d = system.dof();
-    const Vector given = transition.x_plus.tail(d) - transition.x_minus.tail(d);
+    const int d = system.dof(), nq = system.num_positions();
+    Vector given = transition.begun.size() > 0 ? transition.begun : Vector(Vector::Zero(d));
+    if (transition.turned > 0) {
+      const InverseInertia inertia(system, transition.x_minus.head(nq), transition.x_plus.tail(d));
+      const Vector push = inertia.terms().jacobian.transpose() * transition.rest_impulse;
+      given += transition.turned * Vector(inertia * push).cwiseAbs();
+    }
+    if (given.isZero(0)) return;
     for (int j = 0; j < kProbes; ++j) {
       probes_[j].segment(d, d) += Sign(j, 4 * k + 2, -1) * given;
     }

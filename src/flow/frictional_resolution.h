@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "contact_flow/dynamics/guards.h"
 #include "contact_flow/dynamics/word_selection.h"
@@ -100,7 +101,7 @@ class FrictionalResolution {
   ConstraintSet UnresolvedSlips(ConstraintSet contacts) const;
   ConstraintSet Unrisen(const TouchingContacts& contacts);
   void TellOfRest(ConstraintSet pressed_back);
-  bool BouncesTurnNothing() const;
+  std::optional<double> BouncesTurn() const;
   void TellOfApex(ConstraintSet closed);
   void NoteSprings(ConstraintSet contacts, const char* forces);
   void NoteLookAhead(ConstraintSet contacts);
@@ -145,7 +146,7 @@ class FrictionalResolution {
   double onset_ = 0;          // of the fastest slip in space that begins [m/s]
   double fastest_rise_ = 0;   // that is made rest after an impact [m/s]
   Vector risen_;              // rates of all rows before that
-  Vector bounces_change_;     // what they gain meanwhile, at most
+  std::vector<Vector> bounces_changes_;  // what they gain meanwhile, at most
   ResolvedTransition result_;
 };
 

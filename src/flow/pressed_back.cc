@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <vector>
 
 #include "contact_flow/model/driven.h"
 #include "frictional_resolution.h"
@@ -12,11 +13,20 @@
 namespace contact_flow {
 namespace {
 
+/// By how much these changes turn a slip [rad].
+double Turned(const Vector& slip, int row, const std::vector<Vector>& changes) {
+  double across = 0;
+  for (const Vector& change : changes) {
+    across += std::abs(slip(0) * change(row + 1) - slip(1) * change(row)) / slip.squaredNorm();
+  }
+  return across;
+}
+
 /// How closely the inequalities of a word have to hold, at least.
 constexpr double kRestingBorder = 1e-10;
-/// Slips in the plane, and rises of others, that are so many times what such bounces change go on
-/// in spite of them; slips in space keep their directions.
-constexpr double kGoesOn = 3, kKeepsDirection = 1e3;
+/// Slips, and rises of others, that are so many times what such bounces change go on in spite of
+/// them; in space they may turn by so much [rad], by less where nothing tells of it.
+constexpr double kGoesOn = 3, kTurns = 0.1, kTurnsUnseen = 1e-3;
 
 }  // namespace
 
@@ -30,7 +40,7 @@ ConstraintSet FrictionalResolution::PressedBack(const Vector& rate, ConstraintSe
   const Vector& x = result_.transition.x_plus;
   const Vector v = x.tail(d_);
   risen_ = rate;
-  bounces_change_ = Vector::Zero(system_.num_rows());
+  bounces_changes_.clear();
   while (true) {
     try {
       WordConventions by;
@@ -49,13 +59,14 @@ ConstraintSet FrictionalResolution::PressedBack(const Vector& rate, ConstraintSe
       SortRising(i, rate, v, rate(i), &still, &resting);
     }
     if (back == before) return back;
-    bounces_change_ += longest * acceleration.cwiseAbs();
+    bounces_changes_.push_back(longest * acceleration);
   }
 }
 
 void FrictionalResolution::TellOfRest(ConstraintSet pressed_back) {
   if (pressed_back.Empty()) return;
-  const bool known = Notable() ? result_.transition.rest_impulse.size() > 0 : BouncesTurnNothing();
+  const bool known = Notable() ? result_.transition.rest_impulse.size() > 0
+                               : BouncesTurn().value_or(kTurns) <= kTurnsUnseen;
   if (known) result_.transition.rested = resting_;
   if (!Notable()) return;
   std::ostringstream message;
@@ -73,31 +84,36 @@ void FrictionalResolution::TellOfRest(ConstraintSet pressed_back) {
   result_.warnings.push_back({Outcome::kZeno, result_.transition.t, message.str()});
 }
 
-/// Whether all contacts behind one touchdown have the letters after it as often as they push, or
-/// end with them, however those that are pressed back bounce: then what they come to depends on
-/// nothing else (BringToRest).
-bool FrictionalResolution::BouncesTurnNothing() const {
+/// By how much slips in space turn at most [rad], where all contacts behind one touchdown have the
+/// letters after it as often as they push, or end with them, however those that are pressed back
+/// bounce: then what they come to depends on nothing else (BringToRest).
+std::optional<double> FrictionalResolution::BouncesTurn() const {
   const Transition& cluster = result_.transition;
   const bool alone = cluster.activated.Size() == 1 && cluster.guards.size() == 1 &&
                      grazed_.Empty() && stopped_.Empty() && implied_.Empty() && halted_.Empty();
-  if (!alone || !cluster.obstacle.ok() || resting_ != cluster.mode_after) return false;
+  if (!alone || !cluster.obstacle.ok() || resting_ != cluster.mode_after) return std::nullopt;
   const Vector now = terms_.jacobian * cluster.x_plus.tail(d_);
-  const Vector change = bounces_change_ + (now - risen_).cwiseAbs();
+  std::vector<Vector> changes = bounces_changes_;
+  changes.push_back(now - risen_);
+  Vector change = Vector::Zero(now.size());
+  double turned = 0;
+  for (const Vector& one : changes) change += one.cwiseAbs();
   for (int i = 0; i < system_.num_constraints(); ++i) {
     if (system_.compliant().Contains(i)) continue;
     if (!cluster.mode_after.Contains(i)) {
       const bool near = std::abs(terms_.gap(i)) <= rules_.gap_tolerance;
-      if (near && !(now(i) > kGoesOn * change(i))) return false;
+      if (near && !(now(i) > kGoesOn * change(i))) return std::nullopt;
       continue;
     }
     const Friction& friction = system_.friction()[i];
     const bool rubs = friction.dimension > 0 && friction.coefficient > 0;
     if (!rubs || cluster.mode_after.LetterOf(i) == Letter::kStick) continue;
-    const double slip = now.segment(friction.row, friction.dimension).norm();
+    const Vector slip = now.segment(friction.row, friction.dimension);
     const double changed = change.segment(friction.row, friction.dimension).norm();
-    if (!(slip > (friction.dimension == 2 ? kKeepsDirection : kGoesOn) * changed)) return false;
+    if (!(slip.norm() > kGoesOn * changed)) return std::nullopt;
+    if (friction.dimension == 2) turned = std::max(turned, Turned(slip, friction.row, changes));
   }
-  return true;
+  return turned <= kTurns ? std::optional<double>(turned) : std::nullopt;
 }
 
 void FrictionalResolution::Rest(const std::map<int, Eigen::Vector2d>& onsets) {
@@ -108,12 +124,14 @@ void FrictionalResolution::Rest(const std::map<int, Eigen::Vector2d>& onsets) {
   const RestImpulse rest = BringToRest(system_, inertia, v, resting_);
   x.tail(d_) = rest.v_plus;
   Vector& impulse = result_.transition.rest_impulse;  // letters may be chosen anew
-  if (rest.v_plus.allFinite() && BouncesTurnNothing()) {
+  const auto turned = rest.v_plus.allFinite() ? BouncesTurn() : std::nullopt;
+  if (turned) {
     impulse = impulse.size() > 0 ? Vector(impulse + rest.impulse) : rest.impulse;
   } else {
     x.tail(d_) = v;
     impulse = Vector();
   }
+  result_.transition.turned = turned.value_or(0);
   MakeRest(system_, resting_, onsets, &x);
   result_.transition.energy_lost +=
       KineticEnergy(inertia.mass(), v) - KineticEnergy(inertia.mass(), x.tail(d_));
