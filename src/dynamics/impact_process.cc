@@ -303,9 +303,7 @@ std::optional<FrictionalImpact> FollowImpact(const MechanicalSystem& system, con
   for (std::size_t k = 0; k < problem.contacts.size(); ++k) rates(problem.Row(k)) = 0;
   Others others;
   Vector p;
-  for (
-      ;
-      ;) {  // beside others that are held, nothing may jam: of these some may not hold from the first
+  for (;;) {  // what does not hold beside it lets go, or slips: from the first, or in the end
     Process process(frame, J, place, rates, others);
     const bool ends = process.Run();
     if (!ends && !process.first()) return std::nullopt;

@@ -78,8 +78,8 @@ struct Transition {
   ContactMode rested;
   /// What brings them to rest, in the sum of all bounces, beside `impulse` [n+l+r], or empty.
   Vector rest_impulse;
-  /// By how much slips in space turn meanwhile, at most [rad]: that part of what it changes is not
-  /// known.
+  /// By how much slips in space turn meanwhile, at most [rad]: that part of what it
+  /// changes is not known.
   double turned = 0;
   /// The part of v⁺ with which slips in space begin, to have a direction [d], or empty.
   Vector begun;
