@@ -40,7 +40,7 @@ std::string SingularMass(const MechanicalSystem& system, const Vector& x, const 
     if (moved(i) < kPart * moved.maxCoeff()) continue;
     names += (names.empty() ? "'" : ", '") + system.description().velocities[i] + "'";
   }
-  return "; the mass matrix is nearly singular there: " + names +
+  return "; the mass matrix is singular there, or nearly so: " + names +
          " can move together and move no mass. Give what they carry an inertia, or begin elsewhere";
 }
 
