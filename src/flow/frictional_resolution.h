@@ -114,6 +114,7 @@ class FrictionalResolution {
   void StickWhatDies(const TouchingContacts& contacts, const Vector& begin);
   bool ForcesFit(const Vector& x, ContactMode mode) const;
   void SetLettersOrEndSlip(const TouchingContacts& contacts);
+  bool RestSlowSlips(const TouchingContacts& contacts);
   void ChooseLetters(const TouchingContacts& contacts);
   bool OneJump() const;
   bool OnlyBegins(ConstraintSet begins) const;

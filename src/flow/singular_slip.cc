@@ -114,8 +114,36 @@ void FrictionalResolution::SetLettersOrEndSlip(const TouchingContacts& contacts)
            << result_.transition.energy_change << " J";
       return TellOfSingularSlip(i, Outcome::kPainleveInconsistent, what.str());
     }
-    throw;
+    result_.transition = before;
+    if (!RestSlowSlips(contacts)) throw;
   }
+}
+
+/// Slips that are not told from none count as none, where they would leave no forces.
+bool FrictionalResolution::RestSlowSlips(const TouchingContacts& contacts) {
+  const Vector v = result_.transition.x_plus.tail(d_);
+  const Vector rate = terms_.jacobian * v;
+  TouchingContacts rested = contacts;
+  int slow = -1;
+  for (int i : contacts.slipping) {
+    const Friction& friction = system_.friction()[i];
+    if (friction.dimension == 0 || !(friction.coefficient > 0)) continue;
+    const double size = terms_.jacobian.row(friction.row).norm();
+    const double slip = rate.segment(friction.row, friction.dimension).norm();
+    if (slip > UnresolvedSlip(rules_, size, v.norm())) continue;
+    rested.slipping.Erase(i);
+    rested.still.Insert(i);
+    slow = i;
+  }
+  if (slow < 0) return false;
+  try {
+    SetLetters(rested);
+  } catch (const FrictionRefusal&) {
+    return false;
+  }
+  TellOfSingularSlip(slow, Outcome::kPainleveInconsistent,
+                     "it is slower than what is resolved, and taken to rest");
+  return true;
 }
 
 bool FrictionalResolution::LetGo(int i) {
