@@ -70,15 +70,17 @@ int Flow::StoppedInSpace() {
 
 /// Whether contact i sticks at the end of the step, where its slip has all but ended. Two points of
 /// a body share the force along their line, of which one share is told: one that holds is there, or
-/// none. Of faces springs decide (SelectWord), whose share this is.
+/// none. Of faces springs decide (SelectWord), whose share this is, if there is one that holds.
 bool Flow::WouldStick(int i) {
   ContactMode word = mode_;
   word.Set(i, Letter::kStick);
   dynamics_.Evaluate(x_end_, word);
   const Vector& force = dynamics_.force();
   const ConstraintSet shared = dynamics_.shared();
-  if (shared.Contains(i) && shared.Size() == 2) {
-    return dynamics_.shared_margin() > kSpare * force.cwiseAbs().maxCoeff();
+  if (shared.Contains(i)) {
+    const double spare = dynamics_.shared_margin();
+    if (shared.Size() == 2) return spare > kSpare * force.cwiseAbs().maxCoeff();
+    if (spare < 0) return false;
   }
   const Friction& friction = system_.friction()[i];
   return (1 - kSpare) * friction.coefficient * force(i) >= force.segment<2>(friction.row).norm();
