@@ -167,14 +167,14 @@ class StateErrors {
     last_shifts_ = close ? Shifts(k) : std::vector<double>();
     Vector buffer(reset.rows());
     for (Vector& probe : probes_) Carry(reset, &probe, &buffer);
-    AddOnset(transition, k);
+    AddUnresolved(transition, k);
     return status;
   }
 
  private:
   /// The speed that slips in space are given to begin with, and what bounces that are made rest may
   /// have changed by turning slips.
-  void AddOnset(const Transition& transition, std::size_t k) {
+  void AddUnresolved(const Transition& transition, std::size_t k) {
     const MechanicalSystem& system = dynamics_[k]->system();
     const int d = system.dof(), nq = system.num_positions();
     Vector given = transition.begun.size() > 0 ? transition.begun : Vector(Vector::Zero(d));

@@ -14,8 +14,8 @@ inline constexpr int kProbes = 4;
 using Probes = std::array<Vector, kProbes>;
 
 /// The part of what a transition behind `arc` changes in tangents that errors of the state leave
-/// unknown: by its speeds of approach, and by slips in space that end a little early, or
-/// that bounces may have turned which are made rest.
+/// unknown: by its speeds of approach, and by slips in space that end a little early, or that
+/// bounces made rest may have turned.
 double RelativeResetError(ContactDynamics* dynamics, const Arc& arc, const Transition& transition,
                           const Probes& errors);
 

@@ -106,10 +106,10 @@ class Group {
   /// Where springs decide nothing: the first word that fits with room, of more than were tried.
   std::vector<FrictionSolution> WithoutLimit(std::vector<FrictionSolution> found) {
     double words = 1;
-    for (const std::vector<Letter>& letters : alphabet_)
-      words *= static_cast<double>(letters.size());
+    for (const auto& letters : alphabet_) words *= static_cast<double>(letters.size());
     if (problem_.contacts.size() <= kMaxDependentContacts || words > kMostWords) return found;
-    if (any_ = true; !Search(true)) return Uncovered();
+    any_ = true;
+    if (!Search(true)) return Uncovered();
     solutions_.back().springs = true;
     return WithOthers({solutions_.back()});
   }

@@ -58,7 +58,7 @@ TEST(DropsWithFriction, RunToTheirEnd) {
     const char* robot;
     std::vector<int> seeds;
   } drops[] = {{"quadruped", {0, 1, 2, 3, 4}},
-               {"humanoid", {0, 9, 26, 71, 98, 99, 122, 157, 158, 2063, 2070, 2159}}};
+               {"humanoid", {0, 9, 15, 26, 71, 98, 99, 122, 157, 158, 2063, 2070, 2159}}};
   const bool count = std::getenv("CONTACT_FLOW_DROPS") != nullptr;
   for (const auto& drop : drops) {
     RobotTexts texts = ReadRobotTexts(DropFile(drop.robot));
