@@ -178,8 +178,8 @@ class MessageMutator {
                                Limits::max(),
                                Limits::min(),
                                static_cast<Integer>(Limits::max() / 2),
-                               static_cast<Integer>(was + 1),
-                               static_cast<Integer>(was - 1),
+                               static_cast<Integer>(static_cast<std::uint64_t>(was) + 1),
+                               static_cast<Integer>(static_cast<std::uint64_t>(was) - 1),
                                static_cast<Integer>(-1),
                                static_cast<Integer>(1000)};
     return numbers[Below(sizeof(numbers) / sizeof(numbers[0]))];

@@ -12,7 +12,7 @@
 namespace contact_flow {
 namespace ros_interface {
 
-double LimitMemory(double megabytes) {
+double LimitMemory([[maybe_unused]] double megabytes) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   return 0;
 #else

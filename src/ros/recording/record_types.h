@@ -37,8 +37,13 @@ namespace ros_interface {
 template <class Result, class TopicMessage>
 struct ResultTopic {
   using Message = TopicMessage;
-  const char* name;
-  Message (*of)(const Result&) = nullptr;  ///< with the result's header; null: the result itself
+  /// The message is the result itself.
+  constexpr ResultTopic(const char* topic) : name(topic) {
+    static_assert(std::is_same_v<Message, Result>, "say how the message is made of the result");
+  }
+  /// It is made by `make`, with the result's header.
+  constexpr ResultTopic(const char* topic, Message (*make)(const Result&))
+      : name(topic), of(make) {}
 
   Message Of(const Result& result) const {
     if constexpr (std::is_same_v<Message, Result>) {
@@ -46,7 +51,9 @@ struct ResultTopic {
     }
     return of(result);
   }
-  constexpr bool IsMade() const { return of != nullptr || std::is_same_v<Message, Result>; }
+
+  const char* name;
+  Message (*of)(const Result&) = nullptr;
 };
 
 /// A type of record: a request and its result, on the topic "record/NAME"; and the messages of the
@@ -93,13 +100,6 @@ constexpr void ForEachResultTopic(const Visit& visit) {
     std::apply([&](const auto&... topic) { (visit(type, topic), ...); }, type.topics);
   });
 }
-
-constexpr bool EveryTopicIsMade() {
-  bool all = true;
-  ForEachResultTopic([&](const auto&, const auto& topic) { all = all && topic.IsMade(); });
-  return all;
-}
-static_assert(EveryTopicIsMade(), "a topic does not say how its message is made of the result");
 
 /// The entry of one record in the list; does not compile where there is none.
 template <class Record, std::size_t place = 0>

@@ -49,9 +49,10 @@ Matrix ToMatrix(const std::string& field, const RowMajorMatrix& message) {
                                 std::to_string(cols));
   }
   CheckFinite(field + ".data", message.data);
+  const auto m = static_cast<Eigen::Index>(rows), n = static_cast<Eigen::Index>(cols);
+  if (message.data.empty()) return Matrix(m, n);  // not by a loop over four billion rows of nothing
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  return Eigen::Map<const RowMajor>(message.data.data(), static_cast<Eigen::Index>(rows),
-                                    static_cast<Eigen::Index>(cols));
+  return Eigen::Map<const RowMajor>(message.data.data(), m, n);
 }
 
 PiecewiseLinearMap ToMap(const std::string& field, const std::vector<DerivativePiece>& messages) {
