@@ -3,6 +3,9 @@
 # With ROS it lies in the devel space in one folder with the generated contact_flow.msg and
 # contact_flow.srv, whose __init__.py (empty, made by genpy where there is none) it replaces.
 find_package(Python3 COMPONENTS Interpreter Development QUIET)
+if(Python_FOUND)   # catkin of Debian 13 looks for Python's interpreter under this name, which pybind11 takes then
+  find_package(Python COMPONENTS Interpreter Development QUIET)
+endif()
 set(has_pybind11 OFF)
 if(Python3_Development_FOUND AND NOT CONTACT_FLOW_PYTHON STREQUAL OFF)
   find_package(pybind11 2.6 CONFIG QUIET)   # an error of its own where there are no headers

@@ -4,6 +4,7 @@ file(GLOB_RECURSE ROS_SOURCES CONFIGURE_DEPENDS src/ros/*.cc)
 add_library(contact_flow_ros ${ROS_SOURCES})
 target_include_directories(contact_flow_ros SYSTEM PUBLIC
   ${CATKIN_DEVEL_PREFIX}/include ${catkin_INCLUDE_DIRS})
+target_include_directories(contact_flow_ros SYSTEM PRIVATE ${URDFDOM_INCLUDE_DIRS})
 target_include_directories(contact_flow_ros PUBLIC ${PROJECT_SOURCE_DIR})   # its headers lie beside its sources
 target_link_libraries(contact_flow_ros contact_flow ${catkin_LIBRARIES} PkgConfig::CRYPTO)
 target_compile_definitions(contact_flow_ros PRIVATE CONTACT_FLOW_VERSION="${PROJECT_VERSION}")
