@@ -156,8 +156,8 @@ class Epochs:
             return system.simulate(list(epoch.q) + list(epoch.v), duration, grid,
                                    **options_of(self.description.options, self.description.options))
 
-        duration, end = state.t - epoch.t, np.array(list(state.q) + list(state.v))
-        found = recorded(self.topic, ("state",), simulate(duration), end.tolist())
+        duration, end = state.t - epoch.t, [float(number) for number in list(state.q) + list(state.v)]
+        found = recorded(self.topic, ("state",), simulate(duration), end)
         # A run ends before an event at its end, a simulator that stops there is behind it.
         if not found.same:
             for event in simulate(duration + BEHIND * (1 + duration)).events:

@@ -55,7 +55,7 @@ class Elementary:
 
     def arctan2(self: Any, other: Any) -> Any:
         """The angle of (other, self); it jumps where self = 0 and other < 0."""
-        x = other if isinstance(other, Elementary) else self.constant(other)
+        x: Any = other if isinstance(other, Elementary) else self.constant(other)
         turn = math.atan2(self.value, x.value)
         if self.value == 0 and x.value == 0:
             return self._only(turn)

@@ -33,7 +33,8 @@ def basin_map(ensemble: Ensemble, x: str, y: str, by: Any = "outcome", bins: int
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
     import matplotlib
-    palette = list(matplotlib.colormaps["tab10"].colors)[:len(shape.labels)] + [(0.6, 0.6, 0.6)] * (shape.others > 0)
+    tab10: Any = matplotlib.colormaps["tab10"]
+    palette = list(tab10.colors)[:len(shape.labels)] + [(0.6, 0.6, 0.6)] * (shape.others > 0)
     masked: Any = np.ma
     axes.imshow(masked.masked_less(shape.cells.T, 0), origin="lower", aspect="auto", interpolation="nearest",
                 extent=shape.limits[0] + shape.limits[1], cmap=ListedColormap(palette), vmin=-0.5,

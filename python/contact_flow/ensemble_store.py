@@ -16,7 +16,7 @@ from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 
-from . import _core
+from . import _core, zarr_group
 from .ensemble import MARGINS, Request, chunks_of, dimensions_of, tangent_names
 
 FORMAT = 1
@@ -27,15 +27,6 @@ LOCK = ".writer"
 def fill_of(name: str, column: Any) -> Any:
     """What a column holds of runs that are not done."""
     return {"f": np.nan, "S": b"", "i": NOT_RUN if "outcome" in name else 0}[column.dtype.kind]
-
-
-def zarr_module() -> Any:
-    try:
-        import zarr
-    except ImportError:
-        raise ImportError("a sweep with a directory needs Zarr: apt install python3-zarr, or pip install "
-                          "'zarr<3'") from None
-    return zarr
 
 
 def system_text(system: _core.System) -> Dict[str, Any]:
@@ -107,7 +98,7 @@ class Store:
     def create(folder: str, system: _core.System, request: Request, runs: int, chunk: int,
                sample: Dict[str, Any], fingerprint: str) -> Store:
         """Makes the folder, and owns it. OSError where it is not empty, not writable or the disk is too small."""
-        zarr_module()
+        zarr_group.library()
         if os.path.exists(folder) and (not os.path.isdir(folder) or os.listdir(folder)):
             if os.path.exists(os.path.join(folder, LOCK)) and not holds_sweep(folder):
                 raise FileExistsError(errno.EEXIST, "holds the beginning of a sweep that was ended before its first "
@@ -135,8 +126,6 @@ class Store:
     def fill(folder: str, system: _core.System, request: Request, runs: int, chunk: int, sample: Dict[str, Any],
              fingerprint: str) -> Store:
         """The arrays and attributes of an empty store."""
-        zarr = zarr_module()
-        import numcodecs
         observables, drawn, _, _ = _core._check_sweep(system, request)
         attributes = {
             "format": FORMAT, "version": _core.__version__, "system": system_text(system), "request": request,
@@ -146,22 +135,21 @@ class Store:
                       "margins": list(MARGINS), "derivative": tangent_names(system)},
             "units": {"coordinates": list(system.units), "time": "s"},
             "outcomes": {str(k): _core._outcome_name(k) for k in range(NOT_RUN, 19)}}
-        group = zarr.group(zarr.DirectoryStore(folder))
+        group = zarr_group.create(folder)
         for name, column in sample["columns"].items():
-            array = group.create_dataset(name, shape=(runs,) + column.shape[1:], dtype=column.dtype,
-                                         chunks=(chunk,) + column.shape[1:], fill_value=fill_of(name, column))
+            array = zarr_group.add(group, name, (runs,) + column.shape[1:], (chunk,) + column.shape[1:], column.dtype,
+                                   fill_of(name, column))
             array.attrs["_ARRAY_DIMENSIONS"] = dimensions_of(name, column.ndim)
-        group.create_dataset("tally", shape=((runs + chunk - 1) // chunk,), chunks=(1,), dtype=object,
-                             object_codec=numcodecs.VLenBytes()).attrs["_ARRAY_DIMENSIONS"] = ["chunk"]
+        tally = zarr_group.add(group, "tally", ((runs + chunk - 1) // chunk,), (1,), object, None)
+        tally.attrs["_ARRAY_DIMENSIONS"] = ["chunk"]
         group.attrs.update(attributes)   # last: a folder without them is no store
         return Store(folder, attributes, group)
 
     @staticmethod
     def open(folder: str) -> Store:
         """One that is there."""
-        zarr = zarr_module()
         try:
-            group = zarr.open_group(zarr.DirectoryStore(folder), mode="r+")
+            group = zarr_group.open_group(folder)
             attributes = dict(group.attrs)
         except Exception as error:
             raise ValueError("'%s' holds no sweep: %s" % (folder, error)) from None
@@ -202,7 +190,7 @@ class Store:
 
     def read(self, index: int) -> Tuple[Dict[str, int], _core.Tally]:
         """(checksums of its columns, tally) of a chunk. ValueError where it is damaged."""
-        whole = bytes(self.group["tally"][index])
+        whole = self.group["tally"][index:index + 1][0]
         length = int.from_bytes(whole[:4], "little")
         return json.loads(whole[4:4 + length]), _core.Tally.from_bytes(whole[4 + length:])
 

@@ -16,7 +16,8 @@ MAX_OBSERVABLES = 40  #: whose distributions are drawn
 
 def digits(values: Any) -> List[float]:
     """With five digits."""
-    return [float("%.5g" % value) for value in np.asarray(values).tolist()]
+    listed: Any = np.asarray(values).tolist()
+    return [float("%.5g" % value) for value in listed]
 
 
 def prediction_of(ensemble: Ensemble, run: _core.Run) -> Tuple[Any, str]:

@@ -115,7 +115,8 @@ class Bodies:
         nq, where = system.num_positions, self.positions(x[:, :system.num_positions])
         moves = [[self.rate(k) for k in at] for at in self.at]
         found = np.full((len(x), n, 2, 3), np.nan)
-        for row, (state, push) in enumerate(zip(x, force)):
+        each: Any = zip(x, force)
+        for row, (state, push) in enumerate(each):
             A = system.constraint_terms(state[:nq], state[nq:])[1][:n]
             for i in range(n):
                 parts = np.array([[A[i, k] if k >= 0 else 0.0 for k in body] for body in moves])

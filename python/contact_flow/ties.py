@@ -86,7 +86,8 @@ def _first_order(delta: Any) -> Any:
 def _have_a_side(slopes: List[Any]) -> bool:
     """Whether some w has a·w > 0 for all of them: no mean of theirs is 0 (Gordan). Least squares with weights ≥ 0."""
     A = np.vstack([np.array(slopes).T, np.ones(len(slopes))])
-    weights, used = np.zeros(len(slopes)), np.zeros(len(slopes), dtype=bool)
+    weights: Any = np.zeros(len(slopes))
+    used: Any = np.zeros(len(slopes), dtype=bool)
     goal = np.zeros(len(A))
     goal[-1] = 1.0
     for _ in range(10 * len(slopes)):

@@ -59,7 +59,7 @@ class PythonSystem final : public MechanicalSystem {
   bool HasConstantMass() const override { return constant_mass_; }
   bool HasAffineConstraints() const override { return affine_constraints_; }
 
-  void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode mode,
+  void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, const ContactMode& mode,
                 Matrix* mass, Vector* force) const override {
     const py::gil_scoped_acquire acquire;
     const py::tuple answer = Ask("dynamics", Copy(q), Copy(v), Copy(u), mode.Members().bits());
@@ -76,7 +76,7 @@ class PythonSystem final : public MechanicalSystem {
   }
 
   void DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                             ContactMode mode, const VectorRef& acceleration,
+                             const ContactMode& mode, const VectorRef& acceleration,
                              const VectorRef& force, ResidualJacobian* j) const override {
     const py::gil_scoped_acquire acquire;
     const py::tuple answer = Ask("differentiate_dynamics", Copy(q), Copy(v), Copy(u),
@@ -98,7 +98,7 @@ class PythonSystem final : public MechanicalSystem {
   }
 
   void DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                                         ContactMode mode, const VectorRef& acceleration,
+                                         const ContactMode& mode, const VectorRef& acceleration,
                                          const VectorRef& force, const std::vector<int>& parameters,
                                          ParameterJacobian* j) const override {
     const py::gil_scoped_acquire acquire;
