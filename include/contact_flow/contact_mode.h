@@ -30,12 +30,12 @@ class ContactMode {
   /// Nothing is in contact.
   ContactMode() = default;
   /// The mode whose members slip.
-  explicit ContactMode(ConstraintSet members) : members_(members) {}
+  explicit ContactMode(const ConstraintSet& members) : members_(members) {}
 
   /// The active constraints.
-  ConstraintSet Members() const { return members_; }
+  const ConstraintSet& Members() const { return members_; }
   /// The same.
-  operator ConstraintSet() const { return members_; }
+  operator const ConstraintSet&() const { return members_; }
   /// What constraint i does.
   Letter LetterOf(int i) const {
     if (!Contains(i)) return Letter::kOpen;
@@ -67,15 +67,19 @@ class ContactMode {
     return {members_.Without(i), low_.Without(i), high_.Without(i)};
   }
   /// The mode without these.
-  ContactMode Without(ConstraintSet set) const { return {members_ - set, low_ - set, high_ - set}; }
+  ContactMode Without(const ConstraintSet& set) const {
+    return {members_ - set, low_ - set, high_ - set};
+  }
   /// The mode of both modes' members. Of a contact of both the letter is that of `later`, unless it
   /// slips freely there.
-  ContactMode Union(ContactMode later) const {
+  ContactMode Union(const ContactMode& later) const {
     const ConstraintSet told = later.low_ | later.high_;
     return {members_ | later.members_, (low_ - told) | later.low_, (high_ - told) | later.high_};
   }
   /// The mode of these alone, of its members.
-  ContactMode Among(ConstraintSet set) const { return {members_ & set, low_ & set, high_ & set}; }
+  ContactMode Among(const ConstraintSet& set) const {
+    return {members_ & set, low_ & set, high_ & set};
+  }
 
   /// Whether i is active.
   bool Contains(int i) const { return members_.Contains(i); }
@@ -86,7 +90,7 @@ class ContactMode {
   /// The members in increasing order: `for (int i : mode)`.
   ConstraintSet::Iterator begin() const { return members_.begin(); }
   /// Behind the last one.
-  ConstraintSet::Iterator end() const { return members_.end(); }
+  ConstraintSet::End end() const { return members_.end(); }
 
   /// One letter a constraint, "s-o"; of the first n.
   std::string Word(int n) const;
@@ -100,10 +104,10 @@ class ContactMode {
   }
 
  private:
-  friend bool operator==(ContactMode a, ContactMode b);
-  friend bool operator<(ContactMode a, ContactMode b);
+  friend bool operator==(const ContactMode& a, const ContactMode& b);
+  friend bool operator<(const ContactMode& a, const ContactMode& b);
 
-  ContactMode(ConstraintSet members, ConstraintSet low, ConstraintSet high)
+  ContactMode(const ConstraintSet& members, const ConstraintSet& low, const ConstraintSet& high)
       : members_(members), low_(low), high_(high) {}
 
   ConstraintSet members_;
@@ -111,13 +115,13 @@ class ContactMode {
 };
 
 /// The same members with the same letters.
-inline bool operator==(ContactMode a, ContactMode b) {
+inline bool operator==(const ContactMode& a, const ContactMode& b) {
   return a.members_ == b.members_ && a.low_ == b.low_ && a.high_ == b.high_;
 }
 /// Other members, or letters.
-inline bool operator!=(ContactMode a, ContactMode b) { return !(a == b); }
+inline bool operator!=(const ContactMode& a, const ContactMode& b) { return !(a == b); }
 /// Any order, for maps.
-inline bool operator<(ContactMode a, ContactMode b) {
+inline bool operator<(const ContactMode& a, const ContactMode& b) {
   return std::tie(a.members_, a.low_, a.high_) < std::tie(b.members_, b.low_, b.high_);
 }
 // Whether letters count is to be said.

@@ -30,8 +30,8 @@ Matrix Block(const Matrix& G, const std::vector<int>& rows) {
 
 /// z on the support with (G z + b)_support = 0; false when that block is not positive definite, or
 /// a pivot is below `smallest_pivot`, relative to the diagonal.
-bool SolveOnSupport(const Matrix& G, const Vector& b, ConstraintSet support, double smallest_pivot,
-                    Vector* z) {
+bool SolveOnSupport(const Matrix& G, const Vector& b, const ConstraintSet& support,
+                    double smallest_pivot, Vector* z) {
   z->setZero(b.size());
   if (support.Empty()) return true;
   std::vector<int> rows;

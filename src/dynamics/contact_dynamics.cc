@@ -64,7 +64,7 @@ ContactDynamics::ContactDynamics(const MechanicalSystem& system, const VectorRef
 
 ContactDynamics::~ContactDynamics() = default;
 
-void ContactDynamics::SetMode(ContactMode mode) {
+void ContactDynamics::SetMode(const ContactMode& mode) {
   auto kept = std::find_if(modes_.begin(), modes_.end(),
                            [mode](const ModeFactors& factors) { return factors.mode == mode; });
   const bool is_new = kept == modes_.end();
@@ -164,7 +164,7 @@ void ContactDynamics::Invert() {
   at_->force_map.setConstant(std::numeric_limits<double>::quiet_NaN());
 }
 
-void ContactDynamics::Evaluate(const VectorRef& x, ContactMode mode) {
+void ContactDynamics::Evaluate(const VectorRef& x, const ContactMode& mode) {
   ++evaluations_;
   system_.Dynamics(x.head(nq_), x.tail(d_), u_, mode, has_mass_ ? nullptr : &mass_, &applied_);
   if (at_ == nullptr || at_->mode != mode) SetMode(mode);
@@ -223,14 +223,14 @@ void ContactDynamics::Solve() {
   at_->multiplier.setConstant(std::numeric_limits<double>::quiet_NaN());
 }
 
-Vector ContactDynamics::Field(const VectorRef& x, ContactMode mode) {
+Vector ContactDynamics::Field(const VectorRef& x, const ContactMode& mode) {
   Evaluate(x, mode);
   Vector field(2 * d_ + k_);
   field << x.tail(d_), acceleration_, Vector::Zero(k_);
   return field;
 }
 
-void ContactDynamics::Differentiate(const VectorRef& x, ContactMode mode) {
+void ContactDynamics::Differentiate(const VectorRef& x, const ContactMode& mode) {
   Evaluate(x, mode);
   DifferentiateEvaluated(x);
 }
@@ -314,7 +314,7 @@ void ContactDynamics::DifferentiateByVariables(const VectorRef& x) {
 }
 
 void Delassus(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u,
-              ConstraintSet C, Matrix* G, Vector* b) {
+              const ConstraintSet& C, Matrix* G, Vector* b) {
   const int d = system.dof(), k = C.Size();
   G->resize(k, k);
   b->resize(k);

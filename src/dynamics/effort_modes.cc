@@ -29,8 +29,8 @@ ConstraintSet Subset(const std::vector<int>& members, std::uint32_t subset) {
 /// Looks for the modes that are consistent with their own effort.
 class EffortModes {
  public:
-  EffortModes(ContactDynamics* dynamics, const VectorRef& x, ConstraintSet candidates,
-              double time_tolerance, ConstraintSet pressed)
+  EffortModes(ContactDynamics* dynamics, const VectorRef& x, const ConstraintSet& candidates,
+              double time_tolerance, const ConstraintSet& pressed)
       : dynamics_(*dynamics),
         x_(x),
         candidates_(candidates),
@@ -72,7 +72,7 @@ class EffortModes {
   }
 
  private:
-  bool Fits(ConstraintSet forced) {
+  bool Fits(const ConstraintSet& forced) {
     const ContactMode mode(forced | pressed_);
     dynamics_.Evaluate(x_, mode);
     const Vector force = dynamics_.force();
@@ -103,8 +103,9 @@ class EffortModes {
 
 }  // namespace
 
-ContactMode SelectByEffort(ContactDynamics* dynamics, const VectorRef& x, ConstraintSet candidates,
-                           double time_tolerance, ConstraintSet pressed) {
+ContactMode SelectByEffort(ContactDynamics* dynamics, const VectorRef& x,
+                           const ConstraintSet& candidates, double time_tolerance,
+                           const ConstraintSet& pressed) {
   return EffortModes(dynamics, x, candidates, time_tolerance, pressed).Find();
 }
 

@@ -41,7 +41,7 @@ void SetSlips(const TouchingContacts& touching, const VectorRef& v, FrictionFram
 }
 
 std::string TellWords(const MechanicalSystem& system, const FrictionFrame& frame,
-                      const std::vector<FrictionSolution>& words, ConstraintSet contacts) {
+                      const std::vector<FrictionSolution>& words, const ConstraintSet& contacts) {
   std::ostringstream told;
   for (const FrictionSolution& word : words) {
     if (&word != &words.front()) told << ", ";
@@ -66,7 +66,7 @@ std::string TellWords(const MechanicalSystem& system, const FrictionFrame& frame
 std::optional<ContactMode> KeptWord(const FrictionFrame& frame,
                                     const std::vector<FrictionSolution>& all,
                                     const std::vector<FrictionSolution>& words,
-                                    ConstraintSet varying, ContactMode before) {
+                                    const ConstraintSet& varying, const ContactMode& before) {
   const auto same = [&](const FrictionSolution& word) {
     const ContactMode mode = ModeOfWord(frame, word);
     for (int i : varying) {
@@ -98,8 +98,8 @@ bool AllSlip(const FrictionFrame& frame) {
 }
 
 ContactMode ChooseWord(const FrictionFrame& frame, const std::vector<FrictionSolution>& all,
-                       const std::vector<FrictionSolution>& words, ConstraintSet varying,
-                       ContactMode before) {
+                       const std::vector<FrictionSolution>& words, const ConstraintSet& varying,
+                       const ContactMode& before) {
   const auto kept = KeptWord(frame, all, words, varying, before);
   if (kept) return *kept;
   const auto size = [&](const FrictionSolution& word) {

@@ -18,7 +18,7 @@ void SetSlips(const TouchingContacts& touching, const VectorRef& v, FrictionFram
 /// The words of accelerations, and for some contacts how they rise, or with what they press:
 /// motions that could go on.
 std::string TellWords(const MechanicalSystem& system, const FrictionFrame& frame,
-                      const std::vector<FrictionSolution>& words, ConstraintSet contacts);
+                      const std::vector<FrictionSolution>& words, const ConstraintSet& contacts);
 
 /// Of words of several motions, all those that fit, and among them those that go on, the one in
 /// which the contacts of `varying` have the letters of `before`, or else the one that has their
@@ -26,14 +26,14 @@ std::string TellWords(const MechanicalSystem& system, const FrictionFrame& frame
 std::optional<ContactMode> KeptWord(const FrictionFrame& frame,
                                     const std::vector<FrictionSolution>& all,
                                     const std::vector<FrictionSolution>& words,
-                                    ConstraintSet varying, ContactMode before);
+                                    const ConstraintSet& varying, const ContactMode& before);
 
 /// Whether nothing sticks in any word: then all of them are tried.
 bool AllSlip(const FrictionFrame& frame);
 
 /// This one, or else that of the smallest forces.
 ContactMode ChooseWord(const FrictionFrame& frame, const std::vector<FrictionSolution>& all,
-                       const std::vector<FrictionSolution>& words, ConstraintSet varying,
-                       ContactMode before);
+                       const std::vector<FrictionSolution>& words, const ConstraintSet& varying,
+                       const ContactMode& before);
 
 }  // namespace contact_flow

@@ -15,7 +15,7 @@ constexpr double kFrameRateRounding = 1e-12;
 }  // namespace
 
 FrictionFrame::FrictionFrame(const MechanicalSystem& system, const InverseInertia& inertia,
-                             ConstraintSet contacts)
+                             const ConstraintSet& contacts)
     : system_(system) {
   for (int i : contacts) {
     const Friction friction = system.HasFriction() ? system.friction()[i] : Friction();
@@ -48,7 +48,7 @@ Vector FrictionFrame::Impulse(const InverseInertia& inertia, const Vector& p) co
 }
 
 Vector FrictionFrame::RateRounding(const InverseInertia& inertia, const VectorRef& v,
-                                   ContactMode before) const {
+                                   const ContactMode& before) const {
   // |A v| ≤ |√P Aᵀ| |√M v|, and what is driven by itself
   const Vector driven = v - Moved(inertia.mass(), v);
   Vector rounding =

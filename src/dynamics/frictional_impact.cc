@@ -18,7 +18,7 @@ constexpr double kEnergyRounding = 1e-10;
 /// The contacts that an impact is shared among: not those that do not approach and whose normal
 /// rows no other row feels, like the pads of joints with friction. These get no impulse.
 ConstraintSet Bearing(const MechanicalSystem& system, const InverseInertia& inertia,
-                      const VectorRef& v, ConstraintSet touching) {
+                      const VectorRef& v, const ConstraintSet& touching) {
   const FrictionFrame frame(system, inertia, touching);
   const FrictionProblem& problem = frame.problem();
   const Vector rate = frame.rows() * v;
@@ -36,8 +36,8 @@ ConstraintSet Bearing(const MechanicalSystem& system, const InverseInertia& iner
 }  // namespace
 
 FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const VectorRef& q,
-                                       const VectorRef& v_minus, ConstraintSet touching,
-                                       ContactMode before_impact, WordConventions* by) {
+                                       const VectorRef& v_minus, const ConstraintSet& touching,
+                                       const ContactMode& before_impact, WordConventions* by) {
   const InverseInertia inertia(system, q, v_minus);
   FrictionFrame frame(system, inertia, Bearing(system, inertia, v_minus, touching));
   FrictionProblem& problem = frame.problem();

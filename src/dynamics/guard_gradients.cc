@@ -3,8 +3,8 @@
 
 namespace contact_flow {
 
-GuardGradients::GuardGradients(ContactDynamics* dynamics, const VectorRef& x, ContactMode mode,
-                               int trigger)
+GuardGradients::GuardGradients(ContactDynamics* dynamics, const VectorRef& x,
+                               const ContactMode& mode, int trigger)
     : dynamics_(*dynamics),
       guards_(dynamics->system()),
       x_(x),

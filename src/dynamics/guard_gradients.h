@@ -26,7 +26,8 @@ class GuardGradients {
 
   /// At x in `mode`; `trigger` is the guard whose event happens there, −1: none. Where no contact
   /// has friction the dynamics, which must outlive it, are asked when a force or the field is.
-  GuardGradients(ContactDynamics* dynamics, const VectorRef& x, ContactMode mode, int trigger = -1);
+  GuardGradients(ContactDynamics* dynamics, const VectorRef& x, const ContactMode& mode,
+                 int trigger = -1);
 
   Value At(int guard) const;
   /// The guards that are functions of forces.

@@ -24,7 +24,7 @@ Guards::Guards(const MechanicalSystem& system) : system_(system), n_(system.num_
                               std::to_string(ConstraintSet::kMaxConstraints) + " at most");
 }
 
-int Guards::SharedGuard(ConstraintSet shared) const {
+int Guards::SharedGuard(const ConstraintSet& shared) const {
   for (int i : shared) {
     if (OfFriction(i) >= 0) return OfFriction(i) + 1;
   }
@@ -33,7 +33,7 @@ int Guards::SharedGuard(ConstraintSet shared) const {
                           std::to_string(ConstraintSet::kMaxConstraints / 3) + " constraints");
 }
 
-ConstraintSet Guards::OfForces(ContactMode mode, ConstraintSet shared) const {
+ConstraintSet Guards::OfForces(const ContactMode& mode, const ConstraintSet& shared) const {
   const ConstraintSet rigid = mode - system_.compliant();
   if (!system_.HasFriction()) return rigid;
   ConstraintSet guards;
@@ -50,13 +50,13 @@ ConstraintSet Guards::OfForces(ContactMode mode, ConstraintSet shared) const {
   return guards;
 }
 
-ConstraintSet Guards::OfSlips(ContactMode mode) const {
+ConstraintSet Guards::OfSlips(const ContactMode& mode) const {
   ConstraintSet guards;
   for (int i : mode.SlippingInPlane()) guards.Insert(OfFriction(i));
   return guards;
 }
 
-GuardKind Guards::KindOf(int guard, ContactMode mode, ConstraintSet shared) const {
+GuardKind Guards::KindOf(int guard, const ContactMode& mode, const ConstraintSet& shared) const {
   if (IsNormal(guard)) {
     return (mode - system_.compliant()).Contains(guard) ? GuardKind::kForce : GuardKind::kGap;
   }
@@ -64,7 +64,7 @@ GuardKind Guards::KindOf(int guard, ContactMode mode, ConstraintSet shared) cons
 }
 
 GuardJet Guards::At(int guard, ContactDynamics* dynamics, const VectorRef& x,
-                    ContactMode mode) const {
+                    const ContactMode& mode) const {
   Vector rates;
   if (!IsNormal(guard)) rates = dynamics->ForceRate(x, mode);  // … and which contacts share forces
   switch (KindOf(guard, mode, dynamics->shared())) {
@@ -83,7 +83,7 @@ GuardJet Guards::At(int guard, ContactDynamics* dynamics, const VectorRef& x,
   }
 }
 
-GuardJet Guards::OfMotion(int guard, ContactMode mode, const ConstraintTerms& at,
+GuardJet Guards::OfMotion(int guard, const ContactMode& mode, const ConstraintTerms& at,
                           const VectorRef& v, const Vector& acceleration) const {
   if (IsNormal(guard)) {
     const double sign = GapSign(guard, mode);
@@ -99,14 +99,14 @@ GuardJet Guards::OfMotion(int guard, ContactMode mode, const ConstraintTerms& at
   return OfSlip(guard, mode, slip.head(friction.dimension), rate.head(friction.dimension));
 }
 
-GuardJet Guards::OfSlip(int guard, ContactMode mode, const GapSample& at) const {
+GuardJet Guards::OfSlip(int guard, const ContactMode& mode, const GapSample& at) const {
   const Friction& friction = system_.friction()[ConstraintOf(guard)];
   return OfSlip(guard, mode, at.rate.segment(friction.row, friction.dimension),
                 at.acceleration.segment(friction.row, friction.dimension));
 }
 
 /// By T v and its rate.
-GuardJet Guards::OfSlip(int guard, ContactMode mode, const VectorRef& slip,
+GuardJet Guards::OfSlip(int guard, const ContactMode& mode, const VectorRef& slip,
                         const VectorRef& rate) const {
   if (slip.size() == 2) return {slip.norm(), slip.dot(rate) / slip.norm()};
   const double sign = SlipSign(mode.LetterOf(ConstraintOf(guard)));

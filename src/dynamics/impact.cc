@@ -22,7 +22,7 @@ constexpr double kImpactRounding = 1e-13;
 constexpr double kConsistentImpact = 1e-8;
 
 /// M⁻¹ Aᵀ p.
-Vector SparseJump(const InverseInertia& inertia, ConstraintSet touching, const Vector& p) {
+Vector SparseJump(const InverseInertia& inertia, const ConstraintSet& touching, const Vector& p) {
   Vector jump = Vector::Zero(inertia.applied().size());
   Eigen::Index row = 0;
   for (int i : touching) {
@@ -92,12 +92,12 @@ Vector ProjectingImpulses(const Matrix& G, const Vector& b) {
 }  // namespace
 
 ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q,
-                         const VectorRef& v_minus, ConstraintSet touching, ImpactLaw law) {
+                         const VectorRef& v_minus, const ConstraintSet& touching, ImpactLaw law) {
   return SolveImpact(system, InverseInertia(system, q, v_minus), v_minus, touching, law);
 }
 
 ImpactResult SolveImpact(const MechanicalSystem& system, const InverseInertia& inertia,
-                         const VectorRef& v_minus, ConstraintSet touching, ImpactLaw law) {
+                         const VectorRef& v_minus, const ConstraintSet& touching, ImpactLaw law) {
   const int k = touching.Size();
   const bool many = inertia.mass_factor().sparse() && inertia.mass_factor().regular() &&
                     system.num_bilateral() == 0;
@@ -143,7 +143,8 @@ ImpactResult SolveImpact(const MechanicalSystem& system, const InverseInertia& i
 
 Matrix ImpactJacobian(const MechanicalSystem& system, const InverseInertia& inertia,
                       const VectorRef& q, const VectorRef& v_minus, const ImpactResult& result,
-                      ConstraintSet hit, ConstraintSet persisting, const Variables& variables) {
+                      const ConstraintSet& hit, const ConstraintSet& persisting,
+                      const Variables& variables) {
   const int d = system.dof(), n = system.num_constraints();
   const int tangents = 2 * d + variables.Size(system);
   const auto parameters = static_cast<Eigen::Index>(variables.parameters.size());

@@ -32,7 +32,7 @@ struct Others {
 /// Velocities and impulses of the frame's rows along the normal impulse of one of its contacts.
 class Process {
  public:
-  Process(const FrictionFrame& frame, ContactMode J, std::size_t jammed, const Vector& rates,
+  Process(const FrictionFrame& frame, const ContactMode& J, std::size_t jammed, const Vector& rates,
           const Others& others)
       : problem_(frame.problem()), jammed_(jammed), row_(problem_.Row(jammed)), rates_(rates) {
     for (std::size_t k = 0; k < problem_.contacts.size(); ++k) {
@@ -281,7 +281,7 @@ std::optional<bool> Adapt(const FrictionFrame& frame, int jammed, const Vector& 
 }
 
 /// Whether what is free does not approach.
-bool StaysApart(const FrictionFrame& frame, const Vector& impulse, ConstraintSet free) {
+bool StaysApart(const FrictionFrame& frame, const Vector& impulse, const ConstraintSet& free) {
   const Vector rates = frame.problem().G * impulse;
   for (std::size_t k = 0; k < frame.problem().contacts.size(); ++k) {
     const int row = frame.problem().Row(k);
@@ -293,7 +293,8 @@ bool StaysApart(const FrictionFrame& frame, const Vector& impulse, ConstraintSet
 }  // namespace
 
 std::optional<FrictionalImpact> FollowImpact(const MechanicalSystem& system, const VectorRef& q,
-                                             const VectorRef& v_minus, ContactMode J, int jammed) {
+                                             const VectorRef& v_minus, const ContactMode& J,
+                                             int jammed) {
   const InverseInertia inertia(system, q, v_minus);
   const FrictionFrame frame(system, inertia, J);
   const FrictionProblem& problem = frame.problem();

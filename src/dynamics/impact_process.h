@@ -11,6 +11,7 @@ namespace contact_flow {
 /// what sticks and leaves its cone slips from the beginning. Nothing where N v does not fall, or
 /// does not return, a slip that has ended would leave its cone, or what was let go approaches.
 std::optional<FrictionalImpact> FollowImpact(const MechanicalSystem& system, const VectorRef& q,
-                                             const VectorRef& v_minus, ContactMode J, int jammed);
+                                             const VectorRef& v_minus, const ContactMode& J,
+                                             int jammed);
 
 }  // namespace contact_flow

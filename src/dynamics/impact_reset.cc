@@ -12,8 +12,8 @@ bool ImpactReset::Terms::Allowed(const MechanicalSystem& system, const InverseIn
          variables.parameters.empty() && system.num_bilateral() == 0;
 }
 
-ImpactReset::ImpactReset(std::shared_ptr<const Terms> terms, ConstraintSet hit,
-                         ConstraintSet persisting)
+ImpactReset::ImpactReset(std::shared_ptr<const Terms> terms, const ConstraintSet& hit,
+                         const ConstraintSet& persisting)
     : terms_(std::move(terms)) {
   for (int i : hit) rows_.push_back(i);
   restitution_.setZero(static_cast<Eigen::Index>(rows_.size()));

@@ -52,8 +52,8 @@ Eigen::CompleteOrthogonalDecomposition<Matrix> Factorize(const Matrix& G) {
 
 }  // namespace
 
-ConstraintSet ImpliedClosed(const MechanicalSystem& system, const Vector& x, ConstraintSet closed,
-                            ConstraintSet near) {
+ConstraintSet ImpliedClosed(const MechanicalSystem& system, const Vector& x,
+                            const ConstraintSet& closed, const ConstraintSet& near) {
   if (closed.Empty() || near.Empty()) return {};
   const int nq = system.num_positions();
   const InverseInertia inertia(system, x.head(nq), x.tail(system.dof()));
@@ -75,8 +75,8 @@ ConstraintSet ImpliedClosed(const MechanicalSystem& system, const Vector& x, Con
   return implied;
 }
 
-ConstraintSet ImpliedStill(const MechanicalSystem& system, const Vector& x, ConstraintSet closed,
-                           ConstraintSet still) {
+ConstraintSet ImpliedStill(const MechanicalSystem& system, const Vector& x,
+                           const ConstraintSet& closed, const ConstraintSet& still) {
   if ((closed - still).Empty()) return {};
   const int nq = system.num_positions();
   const InverseInertia inertia(system, x.head(nq), x.tail(system.dof()));
@@ -104,7 +104,7 @@ ConstraintSet ImpliedStill(const MechanicalSystem& system, const Vector& x, Cons
   return implied;
 }
 
-void MakeRest(const MechanicalSystem& system, ContactMode mode,
+void MakeRest(const MechanicalSystem& system, const ContactMode& mode,
               const std::map<int, Eigen::Vector2d>& onsets, Vector* x) {
   const int nq = system.num_positions(), d = system.dof();
   std::vector<int> rows, begun;

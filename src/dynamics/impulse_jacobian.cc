@@ -11,7 +11,7 @@ namespace contact_flow {
 
 Matrix ImpulseJacobian(const MechanicalSystem& system, const InverseInertia& inertia,
                        const VectorRef& q, const VectorRef& v_minus, const ImpactResult& result,
-                       ConstraintSet hit, ConstraintSet persisting) {
+                       const ConstraintSet& hit, const ConstraintSet& persisting) {
   const int d = system.dof(), n = system.num_constraints();
   Matrix jump =
       ImpactJacobian(system, inertia, q, v_minus, result, hit, persisting).block(d, 0, d, 2 * d);

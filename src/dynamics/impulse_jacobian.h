@@ -14,6 +14,6 @@ namespace contact_flow {
 /// ImpactJacobian; throws as that does, and std::domain_error where p is not unique.
 Matrix ImpulseJacobian(const MechanicalSystem& system, const InverseInertia& inertia,
                        const VectorRef& q, const VectorRef& v_minus, const ImpactResult& result,
-                       ConstraintSet hit, ConstraintSet persisting);
+                       const ConstraintSet& hit, const ConstraintSet& persisting);
 
 }  // namespace contact_flow

@@ -18,7 +18,7 @@ Matrix Undefined(Eigen::Index rows, Eigen::Index cols) {
 }  // namespace
 
 InverseInertia::InverseInertia(const MechanicalSystem& system, const VectorRef& q,
-                               const VectorRef& v, const VectorRef& u, ContactMode mode)
+                               const VectorRef& v, const VectorRef& u, const ContactMode& mode)
     : n_(system.num_constraints()) {
   system.Dynamics(q, v, u, mode, &mass_, &applied_);
   system.Constraints(q, v, &terms_);
@@ -35,7 +35,7 @@ InverseInertia::InverseInertia(const MechanicalSystem& system, const VectorRef& 
                                const VectorRef& v)
     : InverseInertia(system, q, v, Vector::Zero(system.num_inputs()), ContactMode()) {}
 
-Matrix InverseInertia::Rows(ConstraintSet members) const {
+Matrix InverseInertia::Rows(const ConstraintSet& members) const {
   Matrix rows(members.Size(), terms_.jacobian.cols());
   int row = 0;
   for (int i : members) rows.row(row++) = terms_.jacobian.row(i);
@@ -50,7 +50,7 @@ Matrix InverseInertia::operator*(const MatrixRef& R) const {
   return result;
 }
 
-Matrix InverseInertia::Delassus(ConstraintSet members) const {
+Matrix InverseInertia::Delassus(const ConstraintSet& members) const {
   if (!regular_ || !mass_factor_.sparse() || reach_.cols() > 0) {
     const Matrix A = Rows(members);
     return A * (*this * A.transpose());

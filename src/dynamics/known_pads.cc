@@ -159,8 +159,8 @@ FrictionSolution KnownPads::Whole(const FrictionSolution& rest) const {
   return whole;
 }
 
-ConstraintSet SharedBesidePads(const MechanicalSystem& system, const Vector& x, ContactMode mode,
-                               ConstraintSet shared) {
+ConstraintSet SharedBesidePads(const MechanicalSystem& system, const Vector& x,
+                               const ContactMode& mode, const ConstraintSet& shared) {
   const InverseInertia inertia(system, x.head(system.num_positions()), x.tail(system.dof()));
   const FrictionFrame frame(system, inertia, shared);
   const FrictionProblem& problem = frame.problem();

@@ -49,7 +49,7 @@ class KnownPads {
 
 /// Those of `shared`, contacts of the mode whose rows are dependent at x, that share forces
 /// otherwise than a stop does with the pad of its joint.
-ConstraintSet SharedBesidePads(const MechanicalSystem& system, const Vector& x, ContactMode mode,
-                               ConstraintSet shared);
+ConstraintSet SharedBesidePads(const MechanicalSystem& system, const Vector& x,
+                               const ContactMode& mode, const ConstraintSet& shared);
 
 }  // namespace contact_flow

@@ -17,8 +17,8 @@ constexpr double kNearlyDecoupled = 1e-4;
 
 }  // namespace
 
-bool ContactDynamics::PushClearly(const VectorRef& x, ConstraintSet contacts,
-                                  ConstraintSet pressed) {
+bool ContactDynamics::PushClearly(const VectorRef& x, const ConstraintSet& contacts,
+                                  const ConstraintSet& pressed) {
   if (!mass_factor_.sparse() || system_.HasFriction() || system_.HasContactEffort() ||
       system_.num_bilateral() > 0 || contacts.Empty()) {
     return false;
@@ -56,13 +56,13 @@ void ContactDynamics::InvertSparse() {
   at_->inverse.noalias() -= at_->momentum_map.transpose() * at_->force_map;
 }
 
-Vector ContactDynamics::ForceRate(const VectorRef& x, ContactMode mode) {
+Vector ContactDynamics::ForceRate(const VectorRef& x, const ContactMode& mode) {
   Differentiate(x, mode);
   return force_jacobian_.leftCols(d_) * x.tail(d_) +
          force_jacobian_.middleCols(d_, d_) * acceleration_;
 }
 
-double ContactDynamics::ForceRate(const VectorRef& x, ContactMode mode, int i) {
+double ContactDynamics::ForceRate(const VectorRef& x, const ContactMode& mode, int i) {
   Differentiate(x, mode);
   return force_jacobian_.row(i).head(d_).dot(x.tail(d_)) +
          force_jacobian_.row(i).segment(d_, d_).dot(acceleration_);
@@ -70,7 +70,7 @@ double ContactDynamics::ForceRate(const VectorRef& x, ContactMode mode, int i) {
 
 /// The residual's derivative along (v, v̇), and one solution of (1a) for it:
 ///   M δv̇ − A_Jᵀ δλ = −∂r₁,   A_J δv̇ = −∂r₂.
-const Vector& ContactDynamics::ForceRates(const VectorRef& x, ContactMode mode) {
+const Vector& ContactDynamics::ForceRates(const VectorRef& x, const ContactMode& mode) {
   Evaluate(x, mode);
   const auto q = x.head(nq_), v = x.tail(d_);
   if (constant_ || at_->dependent || at_->poor || !at_->sliding.empty()) {

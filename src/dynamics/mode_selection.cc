@@ -36,8 +36,8 @@ class ForceModes {
  public:
   /// `inertia` is that at q; `applied` and `bias` are f + c v [d] and Ȧ v [n+l] at x.
   ForceModes(ContactDynamics* dynamics, const InverseInertia& inertia, const Vector& applied,
-             const Vector& bias, const VectorRef& x, ConstraintSet candidates,
-             double time_tolerance, ContactMode beside)
+             const Vector& bias, const VectorRef& x, const ConstraintSet& candidates,
+             double time_tolerance, const ContactMode& beside)
       : dynamics_(*dynamics),
         system_(dynamics->system()),
         x_(x),
@@ -278,9 +278,9 @@ class ForceModes {
   std::vector<int> degenerate_;
 };
 
-ModeSelection SelectBeside(ContactDynamics* dynamics, const VectorRef& x, ConstraintSet candidates,
-                           double time_tolerance, ContactMode beside,
-                           const InverseInertia* inertia) {
+ModeSelection SelectBeside(ContactDynamics* dynamics, const VectorRef& x,
+                           const ConstraintSet& candidates, double time_tolerance,
+                           const ContactMode& beside, const InverseInertia* inertia) {
   ModeSelection selection;
   if (candidates.Empty()) {
     selection.mode = beside;
@@ -311,20 +311,21 @@ ModeSelection SelectBeside(ContactDynamics* dynamics, const VectorRef& x, Constr
 
 }  // namespace
 
-ModeSelection SelectMode(ContactDynamics* dynamics, const VectorRef& x, ConstraintSet candidates,
-                         double time_tolerance, ConstraintSet pressed,
-                         const InverseInertia* inertia) {
+ModeSelection SelectMode(ContactDynamics* dynamics, const VectorRef& x,
+                         const ConstraintSet& candidates, double time_tolerance,
+                         const ConstraintSet& pressed, const InverseInertia* inertia) {
   return SelectBeside(dynamics, x, candidates, time_tolerance, ContactMode(pressed), inertia);
 }
 
 ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x,
-                              ConstraintSet candidates, double time_tolerance,
-                              ConstraintSet pressed) {
+                              const ConstraintSet& candidates, double time_tolerance,
+                              const ConstraintSet& pressed) {
   return SelectMode(dynamics, x, candidates, time_tolerance, pressed).mode;
 }
 
 ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x,
-                              ConstraintSet candidates, double time_tolerance, ContactMode beside) {
+                              const ConstraintSet& candidates, double time_tolerance,
+                              const ContactMode& beside) {
   return SelectBeside(dynamics, x, candidates, time_tolerance, beside, nullptr).mode;
 }
 

@@ -41,15 +41,17 @@ struct ModeSelection {
 /// Where the effort depends on the mode, the one J ⊂ C with λ_J ≥ 0 and ä_{C∖J} ≥ 0 in its own
 /// field is looked for; throws UndecidedMode when none or several fit, or no forces do.
 /// `inertia` is that at q, at any velocity, where it is at hand.
-ModeSelection SelectMode(ContactDynamics* dynamics, const VectorRef& x, ConstraintSet candidates,
-                         double time_tolerance, ConstraintSet pressed = ConstraintSet(),
+ModeSelection SelectMode(ContactDynamics* dynamics, const VectorRef& x,
+                         const ConstraintSet& candidates, double time_tolerance,
+                         const ConstraintSet& pressed = ConstraintSet(),
                          const InverseInertia* inertia = nullptr);
 /// Its mode alone.
 ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x,
-                              ConstraintSet candidates, double time_tolerance,
-                              ConstraintSet pressed = ConstraintSet());
+                              const ConstraintSet& candidates, double time_tolerance,
+                              const ConstraintSet& pressed = ConstraintSet());
 /// The same beside contacts of a mode, which keep their letters.
 ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x,
-                              ConstraintSet candidates, double time_tolerance, ContactMode beside);
+                              const ConstraintSet& candidates, double time_tolerance,
+                              const ContactMode& beside);
 
 }  // namespace contact_flow

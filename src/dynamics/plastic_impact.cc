@@ -11,7 +11,7 @@
 namespace contact_flow {
 
 ImpactResult PlasticImpact(const MechanicalSystem& system, const VectorRef& q,
-                           const VectorRef& v_minus, ConstraintSet J) {
+                           const VectorRef& v_minus, const ConstraintSet& J) {
   if (J.Empty()) return {v_minus, Vector::Zero(system.num_rows()), J};
   const InverseInertia inertia(system, q, v_minus);
   const Matrix A = inertia.Rows(J);

@@ -13,6 +13,6 @@ namespace contact_flow {
 /// after which Da_J v⁺ = 0; p is the shortest where rows of Da_J are dependent. It stands for
 /// infinitely many bounces in a vanishing time. Throws std::domain_error where v⁺ is not finite.
 ImpactResult PlasticImpact(const MechanicalSystem& system, const VectorRef& q,
-                           const VectorRef& v_minus, ConstraintSet J);
+                           const VectorRef& v_minus, const ConstraintSet& J);
 
 }  // namespace contact_flow

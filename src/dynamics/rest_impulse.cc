@@ -20,7 +20,7 @@ Vector FrictionAlong(const Friction& friction, Letter letter, const VectorRef& s
 }  // namespace
 
 std::vector<RestingRow> RestingRows(const MechanicalSystem& system, const Matrix& A,
-                                    const VectorRef& v, ContactMode mode) {
+                                    const VectorRef& v, const ContactMode& mode) {
   std::vector<RestingRow> rows;
   for (int i : mode - system.compliant()) {
     const Friction& friction = system.friction()[i];
@@ -39,7 +39,7 @@ std::vector<RestingRow> RestingRows(const MechanicalSystem& system, const Matrix
 }
 
 RestImpulse BringToRest(const MechanicalSystem& system, const InverseInertia& inertia,
-                        const VectorRef& v, ContactMode mode) {
+                        const VectorRef& v, const ContactMode& mode) {
   const Matrix& A = inertia.terms().jacobian;
   const std::vector<RestingRow> rows = RestingRows(system, A, v, mode);
   RestImpulse rest{v, Vector::Zero(system.num_rows())};

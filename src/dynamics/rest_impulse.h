@@ -16,7 +16,7 @@ struct RestingRow {
 /// The rows that the contacts of a mode bring to rest: normal ones, and slips of those that stick.
 /// Slips in space have the directions of v.
 std::vector<RestingRow> RestingRows(const MechanicalSystem& system, const Matrix& A,
-                                    const VectorRef& v, ContactMode mode);
+                                    const VectorRef& v, const ContactMode& mode);
 
 /// What contacts come to that bounce ever lower until they move in a mode:
 ///   M (v⁺ − v) = W p,   A v⁺ = 0 of these rows.
@@ -29,6 +29,6 @@ struct RestImpulse {
 
 /// v⁺ is NaN where the rows cannot come to rest.
 RestImpulse BringToRest(const MechanicalSystem& system, const InverseInertia& inertia,
-                        const VectorRef& v, ContactMode mode);
+                        const VectorRef& v, const ContactMode& mode);
 
 }  // namespace contact_flow

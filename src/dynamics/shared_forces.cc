@@ -31,8 +31,8 @@ constexpr double kLargePush = 100;
 constexpr double kNoPull = 1e-12;
 
 /// Of the shared contacts, in the multipliers of the `active` rows.
-std::vector<ForceCone> SharedCones(const MechanicalSystem& system, ContactMode mode,
-                                   ConstraintSet shared, const std::vector<int>& active) {
+std::vector<ForceCone> SharedCones(const MechanicalSystem& system, const ContactMode& mode,
+                                   const ConstraintSet& shared, const std::vector<int>& active) {
   std::vector<ForceCone> cones;
   const auto place = [&](int row) {
     return static_cast<int>(std::find(active.begin(), active.end(), row) - active.begin());

@@ -3,7 +3,7 @@
 
 namespace contact_flow {
 
-ConstraintSet SlipsInSpace(const MechanicalSystem& system, ContactMode mode) {
+ConstraintSet SlipsInSpace(const MechanicalSystem& system, const ContactMode& mode) {
   ConstraintSet slips;
   if (!system.HasFriction()) return slips;
   for (int i : mode) {

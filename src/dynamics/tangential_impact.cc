@@ -61,7 +61,7 @@ std::optional<FrictionSolution> FindImpact(FrictionProblem* problem, std::vector
 
 std::optional<FrictionalImpact> SolveTangentialImpact(const MechanicalSystem& system,
                                                       const VectorRef& q, const VectorRef& v_minus,
-                                                      ContactMode J, int jammed) {
+                                                      const ContactMode& J, int jammed) {
   if (auto followed = FollowImpact(system, q, v_minus, J, jammed)) return followed;
   const InverseInertia inertia(system, q, v_minus);
   FrictionFrame frame(system, inertia, J);

@@ -23,6 +23,6 @@ namespace contact_flow {
 /// (test/friction/jam_test.cc).
 std::optional<FrictionalImpact> SolveTangentialImpact(const MechanicalSystem& system,
                                                       const VectorRef& q, const VectorRef& v_minus,
-                                                      ContactMode J, int jammed);
+                                                      const ContactMode& J, int jammed);
 
 }  // namespace contact_flow

@@ -48,7 +48,7 @@ std::optional<WordAhead> OnlyWord(ContactDynamics* dynamics, const Vector& x,
 }  // namespace
 
 std::optional<WordAhead> FindWordAhead(ContactDynamics* dynamics, const Vector& x,
-                                       const TouchingContacts& touching, ContactMode along,
+                                       const TouchingContacts& touching, const ContactMode& along,
                                        double border) {
   const MechanicalSystem& system = dynamics->system();
   const int d = system.dof();

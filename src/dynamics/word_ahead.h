@@ -22,7 +22,7 @@ struct WordAhead {
 /// is missing, and the others have accelerations of their own; the time is the shortest of a few
 /// at which a single word is left. Nothing where none, or several, fit at all of them.
 std::optional<WordAhead> FindWordAhead(ContactDynamics* dynamics, const Vector& x,
-                                       const TouchingContacts& touching, ContactMode along,
+                                       const TouchingContacts& touching, const ContactMode& along,
                                        double border);
 
 }  // namespace contact_flow

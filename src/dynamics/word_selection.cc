@@ -187,7 +187,7 @@ class Words {
     return std::nullopt;
   }
 
-  bool BeginsInSpace(ContactMode mode) const {
+  bool BeginsInSpace(const ContactMode& mode) const {
     return !(SlipsInSpace(system_, mode) & touching_.still).Empty();
   }
 
@@ -251,7 +251,8 @@ class Words {
   double Nearly(int constraint) const { return kStrict * scale_ + 2 * SlackOf(constraint); }
 
   /// What has to stay positive at the contacts of `varying`, where the motion of `mode` is at x.
-  std::vector<Slack> Slacks(const Vector& x, ContactMode mode, ConstraintSet varying, bool turns) {
+  std::vector<Slack> Slacks(const Vector& x, const ContactMode& mode, const ConstraintSet& varying,
+                            bool turns) {
     dynamics_.Evaluate(x, mode);
     const Vector& force = dynamics_.force();
     system_.Constraints(x.head(nq_), x.tail(d_), &terms_);
@@ -302,7 +303,7 @@ class Words {
 
   /// How the slacks of `varying` that `nearly` tells of grow along the motion of the word.
   template <class Nearly>
-  Trend TrendOf(const FrictionSolution& word, ConstraintSet varying, const Nearly& nearly) {
+  Trend TrendOf(const FrictionSolution& word, const ConstraintSet& varying, const Nearly& nearly) {
     const ContactMode mode = ModeOf(word);
     const Vector x = Begun(word);
     Trend trend;

@@ -43,17 +43,20 @@ inline bool SameMotion(const std::vector<Trend>& trends) {
 
 /// With the fewest in contact, and of these with the most that stick.
 inline ContactMode Simplest(const std::vector<ContactMode>& words) {
-  return *std::min_element(words.begin(), words.end(), [](ContactMode a, ContactMode b) {
-    return a.Size() != b.Size() ? a.Size() < b.Size() : a.Sticking().Size() > b.Sticking().Size();
-  });
+  return *std::min_element(
+      words.begin(), words.end(), [](const ContactMode& a, const ContactMode& b) {
+        return a.Size() != b.Size() ? a.Size() < b.Size()
+                                    : a.Sticking().Size() > b.Sticking().Size();
+      });
 }
 
 /// With the most that stick, and of these with the most in contact.
 inline ContactMode MostSticking(const std::vector<ContactMode>& words) {
-  return *std::max_element(words.begin(), words.end(), [](ContactMode a, ContactMode b) {
-    const int stick = a.Sticking().Size() - b.Sticking().Size();
-    return stick != 0 ? stick < 0 : a.Size() < b.Size();
-  });
+  return *std::max_element(words.begin(), words.end(),
+                           [](const ContactMode& a, const ContactMode& b) {
+                             const int stick = a.Sticking().Size() - b.Sticking().Size();
+                             return stick != 0 ? stick < 0 : a.Size() < b.Size();
+                           });
 }
 
 }  // namespace contact_flow

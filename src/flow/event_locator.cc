@@ -46,10 +46,10 @@ EventLocator::EventLocator(ContactDynamics* dynamics, double absolute_tolerance,
       affine_(dynamics->system().HasAffineConstraints()),
       search_(
           guards_.size(),
-          [this](double theta, ConstraintSet set, double* value, double* rate) {
+          [this](double theta, const ConstraintSet& set, double* value, double* rate) {
             Sample(theta, set, value, rate);
           },
-          [this](double theta, ConstraintSet set, double* value) {
+          [this](double theta, const ConstraintSet& set, double* value) {
             SampleForces(theta, set, value);
           }),
       places_(&StagePlaces::OfDop853()),
@@ -59,7 +59,7 @@ EventLocator::EventLocator(ContactDynamics* dynamics, double absolute_tolerance,
       gain_(Vector::Zero(dynamics->system().num_rows())) {}
 
 /// The guards of a set, gaps or forces, on the continuous extension, and their rates by θ.
-void EventLocator::Sample(double theta, ConstraintSet set, double* value, double* rate) {
+void EventLocator::Sample(double theta, const ConstraintSet& set, double* value, double* rate) {
   const MechanicalSystem& system = dynamics_->system();
   const int d = system.dof();
   const double h = stepper_->step();
@@ -88,7 +88,7 @@ void EventLocator::Sample(double theta, ConstraintSet set, double* value, double
 }
 
 /// The guards of a set of forces, without their rates: an evaluation.
-void EventLocator::SampleForces(double theta, ConstraintSet set, double* value) {
+void EventLocator::SampleForces(double theta, const ConstraintSet& set, double* value) {
   stepper_->Interpolate(theta, x_.data());
   dynamics_->Evaluate(x_, mode_);
   for (int g : set) value[g] = guards_.OfForce(g, *dynamics_);
@@ -103,7 +103,7 @@ ConstraintSet EventLocator::Low(const GapSample& begin) const {
 }
 
 /// The gaps that fall below −floor behind the step, to second order.
-ConstraintSet EventLocator::FallingOn(ConstraintSet gaps) const {
+ConstraintSet EventLocator::FallingOn(const ConstraintSet& gaps) const {
   ConstraintSet falling;
   for (int i : gaps) {
     const auto [gap, rate, bend] = guards_.OfMotion(i, mode_, *end_);
@@ -132,7 +132,7 @@ ConstraintSet EventLocator::OpenGaps(bool free) const {
   return open;
 }
 
-void EventLocator::SearchGaps(ConstraintSet gaps, bool free, LocatedEvent* event) {
+void EventLocator::SearchGaps(const ConstraintSet& gaps, bool free, LocatedEvent* event) {
   const double h = stepper_->step();
   int pieces = affine_ ? kAffinePieces : free ? kFreePieces : kPieces;
   if (margins_.piece < h) {
@@ -188,7 +188,7 @@ void EventLocator::SearchForces(ConstraintSet members, LocatedEvent* event) {
 }
 
 /// Slips are smooth functions of the motion, known with their rates at both ends.
-void EventLocator::SearchSlips(ConstraintSet slips, LocatedEvent* event) {
+void EventLocator::SearchSlips(const ConstraintSet& slips, LocatedEvent* event) {
   AskBudget();
   if (!stepper_->extended()) stepper_->Extend();
   // A slip that has just begun is zero to the rounding of velocities.
@@ -209,7 +209,7 @@ int EventLocator::TurnsAtBegin() const {
   return -1;
 }
 
-LocatedEvent EventLocator::Locate(Stepper* stepper, ContactMode mode, const GapSample& begin,
+LocatedEvent EventLocator::Locate(Stepper* stepper, const ContactMode& mode, const GapSample& begin,
                                   const GapSample& end, bool free) {
   stepper_ = stepper;
   mode_ = mode;

@@ -24,18 +24,18 @@ void EventLocator::SetPlaces(const StagePlaces& places) {
   calls_ = 0;
 }
 
-void EventLocator::RecordForce(const Vector& force, ContactMode mode) {
+void EventLocator::RecordForce(const Vector& force, const ContactMode& mode) {
   if (calls_ == places_->stages) return;
   StoreForce(calls_, force, mode);
   ++calls_;
 }
 
-void EventLocator::RecordForceAt(int place, const Vector& force, ContactMode mode) {
+void EventLocator::RecordForceAt(int place, const Vector& force, const ContactMode& mode) {
   StoreForce(place, force, mode);
   calls_ = place == places_->end ? places_->stages : std::max(calls_, 1);
 }
 
-void EventLocator::StoreForce(int column, const Vector& force, ContactMode mode) {
+void EventLocator::StoreForce(int column, const Vector& force, const ContactMode& mode) {
   const Eigen::Index n = dynamics_->system().num_constraints();
   double* out = &forces_(0, column);
   WithFixedSize(static_cast<int>(n), [&](auto few) {

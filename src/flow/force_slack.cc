@@ -62,7 +62,7 @@ Vector ForceSlack(ContactDynamics* dynamics, const Transition& transition) {
 }
 
 double LargestAcceleration(const ContactDynamics& dynamics, const Vector& x,
-                           ConstraintSet touching) {
+                           const ConstraintSet& touching) {
   const MechanicalSystem& system = dynamics.system();
   const InverseInertia inertia(system, x.head(system.num_positions()), x.tail(system.dof()),
                                dynamics.u(), ContactMode());

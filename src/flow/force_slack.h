@@ -15,6 +15,6 @@ Vector ForceSlack(ContactDynamics* dynamics, const Transition& transition);
 /// The largest acceleration at x of the rows of `touching` without their forces, to which the
 /// inequalities of words are relative.
 double LargestAcceleration(const ContactDynamics& dynamics, const Vector& x,
-                           ConstraintSet touching);
+                           const ConstraintSet& touching);
 
 }  // namespace contact_flow

@@ -14,8 +14,8 @@ constexpr double kNoSlope = 1e-6;
 
 }  // namespace
 
-GuardZeros::GuardZeros(ContactDynamics* dynamics, const Vector& x, ContactMode mode, int trigger,
-                       const TransitionRules& rules)
+GuardZeros::GuardZeros(ContactDynamics* dynamics, const Vector& x, const ContactMode& mode,
+                       int trigger, const TransitionRules& rules)
     : n_(dynamics->system().num_constraints()),
       mode_(mode),
       gradients_(dynamics, x, mode, trigger) {

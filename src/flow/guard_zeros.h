@@ -19,7 +19,7 @@ struct GuardZero {
 /// slope that is lost in its own terms says nothing.
 class GuardZeros {
  public:
-  GuardZeros(ContactDynamics* dynamics, const Vector& x, ContactMode mode, int trigger,
+  GuardZeros(ContactDynamics* dynamics, const Vector& x, const ContactMode& mode, int trigger,
              const TransitionRules& rules);
 
   GuardZero At(int guard) const;

@@ -16,8 +16,6 @@
 namespace contact_flow {
 namespace {
 
-/// That a ConstraintSet holds the guards of: with friction a contact has three.
-constexpr int kMostContacts = ConstraintSet::kMaxConstraints, kMostWithFriction = kMostContacts / 3;
 constexpr double kFeetWithin = 0.1;  // of the robot's height
 
 /// The hulls of a robot's bodies that move.
@@ -319,7 +317,8 @@ MadeContacts MakeContacts(const RobotModel& model, const Vector& q, const Contac
   made.count *= static_cast<int>(surfaces.size());
   bool friction = options.friction.IsDefined() && !options.friction.IsNull();
   for (const auto& surface : surfaces) friction = friction || surface.second["friction"];
-  const int most = friction ? kMostWithFriction : kMostContacts;
+  const int most =
+      friction ? options.most / 3 : options.most;  // by its guards, of which it has three
   if (made.count > most) {
     throw std::invalid_argument("contacts: " + std::to_string(made.count) + " contacts" +
                                 (friction ? " with friction" : "") + ", at most " +

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "contact_flow/constraint_set.h"
 #include "contact_meshes.h"
 #include "contact_points.h"
 
@@ -47,8 +48,9 @@ struct ContactOptions {
   YAML::Node friction;  ///< of the contacts, unless their surface says it; null: none
   long vertices = 16;
   double tolerance = 1e-3;
-  std::string line;    ///< of the key, for messages
-  YAML::Node terrain;  ///< names to surfaces; null: the plane z = height
+  std::string line;                           ///< of the key, for messages
+  YAML::Node terrain;                         ///< names to surfaces; null: the plane z = height
+  int most = ConstraintSet::kMaxConstraints;  ///< contacts, and a third of it with friction
 };
 
 /// The terrain of the key `terrain`, a map or the path of one, from `folder`. Throws
@@ -66,7 +68,7 @@ struct MadeContacts {
 };
 
 /// Contacts of a robot with the ground; `q` is where feet are looked for. A mesh that is missing is
-/// a warning, and an error where its link is asked for by name. More than 128 are an error.
+/// a warning, and an error where its link is asked for by name. More than `most` are an error.
 MadeContacts MakeContacts(const RobotModel& model, const Vector& q, const ContactOptions& options,
                           ContactMeshes* meshes);
 

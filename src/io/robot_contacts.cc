@@ -67,6 +67,8 @@ MadeContacts NoContacts(const std::string& meaning, std::vector<std::string> sha
 }
 
 const char kFalls[] = "this robot falls through everything";
+/// Contacts that are made though nobody asks for them.
+constexpr int kMostUnasked = 128;
 
 /// The contacts that a map `contacts` asks for.
 MadeContacts AskedContacts(const YAML::Node& document, const RobotModel& model, const Vector& q,
@@ -100,6 +102,7 @@ MadeContacts UsualContacts(const RobotModel& model, const Vector& q, const YAML:
     options.all = !way.feet;
     options.vertices = way.vertices;
     options.terrain = terrain;
+    options.most = kMostUnasked;
     try {
       MadeContacts made = MakeContacts(model, q, options, meshes);
       if (made.count == 0) {

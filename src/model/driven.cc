@@ -12,7 +12,7 @@ namespace {
 class Changes {
  public:
   Changes(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v,
-          ContactMode mode) {
+          const ContactMode& mode) {
     const Vector& u = system.nominal().u;
     system.Dynamics(q, v, u, mode, &mass_, &force_);
     system.DifferentiateDynamics(q, v, u, mode, Vector::Ones(system.dof()),

@@ -82,7 +82,7 @@ Vector LinearInputs::Held(double t, double h, const VectorRef& u0, const VectorR
 }
 
 void LinearInputs::Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                            ContactMode mode, Matrix* mass, Vector* force) const {
+                            const ContactMode& mode, Matrix* mass, Vector* force) const {
   Matrix inner;
   base_->Dynamics(q.head(nq_), v.head(d_), Acting(q, u), mode, mass == nullptr ? nullptr : &inner,
                   force);
@@ -102,7 +102,7 @@ void LinearInputs::Constraints(const VectorRef& q, const VectorRef& v,
 
 /// The residual follows τ as it follows u, at the rate b.
 void LinearInputs::DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                                         ContactMode mode, const VectorRef& acceleration,
+                                         const ContactMode& mode, const VectorRef& acceleration,
                                          const VectorRef& force, ResidualJacobian* jacobian) const {
   base_->DifferentiateDynamics(q.head(nq_), v.head(d_), Acting(q, u), mode, acceleration.head(d_),
                                force, jacobian);
@@ -131,7 +131,7 @@ void LinearInputs::DifferentiateImpact(const VectorRef& q, const VectorRef& jump
 }
 
 void LinearInputs::DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v,
-                                                     const VectorRef& u, ContactMode mode,
+                                                     const VectorRef& u, const ContactMode& mode,
                                                      const VectorRef& acceleration,
                                                      const VectorRef& force,
                                                      const std::vector<int>& parameters,
@@ -156,7 +156,7 @@ const std::vector<std::string>& LinearInputs::limited_efforts() const {
 }
 
 void LinearInputs::EffortShares(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                                ContactMode mode, Vector* share) const {
+                                const ContactMode& mode, Vector* share) const {
   if (limits_ == nullptr) {
     share->resize(0);
     return;
@@ -174,7 +174,7 @@ const std::vector<std::vector<double>>& LinearInputs::knots_of_places() const {
   return knots_ == nullptr ? none : knots_->knots_of_places();
 }
 
-void LinearInputs::Places(const VectorRef& q, ContactMode mode, Vector* place) const {
+void LinearInputs::Places(const VectorRef& q, const ContactMode& mode, Vector* place) const {
   place->resize(0);
   if (knots_ != nullptr) knots_->Places(q.head(nq_), mode, place);
 }

@@ -56,7 +56,7 @@ class BesidePuck : public MechanicalSystem {
 
   bool HasConstantMass() const override { return system_.HasConstantMass(); }
   bool HasAffineConstraints() const override { return system_.HasAffineConstraints(); }
-  void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode mode,
+  void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, const ContactMode& mode,
                 Matrix* mass, Vector* force) const override {
     Matrix own;
     Vector f;
@@ -82,7 +82,7 @@ class BesidePuck : public MechanicalSystem {
     terms->jacobian(n_, d_ + 1) = terms->jacobian(n_ + 1, d_) = 1;
   }
   void DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                             ContactMode mode, const VectorRef& acceleration,
+                             const ContactMode& mode, const VectorRef& acceleration,
                              const VectorRef& force, ResidualJacobian* jacobian) const override {
     ResidualJacobian own;
     system_.DifferentiateDynamics(q.head(d_), v.head(d_), u, OwnOf(mode), acceleration.head(d_),
@@ -96,7 +96,7 @@ class BesidePuck : public MechanicalSystem {
     Enlarge(own, jacobian);
   }
   void DifferentiateDynamicsByParameters(const VectorRef&, const VectorRef&, const VectorRef&,
-                                         ContactMode, const VectorRef&, const VectorRef&,
+                                         const ContactMode&, const VectorRef&, const VectorRef&,
                                          const std::vector<int>&,
                                          ParameterJacobian*) const override {}
   void DifferentiateImpactByParameters(const VectorRef&, const VectorRef&, const VectorRef&,

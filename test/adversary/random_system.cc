@@ -90,8 +90,8 @@ double RandomSystem::TimeScale(const VectorRef& q, const VectorRef& v) const {
 }
 
 // The reference calls these millions of times: products by coefficients, nothing on the heap.
-void RandomSystem::Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode,
-                            Matrix* mass, Vector* force) const {
+void RandomSystem::Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
+                            const ContactMode&, Matrix* mass, Vector* force) const {
   if (mass != nullptr) *mass = c_.mass;
   *force = c_.load;
   *force += c_.stiffness.lazyProduct(q);
@@ -151,7 +151,7 @@ void RandomSystem::Constraints(const VectorRef& q, const VectorRef& v,
 }
 
 void RandomSystem::DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef&,
-                                         ContactMode, const VectorRef& acceleration,
+                                         const ContactMode&, const VectorRef& acceleration,
                                          const VectorRef& force, ResidualJacobian* jacobian) const {
   const int d = c_.dof(), n = static_cast<int>(c_.gaps.size());
   Matrix& by_q = jacobian->momentum_q;
@@ -213,7 +213,7 @@ void RandomSystem::DifferentiateImpact(const VectorRef& q, const VectorRef& jump
 }
 
 void RandomSystem::DifferentiateDynamicsByParameters(const VectorRef&, const VectorRef&,
-                                                     const VectorRef&, ContactMode,
+                                                     const VectorRef&, const ContactMode&,
                                                      const VectorRef&, const VectorRef&,
                                                      const std::vector<int>& parameters,
                                                      ParameterJacobian* jacobian) const {

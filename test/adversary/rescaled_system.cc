@@ -94,7 +94,7 @@ void RescaledSystem::PlaceRow(int row, int place, double unit) {
 }
 
 void RescaledSystem::Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                              ContactMode mode, Matrix* mass, Vector* force) const {
+                              const ContactMode& mode, Matrix* mass, Vector* force) const {
   Vector old;
   Matrix old_mass;
   system_.Dynamics(Q(q), V(v), u, mode, mass != nullptr ? &old_mass : nullptr, &old);
@@ -115,7 +115,7 @@ void RescaledSystem::Constraints(const VectorRef& q, const VectorRef& v,
 }
 
 void RescaledSystem::DifferentiateDynamics(const VectorRef& q, const VectorRef& v,
-                                           const VectorRef& u, ContactMode mode,
+                                           const VectorRef& u, const ContactMode& mode,
                                            const VectorRef& acceleration, const VectorRef& force,
                                            ResidualJacobian* jacobian) const {
   ResidualJacobian old;
@@ -139,7 +139,7 @@ void RescaledSystem::DifferentiateImpact(const VectorRef& q, const VectorRef& ju
 }
 
 void RescaledSystem::DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v,
-                                                       const VectorRef& u, ContactMode mode,
+                                                       const VectorRef& u, const ContactMode& mode,
                                                        const VectorRef& acceleration,
                                                        const VectorRef& force,
                                                        const std::vector<int>& parameters,

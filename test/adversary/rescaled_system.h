@@ -36,16 +36,16 @@ class RescaledSystem : public MechanicalSystem {
 
   bool HasConstantMass() const override { return system_.HasConstantMass(); }
   bool HasAffineConstraints() const override { return system_.HasAffineConstraints(); }
-  void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode mode,
+  void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, const ContactMode& mode,
                 Matrix* mass, Vector* force) const override;
   void Constraints(const VectorRef& q, const VectorRef& v, ConstraintTerms* terms) const override;
   void DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                             ContactMode mode, const VectorRef& acceleration,
+                             const ContactMode& mode, const VectorRef& acceleration,
                              const VectorRef& force, ResidualJacobian* jacobian) const override;
   void DifferentiateImpact(const VectorRef& q, const VectorRef& jump, const VectorRef& impulse,
                            const VectorRef& s, ResidualJacobian* jacobian) const override;
   void DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                                         ContactMode mode, const VectorRef& acceleration,
+                                         const ContactMode& mode, const VectorRef& acceleration,
                                          const VectorRef& force, const std::vector<int>& parameters,
                                          ParameterJacobian* jacobian) const override;
   void DifferentiateImpactByParameters(const VectorRef& q, const VectorRef& jump,

@@ -74,8 +74,8 @@ class LocalizedForces : public MechanicalSystem {
     return N;
   }
 
-  void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef&, ContactMode, Matrix* mass,
-                Vector* force) const override {
+  void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef&, const ContactMode&,
+                Matrix* mass, Vector* force) const override {
     if (mass != nullptr) mass->setIdentity(dof(), dof());
     Matrix by_x, by_p;
     Force(State(q, v), force, &by_x, &by_p);
@@ -85,8 +85,8 @@ class LocalizedForces : public MechanicalSystem {
     terms->jacobian.resize(0, dof());
     terms->bias.resize(0);
   }
-  void DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef&, ContactMode,
-                             const VectorRef&, const VectorRef&,
+  void DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef&,
+                             const ContactMode&, const VectorRef&, const VectorRef&,
                              ResidualJacobian* jacobian) const override {
     Vector f;
     Matrix by_x, by_p;
@@ -98,7 +98,7 @@ class LocalizedForces : public MechanicalSystem {
     jacobian->constraint_v.resize(0, dof());
   }
   void DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v, const VectorRef&,
-                                         ContactMode, const VectorRef&, const VectorRef&,
+                                         const ContactMode&, const VectorRef&, const VectorRef&,
                                          const std::vector<int>& parameters,
                                          ParameterJacobian* jacobian) const override {
     Vector f;

@@ -26,7 +26,7 @@ class Mistaken final : public MechanicalSystem {
   }
   bool HasConstantMass() const override { return system_->HasConstantMass(); }
   bool HasAffineConstraints() const override { return system_->HasAffineConstraints(); }
-  void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode mode,
+  void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, const ContactMode& mode,
                 Matrix* mass, Vector* force) const override {
     system_->Dynamics(q, v, u, mode, mass, force);
   }
@@ -34,7 +34,7 @@ class Mistaken final : public MechanicalSystem {
     system_->Constraints(q, v, terms);
   }
   void DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                             ContactMode mode, const VectorRef& acceleration,
+                             const ContactMode& mode, const VectorRef& acceleration,
                              const VectorRef& force, ResidualJacobian* jacobian) const override {
     system_->DifferentiateDynamics(q, v, u, mode, acceleration, force, jacobian);
     jacobian->momentum_q *= factor_;
@@ -44,7 +44,7 @@ class Mistaken final : public MechanicalSystem {
     system_->DifferentiateImpact(q, jump, impulse, s, jacobian);
   }
   void DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                                         ContactMode mode, const VectorRef& acceleration,
+                                         const ContactMode& mode, const VectorRef& acceleration,
                                          const VectorRef& force, const std::vector<int>& parameters,
                                          ParameterJacobian* jacobian) const override {
     system_->DifferentiateDynamicsByParameters(q, v, u, mode, acceleration, force, parameters,

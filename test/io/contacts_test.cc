@@ -233,14 +233,10 @@ TEST(Contacts, AreFewerWhereThereAreTooMany) {
   const RobotDescription robot = Parse(boxes, "base: floating");
   EXPECT_TRUE(Warns(robot, "of the feet (of all links there were too many)"));
   EXPECT_EQ(4u, robot.constraints.size());  // the lower face of the lowest end
-  const std::string refusal = GeometryRefusal(boxes, "{base: floating, contacts: {ground: all}}");
-  EXPECT_NE(std::string::npos, refusal.find("136 contacts, at most 128 are possible (line 1)"))
-      << refusal;
-  const std::string rough =
-      GeometryRefusal(boxes, "{base: floating, contacts: {ground: all, friction: 1}}");
-  EXPECT_NE(std::string::npos,
-            rough.find("136 contacts with friction, at most 42 are possible (line 1)"))
-      << rough;
+  for (const char* asked : {"{base: floating, contacts: {ground: all}}",
+                            "{base: floating, contacts: {ground: all, friction: 1}}"}) {
+    EXPECT_EQ(136u, Parse(boxes, asked).constraints.size()) << "all that are asked for";
+  }
 }
 
 /// Distances from planes by their normal form, n = (−1, 0, 2)/√5 for a ramp of slope ½.

@@ -52,7 +52,7 @@ class ContactDynamics {
   int num_variables() const { return k_; }
 
   /// Solves (1a) at x = (q, v) [nq+d] in mode J.
-  void Evaluate(const VectorRef& x, ContactMode mode);
+  void Evaluate(const VectorRef& x, const ContactMode& mode);
   const Vector& acceleration() const { return acceleration_; }  ///< v̇ [d]
   const Vector& force() const { return force_; }                ///< λ [n+l+r], zero off J
 
@@ -75,29 +75,29 @@ class ContactDynamics {
   double shared_slack() const { return shared_slack_; }
 
   /// F_J(x) as a tangent, (v, v̇) and zeros for the variables [2d+k].
-  Vector Field(const VectorRef& x, ContactMode mode);
+  Vector Field(const VectorRef& x, const ContactMode& mode);
 
   /// Evaluates, then differentiates by the implicit function theorem: the residual's derivative at
   /// fixed (v̇, λ) and one back-substitution. Columns are (δq, δv) and the variables (δu, δp).
-  void Differentiate(const VectorRef& x, ContactMode mode);
+  void Differentiate(const VectorRef& x, const ContactMode& mode);
   const Matrix& acceleration_jacobian() const {
     return acceleration_jacobian_;
   }                                                                 ///< D v̇ [d × 2d+k]
   const Matrix& force_jacobian() const { return force_jacobian_; }  ///< D λ [n+l+r × 2d+k]
 
   /// dλ/dt [n] along F_J, for the members of J; differentiates.
-  Vector ForceRate(const VectorRef& x, ContactMode mode);
+  Vector ForceRate(const VectorRef& x, const ContactMode& mode);
   /// dλ_i/dt alone.
-  double ForceRate(const VectorRef& x, ContactMode mode, int i);
+  double ForceRate(const VectorRef& x, const ContactMode& mode, int i);
 
   /// The same of all rows, dλ/dt [n+l+r], without the Jacobians where these cost more: valid until
   /// the next call.
-  const Vector& ForceRates(const VectorRef& x, ContactMode mode);
+  const Vector& ForceRates(const VectorRef& x, const ContactMode& mode);
 
   /// Where M has many zeros, and there are contacts without friction alone: evaluates the mode of
   /// `contacts` and `pressed`, and says whether all contacts are independent and push by far more
   /// than what could vanish at the instant. Then SelectMode chooses them all. Else false.
-  bool PushClearly(const VectorRef& x, ConstraintSet contacts, ConstraintSet pressed);
+  bool PushClearly(const VectorRef& x, const ConstraintSet& contacts, const ConstraintSet& pressed);
 
   /// G_ii = Da_i M⁻¹ Da_iᵀ [1/kg] of the rigid members J and the bilateral constraints where they
   /// were last evaluated; `gain` [n+l] stays as it is elsewhere.
@@ -157,7 +157,7 @@ class ContactDynamics {
   };
   /// Those of this mode become the present ones, at_: derivatives go to and fro
   /// between a few modes.
-  void SetMode(ContactMode mode);
+  void SetMode(const ContactMode& mode);
   /// The tangential rows and slips of the present mode.
   void AddFriction();
   /// Where contacts slip: d, W, and the factor of A M⁻¹ W.
@@ -237,6 +237,6 @@ class ContactDynamics {
 /// G = Da_C P Da_Cᵀ [k×k] (InverseInertia) and the normal accelerations without contact [k], over
 /// the k members of C in increasing order.
 void Delassus(const MechanicalSystem& system, const VectorRef& x, const VectorRef& u,
-              ConstraintSet C, Matrix* G, Vector* b);
+              const ConstraintSet& C, Matrix* G, Vector* b);
 
 }  // namespace contact_flow

@@ -65,32 +65,33 @@ class Guards {
   /// The first one of contact i behind the normal ones; −1: none.
   int OfFriction(int i) const { return first_[static_cast<std::size_t>(i)]; }
   bool IsNormal(int guard) const { return guard < n_; }
-  GuardKind KindOf(int guard, ContactMode mode, ConstraintSet shared = {}) const;
+  GuardKind KindOf(int guard, const ContactMode& mode, const ConstraintSet& shared = {}) const;
 
   /// The guards of a mode that are gaps, that are functions of the contact forces, and those that
   /// are slips in the plane.
-  ConstraintSet OfGaps(ContactMode mode) const {
+  ConstraintSet OfGaps(const ContactMode& mode) const {
     return ConstraintSet::All(n_) - (mode - system_.compliant());
   }
-  ConstraintSet OfForces(ContactMode mode, ConstraintSet shared) const;
-  ConstraintSet OfSlips(ContactMode mode) const;
+  ConstraintSet OfForces(const ContactMode& mode, const ConstraintSet& shared) const;
+  ConstraintSet OfSlips(const ContactMode& mode) const;
 
   /// A guard at x in `mode`, with its rate; evaluates the dynamics, or differentiates them, where
   /// it takes forces.
-  GuardJet At(int guard, ContactDynamics* dynamics, const VectorRef& x, ContactMode mode) const;
+  GuardJet At(int guard, ContactDynamics* dynamics, const VectorRef& x,
+              const ContactMode& mode) const;
 
   /// A guard that is a gap or a slip by the motion of the rows.
-  GuardJet OfMotion(int guard, ContactMode mode, const GapSample& at) const {
+  GuardJet OfMotion(int guard, const ContactMode& mode, const GapSample& at) const {
     if (!IsNormal(guard)) return OfSlip(guard, mode, at);
     const double sign = GapSign(guard, mode);
     return {sign * at.gap(guard), sign * at.rate(guard), sign * at.acceleration(guard)};
   }
   /// The same at v [d], by what is known of the configuration; the acceleration v̇ [d] is asked for
   /// slips alone.
-  GuardJet OfMotion(int guard, ContactMode mode, const ConstraintTerms& at, const VectorRef& v,
-                    const Vector& acceleration) const;
+  GuardJet OfMotion(int guard, const ContactMode& mode, const ConstraintTerms& at,
+                    const VectorRef& v, const Vector& acceleration) const;
   /// Of a constraint whose guard is its gap: −1 for a compliant member, whose guard is −a_i.
-  static double GapSign(int i, ContactMode mode) { return mode.Contains(i) ? -1 : 1; }
+  static double GapSign(int i, const ContactMode& mode) { return mode.Contains(i) ? -1 : 1; }
 
   /// The guard as a function of the forces λ [n+l+r] where the dynamics were evaluated last, and
   /// its rate by theirs.
@@ -103,9 +104,10 @@ class Guards {
                                      const MatrixRef& by) const;
 
  private:
-  int SharedGuard(ConstraintSet shared) const;
-  GuardJet OfSlip(int guard, ContactMode mode, const GapSample& at) const;
-  GuardJet OfSlip(int guard, ContactMode mode, const VectorRef& slip, const VectorRef& rate) const;
+  int SharedGuard(const ConstraintSet& shared) const;
+  GuardJet OfSlip(int guard, const ContactMode& mode, const GapSample& at) const;
+  GuardJet OfSlip(int guard, const ContactMode& mode, const VectorRef& slip,
+                  const VectorRef& rate) const;
 
   const MechanicalSystem& system_;
   const int n_;

@@ -29,13 +29,13 @@ struct ImpactResult {
 ///   M (v⁺ − v⁻) = Da_Kᵀ p + Dbᵀ r,   0 ≤ p ⟂ Da_K v⁺ + γ Da_K v⁻ ≥ 0,   Db v⁺ = 0.
 /// Throws std::domain_error where no such p exists, or v⁺ is not finite.
 ImpactResult SolveImpact(const MechanicalSystem& system, const VectorRef& q,
-                         const VectorRef& v_minus, ConstraintSet touching,
+                         const VectorRef& v_minus, const ConstraintSet& touching,
                          ImpactLaw law = ImpactLaw::kComplementarity);
 
 class InverseInertia;
 /// The same where P at ρ is known.
 ImpactResult SolveImpact(const MechanicalSystem& system, const InverseInertia& inertia,
-                         const VectorRef& v_minus, ConstraintSet touching, ImpactLaw law);
+                         const VectorRef& v_minus, const ConstraintSet& touching, ImpactLaw law);
 
 /// The velocity [d] after a generalized impulse p [d] from outside: v + P p (InverseInertia), then
 /// the impact of all rigid constraints that touch, a_i ≤ gap_tolerance [m].
@@ -49,6 +49,7 @@ Vector PushedVelocity(const MechanicalSystem& system, const VectorRef& x, const 
 /// `inertia` is that at q. Throws std::domain_error where DR is not finite.
 Matrix ImpactJacobian(const MechanicalSystem& system, const InverseInertia& inertia,
                       const VectorRef& q, const VectorRef& v_minus, const ImpactResult& result,
-                      ConstraintSet hit, ConstraintSet persisting, const Variables& variables = {});
+                      const ConstraintSet& hit, const ConstraintSet& persisting,
+                      const Variables& variables = {});
 
 }  // namespace contact_flow

@@ -38,7 +38,8 @@ class ImpactReset {
   /// DR as it is.
   explicit ImpactReset(Matrix DR) : matrix_(std::move(DR)) {}
   /// `hit` and `persisting` as in ImpactJacobian.
-  ImpactReset(std::shared_ptr<const Terms> terms, ConstraintSet hit, ConstraintSet persisting);
+  ImpactReset(std::shared_ptr<const Terms> terms, const ConstraintSet& hit,
+              const ConstraintSet& persisting);
 
   Vector operator*(const Vector& w) const;
   Matrix operator*(const Matrix& W) const;

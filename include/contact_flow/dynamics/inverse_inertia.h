@@ -22,7 +22,7 @@ namespace contact_flow {
 class InverseInertia {
  public:
   InverseInertia(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v,
-                 const VectorRef& u, ContactMode mode);
+                 const VectorRef& u, const ContactMode& mode);
   /// For what depends on the configuration alone.
   InverseInertia(const MechanicalSystem& system, const VectorRef& q, const VectorRef& v);
 
@@ -32,11 +32,11 @@ class InverseInertia {
   const Vector& applied() const { return applied_; }
   const ConstraintTerms& terms() const { return terms_; }
   /// Rows of Da over the members of a set [k×d].
-  Matrix Rows(ConstraintSet members) const;
+  Matrix Rows(const ConstraintSet& members) const;
   /// P R, for R [d×·].
   Matrix operator*(const MatrixRef& R) const;
   /// Of a set, A P Aᵀ [k×k].
-  Matrix Delassus(ConstraintSet members) const;
+  Matrix Delassus(const ConstraintSet& members) const;
   /// Where M has many zeros: Da, and a row (L⁻¹Da_iᵀ)ᵀ for each contact [n×d].
   const SparseRows& sparse_jacobian() const { return Sparse().jacobian; }
   const SparseRows& sparse_reach() const { return Sparse().reach; }

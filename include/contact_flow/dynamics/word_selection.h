@@ -33,7 +33,7 @@ struct FrictionRefusal : std::runtime_error {
 class FrictionFrame {
  public:
   FrictionFrame(const MechanicalSystem& system, const InverseInertia& inertia,
-                ConstraintSet contacts);
+                const ConstraintSet& contacts);
 
   const Matrix& rows() const { return rows_; }    ///< A [m×d]
   const Matrix& reach() const { return reach_; }  ///< P Aᵀ [d×m]
@@ -45,7 +45,8 @@ class FrictionFrame {
   const Vector& bias() const { return bias_; }
   /// What A v is known to by row [m]: where contacts of `before` rest, and stick, any value
   /// is zero.
-  Vector RateRounding(const InverseInertia& inertia, const VectorRef& v, ContactMode before) const;
+  Vector RateRounding(const InverseInertia& inertia, const VectorRef& v,
+                      const ContactMode& before) const;
   /// v⁺ = v⁻ + P Aᵀ p of an impact's solution, with b = (1 + γ) N v⁻ and T v⁻. Where the rows of
   /// its word are badly conditioned, v⁺ and p by the equations of the word once more.
   Vector VelocityAfter(const InverseInertia& inertia, const Vector& v_minus,
@@ -111,8 +112,8 @@ struct FrictionalImpact {
 /// nobody who does not take no part. Throws FrictionRefusal where no v⁺ fits, or several do and
 /// nobody asks by which convention, or energy would be gained by more than rounding.
 FrictionalImpact SolveFrictionalImpact(const MechanicalSystem& system, const VectorRef& q,
-                                       const VectorRef& v_minus, ConstraintSet touching,
-                                       ContactMode before = ContactMode(),
+                                       const VectorRef& v_minus, const ConstraintSet& touching,
+                                       const ContactMode& before = ContactMode(),
                                        WordConventions* by = nullptr);
 
 }  // namespace contact_flow

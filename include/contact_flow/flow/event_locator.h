@@ -75,11 +75,11 @@ class EventLocator {
   /// From now on with a stepper that knows forces at these places; no force is known.
   void SetPlaces(const StagePlaces& places);
   /// The contact force of each field call in a mode, in the order of the calls of one step.
-  void RecordForce(const Vector& force, ContactMode mode);
+  void RecordForce(const Vector& force, const ContactMode& mode);
   /// The same of a stepper that calls the field in another order, and again: by StagePlaces.
-  void RecordForceAt(int place, const Vector& force, ContactMode mode);
+  void RecordForceAt(int place, const Vector& force, const ContactMode& mode);
   /// Constraints without a guard until this is called again.
-  void Ignore(ConstraintSet constraints) { ignored_ = constraints; }
+  void Ignore(const ConstraintSet& constraints) { ignored_ = constraints; }
   /// Starts an arc: no force is known.
   void BeginArc() { calls_ = 0; }
   /// Starts a step, or repeats it: only the force at its beginning is known.
@@ -92,7 +92,7 @@ class EventLocator {
   /// `begin` and `end` are the gap samples at the ends of the finished step, `free` says that the
   /// error of the motion would allow a much longer one. See LocatedEvent for a step that is too
   /// long for a guard.
-  LocatedEvent Locate(Stepper* stepper, ContactMode mode, const GapSample& begin,
+  LocatedEvent Locate(Stepper* stepper, const ContactMode& mode, const GapSample& begin,
                       const GapSample& end, bool free);
 
   /// A guard of forces at the beginning of the step, or a lower bound of it.
@@ -103,20 +103,20 @@ class EventLocator {
   void RestoreMargins(const GuardMargins& margins) { margins_ = margins; }
 
  private:
-  void Sample(double theta, ConstraintSet set, double* value, double* rate);
-  void SampleForces(double theta, ConstraintSet set, double* value);
+  void Sample(double theta, const ConstraintSet& set, double* value, double* rate);
+  void SampleForces(double theta, const ConstraintSet& set, double* value);
   double AtHand(int guard) const;
   bool IsShared(int guard) const;
-  ConstraintSet FallingOn(ConstraintSet gaps) const;
+  ConstraintSet FallingOn(const ConstraintSet& gaps) const;
   int TurnsAtBegin() const;
   ConstraintSet OpenGaps(bool free) const;
   void FindForceFloors();
   bool ScreenForces(bool probed, ConstraintSet* open, LocatedEvent* pull, LocatedEvent* event);
-  void StoreForce(int column, const Vector& force, ContactMode mode);
+  void StoreForce(int column, const Vector& force, const ContactMode& mode);
   void ProbeForces(int first, int count);
-  void SearchGaps(ConstraintSet gaps, bool free, LocatedEvent* event);
+  void SearchGaps(const ConstraintSet& gaps, bool free, LocatedEvent* event);
   void SearchForces(ConstraintSet members, LocatedEvent* event);
-  void SearchSlips(ConstraintSet slips, LocatedEvent* event);
+  void SearchSlips(const ConstraintSet& slips, LocatedEvent* event);
 
   /// A step that does not resolve a force is repeated with this part of its length.
   static constexpr double kShorter = 0.3;

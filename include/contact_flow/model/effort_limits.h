@@ -22,7 +22,7 @@ class EffortLimits {
   virtual const std::vector<std::string>& limited_efforts() const = 0;
   /// r of each of them.
   virtual void EffortShares(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                            ContactMode mode, Vector* share) const = 0;
+                            const ContactMode& mode, Vector* share) const = 0;
 };
 
 }  // namespace contact_flow

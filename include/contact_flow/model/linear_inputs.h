@@ -33,16 +33,16 @@ class LinearInputs : public MechanicalSystem, public EffortLimits, public Spline
 
   bool HasConstantMass() const override { return base_->HasConstantMass(); }
   bool HasAffineConstraints() const override { return base_->HasAffineConstraints(); }
-  void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode mode,
+  void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, const ContactMode& mode,
                 Matrix* mass, Vector* force) const override;
   void Constraints(const VectorRef& q, const VectorRef& v, ConstraintTerms* terms) const override;
   void DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                             ContactMode mode, const VectorRef& acceleration,
+                             const ContactMode& mode, const VectorRef& acceleration,
                              const VectorRef& force, ResidualJacobian* jacobian) const override;
   void DifferentiateImpact(const VectorRef& q, const VectorRef& jump, const VectorRef& impulse,
                            const VectorRef& s, ResidualJacobian* jacobian) const override;
   void DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                                         ContactMode mode, const VectorRef& acceleration,
+                                         const ContactMode& mode, const VectorRef& acceleration,
                                          const VectorRef& force, const std::vector<int>& parameters,
                                          ParameterJacobian* jacobian) const override;
   void DifferentiateImpactByParameters(const VectorRef& q, const VectorRef& jump,
@@ -54,11 +54,11 @@ class LinearInputs : public MechanicalSystem, public EffortLimits, public Spline
   }
 
   const std::vector<std::string>& limited_efforts() const override;
-  void EffortShares(const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode mode,
-                    Vector* share) const override;
+  void EffortShares(const VectorRef& q, const VectorRef& v, const VectorRef& u,
+                    const ContactMode& mode, Vector* share) const override;
   double TimeToKnot(const VectorRef& q, const VectorRef& v) const override;
   const std::vector<std::vector<double>>& knots_of_places() const override;
-  void Places(const VectorRef& q, ContactMode mode, Vector* place) const override;
+  void Places(const VectorRef& q, const ContactMode& mode, Vector* place) const override;
 
  private:
   std::shared_ptr<const MechanicalSystem> base_;

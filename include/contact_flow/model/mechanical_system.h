@@ -143,14 +143,14 @@ class MechanicalSystem {
 
   /// M(q) [d×d] (skipped when `mass` is null) and h = f(q, v, u, J) + c(q, v) v [d].
   virtual void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                        ContactMode mode, Matrix* mass, Vector* force) const = 0;
+                        const ContactMode& mode, Matrix* mass, Vector* force) const = 0;
   /// a, Da and (d/dt Da) v; the same of b and of T behind them.
   virtual void Constraints(const VectorRef& q, const VectorRef& v,
                            ConstraintTerms* terms) const = 0;
   /// Derivatives of r₁, r₂ above at fixed acceleration v̇ [d] and force λ [n+l+r],
   /// zero off the mode.
   virtual void DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                                     ContactMode mode, const VectorRef& acceleration,
+                                     const ContactMode& mode, const VectorRef& acceleration,
                                      const VectorRef& force, ResidualJacobian* jacobian) const = 0;
   /// Derivatives with respect to q of the impact residual of (1b),
   ///   r₁ = M(q) Δv − Da(q)ᵀ p [d],      r₂ = Da(q) s [n+l],
@@ -162,7 +162,7 @@ class MechanicalSystem {
   /// Derivatives of r₁, r₂ of the dynamics by the parameters with these indices into
   /// description().parameters; fills momentum and constraint.
   virtual void DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v,
-                                                 const VectorRef& u, ContactMode mode,
+                                                 const VectorRef& u, const ContactMode& mode,
                                                  const VectorRef& acceleration,
                                                  const VectorRef& force,
                                                  const std::vector<int>& parameters,

@@ -106,7 +106,7 @@ class ModelSystem final : public MechanicalSystem {
   bool HasAffineConstraints() const override { return Model::kAffineConstraints; }
 
   void Dynamics(const VectorRef& q_in, const VectorRef& v_in, const VectorRef& u_in,
-                ContactMode mode, Matrix* mass, Vector* force) const override {
+                const ContactMode& mode, Matrix* mass, Vector* force) const override {
     const Position<double> q = q_in;
     const Velocity<double> v = v_in;
     const Input<double> u = u_in;
@@ -140,7 +140,7 @@ class ModelSystem final : public MechanicalSystem {
   }
 
   void DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                             ContactMode mode, const VectorRef& acceleration,
+                             const ContactMode& mode, const VectorRef& acceleration,
                              const VectorRef& force, ResidualJacobian* jacobian) const override {
     using S = Dual<double, kDirections>;
     const Position<double> at = q;
@@ -220,7 +220,7 @@ class ModelSystem final : public MechanicalSystem {
   }
 
   void DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                                         ContactMode mode, const VectorRef& acceleration,
+                                         const ContactMode& mode, const VectorRef& acceleration,
                                          const VectorRef& force, const std::vector<int>& parameters,
                                          ParameterJacobian* jacobian) const override {
     const Position<Varied> X = Constants<Q>(q);

@@ -48,7 +48,7 @@ class ModelTerms {
 
   /// f(q, v, u, J), without Coriolis.
   template <class S>
-  void Force(const Position<S>& q, const Velocity<S>& v, const Input<S>& u, ContactMode mode,
+  void Force(const Position<S>& q, const Velocity<S>& v, const Input<S>& u, const ContactMode& mode,
              Velocity<S>* f) const {
     if constexpr (Traits::kContactEffort) {
       Model::Force(Lift<S>(), q, v, u, mode, f);

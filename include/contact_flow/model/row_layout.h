@@ -47,13 +47,13 @@ class RowLayout {
 
   /// The rows whose gaps are 0 where these contacts are closed: their normal ones, in increasing
   /// order, and all bilateral ones.
-  std::vector<int> Closed(ConstraintSet contacts) const {
+  std::vector<int> Closed(const ConstraintSet& contacts) const {
     std::vector<int> rows;
     AddClosed(contacts, &rows);
     return rows;
   }
   /// Adds these.
-  void AddClosed(ConstraintSet contacts, std::vector<int>* rows) const {
+  void AddClosed(const ConstraintSet& contacts, std::vector<int>* rows) const {
     for (int i : contacts) rows->push_back(i);
     for (int k = 0; k < l_; ++k) rows->push_back(OfBilateral(k));
   }
@@ -64,7 +64,7 @@ class RowLayout {
     for (int k = 0; k < friction.dimension; ++k) rows->push_back(friction.row + k);
   }
   /// The same of several.
-  void AddTangential(ConstraintSet contacts, std::vector<int>* rows) const {
+  void AddTangential(const ConstraintSet& contacts, std::vector<int>* rows) const {
     for (int i : contacts) AddTangential(i, rows);
   }
 

@@ -23,7 +23,7 @@ class SplineKnots {
   virtual const std::vector<std::vector<double>>& knots_of_places() const = 0;
   /// Those coordinates at q, in the order of the knots; NaN where the contact is not in `mode`,
   /// since its surface pushes nothing then.
-  virtual void Places(const VectorRef& q, ContactMode mode, Vector* place) const = 0;
+  virtual void Places(const VectorRef& q, const ContactMode& mode, Vector* place) const = 0;
 };
 
 }  // namespace contact_flow

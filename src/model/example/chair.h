@@ -73,7 +73,7 @@ struct Chair {
   template <class P, class S>
   static void Force(const Parameters<P>& p, const Eigen::Matrix<S, 3, 1>& q,
                     const Eigen::Matrix<S, 3, 1>& v, const Eigen::Matrix<S, 0, 1>&,
-                    ContactMode mode, Eigen::Matrix<S, 3, 1>* f) {
+                    const ContactMode& mode, Eigen::Matrix<S, 3, 1>* f) {
     (*f)(0) = (*f)(2) = S(0.0);
     (*f)(1) = S(-p.mass * p.gravity);
     for (int foot : mode) {

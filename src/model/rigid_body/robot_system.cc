@@ -172,7 +172,7 @@ void RobotSystem::Describe() {
   }
 }
 
-void RobotSystem::AddEfforts(const VectorRef& q, const VectorRef& v, ContactMode mode,
+void RobotSystem::AddEfforts(const VectorRef& q, const VectorRef& v, const ContactMode& mode,
                              Scratch* s) const {
   for (std::size_t i = 0; i < robot_.efforts.size(); ++i) {
     const EffortElement& element = *robot_.efforts[i];
@@ -189,7 +189,7 @@ void RobotSystem::AddEfforts(const VectorRef& q, const VectorRef& v, ContactMode
 }
 
 void RobotSystem::Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                           ContactMode mode, Matrix* mass, Vector* force) const {
+                           const ContactMode& mode, Matrix* mass, Vector* force) const {
   const Loan loan(this);
   Scratch* s = loan.get();
   const RigidBodyTree& tree = robot_.model.tree;

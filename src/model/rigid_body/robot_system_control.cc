@@ -59,7 +59,7 @@ void RobotSystem::CloseLoop(const VectorRef& q, const VectorRef& v, const Vector
   s->input.noalias() -= feedback.gain_v * s->error;
 }
 
-void RobotSystem::TakeInputs(int i, ContactMode mode, Scratch* s) const {
+void RobotSystem::TakeInputs(int i, const ContactMode& mode, Scratch* s) const {
   const ElementParts& parts = robot_.efforts[static_cast<std::size_t>(i)]->parts;
   const std::size_t inputs = parts.inputs.size();
   for (std::size_t k = 0; k < inputs; ++k) s->u[k] = s->input(parts.inputs[k]);
@@ -69,7 +69,7 @@ void RobotSystem::TakeInputs(int i, ContactMode mode, Scratch* s) const {
 }
 
 Vector RobotSystem::JointEfforts(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                                 ContactMode mode) const {
+                                 const ContactMode& mode) const {
   const Loan loan(this);
   Scratch* s = loan.get();
   s->MoveTo(robot_.model.tree, q.data(), v.data());
@@ -80,7 +80,7 @@ Vector RobotSystem::JointEfforts(const VectorRef& q, const VectorRef& v, const V
 }
 
 void RobotSystem::EffortShares(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                               ContactMode mode, Vector* share) const {
+                               const ContactMode& mode, Vector* share) const {
   const Loan loan(this);
   Scratch* s = loan.get();
   if (forces_on_points_) {

@@ -33,7 +33,7 @@ void RobotSystem::AddConstraintForces(const VectorRef& q, const VectorRef& force
 
 /// − ∂(Zᵀ e)/∂(η, v, u) at fixed Z: Z itself is differentiated along the tree.
 void RobotSystem::DifferentiateEffort(int i, const VectorRef& q, const VectorRef& v,
-                                      ContactMode mode, Scratch* s,
+                                      const ContactMode& mode, Scratch* s,
                                       ResidualJacobian* jacobian) const {
   const EffortElement& element = *robot_.efforts[i];
   const ElementGeometry& geometry = effort_geometry_[i];
@@ -135,7 +135,7 @@ void RobotSystem::DifferentiateConstraint(int i, const VectorRef& q, const Vecto
 }
 
 void RobotSystem::DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                                        ContactMode mode, const VectorRef& acceleration,
+                                        const ContactMode& mode, const VectorRef& acceleration,
                                         const VectorRef& force, ResidualJacobian* jacobian) const {
   const Loan loan(this);
   Scratch* s = loan.get();

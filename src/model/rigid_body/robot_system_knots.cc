@@ -38,7 +38,7 @@ double RobotSystem::TimeToKnot(const VectorRef& q, const VectorRef& v) const {
   return (next - now) / pace;
 }
 
-void RobotSystem::Places(const VectorRef& q, ContactMode mode, Vector* place) const {
+void RobotSystem::Places(const VectorRef& q, const ContactMode& mode, Vector* place) const {
   const Loan loan(this);
   Scratch* s = loan.get();
   place->setConstant(static_cast<Eigen::Index>(knots_.size()),

@@ -78,7 +78,7 @@ void RobotSystem::DifferentiateConstraintByNumber(int i, int number, const Vecto
 }
 
 void RobotSystem::DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v,
-                                                    const VectorRef& u, ContactMode mode,
+                                                    const VectorRef& u, const ContactMode& mode,
                                                     const VectorRef& acceleration,
                                                     const VectorRef& force,
                                                     const std::vector<int>& parameters,

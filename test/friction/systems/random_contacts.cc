@@ -34,8 +34,8 @@ RandomContacts::RandomContacts(ContactCoefficients coefficients) : c_(std::move(
   nominal_.u = Vector::Zero(0);
 }
 
-void RandomContacts::Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef&, ContactMode,
-                              Matrix* mass, Vector* force) const {
+void RandomContacts::Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef&,
+                              const ContactMode&, Matrix* mass, Vector* force) const {
   if (mass != nullptr) *mass = c_.mass;
   *force = c_.load - c_.stiffness * q - c_.damping * v;
 }
@@ -73,7 +73,7 @@ void RandomContacts::Constraints(const VectorRef& q, const VectorRef& v,
 }
 
 void RandomContacts::DifferentiateDynamics(const VectorRef&, const VectorRef& v, const VectorRef&,
-                                           ContactMode, const VectorRef& acceleration,
+                                           const ContactMode&, const VectorRef& acceleration,
                                            const VectorRef& force,
                                            ResidualJacobian* jacobian) const {
   const int n = contacts(), d = static_cast<int>(c_.mass.rows()), r = n * c_.rows;
@@ -95,7 +95,7 @@ void RandomContacts::DifferentiateImpact(const VectorRef&, const VectorRef&,
 }
 
 void RandomContacts::DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef&,
-                                                       const VectorRef&, ContactMode,
+                                                       const VectorRef&, const ContactMode&,
                                                        const VectorRef&, const VectorRef&,
                                                        const std::vector<int>& parameters,
                                                        ParameterJacobian* jacobian) const {

@@ -32,16 +32,16 @@ class RandomContacts : public MechanicalSystem {
 
   const ContactCoefficients& coefficients() const { return c_; }
   bool HasConstantMass() const override { return true; }
-  void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode mode,
+  void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, const ContactMode& mode,
                 Matrix* mass, Vector* force) const override;
   void Constraints(const VectorRef& q, const VectorRef& v, ConstraintTerms* terms) const override;
   void DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                             ContactMode mode, const VectorRef& acceleration,
+                             const ContactMode& mode, const VectorRef& acceleration,
                              const VectorRef& force, ResidualJacobian* jacobian) const override;
   void DifferentiateImpact(const VectorRef& q, const VectorRef& jump, const VectorRef& impulse,
                            const VectorRef& s, ResidualJacobian* jacobian) const override;
   void DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                                         ContactMode mode, const VectorRef& acceleration,
+                                         const ContactMode& mode, const VectorRef& acceleration,
                                          const VectorRef& force, const std::vector<int>& parameters,
                                          ParameterJacobian* jacobian) const override;
   void DifferentiateImpactByParameters(const VectorRef& q, const VectorRef& jump,

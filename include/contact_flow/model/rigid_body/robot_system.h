@@ -34,26 +34,26 @@ class RobotSystem final : public MechanicalSystem, public EffortLimits, public S
   /// What springs, dampers, controllers and actuators put on each joint, forces on points of links
   /// left out [nv].
   Vector JointEfforts(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                      ContactMode mode) const;
+                      const ContactMode& mode) const;
 
   const std::vector<std::string>& limited_efforts() const override { return limited_names_; }
-  void EffortShares(const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode mode,
-                    Vector* share) const override;
+  void EffortShares(const VectorRef& q, const VectorRef& v, const VectorRef& u,
+                    const ContactMode& mode, Vector* share) const override;
   double TimeToKnot(const VectorRef& q, const VectorRef& v) const override;
   const std::vector<std::vector<double>>& knots_of_places() const override { return knots_; }
-  void Places(const VectorRef& q, ContactMode mode, Vector* place) const override;
+  void Places(const VectorRef& q, const ContactMode& mode, Vector* place) const override;
   bool HasConstantMass() const override { return constant_mass_; }
   bool HasAffineConstraints() const override { return affine_constraints_; }
-  void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, ContactMode mode,
+  void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, const ContactMode& mode,
                 Matrix* mass, Vector* force) const override;
   void Constraints(const VectorRef& q, const VectorRef& v, ConstraintTerms* terms) const override;
   void DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                             ContactMode mode, const VectorRef& acceleration,
+                             const ContactMode& mode, const VectorRef& acceleration,
                              const VectorRef& force, ResidualJacobian* jacobian) const override;
   void DifferentiateImpact(const VectorRef& q, const VectorRef& jump, const VectorRef& impulse,
                            const VectorRef& s, ResidualJacobian* jacobian) const override;
   void DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v, const VectorRef& u,
-                                         ContactMode mode, const VectorRef& acceleration,
+                                         const ContactMode& mode, const VectorRef& acceleration,
                                          const VectorRef& force, const std::vector<int>& parameters,
                                          ParameterJacobian* jacobian) const override;
   void DifferentiateImpactByParameters(const VectorRef& q, const VectorRef& jump,
@@ -84,8 +84,9 @@ class RobotSystem final : public MechanicalSystem, public EffortLimits, public S
   /// The inputs after feedback, into s->input.
   void CloseLoop(const VectorRef& q, const VectorRef& v, const VectorRef& u, Scratch* s) const;
   /// The inputs of effort i into s->u, and how many switches of its reference lie behind.
-  void TakeInputs(int i, ContactMode mode, Scratch* s) const;
-  void AddEfforts(const VectorRef& q, const VectorRef& v, ContactMode mode, Scratch* s) const;
+  void TakeInputs(int i, const ContactMode& mode, Scratch* s) const;
+  void AddEfforts(const VectorRef& q, const VectorRef& v, const ContactMode& mode,
+                  Scratch* s) const;
   /// G(q) into s->weight, and what its derivatives need into s->resting.
   void Weigh(const VectorRef& q, Scratch* s) const;
   /// − ∂(S G)/∂η and what feedback makes of ∂r₁/∂u, once that is there.
@@ -104,7 +105,7 @@ class RobotSystem final : public MechanicalSystem, public EffortLimits, public S
   /// `speed`: of the impact, else null.
   void DifferentiateSlipByNumber(int i, int number, const VectorRef& force, const double* speed,
                                  Scratch* s, int column, ParameterJacobian* jacobian) const;
-  void DifferentiateEffort(int i, const VectorRef& q, const VectorRef& v, ContactMode mode,
+  void DifferentiateEffort(int i, const VectorRef& q, const VectorRef& v, const ContactMode& mode,
                            Scratch* s, ResidualJacobian* jacobian) const;
   void DifferentiateConstraint(int i, const VectorRef& q, const VectorRef& v,
                                const VectorRef& acceleration, const VectorRef& force, Scratch* s,
