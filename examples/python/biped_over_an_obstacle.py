@@ -12,6 +12,7 @@
 
 import pathlib
 import sys
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +38,7 @@ def touches(run: cf.Run) -> str:
     return " ".join(dict.fromkeys(name for event in run.events for name in event.activated))
 
 
-s = t / DURATION
+s: Any = t / DURATION
 stance = np.column_stack([-0.1 + 0.5 * s, np.full(COUNT, 0.2)])
 first = robot.simulate(duration=DURATION, inputs=cf.Grid(t, np.hstack([stance, swing(s, 0.4)])))
 print("without the search it touches:", touches(first))
@@ -63,11 +64,13 @@ def draw(file: str) -> None:
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
+    from matplotlib.patches import Circle
     figure, panels = plt.subplots(1, 2, figsize=(9, 3.6), sharey=True, constrained_layout=True)
     parents = robot.link_parents
     for axis, (title, which) in zip(panels, (("a swing", first), ("found", run))):
         times = np.linspace(0, DURATION, 11)
-        for k, q in enumerate(which.x(times)[:, :robot.num_positions]):
+        states: Any = which.x(times)
+        for k, q in enumerate(states[:, :robot.num_positions]):
             at = robot.link_positions(q)
             for link, parent in enumerate(parents):
                 if parent < 0:
@@ -76,7 +79,7 @@ def draw(file: str) -> None:
                 axis.plot(at[[parent, link], 0], at[[parent, link], 2], colour, alpha=0.25 + 0.07 * k)
             axis.plot(at[0, 0] + np.array([0, 0.4 * np.sin(q[2])]), at[0, 2] + np.array([0, 0.4 * np.cos(q[2])]),
                       "k", alpha=0.25 + 0.07 * k)
-        axis.add_patch(plt.Circle((0.15, -0.04), 0.1, color="0.5"))
+        axis.add_patch(Circle((0.15, -0.04), 0.1, color="0.5"))
         axis.axhspan(-0.15, 0, color="0.85", zorder=3)
         axis.set(title=title, xlabel="x [m]", xlim=(-0.6, 1), ylim=(-0.05, 1.3), aspect="equal")
     panels[0].set_ylabel("z [m]")

@@ -212,7 +212,7 @@ class Ensemble:
 
     def outcome_names(self) -> Array:
         """The column of outcomes as texts."""
-        codes = self["outcome"]
+        codes = np.asarray(self["outcome"])   # of a store it is an array of Zarr's
         names = {code: _core._outcome_name(int(code)) for code in np.unique(codes)}
         return np.array([names[code] for code in codes], dtype=object)
 

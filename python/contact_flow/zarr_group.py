@@ -47,7 +47,7 @@ def create(folder: str) -> Any:
     """The group of a folder that holds none."""
     zarr = library()
     if is_of_3():
-        return zarr.open_group(store_of(folder), mode="a", zarr_format=2)
+        return zarr.create_group(store_of(folder), zarr_format=2)   # open_group would empty the folder of its lock
     return zarr.group(store_of(folder))
 
 
