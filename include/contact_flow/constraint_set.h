@@ -151,8 +151,8 @@ class ConstraintSet {
 
   // Two words that are chosen take fewer instructions than one number that is shifted.
   std::uint64_t low_ = 0, high_ = 0;
-  std::shared_ptr<const Words>
-      beyond_;  // those from kInPlace on, the last one not zero, or nothing
+  // The words from kInPlace on, the last one not zero; null where nothing is there.
+  std::shared_ptr<const Words> beyond_;
 };
 
 /// Union.
