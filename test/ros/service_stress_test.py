@@ -19,8 +19,9 @@ from client import Client
 from contact_flow.msg import InitialState, PoincareRequest, ReturnSection
 from simulator_client import RecordingNode, Simulator
 
-# roscpp closes a connection before its answer is read, now and then: https://github.com/ros/ros_comm/issues/1976
-DROPPED = "transport error completing"
+# roscpp closes a connection now and then: before its answer is read (https://github.com/ros/ros_comm/issues/1976), or
+# before its header is, where the socket has the number of one that was closed at that moment (docs/limits.md).
+DROPPED = ("transport error completing", "terminated before handshake header received")
 APEX = ReturnSection(kind="apex", name="v_z")
 CALLS = {
     "simulate": dict(duration=0.1),
@@ -48,6 +49,10 @@ CALLS = {
     "reset_simulation": {},
     "reset_world": {},
 }
+
+
+def was_dropped(error):
+    return any(text in str(error) for text in DROPPED)
 
 
 class ServiceStress(unittest.TestCase):
@@ -83,7 +88,7 @@ class ServiceStress(unittest.TestCase):
                     try:
                         service(**CALLS[name])
                     except rospy.ServiceException as error:
-                        if DROPPED in str(error):
+                        if was_dropped(error):
                             dropped.append(name)
                             continue
                         if "unpause_physics" not in str(error):
@@ -104,7 +109,7 @@ class ServiceStress(unittest.TestCase):
                         answer = one.stop_recording()
                         self.assertTrue(answer.success or not sure, answer.message)
                     except rospy.ServiceException as error:
-                        if DROPPED not in str(error):
+                        if not was_dropped(error):
                             raise
                         dropped.append("recording")
                         sure = False
