@@ -105,7 +105,11 @@ void ContactDynamics::Factorize(const VectorRef& x) {
   at_->poor = false;
   const int k = static_cast<int>(at_->active.size());
   if (k == 0) return;
-  system_.Constraints(x.head(nq_), x.tail(d_), &terms_);
+  if (constant_) {  // they stay, and other modes come back to them
+    system_.Constraints(x.head(nq_), x.tail(d_), &terms_);
+  } else {
+    system_.ConstraintsOf(at_->mode, x.head(nq_), x.tail(d_), &terms_);
+  }
   for (int i = 0; i < k; ++i) {
     at_->jacobian.row(i) = terms_.jacobian.row(at_->active[i]);
     at_->bias(i) = terms_.bias(at_->active[i]);
@@ -247,7 +251,7 @@ void ContactDynamics::DifferentiateEvaluated(const VectorRef& x) {
   // those at its own.
   if (!at_->shared.Empty()) FindShare();
   const Vector& force = at_->shared.Empty() ? force_ : interior_;
-  system_.DifferentiateDynamics(q, v, u_, mode, acceleration_, force, &residual_);
+  system_.DifferentiateDynamicsOfMode(q, v, u_, mode, acceleration_, force, &residual_);
   if (k_ > 0) DifferentiateByVariables(x);
   if (!at_->sliding.empty()) DifferentiateDirections(x);
   force_jacobian_.setZero();

@@ -77,7 +77,8 @@ GuardJet Guards::At(int guard, ContactDynamics* dynamics, const VectorRef& x,
     default: {
       const auto v = x.tail(system_.dof());
       ConstraintTerms terms;
-      system_.Constraints(x.head(system_.num_positions()), v, &terms);
+      system_.ConstraintsOf(ConstraintSet{ConstraintOf(guard)}, x.head(system_.num_positions()), v,
+                            &terms);
       return OfMotion(guard, mode, terms, v, dynamics->acceleration());
     }
   }

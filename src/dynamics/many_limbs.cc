@@ -82,7 +82,7 @@ const Vector& ContactDynamics::ForceRates(const VectorRef& x, const ContactMode&
     }
     return force_rate_;
   }
-  system_.DifferentiateDynamics(q, v, u_, mode, acceleration_, force_, &residual_);
+  system_.DifferentiateDynamicsOfMode(q, v, u_, mode, acceleration_, force_, &residual_);
   momentum_rate_.noalias() = residual_.momentum_q * v;
   momentum_rate_.noalias() += residual_.momentum_v * acceleration_;
   mass_factor_.SolveL(momentum_rate_);  // −y

@@ -81,7 +81,9 @@ void EventLocator::Sample(double theta, const ConstraintSet& set, double* value,
     return;
   }
   if (!(set & slips_).Empty()) dynamics_->Evaluate(x_, mode_);
-  system.Constraints(x_.head(system.num_positions()), x_.tail(d), &terms_);
+  ConstraintSet asked;
+  for (int g : set) asked.Insert(guards_.ConstraintOf(g));
+  system.ConstraintsOf(asked, x_.head(system.num_positions()), x_.tail(d), &terms_);
   for (int g : set) {
     put(g, guards_.OfMotion(g, mode_, terms_, x_.tail(d), dynamics_->acceleration()));
   }
@@ -145,7 +147,7 @@ void EventLocator::SearchGaps(const ConstraintSet& gaps, bool free, LocatedEvent
   const auto q = stepper_->end().head(system.num_positions());
   const double size = q.lpNorm<Eigen::Infinity>();
   if (floor_ < kGapNoise * kLongRow * (1 + size)) {
-    system.Constraints(q, stepper_->end().tail(system.dof()), &terms_);
+    system.ConstraintsOf(gaps, q, stepper_->end().tail(system.dof()), &terms_);
     for (int i : gaps) {
       const double noise = margins_.low.Contains(i) ? kHeldNoise : kGapNoise;
       floors_(i) = std::max(floors_(i), noise * size * terms_.jacobian.row(i).lpNorm<1>());

@@ -79,7 +79,7 @@ bool ProjectContacts(const MechanicalSystem& system, ContactMode held, Vector* x
   const Vector u = Vector::Zero(system.num_inputs());
   for (int step = 0; step < kMaxProjections; ++step) {
     system.space().Normalize(y.data());
-    system.Constraints(y.head(nq), y.tail(d), &terms);
+    system.ConstraintsOf(held, y.head(nq), y.tail(d), &terms);
     for (Eigen::Index r = 0; r < all; ++r) {
       A.row(r) = terms.jacobian.row(rows[static_cast<std::size_t>(r)]);
       if (r < k) gap(r) = terms.gap(rows[static_cast<std::size_t>(r)]);
@@ -108,7 +108,7 @@ HeldRates RatesOfHeld(const MechanicalSystem& system, ContactMode held, const Ve
   held_rates.change = Vector::Zero(d);
   if (all == 0) return held_rates;
   ConstraintTerms terms;
-  system.Constraints(x.head(nq), x.tail(d), &terms);
+  system.ConstraintsOf(held, x.head(nq), x.tail(d), &terms);
   Matrix A(all, d), mass;
   Vector applied;
   for (Eigen::Index r = 0; r < all; ++r) {

@@ -100,12 +100,33 @@ void LinearInputs::Constraints(const VectorRef& q, const VectorRef& v,
   Widen(&terms->jacobian);
 }
 
-/// The residual follows τ as it follows u, at the rate b.
+void LinearInputs::ConstraintsOf(const ConstraintSet& asked, const VectorRef& q, const VectorRef& v,
+                                 ConstraintTerms* terms) const {
+  base_->ConstraintsOf(asked, q.head(nq_), v.head(d_), terms);
+  Widen(&terms->jacobian);
+}
+
 void LinearInputs::DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
                                          const ContactMode& mode, const VectorRef& acceleration,
                                          const VectorRef& force, ResidualJacobian* jacobian) const {
   base_->DifferentiateDynamics(q.head(nq_), v.head(d_), Acting(q, u), mode, acceleration.head(d_),
                                force, jacobian);
+  AddClock(q, u, jacobian);
+}
+
+void LinearInputs::DifferentiateDynamicsOfMode(const VectorRef& q, const VectorRef& v,
+                                               const VectorRef& u, const ContactMode& mode,
+                                               const VectorRef& acceleration,
+                                               const VectorRef& force,
+                                               ResidualJacobian* jacobian) const {
+  base_->DifferentiateDynamicsOfMode(q.head(nq_), v.head(d_), Acting(q, u), mode,
+                                     acceleration.head(d_), force, jacobian);
+  AddClock(q, u, jacobian);
+}
+
+/// The residual follows τ as it follows u, at the rate b.
+void LinearInputs::AddClock(const VectorRef& q, const VectorRef& u,
+                            ResidualJacobian* jacobian) const {
   const Matrix by_input = jacobian->momentum_u;
   const Vector by_clock = by_input * u.segment(m_, m_);
   for (Matrix* part : {&jacobian->momentum_q, &jacobian->momentum_v}) {

@@ -5,6 +5,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <limits>
 #include <random>
 
 #include "contact_flow/io/robot_file.h"
@@ -192,6 +193,38 @@ TEST_P(ModelLaws, DynamicsResidualDerivatives) {
       EXPECT_LE((column - analytic.col(j)).cwiseAbs().maxCoeff(),
                 kDifferenceError * std::max(1.0, analytic.cwiseAbs().maxCoeff()))
           << "column " << j;
+    }
+  }
+}
+
+/// Whatever the other rows hold: here numbers that are none.
+TEST_P(ModelLaws, RowsThatAreAskedForAreThoseOfAll) {
+  const Vector x = RandomState(), a = RandomVector(d), u = system->nominal().u;
+  const ConstraintTerms all = Terms(x);
+  for (const int step : {1, 2, 3}) {
+    ContactMode asked;
+    for (int i = 0; i < system->num_constraints(); i += step) asked.Insert(i);
+    const RowLayout layout(*system);
+    std::vector<int> rows = layout.Closed(asked);
+    layout.AddTangential(asked, &rows);
+    Vector force = Vector::Zero(n);
+    for (int row : rows) force(row) = 1 + row;
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    ConstraintTerms some{Vector::Constant(n, kNone), Matrix::Constant(n, d, kNone),
+                         Vector::Constant(n, kNone)};
+    system->ConstraintsOf(asked, x.head(nq), x.tail(d), &some);
+    ResidualJacobian by, by_all;
+    system->DifferentiateDynamicsOfMode(x.head(nq), x.tail(d), u, asked, a, force, &by);
+    system->DifferentiateDynamics(x.head(nq), x.tail(d), u, asked, a, force, &by_all);
+    EXPECT_EQ(by_all.momentum_q, by.momentum_q);
+    EXPECT_EQ(by_all.momentum_v, by.momentum_v);
+    EXPECT_EQ(by_all.momentum_u, by.momentum_u);
+    for (int row : rows) {
+      EXPECT_EQ(all.gap(row), some.gap(row)) << row;
+      EXPECT_EQ(all.bias(row), some.bias(row)) << row;
+      EXPECT_EQ(all.jacobian.row(row), some.jacobian.row(row)) << row;
+      EXPECT_EQ(by_all.constraint_q.row(row), by.constraint_q.row(row)) << row;
+      EXPECT_EQ(by_all.constraint_v.row(row), by.constraint_v.row(row)) << row;
     }
   }
 }

@@ -36,9 +36,15 @@ class LinearInputs : public MechanicalSystem, public EffortLimits, public Spline
   void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, const ContactMode& mode,
                 Matrix* mass, Vector* force) const override;
   void Constraints(const VectorRef& q, const VectorRef& v, ConstraintTerms* terms) const override;
+  void ConstraintsOf(const ConstraintSet& asked, const VectorRef& q, const VectorRef& v,
+                     ConstraintTerms* terms) const override;
   void DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
                              const ContactMode& mode, const VectorRef& acceleration,
                              const VectorRef& force, ResidualJacobian* jacobian) const override;
+  void DifferentiateDynamicsOfMode(const VectorRef& q, const VectorRef& v, const VectorRef& u,
+                                   const ContactMode& mode, const VectorRef& acceleration,
+                                   const VectorRef& force,
+                                   ResidualJacobian* jacobian) const override;
   void DifferentiateImpact(const VectorRef& q, const VectorRef& jump, const VectorRef& impulse,
                            const VectorRef& s, ResidualJacobian* jacobian) const override;
   void DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v, const VectorRef& u,
@@ -61,6 +67,9 @@ class LinearInputs : public MechanicalSystem, public EffortLimits, public Spline
   void Places(const VectorRef& q, const ContactMode& mode, Vector* place) const override;
 
  private:
+  /// What the clock adds to derivatives of the base's dynamics.
+  void AddClock(const VectorRef& q, const VectorRef& u, ResidualJacobian* jacobian) const;
+
   std::shared_ptr<const MechanicalSystem> base_;
   const EffortLimits* limits_;  // of the base, or null
   const SplineKnots* knots_;    // alike

@@ -147,11 +147,25 @@ class MechanicalSystem {
   /// a, Da and (d/dt Da) v; the same of b and of T behind them.
   virtual void Constraints(const VectorRef& q, const VectorRef& v,
                            ConstraintTerms* terms) const = 0;
+  /// The same where the rows of these contacts, of their slips and of all b are asked for: others
+  /// may be left as they are. A robot of many contacts has few that are closed.
+  virtual void ConstraintsOf(const ConstraintSet& /*asked*/, const VectorRef& q, const VectorRef& v,
+                             ConstraintTerms* terms) const {
+    Constraints(q, v, terms);
+  }
   /// Derivatives of r₁, r₂ above at fixed acceleration v̇ [d] and force λ [n+l+r],
   /// zero off the mode.
   virtual void DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
                                      const ContactMode& mode, const VectorRef& acceleration,
                                      const VectorRef& force, ResidualJacobian* jacobian) const = 0;
+  /// The same where of r₂ the rows of the mode's contacts, of their slips and of all b are asked
+  /// for: others may be left out.
+  virtual void DifferentiateDynamicsOfMode(const VectorRef& q, const VectorRef& v,
+                                           const VectorRef& u, const ContactMode& mode,
+                                           const VectorRef& acceleration, const VectorRef& force,
+                                           ResidualJacobian* jacobian) const {
+    DifferentiateDynamics(q, v, u, mode, acceleration, force, jacobian);
+  }
   /// Derivatives with respect to q of the impact residual of (1b),
   ///   r₁ = M(q) Δv − Da(q)ᵀ p [d],      r₂ = Da(q) s [n+l],
   /// at fixed jump Δv = v⁺ − v⁻ [d], impulse p [n+l+r] and s [d]; fills momentum_q

@@ -210,18 +210,37 @@ void RobotSystem::Dynamics(const VectorRef& q, const VectorRef& v, const VectorR
 
 void RobotSystem::Constraints(const VectorRef& q, const VectorRef& v,
                               ConstraintTerms* terms) const {
+  terms->gap.setZero(num_rows());
+  terms->jacobian.setZero(num_rows(), dof());
+  FillConstraints(nullptr, q, v, terms);
+}
+
+void RobotSystem::ConstraintsOf(const ConstraintSet& asked, const VectorRef& q, const VectorRef& v,
+                                ConstraintTerms* terms) const {
+  terms->gap.resize(num_rows());
+  terms->jacobian.resize(num_rows(), dof());
+  VisitConstraints(&asked, [&](int i) {
+    terms->jacobian.row(i).setZero();
+    if (slip_row(i) < 0) return;
+    const int rows = constraint(i).slip.rows;
+    terms->gap.segment(slip_row(i), rows).setZero();
+    terms->jacobian.middleRows(slip_row(i), rows).setZero();
+  });
+  FillConstraints(&asked, q, v, terms);
+}
+
+/// Gradients are added to rows that are zero.
+void RobotSystem::FillConstraints(const ConstraintSet* asked, const VectorRef& q,
+                                  const VectorRef& v, ConstraintTerms* terms) const {
+  terms->bias.resize(num_rows());
+  if (all_constraints_.empty()) return;
   const Loan loan(this);
   Scratch* s = loan.get();
   const RigidBodyTree& tree = robot_.model.tree;
-  const int count = static_cast<int>(all_constraints_.size());
-  terms->gap.setZero(count + num_tangential_);
-  terms->bias.resize(count + num_tangential_);
-  terms->jacobian.setZero(count + num_tangential_, tree.dof());
-  if (count == 0) return;
   const Vec3<double> weightless = Vec3<double>::Zero();
   s->MoveTo(tree, q.data(), v.data());
   UpdateAccelerations<double>(tree, weightless, nullptr, &s->state);
-  for (int i = 0; i < count; ++i) {
+  VisitConstraints(asked, [&](int i) {
     const ElementGeometry& geometry = constraint_geometry_[i];
     geometry.Place(s->state, q.data(), &s->motion);
     geometry.Move(s->state, v.data(), &s->motion);
@@ -237,7 +256,7 @@ void RobotSystem::Constraints(const VectorRef& q, const VectorRef& v,
       }
     }
     if (slip_row(i) >= 0) AddSlipTerms(i, s, terms);
-  }
+  });
 }
 
 }  // namespace contact_flow

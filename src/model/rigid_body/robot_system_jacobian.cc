@@ -137,10 +137,24 @@ void RobotSystem::DifferentiateConstraint(int i, const VectorRef& q, const Vecto
 void RobotSystem::DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
                                         const ContactMode& mode, const VectorRef& acceleration,
                                         const VectorRef& force, ResidualJacobian* jacobian) const {
+  FillJacobian(nullptr, q, v, u, mode, acceleration, force, jacobian);
+}
+
+void RobotSystem::DifferentiateDynamicsOfMode(const VectorRef& q, const VectorRef& v,
+                                              const VectorRef& u, const ContactMode& mode,
+                                              const VectorRef& acceleration, const VectorRef& force,
+                                              ResidualJacobian* jacobian) const {
+  FillJacobian(&mode.Members(), q, v, u, mode, acceleration, force, jacobian);
+}
+
+void RobotSystem::FillJacobian(const ConstraintSet* asked, const VectorRef& q, const VectorRef& v,
+                               const VectorRef& u, const ContactMode& mode,
+                               const VectorRef& acceleration, const VectorRef& force,
+                               ResidualJacobian* jacobian) const {
   const Loan loan(this);
   Scratch* s = loan.get();
   const RigidBodyTree& tree = robot_.model.tree;
-  const int n = tree.dof(), count = static_cast<int>(all_constraints_.size());
+  const int n = tree.dof();
   s->MoveTo(tree, q.data(), v.data());
   s->TakeInertias(tree);
   UpdateMomenta(tree, &s->state);
@@ -161,9 +175,8 @@ void RobotSystem::DifferentiateDynamics(const VectorRef& q, const VectorRef& v, 
     DifferentiateEffort(static_cast<int>(i), q, v, mode, s, jacobian);
   }
   DifferentiateControl(q, s, jacobian);
-  for (int i = 0; i < count; ++i) {
-    DifferentiateConstraint(i, q, v, acceleration, force, s, jacobian);
-  }
+  VisitConstraints(
+      asked, [&](int i) { DifferentiateConstraint(i, q, v, acceleration, force, s, jacobian); });
 }
 
 void RobotSystem::DifferentiateImpact(const VectorRef& q, const VectorRef& jump,

@@ -47,9 +47,15 @@ class RobotSystem final : public MechanicalSystem, public EffortLimits, public S
   void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, const ContactMode& mode,
                 Matrix* mass, Vector* force) const override;
   void Constraints(const VectorRef& q, const VectorRef& v, ConstraintTerms* terms) const override;
+  void ConstraintsOf(const ConstraintSet& asked, const VectorRef& q, const VectorRef& v,
+                     ConstraintTerms* terms) const override;
   void DifferentiateDynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u,
                              const ContactMode& mode, const VectorRef& acceleration,
                              const VectorRef& force, ResidualJacobian* jacobian) const override;
+  void DifferentiateDynamicsOfMode(const VectorRef& q, const VectorRef& v, const VectorRef& u,
+                                   const ContactMode& mode, const VectorRef& acceleration,
+                                   const VectorRef& force,
+                                   ResidualJacobian* jacobian) const override;
   void DifferentiateImpact(const VectorRef& q, const VectorRef& jump, const VectorRef& impulse,
                            const VectorRef& s, ResidualJacobian* jacobian) const override;
   void DifferentiateDynamicsByParameters(const VectorRef& q, const VectorRef& v, const VectorRef& u,
@@ -73,6 +79,22 @@ class RobotSystem final : public MechanicalSystem, public EffortLimits, public S
   class Loan;
 
   const ConstraintElement& constraint(int i) const { return *all_constraints_[i]; }
+  /// The unilateral constraints that are asked for, all where null, and the bilateral ones.
+  template <class Visit>
+  void VisitConstraints(const ConstraintSet* asked, const Visit& visit) const {
+    const int n = num_constraints(), count = static_cast<int>(all_constraints_.size());
+    for (int i = 0; asked == nullptr && i < n; ++i) visit(i);
+    if (asked != nullptr) {
+      for (int i : *asked) visit(i);
+    }
+    for (int i = n; i < count; ++i) visit(i);
+  }
+  /// Constraints and DifferentiateDynamics, with the rows of those asked for.
+  void FillConstraints(const ConstraintSet* asked, const VectorRef& q, const VectorRef& v,
+                       ConstraintTerms* terms) const;
+  void FillJacobian(const ConstraintSet* asked, const VectorRef& q, const VectorRef& v,
+                    const VectorRef& u, const ContactMode& mode, const VectorRef& acceleration,
+                    const VectorRef& force, ResidualJacobian* jacobian) const;
   void Describe();
   void DescribeFriction();
   void DescribeKnots();
