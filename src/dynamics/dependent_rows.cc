@@ -117,7 +117,8 @@ RowBasis FindRowBasis(const Matrix& G) {
   }
   const Eigen::LLT<Matrix> factor(block);
   const Matrix inverse = factor.solve(Matrix::Identity(r, r));
-  Matrix combination = factor.solve(across);
+  Matrix combination = across;
+  if (f > 0) factor.solveInPlace(combination);
   for (Eigen::Index j = 0; j < f; ++j) {
     const double own = 1 / unit(others[static_cast<std::size_t>(j)]);
     const double rounding = kNoPart * std::max(own, combination.col(j).cwiseAbs().maxCoeff());
