@@ -64,6 +64,12 @@ std::optional<double> Flow::StepOntoLevel(const LocatedEvent& event, double leng
         x_end_ += correction * stepper_->end_field();
         s += correction;
       }
+      if (s > 0 && stepper_->step() == 0) {  // an arc that lasts has an extension
+        const Vector there = x_end_;
+        step_to(s);
+        if (!x_end_.allFinite()) return std::nullopt;
+        x_end_ = there;
+      }
       break;
     }
     const double next = std::clamp(s + correction, 0.0, length);

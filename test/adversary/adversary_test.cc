@@ -153,6 +153,21 @@ TEST(Adversary, ArcsWithoutAStepHaveDerivatives) {
   EXPECT_EQ(Verdict::Kind::kRight, verdict.kind) << verdict.reason << " " << verdict.detail;
 }
 
+/// The same by the implicit method, 2e-12 s later: it had no extension, and was refused for that
+/// instead of for what errors do not tell.
+TEST(Adversary, ArcsWithoutAStepHaveAnExtension) {
+  const Verdict verdict = Judge(GenerateWithOptions(8003883));
+  EXPECT_EQ(Verdict::Kind::kRefused, verdict.kind) << verdict.reason << " " << verdict.detail;
+  EXPECT_NE(std::string::npos, verdict.detail.find("their order is not known")) << verdict.detail;
+}
+
+/// Bounces behind an impact lower than the reference tells gaps apart: what it lost there was held
+/// against the derivative, of which its quotients from farther off speak well.
+TEST(Adversary, HopsThatTheReferenceLosesDecideNothing) {
+  const Verdict verdict = Judge(GenerateWithOptions(8007499));
+  EXPECT_EQ(Verdict::Kind::kRight, verdict.kind) << verdict.reason << " " << verdict.detail;
+}
+
 TEST(Adversary, IsNotContradicted) {
   const long systems = Environment("CONTACT_FLOW_ADVERSARY_SYSTEMS", 200);
   const long seed = Environment("CONTACT_FLOW_ADVERSARY_SEED", 1);

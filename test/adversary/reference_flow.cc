@@ -214,6 +214,7 @@ void ReferenceFlow::Resolve(Vector* x, int trigger, double t, ReferenceRun* run)
       event.activated.Insert(i);
       run->approach = std::min(run->approach, -rate(i));
     } else if (i == trigger || rate(i) <= kRest) {
+      if (rate(i) > kRest) run->lost = std::max(run->lost, rate(i));
       near.Insert(i);
     }
   }

@@ -47,6 +47,7 @@ struct ReferenceRun {
   Vector x;
   std::vector<ReferenceEvent> events;
   bool settled = false;  ///< bounces below the speed floor were taken as rest
+  double lost = 0;  ///< largest speed of a hop taken as rest: too low for this gap to tell [m/s]
   /// Smallest approach speed, and smallest depth of a gap that stayed open, [m/s] and [m].
   double approach = 1e300;
   double gap = 1e300;

@@ -4,6 +4,7 @@
 
 #include "contact_flow/flow/simulate.h"
 #include "test/adversary/judge.h"
+#include "test/adversary/tell.h"
 
 namespace contact_flow {
 namespace adversary {
@@ -34,11 +35,7 @@ std::string SecondOpinion(const Case& c, const Vector& w, const Vector& predicti
     const Vector quotient =
         (c.units.Back(run.FinalState()) - c.units.Back(base.FinalState())) / alpha;
     text << "own quotient off by " << (quotient - prediction).cwiseAbs().maxCoeff()
-         << ", its transitions";
-    for (const Transition& t : run.transitions) {
-      text << " " << t.t / c.units.time << ":+" << t.activated.bits() << ":"
-           << t.mode_before.Members().bits() << ">" << t.mode_after.Members().bits();
-    }
+         << ", its transitions" << Events(c, run);
   } catch (const std::invalid_argument& error) {
     return std::string("own run: ") + error.what();
   }
