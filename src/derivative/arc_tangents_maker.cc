@@ -7,6 +7,7 @@
 
 #include "arc_tangents.h"
 #include "contact_flow/budget.h"
+#include "decayed_defect.h"
 #include "propagation_verdict.h"
 #include "step_control.h"
 
@@ -187,6 +188,11 @@ class ArcTangentsMaker {
         Eigen::Map<const Matrix>(accelerations_.data(), d_ * c, step_->rule().stages)
             .lazyProduct(value);
     defect.noalias() -= place.jacobian.lazyProduct(tangents);
+    if (step_->rule().stiff && jacobian_.slips_in_space()) {
+      DecayedDefect decayed;
+      decayed.At(place.jacobian, step_->length());
+      decayed.Apply(&defect);
+    }
     return defect;
   }
   double Relative(const Matrix& defect) const {

@@ -19,6 +19,9 @@ constexpr double kReach = 0.9;       // part of the longest acceptable step that
 constexpr double kDefectRounding = 1e-13;
 /// DOP853 at tolerance ε takes steps of about ε^{1/8}·kBaseReach over the fastest rate it sees.
 constexpr double kBaseReach = 8;
+/// A step is held up where as many of it would not end the arc.
+constexpr double kShort = 64;
+constexpr int kLongestPatience = 1024;
 constexpr long kMaxSteps = 1000000;
 constexpr double kSmallestStep = 1e-13;  // relative to the arc
 /// The defect inside a step beside what it is at its ends, where collocation keeps its order.
@@ -64,18 +67,29 @@ double StepControl::Reach(double t, const CollocationRule& rule) const {
   return reach;
 }
 
-bool StepControl::Learn(double error, double length) {
+bool StepControl::Learn(double error, double length, bool probe) {
   const bool finite = std::isfinite(error), small = error <= tolerance_;
+  if (probe && !small) return false;
   if (finite) {
     const double angle = std::pow(error / Factor(*rule_), 1.0 / Power(*rule_));
     // What has decayed in a step that is long beside it leaves rounding, which tells no rate.
     const double defect = rule_->defect * std::pow(angle, rule_->stages + 1.0);
     const bool tells = !small || defect > kDefectRounding * std::max(1.0, fastest_ * length);
     const double seen = angle / length;
-    rate_ = std::max(tells ? seen : 0, kSlackening * rate_);
+    rate_ = std::max(tells ? seen : 0, probe ? 0 : kSlackening * rate_);
   }
   if (!small) rate_ = finite ? 1.1 * rate_ : std::max(10 * rate_, 1 / length);
   return small;
+}
+
+void StepControl::NoteStiffness(bool probe, bool good, double length, double rest) {
+  if (probe) {
+    held_ = 0;
+    patience_ = good ? kPatience : std::min(2 * patience_, kLongestPatience);
+    return;
+  }
+  if (!jacobian_.slips_in_space()) return;
+  held_ = good && !rule_->stiff && kShort * length < rest ? held_ + 1 : 0;
 }
 
 bool StepControl::ObeysLaw(double t, double length, const Matrix& end) {

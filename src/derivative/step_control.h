@@ -57,6 +57,10 @@ class StepControl {
   static constexpr double kJacobianCost = 50;
   /// Rules for decays that are fast beside the step are taken where others cost so much more.
   static constexpr double kStiffGain = 2;
+  /// So many steps before a stiff rule is tried, twice as many each time that it fails, and how much
+  /// longer its step is.
+  static constexpr int kPatience = 8;
+  static constexpr double kProbe = 8;
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
   void Begin(const Matrix& begin, const Vector& field);
@@ -70,8 +74,15 @@ class StepControl {
   /// Chooses stages and length of the next step so that what is left of the arc costs least.
   template <class W>
   double ChooseStep(double t, double rest, const W& walker);
-  /// Learns the rate of the tangents from a step; whether its error is small enough.
-  bool Learn(double error, double length);
+  /// Whether steps have been short beside what is left for so long that one of a stiff rule, which
+  /// does not follow what is fast, is to be tried, kProbe times as long. Where a slip in space is
+  /// slow, rounding hides that nothing else is as fast as its turns.
+  bool IsProbe() const { return held_ >= patience_; }
+  /// Counts the steps that are held up.
+  void NoteStiffness(bool probe, bool good, double length, double rest);
+  /// Learns the rate of the tangents from a step; whether its error is small enough. A probe's rate
+  /// is taken as it is, if its error is, and tells nothing of other rules if not.
+  bool Learn(double error, double length, bool probe);
   /// Whether the step obeys the flow law, as well as the state allows it. If not, the next one is
   /// to be shorter; steps that are short beside those of the state resolve all that it knows.
   bool ObeysLaw(double t, double length, const Matrix& end);
@@ -92,6 +103,8 @@ class StepControl {
   double longest_ = kInfinity;  // step that the flow law allows
   double error_ = 0;            // Σ of the estimates of the steps
   double golden_ = 0;           // goes round the gaps between nodes
+  int held_ = 0;                // steps in a row that were short
+  int patience_ = kPatience;    // so many before a stiff rule is tried
 };
 
 template <class W>
@@ -104,14 +117,16 @@ void StepControl::Walk(const Matrix& begin, const Vector& field, W* walker,
     AskBudget();
     const double stop = jacobian_.NextBreak(t);
     const double rest = stop - t;
+    const bool probe = IsProbe();
     const double length = ChooseStep(t, rest, *walker);
     const double error = walker->Try(t, length, *rule_);
     if (std::isnan(error)) RefuseNoError(jacobian_.Time(t));
-    bool good = Learn(error, length);
+    bool good = Learn(error, length, probe);
     if (good) {
       walker->NoteLaw(&law_);
       good = ObeysLaw(t, length, walker->End());
     }
+    NoteStiffness(probe, good, length, rest);
     if (!good) {
       CountRejected(t, length, statistics);
       continue;
@@ -141,6 +156,10 @@ double StepControl::ChooseStep(double t, double rest, const W& walker) {
   for (int s = kFirst; s <= kLast; ++s) consider(CollocationRule::GaussLegendre(s), 1);
   // No length is known where rates are not finite.
   if (!(least < kInfinity)) RefuseUnresolved(jacobian_.Time(t));
+  if (IsProbe()) {
+    rule_ = &CollocationRule::RadauIIA(kLast);
+    return std::min(rest, kProbe * length);
+  }
   if (rest <= kStiffGain * length) return length;
   for (int s = kFirst; s <= kLast; ++s) consider(CollocationRule::RadauIIA(s), kStiffGain);
   return length;

@@ -9,6 +9,7 @@
 #include "collocation.h"
 #include "contact_flow/budget.h"
 #include "contact_flow/fixed_size.h"
+#include "decayed_defect.h"
 #include "propagation_errors.h"
 #include "propagation_verdict.h"
 #include "step_control.h"
@@ -91,6 +92,11 @@ class Propagation {
     } else {
       MultiplyFewRows(-1, end_, step_, &defect_);
       collocation_.AddAccelerations(1, rule.at_end, defect_);
+    }
+    decays_ = rule.stiff && jacobian_.slips_in_space();
+    if (decays_) {
+      decayed_.At(begin_, h);
+      decayed_.Apply(&defect_);
     }
     // And inside, where the nodes do not look.
     const CollocationRule::Point& point = control_.NextGap(rule);
@@ -204,6 +210,10 @@ class Propagation {
     collocation_.Acceleration(point.value, &bend_);
     bend_.noalias() -= jacobian.leftCols(2 * d_).lazyProduct(there_);
     if (k_ > 0) bend_.noalias() -= jacobian.rightCols(k_).lazyProduct(tangent.tail(k_));
+    if (decays_) {
+      decayed_.At(jacobian, h);
+      decayed_.Apply(&bend_);
+    }
     return bend_.cwiseAbs().maxCoeff();
   }
 
@@ -231,7 +241,9 @@ class Propagation {
   const FlowLaw* flow_law_ = nullptr;
   ArcParts parts_;
   double t_ = 0, h_ = 0;  // the step that was tried
-  int steps_ = 0;         // accepted
+  bool decays_ = false;   // defects count by what the step leaves of them
+  DecayedDefect decayed_;
+  int steps_ = 0;  // accepted
   Vector there_;
   Vector bend_;
   Matrix defect_;

@@ -81,7 +81,9 @@ bool ModelBuilder::AddRunning(PieceModel* model, Status* status) const {
   const std::size_t count = problem_.inputs.grid.size();
   for (std::size_t k = 0; k < count; ++k) {
     const auto interval = static_cast<Eigen::Index>(k);
-    model->gradient += unknowns_.InputRows(y_, k).transpose() * gradient.inputs.col(interval);
+    if (gradient.inputs.size() > 0) {
+      model->gradient += unknowns_.InputRows(y_, k).transpose() * gradient.inputs.col(interval);
+    }
     if (!moves_) continue;
     const double by_time = k + 1 < count ? gradient.instants(interval) : gradient.horizon;
     model->gradient += by_time * unknowns_.InstantRow(k + 1).transpose();
