@@ -36,7 +36,9 @@ struct ContactRates {
     Vector row = Vector::Zero(size);
     by_q.AddRow(j, 1, row.head(d));
     jacobian->AddRow(j, 1, row.segment(d, d));
-    row.segment(first_parameter, by_parameter.cols()) = by_parameter.row(j);
+    if (by_parameter.cols() > 0) {
+      row.segment(first_parameter, by_parameter.cols()) = by_parameter.row(j);
+    }
     return row;
   }
 
