@@ -11,10 +11,10 @@ namespace contact_flow {
 ///   (I − h D)⁻² δ.
 /// A mode that decays at a rate r is off by δ/r where its acceleration is off by δ, not by h δ: the
 /// first factor, as Hairer & Wanner II, Sec. IV.8 filter the errors of Radau's method. The second
-/// one is for what of that has decayed where the step ends. Modes that are slow beside the step keep
-/// their defect. It is for slips in space that are slow: they turn at up to 1e12/s, and are known to
-/// so few digits that the rounding of their direction makes defects of 1e-7 h r, which are no errors
-/// and which no step is short enough for.
+/// one is for what of that has decayed where the step ends. Modes that are slow beside the step
+/// keep their defect. It is for slips in space that are slow: they turn at up to 1e12/s, and are
+/// known to so few digits that rounding of their direction makes defects of 1e-7 h r, which are no
+/// errors and which no step is short enough for.
 class DecayedDefect {
  public:
   /// [K D …] where the defect is, in d rows.

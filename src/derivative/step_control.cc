@@ -19,6 +19,9 @@ constexpr double kReach = 0.9;       // part of the longest acceptable step that
 constexpr double kDefectRounding = 1e-13;
 /// DOP853 at tolerance ε takes steps of about ε^{1/8}·kBaseReach over the fastest rate it sees.
 constexpr double kBaseReach = 8;
+/// Less is not asked for where contacts slip in space: rounding of slow slips is above it, and
+/// steps that follow that are as many as one has time for.
+constexpr double kLeastInSpace = 1e-11;
 /// A step is held up where as many of it would not end the arc.
 constexpr double kShort = 64;
 constexpr int kLongestPatience = 1024;
@@ -37,10 +40,10 @@ double MixedEntry(int i) {
 StepControl::StepControl(ArcJacobian* jacobian, const Arc& arc, double tolerance)
     : arc_(arc),
       jacobian_(*jacobian),
-      tolerance_(tolerance),
+      tolerance_(jacobian->slips_in_space() ? std::max(tolerance, kLeastInSpace) : tolerance),
       d_(static_cast<int>(jacobian->units().length.size())),
       pace_(arc.dense),
-      law_(tolerance) {}
+      law_(tolerance_) {}
 
 double StepControl::Factor(const CollocationRule& rule) const {
   return rule.stiff && !jacobian_.slips_in_space() ? rule.defect : rule.error;

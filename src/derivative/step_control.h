@@ -57,8 +57,8 @@ class StepControl {
   static constexpr double kJacobianCost = 50;
   /// Rules for decays that are fast beside the step are taken where others cost so much more.
   static constexpr double kStiffGain = 2;
-  /// So many steps before a stiff rule is tried, twice as many each time that it fails, and how much
-  /// longer its step is.
+  /// So many steps before a stiff rule is tried, twice as many each time that it fails, and how
+  /// much longer its step is.
   static constexpr int kPatience = 8;
   static constexpr double kProbe = 8;
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();

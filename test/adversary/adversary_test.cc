@@ -168,8 +168,8 @@ TEST(Adversary, HopsThatTheReferenceLosesDecideNothing) {
   EXPECT_EQ(Verdict::Kind::kRight, verdict.kind) << verdict.reason << " " << verdict.detail;
 }
 
-/// A contact that is met at 5e-8 m/s: tangents grow by 2e7 there and cancel later, and B(w) is known
-/// to 1e-6, as it says. It was held to 1e-7.
+/// A contact that is met at 5e-8 m/s: tangents grow by 2e7 there and cancel later, and B(w) is
+/// known to 1e-6, as it says. It was held to 1e-7.
 TEST(Adversary, RoundingIsWhatTheAnswerSays) {
   const Verdict verdict = Judge(GenerateWithOptions(9015075));
   EXPECT_NE(Verdict::Kind::kContradicted, verdict.kind) << verdict.reason << " " << verdict.detail;
