@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tangents where slips in space begin slowly: the robot moves at 1 m/s, its feet slip at 1e-9 m/s at
-// first, so that their direction is known to 1e-7, and turn at up to 1e10/s.
+// Tangents where slips in space begin slowly: the robot moves at 1 m/s, its feet slip at 1e-9 m/s
+// at first, so that their direction is known to 1e-7, and turn at up to 1e10/s.
 #include <gtest/gtest.h>
 
 #include "contact_flow/derivative/variation.h"
