@@ -21,7 +21,7 @@ constexpr double kDefectRounding = 1e-13;
 constexpr double kBaseReach = 8;
 /// Less is not asked for where contacts slip in space: rounding of slow slips is above it, and
 /// steps that follow that are as many as one has time for.
-constexpr double kLeastInSpace = 1e-11;
+constexpr double kLeastInSpace = 1e-10;
 /// A step is held up where as many of it would not end the arc.
 constexpr double kShort = 64;
 constexpr int kLongestPatience = 1024;
