@@ -188,7 +188,7 @@ class ArcTangentsMaker {
         Eigen::Map<const Matrix>(accelerations_.data(), d_ * c, step_->rule().stages)
             .lazyProduct(value);
     defect.noalias() -= place.jacobian.lazyProduct(tangents);
-    if (step_->rule().stiff && jacobian_.slips_in_space()) {
+    if (control_.Decays(step_->rule())) {
       DecayedDefect decayed;
       decayed.At(place.jacobian, step_->length());
       decayed.Apply(&defect);

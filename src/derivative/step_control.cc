@@ -19,11 +19,11 @@ constexpr double kReach = 0.9;       // part of the longest acceptable step that
 constexpr double kDefectRounding = 1e-13;
 /// DOP853 at tolerance ε takes steps of about ε^{1/8}·kBaseReach over the fastest rate it sees.
 constexpr double kBaseReach = 8;
-/// Less is not asked for where contacts slip in space: rounding of slow slips is above it, and
-/// steps that follow that are as many as one has time for.
-constexpr double kLeastInSpace = 1e-10;
 /// A step is held up where as many of it would not end the arc.
 constexpr double kShort = 64;
+/// Less is not asked for where a slow slip in space holds steps up: its rounding is above it, and
+/// steps that follow that are as many as one has time for.
+constexpr double kLeastHeldUp = 1e-10;
 constexpr int kLongestPatience = 1024;
 constexpr long kMaxSteps = 1000000;
 constexpr double kSmallestStep = 1e-13;  // relative to the arc
@@ -40,16 +40,19 @@ double MixedEntry(int i) {
 StepControl::StepControl(ArcJacobian* jacobian, const Arc& arc, double tolerance)
     : arc_(arc),
       jacobian_(*jacobian),
-      tolerance_(jacobian->slips_in_space() ? std::max(tolerance, kLeastInSpace) : tolerance),
+      tolerance_(tolerance),
       d_(static_cast<int>(jacobian->units().length.size())),
       pace_(arc.dense),
-      law_(tolerance_) {}
+      law_(tolerance) {}
 
+bool StepControl::Decays(const CollocationRule& rule) const {
+  return rule.stiff && jacobian_.slips_in_space();
+}
 double StepControl::Factor(const CollocationRule& rule) const {
-  return rule.stiff && !jacobian_.slips_in_space() ? rule.defect : rule.error;
+  return rule.stiff && !Decays(rule) ? rule.defect : rule.error;
 }
 double StepControl::Power(const CollocationRule& rule) const {
-  return rule.stiff && !jacobian_.slips_in_space() ? rule.stages + 1 : rule.power;
+  return rule.stiff && !Decays(rule) ? rule.stages + 1 : rule.power;
 }
 
 void StepControl::Begin(const Matrix& begin, const Vector& field) {
@@ -93,6 +96,7 @@ void StepControl::NoteStiffness(bool probe, bool good, double length, double res
   }
   if (!jacobian_.slips_in_space()) return;
   held_ = good && !rule_->stiff && kShort * length < rest ? held_ + 1 : 0;
+  if (IsProbe()) tolerance_ = std::max(tolerance_, kLeastHeldUp);
 }
 
 bool StepControl::ObeysLaw(double t, double length, const Matrix& end) {

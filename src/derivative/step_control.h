@@ -41,6 +41,8 @@ class StepControl {
   /// Σ of the estimated errors of the steps.
   double error() const { return error_; }
 
+  /// Whether defects count by what a step of this rule leaves of them: see DecayedDefect.
+  bool Decays(const CollocationRule& rule) const;
   /// One of the gaps between the nodes, another one each time.
   const CollocationRule::Point& NextGap(const CollocationRule& rule);
   /// Error of a step that leaves the defect h·δ `ends` at its ends and `inside` at `point`, both
@@ -93,7 +95,7 @@ class StepControl {
 
   const Arc& arc_;
   ArcJacobian& jacobian_;
-  const double tolerance_;
+  double tolerance_;
   const int d_;
   MotionPace pace_;
   FlowLaw law_;

@@ -93,7 +93,7 @@ class Propagation {
       MultiplyFewRows(-1, end_, step_, &defect_);
       collocation_.AddAccelerations(1, rule.at_end, defect_);
     }
-    decays_ = rule.stiff && jacobian_.slips_in_space();
+    decays_ = control_.Decays(rule);
     if (decays_) {
       decayed_.At(begin_, h);
       decayed_.Apply(&defect_);

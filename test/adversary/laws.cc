@@ -14,8 +14,8 @@ namespace {
 // A run resolves speeds to 1e-9 of their size, and energy is quadratic in them.
 constexpr double kEnergy = 1e-8;
 // One direction is computed twice by the same branches: rounding, carried by cancellations; more
-// where a contact is met slowly, as the answer says of its error.
-constexpr double kHomogeneous = 1e-7;
+// where a contact is met slowly, as the answer says of its error, up to a part of its size.
+constexpr double kHomogeneous = 1e-7, kAtMost = 1e-5;
 // The derivative's own tolerance is 1e-9 of the largest entry of each arc; the field at the end has
 // the error of the state, which gusts multiply.
 constexpr double kFlow = 2e-4;
@@ -51,7 +51,8 @@ std::string BrokenEnergyLaw(const MechanicalSystem& system, const Trajectory& ru
 std::string BrokenHomogeneity(const BDerivative& B, const Vector& w, const Units& units) {
   const Vector once = units.Back(B(w));
   const double size = std::max(1.0, LargestOf(once));
-  const double rounding = kHomogeneous * size + LargestOf(units.Back(B.Error(w)));
+  const double stated = LargestOf(units.Back(B.Error(w)));
+  const double rounding = kHomogeneous * size + std::min(stated, kAtMost * size);
   for (const double factor : {1e-3, 7.0, 1e5}) {
     const double off = LargestOf(units.Back(B(factor * w)) / factor - once);
     if (off <= rounding) continue;
