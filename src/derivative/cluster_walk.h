@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <vector>
 
 #include "contact_flow/dynamics/contact_dynamics.h"
@@ -67,8 +68,15 @@ class FrictionalWalk {
     return transition_.mode_before.Members() - transition_.mode_before.Sticking();
   }
   /// Where contacts begin to slip in space behind the last event: their directions are the run's,
-  /// whose slips are a little more than none.
+  /// whose slips are a little more than none. Behind one before, they begin there, and have to keep
+  /// their directions, unless another event stops them.
   void BeginInRun();
+  void BeginHere(ConstraintSet begins, bool last);
+  [[noreturn]] void ThrowTurned(int i) const;
+  /// The point, where slips that have begun are so many times theirs.
+  Vector WithSlips(double times) const;
+  /// F of the mode at the point; of slips that begin, where they vanish.
+  Vector FieldHere();
   bool IsPulledBack(int i, ContactMode mode) const;
   /// Contacts that let go among these events with an acceleration, and that a later one pulls back
   /// touch again, with a speed of first order.
@@ -128,9 +136,10 @@ class FrictionalWalk {
   ConstraintSet landed_, lifted_;  // by the last touchdown: what took part, and what left
   ConstraintSet still_;            // known to have no slip at the base point
   ConstraintSet just_stopped_;
-  bool parted_ = false;      // what depends on another has had an event of its own
-  std::size_t changes_ = 0;  // of the input, so far
-  Vector passed_;            // sizes of what fields, and forces, did between events so far [2d+k]
+  std::map<int, Eigen::Vector2d> begun_;  // slips in space that began before the last event [m/s]
+  bool parted_ = false;                   // what depends on another has had an event of its own
+  std::size_t changes_ = 0;               // of the input, so far
+  Vector passed_;  // sizes of what fields, and forces, did between events so far [2d+k]
   /// A plastic contact that landed, with the speed of its bounce [width] and what that adds [d].
   struct Bounce {
     int constraint;

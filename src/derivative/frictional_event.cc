@@ -16,6 +16,7 @@
 #include "input_cluster.h"
 #include "landing_orders.h"
 #include "path_search.h"
+#include "src/dynamics/decoupled_contacts.h"
 #include "src/dynamics/implied_contacts.h"
 #include "tangent_sizes.h"
 #include "walk_point.h"
@@ -236,25 +237,11 @@ bool FrictionalEvent::LandAsOne() const {
   return true;
 }
 
-/// Class A_f: the full blocks A_i P A_jᵀ of all pairs of touching contacts vanish, here and around.
+/// Class A_f: no touching contact feels another, here and around.
 bool FrictionalEvent::Decoupled(ConstraintSet contacts) const {
-  const int nq = system_->num_positions(), d = system_->dof();
-  for (const Vector& x : Around()) {
-    const InverseInertia inertia(*system_, x.head(nq), x.tail(d));
-    const FrictionFrame frame(*system_, inertia, contacts);
-    const FrictionProblem& problem = frame.problem();
-    for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
-      for (std::size_t j = 0; j < i; ++j) {
-        const auto block =
-            problem.G.block(problem.Row(i), problem.Row(j), 1 + problem.contacts[i].dimension,
-                            1 + problem.contacts[j].dimension);
-        const double own = std::sqrt(problem.G(problem.Row(i), problem.Row(i)) *
-                                     problem.G(problem.Row(j), problem.Row(j)));
-        if (block.cwiseAbs().maxCoeff() > 1e-12 * own) return false;
-      }
-    }
-  }
-  return true;
+  const std::vector<Vector> states = Around();
+  return std::all_of(states.begin(), states.end(),
+                     [&](const Vector& x) { return AreDecoupled(*system_, x, contacts); });
 }
 
 /// The contact mode in which an order's outcome goes on.

@@ -140,7 +140,7 @@ Eigen::RowVectorXd FrictionalWalk::TimeOf(const WalkGuard& guard) const {
 
 bool FrictionalWalk::Next() {
   const Vector free = dynamics_.Field(point_.x(), ContactMode());
-  const Vector field = dynamics_.Field(point_.x(), mode_);
+  const Vector field = FieldHere();
   std::vector<WalkGuard> guards = GuardsHere();
   std::vector<Eigen::RowVectorXd> times;
   for (const WalkGuard& c : guards) times.push_back(TimeOf(c));
@@ -172,7 +172,7 @@ bool FrictionalWalk::Next() {
   Pass(c, along);
   BeginInRun();
   CheckDropped();
-  const Vector after = dynamics_.Field(point_.x(), mode_);
+  const Vector after = FieldHere();
   path_.matrix -= after * tau;
   sizes_.head(size_) += moved * after.cwiseAbs();
   path_.guards.push_back(c.constraint);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The words on the way through a cluster with friction.
 #include <cmath>
+#include <map>
 #include <stdexcept>
 
 #include "bounce_to_rest.h"
@@ -9,12 +10,16 @@
 #include "rest_reset.h"
 #include "src/dynamics/implied_contacts.h"
 #include "src/dynamics/slips_in_space.h"
+#include "src/flow/slip_onset.h"
 
 namespace contact_flow {
 namespace {
 
 constexpr double kBorder = 1e-9;
 constexpr double kHovers = 1e-7;     // an acceleration that vanishes, relative
+constexpr double kBegun = 1e-8;      // a slip that begins, relative: more than counts as none
+constexpr double kFaster = 10;       // slips of which directions are known to rounding
+constexpr double kSameOnset = 1e-5;  // directions of slips that begin
 constexpr double kSameField = 1e-6;  // identities change the field by what events are located to
 
 }  // namespace
@@ -30,10 +35,56 @@ void FrictionalWalk::CheckOnset(ConstraintSet except) const {
 }
 
 void FrictionalWalk::BeginInRun() {
-  if (mode_ != transition_.mode_after) return;
-  for (int i : SlipsInSpace(system_, mode_)) {
-    if (point_.SlipVanishes(i)) return point_.MoveTo(transition_.x_plus);
+  for (const auto& slip : begun_) {
+    if (mode_.LetterOf(slip.first) != Letter::kSlip) ThrowTurned(slip.first);
   }
+  const bool last = mode_ == transition_.mode_after && pending_.Empty();
+  ConstraintSet begins;
+  for (int i : SlipsInSpace(system_, mode_)) {
+    if (point_.SlipVanishes(i) || (last && begun_.count(i) > 0)) begins.Insert(i);
+  }
+  if (begins.Empty()) return;
+  if (last) point_.MoveTo(transition_.x_plus);
+  if (!last || !begun_.empty()) BeginHere(begins, last);
+}
+
+void FrictionalWalk::BeginHere(ConstraintSet begins, bool last) {
+  if (!inputs_.empty()) return;
+  TouchingContacts touching = Touching(false);
+  touching.slipping = touching.slipping.Without(begins);
+  touching.still = touching.still | begins;
+  const std::map<int, Eigen::Vector2d> directions =
+      OnsetDirections(&dynamics_, point_.x(), touching, mode_, begins, kBorder);
+  for (const auto& [i, direction] : directions) {
+    const auto before = begun_.find(i);
+    const bool turns =
+        before != begun_.end() && (before->second.normalized() - direction).norm() > kSameOnset;
+    if (turns) ThrowTurned(i);
+    begun_[i] = kBegun * point_.SizeOf(system_.friction()[i].row) * direction;
+  }
+  if (!last) point_.MoveTo(WithSlips(1));
+}
+
+void FrictionalWalk::ThrowTurned(int i) const {
+  throw std::domain_error("begins to slip in space at contact '" +
+                          system_.description().constraints[i] +
+                          "', and slips otherwise, or not, behind another event");
+}
+
+Vector FrictionalWalk::WithSlips(double times) const {
+  if (begun_.empty()) return point_.x();
+  std::map<int, Eigen::Vector2d> onsets = begun_;
+  for (auto& [i, onset] : onsets) onset *= times;
+  Vector x = point_.x();
+  MakeRest(system_, mode_, onsets, &x);
+  return x;
+}
+
+/// By two states on the way into their directions, whose fields differ from it in their ratio.
+Vector FrictionalWalk::FieldHere() {
+  if (begun_.empty()) return dynamics_.Field(point_.x(), mode_);
+  const auto field = [&](double times) { return dynamics_.Field(WithSlips(times), mode_); };
+  return 2 * field(kFaster) - field(2 * kFaster);
 }
 
 bool FrictionalWalk::IsPulledBack(int i, ContactMode mode) const {
@@ -70,7 +121,8 @@ void FrictionalWalk::Land(int i, ConstraintSet along) {
   pending_ = pending_ - along.With(i);
   const ConstraintSet touching = mode_.Members().With(i) | along;
   released_ = released_ - touching;
-  const FrictionalReset reset(dynamics_, point_.x(), touching, i, mode_, transition_);
+  const Vector x = WithSlips(0);  // which the event finds at the base point
+  const FrictionalReset reset(dynamics_, x, touching, i, mode_, transition_);
   const FrictionalReset::Branch& branch = reset.Choose(
       path_.matrix * w_, sizes_, [&](const Eigen::RowVectorXd& row) { DecideAlong(row); });
   if (branch.bounce.size() > 0) {
@@ -78,7 +130,7 @@ void FrictionalWalk::Land(int i, ConstraintSet along) {
   }
   path_.matrix = branch.jacobian * path_.matrix;
   GrowSizes(branch.jacobian);
-  Vector struck = point_.x();
+  Vector struck = x;
   struck.tail(d_) = reset.v_plus();
   const ContactMode rested = transition_.rested;
   if (!rested.Empty()) {
@@ -228,6 +280,10 @@ void FrictionalWalk::StopInSpace() {
 void FrictionalWalk::FinishWord() {
   const ContactMode after = transition_.mode_after;
   if (mode_ == after) return;
+  if (!begun_.empty()) {
+    throw std::domain_error(
+        "begins to slip in space in another contact mode than this one goes on in");
+  }
   if (!inputs_.empty() || parted_) {
     const Vector field = dynamics_.Field(point_.x(), mode_);
     const Vector apart = field - dynamics_.Field(point_.x(), after);

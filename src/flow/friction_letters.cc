@@ -9,6 +9,7 @@
 #include "contact_flow/model/driven.h"
 #include "frictional_resolution.h"
 #include "slip_onset.h"
+#include "src/dynamics/decoupled_contacts.h"
 #include "src/dynamics/implied_contacts.h"
 #include "src/dynamics/slips_in_space.h"
 #include "src/dynamics/turning_onset.h"
@@ -180,7 +181,7 @@ void FrictionalResolution::ChooseLetters(const TouchingContacts& contacts) {
   }
   const ConstraintSet begins = BeginInSpace(system_, contacts.still, cluster.mode_after);
   if (begins.Empty()) return Rest({});
-  if (cluster.obstacle.ok() && !OnlyBegins(begins) && !OneJump()) {
+  if (cluster.obstacle.ok() && !OnlyBegins(begins) && !JumpsApart()) {
     cluster.obstacle = {Outcome::kNotPiecewiseLinear,
                         "contacts " + begins.ToString(system_.description().constraints) +
                             " begin to slip in space where several events coincide, another slip "
@@ -321,12 +322,16 @@ void FrictionalResolution::BeginSlips(const std::map<int, Eigen::Vector2d>& dire
   result_.transition.begun = cluster.x_plus.tail(d_) - still.tail(d_);
 }
 
-/// Whether what happens is one event that is no graze, nor a stop in space: perturbed runs pass it
-/// at instants of their own, with the same jump.
-bool FrictionalResolution::OneJump() const {
+/// Whether what happens is one event that is no graze, nor a stop in space, or touchdowns that do
+/// not feel each other: perturbed runs pass each at an instant of its own, with the same jump.
+bool FrictionalResolution::JumpsApart() const {
   const Transition& cluster = result_.transition;
   const bool stops = !(SlipsInSpace(system_, cluster.mode_before) & stopped_).Empty();
-  return cluster.guards.size() == 1 && grazed_.Empty() && !stops;
+  if (!grazed_.Empty() || stops) return false;
+  bool lands = true;
+  for (int g : cluster.guards) lands = lands && cluster.activated.Contains(guards_.ConstraintOf(g));
+  const ConstraintSet touching = cluster.mode_before.Members() | cluster.activated;
+  return cluster.guards.size() == 1 || (lands && AreDecoupled(system_, cluster.x_plus, touching));
 }
 
 /// Whether nothing happens but that contacts that stick begin to slip, by forces that reach their

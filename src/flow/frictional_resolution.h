@@ -116,7 +116,7 @@ class FrictionalResolution {
   void SetLettersOrEndSlip(const TouchingContacts& contacts);
   bool RestSlowSlips(const TouchingContacts& contacts);
   void ChooseLetters(const TouchingContacts& contacts);
-  bool OneJump() const;
+  bool JumpsApart() const;
   bool OnlyBegins(ConstraintSet begins) const;
   std::optional<std::map<int, Eigen::Vector2d>> OtherDirections(const TouchingContacts& contacts,
                                                                 ConstraintSet begins);
