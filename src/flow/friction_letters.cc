@@ -75,8 +75,9 @@ void FrictionalResolution::Sort(int i, const Vector& rate, const Vector& v, Cons
 void FrictionalResolution::SortRising(int i, const Vector& rate, const Vector& v, double low,
                                       ConstraintSet* still, TouchingContacts* contacts) const {
   const Friction& friction = system_.friction()[i];
-  const auto slip = rate.segment(friction.row, friction.dimension);
-  if (rate(i) > 0 && rate(i) <= low && slip.norm() <= rate(i)) still->Insert(i);
+  const double slip =
+      friction.dimension > 0 ? rate.segment(friction.row, friction.dimension).norm() : 0;
+  if (rate(i) > 0 && rate(i) <= low && slip <= rate(i)) still->Insert(i);
   Sort(i, rate, v, *still, contacts);
 }
 
