@@ -69,7 +69,7 @@ class FrictionalWalk {
   }
   /// Where contacts begin to slip in space behind the last event: their directions are the run's,
   /// whose slips are a little more than none. Behind one before, they begin there, and have to keep
-  /// their directions, unless another event stops them.
+  /// their directions.
   void BeginInRun();
   void BeginHere(ConstraintSet begins, bool last);
   [[noreturn]] void ThrowTurned(int i) const;

@@ -66,7 +66,7 @@ void FrictionalWalk::BeginHere(ConstraintSet begins, bool last) {
 }
 
 void FrictionalWalk::ThrowTurned(int i) const {
-  throw std::domain_error("begins to slip in space at contact '" +
+  throw std::domain_error("a perturbed run begins to slip in space at contact '" +
                           system_.description().constraints[i] +
                           "', and slips otherwise, or not, behind another event");
 }
@@ -282,7 +282,8 @@ void FrictionalWalk::FinishWord() {
   if (mode_ == after) return;
   if (!begun_.empty()) {
     throw std::domain_error(
-        "begins to slip in space in another contact mode than this one goes on in");
+        "a perturbed run that begins to slip in space goes on in another contact mode than this "
+        "one");
   }
   if (!inputs_.empty() || parted_) {
     const Vector field = dynamics_.Field(point_.x(), mode_);

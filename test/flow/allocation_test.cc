@@ -11,7 +11,8 @@
 #include "contact_flow/model/model_library.h"
 #include "test/model/robots.h"
 
-#if defined(CONTACT_FLOW_SANITIZED) || defined(__SANITIZE_THREAD__) || !defined(__GLIBC__)
+#if defined(CONTACT_FLOW_SANITIZED) || defined(__SANITIZE_ADDRESS__) || \
+    defined(__SANITIZE_THREAD__) || !defined(__GLIBC__)
 #define COUNTS_ALLOCATIONS 0
 #else
 #define COUNTS_ALLOCATIONS 1

@@ -44,7 +44,7 @@ std::string Bytes(const Message& message) {
 std::string Path(const char* service) { return std::string("/crowded/") + service; }
 
 /// So slow that these are long work, which may be refused: "busy".
-#if defined(CONTACT_FLOW_SANITIZED) || defined(__SANITIZE_THREAD__)
+#if defined(CONTACT_FLOW_SANITIZED) || defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kMayBeBusy = true;
 #else
 constexpr bool kMayBeBusy = false;
