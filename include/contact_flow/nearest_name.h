@@ -15,8 +15,12 @@ std::string QuoteName(const std::string& name);
 /// The member of `valid` with the smallest edit distance to `name`; "" when `valid` is empty.
 std::string NearestName(const std::string& name, const std::vector<std::string>& valid);
 
-/// "unknown model 'sft_biped'; did you mean 'soft_biped'?": the message for a name
-/// that does not exist.
+/// Whether so few edits make `meant` of `name`: a character put in, left out or replaced, or two
+/// neighbours exchanged.
+bool IsMisspelt(const std::string& name, const std::string& meant, std::size_t edits);
+
+/// "unknown model 'sft_biped'; did you mean 'soft_biped'?": the message for a name that does not
+/// exist. Where no other is like it: "unknown model 'walker'; there are 'puck', 'chair' and 24 more".
 std::string UnknownName(const std::string& kind, const std::string& name,
                         const std::vector<std::string>& valid);
 

@@ -30,6 +30,43 @@ std::string KindOf(const YAML::Node& node) {
   }
 }
 
+constexpr std::size_t kRoomOfValue = 60;  // for a list or a map in a message [bytes]
+
+/// A value in one line, as far as there is room; what is deeper is not looked at.
+void WriteValue(const YAML::Node& node, std::string* text) {
+  if (node.IsScalar()) *text += Cut(node.Scalar(), kRoomOfValue);
+  if (node.IsNull()) *text += "~";
+  if (!node.IsSequence() && !node.IsMap()) return;
+  *text += node.IsMap() ? "{" : "[";
+  const char* separator = "";
+  for (const auto& entry : node) {
+    *text += separator;
+    separator = ", ";
+    if (text->size() > kRoomOfValue) return;
+    if (node.IsMap()) {
+      WriteValue(entry.first, text);
+      *text += ": ";
+      WriteValue(entry.second, text);
+    } else {
+      WriteValue(entry, text);
+    }
+  }
+  *text += node.IsMap() ? "}" : "]";
+}
+
+/// ", not [1, 2]" of a list or a map: what QuoteName is to a scalar.
+std::string NotValue(const YAML::Node& node) {
+  if (!node.IsSequence() && !node.IsMap()) return "";
+  std::string text;
+  WriteValue(node, &text);
+  return ", not " + text + (text.size() > kRoomOfValue ? "…" : "");
+}
+
+/// Whether a key is what follows a decimal comma, as 5 in {radius: 1,5}.
+bool IsHalfOfNumber(const std::string& key, const YAML::Node& value) {
+  return value.IsNull() && !key.empty() && key.find_first_not_of("0123456789") == std::string::npos;
+}
+
 }  // namespace
 
 MapReader::MapReader(const YAML::Node& map, std::string name) : name_(std::move(name)) {
@@ -37,7 +74,8 @@ MapReader::MapReader(const YAML::Node& map, std::string name) : name_(std::move(
   line_ = At(map.Mark());
   if (!map.IsMap()) {
     throw std::invalid_argument((name_.empty() ? "the file" : name_) + " is " + KindOf(map) +
-                                ", expected a map of names to values" + At(map.Mark()));
+                                ", expected a map of names to values" + NotValue(map) +
+                                At(map.Mark()));
   }
   for (const auto& entry : map) {
     if (!entry.first.IsScalar()) {
@@ -49,6 +87,7 @@ MapReader::MapReader(const YAML::Node& map, std::string name) : name_(std::move(
       throw std::invalid_argument(FullName(key) + " is given twice" + At(entry.first.Mark()));
     }
     keys_.push_back(key);
+    places_.push_back(At(entry.first.Mark()));
     values_.push_back(entry.second);
   }
 }
@@ -60,7 +99,7 @@ std::string MapReader::FullName(const std::string& key) const {
 void MapReader::Fail(const std::string& key, const YAML::Node& node,
                      const std::string& expected) const {
   throw std::invalid_argument(FullName(key) + " is " + KindOf(node) + ", expected " + expected +
-                              At(node.Mark()));
+                              NotValue(node) + At(node.Mark()));
 }
 
 const YAML::Node* MapReader::Find(const std::string& key) {
@@ -69,15 +108,16 @@ const YAML::Node* MapReader::Find(const std::string& key) {
   return it == keys_.end() ? nullptr : &values_[it - keys_.begin()];
 }
 
-double MapReader::Number(const std::string& key, const YAML::Node& node) const {
-  if (!node.IsScalar() || node.Scalar().empty()) Fail(key, node, "a number");
+double MapReader::Number(const std::string& key, const YAML::Node& node,
+                         const std::string& also) const {
+  if (!node.IsScalar() || node.Scalar().empty()) Fail(key, node, "a number" + also);
   const std::string& text = node.Scalar();
   char* end = nullptr;
   const double number = std::strtod(text.c_str(), &end);
   // strtod also takes "nan", "inf" and hexadecimal: of these only decimal, finite
   // numbers are meant.
   const bool decimal = text.find_first_not_of("+-.0123456789eE") == std::string::npos;
-  if (*end != '\0' || !decimal) Fail(key, node, "a number");
+  if (*end != '\0' || !decimal) Fail(key, node, "a number" + also);
   if (!std::isfinite(number)) Fail(key, node, "a finite number");
   if (std::abs(number) > kLargestNumber) Fail(key, node, "a number up to 1e100 in size");
   return number;
@@ -85,6 +125,14 @@ double MapReader::Number(const std::string& key, const YAML::Node& node) const {
 
 void MapReader::Read(const std::string& key, double* value) {
   if (const YAML::Node* node = Find(key)) *value = Number(key, *node);
+}
+
+void MapReader::Read(const std::string& key, const std::string& word, double meaning,
+                     double* value) {
+  const YAML::Node* node = Find(key);
+  if (!node) return;
+  const bool is_word = node->IsScalar() && node->Scalar() == word;
+  *value = is_word ? meaning : Number(key, *node, " or " + word);
 }
 
 void MapReader::Read(const std::string& key, double* values, int count) {
@@ -142,13 +190,17 @@ bool MapReader::Has(const std::string& key) const {
 
 void MapReader::Require(const std::string& key) const {
   if (Has(key)) return;
-  throw std::invalid_argument((name_.empty() ? "the file" : name_) + ": '" + key + "' is missing" +
-                              line_);
+  std::string message = (name_.empty() ? "the file" : name_) + ": '" + key + "' is missing";
+  for (std::size_t i = 0; i < keys_.size(); ++i) {
+    if (!IsMisspelt(keys_[i], key, 1)) continue;
+    throw std::invalid_argument(message + "; there is " + QuoteName(keys_[i]) + places_[i]);
+  }
+  throw std::invalid_argument(message + line_);
 }
 
 std::string MapReader::Line(const std::string& key) const {
   const auto it = std::find(keys_.begin(), keys_.end(), key);
-  return it == keys_.end() ? line_ : At(values_[it - keys_.begin()].Mark());
+  return it == keys_.end() ? line_ : places_[it - keys_.begin()];
 }
 
 void MapReader::Read(const std::string& key, long* value, long smallest, long largest) {
@@ -198,8 +250,11 @@ YAML::Node MapReader::Child(const std::string& key) {
 void MapReader::Finish() const {
   for (std::size_t i = 0; i < keys_.size(); ++i) {
     if (std::find(known_.begin(), known_.end(), keys_[i]) != known_.end()) continue;
-    throw std::invalid_argument((name_.empty() ? "" : name_ + ": ") +
-                                UnknownName("key", keys_[i], known_) + At(values_[i].Mark()));
+    std::string unknown = UnknownName("key", keys_[i], known_);
+    if (IsHalfOfNumber(keys_[i], values_[i])) {
+      unknown = "unknown key " + QuoteName(keys_[i]) + ": numbers have a decimal point, no comma";
+    }
+    throw std::invalid_argument((name_.empty() ? "" : name_ + ": ") + unknown + places_[i]);
   }
 }
 

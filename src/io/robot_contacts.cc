@@ -133,19 +133,10 @@ MadeContacts UsualContacts(const RobotModel& model, const Vector& q, const YAML:
 }  // namespace
 
 double ReadFriction(const std::string& map, MapReader* reader) {
-  const YAML::Node node = reader->Child("friction");
-  if (node.IsScalar() && node.Scalar() == "no_slip") return Friction::kNoSlip;
   double coefficient = 0;
-  try {
-    reader->Read("friction", &coefficient);
-  } catch (const std::invalid_argument& error) {
-    std::string answer = error.what();
-    const std::size_t line = answer.rfind(" (line");
-    answer.insert(line == std::string::npos ? answer.size() : line, " or no_slip");
-    throw std::invalid_argument(answer);
-  }
+  reader->Read("friction", "no_slip", Friction::kNoSlip, &coefficient);
   if (coefficient >= 0) return coefficient;
-  throw std::invalid_argument(map + "/friction is " + node.Scalar() +
+  throw std::invalid_argument(map + "/friction is " + reader->Child("friction").Scalar() +
                               ", expected a number that is not negative, or no_slip" +
                               reader->Line("friction"));
 }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "contact_flow/nearest_name.h"
+
 namespace contact_flow {
 
 void YamlFields::Point(const std::string& link_key, const std::string& point_key) {
@@ -131,8 +133,9 @@ void YamlFields::Input(const std::string& key) {
   reader_->Read(key, &name);
   const auto it = std::find(inputs_->begin(), inputs_->end(), name);
   double number = 0;
-  if (it == inputs_->end() && YAML::convert<double>::decode(YAML::Node(name), number)) {
-    throw std::invalid_argument(parts_->name + "/" + key + " is " + name +
+  const bool is_value = name.empty() || YAML::convert<double>::decode(YAML::Node(name), number);
+  if (it == inputs_->end() && is_value) {
+    throw std::invalid_argument(parts_->name + "/" + key + " is " + QuoteName(name) +
                                 ", expected the name of an input: its value is of "
                                 "nominal/inputs, or of a schedule" +
                                 reader_->Line(key));

@@ -79,6 +79,25 @@ void ReadNominal(const YAML::Node& map, const std::vector<std::string>& limited,
   robot->nominal.x << q, v;
 }
 
+/// What a robot's YAML may hold; `contacts_made` is written by KeepMeshContacts.
+constexpr const char* kRobotKeys[] = {"urdf",
+                                      "base",
+                                      "urdf_faults",
+                                      "gravity",
+                                      "soles",
+                                      "joints",
+                                      "inputs",
+                                      "efforts",
+                                      "constraints",
+                                      "contacts",
+                                      "terrain",
+                                      "contacts_made",
+                                      "closures",
+                                      "nominal",
+                                      "parameters",
+                                      "feedback",
+                                      "gravity_compensation"};
+
 /// Height of the lowest contact above the ground where the YAML does not say base_z [m].
 constexpr double kDropHeight = 0.1;
 
@@ -106,10 +125,22 @@ void Lift(const MadeContacts& made, const YAML::Node& nominal, RobotDescription*
 
 std::string ReadFile(const std::string& path) { return ReadTextFile(path, kMaxUrdfBytes); }
 
-/// The text of a URDF, by way of xacro where the file is one.
-std::string ReadUrdfFile(const std::string& path) {
-  const std::string text = ReadFile(path);
+/// The text of a URDF whose file has this one, by way of xacro where it is one.
+std::string ExpandUrdf(const std::string& path, const std::string& text) {
   return IsXacro(path, text) ? RunXacro(path) : text;
+}
+
+std::string ReadUrdfFile(const std::string& path) { return ExpandUrdf(path, ReadFile(path)); }
+
+/// The URDF that a YAML names.
+std::string ReadNamedUrdf(const std::string& path, const std::string& where) {
+  std::string text;
+  try {
+    text = ReadFile(path);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument("urdf: " + std::string(error.what()) + where);
+  }
+  return ExpandUrdf(path, text);
 }
 
 /// Folder of a path with its slash.
@@ -145,6 +176,21 @@ YAML::Node ParseYaml(const std::string& text) {
   const YAML::Node document = ParseYamlDocument(text);
   if (!document.IsMap()) throw std::invalid_argument("it is not a map of names to values (line 1)");
   return document;
+}
+
+/// What `inputs` lists are all there are: its length, and efforts that have more, which stand behind.
+void CheckInputs(const RobotDescription& robot, std::size_t declared) {
+  if (robot.inputs.size() == declared) return;
+  const std::vector<std::string> names(robot.inputs.begin(), robot.inputs.begin() + declared);
+  const std::string unknown = UnknownName("input", robot.inputs[declared], names);
+  for (const auto& effort : robot.efforts) {
+    const std::vector<int>& inputs = effort->parts.inputs;
+    if (std::find(inputs.begin(), inputs.end(), static_cast<int>(declared)) == inputs.end())
+      continue;
+    throw std::invalid_argument("efforts/" + effort->parts.name + ": " + unknown +
+                                " Else add it to `inputs`" + effort->parts.where);
+  }
+  throw std::invalid_argument(unknown + " Else add it to `inputs`");
 }
 
 RobotModel ReadRobotModel(const std::string& urdf, const YAML::Node& document) {
@@ -187,9 +233,8 @@ void KeepMeshContacts(RobotTexts* texts) {
 RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
                             const std::string& folder) {
   MapReader reader(document, "");
-  std::string unused;
-  reader.Read("urdf", &unused);
-  for (const char* key : {"base", "urdf_faults"}) reader.Child(key);  // known, and read next
+  for (const char* key : kRobotKeys) reader.Child(key);
+  reader.Finish();  // before what names something of a key that is misspelt
   RobotDescription robot;
   robot.model = ReadRobotModel(urdf, document);
   const YAML::Node springs = AddSoles(reader.Child("soles"), &robot.model);
@@ -207,7 +252,6 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
   CheckSoledLinks(document["soles"], document["constraints"]);
   CheckSoles(document, robot.model);
   ReadConstraints(reader.Child("constraints"), &robot);
-  for (const char* key : {"contacts", "contacts_made", "terrain"}) reader.Child(key);  // planned
   const MadeContacts made = PlanContacts(document, folder, robot.model, joints.limited);
   ReadConstraints(made.constraints, &robot);
   ReadConstraints(joints.constraints, &robot);
@@ -226,16 +270,11 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
   counts.switches = static_cast<int>(robot.switches.size());
   CheckRoom(counts, document, &robot);
   ReadWeightShare(reader.Child("gravity_compensation"), &robot);
-  if (reader.Has("inputs") && robot.inputs.size() > declared) {
-    const std::vector<std::string> names(robot.inputs.begin(), robot.inputs.begin() + declared);
-    throw std::invalid_argument(UnknownName("input", robot.inputs[declared], names) +
-                                ": an effort has it, add it to `inputs`" + reader.Line("inputs"));
-  }
+  if (reader.Has("inputs")) CheckInputs(robot, declared);
   ReadParameters(reader.Child("parameters"), &robot);
   ReadNominal(reader.Child("nominal"), joints.limited, &robot);
   if (made.count > 0) Lift(made, reader.Child("nominal"), &robot);
   ReadFeedback(reader.Child("feedback"), &robot);
-  reader.Finish();
   return robot;
 }
 
@@ -245,22 +284,21 @@ RobotTexts ReadRobotTexts(const std::string& path, const std::string& urdf,
   texts.path = path;
   texts.yaml = ReadFile(path);
   texts.folder = FolderOf(path);
-  const auto read_urdf = [&](const std::string& file) {
-    texts.folder = FolderOf(file);
-    return ReadUrdfFile(file);
-  };
   if (IsXml(urdf)) {
     texts.urdf = urdf;
   } else if (!urdf.empty()) {
-    texts.urdf = read_urdf(urdf);
+    texts.folder = FolderOf(urdf);
+    texts.urdf = ReadUrdfFile(urdf);
   } else {
     texts.urdf = InFile(path, [&] {
       MapReader reader(ParseYaml(texts.yaml), "");
-      std::string file;
       if (!reader.Has("urdf") && !usual.empty()) return usual;
+      std::string file;
       reader.Require("urdf");
       reader.Read("urdf", &file);
-      return read_urdf(file.substr(0, 1) == "/" ? file : FolderOf(path) + file);
+      if (file.empty() || file[0] != '/') file = FolderOf(path) + file;
+      texts.folder = FolderOf(file);
+      return ReadNamedUrdf(file, reader.Line("urdf"));
     });
   }
   KeepMeshContacts(&texts);

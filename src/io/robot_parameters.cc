@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <map>
+#include <sstream>
 #include <stdexcept>
 
 #include "contact_flow/nearest_name.h"
@@ -53,7 +54,11 @@ void ReadParameters(const YAML::Node& map, RobotDescription* robot) {
         continue;
       }
       if (found.parameter.value != exposed.parameter.value) {
-        refuse(": '" + place + "' is not equal to the numbers before it");
+        std::ostringstream why;
+        why.precision(15);
+        why << ": '" << place << "' is " << found.parameter.value
+            << ", not equal to the numbers before it, " << exposed.parameter.value;
+        refuse(why.str());
       }
       exposed.range = Stricter(exposed.range, found.range);
       exposed.places.push_back(found.places[0]);

@@ -295,7 +295,7 @@ TEST(Contacts, RefuseWithLineValueAndRemedy) {
   } cases[] = {
       {"{ground: foo}", "contacts/ground: unknown link 'foo'; did you mean 'foot'? (line 1)"},
       {"{ground: [foot, legs]}", "unknown link 'legs'"},
-      {"{grund: feet}", "contacts: 'ground' is missing (line 1)"},
+      {"{grund: feet}", "contacts: 'ground' is missing; there is 'grund' (line 1)"},
       {"{ground: feet, restitution: 2}", "contacts/restitution is 2, expected 0 to 1 (line 1)"},
       {"{ground: feet, vertices: 0}", "contacts/vertices"},
       {"{ground: feet, vertices: 100}", "contacts/vertices"},

@@ -198,7 +198,7 @@ TEST(Silence, OfNumbersThatNothingUsesIsBroken) {
   } cases[] = {
       {plain, "{inputs: [u, u]}", "inputs names 'u' twice (line 1)"},
       {plain, "{efforts: {s: {kind: servo, joint: j, input: 0.3, stiffness: 1}}}",
-       "s/input is 0.3, expected the name of an input"},
+       "s/input is '0.3', expected the name of an input"},
       {plain, "{efforts: {s: {kind: actuator, joint: j, input: u, gear: 0}}}",
        "s/gear is 0, so that its input would do nothing (line 1)"},
       {plain, "{soles: {b: {stiffness: 1, mass: 1}}}",

@@ -23,6 +23,8 @@ class MapReader {
 
   /// A number.
   void Read(const std::string& key, double* value);
+  /// A number, or a word that stands for the number `meaning`.
+  void Read(const std::string& key, const std::string& word, double meaning, double* value);
   /// Whole numbers in [smallest, largest].
   void Read(const std::string& key, long* value, long smallest, long largest);
   /// A list of `count` numbers.
@@ -42,9 +44,9 @@ class MapReader {
   YAML::Node Child(const std::string& key);
   /// Whether the map has the key.
   bool Has(const std::string& key) const;
-  /// Throws unless the key is there.
+  /// Throws unless the key is there, with the one that is written in its place, if any.
   void Require(const std::string& key) const;
-  /// " (line 7)" of a key's value, or of the map.
+  /// " (line 7)" of a key, or of the map.
   std::string Line(const std::string& key) const;
   /// Every key there is, in the order of the file: for maps whose names are judged elsewhere.
   std::vector<std::string> Keys() const { return keys_; }
@@ -58,11 +60,12 @@ class MapReader {
   std::string FullName(const std::string& key) const;
   [[noreturn]] void Fail(const std::string& key, const YAML::Node& node,
                          const std::string& expected) const;
-  double Number(const std::string& key, const YAML::Node& node) const;
+  double Number(const std::string& key, const YAML::Node& node, const std::string& also = "") const;
 
   std::string name_;
   std::string line_;
   std::vector<std::string> keys_;
+  std::vector<std::string> places_;  // " (line 7)", of each
   std::vector<YAML::Node> values_;
   std::vector<std::string> known_;
 };
