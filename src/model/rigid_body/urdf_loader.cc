@@ -7,6 +7,7 @@
 #include <cmath>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 #include "contact_flow/model/rigid_body/kinematics.h"
 #include "idle_joints.h"
@@ -202,10 +203,8 @@ const std::vector<std::string>& UrdfFaultsNames() {
 
 namespace {
 
-RobotModel ParseChecked(const std::string& text, RobotBase base, UrdfFaults faults) {
-  Findings findings;
-  const UrdfSource source = SortUrdf(text, faults, &findings);
-  findings.ThrowIfAny();
+RobotModel MakeModel(const UrdfSource& source, RobotBase base, UrdfFaults faults,
+                     Findings findings) {
   const urdf::ModelInterfaceSharedPtr model = ParseByUrdfdom(source.text);
   const LoopBreaker breaker{model};
   CheckJoints(*model, &findings);
@@ -252,6 +251,23 @@ RobotModel ParseChecked(const std::string& text, RobotBase base, UrdfFaults faul
                                  Listed(held)));
   }
   return robot;
+}
+
+constexpr std::size_t kMostMisspelt = 10;  // beside a refusal
+
+/// What is missing is refused together with the names that may be it.
+RobotModel ParseChecked(const std::string& text, RobotBase base, UrdfFaults faults) {
+  Findings findings;
+  const UrdfSource source = SortUrdf(text, faults, &findings);
+  findings.ThrowIfAny();
+  try {
+    return MakeModel(source, base, faults, std::move(findings));
+  } catch (const std::invalid_argument& error) {
+    std::string all = error.what();
+    const auto& names = source.unknown_names;
+    for (std::size_t k = 0; k < names.size() && k < kMostMisspelt; ++k) all += "\n  " + names[k];
+    throw std::invalid_argument(all);
+  }
 }
 
 }  // namespace

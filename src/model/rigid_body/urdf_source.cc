@@ -215,7 +215,8 @@ UrdfSource SortUrdf(const std::string& text, UrdfFaults faults, Findings* findin
     findings->warnings.push_back("passed over: " + list);
   }
   auto& told = faults == UrdfFaults::kStrict ? findings->errors : findings->warnings;
-  for (const std::string& name : FindUnknownNames(root)) told.push_back(name);
+  source.unknown_names = FindUnknownNames(root);
+  told.insert(told.end(), source.unknown_names.begin(), source.unknown_names.end());
   for (const std::string& repair : RepairUrdf(root, &source.text)) told.push_back(repair);
   TrimValues(&source.text);
   return source;

@@ -21,6 +21,7 @@ struct Findings {
 struct UrdfSource {
   std::string text;  ///< with spaces in place of what is not read; lines are kept
   std::map<std::string, std::vector<RobotModel::Shape>> shapes;  ///< by the name of the link
+  std::vector<std::string> unknown_names;                        ///< of FindUnknownNames
 };
 
 /// Sorts a URDF that CheckUrdfText has passed: numbers that are none are errors with their line;

@@ -126,6 +126,14 @@ class Proofreader {
     }
   }
 
+  /// Judges an element beside links and joints, where it is nearly called as they are.
+  void ReadBeside(const XmlElement& element) {
+    for (const char* meant : {"link", "joint"}) {
+      if (!IsMisspelt(element.name, meant, 1)) continue;
+      Tell("robot", element, UnknownName("tag", element.name, {meant}));
+    }
+  }
+
   std::vector<std::string> Findings() const {
     std::vector<std::string> told;
     for (const Kind& kind : kinds_) {
@@ -159,8 +167,11 @@ class Proofreader {
 std::vector<std::string> FindUnknownNames(const XmlElement& root) {
   Proofreader reader;
   for (const XmlElement& part : root.children) {
-    if (part.name != "link" && part.name != "joint") continue;
-    reader.Read(part, part.name + " '" + part.Attribute("name") + "'");
+    if (part.name == "link" || part.name == "joint") {
+      reader.Read(part, part.name + " '" + part.Attribute("name") + "'");
+    } else {
+      reader.ReadBeside(part);
+    }
   }
   return reader.Findings();
 }

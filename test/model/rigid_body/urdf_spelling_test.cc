@@ -99,6 +99,43 @@ TEST(UrdfSpelling, IsToldInOneLineEachAndRefusedWhereStrict) {
   }
 }
 
+/// Where a part is missed, the name that may be it is told with the refusal, at its own line.
+TEST(UrdfSpelling, StandsBesideWhatIsMissed) {
+  const struct {
+    std::vector<std::pair<std::string, std::string>> changes;
+    const char *missed, *told;
+  } cases[] = {
+      {{{"<mass value=\"1\"/>", "<massx value=\"1\"/>"}},
+       "mass element",
+       "link 'shin': <inertial>: unknown tag 'massx'; did you mean 'mass'? (line 4)"},
+      {{{"<mass value=\"1\"/>", "<mass valeu=\"1\"/>"}},
+       "mass element",
+       "link 'shin': <mass>: unknown attribute 'valeu'; did you mean 'value'? (line 4)"},
+      {{{" <inertia ixx", " <inertia xix"}},
+       "missing ixx",
+       "link 'hip': <inertia>: unknown attribute 'xix'; did you mean 'ixx'? (line 3)"},
+      {{{"<child link=\"foot\"/>", "<chidl link=\"foot\"/>"}},
+       "[sole] is missing a parent and/or child",
+       "joint 'sole': unknown tag 'chidl'; did you mean 'child'? (line 14)"},
+      {{{"<axis xyz", "<axis xzy"}},
+       "joint 'knee': its axis has no direction (line 8)",
+       "joint 'knee': <axis>: unknown attribute 'xzy'; did you mean 'xyz'? (line 9)"},
+      {{{"<joint name=\"sole\"", "<joitn name=\"sole\""},
+        {"</joint>\n</robot>", "</joitn>\n</robot>"}},
+       "Two root links found",
+       "robot: unknown tag 'joitn'; did you mean 'joint'? (line 14)"},
+      {{{"<link name=\"foot\"", "<likn name=\"foot\""},
+        {"</link>\n<joint name=\"sole", "</likn>\n<joint name=\"sole"}},
+       "child link [foot] of joint [sole] not found",
+       "robot: unknown tag 'likn'; did you mean 'link'? (line 12)"},
+  };
+  for (const auto& c : cases) {
+    const std::string refusal = test::RefusalOf([&] { ParseText(Changed(c.changes)); });
+    EXPECT_NE(std::string::npos, refusal.find(c.missed)) << refusal;
+    EXPECT_NE(std::string::npos, refusal.find(c.told)) << refusal;
+  }
+}
+
 /// What is the same in many places is told once.
 TEST(UrdfSpelling, IsCounted) {
   std::string text = kKneeUrdf;
