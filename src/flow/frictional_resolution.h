@@ -148,6 +148,7 @@ class FrictionalResolution {
   double fastest_rise_ = 0;   // that is made rest after an impact [m/s]
   Vector risen_;              // rates of all rows before that
   std::vector<Vector> bounces_changes_;  // what they gain meanwhile, at most
+  double bounces_last_ = 0;              // one after the other [s]
   ResolvedTransition result_;
 };
 

@@ -148,8 +148,10 @@ bool Flow::PassTransition() {
   for (const Warning& warning : resolved.warnings) Warn(warning.code, warning.message);
   transition_ = std::move(resolved.transition);
   NoteHeldDown();
-  held_down_ = resolved.held_down;
-  held_until_ = t_ + resolved.held_interval;
+  held_down_ = t_ < held_until_ ? held_down_ & transition_.mode_after : ConstraintSet();
+  if (held_down_.Empty()) held_until_ = t_;
+  held_down_ = held_down_ | resolved.held_down;
+  held_until_ = std::max(held_until_, t_ + resolved.held_interval);
   last_transition_ = t_;
   ++transitions_;
   mode_ = transition_.mode_after;

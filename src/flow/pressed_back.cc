@@ -41,6 +41,7 @@ ConstraintSet FrictionalResolution::PressedBack(const Vector& rate, ConstraintSe
   const Vector v = x.tail(d_);
   risen_ = rate;
   bounces_changes_.clear();
+  bounces_last_ = 0;
   while (true) {
     try {
       WordConventions by;
@@ -60,11 +61,14 @@ ConstraintSet FrictionalResolution::PressedBack(const Vector& rate, ConstraintSe
     }
     if (back == before) return back;
     bounces_changes_.push_back(longest * acceleration);
+    bounces_last_ += longest;
   }
 }
 
 void FrictionalResolution::TellOfRest(ConstraintSet pressed_back) {
   if (pressed_back.Empty()) return;
+  result_.held_down = pressed_back;
+  result_.held_interval = bounces_last_;
   const bool known = Notable() ? result_.transition.rest_impulse.size() > 0
                                : BouncesTurn().value_or(kTurns) <= kTurnsUnseen;
   if (known) result_.transition.rested = resting_;

@@ -124,22 +124,27 @@ TEST_F(PressedBack, ResetHasTheDerivativeOfItsVelocity) {
   }
 }
 
-/// A landing throws up two tips that stand. Beside what has landed the second is pulled up, and
-/// pressed back only by the first, once that rests again: both rest.
-TEST(PressedBackOfTips, OneThatRestsPressesAnother) {
+/// Three tips, the first of which moves the second by 0.01 of its impulse, and the third by `third`; the second and the
+/// third move each other by `between`, and the third falls at `pull` [m/s²].
+std::unique_ptr<MechanicalSystem> CoupledTips(double third, double between, double pull) {
   Matrix reach = Matrix::Identity(6, 6);  // of x0, z0, x1, z1, x2, z2
-  const auto couple = [&](int i, int j, double by) { reach(i, j) = reach(j, i) = by; };
-  couple(1, 3, 0.01);
-  couple(1, 5, 0.01);
-  couple(3, 5, -0.5);
+  reach(1, 3) = reach(3, 1) = 0.01;
+  reach(1, 5) = reach(5, 1) = third;
+  reach(3, 5) = reach(5, 3) = between;
   const Matrix mass = reach.inverse();
   Vector free(6);
-  free << 0, -10, 0, -10, 0, 1;
+  free << 0, -10, 0, -10, 0, -pull;
   const Vector force = mass * free;
   ParameterValues values;
   for (int i = 0; i < 36; ++i) values["m" + std::to_string(i)] = mass(i / 6, i % 6);
   for (int i = 0; i < 6; ++i) values["f" + std::to_string(i)] = force(i);
-  const auto tips = MakeSystem<test::Tips<3>>(values);
+  return MakeSystem<test::Tips<3>>(values);
+}
+
+/// A landing throws up two tips that stand. Beside what has landed the second is pulled up, and
+/// pressed back only by the first, once that rests again: both rest.
+TEST(PressedBackOfTips, OneThatRestsPressesAnother) {
+  const auto tips = CoupledTips(0.01, -0.5, -1);
   Vector x = Vector::Zero(12);
   x(1) = 1e-6;   // above the floor
   x(7) = -5e-3;  // its rate
@@ -147,6 +152,31 @@ TEST(PressedBackOfTips, OneThatRestsPressesAnother) {
   ASSERT_TRUE(run.status.ok()) << run.status.message;
   ASSERT_EQ(1u, run.transitions.size());
   EXPECT_EQ("sss", run.transitions[0].mode_after.Word(3));
+}
+
+/// The second tip is thrown up for 1e-5 s by the landing of the first, and rests meanwhile. What lands in
+/// that time, as the third, would find it above the floor: that is told, and there is no derivative.
+TEST(PressedBackOfTips, OneThatIsHitBeforeItWouldBeBackIsTold) {
+  const auto tips = CoupledTips(0, -0.3, 10);
+  for (const double later : {3e-6, 3e-5}) {  // [s]
+    Vector x = Vector::Zero(12);
+    x(1) = 1e-6;  // above the floor
+    x(7) = x(11) = -5e-3;
+    x(5) = x(1) + 5e-3 * later;
+    const Trajectory run = Simulate(*tips, x, Vector(), 1e-3);
+    ASSERT_TRUE(run.status.ok()) << run.status.message;
+    ASSERT_EQ(2u, run.transitions.size());
+    EXPECT_NEAR(later, run.transitions[1].t - run.transitions[0].t, 1e-6);
+    const bool told =
+        std::any_of(run.warnings.begin(), run.warnings.end(), [](const Warning& warning) {
+          return warning.code == Outcome::kDiscontinuous &&
+                 warning.message.find("too slowly to be resolved, are hit together with") !=
+                     std::string::npos;
+        });
+    EXPECT_EQ(later < 1e-5, told);
+    const BDerivative B = DifferentiateOutcome(*tips, run);
+    EXPECT_EQ(later < 1e-5, B.status().code == Outcome::kDiscontinuous) << B.status().message;
+  }
 }
 
 }  // namespace
